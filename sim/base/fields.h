@@ -1,0 +1,108 @@
+#pragma once
+// One list of fields per parameter struct drives loading, saving, checking and documentation, so that
+// they cannot drift apart. A struct takes part by having
+//
+//   struct GaOptions {
+//     int population = 60;
+//     static void Fields(auto& self, auto&& field) {
+//       field("population", self.population, AtLeast(4), "individuals in a generation");
+//     }
+//   };
+//
+// Keys carry the unit (`baseline_m`). A member may be: bool, int, int64_t, double, std::string, an enum
+// with EnumNames, Eigen vectors and matrices of double of fixed size, std::array<double, N>,
+// std::vector<double>, another such struct, or a std::vector of such structs. A struct may also have
+// `void Check(const std::string& path) const`, which throws ConfigError for what one range cannot say.
+
+#include <Eigen/Core>
+#include <array>
+#include <cmath>
+#include <concepts>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "sim/base/check.h"
+
+namespace turbidock {
+
+// Allowed values of a number (of each element of a vector). NaN and infinities never are.
+struct Range {
+  double low = -std::numeric_limits<double>::infinity();
+  double high = std::numeric_limits<double>::infinity();
+  bool low_open = false;  // low itself is not allowed
+
+  bool Contains(double x) const {
+    return std::isfinite(x) && (low_open ? x > low : x >= low) && x <= high;
+  }
+  // "must be in [0, 1]", "must be > 0", "must be finite".
+  std::string Sentence() const;
+};
+
+inline Range Finite() { return {}; }
+inline Range AtLeast(double low) { return {.low = low}; }
+inline Range Above(double low) { return {.low = low, .low_open = true}; }
+inline Range InRange(double low, double high) { return {.low = low, .high = high}; }
+
+// Names of an enum's values as users write them; specialise with `static constexpr auto kNames =
+// std::to_array<std::pair<E, const char*>>({...})`.
+template <class E>
+struct EnumNames;
+
+template <class E>
+const char* NameOf(E value) {
+  for (const auto& [known, name] : EnumNames<E>::kNames)
+    if (known == value) return name;
+  return "?";
+}
+
+namespace internal {
+struct NullVisitor {
+  void operator()(const char*, auto&, const Range&, const char*) const {}
+};
+}  // namespace internal
+
+template <class T>
+concept HasFields = requires(T& t) { T::Fields(t, internal::NullVisitor{}); };
+
+template <class T>
+concept HasCheck = requires(const T& t) { t.Check(std::string()); };
+
+template <class T>
+struct IsVectorOfStructs : std::false_type {};
+template <HasFields T>
+struct IsVectorOfStructs<std::vector<T>> : std::true_type {};
+
+std::string FormatNumber(double x);  // shortest text that reads back as x
+
+// Throws ConfigError naming the first field (dotted, below `path`) whose value is outside its range.
+template <HasFields T>
+void CheckFields(const T& object, const std::string& path) {
+  T::Fields(object, [&](const char* key, const auto& value, const Range& range, const char*) {
+    using V = std::remove_cvref_t<decltype(value)>;
+    const std::string full = path.empty() ? key : path + "." + key;
+    auto check = [&](double x) {
+      if (!range.Contains(x)) throw ConfigError(full, FormatNumber(x) + " " + range.Sentence());
+    };
+    if constexpr (HasFields<V>) {
+      CheckFields(value, full);
+    } else if constexpr (IsVectorOfStructs<V>::value) {
+      for (size_t i = 0; i < value.size(); ++i)
+        CheckFields(value[i], full + "[" + std::to_string(i) + "]");
+    } else if constexpr (std::is_base_of_v<Eigen::MatrixBase<V>, V>) {
+      for (Eigen::Index i = 0; i < value.size(); ++i) check(value.data()[i]);
+    } else if constexpr (std::is_same_v<V, bool> || std::is_same_v<V, std::string> ||
+                         std::is_enum_v<V>) {
+    } else if constexpr (std::is_arithmetic_v<V>) {
+      check(static_cast<double>(value));
+    } else {
+      for (const double x : value) check(x);
+    }
+  });
+  if constexpr (HasCheck<T>) object.Check(path);
+}
+
+}  // namespace turbidock

@@ -1,0 +1,63 @@
+#pragma once
+// Images: contiguous rows, top row first, channels interleaved, no padding.
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "sim/base/check.h"
+
+namespace turbidock {
+
+template <class T, int kChannels>
+class Image {
+ public:
+  using Value = T;
+  static constexpr int channels = kChannels;
+
+  Image() = default;
+  Image(int width, int height, T fill = T{}) { Resize(width, height, fill); }
+
+  // Keeps the memory when the size does not change.
+  void Resize(int width, int height, T fill = T{}) {
+    if (width == width_ && height == height_) return;
+    width_ = width;
+    height_ = height;
+    data_.assign(static_cast<size_t>(width) * height * kChannels, fill);
+  }
+
+  int width() const { return width_; }
+  int height() const { return height_; }
+  size_t pixels() const { return static_cast<size_t>(width_) * height_; }
+  bool empty() const { return data_.empty(); }
+  bool Contains(int u, int v) const { return u >= 0 && v >= 0 && u < width_ && v < height_; }
+
+  T* data() { return data_.data(); }
+  const T* data() const { return data_.data(); }
+  T* row(int v) { return data_.data() + static_cast<size_t>(v) * width_ * kChannels; }
+  const T* row(int v) const { return data_.data() + static_cast<size_t>(v) * width_ * kChannels; }
+  // Pointer to the channels of pixel (u, v); no bounds check.
+  T* at(int u, int v) { return row(v) + static_cast<size_t>(u) * kChannels; }
+  const T* at(int u, int v) const { return row(v) + static_cast<size_t>(u) * kChannels; }
+
+  bool operator==(const Image&) const = default;
+
+ private:
+  int width_ = 0, height_ = 0;
+  std::vector<T> data_;
+};
+
+using Image1u8 = Image<uint8_t, 1>;
+using Image3u8 = Image<uint8_t, 3>;  // RGB
+using Image1u16 = Image<uint16_t, 1>;
+using Image1f = Image<float, 1>;
+using Image3f = Image<float, 3>;  // linear R, G, B
+
+// What the two cameras saw at one frame, 8-bit RGB: the only thing that passes from the simulation (or
+// from a real vehicle) to the estimator.
+struct StereoImage {
+  int64_t frame = 0;
+  Image3u8 left, right;
+};
+
+}  // namespace turbidock
