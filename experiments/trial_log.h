@@ -20,15 +20,16 @@ struct FrameRecord {
   int64_t frame = 0;
   double time_s = 0;
   control::Stage stage = control::Stage::kApproach;
-  Pose est_X_HM;         // the estimator's best pose
-  double fitness = -1;   // and its F
+  Pose est_X_HM;        // the estimator's best pose
+  double fitness = -1;  // and its F
   Pose true_X_HM;
   Pose true_X_WB;
   Twist true_V_WB_B;
   DesiredPose desired;
-  bool controlled = false;  // false: the vehicle searches or drifts, `desired` is not being followed
+  bool controlled =
+      false;  // false: the vehicle searches or drifts, `desired` is not being followed
   ThrusterCommand command;
-  double insertion_depth_m = 0;       // of the pole's tip past the dock's mouth
+  double insertion_depth_m = 0;  // of the pole's tip past the dock's mouth
   double dock_force_newton = 0;
   double collision_force_newton = 0;
 };

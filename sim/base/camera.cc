@@ -22,7 +22,8 @@ StereoRig RigParams::MakeRig() const {
   const CameraIntrinsics camera =
       CameraIntrinsics::FromHorizontalFov(width_px, height_px, horizontal_fov_rad);
   const Eigen::Quaterniond q_HC(HeadFromOptical());
-  return {camera, camera, Pose{q_HC, {0, 0.5 * baseline_m, 0}}, Pose{q_HC, {0, -0.5 * baseline_m, 0}}};
+  return {camera, camera, Pose{q_HC, {0, 0.5 * baseline_m, 0}},
+          Pose{q_HC, {0, -0.5 * baseline_m, 0}}};
 }
 
 }  // namespace turbidock

@@ -34,7 +34,8 @@ struct StereoRig {
   Pose X_HL, X_HR;  // optical frames of the left and right camera in H
 };
 
-// A rig of two equal, parallel cameras that look along the head's x axis, as a data file describes it.
+// A rig of two equal, parallel cameras that look along the head's x axis, as a data file describes
+// it.
 struct RigParams {
   int width_px = 640;
   int height_px = 480;

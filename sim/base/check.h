@@ -1,7 +1,8 @@
 #pragma once
 // Errors come in three tiers:
 //  1. a broken invariant or misuse of the code: TD_CHECK, always on, prints and aborts;
-//  2. bad input (a file, a key, a command line): throw ConfigError, caught only in main, exit code 2;
+//  2. bad input (a file, a key, a command line): throw ConfigError, caught only in main, exit code
+//  2;
 //  3. what happens at sea (lost marker, timeout, collision): a value with an enum and a sentence.
 
 #include <stdexcept>
@@ -9,8 +10,8 @@
 
 namespace turbidock {
 
-// Bad input. `key` is the dotted path of the offending value, empty if there is none; `what()` is the
-// complete sentence for the user.
+// Bad input. `key` is the dotted path of the offending value, empty if there is none; `what()` is
+// the complete sentence for the user.
 class ConfigError : public std::runtime_error {
  public:
   explicit ConfigError(const std::string& message) : std::runtime_error(message) {}
@@ -26,7 +27,8 @@ class ConfigError : public std::runtime_error {
   std::string key_, problem_;
 };
 
-// The simulator or the renderer cannot run on this machine (no OSMesa, no framebuffer). Exit code 4.
+// The simulator or the renderer cannot run on this machine (no OSMesa, no framebuffer). Exit
+// code 4.
 class SimulatorFault : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -40,8 +42,8 @@ namespace internal {
 }  // namespace turbidock
 
 // Aborts with place, condition and message when `condition` is false. For programming errors only.
-#define TD_CHECK(condition, message)                                                      \
-  do {                                                                                    \
-    if (!(condition)) [[unlikely]]                                                        \
-      ::turbidock::internal::CheckFailed(__FILE__, __LINE__, #condition, (message));      \
+#define TD_CHECK(condition, message)                                                 \
+  do {                                                                               \
+    if (!(condition)) [[unlikely]]                                                   \
+      ::turbidock::internal::CheckFailed(__FILE__, __LINE__, #condition, (message)); \
   } while (false)

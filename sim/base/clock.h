@@ -19,9 +19,7 @@ struct ClockParams {
   double dt_s() const { return 1.0 / (static_cast<double>(frames_per_second) * ticks_per_frame); }
   double frame_s() const { return 1.0 / frames_per_second; }
   double TimeOfTick(int64_t tick) const { return static_cast<double>(tick) * dt_s(); }
-  double TimeOfFrame(int64_t frame) const {
-    return static_cast<double>(frame) / frames_per_second;
-  }
+  double TimeOfFrame(int64_t frame) const { return static_cast<double>(frame) / frames_per_second; }
   // Number of whole frames that last at least `seconds`.
   int64_t FramesFor(double seconds) const;
 };

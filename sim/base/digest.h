@@ -20,7 +20,7 @@ class Digest {
 
   void Add(int64_t value);
   void Add(double value);
-  void Add(const Pose& X);                   // canonical q (w, x, y, z), then p
+  void Add(const Pose& X);  // canonical q (w, x, y, z), then p
   void Add(const Eigen::Ref<const Eigen::VectorXd>& values);
   std::string Hex() const;  // of what was added so far, 16 hexadecimal digits
 

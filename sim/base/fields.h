@@ -1,6 +1,6 @@
 #pragma once
-// One list of fields per parameter struct drives loading, saving, checking and documentation, so that
-// they cannot drift apart. A struct takes part by having
+// One list of fields per parameter struct drives loading, saving, checking and documentation, so
+// that they cannot drift apart. A struct takes part by having
 //
 //   struct GaOptions {
 //     int population = 60;
@@ -9,10 +9,11 @@
 //     }
 //   };
 //
-// Keys carry the unit (`baseline_m`). A member may be: bool, int, int64_t, double, std::string, an enum
-// with EnumNames, Eigen vectors and matrices of double of fixed size, std::array<double, N>,
-// std::vector<double>, another such struct, or a std::vector of such structs. A struct may also have
-// `void Check(const std::string& path) const`, which throws ConfigError for what one range cannot say.
+// Keys carry the unit (`baseline_m`). A member may be: bool, int, int64_t, double, std::string, an
+// enum with EnumNames, Eigen vectors and matrices of double of fixed size, std::array<double, N>,
+// std::vector<double>, another such struct, or a std::vector of such structs. A struct may also
+// have `void Check(const std::string& path) const`, which throws ConfigError for what one range
+// cannot say.
 
 #include <Eigen/Core>
 #include <array>
@@ -66,10 +67,14 @@ struct NullVisitor {
 }  // namespace internal
 
 template <class T>
-concept HasFields = requires(T& t) { T::Fields(t, internal::NullVisitor{}); };
+concept HasFields = requires(T& t) {
+  T::Fields(t, internal::NullVisitor{});
+};
 
 template <class T>
-concept HasCheck = requires(const T& t) { t.Check(std::string()); };
+concept HasCheck = requires(const T& t) {
+  t.Check(std::string());
+};
 
 template <class T>
 struct IsVectorOfStructs : std::false_type {};
@@ -78,7 +83,8 @@ struct IsVectorOfStructs<std::vector<T>> : std::true_type {};
 
 std::string FormatNumber(double x);  // shortest text that reads back as x
 
-// Throws ConfigError naming the first field (dotted, below `path`) whose value is outside its range.
+// Throws ConfigError naming the first field (dotted, below `path`) whose value is outside its
+// range.
 template <HasFields T>
 void CheckFields(const T& object, const std::string& path) {
   T::Fields(object, [&](const char* key, const auto& value, const Range& range, const char*) {

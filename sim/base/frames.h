@@ -19,9 +19,9 @@
 //  | G      | MuJoCo camera      | x right, y up, looks along -z; only inside the renderer     |
 //
 // Quaternions are (w, x, y, z) in files and argument lists and are canonical (w >= 0) when logged,
-// compared or hashed; (eps1, eps2, eps3) = (x, y, z). Pixels: (u, v), the centre of the top-left pixel
-// is (0, 0), v grows downwards. Thruster commands are volts, 0..5, neutral 2.5.
-// Twists and wrenches put the angular part first.
+// compared or hashed; (eps1, eps2, eps3) = (x, y, z). Pixels: (u, v), the centre of the top-left
+// pixel is (0, 0), v grows downwards. Thruster commands are volts, 0..5, neutral 2.5. Twists and
+// wrenches put the angular part first.
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -37,8 +37,6 @@ inline Eigen::Matrix3d HeadFromOptical() {
 }
 
 // MuJoCo cameras look along -z with y up, optical frames along +z with y down: a half turn about x.
-inline Eigen::Matrix3d OpticalFromMujocoCamera() {
-  return Eigen::Vector3d(1, -1, -1).asDiagonal();
-}
+inline Eigen::Matrix3d OpticalFromMujocoCamera() { return Eigen::Vector3d(1, -1, -1).asDiagonal(); }
 
 }  // namespace turbidock

@@ -53,8 +53,8 @@ using Image1u16 = Image<uint16_t, 1>;
 using Image1f = Image<float, 1>;
 using Image3f = Image<float, 3>;  // linear R, G, B
 
-// What the two cameras saw at one frame, 8-bit RGB: the only thing that passes from the simulation (or
-// from a real vehicle) to the estimator.
+// What the two cameras saw at one frame, 8-bit RGB: the only thing that passes from the simulation
+// (or from a real vehicle) to the estimator.
 struct StereoImage {
   int64_t frame = 0;
   Image3u8 left, right;

@@ -18,8 +18,7 @@ Pose Pose::Canonical() const {
 }
 
 double YawOf(const Eigen::Quaterniond& q) {
-  return std::atan2(2 * (q.w() * q.z() + q.x() * q.y()),
-                    1 - 2 * (q.y() * q.y() + q.z() * q.z()));
+  return std::atan2(2 * (q.w() * q.z() + q.x() * q.y()), 1 - 2 * (q.y() * q.y() + q.z() * q.z()));
 }
 
 Eigen::Quaterniond FromYawPitchRoll(double yaw_rad, double pitch_rad, double roll_rad) {

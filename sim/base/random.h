@@ -1,7 +1,7 @@
 #pragma once
-// Counter-based random streams. One 64-bit seed; every consumer draws from a stream of its own name, so
-// that a new consumer never shifts another's numbers. The transforms to uniform and normal are written
-// out here because the standard library's are not specified bit for bit.
+// Counter-based random streams. One 64-bit seed; every consumer draws from a stream of its own
+// name, so that a new consumer never shifts another's numbers. The transforms to uniform and normal
+// are written out here because the standard library's are not specified bit for bit.
 
 #include <array>
 #include <cstdint>
@@ -16,10 +16,10 @@ class Rng {
 
   uint32_t NextU32();
   uint64_t NextU64() { return (static_cast<uint64_t>(NextU32()) << 32) | NextU32(); }
-  double Uniform();                                  // [0, 1), 53 bits
+  double Uniform();  // [0, 1), 53 bits
   double Uniform(double low, double high) { return low + (high - low) * Uniform(); }
-  uint32_t Below(uint32_t n);                        // {0, ..., n - 1}, unbiased; n > 0
-  double Normal();                                   // mean 0, variance 1 (Box-Muller)
+  uint32_t Below(uint32_t n);  // {0, ..., n - 1}, unbiased; n > 0
+  double Normal();             // mean 0, variance 1 (Box-Muller)
 
  private:
   uint64_t key_, stream_, counter_ = 0;
@@ -44,8 +44,8 @@ class SeedTree {
   uint64_t seed_;
 };
 
-// 64 well-mixed bits at random access from a key and two counters: noise that depends on place and time
-// only, never on the order of evaluation.
+// 64 well-mixed bits at random access from a key and two counters: noise that depends on place and
+// time only, never on the order of evaluation.
 std::array<uint32_t, 4> PhiloxBlock(uint64_t key, uint64_t counter_high, uint64_t counter_low);
 
 }  // namespace turbidock
