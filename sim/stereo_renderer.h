@@ -1,0 +1,88 @@
+#pragma once
+// Pictures of a scene by OpenGL: what the two cameras see (surface and depth, no light) and a lit
+// view for people. A renderer keeps references to the GL context and the scene, which must outlive
+// it; any number of renderers may share a context. All run in the context's thread.
+
+#include <mujoco/mujoco.h>
+
+#include <cstdint>
+#include <vector>
+
+#include "sim/base/image.h"
+#include "sim/gl_context.h"
+#include "sim/rendered.h"
+#include "sim/scene.h"
+
+namespace turbidock::sim {
+
+// MuJoCo's list of things to draw and its GL objects, with an offscreen buffer of a fixed size.
+class Canvas {
+ public:
+  using Quality = decltype(mjVisual::quality);  // samples per pixel, shadow map, facets
+
+  Canvas(GlContext& context, const mjModel& model, int width_px, int height_px,
+         const Quality& quality);
+  ~Canvas();
+  Canvas(const Canvas&) = delete;
+  Canvas& operator=(const Canvas&) = delete;
+
+  // Lists what there is to draw at the computed positions in `data`.
+  void Update(const mjData& data);
+  // Draws the list as a fixed camera of the model sees it.
+  void Draw(const mjData& data, int camera);
+  // Copies the picture just drawn, bottom row first: RGB and, unless null, the GL depth.
+  void Read(uint8_t* rgb, float* depth);
+
+  mjvScene& scene() { return scene_; }
+  int width_px() const { return viewport_.width; }
+  int height_px() const { return viewport_.height; }
+
+ private:
+  GlContext& context_;
+  const mjModel& model_;
+  mjvOption option_;
+  mjvScene scene_;
+  mjrContext gl_;
+  mjrRect viewport_;
+};
+
+// What the stereo rig's cameras see: which geom at each pixel, and how far.
+class StereoRenderer {
+ public:
+  StereoRenderer(GlContext& context, const Scene& scene);
+
+  // Draws both views at the computed positions in `data` (after mj_forward or a step's position
+  // stage). The images in `out` keep their memory from one frame to the next.
+  void Render(const mjData& data, int64_t tick, RenderedStereo* out);
+
+ private:
+  // Segment mode draws each listed thing in the colour (its segid) + 1, or not at all if that is
+  // -1. Numbers what the camera at X_WC may see, leaves out the rest (most of the vehicle) and
+  // notes which surface each colour stands for.
+  void NameColors(const CameraIntrinsics& intrinsics, const Pose& X_WC);
+  void RenderView(const mjData& data, int camera, const CameraIntrinsics& intrinsics,
+                  const Pose& X_WC, RenderedView* out);
+
+  const Scene& scene_;
+  Canvas canvas_;
+  float near_m_, far_m_;
+  std::vector<uint16_t> surface_of_color_;  // RenderedView::surface by the colour drawn
+  std::vector<uint8_t> rgb_;
+  std::vector<float> depth_;
+};
+
+// A lit, antialiased picture with MuJoCo's own lights, textures and fog: for videos, not for
+// vision.
+class SpectatorRenderer {
+ public:
+  SpectatorRenderer(GlContext& context, const Scene& scene, int width_px, int height_px);
+
+  // Draws what `camera` (a MuJoCo camera id, such as scene.spectator_camera) sees.
+  void Render(const mjData& data, int camera, Image3u8* out);
+
+ private:
+  Canvas canvas_;
+  std::vector<uint8_t> rgb_;
+};
+
+}  // namespace turbidock::sim
