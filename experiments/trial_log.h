@@ -5,17 +5,13 @@
 #include <string>
 #include <vector>
 
-#include "control/stage.h"
+#include "control/docking_procedure.h"
 #include "sim/base/pose.h"
 #include "sim/base/thruster_command.h"
 
 namespace turbidock::experiments {
 
-// Desired position of the marker in the camera head and heading error to hold.
-struct DesiredPose {
-  double x_m = 0, y_m = 0, z_m = 0, yaw_rad = 0;
-};
-
+// What is known of one camera frame; the truth is that of the moment the frame was exposed.
 struct FrameRecord {
   int64_t frame = 0;
   double time_s = 0;
@@ -25,25 +21,17 @@ struct FrameRecord {
   Pose true_X_HM;
   Pose true_X_WB;
   Twist true_V_WB_B;
-  DesiredPose desired;
-  bool controlled =
-      false;  // false: the vehicle searches or drifts, `desired` is not being followed
+  control::DesiredPose desired;
+  bool controlled = false;  // false: the vehicle searches or drifts instead of following `desired`
   ThrusterCommand command;
   double insertion_depth_m = 0;  // of the pole's tip past the dock's mouth
   double dock_force_newton = 0;
   double collision_force_newton = 0;
 };
 
-struct StageChange {
-  int64_t frame = 0;
-  double time_s = 0;
-  control::Stage from = control::Stage::kApproach, to = control::Stage::kApproach;
-  std::string reason;
-};
-
 struct TrialLog {
   std::vector<FrameRecord> frames;
-  std::vector<StageChange> changes;
+  std::vector<control::Transition> transitions;
 };
 
 }  // namespace turbidock::experiments

@@ -1,0 +1,12 @@
+#pragma once
+// Early and equal words for the commonest mistake: an output that cannot be written.
+
+#include <string>
+
+namespace turbidock::experiments {
+
+// Throws ConfigError ("PATH: cannot be written: REASON") when no file can be written at `path`.
+// Leaves the file system as it was.
+void RequireWritable(const std::string& path);
+
+}  // namespace turbidock::experiments

@@ -1,0 +1,206 @@
+#include "experiments/video.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <numbers>
+
+#include "sim/base/check.h"
+#include "sim/base/units.h"
+
+namespace turbidock::experiments {
+namespace {
+
+using units::MmFromM;
+
+constexpr PixelRect kLeftPanel{0, 0, 640, 480}, kRightPanel{640, 0, 640, 480};
+constexpr PixelRect kSpectatorPanel{0, 480, 320, 240};
+constexpr int kChartsTop = 480;
+constexpr int kLegendHeight = 22;
+constexpr int kChartHeight = (kVideoHeight - kChartsTop - kLegendHeight) / 2;
+
+constexpr Rgb kGround{15, 20, 26};
+constexpr Rgb kText{232, 237, 242};
+constexpr Rgb kFaintText{176, 186, 196};
+constexpr Rgb kBlack{0, 0, 0}, kWhite{255, 255, 255};
+constexpr double kTextSize = 14, kSmallSize = 12;
+constexpr double kGap = std::numeric_limits<double>::quiet_NaN();
+
+// Text on a dark, half transparent plate: readable on any image. Returns the column behind the
+// plate.
+int DrawPlate(Canvas* canvas, int x, int y, const char* text, Rgb color, Align align = Align::kLeft,
+              bool bold = false) {
+  constexpr int kHeight = 24, kPadding = 9;
+  const int width =
+      static_cast<int>(std::ceil(canvas->TextWidth(text, kTextSize, bold))) + 2 * kPadding;
+  const int left = align == Align::kRight ? x - width : x;
+  canvas->FillRounded({left, y, width, kHeight}, 5, kGround, 0.8);
+  canvas->Text({static_cast<double>(left + kPadding), y + 17.0}, text, kTextSize, color,
+               Align::kLeft, bold);
+  return left + width;
+}
+
+StripChartSpec FitnessSpec(const ViewCriteria& criteria) {
+  char docking[16], detection[16];
+  std::snprintf(docking, sizeof docking, "%.2f", criteria.docking_fitness);
+  std::snprintf(detection, sizeof detection, "%.2f", criteria.detection_fitness);
+  return {.title = "F",
+          .low = -0.2,
+          .high = 1.0,
+          .tick_decimals = 1,
+          .time_labels = false,
+          .limits = {{criteria.docking_fitness, docking}, {criteria.detection_fitness, detection}},
+          .series = {{.color = kOnDark.estimate}}};
+}
+
+// Desired below, then truth, the estimate on top.
+StripChartSpec PositionSpec(const char* title, double low_mm, double high_mm, double band_mm,
+                            bool time_labels) {
+  return {.title = title,
+          .low = low_mm,
+          .high = high_mm,
+          .time_labels = time_labels,
+          .series = {{.color = kOnDark.desired,
+                      .width_px = 1.2,
+                      .drives_range = true,
+                      .band_half_width = band_mm},
+                     {.color = kOnDark.truth, .width_px = 2.8, .drives_range = true},
+                     {.color = kOnDark.estimate, .width_px = 1.2}}};
+}
+
+}  // namespace
+
+VideoComposer::VideoComposer(const VideoOptions& options)
+    : options_(options), canvas_(kVideoWidth, kVideoHeight) {}
+
+const Canvas& VideoComposer::Compose(const VideoFrame& frame) {
+  const FrameRecord& record = frame.record;
+  if (charts_.empty()) MakeCharts(frame.spectator != nullptr);
+  canvas_.FillRect(canvas_.area(), kGround);
+  const bool trusted = record.fitness >= options_.criteria.detection_fitness;
+  DrawCamera(frame.images.left, frame.left_balls, trusted, kLeftPanel);
+  DrawCamera(frame.images.right, frame.right_balls, trusted, kRightPanel);
+  // a seam between the two images, which may both be black
+  canvas_.FillRect({kRightPanel.x - 1, 0, 2, kRightPanel.height}, kGround);
+  canvas_.FillRect({0, kChartsTop - 1, kVideoWidth, 2}, kGround);
+  DrawPlate(&canvas_, 10, kLeftPanel.bottom() - 34, "left camera", kFaintText);
+  DrawPlate(&canvas_, kRightPanel.x + 10, kRightPanel.bottom() - 34, "right camera", kFaintText);
+  DrawStatus(record);
+  if (charts_x_ > 0 && frame.spectator) {
+    canvas_.DrawImage(*frame.spectator, kSpectatorPanel);
+    DrawPlate(&canvas_, 10, kSpectatorPanel.bottom() - 34, "spectator", kFaintText);
+  }
+  DrawCharts(record);
+  return canvas_;
+}
+
+void VideoComposer::MakeCharts(bool with_spectator) {
+  charts_x_ = with_spectator ? kSpectatorPanel.right() : 0;
+  const int width = (kVideoWidth - charts_x_) / 2;
+  const double band_mm = MmFromM(options_.criteria.tolerance_m);
+  StripChartSpec x = PositionSpec("x [mm]", 0, 800, 0, true);
+  x.limits = {{MmFromM(options_.criteria.docked_x_m),
+               std::to_string(std::lround(MmFromM(options_.criteria.docked_x_m)))}};
+  charts_.emplace_back(FitnessSpec(options_.criteria), width, kChartHeight);
+  charts_.emplace_back(std::move(x), width, kChartHeight);
+  charts_.emplace_back(PositionSpec("y [mm]", -100, 100, band_mm, false), width, kChartHeight);
+  charts_.emplace_back(PositionSpec("z [mm]", -100, 100, band_mm, true), width, kChartHeight);
+}
+
+void VideoComposer::DrawCamera(const Image3u8& image,
+                               const std::vector<vision::ProjectedBall>& balls, bool trusted,
+                               const PixelRect& panel) {
+  const PixelRect shown = canvas_.DrawImage(image, panel);
+  const double scale = static_cast<double>(shown.width) / image.width();
+  canvas_.Clip(shown);
+  const double alpha = trusted ? 1.0 : 0.4;
+  for (const vision::ProjectedBall& ball : balls) {
+    if (!ball.center_px.allFinite() || !(ball.radius_px > 0)) continue;
+    // pixel centres to pixel centres: the corner of the image is half a pixel before the first one
+    const Eigen::Vector2d center =
+        ((ball.center_px.array() + 0.5) * scale - 0.5).matrix() + Eigen::Vector2d(shown.x, shown.y);
+    const double radius = scale * ball.radius_px;
+    const double envelope = options_.envelope_ratio * radius;
+    canvas_.Circle(center, envelope, 2.4, kBlack, 0.45 * alpha);
+    canvas_.Circle(center, envelope, 1.1, kWhite, 0.85 * alpha);
+    // dots in the ball's colour, edged white and black: one of the three shows on any ground
+    const int dots = std::clamp(static_cast<int>(2 * std::numbers::pi * radius / 9), 8, 36);
+    canvas_.DottedCircle(center, radius, dots, 6.4, kBlack, 0.6 * alpha);
+    canvas_.DottedCircle(center, radius, dots, 5.0, kWhite, alpha);
+    canvas_.DottedCircle(center, radius, dots, 3.2, ball.rgb, alpha);
+  }
+  canvas_.Unclip();
+}
+
+void VideoComposer::DrawStatus(const FrameRecord& record) {
+  char text[64];
+  int x = DrawPlate(&canvas_, 10, 10, StageTitle(record.stage), kOnDark.Of(record.stage),
+                    Align::kLeft, /*bold=*/true);
+  std::snprintf(text, sizeof text, "F = %.2f   %s", record.fitness,
+                AreaTitle(record.fitness, options_.criteria));
+  DrawPlate(&canvas_, x + 8, 10, text, kText);
+  std::snprintf(text, sizeof text, "%.1f s", record.time_s);
+  DrawPlate(&canvas_, kVideoWidth - 10, 10, text, kText, Align::kRight);
+}
+
+void VideoComposer::DrawCharts(const FrameRecord& record) {
+  const control::DesiredPose& desired = record.desired;
+  const double desired_m[3] = {desired.x_m, desired.y_m, desired.z_m};
+  const bool detected = record.fitness >= options_.criteria.detection_fitness;
+  charts_[0].Add(record.time_s, std::array{record.fitness});
+  for (size_t i = 0; i < 3; ++i) {
+    const auto axis = static_cast<Eigen::Index>(i);
+    // where nothing is followed there is nothing desired; what is not detected has no position
+    charts_[i + 1].Add(record.time_s,
+                       std::array{record.controlled ? MmFromM(desired_m[i]) : kGap,
+                                  MmFromM(record.true_X_HM.p[axis]),
+                                  detected ? MmFromM(record.est_X_HM.p[axis]) : kGap});
+  }
+
+  char text[32];
+  for (size_t i = 0; i < charts_.size(); ++i) {
+    const StripChart& chart = charts_[i];
+    const int x = charts_x_ + static_cast<int>(i / 2) * chart.width();
+    const int y = kChartsTop + kLegendHeight + static_cast<int>(i % 2) * kChartHeight;
+    chart.DrawTo(&canvas_, x, y);
+    // the values of now, in columns above the chart's right end
+    const double right = x + chart.plot().right();
+    const double base = y + 14.0;
+    if (i == 0) {
+      std::snprintf(text, sizeof text, "%.2f", record.fitness);
+      canvas_.Text({right, base}, text, kSmallSize, kOnDark.estimate, Align::kRight);
+      continue;
+    }
+    const auto axis = static_cast<Eigen::Index>(i - 1);
+    std::snprintf(text, sizeof text, "%.0f", MmFromM(record.true_X_HM.p[axis]));
+    canvas_.Text({right, base}, text, kSmallSize, kOnDark.truth, Align::kRight);
+    std::snprintf(text, sizeof text, "%.0f", MmFromM(record.est_X_HM.p[axis]));
+    canvas_.Text({right - 44, base}, detected ? text : "lost", kSmallSize, kOnDark.estimate,
+                 Align::kRight);
+  }
+
+  // the legend, right to left
+  double x = charts_x_ + 2.0 * charts_[0].width() - 18;
+  const double y = kChartsTop + 16;
+  char band[32];
+  std::snprintf(band, sizeof band, "\u00b1 %.0f mm", MmFromM(options_.criteria.tolerance_m));
+  const std::pair<const char*, Rgb> entries[] = {{band, kOnDark.limit},
+                                                 {"desired", kOnDark.desired},
+                                                 {"truth", kOnDark.truth},
+                                                 {"estimate", kOnDark.estimate}};
+  for (const auto& [name, color] : entries) {
+    canvas_.Text({x, y}, name, kSmallSize, kText, Align::kRight);
+    x -= canvas_.TextWidth(name, kSmallSize) + 6;
+    // a broad, faint mark stands for the band
+    const bool area = name == band;
+    canvas_.Line({x - 18, y - 4}, {x, y - 4}, area ? 9 : 3, color, area ? 0.3 : 1);
+    x -= 18 + 16;
+  }
+}
+
+TrialVideo::TrialVideo(const std::string& path, const VideoOptions& options)
+    : composer_(options), writer_(path, kVideoWidth, kVideoHeight, options.frames_per_second) {}
+
+}  // namespace turbidock::experiments
