@@ -1,6 +1,6 @@
 #pragma once
-// What the renderer hands to the water model: visibility. OpenGL decides which surface each pixel sees and
-// how far away it is; all light is computed from that by sim/water.h, in linear units.
+// What the renderer hands to the water model: visibility. OpenGL decides which surface each pixel
+// sees and how far away it is; all light is computed from that by sim/water.h, in linear units.
 
 #include <cstdint>
 

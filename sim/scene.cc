@@ -7,6 +7,7 @@
 #include "sim/base/check.h"
 #include "sim/base/frames.h"
 #include "sim/base/units.h"
+#include "sim/mujoco_handlers.h"
 
 namespace turbidock::sim {
 namespace {
@@ -178,6 +179,7 @@ void PlaceCamera(const Pose& X_BH, const Pose& X_HC, const CameraIntrinsics& int
 }  // namespace
 
 Scene LoadScene(const std::string& mjcf_path, const RigParams& rig) {
+  InstallMujocoHandlers();
   CheckFields(rig, "rig");
   Scene scene;
   scene.model = ReadModel(mjcf_path);

@@ -13,7 +13,7 @@ constexpr int kHiddenGroup = 3;  // geoms that take part in contacts only
 
 // One sample a pixel, because ids must not be averaged; no shadows. Facets cost time: with these a
 // ball is round to 0.3 % of its radius.
-constexpr Canvas::Quality kVisibilityQuality{
+constexpr GlCanvas::Quality kVisibilityQuality{
     .shadowsize = 0, .offsamples = 0, .numslices = 40, .numstacks = 24, .numquads = 4};
 
 // More than the model's geoms ever need: MuJoCo drops what does not fit.
@@ -37,8 +37,8 @@ bool OutsideView(const CameraIntrinsics& camera, const Eigen::Vector3d& p_CQ, do
 
 }  // namespace
 
-Canvas::Canvas(GlContext& context, const mjModel& model, int width_px, int height_px,
-               const Quality& quality)
+GlCanvas::GlCanvas(GlContext& context, const mjModel& model, int width_px, int height_px,
+                   const Quality& quality)
     : context_(context), model_(model), viewport_{0, 0, width_px, height_px} {
   context_.MakeCurrent();
   mjv_defaultOption(&option_);
@@ -66,19 +66,19 @@ Canvas::Canvas(GlContext& context, const mjModel& model, int width_px, int heigh
   }
 }
 
-Canvas::~Canvas() {
+GlCanvas::~GlCanvas() {
   context_.MakeCurrent();
   mjr_freeContext(&gl_);
   mjv_freeScene(&scene_);
 }
 
-void Canvas::Update(const mjData& data) {
+void GlCanvas::Update(const mjData& data) {
   // MuJoCo asks for mutable data only to borrow its stack and give it back.
   mjv_updateScene(&model_, const_cast<mjData*>(&data), &option_, nullptr, nullptr, mjCAT_ALL,
                   &scene_);
 }
 
-void Canvas::Draw(const mjData& data, int camera) {
+void GlCanvas::Draw(const mjData& data, int camera) {
   mjvCamera fixed;
   mjv_defaultCamera(&fixed);
   fixed.type = mjCAMERA_FIXED;
@@ -89,7 +89,7 @@ void Canvas::Draw(const mjData& data, int camera) {
   mjr_render(viewport_, &scene_, &gl_);
 }
 
-void Canvas::Read(uint8_t* rgb, float* depth) { mjr_readPixels(rgb, depth, viewport_, &gl_); }
+void GlCanvas::Read(uint8_t* rgb, float* depth) { mjr_readPixels(rgb, depth, viewport_, &gl_); }
 
 StereoRenderer::StereoRenderer(GlContext& context, const Scene& scene)
     : scene_(scene),

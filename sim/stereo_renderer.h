@@ -16,15 +16,15 @@
 namespace turbidock::sim {
 
 // MuJoCo's list of things to draw and its GL objects, with an offscreen buffer of a fixed size.
-class Canvas {
+class GlCanvas {
  public:
   using Quality = decltype(mjVisual::quality);  // samples per pixel, shadow map, facets
 
-  Canvas(GlContext& context, const mjModel& model, int width_px, int height_px,
-         const Quality& quality);
-  ~Canvas();
-  Canvas(const Canvas&) = delete;
-  Canvas& operator=(const Canvas&) = delete;
+  GlCanvas(GlContext& context, const mjModel& model, int width_px, int height_px,
+           const Quality& quality);
+  ~GlCanvas();
+  GlCanvas(const GlCanvas&) = delete;
+  GlCanvas& operator=(const GlCanvas&) = delete;
 
   // Lists what there is to draw at the computed positions in `data`.
   void Update(const mjData& data);
@@ -64,7 +64,7 @@ class StereoRenderer {
                   const Pose& X_WC, RenderedView* out);
 
   const Scene& scene_;
-  Canvas canvas_;
+  GlCanvas canvas_;
   float near_m_, far_m_;
   std::vector<uint16_t> surface_of_color_;  // RenderedView::surface by the colour drawn
   std::vector<uint8_t> rgb_;
@@ -81,7 +81,7 @@ class SpectatorRenderer {
   void Render(const mjData& data, int camera, Image3u8* out);
 
  private:
-  Canvas canvas_;
+  GlCanvas canvas_;
   std::vector<uint8_t> rgb_;
 };
 

@@ -1,0 +1,68 @@
+#pragma once
+// What each pixel shows: shape, place and colour of the scene's geoms, so that position, normal and
+// albedo follow from a geom id and a depth. S is a surface's own frame (MuJoCo's geom frame).
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "sim/base/pose.h"
+#include "sim/scene.h"
+
+namespace turbidock::sim {
+
+enum class Shape { kPlane, kSphere, kCapsule, kEllipsoid, kCylinder, kBox };
+
+struct Surface {
+  std::string name;
+  Shape shape = Shape::kBox;
+  // MuJoCo's geom_size: sphere (radius, -, -); capsule and cylinder (radius, half length along z,
+  // -); ellipsoid semi-axes; box half sides. A plane is z = 0, faces +z and is taken as endless.
+  Eigen::Vector3d size_m = Eigen::Vector3d::Constant(0.5);
+  bool on_vehicle = false;
+  Pose X_AS;  // A = H for the vehicle's own surfaces, W for the rest, which does not move
+  Eigen::Vector3d albedo = Eigen::Vector3d::Constant(0.5);  // linear, diffuse
+  bool casts_shadow = false;
+};
+
+// Unit normal, pointing outwards, at a point on (or within rounding of) the surface.
+Eigen::Vector3d OutwardNormal(const Surface& surface, const Eigen::Vector3d& p_SQ);
+
+// Whether the straight line from A to B meets the solid.
+bool SegmentHits(const Surface& surface, const Eigen::Vector3d& p_SA, const Eigen::Vector3d& p_SB);
+
+// Part of a ray A + t u; empty unless t1 > t0.
+struct Stretch {
+  double t0_m = 0, t1_m = 0;
+};
+
+// The part of `stretch` (finite) on which a box hides a point source C. It is one piece, since the
+// shadow of a convex body is convex.
+Stretch ShadowOnRay(const Surface& box, const Eigen::Vector3d& p_SC, const Eigen::Vector3d& p_SA,
+                    const Eigen::Vector3d& u_S, const Stretch& stretch);
+
+// Radius of a ball about the origin of S that holds the solid; infinite for a plane.
+double BoundingRadius(const Surface& surface);
+
+// The surfaces by geom id.
+class SurfaceTable {
+ public:
+  explicit SurfaceTable(std::vector<Surface> surfaces);
+
+  // All geoms of a scene; the marker's cast shadows. Albedo is the geom's rgba (not its
+  // material's).
+  // Throws ConfigError for a geom of another shape (mesh, height field).
+  static SurfaceTable FromScene(const Scene& scene);
+
+  int size() const { return static_cast<int>(surfaces_.size()); }
+  const Surface& operator[](int geom) const { return surfaces_[geom]; }
+  int Find(const std::string& name) const;  // geom id, -1 if there is none
+
+ private:
+  std::vector<Surface> surfaces_;
+};
+
+// Poses in H of the lamps (beam along x), from the scene's sites.
+std::vector<Pose> LampPoses(const Scene& scene);
+
+}  // namespace turbidock::sim
