@@ -1,0 +1,62 @@
+// The estimator's stages on painted stereo images of 640 x 480.
+
+#include <benchmark/benchmark.h>
+
+#include "tests/support/paint_marker.h"
+#include "vision/rm_ga.h"
+
+namespace turbidock::vision {
+namespace {
+
+const Pose kPose = Pose::FromVectorPart({0.6, 0.03, -0.02}, {0.01, -0.02, 0.05});
+
+StereoImage Seen(double background_dn) {
+  Rng noise = SeedTree(2).Stream("noise");
+  return testing::PaintMarker(MarkerParams{}, RigParams{}.MakeRig(), kPose,
+                              {.background_dn = background_dn, .noise_dn = 2}, &noise);
+}
+
+// Both label images of a stereo pair.
+void Labels(benchmark::State& state) {
+  const StereoImage seen = Seen(static_cast<double>(state.range(0)));
+  HueLabeller labeller(HueParams{}, MarkerParams{});
+  Image1u8 left, right;
+  for (auto _ : state) {
+    labeller.Label(seen.left, &left);
+    labeller.Label(seen.right, &right);
+    benchmark::DoNotOptimize(right.data());
+  }
+}
+BENCHMARK(Labels)->ArgName("background_dn")->Arg(8)->Arg(90)->Unit(benchmark::kMillisecond);
+
+void OneEvaluation(benchmark::State& state) {
+  const StereoImage seen = Seen(8);
+  HueLabeller labeller(HueParams{}, MarkerParams{});
+  Image1u8 left, right;
+  labeller.Label(seen.left, &left);
+  labeller.Label(seen.right, &right);
+  const Fitness fitness(MarkerParams{}, RigParams{}.MakeRig(), left, right);
+  Pose X_HM = kPose;
+  for (auto _ : state) {
+    X_HM.p.x() = 1.2 - X_HM.p.x();  // 0.6 m, in turns of rounding
+    benchmark::DoNotOptimize(fitness.Evaluate(X_HM));
+  }
+  state.SetItemsProcessed(state.iterations());
+}
+BENCHMARK(OneEvaluation);
+
+// One frame of the search while it tracks, labels included.
+void GaFrame(benchmark::State& state, const RmGaOptions& options) {
+  const StereoImage seen = Seen(8);
+  RmGa search(options, MarkerParams{}, HueParams{}, RigParams{}.MakeRig(),
+              SeedTree(3).Stream("ga"));
+  for (int frame = 0; frame < 30; ++frame) search.Update(seen);
+  int64_t evaluations = 0;
+  for (auto _ : state) evaluations += search.Update(seen).evaluations;
+  state.SetItemsProcessed(evaluations);
+}
+BENCHMARK_CAPTURE(GaFrame, closed_loop, RmGaOptions{})->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(GaFrame, published, RmGaOptions::Published())->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace turbidock::vision

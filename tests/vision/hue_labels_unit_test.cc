@@ -1,0 +1,174 @@
+#include "vision/hue_labels.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "sim/base/random.h"
+#include "sim/base/units.h"
+#include "tests/support/paint_marker.h"
+
+namespace turbidock::vision {
+namespace {
+
+using testing::RgbOfHue;
+
+// An image whose column u has hue u degrees, all of one chroma.
+Image3u8 HueWheel(double saturation, double value_dn) {
+  Image3u8 image(360, 8);
+  for (int v = 0; v < image.height(); ++v)
+    for (int u = 0; u < image.width(); ++u) {
+      const Eigen::Vector3d rgb = RgbOfHue(units::RadFromDeg(u), saturation, value_dn);
+      for (int k = 0; k < 3; ++k) image.at(u, v)[k] = static_cast<uint8_t>(std::lround(rgb[k]));
+    }
+  return image;
+}
+
+Image3u8 Plain(int width, int height, std::array<int, 3> rgb) {
+  Image3u8 image(width, height);
+  for (int v = 0; v < height; ++v)
+    for (int u = 0; u < width; ++u)
+      for (int k = 0; k < 3; ++k) image.at(u, v)[k] = static_cast<uint8_t>(rgb[k]);
+  return image;
+}
+
+void PaintBlock(Image3u8* image, int u0, int v0, int size, std::array<int, 3> rgb) {
+  for (int v = v0; v < v0 + size; ++v)
+    for (int u = u0; u < u0 + size; ++u)
+      for (int k = 0; k < 3; ++k) image->at(u, v)[k] = static_cast<uint8_t>(rgb[k]);
+}
+
+// Degrees from the default marker's balls (green, red, blue), around the circle.
+int Label(int hue_deg, double window_deg, double* nearest_edge_deg) {
+  int label = 0;
+  *nearest_edge_deg = 1e9;
+  const double balls_deg[] = {120, 0, 240};
+  for (int b = 0; b < 3; ++b) {
+    const double apart_deg = std::abs(std::remainder(hue_deg - balls_deg[b], 360.0));
+    if (apart_deg <= window_deg) label |= 1 << b;
+    *nearest_edge_deg = std::min(*nearest_edge_deg, std::abs(apart_deg - window_deg));
+  }
+  return label;
+}
+
+TEST(HueLabeller, WindowsAreAsWideAsAskedAndWrapAtRed) {
+  for (const double window_deg : {20.5, 24.5, 75.5}) {  // the last one: windows overlap
+    HueParams hue;
+    hue.window_rad = units::RadFromDeg(window_deg);
+    HueLabeller labeller(hue, MarkerParams{});
+    Image1u8 labels;
+    labeller.Label(HueWheel(1, 255), &labels);
+    int checked = 0;
+    for (int u = 0; u < 360; ++u) {
+      double edge_deg = 0;
+      const int expected = Label(u, window_deg, &edge_deg);
+      // 8-bit colours hold the hue to 60 / 255 / 2 degrees, the table to another 0.12.
+      if (edge_deg < 0.3) continue;
+      ++checked;
+      EXPECT_EQ(*labels.at(u, 3), expected) << u;
+    }
+    EXPECT_EQ(checked, 360);
+  }
+}
+
+TEST(HueLabeller, GreysAndFaintColoursMatchNothing) {
+  HueLabeller labeller(HueParams{}, MarkerParams{});
+  Image1u8 labels;
+  for (const auto& rgb : {std::array{0, 0, 0}, std::array{255, 255, 255}, std::array{90, 90, 90},
+                          std::array{100, 111, 100}}) {
+    labeller.Label(Plain(64, 48, rgb), &labels);
+    for (size_t i = 0; i < labels.pixels(); ++i) ASSERT_EQ(labels.data()[i], 0);
+  }
+  // One step more is a match: the floor is 12.
+  labeller.Label(Plain(64, 48, {100, 112, 100}), &labels);
+  EXPECT_EQ(*labels.at(5, 5), 1);
+}
+
+TEST(HueLabeller, DropsWhatIsDimAgainstTheBallItself) {
+  Image3u8 image = Plain(100, 60, {4, 4, 4});
+  PaintBlock(&image, 10, 10, 20, {20, 220, 20});  // green ball, chroma 200
+  PaintBlock(&image, 40, 10, 20, {10, 89, 10});   // lit by it, chroma 79 < 0.4 200
+  PaintBlock(&image, 70, 10, 20, {10, 90, 10});   // chroma 80
+  PaintBlock(&image, 10, 35, 20, {60, 10, 10});   // a dim red ball of its own: chroma 50
+  HueLabeller labeller(HueParams{}, MarkerParams{});
+  Image1u8 labels;
+  labeller.Label(image, &labels);
+  EXPECT_EQ(labeller.threshold_dn(0), 80);
+  EXPECT_EQ(labeller.threshold_dn(1), 20);
+  EXPECT_EQ(labeller.threshold_dn(2), 12);  // nothing blue: the floor
+  EXPECT_EQ(*labels.at(20, 20), 1);
+  EXPECT_EQ(*labels.at(50, 20), 0);
+  EXPECT_EQ(*labels.at(80, 20), 1);
+  EXPECT_EQ(*labels.at(20, 45), 2);
+
+  HueParams hue_only;
+  hue_only.own_chroma_fraction = 0;
+  HueLabeller plain(hue_only, MarkerParams{});
+  plain.Label(image, &labels);
+  EXPECT_EQ(*labels.at(50, 20), 1);
+}
+
+TEST(HueLabeller, LoneBrightPixelsDoNotSetTheOwnChroma) {
+  Image3u8 image = Plain(200, 100, {4, 4, 4});
+  PaintBlock(&image, 10, 10, 12, {20, 120, 20});
+  for (int v = 30; v < 90; v += 2)
+    for (int u = 2; u < 198; u += 3) PaintBlock(&image, u, v, 1, {0, 255, 0});
+  HueLabeller labeller(HueParams{}, MarkerParams{});
+  Image1u8 labels;
+  labeller.Label(image, &labels);
+  EXPECT_EQ(labeller.threshold_dn(0), 40);
+}
+
+TEST(HueLabeller, OwnChromaIsTheOneThatEnoughPixelsReach) {
+  // 8 x 8 bright pixels make 8 x 7 pairs.
+  Image3u8 image = Plain(100, 60, {4, 4, 4});
+  PaintBlock(&image, 10, 10, 8, {0, 200, 0});
+  PaintBlock(&image, 40, 10, 20, {0, 100, 0});
+  for (const auto& [pixels, threshold] : {std::pair{56, 80}, std::pair{57, 40}}) {
+    HueParams hue;
+    hue.own_chroma_pixels = pixels;
+    HueLabeller labeller(hue, MarkerParams{});
+    Image1u8 labels;
+    labeller.Label(image, &labels);
+    EXPECT_EQ(labeller.threshold_dn(0), threshold);
+  }
+}
+
+TEST(HueLabeller, AgreesWithHueInDoublePrecision) {
+  Image3u8 image(256, 256);
+  Rng rng = SeedTree(1).Stream("colours");
+  for (size_t i = 0; i < 3 * image.pixels(); ++i)
+    image.data()[i] = static_cast<uint8_t>(rng.Below(256));
+  HueParams hue;
+  hue.own_chroma_fraction = 0;
+  HueLabeller labeller(hue, MarkerParams{});
+  Image1u8 labels;
+  labeller.Label(image, &labels);
+  int checked = 0, differ = 0;
+  for (int v = 0; v < image.height(); ++v)
+    for (int u = 0; u < image.width(); ++u) {
+      const Eigen::Vector3d rgb(image.at(u, v)[0], image.at(u, v)[1], image.at(u, v)[2]);
+      // Angle in the plane across the grey axis, bent into the hexagon's hue by its definition.
+      const double high = rgb.maxCoeff(), chroma = high - rgb.minCoeff();
+      int expected = 0;
+      if (chroma >= 12) {
+        double sextant = rgb[0] == high   ? (rgb[1] - rgb[2]) / chroma
+                         : rgb[1] == high ? 2 + (rgb[2] - rgb[0]) / chroma
+                                          : 4 + (rgb[0] - rgb[1]) / chroma;
+        const double hue_rad = sextant * std::numbers::pi / 3;
+        const MarkerParams marker;
+        for (int b = 0; b < 3; ++b)
+          if (std::abs(std::remainder(hue_rad - marker.balls[b].hue_rad, 2 * std::numbers::pi)) <=
+              hue.window_rad)
+            expected |= 1 << b;
+      }
+      ++checked;
+      differ += *labels.at(u, v) != expected;
+    }
+  EXPECT_EQ(checked, 65536);
+  // Six window edges blurred by half a table step of 0.23 degrees: 0.2 % of the circle.
+  EXPECT_LE(differ, 150);
+}
+
+}  // namespace
+}  // namespace turbidock::vision

@@ -1,0 +1,215 @@
+#include "vision/rm_ga.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <new>
+
+#include "tests/support/paint_marker.h"
+
+namespace {
+int64_t allocations = 0;
+}  // namespace
+
+// Counts what this binary takes from the heap.
+[[gnu::noinline]] void* operator new(size_t size) {
+  ++allocations;
+  if (void* memory = std::malloc(size)) return memory;
+  throw std::bad_alloc();
+}
+[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory, size_t) noexcept { std::free(memory); }
+
+namespace turbidock::vision {
+namespace {
+
+using ::testing::HasSubstr;
+
+const Pose kTrue = Pose::FromVectorPart({0.6, 0.03, -0.02}, {0.01, -0.02, 0.05});
+
+StereoImage Blank() {
+  StereoImage seen;
+  seen.left.Resize(640, 480);
+  seen.right.Resize(640, 480);
+  return seen;
+}
+
+StereoImage Painted(const Pose& X_HM = kTrue) {
+  return turbidock::testing::PaintMarker(MarkerParams{}, RigParams{}.MakeRig(), X_HM, {}, nullptr);
+}
+
+RmGa MakeSearch(const RmGaOptions& options, uint64_t seed = 1) {
+  return RmGa(options, MarkerParams{}, HueParams{}, RigParams{}.MakeRig(),
+              SeedTree(seed).Stream("ga"));
+}
+
+std::string ProblemOf(const RmGaOptions& options) {
+  try {
+    MakeSearch(options);
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(RmGaOptions, BothPresetsAreValid) {
+  EXPECT_EQ(ProblemOf(RmGaOptions{}), "");
+  EXPECT_EQ(ProblemOf(RmGaOptions::Published()), "");
+}
+
+TEST(RmGaOptions, PublishedPresetHasThePublishedNumbers) {
+  const RmGaOptions options = RmGaOptions::Published();
+  EXPECT_EQ(options.population, 60);
+  EXPECT_EQ(options.generations_per_frame, 9);
+  EXPECT_EQ(options.selection_rate, 0.6);
+  EXPECT_EQ(options.mutation_rate, 0.1);
+  EXPECT_EQ(options.immigrant_share, 0);
+  EXPECT_EQ(options.creep_share, 0);
+  EXPECT_EQ(options.restart_after_frames, 0);
+}
+
+TEST(RmGaOptions, RefusesWhatCannotWork) {
+  RmGaOptions options;
+  options.population = 2;
+  EXPECT_THAT(ProblemOf(options), HasSubstr("rm_ga.population"));
+  options = {};
+  options.immigrant_share = options.creep_share = 0.6;
+  EXPECT_THAT(ProblemOf(options), HasSubstr("rm_ga.creep_share"));
+  options = {};
+  options.creep_min_m = 0.05;
+  EXPECT_THAT(ProblemOf(options), HasSubstr("rm_ga.creep_max_found_m"));
+  options = {};
+  options.range.x_min_m = 2;
+  EXPECT_THAT(ProblemOf(options), HasSubstr("rm_ga.range.x_max_m"));
+}
+
+TEST(RmGa, RefusesImagesOfAnotherSize) {
+  RmGa search = MakeSearch({});
+  StereoImage seen = Blank();
+  seen.right.Resize(320, 240);
+  try {
+    search.Update(seen);
+    FAIL() << "accepted";
+  } catch (const ConfigError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("right image: 320 x 240 pixels"));
+    EXPECT_THAT(error.what(), HasSubstr("640 x 480"));
+  }
+}
+
+TEST(RmGa, CountsItsEvaluations) {
+  const StereoImage seen = Painted();
+  RmGa published = MakeSearch(RmGaOptions::Published());
+  RmGa ours = MakeSearch({});
+  for (int frame = 0; frame < 3; ++frame) {
+    EXPECT_EQ(published.Update(seen).evaluations, 60 + 9 * 24);
+    EXPECT_EQ(ours.Update(seen).evaluations, 60 + 20 * 24);
+  }
+}
+
+TEST(RmGa, ReportsFrameAndFitnessOfItsPose) {
+  StereoImage seen = Painted();
+  seen.frame = 41;
+  RmGa search = MakeSearch({});
+  for (int frame = 0; frame < 20; ++frame) search.Update(seen);
+  const PoseEstimate& estimate = search.Update(seen);
+  EXPECT_EQ(estimate.frame, 41);
+  EXPECT_GT(estimate.fitness, 0.9);
+  ASSERT_EQ(estimate.ball_fitness.size(), 3u);
+  EXPECT_NEAR((estimate.ball_fitness[0] + estimate.ball_fitness[1] + estimate.ball_fitness[2]) / 3,
+              estimate.fitness, 1e-12);
+  EXPECT_GE(estimate.X_HM.q.w(), 0);
+  EXPECT_TRUE(estimate.X_HM.IsFinite());
+}
+
+TEST(RmGa, NeverForgetsTheBestOfAnUnchangedImage) {
+  const StereoImage seen = Painted();
+  for (const RmGaOptions& options : {RmGaOptions{}, RmGaOptions::Published()}) {
+    RmGa search = MakeSearch(options, 7);
+    double best = -1;
+    for (int frame = 0; frame < 40; ++frame) {
+      const double fitness = search.Update(seen).fitness;
+      EXPECT_GE(fitness, best);
+      best = fitness;
+    }
+  }
+}
+
+TEST(RmGa, ResetForgetsTheTrack) {
+  const StereoImage seen = Painted();
+  RmGa search = MakeSearch({});
+  for (int frame = 0; frame < 20; ++frame) search.Update(seen);
+  ASSERT_GT(search.Update(seen).fitness, 0.9);
+  search.Reset();
+  // On a blank image every pose is as good as any other, so the first of the new population shows.
+  const Eigen::Vector3d p = search.Update(Blank()).X_HM.p;
+  EXPECT_GT((p - kTrue.p).norm(), 0.05);
+}
+
+// On blank images all fitness values are -0.2 and the first individual stays first for ever; only a
+// restart that does not keep it moves the estimate.
+TEST(RmGa, RestartsAfterTheGivenNumberOfLostFrames) {
+  RmGaOptions options;
+  options.restart_after_frames = 5;
+  options.restart_fraction = 1;
+  for (const bool keeps_best : {false, true}) {
+    options.restart_keeps_best = keeps_best;
+    RmGa search = MakeSearch(options);
+    const StereoImage blank = Blank();
+    const Eigen::Vector3d first = search.Update(blank).X_HM.p;
+    for (int frame = 1; frame < 5; ++frame) EXPECT_EQ(search.Update(blank).X_HM.p, first);
+    const Eigen::Vector3d sixth = search.Update(blank).X_HM.p;
+    EXPECT_EQ(sixth == first, keeps_best);
+    for (int frame = 6; frame < 10; ++frame) EXPECT_EQ(search.Update(blank).X_HM.p, sixth);
+    EXPECT_EQ(search.Update(blank).X_HM.p == sixth, keeps_best);
+  }
+}
+
+TEST(RmGa, NeverRestartsWhenSwitchedOffOrWhenTheMarkerIsFound) {
+  RmGaOptions options;
+  options.restart_fraction = 1;
+  options.restart_keeps_best = false;
+  options.restart_after_frames = 0;
+  RmGa off = MakeSearch(options);
+  const Eigen::Vector3d first = off.Update(Blank()).X_HM.p;
+  for (int frame = 0; frame < 50; ++frame) EXPECT_EQ(off.Update(Blank()).X_HM.p, first);
+
+  // Lost frames are counted in a row: a found one begins the count anew.
+  options.restart_after_frames = 3;
+  options.restart_below_fitness = -0.5;  // never lost, not even on blank images
+  RmGa found = MakeSearch(options);
+  const Eigen::Vector3d kept = found.Update(Blank()).X_HM.p;
+  for (int frame = 0; frame < 12; ++frame) EXPECT_EQ(found.Update(Blank()).X_HM.p, kept);
+}
+
+TEST(RmGa, StaysInsideItsSearchRange) {
+  RmGaOptions options;
+  options.range = {0.5, 0.7, 0.05, 0.06, 0.02};
+  RmGa search = MakeSearch(options);
+  const StereoImage outside = Painted(Pose::FromVectorPart({0.9, 0.1, 0.1}, {0, 0, 0.1}));
+  for (int frame = 0; frame < 30; ++frame) {
+    const Pose& X_HM = search.Update(outside).X_HM;
+    EXPECT_GE(X_HM.p.x(), 0.5 - 1e-12);
+    EXPECT_LE(X_HM.p.x(), 0.7 + 1e-12);
+    EXPECT_LE(std::abs(X_HM.p.y()), 0.05 + 1e-12);
+    EXPECT_LE(std::abs(X_HM.p.z()), 0.06 + 1e-12);
+    EXPECT_LE(X_HM.q.vec().cwiseAbs().maxCoeff(), 0.02 + 1e-12);
+  }
+}
+
+TEST(RmGa, AllocatesNothingAfterTheFirstFrame) {
+  const StereoImage seen = Painted(), blank = Blank();
+  for (RmGaOptions options : {RmGaOptions{}, RmGaOptions::Published()}) {
+    options.restart_after_frames = 2;
+    RmGa search = MakeSearch(options);
+    search.Update(seen);
+    const int64_t before = allocations;
+    ASSERT_GT(before, 0);
+    for (int frame = 0; frame < 4; ++frame) search.Update(seen);
+    for (int frame = 0; frame < 6; ++frame) search.Update(blank);
+    EXPECT_EQ(allocations, before);
+  }
+}
+
+}  // namespace
+}  // namespace turbidock::vision

@@ -1,0 +1,101 @@
+#pragma once
+// The gene of RM-GA: 72 bits, six fields of 12 bits for x, y, z, eps1, eps2, eps3, plain binary.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include "sim/base/fields.h"
+#include "sim/base/pose.h"
+
+namespace turbidock::vision {
+
+inline constexpr int kGeneFields = 6;
+inline constexpr int kFieldBits = 12;
+inline constexpr int kGeneBits = kGeneFields * kFieldBits;
+inline constexpr int kFieldMax = (1 << kFieldBits) - 1;
+
+// Bit 0 is the most significant bit of x, bit 71 the least significant bit of eps3.
+struct Gene {
+  std::array<uint16_t, kGeneFields> fields{};
+
+  bool bit(int i) const {
+    return (fields[static_cast<size_t>(i / kFieldBits)] >> (kFieldBits - 1 - i % kFieldBits)) & 1;
+  }
+  void FlipBit(int i) {
+    fields[static_cast<size_t>(i / kFieldBits)] ^=
+        static_cast<uint16_t>(1u << (kFieldBits - 1 - i % kFieldBits));
+  }
+  bool operator==(const Gene&) const = default;
+};
+
+// Two-point crossover: `a` with bits [first, last) of `b`, 0 <= first <= last <= 72.
+inline Gene Cross(const Gene& a, const Gene& b, int first, int last) {
+  Gene child;
+  for (int f = 0; f < kGeneFields; ++f) {
+    // Bits of this field inside [first, last): a run of ones in a 12-bit mask.
+    const int from = std::clamp(first - f * kFieldBits, 0, kFieldBits);
+    const int to = std::clamp(last - f * kFieldBits, 0, kFieldBits);
+    const unsigned mask = ((1u << (kFieldBits - from)) - 1) & ~((1u << (kFieldBits - to)) - 1);
+    const auto i = static_cast<size_t>(f);
+    child.fields[i] = static_cast<uint16_t>((a.fields[i] & ~mask) | (b.fields[i] & mask));
+  }
+  return child;
+}
+
+// Where the marker is looked for, in H. The ends of a field are its lowest and highest code.
+struct SearchRange {
+  double x_min_m = 0.3, x_max_m = 1.6;  // docking ends at 0.35, detection begins at 1.5 [S]
+  double y_max_m = 0.4, z_max_m = 0.3;  // about the published +-400 and +-200 mm
+  double eps_max = 0.15;                // +-17 degrees about one axis
+
+  static void Fields(auto& self, auto&& field) {
+    field("x_min_m", self.x_min_m, InRange(0.05, 100), "nearest marker");
+    field("x_max_m", self.x_max_m, InRange(0.05, 100), "farthest marker");
+    field("y_max_m", self.y_max_m, InRange(0.01, 100), "farthest to either side");
+    field("z_max_m", self.z_max_m, InRange(0.01, 100), "farthest up and down");
+    field("eps_max", self.eps_max, InRange(0.001, 0.57), "largest eps1, eps2, eps3");
+  }
+  void Check(const std::string& path) const {
+    if (!(x_min_m < x_max_m))
+      throw ConfigError(path.empty() ? "x_max_m" : path + ".x_max_m",
+                        FormatNumber(x_max_m) + " must be > x_min_m");
+  }
+};
+
+// The linear map between codes and (x, y, z, eps1, eps2, eps3).
+class GeneMap {
+ public:
+  using Values = std::array<double, kGeneFields>;
+
+  explicit GeneMap(const SearchRange& range)
+      : low_{range.x_min_m,  -range.y_max_m, -range.z_max_m,
+             -range.eps_max, -range.eps_max, -range.eps_max},
+        high_{range.x_max_m, range.y_max_m, range.z_max_m,
+              range.eps_max, range.eps_max, range.eps_max} {}
+
+  Values Decode(const Gene& gene) const {
+    Values values;
+    for (size_t i = 0; i < kGeneFields; ++i)
+      values[i] = low_[i] + (high_[i] - low_[i]) * gene.fields[i] / kFieldMax;
+    return values;
+  }
+  // The nearest code; values outside the range give its end.
+  Gene Encode(const Values& values) const {
+    Gene gene;
+    for (size_t i = 0; i < kGeneFields; ++i) {
+      const double code = kFieldMax * (values[i] - low_[i]) / (high_[i] - low_[i]);
+      gene.fields[i] = static_cast<uint16_t>(std::lround(std::clamp(code, 0.0, 1.0 * kFieldMax)));
+    }
+    return gene;
+  }
+  static Pose PoseOf(const Values& v) {
+    return Pose::FromVectorPart({v[0], v[1], v[2]}, {v[3], v[4], v[5]});
+  }
+
+ private:
+  Values low_, high_;
+};
+
+}  // namespace turbidock::vision

@@ -1,0 +1,66 @@
+#pragma once
+// Which pixels agree with which ball's colour.
+//
+// A pixel agrees with a ball when its hue (of HSV, on the 8-bit values) is within the window of the
+// ball's hue and its chroma, max(R, G, B) - min(R, G, B), is large enough in two ways: above a
+// floor, below which noise makes hue meaningless, and above a fraction of the ball's own chroma in
+// this image. The second is what tells a ball from surfaces it lights and from its halo, whose hue
+// is the same. The ball's own chroma is estimated as the largest chroma that at least
+// `own_chroma_pixels` pixels of its hue reach; so a few stray pixels do not set it, and it needs no
+// knowledge of where the ball is.
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "sim/base/fields.h"
+#include "sim/base/image.h"
+#include "vision/marker_model.h"
+
+namespace turbidock::vision {
+
+struct HueParams {
+  double window_rad = 0.4363;  // 25 degrees; published: 20 to 30, scale uncertain
+  int chroma_floor_dn = 12;    // six times a noise of 2 DN: hue is then known to about 20 degrees
+  // The least F at the true pose of eight path-traced pairs is 0.71; it is 0.59 with 0.3, where
+  // boxes lit by a ball pass for it, and 0.63 with 0.46, where the rims of shaded balls drop out.
+  double own_chroma_fraction = 0.4;
+  int own_chroma_pixels = 40;  // a quarter of a ball's disc at 1.6 m in the default rig
+
+  static void Fields(auto& self, auto&& field) {
+    field("window_rad", self.window_rad, InRange(0.01, 1.5), "half width of the hue window");
+    field("chroma_floor_dn", self.chroma_floor_dn, InRange(1, 255),
+          "least chroma of a match, 8-bit steps");
+    field("own_chroma_fraction", self.own_chroma_fraction, InRange(0, 1),
+          "least chroma of a match over the ball's own chroma in the image; 0: hue and floor only");
+    field("own_chroma_pixels", self.own_chroma_pixels, InRange(1, 100000),
+          "pixels of the ball's hue that reach what counts as its own chroma");
+  }
+};
+
+// Makes label images: bit b of a label says that the pixel agrees with ball b of the marker.
+// Integer arithmetic only. Hue is resolved to 1/256 of a sextant (0.23 degrees).
+class HueLabeller {
+ public:
+  HueLabeller(const HueParams& params, const MarkerParams& marker);
+
+  // Labels one image. Both gates use this image alone. Allocates only when the size changes.
+  void Label(const Image3u8& rgb, Image1u8* labels);
+
+  // Least chroma of a match with that ball in the image labelled last, 8-bit steps. The floor where
+  // fewer than `own_chroma_pixels` pixels have its hue.
+  int threshold_dn(int ball) const { return threshold_dn_[static_cast<size_t>(ball)]; }
+
+ private:
+  static constexpr int kHueSteps = 6 * 256;
+
+  HueParams params_;
+  int ball_count_;
+  std::array<uint8_t, kHueSteps + 1> balls_of_hue_{};  // the last entry is the first one's twin
+  std::array<int, 256> reciprocal_{};                  // 2^16 256 / chroma
+  std::array<std::array<int, 256>, kMaxBalls> histogram_{};  // of chroma, by ball
+  std::array<int, kMaxBalls> threshold_dn_{};
+  Image1u8 chroma_;
+};
+
+}  // namespace turbidock::vision
