@@ -1,0 +1,235 @@
+#include "control/docking_procedure.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+#include <numbers>
+
+#include "sim/base/check.h"
+#include "sim/base/units.h"
+
+namespace turbidock::control {
+namespace {
+
+[[gnu::format(printf, 1, 2)]] std::string Format(const char* format, ...) {
+  char text[256];
+  va_list values;
+  va_start(values, format);
+  std::vsnprintf(text, sizeof text, format, values);
+  va_end(values);
+  return text;
+}
+
+double Mm(double m) { return units::MmFromM(m); }
+double Deg(double rad) { return units::DegFromRad(rad); }
+
+void Require(bool condition, const std::string& path, const char* key, const std::string& problem) {
+  if (!condition) throw ConfigError(path.empty() ? key : path + "." + key, problem);
+}
+
+}  // namespace
+
+void ProcedureParams::Check(const std::string& path) const {
+  auto number = [](double x) { return FormatNumber(x); };
+  Require(servo_x_m > docking_x_m, path, "servo_x_m",
+          number(servo_x_m) + " must be beyond docking_x_m (" + number(docking_x_m) + ")");
+  Require(docking_x_m <= docked_x_m, path, "docking_x_m",
+          number(docking_x_m) + " must be at most docked_x_m (" + number(docked_x_m) +
+              "), or it never docks");
+  auto within = [&](const char* key, double limit, const char* bound_key, double bound) {
+    Require(limit <= bound, path, key,
+            number(limit) + " must be at most " + bound_key + " (" + number(bound) + ")");
+  };
+  within("enter_y_m", enter_y_m, "allowance_y_m", allowance_y_m);
+  within("enter_z_m", enter_z_m, "allowance_z_m", allowance_z_m);
+  within("enter_yaw_rad", enter_yaw_rad, "allowance_yaw_rad", allowance_yaw_rad);
+  within("lost_fitness", lost_fitness, "found_fitness", found_fitness);
+  within("lost_after_s", lost_after_s, "return_to_approach_s", return_to_approach_s);
+  within("return_to_approach_s", return_to_approach_s, "give_up_s", give_up_s);
+}
+
+DockingProcedure::DockingProcedure(const ProcedureParams& params, const ClockParams& clock)
+    : params_(params), clock_(clock) {
+  CheckFields(params_, "");
+  CheckFields(clock_, "");
+  directive_.desired = {params_.servo_x_m, params_.servo_y_m, params_.servo_z_m,
+                        params_.servo_yaw_rad};
+}
+
+const Directive& DockingProcedure::Update(const PoseEstimate& estimate) {
+  TD_CHECK(estimate.X_HM.IsFinite() && std::isfinite(estimate.fitness), "estimate must be finite");
+  TD_CHECK(!last_frame_ || estimate.frame > *last_frame_, "frames must increase");
+  if (!last_frame_) {
+    stage_frame_ = estimate.frame;
+    seen_frame_ = estimate.frame - 1;
+  }
+  const int64_t step = last_frame_ ? estimate.frame - *last_frame_ : 0;
+  last_frame_ = estimate.frame;
+
+  Directive& d = directive_;
+  d.transition.reset();
+  d.control = false;
+  d.open_loop = {};
+  d.best_fitness = std::max(d.best_fitness, estimate.fitness);
+  d.marker_seen = estimate.fitness >= params_.lost_fitness;
+  if (d.marker_seen) seen_frame_ = estimate.frame;
+  d.frames_lost = estimate.frame - seen_frame_;
+  if (d.given_up) return d;
+
+  if (!d.marker_seen) {
+    Drift(estimate);
+    return d;
+  }
+  d.control = d.stage != Stage::kApproach;
+  switch (d.stage) {
+    case Stage::kApproach:
+      Approach(estimate);
+      break;
+    case Stage::kVisualServoing:
+      Servo(estimate);
+      break;
+    case Stage::kDocking:
+      ramp_frames_ += step;
+      Dock(estimate);
+      break;
+    case Stage::kDocked:
+      break;
+  }
+  return d;
+}
+
+void DockingProcedure::Approach(const PoseEstimate& estimate) {
+  if (estimate.fitness < params_.found_fitness) {
+    held_ = 0;
+    directive_.open_loop = SearchVolts(estimate.frame);
+    return;
+  }
+  ++held_;
+  if (!HeldFor(params_.found_hold_s)) return;
+  was_found_ = true;
+  Enter(Stage::kVisualServoing, estimate.frame,
+        Format("marker found: F >= %.2f in %lld successive estimates, now F = %.3f at x = %.0f mm",
+               params_.found_fitness, static_cast<long long>(held_), estimate.fitness,
+               Mm(estimate.X_HM.p.x())));
+  directive_.control = true;
+}
+
+void DockingProcedure::Servo(const PoseEstimate& estimate) {
+  const Errors e = ErrorsOf(estimate);
+  const bool stable = std::abs(e.x_m) < params_.enter_x_m && std::abs(e.y_m) < params_.enter_y_m &&
+                      std::abs(e.z_m) < params_.enter_z_m &&
+                      std::abs(e.yaw_rad) < params_.enter_yaw_rad;
+  held_ = stable ? held_ + 1 : 0;
+  if (!HeldFor(params_.enter_hold_s)) return;
+  Enter(Stage::kDocking, estimate.frame,
+        Format("stable in %lld successive estimates: errors x %+.1f mm, y %+.1f mm, z %+.1f mm, "
+               "yaw %+.1f deg, allowed %.0f, %.0f, %.0f mm and %.1f deg",
+               static_cast<long long>(held_), Mm(e.x_m), Mm(e.y_m), Mm(e.z_m), Deg(e.yaw_rad),
+               Mm(params_.enter_x_m), Mm(params_.enter_y_m), Mm(params_.enter_z_m),
+               Deg(params_.enter_yaw_rad)));
+}
+
+void DockingProcedure::Dock(const PoseEstimate& estimate) {
+  const double lowered_m =
+      params_.docking_rate_mps * static_cast<double>(ramp_frames_) * clock_.frame_s();
+  directive_.desired.x_m = std::max(params_.docking_x_m, params_.servo_x_m - lowered_m);
+
+  const Errors e = ErrorsOf(estimate);
+  const struct {
+    const char* axis;
+    double error, allowed;
+    const char* unit;
+  } limits[] = {
+      {"y", Mm(e.y_m), Mm(params_.allowance_y_m), "mm"},
+      {"z", Mm(e.z_m), Mm(params_.allowance_z_m), "mm"},
+      {"yaw", Deg(e.yaw_rad), Deg(params_.allowance_yaw_rad), "deg"},
+  };
+  for (const auto& limit : limits) {
+    if (std::abs(limit.error) <= limit.allowed) continue;
+    Enter(Stage::kVisualServoing, estimate.frame,
+          Format("error exceeds the allowance: %s %+.1f %s, allowed %.1f %s", limit.axis,
+                 limit.error, limit.unit, limit.allowed, limit.unit));
+    return;
+  }
+
+  const double x_m = estimate.X_HM.p.x();
+  const bool in_dock = x_m <= params_.docked_x_m && std::abs(e.y_m) <= params_.docked_y_m &&
+                       std::abs(e.z_m) <= params_.docked_z_m;
+  held_ = in_dock ? held_ + 1 : 0;
+  if (held_ < params_.docked_hold_frames) return;
+  Enter(Stage::kDocked, estimate.frame,
+        Format("docked in %lld successive estimates: x %.1f mm, at most %.1f mm, with errors "
+               "y %+.1f mm, z %+.1f mm, allowed %.0f and %.0f mm",
+               static_cast<long long>(held_), Mm(x_m), Mm(params_.docked_x_m), Mm(e.y_m), Mm(e.z_m),
+               Mm(params_.docked_y_m), Mm(params_.docked_z_m)));
+}
+
+void DockingProcedure::Drift(const PoseEstimate& estimate) {
+  Directive& d = directive_;
+  held_ = 0;
+  if (d.stage == Stage::kDocked) return;
+  if (was_found_ && LostFor(params_.give_up_s)) {
+    d.given_up = true;
+    d.given_up_reason = LossReason(estimate);
+    return;
+  }
+  switch (d.stage) {
+    case Stage::kApproach:
+      d.open_loop = SearchVolts(estimate.frame);
+      break;
+    case Stage::kVisualServoing:
+      if (LostFor(params_.return_to_approach_s))
+        Enter(Stage::kApproach, estimate.frame, LossReason(estimate));
+      break;
+    case Stage::kDocking:
+      if (LostFor(params_.lost_after_s))
+        Enter(Stage::kVisualServoing, estimate.frame, LossReason(estimate));
+      break;
+    case Stage::kDocked:
+      break;
+  }
+}
+
+void DockingProcedure::Enter(Stage stage, int64_t frame, std::string reason) {
+  Directive& d = directive_;
+  d.transition = Transition{frame, d.stage, stage, std::move(reason)};
+  d.stage = stage;
+  stage_frame_ = frame;
+  held_ = 0;
+  ramp_frames_ = 0;
+  if (stage != Stage::kDocked) d.desired.x_m = params_.servo_x_m;
+}
+
+AxisVolts DockingProcedure::SearchVolts(int64_t frame) const {
+  const double t_s =
+      static_cast<double>(frame - stage_frame_) * clock_.frame_s() - params_.search_neutral_s;
+  if (t_s < 0) return {};
+  // cosine: the heading swings to both sides of where it began
+  const double phase = 2 * std::numbers::pi * t_s / params_.search_period_s;
+  return {.yaw_v = params_.search_yaw_v * std::cos(phase)};
+}
+
+DockingProcedure::Errors DockingProcedure::ErrorsOf(const PoseEstimate& estimate) const {
+  const Eigen::Vector3d& p_HM = estimate.X_HM.p;
+  const DesiredPose& desired = directive_.desired;
+  return {p_HM.x() - desired.x_m, p_HM.y() - desired.y_m, p_HM.z() - desired.z_m,
+          std::remainder(YawOf(estimate.X_HM.q) - desired.yaw_rad, 2 * std::numbers::pi)};
+}
+
+bool DockingProcedure::HeldFor(double seconds) const {
+  return held_ >= std::max<int64_t>(1, clock_.FramesFor(seconds));
+}
+
+bool DockingProcedure::LostFor(double seconds) const {
+  return directive_.frames_lost >= clock_.FramesFor(seconds);
+}
+
+std::string DockingProcedure::LossReason(const PoseEstimate& estimate) const {
+  const int64_t lost = directive_.frames_lost;
+  return Format("marker lost: F < %.2f for %lld frames (%.2f s), now F = %.3f",
+                params_.lost_fitness, static_cast<long long>(lost),
+                static_cast<double>(lost) * clock_.frame_s(), estimate.fitness);
+}
+
+}  // namespace turbidock::control

@@ -1,0 +1,180 @@
+#pragma once
+// The docking procedure: which pose is wanted, when, and why the stage changed.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "control/axis_volts.h"
+#include "control/desired_pose.h"
+#include "control/stage.h"
+#include "sim/base/clock.h"
+#include "sim/base/fields.h"
+#include "sim/base/pose_estimate.h"
+
+namespace turbidock::control {
+
+// Lengths are of the marker's position in the camera head, yaw is its heading there. Sources:
+// "paper" is the publication reproduced, "earlier" its group's earlier papers as recalled, "guess"
+// is ours.
+struct ProcedureParams {
+  // approach: find the marker
+  double found_fitness = 0.60;  // paper: lower limit of Area I, where docking is possible
+  double found_hold_s = 0.5;    // guess: the search converges from a random start in some 0.5 s
+  double search_neutral_s = 5;  // guess
+  double search_yaw_v = 0.5;    // guess: twice the dead band
+  double search_period_s = 24;  // guess: slow enough for the estimator to follow
+  // visual servoing: stand still in front of the dock
+  double servo_x_m = 0.60;  // earlier
+  double servo_y_m = 0;
+  double servo_z_m = 0;  // earlier: -0.067 in places
+  double servo_yaw_rad = 0;
+  double enter_x_m = 0.05;                     // guess
+  double enter_y_m = 0.02;                     // earlier
+  double enter_z_m = 0.02;                     // earlier
+  double enter_yaw_rad = 0.12217304763960307;  // 7 degrees; earlier
+  double enter_hold_s = 0.165;                 // five cycles of 33 ms; earlier
+  // docking: lower the desired x
+  double docking_rate_mps = 0.03;                 // earlier
+  double docking_x_m = 0.35;                      // paper
+  double allowance_y_m = 0.04;                    // paper
+  double allowance_z_m = 0.04;                    // paper
+  double allowance_yaw_rad = 0.2617993877991494;  // guess: 15 degrees
+  // docked
+  double docked_x_m = 0.35;    // paper
+  double docked_y_m = 0.04;    // paper
+  double docked_z_m = 0.04;    // paper
+  int docked_hold_frames = 1;  // paper: "reaches"
+  // loss of the marker
+  double lost_fitness = 0.22;       // paper: lower limit of Area II, below which it is not detected
+  double lost_after_s = 1;          // guess: long enough for the search to converge again
+  double return_to_approach_s = 5;  // guess
+  double give_up_s = 15;            // guess
+
+  static void Fields(auto& self, auto&& field) {
+    field("found_fitness", self.found_fitness, InRange(-1, 1),
+          "approach: fitness at which the marker counts as found");
+    field("found_hold_s", self.found_hold_s, InRange(0, 600),
+          "approach: time the marker must stay found to begin servoing");
+    field("search_neutral_s", self.search_neutral_s, InRange(0, 3600),
+          "approach: time to wait at neutral before searching");
+    field("search_yaw_v", self.search_yaw_v, InRange(0, 2.5),
+          "approach: amplitude of the searching yaw's voltage; 0 never searches");
+    field("search_period_s", self.search_period_s, InRange(1, 3600),
+          "approach: period of the searching yaw");
+    field("servo_x_m", self.servo_x_m, InRange(0.05, 10), "servoing: desired x");
+    field("servo_y_m", self.servo_y_m, InRange(-2, 2), "servoing and docking: desired y");
+    field("servo_z_m", self.servo_z_m, InRange(-2, 2), "servoing and docking: desired z");
+    field("servo_yaw_rad", self.servo_yaw_rad, InRange(-1, 1), "servoing and docking: desired yaw");
+    field("enter_x_m", self.enter_x_m, Above(0),
+          "servoing: error in x below which docking may begin");
+    field("enter_y_m", self.enter_y_m, Above(0),
+          "servoing: error in y below which docking may begin");
+    field("enter_z_m", self.enter_z_m, Above(0),
+          "servoing: error in z below which docking may begin");
+    field("enter_yaw_rad", self.enter_yaw_rad, Above(0),
+          "servoing: error in yaw below which docking may begin");
+    field("enter_hold_s", self.enter_hold_s, InRange(0, 600),
+          "servoing: time the errors must stay below for docking to begin");
+    field("docking_rate_mps", self.docking_rate_mps, InRange(0.001, 1),
+          "docking: speed at which the desired x is lowered");
+    field("docking_x_m", self.docking_x_m, InRange(0.05, 10), "docking: desired x at the end");
+    field("allowance_y_m", self.allowance_y_m, Above(0),
+          "docking: error in y beyond which it goes back to servoing");
+    field("allowance_z_m", self.allowance_z_m, Above(0),
+          "docking: error in z beyond which it goes back to servoing");
+    field("allowance_yaw_rad", self.allowance_yaw_rad, Above(0),
+          "docking: error in yaw beyond which it goes back to servoing");
+    field("docked_x_m", self.docked_x_m, InRange(0.05, 10), "docking: x at which it is docked");
+    field("docked_y_m", self.docked_y_m, Above(0), "docking: error in y within which it is docked");
+    field("docked_z_m", self.docked_z_m, Above(0), "docking: error in z within which it is docked");
+    field("docked_hold_frames", self.docked_hold_frames, InRange(1, 1000),
+          "docking: successive estimates within the docked limits for it to be docked");
+    field("lost_fitness", self.lost_fitness, InRange(-1, 1),
+          "fitness below which an estimate is not used");
+    field("lost_after_s", self.lost_after_s, InRange(0, 3600),
+          "time without a usable estimate after which docking goes back to servoing");
+    field("return_to_approach_s", self.return_to_approach_s, InRange(0, 3600),
+          "time without a usable estimate after which servoing goes back to approach");
+    field("give_up_s", self.give_up_s, InRange(0, 3600),
+          "time without a usable estimate after which a marker once found is given up");
+  }
+
+  // What must hold between them: servo x beyond docking x, limits of entry within the allowances,
+  // thresholds and times of loss in order.
+  void Check(const std::string& path) const;
+};
+
+// A change of stage and its reason, a sentence with the numbers that decided.
+struct Transition {
+  int64_t frame = 0;
+  Stage from = Stage::kApproach, to = Stage::kApproach;
+  std::string reason;
+};
+
+// What to do at a frame.
+struct Directive {
+  Stage stage = Stage::kApproach;
+  bool control = false;                  // true: servo on `desired`; false: apply `open_loop`
+  DesiredPose desired;                   // of the stage, also while `control` is false
+  AxisVolts open_loop;                   // zero (drift) except in the search
+  std::optional<Transition> transition;  // the change made at this frame, if any
+  bool marker_seen = false;              // the fitness of this frame is at least lost_fitness
+  int64_t frames_lost = 0;               // since the marker was last seen; 0 while it is
+  double best_fitness = -1;              // of all frames so far
+  bool given_up = false;                 // the marker was found once and has been lost for good
+  std::string given_up_reason;           // a sentence, empty until then
+};
+
+// The state machine of the docking trial.
+//
+//   approach  -- found -->  visual servoing  -- stable -->  docking  -- criterion -->  docked
+//      ^---- lost for long ------'  ^---- allowance, lost ----'
+//
+// An estimate with F < lost_fitness is no pose: the vehicle never acts on it. From that frame on it
+// drifts at neutral, the desired x stands still and holds start again, until a usable estimate
+// comes; the stage changes only when the loss lasts: docking to visual servoing after lost_after_s,
+// to approach after return_to_approach_s, and given_up (for good, at neutral) after give_up_s if it
+// was ever found. In approach nothing is controlled: neutral for search_neutral_s, then an
+// alternating yaw search_yaw_v cos(2 pi t / search_period_s), interrupted while F >= found_fitness.
+// Docked is final; the last desired pose is still held. At most one change of stage a frame.
+//
+// Time is the difference of frame numbers; holds (found, stable, docked) count successive
+// estimates.
+class DockingProcedure {
+ public:
+  // Checks the parameters (ConfigError).
+  DockingProcedure(const ProcedureParams& params, const ClockParams& clock);
+
+  // Frames must increase. The result is valid until the next call.
+  const Directive& Update(const PoseEstimate& estimate);
+
+ private:
+  // Estimated minus desired pose.
+  struct Errors {
+    double x_m = 0, y_m = 0, z_m = 0, yaw_rad = 0;
+  };
+
+  Errors ErrorsOf(const PoseEstimate& estimate) const;
+  void Approach(const PoseEstimate& estimate);
+  void Servo(const PoseEstimate& estimate);
+  void Dock(const PoseEstimate& estimate);
+  void Drift(const PoseEstimate& estimate);  // without a usable estimate
+  void Enter(Stage stage, int64_t frame, std::string reason);
+  AxisVolts SearchVolts(int64_t frame) const;
+  bool HeldFor(double seconds) const;
+  bool LostFor(double seconds) const;
+  std::string LossReason(const PoseEstimate& estimate) const;
+
+  ProcedureParams params_;
+  ClockParams clock_;
+  Directive directive_;
+  std::optional<int64_t> last_frame_;
+  int64_t seen_frame_ = 0;   // when the marker was last seen; before the first frame if never
+  int64_t stage_frame_ = 0;  // the first frame of the stage
+  int64_t ramp_frames_ = 0;  // frames for which the desired x has been lowered
+  int64_t held_ = 0;         // successive estimates that fulfil the condition to leave the stage
+  bool was_found_ = false;
+};
+
+}  // namespace turbidock::control

@@ -1,0 +1,43 @@
+#include "control/thrust_allocation.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim/base/check.h"
+
+namespace turbidock::control {
+namespace {
+
+double Clamp(double x, double bound) { return std::clamp(x, -bound, bound); }
+
+}  // namespace
+
+ThrusterCommand Allocate(const AllocationParams& params, const AxisVolts& axes) {
+  TD_CHECK(axes.IsFinite(), "axis voltages must be finite");
+  // the compensation takes its share of the range before the axes do
+  const double bound = std::min(kNeutralVolts, kMaxVolts - kNeutralVolts) - params.dead_band_v;
+  const double yaw = Clamp(axes.yaw_v, bound);
+  const double surge = Clamp(axes.surge_v, bound - std::abs(yaw));
+
+  const auto inverse_curve = [&](double demand) {
+    return params.dead_band_v + bound * std::pow(demand / bound, 1 / params.curve_exponent);
+  };
+  const auto volts = [&](double demand) {
+    const double size = std::abs(demand);
+    const double voltage = size < params.ramp_v
+                               ? size / params.ramp_v * inverse_curve(params.ramp_v)
+                               : inverse_curve(size);
+    return std::clamp(kNeutralVolts + std::copysign(voltage, demand), 0.0, kMaxVolts);
+  };
+  return {{volts(surge - yaw), volts(surge + yaw), volts(axes.sway_v), volts(axes.heave_v)}};
+}
+
+AxisVolts AxesOf(const ThrusterCommand& command) {
+  const auto& [left, right, sway, heave] = command.volts;
+  return {.surge_v = (left + right) / 2 - kNeutralVolts,
+          .sway_v = sway - kNeutralVolts,
+          .heave_v = heave - kNeutralVolts,
+          .yaw_v = (right - left) / 2};
+}
+
+}  // namespace turbidock::control
