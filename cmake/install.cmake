@@ -1,0 +1,21 @@
+# `cmake --install` and find_package(turbidock): the executable, the rooms as libraries with their headers,
+# and the data.
+include(CMakePackageConfigHelpers)
+
+set(rooms turbidock_base turbidock_sim turbidock_vision turbidock_control turbidock_experiments)
+install(TARGETS turbidock ${rooms} EXPORT turbidock)
+foreach(folder sim vision control experiments)
+  install(DIRECTORY ${CMAKE_SOURCE_DIR}/${folder} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/turbidock
+    FILES_MATCHING PATTERN "*.h" PATTERN cli EXCLUDE)
+endforeach()
+install(DIRECTORY ${CMAKE_SOURCE_DIR}/models ${CMAKE_SOURCE_DIR}/assets
+  ${CMAKE_SOURCE_DIR}/experiments/scenarios DESTINATION ${CMAKE_INSTALL_DATADIR}/turbidock)
+
+set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/turbidock)
+install(EXPORT turbidock NAMESPACE turbidock:: DESTINATION ${package_dir} FILE turbidockTargets.cmake)
+configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/turbidockConfig.cmake.in
+  ${CMAKE_BINARY_DIR}/turbidockConfig.cmake INSTALL_DESTINATION ${package_dir})
+write_basic_package_version_file(${CMAKE_BINARY_DIR}/turbidockConfigVersion.cmake
+  COMPATIBILITY SameMinorVersion)
+install(FILES ${CMAKE_BINARY_DIR}/turbidockConfig.cmake
+  ${CMAKE_BINARY_DIR}/turbidockConfigVersion.cmake DESTINATION ${package_dir})

@@ -25,6 +25,7 @@ function(turbidock_compile_options target)
   # happens to see one.
   target_compile_options(${target} PRIVATE
     -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -ffp-contract=off
+    -Wno-restrict  # GCC 12 sees overlaps in std::string's operator+ that are not there (bug 105651)
     $<$<BOOL:${TURBIDOCK_WERROR}>:-Werror>)
   if(TURBIDOCK_SANITIZE)
     target_compile_options(${target} PRIVATE

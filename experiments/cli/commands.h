@@ -1,0 +1,26 @@
+#pragma once
+// The subcommands of the program. Each adds itself to the command line and sets what to run.
+
+#include <CLI/CLI.hpp>
+#include <functional>
+
+namespace turbidock::experiments::cli {
+
+enum ExitCode {
+  kExitDone = 0,
+  kExitCheckFailed = 1,    // --expect
+  kExitBadInput = 2,       // command line, file, key
+  kExitSimulatorFault = 4  // this machine cannot simulate or draw
+};
+
+using Command = std::function<int()>;  // returns the exit code
+
+void AddRun(CLI::App& app, Command* chosen);
+void AddScenarios(CLI::App& app, Command* chosen);
+void AddSelftest(CLI::App& app, Command* chosen);
+
+// The signal (SIGINT, SIGTERM) that asked the program to stop, or 0. Long work polls it and ends
+// cleanly.
+int StopSignal();
+
+}  // namespace turbidock::experiments::cli

@@ -1,0 +1,77 @@
+// The program: command line in, exit code out. See `turbidock --help`.
+
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <cstdio>
+#include <string>
+
+#include "experiments/build_info.h"
+#include "experiments/cli/commands.h"
+#include "sim/base/check.h"
+
+namespace turbidock::experiments::cli {
+namespace {
+
+// Written by the signal handler, which may touch nothing else.
+volatile std::sig_atomic_t stop_signal = 0;
+
+void OnSignal(int signal) { stop_signal = signal; }
+
+std::string VersionText() {
+  std::string text;
+  for (const auto& [name, value] : BuildInfo()) text += name + " " + value + "\n";
+  text.pop_back();
+  return text;
+}
+
+int Main(int argc, char** argv) {
+  CLI::App app("Headless closed-loop docking trials of a stereo-vision ROV in turbid water.");
+  app.name("turbidock");
+  app.footer(
+      "Exit codes: 0 done, 1 a check failed, 2 bad usage or input, 4 this machine cannot simulate\n"
+      "or draw, 130/143 stopped by a signal. Results go to stdout, everything else to stderr.");
+  app.set_help_all_flag("--help-all", "Help of every subcommand");
+  bool version = false;
+  app.add_flag("--version", version, "Versions of the program and of what it runs on");
+  app.require_subcommand(0, 1);
+  Command chosen;
+  AddRun(app, &chosen);
+  AddScenarios(app, &chosen);
+  AddSelftest(app, &chosen);
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    // Help is an "error" of CLI11's with code 0.
+    return app.exit(error) == 0 ? kExitDone : kExitBadInput;
+  }
+  if (version) {
+    std::puts(VersionText().c_str());
+    return kExitDone;
+  }
+  if (!chosen) {
+    std::fputs(app.help().c_str(), stderr);
+    return kExitBadInput;
+  }
+
+  std::signal(SIGINT, OnSignal);
+  std::signal(SIGTERM, OnSignal);
+  try {
+    const int code = chosen();
+    return stop_signal ? 128 + stop_signal : code;
+  } catch (const ConfigError& error) {
+    std::fprintf(stderr, "turbidock: %s\n", error.what());
+    return kExitBadInput;
+  } catch (const SimulatorFault& error) {
+    std::fprintf(stderr, "turbidock: %s\n", error.what());
+    return kExitSimulatorFault;
+  }
+}
+
+}  // namespace
+
+int StopSignal() { return stop_signal; }
+
+}  // namespace turbidock::experiments::cli
+
+int main(int argc, char** argv) { return turbidock::experiments::cli::Main(argc, argv); }

@@ -1,0 +1,42 @@
+#include "experiments/cli/progress.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+
+namespace turbidock::experiments::cli {
+namespace {
+
+constexpr int kBarWidth = 30;
+constexpr double kRedrawShare = 0.002;  // finer steps cannot be seen
+
+}  // namespace
+
+Progress::Progress(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_FILENO) != 0) {}
+
+Progress::~Progress() { Clear(); }
+
+void Progress::Show(double share, const std::string& words) {
+  if (quiet_ || !terminal_ || share - last_share_ < kRedrawShare) return;
+  last_share_ = share;
+  const int filled = static_cast<int>(std::clamp(share, 0.0, 1.0) * kBarWidth);
+  std::string bar;
+  for (int i = 0; i < kBarWidth; ++i) bar += i < filled ? "█" : "░";
+  std::fprintf(stderr, "\r\033[K%s %3.0f %%  %s", bar.c_str(), 100 * share, words.c_str());
+  std::fflush(stderr);
+  shown_ = true;
+}
+
+void Progress::Say(const std::string& line) {
+  if (quiet_) return;
+  Clear();
+  std::fprintf(stderr, "%s\n", line.c_str());
+}
+
+void Progress::Clear() {
+  if (shown_) std::fputs("\r\033[K", stderr);
+  shown_ = false;
+}
+
+}  // namespace turbidock::experiments::cli

@@ -1,0 +1,87 @@
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <functional>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "experiments/build_info.h"
+#include "experiments/cli/commands.h"
+#include "experiments/data_files.h"
+#include "experiments/scenario.h"
+#include "experiments/subprocess.h"
+#include "experiments/trial.h"
+#include "sim/gl_context.h"
+
+namespace turbidock::experiments::cli {
+namespace {
+
+struct Check {
+  std::string name;
+  std::function<std::string()> run;  // says what it saw; throws what is wrong
+};
+
+std::string FirstLine(const std::string& text) { return text.substr(0, text.find('\n')); }
+
+std::string LoadEveryScenario() {
+  const auto names = BundledScenarios();
+  for (const std::string& name : names) sim::LoadScene(SceneFile(LoadScenario(name, {})), {});
+  return fmt::format("{} bundled scenarios and their models load", names.size());
+}
+
+std::string RunOneSecond() {
+  const TrialResult result =
+      RunTrial(LoadScenario("pool_active", {"duration_s=1", "docked_hold_s=0"}));
+  if (result.outcome == Outcome::kDiverged) throw SimulatorFault(result.reason);
+  return fmt::format("1 s of pool_active: digest {}, {:.1f} x real time", result.digest,
+                     result.real_time_factor);
+}
+
+int Selftest(bool json) {
+  const std::vector<Check> checks = {
+      {"render", [] { return sim::MakeOsmesaContext()->description(); }},
+      {"scenarios", LoadEveryScenario},
+      {"trial", RunOneSecond},
+      {"figures",
+       [] {
+         return FirstLine(Subprocess({"gnuplot", "--version"}, "gnuplot-nox").Finish());
+       }},
+      {"video",
+       [] {
+         return FirstLine(Subprocess({"ffmpeg", "-version"}, "ffmpeg").Finish());
+       }},
+  };
+  auto list = nlohmann::ordered_json::array();
+  for (const auto& [name, value] : BuildInfo())
+    if (!json) fmt::print("      {:10} {}\n", name, value);
+  bool all_well = true;
+  for (const Check& check : checks) {
+    bool well = true;
+    std::string saw;
+    try {
+      saw = check.run();
+    } catch (const std::exception& error) {
+      well = false;
+      saw = error.what();
+    }
+    all_well = all_well && well;
+    if (json)
+      list.push_back({{"check", check.name}, {"pass", well}, {"saw", saw}});
+    else
+      fmt::print("{}  {:10} {}\n", well ? "ok  " : "FAIL", check.name, saw);
+  }
+  if (json) fmt::print("{}\n", list.dump(2));
+  return all_well ? kExitDone : kExitSimulatorFault;
+}
+
+}  // namespace
+
+void AddSelftest(CLI::App& app, Command* chosen) {
+  auto json = std::make_shared<bool>(false);
+  CLI::App* selftest =
+      app.add_subcommand("selftest", "Show what this machine runs on, and that it can");
+  selftest->add_flag("--json", *json, "As JSON");
+  selftest->callback([json, chosen] { *chosen = [json] { return Selftest(*json); }; });
+}
+
+}  // namespace turbidock::experiments::cli

@@ -1,0 +1,108 @@
+#pragma once
+// A scenario: everything that decides a trial, besides the program itself. A YAML file is read over
+// the defaults in these structs and models/vehicle.yaml; `resolved.yaml` of a trial holds every
+// value and runs to the same digest.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "control/docking_procedure.h"
+#include "control/thrust_allocation.h"
+#include "control/visual_servo.h"
+#include "sim/base/camera.h"
+#include "sim/base/clock.h"
+#include "sim/base/fields.h"
+#include "sim/image_sensor.h"
+#include "sim/optics_params.h"
+#include "sim/sea.h"
+#include "sim/vehicle_params.h"
+#include "vision/hue_labels.h"
+#include "vision/marker_model.h"
+#include "vision/rm_ga.h"
+
+namespace turbidock::experiments {
+
+inline constexpr int kScenarioSchema = 1;
+
+// Where the vehicle is when the trial begins: at rest, somewhere in front of the marker. Drawn from
+// the stream "start"; distances are of the camera head from the marker, in the marker's frame.
+struct StartParams {
+  double distance_min_m = 0.9;
+  double distance_max_m = 1.4;  // paper: the vehicle is brought to less than 1.5 m
+  double lateral_m = 0.2;       // guess: what a pilot achieves
+  double vertical_m = 0.1;
+  double heading_rad = 0.14;  // 8 degrees
+
+  static void Fields(auto& self, auto&& field) {
+    field("distance_min_m", self.distance_min_m, InRange(0.2, 10), "nearest start");
+    field("distance_max_m", self.distance_max_m, InRange(0.2, 10), "farthest start");
+    field("lateral_m", self.lateral_m, InRange(0, 5), "largest offset to either side");
+    field("vertical_m", self.vertical_m, InRange(0, 5), "largest offset up or down");
+    field("heading_rad", self.heading_rad, InRange(0, 3.2), "largest heading error to either side");
+  }
+  void Check(const std::string& path) const;
+};
+
+struct Scenario {
+  int schema_version = 0;
+  std::string description;
+  int64_t seed = 0;
+  double duration_s = 0;
+  std::string model;  // MJCF file, a bundled one or a path
+  int camera_delay_frames = 1;
+  double docked_hold_s = 1;
+
+  ClockParams clock;
+  StartParams start;
+  sim::SeaParams sea;
+  sim::OpticsParams optics;  // keys water, lamps, ball_lights, shading
+  RigParams rig;
+  sim::SensorParams sensor;
+  vision::MarkerParams marker;
+  vision::HueParams hue;
+  vision::RmGaOptions estimator;
+  control::ProcedureParams procedure;
+  control::VisualServoParams servo;
+  control::AllocationParams allocation;
+  sim::VehicleParams vehicle;
+
+  static void Fields(auto& self, auto&& field) {
+    field("schema_version", self.schema_version, InRange(kScenarioSchema, kScenarioSchema),
+          "version of these keys");
+    field("description", self.description, Finite(), "one line for people");
+    field("seed", self.seed, AtLeast(0), "root of all randomness");
+    field("duration_s", self.duration_s, Above(0), "simulated time after which the trial ends");
+    field("model", self.model, Finite(), "MJCF file of the scene: a bundled one or a path");
+    field("camera_delay_frames", self.camera_delay_frames, InRange(0, 30),
+          "frames from exposure until the estimator has the image");
+    field("docked_hold_s", self.docked_hold_s, InRange(0, 60),
+          "time the vehicle holds the last pose once docked, before the trial ends");
+    field("clock", self.clock, Finite(), "frames and physics steps");
+    field("start", self.start, Finite(), "where the vehicle begins");
+    field("sea", self.sea, Finite(), "how the water moves");
+    field("water", self.optics.water, Finite(), "what the water does to light");
+    field("lamps", self.optics.lamps, Finite(), "the vehicle's lamps");
+    field("ball_lights", self.optics.ball_lights, Finite(), "the light in the marker's balls");
+    field("shading", self.optics.shading, Finite(), "how exactly light is computed");
+    field("rig", self.rig, Finite(), "the two cameras");
+    field("sensor", self.sensor, Finite(), "the cameras' electronics");
+    field("marker", self.marker, Finite(), "the marker as the estimator knows it");
+    field("hue", self.hue, Finite(), "which pixels agree with a ball");
+    field("estimator", self.estimator, Finite(), "the pose search");
+    field("procedure", self.procedure, Finite(), "the steps of docking");
+    field("servo", self.servo, Finite(), "the control law");
+    field("allocation", self.allocation, Finite(), "from axes to thrusters");
+    field("vehicle", self.vehicle, Finite(), "mass, water forces and thrusters");
+  }
+};
+
+// Reads a scenario: struct defaults, models/vehicle.yaml, the file, then the assignments
+// ("water.milk_ml_m3=20"). `name` is a file or a bundled scenario's name. ConfigError for whatever
+// is wrong in them.
+Scenario LoadScenario(const std::string& name, const std::vector<std::string>& assignments);
+
+// The scenario's MJCF file: as given when it is a file, else the bundled model of that name.
+std::string SceneFile(const Scenario& scenario);
+
+}  // namespace turbidock::experiments

@@ -1,0 +1,95 @@
+#pragma once
+// One docking trial: the closed loop from water to water. The only place that names every stage.
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "experiments/scenario.h"
+#include "experiments/trial_log.h"
+#include "sim/base/image.h"
+
+namespace turbidock::experiments {
+
+// How a trial ended. The first two meet the published criterion on the estimate.
+enum class Outcome {
+  kDocked,       // and the pole is in the hole
+  kFalseDock,    // but the pole is not in the hole
+  kTimeout,      // the time was up
+  kMarkerLost,   // the marker was found once and then lost for too long
+  kCollision,    // the vehicle touched something other than the inside of the dock
+  kDiverged,     // the physics gave no usable state
+  kInterrupted,  // the caller asked to stop
+};
+
+// Position and heading of the marker in the camera head less the desired ones.
+struct PoseError {
+  double x_m = 0, y_m = 0, z_m = 0, yaw_rad = 0;
+};
+
+struct Contact {
+  double time_s = 0;
+  double force_newton = 0;
+};
+
+struct TrialResult {
+  Outcome outcome = Outcome::kTimeout;
+  std::string reason;     // a sentence for people
+  bool docked = false;    // the criterion was met on the estimate
+  bool inserted = false;  // truth, at the end: the pole's tip is inside the straight hole
+  double time_s = 0;      // simulated: when the criterion was met, else of the end
+  // At time_s, against the desired pose of that stage.
+  PoseError final_error_true, final_error_estimated;
+  double insertion_depth_m = 0;               // of the pole's tip past the dock's mouth, at the end
+  std::optional<Contact> first_dock_contact;  // of the pole with the dock
+  double dock_force_max_newton = 0;
+  double fitness_mean = 0, fitness_best = -1;
+  int returns_to_servoing = 0;
+  std::map<control::Stage, double> stage_time_s;
+  int64_t seed = 0;
+  std::string digest;           // of states, estimates and commands; equal for equal runs
+  double wall_time_s = 0;       // never part of a digest
+  double real_time_factor = 0;  // simulated over wall time
+  TrialLog log;
+};
+
+// What an observer sees of a frame, after the estimate and before the vehicle moves on.
+struct TrialFrame {
+  const FrameRecord& record;
+  const StereoImage& seen;              // what the estimator saw
+  const Image3u8* spectator = nullptr;  // with TrialOptions::spectator only
+};
+
+struct TrialOptions {
+  bool spectator = false;  // also draw the outside view, for a video
+  int spectator_width_px = 320, spectator_height_px = 240;
+  // Called every frame. Observers change nothing: the digest is the same with and without.
+  std::function<void(const TrialFrame&)> observe;
+  std::function<void(const control::Transition&)> on_transition;
+  std::function<bool()> stop_requested;  // polled every frame
+};
+
+// Runs a trial. ConfigError for a scenario that cannot run, SimulatorFault when nothing can be
+// drawn.
+TrialResult RunTrial(const Scenario& scenario, const TrialOptions& options = {});
+
+// Where the camera head begins, in the marker's frame, drawn from the scenario's seed.
+Pose DrawStart(const Scenario& scenario);
+
+}  // namespace turbidock::experiments
+
+template <>
+struct turbidock::EnumNames<turbidock::experiments::Outcome> {
+  using E = turbidock::experiments::Outcome;
+  static constexpr auto kNames = std::to_array<std::pair<E, const char*>>({
+      {E::kDocked, "docked"},
+      {E::kFalseDock, "false_dock"},
+      {E::kTimeout, "timeout"},
+      {E::kMarkerLost, "marker_lost"},
+      {E::kCollision, "collision"},
+      {E::kDiverged, "diverged"},
+      {E::kInterrupted, "interrupted"},
+  });
+};

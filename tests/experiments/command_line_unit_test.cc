@@ -1,0 +1,148 @@
+// The program as a user meets it: exit codes, where output goes, and what is said of bad input.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "tests/support/program.h"
+
+namespace turbidock::testing {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+class CommandLine : public ::testing::Test {
+ protected:
+  void SetUp() override { std::filesystem::create_directories(folder_); }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  std::string File(const std::string& name, const std::string& text) {
+    std::ofstream(folder_ / name) << text;
+    return (folder_ / name).string();
+  }
+  // A scenario that runs, with `more` after its required keys; line 5 is the first of `more`.
+  std::string ScenarioFile(const std::string& more) {
+    return File(
+        "scenario.yaml",
+        "schema_version: 1\ndescription: test\nduration_s: 0.2\nmodel: pool_active.xml\n" + more);
+  }
+
+  const std::filesystem::path folder_ =
+      std::filesystem::temp_directory_path() /
+      (std::string("turbidock_") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
+};
+
+// Bad input: exit 2, nothing on stdout, one message that says where and what.
+void ExpectBadInput(const std::vector<std::string>& arguments,
+                    const std::vector<std::string>& said) {
+  const ProgramEnd end = RunProgram(arguments);
+  EXPECT_EQ(end.exit_code, 2) << end.err;
+  EXPECT_EQ(end.out, "");
+  for (const std::string& words : said) EXPECT_THAT(end.err, HasSubstr(words));
+}
+
+TEST_F(CommandLine, RunPrintsOneJsonDocumentWithTheDocumentedKeys) {
+  const ProgramEnd end = RunProgram({"run", ScenarioFile(""), "--seed", "7", "--json"});
+  ASSERT_EQ(end.exit_code, 0) << end.err;
+  const auto json = nlohmann::json::parse(end.out);
+  for (const char* key : {"outcome", "docked", "inserted", "time_s", "final_error_true",
+                          "final_error_estimated", "fitness_mean", "returns_to_servoing",
+                          "stage_time_s", "seed", "digest", "real_time_factor"})
+    EXPECT_TRUE(json.contains(key)) << key;
+  for (const char* key : {"x_m", "y_m", "z_m", "yaw_rad"})
+    EXPECT_TRUE(json["final_error_true"].contains(key)) << key;
+  EXPECT_EQ(json["seed"], 7);
+  EXPECT_EQ(json["outcome"], "timeout");
+}
+
+TEST_F(CommandLine, RunLeavesItsFiles) {
+  const std::string out = (folder_ / "deep/er").string();
+  const ProgramEnd end = RunProgram({"run", ScenarioFile(""), "--out", out, "--video"});
+  ASSERT_EQ(end.exit_code, 0) << end.err;
+  EXPECT_EQ(end.out, "");
+  for (const char* name :
+       {"result.json", "resolved.yaml", "trajectory.csv", "figure.png", "video.mp4"})
+    EXPECT_GT(std::filesystem::file_size(std::filesystem::path(out) / name), 100u) << name;
+}
+
+TEST_F(CommandLine, ExpectDecidesTheExitCode) {
+  EXPECT_EQ(RunProgram({"run", ScenarioFile(""), "--expect", "timeout"}).exit_code, 0);
+  EXPECT_EQ(RunProgram({"run", ScenarioFile(""), "--expect", "docked"}).exit_code, 1);
+}
+
+TEST_F(CommandLine, VersionNamesWhatItRunsOn) {
+  const ProgramEnd end = RunProgram({"--version"});
+  EXPECT_EQ(end.exit_code, 0);
+  for (const char* name : {"turbidock", "git", "compiler", "MuJoCo", "Mesa", "OpenCV"})
+    EXPECT_THAT(end.out, HasSubstr(name));
+}
+
+TEST_F(CommandLine, ScenariosListsEachWithALine) {
+  const ProgramEnd end = RunProgram({"scenarios"});
+  EXPECT_EQ(end.exit_code, 0);
+  EXPECT_THAT(end.out, HasSubstr("sea_night_active"));
+  EXPECT_EQ(std::count(end.out.begin(), end.out.end(), '\n'), 4);
+}
+
+TEST_F(CommandLine, BadUsage) {
+  EXPECT_EQ(RunProgram({}).exit_code, 2);
+  EXPECT_EQ(RunProgram({"rnu"}).exit_code, 2);
+  EXPECT_EQ(RunProgram({"run"}).exit_code, 2);
+  EXPECT_EQ(RunProgram({"run", "pool_active", "--video"}).exit_code, 2);  // needs --out
+  EXPECT_EQ(RunProgram({"run", "pool_active", "--expect", "luck"}).exit_code, 2);
+  EXPECT_EQ(RunProgram({"--help"}).exit_code, 0);
+  EXPECT_EQ(RunProgram({"run", "--help"}).exit_code, 0);
+}
+
+TEST_F(CommandLine, BadScenarioFiles) {
+  ExpectBadInput({"run", "no_such_file.yaml"}, {"no_such_file.yaml", "no such file"});
+  ExpectBadInput({"run", "sea_nigth_active"}, {"did you mean sea_night_active?"});
+  ExpectBadInput({"run", File("empty.yaml", "")}, {"empty.yaml", "is empty"});
+  ExpectBadInput({"run", File("list.yaml", "- 1\n- 2\n")}, {"list.yaml"});
+  ExpectBadInput({"run", File("broken.yaml", "a: [1\nb: 2\n")}, {"broken.yaml:"});
+  ExpectBadInput({"run", File("bare.yaml", "description: nothing else\n")},
+                 {"bare.yaml", "schema_version", "required"});
+  ExpectBadInput({"run", ScenarioFile("water:\n  milk_ml_m4: 3\n")},
+                 {"scenario.yaml:6", "milk_ml_m4", "milk_ml_m3"});
+  ExpectBadInput({"run", ScenarioFile("rig:\n  baseline_m: 120 mm\n")},
+                 {"scenario.yaml:6", "rig.baseline_m", "120 mm"});
+  ExpectBadInput({"run", ScenarioFile("rig:\n  baseline_m: wide\n")},
+                 {"scenario.yaml:6", "rig.baseline_m", "number in m"});
+  ExpectBadInput({"run", ScenarioFile("water:\n  milk_ml_m3: .nan\n")},
+                 {"scenario.yaml:6", "water.milk_ml_m3"});
+  ExpectBadInput({"run", ScenarioFile("vehicle:\n  rigid_body:\n    mass_kg: -15\n")},
+                 {"scenario.yaml:7", "vehicle.rigid_body.mass_kg", "must be > 0"});
+  ExpectBadInput({"run", ScenarioFile("marker:\n  balls: []\n")},
+                 {"scenario.yaml:6", "marker.balls", "ball"});
+}
+
+TEST_F(CommandLine, BadAssignments) {
+  ExpectBadInput({"run", "pool_active", "--set", "water.milk_ml_m3=-1"},
+                 {"--set", "water.milk_ml_m3", "-1"});
+  ExpectBadInput({"run", "pool_active", "--set", "watre.milk_ml_m3=1"}, {"did you mean water"});
+  ExpectBadInput({"run", "pool_active", "--set", "duration_s"}, {"--set"});
+  ExpectBadInput({"run", "pool_active", "--seed", "-3"}, {"seed"});
+}
+
+TEST_F(CommandLine, BadModels) {
+  ExpectBadInput({"run", "pool_active", "--set", "model=no_such.xml"}, {"no_such.xml"});
+  const std::string broken = File("broken.xml", "<mujoco>\n  <worldbody>\n    <goem/>\n");
+  ExpectBadInput({"run", "pool_active", "--set", "model=" + broken}, {"broken.xml"});
+  const std::string wrong =
+      File("wrong.xml", "<mujoco>\n  <worldbody>\n    <goem/>\n  </worldbody>\n</mujoco>\n");
+  ExpectBadInput({"run", "pool_active", "--set", "model=" + wrong}, {"wrong.xml", "line 3"});
+  const std::string bare = File("bare.xml", "<mujoco/>");
+  ExpectBadInput({"run", "pool_active", "--set", "model=" + bare}, {"bare.xml", "vehicle"});
+}
+
+TEST_F(CommandLine, AnOutputThatCannotBeMadeIsSaidBeforeTheTrial) {
+  const std::string file = File("file", "not a folder");
+  ExpectBadInput({"run", ScenarioFile(""), "--out", file + "/out"}, {file});
+}
+
+}  // namespace
+}  // namespace turbidock::testing

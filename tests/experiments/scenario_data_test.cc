@@ -1,0 +1,74 @@
+// Every bundled model and scenario loads, survives a round trip and takes a step.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "experiments/data_files.h"
+#include "experiments/scenario.h"
+#include "experiments/trial.h"
+#include "experiments/yaml_fields.h"
+#include "sim/scene.h"
+
+namespace turbidock::experiments {
+namespace {
+
+class EveryScenario : public ::testing::TestWithParam<std::string> {};
+
+TEST_P(EveryScenario, LoadsAndTakesAFewFrames) {
+  const Scenario scenario = LoadScenario(GetParam(), {"duration_s=0.2"});
+  EXPECT_FALSE(scenario.description.empty());
+  const TrialResult result = RunTrial(scenario);
+  EXPECT_EQ(result.outcome, Outcome::kTimeout) << result.reason;
+  EXPECT_EQ(std::ssize(result.log.frames), 6 - scenario.camera_delay_frames);
+}
+
+TEST_P(EveryScenario, SavedAndLoadedItIsTheSame) {
+  const Scenario scenario = LoadScenario(GetParam(), {});
+  const std::string saved = SaveYaml(scenario);
+  const auto file = std::filesystem::temp_directory_path() / ("turbidock_" + GetParam() + ".yaml");
+  std::ofstream(file) << saved;
+  EXPECT_EQ(SaveYaml(LoadScenario(file.string(), {})), saved);
+  std::filesystem::remove(file);
+}
+
+TEST_P(EveryScenario, TheEstimatorKnowsTheSceneSMarker) {
+  const Scenario scenario = LoadScenario(GetParam(), {});
+  const sim::Scene scene = sim::LoadScene(SceneFile(scenario), scenario.rig);
+  ASSERT_EQ(scene.balls.size(), scenario.marker.balls.size());
+  for (const vision::BallParams& known : scenario.marker.balls) {
+    int found = 0;
+    for (const sim::BallInScene& ball : scene.balls) {
+      if (ball.name != known.name) continue;
+      ++found;
+      EXPECT_LT((ball.p_MQ - known.p_MQ_m).norm(), 1e-9) << ball.name;
+      EXPECT_NEAR(ball.radius_m, known.radius_m, 1e-9) << ball.name;
+    }
+    EXPECT_EQ(found, 1) << known.name;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Bundled, EveryScenario, ::testing::ValuesIn(BundledScenarios()),
+                         [](const auto& scenario) { return scenario.param; });
+
+TEST(BundledScenarios, AreTheFourOfTheDocumentation) {
+  EXPECT_EQ(BundledScenarios(),
+            (std::vector<std::string>{"pool_active", "pool_passive", "sea_night_active",
+                                      "sea_night_passive"}));
+}
+
+TEST(StartPose, IsWithinItsBoundsForEverySeed) {
+  for (int seed = 0; seed < 200; ++seed) {
+    const Scenario scenario = LoadScenario("sea_night_active", {"seed=" + std::to_string(seed)});
+    const Pose X_MH = DrawStart(scenario);
+    EXPECT_GE(-X_MH.p.x(), scenario.start.distance_min_m);
+    EXPECT_LE(-X_MH.p.x(), scenario.start.distance_max_m);
+    EXPECT_LE(X_MH.p.norm(), 1.5);  // paper: within 1.5 m
+    EXPECT_LE(std::abs(X_MH.p.y()), scenario.start.lateral_m);
+    EXPECT_LE(std::abs(YawOf(X_MH.q)), scenario.start.heading_rad);
+  }
+}
+
+}  // namespace
+}  // namespace turbidock::experiments

@@ -1,0 +1,61 @@
+// The closed loop with everything in it: does it still end as it should?
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "experiments/scenario.h"
+#include "experiments/trial.h"
+
+namespace turbidock::experiments {
+namespace {
+
+TEST(TrialScenario, DocksInTheNightSea) {
+  const TrialResult result = RunTrial(LoadScenario("sea_night_active", {"seed=3"}));
+  EXPECT_EQ(result.outcome, Outcome::kDocked) << result.reason;
+  EXPECT_TRUE(result.docked);
+  EXPECT_TRUE(result.inserted);
+  EXPECT_LT(result.time_s, 50);
+  EXPECT_LT(std::abs(result.final_error_true.y_m), 0.04);
+  EXPECT_LT(std::abs(result.final_error_true.z_m), 0.04);
+  // The pole enters while the vehicle is docking, not before and not by passing beside the mouth.
+  EXPECT_GT(result.insertion_depth_m, 0.06);
+  ASSERT_GE(result.log.transitions.size(), 3u);
+  EXPECT_EQ(result.log.transitions.back().to, control::Stage::kDocked);
+}
+
+TEST(TrialScenario, TimesOutInWaterTooTurbid) {
+  const TrialResult result =
+      RunTrial(LoadScenario("pool_passive", {"water.milk_ml_m3=150", "duration_s=8"}));
+  EXPECT_EQ(result.outcome, Outcome::kTimeout) << result.reason;
+  EXPECT_FALSE(result.docked);
+  EXPECT_FALSE(result.inserted);
+  EXPECT_LT(result.fitness_best, 0.6);
+  EXPECT_NE(result.reason.find("never found"), std::string::npos) << result.reason;
+  EXPECT_TRUE(result.log.transitions.empty());
+}
+
+TEST(TrialScenario, CollidesWhenACurrentDrivesItOntoTheStationWithoutThrusters) {
+  const TrialResult result = RunTrial(LoadScenario(
+      "sea_night_active", {"sea.current.surface_velocity_mps=[0.3, 0, 0]", "start.lateral_m=0",
+                           "start.heading_rad=0", "vehicle.thrusters.effectiveness=[0, 0, 0, 0]"}));
+  EXPECT_EQ(result.outcome, Outcome::kCollision) << result.reason;
+  EXPECT_FALSE(result.inserted);
+  EXPECT_NE(result.reason.find(" against "), std::string::npos) << result.reason;
+  EXPECT_GT(result.log.frames.back().collision_force_newton, 0);
+}
+
+TEST(TrialScenario, BelievingToBeDockedInFrontOfTheHoleIsSaid) {
+  // A criterion that is met half a metre from the marker, where the pole cannot be in the hole.
+  const TrialResult result =
+      RunTrial(LoadScenario("pool_active", {"procedure.servo_x_m=0.7", "procedure.docking_x_m=0.55",
+                                            "procedure.docked_x_m=0.55"}));
+  EXPECT_EQ(result.outcome, Outcome::kFalseDock) << result.reason;
+  EXPECT_TRUE(result.docked);
+  EXPECT_FALSE(result.inserted);
+  EXPECT_LT(result.insertion_depth_m, 0);
+  EXPECT_NE(result.reason.find("not in the hole"), std::string::npos) << result.reason;
+}
+
+}  // namespace
+}  // namespace turbidock::experiments

@@ -1,0 +1,59 @@
+#include "tests/support/program.h"
+
+#include <spawn.h>
+#include <sys/mman.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <filesystem>
+
+#include "sim/base/check.h"
+
+namespace turbidock::testing {
+namespace {
+
+std::string ReadAndClose(int fd) {
+  std::string text(static_cast<size_t>(lseek(fd, 0, SEEK_END)), '\0');
+  TD_CHECK(pread(fd, text.data(), text.size(), 0) == static_cast<ssize_t>(text.size()),
+           "a memory file reads back whole");
+  close(fd);
+  return text;
+}
+
+}  // namespace
+
+std::string ProgramPath() {
+  return (std::filesystem::read_symlink("/proc/self/exe").parent_path() / "turbidock").string();
+}
+
+ProgramEnd RunProgram(const std::vector<std::string>& arguments,
+                      const std::vector<std::string>& environment) {
+  std::vector<std::string> words = {ProgramPath()};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  std::vector<std::string> variables = environment;
+  for (char** entry = environ; *entry; ++entry) variables.emplace_back(*entry);
+  std::vector<char*> argv, envp;
+  for (std::string& word : words) argv.push_back(word.data());
+  for (std::string& variable : variables) envp.push_back(variable.data());
+  argv.push_back(nullptr);
+  envp.push_back(nullptr);
+
+  const int out = memfd_create("out", MFD_CLOEXEC), err = memfd_create("err", MFD_CLOEXEC);
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_adddup2(&actions, out, STDOUT_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, err, STDERR_FILENO);
+  pid_t pid = -1;
+  const int failure = posix_spawn(&pid, argv[0], &actions, nullptr, argv.data(), envp.data());
+  posix_spawn_file_actions_destroy(&actions);
+  TD_CHECK(failure == 0, "cannot start " + words[0]);
+  int status = 0;
+  waitpid(pid, &status, 0);
+  ProgramEnd end;
+  end.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  end.out = ReadAndClose(out);
+  end.err = ReadAndClose(err);
+  return end;
+}
+
+}  // namespace turbidock::testing

@@ -1,0 +1,21 @@
+#pragma once
+// The program under test, as a user runs it.
+
+#include <string>
+#include <vector>
+
+namespace turbidock::testing {
+
+// The executable beside the test's own.
+std::string ProgramPath();
+
+struct ProgramEnd {
+  int exit_code = -1;  // 128 + signal when killed by one
+  std::string out, err;
+};
+
+// Runs the program with these arguments to its end; `environment` is added to the test's own.
+ProgramEnd RunProgram(const std::vector<std::string>& arguments,
+                      const std::vector<std::string>& environment = {});
+
+}  // namespace turbidock::testing
