@@ -24,9 +24,8 @@ void StartParams::Check(const std::string& path) const {
 Scenario LoadScenario(const std::string& name, const std::vector<std::string>& assignments) {
   Scenario scenario;
   Origins origins;
-  const YamlNode vehicle = LoadYaml(ModelPath("vehicle.yaml"));
-  ReadFields(vehicle, &scenario.vehicle, nullptr);
-
+  ReadFields(LoadYaml(ModelPath("vehicle.yaml")), &scenario.vehicle, nullptr);
+  ReadFields(LoadYaml(AssetPath("gains.yaml")), &scenario, nullptr);
   const YamlNode file = LoadYaml(FindScenario(name));
   for (const char* key : kRequired)
     if (!file.Find(key)) throw ConfigError(file.file + ": " + key + ": this key is required");

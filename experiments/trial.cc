@@ -312,7 +312,7 @@ TrialResult RunTrial(const Scenario& scenario, const TrialOptions& options) {
   if (result.docked && result.reason.empty()) result.reason = DockedReason(result);
   if (end == Outcome::kTimeout) result.reason = TimeoutReason(scenario, result, autopilot);
   if (end == Outcome::kMarkerLost)
-    result.reason = fmt::format("the marker was lost for {:g} s", scenario.procedure.give_up_s);
+    result.reason = autopilot.directive().given_up_reason;
   result.digest = digest.Hex();
   result.wall_time_s =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_start).count();
