@@ -14,7 +14,7 @@ function(turbidock_room name folder)
   file(MAKE_DIRECTORY ${parent})
   file(CREATE_LINK ${CMAKE_SOURCE_DIR}/${folder} ${view}/${folder} SYMBOLIC)
   target_include_directories(turbidock_${name} PUBLIC
-    $<BUILD_INTERFACE:${view}> $<INSTALL_INTERFACE:include/turbidock>)
+    $<BUILD_INTERFACE:${view}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/turbidock>)
 
   target_link_libraries(turbidock_${name} PUBLIC ${arg_PUBLIC} PRIVATE ${arg_PRIVATE})
   turbidock_compile_options(turbidock_${name})

@@ -159,7 +159,7 @@ void DockingProcedure::Dock(const PoseEstimate& estimate) {
   held_ = in_dock ? held_ + 1 : 0;
   if (held_ < params_.docked_hold_frames) return;
   Enter(Stage::kDocked, estimate.frame,
-        Format("docked in %lld successive estimates: x %.1f mm, at most %.1f mm, with errors "
+        Format("docked in %lld successive estimate(s): x %.1f mm, at most %.1f mm, with errors "
                "y %+.1f mm, z %+.1f mm, allowed %.0f and %.0f mm",
                static_cast<long long>(held_), Mm(x_m), Mm(params_.docked_x_m), Mm(e.y_m), Mm(e.z_m),
                Mm(params_.docked_y_m), Mm(params_.docked_z_m)));
@@ -214,7 +214,7 @@ DockingProcedure::Errors DockingProcedure::ErrorsOf(const PoseEstimate& estimate
   const Eigen::Vector3d& p_HM = estimate.X_HM.p;
   const DesiredPose& desired = directive_.desired;
   return {p_HM.x() - desired.x_m, p_HM.y() - desired.y_m, p_HM.z() - desired.z_m,
-          std::remainder(YawOf(estimate.X_HM.q) - desired.yaw_rad, 2 * std::numbers::pi)};
+          WrapAngle(YawOf(estimate.X_HM.q) - desired.yaw_rad)};
 }
 
 bool DockingProcedure::HeldFor(double seconds) const {

@@ -10,6 +10,8 @@
 
 namespace turbidock::experiments {
 
+std::string VersionAndCommit() { return std::string(TURBIDOCK_VERSION) + " " + kGitHash; }
+
 std::vector<std::pair<std::string, std::string>> BuildInfo() {
   std::string mesa;
   try {

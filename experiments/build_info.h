@@ -1,11 +1,14 @@
 #pragma once
-// What this program was built from and runs on; it travels with every result.
+// What this program was built from and runs on.
 
 #include <string>
 #include <utility>
 #include <vector>
 
 namespace turbidock::experiments {
+
+// "0.1.0 1a2b3c4d5e6f": travels with every result.
+std::string VersionAndCommit();
 
 // (name, value) rows: turbidock, git, compiler, build, MuJoCo, Mesa, OpenCV. Makes a GL context to
 // ask Mesa for its version; without one that row says why.

@@ -10,8 +10,9 @@
 #include "experiments/trial_view.h"
 #include "sim/base/image.h"
 
-struct _cairo;
-struct _cairo_surface;
+// Cairo's own names, so that its header stays out of this one.
+struct _cairo;          // NOLINT(bugprone-reserved-identifier)
+struct _cairo_surface;  // NOLINT(bugprone-reserved-identifier)
 
 namespace turbidock::experiments {
 

@@ -8,10 +8,12 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <optional>
 
-#include "experiments/data_files.h"
+#include "experiments/build_info.h"
 #include "experiments/figure.h"
 #include "experiments/output_path.h"
+#include "experiments/subprocess.h"
 #include "experiments/yaml_fields.h"
 
 namespace turbidock::experiments {
@@ -23,6 +25,19 @@ Json ToJson(const PoseError& error) {
   return {{"x_m", error.x_m}, {"y_m", error.y_m}, {"z_m", error.z_m}, {"yaw_rad", error.yaw_rad}};
 }
 
+Json ToJson(const sim::EnergyBalance& energy) {
+  return {{"thruster_work_joule", energy.thruster_work},
+          {"drag_loss_joule", energy.drag_loss},
+          {"water_work_joule", energy.water_work},
+          {"tether_work_joule", energy.tether_work},
+          {"contact_work_joule", energy.contact_work},
+          {"kinetic_change_joule", energy.kinetic_change},
+          {"potential_change_joule", energy.potential_change},
+          {"residual_joule", energy.residual()}};
+}
+
+Json OrNull(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
+
 // Complete or not at all: a reader never sees half a file.
 void WriteWhole(const std::filesystem::path& path, const std::string& text) {
   const std::filesystem::path partial = path.string() + ".partial";
@@ -32,7 +47,12 @@ void WriteWhole(const std::filesystem::path& path, const std::string& text) {
     file.flush();
     if (!file) throw ConfigError(path.string() + ": cannot be written: " + std::strerror(errno));
   }
-  std::filesystem::rename(partial, path);
+  std::error_code error;
+  std::filesystem::rename(partial, path, error);
+  if (error) {
+    std::filesystem::remove(partial);
+    throw ConfigError(path.string() + ": cannot be written: " + error.message());
+  }
 }
 
 }  // namespace
@@ -45,7 +65,7 @@ ViewCriteria CriteriaOf(const Scenario& scenario) {
 }
 
 std::string ResultJson(const TrialResult& result) {
-  Json stages;
+  Json stages = Json::object();
   for (const auto& [stage, seconds] : result.stage_time_s) stages[NameOf(stage)] = seconds;
   Json transitions = Json::array();
   for (const control::Transition& change : result.log.transitions)
@@ -66,14 +86,19 @@ std::string ResultJson(const TrialResult& result) {
       {"final_error_true", ToJson(result.final_error_true)},
       {"final_error_estimated", ToJson(result.final_error_estimated)},
       {"insertion_depth_m", result.insertion_depth_m},
+      {"insertion_time_s", OrNull(result.insertion_time_s)},
       {"first_dock_contact", contact},
       {"dock_force_max_newton", result.dock_force_max_newton},
+      {"jammed", result.jam_time_s.has_value()},
+      {"jam_time_s", OrNull(result.jam_time_s)},
+      {"energy", ToJson(result.energy)},
       {"fitness_mean", result.fitness_mean},
       {"fitness_best", result.fitness_best},
       {"returns_to_servoing", result.returns_to_servoing},
       {"stage_time_s", stages},
       {"transitions", transitions},
       {"seed", result.seed},
+      {"version", VersionAndCommit()},
       {"digest", result.digest},
       {"wall_time_s", result.wall_time_s},
       {"real_time_factor", result.real_time_factor},
@@ -118,20 +143,24 @@ void MakeOutputFolder(const std::string& folder) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) throw ConfigError(folder + ": cannot be made: " + error.message());
-  RequireWritable(folder + "/result.json");
+  for (const char* name : {"result.json", "resolved.yaml", "trajectory.csv", "figure.png"})
+    RequireWritable(folder + "/" + name);
 }
 
-void WriteTrialFiles(const std::string& folder, const Scenario& scenario,
-                     const TrialResult& result) {
+void WriteRecords(const std::string& folder, const Scenario& scenario, const TrialResult& result) {
   const std::filesystem::path out(folder);
   WriteWhole(out / "resolved.yaml", SaveYaml(scenario));
   WriteWhole(out / "trajectory.csv", TrajectoryCsv(result.log));
   WriteWhole(out / "result.json", ResultJson(result));
-  if (result.log.frames.empty()) return;
-  WriteTrialFigure((out / "figure.png").string(), result.log,
+}
+
+void WriteFigure(const std::string& folder, const Scenario& scenario, const TrialResult& result) {
+  WriteTrialFigure(folder + "/figure.png", result.log,
                    {.title = fmt::format("{}, seed {}", scenario.description, scenario.seed),
                     .outcome = fmt::format("{}: {}", NameOf(result.outcome), result.reason),
                     .criteria = CriteriaOf(scenario)});
 }
+
+void RequireFigures() { Subprocess({"gnuplot", "--version"}, "gnuplot-nox").Finish(); }
 
 }  // namespace turbidock::experiments

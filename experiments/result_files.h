@@ -23,8 +23,14 @@ std::string TrajectoryCsv(const TrialLog& log);
 // Makes the folder when needed. ConfigError when it cannot be written to.
 void MakeOutputFolder(const std::string& folder);
 
-// Writes the four files into an existing folder, each complete or not at all.
-void WriteTrialFiles(const std::string& folder, const Scenario& scenario,
-                     const TrialResult& result);
+// Writes result.json, resolved.yaml and trajectory.csv into an existing folder, each complete or
+// not at all.
+void WriteRecords(const std::string& folder, const Scenario& scenario, const TrialResult& result);
+
+// Draws figure.png into the folder.
+void WriteFigure(const std::string& folder, const Scenario& scenario, const TrialResult& result);
+
+// Throws SimulatorFault when this machine cannot draw figures.
+void RequireFigures();
 
 }  // namespace turbidock::experiments

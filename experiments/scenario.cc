@@ -9,8 +9,34 @@
 namespace turbidock::experiments {
 namespace {
 
+namespace fs = std::filesystem;
+
 // Without these a file would mean something else with every change of a default.
-constexpr std::array kRequired = {"schema_version", "duration_s", "model"};
+constexpr std::array kRequired = {"schema_version", "seed", "duration_s", "model"};
+
+bool IsFile(const fs::path& path) {
+  std::error_code ignored;
+  return fs::is_regular_file(path, ignored);
+}
+
+bool IsBundledModel(const std::string& model) {
+  return model.find('/') == std::string::npos && IsFile(ModelPath(model));
+}
+
+// A bundled model keeps its name. Any other is a file, beside the scenario or, from the command
+// line, in the working directory; it becomes an absolute path, so that the resolved scenario runs
+// anywhere.
+void ResolveModel(const std::string& scenario_file, const Origins& origins, Scenario* scenario) {
+  if (IsBundledModel(scenario->model)) return;
+  const std::string& origin = origins.at("model");
+  const fs::path folder =
+      origin.starts_with("--set") ? fs::current_path() : fs::path(scenario_file).parent_path();
+  const fs::path path = fs::absolute(folder / scenario->model).lexically_normal();
+  if (!IsFile(path))
+    throw ConfigError(origin + "model = '" + scenario->model +
+                      "', is neither a file nor one of the bundled models");
+  scenario->model = path.string();
+}
 
 }  // namespace
 
@@ -25,20 +51,22 @@ Scenario LoadScenario(const std::string& name, const std::vector<std::string>& a
   Scenario scenario;
   Origins origins;
   ReadFields(LoadYaml(ModelPath("vehicle.yaml")), &scenario.vehicle, nullptr);
+  ReadFields(LoadYaml(AssetPath("rig_default.yaml")), &scenario.rig, nullptr);
+  ReadFields(LoadYaml(AssetPath("marker_default.yaml")), &scenario.marker, nullptr);
   ReadFields(LoadYaml(AssetPath("gains.yaml")), &scenario, nullptr);
+
   const YamlNode file = LoadYaml(FindScenario(name));
   for (const char* key : kRequired)
     if (!file.Find(key)) throw ConfigError(file.file + ": " + key + ": this key is required");
   ReadFields(file, &scenario, &origins);
   for (const std::string& assignment : assignments) ApplySet(assignment, &scenario, &origins);
   CheckSettings(scenario, origins);
+  ResolveModel(file.file, origins, &scenario);
   return scenario;
 }
 
 std::string SceneFile(const Scenario& scenario) {
-  std::error_code ignored;
-  if (std::filesystem::is_regular_file(scenario.model, ignored)) return scenario.model;
-  return ModelPath(scenario.model);
+  return IsBundledModel(scenario.model) ? ModelPath(scenario.model) : scenario.model;
 }
 
 }  // namespace turbidock::experiments

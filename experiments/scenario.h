@@ -10,6 +10,7 @@
 #include "control/docking_procedure.h"
 #include "control/thrust_allocation.h"
 #include "control/visual_servo.h"
+#include "experiments/dock_contact.h"
 #include "sim/base/camera.h"
 #include "sim/base/clock.h"
 #include "sim/base/fields.h"
@@ -66,14 +67,17 @@ struct Scenario {
   control::VisualServoParams servo;
   control::AllocationParams allocation;
   sim::VehicleParams vehicle;
+  JamParams jam;
 
   static void Fields(auto& self, auto&& field) {
     field("schema_version", self.schema_version, InRange(kScenarioSchema, kScenarioSchema),
           "version of these keys");
     field("description", self.description, Finite(), "one line for people");
     field("seed", self.seed, AtLeast(0), "root of all randomness");
-    field("duration_s", self.duration_s, Above(0), "simulated time after which the trial ends");
-    field("model", self.model, Finite(), "MJCF file of the scene: a bundled one or a path");
+    field("duration_s", self.duration_s, InRange(0.001, 86400),
+          "simulated time after which the trial ends");
+    field("model", self.model, Finite(),
+          "MJCF file of the scene: a bundled one, or a path from the scenario's folder");
     field("camera_delay_frames", self.camera_delay_frames, InRange(0, 30),
           "frames from exposure until the estimator has the image");
     field("docked_hold_s", self.docked_hold_s, InRange(0, 60),
@@ -93,7 +97,8 @@ struct Scenario {
     field("procedure", self.procedure, Finite(), "the steps of docking");
     field("servo", self.servo, Finite(), "the control law");
     field("allocation", self.allocation, Finite(), "from axes to thrusters");
-    field("vehicle", self.vehicle, Finite(), "mass, water forces and thrusters");
+    field("vehicle", self.vehicle, Finite(), "mass, water forces, thrusters and contact");
+    field("jam", self.jam, Finite(), "when the pole counts as jammed in the dock");
   }
 };
 
@@ -103,7 +108,7 @@ struct Scenario {
 // is wrong in them.
 Scenario LoadScenario(const std::string& name, const std::vector<std::string>& assignments);
 
-// The scenario's MJCF file: as given when it is a file, else the bundled model of that name.
+// Path of the scenario's MJCF file.
 std::string SceneFile(const Scenario& scenario);
 
 }  // namespace turbidock::experiments

@@ -59,6 +59,7 @@ Subprocess::Subprocess(const std::vector<std::string>& command, const std::strin
   int problem = connected && output_ >= 0 && errors_ >= 0 ? 0 : errno;
   if (problem == 0) {
     std::vector<char*> arguments;
+    arguments.reserve(command.size() + 1);
     for (const std::string& argument : command)
       arguments.push_back(const_cast<char*>(argument.c_str()));
     arguments.push_back(nullptr);

@@ -27,24 +27,29 @@ namespace {
 
 using control::Stage;
 
+constexpr int kSpectatorWidth_px = 320, kSpectatorHeight_px = 240;
+
+// Twenty minutes of frames; a longer log grows as it goes.
+constexpr int64_t kReservedFrames = 36000;
+
 PoseError ErrorOf(const Pose& X_HM, const control::DesiredPose& desired) {
   return {X_HM.p.x() - desired.x_m, X_HM.p.y() - desired.y_m, X_HM.p.z() - desired.z_m,
-          YawOf(X_HM.q) - desired.yaw_rad};
+          WrapAngle(YawOf(X_HM.q) - desired.yaw_rad)};
 }
 
 // The images under way from the sensor to the estimator.
 class DelayLine {
  public:
-  explicit DelayLine(int frames) : images_(frames + 1) {}
+  explicit DelayLine(int frames) : delay_(frames), images_(static_cast<size_t>(frames) + 1) {}
 
-  StereoImage* Slot(int64_t frame) { return &images_[frame % std::ssize(images_)]; }
-  // The image that arrives at `frame`, or null at the very beginning.
-  const StereoImage* ArrivingAt(int64_t frame) {
-    const int64_t exposed = frame - (std::ssize(images_) - 1);
-    return exposed < 0 ? nullptr : Slot(exposed);
+  StereoImage* Slot(int64_t frame) {
+    const int64_t n = std::ssize(images_);
+    return &images_[static_cast<size_t>((frame % n + n) % n)];
   }
+  const StereoImage& ArrivingAt(int64_t frame) { return *Slot(frame - delay_); }
 
  private:
+  int64_t delay_;
   std::vector<StereoImage> images_;
 };
 
@@ -63,8 +68,7 @@ class World {
         sensor_(scenario.sensor, seeds_.Stream("camera.left").NextU64(),
                 seeds_.Stream("camera.right").NextU64()) {
     if (options.spectator)
-      spectator_.emplace(*context_, scene_, options.spectator_width_px,
-                         options.spectator_height_px);
+      spectator_.emplace(*context_, scene_, kSpectatorWidth_px, kSpectatorHeight_px);
     const Pose X_WH = scene_.X_WM * DrawStart(scenario);
     plant_.Reset(X_WH * scene_.X_BH.Inverse());
   }
@@ -157,12 +161,17 @@ void AddToDigest(const FrameRecord& record, Digest* digest) {
   for (const double volts : record.command.volts) digest->Add(volts);
 }
 
+// What a jam adds to a reason.
+std::string JamRemark(const TrialResult& result) {
+  return result.jam_time_s
+             ? fmt::format("; the pole jammed in the dock at {:.1f} s", *result.jam_time_s)
+             : "";
+}
+
 // Why the time was up: what the vehicle was still missing.
 std::string TimeoutReason(const Scenario& scenario, const TrialResult& result,
-                          const Autopilot& autopilot) {
+                          const control::Directive& directive) {
   const std::string after = fmt::format("{:g} s are over", scenario.duration_s);
-  if (result.log.frames.empty()) return after + " before the first image arrived";
-  const control::Directive& directive = autopilot.directive();
   if (directive.stage == Stage::kApproach && result.log.transitions.empty())
     return fmt::format(
         "{} and the marker was never found: the best fitness was {:.2f}, it takes "
@@ -171,10 +180,11 @@ std::string TimeoutReason(const Scenario& scenario, const TrialResult& result,
         scenario.procedure.found_hold_s);
   const PoseError& e = result.final_error_estimated;
   return fmt::format(
-      "{} in {} with the marker estimated {:.0f} mm, {:.0f} mm, {:.0f} mm and {:.1f} deg from the "
-      "desired pose",
-      after, NameOf(directive.stage), units::MmFromM(e.x_m), units::MmFromM(e.y_m),
-      units::MmFromM(e.z_m), units::DegFromRad(e.yaw_rad));
+             "{} in {} with the marker estimated {:.0f} mm, {:.0f} mm, {:.0f} mm and {:.1f} deg "
+             "from the desired pose",
+             after, NameOf(directive.stage), units::MmFromM(e.x_m), units::MmFromM(e.y_m),
+             units::MmFromM(e.z_m), units::DegFromRad(e.yaw_rad)) +
+         JamRemark(result);
 }
 
 std::string DockedReason(const TrialResult& result) {
@@ -192,21 +202,39 @@ std::string DockedReason(const TrialResult& result) {
       units::MmFromM(result.final_error_true.y_m), units::MmFromM(result.final_error_true.z_m));
 }
 
+// Sums over the frames.
 void Summarise(const Scenario& scenario, TrialResult* result) {
   double sum = 0;
+  std::map<Stage, int64_t> frames;
   for (const FrameRecord& record : result->log.frames) {
     sum += record.fitness;
     result->fitness_best = std::max(result->fitness_best, record.fitness);
-    result->stage_time_s[record.stage] += scenario.clock.frame_s();
-    result->dock_force_max_newton =
-        std::max(result->dock_force_max_newton, record.dock_force_newton);
-    if (!result->first_dock_contact && record.dock_force_newton > 0)
-      result->first_dock_contact = Contact{record.time_s, record.dock_force_newton};
+    ++frames[record.stage];
   }
-  if (!result->log.frames.empty()) result->fitness_mean = sum / std::ssize(result->log.frames);
+  for (const auto& [stage, count] : frames)
+    result->stage_time_s[stage] = scenario.clock.TimeOfFrame(count);
+  result->fitness_mean = sum / static_cast<double>(result->log.frames.size());
   for (const control::Transition& change : result->log.transitions)
     result->returns_to_servoing +=
         change.from == Stage::kDocking && change.to == Stage::kVisualServoing;
+}
+
+FrameRecord RecordOf(const Scenario& scenario, int64_t frame, const World& world,
+                     const Autopilot& autopilot, const ThrusterCommand& command) {
+  const sim::VehicleTruth truth = world.plant().truth();
+  const control::Directive& directive = autopilot.directive();
+  return {.frame = frame,
+          .time_s = scenario.clock.TimeOfFrame(frame),
+          .stage = directive.stage,
+          .est_X_HM = autopilot.estimate().X_HM,
+          .fitness = autopilot.estimate().fitness,
+          .true_X_HM = world.true_X_HM(),
+          .true_X_WB = truth.X_WB,
+          .true_V_WB_B = truth.V_WB_B,
+          .desired = directive.desired,
+          .controlled = directive.control,
+          .command = command,
+          .insertion_depth_m = world.plant().pole().insertion_depth_m};
 }
 
 }  // namespace
@@ -224,99 +252,110 @@ Pose DrawStart(const Scenario& scenario) {
 TrialResult RunTrial(const Scenario& scenario, const TrialOptions& options) {
   const auto wall_start = std::chrono::steady_clock::now();
   CheckFields(scenario, "");
+  const ClockParams& clock = scenario.clock;
   World world(scenario, options);
   Autopilot autopilot(scenario, world.seeds());
-  DelayLine delay(scenario.camera_delay_frames);
+  DockContact dock_contact(scenario.jam);
+  // The cameras have been on for a while: the images that arrive first show the vehicle at its
+  // start.
+  DelayLine images(scenario.camera_delay_frames);
+  for (int64_t frame = -scenario.camera_delay_frames; frame < 0; ++frame)
+    world.Expose(frame, images.Slot(frame));
 
   TrialResult result;
   result.seed = scenario.seed;
   Digest digest;
-  const int64_t last_frame = scenario.clock.FramesFor(scenario.duration_s);
-  const int64_t hold_frames = scenario.clock.FramesFor(scenario.docked_hold_s);
-  result.log.frames.reserve(static_cast<size_t>(last_frame + hold_frames + 1));
+  const int64_t last_frame = clock.FramesFor(scenario.duration_s);
+  const int64_t hold_frames = clock.FramesFor(scenario.docked_hold_s);
+  result.log.frames.reserve(
+      static_cast<size_t>(std::min(last_frame + hold_frames, kReservedFrames)));
   std::optional<int64_t> docked_frame;
   std::optional<Outcome> end;
 
   int64_t frame = 0;
   for (; !end; ++frame) {
-    world.Expose(frame, delay.Slot(frame));
-    const StereoImage* seen = delay.ArrivingAt(frame);
-    ThrusterCommand command;
-    FrameRecord record;
-    if (seen) {
-      command = autopilot.Update(*seen);
-      const sim::VehicleTruth truth = world.plant().truth();
-      const control::Directive& directive = autopilot.directive();
-      record = {.frame = frame,
-                .time_s = scenario.clock.TimeOfFrame(frame),
-                .stage = directive.stage,
-                .est_X_HM = autopilot.estimate().X_HM,
-                .fitness = autopilot.estimate().fitness,
-                .true_X_HM = world.true_X_HM(),
-                .true_X_WB = truth.X_WB,
-                .true_V_WB_B = truth.V_WB_B,
-                .desired = directive.desired,
-                .controlled = directive.control,
-                .command = command,
-                .insertion_depth_m = world.plant().pole().insertion_depth_m};
-      if (directive.transition) {
-        result.log.transitions.push_back(*directive.transition);
-        if (options.on_transition) options.on_transition(*directive.transition);
-      }
-      if (directive.stage == Stage::kDocked && !docked_frame) {
-        docked_frame = frame;
-        result.docked = true;
-      }
-      if (!docked_frame || docked_frame == frame) {
-        result.time_s = record.time_s;
-        result.final_error_true = ErrorOf(record.true_X_HM, directive.desired);
-        result.final_error_estimated = ErrorOf(record.est_X_HM, directive.desired);
-      }
-      if (directive.given_up) end = Outcome::kMarkerLost;
+    world.Expose(frame, images.Slot(frame));
+    const StereoImage& seen = images.ArrivingAt(frame);
+    const ThrusterCommand command = autopilot.Update(seen);
+    const control::Directive& directive = autopilot.directive();
+    FrameRecord record = RecordOf(scenario, frame, world, autopilot, command);
+    if (directive.transition) {
+      control::Transition change = *directive.transition;
+      change.frame = frame;  // when the vehicle acts, not when the image was exposed
+      result.log.transitions.push_back(change);
+      if (options.on_transition) options.on_transition(change);
     }
+    if (directive.stage == Stage::kDocked && !docked_frame) docked_frame = frame;
+    if (!docked_frame || docked_frame == frame) {
+      result.time_s = record.time_s;
+      result.final_error_true = ErrorOf(record.true_X_HM, directive.desired);
+      result.final_error_estimated = ErrorOf(record.est_X_HM, directive.desired);
+    }
+    const Image3u8* spectator = world.DrawSpectator();
+    const bool inserted = world.plant().pole().inserted;
 
     sim::ContactReport contacts;
     const std::optional<std::string> fault = world.Advance(command, &contacts);
-    if (seen) {
-      record.dock_force_newton = contacts.dock_force_newton;
-      record.collision_force_newton = contacts.collision_force_newton;
-      AddToDigest(record, &digest);
-      result.log.frames.push_back(record);
-      if (options.observe) options.observe({record, *seen, world.DrawSpectator()});
-    }
+    record.dock_force_newton = contacts.dock_force_newton;
+    record.collision_force_newton = contacts.collision_force_newton;
+    dock_contact.Update({.time_s = record.time_s,
+                         .insertion_depth_m = record.insertion_depth_m,
+                         .inserted = inserted,
+                         .dock_force_newton = contacts.dock_force_newton});
+    AddToDigest(record, &digest);
+    result.log.frames.push_back(record);
+    if (options.observe) options.observe({record, seen, spectator});
 
+    const double now_s = clock.TimeOfFrame(frame + 1);
     if (fault) {
       end = Outcome::kDiverged;
       result.reason = *fault;
     } else if (contacts.collision_force_newton > 0) {
       end = Outcome::kCollision;
-      result.reason =
-          fmt::format("{} at {:.1f} s with {:.1f} N", contacts.collision,
-                      scenario.clock.TimeOfFrame(frame + 1), contacts.collision_force_newton);
+      result.reason = fmt::format("{} at {:.1f} s with {:.1f} N", contacts.collision, now_s,
+                                  contacts.collision_force_newton);
+    } else if (directive.given_up) {
+      end = Outcome::kMarkerLost;
+      result.reason = directive.given_up_reason;
     } else if (options.stop_requested && options.stop_requested()) {
       end = Outcome::kInterrupted;
-      result.reason = fmt::format("stopped at {:.1f} s", scenario.clock.TimeOfFrame(frame + 1));
+      result.reason = fmt::format("stopped at {:.1f} s", now_s);
     } else if (docked_frame) {
       if (frame + 1 - *docked_frame >= hold_frames) end = Outcome::kDocked;
-    } else if (frame + 1 >= last_frame && !end) {
+    } else if (frame + 1 >= last_frame) {
       end = Outcome::kTimeout;
     }
   }
 
   const sim::PoleInDock pole = world.plant().pole();
+  const sim::VehicleTruth truth = world.plant().truth();
+  digest.Add(truth.X_WB);
+  digest.Add(truth.V_WB_B.w);
+  digest.Add(truth.V_WB_B.v);
+  dock_contact.Update({.time_s = clock.TimeOfFrame(frame),
+                       .insertion_depth_m = pole.insertion_depth_m,
+                       .inserted = pole.inserted});
+  result.docked = docked_frame.has_value();
+  if (!result.docked) result.time_s = clock.TimeOfFrame(frame);
   result.inserted = pole.inserted;
   result.insertion_depth_m = pole.insertion_depth_m;
+  result.insertion_time_s = dock_contact.insertion_time_s();
+  result.first_dock_contact = dock_contact.first_contact();
+  result.dock_force_max_newton = dock_contact.force_max_newton();
+  result.jam_time_s = dock_contact.jam_time_s();
+  result.energy = world.plant().energy();
   Summarise(scenario, &result);
-  if (end == Outcome::kDocked && !result.inserted) end = Outcome::kFalseDock;
+  if (end == Outcome::kDocked) {
+    if (!result.inserted) end = Outcome::kFalseDock;
+    result.reason = DockedReason(result);
+  }
+  if (end == Outcome::kTimeout)
+    result.reason = TimeoutReason(scenario, result, autopilot.directive());
   result.outcome = *end;
-  if (result.docked && result.reason.empty()) result.reason = DockedReason(result);
-  if (end == Outcome::kTimeout) result.reason = TimeoutReason(scenario, result, autopilot);
-  if (end == Outcome::kMarkerLost)
-    result.reason = autopilot.directive().given_up_reason;
   result.digest = digest.Hex();
   result.wall_time_s =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_start).count();
-  result.real_time_factor = scenario.clock.TimeOfFrame(frame) / result.wall_time_s;
+  result.real_time_factor = clock.TimeOfFrame(frame) / result.wall_time_s;
   return result;
 }
 

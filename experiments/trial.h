@@ -7,9 +7,11 @@
 #include <optional>
 #include <string>
 
+#include "experiments/dock_contact.h"
 #include "experiments/scenario.h"
 #include "experiments/trial_log.h"
 #include "sim/base/image.h"
+#include "sim/energy_balance.h"
 
 namespace turbidock::experiments {
 
@@ -29,11 +31,6 @@ struct PoseError {
   double x_m = 0, y_m = 0, z_m = 0, yaw_rad = 0;
 };
 
-struct Contact {
-  double time_s = 0;
-  double force_newton = 0;
-};
-
 struct TrialResult {
   Outcome outcome = Outcome::kTimeout;
   std::string reason;     // a sentence for people
@@ -43,8 +40,11 @@ struct TrialResult {
   // At time_s, against the desired pose of that stage.
   PoseError final_error_true, final_error_estimated;
   double insertion_depth_m = 0;               // of the pole's tip past the dock's mouth, at the end
+  std::optional<double> insertion_time_s;     // when the pole first was in the hole
   std::optional<Contact> first_dock_contact;  // of the pole with the dock
   double dock_force_max_newton = 0;
+  std::optional<double> jam_time_s;  // when the pole first was found jammed; no end of the trial
+  sim::EnergyBalance energy;         // of the whole trial
   double fitness_mean = 0, fitness_best = -1;
   int returns_to_servoing = 0;
   std::map<control::Stage, double> stage_time_s;
@@ -55,16 +55,16 @@ struct TrialResult {
   TrialLog log;
 };
 
-// What an observer sees of a frame, after the estimate and before the vehicle moves on.
+// What an observer sees of a frame, once the frame's time has passed.
 struct TrialFrame {
   const FrameRecord& record;
-  const StereoImage& seen;              // what the estimator saw
-  const Image3u8* spectator = nullptr;  // with TrialOptions::spectator only
+  const StereoImage& seen;  // what the estimator saw
+  const Image3u8* spectator =
+      nullptr;  // at the frame's beginning; with TrialOptions::spectator only
 };
 
 struct TrialOptions {
   bool spectator = false;  // also draw the outside view, for a video
-  int spectator_width_px = 320, spectator_height_px = 240;
   // Called every frame. Observers change nothing: the digest is the same with and without.
   std::function<void(const TrialFrame&)> observe;
   std::function<void(const control::Transition&)> on_transition;

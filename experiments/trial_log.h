@@ -11,7 +11,8 @@
 
 namespace turbidock::experiments {
 
-// What is known of one camera frame; the truth is that of the moment the frame was exposed.
+// What is known of one camera frame. Time and truth are of the moment the vehicle acts; the
+// estimate is of the image exposed camera_delay_frames earlier.
 struct FrameRecord {
   int64_t frame = 0;
   double time_s = 0;

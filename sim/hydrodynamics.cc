@@ -43,8 +43,9 @@ void CheckCoupling(const std::vector<MatrixEntry>& coupling, const std::string& 
 // diagonal outweighs the coupling when q_kk >= sum_j (|q_kj| / 3 + 2 |q_jk| / 3). The bound is
 // sufficient in any unit of length, so the best of several decides.
 bool QuadraticDampingDissipates(const Matrix6d& quadratic) {
-  for (double unit_m = 0.01; unit_m < 20; unit_m *= 1.25) {
-    Vector6d scale = Vector6d::Ones();  // v = scale * v'
+  for (int i = 0; i < 35; ++i) {
+    const double unit_m = 0.01 * std::pow(1.25, i);  // to 20 m
+    Vector6d scale = Vector6d::Ones();               // v = scale * v'
     scale.tail<3>().setConstant(1 / unit_m);
     const Matrix6d scaled = scale.asDiagonal() * quadratic * scale.cwiseAbs2().asDiagonal();
     bool holds = true;

@@ -126,13 +126,15 @@ void ImageSensor::ExposeView(const Image3f& radiance, uint64_t key, int64_t fram
           const Response& low = response[node];
           const float signal =
               low.dn + (x - static_cast<float>(node)) * (response[node + 1].dn - low.dn);
-          const uint32_t draw =
-              (bits >> (16 * (j - i) + 16 - kNormalBits)) & ((1u << kNormalBits) - 1);
+          const uint32_t draw = static_cast<uint32_t>(bits >> (16 * (j - i) + 16 - kNormalBits)) &
+                                ((1u << kNormalBits) - 1);
           noisy[j] = signal + low.sigma_dn * normal[draw];
         }
       }
       // clipped with masks: half of the dark values are below zero, no branch could be predicted
       for (int i = 0; i < count; ++i) {
+        // NOLINTNEXTLINE(bugprone-incorrect-roundings): what it gets wrong is below zero, clipped
+        // next
         const int value = static_cast<int>(noisy[i] + 0.5f);
         const int positive = value & ~(value >> 31);
         dn[start + i] = static_cast<uint8_t>(positive | ((255 - positive) >> 31));

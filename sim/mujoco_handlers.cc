@@ -9,10 +9,11 @@ namespace turbidock::sim {
 
 void InstallMujocoHandlers() {
   mju_user_warning = [](const char*) {};
-  // It must not return, and must not throw through C.
+  // It must not return, and must not throw through C. 4 is the program's code for a simulator
+  // fault.
   mju_user_error = [](const char* message) {
     std::fprintf(stderr, "turbidock: MuJoCo: %s\n", message);
-    std::abort();
+    std::_Exit(4);
   };
 }
 

@@ -54,6 +54,7 @@ Plant::Plant(const Scene& scene, const VehicleParams& params, const ClockParams&
   model_->opt.integrator = mjINT_EULER;
   OverwriteRigidBody();
   WeighConstraints();
+  OverwriteContacts(params.contact);
   Reset({Eigen::Quaterniond(Eigen::Vector4d::Map(model_->qpos0 + qpos_adr_ + 3)({1, 2, 3, 0})),
          Vector3d::Map(model_->qpos0 + qpos_adr_)});
 }
@@ -79,10 +80,12 @@ void Plant::CheckModel() const {
     const bool unit_force =
         std::abs(axis.norm() - 1) < 1e-9 && Vector3d::Map(m.actuator_gear + 6 * a + 3).isZero() &&
         m.actuator_gaintype[a] == mjGAIN_FIXED && m.actuator_gainprm[mjNGAIN * a] == 1 &&
-        m.actuator_biastype[a] == mjBIAS_NONE;
+        m.actuator_biastype[a] == mjBIAS_NONE && !m.actuator_forcelimited[a] &&
+        !m.actuator_ctrllimited[a];
     if (m.actuator_trntype[a] != mjTRN_SITE || !unit_force)
       throw ConfigError(std::string("thruster ") + mj_id2name(&m, mjOBJ_ACTUATOR, a) +
-                        " must be a motor at a site with a gear of length 1");
+                        " must be a motor at a site with a gear of length 1 and no limits: the "
+                        "limits are the thruster's data");
   }
 }
 
@@ -145,6 +148,24 @@ void Plant::WeighConstraints() {
   for (int i = 0; i < 6; ++i)
     model_->dof_invweight0[dof_adr_ + i] =
         i < 3 ? inverse.topLeftCorner<3, 3>().trace() / 3 : angular;
+}
+
+void Plant::OverwriteContacts(const ContactParams& contact) {
+  // MuJoCo's solref: a damping time constant, which is that of the spring over the damping ratio,
+  // and the damping ratio. It would lengthen what the step is too coarse for.
+  const double damping_ratio = contact.DampingRatio();
+  const double damping_time_s = contact.time_constant_s / damping_ratio;
+  if (damping_time_s < 2 * clock_.dt_s())
+    throw ConfigError("vehicle.contact.time_constant_s",
+                      FormatNumber(contact.time_constant_s) + " must be at least " +
+                          FormatNumber(2 * clock_.dt_s() * damping_ratio) +
+                          " at this restitution and physics step");
+  for (int g = 0; g < model_->ngeom; ++g) {
+    if (scene_.geom_part[g] != Part::kPole && scene_.geom_part[g] != Part::kDock) continue;
+    model_->geom_friction[3 * g] = contact.friction;
+    model_->geom_solref[mjNREF * g] = damping_time_s;
+    model_->geom_solref[mjNREF * g + 1] = damping_ratio;
+  }
 }
 
 void Plant::Reset(const Pose& X_WB) {

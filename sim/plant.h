@@ -8,6 +8,7 @@
 #include "sim/base/clock.h"
 #include "sim/base/pose.h"
 #include "sim/base/thruster_command.h"
+#include "sim/energy_balance.h"
 #include "sim/hydrodynamics.h"
 #include "sim/scene.h"
 #include "sim/sea.h"
@@ -39,24 +40,6 @@ struct PoleInDock {
   bool inserted = false;  // tip inside the straight hole, past its beginning
 };
 
-// Where the energy went since Reset, in joules. Kinetic energy is that of the vehicle and its added
-// mass; potential energy that of weight and buoyancy.
-struct EnergyBalance {
-  double kinetic_change = 0, potential_change = 0;
-  double thruster_work = 0;
-  double extra_work = 0;  // of SetExtraWrench
-  double drag_loss = 0;   // dissipated by damping
-  double water_work = 0;  // done by moving water, through damping and pressure
-  double tether_work = 0;
-  double contact_work = 0;  // of all constraint forces; negative when contacts dissipate
-
-  // What the terms leave unexplained: the integrator's error.
-  double residual() const {
-    return kinetic_change + potential_change -
-           (thruster_work + extra_work + water_work + tether_work + contact_work - drag_loss);
-  }
-};
-
 // One vehicle in one scene. The step is semi-implicit Euler with the added mass in MuJoCo's inertia
 // matrix, so that contacts feel it too and any ratio of added to rigid mass is stable; all other
 // forces of the water are explicit and constant over the tick. No callbacks: several plants may run
@@ -65,8 +48,9 @@ class Plant {
  public:
   // Keeps a reference to `scene` (which must outlive it) and works on its own copy of the model.
   // The parameters are checked (ConfigError). The mass and inertia of the vehicle's body and of
-  // whatever is fixed to it give way to the parameters'. A scene without thrusters, dock or pole is
-  // allowed.
+  // whatever is fixed to it give way to the parameters', and so do friction and bounce of pole and
+  // dock (against anything else MuJoCo takes the larger friction and the mean bounce). A scene
+  // without thrusters, dock or pole is allowed.
   Plant(const Scene& scene, const VehicleParams& params, const ClockParams& clock, const Sea& sea);
 
   // At rest in the world at X_WB, thrusters off, tick 0, the sea as it was given.
@@ -98,6 +82,7 @@ class Plant {
   void CheckModel() const;
   void OverwriteRigidBody();
   void WeighConstraints();
+  void OverwriteContacts(const ContactParams& contact);
   void AddAddedMass();
   void UpdatePositions();
   ThrusterForces ThrusterInflow(const Eigen::Vector3d& water_v_W) const;

@@ -20,20 +20,32 @@ double JonswapShape(double x, double gamma) {
   return std::pow(x, -5) * std::exp(-1.25 * std::pow(x, -4)) * std::pow(gamma, enhancement);
 }
 
-SeaParams SingleWave(double height_m, double period_s) {
-  SeaParams params;
-  params.waves.push_back({.height_m = height_m,
-                          .period_s = period_s,
-                          .direction_rad = std::numbers::pi / 2,
-                          .phase_rad = 0});
-  return params;
+// All regular waves: the state's, then those spelt out.
+std::vector<WaveComponent> RegularWaves(const SeaParams& params) {
+  std::vector<WaveComponent> waves = params.waves;
+  const auto across_the_dock = [&waves](double height_m, double period_s) {
+    waves.insert(waves.begin(), {.height_m = height_m,
+                                 .period_s = period_s,
+                                 .direction_rad = std::numbers::pi / 2,
+                                 .phase_rad = 0});
+  };
+  switch (params.state) {
+    case SeaState::kCustom:
+      break;
+    case SeaState::kCalm:
+      across_the_dock(0.05, 2);
+      break;
+    case SeaState::kModerate:
+      across_the_dock(0.10, 2.5);
+      break;
+    case SeaState::kRough:
+      across_the_dock(0.20, 3);
+      break;
+  }
+  return waves;
 }
 
 }  // namespace
-
-SeaParams CalmSea() { return SingleWave(0.05, 2); }
-SeaParams ModerateSea() { return SingleWave(0.10, 2.5); }
-SeaParams RoughSea() { return SingleWave(0.20, 3); }
 
 Sea::Sea(const SeaParams& params, Rng rng) : params_(params), rng_(rng) {
   const auto add = [&](double amplitude_m, double omega_rad_s, double direction_rad,
@@ -45,7 +57,7 @@ Sea::Sea(const SeaParams& params, Rng rng) : params_(params), rng_(rng) {
                       .cos_direction = std::cos(direction_rad),
                       .sin_direction = std::sin(direction_rad)});
   };
-  for (const WaveComponent& wave : params.waves) {
+  for (const WaveComponent& wave : RegularWaves(params)) {
     const double phase_rad = params.random_phases ? rng_.Uniform(0, kTwoPi) : wave.phase_rad;
     add(wave.height_m / 2, kTwoPi / wave.period_s, wave.direction_rad, phase_rad);
   }

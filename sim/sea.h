@@ -2,7 +2,9 @@
 // The moving water: current with depth and gusts, waves, and the tether that it drags along.
 
 #include <Eigen/Core>
+#include <array>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sim/base/fields.h"
@@ -27,6 +29,16 @@ struct CurrentParams {
     field("gust_time_constant_s", self.gust_time_constant_s, Above(0),
           "time in which the gusts' correlation falls to 1/e");
   }
+};
+
+// How rough the sea is, as one regular wave across the dock (along W's y). The published trials
+// name no sea; height and period are derived from what a vehicle at 0.5 m (calm) or 0.7 m of depth
+// can stand, with the speed of the water there.
+enum class SeaState {
+  kCustom,    // no wave but those spelt out
+  kCalm,      // 0.05 m, 2 s: 0.047 m/s
+  kModerate,  // 0.10 m, 2.5 s: 0.080 m/s
+  kRough,     // 0.20 m, 3 s: 0.153 m/s, more than the docking tolerance forgives
 };
 
 // One regular long-crested wave, deep water.
@@ -96,13 +108,15 @@ struct TetherParams {
 };
 
 struct SeaParams {
-  CurrentParams current;
-  std::vector<WaveComponent> waves;
-  JonswapParams jonswap;
+  SeaState state = SeaState::kCustom;
+  CurrentParams current{};
+  std::vector<WaveComponent> waves{};
+  JonswapParams jonswap{};
   bool random_phases = true;
-  TetherParams tether;
+  TetherParams tether{};
 
   static void Fields(auto& self, auto&& field) {
+    field("state", self.state, Finite(), "adds this sea's wave to the others; custom adds none");
     field("current", self.current, Finite(), "current and gusts");
     field("waves", self.waves, Finite(), "regular waves");
     field("jonswap", self.jonswap, Finite(), "irregular sea, added to them");
@@ -111,12 +125,6 @@ struct SeaParams {
     field("tether", self.tether, Finite(), "the cable to the surface");
   }
 };
-
-// The three seas of the docking trials: one regular wave each, running along W's y, across the dock
-// (height and period 0.05 m, 2 s; 0.10 m, 2.5 s; 0.20 m, 3 s), without current.
-SeaParams CalmSea();
-SeaParams ModerateSea();
-SeaParams RoughSea();
 
 // Velocity and acceleration of the undisturbed water at a point, in W.
 struct WaterMotion {
@@ -162,3 +170,14 @@ class Sea {
 };
 
 }  // namespace turbidock::sim
+
+template <>
+struct turbidock::EnumNames<turbidock::sim::SeaState> {
+  using E = turbidock::sim::SeaState;
+  static constexpr auto kNames = std::to_array<std::pair<E, const char*>>({
+      {E::kCustom, "custom"},
+      {E::kCalm, "calm"},
+      {E::kModerate, "moderate"},
+      {E::kRough, "rough"},
+  });
+};

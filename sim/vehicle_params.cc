@@ -1,6 +1,7 @@
 #include "sim/vehicle_params.h"
 
 #include <Eigen/Eigenvalues>
+#include <cmath>
 
 namespace turbidock::sim {
 namespace {
@@ -46,6 +47,23 @@ void RigidBodyParams::Check(const std::string& path) const {
                       "one principal moment (" + FormatNumber(principal.z()) +
                           ") exceeds the sum of the others (" +
                           FormatNumber(principal.x() + principal.y()) + "): no body has that");
+}
+
+double ContactParams::DampingRatio() const {
+  const auto log_restitution = [](double z) {
+    const double s = std::abs((1 - z) * (1 + z));
+    if (s == 0) return -2.0;
+    return -2 * z * (z < 1 ? std::acos(z) : std::acosh(z)) / std::sqrt(s);
+  };
+  // It falls from 0 at no damping to -4.3, a restitution of 0.014, at 4.
+  const double wanted = std::log(restitution);
+  double low = 0, high = 4;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = (low + high) / 2, got = log_restitution(middle);
+    if (got == wanted) return middle;
+    (got > wanted ? low : high) = middle;
+  }
+  return high;
 }
 
 RigidBodyParams VehicleParams::LoadedRigidBody() const {

@@ -46,16 +46,41 @@ struct LoadParams {
   }
 };
 
+// How the pole and the dock touch each other: Coulomb friction, and a spring with a damper that let
+// go before they would have to pull. Such a contact with natural frequency w = 1 / time_constant_s
+// and damping ratio z gives back the share exp(-2 z acos(z) / sqrt(1 - z^2)) of the speed of a
+// normal impact (Schwager and Poeschel 2007; acosh and z^2 - 1 beyond z = 1). It always gives
+// something back: 0 would take an infinite damping ratio.
+struct ContactParams {
+  double friction = 0.2;
+  double restitution = 0.1353352832366127;  // exp(-2): z = 1
+  double time_constant_s = 0.02;
+
+  static void Fields(auto& self, auto&& field) {
+    field("friction", self.friction, InRange(0, 2),
+          "force of sliding over normal force; up to 30 % less askew to MuJoCo's friction pyramid");
+    field("restitution", self.restitution, InRange(0.05, 0.95),
+          "speed after over speed before a normal impact; exp(-2) when critically damped");
+    field("time_constant_s", self.time_constant_s, InRange(1e-3, 1),
+          "of the contact's spring: an impact lasts two to three of them, and dents by the speed "
+          "times one");
+  }
+
+  double DampingRatio() const;  // that gives the restitution
+};
+
 struct VehicleParams {
   RigidBodyParams rigid_body;
   HydrodynamicsParams hydrodynamics;
   ThrusterParams thrusters;
+  ContactParams contact;
   std::vector<LoadParams> loads;
 
   static void Fields(auto& self, auto&& field) {
     field("rigid_body", self.rigid_body, Finite(), "the vehicle without loads");
     field("hydrodynamics", self.hydrodynamics, Finite(), "forces of the water");
     field("thrusters", self.thrusters, Finite(), "the four thrusters");
+    field("contact", self.contact, Finite(), "the pole against the dock");
     field("loads", self.loads, Finite(), "payload and ballast");
   }
 

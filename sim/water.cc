@@ -114,7 +114,7 @@ Water::Water(const OpticsParams& params, const StereoRig& rig, const SurfaceTabl
       LitBall ball;
       ball.geom = surfaces_.Find("ball_" + light.name);
       if (ball.geom < 0 || surfaces_[ball.geom].shape != Shape::kSphere)
-        throw ConfigError("optics.ball_lights.balls[" + std::to_string(i) + "].name",
+        throw ConfigError("ball_lights.balls[" + std::to_string(i) + "].name",
                           "the scene has no sphere ball_" + light.name);
       const Rgb color = light.current_factor * light.color.array();
       ball.rim_w_m2_sr = lights.rim_radiance_w_m2_sr * color;

@@ -8,7 +8,7 @@ namespace turbidock::experiments::cli {
 
 enum ExitCode {
   kExitDone = 0,
-  kExitCheckFailed = 1,    // --expect
+  kExitCheckFailed = 1,    // --expect, selftest --physics
   kExitBadInput = 2,       // command line, file, key
   kExitSimulatorFault = 4  // this machine cannot simulate or draw
 };

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <cstdio>
+#include <exception>
 #include <string>
 
 #include "experiments/build_info.h"
@@ -15,16 +16,19 @@ namespace {
 // Written by the signal handler, which may touch nothing else.
 volatile std::sig_atomic_t stop_signal = 0;
 
-void OnSignal(int signal) { stop_signal = signal; }
+void OnSignal(int signal) {
+  stop_signal = signal;
+  std::signal(signal, SIG_DFL);  // a second one does not wait
+}
 
 std::string VersionText() {
   std::string text;
-  for (const auto& [name, value] : BuildInfo()) text += name + " " + value + "\n";
+  for (const auto& [name, value] : BuildInfo()) text.append(name).append(" ").append(value) += '\n';
   text.pop_back();
   return text;
 }
 
-int Main(int argc, char** argv) {
+int ParseAndRun(int argc, char** argv) {
   CLI::App app("Headless closed-loop docking trials of a stereo-vision ROV in turbid water.");
   app.name("turbidock");
   app.footer(
@@ -56,16 +60,23 @@ int Main(int argc, char** argv) {
 
   std::signal(SIGINT, OnSignal);
   std::signal(SIGTERM, OnSignal);
+  const int code = chosen();
+  if (std::fflush(stdout) != 0 || std::ferror(stdout))
+    throw ConfigError("the standard output cannot be written");
+  return stop_signal ? 128 + stop_signal : code;
+}
+
+int Main(int argc, char** argv) {
+  int code = kExitSimulatorFault;
   try {
-    const int code = chosen();
-    return stop_signal ? 128 + stop_signal : code;
+    return ParseAndRun(argc, argv);
   } catch (const ConfigError& error) {
+    code = kExitBadInput;
     std::fprintf(stderr, "turbidock: %s\n", error.what());
-    return kExitBadInput;
-  } catch (const SimulatorFault& error) {
+  } catch (const std::exception& error) {  // SimulatorFault, or a machine out of memory
     std::fprintf(stderr, "turbidock: %s\n", error.what());
-    return kExitSimulatorFault;
   }
+  return code;
 }
 
 }  // namespace

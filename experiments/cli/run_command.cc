@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -20,8 +21,8 @@ namespace {
 struct RunArguments {
   std::string scenario;
   std::vector<std::string> assignments;
-  std::optional<int64_t> seed;
-  std::string out;
+  std::string seed;  // as written: the scenario's reader checks it
+  std::optional<std::string> out;
   std::string expect;
   bool json = false, video = false, quiet = false;
 };
@@ -65,20 +66,23 @@ std::string Summary(const TrialResult& result) {
 
 int Run(const RunArguments& arguments) {
   std::vector<std::string> assignments = arguments.assignments;
-  if (arguments.seed) assignments.push_back(fmt::format("seed={}", *arguments.seed));
+  if (!arguments.seed.empty()) assignments.push_back("seed=" + arguments.seed);
   const Scenario scenario = LoadScenario(arguments.scenario, assignments);
-  if (!arguments.out.empty()) MakeOutputFolder(arguments.out);
+  if (arguments.out) {
+    MakeOutputFolder(*arguments.out);
+    RequireFigures();  // now, not after a minute of work
+  }
 
   Progress progress(arguments.quiet);
   progress.Say(fmt::format("{}, seed {}", scenario.description, scenario.seed));
   std::optional<Film> film;
-  if (arguments.video) film.emplace(arguments.out + "/video.mp4", scenario);
+  if (arguments.video) film.emplace(*arguments.out + "/video.mp4", scenario);
 
   TrialOptions options;
   options.spectator = arguments.video;
   options.observe = [&](const TrialFrame& frame) {
     if (film) film->Add(frame);
-    progress.Show(frame.record.time_s / scenario.duration_s,
+    progress.Show(std::min(1.0, frame.record.time_s / scenario.duration_s),
                   fmt::format("{:5.1f} s  {:15}  F {:+.2f}", frame.record.time_s,
                               NameOf(frame.record.stage), frame.record.fitness));
   };
@@ -88,14 +92,16 @@ int Run(const RunArguments& arguments) {
   };
   options.stop_requested = [] { return StopSignal() != 0; };
   const TrialResult result = RunTrial(scenario, options);
-  if (film) film->Finish();
   progress.Say(Summary(result));
-  if (!arguments.out.empty()) {
-    WriteTrialFiles(arguments.out, scenario, result);
-    progress.Say(fmt::format("  result.json, resolved.yaml, trajectory.csv, figure.png{} in {}",
-                             film ? ", video.mp4" : "", arguments.out));
-  }
+  // The numbers first: what fails later does not take them along.
+  if (arguments.out) WriteRecords(*arguments.out, scenario, result);
   if (arguments.json) std::fputs(ResultJson(result).c_str(), stdout);
+  if (film) film->Finish();
+  if (arguments.out) {
+    WriteFigure(*arguments.out, scenario, result);
+    progress.Say(fmt::format("  result.json, resolved.yaml, trajectory.csv, figure.png{} in {}",
+                             film ? ", video.mp4" : "", *arguments.out));
+  }
   const bool as_expected = arguments.expect.empty() || arguments.expect == NameOf(result.outcome);
   if (!as_expected)
     progress.Say(fmt::format("expected {}, but the outcome is {}", arguments.expect,
@@ -118,11 +124,15 @@ void AddRun(CLI::App& app, Command* chosen) {
   run->add_option("--seed", arguments->seed, "Root of all randomness; as --set seed=N");
   CLI::Option* out =
       run->add_option("--out", arguments->out,
-                      "Folder for result.json, resolved.yaml, trajectory.csv and figure.png");
+                      "Folder for result.json, resolved.yaml, trajectory.csv and figure.png")
+          ->check(CLI::Validator(
+              [](const std::string& path) { return path.empty() ? "the folder has no name" : ""; },
+              "FOLDER"));
   run->add_flag("--video", arguments->video, "Also make video.mp4 in the folder")->needs(out);
   run->add_flag("--json", arguments->json, "Print the result as JSON on stdout");
   run->add_flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
   std::vector<std::string> outcomes;
+  outcomes.reserve(EnumNames<Outcome>::kNames.size());
   for (const auto& [outcome, name] : EnumNames<Outcome>::kNames) outcomes.push_back(name);
   run->add_option("--expect", arguments->expect, "Exit with 1 when the trial ends otherwise")
       ->check(CLI::IsMember(outcomes));

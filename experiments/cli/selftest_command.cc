@@ -4,10 +4,14 @@
 #include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "experiments/build_info.h"
 #include "experiments/cli/commands.h"
 #include "experiments/data_files.h"
+#include "experiments/physics_selftest.h"
 #include "experiments/scenario.h"
 #include "experiments/subprocess.h"
 #include "experiments/trial.h"
@@ -35,6 +39,46 @@ std::string RunOneSecond() {
   if (result.outcome == Outcome::kDiverged) throw SimulatorFault(result.reason);
   return fmt::format("1 s of pool_active: digest {}, {:.1f} x real time", result.digest,
                      result.real_time_factor);
+}
+
+std::string Expectation(const PhysicsCheck& check) {
+  switch (check.relation) {
+    case Relation::kAtMost:
+      return fmt::format("<= {:.5g}", check.expected);
+    case Relation::kAtLeast:
+      return fmt::format(">= {:.5g}", check.expected);
+    case Relation::kNear:
+      break;
+  }
+  return fmt::format("{:.6g} +- {:.2g}", check.expected, check.tolerance);
+}
+
+// The dynamics against what they must do, as a table or as JSON.
+int PhysicsSelftest(bool json) {
+  std::vector<PhysicsCheck> checks = RunPhysicsChecks();
+  for (PhysicsCheck& check : MeasurePhysicsCost()) checks.push_back(std::move(check));
+  bool all_well = true;
+  auto list = nlohmann::ordered_json::array();
+  if (!json)
+    fmt::print("      {:52} {:>12}  {:22} {:6} {}\n", "check", "measured", "expected", "unit",
+               "reference");
+  for (const PhysicsCheck& check : checks) {
+    all_well = all_well && check.pass();
+    if (json)
+      list.push_back({{"check", check.name},
+                      {"pass", check.pass()},
+                      {"measured", check.measured},
+                      {"relation", NameOf(check.relation)},
+                      {"expected", check.expected},
+                      {"tolerance", check.tolerance},
+                      {"unit", check.unit},
+                      {"reference", check.reference}});
+    else
+      fmt::print("{}  {:52} {:12.6g}  {:22} {:6} {}\n", check.pass() ? "ok  " : "FAIL", check.name,
+                 check.measured, Expectation(check), check.unit, check.reference);
+  }
+  if (json) fmt::print("{}\n", list.dump(2));
+  return all_well ? kExitDone : kExitCheckFailed;
 }
 
 int Selftest(bool json) {
@@ -78,10 +122,15 @@ int Selftest(bool json) {
 
 void AddSelftest(CLI::App& app, Command* chosen) {
   auto json = std::make_shared<bool>(false);
+  auto physics = std::make_shared<bool>(false);
   CLI::App* selftest =
       app.add_subcommand("selftest", "Show what this machine runs on, and that it can");
   selftest->add_flag("--json", *json, "As JSON");
-  selftest->callback([json, chosen] { *chosen = [json] { return Selftest(*json); }; });
+  selftest->add_flag("--physics", *physics,
+                     "Instead: the vehicle's dynamics against closed forms, and their cost");
+  selftest->callback([json, physics, chosen] {
+    *chosen = [json, physics] { return *physics ? PhysicsSelftest(*json) : Selftest(*json); };
+  });
 }
 
 }  // namespace turbidock::experiments::cli

@@ -1,5 +1,7 @@
 #include "sim/base/pose.h"
 
+#include <numbers>
+
 namespace turbidock {
 
 Pose Pose::FromVectorPart(const Eigen::Vector3d& p, const Eigen::Vector3d& eps) {
@@ -20,6 +22,8 @@ Pose Pose::Canonical() const {
 double YawOf(const Eigen::Quaterniond& q) {
   return std::atan2(2 * (q.w() * q.z() + q.x() * q.y()), 1 - 2 * (q.y() * q.y() + q.z() * q.z()));
 }
+
+double WrapAngle(double rad) { return std::remainder(rad, 2 * std::numbers::pi); }
 
 Eigen::Quaterniond FromYawPitchRoll(double yaw_rad, double pitch_rad, double roll_rad) {
   return Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()) *

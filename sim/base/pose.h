@@ -48,6 +48,9 @@ struct Wrench {
 // Heading, rad in (-pi, pi]: rotation about z of the z-y-x (yaw, pitch, roll) factorisation.
 double YawOf(const Eigen::Quaterniond& q);
 
+// The same angle in [-pi, pi].
+double WrapAngle(double rad);
+
 // Rotation from yaw, pitch, roll (z-y-x), radians.
 Eigen::Quaterniond FromYawPitchRoll(double yaw_rad, double pitch_rad, double roll_rad);
 

@@ -8,7 +8,7 @@
 #include <cstring>
 
 #include "sim/plant.h"
-#include "tests/sim/plant_scene.h"
+#include "sim/simple_scene.h"
 
 namespace turbidock::sim {
 namespace {
@@ -18,9 +18,8 @@ const Pose kStart = Pose::Translation(0, 0, -1);
 const ThrusterCommand kCommand{.volts = {3.5, 3.5, 3, 2}};
 
 Scene BenchScene() {
-  return testing::MakeScene(
-      std::string(testing::kVehicleBody) +
-      R"(<geom name="station" type="box" size="0.05 0.3 0.225" pos="1.6 0 -1"/>)");
+  return MakeScene(std::string(kVehicleBody) +
+                   R"(<geom name="station" type="box" size="0.05 0.3 0.225" pos="1.6 0 -1"/>)");
 }
 
 SeaParams BenchSea(bool irregular) {
@@ -32,7 +31,7 @@ SeaParams BenchSea(bool irregular) {
   if (irregular)
     params.jonswap = {.significant_height_m = 0.1, .peak_period_s = 2.5};
   else
-    params.waves = ModerateSea().waves;
+    params.state = SeaState::kModerate;
   return params;
 }
 

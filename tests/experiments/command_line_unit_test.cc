@@ -26,9 +26,8 @@ class CommandLine : public ::testing::Test {
   }
   // A scenario that runs, with `more` after its required keys; line 5 is the first of `more`.
   std::string ScenarioFile(const std::string& more) {
-    return File(
-        "scenario.yaml",
-        "schema_version: 1\ndescription: test\nduration_s: 0.2\nmodel: pool_active.xml\n" + more);
+    return File("scenario.yaml",
+                "schema_version: 1\nseed: 3\nduration_s: 0.2\nmodel: pool_active.xml\n" + more);
   }
 
   const std::filesystem::path folder_ =
@@ -49,12 +48,18 @@ TEST_F(CommandLine, RunPrintsOneJsonDocumentWithTheDocumentedKeys) {
   const ProgramEnd end = RunProgram({"run", ScenarioFile(""), "--seed", "7", "--json"});
   ASSERT_EQ(end.exit_code, 0) << end.err;
   const auto json = nlohmann::json::parse(end.out);
-  for (const char* key : {"outcome", "docked", "inserted", "time_s", "final_error_true",
-                          "final_error_estimated", "fitness_mean", "returns_to_servoing",
-                          "stage_time_s", "seed", "digest", "real_time_factor"})
+  for (const char* key :
+       {"outcome", "docked", "inserted", "time_s", "final_error_true", "final_error_estimated",
+        "fitness_mean", "returns_to_servoing", "stage_time_s", "seed", "digest", "real_time_factor",
+        "jammed", "insertion_time_s"})
     EXPECT_TRUE(json.contains(key)) << key;
   for (const char* key : {"x_m", "y_m", "z_m", "yaw_rad"})
     EXPECT_TRUE(json["final_error_true"].contains(key)) << key;
+  for (const char* key :
+       {"thruster_work_joule", "drag_loss_joule", "water_work_joule", "contact_work_joule",
+        "kinetic_change_joule", "potential_change_joule", "residual_joule"})
+    EXPECT_TRUE(json["energy"].contains(key)) << key;
+  EXPECT_EQ(json["jammed"], false);
   EXPECT_EQ(json["seed"], 7);
   EXPECT_EQ(json["outcome"], "timeout");
 }
@@ -86,6 +91,15 @@ TEST_F(CommandLine, ScenariosListsEachWithALine) {
   EXPECT_EQ(end.exit_code, 0);
   EXPECT_THAT(end.out, HasSubstr("sea_night_active"));
   EXPECT_EQ(std::count(end.out.begin(), end.out.end(), '\n'), 4);
+}
+
+TEST_F(CommandLine, PhysicsSelftestExitsAsItsTableSays) {
+  const ProgramEnd end = RunProgram({"selftest", "--physics", "--json"});
+  const auto checks = nlohmann::json::parse(end.out);
+  EXPECT_GT(checks.size(), 40u);
+  bool all_pass = true;
+  for (const auto& check : checks) all_pass = all_pass && check["pass"].get<bool>();
+  EXPECT_EQ(end.exit_code, all_pass ? 0 : 1);
 }
 
 TEST_F(CommandLine, BadUsage) {
@@ -129,7 +143,8 @@ TEST_F(CommandLine, BadAssignments) {
 }
 
 TEST_F(CommandLine, BadModels) {
-  ExpectBadInput({"run", "pool_active", "--set", "model=no_such.xml"}, {"no_such.xml"});
+  ExpectBadInput({"run", "pool_active", "--set", "model=no_such.xml"},
+                 {"--set model = 'no_such.xml'", "neither a file nor"});
   const std::string broken = File("broken.xml", "<mujoco>\n  <worldbody>\n    <goem/>\n");
   ExpectBadInput({"run", "pool_active", "--set", "model=" + broken}, {"broken.xml"});
   const std::string wrong =
@@ -137,6 +152,61 @@ TEST_F(CommandLine, BadModels) {
   ExpectBadInput({"run", "pool_active", "--set", "model=" + wrong}, {"wrong.xml", "line 3"});
   const std::string bare = File("bare.xml", "<mujoco/>");
   ExpectBadInput({"run", "pool_active", "--set", "model=" + bare}, {"bare.xml", "vehicle"});
+}
+
+TEST_F(CommandLine, ARelativeModelIsFoundBesideItsScenarioAndResolvedYamlRunsAnywhere) {
+  std::filesystem::create_directories(folder_ / "models");
+  for (const auto& entry : std::filesystem::directory_iterator(
+           std::filesystem::path(ProgramPath()).parent_path() / "../share/turbidock/models"))
+    if (entry.path().extension() == ".xml")
+      std::filesystem::copy_file(entry.path(), folder_ / "models" / entry.path().filename());
+  const std::string scenario = File(
+      "own.yaml", "schema_version: 1\nseed: 3\nduration_s: 0.2\nmodel: models/pool_active.xml\n");
+  const std::string out = (folder_ / "elsewhere/out").string();
+  const ProgramEnd first = RunProgram({"run", scenario, "--out", out, "--json"});
+  ASSERT_EQ(first.exit_code, 0) << first.err;
+  const ProgramEnd again = RunProgram({"run", out + "/resolved.yaml", "--json"});
+  ASSERT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_EQ(nlohmann::json::parse(again.out)["digest"], nlohmann::json::parse(first.out)["digest"]);
+}
+
+TEST_F(CommandLine, SeedsAreNotBent) {
+  ExpectBadInput({"run", "pool_active", "--seed", "99999999999999999999"}, {"seed"});
+  ExpectBadInput({"run", "pool_active", "--seed", "1.5"}, {"seed"});
+}
+
+TEST_F(CommandLine, TooLongATrialIsRefused) {
+  ExpectBadInput({"run", "pool_active", "--set", "duration_s=1e18"}, {"duration_s"});
+}
+
+TEST_F(CommandLine, ADelayLongerThanTheTrialStillGivesAResult) {
+  const ProgramEnd end =
+      RunProgram({"run", ScenarioFile("camera_delay_frames: 30\nsea:\n  state: calm\n"), "--json"});
+  ASSERT_EQ(end.exit_code, 0) << end.err;
+  const auto json = nlohmann::json::parse(end.out);
+  EXPECT_EQ(json["time_s"], 0.2);
+  EXPECT_NE(json["final_error_true"]["x_m"], 0.0);
+}
+
+// A folder that holds some of the programs on PATH, to hide the others.
+TEST_F(CommandLine, WhatTheMachineLacksIsNamedBeforeTheTrial) {
+  const std::vector<std::string> empty_path = {"PATH=" + folder_.string()};
+  const std::string out = (folder_ / "out").string();
+  const ProgramEnd no_gnuplot = RunProgram({"run", ScenarioFile(""), "--out", out}, empty_path);
+  EXPECT_EQ(no_gnuplot.exit_code, 4);
+  EXPECT_THAT(no_gnuplot.err, HasSubstr("gnuplot-nox"));
+  std::filesystem::create_symlink("/usr/bin/gnuplot", folder_ / "gnuplot");
+  const ProgramEnd no_ffmpeg =
+      RunProgram({"run", ScenarioFile(""), "--out", out, "--video"}, empty_path);
+  EXPECT_EQ(no_ffmpeg.exit_code, 4);
+  EXPECT_THAT(no_ffmpeg.err, HasSubstr("ffmpeg"));
+  // A library of that name that is none hides the real one.
+  File("libOSMesa.so.8", "no library");
+  File("libOSMesa.so", "no library");
+  const ProgramEnd no_mesa =
+      RunProgram({"run", ScenarioFile("")}, {"LD_LIBRARY_PATH=" + folder_.string()});
+  EXPECT_EQ(no_mesa.exit_code, 4);
+  EXPECT_THAT(no_mesa.err, HasSubstr("libosmesa6"));
 }
 
 TEST_F(CommandLine, AnOutputThatCannotBeMadeIsSaidBeforeTheTrial) {

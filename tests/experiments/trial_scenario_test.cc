@@ -10,6 +10,14 @@
 namespace turbidock::experiments {
 namespace {
 
+// The integrator's error, of a turnover of about a joule: 0.001 % measured.
+void ExpectEnergyIsBalanced(const sim::EnergyBalance& energy) {
+  EXPECT_LE(std::abs(energy.residual()), 0.01 * energy.turnover())
+      << energy.residual() << " J of " << energy.turnover() << " J";
+  ::testing::Test::RecordProperty("energy_residual_share",
+                                  std::to_string(energy.residual() / energy.turnover()));
+}
+
 TEST(TrialScenario, DocksInTheNightSea) {
   const TrialResult result = RunTrial(LoadScenario("sea_night_active", {"seed=3"}));
   EXPECT_EQ(result.outcome, Outcome::kDocked) << result.reason;
@@ -20,6 +28,12 @@ TEST(TrialScenario, DocksInTheNightSea) {
   EXPECT_LT(std::abs(result.final_error_true.z_m), 0.04);
   // The pole enters while the vehicle is docking, not before and not by passing beside the mouth.
   EXPECT_GT(result.insertion_depth_m, 0.06);
+  ASSERT_TRUE(result.insertion_time_s.has_value());
+  EXPECT_LT(*result.insertion_time_s, result.time_s);
+  EXPECT_FALSE(result.jam_time_s.has_value());
+  EXPECT_GT(result.energy.drag_loss, 0.1);
+  EXPECT_GT(result.energy.thruster_work, 0);
+  ExpectEnergyIsBalanced(result.energy);
   ASSERT_GE(result.log.transitions.size(), 3u);
   EXPECT_EQ(result.log.transitions.back().to, control::Stage::kDocked);
 }
@@ -33,6 +47,8 @@ TEST(TrialScenario, TimesOutInWaterTooTurbid) {
   EXPECT_LT(result.fitness_best, 0.6);
   EXPECT_NE(result.reason.find("never found"), std::string::npos) << result.reason;
   EXPECT_TRUE(result.log.transitions.empty());
+  EXPECT_FALSE(result.insertion_time_s.has_value());
+  ExpectEnergyIsBalanced(result.energy);
 }
 
 TEST(TrialScenario, CollidesWhenACurrentDrivesItOntoTheStationWithoutThrusters) {
@@ -43,6 +59,23 @@ TEST(TrialScenario, CollidesWhenACurrentDrivesItOntoTheStationWithoutThrusters) 
   EXPECT_FALSE(result.inserted);
   EXPECT_NE(result.reason.find(" against "), std::string::npos) << result.reason;
   EXPECT_GT(result.log.frames.back().collision_force_newton, 0);
+  EXPECT_EQ(result.energy.thruster_work, 0);
+  ExpectEnergyIsBalanced(result.energy);
+}
+
+TEST(TrialScenario, APoleThatSticksToTheRimIsJammed) {
+  // 60 mm too high, where the rim is, and too rough to slide in.
+  const TrialResult result =
+      RunTrial(LoadScenario("pool_active", {"seed=3", "duration_s=13", "procedure.servo_z_m=-0.06",
+                                            "vehicle.contact.friction=2"}));
+  EXPECT_EQ(result.outcome, Outcome::kTimeout) << result.reason;
+  EXPECT_FALSE(result.inserted);
+  ASSERT_TRUE(result.first_dock_contact.has_value());
+  ASSERT_TRUE(result.jam_time_s.has_value());
+  EXPECT_GE(*result.jam_time_s, result.first_dock_contact->time_s + 1);
+  EXPECT_NE(result.reason.find("jammed"), std::string::npos) << result.reason;
+  EXPECT_LT(result.energy.contact_work, 0);
+  ExpectEnergyIsBalanced(result.energy);
 }
 
 TEST(TrialScenario, BelievingToBeDockedInFrontOfTheHoleIsSaid) {
@@ -55,6 +88,7 @@ TEST(TrialScenario, BelievingToBeDockedInFrontOfTheHoleIsSaid) {
   EXPECT_FALSE(result.inserted);
   EXPECT_LT(result.insertion_depth_m, 0);
   EXPECT_NE(result.reason.find("not in the hole"), std::string::npos) << result.reason;
+  ExpectEnergyIsBalanced(result.energy);
 }
 
 }  // namespace

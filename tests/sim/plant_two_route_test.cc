@@ -7,14 +7,12 @@
 #include <vector>
 
 #include "sim/plant.h"
-#include "tests/sim/plant_scene.h"
+#include "sim/simple_scene.h"
 
 namespace turbidock::sim {
 namespace {
 
 using Eigen::Vector3d;
-using testing::OpenWater;
-using testing::TicksPerTenth;
 
 VehicleParams InVacuum() {
   VehicleParams params;
@@ -29,9 +27,9 @@ VehicleParams InVacuum() {
 // Falls onto an inclined plate and a box, tumbles and comes to rest: contacts, friction, warm
 // starts.
 TEST(PlantAndMujoco, WithoutWaterTheStepIsMujocosBitForBit) {
-  const Scene scene = testing::MakeScene(
-      std::string(testing::kVehicleBody) +
-      R"(<geom name="plate" type="box" size="2 2 0.1" pos="0 0 -6" euler="12 7 0"/>
+  const Scene scene =
+      MakeScene(std::string(kVehicleBody) +
+                R"(<geom name="plate" type="box" size="2 2 0.1" pos="0 0 -6" euler="12 7 0"/>
          <geom name="box" type="box" size="0.3 0.2 0.2" pos="0.4 0.1 -5.7"/>)");
   Plant plant(scene, InVacuum(), TicksPerTenth(50), Sea());
   plant.Reset({FromYawPitchRoll(0.3, 0.2, -0.1), {0, 0, -5}});
@@ -63,10 +61,10 @@ TEST(PlantAndMujoco, IsotropicAddedMassIsAHeavierBody) {
   added.hydrodynamics.added_mass_diagonal << 10, 10, 10, 0.05, 0.02, 0.04;
   heavy.rigid_body.mass_kg += 10;
   heavy.rigid_body.inertia_kg_m2 += Vector3d(0.05, 0.02, 0.04);
-  const Scene scene = testing::MakeScene(
-      std::string(testing::kVehicleBody) +
+  const Scene scene = MakeScene(
+      std::string(kVehicleBody) +
           R"(<geom name="wall" type="box" size="0.1 3 3" pos="1.2 0 -5" euler="0 0 20"/>)",
-      testing::kWeightless);
+      kWeightless);
   Plant a(scene, added, TicksPerTenth(50), Sea()), b(scene, heavy, TicksPerTenth(50), Sea());
   double largest_force = 0;
   for (Plant* plant : {&a, &b}) {
@@ -128,50 +126,6 @@ TEST(Plant, ACurrentIsStillWaterSeenFromAMovingFrame) {
     ASSERT_LT((moving.truth().X_WB.p - seen).norm(), 1e-10) << i;
   }
   EXPECT_GT((moving.truth().X_WB.p - start.p).norm(), 0.3);
-}
-
-// Every joule is accounted for up to the integrator's error, which halves with the step.
-struct Balance {
-  EnergyBalance energy;
-  double turnover = 0;
-};
-Balance RoughTrial(int ticks_per_frame) {
-  SeaParams sea = RoughSea();
-  sea.random_phases = false;
-  sea.current.surface_velocity_mps = {0.05, 0.08, 0};
-  sea.tether.enabled = true;
-  VehicleParams params;
-  params.rigid_body.p_BBcm_m = {0.01, 0, -0.01};
-  params.hydrodynamics.added_mass_coupling = {{Dof::kSway, Dof::kRoll, 0.3},
-                                              {Dof::kRoll, Dof::kSway, 0.3}};
-  const Scene scene = testing::MakeScene(
-      std::string(testing::kVehicleBody) +
-      R"(<geom name="wall" type="box" size="0.1 3 3" pos="1.0 0 -1" solref="0.05 1"/>)");
-  Plant plant(scene, params, {.frames_per_second = 30, .ticks_per_frame = ticks_per_frame},
-              Sea(sea, SeedTree(1).Stream("sea")));
-  plant.Reset(Pose::Translation(0, 0, -1));
-  for (int frame = 0; frame < 30 * 20; ++frame) {
-    const double swing = std::sin(0.05 * frame);
-    const ThrusterCommand command{
-        .volts = {4.3 + 0.4 * swing, 4.3 - 0.4 * swing, 2.5 + 2 * swing, 2.5 - 1.5 * swing}};
-    for (int k = 0; k < ticks_per_frame; ++k) EXPECT_FALSE(plant.Step(command).has_value());
-  }
-  Balance out{.energy = plant.energy()};
-  const EnergyBalance& e = out.energy;
-  out.turnover = std::abs(e.thruster_work) + e.drag_loss + std::abs(e.water_work);
-  return out;
-}
-
-TEST(Energy, IsBalancedInARoughTrialWithContact) {
-  const Balance coarse = RoughTrial(16), fine = RoughTrial(64);
-  EXPECT_LT(std::abs(coarse.energy.residual()), 0.01 * coarse.turnover);
-  EXPECT_LT(std::abs(fine.energy.residual()), 0.0025 * fine.turnover);
-  EXPECT_GT(coarse.energy.drag_loss, 1);
-  EXPECT_GT(coarse.energy.thruster_work, 1);
-  EXPECT_LT(coarse.energy.contact_work, 0) << "the wall was to be hit, and takes energy";
-  EXPECT_GT(std::abs(coarse.energy.water_work), 0.1);
-  EXPECT_NE(coarse.energy.tether_work, 0);
-  RecordProperty("residual_share", std::to_string(coarse.energy.residual() / coarse.turnover));
 }
 
 // Drag alone: all kinetic energy that is lost went there.

@@ -3,20 +3,18 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <functional>
 #include <limits>
 #include <numbers>
 
-#include "tests/sim/plant_scene.h"
+#include "sim/simple_scene.h"
 
 namespace turbidock::sim {
 namespace {
 
 using Eigen::Vector3d;
 using ::testing::HasSubstr;
-using testing::kVehicleBody;
-using testing::MakeScene;
-using testing::OpenWater;
 
 std::string Refusal(const std::function<void()>& make) {
   try {
@@ -28,7 +26,7 @@ std::string Refusal(const std::function<void()>& make) {
 }
 
 SeaParams LivelySea() {
-  SeaParams params = ModerateSea();
+  SeaParams params{.state = SeaState::kModerate};
   params.current = {.surface_velocity_mps = {0.05, 0.1, 0},
                     .decay_depth_m = 10,
                     .gust_std_mps = 0.03,
@@ -47,6 +45,10 @@ TEST(Plant, RefusesBadParametersAndModels) {
   params.rigid_body.mass_kg = 0;
   EXPECT_THAT(with(good, params), HasSubstr("vehicle.rigid_body.mass_kg"));
   EXPECT_THAT(with(OpenWater("density='1000'"), {}), HasSubstr("density and viscosity"));
+
+  params = {};
+  params.contact.time_constant_s = 0.003;
+  EXPECT_THAT(with(good, params), HasSubstr("vehicle.contact.time_constant_s"));
 
   std::string damped = kVehicleBody;
   damped.replace(damped.find("<freejoint/>"), 12, "<joint type='free' damping='1'/>");
@@ -127,6 +129,24 @@ TEST(Plant, TheMassIsTheParametersWhateverTheMjcfSays) {
   EXPECT_EQ(plant.model().stat.extent, 7) << "rendering scales its depth range with it";
 }
 
+TEST(Plant, FrictionAndBounceOfPoleAndDockAreTheParameters) {
+  const Scene scene = MakeScene(std::string(kVehicleBody) +
+                                R"(<geom name="dock_face" type="box" size="1 1 1" pos="5 0 -5"/>)");
+  VehicleParams params;
+  params.contact = {.friction = 0.4, .restitution = std::exp(-2.0), .time_constant_s = 0.05};
+  const Plant plant(scene, params, {}, Sea());
+  const mjModel& m = plant.model();
+  const auto expect = [&](const char* name, double friction, double time_s) {
+    const int geom = mj_name2id(&m, mjOBJ_GEOM, name);
+    EXPECT_EQ(m.geom_friction[3 * geom], friction) << name;
+    EXPECT_EQ(m.geom_solref[mjNREF * geom], time_s) << name;
+    EXPECT_EQ(m.geom_solref[mjNREF * geom + 1], 1) << name;  // exp(-2) is critical damping
+  };
+  expect("pole", 0.4, 0.05);
+  expect("dock_face", 0.4, 0.05);
+  expect("hull", 1, 0.02);  // MuJoCo's defaults
+}
+
 TEST(Plant, AnUnusableStateIsReportedWithItsReason) {
   const Scene scene = OpenWater();
   Plant plant(scene, {}, {}, Sea());
@@ -148,12 +168,10 @@ TEST(Plant, AnUnusableStateIsReportedWithItsReason) {
 TEST(Plant, MujocosWarningsEndTheRun) {
   const Scene scene = MakeScene(std::string(kVehicleBody) +
                                 R"(<geom name="floor" type="plane" size="5 5 1" pos="0 0 -5.2"/>)");
-  scene.model->nconmax = 1;               // too few for a box on a plane
-  mju_user_warning = [](const char*) {};  // not into a file
+  scene.model->nconmax = 1;  // too few for a box on a plane
   Plant plant(scene, {}, {}, Sea());
   std::optional<std::string> fault;
   for (int i = 0; i < 960 && !fault; ++i) fault = plant.Step({.volts = {2.5, 2.5, 2.5, 0}});
-  mju_user_warning = nullptr;
   EXPECT_THAT(fault.value_or("fine"), HasSubstr("MuJoCo: "));
 }
 

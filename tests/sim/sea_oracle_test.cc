@@ -23,9 +23,9 @@ double LargestSpeed(const SeaParams& params, double depth_m) {
 
 // u = (w H / 2) exp(-k depth): 0.047, 0.080, 0.153 m/s, given to three digits.
 TEST(Waves, ReachThePublishedSpeedsAtDepth) {
-  EXPECT_NEAR(LargestSpeed(CalmSea(), 0.5), 0.047, 0.0005);
-  EXPECT_NEAR(LargestSpeed(ModerateSea(), 0.7), 0.080, 0.0005);
-  EXPECT_NEAR(LargestSpeed(RoughSea(), 0.7), 0.153, 0.0005);
+  EXPECT_NEAR(LargestSpeed({.state = SeaState::kCalm}, 0.5), 0.047, 0.0005);
+  EXPECT_NEAR(LargestSpeed({.state = SeaState::kModerate}, 0.7), 0.080, 0.0005);
+  EXPECT_NEAR(LargestSpeed({.state = SeaState::kRough}, 0.7), 0.153, 0.0005);
 }
 
 // Central differences at 1 mm and 1 ms of functions whose scales are metres and seconds.

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 namespace turbidock::sim {
 namespace {
@@ -14,7 +15,7 @@ using ::testing::HasSubstr;
 Rng Stream(uint64_t seed) { return SeedTree(seed).Stream("sea"); }
 
 SeaParams Everything() {
-  SeaParams params = ModerateSea();
+  SeaParams params{.state = SeaState::kModerate};
   params.current = {.surface_velocity_mps = {0.1, -0.05, 0},
                     .decay_depth_m = 4,
                     .gust_std_mps = 0.02,
@@ -24,9 +25,20 @@ SeaParams Everything() {
   return params;
 }
 
-TEST(Sea, DefaultsAndTheThreeSeasAreValid) {
-  for (const SeaParams& params : {SeaParams(), CalmSea(), ModerateSea(), RoughSea(), Everything()})
+TEST(Sea, DefaultsAreValid) {
+  for (const SeaParams& params : {SeaParams(), Everything()})
     EXPECT_NO_THROW(CheckFields(params, "sea"));
+}
+
+TEST(Sea, AStateIsItsWaveBeforeThoseSpeltOut) {
+  SeaParams named{.state = SeaState::kRough}, spelt;
+  named.waves = {{.height_m = 0.1, .period_s = 2}};
+  spelt.waves = {{.height_m = 0.2, .period_s = 3, .direction_rad = std::numbers::pi / 2},
+                 {.height_m = 0.1, .period_s = 2}};
+  const Vector3d p(0.3, -0.2, -1);
+  EXPECT_EQ(Sea(named, Stream(5)).At(p, 2).v_W, Sea(spelt, Stream(5)).At(p, 2).v_W);
+  named.waves.clear();
+  EXPECT_NE(Sea(named, Stream(5)).At(p, 2).v_W, Sea(spelt, Stream(5)).At(p, 2).v_W);
 }
 
 TEST(Sea, BadValuesAreRefused) {
@@ -67,8 +79,7 @@ TEST(Sea, SameSeedSameSeaAndCopiesRunAlike) {
 }
 
 TEST(Sea, PhasesAreDrawnOnlyWhenAsked) {
-  SeaParams params = CalmSea();
-  params.random_phases = false;
+  SeaParams params{.state = SeaState::kCalm, .random_phases = false};
   const double fixed = Sea(params, Stream(1)).Elevation({0, 0, 0}, 0);
   EXPECT_DOUBLE_EQ(fixed, 0.025);  // a crest
   EXPECT_EQ(Sea(params, Stream(2)).Elevation({0, 0, 0}, 0), fixed);

@@ -43,7 +43,7 @@ TEST(OpticsParams, DefaultsAreValidAndBadOnesNameTheKey) {
   EXPECT_EQ(KeyOfError(params), "optics.water.absorption_per_m");
   params = {};
   params.ball_lights.balls[1].name = "pink";
-  EXPECT_EQ(KeyOfError(params), "optics.ball_lights.balls[1].name");
+  EXPECT_EQ(KeyOfError(params), "ball_lights.balls[1].name");
 }
 
 TEST(MakeMedium, AddsMilkToTheBackground) {

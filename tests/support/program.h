@@ -14,7 +14,8 @@ struct ProgramEnd {
   std::string out, err;
 };
 
-// Runs the program with these arguments to its end; `environment` is added to the test's own.
+// Runs the program with these arguments to its end; `environment` ("NAME=VALUE") replaces or adds
+// to the test's own.
 ProgramEnd RunProgram(const std::vector<std::string>& arguments,
                       const std::vector<std::string>& environment = {});
 

@@ -72,16 +72,16 @@ TEST(RmGaOptions, PublishedPresetHasThePublishedNumbers) {
 TEST(RmGaOptions, RefusesWhatCannotWork) {
   RmGaOptions options;
   options.population = 2;
-  EXPECT_THAT(ProblemOf(options), HasSubstr("rm_ga.population"));
+  EXPECT_THAT(ProblemOf(options), HasSubstr("estimator.population"));
   options = {};
   options.immigrant_share = options.creep_share = 0.6;
-  EXPECT_THAT(ProblemOf(options), HasSubstr("rm_ga.creep_share"));
+  EXPECT_THAT(ProblemOf(options), HasSubstr("estimator.creep_share"));
   options = {};
   options.creep_min_m = 0.05;
-  EXPECT_THAT(ProblemOf(options), HasSubstr("rm_ga.creep_max_found_m"));
+  EXPECT_THAT(ProblemOf(options), HasSubstr("estimator.creep_max_found_m"));
   options = {};
   options.range.x_min_m = 2;
-  EXPECT_THAT(ProblemOf(options), HasSubstr("rm_ga.range.x_max_m"));
+  EXPECT_THAT(ProblemOf(options), HasSubstr("estimator.range.x_max_m"));
 }
 
 TEST(RmGa, RefusesImagesOfAnotherSize) {
