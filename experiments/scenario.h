@@ -103,9 +103,8 @@ struct Scenario {
 };
 
 // Reads a scenario: struct defaults, models/vehicle.yaml, assets/gains.yaml, the file, the
-// assignments
-// ("water.milk_ml_m3=20"). `name` is a file or a bundled scenario's name. ConfigError for whatever
-// is wrong in them.
+// assignments ("water.milk_ml_m3=20"). `name` is a file or a bundled scenario's name. ConfigError
+// for whatever is wrong in them.
 Scenario LoadScenario(const std::string& name, const std::vector<std::string>& assignments);
 
 // Path of the scenario's MJCF file.

@@ -29,8 +29,7 @@ struct Overloaded : Fs... {
 template <class... Fs>
 Overloaded(Fs...) -> Overloaded<Fs...>;
 
-// ------------------------------------------------------------------------------------- text and
-// units
+// ---------------------------------------------------------------------------------- text and units
 
 std::string Join(const std::vector<std::string>& parts, const char* separator) {
   std::string text;
@@ -134,8 +133,7 @@ std::string WithArticle(const std::string& type) {
   return bare ? type : "a " + type;
 }
 
-// -------------------------------------------------------------------------------------------
-// messages
+// ---------------------------------------------------------------------------------------- messages
 
 [[noreturn]] void FailKey(const YamlNode& at, const std::string& problem) {
   throw ConfigError(at.Where() + (at.path.empty() ? "" : at.path + ": ") + problem);
@@ -197,8 +195,7 @@ void FindByName(const GroupRef& group, const std::string& path, const std::strin
   FailKey(at, "unknown key; allowed: " + Join(known, ", "));
 }
 
-// --------------------------------------------------------------------------------------------
-// reading
+// ----------------------------------------------------------------------------------------- reading
 
 class Reader {
  public:
@@ -416,8 +413,7 @@ void Reader::ReadList(const YamlNode& at, const Field& field, const ListRef& lis
   }
 }
 
-// -------------------------------------------------------------------------------------- --set
-// paths
+// ------------------------------------------------------------------------------------- --set paths
 
 // "a.b[0].c" or "a.b.0.c" -> a, b, 0, c. Nothing if it is no path.
 std::optional<std::vector<std::string>> SplitPath(const std::string& path) {
@@ -484,8 +480,7 @@ Field Descend(const Field& field, const std::string& word, const GroupRef& root,
   return element;
 }
 
-// ---------------------------------------------------------------------------------------------
-// saving
+// ------------------------------------------------------------------------------------------ saving
 
 // Words that YAML or people read as something else than text.
 bool IsReserved(std::string word) {
@@ -662,8 +657,7 @@ std::string ReadFile(const std::string& file) {
 
 }  // namespace
 
-// --------------------------------------------------------------------------------------- public
-// parts
+// ------------------------------------------------------------------------------------ public parts
 
 std::string YamlNode::Where() const {
   return file == kFromSet ? file + " " : file + ":" + std::to_string(line) + ": ";

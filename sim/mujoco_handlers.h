@@ -5,9 +5,8 @@
 namespace turbidock::sim {
 
 // Makes MuJoCo leave the working directory alone: a warning is only counted (in mjData, where the
-// plant looks after every step), an error is printed on stderr and ends the program with exit
-// code 4. Process-wide, as
-// MuJoCo's hooks are; calling it again changes nothing. LoadScene does.
+// plant looks after every step), an error is printed on stderr and ends the program with exit code
+// 4. Process-wide, as MuJoCo's hooks are; calling it again changes nothing. LoadScene does.
 void InstallMujocoHandlers();
 
 }  // namespace turbidock::sim

@@ -50,8 +50,7 @@ class SurfaceTable {
   explicit SurfaceTable(std::vector<Surface> surfaces);
 
   // All geoms of a scene; the marker's cast shadows. Albedo is the geom's rgba (not its
-  // material's).
-  // Throws ConfigError for a geom of another shape (mesh, height field).
+  // material's). Throws ConfigError for a geom of another shape (mesh, height field).
   static SurfaceTable FromScene(const Scene& scene);
 
   int size() const { return static_cast<int>(surfaces_.size()); }
