@@ -91,5 +91,41 @@ TEST(TrialScenario, BelievingToBeDockedInFrontOfTheHoleIsSaid) {
   ExpectEnergyIsBalanced(result.energy);
 }
 
+TEST(TrialScenario, AMarkerOutOfSightForGoodIsGivenUp) {
+  // Found at first; then a current across the dock carries the vehicle away.
+  const TrialResult result = RunTrial(
+      LoadScenario("sea_night_active",
+                   {"sea.current.surface_velocity_mps=[0, 0.3, 0]",
+                    "vehicle.thrusters.effectiveness=[0, 0, 0, 0]", "procedure.lost_after_s=0.5",
+                    "procedure.return_to_approach_s=1", "procedure.give_up_s=2"}));
+  EXPECT_EQ(result.outcome, Outcome::kMarkerLost) << result.reason;
+  EXPECT_FALSE(result.docked);
+  EXPECT_GE(result.fitness_best, 0.6);
+  ASSERT_EQ(result.log.transitions.size(), 2u);
+  EXPECT_EQ(result.log.transitions.back().to, control::Stage::kApproach);
+  EXPECT_NE(result.reason.find("lost"), std::string::npos) << result.reason;
+}
+
+TEST(TrialScenario, PhysicsThatFailsIsAResult) {
+  // A drag that no step of this length can follow.
+  const TrialResult result = RunTrial(LoadScenario(
+      "sea_night_active",
+      {"clock.ticks_per_frame=1", "vehicle.contact.time_constant_s=0.2",
+       "sea.current.surface_velocity_mps=[5, 0, 0]",
+       "vehicle.hydrodynamics.quadratic_damping_diagonal=[20000, 90, 70, 0.1, 0.15, 0.2]"}));
+  EXPECT_EQ(result.outcome, Outcome::kDiverged) << result.reason;
+  EXPECT_FALSE(result.reason.empty());
+}
+
+TEST(TrialScenario, StopsWhenAsked) {
+  TrialOptions options;
+  int polls = 0;
+  options.stop_requested = [&] { return ++polls == 3; };
+  const TrialResult result = RunTrial(LoadScenario("pool_active", {}), options);
+  EXPECT_EQ(result.outcome, Outcome::kInterrupted);
+  EXPECT_EQ(result.log.frames.size(), 3u);
+  EXPECT_DOUBLE_EQ(result.time_s, 0.1);
+}
+
 }  // namespace
 }  // namespace turbidock::experiments
