@@ -118,7 +118,8 @@ void ImageSensor::ExposeView(const Image3f& radiance, uint64_t key, int64_t fram
       const int count = std::min(kBlock, values - start);
       float noisy[kBlock];
       for (int i = 0; i < count; i += 4) {
-        const uint64_t bits = SplitMix(row_key, static_cast<uint64_t>(start + i));
+        const uint64_t bits =
+            SplitMix(row_key, static_cast<uint64_t>(start) + static_cast<uint64_t>(i));
         for (int j = i; j < std::min(i + 4, count); ++j) {
           // what is negative or no number counts as dark
           const float x = std::min(std::max(0.0f, in[start + j] * nodes_per_radiance_), last_node_);
@@ -133,8 +134,8 @@ void ImageSensor::ExposeView(const Image3f& radiance, uint64_t key, int64_t fram
       }
       // clipped with masks: half of the dark values are below zero, no branch could be predicted
       for (int i = 0; i < count; ++i) {
-        // NOLINTNEXTLINE(bugprone-incorrect-roundings): what it gets wrong is below zero, clipped
-        // next
+        // What this rounds wrongly is below zero, and clipped next.
+        // NOLINTNEXTLINE(bugprone-incorrect-roundings)
         const int value = static_cast<int>(noisy[i] + 0.5f);
         const int positive = value & ~(value >> 31);
         dn[start + i] = static_cast<uint8_t>(positive | ((255 - positive) >> 31));
