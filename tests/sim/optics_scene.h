@@ -116,4 +116,12 @@ inline std::vector<Pose> LampsAt(double offset_m) {
   return {Pose::Translation(0, offset_m, 0), Pose::Translation(0, -offset_m, 0)};
 }
 
+// The default rig at a quarter of its resolution, for tests that need few pixels.
+inline StereoRig SmallRig() {
+  RigParams rig;
+  rig.width_px = 160;
+  rig.height_px = 120;
+  return rig.MakeRig();
+}
+
 }  // namespace turbidock::testing

@@ -13,13 +13,7 @@ namespace {
 using testing::Cast;
 using testing::LampsAt;
 using testing::MarkerAndPlate;
-
-StereoRig SmallRig() {
-  RigParams rig;
-  rig.width_px = 160;
-  rig.height_px = 120;
-  return rig.MakeRig();
-}
+using testing::SmallRig;
 
 Image3f Left(const OpticsParams& params, const std::vector<Surface>& surfaces) {
   const StereoRig rig = SmallRig();

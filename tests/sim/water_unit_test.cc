@@ -16,13 +16,7 @@ namespace {
 using testing::Cast;
 using testing::LampsAt;
 using testing::MarkerAndPlate;
-
-StereoRig SmallRig() {
-  RigParams rig;
-  rig.width_px = 160;
-  rig.height_px = 120;
-  return rig.MakeRig();
-}
+using testing::SmallRig;
 
 std::string KeyOfError(const OpticsParams& params) {
   try {
