@@ -48,6 +48,17 @@ TEST(TrialRepeat, TheDigestSeesTheSeedAndEveryStageOfTheLoop) {
   }
 }
 
+TEST(TrialRepeat, TheDigestSeesEstimatesThatDoNotMoveTheVehicle) {
+  // Without thrusters the vehicle moves the same whatever the estimator says.
+  std::vector<std::string> drifting = kShort;
+  drifting.push_back("vehicle.thrusters.effectiveness=[0, 0, 0, 0]");
+  const TrialResult one = RunTrial(LoadScenario("sea_night_active", drifting));
+  drifting.push_back("hue.window_rad=0.3");
+  const TrialResult other = RunTrial(LoadScenario("sea_night_active", drifting));
+  EXPECT_EQ(one.log.frames.back().true_X_WB.p, other.log.frames.back().true_X_WB.p);
+  EXPECT_NE(one.digest, other.digest);
+}
+
 TEST(TrialRepeat, ResolvedYamlRunsToTheSameDigest) {
   const Scenario scenario = LoadScenario("pool_passive", kShort);
   const auto file = std::filesystem::temp_directory_path() / "turbidock_resolved_test.yaml";
