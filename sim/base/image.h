@@ -53,6 +53,25 @@ using Image1u16 = Image<uint16_t, 1>;
 using Image1f = Image<float, 1>;
 using Image3f = Image<float, 3>;  // linear R, G, B
 
+// A rectangle of pixels; the end column and row are outside.
+struct PixelRegion {
+  int column_begin = 0, row_begin = 0, column_end = 0, row_end = 0;
+
+  int width() const { return column_end - column_begin; }
+  int height() const { return row_end - row_begin; }
+  bool empty() const { return width() <= 0 || height() <= 0; }
+  bool Contains(int u, int v) const {
+    return u >= column_begin && v >= row_begin && u < column_end && v < row_end;
+  }
+  bool operator==(const PixelRegion&) const = default;
+};
+
+struct StereoRegion {
+  PixelRegion left, right;
+
+  bool operator==(const StereoRegion&) const = default;
+};
+
 // What the two cameras saw at one frame, 8-bit RGB: the only thing that passes from the simulation
 // (or from a real vehicle) to the estimator.
 struct StereoImage {
