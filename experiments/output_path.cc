@@ -5,6 +5,8 @@
 
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 
 #include "sim/base/check.h"
 
@@ -16,6 +18,22 @@ void RequireWritable(const std::string& path) {
   if (fd < 0) throw ConfigError(path, std::string("cannot be written: ") + std::strerror(errno));
   close(fd);
   if (!existed) unlink(path.c_str());
+}
+
+void WriteWhole(const std::string& path, const std::string& text) {
+  const std::string partial = path + ".partial";
+  {
+    std::ofstream file(partial, std::ios::binary);
+    file << text;
+    file.flush();
+    if (!file) throw ConfigError(path + ": cannot be written: " + std::strerror(errno));
+  }
+  std::error_code error;
+  std::filesystem::rename(partial, path, error);
+  if (error) {
+    std::filesystem::remove(partial);
+    throw ConfigError(path + ": cannot be written: " + error.message());
+  }
 }
 
 }  // namespace turbidock::experiments

@@ -9,4 +9,8 @@ namespace turbidock::experiments {
 // Leaves the file system as it was.
 void RequireWritable(const std::string& path);
 
+// Writes a file that is complete or not there at all: a reader never sees half of it. ConfigError
+// when it cannot be written.
+void WriteWhole(const std::string& path, const std::string& text);
+
 }  // namespace turbidock::experiments

@@ -3,10 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -37,23 +34,6 @@ Json ToJson(const sim::EnergyBalance& energy) {
 }
 
 Json OrNull(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
-
-// Complete or not at all: a reader never sees half a file.
-void WriteWhole(const std::filesystem::path& path, const std::string& text) {
-  const std::filesystem::path partial = path.string() + ".partial";
-  {
-    std::ofstream file(partial, std::ios::binary);
-    file << text;
-    file.flush();
-    if (!file) throw ConfigError(path.string() + ": cannot be written: " + std::strerror(errno));
-  }
-  std::error_code error;
-  std::filesystem::rename(partial, path, error);
-  if (error) {
-    std::filesystem::remove(partial);
-    throw ConfigError(path.string() + ": cannot be written: " + error.message());
-  }
-}
 
 }  // namespace
 

@@ -21,6 +21,9 @@ enum class Background {
   kCustom,   // the coefficients given beside it
 };
 
+// Eight times the most that was ever published of the experiment.
+inline constexpr double kMostMilk_ml_m3 = 2000;
+
 struct WaterParams {
   Background background = Background::kPure;
   double milk_ml_m3 = 0;
@@ -38,7 +41,7 @@ struct WaterParams {
 
   static void Fields(auto& self, auto&& field) {
     field("background", self.background, Finite(), "water before milk is added");
-    field("milk_ml_m3", self.milk_ml_m3, InRange(0, 2000), "milk in the water");
+    field("milk_ml_m3", self.milk_ml_m3, InRange(0, kMostMilk_ml_m3), "milk in the water");
     field("scattering_scale", self.scattering_scale, InRange(0.1, 3),
           "factor on the milk's scattering: sort of milk, 0.55 to 1.1 in the literature");
     field("milk_scattering_m2_ml", self.milk_scattering_m2_ml, InRange(0, 1),

@@ -40,6 +40,7 @@ int ParseAndRun(int argc, char** argv) {
   app.require_subcommand(0, 1);
   Command chosen;
   AddRun(app, &chosen);
+  AddRecognize(app, &chosen);
   AddScenarios(app, &chosen);
   AddSelftest(app, &chosen);
 

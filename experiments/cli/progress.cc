@@ -34,6 +34,10 @@ void Progress::Say(const std::string& line) {
   std::fprintf(stderr, "%s\n", line.c_str());
 }
 
+void Progress::SayOffTerminal(const std::string& line) {
+  if (!terminal_) Say(line);
+}
+
 void Progress::Clear() {
   if (shown_) std::fputs("\r\033[K", stderr);
   shown_ = false;

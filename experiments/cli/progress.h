@@ -17,6 +17,8 @@ class Progress {
   void Show(double share, const std::string& words);
   // A line that stays.
   void Say(const std::string& line);
+  // The same, but not on a terminal, where the bar shows it.
+  void SayOffTerminal(const std::string& line);
 
  private:
   void Clear();

@@ -9,5 +9,6 @@ inline constexpr double kDegPerRad = 180 / std::numbers::pi;
 constexpr double DegFromRad(double rad) { return rad * kDegPerRad; }
 constexpr double RadFromDeg(double deg) { return deg / kDegPerRad; }
 constexpr double MmFromM(double m) { return 1000 * m; }
+constexpr double MFromMm(double mm) { return mm / 1000; }
 
 }  // namespace turbidock::units

@@ -1,0 +1,174 @@
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cstdio>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "experiments/cli/commands.h"
+#include "experiments/cli/progress.h"
+#include "experiments/output_path.h"
+#include "experiments/recognition.h"
+#include "experiments/recognition_report.h"
+#include "experiments/recognition_table.h"
+#include "sim/base/units.h"
+
+namespace turbidock::experiments::cli {
+namespace {
+
+struct RecognizeArguments {
+  std::string marker = "both";
+  std::string table;
+  std::vector<double> distances_mm, milk_ml_m3;
+  std::vector<std::string> assignments;
+  std::string seed;
+  double seconds = 60;
+  int workers = 1;
+  std::string csv, figure;
+  bool json = false, quiet = false;
+};
+
+std::vector<MarkerKind> MarkersOf(const std::string& name) {
+  std::vector<MarkerKind> markers;
+  for (const auto& [marker, known] : EnumNames<MarkerKind>::kNames)
+    if (name == known || name == "both") markers.push_back(marker);
+  return markers;
+}
+
+// Cells of the experiment as published, or of the command line.
+std::vector<RecognitionCell> Grid(const RecognizeArguments& arguments,
+                                  const std::vector<MarkerKind>& markers) {
+  std::vector<double> distances_m = PublishedDistances();
+  if (!arguments.distances_mm.empty()) {
+    distances_m.clear();
+    for (const double mm : arguments.distances_mm) distances_m.push_back(units::MFromMm(mm));
+  }
+  std::vector<RecognitionCell> cells;
+  for (const MarkerKind marker : markers)
+    for (const double distance_m : distances_m)
+      for (const double milk :
+           arguments.milk_ml_m3.empty() ? PublishedMilk(marker) : arguments.milk_ml_m3)
+        cells.push_back({marker, milk, distance_m});
+  return cells;
+}
+
+std::string RemainingTime(double seconds) {
+  const int whole = static_cast<int>(seconds + 0.5);
+  return whole < 60 ? fmt::format("{} s", whole)
+                    : fmt::format("{} min {:02} s", whole / 60, whole % 60);
+}
+
+// Progress of the cells: the bar on a terminal, ten lines elsewhere.
+class CellProgress {
+ public:
+  explicit CellProgress(Progress* progress) : progress_(progress) {}
+
+  void Show(int done, int of) {
+    const double elapsed_s =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    const std::string words = fmt::format("{} of {} cells, {} to go", done, of,
+                                          RemainingTime(elapsed_s / done * (of - done)));
+    progress_->Show(static_cast<double>(done) / of, words);
+    const int tenth = 10 * done / of;
+    if (tenth == tenths_ || done == of) return;
+    tenths_ = tenth;
+    progress_->SayOffTerminal(words);
+  }
+
+ private:
+  Progress* progress_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  int tenths_ = 0;
+};
+
+int Recognize(const RecognizeArguments& arguments) {
+  if (!arguments.table.empty() && arguments.marker == "both")
+    throw ConfigError("--table needs --marker active or --marker passive: a table is of one");
+  std::vector<std::string> assignments = arguments.assignments;
+  if (!arguments.seed.empty()) assignments.push_back("seed=" + arguments.seed);
+  const std::vector<MarkerKind> markers = MarkersOf(arguments.marker);
+  std::vector<TableRow> table;
+  std::vector<RecognitionCell> cells;
+  if (arguments.table.empty()) {
+    cells = Grid(arguments, markers);
+  } else {
+    table = ReadRecognitionTable(arguments.table, markers.front());
+    for (const TableRow& row : table) cells.push_back(row.cell);
+  }
+  if (!arguments.csv.empty()) RequireWritable(arguments.csv);
+  if (!arguments.figure.empty()) RequireWritable(arguments.figure);
+
+  Progress progress(arguments.quiet);
+  std::map<MarkerKind, Scenario> scenarios;
+  for (const MarkerKind marker : markers)
+    scenarios.emplace(marker, RecognitionScenario(marker, assignments));
+  const Recognition recognition(std::move(scenarios), cells);
+  CellProgress cell_progress(&progress);
+  progress.Say(fmt::format("{} cells of {:g} s", cells.size(), arguments.seconds));
+  const std::vector<CellResult> results = recognition.Run(
+      {.seconds = arguments.seconds,
+       .run = {.workers = arguments.workers,
+               .on_progress = [&](int done, int of) { cell_progress.Show(done, of); },
+               .stop_requested = [] { return StopSignal() != 0; }}});
+  if (results.empty()) return kExitDone;  // stopped: the program ends with the signal's code
+
+  std::optional<TableComparison> comparison;
+  if (!table.empty()) comparison = Compare(results, table);
+  progress.Say(RecognitionText(results, table, comparison));
+  if (!arguments.csv.empty()) WriteWhole(arguments.csv, RecognitionCsv(results, table));
+  if (arguments.json) std::fputs(RecognitionJson(results, table, comparison).c_str(), stdout);
+  return kExitDone;
+}
+
+}  // namespace
+
+void AddRecognize(CLI::App& app, Command* chosen) {
+  auto arguments = std::make_shared<RecognizeArguments>();
+  CLI::App* recognize = app.add_subcommand(
+      "recognize", "Run the recognition experiment: a vehicle at rest, milk added step by step");
+  recognize->add_option("--marker", arguments->marker, "active, passive or both")
+      ->check(CLI::IsMember({"active", "passive", "both"}))
+      ->capture_default_str();
+  CLI::Option* table =
+      recognize
+          ->add_option("--table", arguments->table,
+                       "CSV of one marker (milk_ml_m3,distance_mm,fitness_mean,...): run its cells "
+                       "and compare")
+          ->type_name("FILE");
+  recognize
+      ->add_option("--distances", arguments->distances_mm,
+                   "Distances in mm, comma separated; 400,600,800,1000 unless given")
+      ->delimiter(',')
+      ->excludes(table);
+  recognize
+      ->add_option("--milk", arguments->milk_ml_m3,
+                   "Milk in ml/m3, comma separated; the published steps unless given")
+      ->delimiter(',')
+      ->excludes(table);
+  recognize->add_option("--seconds", arguments->seconds, "Time a cell is watched")
+      ->check(CLI::Range(0.02, 3600.0))
+      ->capture_default_str();
+  recognize->add_option("--workers", arguments->workers, "Processes; the results are the same")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+  recognize
+      ->add_option("--set", arguments->assignments,
+                   "Set one key of the scenarios pool_active and pool_passive; may be repeated")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+  recognize->add_option("--seed", arguments->seed, "Root of all randomness; as --set seed=N");
+  recognize->add_option("--csv", arguments->csv, "Write the cells to this file")->type_name("FILE");
+  recognize
+      ->add_option("--figure", arguments->figure,
+                   "Draw FILE.png (F over milk), FILE_areas.png, FILE_images.png and FILE_time.png")
+      ->type_name("FILE.png");
+  recognize->add_flag("--json", arguments->json, "Print the result as JSON on stdout");
+  recognize->add_flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
+  recognize->callback(
+      [arguments, chosen] { *chosen = [arguments] { return Recognize(*arguments); }; });
+}
+
+}  // namespace turbidock::experiments::cli

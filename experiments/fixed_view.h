@@ -1,0 +1,45 @@
+#pragma once
+// A vehicle at rest in front of the marker: what its cameras have before them is drawn once, lit
+// once for each sort of water, and exposed anew every frame.
+
+#include <cstdint>
+#include <vector>
+
+#include "experiments/scenario.h"
+#include "sim/base/image.h"
+#include "sim/base/pose.h"
+#include "sim/image_sensor.h"
+#include "sim/rendered.h"
+#include "sim/surfaces.h"
+#include "sim/water.h"
+
+namespace turbidock::experiments {
+
+// What is seen, without any light. Needs no OpenGL once it is made, so it can be handed to workers.
+struct FixedView {
+  Pose X_HM;  // the marker in the camera head
+  StereoRig rig;
+  sim::SurfaceTable surfaces;
+  std::vector<Pose> X_HE;  // the lamps in the camera head
+  sim::RenderedStereo rendered;
+};
+
+// The scenario's scene with the marker at each of these poses in the camera head. ConfigError for a
+// model that cannot be loaded, SimulatorFault when nothing can be drawn.
+std::vector<FixedView> DrawFixedViews(const Scenario& scenario, const std::vector<Pose>& X_HM);
+
+// The cameras of a vehicle at rest: the scenario's water, lamps, ball lights and sensor.
+class FixedCameras {
+ public:
+  // Noise is drawn from `seeds`.
+  FixedCameras(const FixedView& view, const Scenario& scenario, const SeedTree& seeds);
+
+  const sim::RadianceStereo& radiance() const { return radiance_; }
+  void Expose(int64_t frame, StereoImage* out) { sensor_.Expose(radiance_, frame, out); }
+
+ private:
+  sim::ImageSensor sensor_;
+  sim::RadianceStereo radiance_;
+};
+
+}  // namespace turbidock::experiments

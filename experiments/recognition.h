@@ -1,0 +1,99 @@
+#pragma once
+// The recognition experiment: a vehicle at rest looks at the marker straight ahead while milk is
+// added step by step; how well the marker is recognised is the mean of F over a minute.
+//
+// F is that of the scenario's estimator as it tracks: of the best individual after the generations
+// of one frame, as in the published rig, whose search runs on the stream of images without end. It
+// has run for `settle_s` before a cell's first frame counts.
+
+#include <functional>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "experiments/fixed_view.h"
+#include "experiments/fork_map.h"
+#include "experiments/scenario.h"
+
+namespace turbidock::experiments {
+
+enum class MarkerKind { kActive, kPassive };
+
+// What a mean F allows: docking, recognition, nothing. Limits: ViewCriteria.
+enum class Area { kI, kII, kIII };
+Area AreaOf(double fitness_mean);
+
+// One point of the experiment.
+struct RecognitionCell {
+  MarkerKind marker = MarkerKind::kActive;
+  double milk_ml_m3 = 0;
+  double distance_m = 0;  // from the camera head to the marker's origin, straight ahead
+
+  auto operator<=>(const RecognitionCell&) const = default;
+};
+
+struct CellResult {
+  RecognitionCell cell;
+  double fitness_mean = 0, fitness_std = 0;
+  Area area = Area::kIII;
+  double position_error_mean_m = 0;  // distance of the estimated origin from the true one
+  std::vector<float> fitness = {};   // of every frame that counts
+  Pose last_X_HM = {};               // the last frame's estimate
+};
+
+struct RecognitionOptions {
+  double seconds = 60;
+  double settle_s = 1;
+  ForkMapOptions run = {};
+};
+
+// The published steps: milk to 119 ml/m^3, and to 245 for the active marker; distances 0.4 to 1 m.
+std::vector<double> PublishedMilk(MarkerKind marker);
+std::vector<double> PublishedDistances();
+
+// The pool with that marker (bundled scenarios pool_active, pool_passive) under these assignments.
+Scenario RecognitionScenario(MarkerKind marker, const std::vector<std::string>& assignments);
+
+// The experiment on some cells. Drawing is done when it is made, so that it can then run in
+// workers, and more than once.
+class Recognition {
+ public:
+  // `scenarios` has every marker that occurs in the cells. ConfigError where milk or a distance is
+  // out of range.
+  Recognition(std::map<MarkerKind, Scenario> scenarios, std::vector<RecognitionCell> cells);
+
+  const std::vector<RecognitionCell>& cells() const { return cells_; }
+
+  // The results are in the cells' order, the same whatever the number of workers; each cell's
+  // randomness depends on the seed and on the cell only. Nothing when it was stopped.
+  std::vector<CellResult> Run(const RecognitionOptions& options) const;
+
+  // One cell in this process. The cameras' images may be watched.
+  CellResult RunCell(const RecognitionCell& cell, const RecognitionOptions& options,
+                     const std::function<void(const StereoImage&)>& observe = {}) const;
+
+  const Scenario& scenario(MarkerKind marker) const { return scenarios_.at(marker); }
+  // What is changed here is what the next run uses; the model and the rig must stay as they are.
+  Scenario* mutable_scenario(MarkerKind marker) { return &scenarios_.at(marker); }
+
+ private:
+  std::map<MarkerKind, Scenario> scenarios_;
+  std::vector<RecognitionCell> cells_;
+  std::map<std::pair<MarkerKind, double>, FixedView> views_;  // by marker and distance
+};
+
+}  // namespace turbidock::experiments
+
+template <>
+struct turbidock::EnumNames<turbidock::experiments::MarkerKind> {
+  using E = turbidock::experiments::MarkerKind;
+  static constexpr auto kNames =
+      std::to_array<std::pair<E, const char*>>({{E::kActive, "active"}, {E::kPassive, "passive"}});
+};
+template <>
+struct turbidock::EnumNames<turbidock::experiments::Area> {
+  using E = turbidock::experiments::Area;
+  static constexpr auto kNames =
+      std::to_array<std::pair<E, const char*>>({{E::kI, "I"}, {E::kII, "II"}, {E::kIII, "III"}});
+};
