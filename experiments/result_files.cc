@@ -82,6 +82,7 @@ std::string ResultJson(const TrialResult& result) {
       {"digest", result.digest},
       {"wall_time_s", result.wall_time_s},
       {"real_time_factor", result.real_time_factor},
+      {"peak_memory_mib", result.peak_memory_mib},
   };
   return json.dump(2) + "\n";
 }

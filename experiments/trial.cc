@@ -1,6 +1,7 @@
 #include "experiments/trial.h"
 
 #include <fmt/format.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <chrono>
@@ -66,7 +67,8 @@ class World {
         water_(scenario.optics, scenario.rig.MakeRig(), sim::SurfaceTable::FromScene(scene_),
                sim::LampPoses(scene_)),
         sensor_(scenario.sensor, seeds_.Stream("camera.left").NextU64(),
-                seeds_.Stream("camera.right").NextU64()) {
+                seeds_.Stream("camera.right").NextU64()),
+        timer_(options.timer) {
     if (options.spectator)
       spectator_.emplace(*context_, scene_, kSpectatorWidth_px, kSpectatorHeight_px);
     const Pose X_WH = scene_.X_WM * DrawStart(scenario);
@@ -74,9 +76,11 @@ class World {
   }
 
   void Expose(int64_t frame, StereoImage* out) {
-    renderer_.Render(plant_.data(), plant_.tick(), &rendered_);
+    renderer_.Render(plant_.data(), plant_.tick(), &rendered_, timer_);
     water_.Apply(rendered_, &radiance_);
+    Lap(timer_, LoopStage::kWater);
     sensor_.Expose(radiance_, frame, out);
+    Lap(timer_, LoopStage::kSensor);
   }
 
   const Image3u8* DrawSpectator() {
@@ -89,8 +93,9 @@ class World {
   // the physics failed, if it did.
   std::optional<std::string> Advance(const ThrusterCommand& command, sim::ContactReport* contacts) {
     *contacts = {};
+    std::optional<std::string> fault;
     for (int i = 0; i < clock_.ticks_per_frame; ++i) {
-      if (auto fault = plant_.Step(command)) return fault;
+      if ((fault = plant_.Step(command))) break;
       const sim::ContactReport now = plant_.contacts();
       contacts->dock_force_newton = std::max(contacts->dock_force_newton, now.dock_force_newton);
       if (now.collision_force_newton > contacts->collision_force_newton) {
@@ -98,7 +103,8 @@ class World {
         contacts->collision = now.collision;
       }
     }
-    return std::nullopt;
+    Lap(timer_, LoopStage::kPhysics);
+    return fault;
   }
 
   Pose true_X_HM() const { return (plant_.truth().X_WB * scene_.X_BH).Inverse() * scene_.X_WM; }
@@ -118,38 +124,52 @@ class World {
   sim::RenderedStereo rendered_;
   sim::RadianceStereo radiance_;
   Image3u8 spectator_image_;
+  StageTimer* timer_;
 };
 
 // The vehicle's own computer: images in, commands out.
 class Autopilot {
  public:
-  Autopilot(const Scenario& scenario, const SeedTree& seeds)
-      : allocation_(scenario.allocation),
+  Autopilot(const Scenario& scenario, const SeedTree& seeds, StageTimer* timer)
+      : timer_(timer),
+        allocation_(scenario.allocation),
         estimator_(scenario.estimator, scenario.marker, scenario.hue, scenario.rig.MakeRig(),
                    seeds.Stream("vision.rm_ga")),
         procedure_(scenario.procedure, scenario.clock),
-        servo_(scenario.servo, scenario.clock) {}
+        servo_(scenario.servo, scenario.clock) {
+    estimator_.set_timer(timer);
+  }
 
   ThrusterCommand Update(const StereoImage& seen) {
     estimate_ = &estimator_.Update(seen);
+    Lap(timer_, LoopStage::kEstimate);
     directive_ = &procedure_.Update(*estimate_);
     const control::AxisVolts volts = directive_->control
                                          ? servo_.Update(*estimate_, directive_->desired)
                                          : directive_->open_loop;
-    return control::Allocate(allocation_, volts);
+    const ThrusterCommand command = control::Allocate(allocation_, volts);
+    Lap(timer_, LoopStage::kControl);
+    return command;
   }
 
   const PoseEstimate& estimate() const { return *estimate_; }
   const control::Directive& directive() const { return *directive_; }
 
  private:
+  StageTimer* timer_;
+  const PoseEstimate* estimate_ = nullptr;
+  const control::Directive* directive_ = nullptr;
   control::AllocationParams allocation_;
   vision::RmGa estimator_;
   control::DockingProcedure procedure_;
   control::VisualServo servo_;
-  const PoseEstimate* estimate_ = nullptr;
-  const control::Directive* directive_ = nullptr;
 };
+
+double PeakMemoryMib() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;  // Linux counts KiB
+}
 
 void AddToDigest(const FrameRecord& record, Digest* digest) {
   digest->Add(record.frame);
@@ -254,7 +274,7 @@ TrialResult RunTrial(const Scenario& scenario, const TrialOptions& options) {
   CheckFields(scenario, "");
   const ClockParams& clock = scenario.clock;
   World world(scenario, options);
-  Autopilot autopilot(scenario, world.seeds());
+  Autopilot autopilot(scenario, world.seeds(), options.timer);
   DockContact dock_contact(scenario.jam);
   // The cameras have been on for a while: the images that arrive first show the vehicle at its
   // start.
@@ -271,6 +291,7 @@ TrialResult RunTrial(const Scenario& scenario, const TrialOptions& options) {
       static_cast<size_t>(std::min(last_frame + hold_frames, kReservedFrames)));
   std::optional<int64_t> docked_frame;
   std::optional<Outcome> end;
+  if (options.timer) options.timer->Skip();
 
   int64_t frame = 0;
   for (; !end; ++frame) {
@@ -293,6 +314,7 @@ TrialResult RunTrial(const Scenario& scenario, const TrialOptions& options) {
     }
     const Image3u8* spectator = world.DrawSpectator();
     const bool inserted = world.plant().pole().inserted;
+    Lap(options.timer, LoopStage::kLog);
 
     sim::ContactReport contacts;
     const std::optional<std::string> fault = world.Advance(command, &contacts);
@@ -304,7 +326,10 @@ TrialResult RunTrial(const Scenario& scenario, const TrialOptions& options) {
                          .dock_force_newton = contacts.dock_force_newton});
     AddToDigest(record, &digest);
     result.log.frames.push_back(record);
-    if (options.observe) options.observe({record, seen, spectator});
+    Lap(options.timer, LoopStage::kLog);
+    if (options.observe)
+      options.observe({record, seen, autopilot.estimate().evaluations, spectator});
+    if (options.timer) options.timer->Skip();
 
     const double now_s = clock.TimeOfFrame(frame + 1);
     if (fault) {
@@ -355,6 +380,7 @@ TrialResult RunTrial(const Scenario& scenario, const TrialOptions& options) {
   result.digest = digest.Hex();
   result.wall_time_s =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_start).count();
+  result.peak_memory_mib = PeakMemoryMib();
   result.real_time_factor = clock.TimeOfFrame(frame) / result.wall_time_s;
   return result;
 }

@@ -11,6 +11,7 @@
 #include "experiments/scenario.h"
 #include "experiments/trial_log.h"
 #include "sim/base/image.h"
+#include "sim/base/stage_timer.h"
 #include "sim/energy_balance.h"
 
 namespace turbidock::experiments {
@@ -52,6 +53,7 @@ struct TrialResult {
   std::string digest;           // of states, estimates and commands; equal for equal runs
   double wall_time_s = 0;       // never part of a digest
   double real_time_factor = 0;  // simulated over wall time
+  double peak_memory_mib = 0;   // resident memory of this process until now, at most
   TrialLog log;
 };
 
@@ -59,6 +61,7 @@ struct TrialResult {
 struct TrialFrame {
   const FrameRecord& record;
   const StereoImage& seen;  // what the estimator saw
+  int64_t evaluations = 0;  // of the fitness, spent on it
   const Image3u8* spectator =
       nullptr;  // at the frame's beginning; with TrialOptions::spectator only
 };
@@ -69,6 +72,7 @@ struct TrialOptions {
   std::function<void(const TrialFrame&)> observe;
   std::function<void(const control::Transition&)> on_transition;
   std::function<bool()> stop_requested;  // polled every frame
+  StageTimer* timer = nullptr;           // gets every stage of every frame, observers excepted
 };
 
 // Runs a trial. ConfigError for a scenario that cannot run, SimulatorFault when nothing can be

@@ -111,13 +111,16 @@ StereoRenderer::StereoRenderer(GlContext& context, const Scene& scene)
   depth_.resize(pixels);
 }
 
-void StereoRenderer::Render(const mjData& data, int64_t tick, RenderedStereo* out) {
+void StereoRenderer::Render(const mjData& data, int64_t tick, RenderedStereo* out,
+                            StageTimer* timer) {
   canvas_.Update(data);
 
   out->tick = tick;
   out->X_WH = SitePose(data, scene_.camera_head_site);
-  RenderView(data, scene_.left_camera, scene_.rig.left, out->X_WH * scene_.rig.X_HL, &out->left);
-  RenderView(data, scene_.right_camera, scene_.rig.right, out->X_WH * scene_.rig.X_HR, &out->right);
+  RenderView(data, scene_.left_camera, scene_.rig.left, out->X_WH * scene_.rig.X_HL, timer,
+             &out->left);
+  RenderView(data, scene_.right_camera, scene_.rig.right, out->X_WH * scene_.rig.X_HR, timer,
+             &out->right);
 }
 
 void StereoRenderer::NameColors(const CameraIntrinsics& intrinsics, const Pose& X_WC) {
@@ -138,9 +141,11 @@ void StereoRenderer::NameColors(const CameraIntrinsics& intrinsics, const Pose& 
 }
 
 void StereoRenderer::RenderView(const mjData& data, int camera, const CameraIntrinsics& intrinsics,
-                                const Pose& X_WC, RenderedView* out) {
+                                const Pose& X_WC, StageTimer* timer, RenderedView* out) {
   NameColors(intrinsics, X_WC);
   canvas_.Draw(data, camera);
+  if (timer) mjr_finish();
+  Lap(timer, LoopStage::kRender);
   canvas_.Read(rgb_.data(), depth_.data());
 
   const int width = canvas_.width_px(), height = canvas_.height_px();
@@ -162,6 +167,7 @@ void StereoRenderer::RenderView(const mjData& data, int camera, const CameraIntr
       depth_m[u] = surface[u] != 0 ? z_m : std::numeric_limits<float>::infinity();
     }
   }
+  Lap(timer, LoopStage::kReadBack);
 }
 
 SpectatorRenderer::SpectatorRenderer(GlContext& context, const Scene& scene, int width_px,

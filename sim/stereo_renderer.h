@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "sim/base/image.h"
+#include "sim/base/stage_timer.h"
 #include "sim/gl_context.h"
 #include "sim/rendered.h"
 #include "sim/scene.h"
@@ -52,8 +53,10 @@ class StereoRenderer {
   StereoRenderer(GlContext& context, const Scene& scene);
 
   // Draws both views at the computed positions in `data` (after mj_forward or a step's position
-  // stage). The images in `out` keep their memory from one frame to the next.
-  void Render(const mjData& data, int64_t tick, RenderedStereo* out);
+  // stage). The images in `out` keep their memory from one frame to the next. A timer gets kRender
+  // and kReadBack, and with it OpenGL ends its work where it would else put it off to the
+  // read-back.
+  void Render(const mjData& data, int64_t tick, RenderedStereo* out, StageTimer* timer = nullptr);
 
  private:
   // Segment mode draws each listed thing in the colour (its segid) + 1, or not at all if that is
@@ -61,7 +64,7 @@ class StereoRenderer {
   // notes which surface each colour stands for.
   void NameColors(const CameraIntrinsics& intrinsics, const Pose& X_WC);
   void RenderView(const mjData& data, int camera, const CameraIntrinsics& intrinsics,
-                  const Pose& X_WC, RenderedView* out);
+                  const Pose& X_WC, StageTimer* timer, RenderedView* out);
 
   const Scene& scene_;
   GlCanvas canvas_;

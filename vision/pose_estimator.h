@@ -6,6 +6,7 @@
 
 #include "sim/base/image.h"
 #include "sim/base/pose_estimate.h"
+#include "sim/base/stage_timer.h"
 
 namespace turbidock::vision {
 
@@ -20,6 +21,15 @@ class PoseEstimator {
   // not fill the others: the estimate is the same whatever they hold.
   virtual std::optional<StereoRegion> Reach() const { return std::nullopt; }
   virtual std::string_view name() const = 0;
+
+  // Gets kLabels at each Update; the rest of it is the caller's to count. Must outlive it.
+  void set_timer(StageTimer* timer) { timer_ = timer; }
+
+ protected:
+  StageTimer* timer() const { return timer_; }
+
+ private:
+  StageTimer* timer_ = nullptr;
 };
 
 }  // namespace turbidock::vision

@@ -163,6 +163,7 @@ const PoseEstimate& RmGa::Update(const StereoImage& seen) {
   CheckSize(seen.right, rig_.right, "right");
   labeller_.Label(seen.left, &left_labels_);
   labeller_.Label(seen.right, &right_labels_);
+  Lap(timer(), LoopStage::kLabels);
 
   PrepareForFrame();
   estimate_.evaluations = 0;

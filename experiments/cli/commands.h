@@ -15,6 +15,7 @@ enum ExitCode {
 
 using Command = std::function<int()>;  // returns the exit code
 
+void AddBench(CLI::App& app, Command* chosen);
 void AddRecognize(CLI::App& app, Command* chosen);
 void AddRun(CLI::App& app, Command* chosen);
 void AddScenarios(CLI::App& app, Command* chosen);

@@ -39,6 +39,7 @@ int ParseAndRun(int argc, char** argv) {
   app.add_flag("--version", version, "Versions of the program and of what it runs on");
   app.require_subcommand(0, 1);
   Command chosen;
+  AddBench(app, &chosen);
   AddRun(app, &chosen);
   AddRecognize(app, &chosen);
   AddScenarios(app, &chosen);

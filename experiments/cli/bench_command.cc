@@ -1,0 +1,79 @@
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+#include "experiments/bench.h"
+#include "experiments/cli/commands.h"
+#include "experiments/cli/progress.h"
+
+namespace turbidock::experiments::cli {
+namespace {
+
+// The active and the passive marker: light from the balls, light from the lamps.
+const std::vector<std::string> kDefaultScenarios = {"sea_night_active", "pool_passive"};
+
+struct BenchArguments {
+  std::vector<std::string> scenarios, assignments;
+  BenchOptions options;
+  bool json = false, quiet = false;
+};
+
+int Bench(const BenchArguments& arguments) {
+  const auto& names = arguments.scenarios.empty() ? kDefaultScenarios : arguments.scenarios;
+  std::vector<Scenario> scenarios;
+  scenarios.reserve(names.size());
+  for (const std::string& name : names)
+    scenarios.push_back(LoadScenario(name, arguments.assignments));
+
+  const std::string program = std::filesystem::read_symlink("/proc/self/exe").string();
+  Progress progress(arguments.quiet);
+  BenchOptions options = arguments.options;
+  options.stop_requested = [] { return StopSignal() != 0; };
+  BenchReport report;
+  for (size_t i = 0; i < scenarios.size(); ++i) {
+    const auto count = static_cast<double>(scenarios.size());
+    progress.Say(scenarios[i].description + ": start-up and memory of a worker");
+    std::vector<std::string> as_run = {names[i]};
+    for (const std::string& assignment : arguments.assignments) {
+      as_run.emplace_back("--set");
+      as_run.push_back(assignment);
+    }
+    report.workers.push_back(MeasureWorker(program, as_run));
+    progress.Say(scenarios[i].description + ": the loop and bare rendering by turns");
+    options.progress = [&](double share, const std::string& words) {
+      progress.Show((static_cast<double>(i) + share) / count, words);
+    };
+    report.results.push_back(RunBench(scenarios[i], options));
+  }
+  const std::string text = arguments.json ? BenchJson(report) : BenchTable(report);
+  std::fputs(text.c_str(), stdout);
+  return kExitDone;
+}
+
+}  // namespace
+
+void AddBench(CLI::App& app, Command* chosen) {
+  auto arguments = std::make_shared<BenchArguments>();
+  CLI::App* bench = app.add_subcommand(
+      "bench", "Time the closed loop, stage by stage, against bare rendering of the same views");
+  bench->add_option("scenario", arguments->scenarios,
+                    "YAML files or names of bundled scenarios (default: sea_night_active and "
+                    "pool_passive)");
+  bench
+      ->add_option("--set", arguments->assignments,
+                   "Set one key in all of them, such as water.milk_ml_m3=20; may be repeated")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+  bench->add_option("--frames", arguments->options.frames, "Frames of a trial")
+      ->capture_default_str()
+      ->check(CLI::Range(2, 1000000));
+  bench->add_option("--repeats", arguments->options.repeats, "Times that each trial is run")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1000));
+  bench->add_flag("--json", arguments->json, "Print the result as JSON on stdout");
+  bench->add_flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
+  bench->callback([arguments, chosen] { *chosen = [arguments] { return Bench(*arguments); }; });
+}
+
+}  // namespace turbidock::experiments::cli
