@@ -75,6 +75,19 @@ class GeneMap {
         high_{range.x_max_m, range.y_max_m, range.z_max_m,
               range.eps_max, range.eps_max, range.eps_max} {}
 
+  // The part of this range within `half_width` of `center`; a centre outside is moved to its end.
+  GeneMap Around(const Values& center, const Values& half_width) const {
+    GeneMap part = *this;
+    for (size_t i = 0; i < kGeneFields; ++i) {
+      const double middle = std::clamp(center[i], low_[i], high_[i]);
+      part.low_[i] = std::max(low_[i], middle - half_width[i]);
+      part.high_[i] = std::min(high_[i], middle + half_width[i]);
+    }
+    return part;
+  }
+  const Values& low() const { return low_; }
+  const Values& high() const { return high_; }
+
   Values Decode(const Gene& gene) const {
     Values values;
     for (size_t i = 0; i < kGeneFields; ++i)
@@ -92,6 +105,10 @@ class GeneMap {
   }
   static Pose PoseOf(const Values& v) {
     return Pose::FromVectorPart({v[0], v[1], v[2]}, {v[3], v[4], v[5]});
+  }
+  static Values ValuesOf(const Pose& X_HM) {
+    const Pose X = X_HM.Canonical();
+    return {X.p.x(), X.p.y(), X.p.z(), X.q.x(), X.q.y(), X.q.z()};
   }
 
  private:

@@ -1,75 +1,193 @@
 #include "vision/hue_labels.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
+#include <cstring>
 #include <numbers>
 
+#include "sim/base/vector_clones.h"
+
 namespace turbidock::vision {
+namespace {
+
+// Pixels that are worked on together: long enough to fill the widest vectors, short enough that
+// dark runs between lit ones are skipped.
+constexpr int kRun = 128;
+
+// A run's channels apart, and the largest of them.
+struct Planes {
+  alignas(64) std::array<std::array<uint8_t, kRun>, 3> channel;
+  alignas(64) std::array<uint8_t, kRun> high;
+};
+
+// Splits `count` pixels into planes, writes their chroma and returns the largest.
+TURBIDOCK_VECTOR_CLONES
+int Split(const uint8_t* __restrict rgb, int count, Planes* __restrict planes,
+          uint8_t* __restrict chroma) {
+  uint8_t* __restrict red = planes->channel[0].data();
+  uint8_t* __restrict green = planes->channel[1].data();
+  uint8_t* __restrict blue = planes->channel[2].data();
+  uint8_t* __restrict highest = planes->high.data();
+  uint8_t top = 0;
+  for (int i = 0; i < count; ++i) {
+    const uint8_t r = rgb[3 * i], g = rgb[3 * i + 1], b = rgb[3 * i + 2];
+    const uint8_t high = std::max(r, std::max(g, b)), low = std::min(r, std::min(g, b));
+    const auto c = static_cast<uint8_t>(high - low);
+    red[i] = r, green[i] = g, blue[i] = b, highest[i] = high, chroma[i] = c;
+    top = std::max(top, c);
+  }
+  return top;
+}
+
+struct Channels {
+  const uint8_t *own, *next, *last, *high;
+};
+struct Bounds {
+  int16_t low_numerator, low_denominator, high_numerator, high_denominator;
+  uint8_t floor, bit;
+};
+
+// Sets `bit` in the labels of the pixels inside a window and returns their largest chroma, 0 when
+// there is none.
+TURBIDOCK_VECTOR_CLONES
+int Match(const Channels& channels, const Bounds& bounds, int count,
+          const uint8_t* __restrict chroma, uint8_t* __restrict labels) {
+  const uint8_t* __restrict own = channels.own;
+  const uint8_t* __restrict next = channels.next;
+  const uint8_t* __restrict last = channels.last;
+  const uint8_t* __restrict high = channels.high;
+  const int16_t low_numerator = bounds.low_numerator, low_denominator = bounds.low_denominator;
+  const int16_t high_numerator = bounds.high_numerator, high_denominator = bounds.high_denominator;
+  const uint8_t floor = bounds.floor, bit = bounds.bit;
+  uint8_t top = 0;
+  for (int i = 0; i < count; ++i) {
+    const auto difference = static_cast<int16_t>(next[i] - last[i]);
+    const int16_t c = chroma[i];
+    const auto from = static_cast<int16_t>(low_numerator * c);
+    const auto to = static_cast<int16_t>(high_numerator * c);
+    const bool above = static_cast<int16_t>(low_denominator * difference) >= from;
+    const bool below = static_cast<int16_t>(high_denominator * difference) <= to;
+    const bool match = above & below & (own[i] == high[i]) & (chroma[i] >= floor);
+    labels[i] = static_cast<uint8_t>(labels[i] | (match ? bit : 0));
+    top = std::max(top, match ? chroma[i] : uint8_t{0});
+  }
+  return top;
+}
+
+// Takes `bit` from the labels of the pixels below the threshold.
+TURBIDOCK_VECTOR_CLONES
+void CloseGate(uint8_t threshold, uint8_t bit, int count, const uint8_t* __restrict chroma,
+               uint8_t* __restrict labels) {
+  const auto others = static_cast<uint8_t>(~bit);
+  for (int i = 0; i < count; ++i)
+    labels[i] = static_cast<uint8_t>(labels[i] & (chroma[i] >= threshold ? 0xff : others));
+}
+
+}  // namespace
+
+HueLabeller::Fraction HueLabeller::NearestFraction(double x) {
+  Fraction nearest;
+  double least = 2;
+  for (int denominator = 1; denominator < 128; ++denominator) {
+    const double numerator = std::round(x * denominator);
+    const double error = std::abs(numerator / denominator - x);
+    if (error >= least) continue;
+    least = error;
+    nearest = {static_cast<int16_t>(numerator), static_cast<int16_t>(denominator)};
+  }
+  return nearest;
+}
 
 HueLabeller::HueLabeller(const HueParams& params, const MarkerParams& marker)
     : params_(params), ball_count_(static_cast<int>(marker.balls.size())) {
   CheckFields(params, "hue");
   CheckFields(marker, "marker");
-  for (int step = 0; step <= kHueSteps; ++step) {
-    const double hue_rad = 2 * std::numbers::pi * step / kHueSteps;
-    for (size_t b = 0; b < marker.balls.size(); ++b) {
-      const double apart_rad =
-          std::abs(std::remainder(hue_rad - marker.balls[b].hue_rad, 2 * std::numbers::pi));
-      if (apart_rad <= params.window_rad) balls_of_hue_[step] |= static_cast<uint8_t>(1u << b);
+  constexpr double kSextant_rad = std::numbers::pi / 3;
+  for (int b = 0; b < ball_count_; ++b)
+    for (int channel = 0; channel < 3; ++channel) {
+      // Where the ball's hue is from the channel's own, in sextants; the channel is the largest
+      // within one sextant to either side.
+      const double from_channel = std::remainder(
+          marker.balls[static_cast<size_t>(b)].hue_rad / kSextant_rad - 2 * channel, 6);
+      const double half = params.window_rad / kSextant_rad;
+      const double low = std::max(from_channel - half, -1.0);
+      const double high = std::min(from_channel + half, 1.0);
+      if (low <= high)
+        windows_.push_back({b, channel, NearestFraction(low), NearestFraction(high)});
     }
-  }
-  for (int chroma = 1; chroma < 256; ++chroma) reciprocal_[chroma] = (1 << 24) / chroma;
 }
 
-void HueLabeller::Label(const Image3u8& rgb, Image1u8* labels) {
+// Adds the pairs of a run of a row that starts at `first`; begin > first looks one pixel back.
+void HueLabeller::CountPairs(const Image1u8& labels, int ball, int row, int first, int begin,
+                             int end) {
+  OwnChroma& own = own_[static_cast<size_t>(ball)];
+  const uint8_t* label = labels.row(row);
+  const uint8_t* chroma = chroma_.row(row);
+  for (int u = std::max(begin, first + 1); u < end; ++u) {
+    if (!(label[u] & label[u - 1] & (1 << ball))) continue;
+    // The lesser chroma of two neighbours of the same hue: a lone pixel does not count.
+    const int pair_chroma = std::min(chroma[u], chroma[u - 1]);
+    if (pair_chroma <= own.t) continue;
+    ++own.pairs[static_cast<size_t>(pair_chroma)];
+    ++own.above;
+  }
+  while (own.above >= params_.own_chroma_pixels)
+    own.above -= own.pairs[static_cast<size_t>(++own.t)];
+}
+
+void HueLabeller::Label(const Image3u8& rgb, const PixelRegion& region, Image1u8* labels) {
+  TD_CHECK(region.column_begin >= 0 && region.row_begin >= 0 && region.column_end <= rgb.width() &&
+               region.row_end <= rgb.height(),
+           "the region reaches over the image");
   labels->Resize(rgb.width(), rgb.height());
-  chroma_.Resize(rgb.width(), rgb.height());
-  for (int b = 0; b < ball_count_; ++b) histogram_[b].fill(0);
+  if (chroma_.width() != rgb.width() || chroma_.height() != rgb.height()) {
+    chroma_.Resize(rgb.width(), rgb.height());
+    labelled_runs_.reserve(static_cast<size_t>(rgb.width() / kRun + 1) *
+                           static_cast<size_t>(rgb.height()));
+  }
+  own_.fill({});
+  labelled_runs_.clear();
 
-  // Hue windows and floor; chroma of what passes, by ball.
-  const size_t pixels = rgb.pixels();
-  unsigned last_agrees = 0;
-  int last_chroma = 0;
-  const uint8_t* in = rgb.data();
-  for (size_t i = 0; i < pixels; ++i, in += 3) {
-    const int r = in[0], g = in[1], b = in[2];
-    const int high = std::max(r, std::max(g, b));
-    const int chroma = high - std::min(r, std::min(g, b));
-    uint8_t agrees = 0;
-    if (chroma >= params_.chroma_floor_dn) {
-      // Sextant arithmetic of HSV, in 1/256 sextants: red 0, green 512, blue 1024.
-      int origin = 0, difference = g - b;
-      if (high == g) origin = 512, difference = b - r;
-      if (high == b) origin = 1024, difference = r - g;
-      if (high == r) origin = 0, difference = g - b;
-      int hue = origin + ((difference * reciprocal_[chroma] + (1 << 15)) >> 16);
-      if (hue < 0) hue += kHueSteps;
-      agrees = balls_of_hue_[hue];
-      // The lesser chroma of two neighbours of the same hue: a lone pixel does not count.
-      const int pair_chroma = std::min(chroma, last_chroma);
-      for (unsigned rest = agrees & last_agrees; rest != 0; rest &= rest - 1)
-        ++histogram_[static_cast<size_t>(std::countr_zero(rest))][pair_chroma];
+  Planes planes;
+  for (int v = region.row_begin; v < region.row_end; ++v)
+    for (int u = region.column_begin; u < region.column_end; u += kRun) {
+      const int count = std::min(kRun, region.column_end - u);
+      uint8_t* label = labels->at(u, v);
+      const uint8_t* chroma = chroma_.at(u, v);
+      std::memset(label, 0, static_cast<size_t>(count));
+      if (Split(rgb.at(u, v), count, &planes, chroma_.at(u, v)) < params_.chroma_floor_dn) continue;
+      std::array<int, kMaxBalls> top{};
+      int top_of_all = 0;
+      for (const Window& window : windows_) {
+        const auto own = static_cast<size_t>(window.channel);
+        const int reached =
+            Match({planes.channel[own].data(), planes.channel[(own + 1) % 3].data(),
+                   planes.channel[(own + 2) % 3].data(), planes.high.data()},
+                  {window.low.numerator, window.low.denominator, window.high.numerator,
+                   window.high.denominator, static_cast<uint8_t>(params_.chroma_floor_dn),
+                   static_cast<uint8_t>(1 << window.ball)},
+                  count, chroma, label);
+        int& top_of_ball = top[static_cast<size_t>(window.ball)];
+        top_of_ball = std::max(top_of_ball, reached);
+        top_of_all = std::max(top_of_all, reached);
+      }
+      if (top_of_all > 0) labelled_runs_.push_back(v * rgb.width() + u);
+      for (int b = 0; b < ball_count_; ++b)
+        if (top[static_cast<size_t>(b)] > own_[static_cast<size_t>(b)].t)
+          CountPairs(*labels, b, v, region.column_begin, u, u + count);
     }
-    last_agrees = agrees;
-    last_chroma = chroma;
-    labels->data()[i] = agrees;
-    chroma_.data()[i] = static_cast<uint8_t>(chroma);
-  }
 
-  // Balls whose gate is open at each chroma.
-  std::array<uint8_t, 256> open{};
   for (int b = 0; b < ball_count_; ++b) {
-    int reached = 0, own_chroma = 256;
-    while (own_chroma > 0 && reached < params_.own_chroma_pixels)
-      reached += histogram_[b][--own_chroma];
-    threshold_dn_[b] =
+    const auto i = static_cast<size_t>(b);
+    threshold_dn_[i] =
         std::max(params_.chroma_floor_dn,
-                 static_cast<int>(std::ceil(params_.own_chroma_fraction * own_chroma)));
-    for (int chroma = threshold_dn_[b]; chroma < 256; ++chroma)
-      open[chroma] |= static_cast<uint8_t>(1u << b);
+                 static_cast<int>(std::ceil(params_.own_chroma_fraction * own_[i].t)));
+    if (threshold_dn_[i] == params_.chroma_floor_dn) continue;
+    for (const int run : labelled_runs_)
+      CloseGate(static_cast<uint8_t>(threshold_dn_[i]), static_cast<uint8_t>(1 << b),
+                std::min(kRun, region.column_end - run % rgb.width()), chroma_.data() + run,
+                labels->data() + run);
   }
-  for (size_t i = 0; i < pixels; ++i) labels->data()[i] &= open[chroma_.data()[i]];
 }
 
 }  // namespace turbidock::vision

@@ -6,8 +6,8 @@
 // floor, below which noise makes hue meaningless, and above a fraction of the ball's own chroma in
 // this image. The second is what tells a ball from surfaces it lights and from its halo, whose hue
 // is the same. The ball's own chroma is estimated as the largest chroma that at least
-// `own_chroma_pixels` pixels of its hue reach; so a few stray pixels do not set it, and it needs no
-// knowledge of where the ball is.
+// `own_chroma_pixels` pixels of its hue reach, each together with its neighbour on the left; so a
+// few stray pixels do not set it, and it needs no knowledge of where the ball is.
 
 #include <array>
 #include <cstdint>
@@ -39,28 +39,50 @@ struct HueParams {
 };
 
 // Makes label images: bit b of a label says that the pixel agrees with ball b of the marker.
-// Integer arithmetic only. Hue is resolved to 1/256 of a sextant (0.23 degrees).
+// Integer arithmetic only, the same bits on every machine. The edges of a hue window are held as
+// fractions of a sextant with denominators up to 127: to 0.24 degrees at worst (0.01 in most
+// places).
 class HueLabeller {
  public:
   HueLabeller(const HueParams& params, const MarkerParams& marker);
 
-  // Labels one image. Both gates use this image alone. Allocates only when the size changes.
-  void Label(const Image3u8& rgb, Image1u8* labels);
+  // Labels the pixels of `region` of one image, which must lie inside it; other labels stay as they
+  // are. Both gates use these pixels alone. Allocates only when the size of the image changes.
+  void Label(const Image3u8& rgb, const PixelRegion& region, Image1u8* labels);
+  void Label(const Image3u8& rgb, Image1u8* labels) {
+    Label(rgb, {0, 0, rgb.width(), rgb.height()}, labels);
+  }
 
   // Least chroma of a match with that ball in the image labelled last, 8-bit steps. The floor where
   // fewer than `own_chroma_pixels` pixels have its hue.
   int threshold_dn(int ball) const { return threshold_dn_[static_cast<size_t>(ball)]; }
 
  private:
-  static constexpr int kHueSteps = 6 * 256;
+  // A fraction whose products with 8-bit numbers fit 16 bits.
+  struct Fraction {
+    int16_t numerator = 0, denominator = 1;
+  };
+  // One ball's window among the pixels whose largest channel is `channel` (0 R, 1 G, 2 B):
+  // low <= (next channel - one after) / chroma <= high.
+  struct Window {
+    int ball = 0, channel = 0;
+    Fraction low, high;
+  };
+  // The search for one ball's own chroma: the largest t that enough pixel pairs reach.
+  struct OwnChroma {
+    std::array<int, 256> pairs{};  // by their chroma, those above t
+    int t = 0, above = 0;
+  };
+  static Fraction NearestFraction(double x);
+  void CountPairs(const Image1u8& labels, int ball, int row, int first, int begin, int end);
 
   HueParams params_;
   int ball_count_;
-  std::array<uint8_t, kHueSteps + 1> balls_of_hue_{};  // the last entry is the first one's twin
-  std::array<int, 256> reciprocal_{};                  // 2^16 256 / chroma
-  std::array<std::array<int, 256>, kMaxBalls> histogram_{};  // of chroma, by ball
+  std::vector<Window> windows_;
+  std::array<OwnChroma, kMaxBalls> own_{};
   std::array<int, kMaxBalls> threshold_dn_{};
   Image1u8 chroma_;
+  std::vector<int> labelled_runs_;  // first pixels of the runs that hold a label
 };
 
 }  // namespace turbidock::vision

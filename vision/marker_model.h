@@ -47,11 +47,16 @@ struct MarkerParams {
       {"green", {-0.07, 0, 0}, 0.02, 2 * std::numbers::pi / 3, {0.1, 1, 0.1}},
       {"red", {0, 0, 0.07}, 0.02, 0, {1, 0.1, 0.1}},
       {"blue", {0, -0.07, 0}, 0.02, 4 * std::numbers::pi / 3, {0.2, 0.3, 1}}};
+  // Edges of the box that carries the balls, centred on the origin with its faces across the axes;
+  // it hides what is behind it. 0: no box.
+  Eigen::Vector3d box_m = {0.1, 0.1, 0.1};
   std::array<double, 3> inner_ring_ratios = {1.0 / 3, 2.0 / 3, 0.95};  // rings of 6, 12, 18 points
   double outer_ring_ratio = 1.4;                                       // ring of 24 points
 
   static void Fields(auto& self, auto&& field) {
     field("balls", self.balls, Range{}, "the marker's balls, one to eight");
+    field("box_m", self.box_m, InRange(0, 2),
+          "edges of the box that carries the balls, centred on M's origin; 0: no box");
     field("inner_ring_ratios", self.inner_ring_ratios, InRange(0, 1),
           "radii of the rings of 6, 12 and 18 inner points over the ball's radius");
     field("outer_ring_ratio", self.outer_ring_ratio, InRange(1, 3),

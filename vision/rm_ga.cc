@@ -26,11 +26,21 @@ void CheckSize(const Image3u8& image, const CameraIntrinsics& camera, const char
 
 RmGaOptions RmGaOptions::Published() {
   RmGaOptions options;
+  options.preset = Preset::kPublished;
   options.generations_per_frame = 9;
   options.immigrant_share = 0;
   options.creep_share = 0;
   options.restart_after_frames = 0;
+  options.track.enabled = false;
+  options.refine.enabled = false;
   return options;
+}
+
+void DetectionParams::Check(const std::string& path) const {
+  if (off_fitness > on_fitness)
+    throw ConfigError(path.empty() ? "off_fitness" : path + ".off_fitness",
+                      FormatNumber(off_fitness) + ", must not exceed on_fitness (" +
+                          FormatNumber(on_fitness) + ")");
 }
 
 void RmGaOptions::Check(const std::string& path) const {
@@ -49,23 +59,33 @@ void RmGaOptions::Check(const std::string& path) const {
 RmGa::RmGa(const RmGaOptions& options, const MarkerParams& marker, const HueParams& hue,
            const StereoRig& rig, Rng rng)
     : options_(Checked(options)),
+      marker_(marker),
       rig_(rig),
+      whole_{{0, 0, rig.left.width_px, rig.left.height_px},
+             {0, 0, rig.right.width_px, rig.right.height_px}},
       rng_(rng),
       labeller_(hue, marker),
       left_labels_(rig.left.width_px, rig.left.height_px),
       right_labels_(rig.right.width_px, rig.right.height_px),
       fitness_(marker, rig, left_labels_, right_labels_),
+      refiner_(options.refine, marker, rig),
+      whole_range_(options.range),
       map_(options.range),
       kept_(std::clamp(static_cast<int>(std::lround(options.selection_rate * options.population)),
                        1, options.population - 1)),
-      population_(static_cast<size_t>(options.population)) {
-  for (const BallParams& ball : marker.balls) p_MQ_m_.push_back(ball.p_MQ_m);
+      population_(static_cast<size_t>(options.population)),
+      poses_(population_.size()),
+      fitness_of_poses_(population_.size()) {
   estimate_.ball_fitness.resize(marker.balls.size());
 }
 
 void RmGa::Reset() {
   started_ = false;
-  frames_lost_ = 0;
+  frames_lost_ = frames_found_ = frames_on_ = frames_off_ = 0;
+  velocity_ = {};
+  map_ = whole_range_;
+  reach_.reset();
+  estimate_.detected = false;
 }
 
 Gene RmGa::RandomGene() {
@@ -88,8 +108,12 @@ Gene RmGa::Bred() {
   const int other = static_cast<int>(rng_.Below(kGeneBits + 1));
   Gene child = Cross(a, b, std::min(cut, other), std::max(cut, other));
   if (options_.mutation_unit == MutationUnit::kBit) {
-    for (int i = 0; i < kGeneBits; ++i)
-      if (rng_.Uniform() < options_.mutation_rate) child.FlipBit(i);
+    // From one flipped bit to the next is a geometric step: one draw a flip, not one a bit.
+    const double scale = 1 / std::log1p(-std::min(options_.mutation_rate, 1 - 1e-12));
+    const auto unflipped = [&] {
+      return static_cast<int>(std::min<double>(kGeneBits, scale * std::log1p(-rng_.Uniform())));
+    };
+    for (int i = unflipped(); i < kGeneBits; i += 1 + unflipped()) child.FlipBit(i);
   } else if (rng_.Uniform() < options_.mutation_rate) {
     child.FlipBit(static_cast<int>(rng_.Below(kGeneBits)));
   }
@@ -104,7 +128,8 @@ Gene RmGa::Crept(const Gene& parent) {
   // sideways, because the images tell depth less well.
   const double stretch = std::max(0.1, 1 + 3 * size_m * rng_.Normal() / v[0]);
   // The turn is about one of the balls, which keeps that ball where it is in the images.
-  const Eigen::Vector3d& p_MQ = p_MQ_m_[rng_.Below(static_cast<uint32_t>(p_MQ_m_.size()))];
+  const Eigen::Vector3d& p_MQ =
+      marker_.balls[rng_.Below(static_cast<uint32_t>(marker_.balls.size()))].p_MQ_m;
   const Eigen::Vector3d p_HQ = GeneMap::PoseOf(v) * p_MQ;
   for (size_t i = 3; i < kGeneFields; ++i)
     v[i] += options_.creep_eps_per_m * size_m * rng_.Normal();
@@ -130,9 +155,14 @@ Gene RmGa::Offspring() {
   return Bred();
 }
 
-void RmGa::Evaluate(Individual* individual) {
-  individual->fitness = fitness_.Evaluate(GeneMap::PoseOf(map_.Decode(individual->gene)));
-  ++estimate_.evaluations;
+// Evaluates the individuals [first, end).
+void RmGa::Evaluate(size_t first, size_t end) {
+  const size_t count = end - first;
+  for (size_t i = 0; i < count; ++i)
+    poses_[i] = GeneMap::PoseOf(map_.Decode(population_[first + i].gene));
+  fitness_.EvaluateAll(std::span(poses_).first(count), std::span(fitness_of_poses_).first(count));
+  for (size_t i = 0; i < count; ++i) population_[first + i].fitness = fitness_of_poses_[i];
+  estimate_.evaluations += static_cast<int64_t>(count);
 }
 
 void RmGa::Sort() {
@@ -161,31 +191,150 @@ void RmGa::PrepareForFrame() {
 const PoseEstimate& RmGa::Update(const StereoImage& seen) {
   CheckSize(seen.left, rig_.left, "left");
   CheckSize(seen.right, rig_.right, "right");
-  labeller_.Label(seen.left, &left_labels_);
-  labeller_.Label(seen.right, &right_labels_);
+  const StereoRegion& region = reach_ ? *reach_ : whole_;
+  fitness_.Confine(region);
+  labeller_.Label(seen.left, region.left, &left_labels_);
+  labeller_.Label(seen.right, region.right, &right_labels_);
   Lap(timer(), LoopStage::kLabels);
 
   PrepareForFrame();
   estimate_.evaluations = 0;
-  for (Individual& individual : population_) Evaluate(&individual);
+  Evaluate(0, population_.size());
   Sort();
-  for (int generation = 0; generation < options_.generations_per_frame; ++generation) {
-    for (size_t i = static_cast<size_t>(kept_); i < population_.size(); ++i) {
-      population_[i].gene = Offspring();
-      Evaluate(&population_[i]);
-    }
+  const auto kept = static_cast<size_t>(kept_);
+  for (int generation = 1; generation <= options_.generations_per_frame; ++generation) {
+    // The last one leaves an evaluation for the refined pose.
+    const bool last = generation == options_.generations_per_frame;
+    const size_t end = population_.size() - (last && options_.refine.enabled ? 1 : 0);
+    for (size_t i = kept; i < end; ++i) population_[i].gene = Offspring();
+    Evaluate(kept, end);
     Sort();
   }
 
+  const Pose last_X_HM = estimate_.X_HM;
+  const bool was_detected = estimate_.detected;
+  Report(seen);
+  UpdateDetection();
+  if (options_.refine.enabled && estimate_.fitness >= options_.detection.off_fitness) Refine(seen);
+  if (options_.track.enabled) PlanNextFrame(last_X_HM, was_detected);
+  return estimate_;
+}
+
+// The search's best pose becomes the estimate.
+void RmGa::Report(const StereoImage& seen) {
   const Pose X_HM = GeneMap::PoseOf(map_.Decode(population_.front().gene));
   const FitnessByBall by_ball = fitness_.EvaluateByBall(X_HM);
   estimate_.frame = seen.frame;
   estimate_.X_HM = X_HM.Canonical();
+  estimate_.covariance.reset();
   estimate_.fitness = by_ball.fitness;
   for (int b = 0; b < fitness_.ball_count(); ++b)
     estimate_.ball_fitness[static_cast<size_t>(b)] = by_ball.ball(b);
-  frames_lost_ = estimate_.fitness < options_.restart_below_fitness ? frames_lost_ + 1 : 0;
-  return estimate_;
+  const bool lost = estimate_.fitness < options_.restart_below_fitness;
+  frames_lost_ = lost ? frames_lost_ + 1 : 0;
+  frames_found_ = lost ? 0 : frames_found_ + 1;
+}
+
+void RmGa::UpdateDetection() {
+  const DetectionParams& limits = options_.detection;
+  frames_on_ = estimate_.fitness >= limits.on_fitness ? frames_on_ + 1 : 0;
+  frames_off_ = estimate_.fitness < limits.off_fitness ? frames_off_ + 1 : 0;
+  if (frames_on_ >= limits.on_frames) estimate_.detected = true;
+  if (frames_off_ >= limits.off_frames) estimate_.detected = false;
+}
+
+// Moves the estimate to where the edges of the balls are, unless what is found there contradicts
+// the search: then the edges were of something else.
+void RmGa::Refine(const StereoImage& seen) {
+  constexpr double kLargestLoss = 0.25;  // of F; a hidden half of a ball costs up to 0.2
+  constexpr double kLargestResidual_px = 1.0;
+  const std::optional<Refined> refined =
+      refiner_.Refine(seen, reach_ ? *reach_ : whole_, estimate_.X_HM);
+  if (!refined || refined->residual_px > kLargestResidual_px) return;
+  const double fitness = fitness_.Evaluate(refined->X_HM);
+  ++estimate_.evaluations;
+  if (fitness < estimate_.fitness - kLargestLoss) return;
+  estimate_.X_HM = refined->X_HM.Canonical();
+  estimate_.covariance = refined->covariance;
+  // It takes part in the next frame's search in place of the worst.
+  population_.back() = {map_.Encode(GeneMap::ValuesOf(estimate_.X_HM)), fitness, 0};
+}
+
+void RmGa::PlanNextFrame(const Pose& last_X_HM, bool was_detected) {
+  const TrackParams& track = options_.track;
+  const GeneMap::Values now = GeneMap::ValuesOf(estimate_.X_HM);
+  const GeneMap::Values last = GeneMap::ValuesOf(last_X_HM);
+  for (size_t i = 0; i < kGeneFields; ++i)
+    velocity_[i] = was_detected && estimate_.detected
+                       ? velocity_[i] + track.velocity_gain * (now[i] - last[i] - velocity_[i])
+                       : 0;
+  const bool was_narrow = reach_.has_value();
+  const bool give_up =
+      !estimate_.detected || frames_lost_ >= std::max(1, options_.restart_after_frames);
+  const bool narrow = was_narrow ? !give_up : frames_found_ >= track.found_frames;
+  if (!narrow) {
+    if (was_narrow) SearchIn(whole_range_, {});
+    reach_.reset();
+    return;
+  }
+  GeneMap::Values next, half_width;
+  for (size_t i = 0; i < kGeneFields; ++i) {
+    next[i] = now[i] + velocity_[i];
+    half_width[i] = i == 0 ? track.depth_ratio * now[0] : i < 3 ? track.lateral_m : track.eps;
+  }
+  SearchIn(whole_range_.Around(next, half_width), velocity_);
+  reach_ = StereoRegion{ReachOf(rig_.left, rig_.X_HL), ReachOf(rig_.right, rig_.X_HR)};
+}
+
+// The population, moved, in the codes of another range.
+void RmGa::SearchIn(const GeneMap& map, const GeneMap::Values& motion) {
+  for (Individual& individual : population_) {
+    GeneMap::Values values = map_.Decode(individual.gene);
+    for (size_t i = 0; i < kGeneFields; ++i) values[i] += motion[i];
+    individual.gene = map.Encode(values);
+  }
+  map_ = map;
+}
+
+PixelRegion RmGa::ReachOf(const CameraIntrinsics& camera, const Pose& X_HC) const {
+  const GeneMap::Values &low = map_.low(), &high = map_.high();
+  const Eigen::Vector3d low_m(low[0], low[1], low[2]), high_m(high[0], high[1], high[2]);
+  GeneMap::Values middle;
+  for (size_t i = 0; i < kGeneFields; ++i) middle[i] = 0.5 * (low[i] + high[i]);
+  const Pose X_HM = GeneMap::PoseOf(middle);
+  // The largest turn away from the middle: eps is half the rotation vector for small angles.
+  const double turn_rad =
+      2 * Eigen::Vector3d(high[3] - middle[3], high[4] - middle[4], high[5] - middle[5]).norm();
+  const Pose X_CH = X_HC.Inverse();
+  Eigen::Vector2d least(camera.width_px, camera.height_px), most(-1, -1);
+  for (const BallParams& ball : marker_.balls) {
+    const double arm_m = turn_rad * ball.p_MQ_m.norm();
+    const Eigen::Vector3d offset = X_HM.q * ball.p_MQ_m;
+    for (int corner = 0; corner < 8; ++corner) {
+      Eigen::Vector3d p_HQ;
+      for (int k = 0; k < 3; ++k)
+        p_HQ[k] = offset[k] + (corner >> k & 1 ? high_m[k] + arm_m : low_m[k] - arm_m);
+      const Eigen::Vector3d p_CQ = X_CH * p_HQ;
+      if (p_CQ.z() < kNearestDepth_m) return {0, 0, camera.width_px, camera.height_px};
+      const BallCircle circle = ProjectBall(camera, p_CQ, ball.radius_m);
+      // The envelope, and what refinement looks at beyond the outline.
+      const double extent_px =
+          std::max(marker_.outer_ring_ratio * circle.radius_px,
+                   circle.radius_px + std::max(options_.refine.least_reach_px,
+                                               options_.refine.reach_ratio * circle.radius_px)) +
+          2;
+      const Eigen::Vector2d center(circle.u_px, circle.v_px);
+      least = least.cwiseMin(center - Eigen::Vector2d::Constant(extent_px));
+      most = most.cwiseMax(center + Eigen::Vector2d::Constant(extent_px));
+    }
+  }
+  const auto inside = [](double px, int size) {
+    return static_cast<int>(std::clamp(px, 0.0, static_cast<double>(size)));
+  };
+  return {inside(std::floor(least.x()), camera.width_px),
+          inside(std::floor(least.y()), camera.height_px),
+          inside(std::ceil(most.x()) + 1, camera.width_px),
+          inside(std::ceil(most.y()) + 1, camera.height_px)};
 }
 
 }  // namespace turbidock::vision

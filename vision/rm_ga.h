@@ -9,6 +9,11 @@
 // fitness on one frame's images is a constant, so it is not evaluated again: a frame costs
 // population + generations * replaced evaluations, 276 in the published setting, where evaluating
 // everyone in each of 9 generations would give the same estimates for 540.
+//
+// What the default preset adds to the published one, besides more generations: immigrants, creep
+// and restarts (see RmGaOptions); a search range that follows the track once the marker is found,
+// which bounds the pixels that are read (Reach); and refinement of the best pose to a fraction of a
+// pixel (see PoseRefiner). The reported fitness stays the published one, of the search's best.
 
 #include <array>
 #include <string>
@@ -24,8 +29,15 @@
 #include "vision/hue_labels.h"
 #include "vision/marker_model.h"
 #include "vision/pose_estimator.h"
+#include "vision/refiner.h"
 
 namespace turbidock::vision {
+
+// A complete setting of all keys, as data to begin with.
+enum class Preset {
+  kDefault,    // what a closed loop should use
+  kPublished,  // the algorithm as published, and nothing else
+};
 
 // What the mutation rate is the probability of; the publication does not say.
 enum class MutationUnit {
@@ -42,6 +54,12 @@ enum class ParentChoice {
 }  // namespace turbidock::vision
 
 template <>
+struct turbidock::EnumNames<turbidock::vision::Preset> {
+  using E = turbidock::vision::Preset;
+  static constexpr auto kNames = std::to_array<std::pair<E, const char*>>(
+      {{E::kDefault, "default"}, {E::kPublished, "published"}});
+};
+template <>
 struct turbidock::EnumNames<turbidock::vision::MutationUnit> {
   using E = turbidock::vision::MutationUnit;
   static constexpr auto kNames =
@@ -56,12 +74,51 @@ struct turbidock::EnumNames<turbidock::vision::ParentChoice> {
 
 namespace turbidock::vision {
 
+// When the marker counts as in sight. On and off differ so that an F about the limit does not
+// flicker.
+struct DetectionParams {
+  double on_fitness = 0.4, off_fitness = 0.22;  // published: below 0.22 the marker is not detected
+  int on_frames = 2, off_frames = 3;
+
+  static void Fields(auto& self, auto&& field) {
+    field("on_fitness", self.on_fitness, InRange(-1, 1), "detected from this fitness on");
+    field("off_fitness", self.off_fitness, InRange(-1, 1), "lost below this fitness");
+    field("on_frames", self.on_frames, InRange(1, 1000), "frames in a row before it is detected");
+    field("off_frames", self.off_frames, InRange(1, 1000), "frames in a row before it is lost");
+  }
+  void Check(const std::string& path) const;
+};
+
+// The search range about the track, half widths. They must hold the marker's motion from frame to
+// frame beside what constant velocity predicts, and the error of the search.
+struct TrackParams {
+  bool enabled = true;
+  int found_frames = 3;        // in a row before the range is narrowed
+  double lateral_m = 0.03;     // y and z; 0.9 m/s at 30 Hz
+  double depth_ratio = 0.08;   // x, over the distance
+  double eps = 0.05;           // 6 degrees about one axis
+  double velocity_gain = 0.3;  // share of a frame's motion that enters the predicted velocity
+
+  static void Fields(auto& self, auto&& field) {
+    field("enabled", self.enabled, Range{}, "narrow the search range about a found marker");
+    field("found_frames", self.found_frames, InRange(1, 1000),
+          "frames in a row that the marker must be found before");
+    field("lateral_m", self.lateral_m, InRange(0.001, 10), "half width of the range in y and z");
+    field("depth_ratio", self.depth_ratio, InRange(0.001, 1),
+          "half width of the range in x, over the distance");
+    field("eps", self.eps, InRange(0.001, 0.57), "half width of the range in eps1, eps2, eps3");
+    field("velocity_gain", self.velocity_gain, InRange(0, 1),
+          "share of a frame's motion that enters the predicted velocity; 0: no prediction");
+  }
+};
+
 // The defaults are what a closed loop should use: the published algorithm with more generations
 // and, for most of the offspring, two other ways to come about. "Found" below: cold starts, x 0.4
 // to 1.4 m, on painted images with noise, that are within 5 % of the distance.
 //   defaults   99 % found after 15 frames, 100 % of 300 after 30; half of them after 3
 //   published  43 % after 15 frames, 61 % of 150 after 60; the others sit in a wrong optimum
 struct RmGaOptions {
+  Preset preset = Preset::kDefault;
   int population = 60;
   int generations_per_frame = 20;  // 540 evaluations a frame
   double selection_rate = 0.6;
@@ -94,11 +151,19 @@ struct RmGaOptions {
   bool restart_keeps_best = true;
 
   SearchRange range;
+  TrackParams track;
+  RefineParams refine;
+  DetectionParams detection;
 
   // The published RM-GA: 9 generations, crossover and mutation only, no restart.
   static RmGaOptions Published();
+  static RmGaOptions Of(Preset preset) {
+    return preset == Preset::kPublished ? Published() : RmGaOptions{};
+  }
 
   static void Fields(auto& self, auto&& field) {
+    field("preset", self.preset, Range{},
+          "what the other keys begin with: default, or published (nothing of our own)");
     field("population", self.population, InRange(4, 10000), "individuals");
     field("generations_per_frame", self.generations_per_frame, InRange(1, 1000),
           "times a frame that the worst are replaced");
@@ -130,6 +195,9 @@ struct RmGaOptions {
     field("restart_keeps_best", self.restart_keeps_best, Range{},
           "keep the best individual even when everything else is drawn anew");
     field("range", self.range, Range{}, "where the marker is looked for");
+    field("track", self.track, Range{}, "the range about a marker that was found");
+    field("refine", self.refine, Range{}, "from the search's best pose to a fraction of a pixel");
+    field("detection", self.detection, Range{}, "when the marker counts as in sight");
   }
   void Check(const std::string& path) const;
 };
@@ -146,6 +214,9 @@ class RmGa : public PoseEstimator {
   const PoseEstimate& Update(const StereoImage& seen) override;
   // The next frame starts from a random population.
   void Reset() override;
+  // Once the marker is found: the bounding rectangle, in each image, of all projections of the
+  // range that is searched next.
+  std::optional<StereoRegion> Reach() const override { return reach_; }
   std::string_view name() const override { return "rm_ga"; }
 
  private:
@@ -163,21 +234,34 @@ class RmGa : public PoseEstimator {
   Gene Crept(const Gene& parent);
   const Gene& Parent();
   void PrepareForFrame();
-  void Evaluate(Individual* individual);
+  void Evaluate(size_t first, size_t end);
   void Sort();
+  void Report(const StereoImage& seen);
+  void Refine(const StereoImage& seen);
+  void UpdateDetection();
+  void PlanNextFrame(const Pose& last_X_HM, bool was_detected);
+  void SearchIn(const GeneMap& map, const GeneMap::Values& motion);
+  PixelRegion ReachOf(const CameraIntrinsics& camera, const Pose& X_HC) const;
 
   RmGaOptions options_;
+  MarkerParams marker_;
   StereoRig rig_;
+  StereoRegion whole_;  // both images
   Rng rng_;
   HueLabeller labeller_;
   Image1u8 left_labels_, right_labels_;
   Fitness fitness_;  // refers to the label images
-  GeneMap map_;
-  std::vector<Eigen::Vector3d> p_MQ_m_;  // of the balls
+  PoseRefiner refiner_;
+  GeneMap whole_range_, map_;  // map_: what the genes of the population mean
   int kept_;
   std::vector<Individual> population_;  // best first
+  std::vector<Pose> poses_;             // what is evaluated together
+  std::vector<double> fitness_of_poses_;
   bool started_ = false;
-  int frames_lost_ = 0;
+  int frames_lost_ = 0, frames_found_ = 0;
+  int frames_on_ = 0, frames_off_ = 0;  // in a row above and below the limits of detection
+  GeneMap::Values velocity_{};          // per frame
+  std::optional<StereoRegion> reach_;   // while the range is narrowed
   PoseEstimate estimate_;
 };
 

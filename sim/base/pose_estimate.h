@@ -1,19 +1,27 @@
 #pragma once
 // What an estimator says of one frame; what the control side hears.
 
+#include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "sim/base/pose.h"
 
 namespace turbidock {
 
+// Of (position, rotation vector), both in H: 3 x metres, then 3 x radians.
+using PoseCovariance = Eigen::Matrix<double, 6, 6>;
+
 struct PoseEstimate {
   int64_t frame = 0;
   Pose X_HM;                         // marker in the camera head, canonical quaternion
-  double fitness = -1;               // F in [-1, 1] of this frame's best pose
+  double fitness = -1;               // F in [-1, 1] of the best pose the search found in this frame
   std::vector<double> ball_fitness;  // per ball, mean of both cameras; their mean is the fitness
   int64_t evaluations = 0;           // fitness evaluations spent on this frame
+  bool detected = false;  // the marker is in sight (with hysteresis); else X_HM is a guess
+  // When X_HM was refined to a fraction of a pixel; nothing when it is the search's alone.
+  std::optional<PoseCovariance> covariance;
 };
 
 }  // namespace turbidock

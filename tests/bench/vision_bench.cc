@@ -45,6 +45,27 @@ void OneEvaluation(benchmark::State& state) {
 }
 BENCHMARK(OneEvaluation);
 
+// Random poses near the marker, as a generation has them.
+void BatchOfEvaluations(benchmark::State& state) {
+  const StereoImage seen = Seen(8);
+  HueLabeller labeller(HueParams{}, MarkerParams{});
+  Image1u8 left, right;
+  labeller.Label(seen.left, &left);
+  labeller.Label(seen.right, &right);
+  const Fitness fitness(MarkerParams{}, RigParams{}.MakeRig(), left, right);
+  Rng rng = SeedTree(4).Stream("poses");
+  std::vector<Pose> poses(static_cast<size_t>(state.range(0)), kPose);
+  for (Pose& X_HM : poses)
+    X_HM.p += 0.03 * Eigen::Vector3d(rng.Normal(), rng.Normal(), rng.Normal());
+  std::vector<double> f(poses.size());
+  for (auto _ : state) {
+    fitness.EvaluateAll(poses, f);
+    benchmark::DoNotOptimize(f.data());
+  }
+  state.SetItemsProcessed(state.iterations() * state.range(0));
+}
+BENCHMARK(BatchOfEvaluations)->ArgName("poses")->Arg(24)->Arg(540);
+
 // One frame of the search while it tracks, labels included.
 void GaFrame(benchmark::State& state, const RmGaOptions& options) {
   const StereoImage seen = Seen(8);

@@ -1,6 +1,10 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <span>
+#include <tuple>
+#include <vector>
 
 #include "sim/base/random.h"
 #include "tests/support/awkward.h"
@@ -80,6 +84,54 @@ TEST_F(FitnessLaw, QAndMinusQAreTheSamePose) {
   Pose negated = X_HM;
   negated.q.coeffs() = -negated.q.coeffs();
   EXPECT_EQ(fitness_.Evaluate(X_HM), fitness_.Evaluate(negated));
+}
+
+std::vector<Pose> PosesThatReachOverTheEdges(Rng* rng) {
+  std::vector<Pose> poses = testing::AwkwardPoses();
+  for (int i = 0; i < 700; ++i)
+    poses.push_back(Pose::FromVectorPart(
+        {rng->Uniform(0.02, 1.6), rng->Uniform(-0.5, 0.5), rng->Uniform(-0.4, 0.4)},
+        {rng->Uniform(-0.4, 0.4), rng->Uniform(-0.4, 0.4), rng->Uniform(-0.4, 0.4)}));
+  return poses;
+}
+
+TEST_F(FitnessLaw, ManyAtOnceAreTheSameBitsAsOneByOne) {
+  FillWithNoise(0.4, &rng_, &left_);
+  FillWithNoise(0.4, &rng_, &right_);
+  const std::vector<Pose> poses = PosesThatReachOverTheEdges(&rng_);
+  Fitness fitness = fitness_;
+  for (const StereoRegion& region : {StereoRegion{{0, 0, 640, 480}, {0, 0, 640, 480}},
+                                     {{201, 153, 402, 377}, {150, 101, 353, 300}},
+                                     {{100, 100, 100, 100}, {0, 0, 640, 480}}}) {
+    fitness.Confine(region);
+    std::vector<double> together(poses.size());
+    for (const size_t count : {size_t{1}, size_t{24}, size_t{33}, poses.size()}) {
+      std::fill(together.begin(), together.end(), 7);
+      fitness.EvaluateAll(std::span(poses).first(count), std::span(together).first(count));
+      for (size_t i = 0; i < count; ++i) ASSERT_EQ(together[i], fitness.Evaluate(poses[i])) << i;
+      for (size_t i = count; i < poses.size(); ++i) ASSERT_EQ(together[i], 7);
+    }
+  }
+}
+
+TEST_F(FitnessLaw, OutsideItsRegionNothingMatchesWhateverTheLabels) {
+  FillWithNoise(0.4, &rng_, &left_);
+  FillWithNoise(0.4, &rng_, &right_);
+  const StereoRegion region{{201, 153, 402, 377}, {150, 101, 353, 300}};
+  Image1u8 left(640, 480, 0), right(640, 480, 0);  // the region's labels and nothing else
+  for (auto& [from, to, part] :
+       {std::tuple{&left_, &left, region.left}, {&right_, &right, region.right}})
+    for (int v = part.row_begin; v < part.row_end; ++v)
+      std::copy_n(from->at(part.column_begin, v), part.width(), to->at(part.column_begin, v));
+  const Fitness plain(MarkerParams{}, rig_, left, right);
+  Fitness confined = fitness_;
+  confined.Confine(region);
+  int partly = 0;
+  for (const Pose& X_HM : PosesThatReachOverTheEdges(&rng_)) {
+    EXPECT_EQ(confined.Evaluate(X_HM), plain.Evaluate(X_HM));
+    partly += confined.Evaluate(X_HM) != fitness_.Evaluate(X_HM);
+  }
+  EXPECT_GT(partly, 200);
 }
 
 }  // namespace

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "sim/base/random.h"
 #include "sim/base/units.h"
@@ -168,6 +170,109 @@ TEST(HueLabeller, AgreesWithHueInDoublePrecision) {
   EXPECT_EQ(checked, 65536);
   // Six window edges blurred by half a table step of 0.23 degrees: 0.2 % of the circle.
   EXPECT_LE(differ, 150);
+}
+
+// The definition in plain words, one pixel after the other: hue windows in double precision, own
+// chroma by sorting all pairs. `unsure`: pixels nearer to a window's edge than the kernel holds it.
+Image1u8 PlainLabels(const Image3u8& image, const PixelRegion& part, const HueParams& hue,
+                     const MarkerParams& marker, Image1u8* unsure) {
+  Image1u8 labels(image.width(), image.height(), 0);
+  *unsure = labels;
+  Image1u8 chroma = labels;
+  std::vector<std::vector<int>> pairs(marker.balls.size());
+  for (int v = part.row_begin; v < part.row_end; ++v)
+    for (int u = part.column_begin; u < part.column_end; ++u) {
+      const uint8_t* rgb = image.at(u, v);
+      const double r = rgb[0], g = rgb[1], b = rgb[2];
+      const double high = std::max({r, g, b}), c = high - std::min({r, g, b});
+      *chroma.at(u, v) = static_cast<uint8_t>(c);
+      if (c < hue.chroma_floor_dn) continue;
+      const double sextant = r == high   ? (g - b) / c
+                             : g == high ? 2 + (b - r) / c
+                                         : 4 + (r - g) / c;
+      for (size_t i = 0; i < marker.balls.size(); ++i) {
+        const double apart_rad = std::abs(std::remainder(
+            sextant * std::numbers::pi / 3 - marker.balls[i].hue_rad, 2 * std::numbers::pi));
+        if (std::abs(apart_rad - hue.window_rad) < std::numbers::pi / 3 / 254)
+          *unsure->at(u, v) = 1;
+        if (apart_rad > hue.window_rad) continue;
+        *labels.at(u, v) |= static_cast<uint8_t>(1 << i);
+        if (u > part.column_begin && *labels.at(u - 1, v) >> i & 1)
+          pairs[i].push_back(std::min(*chroma.at(u, v), *chroma.at(u - 1, v)));
+      }
+    }
+  for (size_t i = 0; i < marker.balls.size(); ++i) {
+    std::sort(pairs[i].rbegin(), pairs[i].rend());
+    const auto n = static_cast<size_t>(hue.own_chroma_pixels);
+    const int own = pairs[i].size() >= n ? pairs[i][n - 1] : 0;
+    for (size_t j = 0; j < labels.pixels(); ++j)
+      if (chroma.data()[j] < std::ceil(hue.own_chroma_fraction * own))
+        labels.data()[j] &= static_cast<uint8_t>(~(1 << i));
+  }
+  return labels;
+}
+
+TEST(HueLabeller, AgreesWithThePlainDefinition) {
+  // An odd width, so that runs end everywhere in a row. First hues whose windows reach over the
+  // sextants; then the default ones with a window whose edges few 8-bit colours are near to, so
+  // that the gate can be compared as well.
+  Rng rng = SeedTree(2).Stream("colours");
+  constexpr double kSafeWindow_rad = 0.45;
+  for (const double window_rad : {0.05, 0.7, 1.5, kSafeWindow_rad})
+    for (const double spread : {8.0, 90.0}) {
+      Image3u8 image(333, 61);
+      for (int v = 0; v < image.height(); ++v)
+        for (int u = 0; u < image.width(); ++u) {
+          const Eigen::Vector3d rgb = RgbOfHue(0.02 * u, 0.6, 120);
+          for (int k = 0; k < 3; ++k)
+            image.at(u, v)[k] = static_cast<uint8_t>(
+                std::lround(std::clamp(rgb[k] + spread * (rng.Uniform() - 0.5), 0.0, 255.0)));
+        }
+      HueParams hue;
+      hue.window_rad = window_rad;
+      MarkerParams marker;
+      const bool gate = window_rad == kSafeWindow_rad;
+      hue.own_chroma_fraction = gate ? 0.7 : 0;
+      if (!gate) {
+        marker.balls[0].hue_rad = 1.1;
+        marker.balls[1].hue_rad = 6.2;
+        marker.balls[2].hue_rad = 3.2;
+      }
+      for (const PixelRegion& part :
+           {PixelRegion{0, 0, 333, 61}, {7, 3, 300, 60}, {130, 10, 259, 11}, {40, 40, 40, 60}}) {
+        HueLabeller labeller(hue, marker);
+        Image1u8 labels(333, 61, 0);
+        labeller.Label(image, part, &labels);
+        Image1u8 unsure;
+        const Image1u8 plain = PlainLabels(image, part, hue, marker, &unsure);
+        int differ = 0, labelled = 0;
+        for (size_t i = 0; i < labels.pixels(); ++i) {
+          differ += labels.data()[i] != plain.data()[i] && (gate || !unsure.data()[i]);
+          labelled += labels.data()[i] != 0;
+        }
+        EXPECT_EQ(differ, 0) << window_rad << ' ' << spread << ' ' << part.column_begin;
+        if (window_rad > 0.1 && !part.empty()) EXPECT_GT(labelled, 40);
+      }
+    }
+}
+
+TEST(HueLabeller, ReadsItsRegionOnly) {
+  Image3u8 image = Plain(100, 60, {4, 4, 4});
+  PaintBlock(&image, 30, 10, 20, {10, 90, 10});
+  Image3u8 other = Plain(100, 60, {20, 255, 20});  // brighter green all around
+  const PixelRegion part{25, 5, 60, 40};
+  for (int v = part.row_begin; v < part.row_end; ++v)
+    std::copy_n(image.at(part.column_begin, v), 3 * part.width(), other.at(part.column_begin, v));
+  HueLabeller labeller(HueParams{}, MarkerParams{});
+  Image1u8 labels(100, 60, 0xee), labels_of_other = labels;
+  labeller.Label(image, part, &labels);
+  EXPECT_EQ(labeller.threshold_dn(0), 32);
+  labeller.Label(other, part, &labels_of_other);
+  EXPECT_EQ(labeller.threshold_dn(0), 32);
+  EXPECT_EQ(labels, labels_of_other);
+  EXPECT_EQ(*labels.at(40, 20), 1);
+  EXPECT_EQ(*labels.at(26, 20), 0);
+  EXPECT_EQ(*labels.at(24, 20), 0xee);  // not its business
 }
 
 }  // namespace

@@ -1,0 +1,271 @@
+#include "vision/refiner.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <span>
+
+namespace turbidock::vision {
+namespace {
+
+constexpr int kMostSamples = 65;  // along one line across an outline
+
+struct Step {
+  double at = 0;        // in samples from the first
+  double contrast = 0;  // level before less level after
+};
+
+// The fall in a signal that explains it best as two levels, to a fraction of a sample.
+std::optional<Step> LocateFall(std::span<const float> signal) {
+  const int count = static_cast<int>(signal.size());
+  const auto level = [&](int i) { return static_cast<double>(signal[static_cast<size_t>(i)]); };
+  constexpr int kFewest = 2;  // samples on either side
+  double total = 0;
+  for (int i = 0; i < count; ++i) total += level(i);
+  double before = 0, most = 0;
+  Step step;
+  int at = -1;
+  for (int i = 0; i < count - kFewest; ++i) {
+    before += level(i);
+    const int n = i + 1;
+    if (n < kFewest) continue;
+    const double fall = before / n - (total - before) / (count - n);
+    // What two levels explain of the signal's variance.
+    const double explained = fall > 0 ? fall * fall * n * (count - n) : 0;
+    if (explained <= most) continue;
+    most = explained;
+    at = i;
+    step.contrast = fall;
+  }
+  if (at < 0) return std::nullopt;
+  // Both levels next to the fall, then where the signal crosses their mean.
+  const int width = std::min({4, at + 1, count - 1 - at});
+  double high = 0, low = 0;
+  for (int i = 0; i < width; ++i) {
+    high += level(at - i);
+    low += level(at + 1 + i);
+  }
+  const double middle = 0.5 * (high + low) / width;
+  int nearest = -1;
+  double crossing = 0;
+  for (int i = std::max(0, at - 2); i < std::min(count - 1, at + 3); ++i) {
+    const double a = level(i), b = level(i + 1);
+    if (!(a > middle && b <= middle)) continue;
+    if (nearest >= 0 && std::abs(i - at) >= std::abs(nearest - at)) continue;
+    nearest = i;
+    crossing = i + (a - middle) / (a - b);
+  }
+  if (nearest < 0) return std::nullopt;
+  step.at = crossing;
+  return step;
+}
+
+// Signal at a place between pixels; the four around it must be inside the image.
+float Bilinear(const Image3u8& image, const Eigen::Vector3f& axis, float u, float v) {
+  const int u0 = static_cast<int>(u), v0 = static_cast<int>(v);
+  const float fu = u - static_cast<float>(u0), fv = v - static_cast<float>(v0);
+  const auto signal = [&](int column, int row) {
+    const uint8_t* rgb = image.at(column, row);
+    return axis[0] * rgb[0] + axis[1] * rgb[1] + axis[2] * rgb[2];
+  };
+  return (1 - fv) * ((1 - fu) * signal(u0, v0) + fu * signal(u0 + 1, v0)) +
+         fv * ((1 - fu) * signal(u0, v0 + 1) + fu * signal(u0 + 1, v0 + 1));
+}
+
+}  // namespace
+
+PoseRefiner::PoseRefiner(const RefineParams& params, const MarkerParams& marker,
+                         const StereoRig& rig)
+    : params_(params),
+      marker_(marker),
+      cameras_{Camera{rig.left, rig.X_HL}, Camera{rig.right, rig.X_HR}} {
+  CheckFields(params, "refine");
+  CheckFields(marker, "marker");
+  for (size_t b = 0; b < marker.balls.size(); ++b)
+    for (int k = 0; k < 3; ++k)
+      hue_axis_[b][k] = 2.0 / 3 * std::cos(marker.balls[b].hue_rad - 2 * std::numbers::pi * k / 3);
+  for (int i = 0; i < params.outline_points; ++i) {
+    const double angle_rad = 2 * std::numbers::pi * (i + 0.5) / params.outline_points;
+    circle_.emplace_back(std::cos(angle_rad), std::sin(angle_rad));
+  }
+  edges_.reserve(2 * marker.balls.size() * circle_.size());
+  residuals_px_.reserve(edges_.capacity());
+  sorted_.reserve(edges_.capacity());
+}
+
+// Whether the box or another ball meets the viewing ray before that distance.
+bool PoseRefiner::IsHidden(int ball, const Eigen::Vector3d& p_MC, const Eigen::Vector3d& ray_M,
+                           double distance_m) const {
+  if (marker_.box_m.minCoeff() > 0) {
+    double enter_m = 0, leave_m = distance_m;
+    for (int k = 0; k < 3; ++k) {
+      const double half_m = 0.5 * marker_.box_m[k];
+      const double slope = std::abs(ray_M[k]) > 1e-12 ? ray_M[k] : 1e-12;
+      const double a_m = (-half_m - p_MC[k]) / slope, b_m = (half_m - p_MC[k]) / slope;
+      enter_m = std::max(enter_m, std::min(a_m, b_m));
+      leave_m = std::min(leave_m, std::max(a_m, b_m));
+    }
+    if (enter_m < leave_m) return true;
+  }
+  for (int b = 0; b < static_cast<int>(marker_.balls.size()); ++b) {
+    if (b == ball) continue;
+    const BallParams& other = marker_.balls[static_cast<size_t>(b)];
+    const Eigen::Vector3d p_CQ_M = other.p_MQ_m - p_MC;
+    const double along_m = p_CQ_M.dot(ray_M);
+    if (along_m > 0 && along_m < distance_m &&
+        (p_CQ_M - along_m * ray_M).squaredNorm() < other.radius_m * other.radius_m)
+      return true;
+  }
+  return false;
+}
+
+void PoseRefiner::FindEdges(const Image3u8& image, const PixelRegion& region, int camera,
+                            const Pose& X_HM, double shrink) {
+  const Camera& c = cameras_[static_cast<size_t>(camera)];
+  const Pose X_CM = c.X_HC.Inverse() * X_HM;
+  const Pose X_MC = X_CM.Inverse();
+  const auto left = static_cast<float>(region.column_begin),
+             top = static_cast<float>(region.row_begin),
+             right = static_cast<float>(region.column_end - 1),
+             bottom = static_cast<float>(region.row_end - 1);
+  for (int b = 0; b < static_cast<int>(marker_.balls.size()); ++b) {
+    const BallParams& ball = marker_.balls[static_cast<size_t>(b)];
+    const Eigen::Vector3d p_CQ = X_CM * ball.p_MQ_m;
+    const double distance2 = p_CQ.squaredNorm(), radius2 = ball.radius_m * ball.radius_m;
+    if (p_CQ.z() < kNearestDepth_m || distance2 <= 4 * radius2) continue;
+    // The circle in which viewing rays touch the sphere.
+    const Eigen::Vector3d circle_center = (1 - radius2 / distance2) * p_CQ;
+    const double circle_radius_m = ball.radius_m * std::sqrt(1 - radius2 / distance2);
+    const Eigen::Vector3d across = p_CQ.cross(Eigen::Vector3d::UnitY()).normalized();
+    const Eigen::Vector3d down = p_CQ.cross(across).normalized();
+    const Eigen::Vector2d center_px = c.intrinsics.Project(p_CQ);
+    const double radius_px = c.intrinsics.fx_px * ball.radius_m / p_CQ.z();
+    const double reach_px =
+        std::min(std::max(params_.least_reach_px, shrink * params_.reach_ratio * radius_px),
+                 0.5 * (kMostSamples - 1));
+    const int count = 2 * static_cast<int>(reach_px) + 1;
+    const Eigen::Vector3f axis = hue_axis_[static_cast<size_t>(b)].cast<float>();
+    for (const Eigen::Vector2d& way : circle_) {
+      const Eigen::Vector3d offset = circle_radius_m * (way.x() * across + way.y() * down);
+      const Eigen::Vector3d p_CT = circle_center + offset;
+      if (p_CT.z() < kNearestDepth_m) continue;
+      // The outline itself and a little inside of it must be in sight.
+      bool hidden = false;
+      for (const double share : {1.0, 0.7}) {
+        const Eigen::Vector3d p_CS = circle_center + share * offset;
+        const double distance_m = p_CS.norm();
+        hidden = hidden || IsHidden(b, X_MC.p, X_MC.q * (p_CS / distance_m), distance_m);
+      }
+      if (hidden) continue;
+      const Eigen::Vector2d outline_px = c.intrinsics.Project(p_CT);
+      const Eigen::Vector2d outward = (outline_px - center_px).normalized();
+      const Eigen::Vector2f first =
+          (outline_px - outward * static_cast<int>(reach_px)).cast<float>();
+      const Eigen::Vector2f step = outward.cast<float>();
+      const Eigen::Vector2f last = first + static_cast<float>(count - 1) * step;
+      const auto inside = [&](const Eigen::Vector2f& p) {
+        return p.x() >= left && p.y() >= top && p.x() < right && p.y() < bottom;
+      };
+      if (!inside(first) || !inside(last)) continue;
+      std::array<float, kMostSamples> signal;
+      for (int i = 0; i < count; ++i) {
+        const Eigen::Vector2f at = first + static_cast<float>(i) * step;
+        signal[static_cast<size_t>(i)] = Bilinear(image, axis, at.x(), at.y());
+      }
+      const std::optional<Step> fall =
+          LocateFall(std::span(signal).first(static_cast<size_t>(count)));
+      if (!fall || fall->contrast < params_.least_contrast_dn) continue;
+      const Eigen::Vector2d edge_px = first.cast<double>() + fall->at * outward;
+      edges_.push_back(
+          {b, camera, c.intrinsics.RayAt(edge_px.x(), edge_px.y()).normalized(), fall->contrast});
+    }
+  }
+}
+
+std::optional<Refined> PoseRefiner::Refine(const StereoImage& seen, const StereoRegion& region,
+                                           const Pose& X_HM) {
+  using Vector7d = Eigen::Matrix<double, 7, 1>;
+  using Matrix7d = Eigen::Matrix<double, 7, 7>;
+  constexpr int kFewestEdges = 12;
+  Refined refined{.X_HM = X_HM};
+  Eigen::Vector3d rotated = Eigen::Vector3d::Zero();  // since X_HM, for the prior
+  double bloom_px = 0;
+  Vector7d prior_weight;
+  prior_weight << Eigen::Vector3d::Constant(std::pow(params_.prior_position_m, -2)),
+      Eigen::Vector3d::Constant(std::pow(params_.prior_rotation_rad, -2)),
+      std::pow(std::max(params_.bloom_px, 1e-6), -2);
+  for (int iteration = 0; iteration < params_.iterations; ++iteration) {
+    edges_.clear();
+    const double shrink = iteration == 0 ? 1 : 0.5;  // close by now
+    FindEdges(seen.left, region.left, 0, refined.X_HM, shrink);
+    FindEdges(seen.right, region.right, 1, refined.X_HM, shrink);
+    if (edges_.size() < kFewestEdges) return std::nullopt;
+
+    // Distances of the edges' rays from the spheres, in pixels.
+    residuals_px_.clear();
+    for (const Edge& edge : edges_) {
+      const auto b = static_cast<size_t>(edge.ball);
+      const Camera& c = cameras_[static_cast<size_t>(edge.camera)];
+      const Eigen::Vector3d p_CQ = c.X_HC.Inverse() * (refined.X_HM * marker_.balls[b].p_MQ_m);
+      const double across_m = (p_CQ - p_CQ.dot(edge.ray_C) * edge.ray_C).norm();
+      residuals_px_.push_back(
+          (across_m - marker_.balls[b].radius_m) * c.intrinsics.fx_px / p_CQ.norm() - bloom_px);
+    }
+    // The scale of the robust weights: 1.5 times the median, at least the edges' own noise.
+    sorted_.clear();
+    for (const double r : residuals_px_) sorted_.push_back(std::abs(r));
+    std::nth_element(sorted_.begin(),
+                     sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() / 2),
+                     sorted_.end());
+    const double scale_px = std::max(1.4826 * sorted_[sorted_.size() / 2], params_.edge_noise_px);
+    const double tukey_px = 4 * scale_px;
+
+    Matrix7d information = prior_weight.asDiagonal();
+    Vector7d gradient;
+    gradient << prior_weight.head<3>().cwiseProduct(refined.X_HM.p - X_HM.p),
+        prior_weight.segment<3>(3).cwiseProduct(rotated), prior_weight[6] * bloom_px;
+    double sum2 = 0, weights = 0;
+    refined.edges = 0;
+    for (size_t i = 0; i < edges_.size(); ++i) {
+      const double r = residuals_px_[i];
+      if (std::abs(r) >= tukey_px) continue;
+      const Edge& edge = edges_[i];
+      const auto b = static_cast<size_t>(edge.ball);
+      const Camera& c = cameras_[static_cast<size_t>(edge.camera)];
+      const Eigen::Vector3d arm_H = refined.X_HM.q * marker_.balls[b].p_MQ_m;
+      const Eigen::Vector3d p_CQ = c.X_HC.Inverse() * (refined.X_HM.p + arm_H);
+      const Eigen::Vector3d off_C = p_CQ - p_CQ.dot(edge.ray_C) * edge.ray_C;
+      const Eigen::Vector3d n_H = c.X_HC.q * off_C.normalized();
+      const double px_per_m = c.intrinsics.fx_px / p_CQ.norm();
+      Vector7d row;
+      row << px_per_m * n_H, px_per_m * arm_H.cross(n_H), -1;
+      const double u = r / tukey_px;
+      const double weight = (1 - u * u) * (1 - u * u) / (scale_px * scale_px);
+      information += weight * row * row.transpose();
+      gradient += weight * r * row;
+      sum2 += (1 - u * u) * (1 - u * u) * r * r;
+      weights += (1 - u * u) * (1 - u * u);
+      ++refined.edges;
+    }
+    if (refined.edges < kFewestEdges) return std::nullopt;
+    const Eigen::LDLT<Matrix7d> solver(information);
+    const Vector7d delta = -solver.solve(gradient);
+    refined.X_HM.p += delta.head<3>();
+    const Eigen::Vector3d turn = delta.segment<3>(3);
+    rotated += turn;
+    if (turn.norm() > 0)
+      refined.X_HM.q =
+          (Eigen::Quaterniond(Eigen::AngleAxisd(turn.norm(), turn.normalized())) * refined.X_HM.q)
+              .normalized();
+    bloom_px += delta[6];
+    refined.residual_px = std::sqrt(sum2 / std::max(weights, 1e-12));
+    const Matrix7d covariance = solver.solve(Matrix7d::Identity());
+    refined.covariance = covariance.topLeftCorner<6, 6>();
+    refined.bloom_px = bloom_px;
+    if (iteration > 0 && delta.head<3>().norm() < 5e-5 && turn.norm() < 3e-4) break;
+  }
+  return refined;
+}
+
+}  // namespace turbidock::vision
