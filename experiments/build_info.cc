@@ -1,9 +1,14 @@
 #include "experiments/build_info.h"
 
+#include <fmt/format.h>
 #include <mujoco/mujoco.h>
+#include <xxhash.h>
 
 #include <exception>
+#include <fstream>
+#include <iterator>
 #include <opencv2/core/version.hpp>
+#include <string_view>
 
 #include "experiments/git_hash.h"
 #include "sim/gl_context.h"
@@ -11,6 +16,15 @@
 namespace turbidock::experiments {
 
 std::string VersionAndCommit() { return std::string(TURBIDOCK_VERSION) + " " + kGitHash; }
+
+std::string BuildId() {
+  const std::string id = VersionAndCommit();
+  const std::string_view hash = kGitHash;
+  if (!hash.ends_with("-dirty") && hash != "unknown") return id;
+  std::ifstream file("/proc/self/exe", std::ios::binary);
+  const std::string program(std::istreambuf_iterator<char>(file), {});
+  return fmt::format("{} {:016x}", id, XXH64(program.data(), program.size(), 0));
+}
 
 std::vector<std::pair<std::string, std::string>> BuildInfo() {
   std::string mesa;

@@ -31,24 +31,26 @@ std::string DataDir() {
 std::string ModelPath(const std::string& file) { return DataDir() + "/models/" + file; }
 std::string AssetPath(const std::string& file) { return DataDir() + "/assets/" + file; }
 
-std::vector<std::string> BundledScenarios() {
+std::vector<std::string> BundledNames(const std::string& folder) {
   std::vector<std::string> names;
-  for (const auto& entry : fs::directory_iterator(DataDir() + "/scenarios"))
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(fs::path(DataDir()) / folder, ignored))
     if (entry.path().extension() == ".yaml") names.push_back(entry.path().stem().string());
   std::sort(names.begin(), names.end());
   return names;
 }
 
-std::string FindScenario(const std::string& name) {
+std::string FindBundled(const std::string& folder, const std::string& what,
+                        const std::string& name) {
   std::error_code ignored;
   if (fs::is_regular_file(name, ignored)) return name;
-  const std::vector<std::string> bundled = BundledScenarios();
+  const std::vector<std::string> bundled = BundledNames(folder);
   if (std::find(bundled.begin(), bundled.end(), name) != bundled.end())
-    return DataDir() + "/scenarios/" + name + ".yaml";
+    return DataDir() + "/" + folder + "/" + name + ".yaml";
   std::string list;
   for (const std::string& known : bundled) list += (list.empty() ? "" : ", ") + known;
   const std::string nearest = NearestName(name, bundled);
-  throw ConfigError(name + ": no such file, and no bundled scenario of that name" +
+  throw ConfigError(name + ": no such file, and no bundled " + what + " of that name" +
                     (nearest.empty() ? "" : "; did you mean " + nearest + "?") +
                     " (bundled: " + list + ")");
 }

@@ -65,6 +65,14 @@ Scenario LoadScenario(const std::string& name, const std::vector<std::string>& a
   return scenario;
 }
 
+Scenario ParseScenario(const std::string& text, const std::string& name) {
+  Scenario scenario;
+  Origins origins;
+  ReadFields(ParseYaml(text, name), &scenario, &origins);
+  CheckSettings(scenario, origins);
+  return scenario;
+}
+
 std::string SceneFile(const Scenario& scenario) {
   return IsBundledModel(scenario.model) ? ModelPath(scenario.model) : scenario.model;
 }

@@ -107,6 +107,10 @@ struct Scenario {
 // for whatever is wrong in them.
 Scenario LoadScenario(const std::string& name, const std::vector<std::string>& assignments);
 
+// A scenario whose every value is spelt out in `text`, as SaveYaml wrote it; `name` stands for the
+// file in messages.
+Scenario ParseScenario(const std::string& text, const std::string& name);
+
 // Path of the scenario's MJCF file.
 std::string SceneFile(const Scenario& scenario);
 

@@ -8,9 +8,10 @@ namespace turbidock::experiments::cli {
 
 enum ExitCode {
   kExitDone = 0,
-  kExitCheckFailed = 1,    // --expect, selftest --physics
-  kExitBadInput = 2,       // command line, file, key
-  kExitSimulatorFault = 4  // this machine cannot simulate or draw
+  kExitCheckFailed = 1,     // --expect, selftest --physics
+  kExitBadInput = 2,        // command line, file, key
+  kExitSimulatorFault = 4,  // this machine cannot simulate or draw
+  kExitMismatch = 5         // merge, verify, replay: results differ that should not
 };
 
 using Command = std::function<int()>;  // returns the exit code
@@ -18,6 +19,8 @@ using Command = std::function<int()>;  // returns the exit code
 void AddBench(CLI::App& app, Command* chosen);
 void AddRecognize(CLI::App& app, Command* chosen);
 void AddRun(CLI::App& app, Command* chosen);
+void AddBatch(CLI::App& app, Command* chosen);    // batch, plans, status
+void AddResults(CLI::App& app, Command* chosen);  // merge, export, verify, replay
 void AddScenarios(CLI::App& app, Command* chosen);
 void AddSelftest(CLI::App& app, Command* chosen);
 

@@ -6,6 +6,7 @@
 #include <exception>
 #include <string>
 
+#include "experiments/batch/result_store.h"
 #include "experiments/build_info.h"
 #include "experiments/cli/commands.h"
 #include "sim/base/check.h"
@@ -33,7 +34,8 @@ int ParseAndRun(int argc, char** argv) {
   app.name("turbidock");
   app.footer(
       "Exit codes: 0 done, 1 a check failed, 2 bad usage or input, 4 this machine cannot simulate\n"
-      "or draw, 130/143 stopped by a signal. Results go to stdout, everything else to stderr.");
+      "or draw, 5 results differ that should not, 130/143 stopped by a signal. Results go to "
+      "stdout, everything else to stderr.");
   app.set_help_all_flag("--help-all", "Help of every subcommand");
   bool version = false;
   app.add_flag("--version", version, "Versions of the program and of what it runs on");
@@ -41,6 +43,8 @@ int ParseAndRun(int argc, char** argv) {
   Command chosen;
   AddBench(app, &chosen);
   AddRun(app, &chosen);
+  AddBatch(app, &chosen);
+  AddResults(app, &chosen);
   AddRecognize(app, &chosen);
   AddScenarios(app, &chosen);
   AddSelftest(app, &chosen);
@@ -62,6 +66,7 @@ int ParseAndRun(int argc, char** argv) {
 
   std::signal(SIGINT, OnSignal);
   std::signal(SIGTERM, OnSignal);
+  std::signal(SIGXFSZ, SIG_IGN);  // a file at its size limit is an error of write, not the end
   const int code = chosen();
   if (std::fflush(stdout) != 0 || std::ferror(stdout))
     throw ConfigError("the standard output cannot be written");
@@ -74,6 +79,9 @@ int Main(int argc, char** argv) {
     return ParseAndRun(argc, argv);
   } catch (const ConfigError& error) {
     code = kExitBadInput;
+    std::fprintf(stderr, "turbidock: %s\n", error.what());
+  } catch (const MismatchError& error) {
+    code = kExitMismatch;
     std::fprintf(stderr, "turbidock: %s\n", error.what());
   } catch (const std::exception& error) {  // SimulatorFault, or a machine out of memory
     std::fprintf(stderr, "turbidock: %s\n", error.what());

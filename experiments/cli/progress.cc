@@ -1,5 +1,6 @@
 #include "experiments/cli/progress.h"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -26,6 +27,21 @@ void Progress::Show(double share, const std::string& words) {
   std::fprintf(stderr, "\r\033[K%s %3.0f %%  %s", bar.c_str(), 100 * share, words.c_str());
   std::fflush(stderr);
   shown_ = true;
+}
+
+void Progress::ShowOrSay(double share, const std::string& words, double every_s) {
+  const auto now = std::chrono::steady_clock::now();
+  const double since_s = std::chrono::duration<double>(now - last_line_).count();
+  if (terminal_) {
+    constexpr double kRedraw_s = 0.5;  // a time that counts down is redrawn also without progress
+    if (since_s < kRedraw_s) return;
+    last_line_ = now;
+    last_share_ = -1;
+    Show(share, words);
+  } else if (since_s >= every_s) {
+    last_line_ = now;
+    Say(fmt::format("{:3.0f} %  {}", 100 * share, words));
+  }
 }
 
 void Progress::Say(const std::string& line) {

@@ -2,6 +2,7 @@
 // How long work shows itself on stderr: one line that is redrawn on a terminal, plain lines
 // elsewhere.
 
+#include <chrono>
 #include <string>
 
 namespace turbidock::experiments::cli {
@@ -15,6 +16,8 @@ class Progress {
   // Redraws the bar: a share in [0, 1] and some words. Does nothing off a terminal, and little when
   // called too often.
   void Show(double share, const std::string& words);
+  // The same for hours of work: off a terminal, a plain line at most every `every_s`.
+  void ShowOrSay(double share, const std::string& words, double every_s);
   // A line that stays.
   void Say(const std::string& line);
   // The same, but not on a terminal, where the bar shows it.
@@ -26,6 +29,7 @@ class Progress {
   bool quiet_, terminal_;
   bool shown_ = false;
   double last_share_ = -1;
+  std::chrono::steady_clock::time_point last_line_ = std::chrono::steady_clock::now();
 };
 
 }  // namespace turbidock::experiments::cli
