@@ -47,19 +47,33 @@ void StartParams::Check(const std::string& path) const {
                                                     FormatNumber(distance_max_m) + ")");
 }
 
-Scenario LoadScenario(const std::string& name, const std::vector<std::string>& assignments) {
+namespace {
+
+// All layers over a scenario that holds nothing but the estimator's preset.
+Scenario ReadLayers(const YamlNode& file, const std::vector<std::string>& assignments,
+                    vision::Preset preset, Origins* origins) {
   Scenario scenario;
-  Origins origins;
+  scenario.estimator = vision::RmGaOptions::Of(preset);
   ReadFields(LoadYaml(ModelPath("vehicle.yaml")), &scenario.vehicle, nullptr);
   ReadFields(LoadYaml(AssetPath("rig_default.yaml")), &scenario.rig, nullptr);
   ReadFields(LoadYaml(AssetPath("marker_default.yaml")), &scenario.marker, nullptr);
   ReadFields(LoadYaml(AssetPath("gains.yaml")), &scenario, nullptr);
+  ReadFields(file, &scenario, origins);
+  for (const std::string& assignment : assignments) ApplySet(assignment, &scenario, origins);
+  return scenario;
+}
 
+}  // namespace
+
+Scenario LoadScenario(const std::string& name, const std::vector<std::string>& assignments) {
   const YamlNode file = LoadYaml(FindScenario(name));
   for (const char* key : kRequired)
     if (!file.Find(key)) throw ConfigError(file.file + ": " + key + ": this key is required");
-  ReadFields(file, &scenario, &origins);
-  for (const std::string& assignment : assignments) ApplySet(assignment, &scenario, &origins);
+  Origins origins;
+  Scenario scenario = ReadLayers(file, assignments, vision::Preset::kDefault, &origins);
+  // A preset is what the estimator's other keys begin with, wherever it is named.
+  if (scenario.estimator.preset != vision::Preset::kDefault)
+    scenario = ReadLayers(file, assignments, scenario.estimator.preset, &origins);
   CheckSettings(scenario, origins);
   ResolveModel(file.file, origins, &scenario);
   return scenario;

@@ -56,6 +56,21 @@ TEST_P(EveryScenario, TheEstimatorKnowsTheSceneSMarker) {
   }
 }
 
+TEST(EstimatorPreset, IsWhatTheOtherKeysBeginWith) {
+  const auto estimator = [](const std::vector<std::string>& assignments) {
+    return SaveYaml(LoadScenario("pool_active", assignments).estimator);
+  };
+  EXPECT_EQ(estimator({}), SaveYaml(vision::RmGaOptions{}));
+  EXPECT_EQ(estimator({"estimator.preset=published"}), SaveYaml(vision::RmGaOptions::Published()));
+  // Whatever the order.
+  vision::RmGaOptions changed = vision::RmGaOptions::Published();
+  changed.population = 80;
+  EXPECT_EQ(estimator({"estimator.population=80", "estimator.preset=published"}),
+            SaveYaml(changed));
+  EXPECT_EQ(estimator({"estimator.preset=published", "estimator.population=80"}),
+            SaveYaml(changed));
+}
+
 INSTANTIATE_TEST_SUITE_P(Bundled, EveryScenario, ::testing::ValuesIn(BundledScenarios()),
                          [](const auto& scenario) { return scenario.param; });
 

@@ -251,7 +251,7 @@ TEST(HueLabeller, AgreesWithThePlainDefinition) {
           labelled += labels.data()[i] != 0;
         }
         EXPECT_EQ(differ, 0) << window_rad << ' ' << spread << ' ' << part.column_begin;
-        if (window_rad > 0.1 && !part.empty()) EXPECT_GT(labelled, 40);
+        EXPECT_GT(labelled, window_rad > 0.1 && !part.empty() ? 40 : -1);
       }
     }
 }
