@@ -58,7 +58,7 @@ class BareRendering {
  public:
   explicit BareRendering(const Scenario& scenario)
       : scene_(sim::LoadScene(SceneFile(scenario), scenario.rig)),
-        context_(sim::MakeOsmesaContext()),
+        context_(sim::MakeGlContext(scenario.renderer)),
         cheapest_(*context_, scene_, Cheapest(scene_)),
         as_modelled_(*context_, scene_, scene_.model->vis.quality) {}
 

@@ -29,7 +29,7 @@ std::string BuildId() {
 std::vector<std::pair<std::string, std::string>> BuildInfo() {
   std::string mesa;
   try {
-    mesa = sim::MakeOsmesaContext()->description();
+    mesa = sim::MakeGlContext(sim::GlBackend::kOsmesa)->description();
   } catch (const std::exception& error) {
     mesa = error.what();
   }

@@ -79,6 +79,7 @@ std::string ResultJson(const TrialResult& result) {
       {"transitions", transitions},
       {"seed", result.seed},
       {"version", VersionAndCommit()},
+      {"renderer", result.renderer},
       {"digest", result.digest},
       {"wall_time_s", result.wall_time_s},
       {"real_time_factor", result.real_time_factor},

@@ -14,6 +14,7 @@
 #include "sim/base/camera.h"
 #include "sim/base/clock.h"
 #include "sim/base/fields.h"
+#include "sim/gl_context.h"
 #include "sim/image_sensor.h"
 #include "sim/optics_params.h"
 #include "sim/sea.h"
@@ -53,6 +54,7 @@ struct Scenario {
   std::string model;  // MJCF file, a bundled one or a path
   int camera_delay_frames = 1;
   double docked_hold_s = 1;
+  sim::GlBackend renderer = sim::GlBackend::kOsmesa;
 
   ClockParams clock;
   StartParams start;
@@ -82,6 +84,8 @@ struct Scenario {
           "frames from exposure until the estimator has the image");
     field("docked_hold_s", self.docked_hold_s, InRange(0, 60),
           "time the vehicle holds the last pose once docked, before the trial ends");
+    field("renderer", self.renderer, Range{},
+          "what draws; where this machine does not have it, the other does");
     field("clock", self.clock, Finite(), "frames and physics steps");
     field("start", self.start, Finite(), "where the vehicle begins");
     field("sea", self.sea, Finite(), "how the water moves");

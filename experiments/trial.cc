@@ -61,7 +61,7 @@ class World {
       : seeds_(static_cast<uint64_t>(scenario.seed)),
         clock_(scenario.clock),
         scene_(sim::LoadScene(SceneFile(scenario), scenario.rig)),
-        context_(sim::MakeOsmesaContext()),
+        context_(sim::MakeGlContext(scenario.renderer, &context_remark_)),
         plant_(scene_, scenario.vehicle, clock_, sim::Sea(scenario.sea, seeds_.Stream("sea"))),
         renderer_(*context_, scene_),
         water_(scenario.optics, scenario.rig.MakeRig(), sim::SurfaceTable::FromScene(scene_),
@@ -110,11 +110,14 @@ class World {
   Pose true_X_HM() const { return (plant_.truth().X_WB * scene_.X_BH).Inverse() * scene_.X_WM; }
   const sim::Plant& plant() const { return plant_; }
   const SeedTree& seeds() const { return seeds_; }
+  std::string renderer() const { return context_->description(); }
+  const std::string& context_remark() const { return context_remark_; }
 
  private:
   SeedTree seeds_;
   ClockParams clock_;
   sim::Scene scene_;
+  std::string context_remark_;  // why it is not the kind asked for, or empty
   std::unique_ptr<sim::GlContext> context_;
   sim::Plant plant_;
   sim::StereoRenderer renderer_;
@@ -274,6 +277,8 @@ TrialResult RunTrial(const Scenario& scenario, const TrialOptions& options) {
   CheckFields(scenario, "");
   const ClockParams& clock = scenario.clock;
   World world(scenario, options);
+  if (options.on_remark && !world.context_remark().empty())
+    options.on_remark(world.context_remark());
   Autopilot autopilot(scenario, world.seeds(), options.timer);
   DockContact dock_contact(scenario.jam);
   // The cameras have been on for a while: the images that arrive first show the vehicle at its
@@ -284,6 +289,7 @@ TrialResult RunTrial(const Scenario& scenario, const TrialOptions& options) {
 
   TrialResult result;
   result.seed = scenario.seed;
+  result.renderer = world.renderer();
   Digest digest;
   const int64_t last_frame = clock.FramesFor(scenario.duration_s);
   const int64_t hold_frames = clock.FramesFor(scenario.docked_hold_s);

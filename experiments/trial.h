@@ -50,6 +50,7 @@ struct TrialResult {
   int returns_to_servoing = 0;
   std::map<control::Stage, double> stage_time_s;
   int64_t seed = 0;
+  std::string renderer;         // GL context and what draws in it
   std::string digest;           // of states, estimates and commands; equal for equal runs
   double wall_time_s = 0;       // never part of a digest
   double real_time_factor = 0;  // simulated over wall time
@@ -71,8 +72,9 @@ struct TrialOptions {
   // Called every frame. Observers change nothing: the digest is the same with and without.
   std::function<void(const TrialFrame&)> observe;
   std::function<void(const control::Transition&)> on_transition;
-  std::function<bool()> stop_requested;  // polled every frame
-  StageTimer* timer = nullptr;           // gets every stage of every frame, observers excepted
+  std::function<void(const std::string&)> on_remark;  // what people should know, a sentence
+  std::function<bool()> stop_requested;               // polled every frame
+  StageTimer* timer = nullptr;  // gets every stage of every frame, observers excepted
 };
 
 // Runs a trial. ConfigError for a scenario that cannot run, SimulatorFault when nothing can be

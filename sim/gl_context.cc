@@ -1,103 +1,25 @@
 #include "sim/gl_context.h"
 
-#include <GL/osmesa.h>
-#include <dlfcn.h>
-
-#include <array>
-#include <cstdlib>
-
 #include "sim/base/check.h"
 
 namespace turbidock::sim {
-namespace {
 
-// The functions of libOSMesa that we call.
-struct OsmesaLibrary {
-  decltype(&OSMesaCreateContextExt) CreateContextExt;
-  decltype(&OSMesaDestroyContext) DestroyContext;
-  decltype(&OSMesaMakeCurrent) MakeCurrent;
-  decltype(&OSMesaGetCurrentContext) GetCurrentContext;
-  decltype(&OSMesaGetProcAddress) GetProcAddress;
-};
-
-template <class Function>
-void LoadSymbol(void* library, const char* name, Function* function) {
-  *function = reinterpret_cast<Function>(dlsym(library, name));
-  if (*function == nullptr)
-    throw SimulatorFault(std::string("the OSMesa library has no function ") + name);
-}
-
-OsmesaLibrary OpenLibrary() {
-  // Global, because MuJoCo looks for OSMesaGetProcAddress among the process's symbols. Never
-  // closed: MuJoCo keeps the addresses of GL functions for good.
-  void* library = nullptr;
-  for (const char* name : {"libOSMesa.so.8", "libOSMesa.so"}) {
-    library = dlopen(name, RTLD_NOW | RTLD_GLOBAL);
-    if (library != nullptr) break;
-  }
-  if (library == nullptr) {
-    throw SimulatorFault(
-        "cannot render: the OSMesa library (libOSMesa.so.8) is missing or unusable; "
-        "install the package libosmesa6");
-  }
-  OsmesaLibrary osmesa;
-  LoadSymbol(library, "OSMesaCreateContextExt", &osmesa.CreateContextExt);
-  LoadSymbol(library, "OSMesaDestroyContext", &osmesa.DestroyContext);
-  LoadSymbol(library, "OSMesaMakeCurrent", &osmesa.MakeCurrent);
-  LoadSymbol(library, "OSMesaGetCurrentContext", &osmesa.GetCurrentContext);
-  LoadSymbol(library, "OSMesaGetProcAddress", &osmesa.GetProcAddress);
-  return osmesa;
-}
-
-class OsmesaContext final : public GlContext {
- public:
-  OsmesaContext() : osmesa_(OpenLibrary()) {
-    constexpr int kDepthBits = 24, kStencilBits = 8, kAccumulationBits = 0;
-    context_ =
-        osmesa_.CreateContextExt(OSMESA_RGBA, kDepthBits, kStencilBits, kAccumulationBits, nullptr);
-    if (context_ == nullptr) throw SimulatorFault("OSMesa cannot create an OpenGL context");
+std::unique_ptr<GlContext> MakeGlContext(GlBackend preferred, std::string* remark) {
+  const auto make = [](GlBackend backend) {
+    return backend == GlBackend::kEgl ? MakeEglContext() : MakeOsmesaContext();
+  };
+  try {
+    return make(preferred);
+  } catch (const SimulatorFault& fault) {
     try {
-      MakeCurrent();
-      description_ = "OSMesa, " + GlText(GL_RENDERER) + ", OpenGL " + GlText(GL_VERSION);
-    } catch (...) {
-      osmesa_.DestroyContext(context_);
-      throw;
+      auto other = make(preferred == GlBackend::kEgl ? GlBackend::kOsmesa : GlBackend::kEgl);
+      if (remark != nullptr)
+        *remark = std::string(fault.what()) + "; drawing with " + other->description() + " instead";
+      return other;
+    } catch (const SimulatorFault& other_fault) {
+      throw SimulatorFault(std::string(fault.what()) + "; " + other_fault.what());
     }
   }
-  ~OsmesaContext() override { osmesa_.DestroyContext(context_); }
-  OsmesaContext(const OsmesaContext&) = delete;
-  OsmesaContext& operator=(const OsmesaContext&) = delete;
-
-  void MakeCurrent() override {
-    if (osmesa_.GetCurrentContext() == context_) return;
-    if (!osmesa_.MakeCurrent(context_, window_.data(), GL_UNSIGNED_BYTE, kWindowPx, kWindowPx))
-      throw SimulatorFault("OSMesa cannot make its OpenGL context current");
-  }
-  std::string description() const override { return description_; }
-
- private:
-  std::string GlText(GLenum name) const {
-    const auto get =
-        reinterpret_cast<const GLubyte* (*)(GLenum)>(osmesa_.GetProcAddress("glGetString"));
-    const GLubyte* text = get == nullptr ? nullptr : get(name);
-    return text == nullptr ? "?" : reinterpret_cast<const char*>(text);
-  }
-
-  // A context needs a window's memory; we draw into framebuffers of our own, so a small one does.
-  static constexpr int kWindowPx = 16;
-
-  OsmesaLibrary osmesa_;
-  OSMesaContext context_ = nullptr;
-  std::array<unsigned char, 4 * kWindowPx * kWindowPx> window_{};
-  std::string description_;
-};
-
-}  // namespace
-
-std::unique_ptr<GlContext> MakeOsmesaContext() {
-  // llvmpipe reads this when the first context of the process is made.
-  setenv("LP_NUM_THREADS", "0", /*overwrite=*/1);
-  return std::make_unique<OsmesaContext>();
 }
 
 }  // namespace turbidock::sim

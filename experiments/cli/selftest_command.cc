@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <cstdio>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -31,6 +32,16 @@ std::string LoadEveryScenario() {
   const auto names = BundledScenarios();
   for (const std::string& name : names) sim::LoadScene(SceneFile(LoadScenario(name, {})), {});
   return fmt::format("{} bundled scenarios and their models load", names.size());
+}
+
+// A choice, not a need. In a process of its own, because each keeps to one kind of context.
+std::string DrawWithEgl() {
+  const std::string program = std::filesystem::read_symlink("/proc/self/exe").string();
+  Subprocess run({program, "run", "pool_active", "--set", "renderer=egl", "--set",
+                  "duration_s=0.01", "--quiet", "--json"},
+                 "turbidock");
+  const std::string renderer = nlohmann::json::parse(run.Finish()).at("renderer");
+  return renderer.starts_with("EGL") ? renderer : "not usable here, would draw with " + renderer;
 }
 
 std::string RunOneSecond() {
@@ -83,7 +94,8 @@ int PhysicsSelftest(bool json) {
 
 int Selftest(bool json) {
   const std::vector<Check> checks = {
-      {"render", [] { return sim::MakeOsmesaContext()->description(); }},
+      {"render", [] { return sim::MakeGlContext(sim::GlBackend::kOsmesa)->description(); }},
+      {"egl", DrawWithEgl},
       {"scenarios", LoadEveryScenario},
       {"trial", RunOneSecond},
       {"figures",

@@ -77,6 +77,7 @@ TrialResult RunShownTrial(const Scenario& scenario, const ShownTrialOptions& sho
     progress.Say(fmt::format("  {:5.1f} s  {} -> {}: {}", scenario.clock.TimeOfFrame(change.frame),
                              NameOf(change.from), NameOf(change.to), change.reason));
   };
+  options.on_remark = [&](const std::string& remark) { progress.Say(remark); };
   options.stop_requested = [] { return StopSignal() != 0; };
   TrialResult result = RunTrial(scenario, options);
   progress.Say(Summary(result));
