@@ -5,8 +5,8 @@
 
 #include <cerrno>
 #include <cstring>
-#include <filesystem>
 #include <fstream>
+#include <system_error>
 
 #include "sim/base/check.h"
 
@@ -20,19 +20,19 @@ void RequireWritable(const std::string& path) {
   if (!existed) unlink(path.c_str());
 }
 
-void WriteWhole(const std::string& path, const std::string& text) {
-  const std::string partial = path + ".partial";
+void WriteWhole(const std::filesystem::path& path, const std::string& text) {
+  const std::filesystem::path partial = path.string() + ".partial";
   {
     std::ofstream file(partial, std::ios::binary);
     file << text;
     file.flush();
-    if (!file) throw ConfigError(path + ": cannot be written: " + std::strerror(errno));
+    if (!file) throw ConfigError(path.string() + ": cannot be written: " + std::strerror(errno));
   }
   std::error_code error;
   std::filesystem::rename(partial, path, error);
   if (error) {
     std::filesystem::remove(partial);
-    throw ConfigError(path + ": cannot be written: " + error.message());
+    throw ConfigError(path.string() + ": cannot be written: " + error.message());
   }
 }
 

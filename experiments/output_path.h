@@ -1,6 +1,7 @@
 #pragma once
 // Early and equal words for the commonest mistake: an output that cannot be written.
 
+#include <filesystem>
 #include <string>
 
 namespace turbidock::experiments {
@@ -9,8 +10,8 @@ namespace turbidock::experiments {
 // Leaves the file system as it was.
 void RequireWritable(const std::string& path);
 
-// Writes a file that is complete or not there at all: a reader never sees half of it. ConfigError
-// when it cannot be written.
-void WriteWhole(const std::string& path, const std::string& text);
+// Writes a file complete or not at all: a reader never sees half of it. ConfigError when it cannot
+// be written.
+void WriteWhole(const std::filesystem::path& path, const std::string& text);
 
 }  // namespace turbidock::experiments

@@ -8,8 +8,9 @@ namespace turbidock::experiments::cli {
 
 enum ExitCode {
   kExitDone = 0,
-  kExitCheckFailed = 1,     // --expect, selftest --physics
+  kExitCheckFailed = 1,     // --expect, selftest --physics, gate
   kExitBadInput = 2,        // command line, file, key
+  kExitInconclusive = 3,    // gate: its trials are spent
   kExitSimulatorFault = 4,  // this machine cannot simulate or draw
   kExitMismatch = 5         // merge, verify, replay: results differ that should not
 };
@@ -21,6 +22,7 @@ void AddRecognize(CLI::App& app, Command* chosen);
 void AddRun(CLI::App& app, Command* chosen);
 void AddBatch(CLI::App& app, Command* chosen);    // batch, plans, status
 void AddResults(CLI::App& app, Command* chosen);  // merge, export, verify, replay
+void AddGate(CLI::App& app, Command* chosen);
 void AddScenarios(CLI::App& app, Command* chosen);
 void AddSelftest(CLI::App& app, Command* chosen);
 

@@ -33,9 +33,9 @@ int ParseAndRun(int argc, char** argv) {
   CLI::App app("Headless closed-loop docking trials of a stereo-vision ROV in turbid water.");
   app.name("turbidock");
   app.footer(
-      "Exit codes: 0 done, 1 a check failed, 2 bad usage or input, 4 this machine cannot simulate\n"
-      "or draw, 5 results differ that should not, 130/143 stopped by a signal. Results go to "
-      "stdout, everything else to stderr.");
+      "Exit codes: 0 done, 1 a check failed, 2 bad usage or input, 3 inconclusive (gate), 4 this\n"
+      "machine cannot simulate or draw, 5 results differ that should not, 130/143 stopped by a\n"
+      "signal. Results go to stdout, everything else to stderr.");
   app.set_help_all_flag("--help-all", "Help of every subcommand");
   bool version = false;
   app.add_flag("--version", version, "Versions of the program and of what it runs on");
@@ -45,6 +45,7 @@ int ParseAndRun(int argc, char** argv) {
   AddRun(app, &chosen);
   AddBatch(app, &chosen);
   AddResults(app, &chosen);
+  AddGate(app, &chosen);
   AddRecognize(app, &chosen);
   AddScenarios(app, &chosen);
   AddSelftest(app, &chosen);

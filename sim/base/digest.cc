@@ -25,6 +25,11 @@ void Digest::Add(const Eigen::Ref<const Eigen::VectorXd>& values) {
   for (Eigen::Index i = 0; i < values.size(); ++i) Add(values[i]);
 }
 
+void Digest::Add(std::string_view text) {
+  Add(static_cast<int64_t>(text.size()));
+  XXH64_update(state_, text.data(), text.size());
+}
+
 std::string Digest::Hex() const {
   char text[17];
   std::snprintf(text, sizeof text, "%016llx",

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 #include "sim/base/pose.h"
 
@@ -10,7 +11,7 @@ struct XXH64_state_s;
 
 namespace turbidock {
 
-// Hashes integers and doubles (-0 as +0) with XXH64. Promised per build and machine type.
+// Hashes integers, doubles (-0 as +0) and text with XXH64. Promised per build and machine type.
 class Digest {
  public:
   Digest();
@@ -22,7 +23,8 @@ class Digest {
   void Add(double value);
   void Add(const Pose& X);  // canonical q (w, x, y, z), then p
   void Add(const Eigen::Ref<const Eigen::VectorXd>& values);
-  std::string Hex() const;  // of what was added so far, 16 hexadecimal digits
+  void Add(std::string_view text);  // its length, then its bytes
+  std::string Hex() const;          // of what was added so far, 16 hexadecimal digits
 
  private:
   XXH64_state_s* state_;

@@ -14,9 +14,9 @@ std::string Range::Sentence() const {
   const bool has_low = std::isfinite(low), has_high = std::isfinite(high);
   if (has_low && has_high)
     return std::string("must be in ") + (low_open ? "(" : "[") + FormatNumber(low) + ", " +
-           FormatNumber(high) + "]";
+           FormatNumber(high) + (high_open ? ")" : "]");
   if (has_low) return std::string("must be ") + (low_open ? "> " : ">= ") + FormatNumber(low);
-  if (has_high) return "must be <= " + FormatNumber(high);
+  if (has_high) return std::string("must be ") + (high_open ? "< " : "<= ") + FormatNumber(high);
   return "must be finite";
 }
 

@@ -34,10 +34,12 @@ namespace turbidock {
 struct Range {
   double low = -std::numeric_limits<double>::infinity();
   double high = std::numeric_limits<double>::infinity();
-  bool low_open = false;  // low itself is not allowed
+  bool low_open = false;   // low itself is not allowed
+  bool high_open = false;  // high itself is not allowed
 
   bool Contains(double x) const {
-    return std::isfinite(x) && (low_open ? x > low : x >= low) && x <= high;
+    return std::isfinite(x) && (low_open ? x > low : x >= low) &&
+           (high_open ? x < high : x <= high);
   }
   // "must be in [0, 1]", "must be > 0", "must be finite".
   std::string Sentence() const;
@@ -47,6 +49,9 @@ inline Range Finite() { return {}; }
 inline Range AtLeast(double low) { return {.low = low}; }
 inline Range Above(double low) { return {.low = low, .low_open = true}; }
 inline Range InRange(double low, double high) { return {.low = low, .high = high}; }
+inline Range Between(double low, double high) {
+  return {.low = low, .high = high, .low_open = true, .high_open = true};
+}
 
 // Names of an enum's values as users write them; specialise with `static constexpr auto kNames =
 // std::to_array<std::pair<E, const char*>>({...})`.

@@ -29,7 +29,12 @@ std::string ProgramPath() {
 
 ProgramEnd RunProgram(const std::vector<std::string>& arguments,
                       const std::vector<std::string>& environment) {
-  std::vector<std::string> words = {ProgramPath()};
+  return RunProgramAt(ProgramPath(), arguments, environment);
+}
+
+ProgramEnd RunProgramAt(const std::string& path, const std::vector<std::string>& arguments,
+                        const std::vector<std::string>& environment) {
+  std::vector<std::string> words = {path};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<std::string> variables = environment;
   for (char** entry = environ; *entry; ++entry) {

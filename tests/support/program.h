@@ -18,5 +18,8 @@ struct ProgramEnd {
 // to the test's own.
 ProgramEnd RunProgram(const std::vector<std::string>& arguments,
                       const std::vector<std::string>& environment = {});
+// The same with a copy of the program at another path.
+ProgramEnd RunProgramAt(const std::string& path, const std::vector<std::string>& arguments,
+                        const std::vector<std::string>& environment = {});
 
 }  // namespace turbidock::testing

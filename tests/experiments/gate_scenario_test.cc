@@ -1,0 +1,149 @@
+// The worked example of the gate's documentation, end to end on short trials: a change that halves
+// a gain is caught, one that changes a comment is not. And how the program ends on what it cannot
+// judge.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "tests/support/program.h"
+
+namespace turbidock::testing {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+std::string TextOf(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+class GateProgram : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    fs::create_directories(folder_);
+    // Docks in four seconds: small images, a start right in front of the dock, a fast approach.
+    File("short.yaml",
+         "schema_version: 1\nseed: 1\nduration_s: 7\nmodel: pool_active.xml\ndocked_hold_s: 0\n"
+         "water: {background: pure, milk_ml_m3: 10}\nball_lights: {enabled: true}\n"
+         "lamps: {enabled: false}\nrig: {width_px: 160, height_px: 120}\n"
+         "hue: {own_chroma_pixels: 3}\n"
+         "start: {distance_min_m: 0.45, distance_max_m: 0.5, lateral_m: 0.02, vertical_m: 0.02,\n"
+         "        heading_rad: 0.02}\n"
+         "procedure: {found_hold_s: 0.1, servo_x_m: 0.45, docking_rate_mps: 0.1}\n");
+    gate_ = File("gate.yaml",
+                 "schema_version: 1\ndescription: short trials\nbaseline: gate.baseline.yaml\n"
+                 "alpha: 0.1\nbeta: 0.1\nmax_trials: 9\nmargins: {success_rate: 0.4}\n"
+                 "conditions:\n  - {name: short, scenario: short.yaml}\n");
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  std::string File(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name) << text;
+    return (folder_ / name).string();
+  }
+
+  // A build of the program whose assets/gains.yaml went through a change.
+  std::string ChangedBuild(const std::string& name,
+                           const std::function<std::string(std::string)>& change) const {
+    const fs::path from = fs::path(ProgramPath()).parent_path().parent_path(), to = folder_ / name;
+    fs::create_directories(to / "bin");
+    fs::copy_file(ProgramPath(), to / "bin/turbidock");
+    fs::copy(from / "share/turbidock", to / "share/turbidock", fs::copy_options::recursive);
+    const fs::path gains = to / "share/turbidock/assets/gains.yaml";
+    const std::string before = TextOf(gains), after = change(before);
+    EXPECT_NE(after, before);
+    std::ofstream(gains) << after;
+    return (to / "bin/turbidock").string();
+  }
+
+  const fs::path folder_ =
+      fs::temp_directory_path() /
+      (std::string("turbidock_") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
+  std::string gate_;
+};
+
+TEST_F(GateProgram, AHalvedGainIsCaughtAndAChangedCommentIsNot) {
+  const ProgramEnd update = RunProgram({"gate", gate_, "--update", "--workers", "2"});
+  ASSERT_EQ(update.exit_code, 0) << update.err;
+  EXPECT_THAT(update.err, HasSubstr("short: new, 9 of 9 docked"));
+
+  const std::string comment = ChangedBuild(
+      "comment", [](const std::string& text) { return "# gains, as they were\n" + text; });
+  const std::string out = (folder_ / "comment_out").string();
+  const ProgramEnd pass =
+      RunProgramAt(comment, {"gate", gate_, "--workers", "2", "--out", out, "--json"});
+  EXPECT_EQ(pass.exit_code, 0) << pass.err;
+  const auto passed = nlohmann::json::parse(pass.out);
+  EXPECT_EQ(passed["verdict"], "pass");
+  EXPECT_LT(passed["conditions"][0]["trials"], 9);
+
+  const std::string halved = ChangedBuild("halved", [](std::string text) {
+    const std::string gain = "surge: {kp_v_per_m: 5,";
+    return text.replace(text.find(gain), gain.size(), "surge: {kp_v_per_m: 2.5,");
+  });
+  const std::string failed_out = (folder_ / "halved_out").string();
+  const ProgramEnd fail = RunProgramAt(
+      halved, {"gate", gate_, "--workers", "2", "--out", failed_out, "--bundles", "1"});
+  EXPECT_EQ(fail.exit_code, 1) << fail.err;
+  EXPECT_THAT(TextOf(failed_out + "/summary.md"), HasSubstr("FAIL: short trials"));
+  EXPECT_THAT(TextOf(failed_out + "/junit.xml"), HasSubstr("<failure type=\"worse\""));
+  const auto summary = nlohmann::json::parse(TextOf(failed_out + "/summary.json"));
+  const auto failing = summary["conditions"][0]["newly_failing_seeds"];
+  ASSERT_FALSE(failing.empty());
+
+  // the bundle of the first of them
+  const fs::path bundle =
+      fs::path(failed_out) / "failures" / ("short_" + std::to_string(failing[0].get<int64_t>()));
+  for (const char* name : {"resolved.yaml", "result.json", "figure.png", "video.mp4"})
+    EXPECT_GT(fs::file_size(bundle / name), 100u) << name;
+  EXPECT_THAT(TextOf(bundle / "replay.txt"), HasSubstr("turbidock run resolved.yaml"));
+  EXPECT_EQ(std::distance(fs::directory_iterator(bundle.parent_path()), {}), 1);
+}
+
+TEST_F(GateProgram, WhatCannotBeJudgedNeverPasses) {
+  const auto expect = [&](int code, const std::vector<std::string>& arguments,
+                          const std::string& said) {
+    const ProgramEnd end = RunProgram(arguments);
+    EXPECT_EQ(end.exit_code, code) << end.err;
+    EXPECT_EQ(end.out, "");
+    EXPECT_THAT(end.err, HasSubstr(said));
+  };
+  expect(2, {"gate"}, "which gate");
+  expect(2, {"gate", "none.yaml"}, "none.yaml");
+  expect(2, {"gate", gate_}, "there is no baseline");
+  expect(2, {"gate", gate_, "--update", "--set", "duration_s=1"}, "without --set");
+  expect(2, {"gate", "--plan-size", "--rate", "1"}, "--rate = 1 must be in (0, 1)");
+  expect(2, {"gate", "--plan-size", "--margin", "0.99"}, "--margin");
+  expect(2, {"gate", "--plan-size", "--alpha", "0"}, "--alpha = 0 must be in (0, 1)");
+  expect(2, {"gate", "--plan-size", "--max-trials", "0"}, "--max-trials");
+
+  // a baseline of two trials, so that the rest is quick
+  const std::string small = File("small.yaml",
+                                 "schema_version: 1\nbaseline: small.baseline.yaml\nmax_trials: 2\n"
+                                 "conditions:\n  - {name: short, scenario: short.yaml}\n");
+  ASSERT_EQ(RunProgram({"gate", small, "--update"}).exit_code, 0);
+  expect(3, {"gate", small}, "INCONCLUSIVE");
+  expect(2, {"gate", small, "--set", "watr.milk_ml_m3=1"}, "water");
+  expect(2, {"gate", small, "--set", "model=none.xml"}, "none.xml");
+  File("libOSMesa.so.8", "no library");
+  File("libOSMesa.so", "no library");
+  const ProgramEnd no_mesa = RunProgram({"gate", small}, {"LD_LIBRARY_PATH=" + folder_.string()});
+  EXPECT_EQ(no_mesa.exit_code, 4) << no_mesa.err;
+
+  std::string text = TextOf(folder_ / "small.baseline.yaml");
+  text.replace(text.find("docked: 2"), 9, "docked: 1");
+  File("small.baseline.yaml", text);
+  expect(2, {"gate", small}, "was edited");
+}
+
+}  // namespace
+}  // namespace turbidock::testing
