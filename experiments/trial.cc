@@ -14,13 +14,12 @@
 #include "sim/base/random.h"
 #include "sim/base/units.h"
 #include "sim/gl_context.h"
-#include "sim/image_sensor.h"
 #include "sim/plant.h"
 #include "sim/scene.h"
 #include "sim/sea.h"
+#include "sim/stereo_camera.h"
 #include "sim/stereo_renderer.h"
 #include "sim/surfaces.h"
-#include "sim/water.h"
 #include "vision/rm_ga.h"
 
 namespace turbidock::experiments {
@@ -64,10 +63,10 @@ class World {
         context_(sim::MakeGlContext(scenario.renderer, &context_remark_)),
         plant_(scene_, scenario.vehicle, clock_, sim::Sea(scenario.sea, seeds_.Stream("sea"))),
         renderer_(*context_, scene_),
-        water_(scenario.optics, scenario.rig.MakeRig(), sim::SurfaceTable::FromScene(scene_),
-               sim::LampPoses(scene_)),
-        sensor_(scenario.sensor, seeds_.Stream("camera.left").NextU64(),
-                seeds_.Stream("camera.right").NextU64()),
+        camera_(sim::Water(scenario.optics, scenario.rig.MakeRig(),
+                           sim::SurfaceTable::FromScene(scene_), sim::LampPoses(scene_)),
+                sim::ImageSensor(scenario.sensor, seeds_.Stream("camera.left").NextU64(),
+                                 seeds_.Stream("camera.right").NextU64())),
         timer_(options.timer) {
     if (options.spectator)
       spectator_.emplace(*context_, scene_, kSpectatorWidth_px, kSpectatorHeight_px);
@@ -77,10 +76,7 @@ class World {
 
   void Expose(int64_t frame, StereoImage* out) {
     renderer_.Render(plant_.data(), plant_.tick(), &rendered_, timer_);
-    water_.Apply(rendered_, &radiance_);
-    Lap(timer_, LoopStage::kWater);
-    sensor_.Expose(radiance_, frame, out);
-    Lap(timer_, LoopStage::kSensor);
+    camera_.Expose(rendered_, frame, out, timer_);
   }
 
   const Image3u8* DrawSpectator() {
@@ -121,11 +117,9 @@ class World {
   std::unique_ptr<sim::GlContext> context_;
   sim::Plant plant_;
   sim::StereoRenderer renderer_;
-  sim::Water water_;
-  sim::ImageSensor sensor_;
+  sim::StereoCamera camera_;
   std::optional<sim::SpectatorRenderer> spectator_;
   sim::RenderedStereo rendered_;
-  sim::RadianceStereo radiance_;
   Image3u8 spectator_image_;
   StageTimer* timer_;
 };

@@ -1,64 +1,100 @@
 #include "sim/image_sensor.h"
 
-#include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "sim/base/check.h"
 #include "sim/base/random.h"
+#include "sim/base/vector_clones.h"
+#include "sim/vector_math.h"
 
 namespace turbidock::sim {
 namespace {
 
-// The curve is followed by straight pieces of 1/2048 of full scale, up to 1.25 so that noise on a
-// clipped value cannot bring it below 255. Against the sRGB curve that is within 0.03 DN; a power
-// curve gets a straight toe (as real cameras have) that lies up to 2 DN below it within the first
-// piece.
-constexpr int kNodesAtFullScale = 2048;
-constexpr int kNodes = kNodesAtFullScale * 5 / 4;
+// Linear values above this are taken as this: noise on a clipped value cannot bring it below 255.
+constexpr float kMostLinear = 1.25f;
 
-// Noise takes one of 2^12 normal quantiles: unit variance, ends at 3.7 standard deviations.
-constexpr int kNormalBits = 12;
+// Encoded = scale linear^exponent + offset, in DN, above the toe; slope linear below.
+struct Curve {
+  float linear_per_radiance;
+  float exponent, scale_dn, offset_dn;
+  float toe_end, toe_slope_dn;
+};
 
-// Values that pass through the stack at a time.
-constexpr int kBlock = 480;
-
-// Quantile of the normal distribution by Newton's method on its distribution function.
-double NormalQuantile(double probability, double start) {
-  double z = start;
-  for (int i = 0; i < 50; ++i) {
-    const double error = 0.5 * std::erfc(-z / std::numbers::sqrt2) - probability;
-    const double density = std::exp(-0.5 * z * z) / std::sqrt(2 * std::numbers::pi);
-    const double step = error / density;
-    z -= step;
-    if (std::abs(step) < 1e-12) break;
+Curve CurveOf(const SensorParams& params) {
+  Curve curve{};
+  curve.linear_per_radiance = static_cast<float>(params.gain / params.full_scale_radiance_w_m2_sr);
+  if (params.transfer == TransferCurve::kPower) {
+    curve.exponent = static_cast<float>(1 / params.power);
+    curve.scale_dn = 255;
+  } else {
+    // IEC 61966-2-1
+    curve.exponent = static_cast<float>(1 / 2.4);
+    curve.scale_dn = static_cast<float>(255 * 1.055);
+    curve.offset_dn = static_cast<float>(-255 * 0.055);
+    curve.toe_end = 0.0031308f;
+    curve.toe_slope_dn = static_cast<float>(255 * 12.92);
   }
-  return z;
+  return curve;
 }
 
-std::vector<float> NormalQuantiles() {
-  constexpr int kCount = 1 << kNormalBits;
-  std::vector<double> z(kCount);
-  double last = 0, sum_of_squares = 0;
-  // outwards from the median, each quantile starting at the one before
-  for (int i = kCount / 2; i < kCount; ++i) {
-    last = NormalQuantile((i + 0.5) / kCount, last);
-    z[i] = last;
-    z[kCount - 1 - i] = -last;
-    sum_of_squares += 2 * last * last;
-  }
-  const double scale = 1 / std::sqrt(sum_of_squares / kCount);
-  std::vector<float> quantiles(kCount);
-  for (int i = 0; i < kCount; ++i) quantiles[i] = static_cast<float>(scale * z[i]);
-  return quantiles;
+// What is negative or no number counts as dark.
+[[gnu::always_inline]] inline float LinearOf(const Curve& curve, float radiance) {
+  const float x = radiance * curve.linear_per_radiance;
+  const float lit = x > 0.0f ? x : 0.0f;
+  return lit < kMostLinear ? lit : kMostLinear;
 }
 
-// SplitMix64 (Steele, Lea, Flood 2014): 64 bits that pass BigCrush from a counter, in a few cycles.
-inline uint64_t SplitMix(uint64_t key, uint64_t counter) {
-  uint64_t x = key + counter * 0x9E3779B97F4A7C15u;
-  x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9u;
-  x = (x ^ (x >> 27)) * 0x94D049BB133111EBu;
-  return x ^ (x >> 31);
+[[gnu::always_inline]] inline float PowerDn(const Curve& curve, float linear) {
+  return curve.scale_dn * Exp2(curve.exponent * Log2(linear));
+}
+
+[[gnu::always_inline]] inline float EncodedDn(const Curve& curve, float linear, float power_dn) {
+  return linear > curve.toe_end ? power_dn + curve.offset_dn : curve.toe_slope_dn * linear;
+}
+
+enum class Noise { kNone, kRead, kReadAndShot };
+
+struct NoiseDn {
+  float read_dn;
+  float shot_linear;  // gain / electrons: variance of a linear value over itself
+};
+
+template <Noise kNoise>
+[[gnu::always_inline]] inline void ExposeValues(const Curve curve, const NoiseDn noise,
+                                                uint32_t key0, uint32_t key1, int count,
+                                                const float* __restrict radiance,
+                                                uint8_t* __restrict dn) {
+  for (int i = 0; i < count; ++i) {
+    const float linear = LinearOf(curve, radiance[i]);
+    const float power_dn = PowerDn(curve, linear);
+    float value = EncodedDn(curve, linear, power_dn) + 0.5f;
+    if constexpr (kNoise != Noise::kNone) {
+      float sigma_dn = noise.read_dn;
+      if constexpr (kNoise == Noise::kReadAndShot) {
+        // f' x = exponent f above the toe, so (255 f')^2 x is this
+        const float above = curve.exponent * power_dn;
+        const float slope2_linear = linear > curve.toe_end
+                                        ? above * above / linear
+                                        : curve.toe_slope_dn * curve.toe_slope_dn * linear;
+        sigma_dn = std::sqrt(sigma_dn * sigma_dn + slope2_linear * noise.shot_linear);
+      }
+      value += sigma_dn * NormalFromBits(Mix(static_cast<uint32_t>(i), key0, key1));
+    }
+    value = value > 0.0f ? value : 0.0f;
+    value = value < 255.0f ? value : 255.0f;
+    dn[i] = static_cast<uint8_t>(static_cast<int32_t>(value));
+  }
+}
+
+TURBIDOCK_VECTOR_CLONES
+void ExposeRow(const Curve& curve, const NoiseDn& noise, bool shot, uint32_t key0, uint32_t key1,
+               int count, const float* radiance, uint8_t* dn) {
+  if (shot)
+    ExposeValues<Noise::kReadAndShot>(curve, noise, key0, key1, count, radiance, dn);
+  else if (noise.read_dn > 0)
+    ExposeValues<Noise::kRead>(curve, noise, key0, key1, count, radiance, dn);
+  else
+    ExposeValues<Noise::kNone>(curve, noise, key0, key1, count, radiance, dn);
 }
 
 }  // namespace
@@ -75,73 +111,38 @@ double Decode(const SensorParams& params, double encoded) {
 }
 
 ImageSensor::ImageSensor(const SensorParams& params, uint64_t left_key, uint64_t right_key)
-    : normal_(NormalQuantiles()), left_key_(left_key), right_key_(right_key) {
+    : params_(params), keys_{left_key, right_key} {
   CheckFields(params, "sensor");
-  nodes_per_radiance_ =
-      static_cast<float>(params.gain * kNodesAtFullScale / params.full_scale_radiance_w_m2_sr);
-  last_node_ = kNodes - 1;
-  response_.resize(kNodes + 1);
-  for (int i = 0; i <= kNodes; ++i) {
-    const double linear = static_cast<double>(i) / kNodesAtFullScale;
-    double variance_dn2 = params.read_noise_dn * params.read_noise_dn;
-    if (params.shot_noise) {
-      const double half = 0.5 / kNodesAtFullScale;
-      const double low = std::max(0.0, linear - half);
-      const double slope =
-          255 * (Encode(params, linear + half) - Encode(params, low)) / (linear + half - low);
-      variance_dn2 += slope * slope * linear * params.gain / params.full_well_electrons;
-    }
-    response_[i] = {static_cast<float>(255 * Encode(params, linear)),
-                    static_cast<float>(std::sqrt(variance_dn2))};
-  }
 }
 
 void ImageSensor::Expose(const RadianceStereo& radiance, int64_t frame, StereoImage* out) const {
   out->frame = frame;
-  ExposeView(radiance.left, left_key_, frame, &out->left);
-  ExposeView(radiance.right, right_key_, frame, &out->right);
+  const auto expose = [&](int view, const Image3f& in, Image3u8* image) {
+    image->Resize(in.width(), in.height());
+    ExposeRows(view, frame, 0, in.height(), in.width(), in.data(), image->data());
+  };
+  expose(0, radiance.left, &out->left);
+  expose(1, radiance.right, &out->right);
 }
 
-void ImageSensor::ExposeView(const Image3f& radiance, uint64_t key, int64_t frame,
-                             Image3u8* out) const {
-  out->Resize(radiance.width(), radiance.height());
-  const int values = 3 * radiance.width();
-  const Response* response = response_.data();
-  const float* normal = normal_.data();
-  for (int v = 0; v < radiance.height(); ++v) {
-    // every row counts from a place of its own
-    const auto block = PhiloxBlock(key, static_cast<uint64_t>(frame), static_cast<uint64_t>(v));
-    const uint64_t row_key = (static_cast<uint64_t>(block[0]) << 32) | block[1];
-    const float* in = radiance.row(v);
-    uint8_t* dn = out->row(v);
-    for (int start = 0; start < values; start += kBlock) {
-      const int count = std::min(kBlock, values - start);
-      float noisy[kBlock];
-      for (int i = 0; i < count; i += 4) {
-        const uint64_t bits =
-            SplitMix(row_key, static_cast<uint64_t>(start) + static_cast<uint64_t>(i));
-        for (int j = i; j < std::min(i + 4, count); ++j) {
-          // what is negative or no number counts as dark
-          const float x = std::min(std::max(0.0f, in[start + j] * nodes_per_radiance_), last_node_);
-          const int node = static_cast<int>(x);
-          const Response& low = response[node];
-          const float signal =
-              low.dn + (x - static_cast<float>(node)) * (response[node + 1].dn - low.dn);
-          const uint32_t draw = static_cast<uint32_t>(bits >> (16 * (j - i) + 16 - kNormalBits)) &
-                                ((1u << kNormalBits) - 1);
-          noisy[j] = signal + low.sigma_dn * normal[draw];
-        }
-      }
-      // clipped with masks: half of the dark values are below zero, no branch could be predicted
-      for (int i = 0; i < count; ++i) {
-        // What this rounds wrongly is below zero, and clipped next.
-        // NOLINTNEXTLINE(bugprone-incorrect-roundings)
-        const int value = static_cast<int>(noisy[i] + 0.5f);
-        const int positive = value & ~(value >> 31);
-        dn[start + i] = static_cast<uint8_t>(positive | ((255 - positive) >> 31));
-      }
-    }
+void ImageSensor::ExposeRows(int view, int64_t frame, int row_begin, int row_end, int width_px,
+                             const float* radiance, uint8_t* rgb) const {
+  const Curve curve = CurveOf(params_);
+  const NoiseDn noise = {static_cast<float>(params_.read_noise_dn),
+                         static_cast<float>(params_.gain / params_.full_well_electrons)};
+  const int values = 3 * width_px;
+  for (int v = row_begin; v < row_end; ++v, radiance += values, rgb += values) {
+    // every row has a key of its own
+    const auto key = PhiloxBlock(keys_[static_cast<size_t>(view)], static_cast<uint64_t>(frame),
+                                 static_cast<uint64_t>(v));
+    ExposeRow(curve, noise, params_.shot_noise, key[0], key[1], values, radiance, rgb);
   }
+}
+
+float ImageSensor::SignalDn(float radiance) const {
+  const Curve curve = CurveOf(params_);
+  const float linear = LinearOf(curve, radiance);
+  return EncodedDn(curve, linear, PowerDn(curve, linear));
 }
 
 }  // namespace turbidock::sim

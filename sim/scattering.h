@@ -17,6 +17,8 @@
 namespace turbidock::sim {
 
 using Rgb = Eigen::Array3d;  // one value a channel: red, green, blue
+// The same in single precision, and nothing: the layout of which one vector instruction takes all.
+using Light = Eigen::Array4f;
 
 // What the water does to light.
 struct Medium {
@@ -87,30 +89,31 @@ Rgb HaloAlongRay(const Medium& medium, const Rgb& diffuse_per_m, const Glow& glo
 class HaloTable {
  public:
   HaloTable(const Medium& medium, const Rgb& diffuse_per_m, const Glow& glow);
+
+  // b I Int ... dphi up to w.
+  Light Cumulative(float q, float w) const;
   // From `lit` without `dark`, which lies within it or is empty.
   Rgb At(double foot_m, double offset_m, const Stretch& lit, const Stretch& dark = {}) const;
 
  private:
-  Rgb Cumulative(double q, double w) const;
-
   double radius_m_ = 0;
   Rgb diffuse_per_m_;
-  std::vector<Eigen::Array3f> nodes_;  // b I Int ..., [q][w]
+  std::vector<Light> nodes_;  // [q][w]
 };
 
-// VeilAlongRay of all lamps for one camera, from a table over every 16th pixel and logarithmic
-// range. The lamps and the camera are fixed to the vehicle, so it is made once. The water begins at
-// port_m.
+// VeilAlongRay of all lamps for one camera, from a table over a grid of pixels (every 16th
+// of 640) and logarithmic range. The lamps and the camera are fixed to the vehicle, so it is made
+// once. The water begins at port_m.
 class VeilTable {
  public:
   VeilTable(const Medium& medium, const Rgb& diffuse_per_m, const std::vector<Lamp>& lamps,
             double port_m, const CameraIntrinsics& camera, const Pose& X_HC);
   // Along the ray of pixel (u, v) to range_m (may be infinite).
-  Rgb At(double u_px, double v_px, double range_m) const;
+  Light At(float u_px, float v_px, float range_m) const;
 
  private:
-  int columns_ = 0, rows_ = 0;
-  std::vector<Eigen::Array3f> nodes_;  // [row][column][range]
+  int stride_px_, columns_, rows_;
+  std::vector<Light> nodes_;  // [row][column][range]
 };
 
 }  // namespace turbidock::sim

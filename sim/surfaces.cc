@@ -147,55 +147,47 @@ bool SegmentHits(const Surface& surface, const Eigen::Vector3d& p_SA, const Eige
   return inside.Meets(0, 1);
 }
 
-// A point of the way from C to A + t u is C + x (A - C) + y u with x in (0, 1] and y = t x, linear
-// in (x, y). The ways that belong to the stretch fill a triangle, the box's slabs cut it to a
-// polygon, and t = y / x is extreme at its corners.
-Stretch ShadowOnRay(const Surface& box, const Eigen::Vector3d& p_SC, const Eigen::Vector3d& p_SA,
-                    const Eigen::Vector3d& u_S, const Stretch& stretch) {
+// A point of the way from C to P = A + t u is C + (P - C) / x with x >= 1. It is on the box's side
+// of a face with outward normal n, h from the centre, when
+//   x (n.C - h) + n.(A - C) + t n.u <= 0,
+// linear in x and t. A face that C is beyond (n.C > h) limits x from above, the others and x >= 1
+// from below; some x is left when each lower limit is below each upper one.
+BoxShadow::BoxShadow(const Surface& box, const Eigen::Matrix3d& R_ES, const Eigen::Vector3d& p_SC,
+                     const Eigen::Vector3d& p_SA) {
   TD_CHECK(box.shape == Shape::kBox, box.name);
-  const auto [t_min, t_max] = stretch;
-  if (!(t_max > t_min)) return {};
-  const Eigen::Vector3d to_ray = p_SA - p_SC;
-  // most often the triangle misses the box: its plane, or its extent along an axis, is beyond (what
-  // ends on a face, up to rounding, misses)
-  const Eigen::Array3d size = box.size_m;
-  const Eigen::Vector3d across = to_ray.cross(u_S);
-  if (std::abs(across.dot(p_SC)) > (across.array().abs() * size).sum()) return {};
-  const Eigen::Array3d from = p_SA + t_min * u_S, to = p_SA + t_max * u_S;
-  const Eigen::Array3d low = from.min(to).min(p_SC.array()), high = from.max(to).max(p_SC.array());
-  if ((low > size - kTouch_m).any() || (high < kTouch_m - size).any()) return {};
-  struct Corner {
-    double x, y;
+  struct Face {
+    double a, b;  // of x a + b + t n.u <= 0
+    Eigen::Vector3d n;
   };
-  std::array<Corner, 10> polygon = {{{0, 0}, {1, t_min}, {1, t_max}}}, cut;  // a corner more a cut
-  size_t count = 3;
+  std::array<Face, 6> faces;
   for (int i = 0; i < 3; ++i)
-    for (const double side : {-1.0, 1.0}) {
-      // how far outside the face a point is
-      const auto outside = [&](const Corner& p) {
-        return side * (p_SC[i] + p.x * to_ray[i] + p.y * u_S[i]) - box.size_m[i];
-      };
-      size_t kept = 0;
-      for (size_t k = 0; k < count; ++k) {
-        const Corner &a = polygon[k], &b = polygon[(k + 1) % count];
-        const double da = outside(a), db = outside(b);
-        if (da <= 0) cut[kept++] = a;
-        if ((da <= 0) != (db <= 0)) {
-          const double f = da / (da - db);
-          cut[kept++] = {a.x + f * (b.x - a.x), a.y + f * (b.y - a.y)};
-        }
-      }
-      if (kept < 3) return {};
-      polygon = cut;
-      count = kept;
+    for (const int k : {0, 1}) {
+      const double side = k == 0 ? -1 : 1;
+      faces[2 * i + k] = {side * p_SC[i] - box.size_m[i], side * (p_SA - p_SC)[i],
+                          side * R_ES.col(i)};
     }
-  double t0 = t_max, t1 = t_min;
-  for (size_t k = 0; k < count; ++k) {
-    const double t = polygon[k].y / std::max(polygon[k].x, 1e-12);
-    t0 = std::min(t0, t);
-    t1 = std::max(t1, t);
+  const auto add = [&](double constant, const Eigen::Vector3d& gradient) {
+    bounds[static_cast<size_t>(count++)] = {constant, gradient};
+  };
+  for (const Face& upper : faces) {
+    if (upper.a <= 0) continue;
+    add(upper.a + upper.b, upper.n);
+    for (const Face& lower : faces)
+      if (lower.a <= 0)
+        add(upper.a * lower.b - lower.a * upper.b, upper.a * lower.n - lower.a * upper.n);
   }
-  return {std::max(t0, t_min), std::min(t1, t_max)};
+}
+
+Stretch BoxShadow::On(const Eigen::Vector3d& u_E, const Stretch& stretch) const {
+  Stretch hidden = stretch;
+  for (int i = 0; i < count; ++i) {
+    const double slope = bounds[static_cast<size_t>(i)].gradient.dot(u_E);
+    const double t_m = -bounds[static_cast<size_t>(i)].constant / slope;
+    if (slope > 0) hidden.t1_m = std::min(hidden.t1_m, t_m);
+    if (slope < 0) hidden.t0_m = std::max(hidden.t0_m, t_m);
+    if (slope == 0 && bounds[static_cast<size_t>(i)].constant > 0) return {};
+  }
+  return hidden.t1_m - hidden.t0_m > kTouch_m ? hidden : Stretch{};
 }
 
 double BoundingRadius(const Surface& surface) {

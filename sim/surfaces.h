@@ -3,6 +3,7 @@
 // albedo follow from a geom id and a depth. S is a surface's own frame (MuJoCo's geom frame).
 
 #include <Eigen/Core>
+#include <array>
 #include <string>
 #include <vector>
 
@@ -36,10 +37,24 @@ struct Stretch {
   double t0_m = 0, t1_m = 0;
 };
 
-// The part of `stretch` (finite) on which a box hides a point source C. It is one piece, since the
-// shadow of a convex body is convex.
-Stretch ShadowOnRay(const Surface& box, const Eigen::Vector3d& p_SC, const Eigen::Vector3d& p_SA,
-                    const Eigen::Vector3d& u_S, const Stretch& stretch);
+// Where rays from a point A pass through the shadow that a box casts in the light of a point source
+// C: A + t u with t >= 0 is hidden from C when constant + t gradient . u <= 0 for all bounds. (All
+// in one frame.) It is one piece, since the shadow of a convex body is convex.
+struct BoxShadow {
+  struct Bound {
+    double constant = 0;
+    Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
+  };
+  // Of three faces that C is beyond: with each of the others, and the ray's own side of the box.
+  std::array<Bound, 12> bounds;
+  int count = 0;
+
+  BoxShadow(const Surface& box, const Eigen::Matrix3d& R_ES, const Eigen::Vector3d& p_SC,
+            const Eigen::Vector3d& p_SA);
+
+  // The hidden part of a stretch.
+  Stretch On(const Eigen::Vector3d& u_E, const Stretch& stretch) const;
+};
 
 // Radius of a ball about the origin of S that holds the solid; infinite for a plane.
 double BoundingRadius(const Surface& surface);

@@ -13,26 +13,26 @@
 // The marker's shadow is cut out of the lamps' light on surfaces and (the box's only) out of the
 // halos. Left out: shadows in the veil, blur of lit surfaces by forward scattering, light between
 // surfaces.
+//
+// Light is computed at few pixels, many at a time (sim/point_batch.h), and spread from there over
+// tiles (sim/tiles.h).
 
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "sim/base/camera.h"
 #include "sim/base/image.h"
 #include "sim/optics_params.h"
+#include "sim/point_batch.h"
 #include "sim/rendered.h"
 #include "sim/scattering.h"
 #include "sim/surfaces.h"
+#include "sim/tiles.h"
 
 namespace turbidock::sim {
-
-// Linear radiance per channel at both cameras, W m^-2 sr^-1.
-struct RadianceStereo {
-  int64_t tick = 0;
-  Image3f left, right;
-};
 
 class Water {
  public:
@@ -41,53 +41,62 @@ class Water {
   Water(const OpticsParams& params, const StereoRig& rig, const SurfaceTable& surfaces,
         const std::vector<Pose>& X_HE);
 
-  // Allocates only when `out` does not have the size of the images.
+  // The radiance of both images. Allocates only when `out` does not have their size.
   void Apply(const RenderedStereo& rendered, RadianceStereo* out);
 
+  // The same a band of rows at a time, which stays in cache until the sensor has it: after Prepare,
+  // PaintRows writes rows [row_begin, row_end) of one camera (0 left, 1 right), interleaved R, G,
+  // B. Row_begin is a multiple of TiledLight::kBandRows, of which at most as many are painted. Only
+  // pixels in the region are sure to be written.
+  void Prepare(const RenderedStereo& rendered, const StereoRegion& region);
+  void PaintRows(int view, int row_begin, int row_end, float* rgb) const;
+
+  // All pixels of both cameras.
+  StereoRegion whole() const;
+  // Points at which light was computed for the images prepared last.
+  int64_t points() const;
   const Medium& medium() const { return medium_; }
 
  private:
   struct Eye {
     CameraIntrinsics camera;
     Pose X_HC;
-    Eigen::Matrix3d R_HC;
+    RayFrame rays;
     std::optional<VeilTable> veil;  // none with the lamps off or nothing that scatters
+    SurfacePyramid pyramid;
+    TiledLight surface_light, water_light;
   };
   struct LitBall {
     int geom = -1;
     Glow glow;
-    Rgb rim_w_m2_sr, core_w_m2_sr;
-    std::optional<HaloTable> halo;
+    BallDisc disc;
+    size_t halo = 0;  // in halos_, if something scatters
   };
-  // A surface in the head frame at the current instant.
-  struct Placed {
-    Eigen::Matrix3d R_HS;
-    Eigen::Vector3d p_HS;
-  };
-  struct Ray;
+  class SurfaceSource;
+  class WaterSource;
 
   void Place(const Pose& X_WH);
-  void ShadeView(const Eye& eye, const RenderedView& view, Image3f* out) const;
-  Ray RayOf(const Eye& eye, const RenderedView& view, int u, int v) const;
-  Rgb SurfaceLight(const Ray& ray) const;
-  Rgb WaterLight(const Eye& eye, const Ray& ray) const;
-
-  Rgb Emitted(const Ray& ray) const;
-  Rgb LampIrradiance(int geom, const Eigen::Vector3d& p_HQ, const Eigen::Vector3d& normal_H) const;
-  Rgb BallIrradiance(int geom, const Eigen::Vector3d& p_HQ, const Eigen::Vector3d& normal_H) const;
-  Rgb Halos(const Ray& ray) const;
-  bool InShadow(const Eigen::Vector3d& p_HQ, const Eigen::Vector3d& p_HSource, int lit_geom,
-                int source_geom) const;
+  void PrepareView(const RenderedView& view, const PixelRegion& region, Eye* eye);
+  void ShineFromSurfaces(const Eye& eye, std::span<const LightPoint> points, Light* light);
+  void ShineFromSurface(const Eye& eye, int geom, PointBatch* batch) const;
+  void ShineFromWater(const Eye& eye, std::span<const LightPoint> points, Light* light);
+  void CastShadows(int lit_geom, int source_geom, const Eigen::Vector3f& p_HSource,
+                   PointBatch* batch) const;
 
   OpticsParams params_;
   SurfaceTable surfaces_;
   Medium medium_;
-  Rgb extinction_per_m_, diffuse_per_m_;
+  Eigen::Array3f extinction_per_m_, diffuse_per_m_;
+  bool scatters_ = false;
   std::vector<Lamp> lamps_;  // empty when off
   std::vector<LitBall> lit_balls_;
+  std::vector<std::pair<double, HaloTable>> halos_;  // of unit intensity, by the ball's radius
   std::vector<int> casters_;
-  std::array<Eye, 2> eyes_;
-  std::vector<Placed> placed_;  // by geom id
+  int shadow_box_ = -1;  // the geom that casts shadows in halos, -1: none
+  std::vector<Eye> eyes_;
+  std::vector<PlacedSurface> placed_;  // by geom id, at the current instant
+  PointBatch batch_;
+  std::vector<int> first_of_surface_, order_;  // points sorted by surface
 };
 
 }  // namespace turbidock::sim

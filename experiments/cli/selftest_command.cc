@@ -17,6 +17,7 @@
 #include "experiments/subprocess.h"
 #include "experiments/trial.h"
 #include "sim/gl_context.h"
+#include "sim/scene.h"
 
 namespace turbidock::experiments::cli {
 namespace {

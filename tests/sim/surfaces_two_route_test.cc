@@ -66,7 +66,7 @@ TEST(SegmentHits, AgreesWithWalking) {
   EXPECT_LT(hits, compared - 400);
 }
 
-TEST(ShadowOnRay, AgreesWithPointByPoint) {
+TEST(BoxShadow, AgreesWithPointByPoint) {
   constexpr int kSteps = 400;
   Rng rng = SeedTree(12).Stream("surfaces");
   Surface box;
@@ -77,7 +77,7 @@ TEST(ShadowOnRay, AgreesWithPointByPoint) {
     Vector3d source = Anywhere(rng, 1);
     while (Outside(box, source) < 0.01) source = Anywhere(rng, 1);
     const Vector3d a = Anywhere(rng, 1.5), u = Anywhere(rng, 1).normalized();
-    const Stretch dark = ShadowOnRay(box, source, a, u, {0, 3});
+    const Stretch dark = BoxShadow(box, Eigen::Matrix3d::Identity(), source, a).On(u, {0, 3});
     for (int k = 0; k <= kSteps; ++k) {
       const double t = 3.0 * k / kSteps;
       const bool in_shadow = SegmentHits(box, source, a + t * u);

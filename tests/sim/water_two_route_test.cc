@@ -9,6 +9,7 @@
 #include "sim/image_sensor.h"
 #include "sim/water.h"
 #include "tests/sim/optics_scene.h"
+#include "tests/sim/plain_water.h"
 
 namespace turbidock::sim {
 namespace {
@@ -120,6 +121,57 @@ TEST(HaloTable, AgreesWithQuadrature) {
   EXPECT_GT(brightest, 0.9);
   EXPECT_LT(worst, 0.002);
   EXPECT_GT(worst, 1e-7) << "the table is not a table";
+}
+
+// Single precision, batches and tables against the plain model, pixel by pixel: every 3rd of every
+// 3rd row, of a small picture of the default marker.
+TEST(Water, AgreesWithThePlainModel) {
+  const StereoRig rig = testing::SmallRig();
+  const SensorParams camera;
+  for (const bool active : {true, false})
+    for (const BeamShape beam : {BeamShape::kCosine, BeamShape::kCone}) {
+      const Pose X_WH{FromYawPitchRoll(2.0, 0.3, -0.4), {5, -3, -2}};
+      auto surfaces =
+          MarkerAndPlate(X_WH * Pose{FromYawPitchRoll(0.1, 0.05, 0), {0.6, 0.02, 0.01}});
+      // one of each other shape too
+      Surface odd =
+          Block("odd", X_WH * Pose::Translation(0.7, 0.2, 0.1), {0.05, 0.08, 0.06}, 0.4, true);
+      odd.shape = active ? Shape::kCylinder : Shape::kEllipsoid;
+      surfaces.push_back(odd);
+      odd.X_AS = X_WH * Pose{FromYawPitchRoll(0, 1, 0.3), {0.7, -0.2, 0.1}};
+      odd.size_m = {0.03, 0.06, 0};
+      odd.shape = Shape::kCapsule;
+      surfaces.push_back(odd);
+      const RenderedStereo rendered = Cast(surfaces, rig, X_WH);
+      OpticsParams params = Turbid(active);
+      params.lamps.beam = beam;
+      const testing::PlainWater plain(params, rig, surfaces, LampsAt(0.16));
+      RadianceStereo out;
+      Water(params, rig, SurfaceTable(surfaces), LampsAt(0.16)).Apply(rendered, &out);
+      const auto dn = [&](double radiance) {
+        return 255 * Encode(camera, std::min(1.0, radiance / camera.full_scale_radiance_w_m2_sr));
+      };
+      int compared = 0, off = 0, lit = 0;
+      double worst = 0, squares = 0;
+      for (int v = 0; v < rig.left.height_px; v += 3)
+        for (int u = 0; u < rig.left.width_px; u += 3) {
+          const Rgb expected = plain.At(rendered, u, v);
+          for (int k = 0; k < 3; ++k) {
+            const double error = dn(out.left.at(u, v)[k]) - dn(expected[k]);
+            squares += error * error;
+            worst = std::max(worst, std::abs(error));
+            off += std::abs(error) > 0.5;
+            lit += dn(expected[k]) > 5;
+            ++compared;
+          }
+        }
+      EXPECT_EQ(compared, 40 * 54 * 3);
+      EXPECT_GT(lit, compared / 20);
+      // tables of veil and halo: within a hundredth; the edge of a shadow may fall either side
+      EXPECT_LT(std::sqrt(squares / compared), 0.1) << active;
+      EXPECT_LE(off, compared / 500) << active << " " << worst;
+      EXPECT_GT(worst, 1e-4) << "the two are one";
+    }
 }
 
 // What interpolation over tiles does to the picture, in DN. The middle of each tile is within a

@@ -1,0 +1,128 @@
+// What makes an image pair of 640 x 480: render, water and sensor, against bare rendering.
+//
+// The second argument is the distance of the marker in mm: at 1000 the water fills the picture, at
+// 450 the station does.
+
+#include <benchmark/benchmark.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "experiments/scenario.h"
+#include "sim/gl_context.h"
+#include "sim/image_sensor.h"
+#include "sim/stereo_camera.h"
+#include "sim/stereo_renderer.h"
+#include "sim/surfaces.h"
+#include "sim/water.h"
+
+namespace turbidock::sim {
+namespace {
+
+const std::vector<std::string> kScenarios = {"sea_night_active", "sea_night_passive", "pool_active",
+                                             "pool_passive"};
+
+// A scenario with the vehicle in front of the marker, seen once.
+struct View {
+  explicit View(const benchmark::State& state)
+      : scenario(experiments::LoadScenario(kScenarios[static_cast<size_t>(state.range(0))], {})),
+        scene(LoadScene(experiments::SceneFile(scenario), scenario.rig)),
+        data(mj_makeData(scene.model.get())),
+        gl(MakeOsmesaContext()),
+        renderer(*gl, scene),
+        water(scenario.optics, scenario.rig.MakeRig(), SurfaceTable::FromScene(scene),
+              LampPoses(scene)),
+        sensor(scenario.sensor, 1, 2),
+        camera(Water(water), sensor) {
+    const Pose X_HM{FromYawPitchRoll(0.04, 0.02, -0.03),
+                    {static_cast<double>(state.range(1)) * 1e-3, 0.02, -0.04}};
+    const Pose X_WB = scene.X_WM * X_HM.Inverse() * scene.X_BH.Inverse();
+    const mjModel& m = *scene.model;
+    mjtNum* qpos = data->qpos + m.jnt_qposadr[m.body_jntadr[scene.vehicle_body]];
+    Eigen::Vector3d::Map(qpos) = X_WB.p;
+    Eigen::Vector4d::Map(qpos + 3) << X_WB.q.w(), X_WB.q.vec();
+    mj_forward(&m, data.get());
+    renderer.Render(*data, 0, &rendered);
+    water.Apply(rendered, &radiance);
+    sensor.Expose(radiance, 0, &image);
+  }
+
+  experiments::Scenario scenario;
+  Scene scene;
+  MjDataPtr data;
+  std::unique_ptr<GlContext> gl;
+  StereoRenderer renderer;
+  Water water;
+  ImageSensor sensor;
+  StereoCamera camera;
+  RenderedStereo rendered;
+  RadianceStereo radiance;
+  StereoImage image;
+};
+
+void CountPixels(const View& view, benchmark::State& state) {
+  state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(view.image.left.pixels() +
+                                                                    view.image.right.pixels()));
+  state.SetLabel(view.scenario.description);
+}
+
+// mjr_render and mjr_readPixels of both views with MuJoCo's own colours, and nothing else.
+void BareRender(benchmark::State& state) {
+  View view(state);
+  const CameraIntrinsics& camera = view.scene.rig.left;
+  GlCanvas canvas(
+      *view.gl, *view.scene.model, camera.width_px, camera.height_px,
+      {.shadowsize = 0, .offsamples = 0, .numslices = 28, .numstacks = 16, .numquads = 4});
+  std::vector<uint8_t> rgb(view.image.left.pixels() * 3);
+  std::vector<float> depth(view.image.left.pixels());
+  for (auto _ : state) {
+    canvas.Update(*view.data);
+    for (const int id : {view.scene.left_camera, view.scene.right_camera}) {
+      canvas.Draw(*view.data, id);
+      canvas.Read(rgb.data(), depth.data());
+    }
+  }
+  CountPixels(view, state);
+}
+
+void Render(benchmark::State& state) {
+  View view(state);
+  for (auto _ : state) view.renderer.Render(*view.data, 0, &view.rendered);
+  CountPixels(view, state);
+}
+
+void WaterOnly(benchmark::State& state) {
+  View view(state);
+  for (auto _ : state) view.water.Apply(view.rendered, &view.radiance);
+  CountPixels(view, state);
+}
+
+void Sensor(benchmark::State& state) {
+  View view(state);
+  int64_t frame = 0;
+  for (auto _ : state) view.sensor.Expose(view.radiance, frame++, &view.image);
+  CountPixels(view, state);
+}
+
+void WaterAndSensor(benchmark::State& state) {
+  View view(state);
+  int64_t frame = 0;
+  for (auto _ : state) view.camera.Expose(view.rendered, frame++, &view.image);
+  state.counters["points"] = static_cast<double>(view.camera.water().points());
+  CountPixels(view, state);
+}
+
+void Cases(benchmark::internal::Benchmark* bench) {
+  bench->ArgNames({"scenario", "distance_mm"})
+      ->ArgsProduct({{0, 1, 2, 3}, {1000, 450}})
+      ->Unit(benchmark::kMillisecond);
+}
+BENCHMARK(BareRender)->Apply(Cases);
+BENCHMARK(Render)->Apply(Cases);
+BENCHMARK(WaterOnly)->Apply(Cases);
+BENCHMARK(Sensor)->Apply(Cases);
+BENCHMARK(WaterAndSensor)->Apply(Cases);
+
+}  // namespace
+}  // namespace turbidock::sim
