@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <ctime>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <optional>
@@ -225,14 +226,25 @@ BenchResult RunBench(const Scenario& scenario, const BenchOptions& options) {
   return result;
 }
 
+namespace {
+
+// `turbidock run` with these arguments and more, quietly.
+std::vector<std::string> RunCommand(const std::string& program,
+                                    const std::vector<std::string>& arguments,
+                                    const std::vector<std::string>& more = {}) {
+  std::vector<std::string> command = {program, "run", "--quiet", "--json"};
+  command.insert(command.end(), arguments.begin(), arguments.end());
+  command.insert(command.end(), more.begin(), more.end());
+  return command;
+}
+
+}  // namespace
+
 WorkerCost MeasureWorker(const std::string& program, const std::vector<std::string>& arguments) {
   const auto run = [&](const std::string& duration) {
-    std::vector<std::string> command = {program, "run"};
-    command.insert(command.end(), arguments.begin(), arguments.end());
-    for (const std::string& more : {std::string("--set"), "duration_s=" + duration,
-                                    std::string("--quiet"), std::string("--json")})
-      command.push_back(more);
-    return Json::parse(Subprocess(command, "turbidock").Finish());
+    Subprocess worker(RunCommand(program, arguments, {"--set", "duration_s=" + duration}),
+                      "turbidock");
+    return Json::parse(worker.Finish());
   };
   WorkerCost cost;
   std::vector<double> seconds;
@@ -241,6 +253,24 @@ WorkerCost MeasureWorker(const std::string& program, const std::vector<std::stri
   cost.start_up_s = Quantile(seconds, 0.5);
   cost.peak_memory_mib = run("2").at("peak_memory_mib");
   return cost;
+}
+
+Throughput MeasureThroughput(const std::string& program, const std::vector<std::string>& arguments,
+                             int workers) {
+  constexpr int kRounds = 2;
+  Throughput result;
+  result.scenario = arguments.front();
+  result.workers = workers;
+  result.trials = kRounds * workers;
+  const std::vector<std::string> command = RunCommand(program, arguments);
+  for (int round = 0; round < kRounds; ++round) {
+    const double start_s = WallSeconds();
+    std::vector<std::unique_ptr<Subprocess>> running(static_cast<size_t>(workers));
+    for (auto& one : running) one = std::make_unique<Subprocess>(command, "turbidock");
+    for (auto& one : running) one->Finish();
+    result.wall_s += WallSeconds() - start_s;
+  }
+  return result;
 }
 
 namespace {
@@ -320,6 +350,14 @@ std::string BenchJson(const BenchReport& report) {
     list.push_back(one);
   }
   json["scenarios"] = list;
+  Json throughputs = Json::array();
+  for (const Throughput& one : report.throughputs)
+    throughputs.push_back({{"scenario", one.scenario},
+                           {"workers", one.workers},
+                           {"trials", one.trials},
+                           {"wall_s", one.wall_s},
+                           {"trials_per_hour", one.trials_per_hour()}});
+  if (!throughputs.empty()) json["throughput"] = throughputs;
   return json.dump(2) + "\n";
 }
 
@@ -359,6 +397,9 @@ std::string BenchTable(const BenchReport& report) {
     text += fmt::format("a worker: {:.2f} s from start to first frame, {:.0f} MiB at most\n",
                         worker.start_up_s, worker.peak_memory_mib);
   }
+  for (const Throughput& one : report.throughputs)
+    text += fmt::format("{}, {} worker{}: {:.0f} trials an hour\n", one.scenario, one.workers,
+                        one.workers == 1 ? "" : "s", one.trials_per_hour());
   return text + report.results.front().renderer + "\n";
 }
 

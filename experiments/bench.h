@@ -70,11 +70,26 @@ struct WorkerCost {
 // `turbidock run` takes them.
 WorkerCost MeasureWorker(const std::string& program, const std::vector<std::string>& arguments);
 
+// Whole trials of the scenario, each in a process of its own on one core.
+struct Throughput {
+  std::string scenario;  // as given
+  int workers = 0;
+  int trials = 0;
+  double wall_s = 0;  // until all had ended
+
+  double trials_per_hour() const { return 3600 * trials / wall_s; }
+};
+
+// Runs as many trials side by side as there are workers, and this twice, after another.
+Throughput MeasureThroughput(const std::string& program, const std::vector<std::string>& arguments,
+                             int workers);
+
 // The results as JSON text. Beside each scenario's own numbers, the same keys at the top are of all
 // scenarios together, frame by frame.
 struct BenchReport {
   std::vector<BenchResult> results;
-  std::vector<WorkerCost> workers;  // one a result, or none
+  std::vector<WorkerCost> workers;      // one a result, or none
+  std::vector<Throughput> throughputs;  // any number
 };
 std::string BenchJson(const BenchReport& report);
 std::string BenchTable(const BenchReport& report);

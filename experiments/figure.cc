@@ -108,9 +108,8 @@ enum class Mark { kLine, kDashes, kDots, kArea };
 // The legend of the curves, left to right above the bar.
 void DrawLegend(const ViewCriteria& criteria, GnuplotScript* script) {
   double x = kLeft;
-  char weak[64], band[64];
+  char weak[64];
   std::snprintf(weak, sizeof weak, "estimate, F < %.2f", criteria.detection_fitness);
-  std::snprintf(band, sizeof band, "desired ± %.0f mm", MmFromM(criteria.tolerance_m));
   const auto entry = [&](const std::string& text, Mark mark, const Rgb& color) {
     const std::string y = Number(kLegendRow);
     if (mark == Mark::kDots) {
@@ -135,7 +134,7 @@ void DrawLegend(const ViewCriteria& criteria, GnuplotScript* script) {
   entry(weak, Mark::kDots, kOnPaper.estimate);
   entry("truth", Mark::kLine, kOnPaper.truth);
   entry("desired", Mark::kDashes, kOnPaper.desired);
-  entry(band, Mark::kArea, kOnPaper.limit);
+  entry("desired " + BandText(criteria), Mark::kArea, kOnPaper.limit);
 }
 
 // Data blocks $line0, $weak0, $truth0, $desired0, $band0 of panel 0, and so on.
@@ -267,7 +266,8 @@ std::vector<Panel> Panels(const ViewCriteria& criteria) {
   std::snprintf(docking, sizeof docking, "%.2f", criteria.docking_fitness);
   std::snprintf(detection, sizeof detection, "%.2f", criteria.detection_fitness);
   std::snprintf(docked, sizeof docked, "%.0f mm", MmFromM(criteria.docked_x_m));
-  const double band_mm = MmFromM(criteria.tolerance_m);
+  const double y_band_mm = MmFromM(criteria.tolerance_y_m);
+  const double z_band_mm = MmFromM(criteria.tolerance_z_m);
   using F = FrameRecord;
   return {
       {.label = "F",
@@ -286,20 +286,27 @@ std::vector<Panel> Panels(const ViewCriteria& criteria) {
        .estimate = [](const F& f) { return MmFromM(f.est_X_HM.p.y()); },
        .truth = [](const F& f) { return MmFromM(f.true_X_HM.p.y()); },
        .desired = [](const F& f) { return MmFromM(f.desired.y_m); },
-       .band = band_mm,
-       .least_span = 3 * band_mm},
+       .band = y_band_mm,
+       .least_span = 3 * y_band_mm},
       {.label = "z [mm]",
        .estimate = [](const F& f) { return MmFromM(f.est_X_HM.p.z()); },
        .truth = [](const F& f) { return MmFromM(f.true_X_HM.p.z()); },
        .desired = [](const F& f) { return MmFromM(f.desired.z_m); },
-       .band = band_mm,
-       .least_span = 3 * band_mm},
+       .band = z_band_mm,
+       .least_span = 3 * z_band_mm},
       {.label = "yaw [deg]",
        .estimate = [](const F& f) { return DegFromRad(YawOf(f.est_X_HM.q)); },
        .truth = [](const F& f) { return DegFromRad(YawOf(f.true_X_HM.q)); },
        .desired = [](const F& f) { return DegFromRad(f.desired.yaw_rad); },
        .least_span = 10},
   };
+}
+
+// The size of letters at which the outcome, a sentence of any length, ends with the figure.
+double OutcomeSize(const std::string& outcome) {
+  constexpr double kUsual = 13, kWidest = 0.0074;  // a letter's width at that size, roughly
+  const double width = kWidest * static_cast<double>(outcome.size());
+  return kUsual * std::min(1.0, (0.995 - kLeft) / width);
 }
 
 }  // namespace
@@ -326,7 +333,7 @@ void WriteTrialFigure(const std::string& path, const TrialLog& log, const Figure
   script.Line("set label " + GnuplotQuoted(info.title) + " at screen " + Number(kLeft) + "," +
               Number(kTitleRow) + " left font 'Sans Bold,17'");
   script.Line("set label " + GnuplotQuoted(info.outcome) + " at screen " + Number(kLeft) + "," +
-              Number(kOutcomeRow) + " left");
+              Number(kOutcomeRow) + " left font 'Sans," + Number(OutcomeSize(info.outcome)) + "'");
   DrawLegend(info.criteria, &script);
   DrawStageBar(spans, end_s, &script);
   for (int i = 0; i < kPanels; ++i)

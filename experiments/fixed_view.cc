@@ -10,7 +10,7 @@ std::vector<FixedView> DrawFixedViews(const Scenario& scenario, const std::vecto
   const sim::Scene scene = sim::LoadScene(SceneFile(scenario), scenario.rig);
   const mjModel& model = *scene.model;
   const sim::MjDataPtr data(mj_makeData(&model));
-  const std::unique_ptr<sim::GlContext> context = sim::MakeOsmesaContext();
+  const std::unique_ptr<sim::GlContext> context = sim::MakeGlContext(scenario.renderer);
   sim::StereoRenderer renderer(*context, scene);
   const sim::SurfaceTable surfaces = sim::SurfaceTable::FromScene(scene);
 

@@ -40,7 +40,8 @@ Json OrNull(const std::optional<double>& value) { return value ? Json(*value) : 
 ViewCriteria CriteriaOf(const Scenario& scenario) {
   return {.docking_fitness = scenario.procedure.found_fitness,
           .detection_fitness = scenario.procedure.lost_fitness,
-          .tolerance_m = scenario.procedure.allowance_y_m,
+          .tolerance_y_m = scenario.procedure.allowance_y_m,
+          .tolerance_z_m = scenario.procedure.allowance_z_m,
           .docked_x_m = scenario.procedure.docked_x_m};
 }
 

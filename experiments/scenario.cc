@@ -1,6 +1,10 @@
 #include "experiments/scenario.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <filesystem>
 
 #include "experiments/data_files.h"
@@ -45,6 +49,42 @@ void StartParams::Check(const std::string& path) const {
     throw ConfigError(path + ".distance_min_m", FormatNumber(distance_min_m) +
                                                     " must not exceed distance_max_m (" +
                                                     FormatNumber(distance_max_m) + ")");
+}
+
+void Scenario::Check(const std::string& path) const {
+  if (clock.frames_per_second % camera_period_frames != 0)
+    throw ConfigError(path.empty() ? "camera_period_frames" : path + ".camera_period_frames",
+                      std::to_string(camera_period_frames) +
+                          " must divide clock.frames_per_second (" +
+                          std::to_string(clock.frames_per_second) + ")");
+}
+
+void CheckMarker(const Scenario& scenario, const sim::Scene& scene) {
+  if (scenario.marker_may_differ) return;
+  constexpr double kTol_m = 1e-3;
+  const auto fail = [&](const std::string& ball, const std::string& problem) {
+    throw ConfigError("marker.balls", "ball " + ball + " " + problem + " (" + scenario.model +
+                                          "); set marker_may_differ to run all the same");
+  };
+  const auto text = [](const Eigen::Vector3d& p, double radius_m) {
+    return fmt::format("[{:.4g}, {:.4g}, {:.4g}] m with a radius of {:.4g} m", p.x(), p.y(), p.z(),
+                       radius_m);
+  };
+  for (const vision::BallParams& known : scenario.marker.balls) {
+    const auto real = std::find_if(scene.balls.begin(), scene.balls.end(),
+                                   [&](const auto& ball) { return ball.name == known.name; });
+    if (real == scene.balls.end()) fail(known.name, "is not in the scene");
+    if ((real->p_MQ - known.p_MQ_m).norm() > kTol_m ||
+        std::abs(real->radius_m - known.radius_m) > kTol_m)
+      fail(known.name, "is known at " + text(known.p_MQ_m, known.radius_m) +
+                           ", but in the scene it is at " + text(real->p_MQ, real->radius_m));
+  }
+  for (const sim::BallInScene& real : scene.balls) {
+    const auto& known = scenario.marker.balls;
+    if (std::none_of(known.begin(), known.end(),
+                     [&](const auto& ball) { return ball.name == real.name; }))
+      fail(real.name, "of the scene is not known");
+  }
 }
 
 namespace {

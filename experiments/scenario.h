@@ -17,6 +17,7 @@
 #include "sim/gl_context.h"
 #include "sim/image_sensor.h"
 #include "sim/optics_params.h"
+#include "sim/scene.h"
 #include "sim/sea.h"
 #include "sim/vehicle_params.h"
 #include "vision/hue_labels.h"
@@ -52,9 +53,11 @@ struct Scenario {
   int64_t seed = 0;
   double duration_s = 0;
   std::string model;  // MJCF file, a bundled one or a path
+  int camera_period_frames = 1;
   int camera_delay_frames = 1;
   double docked_hold_s = 1;
   sim::GlBackend renderer = sim::GlBackend::kOsmesa;
+  bool marker_may_differ = false;
 
   ClockParams clock;
   StartParams start;
@@ -80,12 +83,16 @@ struct Scenario {
           "simulated time after which the trial ends");
     field("model", self.model, Finite(),
           "MJCF file of the scene: a bundled one, or a path from the scenario's folder");
+    field("camera_period_frames", self.camera_period_frames, InRange(1, 240),
+          "frames from one exposure to the next; the command holds in between");
     field("camera_delay_frames", self.camera_delay_frames, InRange(0, 30),
           "frames from exposure until the estimator has the image");
     field("docked_hold_s", self.docked_hold_s, InRange(0, 60),
           "time the vehicle holds the last pose once docked, before the trial ends");
     field("renderer", self.renderer, Range{},
           "what draws; where this machine does not have it, the other does");
+    field("marker_may_differ", self.marker_may_differ, Range{},
+          "run although the marker as the estimator knows it is not the scene's");
     field("clock", self.clock, Finite(), "frames and physics steps");
     field("start", self.start, Finite(), "where the vehicle begins");
     field("sea", self.sea, Finite(), "how the water moves");
@@ -104,6 +111,13 @@ struct Scenario {
     field("vehicle", self.vehicle, Finite(), "mass, water forces, thrusters and contact");
     field("jam", self.jam, Finite(), "when the pole counts as jammed in the dock");
   }
+  void Check(const std::string& path) const;
+
+  // The clock of the images that arrive: what the vehicle's own computer lives by.
+  ClockParams image_clock() const {
+    return {.frames_per_second = clock.frames_per_second / camera_period_frames,
+            .ticks_per_frame = clock.ticks_per_frame * camera_period_frames};
+  }
 };
 
 // Reads a scenario: struct defaults, models/vehicle.yaml, assets/gains.yaml, the file, the
@@ -117,5 +131,9 @@ Scenario ParseScenario(const std::string& text, const std::string& name);
 
 // Path of the scenario's MJCF file.
 std::string SceneFile(const Scenario& scenario);
+
+// ConfigError when a ball of the marker as the estimator knows it is not where the scene has it, to
+// a millimetre, or one of the two has no such ball; unless the scenario says that they may differ.
+void CheckMarker(const Scenario& scenario, const sim::Scene& scene);
 
 }  // namespace turbidock::experiments

@@ -10,6 +10,7 @@
 #include "control/docking_procedure.h"
 #include "control/thrust_allocation.h"
 #include "control/visual_servo.h"
+#include "experiments/camera_schedule.h"
 #include "sim/base/digest.h"
 #include "sim/base/random.h"
 #include "sim/base/units.h"
@@ -37,19 +38,18 @@ PoseError ErrorOf(const Pose& X_HM, const control::DesiredPose& desired) {
           WrapAngle(YawOf(X_HM.q) - desired.yaw_rad)};
 }
 
-// The images under way from the sensor to the estimator.
+// The latest images by their numbers: those under way from the sensor to the estimator, and the one
+// there.
 class DelayLine {
  public:
-  explicit DelayLine(int frames) : delay_(frames), images_(static_cast<size_t>(frames) + 1) {}
+  explicit DelayLine(int under_way) : images_(static_cast<size_t>(under_way) + 1) {}
 
-  StereoImage* Slot(int64_t frame) {
+  StereoImage* Slot(int64_t number) {
     const int64_t n = std::ssize(images_);
-    return &images_[static_cast<size_t>((frame % n + n) % n)];
+    return &images_[static_cast<size_t>((number % n + n) % n)];
   }
-  const StereoImage& ArrivingAt(int64_t frame) { return *Slot(frame - delay_); }
 
  private:
-  int64_t delay_;
   std::vector<StereoImage> images_;
 };
 
@@ -68,6 +68,7 @@ class World {
                 sim::ImageSensor(scenario.sensor, seeds_.Stream("camera.left").NextU64(),
                                  seeds_.Stream("camera.right").NextU64())),
         timer_(options.timer) {
+    CheckMarker(scenario, scene_);
     if (options.spectator)
       spectator_.emplace(*context_, scene_, kSpectatorWidth_px, kSpectatorHeight_px);
     const Pose X_WH = scene_.X_WM * DrawStart(scenario);
@@ -132,8 +133,8 @@ class Autopilot {
         allocation_(scenario.allocation),
         estimator_(scenario.estimator, scenario.marker, scenario.hue, scenario.rig.MakeRig(),
                    seeds.Stream("vision.rm_ga")),
-        procedure_(scenario.procedure, scenario.clock),
-        servo_(scenario.servo, scenario.clock) {
+        procedure_(scenario.procedure, scenario.image_clock()),
+        servo_(scenario.servo, scenario.image_clock()) {
     estimator_.set_timer(timer);
   }
 
@@ -277,9 +278,13 @@ TrialResult RunTrial(const Scenario& scenario, const TrialOptions& options) {
   DockContact dock_contact(scenario.jam);
   // The cameras have been on for a while: the images that arrive first show the vehicle at its
   // start.
-  DelayLine images(scenario.camera_delay_frames);
-  for (int64_t frame = -scenario.camera_delay_frames; frame < 0; ++frame)
-    world.Expose(frame, images.Slot(frame));
+  const CameraSchedule cameras(scenario.camera_period_frames, scenario.camera_delay_frames);
+  DelayLine images(cameras.under_way());
+  const auto expose = [&](int64_t frame) {
+    const int64_t number = cameras.ExposedAt(frame);
+    if (cameras.ExposesAt(frame)) world.Expose(number, images.Slot(number));
+  };
+  for (int64_t frame = cameras.first_frame(); frame < 0; ++frame) expose(frame);
 
   TrialResult result;
   result.seed = scenario.seed;
@@ -293,14 +298,16 @@ TrialResult RunTrial(const Scenario& scenario, const TrialOptions& options) {
   std::optional<Outcome> end;
   if (options.timer) options.timer->Skip();
 
+  ThrusterCommand command;
   int64_t frame = 0;
   for (; !end; ++frame) {
-    world.Expose(frame, images.Slot(frame));
-    const StereoImage& seen = images.ArrivingAt(frame);
-    const ThrusterCommand command = autopilot.Update(seen);
+    expose(frame);
+    const StereoImage& seen = *images.Slot(cameras.LatestAt(frame));
+    const bool arrives = cameras.ArrivesAt(frame);
+    if (arrives) command = autopilot.Update(seen);
     const control::Directive& directive = autopilot.directive();
     FrameRecord record = RecordOf(scenario, frame, world, autopilot, command);
-    if (directive.transition) {
+    if (arrives && directive.transition) {
       control::Transition change = *directive.transition;
       change.frame = frame;  // when the vehicle acts, not when the image was exposed
       result.log.transitions.push_back(change);
@@ -328,7 +335,7 @@ TrialResult RunTrial(const Scenario& scenario, const TrialOptions& options) {
     result.log.frames.push_back(record);
     Lap(options.timer, LoopStage::kLog);
     if (options.observe)
-      options.observe({record, seen, autopilot.estimate().evaluations, spectator});
+      options.observe({record, seen, arrives ? autopilot.estimate().evaluations : 0, spectator});
     if (options.timer) options.timer->Skip();
 
     const double now_s = clock.TimeOfFrame(frame + 1);

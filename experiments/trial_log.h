@@ -12,7 +12,7 @@
 namespace turbidock::experiments {
 
 // What is known of one camera frame. Time and truth are of the moment the vehicle acts; the
-// estimate is of the image exposed camera_delay_frames earlier.
+// estimate is of the image that arrived last, exposed camera_delay_frames before that.
 struct FrameRecord {
   int64_t frame = 0;
   double time_s = 0;

@@ -2,9 +2,13 @@
 // How a trial is shown: what the video and the figure have in common.
 
 #include <array>
+#include <cmath>
 #include <cstdint>
+#include <string>
 
 #include "control/stage.h"
+#include "sim/base/fields.h"
+#include "sim/base/units.h"
 
 namespace turbidock::experiments {
 
@@ -14,9 +18,17 @@ using Rgb = std::array<uint8_t, 3>;
 struct ViewCriteria {
   double docking_fitness = 0.60;    // Area I from here
   double detection_fitness = 0.22;  // Area II from here, Area III below
-  double tolerance_m = 0.040;       // of y and z about their desired values
+  double tolerance_y_m = 0.040;     // about the desired value
+  double tolerance_z_m = 0.040;
   double docked_x_m = 0.350;
 };
+
+// "± 40 mm", or "± 40, 30 mm" where y and z differ.
+inline std::string BandText(const ViewCriteria& criteria) {
+  const auto mm = [](double m) { return FormatNumber(std::round(units::MmFromM(m))); };
+  const std::string y = mm(criteria.tolerance_y_m), z = mm(criteria.tolerance_z_m);
+  return "\u00b1 " + (y == z ? y : y + ", " + z) + " mm";
+}
 
 // "Area I", "Area II", "Area III".
 inline const char* AreaTitle(double fitness, const ViewCriteria& criteria) {

@@ -99,14 +99,17 @@ const Canvas& VideoComposer::Compose(const VideoFrame& frame) {
 void VideoComposer::MakeCharts(bool with_spectator) {
   charts_x_ = with_spectator ? kSpectatorPanel.right() : 0;
   const int width = (kVideoWidth - charts_x_) / 2;
-  const double band_mm = MmFromM(options_.criteria.tolerance_m);
   StripChartSpec x = PositionSpec("x [mm]", 0, 800, 0, true);
   x.limits = {{MmFromM(options_.criteria.docked_x_m),
                std::to_string(std::lround(MmFromM(options_.criteria.docked_x_m)))}};
   charts_.emplace_back(FitnessSpec(options_.criteria), width, kChartHeight);
   charts_.emplace_back(std::move(x), width, kChartHeight);
-  charts_.emplace_back(PositionSpec("y [mm]", -100, 100, band_mm, false), width, kChartHeight);
-  charts_.emplace_back(PositionSpec("z [mm]", -100, 100, band_mm, true), width, kChartHeight);
+  charts_.emplace_back(
+      PositionSpec("y [mm]", -100, 100, MmFromM(options_.criteria.tolerance_y_m), false), width,
+      kChartHeight);
+  charts_.emplace_back(
+      PositionSpec("z [mm]", -100, 100, MmFromM(options_.criteria.tolerance_z_m), true), width,
+      kChartHeight);
 }
 
 void VideoComposer::DrawCamera(const Image3u8& image,
@@ -184,9 +187,8 @@ void VideoComposer::DrawCharts(const FrameRecord& record) {
   // the legend, right to left
   double x = charts_x_ + 2.0 * charts_[0].width() - 18;
   const double y = kChartsTop + 16;
-  char band[32];
-  std::snprintf(band, sizeof band, "\u00b1 %.0f mm", MmFromM(options_.criteria.tolerance_m));
-  const std::pair<const char*, Rgb> entries[] = {{band, kOnDark.limit},
+  const std::string band = BandText(options_.criteria);
+  const std::pair<std::string, Rgb> entries[] = {{band, kOnDark.limit},
                                                  {"desired", kOnDark.desired},
                                                  {"truth", kOnDark.truth},
                                                  {"estimate", kOnDark.estimate}};

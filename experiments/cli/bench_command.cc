@@ -1,11 +1,15 @@
+#include <fmt/format.h>
+
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "experiments/bench.h"
 #include "experiments/cli/commands.h"
 #include "experiments/cli/progress.h"
+#include "experiments/resolution.h"
 
 namespace turbidock::experiments::cli {
 namespace {
@@ -15,6 +19,8 @@ const std::vector<std::string> kDefaultScenarios = {"sea_night_active", "pool_pa
 
 struct BenchArguments {
   std::vector<std::string> scenarios, assignments;
+  std::optional<std::string> resolution;
+  int workers = 0;
   BenchOptions options;
   bool json = false, quiet = false;
 };
@@ -23,8 +29,11 @@ int Bench(const BenchArguments& arguments) {
   const auto& names = arguments.scenarios.empty() ? kDefaultScenarios : arguments.scenarios;
   std::vector<Scenario> scenarios;
   scenarios.reserve(names.size());
-  for (const std::string& name : names)
+  for (const std::string& name : names) {
     scenarios.push_back(LoadScenario(name, arguments.assignments));
+    if (arguments.resolution)
+      SetResolution(ParseResolution(*arguments.resolution), &scenarios.back());
+  }
 
   const std::string program = std::filesystem::read_symlink("/proc/self/exe").string();
   Progress progress(arguments.quiet);
@@ -39,12 +48,21 @@ int Bench(const BenchArguments& arguments) {
       as_run.emplace_back("--set");
       as_run.push_back(assignment);
     }
+    if (arguments.resolution) {
+      as_run.emplace_back("--resolution");
+      as_run.push_back(*arguments.resolution);
+    }
     report.workers.push_back(MeasureWorker(program, as_run));
     progress.Say(scenarios[i].description + ": the loop and bare rendering by turns");
     options.progress = [&](double share, const std::string& words) {
       progress.Show((static_cast<double>(i) + share) / count, words);
     };
     report.results.push_back(RunBench(scenarios[i], options));
+    if (arguments.workers == 0) continue;
+    progress.Say(fmt::format("{}: trials with 1 and {} workers", scenarios[i].description,
+                             arguments.workers));
+    for (const int workers : {1, arguments.workers})
+      report.throughputs.push_back(MeasureThroughput(program, as_run, workers));
   }
   const std::string text = arguments.json ? BenchJson(report) : BenchTable(report);
   std::fputs(text.c_str(), stdout);
@@ -71,6 +89,14 @@ void AddBench(CLI::App& app, Command* chosen) {
   bench->add_option("--repeats", arguments->options.repeats, "Times that each trial is run")
       ->capture_default_str()
       ->check(CLI::Range(1, 1000));
+  bench
+      ->add_option("--resolution", arguments->resolution,
+                   "Size of both cameras' images with the same field of view, such as 320x240")
+      ->type_name("WxH");
+  bench
+      ->add_option("--workers", arguments->workers,
+                   "Also measure trials an hour, whole ones, with 1 and with N worker processes")
+      ->check(CLI::Range(1, 1024));
   bench->add_flag("--json", arguments->json, "Print the result as JSON on stdout");
   bench->add_flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
   bench->callback([arguments, chosen] { *chosen = [arguments] { return Bench(*arguments); }; });

@@ -7,6 +7,7 @@
 #include "experiments/cli/commands.h"
 #include "experiments/cli/progress.h"
 #include "experiments/cli/shown_trial.h"
+#include "experiments/resolution.h"
 #include "experiments/scenario.h"
 #include "experiments/trial.h"
 
@@ -17,7 +18,7 @@ struct RunArguments {
   std::string scenario;
   std::vector<std::string> assignments;
   std::string seed;  // as written: the scenario's reader checks it
-  std::optional<std::string> out;
+  std::optional<std::string> resolution, out;
   std::string expect;
   bool json = false, video = false, quiet = false;
 };
@@ -25,7 +26,8 @@ struct RunArguments {
 int Run(const RunArguments& arguments) {
   std::vector<std::string> assignments = arguments.assignments;
   if (!arguments.seed.empty()) assignments.push_back("seed=" + arguments.seed);
-  const Scenario scenario = LoadScenario(arguments.scenario, assignments);
+  Scenario scenario = LoadScenario(arguments.scenario, assignments);
+  if (arguments.resolution) SetResolution(ParseResolution(*arguments.resolution), &scenario);
   const TrialResult result = RunShownTrial(scenario, {.out = arguments.out,
                                                       .video = arguments.video,
                                                       .json = arguments.json,
@@ -51,6 +53,9 @@ void AddRun(CLI::App& app, Command* chosen) {
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
   run->add_option("--seed", arguments->seed, "Root of all randomness; as --set seed=N");
+  run->add_option("--resolution", arguments->resolution,
+                  "Size of both cameras' images with the same field of view, such as 320x240")
+      ->type_name("WxH");
   CLI::Option* out =
       run->add_option("--out", arguments->out,
                       "Folder for result.json, resolved.yaml, trajectory.csv and figure.png")

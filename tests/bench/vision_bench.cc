@@ -26,6 +26,8 @@ void Labels(benchmark::State& state) {
     labeller.Label(seen.right, &right);
     benchmark::DoNotOptimize(right.data());
   }
+  state.SetItemsProcessed(state.iterations() *
+                          static_cast<int64_t>(seen.left.pixels() + seen.right.pixels()));
 }
 BENCHMARK(Labels)->ArgName("background_dn")->Arg(8)->Arg(90)->Unit(benchmark::kMillisecond);
 

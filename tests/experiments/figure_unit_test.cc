@@ -110,6 +110,41 @@ TEST(Figure, TruthOnTheEdgeOfTheBandIsDrawnThere) {
   EXPECT_NEAR(z_truth.back(), z_band.back(), 4);
 }
 
+// y and z have bands of their own.
+TEST(Figure, BandsAreTheirOwnTolerances) {
+  FigureInfo info;
+  info.criteria.tolerance_z_m = 0.020;
+  const Image3u8 image = Figure("bands.png", OnTheEdge(), info);
+  constexpr int kColumn = 700;
+  const Rgb band = Tint(kOnPaper.limit, 0.18);
+  const std::vector<int> y_band = Rows(image, kColumn, band, 717, 971);
+  const std::vector<int> z_band = Rows(image, kColumn, band, 995, 1249);
+  ASSERT_GT(y_band.size(), 50u);
+  ASSERT_GT(z_band.size(), 50u);
+  // z's axis holds the truth at -40 mm, beyond the band.
+  const std::vector<int> z_truth = Rows(image, kColumn, kOnPaper.truth, 995, 1249);
+  ASSERT_GE(z_truth.size(), 2u);
+  EXPECT_GT(z_truth.front(), z_band.back() + 20);
+  EXPECT_EQ(BandText(info.criteria), "\u00b1 40, 20 mm");
+  EXPECT_EQ(BandText({}), "\u00b1 40 mm");
+}
+
+// A sentence as long as a false dock's ends within the figure.
+TEST(Figure, ALongOutcomeIsNotCut) {
+  FigureInfo info;
+  info.outcome = "false_dock: ";
+  while (info.outcome.size() < 215) info.outcome += "the docking criterion was met after 31.4 s ";
+  const Image3u8 image = Figure("long.png", OnTheEdge(), info);
+  const auto dark = [&](int from, int to) {
+    int count = 0;
+    for (int v = 35; v < 70; ++v)
+      for (int u = from; u < to; ++u) count += image.at(u, v)[0] < 128;
+    return count;
+  };
+  EXPECT_GT(dark(112, 300), 100);  // it is there
+  EXPECT_EQ(dark(kFigureWidth - 3, kFigureWidth), 0);
+}
+
 // The line of F lies at the share of the axis that its value has between the lines at 0.22 and
 // 0.60.
 TEST(Figure, FitnessIsDrawnInProportion) {

@@ -90,6 +90,13 @@ TEST(VehicleData, IsWhatTheStructsDefaultTo) {
   EXPECT_GT(found, 20);
 }
 
+// The autopilot inverts the thrusters' curve: it must be this vehicle's.
+TEST(Gains, InvertTheVehiclesThrusters) {
+  const Scenario scenario = LoadScenario("sea_night_active", {});
+  EXPECT_EQ(scenario.allocation.dead_band_v, scenario.vehicle.thrusters.dead_band_volts);
+  EXPECT_EQ(scenario.allocation.curve_exponent, scenario.vehicle.thrusters.curve_exponent);
+}
+
 TEST(BundledScenarios, AreTheFourOfTheDocumentation) {
   EXPECT_EQ(BundledScenarios(),
             (std::vector<std::string>{"pool_active", "pool_passive", "sea_night_active",
