@@ -10,12 +10,14 @@
 #include "experiments/batch/batch.h"
 #include "experiments/batch/plan.h"
 #include "experiments/batch/result_store.h"
+#include "experiments/batch/success_curve.h"
 #include "experiments/batch/summary.h"
 #include "experiments/build_info.h"
 #include "experiments/cli/commands.h"
 #include "experiments/cli/plan_arguments.h"
 #include "experiments/cli/progress.h"
 #include "experiments/data_files.h"
+#include "experiments/yaml_fields.h"
 
 namespace turbidock::experiments::cli {
 namespace {
@@ -108,6 +110,12 @@ int Batch(const BatchArguments& arguments) {
   return kExitDone;
 }
 
+// The description of the plan in a file.
+std::string TitleOf(const StoreHeader& header) {
+  const auto description = ParseYaml(header.plan, "plan").Find("description");
+  return description && description->node.IsScalar() ? description->node.Scalar() : header.kind;
+}
+
 struct StatusArguments {
   std::string file;
   std::vector<std::string> by;
@@ -142,6 +150,25 @@ int Status(const StatusArguments& arguments) {
              : running                   ? "running"
                                          : "not running: start it again to finish it");
   if (!trials.empty()) fmt::print("{}", SummaryTable(arguments.by, groups));
+  return kExitDone;
+}
+
+struct CurveArguments {
+  std::string file, over, by, figure;
+  bool json = false;
+};
+
+int Curve(const CurveArguments& arguments) {
+  const ResultStore store = ResultStore::Read(arguments.file);
+  const std::vector<StoredTrial> trials = store.Trials();
+  if (trials.empty()) throw ConfigError(arguments.file + ": has no trials yet");
+  const auto curves = SuccessCurves(trials, arguments.over, arguments.by);
+  if (!arguments.figure.empty())
+    WriteSuccessFigure(arguments.figure, TitleOf(store.header()), arguments.over, curves);
+  std::fputs(
+      (arguments.json ? SuccessJson(arguments.over, curves) : SuccessTable(arguments.over, curves))
+          .c_str(),
+      stdout);
   return kExitDone;
 }
 
@@ -195,6 +222,22 @@ void AddBatch(CLI::App& app, Command* chosen) {
   status->add_flag("--json", status_arguments->json, "As JSON on stdout");
   status->callback([status_arguments, chosen] {
     *chosen = [status_arguments] { return Status(*status_arguments); };
+  });
+
+  auto curve_arguments = std::make_shared<CurveArguments>();
+  CLI::App* curve =
+      app.add_subcommand("curve", "Success rate over one varied key, and where it falls to 50 %");
+  curve->add_option("results", curve_arguments->file, "A batch's file")->required();
+  curve->add_option("--over", curve_arguments->over, "The key on the horizontal axis")
+      ->required()
+      ->type_name("KEY");
+  curve->add_option("--by", curve_arguments->by, "One curve for each value of this key")
+      ->type_name("KEY");
+  curve->add_option("--figure", curve_arguments->figure, "Draw it into this PNG")
+      ->type_name("FILE");
+  curve->add_flag("--json", curve_arguments->json, "As JSON on stdout");
+  curve->callback([curve_arguments, chosen] {
+    *chosen = [curve_arguments] { return Curve(*curve_arguments); };
   });
 
   auto json = std::make_shared<bool>(false);

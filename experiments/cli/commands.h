@@ -20,9 +20,10 @@ using Command = std::function<int()>;  // returns the exit code
 void AddBench(CLI::App& app, Command* chosen);
 void AddRecognize(CLI::App& app, Command* chosen);
 void AddRun(CLI::App& app, Command* chosen);
-void AddBatch(CLI::App& app, Command* chosen);    // batch, plans, status
+void AddBatch(CLI::App& app, Command* chosen);    // batch, plans, status, curve
 void AddResults(CLI::App& app, Command* chosen);  // merge, export, verify, replay
 void AddGate(CLI::App& app, Command* chosen);
+void AddSlurm(CLI::App& app, Command* chosen);
 void AddScenarios(CLI::App& app, Command* chosen);
 void AddSelftest(CLI::App& app, Command* chosen);
 

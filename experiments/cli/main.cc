@@ -47,6 +47,7 @@ int ParseAndRun(int argc, char** argv) {
   AddResults(app, &chosen);
   AddGate(app, &chosen);
   AddRecognize(app, &chosen);
+  AddSlurm(app, &chosen);
   AddScenarios(app, &chosen);
   AddSelftest(app, &chosen);
 
