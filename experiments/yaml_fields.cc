@@ -663,6 +663,14 @@ std::string YamlNode::Where() const {
   return file == kFromSet ? file + " " : file + ":" + std::to_string(line) + ": ";
 }
 
+std::string OneLine(const YAML::Node& node) {
+  YAML::Emitter out;
+  out << YAML::Flow << node;
+  std::string text = out.c_str();
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text;
+}
+
 std::optional<YamlNode> YamlNode::Find(const std::string& key) const {
   if (!node.IsMap()) return std::nullopt;
   for (const auto& entry : node)

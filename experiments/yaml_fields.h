@@ -52,6 +52,9 @@ struct YamlNode {
 YamlNode LoadYaml(const std::string& file);
 YamlNode ParseYaml(const std::string& text, const std::string& file);
 
+// A value as YAML in one line; the same for any comments and line breaks.
+std::string OneLine(const YAML::Node& node);
+
 // Where each value was last set: dotted key (and that of each group) -> "FILE:LINE: " or "--set ".
 // A key that is absent has its default.
 using Origins = std::map<std::string, std::string, std::less<>>;

@@ -22,15 +22,6 @@ namespace fs = std::filesystem;
 
 constexpr const char* kScenarioKey = "scenario";
 
-// A value as YAML in one line.
-std::string OneLine(const YAML::Node& node) {
-  YAML::Emitter out;
-  out << YAML::Flow << node;
-  std::string text = out.c_str();
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  return text;
-}
-
 [[noreturn]] void Fail(const YamlNode& at, const std::string& problem) {
   throw ConfigError(at.Where() + at.path + ": " + problem);
 }

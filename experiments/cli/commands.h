@@ -23,6 +23,7 @@ void AddRun(CLI::App& app, Command* chosen);
 void AddBatch(CLI::App& app, Command* chosen);    // batch, plans, status, curve
 void AddResults(CLI::App& app, Command* chosen);  // merge, export, verify, replay
 void AddGate(CLI::App& app, Command* chosen);
+void AddCompare(CLI::App& app, Command* chosen);
 void AddSlurm(CLI::App& app, Command* chosen);
 void AddScenarios(CLI::App& app, Command* chosen);
 void AddSelftest(CLI::App& app, Command* chosen);

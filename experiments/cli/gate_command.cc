@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -10,14 +11,14 @@
 #include <vector>
 
 #include "experiments/cli/commands.h"
+#include "experiments/cli/plan_arguments.h"
 #include "experiments/cli/progress.h"
+#include "experiments/cli/shown_trial.h"
 #include "experiments/gate/error_rates.h"
-#include "experiments/gate/failure_bundle.h"
 #include "experiments/gate/gate.h"
 #include "experiments/gate/gate_output.h"
 #include "experiments/gate/trial_runner.h"
 #include "experiments/output_path.h"
-#include "experiments/result_files.h"
 #include "sim/base/check.h"
 
 namespace turbidock::experiments::cli {
@@ -29,7 +30,7 @@ struct GateArguments {
   std::string plan;
   std::string baseline, out;
   std::vector<std::string> assignments;
-  int workers = 1;
+  int workers = AvailableCores();
   int bundles = 5;
   bool update = false, json = false, quiet = false;
 
@@ -77,7 +78,31 @@ int UpdateBaseline(const GateArguments& arguments, const GatePlan& plan) {
   return kExitDone;
 }
 
-// For each seed that docked before and no longer does, up to the number asked for.
+// A name that is a good file name everywhere.
+std::string FileName(const std::string& name) {
+  std::string out;
+  for (const char c : name) out += std::isalnum(static_cast<unsigned char>(c)) ? c : '_';
+  return out;
+}
+
+// What it takes to look into a trial: it runs once more, with video and all files, into
+// FOLDER/CONDITION_SEED/; replay.txt says how to run it again.
+void WriteBundle(const std::string& folder, const GateCondition& condition,
+                 const std::vector<std::string>& assignments, const GateTrial& trial) {
+  const std::string bundle = fmt::format("{}/{}_{}", folder, FileName(condition.name), trial.seed);
+  const TrialResult again = RunShownTrial(condition.Load(assignments, trial.seed),
+                                          {.out = bundle, .video = true, .quiet = true});
+  if (StopSignal() != 0) throw Stopped();
+  if (again.digest != trial.digest)
+    throw SimulatorFault(fmt::format("{}: the trial does not repeat: digest {}, in the gate {}",
+                                     bundle, again.digest, trial.digest));
+  WriteWhole(bundle + "/replay.txt",
+             fmt::format("condition: {}\nseed: {}\noutcome: {}\ndigest: {}\n\n"
+                         "turbidock run resolved.yaml --out replay --video\n",
+                         condition.name, trial.seed, trial.outcome, trial.digest));
+}
+
+// For seeds that docked before and no longer do, up to the number asked for.
 void WriteBundles(const GateArguments& arguments, const GatePlan& plan, const GateReport& report,
                   Progress* progress) {
   int left = arguments.bundles;
@@ -86,9 +111,10 @@ void WriteBundles(const GateArguments& arguments, const GatePlan& plan, const Ga
     for (const GateTrial& trial : condition.trials) {
       const auto& failing = condition.newly_failing;
       if (std::find(failing.begin(), failing.end(), trial.seed) == failing.end()) continue;
-      if (left-- <= 0 || StopSignal() != 0) return;
-      progress->Say("  " + WriteFailureBundle(arguments.out + "/failures", plan.conditions[i],
-                                              arguments.assignments, trial));
+      if (left-- <= 0) return;
+      WriteBundle(arguments.out + "/failures", plan.conditions[i], arguments.assignments, trial);
+      progress->Say(fmt::format("  {}, seed {}: {}; in {}/failures", condition.name, trial.seed,
+                                trial.outcome, arguments.out));
     }
   }
 }
@@ -127,7 +153,8 @@ int JudgeAgainstBaseline(const GateArguments& arguments, const GatePlan& plan) {
         static_cast<double>(trials) / most,
         fmt::format("{} trials, {} of {} conditions known", trials, known, judges.size()));
   };
-  const GateReport report = RunGate(plan, baseline, plan.baseline, RunnerOf(&runner), options);
+  GateReport report = RunGate(plan, baseline, plan.baseline, RunnerOf(&runner), options);
+  report.assignments = arguments.assignments;
   progress.Say(GateTable(report));
   if (arguments.json) std::fputs(GateJson(report).c_str(), stdout);
   if (!arguments.out.empty()) {
@@ -266,7 +293,8 @@ void AddGate(CLI::App& app, Command* chosen) {
   gate->add_option("--out", arguments->out,
                    "Folder for summary.json, junit.xml, summary.md and failures/");
   gate->add_option("--workers", arguments->workers, "Processes that run trials")
-      ->check(CLI::Range(1, 1024));
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
   gate->add_option("--set", arguments->assignments,
                    "Set one scenario key in every condition, as if the build had it so; may be "
                    "repeated")
@@ -274,7 +302,8 @@ void AddGate(CLI::App& app, Command* chosen) {
       ->allow_extra_args(false);
   gate->add_option("--bundles", arguments->bundles,
                    "Trials with video of newly failing seeds in failures/, at most")
-      ->check(CLI::NonNegativeNumber);
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
   gate->add_flag("--update", arguments->update,
                  "Measure the baseline anew, write it, and say what changed");
   gate->add_flag("--json", arguments->json, "Print summary.json on stdout");

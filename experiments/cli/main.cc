@@ -46,6 +46,7 @@ int ParseAndRun(int argc, char** argv) {
   AddBatch(app, &chosen);
   AddResults(app, &chosen);
   AddGate(app, &chosen);
+  AddCompare(app, &chosen);
   AddRecognize(app, &chosen);
   AddSlurm(app, &chosen);
   AddScenarios(app, &chosen);

@@ -159,8 +159,9 @@ void RequireSamePlan(const GatePlan& plan, const Baseline& baseline, const std::
 
 std::vector<std::string> DescribeChange(const Baseline& before, const Baseline& after) {
   std::vector<std::string> lines;
-  lines.push_back(fmt::format("build {} -> {}", before.build, after.build));
-  if (before.seed != after.seed)
+  const bool first = before.conditions.empty();
+  if (!first) lines.push_back(fmt::format("build {} -> {}", before.build, after.build));
+  if (!first && before.seed != after.seed)
     lines.push_back(fmt::format("other seeds: {} -> {}", before.seed, after.seed));
   for (const BaselineCondition& now : after.conditions) {
     const BaselineCondition* was = before.Find(now.name);

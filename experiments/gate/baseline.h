@@ -39,7 +39,7 @@ struct BaselineCondition {
 
 struct Baseline {
   int schema_version = 0;
-  std::string build;  // VersionAndCommit of the program that measured it
+  std::string build;  // BuildId of the program that measured it
   int64_t seed = 0;   // the gate's
   std::vector<BaselineCondition> conditions;
   std::string checksum;

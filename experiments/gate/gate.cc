@@ -45,8 +45,9 @@ GateReport RunGate(const GatePlan& plan, const Baseline& baseline, const std::st
 
   GateReport report{.verdict = Verdict::kPass,
                     .description = plan.description,
-                    .build = VersionAndCommit(),
+                    .build = BuildId(),
                     .baseline_build = baseline.build,
+                    .assignments = {},
                     .conditions = {},
                     .paired = paired};
   for (const ConditionJudge& judge : judges) {
@@ -75,7 +76,7 @@ Baseline MeasureBaseline(const GatePlan& plan, const GateRunner& run, int at_onc
   }
 
   Baseline baseline{.schema_version = kBaselineSchema,
-                    .build = VersionAndCommit(),
+                    .build = BuildId(),
                     .seed = plan.seed,
                     .conditions = {},
                     .checksum = {}};

@@ -26,6 +26,7 @@ struct GateReport {
   Verdict verdict = Verdict::kInconclusive;
   std::string description;
   std::string build, baseline_build;
+  std::vector<std::string> assignments;  // --set: not the build as it is
   std::vector<ConditionReport> conditions;
   bool paired = true;
 };

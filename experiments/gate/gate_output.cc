@@ -120,7 +120,9 @@ std::string Reasons(const ConditionReport& condition) {
 std::string Headline(const GateReport& report) {
   std::string text = NameOf(report.verdict);
   for (char& c : text) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-  return report.description.empty() ? text : text + ": " + report.description;
+  if (!report.description.empty()) text += ": " + report.description;
+  for (const std::string& assignment : report.assignments) text += ", " + assignment;
+  return text;
 }
 
 std::string MarkdownCell(const std::string& text) {
@@ -173,6 +175,7 @@ std::string GateJson(const GateReport& report) {
                      {"description", report.description},
                      {"build", report.build},
                      {"baseline_build", report.baseline_build},
+                     {"assignments", report.assignments},
                      {"conditions", conditions}};
   return json.dump(2) + "\n";
 }

@@ -23,15 +23,6 @@ constexpr const char* kSetKey = "set";
   throw ConfigError(at.Where() + at.path + ": " + problem);
 }
 
-// A value as YAML in one line; equal for equal values, whatever their comments and line breaks.
-std::string OneLine(const YAML::Node& node) {
-  YAML::Emitter out;
-  out << YAML::Flow << node;
-  std::string text = out.c_str();
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  return text;
-}
-
 // "a.b=1" for every value below a group.
 void AddAssignments(const YamlNode& group, const std::string& prefix,
                     std::vector<std::string>* assignments) {
