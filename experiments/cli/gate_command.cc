@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "experiments/build_info.h"
 #include "experiments/cli/commands.h"
 #include "experiments/cli/plan_arguments.h"
 #include "experiments/cli/progress.h"
@@ -67,10 +68,11 @@ int UpdateBaseline(const GateArguments& arguments, const GatePlan& plan) {
   RequireWritable(plan.baseline);
   Progress progress(arguments.quiet);
   GateTrialRunner runner(plan, {}, arguments.workers);
-  const Baseline now =
+  Baseline now =
       MeasureBaseline(plan, RunnerOf(&runner), AtOnce(arguments), [&](int done, int all) {
         progress.Show(static_cast<double>(done) / all, fmt::format("{} of {} trials", done, all));
       });
+  now.build = BuildId();
   WriteWhole(plan.baseline, BaselineText(now));
   for (const std::string& line : DescribeChange(before.value_or(Baseline{}), now))
     progress.Say(line);
@@ -154,6 +156,7 @@ int JudgeAgainstBaseline(const GateArguments& arguments, const GatePlan& plan) {
         fmt::format("{} trials, {} of {} conditions known", trials, known, judges.size()));
   };
   GateReport report = RunGate(plan, baseline, plan.baseline, RunnerOf(&runner), options);
+  report.build = BuildId();
   report.assignments = arguments.assignments;
   progress.Say(GateTable(report));
   if (arguments.json) std::fputs(GateJson(report).c_str(), stdout);

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "experiments/build_info.h"
-
 namespace turbidock::experiments {
 namespace {
 
@@ -45,7 +43,7 @@ GateReport RunGate(const GatePlan& plan, const Baseline& baseline, const std::st
 
   GateReport report{.verdict = Verdict::kPass,
                     .description = plan.description,
-                    .build = BuildId(),
+                    .build = {},
                     .baseline_build = baseline.build,
                     .assignments = {},
                     .conditions = {},
@@ -76,7 +74,7 @@ Baseline MeasureBaseline(const GatePlan& plan, const GateRunner& run, int at_onc
   }
 
   Baseline baseline{.schema_version = kBaselineSchema,
-                    .build = BuildId(),
+                    .build = {},
                     .seed = plan.seed,
                     .conditions = {},
                     .checksum = {}};

@@ -25,8 +25,8 @@ using GateRunner = std::function<std::vector<GateTrial>(const std::vector<GateRe
 struct GateReport {
   Verdict verdict = Verdict::kInconclusive;
   std::string description;
-  std::string build, baseline_build;
-  std::vector<std::string> assignments;  // --set: not the build as it is
+  std::string build, baseline_build;     // `build` is the caller's to fill in
+  std::vector<std::string> assignments;  // likewise: --set, not the build as it is
   std::vector<ConditionReport> conditions;
   bool paired = true;
 };
@@ -42,7 +42,7 @@ struct GateOptions {
 GateReport RunGate(const GatePlan& plan, const Baseline& baseline, const std::string& baseline_file,
                    const GateRunner& run, const GateOptions& options);
 
-// Runs max_trials trials of every condition.
+// Runs max_trials trials of every condition. `build` is the caller's to fill in.
 Baseline MeasureBaseline(const GatePlan& plan, const GateRunner& run, int at_once,
                          const std::function<void(int done, int all)>& on_round);
 
