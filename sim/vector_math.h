@@ -8,10 +8,10 @@
 
 namespace turbidock::sim {
 
-// 2^x within 2e-7 of itself for |x| <= 126; beyond, that of the nearer bound.
+// 2^x within 3e-7 of itself for |x| <= 125; beyond, that of the nearer bound.
 [[gnu::always_inline]] inline float Exp2(float x) {
-  x = x < -126.0f ? -126.0f : x;
-  x = x > 126.0f ? 126.0f : x;
+  x = x < -125.0f ? -125.0f : x;
+  x = x > 125.0f ? 125.0f : x;
   // Adding 1.5 x 2^23 leaves the nearest whole number in the low bits.
   constexpr float kRound = 12582912.0f;
   const float shifted = x + kRound;
@@ -25,7 +25,7 @@ namespace turbidock::sim {
   return std::bit_cast<float>(std::bit_cast<int32_t>(mantissa) + exponent);
 }
 
-// e^-x for x >= 0, within 2e-7 + 1e-7 x of itself; at least 1e-38.
+// e^-x for x >= 0, within 3e-7 + 1e-7 x of itself; at least 2e-38.
 [[gnu::always_inline]] inline float ExpMinus(float x) { return Exp2(-1.44269504f * x); }
 
 // Base 2 logarithm of a positive normal number within 4e-5; -127 or so for 0.
@@ -41,9 +41,9 @@ namespace turbidock::sim {
                                    f * (0.4846482873f + f * (-0.3924614191f + f * 0.2611697614f))));
 }
 
-// Well-mixed bits from a counter and 64 bits of key: two rounds of multiply and xor-shift
-// (constants found by Wellons and others in a search for the least bias), the second half of the
-// key between.
+// Well-mixed bits from a counter: two rounds of multiply and xor-shift (constants that others found
+// in a search for the least bias), begun at one random key and turned to another sequence by a
+// second, so that sequences of different keys do not run into each other.
 [[gnu::always_inline]] inline uint32_t Mix(uint32_t counter, uint32_t key0, uint32_t key1) {
   uint32_t x = counter * 0x9E3779B9u + key0;
   x = (x ^ (x >> 16)) * 0x21F0AAADu;

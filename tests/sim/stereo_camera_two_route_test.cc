@@ -31,9 +31,10 @@ struct PlainSensor {
     const double linear =
         std::clamp(radiance * params.gain / params.full_scale_radiance_w_m2_sr, 0.0, 1.25);
     double variance = params.read_noise_dn * params.read_noise_dn;
-    if (params.shot_noise) {
-      const double d = 1e-6 + 1e-4 * linear;
-      const double slope = 255 * (Encode(params, linear + d) - Encode(params, linear)) / d;
+    if (params.shot_noise && linear > 0) {
+      const double d = 1e-5 * linear;
+      const double slope =
+          255 * (Encode(params, linear + d) - Encode(params, linear - d)) / (2 * d);
       variance += slope * slope * linear * params.gain / params.full_well_electrons;
     }
     return std::clamp(255 * Encode(params, linear) + std::sqrt(variance) * double{normal}, 0.0,
