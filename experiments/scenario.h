@@ -55,6 +55,7 @@ struct Scenario {
   std::string model;  // MJCF file, a bundled one or a path
   int camera_period_frames = 1;
   int camera_delay_frames = 1;
+  bool region_of_interest = true;
   double docked_hold_s = 1;
   sim::GlBackend renderer = sim::GlBackend::kOsmesa;
   bool marker_may_differ = false;
@@ -87,6 +88,8 @@ struct Scenario {
           "frames from one exposure to the next; the command holds in between");
     field("camera_delay_frames", self.camera_delay_frames, InRange(0, 30),
           "frames from exposure until the estimator has the image");
+    field("region_of_interest", self.region_of_interest, Finite(),
+          "whether only the pixels are made that the estimator can read; the result is the same");
     field("docked_hold_s", self.docked_hold_s, InRange(0, 60),
           "time the vehicle holds the last pose once docked, before the trial ends");
     field("renderer", self.renderer, Range{},

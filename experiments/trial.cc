@@ -38,19 +38,25 @@ PoseError ErrorOf(const Pose& X_HM, const control::DesiredPose& desired) {
           WrapAngle(YawOf(X_HM.q) - desired.yaw_rad)};
 }
 
-// The latest images by their numbers: those under way from the sensor to the estimator, and the one
-// there.
+// An instant at which the cameras were exposed.
+struct Exposure {
+  int64_t tick = 0;
+  std::vector<mjtNum> qpos;  // where everything was
+};
+
+// The latest exposures by their numbers: those under way from the sensor to the estimator, and the
+// one there. They become images when they arrive: only then is it known which pixels matter.
 class DelayLine {
  public:
-  explicit DelayLine(int under_way) : images_(static_cast<size_t>(under_way) + 1) {}
+  explicit DelayLine(int under_way) : exposures_(static_cast<size_t>(under_way) + 1) {}
 
-  StereoImage* Slot(int64_t number) {
-    const int64_t n = std::ssize(images_);
-    return &images_[static_cast<size_t>((number % n + n) % n)];
+  Exposure* Slot(int64_t number) {
+    const int64_t n = std::ssize(exposures_);
+    return &exposures_[static_cast<size_t>((number % n + n) % n)];
   }
 
  private:
-  std::vector<StereoImage> images_;
+  std::vector<Exposure> exposures_;
 };
 
 // The vehicle in the water and its cameras.
@@ -67,6 +73,7 @@ class World {
                            sim::SurfaceTable::FromScene(scene_), sim::LampPoses(scene_)),
                 sim::ImageSensor(scenario.sensor, seeds_.Stream("camera.left").NextU64(),
                                  seeds_.Stream("camera.right").NextU64())),
+        exposed_(mj_makeData(scene_.model.get())),
         timer_(options.timer) {
     CheckMarker(scenario, scene_);
     if (options.spectator)
@@ -75,9 +82,21 @@ class World {
     plant_.Reset(X_WH * scene_.X_BH.Inverse());
   }
 
-  void Expose(int64_t frame, StereoImage* out) {
-    renderer_.Render(plant_.data(), plant_.tick(), &rendered_, timer_);
-    camera_.Expose(rendered_, frame, out, timer_);
+  void Expose(Exposure* exposure) const {
+    const mjData& data = plant_.data();
+    exposure->tick = plant_.tick();
+    exposure->qpos.assign(data.qpos, data.qpos + scene_.model->nq);
+  }
+
+  // The images of an exposure, or a region of them.
+  void Develop(const Exposure& exposure, int64_t number, const std::optional<StereoRegion>& region,
+               StereoImage* out) {
+    std::copy(exposure.qpos.begin(), exposure.qpos.end(), exposed_->qpos);
+    mj_kinematics(scene_.model.get(), exposed_.get());
+    mj_camlight(scene_.model.get(), exposed_.get());
+    const StereoRegion needed = region.value_or(camera_.whole());
+    renderer_.Render(*exposed_, exposure.tick, camera_.Seen(needed), &rendered_, timer_);
+    camera_.Expose(rendered_, needed, number, out, timer_);
   }
 
   const Image3u8* DrawSpectator() {
@@ -120,6 +139,7 @@ class World {
   sim::StereoRenderer renderer_;
   sim::StereoCamera camera_;
   std::optional<sim::SpectatorRenderer> spectator_;
+  sim::MjDataPtr exposed_;  // everything where it was at an exposure
   sim::RenderedStereo rendered_;
   Image3u8 spectator_image_;
   StageTimer* timer_;
@@ -150,6 +170,8 @@ class Autopilot {
     return command;
   }
 
+  // The pixels that the next Update can read; nothing: any.
+  std::optional<StereoRegion> Reach() const { return estimator_.Reach(); }
   const PoseEstimate& estimate() const { return *estimate_; }
   const control::Directive& directive() const { return *directive_; }
 
@@ -279,12 +301,13 @@ TrialResult RunTrial(const Scenario& scenario, const TrialOptions& options) {
   // The cameras have been on for a while: the images that arrive first show the vehicle at its
   // start.
   const CameraSchedule cameras(scenario.camera_period_frames, scenario.camera_delay_frames);
-  DelayLine images(cameras.under_way());
+  DelayLine exposures(cameras.under_way());
   const auto expose = [&](int64_t frame) {
-    const int64_t number = cameras.ExposedAt(frame);
-    if (cameras.ExposesAt(frame)) world.Expose(number, images.Slot(number));
+    if (cameras.ExposesAt(frame)) world.Expose(exposures.Slot(cameras.ExposedAt(frame)));
   };
   for (int64_t frame = cameras.first_frame(); frame < 0; ++frame) expose(frame);
+  const bool whole_images = options.whole_images || !scenario.region_of_interest;
+  StereoImage seen;
 
   TrialResult result;
   result.seed = scenario.seed;
@@ -302,9 +325,13 @@ TrialResult RunTrial(const Scenario& scenario, const TrialOptions& options) {
   int64_t frame = 0;
   for (; !end; ++frame) {
     expose(frame);
-    const StereoImage& seen = *images.Slot(cameras.LatestAt(frame));
     const bool arrives = cameras.ArrivesAt(frame);
-    if (arrives) command = autopilot.Update(seen);
+    if (arrives) {
+      const int64_t number = cameras.LatestAt(frame);
+      world.Develop(*exposures.Slot(number), number,
+                    whole_images ? std::nullopt : autopilot.Reach(), &seen);
+      command = autopilot.Update(seen);
+    }
     const control::Directive& directive = autopilot.directive();
     FrameRecord record = RecordOf(scenario, frame, world, autopilot, command);
     if (arrives && directive.transition) {

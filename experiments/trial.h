@@ -61,13 +61,15 @@ struct TrialResult {
 // What an observer sees of a frame, once the frame's time has passed.
 struct TrialFrame {
   const FrameRecord& record;
-  const StereoImage& seen;  // what the estimator saw
+  const StereoImage& seen;  // what the estimator saw; sure to be whole with whole_images only
   int64_t evaluations = 0;  // of the fitness, spent on it
   const Image3u8* spectator =
       nullptr;  // at the frame's beginning; with TrialOptions::spectator only
 };
 
 struct TrialOptions {
+  bool whole_images =
+      false;               // make also the pixels that the estimator cannot read, for an observer
   bool spectator = false;  // also draw the outside view, for a video
   // Called every frame. Observers change nothing: the digest is the same with and without.
   std::function<void(const TrialFrame&)> observe;

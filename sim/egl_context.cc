@@ -74,6 +74,7 @@ class EglContext final : public GlContext {
       throw SimulatorFault("EGL cannot make its OpenGL context current");
   }
   std::string description() const override { return description_; }
+  void (*Function(const char* name) const)() override { return egl_.GetProcAddress(name); }
 
  private:
   // Makes a context on a device and makes it current; false where that does not work.

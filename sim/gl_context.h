@@ -19,6 +19,8 @@ class GlContext {
   virtual void MakeCurrent() = 0;
   // Kind, renderer and version for reports, such as "OSMesa, llvmpipe (...), OpenGL 4.5 (...)".
   virtual std::string description() const = 0;
+  // The GL function of that name; null if there is none.
+  virtual void (*Function(const char* name) const)() = 0;
 };
 
 enum class GlBackend {

@@ -61,10 +61,10 @@ struct NoiseDn {
 
 template <Noise kNoise>
 [[gnu::always_inline]] inline void ExposeValues(const Curve curve, const NoiseDn noise,
-                                                uint32_t key0, uint32_t key1, int count,
+                                                uint32_t key0, uint32_t key1, int begin, int end,
                                                 const float* __restrict radiance,
                                                 uint8_t* __restrict dn) {
-  for (int i = 0; i < count; ++i) {
+  for (int i = begin; i < end; ++i) {
     const float linear = LinearOf(curve, radiance[i]);
     const float power_dn = PowerDn(curve, linear);
     float value = EncodedDn(curve, linear, power_dn) + 0.5f;
@@ -88,13 +88,13 @@ template <Noise kNoise>
 
 TURBIDOCK_VECTOR_CLONES
 void ExposeRow(const Curve& curve, const NoiseDn& noise, bool shot, uint32_t key0, uint32_t key1,
-               int count, const float* radiance, uint8_t* dn) {
+               int begin, int end, const float* radiance, uint8_t* dn) {
   if (shot)
-    ExposeValues<Noise::kReadAndShot>(curve, noise, key0, key1, count, radiance, dn);
+    ExposeValues<Noise::kReadAndShot>(curve, noise, key0, key1, begin, end, radiance, dn);
   else if (noise.read_dn > 0)
-    ExposeValues<Noise::kRead>(curve, noise, key0, key1, count, radiance, dn);
+    ExposeValues<Noise::kRead>(curve, noise, key0, key1, begin, end, radiance, dn);
   else
-    ExposeValues<Noise::kNone>(curve, noise, key0, key1, count, radiance, dn);
+    ExposeValues<Noise::kNone>(curve, noise, key0, key1, begin, end, radiance, dn);
 }
 
 }  // namespace
@@ -119,23 +119,23 @@ void ImageSensor::Expose(const RadianceStereo& radiance, int64_t frame, StereoIm
   out->frame = frame;
   const auto expose = [&](int view, const Image3f& in, Image3u8* image) {
     image->Resize(in.width(), in.height());
-    ExposeRows(view, frame, 0, in.height(), in.width(), in.data(), image->data());
+    ExposeRegion(view, frame, {0, 0, in.width(), in.height()}, in.data(), image);
   };
   expose(0, radiance.left, &out->left);
   expose(1, radiance.right, &out->right);
 }
 
-void ImageSensor::ExposeRows(int view, int64_t frame, int row_begin, int row_end, int width_px,
-                             const float* radiance, uint8_t* rgb) const {
+void ImageSensor::ExposeRegion(int view, int64_t frame, const PixelRegion& region,
+                               const float* radiance, Image3u8* image) const {
   const Curve curve = CurveOf(params_);
   const NoiseDn noise = {static_cast<float>(params_.read_noise_dn),
                          static_cast<float>(params_.gain / params_.full_well_electrons)};
-  const int values = 3 * width_px;
-  for (int v = row_begin; v < row_end; ++v, radiance += values, rgb += values) {
+  for (int v = region.row_begin; v < region.row_end; ++v, radiance += 3 * image->width()) {
     // every row has a key of its own
     const auto key = PhiloxBlock(keys_[static_cast<size_t>(view)], static_cast<uint64_t>(frame),
                                  static_cast<uint64_t>(v));
-    ExposeRow(curve, noise, params_.shot_noise, key[0], key[1], values, radiance, rgb);
+    ExposeRow(curve, noise, params_.shot_noise, key[0], key[1], 3 * region.column_begin,
+              3 * region.column_end, radiance, image->row(v));
   }
 }
 

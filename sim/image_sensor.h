@@ -27,10 +27,10 @@ class ImageSensor {
   // Allocates only when `out` does not have the size of the images.
   void Expose(const RadianceStereo& radiance, int64_t frame, StereoImage* out) const;
 
-  // Rows [row_begin, row_end) of one camera (0 left, 1 right) of `width_px` pixels, from the
-  // radiance of these rows.
-  void ExposeRows(int view, int64_t frame, int row_begin, int row_end, int width_px,
-                  const float* radiance, uint8_t* rgb) const;
+  // A region of one camera (0 left, 1 right). `radiance` holds whole rows from the region's first
+  // on, `image` the whole picture.
+  void ExposeRegion(int view, int64_t frame, const PixelRegion& region, const float* radiance,
+                    Image3u8* image) const;
 
   // The encoded value, 8-bit steps, that stands for a radiance before noise, rounding and clipping:
   // what ExposeRows computes, within 0.02 of 255 Encode().

@@ -59,6 +59,7 @@ class OsmesaContext final : public GlContext {
       throw SimulatorFault("OSMesa cannot make its OpenGL context current");
   }
   std::string description() const override { return description_; }
+  void (*Function(const char* name) const)() override { return osmesa_.GetProcAddress(name); }
 
  private:
   // A context needs a window's memory; we draw into framebuffers of our own, so a small one does.

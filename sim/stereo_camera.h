@@ -18,15 +18,24 @@ class StereoCamera {
  public:
   StereoCamera(Water water, ImageSensor sensor);
 
-  // Allocates only when `out` does not have the size of the images. A timer gets kWater and
-  // kSensor.
-  void Expose(const RenderedStereo& rendered, int64_t frame, StereoImage* out,
-              StageTimer* timer = nullptr);
+  // Exposes a region of the images, of which other pixels stay as they are: the same values as in
+  // whole images. `rendered` holds at least what Seen(region) says. Allocates only when `out` does
+  // not have the size of the images. A timer gets kWater and kSensor.
+  void Expose(const RenderedStereo& rendered, const StereoRegion& region, int64_t frame,
+              StereoImage* out, StageTimer* timer = nullptr);
+  // Whole images.
+  void Expose(const RenderedStereo& rendered, int64_t frame, StereoImage* out) {
+    Expose(rendered, whole(), frame, out);
+  }
+
+  StereoRegion whole() const { return water_.whole(); }
+  StereoRegion Seen(const StereoRegion& region) const { return water_.Seen(region); }
 
   const Water& water() const { return water_; }
 
  private:
-  void ExposeView(int view, int64_t frame, const Image1u16& seen, StageTimer* timer, Image3u8* out);
+  void ExposeView(int view, const PixelRegion& region, int64_t frame, const Image1u16& seen,
+                  StageTimer* timer, Image3u8* out);
 
   Water water_;
   ImageSensor sensor_;

@@ -91,6 +91,12 @@ void GlCanvas::Draw(const mjData& data, int camera) {
 
 void GlCanvas::Read(uint8_t* rgb, float* depth) { mjr_readPixels(rgb, depth, viewport_, &gl_); }
 
+void GlCanvas::Read(const PixelRegion& region, uint8_t* rgb, float* depth) {
+  const mjrRect part = {region.column_begin, viewport_.height - region.row_end, region.width(),
+                        region.height()};
+  mjr_readPixels(rgb, depth, part, &gl_);
+}
+
 StereoRenderer::StereoRenderer(GlContext& context, const Scene& scene)
     : scene_(scene),
       canvas_(context, *scene.model, scene.rig.left.width_px, scene.rig.left.height_px,
@@ -113,14 +119,20 @@ StereoRenderer::StereoRenderer(GlContext& context, const Scene& scene)
 
 void StereoRenderer::Render(const mjData& data, int64_t tick, RenderedStereo* out,
                             StageTimer* timer) {
+  const PixelRegion all = {0, 0, canvas_.width_px(), canvas_.height_px()};
+  Render(data, tick, {all, all}, out, timer);
+}
+
+void StereoRenderer::Render(const mjData& data, int64_t tick, const StereoRegion& region,
+                            RenderedStereo* out, StageTimer* timer) {
   canvas_.Update(data);
 
   out->tick = tick;
   out->X_WH = SitePose(data, scene_.camera_head_site);
-  RenderView(data, scene_.left_camera, scene_.rig.left, out->X_WH * scene_.rig.X_HL, timer,
-             &out->left);
-  RenderView(data, scene_.right_camera, scene_.rig.right, out->X_WH * scene_.rig.X_HR, timer,
-             &out->right);
+  RenderView(data, scene_.left_camera, scene_.rig.left, out->X_WH * scene_.rig.X_HL, region.left,
+             timer, &out->left);
+  RenderView(data, scene_.right_camera, scene_.rig.right, out->X_WH * scene_.rig.X_HR, region.right,
+             timer, &out->right);
 }
 
 void StereoRenderer::NameColors(const CameraIntrinsics& intrinsics, const Pose& X_WC) {
@@ -141,23 +153,25 @@ void StereoRenderer::NameColors(const CameraIntrinsics& intrinsics, const Pose& 
 }
 
 void StereoRenderer::RenderView(const mjData& data, int camera, const CameraIntrinsics& intrinsics,
-                                const Pose& X_WC, StageTimer* timer, RenderedView* out) {
+                                const Pose& X_WC, const PixelRegion& region, StageTimer* timer,
+                                RenderedView* out) {
+  out->surface.Resize(canvas_.width_px(), canvas_.height_px());
+  out->depth_m.Resize(canvas_.width_px(), canvas_.height_px());
+  if (region.empty()) return;
   NameColors(intrinsics, X_WC);
   canvas_.Draw(data, camera);
   if (timer) mjr_finish();
   Lap(timer, LoopStage::kRender);
-  canvas_.Read(rgb_.data(), depth_.data());
+  canvas_.Read(region, rgb_.data(), depth_.data());
 
-  const int width = canvas_.width_px(), height = canvas_.height_px();
-  out->surface.Resize(width, height);
-  out->depth_m.Resize(width, height);
-  for (int v = 0; v < height; ++v) {
+  const int width = region.width();
+  for (int v = region.row_begin; v < region.row_end; ++v) {
     // GL's first row is the lowest.
-    const size_t from = static_cast<size_t>(height - 1 - v) * width;
+    const size_t from = static_cast<size_t>(region.row_end - 1 - v) * width;
     const uint8_t* rgb = rgb_.data() + 3 * from;
     const float* depth = depth_.data() + from;
-    uint16_t* surface = out->surface.row(v);
-    float* depth_m = out->depth_m.row(v);
+    uint16_t* surface = out->surface.at(region.column_begin, v);
+    float* depth_m = out->depth_m.at(region.column_begin, v);
     for (int u = 0; u < width; ++u) {
       const size_t color = rgb[3 * u] + 256u * rgb[3 * u + 1] + 65536u * rgb[3 * u + 2];
       surface[u] = color < surface_of_color_.size() ? surface_of_color_[color] : uint16_t{0};

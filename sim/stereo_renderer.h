@@ -31,8 +31,10 @@ class GlCanvas {
   void Update(const mjData& data);
   // Draws the list as a fixed camera of the model sees it.
   void Draw(const mjData& data, int camera);
-  // Copies the picture just drawn, bottom row first: RGB and, unless null, the GL depth.
+  // Copies the picture just drawn, or a part of it, bottom row first: RGB and, unless null, the GL
+  // depth.
   void Read(uint8_t* rgb, float* depth);
+  void Read(const PixelRegion& region, uint8_t* rgb, float* depth);
 
   mjvScene& scene() { return scene_; }
   int width_px() const { return viewport_.width; }
@@ -57,6 +59,9 @@ class StereoRenderer {
   // and kReadBack, and with it OpenGL ends its work where it would else put it off to the
   // read-back.
   void Render(const mjData& data, int64_t tick, RenderedStereo* out, StageTimer* timer = nullptr);
+  // The same for a region only; other pixels of `out` stay as they are.
+  void Render(const mjData& data, int64_t tick, const StereoRegion& region, RenderedStereo* out,
+              StageTimer* timer = nullptr);
 
  private:
   // Segment mode draws each listed thing in the colour (its segid) + 1, or not at all if that is
@@ -64,7 +69,8 @@ class StereoRenderer {
   // notes which surface each colour stands for.
   void NameColors(const CameraIntrinsics& intrinsics, const Pose& X_WC);
   void RenderView(const mjData& data, int camera, const CameraIntrinsics& intrinsics,
-                  const Pose& X_WC, StageTimer* timer, RenderedView* out);
+                  const Pose& X_WC, const PixelRegion& region, StageTimer* timer,
+                  RenderedView* out);
 
   const Scene& scene_;
   GlCanvas canvas_;

@@ -1,6 +1,7 @@
 #include "sim/water.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -125,6 +126,28 @@ StereoRegion Water::whole() const {
           {0, 0, eyes_[1].camera.width_px, eyes_[1].camera.height_px}};
 }
 
+StereoRegion Water::Seen(const StereoRegion& region) const {
+  // A tile's far corner is the next one's first pixel.
+  const auto grown = [&](const PixelRegion& r, const CameraIntrinsics& camera) -> PixelRegion {
+    const PixelRegion tiles = WholeTiles(r, camera);
+    return {tiles.column_begin, tiles.row_begin, std::min(tiles.column_end + 1, camera.width_px),
+            std::min(tiles.row_end + 1, camera.height_px)};
+  };
+  return {grown(region.left, eyes_[0].camera), grown(region.right, eyes_[1].camera)};
+}
+
+PixelRegion Water::WholeTiles(const PixelRegion& region, const CameraIntrinsics& camera) const {
+  if (region.empty()) return {};
+  const int most_px = 2 * params_.shading.tile_px;
+  const int tile_px = std::max(SurfacePyramid::kCell_px,
+                               static_cast<int>(std::bit_floor(static_cast<unsigned>(most_px))));
+  const auto down = [&](int x) { return x / tile_px * tile_px; };
+  const auto up = [&](int x) { return (x + tile_px - 1) / tile_px * tile_px; };
+  return {down(region.column_begin), down(region.row_begin),
+          std::min(up(region.column_end), camera.width_px),
+          std::min(up(region.row_end), camera.height_px)};
+}
+
 int64_t Water::points() const {
   int64_t sum = 0;
   for (const Eye& eye : eyes_) sum += eye.surface_light.points() + eye.water_light.points();
@@ -173,7 +196,7 @@ void Water::PrepareView(const RenderedView& view, const PixelRegion& region, Eye
            "the rendered view has another size than the rig's camera");
   const ShadingParams& shading = params_.shading;
   const int tile_px = shading.tile_px;
-  eye->pyramid.Build(view.surface, region);
+  eye->pyramid.Build(view.surface, WholeTiles(region, eye->camera));
   TileRules rules{.largest_px = tile_px,
                   .mixed_px = 0,
                   .nothing_is_dark = true,

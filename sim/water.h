@@ -47,12 +47,14 @@ class Water {
   // The same a band of rows at a time, which stays in cache until the sensor has it: after Prepare,
   // PaintRows writes rows [row_begin, row_end) of one camera (0 left, 1 right), interleaved R, G,
   // B. Row_begin is a multiple of TiledLight::kBandRows, of which at most as many are painted. Only
-  // pixels in the region are sure to be written.
+  // pixels in the region are sure to be written; they are the same whatever the region.
   void Prepare(const RenderedStereo& rendered, const StereoRegion& region);
   void PaintRows(int view, int row_begin, int row_end, float* rgb) const;
 
   // All pixels of both cameras.
   StereoRegion whole() const;
+  // What Prepare looks at of the rendered views: the region, grown to whole tiles.
+  StereoRegion Seen(const StereoRegion& region) const;
   // Points at which light was computed for the images prepared last.
   int64_t points() const;
   const Medium& medium() const { return medium_; }
@@ -75,6 +77,7 @@ class Water {
   class SurfaceSource;
   class WaterSource;
 
+  PixelRegion WholeTiles(const PixelRegion& region, const CameraIntrinsics& camera) const;
   void Place(const Pose& X_WH);
   void PrepareView(const RenderedView& view, const PixelRegion& region, Eye* eye);
   void ShineFromSurfaces(const Eye& eye, std::span<const LightPoint> points, Light* light);

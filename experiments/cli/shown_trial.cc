@@ -67,6 +67,7 @@ TrialResult RunShownTrial(const Scenario& scenario, const ShownTrialOptions& sho
 
   TrialOptions options;
   options.spectator = shown.video;
+  options.whole_images = shown.video;
   options.observe = [&](const TrialFrame& frame) {
     if (film) film->Add(frame);
     progress.Show(std::min(1.0, frame.record.time_s / scenario.duration_s),

@@ -133,5 +133,67 @@ TEST(StereoCamera, IsWaterThenSensor) {
   }
 }
 
+// A region's pixels are those of the whole image, whatever is seen beyond what it needs.
+TEST(StereoCamera, ExposesARegionAsInTheWhole) {
+  const StereoRig rig = testing::SmallRig();
+  const int width = rig.left.width_px, height = rig.left.height_px;
+  const auto surfaces = MarkerAndPlate(Pose::Translation(0.5, 0.02, 0));
+  const RenderedStereo rendered = Cast(surfaces, rig);
+  Rng rng = SeedTree(6).Stream("regions");
+  for (const bool active : {true, false}) {
+    OpticsParams params;
+    params.water.milk_ml_m3 = 40;
+    params.ball_lights.enabled = active;
+    params.lamps.enabled = !active;
+    StereoCamera camera(Water(params, rig, SurfaceTable(surfaces), LampsAt(0.16)),
+                        ImageSensor({}, 1, 2));
+    StereoImage whole;
+    camera.Expose(rendered, 7, &whole);
+    int64_t inside = 0;
+    for (int i = 0; i < 60; ++i) {
+      const auto any = [&] {
+        PixelRegion r;
+        r.column_begin = static_cast<int>(rng.Below(static_cast<uint32_t>(width)));
+        r.row_begin = static_cast<int>(rng.Below(static_cast<uint32_t>(height)));
+        r.column_end =
+            r.column_begin +
+            static_cast<int>(rng.Below(static_cast<uint32_t>(width - r.column_begin + 1)));
+        r.row_end = r.row_begin +
+                    static_cast<int>(rng.Below(static_cast<uint32_t>(height - r.row_begin + 1)));
+        return r;
+      };
+      const StereoRegion region = {any(), any()}, seen = camera.Seen(region);
+      RenderedStereo partly = rendered;
+      const auto spoil = [&](const PixelRegion& keep, RenderedView* view) {
+        for (int v = 0; v < height; ++v)
+          for (int u = 0; u < width; ++u)
+            if (!keep.Contains(u, v)) {
+              *view->surface.at(u, v) = static_cast<uint16_t>(rng.Below(6));
+              *view->depth_m.at(u, v) = static_cast<float>(rng.Uniform(0.1, 1));
+            }
+      };
+      spoil(seen.left, &partly.left);
+      spoil(seen.right, &partly.right);
+      constexpr uint8_t kBefore = 77;
+      StereoImage image{0, Image3u8(width, height, kBefore), Image3u8(width, height, kBefore)};
+      camera.Expose(partly, region, 7, &image);
+      const auto compare = [&](const PixelRegion& r, const Image3u8& got,
+                               const Image3u8& expected) {
+        int wrong = 0;
+        for (int v = 0; v < height; ++v)
+          for (int u = 0; u < width; ++u)
+            for (int k = 0; k < 3; ++k) {
+              wrong += got.at(u, v)[k] != (r.Contains(u, v) ? expected.at(u, v)[k] : kBefore);
+              inside += r.Contains(u, v);
+            }
+        EXPECT_EQ(wrong, 0) << i;
+      };
+      compare(region.left, image.left, whole.left);
+      compare(region.right, image.right, whole.right);
+    }
+    EXPECT_GT(inside, 100000);
+  }
+}
+
 }  // namespace
 }  // namespace turbidock::sim
