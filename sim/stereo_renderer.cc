@@ -1,8 +1,12 @@
 #include "sim/stereo_renderer.h"
 
+#include <GL/gl.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string>
+#include <type_traits>
 
 #include "sim/base/check.h"
 
@@ -41,6 +45,14 @@ GlCanvas::GlCanvas(GlContext& context, const mjModel& model, int width_px, int h
                    const Quality& quality)
     : context_(context), model_(model), viewport_{0, 0, width_px, height_px} {
   context_.MakeCurrent();
+  const auto load = [&](const char* name, auto* function) {
+    *function =
+        reinterpret_cast<std::remove_pointer_t<decltype(function)>>(context_.Function(name));
+    if (*function == nullptr) throw SimulatorFault(std::string("OpenGL has no ") + name);
+  };
+  load("glEnable", &gl_enable_);
+  load("glDisable", &gl_disable_);
+  load("glScissor", &gl_scissor_);
   mjv_defaultOption(&option_);
   std::fill_n(option_.geomgroup, mjNGROUP, mjtByte{1});
   option_.geomgroup[kHiddenGroup] = 0;
@@ -87,6 +99,15 @@ void GlCanvas::Draw(const mjData& data, int camera) {
   context_.MakeCurrent();
   mjr_setBuffer(mjFB_OFFSCREEN, &gl_);
   mjr_render(viewport_, &scene_, &gl_);
+}
+
+void GlCanvas::Draw(const mjData& data, int camera, const PixelRegion& region) {
+  context_.MakeCurrent();
+  gl_enable_(GL_SCISSOR_TEST);
+  gl_scissor_(region.column_begin, viewport_.height - region.row_end, region.width(),
+              region.height());
+  Draw(data, camera);
+  gl_disable_(GL_SCISSOR_TEST);
 }
 
 void GlCanvas::Read(uint8_t* rgb, float* depth) { mjr_readPixels(rgb, depth, viewport_, &gl_); }
@@ -159,7 +180,7 @@ void StereoRenderer::RenderView(const mjData& data, int camera, const CameraIntr
   out->depth_m.Resize(canvas_.width_px(), canvas_.height_px());
   if (region.empty()) return;
   NameColors(intrinsics, X_WC);
-  canvas_.Draw(data, camera);
+  canvas_.Draw(data, camera, region);
   if (timer) mjr_finish();
   Lap(timer, LoopStage::kRender);
   canvas_.Read(region, rgb_.data(), depth_.data());

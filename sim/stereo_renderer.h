@@ -31,6 +31,9 @@ class GlCanvas {
   void Update(const mjData& data);
   // Draws the list as a fixed camera of the model sees it.
   void Draw(const mjData& data, int camera);
+  // The same, but only this part of the picture is sure to be drawn: the same pixels as in the
+  // whole.
+  void Draw(const mjData& data, int camera, const PixelRegion& region);
   // Copies the picture just drawn, or a part of it, bottom row first: RGB and, unless null, the GL
   // depth.
   void Read(uint8_t* rgb, float* depth);
@@ -47,6 +50,9 @@ class GlCanvas {
   mjvScene scene_;
   mjrContext gl_;
   mjrRect viewport_;
+  void (*gl_enable_)(unsigned int) = nullptr;
+  void (*gl_disable_)(unsigned int) = nullptr;
+  void (*gl_scissor_)(int, int, int, int) = nullptr;
 };
 
 // What the stereo rig's cameras see: which geom at each pixel, and how far.

@@ -8,13 +8,13 @@
 namespace turbidock::experiments {
 namespace {
 
-struct Run {
+struct WatchedTrial {
   TrialResult result;
   int partial_frames = 0;  // that left a corner of the left image as it was
 };
 
-Run RunWith(const std::string& scenario, bool region_of_interest) {
-  Run run;
+WatchedTrial WatchTrial(const std::string& scenario, bool region_of_interest) {
+  WatchedTrial run;
   Image3u8 last;
   TrialOptions options;
   options.observe = [&](const TrialFrame& frame) {
@@ -32,7 +32,7 @@ Run RunWith(const std::string& scenario, bool region_of_interest) {
 
 TEST(RegionOfInterest, LeavesTheDigestAlone) {
   for (const char* scenario : {"sea_night_active", "pool_passive"}) {
-    const Run part = RunWith(scenario, true), whole = RunWith(scenario, false);
+    const WatchedTrial part = WatchTrial(scenario, true), whole = WatchTrial(scenario, false);
     EXPECT_EQ(part.result.digest, whole.result.digest) << scenario;
     EXPECT_EQ(whole.partial_frames, 0);
     // it has been put to the test
