@@ -47,14 +47,18 @@ std::string LastLines(std::string text) {
 
 }  // namespace
 
-Subprocess::Subprocess(const std::vector<std::string>& command, const std::string& package) {
+Subprocess::Subprocess(const std::vector<std::string>& command, const std::string& package,
+                       Output output)
+    : kind_(output) {
   TD_CHECK(!command.empty(), "a program to start");
   name_ = command[0];
   // A socket instead of a pipe: writing to a closed one can be an error without the signal.
   int ends[2] = {-1, -1};
   const bool connected = socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) == 0;
   input_ = ends[0];
-  output_ = memfd_create("stdout", MFD_CLOEXEC);
+  int stream[2] = {-1, -1};
+  if (output == Output::kStream && pipe2(stream, O_CLOEXEC) == 0) output_ = stream[0];
+  if (output == Output::kMemory) output_ = memfd_create("stdout", MFD_CLOEXEC);
   errors_ = memfd_create("stderr", MFD_CLOEXEC);
   int problem = connected && output_ >= 0 && errors_ >= 0 ? 0 : errno;
   if (problem == 0) {
@@ -67,7 +71,7 @@ Subprocess::Subprocess(const std::vector<std::string>& command, const std::strin
     posix_spawn_file_actions_t files;
     posix_spawn_file_actions_init(&files);
     posix_spawn_file_actions_adddup2(&files, ends[1], STDIN_FILENO);
-    posix_spawn_file_actions_adddup2(&files, output_, STDOUT_FILENO);
+    posix_spawn_file_actions_adddup2(&files, stream[1] >= 0 ? stream[1] : output_, STDOUT_FILENO);
     posix_spawn_file_actions_adddup2(&files, errors_, STDERR_FILENO);
     // the program starts with every signal as a shell would give it
     posix_spawnattr_t attributes;
@@ -85,6 +89,7 @@ Subprocess::Subprocess(const std::vector<std::string>& command, const std::strin
     posix_spawn_file_actions_destroy(&files);
   }
   Close(&ends[1]);
+  Close(&stream[1]);
   if (problem != 0) {
     pid_ = -1;
     Close(&input_);
@@ -113,10 +118,23 @@ bool Subprocess::Write(const void* data, size_t bytes) {
   return true;
 }
 
+size_t Subprocess::Read(void* data, size_t bytes) {
+  TD_CHECK(kind_ == Output::kStream, "a stream to read from");
+  size_t done = 0;
+  while (done < bytes) {
+    const ssize_t n = read(output_, static_cast<char*>(data) + done, bytes - done);
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) break;
+    done += static_cast<size_t>(n);
+  }
+  return done;
+}
+
 std::string Subprocess::Finish() {
   TD_CHECK(pid_ > 0, "a program is finished once");
   const int status = CloseAndWait();
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return Contents(output_);
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 0)
+    return output_ >= 0 ? Contents(output_) : std::string();
   const std::string end = WIFSIGNALED(status)
                               ? "was killed by signal " + std::to_string(WTERMSIG(status))
                               : "ended with exit status " + std::to_string(WEXITSTATUS(status));
@@ -126,6 +144,7 @@ std::string Subprocess::Finish() {
 
 int Subprocess::CloseAndWait() {
   Close(&input_);
+  if (kind_ == Output::kStream) Close(&output_);  // it must not wait for a reader
   if (pid_ <= 0) return 0;
   int status = 0;
   while (waitpid(pid_, &status, 0) < 0) {

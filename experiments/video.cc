@@ -7,6 +7,7 @@
 #include <limits>
 #include <numbers>
 
+#include "experiments/draw_balls.h"
 #include "sim/base/check.h"
 #include "sim/base/units.h"
 
@@ -118,22 +119,7 @@ void VideoComposer::DrawCamera(const Image3u8& image,
   const PixelRect shown = canvas_.DrawImage(image, panel);
   const double scale = static_cast<double>(shown.width) / image.width();
   canvas_.Clip(shown);
-  const double alpha = trusted ? 1.0 : 0.4;
-  for (const vision::ProjectedBall& ball : balls) {
-    if (!ball.center_px.allFinite() || !(ball.radius_px > 0)) continue;
-    // pixel centres to pixel centres: the corner of the image is half a pixel before the first one
-    const Eigen::Vector2d center =
-        ((ball.center_px.array() + 0.5) * scale - 0.5).matrix() + Eigen::Vector2d(shown.x, shown.y);
-    const double radius = scale * ball.radius_px;
-    const double envelope = options_.envelope_ratio * radius;
-    canvas_.Circle(center, envelope, 2.4, kBlack, 0.45 * alpha);
-    canvas_.Circle(center, envelope, 1.1, kWhite, 0.85 * alpha);
-    // dots in the ball's colour, edged white and black: one of the three shows on any ground
-    const int dots = std::clamp(static_cast<int>(2 * std::numbers::pi * radius / 9), 8, 36);
-    canvas_.DottedCircle(center, radius, dots, 6.4, kBlack, 0.6 * alpha);
-    canvas_.DottedCircle(center, radius, dots, 5.0, kWhite, alpha);
-    canvas_.DottedCircle(center, radius, dots, 3.2, ball.rgb, alpha);
-  }
+  DrawBalls(balls, shown, scale, options_.envelope_ratio, trusted ? 1.0 : 0.4, &canvas_);
   canvas_.Unclip();
 }
 

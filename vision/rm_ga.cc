@@ -1,6 +1,7 @@
 #include "vision/rm_ga.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 
 namespace turbidock::vision {
@@ -189,6 +190,11 @@ void RmGa::PrepareForFrame() {
 }
 
 const PoseEstimate& RmGa::Update(const StereoImage& seen) {
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point start = frame_time_s_ ? Clock::now() : Clock::time_point();
+  const auto time_is_up = [&] {
+    return std::chrono::duration<double>(Clock::now() - start).count() >= *frame_time_s_;
+  };
   CheckSize(seen.left, rig_.left, "left");
   CheckSize(seen.right, rig_.right, "right");
   const StereoRegion& region = reach_ ? *reach_ : whole_;
@@ -202,9 +208,11 @@ const PoseEstimate& RmGa::Update(const StereoImage& seen) {
   Evaluate(0, population_.size());
   Sort();
   const auto kept = static_cast<size_t>(kept_);
-  for (int generation = 1; generation <= options_.generations_per_frame; ++generation) {
+  generations_ = 0;
+  for (bool last = false; !last;) {
+    ++generations_;
     // The last one leaves an evaluation for the refined pose.
-    const bool last = generation == options_.generations_per_frame;
+    last = frame_time_s_ ? time_is_up() : generations_ == options_.generations_per_frame;
     const size_t end = population_.size() - (last && options_.refine.enabled ? 1 : 0);
     for (size_t i = kept; i < end; ++i) population_[i].gene = Offspring();
     Evaluate(kept, end);

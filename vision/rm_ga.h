@@ -219,6 +219,12 @@ class RmGa : public PoseEstimator {
   std::optional<StereoRegion> Reach() const override { return reach_; }
   std::string_view name() const override { return "rm_ga"; }
 
+  // For hardware, which has no more than a frame's time: generations go on until this much wall
+  // time has passed since Update was called, at least one of them, instead of a fixed number.
+  // Nothing is reproducible then. Nothing: as the options say.
+  void set_frame_time(std::optional<double> seconds) { frame_time_s_ = seconds; }
+  int generations() const { return generations_; }  // of the last frame
+
  private:
   struct Individual {
     Gene gene;
@@ -257,6 +263,8 @@ class RmGa : public PoseEstimator {
   std::vector<Individual> population_;  // best first
   std::vector<Pose> poses_;             // what is evaluated together
   std::vector<double> fitness_of_poses_;
+  std::optional<double> frame_time_s_;
+  int generations_ = 0;
   bool started_ = false;
   int frames_lost_ = 0, frames_found_ = 0;
   int frames_on_ = 0, frames_off_ = 0;  // in a row above and below the limits of detection

@@ -47,6 +47,8 @@ int ParseAndRun(int argc, char** argv) {
   AddResults(app, &chosen);
   AddGate(app, &chosen);
   AddCompare(app, &chosen);
+  AddEstimate(app, &chosen);
+  AddCompareEstimators(app, &chosen);
   AddRecognize(app, &chosen);
   AddSlurm(app, &chosen);
   AddScenarios(app, &chosen);

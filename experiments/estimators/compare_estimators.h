@@ -1,0 +1,71 @@
+#pragma once
+// Estimators side by side on the same simulated frames and the same budget of evaluations, from a
+// cold start, over distance and milk: how often each finds the marker, how exactly, in what time,
+// and how well its fitness tells its error.
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "experiments/batch/statistics.h"
+#include "experiments/fork_map.h"
+#include "experiments/recognition.h"
+#include "vision/pose_estimator.h"
+
+namespace turbidock::experiments {
+
+// Names, in the order they are reported:
+//   default    RM-GA in the default preset
+//   search     the same without refinement
+//   published  RM-GA as published
+//   de, pso, cmaes   pagmo's optimisers on the same fitness
+//   blobs      colour segmentation, triangulation, absolute orientation
+std::vector<std::string> EstimatorNames();
+
+// ConfigError for an unknown name. `scenario` gives marker, hue, rig and the search's options.
+std::unique_ptr<vision::PoseEstimator> MakeEstimator(const std::string& name,
+                                                     const Scenario& scenario, uint64_t seed);
+
+struct CompareOptions {
+  std::vector<MarkerKind> markers = {MarkerKind::kActive, MarkerKind::kPassive};
+  std::vector<double> distances_m = {0.4, 0.6, 0.8, 1.0};
+  std::vector<double> milk_ml_m3 = {0, 10, 20, 40, 80};
+  std::vector<std::string> estimators = EstimatorNames();
+  int starts = 20;  // poses about each distance
+  int frames = 30;  // each estimator sees of each pose
+  // An estimate within both counts as found.
+  double found_m = 0.02, found_rad = 0.0873;
+  std::vector<std::string> assignments;  // to the scenarios
+  ForkMapOptions run;                    // a job is a marker at a distance
+};
+
+// One estimator in one cell. Errors are of the last frame, over all starts, found or not.
+struct CompareRow {
+  RecognitionCell cell;
+  std::string estimator;
+  int starts = 0, found = 0;
+  Interval found_interval;  // Wilson, 95 %
+  double error_median_m = 0;
+  Interval error_median_interval_m;  // from order statistics, 95 %
+  double error_95_m = 0, rotation_median_rad = 0;
+  double fitness_mean = 0;
+  double frame_s = 0;  // median processor time of a frame, labels included
+  double evaluations_per_frame = 0;
+  std::vector<double> errors_m, fitness;  // by start
+};
+
+// Nothing when it was stopped. The same whatever the number of workers, but for the times.
+std::vector<CompareRow> CompareEstimators(const CompareOptions& options);
+
+// How well fitness orders the estimates by their error: Spearman's rank correlation, negative where
+// a higher fitness means a smaller error; over all rows of that marker and estimator.
+double FitnessErrorCorrelation(const std::vector<CompareRow>& rows, MarkerKind marker,
+                               const std::string& estimator);
+
+std::string CompareText(const std::vector<CompareRow>& rows);
+std::string CompareCsv(const std::vector<CompareRow>& rows);
+std::string CompareJson(const std::vector<CompareRow>& rows);
+// A row of panels for each marker and distance: share found, and median error, over milk.
+void WriteCompareFigure(const std::string& path, const std::vector<CompareRow>& rows);
+
+}  // namespace turbidock::experiments

@@ -1,0 +1,139 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "sim/base/units.h"
+#include "tests/support/paint_marker.h"
+#include "vision/refiner.h"
+
+namespace turbidock::vision {
+namespace {
+
+const StereoRegion kWhole{{0, 0, 640, 480}, {0, 0, 640, 480}};
+const StereoRig kRig = RigParams{}.MakeRig();
+// The painted discs do not hide each other here, and the box would not be painted.
+const Pose kTrue = Pose::FromVectorPart({0.6, 0.02, -0.03}, {0.01, -0.02, 0.05});
+
+MarkerParams Marker() {
+  MarkerParams marker;
+  marker.box_m.setZero();
+  return marker;
+}
+
+StereoImage Painted(double noise_dn, Rng* rng, const Pose& X_HM = kTrue) {
+  return testing::PaintMarker(Marker(), kRig, X_HM, {.noise_dn = noise_dn}, rng);
+}
+
+TEST(PoseRefiner, ComesBackFromWhereASearchMayEnd) {
+  Rng rng = SeedTree(1).Stream("starts");
+  PoseRefiner refiner(RefineParams{}, Marker(), kRig);
+  for (const double distance_m : {0.4, 0.6, 1.0, 1.4}) {
+    Pose X_true = kTrue;
+    X_true.p.x() = distance_m;
+    const StereoImage seen = Painted(1.5, &rng, X_true);
+    for (int i = 0; i < 20; ++i) {
+      Pose X_HM = X_true;
+      X_HM.p.x() *= 1 + 0.03 * (2 * rng.Uniform() - 1);
+      X_HM.p.y() += 0.003 * (2 * rng.Uniform() - 1);
+      X_HM.p.z() += 0.003 * (2 * rng.Uniform() - 1);
+      X_HM.q =
+          X_HM.q * FromYawPitchRoll(0.05 * (2 * rng.Uniform() - 1), 0.05 * (2 * rng.Uniform() - 1),
+                                    0.05 * (2 * rng.Uniform() - 1));
+      const auto refined = refiner.Refine(seen, kWhole, X_HM);
+      ASSERT_TRUE(refined) << distance_m;
+      // Painted discs are circles about the centre's projection; a sphere's outline is an ellipse
+      // beside it, by up to half a pixel at 0.4 m: 0.4 mm sideways and 1 mm in depth. Noise adds
+      // with the square of the distance.
+      EXPECT_LT((refined->X_HM.p - X_true.p).norm(), 0.0012 + 0.0035 * distance_m * distance_m)
+          << distance_m << ' ' << i;
+      EXPECT_LT(units::DegFromRad(AngleBetween(refined->X_HM.q, X_true.q)), 0.9) << distance_m;
+    }
+  }
+}
+
+TEST(PoseRefiner, DepthDoesNotRestOnHowLargeTheBallsLook) {
+  // Balls that look a tenth larger in both images, as blooming makes them.
+  MarkerParams bloomed = Marker();
+  for (BallParams& ball : bloomed.balls) ball.radius_m *= 1.06;
+  Rng rng = SeedTree(2).Stream("noise");
+  const StereoImage seen = testing::PaintMarker(bloomed, kRig, kTrue, {.noise_dn = 1}, &rng);
+  PoseRefiner refiner(RefineParams{}, Marker(), kRig);
+  const auto refined = refiner.Refine(seen, kWhole, kTrue);
+  ASSERT_TRUE(refined);
+  EXPECT_LT(std::abs(refined->X_HM.p.x() - kTrue.p.x()), 0.002);  // by size: 0.034
+  EXPECT_NEAR(refined->bloom_px, 0.06 * 0.02 * kRig.left.fx_px / 0.6, 0.3);
+}
+
+TEST(PoseRefiner, SaysHowFarItIsOff) {
+  Rng rng = SeedTree(3).Stream("noise");
+  PoseRefiner refiner(RefineParams{}, Marker(), kRig);
+  std::vector<Eigen::Vector3d> found;
+  Eigen::Vector3d predicted = Eigen::Vector3d::Zero(), mean = Eigen::Vector3d::Zero();
+  constexpr int kRuns = 60;
+  for (int i = 0; i < kRuns; ++i) {
+    const auto refined = refiner.Refine(Painted(6, &rng), kWhole, kTrue);
+    ASSERT_TRUE(refined);
+    found.push_back(refined->X_HM.p);
+    mean += refined->X_HM.p / kRuns;
+    predicted += refined->covariance.diagonal().head<3>() / kRuns;
+  }
+  Eigen::Vector3d spread = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& p : found) spread += (p - mean).cwiseAbs2() / (kRuns - 1);
+  for (int k = 0; k < 3; ++k) {
+    // The covariance also holds what small errors of the model do, so it may be larger, and edges
+    // beside each other share pixels, so it may be smaller.
+    EXPECT_GT(std::sqrt(predicted[k] / spread[k]), 0.4) << k;
+    EXPECT_LT(std::sqrt(predicted[k] / spread[k]), 4) << k;
+  }
+}
+
+TEST(PoseRefiner, FindsNothingWhereNothingIs) {
+  PoseRefiner refiner(RefineParams{}, Marker(), kRig);
+  const StereoImage blank{0, Image3u8(640, 480, 30), Image3u8(640, 480, 30)};
+  EXPECT_FALSE(refiner.Refine(blank, kWhole, kTrue));
+  // Nor behind the cameras or off the images.
+  const StereoImage seen = Painted(0, nullptr);
+  EXPECT_FALSE(refiner.Refine(seen, kWhole, Pose::Translation(-0.6, 0, 0)));
+  EXPECT_FALSE(refiner.Refine(seen, kWhole, Pose::Translation(0.6, 5, 0)));
+  EXPECT_FALSE(refiner.Refine(seen, {{0, 0, 0, 0}, {0, 0, 0, 0}}, kTrue));
+}
+
+TEST(PoseRefiner, ABallBehindAnotherOrBehindTheBoxLosesItsHiddenEdges) {
+  // Seen along x, the second ball is half behind the first; the third is beside a box.
+  MarkerParams marker = Marker();
+  marker.balls[0].p_MQ_m = {-0.1, 0, 0};
+  marker.balls[1].p_MQ_m = {0.05, 0.015, 0};
+  marker.balls[2].p_MQ_m = {0, -0.09, 0.05};
+  const Pose X_HM = Pose::Translation(0.7, 0, 0);
+  const StereoImage seen = testing::PaintMarker(marker, kRig, X_HM, {}, nullptr);
+  PoseRefiner plain(RefineParams{}, marker, kRig);
+  const auto without_box = plain.Refine(seen, kWhole, X_HM);
+  ASSERT_TRUE(without_box);
+  EXPECT_LT(without_box->edges, 6 * 32 - 20);  // of ball 1
+  EXPECT_LT((without_box->X_HM.p - X_HM.p).norm(), 0.003);
+  marker.box_m = {0.02, 0.16, 0.06};  // in front of half of ball 2, and of ball 1
+  PoseRefiner boxed(RefineParams{}, marker, kRig);
+  const auto with_box = boxed.Refine(seen, kWhole, X_HM);
+  ASSERT_TRUE(with_box);
+  EXPECT_LT(with_box->edges, without_box->edges - 20);
+}
+
+TEST(PoseRefiner, ReadsItsRegionOnly) {
+  Rng rng = SeedTree(4).Stream("noise");
+  const StereoImage seen = Painted(2, &rng);
+  const StereoRegion part{{230, 150, 420, 300}, {150, 140, 330, 300}};
+  StereoImage spoilt = seen;
+  for (auto& [image, region] : {std::pair{&spoilt.left, part.left}, {&spoilt.right, part.right}})
+    for (int v = 0; v < 480; ++v)
+      for (int u = 0; u < 640; ++u)
+        if (!region.Contains(u, v)) image->at(u, v)[rng.Below(3)] = 255;
+  PoseRefiner refiner(RefineParams{}, Marker(), kRig);
+  const auto a = refiner.Refine(seen, part, kTrue), b = refiner.Refine(spoilt, part, kTrue);
+  ASSERT_TRUE(a && b);
+  EXPECT_EQ(a->X_HM.p, b->X_HM.p);
+  EXPECT_EQ(a->X_HM.q.coeffs(), b->X_HM.q.coeffs());
+}
+
+}  // namespace
+}  // namespace turbidock::vision
