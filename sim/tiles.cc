@@ -297,7 +297,7 @@ void TiledLight::Paint(int row_begin, int row_end, Mode mode, float* rgb) const 
           for (int k = 0; k < 3; ++k)
             out[3 * i + k] = mode == Mode::kAdd ? out[3 * i + k] + (*light)[k] : (*light)[k];
     } else {
-      float corners[16];
+      float corners[16] = {};
       for (int i = 0; i < 4; ++i)
         Eigen::Map<Light>(corners + 4 * i) = light_[static_cast<size_t>(leaf.corner[i])];
       PaintBilinear(corners, leaf.u1 - leaf.u0, leaf.v1 - leaf.v0, leaf.width, from - leaf.v0,

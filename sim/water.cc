@@ -57,7 +57,7 @@ class Water::WaterSource final : public TiledLight::Source {
 
 Water::Water(const OpticsParams& params, const StereoRig& rig, const SurfaceTable& surfaces,
              const std::vector<Pose>& X_HE)
-    : params_(params), surfaces_(surfaces), batch_{} {
+    : batch_{}, params_(params), surfaces_(surfaces) {
   CheckFields(params_, "optics");
   medium_ = MakeMedium(params_.water);
   const Rgb diffuse_per_m = medium_.Diffuse(params_.water.multiple_scattering);

@@ -86,6 +86,7 @@ class Water {
   void CastShadows(int lit_geom, int source_geom, const Eigen::Vector3f& p_HSource,
                    PointBatch* batch) const;
 
+  PointBatch batch_;
   OpticsParams params_;
   SurfaceTable surfaces_;
   Medium medium_;
@@ -98,7 +99,6 @@ class Water {
   int shadow_box_ = -1;  // the geom that casts shadows in halos, -1: none
   std::vector<Eye> eyes_;
   std::vector<PlacedSurface> placed_;  // by geom id, at the current instant
-  PointBatch batch_;
   std::vector<int> first_of_surface_, order_;  // points sorted by surface
 };
 
