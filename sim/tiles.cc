@@ -42,6 +42,8 @@ void PaintBilinear(const float* corners /* 4 x 4 */, int u_span, int v_span, int
     }
   }
   const int values = 3 * width;
+  // The loop above has written all `values`.
+  // NOLINTBEGIN(clang-analyzer-core.UndefinedBinaryOperatorResult)
   for (int row = row_from; row < row_to; ++row, rgb += stride) {
     const float y = static_cast<float>(row);
     if (add)
@@ -49,6 +51,7 @@ void PaintBilinear(const float* corners /* 4 x 4 */, int u_span, int v_span, int
     else
       for (int j = 0; j < values; ++j) rgb[j] = std::max(0.0f, top[j] + y * down[j]);
   }
+  // NOLINTEND(clang-analyzer-core.UndefinedBinaryOperatorResult)
 }
 
 }  // namespace
