@@ -39,9 +39,11 @@ std::vector<double> SobolSamples(int n, int dimension, Rng* rng) {
   boost::random::sobol sequence(dimensions);
   const uint64_t shift = rng->NextU64();
   std::vector<double> samples(static_cast<size_t>(n));
-  for (double& u : samples) {
+  // Boost leaves out the sequence's first point, the origin; without it the points are no net.
+  if (n > 0) samples[0] = OpenUnit(shift);
+  for (size_t i = 1; i < samples.size(); ++i) {
     sequence.discard(dimensions - 1);
-    u = OpenUnit(sequence() ^ shift);
+    samples[i] = OpenUnit(sequence() ^ shift);
   }
   return samples;
 }

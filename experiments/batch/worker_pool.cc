@@ -182,6 +182,7 @@ void WorkerPool::Start(Worker* worker) {
     std::signal(SIGTERM, SIG_DFL);
     dup2(worker->log, STDOUT_FILENO);
     dup2(worker->log, STDERR_FILENO);
+    std::setvbuf(stdout, nullptr, _IOLBF, 0);  // a crash leaves every line that came before it
     const int null = open("/dev/null", O_RDONLY | O_CLOEXEC);
     dup2(null, STDIN_FILENO);
     // Nothing else of the parent's: a lock on a file must end with the process that took it.

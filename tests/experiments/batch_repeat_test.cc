@@ -1,0 +1,171 @@
+// A batch gives the same rows however it is run: workers, shards, interruptions. Through the
+// program, as a user meets it, on trials of a few frames.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <SQLiteCpp/SQLiteCpp.h>
+
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "sim/base/random.h"
+#include "tests/support/program.h"
+
+namespace turbidock::testing {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+class Batch : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    fs::create_directories(folder_);
+    std::ofstream(plan_) << "schema_version: 1\n"
+                            "description: tiny trials\n"
+                            "seeds: 3\n"
+                            "set: {duration_s: 0.1}\n"
+                            "grid: {scenario: [pool_active, sea_night_passive]}\n"
+                            "random:\n"
+                            "  water.milk_ml_m3: {uniform: [0, 30]}\n"
+                            "  start.heading_rad: {choice: [0, 0.1]}\n";
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+  std::string File(const std::string& name) const { return (folder_ / name).string(); }
+
+  std::string Run(const std::vector<std::string>& arguments, int expected_code = 0) {
+    const ProgramEnd end = RunProgram(arguments);
+    EXPECT_EQ(end.exit_code, expected_code) << end.err;
+    return end.out + end.err;
+  }
+  std::string RunBatch(const std::string& db, const std::vector<std::string>& more = {},
+                       int expected_code = 0) {
+    std::vector<std::string> arguments = {"batch", plan_, "--out", File(db), "--quiet"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return Run(arguments, expected_code);
+  }
+  std::string Export(const std::string& db) { return Run({"export", File(db)}); }
+
+  const fs::path folder_ =
+      fs::temp_directory_path() / (std::string("turbidock_batch_") +
+                                   ::testing::UnitTest::GetInstance()->current_test_info()->name());
+  const std::string plan_ = (folder_ / "tiny.yaml").string();
+};
+
+TEST_F(Batch, WorkersAndShardsDoNotShowInTheRows) {
+  RunBatch("one.db", {"--workers", "1"});
+  RunBatch("two.db", {"--workers", "2"});
+  const std::string rows = Export("one.db");
+  EXPECT_EQ(std::count(rows.begin(), rows.end(), '\n'), 7);
+  EXPECT_EQ(Export("two.db"), rows);
+  std::vector<std::string> merge = {"merge", "--complete", File("merged.db")};
+  for (const char* shard : {"1", "2", "3", "4"}) {
+    RunBatch(std::string("shard") + shard + ".db",
+             {"--workers", "1", "--shard", std::string(shard) + "/4"});
+    merge.push_back(File(std::string("shard") + shard + ".db"));
+  }
+  Run(merge);
+  EXPECT_EQ(Export("merged.db"), rows);
+
+  EXPECT_THAT(Run({"verify", File("merged.db"), "--trials", "1,4"}),
+              HasSubstr("2 of 2 trials have the same digest"));
+  const auto status = nlohmann::json::parse(Run({"status", File("one.db"), "--json"}));
+  EXPECT_EQ(status["done"], 6);
+  EXPECT_EQ(status["running"], false);
+  EXPECT_THAT(Run({"curve", File("one.db"), "--over", "start.heading_rad", "--by", "scenario"}),
+              HasSubstr("does not fall to 50 %"));
+}
+
+TEST_F(Batch, KilledTwentyTimesAtRandomMomentsItLosesAndDoublesNothing) {
+  RunBatch("whole.db");
+  Rng rng = SeedTree(7).Stream("kill");
+  std::vector<std::string> words = {ProgramPath(),     "batch",     plan_, "--out",
+                                    File("killed.db"), "--workers", "2",   "--quiet"};
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  int kills = 0;
+  for (int round = 0; round < 20; ++round) {
+    pid_t pid = -1;
+    ASSERT_EQ(posix_spawn(&pid, argv[0], nullptr, nullptr, argv.data(), environ), 0);
+    std::this_thread::sleep_for(std::chrono::duration<double>(rng.Uniform(0.02, 0.8)));
+    kill(pid, SIGKILL);
+    int status = 0;
+    ASSERT_EQ(waitpid(pid, &status, 0), pid);
+    kills += WIFSIGNALED(status);
+    // Every kill meets a batch that has something left to do.
+    if (!WIFSIGNALED(status)) fs::remove(File("killed.db"));
+  }
+  EXPECT_GE(kills, 10);
+  RunBatch("killed.db");
+  EXPECT_EQ(Export("killed.db"), Export("whole.db"));
+}
+
+TEST_F(Batch, StopsOnASignalAndGoesOn) {
+  std::vector<std::string> words = {ProgramPath(), "batch", plan_,          "--out",
+                                    File("a.db"),  "--set", "duration_s=50"};
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  for (const auto& [signal, code] : {std::pair(SIGINT, 130), {SIGTERM, 143}}) {
+    pid_t pid = -1;
+    ASSERT_EQ(posix_spawn(&pid, argv[0], nullptr, nullptr, argv.data(), environ), 0);
+    while (!fs::exists(File("a.db.lock"))) std::this_thread::yield();
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    kill(pid, signal);
+    int status = 0;
+    ASSERT_EQ(waitpid(pid, &status, 0), pid);
+    EXPECT_TRUE(WIFEXITED(status));
+    EXPECT_EQ(WEXITSTATUS(status), code);
+  }
+}
+
+TEST_F(Batch, ATamperedResultIsFoundOut) {
+  RunBatch("a.db", {"--seeds", "1"});
+  {
+    SQLite::Database db(File("a.db"), SQLite::OPEN_READWRITE);
+    db.exec("UPDATE trials SET digest = 'feedfeedfeedfeed' WHERE trial = 1");
+  }
+  EXPECT_THAT(Run({"verify", File("a.db")}, 5), HasSubstr("trial 1: timeout with digest feed"));
+  Run({"replay", File("a.db"), "0", "--out", File("replay"), "--no-video"});
+  EXPECT_TRUE(fs::exists(File("replay/trajectory.csv")));
+  EXPECT_THAT(Run({"replay", File("a.db"), "1", "--out", File("replay"), "--no-video"}, 5),
+              HasSubstr("feedfeedfeedfeed"));
+  RunBatch("b.db", {"--seeds", "1"});
+  EXPECT_THAT(Run({"merge", File("m.db"), File("a.db"), File("b.db")}, 5), HasSubstr("trial 1"));
+  RunBatch("c.db", {"--seeds", "1", "--seed", "5"});
+  EXPECT_THAT(Run({"merge", File("n.db"), File("b.db"), File("c.db")}, 5),
+              HasSubstr("the plans differ: 'master_seed: 1' in one, 'master_seed: 5'"));
+}
+
+TEST_F(Batch, AHungTrialIsAnOutcome) {
+  std::ofstream(plan_, std::ios::app) << "trial_time_limit_s: 0.5\n";
+  RunBatch("a.db", {"--seeds", "1", "--set", "duration_s=1000"});
+  EXPECT_THAT(Export("a.db"), HasSubstr("hung,hung,false,false,,,"));
+}
+
+TEST_F(Batch, AFullDiskIsAClearErrorAndTheRestIsSafe) {
+  RunBatch("whole.db");
+  // The file may not grow beyond what the first few trials need.
+  const std::string command = "ulimit -f 52; exec '" + ProgramPath() + "' batch '" + plan_ +
+                              "' --out '" + File("full.db") + "' --quiet --workers 1 2> '" +
+                              File("said") + "'";
+  const int status = std::system(("bash -c \"" + command + "\"").c_str());
+  EXPECT_EQ(WEXITSTATUS(status), 2);
+  std::ifstream said(File("said"));
+  EXPECT_THAT(std::string(std::istreambuf_iterator<char>(said), {}),
+              HasSubstr("the trials stored so far are safe"));
+  RunBatch("full.db");
+  EXPECT_EQ(Export("full.db"), Export("whole.db"));
+}
+
+}  // namespace
+}  // namespace turbidock::testing
