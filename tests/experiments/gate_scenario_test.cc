@@ -57,7 +57,10 @@ class GateProgram : public ::testing::Test {
     const fs::path from = fs::path(ProgramPath()).parent_path().parent_path(), to = folder_ / name;
     fs::create_directories(to / "bin");
     fs::copy_file(ProgramPath(), to / "bin/turbidock");
-    fs::copy(from / "share/turbidock", to / "share/turbidock", fs::copy_options::recursive);
+    fs::create_directories(to / "share/turbidock");
+    for (const auto& data : fs::directory_iterator(from / "share/turbidock"))  // links to folders
+      fs::copy(fs::canonical(data), to / "share/turbidock" / data.path().filename(),
+               fs::copy_options::recursive);
     const fs::path gains = to / "share/turbidock/assets/gains.yaml";
     const std::string before = TextOf(gains), after = change(before);
     EXPECT_NE(after, before);
@@ -134,8 +137,9 @@ TEST_F(GateProgram, WhatCannotBeJudgedNeverPasses) {
   expect(3, {"gate", small}, "INCONCLUSIVE");
   expect(2, {"gate", small, "--set", "watr.milk_ml_m3=1"}, "water");
   expect(2, {"gate", small, "--set", "model=none.xml"}, "none.xml");
-  File("libOSMesa.so.8", "no library");
-  File("libOSMesa.so", "no library");
+  // libraries of these names that are none hide the real ones
+  for (const char* name : {"libOSMesa.so.8", "libOSMesa.so", "libEGL.so.1", "libEGL.so"})
+    File(name, "no library");
   const ProgramEnd no_mesa = RunProgram({"gate", small}, {"LD_LIBRARY_PATH=" + folder_.string()});
   EXPECT_EQ(no_mesa.exit_code, 4) << no_mesa.err;
 
