@@ -43,6 +43,8 @@ struct GateArguments {
 
 struct Stopped {};  // by a signal
 
+constexpr double kLogEvery_s = 10;
+
 // Trials asked for at once: enough that no worker waits for the slowest of a round for long.
 int AtOnce(const GateArguments& arguments) { return 2 * arguments.workers; }
 
@@ -70,7 +72,8 @@ int UpdateBaseline(const GateArguments& arguments, const GatePlan& plan) {
   GateTrialRunner runner(plan, {}, arguments.workers);
   Baseline now =
       MeasureBaseline(plan, RunnerOf(&runner), AtOnce(arguments), [&](int done, int all) {
-        progress.Show(static_cast<double>(done) / all, fmt::format("{} of {} trials", done, all));
+        progress.ShowOrSay(static_cast<double>(done) / all,
+                           fmt::format("{} of {} trials", done, all), kLogEvery_s);
       });
   now.build = BuildId();
   WriteWhole(plan.baseline, BaselineText(now));
@@ -151,9 +154,10 @@ int JudgeAgainstBaseline(const GateArguments& arguments, const GatePlan& plan) {
       most += judge.done() ? judge.trials() : judge.max_trials();
       known += judge.done();
     }
-    progress.Show(
+    progress.ShowOrSay(
         static_cast<double>(trials) / most,
-        fmt::format("{} trials, {} of {} conditions known", trials, known, judges.size()));
+        fmt::format("{} trials, {} of {} conditions known", trials, known, judges.size()),
+        kLogEvery_s);
   };
   GateReport report = RunGate(plan, baseline, plan.baseline, RunnerOf(&runner), options);
   report.build = BuildId();
