@@ -120,7 +120,7 @@ GatePlan LoadGatePlan(const std::string& file) {
         ReadCondition({element, list.file, path, line}, plan, folder, &origins));
   }
   CheckSettings(plan, origins);
-  plan.baseline = (folder / plan.baseline).string();
+  plan.baseline = (folder / plan.baseline).lexically_normal().string();
   return plan;
 }
 

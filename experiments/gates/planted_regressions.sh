@@ -36,8 +36,8 @@ judge() {
   local gate=$1 base=$2 name=$3 base_set=() set=() verdict=pass code=0; shift 3
   if [ "$base" = p_gains ]; then base_set=("${p_gains[@]}"); fi
   mapfile -d '' set < <(sets "$@")
-  "$turbidock" gate "$gates/$gate.yaml" --workers "$workers" --out "$out/$name" --bundles 0 --quiet \
-    "${set[@]}" || code=$?
+  "$turbidock" gate "$gates/$gate.yaml" --baseline "$out/$gate.baseline.yaml" \
+    --workers "$workers" --out "$out/$name" --bundles 0 --quiet "${set[@]}" || code=$?
   case $code in 0) ;; 1) verdict=fail ;; 3) verdict=inconclusive ;; *) exit "$code" ;; esac
   long_run "$name" "${base_set[@]}" "$@"
   echo "== $name: the gate says $verdict"
@@ -46,8 +46,9 @@ judge() {
 }
 
 for gate in planted_regressions planted_regressions_p; do
-  if [ ! -f "$gates/$gate.baseline.yaml" ]; then
-    "$turbidock" gate "$gates/$gate.yaml" --update --workers "$workers"
+  if [ ! -f "$out/$gate.baseline.yaml" ]; then
+    "$turbidock" gate "$gates/$gate.yaml" --baseline "$out/$gate.baseline.yaml" --update \
+      --workers "$workers"
   fi
 done
 long_run as_is
