@@ -17,7 +17,8 @@ p_gains=(servo.surge.kp_v_per_m=20 servo.surge.kd_v_s_per_m=0 servo.sway.kp_v_pe
   servo.yaw.kd_v_s=0 allocation.dead_band_v=0 allocation.curve_exponent=1 duration_s=60)
 thrust=("vehicle.thrusters.effectiveness=[0.6, 0.6, 0.6, 0.6]")
 delay=(camera_delay_frames=4)
-hue=(marker_may_differ=true marker.balls.0.hue_rad=2.618 marker.balls.1.hue_rad=0.5236 marker.balls.2.hue_rad=4.7124)
+hue=(marker_may_differ=true marker.balls.0.hue_rad=2.618 marker.balls.1.hue_rad=0.5236
+  marker.balls.2.hue_rad=4.7124)
 drag=("vehicle.hydrodynamics.linear_damping_diagonal=[10, 12, 16, 0.2, 0.3, 0.14]"
   "vehicle.hydrodynamics.quadratic_damping_diagonal=[110, 180, 140, 0.2, 0.3, 0.4]")
 
