@@ -115,7 +115,9 @@ void WriteCompareFigure(const std::string& path, const std::vector<CompareRow>& 
       script.EndData();
     }
   script.Line(fmt::format("set multiplot layout {},2", places.size()));
-  script.Line("set grid lc rgb '#dddddd'").Line("set xlabel 'milk [ml/m^3]'");
+  script.Line("set offsets graph 0.03, graph 0.03, 0, 0")
+      .Line("set grid lc rgb '#dddddd'")
+      .Line("set xlabel 'milk [ml/m^3]'");
   for (size_t p = 0; p < places.size(); ++p) {
     const std::string where =
         fmt::format("{} marker, {:.0f} mm", NameOf(places[p].first), MmFromM(places[p].second));
@@ -124,7 +126,7 @@ void WriteCompareFigure(const std::string& path, const std::vector<CompareRow>& 
       script.Line(errors ? "set ylabel 'median error [mm]'" : "set ylabel 'found [%]'");
       script.Line(errors ? "set logscale y" : "unset logscale y");
       script.Line(errors ? "set yrange [0.05:2000]" : "set yrange [-3:103]");
-      script.Line(!errors && p == 0 ? "set key bottom left samplen 1 opaque" : "unset key");
+      script.Line(p == 0 && errors ? "set key outside right top samplen 1" : "unset key");
       std::string plot = "plot ";
       for (size_t e = 0; e < estimators.size(); ++e)
         plot += fmt::format(
