@@ -17,4 +17,11 @@ struct AxisVolts {
   bool operator==(const AxisVolts&) const = default;
 };
 
+inline AxisVolts operator+(const AxisVolts& a, const AxisVolts& b) {
+  return {a.surge_v + b.surge_v, a.sway_v + b.sway_v, a.heave_v + b.heave_v, a.yaw_v + b.yaw_v};
+}
+inline AxisVolts operator-(const AxisVolts& a, const AxisVolts& b) {
+  return {a.surge_v - b.surge_v, a.sway_v - b.sway_v, a.heave_v - b.heave_v, a.yaw_v - b.yaw_v};
+}
+
 }  // namespace turbidock::control

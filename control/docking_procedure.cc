@@ -73,6 +73,8 @@ const Directive& DockingProcedure::Update(const PoseEstimate& estimate) {
   d.open_loop = {};
   d.best_fitness = std::max(d.best_fitness, estimate.fitness);
   d.marker_seen = estimate.fitness >= params_.lost_fitness;
+  d.trusted =
+      d.marker_seen && (d.stage != Stage::kApproach || estimate.fitness >= params_.found_fitness);
   if (d.marker_seen) seen_frame_ = estimate.frame;
   d.frames_lost = estimate.frame - seen_frame_;
   if (d.given_up) return d;

@@ -120,10 +120,11 @@ struct Directive {
   AxisVolts open_loop;                   // zero (drift) except in the search
   std::optional<Transition> transition;  // the change made at this frame, if any
   bool marker_seen = false;              // the fitness of this frame is at least lost_fitness
-  int64_t frames_lost = 0;               // since the marker was last seen; 0 while it is
-  double best_fitness = -1;              // of all frames so far
-  bool given_up = false;                 // the marker was found once and has been lost for good
-  std::string given_up_reason;           // a sentence, empty until then
+  bool trusted = false;     // seen, and in approach also found: filters may learn from the estimate
+  int64_t frames_lost = 0;  // since the marker was last seen; 0 while it is
+  double best_fitness = -1;     // of all frames so far
+  bool given_up = false;        // the marker was found once and has been lost for good
+  std::string given_up_reason;  // a sentence, empty until then
 };
 
 // The state machine of the docking trial.

@@ -26,9 +26,14 @@ struct AllocationParams {
   }
 };
 
+// The part of a demand that the thrusters can give. Where surge and yaw, which share two thrusters,
+// together ask for more than there is, yaw is kept first and surge gets what remains: a vehicle
+// that loses its heading loses the marker. Allocate gives the same command for the demand and its
+// part.
+AxisVolts Attainable(const AllocationParams& params, const AxisVolts& axes);
+
 // Surge thrusters: left = surge - yaw, right = surge + yaw; sway and heave have one thruster each.
-// Where the two together ask for more than there is, yaw is kept first and surge gets what remains:
-// a vehicle that loses its heading loses the marker. Every voltage of the result is in [0, 5].
+// Every voltage of the result is in [0, 5].
 ThrusterCommand Allocate(const AllocationParams& params, const AxisVolts& axes);
 
 // The mixer: which axes a command drives. AxesOf(Allocate(a)) = a where nothing saturates and no

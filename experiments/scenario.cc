@@ -90,8 +90,9 @@ void CheckMarker(const Scenario& scenario, const sim::Scene& scene) {
 namespace {
 
 // All layers over a scenario that holds nothing but the estimator's preset.
-Scenario ReadLayers(const YamlNode& file, const std::vector<std::string>& assignments,
-                    vision::Preset preset, Origins* origins) {
+Scenario ReadLayers(const YamlNode& file, const std::string& gains_file,
+                    const std::vector<std::string>& assignments, vision::Preset preset,
+                    Origins* origins) {
   Scenario scenario;
   scenario.estimator = vision::RmGaOptions::Of(preset);
   ReadFields(LoadYaml(ModelPath("vehicle.yaml")), &scenario.vehicle, nullptr);
@@ -99,21 +100,23 @@ Scenario ReadLayers(const YamlNode& file, const std::vector<std::string>& assign
   ReadFields(LoadYaml(AssetPath("marker_default.yaml")), &scenario.marker, nullptr);
   ReadFields(LoadYaml(AssetPath("gains.yaml")), &scenario, nullptr);
   ReadFields(file, &scenario, origins);
+  if (!gains_file.empty()) ReadFields(LoadYaml(gains_file), &scenario, origins);
   for (const std::string& assignment : assignments) ApplySet(assignment, &scenario, origins);
   return scenario;
 }
 
 }  // namespace
 
-Scenario LoadScenario(const std::string& name, const std::vector<std::string>& assignments) {
+Scenario LoadScenario(const std::string& name, const std::vector<std::string>& assignments,
+                      const std::string& gains_file) {
   const YamlNode file = LoadYaml(FindScenario(name));
   for (const char* key : kRequired)
     if (!file.Find(key)) throw ConfigError(file.file + ": " + key + ": this key is required");
   Origins origins;
-  Scenario scenario = ReadLayers(file, assignments, vision::Preset::kDefault, &origins);
+  Scenario scenario = ReadLayers(file, gains_file, assignments, vision::Preset::kDefault, &origins);
   // A preset is what the estimator's other keys begin with, wherever it is named.
   if (scenario.estimator.preset != vision::Preset::kDefault)
-    scenario = ReadLayers(file, assignments, scenario.estimator.preset, &origins);
+    scenario = ReadLayers(file, gains_file, assignments, scenario.estimator.preset, &origins);
   CheckSettings(scenario, origins);
   ResolveModel(file.file, origins, &scenario);
   return scenario;

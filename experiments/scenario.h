@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "control/autopilot.h"
 #include "control/docking_procedure.h"
-#include "control/thrust_allocation.h"
-#include "control/visual_servo.h"
 #include "experiments/dock_contact.h"
+#include "experiments/pose_source.h"
 #include "sim/base/camera.h"
 #include "sim/base/clock.h"
 #include "sim/base/fields.h"
@@ -69,9 +69,10 @@ struct Scenario {
   vision::MarkerParams marker;
   vision::HueParams hue;
   vision::RmGaOptions estimator;
+  PoseSource pose_source = PoseSource::kCameras;
+  TruePoseParams true_pose;
   control::ProcedureParams procedure;
-  control::VisualServoParams servo;
-  control::AllocationParams allocation;
+  control::ControlParams control;  // keys controller, p_voltage, pid, lqg
   sim::VehicleParams vehicle;
   JamParams jam;
 
@@ -108,9 +109,15 @@ struct Scenario {
     field("marker", self.marker, Finite(), "the marker as the estimator knows it");
     field("hue", self.hue, Finite(), "which pixels agree with a ball");
     field("estimator", self.estimator, Finite(), "the pose search");
+    field(
+        "pose_source", self.pose_source, Finite(),
+        "what the autopilot sees: the cameras through the estimator, or the true pose with noise");
+    field("true_pose", self.true_pose, Finite(), "the noise on the true pose");
     field("procedure", self.procedure, Finite(), "the steps of docking");
-    field("servo", self.servo, Finite(), "the control law");
-    field("allocation", self.allocation, Finite(), "from axes to thrusters");
+    field("controller", self.control.law, Finite(), "the control law");
+    field("p_voltage", self.control.p_voltage, Finite(), "the published proportional law");
+    field("pid", self.control.pid, Finite(), "proportional, integral and derivative control");
+    field("lqg", self.control.lqg, Finite(), "linear-quadratic control with a Kalman filter");
     field("vehicle", self.vehicle, Finite(), "mass, water forces, thrusters and contact");
     field("jam", self.jam, Finite(), "when the pole counts as jammed in the dock");
   }
@@ -125,8 +132,10 @@ struct Scenario {
 
 // Reads a scenario: struct defaults, models/vehicle.yaml, assets/gains.yaml, the file, the
 // assignments ("water.milk_ml_m3=20"). `name` is a file or a bundled scenario's name. ConfigError
-// for whatever is wrong in them.
-Scenario LoadScenario(const std::string& name, const std::vector<std::string>& assignments);
+// for whatever is wrong in them. A gains file, if there is one, is read between file and
+// assignments; it holds any keys of a scenario but commonly those of the control law.
+Scenario LoadScenario(const std::string& name, const std::vector<std::string>& assignments,
+                      const std::string& gains_file = "");
 
 // A scenario whose every value is spelt out in `text`, as SaveYaml wrote it; `name` stands for the
 // file in messages.

@@ -5,30 +5,19 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <vector>
 
-#include "control/docking_procedure.h"
-#include "control/thrust_allocation.h"
-#include "control/visual_servo.h"
-#include "experiments/camera_schedule.h"
+#include "control/autopilot.h"
+#include "experiments/world.h"
 #include "sim/base/digest.h"
 #include "sim/base/random.h"
 #include "sim/base/units.h"
-#include "sim/gl_context.h"
-#include "sim/plant.h"
-#include "sim/scene.h"
-#include "sim/sea.h"
-#include "sim/stereo_camera.h"
-#include "sim/stereo_renderer.h"
-#include "sim/surfaces.h"
-#include "vision/rm_ga.h"
 
 namespace turbidock::experiments {
 namespace {
 
 using control::Stage;
-
-constexpr int kSpectatorWidth_px = 320, kSpectatorHeight_px = 240;
 
 // Twenty minutes of frames; a longer log grows as it goes.
 constexpr int64_t kReservedFrames = 36000;
@@ -37,153 +26,6 @@ PoseError ErrorOf(const Pose& X_HM, const control::DesiredPose& desired) {
   return {X_HM.p.x() - desired.x_m, X_HM.p.y() - desired.y_m, X_HM.p.z() - desired.z_m,
           WrapAngle(YawOf(X_HM.q) - desired.yaw_rad)};
 }
-
-// An instant at which the cameras were exposed.
-struct Exposure {
-  int64_t tick = 0;
-  std::vector<mjtNum> qpos;  // where everything was
-};
-
-// The latest exposures by their numbers: those under way from the sensor to the estimator, and the
-// one there. They become images when they arrive: only then is it known which pixels matter.
-class DelayLine {
- public:
-  explicit DelayLine(int under_way) : exposures_(static_cast<size_t>(under_way) + 1) {}
-
-  Exposure* Slot(int64_t number) {
-    const int64_t n = std::ssize(exposures_);
-    return &exposures_[static_cast<size_t>((number % n + n) % n)];
-  }
-
- private:
-  std::vector<Exposure> exposures_;
-};
-
-// The vehicle in the water and its cameras.
-class World {
- public:
-  World(const Scenario& scenario, const TrialOptions& options)
-      : seeds_(static_cast<uint64_t>(scenario.seed)),
-        clock_(scenario.clock),
-        scene_(sim::LoadScene(SceneFile(scenario), scenario.rig)),
-        context_(sim::MakeGlContext(scenario.renderer, &context_remark_)),
-        plant_(scene_, scenario.vehicle, clock_, sim::Sea(scenario.sea, seeds_.Stream("sea"))),
-        renderer_(*context_, scene_),
-        camera_(sim::Water(scenario.optics, scenario.rig.MakeRig(),
-                           sim::SurfaceTable::FromScene(scene_), sim::LampPoses(scene_)),
-                sim::ImageSensor(scenario.sensor, seeds_.Stream("camera.left").NextU64(),
-                                 seeds_.Stream("camera.right").NextU64())),
-        exposed_(mj_makeData(scene_.model.get())),
-        timer_(options.timer) {
-    CheckMarker(scenario, scene_);
-    if (options.spectator)
-      spectator_.emplace(*context_, scene_, kSpectatorWidth_px, kSpectatorHeight_px);
-    const Pose X_WH = scene_.X_WM * DrawStart(scenario);
-    plant_.Reset(X_WH * scene_.X_BH.Inverse());
-  }
-
-  void Expose(Exposure* exposure) const {
-    const mjData& data = plant_.data();
-    exposure->tick = plant_.tick();
-    exposure->qpos.assign(data.qpos, data.qpos + scene_.model->nq);
-  }
-
-  // The images of an exposure, or a region of them.
-  void Develop(const Exposure& exposure, int64_t number, const std::optional<StereoRegion>& region,
-               StereoImage* out) {
-    std::copy(exposure.qpos.begin(), exposure.qpos.end(), exposed_->qpos);
-    mj_kinematics(scene_.model.get(), exposed_.get());
-    mj_camlight(scene_.model.get(), exposed_.get());
-    const StereoRegion needed = region.value_or(camera_.whole());
-    renderer_.Render(*exposed_, exposure.tick, camera_.Seen(needed), &rendered_, timer_);
-    camera_.Expose(rendered_, needed, number, out, timer_);
-  }
-
-  const Image3u8* DrawSpectator() {
-    if (!spectator_) return nullptr;
-    spectator_->Render(plant_.data(), scene_.spectator_camera, &spectator_image_);
-    return &spectator_image_;
-  }
-
-  // Lets a frame's time pass under a command. Contacts are the strongest of its ticks. Returns why
-  // the physics failed, if it did.
-  std::optional<std::string> Advance(const ThrusterCommand& command, sim::ContactReport* contacts) {
-    *contacts = {};
-    std::optional<std::string> fault;
-    for (int i = 0; i < clock_.ticks_per_frame; ++i) {
-      if ((fault = plant_.Step(command))) break;
-      const sim::ContactReport now = plant_.contacts();
-      contacts->dock_force_newton = std::max(contacts->dock_force_newton, now.dock_force_newton);
-      if (now.collision_force_newton > contacts->collision_force_newton) {
-        contacts->collision_force_newton = now.collision_force_newton;
-        contacts->collision = now.collision;
-      }
-    }
-    Lap(timer_, LoopStage::kPhysics);
-    return fault;
-  }
-
-  Pose true_X_HM() const { return (plant_.truth().X_WB * scene_.X_BH).Inverse() * scene_.X_WM; }
-  const sim::Plant& plant() const { return plant_; }
-  const SeedTree& seeds() const { return seeds_; }
-  std::string renderer() const { return context_->description(); }
-  const std::string& context_remark() const { return context_remark_; }
-
- private:
-  SeedTree seeds_;
-  ClockParams clock_;
-  sim::Scene scene_;
-  std::string context_remark_;  // why it is not the kind asked for, or empty
-  std::unique_ptr<sim::GlContext> context_;
-  sim::Plant plant_;
-  sim::StereoRenderer renderer_;
-  sim::StereoCamera camera_;
-  std::optional<sim::SpectatorRenderer> spectator_;
-  sim::MjDataPtr exposed_;  // everything where it was at an exposure
-  sim::RenderedStereo rendered_;
-  Image3u8 spectator_image_;
-  StageTimer* timer_;
-};
-
-// The vehicle's own computer: images in, commands out.
-class Autopilot {
- public:
-  Autopilot(const Scenario& scenario, const SeedTree& seeds, StageTimer* timer)
-      : timer_(timer),
-        allocation_(scenario.allocation),
-        estimator_(scenario.estimator, scenario.marker, scenario.hue, scenario.rig.MakeRig(),
-                   seeds.Stream("vision.rm_ga")),
-        procedure_(scenario.procedure, scenario.image_clock()),
-        servo_(scenario.servo, scenario.image_clock()) {
-    estimator_.set_timer(timer);
-  }
-
-  ThrusterCommand Update(const StereoImage& seen) {
-    estimate_ = &estimator_.Update(seen);
-    Lap(timer_, LoopStage::kEstimate);
-    directive_ = &procedure_.Update(*estimate_);
-    const control::AxisVolts volts = directive_->control
-                                         ? servo_.Update(*estimate_, directive_->desired)
-                                         : directive_->open_loop;
-    const ThrusterCommand command = control::Allocate(allocation_, volts);
-    Lap(timer_, LoopStage::kControl);
-    return command;
-  }
-
-  // The pixels that the next Update can read; nothing: any.
-  std::optional<StereoRegion> Reach() const { return estimator_.Reach(); }
-  const PoseEstimate& estimate() const { return *estimate_; }
-  const control::Directive& directive() const { return *directive_; }
-
- private:
-  StageTimer* timer_;
-  const PoseEstimate* estimate_ = nullptr;
-  const control::Directive* directive_ = nullptr;
-  control::AllocationParams allocation_;
-  vision::RmGa estimator_;
-  control::DockingProcedure procedure_;
-  control::VisualServo servo_;
-};
 
 double PeakMemoryMib() {
   rusage usage{};
@@ -242,6 +84,27 @@ std::string DockedReason(const TrialResult& result) {
       units::MmFromM(result.final_error_true.y_m), units::MmFromM(result.final_error_true.z_m));
 }
 
+// How well and how hard it was steered.
+void SummariseControl(TrialResult* result) {
+  const std::vector<FrameRecord>& frames = result->log.frames;
+  const bool found = std::any_of(frames.begin(), frames.end(), [](const FrameRecord& record) {
+    return record.stage != Stage::kApproach;
+  });
+  double squares = 0, volts_squared = 0;
+  int64_t counted = 0;
+  for (const FrameRecord& record : frames) {
+    for (const double volts : record.command.volts)
+      volts_squared += (volts - kNeutralVolts) * (volts - kNeutralVolts);
+    if (found && record.stage == Stage::kApproach) continue;
+    const PoseError e = ErrorOf(record.true_X_HM, record.desired);
+    squares += std::min(1.0, e.y_m * e.y_m) + std::min(1.0, e.z_m * e.z_m);
+    result->overshoot_m = std::clamp(-e.x_m, result->overshoot_m, 1.0);
+    ++counted;
+  }
+  result->tracking_rms_m = std::sqrt(squares / static_cast<double>(counted));
+  result->effort_v = std::sqrt(volts_squared / static_cast<double>(kThrusterCount * frames.size()));
+}
+
 // Sums over the frames.
 void Summarise(const Scenario& scenario, TrialResult* result) {
   double sum = 0;
@@ -253,6 +116,7 @@ void Summarise(const Scenario& scenario, TrialResult* result) {
   }
   for (const auto& [stage, count] : frames)
     result->stage_time_s[stage] = scenario.clock.TimeOfFrame(count);
+  SummariseControl(result);
   result->fitness_mean = sum / static_cast<double>(result->log.frames.size());
   for (const control::Transition& change : result->log.transitions)
     result->returns_to_servoing +=
@@ -260,19 +124,21 @@ void Summarise(const Scenario& scenario, TrialResult* result) {
 }
 
 FrameRecord RecordOf(const Scenario& scenario, int64_t frame, const World& world,
-                     const Autopilot& autopilot, const ThrusterCommand& command) {
+                     const PoseEstimate& estimate, const control::Autopilot& autopilot,
+                     const ThrusterCommand& command) {
   const sim::VehicleTruth truth = world.plant().truth();
   const control::Directive& directive = autopilot.directive();
   return {.frame = frame,
           .time_s = scenario.clock.TimeOfFrame(frame),
           .stage = directive.stage,
-          .est_X_HM = autopilot.estimate().X_HM,
-          .fitness = autopilot.estimate().fitness,
+          .est_X_HM = estimate.X_HM,
+          .fitness = estimate.fitness,
           .true_X_HM = world.true_X_HM(),
           .true_X_WB = truth.X_WB,
           .true_V_WB_B = truth.V_WB_B,
           .desired = directive.desired,
           .controlled = directive.control,
+          .demand = autopilot.demand(),
           .command = command,
           .insertion_depth_m = world.plant().pole().insertion_depth_m};
 }
@@ -293,23 +159,14 @@ TrialResult RunTrial(const Scenario& scenario, const TrialOptions& options) {
   const auto wall_start = std::chrono::steady_clock::now();
   CheckFields(scenario, "");
   const ClockParams& clock = scenario.clock;
-  World world(scenario, options);
-  if (options.on_remark && !world.context_remark().empty())
-    options.on_remark(world.context_remark());
-  Autopilot autopilot(scenario, world.seeds(), options.timer);
+  World world(scenario, options.spectator, options.timer);
+  if (options.on_remark && !world.remark().empty()) options.on_remark(world.remark());
+  Eyes eyes(scenario, options.whole_images || !scenario.region_of_interest, options.timer, &world);
+  control::Autopilot autopilot(scenario.control, scenario.procedure, scenario.image_clock());
   DockContact dock_contact(scenario.jam);
-  // The cameras have been on for a while: the images that arrive first show the vehicle at its
-  // start.
-  const CameraSchedule cameras(scenario.camera_period_frames, scenario.camera_delay_frames);
-  DelayLine exposures(cameras.under_way());
-  const auto expose = [&](int64_t frame) {
-    if (cameras.ExposesAt(frame)) world.Expose(exposures.Slot(cameras.ExposedAt(frame)));
-  };
-  for (int64_t frame = cameras.first_frame(); frame < 0; ++frame) expose(frame);
-  const bool whole_images = options.whole_images || !scenario.region_of_interest;
-  StereoImage seen;
 
   TrialResult result;
+  result.estimator = eyes.name();
   result.seed = scenario.seed;
   result.renderer = world.renderer();
   Digest digest;
@@ -324,16 +181,15 @@ TrialResult RunTrial(const Scenario& scenario, const TrialOptions& options) {
   ThrusterCommand command;
   int64_t frame = 0;
   for (; !end; ++frame) {
-    expose(frame);
-    const bool arrives = cameras.ArrivesAt(frame);
+    const TrialExcitation excitation = options.excite ? options.excite(frame) : TrialExcitation();
+    const bool arrives = eyes.Update(frame);
     if (arrives) {
-      const int64_t number = cameras.LatestAt(frame);
-      world.Develop(*exposures.Slot(number), number,
-                    whole_images ? std::nullopt : autopilot.Reach(), &seen);
-      command = autopilot.Update(seen);
+      command = autopilot.Update(eyes.estimate(), excitation.control);
+      Lap(options.timer, LoopStage::kControl);
     }
+    world.Push(excitation.F_B_B);
     const control::Directive& directive = autopilot.directive();
-    FrameRecord record = RecordOf(scenario, frame, world, autopilot, command);
+    FrameRecord record = RecordOf(scenario, frame, world, eyes.estimate(), autopilot, command);
     if (arrives && directive.transition) {
       control::Transition change = *directive.transition;
       change.frame = frame;  // when the vehicle acts, not when the image was exposed
@@ -362,7 +218,7 @@ TrialResult RunTrial(const Scenario& scenario, const TrialOptions& options) {
     result.log.frames.push_back(record);
     Lap(options.timer, LoopStage::kLog);
     if (options.observe)
-      options.observe({record, seen, arrives ? autopilot.estimate().evaluations : 0, spectator});
+      options.observe({record, eyes.seen(), arrives ? eyes.estimate().evaluations : 0, spectator});
     if (options.timer) options.timer->Skip();
 
     const double now_s = clock.TimeOfFrame(frame + 1);

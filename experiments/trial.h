@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "control/autopilot.h"
 #include "experiments/dock_contact.h"
 #include "experiments/scenario.h"
 #include "experiments/trial_log.h"
@@ -48,9 +49,14 @@ struct TrialResult {
   sim::EnergyBalance energy;         // of the whole trial
   double fitness_mean = 0, fitness_best = -1;
   int returns_to_servoing = 0;
+  // Of the frames after the approach (all of them if it never ended): root mean square of the true
+  // y and z errors together, each at most 1 m; largest way beyond the desired x, at most 1 m.
+  double tracking_rms_m = 0, overshoot_m = 0;
+  double effort_v = 0;  // root mean square of the commands' deviations from neutral, of all frames
   std::map<control::Stage, double> stage_time_s;
   int64_t seed = 0;
-  std::string renderer;         // GL context and what draws in it
+  std::string renderer;         // GL context and what draws in it; nothing for true_pose
+  std::string estimator;        // what made the estimates: an estimator's name, or true_pose
   std::string digest;           // of states, estimates and commands; equal for equal runs
   double wall_time_s = 0;       // never part of a digest
   double real_time_factor = 0;  // simulated over wall time
@@ -61,10 +67,18 @@ struct TrialResult {
 // What an observer sees of a frame, once the frame's time has passed.
 struct TrialFrame {
   const FrameRecord& record;
-  const StereoImage& seen;  // what the estimator saw; sure to be whole with whole_images only
+  // What the estimator saw: sure to be whole with whole_images only, empty when it saw the true
+  // pose.
+  const StereoImage& seen;
   int64_t evaluations = 0;  // of the fitness, spent on it
   const Image3u8* spectator =
       nullptr;  // at the frame's beginning; with TrialOptions::spectator only
+};
+
+// What an experiment does to the loop during a frame.
+struct TrialExcitation {
+  control::Excitation control;
+  Wrench F_B_B;  // on the vehicle at B's origin, in B
 };
 
 struct TrialOptions {
@@ -77,6 +91,8 @@ struct TrialOptions {
   std::function<void(const std::string&)> on_remark;  // what people should know, a sentence
   std::function<bool()> stop_requested;               // polled every frame
   StageTimer* timer = nullptr;  // gets every stage of every frame, observers excepted
+  // Asked every frame, for experiments on the loop itself; part of the digest by what it causes.
+  std::function<TrialExcitation(int64_t frame)> excite;
 };
 
 // Runs a trial. ConfigError for a scenario that cannot run, SimulatorFault when nothing can be

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "control/axis_volts.h"
 #include "control/docking_procedure.h"
 #include "sim/base/pose.h"
 #include "sim/base/thruster_command.h"
@@ -24,6 +25,7 @@ struct FrameRecord {
   Twist true_V_WB_B;
   control::DesiredPose desired;
   bool controlled = false;  // false: the vehicle searches or drifts instead of following `desired`
+  control::AxisVolts demand;  // of the control law; zero without control
   ThrusterCommand command;
   double insertion_depth_m = 0;  // of the pole's tip past the dock's mouth
   double dock_force_newton = 0;

@@ -17,6 +17,7 @@ namespace {
 struct RunArguments {
   std::string scenario;
   std::vector<std::string> assignments;
+  std::string gains;
   std::string seed;  // as written: the scenario's reader checks it
   std::optional<std::string> resolution, out;
   std::string expect;
@@ -26,7 +27,7 @@ struct RunArguments {
 int Run(const RunArguments& arguments) {
   std::vector<std::string> assignments = arguments.assignments;
   if (!arguments.seed.empty()) assignments.push_back("seed=" + arguments.seed);
-  Scenario scenario = LoadScenario(arguments.scenario, assignments);
+  Scenario scenario = LoadScenario(arguments.scenario, assignments, arguments.gains);
   if (arguments.resolution) SetResolution(ParseResolution(*arguments.resolution), &scenario);
   const TrialResult result = RunShownTrial(scenario, {.out = arguments.out,
                                                       .video = arguments.video,
@@ -52,6 +53,8 @@ void AddRun(CLI::App& app, Command* chosen) {
                   "Set one key, such as water.milk_ml_m3=20; may be repeated")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
+  run->add_option("--gains", arguments->gains,
+                  "Gains file, such as `turbidock tune` writes, read over the scenario");
   run->add_option("--seed", arguments->seed, "Root of all randomness; as --set seed=N");
   run->add_option("--resolution", arguments->resolution,
                   "Size of both cameras' images with the same field of view, such as 320x240")

@@ -154,6 +154,23 @@ TEST(ThrustAllocation, CompensationIsOddContinuousAndMonotonic) {
   EXPECT_NEAR(volts(0.1 - 1e-9), volts(0.1 + 1e-9), 1e-7);
 }
 
+TEST(ThrustAllocation, TheAttainablePartGivesTheSameCommandAndIsItsOwn) {
+  Rng rng = SeedTree(8).Stream("attainable");
+  for (int n = 0; n < 2000; ++n) {
+    const AllocationParams params{.dead_band_v = n % 2 ? 0.25 : 0,
+                                  .curve_exponent = n % 3 ? 2.0 : 1.0};
+    const double scale = std::pow(10, rng.Uniform(-2, 2));
+    const AxisVolts asked{scale * rng.Normal(), scale * rng.Normal(), scale * rng.Normal(),
+                          scale * rng.Normal()};
+    const AxisVolts part = Attainable(params, asked);
+    EXPECT_EQ(Allocate(params, part).volts, Allocate(params, asked).volts);
+    EXPECT_EQ(Attainable(params, part), part);
+    EXPECT_LE(std::abs(part.surge_v), std::abs(asked.surge_v));
+  }
+  EXPECT_EQ(Attainable({.dead_band_v = 0.25}, {.surge_v = 2, .sway_v = -9, .yaw_v = 1}),
+            (AxisVolts{.surge_v = 1.25, .sway_v = -2.25, .yaw_v = 1}));
+}
+
 TEST(ThrustAllocationDeathTest, RefusesNan) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_DEATH(Allocate({}, {.heave_v = nan}), "axis voltages must be finite");

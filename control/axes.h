@@ -1,0 +1,35 @@
+#pragma once
+// The four controlled axes as one vector.
+
+#include <Eigen/Core>
+
+#include "control/axis_volts.h"
+#include "control/desired_pose.h"
+#include "sim/base/pose.h"
+
+namespace turbidock::control {
+
+// Order everywhere: surge (x), sway (y), heave (z), yaw. Metres and radians, their rates, or volts.
+using Axes = Eigen::Vector4d;
+enum Axis { kSurge, kSway, kHeave, kYaw };
+inline constexpr int kAxisCount = 4;
+
+inline Axes ToAxes(const AxisVolts& v) { return {v.surge_v, v.sway_v, v.heave_v, v.yaw_v}; }
+inline Axes ToAxes(const DesiredPose& d) { return {d.x_m, d.y_m, d.z_m, d.yaw_rad}; }
+// Position and heading of M in H.
+inline Axes ToAxes(const Pose& X_HM) { return {X_HM.p.x(), X_HM.p.y(), X_HM.p.z(), YawOf(X_HM.q)}; }
+inline AxisVolts ToAxisVolts(const Axes& volts) {
+  return {.surge_v = volts[kSurge],
+          .sway_v = volts[kSway],
+          .heave_v = volts[kHeave],
+          .yaw_v = volts[kYaw]};
+}
+
+// a - b, the heading by the shorter way round.
+inline Axes Difference(const Axes& a, const Axes& b) {
+  Axes d = a - b;
+  d[kYaw] = WrapAngle(d[kYaw]);
+  return d;
+}
+
+}  // namespace turbidock::control

@@ -1,0 +1,70 @@
+#pragma once
+// The published visual servo: proportional control of the thruster voltages by the estimated pose.
+
+#include "control/controller.h"
+#include "control/pose_filter.h"
+#include "control/setpoint.h"
+#include "control/thrust_allocation.h"
+#include "sim/base/fields.h"
+
+namespace turbidock::control {
+
+struct PVoltageParams {
+  // Published gains carry no unit and cannot be used; 20 V/m is 20 to 80 N/m on thrusters of 1 to 4
+  // N/V, the stiffness derived for a 15 kg vehicle with its added mass.
+  struct Translation {
+    double kp_v_per_m = 20;
+    double limit_v = 2.5;  // all there is, as published
+
+    static void Fields(auto& self, auto&& field) {
+      field("kp_v_per_m", self.kp_v_per_m, InRange(0, 1000), "voltage per metre of error");
+      field("limit_v", self.limit_v, InRange(0, 2.5), "largest deviation from neutral");
+    }
+  };
+  // The error of the heading is that of eps3, half the angle in rad when small.
+  struct Yaw {
+    double kp_v = 2;  // guess: 1 V/rad is about 0.6 N m/rad with two thrusters 0.1 m off the axis
+    double limit_v = 2.5;
+
+    static void Fields(auto& self, auto&& field) {
+      field("kp_v", self.kp_v, InRange(0, 1000), "voltage per unit of eps3");
+      field("limit_v", self.limit_v, InRange(0, 2.5), "largest deviation from neutral");
+    }
+  };
+
+  // guess: at full voltage the vehicle arrives too fast for an undamped law to stop it
+  Translation surge{.limit_v = 1};
+  Translation sway, heave;
+  Yaw yaw;
+  PoseFilterParams pose_filter;
+  SetpointParams setpoint;
+  AllocationParams allocation;  // published: no compensation
+
+  static void Fields(auto& self, auto&& field) {
+    field("surge", self.surge, Finite(), "marker's x in the camera head");
+    field("sway", self.sway, Finite(), "marker's y in the camera head");
+    field("heave", self.heave, Finite(), "marker's z in the camera head");
+    field("yaw", self.yaw, Finite(), "marker's eps3 in the camera head");
+    field("pose_filter", self.pose_filter, Finite(), "between estimate and law; off as published");
+    field("setpoint", self.setpoint, Finite(), "how the desired pose moves; off as published");
+    field("allocation", self.allocation, Finite(), "from axes to thrusters");
+  }
+};
+
+// surge = kp (x - xd), sway = kp (y - yd), heave = kp (z - zd), yaw = kp (eps3 - eps3d), each
+// limited to +-limit; eps3 is sin(heading / 2). The neutral 2.5 V is added by Allocate. On a
+// vehicle with little drag this law is nearly undamped.
+class PVoltage final : public Controller {
+ public:
+  explicit PVoltage(const PVoltageParams& params);  // checked: ConfigError
+
+  void Observe(const Observation& seen) override;
+  AxisVolts Demand(const Reference& wanted) override;
+  void Given(int64_t, const AxisVolts&) override {}
+
+ private:
+  PVoltageParams params_;
+  Axes position_ = Axes::Zero();
+};
+
+}  // namespace turbidock::control

@@ -1,0 +1,121 @@
+// The autopilot as a whole: what each law makes of a docking, and no jumps between its stages.
+
+#include "control/autopilot.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace turbidock::control {
+namespace {
+
+constexpr ClockParams kClock;  // 30 frames a second
+
+ControlParams Params(Law law) {
+  ControlParams params;
+  params.law = law;
+  params.pid.setpoint.enabled = params.lqg.setpoint.enabled = true;
+  return params;
+}
+
+PoseEstimate Estimate(int64_t frame, const Axes& marker, double fitness = 0.8) {
+  PoseEstimate estimate;
+  estimate.frame = frame;
+  estimate.X_HM = {FromYawPitchRoll(marker[kYaw], 0, 0), marker.head<3>()};
+  estimate.fitness = fitness;
+  return estimate;
+}
+
+TEST(Autopilot, EveryLawHasItsOwnAllocationAndSetpoint) {
+  ControlParams params;
+  params.pid.allocation.dead_band_v = 0.1;
+  params.lqg.allocation.dead_band_v = 0.2;
+  params.pid.setpoint.enabled = true;
+  params.p_voltage.pose_filter.enabled = true;
+  params.law = Law::kPVoltage;
+  EXPECT_EQ(params.allocation().dead_band_v, 0);
+  EXPECT_FALSE(params.setpoint().enabled);
+  EXPECT_TRUE(params.pose_filter().enabled);
+  params.law = Law::kPid;
+  EXPECT_EQ(params.allocation().dead_band_v, 0.1);
+  EXPECT_TRUE(params.setpoint().enabled);
+  EXPECT_FALSE(params.pose_filter().enabled);
+  params.law = Law::kLqg;
+  EXPECT_EQ(params.allocation().dead_band_v, 0.2);
+  EXPECT_FALSE(params.pose_filter().enabled);
+}
+
+TEST(Autopilot, ThePublishedLawIsThePublishedCommand) {
+  Autopilot autopilot(Params(Law::kPVoltage), {.found_hold_s = 0}, kClock);
+  const ThrusterCommand command = autopilot.Update(Estimate(0, {0.62, 0.01, -0.02, 0.02}));
+  const double yaw_v = 2 * std::sin(0.01);
+  EXPECT_NEAR(command.volts[0], 2.5 + 20 * 0.02 - yaw_v, 1e-12);
+  EXPECT_NEAR(command.volts[1], 2.5 + 20 * 0.02 + yaw_v, 1e-12);
+  EXPECT_NEAR(command.volts[2], 2.5 + 20 * 0.01, 1e-12);
+  EXPECT_NEAR(command.volts[3], 2.5 - 20 * 0.02, 1e-12);
+}
+
+TEST(Autopilot, DriftsWithoutAUsableEstimateAndForgetsNothingDangerous) {
+  for (const Law law : {Law::kPVoltage, Law::kPid, Law::kLqg}) {
+    Autopilot autopilot(Params(law), {.found_hold_s = 0}, kClock);
+    autopilot.Update(Estimate(0, {0.7, 0, 0, 0}));
+    EXPECT_EQ(autopilot.Update(Estimate(1, {5, 3, 2, 1}, 0.1)).volts, ThrusterCommand{}.volts);
+    EXPECT_EQ(autopilot.demand(), AxisVolts{});
+  }
+}
+
+TEST(Autopilot, TheSearchTurnsByItsVoltsWhateverTheLawsCompensation) {
+  ControlParams params = Params(Law::kLqg);
+  params.lqg.allocation = {.dead_band_v = 0.25, .curve_exponent = 2};
+  Autopilot autopilot(params, {.search_neutral_s = 0, .search_yaw_v = 0.5}, kClock);
+  const ThrusterCommand command = autopilot.Update(Estimate(0, {1, 0, 0, 0}, -0.2));
+  EXPECT_DOUBLE_EQ(command.volts[0], 2.0);
+  EXPECT_DOUBLE_EQ(command.volts[1], 3.0);
+}
+
+// The vehicle's speed follows the voltages. Found half a metre off, led to the servoing pose,
+// docked: no change of stage shows in the demand.
+TEST(Autopilot, StagesChangeWithoutAJumpOfTheDemand) {
+  for (const Law law : {Law::kPid, Law::kLqg}) {
+    ControlParams params = Params(law);
+    params.lqg.latency_frames = 0;
+    Autopilot autopilot(params, {.docking_rate_mps = 0.05}, kClock);
+    Axes marker(1.1, 0.05, -0.03, 0.02), speed = Axes::Zero();
+    AxisVolts before;
+    int transitions = 0;
+    double at_transition_v = 0;
+    for (int n = 0; n < 1200; ++n) {
+      autopilot.Update(Estimate(n, marker));
+      const AxisVolts now = autopilot.demand();
+      const double jump_v = (ToAxes(now) - ToAxes(before)).cwiseAbs().maxCoeff();
+      if (autopilot.directive().transition) {
+        ++transitions;
+        at_transition_v = std::max(at_transition_v, jump_v);
+      }
+      before = now;
+      // 20 kg, 4 N/V; yaw 0.3 kg m^2, 0.4 N m/V
+      speed += (Axes(0.2, 0.1, 0.1, 1.4).cwiseProduct(ToAxes(now)) - 0.5 * speed) / 30;
+      marker -= speed / 30;
+      marker[kSway] -= speed[kYaw] * (marker[kSurge] + 0.19) / 30;
+    }
+    EXPECT_GE(transitions, 2) << NameOf(law);  // servoing, docking
+    EXPECT_LT(at_transition_v, 0.1) << NameOf(law);
+    EXPECT_LT(marker[kSurge], 0.37) << NameOf(law);
+  }
+}
+
+TEST(Autopilot, AnExcitationIsHiddenFromTheLaw) {
+  Autopilot one(Params(Law::kLqg), {.found_hold_s = 0}, kClock);
+  Autopilot other(Params(Law::kLqg), {.found_hold_s = 0}, kClock);
+  for (int n = 0; n < 30; ++n) {
+    const PoseEstimate estimate = Estimate(n, {0.6, 0.005 * std::sin(n), 0, 0});
+    const ThrusterCommand with =
+        one.Update(estimate, {.wanted = Axes::Zero(), .volts = {.heave_v = 0.3}});
+    const ThrusterCommand without = other.Update(estimate);
+    EXPECT_EQ(one.demand(), other.demand()) << n;
+    EXPECT_NEAR(with.volts[3] - without.volts[3], 0.3, 1e-12);
+  }
+}
+
+}  // namespace
+}  // namespace turbidock::control

@@ -1,0 +1,139 @@
+// Laws of the led setpoint and of the pose filter.
+
+#include "control/setpoint.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "control/pose_filter.h"
+#include "sim/base/random.h"
+
+namespace turbidock::control {
+namespace {
+
+constexpr ClockParams kClock;  // 30 frames a second
+
+TEST(Setpoint, OffItIsTheDesiredPose) {
+  Setpoint setpoint({}, kClock);
+  const Axes desired(0.6, 0.1, 0.2, 0.3);
+  const Reference& reference = setpoint.Lead(0, desired, Axes::Zero());
+  EXPECT_EQ(reference.position, desired);
+  EXPECT_EQ(reference.rate, Axes(Axes::Zero()));
+}
+
+// From anywhere to anywhere, with a goal that jumps on the way.
+TEST(Setpoint, BeginsAtTheSeenPoseKeepsItsLimitsAndStandsStillAtTheGoal) {
+  const SetpointParams params{.enabled = true};
+  Rng rng = SeedTree(3).Stream("setpoint");
+  const auto draw = [&] {
+    return Axes(rng.Uniform(0.2, 1.5), rng.Uniform(-0.3, 0.3), rng.Uniform(-0.3, 0.3),
+                rng.Uniform(-0.5, 0.5));
+  };
+  for (int run = 0; run < 200; ++run) {
+    Setpoint setpoint(params, kClock);
+    const Axes start = draw(), first = draw(), second = draw();
+    Reference before = setpoint.Lead(0, first, start);
+    EXPECT_EQ(before.position, start);
+    EXPECT_EQ(before.rate, Axes(Axes::Zero()));
+    const int jump = static_cast<int>(rng.Below(200));
+    for (int n = 1; n < 1200; ++n) {
+      const Reference now = setpoint.Lead(n, n < jump ? first : second, draw());
+      for (int i = 0; i < kAxisCount; ++i) {
+        ASSERT_LE(std::abs(now.rate[i]), params.speed[i] * (1 + 1e-12));
+        // the last step may take two: it ends at rest
+        ASSERT_LE(std::abs(now.rate[i] - before.rate[i]),
+                  2 * params.acceleration[i] / 30 * (1 + 1e-9));
+        ASSERT_NEAR(now.position[i], before.position[i] + now.rate[i] / 30,
+                    2 * params.acceleration[i] / 900);
+      }
+      before = now;
+    }
+    EXPECT_EQ(before.position, second);
+    EXPECT_EQ(before.rate, Axes(Axes::Zero()));
+  }
+}
+
+TEST(Setpoint, TurnsTheShorterWayRound) {
+  Setpoint setpoint({.enabled = true}, kClock);
+  setpoint.Lead(0, {0, 0, 0, -3}, {0, 0, 0, 3});
+  const Reference& reference = setpoint.Lead(240, {0, 0, 0, -3}, Axes::Zero());
+  EXPECT_NEAR(reference.position[kYaw], -3, 1e-12);
+}
+
+TEST(Setpoint, ARestartBeginsWhereTheMarkerIs) {
+  Setpoint setpoint({.enabled = true}, kClock);
+  setpoint.Lead(0, {0.6, 0, 0, 0}, {1.2, 0, 0, 0});
+  setpoint.Lead(30, {0.6, 0, 0, 0}, {1.1, 0, 0, 0});
+  setpoint.Restart();
+  EXPECT_EQ(setpoint.Lead(31, {0.6, 0, 0, 0}, {1.0, 0, 0, 0}).position, Axes(1.0, 0, 0, 0));
+}
+
+Observation Seen(int64_t frame, const Axes& position) {
+  return {.frame = frame, .position = position, .rate = std::nullopt};
+}
+
+TEST(PoseFilter, OffItPassesOnWhatItGets) {
+  PoseFilter filter({}, kClock);
+  const auto out = filter.Update(Seen(5, {1, 2, 3, 0.4}));
+  ASSERT_TRUE(out);
+  EXPECT_EQ(out->frame, 5);
+  EXPECT_EQ(out->position, Axes(1, 2, 3, 0.4));
+  EXPECT_FALSE(out->rate);
+}
+
+TEST(PoseFilter, FollowsASteadySpeedWithoutLagAndPredictsOverTheLatency) {
+  PoseFilter filter({.enabled = true, .latency_s = 0.1}, kClock);
+  const Axes speed(-0.1, 0.05, 0.02, 3.0);  // the heading wraps on the way
+  for (int n = 0; n < 300; ++n) {
+    Axes position = Axes(1, 0, 0, 0) + speed * (n / 30.0);
+    position[kYaw] = WrapAngle(position[kYaw]);
+    const auto out = filter.Update(Seen(n, position));
+    if (n < 200) continue;
+    ASSERT_TRUE(out);
+    EXPECT_LT((*out->rate - speed).norm(), 1e-6);
+    EXPECT_LT(Difference(out->position, position + 0.1 * speed).norm(), 1e-6);
+  }
+}
+
+TEST(PoseFilter, HalvesTheNoiseOfAMarkerAtRest) {
+  PoseFilter filter({.enabled = true, .latency_s = 0}, kClock);
+  Rng rng = SeedTree(3).Stream("filter");
+  const Eigen::Vector4d noise = PoseFilterParams{}.noise;
+  Axes in = Axes::Zero(), out = Axes::Zero();
+  for (int n = 0; n < 3000; ++n) {
+    Axes error;
+    for (int i = 0; i < kAxisCount; ++i) error[i] = noise[i] * rng.Normal();
+    const auto filtered = filter.Update(Seen(n, error));
+    if (n < 100 || !filtered) continue;
+    in += error.cwiseAbs2();
+    out += filtered->position.cwiseAbs2();
+  }
+  for (int i = 0; i < kAxisCount; ++i) EXPECT_LT(std::sqrt(out[i] / in[i]), 0.7) << i;
+  EXPECT_LT(std::sqrt(out[kSurge] / in[kSurge]), 0.5);
+}
+
+TEST(PoseFilter, RefusesOutliersAndBelievesThemWhenTheyLast) {
+  PoseFilter filter({.enabled = true, .restart_frames = 4}, kClock);
+  for (int n = 0; n < 30; ++n) ASSERT_TRUE(filter.Update(Seen(n, {0.6, 0, 0, 0})));
+  for (int n = 30; n < 33; ++n) EXPECT_FALSE(filter.Update(Seen(n, {0.6, 0.3, 0, 0}))) << n;
+  const auto out = filter.Update(Seen(33, {0.6, 0.3, 0, 0}));
+  ASSERT_TRUE(out);
+  EXPECT_EQ(out->position[kSway], 0.3);
+  EXPECT_EQ((*out->rate)[kSway], 0);
+  // one outlier among good ones is forgotten
+  for (int n = 34; n < 60; ++n)
+    EXPECT_EQ(filter.Update(Seen(n, {0.6, n % 2 ? 0.3 : 3.0, 0, 0})).has_value(), n % 2 == 1) << n;
+}
+
+TEST(PoseFilter, ALongGapStartsItAnew) {
+  PoseFilter filter({.enabled = true, .restart_frames = 6}, kClock);
+  for (int n = 0; n < 30; ++n) filter.Update(Seen(n, {0.6 - 0.01 * n, 0, 0, 0}));
+  const auto out = filter.Update(Seen(40, {1.2, 0.2, 0, 0}));
+  ASSERT_TRUE(out);
+  EXPECT_EQ(out->position, Axes(1.2, 0.2, 0, 0));
+  EXPECT_EQ(*out->rate, Axes(Axes::Zero()));
+}
+
+}  // namespace
+}  // namespace turbidock::control
