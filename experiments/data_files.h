@@ -1,14 +1,14 @@
 #pragma once
-// Where the program's own data is: models/, assets/, scenarios/, plans/ and studies/, both in a build tree
-// and installed.
+// Where the program's own data is: models/, assets/, scenarios/, plans/ and studies/, both in a
+// build tree and installed.
 
 #include <string>
 #include <vector>
 
 namespace turbidock::experiments {
 
-// The folder that holds models/, assets/, scenarios/, plans/ and studies/: share/turbidock beside the
-// executable's bin/, or the installed one. Throws ConfigError when neither is there.
+// The folder that holds models/, assets/, scenarios/, plans/ and studies/: share/turbidock beside
+// the executable's bin/, or the installed one. Throws ConfigError when neither is there.
 std::string DataDir();
 
 std::string ModelPath(const std::string& file);  // DataDir()/models/file

@@ -98,7 +98,7 @@ class Water {
   std::vector<int> casters_;
   int shadow_box_ = -1;  // the geom that casts shadows in halos, -1: none
   std::vector<Eye> eyes_;
-  std::vector<PlacedSurface> placed_;  // by geom id, at the current instant
+  std::vector<PlacedSurface> placed_;          // by geom id, at the current instant
   std::vector<int> first_of_surface_, order_;  // points sorted by surface
 };
 
