@@ -12,9 +12,7 @@ turbidock=build/bin/turbidock
 mkdir -p "$out"
 
 # a gate, a name, what is planted
-p_gains=(servo.surge.kp_v_per_m=20 servo.surge.kd_v_s_per_m=0 servo.sway.kp_v_per_m=20
-  servo.sway.kd_v_s_per_m=0 servo.heave.kp_v_per_m=20 servo.heave.kd_v_s_per_m=0 servo.yaw.kp_v=2
-  servo.yaw.kd_v_s=0 allocation.dead_band_v=0 allocation.curve_exponent=1 duration_s=60)
+p_gains=(controller=p_voltage duration_s=60)
 thrust=("vehicle.thrusters.effectiveness=[0.6, 0.6, 0.6, 0.6]")
 delay=(camera_delay_frames=4)
 hue=(marker_may_differ=true marker.balls.0.hue_rad=2.618 marker.balls.1.hue_rad=0.5236
