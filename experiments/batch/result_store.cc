@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "experiments/build_info.h"
+#include "experiments/output_path.h"
 #include "experiments/result_files.h"
 
 namespace turbidock::experiments {
@@ -152,7 +153,10 @@ ResultStore::ResultStore(ResultStore&&) noexcept = default;
 ResultStore::~ResultStore() = default;
 
 ResultStore::ResultStore(std::string file, bool writes) : file_(std::move(file)) {
-  if (writes) lock_ = std::make_unique<RunLock>(file_);
+  if (writes) {
+    RequireWritable(file_);  // SQLite would open it for reading
+    lock_ = std::make_unique<RunLock>(file_);
+  }
   Guard(file_, [&] {
     // Reading, too, must be able to undo what a killed writer left half done.
     const int create = writes ? SQLite::OPEN_CREATE : 0;

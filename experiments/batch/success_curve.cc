@@ -147,7 +147,7 @@ void WriteSuccessFigure(const std::string& path, const std::string& title, const
                         FormatNumber(high + margin)))
       .Line("set yrange [-3:103]")
       .Line("set grid linecolor rgb '#dddddd'")
-      .Line("set key below left vertical Left reverse")
+      .Line("set key tmargin left vertical Left reverse")
       .Line(
           "set arrow from graph 0, first 50 to graph 1, first 50 nohead dashtype 2 "
           "linecolor rgb '#888888'")
