@@ -4,6 +4,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -70,7 +71,8 @@ class GateProgram : public ::testing::Test {
 
   const fs::path folder_ =
       fs::temp_directory_path() /
-      (std::string("turbidock_") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
+      (std::string("turbidock_") + ::testing::UnitTest::GetInstance()->current_test_info()->name() +
+       "_" + std::to_string(getpid()));
   std::string gate_;
 };
 
