@@ -93,8 +93,10 @@ TEST(VehicleData, IsWhatTheStructsDefaultTo) {
 // The autopilot inverts the thrusters' curve: it must be this vehicle's.
 TEST(Gains, InvertTheVehiclesThrusters) {
   const Scenario scenario = LoadScenario("sea_night_active", {});
-  EXPECT_EQ(scenario.control.pid.allocation.dead_band_v, scenario.vehicle.thrusters.dead_band_volts);
-  EXPECT_EQ(scenario.control.pid.allocation.curve_exponent, scenario.vehicle.thrusters.curve_exponent);
+  EXPECT_EQ(scenario.control.pid.allocation.dead_band_v,
+            scenario.vehicle.thrusters.dead_band_volts);
+  EXPECT_EQ(scenario.control.pid.allocation.curve_exponent,
+            scenario.vehicle.thrusters.curve_exponent);
 }
 
 TEST(BundledScenarios, AreTheFourOfTheDocumentation) {
