@@ -4,6 +4,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <functional>
@@ -62,7 +63,8 @@ class Comparison : public ::testing::Test {
   const std::filesystem::path folder_ =
       std::filesystem::temp_directory_path() /
       (std::string("turbidock_comparison_") +
-       ::testing::UnitTest::GetInstance()->current_test_info()->name());
+       ::testing::UnitTest::GetInstance()->current_test_info()->name() + "_" +
+       std::to_string(getpid()));
 };
 
 std::string MessageOf(const std::function<void()>& action) {

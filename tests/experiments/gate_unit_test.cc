@@ -4,6 +4,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -108,7 +109,8 @@ class Gate : public ::testing::Test {
   const std::filesystem::path folder_ =
       std::filesystem::temp_directory_path() /
       (std::string("turbidock_gate_") +
-       ::testing::UnitTest::GetInstance()->current_test_info()->name());
+       ::testing::UnitTest::GetInstance()->current_test_info()->name() + "_" +
+       std::to_string(getpid()));
 };
 
 // -------------------------------------------------------------------------------------- verdicts
