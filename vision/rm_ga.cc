@@ -238,7 +238,9 @@ void RmGa::Report(const StereoImage& seen) {
   estimate_.fitness = by_ball.fitness;
   for (int b = 0; b < fitness_.ball_count(); ++b)
     estimate_.ball_fitness[static_cast<size_t>(b)] = by_ball.ball(b);
-  const bool lost = estimate_.fitness < options_.restart_below_fitness;
+  const double least_ball_fitness = *std::ranges::min_element(estimate_.ball_fitness);
+  const bool lost = estimate_.fitness < options_.restart_below_fitness ||
+                    least_ball_fitness < options_.restart_below_ball_fitness;
   frames_lost_ = lost ? frames_lost_ + 1 : 0;
   frames_found_ = lost ? 0 : frames_found_ + 1;
 }

@@ -68,6 +68,18 @@ void BatchOfEvaluations(benchmark::State& state) {
 }
 BENCHMARK(BatchOfEvaluations)->ArgName("poses")->Arg(24)->Arg(540);
 
+// The outlines of three balls in both images, from where a search ends.
+void Refinement(benchmark::State& state) {
+  const StereoImage seen = Seen(8);
+  PoseRefiner refiner(RefineParams{}, MarkerParams{}, RigParams{}.MakeRig());
+  Pose start = kPose;
+  start.p += Eigen::Vector3d(0.004, 0.001, -0.001);
+  for (auto _ : state)
+    benchmark::DoNotOptimize(refiner.Refine(seen, {{0, 0, 640, 480}, {0, 0, 640, 480}}, start));
+  state.SetItemsProcessed(state.iterations());
+}
+BENCHMARK(Refinement)->Unit(benchmark::kMicrosecond);
+
 // One frame of the search while it tracks, labels included.
 void GaFrame(benchmark::State& state, const RmGaOptions& options) {
   const StereoImage seen = Seen(8);

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <new>
 
@@ -187,6 +188,7 @@ TEST(RmGa, NeverRestartsWhenSwitchedOffOrWhenTheMarkerIsFound) {
   options.track.enabled = false;  // its codes would stand for other poses from frame to frame
   options.restart_after_frames = 3;
   options.restart_below_fitness = -0.5;  // never lost, not even on blank images
+  options.restart_below_ball_fitness = -0.5;
   RmGa found = MakeSearch(options);
   const Eigen::Vector3d kept = found.Update(Blank()).X_HM.p;
   for (int frame = 0; frame < 12; ++frame) EXPECT_EQ(found.Update(Blank()).X_HM.p, kept);
@@ -218,6 +220,65 @@ TEST(RmGa, AllocatesNothingAfterTheFirstFrame) {
     for (int frame = 0; frame < 4; ++frame) search.Update(seen);
     for (int frame = 0; frame < 6; ++frame) search.Update(blank);
     EXPECT_EQ(allocations, before);
+  }
+}
+
+TEST(RmGa, DetectionNeedsFramesInARowOnTheWayInAndOut) {
+  const StereoImage seen = Painted(), blank = Blank();
+  RmGaOptions options;
+  options.detection.on_frames = 4;
+  options.detection.off_frames = 2;
+  RmGa search = MakeSearch(options);
+  int above = 0;
+  for (int frame = 0; frame < 40; ++frame) {
+    const PoseEstimate& estimate = search.Update(seen);
+    above = estimate.fitness >= options.detection.on_fitness ? above + 1 : 0;
+    EXPECT_EQ(estimate.detected, above >= 4) << frame;
+  }
+  ASSERT_GT(above, 4);
+  EXPECT_TRUE(search.Update(blank).detected);
+  EXPECT_TRUE(search.Update(seen).detected);
+  EXPECT_TRUE(search.Update(blank).detected);
+  EXPECT_FALSE(search.Update(blank).detected);
+}
+
+TEST(RmGa, DetectsNothingInNoise) {
+  Rng rng = SeedTree(21).Stream("noise");
+  int frames = 0;
+  for (uint64_t seed = 0; seed < 6; ++seed) {
+    RmGa search = MakeSearch({}, seed);
+    StereoImage seen = Blank();
+    for (Image3u8* image : {&seen.left, &seen.right})
+      for (size_t i = 0; i < 3 * image->pixels(); i += 4) {
+        const uint32_t bits = rng.NextU32();
+        for (size_t k = 0; k < 4 && i + k < 3 * image->pixels(); ++k)
+          image->data()[i + k] = static_cast<uint8_t>(60 + (bits >> 8 * k & 0xff) / (3 + seed));
+      }
+    for (int frame = 0; frame < 30; ++frame, ++frames) EXPECT_FALSE(search.Update(seen).detected);
+  }
+  EXPECT_EQ(frames, 180);
+}
+
+TEST(RmGa, TracksAMovingMarkerWithoutLosingIt) {
+  // Back and forth at 0.2 m/s and 20 degrees a second, with noise.
+  Rng noise = SeedTree(3).Stream("noise");
+  for (uint64_t seed = 1; seed <= 2; ++seed) {
+    RmGa search = MakeSearch({}, seed);
+    const double way = 2.1 * static_cast<double>(seed);
+    for (int frame = 0; frame < 65; ++frame) {
+      const double t_s = std::abs(std::fmod(frame / 30.0, 2.0) - 1);
+      const Eigen::Vector3d moved =
+          0.2 * (t_s - 0.5) * Eigen::Vector3d(std::cos(way), std::sin(way), 0);
+      const Pose X_HM{FromYawPitchRoll(-0.17 + 0.349 * t_s, 0.02, -0.03),
+                      Eigen::Vector3d(0.8, 0, 0.02) + moved};
+      MarkerParams marker;
+      const StereoImage seen = turbidock::testing::PaintMarker(marker, RigParams{}.MakeRig(), X_HM,
+                                                               {.noise_dn = 1.5}, &noise);
+      const PoseEstimate& estimate = search.Update(seen);
+      if (frame < 30) continue;
+      EXPECT_TRUE(estimate.detected) << seed << ' ' << frame;
+      EXPECT_LT((estimate.X_HM.p - X_HM.p).norm(), 0.01) << seed << ' ' << frame;
+    }
   }
 }
 

@@ -1,0 +1,48 @@
+#include "vision/blob_estimator.h"
+
+#include <gtest/gtest.h>
+
+#include "sim/base/units.h"
+#include "tests/support/paint_marker.h"
+
+namespace turbidock::vision {
+namespace {
+
+const StereoRig kRig = RigParams{}.MakeRig();
+
+TEST(Triangulate, MeetsThePointThatBothRaysSee) {
+  const Eigen::Vector3d point(0.7, -0.1, 0.05), left(0, 0.06, 0), right(0, -0.06, 0);
+  const auto found = Triangulate(left, 3 * (point - left), right, point - right);
+  ASSERT_TRUE(found);
+  EXPECT_LT((*found - point).norm(), 1e-12);
+  // Half way between two rays that miss each other.
+  const Eigen::Vector3d up(0, 0, 0.01);
+  EXPECT_LT((*Triangulate(left, point - left, right + up, point - right) - point - 0.5 * up).norm(),
+            1e-3);
+  EXPECT_FALSE(Triangulate(left, {1, 0, 0}, right, {1, 0, 0}));         // parallel
+  EXPECT_FALSE(Triangulate(left, left - point, right, right - point));  // behind
+}
+
+TEST(BlobEstimator, FindsAWhollyVisibleMarker) {
+  const Pose X_HM = Pose::FromVectorPart({0.6, 0.03, -0.02}, {0.01, -0.02, 0.05});
+  BlobEstimator estimator({}, MarkerParams{}, HueParams{}, kRig);
+  const StereoImage seen = testing::PaintMarker(MarkerParams{}, kRig, X_HM, {}, nullptr);
+  const PoseEstimate& estimate = estimator.Update(seen);
+  EXPECT_TRUE(estimate.detected);
+  EXPECT_LT((estimate.X_HM.p - X_HM.p).norm(), 0.003);
+  EXPECT_LT(units::DegFromRad(AngleBetween(estimate.X_HM.q, X_HM.q)), 2);
+  EXPECT_GT(estimate.fitness, 0.9);
+}
+
+TEST(BlobEstimator, SaysWhenItSeesTooFewBalls) {
+  MarkerParams two;
+  two.balls.resize(2);
+  BlobEstimator estimator({}, MarkerParams{}, HueParams{}, kRig);
+  const StereoImage seen =
+      testing::PaintMarker(two, kRig, Pose::Translation(0.6, 0, 0), {}, nullptr);
+  EXPECT_FALSE(estimator.Update(seen).detected);
+  EXPECT_EQ(estimator.Update(seen).fitness, -1);
+}
+
+}  // namespace
+}  // namespace turbidock::vision
