@@ -1,0 +1,220 @@
+#include "experiments/tuning/study.h"
+
+#include <xxhash.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <set>
+
+#include "experiments/data_files.h"
+#include "experiments/nearest_name.h"
+#include "experiments/yaml_fields.h"
+#include "sim/base/check.h"
+#include "sim/base/random.h"
+
+namespace turbidock::experiments {
+namespace {
+
+// The number behind a dotted key.
+double* Find(const GroupRef& group, const std::string& key) {
+  const size_t dot = key.find('.');
+  for (const experiments::Field& field : group.fields) {
+    if (field.key != key.substr(0, dot)) continue;
+    if (dot == std::string::npos) {
+      double* const* number = std::get_if<double*>(&field.value);
+      return number ? *number : nullptr;
+    }
+    const GroupRef* inner = std::get_if<GroupRef>(&field.value);
+    return inner ? Find(*inner, key.substr(dot + 1)) : nullptr;
+  }
+  return nullptr;
+}
+
+double* NumberOf(const std::string& key, Scenario* scenario) {
+  return Find(GroupOf(scenario), key);
+}
+
+// Keys of a scenario that may be tuned.
+std::vector<std::string> NumberKeys() {
+  Scenario scenario;
+  std::vector<std::string> keys;
+  for (const KeyDoc& doc : ListKeys<Scenario>())
+    if (doc.key.find("[]") == std::string::npos && NumberOf(doc.key, &scenario))
+      keys.push_back(doc.key);
+  return keys;
+}
+
+std::vector<std::string> MetricNames() {
+  std::vector<std::string> names = {"time_s"};
+  for (const auto& [name, value] : MetricsOf({}, {})) names.push_back(name);
+  return names;
+}
+
+std::string Suggestion(const std::string& name, const std::vector<std::string>& known) {
+  const std::string nearest = NearestName(name, known);
+  return nearest.empty() ? "" : "; did you mean " + nearest + "?";
+}
+
+// A study's `trials` as a plan of its own.
+std::string PlanText(const YamlNode& study, const std::string& description) {
+  const auto trials = study.Find("trials");
+  if (!trials) throw ConfigError(study.file + ": trials: this key is required");
+  for (const char* key : {"schema_version", "description"})
+    if (trials->Find(key))
+      throw ConfigError(trials->Where() + "trials." + key + ": belongs to the study, not here");
+  YAML::Node plan = YAML::Clone(trials->node);
+  plan["schema_version"] = kPlanSchema;
+  plan["description"] = description;
+  return YAML::Dump(plan) + "\n";
+}
+
+StudySettings ReadSettings(const std::string& text, const std::string& file) {
+  const YamlNode node = ParseYaml(text, file);
+  for (const char* key : {"schema_version", "trials", "gains", "objective"})
+    if (!node.Find(key)) throw ConfigError(file + ": " + key + ": this key is required");
+  StudySettings settings;
+  Origins origins;
+  ReadFields(node, &settings, &origins, {"trials"});
+  CheckSettings(settings, origins);
+  return settings;
+}
+
+}  // namespace
+
+double GainRange::ValueAt(double u) const {
+  if (scale == Scale::kLinear) return low + u * (high - low);
+  return std::exp(std::log(low) + u * (std::log(high) - std::log(low)));
+}
+
+double GainRange::ShareOf(double value) const {
+  if (scale == Scale::kLinear) return (value - low) / (high - low);
+  return (std::log(value) - std::log(low)) / (std::log(high) - std::log(low));
+}
+
+void StudySettings::Check(const std::string& path) const {
+  const auto at = [&](const std::string& key) { return path.empty() ? key : path + "." + key; };
+  if (gains.empty()) throw ConfigError(at("gains"), "must name at least one gain");
+  if (objective.empty()) throw ConfigError(at("objective"), "must have at least one term");
+  const std::vector<std::string> numbers = NumberKeys(), metrics = MetricNames();
+  std::set<std::string> seen;
+  for (size_t i = 0; i < gains.size(); ++i) {
+    const GainRange& gain = gains[i];
+    const std::string key = at("gains[" + std::to_string(i) + "]");
+    if (std::find(numbers.begin(), numbers.end(), gain.key) == numbers.end())
+      throw ConfigError(key + ".key", "'" + gain.key + "' is no number of a scenario" +
+                                          Suggestion(gain.key, numbers));
+    if (!seen.insert(gain.key).second)
+      throw ConfigError(key + ".key", "'" + gain.key + "' is tuned already");
+    if (gain.low >= gain.high)
+      throw ConfigError(key + ".low", FormatNumber(gain.low) + " must be below high (" +
+                                          FormatNumber(gain.high) + ")");
+    if (gain.scale == Scale::kLog && gain.low <= 0)
+      throw ConfigError(key + ".low", FormatNumber(gain.low) + " must be > 0 on a log scale");
+  }
+  for (size_t i = 0; i < objective.size(); ++i)
+    if (std::find(metrics.begin(), metrics.end(), objective[i].metric) == metrics.end())
+      throw ConfigError(at("objective[" + std::to_string(i) + "].metric"),
+                        "'" + objective[i].metric + "' is produced by no trial" +
+                            Suggestion(objective[i].metric, metrics));
+  const bool pareto = optimiser.algorithm == Algorithm::kNsga2;
+  if (pareto && objective.size() < 2)
+    throw ConfigError(at("objective"), "nsga2 needs at least two terms");
+}
+
+Study::Study(const std::string& text, const std::string& file)
+    : settings_(ReadSettings(text, file)),
+      trials_text_(PlanText(ParseYaml(text, file), settings_.description)),
+      file_(file),
+      plan_(trials_text_, file + " (trials)") {
+  Scenario scenario = plan_.ScenarioOf(plan_.Trial(0));
+  for (size_t i = 0; i < settings_.gains.size(); ++i) {
+    const GainRange& gain = settings_.gains[i];
+    const double value = *NumberOf(gain.key, &scenario);
+    if (value < gain.low || value > gain.high)
+      throw ConfigError(file + ": gains[" + std::to_string(i) + "]",
+                        "the search begins at the scenario's " + gain.key + " = " +
+                            FormatNumber(value) + ", which must be in [" + FormatNumber(gain.low) +
+                            ", " + FormatNumber(gain.high) + "]");
+    start_.push_back(value);
+  }
+  // Both ends must be allowed by the scenario too.
+  for (const double end : {0.0, 1.0})
+    ScenarioOf(plan_, 0, GainsAt(Candidate(settings_.gains.size(), end)));
+  resolved_ = SaveYaml(settings_) + "trials: |\n" + plan_.resolved();
+}
+
+Gains Study::GainsAt(const Candidate& candidate) const {
+  Gains gains(candidate.size());
+  for (size_t i = 0; i < gains.size(); ++i)
+    gains[i] = std::clamp(settings_.gains[i].ValueAt(candidate[i]), settings_.gains[i].low,
+                          settings_.gains[i].high);
+  return gains;
+}
+
+Candidate Study::CandidateOf(const Gains& gains) const {
+  Candidate candidate(gains.size());
+  for (size_t i = 0; i < gains.size(); ++i)
+    candidate[i] = std::clamp(settings_.gains[i].ShareOf(gains[i]), 0.0, 1.0);
+  return candidate;
+}
+
+Plan Study::TrialsOf(uint64_t set, int seeds) const {
+  const auto master = static_cast<uint64_t>(plan_.settings().master_seed);
+  PlanOverrides overrides;
+  overrides.seeds = seeds;
+  if (set > 0)
+    overrides.master_seed = static_cast<int64_t>(
+        SeedTree(master).Stream("tuning.seeds." + std::to_string(set)).NextU64() >> 1);
+  return Plan(trials_text_, file_ + " (trials)", overrides);
+}
+
+std::vector<int64_t> Study::FairOrder(const Plan& plan) {
+  std::vector<int64_t> order(static_cast<size_t>(plan.trials()));
+  for (int64_t i = 0; i < plan.trials(); ++i) order[static_cast<size_t>(i)] = i;
+  std::stable_sort(order.begin(), order.end(), [&](int64_t a, int64_t b) {
+    return plan.Trial(a).sample < plan.Trial(b).sample;
+  });
+  return order;
+}
+
+Scenario Study::ScenarioOf(const Plan& plan, int64_t trial, const Gains& gains) const {
+  Scenario scenario = plan.ScenarioOf(plan.Trial(trial));
+  for (size_t i = 0; i < gains.size(); ++i) *NumberOf(settings_.gains[i].key, &scenario) = gains[i];
+  try {
+    CheckFields(scenario, "");
+  } catch (const ConfigError& error) {
+    throw ConfigError(file_ + ": a range of the gains leads to", error.what());
+  }
+  return scenario;
+}
+
+std::vector<double> Study::CostsOf(const TrialRecord& record) const {
+  std::vector<double> costs;
+  for (const ObjectiveTerm& term : settings_.objective) {
+    std::optional<double> value;
+    if (term.metric == "time_s") value = record.time_s;
+    for (const auto& [name, metric] : record.metrics)
+      if (name == term.metric) value = metric;
+    const double size = std::abs(value.value_or(0)) + (record.success() ? 0 : term.failed);
+    costs.push_back(term.weight * size);
+  }
+  return costs;
+}
+
+std::string Study::hash() const {
+  char text[17];
+  std::snprintf(text, sizeof text, "%016llx",
+                static_cast<unsigned long long>(XXH64(resolved_.data(), resolved_.size(), 0)));
+  return text;
+}
+
+Study LoadStudy(const std::string& name) {
+  const std::string path = FindBundled("studies", "study", name);
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw ConfigError(path + ": cannot be read");
+  return Study({std::istreambuf_iterator<char>(file), {}}, path);
+}
+
+}  // namespace turbidock::experiments
