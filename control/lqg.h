@@ -27,7 +27,7 @@ struct LqgParams {
     double error_m = 0.01;   // the law takes this error, ...
     double speed_mps = 0.1;  // ... this speed ...
     double effort_v = 0.6;   // ... and this deviation from the steady voltage for equally bad
-    double noise_m = 0.003;
+    double noise_m = 0.001;  // a few times the estimator's in clear water
     double current_newton = 2;
     double wave_newton = 2;
     double limit_v = 2.5;
@@ -57,7 +57,7 @@ struct LqgParams {
     double error_rad = 0.05;
     double speed_rad_s = 0.2;
     double effort_v = 0.6;
-    double noise_rad = 0.02;
+    double noise_rad = 0.008;
     double current_newton_m = 0.05;
     double wave_newton_m = 0;
     double limit_v = 1.5;
@@ -84,7 +84,7 @@ struct LqgParams {
   Translation surge{.mass_kg = 21,
                     .damping_newton_s_per_m = 10,
                     .thrust_newton_per_v = 4.36,
-                    .noise_m = 0.008,
+                    .noise_m = 0.003,
                     .wave_newton = 0};
   Translation sway;
   Translation heave{.mass_kg = 24, .damping_newton_s_per_m = 15, .current_newton = 1};
@@ -94,10 +94,10 @@ struct LqgParams {
   int latency_frames = 1;
   double current_time_s = 60;
   double wave_period_s = 2.5;
-  double wave_damping = 0.1;
+  double wave_damping = 0.05;
   double unknown_acceleration = 0.01;  // guess
-  double gate_sigma = 6;
-  int restart_frames = 30;
+  double gate_sigma = 10;  // the model is not the vehicle
+  int restart_frames = 6;
   SetpointParams setpoint;
   AllocationParams allocation;
 

@@ -13,8 +13,9 @@ namespace turbidock::control {
 
 struct PoseFilterParams {
   bool enabled = false;  // published: none
-  // guesses: twice the estimator's scatter at 0.6 m; what thrusters and waves do to the vehicle
-  Eigen::Vector4d noise{0.006, 0.002, 0.002, 0.02};
+  // guesses: a few times the estimator's scatter in clear water; what thrusters and waves do to the
+  // vehicle
+  Eigen::Vector4d noise{0.002, 0.0006, 0.0006, 0.008};
   Eigen::Vector4d acceleration{0.2, 0.2, 0.2, 0.4};
   double latency_s = 0.0333;  // one frame
   double gate_sigma = 5;

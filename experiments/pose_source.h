@@ -20,8 +20,8 @@ enum class PoseSource {
 // What is put on the true pose in place of an estimator's errors. The numbers are measured on the
 // estimator: see experiments/README.md.
 struct TruePoseParams {
-  Eigen::Vector4d noise{0.004, 0.001, 0.001, 0.012};
-  double correlation_s = 0.1;
+  Eigen::Vector4d noise{0.0004, 0.0001, 0.0001, 0.0013};
+  double correlation_s = 0;
   double fitness = 0.8;
   double found_after_s = 0.5;
 

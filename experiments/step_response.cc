@@ -17,10 +17,10 @@ using control::Axes;
 using control::Axis;
 using std::numbers::pi;
 
-constexpr double kWithin = 0.05;      // of the step: settled
-constexpr double kRecovered = 0.1;    // of the peak
-constexpr double kLeastPeriod_s = 6;  // a sinusoid is watched for at least this long ...
-constexpr int kLeastPeriods = 2;      // ... and these periods, after as many to settle
+constexpr double kWithin = 0.05;     // of the step: settled
+constexpr double kRecovered = 0.1;   // of the peak
+constexpr double kLeastWatch_s = 8;  // a sinusoid is watched for at least this long ...
+constexpr int kLeastPeriods = 4;     // ... and these periods, after as long to settle
 
 // A trial that stands at the servoing pose for as long as it is left alone.
 Scenario AtTheServoingPose(Scenario scenario, const StepOptions& options) {
@@ -101,7 +101,7 @@ std::complex<double> MeasureLoop(const Scenario& scenario, const StepOptions& op
                                  double frequency_hz) {
   const ClockParams& clock = scenario.clock;
   const double period_s = 1 / frequency_hz;
-  const double periods = std::max<double>(kLeastPeriods, std::ceil(kLeastPeriod_s / period_s));
+  const double periods = std::max<double>(kLeastPeriods, std::ceil(kLeastWatch_s / period_s));
   const int64_t first = clock.FramesFor(options.rest_s);
   const int64_t watched_from = first + clock.FramesFor(periods * period_s);
   const int64_t end = watched_from + clock.FramesFor(periods * period_s);
@@ -120,7 +120,10 @@ std::complex<double> MeasureLoop(const Scenario& scenario, const StepOptions& op
   });
   std::complex<double> demand, total;
   for (int64_t n = watched_from; n < std::min<int64_t>(end, std::ssize(log.frames)); ++n) {
-    const auto turn = std::polar(1.0, -omega * clock.TimeOfFrame(n));
+    // Hann's window: what is left of the beginning is slower and far larger at high frequencies
+    const double share =
+        static_cast<double>(n - watched_from) / static_cast<double>(end - watched_from);
+    const auto turn = std::polar(1 - std::cos(2 * pi * share), -omega * clock.TimeOfFrame(n));
     const double c = control::ToAxes(log.frames[static_cast<size_t>(n)].demand)[axis];
     demand += c * turn;
     total += (c + added_v(n)) * turn;

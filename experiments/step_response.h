@@ -52,9 +52,9 @@ struct DisturbanceResponse {
 };
 
 // The loop opened at the law's output: with the sinusoid w added to the demand c, L = -c / (c + w),
-// each the Fourier coefficient at w's frequency over whole periods. The other axes stay closed, and
-// the true pose is without noise.
-// Thrusters and allocation are not linear, so it holds for the amplitude it was measured with.
+// each the Fourier coefficient at w's frequency over whole periods in Hann's window. The other axes
+// stay closed, and the true pose is without noise. Thrusters and allocation are not linear, so it
+// holds for the amplitude it was measured with.
 struct LoopPoint {
   double frequency_hz = 0;
   double gain = 0, phase_rad = 0;  // of L; phase unwrapped from the lowest frequency

@@ -75,9 +75,9 @@ struct TuningProgress {
 
 struct TuningOptions {
   int workers = 1;
-  std::function<void(const TuningProgress&)> on_progress;
-  std::function<void(const GenerationRecord&)> on_generation;
-  std::function<bool()> stop_requested;
+  std::function<void(const TuningProgress&)> on_progress = nullptr;
+  std::function<void(const GenerationRecord&)> on_generation = nullptr;
+  std::function<bool()> stop_requested = nullptr;
 };
 
 // The study found nothing to compare with: the start fails in every trial. Exit code 1.

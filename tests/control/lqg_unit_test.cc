@@ -142,7 +142,7 @@ TEST(Lqg, OutliersAreNotUsedUntilTheyLast) {
     return [=](int n) { return n >= from && n < to ? Axes(0.3, 0.2, -0.2, 0) : Axes::Zero(); };
   };
   const std::vector<Axes> short_jump =
-      RunLoop({}, Vehicle({}, wanted), 120, Still, jump(60, 80), wanted);
+      RunLoop({}, Vehicle({}, wanted), 120, Still, jump(60, 64), wanted);
   EXPECT_LT((short_jump.back() - wanted).norm(), 1e-6);
   const std::vector<Axes> long_jump =
       RunLoop({}, Vehicle({}, wanted), 240, Still, jump(60, 240), wanted);

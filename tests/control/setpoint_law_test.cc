@@ -84,7 +84,7 @@ TEST(PoseFilter, OffItPassesOnWhatItGets) {
 
 TEST(PoseFilter, FollowsASteadySpeedWithoutLagAndPredictsOverTheLatency) {
   PoseFilter filter({.enabled = true, .latency_s = 0.1}, kClock);
-  const Axes speed(-0.1, 0.05, 0.02, 3.0);  // the heading wraps on the way
+  const Axes speed(-0.1, 0.05, 0.02, 1.0);  // the heading wraps on the way
   for (int n = 0; n < 300; ++n) {
     Axes position = Axes(1, 0, 0, 0) + speed * (n / 30.0);
     position[kYaw] = WrapAngle(position[kYaw]);
@@ -96,21 +96,34 @@ TEST(PoseFilter, FollowsASteadySpeedWithoutLagAndPredictsOverTheLatency) {
   }
 }
 
-TEST(PoseFilter, HalvesTheNoiseOfAMarkerAtRest) {
-  PoseFilter filter({.enabled = true, .latency_s = 0}, kClock);
+// Of a marker at rest: the settled alpha-beta filter passes on the share
+// (2 alpha^2 + beta (2 - 3 alpha)) / (alpha (4 - 2 alpha - beta)) of the noise's variance, alpha
+// and beta following from the tracking index (Kalata 1984).
+TEST(PoseFilter, LeavesOfTheNoiseWhatKalatasFilterLeaves) {
+  const PoseFilterParams params{.enabled = true,
+                                .noise = {0.006, 0.002, 0.002, 0.02},
+                                .acceleration = {0.2, 0.2, 0.05, 0.4},
+                                .latency_s = 0};
+  PoseFilter filter(params, kClock);
   Rng rng = SeedTree(3).Stream("filter");
-  const Eigen::Vector4d noise = PoseFilterParams{}.noise;
   Axes in = Axes::Zero(), out = Axes::Zero();
-  for (int n = 0; n < 3000; ++n) {
+  for (int n = 0; n < 30000; ++n) {
     Axes error;
-    for (int i = 0; i < kAxisCount; ++i) error[i] = noise[i] * rng.Normal();
+    for (int i = 0; i < kAxisCount; ++i) error[i] = params.noise[i] * rng.Normal();
     const auto filtered = filter.Update(Seen(n, error));
-    if (n < 100 || !filtered) continue;
+    if (n < 300 || !filtered) continue;
     in += error.cwiseAbs2();
     out += filtered->position.cwiseAbs2();
   }
-  for (int i = 0; i < kAxisCount; ++i) EXPECT_LT(std::sqrt(out[i] / in[i]), 0.7) << i;
-  EXPECT_LT(std::sqrt(out[kSurge] / in[kSurge]), 0.5);
+  for (int i = 0; i < kAxisCount; ++i) {
+    const double index = params.acceleration[i] / 900 / params.noise[i];
+    const double r = (4 + index - std::sqrt(8 * index + index * index)) / 4;
+    const double alpha = 1 - r * r, beta = 2 * (2 - alpha) - 4 * std::sqrt(1 - alpha);
+    const double share =
+        (2 * alpha * alpha + beta * (2 - 3 * alpha)) / (alpha * (4 - 2 * alpha - beta));
+    // 30,000 samples, correlated over some 1 / alpha of them
+    EXPECT_NEAR(out[i] / in[i], share, 0.1 * share) << i;
+  }
 }
 
 TEST(PoseFilter, RefusesOutliersAndBelievesThemWhenTheyLast) {

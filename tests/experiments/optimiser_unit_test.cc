@@ -24,7 +24,7 @@ struct Trace {
   double best = 1e30;
 };
 
-Trace Run(const OptimiserParams& params, uint64_t seed) {
+Trace TraceOf(const OptimiserParams& params, uint64_t seed) {
   Trace trace;
   Optimise(
       params, seed, {0.9, 0.9, 0.9}, 1,
@@ -51,7 +51,7 @@ class EveryAlgorithm : public ::testing::TestWithParam<Algorithm> {};
 
 TEST_P(EveryAlgorithm, FindsTheBottomOfABowlAskingGenerationsAtATime) {
   const OptimiserParams params{.algorithm = GetParam(), .population = 16, .generations = 40};
-  const Trace trace = Run(params, 5);
+  const Trace trace = TraceOf(params, 5);
   ASSERT_EQ(trace.asked.size(), 41u);
   EXPECT_EQ(trace.asked[0][0], Candidate({0.9, 0.9, 0.9}));  // the start comes first
   for (size_t generation = 1; generation < trace.asked.size(); ++generation)
@@ -61,8 +61,8 @@ TEST_P(EveryAlgorithm, FindsTheBottomOfABowlAskingGenerationsAtATime) {
 
 TEST_P(EveryAlgorithm, SameSeedSameQuestions) {
   const OptimiserParams params{.algorithm = GetParam(), .population = 8, .generations = 5};
-  EXPECT_EQ(Run(params, 3).asked, Run(params, 3).asked);
-  EXPECT_NE(Run(params, 3).asked, Run(params, 4).asked);
+  EXPECT_EQ(TraceOf(params, 3).asked, TraceOf(params, 3).asked);
+  EXPECT_NE(TraceOf(params, 3).asked, TraceOf(params, 4).asked);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, EveryAlgorithm,

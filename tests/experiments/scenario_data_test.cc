@@ -93,10 +93,13 @@ TEST(VehicleData, IsWhatTheStructsDefaultTo) {
 // The autopilot inverts the thrusters' curve: it must be this vehicle's.
 TEST(Gains, InvertTheVehiclesThrusters) {
   const Scenario scenario = LoadScenario("sea_night_active", {});
-  EXPECT_EQ(scenario.control.pid.allocation.dead_band_v,
-            scenario.vehicle.thrusters.dead_band_volts);
-  EXPECT_EQ(scenario.control.pid.allocation.curve_exponent,
-            scenario.vehicle.thrusters.curve_exponent);
+  for (const control::AllocationParams& allocation :
+       {scenario.control.pid.allocation, scenario.control.lqg.allocation}) {
+    EXPECT_EQ(allocation.dead_band_v, scenario.vehicle.thrusters.dead_band_volts);
+    EXPECT_EQ(allocation.curve_exponent, scenario.vehicle.thrusters.curve_exponent);
+  }
+  // The published law compensates nothing.
+  EXPECT_EQ(scenario.control.p_voltage.allocation.dead_band_v, 0);
 }
 
 TEST(BundledScenarios, AreTheFourOfTheDocumentation) {
