@@ -10,7 +10,7 @@ foreach(folder sim vision control experiments)
 endforeach()
 install(DIRECTORY ${CMAKE_SOURCE_DIR}/models ${CMAKE_SOURCE_DIR}/assets
   ${CMAKE_SOURCE_DIR}/experiments/scenarios ${CMAKE_SOURCE_DIR}/experiments/plans
-  DESTINATION ${CMAKE_INSTALL_DATADIR}/turbidock)
+  ${CMAKE_SOURCE_DIR}/experiments/studies DESTINATION ${CMAKE_INSTALL_DATADIR}/turbidock)
 
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/turbidock)
 install(EXPORT turbidock NAMESPACE turbidock:: DESTINATION ${package_dir} FILE turbidockTargets.cmake)

@@ -1,14 +1,14 @@
 #pragma once
-// Where the program's own data is: models/, assets/, scenarios/ and plans/, both in a build tree
-// and installed.
+// Where the program's own data is: models/, assets/, scenarios/, plans/ and studies/, both in a
+// build tree and installed.
 
 #include <string>
 #include <vector>
 
 namespace turbidock::experiments {
 
-// The folder that holds models/, assets/, scenarios/ and plans/: share/turbidock beside the
-// executable's bin/, or the installed one. Throws ConfigError when neither is there.
+// The folder that holds models/, assets/, scenarios/, plans/ and studies/: share/turbidock beside
+// the executable's bin/, or the installed one. Throws ConfigError when neither is there.
 std::string DataDir();
 
 std::string ModelPath(const std::string& file);  // DataDir()/models/file
@@ -26,6 +26,7 @@ inline std::string FindScenario(const std::string& name) {
   return FindBundled("scenarios", "scenario", name);
 }
 inline std::vector<std::string> BundledPlans() { return BundledNames("plans"); }
+inline std::vector<std::string> BundledStudies() { return BundledNames("studies"); }
 inline std::string FindPlan(const std::string& name) { return FindBundled("plans", "plan", name); }
 
 }  // namespace turbidock::experiments

@@ -28,6 +28,8 @@ void AddGate(CLI::App& app, Command* chosen);
 void AddCompare(CLI::App& app, Command* chosen);
 void AddSlurm(CLI::App& app, Command* chosen);
 void AddScenarios(CLI::App& app, Command* chosen);
+void AddTune(CLI::App& app, Command* chosen);  // tune, studies
+void AddStepResponse(CLI::App& app, Command* chosen);
 void AddSelftest(CLI::App& app, Command* chosen);
 
 // The signal (SIGINT, SIGTERM) that asked the program to stop, or 0. Long work polls it and ends

@@ -51,6 +51,8 @@ int ParseAndRun(int argc, char** argv) {
   AddCompareEstimators(app, &chosen);
   AddRecognize(app, &chosen);
   AddSlurm(app, &chosen);
+  AddTune(app, &chosen);
+  AddStepResponse(app, &chosen);
   AddScenarios(app, &chosen);
   AddSelftest(app, &chosen);
 

@@ -53,7 +53,8 @@ void AddRun(CLI::App& app, Command* chosen) {
                   "Set one key, such as water.milk_ml_m3=20; may be repeated")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
-  run->add_option("--gains", arguments->gains, "Gains file, read over the scenario");
+  run->add_option("--gains", arguments->gains,
+                  "Gains file, such as `turbidock tune` writes, read over the scenario");
   run->add_option("--seed", arguments->seed, "Root of all randomness; as --set seed=N");
   run->add_option("--resolution", arguments->resolution,
                   "Size of both cameras' images with the same field of view, such as 320x240")
