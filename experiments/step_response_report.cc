@@ -130,7 +130,7 @@ void WriteStepFigure(const std::string& path, const std::string& title,
   script.Line(fmt::format("set multiplot layout {},{} columnsfirst title {}", kRows, columns,
                           GnuplotQuoted(title)));
   script.Line("set grid linecolor rgb '#d8dce0'").Line("unset key").Line("set border 3");
-  script.Line("set tics nomirror").Line("set lmargin 9").Line("set rmargin 7");
+  script.Line("set tics nomirror").Line("set lmargin 9").Line("set rmargin 9");
   const std::string wanted =
       " with lines linewidth 1.6 dashtype (8,5) linecolor rgb " + Color(kOnPaper.desired);
   const std::string actual = " with lines linewidth 2 linecolor rgb " + Color(kOnPaper.estimate);

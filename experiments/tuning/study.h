@@ -86,6 +86,7 @@ struct ProofParams {
   int sensitivity_seeds = 24;
   double sensitivity_step = 0.1;
   bool cameras = true;
+  bool robustness_cameras = true;
 
   static void Fields(auto& self, auto&& field) {
     field("held_out_seeds", self.held_out_seeds, InRange(2, 1e6),
@@ -97,7 +98,9 @@ struct ProofParams {
     field("sensitivity_step", self.sensitivity_step, InRange(0.001, 1),
           "that step, as a share of the gain's range on its scale");
     field("cameras", self.cameras, Finite(),
-          "held-out and robustness trials see through the cameras, whatever the search saw");
+          "held-out trials see through the cameras, whatever the search saw");
+    field("robustness_cameras", self.robustness_cameras, Finite(),
+          "so do those of the robustness table, which takes many");
   }
 };
 

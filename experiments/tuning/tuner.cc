@@ -249,8 +249,8 @@ void Prove(const Study& study, Evaluations* evaluations, TuningProgress* progres
            TuningResult* result) {
   const ProofParams& proof = study.settings().proof;
   // Through the cameras, whatever the search saw.
-  const auto seen = [&](const std::function<void(Scenario*)>& change) {
-    return [change, cameras = proof.cameras](Scenario* scenario) {
+  const auto seen = [](bool cameras, const std::function<void(Scenario*)>& change) {
+    return [change, cameras](Scenario* scenario) {
       if (cameras) scenario->pose_source = PoseSource::kCameras;
       if (change) change(scenario);
     };
@@ -260,8 +260,8 @@ void Prove(const Study& study, Evaluations* evaluations, TuningProgress* progres
   const Plan held_out = study.TrialsOf(kHeldOutSet, proof.held_out_seeds);
   const std::vector<Evaluation> both =
       evaluations->Run("held out", held_out,
-                       {{.gains = result->start, .change = seen(nullptr)},
-                        {.gains = result->tuned, .change = seen(nullptr)}});
+                       {{.gains = result->start, .change = seen(proof.cameras, nullptr)},
+                        {.gains = result->tuned, .change = seen(proof.cameras, nullptr)}});
   result->held_out = Compare(study, "held out", both[0], both[1]);
 
   if (proof.robustness_seeds > 0) {
@@ -270,10 +270,11 @@ void Prove(const Study& study, Evaluations* evaluations, TuningProgress* progres
     for (size_t i = 0; i < variations.size(); ++i) {
       progress->phase = "robustness: " + variations[i].name;
       progress->share = static_cast<double>(i) / static_cast<double>(variations.size());
-      const std::vector<Evaluation> pair =
-          evaluations->Run(progress->phase, plan,
-                           {{.gains = result->start, .change = seen(variations[i].change)},
-                            {.gains = result->tuned, .change = seen(variations[i].change)}});
+      const std::vector<Evaluation> pair = evaluations->Run(
+          progress->phase, plan,
+          {{.gains = result->start, .change = seen(proof.robustness_cameras, variations[i].change)},
+           {.gains = result->tuned,
+            .change = seen(proof.robustness_cameras, variations[i].change)}});
       result->robustness.push_back(Compare(study, variations[i].name, pair[0], pair[1]));
     }
   }

@@ -182,7 +182,8 @@ std::string TuningMarkdown(const Study& study, const TuningResult& result) {
       "Wilson's; p of paired t, Wilcoxon's and McNemar's exact tests, all two-sided. Time and "
       "true final errors are medians of the trials that docked.\n\n";
   if (result.held_out) {
-    text += "## On held-out seeds\n\n";
+    text += fmt::format("## On held-out seeds{}\n\n",
+                        settings.proof.cameras ? ", through the cameras" : "");
     text += kComparisonHead + Row(*result.held_out);
     const PairedComparison& t = result.held_out->time_s;
     if (t.pairs > 0)
@@ -192,7 +193,9 @@ std::string TuningMarkdown(const Study& study, const TuningResult& result) {
           t.pairs, t.mean, t.confidence.low, t.confidence.high, t.t_p, t.wilcoxon_p);
   }
   if (!result.robustness.empty()) {
-    text += fmt::format("\n## When the vehicle or the sea is another\n\n{}", kComparisonHead);
+    text += fmt::format("\n## When the vehicle or the sea is another{}\n\n{}",
+                        settings.proof.robustness_cameras ? ", through the cameras" : "",
+                        kComparisonHead);
     for (const Comparison& c : result.robustness) text += Row(c);
   }
   if (!result.sensitivity.empty()) {
