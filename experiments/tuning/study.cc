@@ -57,8 +57,9 @@ std::string Suggestion(const std::string& name, const std::vector<std::string>& 
   return nearest.empty() ? "" : "; did you mean " + nearest + "?";
 }
 
-// A study's `trials` as a plan of its own.
-std::string PlanText(const YamlNode& study, const std::string& description) {
+// A study's `trials` as a plan of its own, with the settings of the map `also` if there is one.
+std::string PlanText(const YamlNode& study, const std::string& description,
+                     const std::optional<YamlNode>& also = std::nullopt) {
   const auto trials = study.Find("trials");
   if (!trials) throw ConfigError(study.file + ": trials: this key is required");
   for (const char* key : {"schema_version", "description"})
@@ -67,6 +68,11 @@ std::string PlanText(const YamlNode& study, const std::string& description) {
   YAML::Node plan = YAML::Clone(trials->node);
   plan["schema_version"] = kPlanSchema;
   plan["description"] = description;
+  if (also) {
+    if (!also->node.IsMap())
+      throw ConfigError(also->Where() + "against: must be a map of keys and values");
+    for (const auto& item : also->node) plan["set"][item.first.Scalar()] = item.second;
+  }
   return YAML::Dump(plan) + "\n";
 }
 
@@ -76,7 +82,7 @@ StudySettings ReadSettings(const std::string& text, const std::string& file) {
     if (!node.Find(key)) throw ConfigError(file + ": " + key + ": this key is required");
   StudySettings settings;
   Origins origins;
-  ReadFields(node, &settings, &origins, {"trials"});
+  ReadFields(node, &settings, &origins, {"trials", "against"});
   CheckSettings(settings, origins);
   return settings;
 }
@@ -126,6 +132,8 @@ void StudySettings::Check(const std::string& path) const {
 Study::Study(const std::string& text, const std::string& file)
     : settings_(ReadSettings(text, file)),
       trials_text_(PlanText(ParseYaml(text, file), settings_.description)),
+      against_text_(PlanText(ParseYaml(text, file), settings_.description,
+                             ParseYaml(text, file).Find("against"))),
       file_(file),
       plan_(trials_text_, file + " (trials)") {
   Scenario scenario = plan_.ScenarioOf(plan_.Trial(0));
@@ -139,10 +147,15 @@ Study::Study(const std::string& text, const std::string& file)
                             ", " + FormatNumber(gain.high) + "]");
     start_.push_back(value);
   }
+  const Plan against = TrialsAgainst(0, 1);
+  Scenario compared = against.ScenarioOf(against.Trial(0));
+  for (const GainRange& gain : settings_.gains) against_.push_back(*NumberOf(gain.key, &compared));
   // Both ends must be allowed by the scenario too.
   for (const double end : {0.0, 1.0})
     ScenarioOf(plan_, 0, GainsAt(Candidate(settings_.gains.size(), end)));
   resolved_ = SaveYaml(settings_) + "trials: |\n" + plan_.resolved();
+  if (has_against())
+    resolved_ += "against: |\n" + TrialsAgainst(0, plan_.settings().seeds).resolved();
 }
 
 Gains Study::GainsAt(const Candidate& candidate) const {
@@ -160,14 +173,20 @@ Candidate Study::CandidateOf(const Gains& gains) const {
   return candidate;
 }
 
-Plan Study::TrialsOf(uint64_t set, int seeds) const {
+Plan Study::Trials(const std::string& text, uint64_t set, int seeds) const {
   const auto master = static_cast<uint64_t>(plan_.settings().master_seed);
   PlanOverrides overrides;
   overrides.seeds = seeds;
   if (set > 0)
     overrides.master_seed = static_cast<int64_t>(
         SeedTree(master).Stream("tuning.seeds." + std::to_string(set)).NextU64() >> 1);
-  return Plan(trials_text_, file_ + " (trials)", overrides);
+  return Plan(text, file_ + " (trials)", overrides);
+}
+
+Plan Study::TrialsOf(uint64_t set, int seeds) const { return Trials(trials_text_, set, seeds); }
+
+Plan Study::TrialsAgainst(uint64_t set, int seeds) const {
+  return Trials(against_text_, set, seeds);
 }
 
 std::vector<int64_t> Study::FairOrder(const Plan& plan) {

@@ -14,6 +14,8 @@
 //     - {metric: time_s, weight: 1, failed: 60}
 //     - {metric: tracking_rms_m, weight: 500}
 //   optimiser: {algorithm: cma_es, population: 12, generations: 20}
+//   against: {controller: p_voltage}  # settings that the proof compares the tuned gains with, in
+//                                     # place of the starting gains
 
 #include <cstdint>
 #include <string>
@@ -148,11 +150,16 @@ class Study {
 
   const StudySettings& settings() const { return settings_; }
   const Gains& start() const { return start_; }  // the scenario's own values
+  // What the tuned gains are compared with, and under `against` its other settings.
+  const Gains& against() const { return against_; }
   Gains GainsAt(const Candidate& candidate) const;
   Candidate CandidateOf(const Gains& gains) const;
 
   // Trials of the study with seeds of their own: `set` 0 is the study's, every other one is drawn.
   Plan TrialsOf(uint64_t set, int seeds) const;
+  // The same trials under the settings that the tuned gains are compared with.
+  Plan TrialsAgainst(uint64_t set, int seeds) const;
+  bool has_against() const { return against_text_ != trials_text_; }
   int seeds() const { return plan_.settings().seeds; }
   // The trials of a plan in the order in which they are run: cell by cell in turn, so that any
   // beginning of them is fair.
@@ -168,10 +175,12 @@ class Study {
   std::string hash() const;  // of resolved(), 16 hexadecimal digits
 
  private:
+  Plan Trials(const std::string& text, uint64_t set, int seeds) const;
+
   StudySettings settings_;
-  std::string trials_text_, file_;
+  std::string trials_text_, against_text_, file_;
   Plan plan_;
-  Gains start_;
+  Gains start_, against_;
   std::string resolved_;
 };
 

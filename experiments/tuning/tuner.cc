@@ -257,25 +257,25 @@ void Prove(const Study& study, Evaluations* evaluations, TuningProgress* progres
   };
   progress->phase = "held out";
   progress->share = 0;
-  const Plan held_out = study.TrialsOf(kHeldOutSet, proof.held_out_seeds);
-  const std::vector<Evaluation> both =
-      evaluations->Run("held out", held_out,
-                       {{.gains = result->start, .change = seen(proof.cameras, nullptr)},
-                        {.gains = result->tuned, .change = seen(proof.cameras, nullptr)}});
-  result->held_out = Compare(study, "held out", both[0], both[1]);
+  // What was there before, then the tuned gains, on the same trials.
+  const auto run_both = [&](uint64_t set, int seeds,
+                            const std::function<void(Scenario*)>& change) -> Comparison {
+    const std::vector<Evaluation> before =
+        evaluations->Run(progress->phase, study.TrialsAgainst(set, seeds),
+                         {{.gains = study.against(), .change = change}});
+    const std::vector<Evaluation> tuned = evaluations->Run(
+        progress->phase, study.TrialsOf(set, seeds), {{.gains = result->tuned, .change = change}});
+    return Compare(study, progress->phase, before[0], tuned[0]);
+  };
+  result->held_out = run_both(kHeldOutSet, proof.held_out_seeds, seen(proof.cameras, nullptr));
 
   if (proof.robustness_seeds > 0) {
-    const Plan plan = study.TrialsOf(kRobustnessSet, proof.robustness_seeds);
     const std::vector<Variation>& variations = Variations();
     for (size_t i = 0; i < variations.size(); ++i) {
-      progress->phase = "robustness: " + variations[i].name;
+      progress->phase = variations[i].name;
       progress->share = static_cast<double>(i) / static_cast<double>(variations.size());
-      const std::vector<Evaluation> pair = evaluations->Run(
-          progress->phase, plan,
-          {{.gains = result->start, .change = seen(proof.robustness_cameras, variations[i].change)},
-           {.gains = result->tuned,
-            .change = seen(proof.robustness_cameras, variations[i].change)}});
-      result->robustness.push_back(Compare(study, variations[i].name, pair[0], pair[1]));
+      result->robustness.push_back(run_both(kRobustnessSet, proof.robustness_seeds,
+                                            seen(proof.robustness_cameras, variations[i].change)));
     }
   }
 

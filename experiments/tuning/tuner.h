@@ -33,8 +33,9 @@ struct TrialSummary {
   std::optional<double> time_s = std::nullopt, error_y_m = std::nullopt, error_z_m = std::nullopt;
 };
 
+// `start` is what the proof compares with: the starting gains or the study's `against`.
 struct Comparison {
-  std::string what;  // "held out", "mass -30 %", "pid.sway.kp_v_per_m + 0.1"
+  std::string what;  // "held out", "mass -30 %"
   TrialSummary start{}, tuned{};
   PairedComparison cost{};                 // tuned less start
   PairedComparison time_s{};               // pairs in which both docked

@@ -82,7 +82,7 @@ std::string Row(const Comparison& c) {
 }
 
 constexpr const char* kComparisonHead =
-    "| trials | docked, start | docked, tuned | start: time, y, z | tuned: time, y, z | cost "
+    "| trials | docked, before | docked, tuned | before: time, y, z | tuned: time, y, z | cost "
     "difference | t | Wilcoxon | McNemar |\n|---|---|---|---|---|---|---|---|---|\n";
 
 // Of the map at `path` (dotted), making maps on the way.
@@ -115,7 +115,7 @@ std::string GainsYaml(const Study& study, const TuningResult& result) {
                                  study.settings().description, study.hash(), VersionAndCommit());
   if (result.held_out) {
     const Comparison& c = *result.held_out;
-    text += fmt::format("# {} held-out trials: docked {} (start: {}), median {} s.\n",
+    text += fmt::format("# {} held-out trials: docked {} (before: {}), median {} s.\n",
                         c.tuned.trials, Rate(c.tuned), Rate(c.start), Number(c.tuned.time_s, 1, 1));
   }
   return text + YAML::Dump(gains) + "\n";
@@ -178,12 +178,14 @@ std::string TuningMarkdown(const Study& study, const TuningResult& result) {
     text += fmt::format(" {} {:g} x |{}|", &term == settings.objective.data() ? "" : "+",
                         term.weight, term.metric);
   text +=
-      ". Differences are tuned less start on the same seeds, with 95 % intervals; docked with "
+      ". Differences are tuned less before on the same seeds, with 95 % intervals; docked with "
       "Wilson's; p of paired t, Wilcoxon's and McNemar's exact tests, all two-sided. Time and "
       "true final errors are medians of the trials that docked.\n\n";
   if (result.held_out) {
     text += fmt::format("## On held-out seeds{}\n\n",
                         settings.proof.cameras ? ", through the cameras" : "");
+    if (study.has_against())
+      text += "Before is what the study's `against` says, not the starting gains.\n\n";
     text += kComparisonHead + Row(*result.held_out);
     const PairedComparison& t = result.held_out->time_s;
     if (t.pairs > 0)

@@ -72,6 +72,24 @@ TEST(Study, SeedsOfDifferentSetsHaveNothingInCommon) {
   EXPECT_EQ(seeds.size(), 200u);
 }
 
+TEST(Study, ComparesWithOtherSettingsOnTheSameSeeds) {
+  const std::string text = kHead + kTrials + kGains + kObjective;
+  const Study alone(text, "study.yaml");
+  const Study study(text + "against: {controller: p_voltage}\n", "study.yaml");
+  EXPECT_FALSE(alone.has_against());
+  ASSERT_TRUE(study.has_against());
+  EXPECT_NE(study.hash(), alone.hash());
+  const Plan trials = study.TrialsOf(7, 5), against = study.TrialsAgainst(7, 5);
+  for (int64_t trial = 0; trial < 5; ++trial)
+    EXPECT_EQ(trials.Trial(trial).seed, against.Trial(trial).seed);
+  EXPECT_EQ(study.ScenarioOf(trials, 0, {1.5}).control.law, control::Law::kLqg);
+  EXPECT_EQ(study.ScenarioOf(against, 0, study.against()).control.law, control::Law::kPVoltage);
+  EXPECT_EQ(study.ScenarioOf(against, 0, study.against()).duration_s, 2.5);
+  EXPECT_THAT(MessageOf(text + "against: {controler: pid}\n"),
+              HasSubstr("did you mean controller?"));
+  EXPECT_THAT(MessageOf(text + "against: pid\n"), HasSubstr("against: must be a map"));
+}
+
 TEST(Study, WhatIsWrongIsSaid) {
   const auto with_gain = [](const std::string& gain) {
     return MessageOf(kHead + kTrials + "gains: [" + gain + "]\n" + kObjective);
@@ -139,7 +157,8 @@ std::string TextOf(const Study& study, TuningResult result) {
 }
 
 TEST_F(TunerTest, WorkersAndInterruptionsChangeNothing) {
-  const Study study(kHead + kTrials + kGains + kObjective + kFast, "study.yaml");
+  const Study study(kHead + kTrials + kGains + kObjective + kFast + "against: {controller: pid}\n",
+                    "study.yaml");
   const TuningResult alone = Tune(study, File("one.sqlite"), {.workers = 1});
   EXPECT_EQ(alone.generations.size(), 3u);
   EXPECT_EQ(alone.trials, alone.trials_run);
