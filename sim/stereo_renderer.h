@@ -13,6 +13,8 @@
 #include "sim/gl_context.h"
 #include "sim/rendered.h"
 #include "sim/scene.h"
+#include "sim/surface_canvas.h"
+#include "sim/surface_list.h"
 
 namespace turbidock::sim {
 
@@ -31,13 +33,8 @@ class GlCanvas {
   void Update(const mjData& data);
   // Draws the list as a fixed camera of the model sees it.
   void Draw(const mjData& data, int camera);
-  // The same, but only this part of the picture is sure to be drawn: the same pixels as in the
-  // whole.
-  void Draw(const mjData& data, int camera, const PixelRegion& region);
-  // Copies the picture just drawn, or a part of it, bottom row first: RGB and, unless null, the GL
-  // depth.
+  // Copies the picture just drawn, bottom row first: RGB and, unless null, the GL depth.
   void Read(uint8_t* rgb, float* depth);
-  void Read(const PixelRegion& region, uint8_t* rgb, float* depth);
 
   mjvScene& scene() { return scene_; }
   int width_px() const { return viewport_.width; }
@@ -50,9 +47,6 @@ class GlCanvas {
   mjvScene scene_;
   mjrContext gl_;
   mjrRect viewport_;
-  void (*gl_enable_)(unsigned int) = nullptr;
-  void (*gl_disable_)(unsigned int) = nullptr;
-  void (*gl_scissor_)(int, int, int, int) = nullptr;
 };
 
 // What the stereo rig's cameras see: which geom at each pixel, and how far.
@@ -70,20 +64,13 @@ class StereoRenderer {
               StageTimer* timer = nullptr);
 
  private:
-  // Segment mode draws each listed thing in the colour (its segid) + 1, or not at all if that is
-  // -1. Numbers what the camera at X_WC may see, leaves out the rest (most of the vehicle) and
-  // notes which surface each colour stands for.
-  void NameColors(const CameraIntrinsics& intrinsics, const Pose& X_WC);
-  void RenderView(const mjData& data, int camera, const CameraIntrinsics& intrinsics,
-                  const Pose& X_WC, const PixelRegion& region, StageTimer* timer,
-                  RenderedView* out);
+  void Read(int view, const PixelRegion& region, RenderedView* out);
 
   const Scene& scene_;
-  GlCanvas canvas_;
-  float near_m_, far_m_;
-  std::vector<uint16_t> surface_of_color_;  // RenderedView::surface by the colour drawn
-  std::vector<uint8_t> rgb_;
-  std::vector<float> depth_;
+  float near_m_;
+  SurfaceLister lister_;
+  SurfaceCanvas canvas_;
+  SurfaceList list_;
 };
 
 // A lit, antialiased picture with MuJoCo's own lights, textures and fog: for videos, not for
