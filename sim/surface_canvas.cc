@@ -165,6 +165,11 @@ void SurfaceCanvas::Begin() {
   gl_.BindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
   gl_.Disable(GL_BLEND);
   gl_.Disable(GL_STENCIL_TEST);
+  gl_.Disable(GL_SCISSOR_TEST);
+  constexpr std::array<GLuint, 4> kNoSurface{};
+  constexpr float kInfinitelyFar = 0;
+  gl_.ClearBufferuiv(GL_COLOR, 0, kNoSurface.data());
+  gl_.ClearBufferfv(GL_DEPTH, 0, &kInfinitelyFar);
   gl_.Enable(GL_SCISSOR_TEST);
   gl_.Enable(GL_CULL_FACE);
   gl_.Enable(GL_DEPTH_TEST);
@@ -190,10 +195,6 @@ void SurfaceCanvas::Draw(int view, const PixelRegion& region, const SurfaceList&
   gl_.Viewport(0, view * height_px_, width_px_, height_px_);
   gl_.Scissor(region.column_begin, view * height_px_ + region.row_begin, region.width(),
               region.height());
-  constexpr std::array<GLuint, 4> kNoSurface{};
-  constexpr float kInfinitelyFar = 0;
-  gl_.ClearBufferuiv(GL_COLOR, 0, kNoSurface.data());
-  gl_.ClearBufferfv(GL_DEPTH, 0, &kInfinitelyFar);
   const auto draw = [&](Kind kind, const auto& corners, const std::vector<uint32_t>& triangles) {
     if (triangles.empty()) return;
     gl_.UseProgram(programs_[kind]);

@@ -92,6 +92,15 @@ void Render(benchmark::State& state) {
   CountPixels(view, state);
 }
 
+// What the estimator asks for while it tracks the marker: a quarter of each image.
+void RenderRegion(benchmark::State& state) {
+  View view(state);
+  const PixelRegion part = {160, 120, 480, 360};
+  for (auto _ : state) view.renderer.Render(*view.data, 0, {part, part}, &view.rendered);
+  state.SetItemsProcessed(state.iterations() * 2 * part.width() * part.height());
+  state.SetLabel(view.scenario.description);
+}
+
 void WaterOnly(benchmark::State& state) {
   View view(state);
   for (auto _ : state) view.water.Apply(view.rendered, &view.radiance);
@@ -120,6 +129,7 @@ void Cases(benchmark::internal::Benchmark* bench) {
 }
 BENCHMARK(BareRender)->Apply(Cases);
 BENCHMARK(Render)->Apply(Cases);
+BENCHMARK(RenderRegion)->Apply(Cases);
 BENCHMARK(WaterOnly)->Apply(Cases);
 BENCHMARK(Sensor)->Apply(Cases);
 BENCHMARK(WaterAndSensor)->Apply(Cases);
