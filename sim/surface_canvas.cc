@@ -214,7 +214,7 @@ void SurfaceCanvas::Draw(int view, const PixelRegion& region, const SurfaceList&
 
 void SurfaceCanvas::Read(int view, const PixelRegion& region, Image1u16* surface,
                          Image1f* nearness) {
-  gl_.PixelStorei(GL_PACK_ALIGNMENT, 1);
+  gl_.PixelStorei(GL_PACK_ALIGNMENT, 1);  // for good: MuJoCo sets the same once and relies on it
   gl_.PixelStorei(GL_PACK_ROW_LENGTH, width_px_);
   const int x = region.column_begin, y = view * height_px_ + region.row_begin;
   gl_.ReadPixels(x, y, region.width(), region.height(), GL_RED_INTEGER, GL_UNSIGNED_SHORT,
@@ -222,7 +222,6 @@ void SurfaceCanvas::Read(int view, const PixelRegion& region, Image1u16* surface
   gl_.ReadPixels(x, y, region.width(), region.height(), GL_DEPTH_COMPONENT, GL_FLOAT,
                  nearness->at(region.column_begin, region.row_begin));
   gl_.PixelStorei(GL_PACK_ROW_LENGTH, 0);
-  gl_.PixelStorei(GL_PACK_ALIGNMENT, 4);
 }
 
 }  // namespace turbidock::sim
