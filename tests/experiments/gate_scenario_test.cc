@@ -34,6 +34,7 @@ class GateProgram : public ::testing::Test {
     // Docks in four seconds: small images, a start right in front of the dock, a fast approach.
     File("short.yaml",
          "schema_version: 1\nseed: 1\nduration_s: 7\nmodel: pool_active.xml\ndocked_hold_s: 0\n"
+         "controller: pid\n"
          "water: {background: pure, milk_ml_m3: 10}\nball_lights: {enabled: true}\n"
          "lamps: {enabled: false}\nrig: {width_px: 160, height_px: 120}\n"
          "hue: {own_chroma_pixels: 3}\n"
@@ -92,8 +93,9 @@ TEST_F(GateProgram, AHalvedGainIsCaughtAndAChangedCommentIsNot) {
   EXPECT_LT(passed["conditions"][0]["trials"], 9);
 
   const std::string halved = ChangedBuild("halved", [](std::string text) {
-    const std::string gain = "surge: {kp_v_per_m: 5,";
-    return text.replace(text.find(gain), gain.size(), "surge: {kp_v_per_m: 2.5,");
+    const std::string key = "surge: {kp_v_per_m: ";
+    const size_t begin = text.find(key) + key.size(), size = text.find(',', begin) - begin;
+    return text.replace(begin, size, std::to_string(std::stod(text.substr(begin, size)) / 2));
   });
   const std::string failed_out = (folder_ / "halved_out").string();
   const ProgramEnd fail = RunProgramAt(

@@ -39,8 +39,8 @@ TEST(TrialRepeat, TheDigestSeesTheSeedAndEveryStageOfTheLoop) {
   for (const std::string change :
        {"seed=12", "vehicle.rigid_body.mass_kg=15.001", "sea.current.gust_std_mps=0.011",
         "water.milk_ml_m3=5", "sensor.read_noise_dn=1.6", "hue.window_rad=0.3",
-        "estimator.population=61", "camera_delay_frames=2", "pid.sway.kp_v_per_m=17",
-        "pid.allocation.dead_band_v=0.2", "procedure.servo_x_m=0.61",
+        "estimator.population=61", "camera_delay_frames=2", "lqg.sway.effort_v=0.5",
+        "lqg.allocation.dead_band_v=0.2", "procedure.found_hold_s=0.6",
         "vehicle.thrusters.max_thrust_newton=6"}) {
     std::vector<std::string> assignments = kShort;
     assignments.push_back(change);
