@@ -16,7 +16,7 @@ namespace {
 
 struct CompareArguments {
   CompareOptions options;
-  std::string marker = "both", seed;
+  std::string marker = "both", task = "still", seed;
   std::vector<double> distances_mm;
   double found_mm = 20, found_deg = 5;
   std::string csv, figure;
@@ -31,6 +31,8 @@ int Compare(const CompareArguments& arguments) {
     for (const auto& [marker, name] : EnumNames<MarkerKind>::kNames)
       if (arguments.marker == name) options.markers.push_back(marker);
   }
+  for (const auto& [task, name] : EnumNames<CompareTask>::kNames)
+    if (arguments.task == name) options.task = task;
   if (!arguments.distances_mm.empty()) {
     options.distances_m.clear();
     for (const double mm : arguments.distances_mm) options.distances_m.push_back(mm / 1000);
@@ -42,8 +44,8 @@ int Compare(const CompareArguments& arguments) {
 
   Progress progress(arguments.quiet);
   options.run.on_progress = [&](int done, int of) {
-    progress.ShowOrSay(static_cast<double>(done) / of,
-                       fmt::format("{} of {} distances done", done, of), 30);
+    progress.ShowOrSay(static_cast<double>(done) / of, fmt::format("{} of {} parts done", done, of),
+                       30);
   };
   options.run.stop_requested = [] { return StopSignal() != 0; };
   const std::vector<CompareRow> rows = CompareEstimators(options);
@@ -63,6 +65,12 @@ void AddCompareEstimators(CLI::App& app, Command* chosen) {
   CLI::App* compare = app.add_subcommand(
       "compare-estimators",
       "Compare pose estimators on the same simulated frames, over distance and milk");
+  compare
+      ->add_option("--task", arguments->task,
+                   "The marker: still; anywhere in the search range (where F >= 0.6); moving at "
+                   "0.2 m/s and 20 deg/s (worst error from frame 30 on); absent")
+      ->check(CLI::IsMember({"still", "anywhere", "moving", "absent"}))
+      ->capture_default_str();
   compare->add_option("--marker", arguments->marker, "active, passive or both")
       ->check(CLI::IsMember({"active", "passive", "both"}))
       ->capture_default_str();
@@ -80,7 +88,8 @@ void AddCompareEstimators(CLI::App& app, Command* chosen) {
                    "Which: default, search (without refinement), published, de, pso, cmaes, blobs")
       ->delimiter(',')
       ->check(CLI::IsMember(EstimatorNames()));
-  compare->add_option("--starts", options.starts, "Poses at each distance, each a cold start")
+  compare
+      ->add_option("--starts", options.starts, "Poses at each distance and milk, each a cold start")
       ->check(CLI::Range(1, 10000))
       ->capture_default_str();
   compare->add_option("--frames", options.frames, "Frames that each estimator gets of a pose")

@@ -6,12 +6,14 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <optional>
 
 #include "experiments/estimators/pagmo_estimator.h"
 #include "experiments/fixed_view.h"
 #include "experiments/nearest_name.h"
 #include "sim/base/random.h"
 #include "vision/blob_estimator.h"
+#include "vision/fitness.h"
 #include "vision/rm_ga.h"
 
 namespace turbidock::experiments {
@@ -25,68 +27,118 @@ double ProcessorTime_s() {
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
-// Poses about a distance, all balls in both images.
-std::vector<Pose> DrawPoses(double distance_m, int count, Rng* rng) {
-  std::vector<Pose> poses;
-  const auto within = [&](double half) { return rng->Uniform(-half, half); };
-  for (int i = 0; i < count; ++i) {
-    const double x_m = distance_m * (1 + within(0.05));
-    const double side_m = std::max(0.0, 0.4 * x_m - 0.12);
-    poses.push_back({FromYawPitchRoll(within(0.15), within(0.1), within(0.1)),
-                     {x_m, within(side_m), within(0.75 * side_m)}});
-  }
-  return poses;
-}
+// What one start shows: its frames, and where the marker is in them.
+struct Start {
+  std::vector<StereoImage> frames;
+  std::vector<Pose> true_X_HM;  // one, or one for each frame
 
-// What one estimator did with one pose.
-struct OneRun {
-  double error_m, rotation_rad, fitness, frame_s, evaluations;
+  const Pose& TrueAt(size_t frame) const {
+    return true_X_HM[std::min(frame, true_X_HM.size() - 1)];
+  }
 };
 
-OneRun RunOne(vision::PoseEstimator* estimator, const std::vector<StereoImage>& frames,
-              const Pose& true_X_HM) {
+// What one estimator did with one start.
+struct OneRun {
+  double error_m = 0, rotation_rad = 0, detected = 0, fitness = 0, frame_s = 0, evaluations = 0;
+};
+
+OneRun RunOne(CompareTask task, vision::PoseEstimator* estimator, const Start& start) {
+  const size_t frames = start.frames.size();
+  const size_t first_judged = task == CompareTask::kAbsent ? 0
+                              : task == CompareTask::kMoving
+                                  ? static_cast<size_t>(kMovingSettleFrames)
+                                  : frames - 1;
   std::vector<double> times_s;
-  double evaluations = 0;
-  PoseEstimate last;
-  for (const StereoImage& seen : frames) {
+  OneRun run;
+  for (size_t i = 0; i < frames; ++i) {
     const double start_s = ProcessorTime_s();
-    last = estimator->Update(seen);
+    const PoseEstimate& estimate = estimator->Update(start.frames[i]);
     times_s.push_back(ProcessorTime_s() - start_s);
-    evaluations += static_cast<double>(last.evaluations);
+    run.evaluations += static_cast<double>(estimate.evaluations) / static_cast<double>(frames);
+    run.fitness = estimate.fitness;
+    if (i < first_judged) continue;
+    const Pose& true_X_HM = start.TrueAt(i);
+    run.error_m = std::max(run.error_m, (estimate.X_HM.p - true_X_HM.p).norm());
+    run.rotation_rad = std::max(run.rotation_rad, AngleBetween(estimate.X_HM.q, true_X_HM.q));
+    run.detected += estimate.detected ? 1.0 / static_cast<double>(frames - first_judged) : 0;
   }
-  return {(last.X_HM.p - true_X_HM.p).norm(), AngleBetween(last.X_HM.q, true_X_HM.q), last.fitness,
-          *Median(times_s), evaluations / static_cast<double>(frames.size())};
+  run.frame_s = *Median(times_s);
+  return run;
 }
 
-// All milks, starts and estimators of a marker at a distance: [milk][estimator][start] of numbers.
-std::string RunJob(const CompareOptions& options, MarkerKind marker, double distance_m) {
-  Scenario scenario = RecognitionScenario(marker, options.assignments);
-  const SeedTree seeds(static_cast<uint64_t>(scenario.seed));
-  Rng rng = seeds.Stream(std::string("compare.") + NameOf(marker) + FormatNumber(distance_m));
-  const std::vector<Pose> poses = DrawPoses(distance_m, options.starts, &rng);
-  const std::vector<FixedView> views = DrawFixedViews(scenario, poses);
-  const uint64_t seed = rng.NextU64();
-  Json out = Json::array();
-  std::vector<StereoImage> frames(static_cast<size_t>(options.frames));
-  for (const double milk : options.milk_ml_m3) {
-    scenario.optics.water.milk_ml_m3 = milk;
-    std::vector<Json> by_estimator(options.estimators.size(), Json::array());
-    for (size_t start = 0; start < views.size(); ++start) {
-      const SeedTree start_seeds(seed + start);
-      FixedCameras cameras(views[start], scenario, start_seeds);
-      for (int64_t frame = 0; frame < options.frames; ++frame) {
-        frames[static_cast<size_t>(frame)].frame = frame;
-        cameras.Expose(frame, &frames[static_cast<size_t>(frame)]);
-      }
-      for (size_t e = 0; e < options.estimators.size(); ++e) {
-        const auto estimator = MakeEstimator(options.estimators[e], scenario, seed + start);
-        const OneRun o = RunOne(estimator.get(), frames, views[start].X_HM);
-        by_estimator[e].push_back({o.error_m, o.rotation_rad, o.fitness, o.frame_s, o.evaluations});
-      }
+// Whether the image recognises the marker at its true pose as well as docking needs.
+bool IsAreaI(const Scenario& scenario, const StereoRig& rig, const Start& start) {
+  vision::HueLabeller labeller(scenario.hue, scenario.marker);
+  Image1u8 left, right;
+  labeller.Label(start.frames.front().left, &left);
+  labeller.Label(start.frames.front().right, &right);
+  const vision::Fitness fitness(scenario.marker, rig, left, right);
+  return AreaOf(fitness.Evaluate(start.TrueAt(0))) == Area::kI;
+}
+
+// Some starts of a marker at a distance.
+struct Job {
+  MarkerKind marker;
+  double distance_m;  // 0: the task is not about one
+  int first, count;
+};
+
+// All milks, starts and estimators of a job: [milk][estimator][start] of numbers.
+std::string RunJob(const CompareOptions& options, const Job& job) {
+  Scenario scenario = RecognitionScenario(job.marker, options.assignments);
+  const StereoRig rig = scenario.rig.MakeRig();
+  Rng rng = SeedTree(static_cast<uint64_t>(scenario.seed))
+                .Stream(std::string("compare.") + NameOf(job.marker) +
+                        FormatNumber(job.distance_m) + "." + FormatNumber(job.first));
+  const size_t milks = options.milk_ml_m3.size();
+  std::vector<std::vector<Json>> out(milks,
+                                     std::vector<Json>(options.estimators.size(), Json::array()));
+  std::vector<int> done(milks, 0);
+  // Where too little of the range is Area I, there are fewer starts.
+  int candidates = 20 * job.count;
+  while (candidates > 0 && std::ranges::any_of(done, [&](int n) { return n < job.count; })) {
+    std::vector<std::vector<Pose>> starts;
+    std::vector<Pose> poses;
+    const int drawn = options.task == CompareTask::kMoving ? 1 : job.count;
+    for (int i = 0; i < drawn; ++i, --candidates) {
+      starts.push_back(
+          DrawStart(options.task, job.distance_m, options.frames, scenario, rig, &rng));
+      poses.insert(poses.end(), starts.back().begin(), starts.back().end());
     }
-    out.push_back(by_estimator);
+    const std::vector<FixedView> views = DrawFixedViews(scenario, poses);
+    size_t first_view = 0;
+    for (const std::vector<Pose>& true_X_HM : starts) {
+      const uint64_t seed = rng.NextU64();
+      for (size_t m = 0; m < milks; ++m) {
+        if (done[m] == job.count) continue;
+        scenario.optics.water.milk_ml_m3 = options.milk_ml_m3[m];
+        Start start{.frames = {}, .true_X_HM = true_X_HM};
+        std::optional<FixedCameras> cameras;
+        for (int64_t frame = 0; frame < options.frames; ++frame) {
+          const auto view = static_cast<size_t>(frame);
+          if (view < true_X_HM.size())
+            cameras.emplace(views[first_view + view], scenario, SeedTree(seed));
+          start.frames.emplace_back().frame = frame;
+          cameras->Expose(frame, &start.frames.back());
+          if (frame == 0 && options.task == CompareTask::kAnywhere &&
+              !IsAreaI(scenario, rig, start))
+            break;
+        }
+        if (start.frames.size() < static_cast<size_t>(options.frames)) continue;
+        ++done[m];
+        for (size_t e = 0; e < options.estimators.size(); ++e) {
+          const auto estimator = MakeEstimator(options.estimators[e], scenario, seed);
+          const OneRun o = RunOne(options.task, estimator.get(), start);
+          const Pose& X_HM = start.true_X_HM.back();
+          out[m][e].push_back({o.error_m, o.rotation_rad, o.detected, o.fitness, o.frame_s,
+                               o.evaluations, X_HM.p.x(), X_HM.p.y(), X_HM.p.z(), X_HM.q.w(),
+                               X_HM.q.x(), X_HM.q.y(), X_HM.q.z()});
+        }
+      }
+      first_view += true_X_HM.size();
+    }
   }
-  return out.dump();
+  return Json(out).dump();
 }
 
 // The ranks between which the median lies with 95 % confidence, by the binomial distribution's
@@ -107,22 +159,32 @@ CompareRow RowOf(const RecognitionCell& cell, const std::string& estimator, cons
   row.cell = cell;
   row.estimator = estimator;
   std::vector<double> rotations_rad, times_s;
+  const auto count = static_cast<double>(starts.size());
   for (const Json& start : starts) {
     const double error_m = start[0], rotation_rad = start[1];
     row.errors_m.push_back(error_m);
     rotations_rad.push_back(rotation_rad);
-    row.fitness.push_back(start[2]);
-    times_s.push_back(start[3]);
-    row.evaluations_per_frame += start[4].get<double>() / static_cast<double>(starts.size());
-    row.fitness_mean += start[2].get<double>() / static_cast<double>(starts.size());
-    row.found += error_m <= options.found_m && rotation_rad <= options.found_rad;
+    row.detected += start[2].get<double>() / count;
+    row.fitness.push_back(start[3]);
+    row.fitness_mean += row.fitness.back() / count;
+    times_s.push_back(start[4]);
+    row.evaluations_per_frame += start[5].get<double>() / count;
+    const bool found = error_m <= options.found_m && rotation_rad <= options.found_rad;
+    row.found += found;
+    if (!found && options.task != CompareTask::kAbsent)
+      row.misses.push_back({Pose{Eigen::Quaterniond(start[9], start[10], start[11], start[12]),
+                                 Eigen::Vector3d(start[6], start[7], start[8])},
+                            error_m, rotation_rad, row.fitness.back()});
     ++row.starts;
   }
+  if (row.starts == 0) return row;
   row.found_interval = WilsonInterval(row.found, row.starts);
   row.error_median_m = *Median(row.errors_m);
   row.error_median_interval_m = MedianInterval(row.errors_m);
   row.error_95_m = *Quantile(row.errors_m, 0.95);
+  row.error_worst_m = *std::ranges::max_element(row.errors_m);
   row.rotation_median_rad = *Median(rotations_rad);
+  row.rotation_median_interval_rad = MedianInterval(rotations_rad);
   row.frame_s = *Median(times_s);
   return row;
 }
@@ -183,23 +245,37 @@ std::unique_ptr<vision::PoseEstimator> MakeEstimator(const std::string& name,
 std::vector<CompareRow> CompareEstimators(const CompareOptions& options) {
   for (const std::string& name : options.estimators)  // bad names now, not in a worker
     MakeEstimator(name, RecognitionScenario(options.markers.front(), options.assignments), 0);
-  std::vector<std::pair<MarkerKind, double>> jobs;
+  if (options.task == CompareTask::kMoving && options.frames <= kMovingSettleFrames)
+    throw ConfigError("frames " + FormatNumber(options.frames) + ", must be more than " +
+                      FormatNumber(kMovingSettleFrames) + " for a moving marker");
+  constexpr int kStartsOfJob = 25;
+  const std::vector<double> distances_m =
+      IsAboutDistance(options.task) ? options.distances_m : std::vector<double>{0};
+  std::vector<Job> jobs;
   for (const MarkerKind marker : options.markers)
-    for (const double distance_m : options.distances_m) jobs.emplace_back(marker, distance_m);
+    for (const double distance_m : distances_m)
+      for (int first = 0; first < options.starts; first += kStartsOfJob)
+        jobs.push_back({marker, distance_m, first, std::min(kStartsOfJob, options.starts - first)});
   const std::vector<std::string> texts = ForkMap(
       static_cast<int>(jobs.size()),
-      [&](int i) {
-        const auto& [marker, distance_m] = jobs[static_cast<size_t>(i)];
-        return RunJob(options, marker, distance_m);
-      },
-      options.run);
+      [&](int i) { return RunJob(options, jobs[static_cast<size_t>(i)]); }, options.run);
+  // The starts of a marker at a distance, from one job or several.
   std::vector<CompareRow> rows;
-  for (size_t job = 0; job < texts.size(); ++job) {
-    const Json result = Json::parse(texts[job]);
+  for (size_t first = 0, end; first < texts.size(); first = end) {
+    std::vector<Json> parts;
+    const Job& job = jobs[first];
+    for (end = first; end < texts.size() && jobs[end].marker == job.marker &&
+                      jobs[end].distance_m == job.distance_m;
+         ++end)
+      parts.push_back(Json::parse(texts[end]));
     for (size_t m = 0; m < options.milk_ml_m3.size(); ++m)
-      for (size_t e = 0; e < options.estimators.size(); ++e)
-        rows.push_back(RowOf({jobs[job].first, options.milk_ml_m3[m], jobs[job].second},
-                             options.estimators[e], result[m][e], options));
+      for (size_t e = 0; e < options.estimators.size(); ++e) {
+        Json starts = Json::array();
+        for (const Json& part : parts)
+          starts.insert(starts.end(), part[m][e].begin(), part[m][e].end());
+        rows.push_back(RowOf({job.marker, options.milk_ml_m3[m], job.distance_m},
+                             options.estimators[e], starts, options));
+      }
   }
   return rows;
 }

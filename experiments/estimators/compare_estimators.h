@@ -1,13 +1,15 @@
 #pragma once
 // Estimators side by side on the same simulated frames and the same budget of evaluations, from a
 // cold start, over distance and milk: how often each finds the marker, how exactly, in what time,
-// and how well its fitness tells its error.
+// and how well its fitness tells its error. Beside markers at rest: anywhere in the search range,
+// moving, absent (CompareTask).
 
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "experiments/batch/statistics.h"
+#include "experiments/estimators/compare_task.h"
 #include "experiments/fork_map.h"
 #include "experiments/recognition.h"
 #include "vision/pose_estimator.h"
@@ -27,31 +29,43 @@ std::unique_ptr<vision::PoseEstimator> MakeEstimator(const std::string& name,
                                                      const Scenario& scenario, uint64_t seed);
 
 struct CompareOptions {
+  CompareTask task = CompareTask::kStill;
   std::vector<MarkerKind> markers = {MarkerKind::kActive, MarkerKind::kPassive};
-  std::vector<double> distances_m = {0.4, 0.6, 0.8, 1.0};
+  std::vector<double> distances_m = {0.4, 0.6, 0.8, 1.0};  // of tasks about a distance
   std::vector<double> milk_ml_m3 = {0, 10, 20, 40, 80};
   std::vector<std::string> estimators = EstimatorNames();
-  int starts = 20;  // poses about each distance
-  int frames = 30;  // each estimator sees of each pose
+  int starts = 20;  // in each cell, each with pose, noise and random numbers of its own
+  int frames = 30;  // each estimator sees of each start
   // An estimate within both counts as found.
   double found_m = 0.02, found_rad = 0.0873;
   std::vector<std::string> assignments;  // to the scenarios
-  ForkMapOptions run;                    // a job is a marker at a distance
+  ForkMapOptions run;                    // a job is some starts of a marker at a distance
 };
 
-// One estimator in one cell. Errors are of the last frame, over all starts, found or not.
+// A start that an estimator did not find.
+struct CompareMiss {
+  Pose true_X_HM;  // at the end
+  double error_m = 0, rotation_rad = 0, fitness = 0;
+};
+
+// One estimator in one cell. The error of a start, found or not, is the last frame's; that of a
+// moving marker the largest after kMovingSettleFrames.
 struct CompareRow {
-  RecognitionCell cell;
+  RecognitionCell cell;  // distance 0: the task is not about one
   std::string estimator;
   int starts = 0, found = 0;
   Interval found_interval;  // Wilson, 95 %
   double error_median_m = 0;
   Interval error_median_interval_m;  // from order statistics, 95 %
-  double error_95_m = 0, rotation_median_rad = 0;
+  double error_95_m = 0, error_worst_m = 0;
+  double rotation_median_rad = 0;
+  Interval rotation_median_interval_rad;
+  double detected = 0;  // share of frames: of the last ones; moving: once settled; absent: of all
   double fitness_mean = 0;
   double frame_s = 0;  // median processor time of a frame, labels included
   double evaluations_per_frame = 0;
   std::vector<double> errors_m, fitness;  // by start
+  std::vector<CompareMiss> misses;
 };
 
 // Nothing when it was stopped. The same whatever the number of workers, but for the times.

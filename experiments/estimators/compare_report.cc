@@ -25,23 +25,28 @@ auto Distinct(const std::vector<CompareRow>& rows, Of of) {
   return seen;
 }
 
+std::string DistanceText(const CompareRow& row) {
+  return row.cell.distance_m > 0 ? fmt::format("{:.0f}", MmFromM(row.cell.distance_m)) : "any";
+}
+
 }  // namespace
 
 std::string CompareText(const std::vector<CompareRow>& rows) {
-  std::string text =
-      fmt::format("{:8} {:>5} {:>6}  {:10} {:>9} {:>13} {:>20} {:>7} {:>7} {:>6} {:>8} {:>6}\n",
-                  "marker", "mm", "ml/m3", "estimator", "found", "95 %", "median error mm",
-                  "95 % mm", "deg", "F", "ms/frame", "evals");
+  std::string text = fmt::format(
+      "{:8} {:>5} {:>6}  {:10} {:>9} {:>13} {:>20} {:>7} {:>7} {:>18} {:>8} {:>6} {:>8} {:>6}\n",
+      "marker", "mm", "ml/m3", "estimator", "found", "95 %", "median error mm", "95 % mm", "worst",
+      "median error deg", "detected", "F", "ms/frame", "evals");
   for (const CompareRow& row : rows)
     text += fmt::format(
-        "{:8} {:5.0f} {:6g}  {:10} {:4}/{:<4} {:5.2f}..{:<5.2f} {:7.1f} ({:5.1f}..{:5.1f}) {:7.1f} "
-        "{:7.2f} {:6.2f} {:8.2f} {:6.0f}\n",
-        NameOf(row.cell.marker), MmFromM(row.cell.distance_m), row.cell.milk_ml_m3, row.estimator,
-        row.found, row.starts, row.found_interval.low, row.found_interval.high,
-        MmFromM(row.error_median_m), MmFromM(row.error_median_interval_m.low),
-        MmFromM(row.error_median_interval_m.high), MmFromM(row.error_95_m),
-        DegFromRad(row.rotation_median_rad), row.fitness_mean, 1000 * row.frame_s,
-        row.evaluations_per_frame);
+        "{:8} {:>5} {:6g}  {:10} {:4}/{:<4} {:5.2f}..{:<5.2f} {:7.1f} ({:5.1f}..{:5.1f}) {:7.1f} "
+        "{:7.1f} {:5.2f} ({:4.2f}..{:5.2f}) {:8.4f} {:6.2f} {:8.2f} {:6.0f}\n",
+        NameOf(row.cell.marker), DistanceText(row), row.cell.milk_ml_m3, row.estimator, row.found,
+        row.starts, row.found_interval.low, row.found_interval.high, MmFromM(row.error_median_m),
+        MmFromM(row.error_median_interval_m.low), MmFromM(row.error_median_interval_m.high),
+        MmFromM(row.error_95_m), MmFromM(row.error_worst_m), DegFromRad(row.rotation_median_rad),
+        DegFromRad(row.rotation_median_interval_rad.low),
+        DegFromRad(row.rotation_median_interval_rad.high), row.detected, row.fitness_mean,
+        1000 * row.frame_s, row.evaluations_per_frame);
   text += "\nrank correlation of F with the error (-1: F tells it perfectly)\n";
   for (const MarkerKind marker : Distinct(rows, [](const CompareRow& r) { return r.cell.marker; }))
     for (const std::string& name : Distinct(rows, [](const CompareRow& r) { return r.estimator; }))
@@ -54,15 +59,18 @@ std::string CompareText(const std::vector<CompareRow>& rows) {
 std::string CompareCsv(const std::vector<CompareRow>& rows) {
   std::string text =
       "marker,distance_mm,milk_ml_m3,estimator,starts,found,found_low,found_high,error_median_mm,"
-      "error_median_low_mm,error_median_high_mm,error_95_mm,rotation_median_deg,fitness_mean,"
+      "error_median_low_mm,error_median_high_mm,error_95_mm,error_worst_mm,rotation_median_deg,"
+      "rotation_median_low_deg,rotation_median_high_deg,detected,fitness_mean,"
       "frame_ms,evaluations_per_frame\n";
   for (const CompareRow& row : rows)
     text += fmt::format(
-        "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", NameOf(row.cell.marker),
+        "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", NameOf(row.cell.marker),
         MmFromM(row.cell.distance_m), row.cell.milk_ml_m3, row.estimator, row.starts, row.found,
         row.found_interval.low, row.found_interval.high, MmFromM(row.error_median_m),
         MmFromM(row.error_median_interval_m.low), MmFromM(row.error_median_interval_m.high),
-        MmFromM(row.error_95_m), DegFromRad(row.rotation_median_rad), row.fitness_mean,
+        MmFromM(row.error_95_m), MmFromM(row.error_worst_m), DegFromRad(row.rotation_median_rad),
+        DegFromRad(row.rotation_median_interval_rad.low),
+        DegFromRad(row.rotation_median_interval_rad.high), row.detected, row.fitness_mean,
         1000 * row.frame_s, row.evaluations_per_frame);
   return text;
 }
@@ -70,22 +78,39 @@ std::string CompareCsv(const std::vector<CompareRow>& rows) {
 std::string CompareJson(const std::vector<CompareRow>& rows) {
   nlohmann::ordered_json json = {{"cells", nlohmann::ordered_json::array()},
                                  {"fitness_error_correlation", nlohmann::ordered_json::array()}};
-  for (const CompareRow& row : rows)
-    json["cells"].push_back({{"marker", NameOf(row.cell.marker)},
-                             {"distance_mm", MmFromM(row.cell.distance_m)},
-                             {"milk_ml_m3", row.cell.milk_ml_m3},
-                             {"estimator", row.estimator},
-                             {"starts", row.starts},
-                             {"found", row.found},
-                             {"found_interval", {row.found_interval.low, row.found_interval.high}},
-                             {"error_median_m", row.error_median_m},
-                             {"error_median_interval_m",
-                              {row.error_median_interval_m.low, row.error_median_interval_m.high}},
-                             {"error_95_m", row.error_95_m},
-                             {"rotation_median_rad", row.rotation_median_rad},
-                             {"fitness_mean", row.fitness_mean},
-                             {"frame_s", row.frame_s},
-                             {"evaluations_per_frame", row.evaluations_per_frame}});
+  for (const CompareRow& row : rows) {
+    auto misses = nlohmann::ordered_json::array();
+    for (const CompareMiss& miss : row.misses) {
+      const Eigen::Vector3d& p = miss.true_X_HM.p;
+      const Eigen::Quaterniond& q = miss.true_X_HM.q;
+      misses.push_back({{"position_m", {p.x(), p.y(), p.z()}},
+                        {"quaternion_wxyz", {q.w(), q.x(), q.y(), q.z()}},
+                        {"error_m", miss.error_m},
+                        {"rotation_rad", miss.rotation_rad},
+                        {"fitness", miss.fitness}});
+    }
+    json["cells"].push_back(
+        {{"marker", NameOf(row.cell.marker)},
+         {"distance_mm", MmFromM(row.cell.distance_m)},
+         {"milk_ml_m3", row.cell.milk_ml_m3},
+         {"estimator", row.estimator},
+         {"starts", row.starts},
+         {"found", row.found},
+         {"found_interval", {row.found_interval.low, row.found_interval.high}},
+         {"error_median_m", row.error_median_m},
+         {"error_median_interval_m",
+          {row.error_median_interval_m.low, row.error_median_interval_m.high}},
+         {"error_95_m", row.error_95_m},
+         {"error_worst_m", row.error_worst_m},
+         {"rotation_median_rad", row.rotation_median_rad},
+         {"rotation_median_interval_rad",
+          {row.rotation_median_interval_rad.low, row.rotation_median_interval_rad.high}},
+         {"detected", row.detected},
+         {"fitness_mean", row.fitness_mean},
+         {"frame_s", row.frame_s},
+         {"evaluations_per_frame", row.evaluations_per_frame},
+         {"misses", misses}});
+  }
   for (const MarkerKind marker : Distinct(rows, [](const CompareRow& r) { return r.cell.marker; }))
     for (const std::string& name : Distinct(rows, [](const CompareRow& r) { return r.estimator; }))
       json["fitness_error_correlation"].push_back(
