@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <utility>
 
 namespace turbidock::vision {
 namespace {
+
+constexpr size_t kMostRefinements = 3;  // of one frame
 
 // Options that passed their checks, for the members that are made from them.
 const RmGaOptions& Checked(const RmGaOptions& options) {
@@ -81,7 +84,8 @@ RmGa::RmGa(const RmGaOptions& options, const MarkerParams& marker, const HuePara
 }
 
 void RmGa::Reset() {
-  started_ = false;
+  started_ = held_by_two_ = false;
+  estimate_.covariance.reset();
   frames_lost_ = frames_found_ = frames_on_ = frames_off_ = 0;
   velocity_ = {};
   map_ = whole_range_;
@@ -208,12 +212,15 @@ const PoseEstimate& RmGa::Update(const StereoImage& seen) {
   Evaluate(0, population_.size());
   Sort();
   const auto kept = static_cast<size_t>(kept_);
+  const size_t refinements = !options_.refine.enabled ? 0
+                             : held_by_two_ ? std::min(kMostRefinements, population_.size() - kept)
+                                            : 1;
   generations_ = 0;
   for (bool last = false; !last;) {
     ++generations_;
-    // The last one leaves an evaluation for the refined pose.
+    // The last one leaves the evaluations of refined poses.
     last = frame_time_s_ ? time_is_up() : generations_ == options_.generations_per_frame;
-    const size_t end = population_.size() - (last && options_.refine.enabled ? 1 : 0);
+    const size_t end = population_.size() - (last ? refinements : 0);
     for (size_t i = kept; i < end; ++i) population_[i].gene = Offspring();
     Evaluate(kept, end);
     Sort();
@@ -221,9 +228,12 @@ const PoseEstimate& RmGa::Update(const StereoImage& seen) {
 
   const Pose last_X_HM = estimate_.X_HM;
   const bool was_detected = estimate_.detected;
+  const std::optional<Pose> last_refined_X_HM =
+      estimate_.covariance ? std::optional(last_X_HM) : std::nullopt;
   Report(seen);
   UpdateDetection();
-  if (options_.refine.enabled && estimate_.fitness >= options_.detection.off_fitness) Refine(seen);
+  if (options_.refine.enabled && estimate_.fitness >= options_.detection.off_fitness)
+    Refine(seen, last_refined_X_HM, refinements);
   if (options_.track.enabled) PlanNextFrame(last_X_HM, was_detected);
   return estimate_;
 }
@@ -241,6 +251,12 @@ void RmGa::Report(const StereoImage& seen) {
   const double least_ball_fitness = *std::ranges::min_element(estimate_.ball_fitness);
   const bool lost = estimate_.fitness < options_.restart_below_fitness ||
                     least_ball_fitness < options_.restart_below_ball_fitness;
+  held_by_two_ = options_.swing_rad > 0 &&
+                 std::ranges::count_if(estimate_.ball_fitness,
+                                       [&](double ball) {
+                                         return ball >= options_.restart_below_ball_fitness;
+                                       }) == 2 &&
+                 estimate_.ball_fitness.size() > 2;
   frames_lost_ = lost ? frames_lost_ + 1 : 0;
   frames_found_ = lost ? 0 : frames_found_ + 1;
 }
@@ -253,21 +269,51 @@ void RmGa::UpdateDetection() {
   if (frames_off_ >= limits.off_frames) estimate_.detected = false;
 }
 
+// The two balls that are matched best stay where they are.
+Pose RmGa::Swung(const Pose& X_HM) {
+  size_t first = 0, second = 1;
+  const std::vector<double>& match = estimate_.ball_fitness;
+  if (match[second] > match[first]) std::swap(first, second);
+  for (size_t b = 2; b < match.size(); ++b) {
+    if (match[b] > match[first])
+      second = std::exchange(first, b);
+    else if (match[b] > match[second])
+      second = b;
+  }
+  const Eigen::Vector3d& p_MQ = marker_.balls[first].p_MQ_m;
+  const Eigen::Vector3d axis = (marker_.balls[second].p_MQ_m - p_MQ).normalized();
+  const double turn_rad = rng_.Uniform(-options_.swing_rad, options_.swing_rad);
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(turn_rad, axis));
+  return X_HM * Pose{turn, p_MQ - turn * p_MQ};
+}
+
 // Moves the estimate to where the edges of the balls are, unless what is found there contradicts
 // the search: then the edges were of something else.
-void RmGa::Refine(const StereoImage& seen) {
+void RmGa::Refine(const StereoImage& seen, const std::optional<Pose>& last_refined_X_HM,
+                  size_t most) {
   constexpr double kLargestLoss = 0.25;  // of F; a hidden half of a ball costs up to 0.2
   constexpr double kLargestResidual_px = 1.0;
-  const std::optional<Refined> refined =
-      refiner_.Refine(seen, reach_ ? *reach_ : whole_, estimate_.X_HM);
-  if (!refined || refined->residual_px > kLargestResidual_px) return;
-  const double fitness = fitness_.Evaluate(refined->X_HM);
-  ++estimate_.evaluations;
-  if (fitness < estimate_.fitness - kLargestLoss) return;
-  estimate_.X_HM = refined->X_HM.Canonical();
-  estimate_.covariance = refined->covariance;
+  std::array<Pose, kMostRefinements> starts{estimate_.X_HM};
+  size_t count = 1;
+  if (held_by_two_ && count < most) starts[count++] = Swung(estimate_.X_HM);
+  if (held_by_two_ && count < most && last_refined_X_HM) starts[count++] = *last_refined_X_HM;
+  std::optional<Refined> best;
+  double best_fitness = estimate_.fitness - kLargestLoss;
+  for (size_t i = 0; i < count; ++i) {
+    const std::optional<Refined> refined =
+        refiner_.Refine(seen, reach_ ? *reach_ : whole_, starts[i]);
+    if (!refined || refined->residual_px > kLargestResidual_px) continue;
+    const double fitness = fitness_.Evaluate(refined->X_HM);
+    ++estimate_.evaluations;
+    if (best ? fitness <= best_fitness : fitness < best_fitness) continue;
+    best = refined;
+    best_fitness = fitness;
+  }
+  if (!best) return;
+  estimate_.X_HM = best->X_HM.Canonical();
+  estimate_.covariance = best->covariance;
   // It takes part in the next frame's search in place of the worst.
-  population_.back() = {map_.Encode(GeneMap::ValuesOf(estimate_.X_HM)), fitness, 0};
+  population_.back() = {map_.Encode(GeneMap::ValuesOf(estimate_.X_HM)), best_fitness, 0};
 }
 
 void RmGa::PlanNextFrame(const Pose& last_X_HM, bool was_detected) {
