@@ -249,8 +249,9 @@ void RmGa::Report(const StereoImage& seen) {
   for (int b = 0; b < fitness_.ball_count(); ++b)
     estimate_.ball_fitness[static_cast<size_t>(b)] = by_ball.ball(b);
   const double least_ball_fitness = *std::ranges::min_element(estimate_.ball_fitness);
-  const bool lost = estimate_.fitness < options_.restart_below_fitness ||
-                    least_ball_fitness < options_.restart_below_ball_fitness;
+  // A track has told two balls from three already: one that is then hidden does not end it.
+  const bool is_ambiguous = !reach_ && least_ball_fitness < options_.restart_below_ball_fitness;
+  const bool lost = estimate_.fitness < options_.restart_below_fitness || is_ambiguous;
   held_by_two_ = options_.swing_rad > 0 &&
                  std::ranges::count_if(estimate_.ball_fitness,
                                        [&](double ball) {
