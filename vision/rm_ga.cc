@@ -35,6 +35,7 @@ RmGaOptions RmGaOptions::Published() {
   options.immigrant_share = 0;
   options.creep_share = 0;
   options.restart_after_frames = 0;
+  options.swing_rad = 0;
   options.track.enabled = false;
   options.refine.enabled = false;
   return options;

@@ -57,5 +57,44 @@ TEST(CompareEstimators, RunsACell) {
   EXPECT_LT(rows[0].error_median_m, rows[1].error_median_m);
 }
 
+TEST(CompareEstimators, TellsAnAbsentMarkerFromAMovingOne) {
+  CompareOptions options;
+  options.markers = {MarkerKind::kActive};
+  options.distances_m = {0.6};
+  options.milk_ml_m3 = {10};
+  options.estimators = {"default"};
+  options.starts = 1;
+  options.frames = kMovingSettleFrames;
+  options.task = CompareTask::kMoving;
+  EXPECT_THROW(CompareEstimators(options), ConfigError);  // nothing would be judged
+  options.frames += 5;
+  const std::vector<CompareRow> moving = CompareEstimators(options);
+  ASSERT_EQ(moving.size(), 1u);
+  EXPECT_EQ(moving[0].found, 1);
+  EXPECT_DOUBLE_EQ(moving[0].detected, 1);
+  options.frames = 10;
+  options.task = CompareTask::kAbsent;
+  const std::vector<CompareRow> absent = CompareEstimators(options);
+  ASSERT_EQ(absent.size(), 1u);
+  EXPECT_EQ(absent[0].cell.distance_m, 0);
+  EXPECT_EQ(absent[0].detected, 0);
+  EXPECT_EQ(absent[0].found, 0);
+  EXPECT_TRUE(absent[0].misses.empty());
+}
+
+TEST(CompareEstimators, StartsAnywhereAreOfAreaI) {
+  CompareOptions options;
+  options.task = CompareTask::kAnywhere;
+  options.markers = {MarkerKind::kPassive};
+  options.milk_ml_m3 = {0, 2000};  // in the latter none is
+  options.estimators = {"default"};
+  options.starts = 2;
+  options.frames = 20;
+  const std::vector<CompareRow> rows = CompareEstimators(options);
+  ASSERT_EQ(rows.size(), 2u);
+  EXPECT_EQ(rows[0].starts, 2);
+  EXPECT_EQ(rows[1].starts, 0);
+}
+
 }  // namespace
 }  // namespace turbidock::experiments

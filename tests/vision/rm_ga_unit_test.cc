@@ -75,6 +75,7 @@ TEST(RmGaOptions, PublishedPresetHasThePublishedNumbers) {
   EXPECT_EQ(options.immigrant_share, 0);
   EXPECT_EQ(options.creep_share, 0);
   EXPECT_EQ(options.restart_after_frames, 0);
+  EXPECT_EQ(options.swing_rad, 0);
 }
 
 TEST(RmGaOptions, RefusesWhatCannotWork) {
@@ -90,6 +91,9 @@ TEST(RmGaOptions, RefusesWhatCannotWork) {
   options = {};
   options.range.x_min_m = 2;
   EXPECT_THAT(ProblemOf(options), HasSubstr("estimator.range.x_max_m"));
+  options = {};
+  options.swing_rad = -0.1;
+  EXPECT_THAT(ProblemOf(options), HasSubstr("estimator.swing_rad"));
 }
 
 TEST(RmGa, RefusesImagesOfAnotherSize) {
