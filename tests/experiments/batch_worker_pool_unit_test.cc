@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <map>
+#include <new>
 
 #include "experiments/batch/worker_pool.h"
 #include "sim/base/check.h"
@@ -29,6 +30,9 @@ std::string Act(const std::string& what) {
   if (what == "hang")
     for (;;) pause();
   if (what == "run out of memory") {
+#ifdef __SANITIZE_ADDRESS__
+    throw std::bad_alloc();  // its own operator new ends the process instead
+#endif
     const rlimit limit = {1 << 28, 1 << 28};
     setrlimit(RLIMIT_AS, &limit);
     return std::string(size_t{1} << 32, 'x');
