@@ -31,6 +31,9 @@ function(turbidock_compile_options target)
     # GCC's own advice: instrumented code makes -Wmaybe-uninitialized see paths that are not there.
     target_compile_options(${target} PRIVATE -Wno-maybe-uninitialized
       -fsanitize=${TURBIDOCK_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+    # Eigen would allocate differently from libraries that were built without sanitizers, whose
+    # matrices we free. Their malloc is aligned too.
+    target_compile_definitions(${target} PRIVATE EIGEN_MALLOC_ALREADY_ALIGNED=1)
     target_link_options(${target} PUBLIC -fsanitize=${TURBIDOCK_SANITIZE})
   endif()
 endfunction()

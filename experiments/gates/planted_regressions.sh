@@ -12,7 +12,6 @@ turbidock=build/bin/turbidock
 mkdir -p "$out"
 
 # a gate, a name, what is planted
-p_gains=(controller=p_voltage duration_s=60)
 thrust=("vehicle.thrusters.effectiveness=[0.6, 0.6, 0.6, 0.6]")
 delay=(camera_delay_frames=4)
 hue=(marker_may_differ=true marker.balls.0.hue_rad=2.618 marker.balls.1.hue_rad=0.5236
@@ -22,25 +21,24 @@ drag=("vehicle.hydrodynamics.linear_damping_diagonal=[10, 12, 16, 0.2, 0.3, 0.14
 
 sets() { for assignment in "$@"; do printf '%s\0' --set "$assignment"; done; }
 
-# long_run NAME ASSIGNMENT...: trials of $seeds seeds that the gate does not use
+# long_run PLAN NAME ASSIGNMENT...: trials of $seeds seeds that the gate does not use
 long_run() {
-  local name=$1 set=() ; shift
+  local plan=$1 name=$2 set=() ; shift 2
   if [ $# -gt 0 ]; then mapfile -d '' set < <(sets "$@"); fi
-  "$turbidock" batch "$gates/long_run.yaml" --seeds "$seeds" --workers "$workers" \
+  "$turbidock" batch "$gates/$plan.yaml" --seeds "$seeds" --workers "$workers" \
     --out "$out/$name.db" --quiet "${set[@]}"
 }
 
-# judge GATE BASE NAME ASSIGNMENT...
+# judge GATE PLAN NAME ASSIGNMENT...: against the long run of PLAN as it is
 judge() {
-  local gate=$1 base=$2 name=$3 base_set=() set=() verdict=pass code=0; shift 3
-  if [ "$base" = p_gains ]; then base_set=("${p_gains[@]}"); fi
+  local gate=$1 plan=$2 name=$3 set=() verdict=pass code=0; shift 3
   mapfile -d '' set < <(sets "$@")
   "$turbidock" gate "$gates/$gate.yaml" --baseline "$out/$gate.baseline.yaml" \
     --workers "$workers" --out "$out/$name" --bundles 0 --quiet "${set[@]}" || code=$?
   case $code in 0) ;; 1) verdict=fail ;; 3) verdict=inconclusive ;; *) exit "$code" ;; esac
-  long_run "$name" "${base_set[@]}" "$@"
+  long_run "$plan" "$name" "$@"
   echo "== $name: the gate says $verdict"
-  "$turbidock" compare "$out/$base.db" "$out/$name.db" --figure "$out/$name.png" |
+  "$turbidock" compare "$out/$plan.db" "$out/$name.db" --figure "$out/$name.png" |
     grep -v -E '^  (lost|gained)'
 }
 
@@ -50,9 +48,9 @@ for gate in planted_regressions planted_regressions_p; do
       --workers "$workers"
   fi
 done
-long_run as_is
-long_run p_gains "${p_gains[@]}"
-judge planted_regressions as_is thrust_less_40_percent "${thrust[@]}"
-judge planted_regressions as_is camera_delay_3_frames_more "${delay[@]}"
-judge planted_regressions as_is hue_shifted_30_degrees "${hue[@]}"
-judge planted_regressions_p p_gains drag_doubled_with_p_gains "${drag[@]}"
+long_run long_run long_run
+long_run long_run_p long_run_p
+judge planted_regressions long_run thrust_less_40_percent "${thrust[@]}"
+judge planted_regressions long_run camera_delay_3_frames_more "${delay[@]}"
+judge planted_regressions long_run hue_shifted_30_degrees "${hue[@]}"
+judge planted_regressions_p long_run_p drag_doubled_with_p_gains "${drag[@]}"
