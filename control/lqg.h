@@ -96,7 +96,7 @@ struct LqgParams {
   double wave_period_s = 2.5;
   double wave_damping = 0.05;
   double unknown_acceleration = 0.01;  // guess
-  double gate_sigma = 10;  // the model is not the vehicle
+  double gate_sigma = 10;              // the model is not the vehicle
   int restart_frames = 6;
   SetpointParams setpoint;
   AllocationParams allocation;
