@@ -13,6 +13,7 @@ GlFunctions::GlFunctions(const GlContext& context) {
       throw SimulatorFault(std::string("OpenGL has no ") + name + " (" + context.description() +
                            ")");
   };
+// NOLINTNEXTLINE(bugprone-macro-parentheses): a member's name
 #define TURBIDOCK_GL_LOAD(name) load("gl" #name, &name);
   TURBIDOCK_GL_FUNCTIONS(TURBIDOCK_GL_LOAD)
 #undef TURBIDOCK_GL_LOAD

@@ -61,6 +61,7 @@ struct GlFunctions {
   // SimulatorFault names what the context has not got.
   explicit GlFunctions(const GlContext& context);
 
+// NOLINTNEXTLINE(bugprone-macro-parentheses): a name
 #define TURBIDOCK_GL_MEMBER(name) decltype(&gl##name) name = nullptr;
   TURBIDOCK_GL_FUNCTIONS(TURBIDOCK_GL_MEMBER)
 #undef TURBIDOCK_GL_MEMBER

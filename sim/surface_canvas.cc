@@ -135,6 +135,8 @@ void SurfaceCanvas::MakeVertexArray(int kind) {
   gl_.BindVertexArray(vertex_arrays_[kind]);
   gl_.BindBuffer(GL_ARRAY_BUFFER, corner_buffers_[kind]);
   gl_.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, index_buffers_[kind]);
+  // OpenGL takes offsets into the bound buffer as pointers.
+  // NOLINTBEGIN(performance-no-int-to-ptr)
   const auto floats = [&](GLuint location, int count, int stride, size_t offset) {
     gl_.EnableVertexAttribArray(location);
     gl_.VertexAttribPointer(location, count, GL_FLOAT, GL_FALSE, stride,
@@ -145,6 +147,7 @@ void SurfaceCanvas::MakeVertexArray(int kind) {
     gl_.VertexAttribIPointer(location, 1, GL_UNSIGNED_INT, stride,
                              reinterpret_cast<const void*>(offset));
   };
+  // NOLINTEND(performance-no-int-to-ptr)
   if (kind == kFacets) {
     using Corner = SurfaceList::Corner;
     floats(0, 4, sizeof(Corner), offsetof(Corner, clip));
