@@ -42,7 +42,7 @@ BallsSeen CountBalls(const vision::MarkerParams& marker, const StereoRig& rig, c
       const Eigen::Vector3d p_CQ = X_HC.Inverse() * (X_HM * ball.p_MQ_m);
       if (p_CQ.z() < vision::kNearestDepth_m) continue;
       const vision::BallCircle circle = vision::ProjectBall(camera, p_CQ, ball.radius_m);
-      const auto within = [&](double margin_px) {
+      const auto within = [&circle, &camera = camera](double margin_px) {
         return circle.u_px >= -margin_px && circle.u_px <= camera.width_px - 1 + margin_px &&
                circle.v_px >= -margin_px && circle.v_px <= camera.height_px - 1 + margin_px;
       };

@@ -96,6 +96,7 @@ class Tuning {
     if (fresh || generation == 0) EvaluateIncumbent(plan);
 
     std::vector<Evaluations::Request> requests;
+    requests.reserve(candidates.size());
     for (const Candidate& candidate : candidates)
       requests.push_back({.gains = study_.GainsAt(candidate)});
     if (generation == 0) requests.erase(requests.begin());  // the start is the incumbent
@@ -105,6 +106,7 @@ class Tuning {
     if (generation == 0) done.insert(done.begin(), incumbent_);
 
     std::vector<Worth> worths;
+    worths.reserve(done.size());
     for (const Evaluation& evaluation : done) worths.push_back(WorthOf(evaluation));
     if (pareto()) KeepFront(done, worths);
     Record(generation, plan, done, worths);
@@ -208,6 +210,7 @@ class Tuning {
   void Record(int generation, const Plan& plan, const std::vector<Evaluation>& done,
               const std::vector<Worth>& worths) {
     std::vector<double> sums;
+    sums.reserve(worths.size());
     for (const Worth& worth : worths) sums.push_back(Sum(worth));
     const auto best =
         static_cast<size_t>(std::min_element(sums.begin(), sums.end()) - sums.begin());
