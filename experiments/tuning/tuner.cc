@@ -191,8 +191,9 @@ class Tuning {
   }
 
   // The best candidate takes the incumbent's place when it is better on these trials and on as many
-  // new ones together: one set of seeds alone would prefer who is lucky on it.
-  bool Challenge(int generation, const Evaluation& best) {
+  // new ones together: one set of seeds alone would prefer who is lucky on it. What it gains on the
+  // new ones, when it does.
+  std::optional<double> Challenge(int generation, const Evaluation& best) {
     const Plan plan =
         study_.TrialsOf(kFirstChallengeSet + static_cast<uint64_t>(generation), study_.seeds());
     const std::vector<Evaluation> both =
@@ -202,9 +203,11 @@ class Tuning {
       a.records.insert(a.records.end(), b.records.begin(), b.records.end());
       return a;
     };
-    const Evaluation old_one = joined(incumbent_, both[0]), new_one = joined(best, both[1]);
-    return Mean(Costs(study_, new_one.records)) + Penalty(new_one) <
-           Mean(Costs(study_, old_one.records)) + Penalty(old_one);
+    const auto cost = [this](const Evaluation& e) {
+      return Mean(Costs(study_, e.records)) + Penalty(e);
+    };
+    if (cost(joined(best, both[1])) >= cost(joined(incumbent_, both[0]))) return {};
+    return cost(both[0]) - cost(both[1]);
   }
 
   void Record(int generation, const Plan& plan, const std::vector<Evaluation>& done,
@@ -221,9 +224,14 @@ class Tuning {
                             .incumbent = Sum(WorthOf(incumbent_)),
                             .incumbent_success = incumbent_.success_rate()};
     for (const Evaluation& evaluation : done) record.given_up += evaluation.given_up;
+    record.gained = result_.generations.empty() ? 0 : result_.generations.back().gained;
+    std::optional<double> gained;
     if (!done[best].given_up && sums[best] < record.incumbent &&
-        done[best].gains != incumbent_.gains && Challenge(generation, done[best])) {
+        done[best].gains != incumbent_.gains)
+      gained = Challenge(generation, done[best]);
+    if (gained) {
       record.replaced = true;
+      record.gained += *gained;
       incumbent_ = done[best];
       incumbent_costs_ = Costs(study_, incumbent_.records);
       result_.tuned = incumbent_.gains;

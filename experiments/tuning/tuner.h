@@ -21,7 +21,10 @@ struct GenerationRecord {
   double incumbent = 0;          // worth on the same trials, before the generation
   double incumbent_success = 0;  // share
   bool replaced = false;         // a candidate took the incumbent's place
-  Gains gains{};                 // the incumbent's after it
+  // Sum over the replacements so far of how much less the new incumbent cost on the trials of its
+  // challenge that were new to both: what the search gained, whichever seeds a generation had.
+  double gained = 0;
+  Gains gains{};  // the incumbent's after it
 };
 
 // One side of a comparison on held-out trials.

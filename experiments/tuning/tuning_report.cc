@@ -134,6 +134,7 @@ std::string TuningJson(const Study& study, const TuningResult& result) {
                            {"incumbent", g.incumbent},
                            {"incumbent_success", g.incumbent_success},
                            {"replaced", g.replaced},
+                           {"gained", g.gained},
                            {"gains", ToJson(study, g.gains)}});
   for (const ParetoPoint& point : result.front)
     front.push_back({{"gains", ToJson(study, point.gains)},
@@ -218,8 +219,8 @@ void WriteTuningFigure(const std::string& path, const Study& study, const Tuning
   GnuplotScript script;
   script.BeginData("generations");
   for (const GenerationRecord& g : result.generations)
-    script.Row(
-        {static_cast<double>(g.trials), g.best, g.median, g.incumbent, 100 * g.incumbent_success});
+    script.Row({static_cast<double>(g.trials), g.best, g.median, g.incumbent,
+                result.generations.front().incumbent - g.gained});
   script.EndData();
   script.BeginData("replaced");
   bool any = false;
@@ -252,9 +253,11 @@ void WriteTuningFigure(const std::string& path, const Study& study, const Tuning
       "linecolor "
       "rgb {} title 'incumbent, same trials', $replaced using 1:2 with points pointtype 6 "
       "pointsize "
-      "1.6 linewidth 2 linecolor rgb {} title 'takes its place'",
+      "1.6 linewidth 2 linecolor rgb {} title 'takes its place', $generations using 1:5 with steps "
+      "linewidth 2 dashtype 2 linecolor rgb {} "
+      "title 'start, less what was gained on new trials'",
       Color(kOnPaper.truth), Color(kOnPaper.estimate), Color(kOnPaper.limit),
-      Color(kOnPaper.desired)));
+      Color(kOnPaper.desired), Color(kOnPaper.desired)));
   script.Line("set ylabel 'incumbent, share of its range'").Line("set yrange [0:1]");
   std::string plot;
   for (size_t i = 0; i < settings.gains.size(); ++i)

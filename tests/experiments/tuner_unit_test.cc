@@ -163,6 +163,14 @@ TEST_F(TunerTest, WorkersAndInterruptionsChangeNothing) {
   const TuningResult alone = Tune(study, File("one.sqlite"), {.workers = 1});
   EXPECT_EQ(alone.generations.size(), 3u);
   EXPECT_EQ(alone.trials, alone.trials_run);
+  double gained = 0;
+  int replaced = 0;
+  for (const GenerationRecord& generation : alone.generations) {
+    EXPECT_EQ(generation.gained != gained, generation.replaced) << generation.generation;
+    gained = generation.gained;
+    replaced += generation.replaced;
+  }
+  EXPECT_GT(replaced, 0) << "nothing was seen of what a replacement gains";
   const std::string expected = TextOf(study, alone);
   EXPECT_EQ(TextOf(study, Tune(study, File("three.sqlite"), {.workers = 3})), expected);
 
