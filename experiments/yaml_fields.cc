@@ -655,6 +655,18 @@ std::string ReadFile(const std::string& file) {
   return text;
 }
 
+// A node keeps the style in which it was written, whatever the emitter is told.
+void SetFlowStyle(YAML::Node* node) {
+  if (!node->IsSequence() && !node->IsMap()) return;
+  node->SetStyle(YAML::EmitterStyle::Flow);
+  for (auto entry : *node) {
+    if (node->IsMap())
+      SetFlowStyle(&entry.second);
+    else
+      SetFlowStyle(&entry);
+  }
+}
+
 }  // namespace
 
 // ------------------------------------------------------------------------------------ public parts
@@ -664,8 +676,10 @@ std::string YamlNode::Where() const {
 }
 
 std::string OneLine(const YAML::Node& node) {
+  YAML::Node flow = YAML::Clone(node);
+  SetFlowStyle(&flow);
   YAML::Emitter out;
-  out << YAML::Flow << node;
+  out << flow;
   std::string text = out.c_str();
   std::replace(text.begin(), text.end(), '\n', ' ');
   return text;

@@ -483,6 +483,20 @@ TEST(YamlFieldsSet, SetsEveryKindOfField) {
   EXPECT_EQ(o.balls[0].name, "red");
 }
 
+TEST(YamlFieldsSet, OneLineIsTheSameValueHoweverItWasWritten) {
+  const YamlNode node = ParseYaml(
+      "block:\n  - 0\n  - {b: [1, 2]}\n  - c:\n      d: text with  spaces\n      e:\n"
+      "        - 3\nflow: [0, {b: [1, 2]}, {c: {d: text with  spaces, e: [3]}}]\nnumber: 7\n",
+      "two.yaml");
+  const std::string block = OneLine(node.node["block"]);
+  EXPECT_EQ(block, OneLine(node.node["flow"]));
+  EXPECT_EQ(block.find('\n'), std::string::npos);
+  const YAML::Node again = YAML::Load(block);
+  ASSERT_EQ(again.size(), 3u) << block;
+  EXPECT_EQ(again[2]["c"]["d"].as<std::string>(), "text with  spaces");
+  EXPECT_EQ(OneLine(node.node["number"]), "7");
+}
+
 TEST(YamlFieldsSet, SetsWholeGroupsAndLists) {
   OneOfEverything o;
   ApplySet("water={milk_ml_m3: 7}", &o, nullptr);
