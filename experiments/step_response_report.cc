@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <optional>
 
 #include "experiments/gnuplot.h"
 #include "experiments/trial_view.h"
+#include "sim/base/pose.h"
 #include "sim/base/units.h"
 
 namespace turbidock::experiments {
@@ -123,8 +125,11 @@ void WriteStepFigure(const std::string& path, const std::string& title,
     answer(fmt::format("step{}", i), r.axis, r.step.answer);
     answer(fmt::format("push{}", i), r.axis, r.disturbance.answer);
     script.BeginData(fmt::format("loop{}", i));
-    for (const LoopPoint& p : r.loop.points)
-      script.Row({p.frequency_hz, 20 * std::log10(p.gain), units::DegFromRad(p.phase_rad)});
+    for (const LoopPoint& p : r.loop.points) {
+      // within half a turn of the critical -180 deg
+      const double phase_rad = WrapAngle(p.phase_rad + std::numbers::pi) - std::numbers::pi;
+      script.Row({p.frequency_hz, 20 * std::log10(p.gain), units::DegFromRad(phase_rad)});
+    }
     script.EndData();
   }
   script.Line(fmt::format("set multiplot layout {},{} columnsfirst title {}", kRows, columns,
@@ -140,7 +145,7 @@ void WriteStepFigure(const std::string& path, const std::string& title,
     const AxisResponse& r = responses[static_cast<size_t>(i)];
     const auto time_panel = [&](const std::string& data, const std::string& what) {
       script.Line("set title " + GnuplotQuoted(what));
-      script.Line("set xlabel 'time [s]' offset 0,0.5");
+      script.Line("set xlabel 'time [s]' offset 0,0.5").Line("set xtics autofreq 5");
       script.Line(fmt::format("set ylabel 'moved [{}]' offset 1,0", ShownUnit(r.axis)));
       script.Line("set y2tics").Line("set y2label 'demand [V] (grey)' offset -1,0");
       script.Line("set border 11");
@@ -154,24 +159,27 @@ void WriteStepFigure(const std::string& path, const std::string& title,
                fmt::format("{}: steady push, moves {:.1f} {}", AxisName(r.axis),
                            Shown(r.axis, r.disturbance.peak), ShownUnit(r.axis)));
     script.Line("unset y2tics").Line("unset y2label").Line("set border 3").Line("set logscale x");
-    script.Line("set xlabel 'frequency [Hz]' offset 0,0.5");
+    script.Line("set xtics autofreq").Line("set xlabel 'frequency [Hz]' offset 0,0.5");
     const auto bode_panel = [&](const char* label, const std::string& what, double limit,
-                                int column) {
+                                int column, const char* style) {
       script.Line("set title " + GnuplotQuoted(what));
       script.Line(fmt::format("set ylabel '{}' offset 1,0", label));
       script.Line(
-          fmt::format("plot $loop{0} using 1:{1} with linespoints pointtype 7 pointsize "
-                      "0.6 linewidth 2 linecolor rgb {2}, {3} with lines linewidth 1.4 "
-                      "linecolor rgb {4}",
-                      i, column, Color(kOnPaper.estimate), limit, Color(kOnPaper.limit)));
+          fmt::format("plot $loop{0} using 1:{1} with {2} pointtype 7 pointsize "
+                      "0.6 linewidth 2 linecolor rgb {3}, {4} with lines linewidth 1.4 "
+                      "linecolor rgb {5}",
+                      i, column, style, Color(kOnPaper.estimate), limit, Color(kOnPaper.limit)));
     };
     bode_panel("gain [dB]",
-               fmt::format("loop: gain margin {}", Text(r.loop.gain_margin, "x{:.1f}")), 0, 2);
+               fmt::format("loop: gain margin {}", Text(r.loop.gain_margin, "x{:.1f}")), 0, 2,
+               "linespoints");
+    script.Line("set yrange [-360:0]").Line("set ytics 90");
     bode_panel(
         "phase [deg]",
         fmt::format("phase margin {} deg at {} Hz", Text(Deg(r.loop.phase_margin_rad), "{:.0f}"),
                     Text(r.loop.crossover_hz, "{:.2f}")),
-        -180, 3);
+        -180, 3, "points");
+    script.Line("set yrange [*:*]").Line("set ytics autofreq");
     script.Line("unset logscale x");
   }
   script.Line("unset multiplot");
