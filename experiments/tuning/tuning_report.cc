@@ -81,6 +81,8 @@ std::string Row(const Comparison& c) {
       c.cost.confidence.low, c.cost.confidence.high, c.cost.t_p, c.cost.wilcoxon_p, c.mcnemar_p);
 }
 
+constexpr size_t kGnuplotColors = 8;  // before they repeat
+
 constexpr const char* kComparisonHead =
     "| trials | docked, before | docked, tuned | before: time, y, z | tuned: time, y, z | cost "
     "difference | t | Wilcoxon | McNemar |\n|---|---|---|---|---|---|---|---|---|\n";
@@ -245,6 +247,11 @@ void WriteTuningFigure(const std::string& path, const Study& study, const Tuning
   script.Line("set grid linecolor rgb '#d8dce0'").Line("set border 3").Line("set tics nomirror");
   script.Line("set key outside right top").Line("set rmargin 36");
   script.Line("set xlabel 'trials' offset 0,0.5").Line("set ylabel 'cost of a trial'");
+  // A generation that went astray may leave the picture; what the search is about may not.
+  double top = 0;
+  for (const GenerationRecord& g : result.generations)
+    top = std::max({top, 1.2 * g.best, 1.2 * g.incumbent});
+  script.Line(fmt::format("set yrange [*:{}]", top));
   script.Line(fmt::format(
       "plot $generations using 1:3 with lines linewidth 1.5 linecolor rgb {} title 'median of the "
       "generation', $generations using 1:2 with linespoints pointtype 7 pointsize 0.5 linewidth "
@@ -255,14 +262,16 @@ void WriteTuningFigure(const std::string& path, const Study& study, const Tuning
       "pointsize "
       "1.6 linewidth 2 linecolor rgb {} title 'takes its place', $generations using 1:5 with steps "
       "linewidth 2 dashtype 2 linecolor rgb {} "
-      "title 'start, less what was gained on new trials'",
+      "title 'start less gains on new trials'",
       Color(kOnPaper.truth), Color(kOnPaper.estimate), Color(kOnPaper.limit),
       Color(kOnPaper.desired), Color(kOnPaper.desired)));
   script.Line("set ylabel 'incumbent, share of its range'").Line("set yrange [0:1]");
   std::string plot;
   for (size_t i = 0; i < settings.gains.size(); ++i)
-    plot += fmt::format("{}$gains using 1:($2=={}?$3:1/0) with steps linewidth 2 title {}",
-                        i == 0 ? "plot " : ", ", i, GnuplotQuoted(settings.gains[i].key));
+    plot += fmt::format(
+        "{}$gains using 1:($2=={}?$3:1/0) with steps linewidth 2 linecolor {} dashtype {} title {}",
+        i == 0 ? "plot " : ", ", i, 1 + i % kGnuplotColors, 1 + i / kGnuplotColors,
+        GnuplotQuoted(settings.gains[i].key));
   script.Line("set datafile missing 'NaN'").Line(plot).Line("set yrange [*:*]");
   if (front) {
     script.BeginData("front");
