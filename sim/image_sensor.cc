@@ -1,6 +1,9 @@
 #include "sim/image_sensor.h"
 
+#include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 
 #include "sim/base/check.h"
 #include "sim/base/random.h"
@@ -12,6 +15,10 @@ namespace {
 
 // Linear values above this are taken as this: noise on a clipped value cannot bring it below 255.
 constexpr float kMostLinear = 1.25f;
+
+// Values that are exposed together: long enough to fill vectors, short enough that most of them are
+// dark where the picture is.
+constexpr int kRun = 192;
 
 // Encoded = scale linear^exponent + offset, in DN, above the toe; slope linear below.
 struct Curve {
@@ -41,7 +48,9 @@ Curve CurveOf(const SensorParams& params) {
 [[gnu::always_inline]] inline float LinearOf(const Curve& curve, float radiance) {
   const float x = radiance * curve.linear_per_radiance;
   const float lit = x > 0.0f ? x : 0.0f;
-  return lit < kMostLinear ? lit : kMostLinear;
+  // positive numbers are in the order of their bits, which are compared faster
+  return std::bit_cast<float>(
+      std::min(std::bit_cast<int32_t>(lit), std::bit_cast<int32_t>(kMostLinear)));
 }
 
 [[gnu::always_inline]] inline float PowerDn(const Curve& curve, float linear) {
@@ -59,30 +68,53 @@ struct NoiseDn {
   float shot_linear;  // gain / electrons: variance of a linear value over itself
 };
 
-template <Noise kNoise>
+// Whether all values are on the curve's straight part. A negative one's bits are a negative number,
+// too.
+[[gnu::always_inline]] inline bool InToe(const Curve& curve, int count,
+                                         const float* __restrict radiance) {
+  int32_t most = 0;
+  for (int i = 0; i < count; ++i) most = std::max(most, std::bit_cast<int32_t>(radiance[i]));
+  const float x = std::bit_cast<float>(most) * curve.linear_per_radiance;
+  return x <= curve.toe_end;
+}
+
+// With kToe, all values are on the curve's straight part: the same bits for less.
+template <Noise kNoise, bool kToe>
 [[gnu::always_inline]] inline void ExposeValues(const Curve curve, const NoiseDn noise,
                                                 uint32_t key0, uint32_t key1, int begin, int end,
                                                 const float* __restrict radiance,
                                                 uint8_t* __restrict dn) {
   for (int i = begin; i < end; ++i) {
     const float linear = LinearOf(curve, radiance[i]);
-    const float power_dn = PowerDn(curve, linear);
-    float value = EncodedDn(curve, linear, power_dn) + 0.5f;
+    const float power_dn = kToe ? 0.0f : PowerDn(curve, linear);
+    float value = (kToe ? curve.toe_slope_dn * linear : EncodedDn(curve, linear, power_dn)) + 0.5f;
     if constexpr (kNoise != Noise::kNone) {
       float sigma_dn = noise.read_dn;
       if constexpr (kNoise == Noise::kReadAndShot) {
         // f' x = exponent f above the toe, so (255 f')^2 x is this
         const float above = curve.exponent * power_dn;
-        const float slope2_linear = linear > curve.toe_end
+        const float slope2_linear = !kToe && linear > curve.toe_end
                                         ? above * above / linear
                                         : curve.toe_slope_dn * curve.toe_slope_dn * linear;
         sigma_dn = std::sqrt(sigma_dn * sigma_dn + slope2_linear * noise.shot_linear);
       }
       value += sigma_dn * NormalFromBits(Mix(static_cast<uint32_t>(i), key0, key1));
     }
-    value = value > 0.0f ? value : 0.0f;
-    value = value < 255.0f ? value : 255.0f;
-    dn[i] = static_cast<uint8_t>(static_cast<int32_t>(value));
+    // whole numbers are clamped by one instruction, other ones by two
+    dn[i] = static_cast<uint8_t>(std::clamp(static_cast<int32_t>(value), 0, 255));
+  }
+}
+
+template <Noise kNoise>
+[[gnu::always_inline]] inline void ExposeRuns(const Curve& curve, const NoiseDn& noise,
+                                              uint32_t key0, uint32_t key1, int begin, int end,
+                                              const float* radiance, uint8_t* dn) {
+  for (int run = begin; run < end; run += kRun) {
+    const int run_end = std::min(run + kRun, end);
+    if (InToe(curve, run_end - run, radiance + run))
+      ExposeValues<kNoise, true>(curve, noise, key0, key1, run, run_end, radiance, dn);
+    else
+      ExposeValues<kNoise, false>(curve, noise, key0, key1, run, run_end, radiance, dn);
   }
 }
 
@@ -90,11 +122,11 @@ TURBIDOCK_VECTOR_CLONES
 void ExposeRow(const Curve& curve, const NoiseDn& noise, bool shot, uint32_t key0, uint32_t key1,
                int begin, int end, const float* radiance, uint8_t* dn) {
   if (shot)
-    ExposeValues<Noise::kReadAndShot>(curve, noise, key0, key1, begin, end, radiance, dn);
+    ExposeRuns<Noise::kReadAndShot>(curve, noise, key0, key1, begin, end, radiance, dn);
   else if (noise.read_dn > 0)
-    ExposeValues<Noise::kRead>(curve, noise, key0, key1, begin, end, radiance, dn);
+    ExposeRuns<Noise::kRead>(curve, noise, key0, key1, begin, end, radiance, dn);
   else
-    ExposeValues<Noise::kNone>(curve, noise, key0, key1, begin, end, radiance, dn);
+    ExposeRuns<Noise::kNone>(curve, noise, key0, key1, begin, end, radiance, dn);
 }
 
 }  // namespace

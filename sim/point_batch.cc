@@ -223,33 +223,55 @@ struct ShadowBound {
 }
 
 TURBIDOCK_VECTOR_CLONES
-void PassBallLoop(Float3 to_ball, float radius_m, Float3 intensity, Float3 diffuse,
-                  const ShadowBound* bounds, int bound_count, PointBatch& b) {
+void PassBallLoop(Float3 to_ball, float radius_m, Float3 intensity, Float3 diffuse, PointBatch& b) {
   for (int i = 0; i < b.count; ++i) {
-    const float rx = b.ray_x[i], ry = b.ray_y[i], rz = b.ray_z[i], range = b.range_m[i];
+    const float rx = b.ray_x[i], ry = b.ray_y[i], rz = b.ray_z[i];
     const float foot = to_ball.x * rx + to_ball.y * ry + to_ball.z * rz;
     const float x = to_ball.x - foot * rx, y = to_ball.y - foot * ry, z = to_ball.z - foot * rz;
     const float offset = std::sqrt(x * x + y * y + z * z);
     const float h = offset > radius_m ? offset : radius_m, per_h = 1.0f / h;
+    b.foot_m[i] = foot;
+    b.offset_m[i] = h;
     b.offset_q[i] = radius_m * per_h;
     b.begin_w[i] = PlaceW(-foot, h);
-    b.end_w[i] = PlaceW(range - foot, h);
+    b.end_w[i] = PlaceW(b.range_m[i] - foot, h);
     b.red[i] = intensity.x * per_h * Exp2(-1.44269504f * (diffuse.x * foot));
     b.green[i] = intensity.y * per_h * Exp2(-1.44269504f * (diffuse.y * foot));
     b.blue[i] = intensity.z * per_h * Exp2(-1.44269504f * (diffuse.z * foot));
+  }
+}
 
-    const float reach = foot + kShadowReach_m;
-    float from = 0.0f, to = range < reach ? range : reach;
-    for (int k = 0; k < bound_count; ++k) {
-      const ShadowBound& bound = bounds[k];
-      const float slope = bound.gradient.x * rx + bound.gradient.y * ry + bound.gradient.z * rz;
-      const float t = -bound.constant / slope;
-      to = slope > 0.0f && t < to ? t : to;
-      from = slope < 0.0f && t > from ? t : from;
-    }
+// Where a ball is hidden, in three steps: the stretch that may be, what each bound leaves of it,
+// and the places of what is left.
+TURBIDOCK_VECTOR_CLONES
+void BeginShadowLoop(PointBatch& b) {
+  for (int i = 0; i < b.count; ++i) {
+    const float range = b.range_m[i], reach = b.foot_m[i] + kShadowReach_m;
+    b.dark_begin_w[i] = 0.0f;
+    b.dark_end_w[i] = range < reach ? range : reach;
+  }
+}
+
+TURBIDOCK_VECTOR_CLONES
+void BoundShadowLoop(ShadowBound bound, PointBatch& b) {
+  for (int i = 0; i < b.count; ++i) {
+    const float slope = Dot(bound.gradient, b.ray_x[i], b.ray_y[i], b.ray_z[i]);
+    const float t = -bound.constant / slope;
+    const float from = b.dark_begin_w[i], to = b.dark_end_w[i];
+    b.dark_begin_w[i] = (slope < 0.0f) & (t > from) ? t : from;
+    b.dark_end_w[i] = (slope > 0.0f) & (t < to) ? t : to;
+  }
+}
+
+TURBIDOCK_VECTOR_CLONES
+void EndShadowLoop(PointBatch& b) {
+  for (int i = 0; i < b.count; ++i) {
+    const float from = b.dark_begin_w[i], to = b.dark_end_w[i];
+    const float foot = b.foot_m[i], h = b.offset_m[i];
+    const float from_w = PlaceW(from - foot, h), to_w = PlaceW(to - foot, h);
     const bool hidden = to - from > kTouch_m;
-    b.dark_begin_w[i] = hidden ? PlaceW(from - foot, h) : 0.0f;
-    b.dark_end_w[i] = hidden ? PlaceW(to - foot, h) : 0.0f;
+    b.dark_begin_w[i] = hidden ? from_w : 0.0f;
+    b.dark_end_w[i] = hidden ? to_w : 0.0f;
   }
 }
 
@@ -345,21 +367,21 @@ void AddBallIrradiance(const Glow& glow, const Eigen::Array3f& diffuse_per_m,
 
 void PassBall(const RayFrame& frame, const Eigen::Vector3f& p_HBall, const Glow& glow,
               const Eigen::Array3f& diffuse_per_m, const BoxShadow* shadow, PointBatch* batch) {
-  std::array<ShadowBound, std::tuple_size_v<decltype(BoxShadow::bounds)>> bounds;
-  int count = 0;
-  if (shadow != nullptr)
-    for (; count < shadow->count; ++count) {
-      const auto& bound = shadow->bounds[static_cast<size_t>(count)];
-      bounds[static_cast<size_t>(count)] = {static_cast<float>(bound.constant),
-                                            Of(Eigen::Vector3f(bound.gradient.cast<float>()))};
-    }
   PassBallLoop(Of(Eigen::Vector3f(p_HBall - frame.p_HC)), static_cast<float>(glow.radius_m),
-               Of(Eigen::Array3f(glow.intensity_w_sr.cast<float>())), Of(diffuse_per_m),
-               bounds.data(), count, *batch);
+               Of(Eigen::Array3f(glow.intensity_w_sr.cast<float>())), Of(diffuse_per_m), *batch);
   if (shadow == nullptr) {
     std::fill_n(batch->dark_begin_w, batch->count, 0.0f);
     std::fill_n(batch->dark_end_w, batch->count, 0.0f);
+    return;
   }
+  BeginShadowLoop(*batch);
+  for (int k = 0; k < shadow->count; ++k) {
+    const BoxShadow::Bound& bound = shadow->bounds[static_cast<size_t>(k)];
+    BoundShadowLoop(
+        {static_cast<float>(bound.constant), Of(Eigen::Vector3f(bound.gradient.cast<float>()))},
+        *batch);
+  }
+  EndShadowLoop(*batch);
 }
 
 }  // namespace turbidock::sim

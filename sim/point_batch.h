@@ -26,6 +26,9 @@ struct PointBatch {
   // Of one ball's halo: where in its table (HaloTable) the ray begins and ends, and where it enters
   // and leaves the box's shadow (equal if it does not). Colours: the factor on what is found there.
   alignas(64) Values offset_q, begin_w, end_w, dark_begin_w, dark_end_w;
+  // And, of the ray's point nearest to the ball: how far along the ray, how far from the ball's
+  // centre (at least the radius).
+  alignas(64) Values foot_m, offset_m;
 };
 
 // Rays of a camera's pixels.

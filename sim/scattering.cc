@@ -5,22 +5,10 @@
 #include <limits>
 #include <numbers>
 
-#include "sim/vector_math.h"
-
 namespace turbidock::sim {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-
-// Veil table: nodes across the picture; nodes of range at kVeilNear_m * 2^(k / 4).
-constexpr int kVeilColumns = 40;
-constexpr double kVeilNear_m = 0.05;
-constexpr int kVeilNodesPerOctave = 4;
-constexpr int kVeilRanges = 8 * kVeilNodesPerOctave + 1;
-
-// Halo table: nodes in q = R / h and in w = s / (h + |s|).
-constexpr int kHaloOffsets = 65;
-constexpr int kHaloPlaces = 129;
 
 Light LightOf(const Rgb& rgb) {
   return {static_cast<float>(rgb[0]), static_cast<float>(rgb[1]), static_cast<float>(rgb[2]), 0};
@@ -160,16 +148,16 @@ HaloTable::HaloTable(const Medium& medium, const Rgb& diffuse_per_m, const Glow&
     : radius_m_(glow.radius_m), diffuse_per_m_(diffuse_per_m) {
   constexpr int kSubsteps = 4;
   const auto phi_at = [](int j) {
-    const double w = -1 + 2.0 * j / (kHaloPlaces - 1);
+    const double w = -1 + 2.0 * j / (kPlaces - 1);
     return std::abs(w) == 1 ? w * kPi / 2 : std::atan(w / (1 - std::abs(w)));
   };
   const Rgb scale = medium.scattering_per_m * glow.intensity_w_sr;
-  nodes_.reserve(kHaloOffsets * kHaloPlaces);
-  for (int i = 0; i < kHaloOffsets; ++i) {
-    const double q = std::max(0.1, static_cast<double>(i)) / (kHaloOffsets - 1);
+  nodes_.reserve(kOffsets * kPlaces);
+  for (int i = 0; i < kOffsets; ++i) {
+    const double q = std::max(0.1, static_cast<double>(i)) / (kOffsets - 1);
     Rgb sum = Rgb::Zero();
     nodes_.push_back(Light::Zero());
-    for (int j = 1; j < kHaloPlaces; ++j) {
+    for (int j = 1; j < kPlaces; ++j) {
       const double phi0 = phi_at(j - 1), step = (phi_at(j) - phi0) / kSubsteps;
       for (int k = 0; k < kSubsteps; ++k)
         sum += step * HaloIntegrand(medium, diffuse_per_m, radius_m_, radius_m_ / q,
@@ -177,17 +165,6 @@ HaloTable::HaloTable(const Medium& medium, const Rgb& diffuse_per_m, const Glow&
       nodes_.push_back(LightOf(scale * sum));
     }
   }
-}
-
-Light HaloTable::Cumulative(float q, float w) const {
-  const float x = q * (kHaloOffsets - 1), y = (0.5f + 0.5f * w) * (kHaloPlaces - 1);
-  const int i = std::min(static_cast<int>(x), kHaloOffsets - 2);
-  const int j = std::min(static_cast<int>(y), kHaloPlaces - 2);
-  const float fx = x - static_cast<float>(i), fy = y - static_cast<float>(j);
-  const Light* n = &nodes_[static_cast<size_t>(i) * kHaloPlaces + static_cast<size_t>(j)];
-  const Light low = n[0] + fy * (n[1] - n[0]);
-  const Light high = n[kHaloPlaces] + fy * (n[kHaloPlaces + 1] - n[kHaloPlaces]);
-  return low + fx * (high - low);
 }
 
 Rgb HaloTable::At(double foot_m, double offset_m, const Stretch& lit, const Stretch& dark) const {
@@ -204,43 +181,26 @@ Rgb HaloTable::At(double foot_m, double offset_m, const Stretch& lit, const Stre
 
 VeilTable::VeilTable(const Medium& medium, const Rgb& diffuse_per_m, const std::vector<Lamp>& lamps,
                      double port_m, const CameraIntrinsics& camera, const Pose& X_HC)
-    : stride_px_(std::max(1, camera.width_px / kVeilColumns)),
+    : stride_px_(std::max(1, camera.width_px / kColumns)),
       columns_((camera.width_px - 1) / stride_px_ + 2),
       rows_((camera.height_px - 1) / stride_px_ + 2) {
   constexpr int kSamples = 4;
   const Eigen::Matrix3d R_HC = X_HC.R();
-  nodes_.reserve(static_cast<size_t>(rows_) * columns_ * kVeilRanges);
+  nodes_.reserve(static_cast<size_t>(rows_) * columns_ * kRanges);
   for (int row = 0; row < rows_; ++row)
     for (int column = 0; column < columns_; ++column) {
       const Eigen::Vector3d u_H =
           R_HC * camera.RayAt(column * stride_px_, row * stride_px_).normalized();
       Rgb sum = Rgb::Zero();
       double t0_m = port_m;
-      for (int k = 0; k < kVeilRanges; ++k) {
-        const double t1_m = kVeilNear_m * std::exp2(static_cast<double>(k) / kVeilNodesPerOctave);
+      for (int k = 0; k < kRanges; ++k) {
+        const double t1_m = kNear_m * std::exp2(static_cast<double>(k) / kNodesPerOctave);
         for (const Lamp& lamp : lamps)
           sum += VeilAlongRay(medium, diffuse_per_m, lamp, X_HC.p, u_H, {t0_m, t1_m}, kSamples);
         nodes_.push_back(LightOf(sum));
         t0_m = std::max(t0_m, t1_m);
       }
     }
-}
-
-Light VeilTable::At(float u_px, float v_px, float range_m) const {
-  const float per_px = 1.0f / static_cast<float>(stride_px_), x = u_px * per_px, y = v_px * per_px;
-  const float z = kVeilNodesPerOctave * Log2(range_m * static_cast<float>(1 / kVeilNear_m));
-  const int i = static_cast<int>(x), j = static_cast<int>(y);
-  const int k = static_cast<int>(std::clamp(z, 0.0f, kVeilRanges - 2.0f));
-  const float fx = x - static_cast<float>(i), fy = y - static_cast<float>(j);
-  const float fz = std::clamp(z - static_cast<float>(k), 0.0f, 1.0f);
-  const Light* n = &nodes_[(static_cast<size_t>(j) * columns_ + i) * kVeilRanges + k];
-  const auto along_range = [fz](const Light* p) -> Light { return p[0] + fz * (p[1] - p[0]); };
-  const auto along_row = [&](const Light* p) -> Light {
-    const Light here = along_range(p);
-    return here + fx * (along_range(p + kVeilRanges) - here);
-  };
-  const Light top = along_row(n);
-  return top + fy * (along_row(n + static_cast<ptrdiff_t>(columns_) * kVeilRanges) - top);
 }
 
 }  // namespace turbidock::sim

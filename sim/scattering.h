@@ -7,12 +7,14 @@
 // G the coefficient that replaces c where scattered light still counts (Medium::Diffuse).
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <vector>
 
 #include "sim/base/camera.h"
 #include "sim/base/pose.h"
 #include "sim/optics_params.h"
 #include "sim/surfaces.h"
+#include "sim/vector_math.h"
 
 namespace turbidock::sim {
 
@@ -91,11 +93,22 @@ class HaloTable {
   HaloTable(const Medium& medium, const Rgb& diffuse_per_m, const Glow& glow);
 
   // b I Int ... dphi up to w.
-  Light Cumulative(float q, float w) const;
+  Light Cumulative(float q, float w) const {
+    const float x = q * (kOffsets - 1), y = (0.5f + 0.5f * w) * (kPlaces - 1);
+    const int i = std::min(static_cast<int>(x), kOffsets - 2);
+    const int j = std::min(static_cast<int>(y), kPlaces - 2);
+    const float fx = x - static_cast<float>(i), fy = y - static_cast<float>(j);
+    const Light* n = &nodes_[static_cast<size_t>(i) * kPlaces + static_cast<size_t>(j)];
+    const Light low = n[0] + fy * (n[1] - n[0]);
+    const Light high = n[kPlaces] + fy * (n[kPlaces + 1] - n[kPlaces]);
+    return low + fx * (high - low);
+  }
   // From `lit` without `dark`, which lies within it or is empty.
   Rgb At(double foot_m, double offset_m, const Stretch& lit, const Stretch& dark = {}) const;
 
  private:
+  static constexpr int kOffsets = 65, kPlaces = 129;  // nodes in q and in w
+
   double radius_m_ = 0;
   Rgb diffuse_per_m_;
   std::vector<Light> nodes_;  // [q][w]
@@ -109,9 +122,31 @@ class VeilTable {
   VeilTable(const Medium& medium, const Rgb& diffuse_per_m, const std::vector<Lamp>& lamps,
             double port_m, const CameraIntrinsics& camera, const Pose& X_HC);
   // Along the ray of pixel (u, v) to range_m (may be infinite).
-  Light At(float u_px, float v_px, float range_m) const;
+  Light At(float u_px, float v_px, float range_m) const {
+    const float per_px = 1.0f / static_cast<float>(stride_px_);
+    const float x = u_px * per_px, y = v_px * per_px;
+    const float z = kNodesPerOctave * Log2(range_m * static_cast<float>(1 / kNear_m));
+    const int i = static_cast<int>(x), j = static_cast<int>(y);
+    const int k = static_cast<int>(std::clamp(z, 0.0f, kRanges - 2.0f));
+    const float fx = x - static_cast<float>(i), fy = y - static_cast<float>(j);
+    const float fz = std::clamp(z - static_cast<float>(k), 0.0f, 1.0f);
+    const Light* n = &nodes_[(static_cast<size_t>(j) * columns_ + i) * kRanges + k];
+    const auto along_range = [fz](const Light* p) -> Light { return p[0] + fz * (p[1] - p[0]); };
+    const auto along_row = [&](const Light* p) -> Light {
+      const Light here = along_range(p);
+      return here + fx * (along_range(p + kRanges) - here);
+    };
+    const Light top = along_row(n);
+    return top + fy * (along_row(n + static_cast<ptrdiff_t>(columns_) * kRanges) - top);
+  }
 
  private:
+  // Nodes across the picture; nodes of range at kNear_m * 2^(k / kNodesPerOctave).
+  static constexpr int kColumns = 40;
+  static constexpr double kNear_m = 0.05;
+  static constexpr int kNodesPerOctave = 4;
+  static constexpr int kRanges = 8 * kNodesPerOctave + 1;
+
   int stride_px_, columns_, rows_;
   std::vector<Light> nodes_;  // [row][column][range]
 };

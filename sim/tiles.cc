@@ -222,7 +222,7 @@ void TiledLight::Consider(int u0, int v0, int size_px) {
 
 // The point at a pixel, shared if it lies on the lattice.
 int TiledLight::PointAt(int u, int v) {
-  const bool on_lattice = u % kCell == 0 && v % kCell == 0;
+  const bool on_lattice = ((u | v) & (kCell - 1)) == 0;
   if (!on_lattice) return OwnPoint(u, v);
   int& index = lattice_[static_cast<size_t>(v / kCell) * lattice_columns_ + u / kCell];
   if (index < 0) index = OwnPoint(u, v);
@@ -249,8 +249,17 @@ void TiledLight::AddPixels(int u0, int v0, int size_px) {
             .pixels = true,
             .dark = false,
             .corner = {static_cast<int>(points_.size()), 0, 0, 0}};
-  for (int v = v0; v < v_end; ++v)
-    for (int u = u0; u < u_end; ++u) OwnPoint(u, v);
+  points_.resize(points_.size() + static_cast<size_t>(leaf.width) * leaf.height);
+  LightPoint* point = &points_[static_cast<size_t>(leaf.corner[0])];
+  for (int v = v0; v < v_end; ++v) {
+    const uint16_t* surface = surface_->row(v);
+    const float* depth_m = depth_m_->row(v);
+    for (int u = u0; u < u_end; ++u)
+      *point++ = {.u = static_cast<uint16_t>(u),
+                  .v = static_cast<uint16_t>(v),
+                  .surface = surface[u],
+                  .depth_m = depth_m[u]};
+  }
   AddLeaf(leaf);
 }
 
@@ -295,10 +304,17 @@ void TiledLight::Paint(int row_begin, int row_end, Mode mode, float* rgb) const 
     } else if (leaf.pixels) {
       const Light* light = &light_[static_cast<size_t>(leaf.corner[0])] +
                            static_cast<ptrdiff_t>(from - leaf.v0) * leaf.width;
+      const bool add = mode == Mode::kAdd;
       for (int v = from; v < to; ++v, out += stride)
-        for (int i = 0; i < leaf.width; ++i, ++light)
-          for (int k = 0; k < 3; ++k)
-            out[3 * i + k] = mode == Mode::kAdd ? out[3 * i + k] + (*light)[k] : (*light)[k];
+        for (float* rgb_out = out; rgb_out < out + static_cast<ptrdiff_t>(3) * leaf.width;
+             rgb_out += 3, ++light) {
+          const Eigen::Array3f here = light->head<3>();
+          Eigen::Map<Eigen::Array3f> pixel(rgb_out);
+          if (add)
+            pixel += here;
+          else
+            pixel = here;
+        }
     } else {
       float corners[16] = {};
       for (int i = 0; i < 4; ++i)

@@ -65,11 +65,15 @@ int Match(const Channels& channels, const Bounds& bounds, int count,
     const int16_t c = chroma[i];
     const auto from = static_cast<int16_t>(low_numerator * c);
     const auto to = static_cast<int16_t>(high_numerator * c);
-    const bool above = static_cast<int16_t>(low_denominator * difference) >= from;
-    const bool below = static_cast<int16_t>(high_denominator * difference) <= to;
-    const bool match = above & below & (own[i] == high[i]) & (chroma[i] >= floor);
-    labels[i] = static_cast<uint8_t>(labels[i] | (match ? bit : 0));
-    top = std::max(top, match ? chroma[i] : uint8_t{0});
+    // masks: a choice between numbers would keep the compiler from using vectors
+    const int16_t above = static_cast<int16_t>(low_denominator * difference) >= from ? -1 : 0;
+    const int16_t below = static_cast<int16_t>(high_denominator * difference) <= to ? -1 : 0;
+    const uint8_t largest = own[i] == high[i] ? 0xff : 0;
+    const uint8_t coloured = chroma[i] >= floor ? 0xff : 0;
+    const auto match =
+        static_cast<uint8_t>(static_cast<uint8_t>(above & below) & largest & coloured);
+    labels[i] = static_cast<uint8_t>(labels[i] | (match & bit));
+    top = std::max(top, static_cast<uint8_t>(match & chroma[i]));
   }
   return top;
 }
