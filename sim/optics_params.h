@@ -140,7 +140,8 @@ struct ShadingParams {
 
   static void Fields(auto& self, auto&& field) {
     field("tile_px", self.tile_px, InRange(1, 64),
-          "largest tile of surface that is interpolated from its corners; 1 computes every pixel");
+          "largest tile of surface that is interpolated from its corners, rounded down to a power "
+          "of two; 1 computes every pixel");
     field("relative_tolerance", self.relative_tolerance, InRange(0, 0.2),
           "error allowed in a tile's middle, relative to the radiance");
     field("absolute_tolerance_w_m2_sr", self.absolute_tolerance_w_m2_sr, InRange(0, 1),

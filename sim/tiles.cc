@@ -125,7 +125,8 @@ void TiledLight::Spread(const Image1u16& surface, const Image1f& depth_m,
   lattice_.assign(static_cast<size_t>(lattice_columns_) * ((height + kCell - 1) / kCell + 1), -1);
   points_.clear();
   leaves_.clear();
-  leaves_of_band_.resize(static_cast<size_t>((height + kBandRows - 1) / kBandRows));
+  const auto bands = static_cast<size_t>((height + kBandRows - 1) / kBandRows);
+  if (leaves_of_band_.size() != bands) Reserve(surface.pixels(), bands);
   for (std::vector<int>& band : leaves_of_band_) band.clear();
   tested_.clear();
 
@@ -170,6 +171,20 @@ void TiledLight::Spread(const Image1u16& surface, const Image1f& depth_m,
       }
     }
   }
+}
+
+// Memory for any picture of that size, so that no frame need ask for more: none is taken before it
+// is written. Tiles are not smaller than cells.
+void TiledLight::Reserve(size_t pixels, size_t bands) {
+  const size_t cells = lattice_.size();
+  points_.reserve(pixels);
+  light_.reserve(pixels);
+  leaves_.reserve(cells);
+  open_.reserve(cells);
+  tested_.reserve(cells);
+  leaves_of_band_.resize(bands);
+  for (std::vector<int>& band : leaves_of_band_)
+    band.reserve(static_cast<size_t>(lattice_columns_) * (kBandRows / kCell));
 }
 
 // Opens a tile, or its quarters where it shows several surfaces.

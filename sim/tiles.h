@@ -88,6 +88,7 @@ class TiledLight {
     int corner[4];
   };
 
+  void Reserve(size_t pixels, size_t bands);
   void Consider(int u0, int v0, int size_px);
   int PointAt(int u, int v);
   int OwnPoint(int u, int v);

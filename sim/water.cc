@@ -119,6 +119,8 @@ Water::Water(const OpticsParams& params, const StereoRig& rig, const SurfaceTabl
       if (surfaces_[geom].shape == Shape::kBox && shadow_box_ < 0) shadow_box_ = geom;
     }
   placed_.resize(static_cast<size_t>(surfaces_.size()));
+  first_of_surface_.reserve(static_cast<size_t>(surfaces_.size()) + 2);
+  order_.reserve(static_cast<size_t>(rig.left.width_px) * rig.left.height_px);
 }
 
 StereoRegion Water::whole() const {
