@@ -231,39 +231,53 @@ const PoseEstimate& RmGa::Update(const StereoImage& seen) {
   const bool was_detected = estimate_.detected;
   const std::optional<Pose> last_refined_X_HM =
       estimate_.covariance ? std::optional(last_X_HM) : std::nullopt;
-  Report(seen);
-  UpdateDetection();
+  const int64_t budget = estimate_.evaluations + static_cast<int64_t>(refinements);
+  Report(seen.frame);
   if (options_.refine.enabled && estimate_.fitness >= options_.detection.off_fitness)
     Refine(seen, last_refined_X_HM, refinements);
+  SpendRest(static_cast<size_t>(budget - estimate_.evaluations));
+  UpdateDetection();
   if (options_.track.enabled) PlanNextFrame(last_X_HM, was_detected);
   return estimate_;
 }
 
 // The search's best pose becomes the estimate.
-void RmGa::Report(const StereoImage& seen) {
+void RmGa::Report(int64_t frame) {
   const Pose X_HM = GeneMap::PoseOf(map_.Decode(population_.front().gene));
   const FitnessByBall by_ball = fitness_.EvaluateByBall(X_HM);
-  estimate_.frame = seen.frame;
+  estimate_.frame = frame;
   estimate_.X_HM = X_HM.Canonical();
   estimate_.covariance.reset();
   estimate_.fitness = by_ball.fitness;
   for (int b = 0; b < fitness_.ball_count(); ++b)
     estimate_.ball_fitness[static_cast<size_t>(b)] = by_ball.ball(b);
-  const double least_ball_fitness = *std::ranges::min_element(estimate_.ball_fitness);
-  // A track has told two balls from three already: one that is then hidden does not end it.
-  const bool is_ambiguous = !reach_ && least_ball_fitness < options_.restart_below_ball_fitness;
-  const bool lost = estimate_.fitness < options_.restart_below_fitness || is_ambiguous;
   held_by_two_ = options_.swing_rad > 0 &&
                  std::ranges::count_if(estimate_.ball_fitness,
                                        [&](double ball) {
                                          return ball >= options_.restart_below_ball_fitness;
                                        }) == 2 &&
                  estimate_.ball_fitness.size() > 2;
-  frames_lost_ = lost ? frames_lost_ + 1 : 0;
-  frames_found_ = lost ? 0 : frames_found_ + 1;
+}
+
+// What refinement leaves of a frame's evaluations goes to the search, whose best may improve by it.
+void RmGa::SpendRest(size_t evaluations) {
+  if (evaluations == 0) return;
+  const bool is_refined = estimate_.covariance.has_value();  // that pose is the last individual
+  const size_t end = population_.size() - (is_refined ? 1 : 0);
+  for (size_t i = end - evaluations; i < end; ++i) population_[i].gene = Offspring();
+  Evaluate(end - evaluations, end);
+  if (is_refined) return;
+  Sort();
+  Report(estimate_.frame);
 }
 
 void RmGa::UpdateDetection() {
+  const double least_ball_fitness = *std::ranges::min_element(estimate_.ball_fitness);
+  // A track has told two balls from three already: one that is then hidden does not end it.
+  const bool is_ambiguous = !reach_ && least_ball_fitness < options_.restart_below_ball_fitness;
+  const bool lost = estimate_.fitness < options_.restart_below_fitness || is_ambiguous;
+  frames_lost_ = lost ? frames_lost_ + 1 : 0;
+  frames_found_ = lost ? 0 : frames_found_ + 1;
   const DetectionParams& limits = options_.detection;
   frames_on_ = estimate_.fitness >= limits.on_fitness ? frames_on_ + 1 : 0;
   frames_off_ = estimate_.fitness < limits.off_fitness ? frames_off_ + 1 : 0;

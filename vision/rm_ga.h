@@ -259,9 +259,10 @@ class RmGa : public PoseEstimator {
   void PrepareForFrame();
   void Evaluate(size_t first, size_t end);
   void Sort();
-  void Report(const StereoImage& seen);
+  void Report(int64_t frame);
   void Refine(const StereoImage& seen, const std::optional<Pose>& last_refined_X_HM, size_t most);
   Pose Swung(const Pose& X_HM);
+  void SpendRest(size_t evaluations);
   void UpdateDetection();
   void PlanNextFrame(const Pose& last_X_HM, bool was_detected);
   void SearchIn(const GeneMap& map, const GeneMap::Values& motion);
