@@ -85,9 +85,9 @@ void AddCompareEstimators(CLI::App& app, Command* chosen) {
       ->capture_default_str();
   compare
       ->add_option("--estimators", options.estimators,
-                   "Which: default, search (without refinement), published, de, pso, cmaes, blobs")
-      ->delimiter(',')
-      ->check(CLI::IsMember(EstimatorNames()));
+                   "Which: default, search (without refinement), published, de, pso, cmaes, blobs; "
+                   "the first three also with keys of the search, as default/creep_share=0")
+      ->delimiter(',');
   compare
       ->add_option("--starts", options.starts, "Poses at each distance and milk, each a cold start")
       ->check(CLI::Range(1, 10000))

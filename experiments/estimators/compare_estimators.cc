@@ -5,12 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <numeric>
 #include <optional>
 
 #include "experiments/estimators/pagmo_estimator.h"
 #include "experiments/fixed_view.h"
-#include "experiments/nearest_name.h"
+#include "experiments/yaml_fields.h"
 #include "sim/base/random.h"
 #include "vision/blob_estimator.h"
 #include "vision/fitness.h"
@@ -40,9 +39,15 @@ struct Start {
 // What one estimator did with one start.
 struct OneRun {
   double error_m = 0, rotation_rad = 0, detected = 0, fitness = 0, frame_s = 0, evaluations = 0;
+  int found_frame = 0;  // the first of those found without a break to the end, from 1; 0: none
 };
 
-OneRun RunOne(CompareTask task, vision::PoseEstimator* estimator, const Start& start) {
+bool IsFound(const CompareOptions& options, double error_m, double rotation_rad) {
+  return error_m <= options.found_m && rotation_rad <= options.found_rad;
+}
+
+OneRun RunOne(const CompareOptions& options, vision::PoseEstimator* estimator, const Start& start) {
+  const CompareTask task = options.task;
   const size_t frames = start.frames.size();
   const size_t first_judged = task == CompareTask::kAbsent ? 0
                               : task == CompareTask::kMoving
@@ -56,10 +61,16 @@ OneRun RunOne(CompareTask task, vision::PoseEstimator* estimator, const Start& s
     times_s.push_back(ProcessorTime_s() - start_s);
     run.evaluations += static_cast<double>(estimate.evaluations) / static_cast<double>(frames);
     run.fitness = estimate.fitness;
-    if (i < first_judged) continue;
     const Pose& true_X_HM = start.TrueAt(i);
-    run.error_m = std::max(run.error_m, (estimate.X_HM.p - true_X_HM.p).norm());
-    run.rotation_rad = std::max(run.rotation_rad, AngleBetween(estimate.X_HM.q, true_X_HM.q));
+    const double error_m = (estimate.X_HM.p - true_X_HM.p).norm();
+    const double rotation_rad = AngleBetween(estimate.X_HM.q, true_X_HM.q);
+    if (!IsFound(options, error_m, rotation_rad))
+      run.found_frame = 0;
+    else if (run.found_frame == 0)
+      run.found_frame = static_cast<int>(i) + 1;
+    if (i < first_judged) continue;
+    run.error_m = std::max(run.error_m, error_m);
+    run.rotation_rad = std::max(run.rotation_rad, rotation_rad);
     run.detected += estimate.detected ? 1.0 / static_cast<double>(frames - first_judged) : 0;
   }
   run.frame_s = *Median(times_s);
@@ -128,11 +139,11 @@ std::string RunJob(const CompareOptions& options, const Job& job) {
         ++done[m];
         for (size_t e = 0; e < options.estimators.size(); ++e) {
           const auto estimator = MakeEstimator(options.estimators[e], scenario, seed);
-          const OneRun o = RunOne(options.task, estimator.get(), start);
+          const OneRun o = RunOne(options, estimator.get(), start);
           const Pose& X_HM = start.true_X_HM.back();
           out[m][e].push_back({o.error_m, o.rotation_rad, o.detected, o.fitness, o.frame_s,
                                o.evaluations, X_HM.p.x(), X_HM.p.y(), X_HM.p.z(), X_HM.q.w(),
-                               X_HM.q.x(), X_HM.q.y(), X_HM.q.z()});
+                               X_HM.q.x(), X_HM.q.y(), X_HM.q.z(), o.found_frame});
         }
       }
       first_view += true_X_HM.size();
@@ -158,19 +169,22 @@ CompareRow RowOf(const RecognitionCell& cell, const std::string& estimator, cons
   CompareRow row;
   row.cell = cell;
   row.estimator = estimator;
-  std::vector<double> rotations_rad, times_s;
+  std::vector<double> times_s;
+  std::vector<int> found_frames;
   const auto count = static_cast<double>(starts.size());
   for (const Json& start : starts) {
     const double error_m = start[0], rotation_rad = start[1];
     row.errors_m.push_back(error_m);
-    rotations_rad.push_back(rotation_rad);
+    row.rotations_rad.push_back(rotation_rad);
     row.detected += start[2].get<double>() / count;
     row.fitness.push_back(start[3]);
     row.fitness_mean += row.fitness.back() / count;
     times_s.push_back(start[4]);
     row.evaluations_per_frame += start[5].get<double>() / count;
-    const bool found = error_m <= options.found_m && rotation_rad <= options.found_rad;
+    const bool found = IsFound(options, error_m, rotation_rad);
     row.found += found;
+    row.is_found.push_back(found);
+    if (const int frame = start[13]; frame > 0) found_frames.push_back(frame);
     if (!found && options.task != CompareTask::kAbsent)
       row.misses.push_back({Pose{Eigen::Quaterniond(start[9], start[10], start[11], start[12]),
                                  Eigen::Vector3d(start[6], start[7], start[8])},
@@ -183,27 +197,25 @@ CompareRow RowOf(const RecognitionCell& cell, const std::string& estimator, cons
   row.error_median_interval_m = MedianInterval(row.errors_m);
   row.error_95_m = *Quantile(row.errors_m, 0.95);
   row.error_worst_m = *std::ranges::max_element(row.errors_m);
-  row.rotation_median_rad = *Median(rotations_rad);
-  row.rotation_median_interval_rad = MedianInterval(rotations_rad);
+  row.rotation_median_rad = *Median(row.rotations_rad);
+  row.rotation_median_interval_rad = MedianInterval(row.rotations_rad);
+  row.rotation_95_rad = *Quantile(row.rotations_rad, 0.95);
+  if (options.task == CompareTask::kStill || options.task == CompareTask::kAnywhere) {
+    row.frames_median = FrameBy(0.5, found_frames, row.starts);
+    row.frames_95 = FrameBy(0.95, found_frames, row.starts);
+  }
   row.frame_s = *Median(times_s);
   return row;
 }
 
-std::vector<double> RanksOf(const std::vector<double>& values) {
-  std::vector<size_t> order(values.size());
-  std::iota(order.begin(), order.end(), size_t{0});
-  std::sort(order.begin(), order.end(), [&](size_t a, size_t b) { return values[a] < values[b]; });
-  std::vector<double> ranks(values.size());
-  for (size_t i = 0; i < order.size();) {  // equal values share the mean of their ranks
-    size_t end = i + 1;
-    while (end < order.size() && values[order[end]] == values[order[i]]) ++end;
-    for (size_t j = i; j < end; ++j) ranks[order[j]] = 0.5 * static_cast<double>(i + end - 1);
-    i = end;
-  }
-  return ranks;
-}
-
 }  // namespace
+
+std::optional<int> FrameBy(double share, std::vector<int> found_frames, int starts) {
+  const auto rank = static_cast<size_t>(std::ceil(share * starts));
+  if (rank > found_frames.size()) return std::nullopt;
+  std::sort(found_frames.begin(), found_frames.end());
+  return found_frames[rank - 1];
+}
 
 std::vector<std::string> EstimatorNames() {
   return {"default", "search", "published", "de", "pso", "cmaes", "blobs"};
@@ -212,25 +224,32 @@ std::vector<std::string> EstimatorNames() {
 std::unique_ptr<vision::PoseEstimator> MakeEstimator(const std::string& name,
                                                      const Scenario& scenario, uint64_t seed) {
   const StereoRig rig = scenario.rig.MakeRig();
-  const auto rm_ga = [&](const vision::RmGaOptions& options) {
+  const size_t slash = name.find('/');
+  const std::string base = name.substr(0, slash);
+  const auto rm_ga = [&](vision::RmGaOptions options) {
+    for (size_t first = slash; first != std::string::npos;) {
+      const size_t end = name.find('/', first + 1);
+      ApplySet(name.substr(first + 1, end - first - 1), &options, nullptr);
+      first = end;
+    }
     return std::make_unique<vision::RmGa>(options, scenario.marker, scenario.hue, rig,
                                           SeedTree(seed).Stream("vision.rm_ga"));
   };
-  const auto pagmo = [&](PagmoMethod method) {
-    return MakePagmoEstimator({.method = method, .range = scenario.estimator.range},
-                              scenario.marker, scenario.hue, rig, static_cast<uint32_t>(seed));
-  };
-  if (name == "default") return rm_ga(scenario.estimator);
-  if (name == "search") {
+  if (base == "default") return rm_ga(scenario.estimator);
+  if (base == "search") {
     vision::RmGaOptions options = scenario.estimator;
     options.refine.enabled = false;
     return rm_ga(options);
   }
-  if (name == "published") {
+  if (base == "published") {
     vision::RmGaOptions options = vision::RmGaOptions::Published();
     options.range = scenario.estimator.range;
     return rm_ga(options);
   }
+  const auto pagmo = [&](PagmoMethod method) {
+    return MakePagmoEstimator({.method = method, .range = scenario.estimator.range},
+                              scenario.marker, scenario.hue, rig, static_cast<uint32_t>(seed));
+  };
   if (name == "de") return pagmo(PagmoMethod::kDe);
   if (name == "pso") return pagmo(PagmoMethod::kPso);
   if (name == "cmaes") return pagmo(PagmoMethod::kCmaes);
@@ -239,7 +258,8 @@ std::unique_ptr<vision::PoseEstimator> MakeEstimator(const std::string& name,
                                                    scenario.hue, rig);
   std::string known;
   for (const std::string& one : EstimatorNames()) known += (known.empty() ? "" : ", ") + one;
-  throw ConfigError("estimator '" + name + "' is not known; there are " + known);
+  throw ConfigError("estimator '" + name + "' is not known; there are " + known +
+                    ", the first three also with keys of the search: default/creep_share=0");
 }
 
 std::vector<CompareRow> CompareEstimators(const CompareOptions& options) {
@@ -278,25 +298,6 @@ std::vector<CompareRow> CompareEstimators(const CompareOptions& options) {
       }
   }
   return rows;
-}
-
-double FitnessErrorCorrelation(const std::vector<CompareRow>& rows, MarkerKind marker,
-                               const std::string& estimator) {
-  std::vector<double> errors, fitness;
-  for (const CompareRow& row : rows) {
-    if (row.cell.marker != marker || row.estimator != estimator) continue;
-    errors.insert(errors.end(), row.errors_m.begin(), row.errors_m.end());
-    fitness.insert(fitness.end(), row.fitness.begin(), row.fitness.end());
-  }
-  const std::vector<double> a = RanksOf(errors), b = RanksOf(fitness);
-  const double middle = 0.5 * (static_cast<double>(a.size()) - 1);
-  double ab = 0, aa = 0, bb = 0;
-  for (size_t i = 0; i < a.size(); ++i) {
-    ab += (a[i] - middle) * (b[i] - middle);
-    aa += (a[i] - middle) * (a[i] - middle);
-    bb += (b[i] - middle) * (b[i] - middle);
-  }
-  return aa > 0 && bb > 0 ? ab / std::sqrt(aa * bb) : 0;
 }
 
 }  // namespace turbidock::experiments

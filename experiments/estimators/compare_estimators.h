@@ -5,6 +5,7 @@
 // moving, absent (CompareTask).
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,9 +23,11 @@ namespace turbidock::experiments {
 //   published  RM-GA as published
 //   de, pso, cmaes   pagmo's optimisers on the same fitness
 //   blobs      colour segmentation, triangulation, absolute orientation
+// The first three may carry changed keys of RmGaOptions: default/creep_share=0/track.enabled=false.
 std::vector<std::string> EstimatorNames();
 
-// ConfigError for an unknown name. `scenario` gives marker, hue, rig and the search's options.
+// ConfigError for what is unknown or wrong in a name. `scenario` gives marker, hue, rig and the
+// search's options.
 std::unique_ptr<vision::PoseEstimator> MakeEstimator(const std::string& name,
                                                      const Scenario& scenario, uint64_t seed);
 
@@ -60,13 +63,22 @@ struct CompareRow {
   double error_95_m = 0, error_worst_m = 0;
   double rotation_median_rad = 0;
   Interval rotation_median_interval_rad;
+  double rotation_95_rad = 0;
+  // Of a marker at rest: the first frame, from 1, from which on the estimates are within what
+  // counts as found. By half of the starts, by 95 % of them; nothing where fewer are found.
+  std::optional<int> frames_median, frames_95;
   double detected = 0;  // share of frames: of the last ones; moving: once settled; absent: of all
   double fitness_mean = 0;
   double frame_s = 0;  // median processor time of a frame, labels included
   double evaluations_per_frame = 0;
-  std::vector<double> errors_m, fitness;  // by start
+  std::vector<double> errors_m, rotations_rad, fitness;  // by start
+  std::vector<bool> is_found;
   std::vector<CompareMiss> misses;
 };
+
+// The frame by which that share of the starts is found, given when each of those found was; nothing
+// where fewer are.
+std::optional<int> FrameBy(double share, std::vector<int> found_frames, int starts);
 
 // Nothing when it was stopped. The same whatever the number of workers, but for the times.
 std::vector<CompareRow> CompareEstimators(const CompareOptions& options);
@@ -76,10 +88,25 @@ std::vector<CompareRow> CompareEstimators(const CompareOptions& options);
 double FitnessErrorCorrelation(const std::vector<CompareRow>& rows, MarkerKind marker,
                                const std::string& estimator);
 
+// The estimates whose fitness lies in [low, high), over all rows of a marker and estimator.
+struct FitnessBin {
+  double low = 0, high = 0;
+  int starts = 0, found = 0;
+  Interval found_interval;  // Wilson, 95 %
+  double error_median_m = 0, error_95_m = 0;
+  double rotation_median_rad = 0, rotation_95_rad = 0;
+};
+
+// Areas III and II, and Area I in steps of 0.1; those that hold an estimate.
+std::vector<FitnessBin> FitnessBins(const std::vector<CompareRow>& rows, MarkerKind marker,
+                                    const std::string& estimator);
+
 std::string CompareText(const std::vector<CompareRow>& rows);
 std::string CompareCsv(const std::vector<CompareRow>& rows);
 std::string CompareJson(const std::vector<CompareRow>& rows);
-// A row of panels for each marker and distance: share found, and median error, over milk.
+// Share found, median error and median rotation error over milk: a row of panels for each marker
+// and distance with a line for each estimator; of one estimator a row for each marker with a line
+// for each distance.
 void WriteCompareFigure(const std::string& path, const std::vector<CompareRow>& rows);
 
 }  // namespace turbidock::experiments

@@ -8,7 +8,6 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <numbers>
 
 #include "experiments/canvas.h"
 #include "experiments/image_source.h"
@@ -31,7 +30,7 @@ Pose PoseOf(const Json& json) {
 }
 
 class Estimate : public ::testing::Test {
- protected:
+ public:
   void SetUp() override { std::filesystem::create_directories(folder_); }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
@@ -215,30 +214,62 @@ TEST_F(Estimate, HonoursAnOpenCvCalibration) {
   EXPECT_LT(units::DegFromRad(AngleBetween(PoseOf(result).q, kPose.q)), 1);
 }
 
-TEST_F(Estimate, AMarkerOfOnesOwnByFileAlone) {
-  // Five balls in colours of their own.
+// Finds a marker of those balls, painted in plain colours, by its file alone.
+struct OwnBall {
+  Eigen::Vector3d p_MQ_m;
+  double radius_m = 0.02, hue_deg = 0;
+};
+
+void ExpectFoundByFileAlone(const Estimate& test, const std::vector<OwnBall>& balls,
+                            const Pose& X_HM) {
+  SCOPED_TRACE(balls.size());
   std::string text = "balls:\n";
   vision::MarkerParams marker;
   marker.balls.clear();
-  const double deg = std::numbers::pi / 180;
-  const std::vector<std::pair<Eigen::Vector3d, double>> balls = {{{-0.06, 0, 0}, 60},
-                                                                 {{0, 0.08, 0.05}, 180},
-                                                                 {{0, -0.08, 0.05}, 300},
-                                                                 {{0, 0.08, -0.07}, 0},
-                                                                 {{0, -0.07, -0.06}, 120}};
-  for (const auto& [p, hue_deg] : balls) {
+  for (const OwnBall& ball : balls) {
     const std::string name = "ball" + std::to_string(marker.balls.size());
-    marker.balls.push_back({name, p, 0.022, hue_deg * deg, {1, 1, 1}});
-    text += "  - {name: " + name + ", p_MQ_m: [" + std::to_string(p.x()) + ", " +
-            std::to_string(p.y()) + ", " + std::to_string(p.z()) +
-            "], radius_m: 0.022, hue_rad: " + std::to_string(hue_deg * deg) + "}\n";
+    const double hue_rad = units::RadFromDeg(ball.hue_deg);
+    marker.balls.push_back({name, ball.p_MQ_m, ball.radius_m, hue_rad, {1, 1, 1}});
+    text += "  - {name: " + name + ", p_MQ_m: [" + std::to_string(ball.p_MQ_m.x()) + ", " +
+            std::to_string(ball.p_MQ_m.y()) + ", " + std::to_string(ball.p_MQ_m.z()) +
+            "], radius_m: " + std::to_string(ball.radius_m) +
+            ", hue_rad: " + std::to_string(hue_rad) + "}\n";
   }
-  WritePair(marker, RigParams{}.MakeRig(), kPose);
-  const Json result = Run({"--left", Path("left.png"), "--right", Path("right.png"), "--marker",
-                           File("marker.yaml", text)});
-  EXPECT_LT((PoseOf(result).p - kPose.p).norm(), 0.003);
-  EXPECT_EQ(result.at("ball_fitness").size(), 5u);
-  EXPECT_GT(result.at("ball_fitness").at("ball4"), 0.8);
+  test.WritePair(marker, RigParams{}.MakeRig(), X_HM);
+  const Json result = test.Run({"--left", test.Path("left.png"), "--right", test.Path("right.png"),
+                                "--marker", test.File("marker.yaml", text)});
+  EXPECT_EQ(result.at("detected"), true);
+  EXPECT_LT((PoseOf(result).p - X_HM.p).norm(), 0.003);
+  EXPECT_LT(units::DegFromRad(AngleBetween(PoseOf(result).q, X_HM.q)), 0.5);
+  ASSERT_EQ(result.at("ball_fitness").size(), balls.size());
+  for (const Json& fitness : result.at("ball_fitness")) EXPECT_GT(fitness, 0.7);
+}
+
+TEST_F(Estimate, AMarkerOfOnesOwnByFileAlone) {
+  // Yellow, cyan and magenta on a T, of different sizes.
+  ExpectFoundByFileAlone(
+      *this,
+      {{{0, 0.1, 0}, 0.03, 60}, {{0, -0.1, 0.02}, 0.025, 180}, {{-0.05, 0, -0.12}, 0.02, 300}},
+      Pose::FromVectorPart({0.8, -0.05, 0.04}, {0.03, 0.02, -0.06}));
+  // Five colours.
+  ExpectFoundByFileAlone(*this,
+                         {{{-0.06, 0, 0}, 0.022, 60},
+                          {{0, 0.08, 0.05}, 0.022, 180},
+                          {{0, -0.08, 0.05}, 0.022, 300},
+                          {{0, 0.08, -0.07}, 0.022, 0},
+                          {{0, -0.07, -0.06}, 0.022, 120}},
+                         kPose);
+  // Eight balls about a ring's rim, two of them orange, two of them violet.
+  ExpectFoundByFileAlone(*this,
+                         {{{0, 0.13, 0.01}, 0.018, 30},
+                          {{-0.02, 0.09, 0.09}, 0.018, 90},
+                          {{0, 0, 0.12}, 0.018, 150},
+                          {{-0.03, -0.09, 0.08}, 0.018, 210},
+                          {{0, -0.13, 0}, 0.018, 270},
+                          {{-0.01, -0.08, -0.09}, 0.018, 330},
+                          {{-0.06, 0.01, -0.13}, 0.018, 30},
+                          {{0, 0.09, -0.09}, 0.018, 270}},
+                         kPose);
 }
 
 TEST_F(Estimate, ThePublishedPresetIsUnrefinedAndRepeats) {
