@@ -92,7 +92,7 @@ double FitnessErrorCorrelation(const std::vector<CompareRow>& rows, MarkerKind m
 struct FitnessBin {
   double low = 0, high = 0;
   int starts = 0, found = 0;
-  Interval found_interval;  // Wilson, 95 %
+  Interval found_interval = {};  // Wilson, 95 %
   double error_median_m = 0, error_95_m = 0;
   double rotation_median_rad = 0, rotation_95_rad = 0;
 };

@@ -109,11 +109,11 @@ TEST(RmGa, RefusesImagesOfAnotherSize) {
   }
 }
 
-TEST(RmGa, CountsItsEvaluations) {
-  const StereoImage seen = Painted();
+TEST(RmGa, SpendsItsBudgetWhateverItSees) {
   RmGa published = MakeSearch(RmGaOptions::Published());
   RmGa ours = MakeSearch({});
-  for (int frame = 0; frame < 3; ++frame) {
+  // Refined, with nothing to refine, and refined again.
+  for (const StereoImage& seen : {Painted(), Blank(), Painted()}) {
     EXPECT_EQ(published.Update(seen).evaluations, 60 + 9 * 24);
     EXPECT_EQ(ours.Update(seen).evaluations, 60 + 20 * 24);
   }
