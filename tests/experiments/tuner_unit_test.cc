@@ -31,7 +31,8 @@ trials:
   seeds: 4
   set: {pose_source: true_pose, controller: lqg, duration_s: 2.5, docked_hold_s: 0,
         true_pose.found_after_s: 0, procedure.found_hold_s: 0,
-        lqg.sway.effort_v: 0.6, lqg.sway.error_m: 0.01}
+        lqg.sway.effort_v: 0.6, lqg.sway.error_m: 0.01, lqg.sway.current_newton: 3.95,
+        lqg.yaw.error_rad: 0.185, lqg.yaw.effort_v: 0.491, lqg.yaw.current_newton_m: 0.342}
 )";
 const std::string kGains = "gains: [{key: lqg.sway.effort_v, low: 0.2, high: 3, scale: log}]\n";
 const std::string kObjective = "objective: [{metric: tracking_rms_m, weight: 1000}]\n";
