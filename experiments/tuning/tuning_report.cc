@@ -279,7 +279,9 @@ void WriteTuningFigure(const std::string& path, const Study& study, const Tuning
     script.EndData();
     script.Line("set xlabel " + GnuplotQuoted(settings.objective[0].metric + ", weighted"));
     script.Line("set ylabel " + GnuplotQuoted(settings.objective[1].metric + ", weighted"));
-    script.Line("set cblabel 'docked [%]'");
+    script.Line("set cblabel 'docked [%]'").Line("set cbrange [0:100]");
+    script.Line(fmt::format("set palette defined (0 {}, 1 {})", Color(kOnPaper.desired),
+                            Color(kOnPaper.estimate)));
     script.Line(
         "plot $front using 1:2:3 with points pointtype 7 pointsize 1.4 palette title "
         "'not beaten in every objective'");
