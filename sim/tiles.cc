@@ -10,6 +10,7 @@ namespace turbidock::sim {
 namespace {
 
 constexpr int kCell = SurfacePyramid::kCell_px;
+static_assert((kCell & (kCell - 1)) == 0, "PointAt finds the lattice by masks");
 constexpr uint16_t kMixed = SurfacePyramid::kMixed;
 
 // The smallest and largest id in each cell of a row of cells.

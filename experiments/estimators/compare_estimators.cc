@@ -229,7 +229,11 @@ std::unique_ptr<vision::PoseEstimator> MakeEstimator(const std::string& name,
   const auto rm_ga = [&](vision::RmGaOptions options) {
     for (size_t first = slash; first != std::string::npos;) {
       const size_t end = name.find('/', first + 1);
-      ApplySet(name.substr(first + 1, end - first - 1), &options, nullptr);
+      try {
+        ApplySet(name.substr(first + 1, end - first - 1), &options, nullptr);
+      } catch (const ConfigError& error) {
+        throw ConfigError("estimator '" + name + "': " + error.what());
+      }
       first = end;
     }
     return std::make_unique<vision::RmGa>(options, scenario.marker, scenario.hue, rig,
