@@ -118,14 +118,17 @@ double FluenceRatio(double q) {
 namespace {
 
 // Integrand of the halo over phi at offset h, without b I / h and exp(-G t_p). The light's way in
-// the water begins at the ball's surface.
-Rgb HaloIntegrand(const Medium& medium, const Rgb& diffuse_per_m, double radius_m, double h_m,
+// the water begins at the ball's surface. A disc's light falls off with the cosine of the angle
+// from its normal, which is that to the ray: none gets behind it.
+Rgb HaloIntegrand(const Medium& medium, const Rgb& diffuse_per_m, const Glow& glow, double h_m,
                   double phi) {
   const double cos_phi = std::cos(phi), sin_phi = std::sin(phi);
   // (1 + sin) / cos, written so that it does not cancel on either side
   const double path = sin_phi < 0 ? cos_phi / (1 - sin_phi) : (1 + sin_phi) / cos_phi;
-  return FluenceRatio(radius_m * cos_phi / h_m) * Phase(medium, -sin_phi) *
-         (-diffuse_per_m * (h_m * path - radius_m)).exp();
+  const Rgb scattered = Phase(medium, -sin_phi);
+  if (glow.disc) return std::max(0.0, -sin_phi) * scattered * (-diffuse_per_m * h_m * path).exp();
+  return FluenceRatio(glow.radius_m * cos_phi / h_m) * scattered *
+         (-diffuse_per_m * (h_m * path - glow.radius_m)).exp();
 }
 
 }  // namespace
@@ -139,7 +142,7 @@ Rgb HaloAlongRay(const Medium& medium, const Rgb& diffuse_per_m, const Glow& glo
   if (step <= 0) return Rgb::Zero();
   Rgb sum = Rgb::Zero();
   for (int i = 0; i < samples; ++i)
-    sum += HaloIntegrand(medium, diffuse_per_m, glow.radius_m, h_m, phi0 + (i + 0.5) * step);
+    sum += HaloIntegrand(medium, diffuse_per_m, glow, h_m, phi0 + (i + 0.5) * step);
   return medium.scattering_per_m * glow.intensity_w_sr / h_m * (-diffuse_per_m * foot_m).exp() *
          sum * step;
 }
@@ -160,8 +163,8 @@ HaloTable::HaloTable(const Medium& medium, const Rgb& diffuse_per_m, const Glow&
     for (int j = 1; j < kPlaces; ++j) {
       const double phi0 = phi_at(j - 1), step = (phi_at(j) - phi0) / kSubsteps;
       for (int k = 0; k < kSubsteps; ++k)
-        sum += step * HaloIntegrand(medium, diffuse_per_m, radius_m_, radius_m_ / q,
-                                    phi0 + (k + 0.5) * step);
+        sum += step *
+               HaloIntegrand(medium, diffuse_per_m, glow, radius_m_ / q, phi0 + (k + 0.5) * step);
       nodes_.push_back(LightOf(scale * sum));
     }
   }

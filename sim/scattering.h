@@ -64,10 +64,11 @@ Rgb VeilAlongRay(const Medium& medium, const Rgb& diffuse_per_m, const Lamp& lam
                  int samples);
 
 // A lit ball as the water sees it: a sphere of given intensity, which shines equally in all
-// directions.
+// directions. Or a Lambertian disc that faces the camera, of that intensity along its normal.
 struct Glow {
   double radius_m = 0;
   Rgb intensity_w_sr = Rgb::Zero();
+  bool disc = false;
 };
 
 // Irradiance that a ball gives to a unit area at right angles to the line to its centre, distance

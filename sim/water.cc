@@ -13,6 +13,8 @@ namespace {
 
 // Whole vectors of points are computed: the last one is repeated to fill them.
 constexpr int kVector = 16;
+// Distance of the pixels that are metered: half of a ball's disc at 1 m in the default rig.
+constexpr int kMeter_px = 10;
 
 void Load(const LightPoint& point, int i, PointBatch* batch) {
   batch->u_px[i] = point.u;
@@ -121,6 +123,8 @@ Water::Water(const OpticsParams& params, const StereoRig& rig, const SurfaceTabl
   placed_.resize(static_cast<size_t>(surfaces_.size()));
   first_of_surface_.reserve(static_cast<size_t>(surfaces_.size()) + 2);
   order_.reserve(static_cast<size_t>(rig.left.width_px) * rig.left.height_px);
+  if (scatters_ && !lamps_.empty() && params_.water.surface_halos)
+    reflectors_ = Reflectors(surfaces_, medium_, diffuse_per_m);
 }
 
 StereoRegion Water::whole() const {
@@ -171,8 +175,37 @@ void Water::Apply(const RenderedStereo& rendered, RadianceStereo* out) {
 
 void Water::Prepare(const RenderedStereo& rendered, const StereoRegion& region) {
   Place(rendered.X_WH);
+  reflectors_.Illuminate(surfaces_, placed_, lamps_, casters_, &batch_);
   PrepareView(rendered.left, region.left, &eyes_[0]);
   PrepareView(rendered.right, region.right, &eyes_[1]);
+}
+
+double Water::MeanRadiance(const RenderedStereo& rendered) {
+  Place(rendered.X_WH);
+  reflectors_.Illuminate(surfaces_, placed_, lamps_, casters_, &batch_);
+  double sum = 0;
+  size_t count = 0;
+  std::vector<LightPoint>& points = metered_;
+  for (size_t i = 0; i < eyes_.size(); ++i) {
+    const RenderedView& view = i == 0 ? rendered.left : rendered.right;
+    points.clear();
+    for (int v = kMeter_px / 2; v < view.surface.height(); v += kMeter_px)
+      for (int u = kMeter_px / 2; u < view.surface.width(); u += kMeter_px)
+        points.push_back({static_cast<uint16_t>(u), static_cast<uint16_t>(v),
+                          *view.surface.at(u, v), *view.depth_m.at(u, v)});
+    metered_light_.assign(points.size(), Light::Zero());
+    const auto add = [&] {
+      for (const Light& light : metered_light_) sum += static_cast<double>(light.head<3>().sum());
+    };
+    ShineFromSurfaces(eyes_[i], points, metered_light_.data());
+    add();
+    if (scatters_) {
+      ShineFromWater(eyes_[i], points, metered_light_.data());
+      add();
+    }
+    count += 3 * points.size();
+  }
+  return count > 0 ? sum / static_cast<double>(count) : 0;
 }
 
 void Water::PaintRows(int view, int row_begin, int row_end, float* rgb) const {
@@ -294,6 +327,7 @@ void Water::ShineFromWater(const Eye& eye, std::span<const LightPoint> points, L
         out[i] = eye.veil->At(batch.u_px[i], batch.v_px[i], batch.range_m[i]);
     else
       std::fill_n(out, count, Light::Zero());
+    reflectors_.AddHalos(eye.rays, count, &batch, out);
     for (const LitBall& ball : lit_balls_) {
       const PlacedSurface& placed = placed_[static_cast<size_t>(ball.geom)];
       // not lit: what the marker's box hides from the ball

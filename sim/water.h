@@ -5,14 +5,14 @@
 //
 // Per pixel at range r, per channel, with a, b, c, G as in sim/scattering.h:
 //   L = exp(-c r) (L_emitted + albedo / pi (E_lamps + E_balls)) + veil of the lamps + halos of the
-//   balls.
+//   balls, of marker and station in the lamps' light.
 // Light's way to a surface is attenuated with G, since scattering by small angles still lights a
 // surface; its way to the camera with c, since it no longer makes an image (it makes veil and
 // halo).
 //
 // The marker's shadow is cut out of the lamps' light on surfaces and (the box's only) out of the
-// halos. Left out: shadows in the veil, blur of lit surfaces by forward scattering, light between
-// surfaces.
+// halos. Left out: shadows in the veil, halos of far walls and of surfaces in the balls' light,
+// light between surfaces.
 //
 // Light is computed at few pixels, many at a time (sim/point_batch.h), and spread from there over
 // tiles (sim/tiles.h).
@@ -27,6 +27,7 @@
 #include "sim/base/image.h"
 #include "sim/optics_params.h"
 #include "sim/point_batch.h"
+#include "sim/reflectors.h"
 #include "sim/rendered.h"
 #include "sim/scattering.h"
 #include "sim/surfaces.h"
@@ -50,6 +51,9 @@ class Water {
   // pixels in the region are sure to be written; they are the same whatever the region.
   void Prepare(const RenderedStereo& rendered, const StereoRegion& region);
   void PaintRows(int view, int row_begin, int row_end, float* rgb) const;
+
+  // Mean over all channels of both views, from a lattice of pixels. Needs whole views.
+  double MeanRadiance(const RenderedStereo& rendered);
 
   // All pixels of both cameras.
   StereoRegion whole() const;
@@ -95,11 +99,14 @@ class Water {
   std::vector<Lamp> lamps_;  // empty when off
   std::vector<LitBall> lit_balls_;
   std::vector<std::pair<double, HaloTable>> halos_;  // of unit intensity, by the ball's radius
+  Reflectors reflectors_;  // none with the lamps off or nothing that scatters
   std::vector<int> casters_;
   int shadow_box_ = -1;  // the geom that casts shadows in halos, -1: none
   std::vector<Eye> eyes_;
   std::vector<PlacedSurface> placed_;          // by geom id, at the current instant
   std::vector<int> first_of_surface_, order_;  // points sorted by surface
+  std::vector<LightPoint> metered_;
+  std::vector<Light> metered_light_;
 };
 
 }  // namespace turbidock::sim

@@ -155,8 +155,8 @@ TEST(PathTraced, HalosAreAsBright) {
 }
 
 // Lamp-lit: surroundings over ball at the same places, and the veil where nothing else is seen,
-// over the green ball. Measured 0.76 to 1.05, the veil 0.64 to 1.2: least above the marker at 0.5
-// m, where the path tracer's has 1.5 times what single scattering gives.
+// over the green ball. Measured 0.92 to 1.06, the veil 0.89 to 1.21; without the light that marker
+// and plate throw into the water 0.77 to 1.04 and 0.64 to 1.21.
 TEST(PathTraced, LampLitSceneAndVeilAreAsBright) {
   int veils = 0;
   for (const Pair& pair : kPassive) {
@@ -169,7 +169,7 @@ TEST(PathTraced, LampLitSceneAndVeilAreAsBright) {
                             MeanAround(ours, ours.left, ball, channel, kDisc);
         const double there = MeanAround(ours, theirs, ball, channel, ring) /
                              MeanAround(ours, theirs, ball, channel, kDisc);
-        EXPECT_NEAR(here / there, 1, 0.3)
+        EXPECT_NEAR(here / there, 1, 0.12)
             << pair.name << " " << ours.surfaces[ball].name << " " << ring.from;
       }
     for (const auto& [u0, v0] : {std::pair{10, 10}, {310, 10}, {610, 10}, {10, 450}}) {
@@ -185,7 +185,7 @@ TEST(PathTraced, LampLitSceneAndVeilAreAsBright) {
       ++veils;
       EXPECT_NEAR(here / MeanAround(ours, ours.left, 1, 1, kDisc) /
                       (there / MeanAround(ours, theirs, 1, 1, kDisc)),
-                  1, 0.37)
+                  1, 0.25)
           << pair.name << " " << u0 << " " << v0;
     }
   }

@@ -23,6 +23,7 @@ using testing::MarkerAndPlate;
 OpticsParams Turbid(bool active) {
   OpticsParams params;
   params.water.milk_ml_m3 = 60;
+  params.water.surface_halos = false;  // the plain model has none
   params.ball_lights.enabled = active;
   params.lamps.enabled = !active;
   params.shading.tile_px = 1;
@@ -85,10 +86,13 @@ TEST(VeilTable, AgreesWithQuadrature) {
   }
 }
 
-TEST(HaloTable, AgreesWithQuadrature) {
+class HaloTableOf : public ::testing::TestWithParam<bool> {};
+INSTANTIATE_TEST_SUITE_P(BallAndDisc, HaloTableOf, ::testing::Bool());
+
+TEST_P(HaloTableOf, AgreesWithQuadrature) {
   const Medium medium = MakeMedium({.milk_ml_m3 = 60});
   const Rgb diffuse_per_m = medium.Diffuse(0.5);
-  const Glow glow{.radius_m = 0.02, .intensity_w_sr = {1, 2, 3}};
+  const Glow glow{.radius_m = 0.02, .intensity_w_sr = {1, 2, 3}, .disc = GetParam()};
   const HaloTable table(medium, diffuse_per_m, glow);
   Rng rng = SeedTree(22).Stream("probes");
   double worst = 0, brightest = 0;
