@@ -1,5 +1,6 @@
 #include "experiments/fixed_view.h"
 
+#include "sim/exposure.h"
 #include "sim/gl_context.h"
 #include "sim/scene.h"
 #include "sim/stereo_renderer.h"
@@ -32,10 +33,29 @@ std::vector<FixedView> DrawFixedViews(const Scenario& scenario, const std::vecto
   return views;
 }
 
-FixedCameras::FixedCameras(const FixedView& view, const Scenario& scenario, const SeedTree& seeds)
+FixedCameras::FixedCameras(const FixedView& view, const Scenario& scenario, const SeedTree& seeds,
+                           const FixedView* whole)
     : sensor_(scenario.sensor, seeds.Stream("camera.left").NextU64(),
               seeds.Stream("camera.right").NextU64()) {
-  sim::Water(scenario.optics, view.rig, view.surfaces, view.X_HE).Apply(view.rendered, &radiance_);
+  const auto water = [&](const FixedView& v) {
+    return sim::Water(scenario.optics, v.rig, v.surfaces, v.X_HE);
+  };
+  water(view).Apply(view.rendered, &radiance_);
+  sim::AutoExposure exposure(scenario.sensor, scenario.image_clock().frame_s());
+  if (!exposure.on()) return;
+  const FixedView& metered = whole != nullptr ? *whole : view;
+  sensor_.set_gain(exposure.GainFor(water(metered).MeanRadiance(metered.rendered)));
+}
+
+void FixedCameras::Expose(int64_t frame, const StereoRegion& region, StereoImage* out) {
+  out->frame = frame;
+  const auto expose = [&](int view, const PixelRegion& part, const Image3f& light,
+                          Image3u8* image) {
+    image->Resize(light.width(), light.height());
+    if (!part.empty()) sensor_.ExposeRegion(view, frame, part, light.row(part.row_begin), image);
+  };
+  expose(0, region.left, radiance_.left, &out->left);
+  expose(1, region.right, radiance_.right, &out->right);
 }
 
 }  // namespace turbidock::experiments

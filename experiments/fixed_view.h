@@ -31,11 +31,15 @@ std::vector<FixedView> DrawFixedViews(const Scenario& scenario, const std::vecto
 // The cameras of a vehicle at rest: the scenario's water, lamps, ball lights and sensor.
 class FixedCameras {
  public:
-  // Noise is drawn from `seeds`.
-  FixedCameras(const FixedView& view, const Scenario& scenario, const SeedTree& seeds);
+  // Noise is drawn from `seeds`. Automatic exposure has settled, to the whole of the cameras' views
+  // where `view` is a part of them.
+  FixedCameras(const FixedView& view, const Scenario& scenario, const SeedTree& seeds,
+               const FixedView* whole = nullptr);
 
   const sim::RadianceStereo& radiance() const { return radiance_; }
   void Expose(int64_t frame, StereoImage* out) { sensor_.Expose(radiance_, frame, out); }
+  // A region of the images; other pixels stay as they are, in images of the cameras' size.
+  void Expose(int64_t frame, const StereoRegion& region, StereoImage* out);
 
  private:
   sim::ImageSensor sensor_;

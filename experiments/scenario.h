@@ -55,6 +55,7 @@ struct Scenario {
   std::string model;  // MJCF file, a bundled one or a path
   int camera_period_frames = 1;
   int camera_delay_frames = 1;
+  double camera_drop_probability = 0;
   bool region_of_interest = true;
   double docked_hold_s = 1;
   sim::GlBackend renderer = sim::GlBackend::kOsmesa;
@@ -87,6 +88,8 @@ struct Scenario {
           "MJCF file of the scene: a bundled one, or a path from the scenario's folder");
     field("camera_period_frames", self.camera_period_frames, InRange(1, 240),
           "frames from one exposure to the next; the command holds in between");
+    field("camera_drop_probability", self.camera_drop_probability, InRange(0, 0.99),
+          "share of the images that never arrive at the estimator");
     field("camera_delay_frames", self.camera_delay_frames, InRange(0, 30),
           "frames from exposure until the estimator has the image");
     field("region_of_interest", self.region_of_interest, Finite(),

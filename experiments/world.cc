@@ -21,7 +21,8 @@ World::Cameras::Cameras(const Scenario& scenario, const sim::Scene& scene, const
       camera(sim::Water(scenario.optics, scenario.rig.MakeRig(),
                         sim::SurfaceTable::FromScene(scene), sim::LampPoses(scene)),
              sim::ImageSensor(scenario.sensor, seeds.Stream("camera.left").NextU64(),
-                              seeds.Stream("camera.right").NextU64())),
+                              seeds.Stream("camera.right").NextU64()),
+             sim::AutoExposure(scenario.sensor, scenario.image_clock().frame_s())),
       exposed(mj_makeData(scene.model.get())) {}
 
 World::World(const Scenario& scenario, bool spectator, StageTimer* timer)
@@ -89,6 +90,8 @@ Eyes::Eyes(const Scenario& scenario, bool whole_images, StageTimer* timer, World
       timer_(timer),
       schedule_(scenario.camera_period_frames, scenario.camera_delay_frames),
       whole_images_(whole_images),
+      drop_probability_(scenario.camera_drop_probability),
+      drops_(world->seeds().Stream("camera.drops")),
       exposures_(static_cast<size_t>(schedule_.under_way()) + 1) {
   const SeedTree& seeds = world_.seeds();
   if (scenario.pose_source == PoseSource::kCameras) {
@@ -105,6 +108,9 @@ Eyes::Eyes(const Scenario& scenario, bool whole_images, StageTimer* timer, World
 bool Eyes::Update(int64_t frame) {
   Expose(frame);
   if (!schedule_.ArrivesAt(frame)) return false;
+  // what came first must have come: there is no estimate before it
+  if (drop_probability_ > 0 && drops_.Uniform() < drop_probability_ && estimate_ != nullptr)
+    return false;
   const int64_t number = schedule_.LatestAt(frame);
   if (estimator_) {
     world_.Develop(*Slot(number), number, whole_images_ ? std::nullopt : estimator_->Reach(),

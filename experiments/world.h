@@ -103,6 +103,8 @@ class Eyes {
   StageTimer* timer_;
   CameraSchedule schedule_;
   bool whole_images_;
+  double drop_probability_;
+  Rng drops_;
   // The latest exposures by their numbers: those under way from the sensor to the estimator, and
   // the one there. They become images when they arrive: only then is it known which pixels matter.
   std::vector<Exposure> exposures_;

@@ -4,6 +4,8 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <span>
+#include <type_traits>
 
 #include "sim/base/check.h"
 #include "sim/base/random.h"
@@ -68,6 +70,11 @@ struct NoiseDn {
   float shot_linear;  // gain / electrons: variance of a linear value over itself
 };
 
+[[gnu::always_inline]] inline uint8_t Round(float value) {
+  // whole numbers are clamped by one instruction, other ones by two
+  return static_cast<uint8_t>(std::clamp(static_cast<int32_t>(value), 0, 255));
+}
+
 // Whether all values are on the curve's straight part. A negative one's bits are a negative number,
 // too.
 [[gnu::always_inline]] inline bool InToe(const Curve& curve, int count,
@@ -78,12 +85,13 @@ struct NoiseDn {
   return x <= curve.toe_end;
 }
 
-// With kToe, all values are on the curve's straight part: the same bits for less.
-template <Noise kNoise, bool kToe>
+// DN as numbers of type T: rounded, or as they are. With kToe, all values are on the curve's
+// straight part: the same bits for less.
+template <Noise kNoise, bool kToe, typename T>
 [[gnu::always_inline]] inline void ExposeValues(const Curve curve, const NoiseDn noise,
                                                 uint32_t key0, uint32_t key1, int begin, int end,
                                                 const float* __restrict radiance,
-                                                uint8_t* __restrict dn) {
+                                                T* __restrict dn) {
   for (int i = begin; i < end; ++i) {
     const float linear = LinearOf(curve, radiance[i]);
     const float power_dn = kToe ? 0.0f : PowerDn(curve, linear);
@@ -100,15 +108,17 @@ template <Noise kNoise, bool kToe>
       }
       value += sigma_dn * NormalFromBits(Mix(static_cast<uint32_t>(i), key0, key1));
     }
-    // whole numbers are clamped by one instruction, other ones by two
-    dn[i] = static_cast<uint8_t>(std::clamp(static_cast<int32_t>(value), 0, 255));
+    if constexpr (std::is_same_v<T, float>)
+      dn[i] = value;
+    else
+      dn[i] = Round(value);
   }
 }
 
-template <Noise kNoise>
+template <Noise kNoise, typename T>
 [[gnu::always_inline]] inline void ExposeRuns(const Curve& curve, const NoiseDn& noise,
                                               uint32_t key0, uint32_t key1, int begin, int end,
-                                              const float* radiance, uint8_t* dn) {
+                                              const float* radiance, T* dn) {
   for (int run = begin; run < end; run += kRun) {
     const int run_end = std::min(run + kRun, end);
     if (InToe(curve, run_end - run, radiance + run))
@@ -118,15 +128,83 @@ template <Noise kNoise>
   }
 }
 
-TURBIDOCK_VECTOR_CLONES
-void ExposeRow(const Curve& curve, const NoiseDn& noise, bool shot, uint32_t key0, uint32_t key1,
-               int begin, int end, const float* radiance, uint8_t* dn) {
+template <typename T>
+[[gnu::always_inline]] inline void ExposeAnyRow(const Curve& curve, const NoiseDn& noise, bool shot,
+                                                uint32_t key0, uint32_t key1, int begin, int end,
+                                                const float* radiance, T* dn) {
   if (shot)
     ExposeRuns<Noise::kReadAndShot>(curve, noise, key0, key1, begin, end, radiance, dn);
   else if (noise.read_dn > 0)
     ExposeRuns<Noise::kRead>(curve, noise, key0, key1, begin, end, radiance, dn);
   else
     ExposeRuns<Noise::kNone>(curve, noise, key0, key1, begin, end, radiance, dn);
+}
+
+TURBIDOCK_VECTOR_CLONES
+void ExposeRow(const Curve& curve, const NoiseDn& noise, bool shot, uint32_t key0, uint32_t key1,
+               int begin, int end, const float* radiance, uint8_t* dn) {
+  ExposeAnyRow(curve, noise, shot, key0, key1, begin, end, radiance, dn);
+}
+
+// Half a step (for rounding) is in the values.
+TURBIDOCK_VECTOR_CLONES
+void ExposeRowUnrounded(const Curve& curve, const NoiseDn& noise, bool shot, uint32_t key0,
+                        uint32_t key1, int begin, int end, const float* radiance, float* dn) {
+  ExposeAnyRow(curve, noise, shot, key0, key1, begin, end, radiance, dn);
+}
+
+// Brightness as in NTSC, and what red and blue have more.
+constexpr float kRedShare = 0.299f, kGreenShare = 0.587f, kBlueShare = 0.114f;
+// Black in composite video is 7.5 % above the signal's zero, so that the noise of darkness is not
+// cut off; frame grabbers keep it.
+constexpr float kSetup_dn = 19;
+
+TURBIDOCK_VECTOR_CLONES
+void ToDifferences(int count, const float* __restrict rgb, float* __restrict luma,
+                   float* __restrict red, float* __restrict blue) {
+  for (int i = 0; i < count; ++i) {
+    const float r = rgb[3 * i], g = rgb[3 * i + 1], b = rgb[3 * i + 2];
+    luma[i] = kRedShare * r + kGreenShare * g + kBlueShare * b;
+    red[i] = r - luma[i];
+    blue[i] = b - luma[i];
+  }
+}
+
+// out[i] = sum of kernel[|k|] in[i + k]; `in` reaches as far beyond both ends as the kernel.
+TURBIDOCK_VECTOR_CLONES
+void Smooth(std::span<const float> kernel, int count, const float* __restrict in,
+            float* __restrict out) {
+  for (int i = 0; i < count; ++i) out[i] = kernel[0] * in[i];
+  for (int k = 1; k < static_cast<int>(kernel.size()); ++k)
+    for (int i = 0; i < count; ++i)
+      out[i] += kernel[static_cast<size_t>(k)] * (in[i - k] + in[i + k]);
+}
+
+TURBIDOCK_VECTOR_CLONES
+void FromDifferences(int count, const float* __restrict luma, const float* __restrict red,
+                     const float* __restrict blue, uint8_t* __restrict dn) {
+  for (int i = 0; i < count; ++i) {
+    const float y = luma[i] + kSetup_dn;
+    dn[3 * i] = Round(y + red[i]);
+    dn[3 * i + 1] =
+        Round(y - (kRedShare / kGreenShare * red[i] + kBlueShare / kGreenShare * blue[i]));
+    dn[3 * i + 2] = Round(y + blue[i]);
+  }
+}
+
+// A Gaussian out to three sigma, from its middle on.
+std::vector<float> HalfKernel(double sigma_px) {
+  if (sigma_px <= 0) return {};
+  const int reach_px = static_cast<int>(std::ceil(3 * sigma_px));
+  std::vector<double> half;
+  double sum = 0;
+  for (int k = 0; k <= reach_px; ++k) {
+    half.push_back(std::exp(-0.5 * k * k / (sigma_px * sigma_px)));
+    sum += k == 0 ? half[0] : 2 * half.back();
+  }
+  std::vector<float> kernel;
+  for (const double value : half) kernel.push_back(static_cast<float>(value / sum));
+  return kernel;
 }
 
 }  // namespace
@@ -143,8 +221,12 @@ double Decode(const SensorParams& params, double encoded) {
 }
 
 ImageSensor::ImageSensor(const SensorParams& params, uint64_t left_key, uint64_t right_key)
-    : params_(params), keys_{left_key, right_key} {
+    : params_(params), keys_{left_key, right_key}, kernel_(HalfKernel(params.chroma_blur_px)) {
   CheckFields(params, "sensor");
+}
+
+int ImageSensor::margin_px() const {
+  return kernel_.empty() ? 0 : static_cast<int>(kernel_.size()) - 1;
 }
 
 void ImageSensor::Expose(const RadianceStereo& radiance, int64_t frame, StereoImage* out) const {
@@ -162,13 +244,57 @@ void ImageSensor::ExposeRegion(int view, int64_t frame, const PixelRegion& regio
   const Curve curve = CurveOf(params_);
   const NoiseDn noise = {static_cast<float>(params_.read_noise_dn),
                          static_cast<float>(params_.gain / params_.full_well_electrons)};
-  for (int v = region.row_begin; v < region.row_end; ++v, radiance += 3 * image->width()) {
+  const int width = image->width();
+  // what the pixels depend on
+  const int begin = std::max(region.column_begin - margin_px(), 0);
+  const int end = std::min(region.column_end + margin_px(), width);
+  const auto row_values = static_cast<size_t>(3 * width);
+  balanced_.resize(params_.white_balance == Eigen::Vector3d::Ones() ? 0 : row_values);
+  exposed_.resize(kernel_.empty() ? 0 : row_values);
+  for (int v = region.row_begin; v < region.row_end; ++v, radiance += row_values) {
     // every row has a key of its own
     const auto key = PhiloxBlock(keys_[static_cast<size_t>(view)], static_cast<uint64_t>(frame),
                                  static_cast<uint64_t>(v));
-    ExposeRow(curve, noise, params_.shot_noise, key[0], key[1], 3 * region.column_begin,
-              3 * region.column_end, radiance, image->row(v));
+    const float* light = radiance;
+    if (!balanced_.empty()) {
+      const Eigen::Array3f factor = params_.white_balance.cast<float>();
+      for (int u = begin; u < end; ++u)
+        for (int k = 0; k < 3; ++k) balanced_[3 * u + k] = factor[k] * radiance[3 * u + k];
+      light = balanced_.data();
+    }
+    if (kernel_.empty()) {
+      ExposeRow(curve, noise, params_.shot_noise, key[0], key[1], 3 * begin, 3 * end, light,
+                image->row(v));
+    } else {
+      ExposeRowUnrounded(curve, noise, params_.shot_noise, key[0], key[1], 3 * begin, 3 * end,
+                         light, exposed_.data());
+      BlurColors(begin, end, region, image->row(v));
+    }
   }
+}
+
+// From the exposed row to the image's: colour that is not there beyond the picture's edges is as at
+// the edge.
+void ImageSensor::BlurColors(int begin, int end, const PixelRegion& region, uint8_t* dn) const {
+  const int margin = margin_px(), count = region.width();
+  const int first = region.column_begin - margin;  // where the padded rows begin
+  const size_t padded = static_cast<size_t>(count + 2 * margin);
+  const size_t width = exposed_.size() / 3;  // enough for any region
+  differences_.resize(5 * width + 6 * static_cast<size_t>(margin));
+  float* luma = differences_.data();
+  float* red = luma + padded;
+  float* blue = red + padded;
+  ToDifferences(end - begin, exposed_.data() + 3 * begin, luma + (begin - first),
+                red + (begin - first), blue + (begin - first));
+  for (float* row : {red, blue}) {
+    std::fill_n(row, begin - first, row[begin - first]);
+    std::fill(row + (end - first), row + padded, row[end - first - 1]);
+  }
+  float* smooth_red = blue + padded;
+  float* smooth_blue = smooth_red + count;
+  Smooth(kernel_, count, red + margin, smooth_red);
+  Smooth(kernel_, count, blue + margin, smooth_blue);
+  FromDifferences(count, luma + margin, smooth_red, smooth_blue, dn + 3 * region.column_begin);
 }
 
 float ImageSensor::SignalDn(float radiance) const {

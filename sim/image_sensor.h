@@ -4,10 +4,13 @@
 //   DN = clip(round(255 f(gain L / full_scale) + sigma n), 0, 255)
 // f is the transfer curve, n a standard normal number and sigma^2 the read noise squared plus, with
 // shot noise, (255 f')^2 x gain / electrons for a linear value x. The noise of a pixel depends on
-// the camera's key, the frame, the place and the channel only.
+// the camera's key, the frame, the place and the channel only. L is taken times the channel's white
+// balance. With chroma_blur_px the differences of red and blue from the brightness are smoothed
+// along the row before rounding, noise and all.
 
 #include <array>
 #include <cstdint>
+#include <vector>
 
 #include "sim/base/image.h"
 #include "sim/optics_params.h"
@@ -27,8 +30,12 @@ class ImageSensor {
   // Allocates only when `out` does not have the size of the images.
   void Expose(const RadianceStereo& radiance, int64_t frame, StereoImage* out) const;
 
-  // A region of one camera (0 left, 1 right). `radiance` holds whole rows from the region's first
-  // on, `image` the whole picture.
+  // Columns beside a region that its pixels depend on.
+  int margin_px() const;
+  void set_gain(double gain) { params_.gain = gain; }
+
+  // A region of one camera (0 left, 1 right). Radiance is read margin_px() further on both sides.
+  // `radiance` holds whole rows from the region's first on, `image` the whole picture.
   void ExposeRegion(int view, int64_t frame, const PixelRegion& region, const float* radiance,
                     Image3u8* image) const;
 
@@ -37,8 +44,13 @@ class ImageSensor {
   float SignalDn(float radiance) const;
 
  private:
+  void BlurColors(int begin, int end, const PixelRegion& region, uint8_t* dn) const;
+
   SensorParams params_;
   std::array<uint64_t, 2> keys_{};
+  std::vector<float> kernel_;  // of the colours' blur, from its middle on; empty: none
+  // Rows under way, kept for their memory: an ImageSensor serves one thread at a time.
+  mutable std::vector<float> balanced_, exposed_, differences_;
 };
 
 }  // namespace turbidock::sim

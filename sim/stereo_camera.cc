@@ -5,12 +5,28 @@
 
 namespace turbidock::sim {
 
-StereoCamera::StereoCamera(Water water, ImageSensor sensor)
-    : water_(std::move(water)), sensor_(sensor) {}
+StereoCamera::StereoCamera(Water water, ImageSensor sensor, const AutoExposure& exposure)
+    : water_(std::move(water)), sensor_(std::move(sensor)), exposure_(exposure) {}
+
+StereoRegion StereoCamera::Seen(const StereoRegion& region) const {
+  return exposure_.on() ? whole() : water_.Seen(Lit(region));
+}
+
+// The region and what the sensor needs beside it.
+StereoRegion StereoCamera::Lit(const StereoRegion& region) const {
+  const auto wider = [this](const PixelRegion& r, const PixelRegion& all) -> PixelRegion {
+    if (r.empty()) return r;
+    const int margin_px = sensor_.margin_px();
+    return {std::max(r.column_begin - margin_px, 0), r.row_begin,
+            std::min(r.column_end + margin_px, all.column_end), r.row_end};
+  };
+  return {wider(region.left, whole().left), wider(region.right, whole().right)};
+}
 
 void StereoCamera::Expose(const RenderedStereo& rendered, const StereoRegion& region, int64_t frame,
                           StereoImage* out, StageTimer* timer) {
-  water_.Prepare(rendered, region);
+  if (exposure_.on()) sensor_.set_gain(exposure_.GainFor(water_.MeanRadiance(rendered)));
+  water_.Prepare(rendered, Lit(region));
   Lap(timer, LoopStage::kWater);
   out->frame = frame;
   ExposeView(0, region.left, frame, rendered.left.surface, timer, &out->left);

@@ -6,6 +6,7 @@
 
 #include "sim/base/image.h"
 #include "sim/base/stage_timer.h"
+#include "sim/exposure.h"
 #include "sim/image_sensor.h"
 #include "sim/rendered.h"
 #include "sim/water.h"
@@ -16,7 +17,8 @@ namespace turbidock::sim {
 // images are those of Water::Apply and ImageSensor::Expose.
 class StereoCamera {
  public:
-  StereoCamera(Water water, ImageSensor sensor);
+  // With automatic exposure all of both views must be seen: Seen says so.
+  StereoCamera(Water water, ImageSensor sensor, const AutoExposure& exposure = {});
 
   // Exposes a region of the images, of which other pixels stay as they are: the same values as in
   // whole images. `rendered` holds at least what Seen(region) says. Allocates only when `out` does
@@ -29,16 +31,18 @@ class StereoCamera {
   }
 
   StereoRegion whole() const { return water_.whole(); }
-  StereoRegion Seen(const StereoRegion& region) const { return water_.Seen(region); }
+  StereoRegion Seen(const StereoRegion& region) const;
 
   const Water& water() const { return water_; }
 
  private:
+  StereoRegion Lit(const StereoRegion& region) const;
   void ExposeView(int view, const PixelRegion& region, int64_t frame, const Image1u16& seen,
                   StageTimer* timer, Image3u8* out);
 
   Water water_;
   ImageSensor sensor_;
+  AutoExposure exposure_;
   std::vector<float> band_;  // radiance of some rows
 };
 

@@ -145,8 +145,10 @@ TEST(StereoCamera, ExposesARegionAsInTheWhole) {
     params.water.milk_ml_m3 = 40;
     params.ball_lights.enabled = active;
     params.lamps.enabled = !active;
+    SensorParams sensor;
+    sensor.chroma_blur_px = active ? 0 : 3;
     StereoCamera camera(Water(params, rig, SurfaceTable(surfaces), LampsAt(0.16)),
-                        ImageSensor({}, 1, 2));
+                        ImageSensor(sensor, 1, 2));
     StereoImage whole;
     camera.Expose(rendered, 7, &whole);
     int64_t inside = 0;
