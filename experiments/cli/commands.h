@@ -20,6 +20,7 @@ using Command = std::function<int()>;  // returns the exit code
 void AddBench(CLI::App& app, Command* chosen);
 void AddCompareEstimators(CLI::App& app, Command* chosen);
 void AddEstimate(CLI::App& app, Command* chosen);
+void AddCalibrate(CLI::App& app, Command* chosen);
 void AddRecognize(CLI::App& app, Command* chosen);
 void AddRun(CLI::App& app, Command* chosen);
 void AddBatch(CLI::App& app, Command* chosen);    // batch, plans, status, curve

@@ -50,6 +50,7 @@ int ParseAndRun(int argc, char** argv) {
   AddEstimate(app, &chosen);
   AddCompareEstimators(app, &chosen);
   AddRecognize(app, &chosen);
+  AddCalibrate(app, &chosen);
   AddSlurm(app, &chosen);
   AddTune(app, &chosen);
   AddStepResponse(app, &chosen);

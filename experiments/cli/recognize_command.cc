@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstdio>
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <optional>
@@ -11,13 +12,17 @@
 #include "experiments/cli/commands.h"
 #include "experiments/cli/progress.h"
 #include "experiments/output_path.h"
-#include "experiments/recognition.h"
-#include "experiments/recognition_report.h"
-#include "experiments/recognition_table.h"
+#include "experiments/recognition/figure.h"
+#include "experiments/recognition/recognition.h"
+#include "experiments/recognition/report.h"
+#include "experiments/recognition/table.h"
 #include "sim/base/units.h"
 
 namespace turbidock::experiments::cli {
 namespace {
+
+// Steps of milk in a contact sheet.
+constexpr int kContactSheetColumns = 5;
 
 struct RecognizeArguments {
   std::string marker = "both";
@@ -84,6 +89,33 @@ class CellProgress {
   int tenths_ = 0;
 };
 
+// "FILE.png" with words before the dot; without the extension it is added.
+std::string Beside(const std::string& figure, const std::string& words) {
+  const std::filesystem::path path(figure);
+  return (path.parent_path() / (path.stem().string() + words + ".png")).string();
+}
+
+std::vector<std::string> WriteFigures(const std::string& figure, const Recognition& recognition,
+                                      const std::vector<CellResult>& results) {
+  std::map<MarkerKind, std::vector<CellResult>> by_marker;
+  for (const CellResult& r : results) by_marker[r.cell.marker].push_back(r);
+  std::vector<TableRow> published;
+  for (const auto& [marker, of_marker] : by_marker)
+    for (const TableRow& row : PublishedTable(marker)) published.push_back(row);
+
+  std::vector<std::string> files = {Beside(figure, ""), Beside(figure, "_areas"),
+                                    Beside(figure, "_time")};
+  WriteFitnessFigure(files[0], results, published);
+  WriteAreaFigure(files[1], results, published);
+  WriteTimeFigure(files[2], results,
+                  recognition.scenario(results.front().cell.marker).clock.frames_per_second);
+  for (const auto& [marker, of_marker] : by_marker) {
+    files.push_back(Beside(figure, fmt::format("_images_{}", NameOf(marker))));
+    WriteContactSheet(files.back(), recognition, of_marker, kContactSheetColumns);
+  }
+  return files;
+}
+
 int Recognize(const RecognizeArguments& arguments) {
   if (!arguments.table.empty() && arguments.marker == "both")
     throw ConfigError("--table needs --marker active or --marker passive: a table is of one");
@@ -99,7 +131,7 @@ int Recognize(const RecognizeArguments& arguments) {
     for (const TableRow& row : table) cells.push_back(row.cell);
   }
   if (!arguments.csv.empty()) RequireWritable(arguments.csv);
-  if (!arguments.figure.empty()) RequireWritable(arguments.figure);
+  if (!arguments.figure.empty()) RequireWritable(Beside(arguments.figure, ""));
 
   Progress progress(arguments.quiet);
   std::map<MarkerKind, Scenario> scenarios;
@@ -120,6 +152,9 @@ int Recognize(const RecognizeArguments& arguments) {
   progress.Say(RecognitionText(results, table, comparison));
   if (!arguments.csv.empty()) WriteWhole(arguments.csv, RecognitionCsv(results, table));
   if (arguments.json) std::fputs(RecognitionJson(results, table, comparison).c_str(), stdout);
+  if (!arguments.figure.empty())
+    for (const std::string& file : WriteFigures(arguments.figure, recognition, results))
+      progress.Say("  " + file);
   return kExitDone;
 }
 
@@ -163,7 +198,8 @@ void AddRecognize(CLI::App& app, Command* chosen) {
   recognize->add_option("--csv", arguments->csv, "Write the cells to this file")->type_name("FILE");
   recognize
       ->add_option("--figure", arguments->figure,
-                   "Draw FILE.png (F over milk), FILE_areas.png, FILE_images.png and FILE_time.png")
+                   "Draw FILE.png (F over milk), FILE_areas.png, FILE_time.png and\n"
+                   "FILE_images_MARKER.png")
       ->type_name("FILE.png");
   recognize->add_flag("--json", arguments->json, "Print the result as JSON on stdout");
   recognize->add_flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");

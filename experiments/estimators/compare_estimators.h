@@ -12,7 +12,7 @@
 #include "experiments/batch/statistics.h"
 #include "experiments/estimators/compare_task.h"
 #include "experiments/fork_map.h"
-#include "experiments/recognition.h"
+#include "experiments/recognition/recognition.h"
 #include "vision/pose_estimator.h"
 
 namespace turbidock::experiments {

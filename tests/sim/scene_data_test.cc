@@ -47,8 +47,9 @@ TEST(ModelFiles, EachIsASceneOrPartOfOne) {
       parts.insert(text.substr(at, text.find('"', at) - at));
     }
   }
-  EXPECT_EQ(scenes, (std::set<std::string>{"pool_active.xml", "pool_passive.xml", "sea_active.xml",
-                                           "sea_passive.xml"}));
+  EXPECT_EQ(scenes,
+            (std::set<std::string>{"pool_active.xml", "pool_passive.xml", "sea_active.xml",
+                                   "sea_passive.xml", "tank_active.xml", "tank_passive.xml"}));
   std::set<std::string> used = scenes;
   used.insert(parts.begin(), parts.end());
   EXPECT_EQ(used, all);

@@ -1,4 +1,4 @@
-#include "experiments/recognition_report.h"
+#include "experiments/recognition/report.h"
 
 #include <fmt/format.h>
 

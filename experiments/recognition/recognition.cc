@@ -1,9 +1,10 @@
-#include "experiments/recognition.h"
+#include "experiments/recognition/recognition.h"
 
 #include <fmt/format.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 
 #include "experiments/trial_view.h"
@@ -83,7 +84,9 @@ std::vector<double> PublishedMilk(MarkerKind marker) {
 std::vector<double> PublishedDistances() { return {0.4, 0.6, 0.8, 1.0}; }
 
 Scenario RecognitionScenario(MarkerKind marker, const std::vector<std::string>& assignments) {
-  return LoadScenario(fmt::format("pool_{}", NameOf(marker)), assignments);
+  std::vector<std::string> all = {fmt::format("model=tank_{}.xml", NameOf(marker))};
+  all.insert(all.end(), assignments.begin(), assignments.end());
+  return LoadScenario(fmt::format("pool_{}", NameOf(marker)), all);
 }
 
 Recognition::Recognition(std::map<MarkerKind, Scenario> scenarios,
@@ -111,15 +114,25 @@ Recognition::Recognition(std::map<MarkerKind, Scenario> scenarios,
   }
 }
 
-CellResult Recognition::RunCell(const RecognitionCell& cell, const RecognitionOptions& options,
-                                const std::function<void(const StereoImage&)>& observe) const {
-  const FixedView& view = views_.at({cell.marker, cell.distance_m});
+FixedCameras Recognition::CamerasOf(const RecognitionCell& cell) const {
   Scenario scenario = scenarios_.at(cell.marker);
   scenario.optics.water.milk_ml_m3 = cell.milk_ml_m3;
-  const SeedTree seeds = SeedsOf(scenario, cell);
-  FixedCameras cameras(view, scenario, seeds);
+  return {views_.at({cell.marker, cell.distance_m}), scenario, SeedsOf(scenario, cell)};
+}
+
+StereoImage Recognition::Image(const RecognitionCell& cell, int64_t frame) const {
+  StereoImage image;
+  CamerasOf(cell).Expose(frame, &image);
+  return image;
+}
+
+CellResult Recognition::RunCell(const RecognitionCell& cell,
+                                const RecognitionOptions& options) const {
+  const FixedView& view = views_.at({cell.marker, cell.distance_m});
+  const Scenario& scenario = scenarios_.at(cell.marker);
+  FixedCameras cameras = CamerasOf(cell);
   vision::RmGa estimator(scenario.estimator, scenario.marker, scenario.hue, view.rig,
-                         seeds.Stream("vision.rm_ga"));
+                         SeedsOf(scenario, cell).Stream("vision.rm_ga"));
 
   const int64_t settled = scenario.clock.FramesFor(options.settle_s);
   const int64_t last = settled + std::max<int64_t>(1, scenario.clock.FramesFor(options.seconds));
@@ -127,9 +140,12 @@ CellResult Recognition::RunCell(const RecognitionCell& cell, const RecognitionOp
   CellResult result{.cell = cell};
   std::vector<float> fitness;
   for (int64_t frame = 0; frame < last; ++frame) {
-    cameras.Expose(frame, &seen);
+    const std::optional<StereoRegion> region = estimator.Reach();
+    if (region)
+      cameras.Expose(frame, *region, &seen);
+    else
+      cameras.Expose(frame, &seen);
     const PoseEstimate& estimate = estimator.Update(seen);
-    if (observe) observe(seen);
     if (frame < settled) continue;
     fitness.push_back(static_cast<float>(estimate.fitness));
     result.position_error_mean_m += (estimate.X_HM.p - view.X_HM.p).norm();

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "experiments/recognition.h"
-#include "experiments/recognition_table.h"
+#include "experiments/recognition/recognition.h"
+#include "experiments/recognition/table.h"
 
 namespace turbidock::experiments {
 

@@ -1,4 +1,4 @@
-#include "experiments/recognition_table.h"
+#include "experiments/recognition/table.h"
 
 #include <fmt/format.h>
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "experiments/recognition.h"
+#include "experiments/recognition/recognition.h"
 
 namespace turbidock::experiments {
 

@@ -52,7 +52,8 @@ struct RecognitionOptions {
 std::vector<double> PublishedMilk(MarkerKind marker);
 std::vector<double> PublishedDistances();
 
-// The pool with that marker (bundled scenarios pool_active, pool_passive) under these assignments.
+// The pool with that marker (bundled scenarios pool_active, pool_passive) and without the station,
+// under these assignments.
 Scenario RecognitionScenario(MarkerKind marker, const std::vector<std::string>& assignments);
 
 // The experiment on some cells. Drawing is done when it is made, so that it can then run in
@@ -69,15 +70,17 @@ class Recognition {
   // randomness depends on the seed and on the cell only. Nothing when it was stopped.
   std::vector<CellResult> Run(const RecognitionOptions& options) const;
 
-  // One cell in this process. The cameras' images may be watched.
-  CellResult RunCell(const RecognitionCell& cell, const RecognitionOptions& options,
-                     const std::function<void(const StereoImage&)>& observe = {}) const;
+  // One cell, in this process.
+  CellResult RunCell(const RecognitionCell& cell, const RecognitionOptions& options) const;
+
+  // What the cameras saw in a cell at a frame, counted from the first one of all.
+  StereoImage Image(const RecognitionCell& cell, int64_t frame) const;
 
   const Scenario& scenario(MarkerKind marker) const { return scenarios_.at(marker); }
-  // What is changed here is what the next run uses; the model and the rig must stay as they are.
-  Scenario* mutable_scenario(MarkerKind marker) { return &scenarios_.at(marker); }
 
  private:
+  FixedCameras CamerasOf(const RecognitionCell& cell) const;
+
   std::map<MarkerKind, Scenario> scenarios_;
   std::vector<RecognitionCell> cells_;
   std::map<std::pair<MarkerKind, double>, FixedView> views_;  // by marker and distance

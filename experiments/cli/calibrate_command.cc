@@ -1,0 +1,190 @@
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "experiments/cli/commands.h"
+#include "experiments/cli/progress.h"
+#include "experiments/data_files.h"
+#include "experiments/output_path.h"
+#include "experiments/recognition/calibration.h"
+#include "experiments/recognition/table.h"
+#include "sim/base/fields.h"
+#include "sim/base/units.h"
+
+namespace turbidock::experiments::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Evaluations between two lines of progress.
+constexpr int kReportEvery = 20;
+
+struct CalibrateArguments {
+  std::string plan, active, passive, out;
+  int generations = 30, workers = 1;
+  uint32_t seed = 1;
+  double seconds = 5;
+  bool json = false, quiet = false;
+};
+
+// The full experiment on the tables' cells, under the values found.
+std::map<MarkerKind, TableComparison> Confirm(const TableByMarker& tables,
+                                              const std::vector<std::string>& assignments,
+                                              const CalibrateArguments& arguments) {
+  std::map<MarkerKind, TableComparison> confirmed;
+  for (const auto& [marker, table] : tables) {
+    std::vector<RecognitionCell> cells;
+    for (const TableRow& row : table) cells.push_back(row.cell);
+    const Recognition recognition({{marker, RecognitionScenario(marker, assignments)}}, cells);
+    const std::vector<CellResult> results = recognition.Run(
+        {.seconds = arguments.seconds, .run = {.workers = arguments.workers, .stop_requested = [] {
+                                                 return StopSignal() != 0;
+                                               }}});
+    if (!results.empty()) confirmed[marker] = Compare(results, table);
+  }
+  return confirmed;
+}
+
+Json ToJson(const CalibrationPlan& plan, const CalibrationResult& result,
+            const std::vector<TableRow>& rows, const std::vector<double>& fitness,
+            const std::map<MarkerKind, TableComparison>& confirmed) {
+  Json parameters = Json::array(), residuals = Json::array(), full = Json::object();
+  for (size_t i = 0; i < plan.parameters.size(); ++i) {
+    const FreeParameter& p = plan.parameters[i];
+    parameters.push_back({{"key", p.key},
+                          {"value", result.values[i]},
+                          {"low", p.low},
+                          {"high", p.high},
+                          {"rmse_lower", result.rmse_beside[i].first},
+                          {"rmse_higher", result.rmse_beside[i].second},
+                          {"source", p.source}});
+  }
+  for (size_t i = 0; i < rows.size(); ++i)
+    residuals.push_back({{"marker", NameOf(rows[i].cell.marker)},
+                         {"milk_ml_m3", rows[i].cell.milk_ml_m3},
+                         {"distance_mm", units::MmFromM(rows[i].cell.distance_m)},
+                         {"fitness", fitness[i]},
+                         {"reference_mean", rows[i].fitness_mean}});
+  for (const auto& [marker, comparison] : confirmed) {
+    Json ratios = Json::object();
+    for (const auto& [distance_m, loss] : comparison.loss_by_distance_m)
+      ratios[fmt::format("{:g}", units::MmFromM(distance_m))] =
+          loss.ratio() ? Json(*loss.ratio()) : Json();
+    full[NameOf(marker)] = {{"rmse", comparison.rmse},
+                            {"area_agreement", comparison.area_agreement},
+                            {"loss_milk_ratio", ratios}};
+  }
+  return {{"parameters", parameters},
+          {"rmse", result.rmse},
+          {"evaluations", result.evaluations},
+          {"residuals", residuals},
+          {"confirmed", full}};
+}
+
+std::string Text(const CalibrationPlan& plan, const CalibrationResult& result,
+                 const std::map<MarkerKind, TableComparison>& confirmed) {
+  std::string text = fmt::format("RMSE {:.4f} of the stand-in after {} evaluations\n", result.rmse,
+                                 result.evaluations);
+  text += fmt::format("  {:40} {:>10} {:>22}  {}\n", "parameter", "value", "range",
+                      "RMSE 5 % of the range lower, higher");
+  for (size_t i = 0; i < plan.parameters.size(); ++i) {
+    const FreeParameter& p = plan.parameters[i];
+    text += fmt::format("  {:40} {:10.5g} {:>22}  {:.4f} {:.4f}\n", p.key, result.values[i],
+                        fmt::format("{:g} to {:g}", p.low, p.high), result.rmse_beside[i].first,
+                        result.rmse_beside[i].second);
+  }
+  for (const auto& [marker, comparison] : confirmed)
+    text +=
+        fmt::format("  {} marker, full experiment: RMSE {:.4f}, same Area in {:.0f} % of cells\n",
+                    NameOf(marker), comparison.rmse, 100 * comparison.area_agreement);
+  text.pop_back();
+  return text;
+}
+
+int Calibrate(const CalibrateArguments& arguments) {
+  const CalibrationPlan plan =
+      LoadCalibrationPlan(arguments.plan.empty() ? AssetPath("calibration.yaml") : arguments.plan);
+  const auto table = [](const std::string& path, MarkerKind marker) {
+    return path.empty() ? PublishedTable(marker) : ReadRecognitionTable(path, marker);
+  };
+  const TableByMarker tables = {
+      {MarkerKind::kActive, table(arguments.active, MarkerKind::kActive)},
+      {MarkerKind::kPassive, table(arguments.passive, MarkerKind::kPassive)}};
+  if (!arguments.out.empty()) RequireWritable(arguments.out);
+  Progress progress(arguments.quiet);
+  const Surrogate surrogate(plan, tables);
+  progress.Say(fmt::format("{} parameters, {} cells of two tables", plan.parameters.size(),
+                           surrogate.rows().size()));
+  const CalibrationResult result = experiments::Calibrate(
+      plan, surrogate,
+      {.generations = arguments.generations,
+       .seed = arguments.seed,
+       .workers = arguments.workers,
+       .on_progress =
+           [&](int evaluations, double rmse) {
+             if (evaluations % kReportEvery == 0)
+               progress.Say(fmt::format("  {} evaluations, RMSE {:.4f}", evaluations, rmse));
+           },
+       .stop_requested = [] { return StopSignal() != 0; }});
+  if (result.rmse_beside.size() < plan.parameters.size()) return kExitDone;  // stopped
+
+  std::vector<std::string> assignments;
+  for (size_t i = 0; i < plan.parameters.size(); ++i)
+    assignments.push_back(plan.parameters[i].Assignment(result.values[i]));
+  const std::vector<double> fitness =
+      surrogate.Fitness(assignments, {.workers = arguments.workers});
+  if (!arguments.out.empty())
+    WriteWhole(arguments.out,
+               fmt::format("# Result of `turbidock calibrate`, RMSE {:.4f} of its stand-in.\n",
+                           result.rmse) +
+                   CalibratedYaml(plan, result.values));
+  std::map<MarkerKind, TableComparison> confirmed;
+  if (arguments.seconds > 0) confirmed = Confirm(tables, assignments, arguments);
+  progress.Say(Text(plan, result, confirmed));
+  if (arguments.json)
+    fmt::print("{}\n", ToJson(plan, result, surrogate.rows(), fitness, confirmed).dump(2));
+  return kExitDone;
+}
+
+}  // namespace
+
+void AddCalibrate(CLI::App& app, Command* chosen) {
+  auto arguments = std::make_shared<CalibrateArguments>();
+  CLI::App* calibrate = app.add_subcommand(
+      "calibrate", "Fit uncertain optical and camera parameters to tables of the experiment");
+  calibrate
+      ->add_option("--plan", arguments->plan,
+                   "YAML of what is searched and within which ranges; the bundled one unless given")
+      ->type_name("FILE");
+  calibrate
+      ->add_option("--active", arguments->active,
+                   "Table of the active marker; the published one unless given")
+      ->type_name("FILE");
+  calibrate->add_option("--passive", arguments->passive, "The same of the passive marker")
+      ->type_name("FILE");
+  calibrate->add_option("--generations", arguments->generations, "Generations of CMA-ES")
+      ->check(CLI::Range(1, 10000))
+      ->capture_default_str();
+  calibrate->add_option("--seed", arguments->seed, "Of the search")->capture_default_str();
+  calibrate->add_option("--workers", arguments->workers, "Processes; the result is the same")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+  calibrate
+      ->add_option("--seconds", arguments->seconds,
+                   "Time a cell of the full experiment that confirms the result; 0: none")
+      ->check(CLI::Range(0.0, 3600.0))
+      ->capture_default_str();
+  calibrate->add_option("--out", arguments->out, "Write the values found as a scenario's keys")
+      ->type_name("FILE");
+  calibrate->add_flag("--json", arguments->json, "Print the result as JSON on stdout");
+  calibrate->add_flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
+  calibrate->callback(
+      [arguments, chosen] { *chosen = [arguments] { return Calibrate(*arguments); }; });
+}
+
+}  // namespace turbidock::experiments::cli

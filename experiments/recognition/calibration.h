@@ -1,0 +1,114 @@
+#pragma once
+// Calibration: the few uncertain optical and camera parameters, one value for both markers, all
+// distances and all milk, that bring the recognition experiment closest to published tables.
+//
+// What is searched is the mean square of F - F_table over a choice of the tables' cells, by CMA-ES
+// (pagmo). For the search a cell is a cheap stand-in of the experiment: a few frames of the
+// cameras' region around the marker, and a short climb of F from the true pose and from the best of
+// some random poses instead of a whole search. The result is confirmed by the full experiment.
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "experiments/fork_map.h"
+#include "experiments/recognition/recognition.h"
+#include "experiments/recognition/table.h"
+
+namespace turbidock::experiments {
+
+// One parameter to be found.
+struct FreeParameter {
+  std::string key;  // of the scenario, dotted
+  double low = 0, high = 1, start = 0.5;
+  bool logarithmic = false;  // searched by its logarithm
+  bool integer = false;
+  int repeat = 1;      // the key is a list of so many equal numbers
+  std::string source;  // where the range comes from
+
+  static void Fields(auto& self, auto&& field) {
+    field("key", self.key, Finite(), "key of the scenario");
+    field("low", self.low, Finite(), "least value that its source allows");
+    field("high", self.high, Finite(), "largest value that its source allows");
+    field("start", self.start, Finite(), "where the search begins");
+    field("logarithmic", self.logarithmic, Finite(), "searched by its logarithm");
+    field("integer", self.integer, Finite(), "whole numbers only");
+    field("repeat", self.repeat, InRange(1, 16), "the key is a list of so many equal numbers");
+    field("source", self.source, Finite(), "where the range comes from");
+  }
+  void Check(const std::string& path) const;
+
+  double ValueAt(double place) const;  // of a place in [0, 1] between low and high
+  double PlaceOf(double value) const;
+  std::string Assignment(double value) const;  // "key=value" for --set
+};
+
+// What is searched, as a data file describes it.
+struct CalibrationPlan {
+  std::vector<FreeParameter> parameters;
+  double cell_share = 0.34;  // of the tables' cells that the search uses
+  int frames = 3;
+
+  static void Fields(auto& self, auto&& field) {
+    field("parameters", self.parameters, Finite(), "what is searched");
+    field("cell_share", self.cell_share, InRange(0.01, 1),
+          "share of the tables' cells that the search looks at, evenly over milk");
+    field("frames", self.frames, InRange(1, 1000), "frames a cell that the search looks at");
+  }
+  void Check(const std::string& path) const;
+};
+
+CalibrationPlan LoadCalibrationPlan(const std::string& path);
+
+using TableByMarker = std::map<MarkerKind, std::vector<TableRow>>;
+
+// The stand-in of the experiment that the search uses.
+class Surrogate {
+ public:
+  Surrogate(const CalibrationPlan& plan, const TableByMarker& tables);
+
+  const std::vector<TableRow>& rows() const { return rows_; }
+  // F of every row under these assignments. Deterministic.
+  std::vector<double> Fitness(const std::vector<std::string>& assignments,
+                              const ForkMapOptions& run) const;
+
+ private:
+  double CellFitness(const Scenario& base, const RecognitionCell& cell) const;
+
+  CalibrationPlan plan_;
+  std::vector<TableRow> rows_;
+  struct Views {
+    FixedView whole, crop;  // the crop shows the marker and little beside it
+  };
+  std::map<std::pair<MarkerKind, double>, Views> views_;
+};
+
+// The part of a view that shows the marker, as a view of cameras with smaller images.
+FixedView CropToMarker(const FixedView& view);
+
+struct CalibrationResult {
+  std::vector<double> values = {};  // in the order of the plan's parameters
+  double rmse = 0;                  // of the stand-in
+  int evaluations = 0;
+  // By parameter: RMSE with it a twentieth of its range lower and higher.
+  std::vector<std::pair<double, double>> rmse_beside = {};
+};
+
+struct CalibrationOptions {
+  int generations = 30;
+  uint32_t seed = 1;
+  int workers = 1;
+  std::function<void(int evaluations, double best_rmse)> on_progress;
+  std::function<bool()> stop_requested;
+};
+
+// The values as the YAML of a scenario's keys, to be read over the defaults.
+std::string CalibratedYaml(const CalibrationPlan& plan, const std::vector<double>& values);
+
+// Searches from the plan's start values.
+CalibrationResult Calibrate(const CalibrationPlan& plan, const Surrogate& surrogate,
+                            const CalibrationOptions& options);
+
+}  // namespace turbidock::experiments
