@@ -14,6 +14,7 @@ namespace turbidock::testing {
 
 struct PathTracedPair {
   std::string name;
+  double milk_ml_m3 = 0;
   Pose true_X_HM;
   StereoImage seen;
 };
@@ -27,6 +28,7 @@ inline std::vector<PathTracedPair> PathTracedPairs() {
       const std::vector<double> p = entry.at("position_m"), q = entry.at("quaternion_wxyz");
       PathTracedPair pair;
       pair.name = entry.at("name");
+      pair.milk_ml_m3 = entry.at("milk_ml_m3");
       pair.true_X_HM = {Eigen::Quaterniond(q.at(0), q.at(1), q.at(2), q.at(3)).normalized(),
                         Eigen::Vector3d(p.at(0), p.at(1), p.at(2))};
       pair.seen.left = experiments::ReadPng(folder + entry.at("left").get<std::string>());
