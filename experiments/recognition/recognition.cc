@@ -7,6 +7,7 @@
 #include <optional>
 #include <set>
 
+#include "experiments/data_files.h"
 #include "experiments/trial_view.h"
 #include "sim/base/random.h"
 #include "sim/base/units.h"
@@ -86,7 +87,7 @@ std::vector<double> PublishedDistances() { return {0.4, 0.6, 0.8, 1.0}; }
 Scenario RecognitionScenario(MarkerKind marker, const std::vector<std::string>& assignments) {
   std::vector<std::string> all = {fmt::format("model=tank_{}.xml", NameOf(marker))};
   all.insert(all.end(), assignments.begin(), assignments.end());
-  return LoadScenario(fmt::format("pool_{}", NameOf(marker)), all);
+  return LoadScenario(fmt::format("pool_{}", NameOf(marker)), all, AssetPath("optics.yaml"));
 }
 
 Recognition::Recognition(std::map<MarkerKind, Scenario> scenarios,
