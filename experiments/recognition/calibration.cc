@@ -23,10 +23,15 @@ constexpr int kMargin_px = 8;
 
 constexpr int kClimbSteps = 80, kRandomPoses = 150;
 
+constexpr int kTiles_px = 32;
+
 PixelRegion RegionAround(const CameraIntrinsics& camera, const Eigen::Vector3d& p_CM) {
   const Eigen::Vector2d center_px = camera.Project(p_CM);
   const double half_px = camera.fx_px * kMarkerReach_m / p_CM.z() + kMargin_px;
-  const auto low = [&](double center) { return std::max(0, static_cast<int>(center - half_px)); };
+  // light is interpolated in tiles: with corners at multiples of their largest they are the whole's
+  const auto low = [&](double center) {
+    return std::max(0, static_cast<int>(center - half_px)) / kTiles_px * kTiles_px;
+  };
   const auto high = [&](double center, int size) {
     return std::min(size, static_cast<int>(center + half_px) + 1);
   };
@@ -223,7 +228,7 @@ std::vector<double> Surrogate::Fitness(const std::vector<std::string>& assignmen
 }
 
 std::string CalibratedYaml(const CalibrationPlan& plan, const std::vector<double>& values) {
-  YAML::Node root;
+  YAML::Node root(YAML::NodeType::Map);
   for (size_t i = 0; i < plan.parameters.size(); ++i) {
     const std::string assignment = plan.parameters[i].Assignment(values[i]);
     const size_t equals = assignment.find('=');

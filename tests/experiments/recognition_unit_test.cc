@@ -107,7 +107,8 @@ TEST(PublishedSteps, AreThoseOfTheTables) {
   for (const MarkerKind marker : {MarkerKind::kActive, MarkerKind::kPassive})
     for (const TableRow& row : PublishedTable(marker)) {
       const std::vector<double> steps = PublishedMilk(marker);
-      EXPECT_NEAR(row.cell.milk_ml_m3, steps[compared++ / 2 % steps.size()], 1.1);
+      // the tables have three digits, cut off, and the steps are rounded
+      EXPECT_NEAR(row.cell.milk_ml_m3, steps[compared++ / 2 % steps.size()], 1.3);
       if (compared == 2 * steps.size()) compared = 0;
     }
 }
