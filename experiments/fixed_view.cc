@@ -33,29 +33,38 @@ std::vector<FixedView> DrawFixedViews(const Scenario& scenario, const std::vecto
   return views;
 }
 
-FixedCameras::FixedCameras(const FixedView& view, const Scenario& scenario, const SeedTree& seeds,
-                           const FixedView* whole)
-    : sensor_(scenario.sensor, seeds.Stream("camera.left").NextU64(),
-              seeds.Stream("camera.right").NextU64()) {
-  const auto water = [&](const FixedView& v) {
-    return sim::Water(scenario.optics, v.rig, v.surfaces, v.X_HE);
-  };
-  water(view).Apply(view.rendered, &radiance_);
+FixedCameras::FixedCameras(const FixedView& view, const Scenario& scenario, const SeedTree& seeds)
+    : rendered_(&view.rendered),
+      water_(scenario.optics, view.rig, view.surfaces, view.X_HE),
+      snow_(scenario.snow, view.rig, scenario.image_clock().frame_s(),
+            seeds.Stream("snow").NextU64()),
+      lens_(scenario.lens, view.rig),
+      sensor_(scenario.sensor, seeds.Stream("camera.left").NextU64(),
+              seeds.Stream("camera.right").NextU64(), view.rig.left.width_px) {
+  water_.Apply(view.rendered, &radiance_);
+  if (!snow_.on()) lens_.Distort(&radiance_);
   sim::AutoExposure exposure(scenario.sensor, scenario.image_clock().frame_s());
-  if (!exposure.on()) return;
-  const FixedView& metered = whole != nullptr ? *whole : view;
-  sensor_.set_gain(exposure.GainFor(water(metered).MeanRadiance(metered.rendered)));
+  if (exposure.on()) sensor_.set_gain(exposure.GainFor(water_.MeanRadiance(view.rendered)));
+}
+
+const sim::RadianceStereo& FixedCameras::LightAt(int64_t frame) {
+  if (!snow_.on()) return radiance_;
+  snowed_ = radiance_;
+  snow_.Fall(*rendered_, frame, &water_, &snowed_);
+  lens_.Distort(&snowed_);
+  return snowed_;
 }
 
 void FixedCameras::Expose(int64_t frame, const StereoRegion& region, StereoImage* out) {
+  const sim::RadianceStereo& seen = LightAt(frame);
   out->frame = frame;
   const auto expose = [&](int view, const PixelRegion& part, const Image3f& light,
                           Image3u8* image) {
     image->Resize(light.width(), light.height());
     if (!part.empty()) sensor_.ExposeRegion(view, frame, part, light.row(part.row_begin), image);
   };
-  expose(0, region.left, radiance_.left, &out->left);
-  expose(1, region.right, radiance_.right, &out->right);
+  expose(0, region.left, seen.left, &out->left);
+  expose(1, region.right, seen.right, &out->right);
 }
 
 }  // namespace turbidock::experiments

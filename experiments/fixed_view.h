@@ -9,6 +9,8 @@
 #include "sim/base/image.h"
 #include "sim/base/pose.h"
 #include "sim/image_sensor.h"
+#include "sim/lens.h"
+#include "sim/marine_snow.h"
 #include "sim/rendered.h"
 #include "sim/surfaces.h"
 #include "sim/water.h"
@@ -28,22 +30,29 @@ struct FixedView {
 // model that cannot be loaded, SimulatorFault when nothing can be drawn.
 std::vector<FixedView> DrawFixedViews(const Scenario& scenario, const std::vector<Pose>& X_HM);
 
-// The cameras of a vehicle at rest: the scenario's water, lamps, ball lights and sensor.
+// The cameras of a vehicle at rest: the scenario's water, lamps, ball lights, snow, lenses and
+// sensor.
 class FixedCameras {
  public:
-  // Noise is drawn from `seeds`. Automatic exposure has settled, to the whole of the cameras' views
-  // where `view` is a part of them.
-  FixedCameras(const FixedView& view, const Scenario& scenario, const SeedTree& seeds,
-               const FixedView* whole = nullptr);
+  // Noise and snow are drawn from `seeds`. Automatic exposure has settled. `view` must live as
+  // long.
+  FixedCameras(const FixedView& view, const Scenario& scenario, const SeedTree& seeds);
 
+  // Without snow.
   const sim::RadianceStereo& radiance() const { return radiance_; }
-  void Expose(int64_t frame, StereoImage* out) { sensor_.Expose(radiance_, frame, out); }
+  void Expose(int64_t frame, StereoImage* out) { sensor_.Expose(LightAt(frame), frame, out); }
   // A region of the images; other pixels stay as they are, in images of the cameras' size.
   void Expose(int64_t frame, const StereoRegion& region, StereoImage* out);
 
  private:
+  const sim::RadianceStereo& LightAt(int64_t frame);
+
+  const sim::RenderedStereo* rendered_;
+  sim::Water water_;
+  sim::MarineSnow snow_;
+  sim::StereoLens lens_;
   sim::ImageSensor sensor_;
-  sim::RadianceStereo radiance_;
+  sim::RadianceStereo radiance_, snowed_;
 };
 
 }  // namespace turbidock::experiments

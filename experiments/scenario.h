@@ -16,6 +16,8 @@
 #include "sim/base/fields.h"
 #include "sim/gl_context.h"
 #include "sim/image_sensor.h"
+#include "sim/lens.h"
+#include "sim/marine_snow.h"
 #include "sim/optics_params.h"
 #include "sim/scene.h"
 #include "sim/sea.h"
@@ -67,6 +69,8 @@ struct Scenario {
   sim::OpticsParams optics;  // keys water, lamps, ball_lights, shading
   RigParams rig;
   sim::SensorParams sensor;
+  sim::SnowParams snow;
+  sim::LensParams lens;
   vision::MarkerParams marker;
   vision::HueParams hue;
   vision::RmGaOptions estimator;
@@ -109,6 +113,8 @@ struct Scenario {
     field("shading", self.optics.shading, Finite(), "how exactly light is computed");
     field("rig", self.rig, Finite(), "the two cameras");
     field("sensor", self.sensor, Finite(), "the cameras' electronics");
+    field("snow", self.snow, Finite(), "marine snow: particles seen one by one");
+    field("lens", self.lens, Finite(), "radial distortion that the estimator does not know of");
     field("marker", self.marker, Finite(), "the marker as the estimator knows it");
     field("hue", self.hue, Finite(), "which pixels agree with a ball");
     field("estimator", self.estimator, Finite(), "the pose search");
@@ -133,10 +139,11 @@ struct Scenario {
   }
 };
 
-// Reads a scenario: struct defaults, models/vehicle.yaml, assets/gains.yaml, the file, the
-// assignments ("water.milk_ml_m3=20"). `name` is a file or a bundled scenario's name. ConfigError
-// for whatever is wrong in them. A gains file, if there is one, is read between file and
-// assignments; it holds any keys of a scenario but commonly those of the control law.
+// Reads a scenario: struct defaults, models/vehicle.yaml, assets/gains.yaml and
+// optics.yaml, the file, the assignments ("water.milk_ml_m3=20"). `name` is a file or a bundled
+// scenario's name. ConfigError for whatever is wrong in them. A gains file, if there is one, is
+// read between file and assignments; it holds any keys of a scenario but commonly those of the
+// control law.
 Scenario LoadScenario(const std::string& name, const std::vector<std::string>& assignments,
                       const std::string& gains_file = "");
 

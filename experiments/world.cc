@@ -21,8 +21,11 @@ World::Cameras::Cameras(const Scenario& scenario, const sim::Scene& scene, const
       camera(sim::Water(scenario.optics, scenario.rig.MakeRig(),
                         sim::SurfaceTable::FromScene(scene), sim::LampPoses(scene)),
              sim::ImageSensor(scenario.sensor, seeds.Stream("camera.left").NextU64(),
-                              seeds.Stream("camera.right").NextU64()),
-             sim::AutoExposure(scenario.sensor, scenario.image_clock().frame_s())),
+                              seeds.Stream("camera.right").NextU64(), scenario.rig.width_px),
+             sim::AutoExposure(scenario.sensor, scenario.image_clock().frame_s()),
+             sim::MarineSnow(scenario.snow, scenario.rig.MakeRig(),
+                             scenario.image_clock().frame_s(), seeds.Stream("snow").NextU64()),
+             sim::StereoLens(scenario.lens, scenario.rig.MakeRig())),
       exposed(mj_makeData(scene.model.get())) {}
 
 World::World(const Scenario& scenario, bool spectator, StageTimer* timer)

@@ -220,8 +220,11 @@ double Decode(const SensorParams& params, double encoded) {
   return encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
 }
 
-ImageSensor::ImageSensor(const SensorParams& params, uint64_t left_key, uint64_t right_key)
-    : params_(params), keys_{left_key, right_key}, kernel_(HalfKernel(params.chroma_blur_px)) {
+ImageSensor::ImageSensor(const SensorParams& params, uint64_t left_key, uint64_t right_key,
+                         int line_px)
+    : params_(params),
+      keys_{left_key, right_key},
+      kernel_(HalfKernel(params.chroma_blur_px * line_px / kLine_px)) {
   CheckFields(params, "sensor");
 }
 

@@ -24,8 +24,12 @@ double Decode(const SensorParams& params, double encoded);
 
 class ImageSensor {
  public:
-  // The keys of the two cameras' noise, drawn from streams of their own.
-  ImageSensor(const SensorParams& params, uint64_t left_key, uint64_t right_key);
+  static constexpr int kLine_px = 640;  // of the line that chroma_blur_px is of
+
+  // The keys of the two cameras' noise, drawn from streams of their own. `line_px` is the width of
+  // the images, which the colours' blur is in proportion to.
+  ImageSensor(const SensorParams& params, uint64_t left_key, uint64_t right_key,
+              int line_px = kLine_px);
 
   // Allocates only when `out` does not have the size of the images.
   void Expose(const RadianceStereo& radiance, int64_t frame, StereoImage* out) const;

@@ -202,7 +202,7 @@ struct SensorParams {
     field("full_well_electrons", self.full_well_electrons, InRange(50, 1e7),
           "electrons at full scale and gain 1, for the shot noise");
     field("chroma_blur_px", self.chroma_blur_px, InRange(0, 16),
-          "blur (sigma) of colour along rows, as in composite video; 0: none");
+          "blur (sigma) of colour along rows of 640 pixels, as in composite video; 0: none");
   }
 };
 

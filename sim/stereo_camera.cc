@@ -5,11 +5,16 @@
 
 namespace turbidock::sim {
 
-StereoCamera::StereoCamera(Water water, ImageSensor sensor, const AutoExposure& exposure)
-    : water_(std::move(water)), sensor_(std::move(sensor)), exposure_(exposure) {}
+StereoCamera::StereoCamera(Water water, ImageSensor sensor, const AutoExposure& exposure,
+                           MarineSnow snow, StereoLens lens)
+    : water_(std::move(water)),
+      sensor_(std::move(sensor)),
+      exposure_(exposure),
+      snow_(std::move(snow)),
+      lens_(std::move(lens)) {}
 
 StereoRegion StereoCamera::Seen(const StereoRegion& region) const {
-  return exposure_.on() ? whole() : water_.Seen(Lit(region));
+  return exposure_.on() || PaintsWhole() ? whole() : water_.Seen(Lit(region));
 }
 
 // The region and what the sensor needs beside it.
@@ -26,11 +31,28 @@ StereoRegion StereoCamera::Lit(const StereoRegion& region) const {
 void StereoCamera::Expose(const RenderedStereo& rendered, const StereoRegion& region, int64_t frame,
                           StereoImage* out, StageTimer* timer) {
   if (exposure_.on()) sensor_.set_gain(exposure_.GainFor(water_.MeanRadiance(rendered)));
+  out->frame = frame;
+  if (PaintsWhole()) {
+    water_.Apply(rendered, &radiance_);
+    snow_.Fall(rendered, frame, &water_, &radiance_);
+    lens_.Distort(&radiance_);
+    Lap(timer, LoopStage::kWater);
+    ExposeWhole(0, region.left, frame, radiance_.left, &out->left);
+    ExposeWhole(1, region.right, frame, radiance_.right, &out->right);
+    Lap(timer, LoopStage::kSensor);
+    return;
+  }
   water_.Prepare(rendered, Lit(region));
   Lap(timer, LoopStage::kWater);
-  out->frame = frame;
   ExposeView(0, region.left, frame, rendered.left.surface, timer, &out->left);
   ExposeView(1, region.right, frame, rendered.right.surface, timer, &out->right);
+}
+
+void StereoCamera::ExposeWhole(int view, const PixelRegion& region, int64_t frame,
+                               const Image3f& radiance, Image3u8* out) const {
+  out->Resize(radiance.width(), radiance.height());
+  if (!region.empty())
+    sensor_.ExposeRegion(view, frame, region, radiance.row(region.row_begin), out);
 }
 
 void StereoCamera::ExposeView(int view, const PixelRegion& region, int64_t frame,

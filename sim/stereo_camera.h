@@ -8,6 +8,8 @@
 #include "sim/base/stage_timer.h"
 #include "sim/exposure.h"
 #include "sim/image_sensor.h"
+#include "sim/lens.h"
+#include "sim/marine_snow.h"
 #include "sim/rendered.h"
 #include "sim/water.h"
 
@@ -17,8 +19,9 @@ namespace turbidock::sim {
 // images are those of Water::Apply and ImageSensor::Expose.
 class StereoCamera {
  public:
-  // With automatic exposure all of both views must be seen: Seen says so.
-  StereoCamera(Water water, ImageSensor sensor, const AutoExposure& exposure = {});
+  // With automatic exposure, snow or distortion all of both views must be seen: Seen says so.
+  StereoCamera(Water water, ImageSensor sensor, const AutoExposure& exposure = {},
+               MarineSnow snow = {}, StereoLens lens = {});
 
   // Exposes a region of the images, of which other pixels stay as they are: the same values as in
   // whole images. `rendered` holds at least what Seen(region) says. Allocates only when `out` does
@@ -37,13 +40,19 @@ class StereoCamera {
 
  private:
   StereoRegion Lit(const StereoRegion& region) const;
+  bool PaintsWhole() const { return snow_.on() || lens_.on(); }
+  void ExposeWhole(int view, const PixelRegion& region, int64_t frame, const Image3f& radiance,
+                   Image3u8* out) const;
   void ExposeView(int view, const PixelRegion& region, int64_t frame, const Image1u16& seen,
                   StageTimer* timer, Image3u8* out);
 
   Water water_;
   ImageSensor sensor_;
   AutoExposure exposure_;
+  MarineSnow snow_;
+  StereoLens lens_;
   std::vector<float> band_;  // radiance of some rows
+  RadianceStereo radiance_;  // of whole images, where bands do not do
 };
 
 }  // namespace turbidock::sim

@@ -208,6 +208,46 @@ double Water::MeanRadiance(const RenderedStereo& rendered) {
   return count > 0 ? sum / static_cast<double>(count) : 0;
 }
 
+void Water::IrradianceFromAllSides(const Pose& X_WH, std::span<const Eigen::Vector3f> p_HQ,
+                                   std::span<Eigen::Array3f> out_w_m2) {
+  Place(X_WH);
+  PointBatch& batch = batch_;
+  for (size_t begin = 0; begin < p_HQ.size(); begin += PointBatch::kSize) {
+    const auto part = p_HQ.subspan(begin, std::min<size_t>(PointBatch::kSize, p_HQ.size() - begin));
+    const int count = static_cast<int>(part.size());
+    FillUp(count, &batch);
+    for (int i = 0; i < batch.count; ++i) {
+      const Eigen::Vector3f& p = part[static_cast<size_t>(std::min(i, count - 1))];
+      batch.x_m[i] = p.x(), batch.y_m[i] = p.y(), batch.z_m[i] = p.z();
+    }
+    for (auto* channel : {batch.red, batch.green, batch.blue})
+      std::fill_n(channel, batch.count, 0.0f);
+    const auto face = [&](const Eigen::Vector3f& p_HSource) {
+      for (int i = 0; i < batch.count; ++i) {
+        const Eigen::Vector3f normal =
+            (p_HSource - Eigen::Vector3f(batch.x_m[i], batch.y_m[i], batch.z_m[i])).normalized();
+        batch.normal_x[i] = normal.x();
+        batch.normal_y[i] = normal.y();
+        batch.normal_z[i] = normal.z();
+      }
+    };
+    for (const Lamp& lamp : lamps_) {
+      const Eigen::Vector3f p_HE = lamp.p_HE.cast<float>();
+      face(p_HE);
+      CastShadows(-1, -1, p_HE, &batch);
+      AddLampIrradiance(lamp, diffuse_per_m_, &batch);
+    }
+    for (const LitBall& ball : lit_balls_) {
+      const Eigen::Vector3f& p_HBall = placed_[static_cast<size_t>(ball.geom)].p_HS;
+      face(p_HBall);
+      CastShadows(-1, ball.geom, p_HBall, &batch);
+      AddBallIrradiance(ball.glow, diffuse_per_m_, p_HBall, &batch);
+    }
+    for (int i = 0; i < count; ++i)
+      out_w_m2[begin + static_cast<size_t>(i)] = {batch.red[i], batch.green[i], batch.blue[i]};
+  }
+}
+
 void Water::PaintRows(int view, int row_begin, int row_end, float* rgb) const {
   const Eye& eye = eyes_[static_cast<size_t>(view)];
   using Mode = TiledLight::Mode;

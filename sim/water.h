@@ -55,6 +55,11 @@ class Water {
   // Mean over all channels of both views, from a lattice of pixels. Needs whole views.
   double MeanRadiance(const RenderedStereo& rendered);
 
+  // Irradiance of small things in the water, from all sides, of lamps and lit balls [W/m^2 each
+  // channel]. X_WH: the head, p_HQ: in it.
+  void IrradianceFromAllSides(const Pose& X_WH, std::span<const Eigen::Vector3f> p_HQ,
+                              std::span<Eigen::Array3f> out_w_m2);
+
   // All pixels of both cameras.
   StereoRegion whole() const;
   // What Prepare looks at of the rendered views: the region, grown to whole tiles.

@@ -135,6 +135,15 @@ TEST(ChromaBlur, IsTheSameInARegion) {
   EXPECT_EQ(compared, 3 * (9 * 17 + 7 + 20 * 10));
 }
 
+// Half the pixels along the same line: half the blur in pixels.
+TEST(ChromaBlur, IsAShareOfTheLine) {
+  const RadianceStereo light = Halves({0.6f, 0.4f, 0.3f}, {0.3f, 0.5f, 0.6f});
+  StereoImage half, expected;
+  ImageSensor(Linear(6, 0), 1, 2, 320).Expose(light, 0, &half);
+  ImageSensor(Linear(3, 0), 1, 2).Expose(light, 0, &expected);
+  EXPECT_EQ(half.left, expected.left);
+}
+
 TEST(WhiteBalance, IsAFactorOnTheLight) {
   const RadianceStereo light = Halves({0.1f, 0.2f, 0.3f}, {0.3f, 0.2f, 0.1f});
   const RadianceStereo balanced = Halves({0.2f, 0.2f, 0.15f}, {0.6f, 0.2f, 0.05f});
