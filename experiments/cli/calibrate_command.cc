@@ -88,15 +88,18 @@ Json ToJson(const CalibrationPlan& plan, const CalibrationResult& result,
 
 std::string Text(const CalibrationPlan& plan, const CalibrationResult& result,
                  const std::map<MarkerKind, TableComparison>& confirmed) {
-  std::string text = fmt::format("RMSE {:.4f} of the stand-in after {} evaluations\n", result.rmse,
-                                 result.evaluations);
+  std::string text = fmt::format("RMSE {:.4f} of the searched cells after {} evaluations\n",
+                                 result.rmse, result.evaluations);
   text += fmt::format("  {:40} {:>10} {:>22}  {}\n", "parameter", "value", "range",
                       "RMSE 5 % of the range lower, higher");
   for (size_t i = 0; i < plan.parameters.size(); ++i) {
     const FreeParameter& p = plan.parameters[i];
-    text += fmt::format("  {:40} {:10.5g} {:>22}  {:.4f} {:.4f}\n", p.key, result.values[i],
-                        fmt::format("{:g} to {:g}", p.low, p.high), result.rmse_beside[i].first,
-                        result.rmse_beside[i].second);
+    text += fmt::format("  {:40} {:10.5g} {:>22}", p.key, result.values[i],
+                        fmt::format("{:g} to {:g}", p.low, p.high));
+    if (i < result.rmse_beside.size())
+      text +=
+          fmt::format("  {:.4f} {:.4f}", result.rmse_beside[i].first, result.rmse_beside[i].second);
+    text += "\n";
   }
   for (const auto& [marker, comparison] : confirmed)
     text +=
@@ -117,11 +120,11 @@ int Calibrate(const CalibrateArguments& arguments) {
       {MarkerKind::kPassive, table(arguments.passive, MarkerKind::kPassive)}};
   if (!arguments.out.empty()) RequireWritable(arguments.out);
   Progress progress(arguments.quiet);
-  const Surrogate surrogate(plan, tables);
+  CalibrationExperiment experiment(plan, tables);
   progress.Say(fmt::format("{} parameters, {} cells of two tables", plan.parameters.size(),
-                           surrogate.rows().size()));
+                           experiment.rows().size()));
   const CalibrationResult result = experiments::Calibrate(
-      plan, surrogate,
+      plan,
       {.generations = arguments.generations,
        .seed = arguments.seed,
        .workers = arguments.workers,
@@ -130,24 +133,30 @@ int Calibrate(const CalibrateArguments& arguments) {
              if (evaluations % kReportEvery == 0)
                progress.Say(fmt::format("  {} evaluations, RMSE {:.4f}", evaluations, rmse));
            },
-       .stop_requested = [] { return StopSignal() != 0; }});
-  if (result.rmse_beside.size() < plan.parameters.size()) return kExitDone;  // stopped
+       .stop_requested = [] { return StopSignal() != 0; }},
+      &experiment);
+  if (!arguments.out.empty())
+    WriteWhole(
+        arguments.out,
+        fmt::format("# Result of `turbidock calibrate`, RMSE {:.4f} of the searched cells after {} "
+                    "evaluations.\n",
+                    result.rmse, result.evaluations) +
+            CalibratedYaml(plan, result.values));
+  if (StopSignal() != 0) {  // the best so far
+    progress.Say(Text(plan, result, {}));
+    return kExitDone;
+  }
 
   std::vector<std::string> assignments;
   for (size_t i = 0; i < plan.parameters.size(); ++i)
     assignments.push_back(plan.parameters[i].Assignment(result.values[i]));
   const std::vector<double> fitness =
-      surrogate.Fitness(assignments, {.workers = arguments.workers});
-  if (!arguments.out.empty())
-    WriteWhole(arguments.out,
-               fmt::format("# Result of `turbidock calibrate`, RMSE {:.4f} of its stand-in.\n",
-                           result.rmse) +
-                   CalibratedYaml(plan, result.values));
+      experiment.Fitness(assignments, {.workers = arguments.workers});
   std::map<MarkerKind, TableComparison> confirmed;
   if (arguments.seconds > 0) confirmed = Confirm(tables, assignments, arguments);
   progress.Say(Text(plan, result, confirmed));
   if (arguments.json)
-    fmt::print("{}\n", ToJson(plan, result, surrogate.rows(), fitness, confirmed).dump(2));
+    fmt::print("{}\n", ToJson(plan, result, experiment.rows(), fitness, confirmed).dump(2));
   return kExitDone;
 }
 

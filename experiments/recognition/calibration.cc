@@ -11,79 +11,43 @@
 
 #include "experiments/yaml_fields.h"
 #include "sim/base/random.h"
-#include "vision/fitness.h"
-#include "vision/hue_labels.h"
 
 namespace turbidock::experiments {
 namespace {
 
-// Reach of the marker's outermost sample points from its origin, and room for the climb.
-constexpr double kMarkerReach_m = 0.105;
-constexpr int kMargin_px = 8;
-
-constexpr int kClimbSteps = 80, kRandomPoses = 150;
-
-constexpr int kTiles_px = 32;
-
-PixelRegion RegionAround(const CameraIntrinsics& camera, const Eigen::Vector3d& p_CM) {
-  const Eigen::Vector2d center_px = camera.Project(p_CM);
-  const double half_px = camera.fx_px * kMarkerReach_m / p_CM.z() + kMargin_px;
-  // light is interpolated in tiles: with corners at multiples of their largest they are the whole's
-  const auto low = [&](double center) {
-    return std::max(0, static_cast<int>(center - half_px)) / kTiles_px * kTiles_px;
-  };
-  const auto high = [&](double center, int size) {
-    return std::min(size, static_cast<int>(center + half_px) + 1);
-  };
-  return {low(center_px.x()), low(center_px.y()), high(center_px.x(), camera.width_px),
-          high(center_px.y(), camera.height_px)};
+// The scenarios of the tables' markers under these assignments.
+std::map<MarkerKind, Scenario> ScenariosOf(const TableByMarker& tables,
+                                           const std::vector<std::string>& assignments) {
+  std::map<MarkerKind, Scenario> scenarios;
+  for (const auto& [marker, table] : tables)
+    scenarios.emplace(marker, RecognitionScenario(marker, assignments));
+  return scenarios;
 }
 
-template <class T, int kChannels>
-void Crop(const PixelRegion& region, Image<T, kChannels>* image) {
-  Image<T, kChannels> part(region.width(), region.height());
-  for (int v = 0; v < region.height(); ++v)
-    std::copy_n(image->at(region.column_begin, region.row_begin + v), region.width() * kChannels,
-                part.row(v));
-  *image = std::move(part);
-}
-
-void CropCamera(const PixelRegion& region, CameraIntrinsics* camera, sim::RenderedView* view) {
-  camera->width_px = region.width();
-  camera->height_px = region.height();
-  camera->cx_px -= region.column_begin;
-  camera->cy_px -= region.row_begin;
-  Crop(region, &view->surface);
-  Crop(region, &view->depth_m);
-}
-
-// A pose that only improves, by random steps from a tenth of a ball's radius to most of it.
-struct Climber {
-  Pose X_HM;
-  double fitness = -1;
-
-  void Climb(const vision::Fitness& f, int steps, Rng* rng) {
-    fitness = f.Evaluate(X_HM);
-    for (int i = 0; i < steps; ++i) {
-      const double size_m = 0.0005 * std::pow(30.0, rng->Uniform());
-      const double depth = 1 + 3 * size_m * rng->Normal() / X_HM.p.x();
-      Eigen::Vector3d eps = X_HM.Canonical().q.vec();
-      for (double& e : eps) e += 3 * size_m * rng->Normal();
-      const Eigen::Vector3d shift_m(0, size_m * rng->Normal(), size_m * rng->Normal());
-      const Pose next = Pose::FromVectorPart(depth * X_HM.p + shift_m, eps);
-      const double value = f.Evaluate(next);
-      if (value >= fitness) *this = {next, value};
+// Evenly over each column's milk.
+std::vector<TableRow> ChosenRows(const TableByMarker& tables, double share) {
+  std::vector<TableRow> rows;
+  for (const auto& [marker, table] : tables) {
+    std::map<double, std::vector<TableRow>> columns;
+    for (const TableRow& row : table) columns[row.cell.distance_m].push_back(row);
+    for (auto& [distance_m, column] : columns) {
+      std::sort(column.begin(), column.end(), [](const TableRow& a, const TableRow& b) {
+        return a.cell.milk_ml_m3 < b.cell.milk_ml_m3;
+      });
+      const auto cells = static_cast<double>(column.size());
+      const int chosen = std::max(1, static_cast<int>(std::lround(share * cells)));
+      for (int i = 0; i < chosen; ++i)
+        rows.push_back(column[static_cast<size_t>((i + 0.5) * cells / chosen)]);
     }
   }
-};
+  return rows;
+}
 
-Pose RandomPose(const vision::SearchRange& range, Rng* rng) {
-  const auto draw = [&](double most) { return rng->Uniform(-most, most); };
-  const double x_m = rng->Uniform(range.x_min_m, range.x_max_m);
-  // within the region: the marker's direction is known to it
-  const double lateral_m = 0.1 * x_m;
-  return Pose::FromVectorPart({x_m, draw(lateral_m), draw(lateral_m)},
-                              {draw(range.eps_max), draw(range.eps_max), draw(range.eps_max)});
+std::vector<RecognitionCell> CellsOf(const std::vector<TableRow>& rows) {
+  std::vector<RecognitionCell> cells;
+  cells.reserve(rows.size());
+  for (const TableRow& row : rows) cells.push_back(row.cell);
+  return cells;
 }
 
 double Rmse(const std::vector<double>& fitness, const std::vector<TableRow>& rows) {
@@ -147,83 +111,22 @@ CalibrationPlan LoadCalibrationPlan(const std::string& path) {
   return LoadLayers<CalibrationPlan>({path}, {});
 }
 
-FixedView CropToMarker(const FixedView& view) {
-  FixedView crop = view;
-  for (auto [camera, X_HC, seen] :
-       {std::tuple{&crop.rig.left, crop.rig.X_HL, &crop.rendered.left},
-        std::tuple{&crop.rig.right, crop.rig.X_HR, &crop.rendered.right}})
-    CropCamera(RegionAround(*camera, X_HC.Inverse() * view.X_HM.p), camera, seen);
-  return crop;
-}
+CalibrationExperiment::CalibrationExperiment(const CalibrationPlan& plan,
+                                             const TableByMarker& tables)
+    : seconds_(plan.seconds),
+      rows_(ChosenRows(tables, plan.cell_share)),
+      recognition_(ScenariosOf(tables, {}), CellsOf(rows_)) {}
 
-Surrogate::Surrogate(const CalibrationPlan& plan, const TableByMarker& tables) : plan_(plan) {
-  for (const auto& [marker, table] : tables) {
-    std::map<double, std::vector<TableRow>> columns;
-    for (const TableRow& row : table) columns[row.cell.distance_m].push_back(row);
-    std::vector<Pose> X_HM;
-    for (auto& [distance_m, column] : columns) {
-      X_HM.push_back(Pose::Translation(distance_m, 0, 0));
-      std::sort(column.begin(), column.end(), [](const TableRow& a, const TableRow& b) {
-        return a.cell.milk_ml_m3 < b.cell.milk_ml_m3;
-      });
-      const auto cells = static_cast<double>(column.size());
-      const int chosen = std::max(1, static_cast<int>(std::lround(plan.cell_share * cells)));
-      for (int i = 0; i < chosen; ++i)
-        rows_.push_back(column[static_cast<size_t>((i + 0.5) * cells / chosen)]);
-    }
-    for (const FixedView& view : DrawFixedViews(RecognitionScenario(marker, {}), X_HM))
-      views_.emplace(std::pair{marker, view.X_HM.p.x()}, Views{view, CropToMarker(view)});
-  }
-}
-
-double Surrogate::CellFitness(const Scenario& base, const RecognitionCell& cell) const {
-  const auto& [whole, view] = views_.at({cell.marker, cell.distance_m});
-  Scenario scenario = base;
-  scenario.optics.water.milk_ml_m3 = cell.milk_ml_m3;
-  const SeedTree seeds(static_cast<uint64_t>(scenario.seed));
-  FixedCameras cameras(view, scenario, seeds, &whole);
-  Rng rng = seeds.Stream("calibration");
-  vision::HueLabeller labeller(scenario.hue, scenario.marker);
-  Image1u8 left, right;
-  StereoImage seen;
-  left.Resize(view.rig.left.width_px, view.rig.left.height_px);
-  right.Resize(view.rig.right.width_px, view.rig.right.height_px);
-  const vision::Fitness fitness(scenario.marker, view.rig, left, right);
-  Climber near{view.X_HM}, anywhere{view.X_HM};
-  double sum = 0;
-  for (int frame = 0; frame < plan_.frames; ++frame) {
-    cameras.Expose(frame, &seen);
-    labeller.Label(seen.left, &left);
-    labeller.Label(seen.right, &right);
-    near.Climb(fitness, kClimbSteps, &rng);
-    anywhere.fitness = fitness.Evaluate(anywhere.X_HM);
-    for (int i = 0; i < kRandomPoses; ++i) {
-      const Pose X_HM = RandomPose(scenario.estimator.range, &rng);
-      const double value = fitness.Evaluate(X_HM);
-      if (value > anywhere.fitness) anywhere = {X_HM, value};
-    }
-    anywhere.Climb(fitness, kClimbSteps, &rng);
-    sum += std::max(near.fitness, anywhere.fitness);
-  }
-  return sum / plan_.frames;
-}
-
-std::vector<double> Surrogate::Fitness(const std::vector<std::string>& assignments,
-                                       const ForkMapOptions& run) const {
+std::vector<double> CalibrationExperiment::Fitness(const std::vector<std::string>& assignments,
+                                                   const ForkMapOptions& run) {
   std::map<MarkerKind, Scenario> scenarios;
-  for (const auto& [key, view] : views_)
-    if (!scenarios.contains(key.first))
-      scenarios.emplace(key.first, RecognitionScenario(key.first, assignments));
-  const std::vector<std::string> texts = ForkMap(
-      static_cast<int>(rows_.size()),
-      [&](int i) {
-        const RecognitionCell& cell = rows_[static_cast<size_t>(i)].cell;
-        return FormatNumber(CellFitness(scenarios.at(cell.marker), cell));
-      },
-      run);
+  for (const TableRow& row : rows_)
+    if (!scenarios.contains(row.cell.marker))
+      scenarios.emplace(row.cell.marker, RecognitionScenario(row.cell.marker, assignments));
+  recognition_.set_scenarios(std::move(scenarios));
   std::vector<double> fitness;
-  fitness.reserve(texts.size());
-  for (const std::string& text : texts) fitness.push_back(std::stod(text));
+  for (const CellResult& result : recognition_.Run({.seconds = seconds_, .run = run}))
+    fitness.push_back(result.fitness_mean);
   return fitness;
 }
 
@@ -244,17 +147,21 @@ std::string CalibratedYaml(const CalibrationPlan& plan, const std::vector<double
   return YAML::Dump(root) + "\n";
 }
 
-CalibrationResult Calibrate(const CalibrationPlan& plan, const Surrogate& surrogate,
-                            const CalibrationOptions& options) {
+CalibrationResult Calibrate(const CalibrationPlan& plan, const CalibrationOptions& options,
+                            CalibrationExperiment* experiment) {
   const size_t n = plan.parameters.size();
   CalibrationResult result{.rmse = 10};
   std::vector<double> best_places(n);
+  for (size_t i = 0; i < n; ++i)
+    best_places[i] = plan.parameters[i].PlaceOf(plan.parameters[i].start);
   const auto rmse_at = [&](const std::vector<double>& places) {
-    if (options.stop_requested && options.stop_requested()) throw Stopped();
     std::vector<std::string> assignments;
     for (size_t i = 0; i < n; ++i)
       assignments.push_back(plan.parameters[i].Assignment(plan.parameters[i].ValueAt(places[i])));
-    return Rmse(surrogate.Fitness(assignments, {.workers = options.workers}), surrogate.rows());
+    const std::vector<double> fitness = experiment->Fitness(
+        assignments, {.workers = options.workers, .stop_requested = options.stop_requested});
+    if (fitness.empty()) throw Stopped();
+    return Rmse(fitness, experiment->rows());
   };
   const auto evaluate = [&](const std::vector<double>& places) {
     const double rmse = rmse_at(places);
@@ -267,22 +174,21 @@ CalibrationResult Calibrate(const CalibrationPlan& plan, const Surrogate& surrog
     return rmse;
   };
 
-  std::vector<double> places(n);
-  for (size_t i = 0; i < n; ++i) places[i] = plan.parameters[i].PlaceOf(plan.parameters[i].start);
+  const std::vector<double> places = best_places;
   try {
     const pagmo::problem problem(TableFit{evaluate, n});
     pagmo::population population(problem, 0, options.seed);
     population.push_back(places);
     // the first generation about the start, from which CMA-ES takes its mean
     Rng rng(options.seed, 0);
-    const int size = 4 + static_cast<int>(3 * std::log(static_cast<double>(n)));
+    const int size = std::max(5, 4 + static_cast<int>(3 * std::log(static_cast<double>(n))));
     for (int i = 1; i < size; ++i) {
       std::vector<double> near = places;
-      for (double& place : near) place = std::clamp(place + 0.15 * rng.Normal(), 0.0, 1.0);
+      for (double& place : near) place = std::clamp(place + plan.spread * rng.Normal(), 0.0, 1.0);
       population.push_back(near);
     }
     pagmo::algorithm cmaes(pagmo::cmaes(static_cast<unsigned>(options.generations), -1, -1, -1, -1,
-                                        /*sigma0=*/0.2, 1e-6, 1e-6, /*memory=*/false,
+                                        /*sigma0=*/plan.spread, 1e-6, 1e-6, /*memory=*/false,
                                         /*force_bounds=*/true, options.seed));
     cmaes.evolve(population);
     for (size_t i = 0; i < n; ++i) {

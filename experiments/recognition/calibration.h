@@ -3,9 +3,8 @@
 // distances and all milk, that bring the recognition experiment closest to published tables.
 //
 // What is searched is the mean square of F - F_table over a choice of the tables' cells, by CMA-ES
-// (pagmo). For the search a cell is a cheap stand-in of the experiment: a few frames of the
-// cameras' region around the marker, and a short climb of F from the true pose and from the best of
-// some random poses instead of a whole search. The result is confirmed by the full experiment.
+// (pagmo). For the search a cell is watched for a fraction of a second; the result is confirmed on
+// all cells.
 
 #include <cstdint>
 #include <functional>
@@ -48,14 +47,17 @@ struct FreeParameter {
 // What is searched, as a data file describes it.
 struct CalibrationPlan {
   std::vector<FreeParameter> parameters;
-  double cell_share = 0.34;  // of the tables' cells that the search uses
-  int frames = 3;
+  double cell_share = 0.5;  // of the tables' cells that the search uses
+  double seconds = 0.4;     // a cell, after the experiment's own settling
+  double spread = 0.1;      // of the first generation, as a share of each range
 
   static void Fields(auto& self, auto&& field) {
     field("parameters", self.parameters, Finite(), "what is searched");
     field("cell_share", self.cell_share, InRange(0.01, 1),
           "share of the tables' cells that the search looks at, evenly over milk");
-    field("frames", self.frames, InRange(1, 1000), "frames a cell that the search looks at");
+    field("seconds", self.seconds, InRange(0.02, 3600), "time the search watches a cell");
+    field("spread", self.spread, InRange(0.001, 1),
+          "standard deviation of the first generation, as a share of each range");
   }
   void Check(const std::string& path) const;
 };
@@ -64,33 +66,26 @@ CalibrationPlan LoadCalibrationPlan(const std::string& path);
 
 using TableByMarker = std::map<MarkerKind, std::vector<TableRow>>;
 
-// The stand-in of the experiment that the search uses.
-class Surrogate {
+// The experiment as the search runs it.
+class CalibrationExperiment {
  public:
-  Surrogate(const CalibrationPlan& plan, const TableByMarker& tables);
+  CalibrationExperiment(const CalibrationPlan& plan, const TableByMarker& tables);
 
+  // The chosen cells, evenly over each column's milk.
   const std::vector<TableRow>& rows() const { return rows_; }
-  // F of every row under these assignments. Deterministic.
+  // Mean F of every row under these assignments. Deterministic.
   std::vector<double> Fitness(const std::vector<std::string>& assignments,
-                              const ForkMapOptions& run) const;
+                              const ForkMapOptions& run);
 
  private:
-  double CellFitness(const Scenario& base, const RecognitionCell& cell) const;
-
-  CalibrationPlan plan_;
+  double seconds_;
   std::vector<TableRow> rows_;
-  struct Views {
-    FixedView whole, crop;  // the crop shows the marker and little beside it
-  };
-  std::map<std::pair<MarkerKind, double>, Views> views_;
+  Recognition recognition_;
 };
-
-// The part of a view that shows the marker, as a view of cameras with smaller images.
-FixedView CropToMarker(const FixedView& view);
 
 struct CalibrationResult {
   std::vector<double> values = {};  // in the order of the plan's parameters
-  double rmse = 0;                  // of the stand-in
+  double rmse = 0;                  // of the cells that the search looks at
   int evaluations = 0;
   // By parameter: RMSE with it a twentieth of its range lower and higher.
   std::vector<std::pair<double, double>> rmse_beside = {};
@@ -100,15 +95,16 @@ struct CalibrationOptions {
   int generations = 30;
   uint32_t seed = 1;
   int workers = 1;
-  std::function<void(int evaluations, double best_rmse)> on_progress;
-  std::function<bool()> stop_requested;
+  std::function<void(int evaluations, double best_rmse)> on_progress = {};
+  std::function<bool()> stop_requested = {};
 };
 
 // The values as the YAML of a scenario's keys, to be read over the defaults.
 std::string CalibratedYaml(const CalibrationPlan& plan, const std::vector<double>& values);
 
-// Searches from the plan's start values.
-CalibrationResult Calibrate(const CalibrationPlan& plan, const Surrogate& surrogate,
-                            const CalibrationOptions& options);
+// Searches from the plan's start values. Stopped, it returns the best so far without what is
+// beside.
+CalibrationResult Calibrate(const CalibrationPlan& plan, const CalibrationOptions& options,
+                            CalibrationExperiment* experiment);
 
 }  // namespace turbidock::experiments

@@ -77,6 +77,10 @@ class Recognition {
   StereoImage Image(const RecognitionCell& cell, int64_t frame) const;
 
   const Scenario& scenario(MarkerKind marker) const { return scenarios_.at(marker); }
+  // Others for the same scene and cameras: what was drawn stays.
+  void set_scenarios(std::map<MarkerKind, Scenario> scenarios) {
+    scenarios_ = std::move(scenarios);
+  }
 
  private:
   FixedCameras CamerasOf(const RecognitionCell& cell) const;

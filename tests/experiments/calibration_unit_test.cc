@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "experiments/data_files.h"
 #include "experiments/yaml_fields.h"
 #include "sim/base/random.h"
@@ -52,28 +54,35 @@ TEST(CalibrationPlan, WritesKeysThatAScenarioReads) {
   EXPECT_EQ(SaveYaml(read), SaveYaml(RecognitionScenario(MarkerKind::kPassive, assignments)));
 }
 
-// Light on the cropped cameras is the same part of the light on the whole ones.
-TEST(CropToMarker, ShowsTheSame) {
-  const Scenario scenario = RecognitionScenario(MarkerKind::kPassive, {"water.milk_ml_m3=20"});
-  const FixedView whole = DrawFixedViews(scenario, {Pose::Translation(0.8, 0, 0)}).front();
-  const FixedView crop = CropToMarker(whole);
-  const SeedTree seeds(1);
-  const FixedCameras all(whole, scenario, seeds), part(crop, scenario, seeds);
-  const Image3f &a = all.radiance().right, &b = part.radiance().right;
-  const int u0 = static_cast<int>(whole.rig.right.cx_px - crop.rig.right.cx_px);
-  const int v0 = static_cast<int>(whole.rig.right.cy_px - crop.rig.right.cy_px);
-  ASSERT_GT(u0, 0);
-  ASSERT_LT(b.width(), a.width() / 2);
-  double most = 0;
-  for (int v = 0; v < b.height(); ++v)
-    for (int u = 0; u < b.width(); ++u)
-      for (int k = 0; k < 3; ++k) {
-        const float x = a.at(u0 + u, v0 + v)[k], y = b.at(u, v)[k];
-        // light is interpolated in tiles, which lie elsewhere in a smaller image
-        EXPECT_NEAR(x, y, 0.1f * x + 1e-4f) << u << " " << v;
-        most = std::max(most, static_cast<double>(x));
-      }
-  EXPECT_GT(most, 1e-3);
+// A known change of one parameter is found again from the table that it makes.
+TEST(Calibrate, FindsWhatMadeTheTable) {
+  CalibrationPlan plan;
+  plan.cell_share = 1;
+  plan.seconds = 0.1;
+  FreeParameter power;
+  power.key = "ball_lights.rim_radiance_w_m2_sr";
+  power.low = 0.0008;
+  power.high = 0.02;
+  power.start = 0.012;
+  power.logarithmic = true;
+  plan.parameters = {power};
+  TableByMarker tables;
+  for (const double milk : {20.0, 80.0, 140.0}) {
+    TableRow row;
+    row.cell = {MarkerKind::kActive, milk, 0.6};
+    tables[MarkerKind::kActive].push_back(row);
+  }
+  CalibrationExperiment experiment(plan, tables);
+  ASSERT_EQ(experiment.rows().size(), 3u);
+  const double truth = 0.004;
+  const std::vector<double> fitness = experiment.Fitness({power.Assignment(truth)}, {});
+  for (size_t i = 0; i < 3; ++i) tables[MarkerKind::kActive][i].fitness_mean = fitness[i];
+  CalibrationExperiment known(plan, tables);
+  const CalibrationResult result = Calibrate(plan, {.generations = 6}, &known);
+  EXPECT_NEAR(std::log(result.values[0] / truth), 0, 0.15);
+  EXPECT_LT(result.rmse, 0.03);
+  EXPECT_GT(result.rmse_beside[0].first, result.rmse);
+  EXPECT_GT(result.rmse_beside[0].second, result.rmse);
 }
 
 }  // namespace

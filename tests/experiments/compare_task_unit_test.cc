@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "experiments/recognition.h"
+#include "experiments/recognition/recognition.h"
 #include "vision/gene.h"
 
 namespace turbidock::experiments {
