@@ -54,6 +54,29 @@ bool IsPublished(const TableRow& row, MarkerKind marker, double distance_m) {
   return row.cell.marker == marker && row.cell.distance_m == distance_m;
 }
 
+// From dark to bright over the whole scale, both images alike: at night they show little otherwise.
+void StretchContrast(StereoImage* images) {
+  std::array<int, 256> histogram{};
+  int values = 0;
+  for (const Image3u8* image : {&images->left, &images->right}) {
+    const int count = 3 * image->width() * image->height();
+    for (int i = 0; i < count; ++i) ++histogram[image->data()[i]];
+    values += count;
+  }
+  const auto quantile = [&](double share) {
+    int dn = 0;
+    for (int below = histogram[0]; dn < 255 && below < share * values;)
+      below += histogram[static_cast<size_t>(++dn)];
+    return dn;
+  };
+  const int dark = quantile(0.01), bright = std::max(quantile(0.9995), dark + 1);
+  for (Image3u8* image : {&images->left, &images->right})
+    for (int i = 0; i < 3 * image->width() * image->height(); ++i) {
+      uint8_t& dn = image->data()[i];
+      dn = static_cast<uint8_t>(std::clamp(255 * (dn - dark) / (bright - dark), 0, 255));
+    }
+}
+
 // What all panels have in common.
 void BeginPanels(size_t panels, GnuplotScript* script) {
   script->Line("set border 3 linecolor rgb '#465058'")
@@ -230,6 +253,7 @@ void WriteContactSheet(const std::string& path, const Recognition& recognition,
   for (const auto& [distance_m, column] : by_distance) {
     const int y = kHead + cell_height * row++;
     sheet.Text({8, y + kImageHeight / 2.0}, fmt::format("{:g} mm", MmFromM(distance_m)), 16, kText);
+    if (row == 1) sheet.Text({8, 18}, "stretched", 12, kText);
     for (size_t i = 0; i < milk.size(); ++i) {
       const int x = kSide + cell_width * static_cast<int>(i);
       if (row == 1)
@@ -238,7 +262,8 @@ void WriteContactSheet(const std::string& path, const Recognition& recognition,
       const auto found = column.find(milk[i]);
       if (found == column.end()) continue;
       const CellResult& r = *found->second;
-      const StereoImage seen = recognition.Image(r.cell, std::ssize(r.fitness) - 1);
+      StereoImage seen = recognition.Image(r.cell, std::ssize(r.fitness) - 1);
+      StretchContrast(&seen);
       for (const auto side : {vision::StereoSide::kLeft, vision::StereoSide::kRight}) {
         const bool left = side == vision::StereoSide::kLeft;
         const Image3u8& image = left ? seen.left : seen.right;
