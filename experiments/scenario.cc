@@ -99,6 +99,7 @@ Scenario ReadLayers(const YamlNode& file, const std::string& gains_file,
   ReadFields(LoadYaml(AssetPath("rig_default.yaml")), &scenario.rig, nullptr);
   ReadFields(LoadYaml(AssetPath("marker_default.yaml")), &scenario.marker, nullptr);
   ReadFields(LoadYaml(AssetPath("gains.yaml")), &scenario, nullptr);
+  ReadFields(LoadYaml(AssetPath("optics.yaml")), &scenario, nullptr);
   ReadFields(file, &scenario, origins);
   if (!gains_file.empty()) ReadFields(LoadYaml(gains_file), &scenario, origins);
   for (const std::string& assignment : assignments) ApplySet(assignment, &scenario, origins);

@@ -87,7 +87,7 @@ std::vector<double> PublishedDistances() { return {0.4, 0.6, 0.8, 1.0}; }
 Scenario RecognitionScenario(MarkerKind marker, const std::vector<std::string>& assignments) {
   std::vector<std::string> all = {fmt::format("model=tank_{}.xml", NameOf(marker))};
   all.insert(all.end(), assignments.begin(), assignments.end());
-  return LoadScenario(fmt::format("pool_{}", NameOf(marker)), all, AssetPath("optics.yaml"));
+  return LoadScenario(fmt::format("pool_{}", NameOf(marker)), all);
 }
 
 Recognition::Recognition(std::map<MarkerKind, Scenario> scenarios,
