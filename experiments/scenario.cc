@@ -89,17 +89,18 @@ void CheckMarker(const Scenario& scenario, const sim::Scene& scene) {
 
 namespace {
 
-// All layers over a scenario that holds nothing but the estimator's preset.
+// All layers over a scenario that holds nothing but the presets.
 Scenario ReadLayers(const YamlNode& file, const std::string& gains_file,
                     const std::vector<std::string>& assignments, vision::Preset preset,
-                    Origins* origins) {
+                    OpticsPreset optics, Origins* origins) {
   Scenario scenario;
   scenario.estimator = vision::RmGaOptions::Of(preset);
   ReadFields(LoadYaml(ModelPath("vehicle.yaml")), &scenario.vehicle, nullptr);
   ReadFields(LoadYaml(AssetPath("rig_default.yaml")), &scenario.rig, nullptr);
   ReadFields(LoadYaml(AssetPath("marker_default.yaml")), &scenario.marker, nullptr);
   ReadFields(LoadYaml(AssetPath("gains.yaml")), &scenario, nullptr);
-  ReadFields(LoadYaml(AssetPath("optics.yaml")), &scenario, nullptr);
+  if (optics == OpticsPreset::kCalibrated)
+    ReadFields(LoadYaml(AssetPath("optics.yaml")), &scenario, nullptr);
   ReadFields(file, &scenario, origins);
   if (!gains_file.empty()) ReadFields(LoadYaml(gains_file), &scenario, origins);
   for (const std::string& assignment : assignments) ApplySet(assignment, &scenario, origins);
@@ -114,10 +115,13 @@ Scenario LoadScenario(const std::string& name, const std::vector<std::string>& a
   for (const char* key : kRequired)
     if (!file.Find(key)) throw ConfigError(file.file + ": " + key + ": this key is required");
   Origins origins;
-  Scenario scenario = ReadLayers(file, gains_file, assignments, vision::Preset::kDefault, &origins);
-  // A preset is what the estimator's other keys begin with, wherever it is named.
-  if (scenario.estimator.preset != vision::Preset::kDefault)
-    scenario = ReadLayers(file, gains_file, assignments, scenario.estimator.preset, &origins);
+  Scenario scenario = ReadLayers(file, gains_file, assignments, vision::Preset::kDefault,
+                                 OpticsPreset::kCalibrated, &origins);
+  // A preset is what other keys begin with, wherever it is named.
+  if (scenario.estimator.preset != vision::Preset::kDefault ||
+      scenario.optics_preset != OpticsPreset::kCalibrated)
+    scenario = ReadLayers(file, gains_file, assignments, scenario.estimator.preset,
+                          scenario.optics_preset, &origins);
   CheckSettings(scenario, origins);
   ResolveModel(file.file, origins, &scenario);
   return scenario;

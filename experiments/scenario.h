@@ -49,6 +49,12 @@ struct StartParams {
   void Check(const std::string& path) const;
 };
 
+// What the keys of water, light, camera and hue begin with.
+enum class OpticsPreset {
+  kCalibrated,  // assets/optics.yaml: the published rig at its limit, as its recognition tables say
+  kPlain,       // the keys' own defaults: a good digital camera at a fixed exposure
+};
+
 struct Scenario {
   int schema_version = 0;
   std::string description;
@@ -60,6 +66,7 @@ struct Scenario {
   double camera_drop_probability = 0;
   bool region_of_interest = true;
   double docked_hold_s = 1;
+  OpticsPreset optics_preset = OpticsPreset::kCalibrated;
   sim::GlBackend renderer = sim::GlBackend::kOsmesa;
   bool marker_may_differ = false;
 
@@ -100,6 +107,9 @@ struct Scenario {
           "whether only the pixels are made that the estimator can read; the result is the same");
     field("docked_hold_s", self.docked_hold_s, InRange(0, 60),
           "time the vehicle holds the last pose once docked, before the trial ends");
+    field("optics", self.optics_preset, Range{},
+          "what the keys of water, light, camera and hue begin with: calibrated to the published "
+          "recognition tables, or plain");
     field("renderer", self.renderer, Range{},
           "what draws; where this machine does not have it, the other does");
     field("marker_may_differ", self.marker_may_differ, Range{},
@@ -140,10 +150,10 @@ struct Scenario {
 };
 
 // Reads a scenario: struct defaults, models/vehicle.yaml, assets/gains.yaml and
-// optics.yaml, the file, the assignments ("water.milk_ml_m3=20"). `name` is a file or a bundled
-// scenario's name. ConfigError for whatever is wrong in them. A gains file, if there is one, is
-// read between file and assignments; it holds any keys of a scenario but commonly those of the
-// control law.
+// (optics: calibrated) optics.yaml, the file, the assignments ("water.milk_ml_m3=20"). `name` is a
+// file or a bundled scenario's name. ConfigError for whatever is wrong in them. A gains file, if
+// there is one, is read between file and assignments; it holds any keys of a scenario but commonly
+// those of the control law.
 Scenario LoadScenario(const std::string& name, const std::vector<std::string>& assignments,
                       const std::string& gains_file = "");
 
@@ -159,3 +169,10 @@ std::string SceneFile(const Scenario& scenario);
 void CheckMarker(const Scenario& scenario, const sim::Scene& scene);
 
 }  // namespace turbidock::experiments
+
+template <>
+struct turbidock::EnumNames<turbidock::experiments::OpticsPreset> {
+  using E = turbidock::experiments::OpticsPreset;
+  static constexpr auto kNames = std::to_array<std::pair<E, const char*>>(
+      {{E::kCalibrated, "calibrated"}, {E::kPlain, "plain"}});
+};

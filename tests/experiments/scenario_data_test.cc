@@ -71,6 +71,22 @@ TEST(EstimatorPreset, IsWhatTheOtherKeysBeginWith) {
             SaveYaml(changed));
 }
 
+TEST(OpticsPreset, IsWhatTheOtherKeysBeginWith) {
+  const auto sensor = [](const std::vector<std::string>& assignments) {
+    return LoadScenario("pool_passive", assignments).sensor;
+  };
+  EXPECT_EQ(SaveYaml(sensor({"optics=plain"})), SaveYaml(sim::SensorParams{}));
+  EXPECT_EQ(SaveYaml(LoadScenario("pool_passive", {"optics=plain"}).hue),
+            SaveYaml(vision::HueParams{}));
+  EXPECT_EQ(SaveYaml(sensor({})), SaveYaml(sensor({"optics=calibrated"})));
+  EXPECT_GT(sensor({}).chroma_blur_px, 0);
+  EXPECT_GT(sensor({}).auto_level, 0);
+  sim::SensorParams changed;
+  changed.gain = 3;
+  EXPECT_EQ(SaveYaml(sensor({"sensor.gain=3", "optics=plain"})), SaveYaml(changed));
+  EXPECT_EQ(SaveYaml(sensor({"optics=plain", "sensor.gain=3"})), SaveYaml(changed));
+}
+
 INSTANTIATE_TEST_SUITE_P(Bundled, EveryScenario, ::testing::ValuesIn(BundledScenarios()),
                          [](const auto& scenario) { return scenario.param; });
 
