@@ -116,10 +116,10 @@ Scenario LoadScenario(const std::string& name, const std::vector<std::string>& a
     if (!file.Find(key)) throw ConfigError(file.file + ": " + key + ": this key is required");
   Origins origins;
   Scenario scenario = ReadLayers(file, gains_file, assignments, vision::Preset::kDefault,
-                                 OpticsPreset::kCalibrated, &origins);
+                                 OpticsPreset::kPlain, &origins);
   // A preset is what other keys begin with, wherever it is named.
   if (scenario.estimator.preset != vision::Preset::kDefault ||
-      scenario.optics_preset != OpticsPreset::kCalibrated)
+      scenario.optics_preset != OpticsPreset::kPlain)
     scenario = ReadLayers(file, gains_file, assignments, scenario.estimator.preset,
                           scenario.optics_preset, &origins);
   CheckSettings(scenario, origins);

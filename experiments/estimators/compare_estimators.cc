@@ -1,9 +1,10 @@
 #include "experiments/estimators/compare_estimators.h"
 
-#include <ctime>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <ctime>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -94,9 +95,13 @@ struct Job {
   int first, count;
 };
 
+Scenario PoolScenario(MarkerKind marker, const std::vector<std::string>& assignments) {
+  return LoadScenario(fmt::format("pool_{}", NameOf(marker)), assignments);
+}
+
 // All milks, starts and estimators of a job: [milk][estimator][start] of numbers.
 std::string RunJob(const CompareOptions& options, const Job& job) {
-  Scenario scenario = RecognitionScenario(job.marker, options.assignments);
+  Scenario scenario = PoolScenario(job.marker, options.assignments);
   const StereoRig rig = scenario.rig.MakeRig();
   Rng rng = SeedTree(static_cast<uint64_t>(scenario.seed))
                 .Stream(std::string("compare.") + NameOf(job.marker) +
@@ -268,7 +273,7 @@ std::unique_ptr<vision::PoseEstimator> MakeEstimator(const std::string& name,
 
 std::vector<CompareRow> CompareEstimators(const CompareOptions& options) {
   for (const std::string& name : options.estimators)  // bad names now, not in a worker
-    MakeEstimator(name, RecognitionScenario(options.markers.front(), options.assignments), 0);
+    MakeEstimator(name, PoolScenario(options.markers.front(), options.assignments), 0);
   if (options.task == CompareTask::kMoving && options.frames <= kMovingSettleFrames)
     throw ConfigError("frames " + FormatNumber(options.frames) + ", must be more than " +
                       FormatNumber(kMovingSettleFrames) + " for a moving marker");

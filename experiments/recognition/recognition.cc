@@ -85,7 +85,8 @@ std::vector<double> PublishedMilk(MarkerKind marker) {
 std::vector<double> PublishedDistances() { return {0.4, 0.6, 0.8, 1.0}; }
 
 Scenario RecognitionScenario(MarkerKind marker, const std::vector<std::string>& assignments) {
-  std::vector<std::string> all = {fmt::format("model=tank_{}.xml", NameOf(marker))};
+  std::vector<std::string> all = {fmt::format("model=tank_{}.xml", NameOf(marker)),
+                                  "optics=calibrated"};
   all.insert(all.end(), assignments.begin(), assignments.end());
   return LoadScenario(fmt::format("pool_{}", NameOf(marker)), all);
 }

@@ -52,8 +52,8 @@ struct RecognitionOptions {
 std::vector<double> PublishedMilk(MarkerKind marker);
 std::vector<double> PublishedDistances();
 
-// The pool with that marker (bundled scenarios pool_active, pool_passive) and without the station,
-// under these assignments.
+// The pool with that marker (bundled scenarios pool_active, pool_passive), without the station and
+// with the calibrated optics, under these assignments.
 Scenario RecognitionScenario(MarkerKind marker, const std::vector<std::string>& assignments);
 
 // The experiment on some cells. Drawing is done when it is made, so that it can then run in

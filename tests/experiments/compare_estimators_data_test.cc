@@ -112,7 +112,6 @@ TEST(CompareEstimators, RunsACell) {
   options.markers = {MarkerKind::kActive};
   options.distances_m = {0.6};
   options.milk_ml_m3 = {10};
-  options.assignments = {"optics=plain"};
   options.estimators = {"default", "blobs"};
   options.starts = 2;
   options.frames = 15;

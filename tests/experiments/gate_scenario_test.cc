@@ -35,7 +35,7 @@ class GateProgram : public ::testing::Test {
     // With half the shipped gain in surge it takes 4.6 s.
     File("short.yaml",
          "schema_version: 1\nseed: 1\nduration_s: 4.2\nmodel: pool_active.xml\ndocked_hold_s: 0\n"
-         "controller: pid\noptics: plain\n"
+         "controller: pid\n"
          "water: {background: pure, milk_ml_m3: 10}\nball_lights: {enabled: true}\n"
          "lamps: {enabled: false}\nrig: {width_px: 160, height_px: 120}\n"
          "hue: {own_chroma_pixels: 3}\n"

@@ -78,13 +78,13 @@ TEST(OpticsPreset, IsWhatTheOtherKeysBeginWith) {
   EXPECT_EQ(SaveYaml(sensor({"optics=plain"})), SaveYaml(sim::SensorParams{}));
   EXPECT_EQ(SaveYaml(LoadScenario("pool_passive", {"optics=plain"}).hue),
             SaveYaml(vision::HueParams{}));
-  EXPECT_EQ(SaveYaml(sensor({})), SaveYaml(sensor({"optics=calibrated"})));
-  EXPECT_GT(sensor({}).chroma_blur_px, 0);
-  EXPECT_GT(sensor({}).auto_level, 0);
-  sim::SensorParams changed;
+  EXPECT_EQ(SaveYaml(sensor({})), SaveYaml(sensor({"optics=plain"})));
+  sim::SensorParams changed = sensor({"optics=calibrated"});
+  EXPECT_GT(changed.chroma_blur_px, 0);
+  EXPECT_GT(changed.auto_level, 0);
   changed.gain = 3;
-  EXPECT_EQ(SaveYaml(sensor({"sensor.gain=3", "optics=plain"})), SaveYaml(changed));
-  EXPECT_EQ(SaveYaml(sensor({"optics=plain", "sensor.gain=3"})), SaveYaml(changed));
+  EXPECT_EQ(SaveYaml(sensor({"sensor.gain=3", "optics=calibrated"})), SaveYaml(changed));
+  EXPECT_EQ(SaveYaml(sensor({"optics=calibrated", "sensor.gain=3"})), SaveYaml(changed));
 }
 
 INSTANTIATE_TEST_SUITE_P(Bundled, EveryScenario, ::testing::ValuesIn(BundledScenarios()),
