@@ -39,8 +39,9 @@ TEST(Disc, HaloWithoutExtinction) {
 
 struct Lit {
   explicit Lit(const Medium& medium, double lamp_w_sr = 1)
-      : surfaces(testing::MarkerAndPlate(Pose::Translation(3, 0, 0))),
-        reflectors(SurfaceTable(surfaces), medium, Rgb::Zero()) {
+      : Lit(medium, lamp_w_sr, testing::MarkerAndPlate(Pose::Translation(3, 0, 0))) {}
+  Lit(const Medium& medium, double lamp_w_sr, const std::vector<Surface>& seen)
+      : surfaces(seen), reflectors(SurfaceTable(surfaces), medium, Rgb::Zero()) {
     std::vector<PlacedSurface> placed;
     for (const Surface& surface : surfaces)
       placed.push_back({surface.X_AS.R().cast<float>(), surface.X_AS.p.cast<float>()});
@@ -73,6 +74,20 @@ TEST(Reflectors, ThrowBackWhatLambertSays) {
       2.0 / 3 * 0.0004 * 0.75 * (0.03 / (2.91 * 2.91) + 1 / (2.98 * 2.98) + 0.03 / (2.98 * 2.98));
   EXPECT_NEAR(got[0] / expected, 1, 0.01);
   EXPECT_NEAR(Lit(medium, 2.5).reflectors.intensity_w_sr()[0] / got[0], 2.5, 1e-5);
+}
+
+// A Lambertian sphere that is lit from where it is seen: Int rho E cos^2 / pi dA = 2/3 rho E R^2.
+TEST(Reflectors, ABallThrowsBackTwoThirds) {
+  const Medium medium{.scattering_per_m = Rgb::Constant(0.2)};
+  std::vector<Surface> balls;
+  for (const Surface& surface : testing::MarkerAndPlate(Pose::Translation(3, 0, 0)))
+    if (surface.name == "ball_red") balls.push_back(surface);
+  ASSERT_EQ(balls.size(), 1u);
+  const double nearest_m = balls[0].X_AS.p.norm() - 0.02;
+  const Rgb got = Lit(medium, 1, balls).reflectors.intensity_w_sr();
+  for (int k = 0; k < 3; ++k)
+    EXPECT_NEAR(got[k], 2.0 / 3 * balls[0].albedo[k] * 0.0004 / (nearest_m * nearest_m),
+                1e-3 * got[0]);
 }
 
 // With surface halos the water never gets darker, nor brighter than what shines into it; without
