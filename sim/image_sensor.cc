@@ -203,6 +203,7 @@ std::vector<float> HalfKernel(double sigma_px) {
     sum += k == 0 ? half[0] : 2 * half.back();
   }
   std::vector<float> kernel;
+  kernel.reserve(half.size());
   for (const double value : half) kernel.push_back(static_cast<float>(value / sum));
   return kernel;
 }
@@ -251,7 +252,7 @@ void ImageSensor::ExposeRegion(int view, int64_t frame, const PixelRegion& regio
   // what the pixels depend on
   const int begin = std::max(region.column_begin - margin_px(), 0);
   const int end = std::min(region.column_end + margin_px(), width);
-  const auto row_values = static_cast<size_t>(3 * width);
+  const auto row_values = 3 * static_cast<size_t>(width);
   balanced_.resize(params_.white_balance == Eigen::Vector3d::Ones() ? 0 : row_values);
   exposed_.resize(kernel_.empty() ? 0 : row_values);
   for (int v = region.row_begin; v < region.row_end; ++v, radiance += row_values) {
@@ -281,7 +282,7 @@ void ImageSensor::ExposeRegion(int view, int64_t frame, const PixelRegion& regio
 void ImageSensor::BlurColors(int begin, int end, const PixelRegion& region, uint8_t* dn) const {
   const int margin = margin_px(), count = region.width();
   const int first = region.column_begin - margin;  // where the padded rows begin
-  const size_t padded = static_cast<size_t>(count + 2 * margin);
+  const auto padded = static_cast<size_t>(count) + 2 * static_cast<size_t>(margin);
   const size_t width = exposed_.size() / 3;  // enough for any region
   differences_.resize(5 * width + 6 * static_cast<size_t>(margin));
   float* luma = differences_.data();

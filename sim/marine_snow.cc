@@ -65,9 +65,8 @@ void MarineSnow::Paint(const CameraIntrinsics& camera, const Pose& X_HC, const R
     if (z_m < kNearest_m) continue;
     const float u = fx_px * p_CF.x() / z_m + static_cast<float>(camera.cx_px);
     const float v = fy_px * p_CF.y() / z_m + static_cast<float>(camera.cy_px);
-    if (!(u > -0.5f && v > -0.5f && u < camera.width_px - 0.5f && v < camera.height_px - 0.5f))
-      continue;
-    if (*view.depth_m.at(static_cast<int>(u + 0.5f), static_cast<int>(v + 0.5f)) < z_m) continue;
+    const int column = static_cast<int>(std::lround(u)), row = static_cast<int>(std::lround(v));
+    if (!view.depth_m.Contains(column, row) || *view.depth_m.at(column, row) < z_m) continue;
     const float range_m = p_CF.norm();
     // what arrives over the solid angle of a pixel, cos^3 / f^2
     const Eigen::Array3f intensity_w_sr =
@@ -79,7 +78,6 @@ void MarineSnow::Paint(const CameraIntrinsics& camera, const Pose& X_HC, const R
     const float sigma_px =
         std::sqrt(kPointSpread_px * kPointSpread_px + half_radius_px * half_radius_px);
     const int reach = static_cast<int>(std::ceil(3 * sigma_px));
-    const int column = static_cast<int>(u + 0.5f), row = static_cast<int>(v + 0.5f);
     const auto weight = [&](int x, int y) {
       const float du = x - u, dv = y - v;
       return std::exp(-(du * du + dv * dv) / (2 * sigma_px * sigma_px));

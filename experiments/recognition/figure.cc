@@ -238,6 +238,7 @@ void WriteContactSheet(const std::string& path, const Recognition& recognition,
   std::vector<double> milk(steps.begin(), steps.end());
   if (std::ssize(milk) > columns) {
     std::vector<double> some;
+    some.reserve(static_cast<size_t>(columns));
     for (int i = 0; i < columns; ++i)
       some.push_back(milk[static_cast<size_t>(i) * (milk.size() - 1) /
                           static_cast<size_t>(std::max(1, columns - 1))]);

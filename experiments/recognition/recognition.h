@@ -30,6 +30,7 @@ struct RecognitionCell {
   double milk_ml_m3 = 0;
   double distance_m = 0;  // from the camera head to the marker's origin, straight ahead
 
+  // NOLINTNEXTLINE(modernize-use-nullptr): what comparisons with it make of the default
   auto operator<=>(const RecognitionCell&) const = default;
 };
 
