@@ -55,16 +55,4 @@ const sim::RadianceStereo& FixedCameras::LightAt(int64_t frame) {
   return snowed_;
 }
 
-void FixedCameras::Expose(int64_t frame, const StereoRegion& region, StereoImage* out) {
-  const sim::RadianceStereo& seen = LightAt(frame);
-  out->frame = frame;
-  const auto expose = [&](int view, const PixelRegion& part, const Image3f& light,
-                          Image3u8* image) {
-    image->Resize(light.width(), light.height());
-    if (!part.empty()) sensor_.ExposeRegion(view, frame, part, light.row(part.row_begin), image);
-  };
-  expose(0, region.left, seen.left, &out->left);
-  expose(1, region.right, seen.right, &out->right);
-}
-
 }  // namespace turbidock::experiments

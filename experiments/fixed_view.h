@@ -42,7 +42,9 @@ class FixedCameras {
   const sim::RadianceStereo& radiance() const { return radiance_; }
   void Expose(int64_t frame, StereoImage* out) { sensor_.Expose(LightAt(frame), frame, out); }
   // A region of the images; other pixels stay as they are, in images of the cameras' size.
-  void Expose(int64_t frame, const StereoRegion& region, StereoImage* out);
+  void Expose(int64_t frame, const StereoRegion& region, StereoImage* out) {
+    sensor_.Expose(LightAt(frame), region, frame, out);
+  }
 
  private:
   const sim::RadianceStereo& LightAt(int64_t frame);

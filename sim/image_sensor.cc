@@ -234,13 +234,21 @@ int ImageSensor::margin_px() const {
 }
 
 void ImageSensor::Expose(const RadianceStereo& radiance, int64_t frame, StereoImage* out) const {
-  out->frame = frame;
-  const auto expose = [&](int view, const Image3f& in, Image3u8* image) {
-    image->Resize(in.width(), in.height());
-    ExposeRegion(view, frame, {0, 0, in.width(), in.height()}, in.data(), image);
+  const auto whole = [](const Image3f& image) {
+    return PixelRegion{0, 0, image.width(), image.height()};
   };
-  expose(0, radiance.left, &out->left);
-  expose(1, radiance.right, &out->right);
+  Expose(radiance, {whole(radiance.left), whole(radiance.right)}, frame, out);
+}
+
+void ImageSensor::Expose(const RadianceStereo& radiance, const StereoRegion& region, int64_t frame,
+                         StereoImage* out) const {
+  out->frame = frame;
+  const auto expose = [&](int view, const PixelRegion& part, const Image3f& in, Image3u8* image) {
+    image->Resize(in.width(), in.height());
+    if (!part.empty()) ExposeRegion(view, frame, part, in.row(part.row_begin), image);
+  };
+  expose(0, region.left, radiance.left, &out->left);
+  expose(1, region.right, radiance.right, &out->right);
 }
 
 void ImageSensor::ExposeRegion(int view, int64_t frame, const PixelRegion& region,

@@ -6,7 +6,8 @@
 // shot noise, (255 f')^2 x gain / electrons for a linear value x. The noise of a pixel depends on
 // the camera's key, the frame, the place and the channel only. L is taken times the channel's white
 // balance. With chroma_blur_px the differences of red and blue from the brightness are smoothed
-// along the row before rounding, noise and all.
+// along the row before rounding, noise and all, and
+// black is at 19 DN (7.5 % of the scale), as in composite video.
 
 #include <array>
 #include <cstdint>
@@ -33,9 +34,13 @@ class ImageSensor {
 
   // Allocates only when `out` does not have the size of the images.
   void Expose(const RadianceStereo& radiance, int64_t frame, StereoImage* out) const;
+  // A region of whole images; other pixels stay as they are.
+  void Expose(const RadianceStereo& radiance, const StereoRegion& region, int64_t frame,
+              StereoImage* out) const;
 
   // Columns beside a region that its pixels depend on.
   int margin_px() const;
+  // From the next exposure on, instead of the parameters'.
   void set_gain(double gain) { params_.gain = gain; }
 
   // A region of one camera (0 left, 1 right). Radiance is read margin_px() further on both sides.

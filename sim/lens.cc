@@ -16,6 +16,9 @@ double Slope(const LensParams& params, double r) {
   return 1 + r * r * (3 * params.k1 + 5 * r * r * params.k2);
 }
 
+// Where seen radii lie this close together the image is nearly folded over.
+constexpr double kLeastSlope = 0.1;
+
 // Of the corner farthest from the principal point.
 double LargestRadius(const CameraIntrinsics& camera) {
   double most = 0;
@@ -32,8 +35,9 @@ StereoLens::StereoLens(const LensParams& params, const StereoRig& rig) {
   if (params.k1 == 0 && params.k2 == 0) return;
   for (const CameraIntrinsics* camera : {&rig.left, &rig.right}) {
     const double corner = LargestRadius(*camera);
-    for (int i = 0; i <= 100; ++i)
-      if (Slope(params, corner * i / 100) <= 0.1 || Seen(params, corner) < 0.5 * corner)
+    // what is seen in the corner may lie far outside a pinhole's picture
+    for (double r = 0; Seen(params, r) < corner; r += 0.01 * corner)
+      if (Slope(params, r) <= kLeastSlope)
         throw ConfigError("lens.k1", FormatNumber(params.k1) +
                                          " with k2 = " + FormatNumber(params.k2) +
                                          " must not fold the image over inside its corners");
@@ -43,8 +47,11 @@ StereoLens::StereoLens(const LensParams& params, const StereoRig& rig) {
 
 double StereoLens::PinholeRadius(const LensParams& params, double seen_radius) {
   double r = seen_radius;
-  for (int i = 0; i < 20; ++i)  // Newton's
-    r -= (Seen(params, r) - seen_radius) / std::max(0.1, Slope(params, r));
+  for (int i = 0; i < 20; ++i) {  // Newton's
+    const double step = (Seen(params, r) - seen_radius) / std::max(kLeastSlope, Slope(params, r));
+    r -= step;
+    if (std::abs(step) < 1e-14) break;
+  }
   return r;
 }
 

@@ -26,7 +26,7 @@ struct LensParams {
 class StereoLens {
  public:
   StereoLens() = default;  // none
-  // ConfigError where the image would fold over inside its corners.
+  // ConfigError where the image would fold over before its corners: no light would be seen there.
   StereoLens(const LensParams& params, const StereoRig& rig);
 
   bool on() const { return !sources_.empty(); }

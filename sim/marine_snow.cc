@@ -47,7 +47,7 @@ void MarineSnow::Fall(const RenderedStereo& seen, int64_t frame, Water* water,
     if (p_HF.x() > kNearest_m) p_HF_.push_back(p_HF);
   }
   irradiance_w_m2_.resize(p_HF_.size());
-  water->IrradianceFromAllSides(seen.X_WH, p_HF_, irradiance_w_m2_);
+  water->IrradianceFromAllSides(p_HF_, irradiance_w_m2_);
   const Eigen::Array3f extinction_per_m = water->medium().extinction_per_m().cast<float>();
   Paint(rig_.left, rig_.X_HL, seen.left, extinction_per_m, &images->left);
   Paint(rig_.right, rig_.X_HR, seen.right, extinction_per_m, &images->right);

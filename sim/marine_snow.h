@@ -40,7 +40,8 @@ class MarineSnow {
   MarineSnow(const SnowParams& params, const StereoRig& rig, double frame_s, uint64_t key);
 
   bool on() const { return !p_WF_.empty(); }
-  // Adds the flakes' light at a frame to what both cameras see. `water` is that of `seen`.
+  // Adds the flakes' light at a frame to what both cameras see. `water` has been prepared
+  // for `seen`.
   void Fall(const RenderedStereo& seen, int64_t frame, Water* water, RadianceStereo* images);
 
  private:

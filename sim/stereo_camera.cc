@@ -30,29 +30,24 @@ StereoRegion StereoCamera::Lit(const StereoRegion& region) const {
 
 void StereoCamera::Expose(const RenderedStereo& rendered, const StereoRegion& region, int64_t frame,
                           StereoImage* out, StageTimer* timer) {
-  if (exposure_.on()) sensor_.set_gain(exposure_.GainFor(water_.MeanRadiance(rendered)));
-  out->frame = frame;
-  if (PaintsWhole()) {
+  const bool whole_images = PaintsWhole();
+  if (whole_images)
     water_.Apply(rendered, &radiance_);
+  else
+    water_.Prepare(rendered, Lit(region));
+  if (exposure_.on()) sensor_.set_gain(exposure_.GainFor(water_.MeanRadiance(rendered)));
+  if (whole_images) {
     snow_.Fall(rendered, frame, &water_, &radiance_);
     lens_.Distort(&radiance_);
     Lap(timer, LoopStage::kWater);
-    ExposeWhole(0, region.left, frame, radiance_.left, &out->left);
-    ExposeWhole(1, region.right, frame, radiance_.right, &out->right);
+    sensor_.Expose(radiance_, region, frame, out);
     Lap(timer, LoopStage::kSensor);
     return;
   }
-  water_.Prepare(rendered, Lit(region));
   Lap(timer, LoopStage::kWater);
+  out->frame = frame;
   ExposeView(0, region.left, frame, rendered.left.surface, timer, &out->left);
   ExposeView(1, region.right, frame, rendered.right.surface, timer, &out->right);
-}
-
-void StereoCamera::ExposeWhole(int view, const PixelRegion& region, int64_t frame,
-                               const Image3f& radiance, Image3u8* out) const {
-  out->Resize(radiance.width(), radiance.height());
-  if (!region.empty())
-    sensor_.ExposeRegion(view, frame, region, radiance.row(region.row_begin), out);
 }
 
 void StereoCamera::ExposeView(int view, const PixelRegion& region, int64_t frame,

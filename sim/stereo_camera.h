@@ -41,8 +41,6 @@ class StereoCamera {
  private:
   StereoRegion Lit(const StereoRegion& region) const;
   bool PaintsWhole() const { return snow_.on() || lens_.on(); }
-  void ExposeWhole(int view, const PixelRegion& region, int64_t frame, const Image3f& radiance,
-                   Image3u8* out) const;
   void ExposeView(int view, const PixelRegion& region, int64_t frame, const Image1u16& seen,
                   StageTimer* timer, Image3u8* out);
 

@@ -181,8 +181,6 @@ void Water::Prepare(const RenderedStereo& rendered, const StereoRegion& region) 
 }
 
 double Water::MeanRadiance(const RenderedStereo& rendered) {
-  Place(rendered.X_WH);
-  reflectors_.Illuminate(surfaces_, placed_, lamps_, casters_, &batch_);
   double sum = 0;
   size_t count = 0;
   std::vector<LightPoint>& points = metered_;
@@ -208,9 +206,8 @@ double Water::MeanRadiance(const RenderedStereo& rendered) {
   return count > 0 ? sum / static_cast<double>(count) : 0;
 }
 
-void Water::IrradianceFromAllSides(const Pose& X_WH, std::span<const Eigen::Vector3f> p_HQ,
+void Water::IrradianceFromAllSides(std::span<const Eigen::Vector3f> p_HQ,
                                    std::span<Eigen::Array3f> out_w_m2) {
-  Place(X_WH);
   PointBatch& batch = batch_;
   for (size_t begin = 0; begin < p_HQ.size(); begin += PointBatch::kSize) {
     const auto part = p_HQ.subspan(begin, std::min<size_t>(PointBatch::kSize, p_HQ.size() - begin));

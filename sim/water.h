@@ -52,12 +52,13 @@ class Water {
   void Prepare(const RenderedStereo& rendered, const StereoRegion& region);
   void PaintRows(int view, int row_begin, int row_end, float* rgb) const;
 
-  // Mean over all channels of both views, from a lattice of pixels. Needs whole views.
+  // Of the instant prepared last:
+  // Mean radiance over all channels of both views, from a lattice of pixels. Needs whole views.
   double MeanRadiance(const RenderedStereo& rendered);
 
   // Irradiance of small things in the water, from all sides, of lamps and lit balls [W/m^2 each
-  // channel]. X_WH: the head, p_HQ: in it.
-  void IrradianceFromAllSides(const Pose& X_WH, std::span<const Eigen::Vector3f> p_HQ,
+  // channel].
+  void IrradianceFromAllSides(std::span<const Eigen::Vector3f> p_HQ,
                               std::span<Eigen::Array3f> out_w_m2);
 
   // All pixels of both cameras.

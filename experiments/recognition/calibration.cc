@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <pagmo/algorithm.hpp>
 #include <pagmo/algorithms/cmaes.hpp>
 #include <pagmo/population.hpp>
@@ -94,11 +95,7 @@ double FreeParameter::PlaceOf(double value) const {
 }
 
 std::string FreeParameter::Assignment(double value) const {
-  const std::string number = FormatNumber(value);
-  if (repeat == 1) return key + "=" + number;
-  std::string list = key + "=[" + number;
-  for (int i = 1; i < repeat; ++i) list += ", " + number;
-  return list + "]";
+  return key + "=" + FormatNumber(value);
 }
 
 void CalibrationPlan::Check(const std::string& path) const {
@@ -150,7 +147,7 @@ std::string CalibratedYaml(const CalibrationPlan& plan, const std::vector<double
 CalibrationResult Calibrate(const CalibrationPlan& plan, const CalibrationOptions& options,
                             CalibrationExperiment* experiment) {
   const size_t n = plan.parameters.size();
-  CalibrationResult result{.rmse = 10};
+  CalibrationResult result{.rmse = std::numeric_limits<double>::infinity()};
   std::vector<double> best_places(n);
   for (size_t i = 0; i < n; ++i)
     best_places[i] = plan.parameters[i].PlaceOf(plan.parameters[i].start);

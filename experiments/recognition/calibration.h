@@ -24,7 +24,6 @@ struct FreeParameter {
   double low = 0, high = 1, start = 0.5;
   bool logarithmic = false;  // searched by its logarithm
   bool integer = false;
-  int repeat = 1;      // the key is a list of so many equal numbers
   std::string source;  // where the range comes from
 
   static void Fields(auto& self, auto&& field) {
@@ -34,7 +33,6 @@ struct FreeParameter {
     field("start", self.start, Finite(), "where the search begins");
     field("logarithmic", self.logarithmic, Finite(), "searched by its logarithm");
     field("integer", self.integer, Finite(), "whole numbers only");
-    field("repeat", self.repeat, InRange(1, 16), "the key is a list of so many equal numbers");
     field("source", self.source, Finite(), "where the range comes from");
   }
   void Check(const std::string& path) const;

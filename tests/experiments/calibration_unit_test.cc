@@ -29,6 +29,10 @@ TEST(FreeParameter, PlacesAndValuesAreInverse) {
       EXPECT_NEAR(p.PlaceOf(p.ValueAt(place)), place, 1e-12);
   }
   EXPECT_DOUBLE_EQ(Parameter(0.5, 32, true).ValueAt(0.5), 4);
+  FreeParameter steps = Parameter(1, 12, false);
+  steps.integer = true;
+  EXPECT_EQ(steps.ValueAt(0.3), 4);  // of 4.3
+  EXPECT_EQ(steps.Assignment(steps.ValueAt(0.3)), "water.milk_ml_m3=4");
 }
 
 TEST(FreeParameter, RefusesAnEmptyRange) {

@@ -63,6 +63,9 @@ TEST(Lens, MovesASpotAlongItsRadius) {
 
 TEST(Lens, RefusesToFoldTheImage) {
   EXPECT_THROW(StereoLens({-0.9, 0}, RigParams{}.MakeRig()), ConfigError);
+  // the pinhole's corner is still in order, the seen one has no light: r (1 - r^2 / 2) <= 0.545
+  EXPECT_THROW(StereoLens({-0.5, 0}, RigParams{}.MakeRig()), ConfigError);
+  EXPECT_NO_THROW(StereoLens({-0.3, 0.1}, RigParams{}.MakeRig()));
 }
 
 }  // namespace

@@ -140,17 +140,31 @@ TEST(StereoCamera, ExposesARegionAsInTheWhole) {
   const auto surfaces = MarkerAndPlate(Pose::Translation(0.5, 0.02, 0));
   const RenderedStereo rendered = Cast(surfaces, rig);
   Rng rng = SeedTree(6).Stream("regions");
-  for (const bool active : {true, false}) {
+  StereoImage plain;
+  for (const auto& [active, imperfect] :
+       {std::pair{true, false}, std::pair{false, false}, std::pair{false, true}}) {
     OpticsParams params;
     params.water.milk_ml_m3 = 40;
     params.ball_lights.enabled = active;
     params.lamps.enabled = !active;
     SensorParams sensor;
     sensor.chroma_blur_px = active ? 0 : 3;
+    SnowParams snow;
+    LensParams lens;
+    if (imperfect) {
+      sensor.auto_level = 0.05;
+      sensor.auto_time_s = 0;  // the gain does not remember
+      snow.flakes_per_m3 = 500;
+      lens.k1 = -0.1;
+    }
+    constexpr double kFrame_s = 1.0 / 30;
     StereoCamera camera(Water(params, rig, SurfaceTable(surfaces), LampsAt(0.16)),
-                        ImageSensor(sensor, 1, 2));
+                        ImageSensor(sensor, 1, 2), AutoExposure(sensor, kFrame_s),
+                        MarineSnow(snow, rig, kFrame_s, 3), StereoLens(lens, rig));
     StereoImage whole;
     camera.Expose(rendered, 7, &whole);
+    EXPECT_NE(whole.left, plain.left);
+    plain = whole;
     int64_t inside = 0;
     for (int i = 0; i < 60; ++i) {
       const auto any = [&] {
