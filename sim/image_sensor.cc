@@ -29,21 +29,32 @@ struct Curve {
   float toe_end, toe_slope_dn;
 };
 
-Curve CurveOf(const SensorParams& params) {
-  Curve curve{};
-  curve.linear_per_radiance = static_cast<float>(params.gain / params.full_scale_radiance_w_m2_sr);
-  if (params.transfer == TransferCurve::kPower) {
-    curve.exponent = static_cast<float>(1 / params.power);
-    curve.scale_dn = 255;
-  } else {
-    // IEC 61966-2-1
-    curve.exponent = static_cast<float>(1 / 2.4);
-    curve.scale_dn = static_cast<float>(255 * 1.055);
-    curve.offset_dn = static_cast<float>(-255 * 0.055);
-    curve.toe_end = 0.0031308f;
-    curve.toe_slope_dn = static_cast<float>(255 * 12.92);
+// scale linear^exponent + offset above the toe, slope linear below; 1 is full scale.
+struct Transfer {
+  double exponent, scale, offset, toe_end, toe_slope;
+};
+
+Transfer TransferOf(const SensorParams& params) {
+  switch (params.transfer) {
+    case TransferCurve::kPower:
+      return {1 / params.power, 1, 0, 0, 0};
+    case TransferCurve::kNtsc:
+      return {0.45, 1.099, -0.099, 0.018, 4.5};  // SMPTE 170M
+    case TransferCurve::kSrgb:
+      return {1 / 2.4, 1.055, -0.055, 0.0031308, 12.92};  // IEC 61966-2-1
   }
-  return curve;
+  TD_CHECK(false, "unknown transfer curve");
+}
+
+Curve CurveOf(const SensorParams& params) {
+  const Transfer transfer = TransferOf(params);
+  return {
+      .linear_per_radiance = static_cast<float>(params.gain / params.full_scale_radiance_w_m2_sr),
+      .exponent = static_cast<float>(transfer.exponent),
+      .scale_dn = static_cast<float>(255 * transfer.scale),
+      .offset_dn = static_cast<float>(255 * transfer.offset),
+      .toe_end = static_cast<float>(transfer.toe_end),
+      .toe_slope_dn = static_cast<float>(255 * transfer.toe_slope)};
 }
 
 // What is negative or no number counts as dark.
@@ -211,14 +222,16 @@ std::vector<float> HalfKernel(double sigma_px) {
 }  // namespace
 
 double Encode(const SensorParams& params, double linear) {
-  if (params.transfer == TransferCurve::kPower) return std::pow(linear, 1 / params.power);
-  // IEC 61966-2-1
-  return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
+  const Transfer curve = TransferOf(params);
+  if (linear <= curve.toe_end) return curve.toe_slope * linear;
+  return curve.scale * std::pow(linear, curve.exponent) + curve.offset;
 }
 
 double Decode(const SensorParams& params, double encoded) {
-  if (params.transfer == TransferCurve::kPower) return std::pow(encoded, params.power);
-  return encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
+  const Transfer curve = TransferOf(params);
+  if (encoded <= curve.toe_slope * curve.toe_end)
+    return curve.toe_slope > 0 ? encoded / curve.toe_slope : 0;
+  return std::pow((encoded - curve.offset) / curve.scale, 1 / curve.exponent);
 }
 
 ImageSensor::ImageSensor(const SensorParams& params, uint64_t left_key, uint64_t right_key,

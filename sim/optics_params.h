@@ -166,7 +166,11 @@ struct OpticsParams {
   }
 };
 
-enum class TransferCurve { kSrgb, kPower };
+enum class TransferCurve {
+  kSrgb,   // what screens and files expect
+  kNtsc,   // composite video (SMPTE 170M): linear up to 8 % of full scale, then a power of 0.45
+  kPower,  // the power given beside it, without a linear part
+};
 
 // From radiance to 8 bits.
 struct SensorParams {
@@ -231,7 +235,9 @@ struct EnumNames<sim::BeamShape> {
 template <>
 struct EnumNames<sim::TransferCurve> {
   static constexpr auto kNames = std::to_array<std::pair<sim::TransferCurve, const char*>>(
-      {{sim::TransferCurve::kSrgb, "srgb"}, {sim::TransferCurve::kPower, "power"}});
+      {{sim::TransferCurve::kSrgb, "srgb"},
+       {sim::TransferCurve::kNtsc, "ntsc"},
+       {sim::TransferCurve::kPower, "power"}});
 };
 
 }  // namespace turbidock

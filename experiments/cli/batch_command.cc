@@ -32,13 +32,6 @@ struct BatchArguments {
   bool json = false, quiet = false;
 };
 
-std::string Duration(double seconds) {
-  const auto s = static_cast<int64_t>(seconds + 0.5);
-  if (s < 60) return fmt::format("{} s", s);
-  if (s < 3600) return fmt::format("{}:{:02} min", s / 60, s % 60);
-  return fmt::format("{}:{:02} h", s / 3600, s / 60 % 60);
-}
-
 std::string Words(const BatchProgress& progress) {
   const Interval wilson = WilsonInterval(progress.successes, progress.done);
   std::string words = fmt::format("{}/{} trials", progress.done, progress.total);

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <chrono>
 #include <cstdio>
 #include <map>
 #include <memory>
@@ -21,8 +22,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Evaluations between two lines of progress.
-constexpr int kReportEvery = 20;
+// Between two lines of progress off a terminal.
+constexpr double kLogEvery_s = 60;
 
 struct CalibrateArguments {
   std::string plan, active, passive, out;
@@ -123,15 +124,20 @@ int Calibrate(const CalibrateArguments& arguments) {
   CalibrationExperiment experiment(plan, tables);
   progress.Say(fmt::format("{} parameters, {} cells of two tables", plan.parameters.size(),
                            experiment.rows().size()));
+  const auto start = std::chrono::steady_clock::now();
   const CalibrationResult result = experiments::Calibrate(
       plan,
       {.generations = arguments.generations,
        .seed = arguments.seed,
        .workers = arguments.workers,
        .on_progress =
-           [&](int evaluations, double rmse) {
-             if (evaluations % kReportEvery == 0)
-               progress.Say(fmt::format("  {} evaluations, RMSE {:.4f}", evaluations, rmse));
+           [&](int done, int of, double rmse) {
+             const double elapsed_s =
+                 std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+             progress.ShowOrSay(static_cast<double>(done) / of,
+                                fmt::format("{} of {} evaluations, RMSE {:.4f}, {} to go", done, of,
+                                            rmse, Duration(elapsed_s / done * (of - done))),
+                                kLogEvery_s);
            },
        .stop_requested = [] { return StopSignal() != 0; }},
       &experiment);

@@ -7,6 +7,9 @@
 
 namespace turbidock::experiments::cli {
 
+// "12 s", "3:05 min", "1:20 h".
+std::string Duration(double seconds);
+
 class Progress {
  public:
   // Quiet shows nothing at all.

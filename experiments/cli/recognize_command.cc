@@ -61,12 +61,6 @@ std::vector<RecognitionCell> Grid(const RecognizeArguments& arguments,
   return cells;
 }
 
-std::string RemainingTime(double seconds) {
-  const auto whole = std::lround(seconds);
-  return whole < 60 ? fmt::format("{} s", whole)
-                    : fmt::format("{} min {:02} s", whole / 60, whole % 60);
-}
-
 // Progress of the cells: the bar on a terminal, ten lines elsewhere.
 class CellProgress {
  public:
@@ -75,8 +69,8 @@ class CellProgress {
   void Show(int done, int of) {
     const double elapsed_s =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-    const std::string words = fmt::format("{} of {} cells, {} to go", done, of,
-                                          RemainingTime(elapsed_s / done * (of - done)));
+    const std::string words =
+        fmt::format("{} of {} cells, {} to go", done, of, Duration(elapsed_s / done * (of - done)));
     progress_->Show(static_cast<double>(done) / of, words);
     const int tenth = 10 * done / of;
     if (tenth == tenths_ || done == of) return;

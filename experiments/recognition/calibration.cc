@@ -10,6 +10,7 @@
 #include <pagmo/population.hpp>
 #include <pagmo/problem.hpp>
 
+#include "experiments/data_files.h"
 #include "experiments/yaml_fields.h"
 #include "sim/base/random.h"
 
@@ -112,7 +113,13 @@ CalibrationExperiment::CalibrationExperiment(const CalibrationPlan& plan,
                                              const TableByMarker& tables)
     : seconds_(plan.seconds),
       rows_(ChosenRows(tables, plan.cell_share)),
-      recognition_(ScenariosOf(tables, {}), CellsOf(rows_)) {}
+      recognition_(ScenariosOf(tables, {}), CellsOf(rows_)) {
+  // what the search will write can be read
+  std::vector<double> starts;
+  for (const FreeParameter& p : plan.parameters) starts.push_back(p.start);
+  Scenario scenario;
+  ReadFields(ParseYaml(CalibratedYaml(plan, starts), "what calibrate writes"), &scenario, nullptr);
+}
 
 std::vector<double> CalibrationExperiment::Fitness(const std::vector<std::string>& assignments,
                                                    const ForkMapOptions& run) {
@@ -128,7 +135,7 @@ std::vector<double> CalibrationExperiment::Fitness(const std::vector<std::string
 }
 
 std::string CalibratedYaml(const CalibrationPlan& plan, const std::vector<double>& values) {
-  YAML::Node root(YAML::NodeType::Map);
+  YAML::Node root = YAML::LoadFile(AssetPath("optics.yaml"));
   for (size_t i = 0; i < plan.parameters.size(); ++i) {
     const std::string assignment = plan.parameters[i].Assignment(values[i]);
     const size_t equals = assignment.find('=');
@@ -139,7 +146,11 @@ std::string CalibratedYaml(const CalibrationPlan& plan, const std::vector<double
       node.reset(node[key.substr(0, dot)]);
       key.erase(0, dot + 1);
     }
-    node[key] = YAML::Load(assignment.substr(equals + 1));
+    const YAML::Node value = YAML::Load(assignment.substr(equals + 1));
+    if (const size_t bracket = key.find('['); bracket != std::string::npos)
+      node[key.substr(0, bracket)][std::stoul(key.substr(bracket + 1))] = value;
+    else
+      node[key] = value;
   }
   return YAML::Dump(root) + "\n";
 }
@@ -151,6 +162,9 @@ CalibrationResult Calibrate(const CalibrationPlan& plan, const CalibrationOption
   std::vector<double> best_places(n);
   for (size_t i = 0; i < n; ++i)
     best_places[i] = plan.parameters[i].PlaceOf(plan.parameters[i].start);
+  const int size = std::max(5, 4 + static_cast<int>(3 * std::log(static_cast<double>(n))));
+  const int planned = size * (1 + options.generations) + 2 * static_cast<int>(n);
+  int done = 0;
   const auto rmse_at = [&](const std::vector<double>& places) {
     std::vector<std::string> assignments;
     for (size_t i = 0; i < n; ++i)
@@ -158,7 +172,9 @@ CalibrationResult Calibrate(const CalibrationPlan& plan, const CalibrationOption
     const std::vector<double> fitness = experiment->Fitness(
         assignments, {.workers = options.workers, .stop_requested = options.stop_requested});
     if (fitness.empty()) throw Stopped();
-    return Rmse(fitness, experiment->rows());
+    const double rmse = Rmse(fitness, experiment->rows());
+    if (options.on_progress) options.on_progress(++done, planned, std::min(rmse, result.rmse));
+    return rmse;
   };
   const auto evaluate = [&](const std::vector<double>& places) {
     const double rmse = rmse_at(places);
@@ -167,7 +183,6 @@ CalibrationResult Calibrate(const CalibrationPlan& plan, const CalibrationOption
       result.rmse = rmse;
       best_places = places;
     }
-    if (options.on_progress) options.on_progress(result.evaluations, result.rmse);
     return rmse;
   };
 
@@ -178,7 +193,6 @@ CalibrationResult Calibrate(const CalibrationPlan& plan, const CalibrationOption
     population.push_back(places);
     // the first generation about the start, from which CMA-ES takes its mean
     Rng rng(options.seed, 0);
-    const int size = std::max(5, 4 + static_cast<int>(3 * std::log(static_cast<double>(n))));
     for (int i = 1; i < size; ++i) {
       std::vector<double> near = places;
       for (double& place : near) place = std::clamp(place + plan.spread * rng.Normal(), 0.0, 1.0);

@@ -20,7 +20,7 @@ namespace turbidock::experiments {
 
 // One parameter to be found.
 struct FreeParameter {
-  std::string key;  // of the scenario, dotted
+  std::string key;  // of the scenario, dotted; "group.list[0]" for an element
   double low = 0, high = 1, start = 0.5;
   bool logarithmic = false;  // searched by its logarithm
   bool integer = false;
@@ -93,11 +93,13 @@ struct CalibrationOptions {
   int generations = 30;
   uint32_t seed = 1;
   int workers = 1;
-  std::function<void(int evaluations, double best_rmse)> on_progress = {};
+  // After each evaluation; `of` is how many there will be at most.
+  std::function<void(int done, int of, double best_rmse)> on_progress = {};
   std::function<bool()> stop_requested = {};
 };
 
-// The values as the YAML of a scenario's keys, to be read over the defaults.
+// The calibrated optics (assets/optics.yaml) with these values instead of theirs, as YAML to take
+// their place. A key may be an element of a list that is there: "lamps.intensity_w_sr[0]".
 std::string CalibratedYaml(const CalibrationPlan& plan, const std::vector<double>& values);
 
 // Searches from the plan's start values. Stopped, it returns the best so far without what is

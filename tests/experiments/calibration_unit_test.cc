@@ -58,6 +58,23 @@ TEST(CalibrationPlan, WritesKeysThatAScenarioReads) {
   EXPECT_EQ(SaveYaml(read), SaveYaml(RecognitionScenario(MarkerKind::kPassive, assignments)));
 }
 
+// A list that the calibrated optics do not give cannot be written by its elements; better to hear
+// of it before the search.
+TEST(CalibrationExperiment, RefusesAnElementOfAListThatIsNotThere) {
+  CalibrationPlan plan;
+  plan.parameters = {Parameter(0.5, 2, false)};
+  plan.parameters[0].key = "sensor.white_balance[1]";
+  TableRow row;
+  row.cell = {MarkerKind::kActive, 80, 0.6};
+  const TableByMarker tables = {{MarkerKind::kActive, {row}}};
+  try {
+    CalibrationExperiment experiment(plan, tables);
+    FAIL();
+  } catch (const ConfigError& error) {
+    EXPECT_NE(std::string(error.what()).find("white_balance"), std::string::npos) << error.what();
+  }
+}
+
 // A known change of one parameter is found again from the table that it makes.
 TEST(Calibrate, FindsWhatMadeTheTable) {
   CalibrationPlan plan;
@@ -65,9 +82,9 @@ TEST(Calibrate, FindsWhatMadeTheTable) {
   plan.seconds = 0.1;
   FreeParameter power;
   power.key = "ball_lights.rim_radiance_w_m2_sr";
-  power.low = 0.0008;
-  power.high = 0.02;
-  power.start = 0.012;
+  power.low = 0.0002;  // brighter than `high`, a ball's halo lowers F again
+  power.high = 0.0018;
+  power.start = 0.0013;
   power.logarithmic = true;
   plan.parameters = {power};
   TableByMarker tables;
@@ -76,7 +93,7 @@ TEST(Calibrate, FindsWhatMadeTheTable) {
   tables[MarkerKind::kActive] = {row};
   CalibrationExperiment experiment(plan, tables);
   ASSERT_EQ(experiment.rows().size(), 1u);
-  const double truth = 0.004;
+  const double truth = 0.0006;
   tables[MarkerKind::kActive][0].fitness_mean =
       experiment.Fitness({power.Assignment(truth)}, {}).front();
   CalibrationExperiment known(plan, tables);

@@ -81,7 +81,7 @@ TEST(OpticsPreset, IsWhatTheOtherKeysBeginWith) {
   EXPECT_EQ(SaveYaml(sensor({})), SaveYaml(sensor({"optics=plain"})));
   sim::SensorParams changed = sensor({"optics=calibrated"});
   EXPECT_GT(changed.chroma_blur_px, 0);
-  EXPECT_GT(changed.auto_level, 0);
+  EXPECT_EQ(changed.transfer, sim::TransferCurve::kNtsc);
   changed.gain = 3;
   EXPECT_EQ(SaveYaml(sensor({"sensor.gain=3", "optics=calibrated"})), SaveYaml(changed));
   EXPECT_EQ(SaveYaml(sensor({"optics=calibrated", "sensor.gain=3"})), SaveYaml(changed));

@@ -70,7 +70,8 @@ TEST(SensorParams, DefaultsAreValidAndBadOnesNameTheKey) {
 }
 
 TEST(ImageSensor, EncodesWithinATenthOfADn) {
-  for (const TransferCurve curve : {TransferCurve::kSrgb, TransferCurve::kPower}) {
+  for (const TransferCurve curve :
+       {TransferCurve::kSrgb, TransferCurve::kNtsc, TransferCurve::kPower}) {
     SensorParams params = Quiet();
     params.transfer = curve;
     params.gain = 0.5;
@@ -94,6 +95,16 @@ TEST(ImageSensor, EncodesWithinATenthOfADn) {
     }
     EXPECT_EQ(*image.left.at(kWidth - 1, 1), 0);
   }
+}
+
+// SMPTE 170M: V = 4.5 L below 0.018, 1.099 L^0.45 - 0.099 above, which meet within 2e-4.
+TEST(ImageSensor, NtscCurveIsThatOfItsStandard) {
+  SensorParams params;
+  params.transfer = TransferCurve::kNtsc;
+  EXPECT_DOUBLE_EQ(Encode(params, 0.01), 0.045);
+  EXPECT_NEAR(Encode(params, 0.018), Encode(params, 0.0180001), 3e-4);
+  EXPECT_NEAR(Encode(params, 0.18), 0.409, 5e-4);  // a grey card
+  EXPECT_NEAR(Encode(params, 1), 1, 1e-12);
 }
 
 TEST(ImageSensor, ClipsAtBothEnds) {
