@@ -111,8 +111,9 @@ std::string Text(const CalibrationPlan& plan, const CalibrationResult& result,
 }
 
 int Calibrate(const CalibrateArguments& arguments) {
-  const CalibrationPlan plan =
-      LoadCalibrationPlan(arguments.plan.empty() ? AssetPath("calibration.yaml") : arguments.plan);
+  const std::string plan_file =
+      arguments.plan.empty() ? AssetPath("calibration.yaml") : arguments.plan;
+  const CalibrationPlan plan = LoadCalibrationPlan(plan_file);
   const auto table = [](const std::string& path, MarkerKind marker) {
     return path.empty() ? PublishedTable(marker) : ReadRecognitionTable(path, marker);
   };
@@ -121,7 +122,13 @@ int Calibrate(const CalibrateArguments& arguments) {
       {MarkerKind::kPassive, table(arguments.passive, MarkerKind::kPassive)}};
   if (!arguments.out.empty()) RequireWritable(arguments.out);
   Progress progress(arguments.quiet);
-  CalibrationExperiment experiment(plan, tables);
+  CalibrationExperiment experiment = [&] {
+    try {
+      return CalibrationExperiment(plan, tables);
+    } catch (const ConfigError& error) {  // of a key that the plan names
+      throw ConfigError(plan_file + ": " + error.what());
+    }
+  }();
   progress.Say(fmt::format("{} parameters, {} cells of two tables", plan.parameters.size(),
                            experiment.rows().size()));
   const auto start = std::chrono::steady_clock::now();

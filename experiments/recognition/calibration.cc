@@ -26,6 +26,12 @@ std::map<MarkerKind, Scenario> ScenariosOf(const TableByMarker& tables,
   return scenarios;
 }
 
+std::vector<std::string> StartOf(const CalibrationPlan& plan) {
+  std::vector<std::string> assignments;
+  for (const FreeParameter& p : plan.parameters) assignments.push_back(p.Assignment(p.start));
+  return assignments;
+}
+
 // Evenly over each column's milk.
 std::vector<TableRow> ChosenRows(const TableByMarker& tables, double share) {
   std::vector<TableRow> rows;
@@ -113,7 +119,7 @@ CalibrationExperiment::CalibrationExperiment(const CalibrationPlan& plan,
                                              const TableByMarker& tables)
     : seconds_(plan.seconds),
       rows_(ChosenRows(tables, plan.cell_share)),
-      recognition_(ScenariosOf(tables, {}), CellsOf(rows_)) {
+      recognition_(ScenariosOf(tables, StartOf(plan)), CellsOf(rows_)) {
   // what the search will write can be read
   std::vector<double> starts;
   for (const FreeParameter& p : plan.parameters) starts.push_back(p.start);
