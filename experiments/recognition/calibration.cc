@@ -102,7 +102,7 @@ double FreeParameter::PlaceOf(double value) const {
 }
 
 std::string FreeParameter::Assignment(double value) const {
-  return key + "=" + FormatNumber(value);
+  return fmt::format("{}={:.5g}", key, value);
 }
 
 void CalibrationPlan::Check(const std::string& path) const {
