@@ -139,11 +139,9 @@ int Calibrate(const CalibrateArguments& arguments) {
        .workers = arguments.workers,
        .on_progress =
            [&](int done, int of, double rmse) {
-             const double elapsed_s =
-                 std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
              progress.ShowOrSay(static_cast<double>(done) / of,
                                 fmt::format("{} of {} evaluations, RMSE {:.4f}, {} to go", done, of,
-                                            rmse, Duration(elapsed_s / done * (of - done))),
+                                            rmse, TimeToGo(start, done, of)),
                                 kLogEvery_s);
            },
        .stop_requested = [] { return StopSignal() != 0; }},
@@ -160,9 +158,7 @@ int Calibrate(const CalibrateArguments& arguments) {
     return kExitDone;
   }
 
-  std::vector<std::string> assignments;
-  for (size_t i = 0; i < plan.parameters.size(); ++i)
-    assignments.push_back(plan.parameters[i].Assignment(result.values[i]));
+  const std::vector<std::string> assignments = plan.Assignments(result.values);
   const std::vector<double> fitness =
       experiment.Fitness(assignments, {.workers = arguments.workers});
   std::map<MarkerKind, TableComparison> confirmed;

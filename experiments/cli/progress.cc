@@ -22,6 +22,12 @@ std::string Duration(double seconds) {
   return fmt::format("{}:{:02} h", s / 3600, s / 60 % 60);
 }
 
+std::string TimeToGo(std::chrono::steady_clock::time_point start, int done, int of) {
+  const double elapsed_s =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return Duration(elapsed_s / done * (of - done));
+}
+
 Progress::Progress(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_FILENO) != 0) {}
 
 Progress::~Progress() { Clear(); }

@@ -9,6 +9,8 @@ namespace turbidock::experiments::cli {
 
 // "12 s", "3:05 min", "1:20 h".
 std::string Duration(double seconds);
+// What is left of work that began then, when `done` of `of` equal parts have been done.
+std::string TimeToGo(std::chrono::steady_clock::time_point start, int done, int of);
 
 class Progress {
  public:

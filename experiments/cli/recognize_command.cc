@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <chrono>
-#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <map>
@@ -67,10 +66,8 @@ class CellProgress {
   explicit CellProgress(Progress* progress) : progress_(progress) {}
 
   void Show(int done, int of) {
-    const double elapsed_s =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
     const std::string words =
-        fmt::format("{} of {} cells, {} to go", done, of, Duration(elapsed_s / done * (of - done)));
+        fmt::format("{} of {} cells, {} to go", done, of, TimeToGo(start_, done, of));
     progress_->Show(static_cast<double>(done) / of, words);
     const int tenth = 10 * done / of;
     if (tenth == tenths_ || done == of) return;

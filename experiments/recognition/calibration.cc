@@ -26,12 +26,6 @@ std::map<MarkerKind, Scenario> ScenariosOf(const TableByMarker& tables,
   return scenarios;
 }
 
-std::vector<std::string> StartOf(const CalibrationPlan& plan) {
-  std::vector<std::string> assignments;
-  for (const FreeParameter& p : plan.parameters) assignments.push_back(p.Assignment(p.start));
-  return assignments;
-}
-
 // Evenly over each column's milk.
 std::vector<TableRow> ChosenRows(const TableByMarker& tables, double share) {
   std::vector<TableRow> rows;
@@ -111,6 +105,19 @@ void CalibrationPlan::Check(const std::string& path) const {
                       "there is nothing to calibrate");
 }
 
+std::vector<double> CalibrationPlan::Start() const {
+  std::vector<double> values;
+  for (const FreeParameter& p : parameters) values.push_back(p.start);
+  return values;
+}
+
+std::vector<std::string> CalibrationPlan::Assignments(const std::vector<double>& values) const {
+  std::vector<std::string> assignments;
+  for (size_t i = 0; i < parameters.size(); ++i)
+    assignments.push_back(parameters[i].Assignment(values[i]));
+  return assignments;
+}
+
 CalibrationPlan LoadCalibrationPlan(const std::string& path) {
   return LoadLayers<CalibrationPlan>({path}, {});
 }
@@ -119,12 +126,11 @@ CalibrationExperiment::CalibrationExperiment(const CalibrationPlan& plan,
                                              const TableByMarker& tables)
     : seconds_(plan.seconds),
       rows_(ChosenRows(tables, plan.cell_share)),
-      recognition_(ScenariosOf(tables, StartOf(plan)), CellsOf(rows_)) {
+      recognition_(ScenariosOf(tables, plan.Assignments(plan.Start())), CellsOf(rows_)) {
   // what the search will write can be read
-  std::vector<double> starts;
-  for (const FreeParameter& p : plan.parameters) starts.push_back(p.start);
   Scenario scenario;
-  ReadFields(ParseYaml(CalibratedYaml(plan, starts), "what calibrate writes"), &scenario, nullptr);
+  ReadFields(ParseYaml(CalibratedYaml(plan, plan.Start()), "what calibrate writes"), &scenario,
+             nullptr);
 }
 
 std::vector<double> CalibrationExperiment::Fitness(const std::vector<std::string>& assignments,
@@ -142,8 +148,7 @@ std::vector<double> CalibrationExperiment::Fitness(const std::vector<std::string
 
 std::string CalibratedYaml(const CalibrationPlan& plan, const std::vector<double>& values) {
   YAML::Node root = YAML::LoadFile(AssetPath("optics.yaml"));
-  for (size_t i = 0; i < plan.parameters.size(); ++i) {
-    const std::string assignment = plan.parameters[i].Assignment(values[i]);
+  for (const std::string& assignment : plan.Assignments(values)) {
     const size_t equals = assignment.find('=');
     // a chain of maps, made as it is followed
     YAML::Node node = root;
@@ -172,11 +177,11 @@ CalibrationResult Calibrate(const CalibrationPlan& plan, const CalibrationOption
   const int planned = size * (1 + options.generations) + 2 * static_cast<int>(n);
   int done = 0;
   const auto rmse_at = [&](const std::vector<double>& places) {
-    std::vector<std::string> assignments;
-    for (size_t i = 0; i < n; ++i)
-      assignments.push_back(plan.parameters[i].Assignment(plan.parameters[i].ValueAt(places[i])));
-    const std::vector<double> fitness = experiment->Fitness(
-        assignments, {.workers = options.workers, .stop_requested = options.stop_requested});
+    std::vector<double> values(n);
+    for (size_t i = 0; i < n; ++i) values[i] = plan.parameters[i].ValueAt(places[i]);
+    const std::vector<double> fitness =
+        experiment->Fitness(plan.Assignments(values),
+                            {.workers = options.workers, .stop_requested = options.stop_requested});
     if (fitness.empty()) throw Stopped();
     const double rmse = Rmse(fitness, experiment->rows());
     if (options.on_progress) options.on_progress(++done, planned, std::min(rmse, result.rmse));

@@ -58,6 +58,10 @@ struct CalibrationPlan {
           "standard deviation of the first generation, as a share of each range");
   }
   void Check(const std::string& path) const;
+
+  std::vector<double> Start() const;  // by parameter
+  // "key=value" of each, for --set.
+  std::vector<std::string> Assignments(const std::vector<double>& values) const;
 };
 
 CalibrationPlan LoadCalibrationPlan(const std::string& path);
@@ -67,6 +71,7 @@ using TableByMarker = std::map<MarkerKind, std::vector<TableRow>>;
 // The experiment as the search runs it.
 class CalibrationExperiment {
  public:
+  // ConfigError for a key, or an element of a list, that cannot be set or written.
   CalibrationExperiment(const CalibrationPlan& plan, const TableByMarker& tables);
 
   // The chosen cells, evenly over each column's milk.
