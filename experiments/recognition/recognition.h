@@ -45,7 +45,7 @@ struct CellResult {
 
 struct RecognitionOptions {
   double seconds = 60;
-  double settle_s = 1;
+  double settle_s = 5;  // before it counts: to find the marker from anywhere
   ForkMapOptions run = {};
 };
 
