@@ -185,8 +185,10 @@ void AddCalibrate(CLI::App& app, Command* chosen) {
       ->type_name("FILE");
   calibrate->add_option("--passive", arguments->passive, "The same of the passive marker")
       ->type_name("FILE");
-  calibrate->add_option("--generations", arguments->generations, "Generations of CMA-ES")
-      ->check(CLI::Range(1, 10000))
+  calibrate
+      ->add_option("--generations", arguments->generations,
+                   "Generations of CMA-ES; 0: only what the start and its sides are worth")
+      ->check(CLI::Range(0, 10000))
       ->capture_default_str();
   calibrate->add_option("--seed", arguments->seed, "Of the search")->capture_default_str();
   calibrate->add_option("--workers", arguments->workers, "Processes; the result is the same")

@@ -174,7 +174,8 @@ CalibrationResult Calibrate(const CalibrationPlan& plan, const CalibrationOption
   for (size_t i = 0; i < n; ++i)
     best_places[i] = plan.parameters[i].PlaceOf(plan.parameters[i].start);
   const int size = std::max(5, 4 + static_cast<int>(3 * std::log(static_cast<double>(n))));
-  const int planned = size * (1 + options.generations) + 2 * static_cast<int>(n);
+  const bool searches = options.generations > 0;
+  const int planned = (searches ? size * (1 + options.generations) : 1) + 2 * static_cast<int>(n);
   int done = 0;
   const auto rmse_at = [&](const std::vector<double>& places) {
     std::vector<double> values(n);
@@ -202,17 +203,19 @@ CalibrationResult Calibrate(const CalibrationPlan& plan, const CalibrationOption
     const pagmo::problem problem(TableFit{evaluate, n});
     pagmo::population population(problem, 0, options.seed);
     population.push_back(places);
-    // the first generation about the start, from which CMA-ES takes its mean
-    Rng rng(options.seed, 0);
-    for (int i = 1; i < size; ++i) {
-      std::vector<double> near = places;
-      for (double& place : near) place = std::clamp(place + plan.spread * rng.Normal(), 0.0, 1.0);
-      population.push_back(near);
+    if (searches) {
+      // the first generation about the start, from which CMA-ES takes its mean
+      Rng rng(options.seed, 0);
+      for (int i = 1; i < size; ++i) {
+        std::vector<double> near = places;
+        for (double& place : near) place = std::clamp(place + plan.spread * rng.Normal(), 0.0, 1.0);
+        population.push_back(near);
+      }
+      pagmo::cmaes search(static_cast<unsigned>(options.generations), -1, -1, -1, -1,
+                          /*sigma0=*/plan.spread, 1e-6, 1e-6, /*memory=*/false,
+                          /*force_bounds=*/true, options.seed);
+      search.evolve(population);
     }
-    pagmo::algorithm cmaes(pagmo::cmaes(static_cast<unsigned>(options.generations), -1, -1, -1, -1,
-                                        /*sigma0=*/plan.spread, 1e-6, 1e-6, /*memory=*/false,
-                                        /*force_bounds=*/true, options.seed));
-    cmaes.evolve(population);
     for (size_t i = 0; i < n; ++i) {
       std::pair<double, double> beside;
       for (const bool higher : {false, true}) {

@@ -95,7 +95,7 @@ struct CalibrationResult {
 };
 
 struct CalibrationOptions {
-  int generations = 30;
+  int generations = 30;  // 0: no search, only what the start and its sides are worth
   uint32_t seed = 1;
   int workers = 1;
   // After each evaluation; `of` is how many there will be at most.

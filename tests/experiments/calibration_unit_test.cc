@@ -102,6 +102,12 @@ TEST(Calibrate, FindsWhatMadeTheTable) {
   EXPECT_LT(result.rmse, 0.03);
   EXPECT_GT(result.rmse_beside[0].first, result.rmse);
   EXPECT_GT(result.rmse_beside[0].second, result.rmse);
+
+  const CalibrationResult start = Calibrate(plan, {.generations = 0}, &known);
+  EXPECT_EQ(start.evaluations, 1);
+  EXPECT_NEAR(start.values[0], power.start, 1e-12);
+  EXPECT_GT(start.rmse, 2 * result.rmse);
+  EXPECT_LT(start.rmse_beside[0].first, start.rmse);  // the truth is lower
 }
 
 }  // namespace
