@@ -29,6 +29,7 @@ TEST(FreeParameter, PlacesAndValuesAreInverse) {
       EXPECT_NEAR(p.PlaceOf(p.ValueAt(place)), place, 1e-12);
   }
   EXPECT_DOUBLE_EQ(Parameter(0.5, 32, true).ValueAt(0.5), 4);
+  EXPECT_EQ(Parameter(0.5, 32, true).Assignment(4.123456789), "water.milk_ml_m3=4.1235");
   FreeParameter steps = Parameter(1, 12, false);
   steps.integer = true;
   EXPECT_EQ(steps.ValueAt(0.3), 4);  // of 4.3
