@@ -192,6 +192,8 @@ void RmGa::PrepareForFrame() {
   for (int i = first_new; i < population; ++i)
     population_[static_cast<size_t>(i)].gene = RandomGene();
   started_ = true;
+  if (suggested_X_HM_) population_.back().gene = map_.Encode(GeneMap::ValuesOf(*suggested_X_HM_));
+  suggested_X_HM_.reset();
 }
 
 const PoseEstimate& RmGa::Update(const StereoImage& seen) {

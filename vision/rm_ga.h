@@ -229,6 +229,8 @@ class RmGa : public PoseEstimator {
   const PoseEstimate& Update(const StereoImage& seen) override;
   // The next frame starts from a random population.
   void Reset() override;
+  // Makes this pose one of the next frame's individuals, as if the search had come upon it.
+  void Suggest(const Pose& X_HM) { suggested_X_HM_ = X_HM; }
   // Once the marker is found: the bounding rectangle, in each image, of all projections of the
   // range that is searched next.
   std::optional<StereoRegion> Reach() const override { return reach_; }
@@ -285,6 +287,7 @@ class RmGa : public PoseEstimator {
   std::optional<double> frame_time_s_;
   int generations_ = 0;
   bool started_ = false;
+  std::optional<Pose> suggested_X_HM_;
   bool held_by_two_ = false;  // two balls at most are matched
   int frames_lost_ = 0, frames_found_ = 0;
   int frames_on_ = 0, frames_off_ = 0;  // in a row above and below the limits of detection

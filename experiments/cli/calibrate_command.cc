@@ -52,7 +52,7 @@ std::map<MarkerKind, TableComparison> Confirm(const TableByMarker& tables,
 }
 
 Json ToJson(const CalibrationPlan& plan, const CalibrationResult& result,
-            const std::vector<TableRow>& rows, const std::vector<double>& fitness,
+            const std::vector<TableRow>& rows, const std::vector<CellResult>& results,
             const std::map<MarkerKind, TableComparison>& confirmed) {
   Json parameters = Json::array(), residuals = Json::array(), full = Json::object();
   for (size_t i = 0; i < plan.parameters.size(); ++i) {
@@ -61,27 +61,28 @@ Json ToJson(const CalibrationPlan& plan, const CalibrationResult& result,
                           {"value", result.values[i]},
                           {"low", p.low},
                           {"high", p.high},
-                          {"rmse_lower", result.rmse_beside[i].first},
-                          {"rmse_higher", result.rmse_beside[i].second},
+                          {"misfit_lower", result.misfit_beside[i].first},
+                          {"misfit_higher", result.misfit_beside[i].second},
                           {"source", p.source}});
   }
   for (size_t i = 0; i < rows.size(); ++i)
     residuals.push_back({{"marker", NameOf(rows[i].cell.marker)},
                          {"milk_ml_m3", rows[i].cell.milk_ml_m3},
                          {"distance_mm", units::MmFromM(rows[i].cell.distance_m)},
-                         {"fitness", fitness[i]},
+                         {"fitness", results[i].fitness_mean},
                          {"reference_mean", rows[i].fitness_mean}});
   for (const auto& [marker, comparison] : confirmed) {
     Json ratios = Json::object();
     for (const auto& [distance_m, loss] : comparison.loss_by_distance_m)
       ratios[fmt::format("{:g}", units::MmFromM(distance_m))] =
           loss.ratio() ? Json(*loss.ratio()) : Json();
-    full[NameOf(marker)] = {{"rmse", comparison.rmse},
+    full[NameOf(marker)] = {{"misfit", Misfit(comparison)},
+                            {"rmse", comparison.rmse},
                             {"area_agreement", comparison.area_agreement},
                             {"loss_milk_ratio", ratios}};
   }
   return {{"parameters", parameters},
-          {"rmse", result.rmse},
+          {"misfit", result.misfit},
           {"evaluations", result.evaluations},
           {"residuals", residuals},
           {"confirmed", full}};
@@ -89,23 +90,29 @@ Json ToJson(const CalibrationPlan& plan, const CalibrationResult& result,
 
 std::string Text(const CalibrationPlan& plan, const CalibrationResult& result,
                  const std::map<MarkerKind, TableComparison>& confirmed) {
-  std::string text = fmt::format("RMSE {:.4f} of the searched cells after {} evaluations\n",
-                                 result.rmse, result.evaluations);
+  std::string text = fmt::format("misfit {:.3f} of the searched cells, evaluations: {}\n",
+                                 result.misfit, result.evaluations);
   text += fmt::format("  {:40} {:>10} {:>22}  {}\n", "parameter", "value", "range",
-                      "RMSE 5 % of the range lower, higher");
+                      "misfit 5 % of the range lower, higher");
   for (size_t i = 0; i < plan.parameters.size(); ++i) {
     const FreeParameter& p = plan.parameters[i];
     text += fmt::format("  {:40} {:10.5g} {:>22}", p.key, result.values[i],
                         fmt::format("{:g} to {:g}", p.low, p.high));
-    if (i < result.rmse_beside.size())
-      text +=
-          fmt::format("  {:.4f} {:.4f}", result.rmse_beside[i].first, result.rmse_beside[i].second);
+    if (i < result.misfit_beside.size())
+      text += fmt::format("  {:.3f} {:.3f}", result.misfit_beside[i].first,
+                          result.misfit_beside[i].second);
     text += "\n";
   }
-  for (const auto& [marker, comparison] : confirmed)
-    text +=
-        fmt::format("  {} marker, full experiment: RMSE {:.4f}, same Area in {:.0f} % of cells\n",
-                    NameOf(marker), comparison.rmse, 100 * comparison.area_agreement);
+  for (const auto& [marker, comparison] : confirmed) {
+    text += fmt::format(
+        "  {} marker, full experiment: misfit {:.3f}: RMSE {:.4f}, same Area in {:.0f} % of cells",
+        NameOf(marker), Misfit(comparison), comparison.rmse, 100 * comparison.area_agreement);
+    for (const auto& [distance_m, loss] : comparison.loss_by_distance_m)
+      if (loss.ratio())
+        text += fmt::format(", lost at {:.2f} of the milk at {:g} mm", *loss.ratio(),
+                            units::MmFromM(distance_m));
+    text += "\n";
+  }
   text.pop_back();
   return text;
 }
@@ -138,10 +145,10 @@ int Calibrate(const CalibrateArguments& arguments) {
        .seed = arguments.seed,
        .workers = arguments.workers,
        .on_progress =
-           [&](int done, int of, double rmse) {
+           [&](int done, int of, double misfit) {
              progress.ShowOrSay(static_cast<double>(done) / of,
-                                fmt::format("{} of {} evaluations, RMSE {:.4f}, {} to go", done, of,
-                                            rmse, TimeToGo(start, done, of)),
+                                fmt::format("{} of {} evaluations, misfit {:.3f}, {} to go", done,
+                                            of, misfit, TimeToGo(start, done, of)),
                                 kLogEvery_s);
            },
        .stop_requested = [] { return StopSignal() != 0; }},
@@ -149,9 +156,9 @@ int Calibrate(const CalibrateArguments& arguments) {
   if (!arguments.out.empty())
     WriteWhole(
         arguments.out,
-        fmt::format("# Result of `turbidock calibrate`, RMSE {:.4f} of the searched cells after {} "
-                    "evaluations.\n",
-                    result.rmse, result.evaluations) +
+        fmt::format("# Result of `turbidock calibrate`: misfit {:.3f} of the searched cells, "
+                    "evaluations: {}.\n",
+                    result.misfit, result.evaluations) +
             CalibratedYaml(plan, result.values));
   if (StopSignal() != 0) {  // the best so far
     progress.Say(Text(plan, result, {}));
@@ -159,13 +166,13 @@ int Calibrate(const CalibrateArguments& arguments) {
   }
 
   const std::vector<std::string> assignments = plan.Assignments(result.values);
-  const std::vector<double> fitness =
-      experiment.Fitness(assignments, {.workers = arguments.workers});
+  const std::vector<CellResult> results =
+      experiment.Run(assignments, {.workers = arguments.workers});
   std::map<MarkerKind, TableComparison> confirmed;
   if (arguments.seconds > 0) confirmed = Confirm(tables, assignments, arguments);
   progress.Say(Text(plan, result, confirmed));
   if (arguments.json)
-    fmt::print("{}\n", ToJson(plan, result, experiment.rows(), fitness, confirmed).dump(2));
+    fmt::print("{}\n", ToJson(plan, result, experiment.rows(), results, confirmed).dump(2));
   return kExitDone;
 }
 

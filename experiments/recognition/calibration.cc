@@ -52,27 +52,23 @@ std::vector<RecognitionCell> CellsOf(const std::vector<TableRow>& rows) {
   return cells;
 }
 
-double Rmse(const std::vector<double>& fitness, const std::vector<TableRow>& rows) {
-  double sum = 0;
-  for (size_t i = 0; i < rows.size(); ++i) {
-    const double residual = fitness[i] - rows[i].fitness_mean;
-    sum += residual * residual;
-  }
-  return std::sqrt(sum / static_cast<double>(rows.size()));
-}
-
-// The problem as pagmo sees it: places in [0, 1] in, RMSE out.
+// The problem as pagmo sees it: places in [0, 1] in, misfit out.
 struct TableFit {
-  std::function<double(const std::vector<double>&)> rmse;
+  std::function<double(const std::vector<double>&)> misfit;
   size_t dimension = 0;
 
-  pagmo::vector_double fitness(const pagmo::vector_double& places) const { return {rmse(places)}; }
+  pagmo::vector_double fitness(const pagmo::vector_double& places) const {
+    return {misfit(places)};
+  }
   std::pair<pagmo::vector_double, pagmo::vector_double> get_bounds() const {
     return {pagmo::vector_double(dimension, 0.0), pagmo::vector_double(dimension, 1.0)};
   }
 };
 
 struct Stopped {};
+
+// F of a search that knows where the marker is has settled then.
+constexpr double kSettle_s = 1;
 
 }  // namespace
 
@@ -133,17 +129,48 @@ CalibrationExperiment::CalibrationExperiment(const CalibrationPlan& plan,
              nullptr);
 }
 
-std::vector<double> CalibrationExperiment::Fitness(const std::vector<std::string>& assignments,
+double Misfit(const TableComparison& comparison) {
+  // what is accepted
+  constexpr double kRmse = 0.07, kOtherArea = 0.10, kLoss = 0.12;
+  constexpr double kNeverLost = 3;  // in units of kLoss
+  const auto square = [](double x) { return x * x; };
+  double loss = 0;
+  int losses = 0;
+  for (const auto& [distance_m, milk] : comparison.loss_by_distance_m) {
+    if (!milk.reference_ml_m3) continue;
+    loss += square(milk.ratio() ? (*milk.ratio() - 1) / kLoss : kNeverLost);
+    ++losses;
+  }
+  return std::sqrt((square(comparison.rmse / kRmse) +
+                    square((1 - comparison.area_agreement) / kOtherArea) +
+                    (losses > 0 ? loss / losses : 0)) /
+                   (losses > 0 ? 3 : 2));
+}
+
+std::vector<CellResult> CalibrationExperiment::Run(const std::vector<std::string>& assignments,
                                                    const ForkMapOptions& run) {
   std::map<MarkerKind, Scenario> scenarios;
   for (const TableRow& row : rows_)
     if (!scenarios.contains(row.cell.marker))
       scenarios.emplace(row.cell.marker, RecognitionScenario(row.cell.marker, assignments));
   recognition_.set_scenarios(std::move(scenarios));
-  std::vector<double> fitness;
-  for (const CellResult& result : recognition_.Run({.seconds = seconds_, .run = run}))
-    fitness.push_back(result.fitness_mean);
-  return fitness;
+  return recognition_.Run(
+      {.seconds = seconds_, .settle_s = kSettle_s, .suggest_truth = true, .run = run});
+}
+
+double CalibrationExperiment::MisfitOf(const std::vector<CellResult>& results) const {
+  std::map<MarkerKind, std::pair<std::vector<CellResult>, std::vector<TableRow>>> by_marker;
+  for (size_t i = 0; i < rows_.size(); ++i) {
+    auto& [cells, rows] = by_marker[rows_[i].cell.marker];
+    cells.push_back(results[i]);
+    rows.push_back(rows_[i]);
+  }
+  double sum = 0;
+  for (const auto& [marker, one] : by_marker) {
+    const double misfit = Misfit(Compare(one.first, one.second));
+    sum += misfit * misfit;
+  }
+  return std::sqrt(sum / static_cast<double>(by_marker.size()));
 }
 
 std::string CalibratedYaml(const CalibrationPlan& plan, const std::vector<double>& values) {
@@ -169,7 +196,7 @@ std::string CalibratedYaml(const CalibrationPlan& plan, const std::vector<double
 CalibrationResult Calibrate(const CalibrationPlan& plan, const CalibrationOptions& options,
                             CalibrationExperiment* experiment) {
   const size_t n = plan.parameters.size();
-  CalibrationResult result{.rmse = std::numeric_limits<double>::infinity()};
+  CalibrationResult result{.misfit = std::numeric_limits<double>::infinity()};
   std::vector<double> best_places(n);
   for (size_t i = 0; i < n; ++i)
     best_places[i] = plan.parameters[i].PlaceOf(plan.parameters[i].start);
@@ -177,25 +204,25 @@ CalibrationResult Calibrate(const CalibrationPlan& plan, const CalibrationOption
   const bool searches = options.generations > 0;
   const int planned = (searches ? size * (1 + options.generations) : 1) + 2 * static_cast<int>(n);
   int done = 0;
-  const auto rmse_at = [&](const std::vector<double>& places) {
+  const auto misfit_at = [&](const std::vector<double>& places) {
     std::vector<double> values(n);
     for (size_t i = 0; i < n; ++i) values[i] = plan.parameters[i].ValueAt(places[i]);
-    const std::vector<double> fitness =
-        experiment->Fitness(plan.Assignments(values),
-                            {.workers = options.workers, .stop_requested = options.stop_requested});
-    if (fitness.empty()) throw Stopped();
-    const double rmse = Rmse(fitness, experiment->rows());
-    if (options.on_progress) options.on_progress(++done, planned, std::min(rmse, result.rmse));
-    return rmse;
+    const std::vector<CellResult> results =
+        experiment->Run(plan.Assignments(values),
+                        {.workers = options.workers, .stop_requested = options.stop_requested});
+    if (results.empty()) throw Stopped();
+    const double misfit = experiment->MisfitOf(results);
+    if (options.on_progress) options.on_progress(++done, planned, std::min(misfit, result.misfit));
+    return misfit;
   };
   const auto evaluate = [&](const std::vector<double>& places) {
-    const double rmse = rmse_at(places);
+    const double misfit = misfit_at(places);
     ++result.evaluations;
-    if (rmse < result.rmse) {
-      result.rmse = rmse;
+    if (misfit < result.misfit) {
+      result.misfit = misfit;
       best_places = places;
     }
-    return rmse;
+    return misfit;
   };
 
   const std::vector<double> places = best_places;
@@ -221,9 +248,9 @@ CalibrationResult Calibrate(const CalibrationPlan& plan, const CalibrationOption
       for (const bool higher : {false, true}) {
         std::vector<double> moved = best_places;
         moved[i] = std::clamp(moved[i] + (higher ? 0.05 : -0.05), 0.0, 1.0);
-        (higher ? beside.second : beside.first) = rmse_at(moved);
+        (higher ? beside.second : beside.first) = misfit_at(moved);
       }
-      result.rmse_beside.push_back(beside);
+      result.misfit_beside.push_back(beside);
     }
   } catch (const Stopped&) {
   }

@@ -135,6 +135,7 @@ CellResult Recognition::RunCell(const RecognitionCell& cell,
   FixedCameras cameras = CamerasOf(cell);
   vision::RmGa estimator(scenario.estimator, scenario.marker, scenario.hue, view.rig,
                          SeedsOf(scenario, cell).Stream("vision.rm_ga"));
+  if (options.suggest_truth) estimator.Suggest(view.X_HM);
 
   const int64_t settled = scenario.clock.FramesFor(options.settle_s);
   const int64_t last = settled + std::max<int64_t>(1, scenario.clock.FramesFor(options.seconds));

@@ -4,7 +4,7 @@
 //
 // F is that of the scenario's estimator as it tracks: of the best individual after the generations
 // of one frame, as in the published rig, whose search runs on the stream of images without end. It
-// has run for `settle_s` before a cell's first frame counts.
+// has run for `settle_s` before a cell's first frame counts, and begins knowing nothing.
 
 #include <functional>
 #include <map>
@@ -46,6 +46,9 @@ struct CellResult {
 struct RecognitionOptions {
   double seconds = 60;
   double settle_s = 5;  // before it counts: to find the marker from anywhere
+  // Tell the search at its beginning where the marker is: it need not be found then, and a second
+  // is enough to settle.
+  bool suggest_truth = false;
   ForkMapOptions run = {};
 };
 

@@ -158,6 +158,16 @@ TEST(RmGa, ResetForgetsTheTrack) {
   EXPECT_GT((p - kTrue.p).norm(), 0.05);
 }
 
+TEST(RmGa, TakesUpASuggestedPoseAtOnce) {
+  const StereoImage seen = Painted();
+  RmGa told = MakeSearch(RmGaOptions::Published()), untold = MakeSearch(RmGaOptions::Published());
+  told.Suggest(kTrue);
+  EXPECT_GT(told.Update(seen).fitness, 0.9);
+  EXPECT_LT(untold.Update(seen).fitness, 0.5);
+  told.Reset();  // it is told once
+  EXPECT_LT(told.Update(seen).fitness, 0.5);
+}
+
 // On blank images all fitness values are -0.2 and the first individual stays first for ever; only a
 // restart that does not keep it moves the estimate.
 TEST(RmGa, RestartsAfterTheGivenNumberOfLostFrames) {
