@@ -229,7 +229,8 @@ class RmGa : public PoseEstimator {
   const PoseEstimate& Update(const StereoImage& seen) override;
   // The next frame starts from a random population.
   void Reset() override;
-  // Makes this pose one of the next frame's individuals, as if the search had come upon it.
+  // Makes this pose, moved into the range that is searched then, one of the next frame's
+  // individuals, as if the search had come upon it.
   void Suggest(const Pose& X_HM) { suggested_X_HM_ = X_HM; }
   // Once the marker is found: the bounding rectangle, in each image, of all projections of the
   // range that is searched next.

@@ -39,9 +39,8 @@ std::map<MarkerKind, TableComparison> Confirm(const TableByMarker& tables,
                                               const CalibrateArguments& arguments) {
   std::map<MarkerKind, TableComparison> confirmed;
   for (const auto& [marker, table] : tables) {
-    std::vector<RecognitionCell> cells;
-    for (const TableRow& row : table) cells.push_back(row.cell);
-    const Recognition recognition({{marker, RecognitionScenario(marker, assignments)}}, cells);
+    const Recognition recognition({{marker, RecognitionScenario(marker, assignments)}},
+                                  CellsOf(table));
     const std::vector<CellResult> results = recognition.Run(
         {.seconds = arguments.seconds, .run = {.workers = arguments.workers, .stop_requested = [] {
                                                  return StopSignal() != 0;

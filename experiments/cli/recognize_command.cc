@@ -120,7 +120,7 @@ int Recognize(const RecognizeArguments& arguments) {
     cells = Grid(arguments, markers);
   } else {
     table = ReadRecognitionTable(arguments.table, markers.front());
-    for (const TableRow& row : table) cells.push_back(row.cell);
+    cells = CellsOf(table);
   }
   if (!arguments.csv.empty()) RequireWritable(arguments.csv);
   if (!arguments.figure.empty()) RequireWritable(Beside(arguments.figure, ""));

@@ -17,12 +17,13 @@
 namespace turbidock::experiments {
 namespace {
 
-// The scenarios of the tables' markers under these assignments.
-std::map<MarkerKind, Scenario> ScenariosOf(const TableByMarker& tables,
+// The scenarios of the rows' markers under these assignments.
+std::map<MarkerKind, Scenario> ScenariosOf(const std::vector<TableRow>& rows,
                                            const std::vector<std::string>& assignments) {
   std::map<MarkerKind, Scenario> scenarios;
-  for (const auto& [marker, table] : tables)
-    scenarios.emplace(marker, RecognitionScenario(marker, assignments));
+  for (const TableRow& row : rows)
+    if (!scenarios.contains(row.cell.marker))
+      scenarios.emplace(row.cell.marker, RecognitionScenario(row.cell.marker, assignments));
   return scenarios;
 }
 
@@ -43,13 +44,6 @@ std::vector<TableRow> ChosenRows(const TableByMarker& tables, double share) {
     }
   }
   return rows;
-}
-
-std::vector<RecognitionCell> CellsOf(const std::vector<TableRow>& rows) {
-  std::vector<RecognitionCell> cells;
-  cells.reserve(rows.size());
-  for (const TableRow& row : rows) cells.push_back(row.cell);
-  return cells;
 }
 
 // The problem as pagmo sees it: places in [0, 1] in, misfit out.
@@ -122,7 +116,7 @@ CalibrationExperiment::CalibrationExperiment(const CalibrationPlan& plan,
                                              const TableByMarker& tables)
     : seconds_(plan.seconds),
       rows_(ChosenRows(tables, plan.cell_share)),
-      recognition_(ScenariosOf(tables, plan.Assignments(plan.Start())), CellsOf(rows_)) {
+      recognition_(ScenariosOf(rows_, plan.Assignments(plan.Start())), CellsOf(rows_)) {
   // what the search will write can be read
   Scenario scenario;
   ReadFields(ParseYaml(CalibratedYaml(plan, plan.Start()), "what calibrate writes"), &scenario,
@@ -132,13 +126,13 @@ CalibrationExperiment::CalibrationExperiment(const CalibrationPlan& plan,
 double Misfit(const TableComparison& comparison) {
   // what is accepted
   constexpr double kRmse = 0.07, kOtherArea = 0.10, kLoss = 0.12;
-  constexpr double kNeverLost = 3;  // in units of kLoss
+  constexpr double kNoCrossing = 3;  // in units of kLoss
   const auto square = [](double x) { return x * x; };
   double loss = 0;
   int losses = 0;
   for (const auto& [distance_m, milk] : comparison.loss_by_distance_m) {
     if (!milk.reference_ml_m3) continue;
-    loss += square(milk.ratio() ? (*milk.ratio() - 1) / kLoss : kNeverLost);
+    loss += square(milk.ratio() ? (*milk.ratio() - 1) / kLoss : kNoCrossing);
     ++losses;
   }
   return std::sqrt((square(comparison.rmse / kRmse) +
@@ -149,11 +143,7 @@ double Misfit(const TableComparison& comparison) {
 
 std::vector<CellResult> CalibrationExperiment::Run(const std::vector<std::string>& assignments,
                                                    const ForkMapOptions& run) {
-  std::map<MarkerKind, Scenario> scenarios;
-  for (const TableRow& row : rows_)
-    if (!scenarios.contains(row.cell.marker))
-      scenarios.emplace(row.cell.marker, RecognitionScenario(row.cell.marker, assignments));
-  recognition_.set_scenarios(std::move(scenarios));
+  recognition_.set_scenarios(ScenariosOf(rows_, assignments));
   return recognition_.Run(
       {.seconds = seconds_, .settle_s = kSettle_s, .suggest_truth = true, .run = run});
 }

@@ -71,8 +71,8 @@ using TableByMarker = std::map<MarkerKind, std::vector<TableRow>>;
 
 // How far a run is from its table, in units of what is accepted: the root of the mean square of
 // RMSE over 0.07, cells in another Area over 10 %, and the milk of loss, ratio - 1 over 12 % (root
-// mean square over the distances; a marker that is never lost counts as lost at 1.36 times the
-// milk). 1: on the whole, as far off as may be.
+// mean square over the distances; a marker that is never lost, or never seen, counts as 36 % off; a
+// distance at which the table's is not lost does not count). 1: on the whole, as far off as may be.
 double Misfit(const TableComparison& comparison);
 
 // The experiment as the search runs it.
@@ -86,7 +86,7 @@ class CalibrationExperiment {
   // Every row's result under these assignments; nothing when it was stopped. Deterministic.
   std::vector<CellResult> Run(const std::vector<std::string>& assignments,
                               const ForkMapOptions& run);
-  // What such results are worth: root mean square of the tables' misfits.
+  // How far such results are from the tables: root mean square of the tables' misfits.
   double MisfitOf(const std::vector<CellResult>& results) const;
 
  private:

@@ -114,6 +114,13 @@ std::vector<TableRow> PublishedTable(MarkerKind marker) {
   return ReadRecognitionTable(AssetPath(fmt::format("recognition_{}.csv", NameOf(marker))), marker);
 }
 
+std::vector<RecognitionCell> CellsOf(const std::vector<TableRow>& rows) {
+  std::vector<RecognitionCell> cells;
+  cells.reserve(rows.size());
+  for (const TableRow& row : rows) cells.push_back(row.cell);
+  return cells;
+}
+
 std::optional<double> MilkAtLoss(const std::vector<std::pair<double, double>>& fitness_over_milk) {
   const auto smooth = [&](size_t i) {
     const size_t first = i == 0 ? 0 : i - 1;

@@ -26,6 +26,9 @@ std::vector<TableRow> ReadRecognitionTable(const std::string& path, MarkerKind m
 // The bundled table of that marker: the published columns 400 and 1000 mm.
 std::vector<TableRow> PublishedTable(MarkerKind marker);
 
+// Row by row.
+std::vector<RecognitionCell> CellsOf(const std::vector<TableRow>& rows);
+
 // Milk at which F falls to the limit of recognition, 0.22: where the mean of three neighbours (two
 // at the ends), joined by straight lines, first comes down to it. Nothing where it never does, or
 // is below from the beginning. Pairs (milk, F) in rising order of milk.

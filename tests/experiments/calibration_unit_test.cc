@@ -90,6 +90,32 @@ TEST(Misfit, IsTheRootMeanSquareOfThreeDemands) {
   EXPECT_NEAR(Misfit(Comparison(0.07, 0.9, {{0.4, {50, std::nullopt}}})), 1, 1e-12);
 }
 
+// In each of these cells a search that is not told has not found the marker after a second.
+TEST(CalibrationExperiment, NeedNotFindTheMarker) {
+  CalibrationPlan plan;
+  plan.cell_share = 1;
+  plan.parameters = {Parameter(0.5, 2, false)};
+  std::vector<TableRow> rows;
+  for (const double milk_ml_m3 : {7.28, 9.7, 55.8, 84.9})
+    rows.push_back({{MarkerKind::kPassive, milk_ml_m3, 0.4}, 0.5, {}});
+  CalibrationExperiment experiment(plan, {{MarkerKind::kPassive, rows}});
+  for (const CellResult& result : experiment.Run({}, {.workers = 2}))
+    EXPECT_LT(result.position_error_mean_m, 0.01) << result.cell.milk_ml_m3;
+}
+
+// Two tables, of which one is met and the other missed by twice what is accepted.
+TEST(CalibrationExperiment, BothTablesCount) {
+  const RecognitionCell active{MarkerKind::kActive, 80, 0.6}, passive{MarkerKind::kPassive, 5, 0.6};
+  CalibrationPlan plan;
+  plan.parameters = {Parameter(0.5, 2, false)};
+  const CalibrationExperiment experiment(plan, {{MarkerKind::kActive, {{active, 0.5, {}}}},
+                                                {MarkerKind::kPassive, {{passive, 0.5, {}}}}});
+  for (const auto& [of_active, of_passive] : {std::pair{0.5, 0.36}, {0.36, 0.5}})
+    EXPECT_NEAR(experiment.MisfitOf({{.cell = active, .fitness_mean = of_active},
+                                     {.cell = passive, .fitness_mean = of_passive}}),
+                1, 1e-12);
+}
+
 // A known change of one parameter is found again from the table that it makes.
 TEST(Calibrate, FindsWhatMadeTheTable) {
   CalibrationPlan plan;

@@ -12,9 +12,7 @@ namespace {
 
 TableComparison CompareWithPublished(MarkerKind marker) {
   const std::vector<TableRow> rows = PublishedTable(marker);
-  std::vector<RecognitionCell> cells;
-  for (const TableRow& row : rows) cells.push_back(row.cell);
-  const Recognition experiment({{marker, RecognitionScenario(marker, {})}}, cells);
+  const Recognition experiment({{marker, RecognitionScenario(marker, {})}}, CellsOf(rows));
   return Compare(experiment.Run({.seconds = 1, .run = {.workers = 2}}), rows);
 }
 
