@@ -2,37 +2,52 @@
 # apt-packages.txt (through sudo when not root), configure and build.
 
 JOBS ?= 2
-PACKAGES := $(shell sed '/^\#/d' apt-packages.txt)
 SUDO := $(if $(filter 0,$(shell id -u)),,sudo)
+# The parts of apt-packages.txt that each command needs.
+RUN_PACKAGES := $(shell sed '/^\# tests/,$$d; /^\#/d' apt-packages.txt)
+TEST_PACKAGES := $(shell sed '/^\# continuous/,$$d; /^\#/d' apt-packages.txt)
+CI_PACKAGES := $(shell sed '/^\#/d' apt-packages.txt)
 
-.PHONY: run test build bench format clean setup configure
+.PHONY: run test build bench format clean ci-setup
 
 run: build
+	@echo "== one docking trial at night, filmed, to out/run/ (about a minute)"
 	build/bin/turbidock run sea_night_active --out out/run --video
 
-test: build
-	ctest --preset release
-
-build: configure
+build:
+	@echo "== turbidock: packages (some minutes if they are missing), then the program (5 to 10 minutes on" \
+	  "two cores the first time), at build/bin/turbidock"
+	@$(call install,$(RUN_PACKAGES))
+	cmake --preset release -DTURBIDOCK_TESTS=OFF -DTURBIDOCK_BENCHMARKS=OFF $(CMAKE_ARGS)
 	cmake --build --preset release -j $(JOBS)
 
-configure: setup
-	cmake --preset release $(CMAKE_ARGS)
+test:
+	@echo "== turbidock: packages, the program and its tests (10 to 20 minutes on two cores the first time)," \
+	  "then all tests (5 minutes)"
+	@$(call install,$(TEST_PACKAGES))
+	cmake --preset release -DTURBIDOCK_TESTS=ON -DTURBIDOCK_BENCHMARKS=ON $(CMAKE_ARGS)
+	cmake --build --preset release -j $(JOBS)
+	ctest --preset release
 
-setup:
-	@missing=$$(for p in $(PACKAGES); do \
-	  dpkg-query -W -f='$${Status}' $$p 2>/dev/null | grep -q 'ok installed' || echo $$p; done); \
-	if [ -n "$$missing" ]; then \
-	  echo "installing:" $$missing; \
-	  $(SUDO) apt-get update -q && \
-	  $(SUDO) env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends $$missing; \
-	fi
-
-bench: build
+bench: test
 	for b in build/bin/*_bench; do $$b || exit 1; done
+
+# Also what .ci/run needs beyond the tests.
+ci-setup:
+	@$(call install,$(CI_PACKAGES))
 
 format:
 	git ls-files '*.cc' '*.h' | xargs clang-format -i
 
 clean:
 	rm -rf build build-debug build-sanitize out
+
+define install
+missing=$$(for p in $(1); do \
+  dpkg-query -W -f='$${Status}' $$p 2>/dev/null | grep -q 'ok installed' || echo $$p; done); \
+if [ -n "$$missing" ]; then \
+  echo "== installing:" $$missing; \
+  $(SUDO) apt-get update -q && \
+  $(SUDO) env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends $$missing; \
+fi
+endef

@@ -2,15 +2,14 @@
 # and the data.
 include(CMakePackageConfigHelpers)
 
-set(rooms turbidock_base turbidock_sim turbidock_vision turbidock_control turbidock_experiments)
+get_property(rooms GLOBAL PROPERTY turbidock_rooms)
 install(TARGETS turbidock ${rooms} EXPORT turbidock)
 foreach(folder sim vision control experiments)
   install(DIRECTORY ${CMAKE_SOURCE_DIR}/${folder} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/turbidock
-    FILES_MATCHING PATTERN "*.h" PATTERN cli EXCLUDE)
+    FILES_MATCHING PATTERN "*.h")
 endforeach()
 install(DIRECTORY ${CMAKE_SOURCE_DIR}/models ${CMAKE_SOURCE_DIR}/assets
-  ${CMAKE_SOURCE_DIR}/experiments/scenarios ${CMAKE_SOURCE_DIR}/experiments/plans
-  ${CMAKE_SOURCE_DIR}/experiments/studies DESTINATION ${CMAKE_INSTALL_DATADIR}/turbidock)
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/turbidock)
 
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/turbidock)
 install(EXPORT turbidock NAMESPACE turbidock:: DESTINATION ${package_dir} FILE turbidockTargets.cmake)

@@ -1,10 +1,14 @@
-# turbidock_room(NAME FOLDER SOURCES... LINKS...): one static library a room.
+# turbidock_room(NAME FOLDER [SOURCES...] [PUBLIC...] [PRIVATE...] [OPTIONS...]): one static library and
+# one namespace, turbidock::NAME, a room. SOURCES are all of the folder's unless they are listed.
 #
 # A room's headers are reached as "folder/file.h", through an include folder of its own that holds nothing
 # but a link to that room. A target therefore sees only the rooms that it links: a wrong include does not
 # build.
 function(turbidock_room name folder)
-  cmake_parse_arguments(arg "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(arg "" "" "SOURCES;PUBLIC;PRIVATE;OPTIONS" ${ARGN})
+  if(NOT arg_SOURCES)
+    file(GLOB arg_SOURCES CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/${folder}/*.cc)
+  endif()
   add_library(turbidock_${name} STATIC ${arg_SOURCES})
   add_library(turbidock::${name} ALIAS turbidock_${name})
   set_target_properties(turbidock_${name} PROPERTIES EXPORT_NAME ${name})
@@ -16,8 +20,28 @@ function(turbidock_room name folder)
   target_include_directories(turbidock_${name} PUBLIC
     $<BUILD_INTERFACE:${view}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/turbidock>)
 
+  list(TRANSFORM arg_PUBLIC REPLACE "^room:" "turbidock_")
+  list(TRANSFORM arg_PRIVATE REPLACE "^room:" "turbidock_")
   target_link_libraries(turbidock_${name} PUBLIC ${arg_PUBLIC} PRIVATE ${arg_PRIVATE})
   turbidock_compile_options(turbidock_${name})
+  target_compile_options(turbidock_${name} PRIVATE ${arg_OPTIONS})
+  turbidock_precompile(turbidock_${name} "${arg_OPTIONS}")
+  set_property(GLOBAL APPEND PROPERTY turbidock_rooms turbidock_${name})
+endfunction()
+
+# Precompiles what nearly every file includes. Targets with equal options share the work. The sanitizer
+# build goes without (CMAKE_DISABLE_PRECOMPILE_HEADERS), so that a missing include is noticed.
+function(turbidock_precompile target options)
+  string(MAKE_C_IDENTIFIER "turbidock_precompiled${options}" property)
+  get_property(owner GLOBAL PROPERTY ${property})
+  if(owner)
+    target_precompile_headers(${target} REUSE_FROM ${owner})
+  else()
+    target_precompile_headers(${target} PRIVATE
+      <algorithm> <array> <cmath> <filesystem> <fstream> <functional> <map> <memory> <optional> <set> <sstream>
+      <string> <vector> <Eigen/Core> <Eigen/Geometry> <nlohmann/json.hpp>)
+    set_property(GLOBAL PROPERTY ${property} ${target})
+  endif()
 endfunction()
 
 function(turbidock_compile_options target)

@@ -1,6 +1,7 @@
 #pragma once
 // Images: contiguous rows, top row first, channels interleaved, no padding.
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -8,6 +9,8 @@
 #include "sim/base/check.h"
 
 namespace turbidock {
+
+using Rgb = std::array<uint8_t, 3>;  // an 8-bit colour: red, green, blue
 
 template <class T, int kChannels>
 class Image {

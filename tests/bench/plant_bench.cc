@@ -7,8 +7,8 @@
 
 #include <cstring>
 
-#include "sim/plant.h"
-#include "sim/simple_scene.h"
+#include "sim/check/simple_scene.h"
+#include "sim/vehicle/plant.h"
 
 namespace turbidock::sim {
 namespace {
@@ -17,13 +17,14 @@ constexpr int kTicks = 480;  // one second
 const Pose kStart = Pose::Translation(0, 0, -1);
 const ThrusterCommand kCommand{.volts = {3.5, 3.5, 3, 2}};
 
-Scene BenchScene() {
-  return MakeScene(std::string(kVehicleBody) +
-                   R"(<geom name="station" type="box" size="0.05 0.3 0.225" pos="1.6 0 -1"/>)");
+vehicle::Scene BenchScene() {
+  return check::MakeScene(
+      std::string(check::kVehicleBody) +
+      R"(<geom name="station" type="box" size="0.05 0.3 0.225" pos="1.6 0 -1"/>)");
 }
 
-SeaParams BenchSea(bool irregular) {
-  SeaParams params;
+vehicle::SeaParams BenchSea(bool irregular) {
+  vehicle::SeaParams params;
   params.current = {.surface_velocity_mps = {0, 0.1, 0},
                     .decay_depth_m = 5,
                     .gust_std_mps = 0.02,
@@ -31,7 +32,7 @@ SeaParams BenchSea(bool irregular) {
   if (irregular)
     params.jonswap = {.significant_height_m = 0.1, .peak_period_s = 2.5};
   else
-    params.state = SeaState::kModerate;
+    params.state = vehicle::SeaState::kModerate;
   return params;
 }
 
@@ -43,8 +44,9 @@ void Report(benchmark::State& state) {
 
 // Argument: 0 one regular wave, 1 a JONSWAP sea.
 void PlantSecond(benchmark::State& state) {
-  const Scene scene = BenchScene();
-  Plant plant(scene, {}, {}, Sea(BenchSea(state.range(0) != 0), SeedTree(1).Stream("sea")));
+  const vehicle::Scene scene = BenchScene();
+  vehicle::Plant plant(scene, {}, {},
+                       vehicle::Sea(BenchSea(state.range(0) != 0), SeedTree(1).Stream("sea")));
   for (auto _ : state) {
     plant.Reset(kStart);
     for (int i = 0; i < kTicks; ++i)
@@ -56,13 +58,13 @@ void PlantSecond(benchmark::State& state) {
 BENCHMARK(PlantSecond)->Arg(0)->Arg(1)->ArgName("irregular");
 
 void BareMujocoSecond(benchmark::State& state) {
-  const Scene scene = BenchScene();
-  Plant plant(scene, {}, {}, Sea());
+  const vehicle::Scene scene = BenchScene();
+  vehicle::Plant plant(scene, {}, {}, vehicle::Sea());
   plant.Reset(kStart);
   const mjModel& m = plant.model();
-  const MjDataPtr data(mj_makeData(&m));
+  const vehicle::MjDataPtr data(mj_makeData(&m));
   // Weightless, as buoyancy makes it, so that it stays where the other is.
-  const MjModelPtr model(mj_copyModel(nullptr, &m));
+  const vehicle::MjModelPtr model(mj_copyModel(nullptr, &m));
   std::memset(model->opt.gravity, 0, sizeof model->opt.gravity);
   for (auto _ : state) {
     mj_resetData(model.get(), data.get());

@@ -9,13 +9,13 @@
 #include <string>
 #include <vector>
 
-#include "experiments/scenario.h"
-#include "sim/gl_context.h"
-#include "sim/image_sensor.h"
-#include "sim/stereo_camera.h"
-#include "sim/stereo_renderer.h"
-#include "sim/surfaces.h"
-#include "sim/water.h"
+#include "experiments/trial/scenario.h"
+#include "sim/camera/image_sensor.h"
+#include "sim/camera/stereo_camera.h"
+#include "sim/light/surfaces.h"
+#include "sim/light/water.h"
+#include "sim/view/gl_context.h"
+#include "sim/view/stereo_renderer.h"
 
 namespace turbidock::sim {
 namespace {
@@ -26,15 +26,15 @@ const std::vector<std::string> kScenarios = {"sea_night_active", "sea_night_pass
 // A scenario with the vehicle in front of the marker, seen once.
 struct View {
   explicit View(const benchmark::State& state)
-      : scenario(experiments::LoadScenario(kScenarios[static_cast<size_t>(state.range(0))], {})),
-        scene(LoadScene(experiments::SceneFile(scenario), scenario.rig)),
+      : scenario(trial::LoadScenario(kScenarios[static_cast<size_t>(state.range(0))], {})),
+        scene(vehicle::LoadScene(trial::SceneFile(scenario), scenario.rig)),
         data(mj_makeData(scene.model.get())),
-        gl(MakeOsmesaContext()),
+        gl(view::MakeOsmesaContext()),
         renderer(*gl, scene),
-        water(scenario.optics, scenario.rig.MakeRig(), SurfaceTable::FromScene(scene),
-              LampPoses(scene)),
+        water(scenario.optics, scenario.rig.MakeRig(), light::SurfaceTable::FromScene(scene),
+              light::LampPoses(scene)),
         sensor(scenario.sensor, 1, 2),
-        camera(Water(water), sensor) {
+        camera(light::Water(water), sensor) {
     const Pose X_HM{FromYawPitchRoll(0.04, 0.02, -0.03),
                     {static_cast<double>(state.range(1)) * 1e-3, 0.02, -0.04}};
     const Pose X_WB = scene.X_WM * X_HM.Inverse() * scene.X_BH.Inverse();
@@ -48,16 +48,16 @@ struct View {
     sensor.Expose(radiance, 0, &image);
   }
 
-  experiments::Scenario scenario;
-  Scene scene;
-  MjDataPtr data;
-  std::unique_ptr<GlContext> gl;
-  StereoRenderer renderer;
-  Water water;
-  ImageSensor sensor;
-  StereoCamera camera;
-  RenderedStereo rendered;
-  RadianceStereo radiance;
+  trial::Scenario scenario;
+  vehicle::Scene scene;
+  vehicle::MjDataPtr data;
+  std::unique_ptr<view::GlContext> gl;
+  view::StereoRenderer renderer;
+  light::Water water;
+  camera::ImageSensor sensor;
+  camera::StereoCamera camera;
+  view::RenderedStereo rendered;
+  light::RadianceStereo radiance;
   StereoImage image;
 };
 
@@ -71,7 +71,7 @@ void CountPixels(const View& view, benchmark::State& state) {
 void BareRender(benchmark::State& state) {
   View view(state);
   const CameraIntrinsics& camera = view.scene.rig.left;
-  GlCanvas canvas(
+  view::GlCanvas canvas(
       *view.gl, *view.scene.model, camera.width_px, camera.height_px,
       {.shadowsize = 0, .offsamples = 0, .numslices = 28, .numstacks = 16, .numquads = 4});
   std::vector<uint8_t> rgb(view.image.left.pixels() * 3);

@@ -2,11 +2,12 @@
 
 #include <cstdio>
 
-#include "experiments/trial.h"
+#include "experiments/trial/trial.h"
 
 int main() {
   using namespace turbidock::experiments;
-  const TrialResult result = RunTrial(LoadScenario("pool_active", {"duration_s=0.5"}));
+  const trial::TrialResult result =
+      trial::RunTrial(trial::LoadScenario("pool_active", {"duration_s=0.5"}));
   std::printf("%s\n", result.reason.c_str());
-  return result.outcome == Outcome::kTimeout && result.log.frames.size() == 15 ? 0 : 1;
+  return result.outcome == trial::Outcome::kTimeout && result.log.frames.size() == 15 ? 0 : 1;
 }

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "experiments/png.h"
+#include "experiments/media/png.h"
 #include "sim/base/image.h"
 #include "sim/base/pose.h"
 
@@ -31,8 +31,8 @@ inline std::vector<PathTracedPair> PathTracedPairs() {
       pair.milk_ml_m3 = entry.at("milk_ml_m3");
       pair.true_X_HM = {Eigen::Quaterniond(q.at(0), q.at(1), q.at(2), q.at(3)).normalized(),
                         Eigen::Vector3d(p.at(0), p.at(1), p.at(2))};
-      pair.seen.left = experiments::ReadPng(folder + entry.at("left").get<std::string>());
-      pair.seen.right = experiments::ReadPng(folder + entry.at("right").get<std::string>());
+      pair.seen.left = media::ReadPng(folder + entry.at("left").get<std::string>());
+      pair.seen.right = media::ReadPng(folder + entry.at("right").get<std::string>());
       pairs.push_back(std::move(pair));
     }
   }

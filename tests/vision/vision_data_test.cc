@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "experiments/yaml_fields.h"
+#include "experiments/config/yaml_fields.h"
 #include "sim/base/units.h"
 #include "tests/support/path_traced.h"
 #include "vision/refiner.h"
@@ -25,13 +25,13 @@ TEST(VisionAssets, MarkerAndRigFilesAreTheDefaults) {
   marker.balls.clear();
   marker.outer_ring_ratio = 2;
   marker.inner_ring_ratios = {};
-  experiments::ReadFields(experiments::LoadYaml(kAssets + "marker_default.yaml"), &marker, nullptr);
+  config::ReadFields(config::LoadYaml(kAssets + "marker_default.yaml"), &marker, nullptr);
   CheckFields(marker, "marker");
-  EXPECT_EQ(experiments::SaveYaml(marker), experiments::SaveYaml(MarkerParams{}));
+  EXPECT_EQ(config::SaveYaml(marker), config::SaveYaml(MarkerParams{}));
 
   RigParams rig{.width_px = 16, .height_px = 16, .horizontal_fov_rad = 2, .baseline_m = 1};
-  experiments::ReadFields(experiments::LoadYaml(kAssets + "rig_default.yaml"), &rig, nullptr);
-  EXPECT_EQ(experiments::SaveYaml(rig), experiments::SaveYaml(RigParams{}));
+  config::ReadFields(config::LoadYaml(kAssets + "rig_default.yaml"), &rig, nullptr);
+  EXPECT_EQ(config::SaveYaml(rig), config::SaveYaml(RigParams{}));
 }
 
 TEST(PathTraced, FitnessAtTheTruePose) {

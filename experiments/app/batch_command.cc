@@ -1,0 +1,237 @@
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <vector>
+
+#include "experiments/app/commands.h"
+#include "experiments/app/plan_arguments.h"
+#include "experiments/app/progress.h"
+#include "experiments/config/data_files.h"
+#include "experiments/config/yaml_fields.h"
+#include "experiments/farm/batch.h"
+#include "experiments/farm/plan.h"
+#include "experiments/farm/result_store.h"
+#include "experiments/farm/summary.h"
+#include "experiments/studies/curve/success_curve.h"
+#include "experiments/system/build_info.h"
+
+namespace turbidock::app {
+namespace {
+
+constexpr double kLogEvery_s = 10;
+constexpr size_t kMostRows = 60;  // of the closing table; `status --by` shows longer ones
+
+struct BatchArguments {
+  PlanArguments plan;
+  std::string out, shard = "1/1";
+  int workers = AvailableCores();
+  bool json = false, quiet = false;
+};
+
+std::string Words(const farm::BatchProgress& progress) {
+  const statistics::Interval wilson = statistics::WilsonInterval(progress.successes, progress.done);
+  std::string words = fmt::format("{}/{} trials", progress.done, progress.total);
+  if (progress.done > 0)
+    words += fmt::format(
+        ", success {:.0f} % [{:.0f}, {:.0f}]",
+        100.0 * static_cast<double>(progress.successes) / static_cast<double>(progress.done),
+        100 * wilson.low, 100 * wilson.high);
+  if (progress.done_now > 0) {
+    const double per_s = static_cast<double>(progress.done_now) / progress.wall_time_s;
+    words += fmt::format(", {:.0f} an hour, {} left", 3600 * per_s,
+                         Duration(static_cast<double>(progress.total - progress.done) / per_s));
+  }
+  return words;
+}
+
+std::vector<std::string> GridKeys(const farm::Plan& plan) {
+  std::vector<std::string> keys;
+  for (const farm::GridAxis& axis : plan.grid()) keys.push_back(axis.key);
+  return keys;
+}
+
+int Batch(const BatchArguments& arguments) {
+  const farm::Plan plan = arguments.plan.Load();
+  const farm::Shard shard = farm::ParseShard(arguments.shard);
+  farm::ResultStore store = farm::ResultStore::Write(arguments.out, farm::HeaderOf(plan, shard));
+  Progress progress(arguments.quiet);
+  progress.Say(fmt::format("{}: {} trials{}, plan {}, {}", plan.settings().description,
+                           plan.trials(), shard.count > 1 ? ", of which shard " + shard.Text() : "",
+                           plan.hash(), system::VersionAndCommit()));
+  const auto done_before = std::ssize(store.Done());
+  if (done_before > 0)
+    progress.Say(fmt::format("  {} of them are in {} already", done_before, arguments.out));
+
+  farm::BatchOptions options;
+  options.workers = arguments.workers;
+  options.stop_requested = [] { return StopSignal() != 0; };
+  options.on_progress = [&](const farm::BatchProgress& now) {
+    progress.ShowOrSay(static_cast<double>(now.done) / static_cast<double>(now.total), Words(now),
+                       kLogEvery_s);
+  };
+  options.on_trial = [&](const farm::StoredTrial& trial) {
+    const farm::TrialRecord& r = trial.record;
+    if (r.digest.empty())
+      progress.Say(fmt::format("  trial {} {}: {}", r.trial, r.outcome, r.reason));
+  };
+  const farm::BatchProgress end = farm::RunBatch(plan, options, &store);
+  if (end.done < end.total) {
+    progress.Say(fmt::format("stopped: {} of {} trials are in {}; the same command goes on",
+                             end.done, end.total, arguments.out));
+    return kExitDone;  // main makes the signal's code of it
+  }
+
+  const std::vector<std::string> keys = GridKeys(plan);
+  const std::vector<farm::GroupSummary> groups = farm::Summarise(store.Trials(), keys);
+  progress.Say("");
+  progress.Say(groups.size() <= kMostRows
+                   ? farm::SummaryTable(keys, groups)
+                   : farm::SummaryTable({}, farm::Summarise(store.Trials(), {})));
+  if (end.done_now > 0)
+    progress.Say(fmt::format(
+        "{} trials in {}, {:.0f} an hour, workers busy {:.1f} % of the time; results in {}",
+        end.done_now, Duration(end.wall_time_s),
+        3600 * static_cast<double>(end.done_now) / end.wall_time_s,
+        100 * end.worker_time_s /
+            (end.wall_time_s *
+             static_cast<double>(std::min<int64_t>(arguments.workers, end.done_now))),
+        arguments.out));
+  if (arguments.json) std::fputs(farm::SummaryJson(keys, groups).c_str(), stdout);
+  return kExitDone;
+}
+
+// The description of the plan in a file.
+std::string TitleOf(const farm::StoreHeader& header) {
+  const auto description = config::ParseYaml(header.plan, "plan").Find("description");
+  return description && description->node.IsScalar() ? description->node.Scalar() : header.kind;
+}
+
+struct StatusArguments {
+  std::string file;
+  std::vector<std::string> by;
+  bool json = false;
+};
+
+int Status(const StatusArguments& arguments) {
+  const farm::ResultStore store = farm::ResultStore::Read(arguments.file);
+  const farm::StoreHeader& header = store.header();
+  const std::vector<farm::StoredTrial> trials = store.Trials();
+  int64_t total = 0;
+  for (int64_t trial = 0; trial < header.trials; ++trial) total += header.shard.Has(trial);
+  const bool running = farm::IsLocked(arguments.file);
+  const std::vector<farm::GroupSummary> groups = farm::Summarise(trials, arguments.by);
+  if (arguments.json) {
+    const nlohmann::ordered_json json = {
+        {"kind", header.kind},
+        {"plan_hash", header.plan_hash},
+        {"build", header.build},
+        {"shard", header.shard.Text()},
+        {"trials", total},
+        {"done", std::ssize(trials)},
+        {"running", running},
+        {"groups", nlohmann::ordered_json::parse(farm::SummaryJson(arguments.by, groups))}};
+    fmt::print("{}\n", json.dump(2));
+    return kExitDone;
+  }
+  fmt::print("{}: {}, plan {}, written by {}{}\n", arguments.file, header.kind, header.plan_hash,
+             header.build, header.shard.count > 1 ? ", shard " + header.shard.Text() : "");
+  fmt::print("{} of {} trials, {}\n\n", trials.size(), total,
+             std::ssize(trials) == total ? "complete"
+             : running                   ? "running"
+                                         : "not running: start it again to finish it");
+  if (!trials.empty()) fmt::print("{}", farm::SummaryTable(arguments.by, groups));
+  return kExitDone;
+}
+
+struct CurveArguments {
+  std::string file, over, by, figure;
+  bool json = false;
+};
+
+int Curve(const CurveArguments& arguments) {
+  const farm::ResultStore store = farm::ResultStore::Read(arguments.file);
+  const std::vector<farm::StoredTrial> trials = store.Trials();
+  if (trials.empty()) throw ConfigError(arguments.file + ": has no trials yet");
+  const auto curves = curve::SuccessCurves(trials, arguments.over, arguments.by);
+  if (!arguments.figure.empty())
+    curve::WriteSuccessFigure(arguments.figure, TitleOf(store.header()), arguments.over, curves);
+  std::fputs((arguments.json ? curve::SuccessJson(arguments.over, curves)
+                             : curve::SuccessTable(arguments.over, curves))
+                 .c_str(),
+             stdout);
+  return kExitDone;
+}
+
+int ListPlans(bool json) {
+  auto list = nlohmann::ordered_json::array();
+  for (const std::string& name : config::BundledPlans()) {
+    const farm::Plan plan = farm::LoadPlan(name);
+    if (json)
+      list.push_back({{"name", name},
+                      {"description", plan.settings().description},
+                      {"trials", plan.trials()}});
+    else
+      fmt::print("{:20} {:6} trials  {}\n", name, plan.trials(), plan.settings().description);
+  }
+  if (json) fmt::print("{}\n", list.dump(2));
+  return kExitDone;
+}
+
+}  // namespace
+
+void AddBatch(CLI::App& app, Command* chosen) {
+  auto arguments = std::make_shared<BatchArguments>();
+  CLI::App* batch = app.add_subcommand(
+      "batch", "Run the trials of a plan; what is done already is not run again");
+  arguments->plan.AddTo(batch);
+  batch->add_option("--out", arguments->out, "SQLite file for the results")
+      ->required()
+      ->type_name("FILE");
+  batch->add_option("--workers", arguments->workers, "Processes; results do not depend on it")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+  batch->add_option("--shard", arguments->shard, "Run part I of N only; merge puts them together")
+      ->type_name("I/N");
+  batch->add_flag("--json", arguments->json, "Print the summary as JSON on stdout");
+  batch->add_flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
+  batch->callback([arguments, chosen] { *chosen = [arguments] { return Batch(*arguments); }; });
+
+  auto status_arguments = std::make_shared<StatusArguments>();
+  CLI::App* status = app.add_subcommand("status", "How far a batch is and what came out so far");
+  status->add_option("results", status_arguments->file, "A batch's file")->required();
+  status
+      ->add_option("--by", status_arguments->by,
+                   "Group the table by these: parameters, outcome, failure")
+      ->delimiter(',')
+      ->type_name("KEY,...");
+  status->add_flag("--json", status_arguments->json, "As JSON on stdout");
+  status->callback([status_arguments, chosen] {
+    *chosen = [status_arguments] { return Status(*status_arguments); };
+  });
+
+  auto curve_arguments = std::make_shared<CurveArguments>();
+  CLI::App* curve =
+      app.add_subcommand("curve", "Success rate over one varied key, and where it falls to 50 %");
+  curve->add_option("results", curve_arguments->file, "A batch's file")->required();
+  curve->add_option("--over", curve_arguments->over, "The key on the horizontal axis")
+      ->required()
+      ->type_name("KEY");
+  curve->add_option("--by", curve_arguments->by, "One curve for each value of this key")
+      ->type_name("KEY");
+  curve->add_option("--figure", curve_arguments->figure, "Draw it into this PNG")
+      ->type_name("FILE");
+  curve->add_flag("--json", curve_arguments->json, "As JSON on stdout");
+  curve->callback([curve_arguments, chosen] {
+    *chosen = [curve_arguments] { return Curve(*curve_arguments); };
+  });
+
+  auto json = std::make_shared<bool>(false);
+  CLI::App* plans = app.add_subcommand("plans", "List the bundled plans");
+  plans->add_flag("--json", *json, "As JSON");
+  plans->callback([json, chosen] { *chosen = [json] { return ListPlans(*json); }; });
+}
+
+}  // namespace turbidock::app

@@ -1,0 +1,107 @@
+// The program: command line in, exit code out. See `turbidock --help`.
+
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <string>
+
+#include "experiments/app/build_table.h"
+#include "experiments/app/commands.h"
+#include "experiments/app/stop_signal.h"
+#include "experiments/farm/result_store.h"
+#include "experiments/studies/bench/bench_command.h"
+#include "experiments/studies/compare/compare_command.h"
+#include "experiments/studies/estimate/estimate_command.h"
+#include "experiments/studies/estimators/compare_estimators_command.h"
+#include "experiments/studies/gate/gate_command.h"
+#include "experiments/studies/recognition/calibrate_command.h"
+#include "experiments/studies/recognition/recognize_command.h"
+#include "experiments/studies/run/run_command.h"
+#include "experiments/studies/step_response/step_response_command.h"
+#include "experiments/studies/tuning/tune_command.h"
+#include "sim/base/check.h"
+
+namespace turbidock::app {
+namespace {
+
+std::string VersionText() {
+  std::string text;
+  for (const auto& [name, value] : BuildTable())
+    text.append(name).append(" ").append(value) += '\n';
+  text.pop_back();
+  return text;
+}
+
+int ParseAndRun(int argc, char** argv) {
+  CLI::App app("Headless closed-loop docking trials of a stereo-vision ROV in turbid water.");
+  app.name("turbidock");
+  app.footer(
+      "Exit codes: 0 done, 1 a check failed, 2 bad usage or input, 3 inconclusive (gate), 4 this\n"
+      "machine cannot simulate or draw, 5 results differ that should not, 130/143 stopped by a\n"
+      "signal. Results go to stdout, everything else to stderr.");
+  app.set_help_all_flag("--help-all", "Help of every subcommand");
+  bool version = false;
+  app.add_flag("--version", version, "Versions of the program and of what it runs on");
+  app.require_subcommand(0, 1);
+  Command chosen;
+  bench::AddBench(app, &chosen);
+  run::AddRun(app, &chosen);
+  AddBatch(app, &chosen);
+  AddResults(app, &chosen);
+  gate::AddGate(app, &chosen);
+  compare::AddCompare(app, &chosen);
+  estimate::AddEstimate(app, &chosen);
+  estimators::AddCompareEstimators(app, &chosen);
+  recognition::AddRecognize(app, &chosen);
+  recognition::AddCalibrate(app, &chosen);
+  AddSlurm(app, &chosen);
+  tuning::AddTune(app, &chosen);
+  step_response::AddStepResponse(app, &chosen);
+  AddScenarios(app, &chosen);
+  AddSelftest(app, &chosen);
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    // Help is an "error" of CLI11's with code 0.
+    return app.exit(error) == 0 ? kExitDone : kExitBadInput;
+  }
+  if (version) {
+    std::puts(VersionText().c_str());
+    return kExitDone;
+  }
+  if (!chosen) {
+    std::fputs(app.help().c_str(), stderr);
+    return kExitBadInput;
+  }
+
+  CatchStopSignals();
+  std::signal(SIGXFSZ, SIG_IGN);  // a file at its size limit is an error of write, not the end
+  const int code = chosen();
+  if (std::fflush(stdout) != 0 || std::ferror(stdout))
+    throw ConfigError("the standard output cannot be written");
+  return StopSignal() ? 128 + StopSignal() : code;
+}
+
+int Main(int argc, char** argv) {
+  int code = kExitSimulatorFault;
+  try {
+    return ParseAndRun(argc, argv);
+  } catch (const ConfigError& error) {
+    code = kExitBadInput;
+    std::fprintf(stderr, "turbidock: %s\n", error.what());
+  } catch (const farm::MismatchError& error) {
+    code = kExitMismatch;
+    std::fprintf(stderr, "turbidock: %s\n", error.what());
+  } catch (const std::exception& error) {  // SimulatorFault, or a machine out of memory
+    std::fprintf(stderr, "turbidock: %s\n", error.what());
+  }
+  return code;
+}
+
+}  // namespace
+
+}  // namespace turbidock::app
+
+int main(int argc, char** argv) { return turbidock::app::Main(argc, argv); }

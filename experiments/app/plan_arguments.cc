@@ -1,0 +1,25 @@
+#include "experiments/app/plan_arguments.h"
+
+#include <sched.h>
+
+namespace turbidock::app {
+
+void PlanArguments::AddTo(CLI::App* command) {
+  command
+      ->add_option("plan", plan, "YAML file or the name of a bundled plan (see `turbidock plans`)")
+      ->required();
+  command
+      ->add_option("--set", overrides.assignments,
+                   "Set one key of every trial, such as duration_s=30; may be repeated")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+  command->add_option("--seed", overrides.master_seed, "Root of every trial's seed (master_seed)");
+  command->add_option("--seeds", overrides.seeds, "Trials in each cell of the grid");
+}
+
+int AvailableCores() {
+  cpu_set_t cores;
+  return sched_getaffinity(0, sizeof cores, &cores) == 0 ? CPU_COUNT(&cores) : 1;
+}
+
+}  // namespace turbidock::app

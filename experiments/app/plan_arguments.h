@@ -1,0 +1,24 @@
+#pragma once
+// The plan on a command line and what changes it.
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "experiments/farm/plan.h"
+
+namespace turbidock::app {
+
+struct PlanArguments {
+  std::string plan;
+  farm::PlanOverrides overrides;
+
+  void AddTo(CLI::App* command);
+  farm::Plan Load() const { return farm::LoadPlan(plan, overrides); }
+};
+
+// Cores that this process may use.
+int AvailableCores();
+
+}  // namespace turbidock::app

@@ -1,0 +1,76 @@
+#include "experiments/app/progress.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace turbidock::app {
+namespace {
+
+constexpr int kBarWidth = 30;
+constexpr double kRedrawShare = 0.002;  // finer steps cannot be seen
+
+}  // namespace
+
+std::string Duration(double seconds) {
+  const auto s = std::llround(seconds);
+  if (s < 60) return fmt::format("{} s", s);
+  if (s < 3600) return fmt::format("{}:{:02} min", s / 60, s % 60);
+  return fmt::format("{}:{:02} h", s / 3600, s / 60 % 60);
+}
+
+std::string TimeToGo(std::chrono::steady_clock::time_point start, int done, int of) {
+  const double elapsed_s =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return Duration(elapsed_s / done * (of - done));
+}
+
+Progress::Progress(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_FILENO) != 0) {}
+
+Progress::~Progress() { Clear(); }
+
+void Progress::Show(double share, const std::string& words) {
+  if (quiet_ || !terminal_ || share - last_share_ < kRedrawShare) return;
+  last_share_ = share;
+  const int filled = static_cast<int>(std::clamp(share, 0.0, 1.0) * kBarWidth);
+  std::string bar;
+  for (int i = 0; i < kBarWidth; ++i) bar += i < filled ? "█" : "░";
+  std::fprintf(stderr, "\r\033[K%s %3.0f %%  %s", bar.c_str(), 100 * share, words.c_str());
+  std::fflush(stderr);
+  shown_ = true;
+}
+
+void Progress::ShowOrSay(double share, const std::string& words, double every_s) {
+  const auto now = std::chrono::steady_clock::now();
+  const double since_s = std::chrono::duration<double>(now - last_line_).count();
+  if (terminal_) {
+    constexpr double kRedraw_s = 0.5;  // a time that counts down is redrawn also without progress
+    if (since_s < kRedraw_s) return;
+    last_line_ = now;
+    last_share_ = -1;
+    Show(share, words);
+  } else if (since_s >= every_s) {
+    last_line_ = now;
+    Say(fmt::format("{:3.0f} %  {}", 100 * share, words));
+  }
+}
+
+void Progress::Say(const std::string& line) {
+  if (quiet_) return;
+  Clear();
+  std::fprintf(stderr, "%s\n", line.c_str());
+}
+
+void Progress::SayOffTerminal(const std::string& line) {
+  if (!terminal_) Say(line);
+}
+
+void Progress::Clear() {
+  if (shown_) std::fputs("\r\033[K", stderr);
+  shown_ = false;
+}
+
+}  // namespace turbidock::app

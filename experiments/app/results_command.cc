@@ -1,0 +1,208 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "experiments/app/commands.h"
+#include "experiments/app/plan_arguments.h"
+#include "experiments/app/progress.h"
+#include "experiments/farm/batch.h"
+#include "experiments/farm/export.h"
+#include "experiments/farm/result_store.h"
+#include "experiments/studies/run/shown_trial.h"
+#include "experiments/system/build_info.h"
+
+namespace turbidock::app {
+namespace {
+
+// The plan that a file's trials follow.
+farm::Plan PlanOf(const std::string& file, const farm::ResultStore& store) {
+  if (store.header().kind != "batch")
+    throw ConfigError(file + ": was written by " + store.header().kind + ", not by batch");
+  return farm::Plan(store.header().plan, file);
+}
+
+void WarnOfOtherBuild(const farm::StoreHeader& header, Progress* progress) {
+  if (header.build != system::BuildId())
+    progress->Say("the results are of " + header.build + ", this is " + system::BuildId());
+}
+
+// ------------------------------------------------------------------------------------------- merge
+
+struct MergeArguments {
+  std::string out;
+  std::vector<std::string> inputs;
+  bool complete = false;
+};
+
+int Merge(const MergeArguments& arguments) {
+  const std::string& first = arguments.inputs.front();
+  farm::StoreHeader header = farm::ResultStore::Read(first).header();
+  header.shard = {};
+  for (const std::string& input : arguments.inputs) {
+    const auto differences = farm::Differences(header, farm::ResultStore::Read(input).header());
+    if (!differences.empty())
+      throw farm::MismatchError(first + " and " + input + ": " + differences[0]);
+  }
+  farm::ResultStore store = farm::ResultStore::Write(arguments.out, header);
+  for (const std::string& input : arguments.inputs) store.Merge(input);
+  const int64_t done = std::ssize(store.Done());
+  std::fprintf(stderr, "%s: %ld of %ld trials\n", arguments.out.c_str(), static_cast<long>(done),
+               static_cast<long>(header.trials));
+  return arguments.complete && done < header.trials ? kExitCheckFailed : kExitDone;
+}
+
+// ------------------------------------------------------------------------------------------ export
+
+struct ExportArguments {
+  std::string file, format = "csv";
+  bool timing = false;
+};
+
+int Export(const ExportArguments& arguments) {
+  const farm::ExportFormat format = arguments.format == NameOf(farm::ExportFormat::kJsonl)
+                                        ? farm::ExportFormat::kJsonl
+                                        : farm::ExportFormat::kCsv;
+  const farm::ResultStore store = farm::ResultStore::Read(arguments.file);
+  std::fputs(farm::ExportText(store.Trials(), format, arguments.timing).c_str(), stdout);
+  return kExitDone;
+}
+
+// ------------------------------------------------------------------------------------------ verify
+
+struct VerifyArguments {
+  std::string file;
+  std::vector<int64_t> trials;
+  int sample = 10, workers = AvailableCores();
+};
+
+// Evenly spread over those that came to an end of their own.
+std::vector<int64_t> Choose(const std::vector<farm::StoredTrial>& stored, int sample) {
+  std::vector<int64_t> ended, chosen;
+  for (const farm::StoredTrial& trial : stored)
+    if (!trial.record.digest.empty()) ended.push_back(trial.record.trial);
+  const int64_t n = std::min<int64_t>(sample, std::ssize(ended));
+  for (int64_t i = 0; i < n; ++i)
+    chosen.push_back(ended[static_cast<size_t>(i * std::ssize(ended) / n)]);
+  return chosen;
+}
+
+int Verify(const VerifyArguments& arguments) {
+  const farm::ResultStore store = farm::ResultStore::Read(arguments.file);
+  const farm::Plan plan = PlanOf(arguments.file, store);
+  Progress progress(/*quiet=*/false);
+  WarnOfOtherBuild(store.header(), &progress);
+  std::vector<int64_t> trials = arguments.trials;
+  if (trials.empty()) trials = Choose(store.Trials(), arguments.sample);
+  for (const int64_t trial : trials) store.Trial(trial);  // all there, before any work
+
+  int64_t equal = 0, different = 0;
+  farm::BatchOptions options;
+  options.workers = arguments.workers;
+  options.stop_requested = [] { return StopSignal() != 0; };
+  options.on_progress = [&](const farm::BatchProgress& now) {
+    progress.ShowOrSay(static_cast<double>(now.done) / static_cast<double>(now.total),
+                       fmt::format("{}/{} trials", now.done, now.total), 10);
+  };
+  options.on_trial = [&](const farm::StoredTrial& again) {
+    const farm::TrialRecord before = store.Trial(again.record.trial).record;
+    const bool same =
+        before.digest == again.record.digest && before.outcome == again.record.outcome;
+    ++(same ? equal : different);
+    if (!same)
+      progress.Say(fmt::format("trial {}: {} with digest {}, now {} with digest {}",
+                               again.record.trial, before.outcome, before.digest,
+                               again.record.outcome, again.record.digest));
+  };
+  farm::RunTrials(plan, trials, options);
+  progress.Say(fmt::format("{} of {} trials have the same digest again", equal, trials.size()));
+  return different > 0 ? kExitMismatch : kExitDone;
+}
+
+// ------------------------------------------------------------------------------------------ replay
+
+struct ReplayArguments {
+  std::string file;
+  int64_t trial = 0;
+  std::string out;
+  bool no_video = false, json = false, quiet = false;
+};
+
+int Replay(const ReplayArguments& arguments) {
+  const farm::ResultStore store = farm::ResultStore::Read(arguments.file);
+  const farm::Plan plan = PlanOf(arguments.file, store);
+  const farm::TrialRecord before = store.Trial(arguments.trial).record;
+  Progress progress(arguments.quiet);
+  WarnOfOtherBuild(store.header(), &progress);
+  const std::string out =
+      arguments.out.empty() ? fmt::format("out/replay-{}", arguments.trial) : arguments.out;
+  const trial::Scenario scenario = plan.ScenarioOf(plan.Trial(arguments.trial));
+  const trial::TrialResult result = run::RunShownTrial(
+      scenario,
+      {.out = out, .video = !arguments.no_video, .json = arguments.json, .quiet = arguments.quiet});
+  if (StopSignal() != 0 || result.digest == before.digest) return kExitDone;
+  throw farm::MismatchError(fmt::format("trial {} ended {} with digest {}, now {} with digest {}",
+                                        arguments.trial, before.outcome, before.digest,
+                                        NameOf(result.outcome), result.digest));
+}
+
+}  // namespace
+
+void AddResults(CLI::App& app, Command* chosen) {
+  auto merge_arguments = std::make_shared<MergeArguments>();
+  CLI::App* merge = app.add_subcommand("merge", "Put the shards of a batch into one file");
+  merge->add_option("out", merge_arguments->out, "The file to make or to add to")->required();
+  merge->add_option("inputs", merge_arguments->inputs, "Files that batch wrote")->required();
+  merge->add_flag("--complete", merge_arguments->complete, "Exit with 1 when trials are missing");
+  merge->callback([merge_arguments, chosen] {
+    *chosen = [merge_arguments] { return Merge(*merge_arguments); };
+  });
+
+  auto export_arguments = std::make_shared<ExportArguments>();
+  CLI::App* export_app = app.add_subcommand("export", "Print one row a trial on stdout");
+  export_app->add_option("results", export_arguments->file, "A batch's file")->required();
+  export_app->add_option("--format", export_arguments->format, "csv or jsonl")
+      ->check(CLI::IsMember({"csv", "jsonl"}))
+      ->capture_default_str();
+  export_app->add_flag("--timing", export_arguments->timing,
+                       "Also wall time, CPU time and memory, which differ from run to run");
+  export_app->callback([export_arguments, chosen] {
+    *chosen = [export_arguments] { return Export(*export_arguments); };
+  });
+
+  auto verify_arguments = std::make_shared<VerifyArguments>();
+  CLI::App* verify =
+      app.add_subcommand("verify", "Run trials again and compare their digests with the stored");
+  verify->add_option("results", verify_arguments->file, "A batch's file")->required();
+  verify->add_option("--trials", verify_arguments->trials, "Which ones")
+      ->delimiter(',')
+      ->type_name("TRIAL,...");
+  verify->add_option("--sample", verify_arguments->sample, "Else, how many, evenly spread")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  verify->add_option("--workers", verify_arguments->workers, "Processes")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+  verify->callback([verify_arguments, chosen] {
+    *chosen = [verify_arguments] { return Verify(*verify_arguments); };
+  });
+
+  auto replay_arguments = std::make_shared<ReplayArguments>();
+  CLI::App* replay =
+      app.add_subcommand("replay", "Run one trial of a batch again, with video and all its files");
+  replay->add_option("results", replay_arguments->file, "A batch's file")->required();
+  replay->add_option("trial", replay_arguments->trial, "The trial's number")->required();
+  replay->add_option("--out", replay_arguments->out, "Folder for its files; out/replay-TRIAL");
+  replay->add_flag("--no-video", replay_arguments->no_video, "Make no video.mp4");
+  replay->add_flag("--json", replay_arguments->json, "Print the result as JSON on stdout");
+  replay->add_flag("--quiet", replay_arguments->quiet, "Print nothing on stderr but errors");
+  replay->callback([replay_arguments, chosen] {
+    *chosen = [replay_arguments] { return Replay(*replay_arguments); };
+  });
+}
+
+}  // namespace turbidock::app

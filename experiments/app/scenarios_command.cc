@@ -1,0 +1,71 @@
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "experiments/app/commands.h"
+#include "experiments/config/data_files.h"
+#include "experiments/config/yaml_fields.h"
+#include "experiments/trial/scenario.h"
+
+namespace turbidock::app {
+namespace {
+
+struct ScenariosArguments {
+  bool json = false, keys = false;
+  std::string show;
+};
+
+int ListScenarios(bool json) {
+  auto list = nlohmann::ordered_json::array();
+  for (const std::string& name : config::BundledScenarios()) {
+    const trial::Scenario scenario = trial::LoadScenario(name, {});
+    if (json)
+      list.push_back({{"name", name}, {"description", scenario.description}});
+    else
+      fmt::print("{:20} {}\n", name, scenario.description);
+  }
+  if (json) fmt::print("{}\n", list.dump(2));
+  return kExitDone;
+}
+
+int PrintKeys(bool json) {
+  auto list = nlohmann::ordered_json::array();
+  for (const config::KeyDoc& key : config::ListKeys<trial::Scenario>()) {
+    if (json)
+      list.push_back({{"key", key.key},
+                      {"type", key.type},
+                      {"default", key.value},
+                      {"range", key.range},
+                      {"doc", key.doc}});
+    else
+      fmt::print("{:45} {:22} {:24} {}\n", key.key, key.value, key.range, key.doc);
+  }
+  if (json) fmt::print("{}\n", list.dump(2));
+  return kExitDone;
+}
+
+int Scenarios(const ScenariosArguments& arguments) {
+  if (!arguments.show.empty()) {
+    std::fputs(config::SaveYaml(trial::LoadScenario(arguments.show, {})).c_str(), stdout);
+    return kExitDone;
+  }
+  return arguments.keys ? PrintKeys(arguments.json) : ListScenarios(arguments.json);
+}
+
+}  // namespace
+
+void AddScenarios(CLI::App& app, Command* chosen) {
+  auto arguments = std::make_shared<ScenariosArguments>();
+  CLI::App* scenarios = app.add_subcommand("scenarios", "List the bundled scenarios");
+  scenarios->add_flag("--keys", arguments->keys,
+                      "List every key of a scenario with default, range and meaning");
+  scenarios->add_option("--show", arguments->show,
+                        "Print a scenario, bundled or a file, with every default spelt out");
+  scenarios->add_flag("--json", arguments->json, "As JSON");
+  scenarios->callback(
+      [arguments, chosen] { *chosen = [arguments] { return Scenarios(*arguments); }; });
+}
+
+}  // namespace turbidock::app

@@ -1,0 +1,67 @@
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "experiments/app/commands.h"
+#include "experiments/app/plan_arguments.h"
+#include "experiments/app/progress.h"
+#include "experiments/farm/slurm.h"
+
+namespace turbidock::app {
+namespace {
+
+struct SlurmArguments {
+  PlanArguments plan;
+  farm::SlurmOptions options;
+  bool submit = false, json = false;
+};
+
+int Slurm(const SlurmArguments& arguments) {
+  const farm::Plan plan = arguments.plan.Load();
+  const farm::SlurmFiles files = farm::WriteSlurmScripts(plan, arguments.options);
+  Progress progress(/*quiet=*/false);
+  progress.Say(fmt::format("{}: {} trials in {} tasks, scripts in {}", plan.settings().description,
+                           plan.trials(), arguments.options.tasks, files.folder));
+  nlohmann::ordered_json json = {{"folder", files.folder},
+                                 {"array_script", files.array_script},
+                                 {"merge_script", files.merge_script}};
+  if (arguments.submit) {
+    const farm::SlurmJobs jobs = farm::SubmitSlurm(files);
+    progress.Say(fmt::format("submitted as job {}; job {} then merges it into {}", jobs.array,
+                             jobs.merge, arguments.options.out));
+    json["array_job"] = jobs.array;
+    json["merge_job"] = jobs.merge;
+  }
+  if (arguments.json) fmt::print("{}\n", json.dump(2));
+  return kExitDone;
+}
+
+}  // namespace
+
+void AddSlurm(CLI::App& app, Command* chosen) {
+  auto arguments = std::make_shared<SlurmArguments>();
+  CLI::App* slurm = app.add_subcommand(
+      "slurm", "Write a plan as a Slurm job array and a job that merges its results");
+  arguments->plan.AddTo(slurm);
+  slurm->add_option("--tasks", arguments->options.tasks, "Tasks of the array, each a shard")
+      ->required()
+      ->check(CLI::Range(1, 100000));
+  slurm->add_option("--out", arguments->options.out, "SQLite file for the merged results")
+      ->required()
+      ->type_name("FILE");
+  slurm->add_option("--workers", arguments->options.workers, "Processes and cores of a task")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+  slurm
+      ->add_option("--sbatch", arguments->options.options,
+                   "A further option of sbatch, such as --sbatch=--time=2:00:00; may be repeated")
+      ->type_name("OPTION")
+      ->allow_extra_args(false);
+  slurm->add_flag("--submit", arguments->submit, "Also submit both jobs");
+  slurm->add_flag("--json", arguments->json, "Print files and jobs as JSON on stdout");
+  slurm->callback([arguments, chosen] { *chosen = [arguments] { return Slurm(*arguments); }; });
+}
+
+}  // namespace turbidock::app

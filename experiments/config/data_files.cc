@@ -1,0 +1,58 @@
+#include "experiments/config/data_files.h"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "experiments/config/nearest_name.h"
+#include "sim/base/check.h"
+
+namespace turbidock::config {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool IsDataDir(const fs::path& dir) {
+  std::error_code ignored;
+  return fs::is_directory(dir / "models", ignored) && fs::is_directory(dir / "assets", ignored);
+}
+
+}  // namespace
+
+std::string DataDir() {
+  std::error_code error;
+  const fs::path executable = fs::read_symlink("/proc/self/exe", error);
+  const fs::path beside = executable.parent_path().parent_path() / "share/turbidock";
+  for (const fs::path& dir : {beside, fs::path(TURBIDOCK_INSTALLED_DATA)})
+    if (IsDataDir(dir)) return dir.string();
+  throw ConfigError("the program's data (models/, assets/) is neither in " + beside.string() +
+                    " nor in " + TURBIDOCK_INSTALLED_DATA);
+}
+
+std::string ModelPath(const std::string& file) { return DataDir() + "/models/" + file; }
+std::string AssetPath(const std::string& file) { return DataDir() + "/assets/" + file; }
+
+std::vector<std::string> BundledNames(const std::string& folder) {
+  std::vector<std::string> names;
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(AssetPath(folder), ignored))
+    if (entry.path().extension() == ".yaml") names.push_back(entry.path().stem().string());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+std::string FindBundled(const std::string& folder, const std::string& what,
+                        const std::string& name) {
+  std::error_code ignored;
+  if (fs::is_regular_file(name, ignored)) return name;
+  const std::vector<std::string> bundled = BundledNames(folder);
+  if (std::find(bundled.begin(), bundled.end(), name) != bundled.end())
+    return AssetPath(folder + "/" + name + ".yaml");
+  std::string list;
+  for (const std::string& known : bundled) list += (list.empty() ? "" : ", ") + known;
+  const std::string nearest = NearestName(name, bundled);
+  throw ConfigError(name + ": no such file, and no bundled " + what + " of that name" +
+                    (nearest.empty() ? "" : "; did you mean " + nearest + "?") +
+                    " (bundled: " + list + ")");
+}
+
+}  // namespace turbidock::config

@@ -1,0 +1,31 @@
+#pragma once
+// Where the program's own data is: models/ and assets/, both in a build tree and installed.
+
+#include <string>
+#include <vector>
+
+namespace turbidock::config {
+
+// The folder that holds models/ and assets/: share/turbidock beside the executable's bin/, or the
+// installed one. Throws ConfigError when neither is there.
+std::string DataDir();
+
+std::string ModelPath(const std::string& file);  // DataDir()/models/file
+std::string AssetPath(const std::string& file);  // DataDir()/assets/file
+
+// The names of assets/folder/NAME.yaml, sorted; and such a file, or `name` itself when it names
+// a file. Throws ConfigError that lists the bundled names and suggests the nearest; `what` is the
+// word for one of them.
+std::vector<std::string> BundledNames(const std::string& folder);
+std::string FindBundled(const std::string& folder, const std::string& what,
+                        const std::string& name);
+
+inline std::vector<std::string> BundledScenarios() { return BundledNames("scenarios"); }
+inline std::string FindScenario(const std::string& name) {
+  return FindBundled("scenarios", "scenario", name);
+}
+inline std::vector<std::string> BundledPlans() { return BundledNames("plans"); }
+inline std::vector<std::string> BundledStudies() { return BundledNames("studies"); }
+inline std::string FindPlan(const std::string& name) { return FindBundled("plans", "plan", name); }
+
+}  // namespace turbidock::config

@@ -1,0 +1,13 @@
+#pragma once
+// Suggestions for misspelt names.
+
+#include <string>
+#include <vector>
+
+namespace turbidock::config {
+
+// The known word that was probably meant: the nearest within a third of its length, else the only
+// one that begins like it (a key without its unit). Empty if there is none.
+std::string NearestName(const std::string& word, const std::vector<std::string>& known);
+
+}  // namespace turbidock::config

@@ -1,0 +1,73 @@
+#include "experiments/farm/batch.h"
+
+#include <algorithm>
+#include <chrono>
+#include <iterator>
+
+namespace turbidock::farm {
+namespace {
+
+constexpr double kPoll_s = 1;  // how late progress and a stop may be
+
+double SecondsSince(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+// Runs the trials and hands each to `take`.
+void Run(const Plan& plan, const std::vector<int64_t>& trials, const BatchOptions& options,
+         BatchProgress* progress, const std::function<void(const StoredTrial&)>& take) {
+  if (trials.empty()) return;
+  const auto start = std::chrono::steady_clock::now();
+  const auto most = static_cast<int64_t>(options.workers);
+  TrialPool pool(static_cast<int>(std::min(most, std::ssize(trials))),
+                 {.time_limit_s = plan.settings().trial_time_limit_s});
+  size_t next = 0;
+  while (next < trials.size() || pool.pending() > 0) {
+    // One ahead for each worker: none waits while a result is stored.
+    while (next < trials.size() && pool.pending() < 2 * static_cast<size_t>(pool.workers())) {
+      const TrialSpec spec = plan.Trial(trials[next++]);
+      pool.Submit({.id = spec.trial,
+                   .scenario = plan.ScenarioOf(spec),
+                   .series_every_frames = plan.settings().series_every_frames});
+    }
+    const std::optional<TrialRecord> record = pool.Next(kPoll_s);
+    progress->wall_time_s = SecondsSince(start);
+    if (options.stop_requested && options.stop_requested()) return;
+    if (record) {
+      const TrialSpec spec = plan.Trial(record->trial);
+      const StoredTrial trial = {spec.cell, spec.sample, spec.parameters, *record};
+      take(trial);
+      ++progress->done;
+      ++progress->done_now;
+      progress->successes += record->success();
+      progress->worker_time_s += record->wall_time_s;
+      if (options.on_trial) options.on_trial(trial);
+    }
+    if (options.on_progress) options.on_progress(*progress);
+  }
+}
+
+}  // namespace
+
+BatchProgress RunBatch(const Plan& plan, const BatchOptions& options, ResultStore* store) {
+  std::vector<int64_t> mine, missing;
+  for (int64_t trial = 0; trial < plan.trials(); ++trial)
+    if (store->header().shard.Has(trial)) mine.push_back(trial);
+  const std::vector<int64_t> done = store->Done();
+  std::set_difference(mine.begin(), mine.end(), done.begin(), done.end(),
+                      std::back_inserter(missing));
+  BatchProgress progress;
+  progress.total = std::ssize(mine);
+  progress.done = progress.total - std::ssize(missing);
+  progress.successes = store->Successes();
+  Run(plan, missing, options, &progress, [&](const StoredTrial& trial) { store->Add(trial); });
+  return progress;
+}
+
+void RunTrials(const Plan& plan, const std::vector<int64_t>& trials, const BatchOptions& options) {
+  BatchProgress progress;
+  progress.total = std::ssize(trials);
+  Run(plan, trials, options, &progress, [](const StoredTrial&) {});
+}
+
+}  // namespace turbidock::farm

@@ -1,0 +1,35 @@
+#pragma once
+// Runs the trials of a plan that a file does not hold yet.
+
+#include <cstdint>
+#include <functional>
+
+#include "experiments/farm/plan.h"
+#include "experiments/farm/result_store.h"
+
+namespace turbidock::farm {
+
+struct BatchProgress {
+  int64_t done = 0, total = 0;  // of the shard; `done` has those of earlier runs
+  int64_t successes = 0;        // of `done`
+  int64_t done_now = 0;         // in this run
+  double wall_time_s = 0;       // of this run
+  double worker_time_s = 0;     // sum over the trials of this run
+};
+
+struct BatchOptions {
+  int workers = 1;
+  std::function<void(const BatchProgress&)> on_progress;  // after every trial and every second
+  std::function<void(const StoredTrial&)> on_trial;       // once it is stored
+  std::function<bool()> stop_requested;                   // polled at least every second
+};
+
+// Runs until all trials of the store's shard are in it, or stop_requested: the trials under way are
+// then given up and run again next time. Errors as of TrialPool::Next and ResultStore::Add; what
+// was stored stays.
+BatchProgress RunBatch(const Plan& plan, const BatchOptions& options, ResultStore* store);
+
+// Runs these trials of the plan again, in any order, without storing them.
+void RunTrials(const Plan& plan, const std::vector<int64_t>& trials, const BatchOptions& options);
+
+}  // namespace turbidock::farm

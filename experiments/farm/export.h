@@ -1,0 +1,25 @@
+#pragma once
+// Results as text: one row a trial.
+
+#include <string>
+#include <vector>
+
+#include "experiments/farm/result_store.h"
+
+namespace turbidock::farm {
+
+enum class ExportFormat { kCsv, kJsonl };
+
+// Columns: trial, seed, cell, sample, outcome, failure, docked, inserted, time_s, digest, every
+// parameter, every metric, reason; with `timing` also wall_time_s, cpu_time_s, rss_bytes. Equal
+// results give equal text (without timing). What a trial does not have is empty, in JSON null.
+std::string ExportText(const std::vector<StoredTrial>& trials, ExportFormat format, bool timing);
+
+}  // namespace turbidock::farm
+
+template <>
+struct turbidock::EnumNames<turbidock::farm::ExportFormat> {
+  using E = turbidock::farm::ExportFormat;
+  static constexpr auto kNames =
+      std::to_array<std::pair<E, const char*>>({{E::kCsv, "csv"}, {E::kJsonl, "jsonl"}});
+};

@@ -1,0 +1,61 @@
+#include "experiments/farm/fork_map.h"
+
+#include <algorithm>
+
+#include "experiments/farm/worker_pool.h"
+#include "sim/base/check.h"
+
+namespace turbidock::farm {
+namespace {
+
+// How often a request to stop is looked for, and the longest that a job may take.
+constexpr double kPoll_s = 0.2, kTimeLimit_s = 24 * 3600;
+
+std::string OutputOf(JobResult result) {
+  switch (result.end) {
+    case JobEnd::kDone:
+      return std::move(result.output);
+    case JobEnd::kBadInput:
+      throw ConfigError(result.error);
+    case JobEnd::kFault:
+    case JobEnd::kCrashed:
+    case JobEnd::kHung:
+      break;
+  }
+  throw SimulatorFault(result.error + (result.log.empty() ? "" : ": " + result.log));
+}
+
+}  // namespace
+
+std::vector<std::string> ForkMap(int jobs, const std::function<std::string(int)>& work,
+                                 const ForkMapOptions& options) {
+  const auto stopped = [&] { return options.stop_requested && options.stop_requested(); };
+  std::vector<std::string> results(static_cast<size_t>(jobs));
+  int done = 0;
+  const auto finished = [&](int job, std::string text) {
+    results[static_cast<size_t>(job)] = std::move(text);
+    ++done;
+    if (options.on_progress) options.on_progress(done, jobs);
+  };
+  if (options.workers <= 1 || jobs <= 1) {
+    for (int job = 0; job < jobs; ++job) {
+      if (stopped()) return {};
+      finished(job, work(job));
+    }
+    return results;
+  }
+
+  WorkerPool pool(std::min(options.workers, jobs), {.time_limit_s = kTimeLimit_s},
+                  [&work](const std::string& job) { return work(std::stoi(job)); });
+  for (int job = 0; job < jobs; ++job) pool.Submit({.id = job, .input = std::to_string(job)});
+  while (done < jobs) {
+    if (stopped()) return {};
+    if (std::optional<JobResult> result = pool.Next(kPoll_s)) {
+      const auto job = static_cast<int>(result->id);
+      finished(job, OutputOf(*std::move(result)));
+    }
+  }
+  return results;
+}
+
+}  // namespace turbidock::farm

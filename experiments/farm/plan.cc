@@ -1,0 +1,393 @@
+#include "experiments/farm/plan.h"
+
+#include <xxhash.h>
+
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <limits>
+
+#include "experiments/config/data_files.h"
+#include "experiments/config/nearest_name.h"
+#include "experiments/config/yaml_fields.h"
+#include "experiments/statistics/sampling.h"
+#include "sim/base/random.h"
+
+namespace turbidock::farm {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kScenarioKey = "scenario";
+
+[[noreturn]] void Fail(const config::YamlNode& at, const std::string& problem) {
+  throw ConfigError(at.Where() + at.path + ": " + problem);
+}
+
+// The entries of a group of keys.
+std::vector<std::pair<std::string, config::YamlNode>> Entries(const config::YamlNode& group) {
+  if (!group.node.IsMap()) Fail(group, "must be a group of keys");
+  std::vector<std::pair<std::string, config::YamlNode>> entries;
+  for (const auto& entry : group.node) {
+    if (!entry.first.IsScalar()) Fail(group, "a key must be plain text");
+    const YAML::Mark mark = entry.first.Mark();
+    const std::string& key = entry.first.Scalar();
+    entries.emplace_back(key, config::YamlNode{entry.second, group.file, group.path + "." + key,
+                                               mark.is_null() ? group.line : mark.line + 1});
+  }
+  return entries;
+}
+
+std::vector<YAML::Node> Elements(const config::YamlNode& list, const char* what) {
+  if (!list.node.IsSequence() || list.node.size() == 0)
+    Fail(list, std::string("must be a list of ") + what);
+  return {list.node.begin(), list.node.end()};
+}
+
+struct TwoNumbers {
+  std::array<double, 2> pair{};
+  static void Fields(auto& self, auto&& field) { field("pair", self.pair, Finite(), ""); }
+};
+
+std::pair<double, double> Pair(const config::YamlNode& at, const char* names) {
+  TwoNumbers two;
+  const std::string wrong = std::string("must be two numbers, [") + names + "]";
+  if (!at.node.IsSequence() || at.node.size() != 2) Fail(at, wrong);
+  try {
+    config::ApplySet("pair=" + config::OneLine(at.node), &two, nullptr);
+  } catch (const ConfigError&) {
+    Fail(at, wrong);
+  }
+  return {two.pair[0], two.pair[1]};
+}
+
+// Text on a line of its own, indented, for a block of YAML.
+std::string Indented(const std::string& text, const std::string& by) {
+  std::string out;
+  for (size_t begin = 0; begin < text.size();) {
+    const size_t end = std::min(text.find('\n', begin), text.size());
+    out += by + text.substr(begin, end - begin) + "\n";
+    begin = end + 1;
+  }
+  return out;
+}
+
+std::string Hex(uint64_t value) {
+  char text[17];
+  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(value));
+  return text;
+}
+
+std::string FileText(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+// Of the bundled models' files and of the scenarios' own MJCF files (not of what those include).
+std::string ModelsDigest(const std::map<std::string, trial::Scenario>& scenarios) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::recursive_directory_iterator(fs::path(config::ModelPath(""))))
+    if (entry.is_regular_file()) files.push_back(entry.path());
+  std::sort(files.begin(), files.end());
+  for (const auto& [name, scenario] : scenarios)
+    if (scenario.model.find('/') != std::string::npos) files.emplace_back(scenario.model);
+  std::string all;
+  for (const fs::path& file : files) all += file.filename().string() + '\0' + FileText(file) + '\0';
+  return Hex(XXH64(all.data(), all.size(), 0));
+}
+
+}  // namespace
+
+std::string RandomKey::ValueAt(double u) const {
+  switch (kind) {
+    case Kind::kUniform:
+      return FormatNumber(statistics::UniformAt(u, first, second));
+    case Kind::kLogUniform:
+      return FormatNumber(statistics::LogUniformAt(u, first, second));
+    case Kind::kNormal:
+      return FormatNumber(
+          within ? statistics::NormalAt(u, first, second, within->first, within->second)
+                 : statistics::NormalAt(u, first, second));
+    case Kind::kChoice:
+      break;
+  }
+  return choices[static_cast<size_t>(u * static_cast<double>(choices.size()))];
+}
+
+Plan::Plan(const std::string& text, const std::string& file, const PlanOverrides& overrides) {
+  const config::YamlNode plan = config::ParseYaml(text, file);
+  config::Origins origins;
+  config::ReadFields(plan, &settings_, &origins,
+                     {"set", "grid", "random", "resolved_scenarios", "models_digest"});
+  if (!plan.Find("schema_version"))
+    throw ConfigError(file + ": schema_version: this key is required");
+  if (overrides.master_seed) settings_.master_seed = *overrides.master_seed;
+  if (overrides.seeds) settings_.seeds = *overrides.seeds;
+  config::CheckSettings(settings_, origins);
+  if (const auto grid = plan.Find("grid")) ReadGrid(*grid);
+  if (const auto random = plan.Find("random")) ReadRandom(*random);
+  LoadScenarios(plan, overrides.assignments);
+
+  constexpr int64_t kMostTrials = 10'000'000;
+  for (const GridAxis& axis : grid_) {
+    cells_ *= std::ssize(axis.values);
+    if (cells_ * settings_.seeds > kMostTrials)
+      throw ConfigError(file + ": grid: more than " + std::to_string(kMostTrials) + " trials");
+  }
+  DrawDesign();
+  resolved_ = Resolve();
+  if (const auto digest = plan.Find("models_digest");
+      digest && digest->node.as<std::string>("") != ModelsDigest(scenarios_))
+    throw ConfigError(digest->Where() +
+                      "models_digest: the models' files are not those that the plan began with");
+  CheckTrials(file);
+}
+
+void Plan::RequireNewKey(const config::YamlNode& at, const std::string& key) const {
+  if (key == "seed")
+    throw ConfigError(at.Where() + at.path +
+                      ": the plan gives each trial its seed; set master_seed");
+  if (key == "model")
+    throw ConfigError(at.Where() + at.path + ": vary `scenario` instead of its model");
+  if (std::find(keys_.begin(), keys_.end(), key) != keys_.end())
+    throw ConfigError(at.Where() + at.path + ": this key is given twice");
+}
+
+void Plan::ReadGrid(const config::YamlNode& node) {
+  for (const auto& [key, values] : Entries(node)) {
+    RequireNewKey(values, key);
+    GridAxis axis{key, {}};
+    for (const YAML::Node& value : Elements(values, "values"))
+      axis.values.push_back(config::OneLine(value));
+    grid_.push_back(axis);
+    keys_.push_back(key);
+  }
+}
+
+void Plan::ReadRandom(const config::YamlNode& node) {
+  using Kind = RandomKey::Kind;
+  static const std::map<std::string, Kind> kKinds = {{"uniform", Kind::kUniform},
+                                                     {"normal", Kind::kNormal},
+                                                     {"log_uniform", Kind::kLogUniform},
+                                                     {"choice", Kind::kChoice}};
+  for (const auto& [key, distribution] : Entries(node)) {
+    RequireNewKey(distribution, key);
+    if (key == kScenarioKey) Fail(distribution, "belongs in the grid");
+    RandomKey random;
+    random.key = key;
+    bool has_kind = false;
+    for (const auto& [word, value] : Entries(distribution)) {
+      if (word == "within") {
+        random.within = Pair(value, "low, high");
+        if (random.within->first >= random.within->second) Fail(value, "low must be below high");
+        continue;
+      }
+      const auto kind = kKinds.find(word);
+      if (kind == kKinds.end() || has_kind)
+        Fail(value, "must be one of uniform, normal, log_uniform, choice");
+      has_kind = true;
+      random.kind = kind->second;
+      if (random.kind == Kind::kChoice) {
+        for (const YAML::Node& choice : Elements(value, "values"))
+          random.choices.push_back(config::OneLine(choice));
+        continue;
+      }
+      const bool is_normal = random.kind == Kind::kNormal;
+      std::tie(random.first, random.second) =
+          Pair(value, is_normal ? "mean, standard deviation" : "low, high");
+      if (is_normal && random.second <= 0) Fail(value, "the standard deviation must be > 0");
+      if (!is_normal && random.first >= random.second) Fail(value, "low must be below high");
+      if (random.kind == Kind::kLogUniform && random.first <= 0) Fail(value, "low must be > 0");
+    }
+    if (!has_kind) Fail(distribution, "must be one of uniform, normal, log_uniform, choice");
+    if (random.within && random.kind != Kind::kNormal)
+      Fail(distribution, "only a normal distribution has `within`");
+    random_.push_back(random);
+    keys_.push_back(key);
+  }
+}
+
+void Plan::LoadScenarios(const config::YamlNode& plan,
+                         const std::vector<std::string>& assignments) {
+  std::vector<std::string> names;
+  for (const GridAxis& axis : grid_)
+    if (axis.key == kScenarioKey) names = axis.values;
+  if (names.empty()) {
+    if (settings_.scenario.empty())
+      throw ConfigError(plan.file + ": scenario: this key is required");
+    names.push_back(settings_.scenario);
+  } else if (!settings_.scenario.empty()) {
+    throw ConfigError(plan.Find("scenario")->Where() +
+                      "scenario: is given here and in the grid; leave one out");
+  }
+  std::vector<std::string> sets;
+  if (const auto set = plan.Find("set")) {
+    for (const auto& [key, value] : Entries(*set)) {
+      if (key == "seed") RequireNewKey(value, key);
+      sets.push_back(key + "=" + config::OneLine(value.node));
+    }
+  }
+  sets.insert(sets.end(), assignments.begin(), assignments.end());
+
+  const auto resolved = plan.Find("resolved_scenarios");
+  const fs::path folder = fs::path(plan.file).parent_path();
+  for (const std::string& name : names) {
+    if (resolved) {
+      const auto text = resolved->Find(name);
+      if (!text || !text->node.IsScalar()) Fail(*resolved, "has no scenario " + name);
+      scenarios_[name] = trial::ParseScenario(text->node.Scalar(), plan.file + " (" + name + ")");
+      for (const std::string& assignment : assignments)
+        config::ApplySet(assignment, &scenarios_[name], nullptr);
+    } else {
+      // A file beside the plan, else whatever a command line would mean by it.
+      const fs::path beside = folder / name;
+      scenarios_[name] =
+          trial::LoadScenario(fs::is_regular_file(beside) ? beside.string() : name, sets);
+    }
+  }
+}
+
+void Plan::DrawDesign() {
+  const SeedTree seeds(static_cast<uint64_t>(settings_.master_seed));
+  const int64_t groups = settings_.common_seeds ? 1 : cells_;
+  const auto columns = std::ssize(random_);
+  design_.resize(static_cast<size_t>(groups * settings_.seeds * columns));
+  for (int64_t column = 0; column < columns; ++column) {
+    const std::string& key = random_[static_cast<size_t>(column)].key;
+    for (int64_t group = 0; group < groups; ++group) {
+      // A stream for each key and cell: a new key or cell leaves the others' draws alone.
+      Rng rng = seeds.Stream("draw:" + key + ":" + std::to_string(group));
+      std::vector<double> u;
+      switch (settings_.design) {
+        case Design::kIndependent:
+          u = statistics::IndependentSamples(settings_.seeds, &rng);
+          break;
+        case Design::kLatinHypercube:
+          u = statistics::StratifiedSamples(settings_.seeds, &rng);
+          break;
+        case Design::kSobol:
+          u = statistics::SobolSamples(settings_.seeds, static_cast<int>(column), &rng);
+          break;
+      }
+      for (int64_t sample = 0; sample < settings_.seeds; ++sample)
+        design_[static_cast<size_t>((group * settings_.seeds + sample) * columns + column)] =
+            u[static_cast<size_t>(sample)];
+    }
+  }
+}
+
+TrialSpec Plan::Trial(int64_t trial) const {
+  TD_CHECK(0 <= trial && trial < trials(), "a trial of the plan");
+  TrialSpec spec;
+  spec.trial = trial;
+  spec.cell = trial / settings_.seeds;
+  spec.sample = trial % settings_.seeds;
+  const int64_t row = settings_.common_seeds ? spec.sample : trial;
+  const uint64_t mask = std::numeric_limits<int64_t>::max();  // a scenario's seed is not negative
+  spec.seed = static_cast<int64_t>(
+      SeedTree(static_cast<uint64_t>(settings_.master_seed)).TrialSeed(static_cast<uint64_t>(row)) &
+      mask);
+  int64_t rest = spec.cell;
+  spec.parameters.resize(grid_.size());
+  for (size_t i = grid_.size(); i-- > 0;) {
+    const int64_t n = std::ssize(grid_[i].values);
+    spec.parameters[i] = {grid_[i].key, grid_[i].values[static_cast<size_t>(rest % n)]};
+    rest /= n;
+  }
+  for (size_t i = 0; i < random_.size(); ++i)
+    spec.parameters.push_back(
+        {random_[i].key,
+         random_[i].ValueAt(design_[static_cast<size_t>(row) * random_.size() + i])});
+  return spec;
+}
+
+trial::Scenario Plan::ScenarioOf(const TrialSpec& spec) const {
+  std::string name = settings_.scenario;
+  for (const Parameter& parameter : spec.parameters)
+    if (parameter.key == kScenarioKey) name = parameter.value;
+  trial::Scenario scenario = scenarios_.at(name);
+  config::Origins origins;
+  for (const Parameter& parameter : spec.parameters)
+    if (parameter.key != kScenarioKey)
+      config::ApplySet(parameter.Assignment(), &scenario, &origins);
+  scenario.seed = spec.seed;
+  config::CheckSettings(scenario, origins);
+  return scenario;
+}
+
+void Plan::CheckTrials(const std::string& file) const {
+  for (int64_t trial = 0; trial < trials(); ++trial) {
+    // Without draws a cell's trials differ in nothing but the seed.
+    if (random_.empty() && trial % settings_.seeds != 0) continue;
+    try {
+      ScenarioOf(Trial(trial));
+    } catch (const ConfigError& error) {
+      const std::string what = error.what();  // "--set KEY = ..."
+      throw ConfigError(file + ": trial " + std::to_string(trial) + ": " +
+                        (what.starts_with("--set ") ? what.substr(6) : what));
+    }
+  }
+}
+
+std::string Plan::Resolve() const {
+  std::string text = config::SaveYaml(settings_);
+  const auto add_list = [&text](const std::vector<std::string>& values) {
+    for (size_t i = 0; i < values.size(); ++i) text += (i == 0 ? "[" : ", ") + values[i];
+    text += "]";
+  };
+  if (!grid_.empty()) text += "grid:\n";
+  for (const GridAxis& axis : grid_) {
+    text += "  " + axis.key + ": ";
+    add_list(axis.values);
+    text += "\n";
+  }
+  if (!random_.empty()) text += "random:\n";
+  for (const RandomKey& random : random_) {
+    static const std::map<RandomKey::Kind, std::string> kWords = {
+        {RandomKey::Kind::kUniform, "uniform"},
+        {RandomKey::Kind::kNormal, "normal"},
+        {RandomKey::Kind::kLogUniform, "log_uniform"},
+        {RandomKey::Kind::kChoice, "choice"}};
+    text += "  " + random.key + ": {" + kWords.at(random.kind) + ": ";
+    add_list(random.kind == RandomKey::Kind::kChoice
+                 ? random.choices
+                 : std::vector{FormatNumber(random.first), FormatNumber(random.second)});
+    if (random.within) {
+      text += ", within: ";
+      add_list({FormatNumber(random.within->first), FormatNumber(random.within->second)});
+    }
+    text += "}\n";
+  }
+  text += "resolved_scenarios:\n";
+  for (const auto& [name, scenario] : scenarios_)
+    text += "  " + name + ": |\n" + Indented(config::SaveYaml(scenario), "    ");
+  return text + "models_digest: \"" + ModelsDigest(scenarios_) + "\"\n";
+}
+
+std::string Plan::hash() const { return Hex(XXH64(resolved_.data(), resolved_.size(), 0)); }
+
+Plan LoadPlan(const std::string& name, const PlanOverrides& overrides) {
+  const std::string file = config::FindPlan(name);
+  std::ifstream stream(file, std::ios::binary);
+  const std::string text(std::istreambuf_iterator<char>(stream), {});
+  if (!stream) throw ConfigError(file + ": cannot be read");
+  return Plan(text, file, overrides);
+}
+
+Shard ParseShard(const std::string& text) {
+  Shard shard;
+  const char* const end = text.data() + text.size();
+  const auto first = std::from_chars(text.data(), end, shard.index);
+  bool is_good = first.ec == std::errc{} && first.ptr != end && *first.ptr == '/';
+  if (is_good) {
+    const auto second = std::from_chars(first.ptr + 1, end, shard.count);
+    is_good = second.ec == std::errc{} && second.ptr == end;
+  }
+  if (!is_good || shard.count < 1 || shard.index < 1 || shard.index > shard.count)
+    throw ConfigError("--shard " + text + ": must be I/N with I from 1 to N");
+  return shard;
+}
+
+}  // namespace turbidock::farm

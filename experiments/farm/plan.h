@@ -1,0 +1,179 @@
+#pragma once
+// A plan: which trials a batch consists of. Every trial follows from the plan and its number alone,
+// wherever, whenever and in whatever order it runs.
+//
+//   schema_version: 1
+//   description: docking over turbidity
+//   scenario: sea_night_active         # a bundled scenario or a file
+//   seeds: 30                          # trials in each cell of the grid
+//   set: {duration_s: 90}              # in every trial
+//   grid:                              # every combination is a cell; `scenario` may be a key here
+//     water.milk_ml_m3: [0, 10, 20]
+//     sea.state: [calm, moderate]
+//   random:                            # drawn for each trial, and stored with it
+//     start.heading_rad: {uniform: [0, 0.2]}
+//     vehicle.rigid_body.mass_kg: {normal: [15, 0.5], within: [13, 17]}
+//     sensor.read_noise_dn: {log_uniform: [0.5, 5]}
+//     camera_delay_frames: {choice: [1, 2, 3]}
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "experiments/trial/scenario.h"
+#include "sim/base/fields.h"
+
+namespace turbidock::config {
+struct YamlNode;
+}
+
+namespace turbidock::farm {
+
+inline constexpr int kPlanSchema = 1;
+
+// How the random keys of a cell's trials are spread. All keep each key's distribution.
+enum class Design {
+  kIndependent,     // each trial by itself
+  kLatinHypercube,  // each key's range is cut into `seeds` equally likely parts, each met once
+  kSobol,           // points of a Sobol sequence, shifted at random (digitally)
+};
+
+struct PlanSettings {
+  int schema_version = 0;
+  std::string description;
+  std::string scenario;
+  int64_t master_seed = 1;
+  int seeds = 1;
+  bool common_seeds = true;
+  Design design = Design::kIndependent;
+  double trial_time_limit_s = 3600;
+  int series_every_frames = 0;
+
+  static void Fields(auto& self, auto&& field) {
+    field("schema_version", self.schema_version, InRange(kPlanSchema, kPlanSchema),
+          "version of these keys");
+    field("description", self.description, Finite(), "one line for people");
+    field("scenario", self.scenario, Finite(), "what the trials vary: a bundled one or a file");
+    field("master_seed", self.master_seed, AtLeast(0), "root of every trial's seed and draws");
+    field("seeds", self.seeds, InRange(1, 1e6), "trials in each cell of the grid");
+    field("common_seeds", self.common_seeds, Finite(),
+          "use the same seeds and draws in every cell, so that cells compare pair by pair");
+    field("design", self.design, Finite(), "how random keys are spread over a cell's trials");
+    field("trial_time_limit_s", self.trial_time_limit_s, InRange(0.1, 1e6),
+          "wall time after which a trial counts as hung");
+    field("series_every_frames", self.series_every_frames, InRange(0, 1e6),
+          "store a row of the trial's log every so many frames; 0 stores none");
+  }
+};
+
+// A key of the scenario and its value as YAML in one line.
+struct Parameter {
+  std::string key, value;
+
+  std::string Assignment() const { return key + "=" + value; }
+  bool operator==(const Parameter&) const = default;
+};
+
+struct GridAxis {
+  std::string key;
+  std::vector<std::string> values;
+};
+
+// A random key and how a number in (0, 1) becomes its value.
+struct RandomKey {
+  enum class Kind { kUniform, kNormal, kLogUniform, kChoice };
+
+  std::string key;
+  Kind kind = Kind::kUniform;
+  double first = 0, second = 0;                     // low, high; mean, standard deviation
+  std::optional<std::pair<double, double>> within;  // of a normal distribution: cut off there
+  std::vector<std::string> choices;
+
+  std::string ValueAt(double u) const;
+};
+
+struct TrialSpec {
+  int64_t trial = 0;                  // in [0, Plan::trials())
+  int64_t cell = 0;                   // of the grid; the last key of the grid varies fastest
+  int64_t sample = 0;                 // within the cell
+  int64_t seed = 0;                   // the scenario's
+  std::vector<Parameter> parameters;  // the grid's keys, then the random ones
+};
+
+// What the command line may change in a plan.
+struct PlanOverrides {
+  std::vector<std::string> assignments;  // scenario keys, as in `set`: "water.milk_ml_m3=20"
+  std::optional<int64_t> master_seed;
+  std::optional<int> seeds;
+};
+
+class Plan {
+ public:
+  // The plan in a text; `file` stands for it in messages. ConfigError for whatever is wrong in it,
+  // also for a trial whose scenario would be wrong: all of them are looked at.
+  Plan(const std::string& text, const std::string& file, const PlanOverrides& overrides = {});
+
+  const PlanSettings& settings() const { return settings_; }
+  const std::vector<GridAxis>& grid() const { return grid_; }
+  // Keys of a trial's parameters, in their order.
+  const std::vector<std::string>& keys() const { return keys_; }
+  int64_t cells() const { return cells_; }
+  int64_t trials() const { return cells_ * settings_.seeds; }
+
+  TrialSpec Trial(int64_t trial) const;
+  trial::Scenario ScenarioOf(const TrialSpec& spec) const;
+
+  // The plan with everything that decides its trials spelt out: the scenarios with every value, and
+  // a digest of the models' files. It is a plan itself, of the same trials.
+  const std::string& resolved() const { return resolved_; }
+  std::string hash() const;  // of resolved(), 16 hexadecimal digits
+
+ private:
+  void ReadGrid(const config::YamlNode& node);
+  void ReadRandom(const config::YamlNode& node);
+  void RequireNewKey(const config::YamlNode& at, const std::string& key) const;
+  void LoadScenarios(const config::YamlNode& plan,
+                     const std::vector<std::string>& assignments);
+  void DrawDesign();
+  void CheckTrials(const std::string& file) const;
+  std::string Resolve() const;
+
+  PlanSettings settings_;
+  std::vector<GridAxis> grid_;
+  std::vector<RandomKey> random_;
+  std::vector<std::string> keys_;
+  int64_t cells_ = 1;
+  std::map<std::string, trial::Scenario> scenarios_;  // by name, with `set`
+  std::vector<double> design_;  // numbers in (0, 1): a row a sample (of a cell), a column a key
+  std::string resolved_;
+};
+
+// Reads a plan: a YAML file or the name of a bundled one.
+Plan LoadPlan(const std::string& name, const PlanOverrides& overrides = {});
+
+// One of `count` parts of a batch that together do every trial once: number `index`, from 1.
+struct Shard {
+  int index = 1, count = 1;
+
+  bool Has(int64_t trial) const { return trial % count == index - 1; }
+  std::string Text() const { return std::to_string(index) + "/" + std::to_string(count); }
+  bool operator==(const Shard&) const = default;
+};
+
+// "2/4". ConfigError for anything else.
+Shard ParseShard(const std::string& text);
+
+}  // namespace turbidock::farm
+
+template <>
+struct turbidock::EnumNames<turbidock::farm::Design> {
+  using E = turbidock::farm::Design;
+  static constexpr auto kNames = std::to_array<std::pair<E, const char*>>({
+      {E::kIndependent, "independent"},
+      {E::kLatinHypercube, "latin_hypercube"},
+      {E::kSobol, "sobol"},
+  });
+};

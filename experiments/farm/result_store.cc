@@ -1,0 +1,444 @@
+#include "experiments/farm/result_store.h"
+
+#include <SQLiteCpp/SQLiteCpp.h>
+#include <fmt/format.h>
+#include <sqlite3.h>
+
+#include <charconv>
+#include <filesystem>
+#include <sstream>
+
+#include "experiments/system/build_info.h"
+#include "experiments/system/output_path.h"
+#include "experiments/trial/trial_files.h"
+
+namespace turbidock::farm {
+namespace {
+
+constexpr int kApplicationId = 0x54444f4b;  // "TDOK": tells our files from other SQLite databases
+constexpr int kBusyTimeout_ms = 20000;      // a reader or a writer holds the file for milliseconds
+
+const char* ProblemOf(int code) {
+  switch (code) {
+    case SQLITE_FULL:
+      return "cannot be written, the disk is full; the trials stored so far are safe, and starting "
+             "again goes on from there";
+    case SQLITE_IOERR:
+      return "cannot be read or written; the trials stored so far are safe";
+    case SQLITE_READONLY:
+    case SQLITE_PERM:
+      return "cannot be written, it is read-only";
+    case SQLITE_CANTOPEN:
+      return "cannot be opened";
+    case SQLITE_NOTADB:
+      return "is no result file";
+    case SQLITE_CORRUPT:
+      return "is damaged; `sqlite3 FILE .recover` may save some of it";
+    case SQLITE_BUSY:
+      return "is locked by another program";
+    default:
+      return "a database error";
+  }
+}
+
+template <class Do>
+auto Guard(const std::string& file, const Do& act) {
+  try {
+    return act();
+  } catch (const SQLite::Exception& error) {
+    throw ConfigError(
+        fmt::format("{}: {} ({})", file, ProblemOf(error.getErrorCode()), error.what()));
+  }
+}
+
+// A name as SQL: keys such as water.milk_ml_m3 are column names.
+std::string Quoted(const std::string& name) {
+  std::string quoted = "\"";
+  for (const char c : name) quoted += c == '"' ? "\"\"" : std::string(1, c);
+  return quoted + "\"";
+}
+
+std::string List(const std::vector<std::string>& names) {
+  std::string list;
+  for (const std::string& name : names) list += ", " + Quoted(name);
+  return list;
+}
+
+// Numbers as numbers, so that SQL compares and sorts them; anything else as text.
+void BindValue(SQLite::Statement* statement, int index, const std::string& value) {
+  double number = 0;
+  const char* const end = value.data() + value.size();
+  const auto result = std::from_chars(value.data(), end, number);
+  if (result.ec == std::errc{} && result.ptr == end)
+    statement->bind(index, number);
+  else
+    statement->bind(index, value);
+}
+
+std::string ValueText(const SQLite::Column& column) {
+  return column.isFloat() || column.isInteger() ? FormatNumber(column.getDouble())
+                                                : column.getString();
+}
+
+std::vector<std::string> Split(const std::string& line, char separator) {
+  std::vector<std::string> parts;
+  std::istringstream stream(line);
+  for (std::string part; std::getline(stream, part, separator);) parts.push_back(part);
+  return parts;
+}
+
+std::vector<std::string> Columns(const SQLite::Database& db, const std::string& table) {
+  std::vector<std::string> columns;
+  SQLite::Statement query(db, "SELECT name FROM pragma_table_info(?)");
+  query.bind(1, table);
+  while (query.executeStep()) columns.push_back(query.getColumn(0).getString());
+  return columns;
+}
+
+// Columns but the first, which is the trial.
+std::vector<std::string> OwnColumns(const SQLite::Database& db, const std::string& table) {
+  std::vector<std::string> columns = Columns(db, table);
+  columns.erase(columns.begin());
+  return columns;
+}
+
+std::string Placeholders(size_t n) {
+  std::string marks;
+  for (size_t i = 0; i < n; ++i) marks += i == 0 ? "?" : ", ?";
+  return marks;
+}
+
+// The first line in which two texts differ.
+std::string FirstDifference(const std::string& a, const std::string& b) {
+  std::istringstream left(a), right(b);
+  for (;;) {
+    std::string x, y;
+    const bool more_left = static_cast<bool>(std::getline(left, x));
+    const bool more_right = static_cast<bool>(std::getline(right, y));
+    if (!more_left && !more_right) return "nothing that shows";
+    if (x == y && more_left == more_right) continue;
+    const auto shown = [](const std::string& line, bool is_there) {
+      std::string text = line.substr(0, line.find("  # "));  // without the key's description
+      text.erase(0, text.find_first_not_of(' '));
+      return is_there ? "'" + text + "'" : "nothing";
+    };
+    return shown(x, more_left) + " in one, " + shown(y, more_right) + " in the other";
+  }
+}
+
+}  // namespace
+
+StoreHeader HeaderOf(const Plan& plan, const Shard& shard) {
+  return {.kind = "batch",
+          .plan = plan.resolved(),
+          .plan_hash = plan.hash(),
+          .build = system::BuildId(),
+          .shard = shard,
+          .trials = plan.trials(),
+          .keys = plan.keys()};
+}
+
+std::vector<std::string> Differences(const StoreHeader& a, const StoreHeader& b) {
+  std::vector<std::string> differences;
+  if (a.kind != b.kind)
+    differences.push_back("one was written by " + a.kind + ", the other by " + b.kind);
+  if (a.plan_hash != b.plan_hash)
+    differences.push_back("the plans differ: " + FirstDifference(a.plan, b.plan));
+  if (a.build != b.build)
+    differences.push_back("the builds differ: " + a.build + " and " + b.build);
+  return differences;
+}
+
+ResultStore::ResultStore(ResultStore&&) noexcept = default;
+ResultStore::~ResultStore() = default;
+
+ResultStore::ResultStore(std::string file, bool writes) : file_(std::move(file)) {
+  if (writes) {
+    system::RequireWritable(file_);  // SQLite would open it for reading
+    lock_ = std::make_unique<RunLock>(file_);
+  }
+  Guard(file_, [&] {
+    // Reading, too, must be able to undo what a killed writer left half done.
+    const int create = writes ? SQLite::OPEN_CREATE : 0;
+    db_ =
+        std::make_unique<SQLite::Database>(file_, SQLite::OPEN_READWRITE | create, kBusyTimeout_ms);
+    if (!writes) return;
+    // A rollback journal, not a write-ahead log: the file alone is the whole result, and it works
+    // on a cluster's network file system. EXTRA: on the disk before a transaction counts as done.
+    db_->exec("PRAGMA journal_mode = DELETE; PRAGMA synchronous = EXTRA");
+  });
+}
+
+ResultStore ResultStore::Write(const std::string& file, const StoreHeader& header) {
+  ResultStore store(file, /*writes=*/true);
+  Guard(file, [&] {
+    const int tables = store.db_->execAndGet("SELECT count(*) FROM sqlite_master").getInt();
+    if (tables == 0) store.Create(header);
+    store.ReadHeader();
+    const std::string check = store.db_->execAndGet("PRAGMA quick_check(1)").getString();
+    if (check != "ok")
+      throw ConfigError(file + ": is damaged (" + check +
+                        "); `sqlite3 FILE .recover` may save some of it");
+  });
+  std::vector<std::string> differences = Differences(store.header_, header);
+  if (store.header_.shard != header.shard)
+    differences.push_back("the file has shard " + store.header_.shard.Text() + ", this is shard " +
+                          header.shard.Text());
+  if (!differences.empty())
+    throw ConfigError(file + ": was begun with something else: " + differences[0] +
+                      ". Give another --out, or finish it as it was begun");
+  return store;
+}
+
+ResultStore ResultStore::Read(const std::string& file) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(file, ignored)) throw ConfigError(file + ": no such file");
+  ResultStore store(file, /*writes=*/false);
+  Guard(file, [&] { store.ReadHeader(); });
+  return store;
+}
+
+void ResultStore::Create(const StoreHeader& header) {
+  SQLite::Transaction transaction(*db_, SQLite::TransactionBehavior::EXCLUSIVE);
+  db_->exec(fmt::format("PRAGMA application_id = {}; PRAGMA user_version = {}", kApplicationId,
+                        kStoreSchema));
+  db_->exec("CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID");
+  const auto set = [&](const std::string& key, const std::string& value) {
+    SQLite::Statement insert(*db_, "INSERT INTO meta VALUES (?, ?)");
+    insert.bind(1, key);
+    insert.bind(2, value);
+    insert.exec();
+  };
+  set("schema_version", std::to_string(kStoreSchema));
+  set("kind", header.kind);
+  set("plan", header.plan);
+  set("plan_hash", header.plan_hash);
+  set("build", header.build);
+  set("shard", header.shard.Text());
+  set("trials", std::to_string(header.trials));
+
+  db_->exec(
+      "CREATE TABLE trials (trial INTEGER PRIMARY KEY, cell INTEGER NOT NULL, "
+      "sample INTEGER NOT NULL, seed INTEGER NOT NULL, outcome TEXT NOT NULL, "
+      "failure TEXT NOT NULL, docked INTEGER NOT NULL, inserted INTEGER NOT NULL, time_s REAL, "
+      "digest TEXT NOT NULL, reason TEXT NOT NULL)");
+  db_->exec("CREATE TABLE parameters (trial INTEGER PRIMARY KEY" + List(header.keys) + ")");
+  std::string metrics;
+  for (const auto& [name, value] : MetricsOf({}, {})) metrics += ", " + Quoted(name) + " REAL";
+  db_->exec("CREATE TABLE metrics (trial INTEGER PRIMARY KEY" + metrics + ")");
+  db_->exec(
+      "CREATE TABLE runs (trial INTEGER PRIMARY KEY, wall_time_s REAL, cpu_time_s REAL, "
+      "rss_bytes INTEGER, log TEXT NOT NULL)");
+  const std::string header_row = trial::TrajectoryCsv({});
+  db_->exec("CREATE TABLE series (trial INTEGER NOT NULL" +
+            List(Split(header_row.substr(0, header_row.find('\n')), ',')) +
+            ", PRIMARY KEY (trial, frame)) WITHOUT ROWID");
+  db_->exec(
+      "CREATE VIEW results AS SELECT * FROM trials JOIN parameters USING (trial) "
+      "JOIN metrics USING (trial)");
+  transaction.commit();
+}
+
+void ResultStore::ReadHeader() {
+  if (db_->execAndGet("SELECT count(*) FROM sqlite_master").getInt() == 0)
+    throw ConfigError(file_ + ": is empty; no trial was stored");
+  if (db_->execAndGet("PRAGMA application_id").getInt() != kApplicationId)
+    throw ConfigError(file_ + ": is an SQLite database, but no result file of turbidock");
+  const int schema = db_->execAndGet("PRAGMA user_version").getInt();
+  if (schema != kStoreSchema)
+    throw ConfigError(fmt::format("{}: has schema version {}, this program reads {}", file_, schema,
+                                  kStoreSchema));
+  const auto get = [&](const std::string& key) {
+    SQLite::Statement query(*db_, "SELECT value FROM meta WHERE key = ?");
+    query.bind(1, key);
+    if (!query.executeStep()) throw ConfigError(file_ + ": is damaged: it has no " + key);
+    return query.getColumn(0).getString();
+  };
+  header_.kind = get("kind");
+  header_.plan = get("plan");
+  header_.plan_hash = get("plan_hash");
+  header_.build = get("build");
+  header_.shard = ParseShard(get("shard"));
+  header_.trials = std::stoll(get("trials"));
+  header_.keys = OwnColumns(*db_, "parameters");
+}
+
+void ResultStore::Add(const StoredTrial& trial) {
+  TD_CHECK(lock_, "a store that was opened for writing");
+  TD_CHECK(trial.parameters.size() == header_.keys.size(), "a value for each key");
+  const TrialRecord& r = trial.record;
+  Guard(file_, [&] {
+    SQLite::Transaction transaction(*db_, SQLite::TransactionBehavior::IMMEDIATE);
+    SQLite::Statement row(*db_, "INSERT INTO trials VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+    row.bind(1, r.trial);
+    row.bind(2, trial.cell);
+    row.bind(3, trial.sample);
+    row.bind(4, r.seed);
+    row.bind(5, r.outcome);
+    row.bind(6, r.failure);
+    row.bind(7, r.docked ? 1 : 0);
+    row.bind(8, r.inserted ? 1 : 0);
+    if (!r.digest.empty()) row.bind(9, r.time_s);
+    row.bind(10, r.digest);
+    row.bind(11, r.reason);
+    row.exec();
+
+    SQLite::Statement parameters(
+        *db_, "INSERT INTO parameters VALUES (" + Placeholders(1 + trial.parameters.size()) + ")");
+    parameters.bind(1, r.trial);
+    for (size_t i = 0; i < trial.parameters.size(); ++i)
+      BindValue(&parameters, static_cast<int>(i) + 2, trial.parameters[i].value);
+    parameters.exec();
+
+    SQLite::Statement metrics(
+        *db_, "INSERT INTO metrics VALUES (" + Placeholders(1 + r.metrics.size()) + ")");
+    metrics.bind(1, r.trial);
+    for (size_t i = 0; i < r.metrics.size(); ++i)
+      if (r.metrics[i].second) metrics.bind(static_cast<int>(i) + 2, *r.metrics[i].second);
+    metrics.exec();
+
+    SQLite::Statement run(*db_, "INSERT INTO runs VALUES (?, ?, ?, ?, ?)");
+    run.bind(1, r.trial);
+    run.bind(2, r.wall_time_s);
+    run.bind(3, r.cpu_time_s);
+    run.bind(4, r.rss_bytes);
+    run.bind(5, r.log);
+    run.exec();
+
+    AddSeries(r.trial, r.series_csv);
+    transaction.commit();
+  });
+}
+
+void ResultStore::AddSeries(int64_t trial, const std::string& csv) {
+  if (csv.empty()) return;
+  const std::vector<std::string> lines = Split(csv, '\n');
+  const size_t columns = OwnColumns(*db_, "series").size();
+  SQLite::Statement row(*db_, "INSERT INTO series VALUES (" + Placeholders(1 + columns) + ")");
+  for (size_t i = 1; i < lines.size(); ++i) {
+    row.reset();
+    row.bind(1, trial);
+    const std::vector<std::string> values = Split(lines[i], ',');
+    for (size_t k = 0; k < values.size(); ++k) BindValue(&row, static_cast<int>(k) + 2, values[k]);
+    row.exec();
+  }
+}
+
+void ResultStore::Merge(const std::string& other_file) {
+  TD_CHECK(lock_, "a store that was opened for writing");
+  const ResultStore other = Read(other_file);
+  const std::vector<std::string> differences = Differences(header_, other.header());
+  if (!differences.empty()) throw MismatchError(other_file + ": " + differences[0]);
+  Guard(file_, [&] {
+    SQLite::Statement attach(*db_, "ATTACH DATABASE ? AS other");
+    attach.bind(1, other_file);
+    attach.exec();
+    {
+      SQLite::Transaction transaction(*db_, SQLite::TransactionBehavior::IMMEDIATE);
+      SQLite::Statement clash(
+          *db_,
+          "SELECT a.trial, a.outcome, a.digest, b.outcome, b.digest FROM main.trials a "
+          "JOIN other.trials b USING (trial) "
+          "WHERE a.digest <> b.digest OR a.outcome <> b.outcome LIMIT 1");
+      if (clash.executeStep())
+        throw MismatchError(
+            fmt::format("{}: trial {} ended {} with digest {} here and {} with digest {} there",
+                        other_file, clash.getColumn(0).getInt64(), clash.getColumn(1).getString(),
+                        clash.getColumn(2).getString(), clash.getColumn(3).getString(),
+                        clash.getColumn(4).getString()));
+      // Children first: which trials are new shows in `trials`.
+      for (const char* table : {"parameters", "metrics", "runs", "series", "trials"})
+        db_->exec(
+            fmt::format("INSERT INTO main.{0} SELECT * FROM other.{0} "
+                        "WHERE trial NOT IN (SELECT trial FROM main.trials)",
+                        table));
+      transaction.commit();
+    }
+    db_->exec("DETACH DATABASE other");
+  });
+}
+
+std::vector<int64_t> ResultStore::Done() const {
+  return Guard(file_, [&] {
+    std::vector<int64_t> done;
+    SQLite::Statement query(*db_, "SELECT trial FROM trials ORDER BY trial");
+    while (query.executeStep()) done.push_back(query.getColumn(0).getInt64());
+    return done;
+  });
+}
+
+int64_t ResultStore::Successes() const {
+  return Guard(file_, [&] {
+    return db_->execAndGet("SELECT count(*) FROM trials WHERE failure = 'none'").getInt64();
+  });
+}
+
+std::vector<StoredTrial> ResultStore::Trials() const { return Select(""); }
+
+StoredTrial ResultStore::Trial(int64_t trial) const {
+  std::vector<StoredTrial> found = Select(fmt::format("WHERE trial = {}", trial));
+  if (found.empty()) throw ConfigError(fmt::format("{}: has no trial {}", file_, trial));
+  return std::move(found[0]);
+}
+
+std::vector<StoredTrial> ResultStore::Select(const std::string& where) const {
+  return Guard(file_, [&] {
+    const std::vector<std::string> metric_names = OwnColumns(*db_, "metrics");
+    // Columns that two of the tables have are not read by name but by place.
+    SQLite::Statement query(
+        *db_,
+        "SELECT t.*, r.wall_time_s, r.cpu_time_s, r.rss_bytes, r.log, p.*, m.* FROM trials t "
+        "JOIN runs r USING (trial) JOIN parameters p USING (trial) JOIN metrics m USING (trial) " +
+            where + " ORDER BY t.trial");
+    std::vector<StoredTrial> trials;
+    while (query.executeStep()) {
+      StoredTrial stored;
+      TrialRecord& r = stored.record;
+      int at = 0;
+      const auto next = [&] { return query.getColumn(at++); };
+      r.trial = next().getInt64();
+      stored.cell = next().getInt64();
+      stored.sample = next().getInt64();
+      r.seed = next().getInt64();
+      r.outcome = next().getString();
+      r.failure = next().getString();
+      r.docked = next().getInt() != 0;
+      r.inserted = next().getInt() != 0;
+      r.time_s = next().getDouble();
+      r.digest = next().getString();
+      r.reason = next().getString();
+      r.wall_time_s = next().getDouble();
+      r.cpu_time_s = next().getDouble();
+      r.rss_bytes = next().getInt64();
+      r.log = next().getString();
+      ++at;  // parameters.trial
+      for (const std::string& key : header_.keys)
+        stored.parameters.push_back({key, ValueText(next())});
+      ++at;  // metrics.trial
+      for (const std::string& name : metric_names) {
+        const SQLite::Column value = next();
+        r.metrics.emplace_back(name,
+                               value.isNull() ? std::nullopt : std::optional(value.getDouble()));
+      }
+      trials.push_back(std::move(stored));
+    }
+    return trials;
+  });
+}
+
+std::string ResultStore::SeriesOf(int64_t trial) const {
+  return Guard(file_, [&] {
+    std::string csv = trial::TrajectoryCsv({});
+    const size_t columns = OwnColumns(*db_, "series").size();
+    SQLite::Statement query(*db_, "SELECT * FROM series WHERE trial = ? ORDER BY frame");
+    query.bind(1, trial);
+    while (query.executeStep()) {
+      for (size_t k = 1; k <= columns; ++k)
+        csv += (k == 1 ? "" : ",") + ValueText(query.getColumn(static_cast<int>(k)));
+      csv += "\n";
+    }
+    return csv;
+  });
+}
+
+}  // namespace turbidock::farm

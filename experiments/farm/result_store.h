@@ -1,0 +1,96 @@
+#pragma once
+// The results of many trials in one SQLite file. The tables are documented in README.md of this
+// folder: pandas and the sqlite3 shell read them directly.
+//
+// A trial is one transaction that is on the disk when Add returns: a process killed at any moment,
+// or the power, costs the trials under way and nothing else.
+
+#include <cstdint>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "experiments/farm/plan.h"
+#include "experiments/farm/run_lock.h"
+#include "experiments/farm/trial_pool.h"
+
+namespace SQLite {
+class Database;
+class Statement;
+}  // namespace SQLite
+
+namespace turbidock::farm {
+
+inline constexpr int kStoreSchema = 1;
+
+// Results that should be equal or belong together and do not. Exit code 5.
+class MismatchError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+// What a file holds the results of.
+struct StoreHeader {
+  std::string kind = "batch";  // or "tune", "gate": who wrote it
+  std::string plan;            // the resolved plan (or study): every value spelt out
+  std::string plan_hash;
+  std::string build;  // BuildId of the program
+  Shard shard;
+  int64_t trials = 0;             // of the plan, all shards together
+  std::vector<std::string> keys;  // of the parameters that trials differ in
+};
+
+StoreHeader HeaderOf(const Plan& plan, const Shard& shard);
+
+// How two headers differ, a sentence each; empty when results of both belong together. Shards may
+// differ.
+std::vector<std::string> Differences(const StoreHeader& a, const StoreHeader& b);
+
+struct StoredTrial {
+  int64_t cell = 0, sample = 0;
+  std::vector<Parameter> parameters;  // values of StoreHeader::keys
+  TrialRecord record;                 // its series is in SeriesOf
+};
+
+class ResultStore {
+ public:
+  // Makes the file, or opens one whose header is the same, and keeps other writers out. ConfigError
+  // that says why when it is another plan's, build's or shard's, in use, damaged, of another
+  // schema, no such file at all, or cannot be written.
+  static ResultStore Write(const std::string& file, const StoreHeader& header);
+  // Opens a file that exists, also while another process writes to it.
+  static ResultStore Read(const std::string& file);
+  ResultStore(ResultStore&&) noexcept;
+  ~ResultStore();
+
+  const StoreHeader& header() const { return header_; }
+
+  // Stores a trial; ConfigError when it cannot be (a full disk): the file is then as it was.
+  void Add(const StoredTrial& trial);
+
+  // Takes over every trial of another file of the same plan and build. MismatchError when a trial
+  // is in both and differs; the file is then as it was.
+  void Merge(const std::string& other_file);
+
+  std::vector<int64_t> Done() const;          // the numbers of the stored trials, ascending
+  int64_t Successes() const;                  // how many of them succeeded
+  std::vector<StoredTrial> Trials() const;    // ascending
+  StoredTrial Trial(int64_t trial) const;     // ConfigError when it is not there
+  std::string SeriesOf(int64_t trial) const;  // as TrajectoryCsv; the header alone without a series
+
+ private:
+  ResultStore(std::string file, bool writes);
+
+  void Create(const StoreHeader& header);
+  void ReadHeader();
+  void AddSeries(int64_t trial, const std::string& csv);
+  std::vector<StoredTrial> Select(const std::string& where) const;
+
+  std::string file_;
+  std::unique_ptr<RunLock> lock_;
+  std::unique_ptr<SQLite::Database> db_;
+  StoreHeader header_;
+};
+
+}  // namespace turbidock::farm

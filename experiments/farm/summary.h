@@ -1,0 +1,46 @@
+#pragma once
+// What the trials of a batch say together: a table by groups, and success over a dose.
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "experiments/farm/result_store.h"
+#include "experiments/statistics/intervals.h"
+
+namespace turbidock::farm {
+
+// 10 %, 50 % and 90 % quantile of the values that exist.
+struct Spread {
+  std::optional<double> low, median, high;
+  int64_t count = 0;
+};
+
+// Trials that share the values of the keys they are grouped by.
+struct GroupSummary {
+  std::vector<std::string> values;  // of the keys
+  int64_t trials = 0, successes = 0;
+  statistics::Interval wilson, clopper_pearson;  // 95 %, of the success rate
+  Spread time_to_dock_s;                         // of the successes
+  Spread error_y_m, error_z_m;                   // true, absolute, when docked on the estimate
+  std::map<std::string, int64_t> failures;       // by name, "none" left out
+};
+
+// What a trial can be grouped by: a parameter's key, "outcome", "failure", "cell" or a metric.
+// ConfigError for any other name.
+std::string GroupValue(const StoredTrial& trial, const std::string& key);
+
+// One group for each combination of values that occurs, numbers in ascending order. Without keys,
+// one group of all.
+std::vector<GroupSummary> Summarise(const std::vector<StoredTrial>& trials,
+                                    const std::vector<std::string>& keys);
+
+// The groups as a table for people.
+std::string SummaryTable(const std::vector<std::string>& keys,
+                         const std::vector<GroupSummary>& groups);
+// The same as JSON.
+std::string SummaryJson(const std::vector<std::string>& keys,
+                        const std::vector<GroupSummary>& groups);
+
+}  // namespace turbidock::farm

@@ -1,0 +1,166 @@
+#include "experiments/media/image_source.h"
+
+#include <fmt/format.h>
+#include <glob.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+#include <regex>
+#include <vector>
+
+#include "experiments/media/png.h"
+#include "experiments/system/subprocess.h"
+#include "sim/base/check.h"
+
+namespace turbidock::media {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string ExtensionOf(const fs::path& path) {
+  std::string extension = path.extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return extension;
+}
+
+bool IsStill(const fs::path& path) {
+  constexpr std::array kStills = {".png", ".jpg", ".jpeg", ".bmp",
+                                  ".ppm", ".tif", ".tiff", ".webp"};
+  return std::find(kStills.begin(), kStills.end(), ExtensionOf(path)) != kStills.end();
+}
+
+// Whatever ffmpeg can decode, as a stream of PPM images: each says its own size.
+class DecodedImages : public ImageSource {
+ public:
+  explicit DecodedImages(const std::string& file)
+      : file_(file),
+        ffmpeg_({"ffmpeg", "-nostdin", "-hide_banner", "-loglevel", "error", "-i", "file:" + file,
+                 "-map", "0:v:0", "-f", "image2pipe", "-c:v", "ppm", "-pix_fmt", "rgb24",
+                 "-fps_mode", "passthrough", "pipe:1"},
+                "ffmpeg", system::Subprocess::Output::kStream) {}
+
+  bool Next(Image3u8* image) override {
+    if (at_end_) return false;
+    const std::optional<std::array<int, 2>> size = ReadHeader();
+    if (size) {
+      image->Resize((*size)[0], (*size)[1]);
+      const size_t bytes = 3 * image->pixels();
+      if (ffmpeg_.Read(image->data(), bytes) == bytes) {
+        ++count_;
+        return true;
+      }
+    }
+    at_end_ = true;
+    try {
+      ffmpeg_.Finish();
+    } catch (const SimulatorFault& fault) {
+      // What could be read before stays; a file of which nothing can be read is bad input.
+      if (count_ == 0) throw ConfigError(file_ + ": cannot be read: " + fault.what());
+    }
+    if (count_ == 0) throw ConfigError(file_ + ": holds no images");
+    return false;
+  }
+  bool is_still() const override { return IsStill(file_); }
+
+ private:
+  // "P6", width, height and largest value, each followed by one white space.
+  std::optional<std::array<int, 2>> ReadHeader() {
+    std::array<std::string, 4> words;
+    for (std::string& word : words)
+      for (char c = 0; ffmpeg_.Read(&c, 1) == 1 && !std::isspace(static_cast<unsigned char>(c));)
+        word += c;
+    if (words[0].empty()) return std::nullopt;
+    std::array<int, 2> size{};
+    if (words[0] != "P6" || std::sscanf(words[1].c_str(), "%d", &size[0]) != 1 ||
+        std::sscanf(words[2].c_str(), "%d", &size[1]) != 1 || size[0] < 1 || size[1] < 1)
+      throw SimulatorFault(file_ + ": ffmpeg's output is not understood");
+    return size;
+  }
+
+  std::string file_;
+  system::Subprocess ffmpeg_;
+  int64_t count_ = 0;
+  bool at_end_ = false;
+};
+
+Image3u8 ReadStill(const std::string& file) {
+  if (ExtensionOf(file) == ".png") return ReadPng(file);
+  Image3u8 image;
+  DecodedImages(file).Next(&image);
+  return image;
+}
+
+class ImageFiles : public ImageSource {
+ public:
+  explicit ImageFiles(std::vector<std::string> files, bool still)
+      : files_(std::move(files)), still_(still) {}
+
+  bool Next(Image3u8* image) override {
+    if (next_ == files_.size()) return false;
+    *image = ReadStill(files_[next_++]);
+    return true;
+  }
+  bool is_still() const override { return still_; }
+
+ private:
+  std::vector<std::string> files_;
+  bool still_;
+  size_t next_ = 0;
+};
+
+std::vector<std::string> FilesOfPattern(const std::string& pattern) {
+  std::vector<std::string> files;
+  glob_t found{};
+  if (glob(pattern.c_str(), 0, nullptr, &found) == 0)
+    files.assign(found.gl_pathv, found.gl_pathv + found.gl_pathc);
+  globfree(&found);
+  return files;
+}
+
+// Files whose number stands for the pattern's one %d, %4d or %04d.
+std::vector<std::string> FilesOfNumbers(const std::string& before, bool zeros, int width,
+                                        const std::string& after) {
+  const auto name = [&](int number) {
+    return before +
+           (zeros ? fmt::format("{:0{}}", number, width) : fmt::format("{:{}}", number, width)) +
+           after;
+  };
+  std::vector<std::string> files;
+  int number = 0;
+  while (number < 9 && !fs::exists(name(number))) ++number;
+  for (; fs::exists(name(number)); ++number) files.push_back(name(number));
+  return files;
+}
+
+}  // namespace
+
+std::unique_ptr<ImageSource> OpenImages(const std::string& name) {
+  const auto sequence = [&](std::vector<std::string> files) {
+    if (files.empty()) throw ConfigError(name + ": there are no such images");
+    return std::make_unique<ImageFiles>(std::move(files), false);
+  };
+  if (fs::is_directory(name)) {
+    std::vector<std::string> files;
+    for (const auto& entry : fs::directory_iterator(name))
+      if (IsStill(entry.path())) files.push_back(entry.path().string());
+    std::sort(files.begin(), files.end());
+    return sequence(std::move(files));
+  }
+  if (fs::exists(name)) {
+    if (IsStill(name)) return std::make_unique<ImageFiles>(std::vector<std::string>{name}, true);
+    return std::make_unique<DecodedImages>(name);
+  }
+  std::smatch parts;
+  static const std::regex kNumbered("(.*)%(0?)([0-9]*)d(.*)");
+  if (std::regex_match(name, parts, kNumbered))
+    return sequence(FilesOfNumbers(parts[1], parts[2].length() > 0,
+                                   parts[3].length() > 0 ? std::stoi(parts[3]) : 1, parts[4]));
+  if (name.find_first_of("*?[") != std::string::npos) return sequence(FilesOfPattern(name));
+  throw ConfigError(name + ": there is no such file or folder");
+}
+
+}  // namespace turbidock::media

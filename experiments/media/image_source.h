@@ -1,0 +1,26 @@
+#pragma once
+// Images from disk, one after the other: what a recorded camera saw.
+
+#include <memory>
+#include <string>
+
+#include "sim/base/image.h"
+
+namespace turbidock::media {
+
+class ImageSource {
+ public:
+  virtual ~ImageSource() = default;
+  // The next image, 8-bit RGB; false after the last one. ConfigError for one that cannot be read.
+  virtual bool Next(Image3u8* image) = 0;
+  // Whether it holds one image only, as a file of a still image does.
+  virtual bool is_still() const = 0;
+};
+
+// Opens what the name means: a still image (PNG by libpng, others by ffmpeg), a folder or a shell
+// pattern of images (in the order of their names), a printf pattern such as left_%04d.png (from the
+// first of 0 to 9 that exists until one is missing), or a video (by ffmpeg). ConfigError when there
+// is nothing of that name.
+std::unique_ptr<ImageSource> OpenImages(const std::string& name);
+
+}  // namespace turbidock::media

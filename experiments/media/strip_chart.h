@@ -1,0 +1,76 @@
+#pragma once
+// A chart that grows with a trial: values over the time so far.
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "experiments/media/canvas.h"
+
+namespace turbidock::media {
+
+struct StripSeries {
+  Rgb color{255, 255, 255};
+  double width_px = 1.6;
+  bool drives_range = false;   // a value outside the vertical range doubles it
+  double band_half_width = 0;  // > 0: shades value +- this much
+};
+
+// A horizontal line across the whole chart.
+struct StripLimit {
+  double value = 0;
+  std::string label;
+};
+
+struct StripChartSpec {
+  std::string title;
+  double low = 0, high = 1;  // vertical range to begin with; it doubles about 0
+  double time_span_s = 20;   // to begin with
+  int tick_decimals = 0;
+  bool time_labels = true;
+  std::vector<StripLimit> limits = {};
+  std::vector<StripSeries> series = {};  // drawn in this order, later ones on top
+};
+
+// Draws each new value once, every series on a layer of its own; only when the time span or the
+// vertical range has to double are all values drawn again.
+class StripChart {
+ public:
+  StripChart(StripChartSpec spec, int width_px, int height_px);
+
+  // Appends one value a series; times must not decrease and start at or after 0. A value that is
+  // not finite leaves a gap; one between two gaps is a dot.
+  void Add(double time_s, std::span<const double> values);
+
+  // Copies the chart to `target` with its top-left corner at (x, y).
+  void DrawTo(Canvas* target, int x, int y) const;
+
+  // Where the values are drawn, and where a value and a time are in it (from the chart's corner;
+  // the first and last pixel centres are the ends of the ranges).
+  const PixelRect& plot() const { return plot_; }
+  double RowOf(double value) const;
+  double ColumnOf(double time_s) const;
+  double low() const { return low_; }
+  double high() const { return high_; }
+  double time_span_s() const { return time_span_s_; }
+  int width() const { return ground_.width(); }
+  int height() const { return ground_.height(); }
+
+ private:
+  void DrawEmpty();
+  void DrawStep(size_t sample);  // from the sample before to this one
+
+  StripChartSpec spec_;
+  Canvas ground_;               // axes, limits, bands
+  std::vector<Canvas> layers_;  // one a series
+  PixelRect plot_;
+  double low_, high_, time_span_s_;
+  std::vector<double> times_s_;
+  std::vector<double> values_;  // samples x series
+};
+
+// The distance between round ticks (1, 2 or 5 times a power of ten) that puts at most `most` of
+// them in a range of this size.
+double TickStep(double range, int most);
+
+}  // namespace turbidock::media

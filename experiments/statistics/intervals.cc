@@ -1,0 +1,116 @@
+#include "experiments/statistics/intervals.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <boost/math/distributions/binomial.hpp>
+#include <boost/math/distributions/normal.hpp>
+#include <cmath>
+#include <limits>
+
+#include "sim/base/check.h"
+
+namespace turbidock::statistics {
+namespace {
+
+void RequireCounts(int64_t successes, int64_t trials, double confidence) {
+  TD_CHECK(0 <= successes && successes <= trials, "no more successes than trials");
+  TD_CHECK(0 < confidence && confidence < 1, "a confidence in (0, 1)");
+}
+
+double Logistic(double x) { return 1 / (1 + std::exp(-x)); }
+
+}  // namespace
+
+Interval WilsonInterval(int64_t successes, int64_t trials, double confidence) {
+  RequireCounts(successes, trials, confidence);
+  if (trials == 0) return {};
+  const double z = boost::math::quantile(boost::math::normal(), (1 + confidence) / 2);
+  const auto n = static_cast<double>(trials);
+  const double p = static_cast<double>(successes) / n;
+  const double middle = (p + z * z / (2 * n)) / (1 + z * z / n);
+  const double half = z / (1 + z * z / n) * std::sqrt(p * (1 - p) / n + z * z / (4 * n * n));
+  // At the ends the formula gives 0 and 1 but for rounding.
+  return {successes == 0 ? 0 : std::max(0.0, middle - half),
+          successes == trials ? 1 : std::min(1.0, middle + half)};
+}
+
+Interval ClopperPearsonInterval(int64_t successes, int64_t trials, double confidence) {
+  RequireCounts(successes, trials, confidence);
+  if (trials == 0) return {};
+  using Binomial = boost::math::binomial;
+  const auto n = static_cast<double>(trials), k = static_cast<double>(successes);
+  const double tail = (1 - confidence) / 2;
+  return {Binomial::find_lower_bound_on_p(n, k, tail), Binomial::find_upper_bound_on_p(n, k, tail)};
+}
+
+std::optional<double> Quantile(std::vector<double> values, double share) {
+  TD_CHECK(0 <= share && share <= 1, "a share in [0, 1]");
+  if (values.empty()) return std::nullopt;
+  std::sort(values.begin(), values.end());
+  const double at = share * static_cast<double>(values.size() - 1);
+  const auto below = static_cast<size_t>(at);
+  const size_t above = std::min(below + 1, values.size() - 1);
+  return values[below] + (at - static_cast<double>(below)) * (values[above] - values[below]);
+}
+
+double LogisticFit::At(double dose) const { return Logistic(intercept + slope * dose); }
+
+std::optional<LogisticFit> FitLogistic(const std::vector<DosePoint>& points) {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  int64_t successes = 0, trials = 0;
+  for (const DosePoint& point : points) {
+    if (point.trials == 0) continue;
+    low = std::min(low, point.dose);
+    high = std::max(high, point.dose);
+    successes += point.successes;
+    trials += point.trials;
+  }
+  if (!(low < high) || successes == 0 || successes == trials) return std::nullopt;
+
+  // Doses scaled to [0, 1], where the problem is well conditioned.
+  Eigen::Vector2d beta(std::log((successes + 0.5) / (trials - successes + 0.5)), 0);
+  Eigen::Matrix2d covariance;
+  constexpr int kMostSteps = 200;
+  bool converged = false;
+  for (int step = 0; step < kMostSteps && !converged; ++step) {
+    Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
+    const auto row = [&](const DosePoint& point) {
+      return Eigen::Vector2d(1, (point.dose - low) / (high - low));
+    };
+    for (const DosePoint& point : points) {
+      const Eigen::Vector2d x = row(point);
+      const double p = Logistic(beta.dot(x));
+      information += static_cast<double>(point.trials) * p * (1 - p) * x * x.transpose();
+    }
+    covariance = information.inverse();
+    Eigen::Vector2d score = Eigen::Vector2d::Zero();
+    for (const DosePoint& point : points) {
+      const Eigen::Vector2d x = row(point);
+      const double p = Logistic(beta.dot(x));
+      const auto n = static_cast<double>(point.trials);
+      const double leverage = p * (1 - p) * x.dot(covariance * x);  // of one trial
+      score += (static_cast<double>(point.successes) - n * p + n * leverage * (0.5 - p)) * x;
+    }
+    Eigen::Vector2d change = covariance * score;
+    const double largest = change.cwiseAbs().maxCoeff();
+    if (!std::isfinite(largest)) return std::nullopt;
+    if (largest > 2) change *= 2 / largest;
+    beta += change;
+    converged = largest < 1e-10;
+  }
+  if (!converged || beta[1] == 0) return std::nullopt;
+
+  const double half = -beta[0] / beta[1];
+  if (half < 0 || half > 1) return std::nullopt;
+  const Eigen::Vector2d gradient(-1 / beta[1], beta[0] / (beta[1] * beta[1]));
+  const double deviation = std::sqrt(gradient.dot(covariance * gradient));
+  const double z = boost::math::quantile(boost::math::normal(), 0.975);
+  const double scale = high - low;
+  return LogisticFit{.intercept = beta[0] - beta[1] * low / scale,
+                     .slope = beta[1] / scale,
+                     .half_dose = low + scale * half,
+                     .half_low = low + scale * (half - z * deviation),
+                     .half_high = low + scale * (half + z * deviation)};
+}
+
+}  // namespace turbidock::statistics

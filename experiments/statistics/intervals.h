@@ -1,0 +1,51 @@
+#pragma once
+// Numbers that summarise many trials: rates with intervals, quantiles, groups.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace turbidock::statistics {
+
+// Bounds of a probability.
+struct Interval {
+  double low = 0, high = 1;
+};
+
+// Two-sided intervals of the probability behind `successes` of `trials`, at a confidence in (0, 1);
+// [0, 1] without trials.
+// Wilson (1927): the score interval, close to the stated confidence on average.
+Interval WilsonInterval(int64_t successes, int64_t trials, double confidence = 0.95);
+// Clopper and Pearson (1934): exact, never below the stated confidence, hence wider.
+Interval ClopperPearsonInterval(int64_t successes, int64_t trials, double confidence = 0.95);
+
+// The quantile of a share in [0, 1] by linear interpolation between order statistics (Hyndman and
+// Fan's type 7, as in R and NumPy). Nothing without values.
+std::optional<double> Quantile(std::vector<double> values, double share);
+inline std::optional<double> Median(std::vector<double> values) {
+  return Quantile(std::move(values), 0.5);
+}
+
+// One condition of a study: successes of trials at a value of what was varied.
+struct DosePoint {
+  double dose = 0;
+  int64_t successes = 0, trials = 0;
+};
+
+// A logistic curve p = 1 / (1 + exp(-(intercept + slope dose))) through binomial data.
+struct LogisticFit {
+  double intercept = 0, slope = 0;
+  double half_dose = 0;  // where p = 1/2
+  double half_low = 0;   // 95 % interval of half_dose, from the curvature (delta method)
+  double half_high = 0;
+
+  double At(double dose) const;
+};
+
+// Maximum likelihood with Firth's (1993) correction, which is finite also when one dose separates
+// all successes from all failures. Nothing when the doses or the outcomes are all alike, or when
+// the fitted curve does not cross 1/2 within the doses.
+std::optional<LogisticFit> FitLogistic(const std::vector<DosePoint>& points);
+
+}  // namespace turbidock::statistics

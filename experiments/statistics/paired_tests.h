@@ -1,0 +1,30 @@
+#pragma once
+// Two treatments on the same trials: is one better, by how much, and how sure is that?
+
+#include <cstdint>
+#include <vector>
+
+#include "experiments/statistics/intervals.h"
+
+namespace turbidock::statistics {
+
+// Differences b - a of a number over pairs.
+struct PairedComparison {
+  int64_t pairs = 0;
+  double mean = 0;        // of the differences
+  Interval confidence{};  // 95 % of it, by Student's t
+  double t_p = 1;         // two-sided p of Student's paired t test
+  double wilcoxon_p = 1;  // two-sided p of Wilcoxon's signed-rank test
+};
+PairedComparison ComparePairs(const std::vector<double>& a, const std::vector<double>& b);
+
+// Wilcoxon's (1945) signed-rank test, two-sided: exact for up to 25 differences without ties, else
+// the normal approximation with correction for ties and continuity. Zeros are left out. 1 without
+// differences.
+double WilcoxonSignedRankP(const std::vector<double>& differences);
+
+// McNemar's exact test, two-sided: of pairs in which exactly one of both succeeded, `only_a` and
+// `only_b` times.
+double McNemarExactP(int64_t only_a, int64_t only_b);
+
+}  // namespace turbidock::statistics

@@ -1,0 +1,106 @@
+#include "experiments/studies/bench/bench_command.h"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "experiments/app/progress.h"
+#include "experiments/studies/bench/bench.h"
+#include "experiments/trial/resolution.h"
+
+namespace turbidock::bench {
+namespace {
+
+// The active and the passive marker: light from the balls, light from the lamps.
+const std::vector<std::string> kDefaultScenarios = {"sea_night_active", "pool_passive"};
+
+struct BenchArguments {
+  std::vector<std::string> scenarios, assignments;
+  std::optional<std::string> resolution;
+  int workers = 0;
+  BenchOptions options;
+  bool json = false, quiet = false;
+};
+
+int Bench(const BenchArguments& arguments) {
+  const auto& names = arguments.scenarios.empty() ? kDefaultScenarios : arguments.scenarios;
+  std::vector<trial::Scenario> scenarios;
+  scenarios.reserve(names.size());
+  for (const std::string& name : names) {
+    scenarios.push_back(trial::LoadScenario(name, arguments.assignments));
+    if (arguments.resolution)
+      trial::SetResolution(trial::ParseResolution(*arguments.resolution), &scenarios.back());
+  }
+
+  const std::string program = std::filesystem::read_symlink("/proc/self/exe").string();
+  app::Progress progress(arguments.quiet);
+  BenchOptions options = arguments.options;
+  options.stop_requested = [] { return app::StopSignal() != 0; };
+  BenchReport report;
+  for (size_t i = 0; i < scenarios.size(); ++i) {
+    const auto count = static_cast<double>(scenarios.size());
+    progress.Say(scenarios[i].description + ": start-up and memory of a worker");
+    std::vector<std::string> as_run = {names[i]};
+    for (const std::string& assignment : arguments.assignments) {
+      as_run.emplace_back("--set");
+      as_run.push_back(assignment);
+    }
+    if (arguments.resolution) {
+      as_run.emplace_back("--resolution");
+      as_run.push_back(*arguments.resolution);
+    }
+    report.workers.push_back(MeasureWorker(program, as_run));
+    progress.Say(scenarios[i].description + ": the loop and bare rendering by turns");
+    options.progress = [&](double share, const std::string& words) {
+      progress.Show((static_cast<double>(i) + share) / count, words);
+    };
+    report.results.push_back(RunBench(scenarios[i], options));
+    if (arguments.workers == 0) continue;
+    progress.Say(fmt::format("{}: trials with 1 and {} workers", scenarios[i].description,
+                             arguments.workers));
+    for (const int workers : {1, arguments.workers})
+      report.throughputs.push_back(MeasureThroughput(program, as_run, workers));
+  }
+  const std::string text = arguments.json ? BenchJson(report) : BenchTable(report);
+  std::fputs(text.c_str(), stdout);
+  return app::kExitDone;
+}
+
+}  // namespace
+
+void AddBench(CLI::App& app, app::Command* chosen) {
+  auto arguments = std::make_shared<BenchArguments>();
+  CLI::App* bench = app.add_subcommand(
+      "bench", "Time the closed loop, stage by stage, against bare rendering of the same views");
+  bench->add_option("scenario", arguments->scenarios,
+                    "YAML files or names of bundled scenarios (default: sea_night_active and "
+                    "pool_passive)");
+  bench
+      ->add_option("--set", arguments->assignments,
+                   "Set one key in all of them, such as water.milk_ml_m3=20; may be repeated")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+  bench->add_option("--frames", arguments->options.frames, "Frames of a trial")
+      ->capture_default_str()
+      ->check(CLI::Range(2, 1000000));
+  bench->add_option("--repeats", arguments->options.repeats, "Times that each trial is run")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1000));
+  bench
+      ->add_option("--resolution", arguments->resolution,
+                   "Size of both cameras' images with the same field of view, such as 320x240")
+      ->type_name("WxH");
+  bench
+      ->add_option("--workers", arguments->workers,
+                   "Also measure trials an hour, whole ones, with 1 and with N worker processes")
+      ->check(CLI::Range(1, 1024));
+  bench->add_flag("--json", arguments->json, "Print the result as JSON on stdout");
+  bench->add_flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
+  bench->callback([arguments, chosen] { *chosen = [arguments] { return Bench(*arguments); }; });
+}
+
+}  // namespace turbidock::bench

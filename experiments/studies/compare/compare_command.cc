@@ -1,0 +1,147 @@
+#include "experiments/studies/compare/compare_command.h"
+
+#include <fmt/format.h>
+
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "experiments/farm/result_store.h"
+#include "experiments/studies/compare/comparison.h"
+
+namespace turbidock::compare {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct CompareArguments {
+  std::string a, b, figure;
+  ComparisonOptions options;
+  std::vector<std::string> metrics = {"time_s", "final_error_m"};
+  bool json = false;
+};
+
+Json OrNull(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
+Json ToJson(const statistics::Interval& interval) { return {interval.low, interval.high}; }
+
+// Trials that succeed in one set only.
+Json Flipped(const std::vector<TrialPair>& pairs, bool lost) {
+  Json list = Json::array();
+  for (const TrialPair& pair : pairs) {
+    if (pair.a.success() == pair.b.success() || pair.a.success() != lost) continue;
+    list.push_back({{"seed", pair.a.seed},
+                    {"trial_a", pair.a.trial},
+                    {"trial_b", pair.b.trial},
+                    {"failure", lost ? pair.b.failure : pair.a.failure}});
+  }
+  return list;
+}
+
+Json ToJson(const ComparisonGroup& group, const std::vector<std::string>& metrics) {
+  const RateComparison r = CompareRates(group.pairs);
+  Json key = Json::object(), list = Json::array();
+  for (const farm::Parameter& parameter : group.key) key[parameter.key] = parameter.value;
+  for (const std::string& name : metrics) {
+    const MetricComparison m = CompareMetric(group.pairs, name);
+    list.push_back({{"metric", m.name},
+                    {"pairs", m.pairs},
+                    {"median_a", OrNull(m.median_a)},
+                    {"median_b", OrNull(m.median_b)},
+                    {"median_difference", OrNull(m.median_difference)},
+                    {"interval_95", m.interval ? ToJson(*m.interval) : Json()},
+                    {"larger", m.larger},
+                    {"smaller", m.smaller},
+                    {"larger_share_interval_95", ToJson(m.larger_share)},
+                    {"p_value", m.p_value}});
+  }
+  return {{"group", key},
+          {"pairs", r.pairs},
+          {"rate_a", r.rate_a},
+          {"rate_b", r.rate_b},
+          {"difference", r.difference},
+          {"interval_95", ToJson(r.interval)},
+          {"p_value", r.p_value},
+          {"lost", Flipped(group.pairs, true)},
+          {"gained", Flipped(group.pairs, false)},
+          {"metrics", list}};
+}
+
+void PrintGroup(const ComparisonGroup& group, const std::vector<std::string>& metrics) {
+  const RateComparison r = CompareRates(group.pairs);
+  fmt::print("{}: {} pairs\n", GroupName(group), r.pairs);
+  fmt::print("  {:24} {:5.1f} % -> {:5.1f} %, {:+.1f} points [{:+.1f}, {:+.1f}], p = {:.3g}\n",
+             "success rate", 100 * r.rate_a, 100 * r.rate_b, 100 * r.difference,
+             100 * r.interval.low, 100 * r.interval.high, r.p_value);
+  for (const std::string& name : metrics) {
+    const MetricComparison m = CompareMetric(group.pairs, name);
+    if (!m.median_difference) {
+      fmt::print("  {:24} no pair that docked in both\n", name);
+      continue;
+    }
+    fmt::print(
+        "  {:24} {:.4g} -> {:.4g}, {:+.3g}{}, {} of {} larger, p = {:.3g}\n", name, *m.median_a,
+        *m.median_b, *m.median_difference,
+        m.interval ? fmt::format(" [{:+.3g}, {:+.3g}]", m.interval->low, m.interval->high) : "",
+        m.larger, m.pairs, m.p_value);
+  }
+  for (const bool lost : {true, false})
+    for (const Json& trial : Flipped(group.pairs, lost))
+      fmt::print("  {} seed {}, trials {} and {}: {}\n", lost ? "lost  " : "gained",
+                 trial["seed"].get<int64_t>(), trial["trial_a"].get<int64_t>(),
+                 trial["trial_b"].get<int64_t>(), trial["failure"].get<std::string>());
+}
+
+int Compare(const CompareArguments& arguments) {
+  const farm::ResultStore a = farm::ResultStore::Read(arguments.a),
+                          b = farm::ResultStore::Read(arguments.b);
+  const std::vector<TrialPair> pairs = PairTrials(a, b, arguments.options);
+  const std::vector<ComparisonGroup> groups = GroupPairs(pairs, arguments.options.by);
+  auto list = Json::array();
+  for (const ComparisonGroup& group : groups) {
+    if (arguments.json)
+      list.push_back(ToJson(group, arguments.metrics));
+    else
+      PrintGroup(group, arguments.metrics);
+  }
+  if (arguments.json)
+    fmt::print("{}\n", Json{{"a", arguments.a},
+                            {"b", arguments.b},
+                            {"build_a", a.header().build},
+                            {"build_b", b.header().build},
+                            {"pairs", pairs.size()},
+                            {"groups", list}}
+                           .dump(2));
+  if (!arguments.figure.empty())
+    WriteComparisonFigure(arguments.figure, groups, arguments.a, arguments.b);
+  return app::kExitDone;
+}
+
+}  // namespace
+
+void AddCompare(CLI::App& app, app::Command* chosen) {
+  auto arguments = std::make_shared<CompareArguments>();
+  CLI::App* compare =
+      app.add_subcommand("compare", "Two result sets pair by pair: same seed, same parameters");
+  compare->add_option("a", arguments->a, "A batch's file")->required();
+  compare->add_option("b", arguments->b, "Another one's")->required();
+  compare->add_option("--by", arguments->options.by, "One group for each value of these parameters")
+      ->delimiter(',')
+      ->type_name("KEY,...");
+  compare
+      ->add_option("--ignore", arguments->options.ignore,
+                   "Parameters in which the sets are meant to differ")
+      ->delimiter(',')
+      ->type_name("KEY,...");
+  compare->add_option("--metrics", arguments->metrics, "What to compare where both docked")
+      ->delimiter(',')
+      ->type_name("NAME,...")
+      ->capture_default_str();
+  compare->add_option("--figure", arguments->figure, "Also draw a PNG");
+  compare->add_flag("--json", arguments->json, "As JSON");
+  compare->callback(
+      [arguments, chosen] { *chosen = [arguments] { return Compare(*arguments); }; });
+}
+
+}  // namespace turbidock::compare

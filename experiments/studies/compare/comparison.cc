@@ -1,0 +1,241 @@
+#include "experiments/studies/compare/comparison.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/math/distributions/binomial.hpp>
+#include <boost/math/distributions/normal.hpp>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "experiments/config/nearest_name.h"
+#include "experiments/media/gnuplot.h"
+#include "sim/base/check.h"
+
+namespace turbidock::compare {
+namespace {
+
+constexpr double kTail = 0.025;  // of a 95 % interval
+
+bool Has(const std::vector<std::string>& list, const std::string& word) {
+  return std::find(list.begin(), list.end(), word) != list.end();
+}
+
+void RequireKnown(const std::vector<std::string>& words, const std::vector<std::string>& known) {
+  for (const std::string& word : words) {
+    if (Has(known, word)) continue;
+    const std::string nearest = config::NearestName(word, known);
+    throw ConfigError(word + ": is no parameter of these results" +
+                      (nearest.empty() ? "" : "; did you mean " + nearest + "?"));
+  }
+}
+
+std::string Text(const std::vector<farm::Parameter>& parameters) {
+  std::string text;
+  for (const farm::Parameter& p : parameters) text += (text.empty() ? "" : " ") + p.Assignment();
+  return text;
+}
+
+// Trials by what a partner must share.
+using Key = std::pair<std::string, int64_t>;  // parameters, seed
+
+struct Candidate {
+  std::vector<farm::Parameter> parameters;
+  farm::TrialRecord record;
+};
+
+std::map<Key, Candidate> ByKey(const farm::ResultStore& store,
+                                       const std::vector<std::string>& keys) {
+  std::map<Key, Candidate> trials;
+  for (farm::StoredTrial& trial : store.Trials()) {
+    if (trial.record.digest.empty()) continue;
+    std::vector<farm::Parameter> shared;
+    for (const farm::Parameter& parameter : trial.parameters)
+      if (Has(keys, parameter.key)) shared.push_back(parameter);
+    std::sort(shared.begin(), shared.end(),
+              [](const farm::Parameter& x, const farm::Parameter& y) { return x.key < y.key; });
+    const Key key{Text(shared), trial.record.seed};
+    const auto [place, is_new] =
+        trials.emplace(key, Candidate{std::move(shared), std::move(trial.record)});
+    if (!is_new)
+      throw ConfigError(
+          fmt::format("several trials have the seed {}{}: they differ in a parameter "
+                      "that the other set does not have",
+                      key.second, key.first.empty() ? "" : " and " + key.first));
+  }
+  return trials;
+}
+
+// Two-sided exact test that hits and misses are equally likely.
+double SignTestPValue(int64_t hits, int64_t misses) {
+  const int64_t n = hits + misses;
+  if (n == 0) return 1;
+  const boost::math::binomial fair(static_cast<double>(n), 0.5);
+  return std::min(1.0, 2 * boost::math::cdf(fair, static_cast<double>(std::min(hits, misses))));
+}
+
+std::optional<double> MetricOf(const farm::TrialRecord& record, const std::string& name) {
+  if (name == "time_s") return record.time_s;
+  const auto metric = [&](const std::string& wanted) -> std::optional<double> {
+    for (const auto& [known, value] : record.metrics)
+      if (known == wanted) return value;
+    std::vector<std::string> names = {"time_s", "final_error_m"};
+    for (const auto& [known, value] : record.metrics) names.push_back(known);
+    const std::string nearest = config::NearestName(wanted, names);
+    throw ConfigError(wanted + ": is no metric of these results" +
+                      (nearest.empty() ? "" : "; did you mean " + nearest + "?"));
+  };
+  if (name != "final_error_m") return metric(name);
+  const auto x = metric("final_error_true_x_m"), y = metric("final_error_true_y_m"),
+             z = metric("final_error_true_z_m");
+  if (!x || !y || !z) return std::nullopt;
+  return std::hypot(*x, *y, *z);
+}
+
+// Of the median behind sorted values, 95 %; nothing when there are too few.
+std::optional<statistics::Interval> MedianInterval(const std::vector<double>& sorted) {
+  if (sorted.empty()) return std::nullopt;
+  const auto n = static_cast<double>(sorted.size());
+  const boost::math::binomial below(n, 0.5);
+  if (boost::math::cdf(below, 0) > kTail) return std::nullopt;
+  size_t rank = 0;  // the value of this rank, from 0, is above the median too rarely to matter
+  while (boost::math::cdf(below, static_cast<double>(rank + 1)) <= kTail) ++rank;
+  return statistics::Interval{sorted[rank], sorted[sorted.size() - 1 - rank]};
+}
+
+}  // namespace
+
+std::vector<TrialPair> PairTrials(const farm::ResultStore& a, const farm::ResultStore& b,
+                                  const ComparisonOptions& options) {
+  std::vector<std::string> keys, shared;
+  for (const farm::ResultStore* store : {&a, &b})
+    for (const std::string& key : store->header().keys) keys.push_back(key);
+  RequireKnown(options.ignore, keys);
+  for (const std::string& key : a.header().keys)
+    if (Has(b.header().keys, key) && !Has(options.ignore, key)) shared.push_back(key);
+  RequireKnown(options.by, shared);
+
+  const std::map<Key, Candidate> in_a = ByKey(a, shared), in_b = ByKey(b, shared);
+  std::vector<TrialPair> pairs;
+  for (const auto& [key, candidate] : in_a)
+    if (const auto partner = in_b.find(key); partner != in_b.end())
+      pairs.push_back({candidate.parameters, candidate.record, partner->second.record});
+  if (pairs.empty())
+    throw ConfigError("no trial of one set has the seed and parameters of one of the other");
+  return pairs;
+}
+
+RateComparison CompareRates(const std::vector<TrialPair>& pairs) {
+  RateComparison c;
+  c.pairs = std::ssize(pairs);
+  int64_t both = 0;
+  for (const TrialPair& pair : pairs) {
+    c.lost += pair.a.success() && !pair.b.success();
+    c.gained += !pair.a.success() && pair.b.success();
+    both += pair.a.success() && pair.b.success();
+  }
+  if (c.pairs == 0) return c;
+  const auto n = static_cast<double>(c.pairs);
+  c.rate_a = static_cast<double>(both + c.lost) / n;
+  c.rate_b = static_cast<double>(both + c.gained) / n;
+  c.difference = c.rate_b - c.rate_a;
+  const double lost = static_cast<double>(c.lost) + 0.5,
+               gained = static_cast<double>(c.gained) + 0.5;
+  const double total = n + 2, middle = (gained - lost) / total;
+  const double z = boost::math::quantile(boost::math::normal(), 1 - kTail);
+  const double half =
+      z * std::sqrt(lost + gained - (gained - lost) * (gained - lost) / total) / total;
+  c.interval = {std::max(-1.0, middle - half), std::min(1.0, middle + half)};
+  c.p_value = SignTestPValue(c.lost, c.gained);
+  return c;
+}
+
+MetricComparison CompareMetric(const std::vector<TrialPair>& pairs, const std::string& name) {
+  MetricComparison c;
+  c.name = name;
+  std::vector<double> in_a, in_b, differences;
+  for (const TrialPair& pair : pairs) {
+    const auto a = MetricOf(pair.a, name), b = MetricOf(pair.b, name);
+    if (!pair.a.success() || !pair.b.success() || !a || !b) continue;
+    in_a.push_back(*a);
+    in_b.push_back(*b);
+    differences.push_back(*b - *a);
+    c.larger += *b > *a;
+    c.smaller += *b < *a;
+  }
+  std::sort(differences.begin(), differences.end());
+  c.pairs = std::ssize(differences);
+  c.median_a = statistics::Median(std::move(in_a));
+  c.median_b = statistics::Median(std::move(in_b));
+  c.interval = MedianInterval(differences);
+  c.median_difference = statistics::Median(std::move(differences));
+  c.larger_share = statistics::WilsonInterval(c.larger, c.larger + c.smaller);
+  c.p_value = SignTestPValue(c.larger, c.smaller);
+  return c;
+}
+
+std::vector<ComparisonGroup> GroupPairs(const std::vector<TrialPair>& pairs,
+                                        const std::vector<std::string>& by) {
+  std::vector<ComparisonGroup> groups;
+  std::map<std::string, size_t> index;
+  for (const TrialPair& pair : pairs) {
+    std::vector<farm::Parameter> key;
+    for (const std::string& name : by)
+      for (const farm::Parameter& parameter : pair.parameters)
+        if (parameter.key == name) key.push_back(parameter);
+    const auto [place, is_new] = index.emplace(Text(key), groups.size());
+    if (is_new) groups.push_back({key, {}});
+    groups[place->second].pairs.push_back(pair);
+  }
+  return groups;
+}
+
+std::string GroupName(const ComparisonGroup& group) {
+  return group.key.empty() ? "all" : Text(group.key);
+}
+
+void WriteComparisonFigure(const std::string& path, const std::vector<ComparisonGroup>& groups,
+                           const std::string& name_a, const std::string& name_b) {
+  media::GnuplotScript script;
+  std::string ticks;
+  script.BeginData("rates");
+  for (size_t i = 0; i < groups.size(); ++i) {
+    const RateComparison c = CompareRates(groups[i].pairs);
+    script.Row(
+        {static_cast<double>(i), 100 * c.difference, 100 * c.interval.low, 100 * c.interval.high});
+    ticks +=
+        (i > 0 ? ", " : "") + media::GnuplotQuoted(GroupName(groups[i])) + " " + std::to_string(i);
+  }
+  script.EndData().BeginData("times");
+  double longest_s = 1;
+  for (const ComparisonGroup& group : groups)
+    for (const TrialPair& pair : group.pairs)
+      if (pair.a.success() && pair.b.success()) {
+        script.Row({pair.a.time_s, pair.b.time_s});
+        longest_s = std::max({longest_s, pair.a.time_s, pair.b.time_s});
+      }
+  script.Row({std::numeric_limits<double>::quiet_NaN(),
+              std::numeric_limits<double>::quiet_NaN()});  // never empty
+  script.EndData();
+  script.Line("set multiplot layout 1,2; set grid");
+  // Paths are too long for it; the other panel's axes name both.
+  script.Line("set title 'success rate, the second less the first'");
+  script.Line("set xlabel 'percentage points, 95 %'; set xrange [-100:100]; set xzeroaxis");
+  script.Line(fmt::format("set ytics ({}); set yrange [{}:-1]", ticks, groups.size()));
+  script.Line("set arrow from 0, graph 0 to 0, graph 1 nohead linecolor 'grey40'");
+  script.Line("plot $rates using 2:1:3:4 with xerrorbars pointtype 7 linecolor 'blue' notitle");
+  script.Line("unset arrow; set ytics autofreq");
+  script.Line("set title 'time to dock of pairs that docked in both'");
+  script.Line(fmt::format("set xrange [0:{0}]; set yrange [0:{0}]", 1.05 * longest_s));
+  script.Line(fmt::format("set xlabel {}; set ylabel {}", media::GnuplotQuoted(name_a + " (s)"),
+                          media::GnuplotQuoted(name_b + " (s)")));
+  script.Line(
+      "plot x with lines linecolor 'grey40' notitle, $times using 1:2 with points pointtype 7 "
+      "pointsize 0.5 linecolor 'blue' notitle");
+  script.Line("unset multiplot");
+  script.WritePng(path, 1400, 600);
+}
+
+}  // namespace turbidock::compare

@@ -1,0 +1,70 @@
+#pragma once
+// Two result sets, pair by pair: trials of the same seed and parameters.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "experiments/farm/result_store.h"
+#include "experiments/statistics/intervals.h"
+
+namespace turbidock::compare {
+
+// A trial in both sets.
+struct TrialPair {
+  std::vector<farm::Parameter> parameters;  // that both sets have
+  farm::TrialRecord a, b;
+};
+
+struct ComparisonOptions {
+  std::vector<std::string> by;      // parameters: one group for each of their values
+  std::vector<std::string> ignore;  // parameters in which the sets are meant to differ
+};
+
+// Matches the trials that came to an end of their own. ConfigError when a trial would have several
+// partners, when no trial has one, or for a parameter that is not there.
+std::vector<TrialPair> PairTrials(const farm::ResultStore& a, const farm::ResultStore& b,
+                                  const ComparisonOptions& options);
+
+// Success rates over pairs.
+struct RateComparison {
+  int64_t pairs = 0, lost = 0, gained = 0;  // success in a only, in b only
+  double rate_a = 0, rate_b = 0;
+  double difference = 0;          // of b less a
+  statistics::Interval interval;  // of the difference, 95 %: Wald's with half a pair added to each
+                                  // cell (Agresti and Min, Stat. Med. 24 (2005) 729)
+  double p_value = 1;  // exact McNemar test, two-sided
+};
+RateComparison CompareRates(const std::vector<TrialPair>& pairs);
+
+// A metric over the pairs that succeeded in both and have it.
+struct MetricComparison {
+  std::string name;
+  int64_t pairs = 0, larger = 0, smaller = 0;  // in b
+  std::optional<double> median_a, median_b;
+  std::optional<double> median_difference;       // median of b less a, pair by pair
+  std::optional<statistics::Interval> interval;  // of that median, 95 %, from order statistics
+  statistics::Interval
+      larger_share;    // of the pairs that differ, the share larger in b: Wilson, 95 %
+  double p_value = 1;  // exact sign test, two-sided
+};
+// "time_s", "final_error_m" (true distance from the desired pose) or a metric of TrialRecord.
+// ConfigError for any other name.
+MetricComparison CompareMetric(const std::vector<TrialPair>& pairs, const std::string& name);
+
+struct ComparisonGroup {
+  std::vector<farm::Parameter> key;  // values of ComparisonOptions::by
+  std::vector<TrialPair> pairs;
+};
+std::vector<ComparisonGroup> GroupPairs(const std::vector<TrialPair>& pairs,
+                                        const std::vector<std::string>& by);
+
+// "sea.state=calm", or "all" without parameters.
+std::string GroupName(const ComparisonGroup& group);
+
+// Draws success rates and their differences by group and both sets' times to dock into a PNG.
+void WriteComparisonFigure(const std::string& path, const std::vector<ComparisonGroup>& groups,
+                           const std::string& name_a, const std::string& name_b);
+
+}  // namespace turbidock::compare

@@ -1,0 +1,159 @@
+#include "experiments/studies/curve/success_curve.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "experiments/farm/summary.h"
+#include "experiments/media/gnuplot.h"
+
+namespace turbidock::curve {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::array kColors = {"#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"};
+constexpr int kWidth_px = 1100, kHeight_px = 700;
+
+double Number(const std::string& key, const std::string& text) {
+  double number = 0;
+  const char* const end = text.data() + text.size();
+  const auto result = std::from_chars(text.data(), end, number);
+  if (result.ec != std::errc{} || result.ptr != end)
+    throw ConfigError(key + ": '" + text + "' is no number, so nothing can be drawn over it");
+  return number;
+}
+
+double Rate(const statistics::DosePoint& point) {
+  return static_cast<double>(point.successes) / static_cast<double>(point.trials);
+}
+
+std::string HalfText(const SuccessCurve& curve) {
+  if (!curve.fit) return "does not fall to 50 % within the values tried";
+  return fmt::format("falls to 50 % at {:.3g} [{:.3g}, {:.3g}]", curve.fit->half_dose,
+                     curve.fit->half_low, curve.fit->half_high);
+}
+
+}  // namespace
+
+std::vector<SuccessCurve> SuccessCurves(const std::vector<farm::StoredTrial>& trials,
+                                        const std::string& over, const std::string& by) {
+  std::map<std::string, std::map<double, statistics::DosePoint>> counts;
+  for (const farm::StoredTrial& trial : trials) {
+    const double dose = Number(over, farm::GroupValue(trial, over));
+    statistics::DosePoint& point = counts[by.empty() ? "" : farm::GroupValue(trial, by)][dose];
+    point.dose = dose;
+    ++point.trials;
+    point.successes += trial.record.success();
+  }
+  std::vector<SuccessCurve> curves;
+  for (const auto& [name, points] : counts) {
+    SuccessCurve curve{name, {}, std::nullopt};
+    for (const auto& [dose, point] : points) curve.points.push_back(point);
+    curve.fit = statistics::FitLogistic(curve.points);
+    curves.push_back(std::move(curve));
+  }
+  return curves;
+}
+
+std::string SuccessTable(const std::string& over, const std::vector<SuccessCurve>& curves) {
+  std::string text = fmt::format("{:24} {:>12} {:>9} {:>9}  {:10} {:10}\n", "", over, "trials",
+                                 "success %", "Wilson", "exact");
+  const auto percent = [](const statistics::Interval& interval) {
+    return fmt::format("{:.0f}-{:.0f}", 100 * interval.low, 100 * interval.high);
+  };
+  for (const SuccessCurve& curve : curves)
+    for (const statistics::DosePoint& p : curve.points)
+      text += fmt::format("{:24} {:>{}} {:>9} {:>9.1f}  {:10} {:10}\n", curve.name,
+                          FormatNumber(p.dose), std::max<size_t>(12, over.size()), p.trials,
+                          100 * Rate(p), percent(statistics::WilsonInterval(p.successes, p.trials)),
+                          percent(statistics::ClopperPearsonInterval(p.successes, p.trials)));
+  for (const SuccessCurve& curve : curves)
+    text +=
+        fmt::format("{}{}\n", curve.name.empty() ? "success " : curve.name + " ", HalfText(curve));
+  return text +
+         "95 % intervals; the 50 % point is of a logistic curve fitted with Firth's correction.\n";
+}
+
+std::string SuccessJson(const std::string& over, const std::vector<SuccessCurve>& curves) {
+  Json list = Json::array();
+  for (const SuccessCurve& curve : curves) {
+    Json points = Json::array();
+    for (const statistics::DosePoint& p : curve.points) {
+      const statistics::Interval wilson = statistics::WilsonInterval(p.successes, p.trials);
+      const statistics::Interval exact = statistics::ClopperPearsonInterval(p.successes, p.trials);
+      points.push_back({{over, p.dose},
+                        {"trials", p.trials},
+                        {"successes", p.successes},
+                        {"wilson", {wilson.low, wilson.high}},
+                        {"clopper_pearson", {exact.low, exact.high}}});
+    }
+    Json half;
+    if (curve.fit)
+      half = {{"at", curve.fit->half_dose},
+              {"low", curve.fit->half_low},
+              {"high", curve.fit->half_high}};
+    list.push_back({{"name", curve.name}, {"points", points}, {"half", half}});
+  }
+  return list.dump(2) + "\n";
+}
+
+void WriteSuccessFigure(const std::string& path, const std::string& title, const std::string& over,
+                        const std::vector<SuccessCurve>& curves) {
+  double low = curves.front().points.front().dose, high = low;
+  for (const SuccessCurve& curve : curves) {
+    low = std::min(low, curve.points.front().dose);
+    high = std::max(high, curve.points.back().dose);
+  }
+  const double margin = high > low ? 0.03 * (high - low) : 1;
+  media::GnuplotScript script;
+  std::string plot;
+  for (size_t i = 0; i < curves.size(); ++i) {
+    const SuccessCurve& curve = curves[i];
+    const std::string color = media::GnuplotQuoted(kColors[i % kColors.size()]);
+    // Side by side where curves share a value, or their intervals would hide each other.
+    const double shift =
+        margin / 6 * (static_cast<double>(i) - (static_cast<double>(curves.size()) - 1) / 2);
+    script.BeginData(fmt::format("points{}", i));
+    for (const statistics::DosePoint& p : curve.points) {
+      const statistics::Interval wilson = statistics::WilsonInterval(p.successes, p.trials);
+      script.Row({p.dose + shift, 100 * Rate(p), 100 * wilson.low, 100 * wilson.high});
+    }
+    script.EndData();
+    plot += fmt::format(
+        "{}$points{} using 1:2:3:4 with yerrorbars linecolor rgb {} linewidth 1.5 pointtype 7 "
+        "pointsize 1.2 title {}",
+        i == 0 ? "plot " : ", ", i, color,
+        media::GnuplotQuoted((curve.name.empty() ? "success" : curve.name) + ": " +
+                             HalfText(curve)));
+    if (!curve.fit) continue;
+    constexpr int kSteps = 300;
+    script.BeginData(fmt::format("curve{}", i));
+    for (int k = 0; k <= kSteps; ++k) {
+      const double dose = low + (high - low) * k / kSteps;
+      script.Row({dose, 100 * curve.fit->At(dose)});
+    }
+    script.EndData();
+    plot += fmt::format(", $curve{} using 1:2 with lines linecolor rgb {} linewidth 2 notitle", i,
+                        color);
+  }
+  script.Line("set title " + media::GnuplotQuoted(title))
+      .Line("set xlabel " + media::GnuplotQuoted(over))
+      .Line("set ylabel 'success rate, % (95 % Wilson intervals)'")
+      .Line(fmt::format("set xrange [{}:{}]", FormatNumber(low - margin),
+                        FormatNumber(high + margin)))
+      .Line("set yrange [-3:103]")
+      .Line("set grid linecolor rgb '#dddddd'")
+      .Line("set key tmargin left vertical Left reverse")
+      .Line(
+          "set arrow from graph 0, first 50 to graph 1, first 50 nohead dashtype 2 "
+          "linecolor rgb '#888888'")
+      .Line(plot);
+  script.WritePng(path, kWidth_px, kHeight_px);
+}
+
+}  // namespace turbidock::curve

@@ -1,0 +1,314 @@
+#include "experiments/studies/estimators/compare_estimators.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "experiments/config/yaml_fields.h"
+#include "experiments/studies/estimators/pagmo_estimator.h"
+#include "experiments/trial/fixed_view.h"
+#include "sim/base/random.h"
+#include "vision/blob_estimator.h"
+#include "vision/fitness.h"
+#include "vision/rm_ga.h"
+
+namespace turbidock::estimators {
+namespace {
+
+using Json = nlohmann::json;
+
+double ProcessorTime_s() {
+  timespec time{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+// What one start shows: its frames, and where the marker is in them.
+struct Start {
+  std::vector<StereoImage> frames;
+  std::vector<Pose> true_X_HM;  // one, or one for each frame
+
+  const Pose& TrueAt(size_t frame) const {
+    return true_X_HM[std::min(frame, true_X_HM.size() - 1)];
+  }
+};
+
+// What one estimator did with one start.
+struct OneRun {
+  double error_m = 0, rotation_rad = 0, detected = 0, fitness = 0, frame_s = 0, evaluations = 0;
+  int found_frame = 0;  // the first of those found without a break to the end, from 1; 0: none
+};
+
+bool IsFound(const CompareOptions& options, double error_m, double rotation_rad) {
+  return error_m <= options.found_m && rotation_rad <= options.found_rad;
+}
+
+OneRun RunOne(const CompareOptions& options, vision::PoseEstimator* estimator, const Start& start) {
+  const CompareTask task = options.task;
+  const size_t frames = start.frames.size();
+  const size_t first_judged = task == CompareTask::kAbsent ? 0
+                              : task == CompareTask::kMoving
+                                  ? static_cast<size_t>(kMovingSettleFrames)
+                                  : frames - 1;
+  std::vector<double> times_s;
+  OneRun run;
+  for (size_t i = 0; i < frames; ++i) {
+    const double start_s = ProcessorTime_s();
+    const PoseEstimate& estimate = estimator->Update(start.frames[i]);
+    times_s.push_back(ProcessorTime_s() - start_s);
+    run.evaluations += static_cast<double>(estimate.evaluations) / static_cast<double>(frames);
+    run.fitness = estimate.fitness;
+    const Pose& true_X_HM = start.TrueAt(i);
+    const double error_m = (estimate.X_HM.p - true_X_HM.p).norm();
+    const double rotation_rad = AngleBetween(estimate.X_HM.q, true_X_HM.q);
+    if (!IsFound(options, error_m, rotation_rad))
+      run.found_frame = 0;
+    else if (run.found_frame == 0)
+      run.found_frame = static_cast<int>(i) + 1;
+    if (i < first_judged) continue;
+    run.error_m = std::max(run.error_m, error_m);
+    run.rotation_rad = std::max(run.rotation_rad, rotation_rad);
+    run.detected += estimate.detected ? 1.0 / static_cast<double>(frames - first_judged) : 0;
+  }
+  run.frame_s = *statistics::Median(times_s);
+  return run;
+}
+
+// Whether the image recognises the marker at its true pose as well as docking needs.
+bool IsAreaI(const trial::Scenario& scenario, const StereoRig& rig, const Start& start) {
+  vision::HueLabeller labeller(scenario.hue, scenario.marker);
+  Image1u8 left, right;
+  labeller.Label(start.frames.front().left, &left);
+  labeller.Label(start.frames.front().right, &right);
+  const vision::Fitness fitness(scenario.marker, rig, left, right);
+  return recognition::AreaOf(fitness.Evaluate(start.TrueAt(0))) == recognition::Area::kI;
+}
+
+// Some starts of a marker at a distance.
+struct Job {
+  recognition::MarkerKind marker;
+  double distance_m;  // 0: the task is not about one
+  int first, count;
+};
+
+trial::Scenario PoolScenario(recognition::MarkerKind marker,
+                             const std::vector<std::string>& assignments) {
+  return trial::LoadScenario(fmt::format("pool_{}", NameOf(marker)), assignments);
+}
+
+// All milks, starts and estimators of a job: [milk][estimator][start] of numbers.
+std::string RunJob(const CompareOptions& options, const Job& job) {
+  trial::Scenario scenario = PoolScenario(job.marker, options.assignments);
+  const StereoRig rig = scenario.rig.MakeRig();
+  Rng rng = SeedTree(static_cast<uint64_t>(scenario.seed))
+                .Stream(std::string("compare.") + NameOf(job.marker) +
+                        FormatNumber(job.distance_m) + "." + FormatNumber(job.first));
+  const size_t milks = options.milk_ml_m3.size();
+  std::vector<std::vector<Json>> out(milks,
+                                     std::vector<Json>(options.estimators.size(), Json::array()));
+  std::vector<int> done(milks, 0);
+  // Where too little of the range is Area I, there are fewer starts.
+  int candidates = 20 * job.count;
+  while (candidates > 0 && std::ranges::any_of(done, [&](int n) { return n < job.count; })) {
+    std::vector<std::vector<Pose>> starts;
+    std::vector<Pose> poses;
+    const int drawn = options.task == CompareTask::kMoving ? 1 : job.count;
+    for (int i = 0; i < drawn; ++i, --candidates) {
+      starts.push_back(
+          DrawStart(options.task, job.distance_m, options.frames, scenario, rig, &rng));
+      poses.insert(poses.end(), starts.back().begin(), starts.back().end());
+    }
+    const std::vector<trial::FixedView> views = trial::DrawFixedViews(scenario, poses);
+    size_t first_view = 0;
+    for (const std::vector<Pose>& true_X_HM : starts) {
+      const uint64_t seed = rng.NextU64();
+      for (size_t m = 0; m < milks; ++m) {
+        if (done[m] == job.count) continue;
+        scenario.optics.water.milk_ml_m3 = options.milk_ml_m3[m];
+        Start start{.frames = {}, .true_X_HM = true_X_HM};
+        std::optional<trial::FixedCameras> cameras;
+        for (int64_t frame = 0; frame < options.frames; ++frame) {
+          const auto view = static_cast<size_t>(frame);
+          if (view < true_X_HM.size())
+            cameras.emplace(views[first_view + view], scenario, SeedTree(seed));
+          start.frames.emplace_back().frame = frame;
+          cameras->Expose(frame, &start.frames.back());
+          if (frame == 0 && options.task == CompareTask::kAnywhere &&
+              !IsAreaI(scenario, rig, start))
+            break;
+        }
+        if (start.frames.size() < static_cast<size_t>(options.frames)) continue;
+        ++done[m];
+        for (size_t e = 0; e < options.estimators.size(); ++e) {
+          const auto estimator = MakeEstimator(options.estimators[e], scenario, seed);
+          const OneRun o = RunOne(options, estimator.get(), start);
+          const Pose& X_HM = start.true_X_HM.back();
+          out[m][e].push_back({o.error_m, o.rotation_rad, o.detected, o.fitness, o.frame_s,
+                               o.evaluations, X_HM.p.x(), X_HM.p.y(), X_HM.p.z(), X_HM.q.w(),
+                               X_HM.q.x(), X_HM.q.y(), X_HM.q.z(), o.found_frame});
+        }
+      }
+      first_view += true_X_HM.size();
+    }
+  }
+  return Json(out).dump();
+}
+
+// The ranks between which the median lies with 95 % confidence, by the binomial distribution's
+// normal approximation.
+statistics::Interval MedianInterval(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  const auto n = static_cast<double>(values.size());
+  const double half = 0.98 * std::sqrt(n);
+  const auto at = [&](double rank) {
+    return values[static_cast<size_t>(std::clamp(rank, 0.0, n - 1))];
+  };
+  return {at(std::floor(0.5 * n - half)), at(std::ceil(0.5 * n + half) - 1)};
+}
+
+CompareRow RowOf(const recognition::RecognitionCell& cell, const std::string& estimator,
+                 const Json& starts, const CompareOptions& options) {
+  CompareRow row;
+  row.cell = cell;
+  row.estimator = estimator;
+  std::vector<double> times_s;
+  std::vector<int> found_frames;
+  const auto count = static_cast<double>(starts.size());
+  for (const Json& start : starts) {
+    const double error_m = start[0], rotation_rad = start[1];
+    row.errors_m.push_back(error_m);
+    row.rotations_rad.push_back(rotation_rad);
+    row.detected += start[2].get<double>() / count;
+    row.fitness.push_back(start[3]);
+    row.fitness_mean += row.fitness.back() / count;
+    times_s.push_back(start[4]);
+    row.evaluations_per_frame += start[5].get<double>() / count;
+    const bool found = IsFound(options, error_m, rotation_rad);
+    row.found += found;
+    row.is_found.push_back(found);
+    if (const int frame = start[13]; frame > 0) found_frames.push_back(frame);
+    if (!found && options.task != CompareTask::kAbsent)
+      row.misses.push_back({Pose{Eigen::Quaterniond(start[9], start[10], start[11], start[12]),
+                                 Eigen::Vector3d(start[6], start[7], start[8])},
+                            error_m, rotation_rad, row.fitness.back()});
+    ++row.starts;
+  }
+  if (row.starts == 0) return row;
+  row.found_interval = statistics::WilsonInterval(row.found, row.starts);
+  row.error_median_m = *statistics::Median(row.errors_m);
+  row.error_median_interval_m = MedianInterval(row.errors_m);
+  row.error_95_m = *statistics::Quantile(row.errors_m, 0.95);
+  row.error_worst_m = *std::ranges::max_element(row.errors_m);
+  row.rotation_median_rad = *statistics::Median(row.rotations_rad);
+  row.rotation_median_interval_rad = MedianInterval(row.rotations_rad);
+  row.rotation_95_rad = *statistics::Quantile(row.rotations_rad, 0.95);
+  if (options.task == CompareTask::kStill || options.task == CompareTask::kAnywhere) {
+    row.frames_median = FrameBy(0.5, found_frames, row.starts);
+    row.frames_95 = FrameBy(0.95, found_frames, row.starts);
+  }
+  row.frame_s = *statistics::Median(times_s);
+  return row;
+}
+
+}  // namespace
+
+std::optional<int> FrameBy(double share, std::vector<int> found_frames, int starts) {
+  const auto rank = static_cast<size_t>(std::ceil(share * starts));
+  if (rank > found_frames.size()) return std::nullopt;
+  std::sort(found_frames.begin(), found_frames.end());
+  return found_frames[rank - 1];
+}
+
+std::vector<std::string> EstimatorNames() {
+  return {"default", "search", "published", "de", "pso", "cmaes", "blobs"};
+}
+
+std::unique_ptr<vision::PoseEstimator> MakeEstimator(const std::string& name,
+                                                     const trial::Scenario& scenario,
+                                                     uint64_t seed) {
+  const StereoRig rig = scenario.rig.MakeRig();
+  const size_t slash = name.find('/');
+  const std::string base = name.substr(0, slash);
+  const auto rm_ga = [&](vision::RmGaOptions options) {
+    for (size_t first = slash; first != std::string::npos;) {
+      const size_t end = name.find('/', first + 1);
+      try {
+        config::ApplySet(name.substr(first + 1, end - first - 1), &options, nullptr);
+      } catch (const ConfigError& error) {
+        throw ConfigError("estimator '" + name + "': " + error.what());
+      }
+      first = end;
+    }
+    return std::make_unique<vision::RmGa>(options, scenario.marker, scenario.hue, rig,
+                                          SeedTree(seed).Stream("vision.rm_ga"));
+  };
+  if (base == "default") return rm_ga(scenario.estimator);
+  if (base == "search") {
+    vision::RmGaOptions options = scenario.estimator;
+    options.refine.enabled = false;
+    return rm_ga(options);
+  }
+  if (base == "published") {
+    vision::RmGaOptions options = vision::RmGaOptions::Published();
+    options.range = scenario.estimator.range;
+    return rm_ga(options);
+  }
+  const auto pagmo = [&](PagmoMethod method) {
+    return MakePagmoEstimator({.method = method, .range = scenario.estimator.range},
+                              scenario.marker, scenario.hue, rig, static_cast<uint32_t>(seed));
+  };
+  if (name == "de") return pagmo(PagmoMethod::kDe);
+  if (name == "pso") return pagmo(PagmoMethod::kPso);
+  if (name == "cmaes") return pagmo(PagmoMethod::kCmaes);
+  if (name == "blobs")
+    return std::make_unique<vision::BlobEstimator>(vision::BlobParams{}, scenario.marker,
+                                                   scenario.hue, rig);
+  std::string known;
+  for (const std::string& one : EstimatorNames()) known += (known.empty() ? "" : ", ") + one;
+  throw ConfigError("estimator '" + name + "' is not known; there are " + known +
+                    ", the first three also with keys of the search: default/creep_share=0");
+}
+
+std::vector<CompareRow> CompareEstimators(const CompareOptions& options) {
+  for (const std::string& name : options.estimators)  // bad names now, not in a worker
+    MakeEstimator(name, PoolScenario(options.markers.front(), options.assignments), 0);
+  if (options.task == CompareTask::kMoving && options.frames <= kMovingSettleFrames)
+    throw ConfigError("frames " + FormatNumber(options.frames) + ", must be more than " +
+                      FormatNumber(kMovingSettleFrames) + " for a moving marker");
+  constexpr int kStartsOfJob = 25;
+  const std::vector<double> distances_m =
+      IsAboutDistance(options.task) ? options.distances_m : std::vector<double>{0};
+  std::vector<Job> jobs;
+  for (const recognition::MarkerKind marker : options.markers)
+    for (const double distance_m : distances_m)
+      for (int first = 0; first < options.starts; first += kStartsOfJob)
+        jobs.push_back({marker, distance_m, first, std::min(kStartsOfJob, options.starts - first)});
+  const std::vector<std::string> texts = farm::ForkMap(
+      static_cast<int>(jobs.size()),
+      [&](int i) { return RunJob(options, jobs[static_cast<size_t>(i)]); }, options.run);
+  // The starts of a marker at a distance, from one job or several.
+  std::vector<CompareRow> rows;
+  for (size_t first = 0, end; first < texts.size(); first = end) {
+    std::vector<Json> parts;
+    const Job& job = jobs[first];
+    for (end = first; end < texts.size() && jobs[end].marker == job.marker &&
+                      jobs[end].distance_m == job.distance_m;
+         ++end)
+      parts.push_back(Json::parse(texts[end]));
+    for (size_t m = 0; m < options.milk_ml_m3.size(); ++m)
+      for (size_t e = 0; e < options.estimators.size(); ++e) {
+        Json starts = Json::array();
+        for (const Json& part : parts)
+          starts.insert(starts.end(), part[m][e].begin(), part[m][e].end());
+        rows.push_back(RowOf({job.marker, options.milk_ml_m3[m], job.distance_m},
+                             options.estimators[e], starts, options));
+      }
+  }
+  return rows;
+}
+
+}  // namespace turbidock::estimators

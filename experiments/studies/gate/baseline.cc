@@ -1,0 +1,201 @@
+#include "experiments/studies/gate/baseline.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+
+#include "experiments/config/yaml_fields.h"
+#include "sim/base/check.h"
+#include "sim/base/digest.h"
+
+namespace turbidock::gate {
+namespace {
+
+constexpr std::string_view kChecksumKey = "checksum: ";
+
+std::string ChecksumOf(std::string_view text) {
+  Digest digest;
+  digest.Add(text);
+  return digest.Hex();
+}
+
+std::string Quoted(const std::string& text) {
+  YAML::Emitter out;
+  out << YAML::DoubleQuoted << text;
+  return out.c_str();
+}
+
+std::string JoinAssignments(const std::vector<std::string>& assignments) {
+  std::string text;
+  for (const std::string& assignment : assignments) text += (text.empty() ? "" : " ") + assignment;
+  return text;
+}
+
+std::string Percent(double share) { return fmt::format("{:.1f} %", 100 * share); }
+
+std::optional<double> MedianOf(const BaselineCondition& condition, double GateTrial::*value) {
+  std::vector<double> values;
+  for (const GateTrial& trial : condition.outcomes)
+    if (trial.docked()) values.push_back(trial.*value);
+  return statistics::Median(std::move(values));
+}
+
+std::string Rate(const BaselineCondition& c) {
+  return fmt::format("{} of {} docked ({}, 95 % interval {} to {})", c.docked, c.trials,
+                     Percent(c.success_rate), Percent(c.interval_95.at(0)),
+                     Percent(c.interval_95.at(1)));
+}
+
+void DescribeMedian(const BaselineCondition& before, const BaselineCondition& after,
+                    double GateTrial::*value, const char* name, double scale, const char* unit,
+                    std::vector<std::string>* lines) {
+  const auto old_median = MedianOf(before, value), new_median = MedianOf(after, value);
+  if (!old_median || !new_median || *old_median == *new_median) return;
+  lines->push_back(fmt::format("  median {} {:.1f} {} -> {:.1f} {} ({:+.1f})", name,
+                               scale * *old_median, unit, scale * *new_median, unit,
+                               scale * (*new_median - *old_median)));
+}
+
+}  // namespace
+
+const BaselineCondition* Baseline::Find(const std::string& name) const {
+  const auto found = std::find_if(conditions.begin(), conditions.end(),
+                                  [&](const BaselineCondition& c) { return c.name == name; });
+  return found == conditions.end() ? nullptr : &*found;
+}
+
+BaselineCondition MakeBaselineCondition(const GateCondition& condition,
+                                        const std::vector<GateTrial>& outcomes) {
+  BaselineCondition made;
+  made.name = condition.name;
+  made.scenario = condition.scenario;
+  made.settings = JoinAssignments(condition.assignments);
+  made.digest = condition.digest;
+  made.trials = static_cast<int>(outcomes.size());
+  made.docked = static_cast<int>(
+      std::count_if(outcomes.begin(), outcomes.end(), [](const auto& t) { return t.docked(); }));
+  made.success_rate = made.trials > 0 ? static_cast<double>(made.docked) / made.trials : 0;
+  const statistics::Interval interval = statistics::WilsonInterval(made.docked, made.trials);
+  made.interval_95 = {interval.low, interval.high};
+  made.outcomes = outcomes;
+  return made;
+}
+
+std::string BaselineText(const Baseline& baseline) {
+  std::string text =
+      "# A gate's baseline, written by `turbidock gate GATE.yaml --update`. Do not edit: the\n"
+      "# checksum covers every byte above it.\n";
+  text += fmt::format("schema_version: {}\nbuild: {}\nseed: {}\nconditions:\n", kBaselineSchema,
+                      Quoted(baseline.build), baseline.seed);
+  for (const BaselineCondition& c : baseline.conditions) {
+    text += fmt::format(
+        "  - name: {}\n    scenario: {}\n    settings: {}\n    digest: \"{}\"\n    trials: {}\n"
+        "    docked: {}\n    success_rate: {}\n    interval_95: [{:.4f}, {:.4f}]\n    outcomes:\n",
+        Quoted(c.name), Quoted(c.scenario), Quoted(c.settings), c.digest, c.trials, c.docked,
+        FormatNumber(c.success_rate), c.interval_95.at(0), c.interval_95.at(1));
+    for (const GateTrial& t : c.outcomes)
+      text += fmt::format(
+          "      - {{seed: {}, outcome: {}, time_s: {}, final_error_m: {}, digest: \"{}\"}}\n",
+          t.seed, t.outcome, FormatNumber(t.time_s), FormatNumber(t.final_error_m), t.digest);
+  }
+  return text + std::string(kChecksumKey) + "\"" + ChecksumOf(text) + "\"\n";
+}
+
+Baseline LoadBaseline(const std::string& file) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(file, ignored))
+    throw ConfigError(file +
+                      ": there is no baseline; `turbidock gate GATE.yaml --update` makes it");
+  Baseline baseline;
+  config::Origins origins;
+  config::ReadFields(config::LoadYaml(file), &baseline, &origins);
+  config::CheckSettings(baseline, origins);
+
+  std::ifstream stream(file, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  const size_t end = text.rfind(kChecksumKey);
+  const std::string covered = text.substr(0, end == std::string::npos ? text.size() : end);
+  const std::string tail = std::string(kChecksumKey) + "\"" + ChecksumOf(covered) + "\"\n";
+  if (end == std::string::npos || text.substr(end) != tail)
+    throw ConfigError(file +
+                      ": the checksum does not match: the file was edited or damaged after it was "
+                      "written; restore it, or measure it anew with --update");
+  for (const BaselineCondition& c : baseline.conditions)
+    if (c.trials != std::ssize(c.outcomes) || c.interval_95.size() != 2)
+      throw ConfigError(file + ": condition '" + c.name + "' is incomplete");
+  return baseline;
+}
+
+void RequireSamePlan(const GatePlan& plan, const Baseline& baseline, const std::string& file) {
+  const std::string remedy = "; measure it anew with --update";
+  for (const GateCondition& condition : plan.conditions) {
+    const BaselineCondition* known = baseline.Find(condition.name);
+    if (!known)
+      throw ConfigError(file + ": is from another plan: it has no condition '" + condition.name +
+                        "'" + remedy);
+    if (known->scenario != condition.scenario)
+      throw ConfigError(file + ": is from another plan: condition '" + condition.name +
+                        "' was measured in scenario " + known->scenario + ", the gate says " +
+                        condition.scenario + remedy);
+    const std::string settings = JoinAssignments(condition.assignments);
+    if (known->settings != settings)
+      throw ConfigError(file + ": is from another plan: condition '" + condition.name +
+                        "' was measured with '" + known->settings + "', the gate sets '" +
+                        settings + "'" + remedy);
+    if (known->digest != condition.digest)
+      throw ConfigError(file + ": is from another plan: the scenario file " + condition.scenario +
+                        " of condition '" + condition.name + "' has changed" + remedy);
+  }
+  for (const BaselineCondition& known : baseline.conditions)
+    if (std::none_of(plan.conditions.begin(), plan.conditions.end(),
+                     [&](const GateCondition& c) { return c.name == known.name; }))
+      throw ConfigError(file + ": is from another plan: the gate has no condition '" + known.name +
+                        "'" + remedy);
+}
+
+std::vector<std::string> DescribeChange(const Baseline& before, const Baseline& after) {
+  std::vector<std::string> lines;
+  const bool first = before.conditions.empty();
+  if (!first) lines.push_back(fmt::format("build {} -> {}", before.build, after.build));
+  if (!first && before.seed != after.seed)
+    lines.push_back(fmt::format("other seeds: {} -> {}", before.seed, after.seed));
+  for (const BaselineCondition& now : after.conditions) {
+    const BaselineCondition* was = before.Find(now.name);
+    if (!was) {
+      lines.push_back(fmt::format("{}: new, {}", now.name, Rate(now)));
+      continue;
+    }
+    std::map<int64_t, const GateTrial*> old_trials;
+    for (const GateTrial& trial : was->outcomes) old_trials[trial.seed] = &trial;
+    int shared = 0, lost = 0, gained = 0, same = 0;
+    for (const GateTrial& trial : now.outcomes) {
+      const auto found = old_trials.find(trial.seed);
+      if (found == old_trials.end()) continue;
+      ++shared;
+      lost += found->second->docked() && !trial.docked();
+      gained += !found->second->docked() && trial.docked();
+      same += found->second->digest == trial.digest;
+    }
+    const bool unchanged = same == now.trials && now.trials == was->trials;
+    lines.push_back(now.name + ": " + (unchanged ? "unchanged, " : "now ") + Rate(now) +
+                    (unchanged ? "" : ", before " + Rate(*was)));
+    if (was->scenario != now.scenario || was->settings != now.settings || was->digest != now.digest)
+      lines.push_back("  another condition than before: its scenario or settings changed");
+    if (unchanged) continue;
+    if (shared > 0)
+      lines.push_back(fmt::format(
+          "  of {} seeds in both, {} no longer dock, {} dock now, {} ran bit for bit as before",
+          shared, lost, gained, same));
+    DescribeMedian(*was, now, &GateTrial::time_s, "time to dock", 1, "s", &lines);
+    DescribeMedian(*was, now, &GateTrial::final_error_m, "final true error", 1000, "mm", &lines);
+  }
+  for (const BaselineCondition& was : before.conditions)
+    if (!after.Find(was.name)) lines.push_back(was.name + ": gone, had " + Rate(was));
+  return lines;
+}
+
+}  // namespace turbidock::gate

@@ -1,0 +1,76 @@
+#pragma once
+// The baseline of a gate: how every condition fared, a line a trial, in a YAML file to be
+// committed. It is made by a gate run with --update and never by hand: a checksum over the text
+// ends the file.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "experiments/studies/gate/gate_plan.h"
+#include "experiments/studies/gate/judge.h"
+
+namespace turbidock::gate {
+
+inline constexpr int kBaselineSchema = 1;
+
+struct BaselineCondition {
+  std::string name;
+  std::string scenario;
+  std::string settings;  // the condition's own, for people
+  std::string digest;    // of scenario file and settings: what GateCondition::digest must be
+  int trials = 0, docked = 0;
+  double success_rate = 0;
+  std::vector<double> interval_95;  // Wilson
+  std::vector<GateTrial> outcomes;  // in the order of the gate's seeds
+
+  static void Fields(auto& self, auto&& field) {
+    field("name", self.name, Finite(), "");
+    field("scenario", self.scenario, Finite(), "");
+    field("settings", self.settings, Finite(), "");
+    field("digest", self.digest, Finite(), "");
+    field("trials", self.trials, AtLeast(1), "");
+    field("docked", self.docked, AtLeast(0), "");
+    field("success_rate", self.success_rate, InRange(0, 1), "");
+    field("interval_95", self.interval_95, InRange(0, 1), "");
+    field("outcomes", self.outcomes, Finite(), "");
+  }
+};
+
+struct Baseline {
+  int schema_version = 0;
+  std::string build;  // BuildId of the program that measured it
+  int64_t seed = 0;   // the gate's
+  std::vector<BaselineCondition> conditions;
+  std::string checksum;
+
+  static void Fields(auto& self, auto&& field) {
+    field("schema_version", self.schema_version, InRange(kBaselineSchema, kBaselineSchema),
+          "version of these keys");
+    field("build", self.build, Finite(), "");
+    field("seed", self.seed, AtLeast(0), "");
+    field("conditions", self.conditions, Finite(), "");
+    field("checksum", self.checksum, Finite(), "");
+  }
+
+  const BaselineCondition* Find(const std::string& name) const;  // null when there is none
+};
+
+// What a condition's trials say about it.
+BaselineCondition MakeBaselineCondition(const GateCondition& condition,
+                                        const std::vector<GateTrial>& outcomes);
+
+// The file's text, with its checksum.
+std::string BaselineText(const Baseline& baseline);
+
+// Reads a file. ConfigError when it is missing, from another schema, or its text is not as it was
+// written.
+Baseline LoadBaseline(const std::string& file);
+
+// Throws ConfigError with the reason when the baseline measured other conditions than the gate's.
+void RequireSamePlan(const GatePlan& plan, const Baseline& baseline, const std::string& file);
+
+// What changes from one baseline to the next, in words, a line each.
+std::vector<std::string> DescribeChange(const Baseline& before, const Baseline& after);
+
+}  // namespace turbidock::gate

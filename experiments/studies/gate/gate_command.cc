@@ -1,0 +1,346 @@
+#include "experiments/studies/gate/gate_command.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "experiments/app/plan_arguments.h"
+#include "experiments/app/progress.h"
+#include "experiments/studies/gate/error_rates.h"
+#include "experiments/studies/gate/gate.h"
+#include "experiments/studies/gate/gate_output.h"
+#include "experiments/studies/gate/trial_runner.h"
+#include "experiments/studies/run/shown_trial.h"
+#include "experiments/system/build_info.h"
+#include "experiments/system/output_path.h"
+#include "sim/base/check.h"
+
+namespace turbidock::gate {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct GateArguments {
+  std::string plan;
+  std::string baseline, out;
+  std::vector<std::string> assignments;
+  int workers = app::AvailableCores();
+  int bundles = 5;
+  bool update = false, json = false, quiet = false;
+
+  bool plan_size = false;
+  int64_t simulate = 0;
+  double rate = 0.95, margin = 0.1, alpha = 0.05, beta = 0.05;
+  int max_trials = 0;  // 0: as many as it takes
+};
+
+struct Stopped {};  // by a signal
+
+constexpr double kLogEvery_s = 10;
+
+// Trials asked for at once: enough that no worker waits for the slowest of a round for long.
+int AtOnce(const GateArguments& arguments) { return 2 * arguments.workers; }
+
+GateRunner RunnerOf(GateTrialRunner* runner) {
+  return [runner](const std::vector<GateRequest>& requests) {
+    auto trials = runner->Run(requests, [] { return app::StopSignal() != 0; });
+    if (app::StopSignal() != 0) throw Stopped();
+    return trials;
+  };
+}
+
+int UpdateBaseline(const GateArguments& arguments, const GatePlan& plan) {
+  if (!arguments.assignments.empty())
+    throw ConfigError("--update measures the gate as it is written, without --set");
+  std::optional<Baseline> before;
+  if (fs::exists(plan.baseline)) {
+    try {
+      before = LoadBaseline(plan.baseline);
+    } catch (const ConfigError& error) {
+      std::fprintf(stderr, "the old baseline cannot be compared: %s\n", error.what());
+    }
+  }
+  system::RequireWritable(plan.baseline);
+  app::Progress progress(arguments.quiet);
+  GateTrialRunner runner(plan, {}, arguments.workers);
+  Baseline now =
+      MeasureBaseline(plan, RunnerOf(&runner), AtOnce(arguments), [&](int done, int all) {
+        progress.ShowOrSay(static_cast<double>(done) / all,
+                           fmt::format("{} of {} trials", done, all), kLogEvery_s);
+      });
+  now.build = system::BuildId();
+  system::WriteWhole(plan.baseline, BaselineText(now));
+  for (const std::string& line : DescribeChange(before.value_or(Baseline{}), now))
+    progress.Say(line);
+  progress.Say("written to " + plan.baseline);
+  return app::kExitDone;
+}
+
+// A name that is a good file name everywhere.
+std::string FileName(const std::string& name) {
+  std::string out;
+  for (const char c : name) out += std::isalnum(static_cast<unsigned char>(c)) ? c : '_';
+  return out;
+}
+
+// What it takes to look into a trial: it runs once more, with video and all files, into
+// FOLDER/CONDITION_SEED/; replay.txt says how to run it again.
+void WriteBundle(const std::string& folder, const GateCondition& condition,
+                 const std::vector<std::string>& assignments, const GateTrial& trial) {
+  const std::string bundle = fmt::format("{}/{}_{}", folder, FileName(condition.name), trial.seed);
+  const trial::TrialResult again = run::RunShownTrial(
+      condition.Load(assignments, trial.seed), {.out = bundle, .video = true, .quiet = true});
+  if (app::StopSignal() != 0) throw Stopped();
+  if (again.digest != trial.digest)
+    throw SimulatorFault(fmt::format("{}: the trial does not repeat: digest {}, in the gate {}",
+                                     bundle, again.digest, trial.digest));
+  system::WriteWhole(bundle + "/replay.txt",
+                     fmt::format("condition: {}\nseed: {}\noutcome: {}\ndigest: {}\n\n"
+                                 "turbidock run resolved.yaml --out replay --video\n",
+                                 condition.name, trial.seed, trial.outcome, trial.digest));
+}
+
+// For seeds that docked before and no longer do, up to the number asked for.
+void WriteBundles(const GateArguments& arguments, const GatePlan& plan, const GateReport& report,
+                  app::Progress* progress) {
+  int left = arguments.bundles;
+  for (size_t i = 0; i < report.conditions.size(); ++i) {
+    const ConditionReport& condition = report.conditions[i];
+    for (const GateTrial& trial : condition.trials) {
+      const auto& failing = condition.newly_failing;
+      if (std::find(failing.begin(), failing.end(), trial.seed) == failing.end()) continue;
+      if (left-- <= 0) return;
+      WriteBundle(arguments.out + "/failures", plan.conditions[i], arguments.assignments, trial);
+      progress->Say(fmt::format("  {}, seed {}: {}; in {}/failures", condition.name, trial.seed,
+                                trial.outcome, arguments.out));
+    }
+  }
+}
+
+int ExitCodeOf(statistics::Verdict verdict) {
+  switch (verdict) {
+    case statistics::Verdict::kPass:
+      return app::kExitDone;
+    case statistics::Verdict::kFail:
+      return app::kExitCheckFailed;
+    case statistics::Verdict::kInconclusive:
+      break;
+  }
+  return app::kExitInconclusive;
+}
+
+int JudgeAgainstBaseline(const GateArguments& arguments, const GatePlan& plan) {
+  const Baseline baseline = LoadBaseline(plan.baseline);
+  RequireSamePlan(plan, baseline, plan.baseline);
+  if (!arguments.out.empty()) {
+    std::error_code error;
+    fs::create_directories(arguments.out, error);
+    system::RequireWritable(arguments.out + "/summary.json");
+  }
+  app::Progress progress(arguments.quiet);
+  GateTrialRunner runner(plan, arguments.assignments, arguments.workers);
+  GateOptions options{.at_once = AtOnce(arguments), .on_round = {}};
+  options.on_round = [&](const std::vector<ConditionJudge>& judges) {
+    int trials = 0, most = 0, known = 0;
+    for (const ConditionJudge& judge : judges) {
+      trials += judge.trials();
+      most += judge.done() ? judge.trials() : judge.max_trials();
+      known += judge.done();
+    }
+    progress.ShowOrSay(
+        static_cast<double>(trials) / most,
+        fmt::format("{} trials, {} of {} conditions known", trials, known, judges.size()),
+        kLogEvery_s);
+  };
+  GateReport report = RunGate(plan, baseline, plan.baseline, RunnerOf(&runner), options);
+  report.build = system::BuildId();
+  report.assignments = arguments.assignments;
+  progress.Say(GateTable(report));
+  if (arguments.json) std::fputs(GateJson(report).c_str(), stdout);
+  if (!arguments.out.empty()) {
+    const fs::path out(arguments.out);
+    system::WriteWhole(out / "summary.json", GateJson(report));
+    system::WriteWhole(out / "junit.xml", GateJunit(report));
+    system::WriteWhole(out / "summary.md", GateMarkdown(report));
+    progress.Say("summary.json, junit.xml and summary.md in " + arguments.out);
+    WriteBundles(arguments, plan, report, &progress);
+  }
+  return ExitCodeOf(report.verdict);
+}
+
+// ----------------------------------------------------------------------- how many trials it takes
+
+statistics::RateTestDesign DesignOf(const GateArguments& arguments) {
+  const auto require = [](const char* option, double value, double low, double high) {
+    if (!(value > low && value < high))
+      throw ConfigError(fmt::format("{} = {:g} must be in ({:g}, {:g})", option, value, low, high));
+  };
+  require("--rate", arguments.rate, 0, 1);
+  require("--margin", arguments.margin, 0, arguments.rate);
+  require("--alpha", arguments.alpha, 0, 1);
+  require("--beta", arguments.beta, 0, 1);
+  statistics::RateTestDesign design{.no_worse = arguments.rate,
+                                    .worse = arguments.rate - arguments.margin,
+                                    .alpha = arguments.alpha,
+                                    .beta = arguments.beta,
+                                    .max_trials = arguments.max_trials};
+  constexpr double kUndecided = 0.01;
+  if (design.max_trials == 0) design.max_trials = statistics::TrialsToDecide(design, kUndecided);
+  return design;
+}
+
+constexpr uint64_t kSimulationSeed = 1;
+
+int PlanSize(const GateArguments& arguments) {
+  const statistics::RateTestDesign design = DesignOf(arguments);
+  const statistics::RateTest test(design);
+  const statistics::FixedTest fixed = statistics::FixedSampleTest(design);
+  const int64_t sequences = arguments.simulate > 0 ? arguments.simulate : 10000;
+
+  auto exact = nlohmann::ordered_json::array();
+  if (!arguments.json) {
+    fmt::print("success rate {:g} against {:g}, alpha {:g}, beta {:g}, at most {} trials\n",
+               design.no_worse, design.worse, design.alpha, design.beta, design.max_trials);
+    fmt::print("a test of fixed size takes {} trials and fails when {} or fewer succeed\n\n",
+               fixed.trials, fixed.fail_at_most);
+    fmt::print("{:24} {:>8} {:>8} {:>8} {:>13} {:>9} {:>12}\n", "known old rate, exact", "new rate",
+               "fail", "pass", "inconclusive", "trials", "fewer by");
+  }
+  const double middle = (design.no_worse + design.worse) / 2;
+  for (const double p : {design.no_worse, middle, design.worse}) {
+    const statistics::RateTest::Characteristic c = test.At(p);
+    const double saving = 1 - c.expected_trials / fixed.trials;
+    if (arguments.json)
+      exact.push_back({{"new_rate", p},
+                       {"fail", c.p_fail},
+                       {"pass", c.p_pass},
+                       {"inconclusive", c.p_inconclusive},
+                       {"expected_trials", c.expected_trials},
+                       {"saving", saving}});
+    else
+      fmt::print("{:24} {:8.4g} {:8.4f} {:8.4f} {:13.4f} {:9.1f} {:10.0f} %\n", "", p, c.p_fail,
+                 c.p_pass, c.p_inconclusive, c.expected_trials, 100 * saving);
+  }
+
+  auto counted = nlohmann::ordered_json::array();
+  if (!arguments.json)
+    fmt::print("\n{:24} {:>8} {:>8} {:>8} {:>13} {:>9}\n", fmt::format("{} sequences", sequences),
+               "new rate", "fail", "pass", "inconclusive", "trials");
+  for (const ErrorRateSetting& setting : StatedSettings(design)) {
+    const ErrorRates r = SimulateSequences(setting, design, sequences, kSimulationSeed);
+    const double inconclusive =
+        static_cast<double>(sequences - r.failed - r.passed) / static_cast<double>(sequences);
+    if (arguments.json)
+      counted.push_back({{"setting", NameOf(setting.coupling)},
+                         {"old_rate", setting.old_rate},
+                         {"new_rate", setting.new_rate},
+                         {"sequences", sequences},
+                         {"fail", r.fail_rate()},
+                         {"pass", r.pass_rate()},
+                         {"inconclusive", inconclusive},
+                         {"mean_trials", r.mean_trials}});
+    else
+      fmt::print("{:24} {:8.4g} {:8.4f} {:8.4f} {:13.4f} {:9.1f}\n", NameOf(setting.coupling),
+                 setting.new_rate, r.fail_rate(), r.pass_rate(), inconclusive, r.mean_trials);
+  }
+  if (arguments.json) {
+    const nlohmann::ordered_json json = {{"no_worse", design.no_worse},
+                                         {"worse", design.worse},
+                                         {"alpha", design.alpha},
+                                         {"beta", design.beta},
+                                         {"max_trials", design.max_trials},
+                                         {"fixed_size_trials", fixed.trials},
+                                         {"exact", exact},
+                                         {"simulated", counted}};
+    fmt::print("{}\n", json.dump(2));
+  }
+  if (!arguments.out.empty()) {
+    fs::create_directories(arguments.out);
+    const std::string path = arguments.out + "/error_rates.png";
+    const double deviations = WriteErrorRateFigure(path, design, sequences, kSimulationSeed);
+    std::fprintf(
+        stderr,
+        "%s: counted rates differ from the exact ones by %.1f standard deviations at most\n",
+        path.c_str(), deviations);
+  }
+  return app::kExitDone;
+}
+
+int Gate(const GateArguments& arguments) {
+  if (arguments.plan_size || arguments.simulate > 0) return PlanSize(arguments);
+  if (arguments.plan.empty()) throw ConfigError("gate: which gate? Give its file");
+  GatePlan plan = LoadGatePlan(arguments.plan);
+  if (!arguments.baseline.empty()) plan.baseline = arguments.baseline;
+  try {
+    return arguments.update ? UpdateBaseline(arguments, plan)
+                            : JudgeAgainstBaseline(arguments, plan);
+  } catch (const Stopped&) {
+    return app::kExitInconclusive;  // main makes it the signal's
+  }
+}
+
+}  // namespace
+
+void AddGate(CLI::App& app, app::Command* chosen) {
+  auto arguments = std::make_shared<GateArguments>();
+  CLI::App* gate = app.add_subcommand(
+      "gate", "Compare docking with a committed baseline: pass, fail or neither");
+  gate->footer(
+      "Exit codes: 0 pass, 1 fail, 2 bad input, 3 inconclusive: the trials allowed are spent,\n"
+      "4 a trial could not be run.");
+  gate->add_option("gate", arguments->plan, "The gate's YAML file");
+  gate->add_option("--baseline", arguments->baseline, "Another baseline file than the gate's");
+  gate->add_option("--out", arguments->out,
+                   "Folder for summary.json, junit.xml, summary.md and failures/");
+  gate->add_option("--workers", arguments->workers, "Processes that run trials")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+  gate->add_option("--set", arguments->assignments,
+                   "Set one scenario key in every condition, as if the build had it so; may be "
+                   "repeated")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+  gate->add_option("--bundles", arguments->bundles,
+                   "Trials with video of newly failing seeds in failures/, at most")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  gate->add_flag("--update", arguments->update,
+                 "Measure the baseline anew, write it, and say what changed");
+  gate->add_flag("--json", arguments->json, "Print summary.json on stdout");
+  gate->add_flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
+  const char* group = "How many trials it takes (no gate needed)";
+  gate->add_flag("--plan-size", arguments->plan_size,
+                 "Print expected and most trials for these rates")
+      ->group(group);
+  gate->add_option("--simulate", arguments->simulate,
+                   "The same, with this many simulated sequences a setting; --out: a figure")
+      ->check(CLI::Range(1, 100000000))
+      ->group(group);
+  gate->add_option("--rate", arguments->rate, "Success rate that is no worse")
+      ->capture_default_str()
+      ->group(group);
+  gate->add_option("--margin", arguments->margin, "Loss of success rate that matters")
+      ->capture_default_str()
+      ->group(group);
+  gate->add_option("--alpha", arguments->alpha, "Chance of a false alarm")
+      ->capture_default_str()
+      ->group(group);
+  gate->add_option("--beta", arguments->beta, "Chance to miss a loss of the margin")
+      ->capture_default_str()
+      ->group(group);
+  gate->add_option("--max-trials", arguments->max_trials,
+                   "Trials at most; else as many as leave 1 % undecided")
+      ->check(CLI::Range(1, 10000))
+      ->group(group);
+  gate->callback([arguments, chosen] { *chosen = [arguments] { return Gate(*arguments); }; });
+}
+
+}  // namespace turbidock::gate

@@ -1,0 +1,259 @@
+#include "experiments/studies/gate/gate_output.h"
+
+#include <fmt/format.h>
+
+#include <cctype>
+#include <nlohmann/json.hpp>
+#include <string_view>
+
+namespace turbidock::gate {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// A value of a measure for people.
+std::string Shown(const MeasureReport& measure, const std::optional<double>& value) {
+  if (!value) return "none";
+  if (measure.unit.empty()) return fmt::format("{:.1f} %", 100 * *value);
+  if (measure.unit == "m") return fmt::format("{:.1f} mm", 1000 * *value);
+  return fmt::format("{:.1f} {}", *value, measure.unit);
+}
+
+std::string ShownMargin(const MeasureReport& measure) {
+  if (measure.unit.empty()) return fmt::format("-{:g} %", 100 * measure.margin);
+  if (measure.unit == "m") return fmt::format("+{:g} mm", 1000 * measure.margin);
+  return fmt::format("+{:g} {}", measure.margin, measure.unit);
+}
+
+std::string VerdictWords(const MeasureReport& measure) {
+  if (measure.decided_after == 0) return "not known yet";
+  return fmt::format(
+      "{}, known after {} trials",
+      measure.verdict == statistics::Verdict::kFail ? "worse" : "no worse by the margin",
+      measure.decided_after);
+}
+
+std::string SeedList(const std::vector<int64_t>& seeds) {
+  std::string text;
+  for (const int64_t seed : seeds) text += (text.empty() ? "" : " ") + std::to_string(seed);
+  return text;
+}
+
+std::string SeedList(const std::vector<GateTrial>& trials) {
+  std::vector<int64_t> seeds;
+  for (const GateTrial& trial : trials) seeds.push_back(trial.seed);
+  return SeedList(seeds);
+}
+
+Json OrNull(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
+Json ToJson(const statistics::Interval& interval) { return {interval.low, interval.high}; }
+
+Json ToJson(const MeasureReport& m) {
+  return {{"measure", m.name},
+          {"unit", m.unit},
+          {"verdict", NameOf(m.verdict)},
+          {"decided_after_trials", m.decided_after > 0 ? Json(m.decided_after) : Json()},
+          {"margin", m.margin},
+          {"before", OrNull(m.before)},
+          {"now", OrNull(m.now)},
+          {"compared", m.compared},
+          {"worse", m.worse},
+          {"better", m.better}};
+}
+
+Json ToJson(const ConditionReport& c) {
+  Json measures = Json::array(), trials = Json::array();
+  for (const MeasureReport& measure : c.measures) measures.push_back(ToJson(measure));
+  for (const GateTrial& t : c.trials)
+    trials.push_back({{"seed", t.seed},
+                      {"outcome", t.outcome},
+                      {"time_s", t.time_s},
+                      {"final_error_m", t.final_error_m},
+                      {"digest", t.digest}});
+  return {{"condition", c.name},
+          {"verdict", NameOf(c.verdict)},
+          {"paired", c.paired},
+          {"trials", c.trials.size()},
+          {"docked", c.docked},
+          {"interval_95", ToJson(c.interval)},
+          {"baseline_trials", c.baseline_trials},
+          {"baseline_docked", c.baseline_docked},
+          {"baseline_interval_95", ToJson(c.baseline_interval)},
+          {"measures", measures},
+          {"newly_failing_seeds", c.newly_failing},
+          {"newly_docking_seeds", c.newly_docking},
+          {"outcomes", trials}};
+}
+
+std::string Escaped(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      default:
+        // XML 1.0 has no other control characters
+        out += static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\t' ? '?' : c;
+    }
+  }
+  return out;
+}
+
+std::string Reasons(const ConditionReport& condition) {
+  std::string text;
+  for (const MeasureReport& measure : condition.measures)
+    if (measure.verdict == condition.verdict)
+      text += (text.empty() ? "" : "; ") + DescribeMeasure(measure, condition.paired);
+  return text;
+}
+
+// The heading of a report: "FAIL: docking at night".
+std::string Headline(const GateReport& report) {
+  std::string text = NameOf(report.verdict);
+  for (char& c : text) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  if (!report.description.empty()) text += ": " + report.description;
+  for (const std::string& assignment : report.assignments) text += ", " + assignment;
+  return text;
+}
+
+std::string MarkdownCell(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '|') out += '\\';
+    out += c == '\n' ? ' ' : c;
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string DescribeMeasure(const MeasureReport& m, bool paired) {
+  std::string counts;
+  if (m.unit.empty() && paired)
+    counts =
+        fmt::format("of {} pairs {} no longer dock, {} dock now", m.compared, m.worse, m.better);
+  else if (m.unit.empty())
+    counts = fmt::format("{} of {} trials docked", m.better, m.compared);
+  else if (paired)
+    counts = fmt::format("of {} pairs that docked {} are worse, {} better", m.compared, m.worse,
+                         m.better);
+  else
+    counts = fmt::format("of {} trials that docked {} are worse than the baseline's median",
+                         m.compared, m.worse);
+  return fmt::format("{} {} -> {}: {}; {}", m.name, Shown(m, m.before), Shown(m, m.now), counts,
+                     VerdictWords(m));
+}
+
+std::string GateTable(const GateReport& report) {
+  std::string table =
+      fmt::format("{:24} {:16} {:>10} {:>10} {:>10} {:>7} {:>6} {:>7}  {}\n", "condition",
+                  "measure", "baseline", "now", "margin", "trials", "worse", "better", "verdict");
+  for (const ConditionReport& c : report.conditions)
+    for (const MeasureReport& m : c.measures)
+      table += fmt::format("{:24} {:16} {:>10} {:>10} {:>10} {:>7} {:>6} {:>7}  {}\n", c.name,
+                           m.name, Shown(m, m.before), Shown(m, m.now), ShownMargin(m), m.compared,
+                           m.worse, m.better, NameOf(m.verdict));
+  for (const ConditionReport& c : report.conditions)
+    if (c.verdict != statistics::Verdict::kPass) table += c.name + ": " + Reasons(c) + "\n";
+  return table + Headline(report);
+}
+
+std::string GateJson(const GateReport& report) {
+  Json conditions = Json::array();
+  for (const ConditionReport& condition : report.conditions)
+    conditions.push_back(ToJson(condition));
+  const Json json = {{"verdict", NameOf(report.verdict)},
+                     {"description", report.description},
+                     {"build", report.build},
+                     {"baseline_build", report.baseline_build},
+                     {"assignments", report.assignments},
+                     {"conditions", conditions}};
+  return json.dump(2) + "\n";
+}
+
+std::string GateJunit(const GateReport& report) {
+  int failures = 0, errors = 0;
+  std::string suites;
+  for (const ConditionReport& c : report.conditions) {
+    const bool failed = c.verdict == statistics::Verdict::kFail,
+               unsure = c.verdict == statistics::Verdict::kInconclusive;
+    failures += failed;
+    errors += unsure;
+    suites += fmt::format(
+        "  <testsuite name=\"{}\" tests=\"1\" failures=\"{}\" errors=\"{}\">\n    <properties>\n",
+        Escaped(c.name), failed ? 1 : 0, unsure ? 1 : 0);
+    const auto property = [&](std::string_view name, const std::string& value) {
+      suites += fmt::format("      <property name=\"{}\" value=\"{}\"/>\n", name, Escaped(value));
+    };
+    const auto interval = [](const statistics::Interval& i) {
+      return fmt::format("{:.4f} {:.4f}", i.low, i.high);
+    };
+    property("verdict", NameOf(c.verdict));
+    property("n", std::to_string(c.trials.size()));
+    property("docked", std::to_string(c.docked));
+    if (!c.trials.empty())
+      property("success_rate",
+               fmt::format("{:.4f}", c.docked / static_cast<double>(c.trials.size())));
+    property("interval_95", interval(c.interval));
+    property("baseline_n", std::to_string(c.baseline_trials));
+    property("baseline_docked", std::to_string(c.baseline_docked));
+    property("baseline_interval_95", interval(c.baseline_interval));
+    property("seeds", SeedList(c.trials));
+    property("newly_failing_seeds", SeedList(c.newly_failing));
+    property("build", report.build);
+    property("baseline_build", report.baseline_build);
+    suites +=
+        fmt::format("    </properties>\n    <testcase name=\"{}\" classname=\"turbidock.gate\"",
+                    Escaped(c.name));
+    const std::string reasons = Escaped(Reasons(c));
+    if (failed)
+      suites += fmt::format(">\n      <failure type=\"worse\" message=\"{}\"/>\n    </testcase>\n",
+                            reasons);
+    else if (unsure)
+      suites += fmt::format(
+          ">\n      <error type=\"inconclusive\" message=\"{}\"/>\n    </testcase>\n", reasons);
+    else
+      suites += "/>\n";
+    suites += "  </testsuite>\n";
+  }
+  return fmt::format(
+      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
+      "<testsuites name=\"turbidock gate\" tests=\"{}\" failures=\"{}\" errors=\"{}\">\n{}"
+      "</testsuites>\n",
+      report.conditions.size(), failures, errors, suites);
+}
+
+std::string GateMarkdown(const GateReport& report) {
+  std::string text = fmt::format("### Docking gate: {}\n\n", Headline(report));
+  text +=
+      "| condition | measure | baseline | now | margin | trials | worse | better | verdict |\n"
+      "|---|---|---:|---:|---:|---:|---:|---:|---|\n";
+  for (const ConditionReport& c : report.conditions)
+    for (const MeasureReport& m : c.measures)
+      text += fmt::format("| {} | {} | {} | {} | {} | {} | {} | {} | {} |\n", MarkdownCell(c.name),
+                          m.name, Shown(m, m.before), Shown(m, m.now), ShownMargin(m), m.compared,
+                          m.worse, m.better, NameOf(m.verdict));
+  text += "\n";
+  for (const ConditionReport& c : report.conditions) {
+    if (c.verdict != statistics::Verdict::kPass)
+      text += fmt::format("- **{}**: {}\n", c.name, Reasons(c));
+    if (!c.newly_failing.empty())
+      text += fmt::format("- {}: seeds that docked before and no longer do: {}\n", c.name,
+                          SeedList(c.newly_failing));
+  }
+  return text + fmt::format("\nBuild {}, baseline from {}{}.\n", report.build,
+                            report.baseline_build,
+                            report.paired ? ", compared seed by seed" : ", on other seeds");
+}
+
+}  // namespace turbidock::gate

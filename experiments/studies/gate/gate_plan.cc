@@ -1,0 +1,129 @@
+#include "experiments/studies/gate/gate_plan.h"
+
+#include <array>
+#include <filesystem>
+#include <limits>
+#include <set>
+#include <utility>
+
+#include "experiments/config/data_files.h"
+#include "experiments/config/yaml_fields.h"
+#include "sim/base/check.h"
+#include "sim/base/digest.h"
+#include "sim/base/random.h"
+
+namespace turbidock::gate {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kSetKey = "set";
+
+[[noreturn]] void Fail(const config::YamlNode& at, const std::string& problem) {
+  throw ConfigError(at.Where() + at.path + ": " + problem);
+}
+
+// "a.b=1" for every value below a group.
+void AddAssignments(const config::YamlNode& group, const std::string& prefix,
+                    std::vector<std::string>* assignments) {
+  if (!group.node.IsMap()) Fail(group, "must be a group of scenario keys");
+  for (const auto& entry : group.node) {
+    if (!entry.first.IsScalar()) Fail(group, "a key must be plain text");
+    const std::string key = prefix + entry.first.Scalar();
+    const config::YamlNode value{entry.second, group.file, group.path + "." + entry.first.Scalar(),
+                                 group.line};
+    if (entry.second.IsMap())
+      AddAssignments(value, key + ".", assignments);
+    else
+      assignments->push_back(key + "=" + config::OneLine(entry.second));
+  }
+}
+
+GateCondition ReadCondition(const config::YamlNode& node, const GatePlan& plan,
+                            const fs::path& folder, config::Origins* origins) {
+  if (!node.node.IsMap()) Fail(node, "must be a group of keys");
+  GateCondition condition;
+  static_cast<GateDefaults&>(condition) = plan;
+  config::ReadFields(node, &condition, origins, {kSetKey});
+  if (condition.name.empty()) Fail(node, "a condition needs a name");
+  if (condition.scenario.empty()) Fail(node, "a condition needs a scenario");
+  if (const auto set = node.Find(kSetKey)) AddAssignments(*set, "", &condition.assignments);
+
+  std::error_code ignored;
+  const fs::path beside = folder / condition.scenario;
+  try {
+    condition.scenario_file = fs::is_regular_file(beside, ignored)
+                                  ? beside.string()
+                                  : config::FindScenario(condition.scenario);
+    Digest digest;
+    digest.Add(config::OneLine(config::LoadYaml(condition.scenario_file).node));
+    for (const std::string& assignment : condition.assignments) digest.Add(assignment);
+    condition.digest = digest.Hex();
+    condition.Load({}, plan.SeedOf(0));
+  } catch (const ConfigError& error) {
+    Fail(node, error.what());
+  }
+  return condition;
+}
+
+}  // namespace
+
+trial::Scenario GateCondition::Load(const std::vector<std::string>& more_assignments,
+                                    int64_t seed) const {
+  std::vector<std::string> all = assignments;
+  all.insert(all.end(), more_assignments.begin(), more_assignments.end());
+  all.push_back("seed=" + std::to_string(seed));
+  return trial::LoadScenario(scenario_file, all);
+}
+
+void GatePlan::Check(const std::string&) const {
+  if (conditions.empty()) throw ConfigError("conditions", "a gate needs a condition");
+  std::set<std::string> names;
+  for (const GateCondition& condition : conditions)
+    if (!names.insert(condition.name).second)
+      throw ConfigError("conditions", "two conditions are named '" + condition.name + "'");
+}
+
+JudgeOptions GatePlan::OptionsFor(const GateCondition& condition, bool paired) const {
+  int tests = 1;
+  if (alpha_covers == AlphaCovers::kCondition) tests = condition.margins.tests();
+  if (alpha_covers == AlphaCovers::kGate) {
+    tests = 0;
+    for (const GateCondition& each : conditions) tests += each.margins.tests();
+  }
+  return {.margins = condition.margins,
+          .alpha = condition.alpha / tests,
+          .beta = condition.beta,
+          .max_trials = condition.max_trials,
+          .paired = paired};
+}
+
+int64_t GatePlan::SeedOf(int trial) const {
+  const SeedTree seeds(static_cast<uint64_t>(seed));
+  return static_cast<int64_t>(seeds.TrialSeed(static_cast<uint64_t>(trial)) &
+                              std::numeric_limits<int64_t>::max());
+}
+
+GatePlan LoadGatePlan(const std::string& file) {
+  GatePlan plan;
+  config::Origins origins;
+  const config::YamlNode node = config::LoadYaml(file);
+  config::ReadFields(node, &plan, &origins, {"conditions"});
+  for (const char* key : {"schema_version", "baseline", "conditions"})
+    if (!node.Find(key)) throw ConfigError(file + ": " + key + ": this key is required");
+  const config::YamlNode list = *node.Find("conditions");
+  if (!list.node.IsSequence()) Fail(list, "must be a list of groups");
+  const fs::path folder = fs::path(file).parent_path();
+  for (size_t i = 0; i < list.node.size(); ++i) {
+    const YAML::Node element = list.node[i];
+    const std::string path = list.path + "[" + std::to_string(i) + "]";
+    const int line = element.Mark().is_null() ? list.line : element.Mark().line + 1;
+    plan.conditions.push_back(
+        ReadCondition({element, list.file, path, line}, plan, folder, &origins));
+  }
+  config::CheckSettings(plan, origins);
+  plan.baseline = (folder / plan.baseline).lexically_normal().string();
+  return plan;
+}
+
+}  // namespace turbidock::gate

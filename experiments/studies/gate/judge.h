@@ -1,0 +1,143 @@
+#pragma once
+// The verdict on one condition: its trials, one after another, against the baseline's.
+//
+// Measured are the success rate and, on trials that docked, the time to dock and the final true
+// error. Each has a margin, the change for the worse that matters, and two one-sided tests
+// (sequential_test.h): one rejects "no worse" and fails, the other rejects "worse by the margin"
+// and passes.
+//
+// Against a baseline of the same seeds, trials are compared in pairs:
+//  - success rate: of the pairs in which one build docked and the other did not, "no worse" says
+//    that at most half are losses (McNemar's test, sequential); NetLossTest passes;
+//  - time and error, in pairs that docked in both: "no worse" says that of the pairs that differ at
+//    most half are worse; "worse by the margin" says that at most half are less than the margin
+//    worse (two sequential sign tests, of the median difference).
+// Against other seeds, the baseline's own uncertainty takes half of alpha and of beta: the rate
+// that is "no worse" is the lower Clopper-Pearson bound of the baseline's, that which is "worse by
+// the margin" the upper bound less the margin; likewise with bounds of the median.
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "experiments/statistics/intervals.h"
+#include "experiments/statistics/sequential_test.h"
+#include "sim/base/fields.h"
+
+namespace turbidock::gate {
+
+// What the gate needs of a trial.
+struct GateTrial {
+  int64_t seed = 0;
+  std::string outcome;
+  double time_s = 0;         // when the docking criterion was met, else of the end
+  double final_error_m = 0;  // true distance from the desired position at that time
+  std::string digest;
+
+  bool docked() const { return outcome == "docked"; }
+
+  static void Fields(auto& self, auto&& field) {
+    field("seed", self.seed, AtLeast(0), "of the trial");
+    field("outcome", self.outcome, Finite(), "how it ended");
+    field("time_s", self.time_s, AtLeast(0), "when it docked or ended");
+    field("final_error_m", self.final_error_m, AtLeast(0), "true distance from the desired pose");
+    field("digest", self.digest, Finite(), "of the trial");
+  }
+};
+
+// The changes for the worse that matter. Zero: not judged.
+struct GateMargins {
+  double success_rate = 0.1;
+  double time_s = 0;
+  double final_error_m = 0;
+
+  static void Fields(auto& self, auto&& field) {
+    field("success_rate", self.success_rate, Between(0, 1), "loss of success rate that matters");
+    field("time_s", self.time_s, AtLeast(0),
+          "increase of the median time to dock that matters; 0: not judged");
+    field("final_error_m", self.final_error_m, AtLeast(0),
+          "increase of the median final true error that matters; 0: not judged");
+  }
+
+  int tests() const { return 1 + (time_s > 0) + (final_error_m > 0); }
+};
+
+struct JudgeOptions {
+  GateMargins margins;
+  double alpha = 0.05, beta = 0.05;  // of each measure's test
+  int max_trials = 200;
+  bool paired = true;  // compare by seed
+};
+
+// One measure of a condition.
+struct MeasureReport {
+  std::string name;  // "success rate", "time to dock", "final true error"
+  std::string unit;  // "", "s", "m"
+  statistics::Verdict verdict = statistics::Verdict::kInconclusive;
+  int decided_after = 0;  // trials, when decided
+  double margin = 0;
+  std::optional<double> before, now;  // rate or median
+  int compared = 0;                   // pairs, or trials of this build
+  int worse = 0, better = 0;          // of these
+};
+
+struct ConditionReport {
+  std::string name;
+  statistics::Verdict verdict = statistics::Verdict::kInconclusive;
+  bool paired = true;
+  std::vector<GateTrial> trials;  // that the verdict rests on, in their order
+  int docked = 0;
+  statistics::Interval interval;  // of the success rate, Wilson, 95 %
+  int baseline_trials = 0, baseline_docked = 0;
+  statistics::Interval baseline_interval;
+  std::vector<MeasureReport> measures;
+  std::vector<int64_t> newly_failing, newly_docking;  // seeds, when paired
+};
+
+class ConditionJudge {
+ public:
+  // ConfigError when the baseline has too few trials for the margins, or docks too rarely to get
+  // worse by one.
+  ConditionJudge(std::string name, const JudgeOptions& options,
+                 const std::vector<GateTrial>& baseline);
+  ~ConditionJudge();
+  ConditionJudge(ConditionJudge&&) noexcept;
+
+  // Counts the next trial. With pairs its seed must be the baseline's. Ignored once done.
+  void Add(const GateTrial& trial);
+  // Something is worse, everything is known, or the trials allowed are spent.
+  bool done() const { return done_; }
+  int trials() const { return static_cast<int>(report_.trials.size()); }
+  int max_trials() const { return options_.max_trials; }
+  ConditionReport Report() const;
+
+ private:
+  class Measure;
+  class RateMeasure;
+  class PairedRateMeasure;
+  class MedianMeasure;
+
+  JudgeOptions options_;
+  std::map<int64_t, GateTrial> baseline_;  // by seed
+  std::vector<std::unique_ptr<Measure>> measures_;
+  ConditionReport report_;
+  bool done_ = false;
+};
+
+// The worst of several: a failure, then a doubt.
+statistics::Verdict Worst(statistics::Verdict a, statistics::Verdict b);
+
+}  // namespace turbidock::gate
+
+template <>
+struct turbidock::EnumNames<turbidock::statistics::Verdict> {
+  using E = turbidock::statistics::Verdict;
+  static constexpr auto kNames = std::to_array<std::pair<E, const char*>>({
+      {E::kPass, "pass"},
+      {E::kFail, "fail"},
+      {E::kInconclusive, "inconclusive"},
+  });
+};

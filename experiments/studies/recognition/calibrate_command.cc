@@ -1,0 +1,217 @@
+#include "experiments/studies/recognition/calibrate_command.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cstdio>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "experiments/app/progress.h"
+#include "experiments/config/data_files.h"
+#include "experiments/studies/recognition/calibration.h"
+#include "experiments/studies/recognition/table.h"
+#include "experiments/system/output_path.h"
+#include "sim/base/fields.h"
+#include "sim/base/units.h"
+
+namespace turbidock::recognition {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Between two lines of progress off a terminal.
+constexpr double kLogEvery_s = 60;
+
+struct CalibrateArguments {
+  std::string plan, active, passive, out;
+  int generations = 30, workers = 1;
+  uint32_t seed = 1;
+  double seconds = 5;
+  bool json = false, quiet = false;
+};
+
+// The full experiment on the tables' cells, under the values found.
+std::map<MarkerKind, TableComparison> Confirm(const TableByMarker& tables,
+                                              const std::vector<std::string>& assignments,
+                                              const CalibrateArguments& arguments) {
+  std::map<MarkerKind, TableComparison> confirmed;
+  for (const auto& [marker, table] : tables) {
+    const Recognition recognition({{marker, RecognitionScenario(marker, assignments)}},
+                                  CellsOf(table));
+    const std::vector<CellResult> results = recognition.Run(
+        {.seconds = arguments.seconds, .run = {.workers = arguments.workers, .stop_requested = [] {
+                                                 return app::StopSignal() != 0;
+                                               }}});
+    if (!results.empty()) confirmed[marker] = Compare(results, table);
+  }
+  return confirmed;
+}
+
+Json ToJson(const CalibrationPlan& plan, const CalibrationResult& result,
+            const std::vector<TableRow>& rows, const std::vector<CellResult>& results,
+            const std::map<MarkerKind, TableComparison>& confirmed) {
+  Json parameters = Json::array(), residuals = Json::array(), full = Json::object();
+  for (size_t i = 0; i < plan.parameters.size(); ++i) {
+    const FreeParameter& p = plan.parameters[i];
+    parameters.push_back({{"key", p.key},
+                          {"value", result.values[i]},
+                          {"low", p.low},
+                          {"high", p.high},
+                          {"misfit_lower", result.misfit_beside[i].first},
+                          {"misfit_higher", result.misfit_beside[i].second},
+                          {"source", p.source}});
+  }
+  for (size_t i = 0; i < rows.size(); ++i)
+    residuals.push_back({{"marker", NameOf(rows[i].cell.marker)},
+                         {"milk_ml_m3", rows[i].cell.milk_ml_m3},
+                         {"distance_mm", units::MmFromM(rows[i].cell.distance_m)},
+                         {"fitness", results[i].fitness_mean},
+                         {"reference_mean", rows[i].fitness_mean}});
+  for (const auto& [marker, comparison] : confirmed) {
+    Json ratios = Json::object();
+    for (const auto& [distance_m, loss] : comparison.loss_by_distance_m)
+      ratios[fmt::format("{:g}", units::MmFromM(distance_m))] =
+          loss.ratio() ? Json(*loss.ratio()) : Json();
+    full[NameOf(marker)] = {{"misfit", Misfit(comparison)},
+                            {"rmse", comparison.rmse},
+                            {"area_agreement", comparison.area_agreement},
+                            {"loss_milk_ratio", ratios}};
+  }
+  return {{"parameters", parameters},
+          {"misfit", result.misfit},
+          {"evaluations", result.evaluations},
+          {"residuals", residuals},
+          {"confirmed", full}};
+}
+
+std::string Text(const CalibrationPlan& plan, const CalibrationResult& result,
+                 const std::map<MarkerKind, TableComparison>& confirmed) {
+  std::string text = fmt::format("misfit {:.3f} of the searched cells, evaluations: {}\n",
+                                 result.misfit, result.evaluations);
+  text += fmt::format("  {:40} {:>10} {:>22}  {}\n", "parameter", "value", "range",
+                      "misfit 5 % of the range lower, higher");
+  for (size_t i = 0; i < plan.parameters.size(); ++i) {
+    const FreeParameter& p = plan.parameters[i];
+    text += fmt::format("  {:40} {:10.5g} {:>22}", p.key, result.values[i],
+                        fmt::format("{:g} to {:g}", p.low, p.high));
+    if (i < result.misfit_beside.size())
+      text += fmt::format("  {:.3f} {:.3f}", result.misfit_beside[i].first,
+                          result.misfit_beside[i].second);
+    text += "\n";
+  }
+  for (const auto& [marker, comparison] : confirmed) {
+    text += fmt::format(
+        "  {} marker, full experiment: misfit {:.3f}: RMSE {:.4f}, same Area in {:.0f} % of cells",
+        NameOf(marker), Misfit(comparison), comparison.rmse, 100 * comparison.area_agreement);
+    for (const auto& [distance_m, loss] : comparison.loss_by_distance_m)
+      if (loss.ratio())
+        text += fmt::format(", lost at {:.2f} of the milk at {:g} mm", *loss.ratio(),
+                            units::MmFromM(distance_m));
+    text += "\n";
+  }
+  text.pop_back();
+  return text;
+}
+
+int Calibrate(const CalibrateArguments& arguments) {
+  const std::string plan_file =
+      arguments.plan.empty() ? config::AssetPath("calibration.yaml") : arguments.plan;
+  const CalibrationPlan plan = LoadCalibrationPlan(plan_file);
+  const auto table = [](const std::string& path, MarkerKind marker) {
+    return path.empty() ? PublishedTable(marker) : ReadRecognitionTable(path, marker);
+  };
+  const TableByMarker tables = {
+      {MarkerKind::kActive, table(arguments.active, MarkerKind::kActive)},
+      {MarkerKind::kPassive, table(arguments.passive, MarkerKind::kPassive)}};
+  if (!arguments.out.empty()) system::RequireWritable(arguments.out);
+  app::Progress progress(arguments.quiet);
+  CalibrationExperiment experiment = [&] {
+    try {
+      return CalibrationExperiment(plan, tables);
+    } catch (const ConfigError& error) {  // of a key that the plan names
+      throw ConfigError(plan_file + ": " + error.what());
+    }
+  }();
+  progress.Say(fmt::format("{} parameters, {} cells of two tables", plan.parameters.size(),
+                           experiment.rows().size()));
+  const auto start = std::chrono::steady_clock::now();
+  const CalibrationResult result = Calibrate(
+      plan,
+      {.generations = arguments.generations,
+       .seed = arguments.seed,
+       .workers = arguments.workers,
+       .on_progress =
+           [&](int done, int of, double misfit) {
+             progress.ShowOrSay(static_cast<double>(done) / of,
+                                fmt::format("{} of {} evaluations, misfit {:.3f}, {} to go", done,
+                                            of, misfit, app::TimeToGo(start, done, of)),
+                                kLogEvery_s);
+           },
+       .stop_requested = [] { return app::StopSignal() != 0; }},
+      &experiment);
+  if (!arguments.out.empty())
+    system::WriteWhole(
+        arguments.out,
+        fmt::format("# Result of `turbidock calibrate`: misfit {:.3f} of the searched cells, "
+                    "evaluations: {}.\n",
+                    result.misfit, result.evaluations) +
+            CalibratedYaml(plan, result.values));
+  if (app::StopSignal() != 0) {  // the best so far
+    progress.Say(Text(plan, result, {}));
+    return app::kExitDone;
+  }
+
+  const std::vector<std::string> assignments = plan.Assignments(result.values);
+  const std::vector<CellResult> results =
+      experiment.Run(assignments, {.workers = arguments.workers});
+  std::map<MarkerKind, TableComparison> confirmed;
+  if (arguments.seconds > 0) confirmed = Confirm(tables, assignments, arguments);
+  progress.Say(Text(plan, result, confirmed));
+  if (arguments.json)
+    fmt::print("{}\n", ToJson(plan, result, experiment.rows(), results, confirmed).dump(2));
+  return app::kExitDone;
+}
+
+}  // namespace
+
+void AddCalibrate(CLI::App& app, app::Command* chosen) {
+  auto arguments = std::make_shared<CalibrateArguments>();
+  CLI::App* calibrate = app.add_subcommand(
+      "calibrate", "Fit uncertain optical and camera parameters to tables of the experiment");
+  calibrate
+      ->add_option("--plan", arguments->plan,
+                   "YAML of what is searched and within which ranges; the bundled one unless given")
+      ->type_name("FILE");
+  calibrate
+      ->add_option("--active", arguments->active,
+                   "Table of the active marker; the published one unless given")
+      ->type_name("FILE");
+  calibrate->add_option("--passive", arguments->passive, "The same of the passive marker")
+      ->type_name("FILE");
+  calibrate
+      ->add_option("--generations", arguments->generations,
+                   "Generations of CMA-ES; 0: only what the start and its sides are worth")
+      ->check(CLI::Range(0, 10000))
+      ->capture_default_str();
+  calibrate->add_option("--seed", arguments->seed, "Of the search")->capture_default_str();
+  calibrate->add_option("--workers", arguments->workers, "Processes; the result is the same")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+  calibrate
+      ->add_option("--seconds", arguments->seconds,
+                   "Time a cell of the full experiment that confirms the result; 0: none")
+      ->check(CLI::Range(0.0, 3600.0))
+      ->capture_default_str();
+  calibrate->add_option("--out", arguments->out, "Write the values found as a scenario's keys")
+      ->type_name("FILE");
+  calibrate->add_flag("--json", arguments->json, "Print the result as JSON on stdout");
+  calibrate->add_flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
+  calibrate->callback(
+      [arguments, chosen] { *chosen = [arguments] { return Calibrate(*arguments); }; });
+}
+
+}  // namespace turbidock::recognition

@@ -1,0 +1,172 @@
+#include "experiments/studies/recognition/recognition.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
+
+#include "experiments/config/data_files.h"
+#include "experiments/trial/trial_view.h"
+#include "sim/base/random.h"
+#include "sim/base/units.h"
+#include "vision/rm_ga.h"
+
+namespace turbidock::recognition {
+namespace {
+
+using Json = nlohmann::json;
+
+// The experiment's own limits, beside those of the water's milk.
+constexpr double kNearest_m = 0.2, kFarthest_m = 10;
+
+SeedTree SeedsOf(const trial::Scenario& scenario, const RecognitionCell& cell) {
+  const SeedTree root(static_cast<uint64_t>(scenario.seed));
+  return SeedTree(
+      root.Stream(fmt::format("recognition {} {} {}", NameOf(cell.marker),
+                              FormatNumber(cell.milk_ml_m3), FormatNumber(cell.distance_m)))
+          .NextU64());
+}
+
+// A cell's result as it comes from a worker, and back.
+std::string ToText(const CellResult& result) {
+  const Pose& X = result.last_X_HM;
+  return Json{{"error_m", result.position_error_mean_m},
+              {"fitness", result.fitness},
+              {"X", {X.q.w(), X.q.x(), X.q.y(), X.q.z(), X.p.x(), X.p.y(), X.p.z()}}}
+      .dump();
+}
+
+void SetFitness(std::vector<float> fitness, CellResult* result) {
+  const auto frames = static_cast<double>(fitness.size());
+  double sum = 0, squares = 0;
+  for (const float f : fitness) sum += static_cast<double>(f);
+  result->fitness_mean = sum / frames;
+  for (const float f : fitness) {
+    const double difference = static_cast<double>(f) - result->fitness_mean;
+    squares += difference * difference;
+  }
+  result->fitness_std = std::sqrt(squares / frames);
+  result->area = AreaOf(result->fitness_mean);
+  result->fitness = std::move(fitness);
+}
+
+CellResult FromText(const RecognitionCell& cell, const std::string& text) {
+  const Json json = Json::parse(text);
+  CellResult result{.cell = cell};
+  result.position_error_mean_m = json.at("error_m");
+  SetFitness(json.at("fitness").get<std::vector<float>>(), &result);
+  const auto x = json.at("X").get<std::array<double, 7>>();
+  result.last_X_HM = {Eigen::Quaterniond(x[0], x[1], x[2], x[3]), {x[4], x[5], x[6]}};
+  return result;
+}
+
+}  // namespace
+
+Area AreaOf(double fitness_mean) {
+  constexpr trial::ViewCriteria kPublished;
+  if (fitness_mean >= kPublished.docking_fitness) return Area::kI;
+  return fitness_mean >= kPublished.detection_fitness ? Area::kII : Area::kIII;
+}
+
+std::vector<double> PublishedMilk(MarkerKind marker) {
+  std::vector<double> milk;
+  const auto add = [&](int steps, double step) {
+    const double start = milk.empty() ? -step : milk.back();
+    for (int i = 1; i <= steps; ++i) milk.push_back(start + i * step);
+  };
+  add(16, 2.435);
+  add(17, 4.87);
+  if (marker == MarkerKind::kActive) add(13, 9.74);
+  return milk;
+}
+
+std::vector<double> PublishedDistances() { return {0.4, 0.6, 0.8, 1.0}; }
+
+trial::Scenario RecognitionScenario(MarkerKind marker,
+                                    const std::vector<std::string>& assignments) {
+  std::vector<std::string> all = {fmt::format("model=tank_{}.xml", NameOf(marker)),
+                                  "optics=calibrated"};
+  all.insert(all.end(), assignments.begin(), assignments.end());
+  return trial::LoadScenario(fmt::format("pool_{}", NameOf(marker)), all);
+}
+
+Recognition::Recognition(std::map<MarkerKind, trial::Scenario> scenarios,
+                         std::vector<RecognitionCell> cells)
+    : scenarios_(std::move(scenarios)), cells_(std::move(cells)) {
+  std::map<MarkerKind, std::set<double>> distances_m;
+  for (const RecognitionCell& cell : cells_) {
+    if (!(cell.milk_ml_m3 >= 0 && cell.milk_ml_m3 <= light::kMostMilk_ml_m3))
+      throw ConfigError("milk_ml_m3", FormatNumber(cell.milk_ml_m3) + " " +
+                                          InRange(0, light::kMostMilk_ml_m3).Sentence());
+    if (!(cell.distance_m >= kNearest_m && cell.distance_m <= kFarthest_m))
+      throw ConfigError(
+          "distance_mm",
+          FormatNumber(units::MmFromM(cell.distance_m)) + " " +
+              InRange(units::MmFromM(kNearest_m), units::MmFromM(kFarthest_m)).Sentence());
+    distances_m[cell.marker].insert(cell.distance_m);
+  }
+  for (const auto& [marker, distances] : distances_m) {
+    std::vector<Pose> X_HM;
+    for (const double distance_m : distances) X_HM.push_back(Pose::Translation(distance_m, 0, 0));
+    for (trial::FixedView& view : trial::DrawFixedViews(scenarios_.at(marker), X_HM)) {
+      const double distance_m = view.X_HM.p.x();
+      views_.emplace(std::pair{marker, distance_m}, std::move(view));
+    }
+  }
+}
+
+trial::FixedCameras Recognition::CamerasOf(const RecognitionCell& cell) const {
+  trial::Scenario scenario = scenarios_.at(cell.marker);
+  scenario.optics.water.milk_ml_m3 = cell.milk_ml_m3;
+  return {views_.at({cell.marker, cell.distance_m}), scenario, SeedsOf(scenario, cell)};
+}
+
+StereoImage Recognition::Image(const RecognitionCell& cell, int64_t frame) const {
+  StereoImage image;
+  CamerasOf(cell).Expose(frame, &image);
+  return image;
+}
+
+CellResult Recognition::RunCell(const RecognitionCell& cell,
+                                const RecognitionOptions& options) const {
+  const trial::FixedView& view = views_.at({cell.marker, cell.distance_m});
+  const trial::Scenario& scenario = scenarios_.at(cell.marker);
+  trial::FixedCameras cameras = CamerasOf(cell);
+  vision::RmGa estimator(scenario.estimator, scenario.marker, scenario.hue, view.rig,
+                         SeedsOf(scenario, cell).Stream("vision.rm_ga"));
+  if (options.suggest_truth) estimator.Suggest(view.X_HM);
+
+  const int64_t settled = scenario.clock.FramesFor(options.settle_s);
+  const int64_t last = settled + std::max<int64_t>(1, scenario.clock.FramesFor(options.seconds));
+  StereoImage seen;
+  CellResult result{.cell = cell};
+  std::vector<float> fitness;
+  for (int64_t frame = 0; frame < last; ++frame) {
+    const std::optional<StereoRegion> region = estimator.Reach();
+    if (region)
+      cameras.Expose(frame, *region, &seen);
+    else
+      cameras.Expose(frame, &seen);
+    const PoseEstimate& estimate = estimator.Update(seen);
+    if (frame < settled) continue;
+    fitness.push_back(static_cast<float>(estimate.fitness));
+    result.position_error_mean_m += (estimate.X_HM.p - view.X_HM.p).norm();
+    result.last_X_HM = estimate.X_HM;
+  }
+  result.position_error_mean_m /= static_cast<double>(last - settled);
+  SetFitness(std::move(fitness), &result);
+  return result;
+}
+
+std::vector<CellResult> Recognition::Run(const RecognitionOptions& options) const {
+  const std::vector<std::string> texts = farm::ForkMap(
+      static_cast<int>(cells_.size()),
+      [&](int i) { return ToText(RunCell(cells_[static_cast<size_t>(i)], options)); }, options.run);
+  std::vector<CellResult> results;
+  for (size_t i = 0; i < texts.size(); ++i) results.push_back(FromText(cells_[i], texts[i]));
+  return results;
+}
+
+}  // namespace turbidock::recognition

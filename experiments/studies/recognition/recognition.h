@@ -1,0 +1,110 @@
+#pragma once
+// The recognition experiment: a vehicle at rest looks at the marker straight ahead while milk is
+// added step by step; how well the marker is recognised is the mean of F over a minute.
+//
+// F is that of the scenario's estimator as it tracks: of the best individual after the generations
+// of one frame, as in the published rig, whose search runs on the stream of images without end. It
+// has run for `settle_s` before a cell's first frame counts, and begins knowing nothing.
+
+#include <functional>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "experiments/farm/fork_map.h"
+#include "experiments/trial/fixed_view.h"
+#include "experiments/trial/scenario.h"
+
+namespace turbidock::recognition {
+
+enum class MarkerKind { kActive, kPassive };
+
+// What a mean F allows: docking, recognition, nothing. Limits: ViewCriteria.
+enum class Area { kI, kII, kIII };
+Area AreaOf(double fitness_mean);
+
+// One point of the experiment.
+struct RecognitionCell {
+  MarkerKind marker = MarkerKind::kActive;
+  double milk_ml_m3 = 0;
+  double distance_m = 0;  // from the camera head to the marker's origin, straight ahead
+
+  // NOLINTNEXTLINE(modernize-use-nullptr): what comparisons with it make of the default
+  auto operator<=>(const RecognitionCell&) const = default;
+};
+
+struct CellResult {
+  RecognitionCell cell;
+  double fitness_mean = 0, fitness_std = 0;
+  Area area = Area::kIII;
+  double position_error_mean_m = 0;  // distance of the estimated origin from the true one
+  std::vector<float> fitness = {};   // of every frame that counts
+  Pose last_X_HM = {};               // the last frame's estimate
+};
+
+struct RecognitionOptions {
+  double seconds = 60;
+  double settle_s = 5;  // before it counts: to find the marker from anywhere
+  // Tell the search at its beginning where the marker is: it need not be found then, and a second
+  // is enough to settle.
+  bool suggest_truth = false;
+  farm::ForkMapOptions run = {};
+};
+
+// The published steps: milk to 119 ml/m^3, and to 245 for the active marker; distances 0.4 to 1 m.
+std::vector<double> PublishedMilk(MarkerKind marker);
+std::vector<double> PublishedDistances();
+
+// The pool with that marker (bundled scenarios pool_active, pool_passive), without the station and
+// with the calibrated optics, under these assignments.
+trial::Scenario RecognitionScenario(MarkerKind marker, const std::vector<std::string>& assignments);
+
+// The experiment on some cells. Drawing is done when it is made, so that it can then run in
+// workers, and more than once.
+class Recognition {
+ public:
+  // `scenarios` has every marker that occurs in the cells. ConfigError where milk or a distance is
+  // out of range.
+  Recognition(std::map<MarkerKind, trial::Scenario> scenarios, std::vector<RecognitionCell> cells);
+
+  const std::vector<RecognitionCell>& cells() const { return cells_; }
+
+  // The results are in the cells' order, the same whatever the number of workers; each cell's
+  // randomness depends on the seed and on the cell only. Nothing when it was stopped.
+  std::vector<CellResult> Run(const RecognitionOptions& options) const;
+
+  // One cell, in this process.
+  CellResult RunCell(const RecognitionCell& cell, const RecognitionOptions& options) const;
+
+  // What the cameras saw in a cell at a frame, counted from the first one of all.
+  StereoImage Image(const RecognitionCell& cell, int64_t frame) const;
+
+  const trial::Scenario& scenario(MarkerKind marker) const { return scenarios_.at(marker); }
+  // Others for the same scene and cameras: what was drawn stays.
+  void set_scenarios(std::map<MarkerKind, trial::Scenario> scenarios) {
+    scenarios_ = std::move(scenarios);
+  }
+
+ private:
+  trial::FixedCameras CamerasOf(const RecognitionCell& cell) const;
+
+  std::map<MarkerKind, trial::Scenario> scenarios_;
+  std::vector<RecognitionCell> cells_;
+  std::map<std::pair<MarkerKind, double>, trial::FixedView> views_;  // by marker and distance
+};
+
+}  // namespace turbidock::recognition
+
+template <>
+struct turbidock::EnumNames<turbidock::recognition::MarkerKind> {
+  using E = turbidock::recognition::MarkerKind;
+  static constexpr auto kNames =
+      std::to_array<std::pair<E, const char*>>({{E::kActive, "active"}, {E::kPassive, "passive"}});
+};
+template <>
+struct turbidock::EnumNames<turbidock::recognition::Area> {
+  using E = turbidock::recognition::Area;
+  static constexpr auto kNames =
+      std::to_array<std::pair<E, const char*>>({{E::kI, "I"}, {E::kII, "II"}, {E::kIII, "III"}});
+};

@@ -1,0 +1,203 @@
+#include "experiments/studies/recognition/recognize_command.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "experiments/app/progress.h"
+#include "experiments/studies/recognition/figure.h"
+#include "experiments/studies/recognition/recognition.h"
+#include "experiments/studies/recognition/report.h"
+#include "experiments/studies/recognition/table.h"
+#include "experiments/system/output_path.h"
+#include "sim/base/units.h"
+
+namespace turbidock::recognition {
+namespace {
+
+// Steps of milk in a contact sheet.
+constexpr int kContactSheetColumns = 5;
+
+struct RecognizeArguments {
+  std::string marker = "both";
+  std::string table;
+  std::vector<double> distances_mm, milk_ml_m3;
+  std::vector<std::string> assignments;
+  std::string seed;
+  double seconds = 60;
+  int workers = 1;
+  std::string csv, figure;
+  bool json = false, quiet = false;
+};
+
+std::vector<MarkerKind> MarkersOf(const std::string& name) {
+  std::vector<MarkerKind> markers;
+  for (const auto& [marker, known] : EnumNames<MarkerKind>::kNames)
+    if (name == known || name == "both") markers.push_back(marker);
+  return markers;
+}
+
+// Cells of the experiment as published, or of the command line.
+std::vector<RecognitionCell> Grid(const RecognizeArguments& arguments,
+                                  const std::vector<MarkerKind>& markers) {
+  std::vector<double> distances_m = PublishedDistances();
+  if (!arguments.distances_mm.empty()) {
+    distances_m.clear();
+    for (const double mm : arguments.distances_mm) distances_m.push_back(units::MFromMm(mm));
+  }
+  std::vector<RecognitionCell> cells;
+  for (const MarkerKind marker : markers)
+    for (const double distance_m : distances_m)
+      for (const double milk :
+           arguments.milk_ml_m3.empty() ? PublishedMilk(marker) : arguments.milk_ml_m3)
+        cells.push_back({marker, milk, distance_m});
+  return cells;
+}
+
+// Progress of the cells: the bar on a terminal, ten lines elsewhere.
+class CellProgress {
+ public:
+  explicit CellProgress(app::Progress* progress) : progress_(progress) {}
+
+  void Show(int done, int of) {
+    const std::string words =
+        fmt::format("{} of {} cells, {} to go", done, of, app::TimeToGo(start_, done, of));
+    progress_->Show(static_cast<double>(done) / of, words);
+    const int tenth = 10 * done / of;
+    if (tenth == tenths_ || done == of) return;
+    tenths_ = tenth;
+    progress_->SayOffTerminal(words);
+  }
+
+ private:
+  app::Progress* progress_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  int tenths_ = 0;
+};
+
+// "FILE.png" with words before the dot; without the extension it is added.
+std::string Beside(const std::string& figure, const std::string& words) {
+  const std::filesystem::path path(figure);
+  return (path.parent_path() / (path.stem().string() + words + ".png")).string();
+}
+
+std::vector<std::string> WriteFigures(const std::string& figure, const Recognition& recognition,
+                                      const std::vector<CellResult>& results) {
+  std::map<MarkerKind, std::vector<CellResult>> by_marker;
+  for (const CellResult& r : results) by_marker[r.cell.marker].push_back(r);
+  std::vector<TableRow> published;
+  for (const auto& [marker, of_marker] : by_marker)
+    for (const TableRow& row : PublishedTable(marker)) published.push_back(row);
+
+  std::vector<std::string> files = {Beside(figure, ""), Beside(figure, "_areas"),
+                                    Beside(figure, "_time")};
+  WriteFitnessFigure(files[0], results, published);
+  WriteAreaFigure(files[1], results, published);
+  WriteTimeFigure(files[2], results,
+                  recognition.scenario(results.front().cell.marker).clock.frames_per_second);
+  for (const auto& [marker, of_marker] : by_marker) {
+    files.push_back(Beside(figure, fmt::format("_images_{}", NameOf(marker))));
+    WriteContactSheet(files.back(), recognition, of_marker, kContactSheetColumns);
+  }
+  return files;
+}
+
+int Recognize(const RecognizeArguments& arguments) {
+  if (!arguments.table.empty() && arguments.marker == "both")
+    throw ConfigError("--table needs --marker active or --marker passive: a table is of one");
+  std::vector<std::string> assignments = arguments.assignments;
+  if (!arguments.seed.empty()) assignments.push_back("seed=" + arguments.seed);
+  const std::vector<MarkerKind> markers = MarkersOf(arguments.marker);
+  std::vector<TableRow> table;
+  std::vector<RecognitionCell> cells;
+  if (arguments.table.empty()) {
+    cells = Grid(arguments, markers);
+  } else {
+    table = ReadRecognitionTable(arguments.table, markers.front());
+    cells = CellsOf(table);
+  }
+  if (!arguments.csv.empty()) system::RequireWritable(arguments.csv);
+  if (!arguments.figure.empty()) system::RequireWritable(Beside(arguments.figure, ""));
+
+  app::Progress progress(arguments.quiet);
+  std::map<MarkerKind, trial::Scenario> scenarios;
+  for (const MarkerKind marker : markers)
+    scenarios.emplace(marker, RecognitionScenario(marker, assignments));
+  const Recognition recognition(std::move(scenarios), cells);
+  CellProgress cell_progress(&progress);
+  progress.Say(fmt::format("{} cells of {:g} s", cells.size(), arguments.seconds));
+  const std::vector<CellResult> results = recognition.Run(
+      {.seconds = arguments.seconds,
+       .run = {.workers = arguments.workers,
+               .on_progress = [&](int done, int of) { cell_progress.Show(done, of); },
+               .stop_requested = [] { return app::StopSignal() != 0; }}});
+  if (results.empty()) return app::kExitDone;  // stopped: the program ends with the signal's code
+
+  std::optional<TableComparison> comparison;
+  if (!table.empty()) comparison = Compare(results, table);
+  progress.Say(RecognitionText(results, table, comparison));
+  if (!arguments.csv.empty()) system::WriteWhole(arguments.csv, RecognitionCsv(results, table));
+  if (arguments.json) std::fputs(RecognitionJson(results, table, comparison).c_str(), stdout);
+  if (!arguments.figure.empty())
+    for (const std::string& file : WriteFigures(arguments.figure, recognition, results))
+      progress.Say("  " + file);
+  return app::kExitDone;
+}
+
+}  // namespace
+
+void AddRecognize(CLI::App& app, app::Command* chosen) {
+  auto arguments = std::make_shared<RecognizeArguments>();
+  CLI::App* recognize = app.add_subcommand(
+      "recognize", "Run the recognition experiment: a vehicle at rest, milk added step by step");
+  recognize->add_option("--marker", arguments->marker, "active, passive or both")
+      ->check(CLI::IsMember({"active", "passive", "both"}))
+      ->capture_default_str();
+  CLI::Option* table =
+      recognize
+          ->add_option("--table", arguments->table,
+                       "CSV of one marker (milk_ml_m3,distance_mm,fitness_mean,...): run its cells "
+                       "and compare")
+          ->type_name("FILE");
+  recognize
+      ->add_option("--distances", arguments->distances_mm,
+                   "Distances in mm, comma separated; 400,600,800,1000 unless given")
+      ->delimiter(',')
+      ->excludes(table);
+  recognize
+      ->add_option("--milk", arguments->milk_ml_m3,
+                   "Milk in ml/m3, comma separated; the published steps unless given")
+      ->delimiter(',')
+      ->excludes(table);
+  recognize->add_option("--seconds", arguments->seconds, "Time a cell is watched")
+      ->check(CLI::Range(0.02, 3600.0))
+      ->capture_default_str();
+  recognize->add_option("--workers", arguments->workers, "Processes; the results are the same")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+  recognize
+      ->add_option("--set", arguments->assignments,
+                   "Set one key of the scenarios pool_active and pool_passive; may be repeated")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+  recognize->add_option("--seed", arguments->seed, "Root of all randomness; as --set seed=N");
+  recognize->add_option("--csv", arguments->csv, "Write the cells to this file")->type_name("FILE");
+  recognize
+      ->add_option("--figure", arguments->figure,
+                   "Draw FILE.png (F over milk), FILE_areas.png, FILE_time.png and\n"
+                   "FILE_images_MARKER.png")
+      ->type_name("FILE.png");
+  recognize->add_flag("--json", arguments->json, "Print the result as JSON on stdout");
+  recognize->add_flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
+  recognize->callback(
+      [arguments, chosen] { *chosen = [arguments] { return Recognize(*arguments); }; });
+}
+
+}  // namespace turbidock::recognition

@@ -1,0 +1,51 @@
+#pragma once
+// Published tables of the recognition experiment, and how a simulated one compares.
+//
+// A table is CSV with a header: the columns milk_ml_m3, distance_mm and fitness_mean are needed,
+// fitness_std is optional, others are left alone.
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "experiments/studies/recognition/recognition.h"
+
+namespace turbidock::recognition {
+
+struct TableRow {
+  RecognitionCell cell;
+  double fitness_mean = 0;
+  std::optional<double> fitness_std;
+};
+
+// ConfigError "FILE:LINE: COLUMN = '...', must be ..." for whatever is wrong: a missing column,
+// what is no number, a value out of its range, a cell that occurs twice.
+std::vector<TableRow> ReadRecognitionTable(const std::string& path, MarkerKind marker);
+
+// The bundled table of that marker: the published columns 400 and 1000 mm.
+std::vector<TableRow> PublishedTable(MarkerKind marker);
+
+// Row by row.
+std::vector<RecognitionCell> CellsOf(const std::vector<TableRow>& rows);
+
+// Milk at which F falls to the limit of recognition, 0.22: where the mean of three neighbours (two
+// at the ends), joined by straight lines, first comes down to it. Nothing where it never does, or
+// is below from the beginning. Pairs (milk, F) in rising order of milk.
+std::optional<double> MilkAtLoss(const std::vector<std::pair<double, double>>& fitness_over_milk);
+
+// How a run compares with a table, cell by cell.
+struct TableComparison {
+  double rmse = 0;            // of mean F
+  double area_agreement = 0;  // share of cells in the same Area
+  struct Loss {
+    std::optional<double> simulated_ml_m3, reference_ml_m3;
+    std::optional<double> ratio() const;
+  };
+  std::map<double, Loss> loss_by_distance_m;
+};
+
+// `results[i]` belongs to `table[i]`.
+TableComparison Compare(const std::vector<CellResult>& results, const std::vector<TableRow>& table);
+
+}  // namespace turbidock::recognition

@@ -1,0 +1,81 @@
+#include "experiments/studies/run/run_command.h"
+
+#include <fmt/format.h>
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "experiments/app/progress.h"
+#include "experiments/studies/run/shown_trial.h"
+#include "experiments/trial/resolution.h"
+#include "experiments/trial/scenario.h"
+#include "experiments/trial/trial.h"
+
+namespace turbidock::run {
+namespace {
+
+struct RunArguments {
+  std::string scenario;
+  std::vector<std::string> assignments;
+  std::string gains;
+  std::string seed;  // as written: the scenario's reader checks it
+  std::optional<std::string> resolution, out;
+  std::string expect;
+  bool json = false, video = false, quiet = false;
+};
+
+int Run(const RunArguments& arguments) {
+  std::vector<std::string> assignments = arguments.assignments;
+  if (!arguments.seed.empty()) assignments.push_back("seed=" + arguments.seed);
+  trial::Scenario scenario = trial::LoadScenario(arguments.scenario, assignments, arguments.gains);
+  if (arguments.resolution)
+    trial::SetResolution(trial::ParseResolution(*arguments.resolution), &scenario);
+  const trial::TrialResult result = RunShownTrial(scenario, {.out = arguments.out,
+                                                             .video = arguments.video,
+                                                             .json = arguments.json,
+                                                             .quiet = arguments.quiet});
+  const bool as_expected = arguments.expect.empty() || arguments.expect == NameOf(result.outcome);
+  if (!as_expected)
+    app::Progress(arguments.quiet)
+        .Say(fmt::format("expected {}, but the outcome is {}", arguments.expect,
+                         NameOf(result.outcome)));
+  return as_expected ? app::kExitDone : app::kExitCheckFailed;
+}
+
+}  // namespace
+
+void AddRun(CLI::App& app, app::Command* chosen) {
+  auto arguments = std::make_shared<RunArguments>();
+  CLI::App* run = app.add_subcommand("run", "Run one docking trial");
+  run->add_option("scenario", arguments->scenario,
+                  "YAML file or the name of a bundled scenario (see `turbidock scenarios`)")
+      ->required();
+  run->add_option("--set", arguments->assignments,
+                  "Set one key, such as water.milk_ml_m3=20; may be repeated")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+  run->add_option("--gains", arguments->gains,
+                  "Gains file, such as `turbidock tune` writes, read over the scenario");
+  run->add_option("--seed", arguments->seed, "Root of all randomness; as --set seed=N");
+  run->add_option("--resolution", arguments->resolution,
+                  "Size of both cameras' images with the same field of view, such as 320x240")
+      ->type_name("WxH");
+  CLI::Option* out =
+      run->add_option("--out", arguments->out,
+                      "Folder for result.json, resolved.yaml, trajectory.csv and figure.png")
+          ->check(CLI::Validator(
+              [](const std::string& path) { return path.empty() ? "the folder has no name" : ""; },
+              "FOLDER"));
+  run->add_flag("--video", arguments->video, "Also make video.mp4 in the folder")->needs(out);
+  run->add_flag("--json", arguments->json, "Print the result as JSON on stdout");
+  run->add_flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
+  std::vector<std::string> outcomes;
+  outcomes.reserve(EnumNames<trial::Outcome>::kNames.size());
+  for (const auto& [outcome, name] : EnumNames<trial::Outcome>::kNames) outcomes.push_back(name);
+  run->add_option("--expect", arguments->expect, "Exit with 1 when the trial ends otherwise")
+      ->check(CLI::IsMember(outcomes));
+  run->callback([arguments, chosen] { *chosen = [arguments] { return Run(*arguments); }; });
+}
+
+}  // namespace turbidock::run

@@ -1,0 +1,99 @@
+#include "experiments/studies/run/shown_trial.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+
+#include "experiments/app/commands.h"
+#include "experiments/app/progress.h"
+#include "experiments/studies/run/trial_video.h"
+#include "experiments/media/gnuplot.h"
+#include "experiments/studies/run/trial_figure.h"
+#include "experiments/trial/trial_files.h"
+#include "sim/base/units.h"
+#include "vision/overlay.h"
+
+namespace turbidock::run {
+namespace {
+
+// The film of the trial, made by watching it.
+class Film {
+ public:
+  Film(const std::string& path, const trial::Scenario& scenario)
+      : marker_(scenario.marker),
+        rig_(scenario.rig.MakeRig()),
+        video_(path, {.frames_per_second = scenario.clock.frames_per_second,
+                      .envelope_ratio = scenario.marker.outer_ring_ratio,
+                      .criteria = trial::CriteriaOf(scenario)}) {}
+
+  void Add(const trial::TrialFrame& frame) {
+    const Pose& X_HM = frame.record.est_X_HM;
+    video_.Add({.images = frame.seen,
+                .left_balls = ProjectBalls(marker_, rig_, vision::StereoSide::kLeft, X_HM),
+                .right_balls = ProjectBalls(marker_, rig_, vision::StereoSide::kRight, X_HM),
+                .record = frame.record,
+                .spectator = frame.spectator});
+  }
+  void Finish() { video_.Finish(); }
+
+ private:
+  vision::MarkerParams marker_;
+  StereoRig rig_;
+  TrialVideo video_;
+};
+
+std::string Summary(const trial::TrialResult& result) {
+  const trial::PoseError& t = result.final_error_true;
+  return fmt::format(
+      "{}: {}\n"
+      "  true error at {:.1f} s: x {:+.0f} mm, y {:+.0f} mm, z {:+.0f} mm, yaw {:+.1f} deg\n"
+      "  fitness {:.2f} on average, {} returns to servoing, {:.1f} x real time, digest {}",
+      NameOf(result.outcome), result.reason, result.time_s, units::MmFromM(t.x_m),
+      units::MmFromM(t.y_m), units::MmFromM(t.z_m), units::DegFromRad(t.yaw_rad),
+      result.fitness_mean, result.returns_to_servoing, result.real_time_factor, result.digest);
+}
+
+}  // namespace
+
+trial::TrialResult RunShownTrial(const trial::Scenario& scenario, const ShownTrialOptions& shown) {
+  if (shown.out) {
+    trial::MakeOutputFolder(*shown.out);
+    media::RequireGnuplot();  // now, not after a minute of work
+  }
+
+  app::Progress progress(shown.quiet);
+  progress.Say(fmt::format("{}, seed {}", scenario.description, scenario.seed));
+  std::optional<Film> film;
+  if (shown.video) film.emplace(*shown.out + "/video.mp4", scenario);
+
+  trial::TrialOptions options;
+  options.spectator = shown.video;
+  options.whole_images = shown.video;
+  options.observe = [&](const trial::TrialFrame& frame) {
+    if (film) film->Add(frame);
+    progress.Show(std::min(1.0, frame.record.time_s / scenario.duration_s),
+                  fmt::format("{:5.1f} s  {:15}  F {:+.2f}", frame.record.time_s,
+                              NameOf(frame.record.stage), frame.record.fitness));
+  };
+  options.on_transition = [&](const control::Transition& change) {
+    progress.Say(fmt::format("  {:5.1f} s  {} -> {}: {}", scenario.clock.TimeOfFrame(change.frame),
+                             NameOf(change.from), NameOf(change.to), change.reason));
+  };
+  options.on_remark = [&](const std::string& remark) { progress.Say(remark); };
+  options.stop_requested = [] { return app::StopSignal() != 0; };
+  trial::TrialResult result = trial::RunTrial(scenario, options);
+  progress.Say(Summary(result));
+  // The numbers first: what fails later does not take them along.
+  if (shown.out) trial::WriteRecords(*shown.out, scenario, result);
+  if (shown.json) std::fputs(trial::ResultJson(result).c_str(), stdout);
+  if (film) film->Finish();
+  if (shown.out) {
+    WriteFigure(*shown.out, scenario, result);
+    progress.Say(fmt::format("  result.json, resolved.yaml, trajectory.csv, figure.png{} in {}",
+                             film ? ", video.mp4" : "", *shown.out));
+  }
+  return result;
+}
+
+}  // namespace turbidock::run

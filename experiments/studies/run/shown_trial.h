@@ -1,0 +1,23 @@
+#pragma once
+// One trial as the terminal shows it, with its files.
+
+#include <optional>
+#include <string>
+
+#include "experiments/trial/scenario.h"
+#include "experiments/trial/trial.h"
+
+namespace turbidock::run {
+
+struct ShownTrialOptions {
+  std::optional<std::string>
+      out;             // folder for result.json, resolved.yaml, trajectory.csv, figure.png
+  bool video = false;  // also video.mp4; needs `out`
+  bool json = false;   // the result on stdout
+  bool quiet = false;  // nothing on stderr
+};
+
+// Runs the trial until it ends or a signal stops it.
+trial::TrialResult RunShownTrial(const trial::Scenario& scenario, const ShownTrialOptions& options);
+
+}  // namespace turbidock::run

@@ -1,0 +1,194 @@
+#include "experiments/studies/run/trial_video.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <numbers>
+
+#include "experiments/media/draw_balls.h"
+#include "sim/base/check.h"
+#include "sim/base/units.h"
+
+namespace turbidock::run {
+namespace {
+
+using units::MmFromM;
+
+constexpr media::PixelRect kLeftPanel{0, 0, 640, 480}, kRightPanel{640, 0, 640, 480};
+constexpr media::PixelRect kSpectatorPanel{0, 480, 320, 240};
+constexpr int kChartsTop = 480;
+constexpr int kLegendHeight = 22;
+constexpr int kChartHeight = (kVideoHeight - kChartsTop - kLegendHeight) / 2;
+
+constexpr Rgb kGround{15, 20, 26};
+constexpr Rgb kText{232, 237, 242};
+constexpr Rgb kFaintText{176, 186, 196};
+constexpr Rgb kBlack{0, 0, 0}, kWhite{255, 255, 255};
+constexpr double kTextSize = 14, kSmallSize = 12;
+constexpr double kGap = std::numeric_limits<double>::quiet_NaN();
+
+// Text on a dark, half transparent plate: readable on any image. Returns the column behind the
+// plate.
+int DrawPlate(media::Canvas* canvas, int x, int y, const char* text, Rgb color,
+              media::Align align = media::Align::kLeft, bool bold = false) {
+  constexpr int kHeight = 24, kPadding = 9;
+  const int width =
+      static_cast<int>(std::ceil(canvas->TextWidth(text, kTextSize, bold))) + 2 * kPadding;
+  const int left = align == media::Align::kRight ? x - width : x;
+  canvas->FillRounded({left, y, width, kHeight}, 5, kGround, 0.8);
+  canvas->Text({static_cast<double>(left + kPadding), y + 17.0}, text, kTextSize, color,
+               media::Align::kLeft, bold);
+  return left + width;
+}
+
+media::StripChartSpec FitnessSpec(const trial::ViewCriteria& criteria) {
+  char docking[16], detection[16];
+  std::snprintf(docking, sizeof docking, "%.2f", criteria.docking_fitness);
+  std::snprintf(detection, sizeof detection, "%.2f", criteria.detection_fitness);
+  return {.title = "F",
+          .low = -0.2,
+          .high = 1.0,
+          .tick_decimals = 1,
+          .time_labels = false,
+          .limits = {{criteria.docking_fitness, docking}, {criteria.detection_fitness, detection}},
+          .series = {{.color = trial::kOnDark.estimate}}};
+}
+
+// Desired below, then truth, the estimate on top.
+media::StripChartSpec PositionSpec(const char* title, double low_mm, double high_mm, double band_mm,
+                                   bool time_labels) {
+  return {.title = title,
+          .low = low_mm,
+          .high = high_mm,
+          .time_labels = time_labels,
+          .series = {{.color = trial::kOnDark.desired,
+                      .width_px = 1.2,
+                      .drives_range = true,
+                      .band_half_width = band_mm},
+                     {.color = trial::kOnDark.truth, .width_px = 2.8, .drives_range = true},
+                     {.color = trial::kOnDark.estimate, .width_px = 1.2}}};
+}
+
+}  // namespace
+
+VideoComposer::VideoComposer(const VideoOptions& options)
+    : options_(options), canvas_(kVideoWidth, kVideoHeight) {}
+
+const media::Canvas& VideoComposer::Compose(const VideoFrame& frame) {
+  const trial::FrameRecord& record = frame.record;
+  if (charts_.empty()) MakeCharts(frame.spectator != nullptr);
+  canvas_.FillRect(canvas_.area(), kGround);
+  const bool trusted = record.fitness >= options_.criteria.detection_fitness;
+  DrawCamera(frame.images.left, frame.left_balls, trusted, kLeftPanel);
+  DrawCamera(frame.images.right, frame.right_balls, trusted, kRightPanel);
+  // a seam between the two images, which may both be black
+  canvas_.FillRect({kRightPanel.x - 1, 0, 2, kRightPanel.height}, kGround);
+  canvas_.FillRect({0, kChartsTop - 1, kVideoWidth, 2}, kGround);
+  DrawPlate(&canvas_, 10, kLeftPanel.bottom() - 34, "left camera", kFaintText);
+  DrawPlate(&canvas_, kRightPanel.x + 10, kRightPanel.bottom() - 34, "right camera", kFaintText);
+  DrawStatus(record);
+  if (charts_x_ > 0 && frame.spectator) {
+    canvas_.DrawImage(*frame.spectator, kSpectatorPanel);
+    DrawPlate(&canvas_, 10, kSpectatorPanel.bottom() - 34, "spectator", kFaintText);
+  }
+  DrawCharts(record);
+  return canvas_;
+}
+
+void VideoComposer::MakeCharts(bool with_spectator) {
+  charts_x_ = with_spectator ? kSpectatorPanel.right() : 0;
+  const int width = (kVideoWidth - charts_x_) / 2;
+  media::StripChartSpec x = PositionSpec("x [mm]", 0, 800, 0, true);
+  x.limits = {{MmFromM(options_.criteria.docked_x_m),
+               std::to_string(std::lround(MmFromM(options_.criteria.docked_x_m)))}};
+  charts_.emplace_back(FitnessSpec(options_.criteria), width, kChartHeight);
+  charts_.emplace_back(std::move(x), width, kChartHeight);
+  charts_.emplace_back(
+      PositionSpec("y [mm]", -100, 100, MmFromM(options_.criteria.tolerance_y_m), false), width,
+      kChartHeight);
+  charts_.emplace_back(
+      PositionSpec("z [mm]", -100, 100, MmFromM(options_.criteria.tolerance_z_m), true), width,
+      kChartHeight);
+}
+
+void VideoComposer::DrawCamera(const Image3u8& image,
+                               const std::vector<vision::ProjectedBall>& balls, bool trusted,
+                               const media::PixelRect& panel) {
+  const media::PixelRect shown = canvas_.DrawImage(image, panel);
+  const double scale = static_cast<double>(shown.width) / image.width();
+  canvas_.Clip(shown);
+  media::DrawBalls(balls, shown, scale, options_.envelope_ratio, trusted ? 1.0 : 0.4, &canvas_);
+  canvas_.Unclip();
+}
+
+void VideoComposer::DrawStatus(const trial::FrameRecord& record) {
+  char text[64];
+  int x = DrawPlate(&canvas_, 10, 10, trial::StageTitle(record.stage),
+                    trial::kOnDark.Of(record.stage), media::Align::kLeft, /*bold=*/true);
+  std::snprintf(text, sizeof text, "F = %.2f   %s", record.fitness,
+                trial::AreaTitle(record.fitness, options_.criteria));
+  DrawPlate(&canvas_, x + 8, 10, text, kText);
+  std::snprintf(text, sizeof text, "%.1f s", record.time_s);
+  DrawPlate(&canvas_, kVideoWidth - 10, 10, text, kText, media::Align::kRight);
+}
+
+void VideoComposer::DrawCharts(const trial::FrameRecord& record) {
+  const control::DesiredPose& desired = record.desired;
+  const double desired_m[3] = {desired.x_m, desired.y_m, desired.z_m};
+  const bool detected = record.fitness >= options_.criteria.detection_fitness;
+  charts_[0].Add(record.time_s, std::array{record.fitness});
+  for (size_t i = 0; i < 3; ++i) {
+    const auto axis = static_cast<Eigen::Index>(i);
+    // where nothing is followed there is nothing desired; what is not detected has no position
+    charts_[i + 1].Add(record.time_s,
+                       std::array{record.controlled ? MmFromM(desired_m[i]) : kGap,
+                                  MmFromM(record.true_X_HM.p[axis]),
+                                  detected ? MmFromM(record.est_X_HM.p[axis]) : kGap});
+  }
+
+  char text[32];
+  for (size_t i = 0; i < charts_.size(); ++i) {
+    const media::StripChart& chart = charts_[i];
+    const int x = charts_x_ + static_cast<int>(i / 2) * chart.width();
+    const int y = kChartsTop + kLegendHeight + static_cast<int>(i % 2) * kChartHeight;
+    chart.DrawTo(&canvas_, x, y);
+    // the values of now, in columns above the chart's right end
+    const double right = x + chart.plot().right();
+    const double base = y + 14.0;
+    if (i == 0) {
+      std::snprintf(text, sizeof text, "%.2f", record.fitness);
+      canvas_.Text({right, base}, text, kSmallSize, trial::kOnDark.estimate, media::Align::kRight);
+      continue;
+    }
+    const auto axis = static_cast<Eigen::Index>(i - 1);
+    std::snprintf(text, sizeof text, "%.0f", MmFromM(record.true_X_HM.p[axis]));
+    canvas_.Text({right, base}, text, kSmallSize, trial::kOnDark.truth, media::Align::kRight);
+    std::snprintf(text, sizeof text, "%.0f", MmFromM(record.est_X_HM.p[axis]));
+    canvas_.Text({right - 44, base}, detected ? text : "lost", kSmallSize, trial::kOnDark.estimate,
+                 media::Align::kRight);
+  }
+
+  // the legend, right to left
+  double x = charts_x_ + 2.0 * charts_[0].width() - 18;
+  const double y = kChartsTop + 16;
+  const std::string band = trial::BandText(options_.criteria);
+  const std::pair<std::string, Rgb> entries[] = {{band, trial::kOnDark.limit},
+                                                 {"desired", trial::kOnDark.desired},
+                                                 {"truth", trial::kOnDark.truth},
+                                                 {"estimate", trial::kOnDark.estimate}};
+  for (const auto& [name, color] : entries) {
+    canvas_.Text({x, y}, name, kSmallSize, kText, media::Align::kRight);
+    x -= canvas_.TextWidth(name, kSmallSize) + 6;
+    // a broad, faint mark stands for the band
+    const bool area = name == band;
+    canvas_.Line({x - 18, y - 4}, {x, y - 4}, area ? 9 : 3, color, area ? 0.3 : 1);
+    x -= 18 + 16;
+  }
+}
+
+TrialVideo::TrialVideo(const std::string& path, const VideoOptions& options)
+    : composer_(options), writer_(path, kVideoWidth, kVideoHeight, options.frames_per_second) {}
+
+}  // namespace turbidock::run

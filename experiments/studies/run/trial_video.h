@@ -1,0 +1,71 @@
+#pragma once
+// The film of a trial: what the cameras saw, what the estimator made of it, and how it went so far.
+
+#include <string>
+#include <vector>
+
+#include "experiments/media/canvas.h"
+#include "experiments/media/mp4_writer.h"
+#include "experiments/media/strip_chart.h"
+#include "experiments/trial/trial_log.h"
+#include "experiments/trial/trial_view.h"
+#include "sim/base/image.h"
+#include "vision/overlay.h"
+
+namespace turbidock::run {
+
+inline constexpr int kVideoWidth = 1280, kVideoHeight = 720;
+
+struct VideoOptions {
+  int frames_per_second = 30;
+  double envelope_ratio = 1.4;  // radius of the model's outer circle over that of the ball
+  trial::ViewCriteria criteria = {};
+};
+
+// What one frame of the film shows. The balls are those of the estimated pose, in pixels of the
+// images.
+struct VideoFrame {
+  const StereoImage& images;
+  const std::vector<vision::ProjectedBall>& left_balls;
+  const std::vector<vision::ProjectedBall>& right_balls;
+  const trial::FrameRecord& record;
+  const Image3u8* spectator = nullptr;  // the scene from outside; may be left out of the whole film
+};
+
+// Composes the pictures, 1280 x 720: both camera images with the estimated marker as circles (the
+// inner one dotted, in the ball's colour) and below them the spectator's view beside charts of F,
+// x, y and z.
+class VideoComposer {
+ public:
+  explicit VideoComposer(const VideoOptions& options);
+
+  // The picture of the next frame; it stays valid until the next call.
+  const media::Canvas& Compose(const VideoFrame& frame);
+
+ private:
+  void MakeCharts(bool with_spectator);
+  void DrawCamera(const Image3u8& image, const std::vector<vision::ProjectedBall>& balls,
+                  bool trusted, const media::PixelRect& panel);
+  void DrawStatus(const trial::FrameRecord& record);
+  void DrawCharts(const trial::FrameRecord& record);
+
+  VideoOptions options_;
+  media::Canvas canvas_;
+  int charts_x_ = 0;
+  std::vector<media::StripChart> charts_;  // F, x, y, z; made with the first frame
+};
+
+// Composes and encodes. Errors as Mp4Writer's.
+class TrialVideo {
+ public:
+  TrialVideo(const std::string& path, const VideoOptions& options);
+
+  void Add(const VideoFrame& frame) { writer_.Add(composer_.Compose(frame)); }
+  void Finish() { writer_.Finish(); }
+
+ private:
+  VideoComposer composer_;
+  media::Mp4Writer writer_;
+};
+
+}  // namespace turbidock::run

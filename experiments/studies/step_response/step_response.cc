@@ -1,0 +1,268 @@
+#include "experiments/studies/step_response/step_response.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+
+#include "experiments/trial/trial.h"
+#include "sim/base/check.h"
+
+namespace turbidock::step_response {
+namespace {
+
+using control::Axes;
+using control::Axis;
+using std::numbers::pi;
+
+constexpr double kWithin = 0.05;     // of the step: settled
+constexpr double kRecovered = 0.1;   // of the peak
+constexpr double kLeastWatch_s = 8;  // a sinusoid is watched for at least this long ...
+constexpr int kLeastPeriods = 4;     // ... and these periods, after as long to settle
+
+// A trial that stands at the servoing pose for as long as it is left alone.
+trial::Scenario AtTheServoingPose(trial::Scenario scenario, const StepOptions& options) {
+  control::ProcedureParams& p = scenario.procedure;
+  scenario.start = {.distance_min_m = p.servo_x_m,
+                    .distance_max_m = p.servo_x_m,
+                    .lateral_m = 0,
+                    .vertical_m = 0,
+                    .heading_rad = 0};
+  p.enter_hold_s = 600;  // longer than any of these trials
+  p.found_hold_s = 0.2;
+  scenario.true_pose.found_after_s = 0;
+  if (!options.noise) scenario.true_pose.noise.setZero();
+  if (options.still_water) scenario.sea = {};
+  return scenario;
+}
+
+Wrench Push(Axis axis, double size) {
+  Wrench F;
+  if (axis == control::kYaw)
+    F.tau.z() = size;
+  else
+    F.f[axis] = size;
+  return F;
+}
+
+// Runs a trial with the excitation from `from` on and hands over its log.
+trial::TrialLog Run(trial::Scenario scenario, double duration_s, const StepOptions& options,
+                    const std::function<trial::TrialExcitation(int64_t)>& excite) {
+  scenario.duration_s = duration_s;
+  trial::TrialOptions trial;
+  trial.excite = excite;
+  trial.stop_requested = options.stop_requested;
+  trial::TrialResult result = trial::RunTrial(scenario, trial);
+  if (result.outcome != trial::Outcome::kTimeout && result.outcome != trial::Outcome::kInterrupted)
+    throw ConfigError("step response",
+                      "the vehicle does not stay in front of the marker: " + result.reason);
+  return std::move(result.log);
+}
+
+// The answer from frame `first` on; rest is what was there on average in the second before.
+Answer AnswerOf(const trial::TrialLog& log, const ClockParams& clock, int64_t first, Axis axis,
+                double wanted) {
+  Answer answer;
+  const auto place = [&](const trial::FrameRecord& f) {
+    return control::ToAxes(f.true_X_HM)[axis];
+  };
+  const int64_t before = std::min<int64_t>(first, clock.frames_per_second);
+  double rest = 0;
+  for (int64_t n = first - before; n < first; ++n)
+    rest += place(log.frames[static_cast<size_t>(n)]) / static_cast<double>(before);
+  for (int64_t n = first; n < std::ssize(log.frames); ++n) {
+    const trial::FrameRecord& f = log.frames[static_cast<size_t>(n)];
+    answer.time_s.push_back(clock.TimeOfFrame(n - first));
+    answer.wanted.push_back(wanted);
+    const double moved = place(f) - rest;
+    answer.actual.push_back(axis == control::kYaw ? WrapAngle(moved) : moved);
+    answer.volts.push_back(control::ToAxes(f.demand)[axis]);
+  }
+  return answer;
+}
+
+double MeanOfTheEnd(const std::vector<double>& values) {
+  const size_t from = values.size() - std::max<size_t>(1, values.size() / 5);
+  double sum = 0;
+  for (size_t i = from; i < values.size(); ++i) sum += values[i];
+  return sum / static_cast<double>(values.size() - from);
+}
+
+// When the values enter the band to stay, if they do.
+std::optional<double> EntersToStay(const Answer& answer, double center, double band) {
+  size_t i = answer.actual.size();
+  while (i > 0 && std::abs(answer.actual[i - 1] - center) <= band) --i;
+  if (i == answer.actual.size()) return std::nullopt;
+  return answer.time_s[i];
+}
+
+// L at a frequency, from a trial of its own.
+std::complex<double> MeasureLoop(const trial::Scenario& scenario, const StepOptions& options,
+                                 Axis axis, double frequency_hz) {
+  const ClockParams& clock = scenario.clock;
+  const double period_s = 1 / frequency_hz;
+  const double periods = std::max<double>(kLeastPeriods, std::ceil(kLeastWatch_s / period_s));
+  const int64_t first = clock.FramesFor(options.rest_s);
+  const int64_t watched_from = first + clock.FramesFor(periods * period_s);
+  const int64_t end = watched_from + clock.FramesFor(periods * period_s);
+  const double omega = 2 * pi * frequency_hz;
+  const auto added_v = [&](int64_t frame) {
+    return options.volts * std::sin(omega * clock.TimeOfFrame(frame - first));
+  };
+  const trial::TrialLog log = Run(scenario, clock.TimeOfFrame(end), options, [&](int64_t frame) {
+    trial::TrialExcitation excitation;
+    if (frame >= first) {
+      Axes volts = Axes::Zero();
+      volts[axis] = added_v(frame);
+      excitation.control.volts = control::ToAxisVolts(volts);
+    }
+    return excitation;
+  });
+  std::complex<double> demand, total;
+  for (int64_t n = watched_from; n < std::min<int64_t>(end, std::ssize(log.frames)); ++n) {
+    // Hann's window: what is left of the beginning is slower and far larger at high frequencies
+    const double share =
+        static_cast<double>(n - watched_from) / static_cast<double>(end - watched_from);
+    const auto turn = std::polar(1 - std::cos(2 * pi * share), -omega * clock.TimeOfFrame(n));
+    const double c = control::ToAxes(log.frames[static_cast<size_t>(n)].demand)[axis];
+    demand += c * turn;
+    total += (c + added_v(n)) * turn;
+  }
+  return -demand / total;
+}
+
+LoopResponse MeasureLoops(trial::Scenario scenario, const StepOptions& options, Axis axis,
+                          const std::function<void()>& done) {
+  LoopResponse response;
+  scenario.true_pose.noise.setZero();
+  for (const double frequency_hz : options.frequencies_hz) {
+    if (frequency_hz >= 0.45 * scenario.clock.frames_per_second) break;
+    const std::complex<double> L = MeasureLoop(scenario, options, axis, frequency_hz);
+    response.points.push_back({frequency_hz, std::abs(L), std::arg(L)});
+    done();
+  }
+  JudgeLoop(&response);
+  return response;
+}
+
+}  // namespace
+
+void JudgeStep(double step, StepResponse* response) {
+  const Answer& a = response->answer;
+  TD_CHECK(!a.actual.empty() && step != 0, "an answer to judge");
+  const auto first_beyond = [&](double share) -> std::optional<double> {
+    for (size_t i = 0; i < a.actual.size(); ++i)
+      if (a.actual[i] / step >= share) return a.time_s[i];
+    return std::nullopt;
+  };
+  const auto low = first_beyond(0.1), high = first_beyond(0.9);
+  if (low && high) response->rise_time_s = *high - *low;
+  double most = 0;
+  for (const double actual : a.actual) most = std::max(most, actual / step);
+  response->overshoot = std::max(0.0, most - 1);
+  response->settling_time_s = EntersToStay(a, step, kWithin * std::abs(step));
+  response->final_error = MeanOfTheEnd(a.actual) - step;
+}
+
+void JudgeDisturbance(DisturbanceResponse* response) {
+  const Answer& a = response->answer;
+  TD_CHECK(!a.actual.empty(), "an answer to judge");
+  for (const double actual : a.actual)
+    if (std::abs(actual) > std::abs(response->peak)) response->peak = actual;
+  response->recovery_time_s = EntersToStay(a, 0, kRecovered * std::abs(response->peak));
+  response->final_error = MeanOfTheEnd(a.actual);
+}
+
+void JudgeLoop(LoopResponse* response) {
+  std::vector<LoopPoint>& points = response->points;
+  response->sensitivity_peak = 0;
+  for (size_t i = 0; i < points.size(); ++i) {
+    if (i == 0) {
+      // a loop with integrators begins between -360 and 0 degrees
+      if (points[i].phase_rad > 0) points[i].phase_rad -= 2 * pi;
+    } else {
+      points[i].phase_rad =
+          points[i - 1].phase_rad + WrapAngle(points[i].phase_rad - points[i - 1].phase_rad);
+    }
+    const double s = 1 / std::abs(1.0 + std::polar(points[i].gain, points[i].phase_rad));
+    response->sensitivity_peak = std::max(response->sensitivity_peak, s);
+  }
+  // straight lines in log gain and phase over log frequency
+  for (size_t i = 1; i < points.size(); ++i) {
+    const LoopPoint &a = points[i - 1], &b = points[i];
+    const double log_a = std::log(a.gain), log_b = std::log(b.gain);
+    if ((log_a > 0) != (log_b > 0)) {
+      const double share = log_a / (log_a - log_b);
+      const double phase = a.phase_rad + share * (b.phase_rad - a.phase_rad);
+      const double margin = WrapAngle(phase + pi);
+      const double frequency_hz = a.frequency_hz * std::pow(b.frequency_hz / a.frequency_hz, share);
+      if (!response->phase_margin_rad || std::abs(margin) < std::abs(*response->phase_margin_rad)) {
+        response->phase_margin_rad = margin;
+        response->crossover_hz = frequency_hz;
+        response->delay_margin_s = std::max(0.0, margin) / (2 * pi * frequency_hz);
+      }
+    }
+    // any odd multiple of 180 degrees
+    const double from = std::min(a.phase_rad, b.phase_rad), to = std::max(a.phase_rad, b.phase_rad);
+    const double odd = 2 * std::ceil((from / pi - 1) / 2) + 1;
+    if (from == to || odd * pi > to) continue;
+    const double share = (odd * pi - a.phase_rad) / (b.phase_rad - a.phase_rad);
+    const double margin = std::exp(-(log_a + share * (log_b - log_a)));
+    if (margin > 1 && (!response->gain_margin || margin < *response->gain_margin))
+      response->gain_margin = margin;
+  }
+}
+
+const char* AxisName(Axis axis) {
+  constexpr std::array kNames = {"x", "y", "z", "yaw"};
+  return kNames[axis];
+}
+
+std::vector<AxisResponse> MeasureStepResponses(const trial::Scenario& given,
+                                               const StepOptions& options) {
+  const trial::Scenario scenario = AtTheServoingPose(given, options);
+  const ClockParams& clock = scenario.clock;
+  const int64_t first = clock.FramesFor(options.rest_s);
+  const double duration_s = options.rest_s + options.record_s;
+  const double runs =
+      static_cast<double>(options.axes.size() * (2 + options.frequencies_hz.size()));
+  double done = 0;
+  const auto one_more = [&] {
+    if (options.on_progress) options.on_progress(++done / runs);
+  };
+  std::vector<AxisResponse> responses;
+  for (const Axis axis : options.axes) {
+    AxisResponse response;
+    response.axis = axis;
+    const bool turn = axis == control::kYaw;
+    const double step = turn ? options.step_rad : options.step_m;
+    response.step.answer = AnswerOf(Run(scenario, duration_s, options,
+                                        [&](int64_t frame) {
+                                          trial::TrialExcitation excitation;
+                                          if (frame >= first)
+                                            excitation.control.wanted[axis] = step;
+                                          return excitation;
+                                        }),
+                                    clock, first, axis, step);
+    JudgeStep(step, &response.step);
+    one_more();
+    const Wrench push = Push(axis, turn ? options.moment_newton_m : options.force_newton);
+    response.disturbance.answer =
+        AnswerOf(Run(scenario, duration_s, options,
+                     [&](int64_t frame) {
+                       return trial::TrialExcitation{.control = {},
+                                                     .F_B_B = frame >= first ? push : Wrench()};
+                     }),
+                 clock, first, axis, 0);
+    JudgeDisturbance(&response.disturbance);
+    one_more();
+    response.loop = MeasureLoops(scenario, options, axis, one_more);
+    if (options.stop_requested && options.stop_requested()) break;
+    responses.push_back(std::move(response));
+  }
+  return responses;
+}
+
+}  // namespace turbidock::step_response

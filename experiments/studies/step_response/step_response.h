@@ -1,0 +1,92 @@
+#pragma once
+// How the closed loop answers: steps of the desired pose, steps of force, and the gain of the loop
+// over frequency. Each measurement is a trial that begins at the servoing pose and never docks.
+
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "control/axes.h"
+#include "experiments/trial/scenario.h"
+
+namespace turbidock::step_response {
+
+struct StepOptions {
+  std::vector<control::Axis> axes = {control::kSurge, control::kSway, control::kHeave,
+                                     control::kYaw};
+  double step_m = 0.05, step_rad = 0.0873;  // 5 degrees
+  double force_newton = 1, moment_newton_m = 0.1;
+  double rest_s = 10;    // before anything happens
+  double record_s = 20;  // of an answer
+  double volts = 0.3;    // amplitude of the sinusoids
+  std::vector<double> frequencies_hz = {0.05, 0.08, 0.125, 0.18, 0.25, 0.35, 0.5,
+                                        0.7,  1.0,  1.4,   2.0,  2.8,  4.0};
+  bool still_water = true;  // no current, no waves, no tether
+  bool noise = true;        // of the true pose; the cameras have theirs
+  std::function<void(double share)> on_progress;
+  std::function<bool()> stop_requested;
+};
+
+// A row a frame from the beginning of the step.
+struct Answer {
+  std::vector<double> time_s;
+  std::vector<double> wanted;  // the marker's place less that at rest, m or rad
+  std::vector<double> actual;  // true
+  std::vector<double> volts;   // the law's demand
+};
+
+struct StepResponse {
+  Answer answer;
+  // Nothing where the answer never gets there. Of the step's size:
+  std::optional<double> rise_time_s;      // from 10 % to 90 %
+  double overshoot = 0;                   // largest value beyond 1
+  std::optional<double> settling_time_s;  // until it stays within 5 %
+  double final_error = 0;                 // mean of the last fifth, m or rad
+};
+
+struct DisturbanceResponse {
+  Answer answer;
+  double peak = 0;                        // largest displacement, m or rad
+  std::optional<double> recovery_time_s;  // until it stays within a tenth of the peak
+  double final_error = 0;                 // mean of the last fifth
+};
+
+// The loop opened at the law's output: with the sinusoid w added to the demand c, L = -c / (c + w),
+// each the Fourier coefficient at w's frequency over whole periods in Hann's window. The other axes
+// stay closed, and the true pose is without noise. Thrusters and allocation are not linear, so it
+// holds for the amplitude it was measured with.
+struct LoopPoint {
+  double frequency_hz = 0;
+  double gain = 0, phase_rad = 0;  // of L; phase unwrapped from the lowest frequency
+};
+
+struct LoopResponse {
+  std::vector<LoopPoint> points;
+  // The smallest over all crossings, interpolated between the points; nothing without a crossing.
+  std::optional<double> crossover_hz;      // of the smallest phase margin
+  std::optional<double> phase_margin_rad;  // at gain 1
+  std::optional<double> gain_margin;       // factor to gain 1 at phase -180 degrees, above 1
+  std::optional<double> delay_margin_s;    // phase margin over the crossover's angular frequency
+  double sensitivity_peak = 0;             // largest |1 / (1 + L)| of the points
+};
+
+struct AxisResponse {
+  control::Axis axis = control::kSurge;
+  StepResponse step;
+  DisturbanceResponse disturbance;
+  LoopResponse loop;
+};
+
+// ConfigError for a scenario that cannot run or an answer that is none (the marker was lost).
+// Stopped early it returns the axes that are complete.
+std::vector<AxisResponse> MeasureStepResponses(const trial::Scenario& scenario,
+                                               const StepOptions& options = {});
+
+// From the series, apart for tests. `step` is its size, m or rad.
+void JudgeStep(double step, StepResponse* response);
+void JudgeDisturbance(DisturbanceResponse* response);
+void JudgeLoop(LoopResponse* response);
+
+const char* AxisName(control::Axis axis);  // "x", "y", "z", "yaw"
+
+}  // namespace turbidock::step_response

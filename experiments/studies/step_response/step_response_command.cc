@@ -1,0 +1,118 @@
+#include "experiments/studies/step_response/step_response_command.h"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "experiments/app/progress.h"
+#include "experiments/config/yaml_fields.h"
+#include "experiments/studies/step_response/step_response.h"
+#include "experiments/studies/step_response/step_response_report.h"
+#include "experiments/media/gnuplot.h"
+#include "experiments/system/output_path.h"
+#include "experiments/trial/scenario.h"
+#include "experiments/trial/trial_files.h"
+
+namespace turbidock::step_response {
+namespace {
+
+struct StepArguments {
+  std::string scenario = "sea_night_active";
+  std::vector<std::string> assignments;
+  std::string gains, axis = "all";
+  std::optional<std::string> out;
+  StepOptions options;
+  bool cameras = false, true_pose = false, sea = false, no_noise = false;
+  bool json = false, quiet = false;
+};
+
+int Measure(const StepArguments& arguments) {
+  std::vector<std::string> assignments = arguments.assignments;
+  if (!arguments.cameras) assignments.push_back("pose_source=true_pose");
+  if (arguments.cameras) assignments.push_back("pose_source=cameras");
+  const trial::Scenario scenario =
+      trial::LoadScenario(arguments.scenario, assignments, arguments.gains);
+  StepOptions options = arguments.options;
+  options.still_water = !arguments.sea;
+  options.noise = !arguments.no_noise;
+  if (arguments.axis != "all") {
+    for (const control::Axis axis : StepOptions().axes)
+      if (arguments.axis == AxisName(axis)) options.axes = {axis};
+  }
+  if (arguments.out) {
+    trial::MakeOutputFolder(*arguments.out);
+    media::RequireGnuplot();
+  }
+  app::Progress progress(arguments.quiet);
+  progress.Say(fmt::format("{}: {}, {}, {}", scenario.description, NameOf(scenario.control.law),
+                           arguments.cameras ? "through the cameras" : "on the true pose",
+                           arguments.sea ? "in its sea" : "in still water"));
+  options.on_progress = [&](double share) { progress.Show(share, "measuring"); };
+  options.stop_requested = [] { return app::StopSignal() != 0; };
+  const std::vector<AxisResponse> responses = MeasureStepResponses(scenario, options);
+  const std::string json = StepJson(scenario, responses);
+  if (arguments.json)
+    std::fputs(json.c_str(), stdout);
+  else
+    std::fputs(StepTable(responses).c_str(), stdout);
+  if (arguments.out && !responses.empty()) {
+    system::WriteWhole(*arguments.out + "/step_response.json", json);
+    system::WriteWhole(*arguments.out + "/step_response.csv", StepCsv(responses));
+    WriteStepFigure(*arguments.out + "/step_response.png",
+                    fmt::format("{}: {}", scenario.description, NameOf(scenario.control.law)),
+                    responses);
+    progress.Say(fmt::format("  step_response.json, .csv, .png in {}", *arguments.out));
+  }
+  return app::kExitDone;
+}
+
+}  // namespace
+
+void AddStepResponse(CLI::App& app, app::Command* chosen) {
+  auto arguments = std::make_shared<StepArguments>();
+  CLI::App* step = app.add_subcommand(
+      "step-response", "Measure how the closed loop answers steps, forces and sinusoids");
+  step->add_option("scenario", arguments->scenario,
+                   "YAML file or the name of a bundled scenario (see `turbidock scenarios`)")
+      ->capture_default_str();
+  step->add_option("--set", arguments->assignments,
+                   "Set one key, such as controller=lqg; may be repeated")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+  step->add_option("--gains", arguments->gains, "Gains file, read over the scenario");
+  step->add_option("--axis", arguments->axis, "Which axis")
+      ->check(CLI::IsMember({"all", "x", "y", "z", "yaw"}))
+      ->capture_default_str();
+  CLI::Option* cameras =
+      step->add_flag("--cameras", arguments->cameras, "See through the cameras: much slower");
+  step->add_flag("--true-pose", arguments->true_pose,
+                 "See the true pose with noise and delay (the default)")
+      ->excludes(cameras);
+  step->add_flag("--sea", arguments->sea,
+                 "In the scenario's current and waves, not in still water");
+  step->add_flag("--no-noise", arguments->no_noise, "Without noise on the true pose");
+  StepOptions& options = arguments->options;
+  step->add_option("--step", options.step_m, "Step of x, y and z in m")
+      ->check(CLI::Range(0.001, 0.5))
+      ->capture_default_str();
+  step->add_option("--turn", options.step_rad, "Step of yaw in rad")
+      ->check(CLI::Range(0.001, 0.5))
+      ->capture_default_str();
+  step->add_option("--force", options.force_newton, "Push on x, y and z in N")
+      ->check(CLI::Range(0.001, 100.0))
+      ->capture_default_str();
+  step->add_option("--volts", options.volts, "Amplitude of the sinusoids that measure the loop")
+      ->check(CLI::Range(0.01, 2.5))
+      ->capture_default_str();
+  step->add_option("--out", arguments->out, "Folder for step_response.json, .csv and .png");
+  step->add_flag("--json", arguments->json, "Print the result as JSON on stdout");
+  step->add_flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
+  step->callback(
+      [arguments, chosen] { *chosen = [arguments] { return Measure(*arguments); }; });
+}
+
+}  // namespace turbidock::step_response

@@ -1,0 +1,241 @@
+#include "experiments/studies/tuning/study.h"
+
+#include <xxhash.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <set>
+
+#include "experiments/config/data_files.h"
+#include "experiments/config/nearest_name.h"
+#include "experiments/config/yaml_fields.h"
+#include "sim/base/check.h"
+#include "sim/base/random.h"
+
+namespace turbidock::tuning {
+namespace {
+
+// The number behind a dotted key.
+double* Find(const config::GroupRef& group, const std::string& key) {
+  const size_t dot = key.find('.');
+  for (const config::Field& field : group.fields) {
+    if (field.key != key.substr(0, dot)) continue;
+    if (dot == std::string::npos) {
+      double* const* number = std::get_if<double*>(&field.value);
+      return number ? *number : nullptr;
+    }
+    const config::GroupRef* inner = std::get_if<config::GroupRef>(&field.value);
+    return inner ? Find(*inner, key.substr(dot + 1)) : nullptr;
+  }
+  return nullptr;
+}
+
+double* NumberOf(const std::string& key, trial::Scenario* scenario) {
+  return Find(config::GroupOf(scenario), key);
+}
+
+// Keys of a scenario that may be tuned.
+std::vector<std::string> NumberKeys() {
+  trial::Scenario scenario;
+  std::vector<std::string> keys;
+  for (const config::KeyDoc& doc : config::ListKeys<trial::Scenario>())
+    if (doc.key.find("[]") == std::string::npos && NumberOf(doc.key, &scenario))
+      keys.push_back(doc.key);
+  return keys;
+}
+
+std::vector<std::string> MetricNames() {
+  std::vector<std::string> names = {"time_s"};
+  for (const auto& [name, value] : farm::MetricsOf({}, {})) names.push_back(name);
+  return names;
+}
+
+std::string Suggestion(const std::string& name, const std::vector<std::string>& known) {
+  const std::string nearest = config::NearestName(name, known);
+  return nearest.empty() ? "" : "; did you mean " + nearest + "?";
+}
+
+// A study's `trials` as a plan of its own, with the settings of the map `also` if there is one.
+std::string PlanText(const config::YamlNode& study, const std::string& description,
+                     const std::optional<config::YamlNode>& also = std::nullopt) {
+  const auto trials = study.Find("trials");
+  if (!trials) throw ConfigError(study.file + ": trials: this key is required");
+  for (const char* key : {"schema_version", "description"})
+    if (trials->Find(key))
+      throw ConfigError(trials->Where() + "trials." + key + ": belongs to the study, not here");
+  YAML::Node plan = YAML::Clone(trials->node);
+  plan["schema_version"] = farm::kPlanSchema;
+  plan["description"] = description;
+  if (also) {
+    if (!also->node.IsMap())
+      throw ConfigError(also->Where() + "against: must be a map of keys and values");
+    for (const auto& item : also->node) plan["set"][item.first.Scalar()] = item.second;
+  }
+  return YAML::Dump(plan) + "\n";
+}
+
+StudySettings ReadSettings(const std::string& text, const std::string& file) {
+  const config::YamlNode node = config::ParseYaml(text, file);
+  for (const char* key : {"schema_version", "trials", "gains", "objective"})
+    if (!node.Find(key)) throw ConfigError(file + ": " + key + ": this key is required");
+  StudySettings settings;
+  config::Origins origins;
+  config::ReadFields(node, &settings, &origins, {"trials", "against"});
+  config::CheckSettings(settings, origins);
+  return settings;
+}
+
+}  // namespace
+
+double GainRange::ValueAt(double u) const {
+  if (scale == Scale::kLinear) return low + u * (high - low);
+  return std::exp(std::log(low) + u * (std::log(high) - std::log(low)));
+}
+
+double GainRange::ShareOf(double value) const {
+  if (scale == Scale::kLinear) return (value - low) / (high - low);
+  return (std::log(value) - std::log(low)) / (std::log(high) - std::log(low));
+}
+
+void StudySettings::Check(const std::string& path) const {
+  const auto at = [&](const std::string& key) { return path.empty() ? key : path + "." + key; };
+  if (gains.empty()) throw ConfigError(at("gains"), "must name at least one gain");
+  if (objective.empty()) throw ConfigError(at("objective"), "must have at least one term");
+  const std::vector<std::string> numbers = NumberKeys(), metrics = MetricNames();
+  std::set<std::string> seen;
+  for (size_t i = 0; i < gains.size(); ++i) {
+    const GainRange& gain = gains[i];
+    const std::string key = at("gains[" + std::to_string(i) + "]");
+    if (std::find(numbers.begin(), numbers.end(), gain.key) == numbers.end())
+      throw ConfigError(key + ".key", "'" + gain.key + "' is no number of a scenario" +
+                                          Suggestion(gain.key, numbers));
+    if (!seen.insert(gain.key).second)
+      throw ConfigError(key + ".key", "'" + gain.key + "' is tuned already");
+    if (gain.low >= gain.high)
+      throw ConfigError(key + ".low", FormatNumber(gain.low) + " must be below high (" +
+                                          FormatNumber(gain.high) + ")");
+    if (gain.scale == Scale::kLog && gain.low <= 0)
+      throw ConfigError(key + ".low", FormatNumber(gain.low) + " must be > 0 on a log scale");
+  }
+  for (size_t i = 0; i < objective.size(); ++i)
+    if (std::find(metrics.begin(), metrics.end(), objective[i].metric) == metrics.end())
+      throw ConfigError(at("objective[" + std::to_string(i) + "].metric"),
+                        "'" + objective[i].metric + "' is produced by no trial" +
+                            Suggestion(objective[i].metric, metrics));
+  const bool pareto = optimiser.algorithm == Algorithm::kNsga2;
+  if (pareto && objective.size() < 2)
+    throw ConfigError(at("objective"), "nsga2 needs at least two terms");
+}
+
+Study::Study(const std::string& text, const std::string& file)
+    : settings_(ReadSettings(text, file)),
+      trials_text_(PlanText(config::ParseYaml(text, file), settings_.description)),
+      against_text_(PlanText(config::ParseYaml(text, file), settings_.description,
+                             config::ParseYaml(text, file).Find("against"))),
+      file_(file),
+      plan_(trials_text_, file + " (trials)") {
+  trial::Scenario scenario = plan_.ScenarioOf(plan_.Trial(0));
+  for (size_t i = 0; i < settings_.gains.size(); ++i) {
+    const GainRange& gain = settings_.gains[i];
+    const double value = *NumberOf(gain.key, &scenario);
+    if (value < gain.low || value > gain.high)
+      throw ConfigError(file + ": gains[" + std::to_string(i) + "]",
+                        "the search begins at the scenario's " + gain.key + " = " +
+                            FormatNumber(value) + ", which must be in [" + FormatNumber(gain.low) +
+                            ", " + FormatNumber(gain.high) + "]");
+    start_.push_back(value);
+  }
+  const farm::Plan against = TrialsAgainst(0, 1);
+  trial::Scenario compared = against.ScenarioOf(against.Trial(0));
+  for (const GainRange& gain : settings_.gains) against_.push_back(*NumberOf(gain.key, &compared));
+  // Both ends must be allowed by the scenario too.
+  for (const double end : {0.0, 1.0})
+    ScenarioOf(plan_, 0, GainsAt(Candidate(settings_.gains.size(), end)));
+  resolved_ = config::SaveYaml(settings_) + "trials: |\n" + plan_.resolved();
+  if (has_against())
+    resolved_ += "against: |\n" + TrialsAgainst(0, plan_.settings().seeds).resolved();
+}
+
+Gains Study::GainsAt(const Candidate& candidate) const {
+  Gains gains(candidate.size());
+  for (size_t i = 0; i < gains.size(); ++i)
+    gains[i] = std::clamp(settings_.gains[i].ValueAt(candidate[i]), settings_.gains[i].low,
+                          settings_.gains[i].high);
+  return gains;
+}
+
+Candidate Study::CandidateOf(const Gains& gains) const {
+  Candidate candidate(gains.size());
+  for (size_t i = 0; i < gains.size(); ++i)
+    candidate[i] = std::clamp(settings_.gains[i].ShareOf(gains[i]), 0.0, 1.0);
+  return candidate;
+}
+
+farm::Plan Study::Trials(const std::string& text, uint64_t set, int seeds) const {
+  const auto master = static_cast<uint64_t>(plan_.settings().master_seed);
+  farm::PlanOverrides overrides;
+  overrides.seeds = seeds;
+  if (set > 0)
+    overrides.master_seed = static_cast<int64_t>(
+        SeedTree(master).Stream("tuning.seeds." + std::to_string(set)).NextU64() >> 1);
+  return farm::Plan(text, file_ + " (trials)", overrides);
+}
+
+farm::Plan Study::TrialsOf(uint64_t set, int seeds) const {
+  return Trials(trials_text_, set, seeds);
+}
+
+farm::Plan Study::TrialsAgainst(uint64_t set, int seeds) const {
+  return Trials(against_text_, set, seeds);
+}
+
+std::vector<int64_t> Study::FairOrder(const farm::Plan& plan) {
+  std::vector<int64_t> order(static_cast<size_t>(plan.trials()));
+  for (int64_t i = 0; i < plan.trials(); ++i) order[static_cast<size_t>(i)] = i;
+  std::stable_sort(order.begin(), order.end(), [&](int64_t a, int64_t b) {
+    return plan.Trial(a).sample < plan.Trial(b).sample;
+  });
+  return order;
+}
+
+trial::Scenario Study::ScenarioOf(const farm::Plan& plan, int64_t trial, const Gains& gains) const {
+  trial::Scenario scenario = plan.ScenarioOf(plan.Trial(trial));
+  for (size_t i = 0; i < gains.size(); ++i) *NumberOf(settings_.gains[i].key, &scenario) = gains[i];
+  try {
+    CheckFields(scenario, "");
+  } catch (const ConfigError& error) {
+    throw ConfigError(file_ + ": a range of the gains leads to", error.what());
+  }
+  return scenario;
+}
+
+std::vector<double> Study::CostsOf(const farm::TrialRecord& record) const {
+  std::vector<double> costs;
+  for (const ObjectiveTerm& term : settings_.objective) {
+    std::optional<double> value;
+    if (term.metric == "time_s") value = record.time_s;
+    for (const auto& [name, metric] : record.metrics)
+      if (name == term.metric) value = metric;
+    const double size = std::abs(value.value_or(0)) + (record.success() ? 0 : term.failed);
+    costs.push_back(term.weight * size);
+  }
+  return costs;
+}
+
+std::string Study::hash() const {
+  char text[17];
+  std::snprintf(text, sizeof text, "%016llx",
+                static_cast<unsigned long long>(XXH64(resolved_.data(), resolved_.size(), 0)));
+  return text;
+}
+
+Study LoadStudy(const std::string& name) {
+  const std::string path = config::FindBundled("studies", "study", name);
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw ConfigError(path + ": cannot be read");
+  return Study({std::istreambuf_iterator<char>(file), {}}, path);
+}
+
+}  // namespace turbidock::tuning

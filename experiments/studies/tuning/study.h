@@ -1,0 +1,197 @@
+#pragma once
+// A study: which gains to tune, on which trials, for what. Everything that a tuning run does
+// follows from it.
+//
+//   schema_version: 1
+//   description: pid gains for the moderate sea
+//   trials:                          # as in a plan for `turbidock batch`: what a candidate runs
+//     scenario: sea_night_active
+//     set: {controller: pid, sea.state: moderate}
+//     seeds: 12
+//   gains:
+//     - {key: pid.sway.kp_v_per_m, low: 2, high: 100, scale: log}
+//   objective:                       # a trial costs the sum of weight * |metric|
+//     - {metric: time_s, weight: 1, failed: 60}
+//     - {metric: tracking_rms_m, weight: 500}
+//   optimiser: {algorithm: cma_es, population: 12, generations: 20}
+//   against: {controller: p_voltage}  # settings that the proof compares the tuned gains with, in
+//                                     # place of the starting gains
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "experiments/farm/plan.h"
+#include "experiments/farm/trial_pool.h"
+#include "experiments/studies/tuning/optimiser.h"
+#include "sim/base/fields.h"
+
+namespace turbidock::tuning {
+
+inline constexpr int kStudySchema = 1;
+
+enum class Scale { kLinear, kLog };
+
+struct GainRange {
+  std::string key;
+  double low = 0, high = 1;
+  Scale scale = Scale::kLinear;
+
+  static void Fields(auto& self, auto&& field) {
+    field("key", self.key, Finite(), "a number of the scenario, such as pid.sway.kp_v_per_m");
+    field("low", self.low, Finite(), "lower end of its range");
+    field("high", self.high, Finite(), "upper end");
+    field("scale", self.scale, Finite(), "log for gains that differ by factors");
+  }
+  double ValueAt(double u) const;  // u in [0, 1]
+  double ShareOf(double value) const;
+};
+
+// What a trial costs. A metric that a trial does not have counts 0.
+struct ObjectiveTerm {
+  std::string metric;
+  double weight = 1;
+  double failed = 0;
+
+  static void Fields(auto& self, auto&& field) {
+    field("metric", self.metric, Finite(),
+          "a metric of a trial, as batch stores it; its size counts");
+    field("weight", self.weight, Above(0), "cost of one unit of it");
+    field("failed", self.failed, AtLeast(0),
+          "added to the metric of a trial that did not dock with the pole in the hole");
+  }
+};
+
+// After `first` trials and then every `every` ones, a candidate is given up when its cost is higher
+// than the incumbent's on the same trials with this confidence: one-sided paired t test, divided
+// among the looks (Bonferroni).
+struct RacingParams {
+  bool enabled = true;
+  int first = 4;
+  int every = 4;
+  double confidence = 0.99;
+
+  static void Fields(auto& self, auto&& field) {
+    field("enabled", self.enabled, Finite(), "whether hopeless candidates stop early");
+    field("first", self.first, InRange(2, 1e6), "trials before the first look");
+    field("every", self.every, InRange(1, 1e6), "trials between looks");
+    field("confidence", self.confidence, InRange(0.5, 0.999999),
+          "that a candidate given up is worse than the incumbent");
+  }
+};
+
+// What is done with the tuned gains once they are found, on seeds never used before.
+struct ProofParams {
+  int held_out_seeds = 200;
+  int robustness_seeds = 40;
+  int sensitivity_seeds = 24;
+  double sensitivity_step = 0.1;
+  bool cameras = true;
+  bool robustness_cameras = true;
+
+  static void Fields(auto& self, auto&& field) {
+    field("held_out_seeds", self.held_out_seeds, InRange(2, 1e6),
+          "trials in each cell to compare tuned and starting gains");
+    field("robustness_seeds", self.robustness_seeds, InRange(0, 1e6),
+          "trials in each cell for each line of the robustness table; 0: no table");
+    field("sensitivity_seeds", self.sensitivity_seeds, InRange(0, 1e6),
+          "trials in each cell for each gain a step up and down; 0: none");
+    field("sensitivity_step", self.sensitivity_step, InRange(0.001, 1),
+          "that step, as a share of the gain's range on its scale");
+    field("cameras", self.cameras, Finite(),
+          "held-out trials see through the cameras, whatever the search saw");
+    field("robustness_cameras", self.robustness_cameras, Finite(),
+          "so do those of the robustness table, which takes many");
+  }
+};
+
+struct StudySettings {
+  int schema_version = 0;
+  std::string description;
+  std::vector<GainRange> gains;
+  std::vector<ObjectiveTerm> objective;
+  double success_at_least = 0;
+  double success_weight = 1000;
+  bool start_may_fail = false;
+  bool fresh_seeds = true;
+  OptimiserParams optimiser;
+  RacingParams racing;
+  ProofParams proof;
+
+  static void Fields(auto& self, auto&& field) {
+    field("schema_version", self.schema_version, InRange(kStudySchema, kStudySchema),
+          "version of these keys");
+    field("description", self.description, Finite(), "one line for people");
+    field("gains", self.gains, Finite(), "what is tuned");
+    field("objective", self.objective, Finite(),
+          "what a trial costs: one sum, or with nsga2 one objective each");
+    field("success_at_least", self.success_at_least, InRange(0, 1),
+          "share of trials that must dock; below it a candidate pays success_weight for the rest");
+    field("success_weight", self.success_weight, AtLeast(0), "cost of a share of 1 missing");
+    field("start_may_fail", self.start_may_fail, Finite(),
+          "go on though the starting gains fail in every trial");
+    field("fresh_seeds", self.fresh_seeds, Finite(),
+          "cma_es: other seeds in every generation, the same for all its candidates");
+    field("optimiser", self.optimiser, Finite(), "how candidates are chosen, and how many");
+    field("racing", self.racing, Finite(), "when a candidate is given up early");
+    field("proof", self.proof, Finite(), "what the tuned gains are put through at the end");
+  }
+  void Check(const std::string& path) const;
+};
+
+// Values of the tuned gains, in the study's order.
+using Gains = std::vector<double>;
+
+class Study {
+ public:
+  // The study in a text; `file` stands for it in messages. ConfigError for whatever is wrong in it.
+  Study(const std::string& text, const std::string& file);
+
+  const StudySettings& settings() const { return settings_; }
+  const Gains& start() const { return start_; }  // the scenario's own values
+  // What the tuned gains are compared with, and under `against` its other settings.
+  const Gains& against() const { return against_; }
+  Gains GainsAt(const Candidate& candidate) const;
+  Candidate CandidateOf(const Gains& gains) const;
+
+  // Trials of the study with seeds of their own: `set` 0 is the study's, every other one is drawn.
+  farm::Plan TrialsOf(uint64_t set, int seeds) const;
+  // The same trials under the settings that the tuned gains are compared with.
+  farm::Plan TrialsAgainst(uint64_t set, int seeds) const;
+  bool has_against() const { return against_text_ != trials_text_; }
+  int seeds() const { return plan_.settings().seeds; }
+  // The trials of a plan in the order in which they are run: cell by cell in turn, so that any
+  // beginning of them is fair.
+  static std::vector<int64_t> FairOrder(const farm::Plan& plan);
+
+  // A trial's scenario under these gains.
+  trial::Scenario ScenarioOf(const farm::Plan& plan, int64_t trial, const Gains& gains) const;
+
+  // Cost of a trial, term by term, weighted.
+  std::vector<double> CostsOf(const farm::TrialRecord& record) const;
+
+  const std::string& resolved() const { return resolved_; }
+  std::string hash() const;  // of resolved(), 16 hexadecimal digits
+
+ private:
+  farm::Plan Trials(const std::string& text, uint64_t set, int seeds) const;
+
+  StudySettings settings_;
+  std::string trials_text_, against_text_, file_;
+  farm::Plan plan_;
+  Gains start_, against_;
+  std::string resolved_;
+};
+
+// Reads a study: a YAML file or the name of a bundled one.
+Study LoadStudy(const std::string& name);
+
+}  // namespace turbidock::tuning
+
+template <>
+struct turbidock::EnumNames<turbidock::tuning::Scale> {
+  using E = turbidock::tuning::Scale;
+  static constexpr auto kNames =
+      std::to_array<std::pair<E, const char*>>({{E::kLinear, "linear"}, {E::kLog, "log"}});
+};

@@ -1,0 +1,113 @@
+#include "experiments/studies/tuning/tune_command.h"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "experiments/app/plan_arguments.h"
+#include "experiments/app/progress.h"
+#include "experiments/config/data_files.h"
+#include "experiments/studies/tuning/tuner.h"
+#include "experiments/studies/tuning/tuning_report.h"
+#include "experiments/media/gnuplot.h"
+#include "experiments/system/output_path.h"
+#include "experiments/trial/trial_files.h"
+
+namespace turbidock::tuning {
+namespace {
+
+constexpr double kLogEvery_s = 20;
+
+struct TuneArguments {
+  std::string study, out;
+  int workers = app::AvailableCores();
+  bool json = false, quiet = false;
+};
+
+int Tune(const TuneArguments& arguments) {
+  const Study study = LoadStudy(arguments.study);
+  trial::MakeOutputFolder(arguments.out);
+  media::RequireGnuplot();
+  const std::string file = arguments.out + "/evaluations.sqlite";
+  app::Progress progress(arguments.quiet);
+  const StudySettings& settings = study.settings();
+  progress.Say(fmt::format("{}: {} gains, {}, {} generations of {}, study {}", settings.description,
+                           settings.gains.size(), NameOf(settings.optimiser.algorithm),
+                           settings.optimiser.generations, settings.optimiser.population,
+                           study.hash()));
+  TuningOptions options;
+  options.workers = arguments.workers;
+  options.stop_requested = [] { return app::StopSignal() != 0; };
+  options.on_progress = [&](const TuningProgress& now) {
+    progress.ShowOrSay(now.share,
+                       fmt::format("{}, {} trials, best {:.2f} ({:.0f} % docked)", now.phase,
+                                   now.trials, now.best, 100 * now.best_success),
+                       kLogEvery_s);
+  };
+  options.on_generation = [&](const GenerationRecord& g) {
+    progress.Say(fmt::format(
+        "  {:3}: best {:8.2f}, median {:8.2f}, incumbent {:8.2f} ({:.0f} % docked), {} of {} given "
+        "up, {} trials{}",
+        g.generation, g.best, g.median, g.incumbent, 100 * g.incumbent_success, g.given_up,
+        g.candidates, g.trials, g.replaced ? ", replaced" : ""));
+  };
+  TuningResult result;
+  try {
+    result = Tune(study, file, options);
+  } catch (const Stopped&) {
+    progress.Say(
+        fmt::format("stopped: the trials so far are in {}; the same command goes on", file));
+    return app::kExitDone;  // main makes the signal's code of it
+  } catch (const HopelessStart& error) {
+    std::fprintf(stderr, "turbidock: %s\n", error.what());
+    return app::kExitCheckFailed;
+  }
+  system::WriteWhole(arguments.out + "/gains.yaml", GainsYaml(study, result));
+  system::WriteWhole(arguments.out + "/report.json", TuningJson(study, result));
+  system::WriteWhole(arguments.out + "/report.md", TuningMarkdown(study, result));
+  WriteTuningFigure(arguments.out + "/tuning.png", study, result);
+  if (arguments.json)
+    std::fputs(TuningJson(study, result).c_str(), stdout);
+  else
+    std::fputs(TuningMarkdown(study, result).c_str(), stdout);
+  const double busy = result.wall_time_s * arguments.workers;
+  progress.Say(fmt::format(
+      "{} trials, {} of them run now in {:.0f} s, workers busy {:.1f} % of the time; gains.yaml, "
+      "report.md, report.json, tuning.png in {}",
+      result.trials, result.trials_run, result.wall_time_s,
+      busy > 0 ? 100 * result.worker_time_s / busy : 0, arguments.out));
+  return app::kExitDone;
+}
+
+int ListStudies() {
+  for (const std::string& name : config::BundledStudies())
+    fmt::print("{:24} {}\n", name, LoadStudy(name).settings().description);
+  return app::kExitDone;
+}
+
+}  // namespace
+
+void AddTune(CLI::App& app, app::Command* chosen) {
+  auto arguments = std::make_shared<TuneArguments>();
+  CLI::App* tune = app.add_subcommand("tune", "Tune controller gains over closed-loop trials");
+  tune->add_option("study", arguments->study,
+                   "YAML file or the name of a bundled study (see `turbidock studies`)")
+      ->required();
+  tune->add_option(
+          "--out", arguments->out,
+          "Folder for gains.yaml, report and every evaluation; one that holds a part of the "
+          "study is gone on with")
+      ->required();
+  tune->add_option("--workers", arguments->workers, "Processes that run trials")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+  tune->add_flag("--json", arguments->json, "Print the report as JSON on stdout");
+  tune->add_flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
+  tune->callback([arguments, chosen] { *chosen = [arguments] { return Tune(*arguments); }; });
+  CLI::App* studies = app.add_subcommand("studies", "List the bundled studies");
+  studies->callback([chosen] { *chosen = ListStudies; });
+}
+
+}  // namespace turbidock::tuning

@@ -1,0 +1,33 @@
+#include "experiments/system/build_info.h"
+
+#include <fmt/format.h>
+#include <xxhash.h>
+
+#include <fstream>
+#include <iterator>
+#include <string_view>
+
+#include "experiments/system/git_hash.h"
+
+namespace turbidock::system {
+
+std::string VersionAndCommit() { return std::string(TURBIDOCK_VERSION) + " " + kGitHash; }
+
+std::string BuildId() {
+  const std::string id = VersionAndCommit();
+  const std::string_view hash = kGitHash;
+  if (!hash.ends_with("-dirty") && hash != "unknown") return id;
+  std::ifstream file("/proc/self/exe", std::ios::binary);
+  const std::string program(std::istreambuf_iterator<char>(file), {});
+  return fmt::format("{} {:016x}", id, XXH64(program.data(), program.size(), 0));
+}
+
+std::string Compiler() { return TURBIDOCK_COMPILER; }
+
+std::string BuildType() { return TURBIDOCK_BUILD_TYPE; }
+
+std::string Version() { return TURBIDOCK_VERSION; }
+
+std::string Commit() { return kGitHash; }
+
+}  // namespace turbidock::system

@@ -1,0 +1,20 @@
+#pragma once
+// What this program was built from.
+
+#include <string>
+
+namespace turbidock::system {
+
+// "0.1.0 1a2b3c4d5e6f": travels with every result.
+std::string VersionAndCommit();
+
+// Two programs with the same id give the same digests on the same machine type: version and commit,
+// and for a build of files that are in no commit the digest of the executable.
+std::string BuildId();
+
+std::string Version();    // "0.1.0"
+std::string Commit();     // "1a2b3c4d5e6f", "-dirty" behind it for files that are in no commit
+std::string Compiler();   // "GNU 12.2.0"
+std::string BuildType();  // "Release"
+
+}  // namespace turbidock::system

@@ -1,0 +1,159 @@
+#include "experiments/system/subprocess.h"
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/mman.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cctype>
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+#include <utility>
+
+#include "sim/base/check.h"
+
+namespace turbidock::system {
+namespace {
+
+constexpr size_t kLongestReport = 2000;  // characters of standard error in a message
+
+void Close(int* fd) {
+  if (*fd >= 0) close(*fd);
+  *fd = -1;
+}
+
+std::string Contents(int fd) {
+  std::string text;
+  char buffer[1 << 16];
+  for (off_t at = 0;;) {
+    const ssize_t n = pread(fd, buffer, sizeof buffer, at);
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) return text;
+    text.append(buffer, static_cast<size_t>(n));
+    at += n;
+  }
+}
+
+std::string LastLines(std::string text) {
+  while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back()))) text.pop_back();
+  const size_t first = text.find_first_not_of(" \n\r\t");
+  text.erase(0, first == std::string::npos ? text.size() : first);
+  if (text.size() > kLongestReport) text = "..." + text.substr(text.size() - kLongestReport);
+  return text;
+}
+
+}  // namespace
+
+Subprocess::Subprocess(const std::vector<std::string>& command, const std::string& package,
+                       Output output)
+    : kind_(output) {
+  TD_CHECK(!command.empty(), "a program to start");
+  name_ = command[0];
+  // A socket instead of a pipe: writing to a closed one can be an error without the signal.
+  int ends[2] = {-1, -1};
+  const bool connected = socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) == 0;
+  input_ = ends[0];
+  int stream[2] = {-1, -1};
+  if (output == Output::kStream && pipe2(stream, O_CLOEXEC) == 0) output_ = stream[0];
+  if (output == Output::kMemory) output_ = memfd_create("stdout", MFD_CLOEXEC);
+  errors_ = memfd_create("stderr", MFD_CLOEXEC);
+  int problem = connected && output_ >= 0 && errors_ >= 0 ? 0 : errno;
+  if (problem == 0) {
+    std::vector<char*> arguments;
+    arguments.reserve(command.size() + 1);
+    for (const std::string& argument : command)
+      arguments.push_back(const_cast<char*>(argument.c_str()));
+    arguments.push_back(nullptr);
+
+    posix_spawn_file_actions_t files;
+    posix_spawn_file_actions_init(&files);
+    posix_spawn_file_actions_adddup2(&files, ends[1], STDIN_FILENO);
+    posix_spawn_file_actions_adddup2(&files, stream[1] >= 0 ? stream[1] : output_, STDOUT_FILENO);
+    posix_spawn_file_actions_adddup2(&files, errors_, STDERR_FILENO);
+    // the program starts with every signal as a shell would give it
+    posix_spawnattr_t attributes;
+    posix_spawnattr_init(&attributes);
+    sigset_t none, all;
+    sigemptyset(&none);
+    sigfillset(&all);
+    posix_spawnattr_setsigmask(&attributes, &none);
+    posix_spawnattr_setsigdefault(&attributes, &all);
+    posix_spawnattr_setflags(
+        &attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
+    problem =
+        posix_spawnp(&pid_, command[0].c_str(), &files, &attributes, arguments.data(), environ);
+    posix_spawnattr_destroy(&attributes);
+    posix_spawn_file_actions_destroy(&files);
+  }
+  Close(&ends[1]);
+  Close(&stream[1]);
+  if (problem != 0) {
+    pid_ = -1;
+    Close(&input_);
+    Close(&output_);
+    Close(&errors_);
+    throw SimulatorFault("cannot start " + name_ + ": " + std::strerror(problem) +
+                         (problem == ENOENT ? "; install the package " + package : ""));
+  }
+}
+
+Subprocess::~Subprocess() {
+  CloseAndWait();
+  Close(&output_);
+  Close(&errors_);
+}
+
+bool Subprocess::Write(const void* data, size_t bytes) {
+  const char* next = static_cast<const char*>(data);
+  while (bytes > 0) {
+    const ssize_t n = send(input_, next, bytes, MSG_NOSIGNAL);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return false;
+    next += n;
+    bytes -= static_cast<size_t>(n);
+  }
+  return true;
+}
+
+size_t Subprocess::Read(void* data, size_t bytes) {
+  TD_CHECK(kind_ == Output::kStream, "a stream to read from");
+  size_t done = 0;
+  while (done < bytes) {
+    const ssize_t n = read(output_, static_cast<char*>(data) + done, bytes - done);
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) break;
+    done += static_cast<size_t>(n);
+  }
+  return done;
+}
+
+std::string Subprocess::Finish() {
+  TD_CHECK(pid_ > 0, "a program is finished once");
+  const int status = CloseAndWait();
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 0)
+    return output_ >= 0 ? Contents(output_) : std::string();
+  const std::string end = WIFSIGNALED(status)
+                              ? "was killed by signal " + std::to_string(WTERMSIG(status))
+                              : "ended with exit status " + std::to_string(WEXITSTATUS(status));
+  const std::string report = LastLines(Contents(errors_));
+  throw SimulatorFault(name_ + " " + end + (report.empty() ? "" : ": " + report));
+}
+
+int Subprocess::CloseAndWait() {
+  Close(&input_);
+  if (kind_ == Output::kStream) Close(&output_);  // it must not wait for a reader
+  if (pid_ <= 0) return 0;
+  int status = 0;
+  while (waitpid(pid_, &status, 0) < 0) {
+    if (errno == EINTR) continue;
+    status = 127 << 8;  // somebody else took the status: as good as a failure
+    break;
+  }
+  pid_ = -1;
+  return status;
+}
+
+}  // namespace turbidock::system

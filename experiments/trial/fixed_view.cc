@@ -1,0 +1,58 @@
+#include "experiments/trial/fixed_view.h"
+
+#include "sim/camera/exposure.h"
+#include "sim/vehicle/scene.h"
+#include "sim/view/gl_context.h"
+#include "sim/view/stereo_renderer.h"
+
+namespace turbidock::trial {
+
+std::vector<FixedView> DrawFixedViews(const Scenario& scenario, const std::vector<Pose>& X_HM) {
+  const vehicle::Scene scene = vehicle::LoadScene(SceneFile(scenario), scenario.rig);
+  const mjModel& model = *scene.model;
+  const vehicle::MjDataPtr data(mj_makeData(&model));
+  const std::unique_ptr<view::GlContext> context = view::MakeGlContext(scenario.renderer);
+  view::StereoRenderer renderer(*context, scene);
+  const light::SurfaceTable surfaces = light::SurfaceTable::FromScene(scene);
+
+  std::vector<FixedView> views;
+  for (const Pose& pose : X_HM) {
+    const Pose X_WB = scene.X_WM * pose.Inverse() * scene.X_BH.Inverse();
+    mjtNum* qpos = data->qpos + model.jnt_qposadr[model.body_jntadr[scene.vehicle_body]];
+    for (int i = 0; i < 3; ++i) qpos[i] = X_WB.p[i];
+    qpos[3] = X_WB.q.w();
+    for (int i = 0; i < 3; ++i) qpos[4 + i] = X_WB.q.vec()[i];
+    mj_forward(&model, data.get());
+    views.push_back({.X_HM = pose,
+                     .rig = scene.rig,
+                     .surfaces = surfaces,
+                     .X_HE = light::LampPoses(scene),
+                     .rendered = {}});
+    renderer.Render(*data, /*tick=*/0, &views.back().rendered);
+  }
+  return views;
+}
+
+FixedCameras::FixedCameras(const FixedView& view, const Scenario& scenario, const SeedTree& seeds)
+    : rendered_(&view.rendered),
+      water_(scenario.optics, view.rig, view.surfaces, view.X_HE),
+      snow_(scenario.snow, view.rig, scenario.image_clock().frame_s(),
+            seeds.Stream("snow").NextU64()),
+      lens_(scenario.lens, view.rig),
+      sensor_(scenario.sensor, seeds.Stream("camera.left").NextU64(),
+              seeds.Stream("camera.right").NextU64(), view.rig.left.width_px) {
+  water_.Apply(view.rendered, &radiance_);
+  if (!snow_.on()) lens_.Distort(&radiance_);
+  camera::AutoExposure exposure(scenario.sensor, scenario.image_clock().frame_s());
+  if (exposure.on()) sensor_.set_gain(exposure.GainFor(water_.MeanRadiance(view.rendered)));
+}
+
+const light::RadianceStereo& FixedCameras::LightAt(int64_t frame) {
+  if (!snow_.on()) return radiance_;
+  snowed_ = radiance_;
+  snow_.Fall(*rendered_, frame, &water_, &snowed_);
+  lens_.Distort(&snowed_);
+  return snowed_;
+}
+
+}  // namespace turbidock::trial

@@ -1,0 +1,147 @@
+#include "experiments/trial/scenario.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+
+#include "experiments/config/data_files.h"
+#include "experiments/config/yaml_fields.h"
+
+namespace turbidock::trial {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Without these a file would mean something else with every change of a default.
+constexpr std::array kRequired = {"schema_version", "seed", "duration_s", "model"};
+
+bool IsFile(const fs::path& path) {
+  std::error_code ignored;
+  return fs::is_regular_file(path, ignored);
+}
+
+bool IsBundledModel(const std::string& model) {
+  return model.find('/') == std::string::npos && IsFile(config::ModelPath(model));
+}
+
+// A bundled model keeps its name. Any other is a file, beside the scenario or, from the command
+// line, in the working directory; it becomes an absolute path, so that the resolved scenario runs
+// anywhere.
+void ResolveModel(const std::string& scenario_file, const config::Origins& origins,
+                  Scenario* scenario) {
+  if (IsBundledModel(scenario->model)) return;
+  const std::string& origin = origins.at("model");
+  const fs::path folder =
+      origin.starts_with("--set") ? fs::current_path() : fs::path(scenario_file).parent_path();
+  const fs::path path = fs::absolute(folder / scenario->model).lexically_normal();
+  if (!IsFile(path))
+    throw ConfigError(origin + "model = '" + scenario->model +
+                      "', is neither a file nor one of the bundled models");
+  scenario->model = path.string();
+}
+
+}  // namespace
+
+void StartParams::Check(const std::string& path) const {
+  if (distance_min_m > distance_max_m)
+    throw ConfigError(path + ".distance_min_m", FormatNumber(distance_min_m) +
+                                                    " must not exceed distance_max_m (" +
+                                                    FormatNumber(distance_max_m) + ")");
+}
+
+void Scenario::Check(const std::string& path) const {
+  if (clock.frames_per_second % camera_period_frames != 0)
+    throw ConfigError(path.empty() ? "camera_period_frames" : path + ".camera_period_frames",
+                      std::to_string(camera_period_frames) +
+                          " must divide clock.frames_per_second (" +
+                          std::to_string(clock.frames_per_second) + ")");
+}
+
+void CheckMarker(const Scenario& scenario, const vehicle::Scene& scene) {
+  if (scenario.marker_may_differ) return;
+  constexpr double kTol_m = 1e-3;
+  const auto fail = [&](const std::string& ball, const std::string& problem) {
+    throw ConfigError("marker.balls", "ball " + ball + " " + problem + " (" + scenario.model +
+                                          "); set marker_may_differ to run all the same");
+  };
+  const auto text = [](const Eigen::Vector3d& p, double radius_m) {
+    return fmt::format("[{:.4g}, {:.4g}, {:.4g}] m with a radius of {:.4g} m", p.x(), p.y(), p.z(),
+                       radius_m);
+  };
+  for (const vision::BallParams& known : scenario.marker.balls) {
+    const auto real = std::find_if(scene.balls.begin(), scene.balls.end(),
+                                   [&](const auto& ball) { return ball.name == known.name; });
+    if (real == scene.balls.end()) fail(known.name, "is not in the scene");
+    if ((real->p_MQ - known.p_MQ_m).norm() > kTol_m ||
+        std::abs(real->radius_m - known.radius_m) > kTol_m)
+      fail(known.name, "is known at " + text(known.p_MQ_m, known.radius_m) +
+                           ", but in the scene it is at " + text(real->p_MQ, real->radius_m));
+  }
+  for (const vehicle::BallInScene& real : scene.balls) {
+    const auto& known = scenario.marker.balls;
+    if (std::none_of(known.begin(), known.end(),
+                     [&](const auto& ball) { return ball.name == real.name; }))
+      fail(real.name, "of the scene is not known");
+  }
+}
+
+namespace {
+
+// All layers over a scenario that holds nothing but the presets.
+Scenario ReadLayers(const config::YamlNode& file, const std::string& gains_file,
+                    const std::vector<std::string>& assignments, vision::Preset preset,
+                    OpticsPreset optics, config::Origins* origins) {
+  Scenario scenario;
+  scenario.estimator = vision::RmGaOptions::Of(preset);
+  config::ReadFields(config::LoadYaml(config::ModelPath("vehicle.yaml")), &scenario.vehicle,
+                     nullptr);
+  config::ReadFields(config::LoadYaml(config::AssetPath("rig_default.yaml")), &scenario.rig,
+                     nullptr);
+  config::ReadFields(config::LoadYaml(config::AssetPath("marker_default.yaml")), &scenario.marker,
+                     nullptr);
+  config::ReadFields(config::LoadYaml(config::AssetPath("gains.yaml")), &scenario, nullptr);
+  if (optics == OpticsPreset::kCalibrated)
+    config::ReadFields(config::LoadYaml(config::AssetPath("optics.yaml")), &scenario, nullptr);
+  config::ReadFields(file, &scenario, origins);
+  if (!gains_file.empty()) config::ReadFields(config::LoadYaml(gains_file), &scenario, origins);
+  for (const std::string& assignment : assignments)
+    config::ApplySet(assignment, &scenario, origins);
+  return scenario;
+}
+
+}  // namespace
+
+Scenario LoadScenario(const std::string& name, const std::vector<std::string>& assignments,
+                      const std::string& gains_file) {
+  const config::YamlNode file = config::LoadYaml(config::FindScenario(name));
+  for (const char* key : kRequired)
+    if (!file.Find(key)) throw ConfigError(file.file + ": " + key + ": this key is required");
+  config::Origins origins;
+  Scenario scenario = ReadLayers(file, gains_file, assignments, vision::Preset::kDefault,
+                                 OpticsPreset::kPlain, &origins);
+  // A preset is what other keys begin with, wherever it is named.
+  if (scenario.estimator.preset != vision::Preset::kDefault ||
+      scenario.optics_preset != OpticsPreset::kPlain)
+    scenario = ReadLayers(file, gains_file, assignments, scenario.estimator.preset,
+                          scenario.optics_preset, &origins);
+  config::CheckSettings(scenario, origins);
+  ResolveModel(file.file, origins, &scenario);
+  return scenario;
+}
+
+Scenario ParseScenario(const std::string& text, const std::string& name) {
+  Scenario scenario;
+  config::Origins origins;
+  config::ReadFields(config::ParseYaml(text, name), &scenario, &origins);
+  config::CheckSettings(scenario, origins);
+  return scenario;
+}
+
+std::string SceneFile(const Scenario& scenario) {
+  return IsBundledModel(scenario.model) ? config::ModelPath(scenario.model) : scenario.model;
+}
+
+}  // namespace turbidock::trial

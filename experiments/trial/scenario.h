@@ -1,0 +1,178 @@
+#pragma once
+// A scenario: everything that decides a trial, besides the program itself. A YAML file is read over
+// the defaults in these structs and models/vehicle.yaml; `resolved.yaml` of a trial holds every
+// value and runs to the same digest.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "control/autopilot.h"
+#include "control/docking_procedure.h"
+#include "experiments/trial/dock_contact.h"
+#include "experiments/trial/pose_source.h"
+#include "sim/base/camera.h"
+#include "sim/base/clock.h"
+#include "sim/base/fields.h"
+#include "sim/camera/image_sensor.h"
+#include "sim/camera/lens.h"
+#include "sim/light/marine_snow.h"
+#include "sim/light/optics_params.h"
+#include "sim/vehicle/scene.h"
+#include "sim/vehicle/sea.h"
+#include "sim/vehicle/vehicle_params.h"
+#include "sim/view/gl_context.h"
+#include "vision/hue_labels.h"
+#include "vision/marker_model.h"
+#include "vision/rm_ga.h"
+
+namespace turbidock::trial {
+
+inline constexpr int kScenarioSchema = 1;
+
+// Where the vehicle is when the trial begins: at rest, somewhere in front of the marker. Drawn from
+// the stream "start"; distances are of the camera head from the marker, in the marker's frame.
+struct StartParams {
+  double distance_min_m = 0.9;
+  double distance_max_m = 1.4;  // paper: the vehicle is brought to less than 1.5 m
+  double lateral_m = 0.2;       // guess: what a pilot achieves
+  double vertical_m = 0.1;
+  double heading_rad = 0.14;  // 8 degrees
+
+  static void Fields(auto& self, auto&& field) {
+    field("distance_min_m", self.distance_min_m, InRange(0.2, 10), "nearest start");
+    field("distance_max_m", self.distance_max_m, InRange(0.2, 10), "farthest start");
+    field("lateral_m", self.lateral_m, InRange(0, 5), "largest offset to either side");
+    field("vertical_m", self.vertical_m, InRange(0, 5), "largest offset up or down");
+    field("heading_rad", self.heading_rad, InRange(0, 3.2), "largest heading error to either side");
+  }
+  void Check(const std::string& path) const;
+};
+
+// What the keys of water, light, camera and hue begin with.
+enum class OpticsPreset {
+  kPlain,       // the keys' own defaults: a good digital camera at a fixed exposure
+  kCalibrated,  // assets/optics.yaml: the published rig, a camera near its limit, as its tables say
+};
+
+struct Scenario {
+  int schema_version = 0;
+  std::string description;
+  int64_t seed = 0;
+  double duration_s = 0;
+  std::string model;  // MJCF file, a bundled one or a path
+  int camera_period_frames = 1;
+  int camera_delay_frames = 1;
+  double camera_drop_probability = 0;
+  bool region_of_interest = true;
+  double docked_hold_s = 1;
+  OpticsPreset optics_preset = OpticsPreset::kPlain;
+  view::GlBackend renderer = view::GlBackend::kOsmesa;
+  bool marker_may_differ = false;
+
+  ClockParams clock;
+  StartParams start;
+  vehicle::SeaParams sea;
+  light::OpticsParams optics;  // keys water, lamps, ball_lights, shading
+  RigParams rig;
+  camera::SensorParams sensor;
+  light::SnowParams snow;
+  camera::LensParams lens;
+  vision::MarkerParams marker;
+  vision::HueParams hue;
+  vision::RmGaOptions estimator;
+  PoseSource pose_source = PoseSource::kCameras;
+  TruePoseParams true_pose;
+  control::ProcedureParams procedure;
+  control::ControlParams control;  // keys controller, p_voltage, pid, lqg
+  vehicle::VehicleParams vehicle;
+  JamParams jam;
+
+  static void Fields(auto& self, auto&& field) {
+    field("schema_version", self.schema_version, InRange(kScenarioSchema, kScenarioSchema),
+          "version of these keys");
+    field("description", self.description, Finite(), "one line for people");
+    field("seed", self.seed, AtLeast(0), "root of all randomness");
+    field("duration_s", self.duration_s, InRange(0.001, 86400),
+          "simulated time after which the trial ends");
+    field("model", self.model, Finite(),
+          "MJCF file of the scene: a bundled one, or a path from the scenario's folder");
+    field("camera_period_frames", self.camera_period_frames, InRange(1, 240),
+          "frames from one exposure to the next; the command holds in between");
+    field("camera_drop_probability", self.camera_drop_probability, InRange(0, 0.99),
+          "share of the images that never arrive at the estimator");
+    field("camera_delay_frames", self.camera_delay_frames, InRange(0, 30),
+          "frames from exposure until the estimator has the image");
+    field("region_of_interest", self.region_of_interest, Finite(),
+          "whether only the pixels are made that the estimator can read; the result is the same");
+    field("docked_hold_s", self.docked_hold_s, InRange(0, 60),
+          "time the vehicle holds the last pose once docked, before the trial ends");
+    field("optics", self.optics_preset, Range{},
+          "what the keys of water, light, camera and hue begin with: plain, or calibrated to the "
+          "published recognition tables");
+    field("renderer", self.renderer, Range{},
+          "what draws; where this machine does not have it, the other does");
+    field("marker_may_differ", self.marker_may_differ, Range{},
+          "run although the marker as the estimator knows it is not the scene's");
+    field("clock", self.clock, Finite(), "frames and physics steps");
+    field("start", self.start, Finite(), "where the vehicle begins");
+    field("sea", self.sea, Finite(), "how the water moves");
+    field("water", self.optics.water, Finite(), "what the water does to light");
+    field("lamps", self.optics.lamps, Finite(), "the vehicle's lamps");
+    field("ball_lights", self.optics.ball_lights, Finite(), "the light in the marker's balls");
+    field("shading", self.optics.shading, Finite(), "how exactly light is computed");
+    field("rig", self.rig, Finite(), "the two cameras");
+    field("sensor", self.sensor, Finite(), "the cameras' electronics");
+    field("snow", self.snow, Finite(), "marine snow: particles seen one by one");
+    field("lens", self.lens, Finite(), "radial distortion that the estimator does not know of");
+    field("marker", self.marker, Finite(), "the marker as the estimator knows it");
+    field("hue", self.hue, Finite(), "which pixels agree with a ball");
+    field("estimator", self.estimator, Finite(), "the pose search");
+    field(
+        "pose_source", self.pose_source, Finite(),
+        "what the autopilot sees: the cameras through the estimator, or the true pose with noise");
+    field("true_pose", self.true_pose, Finite(), "the noise on the true pose");
+    field("procedure", self.procedure, Finite(), "the steps of docking");
+    field("controller", self.control.law, Finite(), "the control law");
+    field("p_voltage", self.control.p_voltage, Finite(), "the published proportional law");
+    field("pid", self.control.pid, Finite(), "proportional, integral and derivative control");
+    field("lqg", self.control.lqg, Finite(), "linear-quadratic control with a Kalman filter");
+    field("vehicle", self.vehicle, Finite(), "mass, water forces, thrusters and contact");
+    field("jam", self.jam, Finite(), "when the pole counts as jammed in the dock");
+  }
+  void Check(const std::string& path) const;
+
+  // The clock of the images that arrive: what the vehicle's own computer lives by.
+  ClockParams image_clock() const {
+    return {.frames_per_second = clock.frames_per_second / camera_period_frames,
+            .ticks_per_frame = clock.ticks_per_frame * camera_period_frames};
+  }
+};
+
+// Reads a scenario: struct defaults, models/vehicle.yaml, assets/gains.yaml and
+// (optics: calibrated) optics.yaml, the file, the assignments ("water.milk_ml_m3=20"). `name` is a
+// file or a bundled scenario's name. ConfigError for whatever is wrong in them. A gains file, if
+// there is one, is read between file and assignments; it holds any keys of a scenario but commonly
+// those of the control law.
+Scenario LoadScenario(const std::string& name, const std::vector<std::string>& assignments,
+                      const std::string& gains_file = "");
+
+// A scenario whose every value is spelt out in `text`, as SaveYaml wrote it; `name` stands for the
+// file in messages.
+Scenario ParseScenario(const std::string& text, const std::string& name);
+
+// Path of the scenario's MJCF file.
+std::string SceneFile(const Scenario& scenario);
+
+// ConfigError when a ball of the marker as the estimator knows it is not where the scene has it, to
+// a millimetre, or one of the two has no such ball; unless the scenario says that they may differ.
+void CheckMarker(const Scenario& scenario, const vehicle::Scene& scene);
+
+}  // namespace turbidock::trial
+
+template <>
+struct turbidock::EnumNames<turbidock::trial::OpticsPreset> {
+  using E = turbidock::trial::OpticsPreset;
+  static constexpr auto kNames = std::to_array<std::pair<E, const char*>>(
+      {{E::kCalibrated, "calibrated"}, {E::kPlain, "plain"}});
+};

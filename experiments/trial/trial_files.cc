@@ -1,0 +1,142 @@
+#include "experiments/trial/trial_files.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "experiments/config/yaml_fields.h"
+#include "experiments/system/build_info.h"
+#include "experiments/system/output_path.h"
+
+namespace turbidock::trial {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json ToJson(const PoseError& error) {
+  return {{"x_m", error.x_m}, {"y_m", error.y_m}, {"z_m", error.z_m}, {"yaw_rad", error.yaw_rad}};
+}
+
+Json ToJson(const vehicle::EnergyBalance& energy) {
+  return {{"thruster_work_joule", energy.thruster_work},
+          {"drag_loss_joule", energy.drag_loss},
+          {"water_work_joule", energy.water_work},
+          {"tether_work_joule", energy.tether_work},
+          {"contact_work_joule", energy.contact_work},
+          {"kinetic_change_joule", energy.kinetic_change},
+          {"potential_change_joule", energy.potential_change},
+          {"residual_joule", energy.residual()}};
+}
+
+Json OrNull(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
+
+}  // namespace
+
+ViewCriteria CriteriaOf(const Scenario& scenario) {
+  return {.docking_fitness = scenario.procedure.found_fitness,
+          .detection_fitness = scenario.procedure.lost_fitness,
+          .tolerance_y_m = scenario.procedure.allowance_y_m,
+          .tolerance_z_m = scenario.procedure.allowance_z_m,
+          .docked_x_m = scenario.procedure.docked_x_m};
+}
+
+std::string ResultJson(const TrialResult& result) {
+  Json stages = Json::object();
+  for (const auto& [stage, seconds] : result.stage_time_s) stages[NameOf(stage)] = seconds;
+  Json transitions = Json::array();
+  for (const control::Transition& change : result.log.transitions)
+    transitions.push_back({{"frame", change.frame},
+                           {"from", NameOf(change.from)},
+                           {"to", NameOf(change.to)},
+                           {"reason", change.reason}});
+  Json contact;
+  if (result.first_dock_contact)
+    contact = {{"time_s", result.first_dock_contact->time_s},
+               {"force_newton", result.first_dock_contact->force_newton}};
+  const Json json = {
+      {"outcome", NameOf(result.outcome)},
+      {"reason", result.reason},
+      {"docked", result.docked},
+      {"inserted", result.inserted},
+      {"time_s", result.time_s},
+      {"final_error_true", ToJson(result.final_error_true)},
+      {"final_error_estimated", ToJson(result.final_error_estimated)},
+      {"insertion_depth_m", result.insertion_depth_m},
+      {"insertion_time_s", OrNull(result.insertion_time_s)},
+      {"first_dock_contact", contact},
+      {"dock_force_max_newton", result.dock_force_max_newton},
+      {"jammed", result.jam_time_s.has_value()},
+      {"jam_time_s", OrNull(result.jam_time_s)},
+      {"energy", ToJson(result.energy)},
+      {"estimator", result.estimator},
+      {"fitness_mean", result.fitness_mean},
+      {"fitness_best", result.fitness_best},
+      {"returns_to_servoing", result.returns_to_servoing},
+      {"tracking_rms_m", result.tracking_rms_m},
+      {"overshoot_m", result.overshoot_m},
+      {"effort_v", result.effort_v},
+      {"stage_time_s", stages},
+      {"transitions", transitions},
+      {"seed", result.seed},
+      {"version", system::VersionAndCommit()},
+      {"renderer", result.renderer},
+      {"digest", result.digest},
+      {"wall_time_s", result.wall_time_s},
+      {"real_time_factor", result.real_time_factor},
+      {"peak_memory_mib", result.peak_memory_mib},
+  };
+  return json.dump(2) + "\n";
+}
+
+std::string TrajectoryCsv(const TrialLog& log) {
+  std::string csv =
+      "frame,time_s,stage,controlled,fitness,"
+      "est_x_m,est_y_m,est_z_m,est_qw,est_qx,est_qy,est_qz,"
+      "true_x_m,true_y_m,true_z_m,true_qw,true_qx,true_qy,true_qz,"
+      "desired_x_m,desired_y_m,desired_z_m,desired_yaw_rad,"
+      "surge_left_v,surge_right_v,sway_v,heave_v,"
+      "vehicle_x_m,vehicle_y_m,vehicle_z_m,vehicle_qw,vehicle_qx,vehicle_qy,vehicle_qz,"
+      "surge_mps,sway_mps,heave_mps,roll_rate_rad_s,pitch_rate_rad_s,yaw_rate_rad_s,"
+      "insertion_depth_m,dock_force_newton,collision_force_newton\n";
+  const auto add = [&csv](double x) { csv += "," + FormatNumber(x); };
+  const auto add_pose = [&add](const Pose& X) {
+    const Pose c = X.Canonical();
+    for (const double x : {c.p.x(), c.p.y(), c.p.z(), c.q.w(), c.q.x(), c.q.y(), c.q.z()}) add(x);
+  };
+  for (const FrameRecord& r : log.frames) {
+    csv += fmt::format("{},{},{},{}", r.frame, FormatNumber(r.time_s), NameOf(r.stage),
+                       r.controlled ? 1 : 0);
+    add(r.fitness);
+    add_pose(r.est_X_HM);
+    add_pose(r.true_X_HM);
+    for (const double x : {r.desired.x_m, r.desired.y_m, r.desired.z_m, r.desired.yaw_rad}) add(x);
+    for (const double volts : r.command.volts) add(volts);
+    add_pose(r.true_X_WB);
+    for (const double x : r.true_V_WB_B.v) add(x);
+    for (const double x : r.true_V_WB_B.w) add(x);
+    for (const double x : {r.insertion_depth_m, r.dock_force_newton, r.collision_force_newton})
+      add(x);
+    csv += '\n';
+  }
+  return csv;
+}
+
+void MakeOutputFolder(const std::string& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw ConfigError(folder + ": cannot be made: " + error.message());
+  for (const char* name : {"result.json", "resolved.yaml", "trajectory.csv", "figure.png"})
+    system::RequireWritable(folder + "/" + name);
+}
+
+void WriteRecords(const std::string& folder, const Scenario& scenario, const TrialResult& result) {
+  const std::filesystem::path out(folder);
+  system::WriteWhole(out / "resolved.yaml", config::SaveYaml(scenario));
+  system::WriteWhole(out / "trajectory.csv", TrajectoryCsv(result.log));
+  system::WriteWhole(out / "result.json", ResultJson(result));
+}
+
+}  // namespace turbidock::trial

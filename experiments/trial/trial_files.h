@@ -1,0 +1,30 @@
+#pragma once
+// What a trial leaves on disk: result.json, resolved.yaml, trajectory.csv.
+
+#include <string>
+
+#include "experiments/trial/scenario.h"
+#include "experiments/trial/trial.h"
+#include "experiments/trial/trial_view.h"
+
+namespace turbidock::trial {
+
+// The limits to draw in a scenario's pictures.
+ViewCriteria CriteriaOf(const Scenario& scenario);
+
+// The result as one JSON document, two spaces indented, with a final newline; keys as in the README
+// of this folder. All units SI.
+std::string ResultJson(const TrialResult& result);
+
+// One row a camera frame; the header row names each column with its unit. Numbers read back
+// exactly.
+std::string TrajectoryCsv(const TrialLog& log);
+
+// Makes the folder when needed. ConfigError when it cannot be written to.
+void MakeOutputFolder(const std::string& folder);
+
+// Writes result.json, resolved.yaml and trajectory.csv into an existing folder, each complete or
+// not at all.
+void WriteRecords(const std::string& folder, const Scenario& scenario, const TrialResult& result);
+
+}  // namespace turbidock::trial

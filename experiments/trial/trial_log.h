@@ -1,0 +1,40 @@
+#pragma once
+// The record of a trial: one row a camera frame, in memory; files are made from it afterwards.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "control/axis_volts.h"
+#include "control/docking_procedure.h"
+#include "sim/base/pose.h"
+#include "sim/base/thruster_command.h"
+
+namespace turbidock::trial {
+
+// What is known of one camera frame. Time and truth are of the moment the vehicle acts; the
+// estimate is of the image that arrived last, exposed camera_delay_frames before that.
+struct FrameRecord {
+  int64_t frame = 0;
+  double time_s = 0;
+  control::Stage stage = control::Stage::kApproach;
+  Pose est_X_HM;        // the estimator's best pose
+  double fitness = -1;  // and its F
+  Pose true_X_HM;
+  Pose true_X_WB;
+  Twist true_V_WB_B;
+  control::DesiredPose desired;
+  bool controlled = false;  // false: the vehicle searches or drifts instead of following `desired`
+  control::AxisVolts demand;  // of the control law; zero without control
+  ThrusterCommand command;
+  double insertion_depth_m = 0;  // of the pole's tip past the dock's mouth
+  double dock_force_newton = 0;
+  double collision_force_newton = 0;
+};
+
+struct TrialLog {
+  std::vector<FrameRecord> frames;
+  std::vector<control::Transition> transitions;
+};
+
+}  // namespace turbidock::trial

@@ -1,0 +1,78 @@
+#pragma once
+// How a trial is shown: what the video and the figure have in common.
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <string>
+
+#include "control/stage.h"
+#include "sim/base/fields.h"
+#include "sim/base/image.h"
+#include "sim/base/units.h"
+
+namespace turbidock::trial {
+
+// The lines to draw: published limits (section "Fitness" and the docking criterion of the paper).
+struct ViewCriteria {
+  double docking_fitness = 0.60;    // Area I from here
+  double detection_fitness = 0.22;  // Area II from here, Area III below
+  double tolerance_y_m = 0.040;     // about the desired value
+  double tolerance_z_m = 0.040;
+  double docked_x_m = 0.350;
+};
+
+// "± 40 mm", or "± 40, 30 mm" where y and z differ.
+inline std::string BandText(const ViewCriteria& criteria) {
+  const auto mm = [](double m) { return FormatNumber(std::round(units::MmFromM(m))); };
+  const std::string y = mm(criteria.tolerance_y_m), z = mm(criteria.tolerance_z_m);
+  return "\u00b1 " + (y == z ? y : y + ", " + z) + " mm";
+}
+
+// "Area I", "Area II", "Area III".
+inline const char* AreaTitle(double fitness, const ViewCriteria& criteria) {
+  if (fitness >= criteria.docking_fitness) return "Area I";
+  return fitness >= criteria.detection_fitness ? "Area II" : "Area III";
+}
+
+inline constexpr std::array kStages = {control::Stage::kApproach, control::Stage::kVisualServoing,
+                                       control::Stage::kDocking, control::Stage::kDocked};
+
+inline const char* StageTitle(control::Stage stage) {
+  switch (stage) {
+    case control::Stage::kApproach:
+      return "approach";
+    case control::Stage::kVisualServoing:
+      return "visual servoing";
+    case control::Stage::kDocking:
+      return "docking";
+    case control::Stage::kDocked:
+      return "docked";
+  }
+  return "?";
+}
+
+// The same hues on paper (figure) and on dark ground (video), lighter there. The truth is grey:
+// video halves the resolution of colour, and two hues on top of each other would mix to a third.
+struct ViewColors {
+  Rgb estimate, truth, desired, limit;
+  std::array<Rgb, 4> stages;  // in the order of kStages
+
+  const Rgb& Of(control::Stage stage) const { return stages[static_cast<size_t>(stage)]; }
+};
+
+inline constexpr ViewColors kOnPaper = {
+    .estimate = {24, 104, 178},
+    .truth = {158, 166, 174},
+    .desired = {200, 40, 96},
+    .limit = {46, 139, 87},
+    .stages = {{{148, 156, 164}, {74, 144, 217}, {216, 152, 24}, {60, 168, 110}}}};
+
+inline constexpr ViewColors kOnDark = {
+    .estimate = {58, 164, 255},
+    .truth = {236, 240, 244},
+    .desired = {255, 112, 164},
+    .limit = {92, 214, 146},
+    .stages = {{{160, 170, 180}, {88, 166, 240}, {250, 196, 72}, {84, 208, 140}}}};
+
+}  // namespace turbidock::trial

@@ -1,0 +1,118 @@
+#pragma once
+// The two sides of a trial's loop: the vehicle in the water, and what it sees of the marker.
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "experiments/trial/camera_schedule.h"
+#include "experiments/trial/pose_source.h"
+#include "experiments/trial/scenario.h"
+#include "sim/base/image.h"
+#include "sim/base/pose_estimate.h"
+#include "sim/base/random.h"
+#include "sim/base/stage_timer.h"
+#include "sim/base/thruster_command.h"
+#include "sim/camera/stereo_camera.h"
+#include "sim/vehicle/plant.h"
+#include "sim/vehicle/scene.h"
+#include "sim/view/gl_context.h"
+#include "sim/view/stereo_renderer.h"
+#include "vision/rm_ga.h"
+
+namespace turbidock::trial {
+
+// An instant at which the cameras were exposed.
+struct Exposure {
+  int64_t tick = 0;
+  std::vector<mjtNum> qpos;  // where everything was
+  Pose true_X_HM;
+};
+
+// The vehicle in the water, and its cameras where something looks through them.
+class World {
+ public:
+  // With `spectator` also the outside view. ConfigError when the scenario cannot run or draws
+  // nothing to look at, SimulatorFault when this machine cannot draw.
+  World(const Scenario& scenario, bool spectator, StageTimer* timer);
+
+  void Expose(Exposure* exposure) const;
+  // The images of an exposure, or a region of them.
+  void Develop(const Exposure& exposure, int64_t number, const std::optional<StereoRegion>& region,
+               StereoImage* out);
+  const Image3u8* DrawSpectator();  // null without one
+
+  // A steady wrench on the vehicle, until another.
+  void Push(const Wrench& F_B_B) { plant_.SetExtraWrench(F_B_B); }
+  // Lets a frame's time pass under a command. Contacts are the strongest of its ticks. Returns why
+  // the physics failed, if it did.
+  std::optional<std::string> Advance(const ThrusterCommand& command,
+                                     vehicle::ContactReport* contacts);
+
+  Pose true_X_HM() const { return (plant_.truth().X_WB * scene_.X_BH).Inverse() * scene_.X_WM; }
+  const vehicle::Plant& plant() const { return plant_; }
+  const SeedTree& seeds() const { return seeds_; }
+  // What draws, and why it is not the kind asked for; empty where nothing draws or it is.
+  std::string renderer() const { return cameras_ ? cameras_->context->description() : ""; }
+  std::string remark() const { return cameras_ ? cameras_->remark : ""; }
+
+ private:
+  // From the state of the world to images.
+  struct Cameras {
+    Cameras(const Scenario& scenario, const vehicle::Scene& scene, const SeedTree& seeds);
+
+    std::string remark;  // why the context is not the kind asked for, or empty
+    std::unique_ptr<view::GlContext> context;
+    view::StereoRenderer renderer;
+    camera::StereoCamera camera;
+    vehicle::MjDataPtr exposed;  // everything where it was at an exposure
+    view::RenderedStereo rendered;
+  };
+
+  SeedTree seeds_;
+  ClockParams clock_;
+  vehicle::Scene scene_;
+  vehicle::Plant plant_;
+  std::optional<Cameras> cameras_;
+  std::optional<view::SpectatorRenderer> spectator_;
+  Image3u8 spectator_image_;
+  StageTimer* timer_;
+};
+
+// What the vehicle knows of the marker: from the cameras' images, or from the truth where only
+// control is of interest. Either way it is camera_delay_frames old.
+class Eyes {
+ public:
+  // The cameras have been on for a while: what arrives first shows the vehicle at its start. With
+  // `whole_images` also the pixels that the estimator does not read are made.
+  Eyes(const Scenario& scenario, bool whole_images, StageTimer* timer, World* world);
+
+  // To be called at every frame, in order. Returns whether an image arrived, with its estimate.
+  bool Update(int64_t frame);
+
+  const PoseEstimate& estimate() const { return *estimate_; }  // the latest
+  const StereoImage& seen() const { return seen_; }            // what it was made of, if of images
+  std::string name() const;
+
+ private:
+  Exposure* Slot(int64_t number);
+  void Expose(int64_t frame);
+
+  World& world_;
+  StageTimer* timer_;
+  CameraSchedule schedule_;
+  bool whole_images_;
+  double drop_probability_;
+  Rng drops_;
+  // The latest exposures by their numbers: those under way from the sensor to the estimator, and
+  // the one there. They become images when they arrive: only then is it known which pixels matter.
+  std::vector<Exposure> exposures_;
+  std::optional<vision::RmGa> estimator_;
+  std::optional<TruePose> true_pose_;
+  const PoseEstimate* estimate_ = nullptr;
+  StereoImage seen_;
+};
+
+}  // namespace turbidock::trial

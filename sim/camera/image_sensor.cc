@@ -1,0 +1,332 @@
+#include "sim/camera/image_sensor.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <type_traits>
+
+#include "sim/base/check.h"
+#include "sim/base/random.h"
+#include "sim/base/vector_clones.h"
+#include "sim/light/vector_math.h"
+
+namespace turbidock::camera {
+namespace {
+
+// Linear values above this are taken as this: noise on a clipped value cannot bring it below 255.
+constexpr float kMostLinear = 1.25f;
+
+// Values that are exposed together: long enough to fill vectors, short enough that most of them are
+// dark where the picture is.
+constexpr int kRun = 192;
+
+// Encoded = scale linear^exponent + offset, in DN, above the toe; slope linear below.
+struct Curve {
+  float linear_per_radiance;
+  float exponent, scale_dn, offset_dn;
+  float toe_end, toe_slope_dn;
+};
+
+// scale linear^exponent + offset above the toe, slope linear below; 1 is full scale.
+struct Transfer {
+  double exponent, scale, offset, toe_end, toe_slope;
+};
+
+Transfer TransferOf(const SensorParams& params) {
+  switch (params.transfer) {
+    case TransferCurve::kPower:
+      return {1 / params.power, 1, 0, 0, 0};
+    case TransferCurve::kNtsc:
+      return {0.45, 1.099, -0.099, 0.018, 4.5};  // SMPTE 170M
+    case TransferCurve::kSrgb:
+      return {1 / 2.4, 1.055, -0.055, 0.0031308, 12.92};  // IEC 61966-2-1
+  }
+  TD_CHECK(false, "unknown transfer curve");
+}
+
+Curve CurveOf(const SensorParams& params) {
+  const Transfer transfer = TransferOf(params);
+  return {
+      .linear_per_radiance = static_cast<float>(params.gain / params.full_scale_radiance_w_m2_sr),
+      .exponent = static_cast<float>(transfer.exponent),
+      .scale_dn = static_cast<float>(255 * transfer.scale),
+      .offset_dn = static_cast<float>(255 * transfer.offset),
+      .toe_end = static_cast<float>(transfer.toe_end),
+      .toe_slope_dn = static_cast<float>(255 * transfer.toe_slope)};
+}
+
+// What is negative or no number counts as dark.
+[[gnu::always_inline]] inline float LinearOf(const Curve& curve, float radiance) {
+  const float x = radiance * curve.linear_per_radiance;
+  const float lit = x > 0.0f ? x : 0.0f;
+  // positive numbers are in the order of their bits, which are compared faster
+  return std::bit_cast<float>(
+      std::min(std::bit_cast<int32_t>(lit), std::bit_cast<int32_t>(kMostLinear)));
+}
+
+[[gnu::always_inline]] inline float PowerDn(const Curve& curve, float linear) {
+  return curve.scale_dn * light::Exp2(curve.exponent * light::Log2(linear));
+}
+
+[[gnu::always_inline]] inline float EncodedDn(const Curve& curve, float linear, float power_dn) {
+  return linear > curve.toe_end ? power_dn + curve.offset_dn : curve.toe_slope_dn * linear;
+}
+
+enum class Noise { kNone, kRead, kReadAndShot };
+
+struct NoiseDn {
+  float read_dn;
+  float shot_linear;  // gain / electrons: variance of a linear value over itself
+};
+
+[[gnu::always_inline]] inline uint8_t Round(float value) {
+  // whole numbers are clamped by one instruction, other ones by two
+  return static_cast<uint8_t>(std::clamp(static_cast<int32_t>(value), 0, 255));
+}
+
+// Whether all values are on the curve's straight part. A negative one's bits are a negative number,
+// too.
+[[gnu::always_inline]] inline bool InToe(const Curve& curve, int count,
+                                         const float* __restrict radiance) {
+  int32_t most = 0;
+  for (int i = 0; i < count; ++i) most = std::max(most, std::bit_cast<int32_t>(radiance[i]));
+  const float x = std::bit_cast<float>(most) * curve.linear_per_radiance;
+  return x <= curve.toe_end;
+}
+
+// DN as numbers of type T: rounded, or as they are. With kToe, all values are on the curve's
+// straight part: the same bits for less.
+template <Noise kNoise, bool kToe, typename T>
+[[gnu::always_inline]] inline void ExposeValues(const Curve curve, const NoiseDn noise,
+                                                uint32_t key0, uint32_t key1, int begin, int end,
+                                                const float* __restrict radiance,
+                                                T* __restrict dn) {
+  for (int i = begin; i < end; ++i) {
+    const float linear = LinearOf(curve, radiance[i]);
+    const float power_dn = kToe ? 0.0f : PowerDn(curve, linear);
+    float value = (kToe ? curve.toe_slope_dn * linear : EncodedDn(curve, linear, power_dn)) + 0.5f;
+    if constexpr (kNoise != Noise::kNone) {
+      float sigma_dn = noise.read_dn;
+      if constexpr (kNoise == Noise::kReadAndShot) {
+        // f' x = exponent f above the toe, so (255 f')^2 x is this
+        const float above = curve.exponent * power_dn;
+        const float slope2_linear = !kToe && linear > curve.toe_end
+                                        ? above * above / linear
+                                        : curve.toe_slope_dn * curve.toe_slope_dn * linear;
+        sigma_dn = std::sqrt(sigma_dn * sigma_dn + slope2_linear * noise.shot_linear);
+      }
+      value += sigma_dn * light::NormalFromBits(light::Mix(static_cast<uint32_t>(i), key0, key1));
+    }
+    if constexpr (std::is_same_v<T, float>)
+      dn[i] = value;
+    else
+      dn[i] = Round(value);
+  }
+}
+
+template <Noise kNoise, typename T>
+[[gnu::always_inline]] inline void ExposeRuns(const Curve& curve, const NoiseDn& noise,
+                                              uint32_t key0, uint32_t key1, int begin, int end,
+                                              const float* radiance, T* dn) {
+  for (int run = begin; run < end; run += kRun) {
+    const int run_end = std::min(run + kRun, end);
+    if (InToe(curve, run_end - run, radiance + run))
+      ExposeValues<kNoise, true>(curve, noise, key0, key1, run, run_end, radiance, dn);
+    else
+      ExposeValues<kNoise, false>(curve, noise, key0, key1, run, run_end, radiance, dn);
+  }
+}
+
+template <typename T>
+[[gnu::always_inline]] inline void ExposeAnyRow(const Curve& curve, const NoiseDn& noise, bool shot,
+                                                uint32_t key0, uint32_t key1, int begin, int end,
+                                                const float* radiance, T* dn) {
+  if (shot)
+    ExposeRuns<Noise::kReadAndShot>(curve, noise, key0, key1, begin, end, radiance, dn);
+  else if (noise.read_dn > 0)
+    ExposeRuns<Noise::kRead>(curve, noise, key0, key1, begin, end, radiance, dn);
+  else
+    ExposeRuns<Noise::kNone>(curve, noise, key0, key1, begin, end, radiance, dn);
+}
+
+TURBIDOCK_VECTOR_CLONES
+void ExposeRow(const Curve& curve, const NoiseDn& noise, bool shot, uint32_t key0, uint32_t key1,
+               int begin, int end, const float* radiance, uint8_t* dn) {
+  ExposeAnyRow(curve, noise, shot, key0, key1, begin, end, radiance, dn);
+}
+
+// Half a step (for rounding) is in the values.
+TURBIDOCK_VECTOR_CLONES
+void ExposeRowUnrounded(const Curve& curve, const NoiseDn& noise, bool shot, uint32_t key0,
+                        uint32_t key1, int begin, int end, const float* radiance, float* dn) {
+  ExposeAnyRow(curve, noise, shot, key0, key1, begin, end, radiance, dn);
+}
+
+// Brightness as in NTSC, and what red and blue have more.
+constexpr float kRedShare = 0.299f, kGreenShare = 0.587f, kBlueShare = 0.114f;
+// Black in composite video is 7.5 % above the signal's zero, so that the noise of darkness is not
+// cut off; frame grabbers keep it.
+constexpr float kSetup_dn = 19;
+
+TURBIDOCK_VECTOR_CLONES
+void ToDifferences(int count, const float* __restrict rgb, float* __restrict luma,
+                   float* __restrict red, float* __restrict blue) {
+  for (int i = 0; i < count; ++i) {
+    const float r = rgb[3 * i], g = rgb[3 * i + 1], b = rgb[3 * i + 2];
+    luma[i] = kRedShare * r + kGreenShare * g + kBlueShare * b;
+    red[i] = r - luma[i];
+    blue[i] = b - luma[i];
+  }
+}
+
+// out[i] = sum of kernel[|k|] in[i + k]; `in` reaches as far beyond both ends as the kernel.
+TURBIDOCK_VECTOR_CLONES
+void Smooth(std::span<const float> kernel, int count, const float* __restrict in,
+            float* __restrict out) {
+  for (int i = 0; i < count; ++i) out[i] = kernel[0] * in[i];
+  for (int k = 1; k < static_cast<int>(kernel.size()); ++k)
+    for (int i = 0; i < count; ++i)
+      out[i] += kernel[static_cast<size_t>(k)] * (in[i - k] + in[i + k]);
+}
+
+TURBIDOCK_VECTOR_CLONES
+void FromDifferences(int count, const float* __restrict luma, const float* __restrict red,
+                     const float* __restrict blue, uint8_t* __restrict dn) {
+  for (int i = 0; i < count; ++i) {
+    const float y = luma[i] + kSetup_dn;
+    dn[3 * i] = Round(y + red[i]);
+    dn[3 * i + 1] =
+        Round(y - (kRedShare / kGreenShare * red[i] + kBlueShare / kGreenShare * blue[i]));
+    dn[3 * i + 2] = Round(y + blue[i]);
+  }
+}
+
+// A Gaussian out to three sigma, from its middle on.
+std::vector<float> HalfKernel(double sigma_px) {
+  if (sigma_px <= 0) return {};
+  const int reach_px = static_cast<int>(std::ceil(3 * sigma_px));
+  std::vector<double> half;
+  double sum = 0;
+  for (int k = 0; k <= reach_px; ++k) {
+    half.push_back(std::exp(-0.5 * k * k / (sigma_px * sigma_px)));
+    sum += k == 0 ? half[0] : 2 * half.back();
+  }
+  std::vector<float> kernel;
+  kernel.reserve(half.size());
+  for (const double value : half) kernel.push_back(static_cast<float>(value / sum));
+  return kernel;
+}
+
+}  // namespace
+
+double Encode(const SensorParams& params, double linear) {
+  const Transfer curve = TransferOf(params);
+  if (linear <= curve.toe_end) return curve.toe_slope * linear;
+  return curve.scale * std::pow(linear, curve.exponent) + curve.offset;
+}
+
+double Decode(const SensorParams& params, double encoded) {
+  const Transfer curve = TransferOf(params);
+  if (encoded <= curve.toe_slope * curve.toe_end)
+    return curve.toe_slope > 0 ? encoded / curve.toe_slope : 0;
+  return std::pow((encoded - curve.offset) / curve.scale, 1 / curve.exponent);
+}
+
+ImageSensor::ImageSensor(const SensorParams& params, uint64_t left_key, uint64_t right_key,
+                         int line_px)
+    : params_(params),
+      keys_{left_key, right_key},
+      kernel_(HalfKernel(params.chroma_blur_px * line_px / kLine_px)) {
+  CheckFields(params, "sensor");
+}
+
+int ImageSensor::margin_px() const {
+  return kernel_.empty() ? 0 : static_cast<int>(kernel_.size()) - 1;
+}
+
+void ImageSensor::Expose(const light::RadianceStereo& radiance, int64_t frame,
+                         StereoImage* out) const {
+  const auto whole = [](const Image3f& image) {
+    return PixelRegion{0, 0, image.width(), image.height()};
+  };
+  Expose(radiance, {whole(radiance.left), whole(radiance.right)}, frame, out);
+}
+
+void ImageSensor::Expose(const light::RadianceStereo& radiance, const StereoRegion& region,
+                         int64_t frame, StereoImage* out) const {
+  out->frame = frame;
+  const auto expose = [&](int view, const PixelRegion& part, const Image3f& in, Image3u8* image) {
+    image->Resize(in.width(), in.height());
+    if (!part.empty()) ExposeRegion(view, frame, part, in.row(part.row_begin), image);
+  };
+  expose(0, region.left, radiance.left, &out->left);
+  expose(1, region.right, radiance.right, &out->right);
+}
+
+void ImageSensor::ExposeRegion(int view, int64_t frame, const PixelRegion& region,
+                               const float* radiance, Image3u8* image) const {
+  const Curve curve = CurveOf(params_);
+  const NoiseDn noise = {static_cast<float>(params_.read_noise_dn),
+                         static_cast<float>(params_.gain / params_.full_well_electrons)};
+  const int width = image->width();
+  // what the pixels depend on
+  const int begin = std::max(region.column_begin - margin_px(), 0);
+  const int end = std::min(region.column_end + margin_px(), width);
+  const auto row_values = 3 * static_cast<size_t>(width);
+  balanced_.resize(params_.white_balance == Eigen::Vector3d::Ones() ? 0 : row_values);
+  exposed_.resize(kernel_.empty() ? 0 : row_values);
+  for (int v = region.row_begin; v < region.row_end; ++v, radiance += row_values) {
+    // every row has a key of its own
+    const auto key = PhiloxBlock(keys_[static_cast<size_t>(view)], static_cast<uint64_t>(frame),
+                                 static_cast<uint64_t>(v));
+    const float* light = radiance;
+    if (!balanced_.empty()) {
+      const Eigen::Array3f factor = params_.white_balance.cast<float>();
+      for (int u = begin; u < end; ++u)
+        for (int k = 0; k < 3; ++k) balanced_[3 * u + k] = factor[k] * radiance[3 * u + k];
+      light = balanced_.data();
+    }
+    if (kernel_.empty()) {
+      ExposeRow(curve, noise, params_.shot_noise, key[0], key[1], 3 * begin, 3 * end, light,
+                image->row(v));
+    } else {
+      ExposeRowUnrounded(curve, noise, params_.shot_noise, key[0], key[1], 3 * begin, 3 * end,
+                         light, exposed_.data());
+      BlurColors(begin, end, region, image->row(v));
+    }
+  }
+}
+
+// From the exposed row to the image's: colour that is not there beyond the picture's edges is as at
+// the edge.
+void ImageSensor::BlurColors(int begin, int end, const PixelRegion& region, uint8_t* dn) const {
+  const int margin = margin_px(), count = region.width();
+  const int first = region.column_begin - margin;  // where the padded rows begin
+  const auto padded = static_cast<size_t>(count) + 2 * static_cast<size_t>(margin);
+  const size_t width = exposed_.size() / 3;  // enough for any region
+  differences_.resize(5 * width + 6 * static_cast<size_t>(margin));
+  float* luma = differences_.data();
+  float* red = luma + padded;
+  float* blue = red + padded;
+  ToDifferences(end - begin, exposed_.data() + 3 * begin, luma + (begin - first),
+                red + (begin - first), blue + (begin - first));
+  for (float* row : {red, blue}) {
+    std::fill_n(row, begin - first, row[begin - first]);
+    std::fill(row + (end - first), row + padded, row[end - first - 1]);
+  }
+  float* smooth_red = blue + padded;
+  float* smooth_blue = smooth_red + count;
+  Smooth(kernel_, count, red + margin, smooth_red);
+  Smooth(kernel_, count, blue + margin, smooth_blue);
+  FromDifferences(count, luma + margin, smooth_red, smooth_blue, dn + 3 * region.column_begin);
+}
+
+float ImageSensor::SignalDn(float radiance) const {
+  const Curve curve = CurveOf(params_);
+  const float linear = LinearOf(curve, radiance);
+  return EncodedDn(curve, linear, PowerDn(curve, linear));
+}
+
+}  // namespace turbidock::camera

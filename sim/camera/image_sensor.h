@@ -1,0 +1,65 @@
+#pragma once
+// The cameras' electronics: radiance to 8-bit RGB.
+//
+//   DN = clip(round(255 f(gain L / full_scale) + sigma n), 0, 255)
+// f is the transfer curve, n a standard normal number and sigma^2 the read noise squared plus, with
+// shot noise, (255 f')^2 x gain / electrons for a linear value x. The noise of a pixel depends on
+// the camera's key, the frame, the place and the channel only. L is taken times the channel's white
+// balance. With chroma_blur_px the differences of red and blue from the brightness are smoothed
+// along the row before rounding, noise and all, and
+// black is at 19 DN (7.5 % of the scale), as in composite video.
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "sim/base/image.h"
+#include "sim/camera/sensor_params.h"
+#include "sim/light/radiance.h"
+
+namespace turbidock::camera {
+
+// Encoded value in [0, 1] of a linear one in [0, 1].
+double Encode(const SensorParams& params, double linear);
+double Decode(const SensorParams& params, double encoded);
+
+class ImageSensor {
+ public:
+  static constexpr int kLine_px = 640;  // of the line that chroma_blur_px is of
+
+  // The keys of the two cameras' noise, drawn from streams of their own. `line_px` is the width of
+  // the images, which the colours' blur is in proportion to.
+  ImageSensor(const SensorParams& params, uint64_t left_key, uint64_t right_key,
+              int line_px = kLine_px);
+
+  // Allocates only when `out` does not have the size of the images.
+  void Expose(const light::RadianceStereo& radiance, int64_t frame, StereoImage* out) const;
+  // A region of whole images; other pixels stay as they are.
+  void Expose(const light::RadianceStereo& radiance, const StereoRegion& region, int64_t frame,
+              StereoImage* out) const;
+
+  // Columns beside a region that its pixels depend on.
+  int margin_px() const;
+  // From the next exposure on, instead of the parameters'.
+  void set_gain(double gain) { params_.gain = gain; }
+
+  // A region of one camera (0 left, 1 right). Radiance is read margin_px() further on both sides.
+  // `radiance` holds whole rows from the region's first on, `image` the whole picture.
+  void ExposeRegion(int view, int64_t frame, const PixelRegion& region, const float* radiance,
+                    Image3u8* image) const;
+
+  // The encoded value, 8-bit steps, that stands for a radiance before noise, rounding and clipping:
+  // what ExposeRows computes, within 0.02 of 255 Encode().
+  float SignalDn(float radiance) const;
+
+ private:
+  void BlurColors(int begin, int end, const PixelRegion& region, uint8_t* dn) const;
+
+  SensorParams params_;
+  std::array<uint64_t, 2> keys_{};
+  std::vector<float> kernel_;  // of the colours' blur, from its middle on; empty: none
+  // Rows under way, kept for their memory: an ImageSensor serves one thread at a time.
+  mutable std::vector<float> balanced_, exposed_, differences_;
+};
+
+}  // namespace turbidock::camera

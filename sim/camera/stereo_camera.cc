@@ -1,0 +1,71 @@
+#include "sim/camera/stereo_camera.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace turbidock::camera {
+
+StereoCamera::StereoCamera(light::Water water, ImageSensor sensor, const AutoExposure& exposure,
+                           light::MarineSnow snow, StereoLens lens)
+    : water_(std::move(water)),
+      sensor_(std::move(sensor)),
+      exposure_(exposure),
+      snow_(std::move(snow)),
+      lens_(std::move(lens)) {}
+
+StereoRegion StereoCamera::Seen(const StereoRegion& region) const {
+  return exposure_.on() || PaintsWhole() ? whole() : water_.Seen(Lit(region));
+}
+
+// The region and what the sensor needs beside it.
+StereoRegion StereoCamera::Lit(const StereoRegion& region) const {
+  const auto wider = [this](const PixelRegion& r, const PixelRegion& all) -> PixelRegion {
+    if (r.empty()) return r;
+    const int margin_px = sensor_.margin_px();
+    return {std::max(r.column_begin - margin_px, 0), r.row_begin,
+            std::min(r.column_end + margin_px, all.column_end), r.row_end};
+  };
+  return {wider(region.left, whole().left), wider(region.right, whole().right)};
+}
+
+void StereoCamera::Expose(const view::RenderedStereo& rendered, const StereoRegion& region,
+                          int64_t frame, StereoImage* out, StageTimer* timer) {
+  const bool whole_images = PaintsWhole();
+  if (whole_images)
+    water_.Apply(rendered, &radiance_);
+  else
+    water_.Prepare(rendered, Lit(region));
+  if (exposure_.on()) sensor_.set_gain(exposure_.GainFor(water_.MeanRadiance(rendered)));
+  if (whole_images) {
+    snow_.Fall(rendered, frame, &water_, &radiance_);
+    lens_.Distort(&radiance_);
+    Lap(timer, LoopStage::kWater);
+    sensor_.Expose(radiance_, region, frame, out);
+    Lap(timer, LoopStage::kSensor);
+    return;
+  }
+  Lap(timer, LoopStage::kWater);
+  out->frame = frame;
+  ExposeView(0, region.left, frame, rendered.left.surface, timer, &out->left);
+  ExposeView(1, region.right, frame, rendered.right.surface, timer, &out->right);
+}
+
+void StereoCamera::ExposeView(int view, const PixelRegion& region, int64_t frame,
+                              const Image1u16& seen, StageTimer* timer, Image3u8* out) {
+  const int width = seen.width(), height = seen.height();
+  out->Resize(width, height);
+  if (region.empty()) return;
+  band_.resize(static_cast<size_t>(light::TiledLight::kBandRows) * width * 3);
+  int v = region.row_begin / light::TiledLight::kBandRows * light::TiledLight::kBandRows;
+  for (; v < region.row_end; v += light::TiledLight::kBandRows) {
+    const int band_end = std::min(v + light::TiledLight::kBandRows, height);
+    water_.PaintRows(view, v, band_end, band_.data());
+    Lap(timer, LoopStage::kWater);
+    const int begin = std::max(v, region.row_begin), end = std::min(band_end, region.row_end);
+    sensor_.ExposeRegion(view, frame, {region.column_begin, begin, region.column_end, end},
+                         band_.data() + static_cast<ptrdiff_t>(begin - v) * width * 3, out);
+    Lap(timer, LoopStage::kSensor);
+  }
+}
+
+}  // namespace turbidock::camera

@@ -1,0 +1,57 @@
+#pragma once
+// Both cameras: from what they see (sim/view/rendered.h) to 8-bit images, through water and sensor.
+
+#include <cstdint>
+#include <vector>
+
+#include "sim/base/image.h"
+#include "sim/base/stage_timer.h"
+#include "sim/camera/exposure.h"
+#include "sim/camera/image_sensor.h"
+#include "sim/camera/lens.h"
+#include "sim/light/marine_snow.h"
+#include "sim/light/radiance.h"
+#include "sim/light/water.h"
+#include "sim/view/rendered.h"
+
+namespace turbidock::camera {
+
+// Water and sensor at work on the same few rows, which stay in cache from one to the other. The
+// images are those of Water::Apply and ImageSensor::Expose.
+class StereoCamera {
+ public:
+  // With automatic exposure, snow or distortion all of both views must be seen: Seen says so.
+  StereoCamera(light::Water water, ImageSensor sensor, const AutoExposure& exposure = {},
+               light::MarineSnow snow = {}, StereoLens lens = {});
+
+  // Exposes a region of the images, of which other pixels stay as they are: the same values as in
+  // whole images. `rendered` holds at least what Seen(region) says. Allocates only when `out` does
+  // not have the size of the images. A timer gets kWater and kSensor.
+  void Expose(const view::RenderedStereo& rendered, const StereoRegion& region, int64_t frame,
+              StereoImage* out, StageTimer* timer = nullptr);
+  // Whole images.
+  void Expose(const view::RenderedStereo& rendered, int64_t frame, StereoImage* out) {
+    Expose(rendered, whole(), frame, out);
+  }
+
+  StereoRegion whole() const { return water_.whole(); }
+  StereoRegion Seen(const StereoRegion& region) const;
+
+  const light::Water& water() const { return water_; }
+
+ private:
+  StereoRegion Lit(const StereoRegion& region) const;
+  bool PaintsWhole() const { return snow_.on() || lens_.on(); }
+  void ExposeView(int view, const PixelRegion& region, int64_t frame, const Image1u16& seen,
+                  StageTimer* timer, Image3u8* out);
+
+  light::Water water_;
+  ImageSensor sensor_;
+  AutoExposure exposure_;
+  light::MarineSnow snow_;
+  StereoLens lens_;
+  std::vector<float> band_;         // radiance of some rows
+  light::RadianceStereo radiance_;  // of whole images, where bands do not do
+};
+
+}  // namespace turbidock::camera

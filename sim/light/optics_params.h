@@ -1,0 +1,191 @@
+#pragma once
+// What can be set about water, lamps, lit balls and camera. Radiance is per colour channel,
+// W m^-2 sr^-1; only its ratio to the camera's full scale can be observed.
+
+#include <Eigen/Core>
+#include <array>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sim/base/fields.h"
+
+namespace turbidock::light {
+
+// The water before milk is added.
+enum class Background {
+  kPure,     // absorbs, does not scatter: the pool
+  kClear,    // Petzold's clear sea (off the Bahamas)
+  kCoastal,  // Petzold's coastal sea (San Pedro channel)
+  kHarbor,   // Petzold's turbid harbour (San Diego)
+  kCustom,   // the coefficients given beside it
+};
+
+// Eight times the most that was ever published of the experiment.
+inline constexpr double kMostMilk_ml_m3 = 2000;
+
+struct WaterParams {
+  Background background = Background::kPure;
+  double milk_ml_m3 = 0;
+  double scattering_scale = 1;
+  // Regular milk, by dilution, 18.2052, 20.3826, 22.3698 per mm undiluted; asymmetry likewise
+  // (Narasimhan, Gupta et al. 2006, as tabulated in pbrt-v3 media). 1 ml/m^3 is a part in 10^6.
+  Eigen::Vector3d milk_scattering_m2_ml{0.0182052, 0.0203826, 0.0223698};
+  Eigen::Vector3d milk_asymmetry{0.750, 0.714, 0.681};
+  // Used with background: custom. Default: pure water at 625, 525 and 465 nm (Pope & Fry 1997).
+  Eigen::Vector3d absorption_per_m{0.28, 0.045, 0.015};
+  Eigen::Vector3d scattering_per_m{0, 0, 0};
+  Eigen::Vector3d asymmetry{0.924, 0.924, 0.924};
+  double multiple_scattering = 0.5;  // fitted to path-traced halos at 15 and 60 ml/m^3
+  double port_m = 0.02;
+  bool surface_halos = true;
+
+  static void Fields(auto& self, auto&& field) {
+    field("background", self.background, Finite(), "water before milk is added");
+    field("milk_ml_m3", self.milk_ml_m3, InRange(0, kMostMilk_ml_m3), "milk in the water");
+    field("scattering_scale", self.scattering_scale, InRange(0.1, 3),
+          "factor on the milk's scattering: sort of milk, 0.55 to 1.1 in the literature");
+    field("milk_scattering_m2_ml", self.milk_scattering_m2_ml, InRange(0, 1),
+          "scattering (1/m) of 1 ml/m^3 of milk, by channel");
+    field("milk_asymmetry", self.milk_asymmetry, InRange(-0.99, 0.99),
+          "mean cosine of scattering by milk");
+    field("absorption_per_m", self.absorption_per_m, InRange(0, 20),
+          "of the custom background, by channel");
+    field("scattering_per_m", self.scattering_per_m, InRange(0, 20),
+          "of the custom background, by channel");
+    field("asymmetry", self.asymmetry, InRange(-0.99, 0.99),
+          "mean cosine of scattering by the custom background");
+    field("multiple_scattering", self.multiple_scattering, InRange(0, 1),
+          "share of forward-scattered light that is not lost to veil, halo and irradiance; 0 = "
+          "strict single scattering");
+    field("port_m", self.port_m, InRange(0, 0.2), "where the water begins in front of the camera");
+    field("surface_halos", self.surface_halos, Finite(),
+          "whether the water glows in the light that marker and station throw back from the lamps");
+  }
+};
+
+enum class BeamShape {
+  kIsotropic,  // equal in all directions
+  kCosine,     // cos^m of the angle from the axis, forward only
+  kCone,       // constant inside the cone, a smooth step to nothing at its edge
+};
+
+// Both lamps; where they are is the scene's (sites lamp_*, beam along the site's x axis).
+struct LampParams {
+  bool enabled = false;
+  // Guess, set so that the painted balls are 120 to 200 DN at 0.6 m at the default exposure. The
+  // published vehicle has two lamps of 5.8 W electrical, about 1.5 W radiant over the whole
+  // spectrum.
+  Eigen::Vector3d intensity_w_sr{0.04, 0.04, 0.04};
+  BeamShape beam = BeamShape::kCosine;
+  double cosine_exponent = 1;                       // 1: bare LED; 4 to 20: reflector
+  double cone_half_angle_rad = 0.8726646259971648;  // 50 degrees
+  double cone_soft_rad = 0.2181661564992912;        // 12.5 degrees
+
+  static void Fields(auto& self, auto&& field) {
+    field("enabled", self.enabled, Finite(), "whether the vehicle's lamps shine");
+    field("intensity_w_sr", self.intensity_w_sr, InRange(0, 1000),
+          "radiant intensity of a lamp on its axis, by channel");
+    field("beam", self.beam, Finite(), "how the intensity falls off the axis");
+    field("cosine_exponent", self.cosine_exponent, InRange(0, 200), "m of a cos^m beam");
+    field("cone_half_angle_rad", self.cone_half_angle_rad, InRange(0.02, 1.57),
+          "outer half angle of a cone beam");
+    field("cone_soft_rad", self.cone_soft_rad, InRange(0.001, 1.57),
+          "width of a cone beam's edge, inside the half angle");
+  }
+};
+
+// The light inside one ball.
+struct BallLight {
+  std::string name;  // of the geom without "ball_"
+  Eigen::Vector3d color{1, 1, 1};
+  double current_factor = 1;
+
+  static void Fields(auto& self, auto&& field) {
+    field("name", self.name, Finite(), "the ball, as in the scene");
+    field("color", self.color, InRange(0, 1), "what the camera's channels see of it, relative");
+    field("current_factor", self.current_factor, InRange(0, 20),
+          "LED current relative to the published one (red 5.7, green and blue 3.4 mA)");
+  }
+};
+
+// The active marker's balls: an LED inside a translucent skin, brighter in the middle. Where the
+// ray passes the centre at distance r the radiance is rim + core exp(-r^2 / (2 width^2)).
+struct BallLightParams {
+  bool enabled = true;
+  // About 1.3 mW leave a ball (10 mW electrical, a quarter becomes light, half passes the skin), a
+  // mean radiance of 0.08; the split into rim and core is a guess from the published best at some
+  // milk.
+  double rim_radiance_w_m2_sr = 0.063;
+  double core_radiance_w_m2_sr = 0.083;
+  double core_width_m = 0.0065;
+  // Colours: guess, saturated LEDs with a little crosstalk.
+  std::vector<BallLight> balls = {
+      {"red", {1, 0.03, 0.03}}, {"green", {0.03, 1, 0.08}}, {"blue", {0.03, 0.10, 1}}};
+
+  static void Fields(auto& self, auto&& field) {
+    field("enabled", self.enabled, Finite(), "whether the balls shine (active marker)");
+    field("rim_radiance_w_m2_sr", self.rim_radiance_w_m2_sr, InRange(0, 1000),
+          "radiance at the edge of the disc");
+    field("core_radiance_w_m2_sr", self.core_radiance_w_m2_sr, InRange(0, 1000),
+          "added in the middle of the disc");
+    field("core_width_m", self.core_width_m, InRange(0.0005, 0.1), "width (sigma) of the core");
+    field("balls", self.balls, Finite(), "the lit balls");
+  }
+};
+
+// How exactly light is computed.
+struct ShadingParams {
+  int tile_px = 16;
+  double relative_tolerance = 0.01;
+  double absolute_tolerance_w_m2_sr =
+      5e-6;  // about a tenth of a DN at black with the default camera
+
+  static void Fields(auto& self, auto&& field) {
+    field("tile_px", self.tile_px, InRange(1, 64),
+          "largest tile of surface that is interpolated from its corners, rounded down to a power "
+          "of two; 1 computes every pixel");
+    field("relative_tolerance", self.relative_tolerance, InRange(0, 0.2),
+          "error allowed in a tile's middle, relative to the radiance");
+    field("absolute_tolerance_w_m2_sr", self.absolute_tolerance_w_m2_sr, InRange(0, 1),
+          "error allowed in a tile's middle besides");
+  }
+};
+
+struct OpticsParams {
+  WaterParams water;
+  LampParams lamps;
+  BallLightParams ball_lights;
+  ShadingParams shading;
+
+  static void Fields(auto& self, auto&& field) {
+    field("water", self.water, Finite(), "what the water does to light");
+    field("lamps", self.lamps, Finite(), "the vehicle's lamps");
+    field("ball_lights", self.ball_lights, Finite(), "the light in the marker's balls");
+    field("shading", self.shading, Finite(), "how exactly light is computed");
+  }
+};
+
+}  // namespace turbidock::light
+
+namespace turbidock {
+
+template <>
+struct EnumNames<light::Background> {
+  static constexpr auto kNames = std::to_array<std::pair<light::Background, const char*>>(
+      {{light::Background::kPure, "pure"},
+       {light::Background::kClear, "clear"},
+       {light::Background::kCoastal, "coastal"},
+       {light::Background::kHarbor, "harbor"},
+       {light::Background::kCustom, "custom"}});
+};
+
+template <>
+struct EnumNames<light::BeamShape> {
+  static constexpr auto kNames = std::to_array<std::pair<light::BeamShape, const char*>>(
+      {{light::BeamShape::kIsotropic, "isotropic"},
+       {light::BeamShape::kCosine, "cosine"},
+       {light::BeamShape::kCone, "cone"}});
+};
+
+}  // namespace turbidock

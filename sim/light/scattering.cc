@@ -1,0 +1,209 @@
+#include "sim/light/scattering.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace turbidock::light {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+Light LightOf(const Rgb& rgb) {
+  return {static_cast<float>(rgb[0]), static_cast<float>(rgb[1]), static_cast<float>(rgb[2]), 0};
+}
+
+Rgb Phase(const Medium& medium, double mu) {
+  return {HenyeyGreenstein(medium.asymmetry[0], mu), HenyeyGreenstein(medium.asymmetry[1], mu),
+          HenyeyGreenstein(medium.asymmetry[2], mu)};
+}
+
+// Petzold's volume scattering measurements at 514 nm (1972). Scattering is taken as equal in all
+// channels, absorption differs from that at 514 nm by the pure water's. Asymmetry 0.924 gives the
+// measured share of backscatter, 0.018.
+Medium PetzoldWater(double absorption_per_m, double scattering_per_m) {
+  Medium medium;
+  medium.absorption_per_m = absorption_per_m + Rgb(0.235, 0, -0.03);
+  medium.scattering_per_m = Rgb::Constant(scattering_per_m);
+  medium.asymmetry = Rgb::Constant(0.924);
+  return medium;
+}
+
+Medium BackgroundMedium(const WaterParams& params) {
+  switch (params.background) {
+    case Background::kPure:
+      return {.absorption_per_m = Rgb(0.28, 0.045, 0.015)};  // Pope & Fry 1997
+    case Background::kClear:
+      return PetzoldWater(0.114, 0.037);
+    case Background::kCoastal:
+      return PetzoldWater(0.179, 0.219);
+    case Background::kHarbor:
+      return PetzoldWater(0.366, 1.824);
+    case Background::kCustom:
+      break;
+  }
+  return {.absorption_per_m = params.absorption_per_m,
+          .scattering_per_m = params.scattering_per_m,
+          .asymmetry = params.asymmetry};
+}
+
+}  // namespace
+
+Medium MakeMedium(const WaterParams& params) {
+  Medium medium = BackgroundMedium(params);
+  const Rgb milk =
+      params.scattering_scale * params.milk_ml_m3 * params.milk_scattering_m2_ml.array();
+  for (int k = 0; k < 3; ++k) {
+    const double total = medium.scattering_per_m[k] + milk[k];
+    if (total <= 0) continue;
+    medium.asymmetry[k] =
+        (medium.scattering_per_m[k] * medium.asymmetry[k] + milk[k] * params.milk_asymmetry[k]) /
+        total;
+    medium.scattering_per_m[k] = total;
+  }
+  return medium;
+}
+
+double HenyeyGreenstein(double g, double mu) {
+  const double x = 1 + g * g - 2 * g * mu;
+  return (1 - g * g) / (4 * kPi * x * std::sqrt(x));
+}
+
+double BeamPattern(const LampParams& beam, double cos_alpha) {
+  switch (beam.beam) {
+    case BeamShape::kIsotropic:
+      return 1;
+    case BeamShape::kCosine:
+      if (cos_alpha <= 0) return 0;
+      return beam.cosine_exponent == 1 ? cos_alpha : std::pow(cos_alpha, beam.cosine_exponent);
+    case BeamShape::kCone:
+      break;
+  }
+  const double alpha_rad = std::acos(std::clamp(cos_alpha, -1.0, 1.0));
+  const double x =
+      std::clamp((beam.cone_half_angle_rad - alpha_rad) / beam.cone_soft_rad, 0.0, 1.0);
+  return x * x * (3 - 2 * x);
+}
+
+Rgb VeilAlongRay(const Medium& medium, const Rgb& diffuse_per_m, const Lamp& lamp,
+                 const Eigen::Vector3d& p_HC, const Eigen::Vector3d& u_H, const Stretch& stretch,
+                 int samples) {
+  if (stretch.t1_m <= stretch.t0_m) return Rgb::Zero();
+  const Eigen::Vector3d p_CE_H = lamp.p_HE - p_HC;
+  const double foot_m = u_H.dot(p_CE_H);
+  // A ray through the lamp itself would see an endless veil.
+  const double h_m =
+      std::max(1e-4, std::sqrt(std::max(0.0, p_CE_H.squaredNorm() - foot_m * foot_m)));
+  const double phi0 = std::atan((stretch.t0_m - foot_m) / h_m);
+  const double phi1 = std::atan((stretch.t1_m - foot_m) / h_m);
+  const double step = (phi1 - phi0) / samples;
+  Rgb sum = Rgb::Zero();
+  for (int i = 0; i < samples; ++i) {
+    const double phi = phi0 + (i + 0.5) * step;
+    const double t_m = foot_m + h_m * std::tan(phi), r_m = h_m / std::cos(phi);
+    const Eigen::Vector3d e_H = (t_m * u_H - p_CE_H) / r_m;  // from the lamp to the point
+    const double pattern = BeamPattern(lamp.beam, lamp.axis_H.dot(e_H));
+    if (pattern > 0)
+      sum += pattern * Phase(medium, -e_H.dot(u_H)) * (-diffuse_per_m * (r_m + t_m)).exp();
+  }
+  return medium.scattering_per_m * lamp.beam.intensity_w_sr.array() * sum * (step / h_m);
+}
+
+double FluenceRatio(double q) {
+  const double x = std::clamp(q * q, 0.0, 1.0);
+  return x < 1e-6 ? 1 : 2 * (1 - std::sqrt(1 - x)) / x;
+}
+
+namespace {
+
+// Integrand of the halo over phi at offset h, without b I / h and exp(-G t_p). The light's way in
+// the water begins at the ball's surface. A disc's light falls off with the cosine of the angle
+// from its normal, which is that to the ray: none gets behind it.
+Rgb HaloIntegrand(const Medium& medium, const Rgb& diffuse_per_m, const Glow& glow, double h_m,
+                  double phi) {
+  const double cos_phi = std::cos(phi), sin_phi = std::sin(phi);
+  // (1 + sin) / cos, written so that it does not cancel on either side
+  const double path = sin_phi < 0 ? cos_phi / (1 - sin_phi) : (1 + sin_phi) / cos_phi;
+  const Rgb scattered = Phase(medium, -sin_phi);
+  if (glow.disc) return std::max(0.0, -sin_phi) * scattered * (-diffuse_per_m * h_m * path).exp();
+  return FluenceRatio(glow.radius_m * cos_phi / h_m) * scattered *
+         (-diffuse_per_m * (h_m * path - glow.radius_m)).exp();
+}
+
+}  // namespace
+
+Rgb HaloAlongRay(const Medium& medium, const Rgb& diffuse_per_m, const Glow& glow, double foot_m,
+                 double offset_m, const Stretch& lit, int samples) {
+  const double h_m = std::max(offset_m, glow.radius_m);
+  const double phi0 = std::atan((lit.t0_m - foot_m) / h_m),
+               phi1 = std::atan((lit.t1_m - foot_m) / h_m);
+  const double step = (phi1 - phi0) / samples;
+  if (step <= 0) return Rgb::Zero();
+  Rgb sum = Rgb::Zero();
+  for (int i = 0; i < samples; ++i)
+    sum += HaloIntegrand(medium, diffuse_per_m, glow, h_m, phi0 + (i + 0.5) * step);
+  return medium.scattering_per_m * glow.intensity_w_sr / h_m * (-diffuse_per_m * foot_m).exp() *
+         sum * step;
+}
+
+HaloTable::HaloTable(const Medium& medium, const Rgb& diffuse_per_m, const Glow& glow)
+    : radius_m_(glow.radius_m), diffuse_per_m_(diffuse_per_m) {
+  constexpr int kSubsteps = 4;
+  const auto phi_at = [](int j) {
+    const double w = -1 + 2.0 * j / (kPlaces - 1);
+    return std::abs(w) == 1 ? w * kPi / 2 : std::atan(w / (1 - std::abs(w)));
+  };
+  const Rgb scale = medium.scattering_per_m * glow.intensity_w_sr;
+  nodes_.reserve(kOffsets * kPlaces);
+  for (int i = 0; i < kOffsets; ++i) {
+    const double q = std::max(0.1, static_cast<double>(i)) / (kOffsets - 1);
+    Rgb sum = Rgb::Zero();
+    nodes_.push_back(Light::Zero());
+    for (int j = 1; j < kPlaces; ++j) {
+      const double phi0 = phi_at(j - 1), step = (phi_at(j) - phi0) / kSubsteps;
+      for (int k = 0; k < kSubsteps; ++k)
+        sum += step *
+               HaloIntegrand(medium, diffuse_per_m, glow, radius_m_ / q, phi0 + (k + 0.5) * step);
+      nodes_.push_back(LightOf(scale * sum));
+    }
+  }
+}
+
+Rgb HaloTable::At(double foot_m, double offset_m, const Stretch& lit, const Stretch& dark) const {
+  const double h_m = std::max(offset_m, radius_m_), q = radius_m_ / h_m;
+  const auto up_to = [&](double t_m) -> Rgb {
+    const double s_m = t_m - foot_m;
+    const double w = std::isinf(s_m) ? 1.0 : s_m / (h_m + std::abs(s_m));
+    return Cumulative(static_cast<float>(q), static_cast<float>(w)).head<3>().cast<double>();
+  };
+  Rgb sum = up_to(lit.t1_m) - up_to(lit.t0_m);
+  if (dark.t1_m > dark.t0_m) sum -= up_to(dark.t1_m) - up_to(dark.t0_m);
+  return sum.max(0.0) / h_m * (-diffuse_per_m_ * foot_m).exp();
+}
+
+VeilTable::VeilTable(const Medium& medium, const Rgb& diffuse_per_m, const std::vector<Lamp>& lamps,
+                     double port_m, const CameraIntrinsics& camera, const Pose& X_HC)
+    : stride_px_(std::max(1, camera.width_px / kColumns)),
+      columns_((camera.width_px - 1) / stride_px_ + 2),
+      rows_((camera.height_px - 1) / stride_px_ + 2) {
+  constexpr int kSamples = 4;
+  const Eigen::Matrix3d R_HC = X_HC.R();
+  nodes_.reserve(static_cast<size_t>(rows_) * columns_ * kRanges);
+  for (int row = 0; row < rows_; ++row)
+    for (int column = 0; column < columns_; ++column) {
+      const Eigen::Vector3d u_H =
+          R_HC * camera.RayAt(column * stride_px_, row * stride_px_).normalized();
+      Rgb sum = Rgb::Zero();
+      double t0_m = port_m;
+      for (int k = 0; k < kRanges; ++k) {
+        const double t1_m = kNear_m * std::exp2(static_cast<double>(k) / kNodesPerOctave);
+        for (const Lamp& lamp : lamps)
+          sum += VeilAlongRay(medium, diffuse_per_m, lamp, X_HC.p, u_H, {t0_m, t1_m}, kSamples);
+        nodes_.push_back(LightOf(sum));
+        t0_m = std::max(t0_m, t1_m);
+      }
+    }
+}
+
+}  // namespace turbidock::light

@@ -1,0 +1,395 @@
+#include "sim/light/water.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "sim/base/check.h"
+
+namespace turbidock::light {
+namespace {
+
+// Whole vectors of points are computed: the last one is repeated to fill them.
+constexpr int kVector = 16;
+// Distance of the pixels that are metered: half of a ball's disc at 1 m in the default rig.
+constexpr int kMeter_px = 10;
+
+void Load(const LightPoint& point, int i, PointBatch* batch) {
+  batch->u_px[i] = point.u;
+  batch->v_px[i] = point.v;
+  batch->depth_m[i] = point.depth_m;
+}
+
+void FillUp(int count, PointBatch* batch) {
+  batch->count = (count + kVector - 1) / kVector * kVector;
+  for (int i = count; i < batch->count; ++i) {
+    batch->u_px[i] = batch->u_px[count - 1];
+    batch->v_px[i] = batch->v_px[count - 1];
+    batch->depth_m[i] = batch->depth_m[count - 1];
+  }
+}
+
+}  // namespace
+
+class Water::SurfaceSource final : public TiledLight::Source {
+ public:
+  SurfaceSource(Water* water, const Eye* eye) : water_(water), eye_(eye) {}
+  void Shine(std::span<const LightPoint> points, Light* light) override {
+    water_->ShineFromSurfaces(*eye_, points, light);
+  }
+
+ private:
+  Water* water_;
+  const Eye* eye_;
+};
+
+class Water::WaterSource final : public TiledLight::Source {
+ public:
+  WaterSource(Water* water, const Eye* eye) : water_(water), eye_(eye) {}
+  void Shine(std::span<const LightPoint> points, Light* light) override {
+    water_->ShineFromWater(*eye_, points, light);
+  }
+
+ private:
+  Water* water_;
+  const Eye* eye_;
+};
+
+Water::Water(const OpticsParams& params, const StereoRig& rig, const SurfaceTable& surfaces,
+             const std::vector<Pose>& X_HE)
+    : batch_{}, params_(params), surfaces_(surfaces) {
+  CheckFields(params_, "optics");
+  medium_ = MakeMedium(params_.water);
+  const Rgb diffuse_per_m = medium_.Diffuse(params_.water.multiple_scattering);
+  extinction_per_m_ = medium_.extinction_per_m().cast<float>();
+  diffuse_per_m_ = diffuse_per_m.cast<float>();
+  scatters_ = medium_.scattering_per_m.maxCoeff() > 0;
+
+  if (params_.lamps.enabled)
+    for (const Pose& X_HLamp : X_HE)
+      lamps_.push_back({X_HLamp.p, X_HLamp.q * Eigen::Vector3d::UnitX(), params_.lamps});
+
+  const auto add_eye = [&](const CameraIntrinsics& camera, const Pose& X_HC) {
+    eyes_.push_back({camera, X_HC, RayFrame(camera, X_HC), {}, {}, {}, {}});
+    if (scatters_ && !lamps_.empty())
+      eyes_.back().veil.emplace(medium_, diffuse_per_m, lamps_, params_.water.port_m, camera, X_HC);
+  };
+  add_eye(rig.left, rig.X_HL);
+  add_eye(rig.right, rig.X_HR);
+
+  const BallLightParams& lights = params_.ball_lights;
+  if (lights.enabled) {
+    for (size_t i = 0; i < lights.balls.size(); ++i) {
+      const BallLight& light = lights.balls[i];
+      LitBall ball;
+      ball.geom = surfaces_.Find("ball_" + light.name);
+      if (ball.geom < 0 || surfaces_[ball.geom].shape != Shape::kSphere)
+        throw ConfigError("ball_lights.balls[" + std::to_string(i) + "].name",
+                          "the scene has no sphere ball_" + light.name);
+      const Rgb color = light.current_factor * light.color.array();
+      const Rgb rim_w_m2_sr = lights.rim_radiance_w_m2_sr * color;
+      const Rgb core_w_m2_sr = lights.core_radiance_w_m2_sr * color;
+      ball.disc = {rim_w_m2_sr.cast<float>(), core_w_m2_sr.cast<float>(),
+                   static_cast<float>(lights.core_width_m)};
+      // I = Int L dA over the disc
+      const double radius_m = surfaces_[ball.geom].size_m[0];
+      const double two_var_m2 = 2 * lights.core_width_m * lights.core_width_m;
+      ball.glow.radius_m = radius_m;
+      ball.glow.intensity_w_sr =
+          std::numbers::pi *
+          (radius_m * radius_m * rim_w_m2_sr +
+           two_var_m2 * (1 - std::exp(-radius_m * radius_m / two_var_m2)) * core_w_m2_sr);
+      if (scatters_) {
+        auto halo = std::find_if(halos_.begin(), halos_.end(),
+                                 [&](const auto& known) { return known.first == radius_m; });
+        if (halo == halos_.end()) {
+          const Glow unit{.radius_m = radius_m, .intensity_w_sr = Rgb::Ones()};
+          halos_.emplace_back(radius_m, HaloTable(medium_, diffuse_per_m, unit));
+          halo = std::prev(halos_.end());
+        }
+        ball.halo = static_cast<size_t>(halo - halos_.begin());
+      }
+      lit_balls_.push_back(ball);
+    }
+  }
+
+  for (int geom = 0; geom < surfaces_.size(); ++geom)
+    if (surfaces_[geom].casts_shadow) {
+      casters_.push_back(geom);
+      if (surfaces_[geom].shape == Shape::kBox && shadow_box_ < 0) shadow_box_ = geom;
+    }
+  placed_.resize(static_cast<size_t>(surfaces_.size()));
+  first_of_surface_.reserve(static_cast<size_t>(surfaces_.size()) + 2);
+  order_.reserve(static_cast<size_t>(rig.left.width_px) * rig.left.height_px);
+  if (scatters_ && !lamps_.empty() && params_.water.surface_halos)
+    reflectors_ = Reflectors(surfaces_, medium_, diffuse_per_m);
+}
+
+StereoRegion Water::whole() const {
+  return {{0, 0, eyes_[0].camera.width_px, eyes_[0].camera.height_px},
+          {0, 0, eyes_[1].camera.width_px, eyes_[1].camera.height_px}};
+}
+
+StereoRegion Water::Seen(const StereoRegion& region) const {
+  // A tile's far corner is the next one's first pixel.
+  const auto grown = [&](const PixelRegion& r, const CameraIntrinsics& camera) -> PixelRegion {
+    const PixelRegion tiles = WholeTiles(r, camera);
+    return {tiles.column_begin, tiles.row_begin, std::min(tiles.column_end + 1, camera.width_px),
+            std::min(tiles.row_end + 1, camera.height_px)};
+  };
+  return {grown(region.left, eyes_[0].camera), grown(region.right, eyes_[1].camera)};
+}
+
+PixelRegion Water::WholeTiles(const PixelRegion& region, const CameraIntrinsics& camera) const {
+  if (region.empty()) return {};
+  const int most_px = 2 * params_.shading.tile_px;
+  const int tile_px = std::max(SurfacePyramid::kCell_px,
+                               static_cast<int>(std::bit_floor(static_cast<unsigned>(most_px))));
+  const auto down = [&](int x) { return x / tile_px * tile_px; };
+  const auto up = [&](int x) { return (x + tile_px - 1) / tile_px * tile_px; };
+  return {down(region.column_begin), down(region.row_begin),
+          std::min(up(region.column_end), camera.width_px),
+          std::min(up(region.row_end), camera.height_px)};
+}
+
+int64_t Water::points() const {
+  int64_t sum = 0;
+  for (const Eye& eye : eyes_) sum += eye.surface_light.points() + eye.water_light.points();
+  return sum;
+}
+
+void Water::Apply(const view::RenderedStereo& rendered, RadianceStereo* out) {
+  Prepare(rendered, whole());
+  out->tick = rendered.tick;
+  const auto paint = [&](int view, Image3f* image) {
+    const CameraIntrinsics& camera = eyes_[static_cast<size_t>(view)].camera;
+    image->Resize(camera.width_px, camera.height_px);
+    for (int v = 0; v < camera.height_px; v += TiledLight::kBandRows)
+      PaintRows(view, v, std::min(v + TiledLight::kBandRows, camera.height_px), image->row(v));
+  };
+  paint(0, &out->left);
+  paint(1, &out->right);
+}
+
+void Water::Prepare(const view::RenderedStereo& rendered, const StereoRegion& region) {
+  Place(rendered.X_WH);
+  reflectors_.Illuminate(surfaces_, placed_, lamps_, casters_, &batch_);
+  PrepareView(rendered.left, region.left, &eyes_[0]);
+  PrepareView(rendered.right, region.right, &eyes_[1]);
+}
+
+double Water::MeanRadiance(const view::RenderedStereo& rendered) {
+  double sum = 0;
+  size_t count = 0;
+  std::vector<LightPoint>& points = metered_;
+  for (size_t i = 0; i < eyes_.size(); ++i) {
+    const view::RenderedView& view = i == 0 ? rendered.left : rendered.right;
+    points.clear();
+    for (int v = kMeter_px / 2; v < view.surface.height(); v += kMeter_px)
+      for (int u = kMeter_px / 2; u < view.surface.width(); u += kMeter_px)
+        points.push_back({static_cast<uint16_t>(u), static_cast<uint16_t>(v),
+                          *view.surface.at(u, v), *view.depth_m.at(u, v)});
+    metered_light_.assign(points.size(), Light::Zero());
+    const auto add = [&] {
+      for (const Light& light : metered_light_) sum += static_cast<double>(light.head<3>().sum());
+    };
+    ShineFromSurfaces(eyes_[i], points, metered_light_.data());
+    add();
+    if (scatters_) {
+      ShineFromWater(eyes_[i], points, metered_light_.data());
+      add();
+    }
+    count += 3 * points.size();
+  }
+  return count > 0 ? sum / static_cast<double>(count) : 0;
+}
+
+void Water::IrradianceFromAllSides(std::span<const Eigen::Vector3f> p_HQ,
+                                   std::span<Eigen::Array3f> out_w_m2) {
+  PointBatch& batch = batch_;
+  for (size_t begin = 0; begin < p_HQ.size(); begin += PointBatch::kSize) {
+    const auto part = p_HQ.subspan(begin, std::min<size_t>(PointBatch::kSize, p_HQ.size() - begin));
+    const int count = static_cast<int>(part.size());
+    FillUp(count, &batch);
+    for (int i = 0; i < batch.count; ++i) {
+      const Eigen::Vector3f& p = part[static_cast<size_t>(std::min(i, count - 1))];
+      batch.x_m[i] = p.x(), batch.y_m[i] = p.y(), batch.z_m[i] = p.z();
+    }
+    for (auto* channel : {batch.red, batch.green, batch.blue})
+      std::fill_n(channel, batch.count, 0.0f);
+    const auto face = [&](const Eigen::Vector3f& p_HSource) {
+      for (int i = 0; i < batch.count; ++i) {
+        const Eigen::Vector3f normal =
+            (p_HSource - Eigen::Vector3f(batch.x_m[i], batch.y_m[i], batch.z_m[i])).normalized();
+        batch.normal_x[i] = normal.x();
+        batch.normal_y[i] = normal.y();
+        batch.normal_z[i] = normal.z();
+      }
+    };
+    for (const Lamp& lamp : lamps_) {
+      const Eigen::Vector3f p_HE = lamp.p_HE.cast<float>();
+      face(p_HE);
+      CastShadows(-1, -1, p_HE, &batch);
+      AddLampIrradiance(lamp, diffuse_per_m_, &batch);
+    }
+    for (const LitBall& ball : lit_balls_) {
+      const Eigen::Vector3f& p_HBall = placed_[static_cast<size_t>(ball.geom)].p_HS;
+      face(p_HBall);
+      CastShadows(-1, ball.geom, p_HBall, &batch);
+      AddBallIrradiance(ball.glow, diffuse_per_m_, p_HBall, &batch);
+    }
+    for (int i = 0; i < count; ++i)
+      out_w_m2[begin + static_cast<size_t>(i)] = {batch.red[i], batch.green[i], batch.blue[i]};
+  }
+}
+
+void Water::PaintRows(int view, int row_begin, int row_end, float* rgb) const {
+  const Eye& eye = eyes_[static_cast<size_t>(view)];
+  using Mode = TiledLight::Mode;
+  if (scatters_) eye.water_light.Paint(row_begin, row_end, Mode::kWrite, rgb);
+  eye.surface_light.Paint(row_begin, row_end, scatters_ ? Mode::kAdd : Mode::kWrite, rgb);
+}
+
+void Water::Place(const Pose& X_WH) {
+  const Pose X_HW = X_WH.Inverse();
+  for (int geom = 0; geom < surfaces_.size(); ++geom) {
+    const Surface& surface = surfaces_[geom];
+    const Pose X_HS = surface.on_vehicle ? surface.X_AS : X_HW * surface.X_AS;
+    placed_[static_cast<size_t>(geom)] = {X_HS.R().cast<float>(), X_HS.p.cast<float>()};
+  }
+}
+
+void Water::PrepareView(const view::RenderedView& view, const PixelRegion& region, Eye* eye) {
+  const int width = eye->camera.width_px, height = eye->camera.height_px;
+  TD_CHECK(view.surface.width() == width && view.surface.height() == height &&
+               view.depth_m.width() == width && view.depth_m.height() == height,
+           "the rendered view has another size than the rig's camera");
+  const ShadingParams& shading = params_.shading;
+  const int tile_px = shading.tile_px;
+  eye->pyramid.Build(view.surface, WholeTiles(region, eye->camera));
+  TileRules rules{.largest_px = tile_px,
+                  .mixed_px = 0,
+                  .nothing_is_dark = true,
+                  .relative_tolerance = static_cast<float>(shading.relative_tolerance),
+                  .absolute_tolerance = static_cast<float>(shading.absolute_tolerance_w_m2_sr)};
+  SurfaceSource surfaces(this, eye);
+  eye->surface_light.Spread(view.surface, view.depth_m, eye->pyramid, region, rules, &surfaces);
+  if (!scatters_) return;
+  // apart, because it is smooth where surfaces are not: it depends on their distance only
+  rules.largest_px = tile_px > 1 ? 2 * tile_px : 1;
+  rules.mixed_px = tile_px / 2;
+  rules.nothing_is_dark = false;
+  WaterSource water(this, eye);
+  eye->water_light.Spread(view.surface, view.depth_m, eye->pyramid, region, rules, &water);
+}
+
+// What comes straight from surfaces, attenuated after Beer and Lambert. Batches of one surface
+// each.
+void Water::ShineFromSurfaces(const Eye& eye, std::span<const LightPoint> points, Light* light) {
+  std::vector<int>& first = first_of_surface_;
+  first.assign(static_cast<size_t>(surfaces_.size()) + 2, 0);
+  for (const LightPoint& point : points) ++first[point.surface + 1u];
+  for (size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
+  order_.resize(points.size());
+  for (size_t i = 0; i < points.size(); ++i)
+    order_[static_cast<size_t>(first[points[i].surface]++)] = static_cast<int>(i);
+  // now first[id] is where the points of `id` end
+
+  for (int i = 0; i < first[0]; ++i) light[order_[static_cast<size_t>(i)]].setZero();
+  for (int geom = 0; geom < surfaces_.size(); ++geom) {
+    const int end = first[static_cast<size_t>(geom) + 1];
+    for (int begin = first[static_cast<size_t>(geom)]; begin < end; begin += PointBatch::kSize) {
+      const int count = std::min(end - begin, PointBatch::kSize);
+      const int* index = &order_[static_cast<size_t>(begin)];
+      for (int i = 0; i < count; ++i) Load(points[static_cast<size_t>(index[i])], i, &batch_);
+      FillUp(count, &batch_);
+      ShineFromSurface(eye, geom, &batch_);
+      for (int i = 0; i < count; ++i)
+        light[index[i]] = Light(batch_.red[i], batch_.green[i], batch_.blue[i], 0);
+    }
+  }
+}
+
+void Water::ShineFromSurface(const Eye& eye, int geom, PointBatch* batch) const {
+  const Surface& surface = surfaces_[geom];
+  FindRays(eye.rays, batch);
+  FindNormals(surface, placed_[static_cast<size_t>(geom)], batch);
+  std::fill_n(batch->red, batch->count, 0.0f);
+  std::fill_n(batch->green, batch->count, 0.0f);
+  std::fill_n(batch->blue, batch->count, 0.0f);
+  for (const Lamp& lamp : lamps_) {
+    CastShadows(geom, -1, lamp.p_HE.cast<float>(), batch);
+    AddLampIrradiance(lamp, diffuse_per_m_, batch);
+  }
+  const LitBall* lit = nullptr;
+  for (const LitBall& ball : lit_balls_) {
+    if (ball.geom == geom) {
+      lit = &ball;
+      continue;
+    }
+    const Eigen::Vector3f& p_HBall = placed_[static_cast<size_t>(ball.geom)].p_HS;
+    CastShadows(geom, ball.geom, p_HBall, batch);
+    AddBallIrradiance(ball.glow, diffuse_per_m_, p_HBall, batch);
+  }
+  Scale(surface.albedo.cast<float>().array() / std::numbers::pi_v<float>, batch);
+  if (lit != nullptr)
+    AddBallDisc(lit->disc, eye.rays, placed_[static_cast<size_t>(geom)].p_HS, batch);
+  Attenuate(extinction_per_m_, batch);
+}
+
+// Whether the marker stands between lit points and the light. Convex surfaces do not shade
+// themselves.
+void Water::CastShadows(int lit_geom, int source_geom, const Eigen::Vector3f& p_HSource,
+                        PointBatch* batch) const {
+  std::fill_n(batch->visible, batch->count, 1.0f);
+  for (const int geom : casters_)
+    if (geom != lit_geom && geom != source_geom)
+      CastShadow(surfaces_[geom], placed_[static_cast<size_t>(geom)], p_HSource, batch);
+}
+
+// What the water on the way scatters into rays.
+void Water::ShineFromWater(const Eye& eye, std::span<const LightPoint> points, Light* light) {
+  PointBatch& batch = batch_;
+  for (size_t begin = 0; begin < points.size(); begin += PointBatch::kSize) {
+    const int count =
+        static_cast<int>(std::min(points.size() - begin, static_cast<size_t>(PointBatch::kSize)));
+    for (int i = 0; i < count; ++i) Load(points[begin + static_cast<size_t>(i)], i, &batch);
+    FillUp(count, &batch);
+    FindRays(eye.rays, &batch);
+    Light* out = light + begin;
+    if (eye.veil)
+      for (int i = 0; i < count; ++i)
+        out[i] = eye.veil->At(batch.u_px[i], batch.v_px[i], batch.range_m[i]);
+    else
+      std::fill_n(out, count, Light::Zero());
+    reflectors_.AddHalos(eye.rays, count, &batch, out);
+    for (const LitBall& ball : lit_balls_) {
+      const PlacedSurface& placed = placed_[static_cast<size_t>(ball.geom)];
+      // not lit: what the marker's box hides from the ball
+      std::optional<BoxShadow> shadow;
+      if (shadow_box_ >= 0) {
+        const PlacedSurface& box = placed_[static_cast<size_t>(shadow_box_)];
+        const Eigen::Matrix3d R_HS = box.R_HS.cast<double>();
+        const auto in_box = [&](const Eigen::Vector3f& p_HQ) -> Eigen::Vector3d {
+          return R_HS.transpose() * (p_HQ - box.p_HS).cast<double>();
+        };
+        shadow.emplace(surfaces_[shadow_box_], R_HS, in_box(placed.p_HS), in_box(eye.rays.p_HC));
+      }
+      PassBall(eye.rays, placed.p_HS, ball.glow, diffuse_per_m_, shadow ? &*shadow : nullptr,
+               &batch);
+      const HaloTable& halo = halos_[ball.halo].second;
+      for (int i = 0; i < count; ++i) {
+        const float q = batch.offset_q[i];
+        Light sum = halo.Cumulative(q, batch.end_w[i]) - halo.Cumulative(q, batch.begin_w[i]);
+        if (batch.dark_begin_w[i] != batch.dark_end_w[i])
+          sum -=
+              halo.Cumulative(q, batch.dark_end_w[i]) - halo.Cumulative(q, batch.dark_begin_w[i]);
+        out[i] += sum.max(0.0f) * Light(batch.red[i], batch.green[i], batch.blue[i], 0);
+      }
+    }
+  }
+}
+
+}  // namespace turbidock::light

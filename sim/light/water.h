@@ -1,0 +1,119 @@
+#pragma once
+// The water model: turns visibility (sim/view/rendered.h) into the linear radiance that reaches the
+// cameras. Deferred shading: position, normal and albedo of a pixel are known, all light is
+// computed here.
+//
+// Per pixel at range r, per channel, with a, b, c, G as in sim/light/scattering.h:
+//   L = exp(-c r) (L_emitted + albedo / pi (E_lamps + E_balls)) + veil of the lamps + halos of the
+//   balls, of marker and station in the lamps' light.
+// Light's way to a surface is attenuated with G, since scattering by small angles still lights a
+// surface; its way to the camera with c, since it no longer makes an image (it makes veil and
+// halo).
+//
+// The marker's shadow is cut out of the lamps' light on surfaces and (the box's only) out of the
+// halos. Left out: shadows in the veil, halos of far walls and of surfaces in the balls' light,
+// light between surfaces.
+//
+// Light is computed at few pixels, many at a time (sim/light/point_batch.h), and spread from there over
+// tiles (sim/light/tiles.h).
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "sim/base/camera.h"
+#include "sim/base/image.h"
+#include "sim/light/optics_params.h"
+#include "sim/light/point_batch.h"
+#include "sim/light/radiance.h"
+#include "sim/light/reflectors.h"
+#include "sim/light/scattering.h"
+#include "sim/light/surfaces.h"
+#include "sim/light/tiles.h"
+#include "sim/view/rendered.h"
+
+namespace turbidock::light {
+
+class Water {
+ public:
+  // X_HE: poses of the lamps in the head, beam along x. Checks the parameters, and that every lit
+  // ball is a sphere named "ball_..." in the table (ConfigError).
+  Water(const OpticsParams& params, const StereoRig& rig, const SurfaceTable& surfaces,
+        const std::vector<Pose>& X_HE);
+
+  // The radiance of both images. Allocates only when `out` does not have their size.
+  void Apply(const view::RenderedStereo& rendered, RadianceStereo* out);
+
+  // The same a band of rows at a time, which stays in cache until the sensor has it: after Prepare,
+  // PaintRows writes rows [row_begin, row_end) of one camera (0 left, 1 right), interleaved R, G,
+  // B. Row_begin is a multiple of TiledLight::kBandRows, of which at most as many are painted. Only
+  // pixels in the region are sure to be written; they are the same whatever the region.
+  void Prepare(const view::RenderedStereo& rendered, const StereoRegion& region);
+  void PaintRows(int view, int row_begin, int row_end, float* rgb) const;
+
+  // Of the instant prepared last:
+  // Mean radiance over all channels of both views, from a lattice of pixels. Needs whole views.
+  double MeanRadiance(const view::RenderedStereo& rendered);
+
+  // Irradiance of small things in the water, from all sides, of lamps and lit balls [W/m^2 each
+  // channel].
+  void IrradianceFromAllSides(std::span<const Eigen::Vector3f> p_HQ,
+                              std::span<Eigen::Array3f> out_w_m2);
+
+  // All pixels of both cameras.
+  StereoRegion whole() const;
+  // What Prepare looks at of the rendered views: the region, grown to whole tiles.
+  StereoRegion Seen(const StereoRegion& region) const;
+  // Points at which light was computed for the images prepared last.
+  int64_t points() const;
+  const Medium& medium() const { return medium_; }
+
+ private:
+  struct Eye {
+    CameraIntrinsics camera;
+    Pose X_HC;
+    RayFrame rays;
+    std::optional<VeilTable> veil;  // none with the lamps off or nothing that scatters
+    SurfacePyramid pyramid;
+    TiledLight surface_light, water_light;
+  };
+  struct LitBall {
+    int geom = -1;
+    Glow glow;
+    BallDisc disc;
+    size_t halo = 0;  // in halos_, if something scatters
+  };
+  class SurfaceSource;
+  class WaterSource;
+
+  PixelRegion WholeTiles(const PixelRegion& region, const CameraIntrinsics& camera) const;
+  void Place(const Pose& X_WH);
+  void PrepareView(const view::RenderedView& view, const PixelRegion& region, Eye* eye);
+  void ShineFromSurfaces(const Eye& eye, std::span<const LightPoint> points, Light* light);
+  void ShineFromSurface(const Eye& eye, int geom, PointBatch* batch) const;
+  void ShineFromWater(const Eye& eye, std::span<const LightPoint> points, Light* light);
+  void CastShadows(int lit_geom, int source_geom, const Eigen::Vector3f& p_HSource,
+                   PointBatch* batch) const;
+
+  PointBatch batch_;
+  OpticsParams params_;
+  SurfaceTable surfaces_;
+  Medium medium_;
+  Eigen::Array3f extinction_per_m_, diffuse_per_m_;
+  bool scatters_ = false;
+  std::vector<Lamp> lamps_;  // empty when off
+  std::vector<LitBall> lit_balls_;
+  std::vector<std::pair<double, HaloTable>> halos_;  // of unit intensity, by the ball's radius
+  Reflectors reflectors_;  // none with the lamps off or nothing that scatters
+  std::vector<int> casters_;
+  int shadow_box_ = -1;  // the geom that casts shadows in halos, -1: none
+  std::vector<Eye> eyes_;
+  std::vector<PlacedSurface> placed_;          // by geom id, at the current instant
+  std::vector<int> first_of_surface_, order_;  // points sorted by surface
+  std::vector<LightPoint> metered_;
+  std::vector<Light> metered_light_;
+};
+
+}  // namespace turbidock::light

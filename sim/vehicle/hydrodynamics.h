@@ -1,0 +1,134 @@
+#pragma once
+// Fossen's six-degree-of-freedom model of a body in moving water: added mass with its Coriolis and
+// centripetal terms, damping, buoyancy, and the forces of water that accelerates. Pure functions.
+//
+// T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control (2011), chapters 6 to 8.
+// Order of the 6-vectors and matrices is SNAME's (surge, sway, heave, roll, pitch, yaw: linear part
+// first), about B's origin and along B's axes; B is x forward, y left, z up, so a coefficient that
+// couples an odd number of {sway, heave, pitch, yaw} has the opposite sign of one given for axes
+// with y to starboard and z down.
+//
+// The rigid body itself (mass, weight, its own Coriolis terms, contacts) is MuJoCo's.
+
+#include <Eigen/Core>
+#include <array>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sim/base/fields.h"
+#include "sim/base/pose.h"
+
+namespace turbidock::vehicle {
+
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+enum class Dof { kSurge, kSway, kHeave, kRoll, kPitch, kYaw };
+
+// One element off the diagonal of a 6 x 6 matrix.
+struct MatrixEntry {
+  Dof row = Dof::kSurge, column = Dof::kSway;
+  double value = 0;
+
+  static void Fields(auto& self, auto&& field) {
+    field("row", self.row, Finite(), "force or moment");
+    field("column", self.column, Finite(), "velocity or acceleration that causes it");
+    field("value", self.value, Finite(), "SI units of that element");
+  }
+};
+
+// Positive values resist the motion: added mass is M_A = -(X_udot, ...), damping is D = -(X_u, ...)
+// and D_q = -(X_|u|u, ...). Sources of the numbers: models/vehicle.yaml.
+struct HydrodynamicsParams {
+  double water_density_kg_m3 = 1025;
+  double displaced_volume_m3 = 0.014654;
+  Eigen::Vector3d p_BBcb_m{0, 0, 0.03};
+  double hull_height_m = 0.31;
+  Vector6d added_mass_diagonal = (Vector6d() << 6, 10, 9, 0.03, 0.03, 0.05).finished();
+  std::vector<MatrixEntry> added_mass_coupling;
+  Vector6d linear_damping_diagonal = (Vector6d() << 5, 6, 8, 0.1, 0.15, 0.07).finished();
+  std::vector<MatrixEntry> linear_damping_coupling;
+  Vector6d quadratic_damping_diagonal = (Vector6d() << 55, 90, 70, 0.1, 0.15, 0.2).finished();
+  std::vector<MatrixEntry> quadratic_damping_coupling;
+
+  static void Fields(auto& self, auto&& field) {
+    field("water_density_kg_m3", self.water_density_kg_m3, InRange(0, 2000), "");
+    field("displaced_volume_m3", self.displaced_volume_m3, InRange(0, 1e3),
+          "volume of water that the submerged vehicle displaces");
+    field("p_BBcb_m", self.p_BBcb_m, InRange(-10, 10), "centre of buoyancy in B");
+    field("hull_height_m", self.hull_height_m, InRange(1e-3, 100),
+          "buoyancy falls linearly to zero while this height leaves the water");
+    field("added_mass_diagonal", self.added_mass_diagonal, AtLeast(0),
+          "surge, sway, heave [kg], roll, pitch, yaw [kg m^2]");
+    field(
+        "added_mass_coupling", self.added_mass_coupling, Finite(),
+        "elements off the diagonal [kg, kg m, kg m^2]; both halves, the matrix must be symmetric");
+    field("linear_damping_diagonal", self.linear_damping_diagonal, AtLeast(0),
+          "surge, sway, heave [N s/m], roll, pitch, yaw [N m s]");
+    field("linear_damping_coupling", self.linear_damping_coupling, Finite(),
+          "elements off the diagonal");
+    field("quadratic_damping_diagonal", self.quadratic_damping_diagonal, AtLeast(0),
+          "surge, sway, heave [N s^2/m^2], roll, pitch, yaw [N m s^2]");
+    field("quadratic_damping_coupling", self.quadratic_damping_coupling, Finite(),
+          "elements off the diagonal; multiply |v| v of their column");
+  }
+
+  // Refuses an asymmetric added mass and damping that could feed energy into the vehicle.
+  void Check(const std::string& path) const;
+};
+
+// The parameters as matrices, ready for use.
+struct HydroModel {
+  explicit HydroModel(const HydrodynamicsParams& params);
+
+  Matrix6d added_mass, linear_damping, quadratic_damping;
+  double water_density_kg_m3, displaced_volume_m3, hull_height_m;
+  Eigen::Vector3d p_BBcb;
+};
+
+// The vehicle and the water around it at one instant. The water is taken as uniform over the
+// vehicle's length: waves are long against it.
+struct BodyInWater {
+  Pose X_WB{};
+  Twist V_WB_B{};
+  Eigen::Vector3d water_v_W = Eigen::Vector3d::Zero();  // of the water, at the centre of buoyancy
+  Eigen::Vector3d water_a_W = Eigen::Vector3d::Zero();  // its acceleration
+  Eigen::Vector3d gravity_W = Eigen::Vector3d::Zero();
+};
+
+// Wrenches on the vehicle at B's origin, expressed in B, by cause. To be used with the equation of
+// motion in MuJoCo's coordinates of a free joint (linear acceleration of B's origin in W, angular
+// acceleration in B) and with the added mass in its inertia matrix.
+struct HydroWrenches {
+  Wrench damping;
+  Wrench buoyancy;
+  // What is left of the added mass besides M_A times the acceleration above, and the pressure
+  // gradient of accelerating water: -C_A(v_r) v_r + M_A (w x v_r + du/dt) + rho V du/dt.
+  Wrench inertial;
+  Wrench frame;      // the part of `inertial` that only turns M_A with the body: M_A (w x v)
+  Vector6d v_rel_B;  // velocity relative to the water, SNAME order
+};
+
+HydroWrenches ComputeHydroWrenches(const HydroModel& model, const BodyInWater& body);
+
+// Share of the volume under water when the centre of buoyancy is at height z_m (0: surface).
+double SubmergedFraction(double z_m, double hull_height_m);
+
+// Potential energy of buoyancy, 0 with the centre of buoyancy at the surface.
+double BuoyancyPotential(const HydroModel& model, const Pose& X_WB, double gravity_mps2);
+
+}  // namespace turbidock::vehicle
+
+template <>
+struct turbidock::EnumNames<turbidock::vehicle::Dof> {
+  using Dof = turbidock::vehicle::Dof;
+  static constexpr auto kNames = std::to_array<std::pair<Dof, const char*>>({
+      {Dof::kSurge, "surge"},
+      {Dof::kSway, "sway"},
+      {Dof::kHeave, "heave"},
+      {Dof::kRoll, "roll"},
+      {Dof::kPitch, "pitch"},
+      {Dof::kYaw, "yaw"},
+  });
+};

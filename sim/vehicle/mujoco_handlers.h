@@ -1,0 +1,12 @@
+#pragma once
+// MuJoCo's words. By default it writes warnings and errors to MUJOCO_LOG.TXT in the working
+// directory.
+
+namespace turbidock::vehicle {
+
+// Makes MuJoCo leave the working directory alone: a warning is only counted (in mjData, where the
+// plant looks after every step), an error is printed on stderr and ends the program with exit code
+// 4. Process-wide, as MuJoCo's hooks are; calling it again changes nothing. LoadScene does.
+void InstallMujocoHandlers();
+
+}  // namespace turbidock::vehicle

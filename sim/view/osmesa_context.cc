@@ -1,0 +1,82 @@
+#include <GL/osmesa.h>
+
+#include <array>
+#include <cstdlib>
+
+#include "sim/base/check.h"
+#include "sim/view/gl_context.h"
+#include "sim/view/gl_library.h"
+
+namespace turbidock::view {
+namespace {
+
+// The functions of libOSMesa that we call.
+struct OsmesaLibrary {
+  decltype(&OSMesaCreateContextExt) CreateContextExt;
+  decltype(&OSMesaDestroyContext) DestroyContext;
+  decltype(&OSMesaMakeCurrent) MakeCurrent;
+  decltype(&OSMesaGetCurrentContext) GetCurrentContext;
+  decltype(&OSMesaGetProcAddress) GetProcAddress;
+};
+
+OsmesaLibrary OpenLibrary() {
+  void* library = OpenGlLibrary({"libOSMesa.so.8", "libOSMesa.so"}, "OSMesa", "libosmesa6");
+  OsmesaLibrary osmesa;
+  LoadSymbol(library, "OSMesaCreateContextExt", &osmesa.CreateContextExt);
+  LoadSymbol(library, "OSMesaDestroyContext", &osmesa.DestroyContext);
+  LoadSymbol(library, "OSMesaMakeCurrent", &osmesa.MakeCurrent);
+  LoadSymbol(library, "OSMesaGetCurrentContext", &osmesa.GetCurrentContext);
+  LoadSymbol(library, "OSMesaGetProcAddress", &osmesa.GetProcAddress);
+  return osmesa;
+}
+
+class OsmesaContext final : public GlContext {
+ public:
+  OsmesaContext() : osmesa_(OpenLibrary()) {
+    constexpr int kDepthBits = 24, kStencilBits = 8, kAccumulationBits = 0;
+    context_ =
+        osmesa_.CreateContextExt(OSMESA_RGBA, kDepthBits, kStencilBits, kAccumulationBits, nullptr);
+    if (context_ == nullptr) throw SimulatorFault("OSMesa cannot create an OpenGL context");
+    try {
+      MakeCurrent();
+      const auto get_string =
+          reinterpret_cast<const GLubyte* (*)(GLenum)>(osmesa_.GetProcAddress("glGetString"));
+      ShowToMujoco(reinterpret_cast<const void*>(osmesa_.GetProcAddress));
+      description_ = "OSMesa, " + GlText(get_string, GL_RENDERER) + ", OpenGL " +
+                     GlText(get_string, GL_VERSION);
+    } catch (...) {
+      osmesa_.DestroyContext(context_);
+      throw;
+    }
+  }
+  ~OsmesaContext() override { osmesa_.DestroyContext(context_); }
+  OsmesaContext(const OsmesaContext&) = delete;
+  OsmesaContext& operator=(const OsmesaContext&) = delete;
+
+  void MakeCurrent() override {
+    if (osmesa_.GetCurrentContext() == context_) return;
+    if (!osmesa_.MakeCurrent(context_, window_.data(), GL_UNSIGNED_BYTE, kWindowPx, kWindowPx))
+      throw SimulatorFault("OSMesa cannot make its OpenGL context current");
+  }
+  std::string description() const override { return description_; }
+  void (*Function(const char* name) const)() override { return osmesa_.GetProcAddress(name); }
+
+ private:
+  // A context needs a window's memory; we draw into framebuffers of our own, so a small one does.
+  static constexpr int kWindowPx = 16;
+
+  OsmesaLibrary osmesa_;
+  OSMesaContext context_ = nullptr;
+  std::array<unsigned char, 4 * kWindowPx * kWindowPx> window_{};
+  std::string description_;
+};
+
+}  // namespace
+
+std::unique_ptr<GlContext> MakeOsmesaContext() {
+  // llvmpipe reads this when the first context of the process is made.
+  setenv("LP_NUM_THREADS", "0", /*overwrite=*/1);
+  return std::make_unique<OsmesaContext>();
+}
+
+}  // namespace turbidock::view

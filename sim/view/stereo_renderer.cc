@@ -1,0 +1,145 @@
+#include "sim/view/stereo_renderer.h"
+
+#include <algorithm>
+#include <limits>
+#include <string>
+
+#include "sim/base/check.h"
+#include "sim/base/vector_clones.h"
+
+namespace turbidock::view {
+namespace {
+
+constexpr int kHiddenGroup = 3;  // geoms that take part in contacts only
+
+// More than the model's geoms ever need: MuJoCo drops what does not fit.
+int MaxDrawn(const mjModel& m) { return m.ngeom + m.nsite + 16; }
+
+float NearPlane(const mjModel& m) { return static_cast<float>(m.vis.map.znear * m.stat.extent); }
+
+// near / depth to depth; 0, where there is nothing, to infinity.
+TURBIDOCK_VECTOR_CLONES void DepthFromNearness(float near_m, int count, float* values) {
+  for (int i = 0; i < count; ++i) values[i] = near_m / values[i];
+}
+
+}  // namespace
+
+GlCanvas::GlCanvas(GlContext& context, const mjModel& model, int width_px, int height_px,
+                   const Quality& quality)
+    : context_(context), model_(model), viewport_{0, 0, width_px, height_px} {
+  context_.MakeCurrent();
+  mjv_defaultOption(&option_);
+  std::fill_n(option_.geomgroup, mjNGROUP, mjtByte{1});
+  option_.geomgroup[kHiddenGroup] = 0;
+  std::fill_n(option_.sitegroup, mjNGROUP, mjtByte{0});
+  std::fill_n(option_.actuatorgroup, mjNGROUP, mjtByte{0});
+  mjv_defaultScene(&scene_);
+  mjv_makeScene(&model_, &scene_, MaxDrawn(model_));
+
+  // Size and quality of the drawing are part of the model; the scene's own stays untouched.
+  const vehicle::MjModelPtr sized(mj_copyModel(nullptr, &model_));
+  sized->vis.global.offwidth = width_px;
+  sized->vis.global.offheight = height_px;
+  sized->vis.quality = quality;
+  mjr_defaultContext(&gl_);
+  mjr_makeContext(sized.get(), &gl_, mjFONTSCALE_100);
+  mjr_setBuffer(mjFB_OFFSCREEN, &gl_);
+  if (gl_.currentBuffer != mjFB_OFFSCREEN || gl_.offWidth != width_px ||
+      gl_.offHeight != height_px) {
+    mjr_freeContext(&gl_);
+    mjv_freeScene(&scene_);
+    throw SimulatorFault("OpenGL gives no offscreen buffer of " + std::to_string(width_px) + " x " +
+                         std::to_string(height_px) + " pixels (" + context_.description() + ")");
+  }
+}
+
+GlCanvas::~GlCanvas() {
+  context_.MakeCurrent();
+  mjr_freeContext(&gl_);
+  mjv_freeScene(&scene_);
+}
+
+void GlCanvas::Update(const mjData& data) {
+  // MuJoCo asks for mutable data only to borrow its stack and give it back.
+  mjv_updateScene(&model_, const_cast<mjData*>(&data), &option_, nullptr, nullptr, mjCAT_ALL,
+                  &scene_);
+}
+
+void GlCanvas::Draw(const mjData& data, int camera) {
+  mjvCamera fixed;
+  mjv_defaultCamera(&fixed);
+  fixed.type = mjCAMERA_FIXED;
+  fixed.fixedcamid = camera;
+  mjv_updateCamera(&model_, const_cast<mjData*>(&data), &fixed, &scene_);
+  context_.MakeCurrent();
+  mjr_setBuffer(mjFB_OFFSCREEN, &gl_);
+  mjr_render(viewport_, &scene_, &gl_);
+}
+
+void GlCanvas::Read(uint8_t* rgb, float* depth) { mjr_readPixels(rgb, depth, viewport_, &gl_); }
+
+StereoRenderer::StereoRenderer(GlContext& context, const vehicle::Scene& scene)
+    : scene_(scene),
+      near_m_(NearPlane(*scene.model)),
+      lister_(*scene.model, kHiddenGroup, near_m_),
+      canvas_(context, scene.rig.left.width_px, scene.rig.left.height_px, /*views=*/2, near_m_) {
+  TD_CHECK(scene.model->ngeom < std::numeric_limits<uint16_t>::max(),
+           "surface ids are 16 bits wide");
+}
+
+void StereoRenderer::Render(const mjData& data, int64_t tick, RenderedStereo* out,
+                            StageTimer* timer) {
+  const PixelRegion all = {0, 0, canvas_.width_px(), canvas_.height_px()};
+  Render(data, tick, {all, all}, out, timer);
+}
+
+void StereoRenderer::Render(const mjData& data, int64_t tick, const StereoRegion& region,
+                            RenderedStereo* out, StageTimer* timer) {
+  out->tick = tick;
+  out->X_WH = vehicle::SitePose(data, scene_.camera_head_site);
+  const auto draw = [&](int view, const CameraIntrinsics& camera, const Pose& X_HC,
+                        const PixelRegion& part) {
+    if (part.empty()) return;
+    lister_.List(data, camera, out->X_WH * X_HC, part, &list_);
+    canvas_.Draw(view, part, list_);
+  };
+  canvas_.Begin();
+  draw(0, scene_.rig.left, scene_.rig.X_HL, region.left);
+  draw(1, scene_.rig.right, scene_.rig.X_HR, region.right);
+  if (timer) canvas_.Finish();
+  Lap(timer, LoopStage::kRender);
+
+  Read(0, region.left, &out->left);
+  Read(1, region.right, &out->right);
+  canvas_.End();
+  Lap(timer, LoopStage::kReadBack);
+}
+
+void StereoRenderer::Read(int view, const PixelRegion& region, RenderedView* out) {
+  out->surface.Resize(canvas_.width_px(), canvas_.height_px());
+  out->depth_m.Resize(canvas_.width_px(), canvas_.height_px());
+  if (region.empty()) return;
+  canvas_.Read(view, region, &out->surface, &out->depth_m);
+  for (int v = region.row_begin; v < region.row_end; ++v)
+    DepthFromNearness(near_m_, region.width(), out->depth_m.at(region.column_begin, v));
+}
+
+SpectatorRenderer::SpectatorRenderer(GlContext& context, const vehicle::Scene& scene, int width_px,
+                                     int height_px)
+    : canvas_(context, *scene.model, width_px, height_px, scene.model->vis.quality),
+      rgb_(static_cast<size_t>(3) * width_px * height_px) {
+  canvas_.scene().flags[mjRND_FOG] = 1;
+}
+
+void SpectatorRenderer::Render(const mjData& data, int camera, Image3u8* out) {
+  canvas_.Update(data);
+  canvas_.Draw(data, camera);
+  canvas_.Read(rgb_.data(), nullptr);
+  const int width = canvas_.width_px(), height = canvas_.height_px();
+  out->Resize(width, height);
+  const size_t row = static_cast<size_t>(3) * width;
+  for (int v = 0; v < height; ++v)
+    std::copy_n(rgb_.data() + row * (height - 1 - v), row, out->row(v));
+}
+
+}  // namespace turbidock::view

@@ -1,0 +1,90 @@
+#pragma once
+// Pictures of a scene by OpenGL: what the two cameras see (surface and depth, no light) and a lit
+// view for people. A renderer keeps references to the GL context and the scene, which must outlive
+// it; any number of renderers may share a context. All run in the context's thread.
+
+#include <mujoco/mujoco.h>
+
+#include <cstdint>
+#include <vector>
+
+#include "sim/base/image.h"
+#include "sim/base/stage_timer.h"
+#include "sim/vehicle/scene.h"
+#include "sim/view/gl_context.h"
+#include "sim/view/rendered.h"
+#include "sim/view/surface_canvas.h"
+#include "sim/view/surface_list.h"
+
+namespace turbidock::view {
+
+// MuJoCo's list of things to draw and its GL objects, with an offscreen buffer of a fixed size.
+class GlCanvas {
+ public:
+  using Quality = decltype(mjVisual::quality);  // samples per pixel, shadow map, facets
+
+  GlCanvas(GlContext& context, const mjModel& model, int width_px, int height_px,
+           const Quality& quality);
+  ~GlCanvas();
+  GlCanvas(const GlCanvas&) = delete;
+  GlCanvas& operator=(const GlCanvas&) = delete;
+
+  // Lists what there is to draw at the computed positions in `data`.
+  void Update(const mjData& data);
+  // Draws the list as a fixed camera of the model sees it.
+  void Draw(const mjData& data, int camera);
+  // Copies the picture just drawn, bottom row first: RGB and, unless null, the GL depth.
+  void Read(uint8_t* rgb, float* depth);
+
+  mjvScene& scene() { return scene_; }
+  int width_px() const { return viewport_.width; }
+  int height_px() const { return viewport_.height; }
+
+ private:
+  GlContext& context_;
+  const mjModel& model_;
+  mjvOption option_;
+  mjvScene scene_;
+  mjrContext gl_;
+  mjrRect viewport_;
+};
+
+// What the stereo rig's cameras see: which geom at each pixel, and how far.
+class StereoRenderer {
+ public:
+  StereoRenderer(GlContext& context, const vehicle::Scene& scene);
+
+  // Draws both views at the computed positions in `data` (after mj_forward or a step's position
+  // stage). The images in `out` keep their memory from one frame to the next. A timer gets kRender
+  // and kReadBack, and with it OpenGL ends its work where it would else put it off to the
+  // read-back.
+  void Render(const mjData& data, int64_t tick, RenderedStereo* out, StageTimer* timer = nullptr);
+  // The same for a region only; other pixels of `out` stay as they are.
+  void Render(const mjData& data, int64_t tick, const StereoRegion& region, RenderedStereo* out,
+              StageTimer* timer = nullptr);
+
+ private:
+  void Read(int view, const PixelRegion& region, RenderedView* out);
+
+  const vehicle::Scene& scene_;
+  float near_m_;
+  SurfaceLister lister_;
+  SurfaceCanvas canvas_;
+  SurfaceList list_;
+};
+
+// A lit, antialiased picture with MuJoCo's own lights, textures and fog: for videos, not for
+// vision.
+class SpectatorRenderer {
+ public:
+  SpectatorRenderer(GlContext& context, const vehicle::Scene& scene, int width_px, int height_px);
+
+  // Draws what `camera` (a MuJoCo camera id, such as scene.spectator_camera) sees.
+  void Render(const mjData& data, int camera, Image3u8* out);
+
+ private:
+  GlCanvas canvas_;
+  std::vector<uint8_t> rgb_;
+};
+
+}  // namespace turbidock::view

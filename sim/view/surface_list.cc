@@ -1,0 +1,140 @@
+#include "sim/view/surface_list.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace turbidock::view {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kMargin_px = 1;  // more than what rounding and OpenGL's snapping of corners move
+
+// Clip coordinates (x, y, w) of a point in the optical frame are K p_CQ.
+Matrix3d ClipFromOptical(const CameraIntrinsics& camera) {
+  const double to_x = 2.0 / camera.width_px, to_y = 2.0 / camera.height_px;
+  Matrix3d K;
+  K << to_x * camera.fx_px, 0, to_x * (camera.cx_px + 0.5) - 1,  //
+      0, to_y * camera.fy_px, to_y * (camera.cy_px + 0.5) - 1,   //
+      0, 0, 1;
+  return K;
+}
+
+// The part of space in front of the near plane that a region of the image shows, in the optical
+// frame: n . p >= offset for each side, n of length 1.
+struct ViewVolume {
+  ViewVolume(const CameraIntrinsics& camera, const PixelRegion& region, double near_m) {
+    const Vector3d first =
+        camera.RayAt(region.column_begin - 0.5 - kMargin_px, region.row_begin - 0.5 - kMargin_px);
+    const Vector3d last =
+        camera.RayAt(region.column_end - 0.5 + kMargin_px, region.row_end - 0.5 + kMargin_px);
+    normals << 1, 0, -first.x(), -1, 0, last.x(), 0, 1, -first.y(), 0, -1, last.y(), 0, 0, 1;
+    normals.rowwise().normalize();
+    offsets << 0, 0, 0, 0, near_m;
+  }
+  bool MissesBall(const Vector3d& p_CQ, double radius_m) const {
+    return ((normals * p_CQ - offsets).array() < -radius_m).any();
+  }
+
+  Eigen::Matrix<double, 5, 3> normals;
+  Eigen::Vector<double, 5> offsets;
+};
+
+// Where a ball's outline begins and ends along one axis of the plane at depth 1, its centre being
+// at h beside and z along the optical axis.
+struct Extent {
+  double low, high;
+};
+Extent OutlineOf(double h_m, double z_m, double radius_m) {
+  if (z_m <= radius_m) return {-kInfinity, kInfinity};
+  const double scale = 1 / (z_m * z_m - radius_m * radius_m);
+  const double middle = h_m * z_m * scale;
+  const double half = radius_m * std::sqrt(h_m * h_m + 1 / scale) * scale;
+  return {middle - half, middle + half};
+}
+
+}  // namespace
+
+SurfaceLister::SurfaceLister(const mjModel& model, int hidden_group, float near_m)
+    : model_(model), near_m_(near_m) {
+  for (int geom = 0; geom < model.ngeom; ++geom) {
+    if (model.geom_group[geom] == hidden_group || model.geom_rgba[4 * geom + 3] == 0) continue;
+    const int type = model.geom_type[geom];
+    const bool ball = type == mjGEOM_SPHERE;
+    drawn_.push_back({geom, ball, type == mjGEOM_PLANE ? kInfinity : model.geom_rbound[geom],
+                      ball ? GeomMesh{} : MeshOf(model, geom)});
+  }
+}
+
+void SurfaceLister::List(const mjData& data, const CameraIntrinsics& camera, const Pose& X_WC,
+                         const PixelRegion& region, SurfaceList* list) const {
+  list->corners.clear();
+  list->triangles.clear();
+  list->ball_corners.clear();
+  list->ball_triangles.clear();
+  const Pose X_CW = X_WC.Inverse();
+  const Matrix3d R_CW = X_CW.R(), K = ClipFromOptical(camera);
+  const ViewVolume volume(camera, region, near_m_);
+  const Vector3d first_ray = camera.RayAt(-0.5, -0.5);
+  const Vector3d last_ray = camera.RayAt(camera.width_px - 0.5, camera.height_px - 0.5);
+
+  for (const Drawn& drawn : drawn_) {
+    const uint32_t surface = static_cast<uint32_t>(drawn.geom) + 1;
+    const Vector3d p_CG = X_CW * Vector3d::Map(data.geom_xpos + 3 * drawn.geom);
+    if (volume.MissesBall(p_CG, drawn.bounding_radius_m)) continue;
+
+    if (drawn.ball) {
+      const double radius_m = drawn.bounding_radius_m;
+      const auto in_view = [](Extent extent, double margin, double first, double last) {
+        return Extent{std::max(extent.low - margin, first), std::min(extent.high + margin, last)};
+      };
+      const Extent x = in_view(OutlineOf(p_CG.x(), p_CG.z(), radius_m), kMargin_px / camera.fx_px,
+                               first_ray.x(), last_ray.x());
+      const Extent y = in_view(OutlineOf(p_CG.y(), p_CG.z(), radius_m), kMargin_px / camera.fy_px,
+                               first_ray.y(), last_ray.y());
+      if (x.low >= x.high || y.low >= y.high) continue;
+      const uint32_t base = static_cast<uint32_t>(list->ball_corners.size());
+      const Eigen::Vector4f ball = (Eigen::Vector4d() << p_CG, radius_m).finished().cast<float>();
+      for (const double ray_y : {y.low, y.high})
+        for (const double ray_x : {x.low, x.high}) {
+          const Eigen::Vector3f clip = (K * Vector3d(ray_x, ray_y, 1)).cast<float>();
+          list->ball_corners.push_back({{clip.x(), clip.y()},
+                                        {static_cast<float>(ray_x), static_cast<float>(ray_y)},
+                                        {ball[0], ball[1], ball[2], ball[3]},
+                                        surface});
+        }
+      // As a facet's corners are seen from outside: y runs downwards.
+      for (const uint32_t corner : {0, 2, 1, 1, 2, 3})
+        list->ball_triangles.push_back(base + corner);
+      continue;
+    }
+
+    using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+    const Matrix3d R_CG = R_CW * RowMajor::Map(data.geom_xmat + 9 * drawn.geom);
+    const auto beyond = [&](Eigen::Index side) {
+      const Vector3d n_G = R_CG.transpose() * volume.normals.row(side).transpose();
+      const double offset = volume.offsets[side] - volume.normals.row(side).dot(p_CG);
+      return std::ranges::all_of(drawn.mesh.vertices_m,
+                                 [&](const Vector3d& p_GQ) { return n_G.dot(p_GQ) < offset; });
+    };
+    bool outside = false;
+    for (Eigen::Index side = 0; side < volume.offsets.size() && !outside; ++side)
+      outside = beyond(side);
+    if (outside) continue;
+
+    const Matrix3d KR = K * R_CG;
+    const Vector3d Kp = K * p_CG;
+    const uint32_t base = static_cast<uint32_t>(list->corners.size());
+    for (const Vector3d& p_GQ : drawn.mesh.vertices_m) {
+      const Eigen::Vector3f clip = (KR * p_GQ + Kp).cast<float>();
+      list->corners.push_back({{clip.x(), clip.y(), near_m_, clip.z()}, surface});
+    }
+    for (const auto& triangle : drawn.mesh.triangles)
+      for (const uint32_t corner : triangle) list->triangles.push_back(base + corner);
+  }
+}
+
+}  // namespace turbidock::view

@@ -1,0 +1,158 @@
+// What composite video does to colour, and white balance.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "sim/base/random.h"
+#include "sim/camera/image_sensor.h"
+
+namespace turbidock::camera {
+namespace {
+
+constexpr int kWidth = 160, kHeight = 40;
+
+SensorParams Linear(double chroma_blur_px, double read_noise_dn) {
+  SensorParams sensor;
+  sensor.full_scale_radiance_w_m2_sr = 1;
+  sensor.transfer = TransferCurve::kPower;
+  sensor.power = 1;
+  sensor.chroma_blur_px = chroma_blur_px;
+  sensor.read_noise_dn = read_noise_dn;
+  return sensor;
+}
+
+// Left half one colour, right half another.
+light::RadianceStereo Halves(const Eigen::Array3f& left, const Eigen::Array3f& right) {
+  Image3f image(kWidth, kHeight);
+  for (int v = 0; v < kHeight; ++v)
+    for (int u = 0; u < kWidth; ++u)
+      for (int k = 0; k < 3; ++k) image.at(u, v)[k] = (u < kWidth / 2 ? left : right)[k];
+  return {0, image, image};
+}
+
+StereoImage Expose(const SensorParams& sensor, const light::RadianceStereo& radiance) {
+  StereoImage image;
+  ImageSensor(sensor, 1, 2).Expose(radiance, 7, &image);
+  return image;
+}
+
+double Luma(const uint8_t* rgb) { return 0.299 * rgb[0] + 0.587 * rgb[1] + 0.114 * rgb[2]; }
+
+// What composite video's black is above zero.
+constexpr int kSetup_dn = 19;
+
+TEST(ChromaBlur, LeavesGreyEdgesAlone) {
+  const light::RadianceStereo grey = Halves({0.2f, 0.2f, 0.2f}, {0.7f, 0.7f, 0.7f});
+  Image3u8 expected = Expose(Linear(0, 0), grey).left;
+  for (size_t i = 0; i < 3 * expected.pixels(); ++i) expected.data()[i] += kSetup_dn;
+  EXPECT_EQ(Expose(Linear(4, 0), grey).left, expected);
+}
+
+// The noise of darkness is whole: nothing of it is cut off at zero.
+TEST(ChromaBlur, KeepsTheNoiseOfDarkness) {
+  const Image3u8 dark = Expose(Linear(2, 4), Halves({0, 0, 0}, {0, 0, 0})).left;
+  double sum = 0, squares = 0;
+  for (size_t i = 0; i < dark.pixels(); ++i) {
+    const double luma = Luma(dark.data() + 3 * i) - kSetup_dn;
+    sum += luma, squares += luma * luma;
+  }
+  const auto n = static_cast<double>(dark.pixels());
+  EXPECT_NEAR(sum / n, 0, 0.15);
+  // of three equally noisy channels by their shares
+  const double sigma_dn = 4 * std::sqrt(0.299 * 0.299 + 0.587 * 0.587 + 0.114 * 0.114);
+  EXPECT_NEAR(std::sqrt(squares / n), sigma_dn, 0.15);
+}
+
+// Across an edge colour differences are the Gaussian's integral; brightness is as sharp as it was.
+TEST(ChromaBlur, SmearsColorButNotBrightness) {
+  const double sigma_px = 3;
+  const Eigen::Array3f left(0.6f, 0.4f, 0.3f), right(0.3f, 0.5f, 0.6f);
+  const Image3u8 sharp = Expose(Linear(0, 0), Halves(left, right)).left;
+  const Image3u8 image = Expose(Linear(sigma_px, 0), Halves(left, right)).left;
+  const auto red_difference = [](const Eigen::Array3f& c) {
+    return 255 * (c[0] - (0.299 * c[0] + 0.587 * c[1] + 0.114 * c[2]));
+  };
+  int compared = 0;
+  for (int u = 20; u < kWidth - 20; ++u) {
+    const uint8_t* rgb = image.at(u, 5);
+    EXPECT_NEAR(Luma(rgb), Luma(sharp.at(u, 5)) + kSetup_dn, 1) << u;
+    const double past_edge = (u + 0.5 - kWidth / 2) / sigma_px;
+    const double share = 0.5 * (1 + std::erf(past_edge / std::numbers::sqrt2));
+    const double expected = red_difference(left) * (1 - share) + red_difference(right) * share;
+    EXPECT_NEAR(rgb[0] - Luma(rgb), expected, 1.5) << u;
+    ++compared;
+  }
+  EXPECT_EQ(compared, 120);
+}
+
+// White noise through a Gaussian keeps 1 / (2 sqrt(pi) sigma) of its variance.
+TEST(ChromaBlur, SmoothsNoiseOfColorOnly) {
+  const double sigma_px = 2, noise_dn = 6;
+  const light::RadianceStereo grey = Halves({0.5f, 0.5f, 0.5f}, {0.5f, 0.5f, 0.5f});
+  const auto deviations = [&](double blur_px) {
+    const double mean_dn = 127.5 + (blur_px > 0 ? kSetup_dn : 0);
+    const Image3u8 image = Expose(Linear(blur_px, noise_dn), grey).left;
+    double luma = 0, red = 0;
+    for (size_t i = 0; i < image.pixels(); ++i) {
+      const uint8_t* rgb = image.data() + 3 * i;
+      luma += std::pow(Luma(rgb) - mean_dn, 2);
+      red += std::pow(rgb[0] - Luma(rgb), 2);
+    }
+    const auto n = static_cast<double>(image.pixels());
+    return std::pair{std::sqrt(luma / n), std::sqrt(red / n)};
+  };
+  const auto [sharp_luma, sharp_red] = deviations(0);
+  const auto [luma, red] = deviations(sigma_px);
+  EXPECT_NEAR(luma / sharp_luma, 1, 0.03);
+  EXPECT_NEAR(red / sharp_red, std::sqrt(1 / (2 * std::sqrt(std::numbers::pi) * sigma_px)), 0.02);
+}
+
+TEST(ChromaBlur, IsTheSameInARegion) {
+  Image3f radiance(kWidth, kHeight);
+  Rng rng = SeedTree(3).Stream("radiance");
+  for (size_t i = 0; i < 3 * radiance.pixels(); ++i)
+    radiance.data()[i] = static_cast<float>(rng.Uniform());
+  const ImageSensor sensor(Linear(4, 2), 1, 2);
+  ASSERT_EQ(sensor.margin_px(), 12);
+  Image3u8 whole(kWidth, kHeight);
+  sensor.ExposeRegion(0, 1, {0, 0, kWidth, kHeight}, radiance.data(), &whole);
+  int compared = 0;
+  for (const PixelRegion& region :
+       {PixelRegion{0, 3, 9, 20}, PixelRegion{50, 0, 51, 7}, PixelRegion{140, 30, kWidth, 40}}) {
+    Image3u8 part(kWidth, kHeight);
+    Image3f beside(kWidth, kHeight, std::nanf(""));  // what may not be looked at
+    for (int v = region.row_begin; v < region.row_end; ++v)
+      for (int u = std::max(0, region.column_begin - 12);
+           u < std::min(kWidth, region.column_end + 12); ++u)
+        std::copy_n(radiance.at(u, v), 3, beside.at(u, v));
+    sensor.ExposeRegion(0, 1, region, beside.row(region.row_begin), &part);
+    for (int v = region.row_begin; v < region.row_end; ++v)
+      for (int u = region.column_begin; u < region.column_end; ++u)
+        for (int k = 0; k < 3; ++k, ++compared) ASSERT_EQ(part.at(u, v)[k], whole.at(u, v)[k]);
+  }
+  EXPECT_EQ(compared, 3 * (9 * 17 + 7 + 20 * 10));
+}
+
+// Half the pixels along the same line: half the blur in pixels.
+TEST(ChromaBlur, IsAShareOfTheLine) {
+  const light::RadianceStereo light = Halves({0.6f, 0.4f, 0.3f}, {0.3f, 0.5f, 0.6f});
+  StereoImage half, expected;
+  ImageSensor(Linear(6, 0), 1, 2, 320).Expose(light, 0, &half);
+  ImageSensor(Linear(3, 0), 1, 2).Expose(light, 0, &expected);
+  EXPECT_EQ(half.left, expected.left);
+}
+
+TEST(WhiteBalance, IsAFactorOnTheLight) {
+  const light::RadianceStereo light = Halves({0.1f, 0.2f, 0.3f}, {0.3f, 0.2f, 0.1f});
+  const light::RadianceStereo balanced = Halves({0.2f, 0.2f, 0.15f}, {0.6f, 0.2f, 0.05f});
+  SensorParams sensor = Linear(0, 2);
+  const StereoImage expected = Expose(sensor, balanced);
+  sensor.white_balance = {2, 1, 0.5};
+  EXPECT_EQ(Expose(sensor, light).left, expected.left);
+  EXPECT_EQ(Expose(sensor, light).right, expected.right);
+}
+
+}  // namespace
+}  // namespace turbidock::camera

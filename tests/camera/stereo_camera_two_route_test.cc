@@ -1,0 +1,216 @@
+// Rows in bands and vectors against the same written plainly.
+#include "sim/camera/stereo_camera.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim/base/random.h"
+#include "sim/light/vector_math.h"
+#include "tests/light/optics_scene.h"
+
+namespace turbidock::camera {
+namespace {
+
+using testing::Cast;
+using testing::LampsAt;
+using testing::MarkerAndPlate;
+
+// A sensor, value by value: in double with the exact curve, or in single precision with what the
+// fast one is made of.
+struct PlainSensor {
+  SensorParams params;
+  uint64_t key;
+
+  float Normal(int64_t frame, int u, int v, int channel) const {
+    const auto row = PhiloxBlock(key, static_cast<uint64_t>(frame), static_cast<uint64_t>(v));
+    return light::NormalFromBits(
+        light::Mix(static_cast<uint32_t>(3 * u + channel), row[0], row[1]));
+  }
+  double Exact(float radiance, float normal) const {
+    const double linear =
+        std::clamp(radiance * params.gain / params.full_scale_radiance_w_m2_sr, 0.0, 1.25);
+    double variance = params.read_noise_dn * params.read_noise_dn;
+    if (params.shot_noise && linear > 0) {
+      const double d = 1e-5 * linear;
+      const double slope =
+          255 * (Encode(params, linear + d) - Encode(params, linear - d)) / (2 * d);
+      variance += slope * slope * linear * params.gain / params.full_well_electrons;
+    }
+    return std::clamp(255 * Encode(params, linear) + std::sqrt(variance) * double{normal}, 0.0,
+                      255.0);
+  }
+};
+
+// Radiances over six decades, both signs.
+Image3f AnyRadiance(int width, int height) {
+  Rng rng = SeedTree(5).Stream("radiance");
+  Image3f image(width, height);
+  for (size_t i = 0; i < image.pixels() * 3; ++i)
+    image.data()[i] = static_cast<float>(i % 50 == 0 ? -0.01 : std::pow(10, rng.Uniform(-6, 0)));
+  return image;
+}
+
+TEST(ImageSensor, AgreesWithThePlainOne) {
+  constexpr int kFrame = 12, kWidth = 101, kHeight = 60;
+  const Image3f radiance = AnyRadiance(kWidth, kHeight);
+  const light::RadianceStereo stereo{0, radiance, radiance};
+  for (const TransferCurve transfer : {TransferCurve::kSrgb, TransferCurve::kPower})
+    for (const double read_dn : {0.0, 1.5})
+      for (const bool shot : {false, true}) {
+        SensorParams params;
+        params.transfer = transfer;
+        params.read_noise_dn = read_dn;
+        params.shot_noise = shot;
+        params.full_well_electrons = 3000;
+        StereoImage image;
+        ImageSensor(params, 3, 4).Expose(stereo, kFrame, &image);
+        const PlainSensor plain{params, 4};
+        double worst = 0;
+        int compared = 0;
+        for (int v = 0; v < kHeight; ++v)
+          for (int u = 0; u < kWidth; ++u)
+            for (int k = 0; k < 3; ++k) {
+              const double expected =
+                  plain.Exact(radiance.at(u, v)[k], plain.Normal(kFrame, u, v, k));
+              worst = std::max(worst, std::abs(image.right.at(u, v)[k] - expected));
+              ++compared;
+            }
+        EXPECT_EQ(compared, 101 * 60 * 3);
+        // rounding, and the curve's error
+        EXPECT_LE(worst, 0.5 + 0.03) << shot << read_dn;
+        EXPECT_GT(worst, 0.49);
+      }
+}
+
+// The vectorised rows give the very values of scalar arithmetic: the instruction set does not show.
+TEST(ImageSensor, IsTheSameWithoutVectors) {
+  constexpr int kFrame = 3, kWidth = 333, kHeight = 20;
+  const Image3f radiance = AnyRadiance(kWidth, kHeight);
+  const SensorParams params;
+  const ImageSensor sensor(params, 3, 4);
+  StereoImage image;
+  sensor.Expose({0, radiance, radiance}, kFrame, &image);
+  const PlainSensor plain{params, 3};
+  int different = 0;
+  for (int v = 0; v < kHeight; ++v)
+    for (int u = 0; u < kWidth; ++u)
+      for (int k = 0; k < 3; ++k) {
+        float value = sensor.SignalDn(radiance.at(u, v)[k]) + 0.5f;
+        value += static_cast<float>(params.read_noise_dn) * plain.Normal(kFrame, u, v, k);
+        different += static_cast<int>(std::clamp(value, 0.0f, 255.0f)) != image.left.at(u, v)[k];
+      }
+  EXPECT_EQ(different, 0);
+}
+
+TEST(StereoCamera, IsWaterThenSensor) {
+  for (const int height_px : {120, 70}) {  // 70: the last band is not whole
+    RigParams rig_params;
+    rig_params.width_px = 150;
+    rig_params.height_px = height_px;
+    const StereoRig rig = rig_params.MakeRig();
+    for (const double milk : {0.0, 30.0}) {
+      const auto surfaces = MarkerAndPlate(Pose::Translation(0.6, 0.02, 0));
+      light::OpticsParams params;
+      params.water.milk_ml_m3 = milk;
+      params.lamps.enabled = true;
+      light::Water water(params, rig, light::SurfaceTable(surfaces), LampsAt(0.16));
+      const ImageSensor sensor({}, 1, 2);
+      StereoCamera camera(water, sensor);
+      const view::RenderedStereo rendered = Cast(surfaces, rig);
+      light::RadianceStereo radiance;
+      StereoImage expected, image;
+      for (int frame = 4; frame < 6; ++frame) {
+        water.Apply(rendered, &radiance);
+        sensor.Expose(radiance, frame, &expected);
+        camera.Expose(rendered, frame, &image);
+        EXPECT_EQ(image.frame, frame);
+        EXPECT_EQ(image.left, expected.left);
+        EXPECT_EQ(image.right, expected.right);
+      }
+      EXPECT_NE(image.left, image.right);
+    }
+  }
+}
+
+// A region's pixels are those of the whole image, whatever is seen beyond what it needs.
+TEST(StereoCamera, ExposesARegionAsInTheWhole) {
+  const StereoRig rig = testing::SmallRig();
+  const int width = rig.left.width_px, height = rig.left.height_px;
+  const auto surfaces = MarkerAndPlate(Pose::Translation(0.5, 0.02, 0));
+  const view::RenderedStereo rendered = Cast(surfaces, rig);
+  Rng rng = SeedTree(6).Stream("regions");
+  StereoImage plain;
+  for (const auto& [active, imperfect] :
+       {std::pair{true, false}, std::pair{false, false}, std::pair{false, true}}) {
+    light::OpticsParams params;
+    params.water.milk_ml_m3 = 40;
+    params.ball_lights.enabled = active;
+    params.lamps.enabled = !active;
+    SensorParams sensor;
+    sensor.chroma_blur_px = active ? 0 : 3;
+    light::SnowParams snow;
+    LensParams lens;
+    if (imperfect) {
+      sensor.auto_level = 0.05;
+      sensor.auto_time_s = 0;  // the gain does not remember
+      snow.flakes_per_m3 = 500;
+      lens.k1 = -0.1;
+    }
+    constexpr double kFrame_s = 1.0 / 30;
+    StereoCamera camera(light::Water(params, rig, light::SurfaceTable(surfaces), LampsAt(0.16)),
+                        ImageSensor(sensor, 1, 2), AutoExposure(sensor, kFrame_s),
+                        light::MarineSnow(snow, rig, kFrame_s, 3), StereoLens(lens, rig));
+    StereoImage whole;
+    camera.Expose(rendered, 7, &whole);
+    EXPECT_NE(whole.left, plain.left);
+    plain = whole;
+    int64_t inside = 0;
+    for (int i = 0; i < 60; ++i) {
+      const auto any = [&] {
+        PixelRegion r;
+        r.column_begin = static_cast<int>(rng.Below(static_cast<uint32_t>(width)));
+        r.row_begin = static_cast<int>(rng.Below(static_cast<uint32_t>(height)));
+        r.column_end =
+            r.column_begin +
+            static_cast<int>(rng.Below(static_cast<uint32_t>(width - r.column_begin + 1)));
+        r.row_end = r.row_begin +
+                    static_cast<int>(rng.Below(static_cast<uint32_t>(height - r.row_begin + 1)));
+        return r;
+      };
+      const StereoRegion region = {any(), any()}, seen = camera.Seen(region);
+      view::RenderedStereo partly = rendered;
+      const auto spoil = [&](const PixelRegion& keep, view::RenderedView* view) {
+        for (int v = 0; v < height; ++v)
+          for (int u = 0; u < width; ++u)
+            if (!keep.Contains(u, v)) {
+              *view->surface.at(u, v) = static_cast<uint16_t>(rng.Below(6));
+              *view->depth_m.at(u, v) = static_cast<float>(rng.Uniform(0.1, 1));
+            }
+      };
+      spoil(seen.left, &partly.left);
+      spoil(seen.right, &partly.right);
+      constexpr uint8_t kBefore = 77;
+      StereoImage image{0, Image3u8(width, height, kBefore), Image3u8(width, height, kBefore)};
+      camera.Expose(partly, region, 7, &image);
+      const auto compare = [&](const PixelRegion& r, const Image3u8& got,
+                               const Image3u8& expected) {
+        int wrong = 0;
+        for (int v = 0; v < height; ++v)
+          for (int u = 0; u < width; ++u)
+            for (int k = 0; k < 3; ++k) {
+              wrong += got.at(u, v)[k] != (r.Contains(u, v) ? expected.at(u, v)[k] : kBefore);
+              inside += r.Contains(u, v);
+            }
+        EXPECT_EQ(wrong, 0) << i;
+      };
+      compare(region.left, image.left, whole.left);
+      compare(region.right, image.right, whole.right);
+    }
+    EXPECT_GT(inside, 100000);
+  }
+}
+
+}  // namespace
+}  // namespace turbidock::camera

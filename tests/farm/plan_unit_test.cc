@@ -1,0 +1,226 @@
+// Plans: which trials they name, how draws are spread, and what is said of bad ones.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+
+#include "experiments/config/data_files.h"
+#include "experiments/config/yaml_fields.h"
+#include "experiments/farm/plan.h"
+#include "experiments/statistics/sampling.h"
+
+namespace turbidock::farm {
+namespace {
+
+using ::testing::HasSubstr;
+
+const std::string kHead = "schema_version: 1\n";
+
+Plan Make(const std::string& text, const PlanOverrides& overrides = {}) {
+  return Plan(kHead + text, "plan.yaml", overrides);
+}
+
+std::vector<double> Draws(const Plan& plan, size_t parameter, int64_t first, int64_t count) {
+  std::vector<double> draws;
+  for (int64_t trial = first; trial < first + count; ++trial)
+    draws.push_back(std::stod(plan.Trial(trial).parameters[parameter].value));
+  return draws;
+}
+
+TEST(Plan, NamesEveryCombinationOfTheGrid) {
+  const Plan plan = Make(
+      "seeds: 2\n"
+      "set: {duration_s: 12}\n"
+      "grid:\n"
+      "  scenario: [pool_active, sea_night_passive]\n"
+      "  sea.state: [calm, rough]\n"
+      "  sea.current.surface_velocity_mps: [[0, 0.05, 0], [0, 0.1, 0], [0, 0.15, 0]]\n");
+  EXPECT_EQ(plan.cells(), 12);
+  ASSERT_EQ(plan.trials(), 24);
+  const TrialSpec spec = plan.Trial(2 * (1 * 6 + 0 * 3 + 2) + 1);
+  EXPECT_EQ(spec.cell, 8);
+  EXPECT_EQ(spec.sample, 1);
+  EXPECT_EQ(spec.parameters[0].value, "sea_night_passive");
+  const trial::Scenario scenario = plan.ScenarioOf(spec);
+  EXPECT_EQ(scenario.model, "sea_passive.xml");
+  EXPECT_EQ(scenario.duration_s, 12);
+  EXPECT_EQ(scenario.sea.state, vehicle::SeaState::kCalm);
+  EXPECT_EQ(scenario.sea.current.surface_velocity_mps.y(), 0.15);
+  EXPECT_EQ(scenario.seed, spec.seed);
+}
+
+TEST(Plan, CommonSeedsAreTheSameInEveryCellAndOthersAreAllDifferent) {
+  const std::string text =
+      "scenario: pool_active\nseeds: 5\n"
+      "grid: {water.milk_ml_m3: [0, 10, 20]}\n"
+      "random: {sensor.read_noise_dn: {uniform: [1, 2]}}\n";
+  const Plan common = Make(text), own = Make(text + "common_seeds: false\n");
+  std::set<int64_t> common_seeds, own_seeds;
+  std::set<std::string> common_draws, own_draws;
+  for (int64_t trial = 0; trial < 15; ++trial) {
+    common_seeds.insert(common.Trial(trial).seed);
+    own_seeds.insert(own.Trial(trial).seed);
+    common_draws.insert(common.Trial(trial).parameters[1].value);
+    own_draws.insert(own.Trial(trial).parameters[1].value);
+  }
+  EXPECT_EQ(common_seeds.size(), 5u);
+  EXPECT_EQ(own_seeds.size(), 15u);
+  EXPECT_EQ(common_draws.size(), 5u);
+  EXPECT_EQ(own_draws.size(), 15u);
+  EXPECT_GE(*own_seeds.begin(), 0);
+  EXPECT_EQ(common.Trial(7).seed, common.Trial(12).seed);
+}
+
+TEST(Plan, MoreSeedsAndKeysLeaveTheFirstTrialsAlone) {
+  const std::string text =
+      "scenario: pool_active\nrandom:\n  sensor.read_noise_dn: {uniform: [1, 2]}\n";
+  const Plan few = Make(text + "seeds: 3\n"), many = Make(text + "seeds: 30\n");
+  const Plan wider = Make(text + "  start.lateral_m: {uniform: [0, 1]}\nseeds: 3\n");
+  for (int64_t trial = 0; trial < 3; ++trial) {
+    EXPECT_EQ(few.Trial(trial).seed, many.Trial(trial).seed);
+    EXPECT_EQ(few.Trial(trial).parameters[0], many.Trial(trial).parameters[0]);
+    EXPECT_EQ(few.Trial(trial).parameters[0], wider.Trial(trial).parameters[0]);
+  }
+}
+
+TEST(Plan, EachDistributionKeepsToItsLimitsAndItsMedian) {
+  const Plan plan = Make(
+      "scenario: pool_active\nseeds: 400\ndesign: latin_hypercube\n"
+      "random:\n"
+      "  start.lateral_m: {uniform: [0.2, 0.6]}\n"
+      "  sensor.read_noise_dn: {log_uniform: [0.1, 10]}\n"
+      "  vehicle.rigid_body.mass_kg: {normal: [15, 1]}\n"
+      "  start.vertical_m: {normal: [0, 1], within: [0.5, 3]}\n"
+      "  camera_delay_frames: {choice: [0, 2, 5, 7]}\n");
+  const auto quantile = [&](size_t parameter, double share) {
+    std::vector<double> draws = Draws(plan, parameter, 0, 400);
+    std::sort(draws.begin(), draws.end());
+    return draws[static_cast<size_t>(share * 400)];
+  };
+  EXPECT_GE(quantile(0, 0), 0.2);
+  EXPECT_LE(quantile(0, 0.999), 0.6);
+  EXPECT_NEAR(quantile(0, 0.5), 0.4, 0.002);  // one part of 400 is 0.001
+  EXPECT_NEAR(quantile(1, 0.5), 1, 0.03);
+  EXPECT_NEAR(quantile(2, 0.5), 15, 0.01);
+  EXPECT_NEAR(quantile(2, 0.8413447), 16, 0.02);
+  EXPECT_GE(quantile(3, 0), 0.5);
+  EXPECT_LE(quantile(3, 0.999), 3);
+  EXPECT_NEAR(quantile(3, 0.5), 1.0159, 0.01);  // Phi^-1 half way from Phi(0.5) to Phi(3)
+  std::map<double, int> counts;
+  for (const double choice : Draws(plan, 4, 0, 400)) ++counts[choice];
+  EXPECT_EQ(counts, (std::map<double, int>{{0, 100}, {2, 100}, {5, 100}, {7, 100}}));
+}
+
+TEST(Design, LatinHypercubeMeetsEveryPartOnceAndSobolFillsThePlane) {
+  Rng rng = SeedTree(3).Stream("test");
+  std::set<int> parts;
+  for (const double u : statistics::StratifiedSamples(50, &rng))
+    parts.insert(static_cast<int>(50 * u));
+  EXPECT_EQ(parts.size(), 50u);
+  // 64 points of a two-dimensional digital net: one in each of the 8 x 8 squares.
+  const std::vector<double> x = statistics::SobolSamples(64, 0, &rng),
+                            y = statistics::SobolSamples(64, 1, &rng);
+  std::set<int> squares;
+  for (size_t i = 0; i < 64; ++i)
+    squares.insert(8 * static_cast<int>(8 * x[i]) + static_cast<int>(8 * y[i]));
+  EXPECT_EQ(squares.size(), 64u);
+}
+
+TEST(Plan, ResolvedIsAPlanOfTheSameTrials) {
+  const Plan plan = Make(
+      "description: \"it's: odd\"\nseeds: 3\ndesign: sobol\n"
+      "set: {duration_s: 12}\n"
+      "grid:\n  scenario: [pool_active, pool_passive]\n  sea.state: [calm]\n"
+      "random:\n  start.vertical_m: {normal: [0, 1], within: [0.5, 3]}\n"
+      "  camera_delay_frames: {choice: [1, 2]}\n",
+      {.assignments = {"water.milk_ml_m3=7"}, .master_seed = 99, .seeds = 4});
+  const Plan again(plan.resolved(), "resolved");
+  EXPECT_EQ(again.resolved(), plan.resolved());
+  EXPECT_EQ(again.hash(), plan.hash());
+  ASSERT_EQ(again.trials(), 8);
+  for (int64_t trial = 0; trial < 8; ++trial) {
+    const trial::Scenario a = plan.ScenarioOf(plan.Trial(trial)),
+                          b = again.ScenarioOf(again.Trial(trial));
+    EXPECT_EQ(config::SaveYaml(a), config::SaveYaml(b));
+    EXPECT_EQ(b.optics.water.milk_ml_m3, 7);
+  }
+}
+
+TEST(Plan, ItsHashSeesWhateverChangesATrial) {
+  const std::string text = "scenario: pool_active\n";
+  std::set<std::string> hashes = {Make(text).hash()};
+  for (const char* more :
+       {"seeds: 2\n", "master_seed: 2\n", "set: {duration_s: 12}\n", "design: sobol\n",
+        "grid: {water.milk_ml_m3: [1]}\n", "random: {start.lateral_m: {uniform: [0, 1]}}\n"})
+    EXPECT_TRUE(hashes.insert(Make(text + more).hash()).second) << more;
+  EXPECT_FALSE(hashes.insert(Make(text).hash()).second);
+}
+
+TEST(Plan, SaysWhatIsWrongAndWhere) {
+  struct Case {
+    const char* text;
+    const char* said;
+  };
+  const Case cases[] = {
+      {"", "plan.yaml: scenario: this key is required"},
+      {"scenario: pool_activ\n", "did you mean pool_active?"},
+      {"scenario: pool_active\nseed: 3\n", "plan.yaml:3: seed: unknown key; did you mean seeds?"},
+      {"scenario: pool_active\nseeds: 0\n", "plan.yaml:3: seeds = 0, must be in [1, 1e+06]"},
+      {"scenario: pool_active\ngrid: {water.milk_ml_m4: [1]}\n",
+       "plan.yaml: trial 0: water.milk_ml_m4: unknown key; did you mean milk_ml_m3?"},
+      {"scenario: pool_active\ngrid: {water.milk_ml_m3: [1, -1]}\n",
+       "plan.yaml: trial 1: water.milk_ml_m3 = -1"},
+      {"scenario: pool_active\ngrid: {water.milk_ml_m3: 3}\n",
+       "plan.yaml:3: grid.water.milk_ml_m3: must be a list of values"},
+      {"scenario: pool_active\ngrid: {seed: [1]}\n", "set master_seed"},
+      {"scenario: pool_active\ngrid: {scenario: [pool_passive]}\n", "leave one out"},
+      {"scenario: pool_active\ngrid: {start.lateral_m: [1]}\n"
+       "random: {start.lateral_m: {uniform: [0, 1]}}\n",
+       "plan.yaml:4: random.start.lateral_m: this key is given twice"},
+      {"scenario: pool_active\nrandom: {start.lateral_m: {uniform: [1, 0]}}\n",
+       "low must be below high"},
+      {"scenario: pool_active\nrandom: {start.lateral_m: {uniform: [1]}}\n",
+       "must be two numbers, [low, high]"},
+      {"scenario: pool_active\nrandom: {start.lateral_m: {log_uniform: [0, 1]}}\n",
+       "low must be > 0"},
+      {"scenario: pool_active\nrandom: {start.lateral_m: {normal: [1, 0]}}\n",
+       "the standard deviation must be > 0"},
+      {"scenario: pool_active\nrandom: {start.lateral_m: {gamma: [1, 2]}}\n",
+       "must be one of uniform, normal, log_uniform, choice"},
+      {"scenario: pool_active\nseeds: 50\nrandom: {start.lateral_m: {normal: [0.5, 1]}}\n",
+       "start.lateral_m = -"},
+      {"scenario: pool_active\nseeds: 1000000\n"
+       "grid: {water.milk_ml_m3: [0,1,2,3,4,5,6,7,8,9,10]}\n",
+       "more than 10000000 trials"},
+  };
+  for (const Case& c : cases) {
+    try {
+      Make(c.text);
+      ADD_FAILURE() << "accepted: " << c.text;
+    } catch (const ConfigError& error) {
+      EXPECT_THAT(error.what(), HasSubstr(c.said)) << c.text;
+    }
+  }
+}
+
+TEST(Shard, PartsTogetherHaveEveryTrialOnce) {
+  for (int64_t trial = 0; trial < 20; ++trial) {
+    int owners = 0;
+    for (int index = 1; index <= 3; ++index) owners += Shard{index, 3}.Has(trial);
+    EXPECT_EQ(owners, 1);
+  }
+  EXPECT_EQ(ParseShard("2/4"), (Shard{2, 4}));
+  for (const char* bad : {"", "1", "0/4", "5/4", "1/0", "a/b", "1/4x", "-1/4"})
+    EXPECT_THROW(ParseShard(bad), ConfigError) << bad;
+}
+
+TEST(config::BundledPlans, AllLoad) {
+  const auto names = config::BundledPlans();
+  EXPECT_GE(names.size(), 4u);
+  for (const std::string& name : names) EXPECT_GT(LoadPlan(name).trials(), 0) << name;
+}
+
+}  // namespace
+}  // namespace turbidock::farm

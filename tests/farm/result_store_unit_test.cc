@@ -1,0 +1,218 @@
+// The results file: what is stored comes back, and nothing that does not belong gets in.
+
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "experiments/farm/export.h"
+#include "experiments/farm/result_store.h"
+#include "experiments/farm/summary.h"
+#include "experiments/trial/trial_files.h"
+
+namespace turbidock::farm {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+StoreHeader Header() {
+  return {.plan = "seeds: 3\nset: a\n",
+          .plan_hash = "abc",
+          .build = "1.0 f00",
+          .shard = {},
+          .trials = 10,
+          .keys = {"water.milk_ml_m3", "sea.state"}};
+}
+
+StoredTrial Trial(int64_t trial, const std::string& milk, const std::string& failure) {
+  StoredTrial stored{trial / 2, trial % 2, {{"water.milk_ml_m3", milk}, {"sea.state", "calm"}}, {}};
+  TrialRecord& r = stored.record;
+  r.trial = trial;
+  r.seed = 0x7fffffffffffffff - trial;  // more digits than a double has
+  r.outcome = failure == "none" ? "docked" : "timeout";
+  r.failure = failure;
+  r.reason = "said \"why\", and\nhow";
+  r.docked = r.inserted = failure == "none";
+  r.time_s = 1.0 / 3 + static_cast<double>(trial);
+  r.digest = "d" + std::to_string(trial);
+  r.metrics = MetricsOf({}, {});
+  r.wall_time_s = 0.1;
+  r.cpu_time_s = 0.2;
+  r.rss_bytes = 1 << 30;
+  return stored;
+}
+
+class Store : public ::testing::Test {
+ protected:
+  void SetUp() override { fs::create_directories(folder_); }
+  void TearDown() override { fs::remove_all(folder_); }
+  std::string File(const std::string& name) const { return (folder_ / name).string(); }
+
+  // What opening for writing says.
+  static std::string Refusal(const std::string& file, const StoreHeader& header) {
+    try {
+      ResultStore::Write(file, header);
+    } catch (const ConfigError& error) {
+      return error.what();
+    }
+    return "accepted";
+  }
+
+  const fs::path folder_ =
+      fs::temp_directory_path() / (std::string("turbidock_store_") +
+                                   ::testing::UnitTest::GetInstance()->current_test_info()->name());
+};
+
+TEST_F(Store, GivesBackWhatItWasGiven) {
+  const std::string file = File("a.db");
+  StoredTrial odd = Trial(4, "2.5e-3", "collision");
+  odd.record.digest.clear();
+  odd.record.time_s = 0;
+  odd.record.log = "core dumped";
+  trial::TrialLog log;
+  log.frames.resize(2);
+  log.frames[1].frame = 30;
+  log.frames[1].time_s = 1.0 / 3;
+  StoredTrial with_series = Trial(1, "7", "none");
+  with_series.record.series_csv = trial::TrajectoryCsv(log);
+  {
+    ResultStore store = ResultStore::Write(file, Header());
+    store.Add(odd);
+    store.Add(with_series);
+  }
+  const ResultStore store = ResultStore::Read(file);
+  EXPECT_EQ(store.header().keys, Header().keys);
+  EXPECT_EQ(store.header().plan, Header().plan);
+  EXPECT_EQ(store.header().trials, 10);
+  EXPECT_EQ(store.Done(), (std::vector<int64_t>{1, 4}));
+  EXPECT_EQ(store.Successes(), 1);
+  EXPECT_EQ(store.SeriesOf(1), with_series.record.series_csv);
+  EXPECT_EQ(store.SeriesOf(4), trial::TrajectoryCsv({}));
+  with_series.record.series_csv.clear();
+  odd.parameters[0].value = "0.0025";
+  const auto trials = store.Trials();
+  ASSERT_EQ(trials.size(), 2u);
+  EXPECT_TRUE(trials[0].record == with_series.record);
+  EXPECT_TRUE(trials[1].record == odd.record);
+  EXPECT_EQ(trials[1].parameters, odd.parameters);
+  EXPECT_EQ(trials[1].cell, 2);
+  EXPECT_THROW(store.Trial(2), ConfigError);
+}
+
+TEST_F(Store, RefusesWhatWasBegunAsSomethingElse) {
+  const std::string file = File("a.db");
+  ResultStore::Write(file, Header()).Add(Trial(1, "7", "none"));
+  StoreHeader other = Header();
+  other.plan_hash = "def";
+  other.plan = "seeds: 3\nset: b\n";
+  EXPECT_THAT(Refusal(file, other), HasSubstr("the plans differ: 'set: a' in one, 'set: b'"));
+  other = Header();
+  other.build = "1.0 f01";
+  EXPECT_THAT(Refusal(file, other), HasSubstr("the builds differ: 1.0 f00 and 1.0 f01"));
+  other = Header();
+  other.shard = {1, 2};
+  EXPECT_THAT(Refusal(file, other), HasSubstr("the file has shard 1/1, this is shard 1/2"));
+  other = Header();
+  other.kind = "tune";
+  EXPECT_THAT(Refusal(file, other), HasSubstr("one was written by batch, the other by tune"));
+  EXPECT_EQ(Refusal(file, Header()), "accepted");
+  EXPECT_EQ(ResultStore::Read(file).Done().size(), 1u);
+}
+
+TEST_F(Store, KeepsOtherWritersOutAndReadersIn) {
+  const std::string file = File("a.db");
+  {
+    ResultStore store = ResultStore::Write(file, Header());
+    store.Add(Trial(1, "7", "none"));
+    EXPECT_TRUE(IsLocked(file));
+    EXPECT_THAT(Refusal(file, Header()),
+                HasSubstr("another run (process " + std::to_string(getpid()) + ") is writing"));
+    EXPECT_EQ(ResultStore::Read(file).Done().size(), 1u);
+  }
+  EXPECT_FALSE(IsLocked(file));
+  EXPECT_EQ(Refusal(file, Header()), "accepted");
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1);  // no lock or journal is left
+}
+
+TEST_F(Store, SaysWhatIsNoResultFileOrADamagedOne) {
+  std::ofstream(File("text.db")) << std::string(5000, 'x');
+  EXPECT_THAT(Refusal(File("text.db"), Header()), HasSubstr("is no result file"));
+  EXPECT_THAT(Refusal("/proc/a.db", Header()), HasSubstr("cannot be written"));
+  EXPECT_THROW(ResultStore::Read(File("none.db")), ConfigError);
+  ResultStore::Write(File("cut.db"), Header()).Add(Trial(1, "7", "none"));
+  fs::resize_file(File("cut.db"), 8192);
+  EXPECT_THAT(Refusal(File("cut.db"), Header()), HasSubstr("is damaged"));
+  EXPECT_EQ(fs::file_size(File("cut.db")), 8192u);  // and is left as it was
+}
+
+TEST_F(Store, MergesWhatBelongsTogether) {
+  StoreHeader first = Header(), second = Header();
+  first.shard = {1, 2};
+  second.shard = {2, 2};
+  ResultStore::Write(File("1.db"), first).Add(Trial(1, "7", "none"));
+  {
+    ResultStore store = ResultStore::Write(File("2.db"), second);
+    store.Add(Trial(1, "7", "none"));  // in both, and equal
+    store.Add(Trial(2, "8", "timeout"));
+  }
+  ResultStore merged = ResultStore::Write(File("m.db"), Header());
+  merged.Merge(File("1.db"));
+  merged.Merge(File("2.db"));
+  merged.Merge(File("2.db"));
+  EXPECT_EQ(merged.Done(), (std::vector<int64_t>{1, 2}));
+
+  StoredTrial changed = Trial(2, "8", "timeout");
+  changed.record.digest = "other";
+  ResultStore::Write(File("3.db"), second).Add(changed);
+  EXPECT_THROW(merged.Merge(File("3.db")), MismatchError);
+  StoreHeader other_build = Header();
+  other_build.build = "1.0 f01";
+  ResultStore::Write(File("4.db"), other_build).Add(Trial(3, "8", "none"));
+  EXPECT_THROW(merged.Merge(File("4.db")), MismatchError);
+  EXPECT_EQ(merged.Done().size(), 2u);
+}
+
+TEST_F(Store, ExportsOneRowATrial) {
+  const std::vector<StoredTrial> trials = {Trial(1, "7", "none"), Trial(2, "[0, 1]", "timeout")};
+  const std::string csv = ExportText(trials, ExportFormat::kCsv, false);
+  EXPECT_THAT(csv, ::testing::StartsWith("trial,seed,cell,sample,outcome,failure,docked,inserted,"
+                                         "time_s,digest,water.milk_ml_m3,sea.state,"));
+  EXPECT_THAT(csv, HasSubstr("\n1,9223372036854775806,0,1,docked,none,true,true,"));
+  EXPECT_THAT(csv, HasSubstr(",\"[0, 1]\",calm,"));
+  EXPECT_THAT(csv, HasSubstr("\"said \"\"why\"\", and\nhow\""));
+  EXPECT_THAT(csv, Not(HasSubstr("wall_time_s")));
+  std::istringstream lines(ExportText(trials, ExportFormat::kJsonl, true));
+  std::string line;
+  std::getline(lines, line);
+  const auto row = nlohmann::json::parse(line);
+  EXPECT_EQ(row["seed"], 9223372036854775806);
+  EXPECT_EQ(row["water.milk_ml_m3"], 7);
+  EXPECT_EQ(row["jam_time_s"], nullptr);
+  EXPECT_EQ(row["rss_bytes"], 1 << 30);
+}
+
+TEST_F(Store, SummarisesByAnyKey) {
+  std::vector<StoredTrial> trials;
+  for (int64_t i = 0; i < 30; ++i)
+    trials.push_back(Trial(i, i < 10 ? "9" : "10", i % 3 == 0 ? "false_lock" : "none"));
+  const auto groups = Summarise(trials, {"water.milk_ml_m3"});
+  ASSERT_EQ(groups.size(), 2u);
+  EXPECT_EQ(groups[0].values[0], "9");  // as numbers, not as words
+  EXPECT_EQ(groups[0].trials, 10);
+  EXPECT_EQ(groups[0].successes, 6);
+  EXPECT_EQ(groups[1].failures.at("false_lock"), 6);
+  EXPECT_NEAR(*groups[0].time_to_dock_s.median, 1.0 / 3 + 4.5, 1e-9);  // of 1, 2, 4, 5, 7, 8
+  EXPECT_EQ(groups[1].wilson.low, statistics::WilsonInterval(14, 20).low);
+  EXPECT_EQ(Summarise(trials, {})[0].trials, 30);
+  EXPECT_EQ(Summarise(trials, {"failure", "sea.state"}).size(), 2u);
+  EXPECT_THROW(Summarise(trials, {"nonsense"}), ConfigError);
+  EXPECT_THAT(SummaryTable({"water.milk_ml_m3"}, groups), HasSubstr("6 false_lock"));
+}
+
+}  // namespace
+}  // namespace turbidock::farm

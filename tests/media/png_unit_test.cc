@@ -1,0 +1,93 @@
+#include "experiments/media/png.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "experiments/system/output_path.h"
+#include "sim/base/random.h"
+
+namespace turbidock::media {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string Fresh(const std::string& name) {
+  const std::string path = ::testing::TempDir() + "/" + name;
+  std::filesystem::remove_all(path);
+  return path;
+}
+
+std::string ConfigErrorOf(auto&& action) {
+  try {
+    action();
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(Png, ComesBackAsItWas) {
+  const std::string path = Fresh("round_trip.png");
+  Rng rng = SeedTree(3).Stream("png");
+  for (const auto& [width, height] : {std::pair(1, 1), std::pair(7, 3), std::pair(641, 2)}) {
+    Image3u8 image(width, height);
+    for (size_t i = 0; i < 3 * image.pixels(); ++i)
+      image.data()[i] = static_cast<uint8_t>(rng.NextU32());
+    WritePng(path, image);
+    EXPECT_TRUE(ReadPng(path) == image) << width << " x " << height;
+  }
+}
+
+// Signature, then the header chunk: width and height as big-endian words, depth 8, colour type 2
+// (RGB).
+TEST(Png, FileIsWhatTheFormatSays) {
+  const std::string path = Fresh("header.png");
+  WritePng(path, Image3u8(258, 3, 9));
+  std::ifstream file(path, std::ios::binary);
+  const std::string bytes((std::istreambuf_iterator<char>(file)), {});
+  ASSERT_GT(bytes.size(), 26u);
+  EXPECT_EQ(bytes.substr(0, 8), "\x89PNG\r\n\x1a\n");
+  EXPECT_EQ(bytes.substr(12, 14), std::string("IHDR\0\0\1\2\0\0\0\3\x08\x02", 14));
+}
+
+TEST(Png, ReadingNamesTheFile) {
+  const std::string missing = Fresh("missing.png");
+  EXPECT_THAT(ConfigErrorOf([&] { ReadPng(missing); }), HasSubstr(missing));
+  const std::string text = Fresh("text.png");
+  std::ofstream(text) << "not a picture";
+  EXPECT_THAT(ConfigErrorOf([&] { ReadPng(text); }), HasSubstr(text));
+}
+
+TEST(Png, TruncatedFileIsAnError) {
+  const std::string path = Fresh("truncated.png");
+  Image3u8 image(64, 64);
+  for (size_t i = 0; i < 3 * image.pixels(); ++i)
+    image.data()[i] = static_cast<uint8_t>(i * i >> 3);
+  WritePng(path, image);
+  std::filesystem::resize_file(path, std::filesystem::file_size(path) / 2);
+  EXPECT_THAT(ConfigErrorOf([&] { ReadPng(path); }), HasSubstr(path));
+}
+
+TEST(OutputPath, UnwritablePlacesAreConfigErrors) {
+  const std::string nowhere = Fresh("no_such_folder") + "/image.png";
+  EXPECT_THAT(ConfigErrorOf([&] { WritePng(nowhere, Image3u8(2, 2)); }),
+              HasSubstr(nowhere + ": cannot be written: No such file"));
+  EXPECT_THAT(ConfigErrorOf([&] { system::RequireWritable(::testing::TempDir()); }),
+              HasSubstr("cannot be written"));
+}
+
+TEST(OutputPath, AskingLeavesNoTrace) {
+  const std::string path = Fresh("asked.txt");
+  system::RequireWritable(path);
+  EXPECT_FALSE(std::filesystem::exists(path));
+  std::ofstream(path) << "kept";
+  system::RequireWritable(path);
+  EXPECT_EQ(std::filesystem::file_size(path), 4u);
+}
+
+}  // namespace
+}  // namespace turbidock::media

@@ -1,0 +1,115 @@
+// Intervals, quantiles and the logistic fit against numbers worked out another way.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "experiments/statistics/intervals.h"
+
+namespace turbidock::statistics {
+namespace {
+
+double BinomialAtLeast(int64_t k, int64_t n, double p) {
+  double sum = 0;
+  for (int64_t i = k; i <= n; ++i)
+    sum += std::exp(std::lgamma(n + 1) - std::lgamma(i + 1) - std::lgamma(n - i + 1) +
+                    static_cast<double>(i) * std::log(p) +
+                    static_cast<double>(n - i) * std::log1p(-p));
+  return sum;
+}
+
+TEST(WilsonInterval, SolvesTheScoreEquation) {
+  // Its ends are where |p_hat - p| is z standard deviations of a binomial with that p.
+  constexpr double kZ = 1.959963984540054;
+  int checked = 0;
+  for (const int64_t n : {1, 2, 10, 30, 1000}) {
+    for (const int64_t k : {int64_t{0}, n / 3, n / 2, n}) {
+      const Interval interval = WilsonInterval(k, n);
+      const double rate = static_cast<double>(k) / static_cast<double>(n);
+      for (const double p : {interval.low, interval.high}) {
+        if (p == 0 || p == 1) continue;
+        EXPECT_NEAR(std::abs(rate - p), kZ * std::sqrt(p * (1 - p) / static_cast<double>(n)),
+                    1e-12);
+        ++checked;
+      }
+    }
+  }
+  EXPECT_EQ(checked, 27);
+  EXPECT_EQ(WilsonInterval(0, 7).low, 0);
+  EXPECT_EQ(WilsonInterval(7, 7).high, 1);
+}
+
+TEST(ClopperPearsonInterval, LeavesTheStatedTailOnEachSide) {
+  int checked = 0;
+  for (const int64_t n : {1, 10, 30, 200}) {
+    for (const int64_t k : {int64_t{1}, n / 2 + 1, n}) {
+      for (const double confidence : {0.8, 0.95}) {
+        const Interval interval = ClopperPearsonInterval(k, n, confidence);
+        EXPECT_NEAR(BinomialAtLeast(k, n, interval.low), (1 - confidence) / 2, 1e-9);
+        if (k < n) {
+          EXPECT_NEAR(1 - BinomialAtLeast(k + 1, n, interval.high), (1 - confidence) / 2, 1e-9);
+        }
+        ++checked;
+      }
+    }
+  }
+  EXPECT_EQ(checked, 24);
+  EXPECT_EQ(ClopperPearsonInterval(0, 10).low, 0);
+  EXPECT_NEAR(ClopperPearsonInterval(0, 10).high, 1 - std::pow(0.025, 0.1), 1e-12);
+  EXPECT_EQ(ClopperPearsonInterval(10, 10).high, 1);
+}
+
+TEST(Intervals, KnowNothingWithoutTrials) {
+  EXPECT_EQ(WilsonInterval(0, 0).high - WilsonInterval(0, 0).low, 1);
+  EXPECT_EQ(ClopperPearsonInterval(0, 0).high - ClopperPearsonInterval(0, 0).low, 1);
+}
+
+TEST(Quantile, InterpolatesBetweenOrderStatistics) {
+  EXPECT_DOUBLE_EQ(*Quantile({4, 1, 3, 2}, 0.25), 1.75);
+  EXPECT_DOUBLE_EQ(*Quantile({4, 1, 3, 2}, 1), 4);
+  EXPECT_DOUBLE_EQ(*Median({5}), 5);
+  EXPECT_FALSE(Median({}));
+}
+
+TEST(FitLogistic, EqualsTheClosedFormOfTwoDoses) {
+  // Firth's estimate with one parameter a dose is (k + 1/2) / (n + 1).
+  for (const int64_t k : {0, 3, 12}) {
+    const auto fit = FitLogistic({{10, 18, 20}, {60, k, 30}});
+    ASSERT_TRUE(fit);
+    EXPECT_NEAR(fit->At(10), 18.5 / 21, 1e-9);
+    EXPECT_NEAR(fit->At(60), (static_cast<double>(k) + 0.5) / 31, 1e-9);
+    EXPECT_NEAR(fit->At(fit->half_dose), 0.5, 1e-12);
+    EXPECT_LT(fit->half_low, fit->half_dose);
+    EXPECT_GT(fit->half_high, fit->half_dose);
+  }
+}
+
+TEST(FitLogistic, FindsTheCurveBehindManyTrials) {
+  std::vector<DosePoint> points;
+  for (int dose = 0; dose <= 80; dose += 10) {
+    constexpr int64_t kTrials = 1000000;
+    const double p = 1 / (1 + std::exp(-(4 - 0.1 * dose)));
+    points.push_back({static_cast<double>(dose), std::llround(p * kTrials), kTrials});
+  }
+  const auto fit = FitLogistic(points);
+  ASSERT_TRUE(fit);
+  EXPECT_NEAR(fit->half_dose, 40, 1e-3);
+  EXPECT_NEAR(fit->slope, -0.1, 1e-5);
+  EXPECT_LT(fit->half_high - fit->half_low, 0.2);
+}
+
+TEST(FitLogistic, IsFiniteForSeparatedData) {
+  const auto fit = FitLogistic({{0, 10, 10}, {10, 10, 10}, {20, 0, 10}, {30, 0, 10}});
+  ASSERT_TRUE(fit);
+  EXPECT_NEAR(fit->half_dose, 15, 1e-9);
+}
+
+TEST(FitLogistic, SaysNothingWhereThereIsNothingToSay) {
+  EXPECT_FALSE(FitLogistic({}));
+  EXPECT_FALSE(FitLogistic({{0, 5, 10}}));                // one dose
+  EXPECT_FALSE(FitLogistic({{0, 10, 10}, {9, 10, 10}}));  // never fails
+  EXPECT_FALSE(FitLogistic({{0, 9, 10}, {9, 8, 10}}));    // half is outside
+}
+
+}  // namespace
+}  // namespace turbidock::statistics

@@ -1,0 +1,93 @@
+// Paired tests against published tables and brute force.
+
+#include "experiments/statistics/paired_tests.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "sim/base/random.h"
+
+namespace turbidock::statistics {
+namespace {
+
+// All 2^n sign patterns counted out.
+double WilcoxonByEnumeration(const std::vector<double>& differences) {
+  const size_t n = differences.size();
+  std::vector<double> rank(n);
+  for (size_t i = 0; i < n; ++i)
+    for (size_t j = 0; j < n; ++j) rank[i] += std::abs(differences[j]) <= std::abs(differences[i]);
+  double observed = 0, total = 0;
+  for (size_t i = 0; i < n; ++i) {
+    if (differences[i] > 0) observed += rank[i];
+    total += rank[i];
+  }
+  const double far = std::abs(observed - total / 2);
+  int as_far = 0;
+  for (unsigned signs = 0; signs < 1u << n; ++signs) {
+    double sum = 0;
+    for (size_t i = 0; i < n; ++i)
+      if (signs >> i & 1u) sum += rank[i];
+    as_far += std::abs(sum - total / 2) >= far;
+  }
+  return as_far / std::pow(2.0, static_cast<double>(n));
+}
+
+TEST(PairedTests, WilcoxonIsWhatCountingGives) {
+  Rng rng = SeedTree(4).Stream("wilcoxon");
+  for (size_t n = 1; n <= 12; ++n) {
+    std::vector<double> differences(n);
+    for (double& d : differences) d = rng.Normal() + 0.5;
+    EXPECT_NEAR(WilcoxonSignedRankP(differences), WilcoxonByEnumeration(differences), 1e-12) << n;
+  }
+}
+
+// Exact and normal approximation meet where they take over from each other.
+TEST(PairedTests, WilcoxonsApproximationFitsTheExactTest) {
+  Rng rng = SeedTree(4).Stream("approximation");
+  std::vector<double> differences(25);
+  for (double& d : differences) d = rng.Normal() + 0.3;
+  const double exact = WilcoxonSignedRankP(differences);
+  differences.push_back(-1e-9);  // the least rank: 26 go to the approximation
+  EXPECT_NEAR(WilcoxonSignedRankP(differences), exact, 0.02);
+}
+
+TEST(PairedTests, WilcoxonLeavesOutZerosAndStandsTies) {
+  EXPECT_EQ(WilcoxonSignedRankP({}), 1);
+  EXPECT_EQ(WilcoxonSignedRankP({0, 0}), 1);
+  EXPECT_EQ(WilcoxonSignedRankP({0, 1, 2, 3}), WilcoxonSignedRankP({1, 2, 3}));
+  EXPECT_NEAR(WilcoxonSignedRankP({1, 1, -1, -1}), 1, 1e-9);
+  EXPECT_LT(WilcoxonSignedRankP(std::vector<double>(30, 2.0)), 1e-5);
+}
+
+TEST(PairedTests, McNemarByHand) {
+  EXPECT_EQ(McNemarExactP(0, 0), 1);
+  EXPECT_EQ(McNemarExactP(3, 3), 1);
+  EXPECT_NEAR(McNemarExactP(0, 5), 2 / 32.0, 1e-12);
+  EXPECT_NEAR(McNemarExactP(1, 7), 2 * (1 + 8) / 256.0, 1e-12);
+  EXPECT_EQ(McNemarExactP(7, 1), McNemarExactP(1, 7));
+}
+
+// Student's (1908) own example: hours of sleep gained with two drugs, t = 4.0621 on 9 degrees of
+// freedom, p = 0.002833.
+TEST(PairedTests, StudentsSleepData) {
+  const std::vector<double> one = {0.7, -1.6, -0.2, -1.2, -0.1, 3.4, 3.7, 0.8, 0.0, 2.0};
+  const std::vector<double> two = {1.9, 0.8, 1.1, 0.1, -0.1, 4.4, 5.5, 1.6, 4.6, 3.4};
+  const PairedComparison c = ComparePairs(one, two);
+  EXPECT_EQ(c.pairs, 10);
+  EXPECT_NEAR(c.mean, 1.58, 1e-12);
+  EXPECT_NEAR(c.t_p, 0.002833, 1e-6);
+  EXPECT_NEAR(c.confidence.low, 0.7001142, 1e-6);
+  EXPECT_NEAR(c.confidence.high, 2.4598858, 1e-6);
+}
+
+TEST(PairedTests, NothingToCompareSaysNothing) {
+  EXPECT_EQ(ComparePairs({}, {}).t_p, 1);
+  EXPECT_EQ(ComparePairs({1}, {2}).t_p, 1);
+  EXPECT_EQ(ComparePairs({1, 2}, {1, 2}).t_p, 1);
+  EXPECT_EQ(ComparePairs({1, 2}, {2, 3}).t_p, 0);
+}
+
+}  // namespace
+}  // namespace turbidock::statistics

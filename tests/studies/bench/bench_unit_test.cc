@@ -1,0 +1,103 @@
+// The bench: its stages add up, its repeats are the same trial, and timing a trial changes nothing.
+
+#include "experiments/studies/bench/bench.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <numeric>
+
+#include "experiments/trial/trial.h"
+#include "tests/support/program.h"
+
+namespace turbidock::bench {
+namespace {
+
+using testing::ProgramEnd;
+using testing::RunProgram;
+
+TEST(StageTimer, EveryLapCountsOnce) {
+  StageTimer timer;
+  Lap(&timer, LoopStage::kWater);
+  Lap(&timer, LoopStage::kWater);
+  Lap(&timer, LoopStage::kLog);
+  const StageTimer::Seconds seconds = timer.Take();
+  for (size_t k = 0; k < kLoopStages; ++k) {
+    const bool lapped =
+        k == static_cast<size_t>(LoopStage::kWater) || k == static_cast<size_t>(LoopStage::kLog);
+    EXPECT_EQ(seconds[k] > 0, lapped) << k;
+  }
+  EXPECT_EQ(timer.Take(), StageTimer::Seconds{});
+  Lap(nullptr, LoopStage::kWater);  // nobody wants to know
+}
+
+TEST(Bench, TimesTheTrialItself) {
+  const trial::Scenario scenario = trial::LoadScenario(
+      "pool_passive", {"rig.width_px=160", "rig.height_px=120", "duration_s=3"});
+  double share = 0;
+  BenchOptions options;
+  options.frames = 40;
+  options.repeats = 2;
+  options.progress = [&](double now, const std::string&) {
+    EXPECT_GE(now, share);
+    share = now;
+  };
+  const BenchResult result = RunBench(scenario, options);
+  EXPECT_EQ(share, 1);
+  EXPECT_EQ(result.frames, 40);
+  EXPECT_EQ(result.repeats, 2);
+  EXPECT_EQ(result.evaluations, 540);  // 60 + 20 * 24, refinement included
+
+  for (size_t k = 0; k < kLoopStages; ++k) EXPECT_GT(result.stages_s[k], 0) << k;
+  EXPECT_NEAR(std::accumulate(result.stages_s.begin(), result.stages_s.end(), 0.0), result.frame_s,
+              1e-12);
+  EXPECT_GT(result.bare_s, 0);
+  // Four samples a pixel and shadows are dearer.
+  EXPECT_GT(result.bare_as_modelled_s, result.bare_s);
+  EXPECT_LE(result.ratio_to_bare.low, result.ratio_to_bare.median);
+  EXPECT_LE(result.ratio_to_bare.median, result.ratio_to_bare.high);
+  EXPECT_DOUBLE_EQ(result.real_time_factor() * result.frame_s, 1.0 / 30);
+
+  // Without a stopwatch it is the same trial.
+  trial::Scenario as_long = scenario;
+  as_long.duration_s = 40 / 30.0;
+  EXPECT_EQ(trial::RunTrial(as_long).digest, result.digest);
+}
+
+TEST(Bench, StopsWhenAsked) {
+  BenchOptions options;
+  options.frames = 40;
+  options.repeats = 2;
+  options.stop_requested = [] { return true; };
+  EXPECT_THROW(RunBench(trial::LoadScenario("pool_active", {"rig.width_px=64", "rig.height_px=48"}),
+                        options),
+               SimulatorFault);
+}
+
+TEST(BenchCommand, PrintsTheContractsKeys) {
+  const ProgramEnd end =
+      RunProgram({"bench", "pool_active", "--set", "rig.width_px=160", "--set", "rig.height_px=120",
+                  "--frames", "31", "--repeats", "1", "--json"});
+  ASSERT_EQ(end.exit_code, 0) << end.err;
+  const auto json = nlohmann::json::parse(end.out);
+  for (const char* key : {"frame_ms", "bare_render_ms", "ratio_to_bare_render", "real_time_factor",
+                          "evaluations_per_s", "start_up_s", "peak_memory_mib"})
+    EXPECT_GT(json.at(key), 0.0) << key;
+  double sum = 0;
+  for (const double ms : json.at("stages_ms")) sum += ms;
+  EXPECT_NEAR(sum, json.at("frame_ms"), 1e-9);
+  EXPECT_EQ(json.at("stages_ms").size(), kLoopStages);
+  EXPECT_EQ(json.at("scenarios").size(), 1u);
+  EXPECT_EQ(json.at("scenarios")[0].at("frame_ms"), json.at("frame_ms"));
+}
+
+TEST(BenchCommand, BadInput) {
+  EXPECT_EQ(RunProgram({"bench", "no_such_scenario"}).exit_code, 2);
+  EXPECT_EQ(RunProgram({"bench", "--frames", "1"}).exit_code, 2);
+  EXPECT_EQ(RunProgram({"bench", "--repeats", "0"}).exit_code, 2);
+  EXPECT_EQ(RunProgram({"bench", "--set", "no.such_key=1"}).exit_code, 2);
+}
+
+}  // namespace
+}  // namespace turbidock::bench

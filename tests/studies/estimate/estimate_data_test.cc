@@ -1,0 +1,327 @@
+// `turbidock estimate` as a user runs it: path-traced pairs with known poses, recorded sequences,
+// calibrations of OpenCV's, markers of one's own, and what is said of bad input.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "experiments/config/rig_file.h"
+#include "experiments/media/canvas.h"
+#include "experiments/media/image_source.h"
+#include "experiments/media/mp4_writer.h"
+#include "experiments/media/png.h"
+#include "sim/base/units.h"
+#include "tests/support/paint_marker.h"
+#include "tests/support/program.h"
+
+namespace turbidock::testing {
+namespace {
+
+using ::testing::HasSubstr;
+using Json = nlohmann::json;
+
+Pose PoseOf(const Json& json) {
+  const std::vector<double> p = json.at("position_m"), q = json.at("quaternion_wxyz");
+  return {Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized(), {p[0], p[1], p[2]}};
+}
+
+class Estimate : public ::testing::Test {
+ public:
+  void SetUp() override { std::filesystem::create_directories(folder_); }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  std::string Path(const std::string& name) const { return (folder_ / name).string(); }
+  std::string File(const std::string& name, const std::string& text) const {
+    std::ofstream(Path(name)) << text;
+    return Path(name);
+  }
+  // A painted pair as left.png and right.png.
+  void WritePair(const vision::MarkerParams& marker, const StereoRig& rig, const Pose& X_HM,
+                 const std::string& suffix = "") const {
+    const StereoImage seen = PaintMarker(marker, rig, X_HM, {}, nullptr);
+    media::WritePng(Path("left" + suffix + ".png"), seen.left);
+    media::WritePng(Path("right" + suffix + ".png"), seen.right);
+  }
+  Json Run(const std::vector<std::string>& more) const {
+    std::vector<std::string> arguments = {"estimate", "--json", "--quiet"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const ProgramEnd end = RunProgram(arguments);
+    EXPECT_EQ(end.exit_code, 0) << end.err;
+    return Json::parse(end.out, nullptr, /*allow_exceptions=*/false);
+  }
+  void ExpectBadInput(const std::vector<std::string>& more,
+                      const std::vector<std::string>& said) const {
+    std::vector<std::string> arguments = {"estimate", "--json"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const ProgramEnd end = RunProgram(arguments);
+    EXPECT_EQ(end.exit_code, 2) << end.err;
+    EXPECT_EQ(end.out, "");
+    for (const std::string& words : said) EXPECT_THAT(end.err, HasSubstr(words));
+  }
+
+  const std::filesystem::path folder_ =
+      std::filesystem::temp_directory_path() /
+      (std::string("turbidock_estimate_") +
+       ::testing::UnitTest::GetInstance()->current_test_info()->name());
+};
+
+const Pose kPose = Pose::FromVectorPart({0.6, 0.02, -0.03}, {0.01, -0.02, 0.05});
+
+TEST_F(Estimate, PathTracedPairs) {
+  const std::string data = std::string(TURBIDOCK_TEST_DATA) + "/pathtraced/";
+  int pairs = 0;
+  for (const char* list : {"active_21.json", "passive_22.json"}) {
+    std::ifstream stream(data + list);
+    for (const Json& entry : Json::parse(stream)) {
+      const Json result = Run({"--left", data + entry.at("left").get<std::string>(), "--right",
+                               data + entry.at("right").get<std::string>(), "--seed", "5"});
+      const Pose truth = PoseOf(entry), found = PoseOf(result);
+      EXPECT_LT((found.p - truth.p).norm(), 0.0025) << entry.at("name");
+      EXPECT_LT(units::DegFromRad(AngleBetween(found.q, truth.q)), 0.5) << entry.at("name");
+      EXPECT_EQ(result.at("frames"), 30);
+      EXPECT_LE(result.at("evaluations"), 30 * 540);
+      EXPECT_EQ(result.at("detected"), true);
+      EXPECT_GT(result.at("fitness"), 0.7);
+      EXPECT_EQ(result.at("ball_fitness").size(), 3u);
+      EXPECT_EQ(result.at("records").size(), 30u);
+      ++pairs;
+    }
+  }
+  EXPECT_EQ(pairs, 8);
+}
+
+TEST_F(Estimate, ASequenceGivesARecordAFrameAndAnOverlay) {
+  const StereoRig rig = RigParams{}.MakeRig();
+  for (int frame = 1; frame <= 12; ++frame) {
+    Pose X_HM = kPose;
+    X_HM.p.y() += 0.004 * frame;
+    WritePair({}, rig, X_HM, "_" + std::to_string(100 + frame));
+  }
+  const Json result =
+      Run({"--left", Path("left_*.png"), "--right", Path("right_*.png"), "--set",
+           "marker.box_m=[0,0,0]", "--csv", Path("poses.csv"), "--overlay", Path("overlay.mp4")});
+  ASSERT_EQ(result.at("records").size(), 12u);
+  EXPECT_EQ(result.at("complete"), true);
+  for (int frame = 8; frame < 12; ++frame)
+    EXPECT_NEAR(PoseOf(result["records"][frame]).p.y(), 0.02 + 0.004 * (frame + 1), 0.002);
+  std::ifstream csv(Path("poses.csv"));
+  std::string line;
+  int lines = 0;
+  while (std::getline(csv, line)) ++lines;
+  EXPECT_EQ(lines, 13);
+  // The overlay is a video of as many frames, and can be read as one.
+  const auto video = media::OpenImages(Path("overlay.mp4"));
+  Image3u8 image;
+  int frames = 0;
+  while (video->Next(&image)) ++frames;
+  EXPECT_EQ(frames, 12);
+  EXPECT_EQ(image.width(), 1280);
+  // Numbered files by a printf pattern, not more of them than asked for.
+  for (int frame = 0; frame < 5; ++frame) WritePair({}, rig, kPose, "-0" + std::to_string(frame));
+  EXPECT_EQ(Run({"--left", Path("left-%02d.png"), "--right", Path("right-%02d.png")})["frames"], 5);
+  EXPECT_EQ(Run({"--left", Path("left-%02d.png"), "--right", Path("right-%02d.png"), "--frames",
+                 "3"})["frames"],
+            3);
+}
+
+TEST_F(Estimate, AVideoThatEndsEarlyGivesWhatThereIsAndSaysSo) {
+  const StereoImage seen = PaintMarker({}, RigParams{}.MakeRig(), kPose, {}, nullptr);
+  for (const auto& [name, frames] : {std::pair{"left.mp4", 9}, {"right.mp4", 6}}) {
+    media::Mp4Writer video(Path(name), 640, 480, 30);
+    media::Canvas canvas(640, 480);
+    canvas.DrawImage(name[0] == 'l' ? seen.left : seen.right, canvas.area());
+    for (int frame = 0; frame < frames; ++frame) video.Add(canvas);
+    video.Finish();
+  }
+  const Json result = Run(
+      {"--left", Path("left.mp4"), "--right", Path("right.mp4"), "--set", "marker.box_m=[0,0,0]"});
+  EXPECT_EQ(result.at("frames"), 6);
+  EXPECT_EQ(result.at("complete"), false);
+  EXPECT_THAT(result.at("incomplete_reason").get<std::string>(),
+              HasSubstr("right.mp4 ends after 6 frames"));
+  // Compression halves the resolution of colour.
+  EXPECT_LT((PoseOf(result).p - kPose.p).norm(), 0.02);
+}
+
+// A rig whose cameras differ, are turned against each other and have lenses.
+std::string CalibrationText(const std::string& T) {
+  const double a = 0.06;
+  const auto matrix = [](int rows, int cols, const std::string& values) {
+    return " !!opencv-matrix\n   rows: " + std::to_string(rows) +
+           "\n   cols: " + std::to_string(cols) + "\n   dt: d\n   data: [ " + values + " ]\n";
+  };
+  return "%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\nM1:" +
+         matrix(3, 3, "560., 0., 322., 0., 558., 236., 0., 0., 1.") +
+         "D1:" + matrix(1, 5, "-0.1, 0.02, 0.001, -0.001, 0.") +
+         "M2:" + matrix(3, 3, "550., 0., 318., 0., 552., 242., 0., 0., 1.") +
+         "D2:" + matrix(1, 5, "-0.08, 0.01, 0., 0.002, 0.") + "R:" +
+         matrix(3, 3,
+                std::to_string(std::cos(a)) + ", 0., " + std::to_string(std::sin(a)) +
+                    ", 0., 1., 0., " + std::to_string(-std::sin(a)) + ", 0., " +
+                    std::to_string(std::cos(a))) +
+         "T:" + matrix(3, 1, T);
+}
+
+// What a camera with that lens sees of an undistorted image.
+Image3u8 ThroughLens(const Image3u8& plain, const CameraIntrinsics& camera,
+                     const vision::LensDistortion& lens) {
+  Image3u8 seen(plain.width(), plain.height());
+  for (int v = 0; v < plain.height(); ++v)
+    for (int u = 0; u < plain.width(); ++u) {
+      const Eigen::Vector2d through = camera.RayAt(u, v).head<2>();
+      Eigen::Vector2d ray = through;
+      for (int i = 0; i < 15; ++i) ray += through - lens.Apply(ray);
+      const Eigen::Vector2d at = camera.Project({ray.x(), ray.y(), 1});
+      const int column = static_cast<int>(at.x()), row = static_cast<int>(at.y());
+      if (at.x() < 0 || at.y() < 0 || column + 1 >= plain.width() || row + 1 >= plain.height())
+        continue;
+      const double fu = at.x() - column, fv = at.y() - row;
+      for (int k = 0; k < 3; ++k)
+        seen.at(u, v)[k] = static_cast<uint8_t>(std::lround(
+            (1 - fv) * ((1 - fu) * plain.at(column, row)[k] + fu * plain.at(column + 1, row)[k]) +
+            fv *
+                ((1 - fu) * plain.at(column, row + 1)[k] + fu * plain.at(column + 1, row + 1)[k])));
+    }
+  return seen;
+}
+
+TEST_F(Estimate, HonoursAnOpenCvCalibration) {
+  const std::string file = File("stereo.yml", CalibrationText("-0.15, 0.002, 0.004"));
+  const config::RigFromFile rig = config::LoadRig({file}, 640, 480);
+  // The head is midway, y points to the left camera, x ahead.
+  EXPECT_NEAR((rig.rig.X_HL.p + rig.rig.X_HR.p).norm(), 0, 1e-12);
+  EXPECT_NEAR(rig.rig.X_HL.p.y(), 0.5 * std::hypot(0.15, 0.002, 0.004), 1e-6);  // R has six digits
+  EXPECT_NEAR(rig.rig.X_HL.p.x(), 0, 1e-12);
+  // A point seen from both cameras is related by R and T.
+  const Eigen::Vector3d p_L(0.1, -0.2, 0.9), p_R = rig.rig.X_HR.Inverse() * (rig.rig.X_HL * p_L);
+  Eigen::Matrix3d R;
+  R << std::cos(0.06), 0, std::sin(0.06), 0, 1, 0, -std::sin(0.06), 0, std::cos(0.06);
+  EXPECT_LT((R * p_L + Eigen::Vector3d(-0.15, 0.002, 0.004) - p_R).norm(), 1e-5);
+
+  vision::MarkerParams marker;
+  const StereoImage plain = PaintMarker(marker, rig.rig, kPose, {}, nullptr);
+  media::WritePng(Path("left.png"), ThroughLens(plain.left, rig.rig.left, rig.left_distortion));
+  media::WritePng(Path("right.png"), ThroughLens(plain.right, rig.rig.right, rig.right_distortion));
+  const Json result = Run({"--left", Path("left.png"), "--right", Path("right.png"), "--rig", file,
+                           "--set", "marker.box_m=[0,0,0]"});
+  EXPECT_LT((PoseOf(result).p - kPose.p).norm(), 0.003);
+  EXPECT_LT(units::DegFromRad(AngleBetween(PoseOf(result).q, kPose.q)), 1);
+}
+
+// Finds a marker of those balls, painted in plain colours, by its file alone.
+struct OwnBall {
+  Eigen::Vector3d p_MQ_m;
+  double radius_m = 0.02, hue_deg = 0;
+};
+
+void ExpectFoundByFileAlone(const Estimate& test, const std::vector<OwnBall>& balls,
+                            const Pose& X_HM) {
+  SCOPED_TRACE(balls.size());
+  std::string text = "balls:\n";
+  vision::MarkerParams marker;
+  marker.balls.clear();
+  for (const OwnBall& ball : balls) {
+    const std::string name = "ball" + std::to_string(marker.balls.size());
+    const double hue_rad = units::RadFromDeg(ball.hue_deg);
+    marker.balls.push_back({name, ball.p_MQ_m, ball.radius_m, hue_rad, {1, 1, 1}});
+    text += "  - {name: " + name + ", p_MQ_m: [" + std::to_string(ball.p_MQ_m.x()) + ", " +
+            std::to_string(ball.p_MQ_m.y()) + ", " + std::to_string(ball.p_MQ_m.z()) +
+            "], radius_m: " + std::to_string(ball.radius_m) +
+            ", hue_rad: " + std::to_string(hue_rad) + "}\n";
+  }
+  test.WritePair(marker, RigParams{}.MakeRig(), X_HM);
+  const Json result = test.Run({"--left", test.Path("left.png"), "--right", test.Path("right.png"),
+                                "--marker", test.File("marker.yaml", text)});
+  EXPECT_EQ(result.at("detected"), true);
+  EXPECT_LT((PoseOf(result).p - X_HM.p).norm(), 0.003);
+  EXPECT_LT(units::DegFromRad(AngleBetween(PoseOf(result).q, X_HM.q)), 0.5);
+  ASSERT_EQ(result.at("ball_fitness").size(), balls.size());
+  for (const Json& fitness : result.at("ball_fitness")) EXPECT_GT(fitness, 0.7);
+}
+
+TEST_F(Estimate, AMarkerOfOnesOwnByFileAlone) {
+  // Yellow, cyan and magenta on a T, of different sizes.
+  ExpectFoundByFileAlone(
+      *this,
+      {{{0, 0.1, 0}, 0.03, 60}, {{0, -0.1, 0.02}, 0.025, 180}, {{-0.05, 0, -0.12}, 0.02, 300}},
+      Pose::FromVectorPart({0.8, -0.05, 0.04}, {0.03, 0.02, -0.06}));
+  // Five colours.
+  ExpectFoundByFileAlone(*this,
+                         {{{-0.06, 0, 0}, 0.022, 60},
+                          {{0, 0.08, 0.05}, 0.022, 180},
+                          {{0, -0.08, 0.05}, 0.022, 300},
+                          {{0, 0.08, -0.07}, 0.022, 0},
+                          {{0, -0.07, -0.06}, 0.022, 120}},
+                         kPose);
+  // Eight balls about a ring's rim, two of them orange, two of them violet.
+  ExpectFoundByFileAlone(*this,
+                         {{{0, 0.13, 0.01}, 0.018, 30},
+                          {{-0.02, 0.09, 0.09}, 0.018, 90},
+                          {{0, 0, 0.12}, 0.018, 150},
+                          {{-0.03, -0.09, 0.08}, 0.018, 210},
+                          {{0, -0.13, 0}, 0.018, 270},
+                          {{-0.01, -0.08, -0.09}, 0.018, 330},
+                          {{-0.06, 0.01, -0.13}, 0.018, 30},
+                          {{0, 0.09, -0.09}, 0.018, 270}},
+                         kPose);
+}
+
+TEST_F(Estimate, ThePublishedPresetIsUnrefinedAndRepeats) {
+  WritePair({}, RigParams{}.MakeRig(), kPose);
+  const std::vector<std::string> arguments = {
+      "--left",   Path("left.png"), "--right", Path("right.png"),
+      "--preset", "published",      "--seed",  "3"};
+  const Json result = Run(arguments);
+  EXPECT_EQ(result.at("evaluations"), 30 * 276);
+  EXPECT_TRUE(result.at("covariance").is_null());
+  EXPECT_EQ(Run(arguments), result);
+}
+
+TEST_F(Estimate, WallClockSaysHowManyGenerationsItReached) {
+  WritePair({}, RigParams{}.MakeRig(), kPose);
+  const Json result = Run(
+      {"--left", Path("left.png"), "--right", Path("right.png"), "--frames", "3", "--wall-clock"});
+  EXPECT_GE(result.at("generations_least"), 1);
+  EXPECT_EQ(result["records"][1]["evaluations"].get<int>() / 24 * 24 > 0, true);
+}
+
+TEST_F(Estimate, BadInputIsNamed) {
+  const StereoRig rig = RigParams{}.MakeRig();
+  WritePair({}, rig, kPose);
+  const std::string left = Path("left.png"), right = Path("right.png");
+  ExpectBadInput({"--left", Path("nothing.png"), "--right", right},
+                 {"nothing.png", "no such file"});
+  ExpectBadInput({"--left", File("text.png", "no picture"), "--right", right}, {"text.png"});
+  ExpectBadInput({"--left", File("text.mp4", "no video"), "--right", Path("text.mp4")},
+                 {"text.mp4", "cannot be read"});
+  ExpectBadInput({"--left", Path("left_%03d.png"), "--right", right}, {"no such images"});
+  media::WritePng(Path("small.png"), Image3u8(320, 240));
+  ExpectBadInput({"--left", left, "--right", Path("small.png")},
+                 {"left.png has 640 x 480", "small.png has 320 x 240"});
+  ExpectBadInput({"--left", Path("small.png"), "--right", Path("small.png")},
+                 {"320 x 240 pixels, must be the rig's 640 x 480"});
+  ExpectBadInput(
+      {"--left", left, "--right", right, "--rig", File("zero.yml", CalibrationText("0., 0., 0."))},
+      {"zero.yml", "T: the baseline is 0 m"});
+  ExpectBadInput(
+      {"--left", left, "--right", right, "--rig", File("mm.yml", CalibrationText("-150., 0., 0."))},
+      {"mm.yml", "T must be in metres"});
+  ExpectBadInput({"--left", left, "--right", right, "--rig",
+                  File("rig.yaml", "width_px: 640\nbaseline_m: 0\n")},
+                 {"rig.yaml:2: baseline_m"});
+  ExpectBadInput({"--left", left, "--right", right, "--rig",
+                  File("half.yml", "%YAML:1.0\n---\nimage_width: 640\n")},
+                 {"half.yml", "required"});
+  ExpectBadInput({"--left", left, "--right", right, "--marker", File("marker.yaml", "bals: []\n")},
+                 {"marker.yaml:1: bals", "balls"});
+  ExpectBadInput({"--left", left, "--right", right, "--preset", "best"},
+                 {"estimator.preset", "best"});
+  ExpectBadInput({"--left", left, "--right", right, "--overlay", Path("film.avi")}, {"film.avi"});
+}
+
+}  // namespace
+}  // namespace turbidock::testing

@@ -1,0 +1,456 @@
+// The gate on synthetic trials: verdicts, pairing, baselines, reports, and what is refused.
+
+#include "experiments/studies/gate/gate.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "experiments/studies/gate/gate_output.h"
+#include "experiments/system/subprocess.h"
+#include "sim/base/check.h"
+#include "sim/base/digest.h"
+#include "sim/base/random.h"
+
+namespace turbidock::gate {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+// How a build docks: from the seed alone, as a trial does.
+using Build = std::function<GateTrial(size_t condition, int64_t seed)>;
+
+Rng Noise(int64_t seed, const char* what) {
+  return SeedTree(static_cast<uint64_t>(seed)).Stream(what);
+}
+
+// Docks at a rate, after about 40 s.
+Build DocksAt(double rate, double slower_s = 0, double worse_m = 0) {
+  return [=](size_t, int64_t seed) {
+    const bool docks = Noise(seed, "docks").Uniform() < rate;
+    GateTrial trial{.seed = seed,
+                    .outcome = docks ? "docked" : "timeout",
+                    .time_s = 40 + 4 * Noise(seed, "time").Normal() + slower_s,
+                    .final_error_m = 0.01 + 0.005 * Noise(seed, "error").Uniform() + worse_m,
+                    .digest = ""};
+    Digest digest;
+    digest.Add(trial.outcome);
+    digest.Add(trial.time_s);
+    digest.Add(trial.final_error_m);
+    trial.digest = digest.Hex();
+    return trial;
+  };
+}
+
+GateRunner RunnerOf(const Build& build, int* trials = nullptr) {
+  return [build, trials](const std::vector<GateRequest>& requests) {
+    std::vector<GateTrial> results;
+    for (const GateRequest& request : requests)
+      results.push_back(build(request.condition, request.seed));
+    if (trials) *trials += static_cast<int>(requests.size());
+    return results;
+  };
+}
+
+std::string MessageOf(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+class Gate : public ::testing::Test {
+ protected:
+  void SetUp() override { std::filesystem::create_directories(folder_); }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  std::string File(const std::string& name, const std::string& text) {
+    std::ofstream(folder_ / name) << text;
+    return (folder_ / name).string();
+  }
+  // Lines 1 to 9 are the gate's, then those of `more`.
+  std::string PlanFile(const std::string& more = "") {
+    return File("gate.yaml",
+                "schema_version: 1\n"
+                "description: docking\n"
+                "baseline: gate.baseline.yaml\n"
+                "max_trials: 200\n"
+                "margins: {success_rate: 0.1, time_s: 5, final_error_m: 0.01}\n"
+                "conditions:\n"
+                "  - name: calm\n"
+                "    scenario: pool_active\n"
+                "    set: {water.milk_ml_m3: 20, sea: {state: calm}}\n" +
+                    more);
+  }
+  GatePlan Plan(const std::string& more = "") { return LoadGatePlan(PlanFile(more)); }
+
+  static Baseline Measure(const GatePlan& plan, const Build& build) {
+    return MeasureBaseline(plan, RunnerOf(build), 7, nullptr);
+  }
+  static GateReport Judge(const GatePlan& plan, const Baseline& baseline, const Build& build,
+                          int at_once = 3, int* trials = nullptr) {
+    return RunGate(plan, baseline, "gate.baseline.yaml", RunnerOf(build, trials),
+                   {.at_once = at_once, .on_round = {}});
+  }
+
+  const std::filesystem::path folder_ =
+      std::filesystem::temp_directory_path() /
+      (std::string("turbidock_gate_") +
+       ::testing::UnitTest::GetInstance()->current_test_info()->name() + "_" +
+       std::to_string(getpid()));
+};
+
+// -------------------------------------------------------------------------------------- verdicts
+
+TEST_F(Gate, TheSameBuildPassesWithFewTrials) {
+  const GatePlan plan = Plan();
+  int trials = 0;
+  const GateReport report =
+      Judge(plan, Measure(plan, DocksAt(0.95)), DocksAt(0.95), /*at_once=*/1, &trials);
+  EXPECT_EQ(report.verdict, statistics::Verdict::kPass);
+  EXPECT_LT(trials, 45);
+  const ConditionReport& calm = report.conditions.at(0);
+  EXPECT_TRUE(calm.paired);
+  EXPECT_EQ(std::ssize(calm.trials), trials);
+  EXPECT_THAT(calm.newly_failing, IsEmpty());
+  ASSERT_EQ(calm.measures.size(), 3u);
+  for (const MeasureReport& measure : calm.measures) {
+    EXPECT_EQ(measure.verdict, statistics::Verdict::kPass);
+    EXPECT_EQ(measure.before, measure.now);
+    EXPECT_EQ(measure.worse + measure.better, 0);
+  }
+}
+
+TEST_F(Gate, EachMeasureFailsForItsOwnReason) {
+  const GatePlan plan = Plan();
+  const Baseline baseline = Measure(plan, DocksAt(0.95));
+  const auto failed = [&](const Build& build) {
+    const GateReport report = Judge(plan, baseline, build);
+    EXPECT_EQ(report.verdict, statistics::Verdict::kFail);
+    std::vector<std::string> names;
+    for (const MeasureReport& measure : report.conditions.at(0).measures)
+      if (measure.verdict == statistics::Verdict::kFail) names.push_back(measure.name);
+    return names;
+  };
+  EXPECT_THAT(failed(DocksAt(0.6)), ElementsAre("success rate"));
+  EXPECT_THAT(failed(DocksAt(0.95, 8)), ElementsAre("time to dock"));
+  EXPECT_THAT(failed(DocksAt(0.95, 0, 0.02)), ElementsAre("final true error"));
+}
+
+TEST_F(Gate, BetterIsNoFailure) {
+  const GatePlan plan = Plan();
+  const Baseline baseline = Measure(plan, DocksAt(0.8));
+  const GateReport report = Judge(plan, baseline, DocksAt(1.0, -10, -0.005));
+  EXPECT_EQ(report.verdict, statistics::Verdict::kPass);
+  EXPECT_THAT(report.conditions.at(0).newly_docking, Not(IsEmpty()));
+}
+
+TEST_F(Gate, TooFewTrialsAreInconclusive) {
+  const GatePlan plan = Plan("    max_trials: 10\n");
+  const GateReport report = Judge(plan, Measure(plan, DocksAt(0.95)), DocksAt(0.95));
+  EXPECT_EQ(report.verdict, statistics::Verdict::kInconclusive);
+  EXPECT_EQ(report.conditions.at(0).trials.size(), 10u);
+}
+
+TEST_F(Gate, TheVerdictDoesNotDependOnHowManyTrialsRunAtOnce) {
+  const GatePlan plan = Plan("  - name: rough\n    scenario: sea_night_active\n");
+  const Baseline baseline = Measure(plan, DocksAt(0.9));
+  for (const Build& build : {DocksAt(0.88), DocksAt(0.7), DocksAt(0.9, 2)}) {
+    const std::string one = GateJson(Judge(plan, baseline, build, 1));
+    for (const int at_once : {2, 5, 64})
+      EXPECT_EQ(GateJson(Judge(plan, baseline, build, at_once)), one);
+  }
+}
+
+TEST_F(Gate, AWorseConditionIsFoundAmongGoodOnes) {
+  const GatePlan plan = Plan("  - name: rough\n    scenario: sea_night_active\n");
+  const Baseline baseline = Measure(plan, DocksAt(0.95));
+  const GateReport report = Judge(plan, baseline, [](size_t condition, int64_t seed) {
+    return DocksAt(condition == 1 ? 0.5 : 0.95)(condition, seed);
+  });
+  EXPECT_EQ(report.verdict, statistics::Verdict::kFail);
+  EXPECT_EQ(report.conditions.at(0).verdict, statistics::Verdict::kPass);
+  EXPECT_EQ(report.conditions.at(1).verdict, statistics::Verdict::kFail);
+  EXPECT_THAT(report.conditions.at(1).newly_failing, Not(IsEmpty()));
+}
+
+TEST_F(Gate, OtherSeedsAreComparedWithoutPairs) {
+  GatePlan plan = Plan();
+  plan.conditions[0].max_trials = 1000;
+  const Baseline baseline = Measure(plan, DocksAt(0.95));
+  plan.seed = 77;
+  const GateReport same = Judge(plan, baseline, DocksAt(0.95));
+  EXPECT_FALSE(same.paired);
+  EXPECT_EQ(same.verdict, statistics::Verdict::kPass);
+  EXPECT_EQ(Judge(plan, baseline, DocksAt(0.8)).verdict, statistics::Verdict::kFail);
+  EXPECT_EQ(Judge(plan, baseline, DocksAt(0.95, 10)).verdict, statistics::Verdict::kFail);
+  // a baseline too small to say how good it was
+  plan.conditions[0].max_trials = 40;
+  plan.seed = 1;
+  const Baseline small = Measure(plan, DocksAt(0.95));
+  plan.seed = 77;
+  EXPECT_THAT(MessageOf([&] { Judge(plan, small, DocksAt(0.95)); }),
+              HasSubstr("too wide for a margin of 0.1"));
+}
+
+// A build that only chance tells from another of the same rate.
+Build ChanceBuild(const std::string& stream, double rate) {
+  return [=](size_t, int64_t seed) {
+    Rng rng = Noise(seed, stream.c_str());
+    const bool docks = rng.Uniform() < rate;
+    return GateTrial{.seed = seed,
+                     .outcome = docks ? "docked" : "timeout",
+                     .time_s = 40 + 4 * rng.Normal(),
+                     .final_error_m = 0.01 + 0.002 * rng.Normal(),
+                     .digest = "0"};
+  };
+}
+
+// Of many gates, each with a baseline of its own: how often a build of the same rates fails, and
+// how often one that is worse by the margin passes. An error rate of 0.05 exceeds the counts
+// allowed here less than once in a hundred times.
+TEST_F(Gate, FalseAlarmsAndMissesStayWithinAlphaAndBetaInPairs) {
+  GatePlan plan = Plan();
+  int alarms = 0, misses = 0;
+  for (int gate = 0; gate < 300; ++gate) {
+    plan.seed = gate;
+    const std::string name = std::to_string(gate);
+    const Baseline baseline = Measure(plan, ChanceBuild("old" + name, 0.95));
+    alarms += Judge(plan, baseline, ChanceBuild("new" + name, 0.95)).verdict ==
+              statistics::Verdict::kFail;
+    misses += Judge(plan, baseline, ChanceBuild("new" + name, 0.85)).verdict ==
+              statistics::Verdict::kPass;
+  }
+  EXPECT_LE(alarms, 24);
+  EXPECT_LE(misses, 24);
+}
+
+TEST_F(Gate, FalseAlarmsAndMissesStayWithinAlphaAndBetaWithoutPairs) {
+  GatePlan plan = Plan();
+  GateCondition& condition = plan.conditions[0];
+  int alarms = 0, misses = 0, decided = 0;
+  for (int gate = 0; gate < 100; ++gate) {
+    const std::string name = std::to_string(gate);
+    plan.seed = gate;
+    condition.max_trials = 500;
+    const Baseline baseline = Measure(plan, ChanceBuild("old" + name, 0.95));
+    plan.seed = 1000000 + gate;
+    condition.max_trials = 300;
+    const statistics::Verdict same = Judge(plan, baseline, ChanceBuild("new" + name, 0.95)).verdict;
+    const statistics::Verdict worse =
+        Judge(plan, baseline, ChanceBuild("new" + name, 0.85)).verdict;
+    alarms += same == statistics::Verdict::kFail;
+    misses += worse == statistics::Verdict::kPass;
+    decided += (same == statistics::Verdict::kPass) + (worse == statistics::Verdict::kFail);
+  }
+  EXPECT_LE(alarms, 11);
+  EXPECT_LE(misses, 11);
+  EXPECT_GT(decided, 100);
+}
+
+TEST_F(Gate, AlphaIsSharedByAllTestsOfAGateUnlessToldOtherwise) {
+  const std::string more = "  - name: rough\n    scenario: sea_night_active\n";
+  GatePlan plan = Plan(more);
+  const auto alpha = [&] { return plan.OptionsFor(plan.conditions[0], true).alpha; };
+  EXPECT_DOUBLE_EQ(alpha(), 0.05 / 6);
+  plan.alpha_covers = AlphaCovers::kCondition;
+  EXPECT_DOUBLE_EQ(alpha(), 0.05 / 3);
+  plan.alpha_covers = AlphaCovers::kTest;
+  EXPECT_DOUBLE_EQ(alpha(), 0.05);
+}
+
+// -------------------------------------------------------------------------------------- baselines
+
+TEST_F(Gate, ABaselineReadsBackAsItWasWritten) {
+  const GatePlan plan = Plan();
+  const Baseline baseline = Measure(plan, DocksAt(0.9));
+  const std::string text = BaselineText(baseline);
+  const Baseline read = LoadBaseline(File("gate.baseline.yaml", text));
+  EXPECT_EQ(BaselineText(read), text);
+  EXPECT_EQ(read.conditions.at(0).outcomes.size(), 200u);
+  // a line a trial
+  EXPECT_LT(std::count(text.begin(), text.end(), '\n'), 200 + 20);
+  EXPECT_EQ(GateJson(Judge(plan, read, DocksAt(0.85))),
+            GateJson(Judge(plan, baseline, DocksAt(0.85))));
+}
+
+TEST_F(Gate, AnyEditOfABaselineIsNoticed) {
+  const GatePlan plan = Plan();
+  const std::string text = BaselineText(Measure(plan, DocksAt(0.9)));
+  const auto refused = [&](const std::string& edited) {
+    return MessageOf([&] { LoadBaseline(File("edited.yaml", edited)); });
+  };
+  std::string turned = text;
+  turned.replace(turned.find("timeout"), 7, "docked");
+  EXPECT_THAT(refused(turned), HasSubstr("was edited"));
+  EXPECT_THAT(refused("# a remark\n" + text), HasSubstr("was edited"));
+  EXPECT_THAT(refused(text + "\n"), HasSubstr("was edited"));
+  EXPECT_THAT(refused(text.substr(0, text.rfind("checksum"))), HasSubstr("was edited"));
+  std::string schema = text;
+  schema.replace(schema.find("schema_version: 1"), 17, "schema_version: 2");
+  EXPECT_THAT(refused(schema), HasSubstr("schema_version = 2"));
+  EXPECT_THAT(MessageOf([&] { LoadBaseline((folder_ / "none.yaml").string()); }),
+              HasSubstr("there is no baseline"));
+}
+
+TEST_F(Gate, ABaselineOfAnotherPlanIsRefusedWithTheReason) {
+  const GatePlan plan = Plan();
+  const Baseline baseline = Measure(plan, DocksAt(0.9));
+  const auto refused = [&](const GatePlan& other) {
+    return MessageOf([&] { RequireSamePlan(other, baseline, "b.yaml"); });
+  };
+  EXPECT_EQ(refused(plan), "no error");
+  EXPECT_THAT(refused(Plan("  - name: rough\n    scenario: sea_night_active\n")),
+              HasSubstr("it has no condition 'rough'"));
+  GatePlan other = plan;
+  other.conditions[0].scenario = "pool_passive";
+  EXPECT_THAT(refused(other), HasSubstr("was measured in scenario pool_active"));
+  other = plan;
+  other.conditions[0].assignments[0] = "water.milk_ml_m3=30";
+  EXPECT_THAT(refused(other), HasSubstr("was measured with 'water.milk_ml_m3=20 sea.state=calm'"));
+  other = plan;
+  other.conditions[0].digest = "0";
+  EXPECT_THAT(refused(other), HasSubstr("the scenario file pool_active"));
+  other = plan;
+  other.conditions[0].name = "still";
+  EXPECT_THAT(refused(other), HasSubstr("no condition 'still'"));
+  // how it is judged may change
+  other = plan;
+  other.conditions[0].margins.success_rate = 0.2;
+  other.conditions[0].alpha = 0.01;
+  EXPECT_EQ(refused(other), "no error");
+}
+
+TEST_F(Gate, AnUpdateIsSaidInWords) {
+  const GatePlan plan = Plan();
+  const Baseline before = Measure(plan, DocksAt(0.95)), after = Measure(plan, DocksAt(0.8, 3));
+  std::string words;
+  for (const std::string& line : DescribeChange(before, after)) words += line + "\n";
+  EXPECT_THAT(words, HasSubstr(std::to_string(before.conditions[0].docked) + " of 200 docked"));
+  EXPECT_THAT(words, HasSubstr(std::to_string(after.conditions[0].docked) + " of 200 docked"));
+  EXPECT_THAT(words, HasSubstr("of 200 seeds in both"));
+  EXPECT_THAT(words, HasSubstr("no longer dock"));
+  EXPECT_THAT(words, HasSubstr("median time to dock 39.6 s -> 42.4 s (+2.9)"));
+  for (const std::string& line : DescribeChange(before, before)) words = line;
+  EXPECT_THAT(words, HasSubstr("calm: unchanged"));
+}
+
+// ---------------------------------------------------------------------------------------- reports
+
+GateReport AwkwardReport() {
+  GateReport report;
+  report.description = "a <gate> & \"quotes\" | \x01";
+  report.build = "0.1.0 & more";
+  for (const statistics::Verdict verdict : {statistics::Verdict::kPass, statistics::Verdict::kFail,
+                                            statistics::Verdict::kInconclusive}) {
+    ConditionReport condition;
+    condition.name = "50 % <milk> & | " + std::string(NameOf(verdict));
+    condition.verdict = verdict;
+    condition.trials.resize(2);
+    condition.trials[0].seed = 1;
+    condition.trials[1].seed = 9223372036854775807;
+    condition.docked = 1;
+    condition.newly_failing = {9223372036854775807};
+    MeasureReport measure;
+    measure.name = "success rate";
+    measure.verdict = verdict;
+    measure.before = 1;
+    measure.now = 0.5;
+    condition.measures.push_back(measure);
+    report.conditions.push_back(condition);
+  }
+  report.verdict = statistics::Verdict::kFail;
+  return report;
+}
+
+TEST_F(Gate, TheJunitFileIsValid) {
+  const std::string schema = std::string(TURBIDOCK_TEST_DATA) + "/junit/jenkins-junit.xsd";
+  const std::string file = File("junit.xml", GateJunit(AwkwardReport()));
+  system::Subprocess({"xmllint", "--noout", "--schema", schema, file}, "libxml2-utils").Finish();
+  // the schema does say no
+  const std::string broken =
+      File("broken.xml", "<testsuites><testsuite tests=\"1\"/></testsuites>");
+  EXPECT_THROW(
+      system::Subprocess({"xmllint", "--noout", "--schema", schema, broken}, "libxml2-utils")
+          .Finish(),
+      SimulatorFault);
+
+  const auto xpath = [&](const std::string& expression) {
+    return system::Subprocess({"xmllint", "--xpath", expression, file}, "libxml2-utils").Finish();
+  };
+  EXPECT_EQ(xpath("count(//testcase)"), "3\n");
+  EXPECT_EQ(xpath("count(//failure)"), "1\n");
+  EXPECT_EQ(xpath("count(//error)"), "1\n");
+  EXPECT_EQ(xpath("string(//testsuite[2]//property[@name='seeds']/@value)"),
+            "1 9223372036854775807\n");
+  EXPECT_EQ(xpath("string(//testsuite[2]/@name)"), "50 % <milk> & | fail\n");
+  EXPECT_EQ(xpath("string(//testsuite[1]//property[@name='success_rate']/@value)"), "0.5000\n");
+}
+
+TEST_F(Gate, TheOtherReportsSayTheSame) {
+  const GateReport report = AwkwardReport();
+  const auto json = nlohmann::json::parse(GateJson(report));
+  EXPECT_EQ(json["verdict"], "fail");
+  EXPECT_EQ(json["conditions"].size(), 3u);
+  EXPECT_EQ(json["conditions"][1]["newly_failing_seeds"][0], 9223372036854775807);
+  EXPECT_EQ(json["conditions"][2]["measures"][0]["now"], 0.5);
+  const std::string markdown = GateMarkdown(report);
+  EXPECT_THAT(markdown, HasSubstr("FAIL"));
+  EXPECT_THAT(markdown, HasSubstr("\\|"));
+  EXPECT_THAT(GateTable(report), HasSubstr("inconclusive"));
+}
+
+// -------------------------------------------------------------------------------------- bad input
+
+TEST_F(Gate, BadPlans) {
+  const auto refused = [&](const std::string& text) {
+    return MessageOf([&] { LoadGatePlan(File("bad.yaml", text)); });
+  };
+  const std::string head = "schema_version: 1\nbaseline: b.yaml\n";
+  const std::string tail = "conditions:\n  - {name: a, scenario: pool_active}\n";
+  EXPECT_EQ(refused(head + tail), "no error");
+  EXPECT_THAT(refused(tail), HasSubstr("schema_version: this key is required"));
+  EXPECT_THAT(refused("schema_version: 1\n" + tail), HasSubstr("baseline: this key is required"));
+  EXPECT_THAT(refused(head), HasSubstr("conditions: this key is required"));
+  EXPECT_THAT(refused(head + "conditions: []\n"), HasSubstr("needs a condition"));
+  EXPECT_THAT(refused(head + "conditions: 3\n"), HasSubstr("must be a list"));
+  EXPECT_THAT(refused(head + "alpha: 0\n" + tail), HasSubstr(":3: alpha = 0, must be in (0, 1)"));
+  EXPECT_THAT(refused(head + "beta: 1\n" + tail), HasSubstr(":3: beta = 1, must be in (0, 1)"));
+  EXPECT_THAT(refused(head + "max_trials: 0\n" + tail), HasSubstr(":3: max_trials = 0"));
+  EXPECT_THAT(refused(head + "margins: {success_rate: 1.5}\n" + tail),
+              HasSubstr("margins.success_rate = 1.5, must be in (0, 1)"));
+  EXPECT_THAT(refused(head + "aplha: 0.1\n" + tail), HasSubstr("did you mean alpha?"));
+  EXPECT_THAT(refused(head + tail + "  - {name: a, scenario: pool_passive}\n"),
+              HasSubstr("two conditions are named 'a'"));
+  EXPECT_THAT(refused(head + "conditions:\n  - {name: a, scenario: pool_actve}\n"),
+              HasSubstr("did you mean pool_active?"));
+  EXPECT_THAT(refused(head + "conditions:\n  - {name: a}\n"), HasSubstr("needs a scenario"));
+  EXPECT_THAT(refused(head + "conditions:\n  - {name: a, scenario: pool_active, alpha: 2}\n"),
+              HasSubstr(":4: conditions[0].alpha = 2"));
+  EXPECT_THAT(
+      refused(head + "conditions:\n  - {name: a, scenario: pool_active, set: {watr.milk: 1}}\n"),
+      HasSubstr("water"));
+}
+
+TEST_F(Gate, ABaselineThatCannotFallIsRefused) {
+  const GatePlan plan = Plan();
+  const Baseline baseline = Measure(plan, DocksAt(0));
+  EXPECT_THAT(MessageOf([&] { Judge(plan, baseline, DocksAt(0)); }),
+              HasSubstr("cannot fall by 0.1"));
+}
+
+}  // namespace
+}  // namespace turbidock::gate

@@ -1,0 +1,157 @@
+#include "experiments/studies/recognition/calibration.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "experiments/config/data_files.h"
+#include "experiments/config/yaml_fields.h"
+#include "sim/base/random.h"
+
+namespace turbidock::recognition {
+namespace {
+
+FreeParameter farm::Parameter(double low, double high, bool logarithmic) {
+  FreeParameter p;
+  p.key = "water.milk_ml_m3";
+  p.low = p.start = low;
+  p.high = high;
+  p.logarithmic = logarithmic;
+  return p;
+}
+
+TEST(FreeParameter, PlacesAndValuesAreInverse) {
+  for (const bool logarithmic : {false, true}) {
+    const FreeParameter p = farm::Parameter(0.5, 32, logarithmic);
+    EXPECT_DOUBLE_EQ(p.ValueAt(0), 0.5);
+    EXPECT_DOUBLE_EQ(p.ValueAt(1), 32);
+    for (const double place : {0.1, 0.5, 0.77})
+      EXPECT_NEAR(p.PlaceOf(p.ValueAt(place)), place, 1e-12);
+  }
+  EXPECT_DOUBLE_EQ(farm::Parameter(0.5, 32, true).ValueAt(0.5), 4);
+  EXPECT_EQ(farm::Parameter(0.5, 32, true).Assignment(4.123456789), "water.milk_ml_m3=4.1235");
+  FreeParameter steps = farm::Parameter(1, 12, false);
+  steps.integer = true;
+  EXPECT_EQ(steps.ValueAt(0.3), 4);  // of 4.3
+  EXPECT_EQ(steps.Assignment(steps.ValueAt(0.3)), "water.milk_ml_m3=4");
+}
+
+TEST(FreeParameter, RefusesAnEmptyRange) {
+  EXPECT_THROW(CheckFields(farm::Parameter(2, 1, false), "p"), ConfigError);
+  EXPECT_THROW(CheckFields(farm::Parameter(0, 1, true), "p"), ConfigError);
+  FreeParameter outside = farm::Parameter(0, 1, false);
+  outside.start = 2;
+  EXPECT_THROW(CheckFields(outside, "p"), ConfigError);
+}
+
+// The bundled plan's keys are a scenario's, and what calibrate writes is read back as it was.
+TEST(CalibrationPlan, WritesKeysThatAScenarioReads) {
+  const CalibrationPlan plan = LoadCalibrationPlan(config::AssetPath("calibration.yaml"));
+  std::vector<double> values;
+  std::vector<std::string> assignments;
+  for (const FreeParameter& p : plan.parameters) {
+    values.push_back(p.ValueAt(0.3));
+    assignments.push_back(p.Assignment(values.back()));
+    EXPECT_FALSE(p.source.empty()) << p.key;
+  }
+  trial::Scenario read = RecognitionScenario(MarkerKind::kPassive, {});
+  config::ReadFields(config::ParseYaml(CalibratedYaml(plan, values), "optics.yaml"), &read,
+                     nullptr);
+  EXPECT_EQ(config::SaveYaml(read),
+            config::SaveYaml(RecognitionScenario(MarkerKind::kPassive, assignments)));
+}
+
+// A list that the calibrated optics do not give cannot be written by its elements; better to hear
+// of it before the search.
+TEST(CalibrationExperiment, RefusesAnElementOfAListThatIsNotThere) {
+  CalibrationPlan plan;
+  plan.parameters = {farm::Parameter(0.5, 2, false)};
+  plan.parameters[0].key = "sensor.white_balance[1]";
+  TableRow row;
+  row.cell = {MarkerKind::kActive, 80, 0.6};
+  const TableByMarker tables = {{MarkerKind::kActive, {row}}};
+  try {
+    CalibrationExperiment experiment(plan, tables);
+    FAIL();
+  } catch (const ConfigError& error) {
+    EXPECT_NE(std::string(error.what()).find("white_balance"), std::string::npos) << error.what();
+  }
+}
+
+TableComparison Comparison(double rmse, double area_agreement,
+                                   std::map<double, TableComparison::Loss> loss) {
+  return {rmse, area_agreement, std::move(loss)};
+}
+
+// In units of what is accepted; a table in which the marker is never lost tells nothing of loss.
+TEST(Misfit, IsTheRootMeanSquareOfThreeDemands) {
+  EXPECT_EQ(Misfit(Comparison(0, 1, {{0.4, {50, 50}}})), 0);
+  EXPECT_NEAR(Misfit(Comparison(0.07, 0.9, {{0.4, {56, 50}}, {1, {44, 50}}})), 1, 1e-12);
+  EXPECT_NEAR(Misfit(Comparison(0.14, 1, {{0.4, {50, 50}}})), 2 / std::sqrt(3), 1e-12);
+  EXPECT_NEAR(Misfit(Comparison(0, 1, {{0.4, {std::nullopt, 50}}})), std::sqrt(3), 1e-12);
+  EXPECT_NEAR(Misfit(Comparison(0.07, 0.9, {{0.4, {50, std::nullopt}}})), 1, 1e-12);
+}
+
+// In each of these cells a search that is not told has not found the marker after a second.
+TEST(CalibrationExperiment, NeedNotFindTheMarker) {
+  CalibrationPlan plan;
+  plan.cell_share = 1;
+  plan.parameters = {farm::Parameter(0.5, 2, false)};
+  std::vector<TableRow> rows;
+  for (const double milk_ml_m3 : {7.28, 9.7, 55.8, 84.9})
+    rows.push_back({{MarkerKind::kPassive, milk_ml_m3, 0.4}, 0.5, {}});
+  CalibrationExperiment experiment(plan, {{MarkerKind::kPassive, rows}});
+  for (const CellResult& result : experiment.Run({}, {.workers = 2}))
+    EXPECT_LT(result.position_error_mean_m, 0.01) << result.cell.milk_ml_m3;
+}
+
+// Two tables, of which one is met and the other missed by twice what is accepted.
+TEST(CalibrationExperiment, BothTablesCount) {
+  const RecognitionCell active{MarkerKind::kActive, 80, 0.6}, passive{MarkerKind::kPassive, 5, 0.6};
+  CalibrationPlan plan;
+  plan.parameters = {farm::Parameter(0.5, 2, false)};
+  const CalibrationExperiment experiment(plan, {{MarkerKind::kActive, {{active, 0.5, {}}}},
+                                                {MarkerKind::kPassive, {{passive, 0.5, {}}}}});
+  for (const auto& [of_active, of_passive] : {std::pair{0.5, 0.36}, {0.36, 0.5}})
+    EXPECT_NEAR(experiment.MisfitOf({{.cell = active, .fitness_mean = of_active},
+                                     {.cell = passive, .fitness_mean = of_passive}}),
+                1, 1e-12);
+}
+
+// A known change of one parameter is found again from the table that it makes.
+TEST(Calibrate, FindsWhatMadeTheTable) {
+  CalibrationPlan plan;
+  plan.cell_share = 1;
+  plan.seconds = 0.1;
+  FreeParameter power;
+  power.key = "ball_lights.rim_radiance_w_m2_sr";
+  power.low = 0.0002;  // brighter than `high`, a ball's halo lowers F again
+  power.high = 0.0018;
+  power.start = 0.0013;
+  power.logarithmic = true;
+  plan.parameters = {power};
+  TableByMarker tables;
+  TableRow row;
+  row.cell = {MarkerKind::kActive, 80, 0.6};
+  tables[MarkerKind::kActive] = {row};
+  CalibrationExperiment experiment(plan, tables);
+  ASSERT_EQ(experiment.rows().size(), 1u);
+  const double truth = 0.0006;
+  tables[MarkerKind::kActive][0].fitness_mean =
+      experiment.Run({power.Assignment(truth)}, {}).front().fitness_mean;
+  CalibrationExperiment known(plan, tables);
+  const CalibrationResult result = Calibrate(plan, {.generations = 3}, &known);
+  EXPECT_NEAR(std::log(result.values[0] / truth), 0, 0.15);
+  EXPECT_LT(result.misfit, 0.35);  // F within 0.03, the same Area
+  EXPECT_GT(result.misfit_beside[0].first, result.misfit);
+  EXPECT_GT(result.misfit_beside[0].second, result.misfit);
+
+  const CalibrationResult start = Calibrate(plan, {.generations = 0}, &known);
+  EXPECT_EQ(start.evaluations, 1);
+  EXPECT_NEAR(start.values[0], power.start, 1e-12);
+  EXPECT_GT(start.misfit, 2 * result.misfit);
+  EXPECT_LT(start.misfit_beside[0].first, start.misfit);  // the truth is lower
+}
+
+}  // namespace
+}  // namespace turbidock::recognition

@@ -1,0 +1,39 @@
+// The shipped optics against the published tables, by the program's own search, a second a cell.
+// Not asserted is what is missed (experiments/studies/recognition/README.md): the passive marker's RMSE and
+// the deviations.
+
+#include <gtest/gtest.h>
+
+#include "experiments/studies/recognition/recognition.h"
+#include "experiments/studies/recognition/table.h"
+
+namespace turbidock::recognition {
+namespace {
+
+TableComparison CompareWithPublished(MarkerKind marker) {
+  const std::vector<TableRow> rows = PublishedTable(marker);
+  const Recognition experiment({{marker, RecognitionScenario(marker, {})}}, CellsOf(rows));
+  return Compare(experiment.Run({.seconds = 1, .run = {.workers = 2}}), rows);
+}
+
+void ExpectAreasAndLoss(const TableComparison& c) {
+  EXPECT_GE(c.area_agreement, 0.9);
+  ASSERT_EQ(c.loss_by_distance_m.size(), 2u);
+  for (const auto& [distance_m, loss] : c.loss_by_distance_m) {
+    ASSERT_TRUE(loss.ratio()) << distance_m;
+    EXPECT_NEAR(*loss.ratio(), 1, 0.12) << distance_m;
+  }
+}
+
+TEST(ShippedOptics, RecogniseTheActiveMarkerAsPublished) {
+  const TableComparison c = CompareWithPublished(MarkerKind::kActive);
+  ExpectAreasAndLoss(c);
+  EXPECT_LE(c.rmse, 0.07);
+}
+
+TEST(ShippedOptics, RecogniseThePassiveMarkerAsPublished) {
+  ExpectAreasAndLoss(CompareWithPublished(MarkerKind::kPassive));
+}
+
+}  // namespace
+}  // namespace turbidock::recognition

@@ -1,0 +1,208 @@
+// The recognition experiment: tables, comparison, cells.
+
+#include "experiments/studies/recognition/recognition.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "experiments/studies/recognition/table.h"
+#include "tests/support/program.h"
+
+namespace turbidock::recognition {
+namespace {
+
+using ::testing::HasSubstr;
+
+class TableFile : public ::testing::Test {
+ protected:
+  void TearDown() override { std::filesystem::remove(path_); }
+  std::vector<TableRow> Read(const std::string& text) {
+    std::ofstream(path_) << text;
+    return ReadRecognitionTable(path_, MarkerKind::kActive);
+  }
+  std::string Complaint(const std::string& text) {
+    try {
+      Read(text);
+    } catch (const ConfigError& error) {
+      return error.what();
+    }
+    return "none";
+  }
+
+  const std::string path_ =
+      (std::filesystem::temp_directory_path() / "turbidock_table.csv").string();
+};
+
+TEST_F(TableFile, IsReadByColumnNames) {
+  const auto rows =
+      Read("distance_mm,ftu,fitness_mean,milk_ml_m3\r\n400,1.5,0.25,2.43\r\n\r\n1000,,-0.1,0\r\n");
+  ASSERT_EQ(rows.size(), 2u);
+  EXPECT_EQ(rows[0].cell, (RecognitionCell{MarkerKind::kActive, 2.43, 0.4}));
+  EXPECT_EQ(rows[0].fitness_mean, 0.25);
+  EXPECT_FALSE(rows[0].fitness_std);
+  EXPECT_EQ(rows[1].cell, (RecognitionCell{MarkerKind::kActive, 0, 1.0}));
+}
+
+TEST_F(TableFile, ComplaintsNameLineAndColumn) {
+  const std::string head = "milk_ml_m3,distance_mm,fitness_mean\n0,400,0.5\n";
+  for (const auto& [text, said] : std::vector<std::pair<std::string, std::string>>{
+           {"", "cannot be read, or holds nothing"},
+           {"milk_ml_m3,distance_mm\n0,400\n", ":1: fitness_mean: this column is missing"},
+           {"milk_ml_m3,distance_mm,fitnes_mean\n0,400,1\n", "is it fitnes_mean?"},
+           {"milk_ml_m3,milk_ml_m3,distance_mm,fitness_mean\n0,0,400,1\n", "occurs twice"},
+           {head + "1,400\n", ":3: 2 columns, the header has 3"},
+           {head + "1,400,x\n", ":3: fitness_mean = 'x', must be a number"},
+           {head + "1,400,\n", ":3: fitness_mean = '', must be a number"},
+           {head + "1 2,400,0\n", ":3: milk_ml_m3 = '1 2', must be a number"},
+           {head + "-1,400,0\n", ":3: milk_ml_m3 = -1, must be in [0, 2000]"},
+           {head + "nan,400,0\n", ":3: milk_ml_m3 = nan, must be in [0, 2000]"},
+           {head + "1,0.4,0\n", ":3: distance_mm = 0.4, must be in [200, 10000]"},
+           {head + "1,400,1.5\n", ":3: fitness_mean = 1.5, must be in [-1, 1]"},
+           {head + "0,400,0.4\n", ":3: 0 ml/m3 at 400 mm occurs twice"},
+           {"milk_ml_m3,distance_mm,fitness_mean\n", "no rows"}})
+    EXPECT_THAT(Complaint(text), HasSubstr(said)) << text;
+}
+
+// Milk at F = 0.22 of the published columns, worked out by hand from three-point means.
+TEST(MilkAtLoss, OfThePublishedTables) {
+  const auto loss = [](MarkerKind marker, double distance_m) {
+    std::vector<std::pair<double, double>> column;
+    for (const TableRow& row : PublishedTable(marker))
+      if (row.cell.distance_m == distance_m)
+        column.emplace_back(row.cell.milk_ml_m3, row.fitness_mean);
+    return MilkAtLoss(column).value();
+  };
+  EXPECT_NEAR(loss(MarkerKind::kActive, 0.4), 215.7, 0.1);
+  EXPECT_NEAR(loss(MarkerKind::kActive, 1.0), 61.2, 0.1);
+  EXPECT_NEAR(loss(MarkerKind::kPassive, 0.4), 107.9, 0.1);
+  EXPECT_NEAR(loss(MarkerKind::kPassive, 1.0), 19.3, 0.1);
+}
+
+TEST(MilkAtLoss, NeedsACrossing) {
+  EXPECT_FALSE(MilkAtLoss({}));
+  EXPECT_FALSE(MilkAtLoss({{0, 0.9}, {10, 0.8}}));
+  EXPECT_FALSE(MilkAtLoss({{0, 0.1}, {10, 0.0}}));
+  // two-point means 0.5 and 0.0 at the ends, 0.3 in the middle
+  EXPECT_DOUBLE_EQ(MilkAtLoss({{0, 0.9}, {10, 0.1}, {20, -0.1}}).value(), 10 + 10 * 0.08 / 0.3);
+}
+
+TEST(Areas, BeginAtThePublishedLimits) {
+  EXPECT_EQ(AreaOf(0.60), Area::kI);
+  EXPECT_EQ(AreaOf(std::nextafter(0.60, 0)), Area::kII);
+  EXPECT_EQ(AreaOf(0.22), Area::kII);
+  EXPECT_EQ(AreaOf(std::nextafter(0.22, 0)), Area::kIII);
+}
+
+TEST(PublishedSteps, AreThoseOfTheTables) {
+  const std::vector<double> passive = PublishedMilk(MarkerKind::kPassive);
+  const std::vector<double> active = PublishedMilk(MarkerKind::kActive);
+  ASSERT_EQ(passive.size(), 33u);
+  ASSERT_EQ(active.size(), 46u);
+  size_t compared = 0;
+  for (const MarkerKind marker : {MarkerKind::kActive, MarkerKind::kPassive})
+    for (const TableRow& row : PublishedTable(marker)) {
+      const std::vector<double> steps = PublishedMilk(marker);
+      // the tables have three digits, cut off, and the steps are rounded
+      EXPECT_NEAR(row.cell.milk_ml_m3, steps[compared++ / 2 % steps.size()], 1.3);
+      if (compared == 2 * steps.size()) compared = 0;
+    }
+}
+
+TEST(Comparison, CountsByHand) {
+  const auto row = [](double milk, double mean) {
+    return TableRow{{MarkerKind::kActive, milk, 0.4}, mean, {}};
+  };
+  const auto result = [](double milk, double mean) {
+    return CellResult{.cell = {MarkerKind::kActive, milk, 0.4}, .fitness_mean = mean};
+  };
+  const TableComparison c = Compare({result(0, 0.7), result(1, 0.5), result(2, -0.1)},
+                                    {row(0, 0.8), row(1, 0.7), row(2, 0.1)});
+  EXPECT_NEAR(c.rmse, std::sqrt((0.01 + 0.04 + 0.04) / 3), 1e-12);
+  EXPECT_NEAR(c.area_agreement, 2.0 / 3, 1e-12);
+  EXPECT_TRUE(c.loss_by_distance_m.at(0.4).simulated_ml_m3);
+}
+
+// Whatever else is in the run, in whatever order, by however many workers.
+TEST(Recognition, CellsAreIndependent) {
+  const RecognitionOptions brief{.seconds = 0.1, .settle_s = 0.1};
+  RecognitionOptions shared = brief;
+  shared.run.workers = 3;
+  const RecognitionCell a{MarkerKind::kActive, 10, 0.6}, b{MarkerKind::kActive, 200, 0.6};
+  const std::map<MarkerKind, trial::Scenario> scenarios = {
+      {MarkerKind::kActive, RecognitionScenario(MarkerKind::kActive, {})}};
+  const auto both = Recognition(scenarios, {a, b}).Run(brief);
+  const auto turned = Recognition(scenarios, {b, a}).Run(shared);
+  ASSERT_EQ(both.size(), 2u);
+  ASSERT_EQ(turned.size(), 2u);
+  for (const int i : {0, 1}) {
+    const CellResult &x = both[static_cast<size_t>(i)], &y = turned[static_cast<size_t>(1 - i)];
+    EXPECT_EQ(x.cell, y.cell);
+    EXPECT_EQ(x.fitness, y.fitness);
+    EXPECT_EQ(x.fitness_mean, y.fitness_mean);
+    EXPECT_EQ(x.position_error_mean_m, y.position_error_mean_m);
+    EXPECT_EQ(x.last_X_HM.p, y.last_X_HM.p);
+  }
+  EXPECT_NE(both[0].fitness, both[1].fitness);
+  EXPECT_EQ(both[0].fitness.size(), 3u);
+}
+
+TEST(Recognition, ASuggestedMarkerIsFoundInTheFirstFrame) {
+  const RecognitionCell cell{MarkerKind::kActive, 10, 0.6};
+  const Recognition recognition(
+      {{MarkerKind::kActive, RecognitionScenario(MarkerKind::kActive, {})}}, {cell});
+  RecognitionOptions options{.seconds = 0.01, .settle_s = 0};
+  EXPECT_GT(recognition.RunCell(cell, options).position_error_mean_m, 0.03);
+  options.suggest_truth = true;
+  EXPECT_LT(recognition.RunCell(cell, options).position_error_mean_m, 0.01);
+}
+
+TEST(Recognition, RefusesWhatIsOutOfRange) {
+  const std::map<MarkerKind, trial::Scenario> scenarios = {
+      {MarkerKind::kActive, RecognitionScenario(MarkerKind::kActive, {})}};
+  EXPECT_THROW(Recognition(scenarios, {{MarkerKind::kActive, -1, 0.4}}), ConfigError);
+  EXPECT_THROW(Recognition(scenarios, {{MarkerKind::kActive, 1, 0.1}}), ConfigError);
+}
+
+TEST(RecognizeCommand, PrintsTheDocumentedKeys) {
+  const std::string table =
+      (std::filesystem::temp_directory_path() / "turbidock_recognize.csv").string();
+  std::ofstream(table) << "milk_ml_m3,distance_mm,fitness_mean\n5,600,0.8\n300,600,0.1\n";
+  const turbidock::testing::ProgramEnd end = turbidock::testing::RunProgram(
+      {"recognize", "--table", table, "--marker", "passive", "--seconds", "0.1", "--json"});
+  std::filesystem::remove(table);
+  ASSERT_EQ(end.exit_code, 0) << end.err;
+  const auto json = nlohmann::json::parse(end.out);
+  for (const char* key : {"cells", "rmse", "area_agreement", "loss_milk_ratio"})
+    EXPECT_TRUE(json.contains(key)) << key;
+  ASSERT_EQ(json["cells"].size(), 2u);
+  for (const char* key : {"marker", "milk_ml_m3", "distance_mm", "fitness_mean", "fitness_std",
+                          "area", "position_error_mean_m", "reference_mean"})
+    EXPECT_TRUE(json["cells"][0].contains(key)) << key;
+  EXPECT_EQ(json["cells"][0]["distance_mm"], 600);
+  EXPECT_TRUE(json["loss_milk_ratio"].contains("600"));
+}
+
+TEST(RecognizeCommand, RefusesBadInput) {
+  for (const auto& [arguments, said] :
+       std::vector<std::pair<std::vector<std::string>, std::string>>{
+           {{"--milk", "-5"}, "milk_ml_m3: -5 must be in [0, 2000]"},
+           {{"--distances", "5"}, "distance_mm"},
+           {{"--set", "water.scattering_scale=9"}, "must be in [0.1, 3]"},
+           {{"--table", "no.csv"}, "--marker"},
+           {{"--table", "no.csv", "--marker", "active"}, "no.csv: cannot be read"}}) {
+    std::vector<std::string> all = {"recognize"};
+    all.insert(all.end(), arguments.begin(), arguments.end());
+    const turbidock::testing::ProgramEnd end = turbidock::testing::RunProgram(all);
+    EXPECT_EQ(end.exit_code, 2) << said;
+    EXPECT_EQ(end.out, "");
+    EXPECT_THAT(end.err, HasSubstr(said));
+  }
+}
+
+}  // namespace
+}  // namespace turbidock::recognition

@@ -1,0 +1,190 @@
+#include "experiments/studies/run/trial_video.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "tests/studies/run/synthetic_trial.h"
+
+namespace turbidock::run {
+namespace {
+
+using ::testing::HasSubstr;
+using vision::ProjectedBall;
+
+const std::vector<ProjectedBall> kNoBalls;
+
+trial::FrameRecord Record(double time_s, double fitness) {
+  trial::FrameRecord record;
+  record.time_s = time_s;
+  record.fitness = fitness;
+  record.true_X_HM.p = record.est_X_HM.p = {0.6, 0.01, -0.02};
+  return record;
+}
+
+// A pair of images whose pixels tell where they come from.
+StereoImage Gradients(int width, int height) {
+  StereoImage images{.left = Image3u8(width, height), .right = Image3u8(width, height)};
+  for (int v = 0; v < height; ++v) {
+    for (int u = 0; u < width; ++u) {
+      const uint8_t left[] = {static_cast<uint8_t>(u), static_cast<uint8_t>(v), 40};
+      const uint8_t right[] = {90, static_cast<uint8_t>(u + v), static_cast<uint8_t>(u)};
+      std::copy_n(left, 3, images.left.at(u, v));
+      std::copy_n(right, 3, images.right.at(u, v));
+    }
+  }
+  return images;
+}
+
+int Difference(const uint8_t* a, const std::array<int, 3>& b) {
+  return std::max({std::abs(a[0] - b[0]), std::abs(a[1] - b[1]), std::abs(a[2] - b[2])});
+}
+
+TEST(VideoComposer, ShowsBothCamerasPixelByPixel) {
+  VideoComposer composer({});
+  const StereoImage images = Gradients(640, 480);
+  const Image3u8 picture = composer.Compose({images, kNoBalls, kNoBalls, Record(0, 0.8)}).ToImage();
+  ASSERT_EQ(picture.width(), 1280);
+  ASSERT_EQ(picture.height(), 720);
+  // away from the words at the upper and lower edge and from the seam in the middle
+  for (int v = 40; v < 440; ++v) {
+    for (int u = 2; u < 638; ++u) {
+      for (int c = 0; c < 3; ++c) {
+        ASSERT_EQ(picture.at(u, v)[c], images.left.at(u, v)[c]) << u << "," << v;
+        ASSERT_EQ(picture.at(u + 640, v)[c], images.right.at(u, v)[c]) << u << "," << v;
+      }
+    }
+  }
+}
+
+TEST(VideoComposer, DotsHaveTheBallsColorOnItsCircle) {
+  StereoImage images{.left = Image3u8(640, 480, 0), .right = Image3u8(640, 480, 255)};
+  const std::vector<ProjectedBall> left = {{{300, 200}, 40, {255, 0, 0}}};
+  const std::vector<ProjectedBall> right = {{{100, 250}, 60, {0, 0, 255}}};
+  VideoComposer composer({});
+  const Image3u8 picture = composer.Compose({images, left, right, Record(0, 0.8)}).ToImage();
+  // the first dot is to the right of the centre
+  EXPECT_LE(Difference(picture.at(340, 200), {255, 0, 0}), 8);
+  EXPECT_LE(Difference(picture.at(640 + 160, 250), {0, 0, 255}), 8);
+  // the envelope: white, with black beside it that shows on white ground
+  EXPECT_GT(picture.at(300, 200 + 56)[0], 150);
+  EXPECT_LT(picture.at(640 + 100, 250 - 85)[0] + picture.at(640 + 100, 250 - 83)[0], 440);
+  // inside and outside, the image itself
+  EXPECT_LE(Difference(picture.at(300, 200), {0, 0, 0}), 0);
+  EXPECT_LE(Difference(picture.at(640 + 100, 350), {255, 255, 255}), 0);
+}
+
+TEST(VideoComposer, UndetectedMarkerIsDrawnFaintly) {
+  StereoImage images{.left = Image3u8(640, 480, 0), .right = Image3u8(640, 480, 0)};
+  const std::vector<ProjectedBall> balls = {{{300, 200}, 40, {255, 0, 0}}};
+  const auto red = [&](double fitness) {
+    VideoComposer composer({});
+    return composer.Compose({images, balls, balls, Record(0, fitness)}).ToImage().at(340, 200)[0];
+  };
+  EXPECT_GT(red(0.22), 250);
+  EXPECT_LT(red(0.21), 200);
+}
+
+// A ball that cannot be drawn is left out, and one beyond the edge does not reach the other camera.
+TEST(VideoComposer, CirclesStayInTheirImage) {
+  StereoImage images{.left = Image3u8(640, 480, 0), .right = Image3u8(640, 480, 0)};
+  const std::vector<ProjectedBall> right = {
+      {{0, 200}, 80, {255, 0, 0}}, {{NAN, 200}, 30, {255, 0, 0}}, {{200, 200}, 0, {255, 0, 0}}};
+  VideoComposer composer({});
+  const Image3u8 picture = composer.Compose({images, kNoBalls, right, Record(0, 0.8)}).ToImage();
+  for (int v = 40; v < 440; ++v)
+    for (int u = 400; u < 639; ++u) ASSERT_EQ(picture.at(u, v)[0], 0) << u << "," << v;
+  EXPECT_EQ(picture.at(840, 200)[0], 0);
+  EXPECT_GT(picture.at(720, 200)[0], 200);  // and the part that is inside is drawn
+}
+
+// Images of half the size fill the same panel; pixel (u, v) covers 2 x 2 pixels of the film.
+TEST(VideoComposer, OtherImageSizesAreScaledWithTheirCircles) {
+  StereoImage images{.left = Image3u8(320, 240, 0), .right = Image3u8(320, 240, 0)};
+  const std::vector<ProjectedBall> balls = {{{100, 120}, 30, {255, 0, 0}}};
+  VideoComposer composer({});
+  const Image3u8 picture = composer.Compose({images, balls, kNoBalls, Record(0, 0.8)}).ToImage();
+  // centre (2 * 100.5 - 0.5, 2 * 120.5 - 0.5), radius 60
+  EXPECT_LE(Difference(picture.at(260, 240), {255, 0, 0}), 40);
+  EXPECT_LE(Difference(picture.at(261, 241), {255, 0, 0}), 40);
+}
+
+TEST(VideoComposer, ChartsMakeRoomForTheSpectator) {
+  const StereoImage images = Gradients(640, 480);
+  Image3u8 spectator(320, 240);
+  for (size_t i = 0; i < spectator.pixels(); ++i) spectator.data()[3 * i] = 200;
+  VideoComposer with({}), without({});
+  const Image3u8 a =
+      with.Compose({images, kNoBalls, kNoBalls, Record(0, 0.8), &spectator}).ToImage();
+  const Image3u8 b = without.Compose({images, kNoBalls, kNoBalls, Record(0, 0.8)}).ToImage();
+  EXPECT_EQ(a.at(160, 600)[0], 200);
+  EXPECT_EQ(a.at(318, 718)[0], 200);
+  EXPECT_LT(a.at(322, 600)[0], 60);
+  EXPECT_LT(b.at(160, 600)[0], 60);
+}
+
+// The chart of F: a constant F leaves a line of the estimate's colour at one row of the film, and
+// two values are as far apart as their share of the range.
+TEST(VideoComposer, FitnessRunsAtItsHeight) {
+  const StereoImage images{.left = Image3u8(640, 480), .right = Image3u8(640, 480)};
+  const auto row_of = [&](double fitness) {
+    VideoComposer composer({});
+    const media::Canvas* canvas = nullptr;
+    for (int i = 0; i < 300; ++i)
+      canvas = &composer.Compose({images, kNoBalls, kNoBalls, Record(0.03 * i, fitness)});
+    const Image3u8 picture = canvas->ToImage();
+    double weight = 0, moment = 0;
+    for (int v = 520; v < 606; ++v) {
+      const uint8_t* p = picture.at(120, v);
+      const double blue = p[2] - p[0] - 40.0;
+      if (blue <= 0) continue;
+      weight += blue;
+      moment += blue * v;
+    }
+    return moment / weight;
+  };
+  const double low = row_of(0.0), middle = row_of(0.4), high = row_of(0.8);
+  EXPECT_NEAR(low - middle, middle - high, 1.0);
+  // range 1.2 over the plot of the upper chart
+  EXPECT_NEAR(low - high, 0.8 / 1.2 * 83, 3);
+}
+
+TEST(TrialVideo, UnwritablePathIsAConfigError) {
+  EXPECT_THROW(TrialVideo(::testing::TempDir() + "/no_such_folder/video.mp4", {}), ConfigError);
+}
+
+TEST(TrialVideo, MissingFfmpegNamesThePackage) {
+  const std::string path = std::getenv("PATH");
+  ASSERT_EQ(setenv("PATH", "/no_such_folder", 1), 0);
+  std::string message = "no fault";
+  try {
+    TrialVideo video(::testing::TempDir() + "/no_ffmpeg.mp4", {});
+  } catch (const SimulatorFault& fault) {
+    message = fault.what();
+  }
+  setenv("PATH", path.c_str(), 1);
+  EXPECT_THAT(message, HasSubstr("cannot start ffmpeg"));
+  EXPECT_THAT(message, HasSubstr("package ffmpeg"));
+}
+
+TEST(media::Mp4Writer, FullDiskIsAFaultWithFfmpegsWords) {
+  media::Canvas frame(64, 64);
+  media::Mp4Writer writer("/dev/full", 64, 64, 30);
+  std::string message = "no fault";
+  try {
+    for (int i = 0; i < 10; ++i) writer.Add(frame);
+    writer.Finish();
+  } catch (const SimulatorFault& fault) {
+    message = fault.what();
+  }
+  EXPECT_THAT(message, HasSubstr("ffmpeg ended with exit status"));
+  EXPECT_THAT(message, HasSubstr("No space left on device"));
+}
+
+}  // namespace
+}  // namespace turbidock::run

@@ -1,0 +1,266 @@
+// Studies and tuning runs on short trials without cameras: what is refused, and that the result
+// follows from the study alone.
+
+#include "experiments/studies/tuning/tuner.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <string>
+
+#include "experiments/config/data_files.h"
+#include "experiments/config/yaml_fields.h"
+#include "experiments/studies/tuning/study.h"
+#include "experiments/studies/tuning/tuning_report.h"
+#include "sim/base/check.h"
+
+namespace turbidock::tuning {
+namespace {
+
+using ::testing::HasSubstr;
+
+const std::string kTrials = R"(
+trials:
+  scenario: pool_active
+  seeds: 4
+  set: {pose_source: true_pose, controller: lqg, duration_s: 2.5, docked_hold_s: 0,
+        true_pose.found_after_s: 0, procedure.found_hold_s: 0,
+        lqg.sway.effort_v: 0.6, lqg.sway.error_m: 0.01, lqg.sway.current_newton: 3.95,
+        lqg.yaw.error_rad: 0.185, lqg.yaw.effort_v: 0.491, lqg.yaw.current_newton_m: 0.342}
+)";
+const std::string kGains = "gains: [{key: lqg.sway.effort_v, low: 0.2, high: 3, scale: log}]\n";
+const std::string kObjective = "objective: [{metric: tracking_rms_m, weight: 1000}]\n";
+const std::string kHead = "schema_version: 1\ndescription: a test\n";
+const std::string kFast =
+    "start_may_fail: true\n"
+    "optimiser: {population: 5, generations: 2}\n"
+    "racing: {first: 2, every: 1, confidence: 0.9}\n"
+    "proof: {held_out_seeds: 3, robustness_seeds: 0, sensitivity_seeds: 2, cameras: false}\n";
+
+std::string MessageOf(const std::string& text) {
+  try {
+    const Study study(text, "study.yaml");
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Study, TheExampleIsReadAndStartsAtTheScenariosGains) {
+  const Study study(kHead + kTrials + kGains + kObjective, "study.yaml");
+  EXPECT_EQ(study.start(), (Gains{0.6}));
+  const Candidate candidate = study.CandidateOf({0.6});
+  EXPECT_NEAR(study.GainsAt(candidate)[0], 0.6, 1e-12);
+  EXPECT_EQ(study.GainsAt({0}), (Gains{0.2}));
+  EXPECT_EQ(study.GainsAt({1}), (Gains{3}));
+  EXPECT_NEAR(study.GainsAt({0.5})[0], std::sqrt(0.2 * 3), 1e-12);
+  const farm::Plan plan = study.TrialsOf(0, 4);
+  EXPECT_EQ(study.ScenarioOf(plan, 1, {1.5}).control.lqg.sway.effort_v, 1.5);
+  EXPECT_EQ(study.hash(), Study(kHead + kTrials + kGains + kObjective, "other.yaml").hash());
+}
+
+TEST(Study, SeedsOfDifferentSetsHaveNothingInCommon) {
+  const Study study(kHead + kTrials + kGains + kObjective, "study.yaml");
+  std::set<int64_t> seeds;
+  for (const uint64_t set : {0, 1, 2, 1000001})
+    for (int64_t trial = 0; trial < 50; ++trial)
+      seeds.insert(study.TrialsOf(set, 50).Trial(trial).seed);
+  EXPECT_EQ(seeds.size(), 200u);
+}
+
+TEST(Study, ComparesWithOtherSettingsOnTheSameSeeds) {
+  const std::string text = kHead + kTrials + kGains + kObjective;
+  const Study alone(text, "study.yaml");
+  const Study study(text + "against: {controller: p_voltage}\n", "study.yaml");
+  EXPECT_FALSE(alone.has_against());
+  ASSERT_TRUE(study.has_against());
+  EXPECT_NE(study.hash(), alone.hash());
+  const farm::Plan trials = study.TrialsOf(7, 5), against = study.TrialsAgainst(7, 5);
+  for (int64_t trial = 0; trial < 5; ++trial)
+    EXPECT_EQ(trials.Trial(trial).seed, against.Trial(trial).seed);
+  EXPECT_EQ(study.ScenarioOf(trials, 0, {1.5}).control.law, control::Law::kLqg);
+  EXPECT_EQ(study.ScenarioOf(against, 0, study.against()).control.law, control::Law::kPVoltage);
+  EXPECT_EQ(study.ScenarioOf(against, 0, study.against()).duration_s, 2.5);
+  EXPECT_THAT(MessageOf(text + "against: {controler: pid}\n"),
+              HasSubstr("did you mean controller?"));
+  EXPECT_THAT(MessageOf(text + "against: pid\n"), HasSubstr("against: must be a map"));
+}
+
+TEST(Study, WhatIsWrongIsSaid) {
+  const auto with_gain = [](const std::string& gain) {
+    return MessageOf(kHead + kTrials + "gains: [" + gain + "]\n" + kObjective);
+  };
+  EXPECT_THAT(with_gain("{key: lqg.sway.effort_v, low: 3, high: 0.2}"),
+              HasSubstr("gains[0].low: 3 must be below high (0.2)"));
+  EXPECT_THAT(with_gain("{key: lqg.sway.efort_v, low: 0.2, high: 3}"),
+              HasSubstr("is no number of a scenario; did you mean lqg.sway.effort_v?"));
+  EXPECT_THAT(with_gain("{key: lqg.sway.effort_v, low: 0, high: 3, scale: log}"),
+              HasSubstr("must be > 0 on a log scale"));
+  EXPECT_THAT(with_gain("{key: lqg.sway.effort_v, low: 1, high: 3}"),
+              HasSubstr("begins at the scenario's lqg.sway.effort_v = 0.6"));
+  EXPECT_THAT(with_gain("{key: lqg.sway.limit_v, low: 1, high: 3}"),
+              HasSubstr("must be in [0, 2.5]"));
+  EXPECT_THAT(with_gain("{key: controller, low: 1, high: 3}"), HasSubstr("no number"));
+  EXPECT_THAT(MessageOf(kHead + kTrials + kGains + "objective: [{metric: time}]\n"),
+              HasSubstr("'time' is produced by no trial; did you mean time_s?"));
+  EXPECT_THAT(MessageOf(kHead + kTrials + kGains + "objective: []\n"), HasSubstr("at least one"));
+  EXPECT_THAT(MessageOf(kHead + kGains + kObjective), HasSubstr("trials: this key is required"));
+  EXPECT_THAT(MessageOf(kHead + kTrials + kGains + kObjective + "optimizer: {}\n"),
+              HasSubstr("did you mean optimiser?"));
+  EXPECT_THAT(MessageOf(kHead + kTrials + kGains + kObjective +
+                        "optimiser: {algorithm: nsga2, population: 8}\n"),
+              HasSubstr("nsga2 needs at least two terms"));
+}
+
+TEST(Study, EveryBundledOneIsRight) {
+  ASSERT_FALSE(config::BundledStudies().empty());
+  for (const std::string& name : config::BundledStudies())
+    EXPECT_FALSE(LoadStudy(name).settings().description.empty()) << name;
+}
+
+TEST(Study, ATrialCostsItsTerms) {
+  const Study study(kHead + kTrials + kGains +
+                        "objective: [{metric: time_s, weight: 2, failed: 10}, {metric: "
+                        "final_error_true_y_m, weight: 100}, {metric: jam_time_s}]\n",
+                    "study.yaml");
+  farm::TrialRecord record;
+  record.time_s = 7;
+  record.failure = "none";
+  record.metrics = {{"final_error_true_y_m", -0.03}, {"jam_time_s", std::nullopt}};
+  EXPECT_EQ(study.CostsOf(record), (std::vector<double>{14, 3, 0}));
+  record.failure = "timeout";
+  EXPECT_EQ(study.CostsOf(record), (std::vector<double>{34, 3, 0}));
+}
+
+// A file of its own in a folder of its own.
+class TunerTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ =
+        std::filesystem::temp_directory_path() / ("turbidock_tuner_" + std::to_string(getpid()));
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  std::string File(const std::string& name) const { return (folder_ / name).string(); }
+
+ private:
+  std::filesystem::path folder_;
+};
+
+// The result but for the time it took.
+std::string TextOf(const Study& study, TuningResult result) {
+  return TuningJson(study, result) + TuningMarkdown(study, result) + GainsYaml(study, result);
+}
+
+TEST_F(TunerTest, WorkersAndInterruptionsChangeNothing) {
+  const Study study(kHead + kTrials + kGains + kObjective + kFast + "against: {controller: pid}\n",
+                    "study.yaml");
+  const TuningResult alone = Tune(study, File("one.sqlite"), {.workers = 1});
+  EXPECT_EQ(alone.generations.size(), 3u);
+  EXPECT_EQ(alone.trials, alone.trials_run);
+  double gained = 0;
+  int replaced = 0;
+  for (const GenerationRecord& generation : alone.generations) {
+    EXPECT_EQ(generation.gained != gained, generation.replaced) << generation.generation;
+    gained = generation.gained;
+    replaced += generation.replaced;
+  }
+  EXPECT_GT(replaced, 0) << "nothing was seen of what a replacement gains";
+  const std::string expected = TextOf(study, alone);
+  EXPECT_EQ(TextOf(study, Tune(study, File("three.sqlite"), {.workers = 3})), expected);
+
+  // stopped again and again after a few trials
+  TuningResult result;
+  for (int round = 0;; ++round) {
+    ASSERT_LT(round, 50);
+    int polls = 0;
+    try {
+      result = Tune(
+          study, File("stopped.sqlite"),
+          {.workers = 2, .on_progress = nullptr, .on_generation = nullptr, .stop_requested = [&] {
+             return ++polls > 9;
+           }});
+      break;
+    } catch (const Stopped&) {
+    }
+  }
+  EXPECT_LT(result.trials_run, result.trials);
+  EXPECT_EQ(TextOf(study, result), expected);
+
+  // and once more over a complete file: nothing runs
+  const TuningResult again = Tune(study, File("one.sqlite"), {.workers = 1});
+  EXPECT_EQ(again.trials_run, 0);
+  EXPECT_EQ(TextOf(study, again), expected);
+}
+
+TEST_F(TunerTest, HopelessCandidatesAreGivenUp) {
+  // effort all but forbidden: the vehicle is left to itself
+  const Study study(kHead + kTrials +
+                        "gains: [{key: lqg.sway.error_m, low: 0.005, high: 50, scale: log}]\n" +
+                        kObjective + kFast,
+                    "study.yaml");
+  const TuningResult result = Tune(study, File("race.sqlite"), {.workers = 2});
+  int given_up = 0, candidates = 0;
+  for (const GenerationRecord& generation : result.generations) {
+    given_up += generation.given_up;
+    candidates += generation.candidates;
+  }
+  EXPECT_GT(given_up, 0);
+  EXPECT_LT(given_up, candidates);
+  EXPECT_LE(result.tuned[0], 0.1);
+}
+
+TEST_F(TunerTest, AHopelessStartIsSaidWithTheEvidence) {
+  const std::string text = kHead + kTrials + kGains + kObjective;
+  const Study study(text, "study.yaml");
+  try {
+    Tune(study, File("hopeless.sqlite"), {.workers = 2});
+    FAIL() << "2.5 s are too short to dock";
+  } catch (const HopelessStart& error) {
+    EXPECT_THAT(error.what(), HasSubstr("fail in every one of 4 trials"));
+    EXPECT_THAT(error.what(), HasSubstr("2.5 s are over"));
+    EXPECT_THAT(error.what(), HasSubstr("start_may_fail"));
+  }
+}
+
+TEST_F(TunerTest, TheGainsFileHoldsTheLawsGroupAndIsRead) {
+  const Study study(kHead + kTrials +
+                        "gains: [{key: lqg.sway.effort_v, low: 0.2, high: 3}, {key: "
+                        "procedure.docking_rate_mps, low: 0.01, high: 0.1}]\n" +
+                        kObjective,
+                    "study.yaml");
+  TuningResult result;
+  result.start = study.start();
+  result.tuned = {1.25, 0.0625};
+  const std::string file = File("gains.yaml");
+  std::ofstream(file) << GainsYaml(study, result);
+  const trial::Scenario scenario = trial::LoadScenario("sea_night_active", {}, file);
+  EXPECT_EQ(scenario.control.law, control::Law::kLqg);
+  EXPECT_EQ(scenario.control.lqg.sway.effort_v, 1.25);
+  EXPECT_EQ(scenario.procedure.docking_rate_mps, 0.0625);
+  EXPECT_EQ(config::SaveYaml(scenario.control.lqg.heave),
+            config::SaveYaml(trial::LoadScenario("pool_active", {}).control.lqg.heave));
+}
+
+TEST(Variations, ChangeTheScenarioAndStayValid) {
+  const trial::Scenario scenario = trial::LoadScenario("sea_night_active", {});
+  std::set<std::string> names, texts;
+  for (const Variation& variation : Variations()) {
+    trial::Scenario changed = scenario;
+    variation.change(&changed);
+    EXPECT_NO_THROW(CheckFields(changed, "")) << variation.name;
+    names.insert(variation.name);
+    texts.insert(config::SaveYaml(changed));
+  }
+  EXPECT_EQ(names.size(), Variations().size());
+  EXPECT_EQ(texts.size(), Variations().size() - 1);  // the scenario's own sea is calm
+}
+
+}  // namespace
+}  // namespace turbidock::tuning

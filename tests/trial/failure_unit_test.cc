@@ -1,0 +1,106 @@
+// The word for why a trial failed, from made-up logs.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "experiments/trial/failure.h"
+
+namespace turbidock::trial {
+namespace {
+
+using control::Stage;
+
+// Ten seconds a stage with a perfect estimate at the desired pose.
+TrialResult Trial(Outcome outcome, const std::vector<Stage>& stages) {
+  TrialResult result;
+  result.outcome = outcome;
+  for (const Stage stage : stages) {
+    for (int i = 0; i < 300; ++i) {
+      FrameRecord frame;
+      frame.frame = std::ssize(result.log.frames);
+      frame.stage = stage;
+      frame.fitness = stage == Stage::kApproach ? 0.1 : 0.8;
+      frame.desired = {0.6, 0, 0, 0};
+      frame.true_X_HM.p = {0.6, 0, 0};
+      frame.est_X_HM = frame.true_X_HM;
+      result.log.frames.push_back(frame);
+    }
+  }
+  return result;
+}
+
+void LoseTheMarker(double last_s, TrialResult* result) {
+  auto& frames = result->log.frames;
+  for (auto frame = frames.end() - std::lround(30 * last_s); frame != frames.end(); ++frame)
+    frame->fitness = 0;
+}
+
+TEST(FailureOf, TakesTheOutcomesWord) {
+  EXPECT_EQ(FailureOf({}, Trial(Outcome::kDocked, {Stage::kDocking})), Failure::kNone);
+  EXPECT_EQ(FailureOf({}, Trial(Outcome::kCollision, {Stage::kDocking})), Failure::kCollision);
+  EXPECT_EQ(FailureOf({}, Trial(Outcome::kDiverged, {Stage::kDocking})), Failure::kDiverged);
+  EXPECT_EQ(FailureOf({}, Trial(Outcome::kFalseDock, {Stage::kDocking})), Failure::kFalseLock);
+  EXPECT_EQ(FailureOf({}, Trial(Outcome::kTimeout, {Stage::kApproach})), Failure::kNeverFound);
+  EXPECT_EQ(FailureOf({}, Trial(Outcome::kTimeout, {Stage::kApproach, Stage::kVisualServoing})),
+            Failure::kTimeout);
+}
+
+TEST(FailureOf, AJamComesFirstUnlessItDockedAfterAll) {
+  TrialResult result = Trial(Outcome::kTimeout, {Stage::kDocking});
+  result.jam_time_s = 4;
+  EXPECT_EQ(FailureOf({}, result), Failure::kJammed);
+  result.outcome = Outcome::kDocked;
+  EXPECT_EQ(FailureOf({}, result), Failure::kNone);
+}
+
+TEST(FailureOf, ALossBelongsToTheStageInWhichTheMarkerWasLastSeen) {
+  TrialResult servoing = Trial(Outcome::kMarkerLost, {Stage::kDocking, Stage::kVisualServoing});
+  LoseTheMarker(5, &servoing);
+  EXPECT_EQ(FailureOf({}, servoing), Failure::kLostInServoing);
+  // Lost while docking: the procedure goes back to servoing and to approach without an estimate.
+  TrialResult docking = Trial(Outcome::kMarkerLost, {Stage::kVisualServoing, Stage::kDocking,
+                                                     Stage::kVisualServoing, Stage::kApproach});
+  LoseTheMarker(21, &docking);
+  EXPECT_EQ(FailureOf({}, docking), Failure::kLostInDocking);
+  docking.outcome = Outcome::kTimeout;
+  EXPECT_EQ(FailureOf({}, docking), Failure::kLostInDocking);
+  // Seen again within the time that a loss takes: no loss.
+  docking.log.frames.back().fitness = 0.8;
+  EXPECT_EQ(FailureOf({}, docking), Failure::kTimeout);
+}
+
+TEST(FailureOf, AWrongEstimateThatWasActedOnIsAFalseLock) {
+  TrialResult result = Trial(Outcome::kTimeout, {Stage::kVisualServoing, Stage::kVisualServoing});
+  auto& frames = result.log.frames;
+  const auto mislead = [&](double last_s, double by_m) {
+    for (auto frame = frames.end() - std::lround(30 * last_s); frame != frames.end(); ++frame)
+      frame->est_X_HM.p.y() = by_m;
+  };
+  mislead(8, 0.099);
+  EXPECT_EQ(FailureOf({}, result), Failure::kTimeout);
+  mislead(7, 0.101);
+  EXPECT_EQ(FailureOf({}, result), Failure::kTimeout);  // not half of the last 15 s
+  mislead(8, 0.101);
+  EXPECT_EQ(FailureOf({}, result), Failure::kFalseLock);
+  result.outcome = Outcome::kMarkerLost;
+  EXPECT_EQ(FailureOf({}, result), Failure::kFalseLock);
+}
+
+TEST(FailureOf, SwingsBeyondTheLimitsOfEntryAreAnOscillation) {
+  const auto swinging = [](double amplitude_m, double period_s) {
+    TrialResult result = Trial(Outcome::kTimeout, {Stage::kVisualServoing, Stage::kDocking});
+    for (FrameRecord& frame : result.log.frames) {
+      const double t_s = static_cast<double>(frame.frame) / 30;
+      frame.true_X_HM.p.z() = amplitude_m * std::cos(2 * M_PI * t_s / period_s);
+      frame.est_X_HM = frame.true_X_HM;
+    }
+    return FailureOf({}, result);
+  };
+  EXPECT_EQ(swinging(0.021, 5), Failure::kOscillation);
+  EXPECT_EQ(swinging(0.019, 5), Failure::kTimeout);  // within enter_z_m
+  EXPECT_EQ(swinging(0.1, 15), Failure::kTimeout);   // two swings in 15 s
+}
+
+}  // namespace
+}  // namespace turbidock::trial

@@ -1,0 +1,44 @@
+// Making only the pixels that the estimator can read changes nothing but the time it takes.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "experiments/trial/trial.h"
+
+namespace turbidock::trial {
+namespace {
+
+struct WatchedTrial {
+  TrialResult result;
+  int partial_frames = 0;  // that left a corner of the left image as it was
+};
+
+WatchedTrial WatchTrial(const std::string& scenario, bool region_of_interest) {
+  WatchedTrial run;
+  Image3u8 last;
+  TrialOptions options;
+  options.observe = [&](const TrialFrame& frame) {
+    constexpr int kCorner_px = 30;  // noise does not repeat itself in 30 pixels
+    const uint8_t* corner = frame.seen.left.data();
+    run.partial_frames += !last.empty() && std::equal(corner, corner + kCorner_px, last.data());
+    last = frame.seen.left;
+  };
+  run.result = RunTrial(
+      LoadScenario(scenario, {"duration_s=5", region_of_interest ? "region_of_interest=true"
+                                                                 : "region_of_interest=false"}),
+      options);
+  return run;
+}
+
+TEST(RegionOfInterest, LeavesTheDigestAlone) {
+  for (const char* scenario : {"sea_night_active", "pool_passive"}) {
+    const WatchedTrial part = WatchTrial(scenario, true), whole = WatchTrial(scenario, false);
+    EXPECT_EQ(part.result.digest, whole.result.digest) << scenario;
+    EXPECT_EQ(whole.partial_frames, 0);
+    // it has been put to the test
+    EXPECT_GT(part.partial_frames, 30) << scenario;
+  }
+}
+
+}  // namespace
+}  // namespace turbidock::trial

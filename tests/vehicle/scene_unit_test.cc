@@ -1,0 +1,166 @@
+// A model that breaks the contract is refused, with the file's name and what is wrong.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+
+#include "sim/base/check.h"
+#include "sim/vehicle/scene.h"
+
+namespace turbidock::vehicle {
+namespace {
+
+using ::testing::HasSubstr;
+
+// The least that satisfies the contract.
+constexpr const char* kSmallest = R"(<mujoco>
+  <compiler angle="radian"/>
+  <worldbody>
+    <camera name="spectator" pos="0 0 1"/>
+    <geom name="floor" type="plane" size="1 1 1"/>
+    <body name="vehicle" pos="-2 0 1">
+      <freejoint/>
+      <geom name="hull_box" type="box" size="0.1 0.1 0.1"/>
+      <geom name="pole" type="capsule" size="0.01" fromto="0 0 0 0.3 0 0"/>
+      <site name="camera_head" pos="0.1 0.02 0.03"/>
+      <site name="lamp_left"/>
+      <site name="lamp_right"/>
+      <site name="pole_tip" pos="0.31 0 0"/>
+      <site name="thruster"/>
+      <camera name="left"/>
+      <camera name="right"/>
+    </body>
+    <body name="marker" pos="0.5 0 1" euler="0 0 0.5">
+      <site name="marker" pos="0.1 0 0"/>
+      <geom name="ball_pink" type="sphere" size="0.03" pos="0.1 0.2 0"/>
+    </body>
+    <body name="station" pos="0.5 0 1">
+      <geom name="dock_block" type="box" size="0.1 0.1 0.1"/>
+      <site name="dock_mouth" pos="0 0 0.5"/>
+      <site name="dock_throat" pos="0.2 0 0.5" type="box" size="0.01 0.05 0.05"/>
+    </body>
+  </worldbody>
+  <actuator>
+    <motor name="surge_left" site="thruster" gear="1 0 0 0 0 0"/>
+    <motor name="surge_right" site="thruster" gear="1 0 0 0 0 0"/>
+    <motor name="sway" site="thruster" gear="1 0 0 0 0 0"/>
+    <motor name="heave" site="thruster" gear="1 0 0 0 0 0"/>
+  </actuator>
+</mujoco>
+)";
+
+std::string WriteModel(const std::string& text) {
+  const std::string path = ::testing::TempDir() + "scene_unit_test.xml";
+  std::ofstream(path) << text;
+  return path;
+}
+
+std::string WithChange(const std::string& from, const std::string& to) {
+  std::string text = kSmallest;
+  const size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+std::string ErrorOf(const std::string& path, const RigParams& rig = {}) {
+  try {
+    LoadScene(path, rig);
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(LoadScene, ReadsTheContract) {
+  const Scene scene = LoadScene(WriteModel(kSmallest), RigParams{});
+  EXPECT_NEAR((scene.X_BH.p - Eigen::Vector3d(0.1, 0.02, 0.03)).norm(), 0, 1e-12);
+  EXPECT_NEAR((scene.p_HQ_pole_tip - Eigen::Vector3d(0.21, -0.02, -0.03)).norm(), 0, 1e-12);
+  EXPECT_NEAR(YawOf(scene.X_WM.q), 0.5, 1e-12);
+  EXPECT_NEAR(
+      (scene.X_WM.p - Eigen::Vector3d(0.5 + 0.1 * std::cos(0.5), 0.1 * std::sin(0.5), 1)).norm(), 0,
+      1e-12);
+  ASSERT_EQ(scene.balls.size(), 1u);
+  EXPECT_EQ(scene.balls[0].name, "pink");
+  EXPECT_EQ(scene.balls[0].radius_m, 0.03);
+  EXPECT_NEAR((scene.balls[0].p_MQ - Eigen::Vector3d(0, 0.2, 0)).norm(), 0, 1e-12);
+  EXPECT_NEAR(scene.dock_throat_depth_m, 0.2, 1e-12);
+  EXPECT_EQ(scene.dock_throat_half_width_m, 0.05);
+  EXPECT_EQ(scene.geom_part, (std::vector<Part>{Part::kEnvironment, Part::kHull, Part::kPole,
+                                                Part::kMarker, Part::kDock}));
+  EXPECT_EQ(scene.lamp_sites.size(), 2u);
+  EXPECT_EQ(scene.thruster_actuators, (std::vector<int>{0, 1, 2, 3}));
+}
+
+TEST(LoadScene, NamesAMissingFile) {
+  EXPECT_THAT(ErrorOf("no/such/model.xml"), HasSubstr("no/such/model.xml"));
+}
+
+TEST(LoadScene, PassesOnTheLineOfAnXmlError) {
+  const std::string path = WriteModel(WithChange("<freejoint/>", "<freejoint stiff=\"1\"/>"));
+  EXPECT_THAT(ErrorOf(path), HasSubstr(path));
+  EXPECT_THAT(ErrorOf(path), HasSubstr("line 7"));
+}
+
+TEST(LoadScene, RefusesABadRig) {
+  EXPECT_THAT(ErrorOf(WriteModel(kSmallest), RigParams{.baseline_m = -1}),
+              HasSubstr("rig.baseline_m"));
+}
+
+struct Breach {
+  const char *from, *to, *message;
+};
+
+class BrokenContract : public ::testing::TestWithParam<Breach> {};
+
+TEST_P(BrokenContract, IsAnErrorThatSaysSo) {
+  const std::string path = WriteModel(WithChange(GetParam().from, GetParam().to));
+  const std::string error = ErrorOf(path);
+  EXPECT_THAT(error, HasSubstr(path));
+  EXPECT_THAT(error, HasSubstr(GetParam().message));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    LoadScene, BrokenContract,
+    ::testing::Values(
+        Breach{"name=\"vehicle\"", "name=\"boat\"", "no body named \"vehicle\""},
+        Breach{"<freejoint/>", "<joint/>", "one free joint"},
+        Breach{"<freejoint/>", "", "one free joint"},
+        Breach{"name=\"hull_box\"", "name=\"box\"", "must not have a geom named \"box\""},
+        Breach{"name=\"hull_box\"", "", "must not have a geom named \"\""},
+        Breach{"name=\"pole\"", "name=\"hull_pole\"", "no geom \"pole\""},
+        Breach{"name=\"camera_head\"", "name=\"head\"", "no site named \"camera_head\""},
+        Breach{"<site name=\"lamp_left\"/>", "", "no site named \"lamp_left\""},
+        Breach{"<camera name=\"left\"/>", "<camera name=\"left\" mode=\"track\"/>",
+               "camera \"left\" must be fixed in body \"vehicle\""},
+        Breach{"<camera name=\"right\"/>", "", "no camera named \"right\""},
+        Breach{"<camera name=\"spectator\" pos=\"0 0 1\"/>", "", "no camera named \"spectator\""},
+        Breach{"<site name=\"marker\" pos=\"0.1 0 0\"/>", "", "no site named \"marker\""},
+        Breach{"<site name=\"marker\" pos=\"0.1 0 0\"/>",
+               "<joint/><site name=\"marker\" pos=\"0.1 0 0\"/>",
+               "body \"marker\" must not have joints"},
+        Breach{"name=\"ball_pink\" type=\"sphere\"", "name=\"marker_box\" type=\"sphere\"",
+               "no geom ball_*"},
+        Breach{"type=\"sphere\" size=\"0.03\"", "type=\"box\" size=\"0.03 0.03 0.03\"",
+               "must be a sphere"},
+        Breach{"name=\"dock_block\"", "name=\"station_block\"", "no geom dock_*"},
+        Breach{"<site name=\"camera_head\" pos=\"0.1 0.02 0.03\"/>",
+               "<body><site name=\"camera_head\"/></body>", "site \"camera_head\" must belong"},
+        Breach{"name=\"dock_throat\" pos=\"0.2 0 0.5\"", "name=\"dock_throat\" pos=\"0.2 0 0.4\"",
+               "straight ahead"},
+        Breach{"name=\"dock_throat\" pos=\"0.2 0 0.5\"",
+               "name=\"dock_throat\" pos=\"0.2 0 0.5\" euler=\"0 0 0.1\"", "with its axes"},
+        Breach{"size=\"0.01 0.05 0.05\"", "size=\"0.01 0.05 0.06\"", "as wide as it is high"},
+        Breach{"type=\"box\" size=\"0.01 0.05 0.05\"", "", "must be a box"},
+        Breach{"<motor name=\"sway\" site=\"thruster\" gear=\"1 0 0 0 0 0\"/>", "",
+               "no actuator named \"sway\""},
+        Breach{"<motor name=\"sway\" site=\"thruster\" gear=\"1 0 0 0 0 0\"/>",
+               "<motor name=\"sway\" site=\"thruster\" gear=\"0 1 0 0 0 0\"/>",
+               "actuator \"sway\" must push along the x axis"},
+        Breach{"<motor name=\"sway\" site=\"thruster\" gear=\"1 0 0 0 0 0\"/>",
+               "<motor name=\"sway\" site=\"dock_mouth\" gear=\"1 0 0 0 0 0\"/>",
+               "of a site of the vehicle"}));
+
+}  // namespace
+}  // namespace turbidock::vehicle
