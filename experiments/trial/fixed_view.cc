@@ -1,6 +1,5 @@
 #include "experiments/trial/fixed_view.h"
 
-#include "sim/camera/exposure.h"
 #include "sim/vehicle/scene.h"
 #include "sim/view/gl_context.h"
 #include "sim/view/stereo_renderer.h"
@@ -33,26 +32,12 @@ std::vector<FixedView> DrawFixedViews(const Scenario& scenario, const std::vecto
   return views;
 }
 
-FixedCameras::FixedCameras(const FixedView& view, const Scenario& scenario, const SeedTree& seeds)
-    : rendered_(&view.rendered),
-      water_(scenario.optics, view.rig, view.surfaces, view.X_HE),
-      snow_(scenario.snow, view.rig, scenario.image_clock().frame_s(),
-            seeds.Stream("snow").NextU64()),
-      lens_(scenario.lens, view.rig),
-      sensor_(scenario.sensor, seeds.Stream("camera.left").NextU64(),
-              seeds.Stream("camera.right").NextU64(), view.rig.left.width_px) {
-  water_.Apply(view.rendered, &radiance_);
-  if (!snow_.on()) lens_.Distort(&radiance_);
-  camera::AutoExposure exposure(scenario.sensor, scenario.image_clock().frame_s());
-  if (exposure.on()) sensor_.set_gain(exposure.GainFor(water_.MeanRadiance(view.rendered)));
-}
-
-const light::RadianceStereo& FixedCameras::LightAt(int64_t frame) {
-  if (!snow_.on()) return radiance_;
-  snowed_ = radiance_;
-  snow_.Fall(*rendered_, frame, &water_, &snowed_);
-  lens_.Distort(&snowed_);
-  return snowed_;
+camera::StereoCamera HoldView(const FixedView& view, const Scenario& scenario,
+                              const SeedTree& seeds) {
+  camera::StereoCamera cameras(scenario.cameras(), view.rig, view.surfaces, view.X_HE,
+                               scenario.image_clock().frame_s(), seeds);
+  cameras.Hold(view.rendered);
+  return cameras;
 }
 
 }  // namespace turbidock::trial

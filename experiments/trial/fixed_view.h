@@ -8,12 +8,10 @@
 #include "experiments/trial/scenario.h"
 #include "sim/base/image.h"
 #include "sim/base/pose.h"
-#include "sim/camera/image_sensor.h"
-#include "sim/camera/lens.h"
-#include "sim/light/marine_snow.h"
+#include "sim/base/random.h"
+#include "sim/camera/stereo_camera.h"
 #include "sim/light/radiance.h"
 #include "sim/light/surfaces.h"
-#include "sim/light/water.h"
 #include "sim/view/rendered.h"
 
 namespace turbidock::trial {
@@ -31,31 +29,9 @@ struct FixedView {
 // model that cannot be loaded, SimulatorFault when nothing can be drawn.
 std::vector<FixedView> DrawFixedViews(const Scenario& scenario, const std::vector<Pose>& X_HM);
 
-// The cameras of a vehicle at rest: the scenario's water, lamps, ball lights, snow, lenses and
-// sensor.
-class FixedCameras {
- public:
-  // Noise and snow are drawn from `seeds`. Automatic exposure has settled. `view` must live as
-  // long.
-  FixedCameras(const FixedView& view, const Scenario& scenario, const SeedTree& seeds);
-
-  // Without snow.
-  const light::RadianceStereo& radiance() const { return radiance_; }
-  void Expose(int64_t frame, StereoImage* out) { sensor_.Expose(LightAt(frame), frame, out); }
-  // A region of the images; other pixels stay as they are, in images of the cameras' size.
-  void Expose(int64_t frame, const StereoRegion& region, StereoImage* out) {
-    sensor_.Expose(LightAt(frame), region, frame, out);
-  }
-
- private:
-  const light::RadianceStereo& LightAt(int64_t frame);
-
-  const view::RenderedStereo* rendered_;
-  light::Water water_;
-  light::MarineSnow snow_;
-  camera::StereoLens lens_;
-  camera::ImageSensor sensor_;
-  light::RadianceStereo radiance_, snowed_;
-};
+// The scenario's cameras in front of such a view, which they hold: ExposeHeld gives its images.
+// Noise and snow are drawn from `seeds`. `view` must live as long.
+camera::StereoCamera HoldView(const FixedView& view, const Scenario& scenario,
+                              const SeedTree& seeds);
 
 }  // namespace turbidock::trial

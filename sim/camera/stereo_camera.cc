@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "sim/base/check.h"
+
 namespace turbidock::camera {
 
 StereoCamera::StereoCamera(light::Water water, ImageSensor sensor, const AutoExposure& exposure,
@@ -12,6 +14,16 @@ StereoCamera::StereoCamera(light::Water water, ImageSensor sensor, const AutoExp
       exposure_(exposure),
       snow_(std::move(snow)),
       lens_(std::move(lens)) {}
+
+StereoCamera::StereoCamera(const CameraParams& params, const StereoRig& rig,
+                           light::SurfaceTable surfaces, std::vector<Pose> X_HE, double frame_s,
+                           const SeedTree& seeds)
+    : StereoCamera(light::Water(params.optics, rig, std::move(surfaces), std::move(X_HE)),
+                   ImageSensor(params.sensor, seeds.Stream("camera.left").NextU64(),
+                               seeds.Stream("camera.right").NextU64(), rig.left.width_px),
+                   AutoExposure(params.sensor, frame_s),
+                   light::MarineSnow(params.snow, rig, frame_s, seeds.Stream("snow").NextU64()),
+                   StereoLens(params.lens, rig)) {}
 
 StereoRegion StereoCamera::Seen(const StereoRegion& region) const {
   return exposure_.on() || PaintsWhole() ? whole() : water_.Seen(Lit(region));
@@ -48,6 +60,25 @@ void StereoCamera::Expose(const view::RenderedStereo& rendered, const StereoRegi
   out->frame = frame;
   ExposeView(0, region.left, frame, rendered.left.surface, timer, &out->left);
   ExposeView(1, region.right, frame, rendered.right.surface, timer, &out->right);
+}
+
+void StereoCamera::Hold(const view::RenderedStereo& rendered) {
+  held_view_ = &rendered;
+  water_.Apply(rendered, &held_);
+  if (!snow_.on()) lens_.Distort(&held_);
+  if (exposure_.on()) sensor_.set_gain(exposure_.GainFor(water_.MeanRadiance(rendered)));
+}
+
+void StereoCamera::ExposeHeld(const StereoRegion& region, int64_t frame, StereoImage* out) {
+  TD_CHECK(held_view_, "a view to expose");
+  if (!snow_.on()) {
+    sensor_.Expose(held_, region, frame, out);
+    return;
+  }
+  radiance_ = held_;
+  snow_.Fall(*held_view_, frame, &water_, &radiance_);
+  lens_.Distort(&radiance_);
+  sensor_.Expose(radiance_, region, frame, out);
 }
 
 void StereoCamera::ExposeView(int view, const PixelRegion& region, int64_t frame,

@@ -5,21 +5,38 @@
 #include <vector>
 
 #include "sim/base/image.h"
+#include "sim/base/random.h"
 #include "sim/base/stage_timer.h"
 #include "sim/camera/exposure.h"
 #include "sim/camera/image_sensor.h"
 #include "sim/camera/lens.h"
+#include "sim/camera/sensor_params.h"
 #include "sim/light/marine_snow.h"
+#include "sim/light/optics_params.h"
 #include "sim/light/radiance.h"
+#include "sim/light/surfaces.h"
 #include "sim/light/water.h"
 #include "sim/view/rendered.h"
 
 namespace turbidock::camera {
 
+// Everything between what a camera has before it and its 8-bit images, as data.
+struct CameraParams {
+  light::OpticsParams optics;
+  light::SnowParams snow;
+  LensParams lens;
+  SensorParams sensor;
+};
+
 // Water and sensor at work on the same few rows, which stay in cache from one to the other. The
 // images are those of Water::Apply and ImageSensor::Expose.
 class StereoCamera {
  public:
+  // The cameras of a rig in front of these surfaces, with the lamps at X_HE (in the camera head).
+  // `frame_s` between images. Noise and snow are drawn from the streams "camera.left",
+  // "camera.right" and "snow".
+  StereoCamera(const CameraParams& params, const StereoRig& rig, light::SurfaceTable surfaces,
+               std::vector<Pose> X_HE, double frame_s, const SeedTree& seeds);
   // With automatic exposure, snow or distortion all of both views must be seen: Seen says so.
   StereoCamera(light::Water water, ImageSensor sensor, const AutoExposure& exposure = {},
                light::MarineSnow snow = {}, StereoLens lens = {});
@@ -33,6 +50,12 @@ class StereoCamera {
   void Expose(const view::RenderedStereo& rendered, int64_t frame, StereoImage* out) {
     Expose(rendered, whole(), frame, out);
   }
+
+  // For a view that does not change: its light is computed once and exposed anew every frame.
+  // Automatic exposure has settled on it. `rendered` must live as long as it is exposed.
+  void Hold(const view::RenderedStereo& rendered);
+  void ExposeHeld(const StereoRegion& region, int64_t frame, StereoImage* out);
+  void ExposeHeld(int64_t frame, StereoImage* out) { ExposeHeld(whole(), frame, out); }
 
   StereoRegion whole() const { return water_.whole(); }
   StereoRegion Seen(const StereoRegion& region) const;
@@ -52,6 +75,8 @@ class StereoCamera {
   StereoLens lens_;
   std::vector<float> band_;         // radiance of some rows
   light::RadianceStereo radiance_;  // of whole images, where bands do not do
+  const view::RenderedStereo* held_view_ = nullptr;
+  light::RadianceStereo held_;  // its light, without snow
 };
 
 }  // namespace turbidock::camera

@@ -130,13 +130,13 @@ std::string RunJob(const CompareOptions& options, const Job& job) {
         if (done[m] == job.count) continue;
         scenario.optics.water.milk_ml_m3 = options.milk_ml_m3[m];
         Start start{.frames = {}, .true_X_HM = true_X_HM};
-        std::optional<trial::FixedCameras> cameras;
+        std::optional<camera::StereoCamera> cameras;
         for (int64_t frame = 0; frame < options.frames; ++frame) {
           const auto view = static_cast<size_t>(frame);
           if (view < true_X_HM.size())
-            cameras.emplace(views[first_view + view], scenario, SeedTree(seed));
+            cameras.emplace(trial::HoldView(views[first_view + view], scenario, SeedTree(seed)));
           start.frames.emplace_back().frame = frame;
-          cameras->Expose(frame, &start.frames.back());
+          cameras->ExposeHeld(frame, &start.frames.back());
           if (frame == 0 && options.task == CompareTask::kAnywhere &&
               !IsAreaI(scenario, rig, start))
             break;

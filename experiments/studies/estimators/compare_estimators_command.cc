@@ -113,8 +113,7 @@ void AddCompareEstimators(CLI::App& app, app::Command* chosen) {
   compare->add_option("--figure", arguments->figure, "Draw share found and error over milk (PNG)");
   compare->add_flag("--json", arguments->json, "Print the result as JSON on stdout");
   compare->add_flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
-  compare->callback(
-      [arguments, chosen] { *chosen = [arguments] { return Compare(*arguments); }; });
+  compare->callback([arguments, chosen] { *chosen = [arguments] { return Compare(*arguments); }; });
 }
 
 }  // namespace turbidock::estimators

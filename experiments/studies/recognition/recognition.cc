@@ -117,15 +117,16 @@ Recognition::Recognition(std::map<MarkerKind, trial::Scenario> scenarios,
   }
 }
 
-trial::FixedCameras Recognition::CamerasOf(const RecognitionCell& cell) const {
+camera::StereoCamera Recognition::CamerasOf(const RecognitionCell& cell) const {
   trial::Scenario scenario = scenarios_.at(cell.marker);
   scenario.optics.water.milk_ml_m3 = cell.milk_ml_m3;
-  return {views_.at({cell.marker, cell.distance_m}), scenario, SeedsOf(scenario, cell)};
+  return trial::HoldView(views_.at({cell.marker, cell.distance_m}), scenario,
+                         SeedsOf(scenario, cell));
 }
 
 StereoImage Recognition::Image(const RecognitionCell& cell, int64_t frame) const {
   StereoImage image;
-  CamerasOf(cell).Expose(frame, &image);
+  CamerasOf(cell).ExposeHeld(frame, &image);
   return image;
 }
 
@@ -133,7 +134,7 @@ CellResult Recognition::RunCell(const RecognitionCell& cell,
                                 const RecognitionOptions& options) const {
   const trial::FixedView& view = views_.at({cell.marker, cell.distance_m});
   const trial::Scenario& scenario = scenarios_.at(cell.marker);
-  trial::FixedCameras cameras = CamerasOf(cell);
+  camera::StereoCamera cameras = CamerasOf(cell);
   vision::RmGa estimator(scenario.estimator, scenario.marker, scenario.hue, view.rig,
                          SeedsOf(scenario, cell).Stream("vision.rm_ga"));
   if (options.suggest_truth) estimator.Suggest(view.X_HM);
@@ -146,9 +147,9 @@ CellResult Recognition::RunCell(const RecognitionCell& cell,
   for (int64_t frame = 0; frame < last; ++frame) {
     const std::optional<StereoRegion> region = estimator.Reach();
     if (region)
-      cameras.Expose(frame, *region, &seen);
+      cameras.ExposeHeld(frame, *region, &seen);
     else
-      cameras.Expose(frame, &seen);
+      cameras.ExposeHeld(frame, &seen);
     const PoseEstimate& estimate = estimator.Update(seen);
     if (frame < settled) continue;
     fitness.push_back(static_cast<float>(estimate.fitness));

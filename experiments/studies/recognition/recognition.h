@@ -87,7 +87,7 @@ class Recognition {
   }
 
  private:
-  trial::FixedCameras CamerasOf(const RecognitionCell& cell) const;
+  camera::StereoCamera CamerasOf(const RecognitionCell& cell) const;
 
   std::map<MarkerKind, trial::Scenario> scenarios_;
   std::vector<RecognitionCell> cells_;
