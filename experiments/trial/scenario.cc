@@ -9,6 +9,7 @@
 
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
+#include "sim/base/random.h"
 
 namespace turbidock::trial {
 namespace {
@@ -142,6 +143,20 @@ Scenario ParseScenario(const std::string& text, const std::string& name) {
 
 std::string SceneFile(const Scenario& scenario) {
   return IsBundledModel(scenario.model) ? config::ModelPath(scenario.model) : scenario.model;
+}
+
+std::string SaveScenario(const Scenario& scenario) { return config::SaveYaml(scenario); }
+
+std::vector<config::KeyDoc> ScenarioKeys() { return config::ListKeys<Scenario>(); }
+
+Pose DrawStart(const Scenario& scenario) {
+  Rng rng = SeedTree(static_cast<uint64_t>(scenario.seed)).Stream("start");
+  const StartParams& s = scenario.start;
+  const double distance_m = rng.Uniform(s.distance_min_m, s.distance_max_m);
+  const double y_m = rng.Uniform(-s.lateral_m, s.lateral_m);
+  const double z_m = rng.Uniform(-s.vertical_m, s.vertical_m);
+  const double yaw_rad = rng.Uniform(-s.heading_rad, s.heading_rad);
+  return {FromYawPitchRoll(yaw_rad, 0, 0), {-distance_m, y_m, z_m}};
 }
 
 }  // namespace turbidock::trial

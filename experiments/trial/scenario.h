@@ -14,8 +14,8 @@
 #include "sim/base/camera.h"
 #include "sim/base/clock.h"
 #include "sim/base/fields.h"
-#include "sim/camera/image_sensor.h"
-#include "sim/camera/lens.h"
+#include "sim/base/pose.h"
+#include "sim/camera/stereo_camera.h"
 #include "sim/light/marine_snow.h"
 #include "sim/light/optics_params.h"
 #include "sim/vehicle/scene.h"
@@ -25,6 +25,10 @@
 #include "vision/hue_labels.h"
 #include "vision/marker_model.h"
 #include "vision/rm_ga.h"
+
+namespace turbidock::config {
+struct KeyDoc;
+}
 
 namespace turbidock::trial {
 
@@ -142,6 +146,11 @@ struct Scenario {
   }
   void Check(const std::string& path) const;
 
+  // What is between the scene and the images.
+  camera::CameraParams cameras() const {
+    return {.optics = optics, .snow = snow, .lens = lens, .sensor = sensor};
+  }
+
   // The clock of the images that arrive: what the vehicle's own computer lives by.
   ClockParams image_clock() const {
     return {.frames_per_second = clock.frames_per_second / camera_period_frames,
@@ -157,12 +166,19 @@ struct Scenario {
 Scenario LoadScenario(const std::string& name, const std::vector<std::string>& assignments,
                       const std::string& gains_file = "");
 
-// A scenario whose every value is spelt out in `text`, as SaveYaml wrote it; `name` stands for the
-// file in messages.
+// Every value as YAML, with its description as a comment. Parsing it gives the same scenario, bit
+// for bit; `name` stands for the file in messages.
+std::string SaveScenario(const Scenario& scenario);
 Scenario ParseScenario(const std::string& text, const std::string& name);
+
+// The table of all keys.
+std::vector<config::KeyDoc> ScenarioKeys();
 
 // Path of the scenario's MJCF file.
 std::string SceneFile(const Scenario& scenario);
+
+// Where the camera head begins, in the marker's frame, drawn from the scenario's seed.
+Pose DrawStart(const Scenario& scenario);
 
 // ConfigError when a ball of the marker as the estimator knows it is not where the scene has it, to
 // a millimetre, or one of the two has no such ball; unless the scenario says that they may differ.

@@ -1,5 +1,6 @@
 #pragma once
-// One docking trial: the closed loop from water to water. The only place that names every stage.
+// One docking trial: the closed loop from water to water. world.h and eyes.h are the two sides of
+// the loop, ending.h says when it is over, recorder.h what is left of it.
 
 #include <cstdint>
 #include <functional>
@@ -98,9 +99,6 @@ struct TrialOptions {
 // Runs a trial. ConfigError for a scenario that cannot run, SimulatorFault when nothing can be
 // drawn.
 TrialResult RunTrial(const Scenario& scenario, const TrialOptions& options = {});
-
-// Where the camera head begins, in the marker's frame, drawn from the scenario's seed.
-Pose DrawStart(const Scenario& scenario);
 
 }  // namespace turbidock::trial
 

@@ -134,7 +134,7 @@ void MakeOutputFolder(const std::string& folder) {
 
 void WriteRecords(const std::string& folder, const Scenario& scenario, const TrialResult& result) {
   const std::filesystem::path out(folder);
-  system::WriteWhole(out / "resolved.yaml", config::SaveYaml(scenario));
+  system::WriteWhole(out / "resolved.yaml", SaveScenario(scenario));
   system::WriteWhole(out / "trajectory.csv", TrajectoryCsv(result.log));
   system::WriteWhole(out / "result.json", ResultJson(result));
 }

@@ -2,10 +2,7 @@
 
 #include <algorithm>
 
-#include "experiments/trial/trial.h"
-#include "sim/camera/image_sensor.h"
 #include "sim/light/surfaces.h"
-#include "sim/light/water.h"
 #include "sim/vehicle/sea.h"
 
 namespace turbidock::trial {
@@ -19,25 +16,19 @@ World::Cameras::Cameras(const Scenario& scenario, const vehicle::Scene& scene,
                         const SeedTree& seeds)
     : context(view::MakeGlContext(scenario.renderer, &remark)),
       renderer(*context, scene),
-      camera(light::Water(scenario.optics, scenario.rig.MakeRig(),
-                          light::SurfaceTable::FromScene(scene), light::LampPoses(scene)),
-             camera::ImageSensor(scenario.sensor, seeds.Stream("camera.left").NextU64(),
-                                 seeds.Stream("camera.right").NextU64(), scenario.rig.width_px),
-             camera::AutoExposure(scenario.sensor, scenario.image_clock().frame_s()),
-             light::MarineSnow(scenario.snow, scenario.rig.MakeRig(),
-                               scenario.image_clock().frame_s(), seeds.Stream("snow").NextU64()),
-             camera::StereoLens(scenario.lens, scenario.rig.MakeRig())),
+      camera(scenario.cameras(), scenario.rig.MakeRig(), light::SurfaceTable::FromScene(scene),
+             light::LampPoses(scene), scenario.image_clock().frame_s(), seeds),
       exposed(mj_makeData(scene.model.get())) {}
 
-World::World(const Scenario& scenario, bool spectator, StageTimer* timer)
+World::World(const Scenario& scenario, const Options& options)
     : seeds_(static_cast<uint64_t>(scenario.seed)),
       clock_(scenario.clock),
       scene_(vehicle::LoadScene(SceneFile(scenario), scenario.rig)),
       plant_(scene_, scenario.vehicle, clock_, vehicle::Sea(scenario.sea, seeds_.Stream("sea"))),
-      timer_(timer) {
+      timer_(options.timer) {
   CheckMarker(scenario, scene_);
   if (scenario.pose_source == PoseSource::kCameras) cameras_.emplace(scenario, scene_, seeds_);
-  if (spectator) {
+  if (options.spectator) {
     if (!cameras_)
       throw ConfigError("pose_source",
                         "true_pose draws nothing; a video needs pose_source = cameras");
@@ -87,57 +78,6 @@ std::optional<std::string> World::Advance(const ThrusterCommand& command,
   }
   Lap(timer_, LoopStage::kPhysics);
   return fault;
-}
-
-Eyes::Eyes(const Scenario& scenario, bool whole_images, StageTimer* timer, World* world)
-    : world_(*world),
-      timer_(timer),
-      schedule_(scenario.camera_period_frames, scenario.camera_delay_frames),
-      whole_images_(whole_images),
-      drop_probability_(scenario.camera_drop_probability),
-      drops_(world->seeds().Stream("camera.drops")),
-      exposures_(static_cast<size_t>(schedule_.under_way()) + 1) {
-  const SeedTree& seeds = world_.seeds();
-  if (scenario.pose_source == PoseSource::kCameras) {
-    estimator_.emplace(scenario.estimator, scenario.marker, scenario.hue, scenario.rig.MakeRig(),
-                       seeds.Stream("vision.rm_ga"));
-    estimator_->set_timer(timer);
-  } else {
-    true_pose_.emplace(scenario.true_pose, scenario.marker, scenario.rig.MakeRig(),
-                       scenario.image_clock().frame_s(), seeds.Stream("true_pose"));
-  }
-  for (int64_t frame = schedule_.first_frame(); frame < 0; ++frame) Expose(frame);
-}
-
-bool Eyes::Update(int64_t frame) {
-  Expose(frame);
-  if (!schedule_.ArrivesAt(frame)) return false;
-  // what came first must have come: there is no estimate before it
-  if (drop_probability_ > 0 && drops_.Uniform() < drop_probability_ && estimate_ != nullptr)
-    return false;
-  const int64_t number = schedule_.LatestAt(frame);
-  if (estimator_) {
-    world_.Develop(*Slot(number), number, whole_images_ ? std::nullopt : estimator_->Reach(),
-                   &seen_);
-    estimate_ = &estimator_->Update(seen_);
-  } else {
-    estimate_ = &true_pose_->Update(number, Slot(number)->true_X_HM);
-  }
-  Lap(timer_, LoopStage::kEstimate);
-  return true;
-}
-
-std::string Eyes::name() const {
-  return std::string(estimator_ ? estimator_->name() : NameOf(PoseSource::kTruePose));
-}
-
-Exposure* Eyes::Slot(int64_t number) {
-  const int64_t n = std::ssize(exposures_);
-  return &exposures_[static_cast<size_t>((number % n + n) % n)];
-}
-
-void Eyes::Expose(int64_t frame) {
-  if (schedule_.ExposesAt(frame)) world_.Expose(Slot(schedule_.ExposedAt(frame)));
 }
 
 }  // namespace turbidock::trial

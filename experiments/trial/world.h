@@ -1,5 +1,5 @@
 #pragma once
-// The two sides of a trial's loop: the vehicle in the water, and what it sees of the marker.
+// One side of a trial's loop: the vehicle in the water, and the cameras that look out of it.
 
 #include <cstdint>
 #include <memory>
@@ -7,11 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "experiments/trial/camera_schedule.h"
-#include "experiments/trial/pose_source.h"
 #include "experiments/trial/scenario.h"
 #include "sim/base/image.h"
-#include "sim/base/pose_estimate.h"
 #include "sim/base/random.h"
 #include "sim/base/stage_timer.h"
 #include "sim/base/thruster_command.h"
@@ -20,7 +17,6 @@
 #include "sim/vehicle/scene.h"
 #include "sim/view/gl_context.h"
 #include "sim/view/stereo_renderer.h"
-#include "vision/rm_ga.h"
 
 namespace turbidock::trial {
 
@@ -34,9 +30,14 @@ struct Exposure {
 // The vehicle in the water, and its cameras where something looks through them.
 class World {
  public:
-  // With `spectator` also the outside view. ConfigError when the scenario cannot run or draws
-  // nothing to look at, SimulatorFault when this machine cannot draw.
-  World(const Scenario& scenario, bool spectator, StageTimer* timer);
+  struct Options {
+    bool spectator = false;       // draw the outside view, too
+    StageTimer* timer = nullptr;  // gets the stages from rendering to physics
+  };
+
+  // ConfigError when the scenario cannot run or draws nothing to look at, SimulatorFault when this
+  // machine cannot draw.
+  World(const Scenario& scenario, const Options& options);
 
   void Expose(Exposure* exposure) const;
   // The images of an exposure, or a region of them.
@@ -79,40 +80,6 @@ class World {
   std::optional<view::SpectatorRenderer> spectator_;
   Image3u8 spectator_image_;
   StageTimer* timer_;
-};
-
-// What the vehicle knows of the marker: from the cameras' images, or from the truth where only
-// control is of interest. Either way it is camera_delay_frames old.
-class Eyes {
- public:
-  // The cameras have been on for a while: what arrives first shows the vehicle at its start. With
-  // `whole_images` also the pixels that the estimator does not read are made.
-  Eyes(const Scenario& scenario, bool whole_images, StageTimer* timer, World* world);
-
-  // To be called at every frame, in order. Returns whether an image arrived, with its estimate.
-  bool Update(int64_t frame);
-
-  const PoseEstimate& estimate() const { return *estimate_; }  // the latest
-  const StereoImage& seen() const { return seen_; }            // what it was made of, if of images
-  std::string name() const;
-
- private:
-  Exposure* Slot(int64_t number);
-  void Expose(int64_t frame);
-
-  World& world_;
-  StageTimer* timer_;
-  CameraSchedule schedule_;
-  bool whole_images_;
-  double drop_probability_;
-  Rng drops_;
-  // The latest exposures by their numbers: those under way from the sensor to the estimator, and
-  // the one there. They become images when they arrive: only then is it known which pixels matter.
-  std::vector<Exposure> exposures_;
-  std::optional<vision::RmGa> estimator_;
-  std::optional<TruePose> true_pose_;
-  const PoseEstimate* estimate_ = nullptr;
-  StereoImage seen_;
 };
 
 }  // namespace turbidock::trial

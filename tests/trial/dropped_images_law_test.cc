@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "experiments/trial/world.h"
+#include "experiments/trial/eyes.h"
 
 namespace turbidock::trial {
 namespace {
@@ -18,8 +18,8 @@ struct Arrivals {
 Arrivals Count(double drop_probability, int frames) {
   Scenario scenario = LoadScenario("pool_active", {"pose_source=true_pose"});
   scenario.camera_drop_probability = drop_probability;
-  World world(scenario, false, nullptr);
-  Eyes eyes(scenario, false, nullptr, &world);
+  World world(scenario, {});
+  Eyes eyes(scenario, {}, &world);
   Arrivals arrivals;
   Eigen::Vector3d before = Eigen::Vector3d::Zero();
   for (int frame = 0; frame < frames; ++frame) {

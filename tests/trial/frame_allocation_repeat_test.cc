@@ -12,8 +12,8 @@
 #include <string>
 
 #include "control/autopilot.h"
+#include "experiments/trial/eyes.h"
 #include "experiments/trial/scenario.h"
-#include "experiments/trial/world.h"
 
 namespace {
 
@@ -43,8 +43,8 @@ namespace {
 
 int64_t AllocationsOfThirtyFrames(const std::string& name, bool region_of_interest) {
   const Scenario scenario = LoadScenario(name, {});
-  World world(scenario, /*spectator=*/false, /*timer=*/nullptr);
-  Eyes eyes(scenario, /*whole_images=*/!region_of_interest, /*timer=*/nullptr, &world);
+  World world(scenario, {});
+  Eyes eyes(scenario, {.whole_images = !region_of_interest}, &world);
   control::Autopilot autopilot(scenario.control, scenario.procedure, scenario.image_clock());
   constexpr int kWarmUp = 60, kFrames = 30;
   int64_t before = 0, estimates = 0;

@@ -1,0 +1,48 @@
+#pragma once
+// When a trial is over, and why.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "control/docking_procedure.h"
+#include "experiments/trial/scenario.h"
+#include "experiments/trial/trial.h"
+#include "sim/vehicle/plant.h"
+
+namespace turbidock::trial {
+
+struct Ending {
+  Outcome outcome = Outcome::kTimeout;
+  std::string reason;  // empty where only the whole trial tells: see ReasonOf
+};
+
+// What happened in a frame, once its time has passed.
+struct FrameEvents {
+  int64_t frame = 0;
+  const control::Directive& directive;
+  const std::optional<std::string>& fault;  // of the physics
+  const vehicle::ContactReport& contacts;
+  bool stop_requested = false;
+};
+
+class EndingRules {
+ public:
+  explicit EndingRules(const Scenario& scenario);
+
+  // To be asked after every frame, in order. The first rule that applies: a fault, a collision,
+  // the marker lost for good, a request to stop, docked and held, the time up. Once docked, the
+  // time is not up before the hold is over.
+  std::optional<Ending> After(const FrameEvents& now);
+
+ private:
+  ClockParams clock_;
+  int64_t last_frame_, hold_frames_;
+  std::optional<int64_t> docked_frame_;
+};
+
+// Why it ended, as a sentence for people. `result` is complete but for this; `directive` the last.
+std::string ReasonOf(const Ending& ending, const Scenario& scenario, const TrialResult& result,
+                     const control::Directive& directive);
+
+}  // namespace turbidock::trial

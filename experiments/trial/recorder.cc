@@ -1,0 +1,135 @@
+#include "experiments/trial/recorder.h"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <vector>
+
+namespace turbidock::trial {
+namespace {
+
+using control::Stage;
+
+// Twenty minutes of frames; a longer log grows as it goes.
+constexpr int64_t kReservedFrames = 36000;
+
+PoseError ErrorOf(const Pose& X_HM, const control::DesiredPose& desired) {
+  return {X_HM.p.x() - desired.x_m, X_HM.p.y() - desired.y_m, X_HM.p.z() - desired.z_m,
+          WrapAngle(YawOf(X_HM.q) - desired.yaw_rad)};
+}
+
+double PeakMemoryMib() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;  // Linux counts KiB
+}
+
+void AddToDigest(const FrameRecord& record, Digest* digest) {
+  digest->Add(record.frame);
+  digest->Add(record.true_X_WB);
+  digest->Add(record.true_V_WB_B.w);
+  digest->Add(record.true_V_WB_B.v);
+  digest->Add(record.est_X_HM);
+  digest->Add(record.fitness);
+  for (const double volts : record.command.volts) digest->Add(volts);
+}
+
+}  // namespace
+
+TrialRecorder::TrialRecorder(const Scenario& scenario)
+    : scenario_(scenario), dock_contact_(scenario.jam) {
+  const ClockParams& clock = scenario.clock;
+  const int64_t most_frames =
+      clock.FramesFor(scenario.duration_s) + clock.FramesFor(scenario.docked_hold_s);
+  result_.log.frames.reserve(static_cast<size_t>(std::min(most_frames, kReservedFrames)));
+  result_.seed = scenario.seed;
+}
+
+void TrialRecorder::Add(const FrameRecord& record, bool inserted) {
+  if (record.stage == Stage::kDocked && !docked_frame_) docked_frame_ = record.frame;
+  if (!docked_frame_ || docked_frame_ == record.frame) {
+    result_.time_s = record.time_s;
+    result_.final_error_true = ErrorOf(record.true_X_HM, record.desired);
+    result_.final_error_estimated = ErrorOf(record.est_X_HM, record.desired);
+  }
+  dock_contact_.Update({.time_s = record.time_s,
+                        .insertion_depth_m = record.insertion_depth_m,
+                        .inserted = inserted,
+                        .dock_force_newton = record.dock_force_newton});
+  AddToDigest(record, &digest_);
+  result_.log.frames.push_back(record);
+}
+
+// How well and how hard it was steered.
+void TrialRecorder::SummariseControl() {
+  const std::vector<FrameRecord>& frames = result_.log.frames;
+  const bool found = std::any_of(frames.begin(), frames.end(), [](const FrameRecord& record) {
+    return record.stage != Stage::kApproach;
+  });
+  double squares = 0, volts_squared = 0;
+  int64_t counted = 0;
+  for (const FrameRecord& record : frames) {
+    for (const double volts : record.command.volts)
+      volts_squared += (volts - kNeutralVolts) * (volts - kNeutralVolts);
+    if (found && record.stage == Stage::kApproach) continue;
+    const PoseError e = ErrorOf(record.true_X_HM, record.desired);
+    squares += std::min(1.0, e.y_m * e.y_m) + std::min(1.0, e.z_m * e.z_m);
+    result_.overshoot_m = std::clamp(-e.x_m, result_.overshoot_m, 1.0);
+    ++counted;
+  }
+  result_.tracking_rms_m = std::sqrt(squares / static_cast<double>(counted));
+  result_.effort_v = std::sqrt(volts_squared / static_cast<double>(kThrusterCount * frames.size()));
+}
+
+// Sums over the frames.
+void TrialRecorder::Summarise() {
+  double sum = 0;
+  std::map<Stage, int64_t> frames;
+  for (const FrameRecord& record : result_.log.frames) {
+    sum += record.fitness;
+    result_.fitness_best = std::max(result_.fitness_best, record.fitness);
+    ++frames[record.stage];
+  }
+  for (const auto& [stage, count] : frames)
+    result_.stage_time_s[stage] = scenario_.clock.TimeOfFrame(count);
+  SummariseControl();
+  result_.fitness_mean = sum / static_cast<double>(result_.log.frames.size());
+  for (const control::Transition& change : result_.log.transitions)
+    result_.returns_to_servoing +=
+        change.from == Stage::kDocking && change.to == Stage::kVisualServoing;
+}
+
+TrialResult TrialRecorder::Finish(const vehicle::Plant& plant, const control::Directive& directive,
+                                  const Ending& ending) {
+  const vehicle::PoleInDock pole = plant.pole();
+  const vehicle::VehicleTruth truth = plant.truth();
+  const double end_s = scenario_.clock.TimeOfFrame(std::ssize(result_.log.frames));
+  digest_.Add(truth.X_WB);
+  digest_.Add(truth.V_WB_B.w);
+  digest_.Add(truth.V_WB_B.v);
+  dock_contact_.Update(
+      {.time_s = end_s, .insertion_depth_m = pole.insertion_depth_m, .inserted = pole.inserted});
+  result_.docked = docked_frame_.has_value();
+  if (!result_.docked) result_.time_s = end_s;
+  result_.inserted = pole.inserted;
+  result_.insertion_depth_m = pole.insertion_depth_m;
+  result_.insertion_time_s = dock_contact_.insertion_time_s();
+  result_.first_dock_contact = dock_contact_.first_contact();
+  result_.dock_force_max_newton = dock_contact_.force_max_newton();
+  result_.jam_time_s = dock_contact_.jam_time_s();
+  result_.energy = plant.energy();
+  Summarise();
+  result_.reason = ReasonOf(ending, scenario_, result_, directive);
+  result_.outcome = ending.outcome == Outcome::kDocked && !result_.inserted ? Outcome::kFalseDock
+                                                                            : ending.outcome;
+  result_.digest = digest_.Hex();
+  result_.wall_time_s =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_start_).count();
+  result_.peak_memory_mib = PeakMemoryMib();
+  result_.real_time_factor = end_s / result_.wall_time_s;
+  return std::move(result_);
+}
+
+}  // namespace turbidock::trial

@@ -1,0 +1,45 @@
+#pragma once
+// What a trial leaves: its log, frame by frame, and the result that is made of it.
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+
+#include "control/docking_procedure.h"
+#include "experiments/trial/dock_contact.h"
+#include "experiments/trial/ending.h"
+#include "experiments/trial/scenario.h"
+#include "experiments/trial/trial.h"
+#include "experiments/trial/trial_log.h"
+#include "sim/base/digest.h"
+#include "sim/vehicle/plant.h"
+
+namespace turbidock::trial {
+
+class TrialRecorder {
+ public:
+  // Wall time counts from here.
+  explicit TrialRecorder(const Scenario& scenario);
+
+  void Add(const control::Transition& change) { result_.log.transitions.push_back(change); }
+  // A frame, once its time has passed. `inserted`: the pole was in the hole when it began.
+  void Add(const FrameRecord& record, bool inserted);
+
+  // The result of the frames so far, of the plant as it is now and of the last directive. To be
+  // called once. What was simulated with (renderer, estimator) is left to the caller.
+  TrialResult Finish(const vehicle::Plant& plant, const control::Directive& directive,
+                     const Ending& ending);
+
+ private:
+  void Summarise();
+  void SummariseControl();
+
+  const Scenario& scenario_;
+  std::chrono::steady_clock::time_point wall_start_ = std::chrono::steady_clock::now();
+  TrialResult result_;
+  Digest digest_;
+  DockContact dock_contact_;
+  std::optional<int64_t> docked_frame_;
+};
+
+}  // namespace turbidock::trial
