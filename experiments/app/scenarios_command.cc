@@ -32,7 +32,7 @@ int ListScenarios(bool json) {
 
 int PrintKeys(bool json) {
   auto list = nlohmann::ordered_json::array();
-  for (const config::KeyDoc& key : config::ListKeys<trial::Scenario>()) {
+  for (const config::KeyDoc& key : trial::ScenarioKeys()) {
     if (json)
       list.push_back({{"key", key.key},
                       {"type", key.type},
@@ -48,7 +48,7 @@ int PrintKeys(bool json) {
 
 int Scenarios(const ScenariosArguments& arguments) {
   if (!arguments.show.empty()) {
-    std::fputs(config::SaveYaml(trial::LoadScenario(arguments.show, {})).c_str(), stdout);
+    std::fputs(trial::SaveScenario(trial::LoadScenario(arguments.show, {})).c_str(), stdout);
     return kExitDone;
   }
   return arguments.keys ? PrintKeys(arguments.json) : ListScenarios(arguments.json);

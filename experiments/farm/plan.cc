@@ -362,7 +362,7 @@ std::string Plan::Resolve() const {
   }
   text += "resolved_scenarios:\n";
   for (const auto& [name, scenario] : scenarios_)
-    text += "  " + name + ": |\n" + Indented(config::SaveYaml(scenario), "    ");
+    text += "  " + name + ": |\n" + Indented(trial::SaveScenario(scenario), "    ");
   return text + "models_digest: \"" + ModelsDigest(scenarios_) + "\"\n";
 }
 

@@ -34,7 +34,7 @@ trial::TrialLog Thinned(const trial::TrialLog& log, int every_frames) {
 
 std::string ToText(const TrialJob& job) {
   return Json{{"trial", job.id},
-              {"scenario", config::SaveYaml(job.scenario)},
+              {"scenario", trial::SaveScenario(job.scenario)},
               {"series_every_frames", job.series_every_frames}}
       .dump();
 }

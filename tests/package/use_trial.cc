@@ -2,10 +2,11 @@
 
 #include <cstdio>
 
+#include "experiments/trial/scenario.h"
 #include "experiments/trial/trial.h"
 
 int main() {
-  using namespace turbidock::experiments;
+  using namespace turbidock;
   const trial::TrialResult result =
       trial::RunTrial(trial::LoadScenario("pool_active", {"duration_s=0.5"}));
   std::printf("%s\n", result.reason.c_str());

@@ -34,7 +34,8 @@ void RequireKnown(const std::vector<std::string>& words, const std::vector<std::
 
 std::string Text(const std::vector<farm::Parameter>& parameters) {
   std::string text;
-  for (const farm::Parameter& p : parameters) text += (text.empty() ? "" : " ") + p.Assignment();
+  for (const farm::Parameter& p : parameters)
+    text.append(text.empty() ? "" : " ").append(p.Assignment());
   return text;
 }
 
@@ -47,7 +48,7 @@ struct Candidate {
 };
 
 std::map<Key, Candidate> ByKey(const farm::ResultStore& store,
-                                       const std::vector<std::string>& keys) {
+                               const std::vector<std::string>& keys) {
   std::map<Key, Candidate> trials;
   for (farm::StoredTrial& trial : store.Trials()) {
     if (trial.record.digest.empty()) continue;

@@ -202,12 +202,12 @@ std::string EstimateCsvRow(const EstimatedFrame& frame) {
   std::string row = fmt::format("{},{:d}", e.frame, e.detected);
   for (const double x : {e.X_HM.p.x(), e.X_HM.p.y(), e.X_HM.p.z(), e.X_HM.q.w(), e.X_HM.q.x(),
                          e.X_HM.q.y(), e.X_HM.q.z(), e.fitness})
-    row += "," + FormatNumber(x);
+    row.append(",").append(FormatNumber(x));
   for (int i = 0; i < 3; ++i)
-    row += e.covariance ? "," + FormatNumber(std::sqrt((*e.covariance)(i, i))) : ",";
+    row.append(",").append(e.covariance ? FormatNumber(std::sqrt((*e.covariance)(i, i))) : "");
   row += fmt::format(",{},{}", e.evaluations, frame.generations);
-  for (const double fitness : e.ball_fitness) row += "," + FormatNumber(fitness);
-  return row + "\n";
+  for (const double fitness : e.ball_fitness) row.append(",").append(FormatNumber(fitness));
+  return row += '\n';
 }
 
 media::Canvas DrawEstimate(const EstimatedFrame& frame, const vision::MarkerParams& marker) {

@@ -35,7 +35,8 @@ std::string VerdictWords(const MeasureReport& measure) {
 
 std::string SeedList(const std::vector<int64_t>& seeds) {
   std::string text;
-  for (const int64_t seed : seeds) text += (text.empty() ? "" : " ") + std::to_string(seed);
+  for (const int64_t seed : seeds)
+    text.append(text.empty() ? "" : " ").append(std::to_string(seed));
   return text;
 }
 

@@ -40,7 +40,7 @@ double* NumberOf(const std::string& key, trial::Scenario* scenario) {
 std::vector<std::string> NumberKeys() {
   trial::Scenario scenario;
   std::vector<std::string> keys;
-  for (const config::KeyDoc& doc : config::ListKeys<trial::Scenario>())
+  for (const config::KeyDoc& doc : trial::ScenarioKeys())
     if (doc.key.find("[]") == std::string::npos && NumberOf(doc.key, &scenario))
       keys.push_back(doc.key);
   return keys;

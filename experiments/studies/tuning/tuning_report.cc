@@ -104,7 +104,7 @@ void Set(YAML::Node root, const std::string& path, const YAML::Node& value) {
 std::string GainsYaml(const Study& study, const TuningResult& result) {
   const farm::Plan plan = study.TrialsOf(0, 1);
   const trial::Scenario scenario = study.ScenarioOf(plan, 0, result.tuned);
-  const YAML::Node all = YAML::Load(config::SaveYaml(scenario));
+  const YAML::Node all = YAML::Load(trial::SaveScenario(scenario));
   YAML::Node gains(YAML::NodeType::Map);
   const std::string law = NameOf(scenario.control.law);
   gains["controller"] = law;
