@@ -2,43 +2,25 @@
 // Whether the marker is in sight and its pose certain, judged from one frame to the next.
 
 #include <span>
-#include <string>
 
-#include "sim/base/fields.h"
 #include "sim/base/published.h"
 
 namespace turbidock::vision {
 
-// When the marker counts as in sight. On and off differ so that an F about the limit does not
-// flicker.
-struct DetectionParams {
-  double on_fitness = 0.4, off_fitness = published::kDetectedFitness;
-  int on_frames = 2, off_frames = 3;
-
-  static void Fields(auto& self, auto&& field) {
-    field("on_fitness", self.on_fitness, InRange(-1, 1), "detected from this fitness on");
-    field("off_fitness", self.off_fitness, InRange(-1, 1), "lost below this fitness");
-    field("on_frames", self.on_frames, InRange(1, 1000), "frames in a row before it is detected");
-    field("off_frames", self.off_frames, InRange(1, 1000), "frames in a row before it is lost");
-  }
-  void Check(const std::string& path) const;
-};
-
-// When the search counts as done: the pose is certain.
-struct CertaintyLimits {
-  double fitness = published::kReliableFitness;
-  double ball_fitness = 0.2;
-};
-
 class Detection {
  public:
-  Detection(const DetectionParams& limits, const CertaintyLimits& certain)
-      : limits_(limits), certain_(certain) {}
+  // Detected from kOnFitness on and until F falls below the published limit, each for some frames
+  // in a row, so that an F about the limit does not flicker. In 10,000 frames without a marker
+  // nothing was detected.
+  static constexpr double kOnFitness = 0.4, kOffFitness = published::kDetectedFitness;
+  static constexpr int kOnFrames = 2, kOffFrames = 3;
+  // F of one ball from which it counts as matched: a third of its inner points, net.
+  static constexpr double kMatchedBallFitness = 0.2;
 
-  // Takes up a frame: F and its part of each ball. While the marker is tracked a ball that is
-  // matched badly does not count against it: three balls have told the pose before.
+  // Takes up a frame: F and its part of each ball. The pose is certain where F is reliable and,
+  // unless the marker is tracked, every ball matched: F of two balls of three reaches 0.6 wherever
+  // the third is. A track has told the third's place before.
   void Update(double fitness, std::span<const double> ball_fitness, bool is_tracked);
-  void Reset() { *this = Detection(limits_, certain_); }
   void CountLossAnew() { frames_uncertain_ = 0; }
 
   bool detected() const { return detected_; }
@@ -47,8 +29,6 @@ class Detection {
   int frames_uncertain() const { return frames_uncertain_; }
 
  private:
-  DetectionParams limits_;
-  CertaintyLimits certain_;
   bool detected_ = false;
   int frames_on_ = 0, frames_off_ = 0;  // in a row above and below the limits of detection
   int frames_certain_ = 0, frames_uncertain_ = 0;

@@ -3,8 +3,17 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim/base/published.h"
+
 namespace turbidock::vision {
 namespace {
+
+// Sizes of a small move are log-uniform between the least and one of the others: what a search may
+// still be off by before and after the marker is found.
+constexpr double kLeastCreep_m = 0.001, kMostCreep_m = 0.1, kMostCreepFound_m = 0.02;
+constexpr double kCreepFromBest = 0.5;  // share that starts from the best, once it is found
+// Of a turn (eps) over the size: balls 70 mm from the pivot then move by 0.4 of it.
+constexpr double kCreepEps_per_m = 3;
 
 Gene RandomGene(Rng* rng) {
   Gene gene;
@@ -42,16 +51,9 @@ void GeneticSearch::Forget(const GeneMap& range) {
 }
 
 void GeneticSearch::BeginFrame(bool restart, Rng* rng) {
-  const int population = size();
-  int first_new = population;
-  if (!started_) {
-    first_new = 0;
-  } else if (restart) {
-    const int renewed = static_cast<int>(std::lround(options_.restart_fraction * population));
-    first_new = std::max(population - renewed, options_.restart_keeps_best ? 1 : 0);
-  }
-  for (int i = first_new; i < population; ++i)
-    population_[static_cast<size_t>(i)].gene = RandomGene(rng);
+  // The best is kept: in turbid water the right pose may be no better than that.
+  const size_t first_new = !started_ ? 0 : restart ? 1 : population_.size();
+  for (size_t i = first_new; i < population_.size(); ++i) population_[i].gene = RandomGene(rng);
   started_ = true;
   if (suggested_X_HM_) population_.back().gene = range_.Encode(GeneMap::ValuesOf(*suggested_X_HM_));
   suggested_X_HM_.reset();
@@ -100,10 +102,7 @@ void GeneticSearch::Evaluate(size_t first, size_t end) {
 }
 
 const Gene& GeneticSearch::Parent(Rng* rng) const {
-  const auto kept = static_cast<uint32_t>(kept_);
-  uint32_t i = rng->Below(kept);
-  if (options_.parent_choice == ParentChoice::kTournament) i = std::min(i, rng->Below(kept));
-  return population_[i].gene;
+  return population_[rng->Below(static_cast<uint32_t>(kept_))].gene;
 }
 
 Gene GeneticSearch::Offspring(bool is_lost, Rng* rng) const {
@@ -111,12 +110,11 @@ Gene GeneticSearch::Offspring(bool is_lost, Rng* rng) const {
   // mutation's.
   const double shares = options_.immigrant_share + options_.creep_share;
   if (shares > 0) {
-    const bool is_lost_now =
-        is_lost || population_.front().fitness < options_.restart_below_fitness;
+    const bool is_lost_now = is_lost || population_.front().fitness < published::kReliableFitness;
     const double kind = rng->Uniform();
     if (is_lost_now && kind < options_.immigrant_share) return RandomGene(rng);
     if (kind < shares) {
-      const bool from_best = !is_lost_now && rng->Uniform() < options_.creep_from_best;
+      const bool from_best = !is_lost_now && rng->Uniform() < kCreepFromBest;
       return Crept(from_best ? population_.front().gene : Parent(rng), is_lost_now, rng);
     }
   }
@@ -130,23 +128,19 @@ Gene GeneticSearch::Bred(Rng* rng) const {
   const int cut = static_cast<int>(rng->Below(kGeneBits + 1));
   const int other = static_cast<int>(rng->Below(kGeneBits + 1));
   Gene child = Cross(a, b, std::min(cut, other), std::max(cut, other));
-  if (options_.mutation_unit == MutationUnit::kBit) {
-    // From one flipped bit to the next is a geometric step: one draw a flip, not one a bit.
-    const double scale = 1 / std::log1p(-std::min(options_.mutation_rate, 1 - 1e-12));
-    const auto unflipped = [&] {
-      return static_cast<int>(std::min<double>(kGeneBits, scale * std::log1p(-rng->Uniform())));
-    };
-    for (int i = unflipped(); i < kGeneBits; i += 1 + unflipped()) child.FlipBit(i);
-  } else if (rng->Uniform() < options_.mutation_rate) {
-    child.FlipBit(static_cast<int>(rng->Below(kGeneBits)));
-  }
+  // From one flipped bit to the next is a geometric step: one draw a flip, not one a bit.
+  const double scale = 1 / std::log1p(-std::min(options_.mutation_rate, 1 - 1e-12));
+  const auto unflipped = [&] {
+    return static_cast<int>(std::min<double>(kGeneBits, scale * std::log1p(-rng->Uniform())));
+  };
+  for (int i = unflipped(); i < kGeneBits; i += 1 + unflipped()) child.FlipBit(i);
   return child;
 }
 
 // A small move of one individual.
 Gene GeneticSearch::Crept(const Gene& parent, bool is_lost, Rng* rng) const {
-  const double largest_m = is_lost ? options_.creep_max_m : options_.creep_max_found_m;
-  const double size_m = largest_m * std::pow(options_.creep_min_m / largest_m, rng->Uniform());
+  const double largest_m = is_lost ? kMostCreep_m : kMostCreepFound_m;
+  const double size_m = largest_m * std::pow(kLeastCreep_m / largest_m, rng->Uniform());
   GeneMap::Values v = range_.Decode(parent);
   // In depth along the line of sight, which keeps the place in the image, and three times as far as
   // sideways, because the images tell depth less well.
@@ -155,8 +149,7 @@ Gene GeneticSearch::Crept(const Gene& parent, bool is_lost, Rng* rng) const {
   const Eigen::Vector3d& p_MQ =
       marker_.balls[rng->Below(static_cast<uint32_t>(marker_.balls.size()))].p_MQ_m;
   const Eigen::Vector3d p_HQ = GeneMap::PoseOf(v) * p_MQ;
-  for (size_t i = 3; i < kGeneFields; ++i)
-    v[i] += options_.creep_eps_per_m * size_m * rng->Normal();
+  for (size_t i = 3; i < kGeneFields; ++i) v[i] += kCreepEps_per_m * size_m * rng->Normal();
   const Eigen::Vector3d p_HM = stretch * (p_HQ - GeneMap::PoseOf(v).q * p_MQ);
   v[0] = p_HM.x();
   v[1] = p_HM.y() + size_m * rng->Normal();

@@ -31,7 +31,7 @@ class GeneticSearch {
   // ... makes this pose, moved into the range, one of the population.
   void Suggest(const Pose& X_HM) { suggested_X_HM_ = X_HM; }
 
-  // Evaluates the population on new images; `restart`: part of it is drawn anew.
+  // Evaluates the population on new images; `restart`: all but the best are drawn anew.
   void BeginFrame(bool restart, Rng* rng);
   // One generation. `spared` individuals, the worst, stay as they are; they are neither replaced
   // nor evaluated. `is_lost`: the marker was not found in the last frame.

@@ -5,18 +5,21 @@
 #include <array>
 #include <utility>
 
+#include "vision/detection.h"
+
 namespace turbidock::vision {
 namespace {
 
 constexpr double kLargestLoss = 0.25;  // of F; a hidden half of a ball costs up to 0.2
 constexpr double kLargestResidual_px = 1.0;
+constexpr double kSwing_rad = 0.6;  // most that a pose is turned about two balls, to either side
 
 }  // namespace
 
-bool RefinementArbiter::IsHeldByTwo(std::span<const double> ball_fitness) const {
-  return swing_rad_ > 0 && ball_fitness.size() > 2 &&
-         std::ranges::count_if(ball_fitness,
-                               [&](double match) { return match >= matched_fitness_; }) == 2;
+bool RefinementArbiter::IsHeldByTwo(std::span<const double> ball_fitness) {
+  return ball_fitness.size() > 2 && std::ranges::count_if(ball_fitness, [&](double match) {
+                                      return match >= Detection::kMatchedBallFitness;
+                                    }) == 2;
 }
 
 // X_HM turned about the line of the two balls that are matched best, which stay where they are.
@@ -32,7 +35,7 @@ Pose RefinementArbiter::Swung(const Pose& X_HM, std::span<const double> ball_fit
   }
   const Eigen::Vector3d& p_MQ = marker_.balls[first].p_MQ_m;
   const Eigen::Vector3d axis = (marker_.balls[second].p_MQ_m - p_MQ).normalized();
-  const double turn_rad = rng->Uniform(-swing_rad_, swing_rad_);
+  const double turn_rad = rng->Uniform(-kSwing_rad, kSwing_rad);
   const Eigen::Quaterniond turn(Eigen::AngleAxisd(turn_rad, axis));
   return X_HM * Pose{turn, p_MQ - turn * p_MQ};
 }

@@ -25,14 +25,8 @@ class RefinementArbiter {
     double fitness = -1;             // its F
   };
 
-  // swing_rad: largest random turn, 0: only the search's best is refined. matched_fitness: F from
-  // which a ball counts as matched.
-  RefinementArbiter(const RefineParams& params, double swing_rad, double matched_fitness,
-                    const MarkerParams& marker, const StereoRig& rig)
-      : refiner_(params, marker, rig),
-        marker_(marker),
-        swing_rad_(swing_rad),
-        matched_fitness_(matched_fitness) {}
+  RefinementArbiter(const MarkerParams& marker, const StereoRig& rig)
+      : refiner_(marker, rig), marker_(marker) {}
 
   // Evaluations that Judge may need where the balls are matched like this.
   int MostEvaluations(std::span<const double> ball_fitness) const {
@@ -48,12 +42,11 @@ class RefinementArbiter {
  private:
   static constexpr int kMostCandidates = 3;
 
-  bool IsHeldByTwo(std::span<const double> ball_fitness) const;
+  static bool IsHeldByTwo(std::span<const double> ball_fitness);
   Pose Swung(const Pose& X_HM, std::span<const double> ball_fitness, Rng* rng) const;
 
   PoseRefiner refiner_;
   MarkerParams marker_;
-  double swing_rad_, matched_fitness_;
   std::optional<Pose> last_X_HM_;  // refined in the last frame
 };
 

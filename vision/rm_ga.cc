@@ -37,11 +37,8 @@ RmGa::RmGa(const RmGaOptions& options, const MarkerParams& marker, const HuePara
       right_labels_(rig.right.width_px, rig.right.height_px),
       fitness_(marker, rig, left_labels_, right_labels_),
       search_(options, marker, &fitness_),
-      arbiter_(options.refine, options.swing_rad, options.restart_below_ball_fitness, marker, rig),
-      detection_(options.detection,
-                 {options.restart_below_fitness, options.restart_below_ball_fitness}),
-      track_(options.track, options.range, options.restart_after_frames, options.refine, marker,
-             rig) {
+      arbiter_(marker, rig),
+      track_(options.range, marker, rig) {
   estimate_.ball_fitness.resize(marker.balls.size());
 }
 
@@ -49,7 +46,7 @@ void RmGa::Reset() {
   track_.Reset();
   search_.Forget(track_.range());
   arbiter_.Reset();
-  detection_.Reset();
+  detection_ = {};
   std::ranges::fill(estimate_.ball_fitness, 0);
 }
 
@@ -71,7 +68,7 @@ const PoseEstimate& RmGa::Update(const StereoImage& seen) {
                        detection_.frames_uncertain() >= options_.restart_after_frames;
   if (restart) detection_.CountLossAnew();
   // The last generation leaves the evaluations of refined poses.
-  const int refinements = options_.refine.enabled
+  const int refinements = options_.refine
                               ? std::min(arbiter_.MostEvaluations(estimate_.ball_fitness),
                                          search_.size() - search_.kept())
                               : 0;
@@ -87,7 +84,7 @@ const PoseEstimate& RmGa::Update(const StereoImage& seen) {
   Refine(seen, refinements);
   detection_.Update(estimate_.fitness, estimate_.ball_fitness, track_.region().has_value());
   estimate_.detected = detection_.detected();
-  if (options_.track.enabled && track_.Update(estimate_, detection_))
+  if (options_.track && track_.Update(estimate_, detection_))
     search_.SearchIn(track_.range(), track_.motion());
   return estimate_;
 }
@@ -108,7 +105,7 @@ void RmGa::Report(int64_t frame) {
 // A refined pose becomes the estimate and takes part in the next frame's search.
 void RmGa::Refine(const StereoImage& seen, int most_evaluations) {
   RefinementArbiter::Verdict verdict;
-  if (options_.refine.enabled && estimate_.fitness >= options_.detection.off_fitness)
+  if (options_.refine && estimate_.fitness >= Detection::kOffFitness)
     verdict = arbiter_.Judge(seen, track_.region() ? *track_.region() : whole_, fitness_, estimate_,
                              most_evaluations, &rng_);
   else

@@ -3,17 +3,25 @@
 #include <algorithm>
 #include <cmath>
 
-namespace turbidock::vision {
+#include "vision/refiner.h"
 
-Track::Track(const TrackParams& params, const SearchRange& everywhere, int lost_frames,
-             const RefineParams& refine, const MarkerParams& marker, const StereoRig& rig)
-    : params_(params),
-      refine_(refine),
-      marker_(marker),
-      rig_(rig),
-      lost_frames_(lost_frames),
-      everywhere_(everywhere),
-      range_(everywhere) {}
+namespace turbidock::vision {
+namespace {
+
+constexpr int kFoundFrames = 3;  // certain in a row before the marker is followed
+constexpr int kLostFrames = 10;  // uncertain in a row, 0.3 s, after which it is looked for again
+
+// Half widths of the range about the track. They hold what the marker moves from frame to frame
+// beside what constant velocity predicts, and the error of the search.
+constexpr double kLateral_m = 0.03;    // y and z; 0.9 m/s at 30 Hz
+constexpr double kDepthRatio = 0.08;   // x, over the distance, as errors of depth are
+constexpr double kEps = 0.05;          // 6 degrees about one axis
+constexpr double kVelocityGain = 0.3;  // share of a frame's motion that enters the velocity
+
+}  // namespace
+
+Track::Track(const SearchRange& everywhere, const MarkerParams& marker, const StereoRig& rig)
+    : marker_(marker), rig_(rig), everywhere_(everywhere), range_(everywhere) {}
 
 void Track::Reset() {
   range_ = everywhere_;
@@ -26,16 +34,14 @@ bool Track::Update(const PoseEstimate& estimate, const Detection& detection) {
   const bool is_seen = detection.detected();
   const GeneMap::Values now = GeneMap::ValuesOf(estimate.X_HM);
   for (size_t i = 0; i < kGeneFields; ++i)
-    velocity_[i] =
-        is_seen && last_seen_
-            ? velocity_[i] + params_.velocity_gain * (now[i] - (*last_seen_)[i] - velocity_[i])
-            : 0;
+    velocity_[i] = is_seen && last_seen_
+                       ? velocity_[i] + kVelocityGain * (now[i] - (*last_seen_)[i] - velocity_[i])
+                       : 0;
   last_seen_ = is_seen ? std::optional(now) : std::nullopt;
 
   const bool was_following = region_.has_value();
-  const bool follows = was_following
-                           ? is_seen && detection.frames_uncertain() < std::max(1, lost_frames_)
-                           : detection.frames_certain() >= params_.found_frames;
+  const bool follows = was_following ? is_seen && detection.frames_uncertain() < kLostFrames
+                                     : detection.frames_certain() >= kFoundFrames;
   if (!follows) {
     range_ = everywhere_;
     motion_ = {};
@@ -45,7 +51,7 @@ bool Track::Update(const PoseEstimate& estimate, const Detection& detection) {
   GeneMap::Values next, half_width;
   for (size_t i = 0; i < kGeneFields; ++i) {
     next[i] = now[i] + velocity_[i];
-    half_width[i] = i == 0 ? params_.depth_ratio * now[0] : i < 3 ? params_.lateral_m : params_.eps;
+    half_width[i] = i == 0 ? kDepthRatio * now[0] : i < 3 ? kLateral_m : kEps;
   }
   range_ = everywhere_.Around(next, half_width);
   motion_ = velocity_;
@@ -77,8 +83,7 @@ PixelRegion Track::RegionOf(const CameraIntrinsics& camera, const Pose& X_HC) co
       // The envelope, and what refinement looks at beyond the outline.
       const double extent_px =
           std::max(marker_.outer_ring_ratio * circle.radius_px,
-                   circle.radius_px +
-                       std::max(refine_.least_reach_px, refine_.reach_ratio * circle.radius_px)) +
+                   circle.radius_px + PoseRefiner::Reach_px(circle.radius_px)) +
           2;
       const Eigen::Vector2d center(circle.u_px, circle.v_px);
       least = least.cwiseMin(center - Eigen::Vector2d::Constant(extent_px));
