@@ -9,9 +9,8 @@ namespace turbidock::vision {
 namespace {
 
 // Sizes of a small move are log-uniform between the least and one of the others: what a search may
-// still be off by before and after the marker is found.
+// still be off by before and once the marker is found.
 constexpr double kLeastCreep_m = 0.001, kMostCreep_m = 0.1, kMostCreepFound_m = 0.02;
-constexpr double kCreepFromBest = 0.5;  // share that starts from the best, once it is found
 // Of a turn (eps) over the size: balls 70 mm from the pivot then move by 0.4 of it.
 constexpr double kCreepEps_per_m = 3;
 
@@ -108,15 +107,9 @@ const Gene& GeneticSearch::Parent(Rng* rng) const {
 Gene GeneticSearch::Offspring(bool is_lost, Rng* rng) const {
   // The published setting draws nothing here, so that its random stream is crossover's and
   // mutation's.
-  const double shares = options_.immigrant_share + options_.creep_share;
-  if (shares > 0) {
+  if (options_.creep_share > 0 && rng->Uniform() < options_.creep_share) {
     const bool is_lost_now = is_lost || population_.front().fitness < published::kReliableFitness;
-    const double kind = rng->Uniform();
-    if (is_lost_now && kind < options_.immigrant_share) return RandomGene(rng);
-    if (kind < shares) {
-      const bool from_best = !is_lost_now && rng->Uniform() < kCreepFromBest;
-      return Crept(from_best ? population_.front().gene : Parent(rng), is_lost_now, rng);
-    }
+    return Crept(is_lost_now ? Parent(rng) : population_.front().gene, is_lost_now, rng);
   }
   return Bred(rng);
 }

@@ -36,9 +36,8 @@ struct RmGaOptions {
   double mutation_rate = 0.1;
 
   // Our additions, off in the published setting; what each gains: README.md.
-  double immigrant_share = 0.2;
   double creep_share = 0.6;
-  int restart_after_frames = 10;
+  int restart_after_frames = 5;
   bool track = true;
   bool refine = true;
 
@@ -49,7 +48,6 @@ struct RmGaOptions {
     RmGaOptions options;
     options.preset = Preset::kPublished;
     options.generations_per_frame = 9;
-    options.immigrant_share = 0;
     options.creep_share = 0;
     options.restart_after_frames = 0;
     options.track = false;
@@ -70,8 +68,6 @@ struct RmGaOptions {
           "share of the population that is kept and bred from");
     field("mutation_rate", self.mutation_rate, InRange(0, 1),
           "probability that a bit of a child is flipped");
-    field("immigrant_share", self.immigrant_share, InRange(0, 1),
-          "share of random offspring while the marker is lost");
     field("creep_share", self.creep_share, InRange(0, 1),
           "share of offspring by a small move of one individual; the others have two parents");
     field("restart_after_frames", self.restart_after_frames, InRange(0, 100000),
@@ -80,12 +76,6 @@ struct RmGaOptions {
     field("refine", self.refine, Range{},
           "move the search's best pose to the outlines of the balls, to a fraction of a pixel");
     field("range", self.range, Range{}, "where the marker is looked for");
-  }
-  void Check(const std::string& path) const {
-    if (immigrant_share + creep_share > 1)
-      throw ConfigError(path.empty() ? "creep_share" : path + ".creep_share",
-                        FormatNumber(creep_share) + " with immigrant_share " +
-                            FormatNumber(immigrant_share) + ", must not exceed 1 together");
   }
 };
 

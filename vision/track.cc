@@ -9,7 +9,7 @@ namespace turbidock::vision {
 namespace {
 
 constexpr int kFoundFrames = 3;  // certain in a row before the marker is followed
-constexpr int kLostFrames = 10;  // uncertain in a row, 0.3 s, after which it is looked for again
+constexpr int kLostFrames = 5;   // uncertain in a row before it is looked for everywhere again
 
 // Half widths of the range about the track. They hold what the marker moves from frame to frame
 // beside what constant velocity predicts, and the error of the search.

@@ -72,7 +72,6 @@ TEST(RmGaOptions, PublishedPresetHasThePublishedNumbers) {
   EXPECT_EQ(options.generations_per_frame, 9);
   EXPECT_EQ(options.selection_rate, 0.6);
   EXPECT_EQ(options.mutation_rate, 0.1);
-  EXPECT_EQ(options.immigrant_share, 0);
   EXPECT_EQ(options.creep_share, 0);
   EXPECT_EQ(options.restart_after_frames, 0);
   EXPECT_FALSE(options.track);
@@ -84,7 +83,7 @@ TEST(RmGaOptions, RefusesWhatCannotWork) {
   options.population = 2;
   EXPECT_THAT(ProblemOf(options), HasSubstr("estimator.population"));
   options = {};
-  options.immigrant_share = options.creep_share = 0.6;
+  options.creep_share = 1.1;
   EXPECT_THAT(ProblemOf(options), HasSubstr("estimator.creep_share"));
   options = {};
   options.range.x_min_m = 2;

@@ -102,7 +102,7 @@ TEST(Track, GivesUpWhenTheMarkerIsNotDetectedOrLongUncertain) {
       EXPECT_TRUE(track.Update(seen.estimate, seen.detection));  // another range, the last one too
       ++held;
     }
-    EXPECT_EQ(held, fitness < 0.22 ? 3 : 10);
+    EXPECT_EQ(held, fitness < 0.22 ? 3 : 5);
     EXPECT_EQ(track.range().low(), GeneMap(SearchRange{}).low());
     EXPECT_EQ(track.motion(), GeneMap::Values{});
     EXPECT_FALSE(track.Update(seen.estimate, seen.detection));
