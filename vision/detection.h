@@ -21,7 +21,6 @@ class Detection {
   // unless the marker is tracked, every ball matched: F of two balls of three reaches 0.6 wherever
   // the third is. A track has told the third's place before.
   void Update(double fitness, std::span<const double> ball_fitness, bool is_tracked);
-  void CountLossAnew() { frames_uncertain_ = 0; }
 
   bool detected() const { return detected_; }
   // Frames in a row, up to the last one, in which the pose was certain or was not; one of them 0.

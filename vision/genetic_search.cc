@@ -10,9 +10,9 @@ namespace {
 
 // Sizes of a small move are log-uniform between the least and one of the others: what a search may
 // still be off by before and once the marker is found.
-constexpr double kLeastCreep_m = 0.001, kMostCreep_m = 0.1, kMostCreepFound_m = 0.02;
+constexpr double kLeastMove_m = 0.001, kMostMove_m = 0.1, kMostMoveFound_m = 0.02;
 // Of a turn (eps) over the size: balls 70 mm from the pivot then move by 0.4 of it.
-constexpr double kCreepEps_per_m = 3;
+constexpr double kMoveEps_per_m = 3;
 
 Gene RandomGene(Rng* rng) {
   Gene gene;
@@ -62,16 +62,11 @@ void GeneticSearch::BeginFrame(bool restart, Rng* rng) {
   Sort();
 }
 
-void GeneticSearch::Breed(int spared, bool is_lost, Rng* rng) {
-  Replace(size() - spared - kept(), spared, is_lost, rng);
+void GeneticSearch::Breed(int evaluations_left, Rng* rng) {
+  const size_t end = population_.size() - static_cast<size_t>(evaluations_left);
+  for (size_t i = kept_; i < end; ++i) population_[i].gene = Offspring(rng);
+  Evaluate(kept_, end);
   Sort();
-}
-
-void GeneticSearch::Replace(int count, int spared, bool is_lost, Rng* rng) {
-  const size_t end = population_.size() - static_cast<size_t>(spared);
-  const size_t first = end - static_cast<size_t>(count);
-  for (size_t i = first; i < end; ++i) population_[i].gene = Offspring(is_lost, rng);
-  Evaluate(first, end);
 }
 
 void GeneticSearch::Sort() {
@@ -82,8 +77,8 @@ void GeneticSearch::Sort() {
   });
 }
 
-void GeneticSearch::TakeIn(const Pose& X_HM, double fitness) {
-  population_.back() = {range_.Encode(GeneMap::ValuesOf(X_HM)), fitness, 0};
+void GeneticSearch::TakeIn(const Pose& X_HM) {
+  population_.back().gene = range_.Encode(GeneMap::ValuesOf(X_HM));
 }
 
 Pose GeneticSearch::best_X_HM() const {
@@ -104,18 +99,19 @@ const Gene& GeneticSearch::Parent(Rng* rng) const {
   return population_[rng->Below(static_cast<uint32_t>(kept_))].gene;
 }
 
-Gene GeneticSearch::Offspring(bool is_lost, Rng* rng) const {
+Gene GeneticSearch::Offspring(Rng* rng) const {
   // The published setting draws nothing here, so that its random stream is crossover's and
   // mutation's.
   if (options_.creep_share > 0 && rng->Uniform() < options_.creep_share) {
-    const bool is_lost_now = is_lost || population_.front().fitness < published::kReliableFitness;
-    return Crept(is_lost_now ? Parent(rng) : population_.front().gene, is_lost_now, rng);
+    const bool is_found = population_.front().fitness >= published::kReliableFitness;
+    return is_found ? Moved(population_.front().gene, kMostMoveFound_m, rng)
+                    : Moved(Parent(rng), kMostMove_m, rng);
   }
-  return Bred(rng);
+  return ChildOfTwo(rng);
 }
 
 // A child of two: crossover and mutation, as published.
-Gene GeneticSearch::Bred(Rng* rng) const {
+Gene GeneticSearch::ChildOfTwo(Rng* rng) const {
   const Gene& a = Parent(rng);
   const Gene& b = Parent(rng);
   const int cut = static_cast<int>(rng->Below(kGeneBits + 1));
@@ -131,9 +127,8 @@ Gene GeneticSearch::Bred(Rng* rng) const {
 }
 
 // A small move of one individual.
-Gene GeneticSearch::Crept(const Gene& parent, bool is_lost, Rng* rng) const {
-  const double largest_m = is_lost ? kMostCreep_m : kMostCreepFound_m;
-  const double size_m = largest_m * std::pow(kLeastCreep_m / largest_m, rng->Uniform());
+Gene GeneticSearch::Moved(const Gene& parent, double most_m, Rng* rng) const {
+  const double size_m = most_m * std::pow(kLeastMove_m / most_m, rng->Uniform());
   GeneMap::Values v = range_.Decode(parent);
   // In depth along the line of sight, which keeps the place in the image, and three times as far as
   // sideways, because the images tell depth less well.
@@ -142,7 +137,7 @@ Gene GeneticSearch::Crept(const Gene& parent, bool is_lost, Rng* rng) const {
   const Eigen::Vector3d& p_MQ =
       marker_.balls[rng->Below(static_cast<uint32_t>(marker_.balls.size()))].p_MQ_m;
   const Eigen::Vector3d p_HQ = GeneMap::PoseOf(v) * p_MQ;
-  for (size_t i = 3; i < kGeneFields; ++i) v[i] += kCreepEps_per_m * size_m * rng->Normal();
+  for (size_t i = 3; i < kGeneFields; ++i) v[i] += kMoveEps_per_m * size_m * rng->Normal();
   const Eigen::Vector3d p_HM = stretch * (p_HQ - GeneMap::PoseOf(v).q * p_MQ);
   v[0] = p_HM.x();
   v[1] = p_HM.y() + size_m * rng->Normal();

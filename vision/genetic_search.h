@@ -33,14 +33,10 @@ class GeneticSearch {
 
   // Evaluates the population on new images; `restart`: all but the best are drawn anew.
   void BeginFrame(bool restart, Rng* rng);
-  // One generation. `spared` individuals, the worst, stay as they are; they are neither replaced
-  // nor evaluated. `is_lost`: the marker was not found in the last frame.
-  void Breed(int spared, bool is_lost, Rng* rng);
-  // Replaces so many of the worst but `spared`, without sorting.
-  void Replace(int count, int spared, bool is_lost, Rng* rng);
-  void Sort();
-  // In place of the worst.
-  void TakeIn(const Pose& X_HM, double fitness);
+  // One generation. Evaluates so many less than it could; the worst stay then.
+  void Breed(int evaluations_left, Rng* rng);
+  // Takes this pose in place of the worst; the next frame evaluates it.
+  void TakeIn(const Pose& X_HM);
 
   Pose best_X_HM() const;
   int size() const { return static_cast<int>(population_.size()); }
@@ -55,10 +51,11 @@ class GeneticSearch {
   };
 
   void Evaluate(size_t first, size_t end);
+  void Sort();
   const Gene& Parent(Rng* rng) const;
-  Gene Offspring(bool is_lost, Rng* rng) const;
-  Gene Bred(Rng* rng) const;
-  Gene Crept(const Gene& parent, bool is_lost, Rng* rng) const;
+  Gene Offspring(Rng* rng) const;
+  Gene ChildOfTwo(Rng* rng) const;
+  Gene Moved(const Gene& parent, double most_m, Rng* rng) const;
 
   RmGaOptions options_;
   MarkerParams marker_;

@@ -53,15 +53,15 @@ RefinementArbiter::Verdict RefinementArbiter::Judge(const StereoImage& seen,
     if (count < most_evaluations && last_X_HM_) add(*last_X_HM_);
   }
   Verdict verdict;
-  verdict.fitness = found.fitness - kLargestLoss;
+  double best_fitness = found.fitness - kLargestLoss;
   for (const Pose& candidate : std::span(candidates).first(static_cast<size_t>(count))) {
     const std::optional<Refined> refined = refiner_.Refine(seen, region, candidate);
     if (!refined || refined->residual_px > kLargestResidual_px) continue;
     const double f = fitness.Evaluate(refined->X_HM);
     ++verdict.evaluations;
-    if (verdict.refined ? f <= verdict.fitness : f < verdict.fitness) continue;
+    if (verdict.refined ? f <= best_fitness : f < best_fitness) continue;
     verdict.refined = refined;
-    verdict.fitness = f;
+    best_fitness = f;
   }
   last_X_HM_.reset();
   if (verdict.refined) last_X_HM_ = verdict.refined->X_HM.Canonical();

@@ -22,7 +22,6 @@ class RefinementArbiter {
   struct Verdict {
     int evaluations = 0;             // of the fitness, one for each refined pose
     std::optional<Refined> refined;  // the pose to believe; nothing: the search's
-    double fitness = -1;             // its F
   };
 
   RefinementArbiter(const MarkerParams& marker, const StereoRig& rig)

@@ -64,24 +64,24 @@ const PoseEstimate& RmGa::Update(const StereoImage& seen) {
   labeller_.Label(seen.right, region.right, &right_labels_);
   Lap(timer(), LoopStage::kLabels);
 
-  const bool restart = options_.restart_after_frames > 0 &&
-                       detection_.frames_uncertain() >= options_.restart_after_frames;
-  if (restart) detection_.CountLossAnew();
-  // The last generation leaves the evaluations of refined poses.
-  const int refinements = options_.refine
-                              ? std::min(arbiter_.MostEvaluations(estimate_.ball_fitness),
-                                         search_.size() - search_.kept())
-                              : 0;
+  const int uncertain = detection_.frames_uncertain();
+  const bool restart = options_.restart_after_frames > 0 && uncertain > 0 &&
+                       uncertain % options_.restart_after_frames == 0;
+  // The last generation leaves the evaluations that refinement may need.
+  const int most_refined = options_.refine
+                               ? std::min(arbiter_.MostEvaluations(estimate_.ball_fitness),
+                                          search_.size() - search_.kept())
+                               : 0;
   search_.BeginFrame(restart, &rng_);
   generations_ = 0;
   for (bool last = false; !last;) {
     ++generations_;
     last = frame_time_s_ ? time_is_up() : generations_ == options_.generations_per_frame;
-    search_.Breed(last ? refinements : 0, WasLost(), &rng_);
+    search_.Breed(last ? most_refined : 0, &rng_);
   }
 
   Report(seen.frame);
-  Refine(seen, refinements);
+  if (options_.refine) Refine(seen, region, most_refined);
   detection_.Update(estimate_.fitness, estimate_.ball_fitness, track_.region().has_value());
   estimate_.detected = detection_.detected();
   if (options_.track && track_.Update(estimate_, detection_))
@@ -103,28 +103,15 @@ void RmGa::Report(int64_t frame) {
 }
 
 // A refined pose becomes the estimate and takes part in the next frame's search.
-void RmGa::Refine(const StereoImage& seen, int most_evaluations) {
-  RefinementArbiter::Verdict verdict;
-  if (options_.refine && estimate_.fitness >= Detection::kOffFitness)
-    verdict = arbiter_.Judge(seen, track_.region() ? *track_.region() : whole_, fitness_, estimate_,
-                             most_evaluations, &rng_);
-  else
-    arbiter_.Reset();
-  if (verdict.refined) {
-    estimate_.X_HM = verdict.refined->X_HM.Canonical();
-    estimate_.covariance = verdict.refined->covariance;
-    search_.TakeIn(estimate_.X_HM, verdict.fitness);
-  }
-  // What refinement leaves of a frame's evaluations goes to the search, whose best may improve.
-  const int rest = most_evaluations - verdict.evaluations;
-  if (rest > 0) {
-    search_.Replace(rest, verdict.refined ? 1 : 0, WasLost(), &rng_);
-    if (!verdict.refined) {
-      search_.Sort();
-      Report(estimate_.frame);
-    }
-  }
-  estimate_.evaluations = search_.evaluations() + verdict.evaluations;
+void RmGa::Refine(const StereoImage& seen, const StereoRegion& region, int most_evaluations) {
+  if (estimate_.fitness < Detection::kOffFitness) return arbiter_.Reset();
+  const RefinementArbiter::Verdict verdict =
+      arbiter_.Judge(seen, region, fitness_, estimate_, most_evaluations, &rng_);
+  estimate_.evaluations += verdict.evaluations;
+  if (!verdict.refined) return;
+  estimate_.X_HM = verdict.refined->X_HM.Canonical();
+  estimate_.covariance = verdict.refined->covariance;
+  search_.TakeIn(estimate_.X_HM);
 }
 
 }  // namespace turbidock::vision

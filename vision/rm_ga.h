@@ -53,8 +53,7 @@ class RmGa : public PoseEstimator {
 
  private:
   void Report(int64_t frame);
-  void Refine(const StereoImage& seen, int most_evaluations);
-  bool WasLost() const { return detection_.frames_uncertain() > 0; }
+  void Refine(const StereoImage& seen, const StereoRegion& region, int most_evaluations);
 
   RmGaOptions options_;
   StereoRig rig_;

@@ -41,8 +41,6 @@ TEST(Detection, IsCertainFromAreaIOn) {
     EXPECT_EQ(detection.frames_certain(), 0);
     EXPECT_EQ(detection.frames_uncertain(), frames);
   }
-  detection.CountLossAnew();
-  EXPECT_EQ(detection.frames_uncertain(), 0);
 }
 
 TEST(Detection, TwoBallsAreCertainOnATrackOnly) {

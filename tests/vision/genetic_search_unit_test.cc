@@ -24,18 +24,16 @@ struct View {
   Fitness fitness;
 };
 
-TEST(GeneticSearch, CountsItsEvaluationsAndSparesWhatItIsTold) {
+TEST(GeneticSearch, CountsItsEvaluationsAndLeavesWhatItIsTold) {
   const View view(kTrue);
   GeneticSearch search({}, MarkerParams{}, &view.fitness);
   Rng rng = SeedTree(1).Stream("ga");
   search.BeginFrame(false, &rng);
   EXPECT_EQ(search.evaluations(), 60);
-  search.Breed(0, true, &rng);
+  search.Breed(0, &rng);
   EXPECT_EQ(search.evaluations(), 60 + 24);
-  search.Breed(3, true, &rng);
+  search.Breed(3, &rng);
   EXPECT_EQ(search.evaluations(), 60 + 24 + 21);
-  search.Replace(2, 1, true, &rng);
-  EXPECT_EQ(search.evaluations(), 60 + 24 + 21 + 2);
   search.BeginFrame(false, &rng);
   EXPECT_EQ(search.evaluations(), 60);
 }
@@ -47,7 +45,7 @@ TEST(GeneticSearch, TheBestIsNeverLost) {
   double best = -1;
   for (int frame = 0; frame < 20; ++frame) {
     search.BeginFrame(frame % 5 == 4, &rng);  // restarts keep it too
-    for (int i = 0; i < 20; ++i) search.Breed(0, best < 0.6, &rng);
+    for (int i = 0; i < 20; ++i) search.Breed(0, &rng);
     const double f = view.fitness.Evaluate(search.best_X_HM());
     EXPECT_GE(f, best) << frame;
     best = f;
@@ -64,7 +62,7 @@ TEST(GeneticSearch, TakesInAPoseAndASuggestion) {
     search.BeginFrame(false, &rng);
     if (!suggested) {
       EXPECT_LT(view.fitness.Evaluate(search.best_X_HM()), 0.5);
-      search.TakeIn(kTrue, view.fitness.Evaluate(kTrue));
+      search.TakeIn(kTrue);
       search.BeginFrame(false, &rng);
     }
     EXPECT_LT((search.best_X_HM().p - kTrue.p).norm(), 0.001);

@@ -46,7 +46,7 @@ TEST(RmGaSwing, FindsTheTurnAboutTwoBalls) {
     const StereoImage seen = Seen(&noise);
     RmGa search = MakeSearch(seed);
     for (int frame = 0; frame < 29; ++frame)
-      EXPECT_EQ(search.Update(seen).evaluations, 540) << seed << ' ' << frame;
+      EXPECT_LE(search.Update(seen).evaluations, 540) << seed << ' ' << frame;
     const PoseEstimate& estimate = search.Update(seen);
     EXPECT_LT(estimate.ball_fitness[2], Detection::kMatchedBallFitness) << seed;
     found += AngleBetween(estimate.X_HM.q, kTrue.q) < units::RadFromDeg(5);
