@@ -11,49 +11,16 @@
 // Parts of an outline that the marker's own box or another ball hides are left out.
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <vector>
 
 #include "sim/base/camera.h"
-#include "sim/base/fields.h"
 #include "sim/base/image.h"
 #include "vision/marker_model.h"
 
 namespace turbidock::vision {
-
-struct RefineParams {
-  bool enabled = true;
-  int iterations = 6;
-  int outline_points = 32;        // across each ball's outline in each image
-  double reach_ratio = 0.6;       // how far to either side of an outline its edge is looked for,
-  double least_reach_px = 4;      // over the projected radius; at least this
-  double least_contrast_dn = 6;   // of an edge: four times a noise of 1.5 DN
-  double edge_noise_px = 0.15;    // of one located edge, what small errors of the model do included
-  double prior_position_m = 0.1;  // how well the search alone is trusted
-  double prior_rotation_rad = 0.2;
-  double bloom_px = 2;  // how much all outlines may be wider or narrower
-
-  static void Fields(auto& self, auto&& field) {
-    field("enabled", self.enabled, Range{}, "refine what the search found");
-    field("iterations", self.iterations, InRange(1, 50), "Gauss-Newton steps");
-    field("outline_points", self.outline_points, InRange(8, 360),
-          "places across each ball's outline where its edge is looked for");
-    field("reach_ratio", self.reach_ratio, InRange(0.1, 1),
-          "how far from the outline an edge is looked for, over the projected radius");
-    field("least_reach_px", self.least_reach_px, InRange(2, 40), "the same, at least");
-    field("least_contrast_dn", self.least_contrast_dn, InRange(1, 255),
-          "least step in colour that counts as an edge");
-    field("edge_noise_px", self.edge_noise_px, InRange(0.01, 10),
-          "standard deviation of a located edge");
-    field("prior_position_m", self.prior_position_m, Above(0),
-          "standard deviation of the search's position");
-    field("prior_rotation_rad", self.prior_rotation_rad, Above(0),
-          "standard deviation of the search's rotation");
-    field("bloom_px", self.bloom_px, InRange(0, 10),
-          "standard deviation of how much wider all outlines may look");
-  }
-};
 
 struct Refined {
   Pose X_HM;
@@ -66,7 +33,12 @@ struct Refined {
 
 class PoseRefiner {
  public:
-  PoseRefiner(const RefineParams& params, const MarkerParams& marker, const StereoRig& rig);
+  PoseRefiner(const MarkerParams& marker, const StereoRig& rig);
+
+  // How far to either side of a ball's outline its edge is looked for.
+  static double Reach_px(double radius_px) {
+    return std::max(kLeastReach_px, kReachRatio * radius_px);
+  }
 
   // Reads pixels of `region` only. Nothing where fewer edges are found than a pose needs. Allocates
   // nothing.
@@ -74,6 +46,8 @@ class PoseRefiner {
                                 const Pose& X_HM);
 
  private:
+  static constexpr double kReachRatio = 0.6, kLeastReach_px = 4;
+
   struct Camera {
     CameraIntrinsics intrinsics;
     Pose X_HC;
@@ -90,7 +64,6 @@ class PoseRefiner {
   bool IsHidden(int ball, const Eigen::Vector3d& p_MC, const Eigen::Vector3d& ray_M,
                 double distance_m) const;
 
-  RefineParams params_;
   MarkerParams marker_;
   std::array<Camera, 2> cameras_;
   std::array<Eigen::Vector3d, kMaxBalls> hue_axis_;  // signal = axis . rgb, 0 for greys

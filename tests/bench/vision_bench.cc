@@ -71,7 +71,7 @@ BENCHMARK(BatchOfEvaluations)->ArgName("poses")->Arg(24)->Arg(540);
 // The outlines of three balls in both images, from where a search ends.
 void Refinement(benchmark::State& state) {
   const StereoImage seen = Seen(8);
-  PoseRefiner refiner(RefineParams{}, MarkerParams{}, RigParams{}.MakeRig());
+  PoseRefiner refiner(MarkerParams{}, RigParams{}.MakeRig());
   Pose start = kPose;
   start.p += Eigen::Vector3d(0.004, 0.001, -0.001);
   for (auto _ : state)

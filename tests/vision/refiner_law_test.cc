@@ -27,7 +27,7 @@ StereoImage Painted(double noise_dn, Rng* rng, const Pose& X_HM = kTrue) {
 
 TEST(PoseRefiner, ComesBackFromWhereASearchMayEnd) {
   Rng rng = SeedTree(1).Stream("starts");
-  PoseRefiner refiner(RefineParams{}, Marker(), kRig);
+  PoseRefiner refiner(Marker(), kRig);
   for (const double distance_m : {0.4, 0.6, 1.0, 1.4}) {
     Pose X_true = kTrue;
     X_true.p.x() = distance_m;
@@ -58,7 +58,7 @@ TEST(PoseRefiner, DepthDoesNotRestOnHowLargeTheBallsLook) {
   for (BallParams& ball : bloomed.balls) ball.radius_m *= 1.06;
   Rng rng = SeedTree(2).Stream("noise");
   const StereoImage seen = testing::PaintMarker(bloomed, kRig, kTrue, {.noise_dn = 1}, &rng);
-  PoseRefiner refiner(RefineParams{}, Marker(), kRig);
+  PoseRefiner refiner(Marker(), kRig);
   const auto refined = refiner.Refine(seen, kWhole, kTrue);
   ASSERT_TRUE(refined);
   EXPECT_LT(std::abs(refined->X_HM.p.x() - kTrue.p.x()), 0.002);  // by size: 0.034
@@ -67,7 +67,7 @@ TEST(PoseRefiner, DepthDoesNotRestOnHowLargeTheBallsLook) {
 
 TEST(PoseRefiner, SaysHowFarItIsOff) {
   Rng rng = SeedTree(3).Stream("noise");
-  PoseRefiner refiner(RefineParams{}, Marker(), kRig);
+  PoseRefiner refiner(Marker(), kRig);
   std::vector<Eigen::Vector3d> found;
   Eigen::Vector3d predicted = Eigen::Vector3d::Zero(), mean = Eigen::Vector3d::Zero();
   constexpr int kRuns = 60;
@@ -89,7 +89,7 @@ TEST(PoseRefiner, SaysHowFarItIsOff) {
 }
 
 TEST(PoseRefiner, FindsNothingWhereNothingIs) {
-  PoseRefiner refiner(RefineParams{}, Marker(), kRig);
+  PoseRefiner refiner(Marker(), kRig);
   const StereoImage blank{0, Image3u8(640, 480, 30), Image3u8(640, 480, 30)};
   EXPECT_FALSE(refiner.Refine(blank, kWhole, kTrue));
   // Nor behind the cameras or off the images.
@@ -107,13 +107,13 @@ TEST(PoseRefiner, ABallBehindAnotherOrBehindTheBoxLosesItsHiddenEdges) {
   marker.balls[2].p_MQ_m = {0, -0.09, 0.05};
   const Pose X_HM = Pose::Translation(0.7, 0, 0);
   const StereoImage seen = testing::PaintMarker(marker, kRig, X_HM, {}, nullptr);
-  PoseRefiner plain(RefineParams{}, marker, kRig);
+  PoseRefiner plain(marker, kRig);
   const auto without_box = plain.Refine(seen, kWhole, X_HM);
   ASSERT_TRUE(without_box);
   EXPECT_LT(without_box->edges, 6 * 32 - 20);  // of ball 1
   EXPECT_LT((without_box->X_HM.p - X_HM.p).norm(), 0.003);
   marker.box_m = {0.02, 0.16, 0.06};  // in front of half of ball 2, and of ball 1
-  PoseRefiner boxed(RefineParams{}, marker, kRig);
+  PoseRefiner boxed(marker, kRig);
   const auto with_box = boxed.Refine(seen, kWhole, X_HM);
   ASSERT_TRUE(with_box);
   EXPECT_LT(with_box->edges, without_box->edges - 20);
@@ -128,7 +128,7 @@ TEST(PoseRefiner, ReadsItsRegionOnly) {
     for (int v = 0; v < 480; ++v)
       for (int u = 0; u < 640; ++u)
         if (!region.Contains(u, v)) image->at(u, v)[rng.Below(3)] = 255;
-  PoseRefiner refiner(RefineParams{}, Marker(), kRig);
+  PoseRefiner refiner(Marker(), kRig);
   const auto a = refiner.Refine(seen, part, kTrue), b = refiner.Refine(spoilt, part, kTrue);
   ASSERT_TRUE(a && b);
   EXPECT_EQ(a->X_HM.p, b->X_HM.p);

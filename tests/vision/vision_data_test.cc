@@ -110,8 +110,8 @@ TEST(PathTraced, RefinementKnowsWhatTheBoxHides) {
   double with_mm = 0, without_mm = 0;
   int hidden = 0;
   for (const PathTracedPair& pair : PathTracedPairs()) {
-    PoseRefiner knowing(RefineParams{}, MarkerParams{}, RigParams{}.MakeRig());
-    PoseRefiner unknowing(RefineParams{}, no_box, RigParams{}.MakeRig());
+    PoseRefiner knowing(MarkerParams{}, RigParams{}.MakeRig());
+    PoseRefiner unknowing(no_box, RigParams{}.MakeRig());
     const auto a = knowing.Refine(pair.seen, whole, pair.true_X_HM);
     const auto b = unknowing.Refine(pair.seen, whole, pair.true_X_HM);
     ASSERT_TRUE(a && b) << pair.name;

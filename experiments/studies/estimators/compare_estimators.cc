@@ -249,7 +249,7 @@ std::unique_ptr<vision::PoseEstimator> MakeEstimator(const std::string& name,
   if (base == "default") return rm_ga(scenario.estimator);
   if (base == "search") {
     vision::RmGaOptions options = scenario.estimator;
-    options.refine.enabled = false;
+    options.refine = false;
     return rm_ga(options);
   }
   if (base == "published") {

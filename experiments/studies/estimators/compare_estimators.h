@@ -23,7 +23,7 @@ namespace turbidock::estimators {
 //   published  RM-GA as published
 //   de, pso, cmaes   pagmo's optimisers on the same fitness
 //   blobs      colour segmentation, triangulation, absolute orientation
-// The first three may carry changed keys of RmGaOptions: default/creep_share=0/track.enabled=false.
+// The first three may carry changed keys of RmGaOptions: default/creep_share=0/track=false.
 std::vector<std::string> EstimatorNames();
 
 // ConfigError for what is unknown or wrong in a name. `scenario` gives marker, hue, rig and the

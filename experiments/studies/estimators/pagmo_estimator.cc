@@ -92,7 +92,7 @@ class PagmoEstimator : public vision::PoseEstimator {
     for (int b = 0; b < fitness_.ball_count(); ++b)
       estimate_.ball_fitness[static_cast<size_t>(b)] = by_ball.ball(b);
     estimate_.evaluations = static_cast<int64_t>(population.get_problem().get_fevals());
-    estimate_.detected = estimate_.fitness >= vision::DetectionParams{}.on_fitness;
+    estimate_.detected = estimate_.fitness >= vision::Detection::kOnFitness;
     return estimate_;
   }
   void Reset() override {

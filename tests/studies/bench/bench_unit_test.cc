@@ -47,7 +47,8 @@ TEST(Bench, TimesTheTrialItself) {
   EXPECT_EQ(share, 1);
   EXPECT_EQ(result.frames, 40);
   EXPECT_EQ(result.repeats, 2);
-  EXPECT_EQ(result.evaluations, 540);  // 60 + 20 * 24, refinement included
+  EXPECT_LE(result.evaluations, 540);  // 60 + 20 * 24, refinement included
+  EXPECT_GE(result.evaluations, 537);  // three refined poses at most
 
   for (size_t k = 0; k < kLoopStages; ++k) EXPECT_GT(result.stages_s[k], 0) << k;
   EXPECT_NEAR(std::accumulate(result.stages_s.begin(), result.stages_s.end(), 0.0), result.frame_s,
