@@ -11,6 +11,7 @@
 #include "sim/base/clock.h"
 #include "sim/base/fields.h"
 #include "sim/base/pose_estimate.h"
+#include "sim/base/published.h"
 
 namespace turbidock::control {
 
@@ -19,11 +20,12 @@ namespace turbidock::control {
 // is ours.
 struct ProcedureParams {
   // approach: find the marker
-  double found_fitness = 0.60;  // paper: lower limit of Area I, where docking is possible
-  double found_hold_s = 0.5;    // guess: the search converges from a random start in some 0.5 s
-  double search_neutral_s = 5;  // guess
-  double search_yaw_v = 0.5;    // guess: twice the dead band
-  double search_period_s = 24;  // guess: slow enough for the estimator to follow
+  double found_fitness =
+      published::kReliableFitness;  // lower limit of Area I, where docking is possible
+  double found_hold_s = 0.5;        // guess: the search converges from a random start in some 0.5 s
+  double search_neutral_s = 5;      // guess
+  double search_yaw_v = 0.5;        // guess: twice the dead band
+  double search_period_s = 24;      // guess: slow enough for the estimator to follow
   // visual servoing: stand still in front of the dock
   double servo_x_m = 0.60;  // earlier
   double servo_y_m = 0;
@@ -35,18 +37,19 @@ struct ProcedureParams {
   double enter_yaw_rad = 0.12217304763960307;  // 7 degrees; earlier
   double enter_hold_s = 0.165;                 // five cycles of 33 ms; earlier
   // docking: lower the desired x
-  double docking_rate_mps = 0.03;                 // earlier
-  double docking_x_m = 0.35;                      // paper
-  double allowance_y_m = 0.04;                    // paper
-  double allowance_z_m = 0.04;                    // paper
+  double docking_rate_mps = 0.03;  // earlier
+  double docking_x_m = published::kDockDistance_m;
+  double allowance_y_m = published::kDockTolerance_m;
+  double allowance_z_m = published::kDockTolerance_m;
   double allowance_yaw_rad = 0.2617993877991494;  // guess: 15 degrees
   // docked
-  double docked_x_m = 0.35;    // paper
-  double docked_y_m = 0.04;    // paper
-  double docked_z_m = 0.04;    // paper
+  double docked_x_m = published::kDockDistance_m;
+  double docked_y_m = published::kDockTolerance_m;
+  double docked_z_m = published::kDockTolerance_m;
   int docked_hold_frames = 1;  // paper: "reaches"
   // loss of the marker
-  double lost_fitness = 0.22;       // paper: lower limit of Area II, below which it is not detected
+  double lost_fitness =
+      published::kDetectedFitness;  // lower limit of Area II, below which it is not detected
   double lost_after_s = 1;          // guess: long enough for the search to converge again
   double return_to_approach_s = 5;  // guess
   double give_up_s = 15;            // guess

@@ -182,56 +182,46 @@ int ListPlans(bool json) {
 
 }  // namespace
 
-void AddBatch(CLI::App& app, Command* chosen) {
+void AddBatch(CommandLine& line) {
   auto arguments = std::make_shared<BatchArguments>();
-  CLI::App* batch = app.add_subcommand(
-      "batch", "Run the trials of a plan; what is done already is not run again");
-  arguments->plan.AddTo(batch);
-  batch->add_option("--out", arguments->out, "SQLite file for the results")
-      ->required()
-      ->type_name("FILE");
-  batch->add_option("--workers", arguments->workers, "Processes; results do not depend on it")
-      ->check(CLI::Range(1, 1024))
-      ->capture_default_str();
-  batch->add_option("--shard", arguments->shard, "Run part I of N only; merge puts them together")
-      ->type_name("I/N");
-  batch->add_flag("--json", arguments->json, "Print the summary as JSON on stdout");
-  batch->add_flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
-  batch->callback([arguments, chosen] { *chosen = [arguments] { return Batch(*arguments); }; });
+  Subcommand batch =
+      line.Add("batch", "Run the trials of a plan; what is done already is not run again");
+  arguments->plan.AddTo(&batch);
+  batch.Add("--out", arguments->out, "SQLite file for the results").Required().Type("FILE");
+  batch.Add("--workers", arguments->workers, "Processes; results do not depend on it")
+      .Between(1, 1024)
+      .ShowsDefault();
+  batch.Add("--shard", arguments->shard, "Run part I of N only; merge puts them together")
+      .Type("I/N");
+  batch.Flag("--json", arguments->json, "Print the summary as JSON on stdout");
+  batch.Flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
+  batch.Runs([arguments] { return Batch(*arguments); });
 
   auto status_arguments = std::make_shared<StatusArguments>();
-  CLI::App* status = app.add_subcommand("status", "How far a batch is and what came out so far");
-  status->add_option("results", status_arguments->file, "A batch's file")->required();
-  status
-      ->add_option("--by", status_arguments->by,
-                   "Group the table by these: parameters, outcome, failure")
-      ->delimiter(',')
-      ->type_name("KEY,...");
-  status->add_flag("--json", status_arguments->json, "As JSON on stdout");
-  status->callback([status_arguments, chosen] {
-    *chosen = [status_arguments] { return Status(*status_arguments); };
-  });
+  Subcommand status = line.Add("status", "How far a batch is and what came out so far");
+  status.Add("results", status_arguments->file, "A batch's file").Required();
+  status.Add("--by", status_arguments->by, "Group the table by these: parameters, outcome, failure")
+      .ListOf(',')
+      .Type("KEY,...");
+  status.Flag("--json", status_arguments->json, "As JSON on stdout");
+  status.Runs([status_arguments] { return Status(*status_arguments); });
 
   auto curve_arguments = std::make_shared<CurveArguments>();
-  CLI::App* curve =
-      app.add_subcommand("curve", "Success rate over one varied key, and where it falls to 50 %");
-  curve->add_option("results", curve_arguments->file, "A batch's file")->required();
-  curve->add_option("--over", curve_arguments->over, "The key on the horizontal axis")
-      ->required()
-      ->type_name("KEY");
-  curve->add_option("--by", curve_arguments->by, "One curve for each value of this key")
-      ->type_name("KEY");
-  curve->add_option("--figure", curve_arguments->figure, "Draw it into this PNG")
-      ->type_name("FILE");
-  curve->add_flag("--json", curve_arguments->json, "As JSON on stdout");
-  curve->callback([curve_arguments, chosen] {
-    *chosen = [curve_arguments] { return Curve(*curve_arguments); };
-  });
+  Subcommand curve =
+      line.Add("curve", "Success rate over one varied key, and where it falls to 50 %");
+  curve.Add("results", curve_arguments->file, "A batch's file").Required();
+  curve.Add("--over", curve_arguments->over, "The key on the horizontal axis")
+      .Required()
+      .Type("KEY");
+  curve.Add("--by", curve_arguments->by, "One curve for each value of this key").Type("KEY");
+  curve.Add("--figure", curve_arguments->figure, "Draw it into this PNG").Type("FILE");
+  curve.Flag("--json", curve_arguments->json, "As JSON on stdout");
+  curve.Runs([curve_arguments] { return Curve(*curve_arguments); });
 
   auto json = std::make_shared<bool>(false);
-  CLI::App* plans = app.add_subcommand("plans", "List the bundled plans");
-  plans->add_flag("--json", *json, "As JSON");
-  plans->callback([json, chosen] { *chosen = [json] { return ListPlans(*json); }; });
+  Subcommand plans = line.Add("plans", "List the bundled plans");
+  plans.Flag("--json", *json, "As JSON");
+  plans.Runs([json] { return ListPlans(*json); });
 }
 
 }  // namespace turbidock::app

@@ -1,6 +1,5 @@
 // The program: command line in, exit code out. See `turbidock --help`.
 
-#include <CLI/CLI.hpp>
 #include <csignal>
 #include <cstdio>
 #include <exception>
@@ -34,51 +33,33 @@ std::string VersionText() {
 }
 
 int ParseAndRun(int argc, char** argv) {
-  CLI::App app("Headless closed-loop docking trials of a stereo-vision ROV in turbid water.");
-  app.name("turbidock");
-  app.footer(
+  CommandLine line("turbidock",
+                   "Headless closed-loop docking trials of a stereo-vision ROV in turbid water.");
+  line.Footer(
       "Exit codes: 0 done, 1 a check failed, 2 bad usage or input, 3 inconclusive (gate), 4 this\n"
       "machine cannot simulate or draw, 5 results differ that should not, 130/143 stopped by a\n"
       "signal. Results go to stdout, everything else to stderr.");
-  app.set_help_all_flag("--help-all", "Help of every subcommand");
   bool version = false;
-  app.add_flag("--version", version, "Versions of the program and of what it runs on");
-  app.require_subcommand(0, 1);
-  Command chosen;
-  bench::AddBench(app, &chosen);
-  run::AddRun(app, &chosen);
-  AddBatch(app, &chosen);
-  AddResults(app, &chosen);
-  gate::AddGate(app, &chosen);
-  compare::AddCompare(app, &chosen);
-  estimate::AddEstimate(app, &chosen);
-  estimators::AddCompareEstimators(app, &chosen);
-  recognition::AddRecognize(app, &chosen);
-  recognition::AddCalibrate(app, &chosen);
-  AddSlurm(app, &chosen);
-  tuning::AddTune(app, &chosen);
-  step_response::AddStepResponse(app, &chosen);
-  AddScenarios(app, &chosen);
-  AddSelftest(app, &chosen);
-
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    // Help is an "error" of CLI11's with code 0.
-    return app.exit(error) == 0 ? kExitDone : kExitBadInput;
-  }
+  line.Flag("--version", version, "Versions of the program and of what it runs on");
+  for (const auto add :
+       {bench::AddBench, run::AddRun, AddBatch, AddResults, gate::AddGate, compare::AddCompare,
+        estimate::AddEstimate, estimators::AddCompareEstimators, recognition::AddRecognize,
+        recognition::AddCalibrate, AddSlurm, tuning::AddTune, step_response::AddStepResponse,
+        AddScenarios, AddSelftest})
+    add(line);
+  if (const std::optional<int> code = line.Parse(argc, argv)) return *code;
   if (version) {
     std::puts(VersionText().c_str());
     return kExitDone;
   }
-  if (!chosen) {
-    std::fputs(app.help().c_str(), stderr);
+  if (!line.chosen()) {
+    std::fputs(line.Help().c_str(), stderr);
     return kExitBadInput;
   }
 
   CatchStopSignals();
   std::signal(SIGXFSZ, SIG_IGN);  // a file at its size limit is an error of write, not the end
-  const int code = chosen();
+  const int code = line.chosen()();
   if (std::fflush(stdout) != 0 || std::ferror(stdout))
     throw ConfigError("the standard output cannot be written");
   return StopSignal() ? 128 + StopSignal() : code;

@@ -4,17 +4,16 @@
 
 namespace turbidock::app {
 
-void PlanArguments::AddTo(CLI::App* command) {
+void PlanArguments::AddTo(Subcommand* command) {
+  command->Add("plan", plan, "YAML file or the name of a bundled plan (see `turbidock plans`)")
+      .Required();
   command
-      ->add_option("plan", plan, "YAML file or the name of a bundled plan (see `turbidock plans`)")
-      ->required();
-  command
-      ->add_option("--set", overrides.assignments,
-                   "Set one key of every trial, such as duration_s=30; may be repeated")
-      ->type_name("KEY=VALUE")
-      ->allow_extra_args(false);
-  command->add_option("--seed", overrides.master_seed, "Root of every trial's seed (master_seed)");
-  command->add_option("--seeds", overrides.seeds, "Trials in each cell of the grid");
+      ->Add("--set", overrides.assignments,
+            "Set one key of every trial, such as duration_s=30; may be repeated")
+      .Type("KEY=VALUE")
+      .OneValueEach();
+  command->Add("--seed", overrides.master_seed, "Root of every trial's seed (master_seed)");
+  command->Add("--seeds", overrides.seeds, "Trials in each cell of the grid");
 }
 
 int AvailableCores() {

@@ -1,11 +1,11 @@
 #pragma once
 // The plan on a command line and what changes it.
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <optional>
 #include <string>
 
+#include "experiments/app/command_line.h"
 #include "experiments/farm/plan.h"
 
 namespace turbidock::app {
@@ -14,7 +14,7 @@ struct PlanArguments {
   std::string plan;
   farm::PlanOverrides overrides;
 
-  void AddTo(CLI::App* command);
+  void AddTo(Subcommand* command);
   farm::Plan Load() const { return farm::LoadPlan(plan, overrides); }
 };
 

@@ -152,57 +152,45 @@ int Replay(const ReplayArguments& arguments) {
 
 }  // namespace
 
-void AddResults(CLI::App& app, Command* chosen) {
+void AddResults(CommandLine& line) {
   auto merge_arguments = std::make_shared<MergeArguments>();
-  CLI::App* merge = app.add_subcommand("merge", "Put the shards of a batch into one file");
-  merge->add_option("out", merge_arguments->out, "The file to make or to add to")->required();
-  merge->add_option("inputs", merge_arguments->inputs, "Files that batch wrote")->required();
-  merge->add_flag("--complete", merge_arguments->complete, "Exit with 1 when trials are missing");
-  merge->callback([merge_arguments, chosen] {
-    *chosen = [merge_arguments] { return Merge(*merge_arguments); };
-  });
+  Subcommand merge = line.Add("merge", "Put the shards of a batch into one file");
+  merge.Add("out", merge_arguments->out, "The file to make or to add to").Required();
+  merge.Add("inputs", merge_arguments->inputs, "Files that batch wrote").Required();
+  merge.Flag("--complete", merge_arguments->complete, "Exit with 1 when trials are missing");
+  merge.Runs([merge_arguments] { return Merge(*merge_arguments); });
 
   auto export_arguments = std::make_shared<ExportArguments>();
-  CLI::App* export_app = app.add_subcommand("export", "Print one row a trial on stdout");
-  export_app->add_option("results", export_arguments->file, "A batch's file")->required();
-  export_app->add_option("--format", export_arguments->format, "csv or jsonl")
-      ->check(CLI::IsMember({"csv", "jsonl"}))
-      ->capture_default_str();
-  export_app->add_flag("--timing", export_arguments->timing,
-                       "Also wall time, CPU time and memory, which differ from run to run");
-  export_app->callback([export_arguments, chosen] {
-    *chosen = [export_arguments] { return Export(*export_arguments); };
-  });
+  Subcommand export_app = line.Add("export", "Print one row a trial on stdout");
+  export_app.Add("results", export_arguments->file, "A batch's file").Required();
+  export_app.Add("--format", export_arguments->format, "csv or jsonl")
+      .OneOf({"csv", "jsonl"})
+      .ShowsDefault();
+  export_app.Flag("--timing", export_arguments->timing,
+                  "Also wall time, CPU time and memory, which differ from run to run");
+  export_app.Runs([export_arguments] { return Export(*export_arguments); });
 
   auto verify_arguments = std::make_shared<VerifyArguments>();
-  CLI::App* verify =
-      app.add_subcommand("verify", "Run trials again and compare their digests with the stored");
-  verify->add_option("results", verify_arguments->file, "A batch's file")->required();
-  verify->add_option("--trials", verify_arguments->trials, "Which ones")
-      ->delimiter(',')
-      ->type_name("TRIAL,...");
-  verify->add_option("--sample", verify_arguments->sample, "Else, how many, evenly spread")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  verify->add_option("--workers", verify_arguments->workers, "Processes")
-      ->check(CLI::Range(1, 1024))
-      ->capture_default_str();
-  verify->callback([verify_arguments, chosen] {
-    *chosen = [verify_arguments] { return Verify(*verify_arguments); };
-  });
+  Subcommand verify =
+      line.Add("verify", "Run trials again and compare their digests with the stored");
+  verify.Add("results", verify_arguments->file, "A batch's file").Required();
+  verify.Add("--trials", verify_arguments->trials, "Which ones").ListOf(',').Type("TRIAL,...");
+  verify.Add("--sample", verify_arguments->sample, "Else, how many, evenly spread")
+      .Positive()
+      .ShowsDefault();
+  verify.Add("--workers", verify_arguments->workers, "Processes").Between(1, 1024).ShowsDefault();
+  verify.Runs([verify_arguments] { return Verify(*verify_arguments); });
 
   auto replay_arguments = std::make_shared<ReplayArguments>();
-  CLI::App* replay =
-      app.add_subcommand("replay", "Run one trial of a batch again, with video and all its files");
-  replay->add_option("results", replay_arguments->file, "A batch's file")->required();
-  replay->add_option("trial", replay_arguments->trial, "The trial's number")->required();
-  replay->add_option("--out", replay_arguments->out, "Folder for its files; out/replay-TRIAL");
-  replay->add_flag("--no-video", replay_arguments->no_video, "Make no video.mp4");
-  replay->add_flag("--json", replay_arguments->json, "Print the result as JSON on stdout");
-  replay->add_flag("--quiet", replay_arguments->quiet, "Print nothing on stderr but errors");
-  replay->callback([replay_arguments, chosen] {
-    *chosen = [replay_arguments] { return Replay(*replay_arguments); };
-  });
+  Subcommand replay =
+      line.Add("replay", "Run one trial of a batch again, with video and all its files");
+  replay.Add("results", replay_arguments->file, "A batch's file").Required();
+  replay.Add("trial", replay_arguments->trial, "The trial's number").Required();
+  replay.Add("--out", replay_arguments->out, "Folder for its files; out/replay-TRIAL");
+  replay.Flag("--no-video", replay_arguments->no_video, "Make no video.mp4");
+  replay.Flag("--json", replay_arguments->json, "Print the result as JSON on stdout");
+  replay.Flag("--quiet", replay_arguments->quiet, "Print nothing on stderr but errors");
+  replay.Runs([replay_arguments] { return Replay(*replay_arguments); });
 }
 
 }  // namespace turbidock::app

@@ -56,16 +56,15 @@ int Scenarios(const ScenariosArguments& arguments) {
 
 }  // namespace
 
-void AddScenarios(CLI::App& app, Command* chosen) {
+void AddScenarios(CommandLine& line) {
   auto arguments = std::make_shared<ScenariosArguments>();
-  CLI::App* scenarios = app.add_subcommand("scenarios", "List the bundled scenarios");
-  scenarios->add_flag("--keys", arguments->keys,
-                      "List every key of a scenario with default, range and meaning");
-  scenarios->add_option("--show", arguments->show,
-                        "Print a scenario, bundled or a file, with every default spelt out");
-  scenarios->add_flag("--json", arguments->json, "As JSON");
-  scenarios->callback(
-      [arguments, chosen] { *chosen = [arguments] { return Scenarios(*arguments); }; });
+  Subcommand scenarios = line.Add("scenarios", "List the bundled scenarios");
+  scenarios.Flag("--keys", arguments->keys,
+                 "List every key of a scenario with default, range and meaning");
+  scenarios.Add("--show", arguments->show,
+                "Print a scenario, bundled or a file, with every default spelt out");
+  scenarios.Flag("--json", arguments->json, "As JSON");
+  scenarios.Runs([arguments] { return Scenarios(*arguments); });
 }
 
 }  // namespace turbidock::app

@@ -135,17 +135,14 @@ int Selftest(bool json) {
 
 }  // namespace
 
-void AddSelftest(CLI::App& app, Command* chosen) {
+void AddSelftest(CommandLine& line) {
   auto json = std::make_shared<bool>(false);
   auto physics = std::make_shared<bool>(false);
-  CLI::App* selftest =
-      app.add_subcommand("selftest", "Show what this machine runs on, and that it can");
-  selftest->add_flag("--json", *json, "As JSON");
-  selftest->add_flag("--physics", *physics,
-                     "Instead: the vehicle's dynamics against closed forms, and their cost");
-  selftest->callback([json, physics, chosen] {
-    *chosen = [json, physics] { return *physics ? PhysicsSelftest(*json) : Selftest(*json); };
-  });
+  Subcommand selftest = line.Add("selftest", "Show what this machine runs on, and that it can");
+  selftest.Flag("--json", *json, "As JSON");
+  selftest.Flag("--physics", *physics,
+                "Instead: the vehicle's dynamics against closed forms, and their cost");
+  selftest.Runs([json, physics] { return *physics ? PhysicsSelftest(*json) : Selftest(*json); });
 }
 
 }  // namespace turbidock::app

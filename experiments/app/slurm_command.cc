@@ -40,28 +40,28 @@ int Slurm(const SlurmArguments& arguments) {
 
 }  // namespace
 
-void AddSlurm(CLI::App& app, Command* chosen) {
+void AddSlurm(CommandLine& line) {
   auto arguments = std::make_shared<SlurmArguments>();
-  CLI::App* slurm = app.add_subcommand(
-      "slurm", "Write a plan as a Slurm job array and a job that merges its results");
-  arguments->plan.AddTo(slurm);
-  slurm->add_option("--tasks", arguments->options.tasks, "Tasks of the array, each a shard")
-      ->required()
-      ->check(CLI::Range(1, 100000));
-  slurm->add_option("--out", arguments->options.out, "SQLite file for the merged results")
-      ->required()
-      ->type_name("FILE");
-  slurm->add_option("--workers", arguments->options.workers, "Processes and cores of a task")
-      ->check(CLI::Range(1, 1024))
-      ->capture_default_str();
+  Subcommand slurm =
+      line.Add("slurm", "Write a plan as a Slurm job array and a job that merges its results");
+  arguments->plan.AddTo(&slurm);
+  slurm.Add("--tasks", arguments->options.tasks, "Tasks of the array, each a shard")
+      .Required()
+      .Between(1, 100000);
+  slurm.Add("--out", arguments->options.out, "SQLite file for the merged results")
+      .Required()
+      .Type("FILE");
+  slurm.Add("--workers", arguments->options.workers, "Processes and cores of a task")
+      .Between(1, 1024)
+      .ShowsDefault();
   slurm
-      ->add_option("--sbatch", arguments->options.options,
-                   "A further option of sbatch, such as --sbatch=--time=2:00:00; may be repeated")
-      ->type_name("OPTION")
-      ->allow_extra_args(false);
-  slurm->add_flag("--submit", arguments->submit, "Also submit both jobs");
-  slurm->add_flag("--json", arguments->json, "Print files and jobs as JSON on stdout");
-  slurm->callback([arguments, chosen] { *chosen = [arguments] { return Slurm(*arguments); }; });
+      .Add("--sbatch", arguments->options.options,
+           "A further option of sbatch, such as --sbatch=--time=2:00:00; may be repeated")
+      .Type("OPTION")
+      .OneValueEach();
+  slurm.Flag("--submit", arguments->submit, "Also submit both jobs");
+  slurm.Flag("--json", arguments->json, "Print files and jobs as JSON on stdout");
+  slurm.Runs([arguments] { return Slurm(*arguments); });
 }
 
 }  // namespace turbidock::app

@@ -2,12 +2,13 @@
 
 #include <cmath>
 
+#include "sim/base/published.h"
+
 namespace turbidock::trial {
 namespace {
 
 constexpr double kNothing = -0.2;         // fitness of a ball that is not there: published rule
 constexpr double kNoiseDistance_m = 0.6;  // where the noise is what the parameters say
-constexpr double kInSight = 0.22;         // published: below it the marker is not detected
 
 }  // namespace
 
@@ -29,7 +30,7 @@ const PoseEstimate& TruePose::Update(int64_t frame, const Pose& X_HM) {
   const Eigen::Vector4d error =
       noise_.cwiseProduct(params_.noise).cwiseProduct(Eigen::Vector4d(far * far, far, far, far));
   const double fitness = Fitness(X_HM);
-  frames_in_sight_ = fitness >= kInSight ? frames_in_sight_ + 1 : 0;
+  frames_in_sight_ = fitness >= published::kDetectedFitness ? frames_in_sight_ + 1 : 0;
   const bool found = static_cast<double>(frames_in_sight_) * frame_s_ > params_.found_after_s;
   estimate_.frame = frame;
   estimate_.X_HM =

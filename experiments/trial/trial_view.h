@@ -9,17 +9,18 @@
 #include "control/stage.h"
 #include "sim/base/fields.h"
 #include "sim/base/image.h"
+#include "sim/base/published.h"
 #include "sim/base/units.h"
 
 namespace turbidock::trial {
 
 // The lines to draw: published limits (section "Fitness" and the docking criterion of the paper).
 struct ViewCriteria {
-  double docking_fitness = 0.60;    // Area I from here
-  double detection_fitness = 0.22;  // Area II from here, Area III below
-  double tolerance_y_m = 0.040;     // about the desired value
-  double tolerance_z_m = 0.040;
-  double docked_x_m = 0.350;
+  double docking_fitness = published::kReliableFitness;    // Area I from here
+  double detection_fitness = published::kDetectedFitness;  // Area II from here, Area III below
+  double tolerance_y_m = published::kDockTolerance_m;      // about the desired value
+  double tolerance_z_m = published::kDockTolerance_m;
+  double docked_x_m = published::kDockDistance_m;
 };
 
 // "± 40 mm", or "± 40, 30 mm" where y and z differ.

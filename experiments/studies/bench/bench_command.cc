@@ -72,35 +72,35 @@ int Bench(const BenchArguments& arguments) {
 
 }  // namespace
 
-void AddBench(CLI::App& app, app::Command* chosen) {
+void AddBench(app::CommandLine& line) {
   auto arguments = std::make_shared<BenchArguments>();
-  CLI::App* bench = app.add_subcommand(
+  app::Subcommand bench = line.Add(
       "bench", "Time the closed loop, stage by stage, against bare rendering of the same views");
-  bench->add_option("scenario", arguments->scenarios,
-                    "YAML files or names of bundled scenarios (default: sea_night_active and "
-                    "pool_passive)");
+  bench.Add("scenario", arguments->scenarios,
+            "YAML files or names of bundled scenarios (default: sea_night_active and "
+            "pool_passive)");
   bench
-      ->add_option("--set", arguments->assignments,
-                   "Set one key in all of them, such as water.milk_ml_m3=20; may be repeated")
-      ->type_name("KEY=VALUE")
-      ->allow_extra_args(false);
-  bench->add_option("--frames", arguments->options.frames, "Frames of a trial")
-      ->capture_default_str()
-      ->check(CLI::Range(2, 1000000));
-  bench->add_option("--repeats", arguments->options.repeats, "Times that each trial is run")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 1000));
+      .Add("--set", arguments->assignments,
+           "Set one key in all of them, such as water.milk_ml_m3=20; may be repeated")
+      .Type("KEY=VALUE")
+      .OneValueEach();
+  bench.Add("--frames", arguments->options.frames, "Frames of a trial")
+      .ShowsDefault()
+      .Between(2, 1000000);
+  bench.Add("--repeats", arguments->options.repeats, "Times that each trial is run")
+      .ShowsDefault()
+      .Between(1, 1000);
   bench
-      ->add_option("--resolution", arguments->resolution,
-                   "Size of both cameras' images with the same field of view, such as 320x240")
-      ->type_name("WxH");
+      .Add("--resolution", arguments->resolution,
+           "Size of both cameras' images with the same field of view, such as 320x240")
+      .Type("WxH");
   bench
-      ->add_option("--workers", arguments->workers,
-                   "Also measure trials an hour, whole ones, with 1 and with N worker processes")
-      ->check(CLI::Range(1, 1024));
-  bench->add_flag("--json", arguments->json, "Print the result as JSON on stdout");
-  bench->add_flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
-  bench->callback([arguments, chosen] { *chosen = [arguments] { return Bench(*arguments); }; });
+      .Add("--workers", arguments->workers,
+           "Also measure trials an hour, whole ones, with 1 and with N worker processes")
+      .Between(1, 1024);
+  bench.Flag("--json", arguments->json, "Print the result as JSON on stdout");
+  bench.Flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
+  bench.Runs([arguments] { return Bench(*arguments); });
 }
 
 }  // namespace turbidock::bench

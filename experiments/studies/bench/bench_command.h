@@ -5,6 +5,6 @@
 
 namespace turbidock::bench {
 
-void AddBench(CLI::App& app, app::Command* chosen);
+void AddBench(app::CommandLine& line);
 
 }  // namespace turbidock::bench

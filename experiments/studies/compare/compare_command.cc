@@ -120,28 +120,27 @@ int Compare(const CompareArguments& arguments) {
 
 }  // namespace
 
-void AddCompare(CLI::App& app, app::Command* chosen) {
+void AddCompare(app::CommandLine& line) {
   auto arguments = std::make_shared<CompareArguments>();
-  CLI::App* compare =
-      app.add_subcommand("compare", "Two result sets pair by pair: same seed, same parameters");
-  compare->add_option("a", arguments->a, "A batch's file")->required();
-  compare->add_option("b", arguments->b, "Another one's")->required();
-  compare->add_option("--by", arguments->options.by, "One group for each value of these parameters")
-      ->delimiter(',')
-      ->type_name("KEY,...");
+  app::Subcommand compare =
+      line.Add("compare", "Two result sets pair by pair: same seed, same parameters");
+  compare.Add("a", arguments->a, "A batch's file").Required();
+  compare.Add("b", arguments->b, "Another one's").Required();
+  compare.Add("--by", arguments->options.by, "One group for each value of these parameters")
+      .ListOf(',')
+      .Type("KEY,...");
   compare
-      ->add_option("--ignore", arguments->options.ignore,
-                   "Parameters in which the sets are meant to differ")
-      ->delimiter(',')
-      ->type_name("KEY,...");
-  compare->add_option("--metrics", arguments->metrics, "What to compare where both docked")
-      ->delimiter(',')
-      ->type_name("NAME,...")
-      ->capture_default_str();
-  compare->add_option("--figure", arguments->figure, "Also draw a PNG");
-  compare->add_flag("--json", arguments->json, "As JSON");
-  compare->callback(
-      [arguments, chosen] { *chosen = [arguments] { return Compare(*arguments); }; });
+      .Add("--ignore", arguments->options.ignore,
+           "Parameters in which the sets are meant to differ")
+      .ListOf(',')
+      .Type("KEY,...");
+  compare.Add("--metrics", arguments->metrics, "What to compare where both docked")
+      .ListOf(',')
+      .Type("NAME,...")
+      .ShowsDefault();
+  compare.Add("--figure", arguments->figure, "Also draw a PNG");
+  compare.Flag("--json", arguments->json, "As JSON");
+  compare.Runs([arguments] { return Compare(*arguments); });
 }
 
 }  // namespace turbidock::compare

@@ -5,6 +5,6 @@
 
 namespace turbidock::compare {
 
-void AddCompare(CLI::App& app, app::Command* chosen);
+void AddCompare(app::CommandLine& line);
 
 }  // namespace turbidock::compare

@@ -109,46 +109,42 @@ int Estimate(const EstimateArguments& arguments) {
 
 }  // namespace
 
-void AddEstimate(CLI::App& app, app::Command* chosen) {
+void AddEstimate(app::CommandLine& line) {
   auto arguments = std::make_shared<EstimateArguments>();
-  CLI::App* estimate =
-      app.add_subcommand("estimate", "Estimate the marker's pose on images or video from disk");
+  app::Subcommand estimate =
+      line.Add("estimate", "Estimate the marker's pose on images or video from disk");
   const char* kinds = "image, folder, pattern (left_%04d.png, 'left_*.png') or video";
-  estimate->add_option("--left", arguments->input.left, std::string("Left camera: ") + kinds)
-      ->required();
-  estimate->add_option("--right", arguments->input.right, "Right camera, likewise")->required();
+  estimate.Add("--left", arguments->input.left, std::string("Left camera: ") + kinds).Required();
+  estimate.Add("--right", arguments->input.right, "Right camera, likewise").Required();
   estimate
-      ->add_option("--rig", arguments->input.rig_files,
-                   "Rig file, or OpenCV's stereo calibration (may be repeated: intrinsics, "
-                   "extrinsics; T in metres); the default rig unless given")
-      ->allow_extra_args(false);
-  estimate->add_option("--marker", arguments->marker,
-                       "Marker file; the default marker unless given");
-  estimate->add_option("--preset", arguments->preset,
-                       "Setting of the search: default or published; as --set estimator.preset=");
+      .Add("--rig", arguments->input.rig_files,
+           "Rig file, or OpenCV's stereo calibration (may be repeated: intrinsics, "
+           "extrinsics; T in metres); the default rig unless given")
+      .OneValueEach();
+  estimate.Add("--marker", arguments->marker, "Marker file; the default marker unless given");
+  estimate.Add("--preset", arguments->preset,
+               "Setting of the search: default or published; as --set estimator.preset=");
   estimate
-      ->add_option("--frames", arguments->input.frames,
-                   "Still images: frames they are seen for (30); sequences: at most so many")
-      ->check(CLI::PositiveNumber);
-  estimate->add_option("--seed", arguments->input.seed, "Root of all randomness")
-      ->capture_default_str();
+      .Add("--frames", arguments->input.frames,
+           "Still images: frames they are seen for (30); sequences: at most so many")
+      .Positive();
+  estimate.Add("--seed", arguments->input.seed, "Root of all randomness").ShowsDefault();
   estimate
-      ->add_option("--set", arguments->assignments,
-                   "Set one key of marker, hue or estimator, such as estimator.range.x_max_m=3")
-      ->type_name("KEY=VALUE")
-      ->allow_extra_args(false);
-  estimate->add_flag("--wall-clock", arguments->wall_clock,
-                     "As many generations as 33 ms of this machine's time allow; not reproducible");
-  estimate->add_option("--csv", arguments->csv, "Write a line for each frame");
-  estimate->add_option("--overlay", arguments->overlay,
-                       "Draw the estimate on the images: FILE.mp4, or FILE.png of the last frame");
-  estimate->add_option("--fps", arguments->frames_per_second, "Frames a second of the overlay")
-      ->check(CLI::Range(1, 240))
-      ->capture_default_str();
-  estimate->add_flag("--json", arguments->json, "Print the result as JSON on stdout");
-  estimate->add_flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
-  estimate->callback(
-      [arguments, chosen] { *chosen = [arguments] { return Estimate(*arguments); }; });
+      .Add("--set", arguments->assignments,
+           "Set one key of marker, hue or estimator, such as estimator.range.x_max_m=3")
+      .Type("KEY=VALUE")
+      .OneValueEach();
+  estimate.Flag("--wall-clock", arguments->wall_clock,
+                "As many generations as 33 ms of this machine's time allow; not reproducible");
+  estimate.Add("--csv", arguments->csv, "Write a line for each frame");
+  estimate.Add("--overlay", arguments->overlay,
+               "Draw the estimate on the images: FILE.mp4, or FILE.png of the last frame");
+  estimate.Add("--fps", arguments->frames_per_second, "Frames a second of the overlay")
+      .Between(1, 240)
+      .ShowsDefault();
+  estimate.Flag("--json", arguments->json, "Print the result as JSON on stdout");
+  estimate.Flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
+  estimate.Runs([arguments] { return Estimate(*arguments); });
 }
 
 }  // namespace turbidock::estimate

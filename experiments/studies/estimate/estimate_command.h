@@ -5,6 +5,6 @@
 
 namespace turbidock::estimate {
 
-void AddEstimate(CLI::App& app, app::Command* chosen);
+void AddEstimate(app::CommandLine& line);
 
 }  // namespace turbidock::estimate

@@ -60,60 +60,59 @@ int Compare(const CompareArguments& arguments) {
 
 }  // namespace
 
-void AddCompareEstimators(CLI::App& app, app::Command* chosen) {
+void AddCompareEstimators(app::CommandLine& line) {
   auto arguments = std::make_shared<CompareArguments>();
   CompareOptions& options = arguments->options;
-  CLI::App* compare = app.add_subcommand(
-      "compare-estimators",
-      "Compare pose estimators on the same simulated frames, over distance and milk");
+  app::Subcommand compare =
+      line.Add("compare-estimators",
+               "Compare pose estimators on the same simulated frames, over distance and milk");
   compare
-      ->add_option("--task", arguments->task,
-                   "The marker: still; anywhere in the search range (where F >= 0.6); moving at "
-                   "0.2 m/s and 20 deg/s (worst error from frame 30 on); absent")
-      ->check(CLI::IsMember({"still", "anywhere", "moving", "absent"}))
-      ->capture_default_str();
-  compare->add_option("--marker", arguments->marker, "active, passive or both")
-      ->check(CLI::IsMember({"active", "passive", "both"}))
-      ->capture_default_str();
+      .Add("--task", arguments->task,
+           "The marker: still; anywhere in the search range (where F >= 0.6); moving at "
+           "0.2 m/s and 20 deg/s (worst error from frame 30 on); absent")
+      .OneOf({"still", "anywhere", "moving", "absent"})
+      .ShowsDefault();
+  compare.Add("--marker", arguments->marker, "active, passive or both")
+      .OneOf({"active", "passive", "both"})
+      .ShowsDefault();
   compare
-      ->add_option("--distances", arguments->distances_mm,
-                   "Distances in mm, comma separated; 400,600,800,1000 unless given")
-      ->delimiter(',')
-      ->check(CLI::Range(200.0, 3000.0));
-  compare->add_option("--milk", options.milk_ml_m3, "Milk in ml/m3, comma separated")
-      ->delimiter(',')
-      ->check(CLI::Range(0.0, light::kMostMilk_ml_m3))
-      ->capture_default_str();
+      .Add("--distances", arguments->distances_mm,
+           "Distances in mm, comma separated; 400,600,800,1000 unless given")
+      .ListOf(',')
+      .Between(200.0, 3000.0);
+  compare.Add("--milk", options.milk_ml_m3, "Milk in ml/m3, comma separated")
+      .ListOf(',')
+      .Between(0.0, light::kMostMilk_ml_m3)
+      .ShowsDefault();
   compare
-      ->add_option("--estimators", options.estimators,
-                   "Which: default, search (without refinement), published, de, pso, cmaes, blobs; "
-                   "the first three also with keys of the search, as default/creep_share=0")
-      ->delimiter(',');
-  compare
-      ->add_option("--starts", options.starts, "Poses at each distance and milk, each a cold start")
-      ->check(CLI::Range(1, 10000))
-      ->capture_default_str();
-  compare->add_option("--frames", options.frames, "Frames that each estimator gets of a pose")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
-  compare->add_option("--found-mm", arguments->found_mm, "Largest error of what counts as found")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  compare->add_option("--found-deg", arguments->found_deg, "The same for rotation")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  compare->add_option("--workers", options.run.workers, "Processes that share the work")
-      ->check(CLI::Range(1, 256))
-      ->capture_default_str();
-  compare->add_option("--seed", arguments->seed, "Root of all randomness; as --set seed=N");
-  compare->add_option("--set", options.assignments, "Set one key of the scenarios; may be repeated")
-      ->type_name("KEY=VALUE")
-      ->allow_extra_args(false);
-  compare->add_option("--csv", arguments->csv, "Write a line for each cell and estimator");
-  compare->add_option("--figure", arguments->figure, "Draw share found and error over milk (PNG)");
-  compare->add_flag("--json", arguments->json, "Print the result as JSON on stdout");
-  compare->add_flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
-  compare->callback([arguments, chosen] { *chosen = [arguments] { return Compare(*arguments); }; });
+      .Add("--estimators", options.estimators,
+           "Which: default, search (without refinement), published, de, pso, cmaes, blobs; "
+           "the first three also with keys of the search, as default/creep_share=0")
+      .ListOf(',');
+  compare.Add("--starts", options.starts, "Poses at each distance and milk, each a cold start")
+      .Between(1, 10000)
+      .ShowsDefault();
+  compare.Add("--frames", options.frames, "Frames that each estimator gets of a pose")
+      .Between(1, 1000)
+      .ShowsDefault();
+  compare.Add("--found-mm", arguments->found_mm, "Largest error of what counts as found")
+      .Positive()
+      .ShowsDefault();
+  compare.Add("--found-deg", arguments->found_deg, "The same for rotation")
+      .Positive()
+      .ShowsDefault();
+  compare.Add("--workers", options.run.workers, "Processes that share the work")
+      .Between(1, 256)
+      .ShowsDefault();
+  compare.Add("--seed", arguments->seed, "Root of all randomness; as --set seed=N");
+  compare.Add("--set", options.assignments, "Set one key of the scenarios; may be repeated")
+      .Type("KEY=VALUE")
+      .OneValueEach();
+  compare.Add("--csv", arguments->csv, "Write a line for each cell and estimator");
+  compare.Add("--figure", arguments->figure, "Draw share found and error over milk (PNG)");
+  compare.Flag("--json", arguments->json, "Print the result as JSON on stdout");
+  compare.Flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
+  compare.Runs([arguments] { return Compare(*arguments); });
 }
 
 }  // namespace turbidock::estimators

@@ -5,6 +5,6 @@
 
 namespace turbidock::estimators {
 
-void AddCompareEstimators(CLI::App& app, app::Command* chosen);
+void AddCompareEstimators(app::CommandLine& line);
 
 }  // namespace turbidock::estimators

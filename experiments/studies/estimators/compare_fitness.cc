@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "experiments/studies/estimators/compare_estimators.h"
+#include "sim/base/published.h"
 
 namespace turbidock::estimators {
 namespace {
@@ -51,7 +52,8 @@ double FitnessErrorCorrelation(const std::vector<CompareRow>& rows, recognition:
 
 std::vector<FitnessBin> FitnessBins(const std::vector<CompareRow>& rows,
                                     recognition::MarkerKind marker, const std::string& estimator) {
-  constexpr auto kEdges = std::to_array({-0.2, 0.22, 0.6, 0.7, 0.8, 0.9, 1.0});
+  constexpr auto kEdges = std::to_array(
+      {-0.2, published::kDetectedFitness, published::kReliableFitness, 0.7, 0.8, 0.9, 1.0});
   std::vector<FitnessBin> bins;
   for (size_t i = 0; i + 1 < kEdges.size(); ++i) {
     const bool last = i + 2 == kEdges.size();

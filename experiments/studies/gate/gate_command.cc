@@ -289,58 +289,52 @@ int Gate(const GateArguments& arguments) {
 
 }  // namespace
 
-void AddGate(CLI::App& app, app::Command* chosen) {
+void AddGate(app::CommandLine& line) {
   auto arguments = std::make_shared<GateArguments>();
-  CLI::App* gate = app.add_subcommand(
-      "gate", "Compare docking with a committed baseline: pass, fail or neither");
-  gate->footer(
+  app::Subcommand gate =
+      line.Add("gate", "Compare docking with a committed baseline: pass, fail or neither");
+  gate.Footer(
       "Exit codes: 0 pass, 1 fail, 2 bad input, 3 inconclusive: the trials allowed are spent,\n"
       "4 a trial could not be run.");
-  gate->add_option("gate", arguments->plan, "The gate's YAML file");
-  gate->add_option("--baseline", arguments->baseline, "Another baseline file than the gate's");
-  gate->add_option("--out", arguments->out,
-                   "Folder for summary.json, junit.xml, summary.md and failures/");
-  gate->add_option("--workers", arguments->workers, "Processes that run trials")
-      ->check(CLI::Range(1, 1024))
-      ->capture_default_str();
-  gate->add_option("--set", arguments->assignments,
-                   "Set one scenario key in every condition, as if the build had it so; may be "
-                   "repeated")
-      ->type_name("KEY=VALUE")
-      ->allow_extra_args(false);
-  gate->add_option("--bundles", arguments->bundles,
-                   "Trials with video of newly failing seeds in failures/, at most")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
-  gate->add_flag("--update", arguments->update,
-                 "Measure the baseline anew, write it, and say what changed");
-  gate->add_flag("--json", arguments->json, "Print summary.json on stdout");
-  gate->add_flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
+  gate.Add("gate", arguments->plan, "The gate's YAML file");
+  gate.Add("--baseline", arguments->baseline, "Another baseline file than the gate's");
+  gate.Add("--out", arguments->out, "Folder for summary.json, junit.xml, summary.md and failures/");
+  gate.Add("--workers", arguments->workers, "Processes that run trials")
+      .Between(1, 1024)
+      .ShowsDefault();
+  gate.Add("--set", arguments->assignments,
+           "Set one scenario key in every condition, as if the build had it so; may be "
+           "repeated")
+      .Type("KEY=VALUE")
+      .OneValueEach();
+  gate.Add("--bundles", arguments->bundles,
+           "Trials with video of newly failing seeds in failures/, at most")
+      .NotNegative()
+      .ShowsDefault();
+  gate.Flag("--update", arguments->update,
+            "Measure the baseline anew, write it, and say what changed");
+  gate.Flag("--json", arguments->json, "Print summary.json on stdout");
+  gate.Flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
   const char* group = "How many trials it takes (no gate needed)";
-  gate->add_flag("--plan-size", arguments->plan_size,
-                 "Print expected and most trials for these rates")
-      ->group(group);
-  gate->add_option("--simulate", arguments->simulate,
-                   "The same, with this many simulated sequences a setting; --out: a figure")
-      ->check(CLI::Range(1, 100000000))
-      ->group(group);
-  gate->add_option("--rate", arguments->rate, "Success rate that is no worse")
-      ->capture_default_str()
-      ->group(group);
-  gate->add_option("--margin", arguments->margin, "Loss of success rate that matters")
-      ->capture_default_str()
-      ->group(group);
-  gate->add_option("--alpha", arguments->alpha, "Chance of a false alarm")
-      ->capture_default_str()
-      ->group(group);
-  gate->add_option("--beta", arguments->beta, "Chance to miss a loss of the margin")
-      ->capture_default_str()
-      ->group(group);
-  gate->add_option("--max-trials", arguments->max_trials,
-                   "Trials at most; else as many as leave 1 % undecided")
-      ->check(CLI::Range(1, 10000))
-      ->group(group);
-  gate->callback([arguments, chosen] { *chosen = [arguments] { return Gate(*arguments); }; });
+  gate.Flag("--plan-size", arguments->plan_size, "Print expected and most trials for these rates")
+      .Group(group);
+  gate.Add("--simulate", arguments->simulate,
+           "The same, with this many simulated sequences a setting; --out: a figure")
+      .Between(1, 100000000)
+      .Group(group);
+  gate.Add("--rate", arguments->rate, "Success rate that is no worse").ShowsDefault().Group(group);
+  gate.Add("--margin", arguments->margin, "Loss of success rate that matters")
+      .ShowsDefault()
+      .Group(group);
+  gate.Add("--alpha", arguments->alpha, "Chance of a false alarm").ShowsDefault().Group(group);
+  gate.Add("--beta", arguments->beta, "Chance to miss a loss of the margin")
+      .ShowsDefault()
+      .Group(group);
+  gate.Add("--max-trials", arguments->max_trials,
+           "Trials at most; else as many as leave 1 % undecided")
+      .Between(1, 10000)
+      .Group(group);
+  gate.Runs([arguments] { return Gate(*arguments); });
 }
 
 }  // namespace turbidock::gate

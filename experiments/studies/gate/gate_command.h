@@ -5,6 +5,6 @@
 
 namespace turbidock::gate {
 
-void AddGate(CLI::App& app, app::Command* chosen);
+void AddGate(app::CommandLine& line);
 
 }  // namespace turbidock::gate

@@ -178,40 +178,38 @@ int Calibrate(const CalibrateArguments& arguments) {
 
 }  // namespace
 
-void AddCalibrate(CLI::App& app, app::Command* chosen) {
+void AddCalibrate(app::CommandLine& line) {
   auto arguments = std::make_shared<CalibrateArguments>();
-  CLI::App* calibrate = app.add_subcommand(
+  app::Subcommand calibrate = line.Add(
       "calibrate", "Fit uncertain optical and camera parameters to tables of the experiment");
   calibrate
-      ->add_option("--plan", arguments->plan,
-                   "YAML of what is searched and within which ranges; the bundled one unless given")
-      ->type_name("FILE");
+      .Add("--plan", arguments->plan,
+           "YAML of what is searched and within which ranges; the bundled one unless given")
+      .Type("FILE");
   calibrate
-      ->add_option("--active", arguments->active,
-                   "Table of the active marker; the published one unless given")
-      ->type_name("FILE");
-  calibrate->add_option("--passive", arguments->passive, "The same of the passive marker")
-      ->type_name("FILE");
+      .Add("--active", arguments->active,
+           "Table of the active marker; the published one unless given")
+      .Type("FILE");
+  calibrate.Add("--passive", arguments->passive, "The same of the passive marker").Type("FILE");
   calibrate
-      ->add_option("--generations", arguments->generations,
-                   "Generations of CMA-ES; 0: only what the start and its sides are worth")
-      ->check(CLI::Range(0, 10000))
-      ->capture_default_str();
-  calibrate->add_option("--seed", arguments->seed, "Of the search")->capture_default_str();
-  calibrate->add_option("--workers", arguments->workers, "Processes; the result is the same")
-      ->check(CLI::Range(1, 1024))
-      ->capture_default_str();
+      .Add("--generations", arguments->generations,
+           "Generations of CMA-ES; 0: only what the start and its sides are worth")
+      .Between(0, 10000)
+      .ShowsDefault();
+  calibrate.Add("--seed", arguments->seed, "Of the search").ShowsDefault();
+  calibrate.Add("--workers", arguments->workers, "Processes; the result is the same")
+      .Between(1, 1024)
+      .ShowsDefault();
   calibrate
-      ->add_option("--seconds", arguments->seconds,
-                   "Time a cell of the full experiment that confirms the result; 0: none")
-      ->check(CLI::Range(0.0, 3600.0))
-      ->capture_default_str();
-  calibrate->add_option("--out", arguments->out, "Write the values found as a scenario's keys")
-      ->type_name("FILE");
-  calibrate->add_flag("--json", arguments->json, "Print the result as JSON on stdout");
-  calibrate->add_flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
-  calibrate->callback(
-      [arguments, chosen] { *chosen = [arguments] { return Calibrate(*arguments); }; });
+      .Add("--seconds", arguments->seconds,
+           "Time a cell of the full experiment that confirms the result; 0: none")
+      .Between(0.0, 3600.0)
+      .ShowsDefault();
+  calibrate.Add("--out", arguments->out, "Write the values found as a scenario's keys")
+      .Type("FILE");
+  calibrate.Flag("--json", arguments->json, "Print the result as JSON on stdout");
+  calibrate.Flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
+  calibrate.Runs([arguments] { return Calibrate(*arguments); });
 }
 
 }  // namespace turbidock::recognition

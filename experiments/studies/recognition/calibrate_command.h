@@ -5,6 +5,6 @@
 
 namespace turbidock::recognition {
 
-void AddCalibrate(CLI::App& app, app::Command* chosen);
+void AddCalibrate(app::CommandLine& line);
 
 }  // namespace turbidock::recognition

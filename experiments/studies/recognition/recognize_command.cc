@@ -153,51 +153,50 @@ int Recognize(const RecognizeArguments& arguments) {
 
 }  // namespace
 
-void AddRecognize(CLI::App& app, app::Command* chosen) {
+void AddRecognize(app::CommandLine& line) {
   auto arguments = std::make_shared<RecognizeArguments>();
-  CLI::App* recognize = app.add_subcommand(
+  app::Subcommand recognize = line.Add(
       "recognize", "Run the recognition experiment: a vehicle at rest, milk added step by step");
-  recognize->add_option("--marker", arguments->marker, "active, passive or both")
-      ->check(CLI::IsMember({"active", "passive", "both"}))
-      ->capture_default_str();
-  CLI::Option* table =
+  recognize.Add("--marker", arguments->marker, "active, passive or both")
+      .OneOf({"active", "passive", "both"})
+      .ShowsDefault();
+  app::Option table =
       recognize
-          ->add_option("--table", arguments->table,
-                       "CSV of one marker (milk_ml_m3,distance_mm,fitness_mean,...): run its cells "
-                       "and compare")
-          ->type_name("FILE");
+          .Add("--table", arguments->table,
+               "CSV of one marker (milk_ml_m3,distance_mm,fitness_mean,...): run its cells "
+               "and compare")
+          .Type("FILE");
   recognize
-      ->add_option("--distances", arguments->distances_mm,
-                   "Distances in mm, comma separated; 400,600,800,1000 unless given")
-      ->delimiter(',')
-      ->excludes(table);
+      .Add("--distances", arguments->distances_mm,
+           "Distances in mm, comma separated; 400,600,800,1000 unless given")
+      .ListOf(',')
+      .Excludes(table);
   recognize
-      ->add_option("--milk", arguments->milk_ml_m3,
-                   "Milk in ml/m3, comma separated; the published steps unless given")
-      ->delimiter(',')
-      ->excludes(table);
-  recognize->add_option("--seconds", arguments->seconds, "Time a cell is watched")
-      ->check(CLI::Range(0.02, 3600.0))
-      ->capture_default_str();
-  recognize->add_option("--workers", arguments->workers, "Processes; the results are the same")
-      ->check(CLI::Range(1, 1024))
-      ->capture_default_str();
+      .Add("--milk", arguments->milk_ml_m3,
+           "Milk in ml/m3, comma separated; the published steps unless given")
+      .ListOf(',')
+      .Excludes(table);
+  recognize.Add("--seconds", arguments->seconds, "Time a cell is watched")
+      .Between(0.02, 3600.0)
+      .ShowsDefault();
+  recognize.Add("--workers", arguments->workers, "Processes; the results are the same")
+      .Between(1, 1024)
+      .ShowsDefault();
   recognize
-      ->add_option("--set", arguments->assignments,
-                   "Set one key of the scenarios pool_active and pool_passive; may be repeated")
-      ->type_name("KEY=VALUE")
-      ->allow_extra_args(false);
-  recognize->add_option("--seed", arguments->seed, "Root of all randomness; as --set seed=N");
-  recognize->add_option("--csv", arguments->csv, "Write the cells to this file")->type_name("FILE");
+      .Add("--set", arguments->assignments,
+           "Set one key of the scenarios pool_active and pool_passive; may be repeated")
+      .Type("KEY=VALUE")
+      .OneValueEach();
+  recognize.Add("--seed", arguments->seed, "Root of all randomness; as --set seed=N");
+  recognize.Add("--csv", arguments->csv, "Write the cells to this file").Type("FILE");
   recognize
-      ->add_option("--figure", arguments->figure,
-                   "Draw FILE.png (F over milk), FILE_areas.png, FILE_time.png and\n"
-                   "FILE_images_MARKER.png")
-      ->type_name("FILE.png");
-  recognize->add_flag("--json", arguments->json, "Print the result as JSON on stdout");
-  recognize->add_flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
-  recognize->callback(
-      [arguments, chosen] { *chosen = [arguments] { return Recognize(*arguments); }; });
+      .Add("--figure", arguments->figure,
+           "Draw FILE.png (F over milk), FILE_areas.png, FILE_time.png and\n"
+           "FILE_images_MARKER.png")
+      .Type("FILE.png");
+  recognize.Flag("--json", arguments->json, "Print the result as JSON on stdout");
+  recognize.Flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
+  recognize.Runs([arguments] { return Recognize(*arguments); });
 }
 
 }  // namespace turbidock::recognition

@@ -5,6 +5,6 @@
 
 namespace turbidock::recognition {
 
-void AddRecognize(CLI::App& app, app::Command* chosen);
+void AddRecognize(app::CommandLine& line);
 
 }  // namespace turbidock::recognition

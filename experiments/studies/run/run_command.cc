@@ -45,37 +45,37 @@ int Run(const RunArguments& arguments) {
 
 }  // namespace
 
-void AddRun(CLI::App& app, app::Command* chosen) {
+void AddRun(app::CommandLine& line) {
   auto arguments = std::make_shared<RunArguments>();
-  CLI::App* run = app.add_subcommand("run", "Run one docking trial");
-  run->add_option("scenario", arguments->scenario,
-                  "YAML file or the name of a bundled scenario (see `turbidock scenarios`)")
-      ->required();
-  run->add_option("--set", arguments->assignments,
-                  "Set one key, such as water.milk_ml_m3=20; may be repeated")
-      ->type_name("KEY=VALUE")
-      ->allow_extra_args(false);
-  run->add_option("--gains", arguments->gains,
-                  "Gains file, such as `turbidock tune` writes, read over the scenario");
-  run->add_option("--seed", arguments->seed, "Root of all randomness; as --set seed=N");
-  run->add_option("--resolution", arguments->resolution,
-                  "Size of both cameras' images with the same field of view, such as 320x240")
-      ->type_name("WxH");
-  CLI::Option* out =
-      run->add_option("--out", arguments->out,
-                      "Folder for result.json, resolved.yaml, trajectory.csv and figure.png")
-          ->check(CLI::Validator(
+  app::Subcommand run = line.Add("run", "Run one docking trial");
+  run.Add("scenario", arguments->scenario,
+          "YAML file or the name of a bundled scenario (see `turbidock scenarios`)")
+      .Required();
+  run.Add("--set", arguments->assignments,
+          "Set one key, such as water.milk_ml_m3=20; may be repeated")
+      .Type("KEY=VALUE")
+      .OneValueEach();
+  run.Add("--gains", arguments->gains,
+          "Gains file, such as `turbidock tune` writes, read over the scenario");
+  run.Add("--seed", arguments->seed, "Root of all randomness; as --set seed=N");
+  run.Add("--resolution", arguments->resolution,
+          "Size of both cameras' images with the same field of view, such as 320x240")
+      .Type("WxH");
+  app::Option out =
+      run.Add("--out", arguments->out,
+              "Folder for result.json, resolved.yaml, trajectory.csv and figure.png")
+          .Check(
               [](const std::string& path) { return path.empty() ? "the folder has no name" : ""; },
-              "FOLDER"));
-  run->add_flag("--video", arguments->video, "Also make video.mp4 in the folder")->needs(out);
-  run->add_flag("--json", arguments->json, "Print the result as JSON on stdout");
-  run->add_flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
+              "FOLDER");
+  run.Flag("--video", arguments->video, "Also make video.mp4 in the folder").Needs(out);
+  run.Flag("--json", arguments->json, "Print the result as JSON on stdout");
+  run.Flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
   std::vector<std::string> outcomes;
   outcomes.reserve(EnumNames<trial::Outcome>::kNames.size());
   for (const auto& [outcome, name] : EnumNames<trial::Outcome>::kNames) outcomes.push_back(name);
-  run->add_option("--expect", arguments->expect, "Exit with 1 when the trial ends otherwise")
-      ->check(CLI::IsMember(outcomes));
-  run->callback([arguments, chosen] { *chosen = [arguments] { return Run(*arguments); }; });
+  run.Add("--expect", arguments->expect, "Exit with 1 when the trial ends otherwise")
+      .OneOf(outcomes);
+  run.Runs([arguments] { return Run(*arguments); });
 }
 
 }  // namespace turbidock::run

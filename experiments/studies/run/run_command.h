@@ -5,6 +5,6 @@
 
 namespace turbidock::run {
 
-void AddRun(CLI::App& app, app::Command* chosen);
+void AddRun(app::CommandLine& line);
 
 }  // namespace turbidock::run

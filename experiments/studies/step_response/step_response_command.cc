@@ -10,9 +10,9 @@
 
 #include "experiments/app/progress.h"
 #include "experiments/config/yaml_fields.h"
+#include "experiments/media/gnuplot.h"
 #include "experiments/studies/step_response/step_response.h"
 #include "experiments/studies/step_response/step_response_report.h"
-#include "experiments/media/gnuplot.h"
 #include "experiments/system/output_path.h"
 #include "experiments/trial/scenario.h"
 #include "experiments/trial/trial_files.h"
@@ -72,47 +72,40 @@ int Measure(const StepArguments& arguments) {
 
 }  // namespace
 
-void AddStepResponse(CLI::App& app, app::Command* chosen) {
+void AddStepResponse(app::CommandLine& line) {
   auto arguments = std::make_shared<StepArguments>();
-  CLI::App* step = app.add_subcommand(
-      "step-response", "Measure how the closed loop answers steps, forces and sinusoids");
-  step->add_option("scenario", arguments->scenario,
-                   "YAML file or the name of a bundled scenario (see `turbidock scenarios`)")
-      ->capture_default_str();
-  step->add_option("--set", arguments->assignments,
-                   "Set one key, such as controller=lqg; may be repeated")
-      ->type_name("KEY=VALUE")
-      ->allow_extra_args(false);
-  step->add_option("--gains", arguments->gains, "Gains file, read over the scenario");
-  step->add_option("--axis", arguments->axis, "Which axis")
-      ->check(CLI::IsMember({"all", "x", "y", "z", "yaw"}))
-      ->capture_default_str();
-  CLI::Option* cameras =
-      step->add_flag("--cameras", arguments->cameras, "See through the cameras: much slower");
-  step->add_flag("--true-pose", arguments->true_pose,
-                 "See the true pose with noise and delay (the default)")
-      ->excludes(cameras);
-  step->add_flag("--sea", arguments->sea,
-                 "In the scenario's current and waves, not in still water");
-  step->add_flag("--no-noise", arguments->no_noise, "Without noise on the true pose");
+  app::Subcommand step =
+      line.Add("step-response", "Measure how the closed loop answers steps, forces and sinusoids");
+  step.Add("scenario", arguments->scenario,
+           "YAML file or the name of a bundled scenario (see `turbidock scenarios`)")
+      .ShowsDefault();
+  step.Add("--set", arguments->assignments, "Set one key, such as controller=lqg; may be repeated")
+      .Type("KEY=VALUE")
+      .OneValueEach();
+  step.Add("--gains", arguments->gains, "Gains file, read over the scenario");
+  step.Add("--axis", arguments->axis, "Which axis")
+      .OneOf({"all", "x", "y", "z", "yaw"})
+      .ShowsDefault();
+  app::Option cameras =
+      step.Flag("--cameras", arguments->cameras, "See through the cameras: much slower");
+  step.Flag("--true-pose", arguments->true_pose,
+            "See the true pose with noise and delay (the default)")
+      .Excludes(cameras);
+  step.Flag("--sea", arguments->sea, "In the scenario's current and waves, not in still water");
+  step.Flag("--no-noise", arguments->no_noise, "Without noise on the true pose");
   StepOptions& options = arguments->options;
-  step->add_option("--step", options.step_m, "Step of x, y and z in m")
-      ->check(CLI::Range(0.001, 0.5))
-      ->capture_default_str();
-  step->add_option("--turn", options.step_rad, "Step of yaw in rad")
-      ->check(CLI::Range(0.001, 0.5))
-      ->capture_default_str();
-  step->add_option("--force", options.force_newton, "Push on x, y and z in N")
-      ->check(CLI::Range(0.001, 100.0))
-      ->capture_default_str();
-  step->add_option("--volts", options.volts, "Amplitude of the sinusoids that measure the loop")
-      ->check(CLI::Range(0.01, 2.5))
-      ->capture_default_str();
-  step->add_option("--out", arguments->out, "Folder for step_response.json, .csv and .png");
-  step->add_flag("--json", arguments->json, "Print the result as JSON on stdout");
-  step->add_flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
-  step->callback(
-      [arguments, chosen] { *chosen = [arguments] { return Measure(*arguments); }; });
+  step.Add("--step", options.step_m, "Step of x, y and z in m").Between(0.001, 0.5).ShowsDefault();
+  step.Add("--turn", options.step_rad, "Step of yaw in rad").Between(0.001, 0.5).ShowsDefault();
+  step.Add("--force", options.force_newton, "Push on x, y and z in N")
+      .Between(0.001, 100.0)
+      .ShowsDefault();
+  step.Add("--volts", options.volts, "Amplitude of the sinusoids that measure the loop")
+      .Between(0.01, 2.5)
+      .ShowsDefault();
+  step.Add("--out", arguments->out, "Folder for step_response.json, .csv and .png");
+  step.Flag("--json", arguments->json, "Print the result as JSON on stdout");
+  step.Flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
+  step.Runs([arguments] { return Measure(*arguments); });
 }
 
 }  // namespace turbidock::step_response

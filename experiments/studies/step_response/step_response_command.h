@@ -5,6 +5,6 @@
 
 namespace turbidock::step_response {
 
-void AddStepResponse(CLI::App& app, app::Command* chosen);
+void AddStepResponse(app::CommandLine& line);
 
 }  // namespace turbidock::step_response

@@ -9,9 +9,9 @@
 #include "experiments/app/plan_arguments.h"
 #include "experiments/app/progress.h"
 #include "experiments/config/data_files.h"
+#include "experiments/media/gnuplot.h"
 #include "experiments/studies/tuning/tuner.h"
 #include "experiments/studies/tuning/tuning_report.h"
-#include "experiments/media/gnuplot.h"
 #include "experiments/system/output_path.h"
 #include "experiments/trial/trial_files.h"
 
@@ -89,25 +89,24 @@ int ListStudies() {
 
 }  // namespace
 
-void AddTune(CLI::App& app, app::Command* chosen) {
+void AddTune(app::CommandLine& line) {
   auto arguments = std::make_shared<TuneArguments>();
-  CLI::App* tune = app.add_subcommand("tune", "Tune controller gains over closed-loop trials");
-  tune->add_option("study", arguments->study,
-                   "YAML file or the name of a bundled study (see `turbidock studies`)")
-      ->required();
-  tune->add_option(
-          "--out", arguments->out,
-          "Folder for gains.yaml, report and every evaluation; one that holds a part of the "
-          "study is gone on with")
-      ->required();
-  tune->add_option("--workers", arguments->workers, "Processes that run trials")
-      ->check(CLI::Range(1, 1024))
-      ->capture_default_str();
-  tune->add_flag("--json", arguments->json, "Print the report as JSON on stdout");
-  tune->add_flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
-  tune->callback([arguments, chosen] { *chosen = [arguments] { return Tune(*arguments); }; });
-  CLI::App* studies = app.add_subcommand("studies", "List the bundled studies");
-  studies->callback([chosen] { *chosen = ListStudies; });
+  app::Subcommand tune = line.Add("tune", "Tune controller gains over closed-loop trials");
+  tune.Add("study", arguments->study,
+           "YAML file or the name of a bundled study (see `turbidock studies`)")
+      .Required();
+  tune.Add("--out", arguments->out,
+           "Folder for gains.yaml, report and every evaluation; one that holds a part of the "
+           "study is gone on with")
+      .Required();
+  tune.Add("--workers", arguments->workers, "Processes that run trials")
+      .Between(1, 1024)
+      .ShowsDefault();
+  tune.Flag("--json", arguments->json, "Print the report as JSON on stdout");
+  tune.Flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
+  tune.Runs([arguments] { return Tune(*arguments); });
+  app::Subcommand studies = line.Add("studies", "List the bundled studies");
+  studies.Runs(ListStudies);
 }
 
 }  // namespace turbidock::tuning

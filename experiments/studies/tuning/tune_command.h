@@ -5,6 +5,6 @@
 
 namespace turbidock::tuning {
 
-void AddTune(CLI::App& app, app::Command* chosen);
+void AddTune(app::CommandLine& line);
 
 }  // namespace turbidock::tuning

@@ -61,7 +61,7 @@ class GateProgram : public ::testing::Test {
     fs::create_directories(to / "bin");
     fs::copy_file(ProgramPath(), to / "bin/turbidock");
     fs::create_directories(to / "share/turbidock");
-    for (const char* data : {"models", "assets", "scenarios"})  // links to folders
+    for (const char* data : {"models", "assets"})  // links to folders
       fs::copy(fs::canonical(from / "share/turbidock" / data), to / "share/turbidock" / data,
                fs::copy_options::recursive);
     const fs::path gains = to / "share/turbidock/assets/gains.yaml";
