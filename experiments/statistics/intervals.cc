@@ -53,6 +53,21 @@ std::optional<double> Quantile(std::vector<double> values, double share) {
   return values[below] + (at - static_cast<double>(below)) * (values[above] - values[below]);
 }
 
+std::optional<size_t> MedianRank(size_t values, double tail) {
+  if (values == 0) return std::nullopt;
+  const boost::math::binomial below(static_cast<double>(values), 0.5);
+  for (size_t k = values / 2 + 1; k <= values; ++k)
+    if (boost::math::cdf(below, static_cast<double>(k - 1)) >= 1 - tail) return k;
+  return std::nullopt;
+}
+
+std::optional<Interval> MedianInterval(std::vector<double> values, double confidence) {
+  const std::optional<size_t> rank = MedianRank(values.size(), (1 - confidence) / 2);
+  if (!rank) return std::nullopt;
+  std::sort(values.begin(), values.end());
+  return Interval{values[values.size() - *rank], values[*rank - 1]};
+}
+
 double LogisticFit::At(double dose) const { return Logistic(intercept + slope * dose); }
 
 std::optional<LogisticFit> FitLogistic(const std::vector<DosePoint>& points) {

@@ -24,7 +24,7 @@ PairedComparison ComparePairs(const std::vector<double>& a, const std::vector<do
 double WilcoxonSignedRankP(const std::vector<double>& differences);
 
 // McNemar's exact test, two-sided: of pairs in which exactly one of both succeeded, `only_a` and
-// `only_b` times.
+// `only_b` times. It is the sign test, too: that a difference is as likely up as down.
 double McNemarExactP(int64_t only_a, int64_t only_b);
 
 }  // namespace turbidock::statistics

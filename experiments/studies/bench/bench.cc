@@ -12,6 +12,7 @@
 #include <optional>
 #include <utility>
 
+#include "experiments/statistics/intervals.h"
 #include "experiments/studies/bench/bare_renderer.h"
 #include "experiments/system/build_info.h"
 #include "experiments/system/subprocess.h"
@@ -133,20 +134,13 @@ class BlockRecorder {
   std::vector<Block> blocks_;
 };
 
-double Quantile(std::vector<double> values, double share) {
-  const auto nth =
-      values.begin() + std::lround(share * static_cast<double>(std::ssize(values) - 1));
-  std::nth_element(values.begin(), nth, values.end());
-  return *nth;
-}
-
 // The median over the repeats of what a block's number is.
 template <class Number>
 double MedianOf(const std::vector<std::vector<Block>>& repeats, size_t block, Number&& number) {
   std::vector<double> values;
   values.reserve(repeats.size());
   for (const auto& blocks : repeats) values.push_back(number(blocks[block]));
-  return Quantile(std::move(values), 0.5);
+  return *statistics::Median(std::move(values));
 }
 
 // The statistics of all blocks, by repeat and place in the trial.
@@ -180,8 +174,8 @@ void Summarise(const std::vector<std::vector<Block>>& repeats, BenchResult* resu
   std::vector<double> ratios;
   for (const auto& blocks : repeats)
     for (const Block& block : blocks) ratios.push_back(block.frame_s / block.bare_s);
-  result->ratio_to_bare = {Quantile(ratios, 0.25), Quantile(ratios, 0.5),
-                           Quantile(ratios, 0.75)};
+  result->ratio_to_bare = {*statistics::Quantile(ratios, 0.25), *statistics::Quantile(ratios, 0.5),
+                           *statistics::Quantile(ratios, 0.75)};
   result->evaluations_per_s =
       result->evaluations / result->stages_s[static_cast<size_t>(LoopStage::kEstimate)];
 }
@@ -252,7 +246,7 @@ WorkerCost MeasureWorker(const std::string& program, const std::vector<std::stri
   std::vector<double> seconds;
   seconds.reserve(kStartUpRepeats);
   for (int i = 0; i < kStartUpRepeats; ++i) seconds.push_back(Timed([&] { run("0.001"); }).first);
-  cost.start_up_s = Quantile(seconds, 0.5);
+  cost.start_up_s = *statistics::Quantile(seconds, 0.5);
   cost.peak_memory_mib = run("2").at("peak_memory_mib");
   return cost;
 }

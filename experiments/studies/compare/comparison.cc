@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/math/distributions/binomial.hpp>
 #include <boost/math/distributions/normal.hpp>
 #include <cmath>
 #include <limits>
@@ -12,6 +11,7 @@
 
 #include "experiments/config/nearest_name.h"
 #include "experiments/media/gnuplot.h"
+#include "experiments/statistics/paired_tests.h"
 #include "sim/base/check.h"
 
 namespace turbidock::compare {
@@ -69,14 +69,6 @@ std::map<Key, Candidate> ByKey(const farm::ResultStore& store,
   return trials;
 }
 
-// Two-sided exact test that hits and misses are equally likely.
-double SignTestPValue(int64_t hits, int64_t misses) {
-  const int64_t n = hits + misses;
-  if (n == 0) return 1;
-  const boost::math::binomial fair(static_cast<double>(n), 0.5);
-  return std::min(1.0, 2 * boost::math::cdf(fair, static_cast<double>(std::min(hits, misses))));
-}
-
 std::optional<double> MetricOf(const farm::TrialRecord& record, const std::string& name) {
   if (name == "time_s") return record.time_s;
   const auto metric = [&](const std::string& wanted) -> std::optional<double> {
@@ -93,17 +85,6 @@ std::optional<double> MetricOf(const farm::TrialRecord& record, const std::strin
              z = metric("final_error_true_z_m");
   if (!x || !y || !z) return std::nullopt;
   return std::hypot(*x, *y, *z);
-}
-
-// Of the median behind sorted values, 95 %; nothing when there are too few.
-std::optional<statistics::Interval> MedianInterval(const std::vector<double>& sorted) {
-  if (sorted.empty()) return std::nullopt;
-  const auto n = static_cast<double>(sorted.size());
-  const boost::math::binomial below(n, 0.5);
-  if (boost::math::cdf(below, 0) > kTail) return std::nullopt;
-  size_t rank = 0;  // the value of this rank, from 0, is above the median too rarely to matter
-  while (boost::math::cdf(below, static_cast<double>(rank + 1)) <= kTail) ++rank;
-  return statistics::Interval{sorted[rank], sorted[sorted.size() - 1 - rank]};
 }
 
 }  // namespace
@@ -149,7 +130,7 @@ RateComparison CompareRates(const std::vector<TrialPair>& pairs) {
   const double half =
       z * std::sqrt(lost + gained - (gained - lost) * (gained - lost) / total) / total;
   c.interval = {std::max(-1.0, middle - half), std::min(1.0, middle + half)};
-  c.p_value = SignTestPValue(c.lost, c.gained);
+  c.p_value = statistics::McNemarExactP(c.lost, c.gained);
   return c;
 }
 
@@ -170,10 +151,10 @@ MetricComparison CompareMetric(const std::vector<TrialPair>& pairs, const std::s
   c.pairs = std::ssize(differences);
   c.median_a = statistics::Median(std::move(in_a));
   c.median_b = statistics::Median(std::move(in_b));
-  c.interval = MedianInterval(differences);
+  c.interval = statistics::MedianInterval(differences);
   c.median_difference = statistics::Median(std::move(differences));
   c.larger_share = statistics::WilsonInterval(c.larger, c.larger + c.smaller);
-  c.p_value = SignTestPValue(c.larger, c.smaller);
+  c.p_value = statistics::McNemarExactP(c.larger, c.smaller);
   return c;
 }
 

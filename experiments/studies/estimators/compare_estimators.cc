@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <ctime>
 #include <nlohmann/json.hpp>
@@ -41,7 +42,38 @@ struct Start {
 struct OneRun {
   double error_m = 0, rotation_rad = 0, detected = 0, fitness = 0, frame_s = 0, evaluations = 0;
   int found_frame = 0;  // the first of those found without a break to the end, from 1; 0: none
+  Pose true_X_HM;       // at the end
 };
+
+// From a worker to the program.
+void to_json(Json& json, const OneRun& run) {
+  const Pose& X = run.true_X_HM;
+  json = {{"error_m", run.error_m},
+          {"rotation_rad", run.rotation_rad},
+          {"detected", run.detected},
+          {"fitness", run.fitness},
+          {"frame_s", run.frame_s},
+          {"evaluations", run.evaluations},
+          {"found_frame", run.found_frame},
+          {"position_m", {X.p.x(), X.p.y(), X.p.z()}},
+          {"quaternion_wxyz", {X.q.w(), X.q.x(), X.q.y(), X.q.z()}}};
+}
+
+void from_json(const Json& json, OneRun& run) {
+  const auto get = [&json](const char* key, auto* value) { json.at(key).get_to(*value); };
+  get("error_m", &run.error_m);
+  get("rotation_rad", &run.rotation_rad);
+  get("detected", &run.detected);
+  get("fitness", &run.fitness);
+  get("frame_s", &run.frame_s);
+  get("evaluations", &run.evaluations);
+  get("found_frame", &run.found_frame);
+  std::array<double, 3> p{};
+  std::array<double, 4> q{};
+  get("position_m", &p);
+  get("quaternion_wxyz", &q);
+  run.true_X_HM = {Eigen::Quaterniond(q[0], q[1], q[2], q[3]), Eigen::Vector3d(p[0], p[1], p[2])};
+}
 
 bool IsFound(const CompareOptions& options, double error_m, double rotation_rad) {
   return error_m <= options.found_m && rotation_rad <= options.found_rad;
@@ -75,6 +107,7 @@ OneRun RunOne(const CompareOptions& options, vision::PoseEstimator* estimator, c
     run.detected += estimate.detected ? 1.0 / static_cast<double>(frames - first_judged) : 0;
   }
   run.frame_s = *statistics::Median(times_s);
+  run.true_X_HM = start.true_X_HM.back();
   return run;
 }
 
@@ -100,7 +133,7 @@ trial::Scenario PoolScenario(recognition::MarkerKind marker,
   return trial::LoadScenario(fmt::format("pool_{}", NameOf(marker)), assignments);
 }
 
-// All milks, starts and estimators of a job: [milk][estimator][start] of numbers.
+// All milks, estimators and starts of a job: [milk][estimator][start].
 std::string RunJob(const CompareOptions& options, const Job& job) {
   trial::Scenario scenario = PoolScenario(job.marker, options.assignments);
   const StereoRig rig = scenario.rig.MakeRig();
@@ -145,11 +178,7 @@ std::string RunJob(const CompareOptions& options, const Job& job) {
         ++done[m];
         for (size_t e = 0; e < options.estimators.size(); ++e) {
           const auto estimator = MakeEstimator(options.estimators[e], scenario, seed);
-          const OneRun o = RunOne(options, estimator.get(), start);
-          const Pose& X_HM = start.true_X_HM.back();
-          out[m][e].push_back({o.error_m, o.rotation_rad, o.detected, o.fitness, o.frame_s,
-                               o.evaluations, X_HM.p.x(), X_HM.p.y(), X_HM.p.z(), X_HM.q.w(),
-                               X_HM.q.x(), X_HM.q.y(), X_HM.q.z(), o.found_frame});
+          out[m][e].push_back(RunOne(options, estimator.get(), start));
         }
       }
       first_view += true_X_HM.size();
@@ -158,44 +187,34 @@ std::string RunJob(const CompareOptions& options, const Job& job) {
   return Json(out).dump();
 }
 
-// The ranks between which the median lies with 95 % confidence, by the binomial distribution's
-// normal approximation.
-statistics::Interval MedianInterval(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  const auto n = static_cast<double>(values.size());
-  const double half = 0.98 * std::sqrt(n);
-  const auto at = [&](double rank) {
-    return values[static_cast<size_t>(std::clamp(rank, 0.0, n - 1))];
-  };
-  return {at(std::floor(0.5 * n - half)), at(std::ceil(0.5 * n + half) - 1)};
+// Where there are too few for one, between all values.
+statistics::Interval MedianInterval(const std::vector<double>& values) {
+  const auto [least, most] = std::ranges::minmax(values);
+  return statistics::MedianInterval(values).value_or(statistics::Interval{least, most});
 }
 
 CompareRow RowOf(const recognition::RecognitionCell& cell, const std::string& estimator,
-                 const Json& starts, const CompareOptions& options) {
+                 const std::vector<OneRun>& runs, const CompareOptions& options) {
   CompareRow row;
   row.cell = cell;
   row.estimator = estimator;
+  row.starts = static_cast<int>(runs.size());
   std::vector<double> times_s;
   std::vector<int> found_frames;
-  const auto count = static_cast<double>(starts.size());
-  for (const Json& start : starts) {
-    const double error_m = start[0], rotation_rad = start[1];
-    row.errors_m.push_back(error_m);
-    row.rotations_rad.push_back(rotation_rad);
-    row.detected += start[2].get<double>() / count;
-    row.fitness.push_back(start[3]);
-    row.fitness_mean += row.fitness.back() / count;
-    times_s.push_back(start[4]);
-    row.evaluations_per_frame += start[5].get<double>() / count;
-    const bool found = IsFound(options, error_m, rotation_rad);
+  for (const OneRun& run : runs) {
+    row.errors_m.push_back(run.error_m);
+    row.rotations_rad.push_back(run.rotation_rad);
+    row.fitness.push_back(run.fitness);
+    row.detected += run.detected / row.starts;
+    row.fitness_mean += run.fitness / row.starts;
+    row.evaluations_per_frame += run.evaluations / row.starts;
+    times_s.push_back(run.frame_s);
+    const bool found = IsFound(options, run.error_m, run.rotation_rad);
     row.found += found;
     row.is_found.push_back(found);
-    if (const int frame = start[13]; frame > 0) found_frames.push_back(frame);
+    if (run.found_frame > 0) found_frames.push_back(run.found_frame);
     if (!found && options.task != CompareTask::kAbsent)
-      row.misses.push_back({Pose{Eigen::Quaterniond(start[9], start[10], start[11], start[12]),
-                                 Eigen::Vector3d(start[6], start[7], start[8])},
-                            error_m, rotation_rad, row.fitness.back()});
-    ++row.starts;
+      row.misses.push_back({run.true_X_HM, run.error_m, run.rotation_rad, run.fitness});
   }
   if (row.starts == 0) return row;
   row.found_interval = statistics::WilsonInterval(row.found, row.starts);
@@ -301,11 +320,11 @@ std::vector<CompareRow> CompareEstimators(const CompareOptions& options) {
       parts.push_back(Json::parse(texts[end]));
     for (size_t m = 0; m < options.milk_ml_m3.size(); ++m)
       for (size_t e = 0; e < options.estimators.size(); ++e) {
-        Json starts = Json::array();
+        std::vector<OneRun> runs;
         for (const Json& part : parts)
-          starts.insert(starts.end(), part[m][e].begin(), part[m][e].end());
+          for (const Json& run : part[m][e]) runs.push_back(run.get<OneRun>());
         rows.push_back(RowOf({job.marker, options.milk_ml_m3[m], job.distance_m},
-                             options.estimators[e], starts, options));
+                             options.estimators[e], runs, options));
       }
   }
   return rows;

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/math/distributions/binomial.hpp>
 #include <utility>
 
 #include "sim/base/check.h"
@@ -28,16 +27,6 @@ std::optional<double> SuccessRate(const std::vector<GateTrial>& trials) {
   const auto docked =
       std::count_if(trials.begin(), trials.end(), [](const GateTrial& t) { return t.docked(); });
   return static_cast<double>(docked) / static_cast<double>(trials.size());
-}
-
-// The k-th smallest value (from 1) is above the median with probability 1 - tail at least, the k-th
-// largest below it; nothing when there are too few values.
-std::optional<size_t> MedianRank(size_t values, double tail) {
-  if (values == 0) return std::nullopt;
-  const boost::math::binomial below(static_cast<double>(values), 0.5);
-  for (size_t k = values / 2 + 1; k <= values; ++k)
-    if (boost::math::cdf(below, static_cast<double>(k - 1)) >= 1 - tail) return k;
-  return std::nullopt;
 }
 
 }  // namespace
@@ -110,8 +99,7 @@ class ConditionJudge::RateMeasure : public Measure {
 
  private:
   static statistics::RateTestDesign Design(const std::string& condition,
-                                                 const JudgeOptions& options, int docked,
-                                                 int trials) {
+                                           const JudgeOptions& options, int docked, int trials) {
     // one-sided bounds at alpha / 2 and beta / 2
     const double low = statistics::ClopperPearsonInterval(docked, trials, 1 - options.alpha).low;
     const double high = statistics::ClopperPearsonInterval(docked, trials, 1 - options.beta).high;
@@ -156,8 +144,8 @@ class ConditionJudge::MedianMeasure : public Measure {
                                    options.max_trials)) {
     if (options.paired) return;
     const std::vector<double> values = ValuesOf(baseline, value);
-    const auto high = MedianRank(values.size(), options.alpha / 2);
-    const auto low = MedianRank(values.size(), options.beta / 2);
+    const auto high = statistics::MedianRank(values.size(), options.alpha / 2);
+    const auto low = statistics::MedianRank(values.size(), options.beta / 2);
     if (!high || !low)
       FailBaseline(condition, fmt::format("with other seeds than the baseline's, its {} docked "
                                           "trials are too few to bound the median {}",
