@@ -4,10 +4,10 @@
 #include <chrono>
 #include <iterator>
 
+#include "experiments/farm/keep_busy.h"
+
 namespace turbidock::farm {
 namespace {
-
-constexpr double kPoll_s = 1;  // how late progress and a stop may be
 
 double SecondsSince(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -22,29 +22,29 @@ void Run(const Plan& plan, const std::vector<int64_t>& trials, const BatchOption
   TrialPool pool(static_cast<int>(std::min(most, std::ssize(trials))),
                  {.time_limit_s = plan.settings().trial_time_limit_s});
   size_t next = 0;
-  while (next < trials.size() || pool.pending() > 0) {
-    // One ahead for each worker: none waits while a result is stored.
-    while (next < trials.size() && pool.pending() < 2 * static_cast<size_t>(pool.workers())) {
-      const TrialSpec spec = plan.Trial(trials[next++]);
-      pool.Submit({.id = spec.trial,
-                   .scenario = plan.ScenarioOf(spec),
-                   .series_every_frames = plan.settings().series_every_frames});
-    }
-    const std::optional<TrialRecord> record = pool.Next(kPoll_s);
+  const auto submit_one = [&] {
+    if (next == trials.size()) return false;
+    const TrialSpec spec = plan.Trial(trials[next++]);
+    pool.Submit({.id = spec.trial,
+                 .scenario = plan.ScenarioOf(spec),
+                 .series_every_frames = plan.settings().series_every_frames});
+    return true;
+  };
+  const auto take_one = [&](const TrialRecord& record) {
+    const TrialSpec spec = plan.Trial(record.trial);
+    const StoredTrial trial = {spec.cell, spec.sample, spec.parameters, record};
+    take(trial);
+    ++progress->done;
+    ++progress->done_now;
+    progress->successes += record.success();
+    progress->worker_time_s += record.wall_time_s;
+    if (options.on_trial) options.on_trial(trial);
+  };
+  KeepBusy(&pool, submit_one, take_one, [&] {
     progress->wall_time_s = SecondsSince(start);
-    if (options.stop_requested && options.stop_requested()) return;
-    if (record) {
-      const TrialSpec spec = plan.Trial(record->trial);
-      const StoredTrial trial = {spec.cell, spec.sample, spec.parameters, *record};
-      take(trial);
-      ++progress->done;
-      ++progress->done_now;
-      progress->successes += record->success();
-      progress->worker_time_s += record->wall_time_s;
-      if (options.on_trial) options.on_trial(trial);
-    }
     if (options.on_progress) options.on_progress(*progress);
-  }
+    return !options.stop_requested || !options.stop_requested();
+  });
 }
 
 }  // namespace

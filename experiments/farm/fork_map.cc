@@ -2,14 +2,14 @@
 
 #include <algorithm>
 
+#include "experiments/farm/keep_busy.h"
 #include "experiments/farm/worker_pool.h"
 #include "sim/base/check.h"
 
 namespace turbidock::farm {
 namespace {
 
-// How often a request to stop is looked for, and the longest that a job may take.
-constexpr double kPoll_s = 0.2, kTimeLimit_s = 24 * 3600;
+constexpr double kTimeLimit_s = 24 * 3600;  // of a job
 
 std::string OutputOf(JobResult result) {
   switch (result.end) {
@@ -47,14 +47,18 @@ std::vector<std::string> ForkMap(int jobs, const std::function<std::string(int)>
 
   WorkerPool pool(std::min(options.workers, jobs), {.time_limit_s = kTimeLimit_s},
                   [&work](const std::string& job) { return work(std::stoi(job)); });
-  for (int job = 0; job < jobs; ++job) pool.Submit({.id = job, .input = std::to_string(job)});
-  while (done < jobs) {
-    if (stopped()) return {};
-    if (std::optional<JobResult> result = pool.Next(kPoll_s)) {
-      const auto job = static_cast<int>(result->id);
-      finished(job, OutputOf(*std::move(result)));
-    }
-  }
+  int next = 0;
+  const auto submit_one = [&] {
+    if (next == jobs) return false;
+    pool.Submit({.id = next, .input = std::to_string(next)});
+    ++next;
+    return true;
+  };
+  const auto take = [&](JobResult result) {
+    const auto job = static_cast<int>(result.id);
+    finished(job, OutputOf(std::move(result)));
+  };
+  if (!KeepBusy(&pool, submit_one, take, [&] { return !stopped(); }) && done < jobs) return {};
   return results;
 }
 

@@ -15,7 +15,7 @@
 #include "sim/base/clock.h"
 #include "sim/base/fields.h"
 #include "sim/base/pose.h"
-#include "sim/camera/stereo_camera.h"
+#include "sim/camera/camera_params.h"
 #include "sim/light/marine_snow.h"
 #include "sim/light/optics_params.h"
 #include "sim/vehicle/scene.h"
@@ -24,7 +24,7 @@
 #include "sim/view/gl_context.h"
 #include "vision/hue_labels.h"
 #include "vision/marker_model.h"
-#include "vision/rm_ga.h"
+#include "vision/rm_ga_options.h"
 
 namespace turbidock::config {
 struct KeyDoc;

@@ -7,26 +7,17 @@
 #include "sim/base/image.h"
 #include "sim/base/random.h"
 #include "sim/base/stage_timer.h"
+#include "sim/camera/camera_params.h"
 #include "sim/camera/exposure.h"
 #include "sim/camera/image_sensor.h"
 #include "sim/camera/lens.h"
-#include "sim/camera/sensor_params.h"
 #include "sim/light/marine_snow.h"
-#include "sim/light/optics_params.h"
 #include "sim/light/radiance.h"
 #include "sim/light/surfaces.h"
 #include "sim/light/water.h"
 #include "sim/view/rendered.h"
 
 namespace turbidock::camera {
-
-// Everything between what a camera has before it and its 8-bit images, as data.
-struct CameraParams {
-  light::OpticsParams optics;
-  light::SnowParams snow;
-  LensParams lens;
-  SensorParams sensor;
-};
 
 // Water and sensor at work on the same few rows, which stay in cache from one to the other. The
 // images are those of Water::Apply and ImageSensor::Expose.

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "sim/base/random.h"
+#include "sim/light/water.h"
 
 namespace turbidock::light {
 namespace {

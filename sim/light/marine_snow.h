@@ -14,10 +14,11 @@
 #include "sim/base/fields.h"
 #include "sim/base/image.h"
 #include "sim/light/radiance.h"
-#include "sim/light/water.h"
 #include "sim/view/rendered.h"
 
 namespace turbidock::light {
+
+class Water;
 
 struct SnowParams {
   double flakes_per_m3 = 0;

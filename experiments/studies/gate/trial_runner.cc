@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "experiments/farm/keep_busy.h"
 #include "sim/base/check.h"
 
 namespace turbidock::gate {
@@ -41,22 +42,26 @@ GateTrialRunner::GateTrialRunner(const GatePlan& plan, std::vector<std::string> 
 
 std::vector<GateTrial> GateTrialRunner::Run(const std::vector<GateRequest>& requests,
                                             const std::function<bool()>& stop) {
-  for (size_t i = 0; i < requests.size(); ++i)
+  size_t next = 0;
+  const auto submit_one = [&] {
+    if (next == requests.size()) return false;
+    const GateRequest& request = requests[next];
     pool_.Submit(
-        {.id = static_cast<int64_t>(i),
-         .scenario = plan_.conditions[requests[i].condition].Load(assignments_, requests[i].seed)});
+        {.id = static_cast<int64_t>(next),
+         .scenario = plan_.conditions[request.condition].Load(assignments_, request.seed)});
+    ++next;
+    return true;
+  };
   std::vector<GateTrial> trials(requests.size());
-  while (pool_.pending() > 0) {
-    if (stop()) return {};
-    const std::optional<farm::TrialRecord> record = pool_.Next(/*timeout_s=*/1);
-    if (!record) continue;
-    const GateRequest& request = requests[static_cast<size_t>(record->trial)];
-    if (record->digest.empty())
+  const auto take = [&](const farm::TrialRecord& record) {
+    const GateRequest& request = requests[static_cast<size_t>(record.trial)];
+    if (record.digest.empty())
       throw SimulatorFault(fmt::format("condition '{}', seed {}: the trial {}: {}\n{}",
                                        plan_.conditions[request.condition].name, request.seed,
-                                       record->outcome, record->reason, record->log));
-    trials[static_cast<size_t>(record->trial)] = GateTrialOf(*record);
-  }
+                                       record.outcome, record.reason, record.log));
+    trials[static_cast<size_t>(record.trial)] = GateTrialOf(record);
+  };
+  if (!farm::KeepBusy(&pool_, submit_one, take, [&] { return !stop(); })) return {};
   return trials;
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <deque>
 
+#include "experiments/farm/keep_busy.h"
 #include "experiments/system/build_info.h"
 #include "sim/base/check.h"
 #include "sim/base/fields.h"
@@ -12,7 +13,6 @@
 namespace turbidock::tuning {
 namespace {
 
-constexpr double kPoll_s = 1;
 // Trials of an evaluation are numbered from a multiple of this.
 constexpr int64_t kNumbers = 1'000'000;
 constexpr const char* kPhaseKey = "phase";
@@ -124,29 +124,22 @@ std::vector<Evaluation> Evaluations::Run(const std::string& phase, const farm::P
     return false;
   };
 
-  const auto all_ended = [&] {
-    return std::all_of(running.begin(), running.end(), [](const Running& r) { return r.ended; });
+  const auto take_one = [&](farm::TrialRecord record) {
+    const int64_t id = record.trial, index = id % kNumbers;
+    Running& r = running[static_cast<size_t>(id / kNumbers - running[0].evaluation.number)];
+    store_.Add({.cell = r.evaluation.number,
+                .sample = index,
+                .parameters = parameters(r),
+                .record = record});
+    ++trials_run_;
+    worker_time_s_ += record.wall_time_s;
+    take(&r, index, std::move(record));
   };
-  while (!all_ended()) {
-    // One ahead for each worker: none waits while a result is stored.
-    while (pool_.pending() < 2 * static_cast<size_t>(pool_.workers()) && submit_one()) {
-    }
-    if (all_ended()) break;
-    std::optional<farm::TrialRecord> record = pool_.Next(kPoll_s);
-    if (options_.stop_requested && options_.stop_requested()) throw Stopped();
-    if (record) {
-      const int64_t id = record->trial, index = id % kNumbers;
-      Running& r = running[static_cast<size_t>(id / kNumbers - running[0].evaluation.number)];
-      store_.Add({.cell = r.evaluation.number,
-                  .sample = index,
-                  .parameters = parameters(r),
-                  .record = *record});
-      ++trials_run_;
-      worker_time_s_ += record->wall_time_s;
-      take(&r, index, std::move(*record));
-    }
+  const bool all_ended = farm::KeepBusy(&pool_, submit_one, take_one, [&] {
     if (options_.on_trial) options_.on_trial();
-  }
+    return !options_.stop_requested || !options_.stop_requested();
+  });
+  if (!all_ended) throw Stopped();
   std::vector<Evaluation> evaluations;
   evaluations.reserve(running.size());
   for (Running& r : running) evaluations.push_back(std::move(r.evaluation));
