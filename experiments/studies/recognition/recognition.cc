@@ -147,7 +147,7 @@ CellResult Recognition::RunCell(const RecognitionCell& cell,
   for (int64_t frame = 0; frame < last; ++frame) {
     const std::optional<StereoRegion> region = estimator.Reach();
     if (region)
-      cameras.ExposeHeld(frame, *region, &seen);
+      cameras.ExposeHeld(*region, frame, &seen);
     else
       cameras.ExposeHeld(frame, &seen);
     const PoseEstimate& estimate = estimator.Update(seen);
