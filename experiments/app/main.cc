@@ -14,6 +14,7 @@
 #include "experiments/studies/estimate/estimate_command.h"
 #include "experiments/studies/estimators/compare_estimators_command.h"
 #include "experiments/studies/gate/gate_command.h"
+#include "experiments/studies/measured/page_command.h"
 #include "experiments/studies/recognition/calibrate_command.h"
 #include "experiments/studies/recognition/recognize_command.h"
 #include "experiments/studies/run/run_command.h"
@@ -45,7 +46,7 @@ int ParseAndRun(int argc, char** argv) {
        {bench::AddBench, run::AddRun, AddBatch, AddResults, gate::AddGate, compare::AddCompare,
         estimate::AddEstimate, estimators::AddCompareEstimators, recognition::AddRecognize,
         recognition::AddCalibrate, AddSlurm, tuning::AddTune, step_response::AddStepResponse,
-        AddScenarios, AddSelftest})
+        measured::AddPage, AddScenarios, AddSelftest})
     add(line);
   if (const std::optional<int> code = line.Parse(argc, argv)) return *code;
   if (version) {

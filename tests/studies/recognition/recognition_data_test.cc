@@ -1,5 +1,5 @@
 // The shipped optics against the published tables, by the program's own search, a second a cell.
-// Not asserted is what is missed (experiments/studies/recognition/README.md): the passive marker's RMSE and
+// Not asserted is what is missed (assets/measured/recognition.md): the passive marker's RMSE and
 // the deviations.
 
 #include <gtest/gtest.h>
