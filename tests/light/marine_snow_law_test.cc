@@ -1,6 +1,7 @@
 // Marine snow: its light, its places, and that there is none by default.
 
 #include "sim/light/marine_snow.h"
+#include "sim/light/water.h"
 
 #include <gtest/gtest.h>
 

@@ -14,15 +14,15 @@
 
 namespace turbidock::testing {
 
-using Shape;
-using Surface;
+using light::Shape;
+using light::Surface;
 using view::RenderedStereo;
 using view::RenderedView;
 
-inline Surface Ball(std::string name, const Pose& X_WS, double radius_m,
-                    const Eigen::Vector3d& albedo) {
+inline light::Surface Ball(std::string name, const Pose& X_WS, double radius_m,
+                           const Eigen::Vector3d& albedo) {
   return {.name = std::move(name),
-          .shape = Shape::kSphere,
+          .shape = light::Shape::kSphere,
           .size_m = {radius_m, 0, 0},
           .on_vehicle = false,
           .X_AS = X_WS,
@@ -30,10 +30,10 @@ inline Surface Ball(std::string name, const Pose& X_WS, double radius_m,
           .casts_shadow = true};
 }
 
-inline Surface Block(std::string name, const Pose& X_WS, const Eigen::Vector3d& half_m,
-                     double albedo, bool casts_shadow) {
+inline light::Surface Block(std::string name, const Pose& X_WS, const Eigen::Vector3d& half_m,
+                            double albedo, bool casts_shadow) {
   return {.name = std::move(name),
-          .shape = Shape::kBox,
+          .shape = light::Shape::kBox,
           .size_m = half_m,
           .on_vehicle = false,
           .X_AS = X_WS,
@@ -42,7 +42,7 @@ inline Surface Block(std::string name, const Pose& X_WS, const Eigen::Vector3d& 
 }
 
 // The default marker in front of the station's plate, with the albedos of the path-traced images.
-inline std::vector<Surface> MarkerAndPlate(const Pose& X_WM) {
+inline std::vector<light::Surface> MarkerAndPlate(const Pose& X_WM) {
   const auto at = [&](double x_m, double y_m, double z_m) {
     return X_WM * Pose::Translation(x_m, y_m, z_m);
   };
@@ -54,14 +54,14 @@ inline std::vector<Surface> MarkerAndPlate(const Pose& X_WM) {
 }
 
 // Distance along the unit ray (a, u) in S to a sphere, box or plane; infinite if it misses.
-inline double RayDistance(const Surface& surface, const Eigen::Vector3d& a,
+inline double RayDistance(const light::Surface& surface, const Eigen::Vector3d& a,
                           const Eigen::Vector3d& u) {
   constexpr double kMiss = std::numeric_limits<double>::infinity();
-  if (surface.shape == Shape::kPlane) {
+  if (surface.shape == light::Shape::kPlane) {
     const double t = -a.z() / u.z();
     return t > 0 ? t : kMiss;
   }
-  if (surface.shape == Shape::kSphere) {
+  if (surface.shape == light::Shape::kSphere) {
     const double foot = -a.dot(u), offset2 = (a + foot * u).squaredNorm();
     const double half2 = surface.size_m[0] * surface.size_m[0] - offset2;
     return half2 < 0 || foot < 0 ? kMiss : foot - std::sqrt(half2);
@@ -79,7 +79,7 @@ inline double RayDistance(const Surface& surface, const Eigen::Vector3d& a,
   return nearest;
 }
 
-inline view::RenderedView CastView(const std::vector<Surface>& surfaces,
+inline view::RenderedView CastView(const std::vector<light::Surface>& surfaces,
                                    const CameraIntrinsics& camera, const Pose& X_HC,
                                    const Pose& X_WH) {
   constexpr float kNothing = std::numeric_limits<float>::infinity();
@@ -87,7 +87,7 @@ inline view::RenderedView CastView(const std::vector<Surface>& surfaces,
   view.surface.Resize(camera.width_px, camera.height_px, 0);
   view.depth_m.Resize(camera.width_px, camera.height_px, kNothing);
   std::vector<Pose> X_SC;
-  for (const Surface& s : surfaces)
+  for (const light::Surface& s : surfaces)
     X_SC.push_back(s.X_AS.Inverse() * (s.on_vehicle ? X_HC : X_WH * X_HC));
   for (int v = 0; v < camera.height_px; ++v)
     for (int u = 0; u < camera.width_px; ++u) {
@@ -104,7 +104,7 @@ inline view::RenderedView CastView(const std::vector<Surface>& surfaces,
   return view;
 }
 
-inline view::RenderedStereo Cast(const std::vector<Surface>& surfaces, const StereoRig& rig,
+inline view::RenderedStereo Cast(const std::vector<light::Surface>& surfaces, const StereoRig& rig,
                                  const Pose& X_WH = {}) {
   return {.tick = 0,
           .left = CastView(surfaces, rig.left, rig.X_HL, X_WH),

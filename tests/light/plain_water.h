@@ -1,6 +1,6 @@
 #pragma once
-// The water model of sim/light/water.h written plainly: every pixel by itself, in double precision, with
-// the integrals summed instead of looked up. The oracle for the fast one.
+// The water model of sim/light/water.h written plainly: every pixel by itself, in double precision,
+// with the integrals summed instead of looked up. The oracle for the fast one.
 
 #include <algorithm>
 #include <cmath>
@@ -16,12 +16,12 @@ namespace turbidock::testing {
 
 class PlainWater {
  public:
-  PlainWater(const OpticsParams& params, const StereoRig& rig, const std::vector<Surface>& surfaces,
-             const std::vector<Pose>& X_HE)
+  PlainWater(const light::OpticsParams& params, const StereoRig& rig,
+             const std::vector<light::Surface>& surfaces, const std::vector<Pose>& X_HE)
       : params_(params),
         rig_(rig),
         surfaces_(surfaces),
-        medium_(MakeMedium(params.water)),
+        medium_(light::MakeMedium(params.water)),
         extinction_per_m_(medium_.extinction_per_m()),
         diffuse_per_m_(medium_.Diffuse(params.water.multiple_scattering)) {
     if (params.lamps.enabled)
@@ -29,10 +29,10 @@ class PlainWater {
         lamps_.push_back({X.p, X.q * Eigen::Vector3d::UnitX(), params.lamps});
     if (!params.ball_lights.enabled) return;
     const auto& lights = params.ball_lights;
-    for (const BallLight& light : lights.balls)
+    for (const light::BallLight& light : lights.balls)
       for (size_t geom = 0; geom < surfaces.size(); ++geom)
         if (surfaces[geom].name == "ball_" + light.name) {
-          const Rgb color = light.current_factor * light.color.array();
+          const light::Rgb color = light.current_factor * light.color.array();
           const double R = surfaces[geom].size_m[0], w2 = 2 * std::pow(lights.core_width_m, 2);
           balls_.push_back(
               {static_cast<int>(geom),
@@ -45,7 +45,7 @@ class PlainWater {
   }
 
   // Radiance at a pixel of the left camera.
-  Rgb At(const view::RenderedStereo& rendered, int u, int v) const {
+  light::Rgb At(const view::RenderedStereo& rendered, int u, int v) const {
     const int geom = *rendered.left.surface.at(u, v) - 1;
     const Eigen::Vector3d ray_C = rig_.left.RayAt(u, v);
     const double range_m = geom < 0 ? std::numeric_limits<double>::infinity()
@@ -53,14 +53,14 @@ class PlainWater {
     const Eigen::Vector3d p_HC = rig_.X_HL.p, u_H = rig_.X_HL.q * ray_C.normalized();
     const Pose X_HW = rendered.X_WH.Inverse();
     std::vector<Pose> X_HS;
-    for (const Surface& s : surfaces_) X_HS.push_back(s.on_vehicle ? s.X_AS : X_HW * s.X_AS);
+    for (const light::Surface& s : surfaces_) X_HS.push_back(s.on_vehicle ? s.X_AS : X_HW * s.X_AS);
 
-    Rgb sum = Rgb::Zero();
+    light::Rgb sum = light::Rgb::Zero();
     if (geom >= 0) sum = FromSurface(X_HS, geom, p_HC, u_H, range_m);
     if (medium_.scattering_per_m.maxCoeff() == 0) return sum;
-    for (const Lamp& lamp : lamps_)
-      sum += VeilAlongRay(medium_, diffuse_per_m_, lamp, p_HC, u_H, {params_.water.port_m, range_m},
-                          200);
+    for (const light::Lamp& lamp : lamps_)
+      sum += light::VeilAlongRay(medium_, diffuse_per_m_, lamp, p_HC, u_H,
+                                 {params_.water.port_m, range_m}, 200);
     for (const Ball& ball : balls_) sum += Halo(X_HS, ball, p_HC, u_H, range_m);
     return sum;
   }
@@ -68,23 +68,23 @@ class PlainWater {
  private:
   struct Ball {
     int geom;
-    Rgb rim, core;
-    Glow glow;
+    light::Rgb rim, core;
+    light::Glow glow;
   };
 
-  Rgb FromSurface(const std::vector<Pose>& X_HS, int geom, const Eigen::Vector3d& p_HC,
+  light::Rgb FromSurface(const std::vector<Pose>& X_HS, int geom, const Eigen::Vector3d& p_HC,
                   const Eigen::Vector3d& u_H, double range_m) const {
     const Eigen::Vector3d p_HQ = p_HC + range_m * u_H;
     const Eigen::Vector3d normal_H =
-        X_HS[geom].q * OutwardNormal(surfaces_[geom], X_HS[geom].Inverse() * p_HQ);
-    Rgb irradiance = Rgb::Zero(), emitted = Rgb::Zero();
-    for (const Lamp& lamp : lamps_) {
+        X_HS[geom].q * light::OutwardNormal(surfaces_[geom], X_HS[geom].Inverse() * p_HQ);
+    light::Rgb irradiance = light::Rgb::Zero(), emitted = light::Rgb::Zero();
+    for (const light::Lamp& lamp : lamps_) {
       const Eigen::Vector3d d = p_HQ - lamp.p_HE;
       const double cosine = -normal_H.dot(d.normalized());
       if (cosine > 0 && !Hidden(X_HS, p_HQ, lamp.p_HE, geom, -1))
-        irradiance +=
-            lamp.beam.intensity_w_sr.array() * (-diffuse_per_m_ * d.norm()).exp() *
-            (BeamPattern(lamp.beam, lamp.axis_H.dot(d.normalized())) * cosine / d.squaredNorm());
+        irradiance += lamp.beam.intensity_w_sr.array() * (-diffuse_per_m_ * d.norm()).exp() *
+                      (light::BeamPattern(lamp.beam, lamp.axis_H.dot(d.normalized())) * cosine /
+                       d.squaredNorm());
     }
     for (const Ball& ball : balls_) {
       const Eigen::Vector3d p_HBall = X_HS[ball.geom].p, d = p_HBall - p_HQ;
@@ -105,25 +105,27 @@ class PlainWater {
   }
 
   // The halo along the lit parts of the ray: the box's shadow is found by asking at many points.
-  Rgb Halo(const std::vector<Pose>& X_HS, const Ball& ball, const Eigen::Vector3d& p_HC,
+  light::Rgb Halo(const std::vector<Pose>& X_HS, const Ball& ball, const Eigen::Vector3d& p_HC,
            const Eigen::Vector3d& u_H, double range_m) const {
     constexpr int kSteps = 400;
     const Eigen::Vector3d p_HBall = X_HS[ball.geom].p;
     const double foot_m = u_H.dot(p_HBall - p_HC), offset_m = (p_HBall - p_HC).cross(u_H).norm();
     const auto lit = [&](double t0_m, double t1_m, int samples) {
-      return HaloAlongRay(medium_, diffuse_per_m_, ball.glow, foot_m, offset_m, {t0_m, t1_m},
-                          samples);
+      return light::HaloAlongRay(medium_, diffuse_per_m_, ball.glow, foot_m, offset_m, {t0_m, t1_m},
+                                 samples);
     };
     int box = -1;
     for (size_t i = 0; i < surfaces_.size(); ++i)
-      if (surfaces_[i].casts_shadow && surfaces_[i].shape == Shape::kBox) box = static_cast<int>(i);
-    Rgb sum = lit(0, range_m, 400);
+      if (surfaces_[i].casts_shadow && surfaces_[i].shape == light::Shape::kBox)
+        box = static_cast<int>(i);
+    light::Rgb sum = lit(0, range_m, 400);
     const double end_m = std::min(range_m, foot_m + 2);
     if (box < 0 || !(end_m > 0)) return sum;
     for (int k = 0; k < kSteps; ++k) {
       const double t0_m = end_m * k / kSteps, t1_m = end_m * (k + 1) / kSteps;
       const Pose X_SH = X_HS[box].Inverse();
-      if (SegmentHits(surfaces_[box], X_SH * (p_HC + 0.5 * (t0_m + t1_m) * u_H), X_SH * p_HBall))
+      if (light::SegmentHits(surfaces_[box], X_SH * (p_HC + 0.5 * (t0_m + t1_m) * u_H),
+                             X_SH * p_HBall))
         sum -= lit(t0_m, t1_m, 2);
     }
     return sum.max(0.0);
@@ -134,17 +136,17 @@ class PlainWater {
     for (int i = 0; i < static_cast<int>(surfaces_.size()); ++i) {
       if (!surfaces_[i].casts_shadow || i == lit_geom || i == source_geom) continue;
       const Pose X_SH = X_HS[i].Inverse();
-      if (SegmentHits(surfaces_[i], X_SH * p_HQ, X_SH * p_HSource)) return true;
+      if (light::SegmentHits(surfaces_[i], X_SH * p_HQ, X_SH * p_HSource)) return true;
     }
     return false;
   }
 
-  OpticsParams params_;
+  light::OpticsParams params_;
   StereoRig rig_;
-  std::vector<Surface> surfaces_;
-  Medium medium_;
-  Rgb extinction_per_m_, diffuse_per_m_;
-  std::vector<Lamp> lamps_;
+  std::vector<light::Surface> surfaces_;
+  light::Medium medium_;
+  light::Rgb extinction_per_m_, diffuse_per_m_;
+  std::vector<light::Lamp> lamps_;
   std::vector<Ball> balls_;
 };
 

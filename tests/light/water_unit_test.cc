@@ -112,7 +112,7 @@ TEST(Water, WithoutLightIsBlack) {
 TEST(Defaults, GiveWellExposedBalls) {
   const StereoRig rig = RigParams{}.MakeRig();
   const auto surfaces = MarkerAndPlate(Pose::Translation(0.6, 0, 0));
-  const SensorParams camera;
+  const camera::SensorParams camera;
   const auto dn = [&](const Image3f& image, const std::string& ball, double aside_m) {
     const int geom = SurfaceTable(surfaces).Find(ball);
     const Eigen::Vector3d p_HQ = surfaces[geom].X_AS.p + Eigen::Vector3d(0, 0, aside_m);

@@ -15,7 +15,7 @@ inline std::string ModelPath(const std::string& name) {
 
 struct PosedScene {
   explicit PosedScene(const std::string& name, const RigParams& rig = {})
-      : scene(LoadScene(ModelPath(name), rig)), data(mj_makeData(scene.model.get())) {}
+      : scene(vehicle::LoadScene(ModelPath(name), rig)), data(mj_makeData(scene.model.get())) {}
 
   // Puts the vehicle where the camera head sees the marker at X_HM, and computes all positions.
   void Place(const Pose& X_HM) {
@@ -35,8 +35,8 @@ struct PosedScene {
     return geom < 0 ? "nothing" : mj_id2name(scene.model.get(), mjOBJ_GEOM, geom);
   }
 
-  Scene scene;
-  MjDataPtr data;
+  vehicle::Scene scene;
+  vehicle::MjDataPtr data;
 };
 
 // What a ray from p_WQ hits first among the geoms that are drawn (or, if `contact_only`, among

@@ -13,7 +13,7 @@ namespace turbidock::testing {
 
 class MujocoVisibility {
  public:
-  MujocoVisibility(GlContext& context, const vehicle::Scene& scene)
+  MujocoVisibility(view::GlContext& context, const vehicle::Scene& scene)
       : model_(*scene.model),
         canvas_(
             context, model_, scene.rig.left.width_px, scene.rig.left.height_px,
@@ -24,7 +24,7 @@ class MujocoVisibility {
     canvas_.scene().flags[mjRND_CULL_FACE] = 1;
   }
 
-  RenderedView Render(const mjData& data, int camera) {
+  view::RenderedView Render(const mjData& data, int camera) {
     const int width = canvas_.width_px(), height = canvas_.height_px();
     std::vector<uint8_t> rgb(static_cast<size_t>(3) * width * height);
     std::vector<float> depth(static_cast<size_t>(width) * height);
@@ -37,7 +37,7 @@ class MujocoVisibility {
 
     const double near_m = model_.vis.map.znear * model_.stat.extent;
     const double far_m = model_.vis.map.zfar * model_.stat.extent;
-    RenderedView view{Image1u16(width, height), Image1f(width, height)};
+    view::RenderedView view{Image1u16(width, height), Image1f(width, height)};
     for (int v = 0; v < height; ++v)
       for (int u = 0; u < width; ++u) {
         const size_t pixel = static_cast<size_t>(height - 1 - v) * width + u;
@@ -53,7 +53,7 @@ class MujocoVisibility {
 
  private:
   const mjModel& model_;
-  GlCanvas canvas_;
+  view::GlCanvas canvas_;
 };
 
 }  // namespace turbidock::testing
