@@ -88,7 +88,7 @@ Option Subcommand::Add(const std::string& name, T& target, const std::string& do
 TURBIDOCK_OPTION(std::string);
 TURBIDOCK_OPTION(int);
 TURBIDOCK_OPTION(int64_t);
-TURBIDOCK_OPTION(unsigned);
+TURBIDOCK_OPTION(uint32_t);
 TURBIDOCK_OPTION(uint64_t);
 TURBIDOCK_OPTION(double);
 TURBIDOCK_OPTION(std::optional<std::string>);
