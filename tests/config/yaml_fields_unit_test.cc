@@ -24,11 +24,11 @@ enum class Lamp { kOff, kPassive, kActive };
 namespace turbidock {
 
 template <>
-struct EnumNames<Lamp> {
-  static constexpr auto kNames = std::to_array<std::pair<Lamp, const char*>>({
-      {Lamp::kOff, "off"},
-      {Lamp::kPassive, "passive"},
-      {Lamp::kActive, "active"},
+struct EnumNames<config::Lamp> {
+  static constexpr auto kNames = std::to_array<std::pair<config::Lamp, const char*>>({
+      {config::Lamp::kOff, "off"},
+      {config::Lamp::kPassive, "passive"},
+      {config::Lamp::kActive, "active"},
   });
 };
 

@@ -216,7 +216,7 @@ TEST(Shard, PartsTogetherHaveEveryTrialOnce) {
     EXPECT_THROW(ParseShard(bad), ConfigError) << bad;
 }
 
-TEST(config::BundledPlans, AllLoad) {
+TEST(BundledPlans, AllLoad) {
   const auto names = config::BundledPlans();
   EXPECT_GE(names.size(), 4u);
   for (const std::string& name : names) EXPECT_GT(LoadPlan(name).trials(), 0) << name;

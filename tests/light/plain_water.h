@@ -73,7 +73,7 @@ class PlainWater {
   };
 
   light::Rgb FromSurface(const std::vector<Pose>& X_HS, int geom, const Eigen::Vector3d& p_HC,
-                  const Eigen::Vector3d& u_H, double range_m) const {
+                         const Eigen::Vector3d& u_H, double range_m) const {
     const Eigen::Vector3d p_HQ = p_HC + range_m * u_H;
     const Eigen::Vector3d normal_H =
         X_HS[geom].q * light::OutwardNormal(surfaces_[geom], X_HS[geom].Inverse() * p_HQ);
@@ -106,7 +106,7 @@ class PlainWater {
 
   // The halo along the lit parts of the ray: the box's shadow is found by asking at many points.
   light::Rgb Halo(const std::vector<Pose>& X_HS, const Ball& ball, const Eigen::Vector3d& p_HC,
-           const Eigen::Vector3d& u_H, double range_m) const {
+                  const Eigen::Vector3d& u_H, double range_m) const {
     constexpr int kSteps = 400;
     const Eigen::Vector3d p_HBall = X_HS[ball.geom].p;
     const double foot_m = u_H.dot(p_HBall - p_HC), offset_m = (p_HBall - p_HC).cross(u_H).norm();

@@ -132,7 +132,7 @@ TEST_P(HaloTableOf, AgreesWithQuadrature) {
 // 3rd row, of a small picture of the default marker.
 TEST(Water, AgreesWithThePlainModel) {
   const StereoRig rig = testing::SmallRig();
-  const SensorParams camera;
+  const camera::SensorParams camera;
   for (const bool active : {true, false})
     for (const BeamShape beam : {BeamShape::kCosine, BeamShape::kCone}) {
       const Pose X_WH{FromYawPitchRoll(2.0, 0.3, -0.4), {5, -3, -2}};
@@ -185,7 +185,7 @@ TEST(Water, AgreesWithThePlainModel) {
 // are further off.
 TEST(Tiles, AgreeWithEveryPixel) {
   const StereoRig rig = RigParams{}.MakeRig();
-  const SensorParams camera;
+  const camera::SensorParams camera;
   for (const bool active : {true, false}) {
     const auto surfaces = MarkerAndPlate({FromYawPitchRoll(0.1, 0.05, 0), {0.8, 0.02, 0.01}});
     const view::RenderedStereo rendered = Cast(surfaces, rig);

@@ -121,7 +121,7 @@ TEST(Gains, InvertTheVehiclesThrusters) {
   EXPECT_EQ(scenario.control.p_voltage.allocation.dead_band_v, 0);
 }
 
-TEST(config::BundledScenarios, AreTheFourOfTheDocumentation) {
+TEST(BundledScenarios, AreTheFourOfTheDocumentation) {
   EXPECT_EQ(config::BundledScenarios(),
             (std::vector<std::string>{"pool_active", "pool_passive", "sea_night_active",
                                       "sea_night_passive"}));

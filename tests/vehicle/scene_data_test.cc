@@ -34,8 +34,7 @@ std::string ReadText(const std::filesystem::path& path) {
 }
 
 TEST(ModelFiles, EachIsASceneOrPartOfOne) {
-  const std::filesystem::path folder =
-      std::filesystem::path(ModelPath("sea_active")).parent_path();
+  const std::filesystem::path folder = std::filesystem::path(ModelPath("sea_active")).parent_path();
   std::set<std::string> scenes, parts, all;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     if (entry.path().extension() != ".xml") continue;

@@ -26,8 +26,8 @@ struct Agreement {
 };
 
 // Compares every `stride`th pixel that is not at an edge between surfaces.
-Agreement Compare(const PosedScene& posed, const RenderedView& view,
-                               const CameraIntrinsics& camera, const Pose& X_WC, int stride) {
+Agreement Compare(const PosedScene& posed, const RenderedView& view, const CameraIntrinsics& camera,
+                  const Pose& X_WC, int stride) {
   Agreement agreement;
   for (int v = 1; v + 1 < view.surface.height(); v += stride) {
     for (int u = 1; u + 1 < view.surface.width(); u += stride) {
@@ -79,10 +79,10 @@ TEST_P(RendererAgainstRays, SameSurfaceSameDepth) {
                              Pose{FromYawPitchRoll(0.3, 0.1, -0.2), {0.6, -0.1, 0.05}}}) {
       posed.Place(X_HM);
       renderer.Render(*posed.data, 0, &rendered);
-      const Agreement left = Compare(posed, rendered.left, rig.left,
-                                                  rendered.X_WH * rig.X_HL, /*stride=*/7);
-      const Agreement right = Compare(posed, rendered.right, rig.right,
-                                                   rendered.X_WH * rig.X_HR, /*stride=*/7);
+      const Agreement left =
+          Compare(posed, rendered.left, rig.left, rendered.X_WH * rig.X_HL, /*stride=*/7);
+      const Agreement right =
+          Compare(posed, rendered.right, rig.right, rendered.X_WH * rig.X_HR, /*stride=*/7);
       for (const Agreement& agreement : {left, right}) {
         EXPECT_GT(agreement.compared, 1500);
         EXPECT_GT(agreement.round, 5);

@@ -14,7 +14,7 @@ namespace turbidock::gate {
 namespace {
 
 // Probability to reject within max_trials: every sequence of hits and misses by itself.
-double RejectionByEnumeration(const HitTest& test, double p) {
+double RejectionByEnumeration(const statistics::HitTest& test, double p) {
   double rate = 0;
   const int n = test.max_trials();
   for (uint32_t sequence = 0; sequence < (1u << n); ++sequence) {
@@ -33,7 +33,7 @@ TEST(HitTest, ItsRejectionRateIsTheSumOverAllSequences) {
   int compared = 0;
   for (const double p_null : {0.1, 0.5, 0.8})
     for (const double level : {0.3, 0.05}) {
-      const HitTest test(
+      const statistics::HitTest test(
           {.p_null = p_null, .p_alternative = (1 + p_null) / 2, .level = level, .max_trials = 14});
       for (const double p : {0.02, p_null, 0.9}) {
         EXPECT_NEAR(test.RejectionRate(p), RejectionByEnumeration(test, p), 1e-12);
@@ -48,10 +48,10 @@ TEST(HitTest, NeverExceedsItsLevelAndIsNotIdle) {
   for (const double p_null : {0.01, 0.3, 0.5, 0.9, 0.99})
     for (const double level : {0.2, 0.05, 0.001})
       for (const int max_trials : {1, 2, 7, 40, 500}) {
-        const HitTest test({.p_null = p_null,
-                            .p_alternative = p_null + (1 - p_null) / 2,
-                            .level = level,
-                            .max_trials = max_trials});
+        const statistics::HitTest test({.p_null = p_null,
+                                        .p_alternative = p_null + (1 - p_null) / 2,
+                                        .level = level,
+                                        .max_trials = max_trials});
         EXPECT_LE(test.RejectionRate(p_null), level);
         // a smaller probability of a hit is further from being rejected
         EXPECT_LE(test.RejectionRate(p_null / 2), test.RejectionRate(p_null));
@@ -65,7 +65,8 @@ TEST(HitTest, NeverExceedsItsLevelAndIsNotIdle) {
 }
 
 // P(ever rejecting) when a pair is lost or gained with these probabilities: over all counts.
-double RejectionRate(const NetLossTest& test, double p_loss, double p_gain, int max_pairs) {
+double RejectionRate(const statistics::NetLossTest& test, double p_loss, double p_gain,
+                     int max_pairs) {
   const auto size = static_cast<size_t>(max_pairs) + 1;
   std::vector<std::vector<double>> now(size, std::vector<double>(size, 0.0));
   now[0][0] = 1;
@@ -94,7 +95,7 @@ double RejectionRate(const NetLossTest& test, double p_loss, double p_gain, int 
 TEST(NetLossTest, NeverExceedsItsLevelHoweverManyPairsDiffer) {
   for (const double margin : {0.05, 0.2, 0.5})
     for (const double level : {0.1, 0.01}) {
-      const NetLossTest test(margin, level);
+      const statistics::NetLossTest test(margin, level);
       for (const double p_gain : {0.0, 0.02, 0.1, (1 - margin) / 2})
         EXPECT_LE(RejectionRate(test, p_gain + margin, p_gain, 90), level)
             << margin << " " << p_gain;
@@ -105,30 +106,31 @@ TEST(NetLossTest, NeverExceedsItsLevelHoweverManyPairsDiffer) {
 
 TEST(NetLossTest, TheLargestStakeIsTheLimit) {
   // One loss more than the stakes allow would make a wealth negative: more losses never help.
-  const NetLossTest test(0.2, 0.05);
+  const statistics::NetLossTest test(0.2, 0.05);
   for (int pairs = 1; pairs < 60; ++pairs)
     for (int losses = 1; losses <= pairs; ++losses)
       EXPECT_LE(test.Rejects(pairs, losses, 0), test.Rejects(pairs, losses - 1, 0));
 }
 
 TEST(RateTest, ItsVerdictsAreTheSumOverAllSequences) {
-  const RateTest test({.no_worse = 0.8, .worse = 0.3, .alpha = 0.1, .beta = 0.2, .max_trials = 14});
+  const statistics::RateTest test(
+      {.no_worse = 0.8, .worse = 0.3, .alpha = 0.1, .beta = 0.2, .max_trials = 14});
   for (const double p : {0.1, 0.3, 0.55, 0.8}) {
     double fail = 0, pass = 0, trials = 0;
     for (uint32_t sequence = 0; sequence < (1u << 14); ++sequence) {
       const int all = __builtin_popcount(sequence);
       const double probability = std::pow(p, all) * std::pow(1 - p, 14 - all);
       int n = 0, successes = 0;
-      std::optional<Verdict> verdict;
+      std::optional<statistics::Verdict> verdict;
       while (!verdict && n < 14) {
         successes += (sequence >> n) & 1;
         verdict = test.Decide(++n, successes);
       }
-      fail += verdict == Verdict::kFail ? probability : 0;
-      pass += verdict == Verdict::kPass ? probability : 0;
+      fail += verdict == statistics::Verdict::kFail ? probability : 0;
+      pass += verdict == statistics::Verdict::kPass ? probability : 0;
       trials += n * probability;
     }
-    const RateTest::Characteristic c = test.At(p);
+    const statistics::RateTest::Characteristic c = test.At(p);
     EXPECT_NEAR(c.p_fail, fail, 1e-12);
     EXPECT_NEAR(c.p_pass, pass, 1e-12);
     EXPECT_NEAR(c.p_inconclusive, 1 - fail - pass, 1e-12);
@@ -147,8 +149,9 @@ double AtMost(int k, int n, double p) {
 }
 
 TEST(FixedSampleTest, IsTheSmallest) {
-  const RateTestDesign design{.no_worse = 0.95, .worse = 0.85, .alpha = 0.05, .beta = 0.05};
-  const FixedTest fixed = FixedSampleTest(design);
+  const statistics::RateTestDesign design{
+      .no_worse = 0.95, .worse = 0.85, .alpha = 0.05, .beta = 0.05};
+  const statistics::FixedTest fixed = statistics::FixedSampleTest(design);
   EXPECT_LE(AtMost(fixed.fail_at_most, fixed.trials, 0.95), 0.05);
   EXPECT_LE(1 - AtMost(fixed.fail_at_most, fixed.trials, 0.85), 0.05);
   for (int n = 1; n < fixed.trials; ++n)
@@ -158,10 +161,11 @@ TEST(FixedSampleTest, IsTheSmallest) {
 
 TEST(RateTest, TakesAtLeastThirtyPercentFewerTrialsThanATestOfFixedSize) {
   for (const double error : {0.1, 0.05, 0.01}) {
-    RateTestDesign design{.no_worse = 0.95, .worse = 0.85, .alpha = error, .beta = error};
-    design.max_trials = TrialsToDecide(design, 0.01);
-    const RateTest test(design);
-    const double fixed = FixedSampleTest(design).trials;
+    statistics::RateTestDesign design{
+        .no_worse = 0.95, .worse = 0.85, .alpha = error, .beta = error};
+    design.max_trials = statistics::TrialsToDecide(design, 0.01);
+    const statistics::RateTest test(design);
+    const double fixed = statistics::FixedSampleTest(design).trials;
     for (const double p : {0.95, 0.85}) {
       EXPECT_LE(test.At(p).expected_trials, 0.7 * fixed) << error << " " << p;
       EXPECT_LE(test.At(p).p_inconclusive, 0.01);
@@ -169,22 +173,22 @@ TEST(RateTest, TakesAtLeastThirtyPercentFewerTrialsThanATestOfFixedSize) {
     EXPECT_LE(test.At(0.95).p_fail, error);
     EXPECT_LE(test.At(0.85).p_pass, error);
     design.max_trials -= 1;
-    const RateTest shorter(design);
+    const statistics::RateTest shorter(design);
     EXPECT_GT(std::max(shorter.At(0.95).p_inconclusive, shorter.At(0.85).p_inconclusive), 0.01);
   }
 }
 
-TEST(gate::ErrorRates, TenThousandSequencesKeepAlphaAndBetaInEverySetting) {
+TEST(ErrorRates, TenThousandSequencesKeepAlphaAndBetaInEverySetting) {
   struct Case {
     double rate, margin, error;
   };
   int settings = 0;
   for (const Case& c : {Case{0.95, 0.1, 0.05}, Case{0.8, 0.2, 0.1}, Case{0.95, 0.1, 0.01}}) {
-    RateTestDesign design{
+    statistics::RateTestDesign design{
         .no_worse = c.rate, .worse = c.rate - c.margin, .alpha = c.error, .beta = c.error};
-    design.max_trials = TrialsToDecide(design, 0.01);
+    design.max_trials = statistics::TrialsToDecide(design, 0.01);
     for (const gate::ErrorRateSetting& setting : gate::StatedSettings(design)) {
-      const gate::ErrorRates rates = gate::SimulateSequences(setting, design, 10000, 1);
+      const ErrorRates rates = gate::SimulateSequences(setting, design, 10000, 1);
       if (setting.new_rate == design.no_worse)
         EXPECT_LE(rates.fail_rate(), c.error) << NameOf(setting.coupling);
       else

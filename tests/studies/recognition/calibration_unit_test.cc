@@ -11,7 +11,7 @@
 namespace turbidock::recognition {
 namespace {
 
-FreeParameter farm::Parameter(double low, double high, bool logarithmic) {
+FreeParameter Parameter(double low, double high, bool logarithmic) {
   FreeParameter p;
   p.key = "water.milk_ml_m3";
   p.low = p.start = low;
@@ -22,24 +22,24 @@ FreeParameter farm::Parameter(double low, double high, bool logarithmic) {
 
 TEST(FreeParameter, PlacesAndValuesAreInverse) {
   for (const bool logarithmic : {false, true}) {
-    const FreeParameter p = farm::Parameter(0.5, 32, logarithmic);
+    const FreeParameter p = Parameter(0.5, 32, logarithmic);
     EXPECT_DOUBLE_EQ(p.ValueAt(0), 0.5);
     EXPECT_DOUBLE_EQ(p.ValueAt(1), 32);
     for (const double place : {0.1, 0.5, 0.77})
       EXPECT_NEAR(p.PlaceOf(p.ValueAt(place)), place, 1e-12);
   }
-  EXPECT_DOUBLE_EQ(farm::Parameter(0.5, 32, true).ValueAt(0.5), 4);
-  EXPECT_EQ(farm::Parameter(0.5, 32, true).Assignment(4.123456789), "water.milk_ml_m3=4.1235");
-  FreeParameter steps = farm::Parameter(1, 12, false);
+  EXPECT_DOUBLE_EQ(Parameter(0.5, 32, true).ValueAt(0.5), 4);
+  EXPECT_EQ(Parameter(0.5, 32, true).Assignment(4.123456789), "water.milk_ml_m3=4.1235");
+  FreeParameter steps = Parameter(1, 12, false);
   steps.integer = true;
   EXPECT_EQ(steps.ValueAt(0.3), 4);  // of 4.3
   EXPECT_EQ(steps.Assignment(steps.ValueAt(0.3)), "water.milk_ml_m3=4");
 }
 
 TEST(FreeParameter, RefusesAnEmptyRange) {
-  EXPECT_THROW(CheckFields(farm::Parameter(2, 1, false), "p"), ConfigError);
-  EXPECT_THROW(CheckFields(farm::Parameter(0, 1, true), "p"), ConfigError);
-  FreeParameter outside = farm::Parameter(0, 1, false);
+  EXPECT_THROW(CheckFields(Parameter(2, 1, false), "p"), ConfigError);
+  EXPECT_THROW(CheckFields(Parameter(0, 1, true), "p"), ConfigError);
+  FreeParameter outside = Parameter(0, 1, false);
   outside.start = 2;
   EXPECT_THROW(CheckFields(outside, "p"), ConfigError);
 }
@@ -65,7 +65,7 @@ TEST(CalibrationPlan, WritesKeysThatAScenarioReads) {
 // of it before the search.
 TEST(CalibrationExperiment, RefusesAnElementOfAListThatIsNotThere) {
   CalibrationPlan plan;
-  plan.parameters = {farm::Parameter(0.5, 2, false)};
+  plan.parameters = {Parameter(0.5, 2, false)};
   plan.parameters[0].key = "sensor.white_balance[1]";
   TableRow row;
   row.cell = {MarkerKind::kActive, 80, 0.6};
@@ -79,7 +79,7 @@ TEST(CalibrationExperiment, RefusesAnElementOfAListThatIsNotThere) {
 }
 
 TableComparison Comparison(double rmse, double area_agreement,
-                                   std::map<double, TableComparison::Loss> loss) {
+                           std::map<double, TableComparison::Loss> loss) {
   return {rmse, area_agreement, std::move(loss)};
 }
 
@@ -96,7 +96,7 @@ TEST(Misfit, IsTheRootMeanSquareOfThreeDemands) {
 TEST(CalibrationExperiment, NeedNotFindTheMarker) {
   CalibrationPlan plan;
   plan.cell_share = 1;
-  plan.parameters = {farm::Parameter(0.5, 2, false)};
+  plan.parameters = {Parameter(0.5, 2, false)};
   std::vector<TableRow> rows;
   for (const double milk_ml_m3 : {7.28, 9.7, 55.8, 84.9})
     rows.push_back({{MarkerKind::kPassive, milk_ml_m3, 0.4}, 0.5, {}});
@@ -109,7 +109,7 @@ TEST(CalibrationExperiment, NeedNotFindTheMarker) {
 TEST(CalibrationExperiment, BothTablesCount) {
   const RecognitionCell active{MarkerKind::kActive, 80, 0.6}, passive{MarkerKind::kPassive, 5, 0.6};
   CalibrationPlan plan;
-  plan.parameters = {farm::Parameter(0.5, 2, false)};
+  plan.parameters = {Parameter(0.5, 2, false)};
   const CalibrationExperiment experiment(plan, {{MarkerKind::kActive, {{active, 0.5, {}}}},
                                                 {MarkerKind::kPassive, {{passive, 0.5, {}}}}});
   for (const auto& [of_active, of_passive] : {std::pair{0.5, 0.36}, {0.36, 0.5}})

@@ -172,7 +172,7 @@ TEST(TrialVideo, MissingFfmpegNamesThePackage) {
   EXPECT_THAT(message, HasSubstr("package ffmpeg"));
 }
 
-TEST(media::Mp4Writer, FullDiskIsAFaultWithFfmpegsWords) {
+TEST(Mp4Writer, FullDiskIsAFaultWithFfmpegsWords) {
   media::Canvas frame(64, 64);
   media::Mp4Writer writer("/dev/full", 64, 64, 30);
   std::string message = "no fault";
