@@ -55,7 +55,7 @@ TEST(TrialRepeat, TheDigestSeesEstimatesThatDoNotMoveTheVehicle) {
   std::vector<std::string> drifting = kShort;
   drifting.push_back("vehicle.thrusters.effectiveness=[0, 0, 0, 0]");
   const TrialResult one = RunTrial(LoadScenario("sea_night_active", drifting));
-  drifting.push_back("hue.window_rad=0.3");
+  drifting.push_back("estimator.population=61");
   const TrialResult other = RunTrial(LoadScenario("sea_night_active", drifting));
   EXPECT_EQ(one.log.frames.back().true_X_WB.p, other.log.frames.back().true_X_WB.p);
   EXPECT_NE(one.digest, other.digest);

@@ -143,20 +143,26 @@ double MedianOf(const std::vector<std::vector<Block>>& repeats, size_t block, Nu
   return *statistics::Median(std::move(values));
 }
 
+// Of a block's repeats the one with the median time, whose stages add up to it; of two in the
+// middle the slower.
+const Block& MedianBlock(const std::vector<std::vector<Block>>& repeats, size_t block) {
+  std::vector<const Block*> order;
+  order.reserve(repeats.size());
+  for (const auto& blocks : repeats) order.push_back(&blocks[block]);
+  std::sort(order.begin(), order.end(),
+            [](const Block* a, const Block* b) { return a->frame_s < b->frame_s; });
+  return *order[order.size() / 2];
+}
+
 // The statistics of all blocks, by repeat and place in the trial.
 void Summarise(const std::vector<std::vector<Block>>& repeats, BenchResult* result) {
   double frames = 0;
   for (size_t i = 0; i < repeats.front().size(); ++i) {
     const double weight = repeats.front()[i].frames;
     frames += weight;
-    const double median_s = MedianOf(repeats, i, [](const Block& b) { return b.frame_s; });
-    for (const auto& blocks : repeats) {
-      if (blocks[i].frame_s != median_s) continue;
-      for (size_t k = 0; k < kLoopStages; ++k)
-        result->stages_s[k] += weight * blocks[i].stages_s[k];
-      break;
-    }
-    result->frame_s += weight * median_s;
+    const Block& median = MedianBlock(repeats, i);
+    for (size_t k = 0; k < kLoopStages; ++k) result->stages_s[k] += weight * median.stages_s[k];
+    result->frame_s += weight * median.frame_s;
     const auto add = [&](double Block::*number, double* sum) {
       *sum += weight * MedianOf(repeats, i, [&](const Block& b) { return b.*number; });
     };
