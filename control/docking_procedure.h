@@ -113,6 +113,15 @@ struct Transition {
   int64_t frame = 0;
   Stage from = Stage::kApproach, to = Stage::kApproach;
   std::string reason;
+
+  bool operator==(const Transition&) const = default;
+
+  static void Fields(auto& self, auto&& field) {
+    field("frame", self.frame, Finite(), "when");
+    field("from", self.from, Finite(), "stage before");
+    field("to", self.to, Finite(), "stage after");
+    field("reason", self.reason, Finite(), "a sentence for people");
+  }
 };
 
 // What to do at a frame.

@@ -7,13 +7,14 @@
 #include "experiments/app/commands.h"
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
+#include "experiments/trial/record_columns.h"
 #include "experiments/trial/scenario.h"
 
 namespace turbidock::app {
 namespace {
 
 struct ScenariosArguments {
-  bool json = false, keys = false;
+  bool json = false, keys = false, result_keys = false;
   std::string show;
 };
 
@@ -47,6 +48,10 @@ int PrintKeys(bool json) {
 }
 
 int Scenarios(const ScenariosArguments& arguments) {
+  if (arguments.result_keys) {
+    std::fputs(trial::ResultKeyTable().c_str(), stdout);
+    return kExitDone;
+  }
   if (!arguments.show.empty()) {
     std::fputs(trial::SaveScenario(trial::LoadScenario(arguments.show, {})).c_str(), stdout);
     return kExitDone;
@@ -61,6 +66,8 @@ void AddScenarios(CommandLine& line) {
   Subcommand scenarios = line.Add("scenarios", "List the bundled scenarios");
   scenarios.Flag("--keys", arguments->keys,
                  "List every key of a scenario with default, range and meaning");
+  scenarios.Flag("--result-keys", arguments->result_keys,
+                 "List every key of a result with its column in a batch's file and meaning");
   scenarios.Add("--show", arguments->show,
                 "Print a scenario, bundled or a file, with every default spelt out");
   scenarios.Flag("--json", arguments->json, "As JSON");

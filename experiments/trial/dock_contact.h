@@ -24,6 +24,13 @@ struct JamParams {
 struct Contact {
   double time_s = 0;
   double force_newton = 0;
+
+  bool operator==(const Contact&) const = default;
+
+  static void Fields(auto& self, auto&& field) {
+    field("time_s", self.time_s, Finite(), "the first one's time");
+    field("force_newton", self.force_newton, Finite(), "its force");
+  }
 };
 
 // One camera frame of the truth: where the pole was when it began, and the largest force on it

@@ -22,7 +22,7 @@ std::string JamRemark(const TrialResult& result) {
 std::string TimeoutReason(const Scenario& scenario, const TrialResult& result,
                           const control::Directive& directive) {
   const std::string after = fmt::format("{:g} s are over", scenario.duration_s);
-  if (directive.stage == Stage::kApproach && result.log.transitions.empty())
+  if (directive.stage == Stage::kApproach && result.transitions.empty())
     return fmt::format(
         "{} and the marker was never found: the best fitness was {:.2f}, it takes "
         "{:g} for {:g} s",

@@ -86,6 +86,10 @@ Failure FailureOf(const Scenario& scenario, const TrialResult& result) {
       return Failure::kDiverged;
     case Outcome::kCollision:
       return Failure::kCollision;
+    case Outcome::kCrashed:
+      return Failure::kCrashed;
+    case Outcome::kHung:
+      return Failure::kHung;
     case Outcome::kFalseDock:
     case Outcome::kTimeout:
     case Outcome::kMarkerLost:

@@ -7,6 +7,8 @@
 #include <map>
 #include <vector>
 
+#include "experiments/trial/failure.h"
+
 namespace turbidock::trial {
 namespace {
 
@@ -45,6 +47,8 @@ TrialRecorder::TrialRecorder(const Scenario& scenario)
       clock.FramesFor(scenario.duration_s) + clock.FramesFor(scenario.docked_hold_s);
   result_.log.frames.reserve(static_cast<size_t>(std::min(most_frames, kReservedFrames)));
   result_.seed = scenario.seed;
+  const Pose X_MH = DrawStart(scenario);
+  result_.start = {X_MH.p.x(), X_MH.p.y(), X_MH.p.z(), YawOf(X_MH.q)};
 }
 
 void TrialRecorder::Add(const FrameRecord& record, bool inserted) {
@@ -96,7 +100,7 @@ void TrialRecorder::Summarise() {
     result_.stage_time_s[stage] = scenario_.clock.TimeOfFrame(count);
   SummariseControl();
   result_.fitness_mean = sum / static_cast<double>(result_.log.frames.size());
-  for (const control::Transition& change : result_.log.transitions)
+  for (const control::Transition& change : result_.transitions)
     result_.returns_to_servoing +=
         change.from == Stage::kDocking && change.to == Stage::kVisualServoing;
 }
@@ -124,6 +128,7 @@ TrialResult TrialRecorder::Finish(const vehicle::Plant& plant, const control::Di
   result_.reason = ReasonOf(ending, scenario_, result_, directive);
   result_.outcome = ending.outcome == Outcome::kDocked && !result_.inserted ? Outcome::kFalseDock
                                                                             : ending.outcome;
+  result_.failure = FailureOf(scenario_, result_);
   result_.digest = digest_.Hex();
   result_.wall_time_s =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_start_).count();

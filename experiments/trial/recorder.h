@@ -21,7 +21,7 @@ class TrialRecorder {
   // Wall time counts from here.
   explicit TrialRecorder(const Scenario& scenario);
 
-  void Add(const control::Transition& change) { result_.log.transitions.push_back(change); }
+  void Add(const control::Transition& change) { result_.transitions.push_back(change); }
   // A frame, once its time has passed. `inserted`: the pole was in the hole when it began.
   void Add(const FrameRecord& record, bool inserted);
 

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "control/autopilot.h"
+#include "experiments/system/build_info.h"
 #include "experiments/trial/ending.h"
 #include "experiments/trial/eyes.h"
 #include "experiments/trial/recorder.h"
@@ -83,6 +84,7 @@ TrialResult RunTrial(const Scenario& scenario, const TrialOptions& options) {
   }
   TrialResult result = recorder.Finish(world.plant(), autopilot.directive(), *ending);
   result.estimator = eyes.name();
+  result.version = system::VersionAndCommit();
   result.renderer = world.renderer();
   return result;
 }

@@ -4,11 +4,12 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <type_traits>
 
 #include "experiments/config/yaml_fields.h"
-#include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"
 
 namespace turbidock::trial {
@@ -16,22 +17,37 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json ToJson(const PoseError& error) {
-  return {{"x_m", error.x_m}, {"y_m", error.y_m}, {"z_m", error.z_m}, {"yaw_rad", error.yaw_rad}};
-}
+template <class V>
+struct IsOptional : std::false_type {};
+template <class V>
+struct IsOptional<std::optional<V>> : std::true_type {};
 
-Json ToJson(const vehicle::EnergyBalance& energy) {
-  return {{"thruster_work_joule", energy.thruster_work},
-          {"drag_loss_joule", energy.drag_loss},
-          {"water_work_joule", energy.water_work},
-          {"tether_work_joule", energy.tether_work},
-          {"contact_work_joule", energy.contact_work},
-          {"kinetic_change_joule", energy.kinetic_change},
-          {"potential_change_joule", energy.potential_change},
-          {"residual_joule", energy.residual()}};
+template <class V>
+Json ToJson(const V& value) {
+  if constexpr (HasFields<V>) {
+    Json object = Json::object();
+    V::Fields(value, [&](const char* key, const auto& member, const auto& shown, const char*) {
+      if constexpr (requires { shown.json; })
+        if (!shown.json) return;
+      object[key] = ToJson(member);
+    });
+    return object;
+  } else if constexpr (IsOptional<V>::value) {
+    return value ? ToJson(*value) : Json();
+  } else if constexpr (std::is_enum_v<V>) {
+    return NameOf(value);
+  } else if constexpr (IsVectorOfStructs<V>::value) {
+    Json list = Json::array();
+    for (const auto& element : value) list.push_back(ToJson(element));
+    return list;
+  } else if constexpr (std::is_same_v<V, std::map<control::Stage, double>>) {
+    Json object = Json::object();
+    for (const auto& [stage, seconds] : value) object[NameOf(stage)] = seconds;
+    return object;
+  } else {
+    return value;
+  }
 }
-
-Json OrNull(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
 
 }  // namespace
 
@@ -43,53 +59,7 @@ ViewCriteria CriteriaOf(const Scenario& scenario) {
           .docked_x_m = scenario.procedure.docked_x_m};
 }
 
-std::string ResultJson(const TrialResult& result) {
-  Json stages = Json::object();
-  for (const auto& [stage, seconds] : result.stage_time_s) stages[NameOf(stage)] = seconds;
-  Json transitions = Json::array();
-  for (const control::Transition& change : result.log.transitions)
-    transitions.push_back({{"frame", change.frame},
-                           {"from", NameOf(change.from)},
-                           {"to", NameOf(change.to)},
-                           {"reason", change.reason}});
-  Json contact;
-  if (result.first_dock_contact)
-    contact = {{"time_s", result.first_dock_contact->time_s},
-               {"force_newton", result.first_dock_contact->force_newton}};
-  const Json json = {
-      {"outcome", NameOf(result.outcome)},
-      {"reason", result.reason},
-      {"docked", result.docked},
-      {"inserted", result.inserted},
-      {"time_s", result.time_s},
-      {"final_error_true", ToJson(result.final_error_true)},
-      {"final_error_estimated", ToJson(result.final_error_estimated)},
-      {"insertion_depth_m", result.insertion_depth_m},
-      {"insertion_time_s", OrNull(result.insertion_time_s)},
-      {"first_dock_contact", contact},
-      {"dock_force_max_newton", result.dock_force_max_newton},
-      {"jammed", result.jam_time_s.has_value()},
-      {"jam_time_s", OrNull(result.jam_time_s)},
-      {"energy", ToJson(result.energy)},
-      {"estimator", result.estimator},
-      {"fitness_mean", result.fitness_mean},
-      {"fitness_best", result.fitness_best},
-      {"returns_to_servoing", result.returns_to_servoing},
-      {"tracking_rms_m", result.tracking_rms_m},
-      {"overshoot_m", result.overshoot_m},
-      {"effort_v", result.effort_v},
-      {"stage_time_s", stages},
-      {"transitions", transitions},
-      {"seed", result.seed},
-      {"version", system::VersionAndCommit()},
-      {"renderer", result.renderer},
-      {"digest", result.digest},
-      {"wall_time_s", result.wall_time_s},
-      {"real_time_factor", result.real_time_factor},
-      {"peak_memory_mib", result.peak_memory_mib},
-  };
-  return json.dump(2) + "\n";
-}
+std::string ResultJson(const TrialRecord& record) { return ToJson(record).dump(2) + "\n"; }
 
 std::string TrajectoryCsv(const TrialLog& log) {
   std::string csv =

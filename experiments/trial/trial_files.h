@@ -12,9 +12,9 @@ namespace turbidock::trial {
 // The limits to draw in a scenario's pictures.
 ViewCriteria CriteriaOf(const Scenario& scenario);
 
-// The result as one JSON document, two spaces indented, with a final newline; keys as in the README
-// of this folder. All units SI.
-std::string ResultJson(const TrialResult& result);
+// The record as one JSON document, two spaces indented, with a final newline; keys as in
+// result_keys.md. All units SI.
+std::string ResultJson(const TrialRecord& record);
 
 // One row a camera frame; the header row names each column with its unit. Numbers read back
 // exactly.

@@ -34,7 +34,6 @@ struct FrameRecord {
 
 struct TrialLog {
   std::vector<FrameRecord> frames;
-  std::vector<control::Transition> transitions;
 };
 
 }  // namespace turbidock::trial

@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "sim/base/fields.h"
+
 namespace turbidock::vehicle {
 
 // Where the energy went since a plant's Reset, in joules. Kinetic energy is that of the vehicle and
@@ -25,6 +27,20 @@ struct EnergyBalance {
   double turnover() const {
     return std::abs(thruster_work) + std::abs(extra_work) + std::abs(water_work) +
            std::abs(tether_work) + std::abs(contact_work) + drag_loss;
+  }
+  bool operator==(const EnergyBalance&) const = default;
+
+  static void Fields(auto& self, auto&& field) {
+    field("thruster_work_joule", self.thruster_work, Finite(), "done by the thrusters");
+    field("drag_loss_joule", self.drag_loss, Finite(), "dissipated by damping");
+    field("water_work_joule", self.water_work, Finite(), "done by moving water");
+    field("tether_work_joule", self.tether_work, Finite(), "done by the tether");
+    field("contact_work_joule", self.contact_work, Finite(), "of all contacts");
+    field("kinetic_change_joule", self.kinetic_change, Finite(),
+          "of vehicle and added mass, since the start");
+    field("potential_change_joule", self.potential_change, Finite(),
+          "of weight and buoyancy, since the start");
+    field("residual_joule", self.residual(), Finite(), "what the others leave unexplained");
   }
 };
 

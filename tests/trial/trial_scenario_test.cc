@@ -34,8 +34,8 @@ TEST(TrialScenario, DocksInTheNightSea) {
   EXPECT_GT(result.energy.drag_loss, 0.1);
   EXPECT_GT(result.energy.thruster_work, 0);
   ExpectEnergyIsBalanced(result.energy);
-  ASSERT_GE(result.log.transitions.size(), 3u);
-  EXPECT_EQ(result.log.transitions.back().to, control::Stage::kDocked);
+  ASSERT_GE(result.transitions.size(), 3u);
+  EXPECT_EQ(result.transitions.back().to, control::Stage::kDocked);
 }
 
 TEST(TrialScenario, TimesOutInWaterTooTurbid) {
@@ -46,7 +46,7 @@ TEST(TrialScenario, TimesOutInWaterTooTurbid) {
   EXPECT_FALSE(result.inserted);
   EXPECT_LT(result.fitness_best, 0.6);
   EXPECT_NE(result.reason.find("never found"), std::string::npos) << result.reason;
-  EXPECT_TRUE(result.log.transitions.empty());
+  EXPECT_TRUE(result.transitions.empty());
   EXPECT_FALSE(result.insertion_time_s.has_value());
   ExpectEnergyIsBalanced(result.energy);
 }
@@ -101,8 +101,8 @@ TEST(TrialScenario, AMarkerOutOfSightForGoodIsGivenUp) {
   EXPECT_EQ(result.outcome, Outcome::kMarkerLost) << result.reason;
   EXPECT_FALSE(result.docked);
   EXPECT_GE(result.fitness_best, 0.6);
-  ASSERT_EQ(result.log.transitions.size(), 2u);
-  EXPECT_EQ(result.log.transitions.back().to, control::Stage::kApproach);
+  ASSERT_EQ(result.transitions.size(), 2u);
+  EXPECT_EQ(result.transitions.back().to, control::Stage::kApproach);
   EXPECT_NE(result.reason.find("lost"), std::string::npos) << result.reason;
 }
 

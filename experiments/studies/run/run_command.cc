@@ -72,7 +72,8 @@ void AddRun(app::CommandLine& line) {
   run.Flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
   std::vector<std::string> outcomes;
   outcomes.reserve(EnumNames<trial::Outcome>::kNames.size());
-  for (const auto& [outcome, name] : EnumNames<trial::Outcome>::kNames) outcomes.push_back(name);
+  for (const auto& [outcome, name] : EnumNames<trial::Outcome>::kNames)
+    if (trial::IsOwnEnd(outcome)) outcomes.push_back(name);
   run.Add("--expect", arguments->expect, "Exit with 1 when the trial ends otherwise")
       .OneOf(outcomes);
   run.Runs([arguments] { return Run(*arguments); });

@@ -1,0 +1,249 @@
+#include "experiments/trial/record_columns.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+#include <type_traits>
+
+namespace turbidock::trial {
+namespace {
+
+// A field and the groups around it.
+struct Path {
+  const Path* group = nullptr;
+  const char* key = "";
+  Shown shown;  // of the outermost group, but for the column's name
+  const char* doc = "";
+
+  std::string Key() const { return group ? group->Key() + "." + key : key; }
+  std::string Column() const {
+    std::string own = shown.column[0] ? shown.column : key;
+    if (!group) return own;
+    std::string name = group->Column();
+    return name.replace(name.find("{}"), 2, own);
+  }
+  std::string Doc() const {
+    return group ? std::string(group->doc) + (doc[0] ? ", " : "") + doc : doc;
+  }
+  Path Inner(const char* inner_key, const char* inner_doc) const {
+    return {this, inner_key, {shown.place, "", shown.json}, inner_doc};
+  }
+};
+
+template <class V>
+struct IsMap : std::false_type {};
+template <class E, class V>
+struct IsMap<std::map<E, V>> : std::true_type {};
+
+// Calls leaf(path, value) for a member or, of a group, for each of its members; what leaf assigns
+// to value becomes the member's.
+template <class V, class Leaf>
+void VisitMember(const Path& path, V& value, const Leaf& leaf) {
+  using Plain = std::remove_const_t<V>;
+  if constexpr (HasFields<Plain>) {
+    Plain::Fields(value, [&](const char* key, auto&& inner, const auto&, const char* doc) {
+      VisitMember(path.Inner(key, doc), inner, leaf);
+    });
+  } else if constexpr (std::is_same_v<Plain, std::optional<Contact>>) {
+    Contact contact = value.value_or(Contact());
+    bool has_any = false;
+    Contact::Fields(contact, [&](const char* key, double& inner, const auto&, const char* doc) {
+      std::optional<double> number = value ? std::optional(inner) : std::nullopt;
+      leaf(path.Inner(key, doc), number);
+      inner = number.value_or(inner);
+      has_any |= number.has_value();
+    });
+    if constexpr (!std::is_const_v<V>) value = has_any ? std::optional(contact) : std::nullopt;
+  } else if constexpr (IsMap<Plain>::value) {
+    for (const auto& [key, name] : EnumNames<typename Plain::key_type>::kNames) {
+      const auto found = value.find(key);
+      double number = found == value.end() ? 0 : found->second;
+      leaf(path.Inner(name, ""), number);
+      if constexpr (!std::is_const_v<V>)
+        if (number > 0) value[key] = number;
+    }
+  } else {
+    leaf(path, value);
+  }
+}
+
+template <class Record, class Leaf>
+void VisitFields(Record& record, const Leaf& leaf) {
+  TrialRecord::Fields(record,
+                      [&](const char* key, auto&& member, const Shown& shown, const char* doc) {
+                        VisitMember(Path{nullptr, key, shown, doc}, member, leaf);
+                      });
+}
+
+// The members that have a column.
+template <class Record, class Leaf>
+void VisitColumns(Record& record, const Leaf& leaf) {
+  VisitFields(record, [&](const Path& path, auto& value) {
+    if constexpr (!IsVectorOfStructs<std::remove_cvref_t<decltype(value)>>::value)
+      if (path.shown.place != Place::kNowhere) leaf(path, value);
+  });
+}
+
+template <class V>
+Cell CellOf(const V& value) {
+  if constexpr (std::is_enum_v<V>)
+    return std::string(NameOf(value));
+  else if constexpr (std::is_same_v<V, std::optional<double>>)
+    return value ? CellOf(*value) : Cell();
+  else if constexpr (std::is_same_v<V, double>)
+    return std::isfinite(value) ? Cell(value) : Cell();
+  else if constexpr (std::is_same_v<V, int>)
+    return static_cast<int64_t>(value);
+  else
+    return value;
+}
+
+// Figures are real numbers, whatever they count in.
+Cell AsReal(const Cell& cell) {
+  const auto* whole = std::get_if<int64_t>(&cell);
+  return whole ? Cell(static_cast<double>(*whole)) : cell;
+}
+
+template <class V>
+Cell CellAt(const TrialRecord& record, const Path& path, const V& value) {
+  const bool is_figure = path.shown.place == Place::kFigure;
+  const bool is_measured =
+      is_figure || (path.shown.place == Place::kVerdict && std::is_same_v<V, double>);
+  if (is_measured && !record.ended()) return {};
+  return is_figure ? AsReal(CellOf(value)) : CellOf(value);
+}
+
+template <class V>
+constexpr const char* SqlType(Place place) {
+  if (place == Place::kFigure || std::is_same_v<V, double>) return "REAL";
+  return std::is_integral_v<V> ? "INTEGER NOT NULL" : "TEXT NOT NULL";
+}
+
+double NumberIn(const Cell& cell) {
+  const Cell real = AsReal(cell);
+  if (const auto* truth = std::get_if<bool>(&real)) return *truth ? 1 : 0;
+  const auto* number = std::get_if<double>(&real);
+  return number ? *number : std::numeric_limits<double>::quiet_NaN();
+}
+
+template <class V>
+void Read(const Path& path, const Cell& cell, bool ended, V* value) {
+  const bool is_nothing = std::holds_alternative<std::monostate>(cell);
+  if constexpr (std::is_same_v<V, std::optional<double>>) {
+    *value = is_nothing ? std::nullopt : std::optional(NumberIn(cell));
+  } else if constexpr (std::is_same_v<V, double>) {
+    if (!is_nothing || ended) *value = NumberIn(cell);
+  } else if (is_nothing) {
+    return;
+  } else if constexpr (std::is_same_v<V, std::string>) {
+    if (const auto* text = std::get_if<std::string>(&cell)) *value = *text;
+  } else if constexpr (std::is_enum_v<V>) {
+    const auto* text = std::get_if<std::string>(&cell);
+    for (const auto& [known, name] : EnumNames<V>::kNames)
+      if (text && *text == name) {
+        *value = known;
+        return;
+      }
+    throw ConfigError(path.Column(), "'" + (text ? *text : "") + "' is no word of this program");
+  } else if (const auto* whole = std::get_if<int64_t>(&cell)) {
+    *value = static_cast<V>(*whole);  // all digits of a seed
+  } else {
+    *value = static_cast<V>(NumberIn(cell));
+  }
+}
+
+// The number in column `index`.
+std::optional<double> NumberAt(const TrialRecord& record, size_t index) {
+  std::optional<double> number;
+  size_t at = 0;
+  VisitColumns(record, [&](const Path& path, const auto& value) {
+    if (at++ != index) return;
+    const Cell cell = CellAt(record, path, value);
+    if (!std::holds_alternative<std::monostate>(cell)) number = NumberIn(cell);
+  });
+  return number;
+}
+
+}  // namespace
+
+const std::vector<Column>& Columns() {
+  static const std::vector<Column> columns = [] {
+    std::vector<Column> list;
+    const TrialRecord record;
+    VisitColumns(record, [&](const Path& path, const auto& value) {
+      using V = std::remove_cvref_t<decltype(value)>;
+      list.push_back({path.Column(), path.shown.place, SqlType<V>(path.shown.place)});
+    });
+    return list;
+  }();
+  return columns;
+}
+
+std::vector<Cell> CellsOf(const TrialRecord& record) {
+  std::vector<Cell> cells;
+  cells.reserve(Columns().size());
+  VisitColumns(record, [&](const Path& path, const auto& value) {
+    cells.push_back(CellAt(record, path, value));
+  });
+  return cells;
+}
+
+TrialRecord RecordOf(const std::vector<Cell>& cells) {
+  TD_CHECK(cells.size() == Columns().size(), "a cell for each column");
+  TrialRecord record;
+  size_t at = 0;
+  // The outcome is the first field: whether it ended is known before the numbers are read.
+  VisitColumns(record, [&](const Path& path, auto& value) {
+    Read(path, cells[at++], record.ended(), &value);
+  });
+  return record;
+}
+
+const std::vector<Figure>& Figures() {
+  static const std::vector<Figure> figures = [] {
+    std::vector<Figure> list;
+    size_t at = 0;
+    const TrialRecord record;
+    VisitColumns(record, [&](const Path& path, const auto& value) {
+      using V = std::remove_cvref_t<decltype(value)>;
+      const size_t index = at++;
+      const Place place = path.shown.place;
+      if (place == Place::kFigure || (place == Place::kVerdict && std::is_same_v<V, double>))
+        list.push_back(
+            {path.Column(), [index](const TrialRecord& r) { return NumberAt(r, index); }});
+    });
+    return list;
+  }();
+  return figures;
+}
+
+std::string ResultKeyTable() {
+  const auto table_of = [](Place place) {
+    switch (place) {
+      case Place::kNowhere:
+        return "";
+      case Place::kFigure:
+        return "metrics.";
+      case Place::kRun:
+      case Place::kLog:
+        return "runs.";
+      case Place::kKey:
+      case Place::kVerdict:
+      case Place::kRemark:
+        break;
+    }
+    return "trials.";
+  };
+  std::string table = "| `result.json` | batch's file | Meaning |\n|---|---|---|\n";
+  const auto code = [](const std::string& name) { return name.empty() ? "" : "`" + name + "`"; };
+  const TrialRecord record;
+  VisitFields(record, [&](const Path& path, const auto&) {
+    const std::string in = table_of(path.shown.place);
+    table += fmt::format("| {} | {} | {} |\n", code(path.shown.json ? path.Key() : ""),
+                         code(in.empty() ? "" : in + path.Column()), path.Doc());
+  });
+  return table;
+}
+
+}  // namespace turbidock::trial

@@ -1,0 +1,224 @@
+#pragma once
+// What is kept of a trial. Every figure of it is one line in TrialRecord::Fields: result.json, the
+// columns of a batch's file, its export, the pipe from a worker and the table of result keys
+// (result_keys.md) are made of that list. To add one, add a member and its line there, and compute
+// it in recorder.cc.
+
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "control/docking_procedure.h"
+#include "experiments/trial/dock_contact.h"
+#include "sim/base/fields.h"
+#include "sim/vehicle/energy_balance.h"
+
+namespace turbidock::trial {
+
+// How a trial ended. The first two meet the published criterion on the estimate.
+enum class Outcome {
+  kDocked,       // and the pole is in the hole
+  kFalseDock,    // but the pole is not in the hole
+  kTimeout,      // the time was up
+  kMarkerLost,   // the marker was found once and then lost for too long
+  kCollision,    // the vehicle touched something other than the inside of the dock
+  kDiverged,     // the physics gave no usable state
+  kInterrupted,  // the caller asked to stop
+  // No end of its own: there is a reason, and nothing else is known.
+  kCrashed,  // the trial's process ended
+  kHung,     // the trial's process was stopped after its time limit
+};
+
+inline bool IsOwnEnd(Outcome outcome) {
+  return outcome != Outcome::kCrashed && outcome != Outcome::kHung;
+}
+
+// Why a trial did not dock: one word a trial, for tables of many. A trial succeeds when its outcome
+// is `docked`: the criterion was met and the pole is in the hole. Otherwise the first of these that
+// applies, in this order.
+enum class Failure {
+  kNone,
+  kDiverged,        // the physics gave no usable state
+  kCollision,       // the vehicle touched something other than the inside of the dock
+  kJammed,          // the pole was held in the dock for a while
+  kFalseLock,       // the estimate that was acted on was wrong: see FailureOf
+  kNeverFound,      // the vehicle never began to servo
+  kLostInServoing,  // the marker was lost to the end of the trial, last seen while servoing
+  kLostInDocking,   // the same, while docking
+  kOscillation,     // the vehicle swung about the desired pose to the end: see FailureOf
+  kTimeout,         // none of these, and the time was up
+  kCrashed,         // the trial's process ended
+  kHung,            // the trial's process was stopped after its time limit
+};
+
+// Position and heading of one thing less those of another.
+struct PoseError {
+  double x_m = 0, y_m = 0, z_m = 0, yaw_rad = 0;
+
+  double distance_m() const { return std::hypot(x_m, y_m, z_m); }
+  bool operator==(const PoseError&) const = default;
+
+  static void Fields(auto& self, auto&& field) {
+    field("x_m", self.x_m, Finite(), "forward");
+    field("y_m", self.y_m, Finite(), "to the left");
+    field("z_m", self.z_m, Finite(), "up");
+    field("yaw_rad", self.yaw_rad, Finite(), "heading, positive to the left");
+  }
+};
+
+// Which column of a batch's file a field has, if any.
+enum class Place {
+  kNowhere,
+  kKey,      // table `trials`, before the cell
+  kVerdict,  // table `trials`
+  kFigure,   // table `metrics`: a number, nothing when what it measures did not happen
+  kRemark,   // table `trials`, at the end of a row: text for people
+  kRun,      // table `runs`: differs from run to run
+  kLog,      // table `runs`, and not exported
+};
+
+// Where a field is found.
+struct Shown {
+  Place place = Place::kNowhere;
+  // Its column's name, the same as its key if empty; of a group, {} stands for what is inside it.
+  const char* column = "";
+  bool json = true;  // in result.json
+
+  constexpr Shown As(const char* name) const { return {place, name, json}; }
+  constexpr Shown StoredOnly() const { return {place, column, false}; }
+};
+inline constexpr Shown kReport{};  // in result.json only
+inline constexpr Shown kKey{Place::kKey}, kVerdict{Place::kVerdict}, kFigure{Place::kFigure},
+    kRemark{Place::kRemark}, kRun{Place::kRun}, kLog{Place::kLog};
+
+// Members have the fields' meaning, which Fields says. Of a trial that comes from a worker or a
+// file, members without a column have their defaults.
+struct TrialRecord {
+  Outcome outcome = Outcome::kTimeout;
+  Failure failure = Failure::kNone;
+  std::string reason;
+  bool docked = false, inserted = false;
+  double time_s = 0;
+  PoseError start, final_error_true, final_error_estimated;
+  std::string estimator;
+  double fitness_mean = 0, fitness_best = -1;
+  int returns_to_servoing = 0;
+  double tracking_rms_m = 0, overshoot_m = 0, effort_v = 0;
+  double insertion_depth_m = 0;
+  std::optional<double> insertion_time_s;
+  std::optional<Contact> first_dock_contact;
+  double dock_force_max_newton = 0;
+  std::optional<double> jam_time_s;
+  vehicle::EnergyBalance energy;
+  std::map<control::Stage, double> stage_time_s;
+  std::vector<control::Transition> transitions;
+  int64_t seed = 0;
+  std::string version, renderer;
+  std::string digest;
+  double wall_time_s = 0, real_time_factor = 0, peak_memory_mib = 0;
+  double cpu_time_s = 0;
+  int64_t rss_bytes = 0;
+  std::string log;
+
+  bool ended() const { return IsOwnEnd(outcome); }
+  bool success() const { return failure == Failure::kNone; }
+  bool operator==(const TrialRecord&) const = default;
+
+  static void Fields(auto& self, auto&& field) {
+    field("outcome", self.outcome, kVerdict, "how it ended");
+    field("failure", self.failure, kVerdict.StoredOnly(), "why it did not dock; none if it did");
+    field("reason", self.reason, kRemark, "the outcome as a sentence");
+    field("docked", self.docked, kVerdict, "the criterion was met on the estimate");
+    field("inserted", self.inserted, kVerdict,
+          "truth, at the end: the pole's tip is inside the straight hole");
+    field("time_s", self.time_s, kVerdict, "simulated, when the criterion was met, else the end");
+    field("start", self.start, kFigure.As("start_{}").StoredOnly(),
+          "camera head in the marker's frame at the beginning");
+    field("final_error_true", self.final_error_true, kFigure.As("final_error_true_{}"),
+          "marker in the camera head less the desired pose, at time_s");
+    field("final_error_estimated", self.final_error_estimated,
+          kFigure.As("final_error_estimated_{}"), "the same of the estimate");
+    field("estimator", self.estimator, kReport,
+          "what made the estimates: an estimator's name, or true_pose");
+    field("fitness_mean", self.fitness_mean, kFigure, "F, over all frames");
+    field("fitness_best", self.fitness_best, kFigure, "largest F");
+    field("returns_to_servoing", self.returns_to_servoing, kFigure, "from docking, how often");
+    field("tracking_rms_m", self.tracking_rms_m, kFigure,
+          "root mean square of the true y and z errors together, each at most 1 m, after the "
+          "approach; of all frames if that never ended");
+    field("overshoot_m", self.overshoot_m, kFigure,
+          "largest way beyond the desired x in the same frames, at most 1 m");
+    field("effort_v", self.effort_v, kFigure,
+          "root mean square of the commands' deviations from neutral");
+    field("insertion_depth_m", self.insertion_depth_m, kFigure,
+          "of the pole's tip past the dock's mouth, at the end");
+    field("insertion_time_s", self.insertion_time_s, kFigure,
+          "when the pole first was in the hole");
+    field("first_dock_contact", self.first_dock_contact, kFigure.As("dock_contact_{}"),
+          "of the pole with the dock");
+    field("dock_force_max_newton", self.dock_force_max_newton, kFigure,
+          "largest between pole and dock");
+    field("jammed", self.jam_time_s.has_value(), kReport,
+          "the pole was held in the dock; no end of the trial");
+    field("jam_time_s", self.jam_time_s, kFigure, "when the pole first was found jammed");
+    field("energy", self.energy, kReport, "of the vehicle, in the whole trial");
+    field("thruster_work_joule", self.energy.thruster_work, kFigure.StoredOnly(),
+          "done by the thrusters");
+    field("stage_time_s", self.stage_time_s, kFigure.As("{}_time_s"), "spent in the stage");
+    field("transitions", self.transitions, kReport, "from stage to stage: frame, from, to, reason");
+    field("seed", self.seed, kKey, "of the scenario");
+    field("version", self.version, kReport, "of the program, with its commit");
+    field("renderer", self.renderer, kReport,
+          "GL context and what draws in it; empty for true_pose");
+    field("digest", self.digest, kVerdict,
+          "of states, estimates and commands; equal for equal runs; empty without an end");
+    field("wall_time_s", self.wall_time_s, kRun, "of the trial; in a batch's file of its job");
+    field("real_time_factor", self.real_time_factor, kReport, "simulated over wall time");
+    field("peak_memory_mib", self.peak_memory_mib, kReport,
+          "resident memory of the process until the trial's end, at most");
+    field("cpu_time_s", self.cpu_time_s, kRun.StoredOnly(), "of the worker in this job");
+    field("rss_bytes", self.rss_bytes, kRun.StoredOnly(), "memory of the worker after the job");
+    field("log", self.log, kLog.StoredOnly(),
+          "of a trial without an end of its own: the last of what it printed");
+  }
+};
+
+}  // namespace turbidock::trial
+
+template <>
+struct turbidock::EnumNames<turbidock::trial::Outcome> {
+  using E = turbidock::trial::Outcome;
+  static constexpr auto kNames = std::to_array<std::pair<E, const char*>>({
+      {E::kDocked, "docked"},
+      {E::kFalseDock, "false_dock"},
+      {E::kTimeout, "timeout"},
+      {E::kMarkerLost, "marker_lost"},
+      {E::kCollision, "collision"},
+      {E::kDiverged, "diverged"},
+      {E::kInterrupted, "interrupted"},
+      {E::kCrashed, "crashed"},
+      {E::kHung, "hung"},
+  });
+};
+
+template <>
+struct turbidock::EnumNames<turbidock::trial::Failure> {
+  using E = turbidock::trial::Failure;
+  static constexpr auto kNames = std::to_array<std::pair<E, const char*>>({
+      {E::kNone, "none"},
+      {E::kDiverged, "diverged"},
+      {E::kCollision, "collision"},
+      {E::kJammed, "jammed"},
+      {E::kFalseLock, "false_lock"},
+      {E::kNeverFound, "never_found"},
+      {E::kLostInServoing, "lost_in_servoing"},
+      {E::kLostInDocking, "lost_in_docking"},
+      {E::kOscillation, "oscillation"},
+      {E::kTimeout, "timeout"},
+      {E::kCrashed, "crashed"},
+      {E::kHung, "hung"},
+  });
+};
