@@ -73,9 +73,9 @@ int Batch(const BatchArguments& arguments) {
                        kLogEvery_s);
   };
   options.on_trial = [&](const farm::StoredTrial& trial) {
-    const farm::TrialRecord& r = trial.record;
-    if (r.digest.empty())
-      progress.Say(fmt::format("  trial {} {}: {}", r.trial, r.outcome, r.reason));
+    const trial::TrialRecord& r = trial.record;
+    if (!r.ended())
+      progress.Say(fmt::format("  trial {} {}: {}", trial.trial, NameOf(r.outcome), r.reason));
   };
   const farm::BatchProgress end = farm::RunBatch(plan, options, &store);
   if (end.done < end.total) {

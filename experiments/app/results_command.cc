@@ -84,7 +84,7 @@ struct VerifyArguments {
 std::vector<int64_t> Choose(const std::vector<farm::StoredTrial>& stored, int sample) {
   std::vector<int64_t> ended, chosen;
   for (const farm::StoredTrial& trial : stored)
-    if (!trial.record.digest.empty()) ended.push_back(trial.record.trial);
+    if (trial.record.ended()) ended.push_back(trial.trial);
   const int64_t n = std::min<int64_t>(sample, std::ssize(ended));
   for (int64_t i = 0; i < n; ++i)
     chosen.push_back(ended[static_cast<size_t>(i * std::ssize(ended) / n)]);
@@ -109,14 +109,14 @@ int Verify(const VerifyArguments& arguments) {
                        fmt::format("{}/{} trials", now.done, now.total), 10);
   };
   options.on_trial = [&](const farm::StoredTrial& again) {
-    const farm::TrialRecord before = store.Trial(again.record.trial).record;
+    const trial::TrialRecord before = store.Trial(again.trial).record;
     const bool same =
         before.digest == again.record.digest && before.outcome == again.record.outcome;
     ++(same ? equal : different);
     if (!same)
-      progress.Say(fmt::format("trial {}: {} with digest {}, now {} with digest {}",
-                               again.record.trial, before.outcome, before.digest,
-                               again.record.outcome, again.record.digest));
+      progress.Say(fmt::format("trial {}: {} with digest {}, now {} with digest {}", again.trial,
+                               NameOf(before.outcome), before.digest, NameOf(again.record.outcome),
+                               again.record.digest));
   };
   farm::RunTrials(plan, trials, options);
   progress.Say(fmt::format("{} of {} trials have the same digest again", equal, trials.size()));
@@ -135,7 +135,7 @@ struct ReplayArguments {
 int Replay(const ReplayArguments& arguments) {
   const farm::ResultStore store = farm::ResultStore::Read(arguments.file);
   const farm::Plan plan = PlanOf(arguments.file, store);
-  const farm::TrialRecord before = store.Trial(arguments.trial).record;
+  const trial::TrialRecord before = store.Trial(arguments.trial).record;
   Progress progress(arguments.quiet);
   WarnOfOtherBuild(store.header(), &progress);
   const std::string out =
@@ -146,7 +146,7 @@ int Replay(const ReplayArguments& arguments) {
       {.out = out, .video = !arguments.no_video, .json = arguments.json, .quiet = arguments.quiet});
   if (StopSignal() != 0 || result.digest == before.digest) return kExitDone;
   throw farm::MismatchError(fmt::format("trial {} ended {} with digest {}, now {} with digest {}",
-                                        arguments.trial, before.outcome, before.digest,
+                                        arguments.trial, NameOf(before.outcome), before.digest,
                                         NameOf(result.outcome), result.digest));
 }
 

@@ -30,14 +30,19 @@ void Run(const Plan& plan, const std::vector<int64_t>& trials, const BatchOption
                  .series_every_frames = plan.settings().series_every_frames});
     return true;
   };
-  const auto take_one = [&](const TrialRecord& record) {
-    const TrialSpec spec = plan.Trial(record.trial);
-    const StoredTrial trial = {spec.cell, spec.sample, spec.parameters, record};
+  const auto take_one = [&](FinishedTrial finished) {
+    const TrialSpec spec = plan.Trial(finished.id);
+    const StoredTrial trial = {.trial = spec.trial,
+                               .cell = spec.cell,
+                               .sample = spec.sample,
+                               .parameters = spec.parameters,
+                               .record = std::move(finished.record),
+                               .series_csv = std::move(finished.series_csv)};
     take(trial);
     ++progress->done;
     ++progress->done_now;
-    progress->successes += record.success();
-    progress->worker_time_s += record.wall_time_s;
+    progress->successes += trial.record.success();
+    progress->worker_time_s += trial.record.wall_time_s;
     if (options.on_trial) options.on_trial(trial);
   };
   KeepBusy(&pool, submit_one, take_one, [&] {

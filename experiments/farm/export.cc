@@ -3,6 +3,8 @@
 #include <charconv>
 #include <nlohmann/json.hpp>
 
+#include "experiments/farm/cell_json.h"
+
 namespace turbidock::farm {
 namespace {
 
@@ -17,25 +19,21 @@ Json ValueOf(const std::string& text) {
 }
 
 Json RowOf(const StoredTrial& trial, bool timing) {
-  const TrialRecord& r = trial.record;
-  Json row = {{"trial", r.trial},
-              {"seed", r.seed},
-              {"cell", trial.cell},
-              {"sample", trial.sample},
-              {"outcome", r.outcome},
-              {"failure", r.failure},
-              {"docked", r.docked},
-              {"inserted", r.inserted},
-              {"time_s", r.digest.empty() ? Json() : Json(r.time_s)},
-              {"digest", r.digest}};
+  const std::vector<trial::Column>& columns = trial::Columns();
+  const std::vector<trial::Cell> cells = trial::CellsOf(trial.record);
+  Json row = {{"trial", trial.trial}};
+  const auto add = [&](trial::Place place) {
+    for (size_t i = 0; i < cells.size(); ++i)
+      if (columns[i].place == place) row[columns[i].name] = JsonOf(cells[i]);
+  };
+  add(trial::Place::kKey);
+  row["cell"] = trial.cell;
+  row["sample"] = trial.sample;
+  add(trial::Place::kVerdict);
   for (const Parameter& parameter : trial.parameters) row[parameter.key] = ValueOf(parameter.value);
-  for (const auto& [name, value] : r.metrics) row[name] = value ? Json(*value) : Json();
-  row["reason"] = r.reason;
-  if (timing) {
-    row["wall_time_s"] = r.wall_time_s;
-    row["cpu_time_s"] = r.cpu_time_s;
-    row["rss_bytes"] = r.rss_bytes;
-  }
+  add(trial::Place::kFigure);
+  add(trial::Place::kRemark);
+  if (timing) add(trial::Place::kRun);
   return row;
 }
 

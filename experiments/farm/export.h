@@ -10,9 +10,9 @@ namespace turbidock::farm {
 
 enum class ExportFormat { kCsv, kJsonl };
 
-// Columns: trial, seed, cell, sample, outcome, failure, docked, inserted, time_s, digest, every
-// parameter, every metric, reason; with `timing` also wall_time_s, cpu_time_s, rss_bytes. Equal
-// results give equal text (without timing). What a trial does not have is empty, in JSON null.
+// Columns: trial and seed, cell and sample, the verdict, every parameter, every figure, the reason;
+// with `timing` also what differs from run to run. Equal results give equal text (without timing).
+// What a trial does not have is empty, in JSON null.
 std::string ExportText(const std::vector<StoredTrial>& trials, ExportFormat format, bool timing);
 
 }  // namespace turbidock::farm

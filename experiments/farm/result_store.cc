@@ -4,16 +4,24 @@
 #include <fmt/format.h>
 #include <sqlite3.h>
 
+#include <algorithm>
+#include <array>
 #include <charconv>
 #include <filesystem>
+#include <functional>
 #include <sstream>
+#include <utility>
 
 #include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"
+#include "experiments/trial/record_columns.h"
 #include "experiments/trial/trial_files.h"
 
 namespace turbidock::farm {
 namespace {
+
+using trial::Cell;
+using trial::Place;
 
 constexpr int kApplicationId = 0x54444f4b;  // "TDOK": tells our files from other SQLite databases
 constexpr int kBusyTimeout_ms = 20000;      // a reader or a writer holds the file for milliseconds
@@ -65,14 +73,31 @@ std::string List(const std::vector<std::string>& names) {
 }
 
 // Numbers as numbers, so that SQL compares and sorts them; anything else as text.
-void BindValue(SQLite::Statement* statement, int index, const std::string& value) {
+Cell CellOfText(const std::string& value) {
   double number = 0;
   const char* const end = value.data() + value.size();
   const auto result = std::from_chars(value.data(), end, number);
-  if (result.ec == std::errc{} && result.ptr == end)
-    statement->bind(index, number);
-  else
-    statement->bind(index, value);
+  return result.ec == std::errc{} && result.ptr == end ? Cell(number) : Cell(value);
+}
+
+void Bind(SQLite::Statement* statement, int index, const Cell& cell) {
+  std::visit(
+      [&](const auto& value) {
+        using V = std::remove_cvref_t<decltype(value)>;
+        if constexpr (std::is_same_v<V, std::monostate>)
+          statement->bind(index);
+        else if constexpr (std::is_same_v<V, bool>)
+          statement->bind(index, value ? 1 : 0);
+        else
+          statement->bind(index, value);
+      },
+      cell);
+}
+
+Cell CellOf(const SQLite::Column& column) {
+  if (column.isInteger()) return column.getInt64();
+  if (column.isFloat()) return column.getDouble();
+  return column.isNull() ? Cell() : Cell(column.getString());
 }
 
 std::string ValueText(const SQLite::Column& column) {
@@ -102,10 +127,39 @@ std::vector<std::string> OwnColumns(const SQLite::Database& db, const std::strin
   return columns;
 }
 
+// A table that has a part of every trial's record.
+struct RecordTable {
+  const char* name;
+  std::vector<Place> places;  // whose columns it has, in this order
+};
+const std::array kRecordTables = {
+    RecordTable{"trials", {Place::kKey, Place::kVerdict, Place::kRemark}},
+    RecordTable{"metrics", {Place::kFigure}}, RecordTable{"runs", {Place::kRun, Place::kLog}}};
+// All that have one row a trial, and `series`.
+constexpr std::array kTables = {"parameters", "metrics", "runs", "series", "trials"};
+
+// Calls act with the index of each of the record's columns in the table.
+void ForColumns(const RecordTable& table, const std::function<void(size_t)>& act) {
+  for (const Place place : table.places)
+    for (size_t i = 0; i < trial::Columns().size(); ++i)
+      if (trial::Columns()[i].place == place) act(i);
+}
+
+using Row = std::vector<std::pair<std::string, Cell>>;  // column and value
+
 std::string Placeholders(size_t n) {
   std::string marks;
   for (size_t i = 0; i < n; ++i) marks += i == 0 ? "?" : ", ?";
   return marks;
+}
+
+void Insert(const SQLite::Database& db, const std::string& table, const Row& row) {
+  std::string names;
+  for (const auto& [name, value] : row) names += (names.empty() ? "" : ", ") + Quoted(name);
+  SQLite::Statement insert(
+      db, "INSERT INTO " + table + " (" + names + ") VALUES (" + Placeholders(row.size()) + ")");
+  for (size_t i = 0; i < row.size(); ++i) Bind(&insert, static_cast<int>(i) + 1, row[i].second);
+  insert.exec();
 }
 
 // The first line in which two texts differ.
@@ -217,18 +271,17 @@ void ResultStore::Create(const StoreHeader& header) {
   set("shard", header.shard.Text());
   set("trials", std::to_string(header.trials));
 
-  db_->exec(
-      "CREATE TABLE trials (trial INTEGER PRIMARY KEY, cell INTEGER NOT NULL, "
-      "sample INTEGER NOT NULL, seed INTEGER NOT NULL, outcome TEXT NOT NULL, "
-      "failure TEXT NOT NULL, docked INTEGER NOT NULL, inserted INTEGER NOT NULL, time_s REAL, "
-      "digest TEXT NOT NULL, reason TEXT NOT NULL)");
+  for (const RecordTable& table : kRecordTables) {
+    std::string columns = "trial INTEGER PRIMARY KEY";
+    if (table.name == kRecordTables[0].name)
+      columns += ", cell INTEGER NOT NULL, sample INTEGER NOT NULL";
+    ForColumns(table, [&](size_t i) {
+      const trial::Column& column = trial::Columns()[i];
+      columns += ", " + Quoted(column.name) + " " + column.sql_type;
+    });
+    db_->exec(fmt::format("CREATE TABLE {} ({})", table.name, columns));
+  }
   db_->exec("CREATE TABLE parameters (trial INTEGER PRIMARY KEY" + List(header.keys) + ")");
-  std::string metrics;
-  for (const auto& [name, value] : MetricsOf({}, {})) metrics += ", " + Quoted(name) + " REAL";
-  db_->exec("CREATE TABLE metrics (trial INTEGER PRIMARY KEY" + metrics + ")");
-  db_->exec(
-      "CREATE TABLE runs (trial INTEGER PRIMARY KEY, wall_time_s REAL, cpu_time_s REAL, "
-      "rss_bytes INTEGER, log TEXT NOT NULL)");
   const std::string header_row = trial::TrajectoryCsv({});
   db_->exec("CREATE TABLE series (trial INTEGER NOT NULL" +
             List(Split(header_row.substr(0, header_row.find('\n')), ',')) +
@@ -266,46 +319,23 @@ void ResultStore::ReadHeader() {
 void ResultStore::Add(const StoredTrial& trial) {
   TD_CHECK(lock_, "a store that was opened for writing");
   TD_CHECK(trial.parameters.size() == header_.keys.size(), "a value for each key");
-  const TrialRecord& r = trial.record;
   Guard(file_, [&] {
     SQLite::Transaction transaction(*db_, SQLite::TransactionBehavior::IMMEDIATE);
-    SQLite::Statement row(*db_, "INSERT INTO trials VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
-    row.bind(1, r.trial);
-    row.bind(2, trial.cell);
-    row.bind(3, trial.sample);
-    row.bind(4, r.seed);
-    row.bind(5, r.outcome);
-    row.bind(6, r.failure);
-    row.bind(7, r.docked ? 1 : 0);
-    row.bind(8, r.inserted ? 1 : 0);
-    if (!r.digest.empty()) row.bind(9, r.time_s);
-    row.bind(10, r.digest);
-    row.bind(11, r.reason);
-    row.exec();
-
-    SQLite::Statement parameters(
-        *db_, "INSERT INTO parameters VALUES (" + Placeholders(1 + trial.parameters.size()) + ")");
-    parameters.bind(1, r.trial);
-    for (size_t i = 0; i < trial.parameters.size(); ++i)
-      BindValue(&parameters, static_cast<int>(i) + 2, trial.parameters[i].value);
-    parameters.exec();
-
-    SQLite::Statement metrics(
-        *db_, "INSERT INTO metrics VALUES (" + Placeholders(1 + r.metrics.size()) + ")");
-    metrics.bind(1, r.trial);
-    for (size_t i = 0; i < r.metrics.size(); ++i)
-      if (r.metrics[i].second) metrics.bind(static_cast<int>(i) + 2, *r.metrics[i].second);
-    metrics.exec();
-
-    SQLite::Statement run(*db_, "INSERT INTO runs VALUES (?, ?, ?, ?, ?)");
-    run.bind(1, r.trial);
-    run.bind(2, r.wall_time_s);
-    run.bind(3, r.cpu_time_s);
-    run.bind(4, r.rss_bytes);
-    run.bind(5, r.log);
-    run.exec();
-
-    AddSeries(r.trial, r.series_csv);
+    const std::vector<Cell> cells = trial::CellsOf(trial.record);
+    for (const RecordTable& table : kRecordTables) {
+      Row row = {{"trial", trial.trial}};
+      if (table.name == kRecordTables[0].name) {
+        row.emplace_back("cell", trial.cell);
+        row.emplace_back("sample", trial.sample);
+      }
+      ForColumns(table, [&](size_t i) { row.emplace_back(trial::Columns()[i].name, cells[i]); });
+      Insert(*db_, table.name, row);
+    }
+    Row parameters = {{"trial", trial.trial}};
+    for (size_t i = 0; i < header_.keys.size(); ++i)
+      parameters.emplace_back(header_.keys[i], CellOfText(trial.parameters[i].value));
+    Insert(*db_, "parameters", parameters);
+    AddSeries(trial.trial, trial.series_csv);
     transaction.commit();
   });
 }
@@ -319,7 +349,8 @@ void ResultStore::AddSeries(int64_t trial, const std::string& csv) {
     row.reset();
     row.bind(1, trial);
     const std::vector<std::string> values = Split(lines[i], ',');
-    for (size_t k = 0; k < values.size(); ++k) BindValue(&row, static_cast<int>(k) + 2, values[k]);
+    for (size_t k = 0; k < values.size(); ++k)
+      Bind(&row, static_cast<int>(k) + 2, CellOfText(values[k]));
     row.exec();
   }
 }
@@ -347,11 +378,13 @@ void ResultStore::Merge(const std::string& other_file) {
                         clash.getColumn(2).getString(), clash.getColumn(3).getString(),
                         clash.getColumn(4).getString()));
       // Children first: which trials are new shows in `trials`.
-      for (const char* table : {"parameters", "metrics", "runs", "series", "trials"})
+      for (const std::string table : kTables) {
+        const std::string columns = "trial" + List(OwnColumns(*db_, table));
         db_->exec(
-            fmt::format("INSERT INTO main.{0} SELECT * FROM other.{0} "
+            fmt::format("INSERT INTO main.{0} ({1}) SELECT {1} FROM other.{0} "
                         "WHERE trial NOT IN (SELECT trial FROM main.trials)",
-                        table));
+                        table, columns));
+      }
       transaction.commit();
     }
     db_->exec("DETACH DATABASE other");
@@ -369,57 +402,52 @@ std::vector<int64_t> ResultStore::Done() const {
 
 int64_t ResultStore::Successes() const {
   return Guard(file_, [&] {
-    return db_->execAndGet("SELECT count(*) FROM trials WHERE failure = 'none'").getInt64();
+    SQLite::Statement query(*db_, "SELECT count(*) FROM trials WHERE failure = ?");
+    query.bind(1, NameOf(trial::Failure::kNone));
+    query.executeStep();
+    return query.getColumn(0).getInt64();
   });
 }
 
 std::vector<StoredTrial> ResultStore::Trials() const { return Select(""); }
 
 StoredTrial ResultStore::Trial(int64_t trial) const {
-  std::vector<StoredTrial> found = Select(fmt::format("WHERE trial = {}", trial));
+  std::vector<StoredTrial> found = Select(fmt::format("WHERE trials.trial = {}", trial));
   if (found.empty()) throw ConfigError(fmt::format("{}: has no trial {}", file_, trial));
   return std::move(found[0]);
 }
 
 std::vector<StoredTrial> ResultStore::Select(const std::string& where) const {
   return Guard(file_, [&] {
-    const std::vector<std::string> metric_names = OwnColumns(*db_, "metrics");
-    // Columns that two of the tables have are not read by name but by place.
-    SQLite::Statement query(
-        *db_,
-        "SELECT t.*, r.wall_time_s, r.cpu_time_s, r.rss_bytes, r.log, p.*, m.* FROM trials t "
-        "JOIN runs r USING (trial) JOIN parameters p USING (trial) JOIN metrics m USING (trial) " +
-            where + " ORDER BY t.trial");
+    std::string wanted = "trials.trial, trials.cell, trials.sample";
+    for (const std::string& key : header_.keys) wanted += ", parameters." + Quoted(key);
+    std::vector<size_t> read;  // the record's columns that the file has, in the query's order
+    for (const RecordTable& table : kRecordTables) {
+      const std::vector<std::string> there = Columns(*db_, table.name);
+      ForColumns(table, [&](size_t i) {
+        const std::string& name = trial::Columns()[i].name;
+        if (std::find(there.begin(), there.end(), name) == there.end()) return;
+        wanted += fmt::format(", {}.{}", table.name, Quoted(name));
+        read.push_back(i);
+      });
+    }
+    SQLite::Statement query(*db_, "SELECT " + wanted +
+                                      " FROM trials JOIN runs USING (trial) JOIN parameters "
+                                      "USING (trial) JOIN metrics USING (trial) " +
+                                      where + " ORDER BY trials.trial");
     std::vector<StoredTrial> trials;
     while (query.executeStep()) {
       StoredTrial stored;
-      TrialRecord& r = stored.record;
       int at = 0;
       const auto next = [&] { return query.getColumn(at++); };
-      r.trial = next().getInt64();
+      stored.trial = next().getInt64();
       stored.cell = next().getInt64();
       stored.sample = next().getInt64();
-      r.seed = next().getInt64();
-      r.outcome = next().getString();
-      r.failure = next().getString();
-      r.docked = next().getInt() != 0;
-      r.inserted = next().getInt() != 0;
-      r.time_s = next().getDouble();
-      r.digest = next().getString();
-      r.reason = next().getString();
-      r.wall_time_s = next().getDouble();
-      r.cpu_time_s = next().getDouble();
-      r.rss_bytes = next().getInt64();
-      r.log = next().getString();
-      ++at;  // parameters.trial
       for (const std::string& key : header_.keys)
         stored.parameters.push_back({key, ValueText(next())});
-      ++at;  // metrics.trial
-      for (const std::string& name : metric_names) {
-        const SQLite::Column value = next();
-        r.metrics.emplace_back(name,
-                               value.isNull() ? std::nullopt : std::optional(value.getDouble()));
-      }
+      std::vector<Cell> cells(trial::Columns().size());
+      for (const size_t i : read) cells[i] = CellOf(next());
+      stored.record = trial::RecordOf(cells);
       trials.push_back(std::move(stored));
     }
     return trials;

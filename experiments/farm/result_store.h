@@ -48,9 +48,10 @@ StoreHeader HeaderOf(const Plan& plan, const Shard& shard);
 std::vector<std::string> Differences(const StoreHeader& a, const StoreHeader& b);
 
 struct StoredTrial {
-  int64_t cell = 0, sample = 0;
+  int64_t trial = 0, cell = 0, sample = 0;
   std::vector<Parameter> parameters;  // values of StoreHeader::keys
-  TrialRecord record;                 // its series is in SeriesOf
+  trial::TrialRecord record;
+  std::string series_csv = {};  // to be stored; reading does not fill it: see SeriesOf
 };
 
 class ResultStore {

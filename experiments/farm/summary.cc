@@ -7,6 +7,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "experiments/trial/record_columns.h"
 #include "sim/base/units.h"
 
 namespace turbidock::farm {
@@ -15,12 +16,6 @@ namespace {
 Spread SpreadOf(const std::vector<double>& values) {
   return {statistics::Quantile(values, 0.1), statistics::Quantile(values, 0.5),
           statistics::Quantile(values, 0.9), std::ssize(values)};
-}
-
-std::optional<double> MetricOf(const StoredTrial& trial, const std::string& name) {
-  for (const auto& [known, value] : trial.record.metrics)
-    if (known == name) return value;
-  return std::nullopt;
 }
 
 // Numbers in their order, before and apart from words in theirs.
@@ -49,9 +44,9 @@ std::string Percent(const statistics::Interval& interval) {
   return fmt::format("{:.0f}-{:.0f}", 100 * interval.low, 100 * interval.high);
 }
 
-std::string FailureList(const std::map<std::string, int64_t>& failures) {
+std::string FailureList(const std::map<trial::Failure, int64_t>& failures) {
   std::vector<std::pair<int64_t, std::string>> sorted;
-  for (const auto& [name, count] : failures) sorted.emplace_back(-count, name);
+  for (const auto& [failure, count] : failures) sorted.emplace_back(-count, NameOf(failure));
   std::sort(sorted.begin(), sorted.end());
   std::string list;
   for (const auto& [count, name] : sorted)
@@ -80,25 +75,39 @@ std::string Aligned(const std::vector<std::vector<std::string>>& rows, size_t le
 
 }  // namespace
 
-std::string GroupValue(const StoredTrial& trial, const std::string& key) {
-  for (const Parameter& parameter : trial.parameters)
-    if (parameter.key == key) return parameter.value;
-  if (key == "outcome") return trial.record.outcome;
-  if (key == "failure") return trial.record.failure;
-  if (key == "cell") return std::to_string(trial.cell);
-  for (const auto& [name, value] : trial.record.metrics)
-    if (name == key) return value ? FormatNumber(*value) : "none";
-  std::string known = "outcome, failure, cell";
-  for (const Parameter& parameter : trial.parameters) known += ", " + parameter.key;
-  throw ConfigError(key + ": trials cannot be grouped by this; by " + known + " or a metric");
+GroupKey::GroupKey(const std::string& name, const StoredTrial& example) {
+  for (size_t i = 0; i < example.parameters.size(); ++i)
+    if (example.parameters[i].key == name) {
+      value_ = [i](const StoredTrial& trial) { return trial.parameters[i].value; };
+      return;
+    }
+  using Known = std::pair<std::string, std::function<std::string(const StoredTrial&)>>;
+  std::vector<Known> known = {
+      {"outcome", [](const StoredTrial& trial) { return NameOf(trial.record.outcome); }},
+      {"failure", [](const StoredTrial& trial) { return NameOf(trial.record.failure); }},
+      {"cell", [](const StoredTrial& trial) { return std::to_string(trial.cell); }}};
+  for (const trial::Figure& figure : trial::Figures())
+    known.emplace_back(figure.name, [&figure](const StoredTrial& trial) {
+      const std::optional<double> value = figure.of(trial.record);
+      return value ? FormatNumber(*value) : "none";
+    });
+  for (Known& candidate : known)
+    if (candidate.first == name) value_ = std::move(candidate.second);
+  if (value_) return;
+  std::string names = "outcome, failure, cell";
+  for (const Parameter& parameter : example.parameters) names += ", " + parameter.key;
+  throw ConfigError(name + ": trials cannot be grouped by this; by " + names + " or a metric");
 }
 
 std::vector<GroupSummary> Summarise(const std::vector<StoredTrial>& trials,
                                     const std::vector<std::string>& keys) {
   std::map<std::vector<std::string>, std::vector<const StoredTrial*>, ByValue> groups;
+  std::vector<GroupKey> group_keys;
+  if (!trials.empty())
+    for (const std::string& key : keys) group_keys.emplace_back(key, trials.front());
   for (const StoredTrial& trial : trials) {
     std::vector<std::string> values;
-    for (const std::string& key : keys) values.push_back(GroupValue(trial, key));
+    for (const GroupKey& key : group_keys) values.push_back(key.ValueOf(trial));
     groups[values].push_back(&trial);
   }
   std::vector<GroupSummary> summaries;
@@ -107,7 +116,7 @@ std::vector<GroupSummary> Summarise(const std::vector<StoredTrial>& trials,
     summary.values = values;
     std::vector<double> times_s, errors_y_m, errors_z_m;
     for (const StoredTrial* trial : members) {
-      const TrialRecord& r = trial->record;
+      const trial::TrialRecord& r = trial->record;
       ++summary.trials;
       if (r.success()) {
         ++summary.successes;
@@ -116,8 +125,8 @@ std::vector<GroupSummary> Summarise(const std::vector<StoredTrial>& trials,
         ++summary.failures[r.failure];
       }
       if (!r.docked) continue;
-      errors_y_m.push_back(std::abs(MetricOf(*trial, "final_error_true_y_m").value_or(NAN)));
-      errors_z_m.push_back(std::abs(MetricOf(*trial, "final_error_true_z_m").value_or(NAN)));
+      errors_y_m.push_back(std::abs(r.final_error_true.y_m));
+      errors_z_m.push_back(std::abs(r.final_error_true.z_m));
     }
     summary.wilson = statistics::WilsonInterval(summary.successes, summary.trials);
     summary.clopper_pearson = statistics::ClopperPearsonInterval(summary.successes, summary.trials);
@@ -165,6 +174,8 @@ std::string SummaryJson(const std::vector<std::string>& keys,
   };
   Json list = Json::array();
   for (const GroupSummary& group : groups) {
+    std::map<std::string, int64_t> failures;
+    for (const auto& [failure, count] : group.failures) failures[NameOf(failure)] = count;
     Json values = Json::object();
     for (size_t i = 0; i < keys.size(); ++i) values[keys[i]] = group.values[i];
     list.push_back({{"group", values},
@@ -175,7 +186,7 @@ std::string SummaryJson(const std::vector<std::string>& keys,
                     {"time_to_dock_s", spread(group.time_to_dock_s)},
                     {"error_true_y_m", spread(group.error_y_m)},
                     {"error_true_z_m", spread(group.error_z_m)},
-                    {"failures", group.failures}});
+                    {"failures", failures}});
   }
   return list.dump(2) + "\n";
 }

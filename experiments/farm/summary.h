@@ -2,6 +2,7 @@
 // What the trials of a batch say together: a table by groups, and success over a dose.
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -24,12 +25,21 @@ struct GroupSummary {
   statistics::Interval wilson, clopper_pearson;  // 95 %, of the success rate
   Spread time_to_dock_s;                         // of the successes
   Spread error_y_m, error_z_m;                   // true, absolute, when docked on the estimate
-  std::map<std::string, int64_t> failures;       // by name, "none" left out
+  std::map<trial::Failure, int64_t> failures;    // kNone left out
 };
 
-// What a trial can be grouped by: a parameter's key, "outcome", "failure", "cell" or a metric.
-// ConfigError for any other name.
-std::string GroupValue(const StoredTrial& trial, const std::string& key);
+// Something that trials can be grouped by.
+class GroupKey {
+ public:
+  // A parameter's key, "outcome", "failure", "cell" or a figure of a trial. ConfigError for any
+  // other name. `example` is one of the trials: they all have the same parameters.
+  GroupKey(const std::string& name, const StoredTrial& example);
+
+  std::string ValueOf(const StoredTrial& trial) const { return value_(trial); }
+
+ private:
+  std::function<std::string(const StoredTrial&)> value_;
+};
 
 // One group for each combination of values that occurs, numbers in ascending order. Without keys,
 // one group of all.

@@ -1,17 +1,22 @@
 // The results file: what is stored comes back, and nothing that does not belong gets in.
 
+#include <SQLiteCpp/SQLiteCpp.h>
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "experiments/farm/cell_json.h"
 #include "experiments/farm/export.h"
 #include "experiments/farm/result_store.h"
 #include "experiments/farm/summary.h"
+#include "experiments/trial/trial.h"
 #include "experiments/trial/trial_files.h"
 
 namespace turbidock::farm {
@@ -29,18 +34,20 @@ StoreHeader Header() {
           .keys = {"water.milk_ml_m3", "sea.state"}};
 }
 
-StoredTrial Trial(int64_t trial, const std::string& milk, const std::string& failure) {
-  StoredTrial stored{trial / 2, trial % 2, {{"water.milk_ml_m3", milk}, {"sea.state", "calm"}}, {}};
-  TrialRecord& r = stored.record;
-  r.trial = trial;
+StoredTrial Trial(int64_t trial, const std::string& milk, trial::Failure failure) {
+  StoredTrial stored{
+      trial, trial / 2, trial % 2, {{"water.milk_ml_m3", milk}, {"sea.state", "calm"}}, {}};
+  trial::TrialRecord& r = stored.record;
   r.seed = 0x7fffffffffffffff - trial;  // more digits than a double has
-  r.outcome = failure == "none" ? "docked" : "timeout";
+  r.outcome = failure == trial::Failure::kNone ? trial::Outcome::kDocked : trial::Outcome::kTimeout;
   r.failure = failure;
   r.reason = "said \"why\", and\nhow";
-  r.docked = r.inserted = failure == "none";
+  r.docked = r.inserted = failure == trial::Failure::kNone;
   r.time_s = 1.0 / 3 + static_cast<double>(trial);
   r.digest = "d" + std::to_string(trial);
-  r.metrics = MetricsOf({}, {});
+  r.insertion_time_s = -0.0;
+  r.first_dock_contact = trial::Contact{2.5, 1.0 / 7};
+  r.stage_time_s = {{control::Stage::kDocking, 0.1}};
   r.wall_time_s = 0.1;
   r.cpu_time_s = 0.2;
   r.rss_bytes = 1 << 30;
@@ -70,16 +77,16 @@ class Store : public ::testing::Test {
 
 TEST_F(Store, GivesBackWhatItWasGiven) {
   const std::string file = File("a.db");
-  StoredTrial odd = Trial(4, "2.5e-3", "collision");
-  odd.record.digest.clear();
-  odd.record.time_s = 0;
+  StoredTrial odd{4, 2, 0, {{"water.milk_ml_m3", "2.5e-3"}, {"sea.state", "calm"}}, {}};
+  odd.record.outcome = trial::Outcome::kCrashed;
+  odd.record.failure = trial::Failure::kCrashed;
   odd.record.log = "core dumped";
   trial::TrialLog log;
   log.frames.resize(2);
   log.frames[1].frame = 30;
   log.frames[1].time_s = 1.0 / 3;
-  StoredTrial with_series = Trial(1, "7", "none");
-  with_series.record.series_csv = trial::TrajectoryCsv(log);
+  StoredTrial with_series = Trial(1, "7", trial::Failure::kNone);
+  with_series.series_csv = trial::TrajectoryCsv(log);
   {
     ResultStore store = ResultStore::Write(file, Header());
     store.Add(odd);
@@ -91,9 +98,9 @@ TEST_F(Store, GivesBackWhatItWasGiven) {
   EXPECT_EQ(store.header().trials, 10);
   EXPECT_EQ(store.Done(), (std::vector<int64_t>{1, 4}));
   EXPECT_EQ(store.Successes(), 1);
-  EXPECT_EQ(store.SeriesOf(1), with_series.record.series_csv);
+  EXPECT_EQ(store.SeriesOf(1), with_series.series_csv);
   EXPECT_EQ(store.SeriesOf(4), trial::TrajectoryCsv({}));
-  with_series.record.series_csv.clear();
+  with_series.series_csv.clear();
   odd.parameters[0].value = "0.0025";
   const auto trials = store.Trials();
   ASSERT_EQ(trials.size(), 2u);
@@ -106,7 +113,7 @@ TEST_F(Store, GivesBackWhatItWasGiven) {
 
 TEST_F(Store, RefusesWhatWasBegunAsSomethingElse) {
   const std::string file = File("a.db");
-  ResultStore::Write(file, Header()).Add(Trial(1, "7", "none"));
+  ResultStore::Write(file, Header()).Add(Trial(1, "7", trial::Failure::kNone));
   StoreHeader other = Header();
   other.plan_hash = "def";
   other.plan = "seeds: 3\nset: b\n";
@@ -128,7 +135,7 @@ TEST_F(Store, KeepsOtherWritersOutAndReadersIn) {
   const std::string file = File("a.db");
   {
     ResultStore store = ResultStore::Write(file, Header());
-    store.Add(Trial(1, "7", "none"));
+    store.Add(Trial(1, "7", trial::Failure::kNone));
     EXPECT_TRUE(IsLocked(file));
     EXPECT_THAT(Refusal(file, Header()),
                 HasSubstr("another run (process " + std::to_string(getpid()) + ") is writing"));
@@ -144,7 +151,7 @@ TEST_F(Store, SaysWhatIsNoResultFileOrADamagedOne) {
   EXPECT_THAT(Refusal(File("text.db"), Header()), HasSubstr("is no result file"));
   EXPECT_THAT(Refusal("/proc/a.db", Header()), HasSubstr("cannot be written"));
   EXPECT_THROW(ResultStore::Read(File("none.db")), ConfigError);
-  ResultStore::Write(File("cut.db"), Header()).Add(Trial(1, "7", "none"));
+  ResultStore::Write(File("cut.db"), Header()).Add(Trial(1, "7", trial::Failure::kNone));
   fs::resize_file(File("cut.db"), 8192);
   EXPECT_THAT(Refusal(File("cut.db"), Header()), HasSubstr("is damaged"));
   EXPECT_EQ(fs::file_size(File("cut.db")), 8192u);  // and is left as it was
@@ -154,11 +161,11 @@ TEST_F(Store, MergesWhatBelongsTogether) {
   StoreHeader first = Header(), second = Header();
   first.shard = {1, 2};
   second.shard = {2, 2};
-  ResultStore::Write(File("1.db"), first).Add(Trial(1, "7", "none"));
+  ResultStore::Write(File("1.db"), first).Add(Trial(1, "7", trial::Failure::kNone));
   {
     ResultStore store = ResultStore::Write(File("2.db"), second);
-    store.Add(Trial(1, "7", "none"));  // in both, and equal
-    store.Add(Trial(2, "8", "timeout"));
+    store.Add(Trial(1, "7", trial::Failure::kNone));  // in both, and equal
+    store.Add(Trial(2, "8", trial::Failure::kTimeout));
   }
   ResultStore merged = ResultStore::Write(File("m.db"), Header());
   merged.Merge(File("1.db"));
@@ -166,19 +173,130 @@ TEST_F(Store, MergesWhatBelongsTogether) {
   merged.Merge(File("2.db"));
   EXPECT_EQ(merged.Done(), (std::vector<int64_t>{1, 2}));
 
-  StoredTrial changed = Trial(2, "8", "timeout");
+  StoredTrial changed = Trial(2, "8", trial::Failure::kTimeout);
   changed.record.digest = "other";
   ResultStore::Write(File("3.db"), second).Add(changed);
   EXPECT_THROW(merged.Merge(File("3.db")), MismatchError);
   StoreHeader other_build = Header();
   other_build.build = "1.0 f01";
-  ResultStore::Write(File("4.db"), other_build).Add(Trial(3, "8", "none"));
+  ResultStore::Write(File("4.db"), other_build).Add(Trial(3, "8", trial::Failure::kNone));
   EXPECT_THROW(merged.Merge(File("4.db")), MismatchError);
   EXPECT_EQ(merged.Done().size(), 2u);
 }
 
+std::string TextOf(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+// Written by the program before records had a list of fields: trials that timed out, docked and
+// hung, with series; its exports are that program's too.
+TEST_F(Store, ReadsMergesAndResumesAFileOfAnOlderProgram) {
+  const std::string data = TURBIDOCK_TEST_DATA "/farm/schema_1";
+  const std::string file = File("old.db");
+  fs::copy_file(data + ".db", file);
+  StoreHeader header;
+  {
+    const ResultStore store = ResultStore::Read(file);
+    header = store.header();
+    const std::vector<StoredTrial> trials = store.Trials();
+    ASSERT_EQ(trials.size(), 4u);
+    EXPECT_EQ(ExportText(trials, ExportFormat::kCsv, true), TextOf(data + ".csv"));
+    EXPECT_EQ(ExportText(trials, ExportFormat::kJsonl, false), TextOf(data + ".jsonl"));
+    EXPECT_EQ(trials[1].record.failure, trial::Failure::kNeverFound);
+    EXPECT_TRUE(trials[2].record.success());
+    EXPECT_FALSE(trials[3].record.ended());
+    EXPECT_EQ(trials[3].record.failure, trial::Failure::kHung);
+    EXPECT_FALSE(store.SeriesOf(2).empty());
+  }
+  ResultStore merged = ResultStore::Write(File("m.db"), header);
+  merged.Merge(file);
+  EXPECT_EQ(ExportText(merged.Trials(), ExportFormat::kCsv, true), TextOf(data + ".csv"));
+  EXPECT_EQ(merged.SeriesOf(2), ResultStore::Read(file).SeriesOf(2));
+
+  StoredTrial another = merged.Trial(0);
+  another.trial = 4;
+  ResultStore resumed = ResultStore::Write(file, header);
+  resumed.Add(another);
+  EXPECT_TRUE(resumed.Trial(4).record == another.record);
+  EXPECT_EQ(resumed.Done().size(), 5u);
+}
+
+TEST_F(Store, AnyCellGoesThroughJson) {
+  const std::vector<trial::Cell> cells = {
+      {},     true,    false, int64_t{0x7fffffffffffffff},           int64_t{-1}, -0.0,
+      5e-324, 1.0 / 3, 7.0,   std::string("a \"reason\",\nand more")};
+  for (const trial::Cell& cell : cells) {
+    const trial::Cell back = CellOf(nlohmann::ordered_json::parse(JsonOf(cell).dump()));
+    EXPECT_TRUE(back == cell) << cell.index();
+    if (const auto* number = std::get_if<double>(&cell)) {
+      EXPECT_EQ(std::signbit(std::get<double>(back)), std::signbit(*number));
+    }
+  }
+}
+
+// A worker's record is that of the same trial in this process, but for what differs from run to
+// run.
+TEST_F(Store, AWorkerReturnsTheRecord) {
+  const trial::Scenario scenario =
+      trial::LoadScenario("pool_active", {"pose_source=true_pose", "duration_s=2", "seed=5"});
+  TrialPool pool(1, {.time_limit_s = 60});
+  pool.Submit({.id = 17, .scenario = scenario, .series_every_frames = 30});
+  std::optional<FinishedTrial> trial;
+  while (!trial) trial = pool.Next(/*timeout_s=*/10);
+  EXPECT_EQ(trial->id, 17);
+  EXPECT_EQ(std::count(trial->series_csv.begin(), trial->series_csv.end(), '\n'), 3);
+  const std::vector<trial::Cell> there = trial::CellsOf(trial->record),
+                                 here = trial::CellsOf(trial::RunTrial(scenario));
+  size_t compared = 0;
+  for (size_t i = 0; i < here.size(); ++i) {
+    const trial::Column& column = trial::Columns()[i];
+    if (column.place == trial::Place::kRun || column.place == trial::Place::kLog) continue;
+    EXPECT_TRUE(there[i] == here[i]) << column.name;
+    ++compared;
+  }
+  EXPECT_EQ(compared, here.size() - 4);
+  EXPECT_GT(trial->record.rss_bytes, 0);
+}
+
+TEST_F(Store, HasTheColumnsOfAnOlderProgramsFile) {
+  fs::copy_file(TURBIDOCK_TEST_DATA "/farm/schema_1.db", File("old.db"));
+  const StoreHeader header = ResultStore::Read(File("old.db")).header();
+  { ResultStore::Write(File("new.db"), header); }
+  const auto columns = [](const std::string& file) {
+    const SQLite::Database db(file);
+    SQLite::Statement query(db,
+                            "SELECT m.name || '.' || c.name FROM sqlite_master m, "
+                            "pragma_table_info(m.name) c ORDER BY m.name, c.cid");
+    std::vector<std::string> names;
+    while (query.executeStep()) names.push_back(query.getColumn(0).getString());
+    return names;
+  };
+  const auto old = columns(File("old.db"));
+  EXPECT_GT(old.size(), 80u);
+  EXPECT_EQ(columns(File("new.db")), old);
+}
+
+// What a file does not have is nothing; what this program does not know is left alone.
+TEST_F(Store, ReadsAFileWithOtherFigures) {
+  const std::string file = File("a.db");
+  ResultStore::Write(file, Header()).Add(Trial(1, "7", trial::Failure::kNone));
+  {
+    SQLite::Database db(file, SQLite::OPEN_READWRITE);
+    db.exec(
+        "DROP VIEW results; ALTER TABLE metrics DROP COLUMN effort_v; "
+        "ALTER TABLE metrics DROP COLUMN jam_time_s; "
+        "ALTER TABLE metrics ADD COLUMN to_come_m REAL");
+  }
+  const trial::TrialRecord record = ResultStore::Read(file).Trial(1).record;
+  EXPECT_TRUE(std::isnan(record.effort_v));
+  EXPECT_FALSE(record.jam_time_s);
+  EXPECT_EQ(record.insertion_time_s, 0);
+}
+
 TEST_F(Store, ExportsOneRowATrial) {
-  const std::vector<StoredTrial> trials = {Trial(1, "7", "none"), Trial(2, "[0, 1]", "timeout")};
+  const std::vector<StoredTrial> trials = {Trial(1, "7", trial::Failure::kNone),
+                                           Trial(2, "[0, 1]", trial::Failure::kTimeout)};
   const std::string csv = ExportText(trials, ExportFormat::kCsv, false);
   EXPECT_THAT(csv, ::testing::StartsWith("trial,seed,cell,sample,outcome,failure,docked,inserted,"
                                          "time_s,digest,water.milk_ml_m3,sea.state,"));
@@ -199,13 +317,14 @@ TEST_F(Store, ExportsOneRowATrial) {
 TEST_F(Store, SummarisesByAnyKey) {
   std::vector<StoredTrial> trials;
   for (int64_t i = 0; i < 30; ++i)
-    trials.push_back(Trial(i, i < 10 ? "9" : "10", i % 3 == 0 ? "false_lock" : "none"));
+    trials.push_back(Trial(i, i < 10 ? "9" : "10",
+                           i % 3 == 0 ? trial::Failure::kFalseLock : trial::Failure::kNone));
   const auto groups = Summarise(trials, {"water.milk_ml_m3"});
   ASSERT_EQ(groups.size(), 2u);
   EXPECT_EQ(groups[0].values[0], "9");  // as numbers, not as words
   EXPECT_EQ(groups[0].trials, 10);
   EXPECT_EQ(groups[0].successes, 6);
-  EXPECT_EQ(groups[1].failures.at("false_lock"), 6);
+  EXPECT_EQ(groups[1].failures.at(trial::Failure::kFalseLock), 6);
   EXPECT_NEAR(*groups[0].time_to_dock_s.median, 1.0 / 3 + 4.5, 1e-9);  // of 1, 2, 4, 5, 7, 8
   EXPECT_EQ(groups[1].wilson.low, statistics::WilsonInterval(14, 20).low);
   EXPECT_EQ(Summarise(trials, {})[0].trials, 30);

@@ -32,19 +32,19 @@ Json Flipped(const std::vector<TrialPair>& pairs, bool lost) {
   for (const TrialPair& pair : pairs) {
     if (pair.a.success() == pair.b.success() || pair.a.success() != lost) continue;
     list.push_back({{"seed", pair.a.seed},
-                    {"trial_a", pair.a.trial},
-                    {"trial_b", pair.b.trial},
-                    {"failure", lost ? pair.b.failure : pair.a.failure}});
+                    {"trial_a", pair.trial_a},
+                    {"trial_b", pair.trial_b},
+                    {"failure", NameOf(lost ? pair.b.failure : pair.a.failure)}});
   }
   return list;
 }
 
-Json ToJson(const ComparisonGroup& group, const std::vector<std::string>& metrics) {
+Json ToJson(const ComparisonGroup& group, const std::vector<trial::Figure>& metrics) {
   const RateComparison r = CompareRates(group.pairs);
   Json key = Json::object(), list = Json::array();
   for (const farm::Parameter& parameter : group.key) key[parameter.key] = parameter.value;
-  for (const std::string& name : metrics) {
-    const MetricComparison m = CompareMetric(group.pairs, name);
+  for (const trial::Figure& metric : metrics) {
+    const MetricComparison m = CompareMetric(group.pairs, metric);
     list.push_back({{"metric", m.name},
                     {"pairs", m.pairs},
                     {"median_a", OrNull(m.median_a)},
@@ -68,20 +68,20 @@ Json ToJson(const ComparisonGroup& group, const std::vector<std::string>& metric
           {"metrics", list}};
 }
 
-void PrintGroup(const ComparisonGroup& group, const std::vector<std::string>& metrics) {
+void PrintGroup(const ComparisonGroup& group, const std::vector<trial::Figure>& metrics) {
   const RateComparison r = CompareRates(group.pairs);
   fmt::print("{}: {} pairs\n", GroupName(group), r.pairs);
   fmt::print("  {:24} {:5.1f} % -> {:5.1f} %, {:+.1f} points [{:+.1f}, {:+.1f}], p = {:.3g}\n",
              "success rate", 100 * r.rate_a, 100 * r.rate_b, 100 * r.difference,
              100 * r.interval.low, 100 * r.interval.high, r.p_value);
-  for (const std::string& name : metrics) {
-    const MetricComparison m = CompareMetric(group.pairs, name);
+  for (const trial::Figure& metric : metrics) {
+    const MetricComparison m = CompareMetric(group.pairs, metric);
     if (!m.median_difference) {
-      fmt::print("  {:24} no pair that docked in both\n", name);
+      fmt::print("  {:24} no pair that docked in both\n", m.name);
       continue;
     }
     fmt::print(
-        "  {:24} {:.4g} -> {:.4g}, {:+.3g}{}, {} of {} larger, p = {:.3g}\n", name, *m.median_a,
+        "  {:24} {:.4g} -> {:.4g}, {:+.3g}{}, {} of {} larger, p = {:.3g}\n", m.name, *m.median_a,
         *m.median_b, *m.median_difference,
         m.interval ? fmt::format(" [{:+.3g}, {:+.3g}]", m.interval->low, m.interval->high) : "",
         m.larger, m.pairs, m.p_value);
@@ -94,6 +94,8 @@ void PrintGroup(const ComparisonGroup& group, const std::vector<std::string>& me
 }
 
 int Compare(const CompareArguments& arguments) {
+  std::vector<trial::Figure> metrics;
+  for (const std::string& name : arguments.metrics) metrics.push_back(MetricNamed(name));
   const farm::ResultStore a = farm::ResultStore::Read(arguments.a),
                           b = farm::ResultStore::Read(arguments.b);
   const std::vector<TrialPair> pairs = PairTrials(a, b, arguments.options);
@@ -101,9 +103,9 @@ int Compare(const CompareArguments& arguments) {
   auto list = Json::array();
   for (const ComparisonGroup& group : groups) {
     if (arguments.json)
-      list.push_back(ToJson(group, arguments.metrics));
+      list.push_back(ToJson(group, metrics));
     else
-      PrintGroup(group, arguments.metrics);
+      PrintGroup(group, metrics);
   }
   if (arguments.json)
     fmt::print("{}\n", Json{{"a", arguments.a},

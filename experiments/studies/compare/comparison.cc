@@ -44,14 +44,15 @@ using Key = std::pair<std::string, int64_t>;  // parameters, seed
 
 struct Candidate {
   std::vector<farm::Parameter> parameters;
-  farm::TrialRecord record;
+  int64_t trial = 0;
+  trial::TrialRecord record;
 };
 
 std::map<Key, Candidate> ByKey(const farm::ResultStore& store,
                                const std::vector<std::string>& keys) {
   std::map<Key, Candidate> trials;
   for (farm::StoredTrial& trial : store.Trials()) {
-    if (trial.record.digest.empty()) continue;
+    if (!trial.record.ended()) continue;
     std::vector<farm::Parameter> shared;
     for (const farm::Parameter& parameter : trial.parameters)
       if (Has(keys, parameter.key)) shared.push_back(parameter);
@@ -59,7 +60,7 @@ std::map<Key, Candidate> ByKey(const farm::ResultStore& store,
               [](const farm::Parameter& x, const farm::Parameter& y) { return x.key < y.key; });
     const Key key{Text(shared), trial.record.seed};
     const auto [place, is_new] =
-        trials.emplace(key, Candidate{std::move(shared), std::move(trial.record)});
+        trials.emplace(key, Candidate{std::move(shared), trial.trial, std::move(trial.record)});
     if (!is_new)
       throw ConfigError(
           fmt::format("several trials have the seed {}{}: they differ in a parameter "
@@ -67,24 +68,6 @@ std::map<Key, Candidate> ByKey(const farm::ResultStore& store,
                       key.second, key.first.empty() ? "" : " and " + key.first));
   }
   return trials;
-}
-
-std::optional<double> MetricOf(const farm::TrialRecord& record, const std::string& name) {
-  if (name == "time_s") return record.time_s;
-  const auto metric = [&](const std::string& wanted) -> std::optional<double> {
-    for (const auto& [known, value] : record.metrics)
-      if (known == wanted) return value;
-    std::vector<std::string> names = {"time_s", "final_error_m"};
-    for (const auto& [known, value] : record.metrics) names.push_back(known);
-    const std::string nearest = config::NearestName(wanted, names);
-    throw ConfigError(wanted + ": is no metric of these results" +
-                      (nearest.empty() ? "" : "; did you mean " + nearest + "?"));
-  };
-  if (name != "final_error_m") return metric(name);
-  const auto x = metric("final_error_true_x_m"), y = metric("final_error_true_y_m"),
-             z = metric("final_error_true_z_m");
-  if (!x || !y || !z) return std::nullopt;
-  return std::hypot(*x, *y, *z);
 }
 
 }  // namespace
@@ -103,7 +86,8 @@ std::vector<TrialPair> PairTrials(const farm::ResultStore& a, const farm::Result
   std::vector<TrialPair> pairs;
   for (const auto& [key, candidate] : in_a)
     if (const auto partner = in_b.find(key); partner != in_b.end())
-      pairs.push_back({candidate.parameters, candidate.record, partner->second.record});
+      pairs.push_back({candidate.parameters, candidate.record, partner->second.record,
+                       candidate.trial, partner->second.trial});
   if (pairs.empty())
     throw ConfigError("no trial of one set has the seed and parameters of one of the other");
   return pairs;
@@ -134,12 +118,27 @@ RateComparison CompareRates(const std::vector<TrialPair>& pairs) {
   return c;
 }
 
-MetricComparison CompareMetric(const std::vector<TrialPair>& pairs, const std::string& name) {
+trial::Figure MetricNamed(const std::string& name) {
+  std::vector<trial::Figure> known = trial::Figures();
+  known.push_back({"final_error_m", [](const trial::TrialRecord& record) {
+                     return std::optional(record.final_error_true.distance_m());
+                   }});
+  std::vector<std::string> names;
+  for (const trial::Figure& figure : known) {
+    if (figure.name == name) return figure;
+    names.push_back(figure.name);
+  }
+  const std::string nearest = config::NearestName(name, names);
+  throw ConfigError(name + ": is no metric of these results" +
+                    (nearest.empty() ? "" : "; did you mean " + nearest + "?"));
+}
+
+MetricComparison CompareMetric(const std::vector<TrialPair>& pairs, const trial::Figure& metric) {
   MetricComparison c;
-  c.name = name;
+  c.name = metric.name;
   std::vector<double> in_a, in_b, differences;
   for (const TrialPair& pair : pairs) {
-    const auto a = MetricOf(pair.a, name), b = MetricOf(pair.b, name);
+    const auto a = metric.of(pair.a), b = metric.of(pair.b);
     if (!pair.a.success() || !pair.b.success() || !a || !b) continue;
     in_a.push_back(*a);
     in_b.push_back(*b);

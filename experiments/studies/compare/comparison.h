@@ -8,13 +8,15 @@
 
 #include "experiments/farm/result_store.h"
 #include "experiments/statistics/intervals.h"
+#include "experiments/trial/record_columns.h"
 
 namespace turbidock::compare {
 
 // A trial in both sets.
 struct TrialPair {
   std::vector<farm::Parameter> parameters;  // that both sets have
-  farm::TrialRecord a, b;
+  trial::TrialRecord a, b;
+  int64_t trial_a = 0, trial_b = 0;  // their numbers
 };
 
 struct ComparisonOptions {
@@ -34,7 +36,7 @@ struct RateComparison {
   double difference = 0;          // of b less a
   statistics::Interval interval;  // of the difference, 95 %: Wald's with half a pair added to each
                                   // cell (Agresti and Min, Stat. Med. 24 (2005) 729)
-  double p_value = 1;  // exact McNemar test, two-sided
+  double p_value = 1;             // exact McNemar test, two-sided
 };
 RateComparison CompareRates(const std::vector<TrialPair>& pairs);
 
@@ -49,9 +51,10 @@ struct MetricComparison {
       larger_share;    // of the pairs that differ, the share larger in b: Wilson, 95 %
   double p_value = 1;  // exact sign test, two-sided
 };
-// "time_s", "final_error_m" (true distance from the desired pose) or a metric of TrialRecord.
-// ConfigError for any other name.
-MetricComparison CompareMetric(const std::vector<TrialPair>& pairs, const std::string& name);
+MetricComparison CompareMetric(const std::vector<TrialPair>& pairs, const trial::Figure& metric);
+// "final_error_m" (true distance from the desired pose) or one of trial::Figures. ConfigError for
+// any other name.
+trial::Figure MetricNamed(const std::string& name);
 
 struct ComparisonGroup {
   std::vector<farm::Parameter> key;  // values of ComparisonOptions::by

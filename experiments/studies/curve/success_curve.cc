@@ -43,9 +43,13 @@ std::string HalfText(const SuccessCurve& curve) {
 std::vector<SuccessCurve> SuccessCurves(const std::vector<farm::StoredTrial>& trials,
                                         const std::string& over, const std::string& by) {
   std::map<std::string, std::map<double, statistics::DosePoint>> counts;
+  if (trials.empty()) return {};
+  const farm::GroupKey over_key(over, trials.front());
+  std::optional<farm::GroupKey> by_key;
+  if (!by.empty()) by_key.emplace(by, trials.front());
   for (const farm::StoredTrial& trial : trials) {
-    const double dose = Number(over, farm::GroupValue(trial, over));
-    statistics::DosePoint& point = counts[by.empty() ? "" : farm::GroupValue(trial, by)][dose];
+    const double dose = Number(over, over_key.ValueOf(trial));
+    statistics::DosePoint& point = counts[by_key ? by_key->ValueOf(trial) : ""][dose];
     point.dose = dose;
     ++point.trials;
     point.successes += trial.record.success();

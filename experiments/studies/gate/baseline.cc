@@ -100,7 +100,8 @@ std::string BaselineText(const Baseline& baseline) {
     for (const GateTrial& t : c.outcomes)
       text += fmt::format(
           "      - {{seed: {}, outcome: {}, time_s: {}, final_error_m: {}, digest: \"{}\"}}\n",
-          t.seed, t.outcome, FormatNumber(t.time_s), FormatNumber(t.final_error_m), t.digest);
+          t.seed, NameOf(t.outcome), FormatNumber(t.time_s), FormatNumber(t.final_error_m),
+          t.digest);
   }
   return text + std::string(kChecksumKey) + "\"" + ChecksumOf(text) + "\"\n";
 }

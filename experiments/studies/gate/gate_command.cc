@@ -105,7 +105,7 @@ void WriteBundle(const std::string& folder, const GateCondition& condition,
   system::WriteWhole(bundle + "/replay.txt",
                      fmt::format("condition: {}\nseed: {}\noutcome: {}\ndigest: {}\n\n"
                                  "turbidock run resolved.yaml --out replay --video\n",
-                                 condition.name, trial.seed, trial.outcome, trial.digest));
+                                 condition.name, trial.seed, NameOf(trial.outcome), trial.digest));
 }
 
 // For seeds that docked before and no longer do, up to the number asked for.
@@ -120,7 +120,7 @@ void WriteBundles(const GateArguments& arguments, const GatePlan& plan, const Ga
       if (left-- <= 0) return;
       WriteBundle(arguments.out + "/failures", plan.conditions[i], arguments.assignments, trial);
       progress->Say(fmt::format("  {}, seed {}: {}; in {}/failures", condition.name, trial.seed,
-                                trial.outcome, arguments.out));
+                                NameOf(trial.outcome), arguments.out));
     }
   }
 }

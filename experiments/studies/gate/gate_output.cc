@@ -67,7 +67,7 @@ Json ToJson(const ConditionReport& c) {
   for (const MeasureReport& measure : c.measures) measures.push_back(ToJson(measure));
   for (const GateTrial& t : c.trials)
     trials.push_back({{"seed", t.seed},
-                      {"outcome", t.outcome},
+                      {"outcome", NameOf(t.outcome)},
                       {"time_s", t.time_s},
                       {"final_error_m", t.final_error_m},
                       {"digest", t.digest}});

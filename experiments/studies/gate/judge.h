@@ -25,6 +25,7 @@
 
 #include "experiments/statistics/intervals.h"
 #include "experiments/statistics/sequential_test.h"
+#include "experiments/trial/trial_record.h"
 #include "sim/base/fields.h"
 
 namespace turbidock::gate {
@@ -32,12 +33,12 @@ namespace turbidock::gate {
 // What the gate needs of a trial.
 struct GateTrial {
   int64_t seed = 0;
-  std::string outcome;
+  trial::Outcome outcome = trial::Outcome::kTimeout;
   double time_s = 0;         // when the docking criterion was met, else of the end
   double final_error_m = 0;  // true distance from the desired position at that time
   std::string digest;
 
-  bool docked() const { return outcome == "docked"; }
+  bool docked() const { return outcome == trial::Outcome::kDocked; }
 
   static void Fields(auto& self, auto&& field) {
     field("seed", self.seed, AtLeast(0), "of the trial");

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -15,22 +13,13 @@ namespace {
 
 constexpr double kTrialTimeLimit_s = 3600;
 
-double MetricOf(const farm::TrialRecord& record, const std::string& name) {
-  const auto found = std::find_if(record.metrics.begin(), record.metrics.end(),
-                                  [&](const farm::Metric& metric) { return metric.first == name; });
-  TD_CHECK(found != record.metrics.end() && found->second, "a trial has a " + name);
-  return *found->second;
-}
-
 }  // namespace
 
-GateTrial GateTrialOf(const farm::TrialRecord& record) {
+GateTrial GateTrialOf(const trial::TrialRecord& record) {
   return {.seed = record.seed,
           .outcome = record.outcome,
           .time_s = record.time_s,
-          .final_error_m = std::hypot(MetricOf(record, "final_error_true_x_m"),
-                                      MetricOf(record, "final_error_true_y_m"),
-                                      MetricOf(record, "final_error_true_z_m")),
+          .final_error_m = record.final_error_true.distance_m(),
           .digest = record.digest};
 }
 
@@ -53,13 +42,15 @@ std::vector<GateTrial> GateTrialRunner::Run(const std::vector<GateRequest>& requ
     return true;
   };
   std::vector<GateTrial> trials(requests.size());
-  const auto take = [&](const farm::TrialRecord& record) {
-    const GateRequest& request = requests[static_cast<size_t>(record.trial)];
-    if (record.digest.empty())
+  const auto take = [&](const farm::FinishedTrial& finished) {
+    const trial::TrialRecord& record = finished.record;
+    const auto index = static_cast<size_t>(finished.id);
+    const GateRequest& request = requests[index];
+    if (!record.ended())
       throw SimulatorFault(fmt::format("condition '{}', seed {}: the trial {}: {}\n{}",
                                        plan_.conditions[request.condition].name, request.seed,
-                                       record.outcome, record.reason, record.log));
-    trials[static_cast<size_t>(record.trial)] = GateTrialOf(record);
+                                       NameOf(record.outcome), record.reason, record.log));
+    trials[index] = GateTrialOf(record);
   };
   if (!farm::KeepBusy(&pool_, submit_one, take, [&] { return !stop(); })) return {};
   return trials;

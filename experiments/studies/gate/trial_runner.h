@@ -10,7 +10,7 @@
 
 namespace turbidock::gate {
 
-GateTrial GateTrialOf(const farm::TrialRecord& record);
+GateTrial GateTrialOf(const trial::TrialRecord& record);
 
 class GateTrialRunner {
  public:

@@ -7,9 +7,9 @@
 
 #include "experiments/app/commands.h"
 #include "experiments/app/progress.h"
-#include "experiments/studies/run/trial_video.h"
 #include "experiments/media/gnuplot.h"
 #include "experiments/studies/run/trial_figure.h"
+#include "experiments/studies/run/trial_video.h"
 #include "experiments/trial/trial_files.h"
 #include "sim/base/units.h"
 #include "vision/overlay.h"

@@ -34,7 +34,7 @@ farm::StoreHeader HeaderOf(const Study& study) {
 double Evaluation::success_rate() const {
   if (records.empty()) return 0;
   const auto successes = std::count_if(records.begin(), records.end(),
-                                       [](const farm::TrialRecord& r) { return r.success(); });
+                                       [](const trial::TrialRecord& r) { return r.success(); });
   return static_cast<double>(successes) / static_cast<double>(records.size());
 }
 
@@ -43,8 +43,7 @@ Evaluations::Evaluations(const Study& study, const std::string& file, const Opti
       options_(options),
       store_(farm::ResultStore::Write(file, HeaderOf(study))),
       pool_(options.workers, {.time_limit_s = options.trial_time_limit_s}) {
-  for (farm::StoredTrial& trial : store_.Trials())
-    known_.emplace(trial.record.trial, std::move(trial));
+  for (farm::StoredTrial& trial : store_.Trials()) known_.emplace(trial.trial, std::move(trial));
 }
 
 std::vector<Evaluation> Evaluations::Run(const std::string& phase, const farm::Plan& plan,
@@ -59,7 +58,7 @@ std::vector<Evaluation> Evaluations::Run(const std::string& phase, const farm::P
     int64_t wanted = 0;  // trials up to the next look
     int64_t asked = 0;   // handed out or found
     int64_t done = 0;
-    std::vector<std::optional<farm::TrialRecord>> records;
+    std::vector<std::optional<trial::TrialRecord>> records;
     bool ended = false;
   };
   std::vector<Running> running(requests.size());
@@ -94,7 +93,7 @@ std::vector<Evaluation> Evaluations::Run(const std::string& phase, const farm::P
       }
     }
   };
-  const auto take = [&](Running* r, int64_t index, farm::TrialRecord record) {
+  const auto take = [&](Running* r, int64_t index, trial::TrialRecord record) {
     r->records[static_cast<size_t>(index)] = std::move(record);
     ++r->done;
     ++trials_;
@@ -124,16 +123,17 @@ std::vector<Evaluation> Evaluations::Run(const std::string& phase, const farm::P
     return false;
   };
 
-  const auto take_one = [&](farm::TrialRecord record) {
-    const int64_t id = record.trial, index = id % kNumbers;
+  const auto take_one = [&](farm::FinishedTrial finished) {
+    const int64_t id = finished.id, index = id % kNumbers;
     Running& r = running[static_cast<size_t>(id / kNumbers - running[0].evaluation.number)];
-    store_.Add({.cell = r.evaluation.number,
+    store_.Add({.trial = id,
+                .cell = r.evaluation.number,
                 .sample = index,
                 .parameters = parameters(r),
-                .record = record});
+                .record = finished.record});
     ++trials_run_;
-    worker_time_s_ += record.wall_time_s;
-    take(&r, index, std::move(record));
+    worker_time_s_ += finished.record.wall_time_s;
+    take(&r, index, std::move(finished.record));
   };
   const bool all_ended = farm::KeepBusy(&pool_, submit_one, take_one, [&] {
     if (options_.on_trial) options_.on_trial();

@@ -24,8 +24,8 @@ struct Stopped : std::runtime_error {
 struct Evaluation {
   int64_t number = 0;  // in the order in which they were asked for
   Gains gains;
-  std::vector<farm::TrialRecord>
-      records{};  // in fair order; fewer than asked for where it was given up
+  // In fair order; fewer than asked for where it was given up.
+  std::vector<trial::TrialRecord> records{};
   bool given_up = false;
 
   double success_rate() const;

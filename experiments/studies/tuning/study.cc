@@ -46,15 +46,21 @@ std::vector<std::string> NumberKeys() {
   return keys;
 }
 
-std::vector<std::string> MetricNames() {
-  std::vector<std::string> names = {"time_s"};
-  for (const auto& [name, value] : farm::MetricsOf({}, {})) names.push_back(name);
-  return names;
-}
-
 std::string Suggestion(const std::string& name, const std::vector<std::string>& known) {
   const std::string nearest = config::NearestName(name, known);
   return nearest.empty() ? "" : "; did you mean " + nearest + "?";
+}
+
+const trial::Figure* FindFigure(const std::string& name) {
+  for (const trial::Figure& figure : trial::Figures())
+    if (figure.name == name) return &figure;
+  return nullptr;
+}
+
+std::vector<std::string> FigureNames() {
+  std::vector<std::string> names;
+  for (const trial::Figure& figure : trial::Figures()) names.push_back(figure.name);
+  return names;
 }
 
 // A study's `trials` as a plan of its own, with the settings of the map `also` if there is one.
@@ -103,7 +109,7 @@ void StudySettings::Check(const std::string& path) const {
   const auto at = [&](const std::string& key) { return path.empty() ? key : path + "." + key; };
   if (gains.empty()) throw ConfigError(at("gains"), "must name at least one gain");
   if (objective.empty()) throw ConfigError(at("objective"), "must have at least one term");
-  const std::vector<std::string> numbers = NumberKeys(), metrics = MetricNames();
+  const std::vector<std::string> numbers = NumberKeys();
   std::set<std::string> seen;
   for (size_t i = 0; i < gains.size(); ++i) {
     const GainRange& gain = gains[i];
@@ -120,10 +126,10 @@ void StudySettings::Check(const std::string& path) const {
       throw ConfigError(key + ".low", FormatNumber(gain.low) + " must be > 0 on a log scale");
   }
   for (size_t i = 0; i < objective.size(); ++i)
-    if (std::find(metrics.begin(), metrics.end(), objective[i].metric) == metrics.end())
+    if (!FindFigure(objective[i].metric))
       throw ConfigError(at("objective[" + std::to_string(i) + "].metric"),
                         "'" + objective[i].metric + "' is produced by no trial" +
-                            Suggestion(objective[i].metric, metrics));
+                            Suggestion(objective[i].metric, FigureNames()));
   const bool pareto = optimiser.algorithm == Algorithm::kNsga2;
   if (pareto && objective.size() < 2)
     throw ConfigError(at("objective"), "nsga2 needs at least two terms");
@@ -136,6 +142,8 @@ Study::Study(const std::string& text, const std::string& file)
                              config::ParseYaml(text, file).Find("against"))),
       file_(file),
       plan_(trials_text_, file + " (trials)") {
+  for (const ObjectiveTerm& term : settings_.objective)
+    objective_.push_back(*FindFigure(term.metric));
   trial::Scenario scenario = plan_.ScenarioOf(plan_.Trial(0));
   for (size_t i = 0; i < settings_.gains.size(); ++i) {
     const GainRange& gain = settings_.gains[i];
@@ -211,15 +219,12 @@ trial::Scenario Study::ScenarioOf(const farm::Plan& plan, int64_t trial, const G
   return scenario;
 }
 
-std::vector<double> Study::CostsOf(const farm::TrialRecord& record) const {
+std::vector<double> Study::CostsOf(const trial::TrialRecord& record) const {
   std::vector<double> costs;
-  for (const ObjectiveTerm& term : settings_.objective) {
-    std::optional<double> value;
-    if (term.metric == "time_s") value = record.time_s;
-    for (const auto& [name, metric] : record.metrics)
-      if (name == term.metric) value = metric;
-    const double size = std::abs(value.value_or(0)) + (record.success() ? 0 : term.failed);
-    costs.push_back(term.weight * size);
+  for (size_t i = 0; i < objective_.size(); ++i) {
+    const ObjectiveTerm& term = settings_.objective[i];
+    const double size = std::abs(objective_[i].of(record).value_or(0));
+    costs.push_back(term.weight * (size + (record.success() ? 0 : term.failed)));
   }
   return costs;
 }

@@ -23,8 +23,8 @@
 #include <vector>
 
 #include "experiments/farm/plan.h"
-#include "experiments/farm/trial_pool.h"
 #include "experiments/studies/tuning/optimiser.h"
+#include "experiments/trial/record_columns.h"
 #include "sim/base/fields.h"
 
 namespace turbidock::tuning {
@@ -169,7 +169,7 @@ class Study {
   trial::Scenario ScenarioOf(const farm::Plan& plan, int64_t trial, const Gains& gains) const;
 
   // Cost of a trial, term by term, weighted.
-  std::vector<double> CostsOf(const farm::TrialRecord& record) const;
+  std::vector<double> CostsOf(const trial::TrialRecord& record) const;
 
   const std::string& resolved() const { return resolved_; }
   std::string hash() const;  // of resolved(), 16 hexadecimal digits
@@ -178,6 +178,7 @@ class Study {
   farm::Plan Trials(const std::string& text, uint64_t set, int seeds) const;
 
   StudySettings settings_;
+  std::vector<trial::Figure> objective_;  // what its terms name
   std::string trials_text_, against_text_, file_;
   farm::Plan plan_;
   Gains start_, against_;

@@ -25,24 +25,22 @@ double Mean(const std::vector<double>& values) {
   return Sum(values) / static_cast<double>(values.size());
 }
 
-std::vector<double> Costs(const Study& study, const std::vector<farm::TrialRecord>& records) {
+std::vector<double> Costs(const Study& study, const std::vector<trial::TrialRecord>& records) {
   std::vector<double> costs;
   costs.reserve(records.size());
-  for (const farm::TrialRecord& record : records) costs.push_back(Sum(study.CostsOf(record)));
+  for (const trial::TrialRecord& record : records) costs.push_back(Sum(study.CostsOf(record)));
   return costs;
 }
 
-TrialSummary Summarise(const Study& study, const std::vector<farm::TrialRecord>& records) {
+TrialSummary Summarise(const Study& study, const std::vector<trial::TrialRecord>& records) {
   TrialSummary summary{.trials = std::ssize(records), .cost = Mean(Costs(study, records))};
   std::vector<double> times, y, z;
-  for (const farm::TrialRecord& record : records) {
+  for (const trial::TrialRecord& record : records) {
     if (!record.success()) continue;
     ++summary.successes;
     times.push_back(record.time_s);
-    for (const auto& [name, value] : record.metrics) {
-      if (name == "final_error_true_y_m" && value) y.push_back(std::abs(*value));
-      if (name == "final_error_true_z_m" && value) z.push_back(std::abs(*value));
-    }
+    y.push_back(std::abs(record.final_error_true.y_m));
+    z.push_back(std::abs(record.final_error_true.z_m));
   }
   summary.success = statistics::WilsonInterval(summary.successes, summary.trials);
   summary.time_s = statistics::Median(times);
@@ -51,8 +49,8 @@ TrialSummary Summarise(const Study& study, const std::vector<farm::TrialRecord>&
   return summary;
 }
 
-Comparison Compare(const Study& study, const std::string& what,
-                                const Evaluation& start, const Evaluation& tuned) {
+Comparison Compare(const Study& study, const std::string& what, const Evaluation& start,
+                   const Evaluation& tuned) {
   Comparison comparison{.what = what,
                         .start = Summarise(study, start.records),
                         .tuned = Summarise(study, tuned.records)};
@@ -60,7 +58,7 @@ Comparison Compare(const Study& study, const std::string& what,
       statistics::ComparePairs(Costs(study, start.records), Costs(study, tuned.records));
   std::vector<double> start_s, tuned_s;
   for (size_t i = 0; i < start.records.size(); ++i) {
-    const farm::TrialRecord &a = start.records[i], &b = tuned.records[i];
+    const trial::TrialRecord &a = start.records[i], &b = tuned.records[i];
     comparison.only_start += a.success() && !b.success();
     comparison.only_tuned += b.success() && !a.success();
     if (!a.success() || !b.success()) continue;
@@ -128,7 +126,7 @@ class Tuning {
   void RequireAStart() const {
     if (settings_.start_may_fail || incumbent_.success_rate() > 0) return;
     std::map<std::string, int> failures;
-    for (const farm::TrialRecord& record : incumbent_.records) ++failures[record.failure];
+    for (const trial::TrialRecord& record : incumbent_.records) ++failures[NameOf(record.failure)];
     std::string list;
     for (const auto& [failure, count] : failures)
       list += fmt::format("{}{} {}", list.empty() ? "" : ", ", count, failure);
@@ -148,7 +146,7 @@ class Tuning {
   Worth WorthOf(const Evaluation& evaluation) const {
     if (pareto()) {
       Worth worth(settings_.objective.size(), Penalty(evaluation));
-      for (const farm::TrialRecord& record : evaluation.records) {
+      for (const trial::TrialRecord& record : evaluation.records) {
         const std::vector<double> costs = study_.CostsOf(record);
         for (size_t i = 0; i < worth.size(); ++i)
           worth[i] += costs[i] / static_cast<double>(evaluation.records.size());

@@ -45,15 +45,14 @@ class Comparison : public ::testing::Test {
         farm::StoredTrial trial;
         for (const std::string& key : keys)
           trial.parameters.push_back({key, key == "water.milk_ml_m3" ? rows[i].milk : "1"});
-        farm::TrialRecord& r = trial.record;
-        r.trial = static_cast<int64_t>(i);
+        trial.trial = static_cast<int64_t>(i);
+        trial::TrialRecord& r = trial.record;
         r.seed = rows[i].seed;
-        r.outcome = rows[i].docked ? "docked" : "timeout";
-        r.failure = rows[i].docked ? "none" : "timeout";
+        r.outcome = rows[i].docked ? trial::Outcome::kDocked : trial::Outcome::kTimeout;
+        r.failure = rows[i].docked ? trial::Failure::kNone : trial::Failure::kTimeout;
         r.docked = r.inserted = rows[i].docked;
         r.time_s = rows[i].time_s;
         r.digest = "0123456789abcdef";
-        r.metrics = farm::MetricsOf({}, {});
         store.Add(trial);
       }
     }
@@ -80,10 +79,10 @@ std::string MessageOf(const std::function<void()>& action) {
 std::vector<TrialPair> TenPairs() {
   std::vector<TrialPair> pairs(10);
   for (int i = 0; i < 10; ++i) {
-    auto& [parameters, a, b] = pairs[static_cast<size_t>(i)];
+    trial::TrialRecord &a = pairs[static_cast<size_t>(i)].a, &b = pairs[static_cast<size_t>(i)].b;
     a.seed = b.seed = i;
-    a.failure = i < 9 ? "none" : "timeout";
-    b.failure = i < 6 || i == 9 ? "none" : "timeout";
+    a.failure = i < 9 ? trial::Failure::kNone : trial::Failure::kTimeout;
+    b.failure = i < 6 || i == 9 ? trial::Failure::kNone : trial::Failure::kTimeout;
     a.time_s = 10;
     b.time_s = 10 + i - 1;  // one faster, one equal, four slower among those that dock in both
   }
@@ -106,7 +105,7 @@ TEST_F(Comparison, RatesOfTenPairs) {
 }
 
 TEST_F(Comparison, TimesOfTenPairs) {
-  const MetricComparison c = CompareMetric(TenPairs(), "time_s");
+  const MetricComparison c = CompareMetric(TenPairs(), MetricNamed("time_s"));
   EXPECT_EQ(c.pairs, 6);
   EXPECT_EQ(c.larger, 4);
   EXPECT_EQ(c.smaller, 1);
@@ -117,7 +116,8 @@ TEST_F(Comparison, TimesOfTenPairs) {
   ASSERT_TRUE(c.interval);
   EXPECT_DOUBLE_EQ(c.interval->low, -1);
   EXPECT_DOUBLE_EQ(c.interval->high, 4);
-  EXPECT_THAT(MessageOf([] { CompareMetric(TenPairs(), "time"); }), HasSubstr("no metric"));
+  EXPECT_THAT(MessageOf([] { MetricNamed("time"); }),
+              AllOf(HasSubstr("no metric"), HasSubstr("did you mean time_s?")));
 }
 
 TEST_F(Comparison, TrialsPairBySeedAndParameters) {
@@ -151,7 +151,7 @@ TEST_F(Comparison, TheFigureIsDrawnAlsoWhereNothingDocks) {
   const std::string path = (folder_ / "figure.png").string();
   WriteComparisonFigure(path, GroupPairs(pairs, {}), "a", "b");
   EXPECT_GT(std::filesystem::file_size(path), 1000u);
-  for (TrialPair& pair : pairs) pair.a.failure = "timeout";
+  for (TrialPair& pair : pairs) pair.a.failure = trial::Failure::kTimeout;
   WriteComparisonFigure(path, GroupPairs(pairs, {}), "a", "b");
   EXPECT_GT(std::filesystem::file_size(path), 1000u);
 }

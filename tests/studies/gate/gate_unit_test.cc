@@ -40,12 +40,12 @@ Build DocksAt(double rate, double slower_s = 0, double worse_m = 0) {
   return [=](size_t, int64_t seed) {
     const bool docks = Noise(seed, "docks").Uniform() < rate;
     GateTrial trial{.seed = seed,
-                    .outcome = docks ? "docked" : "timeout",
+                    .outcome = docks ? trial::Outcome::kDocked : trial::Outcome::kTimeout,
                     .time_s = 40 + 4 * Noise(seed, "time").Normal() + slower_s,
                     .final_error_m = 0.01 + 0.005 * Noise(seed, "error").Uniform() + worse_m,
                     .digest = ""};
     Digest digest;
-    digest.Add(trial.outcome);
+    digest.Add(std::string(NameOf(trial.outcome)));
     digest.Add(trial.time_s);
     digest.Add(trial.final_error_m);
     trial.digest = digest.Hex();
@@ -212,7 +212,7 @@ Build ChanceBuild(const std::string& stream, double rate) {
     Rng rng = Noise(seed, stream.c_str());
     const bool docks = rng.Uniform() < rate;
     return GateTrial{.seed = seed,
-                     .outcome = docks ? "docked" : "timeout",
+                     .outcome = docks ? trial::Outcome::kDocked : trial::Outcome::kTimeout,
                      .time_s = 40 + 4 * rng.Normal(),
                      .final_error_m = 0.01 + 0.002 * rng.Normal(),
                      .digest = "0"};

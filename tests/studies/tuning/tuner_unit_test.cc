@@ -129,13 +129,14 @@ TEST(Study, ATrialCostsItsTerms) {
                         "objective: [{metric: time_s, weight: 2, failed: 10}, {metric: "
                         "final_error_true_y_m, weight: 100}, {metric: jam_time_s}]\n",
                     "study.yaml");
-  farm::TrialRecord record;
+  trial::TrialRecord record;
   record.time_s = 7;
-  record.failure = "none";
-  record.metrics = {{"final_error_true_y_m", -0.03}, {"jam_time_s", std::nullopt}};
+  record.final_error_true.y_m = -0.03;
   EXPECT_EQ(study.CostsOf(record), (std::vector<double>{14, 3, 0}));
-  record.failure = "timeout";
+  record.failure = trial::Failure::kTimeout;
   EXPECT_EQ(study.CostsOf(record), (std::vector<double>{34, 3, 0}));
+  record.outcome = trial::Outcome::kCrashed;  // nothing is known of it
+  EXPECT_EQ(study.CostsOf(record), (std::vector<double>{20, 0, 0}));
 }
 
 // A file of its own in a folder of its own.
