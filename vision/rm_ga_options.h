@@ -35,8 +35,8 @@ struct RmGaOptions {
   // published setting finds 11 % of the markers that it finds 61 % of with each bit.
   double mutation_rate = 0.1;
 
-  // Our additions, off in the published setting; what each gains: README.md. Creep is a small move
-  // of one individual.
+  // Our additions, off in the published setting; what each gains: assets/measured/estimator.md.
+  // Creep is a small move of one individual.
   double creep_share = 0.6;
   int restart_after_frames = 5;
   bool track = true;

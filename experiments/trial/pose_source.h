@@ -18,7 +18,7 @@ enum class PoseSource {
 };
 
 // What is put on the true pose in place of an estimator's errors. The numbers are measured on the
-// estimator: see experiments/README.md.
+// estimator: see assets/measured/estimator.md.
 struct TruePoseParams {
   Eigen::Vector4d noise{0.0004, 0.0001, 0.0001, 0.0013};
   double correlation_s = 0;
