@@ -135,8 +135,7 @@ class Plan {
   void ReadGrid(const config::YamlNode& node);
   void ReadRandom(const config::YamlNode& node);
   void RequireNewKey(const config::YamlNode& at, const std::string& key) const;
-  void LoadScenarios(const config::YamlNode& plan,
-                     const std::vector<std::string>& assignments);
+  void LoadScenarios(const config::YamlNode& plan, const std::vector<std::string>& assignments);
   void DrawDesign();
   void CheckTrials(const std::string& file) const;
   std::string Resolve() const;

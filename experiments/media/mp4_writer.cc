@@ -9,7 +9,7 @@ namespace turbidock::media {
 namespace {
 
 std::vector<std::string> Command(const std::string& path, int width_px, int height_px,
-                                      int frames_per_second) {
+                                 int frames_per_second) {
   system::RequireWritable(path);
   std::vector<std::string> command = {"ffmpeg",    "-nostdin", "-hide_banner",
                                       "-loglevel", "error",    "-y"};

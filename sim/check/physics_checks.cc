@@ -363,8 +363,8 @@ Checks FreeDecay() {
                           (crossings_s[kSwings] - crossings_s[0]) / kSwings, period_s,
                           kHalfPercent * period_s));
     checks.push_back(Near(name + "decrement", "damped pendulum", "",
-                          std::log(peaks_rad[0] / peaks_rad[kSwings]) / kSwings,
-                          decay * period_s, kHalfPercent * decay * period_s));
+                          std::log(peaks_rad[0] / peaks_rad[kSwings]) / kSwings, decay * period_s,
+                          kHalfPercent * decay * period_s));
   }
   return checks;
 }

@@ -60,7 +60,7 @@ class TiledLight {
 
   // Divides a region of a view into tiles and computes what they need. Keeps its memory.
   void Spread(const Image1u16& surface, const Image1f& depth_m, const SurfacePyramid& pyramid,
-                    const PixelRegion& region, const TileRules& rules, Source* source);
+              const PixelRegion& region, const TileRules& rules, Source* source);
 
   // Writes (or adds) the light of rows [row_begin, row_end), interleaved R, G, B, into rows that
   // start at column 0 of row `row_begin`. Row_begin is a multiple of kBandRows, and at most

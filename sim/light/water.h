@@ -14,8 +14,8 @@
 // halos. Left out: shadows in the veil, halos of far walls and of surfaces in the balls' light,
 // light between surfaces.
 //
-// Light is computed at few pixels, many at a time (sim/light/point_batch.h), and spread from there over
-// tiles (sim/light/tiles.h).
+// Light is computed at few pixels, many at a time (sim/light/point_batch.h), and spread from there
+// over tiles (sim/light/tiles.h).
 
 #include <array>
 #include <cstdint>
