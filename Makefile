@@ -8,7 +8,7 @@ RUN_PACKAGES := $(shell sed '/^\# tests/,$$d; /^\#/d' apt-packages.txt)
 TEST_PACKAGES := $(shell sed '/^\# continuous/,$$d; /^\#/d' apt-packages.txt)
 CI_PACKAGES := $(shell sed '/^\#/d' apt-packages.txt)
 
-.PHONY: run test build bench format clean ci-setup
+.PHONY: run test build build-tests bench format clean ci-setup
 
 run: build
 	@echo "== one docking trial at night, filmed, to out/run/ (about a minute)"
@@ -21,15 +21,17 @@ build:
 	cmake --preset release -DTURBIDOCK_TESTS=OFF -DTURBIDOCK_BENCHMARKS=OFF $(CMAKE_ARGS)
 	cmake --build --preset release -j $(JOBS)
 
-test:
-	@echo "== turbidock: packages, the program and its tests (10 to 20 minutes on two cores the first time)," \
-	  "then all tests (5 minutes)"
+test: build-tests
+	@echo "== all tests (about 5 minutes)"
+	ctest --preset release
+
+build-tests:
+	@echo "== turbidock: packages, then the program and its tests (10 to 20 minutes on two cores the first time)"
 	@$(call install,$(TEST_PACKAGES))
 	cmake --preset release -DTURBIDOCK_TESTS=ON -DTURBIDOCK_BENCHMARKS=ON $(CMAKE_ARGS)
 	cmake --build --preset release -j $(JOBS)
-	ctest --preset release
 
-bench: test
+bench: build-tests
 	for b in build/bin/*_bench; do $$b || exit 1; done
 
 # Also what .ci/run needs beyond the tests.
@@ -40,7 +42,7 @@ format:
 	git ls-files '*.cc' '*.h' | xargs clang-format -i
 
 clean:
-	rm -rf build build-debug build-sanitize out
+	rm -rf build build-debug build-sanitize build-tidy out
 
 define install
 missing=$$(for p in $(1); do \
