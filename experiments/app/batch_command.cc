@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <cstdio>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <vector>
@@ -165,7 +164,12 @@ int Curve(const CurveArguments& arguments) {
   return kExitDone;
 }
 
-int ListPlans(bool json) {
+struct PlansArguments {
+  bool json = false;
+};
+
+int ListPlans(const PlansArguments& arguments) {
+  const bool json = arguments.json;
   auto list = nlohmann::ordered_json::array();
   for (const std::string& name : config::BundledPlans()) {
     const farm::Plan plan = farm::LoadPlan(name);
@@ -183,45 +187,32 @@ int ListPlans(bool json) {
 }  // namespace
 
 void AddBatch(CommandLine& line) {
-  auto arguments = std::make_shared<BatchArguments>();
-  Subcommand batch =
-      line.Add("batch", "Run the trials of a plan; what is done already is not run again");
-  arguments->plan.AddTo(&batch);
-  batch.Add("--out", arguments->out, "SQLite file for the results").Required().Type("FILE");
-  batch.Add("--workers", arguments->workers, "Processes; results do not depend on it")
-      .Between(1, 1024)
-      .ShowsDefault();
-  batch.Add("--shard", arguments->shard, "Run part I of N only; merge puts them together")
-      .Type("I/N");
-  batch.Flag("--json", arguments->json, "Print the summary as JSON on stdout");
-  batch.Flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
-  batch.Runs([arguments] { return Batch(*arguments); });
+  auto [batch, arguments] =
+      line.Add("batch", "Run the trials of a plan; what is done already is not run again", &Batch);
+  arguments.plan.AddTo(&batch);
+  batch.Add("--out FILE", arguments.out, "SQLite file for the results").Required();
+  batch.AddWorkers(arguments.workers, "Processes; results do not depend on it");
+  batch.Add("--shard I/N", arguments.shard, "Run part I of N only; merge puts them together");
+  batch.Flag("--json", arguments.json, "Print the summary as JSON on stdout");
+  batch.AddQuiet(arguments.quiet);
 
-  auto status_arguments = std::make_shared<StatusArguments>();
-  Subcommand status = line.Add("status", "How far a batch is and what came out so far");
-  status.Add("results", status_arguments->file, "A batch's file").Required();
-  status.Add("--by", status_arguments->by, "Group the table by these: parameters, outcome, failure")
-      .ListOf(',')
-      .Type("KEY,...");
-  status.Flag("--json", status_arguments->json, "As JSON on stdout");
-  status.Runs([status_arguments] { return Status(*status_arguments); });
+  auto [status, status_arguments] =
+      line.Add("status", "How far a batch is and what came out so far", &Status);
+  status.Add("results", status_arguments.file, "A batch's file").Required();
+  status.Add("--by KEY,...", status_arguments.by,
+             "Group the table by these: parameters, outcome, failure");
+  status.Flag("--json", status_arguments.json, "As JSON on stdout");
 
-  auto curve_arguments = std::make_shared<CurveArguments>();
-  Subcommand curve =
-      line.Add("curve", "Success rate over one varied key, and where it falls to 50 %");
-  curve.Add("results", curve_arguments->file, "A batch's file").Required();
-  curve.Add("--over", curve_arguments->over, "The key on the horizontal axis")
-      .Required()
-      .Type("KEY");
-  curve.Add("--by", curve_arguments->by, "One curve for each value of this key").Type("KEY");
-  curve.Add("--figure", curve_arguments->figure, "Draw it into this PNG").Type("FILE");
-  curve.Flag("--json", curve_arguments->json, "As JSON on stdout");
-  curve.Runs([curve_arguments] { return Curve(*curve_arguments); });
+  auto [curve, curve_arguments] =
+      line.Add("curve", "Success rate over one varied key, and where it falls to 50 %", &Curve);
+  curve.Add("results", curve_arguments.file, "A batch's file").Required();
+  curve.Add("--over KEY", curve_arguments.over, "The key on the horizontal axis").Required();
+  curve.Add("--by KEY", curve_arguments.by, "One curve for each value of this key");
+  curve.Add("--figure FILE", curve_arguments.figure, "Draw it into this PNG");
+  curve.Flag("--json", curve_arguments.json, "As JSON on stdout");
 
-  auto json = std::make_shared<bool>(false);
-  Subcommand plans = line.Add("plans", "List the bundled plans");
-  plans.Flag("--json", *json, "As JSON");
-  plans.Runs([json] { return ListPlans(*json); });
+  auto [plans, plans_arguments] = line.Add("plans", "List the bundled plans", &ListPlans);
+  plans.Flag("--json", plans_arguments.json, "As JSON");
 }
 
 }  // namespace turbidock::app

@@ -1,24 +1,33 @@
 #include "experiments/app/command_line.h"
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <cstdint>
-#include <optional>
-#include <utility>
 
 namespace turbidock::app {
+namespace {
+
+template <class T>
+constexpr bool kIsList = false;
+template <class T>
+constexpr bool kIsList<std::vector<T>> = true;
+template <class T>
+constexpr bool kHoldsDouble = std::is_same_v<T, double> || std::is_same_v<T, std::vector<double>> ||
+                              std::is_same_v<T, std::optional<double>>;
+
+// CLI11 reads "nan" and "inf", which no range of its own refuses.
+std::string NotFinite(const std::string& value) {
+  double number = 0;
+  const bool is_number = CLI::detail::lexical_cast(value, number);
+  return is_number && !std::isfinite(number) ? value + " is not a finite number" : "";
+}
+
+}  // namespace
 
 Option Option::Required() {
-  option_->required();
-  return *this;
-}
-
-Option Option::Type(const std::string& name) {
-  option_->type_name(name);
-  return *this;
-}
-
-Option Option::ShowsDefault() {
-  option_->capture_default_str();
+  option_->required()->default_str("");
   return *this;
 }
 
@@ -27,13 +36,14 @@ Option Option::Group(const std::string& title) {
   return *this;
 }
 
-Option Option::Between(int low, int high) {
-  option_->check(CLI::Range(low, high));
-  return *this;
-}
-
 Option Option::Between(double low, double high) {
-  option_->check(CLI::Range(low, high));
+  const std::string range = fmt::format("{} to {}", low, high);
+  const auto problem = [low, high, range](const std::string& value) -> std::string {
+    double number = 0;
+    if (CLI::detail::lexical_cast(value, number) && number >= low && number <= high) return "";
+    return value + " must be a number from " + range;
+  };
+  option_->check(CLI::Validator(problem, range));
   return *this;
 }
 
@@ -52,16 +62,6 @@ Option Option::OneOf(const std::vector<std::string>& values) {
   return *this;
 }
 
-Option Option::ListOf(char separator) {
-  option_->delimiter(separator);
-  return *this;
-}
-
-Option Option::OneValueEach() {
-  option_->allow_extra_args(false);
-  return *this;
-}
-
 Option Option::Excludes(Option other) {
   option_->excludes(other.option_);
   return *this;
@@ -72,15 +72,25 @@ Option Option::Needs(Option other) {
   return *this;
 }
 
-Option Option::Check(const std::function<std::string(const std::string&)>& problem,
-                     const std::string& type) {
-  option_->check(CLI::Validator([problem](std::string& value) { return problem(value); }, type));
+Option Option::Check(const std::function<std::string(const std::string&)>& problem) {
+  option_->check([problem](const std::string& value) { return problem(value); });
   return *this;
 }
 
 template <class T>
 Option Subcommand::Add(const std::string& name, T& target, const std::string& doc) {
-  return Option(app_->add_option(name, target, doc));
+  const size_t space = name.find(' ');
+  CLI::Option* const option = app_->add_option(name.substr(0, space), target, doc);
+  if (space != std::string::npos) option->type_name(name.substr(space + 1));
+  if (target != T{}) option->capture_default_str();
+  if constexpr (kIsList<T>) {
+    if (name.ends_with(",..."))
+      option->delimiter(',');
+    else if (name.starts_with("-"))
+      option->allow_extra_args(false);
+  }
+  if constexpr (kHoldsDouble<T>) option->check(NotFinite);
+  return Option(option);
 }
 
 #define TURBIDOCK_OPTION(...) \
@@ -106,8 +116,22 @@ Option Subcommand::Flag(const std::string& name, bool& target, const std::string
 
 void Subcommand::Footer(const std::string& text) { app_->footer(text); }
 
-void Subcommand::Runs(Command command) {
-  app_->callback([chosen = chosen_, command = std::move(command)] { *chosen = command; });
+Option Subcommand::AddSet(std::vector<std::string>& assignments, const std::string& doc) {
+  return Add("--set KEY=VALUE", assignments, doc + "; may be repeated");
+}
+
+Option Subcommand::AddSeed(std::string& seed) {
+  return Add("--seed", seed, "Root of all randomness; as --set seed=N");
+}
+
+Option Subcommand::AddWorkers(int& workers, const std::string& doc) {
+  return Add("--workers", workers, doc).Between(1, 1024);
+}
+
+void Subcommand::AddJson(bool& json) { Flag("--json", json, "Print the result as JSON on stdout"); }
+
+void Subcommand::AddQuiet(bool& quiet) {
+  Flag("--quiet", quiet, "Print nothing on stderr but errors");
 }
 
 CommandLine::CommandLine(const std::string& name, const std::string& description)
@@ -119,8 +143,15 @@ CommandLine::CommandLine(const std::string& name, const std::string& description
 
 CommandLine::~CommandLine() = default;
 
-Subcommand CommandLine::Add(const std::string& name, const std::string& doc) {
-  return {app_->add_subcommand(name, doc), &chosen_};
+Subcommand CommandLine::AddCommand(const std::string& name, const std::string& doc,
+                                   std::function<int()> run) {
+  CLI::App* const app = app_->add_subcommand(name, doc);
+  app->callback([this, run = std::move(run)] { chosen_ = run; });
+  return Subcommand(app);
+}
+
+void CommandLine::Add(const std::string& name, const std::string& doc, int (*run)()) {
+  AddCommand(name, doc, run);
 }
 
 Option CommandLine::Flag(const std::string& name, bool& target, const std::string& doc) {
@@ -139,6 +170,11 @@ std::optional<int> CommandLine::Parse(int argc, char** argv) {
     // Help is an "error" of CLI11's with code 0.
     return app_->exit(error) == 0 ? kExitDone : kExitBadInput;
   }
+}
+
+std::optional<int> CommandLine::Run() const {
+  if (!chosen_) return std::nullopt;
+  return chosen_();
 }
 
 }  // namespace turbidock::app

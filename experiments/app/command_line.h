@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace CLI {
@@ -24,29 +25,21 @@ enum ExitCode {
   kExitMismatch = 5         // merge, verify, replay: results differ that should not
 };
 
-using Command = std::function<int()>;  // returns the exit code
-
 // An option, a flag or a positional argument. Each call returns the option, to go on with.
 class Option {
  public:
   explicit Option(CLI::Option* option) : option_(option) {}
 
   Option Required();
-  Option Type(const std::string& name);  // of its value, for the help: FILE, KEY=VALUE
-  Option ShowsDefault();
-  Option Group(const std::string& title);  // in the help
-  Option Between(int low, int high);       // both allowed
-  Option Between(double low, double high);
+  Option Group(const std::string& title);   // in the help
+  Option Between(double low, double high);  // both allowed
   Option Positive();
   Option NotNegative();
   Option OneOf(const std::vector<std::string>& values);
-  Option ListOf(char separator);  // values in one argument
-  Option OneValueEach();          // may be repeated, one value each time
   Option Excludes(Option other);
   Option Needs(Option other);
   // `problem` says what is wrong with a value, or nothing.
-  Option Check(const std::function<std::string(const std::string&)>& problem,
-               const std::string& type);
+  Option Check(const std::function<std::string(const std::string&)>& problem);
 
  private:
   CLI::Option* option_;
@@ -54,20 +47,27 @@ class Option {
 
 class Subcommand {
  public:
-  Subcommand(CLI::App* app, Command* chosen) : app_(app), chosen_(chosen) {}
+  explicit Subcommand(CLI::App* app) : app_(app) {}
 
-  // An option ("--out", or "-o,--out") or a positional argument ("scenario"), read into `target`,
-  // which must live as long as what Runs is given. T: text, a number, an optional or a list of
-  // them.
+  // An option ("--frames", or "--out FILE" with what the help calls its value) or a positional
+  // argument ("scenario"), read into `target`, which must live as long as the command line. T:
+  // text, a number (a finite one), an optional or a list of them; a list has its values in one
+  // argument if the name ends in ",...", else an option of it is given once for each. The help
+  // shows the target's value as the default, unless it is empty or 0.
   template <class T>
   Option Add(const std::string& name, T& target, const std::string& doc);
   Option Flag(const std::string& name, bool& target, const std::string& doc);
   void Footer(const std::string& text);
-  void Runs(Command command);
+
+  // Options that many subcommands have.
+  Option AddSet(std::vector<std::string>& assignments, const std::string& doc);
+  Option AddSeed(std::string& seed);
+  Option AddWorkers(int& workers, const std::string& doc);
+  void AddJson(bool& json);
+  void AddQuiet(bool& quiet);
 
  private:
   CLI::App* app_;
-  Command* chosen_;
 };
 
 class CommandLine {
@@ -77,7 +77,14 @@ class CommandLine {
   CommandLine(const CommandLine&) = delete;
   CommandLine& operator=(const CommandLine&) = delete;
 
-  Subcommand Add(const std::string& name, const std::string& doc);
+  // A subcommand and its arguments, whose values `run` is called with; it returns the exit code.
+  template <class Arguments>
+  std::pair<Subcommand, Arguments&> Add(const std::string& name, const std::string& doc,
+                                        int (*run)(const Arguments&)) {
+    auto arguments = std::make_shared<Arguments>();
+    return {AddCommand(name, doc, [arguments, run] { return run(*arguments); }), *arguments};
+  }
+  void Add(const std::string& name, const std::string& doc, int (*run)());
   Option Flag(const std::string& name, bool& target, const std::string& doc);
   void Footer(const std::string& text);
   std::string Help() const;
@@ -85,12 +92,14 @@ class CommandLine {
   // Nothing when the line is sound; else what to exit with: help was asked for and printed, or the
   // line is wrong and stderr says how.
   std::optional<int> Parse(int argc, char** argv);
-  // Of the subcommand on the line; empty without one.
-  const Command& chosen() const { return chosen_; }
+  // Runs the subcommand on the line; nothing without one.
+  std::optional<int> Run() const;
 
  private:
+  Subcommand AddCommand(const std::string& name, const std::string& doc, std::function<int()> run);
+
   std::unique_ptr<CLI::App> app_;
-  Command chosen_;
+  std::function<int()> chosen_;
 };
 
 }  // namespace turbidock::app

@@ -1,5 +1,6 @@
 #pragma once
-// The subcommands of the program. Each adds itself to the command line and sets what to run.
+// The subcommands of the program. Each adds itself to the command line: those of the farm stand
+// beside this file, those of a study in its room.
 
 #include "experiments/app/command_line.h"
 #include "experiments/app/stop_signal.h"
@@ -13,3 +14,39 @@ void AddScenarios(CommandLine& line);
 void AddSelftest(CommandLine& line);
 
 }  // namespace turbidock::app
+
+namespace turbidock {
+
+namespace bench {
+void AddBench(app::CommandLine& line);
+}
+namespace compare {
+void AddCompare(app::CommandLine& line);
+}
+namespace estimate {
+void AddEstimate(app::CommandLine& line);
+}
+namespace estimators {
+void AddCompareEstimators(app::CommandLine& line);
+}
+namespace gate {
+void AddGate(app::CommandLine& line);
+}
+namespace measured {
+void AddPage(app::CommandLine& line);
+}
+namespace recognition {
+void AddCalibrate(app::CommandLine& line);
+void AddRecognize(app::CommandLine& line);
+}  // namespace recognition
+namespace run {
+void AddRun(app::CommandLine& line);
+}
+namespace step_response {
+void AddStepResponse(app::CommandLine& line);
+}
+namespace tuning {
+void AddTune(app::CommandLine& line);  // tune, studies
+}
+
+}  // namespace turbidock

@@ -9,17 +9,6 @@
 #include "experiments/app/commands.h"
 #include "experiments/app/stop_signal.h"
 #include "experiments/farm/result_store.h"
-#include "experiments/studies/bench/bench_command.h"
-#include "experiments/studies/compare/compare_command.h"
-#include "experiments/studies/estimate/estimate_command.h"
-#include "experiments/studies/estimators/compare_estimators_command.h"
-#include "experiments/studies/gate/gate_command.h"
-#include "experiments/studies/measured/page_command.h"
-#include "experiments/studies/recognition/calibrate_command.h"
-#include "experiments/studies/recognition/recognize_command.h"
-#include "experiments/studies/run/run_command.h"
-#include "experiments/studies/step_response/step_response_command.h"
-#include "experiments/studies/tuning/tune_command.h"
 #include "sim/base/check.h"
 
 namespace turbidock::app {
@@ -53,17 +42,16 @@ int ParseAndRun(int argc, char** argv) {
     std::puts(VersionText().c_str());
     return kExitDone;
   }
-  if (!line.chosen()) {
+  CatchStopSignals();
+  std::signal(SIGXFSZ, SIG_IGN);  // a file at its size limit is an error of write, not the end
+  const std::optional<int> code = line.Run();
+  if (!code) {
     std::fputs(line.Help().c_str(), stderr);
     return kExitBadInput;
   }
-
-  CatchStopSignals();
-  std::signal(SIGXFSZ, SIG_IGN);  // a file at its size limit is an error of write, not the end
-  const int code = line.chosen()();
   if (std::fflush(stdout) != 0 || std::ferror(stdout))
     throw ConfigError("the standard output cannot be written");
-  return StopSignal() ? 128 + StopSignal() : code;
+  return StopSignal() ? 128 + StopSignal() : *code;
 }
 
 int Main(int argc, char** argv) {

@@ -7,11 +7,7 @@ namespace turbidock::app {
 void PlanArguments::AddTo(Subcommand* command) {
   command->Add("plan", plan, "YAML file or the name of a bundled plan (see `turbidock plans`)")
       .Required();
-  command
-      ->Add("--set", overrides.assignments,
-            "Set one key of every trial, such as duration_s=30; may be repeated")
-      .Type("KEY=VALUE")
-      .OneValueEach();
+  command->AddSet(overrides.assignments, "Set one key of every trial, such as duration_s=30");
   command->Add("--seed", overrides.master_seed, "Root of every trial's seed (master_seed)");
   command->Add("--seeds", overrides.seeds, "Trials in each cell of the grid");
 }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <memory>
 #include <optional>
 #include <vector>
 
@@ -153,44 +152,33 @@ int Replay(const ReplayArguments& arguments) {
 }  // namespace
 
 void AddResults(CommandLine& line) {
-  auto merge_arguments = std::make_shared<MergeArguments>();
-  Subcommand merge = line.Add("merge", "Put the shards of a batch into one file");
-  merge.Add("out", merge_arguments->out, "The file to make or to add to").Required();
-  merge.Add("inputs", merge_arguments->inputs, "Files that batch wrote").Required();
-  merge.Flag("--complete", merge_arguments->complete, "Exit with 1 when trials are missing");
-  merge.Runs([merge_arguments] { return Merge(*merge_arguments); });
+  auto [merge, merge_arguments] =
+      line.Add("merge", "Put the shards of a batch into one file", &Merge);
+  merge.Add("out", merge_arguments.out, "The file to make or to add to").Required();
+  merge.Add("inputs", merge_arguments.inputs, "Files that batch wrote").Required();
+  merge.Flag("--complete", merge_arguments.complete, "Exit with 1 when trials are missing");
 
-  auto export_arguments = std::make_shared<ExportArguments>();
-  Subcommand export_app = line.Add("export", "Print one row a trial on stdout");
-  export_app.Add("results", export_arguments->file, "A batch's file").Required();
-  export_app.Add("--format", export_arguments->format, "csv or jsonl")
-      .OneOf({"csv", "jsonl"})
-      .ShowsDefault();
-  export_app.Flag("--timing", export_arguments->timing,
-                  "Also wall time, CPU time and memory, which differ from run to run");
-  export_app.Runs([export_arguments] { return Export(*export_arguments); });
+  auto [to_text, export_arguments] = line.Add("export", "Print one row a trial on stdout", &Export);
+  to_text.Add("results", export_arguments.file, "A batch's file").Required();
+  to_text.Add("--format", export_arguments.format, "csv or jsonl").OneOf({"csv", "jsonl"});
+  to_text.Flag("--timing", export_arguments.timing,
+               "Also wall time, CPU time and memory, which differ from run to run");
 
-  auto verify_arguments = std::make_shared<VerifyArguments>();
-  Subcommand verify =
-      line.Add("verify", "Run trials again and compare their digests with the stored");
-  verify.Add("results", verify_arguments->file, "A batch's file").Required();
-  verify.Add("--trials", verify_arguments->trials, "Which ones").ListOf(',').Type("TRIAL,...");
-  verify.Add("--sample", verify_arguments->sample, "Else, how many, evenly spread")
-      .Positive()
-      .ShowsDefault();
-  verify.Add("--workers", verify_arguments->workers, "Processes").Between(1, 1024).ShowsDefault();
-  verify.Runs([verify_arguments] { return Verify(*verify_arguments); });
+  auto [verify, verify_arguments] =
+      line.Add("verify", "Run trials again and compare their digests with the stored", &Verify);
+  verify.Add("results", verify_arguments.file, "A batch's file").Required();
+  verify.Add("--trials TRIAL,...", verify_arguments.trials, "Which ones");
+  verify.Add("--sample", verify_arguments.sample, "Else, how many, evenly spread").Positive();
+  verify.AddWorkers(verify_arguments.workers, "Processes");
 
-  auto replay_arguments = std::make_shared<ReplayArguments>();
-  Subcommand replay =
-      line.Add("replay", "Run one trial of a batch again, with video and all its files");
-  replay.Add("results", replay_arguments->file, "A batch's file").Required();
-  replay.Add("trial", replay_arguments->trial, "The trial's number").Required();
-  replay.Add("--out", replay_arguments->out, "Folder for its files; out/replay-TRIAL");
-  replay.Flag("--no-video", replay_arguments->no_video, "Make no video.mp4");
-  replay.Flag("--json", replay_arguments->json, "Print the result as JSON on stdout");
-  replay.Flag("--quiet", replay_arguments->quiet, "Print nothing on stderr but errors");
-  replay.Runs([replay_arguments] { return Replay(*replay_arguments); });
+  auto [replay, replay_arguments] =
+      line.Add("replay", "Run one trial of a batch again, with video and all its files", &Replay);
+  replay.Add("results", replay_arguments.file, "A batch's file").Required();
+  replay.Add("trial", replay_arguments.trial, "The trial's number").Required();
+  replay.Add("--out", replay_arguments.out, "Folder for its files; out/replay-TRIAL");
+  replay.Flag("--no-video", replay_arguments.no_video, "Make no video.mp4");
+  replay.AddJson(replay_arguments.json);
+  replay.AddQuiet(replay_arguments.quiet);
 }
 
 }  // namespace turbidock::app

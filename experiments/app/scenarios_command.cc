@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <cstdio>
-#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "experiments/app/commands.h"
@@ -62,16 +61,14 @@ int Scenarios(const ScenariosArguments& arguments) {
 }  // namespace
 
 void AddScenarios(CommandLine& line) {
-  auto arguments = std::make_shared<ScenariosArguments>();
-  Subcommand scenarios = line.Add("scenarios", "List the bundled scenarios");
-  scenarios.Flag("--keys", arguments->keys,
+  auto [scenarios, arguments] = line.Add("scenarios", "List the bundled scenarios", &Scenarios);
+  scenarios.Flag("--keys", arguments.keys,
                  "List every key of a scenario with default, range and meaning");
-  scenarios.Flag("--result-keys", arguments->result_keys,
+  scenarios.Flag("--result-keys", arguments.result_keys,
                  "List every key of a result with its column in a batch's file and meaning");
-  scenarios.Add("--show", arguments->show,
+  scenarios.Add("--show", arguments.show,
                 "Print a scenario, bundled or a file, with every default spelt out");
-  scenarios.Flag("--json", arguments->json, "As JSON");
-  scenarios.Runs([arguments] { return Scenarios(*arguments); });
+  scenarios.Flag("--json", arguments.json, "As JSON");
 }
 
 }  // namespace turbidock::app

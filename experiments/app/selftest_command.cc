@@ -3,7 +3,6 @@
 #include <cstdio>
 #include <filesystem>
 #include <functional>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
@@ -133,16 +132,22 @@ int Selftest(bool json) {
   return all_well ? kExitDone : kExitSimulatorFault;
 }
 
+struct SelftestArguments {
+  bool json = false, physics = false;
+};
+
+int RunSelftest(const SelftestArguments& arguments) {
+  return arguments.physics ? PhysicsSelftest(arguments.json) : Selftest(arguments.json);
+}
+
 }  // namespace
 
 void AddSelftest(CommandLine& line) {
-  auto json = std::make_shared<bool>(false);
-  auto physics = std::make_shared<bool>(false);
-  Subcommand selftest = line.Add("selftest", "Show what this machine runs on, and that it can");
-  selftest.Flag("--json", *json, "As JSON");
-  selftest.Flag("--physics", *physics,
+  auto [selftest, arguments] =
+      line.Add("selftest", "Show what this machine runs on, and that it can", &RunSelftest);
+  selftest.Flag("--json", arguments.json, "As JSON");
+  selftest.Flag("--physics", arguments.physics,
                 "Instead: the vehicle's dynamics against closed forms, and their cost");
-  selftest.Runs([json, physics] { return *physics ? PhysicsSelftest(*json) : Selftest(*json); });
 }
 
 }  // namespace turbidock::app

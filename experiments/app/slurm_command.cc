@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <cstdio>
-#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "experiments/app/commands.h"
@@ -41,27 +40,19 @@ int Slurm(const SlurmArguments& arguments) {
 }  // namespace
 
 void AddSlurm(CommandLine& line) {
-  auto arguments = std::make_shared<SlurmArguments>();
-  Subcommand slurm =
-      line.Add("slurm", "Write a plan as a Slurm job array and a job that merges its results");
-  arguments->plan.AddTo(&slurm);
-  slurm.Add("--tasks", arguments->options.tasks, "Tasks of the array, each a shard")
+  auto [slurm, arguments] = line.Add(
+      "slurm", "Write a plan as a Slurm job array and a job that merges its results", &Slurm);
+  arguments.plan.AddTo(&slurm);
+  farm::SlurmOptions& options = arguments.options;
+  slurm.Add("--tasks", options.tasks, "Tasks of the array, each a shard")
       .Required()
       .Between(1, 100000);
-  slurm.Add("--out", arguments->options.out, "SQLite file for the merged results")
-      .Required()
-      .Type("FILE");
-  slurm.Add("--workers", arguments->options.workers, "Processes and cores of a task")
-      .Between(1, 1024)
-      .ShowsDefault();
-  slurm
-      .Add("--sbatch", arguments->options.options,
-           "A further option of sbatch, such as --sbatch=--time=2:00:00; may be repeated")
-      .Type("OPTION")
-      .OneValueEach();
-  slurm.Flag("--submit", arguments->submit, "Also submit both jobs");
-  slurm.Flag("--json", arguments->json, "Print files and jobs as JSON on stdout");
-  slurm.Runs([arguments] { return Slurm(*arguments); });
+  slurm.Add("--out FILE", options.out, "SQLite file for the merged results").Required();
+  slurm.AddWorkers(options.workers, "Processes and cores of a task");
+  slurm.Add("--sbatch OPTION", options.options,
+            "A further option of sbatch, such as --sbatch=--time=2:00:00; may be repeated");
+  slurm.Flag("--submit", arguments.submit, "Also submit both jobs");
+  slurm.Flag("--json", arguments.json, "Print files and jobs as JSON on stdout");
 }
 
 }  // namespace turbidock::app

@@ -112,6 +112,23 @@ TEST_F(CommandLine, BadUsage) {
   EXPECT_EQ(RunProgram({"run", "--help"}).exit_code, 0);
 }
 
+TEST_F(CommandLine, NumbersOfOptionsAreFiniteAndWithinTheirRange) {
+  ExpectBadInput({"step-response", "--volts", "nan"}, {"--volts", "nan is not a finite number"});
+  ExpectBadInput({"compare-estimators", "--distances", "400,nan"}, {"--distances", "not a finite"});
+  ExpectBadInput({"gate", "--plan-size", "--rate", "inf"}, {"--rate", "not a finite number"});
+  ExpectBadInput({"verify", "x.sqlite", "--workers", "0"},
+                 {"--workers", "0 must be a number from 1 to 1024"});
+  ExpectBadInput({"compare-estimators", "--distances", "400,9000"},
+                 {"--distances", "9000 must be a number from 200 to 3000"});
+}
+
+TEST_F(CommandLine, HelpShowsValuesRangesAndDefaults) {
+  const std::string help = RunProgram({"bench", "--help"}).out;
+  EXPECT_THAT(help, HasSubstr("--frames INT:2 to 1000000=600"));
+  EXPECT_THAT(help, HasSubstr("--set KEY=VALUE"));
+  EXPECT_THAT(help, Not(HasSubstr("=0")));
+}
+
 TEST_F(CommandLine, BadScenarioFiles) {
   ExpectBadInput({"run", "no_such_file.yaml"}, {"no_such_file.yaml", "no such file"});
   ExpectBadInput({"run", "sea_nigth_active"}, {"did you mean sea_night_active?"});

@@ -1,13 +1,11 @@
-#include "experiments/studies/bench/bench_command.h"
-
 #include <fmt/format.h>
 
 #include <cstdio>
 #include <filesystem>
-#include <memory>
 #include <optional>
 #include <vector>
 
+#include "experiments/app/commands.h"
 #include "experiments/app/progress.h"
 #include "experiments/studies/bench/bench.h"
 #include "experiments/trial/resolution.h"
@@ -73,34 +71,24 @@ int Bench(const BenchArguments& arguments) {
 }  // namespace
 
 void AddBench(app::CommandLine& line) {
-  auto arguments = std::make_shared<BenchArguments>();
-  app::Subcommand bench = line.Add(
-      "bench", "Time the closed loop, stage by stage, against bare rendering of the same views");
-  bench.Add("scenario", arguments->scenarios,
+  auto [bench, arguments] = line.Add(
+      "bench", "Time the closed loop, stage by stage, against bare rendering of the same views",
+      &Bench);
+  bench.Add("scenario", arguments.scenarios,
             "YAML files or names of bundled scenarios (default: sea_night_active and "
             "pool_passive)");
-  bench
-      .Add("--set", arguments->assignments,
-           "Set one key in all of them, such as water.milk_ml_m3=20; may be repeated")
-      .Type("KEY=VALUE")
-      .OneValueEach();
-  bench.Add("--frames", arguments->options.frames, "Frames of a trial")
-      .ShowsDefault()
-      .Between(2, 1000000);
-  bench.Add("--repeats", arguments->options.repeats, "Times that each trial is run")
-      .ShowsDefault()
+  bench.AddSet(arguments.assignments, "Set one key in all of them, such as water.milk_ml_m3=20");
+  bench.Add("--frames", arguments.options.frames, "Frames of a trial").Between(2, 1000000);
+  bench.Add("--repeats", arguments.options.repeats, "Times that each trial is run")
       .Between(1, 1000);
+  bench.Add("--resolution WxH", arguments.resolution,
+            "Size of both cameras' images with the same field of view, such as 320x240");
   bench
-      .Add("--resolution", arguments->resolution,
-           "Size of both cameras' images with the same field of view, such as 320x240")
-      .Type("WxH");
-  bench
-      .Add("--workers", arguments->workers,
+      .Add("--workers", arguments.workers,
            "Also measure trials an hour, whole ones, with 1 and with N worker processes")
       .Between(1, 1024);
-  bench.Flag("--json", arguments->json, "Print the result as JSON on stdout");
-  bench.Flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
-  bench.Runs([arguments] { return Bench(*arguments); });
+  bench.AddJson(arguments.json);
+  bench.AddQuiet(arguments.quiet);
 }
 
 }  // namespace turbidock::bench

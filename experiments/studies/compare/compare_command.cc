@@ -1,13 +1,11 @@
-#include "experiments/studies/compare/compare_command.h"
-
 #include <fmt/format.h>
 
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "experiments/app/commands.h"
 #include "experiments/farm/result_store.h"
 #include "experiments/studies/compare/comparison.h"
 
@@ -123,26 +121,16 @@ int Compare(const CompareArguments& arguments) {
 }  // namespace
 
 void AddCompare(app::CommandLine& line) {
-  auto arguments = std::make_shared<CompareArguments>();
-  app::Subcommand compare =
-      line.Add("compare", "Two result sets pair by pair: same seed, same parameters");
-  compare.Add("a", arguments->a, "A batch's file").Required();
-  compare.Add("b", arguments->b, "Another one's").Required();
-  compare.Add("--by", arguments->options.by, "One group for each value of these parameters")
-      .ListOf(',')
-      .Type("KEY,...");
-  compare
-      .Add("--ignore", arguments->options.ignore,
-           "Parameters in which the sets are meant to differ")
-      .ListOf(',')
-      .Type("KEY,...");
-  compare.Add("--metrics", arguments->metrics, "What to compare where both docked")
-      .ListOf(',')
-      .Type("NAME,...")
-      .ShowsDefault();
-  compare.Add("--figure", arguments->figure, "Also draw a PNG");
-  compare.Flag("--json", arguments->json, "As JSON");
-  compare.Runs([arguments] { return Compare(*arguments); });
+  auto [compare, arguments] =
+      line.Add("compare", "Two result sets pair by pair: same seed, same parameters", &Compare);
+  compare.Add("a", arguments.a, "A batch's file").Required();
+  compare.Add("b", arguments.b, "Another one's").Required();
+  compare.Add("--by KEY,...", arguments.options.by, "One group for each value of these parameters");
+  compare.Add("--ignore KEY,...", arguments.options.ignore,
+              "Parameters in which the sets are meant to differ");
+  compare.Add("--metrics NAME,...", arguments.metrics, "What to compare where both docked");
+  compare.Add("--figure", arguments.figure, "Also draw a PNG");
+  compare.Flag("--json", arguments.json, "As JSON");
 }
 
 }  // namespace turbidock::compare

@@ -1,13 +1,11 @@
-#include "experiments/studies/estimate/estimate_command.h"
-
 #include <fmt/format.h>
 
 #include <cstdio>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "experiments/app/commands.h"
 #include "experiments/app/progress.h"
 #include "experiments/media/mp4_writer.h"
 #include "experiments/media/png.h"
@@ -110,41 +108,34 @@ int Estimate(const EstimateArguments& arguments) {
 }  // namespace
 
 void AddEstimate(app::CommandLine& line) {
-  auto arguments = std::make_shared<EstimateArguments>();
-  app::Subcommand estimate =
-      line.Add("estimate", "Estimate the marker's pose on images or video from disk");
+  auto [estimate, arguments] = line.Add<EstimateArguments>(
+      "estimate", "Estimate the marker's pose on images or video from disk", &Estimate);
+  EstimateInput& input = arguments.input;
   const char* kinds = "image, folder, pattern (left_%04d.png, 'left_*.png') or video";
-  estimate.Add("--left", arguments->input.left, std::string("Left camera: ") + kinds).Required();
-  estimate.Add("--right", arguments->input.right, "Right camera, likewise").Required();
-  estimate
-      .Add("--rig", arguments->input.rig_files,
-           "Rig file, or OpenCV's stereo calibration (may be repeated: intrinsics, "
-           "extrinsics; T in metres); the default rig unless given")
-      .OneValueEach();
-  estimate.Add("--marker", arguments->marker, "Marker file; the default marker unless given");
-  estimate.Add("--preset", arguments->preset,
+  estimate.Add("--left", input.left, std::string("Left camera: ") + kinds).Required();
+  estimate.Add("--right", input.right, "Right camera, likewise").Required();
+  estimate.Add("--rig", input.rig_files,
+               "Rig file, or OpenCV's stereo calibration (may be repeated: intrinsics, "
+               "extrinsics; T in metres); the default rig unless given");
+  estimate.Add("--marker", arguments.marker, "Marker file; the default marker unless given");
+  estimate.Add("--preset", arguments.preset,
                "Setting of the search: default or published; as --set estimator.preset=");
   estimate
-      .Add("--frames", arguments->input.frames,
+      .Add("--frames", input.frames,
            "Still images: frames they are seen for (30); sequences: at most so many")
       .Positive();
-  estimate.Add("--seed", arguments->input.seed, "Root of all randomness").ShowsDefault();
-  estimate
-      .Add("--set", arguments->assignments,
-           "Set one key of marker, hue or estimator, such as estimator.range.x_max_m=3")
-      .Type("KEY=VALUE")
-      .OneValueEach();
-  estimate.Flag("--wall-clock", arguments->wall_clock,
+  estimate.Add("--seed", input.seed, "Root of all randomness");
+  estimate.AddSet(arguments.assignments,
+                  "Set one key of marker, hue or estimator, such as estimator.range.x_max_m=3");
+  estimate.Flag("--wall-clock", arguments.wall_clock,
                 "As many generations as 33 ms of this machine's time allow; not reproducible");
-  estimate.Add("--csv", arguments->csv, "Write a line for each frame");
-  estimate.Add("--overlay", arguments->overlay,
+  estimate.Add("--csv", arguments.csv, "Write a line for each frame");
+  estimate.Add("--overlay", arguments.overlay,
                "Draw the estimate on the images: FILE.mp4, or FILE.png of the last frame");
-  estimate.Add("--fps", arguments->frames_per_second, "Frames a second of the overlay")
-      .Between(1, 240)
-      .ShowsDefault();
-  estimate.Flag("--json", arguments->json, "Print the result as JSON on stdout");
-  estimate.Flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
-  estimate.Runs([arguments] { return Estimate(*arguments); });
+  estimate.Add("--fps", arguments.frames_per_second, "Frames a second of the overlay")
+      .Between(1, 240);
+  estimate.AddJson(arguments.json);
+  estimate.AddQuiet(arguments.quiet);
 }
 
 }  // namespace turbidock::estimate

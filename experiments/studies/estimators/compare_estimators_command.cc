@@ -1,12 +1,10 @@
-#include "experiments/studies/estimators/compare_estimators_command.h"
-
 #include <fmt/format.h>
 
 #include <cstdio>
-#include <memory>
 #include <string>
 #include <vector>
 
+#include "experiments/app/commands.h"
 #include "experiments/app/progress.h"
 #include "experiments/studies/estimators/compare_estimators.h"
 #include "experiments/system/output_path.h"
@@ -61,58 +59,39 @@ int Compare(const CompareArguments& arguments) {
 }  // namespace
 
 void AddCompareEstimators(app::CommandLine& line) {
-  auto arguments = std::make_shared<CompareArguments>();
-  CompareOptions& options = arguments->options;
-  app::Subcommand compare =
-      line.Add("compare-estimators",
-               "Compare pose estimators on the same simulated frames, over distance and milk");
+  auto [compare, arguments] = line.Add<CompareArguments>(
+      "compare-estimators",
+      "Compare pose estimators on the same simulated frames, over distance and milk", &Compare);
+  CompareOptions& options = arguments.options;
   compare
-      .Add("--task", arguments->task,
+      .Add("--task", arguments.task,
            "The marker: still; anywhere in the search range (where F >= 0.6); moving at "
            "0.2 m/s and 20 deg/s (worst error from frame 30 on); absent")
-      .OneOf({"still", "anywhere", "moving", "absent"})
-      .ShowsDefault();
-  compare.Add("--marker", arguments->marker, "active, passive or both")
-      .OneOf({"active", "passive", "both"})
-      .ShowsDefault();
+      .OneOf({"still", "anywhere", "moving", "absent"});
+  compare.Add("--marker", arguments.marker, "active, passive or both")
+      .OneOf({"active", "passive", "both"});
   compare
-      .Add("--distances", arguments->distances_mm,
-           "Distances in mm, comma separated; 400,600,800,1000 unless given")
-      .ListOf(',')
-      .Between(200.0, 3000.0);
-  compare.Add("--milk", options.milk_ml_m3, "Milk in ml/m3, comma separated")
-      .ListOf(',')
-      .Between(0.0, light::kMostMilk_ml_m3)
-      .ShowsDefault();
-  compare
-      .Add("--estimators", options.estimators,
-           "Which: default, search (without refinement), published, de, pso, cmaes, blobs; "
-           "the first three also with keys of the search, as default/creep_share=0")
-      .ListOf(',');
+      .Add("--distances MM,...", arguments.distances_mm,
+           "Distances in mm; 400,600,800,1000 unless given")
+      .Between(200, 3000);
+  compare.Add("--milk ML_M3,...", options.milk_ml_m3, "Milk in ml/m3")
+      .Between(0, light::kMostMilk_ml_m3);
+  compare.Add("--estimators NAME,...", options.estimators,
+              "Which: default, search (without refinement), published, de, pso, cmaes, blobs; "
+              "the first three also with keys of the search, as default/creep_share=0");
   compare.Add("--starts", options.starts, "Poses at each distance and milk, each a cold start")
-      .Between(1, 10000)
-      .ShowsDefault();
+      .Between(1, 10000);
   compare.Add("--frames", options.frames, "Frames that each estimator gets of a pose")
-      .Between(1, 1000)
-      .ShowsDefault();
-  compare.Add("--found-mm", arguments->found_mm, "Largest error of what counts as found")
-      .Positive()
-      .ShowsDefault();
-  compare.Add("--found-deg", arguments->found_deg, "The same for rotation")
-      .Positive()
-      .ShowsDefault();
-  compare.Add("--workers", options.run.workers, "Processes that share the work")
-      .Between(1, 256)
-      .ShowsDefault();
-  compare.Add("--seed", arguments->seed, "Root of all randomness; as --set seed=N");
-  compare.Add("--set", options.assignments, "Set one key of the scenarios; may be repeated")
-      .Type("KEY=VALUE")
-      .OneValueEach();
-  compare.Add("--csv", arguments->csv, "Write a line for each cell and estimator");
-  compare.Add("--figure", arguments->figure, "Draw share found and error over milk (PNG)");
-  compare.Flag("--json", arguments->json, "Print the result as JSON on stdout");
-  compare.Flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
-  compare.Runs([arguments] { return Compare(*arguments); });
+      .Between(1, 1000);
+  compare.Add("--found-mm", arguments.found_mm, "Largest error of what counts as found").Positive();
+  compare.Add("--found-deg", arguments.found_deg, "The same for rotation").Positive();
+  compare.AddWorkers(options.run.workers, "Processes that share the work");
+  compare.AddSeed(arguments.seed);
+  compare.AddSet(options.assignments, "Set one key of the scenarios");
+  compare.Add("--csv", arguments.csv, "Write a line for each cell and estimator");
+  compare.Add("--figure", arguments.figure, "Draw share found and error over milk (PNG)");
+  compare.AddJson(arguments.json);
+  compare.AddQuiet(arguments.quiet);
 }
 
 }  // namespace turbidock::estimators

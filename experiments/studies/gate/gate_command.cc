@@ -1,17 +1,15 @@
-#include "experiments/studies/gate/gate_command.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cctype>
 #include <cstdio>
 #include <filesystem>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "experiments/app/commands.h"
 #include "experiments/app/plan_arguments.h"
 #include "experiments/app/progress.h"
 #include "experiments/studies/gate/error_rates.h"
@@ -290,51 +288,39 @@ int Gate(const GateArguments& arguments) {
 }  // namespace
 
 void AddGate(app::CommandLine& line) {
-  auto arguments = std::make_shared<GateArguments>();
-  app::Subcommand gate =
-      line.Add("gate", "Compare docking with a committed baseline: pass, fail or neither");
+  auto [gate, arguments] =
+      line.Add("gate", "Compare docking with a committed baseline: pass, fail or neither", &Gate);
   gate.Footer(
       "Exit codes: 0 pass, 1 fail, 2 bad input, 3 inconclusive: the trials allowed are spent,\n"
       "4 a trial could not be run.");
-  gate.Add("gate", arguments->plan, "The gate's YAML file");
-  gate.Add("--baseline", arguments->baseline, "Another baseline file than the gate's");
-  gate.Add("--out", arguments->out, "Folder for summary.json, junit.xml, summary.md and failures/");
-  gate.Add("--workers", arguments->workers, "Processes that run trials")
-      .Between(1, 1024)
-      .ShowsDefault();
-  gate.Add("--set", arguments->assignments,
-           "Set one scenario key in every condition, as if the build had it so; may be "
-           "repeated")
-      .Type("KEY=VALUE")
-      .OneValueEach();
-  gate.Add("--bundles", arguments->bundles,
+  gate.Add("gate", arguments.plan, "The gate's YAML file");
+  gate.Add("--baseline", arguments.baseline, "Another baseline file than the gate's");
+  gate.Add("--out", arguments.out, "Folder for summary.json, junit.xml, summary.md and failures/");
+  gate.AddWorkers(arguments.workers, "Processes that run trials");
+  gate.AddSet(arguments.assignments,
+              "Set one scenario key in every condition, as if the build had it so");
+  gate.Add("--bundles", arguments.bundles,
            "Trials with video of newly failing seeds in failures/, at most")
-      .NotNegative()
-      .ShowsDefault();
-  gate.Flag("--update", arguments->update,
+      .NotNegative();
+  gate.Flag("--update", arguments.update,
             "Measure the baseline anew, write it, and say what changed");
-  gate.Flag("--json", arguments->json, "Print summary.json on stdout");
-  gate.Flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
+  gate.Flag("--json", arguments.json, "Print summary.json on stdout");
+  gate.AddQuiet(arguments.quiet);
   const char* group = "How many trials it takes (no gate needed)";
-  gate.Flag("--plan-size", arguments->plan_size, "Print expected and most trials for these rates")
+  gate.Flag("--plan-size", arguments.plan_size, "Print expected and most trials for these rates")
       .Group(group);
-  gate.Add("--simulate", arguments->simulate,
+  gate.Add("--simulate", arguments.simulate,
            "The same, with this many simulated sequences a setting; --out: a figure")
       .Between(1, 100000000)
       .Group(group);
-  gate.Add("--rate", arguments->rate, "Success rate that is no worse").ShowsDefault().Group(group);
-  gate.Add("--margin", arguments->margin, "Loss of success rate that matters")
-      .ShowsDefault()
-      .Group(group);
-  gate.Add("--alpha", arguments->alpha, "Chance of a false alarm").ShowsDefault().Group(group);
-  gate.Add("--beta", arguments->beta, "Chance to miss a loss of the margin")
-      .ShowsDefault()
-      .Group(group);
-  gate.Add("--max-trials", arguments->max_trials,
+  gate.Add("--rate", arguments.rate, "Success rate that is no worse").Group(group);
+  gate.Add("--margin", arguments.margin, "Loss of success rate that matters").Group(group);
+  gate.Add("--alpha", arguments.alpha, "Chance of a false alarm").Group(group);
+  gate.Add("--beta", arguments.beta, "Chance to miss a loss of the margin").Group(group);
+  gate.Add("--max-trials", arguments.max_trials,
            "Trials at most; else as many as leave 1 % undecided")
       .Between(1, 10000)
       .Group(group);
-  gate.Runs([arguments] { return Gate(*arguments); });
 }
 
 }  // namespace turbidock::gate

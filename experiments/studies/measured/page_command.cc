@@ -1,12 +1,10 @@
-#include "experiments/studies/measured/page_command.h"
-
 #include <fmt/format.h>
 
 #include <fstream>
 #include <iterator>
-#include <memory>
 #include <vector>
 
+#include "experiments/app/commands.h"
 #include "experiments/config/data_files.h"
 #include "experiments/studies/measured/measured_page.h"
 #include "experiments/system/output_path.h"
@@ -50,16 +48,13 @@ int Page(const PageArguments& arguments) {
 }  // namespace
 
 void AddPage(app::CommandLine& line) {
-  auto arguments = std::make_shared<PageArguments>();
-  app::Subcommand page =
-      line.Add("page", "Draw the tables of measured results in Markdown pages from their files");
-  page.Add("page", arguments->pages, "Markdown files").Required().Type("FILE.md");
-  page.Flag("--check", arguments->check,
+  auto [page, arguments] = line.Add(
+      "page", "Draw the tables of measured results in Markdown pages from their files", &Page);
+  page.Add("page FILE.md", arguments.pages, "Markdown files").Required();
+  page.Flag("--check", arguments.check,
             "Change nothing: name the tables that differ from their files, exit code 1");
-  page.Add("--tables", arguments->tables,
-           "Folder of the result files (default: the program's assets/measured)")
-      .Type("DIR");
-  page.Runs([arguments] { return Page(*arguments); });
+  page.Add("--tables DIR", arguments.tables,
+           "Folder of the result files (default: the program's assets/measured)");
 }
 
 }  // namespace turbidock::measured

@@ -1,15 +1,13 @@
-#include "experiments/studies/recognition/calibrate_command.h"
-
 #include <fmt/format.h>
 
 #include <chrono>
 #include <cstdio>
 #include <map>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "experiments/app/commands.h"
 #include "experiments/app/progress.h"
 #include "experiments/config/data_files.h"
 #include "experiments/studies/recognition/calibration.h"
@@ -179,37 +177,27 @@ int Calibrate(const CalibrateArguments& arguments) {
 }  // namespace
 
 void AddCalibrate(app::CommandLine& line) {
-  auto arguments = std::make_shared<CalibrateArguments>();
-  app::Subcommand calibrate = line.Add(
-      "calibrate", "Fit uncertain optical and camera parameters to tables of the experiment");
+  auto [calibrate, arguments] = line.Add<CalibrateArguments>(
+      "calibrate", "Fit uncertain optical and camera parameters to tables of the experiment",
+      &Calibrate);
+  calibrate.Add("--plan FILE", arguments.plan,
+                "YAML of what is searched and within which ranges; the bundled one unless given");
+  calibrate.Add("--active FILE", arguments.active,
+                "Table of the active marker; the published one unless given");
+  calibrate.Add("--passive FILE", arguments.passive, "The same of the passive marker");
   calibrate
-      .Add("--plan", arguments->plan,
-           "YAML of what is searched and within which ranges; the bundled one unless given")
-      .Type("FILE");
-  calibrate
-      .Add("--active", arguments->active,
-           "Table of the active marker; the published one unless given")
-      .Type("FILE");
-  calibrate.Add("--passive", arguments->passive, "The same of the passive marker").Type("FILE");
-  calibrate
-      .Add("--generations", arguments->generations,
+      .Add("--generations", arguments.generations,
            "Generations of CMA-ES; 0: only what the start and its sides are worth")
-      .Between(0, 10000)
-      .ShowsDefault();
-  calibrate.Add("--seed", arguments->seed, "Of the search").ShowsDefault();
-  calibrate.Add("--workers", arguments->workers, "Processes; the result is the same")
-      .Between(1, 1024)
-      .ShowsDefault();
+      .Between(0, 10000);
+  calibrate.Add("--seed", arguments.seed, "Of the search");
+  calibrate.AddWorkers(arguments.workers, "Processes; the result is the same");
   calibrate
-      .Add("--seconds", arguments->seconds,
+      .Add("--seconds", arguments.seconds,
            "Time a cell of the full experiment that confirms the result; 0: none")
-      .Between(0.0, 3600.0)
-      .ShowsDefault();
-  calibrate.Add("--out", arguments->out, "Write the values found as a scenario's keys")
-      .Type("FILE");
-  calibrate.Flag("--json", arguments->json, "Print the result as JSON on stdout");
-  calibrate.Flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
-  calibrate.Runs([arguments] { return Calibrate(*arguments); });
+      .Between(0, 3600);
+  calibrate.Add("--out FILE", arguments.out, "Write the values found as a scenario's keys");
+  calibrate.AddJson(arguments.json);
+  calibrate.AddQuiet(arguments.quiet);
 }
 
 }  // namespace turbidock::recognition

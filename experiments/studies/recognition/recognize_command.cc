@@ -1,16 +1,14 @@
-#include "experiments/studies/recognition/recognize_command.h"
-
 #include <fmt/format.h>
 
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <map>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "experiments/app/commands.h"
 #include "experiments/app/progress.h"
 #include "experiments/studies/recognition/figure.h"
 #include "experiments/studies/recognition/recognition.h"
@@ -154,49 +152,33 @@ int Recognize(const RecognizeArguments& arguments) {
 }  // namespace
 
 void AddRecognize(app::CommandLine& line) {
-  auto arguments = std::make_shared<RecognizeArguments>();
-  app::Subcommand recognize = line.Add(
-      "recognize", "Run the recognition experiment: a vehicle at rest, milk added step by step");
-  recognize.Add("--marker", arguments->marker, "active, passive or both")
-      .OneOf({"active", "passive", "both"})
-      .ShowsDefault();
-  app::Option table =
-      recognize
-          .Add("--table", arguments->table,
-               "CSV of one marker (milk_ml_m3,distance_mm,fitness_mean,...): run its cells "
-               "and compare")
-          .Type("FILE");
+  auto [recognize, arguments] = line.Add(
+      "recognize", "Run the recognition experiment: a vehicle at rest, milk added step by step",
+      &Recognize);
+  recognize.Add("--marker", arguments.marker, "active, passive or both")
+      .OneOf({"active", "passive", "both"});
+  const app::Option table = recognize.Add(
+      "--table FILE", arguments.table,
+      "CSV of one marker (milk_ml_m3,distance_mm,fitness_mean,...): run its cells and compare");
   recognize
-      .Add("--distances", arguments->distances_mm,
-           "Distances in mm, comma separated; 400,600,800,1000 unless given")
-      .ListOf(',')
+      .Add("--distances MM,...", arguments.distances_mm,
+           "Distances in mm; 400,600,800,1000 unless given")
       .Excludes(table);
   recognize
-      .Add("--milk", arguments->milk_ml_m3,
-           "Milk in ml/m3, comma separated; the published steps unless given")
-      .ListOf(',')
+      .Add("--milk ML_M3,...", arguments.milk_ml_m3,
+           "Milk in ml/m3; the published steps unless given")
       .Excludes(table);
-  recognize.Add("--seconds", arguments->seconds, "Time a cell is watched")
-      .Between(0.02, 3600.0)
-      .ShowsDefault();
-  recognize.Add("--workers", arguments->workers, "Processes; the results are the same")
-      .Between(1, 1024)
-      .ShowsDefault();
-  recognize
-      .Add("--set", arguments->assignments,
-           "Set one key of the scenarios pool_active and pool_passive; may be repeated")
-      .Type("KEY=VALUE")
-      .OneValueEach();
-  recognize.Add("--seed", arguments->seed, "Root of all randomness; as --set seed=N");
-  recognize.Add("--csv", arguments->csv, "Write the cells to this file").Type("FILE");
-  recognize
-      .Add("--figure", arguments->figure,
-           "Draw FILE.png (F over milk), FILE_areas.png, FILE_time.png and\n"
-           "FILE_images_MARKER.png")
-      .Type("FILE.png");
-  recognize.Flag("--json", arguments->json, "Print the result as JSON on stdout");
-  recognize.Flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
-  recognize.Runs([arguments] { return Recognize(*arguments); });
+  recognize.Add("--seconds", arguments.seconds, "Time a cell is watched").Between(0.02, 3600);
+  recognize.AddWorkers(arguments.workers, "Processes; the results are the same");
+  recognize.AddSet(arguments.assignments,
+                   "Set one key of the scenarios pool_active and pool_passive");
+  recognize.AddSeed(arguments.seed);
+  recognize.Add("--csv FILE", arguments.csv, "Write the cells to this file");
+  recognize.Add("--figure FILE.png", arguments.figure,
+                "Draw FILE.png (F over milk), FILE_areas.png, FILE_time.png and\n"
+                "FILE_images_MARKER.png");
+  recognize.AddJson(arguments.json);
+  recognize.AddQuiet(arguments.quiet);
 }
 
 }  // namespace turbidock::recognition

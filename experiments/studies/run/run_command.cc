@@ -1,11 +1,9 @@
-#include "experiments/studies/run/run_command.h"
-
 #include <fmt/format.h>
 
-#include <memory>
 #include <optional>
 #include <vector>
 
+#include "experiments/app/commands.h"
 #include "experiments/app/progress.h"
 #include "experiments/studies/run/shown_trial.h"
 #include "experiments/trial/resolution.h"
@@ -46,37 +44,30 @@ int Run(const RunArguments& arguments) {
 }  // namespace
 
 void AddRun(app::CommandLine& line) {
-  auto arguments = std::make_shared<RunArguments>();
-  app::Subcommand run = line.Add("run", "Run one docking trial");
-  run.Add("scenario", arguments->scenario,
+  auto [run, arguments] = line.Add("run", "Run one docking trial", &Run);
+  run.Add("scenario", arguments.scenario,
           "YAML file or the name of a bundled scenario (see `turbidock scenarios`)")
       .Required();
-  run.Add("--set", arguments->assignments,
-          "Set one key, such as water.milk_ml_m3=20; may be repeated")
-      .Type("KEY=VALUE")
-      .OneValueEach();
-  run.Add("--gains", arguments->gains,
+  run.AddSet(arguments.assignments, "Set one key, such as water.milk_ml_m3=20");
+  run.Add("--gains", arguments.gains,
           "Gains file, such as `turbidock tune` writes, read over the scenario");
-  run.Add("--seed", arguments->seed, "Root of all randomness; as --set seed=N");
-  run.Add("--resolution", arguments->resolution,
-          "Size of both cameras' images with the same field of view, such as 320x240")
-      .Type("WxH");
-  app::Option out =
-      run.Add("--out", arguments->out,
+  run.AddSeed(arguments.seed);
+  run.Add("--resolution WxH", arguments.resolution,
+          "Size of both cameras' images with the same field of view, such as 320x240");
+  const app::Option out =
+      run.Add("--out FOLDER", arguments.out,
               "Folder for result.json, resolved.yaml, trajectory.csv and figure.png")
           .Check(
-              [](const std::string& path) { return path.empty() ? "the folder has no name" : ""; },
-              "FOLDER");
-  run.Flag("--video", arguments->video, "Also make video.mp4 in the folder").Needs(out);
-  run.Flag("--json", arguments->json, "Print the result as JSON on stdout");
-  run.Flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
+              [](const std::string& path) { return path.empty() ? "the folder has no name" : ""; });
+  run.Flag("--video", arguments.video, "Also make video.mp4 in the folder").Needs(out);
+  run.AddJson(arguments.json);
+  run.AddQuiet(arguments.quiet);
   std::vector<std::string> outcomes;
   outcomes.reserve(EnumNames<trial::Outcome>::kNames.size());
   for (const auto& [outcome, name] : EnumNames<trial::Outcome>::kNames)
     if (trial::IsOwnEnd(outcome)) outcomes.push_back(name);
-  run.Add("--expect", arguments->expect, "Exit with 1 when the trial ends otherwise")
+  run.Add("--expect", arguments.expect, "Exit with 1 when the trial ends otherwise")
       .OneOf(outcomes);
-  run.Runs([arguments] { return Run(*arguments); });
 }
 
 }  // namespace turbidock::run

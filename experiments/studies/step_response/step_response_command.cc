@@ -1,13 +1,11 @@
-#include "experiments/studies/step_response/step_response_command.h"
-
 #include <fmt/format.h>
 
 #include <cstdio>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "experiments/app/commands.h"
 #include "experiments/app/progress.h"
 #include "experiments/config/yaml_fields.h"
 #include "experiments/media/gnuplot.h"
@@ -73,39 +71,29 @@ int Measure(const StepArguments& arguments) {
 }  // namespace
 
 void AddStepResponse(app::CommandLine& line) {
-  auto arguments = std::make_shared<StepArguments>();
-  app::Subcommand step =
-      line.Add("step-response", "Measure how the closed loop answers steps, forces and sinusoids");
-  step.Add("scenario", arguments->scenario,
-           "YAML file or the name of a bundled scenario (see `turbidock scenarios`)")
-      .ShowsDefault();
-  step.Add("--set", arguments->assignments, "Set one key, such as controller=lqg; may be repeated")
-      .Type("KEY=VALUE")
-      .OneValueEach();
-  step.Add("--gains", arguments->gains, "Gains file, read over the scenario");
-  step.Add("--axis", arguments->axis, "Which axis")
-      .OneOf({"all", "x", "y", "z", "yaw"})
-      .ShowsDefault();
-  app::Option cameras =
-      step.Flag("--cameras", arguments->cameras, "See through the cameras: much slower");
-  step.Flag("--true-pose", arguments->true_pose,
+  auto [step, arguments] = line.Add(
+      "step-response", "Measure how the closed loop answers steps, forces and sinusoids", &Measure);
+  step.Add("scenario", arguments.scenario,
+           "YAML file or the name of a bundled scenario (see `turbidock scenarios`)");
+  step.AddSet(arguments.assignments, "Set one key, such as controller=lqg");
+  step.Add("--gains", arguments.gains, "Gains file, read over the scenario");
+  step.Add("--axis", arguments.axis, "Which axis").OneOf({"all", "x", "y", "z", "yaw"});
+  const app::Option cameras =
+      step.Flag("--cameras", arguments.cameras, "See through the cameras: much slower");
+  step.Flag("--true-pose", arguments.true_pose,
             "See the true pose with noise and delay (the default)")
       .Excludes(cameras);
-  step.Flag("--sea", arguments->sea, "In the scenario's current and waves, not in still water");
-  step.Flag("--no-noise", arguments->no_noise, "Without noise on the true pose");
-  StepOptions& options = arguments->options;
-  step.Add("--step", options.step_m, "Step of x, y and z in m").Between(0.001, 0.5).ShowsDefault();
-  step.Add("--turn", options.step_rad, "Step of yaw in rad").Between(0.001, 0.5).ShowsDefault();
-  step.Add("--force", options.force_newton, "Push on x, y and z in N")
-      .Between(0.001, 100.0)
-      .ShowsDefault();
+  step.Flag("--sea", arguments.sea, "In the scenario's current and waves, not in still water");
+  step.Flag("--no-noise", arguments.no_noise, "Without noise on the true pose");
+  StepOptions& options = arguments.options;
+  step.Add("--step", options.step_m, "Step of x, y and z in m").Between(0.001, 0.5);
+  step.Add("--turn", options.step_rad, "Step of yaw in rad").Between(0.001, 0.5);
+  step.Add("--force", options.force_newton, "Push on x, y and z in N").Between(0.001, 100.0);
   step.Add("--volts", options.volts, "Amplitude of the sinusoids that measure the loop")
-      .Between(0.01, 2.5)
-      .ShowsDefault();
-  step.Add("--out", arguments->out, "Folder for step_response.json, .csv and .png");
-  step.Flag("--json", arguments->json, "Print the result as JSON on stdout");
-  step.Flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
-  step.Runs([arguments] { return Measure(*arguments); });
+      .Between(0.01, 2.5);
+  step.Add("--out", arguments.out, "Folder for step_response.json, .csv and .png");
+  step.AddJson(arguments.json);
+  step.AddQuiet(arguments.quiet);
 }
 
 }  // namespace turbidock::step_response

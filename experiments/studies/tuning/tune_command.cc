@@ -1,11 +1,9 @@
-#include "experiments/studies/tuning/tune_command.h"
-
 #include <fmt/format.h>
 
 #include <cstdio>
-#include <memory>
 #include <string>
 
+#include "experiments/app/commands.h"
 #include "experiments/app/plan_arguments.h"
 #include "experiments/app/progress.h"
 #include "experiments/config/data_files.h"
@@ -90,23 +88,19 @@ int ListStudies() {
 }  // namespace
 
 void AddTune(app::CommandLine& line) {
-  auto arguments = std::make_shared<TuneArguments>();
-  app::Subcommand tune = line.Add("tune", "Tune controller gains over closed-loop trials");
-  tune.Add("study", arguments->study,
+  auto [tune, arguments] =
+      line.Add<TuneArguments>("tune", "Tune controller gains over closed-loop trials", &Tune);
+  tune.Add("study", arguments.study,
            "YAML file or the name of a bundled study (see `turbidock studies`)")
       .Required();
-  tune.Add("--out", arguments->out,
+  tune.Add("--out", arguments.out,
            "Folder for gains.yaml, report and every evaluation; one that holds a part of the "
            "study is gone on with")
       .Required();
-  tune.Add("--workers", arguments->workers, "Processes that run trials")
-      .Between(1, 1024)
-      .ShowsDefault();
-  tune.Flag("--json", arguments->json, "Print the report as JSON on stdout");
-  tune.Flag("--quiet", arguments->quiet, "Print nothing on stderr but errors");
-  tune.Runs([arguments] { return Tune(*arguments); });
-  app::Subcommand studies = line.Add("studies", "List the bundled studies");
-  studies.Runs(ListStudies);
+  tune.AddWorkers(arguments.workers, "Processes that run trials");
+  tune.Flag("--json", arguments.json, "Print the report as JSON on stdout");
+  tune.AddQuiet(arguments.quiet);
+  line.Add("studies", "List the bundled studies", &ListStudies);
 }
 
 }  // namespace turbidock::tuning
