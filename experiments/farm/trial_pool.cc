@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "experiments/config/yaml_fields.h"
 #include "experiments/farm/cell_json.h"
 #include "experiments/trial/trial.h"
 #include "experiments/trial/trial_files.h"
