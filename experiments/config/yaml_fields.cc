@@ -473,14 +473,11 @@ std::vector<std::string> GroupLines(const GroupRef& group) {
 }
 
 void AppendKeys(const GroupRef& group, const std::string& path, std::vector<KeyDoc>* docs) {
-  static const std::string kMust = "must be ";
   for (const auto& field : group.fields) {
     KeyDoc doc{JoinKey(path, field.key), TypeName(field), ValueAsYaml(field).value_or(""), "",
                field.doc};
-    const std::string sentence = field.range.Sentence();
-    const bool is_limited = std::isfinite(field.range.low) || std::isfinite(field.range.high);
-    if (is_limited)
-      doc.range = sentence.starts_with(kMust) ? sentence.substr(kMust.size()) : sentence;
+    if (std::isfinite(field.range.low) || std::isfinite(field.range.high))
+      doc.range = field.range.Sentence().substr(std::strlen("must be "));
     docs->push_back(doc);
     if (const auto* inner = std::get_if<GroupRef>(&field.value)) AppendKeys(*inner, doc.key, docs);
     if (const auto* list = std::get_if<ListRef>(&field.value); list && list->of_groups) {

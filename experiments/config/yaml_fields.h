@@ -2,11 +2,9 @@
 // Strict YAML for any struct with Fields (sim/base/fields.h): loading in layers, --set, saving and
 // the table of keys, all from the one list of fields.
 //
-//   Origins origins;
-//   Scenario scenario;                                    // layer 1: the defaults in the struct
-//   ReadFields(LoadYaml("night_sea.yaml"), &scenario, &origins);
-//   ApplySet("water.milk_ml_m3=20", &scenario, &origins);
-//   CheckSettings(scenario, origins);                     // after the last layer
+//   Scenario scenario;  // the defaults in the struct
+//   ReadLayers({.files = {LoadYaml("night_sea.yaml")}, .assignments = {"water.milk_ml_m3=20"}},
+//              &scenario);
 //
 // Whatever is wrong is a ConfigError with the file and line of the offending key:
 //
@@ -97,8 +95,9 @@ struct Layers {
 template <HasFields T>
 Origins ReadLayers(const Layers& layers, T* object);
 
-// What the layers give for this one key, or `otherwise`: for a preset, which others begin with and
-// which must be known before they are read. Nothing else in the layers is looked at.
+// What the layers give for this one key (no deeper than in one group), or `otherwise`: for a
+// preset, which others begin with and which must be known before they are read. Nothing else in the
+// layers is looked at.
 template <class V>
 V Peek(const Layers& layers, const std::string& key, V otherwise);
 
