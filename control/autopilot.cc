@@ -5,7 +5,7 @@
 namespace turbidock::control {
 
 PoseFilterParams ControlParams::pose_filter() const {
-  switch (law) {
+  switch (controller) {
     case Law::kPVoltage:
       return p_voltage.pose_filter;
     case Law::kPid:
@@ -17,19 +17,19 @@ PoseFilterParams ControlParams::pose_filter() const {
 }
 
 const SetpointParams& ControlParams::setpoint() const {
-  return law == Law::kPVoltage ? p_voltage.setpoint
-         : law == Law::kPid    ? pid.setpoint
-                               : lqg.setpoint;
+  return controller == Law::kPVoltage ? p_voltage.setpoint
+         : controller == Law::kPid    ? pid.setpoint
+                                      : lqg.setpoint;
 }
 
 const AllocationParams& ControlParams::allocation() const {
-  return law == Law::kPVoltage ? p_voltage.allocation
-         : law == Law::kPid    ? pid.allocation
-                               : lqg.allocation;
+  return controller == Law::kPVoltage ? p_voltage.allocation
+         : controller == Law::kPid    ? pid.allocation
+                                      : lqg.allocation;
 }
 
 std::unique_ptr<Controller> MakeController(const ControlParams& params, const ClockParams& clock) {
-  switch (params.law) {
+  switch (params.controller) {
     case Law::kPVoltage:
       return std::make_unique<PVoltage>(params.p_voltage);
     case Law::kPid:

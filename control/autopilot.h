@@ -29,7 +29,7 @@ enum class Law {
 
 // Which law, and the parameters of each; the others' are kept but not used.
 struct ControlParams {
-  Law law = Law::kPVoltage;
+  Law controller = Law::kPVoltage;
   PVoltageParams p_voltage;
   PidParams pid;
   LqgParams lqg;

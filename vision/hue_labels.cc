@@ -89,6 +89,10 @@ void CloseGate(uint8_t threshold, uint8_t bit, int count, const uint8_t* __restr
 
 }  // namespace
 
+int HueParams::OwnChromaPixels(int width_px, int height_px) const {
+  return std::max(1, static_cast<int>(std::lround(own_chroma_image_share * width_px * height_px)));
+}
+
 HueLabeller::Fraction HueLabeller::NearestFraction(double x) {
   Fraction nearest;
   double least = 2;
@@ -135,8 +139,7 @@ void HueLabeller::CountPairs(const Image1u8& labels, int ball, int row, int firs
     ++own.pairs[static_cast<size_t>(pair_chroma)];
     ++own.above;
   }
-  while (own.above >= params_.own_chroma_pixels)
-    own.above -= own.pairs[static_cast<size_t>(++own.t)];
+  while (own.above >= own_chroma_pixels_) own.above -= own.pairs[static_cast<size_t>(++own.t)];
 }
 
 void HueLabeller::Label(const Image3u8& rgb, const PixelRegion& region, Image1u8* labels) {
@@ -150,6 +153,7 @@ void HueLabeller::Label(const Image3u8& rgb, const PixelRegion& region, Image1u8
                            static_cast<size_t>(rgb.height()));
   }
   own_.fill({});
+  own_chroma_pixels_ = params_.OwnChromaPixels(rgb.width(), rgb.height());
   labelled_runs_.clear();
 
   Planes planes;

@@ -6,8 +6,9 @@
 // floor, below which noise makes hue meaningless, and above a fraction of the ball's own chroma in
 // this image. The second is what tells a ball from surfaces it lights and from its halo, whose hue
 // is the same. The ball's own chroma is estimated as the largest chroma that at least
-// `own_chroma_pixels` pixels of its hue reach, each together with its neighbour on the left; so a
-// few stray pixels do not set it, and it needs no knowledge of where the ball is.
+// `own_chroma_image_share` of the image's pixels, of its hue, reach, each together with its
+// neighbour on the left; so a few stray pixels do not set it, and it needs no knowledge of where
+// the ball is.
 
 #include <array>
 #include <cstdint>
@@ -25,7 +26,9 @@ struct HueParams {
   // The least F at the true pose of eight path-traced pairs is 0.71; it is 0.59 with 0.3, where
   // boxes lit by a ball pass for it, and 0.63 with 0.46, where the rims of shaded balls drop out.
   double own_chroma_fraction = 0.4;
-  int own_chroma_pixels = 40;  // a quarter of a ball's disc at 1.6 m in the default rig
+  // 40 pixels of 640 x 480: a quarter of a ball's disc at 1.6 m in the default rig, whatever the
+  // number of its pixels
+  double own_chroma_image_share = 1.3021e-4;
 
   static void Fields(auto& self, auto&& field) {
     field("window_rad", self.window_rad, InRange(0.01, 1.5), "half width of the hue window");
@@ -33,9 +36,17 @@ struct HueParams {
           "least chroma of a match, 8-bit steps");
     field("own_chroma_fraction", self.own_chroma_fraction, InRange(0, 1),
           "least chroma of a match over the ball's own chroma in the image; 0: hue and floor only");
-    field("own_chroma_pixels", self.own_chroma_pixels, InRange(1, 100000),
-          "pixels of the ball's hue that reach what counts as its own chroma");
+    field(
+        "own_chroma_image_share", self.own_chroma_image_share, InRange(0, 1),
+        "share of the image's pixels, of the ball's hue, that reach what counts as its own chroma");
   }
+  static constexpr RetiredKey kRetired[] = {
+      {"own_chroma_pixels",
+       "give own_chroma_image_share, these pixels over all of the image (40 of 640 x 480 are its "
+       "default)"}};
+
+  // That share as a number of pixels.
+  int OwnChromaPixels(int width_px, int height_px) const;
 };
 
 // Makes label images: bit b of a label says that the pixel agrees with ball b of the marker.
@@ -54,7 +65,7 @@ class HueLabeller {
   }
 
   // Least chroma of a match with that ball in the image labelled last, 8-bit steps. The floor where
-  // fewer than `own_chroma_pixels` pixels have its hue.
+  // too few pixels have its hue.
   int threshold_dn(int ball) const { return threshold_dn_[static_cast<size_t>(ball)]; }
 
  private:
@@ -80,6 +91,7 @@ class HueLabeller {
   int ball_count_;
   std::vector<Window> windows_;
   std::array<OwnChroma, kMaxBalls> own_{};
+  int own_chroma_pixels_ = 1;  // of the image labelled last
   std::array<int, kMaxBalls> threshold_dn_{};
   Image1u8 chroma_;
   std::vector<int> labelled_runs_;  // first pixels of the runs that hold a label

@@ -105,7 +105,7 @@ int Batch(const BatchArguments& arguments) {
 // The description of the plan in a file.
 std::string TitleOf(const farm::StoreHeader& header) {
   const auto description = config::ParseYaml(header.plan, "plan").Find("description");
-  return description && description->node.IsScalar() ? description->node.Scalar() : header.kind;
+  return description ? description->Text().value_or(header.kind) : header.kind;
 }
 
 struct StatusArguments {

@@ -1,5 +1,7 @@
 #include "experiments/config/data_files.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <filesystem>
 
@@ -47,12 +49,8 @@ std::string FindBundled(const std::string& folder, const std::string& what,
   const std::vector<std::string> bundled = BundledNames(folder);
   if (std::find(bundled.begin(), bundled.end(), name) != bundled.end())
     return AssetPath(folder + "/" + name + ".yaml");
-  std::string list;
-  for (const std::string& known : bundled) list += (list.empty() ? "" : ", ") + known;
-  const std::string nearest = NearestName(name, bundled);
-  throw ConfigError(name + ": no such file, and no bundled " + what + " of that name" +
-                    (nearest.empty() ? "" : "; did you mean " + nearest + "?") +
-                    " (bundled: " + list + ")");
+  throw ConfigError(fmt::format("{}: no such file, and no bundled {} of that name{} (bundled: {})",
+                                name, what, DidYouMean(name, bundled), fmt::join(bundled, ", ")));
 }
 
 }  // namespace turbidock::config

@@ -1,6 +1,8 @@
 #include "experiments/config/yaml_fields.h"
 
+#include <fmt/format.h>
 #include <yaml-cpp/eventhandler.h>
+#include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 #include <cctype>
@@ -31,17 +33,8 @@ Overloaded(Fs...) -> Overloaded<Fs...>;
 
 // ---------------------------------------------------------------------------------- text and units
 
-std::string Join(const std::vector<std::string>& parts, const char* separator) {
-  std::string text;
-  for (size_t i = 0; i < parts.size(); ++i) {
-    if (i > 0) text += separator;
-    text += parts[i];
-  }
-  return text;
-}
-
-std::string JoinPath(const std::string& path, const std::string& key) {
-  return path.empty() ? key : path + "." + key;
+std::string Commas(const std::vector<std::string>& parts) {
+  return fmt::format("{}", fmt::join(parts, ", "));
 }
 
 std::string ElementPath(const std::string& path, size_t index) {
@@ -49,40 +42,26 @@ std::string ElementPath(const std::string& path, size_t index) {
 }
 
 // "V s/m" from "kd_v_s_per_m": the longest tail of unit words. Empty where a key names no unit.
-std::string UnitOf(const std::string& key) {
-  static constexpr std::pair<std::string_view, const char*> kUnits[] = {
+std::string UnitOf(std::string key) {
+  static const std::map<std::string, const char*> kUnits = {
       {"m", "m"},   {"m2", "m2"},   {"m3", "m3"},       {"s", "s"},       {"s2", "s2"},
       {"ms", "ms"}, {"rad", "rad"}, {"deg", "deg"},     {"mm", "mm"},     {"kg", "kg"},
       {"v", "V"},   {"hz", "Hz"},   {"newton", "N"},    {"mps", "m/s"},   {"mps2", "m/s2"},
       {"px", "px"}, {"ml", "ml"},   {"radps", "rad/s"}, {"percent", "%"},
   };
-  std::vector<std::string_view> words;
-  for (size_t begin = 0; begin <= key.size();) {
-    const size_t end = std::min(key.find('_', begin), key.size());
-    words.emplace_back(key.data() + begin, end - begin);
-    begin = end + 1;
-  }
-  auto unit_of = [](std::string_view word) -> const char* {
-    for (const auto& [name, unit] : kUnits)
-      if (name == word) return unit;
-    return nullptr;
-  };
-  // the first word is the quantity's name, whatever it is
-  size_t first = words.size();
-  while (first > 1 && (unit_of(words[first - 1]) || words[first - 1] == "per")) --first;
-  if (first < words.size() - 1 && words[first] == "ml" && words[first + 1] == "m3") return "ml/m3";
-
   std::string above, below;
-  bool per = false;
-  for (size_t i = first; i < words.size(); ++i) {
-    if (words[i] == "per") {
-      per = true;
+  // from the last word; the first is the quantity's name, whatever it is
+  for (size_t cut = 0; (cut = key.rfind('_')) != std::string::npos; key.resize(cut)) {
+    const std::string word = key.substr(cut + 1);
+    if (word == "per") {
+      below = std::exchange(above, "");
       continue;
     }
-    std::string& side = per ? below : above;
-    if (!side.empty()) side += " ";
-    side += unit_of(words[i]);
+    const auto unit = kUnits.find(word);
+    if (unit == kUnits.end()) break;
+    above = unit->second + (above.empty() ? "" : " " + above);
   }
+  if (above == "ml m3") return "ml/m3";
   if (below.empty()) return above;
   return (above.empty() ? "1" : above) + "/" +
          (below.find(' ') == std::string::npos ? below : "(" + below + ")");
@@ -93,15 +72,11 @@ std::string InUnit(const std::string& key) {
   return unit.empty() ? "" : " in " + unit;
 }
 
-bool IsMatrix(const NumbersRef& numbers) { return numbers.rows > 1 && numbers.cols > 1; }
-
-// Element k of a plain list.
-double* ElementOf(const NumbersRef& numbers, int k) {
-  return numbers.data + k * (numbers.rows == 1 ? numbers.col_stride : numbers.row_stride);
-}
-
-NumbersRef RowOf(const NumbersRef& matrix, int row) {
-  return {matrix.data + row * matrix.row_stride, 1, matrix.cols, 0, matrix.col_stride};
+// The first row of a matrix.
+std::optional<ListRef> RowOf(const ListRef& list) {
+  const Field first = list.element(0);
+  const auto* row = std::get_if<ListRef>(&first.value);
+  return row ? std::optional(*row) : std::nullopt;
 }
 
 // What a value of the field is: "number in m", "one of active, passive".
@@ -113,17 +88,16 @@ std::string TypeName(const Field& field) {
                         [&](int64_t*) { return "whole number" + in_unit; },
                         [&](double*) { return "number" + in_unit; },
                         [](std::string*) -> std::string { return "text"; },
-                        [&](std::vector<double>*) { return "list of numbers" + in_unit; },
-                        [&](const NumbersRef& n) {
-                          if (!IsMatrix(n))
-                            return "list of " + std::to_string(n.rows * n.cols) + " numbers" +
-                                   in_unit;
-                          return "list of " + std::to_string(n.rows) + " rows of " +
-                                 std::to_string(n.cols) + " numbers" + in_unit;
-                        },
-                        [](const EnumRef& e) { return "one of " + Join(e.names, ", "); },
+                        [](const EnumRef& e) { return "one of " + Commas(e.names); },
                         [](const GroupRef&) -> std::string { return "group of keys"; },
-                        [](const ListRef&) -> std::string { return "list of groups"; },
+                        [&](const ListRef& list) -> std::string {
+                          if (list.of_groups) return "list of groups";
+                          if (list.resize) return "list of numbers" + in_unit;
+                          if (const auto row = RowOf(list))
+                            return fmt::format("list of {} rows of {} numbers{}", list.size(),
+                                               row->size(), in_unit);
+                          return fmt::format("list of {} numbers{}", list.size(), in_unit);
+                        },
                     },
                     field.value);
 }
@@ -135,20 +109,16 @@ std::string WithArticle(const std::string& type) {
 
 // ---------------------------------------------------------------------------------------- messages
 
-[[noreturn]] void FailKey(const YamlNode& at, const std::string& problem) {
-  throw ConfigError(at.Where() + (at.path.empty() ? "" : at.path + ": ") + problem);
-}
-
 // The value as the user wrote it: quoted if it is text.
 std::string Written(const YamlNode& at, const char* quote) {
-  switch (at.node.Type()) {
+  switch (at.node->Type()) {
     case YAML::NodeType::Sequence:
       return "a list";
     case YAML::NodeType::Map:
       return "a group of keys";
     case YAML::NodeType::Scalar: {
       constexpr size_t kLongest = 60;
-      const std::string& text = at.node.Scalar();
+      const std::string& text = at.node->Scalar();
       const std::string shown = text.size() > kLongest ? text.substr(0, kLongest) + "..." : text;
       return quote + shown + quote;
     }
@@ -160,7 +130,7 @@ std::string Written(const YamlNode& at, const char* quote) {
 [[noreturn]] void FailValue(const YamlNode& at, const std::string& problem,
                             const char* quote = "'") {
   const std::string written = Written(at, quote);
-  if (written.empty()) FailKey(at, "has no value, " + problem);
+  if (written.empty()) at.Fail("has no value, " + problem);
   throw ConfigError(at.Where() + at.path + " = " + written + ", " + problem);
 }
 
@@ -168,11 +138,17 @@ std::string Written(const YamlNode& at, const char* quote) {
   FailValue(at, "must be " + WithArticle(TypeName(field)));
 }
 
+const Field* FindField(const GroupRef& group, const std::string& key) {
+  const auto found = std::find_if(group.fields.begin(), group.fields.end(),
+                                  [&](const Field& field) { return field.key == key; });
+  return found == group.fields.end() ? nullptr : &*found;
+}
+
 // Dotted paths of the fields called `key` anywhere in the group.
 void FindByName(const GroupRef& group, const std::string& path, const std::string& key,
                 std::vector<std::string>* found) {
   for (const auto& field : group.fields) {
-    const std::string full = JoinPath(path, field.key);
+    const std::string full = JoinKey(path, field.key);
     if (field.key == key || full == key) found->push_back(full);
     if (const auto* inner = std::get_if<GroupRef>(&field.value))
       FindByName(*inner, full, key, found);
@@ -181,118 +157,31 @@ void FindByName(const GroupRef& group, const std::string& path, const std::strin
 
 [[noreturn]] void FailUnknown(const YamlNode& at, const std::string& key, const GroupRef& group,
                               const GroupRef& root, const std::string& root_path) {
+  for (const RetiredKey& retired : group.retired)
+    if (retired.key == key) at.Fail(std::string("is no longer a key: ") + retired.advice);
   std::vector<std::string> known;
   for (const auto& field : group.fields) known.push_back(field.key);
-  if (const std::string nearest = NearestName(key, known); !nearest.empty())
-    FailKey(at, "unknown key; did you mean " + nearest + "?");
+  if (const std::string nearest = DidYouMean(key, known); !nearest.empty())
+    at.Fail("unknown key" + nearest);
   std::vector<std::string> elsewhere;
   FindByName(root, root_path, key, &elsewhere);
   if (elsewhere.size() == 1) {
     const bool is_path = elsewhere[0] == key;
-    FailKey(at, is_path ? "unknown key; a file nests its keys, one level a line"
-                        : "unknown key; did you mean " + elsewhere[0] + "?");
+    at.Fail(is_path ? "unknown key; a file nests its keys, one level a line"
+                    : "unknown key; did you mean " + elsewhere[0] + "?");
   }
-  FailKey(at, "unknown key; allowed: " + Join(known, ", "));
+  at.Fail("unknown key; allowed: " + Commas(known));
 }
 
 // ----------------------------------------------------------------------------------------- reading
 
-class Reader {
- public:
-  Reader(const GroupRef& root, std::string root_path, Origins* origins)
-      : root_(root), root_path_(std::move(root_path)), origins_(origins) {}
-
-  void ReadGroup(const YamlNode& at, const GroupRef& group,
-                 std::initializer_list<std::string_view> read_elsewhere = {}) const;
-  void ReadValue(const YamlNode& at, const Field& field) const;
-  // Notes where the value was set, and that what was below it is gone.
-  void NoteOrigin(const YamlNode& at) const;
-
- private:
-  void ReadBool(const YamlNode& at, const Field& field, bool* value) const;
-  template <class Int>
-  void ReadInt(const YamlNode& at, const Field& field, Int* value) const;
-  void ReadDouble(const YamlNode& at, const Field& field, double* value) const;
-  void ReadText(const YamlNode& at, const Field& field, std::string* value) const;
-  void ReadEnum(const YamlNode& at, const Field& field, const EnumRef& value) const;
-  void ReadNumbers(const YamlNode& at, const Field& field, const NumbersRef& numbers) const;
-  void ReadList(const YamlNode& at, const Field& field, const ListRef& list) const;
-
-  const GroupRef& root_;
-  std::string root_path_;
-  Origins* origins_;
-};
+std::shared_ptr<const YAML::Node> NodeOf(const YAML::Node& node) {
+  return std::make_shared<const YAML::Node>(node);
+}
 
 int LineOf(const YAML::Node& node, int fallback) {
   const YAML::Mark mark = node.Mark();
   return mark.is_null() ? fallback : mark.line + 1;
-}
-
-YamlNode ElementNode(const YamlNode& at, size_t index) {
-  const YAML::Node node = at.node[index];
-  return {node, at.file, ElementPath(at.path, index), LineOf(node, at.line)};
-}
-
-void Reader::ReadGroup(const YamlNode& at, const GroupRef& group,
-                       std::initializer_list<std::string_view> read_elsewhere) const {
-  std::map<std::string, int> first_line;
-  for (const auto& entry : at.node) {
-    YamlNode child{entry.second, at.file, at.path, LineOf(entry.first, at.line)};
-    if (!entry.first.IsScalar()) FailKey(child, "a key must be plain text");
-    const std::string& key = entry.first.Scalar();
-    child.path = JoinPath(at.path, key);
-
-    const auto [first, is_new] = first_line.emplace(key, child.line);
-    if (!is_new) {
-      const std::string where =
-          at.file == kFromSet ? "" : ", first given in line " + std::to_string(first->second);
-      FailKey(child, "duplicate key" + where);
-    }
-    if (std::find(read_elsewhere.begin(), read_elsewhere.end(), key) != read_elsewhere.end())
-      continue;
-    const auto field = std::find_if(group.fields.begin(), group.fields.end(),
-                                    [&](const Field& f) { return f.key == key; });
-    if (field == group.fields.end()) FailUnknown(child, key, group, root_, root_path_);
-    ReadValue(child, *field);
-  }
-}
-
-void Reader::NoteOrigin(const YamlNode& at) const {
-  if (!origins_) return;
-  (*origins_)[at.path] = at.Where();
-}
-
-void Reader::ReadValue(const YamlNode& at, const Field& field) const {
-  NoteOrigin(at);
-  std::visit(Overloaded{
-                 [&](bool* value) { ReadBool(at, field, value); },
-                 [&](int* value) { ReadInt(at, field, value); },
-                 [&](int64_t* value) { ReadInt(at, field, value); },
-                 [&](double* value) { ReadDouble(at, field, value); },
-                 [&](std::string* value) { ReadText(at, field, value); },
-                 [&](std::vector<double>* values) {
-                   if (!at.node.IsSequence()) FailType(at, field);
-                   std::vector<double> read(at.node.size());
-                   for (size_t i = 0; i < read.size(); ++i)
-                     ReadDouble(ElementNode(at, i), field, &read[i]);
-                   *values = std::move(read);
-                 },
-                 [&](const NumbersRef& numbers) { ReadNumbers(at, field, numbers); },
-                 [&](const EnumRef& value) { ReadEnum(at, field, value); },
-                 [&](const GroupRef& group) {
-                   if (!at.node.IsMap()) FailType(at, field);
-                   ReadGroup(at, group);
-                 },
-                 [&](const ListRef& list) { ReadList(at, field, list); },
-             },
-             field.value);
-}
-
-void Reader::ReadBool(const YamlNode& at, const Field& field, bool* value) const {
-  const bool plain = at.node.IsScalar() && at.node.Tag() == "?";
-  const bool is_true = plain && at.node.Scalar() == "true";
-  if (!is_true && !(plain && at.node.Scalar() == "false")) FailType(at, field);
-  *value = is_true;
 }
 
 // The number of the longest beginning of `text` that is one, and what follows it.
@@ -328,156 +217,175 @@ Parsed ParseDouble(std::string_view text) {
   return parsed;
 }
 
-void Reader::ReadDouble(const YamlNode& at, const Field& field, double* value) const {
-  const std::string number = "number" + InUnit(field.key);
-  if (!at.node.IsScalar()) FailValue(at, "must be a " + number);
-  if (at.node.Tag() != "?") FailValue(at, "must be a " + number + ", without quotes or tag");
-  const Parsed parsed = ParseDouble(at.node.Scalar());
-  if (parsed.error == std::errc::result_out_of_range)
-    FailValue(at, "is too large or too small a number", "");
-  if (parsed.error != std::errc{}) FailValue(at, "must be a " + number);
-  if (!parsed.rest.empty()) FailValue(at, "give a plain " + number);
-  if (!field.range.Contains(parsed.value)) FailValue(at, field.range.Sentence(), "");
-  *value = parsed.value;
-}
+// What a layer's keys that the group does not have are.
+enum class Unknown { kMistake, kSkipped };
 
-template <class Int>
-void Reader::ReadInt(const YamlNode& at, const Field& field, Int* value) const {
-  const std::string number = "whole number" + InUnit(field.key);
-  if (!at.node.IsScalar()) FailValue(at, "must be a " + number);
-  if (at.node.Tag() != "?") FailValue(at, "must be a " + number + ", without quotes or tag");
-  const std::string& text = at.node.Scalar();
-  const char* const begin = text.data() + (text.starts_with('+') ? 1 : 0);
-  const char* const end = text.data() + text.size();
-  Int parsed = 0;
-  const auto result = std::from_chars(begin, end, parsed);
-  if (result.ec == std::errc::result_out_of_range && result.ptr == end)
-    FailValue(at,
-              "must be in [" + std::to_string(std::numeric_limits<Int>::min()) + ", " +
-                  std::to_string(std::numeric_limits<Int>::max()) + "]",
-              "");
-  if (result.ec != std::errc{} || result.ptr != end) {
-    const Parsed as_double = ParseDouble(text);
-    const bool is_number = as_double.error == std::errc{} && as_double.rest.empty();
-    if (is_number) FailValue(at, "must be a " + number, "");
-    FailValue(at, (as_double.error == std::errc{} ? "give a plain " : "must be a ") + number);
+class Reader {
+ public:
+  Reader(const GroupRef& root, std::string root_path, Origins* origins,
+         Unknown unknown = Unknown::kMistake)
+      : root_(root), root_path_(std::move(root_path)), origins_(origins), unknown_(unknown) {}
+
+  Unknown unknown() const { return unknown_; }
+
+  void ReadGroup(const YamlNode& at, const GroupRef& group,
+                 std::initializer_list<std::string_view> read_elsewhere = {}) const {
+    std::map<std::string, int> first_line;
+    for (const auto& [key, child] : at.Entries()) {
+      const auto [first, is_new] = first_line.emplace(key, child.line);
+      if (!is_new) {
+        const std::string where =
+            at.file == kFromSet ? "" : ", first given in line " + std::to_string(first->second);
+        child.Fail("duplicate key" + where);
+      }
+      if (std::find(read_elsewhere.begin(), read_elsewhere.end(), key) != read_elsewhere.end())
+        continue;
+      if (const Field* field = FindField(group, key))
+        ReadValue(child, *field);
+      else if (unknown_ == Unknown::kMistake)
+        FailUnknown(child, key, group, root_, root_path_);
+    }
   }
-  if (!field.range.Contains(static_cast<double>(parsed))) FailValue(at, field.range.Sentence(), "");
-  *value = parsed;
-}
 
-void Reader::ReadText(const YamlNode& at, const Field& field, std::string* value) const {
-  if (!at.node.IsScalar()) FailType(at, field);
-  *value = at.node.Scalar();
-}
-
-void Reader::ReadEnum(const YamlNode& at, const Field& field, const EnumRef& value) const {
-  if (!at.node.IsScalar()) FailType(at, field);
-  const auto& name = at.node.Scalar();
-  const auto found = std::find(value.names.begin(), value.names.end(), name);
-  if (found == value.names.end()) FailType(at, field);
-  value.set(static_cast<size_t>(found - value.names.begin()));
-}
-
-void Reader::ReadNumbers(const YamlNode& at, const Field& field, const NumbersRef& numbers) const {
-  auto require_size = [&](const YamlNode& list, int size, const std::string& type) {
-    if (!list.node.IsSequence()) FailValue(list, "must be " + WithArticle(type));
-    if (static_cast<int>(list.node.size()) != size)
-      throw ConfigError(list.Where() + list.path + " has " + std::to_string(list.node.size()) +
-                        (list.node.size() == 1 ? " element" : " elements") + ", must be " +
-                        WithArticle(type));
-  };
-  if (IsMatrix(numbers)) {
-    require_size(at, numbers.rows, TypeName(field));
-    for (int row = 0; row < numbers.rows; ++row)
-      ReadNumbers(ElementNode(at, row), field, RowOf(numbers, row));
-    return;
+  // Notes where the value was set, and reads it.
+  void ReadValue(const YamlNode& at, const Field& field) const {
+    if (origins_) (*origins_)[at.path] = at.Where();
+    std::visit(Overloaded{
+                   [&](bool* value) {
+                     const bool plain = at.node->IsScalar() && at.node->Tag() == "?";
+                     const bool is_true = plain && at.node->Scalar() == "true";
+                     if (!is_true && !(plain && at.node->Scalar() == "false")) FailType(at, field);
+                     *value = is_true;
+                   },
+                   [&](int* value) { ReadInt(at, field, value); },
+                   [&](int64_t* value) { ReadInt(at, field, value); },
+                   [&](double* value) { ReadDouble(at, field, value); },
+                   [&](std::string* value) {
+                     if (!at.node->IsScalar()) FailType(at, field);
+                     *value = at.node->Scalar();
+                   },
+                   [&](const EnumRef& value) {
+                     const auto found =
+                         std::find(value.names.begin(), value.names.end(), at.Text());
+                     if (found == value.names.end()) FailType(at, field);
+                     value.set(static_cast<size_t>(found - value.names.begin()));
+                   },
+                   [&](const GroupRef& group) {
+                     if (!at.IsMap()) FailType(at, field);
+                     ReadGroup(at, group);
+                   },
+                   [&](const ListRef& list) { ReadList(at, field, list); },
+               },
+               field.value);
   }
-  const int count = numbers.rows * numbers.cols;
-  require_size(at, count, "list of " + std::to_string(count) + " numbers" + InUnit(field.key));
-  for (int k = 0; k < count; ++k) ReadDouble(ElementNode(at, k), field, ElementOf(numbers, k));
-}
 
-void Reader::ReadList(const YamlNode& at, const Field& field, const ListRef& list) const {
-  if (!at.node.IsSequence()) FailType(at, field);
-  if (origins_)
-    std::erase_if(*origins_,
-                  [&](const auto& entry) { return entry.first.starts_with(at.path + "["); });
-  list.resize(0);  // elements begin with their own defaults, not with those of the list
-  list.resize(at.node.size());
-  for (size_t i = 0; i < at.node.size(); ++i) {
-    const YamlNode element = ElementNode(at, i);
-    if (!element.node.IsMap()) FailValue(element, "must be a group of keys");
-    NoteOrigin(element);
-    ReadGroup(element, list.element(i));
+ private:
+  static const std::string& NumberText(const YamlNode& at, const std::string& number) {
+    if (!at.node->IsScalar()) FailValue(at, "must be a " + number);
+    if (at.node->Tag() != "?") FailValue(at, "must be a " + number + ", without quotes or tag");
+    return at.node->Scalar();
   }
-}
+
+  void ReadDouble(const YamlNode& at, const Field& field, double* value) const {
+    const std::string number = "number" + InUnit(field.key);
+    const Parsed parsed = ParseDouble(NumberText(at, number));
+    if (parsed.error == std::errc::result_out_of_range)
+      FailValue(at, "is too large or too small a number", "");
+    if (parsed.error != std::errc{}) FailValue(at, "must be a " + number);
+    if (!parsed.rest.empty()) FailValue(at, "give a plain " + number);
+    if (!field.range.Contains(parsed.value)) FailValue(at, field.range.Sentence(), "");
+    *value = parsed.value;
+  }
+
+  template <class Int>
+  void ReadInt(const YamlNode& at, const Field& field, Int* value) const {
+    const std::string number = "whole number" + InUnit(field.key);
+    const std::string& text = NumberText(at, number);
+    const char* const begin = text.data() + (text.starts_with('+') ? 1 : 0);
+    const char* const end = text.data() + text.size();
+    Int parsed = 0;
+    const auto result = std::from_chars(begin, end, parsed);
+    if (result.ec == std::errc::result_out_of_range && result.ptr == end)
+      FailValue(at,
+                fmt::format("must be in [{}, {}]", std::numeric_limits<Int>::min(),
+                            std::numeric_limits<Int>::max()),
+                "");
+    if (result.ec != std::errc{} || result.ptr != end) {
+      const Parsed as_double = ParseDouble(text);
+      const bool is_number = as_double.error == std::errc{} && as_double.rest.empty();
+      if (is_number) FailValue(at, "must be a " + number, "");
+      FailValue(at, (as_double.error == std::errc{} ? "give a plain " : "must be a ") + number);
+    }
+    if (!field.range.Contains(static_cast<double>(parsed)))
+      FailValue(at, field.range.Sentence(), "");
+    *value = parsed;
+  }
+
+  void ReadList(const YamlNode& at, const Field& field, const ListRef& list) const {
+    if (!at.IsList()) FailType(at, field);
+    if (origins_)
+      std::erase_if(*origins_,
+                    [&](const auto& entry) { return entry.first.starts_with(at.path + "["); });
+    const std::vector<YamlNode> elements = at.Elements();
+    if (list.resize) {
+      list.resize(0);  // elements begin with their own defaults, not with those of the list
+      list.resize(elements.size());
+    } else if (elements.size() != list.size()) {
+      throw ConfigError(fmt::format("{}{} has {} {}, must be {}", at.Where(), at.path,
+                                    elements.size(), elements.size() == 1 ? "element" : "elements",
+                                    WithArticle(TypeName(field))));
+    }
+    for (size_t i = 0; i < elements.size(); ++i)
+      ReadValue(elements[i], {field.key, field.range, "", list.element(i).value});
+  }
+
+  const GroupRef& root_;
+  std::string root_path_;
+  Origins* origins_;
+  Unknown unknown_;
+};
 
 // ------------------------------------------------------------------------------------- --set paths
 
 // "a.b[0].c" or "a.b.0.c" -> a, b, 0, c. Nothing if it is no path.
-std::optional<std::vector<std::string>> SplitPath(const std::string& path) {
-  std::vector<std::string> words(1);
-  bool closed = false;  // after "]": only "." or "[" may follow
-  for (size_t i = 0; i < path.size(); ++i) {
-    const char c = path[i];
-    if (c == '.' || c == '[') {
-      if (words.back().empty()) return std::nullopt;
-      words.emplace_back();
-      closed = false;
-      if (c == '.') continue;
-      const size_t end = path.find(']', i);
-      if (end == std::string::npos) return std::nullopt;
-      words.back() = path.substr(i + 1, end - i - 1);
-      const bool digits = !words.back().empty() &&
-                          words.back().find_first_not_of("0123456789") == std::string::npos;
-      if (!digits) return std::nullopt;
-      i = end;
-      closed = true;
-    } else {
-      if (closed) return std::nullopt;
-      words.back() += c;
-    }
+std::optional<std::vector<std::string>> SplitPath(std::string path) {
+  for (size_t open = 0; (open = path.find('[')) != std::string::npos;) {
+    const size_t close = path.find_first_not_of("0123456789", open + 1);
+    if (close == std::string::npos || path[close] != ']' || close == open + 1) return std::nullopt;
+    const bool ends = close + 1 == path.size() || path[close + 1] == '.' || path[close + 1] == '[';
+    if (!ends) return std::nullopt;
+    path.erase(close, 1);
+    path[open] = '.';
   }
-  if (words.back().empty()) return std::nullopt;
+  std::vector<std::string> words;
+  for (size_t begin = 0; begin <= path.size();) {
+    const size_t end = std::min(path.find('.', begin), path.size());
+    if (end == begin) return std::nullopt;
+    words.push_back(path.substr(begin, end - begin));
+    begin = end + 1;
+  }
   return words;
 }
 
 // The part of a field that one more word of a path names; `at` is the path so far and grows by it.
 Field Descend(const Field& field, const std::string& word, const GroupRef& root, YamlNode* at) {
   if (const auto* group = std::get_if<GroupRef>(&field.value)) {
-    at->path = JoinPath(at->path, word);
-    for (const auto& inner : group->fields)
-      if (inner.key == word) return inner;
+    at->path = JoinKey(at->path, word);
+    if (const Field* inner = FindField(*group, word)) return *inner;
     FailUnknown(*at, word, *group, root, "");
   }
 
+  const auto* list = std::get_if<ListRef>(&field.value);
+  if (!list) at->Fail("has no key " + word + ": it is " + WithArticle(TypeName(field)));
   size_t index = 0;
-  const auto parsed = std::from_chars(word.data(), word.data() + word.size(), index);
-  const bool is_index = parsed.ec == std::errc{} && parsed.ptr == word.data() + word.size();
-  auto require_index = [&](size_t size) {
-    if (!is_index)
-      FailKey(*at, "is a " + TypeName(field) + "; write an element as " + at->path + "[0]");
-    if (index >= size) FailKey(*at, "has no element " + word + ", it has " + std::to_string(size));
-    at->path = ElementPath(at->path, index);
-  };
-  Field element{field.key, field.range, field.doc, {}};
-  if (const auto* list = std::get_if<ListRef>(&field.value)) {
-    require_index(list->size());
-    element.value = list->element(index);
-  } else if (const auto* numbers = std::get_if<NumbersRef>(&field.value)) {
-    require_index(IsMatrix(*numbers) ? numbers->rows : numbers->rows * numbers->cols);
-    if (IsMatrix(*numbers))
-      element.value = RowOf(*numbers, static_cast<int>(index));
-    else
-      element.value = ElementOf(*numbers, static_cast<int>(index));
-  } else if (auto* const* values = std::get_if<std::vector<double>*>(&field.value)) {
-    require_index((*values)->size());
-    element.value = (*values)->data() + index;
-  } else {
-    FailKey(*at, "has no key " + word + ": it is " + WithArticle(TypeName(field)));
-  }
-  return element;
+  const char* const end = word.data() + word.size();
+  const auto parsed = std::from_chars(word.data(), end, index);
+  if (parsed.ec != std::errc{} || parsed.ptr != end)
+    at->Fail("is a " + TypeName(field) + "; write an element as " + at->path + "[0]");
+  if (index >= list->size())
+    at->Fail("has no element " + word + ", it has " + std::to_string(list->size()));
+  at->path = ElementPath(at->path, index);
+  return {field.key, field.range, field.doc, list->element(index).value};
 }
 
 // ------------------------------------------------------------------------------------------ saving
@@ -514,18 +422,6 @@ std::string TextAsYaml(const std::string& text) {
   return quoted + "\"";
 }
 
-std::string NumbersAsYaml(const NumbersRef& numbers) {
-  std::vector<std::string> parts;
-  if (IsMatrix(numbers)) {
-    for (int row = 0; row < numbers.rows; ++row)
-      parts.push_back(NumbersAsYaml(RowOf(numbers, row)));
-  } else {
-    for (int k = 0; k < numbers.rows * numbers.cols; ++k)
-      parts.push_back(FormatNumber(*ElementOf(numbers, k)));
-  }
-  return "[" + Join(parts, ", ") + "]";
-}
-
 // A value that fits on its key's line; nothing for a group or a list of groups that has elements.
 std::optional<std::string> ValueAsYaml(const Field& field) {
   using Text = std::optional<std::string>;
@@ -536,20 +432,16 @@ std::optional<std::string> ValueAsYaml(const Field& field) {
           [](const int64_t* value) -> Text { return std::to_string(*value); },
           [](const double* value) -> Text { return FormatNumber(*value); },
           [](const std::string* value) -> Text { return TextAsYaml(*value); },
-          [](const std::vector<double>* values) -> Text {
-            std::vector<std::string> parts;
-            for (const double x : *values) parts.push_back(FormatNumber(x));
-            return "[" + Join(parts, ", ") + "]";
-          },
-          [](const NumbersRef& numbers) -> Text { return NumbersAsYaml(numbers); },
           [](const EnumRef& value) -> Text { return TextAsYaml(value.names[value.get()]); },
           [](const GroupRef& group) -> Text {
             if (group.fields.empty()) return "{}";
             return std::nullopt;
           },
           [](const ListRef& list) -> Text {
-            if (list.size() == 0) return "[]";
-            return std::nullopt;
+            if (list.of_groups && list.size() > 0) return std::nullopt;
+            std::vector<std::string> parts;
+            for (size_t i = 0; i < list.size(); ++i) parts.push_back(*ValueAsYaml(list.element(i)));
+            return "[" + Commas(parts) + "]";
           },
       },
       field.value);
@@ -571,7 +463,7 @@ std::vector<std::string> GroupLines(const GroupRef& group) {
     }
     const auto& list = std::get<ListRef>(field.value);
     for (size_t i = 0; i < list.size(); ++i) {
-      std::vector<std::string> element = GroupLines(list.element(i));
+      std::vector<std::string> element = GroupLines(std::get<GroupRef>(list.element(i).value));
       if (element.empty()) element.push_back("{}");
       for (size_t k = 0; k < element.size(); ++k)
         lines.push_back((k == 0 ? "  - " : "    ") + element[k]);
@@ -581,20 +473,17 @@ std::vector<std::string> GroupLines(const GroupRef& group) {
 }
 
 void AppendKeys(const GroupRef& group, const std::string& path, std::vector<KeyDoc>* docs) {
-  static const std::string kMust = "must be ";
   for (const auto& field : group.fields) {
-    KeyDoc doc{JoinPath(path, field.key), TypeName(field), ValueAsYaml(field).value_or(""), "",
+    KeyDoc doc{JoinKey(path, field.key), TypeName(field), ValueAsYaml(field).value_or(""), "",
                field.doc};
-    const std::string sentence = field.range.Sentence();
-    const bool is_limited = std::isfinite(field.range.low) || std::isfinite(field.range.high);
-    if (is_limited)
-      doc.range = sentence.starts_with(kMust) ? sentence.substr(kMust.size()) : sentence;
+    if (std::isfinite(field.range.low) || std::isfinite(field.range.high))
+      doc.range = field.range.Sentence().substr(std::strlen("must be "));
     docs->push_back(doc);
     if (const auto* inner = std::get_if<GroupRef>(&field.value)) AppendKeys(*inner, doc.key, docs);
-    if (const auto* list = std::get_if<ListRef>(&field.value)) {
+    if (const auto* list = std::get_if<ListRef>(&field.value); list && list->of_groups) {
       list->resize(0);
       list->resize(1);
-      AppendKeys(list->element(0), doc.key + "[]", docs);
+      AppendKeys(std::get<GroupRef>(list->element(0).value), doc.key + "[]", docs);
     }
   }
 }
@@ -631,13 +520,102 @@ YAML::Node ParseOnly(const std::string& text, YamlNode at) {
     DocumentLines documents;
     if (parser.HandleNextDocument(documents) && parser.HandleNextDocument(documents)) {
       at.line = documents.lines().back();
-      FailKey(at, "one YAML document ends and more follows");
+      at.Fail("one YAML document ends and more follows");
     }
     return YAML::Load(text);
   } catch (const YAML::Exception& error) {
     if (!error.mark.is_null()) at.line = error.mark.line + 1;
-    FailKey(at, "not valid YAML: " + error.msg);
+    at.Fail("not valid YAML: " + error.msg);
   }
+}
+
+// A node keeps the style in which it was written, whatever the emitter is told.
+void SetFlowStyle(YAML::Node* node) {
+  if (!node->IsSequence() && !node->IsMap()) return;
+  node->SetStyle(YAML::EmitterStyle::Flow);
+  for (auto entry : *node) {
+    if (node->IsMap())
+      SetFlowStyle(&entry.second);
+    else
+      SetFlowStyle(&entry);
+  }
+}
+
+void ApplySet(const std::string& assignment, const GroupRef& group, const Reader& reader) {
+  const size_t equals = assignment.find('=');
+  const std::string path = assignment.substr(0, equals);
+  YamlNode at{nullptr, kFromSet, path};
+  if (equals == std::string::npos) at.Fail("must be KEY=VALUE");
+  const auto words = SplitPath(path);
+  if (!words) at.Fail("is no key; write group.key=value");
+
+  at.path.clear();
+  Field field{"", {}, "", group};
+  for (const auto& word : *words) {
+    const auto* inside = std::get_if<GroupRef>(&field.value);
+    if (reader.unknown() == Unknown::kSkipped && inside && !FindField(*inside, word)) return;
+    field = Descend(field, word, group, &at);
+  }
+  at.node = NodeOf(ParseOnly(assignment.substr(equals + 1), at));
+  reader.ReadValue(at, field);
+}
+
+}  // namespace
+
+// ------------------------------------------------------------------------------------ public parts
+
+bool YamlNode::IsMap() const { return node->IsMap(); }
+bool YamlNode::IsList() const { return node->IsSequence(); }
+
+std::vector<std::pair<std::string, YamlNode>> YamlNode::Entries() const {
+  if (!IsMap()) Fail("must be a group of keys");
+  std::vector<std::pair<std::string, YamlNode>> entries;
+  for (const auto& entry : *node) {
+    YamlNode child{NodeOf(entry.second), file, path, LineOf(entry.first, line)};
+    if (!entry.first.IsScalar()) child.Fail("a key must be plain text");
+    child.path = JoinKey(path, entry.first.Scalar());
+    entries.emplace_back(entry.first.Scalar(), child);
+  }
+  return entries;
+}
+
+std::vector<YamlNode> YamlNode::Elements() const {
+  std::vector<YamlNode> elements;
+  if (IsList())
+    for (const auto& element : *node)
+      elements.push_back(
+          {NodeOf(element), file, ElementPath(path, elements.size()), LineOf(element, line)});
+  return elements;
+}
+
+std::optional<YamlNode> YamlNode::Find(const std::string& key) const {
+  if (!IsMap()) return std::nullopt;
+  for (const auto& entry : *node)
+    if (entry.first.IsScalar() && entry.first.Scalar() == key)
+      return YamlNode{NodeOf(entry.second), file, JoinKey(path, key), LineOf(entry.first, line)};
+  return std::nullopt;
+}
+
+std::optional<std::string> YamlNode::Text() const {
+  return node->IsScalar() ? std::optional(node->Scalar()) : std::nullopt;
+}
+
+std::string YamlNode::OneLine() const {
+  YAML::Node flow = YAML::Clone(*node);
+  SetFlowStyle(&flow);
+  YAML::Emitter out;
+  out << flow;
+  std::string text = out.c_str();
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text;
+}
+
+std::string YamlNode::Where() const {
+  return file == kFromSet ? file + " " : file + ":" + std::to_string(line) + ": ";
+}
+
+void YamlNode::Fail(const std::string& problem) const {
+  throw ConfigError(Where() + (path.empty() ? "" : path + ": ") + problem);
 }
 
 std::string ReadFile(const std::string& file) {
@@ -655,79 +633,61 @@ std::string ReadFile(const std::string& file) {
   return text;
 }
 
-// A node keeps the style in which it was written, whatever the emitter is told.
-void SetFlowStyle(YAML::Node* node) {
-  if (!node->IsSequence() && !node->IsMap()) return;
-  node->SetStyle(YAML::EmitterStyle::Flow);
-  for (auto entry : *node) {
-    if (node->IsMap())
-      SetFlowStyle(&entry.second);
-    else
-      SetFlowStyle(&entry);
-  }
-}
-
-}  // namespace
-
-// ------------------------------------------------------------------------------------ public parts
-
-std::string YamlNode::Where() const {
-  return file == kFromSet ? file + " " : file + ":" + std::to_string(line) + ": ";
-}
-
-std::string OneLine(const YAML::Node& node) {
-  YAML::Node flow = YAML::Clone(node);
-  SetFlowStyle(&flow);
-  YAML::Emitter out;
-  out << flow;
-  std::string text = out.c_str();
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  return text;
-}
-
-std::optional<YamlNode> YamlNode::Find(const std::string& key) const {
-  if (!node.IsMap()) return std::nullopt;
-  for (const auto& entry : node)
-    if (entry.first.IsScalar() && entry.first.Scalar() == key)
-      return YamlNode{entry.second, file, JoinPath(path, key), LineOf(entry.first, line)};
-  return std::nullopt;
-}
-
 YamlNode LoadYaml(const std::string& file) { return ParseYaml(ReadFile(file), file); }
 
 YamlNode ParseYaml(const std::string& text, const std::string& file) {
-  YamlNode root{{}, file, ""};
-  root.node = ParseOnly(text, root);
-  if (root.node.IsNull()) throw ConfigError(file + ": is empty");
-  root.line = LineOf(root.node, 1);
-  if (!root.node.IsMap())
+  YamlNode root{nullptr, file, ""};
+  const YAML::Node node = ParseOnly(text, root);
+  if (node.IsNull()) throw ConfigError(file + ": is empty");
+  root.node = NodeOf(node);
+  root.line = LineOf(node, 1);
+  if (!root.IsMap())
     throw ConfigError(root.Where() + "is " + Written(root, "'") + ", must be a group of keys");
   return root;
 }
 
 namespace internal {
 
+ListRef ListOf(std::vector<double>* numbers) {
+  return {false, [numbers] { return numbers->size(); }, [numbers](size_t n) { numbers->resize(n); },
+          [numbers](size_t i) { return Field{.value = &(*numbers)[i]}; }};
+}
+
+ListRef ListOf(double* data, size_t rows, size_t cols, size_t row_stride, size_t col_stride) {
+  if (rows > 1 && cols > 1)
+    return {false, [=] { return rows; }, nullptr,
+            [=](size_t i) {
+              return Field{.value = ListOf(data + i * row_stride, 1, cols, 0, col_stride)};
+            }};
+  const size_t stride = rows == 1 ? col_stride : row_stride;
+  return {false, [=] { return rows * cols; }, nullptr,
+          [=](size_t i) { return Field{.value = data + i * stride}; }};
+}
+
+void AddField(const char* key, const Range& range, const char* doc, ValueRef value,
+              GroupRef* group) {
+  group->fields.push_back({key, range, doc, std::move(value)});
+}
+
 void ReadGroup(const YamlNode& node, const GroupRef& group, Origins* origins,
                std::initializer_list<std::string_view> read_elsewhere) {
-  if (!node.node.IsMap()) FailValue(node, "must be a group of keys");
+  if (!node.IsMap()) FailValue(node, "must be a group of keys");
   Reader(group, node.path, origins).ReadGroup(node, group, read_elsewhere);
 }
 
 void ApplySetToGroup(const std::string& assignment, const GroupRef& group, Origins* origins) {
-  const size_t equals = assignment.find('=');
-  const std::string path = assignment.substr(0, equals);
-  YamlNode at{{}, kFromSet, path};
-  if (equals == std::string::npos) FailKey(at, "must be KEY=VALUE");
-  const auto words = SplitPath(path);
-  if (!words) FailKey(at, "is no key; write group.key=value");
+  ApplySet(assignment, group, Reader(group, "", origins));
+}
 
-  const Reader reader(group, "", origins);
-  at.path.clear();
-  Field field{"", {}, "", group};
-  for (const auto& word : *words) field = Descend(field, word, group, &at);
-
-  at.node = ParseOnly(assignment.substr(equals + 1), at);
-  reader.ReadValue(at, field);
+void PeekValue(const Layers& layers, const std::string& key, const ValueRef& value) {
+  // The key with the groups around it, and nothing else.
+  const size_t dot = key.find('.');
+  TD_CHECK(key.find('.', dot + 1) == std::string::npos, "a key, or one of a group");
+  GroupRef group{{{key.substr(dot + 1), {}, "", value}}, {}};
+  if (dot != std::string::npos) group = {{{key.substr(0, dot), {}, "", group}}, {}};
+  const Reader reader(group, "", nullptr, Unknown::kSkipped);
+  for (const YamlNode& file : layers.files) reader.ReadGroup(file, group);
+  for (const std::string& assignment : layers.assignments) ApplySet(assignment, group, reader);
 }
 
 void ThrowWithOrigin(const ConfigError& error, const Origins& origins) {
@@ -742,7 +702,7 @@ void ThrowWithOrigin(const ConfigError& error, const Origins& origins) {
 
 std::string SaveGroup(const GroupRef& group) {
   const std::vector<std::string> lines = GroupLines(group);
-  return lines.empty() ? "{}\n" : Join(lines, "\n") + "\n";
+  return lines.empty() ? "{}\n" : fmt::format("{}", fmt::join(lines, "\n")) + "\n";
 }
 
 std::vector<KeyDoc> ListGroupKeys(const GroupRef& group) {

@@ -2,11 +2,9 @@
 // Strict YAML for any struct with Fields (sim/base/fields.h): loading in layers, --set, saving and
 // the table of keys, all from the one list of fields.
 //
-//   Origins origins;
-//   Scenario scenario;                                    // layer 1: the defaults in the struct
-//   ReadFields(LoadYaml("night_sea.yaml"), &scenario, &origins);
-//   ApplySet("water.milk_ml_m3=20", &scenario, &origins);
-//   CheckSettings(scenario, origins);                     // after the last layer
+//   Scenario scenario;  // the defaults in the struct
+//   ReadLayers({.files = {LoadYaml("night_sea.yaml")}, .assignments = {"water.milk_ml_m3=20"}},
+//              &scenario);
 //
 // Whatever is wrong is a ConfigError with the file and line of the offending key:
 //
@@ -14,46 +12,59 @@
 //   night_sea.yaml:14: water.milk_ml_m4: unknown key; did you mean milk_ml_m3?
 //   --set camera.baseline_m = -0.1, must be in [0.01, 1]
 
-#include <yaml-cpp/yaml.h>
-
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
 #include <functional>
 #include <initializer_list>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <utility>
 #include <variant>
 #include <vector>
 
 #include "sim/base/fields.h"
+
+namespace YAML {
+class Node;
+}
 
 namespace turbidock::config {
 
 // A part of a YAML document and where it is: `path` is the dotted key, empty for the whole
 // document.
 struct YamlNode {
-  YAML::Node node;
+  std::shared_ptr<const YAML::Node> node;  // for whoever includes yaml-cpp
   std::string file;
   std::string path;
   int line = 1;
 
+  bool IsMap() const;
+  bool IsList() const;
+  // Of a map, in its order; ConfigError for another kind of node and for keys that are no plain
+  // text.
+  std::vector<std::pair<std::string, YamlNode>> Entries() const;
+  std::vector<YamlNode> Elements() const;  // of a list; none of anything else
   // The value of a key of this map, or nothing. For keys that no struct describes.
   std::optional<YamlNode> Find(const std::string& key) const;
-  // "FILE:LINE: ", the beginning of a message about this node.
+  std::optional<std::string> Text() const;  // of a scalar
+  // The value as YAML in one line; the same for any comments and line breaks.
+  std::string OneLine() const;
+  // "FILE:LINE: ", the beginning of a message about this node; and ConfigError with all of it.
   std::string Where() const;
+  [[noreturn]] void Fail(const std::string& problem) const;
 };
 
+// The bytes of a file; ConfigError when it cannot be read.
+std::string ReadFile(const std::string& file);
 // Reads a file, or text as if it were a file of that name. Throws ConfigError when it cannot be
 // read, is no valid YAML, holds nothing, more than one document, or no map.
 YamlNode LoadYaml(const std::string& file);
 YamlNode ParseYaml(const std::string& text, const std::string& file);
-
-// A value as YAML in one line; the same for any comments and line breaks.
-std::string OneLine(const YAML::Node& node);
 
 // Where each value was last set: dotted key (and that of each group) -> "FILE:LINE: " or "--set ".
 // A key that is absent has its default.
@@ -73,6 +84,22 @@ void ApplySet(const std::string& assignment, T* object, Origins* origins);
 // Runs the ranges and Check of the whole object; to be called after the last layer.
 template <HasFields T>
 void CheckSettings(const T& object, const Origins& origins);
+
+// Settings in the order in which they are read over an object's defaults: the last one says.
+struct Layers {
+  std::vector<YamlNode> files{};
+  std::vector<std::string> assignments{};  // of --set
+};
+
+// Reads all layers over the object and checks it. Returns where each value was set.
+template <HasFields T>
+Origins ReadLayers(const Layers& layers, T* object);
+
+// What the layers give for this one key (no deeper than in one group), or `otherwise`: for a
+// preset, which others begin with and which must be known before they are read. Nothing else in the
+// layers is looked at.
+template <class V>
+V Peek(const Layers& layers, const std::string& key, V otherwise);
 
 // All of the above: defaults, then the files in order, then the assignments, then the checks.
 template <HasFields T>
@@ -100,21 +127,15 @@ struct Field;
 
 struct GroupRef {
   std::vector<Field> fields;
+  std::vector<RetiredKey> retired;
 };
 
-// A list of structs: element references are valid until the next Resize.
+// Numbers, rows of numbers or structs; references to its elements are valid until the next resize.
 struct ListRef {
+  bool of_groups = false;
   std::function<size_t()> size;
-  std::function<void(size_t)> resize;  // new elements have their defaults
-  std::function<GroupRef(size_t)> element;
-};
-
-// Numbers whose count is fixed; element (row, col) is data[row * row_stride + col * col_stride]. A
-// list of rows where there are several rows and columns, else a plain list.
-struct NumbersRef {
-  double* data = nullptr;
-  int rows = 0, cols = 0;
-  int row_stride = 0, col_stride = 0;
+  std::function<void(size_t)> resize;  // new elements have their defaults; none: the size is fixed
+  std::function<Field(size_t)> element;  // its value alone
 };
 
 struct EnumRef {
@@ -123,13 +144,14 @@ struct EnumRef {
   std::function<void(size_t)> set;
 };
 
+using ValueRef =
+    std::variant<bool*, int*, int64_t*, double*, std::string*, EnumRef, GroupRef, ListRef>;
+
 struct Field {
-  std::string key;
-  Range range;
-  std::string doc;
-  std::variant<bool*, int*, int64_t*, double*, std::string*, std::vector<double>*, NumbersRef,
-               EnumRef, GroupRef, ListRef>
-      value;
+  std::string key{};
+  Range range{};
+  std::string doc{};
+  ValueRef value;
 };
 
 // References to the members of `object`, which must outlive them.
@@ -138,9 +160,13 @@ GroupRef GroupOf(T* object);
 
 namespace internal {
 
+// Apart from GroupOf, which is compiled for every struct.
+void AddField(const char* key, const Range& range, const char* doc, ValueRef value,
+              GroupRef* group);
 void ReadGroup(const YamlNode& node, const GroupRef& group, Origins* origins,
                std::initializer_list<std::string_view> read_elsewhere);
 void ApplySetToGroup(const std::string& assignment, const GroupRef& group, Origins* origins);
+void PeekValue(const Layers& layers, const std::string& key, const ValueRef& value);
 // Rethrows `error` with the origin of its key, or of the group around it, in front.
 [[noreturn]] void ThrowWithOrigin(const ConfigError& error, const Origins& origins);
 std::string SaveGroup(const GroupRef& group);
@@ -160,28 +186,30 @@ EnumRef EnumOf(E* member) {
   return ref;
 }
 
-template <HasFields T>
-ListRef ListOf(std::vector<T>* list) {
-  return {[list] { return list->size(); }, [list](size_t n) { list->resize(n); },
-          [list](size_t i) { return GroupOf(&(*list)[i]); }};
-}
+ListRef ListOf(std::vector<double>* numbers);
+// Numbers whose count is fixed; element (row, col) is data[row * row_stride + col * col_stride]. A
+// list of rows where there are several rows and columns, else a plain list.
+ListRef ListOf(double* data, size_t rows, size_t cols, size_t row_stride, size_t col_stride);
 
 template <class V>
-auto RefTo(V* member) {
+ValueRef RefTo(V* member) {
   if constexpr (HasFields<V>) {
     return GroupOf(member);
   } else if constexpr (IsVectorOfStructs<V>::value) {
-    return ListOf(member);
+    return ListRef{true, [member] { return member->size(); },
+                   [member](size_t n) { member->resize(n); },
+                   [member](size_t i) { return Field{.value = GroupOf(&(*member)[i])}; }};
   } else if constexpr (std::is_enum_v<V>) {
     return EnumOf(member);
   } else if constexpr (std::is_base_of_v<Eigen::MatrixBase<V>, V>) {
     constexpr int rows = V::RowsAtCompileTime, cols = V::ColsAtCompileTime;
     static_assert(rows > 0 && cols > 0, "only matrices of fixed size");
-    return V::IsRowMajor ? NumbersRef{member->data(), rows, cols, cols, 1}
-                         : NumbersRef{member->data(), rows, cols, 1, rows};
+    return V::IsRowMajor ? ListOf(member->data(), rows, cols, cols, 1)
+                         : ListOf(member->data(), rows, cols, 1, rows);
   } else if constexpr (requires { std::tuple_size<V>::value; }) {
-    constexpr int size = static_cast<int>(std::tuple_size_v<V>);
-    return NumbersRef{member->data(), size, 1, 1, size};
+    return ListOf(member->data(), member->size(), 1, 1, member->size());
+  } else if constexpr (std::is_same_v<V, std::vector<double>>) {
+    return ListOf(member);
   } else {
     return member;
   }
@@ -192,9 +220,11 @@ auto RefTo(V* member) {
 template <HasFields T>
 GroupRef GroupOf(T* object) {
   GroupRef group;
-  T::Fields(*object, [&](const char* key, auto& member, const Range& range, const char* doc) {
-    group.fields.push_back({key, range, doc, internal::RefTo(&member)});
+  T::Fields(*object, [&group](const char* key, auto& member, const Range& range, const char* doc) {
+    internal::AddField(key, range, doc, internal::RefTo(&member), &group);
   });
+  if constexpr (requires { T::kRetired; })
+    group.retired.assign(std::begin(T::kRetired), std::end(T::kRetired));
   return group;
 }
 
@@ -219,12 +249,28 @@ void CheckSettings(const T& object, const Origins& origins) {
 }
 
 template <HasFields T>
+Origins ReadLayers(const Layers& layers, T* object) {
+  Origins origins;
+  const GroupRef group = GroupOf(object);
+  for (const YamlNode& file : layers.files) internal::ReadGroup(file, group, &origins, {});
+  for (const std::string& assignment : layers.assignments)
+    internal::ApplySetToGroup(assignment, group, &origins);
+  CheckSettings(*object, origins);
+  return origins;
+}
+
+template <class V>
+V Peek(const Layers& layers, const std::string& key, V otherwise) {
+  internal::PeekValue(layers, key, internal::RefTo(&otherwise));
+  return otherwise;
+}
+
+template <HasFields T>
 T LoadLayers(const std::vector<std::string>& files, const std::vector<std::string>& assignments) {
   T object;
-  Origins origins;
-  for (const auto& file : files) ReadFields(LoadYaml(file), &object, &origins);
-  for (const auto& assignment : assignments) ApplySet(assignment, &object, &origins);
-  CheckSettings(object, origins);
+  Layers layers{.assignments = assignments};
+  for (const std::string& file : files) layers.files.push_back(LoadYaml(file));
+  ReadLayers(layers, &object);
   return object;
 }
 

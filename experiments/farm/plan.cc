@@ -1,18 +1,16 @@
 #include "experiments/farm/plan.h"
 
-#include <xxhash.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <limits>
 
 #include "experiments/config/data_files.h"
-#include "experiments/config/nearest_name.h"
 #include "experiments/config/yaml_fields.h"
 #include "experiments/statistics/sampling.h"
+#include "sim/base/digest.h"
 #include "sim/base/random.h"
 
 namespace turbidock::farm {
@@ -22,45 +20,20 @@ namespace fs = std::filesystem;
 
 constexpr const char* kScenarioKey = "scenario";
 
-[[noreturn]] void Fail(const config::YamlNode& at, const std::string& problem) {
-  throw ConfigError(at.Where() + at.path + ": " + problem);
+std::vector<config::YamlNode> Elements(const config::YamlNode& list, const char* what) {
+  std::vector<config::YamlNode> elements = list.Elements();
+  if (elements.empty()) list.Fail(std::string("must be a list of ") + what);
+  return elements;
 }
-
-// The entries of a group of keys.
-std::vector<std::pair<std::string, config::YamlNode>> Entries(const config::YamlNode& group) {
-  if (!group.node.IsMap()) Fail(group, "must be a group of keys");
-  std::vector<std::pair<std::string, config::YamlNode>> entries;
-  for (const auto& entry : group.node) {
-    if (!entry.first.IsScalar()) Fail(group, "a key must be plain text");
-    const YAML::Mark mark = entry.first.Mark();
-    const std::string& key = entry.first.Scalar();
-    entries.emplace_back(key, config::YamlNode{entry.second, group.file, group.path + "." + key,
-                                               mark.is_null() ? group.line : mark.line + 1});
-  }
-  return entries;
-}
-
-std::vector<YAML::Node> Elements(const config::YamlNode& list, const char* what) {
-  if (!list.node.IsSequence() || list.node.size() == 0)
-    Fail(list, std::string("must be a list of ") + what);
-  return {list.node.begin(), list.node.end()};
-}
-
-struct TwoNumbers {
-  std::array<double, 2> pair{};
-  static void Fields(auto& self, auto&& field) { field("pair", self.pair, Finite(), ""); }
-};
 
 std::pair<double, double> Pair(const config::YamlNode& at, const char* names) {
-  TwoNumbers two;
-  const std::string wrong = std::string("must be two numbers, [") + names + "]";
-  if (!at.node.IsSequence() || at.node.size() != 2) Fail(at, wrong);
   try {
-    config::ApplySet("pair=" + config::OneLine(at.node), &two, nullptr);
+    const auto [first, second] =
+        config::Peek({.assignments = {"pair=" + at.OneLine()}}, "pair", std::array<double, 2>{});
+    return {first, second};
   } catch (const ConfigError&) {
-    Fail(at, wrong);
+    at.Fail(std::string("must be two numbers, [") + names + "]");
   }
-  return {two.pair[0], two.pair[1]};
 }
 
 // Text on a line of its own, indented, for a block of YAML.
@@ -74,17 +47,6 @@ std::string Indented(const std::string& text, const std::string& by) {
   return out;
 }
 
-std::string Hex(uint64_t value) {
-  char text[17];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(value));
-  return text;
-}
-
-std::string FileText(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
 // Of the bundled models' files and of the scenarios' own MJCF files (not of what those include).
 std::string ModelsDigest(const std::map<std::string, trial::Scenario>& scenarios) {
   std::vector<fs::path> files;
@@ -93,9 +55,12 @@ std::string ModelsDigest(const std::map<std::string, trial::Scenario>& scenarios
   std::sort(files.begin(), files.end());
   for (const auto& [name, scenario] : scenarios)
     if (scenario.model.find('/') != std::string::npos) files.emplace_back(scenario.model);
-  std::string all;
-  for (const fs::path& file : files) all += file.filename().string() + '\0' + FileText(file) + '\0';
-  return Hex(XXH64(all.data(), all.size(), 0));
+  Digest digest;
+  for (const fs::path& file : files) {
+    digest.Add(file.filename().string());
+    digest.Add(config::ReadFile(file));
+  }
+  return digest.Hex();
 }
 
 }  // namespace
@@ -139,28 +104,23 @@ Plan::Plan(const std::string& text, const std::string& file, const PlanOverrides
   DrawDesign();
   resolved_ = Resolve();
   if (const auto digest = plan.Find("models_digest");
-      digest && digest->node.as<std::string>("") != ModelsDigest(scenarios_))
-    throw ConfigError(digest->Where() +
-                      "models_digest: the models' files are not those that the plan began with");
+      digest && digest->Text() != ModelsDigest(scenarios_))
+    digest->Fail("the models' files are not those that the plan began with");
   CheckTrials(file);
 }
 
 void Plan::RequireNewKey(const config::YamlNode& at, const std::string& key) const {
-  if (key == "seed")
-    throw ConfigError(at.Where() + at.path +
-                      ": the plan gives each trial its seed; set master_seed");
-  if (key == "model")
-    throw ConfigError(at.Where() + at.path + ": vary `scenario` instead of its model");
-  if (std::find(keys_.begin(), keys_.end(), key) != keys_.end())
-    throw ConfigError(at.Where() + at.path + ": this key is given twice");
+  if (key == "seed") at.Fail("the plan gives each trial its seed; set master_seed");
+  if (key == "model") at.Fail("vary `scenario` instead of its model");
+  if (std::find(keys_.begin(), keys_.end(), key) != keys_.end()) at.Fail("this key is given twice");
 }
 
 void Plan::ReadGrid(const config::YamlNode& node) {
-  for (const auto& [key, values] : Entries(node)) {
+  for (const auto& [key, values] : node.Entries()) {
     RequireNewKey(values, key);
     GridAxis axis{key, {}};
-    for (const YAML::Node& value : Elements(values, "values"))
-      axis.values.push_back(config::OneLine(value));
+    for (const config::YamlNode& value : Elements(values, "values"))
+      axis.values.push_back(value.OneLine());
     grid_.push_back(axis);
     keys_.push_back(key);
   }
@@ -168,42 +128,40 @@ void Plan::ReadGrid(const config::YamlNode& node) {
 
 void Plan::ReadRandom(const config::YamlNode& node) {
   using Kind = RandomKey::Kind;
-  static const std::map<std::string, Kind> kKinds = {{"uniform", Kind::kUniform},
-                                                     {"normal", Kind::kNormal},
-                                                     {"log_uniform", Kind::kLogUniform},
-                                                     {"choice", Kind::kChoice}};
-  for (const auto& [key, distribution] : Entries(node)) {
+  constexpr auto& kKinds = EnumNames<Kind>::kNames;
+  for (const auto& [key, distribution] : node.Entries()) {
     RequireNewKey(distribution, key);
-    if (key == kScenarioKey) Fail(distribution, "belongs in the grid");
+    if (key == kScenarioKey) distribution.Fail("belongs in the grid");
     RandomKey random;
     random.key = key;
     bool has_kind = false;
-    for (const auto& [word, value] : Entries(distribution)) {
+    for (const auto& [word, value] : distribution.Entries()) {
       if (word == "within") {
         random.within = Pair(value, "low, high");
-        if (random.within->first >= random.within->second) Fail(value, "low must be below high");
+        if (random.within->first >= random.within->second) value.Fail("low must be below high");
         continue;
       }
-      const auto kind = kKinds.find(word);
+      const auto kind = std::find_if(kKinds.begin(), kKinds.end(),
+                                     [&](const auto& known) { return known.second == word; });
       if (kind == kKinds.end() || has_kind)
-        Fail(value, "must be one of uniform, normal, log_uniform, choice");
+        value.Fail("must be one of uniform, normal, log_uniform, choice");
       has_kind = true;
-      random.kind = kind->second;
+      random.kind = kind->first;
       if (random.kind == Kind::kChoice) {
-        for (const YAML::Node& choice : Elements(value, "values"))
-          random.choices.push_back(config::OneLine(choice));
+        for (const config::YamlNode& choice : Elements(value, "values"))
+          random.choices.push_back(choice.OneLine());
         continue;
       }
       const bool is_normal = random.kind == Kind::kNormal;
       std::tie(random.first, random.second) =
           Pair(value, is_normal ? "mean, standard deviation" : "low, high");
-      if (is_normal && random.second <= 0) Fail(value, "the standard deviation must be > 0");
-      if (!is_normal && random.first >= random.second) Fail(value, "low must be below high");
-      if (random.kind == Kind::kLogUniform && random.first <= 0) Fail(value, "low must be > 0");
+      if (is_normal && random.second <= 0) value.Fail("the standard deviation must be > 0");
+      if (!is_normal && random.first >= random.second) value.Fail("low must be below high");
+      if (random.kind == Kind::kLogUniform && random.first <= 0) value.Fail("low must be > 0");
     }
-    if (!has_kind) Fail(distribution, "must be one of uniform, normal, log_uniform, choice");
+    if (!has_kind) distribution.Fail("must be one of uniform, normal, log_uniform, choice");
     if (random.within && random.kind != Kind::kNormal)
-      Fail(distribution, "only a normal distribution has `within`");
+      distribution.Fail("only a normal distribution has `within`");
     random_.push_back(random);
     keys_.push_back(key);
   }
@@ -219,14 +177,13 @@ void Plan::LoadScenarios(const config::YamlNode& plan,
       throw ConfigError(plan.file + ": scenario: this key is required");
     names.push_back(settings_.scenario);
   } else if (!settings_.scenario.empty()) {
-    throw ConfigError(plan.Find("scenario")->Where() +
-                      "scenario: is given here and in the grid; leave one out");
+    plan.Find("scenario")->Fail("is given here and in the grid; leave one out");
   }
   std::vector<std::string> sets;
   if (const auto set = plan.Find("set")) {
-    for (const auto& [key, value] : Entries(*set)) {
+    for (const auto& [key, value] : set->Entries()) {
       if (key == "seed") RequireNewKey(value, key);
-      sets.push_back(key + "=" + config::OneLine(value.node));
+      sets.push_back(key + "=" + value.OneLine());
     }
   }
   sets.insert(sets.end(), assignments.begin(), assignments.end());
@@ -236,10 +193,9 @@ void Plan::LoadScenarios(const config::YamlNode& plan,
   for (const std::string& name : names) {
     if (resolved) {
       const auto text = resolved->Find(name);
-      if (!text || !text->node.IsScalar()) Fail(*resolved, "has no scenario " + name);
-      scenarios_[name] = trial::ParseScenario(text->node.Scalar(), plan.file + " (" + name + ")");
-      for (const std::string& assignment : assignments)
-        config::ApplySet(assignment, &scenarios_[name], nullptr);
+      if (!text || !text->Text()) resolved->Fail("has no scenario " + name);
+      scenarios_[name] = trial::ParseScenario(*text->Text(), plan.file + " (" + name + ")");
+      config::ReadLayers({.assignments = assignments}, &scenarios_[name]);
     } else {
       // A file beside the plan, else whatever a command line would mean by it.
       const fs::path beside = folder / name;
@@ -305,15 +261,15 @@ TrialSpec Plan::Trial(int64_t trial) const {
 
 trial::Scenario Plan::ScenarioOf(const TrialSpec& spec) const {
   std::string name = settings_.scenario;
+  config::Layers layers;
   for (const Parameter& parameter : spec.parameters)
-    if (parameter.key == kScenarioKey) name = parameter.value;
+    if (parameter.key == kScenarioKey)
+      name = parameter.value;
+    else
+      layers.assignments.push_back(parameter.Assignment());
   trial::Scenario scenario = scenarios_.at(name);
-  config::Origins origins;
-  for (const Parameter& parameter : spec.parameters)
-    if (parameter.key != kScenarioKey)
-      config::ApplySet(parameter.Assignment(), &scenario, &origins);
   scenario.seed = spec.seed;
-  config::CheckSettings(scenario, origins);
+  config::ReadLayers(layers, &scenario);
   return scenario;
 }
 
@@ -333,31 +289,22 @@ void Plan::CheckTrials(const std::string& file) const {
 
 std::string Plan::Resolve() const {
   std::string text = config::SaveYaml(settings_);
-  const auto add_list = [&text](const std::vector<std::string>& values) {
-    for (size_t i = 0; i < values.size(); ++i) text += (i == 0 ? "[" : ", ") + values[i];
-    text += "]";
+  const auto pair = [](double first, double second) {
+    return std::vector{FormatNumber(first), FormatNumber(second)};
   };
   if (!grid_.empty()) text += "grid:\n";
-  for (const GridAxis& axis : grid_) {
-    text += "  " + axis.key + ": ";
-    add_list(axis.values);
-    text += "\n";
-  }
+  for (const GridAxis& axis : grid_)
+    text += fmt::format("  {}: [{}]\n", axis.key, fmt::join(axis.values, ", "));
   if (!random_.empty()) text += "random:\n";
   for (const RandomKey& random : random_) {
-    static const std::map<RandomKey::Kind, std::string> kWords = {
-        {RandomKey::Kind::kUniform, "uniform"},
-        {RandomKey::Kind::kNormal, "normal"},
-        {RandomKey::Kind::kLogUniform, "log_uniform"},
-        {RandomKey::Kind::kChoice, "choice"}};
-    text += "  " + random.key + ": {" + kWords.at(random.kind) + ": ";
-    add_list(random.kind == RandomKey::Kind::kChoice
-                 ? random.choices
-                 : std::vector{FormatNumber(random.first), FormatNumber(random.second)});
-    if (random.within) {
-      text += ", within: ";
-      add_list({FormatNumber(random.within->first), FormatNumber(random.within->second)});
-    }
+    text += fmt::format(
+        "  {}: {{{}: [{}]", random.key, NameOf(random.kind),
+        fmt::join(random.kind == RandomKey::Kind::kChoice ? random.choices
+                                                          : pair(random.first, random.second),
+                  ", "));
+    if (random.within)
+      text += fmt::format(", within: [{}]",
+                          fmt::join(pair(random.within->first, random.within->second), ", "));
     text += "}\n";
   }
   text += "resolved_scenarios:\n";
@@ -366,14 +313,15 @@ std::string Plan::Resolve() const {
   return text + "models_digest: \"" + ModelsDigest(scenarios_) + "\"\n";
 }
 
-std::string Plan::hash() const { return Hex(XXH64(resolved_.data(), resolved_.size(), 0)); }
+std::string Plan::hash() const {
+  Digest digest;
+  digest.Add(resolved_);
+  return digest.Hex();
+}
 
 Plan LoadPlan(const std::string& name, const PlanOverrides& overrides) {
   const std::string file = config::FindPlan(name);
-  std::ifstream stream(file, std::ios::binary);
-  const std::string text(std::istreambuf_iterator<char>(stream), {});
-  if (!stream) throw ConfigError(file + ": cannot be read");
-  return Plan(text, file, overrides);
+  return Plan(config::ReadFile(file), file, overrides);
 }
 
 Shard ParseShard(const std::string& text) {

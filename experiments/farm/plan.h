@@ -176,3 +176,13 @@ struct turbidock::EnumNames<turbidock::farm::Design> {
       {E::kSobol, "sobol"},
   });
 };
+
+template <>
+struct turbidock::EnumNames<turbidock::farm::RandomKey::Kind> {
+  using E = turbidock::farm::RandomKey::Kind;
+  static constexpr auto kNames =
+      std::to_array<std::pair<E, const char*>>({{E::kUniform, "uniform"},
+                                                {E::kNormal, "normal"},
+                                                {E::kLogUniform, "log_uniform"},
+                                                {E::kChoice, "choice"}});
+};

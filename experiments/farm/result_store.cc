@@ -9,6 +9,7 @@
 #include <charconv>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <sstream>
 #include <utility>
 
@@ -112,18 +113,12 @@ std::vector<std::string> Split(const std::string& line, char separator) {
   return parts;
 }
 
-std::vector<std::string> Columns(const SQLite::Database& db, const std::string& table) {
+// A table's columns but the trial.
+std::vector<std::string> OwnColumns(const SQLite::Database& db, const std::string& table) {
   std::vector<std::string> columns;
-  SQLite::Statement query(db, "SELECT name FROM pragma_table_info(?)");
+  SQLite::Statement query(db, "SELECT name FROM pragma_table_info(?) WHERE name <> 'trial'");
   query.bind(1, table);
   while (query.executeStep()) columns.push_back(query.getColumn(0).getString());
-  return columns;
-}
-
-// Columns but the first, which is the trial.
-std::vector<std::string> OwnColumns(const SQLite::Database& db, const std::string& table) {
-  std::vector<std::string> columns = Columns(db, table);
-  columns.erase(columns.begin());
   return columns;
 }
 
@@ -257,19 +252,14 @@ void ResultStore::Create(const StoreHeader& header) {
   db_->exec(fmt::format("PRAGMA application_id = {}; PRAGMA user_version = {}", kApplicationId,
                         kStoreSchema));
   db_->exec("CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID");
-  const auto set = [&](const std::string& key, const std::string& value) {
-    SQLite::Statement insert(*db_, "INSERT INTO meta VALUES (?, ?)");
-    insert.bind(1, key);
-    insert.bind(2, value);
-    insert.exec();
-  };
-  set("schema_version", std::to_string(kStoreSchema));
-  set("kind", header.kind);
-  set("plan", header.plan);
-  set("plan_hash", header.plan_hash);
-  set("build", header.build);
-  set("shard", header.shard.Text());
-  set("trials", std::to_string(header.trials));
+  const std::map<std::string, std::string> meta = {{"schema_version", std::to_string(kStoreSchema)},
+                                                   {"kind", header.kind},
+                                                   {"plan", header.plan},
+                                                   {"plan_hash", header.plan_hash},
+                                                   {"build", header.build},
+                                                   {"shard", header.shard.Text()},
+                                                   {"trials", std::to_string(header.trials)}};
+  for (const auto& [key, value] : meta) Insert(*db_, "meta", {{"key", key}, {"value", value}});
 
   for (const RecordTable& table : kRecordTables) {
     std::string columns = "trial INTEGER PRIMARY KEY";
@@ -402,10 +392,10 @@ std::vector<int64_t> ResultStore::Done() const {
 
 int64_t ResultStore::Successes() const {
   return Guard(file_, [&] {
-    SQLite::Statement query(*db_, "SELECT count(*) FROM trials WHERE failure = ?");
-    query.bind(1, NameOf(trial::Failure::kNone));
-    query.executeStep();
-    return query.getColumn(0).getInt64();
+    return db_
+        ->execAndGet(fmt::format("SELECT count(*) FROM trials WHERE failure = '{}'",
+                                 NameOf(trial::Failure::kNone)))
+        .getInt64();
   });
 }
 
@@ -423,7 +413,7 @@ std::vector<StoredTrial> ResultStore::Select(const std::string& where) const {
     for (const std::string& key : header_.keys) wanted += ", parameters." + Quoted(key);
     std::vector<size_t> read;  // the record's columns that the file has, in the query's order
     for (const RecordTable& table : kRecordTables) {
-      const std::vector<std::string> there = Columns(*db_, table.name);
+      const std::vector<std::string> there = OwnColumns(*db_, table.name);
       ForColumns(table, [&](size_t i) {
         const std::string& name = trial::Columns()[i].name;
         if (std::find(there.begin(), there.end(), name) == there.end()) return;

@@ -2,10 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "experiments/config/yaml_fields.h"
 #include "experiments/farm/cell_json.h"
 #include "experiments/trial/trial.h"
 #include "experiments/trial/trial_files.h"
@@ -71,18 +69,15 @@ std::string Work(const std::string& input) {
 TrialPool::TrialPool(int workers, const WorkerOptions& options) : pool_(workers, options, Work) {}
 
 void TrialPool::Submit(const TrialJob& job) {
-  seeds_.emplace_back(job.id, job.scenario.seed);
+  seeds_.emplace(job.id, job.scenario.seed);
   pool_.Submit({.id = job.id, .input = ToText(job)});
 }
 
 std::optional<FinishedTrial> TrialPool::Next(double timeout_s) {
   const std::optional<JobResult> result = pool_.Next(timeout_s);
   if (!result) return std::nullopt;
-  const auto pending = std::find_if(seeds_.begin(), seeds_.end(),
-                                    [&](const auto& entry) { return entry.first == result->id; });
-  TD_CHECK(pending != seeds_.end(), "a result belongs to a trial that was submitted");
-  const int64_t seed = pending->second;
-  seeds_.erase(pending);
+  const auto pending = seeds_.extract(result->id);
+  TD_CHECK(pending, "a result belongs to a trial that was submitted");
 
   if (result->end == JobEnd::kBadInput)
     throw ConfigError(fmt::format("trial {}: {}", result->id, result->error));
@@ -96,7 +91,7 @@ std::optional<FinishedTrial> TrialPool::Next(double timeout_s) {
     const bool hung = result->end == JobEnd::kHung;
     record.outcome = hung ? trial::Outcome::kHung : trial::Outcome::kCrashed;
     record.failure = hung ? trial::Failure::kHung : trial::Failure::kCrashed;
-    record.seed = seed;
+    record.seed = pending.mapped();
     record.reason = result->error;
     record.log = result->log;
   }

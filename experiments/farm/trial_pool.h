@@ -7,10 +7,9 @@
 //     if (auto trial = pool.Next(/*timeout_s=*/1)) Count(trial->record.outcome);
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
-#include <utility>
-#include <vector>
 
 #include "experiments/farm/worker_pool.h"
 #include "experiments/trial/scenario.h"
@@ -44,7 +43,7 @@ class TrialPool {
 
  private:
   WorkerPool pool_;
-  std::vector<std::pair<int64_t, int64_t>> seeds_;  // (trial, seed) of what is pending
+  std::multimap<int64_t, int64_t> seeds_;  // (trial, seed) of what is pending
 };
 
 }  // namespace turbidock::farm

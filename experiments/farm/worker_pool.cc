@@ -1,6 +1,7 @@
 #include "experiments/farm/worker_pool.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <poll.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
@@ -16,6 +17,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -34,8 +36,7 @@ constexpr int kExitByException = 70;
 // Sends all of a text; false when the other side is gone.
 bool Send(int socket, std::string_view text) {
   while (!text.empty()) {
-    const ssize_t n = send(socket, text.data(), text.size(), MSG_NOSIGNAL);
-    if (n < 0 && errno == EINTR) continue;
+    const ssize_t n = TEMP_FAILURE_RETRY(send(socket, text.data(), text.size(), MSG_NOSIGNAL));
     if (n <= 0) return false;
     text.remove_prefix(static_cast<size_t>(n));
   }
@@ -45,9 +46,7 @@ bool Send(int socket, std::string_view text) {
 // Appends what has arrived; false when the other side is gone.
 bool ReceiveSome(int socket, std::string* text) {
   char buffer[1 << 16];
-  ssize_t n = 0;
-  do n = recv(socket, buffer, sizeof buffer, 0);
-  while (n < 0 && errno == EINTR);
+  const ssize_t n = TEMP_FAILURE_RETRY(recv(socket, buffer, sizeof buffer, 0));
   if (n <= 0) return false;
   text->append(buffer, static_cast<size_t>(n));
   return true;
@@ -71,12 +70,9 @@ double CpuTime() {
 }
 
 int64_t ResidentBytes() {
-  std::FILE* file = std::fopen("/proc/self/statm", "r");
-  if (!file) return 0;
-  long total = 0, resident = 0;
-  const int read = std::fscanf(file, "%ld %ld", &total, &resident);
-  std::fclose(file);
-  return read == 2 ? int64_t{resident} * sysconf(_SC_PAGESIZE) : 0;
+  int64_t total = 0, resident = 0;
+  std::ifstream("/proc/self/statm") >> total >> resident;
+  return resident * sysconf(_SC_PAGESIZE);
 }
 
 // One thread a worker: libraries read these when they start.
@@ -88,12 +84,7 @@ void PinThreads() {
 }
 
 // When memory runs out, the kernel is to take a worker and not the process that keeps the results.
-void OfferToOomKiller() {
-  const int file = open("/proc/self/oom_score_adj", O_WRONLY | O_CLOEXEC);
-  if (file < 0) return;
-  [[maybe_unused]] const ssize_t written = write(file, "500", 3);
-  close(file);
-}
+void OfferToOomKiller() { std::ofstream("/proc/self/oom_score_adj") << 500; }
 
 Json DoJob(const WorkerPool::Work& work, const std::string& input) {
   Json reply = {{"end", JobEnd::kDone}};
@@ -142,12 +133,12 @@ std::string LogText(int log) {
 std::string EndText(int status) {
   if (WIFSIGNALED(status)) {
     const int signal = WTERMSIG(status);
-    return std::string("the process was killed by signal ") + std::to_string(signal) + " (" +
-           strsignal(signal) + (signal == SIGKILL ? "; out of memory?" : "") + ")";
+    return fmt::format("the process was killed by signal {} ({}{})", signal, strsignal(signal),
+                       signal == SIGKILL ? "; out of memory?" : "");
   }
   const int code = WEXITSTATUS(status);
   return code == kExitByException ? "the process ended with an exception"
-                                  : "the process ended with exit status " + std::to_string(code);
+                                  : fmt::format("the process ended with exit status {}", code);
 }
 
 std::string SystemError(const char* what) { return std::string(what) + ": " + strerror(errno); }
@@ -203,8 +194,7 @@ void WorkerPool::Start(Worker* worker) {
 void WorkerPool::Stop(Worker* worker) {
   if (worker->pid > 0) {
     kill(worker->pid, SIGKILL);
-    while (waitpid(worker->pid, nullptr, 0) < 0 && errno == EINTR) {
-    }
+    TEMP_FAILURE_RETRY(waitpid(worker->pid, nullptr, 0));
   }
   worker->pid = -1;
   for (int* fd : {&worker->socket, &worker->log}) {
@@ -232,8 +222,7 @@ void WorkerPool::HandOut() {
     if (ftruncate(worker.log, 0) != 0) throw SimulatorFault(SystemError("cannot clear a log"));
     const std::string line = Line({{"input", job.input}});
     if (!Send(worker.socket, line)) {  // somebody killed it while it had nothing to do
-      Stop(&worker);
-      Start(&worker);
+      Restart(&worker);
       Send(worker.socket, line);
     }
     worker.job = job.id;
@@ -242,49 +231,38 @@ void WorkerPool::HandOut() {
   }
 }
 
-JobResult WorkerPool::Ended(Worker* worker, JobEnd end, std::string error) {
-  JobResult result;
+void WorkerPool::Restart(Worker* worker) {
+  Stop(worker);
+  Start(worker);
+}
+
+JobResult* WorkerPool::Ended(Worker* worker, JobEnd end, std::string error) {
+  JobResult& result = ended_.emplace_back();
   result.id = *worker->job;
   result.end = end;
   result.error = std::move(error);
   result.log = LogText(worker->log);
   result.wall_time_s = std::chrono::duration<double>(Clock::now() - worker->started).count();
   worker->job.reset();
-  return result;
+  return &result;
 }
 
-// The worker's process is gone, or about to be: reaps it and starts another in its place.
-JobResult WorkerPool::Died(Worker* worker) {
-  int status = 0;
-  while (waitpid(worker->pid, &status, 0) < 0 && errno == EINTR) {
-  }
-  worker->pid = -1;
-  JobResult result = Ended(worker, JobEnd::kCrashed, EndText(status));
-  Stop(worker);
-  Start(worker);
-  return result;
-}
-
-// Takes in what a worker sent. True when a job has ended.
-bool WorkerPool::Receive(Worker* worker) {
+void WorkerPool::Receive(Worker* worker) {
   if (!ReceiveSome(worker->socket, &worker->received)) {
-    if (!worker->job) {  // died without a job: nothing is lost
-      Stop(worker);
-      Start(worker);
-      return false;
-    }
-    ended_.push_back(Died(worker));
-    return true;
+    int status = 0;
+    TEMP_FAILURE_RETRY(waitpid(worker->pid, &status, 0));
+    worker->pid = -1;
+    if (worker->job) Ended(worker, JobEnd::kCrashed, EndText(status));
+    Restart(worker);
+    return;
   }
-  if (!worker->received.ends_with('\n')) return false;
+  if (!worker->received.ends_with('\n')) return;
   const Json reply = Json::parse(worker->received);
   worker->received.clear();
-  JobResult result = Ended(worker, reply["end"].get<JobEnd>(), reply.value("error", ""));
-  result.output = reply.value("output", "");
-  result.cpu_time_s = reply["cpu_time_s"];
-  result.rss_bytes = reply["rss_bytes"];
-  ended_.push_back(std::move(result));
-  return true;
+  JobResult* result = Ended(worker, reply["end"].get<JobEnd>(), reply.value("error", ""));
+  result->output = reply.value("output", "");
+  result->cpu_time_s = reply["cpu_time_s"];
+  result->rss_bytes = reply["rss_bytes"];
 }
 
 std::optional<JobResult> WorkerPool::Next(double timeout_s) {
@@ -310,14 +288,9 @@ std::optional<JobResult> WorkerPool::Next(double timeout_s) {
       if (ready > 0 && sockets[i].revents != 0) {
         Receive(&worker);
       } else if (worker.job && Clock::now() >= worker.started + seconds(options_.time_limit_s)) {
-        kill(worker.pid, SIGKILL);
-        char text[64];
-        std::snprintf(text, sizeof text, "no end after %g s, the time limit",
-                      options_.time_limit_s);
-        JobResult result = Died(&worker);
-        result.end = JobEnd::kHung;
-        result.error = text;
-        ended_.push_back(std::move(result));
+        Ended(&worker, JobEnd::kHung,
+              fmt::format("no end after {:g} s, the time limit", options_.time_limit_s));
+        Restart(&worker);
       }
     }
     if (ended_.empty() && Clock::now() >= give_up) return std::nullopt;

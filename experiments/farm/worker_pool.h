@@ -85,10 +85,11 @@ class WorkerPool {
 
   void Start(Worker* worker);
   void Stop(Worker* worker);  // kills and reaps it
-  void HandOut();             // jobs to idle workers
-  bool Receive(Worker* worker);
-  JobResult Died(Worker* worker);
-  JobResult Ended(Worker* worker, JobEnd end, std::string error);
+  void Restart(Worker* worker);
+  void HandOut();                // jobs to idle workers
+  void Receive(Worker* worker);  // what it sent, or its death
+  // Notes the result of its job, the last of ended_.
+  JobResult* Ended(Worker* worker, JobEnd end, std::string error);
 
   WorkerOptions options_;
   Work work_;

@@ -29,8 +29,7 @@ std::string Contents(int fd) {
   std::string text;
   char buffer[1 << 16];
   for (off_t at = 0;;) {
-    const ssize_t n = pread(fd, buffer, sizeof buffer, at);
-    if (n < 0 && errno == EINTR) continue;
+    const ssize_t n = TEMP_FAILURE_RETRY(pread(fd, buffer, sizeof buffer, at));
     if (n <= 0) return text;
     text.append(buffer, static_cast<size_t>(n));
     at += n;
@@ -109,8 +108,7 @@ Subprocess::~Subprocess() {
 bool Subprocess::Write(const void* data, size_t bytes) {
   const char* next = static_cast<const char*>(data);
   while (bytes > 0) {
-    const ssize_t n = send(input_, next, bytes, MSG_NOSIGNAL);
-    if (n < 0 && errno == EINTR) continue;
+    const ssize_t n = TEMP_FAILURE_RETRY(send(input_, next, bytes, MSG_NOSIGNAL));
     if (n < 0) return false;
     next += n;
     bytes -= static_cast<size_t>(n);
@@ -122,8 +120,8 @@ size_t Subprocess::Read(void* data, size_t bytes) {
   TD_CHECK(kind_ == Output::kStream, "a stream to read from");
   size_t done = 0;
   while (done < bytes) {
-    const ssize_t n = read(output_, static_cast<char*>(data) + done, bytes - done);
-    if (n < 0 && errno == EINTR) continue;
+    const ssize_t n =
+        TEMP_FAILURE_RETRY(read(output_, static_cast<char*>(data) + done, bytes - done));
     if (n <= 0) break;
     done += static_cast<size_t>(n);
   }
@@ -147,11 +145,8 @@ int Subprocess::CloseAndWait() {
   if (kind_ == Output::kStream) Close(&output_);  // it must not wait for a reader
   if (pid_ <= 0) return 0;
   int status = 0;
-  while (waitpid(pid_, &status, 0) < 0) {
-    if (errno == EINTR) continue;
+  if (TEMP_FAILURE_RETRY(waitpid(pid_, &status, 0)) < 0)
     status = 127 << 8;  // somebody else took the status: as good as a failure
-    break;
-  }
   pid_ = -1;
   return status;
 }

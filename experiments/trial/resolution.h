@@ -2,20 +2,12 @@
 // Smaller or larger images from the same cameras: --resolution 320x240.
 
 #include <string>
-
-#include "experiments/trial/scenario.h"
+#include <vector>
 
 namespace turbidock::trial {
 
-struct Resolution {
-  int width_px = 0, height_px = 0;
-};
-
-// "320x240". ConfigError for anything else.
-Resolution ParseResolution(const std::string& text);
-
-// Gives both cameras this size. The field of view across stays, so focal length and principal point
-// follow; counts of pixels that the estimator goes by follow the number of pixels.
-void SetResolution(const Resolution& resolution, Scenario* scenario);
+// "320x240" as assignments that give both cameras this size. The field of view across stays, so
+// focal length and principal point follow. ConfigError for anything else.
+std::vector<std::string> ResolutionAssignments(const std::string& text);
 
 }  // namespace turbidock::trial

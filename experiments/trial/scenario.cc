@@ -48,14 +48,14 @@ void ResolveModel(const std::string& scenario_file, const config::Origins& origi
 
 void StartParams::Check(const std::string& path) const {
   if (distance_min_m > distance_max_m)
-    throw ConfigError(path + ".distance_min_m", FormatNumber(distance_min_m) +
-                                                    " must not exceed distance_max_m (" +
-                                                    FormatNumber(distance_max_m) + ")");
+    throw ConfigError(JoinKey(path, "distance_min_m"), FormatNumber(distance_min_m) +
+                                                           " must not exceed distance_max_m (" +
+                                                           FormatNumber(distance_max_m) + ")");
 }
 
 void Scenario::Check(const std::string& path) const {
   if (clock.frames_per_second % camera_period_frames != 0)
-    throw ConfigError(path.empty() ? "camera_period_frames" : path + ".camera_period_frames",
+    throw ConfigError(JoinKey(path, "camera_period_frames"),
                       std::to_string(camera_period_frames) +
                           " must divide clock.frames_per_second (" +
                           std::to_string(clock.frames_per_second) + ")");
@@ -89,55 +89,35 @@ void CheckMarker(const Scenario& scenario, const vehicle::Scene& scene) {
   }
 }
 
-namespace {
-
-// All layers over a scenario that holds nothing but the presets.
-Scenario ReadLayers(const config::YamlNode& file, const std::string& gains_file,
-                    const std::vector<std::string>& assignments, vision::Preset preset,
-                    OpticsPreset optics, config::Origins* origins) {
-  Scenario scenario;
-  scenario.estimator = vision::RmGaOptions::Of(preset);
-  config::ReadFields(config::LoadYaml(config::ModelPath("vehicle.yaml")), &scenario.vehicle,
-                     nullptr);
-  config::ReadFields(config::LoadYaml(config::AssetPath("rig_default.yaml")), &scenario.rig,
-                     nullptr);
-  config::ReadFields(config::LoadYaml(config::AssetPath("marker_default.yaml")), &scenario.marker,
-                     nullptr);
-  config::ReadFields(config::LoadYaml(config::AssetPath("gains.yaml")), &scenario, nullptr);
-  if (optics == OpticsPreset::kCalibrated)
-    config::ReadFields(config::LoadYaml(config::AssetPath("optics.yaml")), &scenario, nullptr);
-  config::ReadFields(file, &scenario, origins);
-  if (!gains_file.empty()) config::ReadFields(config::LoadYaml(gains_file), &scenario, origins);
-  for (const std::string& assignment : assignments)
-    config::ApplySet(assignment, &scenario, origins);
-  return scenario;
-}
-
-}  // namespace
-
 Scenario LoadScenario(const std::string& name, const std::vector<std::string>& assignments,
                       const std::string& gains_file) {
-  const config::YamlNode file = config::LoadYaml(config::FindScenario(name));
+  config::Layers layers{.files = {config::LoadYaml(config::FindScenario(name))},
+                        .assignments = assignments};
+  const config::YamlNode file = layers.files[0];
   for (const char* key : kRequired)
     if (!file.Find(key)) throw ConfigError(file.file + ": " + key + ": this key is required");
-  config::Origins origins;
-  Scenario scenario = ReadLayers(file, gains_file, assignments, vision::Preset::kDefault,
-                                 OpticsPreset::kPlain, &origins);
-  // A preset is what other keys begin with, wherever it is named.
-  if (scenario.estimator.preset != vision::Preset::kDefault ||
-      scenario.optics_preset != OpticsPreset::kPlain)
-    scenario = ReadLayers(file, gains_file, assignments, scenario.estimator.preset,
-                          scenario.optics_preset, &origins);
-  config::CheckSettings(scenario, origins);
+  if (!gains_file.empty()) layers.files.push_back(config::LoadYaml(gains_file));
+
+  Scenario scenario;
+  const auto begin_with = [](const std::string& data, auto* object) {
+    config::ReadFields(config::LoadYaml(data), object, nullptr);
+  };
+  scenario.estimator =
+      vision::RmGaOptions::Of(config::Peek(layers, "estimator.preset", scenario.estimator.preset));
+  begin_with(config::ModelPath("vehicle.yaml"), &scenario.vehicle);
+  begin_with(config::AssetPath("rig_default.yaml"), &scenario.rig);
+  begin_with(config::AssetPath("marker_default.yaml"), &scenario.marker);
+  begin_with(config::AssetPath("gains.yaml"), &scenario);
+  if (config::Peek(layers, "optics", scenario.optics) == OpticsPreset::kCalibrated)
+    begin_with(config::AssetPath("optics.yaml"), &scenario);
+  const config::Origins origins = config::ReadLayers(layers, &scenario);
   ResolveModel(file.file, origins, &scenario);
   return scenario;
 }
 
 Scenario ParseScenario(const std::string& text, const std::string& name) {
   Scenario scenario;
-  config::Origins origins;
-  config::ReadFields(config::ParseYaml(text, name), &scenario, &origins);
-  config::CheckSettings(scenario, origins);
+  config::ReadLayers({.files = {config::ParseYaml(text, name)}}, &scenario);
   return scenario;
 }
 
@@ -160,3 +140,6 @@ Pose DrawStart(const Scenario& scenario) {
 }
 
 }  // namespace turbidock::trial
+
+template void turbidock::CheckFields(const turbidock::trial::Scenario&, const std::string&);
+template turbidock::config::GroupRef turbidock::config::GroupOf(turbidock::trial::Scenario*);

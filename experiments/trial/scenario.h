@@ -27,8 +27,11 @@
 #include "vision/rm_ga_options.h"
 
 namespace turbidock::config {
+struct GroupRef;
 struct KeyDoc;
-}
+template <HasFields T>
+GroupRef GroupOf(T* object);
+}  // namespace turbidock::config
 
 namespace turbidock::trial {
 
@@ -70,14 +73,14 @@ struct Scenario {
   double camera_drop_probability = 0;
   bool region_of_interest = true;
   double docked_hold_s = 1;
-  OpticsPreset optics_preset = OpticsPreset::kPlain;
+  OpticsPreset optics = OpticsPreset::kPlain;
   view::GlBackend renderer = view::GlBackend::kOsmesa;
   bool marker_may_differ = false;
 
   ClockParams clock;
   StartParams start;
   vehicle::SeaParams sea;
-  light::OpticsParams optics;  // keys water, lamps, ball_lights, shading
+  light::OpticsParams light;  // keys water, lamps, ball_lights, shading
   RigParams rig;
   camera::SensorParams sensor;
   light::SnowParams snow;
@@ -111,7 +114,7 @@ struct Scenario {
           "whether only the pixels are made that the estimator can read; the result is the same");
     field("docked_hold_s", self.docked_hold_s, InRange(0, 60),
           "time the vehicle holds the last pose once docked, before the trial ends");
-    field("optics", self.optics_preset, Range{},
+    field("optics", self.optics, Range{},
           "what the keys of water, light, camera and hue begin with: plain, or calibrated to the "
           "published recognition tables");
     field("renderer", self.renderer, Range{},
@@ -121,10 +124,10 @@ struct Scenario {
     field("clock", self.clock, Finite(), "frames and physics steps");
     field("start", self.start, Finite(), "where the vehicle begins");
     field("sea", self.sea, Finite(), "how the water moves");
-    field("water", self.optics.water, Finite(), "what the water does to light");
-    field("lamps", self.optics.lamps, Finite(), "the vehicle's lamps");
-    field("ball_lights", self.optics.ball_lights, Finite(), "the light in the marker's balls");
-    field("shading", self.optics.shading, Finite(), "how exactly light is computed");
+    field("water", self.light.water, Finite(), "what the water does to light");
+    field("lamps", self.light.lamps, Finite(), "the vehicle's lamps");
+    field("ball_lights", self.light.ball_lights, Finite(), "the light in the marker's balls");
+    field("shading", self.light.shading, Finite(), "how exactly light is computed");
     field("rig", self.rig, Finite(), "the two cameras");
     field("sensor", self.sensor, Finite(), "the cameras' electronics");
     field("snow", self.snow, Finite(), "marine snow: particles seen one by one");
@@ -137,7 +140,7 @@ struct Scenario {
         "what the autopilot sees: the cameras through the estimator, or the true pose with noise");
     field("true_pose", self.true_pose, Finite(), "the noise on the true pose");
     field("procedure", self.procedure, Finite(), "the steps of docking");
-    field("controller", self.control.law, Finite(), "the control law");
+    field("controller", self.control.controller, Finite(), "the control law");
     field("p_voltage", self.control.p_voltage, Finite(), "the published proportional law");
     field("pid", self.control.pid, Finite(), "proportional, integral and derivative control");
     field("lqg", self.control.lqg, Finite(), "linear-quadratic control with a Kalman filter");
@@ -148,7 +151,7 @@ struct Scenario {
 
   // What is between the scene and the images.
   camera::CameraParams cameras() const {
-    return {.optics = optics, .snow = snow, .lens = lens, .sensor = sensor};
+    return {.optics = light, .snow = snow, .lens = lens, .sensor = sensor};
   }
 
   // The clock of the images that arrive: what the vehicle's own computer lives by.
@@ -192,3 +195,9 @@ struct turbidock::EnumNames<turbidock::trial::OpticsPreset> {
   static constexpr auto kNames = std::to_array<std::pair<E, const char*>>(
       {{E::kCalibrated, "calibrated"}, {E::kPlain, "plain"}});
 };
+
+// Its many fields are compiled once, in scenario.cc.
+extern template void turbidock::CheckFields(const turbidock::trial::Scenario& object,
+                                            const std::string& path);
+extern template turbidock::config::GroupRef turbidock::config::GroupOf(
+    turbidock::trial::Scenario* object);

@@ -9,7 +9,6 @@
 #include <optional>
 #include <type_traits>
 
-#include "experiments/config/yaml_fields.h"
 #include "experiments/system/output_path.h"
 
 namespace turbidock::trial {

@@ -20,4 +20,15 @@ std::string Range::Sentence() const {
   return "must be finite";
 }
 
+std::string JoinKey(const std::string& path, const std::string& key) {
+  return path.empty() ? key : path + "." + key;
+}
+
+void internal::CheckNumbers(const double* values, size_t count, const Range& range,
+                            const std::string& path, const char* key) {
+  for (const double* x = values; x != values + count; ++x)
+    if (!range.Contains(*x))
+      throw ConfigError(JoinKey(path, key), FormatNumber(*x) + " " + range.Sentence());
+}
+
 }  // namespace turbidock

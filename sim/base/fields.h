@@ -13,7 +13,7 @@
 // enum with EnumNames, Eigen vectors and matrices of double of fixed size, std::array<double, N>,
 // std::vector<double>, another such struct, or a std::vector of such structs. A struct may also
 // have `void Check(const std::string& path) const`, which throws ConfigError for what one range
-// cannot say.
+// cannot say, and `static constexpr RetiredKey kRetired[]`.
 
 #include <Eigen/Core>
 #include <array>
@@ -53,6 +53,12 @@ inline Range Between(double low, double high) {
   return {.low = low, .high = high, .low_open = true, .high_open = true};
 }
 
+// A key that a struct had once, and what whoever still gives it has to do: "give b_m, ...".
+struct RetiredKey {
+  const char* key;
+  const char* advice;
+};
+
 // Names of an enum's values as users write them; specialise with `static constexpr auto kNames =
 // std::to_array<std::pair<E, const char*>>({...})`.
 template <class E>
@@ -88,29 +94,34 @@ struct IsVectorOfStructs<std::vector<T>> : std::true_type {};
 
 std::string FormatNumber(double x);  // shortest text that reads back as x
 
+// The dotted key of a member of the group `path`; empty: of the outermost.
+std::string JoinKey(const std::string& path, const std::string& key);
+
+namespace internal {
+// Apart from the template below, which is compiled for every struct: throws for the first of
+// `count` values that is outside the range.
+void CheckNumbers(const double* values, size_t count, const Range& range, const std::string& path,
+                  const char* key);
+}  // namespace internal
+
 // Throws ConfigError naming the first field (dotted, below `path`) whose value is outside its
 // range.
 template <HasFields T>
 void CheckFields(const T& object, const std::string& path) {
-  T::Fields(object, [&](const char* key, const auto& value, const Range& range, const char*) {
+  T::Fields(object, [&path](const char* key, const auto& value, const Range& range, const char*) {
     using V = std::remove_cvref_t<decltype(value)>;
-    const std::string full = path.empty() ? key : path + "." + key;
-    auto check = [&](double x) {
-      if (!range.Contains(x)) throw ConfigError(full, FormatNumber(x) + " " + range.Sentence());
-    };
     if constexpr (HasFields<V>) {
-      CheckFields(value, full);
+      CheckFields(value, JoinKey(path, key));
     } else if constexpr (IsVectorOfStructs<V>::value) {
       for (size_t i = 0; i < value.size(); ++i)
-        CheckFields(value[i], full + "[" + std::to_string(i) + "]");
-    } else if constexpr (std::is_base_of_v<Eigen::MatrixBase<V>, V>) {
-      for (Eigen::Index i = 0; i < value.size(); ++i) check(value.data()[i]);
+        CheckFields(value[i], JoinKey(path, key) + "[" + std::to_string(i) + "]");
     } else if constexpr (std::is_same_v<V, bool> || std::is_same_v<V, std::string> ||
                          std::is_enum_v<V>) {
     } else if constexpr (std::is_arithmetic_v<V>) {
-      check(static_cast<double>(value));
+      const auto number = static_cast<double>(value);
+      internal::CheckNumbers(&number, 1, range, path, key);
     } else {
-      for (const double x : value) check(x);
+      internal::CheckNumbers(value.data(), static_cast<size_t>(value.size()), range, path, key);
     }
   });
   if constexpr (HasCheck<T>) object.Check(path);

@@ -31,7 +31,7 @@ struct View {
         data(mj_makeData(scene.model.get())),
         gl(view::MakeOsmesaContext()),
         renderer(*gl, scene),
-        water(scenario.optics, scenario.rig.MakeRig(), light::SurfaceTable::FromScene(scene),
+        water(scenario.light, scenario.rig.MakeRig(), light::SurfaceTable::FromScene(scene),
               light::LampPoses(scene)),
         sensor(scenario.sensor, 1, 2),
         camera(light::Water(water), sensor) {

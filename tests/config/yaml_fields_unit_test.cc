@@ -5,6 +5,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
 
 #include <array>
 #include <cstdint>
@@ -442,8 +443,39 @@ TEST(YamlFields, FindReadsKeysThatNoStructDescribes) {
   ASSERT_TRUE(sweep.has_value());
   EXPECT_EQ(sweep->path, "sweep");
   EXPECT_EQ(sweep->Where(), "plan.yaml:2: ");
-  EXPECT_EQ(sweep->node["water.milk_ml_m3"].size(), 2);
+  EXPECT_EQ(sweep->Find("water.milk_ml_m3")->Elements().size(), 2u);
   EXPECT_FALSE(root.Find("absent").has_value());
+}
+
+TEST(YamlFields, EntriesAndElementsKnowWhereTheyAre) {
+  const YamlNode root = ParseYaml("sweep:\n  a.b: [1, 2]\n  c:\n    - 3\n    - {d: 4}\n", "a.yaml");
+  const auto entries = root.Find("sweep")->Entries();
+  ASSERT_EQ(entries.size(), 2u);
+  EXPECT_EQ(entries[0].first, "a.b");
+  EXPECT_EQ(entries[0].second.path, "sweep.a.b");
+  EXPECT_EQ(entries[0].second.OneLine(), "[1, 2]");
+  const auto elements = entries[1].second.Elements();
+  ASSERT_EQ(elements.size(), 2u);
+  EXPECT_EQ(elements[0].Text(), "3");
+  EXPECT_EQ(MessageOf([&] { elements[1].Fail("is wrong"); }), "a.yaml:5: sweep.c[1]: is wrong");
+  EXPECT_FALSE(elements[1].Text().has_value());
+  EXPECT_TRUE(elements[0].Elements().empty());
+  EXPECT_EQ(MessageOf([&] { elements[0].Entries(); }),
+            "a.yaml:4: sweep.c[0]: must be a group of keys");
+}
+
+struct Renamed {
+  double share = 0;
+  static void Fields(auto& self, auto&& field) { field("share", self.share, Finite(), ""); }
+  static constexpr RetiredKey kRetired[] = {{"pixels", "give share, these over all pixels"}};
+};
+
+TEST(YamlFields, ARetiredKeyIsRefusedWithWhatToDo) {
+  Renamed object;
+  EXPECT_EQ(MessageOf([&] { ReadFields(ParseYaml("\npixels: 4\n", "a.yaml"), &object, nullptr); }),
+            "a.yaml:2: pixels: is no longer a key: give share, these over all pixels");
+  EXPECT_EQ(MessageOf([&] { ApplySet("pixels=4", &object, nullptr); }),
+            "--set pixels: is no longer a key: give share, these over all pixels");
 }
 
 TEST(YamlFields, APartOfADocumentKeepsItsPath) {
@@ -488,13 +520,13 @@ TEST(YamlFieldsSet, OneLineIsTheSameValueHoweverItWasWritten) {
       "block:\n  - 0\n  - {b: [1, 2]}\n  - c:\n      d: text with  spaces\n      e:\n"
       "        - 3\nflow: [0, {b: [1, 2]}, {c: {d: text with  spaces, e: [3]}}]\nnumber: 7\n",
       "two.yaml");
-  const std::string block = OneLine(node.node["block"]);
-  EXPECT_EQ(block, OneLine(node.node["flow"]));
+  const std::string block = node.Find("block")->OneLine();
+  EXPECT_EQ(block, node.Find("flow")->OneLine());
   EXPECT_EQ(block.find('\n'), std::string::npos);
   const YAML::Node again = YAML::Load(block);
   ASSERT_EQ(again.size(), 3u) << block;
   EXPECT_EQ(again[2]["c"]["d"].as<std::string>(), "text with  spaces");
-  EXPECT_EQ(OneLine(node.node["number"]), "7");
+  EXPECT_EQ(node.Find("number")->OneLine(), "7");
 }
 
 TEST(YamlFieldsSet, SetsWholeGroupsAndLists) {
@@ -560,6 +592,33 @@ TEST(YamlFieldsLayers, LaterLayersWin) {
   EXPECT_EQ(o.baseline_m, 0.12);
   ASSERT_EQ(o.balls.size(), 1);
   EXPECT_EQ(o.balls[0].radius_m, 0.1);
+}
+
+TEST(YamlFieldsLayers, AKeyIsPeekedAtAndNothingElse) {
+  const YamlNode first =
+      ParseYaml("count: x\nlamp: passive\nwater: {milk_ml_m3: 3, oops: 1}", "a.yaml");
+  const YamlNode second = ParseYaml("title: two\nlamp: active\n", "b.yaml");
+  const auto lamp = [](const Layers& layers) { return Peek(layers, "lamp", Lamp::kOff); };
+  EXPECT_EQ(lamp({}), Lamp::kOff);
+  EXPECT_EQ(lamp({.files = {first}}), Lamp::kPassive);
+  EXPECT_EQ(lamp({.files = {first, second}}), Lamp::kActive);
+  EXPECT_EQ(lamp({.files = {second}, .assignments = {"lamp=passive", "oops=1"}}), Lamp::kPassive);
+  const auto milk = [](const Layers& layers) { return Peek(layers, "water.milk_ml_m3", 7.0); };
+  EXPECT_EQ(milk({.files = {first, second}}), 3);
+  EXPECT_EQ(milk({.files = {second}, .assignments = {"water.oops=1", "lamp=passive"}}), 7);
+  EXPECT_EQ(milk({.assignments = {"water={milk_ml_m3: 4}", "water.scatter_scale=1"}}), 4);
+}
+
+TEST(YamlFieldsLayers, APeekIsAsStrictAboutItsKeyAsReading) {
+  const auto lamp = [](const std::string& text, std::vector<std::string> assignments = {}) {
+    return MessageOf([&] {
+      Peek({.files = {ParseYaml(text, "a.yaml")}, .assignments = assignments}, "lamp", Lamp::kOff);
+    });
+  };
+  EXPECT_EQ(lamp("count: 1\nlamp: torch"), LoadError("count: 1\nlamp: torch"));
+  EXPECT_EQ(lamp("lamp: passive\nlamp: passive"), LoadError("lamp: passive\nlamp: passive"));
+  for (const char* assignment : {"lamp=torch", "lamp", "lamp.x=1", "lamp=[passive]"})
+    EXPECT_EQ(lamp("count: 1", {assignment}), SetError(assignment)) << assignment;
 }
 
 TEST(YamlFieldsLayers, OriginsKnowTheLastPlace) {

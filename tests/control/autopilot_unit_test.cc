@@ -13,7 +13,7 @@ constexpr ClockParams kClock;  // 30 frames a second
 
 ControlParams Params(Law law) {
   ControlParams params;
-  params.law = law;
+  params.controller = law;
   params.pid.setpoint.enabled = params.lqg.setpoint.enabled = true;
   return params;
 }
@@ -32,15 +32,15 @@ TEST(Autopilot, EveryLawHasItsOwnAllocationAndSetpoint) {
   params.lqg.allocation.dead_band_v = 0.2;
   params.pid.setpoint.enabled = true;
   params.p_voltage.pose_filter.enabled = true;
-  params.law = Law::kPVoltage;
+  params.controller = Law::kPVoltage;
   EXPECT_EQ(params.allocation().dead_band_v, 0);
   EXPECT_FALSE(params.setpoint().enabled);
   EXPECT_TRUE(params.pose_filter().enabled);
-  params.law = Law::kPid;
+  params.controller = Law::kPid;
   EXPECT_EQ(params.allocation().dead_band_v, 0.1);
   EXPECT_TRUE(params.setpoint().enabled);
   EXPECT_FALSE(params.pose_filter().enabled);
-  params.law = Law::kLqg;
+  params.controller = Law::kLqg;
   EXPECT_EQ(params.allocation().dead_band_v, 0.2);
   EXPECT_FALSE(params.pose_filter().enabled);
 }

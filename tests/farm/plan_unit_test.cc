@@ -144,7 +144,7 @@ TEST(Plan, ResolvedIsAPlanOfTheSameTrials) {
     const trial::Scenario a = plan.ScenarioOf(plan.Trial(trial)),
                           b = again.ScenarioOf(again.Trial(trial));
     EXPECT_EQ(config::SaveYaml(a), config::SaveYaml(b));
-    EXPECT_EQ(b.optics.water.milk_ml_m3, 7);
+    EXPECT_EQ(b.light.water.milk_ml_m3, 7);
   }
 }
 

@@ -18,27 +18,39 @@ using testing::ProgramEnd;
 using testing::RunProgram;
 
 TEST(Resolution, KeepsWhatIsSeen) {
-  Scenario scenario = LoadScenario("sea_night_active", {});
-  const StereoRig before = scenario.rig.MakeRig();
-  const int chroma_pixels = scenario.hue.own_chroma_pixels;
-  SetResolution(ParseResolution("320x240"), &scenario);
-  const StereoRig after = scenario.rig.MakeRig();
+  const Scenario full = LoadScenario("sea_night_active", {});
+  const Scenario quarter = LoadScenario("sea_night_active", ResolutionAssignments("320x240"));
+  const StereoRig before = full.rig.MakeRig(), after = quarter.rig.MakeRig();
   EXPECT_EQ(after.left.width_px, 320);
   EXPECT_EQ(after.right.height_px, 240);
   EXPECT_DOUBLE_EQ(after.left.fx_px, before.left.fx_px / 2);
   EXPECT_DOUBLE_EQ(after.left.fy_px, before.left.fy_px / 2);
   EXPECT_DOUBLE_EQ(after.left.cx_px, 159.5);
   EXPECT_DOUBLE_EQ(after.left.vertical_fov_rad(), before.left.vertical_fov_rad());
-  // A ball has a quarter of the pixels.
-  EXPECT_EQ(scenario.hue.own_chroma_pixels, chroma_pixels / 4);
+}
+
+TEST(Resolution, IsWhatTheKeysOfTheRigSay) {
+  EXPECT_EQ(ResolutionAssignments("320x240"),
+            (std::vector<std::string>{"rig.width_px=320", "rig.height_px=240"}));
+  const std::vector<std::string> run = {"run",    "pool_active", "--set", "duration_s=0.1",
+                                        "--json", "--quiet"};
+  const auto digest = [&run](const std::vector<std::string>& size) {
+    std::vector<std::string> command = run;
+    command.insert(command.end(), size.begin(), size.end());
+    const ProgramEnd end = RunProgram(command);
+    EXPECT_EQ(end.exit_code, 0) << end.err;
+    return nlohmann::json::parse(end.out)["digest"].get<std::string>();
+  };
+  EXPECT_EQ(digest({"--resolution", "160x120"}),
+            digest({"--set", "rig.width_px=160", "--set", "rig.height_px=120"}));
 }
 
 TEST(Resolution, BadInput) {
-  for (const char* text : {"", "x", "320", "320x", "x240", "320*240", "320x240x1", "3e2x240", "a"})
-    EXPECT_THROW(ParseResolution(text), ConfigError) << text;
-  Scenario scenario = LoadScenario("pool_active", {});
-  for (const Resolution& size : {Resolution{0, 240}, Resolution{320, -1}, Resolution{9000, 240}})
-    EXPECT_THROW(SetResolution(size, &scenario), ConfigError);
+  for (const char* text :
+       {"", "x", "320", "320x", "x240", "320*240", "320x240x1", "3e2x240", "a", "320x-1"})
+    EXPECT_THROW(ResolutionAssignments(text), ConfigError) << text;
+  for (const char* size : {"0x240", "9000x240"})
+    EXPECT_THROW(LoadScenario("pool_active", ResolutionAssignments(size)), ConfigError) << size;
   const ProgramEnd end = RunProgram({"run", "pool_active", "--resolution", "12x"});
   EXPECT_EQ(end.exit_code, 2);
   EXPECT_THAT(end.err, HasSubstr("320x240"));

@@ -90,6 +90,25 @@ TEST(OpticsPreset, IsWhatTheOtherKeysBeginWith) {
             config::SaveYaml(changed));
 }
 
+TEST(OpticsPreset, IsFoundInWhicheverLayerNamesIt) {
+  const auto folder = std::filesystem::temp_directory_path();
+  const auto file = (folder / "turbidock_optics.yaml").string();
+  const auto gains = (folder / "turbidock_optics_gains.yaml").string();
+  std::ofstream(file) << "schema_version: 1\nseed: 1\nduration_s: 1\nmodel: pool_passive.xml\n"
+                         "sensor: {gain: 3}\noptics: calibrated\n";
+  std::ofstream(gains) << "optics: plain\n";
+  const auto blur_px = [&](const std::string& gains_file, const char* assignment) {
+    const Scenario scenario = LoadScenario(file, {assignment}, gains_file);
+    EXPECT_EQ(scenario.sensor.gain, 3);
+    return scenario.sensor.chroma_blur_px;
+  };
+  EXPECT_GT(blur_px("", "seed=2"), 0);
+  EXPECT_EQ(blur_px(gains, "seed=2"), 0);
+  EXPECT_GT(blur_px(gains, "optics=calibrated"), 0);
+  std::filesystem::remove(file);
+  std::filesystem::remove(gains);
+}
+
 INSTANTIATE_TEST_SUITE_P(Bundled, EveryScenario, ::testing::ValuesIn(config::BundledScenarios()),
                          [](const auto& scenario) { return scenario.param; });
 

@@ -115,10 +115,21 @@ TEST(HueLabeller, LoneBrightPixelsDoNotSetTheOwnChroma) {
   PaintBlock(&image, 10, 10, 12, {20, 120, 20});
   for (int v = 30; v < 90; v += 2)
     for (int u = 2; u < 198; u += 3) PaintBlock(&image, u, v, 1, {0, 255, 0});
-  HueLabeller labeller(HueParams{}, MarkerParams{});
+  HueParams hue;
+  hue.own_chroma_image_share = 40.0 / (200 * 100);
+  HueLabeller labeller(hue, MarkerParams{});
   Image1u8 labels;
   labeller.Label(image, &labels);
   EXPECT_EQ(labeller.threshold_dn(0), 40);
+}
+
+TEST(HueParams, OwnChromaPixelsFollowTheSizeOfTheImage) {
+  const HueParams hue;
+  EXPECT_EQ(hue.OwnChromaPixels(640, 480), 40);
+  EXPECT_EQ(hue.OwnChromaPixels(320, 240), 10);
+  EXPECT_EQ(hue.OwnChromaPixels(160, 120), 3);  // a half is rounded up
+  EXPECT_EQ(hue.OwnChromaPixels(1280, 960), 160);
+  EXPECT_EQ(hue.OwnChromaPixels(8, 8), 1);  // never none
 }
 
 TEST(HueLabeller, OwnChromaIsTheOneThatEnoughPixelsReach) {
@@ -128,7 +139,7 @@ TEST(HueLabeller, OwnChromaIsTheOneThatEnoughPixelsReach) {
   PaintBlock(&image, 40, 10, 20, {0, 100, 0});
   for (const auto& [pixels, threshold] : {std::pair{56, 80}, std::pair{57, 40}}) {
     HueParams hue;
-    hue.own_chroma_pixels = pixels;
+    hue.own_chroma_image_share = pixels / (100.0 * 60);
     HueLabeller labeller(hue, MarkerParams{});
     Image1u8 labels;
     labeller.Label(image, &labels);
@@ -203,7 +214,8 @@ Image1u8 PlainLabels(const Image3u8& image, const PixelRegion& part, const HuePa
     }
   for (size_t i = 0; i < marker.balls.size(); ++i) {
     std::sort(pairs[i].rbegin(), pairs[i].rend());
-    const auto n = static_cast<size_t>(hue.own_chroma_pixels);
+    const auto n = static_cast<size_t>(
+        std::lround(hue.own_chroma_image_share * static_cast<double>(image.pixels())));
     const int own = pairs[i].size() >= n ? pairs[i][n - 1] : 0;
     for (size_t j = 0; j < labels.pixels(); ++j)
       if (chroma.data()[j] < std::ceil(hue.own_chroma_fraction * own))
@@ -230,6 +242,7 @@ TEST(HueLabeller, AgreesWithThePlainDefinition) {
         }
       HueParams hue;
       hue.window_rad = window_rad;
+      hue.own_chroma_image_share = 40.0 / (333 * 61);
       MarkerParams marker;
       const bool gate = window_rad == kSafeWindow_rad;
       hue.own_chroma_fraction = gate ? 0.7 : 0;

@@ -26,13 +26,13 @@ struct BenchArguments {
 
 int Bench(const BenchArguments& arguments) {
   const auto& names = arguments.scenarios.empty() ? kDefaultScenarios : arguments.scenarios;
+  std::vector<std::string> assignments = arguments.assignments;
+  if (arguments.resolution)
+    for (const std::string& size : trial::ResolutionAssignments(*arguments.resolution))
+      assignments.push_back(size);
   std::vector<trial::Scenario> scenarios;
   scenarios.reserve(names.size());
-  for (const std::string& name : names) {
-    scenarios.push_back(trial::LoadScenario(name, arguments.assignments));
-    if (arguments.resolution)
-      trial::SetResolution(trial::ParseResolution(*arguments.resolution), &scenarios.back());
-  }
+  for (const std::string& name : names) scenarios.push_back(trial::LoadScenario(name, assignments));
 
   const std::string program = std::filesystem::read_symlink("/proc/self/exe").string();
   app::Progress progress(arguments.quiet);
@@ -43,13 +43,9 @@ int Bench(const BenchArguments& arguments) {
     const auto count = static_cast<double>(scenarios.size());
     progress.Say(scenarios[i].description + ": start-up and memory of a worker");
     std::vector<std::string> as_run = {names[i]};
-    for (const std::string& assignment : arguments.assignments) {
+    for (const std::string& assignment : assignments) {
       as_run.emplace_back("--set");
       as_run.push_back(assignment);
-    }
-    if (arguments.resolution) {
-      as_run.emplace_back("--resolution");
-      as_run.push_back(*arguments.resolution);
     }
     report.workers.push_back(MeasureWorker(program, as_run));
     progress.Say(scenarios[i].description + ": the loop and bare rendering by turns");

@@ -24,12 +24,10 @@ bool Has(const std::vector<std::string>& list, const std::string& word) {
 }
 
 void RequireKnown(const std::vector<std::string>& words, const std::vector<std::string>& known) {
-  for (const std::string& word : words) {
-    if (Has(known, word)) continue;
-    const std::string nearest = config::NearestName(word, known);
-    throw ConfigError(word + ": is no parameter of these results" +
-                      (nearest.empty() ? "" : "; did you mean " + nearest + "?"));
-  }
+  for (const std::string& word : words)
+    if (!Has(known, word))
+      throw ConfigError(word + ": is no parameter of these results" +
+                        config::DidYouMean(word, known));
 }
 
 std::string Text(const std::vector<farm::Parameter>& parameters) {
@@ -128,9 +126,7 @@ trial::Figure MetricNamed(const std::string& name) {
     if (figure.name == name) return figure;
     names.push_back(figure.name);
   }
-  const std::string nearest = config::NearestName(name, names);
-  throw ConfigError(name + ": is no metric of these results" +
-                    (nearest.empty() ? "" : "; did you mean " + nearest + "?"));
+  throw ConfigError(name + ": is no metric of these results" + config::DidYouMean(name, names));
 }
 
 MetricComparison CompareMetric(const std::vector<TrialPair>& pairs, const trial::Figure& metric) {

@@ -22,25 +22,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr int64_t kStillFrames = 30;
 
-EstimateSettings ReadSettings(const std::string& marker_file,
-                              const std::vector<std::string>& assignments, vision::Preset preset,
-                              config::Origins* origins) {
-  EstimateSettings settings;
-  settings.estimator = vision::RmGaOptions::Of(preset);
-  if (!marker_file.empty()) {
-    settings.marker.box_m.setZero();
-    config::ReadFields(config::LoadYaml(marker_file), &settings.marker, nullptr);
-    try {
-      CheckFields(settings.marker, "");
-    } catch (const ConfigError& error) {
-      throw ConfigError(marker_file + ": " + error.what());
-    }
-  }
-  for (const std::string& assignment : assignments)
-    config::ApplySet(assignment, &settings, origins);
-  return settings;
-}
-
 // A side's images without its lens's distortion.
 class Eye {
  public:
@@ -99,12 +80,20 @@ Json ToJson(const PoseEstimate& estimate, const EstimateSettings& settings) {
 
 EstimateSettings LoadEstimateSettings(const std::string& marker_file,
                                       const std::vector<std::string>& assignments) {
-  config::Origins origins;
-  EstimateSettings settings =
-      ReadSettings(marker_file, assignments, vision::Preset::kDefault, &origins);
-  if (settings.estimator.preset != vision::Preset::kDefault)
-    settings = ReadSettings(marker_file, assignments, settings.estimator.preset, &origins);
-  config::CheckSettings(settings, origins);
+  EstimateSettings settings;
+  if (!marker_file.empty()) {
+    settings.marker.box_m.setZero();
+    config::ReadFields(config::LoadYaml(marker_file), &settings.marker, nullptr);
+    try {
+      CheckFields(settings.marker, "");
+    } catch (const ConfigError& error) {
+      throw ConfigError(marker_file + ": " + error.what());
+    }
+  }
+  const config::Layers layers{.assignments = assignments};
+  settings.estimator =
+      vision::RmGaOptions::Of(config::Peek(layers, "estimator.preset", settings.estimator.preset));
+  config::ReadLayers(layers, &settings);
   return settings;
 }
 

@@ -161,7 +161,7 @@ std::string RunJob(const CompareOptions& options, const Job& job) {
       const uint64_t seed = rng.NextU64();
       for (size_t m = 0; m < milks; ++m) {
         if (done[m] == job.count) continue;
-        scenario.optics.water.milk_ml_m3 = options.milk_ml_m3[m];
+        scenario.light.water.milk_ml_m3 = options.milk_ml_m3[m];
         Start start{.frames = {}, .true_X_HM = true_X_HM};
         std::optional<camera::StereoCamera> cameras;
         for (int64_t frame = 0; frame < options.frames; ++frame) {

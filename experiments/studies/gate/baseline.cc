@@ -1,11 +1,10 @@
 #include "experiments/studies/gate/baseline.h"
 
 #include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <map>
 
 #include "experiments/config/yaml_fields.h"
@@ -111,13 +110,8 @@ Baseline LoadBaseline(const std::string& file) {
   if (!std::filesystem::is_regular_file(file, ignored))
     throw ConfigError(file +
                       ": there is no baseline; `turbidock gate GATE.yaml --update` makes it");
-  Baseline baseline;
-  config::Origins origins;
-  config::ReadFields(config::LoadYaml(file), &baseline, &origins);
-  config::CheckSettings(baseline, origins);
-
-  std::ifstream stream(file, std::ios::binary);
-  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  Baseline baseline = config::LoadLayers<Baseline>({file}, {});
+  const std::string text = config::ReadFile(file);
   const size_t end = text.rfind(kChecksumKey);
   const std::string covered = text.substr(0, end == std::string::npos ? text.size() : end);
   const std::string tail = std::string(kChecksumKey) + "\"" + ChecksumOf(covered) + "\"\n";

@@ -19,34 +19,25 @@ namespace fs = std::filesystem;
 
 constexpr const char* kSetKey = "set";
 
-[[noreturn]] void Fail(const config::YamlNode& at, const std::string& problem) {
-  throw ConfigError(at.Where() + at.path + ": " + problem);
-}
-
 // "a.b=1" for every value below a group.
 void AddAssignments(const config::YamlNode& group, const std::string& prefix,
                     std::vector<std::string>* assignments) {
-  if (!group.node.IsMap()) Fail(group, "must be a group of scenario keys");
-  for (const auto& entry : group.node) {
-    if (!entry.first.IsScalar()) Fail(group, "a key must be plain text");
-    const std::string key = prefix + entry.first.Scalar();
-    const config::YamlNode value{entry.second, group.file, group.path + "." + entry.first.Scalar(),
-                                 group.line};
-    if (entry.second.IsMap())
-      AddAssignments(value, key + ".", assignments);
+  if (!group.IsMap()) group.Fail("must be a group of scenario keys");
+  for (const auto& [key, value] : group.Entries())
+    if (value.IsMap())
+      AddAssignments(value, prefix + key + ".", assignments);
     else
-      assignments->push_back(key + "=" + config::OneLine(entry.second));
-  }
+      assignments->push_back(prefix + key + "=" + value.OneLine());
 }
 
 GateCondition ReadCondition(const config::YamlNode& node, const GatePlan& plan,
                             const fs::path& folder, config::Origins* origins) {
-  if (!node.node.IsMap()) Fail(node, "must be a group of keys");
+  if (!node.IsMap()) node.Fail("must be a group of keys");
   GateCondition condition;
   static_cast<GateDefaults&>(condition) = plan;
   config::ReadFields(node, &condition, origins, {kSetKey});
-  if (condition.name.empty()) Fail(node, "a condition needs a name");
-  if (condition.scenario.empty()) Fail(node, "a condition needs a scenario");
+  if (condition.name.empty()) node.Fail("a condition needs a name");
+  if (condition.scenario.empty()) node.Fail("a condition needs a scenario");
   if (const auto set = node.Find(kSetKey)) AddAssignments(*set, "", &condition.assignments);
 
   std::error_code ignored;
@@ -56,12 +47,12 @@ GateCondition ReadCondition(const config::YamlNode& node, const GatePlan& plan,
                                   ? beside.string()
                                   : config::FindScenario(condition.scenario);
     Digest digest;
-    digest.Add(config::OneLine(config::LoadYaml(condition.scenario_file).node));
+    digest.Add(config::LoadYaml(condition.scenario_file).OneLine());
     for (const std::string& assignment : condition.assignments) digest.Add(assignment);
     condition.digest = digest.Hex();
     condition.Load({}, plan.SeedOf(0));
   } catch (const ConfigError& error) {
-    Fail(node, error.what());
+    node.Fail(error.what());
   }
   return condition;
 }
@@ -112,15 +103,10 @@ GatePlan LoadGatePlan(const std::string& file) {
   for (const char* key : {"schema_version", "baseline", "conditions"})
     if (!node.Find(key)) throw ConfigError(file + ": " + key + ": this key is required");
   const config::YamlNode list = *node.Find("conditions");
-  if (!list.node.IsSequence()) Fail(list, "must be a list of groups");
+  if (!list.IsList()) list.Fail("must be a list of groups");
   const fs::path folder = fs::path(file).parent_path();
-  for (size_t i = 0; i < list.node.size(); ++i) {
-    const YAML::Node element = list.node[i];
-    const std::string path = list.path + "[" + std::to_string(i) + "]";
-    const int line = element.Mark().is_null() ? list.line : element.Mark().line + 1;
-    plan.conditions.push_back(
-        ReadCondition({element, list.file, path, line}, plan, folder, &origins));
-  }
+  for (const config::YamlNode& element : list.Elements())
+    plan.conditions.push_back(ReadCondition(element, plan, folder, &origins));
   config::CheckSettings(plan, origins);
   plan.baseline = (folder / plan.baseline).lexically_normal().string();
   return plan;

@@ -41,11 +41,6 @@ std::vector<Line> SplitLines(const std::string& text) {
   throw ConfigError(fmt::format("{}:{}: {}", file, line, problem));
 }
 
-std::string Suggestion(const std::string& word, const std::vector<std::string>& known) {
-  const std::string nearest = config::NearestName(word, known);
-  return nearest.empty() ? "" : "; did you mean " + nearest + "?";
-}
-
 std::vector<std::string> ParseRow(const std::string& text, const std::string& file, size_t line) {
   std::vector<std::string> cells(1);
   bool quoted = false, closed = false;  // inside quotes; behind the closing one
@@ -90,7 +85,8 @@ void ReadOrigin(const std::string& text, const std::string& file, size_t line, T
   const auto single = singles.find(key);
   if (single == singles.end())
     Fail(file, line,
-         "unknown key " + key + Suggestion(key, {"title", "command", "build", "machine", "date"}));
+         "unknown key " + key +
+             config::DidYouMean(key, {"title", "command", "build", "machine", "date"}));
   if (!single->second->empty()) Fail(file, line, key + " is given twice");
   *single->second = value;
 }
@@ -162,7 +158,7 @@ const Table& TableOf(const Block& block, const std::string& page, const Tables& 
   std::vector<std::string> known;
   for (const auto& [name, table] : tables) known.push_back(name);
   Fail(page, block.begin + 1,
-       "no result file " + block.name + ".csv" + Suggestion(block.name, known));
+       "no result file " + block.name + ".csv" + config::DidYouMean(block.name, known));
 }
 
 }  // namespace

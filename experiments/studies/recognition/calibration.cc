@@ -1,6 +1,7 @@
 #include "experiments/studies/recognition/calibration.h"
 
 #include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 #include <cmath>
@@ -91,8 +92,7 @@ std::string FreeParameter::Assignment(double value) const {
 
 void CalibrationPlan::Check(const std::string& path) const {
   if (parameters.empty())
-    throw ConfigError(path.empty() ? "parameters" : path + ".parameters",
-                      "there is nothing to calibrate");
+    throw ConfigError(JoinKey(path, "parameters"), "there is nothing to calibrate");
 }
 
 std::vector<double> CalibrationPlan::Start() const {

@@ -119,7 +119,7 @@ Recognition::Recognition(std::map<MarkerKind, trial::Scenario> scenarios,
 
 camera::StereoCamera Recognition::CamerasOf(const RecognitionCell& cell) const {
   trial::Scenario scenario = scenarios_.at(cell.marker);
-  scenario.optics.water.milk_ml_m3 = cell.milk_ml_m3;
+  scenario.light.water.milk_ml_m3 = cell.milk_ml_m3;
   return trial::HoldView(views_.at({cell.marker, cell.distance_m}), scenario,
                          SeedsOf(scenario, cell));
 }

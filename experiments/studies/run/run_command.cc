@@ -26,9 +26,11 @@ struct RunArguments {
 int Run(const RunArguments& arguments) {
   std::vector<std::string> assignments = arguments.assignments;
   if (!arguments.seed.empty()) assignments.push_back("seed=" + arguments.seed);
-  trial::Scenario scenario = trial::LoadScenario(arguments.scenario, assignments, arguments.gains);
   if (arguments.resolution)
-    trial::SetResolution(trial::ParseResolution(*arguments.resolution), &scenario);
+    for (const std::string& size : trial::ResolutionAssignments(*arguments.resolution))
+      assignments.push_back(size);
+  const trial::Scenario scenario =
+      trial::LoadScenario(arguments.scenario, assignments, arguments.gains);
   const trial::TrialResult result = RunShownTrial(scenario, {.out = arguments.out,
                                                              .video = arguments.video,
                                                              .json = arguments.json,

@@ -7,7 +7,6 @@
 
 #include "experiments/app/commands.h"
 #include "experiments/app/progress.h"
-#include "experiments/config/yaml_fields.h"
 #include "experiments/media/gnuplot.h"
 #include "experiments/studies/step_response/step_response.h"
 #include "experiments/studies/step_response/step_response_report.h"
@@ -46,7 +45,8 @@ int Measure(const StepArguments& arguments) {
     media::RequireGnuplot();
   }
   app::Progress progress(arguments.quiet);
-  progress.Say(fmt::format("{}: {}, {}, {}", scenario.description, NameOf(scenario.control.law),
+  progress.Say(fmt::format("{}: {}, {}, {}", scenario.description,
+                           NameOf(scenario.control.controller),
                            arguments.cameras ? "through the cameras" : "on the true pose",
                            arguments.sea ? "in its sea" : "in still water"));
   options.on_progress = [&](double share) { progress.Show(share, "measuring"); };
@@ -60,9 +60,10 @@ int Measure(const StepArguments& arguments) {
   if (arguments.out && !responses.empty()) {
     system::WriteWhole(*arguments.out + "/step_response.json", json);
     system::WriteWhole(*arguments.out + "/step_response.csv", StepCsv(responses));
-    WriteStepFigure(*arguments.out + "/step_response.png",
-                    fmt::format("{}: {}", scenario.description, NameOf(scenario.control.law)),
-                    responses);
+    WriteStepFigure(
+        *arguments.out + "/step_response.png",
+        fmt::format("{}: {}", scenario.description, NameOf(scenario.control.controller)),
+        responses);
     progress.Say(fmt::format("  step_response.json, .csv, .png in {}", *arguments.out));
   }
   return app::kExitDone;

@@ -89,7 +89,7 @@ std::string StepJson(const trial::Scenario& scenario, const std::vector<AxisResp
                       {"sensitivity_peak", r.loop.sensitivity_peak},
                       {"points", points}}}});
   }
-  const Json json = {{"controller", NameOf(scenario.control.law)},
+  const Json json = {{"controller", NameOf(scenario.control.controller)},
                      {"estimator", NameOf(scenario.pose_source)},
                      {"axes", axes}};
   return json.dump(2) + "\n";

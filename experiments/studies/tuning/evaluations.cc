@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <deque>
+#include <utility>
 
 #include "experiments/farm/keep_busy.h"
 #include "experiments/system/build_info.h"
@@ -13,9 +13,18 @@
 namespace turbidock::tuning {
 namespace {
 
-// Trials of an evaluation are numbered from a multiple of this.
+// In the file, trials of an evaluation are numbered from a multiple of this.
 constexpr int64_t kNumbers = 1'000'000;
 constexpr const char* kPhaseKey = "phase";
+
+// An evaluation whose trials are under way. Its records are those up to the next look.
+struct Running {
+  const Evaluations::Request& request;
+  Evaluation evaluation;
+  size_t asked = 0;  // handed out or found
+  size_t done = 0;
+  bool ended = false;
+};
 
 farm::StoreHeader HeaderOf(const Study& study) {
   farm::StoreHeader header{.kind = "tune",
@@ -46,94 +55,73 @@ Evaluations::Evaluations(const Study& study, const std::string& file, const Opti
   for (farm::StoredTrial& trial : store_.Trials()) known_.emplace(trial.trial, std::move(trial));
 }
 
+std::vector<farm::Parameter> Evaluations::ParametersOf(const std::string& phase,
+                                                       const Gains& gains) const {
+  std::vector<farm::Parameter> values = {{kPhaseKey, phase}};
+  for (size_t i = 0; i < gains.size(); ++i)
+    values.push_back({study_.settings().gains[i].key, FormatNumber(gains[i])});
+  return values;
+}
+
 std::vector<Evaluation> Evaluations::Run(const std::string& phase, const farm::Plan& plan,
                                          const std::vector<Request>& requests, const GoOn& go_on) {
   TD_CHECK(plan.trials() < kNumbers, "an evaluation's trials have numbers of their own");
   const std::vector<int64_t> order = Study::FairOrder(plan);
-  const auto total = std::ssize(order);
   const RacingParams& racing = study_.settings().racing;
-
-  struct Running {
-    Evaluation evaluation;
-    int64_t wanted = 0;  // trials up to the next look
-    int64_t asked = 0;   // handed out or found
-    int64_t done = 0;
-    std::vector<std::optional<trial::TrialRecord>> records;
-    bool ended = false;
-  };
-  std::vector<Running> running(requests.size());
-  const auto parameters = [&](const Running& r) {
-    std::vector<farm::Parameter> values = {{kPhaseKey, phase}};
-    for (size_t i = 0; i < r.evaluation.gains.size(); ++i)
-      values.push_back({study_.settings().gains[i].key, FormatNumber(r.evaluation.gains[i])});
-    return values;
-  };
-  for (size_t i = 0; i < requests.size(); ++i) {
-    Running& r = running[i];
-    r.evaluation.number = evaluations_++;
-    r.evaluation.gains = requests[i].gains;
-    r.records.resize(order.size());
-    r.wanted = go_on ? std::min<int64_t>(racing.first, total) : total;
+  std::vector<Running> running;
+  running.reserve(requests.size());
+  for (const Request& request : requests) {
+    running.push_back({.request = request, .evaluation = {evaluations_++, request.gains}});
+    const size_t first = go_on ? static_cast<size_t>(racing.first) : order.size();
+    running.back().evaluation.records.resize(std::min(first, order.size()));
   }
 
-  // A look decides by the trials before it only, whatever else is known: the same whenever it is
-  // taken.
-  const auto look = [&](Running* r) {
-    while (!r->ended && r->done == r->wanted) {
-      r->evaluation.records.clear();
-      for (int64_t i = 0; i < r->wanted; ++i)
-        r->evaluation.records.push_back(*r->records[static_cast<size_t>(i)]);
-      if (r->wanted == total) {
-        r->ended = true;
-      } else if (!go_on(r->evaluation)) {
-        r->ended = r->evaluation.given_up = true;
-      } else {
-        r->wanted = std::min<int64_t>(r->wanted + racing.every, total);
-        return;  // there is more to ask for
-      }
+  const auto take = [&](Running* r, size_t index, trial::TrialRecord record) {
+    std::vector<trial::TrialRecord>& records = r->evaluation.records;
+    records[index] = std::move(record);
+    ++trials_;
+    if (++r->done < records.size()) return;
+    // A look decides by the trials before it only, whatever else is known: the same whenever it is
+    // taken.
+    if (records.size() == order.size() || !go_on(r->evaluation)) {
+      r->evaluation.given_up = records.size() < order.size();
+      r->ended = true;
+    } else {
+      records.resize(std::min(records.size() + static_cast<size_t>(racing.every), order.size()));
     }
   };
-  const auto take = [&](Running* r, int64_t index, trial::TrialRecord record) {
-    r->records[static_cast<size_t>(index)] = std::move(record);
-    ++r->done;
-    ++trials_;
-    look(r);
-  };
+  std::map<int64_t, std::pair<Running*, size_t>> under_way;  // by the trial's number
   // The next trial that is not known, of the first candidate that has one to ask for.
   const auto submit_one = [&]() -> bool {
-    for (size_t i = 0; i < running.size(); ++i) {
-      Running& r = running[i];
-      while (!r.ended && r.asked < r.wanted) {
-        const int64_t index = r.asked++;
-        const int64_t id = r.evaluation.number * kNumbers + index;
-        if (const auto found = known_.find(id); found != known_.end()) {
-          if (found->second.parameters != parameters(r))
+    for (Running& r : running)
+      while (!r.ended && r.asked < r.evaluation.records.size()) {
+        const size_t index = r.asked++;
+        const int64_t number = r.evaluation.number * kNumbers + static_cast<int64_t>(index);
+        if (const auto found = known_.find(number); found != known_.end()) {
+          if (found->second.parameters != ParametersOf(phase, r.evaluation.gains))
             throw farm::MismatchError(fmt::format(
-                "trial {} of the file is of other gains than this program asks for", id));
+                "trial {} of the file is of other gains than this program asks for", number));
           take(&r, index, found->second.record);
           continue;
         }
-        const int64_t trial = order[static_cast<size_t>(index)];
-        trial::Scenario scenario = study_.ScenarioOf(plan, trial, r.evaluation.gains);
-        if (requests[i].change) requests[i].change(&scenario);
-        pool_.Submit({.id = id, .scenario = scenario});
+        trial::Scenario scenario = study_.ScenarioOf(plan, order[index], r.evaluation.gains);
+        if (r.request.change) r.request.change(&scenario);
+        pool_.Submit({.id = number, .scenario = scenario});
+        under_way[number] = {&r, index};
         return true;
       }
-    }
     return false;
   };
-
   const auto take_one = [&](farm::FinishedTrial finished) {
-    const int64_t id = finished.id, index = id % kNumbers;
-    Running& r = running[static_cast<size_t>(id / kNumbers - running[0].evaluation.number)];
-    store_.Add({.trial = id,
-                .cell = r.evaluation.number,
-                .sample = index,
-                .parameters = parameters(r),
+    const auto [r, index] = under_way.extract(finished.id).mapped();
+    store_.Add({.trial = finished.id,
+                .cell = r->evaluation.number,
+                .sample = static_cast<int64_t>(index),
+                .parameters = ParametersOf(phase, r->evaluation.gains),
                 .record = finished.record});
     ++trials_run_;
     worker_time_s_ += finished.record.wall_time_s;
-    take(&r, index, std::move(finished.record));
+    take(r, index, std::move(finished.record));
   };
   const bool all_ended = farm::KeepBusy(&pool_, submit_one, take_one, [&] {
     if (options_.on_trial) options_.on_trial();
@@ -141,7 +129,6 @@ std::vector<Evaluation> Evaluations::Run(const std::string& phase, const farm::P
   });
   if (!all_ended) throw Stopped();
   std::vector<Evaluation> evaluations;
-  evaluations.reserve(running.size());
   for (Running& r : running) evaluations.push_back(std::move(r.evaluation));
   return evaluations;
 }

@@ -61,6 +61,8 @@ class Evaluations {
   double worker_time_s() const { return worker_time_s_; }
 
  private:
+  std::vector<farm::Parameter> ParametersOf(const std::string& phase, const Gains& gains) const;
+
   const Study& study_;
   Options options_;
   farm::ResultStore store_;

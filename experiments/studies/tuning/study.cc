@@ -1,17 +1,16 @@
 #include "experiments/studies/tuning/study.h"
 
-#include <xxhash.h>
+#include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <set>
 
 #include "experiments/config/data_files.h"
 #include "experiments/config/nearest_name.h"
 #include "experiments/config/yaml_fields.h"
 #include "sim/base/check.h"
+#include "sim/base/digest.h"
 #include "sim/base/random.h"
 
 namespace turbidock::tuning {
@@ -46,21 +45,15 @@ std::vector<std::string> NumberKeys() {
   return keys;
 }
 
-std::string Suggestion(const std::string& name, const std::vector<std::string>& known) {
-  const std::string nearest = config::NearestName(name, known);
-  return nearest.empty() ? "" : "; did you mean " + nearest + "?";
-}
-
-const trial::Figure* FindFigure(const std::string& name) {
-  for (const trial::Figure& figure : trial::Figures())
-    if (figure.name == name) return &figure;
-  return nullptr;
-}
-
-std::vector<std::string> FigureNames() {
+// The metric of a term; ConfigError where no trial has it.
+const trial::Figure& FigureOf(const ObjectiveTerm& term, const std::string& key) {
   std::vector<std::string> names;
-  for (const trial::Figure& figure : trial::Figures()) names.push_back(figure.name);
-  return names;
+  for (const trial::Figure& figure : trial::Figures()) {
+    if (figure.name == term.metric) return figure;
+    names.push_back(figure.name);
+  }
+  throw ConfigError(key, "'" + term.metric + "' is produced by no trial" +
+                             config::DidYouMean(term.metric, names));
 }
 
 // A study's `trials` as a plan of its own, with the settings of the map `also` if there is one.
@@ -71,13 +64,13 @@ std::string PlanText(const config::YamlNode& study, const std::string& descripti
   for (const char* key : {"schema_version", "description"})
     if (trials->Find(key))
       throw ConfigError(trials->Where() + "trials." + key + ": belongs to the study, not here");
-  YAML::Node plan = YAML::Clone(trials->node);
+  YAML::Node plan = YAML::Clone(*trials->node);
   plan["schema_version"] = farm::kPlanSchema;
   plan["description"] = description;
   if (also) {
-    if (!also->node.IsMap())
+    if (!also->IsMap())
       throw ConfigError(also->Where() + "against: must be a map of keys and values");
-    for (const auto& item : also->node) plan["set"][item.first.Scalar()] = item.second;
+    for (const auto& item : *also->node) plan["set"][item.first.Scalar()] = item.second;
   }
   return YAML::Dump(plan) + "\n";
 }
@@ -106,7 +99,7 @@ double GainRange::ShareOf(double value) const {
 }
 
 void StudySettings::Check(const std::string& path) const {
-  const auto at = [&](const std::string& key) { return path.empty() ? key : path + "." + key; };
+  const auto at = [&](const std::string& key) { return JoinKey(path, key); };
   if (gains.empty()) throw ConfigError(at("gains"), "must name at least one gain");
   if (objective.empty()) throw ConfigError(at("objective"), "must have at least one term");
   const std::vector<std::string> numbers = NumberKeys();
@@ -116,7 +109,7 @@ void StudySettings::Check(const std::string& path) const {
     const std::string key = at("gains[" + std::to_string(i) + "]");
     if (std::find(numbers.begin(), numbers.end(), gain.key) == numbers.end())
       throw ConfigError(key + ".key", "'" + gain.key + "' is no number of a scenario" +
-                                          Suggestion(gain.key, numbers));
+                                          config::DidYouMean(gain.key, numbers));
     if (!seen.insert(gain.key).second)
       throw ConfigError(key + ".key", "'" + gain.key + "' is tuned already");
     if (gain.low >= gain.high)
@@ -126,10 +119,7 @@ void StudySettings::Check(const std::string& path) const {
       throw ConfigError(key + ".low", FormatNumber(gain.low) + " must be > 0 on a log scale");
   }
   for (size_t i = 0; i < objective.size(); ++i)
-    if (!FindFigure(objective[i].metric))
-      throw ConfigError(at("objective[" + std::to_string(i) + "].metric"),
-                        "'" + objective[i].metric + "' is produced by no trial" +
-                            Suggestion(objective[i].metric, FigureNames()));
+    FigureOf(objective[i], at("objective[" + std::to_string(i) + "].metric"));
   const bool pareto = optimiser.algorithm == Algorithm::kNsga2;
   if (pareto && objective.size() < 2)
     throw ConfigError(at("objective"), "nsga2 needs at least two terms");
@@ -142,8 +132,7 @@ Study::Study(const std::string& text, const std::string& file)
                              config::ParseYaml(text, file).Find("against"))),
       file_(file),
       plan_(trials_text_, file + " (trials)") {
-  for (const ObjectiveTerm& term : settings_.objective)
-    objective_.push_back(*FindFigure(term.metric));
+  for (const ObjectiveTerm& term : settings_.objective) objective_.push_back(FigureOf(term, ""));
   trial::Scenario scenario = plan_.ScenarioOf(plan_.Trial(0));
   for (size_t i = 0; i < settings_.gains.size(); ++i) {
     const GainRange& gain = settings_.gains[i];
@@ -230,17 +219,14 @@ std::vector<double> Study::CostsOf(const trial::TrialRecord& record) const {
 }
 
 std::string Study::hash() const {
-  char text[17];
-  std::snprintf(text, sizeof text, "%016llx",
-                static_cast<unsigned long long>(XXH64(resolved_.data(), resolved_.size(), 0)));
-  return text;
+  Digest digest;
+  digest.Add(resolved_);
+  return digest.Hex();
 }
 
 Study LoadStudy(const std::string& name) {
   const std::string path = config::FindBundled("studies", "study", name);
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw ConfigError(path + ": cannot be read");
-  return Study({std::istreambuf_iterator<char>(file), {}}, path);
+  return Study(config::ReadFile(path), path);
 }
 
 }  // namespace turbidock::tuning

@@ -318,9 +318,6 @@ void Prove(const Study& study, Evaluations* evaluations, TuningProgress* progres
 
 TuningResult Tune(const Study& study, const std::string& file, const TuningOptions& options) {
   const auto began = std::chrono::steady_clock::now();
-  const auto seconds = [&] {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
-  };
   TuningResult result;
   TuningProgress progress;
   Evaluations* running = nullptr;
@@ -349,7 +346,8 @@ TuningResult Tune(const Study& study, const std::string& file, const TuningOptio
   result.trials = evaluations.trials();
   result.trials_run = evaluations.trials_run();
   result.worker_time_s = evaluations.worker_time_s();
-  result.wall_time_s = seconds();
+  result.wall_time_s =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   return result;
 }
 

@@ -1,12 +1,12 @@
 #include "experiments/studies/tuning/tuning_report.h"
 
 #include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "experiments/config/yaml_fields.h"
 #include "experiments/media/gnuplot.h"
 #include "experiments/system/build_info.h"
 #include "experiments/trial/trial_view.h"
@@ -106,7 +106,7 @@ std::string GainsYaml(const Study& study, const TuningResult& result) {
   const trial::Scenario scenario = study.ScenarioOf(plan, 0, result.tuned);
   const YAML::Node all = YAML::Load(trial::SaveScenario(scenario));
   YAML::Node gains(YAML::NodeType::Map);
-  const std::string law = NameOf(scenario.control.law);
+  const std::string law = NameOf(scenario.control.controller);
   gains["controller"] = law;
   gains[law] = all[law];
   for (size_t i = 0; i < result.tuned.size(); ++i) {

@@ -38,7 +38,6 @@ class GateProgram : public ::testing::Test {
          "controller: pid\n"
          "water: {background: pure, milk_ml_m3: 10}\nball_lights: {enabled: true}\n"
          "lamps: {enabled: false}\nrig: {width_px: 160, height_px: 120}\n"
-         "hue: {own_chroma_pixels: 3}\n"
          "start: {distance_min_m: 0.45, distance_max_m: 0.5, lateral_m: 0.02, vertical_m: 0.02,\n"
          "        heading_rad: 0.02}\n"
          "procedure: {found_hold_s: 0.1, servo_x_m: 0.45, docking_rate_mps: 0.1}\n");

@@ -84,8 +84,9 @@ TEST(Study, ComparesWithOtherSettingsOnTheSameSeeds) {
   const farm::Plan trials = study.TrialsOf(7, 5), against = study.TrialsAgainst(7, 5);
   for (int64_t trial = 0; trial < 5; ++trial)
     EXPECT_EQ(trials.Trial(trial).seed, against.Trial(trial).seed);
-  EXPECT_EQ(study.ScenarioOf(trials, 0, {1.5}).control.law, control::Law::kLqg);
-  EXPECT_EQ(study.ScenarioOf(against, 0, study.against()).control.law, control::Law::kPVoltage);
+  EXPECT_EQ(study.ScenarioOf(trials, 0, {1.5}).control.controller, control::Law::kLqg);
+  EXPECT_EQ(study.ScenarioOf(against, 0, study.against()).control.controller,
+            control::Law::kPVoltage);
   EXPECT_EQ(study.ScenarioOf(against, 0, study.against()).duration_s, 2.5);
   EXPECT_THAT(MessageOf(text + "against: {controler: pid}\n"),
               HasSubstr("did you mean controller?"));
@@ -242,7 +243,7 @@ TEST_F(TunerTest, TheGainsFileHoldsTheLawsGroupAndIsRead) {
   const std::string file = File("gains.yaml");
   std::ofstream(file) << GainsYaml(study, result);
   const trial::Scenario scenario = trial::LoadScenario("sea_night_active", {}, file);
-  EXPECT_EQ(scenario.control.law, control::Law::kLqg);
+  EXPECT_EQ(scenario.control.controller, control::Law::kLqg);
   EXPECT_EQ(scenario.control.lqg.sway.effort_v, 1.25);
   EXPECT_EQ(scenario.procedure.docking_rate_mps, 0.0625);
   EXPECT_EQ(config::SaveYaml(scenario.control.lqg.heave),
