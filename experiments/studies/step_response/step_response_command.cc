@@ -10,7 +10,7 @@
 
 #include "experiments/app/progress.h"
 #include "experiments/config/yaml_fields.h"
-#include "experiments/media/gnuplot.h"
+#include "experiments/media/plot.h"
 #include "experiments/studies/step_response/step_response.h"
 #include "experiments/studies/step_response/step_response_report.h"
 #include "experiments/system/output_path.h"
@@ -45,7 +45,7 @@ int Measure(const StepArguments& arguments) {
   }
   if (arguments.out) {
     trial::MakeOutputFolder(*arguments.out);
-    media::RequireGnuplot();
+    media::RequireFigures();
   }
   app::Progress progress(arguments.quiet);
   progress.Say(fmt::format("{}: {}, {}, {}", scenario.description, NameOf(scenario.control.law),
