@@ -5,12 +5,11 @@
 #include <algorithm>
 #include <boost/math/distributions/normal.hpp>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <utility>
 
 #include "experiments/config/nearest_name.h"
-#include "experiments/media/gnuplot.h"
+#include "experiments/media/plot.h"
 #include "experiments/statistics/paired_tests.h"
 #include "sim/base/check.h"
 
@@ -175,44 +174,33 @@ std::string GroupName(const ComparisonGroup& group) {
 
 void WriteComparisonFigure(const std::string& path, const std::vector<ComparisonGroup>& groups,
                            const std::string& name_a, const std::string& name_b) {
-  media::GnuplotScript script;
-  std::string ticks;
-  script.BeginData("rates");
-  for (size_t i = 0; i < groups.size(); ++i) {
-    const RateComparison c = CompareRates(groups[i].pairs);
-    script.Row(
-        {static_cast<double>(i), 100 * c.difference, 100 * c.interval.low, 100 * c.interval.high});
-    ticks +=
-        (i > 0 ? ", " : "") + media::GnuplotQuoted(GroupName(groups[i])) + " " + std::to_string(i);
-  }
-  script.EndData().BeginData("times");
-  double longest_s = 1;
-  for (const ComparisonGroup& group : groups)
-    for (const TrialPair& pair : group.pairs)
-      if (pair.a.success() && pair.b.success()) {
-        script.Row({pair.a.time_s, pair.b.time_s});
-        longest_s = std::max({longest_s, pair.a.time_s, pair.b.time_s});
-      }
-  script.Row({std::numeric_limits<double>::quiet_NaN(),
-              std::numeric_limits<double>::quiet_NaN()});  // never empty
-  script.EndData();
-  script.Line("set multiplot layout 1,2; set grid");
   // Paths are too long for it; the other panel's axes name both.
-  script.Line("set title 'success rate, the second less the first'");
-  script.Line("set xlabel 'percentage points, 95 %'; set xrange [-100:100]; set xzeroaxis");
-  script.Line(fmt::format("set ytics ({}); set yrange [{}:-1]", ticks, groups.size()));
-  script.Line("set arrow from 0, graph 0 to 0, graph 1 nohead linecolor 'grey40'");
-  script.Line("plot $rates using 2:1:3:4 with xerrorbars pointtype 7 linecolor 'blue' notitle");
-  script.Line("unset arrow; set ytics autofreq");
-  script.Line("set title 'time to dock of pairs that docked in both'");
-  script.Line(fmt::format("set xrange [0:{0}]; set yrange [0:{0}]", 1.05 * longest_s));
-  script.Line(fmt::format("set xlabel {}; set ylabel {}", media::GnuplotQuoted(name_a + " (s)"),
-                          media::GnuplotQuoted(name_b + " (s)")));
-  script.Line(
-      "plot x with lines linecolor 'grey40' notitle, $times using 1:2 with points pointtype 7 "
-      "pointsize 0.5 linecolor 'blue' notitle");
-  script.Line("unset multiplot");
-  script.WritePng(path, 1400, 600);
+  media::Panel rates{.title = "success rate, the second less the first",
+                     .x = {"percentage points, 95 %", -100, 100},
+                     .y = {"", static_cast<double>(groups.size()) - 0.4, -0.6},
+                     .series = {{.mark = media::Mark::kBarsAlongX}},
+                     .rules = {{.at = 0, .is_up = true}}};
+  std::vector<media::Sample> times;
+  double longest_s = 1;
+  for (const ComparisonGroup& group : groups) {
+    const RateComparison c = CompareRates(group.pairs);
+    rates.series[0].points.push_back({100 * c.difference, static_cast<double>(rates.y.names.size()),
+                                      100 * c.interval.low, 100 * c.interval.high});
+    rates.y.names.push_back(GroupName(group));
+    for (const TrialPair& pair : group.pairs) {
+      if (!pair.a.success() || !pair.b.success()) continue;
+      times.push_back({pair.a.time_s, pair.b.time_s});
+      longest_s = std::max({longest_s, pair.a.time_s, pair.b.time_s});
+    }
+  }
+  const double end_s = 1.05 * longest_s;
+  const media::Panel docked{.title = "time to dock of pairs that docked in both",
+                            .x = {name_a + " (s)", 0, end_s},
+                            .y = {name_b + " (s)", 0, end_s},
+                            .series = {{"", {{0, 0}, {end_s, end_s}}, media::kGrey},
+                                       {"", times, media::CurveColor(0), media::Mark::kDots}}};
+  media::WritePng(path,
+                  {.columns = 2, .width_px = 700, .height_px = 600, .panels = {rates, docked}});
 }
 
 }  // namespace turbidock::compare

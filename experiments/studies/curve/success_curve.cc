@@ -3,21 +3,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <map>
 #include <nlohmann/json.hpp>
 
 #include "experiments/farm/summary.h"
-#include "experiments/media/gnuplot.h"
+#include "experiments/media/plot.h"
 
 namespace turbidock::curve {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-constexpr std::array kColors = {"#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"};
-constexpr int kWidth_px = 1100, kHeight_px = 700;
 
 double Number(const std::string& key, const std::string& text) {
   double number = 0;
@@ -114,50 +110,28 @@ void WriteSuccessFigure(const std::string& path, const std::string& title, const
     high = std::max(high, curve.points.back().dose);
   }
   const double margin = high > low ? 0.03 * (high - low) : 1;
-  media::GnuplotScript script;
-  std::string plot;
+  media::Panel panel{.x = {over, low - margin, high + margin},
+                     .y = {"success rate, % (95 % Wilson intervals)", -3, 103},
+                     .rules = {{50}},
+                     .legend = media::Legend::kAbove};
   for (size_t i = 0; i < curves.size(); ++i) {
     const SuccessCurve& curve = curves[i];
-    const std::string color = media::GnuplotQuoted(kColors[i % kColors.size()]);
     // Side by side where curves share a value, or their intervals would hide each other.
     const double shift =
         margin / 6 * (static_cast<double>(i) - (static_cast<double>(curves.size()) - 1) / 2);
-    script.BeginData(fmt::format("points{}", i));
-    for (const statistics::DosePoint& p : curve.points) {
-      const statistics::Interval wilson = statistics::WilsonInterval(p.successes, p.trials);
-      script.Row({p.dose + shift, 100 * Rate(p), 100 * wilson.low, 100 * wilson.high});
-    }
-    script.EndData();
-    plot += fmt::format(
-        "{}$points{} using 1:2:3:4 with yerrorbars linecolor rgb {} linewidth 1.5 pointtype 7 "
-        "pointsize 1.2 title {}",
-        i == 0 ? "plot " : ", ", i, color,
-        media::GnuplotQuoted((curve.name.empty() ? "success" : curve.name) + ": " +
-                             HalfText(curve)));
-    if (!curve.fit) continue;
-    constexpr int kSteps = 300;
-    script.BeginData(fmt::format("curve{}", i));
-    for (int k = 0; k <= kSteps; ++k) {
-      const double dose = low + (high - low) * k / kSteps;
-      script.Row({dose, 100 * curve.fit->At(dose)});
-    }
-    script.EndData();
-    plot += fmt::format(", $curve{} using 1:2 with lines linecolor rgb {} linewidth 2 notitle", i,
-                        color);
+    const auto counted = [&](const statistics::DosePoint& p) {
+      return media::SampleWithin(p.dose + shift, Rate(p),
+                                 statistics::WilsonInterval(p.successes, p.trials), 100);
+    };
+    const auto fitted = [&](double dose) { return media::Sample{dose, 100 * curve.fit->At(dose)}; };
+    panel.series.push_back({(curve.name.empty() ? "success" : curve.name) + ": " + HalfText(curve),
+                            media::SamplesOf(curve.points, counted), media::CurveColor(i),
+                            media::Mark::kBars});
+    if (curve.fit)
+      panel.series.push_back(
+          {"", media::SamplesOf(media::Evenly(low, high, 300), fitted), media::CurveColor(i)});
   }
-  script.Line("set title " + media::GnuplotQuoted(title))
-      .Line("set xlabel " + media::GnuplotQuoted(over))
-      .Line("set ylabel 'success rate, % (95 % Wilson intervals)'")
-      .Line(fmt::format("set xrange [{}:{}]", FormatNumber(low - margin),
-                        FormatNumber(high + margin)))
-      .Line("set yrange [-3:103]")
-      .Line("set grid linecolor rgb '#dddddd'")
-      .Line("set key tmargin left vertical Left reverse")
-      .Line(
-          "set arrow from graph 0, first 50 to graph 1, first 50 nohead dashtype 2 "
-          "linecolor rgb '#888888'")
-      .Line(plot);
-  script.WritePng(path, kWidth_px, kHeight_px);
+  media::WritePng(path, {.title = title, .panels = {panel}});
 }
 
 }  // namespace turbidock::curve

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "experiments/media/gnuplot.h"
+#include "experiments/media/plot.h"
 #include "experiments/studies/estimators/compare_estimators.h"
 #include "sim/base/units.h"
 
@@ -59,16 +59,6 @@ Place PlaceOf(const CompareRow& row, bool one_estimator) {
   if (one_estimator) return {marker, distance};
   return {marker + ", " + distance, row.estimator};
 }
-
-// What is drawn of a row, with the columns of its data.
-struct Quantity {
-  const char *label, *columns, *interval_columns, *range;
-  bool logarithmic;
-};
-constexpr auto kQuantities =
-    std::to_array<Quantity>({{"found [%]", "1:2", "1:2:3:4", "[-3:103]", false},
-                             {"median error [mm]", "1:5", "1:5:6:7", "[0.05:2000]", true},
-                             {"median error [deg]", "1:8", "1:8:9:10", "[0.02:100]", true}});
 
 }  // namespace
 
@@ -204,49 +194,38 @@ void WriteCompareFigure(const std::string& path, const std::vector<CompareRow>& 
   const bool one = estimators.size() == 1;
   const auto panels = Distinct(rows, [&](const CompareRow& r) { return PlaceOf(r, one).panel; });
   const auto lines = Distinct(rows, [&](const CompareRow& r) { return PlaceOf(r, one).line; });
-  media::GnuplotScript script;
-  script.Line("set encoding utf8").Line("set datafile missing 'NaN'");
-  for (size_t p = 0; p < panels.size(); ++p)
-    for (size_t l = 0; l < lines.size(); ++l) {
-      script.BeginData(fmt::format("d{}_{}", p, l));
-      for (const CompareRow& row : rows)
-        if (PlaceOf(row, one) == Place{panels[p], lines[l]})
-          script.Row({row.cell.milk_ml_m3, 100.0 * row.found / row.starts,
-                      100 * row.found_interval.low, 100 * row.found_interval.high,
-                      MmFromM(row.error_median_m), MmFromM(row.error_median_interval_m.low),
-                      MmFromM(row.error_median_interval_m.high),
-                      DegFromRad(row.rotation_median_rad),
-                      DegFromRad(row.rotation_median_interval_rad.low),
-                      DegFromRad(row.rotation_median_interval_rad.high)});
-      script.EndData();
-    }
-  script.Line(fmt::format("set multiplot layout {},{}", panels.size(), kQuantities.size()));
   const double most_ml_m3 = std::ranges::max(rows, {}, [](const CompareRow& r) {
                               return r.cell.milk_ml_m3;
                             }).cell.milk_ml_m3;
   const double margin_ml_m3 = most_ml_m3 > 0 ? 0.04 * most_ml_m3 : 1;
-  script.Line(fmt::format("set xrange [{}:{}]", -margin_ml_m3, most_ml_m3 + margin_ml_m3))
-      .Line("set grid lc rgb '#dddddd'")
-      .Line("set xlabel 'milk [ml/m^3]'");
-  for (size_t p = 0; p < panels.size(); ++p)
-    for (const Quantity& quantity : kQuantities) {
-      script.Line("set title " + media::GnuplotQuoted(panels[p]));
-      script.Line("set ylabel " + media::GnuplotQuoted(quantity.label));
-      script.Line(quantity.logarithmic ? "set logscale y" : "unset logscale y");
-      script.Line(std::string("set yrange ") + quantity.range);
-      script.Line(&quantity == &kQuantities.back() ? "set key outside right top samplen 1"
-                                                   : "unset key");
-      std::string plot = "plot ";
-      for (size_t l = 0; l < lines.size(); ++l)
-        plot += fmt::format(
-            "{}$d{}_{} using {} with linespoints lw 2 pt 7 ps 0.7 lc {} title {}, "
-            "$d{}_{} using {} with yerrorbars lw 1 pt 0 lc {} notitle",
-            l == 0 ? "" : ", ", p, l, quantity.columns, l + 1, media::GnuplotQuoted(lines[l]), p, l,
-            quantity.interval_columns, l + 1);
-      script.Line(plot);
+  media::Figure figure{.columns = 3, .width_px = 500, .height_px = 360};
+  for (const std::string& title : panels) {
+    media::Panel found{.title = title,
+                       .x = {"milk [ml/m³]", -margin_ml_m3, most_ml_m3 + margin_ml_m3},
+                       .y = {"found [%]", -3, 103}};
+    media::Panel position = found, rotation = found;
+    position.y = {"median error [mm]", 0.05, 2000, true};
+    rotation.y = {"median error [deg]", 0.02, 100, true};
+    rotation.legend = media::Legend::kBeside;
+    for (size_t l = 0; l < lines.size(); ++l) {
+      media::Series shares{lines[l], {}, media::CurveColor(l), media::Mark::kLineWithBars};
+      media::Series errors = shares, turns = shares;
+      for (const CompareRow& r : rows) {
+        if (PlaceOf(r, one) != Place{title, lines[l]}) continue;
+        const double milk = r.cell.milk_ml_m3, share = static_cast<double>(r.found) / r.starts;
+        shares.points.push_back(media::SampleWithin(milk, share, r.found_interval, 100));
+        errors.points.push_back(
+            media::SampleWithin(milk, r.error_median_m, r.error_median_interval_m, MmFromM(1)));
+        turns.points.push_back(media::SampleWithin(milk, r.rotation_median_rad,
+                                                   r.rotation_median_interval_rad, DegFromRad(1)));
+      }
+      found.series.push_back(shares);
+      position.series.push_back(errors);
+      rotation.series.push_back(turns);
     }
-  script.Line("unset multiplot");
-  script.WritePng(path, 1500, static_cast<int>(360 * panels.size()));
+    figure.panels.insert(figure.panels.end(), {found, position, rotation});
+  }
+  media::WritePng(path, figure);
 }
 
 }  // namespace turbidock::estimators

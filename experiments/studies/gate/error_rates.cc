@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "experiments/media/gnuplot.h"
+#include "experiments/media/plot.h"
 #include "experiments/studies/gate/judge.h"
 #include "sim/base/random.h"
 
@@ -80,58 +80,51 @@ double WriteErrorRateFigure(const std::string& path, const statistics::RateTestD
   const double from = std::max(0.01, design.worse - margin);
   const double to = std::min(0.999, design.no_worse + margin);
 
-  media::GnuplotScript script;
-  script.BeginData("exact");
-  constexpr int kCurvePoints = 200, kSimulatedPoints = 16;
-  for (int i = 0; i <= kCurvePoints; ++i) {
-    const double p = from + (to - from) * i / kCurvePoints;
-    const statistics::RateTest::Characteristic c = test.At(p);
-    script.Row({p, c.p_fail, c.p_pass, c.p_inconclusive, c.expected_trials});
-  }
-  script.EndData().BeginData("counted");
+  using Characteristic = statistics::RateTest::Characteristic;
+  std::vector<std::pair<double, Characteristic>> exact, counted;  // over the true rate
+  for (const double p : media::Evenly(from, to, 200)) exact.emplace_back(p, test.At(p));
   double worst = 0;
-  for (int i = 0; i <= kSimulatedPoints; ++i) {
-    const double p = from + (to - from) * i / kSimulatedPoints;
+  for (const double p : media::Evenly(from, to, 16)) {
     const ErrorRates rates =
         SimulateSequences({.old_rate = design.no_worse, .new_rate = p}, design, sequences, seed);
-    const statistics::RateTest::Characteristic c = test.At(p);
-    const auto deviations = [&](double counted, double exact) {
-      const double deviation = std::sqrt(exact * (1 - exact) / static_cast<double>(sequences));
-      return deviation > 0 ? std::abs(counted - exact) / deviation : 0;
+    const Characteristic c = test.At(p);
+    const auto deviations = [&](double rate, double expected) {
+      const double deviation =
+          std::sqrt(expected * (1 - expected) / static_cast<double>(sequences));
+      return deviation > 0 ? std::abs(rate - expected) / deviation : 0;
     };
-    worst = std::max(
-        {worst, deviations(rates.fail_rate(), c.p_fail), deviations(rates.pass_rate(), c.p_pass)});
-    script.Row({p, rates.fail_rate(), rates.pass_rate(), 1 - rates.fail_rate() - rates.pass_rate(),
-                rates.mean_trials});
+    const double fail = rates.fail_rate(), pass = rates.pass_rate();
+    worst = std::max({worst, deviations(fail, c.p_fail), deviations(pass, c.p_pass)});
+    counted.push_back({p, {fail, pass, 1 - fail - pass, rates.mean_trials}});
   }
-  script.EndData();
-  script.Line(
-      "set multiplot layout 1,2 title " +
-      media::GnuplotQuoted(fmt::format(
-          "Gate: {:g} against {:g}, alpha {:g}, beta {:g}, at most {} trials; points: {} "
-          "simulated sequences each",
-          design.no_worse, design.worse, design.alpha, design.beta, design.max_trials, sequences)));
-  script.Line("set grid; set xlabel 'true success rate'; set key left center opaque");
-  script.Line(fmt::format("set xrange [{}:{}]", from, to));
-  for (const double p : {design.worse, design.no_worse})
-    script.Line(fmt::format(
-        "set arrow from {0}, graph 0 to {0}, graph 1 nohead dashtype 3 linecolor 'grey40'", p));
-  script.Line("set yrange [0:1]; set ylabel 'probability of the verdict'");
-  script.Line(
-      "plot $exact using 1:2 with lines linecolor 'red' title 'fail', "
-      "$exact using 1:3 with lines linecolor 'web-green' title 'pass', "
-      "$exact using 1:4 with lines linecolor 'grey50' title 'inconclusive', "
-      "$counted using 1:2 with points pointtype 7 linecolor 'red' notitle, "
-      "$counted using 1:3 with points pointtype 7 linecolor 'web-green' notitle, "
-      "$counted using 1:4 with points pointtype 7 linecolor 'grey50' notitle");
-  script.Line("set yrange [0:*]; set ylabel 'trials'; set key bottom center opaque");
-  script.Line(
-      fmt::format("plot $exact using 1:5 with lines linecolor 'blue' title 'expected, sequential', "
-                  "$counted using 1:5 with points pointtype 7 linecolor 'blue' notitle, "
-                  "{} with lines dashtype 2 linecolor 'black' title 'test of fixed size'",
-                  fixed.trials));
-  script.Line("unset multiplot");
-  script.WritePng(path, 1400, 600);
+
+  media::Panel verdicts{
+      .x = {"true success rate", from, to},
+      .y = {"probability of the verdict", 0, 1},
+      .rules = {{.at = design.worse, .is_up = true}, {.at = design.no_worse, .is_up = true}},
+      .legend = media::Legend::kAbove};
+  media::Panel trials = verdicts;
+  trials.y = {"trials", 0};
+  trials.rules.push_back({static_cast<double>(fixed.trials), "test of fixed size", {0, 0, 0}});
+  const auto draw = [&](media::Panel* panel, const char* name, const Rgb& color,
+                        double Characteristic::*value) {
+    const auto point = [&](const auto& at) { return media::Sample{at.first, at.second.*value}; };
+    panel->series.push_back({name, media::SamplesOf(exact, point), color});
+    panel->series.push_back({"", media::SamplesOf(counted, point), color, media::Mark::kDots});
+  };
+  draw(&verdicts, "fail", media::CurveColor(1), &Characteristic::p_fail);
+  draw(&verdicts, "pass", media::CurveColor(2), &Characteristic::p_pass);
+  draw(&verdicts, "inconclusive", media::kGrey, &Characteristic::p_inconclusive);
+  draw(&trials, "expected, sequential", media::CurveColor(0), &Characteristic::expected_trials);
+  const std::string title = fmt::format(
+      "Gate: {:g} against {:g}, alpha {:g}, beta {:g}, at most {} trials; points: {} simulated "
+      "sequences each",
+      design.no_worse, design.worse, design.alpha, design.beta, design.max_trials, sequences);
+  media::WritePng(path, {.title = title,
+                         .columns = 2,
+                         .width_px = 700,
+                         .height_px = 600,
+                         .panels = {verdicts, trials}});
   return worst;
 }
 

@@ -8,7 +8,7 @@
 #include <set>
 
 #include "experiments/media/canvas.h"
-#include "experiments/media/gnuplot.h"
+#include "experiments/media/plot.h"
 #include "experiments/media/png.h"
 #include "experiments/trial/trial_view.h"
 #include "sim/base/units.h"
@@ -21,13 +21,9 @@ using units::MmFromM;
 
 constexpr trial::ViewCriteria kLimits;
 
-// Near to far, from light to dark water.
-constexpr std::array<const char*, 6> kCurveColors = {"#1868b2", "#2e9b6b", "#d89818",
-                                                     "#c82860", "#7a4fb0", "#5a6672"};
-constexpr std::array<const char*, 3> kAreaColors = {"#3ca86e", "#e8b83c", "#c0c6cc"};
+constexpr std::array<Rgb, 3> kAreaColors{{{60, 168, 110}, {232, 184, 60}, {192, 198, 204}}};
 
-const char* ColorOfCurve(size_t i) { return kCurveColors[i % kCurveColors.size()]; }
-const char* ColorOfArea(Area area) { return kAreaColors[static_cast<size_t>(area)]; }
+const Rgb& ColorOf(Area area) { return kAreaColors[static_cast<size_t>(area)]; }
 
 std::vector<MarkerKind> MarkersIn(const std::vector<CellResult>& results) {
   std::set<MarkerKind> markers;
@@ -44,10 +40,11 @@ Columns ColumnsOf(const std::vector<CellResult>& results, MarkerKind marker) {
   return columns;
 }
 
-double MostMilk(const Columns& columns) {
+// A panel over all of its milk.
+media::Panel MilkPanel(const std::string& title, const Columns& columns) {
   double most = 1;
   for (const auto& [distance_m, column] : columns) most = std::max(most, column.rbegin()->first);
-  return most;
+  return {.title = title, .x = {"milk, ml/m³", 0, 1.03 * most}};
 }
 
 bool IsPublished(const TableRow& row, MarkerKind marker, double distance_m) {
@@ -77,116 +74,73 @@ void StretchContrast(StereoImage* images) {
     }
 }
 
-// What all panels have in common.
-void BeginPanels(size_t panels, media::GnuplotScript* script) {
-  script->Line("set border 3 linecolor rgb '#465058'")
-      .Line("set tics nomirror out textcolor rgb '#465058'")
-      .Line("set grid linecolor rgb '#e4e8ec' linetype 1")
-      .Line(fmt::format("set multiplot layout {},1", panels));
+// A row of areas over milk; each reaches half way to its neighbours.
+void AddAreas(const std::map<double, Area>& row, double low, double high, media::Panel* panel) {
+  for (auto here = row.begin(); here != row.end(); ++here) {
+    const double milk = here->first;
+    const double from = here == row.begin() ? milk : (std::prev(here)->first + milk) / 2;
+    const double to = std::next(here) == row.end() ? milk + (here == row.begin() ? 1 : milk - from)
+                                                   : (std::next(here)->first + milk) / 2;
+    panel->blocks.push_back({"", from, to, low, high, ColorOf(here->second)});
+  }
 }
 
 }  // namespace
 
 void WriteFitnessFigure(const std::string& path, const std::vector<CellResult>& results,
                         const std::vector<TableRow>& published) {
-  media::GnuplotScript script;
-  const std::vector<MarkerKind> markers = MarkersIn(results);
-  BeginPanels(markers.size(), &script);
-  script.Line("set yrange [-0.25:1]")
-      .Line("set ylabel 'mean F'")
-      .Line("set xlabel 'milk, ml/m³'")
-      .Line("set key outside right top Left reverse samplen 1.5");
-  for (const MarkerKind marker : markers) {
+  media::Figure figure{.width_px = 1200, .height_px = 520};
+  for (const MarkerKind marker : MarkersIn(results)) {
     const Columns columns = ColumnsOf(results, marker);
-    script.Line("set title " + media::GnuplotQuoted(fmt::format("{} marker", NameOf(marker))))
-        .Line(fmt::format("set xrange [0:{}]", FormatNumber(1.03 * MostMilk(columns))));
-    std::string plot = fmt::format(
-        "plot {} title 'Area I above' with lines dashtype 2 linecolor rgb '#3ca86e', {} title "
-        "'Area III below' with lines dashtype 2 linecolor rgb '#8a949c'",
-        kLimits.docking_fitness, kLimits.detection_fitness);
+    media::Panel panel = MilkPanel(fmt::format("{} marker", NameOf(marker)), columns);
+    panel.y = {"mean F", -0.25, 1};
+    panel.rules = {{kLimits.docking_fitness, "Area I above", ColorOf(Area::kI)},
+                   {kLimits.detection_fitness, "Area III below"}};
+    panel.legend = media::Legend::kBeside;
     size_t i = 0;
     for (const auto& [distance_m, column] : columns) {
-      const std::string name = fmt::format("{}{}", NameOf(marker), i);
-      script.BeginData(name);
+      const Rgb& color = media::CurveColor(i++);
+      media::Series ours{
+          fmt::format("{:g} mm", MmFromM(distance_m)), {}, color, media::Mark::kLineWithBand};
+      media::Series theirs{"published", {}, color, media::Mark::kRings};
       for (const auto& [milk, r] : column)
-        script.Row({milk, r->fitness_mean, r->fitness_mean - r->fitness_std,
-                    r->fitness_mean + r->fitness_std});
-      script.EndData().BeginData("p" + name);
-      bool any = false;
+        ours.points.push_back({milk, r->fitness_mean, r->fitness_mean - r->fitness_std,
+                               r->fitness_mean + r->fitness_std});
       for (const TableRow& row : published)
-        if (IsPublished(row, marker, distance_m)) {
-          script.Row({row.cell.milk_ml_m3, row.fitness_mean});
-          any = true;
-        }
-      script.EndData();
-      const std::string color = media::GnuplotQuoted(ColorOfCurve(i));
-      plot += fmt::format(
-          ", ${0} using 1:3:4 notitle with filledcurves fillstyle transparent solid 0.15 "
-          "noborder linecolor rgb {1}, ${0} using 1:2 title '{2:g} mm' with lines linewidth 2 "
-          "linecolor rgb {1}",
-          name, color, MmFromM(distance_m));
-      if (any)
-        plot += fmt::format(
-            ", $p{} using 1:2 title 'published' with points pointtype 6 pointsize 0.9 linecolor "
-            "rgb {}",
-            name, color);
-      ++i;
+        if (IsPublished(row, marker, distance_m))
+          theirs.points.push_back({row.cell.milk_ml_m3, row.fitness_mean});
+      panel.series.push_back(ours);
+      if (!theirs.points.empty()) panel.series.push_back(theirs);
     }
-    script.Line(plot);
+    figure.panels.push_back(panel);
   }
-  script.Line("unset multiplot");
-  script.WritePng(path, 1200, 80 + 480 * static_cast<int>(markers.size()));
+  media::WritePng(path, figure);
 }
 
 void WriteAreaFigure(const std::string& path, const std::vector<CellResult>& results,
                      const std::vector<TableRow>& published) {
-  media::GnuplotScript script;
-  const std::vector<MarkerKind> markers = MarkersIn(results);
-  BeginPanels(markers.size(), &script);
-  script.Line("unset key").Line("set xlabel 'milk, ml/m³'").Line("set ylabel 'distance, mm'");
-  int object = 0;
-  // A row of areas; each reaches half way to its neighbours.
-  const auto draw_row = [&](const std::map<double, Area>& row, double low, double high) {
-    for (auto here = row.begin(); here != row.end(); ++here) {
-      const double from =
-          here == row.begin() ? here->first : (std::prev(here)->first + here->first) / 2;
-      const double to = std::next(here) == row.end()
-                            ? here->first + (here == row.begin() ? 1 : here->first - from)
-                            : (std::next(here)->first + here->first) / 2;
-      script.Line(fmt::format(
-          "set object {} rectangle from {},{} to {},{} fillstyle solid noborder fillcolor rgb '{}'",
-          ++object, FormatNumber(from), FormatNumber(low), FormatNumber(to), FormatNumber(high),
-          ColorOfArea(here->second)));
-    }
-  };
-  for (const MarkerKind marker : markers) {
+  media::Figure figure{.width_px = 1200, .height_px = 380};
+  for (const MarkerKind marker : MarkersIn(results)) {
     const Columns columns = ColumnsOf(results, marker);
-    std::string ticks;
-    int row = 0;
+    media::Panel panel =
+        MilkPanel(fmt::format("{} marker: Area I green, II yellow, III grey; thin: published",
+                              NameOf(marker)),
+                  columns);
+    panel.y.label = "distance, mm";
     for (const auto& [distance_m, column] : columns) {
       std::map<double, Area> ours, theirs;
       for (const auto& [milk, r] : column) ours[milk] = r->area;
       for (const TableRow& entry : published)
         if (IsPublished(entry, marker, distance_m))
           theirs[entry.cell.milk_ml_m3] = AreaOf(entry.fitness_mean);
-      draw_row(ours, row - 0.1, row + 0.4);
-      draw_row(theirs, row - 0.35, row - 0.15);
-      ticks += fmt::format("{}'{:g}' {}", ticks.empty() ? "" : ", ", MmFromM(distance_m), row);
-      ++row;
+      const auto row = static_cast<double>(panel.y.names.size());
+      AddAreas(ours, row - 0.1, row + 0.4, &panel);
+      AddAreas(theirs, row - 0.35, row - 0.15, &panel);
+      panel.y.names.push_back(fmt::format("{:g}", MmFromM(distance_m)));
     }
-    script
-        .Line("set title " +
-              media::GnuplotQuoted(fmt::format(
-                  "{} marker: Area I green, II yellow, III grey; thin: published", NameOf(marker))))
-        .Line("set ytics (" + ticks + ")")
-        .Line(fmt::format("set yrange [-0.6:{}]", row - 0.4))
-        .Line(fmt::format("set xrange [0:{}]", FormatNumber(1.03 * MostMilk(columns))))
-        .Line("plot NaN")
-        .Line("unset object");
-    object = 0;
+    figure.panels.push_back(panel);
   }
-  script.Line("unset multiplot");
-  script.WritePng(path, 1200, 80 + 340 * static_cast<int>(markers.size()));
+  media::WritePng(path, figure);
 }
 
 void WriteTimeFigure(const std::string& path, const std::vector<CellResult>& results,
@@ -194,37 +148,22 @@ void WriteTimeFigure(const std::string& path, const std::vector<CellResult>& res
   std::map<std::tuple<MarkerKind, double, Area>, const CellResult*> chosen;
   for (const CellResult& r : results)
     chosen.try_emplace({r.cell.marker, r.cell.distance_m, r.area}, &r);
-  media::GnuplotScript script;
-  script.Line("set border 3 linecolor rgb '#465058'")
-      .Line("set tics nomirror out")
-      .Line("set grid linecolor rgb '#e4e8ec' linetype 1")
-      .Line("unset key")
-      .Line("set yrange [-0.25:1]")
-      .Line("set ylabel 'F'");
-  const int rows = (static_cast<int>(chosen.size()) + 1) / 2;
-  script.Line(fmt::format("set multiplot layout {},2", rows));
-  int i = 0;
+  media::Figure figure{.columns = 2, .width_px = 650, .height_px = 250};
   for (const auto& [key, r] : chosen) {
-    const std::string name = fmt::format("t{}", i++);
-    script.BeginData(name);
-    double time_s = 0;
-    for (const float f : r->fitness) {
-      script.Row({time_s, static_cast<double>(f)});
-      time_s += 1 / frames_per_second;
-    }
-    script.EndData()
-        .Line("set title " +
-              media::GnuplotQuoted(fmt::format(
-                  "{}, {:g} mm, {:g} ml/m³: mean {:.3f} ± {:.3f}, Area {}", NameOf(r->cell.marker),
-                  MmFromM(r->cell.distance_m), r->cell.milk_ml_m3, r->fitness_mean, r->fitness_std,
-                  NameOf(r->area))))
-        .Line("set xlabel 'time, s'")
-        .Line(fmt::format("plot ${0} using 1:2 with lines linecolor rgb '#1868b2', {1} with lines "
-                          "linewidth 2 linecolor rgb '#c82860'",
-                          name, FormatNumber(r->fitness_mean)));
+    media::Series series{.width_px = 1};
+    for (const float f : r->fitness)
+      series.points.push_back(
+          {static_cast<double>(series.points.size()) / frames_per_second, static_cast<double>(f)});
+    figure.panels.push_back(
+        {.title = fmt::format("{}, {:g} mm, {:g} ml/m³: mean {:.3f} ± {:.3f}, Area {}",
+                              NameOf(r->cell.marker), MmFromM(r->cell.distance_m),
+                              r->cell.milk_ml_m3, r->fitness_mean, r->fitness_std, NameOf(r->area)),
+         .x = {"time, s"},
+         .y = {"F", -0.25, 1},
+         .series = {series},
+         .rules = {{r->fitness_mean, "", media::CurveColor(1), media::Mark::kLine}}});
   }
-  script.Line("unset multiplot");
-  script.WritePng(path, 1300, 60 + 240 * rows);
+  media::WritePng(path, figure);
 }
 
 void WriteContactSheet(const std::string& path, const Recognition& recognition,

@@ -7,7 +7,7 @@
 
 #include "experiments/app/commands.h"
 #include "experiments/app/progress.h"
-#include "experiments/media/gnuplot.h"
+#include "experiments/media/plot.h"
 #include "experiments/studies/run/trial_figure.h"
 #include "experiments/studies/run/trial_video.h"
 #include "experiments/trial/trial_files.h"
@@ -59,7 +59,7 @@ std::string Summary(const trial::TrialResult& result) {
 trial::TrialResult RunShownTrial(const trial::Scenario& scenario, const ShownTrialOptions& shown) {
   if (shown.out) {
     trial::MakeOutputFolder(*shown.out);
-    media::RequireGnuplot();  // now, not after a minute of work
+    media::RequireFigures();  // now, not after a minute of work
   }
 
   app::Progress progress(shown.quiet);

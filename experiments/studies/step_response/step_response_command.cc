@@ -7,7 +7,7 @@
 
 #include "experiments/app/commands.h"
 #include "experiments/app/progress.h"
-#include "experiments/media/gnuplot.h"
+#include "experiments/media/plot.h"
 #include "experiments/studies/step_response/step_response.h"
 #include "experiments/studies/step_response/step_response_report.h"
 #include "experiments/system/output_path.h"
@@ -42,7 +42,7 @@ int Measure(const StepArguments& arguments) {
   }
   if (arguments.out) {
     trial::MakeOutputFolder(*arguments.out);
-    media::RequireGnuplot();
+    media::RequireFigures();
   }
   app::Progress progress(arguments.quiet);
   progress.Say(fmt::format("{}: {}, {}, {}", scenario.description,

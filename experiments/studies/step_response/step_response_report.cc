@@ -8,7 +8,7 @@
 #include <numbers>
 #include <optional>
 
-#include "experiments/media/gnuplot.h"
+#include "experiments/media/plot.h"
 #include "experiments/trial/trial_view.h"
 #include "sim/base/pose.h"
 #include "sim/base/units.h"
@@ -17,9 +17,6 @@ namespace turbidock::step_response {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-constexpr double kPanelHeight_px = 260, kPanelWidth_px = 420, kTitle_px = 40;
-constexpr int kRows = 4;  // step, disturbance, gain, phase
 
 // Millimetres or degrees.
 double Shown(control::Axis axis, double value) {
@@ -38,8 +35,32 @@ std::optional<double> Deg(const std::optional<double>& rad) {
   return units::DegFromRad(*rad);
 }
 
-std::string Color(const Rgb& rgb) {
-  return fmt::format("'#{:02x}{:02x}{:02x}'", rgb[0], rgb[1], rgb[2]);
+// What was wanted, what came of it, and the demand.
+media::Panel TimePanel(const std::string& title, control::Axis axis, const Answer& a) {
+  std::vector<media::Sample> volts, wanted, actual;
+  for (size_t i = 0; i < a.time_s.size(); ++i) {
+    volts.push_back({a.time_s[i], a.volts[i]});
+    wanted.push_back({a.time_s[i], Shown(axis, a.wanted[i])});
+    actual.push_back({a.time_s[i], Shown(axis, a.actual[i])});
+  }
+  return {.title = title,
+          .x = {.label = "time [s]", .tick_step = 5},
+          .y = {fmt::format("moved [{}]", ShownUnit(axis))},
+          .y2 = {"demand [V] (grey)"},
+          .series = {
+              {.points = volts, .color = trial::kOnPaper.truth, .width_px = 1, .second_axis = true},
+              {"", wanted, trial::kOnPaper.desired, media::Mark::kDashes},
+              {"", actual, trial::kOnPaper.estimate}}};
+}
+
+// With the limit that the loop must not come near.
+media::Panel LoopPanel(const std::string& title, const media::Axis& y, media::Mark mark,
+                       double limit, std::vector<media::Sample> points) {
+  return {.title = title,
+          .x = {.label = "frequency [Hz]", .logarithmic = true},
+          .y = y,
+          .series = {{"", std::move(points), trial::kOnPaper.estimate, mark}},
+          .rules = {{limit, "", trial::kOnPaper.limit, media::Mark::kLine}}};
 }
 
 }  // namespace
@@ -112,80 +133,38 @@ std::string StepCsv(const std::vector<AxisResponse>& responses) {
 
 void WriteStepFigure(const std::string& path, const std::string& title,
                      const std::vector<AxisResponse>& responses) {
-  const auto columns = static_cast<int>(responses.size());
-  media::GnuplotScript script;
-  const auto answer = [&](const std::string& name, control::Axis axis, const Answer& a) {
-    script.BeginData(name);
-    for (size_t i = 0; i < a.time_s.size(); ++i)
-      script.Row({a.time_s[i], Shown(axis, a.wanted[i]), Shown(axis, a.actual[i]), a.volts[i]});
-    script.EndData();
-  };
-  for (int i = 0; i < columns; ++i) {
-    const AxisResponse& r = responses[static_cast<size_t>(i)];
-    answer(fmt::format("step{}", i), r.axis, r.step.answer);
-    answer(fmt::format("push{}", i), r.axis, r.disturbance.answer);
-    script.BeginData(fmt::format("loop{}", i));
-    for (const LoopPoint& p : r.loop.points) {
-      // within half a turn of the critical -180 deg
-      const double phase_rad = WrapAngle(p.phase_rad + std::numbers::pi) - std::numbers::pi;
-      script.Row({p.frequency_hz, 20 * std::log10(p.gain), units::DegFromRad(phase_rad)});
-    }
-    script.EndData();
-  }
-  script.Line(fmt::format("set multiplot layout {},{} columnsfirst title {}", kRows, columns,
-                          media::GnuplotQuoted(title)));
-  script.Line("set grid linecolor rgb '#d8dce0'").Line("unset key").Line("set border 3");
-  script.Line("set tics nomirror").Line("set lmargin 9").Line("set rmargin 9");
-  const std::string wanted =
-      " with lines linewidth 1.6 dashtype (8,5) linecolor rgb " + Color(trial::kOnPaper.desired);
-  const std::string actual =
-      " with lines linewidth 2 linecolor rgb " + Color(trial::kOnPaper.estimate);
-  const std::string volts =
-      " axes x1y2 with lines linewidth 1 linecolor rgb " + Color(trial::kOnPaper.truth);
-  for (int i = 0; i < columns; ++i) {
-    const AxisResponse& r = responses[static_cast<size_t>(i)];
-    const auto time_panel = [&](const std::string& data, const std::string& what) {
-      script.Line("set title " + media::GnuplotQuoted(what));
-      script.Line("set xlabel 'time [s]' offset 0,0.5").Line("set xtics autofreq 5");
-      script.Line(fmt::format("set ylabel 'moved [{}]' offset 1,0", ShownUnit(r.axis)));
-      script.Line("set y2tics").Line("set y2label 'demand [V] (grey)' offset -1,0");
-      script.Line("set border 11");
-      script.Line(fmt::format("plot ${0} using 1:4{1}, ${0} using 1:2{2}, ${0} using 1:3{3}", data,
-                              volts, wanted, actual));
+  // a column an axis; in its rows step, push, gain and phase
+  const size_t columns = responses.size();
+  std::vector<media::Panel> panels(4 * columns);
+  for (size_t i = 0; i < columns; ++i) {
+    const AxisResponse& r = responses[i];
+    panels[i] = TimePanel(fmt::format("{}: step, rise {} s, overshoot {:.0f} %", AxisName(r.axis),
+                                      Text(r.step.rise_time_s, "{:.1f}"), 100 * r.step.overshoot),
+                          r.axis, r.step.answer);
+    panels[columns + i] =
+        TimePanel(fmt::format("{}: steady push, moves {:.1f} {}", AxisName(r.axis),
+                              Shown(r.axis, r.disturbance.peak), ShownUnit(r.axis)),
+                  r.axis, r.disturbance.answer);
+    const auto gain_db = [](const LoopPoint& p) { return 20 * std::log10(p.gain); };
+    // within half a turn of the critical -180 deg
+    const auto phase_deg = [](const LoopPoint& p) {
+      return units::DegFromRad(WrapAngle(p.phase_rad + std::numbers::pi) - std::numbers::pi);
     };
-    time_panel(fmt::format("step{}", i),
-               fmt::format("{}: step, rise {} s, overshoot {:.0f} %", AxisName(r.axis),
-                           Text(r.step.rise_time_s, "{:.1f}"), 100 * r.step.overshoot));
-    time_panel(fmt::format("push{}", i),
-               fmt::format("{}: steady push, moves {:.1f} {}", AxisName(r.axis),
-                           Shown(r.axis, r.disturbance.peak), ShownUnit(r.axis)));
-    script.Line("unset y2tics").Line("unset y2label").Line("set border 3").Line("set logscale x");
-    script.Line("set xtics autofreq").Line("set xlabel 'frequency [Hz]' offset 0,0.5");
-    const auto bode_panel = [&](const char* label, const std::string& what, double limit,
-                                int column, const char* style) {
-      script.Line("set title " + media::GnuplotQuoted(what));
-      script.Line(fmt::format("set ylabel '{}' offset 1,0", label));
-      script.Line(fmt::format(
-          "plot $loop{0} using 1:{1} with {2} pointtype 7 pointsize "
-          "0.6 linewidth 2 linecolor rgb {3}, {4} with lines linewidth 1.4 "
-          "linecolor rgb {5}",
-          i, column, style, Color(trial::kOnPaper.estimate), limit, Color(trial::kOnPaper.limit)));
+    const auto over_frequency = [&](auto of) {
+      return media::SamplesOf(r.loop.points, &LoopPoint::frequency_hz, of);
     };
-    bode_panel("gain [dB]",
-               fmt::format("loop: gain margin {}", Text(r.loop.gain_margin, "x{:.1f}")), 0, 2,
-               "linespoints");
-    script.Line("set yrange [-360:0]").Line("set ytics 90");
-    bode_panel(
-        "phase [deg]",
+    panels[2 * columns + i] =
+        LoopPanel(fmt::format("loop: gain margin {}", Text(r.loop.gain_margin, "x{:.1f}")),
+                  {"gain [dB]"}, media::Mark::kLineWithDots, 0, over_frequency(gain_db));
+    panels[3 * columns + i] = LoopPanel(
         fmt::format("phase margin {} deg at {} Hz", Text(Deg(r.loop.phase_margin_rad), "{:.0f}"),
                     Text(r.loop.crossover_hz, "{:.2f}")),
-        -180, 3, "points");
-    script.Line("set yrange [*:*]").Line("set ytics autofreq");
-    script.Line("unset logscale x");
+        {.label = "phase [deg]", .low = -360, .high = 0, .tick_step = 90}, media::Mark::kDots, -180,
+        over_frequency(phase_deg));
   }
-  script.Line("unset multiplot");
-  script.WritePng(path, static_cast<int>(kPanelWidth_px * columns),
-                  static_cast<int>(kTitle_px + kRows * kPanelHeight_px));
+  media::WritePng(
+      path,
+      {.title = title, .columns = columns, .width_px = 420, .height_px = 290, .panels = panels});
 }
 
 }  // namespace turbidock::step_response

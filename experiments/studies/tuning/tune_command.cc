@@ -7,7 +7,7 @@
 #include "experiments/app/plan_arguments.h"
 #include "experiments/app/progress.h"
 #include "experiments/config/data_files.h"
-#include "experiments/media/gnuplot.h"
+#include "experiments/media/plot.h"
 #include "experiments/studies/tuning/tuner.h"
 #include "experiments/studies/tuning/tuning_report.h"
 #include "experiments/system/output_path.h"
@@ -27,7 +27,7 @@ struct TuneArguments {
 int Tune(const TuneArguments& arguments) {
   const Study study = LoadStudy(arguments.study);
   trial::MakeOutputFolder(arguments.out);
-  media::RequireGnuplot();
+  media::RequireFigures();
   const std::string file = arguments.out + "/evaluations.sqlite";
   app::Progress progress(arguments.quiet);
   const StudySettings& settings = study.settings();

@@ -7,15 +7,15 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "experiments/media/gnuplot.h"
+#include "experiments/media/plot.h"
 #include "experiments/system/build_info.h"
-#include "experiments/trial/trial_view.h"
 #include "sim/base/units.h"
 
 namespace turbidock::tuning {
 namespace {
 
 using Json = nlohmann::ordered_json;
+using media::Mark;
 
 Json OrNull(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
 
@@ -56,10 +56,6 @@ Json ToJson(const Comparison& c) {
           {"mcnemar_p", c.mcnemar_p}};
 }
 
-std::string Color(const Rgb& rgb) {
-  return fmt::format("'#{:02x}{:02x}{:02x}'", rgb[0], rgb[1], rgb[2]);
-}
-
 std::string Rate(const TrialSummary& s) {
   return fmt::format("{}/{} [{:.0f}, {:.0f}] %", s.successes, s.trials, 100 * s.success.low,
                      100 * s.success.high);
@@ -80,8 +76,6 @@ std::string Row(const Comparison& c) {
       c.what, Rate(c.start), Rate(c.tuned), Medians(c.start), Medians(c.tuned), c.cost.mean,
       c.cost.confidence.low, c.cost.confidence.high, c.cost.t_p, c.cost.wilcoxon_p, c.mcnemar_p);
 }
-
-constexpr size_t kGnuplotColors = 8;  // before they repeat
 
 constexpr const char* kComparisonHead =
     "| trials | docked, before | docked, tuned | before: time, y, z | tuned: time, y, z | cost "
@@ -219,99 +213,61 @@ std::string TuningMarkdown(const Study& study, const TuningResult& result) {
 }
 
 void WriteTuningFigure(const std::string& path, const Study& study, const TuningResult& result) {
+  using G = GenerationRecord;
   const StudySettings& settings = study.settings();
-  media::GnuplotScript script;
-  script.BeginData("generations");
-  for (const GenerationRecord& g : result.generations)
-    script.Row({static_cast<double>(g.trials), g.best, g.median, g.incumbent,
-                result.generations.front().incumbent - g.gained});
-  script.EndData();
-  script.BeginData("replaced");
-  bool any = false;
-  for (const GenerationRecord& g : result.generations)
-    if (g.replaced) {
-      script.Row({static_cast<double>(g.trials), g.best});
-      any = true;
-    }
-  if (!any) script.Row({std::nan(""), std::nan("")});
-  script.EndData();
-  script.BeginData("gains");
-  for (const GenerationRecord& g : result.generations) {
-    const Candidate candidate = study.CandidateOf(g.gains);
-    for (size_t i = 0; i < candidate.size(); ++i)
-      script.Row({static_cast<double>(g.trials), static_cast<double>(i), candidate[i]});
-  }
-  script.EndData();
-  const bool front = !result.front.empty(), sensitivity = !result.sensitivity.empty();
-  const int rows = 2 + (front || sensitivity ? 1 : 0);
-  script.Line(fmt::format("set multiplot layout {},1 title {}", rows,
-                          media::GnuplotQuoted(settings.description)));
-  script.Line("set grid linecolor rgb '#d8dce0'").Line("set border 3").Line("set tics nomirror");
-  script.Line("set key outside right top").Line("set rmargin 36");
-  script.Line("set xlabel 'trials' offset 0,0.5").Line("set ylabel 'cost of a trial'");
   // A generation that went astray may leave the picture; what the search is about may not.
   double top = 0;
-  for (const GenerationRecord& g : result.generations)
-    top = std::max({top, 1.2 * g.best, 1.2 * g.incumbent});
-  script.Line(fmt::format("set yrange [*:{}]", top));
-  script.Line(fmt::format(
-      "plot $generations using 1:3 with lines linewidth 1.5 linecolor rgb {} title 'median of the "
-      "generation', $generations using 1:2 with linespoints pointtype 7 pointsize 0.5 linewidth "
-      "1.5 "
-      "linecolor rgb {} title 'its best', $generations using 1:4 with lines linewidth 2.5 "
-      "linecolor "
-      "rgb {} title 'incumbent, same trials', $replaced using 1:2 with points pointtype 6 "
-      "pointsize "
-      "1.6 linewidth 2 linecolor rgb {} title 'takes its place', $generations using 1:5 with steps "
-      "linewidth 2 dashtype 2 linecolor rgb {} "
-      "title 'start less gains on new trials'",
-      Color(trial::kOnPaper.truth), Color(trial::kOnPaper.estimate), Color(trial::kOnPaper.limit),
-      Color(trial::kOnPaper.desired), Color(trial::kOnPaper.desired)));
-  script.Line("set ylabel 'incumbent, share of its range'").Line("set yrange [0:1]");
-  std::string plot;
+  for (const G& g : result.generations) top = std::max({top, 1.2 * g.best, 1.2 * g.incumbent});
+  const auto over_trials = [&](auto of) {
+    return media::SamplesOf(result.generations, &G::trials, of);
+  };
+  const auto replaced = [](const G& g) { return g.replaced ? g.best : media::kOpen; };
+  const auto left = [&](const G& g) { return result.generations.front().incumbent - g.gained; };
+  media::Panel costs{
+      .x = {"trials"},
+      .y = {.label = "cost of a trial", .high = top},
+      .series = {{"median of the generation", over_trials(&G::median), media::kGrey},
+                 {"its best", over_trials(&G::best), media::CurveColor(0), Mark::kLineWithDots},
+                 {"incumbent, same trials", over_trials(&G::incumbent), media::CurveColor(2)},
+                 {"takes its place", over_trials(replaced), media::CurveColor(1), Mark::kRings, 2,
+                  11},
+                 {"start less gains on new trials", over_trials(left), media::CurveColor(1),
+                  Mark::kDashedSteps}},
+      .legend = media::Legend::kBeside};
+  media::Panel gains{
+      .x = costs.x, .y = {"incumbent, share of its range", 0, 1}, .legend = costs.legend};
   for (size_t i = 0; i < settings.gains.size(); ++i)
-    plot += fmt::format(
-        "{}$gains using 1:($2=={}?$3:1/0) with steps linewidth 2 linecolor {} dashtype {} title {}",
-        i == 0 ? "plot " : ", ", i, 1 + i % kGnuplotColors, 1 + i / kGnuplotColors,
-        media::GnuplotQuoted(settings.gains[i].key));
-  script.Line("set datafile missing 'NaN'").Line(plot).Line("set yrange [*:*]");
-  if (front) {
-    script.BeginData("front");
-    for (const ParetoPoint& p : result.front) script.Row({p.worth[0], p.worth[1], 100 * p.success});
-    script.EndData();
-    script.Line("set xlabel " + media::GnuplotQuoted(settings.objective[0].metric + ", weighted"));
-    script.Line("set ylabel " + media::GnuplotQuoted(settings.objective[1].metric + ", weighted"));
-    script.Line("set cblabel 'docked [%]'").Line("set cbrange [0:100]");
-    script.Line(fmt::format("set palette defined (0 {}, 1 {})", Color(trial::kOnPaper.desired),
-                            Color(trial::kOnPaper.estimate)));
-    script.Line(
-        "plot $front using 1:2:3 with points pointtype 7 pointsize 1.4 palette title "
-        "'not beaten in every objective'");
-  } else if (sensitivity) {
-    script.BeginData("sensitivity");
-    for (size_t i = 0; i < result.sensitivity.size(); ++i) {
-      const Sensitivity& s = result.sensitivity[i];
-      script.Row({static_cast<double>(i), s.cost_down.mean, s.cost_down.confidence.low,
-                  s.cost_down.confidence.high, s.cost_up.mean, s.cost_up.confidence.low,
-                  s.cost_up.confidence.high});
+    gains.series.push_back({settings.gains[i].key,
+                            over_trials([&](const G& g) { return study.CandidateOf(g.gains)[i]; }),
+                            media::CurveColor(i),
+                            i < media::kCurveColors.size() ? Mark::kSteps : Mark::kDashedSteps});
+
+  std::vector<media::Panel> panels = {costs, gains};
+  if (!result.front.empty()) {
+    media::Series front{.mark = Mark::kDots, .dot_px = 10};
+    front.scale = {"docked [%]", 0, 100, media::CurveColor(1), media::CurveColor(0)};
+    for (const ParetoPoint& p : result.front)
+      front.points.push_back({.x = p.worth[0], .y = p.worth[1], .shade = 100 * p.success});
+    panels.push_back({.title = "not beaten in every objective",
+                      .x = {settings.objective[0].metric + ", weighted"},
+                      .y = {settings.objective[1].metric + ", weighted"},
+                      .series = {front}});
+  } else if (!result.sensitivity.empty()) {
+    media::Series down{"a step down", {}, media::CurveColor(0), Mark::kBars};
+    media::Series up{"a step up", {}, media::CurveColor(1), Mark::kBars};
+    media::Panel panel{.y = {"added cost"}, .legend = costs.legend};
+    for (const Sensitivity& s : result.sensitivity) {
+      const auto x = static_cast<double>(panel.x.names.size());
+      panel.x.names.push_back(s.key);
+      const auto &lower = s.cost_down, &higher = s.cost_up;
+      down.points.push_back(media::SampleWithin(x - 0.1, lower.mean, lower.confidence));
+      up.points.push_back(media::SampleWithin(x + 0.1, higher.mean, higher.confidence));
     }
-    script.EndData();
-    std::string tics;
-    for (size_t i = 0; i < result.sensitivity.size(); ++i)
-      tics += fmt::format("{}{} {}", i == 0 ? "" : ", ",
-                          media::GnuplotQuoted(result.sensitivity[i].key), i);
-    script.Line("set xtics (" + tics + ") rotate by -35").Line("unset xlabel");
-    script.Line("set ylabel 'added cost'");
-    script.Line(
-        fmt::format("set xrange [-0.5:{}]", static_cast<double>(result.sensitivity.size()) - 0.5));
-    script.Line(fmt::format(
-        "plot $sensitivity using ($1-0.1):2:3:4 with yerrorbars pointtype 7 linewidth 2 linecolor "
-        "rgb {} title 'a step down', $sensitivity using ($1+0.1):5:6:7 with yerrorbars pointtype 7 "
-        "linewidth 2 linecolor rgb {} title 'a step up'",
-        Color(trial::kOnPaper.estimate), Color(trial::kOnPaper.desired)));
+    panel.series = {down, up};
+    panels.push_back(panel);
   }
-  script.Line("unset multiplot");
-  script.WritePng(path, 1300, 380 * rows + 40);
+  media::WritePng(
+      path, {.title = settings.description, .width_px = 1300, .height_px = 380, .panels = panels});
 }
 
 }  // namespace turbidock::tuning

@@ -42,11 +42,21 @@ std::vector<int> Rows(const Image3u8& image, int column, Rgb color, int top, int
   return rows;
 }
 
-// A colour over white.
-Rgb Tint(Rgb color, double opacity) {
-  for (uint8_t& c : color) c = static_cast<uint8_t>(std::lround(255 + opacity * (c - 255)));
+Rgb Over(const Rgb& ground, Rgb color, double opacity) {
+  for (size_t c = 0; c < 3; ++c)
+    color[c] = static_cast<uint8_t>(std::lround(ground[c] + opacity * (color[c] - ground[c])));
   return color;
 }
+
+// The band about the desired value, over the colour of the stage behind it.
+Rgb BandColor(Stage stage) {
+  const Rgb ground = Over({255, 255, 255}, trial::kOnPaper.Of(stage), 0.10);
+  return Over(ground, trial::kOnPaper.limit, 0.18);
+}
+
+// The panels' first rows and last.
+constexpr int kFTop = 181, kFBottom = 431, kYTop = 729, kYBottom = 979, kZTop = 1003,
+              kZBottom = 1253;
 
 // The marker holds still at y = 40 mm, the edge of the band about the desired 0; nothing is
 // detected, so no estimate covers it.
@@ -83,7 +93,7 @@ TEST(Figure, HasItsSizeAndAllItsParts) {
 TEST(Figure, BarShowsTheStages) {
   const trial::TrialLog log = testing::SyntheticTrial(36);
   const Image3u8 image = Figure("bar.png", log);
-  constexpr int kRow = 118;  // in the bar, above the words
+  constexpr int kRow = 129;  // in the bar, above the words
   constexpr double kLeftEnd = 112, kRightEnd = 1295;
   for (const double share : {0.02, 0.13, 0.17, 0.43, 0.47, 0.53, 0.57, 0.63, 0.67, 0.93, 0.97}) {
     const int column = static_cast<int>(std::lround(kLeftEnd + share * (kRightEnd - kLeftEnd)));
@@ -96,12 +106,12 @@ TEST(Figure, BarShowsTheStages) {
 TEST(Figure, TruthOnTheEdgeOfTheBandIsDrawnThere) {
   const Image3u8 image = Figure("edge.png", OnTheEdge());
   constexpr int kColumn = 700;
-  const Rgb band = Tint(trial::kOnPaper.limit, 0.18);
+  const Rgb band = BandColor(Stage::kVisualServoing);
   // rows of the panels of y (truth on the upper edge) and z (on the lower edge)
-  const std::vector<int> y_band = Rows(image, kColumn, band, 717, 971);
-  const std::vector<int> y_truth = Rows(image, kColumn, trial::kOnPaper.truth, 717, 971);
-  const std::vector<int> z_band = Rows(image, kColumn, band, 995, 1249);
-  const std::vector<int> z_truth = Rows(image, kColumn, trial::kOnPaper.truth, 995, 1249);
+  const std::vector<int> y_band = Rows(image, kColumn, band, kYTop, kYBottom);
+  const std::vector<int> y_truth = Rows(image, kColumn, trial::kOnPaper.truth, kYTop, kYBottom);
+  const std::vector<int> z_band = Rows(image, kColumn, band, kZTop, kZBottom);
+  const std::vector<int> z_truth = Rows(image, kColumn, trial::kOnPaper.truth, kZTop, kZBottom);
   ASSERT_GT(y_band.size(), 50u);
   ASSERT_GT(z_band.size(), 50u);
   ASSERT_GE(y_truth.size(), 2u);
@@ -116,13 +126,13 @@ TEST(Figure, BandsAreTheirOwnTolerances) {
   info.criteria.tolerance_z_m = 0.020;
   const Image3u8 image = Figure("bands.png", OnTheEdge(), info);
   constexpr int kColumn = 700;
-  const Rgb band = Tint(trial::kOnPaper.limit, 0.18);
-  const std::vector<int> y_band = Rows(image, kColumn, band, 717, 971);
-  const std::vector<int> z_band = Rows(image, kColumn, band, 995, 1249);
+  const Rgb band = BandColor(Stage::kVisualServoing);
+  const std::vector<int> y_band = Rows(image, kColumn, band, kYTop, kYBottom);
+  const std::vector<int> z_band = Rows(image, kColumn, band, kZTop, kZBottom);
   ASSERT_GT(y_band.size(), 50u);
   ASSERT_GT(z_band.size(), 50u);
   // z's axis holds the truth at -40 mm, beyond the band.
-  const std::vector<int> z_truth = Rows(image, kColumn, trial::kOnPaper.truth, 995, 1249);
+  const std::vector<int> z_truth = Rows(image, kColumn, trial::kOnPaper.truth, kZTop, kZBottom);
   ASSERT_GE(z_truth.size(), 2u);
   EXPECT_GT(z_truth.front(), z_band.back() + 20);
   EXPECT_EQ(trial::BandText(info.criteria), "\u00b1 40, 20 mm");
@@ -152,8 +162,8 @@ TEST(Figure, FitnessIsDrawnInProportion) {
   for (trial::FrameRecord& frame : log.frames) frame.fitness = 0.41;
   const Image3u8 image = Figure("proportion.png", log);
   // away from the dashes of the grid's lines
-  const std::vector<int> limits = Rows(image, 640, trial::kOnPaper.limit, 150, 420);
-  const std::vector<int> fitness = Rows(image, 640, trial::kOnPaper.estimate, 150, 420);
+  const std::vector<int> limits = Rows(image, 640, trial::kOnPaper.limit, kFTop, kFBottom);
+  const std::vector<int> fitness = Rows(image, 640, trial::kOnPaper.estimate, kFTop, kFBottom);
   ASSERT_GE(limits.size(), 2u);
   ASSERT_GE(fitness.size(), 1u);
   EXPECT_NEAR(fitness.front(), (limits.front() + limits.back()) / 2.0, 2);

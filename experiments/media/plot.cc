@@ -1,0 +1,267 @@
+#include "experiments/media/plot.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <map>
+#include <set>
+#include <string_view>
+
+#include "experiments/system/output_path.h"
+#include "experiments/system/subprocess.h"
+
+namespace turbidock::media {
+namespace {
+
+constexpr double kLetter_px = 9.3;      // a letter's width, roughly
+constexpr double kDotOfSize1_px = 7.5;  // gnuplot's
+constexpr const char* kDashed = " dashtype (8,5)";
+// Around stacked panels.
+constexpr double kLeft_px = 112, kRight_px = 105, kHead_px = 126, kFoot_px = 72, kGap_px = 22;
+
+// Single quotes know no escapes but the doubled quote; names of ticks double '%', too.
+std::string Quoted(std::string_view text, char doubled = '\'') {
+  std::string quoted = "'";
+  for (const char c : text) {
+    quoted += c == '\n' ? ' ' : c;
+    if (c == '\'' || c == doubled) quoted += c;
+  }
+  return quoted + "'";
+}
+
+std::string Color(const Rgb& rgb) {
+  return fmt::format("'#{:02x}{:02x}{:02x}'", rgb[0], rgb[1], rgb[2]);
+}
+
+double Letters(std::string_view text) {
+  const auto begins = [](char c) { return (c & 0xc0) != 0x80; };  // in UTF-8
+  return static_cast<double>(std::count_if(text.begin(), text.end(), begins));
+}
+
+// How a mark is drawn: columns of the data and style, once or twice.
+using Layer = std::pair<const char*, std::string>;
+const std::vector<Layer>& LayersOf(Mark mark) {
+  static const Layer kLine{"1:2", "lines"}, kBars{"1:2:3:4", "yerrorbars pointtype 7"};
+  static const Layer kBand{"1:3:4", "filledcurves fillstyle transparent solid 0.18 noborder"};
+  static const std::map<Mark, std::vector<Layer>> kLayers = {
+      {Mark::kLine, {kLine}},
+      {Mark::kDashes, {{"1:2", std::string("lines") + kDashed}}},
+      {Mark::kSteps, {{"1:2", "steps"}}},
+      {Mark::kDashedSteps, {{"1:2", std::string("steps") + kDashed}}},
+      {Mark::kDots, {{"1:2", "points pointtype 7"}}},
+      {Mark::kRings, {{"1:2", "points pointtype 6"}}},
+      {Mark::kLineWithDots, {{"1:2", "linespoints pointtype 7"}}},
+      {Mark::kBand, {kBand}},
+      {Mark::kLineWithBand, {kBand, kLine}},
+      {Mark::kBars, {kBars}},
+      {Mark::kLineWithBars, {kLine, kBars}},
+      {Mark::kBarsAlongX, {{"1:2:3:4", "xerrorbars pointtype 7"}}},
+      {Mark::kNone, {}}};
+  return kLayers.at(mark);
+}
+
+// What gnuplot is told.
+struct Script {
+  std::string text;
+  std::string plots;  // of the panel that is under way
+  int data = 0;       // blocks so far
+
+  template <class... Args>
+  void Line(fmt::format_string<Args...> format, Args&&... args) {
+    fmt::format_to(std::back_inserter(text), format, std::forward<Args>(args)...);
+    text += '\n';
+  }
+  void Plot(const std::string& what, const std::string& style, const std::string& name) {
+    plots += fmt::format("{} with {} title {}, ", what, style, Quoted(name));
+  }
+};
+
+void AddAxis(const std::string& name, const Axis& axis, bool has_data, Script* script) {
+  const bool named = !axis.names.empty();
+  double low = axis.low, high = axis.high;
+  if (named || !has_data) {  // or gnuplot would have nothing to go by
+    if (!std::isfinite(low)) low = named ? -0.6 : 0.1;
+    if (!std::isfinite(high)) high = named ? static_cast<double>(axis.names.size()) - 0.4 : low + 1;
+  }
+  const auto limit = [](double x) { return std::isfinite(x) ? fmt::format("{}", x) : "*"; };
+  script->Line("set {}range [{}:{}]", name, limit(low), limit(high));
+  script->Line("set {}label {}", name, Quoted(axis.label));
+  if (axis.logarithmic) script->Line("set logscale {}", name);
+  if (std::isfinite(axis.tick_step)) script->Line("set {}tics {}", name, axis.tick_step);
+  if (!named) return;
+  std::string ticks;
+  for (size_t i = 0; i < axis.names.size(); ++i)
+    ticks += fmt::format("{}{} {}", i == 0 ? "" : ", ", Quoted(axis.names[i], '%'), i);
+  script->Line("set {}tics ({}) {}", name, ticks, name == "x" ? "rotate by -35" : "");
+  script->Line("set grid no{}tics", name);
+}
+
+void AddBlocks(const Panel& panel, double panel_px, Script* script) {
+  const auto at = [](double value, int end) {
+    return std::isfinite(value) ? fmt::format("first {}", value) : fmt::format("graph {}", end);
+  };
+  std::set<std::string> shown{""};
+  for (const Block& b : panel.blocks) {
+    script->Line(
+        "set object rectangle from {},{} to {},{} behind fillstyle solid {} noborder "
+        "fillcolor rgb {}",
+        at(b.from_x, 0), at(b.from_y, 0), at(b.to_x, 1), at(b.to_y, 1), b.opacity, Color(b.color));
+    const double share = (b.to_x - b.from_x) / (panel.x.high - panel.x.low);
+    if (b.name.empty() || share * panel_px < kLetter_px * (Letters(b.name) + 1)) continue;
+    script->Line("set label {} at first {},graph 0.5 center front textcolor rgb 'white'",
+                 Quoted(b.name), (b.from_x + b.to_x) / 2);
+    shown.insert(b.name);
+  }
+  for (const Block& b : panel.blocks)
+    if (shown.insert(b.name).second)
+      script->Plot("NaN", "boxes fillstyle solid linecolor rgb " + Color(b.color), b.name);
+}
+
+bool IsPoint(const Sample& sample) { return std::isfinite(sample.x) && std::isfinite(sample.y); }
+
+void AddSeries(const Series& series, Script* script) {
+  const std::string data = fmt::format("$data{}", script->data++);
+  script->Line("{} << END", data);
+  for (const Sample& s : series.points)
+    if (IsPoint(s))
+      script->Line("{} {} {} {} {}", s.x, s.y, s.low, s.high, s.shade);
+    else
+      script->Line("");
+  script->Line("NaN NaN NaN NaN NaN\nEND");  // a block without a row is an error
+  const std::vector<Layer>& layers = LayersOf(series.mark);
+  for (size_t i = 0; i < layers.size(); ++i) {
+    const auto& [columns, style] = layers[i];
+    const bool dots = style.find("pointtype") != std::string::npos;
+    script->Plot(
+        fmt::format("{} using {}{} axes x1y{}", data, columns, series.scale ? ":5" : "",
+                    series.second_axis ? 2 : 1),
+        fmt::format("{}{} linewidth {} linecolor {}", style,
+                    dots ? fmt::format(" pointsize {}", series.dot_px / kDotOfSize1_px) : "",
+                    series.width_px, series.scale ? "palette" : "rgb " + Color(series.color)),
+        i + 1 == layers.size() ? series.name : "");
+  }
+  if (!series.scale) return;
+  const auto& [label, low, high, from, to] = *series.scale;
+  script->Line("set palette defined (0 {}, 1 {})", Color(from), Color(to));
+  script->Line("set cblabel {}; set cbrange [{}:{}]", Quoted(label), low, high);
+}
+
+void AddRule(const Rule& rule, Legend legend, Script* script) {
+  const std::string pen =
+      fmt::format("{} linewidth {} linecolor rgb {}", rule.mark == Mark::kDashes ? kDashed : "",
+                  rule.width_px, Color(rule.color));
+  if (rule.is_up) {
+    script->Line("set arrow from {0},graph 0 to {0},graph 1 nohead{1}", rule.at, pen);
+    return;
+  }
+  if (rule.mark != Mark::kNone) script->Plot(fmt::format("{}", rule.at), "lines" + pen, rule.name);
+  if (legend == Legend::kNone)
+    script->Line("set label {} at graph 1,first {} left offset 0.8,0 textcolor rgb {}",
+                 Quoted(rule.name), rule.at, Color(rule.color));
+}
+
+// Between the margins of a stack, each below the one before; above the first what is on top of all.
+void Stack(const Figure& figure, size_t number, Script* script) {
+  const double width = figure.width_px, height = figure.height_px;
+  double all = 0, above = 0;
+  for (size_t i = 0; i < figure.panels.size(); ++i) {
+    all += figure.panels[i].height;
+    if (i < number) above += figure.panels[i].height;
+  }
+  const auto gaps = static_cast<double>(figure.panels.size() - 1);
+  const double unit_px = (height - kHead_px - kFoot_px - gaps * kGap_px) / all;
+  const double top_px = kHead_px + unit_px * above + kGap_px * static_cast<double>(number);
+  const double bottom_px = top_px + unit_px * figure.panels[number].height;
+  script->Line("set lmargin at screen {}; set rmargin at screen {}", kLeft_px / width,
+               1 - kRight_px / width);
+  script->Line("set tmargin at screen {}; set bmargin at screen {}", 1 - top_px / height,
+               1 - bottom_px / height);
+  if (number + 1 < figure.panels.size()) script->Line("set format x ''; unset xlabel");
+  if (number > 0) return;
+  const auto line = [&](const std::string& text, double row_px, const char* font, double size) {
+    const double most = (width - kLeft_px - 7) / (kLetter_px * Letters(text) / 11);
+    script->Line("set label {} at screen {},{} left font '{},{}'", Quoted(text), kLeft_px / width,
+                 1 - row_px / height, font, std::min(size, most));
+  };
+  line(figure.title, 29, "Sans Bold", 17);
+  line(figure.subtitle, 59, "Sans", 13);
+  script->Line("set key bottom at screen {},{} width -3", kLeft_px / width,
+               1 - (kHead_px - 8) / height);
+}
+
+void AddPanel(const Figure& figure, size_t number, Script* script) {
+  const Panel& panel = figure.panels[number];
+  script->Line("reset");
+  script->Line("set border linewidth 1 linecolor rgb '#6b747c'");
+  script->Line("set tics nomirror scale 0.6 textcolor rgb '#20262b'");
+  script->Line("set grid linetype 1 linewidth 0.6 linecolor rgb '#d4d9de'");
+  script->Line("set title {}", Quoted(panel.title));
+  const auto has_data = [&](bool second) {
+    return std::any_of(panel.series.begin(), panel.series.end(), [&](const Series& series) {
+      return series.second_axis == second &&
+             std::any_of(series.points.begin(), series.points.end(), IsPoint);
+    });
+  };
+  AddAxis("x", panel.x, has_data(false) || has_data(true), script);
+  AddAxis("y", panel.y, has_data(false), script);
+  AddAxis("y2", panel.y2, has_data(true), script);
+  if (has_data(true)) script->Line("set y2tics; set rmargin 9");
+  if (!panel.has_axes) script->Line("unset border; unset tics; unset grid");
+
+  // panels above each other have the same margins
+  if (panel.y.names.empty()) script->Line("set lmargin 10");
+  double letters = 0;
+  for (const Panel& each : figure.panels) {
+    for (const Series& series : each.series) letters = std::max(letters, Letters(series.name));
+    for (const Rule& rule : each.rules) letters = std::max(letters, Letters(rule.name));
+  }
+  if (panel.legend == Legend::kBeside) script->Line("set rmargin {}", letters + 7);
+  script->Line("set key {} Left reverse samplen 2", panel.legend == Legend::kAbove
+                                                        ? "tmargin left horizontal"
+                                                        : "at graph 1.01,1 left top");
+  if (figure.stacked) Stack(figure, number, script);
+  if (panel.legend == Legend::kNone) script->Line("unset key");
+
+  script->plots.clear();
+  for (const Series& series : panel.series) AddSeries(series, script);
+  for (const Rule& rule : panel.rules) AddRule(rule, panel.legend, script);
+  AddBlocks(panel, figure.width_px - kLeft_px - kRight_px, script);
+  script->Line("plot {}NaN notitle", script->plots);
+}
+
+}  // namespace
+
+std::vector<double> Evenly(double from, double to, int steps) {
+  std::vector<double> values;
+  for (int i = 0; i <= steps; ++i) values.push_back(from + (to - from) * i / steps);
+  return values;
+}
+
+void RequireFigures() { system::Subprocess({"gnuplot", "--version"}, "gnuplot-nox").Finish(); }
+
+void WritePng(const std::string& path, const Figure& figure) {
+  system::RequireWritable(path);
+  const size_t columns = figure.columns;
+  const size_t rows = figure.stacked ? 1 : (figure.panels.size() + columns - 1) / columns;
+  const std::string title = figure.title.empty() || figure.stacked
+                                ? ""
+                                : fmt::format("title {} font 'Sans Bold,15'", Quoted(figure.title));
+  Script script;
+  script.Line("set terminal pngcairo noenhanced size {},{} font 'Sans,13'",
+              columns * static_cast<size_t>(figure.width_px),
+              rows * static_cast<size_t>(figure.height_px) + (title.empty() ? 0 : 40));
+  script.Line("set output {}", Quoted(path));
+  script.Line("set encoding utf8");
+  script.Line("set multiplot {}",
+              figure.stacked ? "" : fmt::format("layout {},{} {}", rows, columns, title));
+  for (size_t i = 0; i < figure.panels.size(); ++i) AddPanel(figure, i, &script);
+  script.Line("unset multiplot; set output");
+  // default settings: no start-up file of the user changes a figure
+  system::Subprocess gnuplot({"gnuplot", "--default-settings"}, "gnuplot-nox");
+  gnuplot.Write(script.text.data(), script.text.size());  // Finish says why it could not
+  gnuplot.Finish();
+}
+
+}  // namespace turbidock::media

@@ -1,0 +1,145 @@
+#pragma once
+// Figures as values: what is shown and what it means. How it gets on paper is this room's business.
+
+#include <array>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/base/image.h"
+
+namespace turbidock::media {
+
+// No value: a gap in a series; of an axis, as far as the data go; of a block, as far as the panel.
+inline constexpr double kOpen = std::numeric_limits<double>::quiet_NaN();
+
+// Colours of curves in their order, told apart without red and green, too; they repeat.
+inline constexpr std::array kCurveColors{Rgb{0, 114, 178},   Rgb{213, 94, 0},  Rgb{0, 158, 115},
+                                         Rgb{204, 121, 167}, Rgb{230, 159, 0}, Rgb{86, 180, 233},
+                                         Rgb{122, 79, 176},  Rgb{70, 78, 86}};
+inline constexpr Rgb kGrey{140, 148, 156};
+inline constexpr const Rgb& CurveColor(size_t i) { return kCurveColors[i % kCurveColors.size()]; }
+
+struct Sample {
+  double x = kOpen, y = kOpen;
+  double low = kOpen, high = kOpen;  // ends of a band or bar
+  double shade = kOpen;              // on the series' scale
+};
+
+// Bars are of y unless they say otherwise, and have a dot at y.
+enum class Mark {
+  kLine,
+  kDashes,
+  kSteps,
+  kDashedSteps,
+  kDots,
+  kRings,
+  kLineWithDots,
+  kBand,
+  kLineWithBand,
+  kBars,
+  kLineWithBars,
+  kBarsAlongX,
+  kNone
+};
+
+// What colours between two others mean, shown beside the panel.
+struct ColorScale {
+  std::string label = {};
+  double low = 0, high = 1;
+  Rgb from = {}, to = {};
+};
+
+struct Series {
+  std::string name = {};            // in the legend, unless empty
+  std::vector<Sample> points = {};  // a gap where x or y is not finite
+  Rgb color = kCurveColors[0];
+  Mark mark = Mark::kLine;
+  double width_px = 2, dot_px = 6;
+  bool second_axis = false;              // y belongs to the panel's y2
+  std::optional<ColorScale> scale = {};  // dots have its colours
+};
+
+// A straight line through the whole panel: across at a y, or up at an x. The name of one across is
+// in the legend, or beside the panel where it has none.
+struct Rule {
+  double at = 0;
+  std::string name = {};
+  Rgb color = kGrey;
+  Mark mark = Mark::kDashes;  // a line, dashes or none
+  double width_px = 1.4;
+  bool is_up = false;
+};
+
+// A shaded rectangle behind all else. Its name stands in it, or in the legend where it is too
+// narrow and no other block of that name is wide enough.
+struct Block {
+  std::string name = {};
+  double from_x = kOpen, to_x = kOpen, from_y = kOpen, to_y = kOpen;
+  Rgb color = kGrey;
+  double opacity = 1;
+};
+
+struct Axis {
+  std::string label = {};
+  double low = kOpen, high = kOpen;  // downwards or leftwards where low > high
+  bool logarithmic = false;
+  double tick_step = kOpen;
+  std::vector<std::string> names = {};  // at 0, 1, 2, ... in place of numbers
+};
+
+enum class Legend { kNone, kBeside, kAbove };
+
+struct Panel {
+  std::string title = {};
+  Axis x = {}, y = {}, y2 = {};
+  std::vector<Block> blocks = {};
+  std::vector<Series> series = {};  // later ones on top
+  std::vector<Rule> rules = {};
+  Legend legend = Legend::kNone;
+  bool has_axes = true;  // without: a bar of blocks
+  double height = 1;     // relative to the others, where they are stacked
+};
+
+struct Figure {
+  std::string title = {}, subtitle = {};  // a subtitle only over stacked panels
+  size_t columns = 1;
+  bool stacked = false;                  // in one column close together, over one x axis
+  int width_px = 1100, height_px = 700;  // of a column and of a row, or of a stack
+  std::vector<Panel> panels = {};        // row by row
+};
+
+// A sample for each element of a range: `of(element)`; or x and y of it, functions or members.
+template <class Range, class Of>
+std::vector<Sample> SamplesOf(const Range& range, Of of) {
+  std::vector<Sample> samples;
+  for (const auto& element : range) samples.push_back(of(element));
+  return samples;
+}
+template <class Range, class X, class Y>
+std::vector<Sample> SamplesOf(const Range& range, X x, Y y) {
+  return SamplesOf(range, [&](const auto& element) {
+    return Sample{static_cast<double>(std::invoke(x, element)),
+                  static_cast<double>(std::invoke(y, element))};
+  });
+}
+
+// An interval about y, all times `unit`.
+template <class Interval>
+Sample SampleWithin(double x, double y, const Interval& interval, double unit = 1) {
+  return {x, unit * y, unit * interval.low, unit * interval.high};
+}
+
+// Both ends and what lies evenly between them, steps + 1 numbers.
+std::vector<double> Evenly(double from, double to, int steps);
+
+// Throws SimulatorFault when this machine cannot draw figures.
+void RequireFigures();
+
+// ConfigError when the path cannot be written; SimulatorFault when gnuplot is missing or cannot
+// draw the figure (a logarithmic axis from below 0).
+void WritePng(const std::string& path, const Figure& figure);
+
+}  // namespace turbidock::media
