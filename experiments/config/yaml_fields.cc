@@ -40,10 +40,6 @@ std::string Join(const std::vector<std::string>& parts, const char* separator) {
   return text;
 }
 
-std::string JoinPath(const std::string& path, const std::string& key) {
-  return path.empty() ? key : path + "." + key;
-}
-
 std::string ElementPath(const std::string& path, size_t index) {
   return path + "[" + std::to_string(index) + "]";
 }
@@ -172,7 +168,7 @@ std::string Written(const YamlNode& at, const char* quote) {
 void FindByName(const GroupRef& group, const std::string& path, const std::string& key,
                 std::vector<std::string>* found) {
   for (const auto& field : group.fields) {
-    const std::string full = JoinPath(path, field.key);
+    const std::string full = Dotted(path, field.key);
     if (field.key == key || full == key) found->push_back(full);
     if (const auto* inner = std::get_if<GroupRef>(&field.value))
       FindByName(*inner, full, key, found);
@@ -240,7 +236,7 @@ void Reader::ReadGroup(const YamlNode& at, const GroupRef& group,
     YamlNode child{entry.second, at.file, at.path, LineOf(entry.first, at.line)};
     if (!entry.first.IsScalar()) FailKey(child, "a key must be plain text");
     const std::string& key = entry.first.Scalar();
-    child.path = JoinPath(at.path, key);
+    child.path = Dotted(at.path, key);
 
     const auto [first, is_new] = first_line.emplace(key, child.line);
     if (!is_new) {
@@ -446,7 +442,7 @@ std::optional<std::vector<std::string>> SplitPath(const std::string& path) {
 // The part of a field that one more word of a path names; `at` is the path so far and grows by it.
 Field Descend(const Field& field, const std::string& word, const GroupRef& root, YamlNode* at) {
   if (const auto* group = std::get_if<GroupRef>(&field.value)) {
-    at->path = JoinPath(at->path, word);
+    at->path = Dotted(at->path, word);
     for (const auto& inner : group->fields)
       if (inner.key == word) return inner;
     FailUnknown(*at, word, *group, root, "");
@@ -583,7 +579,7 @@ std::vector<std::string> GroupLines(const GroupRef& group) {
 void AppendKeys(const GroupRef& group, const std::string& path, std::vector<KeyDoc>* docs) {
   static const std::string kMust = "must be ";
   for (const auto& field : group.fields) {
-    KeyDoc doc{JoinPath(path, field.key), TypeName(field), ValueAsYaml(field).value_or(""), "",
+    KeyDoc doc{Dotted(path, field.key), TypeName(field), ValueAsYaml(field).value_or(""), "",
                field.doc};
     const std::string sentence = field.range.Sentence();
     const bool is_limited = std::isfinite(field.range.low) || std::isfinite(field.range.high);
@@ -689,7 +685,7 @@ std::optional<YamlNode> YamlNode::Find(const std::string& key) const {
   if (!node.IsMap()) return std::nullopt;
   for (const auto& entry : node)
     if (entry.first.IsScalar() && entry.first.Scalar() == key)
-      return YamlNode{entry.second, file, JoinPath(path, key), LineOf(entry.first, line)};
+      return YamlNode{entry.second, file, Dotted(path, key), LineOf(entry.first, line)};
   return std::nullopt;
 }
 

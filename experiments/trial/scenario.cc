@@ -55,7 +55,7 @@ void StartParams::Check(const std::string& path) const {
 
 void Scenario::Check(const std::string& path) const {
   if (clock.frames_per_second % camera_period_frames != 0)
-    throw ConfigError(path.empty() ? "camera_period_frames" : path + ".camera_period_frames",
+    throw ConfigError(Dotted(path, "camera_period_frames"),
                       std::to_string(camera_period_frames) +
                           " must divide clock.frames_per_second (" +
                           std::to_string(clock.frames_per_second) + ")");

@@ -10,6 +10,10 @@ std::string FormatNumber(double x) {
   return std::string(buffer, result.ptr);
 }
 
+std::string Dotted(const std::string& group, const std::string& key) {
+  return group.empty() ? key : group + "." + key;
+}
+
 std::string Range::Sentence() const {
   const bool has_low = std::isfinite(low), has_high = std::isfinite(high);
   if (has_low && has_high)

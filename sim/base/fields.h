@@ -53,10 +53,21 @@ inline Range Between(double low, double high) {
   return {.low = low, .high = high, .low_open = true, .high_open = true};
 }
 
-// Names of an enum's values as users write them; specialise with `static constexpr auto kNames =
-// std::to_array<std::pair<E, const char*>>({...})`.
+// Names of an enum's values as users write them. An enum has them by a function beside it:
+//
+//   constexpr auto Names(Shape) {
+//     using enum Shape;
+//     return EnumList<Shape>({{kBall, "ball"}, {kBox, "box"}});
+//   }
+template <class E, size_t kCount>
+constexpr auto EnumList(const std::pair<E, const char*> (&names)[kCount]) {
+  return std::to_array(names);
+}
+
 template <class E>
-struct EnumNames;
+struct EnumNames {
+  static constexpr auto kNames = Names(E{});
+};
 
 template <class E>
 const char* NameOf(E value) {
@@ -88,13 +99,16 @@ struct IsVectorOfStructs<std::vector<T>> : std::true_type {};
 
 std::string FormatNumber(double x);  // shortest text that reads back as x
 
+// The dotted path of a key in a group; the group's is empty at the top.
+std::string Dotted(const std::string& group, const std::string& key);
+
 // Throws ConfigError naming the first field (dotted, below `path`) whose value is outside its
 // range.
 template <HasFields T>
 void CheckFields(const T& object, const std::string& path) {
   T::Fields(object, [&](const char* key, const auto& value, const Range& range, const char*) {
     using V = std::remove_cvref_t<decltype(value)>;
-    const std::string full = path.empty() ? key : path + "." + key;
+    const std::string full = Dotted(path, key);
     auto check = [&](double x) {
       if (!range.Contains(x)) throw ConfigError(full, FormatNumber(x) + " " + range.Sentence());
     };

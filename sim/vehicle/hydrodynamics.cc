@@ -9,10 +9,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-std::string Join(const std::string& path, const char* key) {
-  return path.empty() ? key : path + "." + key;
-}
-
 // Elements within rounding of each other count as equal.
 constexpr double kSymmetryTol = 1e-9;
 
@@ -71,15 +67,15 @@ Wrench MinusCoriolis(const Matrix6d& added_mass, const Vector6d& v) {
 }  // namespace
 
 void HydrodynamicsParams::Check(const std::string& path) const {
-  CheckCoupling(added_mass_coupling, Join(path, "added_mass_coupling"));
-  CheckCoupling(linear_damping_coupling, Join(path, "linear_damping_coupling"));
-  CheckCoupling(quadratic_damping_coupling, Join(path, "quadratic_damping_coupling"));
+  CheckCoupling(added_mass_coupling, Dotted(path, "added_mass_coupling"));
+  CheckCoupling(linear_damping_coupling, Dotted(path, "linear_damping_coupling"));
+  CheckCoupling(quadratic_damping_coupling, Dotted(path, "quadratic_damping_coupling"));
 
   const Matrix6d added = MatrixOf(added_mass_diagonal, added_mass_coupling);
   for (int i = 0; i < 6; ++i)
     for (int j = 0; j < i; ++j)
       if (std::abs(added(i, j) - added(j, i)) > kSymmetryTol * added.cwiseAbs().maxCoeff())
-        throw ConfigError(Join(path, "added_mass_coupling"),
+        throw ConfigError(Dotted(path, "added_mass_coupling"),
                           ElementName(i, j) + " is " + FormatNumber(added(i, j)) + " but " +
                               ElementName(j, i) + " is " + FormatNumber(added(j, i)) +
                               ", added mass must be symmetric");
@@ -90,10 +86,10 @@ void HydrodynamicsParams::Check(const std::string& path) const {
                               .eigenvalues()
                               .minCoeff();
   if (smallest < -kSymmetryTol * symmetric.cwiseAbs().maxCoeff())
-    throw ConfigError(Join(path, "linear_damping_coupling"),
+    throw ConfigError(Dotted(path, "linear_damping_coupling"),
                       "outweighs the diagonal: the damping would drive the vehicle");
   if (!QuadraticDampingDissipates(MatrixOf(quadratic_damping_diagonal, quadratic_damping_coupling)))
-    throw ConfigError(Join(path, "quadratic_damping_coupling"),
+    throw ConfigError(Dotted(path, "quadratic_damping_coupling"),
                       "outweighs the diagonal: the damping could drive the vehicle");
 }
 

@@ -32,7 +32,7 @@ double LimitedLag(double y, double target, double tau_s, double rate, double dt_
 }  // namespace
 
 void ThrusterParams::Check(const std::string& path) const {
-  const std::string key = path.empty() ? "table_volts" : path + ".table_volts";
+  const std::string key = Dotted(path, "table_volts");
   if (table_volts.size() != table_thrust_newton.size())
     throw ConfigError(key, "has " + std::to_string(table_volts.size()) + " values but there are " +
                                std::to_string(table_thrust_newton.size()) + " thrusts");
@@ -41,8 +41,7 @@ void ThrusterParams::Check(const std::string& path) const {
   for (size_t i = 1; i < table_volts.size(); ++i) {
     if (table_volts[i] <= table_volts[i - 1]) throw ConfigError(key, "must increase");
     if (table_thrust_newton[i] < table_thrust_newton[i - 1])
-      throw ConfigError(path.empty() ? "table_thrust_newton" : path + ".table_thrust_newton",
-                        "must not fall as the voltage rises");
+      throw ConfigError(Dotted(path, "table_thrust_newton"), "must not fall as the voltage rises");
   }
   const double at_neutral = Interpolate(table_volts, table_thrust_newton, kNeutralVolts);
   if (at_neutral != 0)

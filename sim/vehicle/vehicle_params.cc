@@ -9,10 +9,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-std::string Join(const std::string& path, const char* key) {
-  return path.empty() ? key : path + "." + key;
-}
-
 Matrix3d Skew(const Vector3d& a) {
   Matrix3d S;
   S << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
@@ -38,12 +34,12 @@ void RigidBodyParams::Check(const std::string& path) const {
   const Vector3d principal =
       Eigen::SelfAdjointEigenSolver<Matrix3d>(Inertia(), Eigen::EigenvaluesOnly).eigenvalues();
   if (principal.x() <= 0)
-    throw ConfigError(Join(path, "inertia_products_kg_m2"),
+    throw ConfigError(Dotted(path, "inertia_products_kg_m2"),
                       "make the inertia lose positive definiteness (principal moment " +
                           FormatNumber(principal.x()) + ")");
   // A plate is the limit; leave room for rounding.
   if (principal.z() > (principal.x() + principal.y()) * (1 + 1e-9))
-    throw ConfigError(Join(path, "inertia_kg_m2"),
+    throw ConfigError(Dotted(path, "inertia_kg_m2"),
                       "one principal moment (" + FormatNumber(principal.z()) +
                           ") exceeds the sum of the others (" +
                           FormatNumber(principal.x() + principal.y()) + "): no body has that");
@@ -102,7 +98,7 @@ void VehicleParams::Check(const std::string& path) const {
   const double smallest =
       Eigen::SelfAdjointEigenSolver<Matrix6d>(total, Eigen::EigenvaluesOnly).eigenvalues()[0];
   if (smallest <= 0)
-    throw ConfigError(Join(path, "hydrodynamics.added_mass_coupling"),
+    throw ConfigError(Dotted(path, "hydrodynamics.added_mass_coupling"),
                       "rigid plus added mass is not positive definite (smallest eigenvalue " +
                           FormatNumber(smallest) + ")");
 }

@@ -82,7 +82,7 @@ void AddCompareEstimators(app::CommandLine& line) {
       .Between(200.0, 3000.0);
   compare.Add("--milk", options.milk_ml_m3, "Milk in ml/m3, comma separated")
       .ListOf(',')
-      .Between(0.0, light::kMostMilk_ml_m3)
+      .Between(0.0, light::kMaxMilk_ml_m3)
       .ShowsDefault();
   compare
       .Add("--estimators", options.estimators,

@@ -91,8 +91,7 @@ std::string FreeParameter::Assignment(double value) const {
 
 void CalibrationPlan::Check(const std::string& path) const {
   if (parameters.empty())
-    throw ConfigError(path.empty() ? "parameters" : path + ".parameters",
-                      "there is nothing to calibrate");
+    throw ConfigError(Dotted(path, "parameters"), "there is nothing to calibrate");
 }
 
 std::vector<double> CalibrationPlan::Start() const {

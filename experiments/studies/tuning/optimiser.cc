@@ -99,7 +99,7 @@ bool Beats(const Worth& a, const Worth& b) {
 }  // namespace
 
 void OptimiserParams::Check(const std::string& path) const {
-  const std::string key = path.empty() ? "population" : path + ".population";
+  const std::string key = Dotted(path, "population");
   if (algorithm == Algorithm::kNsga2 && population % 4 != 0)
     throw ConfigError(key, std::to_string(population) + " must be a multiple of 4 for nsga2");
   if (algorithm != Algorithm::kCmaEs && population < 8)

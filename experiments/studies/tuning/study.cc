@@ -106,7 +106,7 @@ double GainRange::ShareOf(double value) const {
 }
 
 void StudySettings::Check(const std::string& path) const {
-  const auto at = [&](const std::string& key) { return path.empty() ? key : path + "." + key; };
+  const auto at = [&](const std::string& key) { return Dotted(path, key); };
   if (gains.empty()) throw ConfigError(at("gains"), "must name at least one gain");
   if (objective.empty()) throw ConfigError(at("objective"), "must have at least one term");
   const std::vector<std::string> numbers = NumberKeys();
