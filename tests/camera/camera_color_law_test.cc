@@ -29,7 +29,7 @@ light::RadianceStereo Halves(const Eigen::Array3f& left, const Eigen::Array3f& r
   for (int v = 0; v < kHeight; ++v)
     for (int u = 0; u < kWidth; ++u)
       for (int k = 0; k < 3; ++k) image.at(u, v)[k] = (u < kWidth / 2 ? left : right)[k];
-  return {0, image, image};
+  return {image, image};
 }
 
 StereoImage Expose(const SensorParams& sensor, const light::RadianceStereo& radiance) {

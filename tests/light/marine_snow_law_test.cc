@@ -46,7 +46,7 @@ struct Snowfall {
                     double absorption_per_m = 0, uint64_t key = 5) {
     const StereoRig rig = RigParams{}.MakeRig();
     Water water(OneLamp(absorption_per_m), rig, SurfaceTable(std::vector<Surface>{}), {Pose()});
-    images = {0, Image3f(640, 480), Image3f(640, 480)};
+    images = {Image3f(640, 480), Image3f(640, 480)};
     MarineSnow(params, rig, kFrame_s, key).Fall(Nothing(X_WH), frame, &water, &images);
   }
   double Sum(int channel) const {
