@@ -107,7 +107,7 @@ TEST(ImageSensor, NtscCurveIsThatOfItsStandard) {
     return sensor.SignalDn(static_cast<float>(linear * params.full_scale_radiance_w_m2_sr)) / 255;
   };
   EXPECT_NEAR(encoded(0.01), 0.045, 1e-6);
-  EXPECT_NEAR(encoded(0.01799), encoded(0.01801), 3e-4);
+  EXPECT_NEAR(encoded(0.017999), encoded(0.018001), 3e-4);
   EXPECT_NEAR(encoded(0.18), 0.409, 5e-4);  // a grey card
   EXPECT_NEAR(encoded(1), 1, 1e-4);
 }
