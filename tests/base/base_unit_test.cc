@@ -2,8 +2,10 @@
 
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <set>
 
+#include "sim/base/axes_pose.h"
 #include "sim/base/camera.h"
 #include "sim/base/clock.h"
 #include "sim/base/digest.h"
@@ -96,6 +98,26 @@ TEST(ImageTest, RowsStartAtTheTopAndChannelsAreInterleaved) {
   const uint8_t* before = image.data();
   image.Resize(4, 3);
   EXPECT_EQ(image.data(), before);
+}
+
+TEST(AxesPose, DifferenceOfHeadingsIsTheShorterWayRound) {
+  const AxesPose a{.x_m = 1, .yaw_rad = 3}, b{.y_m = 2, .yaw_rad = -3};
+  const AxesPose difference = a - b;
+  EXPECT_EQ(difference.x_m, 1);
+  EXPECT_EQ(difference.y_m, -2);
+  EXPECT_NEAR(difference.yaw_rad, 6 - 2 * std::numbers::pi, 1e-12);
+}
+
+TEST(Stereo, IsReachedBySide) {
+  Stereo<int> pair{1, 2};
+  for (const Side side : kSides) pair[side] *= 10;
+  EXPECT_EQ(pair, (Stereo<int>{10, 20}));
+  EXPECT_EQ(pair.Each([](int x) { return x > 15; }), (Stereo<bool>{false, true}));
+}
+
+TEST(Dotted, AKeyAtTheTopStandsAlone) {
+  EXPECT_EQ(Dotted("", "seed"), "seed");
+  EXPECT_EQ(Dotted("sea.tether", "length_m"), "sea.tether.length_m");
 }
 
 }  // namespace
