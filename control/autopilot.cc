@@ -5,15 +5,9 @@
 namespace turbidock::control {
 
 PoseFilterParams ControlParams::pose_filter() const {
-  switch (controller) {
-    case Law::kPVoltage:
-      return p_voltage.pose_filter;
-    case Law::kPid:
-      return pid.pose_filter;
-    case Law::kLqg:
-      break;
-  }
-  return {.enabled = false};
+  return controller == Law::kPVoltage ? p_voltage.pose_filter
+         : controller == Law::kPid    ? pid.pose_filter
+                                      : PoseFilterParams{.enabled = false};
 }
 
 const SetpointParams& ControlParams::setpoint() const {

@@ -26,6 +26,10 @@ enum class Law {
   kPid,
   kLqg,
 };
+constexpr auto Names(Law) {
+  using enum Law;
+  return EnumList<Law>({{kPVoltage, "p_voltage"}, {kPid, "pid"}, {kLqg, "lqg"}});
+}
 
 // Which law, and the parameters of each; the others' are kept but not used.
 struct ControlParams {
@@ -77,13 +81,3 @@ class Autopilot {
 };
 
 }  // namespace turbidock::control
-
-template <>
-struct turbidock::EnumNames<turbidock::control::Law> {
-  using E = turbidock::control::Law;
-  static constexpr auto kNames = std::to_array<std::pair<E, const char*>>({
-      {E::kPVoltage, "p_voltage"},
-      {E::kPid, "pid"},
-      {E::kLqg, "lqg"},
-  });
-};

@@ -4,8 +4,7 @@
 #include <Eigen/Core>
 
 #include "control/axis_volts.h"
-#include "control/desired_pose.h"
-#include "sim/base/pose.h"
+#include "sim/base/axes_pose.h"
 
 namespace turbidock::control {
 
@@ -15,9 +14,8 @@ enum Axis { kSurge, kSway, kHeave, kYaw };
 inline constexpr int kAxisCount = 4;
 
 inline Axes ToAxes(const AxisVolts& v) { return {v.surge_v, v.sway_v, v.heave_v, v.yaw_v}; }
-inline Axes ToAxes(const DesiredPose& d) { return {d.x_m, d.y_m, d.z_m, d.yaw_rad}; }
-// Position and heading of M in H.
-inline Axes ToAxes(const Pose& X_HM) { return {X_HM.p.x(), X_HM.p.y(), X_HM.p.z(), YawOf(X_HM.q)}; }
+inline Axes ToAxes(const AxesPose& pose) { return {pose.x_m, pose.y_m, pose.z_m, pose.yaw_rad}; }
+inline Axes ToAxes(const Pose& X_HM) { return ToAxes(AxesPose::Of(X_HM)); }
 inline AxisVolts ToAxisVolts(const Axes& volts) {
   return {.surge_v = volts[kSurge],
           .sway_v = volts[kSway],

@@ -1,9 +1,9 @@
 #include "control/docking_procedure.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 #include <numbers>
 
 #include "sim/base/check.h"
@@ -12,20 +12,11 @@
 namespace turbidock::control {
 namespace {
 
-[[gnu::format(printf, 1, 2)]] std::string Format(const char* format, ...) {
-  char text[256];
-  va_list values;
-  va_start(values, format);
-  std::vsnprintf(text, sizeof text, format, values);
-  va_end(values);
-  return text;
-}
-
 double Mm(double m) { return units::MmFromM(m); }
 double Deg(double rad) { return units::DegFromRad(rad); }
 
 void Require(bool condition, const std::string& path, const char* key, const std::string& problem) {
-  if (!condition) throw ConfigError(path.empty() ? key : path + "." + key, problem);
+  if (!condition) throw ConfigError(JoinKey(path, key), problem);
 }
 
 }  // namespace
@@ -111,25 +102,25 @@ void DockingProcedure::Approach(const PoseEstimate& estimate) {
   if (!HeldFor(params_.found_hold_s)) return;
   was_found_ = true;
   Enter(Stage::kVisualServoing, estimate.frame,
-        Format("marker found: F >= %.2f in %lld successive estimates, now F = %.3f at x = %.0f mm",
-               params_.found_fitness, static_cast<long long>(held_), estimate.fitness,
-               Mm(estimate.X_HM.p.x())));
+        fmt::format(
+            "marker found: F >= {:.2f} in {} successive estimates, now F = {:.3f} at x = {:.0f} mm",
+            params_.found_fitness, held_, estimate.fitness, Mm(estimate.X_HM.p.x())));
   directive_.control = true;
 }
 
 void DockingProcedure::Servo(const PoseEstimate& estimate) {
-  const Errors e = ErrorsOf(estimate);
+  const AxesPose e = AxesPose::Of(estimate.X_HM) - directive_.desired;
   const bool stable = std::abs(e.x_m) < params_.enter_x_m && std::abs(e.y_m) < params_.enter_y_m &&
                       std::abs(e.z_m) < params_.enter_z_m &&
                       std::abs(e.yaw_rad) < params_.enter_yaw_rad;
   held_ = stable ? held_ + 1 : 0;
   if (!HeldFor(params_.enter_hold_s)) return;
-  Enter(Stage::kDocking, estimate.frame,
-        Format("stable in %lld successive estimates: errors x %+.1f mm, y %+.1f mm, z %+.1f mm, "
-               "yaw %+.1f deg, allowed %.0f, %.0f, %.0f mm and %.1f deg",
-               static_cast<long long>(held_), Mm(e.x_m), Mm(e.y_m), Mm(e.z_m), Deg(e.yaw_rad),
-               Mm(params_.enter_x_m), Mm(params_.enter_y_m), Mm(params_.enter_z_m),
-               Deg(params_.enter_yaw_rad)));
+  Enter(
+      Stage::kDocking, estimate.frame,
+      fmt::format("stable in {} successive estimates: errors x {:+.1f} mm, y {:+.1f} mm, z {:+.1f} "
+                  "mm, yaw {:+.1f} deg, allowed {:.0f}, {:.0f}, {:.0f} mm and {:.1f} deg",
+                  held_, Mm(e.x_m), Mm(e.y_m), Mm(e.z_m), Deg(e.yaw_rad), Mm(params_.enter_x_m),
+                  Mm(params_.enter_y_m), Mm(params_.enter_z_m), Deg(params_.enter_yaw_rad)));
 }
 
 void DockingProcedure::Dock(const PoseEstimate& estimate) {
@@ -137,7 +128,7 @@ void DockingProcedure::Dock(const PoseEstimate& estimate) {
       params_.docking_rate_mps * static_cast<double>(ramp_frames_) * clock_.frame_s();
   directive_.desired.x_m = std::max(params_.docking_x_m, params_.servo_x_m - lowered_m);
 
-  const Errors e = ErrorsOf(estimate);
+  const AxesPose e = AxesPose::Of(estimate.X_HM) - directive_.desired;
   const struct {
     const char* axis;
     double error, allowed;
@@ -150,8 +141,8 @@ void DockingProcedure::Dock(const PoseEstimate& estimate) {
   for (const auto& limit : limits) {
     if (std::abs(limit.error) <= limit.allowed) continue;
     Enter(Stage::kVisualServoing, estimate.frame,
-          Format("error exceeds the allowance: %s %+.1f %s, allowed %.1f %s", limit.axis,
-                 limit.error, limit.unit, limit.allowed, limit.unit));
+          fmt::format("error exceeds the allowance: {0} {1:+.1f} {3}, allowed {2:.1f} {3}",
+                      limit.axis, limit.error, limit.allowed, limit.unit));
     return;
   }
 
@@ -161,10 +152,11 @@ void DockingProcedure::Dock(const PoseEstimate& estimate) {
   held_ = in_dock ? held_ + 1 : 0;
   if (held_ < params_.docked_hold_frames) return;
   Enter(Stage::kDocked, estimate.frame,
-        Format("docked in %lld successive estimate(s): x %.1f mm, at most %.1f mm, with errors "
-               "y %+.1f mm, z %+.1f mm, allowed %.0f and %.0f mm",
-               static_cast<long long>(held_), Mm(x_m), Mm(params_.docked_x_m), Mm(e.y_m), Mm(e.z_m),
-               Mm(params_.docked_y_m), Mm(params_.docked_z_m)));
+        fmt::format(
+            "docked in {} successive estimate(s): x {:.1f} mm, at most {:.1f} mm, with errors "
+            "y {:+.1f} mm, z {:+.1f} mm, allowed {:.0f} and {:.0f} mm",
+            held_, Mm(x_m), Mm(params_.docked_x_m), Mm(e.y_m), Mm(e.z_m), Mm(params_.docked_y_m),
+            Mm(params_.docked_z_m)));
 }
 
 void DockingProcedure::Drift(const PoseEstimate& estimate) {
@@ -212,13 +204,6 @@ AxisVolts DockingProcedure::SearchVolts(int64_t frame) const {
   return {.yaw_v = params_.search_yaw_v * std::cos(phase)};
 }
 
-DockingProcedure::Errors DockingProcedure::ErrorsOf(const PoseEstimate& estimate) const {
-  const Eigen::Vector3d& p_HM = estimate.X_HM.p;
-  const DesiredPose& desired = directive_.desired;
-  return {p_HM.x() - desired.x_m, p_HM.y() - desired.y_m, p_HM.z() - desired.z_m,
-          WrapAngle(YawOf(estimate.X_HM.q) - desired.yaw_rad)};
-}
-
 bool DockingProcedure::HeldFor(double seconds) const {
   return held_ >= std::max<int64_t>(1, clock_.FramesFor(seconds));
 }
@@ -229,9 +214,9 @@ bool DockingProcedure::LostFor(double seconds) const {
 
 std::string DockingProcedure::LossReason(const PoseEstimate& estimate) const {
   const int64_t lost = directive_.frames_lost;
-  return Format("marker lost: F < %.2f for %lld frames (%.2f s), now F = %.3f",
-                params_.lost_fitness, static_cast<long long>(lost),
-                static_cast<double>(lost) * clock_.frame_s(), estimate.fitness);
+  return fmt::format("marker lost: F < {:.2f} for {} frames ({:.2f} s), now F = {:.3f}",
+                     params_.lost_fitness, lost, static_cast<double>(lost) * clock_.frame_s(),
+                     estimate.fitness);
 }
 
 }  // namespace turbidock::control

@@ -6,8 +6,8 @@
 #include <string>
 
 #include "control/axis_volts.h"
-#include "control/desired_pose.h"
 #include "control/stage.h"
+#include "sim/base/axes_pose.h"
 #include "sim/base/clock.h"
 #include "sim/base/fields.h"
 #include "sim/base/pose_estimate.h"
@@ -128,7 +128,7 @@ struct Transition {
 struct Directive {
   Stage stage = Stage::kApproach;
   bool control = false;                  // true: servo on `desired`; false: apply `open_loop`
-  DesiredPose desired;                   // of the stage, also while `control` is false
+  AxesPose desired;                      // of the stage, also while `control` is false
   AxisVolts open_loop;                   // zero (drift) except in the search
   std::optional<Transition> transition;  // the change made at this frame, if any
   bool marker_seen = false;              // the fitness of this frame is at least lost_fitness
@@ -163,12 +163,6 @@ class DockingProcedure {
   const Directive& Update(const PoseEstimate& estimate);
 
  private:
-  // Estimated minus desired pose.
-  struct Errors {
-    double x_m = 0, y_m = 0, z_m = 0, yaw_rad = 0;
-  };
-
-  Errors ErrorsOf(const PoseEstimate& estimate) const;
   void Approach(const PoseEstimate& estimate);
   void Servo(const PoseEstimate& estimate);
   void Dock(const PoseEstimate& estimate);

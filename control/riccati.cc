@@ -10,7 +10,7 @@ namespace {
 using Eigen::MatrixXd;
 
 // Each iteration doubles the horizon: 2^60 steps are for ever.
-constexpr int kMostDoublings = 60;
+constexpr int kMaxDoublings = 60;
 constexpr double kConverged = 1e-14;  // relative change; a few roundings
 
 MatrixXd Symmetric(const MatrixXd& X) { return (X + X.transpose()) / 2; }
@@ -24,7 +24,7 @@ MatrixXd SolveRiccati(const MatrixXd& A, const MatrixXd& B, const MatrixXd& Q, c
            "matrices of a Riccati equation must fit each other");
   MatrixXd A_k = A, X = Q;
   MatrixXd G = Symmetric(B * R.partialPivLu().solve(B.transpose()));
-  for (int k = 0; k < kMostDoublings; ++k) {
+  for (int k = 0; k < kMaxDoublings; ++k) {
     const Eigen::PartialPivLU<MatrixXd> lu(MatrixXd::Identity(n, n) + G * X);
     const MatrixXd W_A = lu.solve(A_k);
     const MatrixXd next_G = Symmetric(G + A_k * lu.solve(G) * A_k.transpose());

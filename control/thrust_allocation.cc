@@ -44,12 +44,4 @@ ThrusterCommand Allocate(const AllocationParams& params, const AxisVolts& axes) 
            volts(part.heave_v)}};
 }
 
-AxisVolts AxesOf(const ThrusterCommand& command) {
-  const auto& [left, right, sway, heave] = command.volts;
-  return {.surge_v = (left + right) / 2 - kNeutralVolts,
-          .sway_v = sway - kNeutralVolts,
-          .heave_v = heave - kNeutralVolts,
-          .yaw_v = (right - left) / 2};
-}
-
 }  // namespace turbidock::control

@@ -36,8 +36,4 @@ AxisVolts Attainable(const AllocationParams& params, const AxisVolts& axes);
 // Every voltage of the result is in [0, 5].
 ThrusterCommand Allocate(const AllocationParams& params, const AxisVolts& axes);
 
-// The mixer: which axes a command drives. AxesOf(Allocate(a)) = a where nothing saturates and no
-// dead band is compensated.
-AxisVolts AxesOf(const ThrusterCommand& command);
-
 }  // namespace turbidock::control

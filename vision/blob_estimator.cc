@@ -5,11 +5,13 @@
 
 namespace turbidock::vision {
 
-std::optional<Eigen::Vector3d> Triangulate(const Eigen::Vector3d& p_HL,
-                                           const Eigen::Vector3d& ray_L,
-                                           const Eigen::Vector3d& p_HR,
-                                           const Eigen::Vector3d& ray_R) {
-  const Eigen::Vector3d a = ray_L.normalized(), b = ray_R.normalized(), between = p_HR - p_HL;
+std::optional<Eigen::Vector3d> Triangulate(const StereoRig& rig,
+                                           const Stereo<Eigen::Vector2d>& pixels) {
+  const auto ray_H = [&](Side side) -> Eigen::Vector3d {
+    return (rig[side].X_HC.q * rig[side].RayAt(pixels[side].x(), pixels[side].y())).normalized();
+  };
+  const Eigen::Vector3d &p_HL = rig.left.X_HC.p, &p_HR = rig.right.X_HC.p;
+  const Eigen::Vector3d a = ray_H(Side::kLeft), b = ray_H(Side::kRight), between = p_HR - p_HL;
   const double cosine = a.dot(b), sine2 = 1 - cosine * cosine;
   if (sine2 < 1e-12) return std::nullopt;
   const double s = (between.dot(a) - between.dot(b) * cosine) / sine2;
@@ -24,9 +26,7 @@ BlobEstimator::BlobEstimator(const BlobParams& params, const MarkerParams& marke
       marker_(marker),
       rig_(rig),
       labeller_(hue, marker),
-      left_labels_(rig.left.width_px, rig.left.height_px),
-      right_labels_(rig.right.width_px, rig.right.height_px),
-      fitness_(marker, rig, left_labels_, right_labels_) {
+      fitness_(marker, rig, labels_) {
   CheckFields(params, "blobs");
 }
 
@@ -63,17 +63,14 @@ std::optional<Eigen::Vector2d> BlobEstimator::LargestBlob(const Image1u8& labels
 }
 
 const PoseEstimate& BlobEstimator::Update(const StereoImage& seen) {
-  labeller_.Label(seen.left, &left_labels_);
-  labeller_.Label(seen.right, &right_labels_);
+  for (const Side side : kSides) labeller_.Label(seen[side], &labels_[side]);
   Lap(timer(), LoopStage::kLabels);
   Eigen::Matrix3Xd p_MQ(3, 0), p_HQ(3, 0);
   for (size_t b = 0; b < marker_.balls.size(); ++b) {
-    const auto left = LargestBlob(left_labels_, static_cast<int>(b));
-    const auto right = LargestBlob(right_labels_, static_cast<int>(b));
+    const auto left = LargestBlob(labels_.left, static_cast<int>(b));
+    const auto right = LargestBlob(labels_.right, static_cast<int>(b));
     if (!left || !right) continue;
-    const auto point =
-        Triangulate(rig_.X_HL.p, rig_.X_HL.q * rig_.left.RayAt(left->x(), left->y()), rig_.X_HR.p,
-                    rig_.X_HR.q * rig_.right.RayAt(right->x(), right->y()));
+    const auto point = Triangulate(rig_, {*left, *right});
     if (!point) continue;
     p_MQ.conservativeResize(Eigen::NoChange, p_MQ.cols() + 1);
     p_HQ.conservativeResize(Eigen::NoChange, p_HQ.cols() + 1);

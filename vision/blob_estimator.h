@@ -39,17 +39,16 @@ class BlobEstimator : public PoseEstimator {
   MarkerParams marker_;
   StereoRig rig_;
   HueLabeller labeller_;
-  Image1u8 left_labels_, right_labels_, visited_;
+  Stereo<Image1u8> labels_;
+  Image1u8 visited_;
   Fitness fitness_;
   std::vector<int> stack_;
   PoseEstimate estimate_;
 };
 
-// The point nearest to two viewing rays, in the frame of the rays; nothing when they are parallel
-// or meet behind the cameras.
-std::optional<Eigen::Vector3d> Triangulate(const Eigen::Vector3d& p_HL,
-                                           const Eigen::Vector3d& ray_L,
-                                           const Eigen::Vector3d& p_HR,
-                                           const Eigen::Vector3d& ray_R);
+// The point nearest to the viewing rays of two pixels, in the camera head; nothing when the rays
+// are parallel or meet behind the cameras.
+std::optional<Eigen::Vector3d> Triangulate(const StereoRig& rig,
+                                           const Stereo<Eigen::Vector2d>& pixels);
 
 }  // namespace turbidock::vision

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "sim/base/vector_clones.h"
 
@@ -47,8 +46,7 @@ void AddMatches(const float* sample_u, const float* sample_v, const uint8_t* lab
 
 }  // namespace
 
-Fitness::Fitness(const MarkerParams& marker, const StereoRig& rig, const Image1u8& left_labels,
-                 const Image1u8& right_labels)
+Fitness::Fitness(const MarkerParams& marker, const StereoRig& rig, const Stereo<Image1u8>& labels)
     : samples_(marker),
       reach_(static_cast<float>(marker.outer_ring_ratio)),
       ball_count_(static_cast<int>(marker.balls.size())) {
@@ -57,23 +55,21 @@ Fitness::Fitness(const MarkerParams& marker, const StereoRig& rig, const Image1u
     p_MQ_m_[b] = marker.balls[b].p_MQ_m;
     radius_m_[b] = marker.balls[b].radius_m;
   }
-  const auto make_camera = [](const CameraIntrinsics& intrinsics, const Pose& X_HC,
-                              const Image1u8& labels) {
-    const Pose X_CH = X_HC.Inverse();
-    return Camera{
-        intrinsics, X_CH.R(), X_CH.p, &labels, {0, 0, intrinsics.width_px, intrinsics.height_px}};
-  };
-  left_ = make_camera(rig.left, rig.X_HL, left_labels);
-  right_ = make_camera(rig.right, rig.X_HR, right_labels);
+  for (const Side side : kSides) {
+    const Pose X_CH = rig[side].X_HC.Inverse();
+    cameras_[side] = {rig[side], X_CH.R(), X_CH.p, &labels[side], WholeImages(rig)[side]};
+  }
 }
 
 void Fitness::Confine(const StereoRegion& region) {
-  for (auto& [camera, part] : {std::pair{&left_, &region.left}, {&right_, &region.right}}) {
-    TD_CHECK(part->column_begin >= 0 && part->row_begin >= 0 &&
-                 part->column_end <= camera->intrinsics.width_px &&
-                 part->row_end <= camera->intrinsics.height_px,
+  for (const Side side : kSides) {
+    const PixelRegion& part = region[side];
+    Camera& camera = cameras_[side];
+    TD_CHECK(part.column_begin >= 0 && part.row_begin >= 0 &&
+                 part.column_end <= camera.intrinsics.width_px &&
+                 part.row_end <= camera.intrinsics.height_px,
              "the region reaches over the image");
-    camera->region = *part;
+    camera.region = part;
   }
 }
 
@@ -129,7 +125,7 @@ double Fitness::Evaluate(const Pose& X_HM) const {
   int match = 0;
   for (int b = 0; b < ball_count_; ++b) {
     const Eigen::Vector3d p_HQ = R_HM * p_MQ_m_[b] + X_HM.p;
-    match += Match(left_, b, p_HQ) + Match(right_, b, p_HQ);
+    match += Match(cameras_.left, b, p_HQ) + Match(cameras_.right, b, p_HQ);
   }
   return FitnessOfMatches(match);
 }
@@ -143,19 +139,20 @@ void Fitness::EvaluateAll(std::span<const Pose> X_HM, std::span<double> fitness)
     for (size_t i = 0; i < poses; ++i) R_HM[i] = X_HM[begin + i].R();
     std::array<int, kBatchPoses> match{};
     for (int b = 0; b < ball_count_; ++b)
-      for (const Camera* camera : {&left_, &right_}) {
+      for (const Side side : kSides) {
+        const Camera& camera = cameras_[side];
         batch.count = 0;
         for (size_t i = 0; i < poses; ++i) {
           const Eigen::Vector3d p_HQ = R_HM[i] * p_MQ_m_[b] + X_HM[begin + i].p;
           Circle circle;
-          const Place place = Project(*camera, b, p_HQ, &circle);
+          const Place place = Project(camera, b, p_HQ, &circle);
           if (place == Place::kInside)
             batch.Add(circle.u, circle.v, circle.radius, static_cast<int>(i));
           else if (place == Place::kPartly)
-            match[i] += MatchPointByPoint(*camera, b, circle);
+            match[i] += MatchPointByPoint(camera, b, circle);
         }
-        AddMatches(samples_.u.data(), samples_.v.data(), camera->labels->data(),
-                   camera->labels->width(), b, batch, match.data());
+        AddMatches(samples_.u.data(), samples_.v.data(), camera.labels->data(),
+                   camera.labels->width(), b, batch, match.data());
       }
     for (size_t i = 0; i < poses; ++i) fitness[begin + i] = FitnessOfMatches(match[i]);
   }
@@ -166,8 +163,8 @@ FitnessByBall Fitness::EvaluateByBall(const Pose& X_HM) const {
   FitnessByBall by_ball;
   for (int b = 0; b < ball_count_; ++b) {
     const Eigen::Vector3d p_HQ = R_HM * p_MQ_m_[b] + X_HM.p;
-    by_ball.left[b] = FitnessFromMatch(Match(left_, b, p_HQ));
-    by_ball.right[b] = FitnessFromMatch(Match(right_, b, p_HQ));
+    for (const Side side : kSides)
+      by_ball.in[side][b] = FitnessFromMatch(Match(cameras_[side], b, p_HQ));
   }
   by_ball.fitness = Evaluate(X_HM);
   return by_ball;

@@ -20,17 +20,16 @@ namespace turbidock::vision {
 // F and where it comes from.
 struct FitnessByBall {
   double fitness = 0;
-  std::array<double, kMaxBalls> left{}, right{};  // F of one ball in one camera
+  Stereo<std::array<double, kMaxBalls>> in;  // F of one ball in one camera
 
-  double ball(int b) const { return 0.5 * (left[b] + right[b]); }
+  double ball(int b) const { return 0.5 * (in.left[b] + in.right[b]); }
 };
 
 class Fitness {
  public:
-  // Refers to the two label images (see HueLabeller), which must outlive it and, at each
-  // evaluation, have the rig's size.
-  Fitness(const MarkerParams& marker, const StereoRig& rig, const Image1u8& left_labels,
-          const Image1u8& right_labels);
+  // Refers to the label images (see HueLabeller), which must outlive it and, at each evaluation,
+  // have the rig's size.
+  Fitness(const MarkerParams& marker, const StereoRig& rig, const Stereo<Image1u8>& labels);
 
   // From now on labels are read inside this region only, which must lie inside the images;
   // elsewhere nothing matches. Initially the whole images.
@@ -71,7 +70,7 @@ class Fitness {
   int ball_count_;
   std::array<Eigen::Vector3d, kMaxBalls> p_MQ_m_;
   std::array<double, kMaxBalls> radius_m_;
-  Camera left_, right_;
+  Stereo<Camera> cameras_;
 };
 
 }  // namespace turbidock::vision

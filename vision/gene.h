@@ -59,8 +59,7 @@ struct SearchRange {
   }
   void Check(const std::string& path) const {
     if (!(x_min_m < x_max_m))
-      throw ConfigError(path.empty() ? "x_max_m" : path + ".x_max_m",
-                        FormatNumber(x_max_m) + " must be > x_min_m");
+      throw ConfigError(JoinKey(path, "x_max_m"), FormatNumber(x_max_m) + " must be > x_min_m");
   }
 };
 

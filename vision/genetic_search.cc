@@ -10,7 +10,7 @@ namespace {
 
 // Sizes of a small move are log-uniform between the least and one of the others: what a search may
 // still be off by before and once the marker is found.
-constexpr double kLeastMove_m = 0.001, kMostMove_m = 0.1, kMostMoveFound_m = 0.02;
+constexpr double kMinMove_m = 0.001, kMaxMove_m = 0.1, kMaxMoveFound_m = 0.02;
 // Of a turn (eps) over the size: balls 70 mm from the pivot then move by 0.4 of it.
 constexpr double kMoveEps_per_m = 3;
 
@@ -104,8 +104,8 @@ Gene GeneticSearch::Offspring(Rng* rng) const {
   // mutation's.
   if (options_.creep_share > 0 && rng->Uniform() < options_.creep_share) {
     const bool is_found = population_.front().fitness >= published::kReliableFitness;
-    return is_found ? Moved(population_.front().gene, kMostMoveFound_m, rng)
-                    : Moved(Parent(rng), kMostMove_m, rng);
+    return is_found ? Moved(population_.front().gene, kMaxMoveFound_m, rng)
+                    : Moved(Parent(rng), kMaxMove_m, rng);
   }
   return ChildOfTwo(rng);
 }
@@ -128,7 +128,7 @@ Gene GeneticSearch::ChildOfTwo(Rng* rng) const {
 
 // A small move of one individual.
 Gene GeneticSearch::Moved(const Gene& parent, double most_m, Rng* rng) const {
-  const double size_m = most_m * std::pow(kLeastMove_m / most_m, rng->Uniform());
+  const double size_m = most_m * std::pow(kMinMove_m / most_m, rng->Uniform());
   GeneMap::Values v = range_.Decode(parent);
   // In depth along the line of sight, which keeps the place in the image, and three times as far as
   // sideways, because the images tell depth less well.

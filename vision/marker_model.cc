@@ -5,7 +5,7 @@
 namespace turbidock::vision {
 
 void MarkerParams::Check(const std::string& path) const {
-  const std::string key = path.empty() ? "balls" : path + ".balls";
+  const std::string key = JoinKey(path, "balls");
   if (balls.empty()) throw ConfigError(key, "a marker needs at least one ball");
   if (balls.size() > kMaxBalls)
     throw ConfigError(

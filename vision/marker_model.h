@@ -20,8 +20,6 @@ inline constexpr int kInnerPoints = 36;
 inline constexpr int kOuterPoints = 24;
 inline constexpr int kBallPoints = kInnerPoints + kOuterPoints;
 
-enum class StereoSide { kLeft, kRight };
-
 // One ball of the marker.
 struct BallParams {
   std::string name = "ball";

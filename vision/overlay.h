@@ -19,10 +19,7 @@ struct ProjectedBall {
 
 // Circles of the balls in front of that camera, in the marker's order, for a marker at X_HM.
 // Circles may lie outside the image.
-std::vector<ProjectedBall> ProjectBalls(const MarkerParams& marker, const StereoRig& rig,
-                                        StereoSide side, const Pose& X_HM);
-
-// The 60 sample points of a ball's circle, pixels: 36 inner, then 24 outer.
-std::vector<Eigen::Vector2d> DottedPoints(const MarkerParams& marker, const ProjectedBall& ball);
+std::vector<ProjectedBall> ProjectBalls(const MarkerParams& marker, const MountedCamera& camera,
+                                        const Pose& X_HM);
 
 }  // namespace turbidock::vision

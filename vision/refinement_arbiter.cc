@@ -45,7 +45,7 @@ RefinementArbiter::Verdict RefinementArbiter::Judge(const StereoImage& seen,
                                                     const Fitness& fitness,
                                                     const PoseEstimate& found, int most_evaluations,
                                                     Rng* rng) {
-  std::array<Pose, kMostCandidates> candidates{found.X_HM};
+  std::array<Pose, kMaxCandidates> candidates{found.X_HM};
   int count = 1;
   if (IsHeldByTwo(found.ball_fitness)) {
     const auto add = [&](const Pose& X_HM) { candidates[static_cast<size_t>(count++)] = X_HM; };

@@ -29,7 +29,7 @@ class RefinementArbiter {
 
   // Evaluations that Judge may need where the balls are matched like this.
   int MostEvaluations(std::span<const double> ball_fitness) const {
-    return IsHeldByTwo(ball_fitness) ? kMostCandidates : 1;
+    return IsHeldByTwo(ball_fitness) ? kMaxCandidates : 1;
   }
   // Refines `found`, the search's best, with at most so many evaluations. Reads pixels of `region`
   // only. Allocates nothing.
@@ -39,7 +39,7 @@ class RefinementArbiter {
   void Reset() { last_X_HM_.reset(); }
 
  private:
-  static constexpr int kMostCandidates = 3;
+  static constexpr int kMaxCandidates = 3;
 
   static bool IsHeldByTwo(std::span<const double> ball_fitness);
   Pose Swung(const Pose& X_HM, std::span<const double> ball_fitness, Rng* rng) const;

@@ -14,8 +14,8 @@ namespace {
 // tenth. An edge noise of 0.5 px (a quarter of the pairs beyond 2 mm) and no bloom (half) do not.
 constexpr int kSteps = 6;                 // Gauss-Newton, at most
 constexpr int kOutlinePoints = 32;        // places across each ball's outline in each image
-constexpr int kMostSamples = 65;          // along one line across an outline
-constexpr double kLeastContrast_dn = 6;   // of an edge: four times a noise of 1.5 DN
+constexpr int kMaxSamples = 65;           // along one line across an outline
+constexpr double kMinContrast_dn = 6;     // of an edge: four times a noise of 1.5 DN
 constexpr double kEdgeNoise_px = 0.15;    // of one edge, what small errors of the model do included
 constexpr double kPriorPosition_m = 0.1;  // how well the search alone is trusted
 constexpr double kPriorRotation_rad = 0.2;
@@ -30,16 +30,16 @@ struct Step {
 std::optional<Step> LocateFall(std::span<const float> signal) {
   const int count = static_cast<int>(signal.size());
   const auto level = [&](int i) { return static_cast<double>(signal[static_cast<size_t>(i)]); };
-  constexpr int kFewest = 2;  // samples on either side
+  constexpr int kMinSamples = 2;  // samples on either side
   double total = 0;
   for (int i = 0; i < count; ++i) total += level(i);
   double before = 0, most = 0;
   Step step;
   int at = -1;
-  for (int i = 0; i < count - kFewest; ++i) {
+  for (int i = 0; i < count - kMinSamples; ++i) {
     before += level(i);
     const int n = i + 1;
-    if (n < kFewest) continue;
+    if (n < kMinSamples) continue;
     const double fall = before / n - (total - before) / (count - n);
     // What two levels explain of the signal's variance.
     const double explained = fall > 0 ? fall * fall * n * (count - n) : 0;
@@ -86,7 +86,7 @@ float Bilinear(const Image3u8& image, const Eigen::Vector3f& axis, float u, floa
 }  // namespace
 
 PoseRefiner::PoseRefiner(const MarkerParams& marker, const StereoRig& rig)
-    : marker_(marker), cameras_{Camera{rig.left, rig.X_HL}, Camera{rig.right, rig.X_HR}} {
+    : marker_(marker), rig_(rig) {
   CheckFields(marker, "marker");
   for (size_t b = 0; b < marker.balls.size(); ++b)
     for (int k = 0; k < 3; ++k)
@@ -126,10 +126,10 @@ bool PoseRefiner::IsHidden(int ball, const Eigen::Vector3d& p_MC, const Eigen::V
   return false;
 }
 
-void PoseRefiner::FindEdges(const Image3u8& image, const PixelRegion& region, int camera,
+void PoseRefiner::FindEdges(const Image3u8& image, const PixelRegion& region, Side side,
                             const Pose& X_HM, double shrink) {
-  const Camera& c = cameras_[static_cast<size_t>(camera)];
-  const Pose X_CM = c.X_HC.Inverse() * X_HM;
+  const MountedCamera& camera = rig_[side];
+  const Pose X_CM = camera.X_HC.Inverse() * X_HM;
   const Pose X_MC = X_CM.Inverse();
   const auto left = static_cast<float>(region.column_begin),
              top = static_cast<float>(region.row_begin),
@@ -145,9 +145,9 @@ void PoseRefiner::FindEdges(const Image3u8& image, const PixelRegion& region, in
     const double circle_radius_m = ball.radius_m * std::sqrt(1 - radius2 / distance2);
     const Eigen::Vector3d across = p_CQ.cross(Eigen::Vector3d::UnitY()).normalized();
     const Eigen::Vector3d down = p_CQ.cross(across).normalized();
-    const Eigen::Vector2d center_px = c.intrinsics.Project(p_CQ);
-    const double radius_px = c.intrinsics.fx_px * ball.radius_m / p_CQ.z();
-    const double reach_px = std::min(Reach_px(shrink * radius_px), 0.5 * (kMostSamples - 1));
+    const Eigen::Vector2d center_px = camera.Project(p_CQ);
+    const double radius_px = camera.fx_px * ball.radius_m / p_CQ.z();
+    const double reach_px = std::min(Reach_px(shrink * radius_px), 0.5 * (kMaxSamples - 1));
     const int count = 2 * static_cast<int>(reach_px) + 1;
     const Eigen::Vector3f axis = hue_axis_[static_cast<size_t>(b)].cast<float>();
     for (const Eigen::Vector2d& way : circle_) {
@@ -162,7 +162,7 @@ void PoseRefiner::FindEdges(const Image3u8& image, const PixelRegion& region, in
         hidden = hidden || IsHidden(b, X_MC.p, X_MC.q * (p_CS / distance_m), distance_m);
       }
       if (hidden) continue;
-      const Eigen::Vector2d outline_px = c.intrinsics.Project(p_CT);
+      const Eigen::Vector2d outline_px = camera.Project(p_CT);
       const Eigen::Vector2d outward = (outline_px - center_px).normalized();
       const Eigen::Vector2f first =
           (outline_px - outward * static_cast<int>(reach_px)).cast<float>();
@@ -172,17 +172,16 @@ void PoseRefiner::FindEdges(const Image3u8& image, const PixelRegion& region, in
         return p.x() >= left && p.y() >= top && p.x() < right && p.y() < bottom;
       };
       if (!inside(first) || !inside(last)) continue;
-      std::array<float, kMostSamples> signal;
+      std::array<float, kMaxSamples> signal;
       for (int i = 0; i < count; ++i) {
         const Eigen::Vector2f at = first + static_cast<float>(i) * step;
         signal[static_cast<size_t>(i)] = Bilinear(image, axis, at.x(), at.y());
       }
       const std::optional<Step> fall =
           LocateFall(std::span(signal).first(static_cast<size_t>(count)));
-      if (!fall || fall->contrast < kLeastContrast_dn) continue;
+      if (!fall || fall->contrast < kMinContrast_dn) continue;
       const Eigen::Vector2d edge_px = first.cast<double>() + fall->at * outward;
-      edges_.push_back(
-          {b, camera, c.intrinsics.RayAt(edge_px.x(), edge_px.y()).normalized(), fall->contrast});
+      edges_.push_back({b, side, camera.RayAt(edge_px.x(), edge_px.y()).normalized()});
     }
   }
 }
@@ -191,7 +190,7 @@ std::optional<Refined> PoseRefiner::Refine(const StereoImage& seen, const Stereo
                                            const Pose& X_HM) {
   using Vector7d = Eigen::Matrix<double, 7, 1>;
   using Matrix7d = Eigen::Matrix<double, 7, 7>;
-  constexpr int kFewestEdges = 12;
+  constexpr int kMinEdges = 12;
   Refined refined{.X_HM = X_HM};
   Eigen::Vector3d rotated = Eigen::Vector3d::Zero();  // since X_HM, for the prior
   double bloom_px = 0;
@@ -201,19 +200,18 @@ std::optional<Refined> PoseRefiner::Refine(const StereoImage& seen, const Stereo
   for (int iteration = 0; iteration < kSteps; ++iteration) {
     edges_.clear();
     const double shrink = iteration == 0 ? 1 : 0.5;  // close by now
-    FindEdges(seen.left, region.left, 0, refined.X_HM, shrink);
-    FindEdges(seen.right, region.right, 1, refined.X_HM, shrink);
-    if (edges_.size() < kFewestEdges) return std::nullopt;
+    for (const Side side : kSides) FindEdges(seen[side], region[side], side, refined.X_HM, shrink);
+    if (edges_.size() < kMinEdges) return std::nullopt;
 
     // Distances of the edges' rays from the spheres, in pixels.
     residuals_px_.clear();
     for (const Edge& edge : edges_) {
       const auto b = static_cast<size_t>(edge.ball);
-      const Camera& c = cameras_[static_cast<size_t>(edge.camera)];
-      const Eigen::Vector3d p_CQ = c.X_HC.Inverse() * (refined.X_HM * marker_.balls[b].p_MQ_m);
+      const MountedCamera& camera = rig_[edge.side];
+      const Eigen::Vector3d p_CQ = camera.X_HC.Inverse() * (refined.X_HM * marker_.balls[b].p_MQ_m);
       const double across_m = (p_CQ - p_CQ.dot(edge.ray_C) * edge.ray_C).norm();
-      residuals_px_.push_back(
-          (across_m - marker_.balls[b].radius_m) * c.intrinsics.fx_px / p_CQ.norm() - bloom_px);
+      residuals_px_.push_back((across_m - marker_.balls[b].radius_m) * camera.fx_px / p_CQ.norm() -
+                              bloom_px);
     }
     // The scale of the robust weights: 1.5 times the median, at least the edges' own noise.
     sorted_.clear();
@@ -235,12 +233,12 @@ std::optional<Refined> PoseRefiner::Refine(const StereoImage& seen, const Stereo
       if (std::abs(r) >= tukey_px) continue;
       const Edge& edge = edges_[i];
       const auto b = static_cast<size_t>(edge.ball);
-      const Camera& c = cameras_[static_cast<size_t>(edge.camera)];
+      const MountedCamera& camera = rig_[edge.side];
       const Eigen::Vector3d arm_H = refined.X_HM.q * marker_.balls[b].p_MQ_m;
-      const Eigen::Vector3d p_CQ = c.X_HC.Inverse() * (refined.X_HM.p + arm_H);
+      const Eigen::Vector3d p_CQ = camera.X_HC.Inverse() * (refined.X_HM.p + arm_H);
       const Eigen::Vector3d off_C = p_CQ - p_CQ.dot(edge.ray_C) * edge.ray_C;
-      const Eigen::Vector3d n_H = c.X_HC.q * off_C.normalized();
-      const double px_per_m = c.intrinsics.fx_px / p_CQ.norm();
+      const Eigen::Vector3d n_H = camera.X_HC.q * off_C.normalized();
+      const double px_per_m = camera.fx_px / p_CQ.norm();
       Vector7d row;
       row << px_per_m * n_H, px_per_m * arm_H.cross(n_H), -1;
       const double u = r / tukey_px;
@@ -251,7 +249,7 @@ std::optional<Refined> PoseRefiner::Refine(const StereoImage& seen, const Stereo
       weights += (1 - u * u) * (1 - u * u);
       ++refined.edges;
     }
-    if (refined.edges < kFewestEdges) return std::nullopt;
+    if (refined.edges < kMinEdges) return std::nullopt;
     const Eigen::LDLT<Matrix7d> solver(information);
     const Vector7d delta = -solver.solve(gradient);
     refined.X_HM.p += delta.head<3>();

@@ -37,7 +37,7 @@ class PoseRefiner {
 
   // How far to either side of a ball's outline its edge is looked for.
   static double Reach_px(double radius_px) {
-    return std::max(kLeastReach_px, kReachRatio * radius_px);
+    return std::max(kMinReach_px, kReachRatio * radius_px);
   }
 
   // Reads pixels of `region` only. Nothing where fewer edges are found than a pose needs. Allocates
@@ -46,26 +46,22 @@ class PoseRefiner {
                                 const Pose& X_HM);
 
  private:
-  static constexpr double kReachRatio = 0.6, kLeastReach_px = 4;
+  static constexpr double kReachRatio = 0.6, kMinReach_px = 4;
 
-  struct Camera {
-    CameraIntrinsics intrinsics;
-    Pose X_HC;
-  };
   // One edge: its viewing ray touches the ball's sphere.
   struct Edge {
-    int ball = 0, camera = 0;
+    int ball = 0;
+    Side side = Side::kLeft;
     Eigen::Vector3d ray_C;  // unit
-    double contrast_dn = 0;
   };
 
-  void FindEdges(const Image3u8& image, const PixelRegion& region, int camera, const Pose& X_HM,
+  void FindEdges(const Image3u8& image, const PixelRegion& region, Side side, const Pose& X_HM,
                  double shrink);
   bool IsHidden(int ball, const Eigen::Vector3d& p_MC, const Eigen::Vector3d& ray_M,
                 double distance_m) const;
 
   MarkerParams marker_;
-  std::array<Camera, 2> cameras_;
+  StereoRig rig_;
   std::array<Eigen::Vector3d, kMaxBalls> hue_axis_;  // signal = axis . rgb, 0 for greys
   std::vector<Eigen::Vector2d> circle_;              // unit vectors
   std::vector<Edge> edges_;

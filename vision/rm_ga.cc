@@ -29,13 +29,10 @@ RmGa::RmGa(const RmGaOptions& options, const MarkerParams& marker, const HuePara
            const StereoRig& rig, Rng rng)
     : options_(Checked(options)),
       rig_(rig),
-      whole_{{0, 0, rig.left.width_px, rig.left.height_px},
-             {0, 0, rig.right.width_px, rig.right.height_px}},
+      whole_(WholeImages(rig)),
       rng_(rng),
       labeller_(hue, marker),
-      left_labels_(rig.left.width_px, rig.left.height_px),
-      right_labels_(rig.right.width_px, rig.right.height_px),
-      fitness_(marker, rig, left_labels_, right_labels_),
+      fitness_(marker, rig, labels_),
       search_(options, marker, &fitness_),
       arbiter_(marker, rig),
       track_(options.range, marker, rig) {
@@ -60,8 +57,7 @@ const PoseEstimate& RmGa::Update(const StereoImage& seen) {
   CheckSize(seen.right, rig_.right, "right");
   const StereoRegion& region = track_.region() ? *track_.region() : whole_;
   fitness_.Confine(region);
-  labeller_.Label(seen.left, region.left, &left_labels_);
-  labeller_.Label(seen.right, region.right, &right_labels_);
+  for (const Side side : kSides) labeller_.Label(seen[side], region[side], &labels_[side]);
   Lap(timer(), LoopStage::kLabels);
 
   const int uncertain = detection_.frames_uncertain();

@@ -60,7 +60,7 @@ class RmGa : public PoseEstimator {
   StereoRegion whole_;  // both images
   Rng rng_;
   HueLabeller labeller_;
-  Image1u8 left_labels_, right_labels_;
+  Stereo<Image1u8> labels_;
   Fitness fitness_;  // refers to the label images
   GeneticSearch search_;
   RefinementArbiter arbiter_;

@@ -14,17 +14,10 @@ enum class Preset {
   kDefault,    // what a closed loop should use
   kPublished,  // the algorithm as published, and nothing else
 };
-
-}  // namespace turbidock::vision
-
-template <>
-struct turbidock::EnumNames<turbidock::vision::Preset> {
-  using E = turbidock::vision::Preset;
-  static constexpr auto kNames = std::to_array<std::pair<E, const char*>>(
-      {{E::kDefault, "default"}, {E::kPublished, "published"}});
-};
-
-namespace turbidock::vision {
+constexpr auto Names(Preset) {
+  using enum Preset;
+  return EnumList<Preset>({{kDefault, "default"}, {kPublished, "published"}});
+}
 
 struct RmGaOptions {
   Preset preset = Preset::kDefault;

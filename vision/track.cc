@@ -55,11 +55,11 @@ bool Track::Update(const PoseEstimate& estimate, const Detection& detection) {
   }
   range_ = everywhere_.Around(next, half_width);
   motion_ = velocity_;
-  region_ = StereoRegion{RegionOf(rig_.left, rig_.X_HL), RegionOf(rig_.right, rig_.X_HR)};
+  region_ = rig_.Each([this](const MountedCamera& camera) { return RegionOf(camera); });
   return true;
 }
 
-PixelRegion Track::RegionOf(const CameraIntrinsics& camera, const Pose& X_HC) const {
+PixelRegion Track::RegionOf(const MountedCamera& camera) const {
   const GeneMap::Values &low = range_.low(), &high = range_.high();
   const Eigen::Vector3d low_m(low[0], low[1], low[2]), high_m(high[0], high[1], high[2]);
   GeneMap::Values middle;
@@ -68,7 +68,7 @@ PixelRegion Track::RegionOf(const CameraIntrinsics& camera, const Pose& X_HC) co
   // The largest turn away from the middle: eps is half the rotation vector for small angles.
   const double turn_rad =
       2 * Eigen::Vector3d(high[3] - middle[3], high[4] - middle[4], high[5] - middle[5]).norm();
-  const Pose X_CH = X_HC.Inverse();
+  const Pose X_CH = camera.X_HC.Inverse();
   Eigen::Vector2d least(camera.width_px, camera.height_px), most(-1, -1);
   for (const BallParams& ball : marker_.balls) {
     const double arm_m = turn_rad * ball.p_MQ_m.norm();

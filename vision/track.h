@@ -31,7 +31,7 @@ class Track {
   const std::optional<StereoRegion>& region() const { return region_; }
 
  private:
-  PixelRegion RegionOf(const CameraIntrinsics& camera, const Pose& X_HC) const;
+  PixelRegion RegionOf(const MountedCamera& camera) const;
 
   MarkerParams marker_;
   StereoRig rig_;

@@ -29,18 +29,19 @@ Undistorter::Undistorter(const CameraIntrinsics& camera, const LensDistortion& d
     }
 }
 
-void Undistorter::Apply(const Image3u8& seen, Image3u8* undistorted) const {
-  TD_CHECK(seen.width() == width_ && seen.height() == height_, "an image of the camera's size");
-  undistorted->Resize(width_, height_);
+void Undistorter::Apply(Image3u8* image) {
+  TD_CHECK(image->width() == width_ && image->height() == height_, "an image of the camera's size");
+  std::swap(*image, seen_);
+  image->Resize(width_, height_);
   const size_t next_row = 3 * static_cast<size_t>(width_);
   for (size_t i = 0; i < sources_.size(); ++i) {
     const Source& source = sources_[i];
-    uint8_t* out = undistorted->data() + 3 * i;
+    uint8_t* out = image->data() + 3 * i;
     if (source.offset < 0) {
       out[0] = out[1] = out[2] = 0;
       continue;
     }
-    const uint8_t* in = seen.data() + 3 * static_cast<size_t>(source.offset);
+    const uint8_t* in = seen_.data() + 3 * static_cast<size_t>(source.offset);
     const int u = source.u_share, v = source.v_share;
     for (size_t k = 0; k < 3; ++k) {
       const int above = (256 - u) * in[k] + u * in[k + 3];

@@ -27,7 +27,7 @@ class Undistorter {
   Undistorter(const CameraIntrinsics& camera, const LensDistortion& distortion);
 
   // Bilinear; black where the lens did not look. The image must have the camera's size.
-  void Apply(const Image3u8& seen, Image3u8* undistorted) const;
+  void Apply(Image3u8* image);
 
  private:
   struct Source {
@@ -36,6 +36,7 @@ class Undistorter {
   };
   int width_, height_;
   std::vector<Source> sources_;
+  Image3u8 seen_;  // the image as it was
 };
 
 }  // namespace turbidock::vision

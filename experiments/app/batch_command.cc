@@ -21,7 +21,7 @@ namespace turbidock::app {
 namespace {
 
 constexpr double kLogEvery_s = 10;
-constexpr size_t kMostRows = 60;  // of the closing table; `status --by` shows longer ones
+constexpr size_t kMaxRows = 60;  // of the closing table; `status --by` shows longer ones
 
 struct BatchArguments {
   PlanArguments plan;
@@ -86,7 +86,7 @@ int Batch(const BatchArguments& arguments) {
   const std::vector<std::string> keys = GridKeys(plan);
   const std::vector<farm::GroupSummary> groups = farm::Summarise(store.Trials(), keys);
   progress.Say("");
-  progress.Say(groups.size() <= kMostRows
+  progress.Say(groups.size() <= kMaxRows
                    ? farm::SummaryTable(keys, groups)
                    : farm::SummaryTable({}, farm::Summarise(store.Trials(), {})));
   if (end.done_now > 0)

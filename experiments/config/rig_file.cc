@@ -107,12 +107,12 @@ RigFromFile RigOfCalibration(const Calibration& calibration, int width_px, int h
   }
 
   RigFromFile out;
-  out.rig.left = IntrinsicsOf(calibration.Matrix({"M1", "K1", "cameraMatrix1"}, {9}), where,
-                              width_px, height_px);
-  out.rig.right = IntrinsicsOf(calibration.Matrix({"M2", "K2", "cameraMatrix2"}, {9}), where,
-                               width_px, height_px);
-  out.left_distortion = DistortionOf(calibration.Matrix({"D1", "distCoeffs1"}, {4, 5, 8}));
-  out.right_distortion = DistortionOf(calibration.Matrix({"D2", "distCoeffs2"}, {4, 5, 8}));
+  const auto camera = [&](std::initializer_list<const char*> names) -> MountedCamera {
+    return {IntrinsicsOf(calibration.Matrix(names, {9}), where, width_px, height_px), Pose()};
+  };
+  out.rig = {camera({"M1", "K1", "cameraMatrix1"}), camera({"M2", "K2", "cameraMatrix2"})};
+  out.distortion = {DistortionOf(calibration.Matrix({"D1", "distCoeffs1"}, {4, 5, 8})),
+                    DistortionOf(calibration.Matrix({"D2", "distCoeffs2"}, {4, 5, 8}))};
 
   const std::vector<double> R = calibration.Matrix({"R"}, {9}), T = calibration.Matrix({"T"}, {3});
   const Eigen::Matrix3d R_RL =
@@ -137,8 +137,8 @@ RigFromFile RigOfCalibration(const Calibration& calibration, int width_px, int h
   R_LH << ahead, left_of_head, ahead.cross(left_of_head);
   const Pose X_LH{Eigen::Quaterniond(R_LH).normalized(), 0.5 * p_LR};
   const Pose X_LR{Eigen::Quaterniond(Eigen::Matrix3d(R_RL.transpose())).normalized(), p_LR};
-  out.rig.X_HL = X_LH.Inverse();
-  out.rig.X_HR = X_LH.Inverse() * X_LR;
+  out.rig.left.X_HC = X_LH.Inverse();
+  out.rig.right.X_HC = X_LH.Inverse() * X_LR;
   return out;
 }
 

@@ -12,7 +12,7 @@ namespace turbidock::config {
 
 struct RigFromFile {
   StereoRig rig;
-  vision::LensDistortion left_distortion, right_distortion;
+  Stereo<vision::LensDistortion> distortion;
 };
 
 // Reads our own rig file (keys of RigParams), or OpenCV's stereo calibration: files of

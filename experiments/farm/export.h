@@ -9,6 +9,10 @@
 namespace turbidock::farm {
 
 enum class ExportFormat { kCsv, kJsonl };
+constexpr auto Names(ExportFormat) {
+  using enum ExportFormat;
+  return EnumList<ExportFormat>({{kCsv, "csv"}, {kJsonl, "jsonl"}});
+}
 
 // Columns: trial and seed, cell and sample, the verdict, every parameter, every figure, the reason;
 // with `timing` also what differs from run to run. Equal results give equal text (without timing).
@@ -16,10 +20,3 @@ enum class ExportFormat { kCsv, kJsonl };
 std::string ExportText(const std::vector<StoredTrial>& trials, ExportFormat format, bool timing);
 
 }  // namespace turbidock::farm
-
-template <>
-struct turbidock::EnumNames<turbidock::farm::ExportFormat> {
-  using E = turbidock::farm::ExportFormat;
-  static constexpr auto kNames =
-      std::to_array<std::pair<E, const char*>>({{E::kCsv, "csv"}, {E::kJsonl, "jsonl"}});
-};

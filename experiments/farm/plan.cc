@@ -95,11 +95,11 @@ Plan::Plan(const std::string& text, const std::string& file, const PlanOverrides
   if (const auto random = plan.Find("random")) ReadRandom(*random);
   LoadScenarios(plan, overrides.assignments);
 
-  constexpr int64_t kMostTrials = 10'000'000;
+  constexpr int64_t kMaxTrials = 10'000'000;
   for (const GridAxis& axis : grid_) {
     cells_ *= std::ssize(axis.values);
-    if (cells_ * settings_.seeds > kMostTrials)
-      throw ConfigError(file + ": grid: more than " + std::to_string(kMostTrials) + " trials");
+    if (cells_ * settings_.seeds > kMaxTrials)
+      throw ConfigError(file + ": grid: more than " + std::to_string(kMaxTrials) + " trials");
   }
   DrawDesign();
   resolved_ = Resolve();

@@ -40,6 +40,11 @@ enum class Design {
   kLatinHypercube,  // each key's range is cut into `seeds` equally likely parts, each met once
   kSobol,           // points of a Sobol sequence, shifted at random (digitally)
 };
+constexpr auto Names(Design) {
+  using enum Design;
+  return EnumList<Design>(
+      {{kIndependent, "independent"}, {kLatinHypercube, "latin_hypercube"}, {kSobol, "sobol"}});
+}
 
 struct PlanSettings {
   int schema_version = 0;
@@ -94,6 +99,14 @@ struct RandomKey {
 
   std::string ValueAt(double u) const;
 };
+
+constexpr auto Names(RandomKey::Kind) {
+  using enum RandomKey::Kind;
+  return EnumList<RandomKey::Kind>({{kUniform, "uniform"},
+                                    {kNormal, "normal"},
+                                    {kLogUniform, "log_uniform"},
+                                    {kChoice, "choice"}});
+}
 
 struct TrialSpec {
   int64_t trial = 0;                  // in [0, Plan::trials())
@@ -166,23 +179,3 @@ struct Shard {
 Shard ParseShard(const std::string& text);
 
 }  // namespace turbidock::farm
-
-template <>
-struct turbidock::EnumNames<turbidock::farm::Design> {
-  using E = turbidock::farm::Design;
-  static constexpr auto kNames = std::to_array<std::pair<E, const char*>>({
-      {E::kIndependent, "independent"},
-      {E::kLatinHypercube, "latin_hypercube"},
-      {E::kSobol, "sobol"},
-  });
-};
-
-template <>
-struct turbidock::EnumNames<turbidock::farm::RandomKey::Kind> {
-  using E = turbidock::farm::RandomKey::Kind;
-  static constexpr auto kNames =
-      std::to_array<std::pair<E, const char*>>({{E::kUniform, "uniform"},
-                                                {E::kNormal, "normal"},
-                                                {E::kLogUniform, "log_uniform"},
-                                                {E::kChoice, "choice"}});
-};

@@ -133,14 +133,6 @@ void Canvas::DottedCircle(const Eigen::Vector2d& center_px, double radius_px, in
   cairo_fill(cairo_);
 }
 
-void Canvas::Disc(const Eigen::Vector2d& center_px, double radius_px, Rgb color, double alpha) {
-  SetColor(color, alpha);
-  cairo_new_path(cairo_);
-  cairo_arc(cairo_, center_px.x() + kHalf, center_px.y() + kHalf, radius_px, 0,
-            2 * std::numbers::pi);
-  cairo_fill(cairo_);
-}
-
 void Canvas::Text(const Eigen::Vector2d& at_px, std::string_view text, double size_px, Rgb color,
                   Align align, bool bold) {
   double x = at_px.x();

@@ -57,7 +57,6 @@ class Canvas {
   // `dots` round dots of the given diameter, evenly spaced, the first one to the right.
   void DottedCircle(const Eigen::Vector2d& center_px, double radius_px, int dots,
                     double diameter_px, Rgb color, double alpha = 1);
-  void Disc(const Eigen::Vector2d& center_px, double radius_px, Rgb color, double alpha = 1);
 
   // `at` is on the base line, at the left end, middle or right end of the text.
   void Text(const Eigen::Vector2d& at_px, std::string_view text, double size_px, Rgb color,

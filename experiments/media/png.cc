@@ -3,6 +3,7 @@
 #include <png.h>
 
 #include "experiments/system/output_path.h"
+#include "sim/base/check.h"
 
 namespace turbidock::media {
 

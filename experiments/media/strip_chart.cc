@@ -1,8 +1,9 @@
 #include "experiments/media/strip_chart.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "sim/base/check.h"
 
@@ -92,7 +93,6 @@ void StripChart::DrawEmpty() {
   ground_.FillRect(plot_, kPlotGround);
   ground_.Text({static_cast<double>(plot_.x), kHeader - 6.0}, spec_.title, kTitleSize, kTitle,
                Align::kLeft, /*bold=*/true);
-  char label[32];
   const double left = plot_.x - 0.5, right = plot_.right() - 0.5;
   const double top = plot_.y - 0.5, bottom = plot_.bottom() - 0.5;
 
@@ -101,8 +101,8 @@ void StripChart::DrawEmpty() {
     const double u = std::round(ColumnOf(i * time_step_s));
     ground_.Line({u, top}, {u, bottom}, 1, kGrid);
     if (!spec_.time_labels) continue;
-    std::snprintf(label, sizeof label, "%g s", i * time_step_s);
-    ground_.Text({u, plot_.bottom() + 11.0}, label, kLabelSize, kLabel, Align::kCenter);
+    ground_.Text({u, plot_.bottom() + 11.0}, fmt::format("{:g} s", i * time_step_s), kLabelSize,
+                 kLabel, Align::kCenter);
   }
 
   // limits take the place of the ticks next to them
@@ -114,7 +114,7 @@ void StripChart::DrawEmpty() {
         spec_.limits.begin(), spec_.limits.end(),
         [&](const StripLimit& limit) { return std::abs(RowOf(limit.value) - v) < kLabelSize + 1; });
     if (hidden) continue;
-    std::snprintf(label, sizeof label, "%.*f", spec_.tick_decimals, tick * step + 0.0);
+    const std::string label = fmt::format("{:.{}f}", tick * step + 0.0, spec_.tick_decimals);
     // the lowest label stays clear of the time labels
     ground_.Text({left - 5, std::min(v + 4, bottom)}, label, kLabelSize, kLabel, Align::kRight);
   }

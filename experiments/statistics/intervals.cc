@@ -85,9 +85,9 @@ std::optional<LogisticFit> FitLogistic(const std::vector<DosePoint>& points) {
   // Doses scaled to [0, 1], where the problem is well conditioned.
   Eigen::Vector2d beta(std::log((successes + 0.5) / (trials - successes + 0.5)), 0);
   Eigen::Matrix2d covariance;
-  constexpr int kMostSteps = 200;
+  constexpr int kMaxSteps = 200;
   bool converged = false;
-  for (int step = 0; step < kMostSteps && !converged; ++step) {
+  for (int step = 0; step < kMaxSteps && !converged; ++step) {
     Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
     const auto row = [&](const DosePoint& point) {
       return Eigen::Vector2d(1, (point.dose - low) / (high - low));

@@ -13,7 +13,7 @@
 namespace turbidock::statistics {
 namespace {
 
-constexpr size_t kMostExact = 25;
+constexpr size_t kMaxExact = 25;
 
 double TwoSided(double tail) { return std::min(1.0, 2 * tail); }
 
@@ -80,7 +80,7 @@ double WilcoxonSignedRankP(const std::vector<double>& differences) {
   }
   const auto n = static_cast<double>(d.size());
   const double total = n * (n + 1) / 2;
-  if (!ties && d.size() <= kMostExact)
+  if (!ties && d.size() <= kMaxExact)
     return TwoSided(ExactRankSumTail(d.size(), std::min(positive, total - positive)));
   const double variance = n * (n + 1) * (2 * n + 1) / 24 - tie_term / 48;
   const double z = std::max(0.0, std::abs(positive - total / 2) - 0.5) / std::sqrt(variance);

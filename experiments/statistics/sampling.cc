@@ -34,7 +34,7 @@ std::vector<double> StratifiedSamples(int n, Rng* rng) {
 }
 
 std::vector<double> SobolSamples(int n, int dimension, Rng* rng) {
-  TD_CHECK(0 <= dimension && dimension < kMostSobolDimensions, "a dimension of the sequence");
+  TD_CHECK(0 <= dimension && dimension < kMaxSobolDimensions, "a dimension of the sequence");
   const auto dimensions = static_cast<size_t>(dimension) + 1;
   boost::random::sobol sequence(dimensions);
   const uint64_t shift = rng->NextU64();

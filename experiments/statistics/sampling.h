@@ -16,7 +16,7 @@ std::vector<double> StratifiedSamples(int n, Rng* rng);
 // numbers), shifted by one random number, bit by bit. Columns of different dimensions fill the
 // space between them evenly.
 std::vector<double> SobolSamples(int n, int dimension, Rng* rng);
-inline constexpr int kMostSobolDimensions = 1000;
+inline constexpr int kMaxSobolDimensions = 1000;
 
 // Quantile functions: the value below which lies the share u of a distribution.
 double UniformAt(double u, double low, double high);

@@ -15,10 +15,10 @@ namespace {
 
 constexpr double kSpentShare = 0.9;    // of a level; see HitTest
 constexpr double kNegligible = 1e-18;  // probability of paths that need not be followed
-constexpr int kMostTrials = 1 << 14;
+constexpr int kMaxTrials = 1 << 14;
 
 [[noreturn]] void ThrowTooMany() {
-  throw ConfigError("that takes more than " + std::to_string(kMostTrials) + " trials");
+  throw ConfigError("that takes more than " + std::to_string(kMaxTrials) + " trials");
 }
 
 bool IsProbability(double p) { return p > 0 && p < 1; }
@@ -105,7 +105,7 @@ std::vector<int> HitsToReach(const HitTest::Design& design, double log_threshold
 HitTest::HitTest(const Design& design) {
   TD_CHECK(IsProbability(design.p_null) && IsProbability(design.p_alternative) &&
                design.p_null < design.p_alternative && IsProbability(design.level) &&
-               design.max_trials >= 1 && design.max_trials <= kMostTrials,
+               design.max_trials >= 1 && design.max_trials <= kMaxTrials,
            "a test's design is impossible");
   // Wald's bound 1 / level is always enough; bisection finds the least threshold that is.
   double too_low = 0, enough = -std::log(design.level * kSpentShare) * (1 + 1e-9);
@@ -191,7 +191,7 @@ RateTest::Characteristic RateTest::At(double true_rate) const {
 FixedTest FixedSampleTest(const RateTestDesign& design) {
   using boost::math::cdf;
   using boost::math::complement;
-  for (int n = 1; n <= kMostTrials; ++n) {
+  for (int n = 1; n <= kMaxTrials; ++n) {
     const boost::math::binomial no_worse(n, design.no_worse), worse(n, design.worse);
     int fail_at_most = -1;
     while (fail_at_most + 1 < n && cdf(no_worse, fail_at_most + 1) <= design.alpha) ++fail_at_most;
@@ -209,7 +209,7 @@ int TrialsToDecide(RateTestDesign design, double inconclusive) {
   };
   int too_few = 0, enough = 16;
   while (undecided(enough) > inconclusive) {
-    if (enough >= kMostTrials) ThrowTooMany();
+    if (enough >= kMaxTrials) ThrowTooMany();
     too_few = enough;
     enough *= 2;
   }

@@ -17,6 +17,8 @@
 #include <span>
 #include <vector>
 
+#include "sim/base/fields.h"
+
 namespace turbidock::statistics {
 
 // Rejects "a hit has probability p_null or less" in favour of more hits, looking after every trial.
@@ -77,6 +79,10 @@ class NetLossTest {
 // ------------------------------------------------------------------------- two tests, one verdict
 
 enum class Verdict { kFail, kPass, kInconclusive };
+constexpr auto Names(Verdict) {
+  using enum Verdict;
+  return EnumList<Verdict>({{kPass, "pass"}, {kFail, "fail"}, {kInconclusive, "inconclusive"}});
+}
 
 // Success rates of two builds on the same seeds: fails when more than half of the pairs that differ
 // are losses, passes when less than the margin is lost.

@@ -28,7 +28,7 @@ std::string TimeoutReason(const Scenario& scenario, const TrialResult& result,
         "{:g} for {:g} s",
         after, result.fitness_best, scenario.procedure.found_fitness,
         scenario.procedure.found_hold_s);
-  const PoseError& e = result.final_error_estimated;
+  const AxesPose& e = result.final_error_estimated;
   return fmt::format(
              "{} in {} with the marker estimated {:.0f} mm, {:.0f} mm, {:.0f} mm and {:.1f} deg "
              "from the desired pose",

@@ -2,14 +2,14 @@
 
 namespace turbidock::trial {
 
-Eyes::Eyes(const Scenario& scenario, const Options& options, World* world)
+Eyes::Eyes(const Scenario& scenario, const TrialOptions& options, World* world)
     : world_(*world),
       timer_(options.timer),
       schedule_(scenario.camera_period_frames, scenario.camera_delay_frames),
       whole_images_(options.whole_images || !scenario.region_of_interest),
       drop_probability_(scenario.camera_drop_probability),
       drops_(world->seeds().Stream("camera.drops")),
-      exposures_(static_cast<size_t>(schedule_.under_way()) + 1) {
+      snapshots_(static_cast<size_t>(schedule_.under_way()) + 1) {
   const SeedTree& seeds = world_.seeds();
   if (scenario.pose_source == PoseSource::kCameras) {
     estimator_.emplace(scenario.estimator, scenario.marker, scenario.hue, scenario.rig.MakeRig(),
@@ -19,11 +19,11 @@ Eyes::Eyes(const Scenario& scenario, const Options& options, World* world)
     true_pose_.emplace(scenario.true_pose, scenario.marker, scenario.rig.MakeRig(),
                        scenario.image_clock().frame_s(), seeds.Stream("true_pose"));
   }
-  for (int64_t frame = schedule_.first_frame(); frame < 0; ++frame) Expose(frame);
+  for (int64_t frame = schedule_.first_frame(); frame < 0; ++frame) Look(frame);
 }
 
 bool Eyes::Update(int64_t frame) {
-  Expose(frame);
+  Look(frame);
   if (!schedule_.ArrivesAt(frame)) return false;
   // what came first must have come: there is no estimate before it
   if (drop_probability_ > 0 && drops_.Uniform() < drop_probability_ && estimate_ != nullptr)
@@ -31,7 +31,7 @@ bool Eyes::Update(int64_t frame) {
   const int64_t number = schedule_.LatestAt(frame);
   if (estimator_) {
     world_.Develop(*Slot(number), number, whole_images_ ? std::nullopt : estimator_->Reach(),
-                   &seen_);
+                   timer_, &seen_);
     estimate_ = &estimator_->Update(seen_);
   } else {
     estimate_ = &true_pose_->Update(number, Slot(number)->true_X_HM);
@@ -44,13 +44,13 @@ std::string Eyes::name() const {
   return std::string(estimator_ ? estimator_->name() : NameOf(PoseSource::kTruePose));
 }
 
-Exposure* Eyes::Slot(int64_t number) {
-  const int64_t n = std::ssize(exposures_);
-  return &exposures_[static_cast<size_t>((number % n + n) % n)];
+Snapshot* Eyes::Slot(int64_t number) {
+  const int64_t n = std::ssize(snapshots_);
+  return &snapshots_[static_cast<size_t>((number % n + n) % n)];
 }
 
-void Eyes::Expose(int64_t frame) {
-  if (schedule_.ExposesAt(frame)) world_.Expose(Slot(schedule_.ExposedAt(frame)));
+void Eyes::Look(int64_t frame) {
+  if (schedule_.ExposesAt(frame)) world_.Take(Slot(schedule_.ExposedAt(frame)));
 }
 
 }  // namespace turbidock::trial

@@ -22,13 +22,9 @@ namespace turbidock::trial {
 // control is of interest. Either way it is camera_delay_frames old.
 class Eyes {
  public:
-  struct Options {
-    bool whole_images = false;    // make also the pixels that the estimator does not read
-    StageTimer* timer = nullptr;  // gets the stages of seeing
-  };
-
-  // The cameras have been on for a while: what arrives first shows the vehicle at its start.
-  Eyes(const Scenario& scenario, const Options& options, World* world);
+  // The cameras have been on for a while: what arrives first shows the vehicle at its start. The
+  // options' timer gets the stages of seeing.
+  Eyes(const Scenario& scenario, const TrialOptions& options, World* world);
 
   // To be called at every frame, in order. Returns whether an image arrived, with its estimate.
   bool Update(int64_t frame);
@@ -38,8 +34,8 @@ class Eyes {
   std::string name() const;
 
  private:
-  Exposure* Slot(int64_t number);
-  void Expose(int64_t frame);
+  Snapshot* Slot(int64_t number);
+  void Look(int64_t frame);
 
   World& world_;
   StageTimer* timer_;
@@ -47,9 +43,10 @@ class Eyes {
   bool whole_images_;
   double drop_probability_;
   Rng drops_;
-  // The latest exposures by their numbers: those under way from the sensor to the estimator, and
-  // the one there. They become images when they arrive: only then is it known which pixels matter.
-  std::vector<Exposure> exposures_;
+  // The latest snapshots by their images' numbers: those under way from the sensor to the
+  // estimator, and the one there. They become images when they arrive: only then is it known which
+  // pixels matter.
+  std::vector<Snapshot> snapshots_;
   std::optional<vision::RmGa> estimator_;
   std::optional<TruePose> true_pose_;
   const PoseEstimate* estimate_ = nullptr;

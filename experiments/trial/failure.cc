@@ -58,9 +58,10 @@ bool IsOscillation(const Scenario& scenario, std::span<const FrameRecord> frames
   const control::ProcedureParams& p = scenario.procedure;
   SwingCounter y(p.enter_y_m), z(p.enter_z_m), yaw(p.enter_yaw_rad);
   for (const FrameRecord& frame : frames) {
-    y.Add(frame.true_X_HM.p.y() - frame.desired.y_m);
-    z.Add(frame.true_X_HM.p.z() - frame.desired.z_m);
-    yaw.Add(WrapAngle(YawOf(frame.true_X_HM.q) - frame.desired.yaw_rad));
+    const AxesPose error = AxesPose::Of(frame.true_X_HM) - frame.desired;
+    y.Add(error.y_m);
+    z.Add(error.z_m);
+    yaw.Add(error.yaw_rad);
   }
   return std::max({y.swings(), z.swings(), yaw.swings()}) >= kSwings;
 }

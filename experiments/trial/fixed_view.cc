@@ -27,7 +27,7 @@ std::vector<FixedView> DrawFixedViews(const Scenario& scenario, const std::vecto
                      .surfaces = surfaces,
                      .X_HE = light::LampPoses(scene),
                      .rendered = {}});
-    renderer.Render(*data, /*tick=*/0, &views.back().rendered);
+    renderer.Render(*data, &views.back().rendered);
   }
   return views;
 }

@@ -41,16 +41,16 @@ const PoseEstimate& TruePose::Update(int64_t frame, const Pose& X_HM) {
 
 double TruePose::Fitness(const Pose& X_HM) const {
   double sum = 0;
-  for (const auto& [camera, X_HC] :
-       {std::pair(&rig_.left, &rig_.X_HL), std::pair(&rig_.right, &rig_.X_HR)}) {
-    const Pose X_CM = X_HC->Inverse() * X_HM;
+  for (const Side side : kSides) {
+    const MountedCamera& camera = rig_[side];
+    const Pose X_CM = camera.X_HC.Inverse() * X_HM;
     for (const vision::BallParams& ball : marker_.balls) {
       const Eigen::Vector3d p_CQ = X_CM * ball.p_MQ_m;
       bool seen = p_CQ.z() > vision::kNearestDepth_m;
       if (seen) {
-        const vision::BallCircle circle = vision::ProjectBall(*camera, p_CQ, ball.radius_m);
-        seen = circle.u_px >= 0 && circle.u_px <= camera->width_px - 1 && circle.v_px >= 0 &&
-               circle.v_px <= camera->height_px - 1;
+        const vision::BallCircle circle = vision::ProjectBall(camera, p_CQ, ball.radius_m);
+        seen = circle.u_px >= 0 && circle.u_px <= camera.width_px - 1 && circle.v_px >= 0 &&
+               circle.v_px <= camera.height_px - 1;
       }
       sum += seen ? params_.fitness : kNothing;
     }

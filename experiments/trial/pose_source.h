@@ -16,6 +16,10 @@ enum class PoseSource {
   kCameras,   // images, estimator
   kTruePose,  // the true pose with noise and the same delay; nothing is rendered
 };
+constexpr auto Names(PoseSource) {
+  using enum PoseSource;
+  return EnumList<PoseSource>({{kCameras, "cameras"}, {kTruePose, "true_pose"}});
+}
 
 // What is put on the true pose in place of an estimator's errors. The numbers are measured on the
 // estimator: see assets/measured/estimator.md.
@@ -62,12 +66,3 @@ class TruePose {
 };
 
 }  // namespace turbidock::trial
-
-template <>
-struct turbidock::EnumNames<turbidock::trial::PoseSource> {
-  using E = turbidock::trial::PoseSource;
-  static constexpr auto kNames = std::to_array<std::pair<E, const char*>>({
-      {E::kCameras, "cameras"},
-      {E::kTruePose, "true_pose"},
-  });
-};

@@ -17,11 +17,6 @@ using control::Stage;
 // Twenty minutes of frames; a longer log grows as it goes.
 constexpr int64_t kReservedFrames = 36000;
 
-PoseError ErrorOf(const Pose& X_HM, const control::DesiredPose& desired) {
-  return {X_HM.p.x() - desired.x_m, X_HM.p.y() - desired.y_m, X_HM.p.z() - desired.z_m,
-          WrapAngle(YawOf(X_HM.q) - desired.yaw_rad)};
-}
-
 double PeakMemoryMib() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
@@ -47,16 +42,15 @@ TrialRecorder::TrialRecorder(const Scenario& scenario)
       clock.FramesFor(scenario.duration_s) + clock.FramesFor(scenario.docked_hold_s);
   result_.log.frames.reserve(static_cast<size_t>(std::min(most_frames, kReservedFrames)));
   result_.seed = scenario.seed;
-  const Pose X_MH = DrawStart(scenario);
-  result_.start = {X_MH.p.x(), X_MH.p.y(), X_MH.p.z(), YawOf(X_MH.q)};
+  result_.start = AxesPose::Of(DrawStart(scenario));
 }
 
 void TrialRecorder::Add(const FrameRecord& record, bool inserted) {
   if (record.stage == Stage::kDocked && !docked_frame_) docked_frame_ = record.frame;
   if (!docked_frame_ || docked_frame_ == record.frame) {
     result_.time_s = record.time_s;
-    result_.final_error_true = ErrorOf(record.true_X_HM, record.desired);
-    result_.final_error_estimated = ErrorOf(record.est_X_HM, record.desired);
+    result_.final_error_true = AxesPose::Of(record.true_X_HM) - record.desired;
+    result_.final_error_estimated = AxesPose::Of(record.est_X_HM) - record.desired;
   }
   dock_contact_.Update({.time_s = record.time_s,
                         .insertion_depth_m = record.insertion_depth_m,
@@ -78,7 +72,7 @@ void TrialRecorder::SummariseControl() {
     for (const double volts : record.command.volts)
       volts_squared += (volts - kNeutralVolts) * (volts - kNeutralVolts);
     if (found && record.stage == Stage::kApproach) continue;
-    const PoseError e = ErrorOf(record.true_X_HM, record.desired);
+    const AxesPose e = AxesPose::Of(record.true_X_HM) - record.desired;
     squares += std::min(1.0, e.y_m * e.y_m) + std::min(1.0, e.z_m * e.z_m);
     result_.overshoot_m = std::clamp(-e.x_m, result_.overshoot_m, 1.0);
     ++counted;

@@ -61,6 +61,10 @@ enum class OpticsPreset {
   kPlain,       // the keys' own defaults: a good digital camera at a fixed exposure
   kCalibrated,  // assets/optics.yaml: the published rig, a camera near its limit, as its tables say
 };
+constexpr auto Names(OpticsPreset) {
+  using enum OpticsPreset;
+  return EnumList<OpticsPreset>({{kCalibrated, "calibrated"}, {kPlain, "plain"}});
+}
 
 struct Scenario {
   int schema_version = 0;
@@ -188,13 +192,6 @@ Pose DrawStart(const Scenario& scenario);
 void CheckMarker(const Scenario& scenario, const vehicle::Scene& scene);
 
 }  // namespace turbidock::trial
-
-template <>
-struct turbidock::EnumNames<turbidock::trial::OpticsPreset> {
-  using E = turbidock::trial::OpticsPreset;
-  static constexpr auto kNames = std::to_array<std::pair<E, const char*>>(
-      {{E::kCalibrated, "calibrated"}, {E::kPlain, "plain"}});
-};
 
 // Its many fields are compiled once, in scenario.cc.
 extern template void turbidock::CheckFields(const turbidock::trial::Scenario& object,

@@ -37,9 +37,9 @@ FrameRecord RecordOf(const Scenario& scenario, int64_t frame, const World& world
 TrialResult RunTrial(const Scenario& scenario, const TrialOptions& options) {
   CheckFields(scenario, "");
   TrialRecorder recorder(scenario);
-  World world(scenario, {.spectator = options.spectator, .timer = options.timer});
+  World world(scenario, options);
   if (options.on_remark && !world.remark().empty()) options.on_remark(world.remark());
-  Eyes eyes(scenario, {.whole_images = options.whole_images, .timer = options.timer}, &world);
+  Eyes eyes(scenario, options, &world);
   control::Autopilot autopilot(scenario.control, scenario.procedure, scenario.image_clock());
   EndingRules rules(scenario);
   if (options.timer) options.timer->Skip();
@@ -68,6 +68,7 @@ TrialResult RunTrial(const Scenario& scenario, const TrialOptions& options) {
 
     vehicle::ContactReport contacts;
     const std::optional<std::string> fault = world.Advance(command, &contacts);
+    Lap(options.timer, LoopStage::kPhysics);
     record.dock_force_newton = contacts.dock_force_newton;
     record.collision_force_newton = contacts.collision_force_newton;
     recorder.Add(record, inserted);

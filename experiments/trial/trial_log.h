@@ -23,7 +23,7 @@ struct FrameRecord {
   Pose true_X_HM;
   Pose true_X_WB;
   Twist true_V_WB_B;
-  control::DesiredPose desired;
+  AxesPose desired;
   bool controlled = false;  // false: the vehicle searches or drifts instead of following `desired`
   control::AxisVolts demand;  // of the control law; zero without control
   ThrusterCommand command;

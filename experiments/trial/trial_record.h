@@ -4,7 +4,6 @@
 // (result_keys.md) are made of that list. To add one, add a member and its line there, and compute
 // it in recorder.cc.
 
-#include <cmath>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -13,6 +12,7 @@
 
 #include "control/docking_procedure.h"
 #include "experiments/trial/dock_contact.h"
+#include "sim/base/axes_pose.h"
 #include "sim/base/fields.h"
 #include "sim/vehicle/energy_balance.h"
 
@@ -31,6 +31,18 @@ enum class Outcome {
   kCrashed,  // the trial's process ended
   kHung,     // the trial's process was stopped after its time limit
 };
+constexpr auto Names(Outcome) {
+  using enum Outcome;
+  return EnumList<Outcome>({{kDocked, "docked"},
+                            {kFalseDock, "false_dock"},
+                            {kTimeout, "timeout"},
+                            {kMarkerLost, "marker_lost"},
+                            {kCollision, "collision"},
+                            {kDiverged, "diverged"},
+                            {kInterrupted, "interrupted"},
+                            {kCrashed, "crashed"},
+                            {kHung, "hung"}});
+}
 
 inline bool IsOwnEnd(Outcome outcome) {
   return outcome != Outcome::kCrashed && outcome != Outcome::kHung;
@@ -53,21 +65,21 @@ enum class Failure {
   kCrashed,         // the trial's process ended
   kHung,            // the trial's process was stopped after its time limit
 };
-
-// Position and heading of one thing less those of another.
-struct PoseError {
-  double x_m = 0, y_m = 0, z_m = 0, yaw_rad = 0;
-
-  double distance_m() const { return std::hypot(x_m, y_m, z_m); }
-  bool operator==(const PoseError&) const = default;
-
-  static void Fields(auto& self, auto&& field) {
-    field("x_m", self.x_m, Finite(), "forward");
-    field("y_m", self.y_m, Finite(), "to the left");
-    field("z_m", self.z_m, Finite(), "up");
-    field("yaw_rad", self.yaw_rad, Finite(), "heading, positive to the left");
-  }
-};
+constexpr auto Names(Failure) {
+  using enum Failure;
+  return EnumList<Failure>({{kNone, "none"},
+                            {kDiverged, "diverged"},
+                            {kCollision, "collision"},
+                            {kJammed, "jammed"},
+                            {kFalseLock, "false_lock"},
+                            {kNeverFound, "never_found"},
+                            {kLostInServoing, "lost_in_servoing"},
+                            {kLostInDocking, "lost_in_docking"},
+                            {kOscillation, "oscillation"},
+                            {kTimeout, "timeout"},
+                            {kCrashed, "crashed"},
+                            {kHung, "hung"}});
+}
 
 // Which column of a batch's file a field has, if any.
 enum class Place {
@@ -102,7 +114,7 @@ struct TrialRecord {
   std::string reason;
   bool docked = false, inserted = false;
   double time_s = 0;
-  PoseError start, final_error_true, final_error_estimated;
+  AxesPose start, final_error_true, final_error_estimated;
   std::string estimator;
   double fitness_mean = 0, fitness_best = -1;
   int returns_to_servoing = 0;
@@ -187,38 +199,3 @@ struct TrialRecord {
 };
 
 }  // namespace turbidock::trial
-
-template <>
-struct turbidock::EnumNames<turbidock::trial::Outcome> {
-  using E = turbidock::trial::Outcome;
-  static constexpr auto kNames = std::to_array<std::pair<E, const char*>>({
-      {E::kDocked, "docked"},
-      {E::kFalseDock, "false_dock"},
-      {E::kTimeout, "timeout"},
-      {E::kMarkerLost, "marker_lost"},
-      {E::kCollision, "collision"},
-      {E::kDiverged, "diverged"},
-      {E::kInterrupted, "interrupted"},
-      {E::kCrashed, "crashed"},
-      {E::kHung, "hung"},
-  });
-};
-
-template <>
-struct turbidock::EnumNames<turbidock::trial::Failure> {
-  using E = turbidock::trial::Failure;
-  static constexpr auto kNames = std::to_array<std::pair<E, const char*>>({
-      {E::kNone, "none"},
-      {E::kDiverged, "diverged"},
-      {E::kCollision, "collision"},
-      {E::kJammed, "jammed"},
-      {E::kFalseLock, "false_lock"},
-      {E::kNeverFound, "never_found"},
-      {E::kLostInServoing, "lost_in_servoing"},
-      {E::kLostInDocking, "lost_in_docking"},
-      {E::kOscillation, "oscillation"},
-      {E::kTimeout, "timeout"},
-      {E::kCrashed, "crashed"},
-      {E::kHung, "hung"},
-  });
-};

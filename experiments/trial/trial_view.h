@@ -1,6 +1,7 @@
 #pragma once
 // How a trial is shown: what the video and the figure have in common.
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -36,28 +37,18 @@ inline const char* AreaTitle(double fitness, const ViewCriteria& criteria) {
   return fitness >= criteria.detection_fitness ? "Area II" : "Area III";
 }
 
-inline constexpr std::array kStages = {control::Stage::kApproach, control::Stage::kVisualServoing,
-                                       control::Stage::kDocking, control::Stage::kDocked};
-
-inline const char* StageTitle(control::Stage stage) {
-  switch (stage) {
-    case control::Stage::kApproach:
-      return "approach";
-    case control::Stage::kVisualServoing:
-      return "visual servoing";
-    case control::Stage::kDocking:
-      return "docking";
-    case control::Stage::kDocked:
-      return "docked";
-  }
-  return "?";
+// "visual servoing".
+inline std::string StageTitle(control::Stage stage) {
+  std::string title = NameOf(stage);
+  std::ranges::replace(title, '_', ' ');
+  return title;
 }
 
 // The same hues on paper (figure) and on dark ground (video), lighter there. The truth is grey:
 // video halves the resolution of colour, and two hues on top of each other would mix to a third.
 struct ViewColors {
   Rgb estimate, truth, desired, limit;
-  std::array<Rgb, 4> stages;  // in the order of kStages
+  std::array<Rgb, 4> stages;  // in the order of Stage
 
   const Rgb& Of(control::Stage stage) const { return stages[static_cast<size_t>(stage)]; }
 };

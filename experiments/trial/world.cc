@@ -18,14 +18,13 @@ World::Cameras::Cameras(const Scenario& scenario, const vehicle::Scene& scene,
       renderer(*context, scene),
       camera(scenario.cameras(), scenario.rig.MakeRig(), light::SurfaceTable::FromScene(scene),
              light::LampPoses(scene), scenario.image_clock().frame_s(), seeds),
-      exposed(mj_makeData(scene.model.get())) {}
+      then(mj_makeData(scene.model.get())) {}
 
-World::World(const Scenario& scenario, const Options& options)
+World::World(const Scenario& scenario, const TrialOptions& options)
     : seeds_(static_cast<uint64_t>(scenario.seed)),
       clock_(scenario.clock),
       scene_(vehicle::LoadScene(SceneFile(scenario), scenario.rig)),
-      plant_(scene_, scenario.vehicle, clock_, vehicle::Sea(scenario.sea, seeds_.Stream("sea"))),
-      timer_(options.timer) {
+      plant_(scene_, scenario.vehicle, clock_, vehicle::Sea(scenario.sea, seeds_.Stream("sea"))) {
   CheckMarker(scenario, scene_);
   if (scenario.pose_source == PoseSource::kCameras) cameras_.emplace(scenario, scene_, seeds_);
   if (options.spectator) {
@@ -38,23 +37,22 @@ World::World(const Scenario& scenario, const Options& options)
   plant_.Reset(X_WH * scene_.X_BH.Inverse());
 }
 
-void World::Expose(Exposure* exposure) const {
+void World::Take(Snapshot* snapshot) const {
   const mjData& data = plant_.data();
-  exposure->tick = plant_.tick();
-  exposure->qpos.assign(data.qpos, data.qpos + scene_.model->nq);
-  exposure->true_X_HM = true_X_HM();
+  snapshot->qpos.assign(data.qpos, data.qpos + scene_.model->nq);
+  snapshot->true_X_HM = true_X_HM();
 }
 
-void World::Develop(const Exposure& exposure, int64_t number,
-                    const std::optional<StereoRegion>& region, StereoImage* out) {
-  mjData* exposed = cameras_->exposed.get();
-  std::copy(exposure.qpos.begin(), exposure.qpos.end(), exposed->qpos);
-  mj_kinematics(scene_.model.get(), exposed);
-  mj_camlight(scene_.model.get(), exposed);
+void World::Develop(const Snapshot& snapshot, int64_t number,
+                    const std::optional<StereoRegion>& region, StageTimer* timer,
+                    StereoImage* out) {
+  mjData* then = cameras_->then.get();
+  std::copy(snapshot.qpos.begin(), snapshot.qpos.end(), then->qpos);
+  mj_kinematics(scene_.model.get(), then);
+  mj_camlight(scene_.model.get(), then);
   const StereoRegion needed = region.value_or(cameras_->camera.whole());
-  cameras_->renderer.Render(*exposed, exposure.tick, cameras_->camera.Seen(needed),
-                            &cameras_->rendered, timer_);
-  cameras_->camera.Expose(cameras_->rendered, needed, number, out, timer_);
+  cameras_->renderer.Render(*then, cameras_->camera.Seen(needed), &cameras_->rendered, timer);
+  cameras_->camera.Expose(cameras_->rendered, needed, number, out, timer);
 }
 
 const Image3u8* World::DrawSpectator() {
@@ -76,7 +74,6 @@ std::optional<std::string> World::Advance(const ThrusterCommand& command,
       contacts->collision = now.collision;
     }
   }
-  Lap(timer_, LoopStage::kPhysics);
   return fault;
 }
 

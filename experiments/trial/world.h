@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "experiments/trial/scenario.h"
+#include "experiments/trial/trial.h"
 #include "sim/base/image.h"
 #include "sim/base/random.h"
 #include "sim/base/stage_timer.h"
@@ -21,8 +22,7 @@
 namespace turbidock::trial {
 
 // An instant at which the cameras were exposed.
-struct Exposure {
-  int64_t tick = 0;
+struct Snapshot {
   std::vector<mjtNum> qpos;  // where everything was
   Pose true_X_HM;
 };
@@ -30,19 +30,14 @@ struct Exposure {
 // The vehicle in the water, and its cameras where something looks through them.
 class World {
  public:
-  struct Options {
-    bool spectator = false;       // draw the outside view, too
-    StageTimer* timer = nullptr;  // gets the stages from rendering to physics
-  };
+  // Draws the outside view, too, if the options want it. ConfigError when the scenario cannot run
+  // or draws nothing to look at, SimulatorFault when this machine cannot draw.
+  World(const Scenario& scenario, const TrialOptions& options);
 
-  // ConfigError when the scenario cannot run or draws nothing to look at, SimulatorFault when this
-  // machine cannot draw.
-  World(const Scenario& scenario, const Options& options);
-
-  void Expose(Exposure* exposure) const;
-  // The images of an exposure, or a region of them.
-  void Develop(const Exposure& exposure, int64_t number, const std::optional<StereoRegion>& region,
-               StereoImage* out);
+  void Take(Snapshot* snapshot) const;
+  // The images of a snapshot, or a region of them. A timer gets the stages up to kSensor.
+  void Develop(const Snapshot& snapshot, int64_t number, const std::optional<StereoRegion>& region,
+               StageTimer* timer, StereoImage* out);
   const Image3u8* DrawSpectator();  // null without one
 
   // A steady wrench on the vehicle, until another.
@@ -68,7 +63,7 @@ class World {
     std::unique_ptr<view::GlContext> context;
     view::StereoRenderer renderer;
     camera::StereoCamera camera;
-    vehicle::MjDataPtr exposed;  // everything where it was at an exposure
+    vehicle::MjDataPtr then;  // everything where it was at a snapshot
     view::RenderedStereo rendered;
   };
 
@@ -79,7 +74,6 @@ class World {
   std::optional<Cameras> cameras_;
   std::optional<view::SpectatorRenderer> spectator_;
   Image3u8 spectator_image_;
-  StageTimer* timer_;
 };
 
 }  // namespace turbidock::trial

@@ -22,8 +22,14 @@ StereoRig RigParams::MakeRig() const {
   const CameraIntrinsics camera =
       CameraIntrinsics::FromHorizontalFov(width_px, height_px, horizontal_fov_rad);
   const Eigen::Quaterniond q_HC(HeadFromOptical());
-  return {camera, camera, Pose{q_HC, {0, 0.5 * baseline_m, 0}},
-          Pose{q_HC, {0, -0.5 * baseline_m, 0}}};
+  return {{camera, Pose{q_HC, {0, 0.5 * baseline_m, 0}}},
+          {camera, Pose{q_HC, {0, -0.5 * baseline_m, 0}}}};
+}
+
+StereoRegion WholeImages(const StereoRig& rig) {
+  return rig.Each([](const CameraIntrinsics& camera) -> PixelRegion {
+    return {0, 0, camera.width_px, camera.height_px};
+  });
 }
 
 }  // namespace turbidock

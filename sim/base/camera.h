@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 
 #include "sim/base/fields.h"
+#include "sim/base/image.h"
 #include "sim/base/pose.h"
 
 namespace turbidock {
@@ -28,11 +29,14 @@ struct CameraIntrinsics {
   double vertical_fov_rad() const;
 };
 
-// Two cameras in the head frame H.
-struct StereoRig {
-  CameraIntrinsics left, right;
-  Pose X_HL, X_HR;  // optical frames of the left and right camera in H
+// A camera in its place: its optical frame in the camera head H.
+struct MountedCamera : CameraIntrinsics {
+  Pose X_HC;
 };
+
+using StereoRig = Stereo<MountedCamera>;
+// All pixels of both cameras.
+StereoRegion WholeImages(const StereoRig& rig);
 
 // A rig of two equal, parallel cameras that look along the head's x axis, as a data file describes
 // it.

@@ -59,10 +59,21 @@ struct RetiredKey {
   const char* advice;
 };
 
-// Names of an enum's values as users write them; specialise with `static constexpr auto kNames =
-// std::to_array<std::pair<E, const char*>>({...})`.
+// Names of an enum's values as users write them. An enum has them by a function beside it:
+//
+//   constexpr auto Names(Shape) {
+//     using enum Shape;
+//     return EnumList<Shape>({{kBall, "ball"}, {kBox, "box"}});
+//   }
+template <class E, size_t kCount>
+constexpr auto EnumList(const std::pair<E, const char*> (&names)[kCount]) {
+  return std::to_array(names);
+}
+
 template <class E>
-struct EnumNames;
+struct EnumNames {
+  static constexpr auto kNames = Names(E{});
+};
 
 template <class E>
 const char* NameOf(E value) {

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "sim/base/check.h"
+#include "sim/base/stereo.h"
 
 namespace turbidock {
 
@@ -69,17 +69,12 @@ struct PixelRegion {
   bool operator==(const PixelRegion&) const = default;
 };
 
-struct StereoRegion {
-  PixelRegion left, right;
-
-  bool operator==(const StereoRegion&) const = default;
-};
+using StereoRegion = Stereo<PixelRegion>;
 
 // What the two cameras saw at one frame, 8-bit RGB: the only thing that passes from the simulation
 // (or from a real vehicle) to the estimator.
-struct StereoImage {
+struct StereoImage : Stereo<Image3u8> {
   int64_t frame = 0;
-  Image3u8 left, right;
 };
 
 }  // namespace turbidock

@@ -23,22 +23,18 @@ enum class LoopStage {
   kPhysics,   // all ticks of the frame
   kLog,       // record, digest
 };
-
-template <>
-struct EnumNames<LoopStage> {
-  using E = LoopStage;
-  static constexpr auto kNames = std::to_array<std::pair<E, const char*>>({
-      {E::kRender, "render"},
-      {E::kReadBack, "read_back"},
-      {E::kWater, "water"},
-      {E::kSensor, "sensor"},
-      {E::kLabels, "labels"},
-      {E::kEstimate, "estimate"},
-      {E::kControl, "control"},
-      {E::kPhysics, "physics"},
-      {E::kLog, "log"},
-  });
-};
+constexpr auto Names(LoopStage) {
+  using enum LoopStage;
+  return EnumList<LoopStage>({{kRender, "render"},
+                              {kReadBack, "read_back"},
+                              {kWater, "water"},
+                              {kSensor, "sensor"},
+                              {kLabels, "labels"},
+                              {kEstimate, "estimate"},
+                              {kControl, "control"},
+                              {kPhysics, "physics"},
+                              {kLog, "log"}});
+}
 
 inline constexpr size_t kLoopStages = EnumNames<LoopStage>::kNames.size();
 

@@ -16,9 +16,9 @@ namespace turbidock::camera {
 namespace {
 
 // Linear values above this are taken as this: noise on a clipped value cannot bring it below 255.
-constexpr float kMostLinear = 1.25f;
+constexpr float kMaxLinear = 1.25f;
 
-// Values that are exposed together: long enough to fill vectors, short enough that most of them are
+// Values that are encoded together: long enough to fill vectors, short enough that most of them are
 // dark where the picture is.
 constexpr int kRun = 192;
 
@@ -29,32 +29,27 @@ struct Curve {
   float toe_end, toe_slope_dn;
 };
 
-// scale linear^exponent + offset above the toe, slope linear below; 1 is full scale.
-struct Transfer {
-  double exponent, scale, offset, toe_end, toe_slope;
-};
-
-Transfer TransferOf(const SensorParams& params) {
+Curve CurveOf(const SensorParams& params) {
+  // scale linear^exponent + offset above the toe, slope linear below; 1 is full scale.
+  const auto curve = [&](double exponent, double scale, double offset, double toe_end,
+                         double toe_slope) -> Curve {
+    return {
+        .linear_per_radiance = static_cast<float>(params.gain / params.full_scale_radiance_w_m2_sr),
+        .exponent = static_cast<float>(exponent),
+        .scale_dn = static_cast<float>(255 * scale),
+        .offset_dn = static_cast<float>(255 * offset),
+        .toe_end = static_cast<float>(toe_end),
+        .toe_slope_dn = static_cast<float>(255 * toe_slope)};
+  };
   switch (params.transfer) {
     case TransferCurve::kPower:
-      return {1 / params.power, 1, 0, 0, 0};
+      return curve(1 / params.power, 1, 0, 0, 0);
     case TransferCurve::kNtsc:
-      return {0.45, 1.099, -0.099, 0.018, 4.5};  // SMPTE 170M
+      return curve(0.45, 1.099, -0.099, 0.018, 4.5);  // SMPTE 170M
     case TransferCurve::kSrgb:
-      return {1 / 2.4, 1.055, -0.055, 0.0031308, 12.92};  // IEC 61966-2-1
+      return curve(1 / 2.4, 1.055, -0.055, 0.0031308, 12.92);  // IEC 61966-2-1
   }
   TD_CHECK(false, "unknown transfer curve");
-}
-
-Curve CurveOf(const SensorParams& params) {
-  const Transfer transfer = TransferOf(params);
-  return {
-      .linear_per_radiance = static_cast<float>(params.gain / params.full_scale_radiance_w_m2_sr),
-      .exponent = static_cast<float>(transfer.exponent),
-      .scale_dn = static_cast<float>(255 * transfer.scale),
-      .offset_dn = static_cast<float>(255 * transfer.offset),
-      .toe_end = static_cast<float>(transfer.toe_end),
-      .toe_slope_dn = static_cast<float>(255 * transfer.toe_slope)};
 }
 
 // What is negative or no number counts as dark.
@@ -63,7 +58,7 @@ Curve CurveOf(const SensorParams& params) {
   const float lit = x > 0.0f ? x : 0.0f;
   // positive numbers are in the order of their bits, which are compared faster
   return std::bit_cast<float>(
-      std::min(std::bit_cast<int32_t>(lit), std::bit_cast<int32_t>(kMostLinear)));
+      std::min(std::bit_cast<int32_t>(lit), std::bit_cast<int32_t>(kMaxLinear)));
 }
 
 [[gnu::always_inline]] inline float PowerDn(const Curve& curve, float linear) {
@@ -99,10 +94,10 @@ struct NoiseDn {
 // DN as numbers of type T: rounded, or as they are. With kToe, all values are on the curve's
 // straight part: the same bits for less.
 template <Noise kNoise, bool kToe, typename T>
-[[gnu::always_inline]] inline void ExposeValues(const Curve curve, const NoiseDn noise,
-                                                uint32_t key0, uint32_t key1, int begin, int end,
-                                                const float* __restrict radiance,
-                                                T* __restrict dn) {
+[[gnu::always_inline]] inline void DigitiseValues(const Curve curve, const NoiseDn noise,
+                                                  uint32_t key0, uint32_t key1, int begin, int end,
+                                                  const float* __restrict radiance,
+                                                  T* __restrict dn) {
   for (int i = begin; i < end; ++i) {
     const float linear = LinearOf(curve, radiance[i]);
     const float power_dn = kToe ? 0.0f : PowerDn(curve, linear);
@@ -127,41 +122,42 @@ template <Noise kNoise, bool kToe, typename T>
 }
 
 template <Noise kNoise, typename T>
-[[gnu::always_inline]] inline void ExposeRuns(const Curve& curve, const NoiseDn& noise,
-                                              uint32_t key0, uint32_t key1, int begin, int end,
-                                              const float* radiance, T* dn) {
+[[gnu::always_inline]] inline void DigitiseRuns(const Curve& curve, const NoiseDn& noise,
+                                                uint32_t key0, uint32_t key1, int begin, int end,
+                                                const float* radiance, T* dn) {
   for (int run = begin; run < end; run += kRun) {
     const int run_end = std::min(run + kRun, end);
     if (InToe(curve, run_end - run, radiance + run))
-      ExposeValues<kNoise, true>(curve, noise, key0, key1, run, run_end, radiance, dn);
+      DigitiseValues<kNoise, true>(curve, noise, key0, key1, run, run_end, radiance, dn);
     else
-      ExposeValues<kNoise, false>(curve, noise, key0, key1, run, run_end, radiance, dn);
+      DigitiseValues<kNoise, false>(curve, noise, key0, key1, run, run_end, radiance, dn);
   }
 }
 
 template <typename T>
-[[gnu::always_inline]] inline void ExposeAnyRow(const Curve& curve, const NoiseDn& noise, bool shot,
-                                                uint32_t key0, uint32_t key1, int begin, int end,
-                                                const float* radiance, T* dn) {
+[[gnu::always_inline]] inline void DigitiseAnyRow(const Curve& curve, const NoiseDn& noise,
+                                                  bool shot, uint32_t key0, uint32_t key1,
+                                                  int begin, int end, const float* radiance,
+                                                  T* dn) {
   if (shot)
-    ExposeRuns<Noise::kReadAndShot>(curve, noise, key0, key1, begin, end, radiance, dn);
+    DigitiseRuns<Noise::kReadAndShot>(curve, noise, key0, key1, begin, end, radiance, dn);
   else if (noise.read_dn > 0)
-    ExposeRuns<Noise::kRead>(curve, noise, key0, key1, begin, end, radiance, dn);
+    DigitiseRuns<Noise::kRead>(curve, noise, key0, key1, begin, end, radiance, dn);
   else
-    ExposeRuns<Noise::kNone>(curve, noise, key0, key1, begin, end, radiance, dn);
+    DigitiseRuns<Noise::kNone>(curve, noise, key0, key1, begin, end, radiance, dn);
 }
 
 TURBIDOCK_VECTOR_CLONES
-void ExposeRow(const Curve& curve, const NoiseDn& noise, bool shot, uint32_t key0, uint32_t key1,
-               int begin, int end, const float* radiance, uint8_t* dn) {
-  ExposeAnyRow(curve, noise, shot, key0, key1, begin, end, radiance, dn);
+void DigitiseRow(const Curve& curve, const NoiseDn& noise, bool shot, uint32_t key0, uint32_t key1,
+                 int begin, int end, const float* radiance, uint8_t* dn) {
+  DigitiseAnyRow(curve, noise, shot, key0, key1, begin, end, radiance, dn);
 }
 
 // Half a step (for rounding) is in the values.
 TURBIDOCK_VECTOR_CLONES
-void ExposeRowUnrounded(const Curve& curve, const NoiseDn& noise, bool shot, uint32_t key0,
-                        uint32_t key1, int begin, int end, const float* radiance, float* dn) {
-  ExposeAnyRow(curve, noise, shot, key0, key1, begin, end, radiance, dn);
+void DigitiseRowUnrounded(const Curve& curve, const NoiseDn& noise, bool shot, uint32_t key0,
+                          uint32_t key1, int begin, int end, const float* radiance, float* dn) {
+  DigitiseAnyRow(curve, noise, shot, key0, key1, begin, end, radiance, dn);
 }
 
 // Brightness as in NTSC, and what red and blue have more.
@@ -221,19 +217,6 @@ std::vector<float> HalfKernel(double sigma_px) {
 
 }  // namespace
 
-double Encode(const SensorParams& params, double linear) {
-  const Transfer curve = TransferOf(params);
-  if (linear <= curve.toe_end) return curve.toe_slope * linear;
-  return curve.scale * std::pow(linear, curve.exponent) + curve.offset;
-}
-
-double Decode(const SensorParams& params, double encoded) {
-  const Transfer curve = TransferOf(params);
-  if (encoded <= curve.toe_slope * curve.toe_end)
-    return curve.toe_slope > 0 ? encoded / curve.toe_slope : 0;
-  return std::pow((encoded - curve.offset) / curve.scale, 1 / curve.exponent);
-}
-
 ImageSensor::ImageSensor(const SensorParams& params, uint64_t left_key, uint64_t right_key,
                          int line_px)
     : params_(params),
@@ -246,27 +229,27 @@ int ImageSensor::margin_px() const {
   return kernel_.empty() ? 0 : static_cast<int>(kernel_.size()) - 1;
 }
 
-void ImageSensor::Expose(const light::RadianceStereo& radiance, int64_t frame,
-                         StereoImage* out) const {
-  const auto whole = [](const Image3f& image) {
+void ImageSensor::Digitise(const light::RadianceStereo& radiance, int64_t frame,
+                           StereoImage* out) const {
+  const StereoRegion whole = radiance.Each([](const Image3f& image) {
     return PixelRegion{0, 0, image.width(), image.height()};
-  };
-  Expose(radiance, {whole(radiance.left), whole(radiance.right)}, frame, out);
+  });
+  Digitise(radiance, whole, frame, out);
 }
 
-void ImageSensor::Expose(const light::RadianceStereo& radiance, const StereoRegion& region,
-                         int64_t frame, StereoImage* out) const {
+void ImageSensor::Digitise(const light::RadianceStereo& radiance, const StereoRegion& region,
+                           int64_t frame, StereoImage* out) const {
   out->frame = frame;
-  const auto expose = [&](int view, const PixelRegion& part, const Image3f& in, Image3u8* image) {
-    image->Resize(in.width(), in.height());
-    if (!part.empty()) ExposeRegion(view, frame, part, in.row(part.row_begin), image);
-  };
-  expose(0, region.left, radiance.left, &out->left);
-  expose(1, region.right, radiance.right, &out->right);
+  for (const Side side : kSides) {
+    const PixelRegion& part = region[side];
+    const Image3f& in = radiance[side];
+    (*out)[side].Resize(in.width(), in.height());
+    if (!part.empty()) DigitiseRegion(side, frame, part, in.row(part.row_begin), &(*out)[side]);
+  }
 }
 
-void ImageSensor::ExposeRegion(int view, int64_t frame, const PixelRegion& region,
-                               const float* radiance, Image3u8* image) const {
+void ImageSensor::DigitiseRegion(Side side, int64_t frame, const PixelRegion& region,
+                                 const float* radiance, Image3u8* image) const {
   const Curve curve = CurveOf(params_);
   const NoiseDn noise = {static_cast<float>(params_.read_noise_dn),
                          static_cast<float>(params_.gain / params_.full_well_electrons)};
@@ -276,11 +259,11 @@ void ImageSensor::ExposeRegion(int view, int64_t frame, const PixelRegion& regio
   const int end = std::min(region.column_end + margin_px(), width);
   const auto row_values = 3 * static_cast<size_t>(width);
   balanced_.resize(params_.white_balance == Eigen::Vector3d::Ones() ? 0 : row_values);
-  exposed_.resize(kernel_.empty() ? 0 : row_values);
+  encoded_.resize(kernel_.empty() ? 0 : row_values);
   for (int v = region.row_begin; v < region.row_end; ++v, radiance += row_values) {
     // every row has a key of its own
-    const auto key = PhiloxBlock(keys_[static_cast<size_t>(view)], static_cast<uint64_t>(frame),
-                                 static_cast<uint64_t>(v));
+    const auto key =
+        PhiloxBlock(keys_[side], static_cast<uint64_t>(frame), static_cast<uint64_t>(v));
     const float* light = radiance;
     if (!balanced_.empty()) {
       const Eigen::Array3f factor = params_.white_balance.cast<float>();
@@ -289,28 +272,28 @@ void ImageSensor::ExposeRegion(int view, int64_t frame, const PixelRegion& regio
       light = balanced_.data();
     }
     if (kernel_.empty()) {
-      ExposeRow(curve, noise, params_.shot_noise, key[0], key[1], 3 * begin, 3 * end, light,
-                image->row(v));
+      DigitiseRow(curve, noise, params_.shot_noise, key[0], key[1], 3 * begin, 3 * end, light,
+                  image->row(v));
     } else {
-      ExposeRowUnrounded(curve, noise, params_.shot_noise, key[0], key[1], 3 * begin, 3 * end,
-                         light, exposed_.data());
+      DigitiseRowUnrounded(curve, noise, params_.shot_noise, key[0], key[1], 3 * begin, 3 * end,
+                           light, encoded_.data());
       BlurColors(begin, end, region, image->row(v));
     }
   }
 }
 
-// From the exposed row to the image's: colour that is not there beyond the picture's edges is as at
+// From the encoded row to the image's: colour that is not there beyond the picture's edges is as at
 // the edge.
 void ImageSensor::BlurColors(int begin, int end, const PixelRegion& region, uint8_t* dn) const {
   const int margin = margin_px(), count = region.width();
   const int first = region.column_begin - margin;  // where the padded rows begin
   const auto padded = static_cast<size_t>(count) + 2 * static_cast<size_t>(margin);
-  const size_t width = exposed_.size() / 3;  // enough for any region
+  const size_t width = encoded_.size() / 3;  // enough for any region
   differences_.resize(5 * width + 6 * static_cast<size_t>(margin));
   float* luma = differences_.data();
   float* red = luma + padded;
   float* blue = red + padded;
-  ToDifferences(end - begin, exposed_.data() + 3 * begin, luma + (begin - first),
+  ToDifferences(end - begin, encoded_.data() + 3 * begin, luma + (begin - first),
                 red + (begin - first), blue + (begin - first));
   for (float* row : {red, blue}) {
     std::fill_n(row, begin - first, row[begin - first]);

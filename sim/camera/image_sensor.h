@@ -9,7 +9,6 @@
 // along the row before rounding, noise and all, and
 // black is at 19 DN (7.5 % of the scale), as in composite video.
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -18,10 +17,6 @@
 #include "sim/light/radiance.h"
 
 namespace turbidock::camera {
-
-// Encoded value in [0, 1] of a linear one in [0, 1].
-double Encode(const SensorParams& params, double linear);
-double Decode(const SensorParams& params, double encoded);
 
 class ImageSensor {
  public:
@@ -33,33 +28,33 @@ class ImageSensor {
               int line_px = kLine_px);
 
   // Allocates only when `out` does not have the size of the images.
-  void Expose(const light::RadianceStereo& radiance, int64_t frame, StereoImage* out) const;
+  void Digitise(const light::RadianceStereo& radiance, int64_t frame, StereoImage* out) const;
   // A region of whole images; other pixels stay as they are.
-  void Expose(const light::RadianceStereo& radiance, const StereoRegion& region, int64_t frame,
-              StereoImage* out) const;
+  void Digitise(const light::RadianceStereo& radiance, const StereoRegion& region, int64_t frame,
+                StereoImage* out) const;
 
   // Columns beside a region that its pixels depend on.
   int margin_px() const;
-  // From the next exposure on, instead of the parameters'.
+  // From the next image on, instead of the parameters'.
   void set_gain(double gain) { params_.gain = gain; }
 
-  // A region of one camera (0 left, 1 right). Radiance is read margin_px() further on both sides.
+  // A region of one camera. Radiance is read margin_px() further on both sides.
   // `radiance` holds whole rows from the region's first on, `image` the whole picture.
-  void ExposeRegion(int view, int64_t frame, const PixelRegion& region, const float* radiance,
-                    Image3u8* image) const;
+  void DigitiseRegion(Side side, int64_t frame, const PixelRegion& region, const float* radiance,
+                      Image3u8* image) const;
 
   // The encoded value, 8-bit steps, that stands for a radiance before noise, rounding and clipping:
-  // what ExposeRows computes, within 0.02 of 255 Encode().
+  // what Digitise computes, within 0.02 of the transfer curve.
   float SignalDn(float radiance) const;
 
  private:
   void BlurColors(int begin, int end, const PixelRegion& region, uint8_t* dn) const;
 
   SensorParams params_;
-  std::array<uint64_t, 2> keys_{};
+  Stereo<uint64_t> keys_;
   std::vector<float> kernel_;  // of the colours' blur, from its middle on; empty: none
   // Rows under way, kept for their memory: an ImageSensor serves one thread at a time.
-  mutable std::vector<float> balanced_, exposed_, differences_;
+  mutable std::vector<float> balanced_, encoded_, differences_;
 };
 
 }  // namespace turbidock::camera

@@ -17,7 +17,7 @@ double Slope(const LensParams& params, double r) {
 }
 
 // Where seen radii lie this close together the image is nearly folded over.
-constexpr double kLeastSlope = 0.1;
+constexpr double kMinSlope = 0.1;
 
 // Of the corner farthest from the principal point.
 double LargestRadius(const CameraIntrinsics& camera) {
@@ -33,22 +33,22 @@ double LargestRadius(const CameraIntrinsics& camera) {
 StereoLens::StereoLens(const LensParams& params, const StereoRig& rig) {
   CheckFields(params, "lens");
   if (params.k1 == 0 && params.k2 == 0) return;
-  for (const CameraIntrinsics* camera : {&rig.left, &rig.right}) {
-    const double corner = LargestRadius(*camera);
+  for (const Side side : kSides) {
+    const double corner = LargestRadius(rig[side]);
     // what is seen in the corner may lie far outside a pinhole's picture
     for (double r = 0; Seen(params, r) < corner; r += 0.01 * corner)
-      if (Slope(params, r) <= kLeastSlope)
+      if (Slope(params, r) <= kMinSlope)
         throw ConfigError("lens.k1", FormatNumber(params.k1) +
                                          " with k2 = " + FormatNumber(params.k2) +
                                          " must not fold the image over inside its corners");
-    sources_.push_back(Sources(params, *camera));
+    sources_[side] = Sources(params, rig[side]);
   }
 }
 
 double StereoLens::PinholeRadius(const LensParams& params, double seen_radius) {
   double r = seen_radius;
   for (int i = 0; i < 20; ++i) {  // Newton's
-    const double step = (Seen(params, r) - seen_radius) / std::max(kLeastSlope, Slope(params, r));
+    const double step = (Seen(params, r) - seen_radius) / std::max(kMinSlope, Slope(params, r));
     r -= step;
     if (std::abs(step) < 1e-14) break;
   }
@@ -78,20 +78,20 @@ std::vector<StereoLens::Source> StereoLens::Sources(const LensParams& params,
 
 void StereoLens::Distort(light::RadianceStereo* images) {
   if (!on()) return;
-  for (auto [image, sources] :
-       {std::pair{&images->left, &sources_[0]}, std::pair{&images->right, &sources_[1]}}) {
-    seen_.Resize(image->width(), image->height());
-    const int next_row = 3 * image->width();
+  for (const Side side : kSides) {
+    Image3f& image = (*images)[side];
+    seen_.Resize(image.width(), image.height());
+    const int next_row = 3 * image.width();
     float* out = seen_.data();
-    for (const Source& source : *sources) {
-      const float* p = image->data() + 3 * source.index;
+    for (const Source& source : sources_[side]) {
+      const float* p = image.data() + 3 * source.index;
       for (int k = 0; k < 3; ++k, ++p) {
         const float above = p[0] + source.u * (p[3] - p[0]);
         const float below = p[next_row] + source.u * (p[next_row + 3] - p[next_row]);
         *out++ = above + source.v * (below - above);
       }
     }
-    std::swap(*image, seen_);
+    std::swap(image, seen_);
   }
 }
 

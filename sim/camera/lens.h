@@ -29,7 +29,7 @@ class StereoLens {
   // ConfigError where the image would fold over before its corners: no light would be seen there.
   StereoLens(const LensParams& params, const StereoRig& rig);
 
-  bool on() const { return !sources_.empty(); }
+  bool on() const { return !sources_.left.empty(); }
   // Interpolates between pixels; beyond a picture's edge it is as at the edge. Allocates only the
   // first time.
   void Distort(light::RadianceStereo* images);
@@ -44,7 +44,7 @@ class StereoLens {
   };
   static std::vector<Source> Sources(const LensParams& params, const CameraIntrinsics& camera);
 
-  std::vector<std::vector<Source>> sources_;  // left, right
+  Stereo<std::vector<Source>> sources_;
   Image3f seen_;
 };
 

@@ -14,6 +14,10 @@ enum class TransferCurve {
   kNtsc,   // composite video (SMPTE 170M): linear up to 8 % of full scale, then a power of 0.45
   kPower,  // the power given beside it, without a linear part
 };
+constexpr auto Names(TransferCurve) {
+  using enum TransferCurve;
+  return EnumList<TransferCurve>({{kSrgb, "srgb"}, {kNtsc, "ntsc"}, {kPower, "power"}});
+}
 
 // From radiance to 8 bits.
 struct SensorParams {
@@ -54,15 +58,3 @@ struct SensorParams {
 };
 
 }  // namespace turbidock::camera
-
-namespace turbidock {
-
-template <>
-struct EnumNames<camera::TransferCurve> {
-  static constexpr auto kNames = std::to_array<std::pair<camera::TransferCurve, const char*>>(
-      {{camera::TransferCurve::kSrgb, "srgb"},
-       {camera::TransferCurve::kNtsc, "ntsc"},
-       {camera::TransferCurve::kPower, "power"}});
-};
-
-}  // namespace turbidock

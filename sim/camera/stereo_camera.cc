@@ -31,13 +31,14 @@ StereoRegion StereoCamera::Seen(const StereoRegion& region) const {
 
 // The region and what the sensor needs beside it.
 StereoRegion StereoCamera::Lit(const StereoRegion& region) const {
-  const auto wider = [this](const PixelRegion& r, const PixelRegion& all) -> PixelRegion {
-    if (r.empty()) return r;
-    const int margin_px = sensor_.margin_px();
-    return {std::max(r.column_begin - margin_px, 0), r.row_begin,
-            std::min(r.column_end + margin_px, all.column_end), r.row_end};
-  };
-  return {wider(region.left, whole().left), wider(region.right, whole().right)};
+  StereoRegion lit = region;
+  for (const Side side : kSides) {
+    if (region[side].empty()) continue;
+    PixelRegion& part = lit[side];
+    part.column_begin = std::max(part.column_begin - sensor_.margin_px(), 0);
+    part.column_end = std::min(part.column_end + sensor_.margin_px(), whole()[side].column_end);
+  }
+  return lit;
 }
 
 void StereoCamera::Expose(const view::RenderedStereo& rendered, const StereoRegion& region,
@@ -52,14 +53,13 @@ void StereoCamera::Expose(const view::RenderedStereo& rendered, const StereoRegi
     snow_.Fall(rendered, frame, &water_, &radiance_);
     lens_.Distort(&radiance_);
     Lap(timer, LoopStage::kWater);
-    sensor_.Expose(radiance_, region, frame, out);
+    sensor_.Digitise(radiance_, region, frame, out);
     Lap(timer, LoopStage::kSensor);
     return;
   }
   Lap(timer, LoopStage::kWater);
   out->frame = frame;
-  ExposeView(0, region.left, frame, rendered.left.surface, timer, &out->left);
-  ExposeView(1, region.right, frame, rendered.right.surface, timer, &out->right);
+  for (const Side side : kSides) ExposeSide(side, region[side], frame, timer, &(*out)[side]);
 }
 
 void StereoCamera::Hold(const view::RenderedStereo& rendered) {
@@ -72,29 +72,29 @@ void StereoCamera::Hold(const view::RenderedStereo& rendered) {
 void StereoCamera::ExposeHeld(const StereoRegion& region, int64_t frame, StereoImage* out) {
   TD_CHECK(held_view_, "a view to expose");
   if (!snow_.on()) {
-    sensor_.Expose(held_, region, frame, out);
+    sensor_.Digitise(held_, region, frame, out);
     return;
   }
   radiance_ = held_;
   snow_.Fall(*held_view_, frame, &water_, &radiance_);
   lens_.Distort(&radiance_);
-  sensor_.Expose(radiance_, region, frame, out);
+  sensor_.Digitise(radiance_, region, frame, out);
 }
 
-void StereoCamera::ExposeView(int view, const PixelRegion& region, int64_t frame,
-                              const Image1u16& seen, StageTimer* timer, Image3u8* out) {
-  const int width = seen.width(), height = seen.height();
+void StereoCamera::ExposeSide(Side side, const PixelRegion& region, int64_t frame,
+                              StageTimer* timer, Image3u8* out) {
+  const int width = whole()[side].width(), height = whole()[side].height();
   out->Resize(width, height);
   if (region.empty()) return;
   band_.resize(static_cast<size_t>(light::TiledLight::kBandRows) * width * 3);
   int v = region.row_begin / light::TiledLight::kBandRows * light::TiledLight::kBandRows;
   for (; v < region.row_end; v += light::TiledLight::kBandRows) {
     const int band_end = std::min(v + light::TiledLight::kBandRows, height);
-    water_.PaintRows(view, v, band_end, band_.data());
+    water_.PaintRows(side, v, band_end, band_.data());
     Lap(timer, LoopStage::kWater);
     const int begin = std::max(v, region.row_begin), end = std::min(band_end, region.row_end);
-    sensor_.ExposeRegion(view, frame, {region.column_begin, begin, region.column_end, end},
-                         band_.data() + static_cast<ptrdiff_t>(begin - v) * width * 3, out);
+    sensor_.DigitiseRegion(side, frame, {region.column_begin, begin, region.column_end, end},
+                           band_.data() + static_cast<ptrdiff_t>(begin - v) * width * 3, out);
     Lap(timer, LoopStage::kSensor);
   }
 }

@@ -20,7 +20,7 @@
 namespace turbidock::camera {
 
 // Water and sensor at work on the same few rows, which stay in cache from one to the other. The
-// images are those of Water::Apply and ImageSensor::Expose.
+// images are those of Water::Apply and ImageSensor::Digitise.
 class StereoCamera {
  public:
   // The cameras of a rig in front of these surfaces, with the lamps at X_HE (in the camera head).
@@ -56,8 +56,8 @@ class StereoCamera {
  private:
   StereoRegion Lit(const StereoRegion& region) const;
   bool PaintsWhole() const { return snow_.on() || lens_.on(); }
-  void ExposeView(int view, const PixelRegion& region, int64_t frame, const Image1u16& seen,
-                  StageTimer* timer, Image3u8* out);
+  void ExposeSide(Side side, const PixelRegion& region, int64_t frame, StageTimer* timer,
+                  Image3u8* out);
 
   light::Water water_;
   ImageSensor sensor_;

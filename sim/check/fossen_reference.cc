@@ -19,8 +19,8 @@ Matrix3d Skew(const Vector3d& a) {
   return S;
 }
 
-vehicle::Matrix6d Coriolis(const vehicle::Matrix6d& M, const vehicle::Vector6d& nu) {
-  vehicle::Matrix6d C = vehicle::Matrix6d::Zero();
+Matrix6d Coriolis(const Matrix6d& M, const Vector6d& nu) {
+  Matrix6d C = Matrix6d::Zero();
   const Matrix3d S = Skew(M.topRows<3>() * nu);
   C.topRightCorner<3, 3>() = -S;
   C.bottomLeftCorner<3, 3>() = -S;
@@ -60,27 +60,27 @@ FossenReference::State FossenReference::Rate(double time_s, const State& s) cons
   const vehicle::HydrodynamicsParams& h = params_.hydrodynamics;
   const vehicle::WaterMotion water = sea_.At(s.eta.head<3>() + R * h.p_BBcb_m, time_s);
   const Vector3d flow = R.transpose() * water.v_W, flow_rate = R.transpose() * water.a_W;
-  vehicle::Vector6d nu_c = vehicle::Vector6d::Zero(), nu_c_dot = vehicle::Vector6d::Zero();
+  Vector6d nu_c = Vector6d::Zero(), nu_c_dot = Vector6d::Zero();
   nu_c.head<3>() = flow;
   nu_c_dot.head<3>() = flow_rate - Skew(s.nu.tail<3>()) * flow;
-  const vehicle::Vector6d nu_r = s.nu - nu_c;
+  const Vector6d nu_r = s.nu - nu_c;
 
   // g(eta) in components (eq. 4.6, with the signs of axes whose z is up)
   const double weight = params_.rigid_body.mass_kg * kGravity_mps2;
   const double buoyancy = h.water_density_kg_m3 * h.displaced_volume_m3 * kGravity_mps2;
   const double f = buoyancy - weight;
   const Vector3d lever = params_.rigid_body.p_BBcm_m * weight - h.p_BBcb_m * buoyancy;
-  vehicle::Vector6d g;
+  Vector6d g;
   g << f * sp, -f * cp * sr, -f * cp * cr,  //
       lever.y() * cp * cr - lever.z() * cp * sr, -lever.x() * cp * cr - lever.z() * sp,
       lever.x() * cp * sr + lever.y() * sp;
 
-  vehicle::Vector6d froude_krylov;
+  Vector6d froude_krylov;
   froude_krylov.head<3>() = h.water_density_kg_m3 * h.displaced_volume_m3 * flow_rate;
   froude_krylov.tail<3>() = Skew(h.p_BBcb_m) * froude_krylov.head<3>();
-  const vehicle::Vector6d drag = (h.linear_damping_diagonal.array() +
-                                  h.quadratic_damping_diagonal.array() * nu_r.array().abs()) *
-                                 nu_r.array();
+  const Vector6d drag = (h.linear_damping_diagonal.array() +
+                         h.quadratic_damping_diagonal.array() * nu_r.array().abs()) *
+                        nu_r.array();
   State rate;
   rate.eta << R * s.nu.head<3>(), T * s.nu.tail<3>();
   rate.nu = inverse_ * (tau_ + froude_krylov + added_ * nu_c_dot - Coriolis(rigid_, s.nu) * s.nu -

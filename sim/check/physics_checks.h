@@ -12,6 +12,10 @@ namespace turbidock::check {
 
 // How a measured number must stand to the expected one.
 enum class Relation { kNear, kAtMost, kAtLeast };
+constexpr auto Names(Relation) {
+  using enum Relation;
+  return EnumList<Relation>({{kNear, "near"}, {kAtMost, "at_most"}, {kAtLeast, "at_least"}});
+}
 
 struct PhysicsCheck {
   std::string name;       // what was measured
@@ -35,13 +39,3 @@ std::vector<PhysicsCheck> RunPhysicsChecks();
 std::vector<PhysicsCheck> MeasurePhysicsCost(const std::string& scene_file);
 
 }  // namespace turbidock::check
-
-template <>
-struct turbidock::EnumNames<turbidock::check::Relation> {
-  using E = turbidock::check::Relation;
-  static constexpr auto kNames = std::to_array<std::pair<E, const char*>>({
-      {E::kNear, "near"},
-      {E::kAtMost, "at_most"},
-      {E::kAtLeast, "at_least"},
-  });
-};

@@ -50,15 +50,13 @@ void MarineSnow::Fall(const view::RenderedStereo& seen, int64_t frame, Water* wa
   irradiance_w_m2_.resize(p_HF_.size());
   water->IrradianceFromAllSides(p_HF_, irradiance_w_m2_);
   const Eigen::Array3f extinction_per_m = water->medium().extinction_per_m().cast<float>();
-  Paint(rig_.left, rig_.X_HL, seen.left, extinction_per_m, &images->left);
-  Paint(rig_.right, rig_.X_HR, seen.right, extinction_per_m, &images->right);
+  for (const Side side : kSides) Paint(rig_[side], seen[side], extinction_per_m, &(*images)[side]);
 }
 
-void MarineSnow::Paint(const CameraIntrinsics& camera, const Pose& X_HC,
-                       const view::RenderedView& view, const Eigen::Array3f& extinction_per_m,
-                       Image3f* image) const {
-  const Eigen::Matrix3f R_CH = X_HC.R().transpose().cast<float>();
-  const Eigen::Vector3f p_HC = X_HC.p.cast<float>();
+void MarineSnow::Paint(const MountedCamera& camera, const view::RenderedView& view,
+                       const Eigen::Array3f& extinction_per_m, Image3f* image) const {
+  const Eigen::Matrix3f R_CH = camera.X_HC.R().transpose().cast<float>();
+  const Eigen::Vector3f p_HC = camera.X_HC.p.cast<float>();
   const auto radius_m = static_cast<float>(params_.diameter_m / 2);
   const auto fx_px = static_cast<float>(camera.fx_px), fy_px = static_cast<float>(camera.fy_px);
   for (size_t i = 0; i < p_HF_.size(); ++i) {

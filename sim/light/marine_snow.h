@@ -47,7 +47,7 @@ class MarineSnow {
   void Fall(const view::RenderedStereo& seen, int64_t frame, Water* water, RadianceStereo* images);
 
  private:
-  void Paint(const CameraIntrinsics& camera, const Pose& X_HC, const view::RenderedView& view,
+  void Paint(const MountedCamera& camera, const view::RenderedView& view,
              const Eigen::Array3f& extinction_per_m, Image3f* image) const;
 
   SnowParams params_;

@@ -20,9 +20,17 @@ enum class Background {
   kHarbor,   // Petzold's turbid harbour (San Diego)
   kCustom,   // the coefficients given beside it
 };
+constexpr auto Names(Background) {
+  using enum Background;
+  return EnumList<Background>({{kPure, "pure"},
+                               {kClear, "clear"},
+                               {kCoastal, "coastal"},
+                               {kHarbor, "harbor"},
+                               {kCustom, "custom"}});
+}
 
 // Eight times the most that was ever published of the experiment.
-inline constexpr double kMostMilk_ml_m3 = 2000;
+inline constexpr double kMaxMilk_ml_m3 = 2000;
 
 struct WaterParams {
   Background background = Background::kPure;
@@ -42,7 +50,7 @@ struct WaterParams {
 
   static void Fields(auto& self, auto&& field) {
     field("background", self.background, Finite(), "water before milk is added");
-    field("milk_ml_m3", self.milk_ml_m3, InRange(0, kMostMilk_ml_m3), "milk in the water");
+    field("milk_ml_m3", self.milk_ml_m3, InRange(0, kMaxMilk_ml_m3), "milk in the water");
     field("scattering_scale", self.scattering_scale, InRange(0.1, 3),
           "factor on the milk's scattering: sort of milk, 0.55 to 1.1 in the literature");
     field("milk_scattering_m2_ml", self.milk_scattering_m2_ml, InRange(0, 1),
@@ -69,6 +77,10 @@ enum class BeamShape {
   kCosine,     // cos^m of the angle from the axis, forward only
   kCone,       // constant inside the cone, a smooth step to nothing at its edge
 };
+constexpr auto Names(BeamShape) {
+  using enum BeamShape;
+  return EnumList<BeamShape>({{kIsotropic, "isotropic"}, {kCosine, "cosine"}, {kCone, "cone"}});
+}
 
 // Both lamps; where they are is the scene's (sites lamp_*, beam along the site's x axis).
 struct LampParams {
@@ -167,25 +179,3 @@ struct OpticsParams {
 };
 
 }  // namespace turbidock::light
-
-namespace turbidock {
-
-template <>
-struct EnumNames<light::Background> {
-  static constexpr auto kNames = std::to_array<std::pair<light::Background, const char*>>(
-      {{light::Background::kPure, "pure"},
-       {light::Background::kClear, "clear"},
-       {light::Background::kCoastal, "coastal"},
-       {light::Background::kHarbor, "harbor"},
-       {light::Background::kCustom, "custom"}});
-};
-
-template <>
-struct EnumNames<light::BeamShape> {
-  static constexpr auto kNames = std::to_array<std::pair<light::BeamShape, const char*>>(
-      {{light::BeamShape::kIsotropic, "isotropic"},
-       {light::BeamShape::kCosine, "cosine"},
-       {light::BeamShape::kCone, "cone"}});
-};
-
-}  // namespace turbidock

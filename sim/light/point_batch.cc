@@ -277,9 +277,9 @@ void EndShadowLoop(PointBatch& b) {
 
 }  // namespace
 
-RayFrame::RayFrame(const CameraIntrinsics& camera, const Pose& X_HC) {
-  const Eigen::Matrix3d R_HC = X_HC.R();
-  p_HC = X_HC.p.cast<float>();
+RayFrame::RayFrame(const MountedCamera& camera) {
+  const Eigen::Matrix3d R_HC = camera.X_HC.R();
+  p_HC = camera.X_HC.p.cast<float>();
   corner_H = (R_HC * camera.RayAt(0, 0)).cast<float>();
   per_u_H = (R_HC.col(0) / camera.fx_px).cast<float>();
   per_v_H = (R_HC.col(1) / camera.fy_px).cast<float>();

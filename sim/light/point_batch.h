@@ -36,7 +36,7 @@ struct RayFrame {
   Eigen::Vector3f p_HC = Eigen::Vector3f::Zero();
   Eigen::Vector3f corner_H, per_u_H, per_v_H;  // points at depth 1: corner + u per_u + v per_v
 
-  RayFrame(const CameraIntrinsics& camera, const Pose& X_HC);
+  explicit RayFrame(const MountedCamera& camera);
 };
 
 // A surface where it is now.

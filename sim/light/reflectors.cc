@@ -12,7 +12,7 @@ constexpr const char* kPlate = "station_plate";
 // Longest side of a patch. At half the size halos change by 2 % (next to the plate's edge by 5 %).
 constexpr double kPatch_m = 0.16;
 // Faces smaller than this share of a box's largest one do not count: a plate's edges.
-constexpr double kLeastShare = 0.2;
+constexpr double kMinShare = 0.2;
 constexpr int kVector = 16;  // points are computed in whole vectors
 
 void SetPoint(const Eigen::Vector3f& p_H, const Eigen::Vector3f& normal_H, int i,
@@ -49,7 +49,7 @@ void Reflectors::AddFaces(int geom, const Surface& box) {
   const double largest_m2 = side_m.prod() / side_m.minCoeff();
   for (int axis = 0; axis < 3; ++axis) {
     const int a = (axis + 1) % 3, b = (axis + 2) % 3;
-    if (side_m[a] * side_m[b] < kLeastShare * largest_m2) continue;
+    if (side_m[a] * side_m[b] < kMinShare * largest_m2) continue;
     const int columns = static_cast<int>(std::ceil(side_m[a] / kPatch_m));
     const int rows = static_cast<int>(std::ceil(side_m[b] / kPatch_m));
     const double area_m2 = side_m[a] * side_m[b] / (columns * rows);

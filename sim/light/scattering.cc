@@ -147,8 +147,7 @@ Rgb HaloAlongRay(const Medium& medium, const Rgb& diffuse_per_m, const Glow& glo
          sum * step;
 }
 
-HaloTable::HaloTable(const Medium& medium, const Rgb& diffuse_per_m, const Glow& glow)
-    : radius_m_(glow.radius_m), diffuse_per_m_(diffuse_per_m) {
+HaloTable::HaloTable(const Medium& medium, const Rgb& diffuse_per_m, const Glow& glow) {
   constexpr int kSubsteps = 4;
   const auto phi_at = [](int j) {
     const double w = -1 + 2.0 * j / (kPlaces - 1);
@@ -163,32 +162,20 @@ HaloTable::HaloTable(const Medium& medium, const Rgb& diffuse_per_m, const Glow&
     for (int j = 1; j < kPlaces; ++j) {
       const double phi0 = phi_at(j - 1), step = (phi_at(j) - phi0) / kSubsteps;
       for (int k = 0; k < kSubsteps; ++k)
-        sum += step *
-               HaloIntegrand(medium, diffuse_per_m, glow, radius_m_ / q, phi0 + (k + 0.5) * step);
+        sum += step * HaloIntegrand(medium, diffuse_per_m, glow, glow.radius_m / q,
+                                    phi0 + (k + 0.5) * step);
       nodes_.push_back(LightOf(scale * sum));
     }
   }
 }
 
-Rgb HaloTable::At(double foot_m, double offset_m, const Stretch& lit, const Stretch& dark) const {
-  const double h_m = std::max(offset_m, radius_m_), q = radius_m_ / h_m;
-  const auto up_to = [&](double t_m) -> Rgb {
-    const double s_m = t_m - foot_m;
-    const double w = std::isinf(s_m) ? 1.0 : s_m / (h_m + std::abs(s_m));
-    return Cumulative(static_cast<float>(q), static_cast<float>(w)).head<3>().cast<double>();
-  };
-  Rgb sum = up_to(lit.t1_m) - up_to(lit.t0_m);
-  if (dark.t1_m > dark.t0_m) sum -= up_to(dark.t1_m) - up_to(dark.t0_m);
-  return sum.max(0.0) / h_m * (-diffuse_per_m_ * foot_m).exp();
-}
-
 VeilTable::VeilTable(const Medium& medium, const Rgb& diffuse_per_m, const std::vector<Lamp>& lamps,
-                     double port_m, const CameraIntrinsics& camera, const Pose& X_HC)
+                     double port_m, const MountedCamera& camera)
     : stride_px_(std::max(1, camera.width_px / kColumns)),
       columns_((camera.width_px - 1) / stride_px_ + 2),
       rows_((camera.height_px - 1) / stride_px_ + 2) {
   constexpr int kSamples = 4;
-  const Eigen::Matrix3d R_HC = X_HC.R();
+  const Eigen::Matrix3d R_HC = camera.X_HC.R();
   nodes_.reserve(static_cast<size_t>(rows_) * columns_ * kRanges);
   for (int row = 0; row < rows_; ++row)
     for (int column = 0; column < columns_; ++column) {
@@ -199,7 +186,8 @@ VeilTable::VeilTable(const Medium& medium, const Rgb& diffuse_per_m, const std::
       for (int k = 0; k < kRanges; ++k) {
         const double t1_m = kNear_m * std::exp2(static_cast<double>(k) / kNodesPerOctave);
         for (const Lamp& lamp : lamps)
-          sum += VeilAlongRay(medium, diffuse_per_m, lamp, X_HC.p, u_H, {t0_m, t1_m}, kSamples);
+          sum +=
+              VeilAlongRay(medium, diffuse_per_m, lamp, camera.X_HC.p, u_H, {t0_m, t1_m}, kSamples);
         nodes_.push_back(LightOf(sum));
         t0_m = std::max(t0_m, t1_m);
       }

@@ -104,14 +104,10 @@ class HaloTable {
     const Light high = n[kPlaces] + fy * (n[kPlaces + 1] - n[kPlaces]);
     return low + fx * (high - low);
   }
-  // From `lit` without `dark`, which lies within it or is empty.
-  Rgb At(double foot_m, double offset_m, const Stretch& lit, const Stretch& dark = {}) const;
 
  private:
   static constexpr int kOffsets = 65, kPlaces = 129;  // nodes in q and in w
 
-  double radius_m_ = 0;
-  Rgb diffuse_per_m_;
   std::vector<Light> nodes_;  // [q][w]
 };
 
@@ -121,7 +117,7 @@ class HaloTable {
 class VeilTable {
  public:
   VeilTable(const Medium& medium, const Rgb& diffuse_per_m, const std::vector<Lamp>& lamps,
-            double port_m, const CameraIntrinsics& camera, const Pose& X_HC);
+            double port_m, const MountedCamera& camera);
   // Along the ray of pixel (u, v) to range_m (may be infinite).
   Light At(float u_px, float v_px, float range_m) const {
     const float per_px = 1.0f / static_cast<float>(stride_px_);

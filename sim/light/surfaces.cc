@@ -13,9 +13,6 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// What reaches less deep than this only touches: positions come from a 24-bit depth buffer.
-constexpr double kTouch_m = 1e-4;
-
 // Part of a line a + t d, empty when low > high.
 struct Interval {
   double low = -kInfinity, high = kInfinity;
@@ -176,37 +173,6 @@ BoxShadow::BoxShadow(const Surface& box, const Eigen::Matrix3d& R_ES, const Eige
       if (lower.a <= 0)
         add(upper.a * lower.b - lower.a * upper.b, upper.a * lower.n - lower.a * upper.n);
   }
-}
-
-Stretch BoxShadow::On(const Eigen::Vector3d& u_E, const Stretch& stretch) const {
-  Stretch hidden = stretch;
-  for (int i = 0; i < count; ++i) {
-    const double slope = bounds[static_cast<size_t>(i)].gradient.dot(u_E);
-    const double t_m = -bounds[static_cast<size_t>(i)].constant / slope;
-    if (slope > 0) hidden.t1_m = std::min(hidden.t1_m, t_m);
-    if (slope < 0) hidden.t0_m = std::max(hidden.t0_m, t_m);
-    if (slope == 0 && bounds[static_cast<size_t>(i)].constant > 0) return {};
-  }
-  return hidden.t1_m - hidden.t0_m > kTouch_m ? hidden : Stretch{};
-}
-
-double BoundingRadius(const Surface& surface) {
-  const Eigen::Vector3d& size = surface.size_m;
-  switch (surface.shape) {
-    case Shape::kPlane:
-      return kInfinity;
-    case Shape::kSphere:
-      return size[0];
-    case Shape::kEllipsoid:
-      return size.maxCoeff();
-    case Shape::kCylinder:
-      return std::hypot(size[0], size[1]);
-    case Shape::kCapsule:
-      return size[0] + size[1];
-    case Shape::kBox:
-      break;
-  }
-  return size.norm();
 }
 
 SurfaceTable::SurfaceTable(std::vector<Surface> surfaces) : surfaces_(std::move(surfaces)) {

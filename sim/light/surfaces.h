@@ -51,13 +51,7 @@ struct BoxShadow {
 
   BoxShadow(const Surface& box, const Eigen::Matrix3d& R_ES, const Eigen::Vector3d& p_SC,
             const Eigen::Vector3d& p_SA);
-
-  // The hidden part of a stretch.
-  Stretch On(const Eigen::Vector3d& u_E, const Stretch& stretch) const;
 };
-
-// Radius of a ball about the origin of S that holds the solid; infinite for a plane.
-double BoundingRadius(const Surface& surface);
 
 // The surfaces by geom id.
 class SurfaceTable {

@@ -28,8 +28,8 @@ void ColumnExtremes(const uint16_t* const rows[kCell], int begin, int end, uint1
 TURBIDOCK_VECTOR_CLONES
 void PaintBilinear(const float* corners /* 4 x 4 */, int u_span, int v_span, int width,
                    int row_from, int row_to, int stride, bool add, float* __restrict rgb) {
-  constexpr int kMostValues = 3 * 256;
-  float top[kMostValues], down[kMostValues];
+  constexpr int kMaxValues = 3 * 256;
+  float top[kMaxValues], down[kMaxValues];
   const float per_column = u_span > 0 ? 1.0f / static_cast<float>(u_span) : 0.0f;
   const float per_row = v_span > 0 ? 1.0f / static_cast<float>(v_span) : 0.0f;
   for (int k = 0; k < 3; ++k) {
@@ -114,7 +114,7 @@ uint16_t SurfacePyramid::At(int u0, int v0, int size_px) const {
 
 void TiledLight::Spread(const Image1u16& surface, const Image1f& depth_m,
                         const SurfacePyramid& pyramid, const PixelRegion& region,
-                        const TileRules& rules, Source* source) {
+                        const TileRules& rules, const Shine& shine) {
   surface_ = &surface;
   depth_m_ = &depth_m;
   pyramid_ = &pyramid;
@@ -141,7 +141,7 @@ void TiledLight::Spread(const Image1u16& surface, const Image1f& depth_m,
   size_t computed = 0;
   while (true) {
     light_.resize(points_.size());
-    source->Shine(std::span(points_).subspan(computed), light_.data() + computed);
+    shine(std::span(points_).subspan(computed), light_.data() + computed);
     computed = points_.size();
     if (tested_.empty()) break;
     open_.swap(tested_);

@@ -8,6 +8,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -51,16 +52,12 @@ struct TileRules {
 // The tiles of one picture and the light at their corners.
 class TiledLight {
  public:
-  // What gives light: computes it at points.
-  class Source {
-   public:
-    virtual ~Source() = default;
-    virtual void Shine(std::span<const LightPoint> points, Light* light) = 0;
-  };
+  // Computes the light at points.
+  using Shine = std::function<void(std::span<const LightPoint> points, Light* light)>;
 
   // Divides a region of a view into tiles and computes what they need. Keeps its memory.
   void Spread(const Image1u16& surface, const Image1f& depth_m, const SurfacePyramid& pyramid,
-              const PixelRegion& region, const TileRules& rules, Source* source);
+              const PixelRegion& region, const TileRules& rules, const Shine& shine);
 
   // Writes (or adds) the light of rows [row_begin, row_end), interleaved R, G, B, into rows that
   // start at column 0 of row `row_begin`. Row_begin is a multiple of kBandRows, and at most

@@ -33,33 +33,15 @@ void FillUp(int count, PointBatch* batch) {
 
 }  // namespace
 
-class Water::SurfaceSource final : public TiledLight::Source {
- public:
-  SurfaceSource(Water* water, const Eye* eye) : water_(water), eye_(eye) {}
-  void Shine(std::span<const LightPoint> points, Light* light) override {
-    water_->ShineFromSurfaces(*eye_, points, light);
-  }
-
- private:
-  Water* water_;
-  const Eye* eye_;
-};
-
-class Water::WaterSource final : public TiledLight::Source {
- public:
-  WaterSource(Water* water, const Eye* eye) : water_(water), eye_(eye) {}
-  void Shine(std::span<const LightPoint> points, Light* light) override {
-    water_->ShineFromWater(*eye_, points, light);
-  }
-
- private:
-  Water* water_;
-  const Eye* eye_;
-};
-
 Water::Water(const OpticsParams& params, const StereoRig& rig, const SurfaceTable& surfaces,
              const std::vector<Pose>& X_HE)
-    : batch_{}, params_(params), surfaces_(surfaces) {
+    : batch_{},
+      params_(params),
+      rig_(rig),
+      surfaces_(surfaces),
+      cameras_(rig.Each([](const MountedCamera& camera) {
+        return Camera{camera, RayFrame(camera), {}, {}, {}, {}};
+      })) {
   CheckFields(params_, "optics");
   medium_ = MakeMedium(params_.water);
   const Rgb diffuse_per_m = medium_.Diffuse(params_.water.multiple_scattering);
@@ -71,13 +53,9 @@ Water::Water(const OpticsParams& params, const StereoRig& rig, const SurfaceTabl
     for (const Pose& X_HLamp : X_HE)
       lamps_.push_back({X_HLamp.p, X_HLamp.q * Eigen::Vector3d::UnitX(), params_.lamps});
 
-  const auto add_eye = [&](const CameraIntrinsics& camera, const Pose& X_HC) {
-    eyes_.push_back({camera, X_HC, RayFrame(camera, X_HC), {}, {}, {}, {}});
-    if (scatters_ && !lamps_.empty())
-      eyes_.back().veil.emplace(medium_, diffuse_per_m, lamps_, params_.water.port_m, camera, X_HC);
-  };
-  add_eye(rig.left, rig.X_HL);
-  add_eye(rig.right, rig.X_HR);
+  if (scatters_ && !lamps_.empty())
+    for (const Side side : kSides)
+      cameras_[side].veil.emplace(medium_, diffuse_per_m, lamps_, params_.water.port_m, rig[side]);
 
   const BallLightParams& lights = params_.ball_lights;
   if (lights.enabled) {
@@ -127,11 +105,6 @@ Water::Water(const OpticsParams& params, const StereoRig& rig, const SurfaceTabl
     reflectors_ = Reflectors(surfaces_, medium_, diffuse_per_m);
 }
 
-StereoRegion Water::whole() const {
-  return {{0, 0, eyes_[0].camera.width_px, eyes_[0].camera.height_px},
-          {0, 0, eyes_[1].camera.width_px, eyes_[1].camera.height_px}};
-}
-
 StereoRegion Water::Seen(const StereoRegion& region) const {
   // A tile's far corner is the next one's first pixel.
   const auto grown = [&](const PixelRegion& r, const CameraIntrinsics& camera) -> PixelRegion {
@@ -139,7 +112,7 @@ StereoRegion Water::Seen(const StereoRegion& region) const {
     return {tiles.column_begin, tiles.row_begin, std::min(tiles.column_end + 1, camera.width_px),
             std::min(tiles.row_end + 1, camera.height_px)};
   };
-  return {grown(region.left, eyes_[0].camera), grown(region.right, eyes_[1].camera)};
+  return {grown(region.left, rig_.left), grown(region.right, rig_.right)};
 }
 
 PixelRegion Water::WholeTiles(const PixelRegion& region, const CameraIntrinsics& camera) const {
@@ -156,36 +129,34 @@ PixelRegion Water::WholeTiles(const PixelRegion& region, const CameraIntrinsics&
 
 int64_t Water::points() const {
   int64_t sum = 0;
-  for (const Eye& eye : eyes_) sum += eye.surface_light.points() + eye.water_light.points();
+  for (const Side side : kSides)
+    sum += cameras_[side].surface_light.points() + cameras_[side].water_light.points();
   return sum;
 }
 
 void Water::Apply(const view::RenderedStereo& rendered, RadianceStereo* out) {
   Prepare(rendered, whole());
-  out->tick = rendered.tick;
-  const auto paint = [&](int view, Image3f* image) {
-    const CameraIntrinsics& camera = eyes_[static_cast<size_t>(view)].camera;
-    image->Resize(camera.width_px, camera.height_px);
-    for (int v = 0; v < camera.height_px; v += TiledLight::kBandRows)
-      PaintRows(view, v, std::min(v + TiledLight::kBandRows, camera.height_px), image->row(v));
-  };
-  paint(0, &out->left);
-  paint(1, &out->right);
+  for (const Side side : kSides) {
+    const int height_px = rig_[side].height_px;
+    Image3f& image = (*out)[side];
+    image.Resize(rig_[side].width_px, height_px);
+    for (int v = 0; v < height_px; v += TiledLight::kBandRows)
+      PaintRows(side, v, std::min(v + TiledLight::kBandRows, height_px), image.row(v));
+  }
 }
 
 void Water::Prepare(const view::RenderedStereo& rendered, const StereoRegion& region) {
   Place(rendered.X_WH);
   reflectors_.Illuminate(surfaces_, placed_, lamps_, casters_, &batch_);
-  PrepareView(rendered.left, region.left, &eyes_[0]);
-  PrepareView(rendered.right, region.right, &eyes_[1]);
+  for (const Side side : kSides) PrepareView(rendered[side], region[side], &cameras_[side]);
 }
 
 double Water::MeanRadiance(const view::RenderedStereo& rendered) {
   double sum = 0;
   size_t count = 0;
   std::vector<LightPoint>& points = metered_;
-  for (size_t i = 0; i < eyes_.size(); ++i) {
-    const view::RenderedView& view = i == 0 ? rendered.left : rendered.right;
+  for (const Side side : kSides) {
+    const view::RenderedView& view = rendered[side];
     points.clear();
     for (int v = kMeter_px / 2; v < view.surface.height(); v += kMeter_px)
       for (int u = kMeter_px / 2; u < view.surface.width(); u += kMeter_px)
@@ -195,10 +166,10 @@ double Water::MeanRadiance(const view::RenderedStereo& rendered) {
     const auto add = [&] {
       for (const Light& light : metered_light_) sum += static_cast<double>(light.head<3>().sum());
     };
-    ShineFromSurfaces(eyes_[i], points, metered_light_.data());
+    ShineFromSurfaces(cameras_[side], points, metered_light_.data());
     add();
     if (scatters_) {
-      ShineFromWater(eyes_[i], points, metered_light_.data());
+      ShineFromWater(cameras_[side], points, metered_light_.data());
       add();
     }
     count += 3 * points.size();
@@ -245,11 +216,11 @@ void Water::IrradianceFromAllSides(std::span<const Eigen::Vector3f> p_HQ,
   }
 }
 
-void Water::PaintRows(int view, int row_begin, int row_end, float* rgb) const {
-  const Eye& eye = eyes_[static_cast<size_t>(view)];
+void Water::PaintRows(Side side, int row_begin, int row_end, float* rgb) const {
+  const Camera& camera = cameras_[side];
   using Mode = TiledLight::Mode;
-  if (scatters_) eye.water_light.Paint(row_begin, row_end, Mode::kWrite, rgb);
-  eye.surface_light.Paint(row_begin, row_end, scatters_ ? Mode::kAdd : Mode::kWrite, rgb);
+  if (scatters_) camera.water_light.Paint(row_begin, row_end, Mode::kWrite, rgb);
+  camera.surface_light.Paint(row_begin, row_end, scatters_ ? Mode::kAdd : Mode::kWrite, rgb);
 }
 
 void Water::Place(const Pose& X_WH) {
@@ -261,33 +232,39 @@ void Water::Place(const Pose& X_WH) {
   }
 }
 
-void Water::PrepareView(const view::RenderedView& view, const PixelRegion& region, Eye* eye) {
-  const int width = eye->camera.width_px, height = eye->camera.height_px;
+void Water::PrepareView(const view::RenderedView& view, const PixelRegion& region, Camera* camera) {
+  const int width = camera->width_px, height = camera->height_px;
   TD_CHECK(view.surface.width() == width && view.surface.height() == height &&
                view.depth_m.width() == width && view.depth_m.height() == height,
            "the rendered view has another size than the rig's camera");
   const ShadingParams& shading = params_.shading;
   const int tile_px = shading.tile_px;
-  eye->pyramid.Build(view.surface, WholeTiles(region, eye->camera));
+  camera->pyramid.Build(view.surface, WholeTiles(region, *camera));
   TileRules rules{.largest_px = tile_px,
                   .mixed_px = 0,
                   .nothing_is_dark = true,
                   .relative_tolerance = static_cast<float>(shading.relative_tolerance),
                   .absolute_tolerance = static_cast<float>(shading.absolute_tolerance_w_m2_sr)};
-  SurfaceSource surfaces(this, eye);
-  eye->surface_light.Spread(view.surface, view.depth_m, eye->pyramid, region, rules, &surfaces);
+  const auto spread = [&](TiledLight* tiles, const auto& shine) {
+    tiles->Spread(view.surface, view.depth_m, camera->pyramid, region, rules, shine);
+  };
+  spread(&camera->surface_light, [&](std::span<const LightPoint> points, Light* light) {
+    ShineFromSurfaces(*camera, points, light);
+  });
   if (!scatters_) return;
   // apart, because it is smooth where surfaces are not: it depends on their distance only
   rules.largest_px = tile_px > 1 ? 2 * tile_px : 1;
   rules.mixed_px = tile_px / 2;
   rules.nothing_is_dark = false;
-  WaterSource water(this, eye);
-  eye->water_light.Spread(view.surface, view.depth_m, eye->pyramid, region, rules, &water);
+  spread(&camera->water_light, [&](std::span<const LightPoint> points, Light* light) {
+    ShineFromWater(*camera, points, light);
+  });
 }
 
 // What comes straight from surfaces, attenuated after Beer and Lambert. Batches of one surface
 // each.
-void Water::ShineFromSurfaces(const Eye& eye, std::span<const LightPoint> points, Light* light) {
+void Water::ShineFromSurfaces(const Camera& camera, std::span<const LightPoint> points,
+                              Light* light) {
   std::vector<int>& first = first_of_surface_;
   first.assign(static_cast<size_t>(surfaces_.size()) + 2, 0);
   for (const LightPoint& point : points) ++first[point.surface + 1u];
@@ -305,16 +282,16 @@ void Water::ShineFromSurfaces(const Eye& eye, std::span<const LightPoint> points
       const int* index = &order_[static_cast<size_t>(begin)];
       for (int i = 0; i < count; ++i) Load(points[static_cast<size_t>(index[i])], i, &batch_);
       FillUp(count, &batch_);
-      ShineFromSurface(eye, geom, &batch_);
+      ShineFromSurface(camera, geom, &batch_);
       for (int i = 0; i < count; ++i)
         light[index[i]] = Light(batch_.red[i], batch_.green[i], batch_.blue[i], 0);
     }
   }
 }
 
-void Water::ShineFromSurface(const Eye& eye, int geom, PointBatch* batch) const {
+void Water::ShineFromSurface(const Camera& camera, int geom, PointBatch* batch) const {
   const Surface& surface = surfaces_[geom];
-  FindRays(eye.rays, batch);
+  FindRays(camera.rays, batch);
   FindNormals(surface, placed_[static_cast<size_t>(geom)], batch);
   std::fill_n(batch->red, batch->count, 0.0f);
   std::fill_n(batch->green, batch->count, 0.0f);
@@ -335,7 +312,7 @@ void Water::ShineFromSurface(const Eye& eye, int geom, PointBatch* batch) const 
   }
   Scale(surface.albedo.cast<float>().array() / std::numbers::pi_v<float>, batch);
   if (lit != nullptr)
-    AddBallDisc(lit->disc, eye.rays, placed_[static_cast<size_t>(geom)].p_HS, batch);
+    AddBallDisc(lit->disc, camera.rays, placed_[static_cast<size_t>(geom)].p_HS, batch);
   Attenuate(extinction_per_m_, batch);
 }
 
@@ -350,21 +327,21 @@ void Water::CastShadows(int lit_geom, int source_geom, const Eigen::Vector3f& p_
 }
 
 // What the water on the way scatters into rays.
-void Water::ShineFromWater(const Eye& eye, std::span<const LightPoint> points, Light* light) {
+void Water::ShineFromWater(const Camera& camera, std::span<const LightPoint> points, Light* light) {
   PointBatch& batch = batch_;
   for (size_t begin = 0; begin < points.size(); begin += PointBatch::kSize) {
     const int count =
         static_cast<int>(std::min(points.size() - begin, static_cast<size_t>(PointBatch::kSize)));
     for (int i = 0; i < count; ++i) Load(points[begin + static_cast<size_t>(i)], i, &batch);
     FillUp(count, &batch);
-    FindRays(eye.rays, &batch);
+    FindRays(camera.rays, &batch);
     Light* out = light + begin;
-    if (eye.veil)
+    if (camera.veil)
       for (int i = 0; i < count; ++i)
-        out[i] = eye.veil->At(batch.u_px[i], batch.v_px[i], batch.range_m[i]);
+        out[i] = camera.veil->At(batch.u_px[i], batch.v_px[i], batch.range_m[i]);
     else
       std::fill_n(out, count, Light::Zero());
-    reflectors_.AddHalos(eye.rays, count, &batch, out);
+    reflectors_.AddHalos(camera.rays, count, &batch, out);
     for (const LitBall& ball : lit_balls_) {
       const PlacedSurface& placed = placed_[static_cast<size_t>(ball.geom)];
       // not lit: what the marker's box hides from the ball
@@ -375,9 +352,9 @@ void Water::ShineFromWater(const Eye& eye, std::span<const LightPoint> points, L
         const auto in_box = [&](const Eigen::Vector3f& p_HQ) -> Eigen::Vector3d {
           return R_HS.transpose() * (p_HQ - box.p_HS).cast<double>();
         };
-        shadow.emplace(surfaces_[shadow_box_], R_HS, in_box(placed.p_HS), in_box(eye.rays.p_HC));
+        shadow.emplace(surfaces_[shadow_box_], R_HS, in_box(placed.p_HS), in_box(camera.rays.p_HC));
       }
-      PassBall(eye.rays, placed.p_HS, ball.glow, diffuse_per_m_, shadow ? &*shadow : nullptr,
+      PassBall(camera.rays, placed.p_HS, ball.glow, diffuse_per_m_, shadow ? &*shadow : nullptr,
                &batch);
       const HaloTable& halo = halos_[ball.halo].second;
       for (int i = 0; i < count; ++i) {

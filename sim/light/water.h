@@ -47,11 +47,11 @@ class Water {
   void Apply(const view::RenderedStereo& rendered, RadianceStereo* out);
 
   // The same a band of rows at a time, which stays in cache until the sensor has it: after Prepare,
-  // PaintRows writes rows [row_begin, row_end) of one camera (0 left, 1 right), interleaved R, G,
-  // B. Row_begin is a multiple of TiledLight::kBandRows, of which at most as many are painted. Only
-  // pixels in the region are sure to be written; they are the same whatever the region.
+  // PaintRows writes rows [row_begin, row_end) of one camera, interleaved R, G, B. Row_begin is a
+  // multiple of TiledLight::kBandRows, of which at most as many are painted. Only pixels in the
+  // region are sure to be written; they are the same whatever the region.
   void Prepare(const view::RenderedStereo& rendered, const StereoRegion& region);
-  void PaintRows(int view, int row_begin, int row_end, float* rgb) const;
+  void PaintRows(Side side, int row_begin, int row_end, float* rgb) const;
 
   // Of the instant prepared last:
   // Mean radiance over all channels of both views, from a lattice of pixels. Needs whole views.
@@ -63,7 +63,7 @@ class Water {
                               std::span<Eigen::Array3f> out_w_m2);
 
   // All pixels of both cameras.
-  StereoRegion whole() const;
+  StereoRegion whole() const { return WholeImages(rig_); }
   // What Prepare looks at of the rendered views: the region, grown to whole tiles.
   StereoRegion Seen(const StereoRegion& region) const;
   // Points at which light was computed for the images prepared last.
@@ -71,9 +71,7 @@ class Water {
   const Medium& medium() const { return medium_; }
 
  private:
-  struct Eye {
-    CameraIntrinsics camera;
-    Pose X_HC;
+  struct Camera : MountedCamera {
     RayFrame rays;
     std::optional<VeilTable> veil;  // none with the lamps off or nothing that scatters
     SurfacePyramid pyramid;
@@ -85,20 +83,19 @@ class Water {
     BallDisc disc;
     size_t halo = 0;  // in halos_, if something scatters
   };
-  class SurfaceSource;
-  class WaterSource;
 
   PixelRegion WholeTiles(const PixelRegion& region, const CameraIntrinsics& camera) const;
   void Place(const Pose& X_WH);
-  void PrepareView(const view::RenderedView& view, const PixelRegion& region, Eye* eye);
-  void ShineFromSurfaces(const Eye& eye, std::span<const LightPoint> points, Light* light);
-  void ShineFromSurface(const Eye& eye, int geom, PointBatch* batch) const;
-  void ShineFromWater(const Eye& eye, std::span<const LightPoint> points, Light* light);
+  void PrepareView(const view::RenderedView& view, const PixelRegion& region, Camera* camera);
+  void ShineFromSurfaces(const Camera& camera, std::span<const LightPoint> points, Light* light);
+  void ShineFromSurface(const Camera& camera, int geom, PointBatch* batch) const;
+  void ShineFromWater(const Camera& camera, std::span<const LightPoint> points, Light* light);
   void CastShadows(int lit_geom, int source_geom, const Eigen::Vector3f& p_HSource,
                    PointBatch* batch) const;
 
   PointBatch batch_;
   OpticsParams params_;
+  StereoRig rig_;
   SurfaceTable surfaces_;
   Medium medium_;
   Eigen::Array3f extinction_per_m_, diffuse_per_m_;
@@ -109,7 +106,7 @@ class Water {
   Reflectors reflectors_;  // none with the lamps off or nothing that scatters
   std::vector<int> casters_;
   int shadow_box_ = -1;  // the geom that casts shadows in halos, -1: none
-  std::vector<Eye> eyes_;
+  Stereo<Camera> cameras_;
   std::vector<PlacedSurface> placed_;          // by geom id, at the current instant
   std::vector<int> first_of_surface_, order_;  // points sorted by surface
   std::vector<LightPoint> metered_;

@@ -25,6 +25,15 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
 enum class Dof { kSurge, kSway, kHeave, kRoll, kPitch, kYaw };
+constexpr auto Names(Dof) {
+  using enum Dof;
+  return EnumList<Dof>({{kSurge, "surge"},
+                        {kSway, "sway"},
+                        {kHeave, "heave"},
+                        {kRoll, "roll"},
+                        {kPitch, "pitch"},
+                        {kYaw, "yaw"}});
+}
 
 // One element off the diagonal of a 6 x 6 matrix.
 struct MatrixEntry {
@@ -119,16 +128,3 @@ double SubmergedFraction(double z_m, double hull_height_m);
 double BuoyancyPotential(const HydroModel& model, const Pose& X_WB, double gravity_mps2);
 
 }  // namespace turbidock::vehicle
-
-template <>
-struct turbidock::EnumNames<turbidock::vehicle::Dof> {
-  using Dof = turbidock::vehicle::Dof;
-  static constexpr auto kNames = std::to_array<std::pair<Dof, const char*>>({
-      {Dof::kSurge, "surge"},
-      {Dof::kSway, "sway"},
-      {Dof::kHeave, "heave"},
-      {Dof::kRoll, "roll"},
-      {Dof::kPitch, "pitch"},
-      {Dof::kYaw, "yaw"},
-  });
-};

@@ -225,8 +225,8 @@ Scene LoadScene(const std::string& mjcf_path, const RigParams& rig) {
   scene.dock_throat_depth_m = X_DT.p.x();
   scene.dock_throat_half_width_m = throat_size[1];
 
-  PlaceCamera(scene.X_BH, scene.rig.X_HL, scene.rig.left, scene.left_camera, m);
-  PlaceCamera(scene.X_BH, scene.rig.X_HR, scene.rig.right, scene.right_camera, m);
+  PlaceCamera(scene.X_BH, scene.rig.left.X_HC, scene.rig.left, scene.left_camera, m);
+  PlaceCamera(scene.X_BH, scene.rig.right.X_HC, scene.rig.right, scene.right_camera, m);
   return scene;
 }
 

@@ -40,6 +40,11 @@ enum class SeaState {
   kModerate,  // 0.10 m, 2.5 s: 0.080 m/s
   kRough,     // 0.20 m, 3 s: 0.153 m/s, more than the docking tolerance forgives
 };
+constexpr auto Names(SeaState) {
+  using enum SeaState;
+  return EnumList<SeaState>(
+      {{kCustom, "custom"}, {kCalm, "calm"}, {kModerate, "moderate"}, {kRough, "rough"}});
+}
 
 // One regular long-crested wave, deep water.
 struct WaveComponent {
@@ -170,14 +175,3 @@ class Sea {
 };
 
 }  // namespace turbidock::vehicle
-
-template <>
-struct turbidock::EnumNames<turbidock::vehicle::SeaState> {
-  using E = turbidock::vehicle::SeaState;
-  static constexpr auto kNames = std::to_array<std::pair<E, const char*>>({
-      {E::kCustom, "custom"},
-      {E::kCalm, "calm"},
-      {E::kModerate, "moderate"},
-      {E::kRough, "rough"},
-  });
-};

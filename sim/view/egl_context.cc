@@ -2,10 +2,8 @@
 #define EGL_NO_PLATFORM_SPECIFIC_TYPES
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
-#include <GL/gl.h>
 
 #include <array>
-#include <cstdlib>
 
 #include "sim/base/check.h"
 #include "sim/view/gl_context.h"
@@ -14,43 +12,28 @@
 namespace turbidock::view {
 namespace {
 
-// The functions of libEGL that we call, the last two being extensions.
+// The functions of libEGL that we call, the last two being extensions, which may be null.
 struct EglLibrary {
-  decltype(&eglGetProcAddress) GetProcAddress;
-  decltype(&eglInitialize) Initialize;
-  decltype(&eglBindAPI) BindApi;
-  decltype(&eglChooseConfig) ChooseConfig;
-  decltype(&eglCreateContext) CreateContext;
-  decltype(&eglDestroyContext) DestroyContext;
-  decltype(&eglGetCurrentContext) GetCurrentContext;
-  decltype(&eglMakeCurrent) MakeCurrent;
-  PFNEGLQUERYDEVICESEXTPROC QueryDevices;
-  PFNEGLGETPLATFORMDISPLAYEXTPROC GetPlatformDisplay;
+  GlLibrary library{{"libEGL.so.1", "libEGL.so"}, "EGL", "libegl1"};
+  decltype(&eglGetProcAddress) GetProcAddress = library["eglGetProcAddress"];
+  decltype(&eglInitialize) Initialize = library["eglInitialize"];
+  decltype(&eglBindAPI) BindApi = library["eglBindAPI"];
+  decltype(&eglChooseConfig) ChooseConfig = library["eglChooseConfig"];
+  decltype(&eglCreateContext) CreateContext = library["eglCreateContext"];
+  decltype(&eglDestroyContext) DestroyContext = library["eglDestroyContext"];
+  decltype(&eglGetCurrentContext) GetCurrentContext = library["eglGetCurrentContext"];
+  decltype(&eglMakeCurrent) MakeCurrent = library["eglMakeCurrent"];
+  PFNEGLQUERYDEVICESEXTPROC QueryDevices =
+      reinterpret_cast<PFNEGLQUERYDEVICESEXTPROC>(GetProcAddress("eglQueryDevicesEXT"));
+  PFNEGLGETPLATFORMDISPLAYEXTPROC GetPlatformDisplay =
+      reinterpret_cast<PFNEGLGETPLATFORMDISPLAYEXTPROC>(GetProcAddress("eglGetPlatformDisplayEXT"));
 };
-
-EglLibrary OpenLibrary() {
-  void* library = OpenGlLibrary({"libEGL.so.1", "libEGL.so"}, "EGL", "libegl1");
-  EglLibrary egl;
-  LoadSymbol(library, "eglGetProcAddress", &egl.GetProcAddress);
-  LoadSymbol(library, "eglInitialize", &egl.Initialize);
-  LoadSymbol(library, "eglBindAPI", &egl.BindApi);
-  LoadSymbol(library, "eglChooseConfig", &egl.ChooseConfig);
-  LoadSymbol(library, "eglCreateContext", &egl.CreateContext);
-  LoadSymbol(library, "eglDestroyContext", &egl.DestroyContext);
-  LoadSymbol(library, "eglGetCurrentContext", &egl.GetCurrentContext);
-  LoadSymbol(library, "eglMakeCurrent", &egl.MakeCurrent);
-  egl.QueryDevices =
-      reinterpret_cast<PFNEGLQUERYDEVICESEXTPROC>(egl.GetProcAddress("eglQueryDevicesEXT"));
-  egl.GetPlatformDisplay = reinterpret_cast<PFNEGLGETPLATFORMDISPLAYEXTPROC>(
-      egl.GetProcAddress("eglGetPlatformDisplayEXT"));
-  if (egl.QueryDevices == nullptr || egl.GetPlatformDisplay == nullptr)
-    throw SimulatorFault("EGL cannot list this machine's devices");
-  return egl;
-}
 
 class EglContext final : public GlContext {
  public:
-  EglContext() : egl_(OpenLibrary()) {
+  EglContext() {
+    if (egl_.QueryDevices == nullptr || egl_.GetPlatformDisplay == nullptr)
+      throw SimulatorFault("EGL cannot list this machine's devices");
     // In EGL's own order, which has software last.
     std::array<EGLDeviceEXT, 16> devices;
     EGLint count = 0;
@@ -96,10 +79,7 @@ class EglContext final : public GlContext {
       return false;
     }
     ShowToMujoco(reinterpret_cast<const void*>(egl_.GetProcAddress));
-    const auto get_string =
-        reinterpret_cast<const GLubyte* (*)(GLenum)>(egl_.GetProcAddress("glGetString"));
-    description_ =
-        "EGL, " + GlText(get_string, GL_RENDERER) + ", OpenGL " + GlText(get_string, GL_VERSION);
+    description_ = DescribeGl("EGL", egl_.GetProcAddress("glGetString"));
     return true;
   }
 
@@ -113,9 +93,6 @@ class EglContext final : public GlContext {
 
 }  // namespace
 
-std::unique_ptr<GlContext> MakeEglContext() {
-  setenv("LP_NUM_THREADS", "0", /*overwrite=*/1);  // as for OSMesa
-  return std::make_unique<EglContext>();
-}
+std::unique_ptr<GlContext> MakeEglContext() { return std::make_unique<EglContext>(); }
 
 }  // namespace turbidock::view

@@ -27,6 +27,10 @@ enum class GlBackend {
   kOsmesa,  // Mesa's llvmpipe on the CPU, into memory
   kEgl,     // the first EGL device that draws: a GPU, else llvmpipe
 };
+constexpr auto Names(GlBackend) {
+  using enum GlBackend;
+  return EnumList<GlBackend>({{kOsmesa, "osmesa"}, {kEgl, "egl"}});
+}
 
 // Both set LP_NUM_THREADS=0 in the environment of this process, so that Mesa's llvmpipe draws in
 // the calling thread, and open their library when called, not before. SimulatorFault, with the
@@ -39,10 +43,3 @@ std::unique_ptr<GlContext> MakeEglContext();
 std::unique_ptr<GlContext> MakeGlContext(GlBackend preferred, std::string* remark = nullptr);
 
 }  // namespace turbidock::view
-
-template <>
-struct turbidock::EnumNames<turbidock::view::GlBackend> {
-  using E = turbidock::view::GlBackend;
-  static constexpr auto kNames =
-      std::to_array<std::pair<E, const char*>>({{E::kOsmesa, "osmesa"}, {E::kEgl, "egl"}});
-};

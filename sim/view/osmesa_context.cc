@@ -1,7 +1,6 @@
 #include <GL/osmesa.h>
 
 #include <array>
-#include <cstdlib>
 
 #include "sim/base/check.h"
 #include "sim/view/gl_context.h"
@@ -12,38 +11,25 @@ namespace {
 
 // The functions of libOSMesa that we call.
 struct OsmesaLibrary {
-  decltype(&OSMesaCreateContextExt) CreateContextExt;
-  decltype(&OSMesaDestroyContext) DestroyContext;
-  decltype(&OSMesaMakeCurrent) MakeCurrent;
-  decltype(&OSMesaGetCurrentContext) GetCurrentContext;
-  decltype(&OSMesaGetProcAddress) GetProcAddress;
+  GlLibrary library{{"libOSMesa.so.8", "libOSMesa.so"}, "OSMesa", "libosmesa6"};
+  decltype(&OSMesaCreateContextExt) CreateContextExt = library["OSMesaCreateContextExt"];
+  decltype(&OSMesaDestroyContext) DestroyContext = library["OSMesaDestroyContext"];
+  decltype(&OSMesaMakeCurrent) MakeCurrent = library["OSMesaMakeCurrent"];
+  decltype(&OSMesaGetCurrentContext) GetCurrentContext = library["OSMesaGetCurrentContext"];
+  decltype(&OSMesaGetProcAddress) GetProcAddress = library["OSMesaGetProcAddress"];
 };
-
-OsmesaLibrary OpenLibrary() {
-  void* library = OpenGlLibrary({"libOSMesa.so.8", "libOSMesa.so"}, "OSMesa", "libosmesa6");
-  OsmesaLibrary osmesa;
-  LoadSymbol(library, "OSMesaCreateContextExt", &osmesa.CreateContextExt);
-  LoadSymbol(library, "OSMesaDestroyContext", &osmesa.DestroyContext);
-  LoadSymbol(library, "OSMesaMakeCurrent", &osmesa.MakeCurrent);
-  LoadSymbol(library, "OSMesaGetCurrentContext", &osmesa.GetCurrentContext);
-  LoadSymbol(library, "OSMesaGetProcAddress", &osmesa.GetProcAddress);
-  return osmesa;
-}
 
 class OsmesaContext final : public GlContext {
  public:
-  OsmesaContext() : osmesa_(OpenLibrary()) {
+  OsmesaContext() {
     constexpr int kDepthBits = 24, kStencilBits = 8, kAccumulationBits = 0;
     context_ =
         osmesa_.CreateContextExt(OSMESA_RGBA, kDepthBits, kStencilBits, kAccumulationBits, nullptr);
     if (context_ == nullptr) throw SimulatorFault("OSMesa cannot create an OpenGL context");
     try {
       MakeCurrent();
-      const auto get_string =
-          reinterpret_cast<const GLubyte* (*)(GLenum)>(osmesa_.GetProcAddress("glGetString"));
       ShowToMujoco(reinterpret_cast<const void*>(osmesa_.GetProcAddress));
-      description_ = "OSMesa, " + GlText(get_string, GL_RENDERER) + ", OpenGL " +
-                     GlText(get_string, GL_VERSION);
+      description_ = DescribeGl("OSMesa", osmesa_.GetProcAddress("glGetString"));
     } catch (...) {
       osmesa_.DestroyContext(context_);
       throw;
@@ -73,10 +59,6 @@ class OsmesaContext final : public GlContext {
 
 }  // namespace
 
-std::unique_ptr<GlContext> MakeOsmesaContext() {
-  // llvmpipe reads this when the first context of the process is made.
-  setenv("LP_NUM_THREADS", "0", /*overwrite=*/1);
-  return std::make_unique<OsmesaContext>();
-}
+std::unique_ptr<GlContext> MakeOsmesaContext() { return std::make_unique<OsmesaContext>(); }
 
 }  // namespace turbidock::view

@@ -5,8 +5,6 @@
 // sees and how far away it is; all light is computed from that by sim/light/water.h, in linear
 // units.
 
-#include <cstdint>
-
 #include "sim/base/image.h"
 #include "sim/base/pose.h"
 
@@ -19,9 +17,7 @@ struct RenderedView {
 };
 
 // Both views of one instant.
-struct RenderedStereo {
-  int64_t tick = 0;
-  RenderedView left, right;
+struct RenderedStereo : Stereo<RenderedView> {
   Pose X_WH;  // camera head in the world at that instant
 };
 

@@ -87,39 +87,33 @@ StereoRenderer::StereoRenderer(GlContext& context, const vehicle::Scene& scene)
            "surface ids are 16 bits wide");
 }
 
-void StereoRenderer::Render(const mjData& data, int64_t tick, RenderedStereo* out,
-                            StageTimer* timer) {
-  const PixelRegion all = {0, 0, canvas_.width_px(), canvas_.height_px()};
-  Render(data, tick, {all, all}, out, timer);
+void StereoRenderer::Render(const mjData& data, RenderedStereo* out, StageTimer* timer) {
+  Render(data, WholeImages(scene_.rig), out, timer);
 }
 
-void StereoRenderer::Render(const mjData& data, int64_t tick, const StereoRegion& region,
-                            RenderedStereo* out, StageTimer* timer) {
-  out->tick = tick;
+void StereoRenderer::Render(const mjData& data, const StereoRegion& region, RenderedStereo* out,
+                            StageTimer* timer) {
   out->X_WH = vehicle::SitePose(data, scene_.camera_head_site);
-  const auto draw = [&](int view, const CameraIntrinsics& camera, const Pose& X_HC,
-                        const PixelRegion& part) {
-    if (part.empty()) return;
-    lister_.List(data, camera, out->X_WH * X_HC, part, &list_);
-    canvas_.Draw(view, part, list_);
-  };
   canvas_.Begin();
-  draw(0, scene_.rig.left, scene_.rig.X_HL, region.left);
-  draw(1, scene_.rig.right, scene_.rig.X_HR, region.right);
+  for (const Side side : kSides) {
+    if (region[side].empty()) continue;
+    const MountedCamera& camera = scene_.rig[side];
+    lister_.List(data, camera, out->X_WH * camera.X_HC, region[side], &list_);
+    canvas_.Draw(static_cast<int>(side), region[side], list_);
+  }
   if (timer) canvas_.Finish();
   Lap(timer, LoopStage::kRender);
 
-  Read(0, region.left, &out->left);
-  Read(1, region.right, &out->right);
+  for (const Side side : kSides) Read(side, region[side], &(*out)[side]);
   canvas_.End();
   Lap(timer, LoopStage::kReadBack);
 }
 
-void StereoRenderer::Read(int view, const PixelRegion& region, RenderedView* out) {
+void StereoRenderer::Read(Side side, const PixelRegion& region, RenderedView* out) {
   out->surface.Resize(canvas_.width_px(), canvas_.height_px());
   out->depth_m.Resize(canvas_.width_px(), canvas_.height_px());
   if (region.empty()) return;
-  canvas_.Read(view, region, &out->surface, &out->depth_m);
+  canvas_.Read(static_cast<int>(side), region, &out->surface, &out->depth_m);
   for (int v = region.row_begin; v < region.row_end; ++v)
     DepthFromNearness(near_m_, region.width(), out->depth_m.at(region.column_begin, v));
 }

@@ -58,13 +58,13 @@ class StereoRenderer {
   // stage). The images in `out` keep their memory from one frame to the next. A timer gets kRender
   // and kReadBack, and with it OpenGL ends its work where it would else put it off to the
   // read-back.
-  void Render(const mjData& data, int64_t tick, RenderedStereo* out, StageTimer* timer = nullptr);
+  void Render(const mjData& data, RenderedStereo* out, StageTimer* timer = nullptr);
   // The same for a region only; other pixels of `out` stay as they are.
-  void Render(const mjData& data, int64_t tick, const StereoRegion& region, RenderedStereo* out,
+  void Render(const mjData& data, const StereoRegion& region, RenderedStereo* out,
               StageTimer* timer = nullptr);
 
  private:
-  void Read(int view, const PixelRegion& region, RenderedView* out);
+  void Read(Side side, const PixelRegion& region, RenderedView* out);
 
   const vehicle::Scene& scene_;
   float near_m_;

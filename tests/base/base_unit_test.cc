@@ -2,8 +2,10 @@
 
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <set>
 
+#include "sim/base/axes_pose.h"
 #include "sim/base/camera.h"
 #include "sim/base/clock.h"
 #include "sim/base/digest.h"
@@ -18,16 +20,16 @@ TEST(Camera, DefaultRigIsTheSpecified) {
   EXPECT_NEAR(rig.left.fx_px, 554.26, 0.005);
   EXPECT_EQ(rig.left.cx_px, 319.5);
   EXPECT_EQ(rig.left.cy_px, 239.5);
-  EXPECT_EQ(rig.X_HL.p, Eigen::Vector3d(0, 0.06, 0));
+  EXPECT_EQ(rig.left.X_HC.p, Eigen::Vector3d(0, 0.06, 0));
   EXPECT_NEAR(units::DegFromRad(rig.left.vertical_fov_rad()), 46.8, 0.05);
 }
 
 TEST(Camera, LeftAndUpInTheHeadAreLeftAndUpInTheImage) {
   const StereoRig rig = RigParams{}.MakeRig();
-  const auto ahead = rig.left.Project(rig.X_HL.Inverse() * Eigen::Vector3d(1, 0.06, 0));
+  const auto ahead = rig.left.Project(rig.left.X_HC.Inverse() * Eigen::Vector3d(1, 0.06, 0));
   EXPECT_NEAR(ahead.x(), 319.5, 1e-9);
   EXPECT_NEAR(ahead.y(), 239.5, 1e-9);
-  const auto up_left = rig.left.Project(rig.X_HL.Inverse() * Eigen::Vector3d(1, 0.16, 0.1));
+  const auto up_left = rig.left.Project(rig.left.X_HC.Inverse() * Eigen::Vector3d(1, 0.16, 0.1));
   EXPECT_LT(up_left.x(), 319.5);
   EXPECT_LT(up_left.y(), 239.5);
 }
@@ -36,8 +38,8 @@ TEST(Camera, DisparityIsFocalLengthTimesBaselineOverDepth) {
   const StereoRig rig = RigParams{}.MakeRig();
   for (const double depth_m : {0.35, 0.6, 1.5}) {
     const Eigen::Vector3d p_HQ(depth_m, 0.05, -0.02);
-    const double disparity_px = rig.left.Project(rig.X_HL.Inverse() * p_HQ).x() -
-                                rig.right.Project(rig.X_HR.Inverse() * p_HQ).x();
+    const double disparity_px = rig.left.Project(rig.left.X_HC.Inverse() * p_HQ).x() -
+                                rig.right.Project(rig.right.X_HC.Inverse() * p_HQ).x();
     EXPECT_NEAR(disparity_px, rig.left.fx_px * 0.12 / depth_m, 1e-9);
   }
 }
@@ -96,6 +98,26 @@ TEST(ImageTest, RowsStartAtTheTopAndChannelsAreInterleaved) {
   const uint8_t* before = image.data();
   image.Resize(4, 3);
   EXPECT_EQ(image.data(), before);
+}
+
+TEST(AxesPose, DifferenceOfHeadingsIsTheShorterWayRound) {
+  const AxesPose a{.x_m = 1, .yaw_rad = 3}, b{.y_m = 2, .yaw_rad = -3};
+  const AxesPose difference = a - b;
+  EXPECT_EQ(difference.x_m, 1);
+  EXPECT_EQ(difference.y_m, -2);
+  EXPECT_NEAR(difference.yaw_rad, 6 - 2 * std::numbers::pi, 1e-12);
+}
+
+TEST(Stereo, IsReachedBySide) {
+  Stereo<int> pair{1, 2};
+  for (const Side side : kSides) pair[side] *= 10;
+  EXPECT_EQ(pair, (Stereo<int>{10, 20}));
+  EXPECT_EQ(pair.Each([](int x) { return x > 15; }), (Stereo<bool>{false, true}));
+}
+
+TEST(Dotted, AKeyAtTheTopStandsAlone) {
+  EXPECT_EQ(JoinKey("", "seed"), "seed");
+  EXPECT_EQ(JoinKey("sea.tether", "length_m"), "sea.tether.length_m");
 }
 
 }  // namespace

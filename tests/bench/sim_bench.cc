@@ -43,9 +43,9 @@ struct View {
     Eigen::Vector3d::Map(qpos) = X_WB.p;
     Eigen::Vector4d::Map(qpos + 3) << X_WB.q.w(), X_WB.q.vec();
     mj_forward(&m, data.get());
-    renderer.Render(*data, 0, &rendered);
+    renderer.Render(*data, &rendered);
     water.Apply(rendered, &radiance);
-    sensor.Expose(radiance, 0, &image);
+    sensor.Digitise(radiance, 0, &image);
   }
 
   trial::Scenario scenario;
@@ -88,7 +88,7 @@ void BareRender(benchmark::State& state) {
 
 void Render(benchmark::State& state) {
   View view(state);
-  for (auto _ : state) view.renderer.Render(*view.data, 0, &view.rendered);
+  for (auto _ : state) view.renderer.Render(*view.data, &view.rendered);
   CountPixels(view, state);
 }
 
@@ -96,7 +96,7 @@ void Render(benchmark::State& state) {
 void RenderRegion(benchmark::State& state) {
   View view(state);
   const PixelRegion part = {160, 120, 480, 360};
-  for (auto _ : state) view.renderer.Render(*view.data, 0, {part, part}, &view.rendered);
+  for (auto _ : state) view.renderer.Render(*view.data, {part, part}, &view.rendered);
   state.SetItemsProcessed(state.iterations() * 2 * part.width() * part.height());
   state.SetLabel(view.scenario.description);
 }
@@ -110,7 +110,7 @@ void WaterOnly(benchmark::State& state) {
 void Sensor(benchmark::State& state) {
   View view(state);
   int64_t frame = 0;
-  for (auto _ : state) view.sensor.Expose(view.radiance, frame++, &view.image);
+  for (auto _ : state) view.sensor.Digitise(view.radiance, frame++, &view.image);
   CountPixels(view, state);
 }
 

@@ -20,11 +20,10 @@ StereoImage Seen(double background_dn) {
 void Labels(benchmark::State& state) {
   const StereoImage seen = Seen(static_cast<double>(state.range(0)));
   HueLabeller labeller(HueParams{}, MarkerParams{});
-  Image1u8 left, right;
+  Stereo<Image1u8> labels;
   for (auto _ : state) {
-    labeller.Label(seen.left, &left);
-    labeller.Label(seen.right, &right);
-    benchmark::DoNotOptimize(right.data());
+    for (const Side side : kSides) labeller.Label(seen[side], &labels[side]);
+    benchmark::DoNotOptimize(labels.right.data());
   }
   state.SetItemsProcessed(state.iterations() *
                           static_cast<int64_t>(seen.left.pixels() + seen.right.pixels()));
@@ -34,10 +33,9 @@ BENCHMARK(Labels)->ArgName("background_dn")->Arg(8)->Arg(90)->Unit(benchmark::kM
 void OneEvaluation(benchmark::State& state) {
   const StereoImage seen = Seen(8);
   HueLabeller labeller(HueParams{}, MarkerParams{});
-  Image1u8 left, right;
-  labeller.Label(seen.left, &left);
-  labeller.Label(seen.right, &right);
-  const Fitness fitness(MarkerParams{}, RigParams{}.MakeRig(), left, right);
+  Stereo<Image1u8> labels;
+  for (const Side side : kSides) labeller.Label(seen[side], &labels[side]);
+  const Fitness fitness(MarkerParams{}, RigParams{}.MakeRig(), labels);
   Pose X_HM = kPose;
   for (auto _ : state) {
     X_HM.p.x() = 1.2 - X_HM.p.x();  // 0.6 m, in turns of rounding
@@ -51,10 +49,9 @@ BENCHMARK(OneEvaluation);
 void BatchOfEvaluations(benchmark::State& state) {
   const StereoImage seen = Seen(8);
   HueLabeller labeller(HueParams{}, MarkerParams{});
-  Image1u8 left, right;
-  labeller.Label(seen.left, &left);
-  labeller.Label(seen.right, &right);
-  const Fitness fitness(MarkerParams{}, RigParams{}.MakeRig(), left, right);
+  Stereo<Image1u8> labels;
+  for (const Side side : kSides) labeller.Label(seen[side], &labels[side]);
+  const Fitness fitness(MarkerParams{}, RigParams{}.MakeRig(), labels);
   Rng rng = SeedTree(4).Stream("poses");
   std::vector<Pose> poses(static_cast<size_t>(state.range(0)), kPose);
   for (Pose& X_HM : poses)

@@ -29,12 +29,12 @@ light::RadianceStereo Halves(const Eigen::Array3f& left, const Eigen::Array3f& r
   for (int v = 0; v < kHeight; ++v)
     for (int u = 0; u < kWidth; ++u)
       for (int k = 0; k < 3; ++k) image.at(u, v)[k] = (u < kWidth / 2 ? left : right)[k];
-  return {0, image, image};
+  return {image, image};
 }
 
 StereoImage Expose(const SensorParams& sensor, const light::RadianceStereo& radiance) {
   StereoImage image;
-  ImageSensor(sensor, 1, 2).Expose(radiance, 7, &image);
+  ImageSensor(sensor, 1, 2).Digitise(radiance, 7, &image);
   return image;
 }
 
@@ -117,7 +117,7 @@ TEST(ChromaBlur, IsTheSameInARegion) {
   const ImageSensor sensor(Linear(4, 2), 1, 2);
   ASSERT_EQ(sensor.margin_px(), 12);
   Image3u8 whole(kWidth, kHeight);
-  sensor.ExposeRegion(0, 1, {0, 0, kWidth, kHeight}, radiance.data(), &whole);
+  sensor.DigitiseRegion(Side::kLeft, 1, {0, 0, kWidth, kHeight}, radiance.data(), &whole);
   int compared = 0;
   for (const PixelRegion& region :
        {PixelRegion{0, 3, 9, 20}, PixelRegion{50, 0, 51, 7}, PixelRegion{140, 30, kWidth, 40}}) {
@@ -127,7 +127,7 @@ TEST(ChromaBlur, IsTheSameInARegion) {
       for (int u = std::max(0, region.column_begin - 12);
            u < std::min(kWidth, region.column_end + 12); ++u)
         std::copy_n(radiance.at(u, v), 3, beside.at(u, v));
-    sensor.ExposeRegion(0, 1, region, beside.row(region.row_begin), &part);
+    sensor.DigitiseRegion(Side::kLeft, 1, region, beside.row(region.row_begin), &part);
     for (int v = region.row_begin; v < region.row_end; ++v)
       for (int u = region.column_begin; u < region.column_end; ++u)
         for (int k = 0; k < 3; ++k, ++compared) ASSERT_EQ(part.at(u, v)[k], whole.at(u, v)[k]);
@@ -139,8 +139,8 @@ TEST(ChromaBlur, IsTheSameInARegion) {
 TEST(ChromaBlur, IsAShareOfTheLine) {
   const light::RadianceStereo light = Halves({0.6f, 0.4f, 0.3f}, {0.3f, 0.5f, 0.6f});
   StereoImage half, expected;
-  ImageSensor(Linear(6, 0), 1, 2, 320).Expose(light, 0, &half);
-  ImageSensor(Linear(3, 0), 1, 2).Expose(light, 0, &expected);
+  ImageSensor(Linear(6, 0), 1, 2, 320).Digitise(light, 0, &half);
+  ImageSensor(Linear(3, 0), 1, 2).Digitise(light, 0, &expected);
   EXPECT_EQ(half.left, expected.left);
 }
 

@@ -21,7 +21,7 @@ TEST(Lens, IsNoneUnlessSet) {
   const StereoRig rig = RigParams{}.MakeRig();
   StereoLens none({}, rig);
   EXPECT_FALSE(none.on());
-  light::RadianceStereo images{0, Image3f(640, 480, 0.25f), Image3f(640, 480, 0.5f)};
+  light::RadianceStereo images{Image3f(640, 480, 0.25f), Image3f(640, 480, 0.5f)};
   *images.left.at(7, 9) = 3;
   const light::RadianceStereo before = images;
   none.Distort(&images);
@@ -35,7 +35,7 @@ TEST(Lens, MovesASpotAlongItsRadius) {
   const LensParams params{-0.15, 0.03};
   StereoLens lens(params, rig);
   for (const auto& [u0, v0] : {std::pair{500, 100}, std::pair{60, 400}, std::pair{330, 250}}) {
-    light::RadianceStereo images{0, Image3f(640, 480, 1.0f), Image3f(640, 480, 1.0f)};
+    light::RadianceStereo images{Image3f(640, 480, 1.0f), Image3f(640, 480, 1.0f)};
     for (int dv = -6; dv <= 6; ++dv)
       for (int du = -6; du <= 6; ++du)
         for (Image3f* image : {&images.left, &images.right})

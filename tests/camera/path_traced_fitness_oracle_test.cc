@@ -47,17 +47,16 @@ StereoImage Ours(const testing::PathTracedPair& pair) {
     sensor.full_scale_radiance_w_m2_sr = static_cast<double>(*nth) / 0.7;
   }
   StereoImage seen;
-  ImageSensor(sensor, 1, 2).Expose(radiance, 0, &seen);
+  ImageSensor(sensor, 1, 2).Digitise(radiance, 0, &seen);
   return seen;
 }
 
 double FitnessAt(const Pose& X_HM, const StereoImage& seen) {
   const vision::MarkerParams marker;
   vision::HueLabeller labeller(vision::HueParams{}, marker);
-  Image1u8 left, right;
-  labeller.Label(seen.left, &left);
-  labeller.Label(seen.right, &right);
-  return vision::Fitness(marker, RigParams{}.MakeRig(), left, right).Evaluate(X_HM);
+  Stereo<Image1u8> labels;
+  for (const Side side : kSides) labeller.Label(seen[side], &labels[side]);
+  return vision::Fitness(marker, RigParams{}.MakeRig(), labels).Evaluate(X_HM);
 }
 
 TEST(PathTraced, FitnessAtTheTruePoseIsTheSame) {

@@ -9,6 +9,7 @@
 #include "sim/base/random.h"
 #include "sim/light/vector_math.h"
 #include "tests/light/optics_scene.h"
+#include "tests/support/transfer_curve.h"
 
 namespace turbidock::camera {
 namespace {
@@ -35,11 +36,12 @@ struct PlainSensor {
     if (params.shot_noise && linear > 0) {
       const double d = 1e-5 * linear;
       const double slope =
-          255 * (Encode(params, linear + d) - Encode(params, linear - d)) / (2 * d);
+          255 * (testing::Encode(params, linear + d) - testing::Encode(params, linear - d)) /
+          (2 * d);
       variance += slope * slope * linear * params.gain / params.full_well_electrons;
     }
-    return std::clamp(255 * Encode(params, linear) + std::sqrt(variance) * double{normal}, 0.0,
-                      255.0);
+    return std::clamp(255 * testing::Encode(params, linear) + std::sqrt(variance) * double{normal},
+                      0.0, 255.0);
   }
 };
 
@@ -55,7 +57,7 @@ Image3f AnyRadiance(int width, int height) {
 TEST(ImageSensor, AgreesWithThePlainOne) {
   constexpr int kFrame = 12, kWidth = 101, kHeight = 60;
   const Image3f radiance = AnyRadiance(kWidth, kHeight);
-  const light::RadianceStereo stereo{0, radiance, radiance};
+  const light::RadianceStereo stereo{radiance, radiance};
   for (const TransferCurve transfer : {TransferCurve::kSrgb, TransferCurve::kPower})
     for (const double read_dn : {0.0, 1.5})
       for (const bool shot : {false, true}) {
@@ -65,7 +67,7 @@ TEST(ImageSensor, AgreesWithThePlainOne) {
         params.shot_noise = shot;
         params.full_well_electrons = 3000;
         StereoImage image;
-        ImageSensor(params, 3, 4).Expose(stereo, kFrame, &image);
+        ImageSensor(params, 3, 4).Digitise(stereo, kFrame, &image);
         const PlainSensor plain{params, 4};
         double worst = 0;
         int compared = 0;
@@ -91,7 +93,7 @@ TEST(ImageSensor, IsTheSameWithoutVectors) {
   const SensorParams params;
   const ImageSensor sensor(params, 3, 4);
   StereoImage image;
-  sensor.Expose({0, radiance, radiance}, kFrame, &image);
+  sensor.Digitise({radiance, radiance}, kFrame, &image);
   const PlainSensor plain{params, 3};
   int different = 0;
   for (int v = 0; v < kHeight; ++v)
@@ -123,7 +125,7 @@ TEST(StereoCamera, IsWaterThenSensor) {
       StereoImage expected, image;
       for (int frame = 4; frame < 6; ++frame) {
         water.Apply(rendered, &radiance);
-        sensor.Expose(radiance, frame, &expected);
+        sensor.Digitise(radiance, frame, &expected);
         camera.Expose(rendered, frame, &image);
         EXPECT_EQ(image.frame, frame);
         EXPECT_EQ(image.left, expected.left);
@@ -192,7 +194,7 @@ TEST(StereoCamera, ExposesARegionAsInTheWhole) {
       spoil(seen.left, &partly.left);
       spoil(seen.right, &partly.right);
       constexpr uint8_t kBefore = 77;
-      StereoImage image{0, Image3u8(width, height, kBefore), Image3u8(width, height, kBefore)};
+      StereoImage image{{Image3u8(width, height, kBefore), Image3u8(width, height, kBefore)}};
       camera.Expose(partly, region, 7, &image);
       const auto compare = [&](const PixelRegion& r, const Image3u8& got,
                                const Image3u8& expected) {

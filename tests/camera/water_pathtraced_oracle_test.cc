@@ -9,6 +9,7 @@
 #include "sim/camera/image_sensor.h"
 #include "sim/light/water.h"
 #include "tests/light/optics_scene.h"
+#include "tests/support/transfer_curve.h"
 
 namespace turbidock::camera {
 namespace {
@@ -71,7 +72,7 @@ struct Ours {
     SensorParams camera;
     camera.full_scale_radiance_w_m2_sr = full_scale;
     StereoImage image;
-    ImageSensor(camera, 1, 2).Expose(radiance, 0, &image);
+    ImageSensor(camera, 1, 2).Digitise(radiance, 0, &image);
     left = image.left;
   }
 
@@ -81,7 +82,7 @@ struct Ours {
   Image3u8 left;
 };
 
-double Linear(uint8_t dn) { return Decode(SensorParams{}, dn / 255.0); }
+double Linear(uint8_t dn) { return testing::Decode(SensorParams{}, dn / 255.0); }
 
 bool ShowsBall(const Ours& ours, int u, int v) {
   const int id = *ours.seen.left.surface.at(u, v);
@@ -99,7 +100,7 @@ constexpr std::array<Zone, 3> kRings = {{{1.2, 1.4, false}, {1.9, 2.1, false}, {
 double MeanAround(const Ours& ours, const Image3u8& image, int ball, int channel,
                   const Zone& zone) {
   const light::Surface& surface = ours.surfaces[ball];
-  const Eigen::Vector3d p_LQ = ours.rig.X_HL.Inverse() * surface.X_AS.p;
+  const Eigen::Vector3d p_LQ = ours.rig.left.X_HC.Inverse() * surface.X_AS.p;
   const Eigen::Vector2d center_px = ours.rig.left.Project(p_LQ);
   const double radius_px = ours.rig.left.fx_px * surface.size_m[0] / p_LQ.z();
   double sum = 0;

@@ -108,7 +108,7 @@ struct OneOfEverything {
 
   void Check(const std::string& path) const {
     if (gain > 100 * baseline_m)
-      throw ConfigError(path.empty() ? "gain" : path + ".gain", "too large for the baseline");
+      throw ConfigError(JoinKey(path, "gain"), "too large for the baseline");
     if (water.milk_ml_m3 > 500 && water.scatter_scale > 2)
       throw ConfigError("water", "too turbid to compute");
   }

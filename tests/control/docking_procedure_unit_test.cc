@@ -130,7 +130,7 @@ TEST(DockingProcedure, FoundAfterFifteenSuccessiveFrames) {
               AllOf(HasSubstr("marker found"), HasSubstr("F >= 0.60"), HasSubstr("15"),
                     HasSubstr("1120 mm")));
   EXPECT_TRUE(script.directive().control);
-  EXPECT_EQ(script.directive().desired, (DesiredPose{.x_m = 0.6}));
+  EXPECT_EQ(script.directive().desired, (AxesPose{.x_m = 0.6}));
   script.Pose(1.12);
   EXPECT_FALSE(script.directive().transition.has_value());  // once only
 }
@@ -216,7 +216,7 @@ TEST(DockingProcedure, ErrorsAreAgainstTheDesiredPose) {
   Script script(params);
   script.ToServoing();
   EXPECT_EQ(script.directive().desired,
-            (DesiredPose{.x_m = 0.6, .y_m = 0.1, .z_m = -0.067, .yaw_rad = 0.3}));
+            (AxesPose{.x_m = 0.6, .y_m = 0.1, .z_m = -0.067, .yaw_rad = 0.3}));
   script.Repeat(10, 0.6);
   EXPECT_EQ(script.directive().stage, Stage::kVisualServoing);
   for (int n = 0; n < 5; ++n) script.Pose(0.6, 0.1, -0.067, 0.3);
@@ -374,7 +374,7 @@ TEST(DockingProcedure, AnErrorBeyondTheAllowanceFallsBackToServoing) {
     ExpectTransition(script, Stage::kDocking, Stage::kVisualServoing);
     EXPECT_THAT(script.directive().transition->reason, HasSubstr(e.reason));
     EXPECT_TRUE(script.directive().control);
-    EXPECT_EQ(script.directive().desired, (DesiredPose{.x_m = 0.6}));
+    EXPECT_EQ(script.directive().desired, (AxesPose{.x_m = 0.6}));
     // and again from the beginning
     script.Repeat(5, 0.6);
     EXPECT_EQ(script.directive().stage, Stage::kDocking);

@@ -30,6 +30,15 @@ TEST(ThrustAllocation, ZeroIsNeutralExactly) {
   EXPECT_EQ(Allocate({.dead_band_v = 0.25}, {}).volts, ThrusterCommand{}.volts);
 }
 
+// The mixer: which axes a command drives.
+AxisVolts AxesOf(const ThrusterCommand& command) {
+  const auto& [left, right, sway, heave] = command.volts;
+  return {.surge_v = (left + right) / 2 - kNeutralVolts,
+          .sway_v = sway - kNeutralVolts,
+          .heave_v = heave - kNeutralVolts,
+          .yaw_v = (right - left) / 2};
+}
+
 TEST(ThrustAllocation, MixerTimesAllocatorIsIdentityWhereNothingSaturates) {
   int checked = 0;
   for (const double surge : kAwkwardVolts)

@@ -46,7 +46,7 @@ struct Snowfall {
                     double absorption_per_m = 0, uint64_t key = 5) {
     const StereoRig rig = RigParams{}.MakeRig();
     Water water(OneLamp(absorption_per_m), rig, SurfaceTable(std::vector<Surface>{}), {Pose()});
-    images = {0, Image3f(640, 480), Image3f(640, 480)};
+    images = {Image3f(640, 480), Image3f(640, 480)};
     MarineSnow(params, rig, kFrame_s, key).Fall(Nothing(X_WH), frame, &water, &images);
   }
   double Sum(int channel) const {
@@ -72,12 +72,12 @@ TEST(MarineSnow, ShinesAsACloudOfItsDensity) {
       params.flakes_per_m3 * params.albedo * std::pow(params.diameter_m / 2, 2) / 4;
   double expected = 0;
   constexpr double kStep_m = 0.004;
-  const Eigen::Matrix3d R_HC = rig.X_HL.R();
+  const Eigen::Matrix3d R_HC = rig.left.X_HC.R();
   for (int v = 4; v < 480; v += 8)
     for (int u = 4; u < 640; u += 8) {
       const Eigen::Vector3d ray_C = rig.left.RayAt(u, v);
       for (double z = kStep_m / 2; z < 2; z += kStep_m) {
-        const Eigen::Vector3d p_H = rig.X_HL.p + R_HC * (z * ray_C);
+        const Eigen::Vector3d p_H = rig.left.X_HC.p + R_HC * (z * ray_C);
         if (p_H.x() < 0.08 || p_H.cwiseAbs().maxCoeff() > 1.5) continue;
         expected += 64 * strength * ray_C.norm() * kStep_m / p_H.squaredNorm();
       }
@@ -113,7 +113,7 @@ TEST(MarineSnow, IsHiddenBySurfaces) {
   Water water(OneLamp(0), rig, SurfaceTable(std::vector<Surface>{}), {Pose()});
   view::RenderedStereo wall = Nothing({});
   wall.left.depth_m = Image1f(640, 480, 0.05f);
-  RadianceStereo images{0, Image3f(640, 480), Image3f(640, 480)};
+  RadianceStereo images{Image3f(640, 480), Image3f(640, 480)};
   MarineSnow(params, rig, kFrame_s, 5).Fall(wall, 0, &water, &images);
   EXPECT_EQ(images.left, Image3f(640, 480));
   EXPECT_NE(images.right, Image3f(640, 480));

@@ -106,10 +106,10 @@ inline view::RenderedView CastView(const std::vector<light::Surface>& surfaces,
 
 inline view::RenderedStereo Cast(const std::vector<light::Surface>& surfaces, const StereoRig& rig,
                                  const Pose& X_WH = {}) {
-  return {.tick = 0,
-          .left = CastView(surfaces, rig.left, rig.X_HL, X_WH),
-          .right = CastView(surfaces, rig.right, rig.X_HR, X_WH),
-          .X_WH = X_WH};
+  return {rig.Each([&](const MountedCamera& camera) {
+            return CastView(surfaces, camera, camera.X_HC, X_WH);
+          }),
+          X_WH};
 }
 
 // Two lamps beside the cameras, as on the published vehicle.

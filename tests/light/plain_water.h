@@ -50,7 +50,7 @@ class PlainWater {
     const Eigen::Vector3d ray_C = rig_.left.RayAt(u, v);
     const double range_m = geom < 0 ? std::numeric_limits<double>::infinity()
                                     : ray_C.norm() * double{*rendered.left.depth_m.at(u, v)};
-    const Eigen::Vector3d p_HC = rig_.X_HL.p, u_H = rig_.X_HL.q * ray_C.normalized();
+    const Eigen::Vector3d p_HC = rig_.left.X_HC.p, u_H = rig_.left.X_HC.q * ray_C.normalized();
     const Pose X_HW = rendered.X_WH.Inverse();
     std::vector<Pose> X_HS;
     for (const light::Surface& s : surfaces_) X_HS.push_back(s.on_vehicle ? s.X_AS : X_HW * s.X_AS);

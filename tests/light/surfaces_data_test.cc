@@ -34,7 +34,7 @@ TEST(SurfaceTable, OfTheScenes) {
     // the pole's tip is on the pole, in the head frame
     const Surface& pole = table[table.Find("pole")];
     const Eigen::Vector3d p_SQ = pole.X_AS.Inverse() * scene.p_HQ_pole_tip;
-    EXPECT_LT(p_SQ.norm(), BoundingRadius(pole) + 0.05);
+    EXPECT_LT(p_SQ.norm(), pole.size_m[0] + pole.size_m[1] + 0.05);
   }
 }
 

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "tests/light/box_shadow.h"
 #include "tests/light/optics_scene.h"
 
 namespace turbidock::light {
@@ -52,19 +53,20 @@ TEST(BoxShadow, OfALampBeforeAWall) {
   const Surface box = Make(Shape::kBox, {0.1, 0.1, 0.1});
   const Vector3d p_SC(-1.1, 0, 0);
   // behind the box at x = 0.9, 2 m from the source, the shadow is as wide as the near face makes it
-  const Stretch dark = BoxShadow(box, Eigen::Matrix3d::Identity(), p_SC, {0.9, -5, 0})
-                           .On(Vector3d::UnitY(), {0, 10});
+  const auto hidden = [&](const Vector3d& p_SA, const Stretch& stretch) {
+    return testing::HiddenBy(BoxShadow(box, Eigen::Matrix3d::Identity(), p_SC, p_SA),
+                             Vector3d::UnitY(), stretch);
+  };
+  const Stretch dark = hidden({0.9, -5, 0}, {0, 10});
   EXPECT_NEAR(dark.t0_m, 4.8, 1e-12);
   EXPECT_NEAR(dark.t1_m, 5.2, 1e-12);
   // cut by the stretch
-  const Stretch half = BoxShadow(box, Eigen::Matrix3d::Identity(), p_SC, {0.9, -5, 0})
-                           .On(Vector3d::UnitY(), {5, 10});
+  const Stretch half = hidden({0.9, -5, 0}, {5, 10});
   EXPECT_EQ(half.t0_m, 5);
   EXPECT_NEAR(half.t1_m, 5.2, 1e-12);
   // in front of the box, or above its shadow, none
   for (const Vector3d& p_SA : {Vector3d(-0.2, -5, 0), Vector3d(0.9, -5, 0.21)}) {
-    const Stretch none =
-        BoxShadow(box, Eigen::Matrix3d::Identity(), p_SC, p_SA).On(Vector3d::UnitY(), {0, 10});
+    const Stretch none = hidden(p_SA, {0, 10});
     EXPECT_LE(none.t1_m, none.t0_m);
   }
 }

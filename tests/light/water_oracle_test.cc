@@ -64,7 +64,7 @@ Rgb MiddleOfLeft(const OpticsParams& params, const StereoRig& rig,
 
 // A sphere of radius 0.02 whose middle the left camera's middle pixel sees at the given range.
 std::vector<Surface> BallsAtRange(double range_m, const StereoRig& rig) {
-  const Pose X_HQ = Pose::Translation(range_m + 0.02, rig.X_HL.p.y(), 0);
+  const Pose X_HQ = Pose::Translation(range_m + 0.02, rig.left.X_HC.p.y(), 0);
   return {Ball("ball_green", X_HQ, 0.02, Vector3d::Zero()),
           Ball("ball_red", Pose::Translation(0, 9, 0), 0.02, Vector3d::Zero()),
           Ball("ball_blue", Pose::Translation(0, -9, 0), 0.02, Vector3d::Zero())};
@@ -85,7 +85,7 @@ TEST(DirectLight, OfABallFallsAsBeerAndLambertOneWay) {
 
 TEST(DirectLight, OfAPlateFallsTwoWays) {
   const StereoRig rig = OddRig();
-  const double y_m = rig.X_HL.p.y();
+  const double y_m = rig.left.X_HC.p.y();
   // the lamp at the optical centre, so that both ways are equal
   const std::vector<Pose> lamp = {Pose::Translation(0, y_m, 0)};
   const auto plate = [](double range_m) {
@@ -116,8 +116,8 @@ TEST(DirectLight, WithoutWaterIsPlainLambert) {
   const Vector3d u_H = Vector3d::UnitX();
   const Vector3d normal_H = X_WS.q * -Vector3d::UnitX();
   const Vector3d p_on_face = X_WS.p + 0.01 * normal_H;
-  const double range_m = normal_H.dot(p_on_face - rig.X_HL.p) / normal_H.dot(u_H);
-  const Vector3d p_HQ = rig.X_HL.p + range_m * u_H, d_H = p_HQ - X_HE.p;
+  const double range_m = normal_H.dot(p_on_face - rig.left.X_HC.p) / normal_H.dot(u_H);
+  const Vector3d p_HQ = rig.left.X_HC.p + range_m * u_H, d_H = p_HQ - X_HE.p;
   const double expected = 0.6 / kPi * (X_HE.q * Vector3d::UnitX()).dot(d_H) / d_H.norm() *
                           -normal_H.dot(d_H) / d_H.norm() / d_H.squaredNorm();
   const Rgb seen = MiddleOfLeft(params, rig, plate, {X_HE});

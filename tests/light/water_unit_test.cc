@@ -9,6 +9,7 @@
 #include "sim/base/check.h"
 #include "sim/camera/image_sensor.h"
 #include "tests/light/optics_scene.h"
+#include "tests/support/transfer_curve.h"
 
 namespace turbidock::light {
 namespace {
@@ -98,10 +99,7 @@ TEST(Water, WithoutLightIsBlack) {
   params.ball_lights.enabled = false;
   Water water(params, rig, SurfaceTable(surfaces), LampsAt(0.16));
   RadianceStereo out;
-  view::RenderedStereo rendered = Cast(surfaces, rig);
-  rendered.tick = 42;
-  water.Apply(rendered, &out);
-  EXPECT_EQ(out.tick, 42);
+  water.Apply(Cast(surfaces, rig), &out);
   EXPECT_EQ(out.left, Image3f(160, 120));
   EXPECT_EQ(out.right, Image3f(160, 120));
 }
@@ -116,11 +114,11 @@ TEST(Defaults, GiveWellExposedBalls) {
   const auto dn = [&](const Image3f& image, const std::string& ball, double aside_m) {
     const int geom = SurfaceTable(surfaces).Find(ball);
     const Eigen::Vector3d p_HQ = surfaces[geom].X_AS.p + Eigen::Vector3d(0, 0, aside_m);
-    const Eigen::Vector2d pixel = rig.left.Project(rig.X_HL.Inverse() * p_HQ);
+    const Eigen::Vector2d pixel = rig.left.Project(rig.left.X_HC.Inverse() * p_HQ);
     const float* radiance = image.at(static_cast<int>(pixel.x()), static_cast<int>(pixel.y()));
     const double brightest = std::max({radiance[0], radiance[1], radiance[2]});
     return 255 *
-           camera::Encode(camera, std::min(1.0, brightest / camera.full_scale_radiance_w_m2_sr));
+           testing::Encode(camera, std::min(1.0, brightest / camera.full_scale_radiance_w_m2_sr));
   };
   for (const bool active : {true, false}) {
     OpticsParams params;

@@ -8,7 +8,7 @@
 int main() {
   using namespace turbidock;
   vision::RmGa estimator({}, {}, {}, RigParams{}.MakeRig(), SeedTree(1).Stream("vision.rm_ga"));
-  const StereoImage black{0, Image3u8(640, 480), Image3u8(640, 480)};
+  const StereoImage black{{Image3u8(640, 480), Image3u8(640, 480)}};
   const PoseEstimate& estimate = estimator.Update(black);
   std::printf("fitness %g after %lld evaluations\n", estimate.fitness,
               static_cast<long long>(estimate.evaluations));

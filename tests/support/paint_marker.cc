@@ -82,8 +82,8 @@ Eigen::Vector3d RgbOfHue(double hue_rad, double saturation, double value_dn) {
 StereoImage PaintMarker(const vision::MarkerParams& marker, const StereoRig& rig, const Pose& X_HM,
                         const PaintOptions& options, Rng* rng) {
   StereoImage seen;
-  seen.left = PaintView(marker, rig.left, rig.X_HL.Inverse() * X_HM, options, rng);
-  seen.right = PaintView(marker, rig.right, rig.X_HR.Inverse() * X_HM, options, rng);
+  seen.left = PaintView(marker, rig.left, rig.left.X_HC.Inverse() * X_HM, options, rng);
+  seen.right = PaintView(marker, rig.right, rig.right.X_HC.Inverse() * X_HM, options, rng);
   return seen;
 }
 

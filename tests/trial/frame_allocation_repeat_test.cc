@@ -49,7 +49,9 @@ namespace {
 int64_t AllocationsOfThirtyFrames(const std::string& name, bool region_of_interest) {
   const Scenario scenario = LoadScenario(name, {});
   World world(scenario, {});
-  Eyes eyes(scenario, {.whole_images = !region_of_interest}, &world);
+  TrialOptions options;
+  options.whole_images = !region_of_interest;
+  Eyes eyes(scenario, options, &world);
   control::Autopilot autopilot(scenario.control, scenario.procedure, scenario.image_clock());
   constexpr int kWarmUp = 60, kFrames = 30;
   int64_t before = 0, estimates = 0;

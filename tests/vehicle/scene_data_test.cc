@@ -254,8 +254,8 @@ TEST_P(EveryScene, CamerasStandWhereTheRigSays) {
   posed.Place({FromYawPitchRoll(0.3, -0.2, 0.1), {0.9, 0.1, -0.05}});
   const Pose X_WH = SitePose(*posed.data, posed.scene.camera_head_site);
   const StereoRig rig = params.MakeRig();
-  const std::pair<int, Pose> cameras[] = {{posed.scene.left_camera, X_WH * rig.X_HL},
-                                          {posed.scene.right_camera, X_WH * rig.X_HR}};
+  const std::pair<int, Pose> cameras[] = {{posed.scene.left_camera, X_WH * rig.left.X_HC},
+                                          {posed.scene.right_camera, X_WH * rig.right.X_HC}};
   for (const auto& [camera, X_WC] : cameras) {
     const Vector3d p_WG = Eigen::Map<const Vector3d>(posed.data->cam_xpos + 3 * camera);
     const Eigen::Matrix3d R_WG = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(

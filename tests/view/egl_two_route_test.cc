@@ -34,7 +34,7 @@ std::vector<RenderedView> Draw(GlContext& gl, PosedScene* posed) {
   for (const Pose& X_HM : Poses()) {
     posed->Place(X_HM);
     RenderedStereo rendered;
-    renderer.Render(*posed->data, 0, &rendered);
+    renderer.Render(*posed->data, &rendered);
     views.push_back(rendered.left);
     views.push_back(rendered.right);
   }
@@ -104,13 +104,13 @@ TEST_P(EglAgainstOsmesaDeathTest, SameSurfaceSameDepth) {
   auto b = MakeEglContext();
   StereoRenderer of_a(*a, posed.scene);
   RenderedStereo first, second, third;
-  of_a.Render(*posed.data, 0, &first);
+  of_a.Render(*posed.data, &first);
   {
     StereoRenderer of_b(*b, posed.scene);
-    of_b.Render(*posed.data, 0, &second);
+    of_b.Render(*posed.data, &second);
   }
   b.reset();
-  of_a.Render(*posed.data, 0, &third);
+  of_a.Render(*posed.data, &third);
   const bool same = second.left.surface == first.left.surface &&
                     third.left.surface == first.left.surface &&
                     third.right.depth_m == first.right.depth_m;

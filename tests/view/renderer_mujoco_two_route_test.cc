@@ -42,7 +42,7 @@ TEST_P(RendererAgainstMujoco, SameSurfaceSameDepth) {
       posed.Place(Pose{
           FromYawPitchRoll(rng.Uniform(-0.6, 0.6), rng.Uniform(-0.3, 0.3), rng.Uniform(-0.3, 0.3)),
           {rng.Uniform(0.3, 1.6), rng.Uniform(-0.2, 0.2), rng.Uniform(-0.2, 0.2)}});
-      renderer.Render(*posed.data, i, &rendered);
+      renderer.Render(*posed.data, &rendered);
       for (const bool right : {false, true}) {
         const RenderedView& ours = right ? rendered.right : rendered.left;
         const RenderedView theirs =

@@ -70,19 +70,17 @@ TEST(RendererGeometry, BallsAreWhereTheIntrinsicsProjectThem) {
     if (ball.name == "green") green = &ball;
   ASSERT_NE(green, nullptr);
 
-  int tick = 0;
   for (const Vector3d& p_HM : kMarkerPlaces) {
     SCOPED_TRACE(p_HM.transpose());
     const Pose X_HM{FromYawPitchRoll(0.05, -0.03, 0.02), p_HM};
     posed.Place(X_HM);
-    renderer.Render(*posed.data, ++tick, &rendered);
-    EXPECT_EQ(rendered.tick, tick);
+    renderer.Render(*posed.data, &rendered);
     EXPECT_NEAR((rendered.X_WH.p - (scene.X_WM * X_HM.Inverse()).p).norm(), 0, 1e-9);
 
     std::array<Blob, 2> seen;
     for (int side = 0; side < 2; ++side) {
       const CameraIntrinsics& camera = side == 0 ? scene.rig.left : scene.rig.right;
-      const Pose& X_HC = side == 0 ? scene.rig.X_HL : scene.rig.X_HR;
+      const Pose& X_HC = side == 0 ? scene.rig.left.X_HC : scene.rig.right.X_HC;
       const Vector3d p_CQ = X_HC.Inverse() * (X_HM * green->p_MQ);
       const Blob expected = SphereImage(camera, p_CQ, green->radius_m);
       seen[side] = MeasureBlob(side == 0 ? rendered.left : rendered.right, green->geom);
@@ -109,7 +107,7 @@ TEST(RendererGeometry, DepthIsAlongTheAxis) {
   StereoRenderer renderer(*gl, posed.scene);
   RenderedStereo rendered;
   posed.Place(Pose::Translation(0.9, 0, 0));
-  renderer.Render(*posed.data, 0, &rendered);
+  renderer.Render(*posed.data, &rendered);
   const int plate = posed.Geom("station_plate");
   const double depth_m = 0.9 + 0.11;
   // A step of a 24-bit buffer with clipping planes n = 0.02 m and f = 30 m: z^2 (f - n) / (n f)
@@ -139,7 +137,7 @@ TEST(RendererGeometry, NothingIsInfinitelyFar) {
   StereoRenderer renderer(*gl, posed.scene);
   RenderedStereo rendered;
   posed.Place(Pose::Translation(1.2, 0, 0));
-  renderer.Render(*posed.data, 0, &rendered);
+  renderer.Render(*posed.data, &rendered);
   int open_water = 0, surfaces = 0;
   for (const RenderedView* view : {&rendered.left, &rendered.right}) {
     ASSERT_EQ(view->surface.pixels(), view->depth_m.pixels());
@@ -176,8 +174,8 @@ TEST(RendererGeometry, DockHidesNoBall) {
         const Pose X_HM = Pose::Translation(x_m, y_m, z_m);
         posed.Place(X_HM);
         bare.Place(X_HM);
-        renderer.Render(*posed.data, 0, &rendered);
-        bare_renderer.Render(*bare.data, 0, &bare_rendered);
+        renderer.Render(*posed.data, &rendered);
+        bare_renderer.Render(*bare.data, &bare_rendered);
         for (const vehicle::BallInScene& ball : posed.scene.balls) {
           for (auto side : {&RenderedStereo::left, &RenderedStereo::right}) {
             const double area_px = MeasureBlob(rendered.*side, ball.geom).area_px;

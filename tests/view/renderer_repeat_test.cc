@@ -22,7 +22,7 @@ RenderedStereo RenderAfresh() {
   posed.Place(kSomeX_HM);
   StereoRenderer renderer(*gl, posed.scene);
   RenderedStereo rendered;
-  renderer.Render(*posed.data, 5, &rendered);
+  renderer.Render(*posed.data, &rendered);
   return rendered;
 }
 
@@ -54,13 +54,13 @@ TEST(RendererRepeats, WithTheSpectatorInBetween) {
   Image3u8 picture, again;
 
   posed.Place(Pose::Translation(1.2, 0.2, 0));
-  renderer.Render(*posed.data, 4, &rendered);
+  renderer.Render(*posed.data, &rendered);
   spectator.Render(*posed.data, posed.scene.spectator_camera, &picture);
   const RenderedStereo elsewhere = rendered;
   const uint16_t* memory = rendered.left.surface.data();
 
   posed.Place(kSomeX_HM);
-  renderer.Render(*posed.data, 5, &rendered);
+  renderer.Render(*posed.data, &rendered);
   ExpectSame(rendered, RenderAfresh());
   EXPECT_FALSE(elsewhere.left.surface == rendered.left.surface);
   EXPECT_EQ(rendered.left.surface.data(), memory);
@@ -78,7 +78,7 @@ TEST(RendererRepeats, WithoutTouchingTheState) {
   StereoRenderer renderer(*gl, posed.scene);
   const vehicle::MjDataPtr before(mj_copyData(nullptr, posed.scene.model.get(), posed.data.get()));
   RenderedStereo rendered;
-  renderer.Render(*posed.data, 0, &rendered);
+  renderer.Render(*posed.data, &rendered);
   const mjModel& m = *posed.scene.model;
   EXPECT_TRUE(std::equal(before->qpos, before->qpos + m.nq, posed.data->qpos));
   EXPECT_TRUE(std::equal(before->qvel, before->qvel + m.nv, posed.data->qvel));

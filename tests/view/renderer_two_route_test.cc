@@ -78,11 +78,11 @@ TEST_P(RendererAgainstRays, SameSurfaceSameDepth) {
     for (const Pose& X_HM : {Pose::Translation(0.8, 0, 0), Pose::Translation(0.36, 0.03, -0.02),
                              Pose{FromYawPitchRoll(0.3, 0.1, -0.2), {0.6, -0.1, 0.05}}}) {
       posed.Place(X_HM);
-      renderer.Render(*posed.data, 0, &rendered);
+      renderer.Render(*posed.data, &rendered);
       const Agreement left =
-          Compare(posed, rendered.left, rig.left, rendered.X_WH * rig.X_HL, /*stride=*/7);
+          Compare(posed, rendered.left, rig.left, rendered.X_WH * rig.left.X_HC, /*stride=*/7);
       const Agreement right =
-          Compare(posed, rendered.right, rig.right, rendered.X_WH * rig.X_HR, /*stride=*/7);
+          Compare(posed, rendered.right, rig.right, rendered.X_WH * rig.right.X_HC, /*stride=*/7);
       for (const Agreement& agreement : {left, right}) {
         EXPECT_GT(agreement.compared, 1500);
         EXPECT_GT(agreement.round, 5);
@@ -100,7 +100,7 @@ TEST(RendererAgainstRays, WideRigSeesThePole) {
   StereoRenderer renderer(*gl, posed.scene);
   RenderedStereo rendered;
   posed.Place(Pose::Translation(0.8, 0, 0));
-  renderer.Render(*posed.data, 0, &rendered);
+  renderer.Render(*posed.data, &rendered);
   const int pole = posed.Geom("pole");
   for (const RenderedView* view : {&rendered.left, &rendered.right}) {
     const auto* begin = view->surface.data();

@@ -58,7 +58,7 @@ TEST(OsmesaContext, MakesWayForAnother) {
   posed.Place(Pose::Translation(0.8, 0, 0));
   StereoRenderer renderer(*b, posed.scene);
   RenderedStereo rendered;
-  renderer.Render(*posed.data, 0, &rendered);
+  renderer.Render(*posed.data, &rendered);
   EXPECT_EQ(current(), of_b);
   EXPECT_EQ(*rendered.left.surface.at(320, 120), posed.Geom("station_plate") + 1);
 }

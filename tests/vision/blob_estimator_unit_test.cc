@@ -11,16 +11,20 @@ namespace {
 const StereoRig kRig = RigParams{}.MakeRig();
 
 TEST(Triangulate, MeetsThePointThatBothRaysSee) {
-  const Eigen::Vector3d point(0.7, -0.1, 0.05), left(0, 0.06, 0), right(0, -0.06, 0);
-  const auto found = Triangulate(left, 3 * (point - left), right, point - right);
+  const Eigen::Vector3d point(0.7, -0.1, 0.05);
+  const auto pixels = kRig.Each([&](const MountedCamera& camera) -> Eigen::Vector2d {
+    return camera.Project(camera.X_HC.Inverse() * point);
+  });
+  const auto found = Triangulate(kRig, pixels);
   ASSERT_TRUE(found);
   EXPECT_LT((*found - point).norm(), 1e-12);
   // Half way between two rays that miss each other.
   const Eigen::Vector3d up(0, 0, 0.01);
-  EXPECT_LT((*Triangulate(left, point - left, right + up, point - right) - point - 0.5 * up).norm(),
-            1e-3);
-  EXPECT_FALSE(Triangulate(left, {1, 0, 0}, right, {1, 0, 0}));         // parallel
-  EXPECT_FALSE(Triangulate(left, left - point, right, right - point));  // behind
+  StereoRig raised = kRig;
+  raised.right.X_HC.p += up;
+  EXPECT_LT((*Triangulate(raised, pixels) - point - 0.5 * up).norm(), 1e-3);
+  EXPECT_FALSE(Triangulate(kRig, {{320, 240}, {320, 240}}));  // parallel
+  EXPECT_FALSE(Triangulate(kRig, {{300, 240}, {340, 240}}));  // behind
 }
 
 TEST(BlobEstimator, FindsAWhollyVisibleMarker) {

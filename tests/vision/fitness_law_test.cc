@@ -25,8 +25,8 @@ void FillWithNoise(double density, Rng* rng, Image1u8* labels) {
 class FitnessLaw : public ::testing::Test {
  protected:
   const StereoRig rig_ = RigParams{}.MakeRig();
-  Image1u8 left_{640, 480}, right_{640, 480};
-  const Fitness fitness_{MarkerParams{}, rig_, left_, right_};
+  Stereo<Image1u8> labels_{{640, 480}, {640, 480}};
+  const Fitness fitness_{MarkerParams{}, rig_, labels_};
   Rng rng_ = SeedTree(3).Stream("noise");
 };
 
@@ -39,8 +39,8 @@ TEST_F(FitnessLaw, StaysInItsRangeAndIsTheMeanOfItsParts) {
     poses.push_back(GeneMap::PoseOf(map.Decode(gene)));
   }
   for (const double density : {0.02, 0.5, 0.98}) {
-    FillWithNoise(density, &rng_, &left_);
-    FillWithNoise(density, &rng_, &right_);
+    FillWithNoise(density, &rng_, &labels_.left);
+    FillWithNoise(density, &rng_, &labels_.right);
     int different = 0;
     double last = 2;
     for (const Pose& X_HM : poses) {
@@ -50,8 +50,8 @@ TEST_F(FitnessLaw, StaysInItsRangeAndIsTheMeanOfItsParts) {
       EXPECT_EQ(by_ball.fitness, fitness_.Evaluate(X_HM));
       double sum = 0;
       for (int b = 0; b < 3; ++b) {
-        ASSERT_LE(std::abs(by_ball.left[b]), 1);
-        ASSERT_LE(std::abs(by_ball.right[b]), 1);
+        ASSERT_LE(std::abs(by_ball.in.left[b]), 1);
+        ASSERT_LE(std::abs(by_ball.in.right[b]), 1);
         sum += by_ball.ball(b);
       }
       EXPECT_NEAR(by_ball.fitness, sum / 3, 1e-12);
@@ -65,8 +65,8 @@ TEST_F(FitnessLaw, StaysInItsRangeAndIsTheMeanOfItsParts) {
 TEST_F(FitnessLaw, NoiseHasTheExpectedMean) {
   // E[F] = 0.2 (2 p - 1) where each point matches with probability p.
   const double density = 0.25;
-  FillWithNoise(density, &rng_, &left_);
-  FillWithNoise(density, &rng_, &right_);
+  FillWithNoise(density, &rng_, &labels_.left);
+  FillWithNoise(density, &rng_, &labels_.right);
   double sum = 0;
   int n = 0;
   for (double x_m = 0.5; x_m < 0.9; x_m += 0.01)
@@ -78,8 +78,8 @@ TEST_F(FitnessLaw, NoiseHasTheExpectedMean) {
 }
 
 TEST_F(FitnessLaw, QAndMinusQAreTheSamePose) {
-  FillWithNoise(0.3, &rng_, &left_);
-  FillWithNoise(0.3, &rng_, &right_);
+  FillWithNoise(0.3, &rng_, &labels_.left);
+  FillWithNoise(0.3, &rng_, &labels_.right);
   const Pose X_HM = Pose::FromVectorPart({0.7, 0.02, 0.03}, {0.05, -0.1, 0.14});
   Pose negated = X_HM;
   negated.q.coeffs() = -negated.q.coeffs();
@@ -96,8 +96,8 @@ std::vector<Pose> PosesThatReachOverTheEdges(Rng* rng) {
 }
 
 TEST_F(FitnessLaw, ManyAtOnceAreTheSameBitsAsOneByOne) {
-  FillWithNoise(0.4, &rng_, &left_);
-  FillWithNoise(0.4, &rng_, &right_);
+  FillWithNoise(0.4, &rng_, &labels_.left);
+  FillWithNoise(0.4, &rng_, &labels_.right);
   const std::vector<Pose> poses = PosesThatReachOverTheEdges(&rng_);
   Fitness fitness = fitness_;
   for (const StereoRegion& region : {StereoRegion{{0, 0, 640, 480}, {0, 0, 640, 480}},
@@ -115,15 +115,17 @@ TEST_F(FitnessLaw, ManyAtOnceAreTheSameBitsAsOneByOne) {
 }
 
 TEST_F(FitnessLaw, OutsideItsRegionNothingMatchesWhateverTheLabels) {
-  FillWithNoise(0.4, &rng_, &left_);
-  FillWithNoise(0.4, &rng_, &right_);
+  FillWithNoise(0.4, &rng_, &labels_.left);
+  FillWithNoise(0.4, &rng_, &labels_.right);
   const StereoRegion region{{201, 153, 402, 377}, {150, 101, 353, 300}};
-  Image1u8 left(640, 480, 0), right(640, 480, 0);  // the region's labels and nothing else
-  for (auto& [from, to, part] :
-       {std::tuple{&left_, &left, region.left}, {&right_, &right, region.right}})
+  Stereo<Image1u8> inside{{640, 480, 0}, {640, 480, 0}};  // the region's labels and nothing else
+  for (const Side side : kSides) {
+    const PixelRegion& part = region[side];
     for (int v = part.row_begin; v < part.row_end; ++v)
-      std::copy_n(from->at(part.column_begin, v), part.width(), to->at(part.column_begin, v));
-  const Fitness plain(MarkerParams{}, rig_, left, right);
+      std::copy_n(labels_[side].at(part.column_begin, v), part.width(),
+                  inside[side].at(part.column_begin, v));
+  }
+  const Fitness plain(MarkerParams{}, rig_, inside);
   Fitness confined = fitness_;
   confined.Confine(region);
   int partly = 0;

@@ -17,8 +17,8 @@ class FitnessOracle : public ::testing::Test {
  protected:
   // Labels of the pixels within `radius_factor` of each ball's radius, for a marker at X_HM.
   void PaintBalls(const Pose& X_HM, double radius_factor, int balls = kAllBalls) {
-    PaintView(rig_.left, rig_.X_HL, X_HM, radius_factor, balls, &left_);
-    PaintView(rig_.right, rig_.X_HR, X_HM, radius_factor, balls, &right_);
+    PaintView(rig_.left, rig_.left.X_HC, X_HM, radius_factor, balls, &labels_.left);
+    PaintView(rig_.right, rig_.right.X_HC, X_HM, radius_factor, balls, &labels_.right);
   }
   static void Fill(uint8_t label, Image1u8* labels) {
     std::fill(labels->data(), labels->data() + labels->pixels(), label);
@@ -26,8 +26,8 @@ class FitnessOracle : public ::testing::Test {
 
   MarkerParams marker_;
   StereoRig rig_ = RigParams{}.MakeRig();
-  Image1u8 left_{640, 480}, right_{640, 480};
-  Fitness fitness_{marker_, rig_, left_, right_};
+  Stereo<Image1u8> labels_{{640, 480}, {640, 480}};
+  Fitness fitness_{marker_, rig_, labels_};
   Pose X_HM_ = Pose::FromVectorPart({0.6, 0.03, -0.02}, {0.01, -0.02, 0.05});
 
  private:
@@ -51,8 +51,8 @@ class FitnessOracle : public ::testing::Test {
 TEST_F(FitnessOracle, NothingInAnyHueIsMinusOneFifth) { EXPECT_EQ(fitness_.Evaluate(X_HM_), -0.2); }
 
 TEST_F(FitnessOracle, EverythingInTheHueIsPlusOneFifth) {
-  Fill(kAllBalls, &left_);
-  Fill(kAllBalls, &right_);
+  Fill(kAllBalls, &labels_.left);
+  Fill(kAllBalls, &labels_.right);
   EXPECT_EQ(fitness_.Evaluate(X_HM_), 0.2);
 }
 
@@ -62,15 +62,15 @@ TEST_F(FitnessOracle, BallsAndNothingElseIsOne) {
 }
 
 TEST_F(FitnessOracle, OuterRingAloneIsMinusOne) {
-  Fill(kAllBalls, &left_);
-  Fill(kAllBalls, &right_);
-  Image1u8 left_all = left_, right_all = right_;
-  Fill(0, &left_);
-  Fill(0, &right_);
+  Fill(kAllBalls, &labels_.left);
+  Fill(kAllBalls, &labels_.right);
+  Image1u8 left_all = labels_.left, right_all = labels_.right;
+  Fill(0, &labels_.left);
+  Fill(0, &labels_.right);
   PaintBalls(X_HM_, 1.2);
-  for (size_t i = 0; i < left_.pixels(); ++i) {
-    left_.data()[i] ^= left_all.data()[i];
-    right_.data()[i] ^= right_all.data()[i];
+  for (size_t i = 0; i < labels_.left.pixels(); ++i) {
+    labels_.left.data()[i] ^= left_all.data()[i];
+    labels_.right.data()[i] ^= right_all.data()[i];
   }
   EXPECT_EQ(fitness_.Evaluate(X_HM_), -1);
 }
@@ -78,28 +78,28 @@ TEST_F(FitnessOracle, OuterRingAloneIsMinusOne) {
 TEST_F(FitnessOracle, TwoOfThreeBallsIsThreeFifthsAndOneIsOneFifth) {
   PaintBalls(X_HM_, 1.2, 0b011);
   EXPECT_DOUBLE_EQ(fitness_.Evaluate(X_HM_), 0.6);  // (1 + 1 - 0.2) / 3
-  Fill(0, &left_);
-  Fill(0, &right_);
+  Fill(0, &labels_.left);
+  Fill(0, &labels_.right);
   PaintBalls(X_HM_, 1.2, 0b100);
   EXPECT_DOUBLE_EQ(fitness_.Evaluate(X_HM_), 0.2);  // (1 - 0.2 - 0.2) / 3
 }
 
 TEST_F(FitnessOracle, OneCameraBlindIsTwoFifths) {
   PaintBalls(X_HM_, 1.2);
-  Fill(0, &right_);
+  Fill(0, &labels_.right);
   EXPECT_DOUBLE_EQ(fitness_.Evaluate(X_HM_), 0.4);  // (1 - 0.2) / 2
   const FitnessByBall by_ball = fitness_.EvaluateByBall(X_HM_);
   for (int b = 0; b < 3; ++b) {
-    EXPECT_EQ(by_ball.left[b], 1);
-    EXPECT_EQ(by_ball.right[b], -0.2);
+    EXPECT_EQ(by_ball.in.left[b], 1);
+    EXPECT_EQ(by_ball.in.right[b], -0.2);
     EXPECT_DOUBLE_EQ(by_ball.ball(b), 0.4);
   }
 }
 
 TEST_F(FitnessOracle, ABallsBitCountsForThatBallOnly) {
   PaintBalls(X_HM_, 1.2);
-  for (size_t i = 0; i < left_.pixels(); ++i) {  // green's and red's labels change places
-    for (Image1u8* labels : {&left_, &right_}) {
+  for (size_t i = 0; i < labels_.left.pixels(); ++i) {  // green's and red's labels change places
+    for (Image1u8* labels : {&labels_.left, &labels_.right}) {
       uint8_t& label = labels->data()[i];
       label = static_cast<uint8_t>((label & 4) | (label & 1) << 1 | (label & 2) >> 1);
     }
@@ -108,8 +108,8 @@ TEST_F(FitnessOracle, ABallsBitCountsForThatBallOnly) {
 }
 
 TEST_F(FitnessOracle, OutsideTheImageAndBehindTheCameraNothingMatches) {
-  Fill(0xff, &left_);
-  Fill(0xff, &right_);
+  Fill(0xff, &labels_.left);
+  Fill(0xff, &labels_.right);
   for (const Eigen::Vector3d& p :
        {Eigen::Vector3d(0.6, 5, 0), Eigen::Vector3d(0.6, -5, 0), Eigen::Vector3d(0.6, 0, 5),
         Eigen::Vector3d(0.6, 0, -5), Eigen::Vector3d(-0.6, 0, 0), Eigen::Vector3d(-1e6, 3, 2)})
@@ -122,9 +122,9 @@ TEST(FitnessAtTheBorder, PointsBeyondTheLastPixelDoNotMatch) {
   MarkerParams marker;
   marker.balls = {{"one", {0, 0, 0}, 0.02, 0, {1, 1, 1}}};
   StereoRig rig = RigParams{}.MakeRig();
-  rig.X_HR = rig.X_HL;
-  const Image1u8 all(640, 480, 1);
-  const Fitness fitness(marker, rig, all, all);
+  rig.right.X_HC = rig.left.X_HC;
+  const Stereo<Image1u8> all{{640, 480, 1}, {640, 480, 1}};
+  const Fitness fitness(marker, rig, all);
   const SamplePoints samples(marker);
   const double radius_px = 20, depth_m = rig.left.fx_px * 0.02 / radius_px;
   int checked = 0, partial = 0;
@@ -136,7 +136,7 @@ TEST(FitnessAtTheBorder, PointsBeyondTheLastPixelDoNotMatch) {
       ++(i < kInnerPoints ? inner : outer);
     }
     const Eigen::Vector3d p_CQ = depth_m * rig.left.RayAt(u_px, v_px);
-    const Pose X_HM = rig.X_HL * Pose{Eigen::Quaterniond::Identity(), p_CQ};
+    const Pose X_HM = rig.left.X_HC * Pose{Eigen::Quaterniond::Identity(), p_CQ};
     EXPECT_NEAR(fitness.Evaluate(X_HM), ((2 * inner - 36) - (2 * outer - 24)) / 60.0, 1e-12)
         << u_px << ' ' << v_px;
     ++checked;

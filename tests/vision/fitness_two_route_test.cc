@@ -13,13 +13,13 @@ namespace turbidock::vision {
 namespace {
 
 // The definition, one point after the other in double precision.
-double PlainFitness(const MarkerParams& marker, const StereoRig& rig, const Image1u8& left,
-                    const Image1u8& right, const Pose& X_HM) {
+double PlainFitness(const MarkerParams& marker, const StereoRig& rig,
+                    const Stereo<Image1u8>& stereo_labels, const Pose& X_HM) {
   double sum = 0;
-  for (int side = 0; side < 2; ++side) {
-    const CameraIntrinsics& camera = side == 0 ? rig.left : rig.right;
-    const Image1u8& labels = side == 0 ? left : right;
-    const Pose X_CM = (side == 0 ? rig.X_HL : rig.X_HR).Inverse() * X_HM;
+  for (const Side side : kSides) {
+    const MountedCamera& camera = rig[side];
+    const Image1u8& labels = stereo_labels[side];
+    const Pose X_CM = camera.X_HC.Inverse() * X_HM;
     for (size_t b = 0; b < marker.balls.size(); ++b) {
       const Eigen::Vector3d p_CQ = X_CM * marker.balls[b].p_MQ_m;
       double ball_sum = 0;
@@ -46,12 +46,12 @@ TEST(FitnessTwoRoutes, KernelAndDefinitionAgree) {
   const MarkerParams marker;
   const StereoRig rig = RigParams{}.MakeRig();
   Rng rng = SeedTree(8).Stream("labels");
-  Image1u8 left(640, 480), right(640, 480);
-  for (size_t i = 0; i < left.pixels(); ++i) {
-    left.data()[i] = static_cast<uint8_t>(rng.Below(8));
-    right.data()[i] = static_cast<uint8_t>(rng.Below(8));
+  Stereo<Image1u8> labels{{640, 480}, {640, 480}};
+  for (size_t i = 0; i < labels.left.pixels(); ++i) {
+    labels.left.data()[i] = static_cast<uint8_t>(rng.Below(8));
+    labels.right.data()[i] = static_cast<uint8_t>(rng.Below(8));
   }
-  const Fitness fitness(marker, rig, left, right);
+  const Fitness fitness(marker, rig, labels);
   int equal = 0;
   constexpr int kPoses = 500;
   for (int i = 0; i < kPoses; ++i) {
@@ -59,7 +59,7 @@ TEST(FitnessTwoRoutes, KernelAndDefinitionAgree) {
     const Pose X_HM = Pose::FromVectorPart(
         {rng.Uniform(0.3, 1.6), rng.Uniform(-0.4, 0.4), rng.Uniform(-0.3, 0.3)},
         {rng.Uniform(-0.15, 0.15), rng.Uniform(-0.15, 0.15), rng.Uniform(-0.15, 0.15)});
-    const double plain = PlainFitness(marker, rig, left, right, X_HM);
+    const double plain = PlainFitness(marker, rig, labels, X_HM);
     const double kernel = fitness.Evaluate(X_HM);
     // A point within float rounding of a pixel border may fall on either side: one of 360 changes
     // F by 2 / 360.
@@ -76,10 +76,9 @@ TEST(RmGaTwoRoutes, OptimumIsNotBelowAnExhaustiveGrid) {
   const StereoImage seen = testing::PaintMarker(marker, rig, true_X_HM, {}, nullptr);
 
   HueLabeller labeller(HueParams{}, marker);
-  Image1u8 left, right;
-  labeller.Label(seen.left, &left);
-  labeller.Label(seen.right, &right);
-  const Fitness fitness(marker, rig, left, right);
+  Stereo<Image1u8> labels;
+  for (const Side side : kSides) labeller.Label(seen[side], &labels[side]);
+  const Fitness fitness(marker, rig, labels);
   // 5^6 poses about the true one: +-6 mm in x, +-2 mm in y and z, +-0.02 in eps.
   double grid_best = -1;
   int64_t evaluated = 0;

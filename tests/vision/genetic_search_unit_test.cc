@@ -14,13 +14,12 @@ const StereoRig kRig = RigParams{}.MakeRig();
 
 // The labels of a painted marker, and F on them.
 struct View {
-  explicit View(const Pose& X_HM) : fitness(MarkerParams{}, kRig, left, right) {
+  explicit View(const Pose& X_HM) : fitness(MarkerParams{}, kRig, labels) {
     const StereoImage seen = testing::PaintMarker(MarkerParams{}, kRig, X_HM, {}, nullptr);
     HueLabeller labeller(HueParams{}, MarkerParams{});
-    labeller.Label(seen.left, &left);
-    labeller.Label(seen.right, &right);
+    for (const Side side : kSides) labeller.Label(seen[side], &labels[side]);
   }
-  Image1u8 left, right;
+  Stereo<Image1u8> labels;
   Fitness fitness;
 };
 

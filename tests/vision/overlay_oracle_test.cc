@@ -11,8 +11,8 @@ TEST(ProjectBalls, SquareOnMarkerHasClosedForms) {
   const MarkerParams marker;
   const StereoRig rig = RigParams{}.MakeRig();
   const Pose X_HM = Pose::Translation(0.6, 0, 0);
-  const auto left = ProjectBalls(marker, rig, StereoSide::kLeft, X_HM);
-  const auto right = ProjectBalls(marker, rig, StereoSide::kRight, X_HM);
+  const auto left = ProjectBalls(marker, rig.left, X_HM);
+  const auto right = ProjectBalls(marker, rig.right, X_HM);
   ASSERT_EQ(left.size(), 3u);
   ASSERT_EQ(right.size(), 3u);
   const double depth_m[] = {0.53, 0.6, 0.6};  // green is 70 mm nearer
@@ -34,40 +34,25 @@ TEST(ProjectBalls, SquareOnMarkerHasClosedForms) {
 TEST(ProjectBalls, YawTurnsTheFrontBallSideways) {
   // A marker turned to its left (about z, up) shows its front ball farther to the right.
   const Eigen::Quaterniond q = FromYawPitchRoll(0.2, 0, 0);
-  const auto left =
-      ProjectBalls(MarkerParams{}, RigParams{}.MakeRig(), StereoSide::kLeft, {q, {0.6, 0.06, 0}});
+  const auto left = ProjectBalls(MarkerParams{}, RigParams{}.MakeRig().left, {q, {0.6, 0.06, 0}});
   const double depth_m = 0.6 - 0.07 * std::cos(0.2);
   EXPECT_NEAR(left[0].center_px.x(), 319.5 + kFocal_px * 0.07 * std::sin(0.2) / depth_m, 1e-9);
 }
 
 TEST(ProjectBalls, BallsBehindTheCameraAreLeftOut) {
-  const auto behind = ProjectBalls(MarkerParams{}, RigParams{}.MakeRig(), StereoSide::kRight,
-                                   Pose::Translation(-0.02, 0, 0));
+  const auto behind =
+      ProjectBalls(MarkerParams{}, RigParams{}.MakeRig().right, Pose::Translation(-0.02, 0, 0));
   EXPECT_TRUE(behind.empty());
-  const auto partly = ProjectBalls(MarkerParams{}, RigParams{}.MakeRig(), StereoSide::kRight,
-                                   Pose::Translation(0.05, 0, 0));
+  const auto partly =
+      ProjectBalls(MarkerParams{}, RigParams{}.MakeRig().right, Pose::Translation(0.05, 0, 0));
   EXPECT_EQ(partly.size(), 2u);  // the front ball is at -0.02
 }
 
 TEST(ProjectBalls, ColoursAreTheDisplayColours) {
   MarkerParams marker;
   marker.balls[0].display_rgb = {0, 0.5, 1};
-  const auto left =
-      ProjectBalls(marker, RigParams{}.MakeRig(), StereoSide::kLeft, Pose::Translation(0.6, 0, 0));
+  const auto left = ProjectBalls(marker, RigParams{}.MakeRig().left, Pose::Translation(0.6, 0, 0));
   EXPECT_EQ(left.at(0).rgb, (std::array<uint8_t, 3>{0, 128, 255}));
-}
-
-TEST(DottedPoints, AreTheSamplePointsOfTheCircle) {
-  const MarkerParams marker;
-  const auto points = DottedPoints(marker, {{100, 50}, 10, {}});
-  ASSERT_EQ(points.size(), 60u);
-  for (size_t i = 0; i < 60; ++i)
-    EXPECT_NEAR((points[i] - Eigen::Vector2d(100, 50)).norm(),
-                i < 6    ? 10.0 / 3
-                : i < 18 ? 20.0 / 3
-                : i < 36 ? 9.5
-                         : 14,
-                1e-5);
 }
 
 }  // namespace

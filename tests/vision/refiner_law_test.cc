@@ -90,7 +90,7 @@ TEST(PoseRefiner, SaysHowFarItIsOff) {
 
 TEST(PoseRefiner, FindsNothingWhereNothingIs) {
   PoseRefiner refiner(Marker(), kRig);
-  const StereoImage blank{0, Image3u8(640, 480, 30), Image3u8(640, 480, 30)};
+  const StereoImage blank{{Image3u8(640, 480, 30), Image3u8(640, 480, 30)}};
   EXPECT_FALSE(refiner.Refine(blank, kWhole, kTrue));
   // Nor behind the cameras or off the images.
   const StereoImage seen = Painted(0, nullptr);

@@ -72,7 +72,7 @@ TEST(RmGaReach, HoldsTheMarkerAndIsGivenUpWithIt) {
       for (const BallParams& ball : MarkerParams{}.balls) {
         const Eigen::Vector3d p_HQ = PoseAt(frame) * ball.p_MQ_m;
         const BallCircle left =
-            ProjectBall(rig.left, rig.X_HL.Inverse() * p_HQ, 1.4 * ball.radius_m);
+            ProjectBall(rig.left, rig.left.X_HC.Inverse() * p_HQ, 1.4 * ball.radius_m);
         for (const auto& [du, dv] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}})
           EXPECT_TRUE(
               reach->left.Contains(static_cast<int>(std::lround(left.u_px + du * left.radius_px)),
@@ -83,7 +83,7 @@ TEST(RmGaReach, HoldsTheMarkerAndIsGivenUpWithIt) {
     search.Update(seen);
   }
   EXPECT_GE(held, 120);
-  const StereoImage blank{0, Image3u8(640, 480, 8), Image3u8(640, 480, 8)};
+  const StereoImage blank{{Image3u8(640, 480, 8), Image3u8(640, 480, 8)}};
   for (int frame = 0; frame < 3; ++frame) {
     EXPECT_TRUE(search.Reach());
     EXPECT_EQ(search.Update(blank).detected, frame < 2);

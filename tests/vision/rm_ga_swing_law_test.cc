@@ -33,8 +33,8 @@ void Cover(const BallParams& ball, const CameraIntrinsics& camera, const Pose& X
 StereoImage Seen(Rng* noise) {
   const MarkerParams marker;
   StereoImage seen = testing::PaintMarker(marker, kRig, kTrue, {.noise_dn = 1.5}, noise);
-  Cover(marker.balls[2], kRig.left, kRig.X_HL, -0.5, &seen.left);
-  Cover(marker.balls[2], kRig.right, kRig.X_HR, -0.5, &seen.right);
+  Cover(marker.balls[2], kRig.left, kRig.left.X_HC, -0.5, &seen.left);
+  Cover(marker.balls[2], kRig.right, kRig.right.X_HC, -0.5, &seen.right);
   return seen;
 }
 

@@ -77,7 +77,7 @@ TEST(Track, HoldsTheOutlinesOfAllBallsInItsRegion) {
       for (const BallParams& ball : MarkerParams{}.balls) {
         const Eigen::Vector3d p_HQ = At(x_m, y_m) * ball.p_MQ_m;
         const BallCircle circle =
-            ProjectBall(kRig.left, kRig.X_HL.Inverse() * p_HQ, 1.6 * ball.radius_m);
+            ProjectBall(kRig.left, kRig.left.X_HC.Inverse() * p_HQ, 1.6 * ball.radius_m);
         for (const int side : {-1, 1}) {
           EXPECT_TRUE(track.region()->left.Contains(
               static_cast<int>(circle.u_px + side * circle.radius_px),

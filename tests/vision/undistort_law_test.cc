@@ -39,7 +39,8 @@ TEST(Undistorter, BringsAPictureOfSmoothColoursBack) {
       for (int i = 0; i < 20; ++i) ray += through - lens.Apply(ray);
       for (int k = 0; k < 3; ++k) seen.at(u, v)[k] = static_cast<uint8_t>(std::lround(scene(ray)));
     }
-  Undistorter(kCamera, lens).Apply(seen, &undistorted);
+  undistorted = seen;
+  Undistorter(kCamera, lens).Apply(&undistorted);
   double worst = 0;
   for (int v = 20; v < 460; ++v)
     for (int u = 20; u < 620; ++u)

@@ -41,10 +41,9 @@ TEST(PathTraced, FitnessAtTheTruePose) {
   double mean = 0;
   for (const PathTracedPair& pair : PathTracedPairs()) {
     HueLabeller labeller(HueParams{}, marker);
-    Image1u8 left, right;
-    labeller.Label(pair.seen.left, &left);
-    labeller.Label(pair.seen.right, &right);
-    const double f = Fitness(marker, rig, left, right).Evaluate(pair.true_X_HM);
+    Stereo<Image1u8> labels;
+    for (const Side side : kSides) labeller.Label(pair.seen[side], &labels[side]);
+    const double f = Fitness(marker, rig, labels).Evaluate(pair.true_X_HM);
     EXPECT_GE(f, 0.70) << pair.name;
     EXPECT_LE(f, 0.95) << pair.name;
     mean += f;
@@ -64,10 +63,9 @@ TEST(PathTraced, HueAloneDoesNotRecogniseTheActiveMarker) {
   for (const PathTracedPair& pair : PathTracedPairs()) {
     if (!pair.name.starts_with("active")) continue;
     HueLabeller labeller(hue_only, marker);
-    Image1u8 left, right;
-    labeller.Label(pair.seen.left, &left);
-    labeller.Label(pair.seen.right, &right);
-    const double f = Fitness(marker, RigParams{}.MakeRig(), left, right).Evaluate(pair.true_X_HM);
+    Stereo<Image1u8> labels;
+    for (const Side side : kSides) labeller.Label(pair.seen[side], &labels[side]);
+    const double f = Fitness(marker, RigParams{}.MakeRig(), labels).Evaluate(pair.true_X_HM);
     EXPECT_LT(f, 0.6) << pair.name;
     ++active;
   }

@@ -22,23 +22,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr int64_t kStillFrames = 30;
 
-// A side's images without its lens's distortion.
-class Eye {
- public:
-  Eye(const CameraIntrinsics& camera, const vision::LensDistortion& distortion) {
-    if (!distortion.is_none()) undistorter_.emplace(camera, distortion);
-  }
-  void Show(Image3u8* image) {
-    if (!undistorter_) return;
-    undistorter_->Apply(*image, &undistorted_);
-    std::swap(*image, undistorted_);
-  }
-
- private:
-  std::optional<vision::Undistorter> undistorter_;
-  Image3u8 undistorted_;
-};
-
 void RequireSize(const Image3u8& image, const CameraIntrinsics& camera, const std::string& name) {
   if (image.width() == camera.width_px && image.height() == camera.height_px) return;
   throw ConfigError(name, fmt::format("{} x {} pixels, must be the rig's {} x {}", image.width(),
@@ -116,8 +99,10 @@ EstimateSummary RunEstimate(const EstimateInput& input, const EstimateSettings& 
   const config::RigFromFile from_file =
       config::LoadRig(rig_files, seen.left.width(), seen.left.height());
   const StereoRig& rig = from_file.rig;
-  Eye left_eye(rig.left, from_file.left_distortion);
-  Eye right_eye(rig.right, from_file.right_distortion);
+  Stereo<std::optional<vision::Undistorter>> undistorters;
+  for (const Side side : kSides)
+    if (!from_file.distortion[side].is_none())
+      undistorters[side].emplace(rig[side], from_file.distortion[side]);
   vision::RmGa estimator(settings.estimator, settings.marker, settings.hue, rig,
                          SeedTree(input.seed).Stream("vision.rm_ga"));
   estimator.set_frame_time(input.frame_time_s);
@@ -129,8 +114,8 @@ EstimateSummary RunEstimate(const EstimateInput& input, const EstimateSettings& 
     if (summary.frames == 0 || !summary.stills) {
       RequireSize(seen.left, rig.left, input.left);
       RequireSize(seen.right, rig.right, input.right);
-      left_eye.Show(&seen.left);
-      right_eye.Show(&seen.right);
+      for (const Side side : kSides)
+        if (undistorters[side]) undistorters[side]->Apply(&seen[side]);
     }
     seen.frame = summary.frames++;
     const PoseEstimate& estimate = estimator.Update(seen);
@@ -203,12 +188,11 @@ media::Canvas DrawEstimate(const EstimatedFrame& frame, const vision::MarkerPara
   const int width = frame.seen.left.width(), height = frame.seen.left.height();
   media::Canvas canvas(2 * width, height + height % 2);
   const double alpha = frame.estimate.detected ? 1 : 0.4;
-  for (const auto side : {vision::StereoSide::kLeft, vision::StereoSide::kRight}) {
-    const bool is_left = side == vision::StereoSide::kLeft;
-    const media::PixelRect panel{is_left ? 0 : width, 0, width, height};
-    canvas.DrawImage(is_left ? frame.seen.left : frame.seen.right, panel);
+  for (const Side side : kSides) {
+    const media::PixelRect panel{side == Side::kLeft ? 0 : width, 0, width, height};
+    canvas.DrawImage(frame.seen[side], panel);
     canvas.Clip(panel);
-    media::DrawBalls(vision::ProjectBalls(marker, frame.rig, side, frame.estimate.X_HM), panel, 1,
+    media::DrawBalls(vision::ProjectBalls(marker, frame.rig[side], frame.estimate.X_HM), panel, 1,
                      marker.outer_ring_ratio, alpha, &canvas);
     canvas.Unclip();
   }

@@ -114,10 +114,9 @@ OneRun RunOne(const CompareOptions& options, vision::PoseEstimator* estimator, c
 // Whether the image recognises the marker at its true pose as well as docking needs.
 bool IsAreaI(const trial::Scenario& scenario, const StereoRig& rig, const Start& start) {
   vision::HueLabeller labeller(scenario.hue, scenario.marker);
-  Image1u8 left, right;
-  labeller.Label(start.frames.front().left, &left);
-  labeller.Label(start.frames.front().right, &right);
-  const vision::Fitness fitness(scenario.marker, rig, left, right);
+  Stereo<Image1u8> labels;
+  for (const Side side : kSides) labeller.Label(start.frames.front()[side], &labels[side]);
+  const vision::Fitness fitness(scenario.marker, rig, labels);
   return recognition::AreaOf(fitness.Evaluate(start.TrueAt(0))) == recognition::Area::kI;
 }
 

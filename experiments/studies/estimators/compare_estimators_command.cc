@@ -75,7 +75,7 @@ void AddCompareEstimators(app::CommandLine& line) {
            "Distances in mm; 400,600,800,1000 unless given")
       .Between(200, 3000);
   compare.Add("--milk ML_M3,...", options.milk_ml_m3, "Milk in ml/m3")
-      .Between(0, light::kMostMilk_ml_m3);
+      .Between(0, light::kMaxMilk_ml_m3);
   compare.Add("--estimators NAME,...", options.estimators,
               "Which: default, search (without refinement), published, de, pso, cmaes, blobs; "
               "the first three also with keys of the search, as default/creep_share=0");

@@ -36,13 +36,13 @@ struct BallsSeen {
 
 BallsSeen CountBalls(const vision::MarkerParams& marker, const StereoRig& rig, const Pose& X_HM) {
   BallsSeen seen;
-  for (const auto& [camera, X_HC] : {std::pair{rig.left, rig.X_HL}, std::pair{rig.right, rig.X_HR}})
+  for (const MountedCamera& camera : {rig.left, rig.right})
     for (const vision::BallParams& ball : marker.balls) {
       ++seen.projections;
-      const Eigen::Vector3d p_CQ = X_HC.Inverse() * (X_HM * ball.p_MQ_m);
+      const Eigen::Vector3d p_CQ = camera.X_HC.Inverse() * (X_HM * ball.p_MQ_m);
       if (p_CQ.z() < vision::kNearestDepth_m) continue;
       const vision::BallCircle circle = vision::ProjectBall(camera, p_CQ, ball.radius_m);
-      const auto within = [&circle, &camera = camera](double margin_px) {
+      const auto within = [&circle, &camera](double margin_px) {
         return circle.u_px >= -margin_px && circle.u_px <= camera.width_px - 1 + margin_px &&
                circle.v_px >= -margin_px && circle.v_px <= camera.height_px - 1 + margin_px;
       };

@@ -20,6 +20,11 @@ enum class CompareTask {
   kMoving,    // about a distance, at constant speed to and fro
   kAbsent,    // no ball in either image; box, plate and halos may be
 };
+constexpr auto Names(CompareTask) {
+  using enum CompareTask;
+  return EnumList<CompareTask>(
+      {{kStill, "still"}, {kAnywhere, "anywhere"}, {kMoving, "moving"}, {kAbsent, "absent"}});
+}
 
 // A marker that moves starts at once; estimates count from this frame on.
 inline constexpr int kMovingSettleFrames = 30;
@@ -37,13 +42,3 @@ std::vector<Pose> DrawStart(CompareTask task, double distance_m, int frames,
                             const trial::Scenario& scenario, const StereoRig& rig, Rng* rng);
 
 }  // namespace turbidock::estimators
-
-template <>
-struct turbidock::EnumNames<turbidock::estimators::CompareTask> {
-  using E = turbidock::estimators::CompareTask;
-  static constexpr auto kNames =
-      std::to_array<std::pair<E, const char*>>({{E::kStill, "still"},
-                                                {E::kAnywhere, "anywhere"},
-                                                {E::kMoving, "moving"},
-                                                {E::kAbsent, "absent"}});
-};

@@ -64,9 +64,7 @@ class PagmoEstimator : public vision::PoseEstimator {
       : options_(options),
         seed_(seed),
         labeller_(hue, marker),
-        left_labels_(rig.left.width_px, rig.left.height_px),
-        right_labels_(rig.right.width_px, rig.right.height_px),
-        fitness_(marker, rig, left_labels_, right_labels_),
+        fitness_(marker, rig, labels_),
         algorithm_(MakeAlgorithm(options.method, Generations(options), seed)) {
     const vision::GeneMap map(options.range);
     problem_ = {&fitness_, map.low(), map.high()};
@@ -74,8 +72,7 @@ class PagmoEstimator : public vision::PoseEstimator {
   }
 
   const PoseEstimate& Update(const StereoImage& seen) override {
-    labeller_.Label(seen.left, &left_labels_);
-    labeller_.Label(seen.right, &right_labels_);
+    for (const Side side : kSides) labeller_.Label(seen[side], &labels_[side]);
     Lap(timer(), LoopStage::kLabels);
     // The last frame's individuals, evaluated on this one's images.
     const auto population_size = static_cast<size_t>(options_.population);
@@ -114,7 +111,7 @@ class PagmoEstimator : public vision::PoseEstimator {
   PagmoOptions options_;
   uint32_t seed_;
   vision::HueLabeller labeller_;
-  Image1u8 left_labels_, right_labels_;
+  Stereo<Image1u8> labels_;
   vision::Fitness fitness_;
   PoseProblem problem_;
   pagmo::algorithm algorithm_;

@@ -19,6 +19,12 @@ enum class Coupling {
   kIndependent,  // pairs of seeds, but the builds' outcomes have nothing to do with each other
   kIdentical,    // pairs of seeds; the new build does as the old one, but for what it lost
 };
+constexpr auto Names(Coupling) {
+  using enum Coupling;
+  return EnumList<Coupling>({{kOneSample, "one_sample"},
+                             {kIndependent, "paired_independent"},
+                             {kIdentical, "paired_identical"}});
+}
 
 struct ErrorRateSetting {
   Coupling coupling = Coupling::kOneSample;
@@ -51,13 +57,3 @@ double WriteErrorRateFigure(const std::string& path, const statistics::RateTestD
                             int64_t sequences, uint64_t seed);
 
 }  // namespace turbidock::gate
-
-template <>
-struct turbidock::EnumNames<turbidock::gate::Coupling> {
-  using E = turbidock::gate::Coupling;
-  static constexpr auto kNames = std::to_array<std::pair<E, const char*>>({
-      {E::kOneSample, "one_sample"},
-      {E::kIndependent, "paired_independent"},
-      {E::kIdentical, "paired_identical"},
-  });
-};

@@ -31,6 +31,10 @@ inline constexpr int kGateSchema = 1;
 // What may never fail by chance more often than alpha. Bonferroni: alpha is divided by the number
 // of tests in it.
 enum class AlphaCovers { kGate, kCondition, kTest };
+constexpr auto Names(AlphaCovers) {
+  using enum AlphaCovers;
+  return EnumList<AlphaCovers>({{kGate, "gate"}, {kCondition, "condition"}, {kTest, "test"}});
+}
 
 // The keys that a condition takes from the gate unless it has its own.
 struct GateDefaults {
@@ -96,13 +100,3 @@ struct GatePlan : GateDefaults {
 GatePlan LoadGatePlan(const std::string& file);
 
 }  // namespace turbidock::gate
-
-template <>
-struct turbidock::EnumNames<turbidock::gate::AlphaCovers> {
-  using E = turbidock::gate::AlphaCovers;
-  static constexpr auto kNames = std::to_array<std::pair<E, const char*>>({
-      {E::kGate, "gate"},
-      {E::kCondition, "condition"},
-      {E::kTest, "test"},
-  });
-};

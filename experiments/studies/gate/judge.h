@@ -132,13 +132,3 @@ class ConditionJudge {
 statistics::Verdict Worst(statistics::Verdict a, statistics::Verdict b);
 
 }  // namespace turbidock::gate
-
-template <>
-struct turbidock::EnumNames<turbidock::statistics::Verdict> {
-  using E = turbidock::statistics::Verdict;
-  static constexpr auto kNames = std::to_array<std::pair<E, const char*>>({
-      {E::kPass, "pass"},
-      {E::kFail, "fail"},
-      {E::kInconclusive, "inconclusive"},
-  });
-};

@@ -204,15 +204,14 @@ void WriteContactSheet(const std::string& path, const Recognition& recognition,
       const CellResult& r = *found->second;
       StereoImage seen = recognition.Image(r.cell, std::ssize(r.fitness) - 1);
       StretchContrast(&seen);
-      for (const auto side : {vision::StereoSide::kLeft, vision::StereoSide::kRight}) {
-        const bool left = side == vision::StereoSide::kLeft;
-        const Image3u8& image = left ? seen.left : seen.right;
-        const media::PixelRect into = sheet.DrawImage(
-            image, {x + (left ? 0 : kImageWidth + kGap / 2), y, kImageWidth, kImageHeight});
+      for (const Side side : kSides) {
+        const Image3u8& image = seen[side];
+        const int left = side == Side::kLeft ? x : x + kImageWidth + kGap / 2;
+        const media::PixelRect into = sheet.DrawImage(image, {left, y, kImageWidth, kImageHeight});
         sheet.Clip(into);
         const double scale = static_cast<double>(into.width) / image.width();
         for (const vision::ProjectedBall& ball :
-             vision::ProjectBalls(scenario.marker, rig, side, r.last_X_HM)) {
+             vision::ProjectBalls(scenario.marker, rig[side], r.last_X_HM)) {
           const Eigen::Vector2d center(into.x + scale * (ball.center_px.x() + 0.5) - 0.5,
                                        into.y + scale * (ball.center_px.y() + 0.5) - 0.5);
           sheet.DottedCircle(center, scale * ball.radius_px, 16, 2, {255, 255, 255});

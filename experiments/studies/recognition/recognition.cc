@@ -97,9 +97,9 @@ Recognition::Recognition(std::map<MarkerKind, trial::Scenario> scenarios,
     : scenarios_(std::move(scenarios)), cells_(std::move(cells)) {
   std::map<MarkerKind, std::set<double>> distances_m;
   for (const RecognitionCell& cell : cells_) {
-    if (!(cell.milk_ml_m3 >= 0 && cell.milk_ml_m3 <= light::kMostMilk_ml_m3))
+    if (!(cell.milk_ml_m3 >= 0 && cell.milk_ml_m3 <= light::kMaxMilk_ml_m3))
       throw ConfigError("milk_ml_m3", FormatNumber(cell.milk_ml_m3) + " " +
-                                          InRange(0, light::kMostMilk_ml_m3).Sentence());
+                                          InRange(0, light::kMaxMilk_ml_m3).Sentence());
     if (!(cell.distance_m >= kNearest_m && cell.distance_m <= kFarthest_m))
       throw ConfigError(
           "distance_mm",

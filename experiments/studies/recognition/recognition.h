@@ -19,9 +19,17 @@
 namespace turbidock::recognition {
 
 enum class MarkerKind { kActive, kPassive };
+constexpr auto Names(MarkerKind) {
+  using enum MarkerKind;
+  return EnumList<MarkerKind>({{kActive, "active"}, {kPassive, "passive"}});
+}
 
 // What a mean F allows: docking, recognition, nothing. Limits: ViewCriteria.
 enum class Area { kI, kII, kIII };
+constexpr auto Names(Area) {
+  using enum Area;
+  return EnumList<Area>({{kI, "I"}, {kII, "II"}, {kIII, "III"}});
+}
 Area AreaOf(double fitness_mean);
 
 // One point of the experiment.
@@ -95,16 +103,3 @@ class Recognition {
 };
 
 }  // namespace turbidock::recognition
-
-template <>
-struct turbidock::EnumNames<turbidock::recognition::MarkerKind> {
-  using E = turbidock::recognition::MarkerKind;
-  static constexpr auto kNames =
-      std::to_array<std::pair<E, const char*>>({{E::kActive, "active"}, {E::kPassive, "passive"}});
-};
-template <>
-struct turbidock::EnumNames<turbidock::recognition::Area> {
-  using E = turbidock::recognition::Area;
-  static constexpr auto kNames =
-      std::to_array<std::pair<E, const char*>>({{E::kI, "I"}, {E::kII, "II"}, {E::kIII, "III"}});
-};

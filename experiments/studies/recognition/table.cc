@@ -24,7 +24,7 @@ struct Column {
   Range range;
 };
 enum { kMilk, kDistance, kMean, kStd };
-const std::array<Column, 4> kColumns = {{{"milk_ml_m3", true, InRange(0, light::kMostMilk_ml_m3)},
+const std::array<Column, 4> kColumns = {{{"milk_ml_m3", true, InRange(0, light::kMaxMilk_ml_m3)},
                                          {"distance_mm", true, InRange(200, 10000)},
                                          {"fitness_mean", true, InRange(-1, 1)},
                                          {"fitness_std", false, InRange(0, 1)}}};

@@ -17,34 +17,8 @@
 namespace turbidock::run {
 namespace {
 
-// The film of the trial, made by watching it.
-class Film {
- public:
-  Film(const std::string& path, const trial::Scenario& scenario)
-      : marker_(scenario.marker),
-        rig_(scenario.rig.MakeRig()),
-        video_(path, {.frames_per_second = scenario.clock.frames_per_second,
-                      .envelope_ratio = scenario.marker.outer_ring_ratio,
-                      .criteria = trial::CriteriaOf(scenario)}) {}
-
-  void Add(const trial::TrialFrame& frame) {
-    const Pose& X_HM = frame.record.est_X_HM;
-    video_.Add({.images = frame.seen,
-                .left_balls = ProjectBalls(marker_, rig_, vision::StereoSide::kLeft, X_HM),
-                .right_balls = ProjectBalls(marker_, rig_, vision::StereoSide::kRight, X_HM),
-                .record = frame.record,
-                .spectator = frame.spectator});
-  }
-  void Finish() { video_.Finish(); }
-
- private:
-  vision::MarkerParams marker_;
-  StereoRig rig_;
-  TrialVideo video_;
-};
-
 std::string Summary(const trial::TrialResult& result) {
-  const trial::PoseError& t = result.final_error_true;
+  const AxesPose& t = result.final_error_true;
   return fmt::format(
       "{}: {}\n"
       "  true error at {:.1f} s: x {:+.0f} mm, y {:+.0f} mm, z {:+.0f} mm, yaw {:+.1f} deg\n"
@@ -64,14 +38,25 @@ trial::TrialResult RunShownTrial(const trial::Scenario& scenario, const ShownTri
 
   app::Progress progress(shown.quiet);
   progress.Say(fmt::format("{}, seed {}", scenario.description, scenario.seed));
-  std::optional<Film> film;
-  if (shown.video) film.emplace(*shown.out + "/video.mp4", scenario);
+  const StereoRig rig = scenario.rig.MakeRig();
+  std::optional<TrialVideo> film;
+  if (shown.video)
+    film.emplace(*shown.out + "/video.mp4",
+                 VideoOptions{.frames_per_second = scenario.clock.frames_per_second,
+                              .envelope_ratio = scenario.marker.outer_ring_ratio,
+                              .criteria = trial::CriteriaOf(scenario)});
 
   trial::TrialOptions options;
   options.spectator = shown.video;
   options.whole_images = shown.video;
   options.observe = [&](const trial::TrialFrame& frame) {
-    if (film) film->Add(frame);
+    if (film)
+      film->Add({.images = frame.seen,
+                 .balls = rig.Each([&](const MountedCamera& camera) {
+                   return ProjectBalls(scenario.marker, camera, frame.record.est_X_HM);
+                 }),
+                 .record = frame.record,
+                 .spectator = frame.spectator});
     progress.Show(std::min(1.0, frame.record.time_s / scenario.duration_s),
                   fmt::format("{:5.1f} s  {:15}  F {:+.2f}", frame.record.time_s,
                               NameOf(frame.record.stage), frame.record.fitness));

@@ -1,9 +1,10 @@
 #include "experiments/studies/run/trial_video.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <numbers>
 
@@ -31,7 +32,7 @@ constexpr double kGap = std::numeric_limits<double>::quiet_NaN();
 
 // Text on a dark, half transparent plate: readable on any image. Returns the column behind the
 // plate.
-int DrawPlate(media::Canvas* canvas, int x, int y, const char* text, Rgb color,
+int DrawPlate(media::Canvas* canvas, int x, int y, const std::string& text, Rgb color,
               media::Align align = media::Align::kLeft, bool bold = false) {
   constexpr int kHeight = 24, kPadding = 9;
   const int width =
@@ -44,15 +45,15 @@ int DrawPlate(media::Canvas* canvas, int x, int y, const char* text, Rgb color,
 }
 
 media::StripChartSpec FitnessSpec(const trial::ViewCriteria& criteria) {
-  char docking[16], detection[16];
-  std::snprintf(docking, sizeof docking, "%.2f", criteria.docking_fitness);
-  std::snprintf(detection, sizeof detection, "%.2f", criteria.detection_fitness);
+  const auto limit = [](double value) -> media::StripLimit {
+    return {value, fmt::format("{:.2f}", value)};
+  };
   return {.title = "F",
           .low = -0.2,
           .high = 1.0,
           .tick_decimals = 1,
           .time_labels = false,
-          .limits = {{criteria.docking_fitness, docking}, {criteria.detection_fitness, detection}},
+          .limits = {limit(criteria.docking_fitness), limit(criteria.detection_fitness)},
           .series = {{.color = trial::kOnDark.estimate}}};
 }
 
@@ -81,8 +82,8 @@ const media::Canvas& VideoComposer::Compose(const VideoFrame& frame) {
   if (charts_.empty()) MakeCharts(frame.spectator != nullptr);
   canvas_.FillRect(canvas_.area(), kGround);
   const bool trusted = record.fitness >= options_.criteria.detection_fitness;
-  DrawCamera(frame.images.left, frame.left_balls, trusted, kLeftPanel);
-  DrawCamera(frame.images.right, frame.right_balls, trusted, kRightPanel);
+  DrawCamera(frame.images.left, frame.balls.left, trusted, kLeftPanel);
+  DrawCamera(frame.images.right, frame.balls.right, trusted, kRightPanel);
   // a seam between the two images, which may both be black
   canvas_.FillRect({kRightPanel.x - 1, 0, 2, kRightPanel.height}, kGround);
   canvas_.FillRect({0, kChartsTop - 1, kVideoWidth, 2}, kGround);
@@ -124,18 +125,18 @@ void VideoComposer::DrawCamera(const Image3u8& image,
 }
 
 void VideoComposer::DrawStatus(const trial::FrameRecord& record) {
-  char text[64];
-  int x = DrawPlate(&canvas_, 10, 10, trial::StageTitle(record.stage),
-                    trial::kOnDark.Of(record.stage), media::Align::kLeft, /*bold=*/true);
-  std::snprintf(text, sizeof text, "F = %.2f   %s", record.fitness,
-                trial::AreaTitle(record.fitness, options_.criteria));
-  DrawPlate(&canvas_, x + 8, 10, text, kText);
-  std::snprintf(text, sizeof text, "%.1f s", record.time_s);
-  DrawPlate(&canvas_, kVideoWidth - 10, 10, text, kText, media::Align::kRight);
+  const int x = DrawPlate(&canvas_, 10, 10, trial::StageTitle(record.stage),
+                          trial::kOnDark.Of(record.stage), media::Align::kLeft, /*bold=*/true);
+  DrawPlate(&canvas_, x + 8, 10,
+            fmt::format("F = {:.2f}   {}", record.fitness,
+                        trial::AreaTitle(record.fitness, options_.criteria)),
+            kText);
+  DrawPlate(&canvas_, kVideoWidth - 10, 10, fmt::format("{:.1f} s", record.time_s), kText,
+            media::Align::kRight);
 }
 
 void VideoComposer::DrawCharts(const trial::FrameRecord& record) {
-  const control::DesiredPose& desired = record.desired;
+  const AxesPose& desired = record.desired;
   const double desired_m[3] = {desired.x_m, desired.y_m, desired.z_m};
   const bool detected = record.fitness >= options_.criteria.detection_fitness;
   charts_[0].Add(record.time_s, std::array{record.fitness});
@@ -148,26 +149,25 @@ void VideoComposer::DrawCharts(const trial::FrameRecord& record) {
                                   detected ? MmFromM(record.est_X_HM.p[axis]) : kGap});
   }
 
-  char text[32];
   for (size_t i = 0; i < charts_.size(); ++i) {
     const media::StripChart& chart = charts_[i];
     const int x = charts_x_ + static_cast<int>(i / 2) * chart.width();
     const int y = kChartsTop + kLegendHeight + static_cast<int>(i % 2) * kChartHeight;
     chart.DrawTo(&canvas_, x, y);
     // the values of now, in columns above the chart's right end
-    const double right = x + chart.plot().right();
-    const double base = y + 14.0;
+    const auto write = [&](double from_right, const std::string& text, Rgb color) {
+      canvas_.Text({x + chart.plot().right() - from_right, y + 14.0}, text, kSmallSize, color,
+                   media::Align::kRight);
+    };
+    const auto mm = [&](const Pose& X_HM) {
+      return fmt::format("{:.0f}", MmFromM(X_HM.p[static_cast<Eigen::Index>(i - 1)]));
+    };
     if (i == 0) {
-      std::snprintf(text, sizeof text, "%.2f", record.fitness);
-      canvas_.Text({right, base}, text, kSmallSize, trial::kOnDark.estimate, media::Align::kRight);
+      write(0, fmt::format("{:.2f}", record.fitness), trial::kOnDark.estimate);
       continue;
     }
-    const auto axis = static_cast<Eigen::Index>(i - 1);
-    std::snprintf(text, sizeof text, "%.0f", MmFromM(record.true_X_HM.p[axis]));
-    canvas_.Text({right, base}, text, kSmallSize, trial::kOnDark.truth, media::Align::kRight);
-    std::snprintf(text, sizeof text, "%.0f", MmFromM(record.est_X_HM.p[axis]));
-    canvas_.Text({right - 44, base}, detected ? text : "lost", kSmallSize, trial::kOnDark.estimate,
-                 media::Align::kRight);
+    write(0, mm(record.true_X_HM), trial::kOnDark.truth);
+    write(44, detected ? mm(record.est_X_HM) : "lost", trial::kOnDark.estimate);
   }
 
   // the legend, right to left

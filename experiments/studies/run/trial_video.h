@@ -26,8 +26,7 @@ struct VideoOptions {
 // images.
 struct VideoFrame {
   const StereoImage& images;
-  const std::vector<vision::ProjectedBall>& left_balls;
-  const std::vector<vision::ProjectedBall>& right_balls;
+  const Stereo<std::vector<vision::ProjectedBall>>& balls;
   const trial::FrameRecord& record;
   const Image3u8* spectator = nullptr;  // the scene from outside; may be left out of the whole film
 };

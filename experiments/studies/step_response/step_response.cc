@@ -17,10 +17,10 @@ using control::Axes;
 using control::Axis;
 using std::numbers::pi;
 
-constexpr double kWithin = 0.05;     // of the step: settled
-constexpr double kRecovered = 0.1;   // of the peak
-constexpr double kLeastWatch_s = 8;  // a sinusoid is watched for at least this long ...
-constexpr int kLeastPeriods = 4;     // ... and these periods, after as long to settle
+constexpr double kWithin = 0.05;    // of the step: settled
+constexpr double kRecovered = 0.1;  // of the peak
+constexpr double kMinWatch_s = 8;   // a sinusoid is watched for at least this long ...
+constexpr int kMinPeriods = 4;      // ... and these periods, after as long to settle
 
 // A trial that stands at the servoing pose for as long as it is left alone.
 trial::Scenario AtTheServoingPose(trial::Scenario scenario, const StepOptions& options) {
@@ -103,7 +103,7 @@ std::complex<double> MeasureLoop(const trial::Scenario& scenario, const StepOpti
                                  Axis axis, double frequency_hz) {
   const ClockParams& clock = scenario.clock;
   const double period_s = 1 / frequency_hz;
-  const double periods = std::max<double>(kLeastPeriods, std::ceil(kLeastWatch_s / period_s));
+  const double periods = std::max<double>(kMinPeriods, std::ceil(kMinWatch_s / period_s));
   const int64_t first = clock.FramesFor(options.rest_s);
   const int64_t watched_from = first + clock.FramesFor(periods * period_s);
   const int64_t end = watched_from + clock.FramesFor(periods * period_s);

@@ -17,6 +17,11 @@ enum class Algorithm {
   kDe1220,  // its variant that also adapts the strategy
   kNsga2,   // several objectives: a Pareto front (Deb et al. 2002)
 };
+constexpr auto Names(Algorithm) {
+  using enum Algorithm;
+  return EnumList<Algorithm>(
+      {{kCmaEs, "cma_es"}, {kSade, "sade"}, {kDe1220, "de1220"}, {kNsga2, "nsga2"}});
+}
 
 struct OptimiserParams {
   Algorithm algorithm = Algorithm::kCmaEs;
@@ -53,14 +58,3 @@ void Optimise(const OptimiserParams& params, uint64_t seed, const Candidate& sta
 std::vector<size_t> ParetoFront(const std::vector<Worth>& worths);
 
 }  // namespace turbidock::tuning
-
-template <>
-struct turbidock::EnumNames<turbidock::tuning::Algorithm> {
-  using E = turbidock::tuning::Algorithm;
-  static constexpr auto kNames = std::to_array<std::pair<E, const char*>>({
-      {E::kCmaEs, "cma_es"},
-      {E::kSade, "sade"},
-      {E::kDe1220, "de1220"},
-      {E::kNsga2, "nsga2"},
-  });
-};

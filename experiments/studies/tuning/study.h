@@ -32,6 +32,10 @@ namespace turbidock::tuning {
 inline constexpr int kStudySchema = 1;
 
 enum class Scale { kLinear, kLog };
+constexpr auto Names(Scale) {
+  using enum Scale;
+  return EnumList<Scale>({{kLinear, "linear"}, {kLog, "log"}});
+}
 
 struct GainRange {
   std::string key;
@@ -189,10 +193,3 @@ class Study {
 Study LoadStudy(const std::string& name);
 
 }  // namespace turbidock::tuning
-
-template <>
-struct turbidock::EnumNames<turbidock::tuning::Scale> {
-  using E = turbidock::tuning::Scale;
-  static constexpr auto kNames =
-      std::to_array<std::pair<E, const char*>>({{E::kLinear, "linear"}, {E::kLog, "log"}});
-};

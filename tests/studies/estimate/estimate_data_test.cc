@@ -193,19 +193,21 @@ TEST_F(Estimate, HonoursAnOpenCvCalibration) {
   const std::string file = File("stereo.yml", CalibrationText("-0.15, 0.002, 0.004"));
   const config::RigFromFile rig = config::LoadRig({file}, 640, 480);
   // The head is midway, y points to the left camera, x ahead.
-  EXPECT_NEAR((rig.rig.X_HL.p + rig.rig.X_HR.p).norm(), 0, 1e-12);
-  EXPECT_NEAR(rig.rig.X_HL.p.y(), 0.5 * std::hypot(0.15, 0.002, 0.004), 1e-6);  // R has six digits
-  EXPECT_NEAR(rig.rig.X_HL.p.x(), 0, 1e-12);
+  EXPECT_NEAR((rig.rig.left.X_HC.p + rig.rig.right.X_HC.p).norm(), 0, 1e-12);
+  EXPECT_NEAR(rig.rig.left.X_HC.p.y(), 0.5 * std::hypot(0.15, 0.002, 0.004),
+              1e-6);  // R has six digits
+  EXPECT_NEAR(rig.rig.left.X_HC.p.x(), 0, 1e-12);
   // A point seen from both cameras is related by R and T.
-  const Eigen::Vector3d p_L(0.1, -0.2, 0.9), p_R = rig.rig.X_HR.Inverse() * (rig.rig.X_HL * p_L);
+  const Eigen::Vector3d p_L(0.1, -0.2, 0.9),
+      p_R = rig.rig.right.X_HC.Inverse() * (rig.rig.left.X_HC * p_L);
   Eigen::Matrix3d R;
   R << std::cos(0.06), 0, std::sin(0.06), 0, 1, 0, -std::sin(0.06), 0, std::cos(0.06);
   EXPECT_LT((R * p_L + Eigen::Vector3d(-0.15, 0.002, 0.004) - p_R).norm(), 1e-5);
 
   vision::MarkerParams marker;
   const StereoImage plain = PaintMarker(marker, rig.rig, kPose, {}, nullptr);
-  media::WritePng(Path("left.png"), ThroughLens(plain.left, rig.rig.left, rig.left_distortion));
-  media::WritePng(Path("right.png"), ThroughLens(plain.right, rig.rig.right, rig.right_distortion));
+  media::WritePng(Path("left.png"), ThroughLens(plain.left, rig.rig.left, rig.distortion.left));
+  media::WritePng(Path("right.png"), ThroughLens(plain.right, rig.rig.right, rig.distortion.right));
   const Json result = Run({"--left", Path("left.png"), "--right", Path("right.png"), "--rig", file,
                            "--set", "marker.box_m=[0,0,0]"});
   EXPECT_LT((PoseOf(result).p - kPose.p).norm(), 0.003);

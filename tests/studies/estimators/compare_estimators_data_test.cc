@@ -34,7 +34,7 @@ TEST(CompareEstimators, EachSpendsItsBudgetRepeatsAndClimbs) {
 
 TEST(CompareEstimators, ANameMayCarryKeysOfTheSearch) {
   trial::Scenario scenario = recognition::RecognitionScenario(recognition::MarkerKind::kActive, {});
-  const StereoImage blank{0, Image3u8(640, 480, 8), Image3u8(640, 480, 8)};
+  const StereoImage blank{{Image3u8(640, 480, 8), Image3u8(640, 480, 8)}};
   const auto evaluations = [&](const std::string& name) {
     return MakeEstimator(name, scenario, 3)->Update(blank).evaluations;
   };

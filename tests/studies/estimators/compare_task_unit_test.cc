@@ -25,7 +25,7 @@ class CompareTaskTest : public ::testing::Test {
   int CentresInSight(const Pose& X_HM) const {
     int count = 0;
     for (const auto& [camera, X_HC] :
-         {std::pair{rig_.left, rig_.X_HL}, std::pair{rig_.right, rig_.X_HR}})
+         {std::pair{rig_.left, rig_.left.X_HC}, std::pair{rig_.right, rig_.right.X_HC}})
       for (const vision::BallParams& ball : scenario_.marker.balls) {
         const Eigen::Vector3d p_CQ = X_HC.Inverse() * (X_HM * ball.p_MQ_m);
         const double right = p_CQ.x() / p_CQ.z(), down = p_CQ.y() / p_CQ.z();

@@ -65,7 +65,7 @@ inline trial::TrialLog SyntheticTrial(double seconds) {
 inline std::vector<vision::ProjectedBall> SyntheticBalls(const Pose& X_HM, bool left) {
   const StereoRig rig = RigParams{}.MakeRig();
   const CameraIntrinsics& camera = left ? rig.left : rig.right;
-  const Pose X_CM = (left ? rig.X_HL : rig.X_HR).Inverse() * X_HM;
+  const Pose X_CM = (left ? rig.left.X_HC : rig.right.X_HC).Inverse() * X_HM;
   const std::array<std::pair<Eigen::Vector3d, std::array<uint8_t, 3>>, 3> balls = {
       {{{-0.07, 0, 0}, {26, 255, 26}},
        {{0, 0, 0.07}, {255, 26, 26}},

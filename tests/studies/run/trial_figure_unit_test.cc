@@ -190,7 +190,7 @@ TEST(Figure, AwkwardTrialsCanBeDrawn) {
   // own
   trial::TrialLog restless = testing::SyntheticTrial(3);
   for (size_t k = 0; k < restless.frames.size(); ++k)
-    restless.frames[k].stage = trial::kStages[k % 4];
+    restless.frames[k].stage = EnumNames<control::Stage>::kNames[k % 4].first;
   restless.frames[40].est_X_HM.p.y() = NAN;
   const FigureInfo info{.title = "it's 50 % \"milk\" $x `date` @a_b^{c}",
                         .outcome = "two\nlines \\n",

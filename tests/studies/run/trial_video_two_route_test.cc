@@ -38,11 +38,12 @@ std::vector<Image3u8> WriteFilm(const std::string& path) {
   std::vector<Image3u8> pictures;
   for (int i = 0; i < kFrames; ++i) {
     const trial::FrameRecord& record = log.frames[static_cast<size_t>(i)];
-    const auto left = testing::SyntheticBalls(record.true_X_HM, true);
-    const auto right = testing::SyntheticBalls(record.true_X_HM, false);
-    StereoImage images{.left = testing::SyntheticImage(left, 60, &rng),
-                       .right = testing::SyntheticImage(right, 60, &rng)};
-    const media::Canvas& canvas = composer.Compose({images, left, right, record});
+    const Stereo<std::vector<vision::ProjectedBall>> balls = {
+        testing::SyntheticBalls(record.true_X_HM, true),
+        testing::SyntheticBalls(record.true_X_HM, false)};
+    const StereoImage images{{testing::SyntheticImage(balls.left, 60, &rng),
+                              testing::SyntheticImage(balls.right, 60, &rng)}};
+    const media::Canvas& canvas = composer.Compose({images, balls, record});
     pictures.push_back(canvas.ToImage());
     writer.Add(canvas);
   }

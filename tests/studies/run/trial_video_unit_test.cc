@@ -17,7 +17,7 @@ namespace {
 using ::testing::HasSubstr;
 using vision::ProjectedBall;
 
-const std::vector<ProjectedBall> kNoBalls;
+const Stereo<std::vector<ProjectedBall>> kNone;
 
 trial::FrameRecord Record(double time_s, double fitness) {
   trial::FrameRecord record;
@@ -29,7 +29,7 @@ trial::FrameRecord Record(double time_s, double fitness) {
 
 // A pair of images whose pixels tell where they come from.
 StereoImage Gradients(int width, int height) {
-  StereoImage images{.left = Image3u8(width, height), .right = Image3u8(width, height)};
+  StereoImage images{{Image3u8(width, height), Image3u8(width, height)}};
   for (int v = 0; v < height; ++v) {
     for (int u = 0; u < width; ++u) {
       const uint8_t left[] = {static_cast<uint8_t>(u), static_cast<uint8_t>(v), 40};
@@ -48,7 +48,7 @@ int Difference(const uint8_t* a, const std::array<int, 3>& b) {
 TEST(VideoComposer, ShowsBothCamerasPixelByPixel) {
   VideoComposer composer({});
   const StereoImage images = Gradients(640, 480);
-  const Image3u8 picture = composer.Compose({images, kNoBalls, kNoBalls, Record(0, 0.8)}).ToImage();
+  const Image3u8 picture = composer.Compose({images, kNone, Record(0, 0.8)}).ToImage();
   ASSERT_EQ(picture.width(), 1280);
   ASSERT_EQ(picture.height(), 720);
   // away from the words at the upper and lower edge and from the seam in the middle
@@ -63,11 +63,11 @@ TEST(VideoComposer, ShowsBothCamerasPixelByPixel) {
 }
 
 TEST(VideoComposer, DotsHaveTheBallsColorOnItsCircle) {
-  StereoImage images{.left = Image3u8(640, 480, 0), .right = Image3u8(640, 480, 255)};
+  StereoImage images{{Image3u8(640, 480, 0), Image3u8(640, 480, 255)}};
   const std::vector<ProjectedBall> left = {{{300, 200}, 40, {255, 0, 0}}};
   const std::vector<ProjectedBall> right = {{{100, 250}, 60, {0, 0, 255}}};
   VideoComposer composer({});
-  const Image3u8 picture = composer.Compose({images, left, right, Record(0, 0.8)}).ToImage();
+  const Image3u8 picture = composer.Compose({images, {left, right}, Record(0, 0.8)}).ToImage();
   // the first dot is to the right of the centre
   EXPECT_LE(Difference(picture.at(340, 200), {255, 0, 0}), 8);
   EXPECT_LE(Difference(picture.at(640 + 160, 250), {0, 0, 255}), 8);
@@ -80,11 +80,11 @@ TEST(VideoComposer, DotsHaveTheBallsColorOnItsCircle) {
 }
 
 TEST(VideoComposer, UndetectedMarkerIsDrawnFaintly) {
-  StereoImage images{.left = Image3u8(640, 480, 0), .right = Image3u8(640, 480, 0)};
+  StereoImage images{{Image3u8(640, 480, 0), Image3u8(640, 480, 0)}};
   const std::vector<ProjectedBall> balls = {{{300, 200}, 40, {255, 0, 0}}};
   const auto red = [&](double fitness) {
     VideoComposer composer({});
-    return composer.Compose({images, balls, balls, Record(0, fitness)}).ToImage().at(340, 200)[0];
+    return composer.Compose({images, {balls, balls}, Record(0, fitness)}).ToImage().at(340, 200)[0];
   };
   EXPECT_GT(red(0.22), 250);
   EXPECT_LT(red(0.21), 200);
@@ -92,11 +92,11 @@ TEST(VideoComposer, UndetectedMarkerIsDrawnFaintly) {
 
 // A ball that cannot be drawn is left out, and one beyond the edge does not reach the other camera.
 TEST(VideoComposer, CirclesStayInTheirImage) {
-  StereoImage images{.left = Image3u8(640, 480, 0), .right = Image3u8(640, 480, 0)};
+  StereoImage images{{Image3u8(640, 480, 0), Image3u8(640, 480, 0)}};
   const std::vector<ProjectedBall> right = {
       {{0, 200}, 80, {255, 0, 0}}, {{NAN, 200}, 30, {255, 0, 0}}, {{200, 200}, 0, {255, 0, 0}}};
   VideoComposer composer({});
-  const Image3u8 picture = composer.Compose({images, kNoBalls, right, Record(0, 0.8)}).ToImage();
+  const Image3u8 picture = composer.Compose({images, {{}, right}, Record(0, 0.8)}).ToImage();
   for (int v = 40; v < 440; ++v)
     for (int u = 400; u < 639; ++u) ASSERT_EQ(picture.at(u, v)[0], 0) << u << "," << v;
   EXPECT_EQ(picture.at(840, 200)[0], 0);
@@ -105,10 +105,10 @@ TEST(VideoComposer, CirclesStayInTheirImage) {
 
 // Images of half the size fill the same panel; pixel (u, v) covers 2 x 2 pixels of the film.
 TEST(VideoComposer, OtherImageSizesAreScaledWithTheirCircles) {
-  StereoImage images{.left = Image3u8(320, 240, 0), .right = Image3u8(320, 240, 0)};
+  StereoImage images{{Image3u8(320, 240, 0), Image3u8(320, 240, 0)}};
   const std::vector<ProjectedBall> balls = {{{100, 120}, 30, {255, 0, 0}}};
   VideoComposer composer({});
-  const Image3u8 picture = composer.Compose({images, balls, kNoBalls, Record(0, 0.8)}).ToImage();
+  const Image3u8 picture = composer.Compose({images, {balls, {}}, Record(0, 0.8)}).ToImage();
   // centre (2 * 100.5 - 0.5, 2 * 120.5 - 0.5), radius 60
   EXPECT_LE(Difference(picture.at(260, 240), {255, 0, 0}), 40);
   EXPECT_LE(Difference(picture.at(261, 241), {255, 0, 0}), 40);
@@ -119,9 +119,8 @@ TEST(VideoComposer, ChartsMakeRoomForTheSpectator) {
   Image3u8 spectator(320, 240);
   for (size_t i = 0; i < spectator.pixels(); ++i) spectator.data()[3 * i] = 200;
   VideoComposer with({}), without({});
-  const Image3u8 a =
-      with.Compose({images, kNoBalls, kNoBalls, Record(0, 0.8), &spectator}).ToImage();
-  const Image3u8 b = without.Compose({images, kNoBalls, kNoBalls, Record(0, 0.8)}).ToImage();
+  const Image3u8 a = with.Compose({images, kNone, Record(0, 0.8), &spectator}).ToImage();
+  const Image3u8 b = without.Compose({images, kNone, Record(0, 0.8)}).ToImage();
   EXPECT_EQ(a.at(160, 600)[0], 200);
   EXPECT_EQ(a.at(318, 718)[0], 200);
   EXPECT_LT(a.at(322, 600)[0], 60);
@@ -131,12 +130,12 @@ TEST(VideoComposer, ChartsMakeRoomForTheSpectator) {
 // The chart of F: a constant F leaves a line of the estimate's colour at one row of the film, and
 // two values are as far apart as their share of the range.
 TEST(VideoComposer, FitnessRunsAtItsHeight) {
-  const StereoImage images{.left = Image3u8(640, 480), .right = Image3u8(640, 480)};
+  const StereoImage images{{Image3u8(640, 480), Image3u8(640, 480)}};
   const auto row_of = [&](double fitness) {
     VideoComposer composer({});
     const media::Canvas* canvas = nullptr;
     for (int i = 0; i < 300; ++i)
-      canvas = &composer.Compose({images, kNoBalls, kNoBalls, Record(0.03 * i, fitness)});
+      canvas = &composer.Compose({images, kNone, Record(0.03 * i, fitness)});
     const Image3u8 picture = canvas->ToImage();
     double weight = 0, moment = 0;
     for (int v = 520; v < 606; ++v) {
