@@ -49,10 +49,8 @@ std::string FindBundled(const std::string& folder, const std::string& what,
     return AssetPath(folder + "/" + name + ".yaml");
   std::string list;
   for (const std::string& known : bundled) list += (list.empty() ? "" : ", ") + known;
-  const std::string nearest = NearestName(name, bundled);
   throw ConfigError(name + ": no such file, and no bundled " + what + " of that name" +
-                    (nearest.empty() ? "" : "; did you mean " + nearest + "?") +
-                    " (bundled: " + list + ")");
+                    DidYouMean(name, bundled) + " (bundled: " + list + ")");
 }
 
 }  // namespace turbidock::config

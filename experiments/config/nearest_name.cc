@@ -43,4 +43,9 @@ std::string NearestName(const std::string& word, const std::vector<std::string>&
   return best.empty() && longer_count == 1 ? longer : best;
 }
 
+std::string DidYouMean(const std::string& word, const std::vector<std::string>& known) {
+  const std::string nearest = NearestName(word, known);
+  return nearest.empty() ? "" : "; did you mean " + nearest + "?";
+}
+
 }  // namespace turbidock::config

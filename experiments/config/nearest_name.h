@@ -10,4 +10,7 @@ namespace turbidock::config {
 // one that begins like it (a key without its unit). Empty if there is none.
 std::string NearestName(const std::string& word, const std::vector<std::string>& known);
 
+// "; did you mean NAME?" of that word, to end a message; empty if there is none.
+std::string DidYouMean(const std::string& word, const std::vector<std::string>& known);
+
 }  // namespace turbidock::config

@@ -13,6 +13,7 @@
 #include "experiments/config/nearest_name.h"
 #include "experiments/config/yaml_fields.h"
 #include "experiments/statistics/sampling.h"
+#include "experiments/system/output_path.h"
 #include "sim/base/random.h"
 
 namespace turbidock::farm {
@@ -370,10 +371,7 @@ std::string Plan::hash() const { return Hex(XXH64(resolved_.data(), resolved_.si
 
 Plan LoadPlan(const std::string& name, const PlanOverrides& overrides) {
   const std::string file = config::FindPlan(name);
-  std::ifstream stream(file, std::ios::binary);
-  const std::string text(std::istreambuf_iterator<char>(stream), {});
-  if (!stream) throw ConfigError(file + ": cannot be read");
-  return Plan(text, file, overrides);
+  return Plan(system::ReadWhole(file), file, overrides);
 }
 
 Shard ParseShard(const std::string& text) {

@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <iterator>
 #include <system_error>
 
 #include "sim/base/check.h"
@@ -34,6 +35,13 @@ void WriteWhole(const std::filesystem::path& path, const std::string& text) {
     std::filesystem::remove(partial);
     throw ConfigError(path.string() + ": cannot be written: " + error.message());
   }
+}
+
+std::string ReadWhole(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string text(std::istreambuf_iterator<char>(file), {});
+  if (!file) throw ConfigError(path.string() + ": cannot be read");
+  return text;
 }
 
 }  // namespace turbidock::system

@@ -4,13 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <set>
 
 #include "experiments/config/data_files.h"
 #include "experiments/config/nearest_name.h"
 #include "experiments/config/yaml_fields.h"
+#include "experiments/system/output_path.h"
 #include "sim/base/check.h"
 #include "sim/base/random.h"
 
@@ -44,11 +43,6 @@ std::vector<std::string> NumberKeys() {
     if (doc.key.find("[]") == std::string::npos && NumberOf(doc.key, &scenario))
       keys.push_back(doc.key);
   return keys;
-}
-
-std::string Suggestion(const std::string& name, const std::vector<std::string>& known) {
-  const std::string nearest = config::NearestName(name, known);
-  return nearest.empty() ? "" : "; did you mean " + nearest + "?";
 }
 
 const trial::Figure* FindFigure(const std::string& name) {
@@ -116,7 +110,7 @@ void StudySettings::Check(const std::string& path) const {
     const std::string key = at("gains[" + std::to_string(i) + "]");
     if (std::find(numbers.begin(), numbers.end(), gain.key) == numbers.end())
       throw ConfigError(key + ".key", "'" + gain.key + "' is no number of a scenario" +
-                                          Suggestion(gain.key, numbers));
+                                          config::DidYouMean(gain.key, numbers));
     if (!seen.insert(gain.key).second)
       throw ConfigError(key + ".key", "'" + gain.key + "' is tuned already");
     if (gain.low >= gain.high)
@@ -129,7 +123,7 @@ void StudySettings::Check(const std::string& path) const {
     if (!FindFigure(objective[i].metric))
       throw ConfigError(at("objective[" + std::to_string(i) + "].metric"),
                         "'" + objective[i].metric + "' is produced by no trial" +
-                            Suggestion(objective[i].metric, FigureNames()));
+                            config::DidYouMean(objective[i].metric, FigureNames()));
   const bool pareto = optimiser.algorithm == Algorithm::kNsga2;
   if (pareto && objective.size() < 2)
     throw ConfigError(at("objective"), "nsga2 needs at least two terms");
@@ -238,9 +232,7 @@ std::string Study::hash() const {
 
 Study LoadStudy(const std::string& name) {
   const std::string path = config::FindBundled("studies", "study", name);
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw ConfigError(path + ": cannot be read");
-  return Study({std::istreambuf_iterator<char>(file), {}}, path);
+  return Study(system::ReadWhole(path), path);
 }
 
 }  // namespace turbidock::tuning
