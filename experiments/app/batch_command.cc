@@ -2,7 +2,6 @@
 
 #include <cstdio>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <vector>
 
@@ -15,6 +14,7 @@
 #include "experiments/farm/plan.h"
 #include "experiments/farm/result_store.h"
 #include "experiments/farm/summary.h"
+#include "experiments/report/json.h"
 #include "experiments/studies/curve/success_curve.h"
 #include "experiments/system/build_info.h"
 
@@ -124,16 +124,17 @@ int Status(const StatusArguments& arguments) {
   const bool running = farm::IsLocked(arguments.file);
   const std::vector<farm::GroupSummary> groups = farm::Summarise(trials, arguments.by);
   if (arguments.json) {
-    const nlohmann::ordered_json json = {
-        {"kind", header.kind},
-        {"plan_hash", header.plan_hash},
-        {"build", header.build},
-        {"shard", header.shard.Text()},
-        {"trials", total},
-        {"done", std::ssize(trials)},
-        {"running", running},
-        {"groups", nlohmann::ordered_json::parse(farm::SummaryJson(arguments.by, groups))}};
-    fmt::print("{}\n", json.dump(2));
+    fmt::print(
+        "{}",
+        report::JsonText(
+            {{"kind", header.kind},
+             {"plan_hash", header.plan_hash},
+             {"build", header.build},
+             {"shard", header.shard.Text()},
+             {"trials", total},
+             {"done", std::ssize(trials)},
+             {"running", running},
+             {"groups", report::ParseJson(farm::SummaryJson(arguments.by, groups), "groups")}}));
     return kExitDone;
   }
   fmt::print("{}: {}, plan {}, written by {}{}\n", arguments.file, header.kind, header.plan_hash,
@@ -166,7 +167,7 @@ int Curve(const CurveArguments& arguments) {
 }
 
 int ListPlans(bool json) {
-  auto list = nlohmann::ordered_json::array();
+  auto list = report::Json::array();
   for (const std::string& name : config::BundledPlans()) {
     const farm::Plan plan = farm::LoadPlan(name);
     if (json)
@@ -176,7 +177,7 @@ int ListPlans(bool json) {
     else
       fmt::print("{:20} {:6} trials  {}\n", name, plan.trials(), plan.settings().description);
   }
-  if (json) fmt::print("{}\n", list.dump(2));
+  if (json) fmt::print("{}", report::JsonText(list));
   return kExitDone;
 }
 

@@ -16,15 +16,13 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <nlohmann/json.hpp>
 #include <utility>
 
+#include "experiments/report/json.h"
 #include "sim/base/check.h"
 
 namespace turbidock::farm {
 namespace {
-
-using Json = nlohmann::json;
 
 constexpr size_t kLongestLog = 4000;  // bytes of a job's output that are kept
 constexpr int kExitByException = 70;
@@ -53,11 +51,8 @@ bool ReceiveSome(int socket, std::string* text) {
   return true;
 }
 
-// A message is a line of JSON, which has no line breaks of its own. Bytes that are no UTF-8 (in a
-// crash report, say) are replaced.
-std::string Line(const Json& json) {
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
-}
+// A message is a line of JSON, which has no line breaks of its own.
+std::string Line(const report::Json& json) { return report::JsonLine(json) + "\n"; }
 
 // ------------------------------------------------------------------------------------ in the child
 
@@ -95,23 +90,27 @@ void OfferToOomKiller() {
   close(file);
 }
 
-Json DoJob(const WorkerPool::Work& work, const std::string& input) {
-  Json reply = {{"end", JobEnd::kDone}};
+JobResult DoJob(const WorkerPool::Work& work, const std::string& input) {
+  JobResult result;
   const double cpu_start_s = CpuTime();
+  const auto fail = [&result](JobEnd end, const std::exception& error) {
+    result.end = end;
+    result.error = error.what();
+  };
   try {
-    reply["output"] = work(input);
+    result.output = work(input);
   } catch (const ConfigError& error) {
-    reply = {{"end", JobEnd::kBadInput}, {"error", error.what()}};
+    fail(JobEnd::kBadInput, error);
   } catch (const SimulatorFault& error) {
-    reply = {{"end", JobEnd::kFault}, {"error", error.what()}};
+    fail(JobEnd::kFault, error);
   } catch (const std::exception& error) {  // out of memory: nothing in here can be trusted any more
     std::fprintf(stderr, "%s\n", error.what());
     std::fflush(nullptr);
     _exit(kExitByException);
   }
-  reply["cpu_time_s"] = CpuTime() - cpu_start_s;
-  reply["rss_bytes"] = ResidentBytes();
-  return reply;
+  result.cpu_time_s = CpuTime() - cpu_start_s;
+  result.rss_bytes = ResidentBytes();
+  return result;
 }
 
 [[noreturn]] void RunWorker(int socket, const WorkerPool::Work& work) {
@@ -120,9 +119,9 @@ Json DoJob(const WorkerPool::Work& work, const std::string& input) {
     size_t end = 0;
     while ((end = received.find('\n')) == std::string::npos)
       if (!ReceiveSome(socket, &received)) _exit(0);
-    const Json job = Json::parse(received.substr(0, end));
+    const std::string input = report::ParseJson(received.substr(0, end), "a worker's job");
     received.erase(0, end + 1);
-    const Json reply = DoJob(work, job["input"].get<std::string>());
+    const JobResult reply = DoJob(work, input);
     std::fflush(nullptr);  // what the work wrote belongs to this job's log
     if (!Send(socket, Line(reply))) _exit(0);
   }
@@ -230,7 +229,7 @@ void WorkerPool::HandOut() {
     if (worker.job) continue;
     const Job& job = waiting_.front();
     if (ftruncate(worker.log, 0) != 0) throw SimulatorFault(SystemError("cannot clear a log"));
-    const std::string line = Line({{"input", job.input}});
+    const std::string line = Line(job.input);
     if (!Send(worker.socket, line)) {  // somebody killed it while it had nothing to do
       Stop(&worker);
       Start(&worker);
@@ -242,11 +241,8 @@ void WorkerPool::HandOut() {
   }
 }
 
-JobResult WorkerPool::Ended(Worker* worker, JobEnd end, std::string error) {
-  JobResult result;
+JobResult WorkerPool::Ended(Worker* worker, JobResult result) {
   result.id = *worker->job;
-  result.end = end;
-  result.error = std::move(error);
   result.log = LogText(worker->log);
   result.wall_time_s = std::chrono::duration<double>(Clock::now() - worker->started).count();
   worker->job.reset();
@@ -259,7 +255,10 @@ JobResult WorkerPool::Died(Worker* worker) {
   while (waitpid(worker->pid, &status, 0) < 0 && errno == EINTR) {
   }
   worker->pid = -1;
-  JobResult result = Ended(worker, JobEnd::kCrashed, EndText(status));
+  JobResult result;
+  result.end = JobEnd::kCrashed;
+  result.error = EndText(status);
+  result = Ended(worker, std::move(result));
   Stop(worker);
   Start(worker);
   return result;
@@ -277,13 +276,9 @@ bool WorkerPool::Receive(Worker* worker) {
     return true;
   }
   if (!worker->received.ends_with('\n')) return false;
-  const Json reply = Json::parse(worker->received);
+  ended_.push_back(
+      Ended(worker, report::ParseJson(worker->received, "a worker's reply").get<JobResult>()));
   worker->received.clear();
-  JobResult result = Ended(worker, reply["end"].get<JobEnd>(), reply.value("error", ""));
-  result.output = reply.value("output", "");
-  result.cpu_time_s = reply["cpu_time_s"];
-  result.rss_bytes = reply["rss_bytes"];
-  ended_.push_back(std::move(result));
   return true;
 }
 

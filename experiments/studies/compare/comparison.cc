@@ -26,9 +26,8 @@ bool Has(const std::vector<std::string>& list, const std::string& word) {
 void RequireKnown(const std::vector<std::string>& words, const std::vector<std::string>& known) {
   for (const std::string& word : words) {
     if (Has(known, word)) continue;
-    const std::string nearest = config::NearestName(word, known);
     throw ConfigError(word + ": is no parameter of these results" +
-                      (nearest.empty() ? "" : "; did you mean " + nearest + "?"));
+                      config::DidYouMean(word, known));
   }
 }
 
@@ -128,14 +127,12 @@ trial::Figure MetricNamed(const std::string& name) {
     if (figure.name == name) return figure;
     names.push_back(figure.name);
   }
-  const std::string nearest = config::NearestName(name, names);
-  throw ConfigError(name + ": is no metric of these results" +
-                    (nearest.empty() ? "" : "; did you mean " + nearest + "?"));
+  throw ConfigError(name + ": is no metric of these results" + config::DidYouMean(name, names));
 }
 
 MetricComparison CompareMetric(const std::vector<TrialPair>& pairs, const trial::Figure& metric) {
   MetricComparison c;
-  c.name = metric.name;
+  c.metric = metric.name;
   std::vector<double> in_a, in_b, differences;
   for (const TrialPair& pair : pairs) {
     const auto a = metric.of(pair.a), b = metric.of(pair.b);
@@ -150,9 +147,9 @@ MetricComparison CompareMetric(const std::vector<TrialPair>& pairs, const trial:
   c.pairs = std::ssize(differences);
   c.median_a = statistics::Median(std::move(in_a));
   c.median_b = statistics::Median(std::move(in_b));
-  c.interval = statistics::MedianInterval(differences);
+  c.interval_95 = statistics::MedianInterval(differences);
   c.median_difference = statistics::Median(std::move(differences));
-  c.larger_share = statistics::WilsonInterval(c.larger, c.larger + c.smaller);
+  c.larger_share_interval_95 = statistics::WilsonInterval(c.larger, c.larger + c.smaller);
   c.p_value = statistics::McNemarExactP(c.larger, c.smaller);
   return c;
 }

@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <string_view>
 
 #include "experiments/config/nearest_name.h"
+#include "experiments/report/table.h"
+#include "experiments/system/output_path.h"
 #include "sim/base/check.h"
 
 namespace turbidock::measured {
@@ -39,11 +39,6 @@ std::vector<Line> SplitLines(const std::string& text) {
 
 [[noreturn]] void Fail(const std::string& file, size_t line, const std::string& problem) {
   throw ConfigError(fmt::format("{}:{}: {}", file, line, problem));
-}
-
-std::string Suggestion(const std::string& word, const std::vector<std::string>& known) {
-  const std::string nearest = config::NearestName(word, known);
-  return nearest.empty() ? "" : "; did you mean " + nearest + "?";
 }
 
 std::vector<std::string> ParseRow(const std::string& text, const std::string& file, size_t line) {
@@ -90,7 +85,8 @@ void ReadOrigin(const std::string& text, const std::string& file, size_t line, T
   const auto single = singles.find(key);
   if (single == singles.end())
     Fail(file, line,
-         "unknown key " + key + Suggestion(key, {"title", "command", "build", "machine", "date"}));
+         "unknown key " + key +
+             config::DidYouMean(key, {"title", "command", "build", "machine", "date"}));
   if (!single->second->empty()) Fail(file, line, key + " is given twice");
   *single->second = value;
 }
@@ -106,20 +102,6 @@ void RequireOrigin(const Table& table, const std::string& file, size_t line) {
       Fail(file, line,
            fmt::format("no \"# {}: ...\" before the table (write \"{}\" where it is not known)",
                        key, kNotRecorded));
-}
-
-// A row of Markdown; a bar inside a cell is escaped.
-std::string MarkdownRow(const std::vector<std::string>& cells) {
-  std::string row = "|";
-  for (const std::string& cell : cells) {
-    row += ' ';
-    for (const char c : cell) {
-      if (c == '|') row += '\\';
-      row += c;
-    }
-    row += cell.empty() ? "|" : " |";
-  }
-  return row;
 }
 
 std::string CodeSpan(const std::string& text) {
@@ -162,7 +144,7 @@ const Table& TableOf(const Block& block, const std::string& page, const Tables& 
   std::vector<std::string> known;
   for (const auto& [name, table] : tables) known.push_back(name);
   Fail(page, block.begin + 1,
-       "no result file " + block.name + ".csv" + Suggestion(block.name, known));
+       "no result file " + block.name + ".csv" + config::DidYouMean(block.name, known));
 }
 
 }  // namespace
@@ -195,19 +177,17 @@ Tables LoadTables(const std::string& folder) {
   Tables tables;
   for (const auto& entry : fs::directory_iterator(folder, error)) {
     if (entry.path().extension() != ".csv") continue;
-    std::ifstream file(entry.path(), std::ios::binary);
-    const std::string text(std::istreambuf_iterator<char>(file), {});
-    if (!file) throw ConfigError(entry.path().string() + ": cannot be read");
-    tables[entry.path().stem().string()] = ParseTable(text, entry.path().string());
+    tables[entry.path().stem().string()] =
+        ParseTable(system::ReadWhole(entry.path()), entry.path().string());
   }
   if (error) throw ConfigError(folder + ": " + error.message());
   return tables;
 }
 
 std::vector<std::string> MarkdownLines(const Table& table) {
-  std::vector<std::string> lines = {MarkdownRow(table.columns), "|"};
+  std::vector<std::string> lines = {report::MarkdownRow(table.columns), "|"};
   for (size_t i = 0; i < table.columns.size(); ++i) lines.back() += "---|";
-  for (const auto& row : table.rows) lines.push_back(MarkdownRow(row));
+  for (const auto& row : table.rows) lines.push_back(report::MarkdownRow(row));
   std::string origin = table.title + ".";
   for (const std::string& command : table.commands)
     origin += command == kNotRecorded ? " Command: not recorded."
