@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <cstdio>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <vector>
 
@@ -14,6 +13,7 @@
 #include "experiments/farm/plan.h"
 #include "experiments/farm/result_store.h"
 #include "experiments/farm/summary.h"
+#include "experiments/report/json.h"
 #include "experiments/studies/curve/success_curve.h"
 #include "experiments/system/build_info.h"
 
@@ -123,16 +123,17 @@ int Status(const StatusArguments& arguments) {
   const bool running = farm::IsLocked(arguments.file);
   const std::vector<farm::GroupSummary> groups = farm::Summarise(trials, arguments.by);
   if (arguments.json) {
-    const nlohmann::ordered_json json = {
-        {"kind", header.kind},
-        {"plan_hash", header.plan_hash},
-        {"build", header.build},
-        {"shard", header.shard.Text()},
-        {"trials", total},
-        {"done", std::ssize(trials)},
-        {"running", running},
-        {"groups", nlohmann::ordered_json::parse(farm::SummaryJson(arguments.by, groups))}};
-    fmt::print("{}\n", json.dump(2));
+    fmt::print(
+        "{}",
+        report::JsonText(
+            {{"kind", header.kind},
+             {"plan_hash", header.plan_hash},
+             {"build", header.build},
+             {"shard", header.shard.Text()},
+             {"trials", total},
+             {"done", std::ssize(trials)},
+             {"running", running},
+             {"groups", report::ParseJson(farm::SummaryJson(arguments.by, groups), "groups")}}));
     return kExitDone;
   }
   fmt::print("{}: {}, plan {}, written by {}{}\n", arguments.file, header.kind, header.plan_hash,
@@ -170,7 +171,7 @@ struct PlansArguments {
 
 int ListPlans(const PlansArguments& arguments) {
   const bool json = arguments.json;
-  auto list = nlohmann::ordered_json::array();
+  auto list = report::Json::array();
   for (const std::string& name : config::BundledPlans()) {
     const farm::Plan plan = farm::LoadPlan(name);
     if (json)
@@ -180,7 +181,7 @@ int ListPlans(const PlansArguments& arguments) {
     else
       fmt::print("{:20} {:6} trials  {}\n", name, plan.trials(), plan.settings().description);
   }
-  if (json) fmt::print("{}\n", list.dump(2));
+  if (json) fmt::print("{}", report::JsonText(list));
   return kExitDone;
 }
 

@@ -22,12 +22,6 @@ std::string Duration(double seconds) {
   return fmt::format("{}:{:02} h", s / 3600, s / 60 % 60);
 }
 
-std::string TimeToGo(std::chrono::steady_clock::time_point start, int done, int of) {
-  const double elapsed_s =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  return Duration(elapsed_s / done * (of - done));
-}
-
 Progress::Progress(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_FILENO) != 0) {}
 
 Progress::~Progress() { Clear(); }
@@ -44,7 +38,7 @@ void Progress::Show(double share, const std::string& words) {
 }
 
 void Progress::ShowOrSay(double share, const std::string& words, double every_s) {
-  const auto now = std::chrono::steady_clock::now();
+  const auto now = Clock::now();
   const double since_s = std::chrono::duration<double>(now - last_line_).count();
   if (terminal_) {
     constexpr double kRedraw_s = 0.5;  // a time that counts down is redrawn also without progress
@@ -58,14 +52,18 @@ void Progress::ShowOrSay(double share, const std::string& words, double every_s)
   }
 }
 
+void Progress::ShowDone(int done, int of, const std::string& what, double every_s) {
+  const double elapsed_s = std::chrono::duration<double>(Clock::now() - start_).count();
+  ShowOrSay(static_cast<double>(done) / of,
+            fmt::format("{} of {} {}, {} to go", done, of, what,
+                        Duration(elapsed_s / done * (of - done))),
+            every_s);
+}
+
 void Progress::Say(const std::string& line) {
   if (quiet_) return;
   Clear();
   std::fprintf(stderr, "%s\n", line.c_str());
-}
-
-void Progress::SayOffTerminal(const std::string& line) {
-  if (!terminal_) Say(line);
 }
 
 void Progress::Clear() {

@@ -9,8 +9,6 @@ namespace turbidock::app {
 
 // "12 s", "3:05 min", "1:20 h".
 std::string Duration(double seconds);
-// What is left of work that began then, when `done` of `of` equal parts have been done.
-std::string TimeToGo(std::chrono::steady_clock::time_point start, int done, int of);
 
 class Progress {
  public:
@@ -23,18 +21,21 @@ class Progress {
   void Show(double share, const std::string& words);
   // The same for hours of work: off a terminal, a plain line at most every `every_s`.
   void ShowOrSay(double share, const std::string& words, double every_s);
+  // The same of equal parts, of which the first was begun when this was made: "3 of 12 cells, 40 s
+  // to go".
+  void ShowDone(int done, int of, const std::string& what, double every_s);
   // A line that stays.
   void Say(const std::string& line);
-  // The same, but not on a terminal, where the bar shows it.
-  void SayOffTerminal(const std::string& line);
 
  private:
   void Clear();
 
+  using Clock = std::chrono::steady_clock;
+
   bool quiet_, terminal_;
   bool shown_ = false;
   double last_share_ = -1;
-  std::chrono::steady_clock::time_point last_line_ = std::chrono::steady_clock::now();
+  Clock::time_point start_ = Clock::now(), last_line_ = start_;
 };
 
 }  // namespace turbidock::app

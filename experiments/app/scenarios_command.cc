@@ -1,11 +1,11 @@
 #include <fmt/format.h>
 
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
 #include "experiments/app/commands.h"
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
+#include "experiments/report/json.h"
 #include "experiments/trial/record_columns.h"
 #include "experiments/trial/scenario.h"
 
@@ -18,7 +18,7 @@ struct ScenariosArguments {
 };
 
 int ListScenarios(bool json) {
-  auto list = nlohmann::ordered_json::array();
+  auto list = report::Json::array();
   for (const std::string& name : config::BundledScenarios()) {
     const trial::Scenario scenario = trial::LoadScenario(name, {});
     if (json)
@@ -26,12 +26,12 @@ int ListScenarios(bool json) {
     else
       fmt::print("{:20} {}\n", name, scenario.description);
   }
-  if (json) fmt::print("{}\n", list.dump(2));
+  if (json) fmt::print("{}", report::JsonText(list));
   return kExitDone;
 }
 
 int PrintKeys(bool json) {
-  auto list = nlohmann::ordered_json::array();
+  auto list = report::Json::array();
   for (const config::KeyDoc& key : trial::ScenarioKeys()) {
     if (json)
       list.push_back({{"key", key.key},
@@ -42,7 +42,7 @@ int PrintKeys(bool json) {
     else
       fmt::print("{:45} {:22} {:24} {}\n", key.key, key.value, key.range, key.doc);
   }
-  if (json) fmt::print("{}\n", list.dump(2));
+  if (json) fmt::print("{}", report::JsonText(list));
   return kExitDone;
 }
 

@@ -3,7 +3,6 @@
 #include <cstdio>
 #include <filesystem>
 #include <functional>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,6 +10,7 @@
 #include "experiments/app/build_table.h"
 #include "experiments/app/commands.h"
 #include "experiments/config/data_files.h"
+#include "experiments/report/json.h"
 #include "experiments/system/subprocess.h"
 #include "experiments/trial/scenario.h"
 #include "experiments/trial/trial.h"
@@ -41,7 +41,7 @@ std::string DrawWithEgl() {
   system::Subprocess run({program, "run", "pool_active", "--set", "renderer=egl", "--set",
                           "duration_s=0.01", "--quiet", "--json"},
                          "turbidock");
-  const std::string renderer = nlohmann::json::parse(run.Finish()).at("renderer");
+  const std::string renderer = report::ParseJson(run.Finish(), "turbidock run").at("renderer");
   return renderer.starts_with("EGL") ? renderer : "not usable here, would draw with " + renderer;
 }
 
@@ -71,7 +71,7 @@ int PhysicsSelftest(bool json) {
   for (check::PhysicsCheck& check : check::MeasurePhysicsCost(config::ModelPath("sea_active.xml")))
     checks.push_back(std::move(check));
   bool all_well = true;
-  auto list = nlohmann::ordered_json::array();
+  auto list = report::Json::array();
   if (!json)
     fmt::print("      {:52} {:>12}  {:22} {:6} {}\n", "check", "measured", "expected", "unit",
                "reference");
@@ -81,7 +81,7 @@ int PhysicsSelftest(bool json) {
       list.push_back({{"check", check.name},
                       {"pass", check.pass()},
                       {"measured", check.measured},
-                      {"relation", NameOf(check.relation)},
+                      {"relation", check.relation},
                       {"expected", check.expected},
                       {"tolerance", check.tolerance},
                       {"unit", check.unit},
@@ -90,7 +90,7 @@ int PhysicsSelftest(bool json) {
       fmt::print("{}  {:52} {:12.6g}  {:22} {:6} {}\n", check.pass() ? "ok  " : "FAIL", check.name,
                  check.measured, Expectation(check), check.unit, check.reference);
   }
-  if (json) fmt::print("{}\n", list.dump(2));
+  if (json) fmt::print("{}", report::JsonText(list));
   return all_well ? kExitDone : kExitCheckFailed;
 }
 
@@ -109,7 +109,7 @@ int Selftest(bool json) {
          return FirstLine(system::Subprocess({"ffmpeg", "-version"}, "ffmpeg").Finish());
        }},
   };
-  auto list = nlohmann::ordered_json::array();
+  auto list = report::Json::array();
   for (const auto& [name, value] : BuildTable())
     if (!json) fmt::print("      {:10} {}\n", name, value);
   bool all_well = true;
@@ -128,7 +128,7 @@ int Selftest(bool json) {
     else
       fmt::print("{}  {:10} {}\n", well ? "ok  " : "FAIL", check.name, saw);
   }
-  if (json) fmt::print("{}\n", list.dump(2));
+  if (json) fmt::print("{}", report::JsonText(list));
   return all_well ? kExitDone : kExitSimulatorFault;
 }
 

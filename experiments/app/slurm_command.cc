@@ -1,12 +1,12 @@
 #include <fmt/format.h>
 
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
 #include "experiments/app/commands.h"
 #include "experiments/app/plan_arguments.h"
 #include "experiments/app/progress.h"
 #include "experiments/farm/slurm.h"
+#include "experiments/report/json.h"
 
 namespace turbidock::app {
 namespace {
@@ -23,9 +23,9 @@ int Slurm(const SlurmArguments& arguments) {
   Progress progress(/*quiet=*/false);
   progress.Say(fmt::format("{}: {} trials in {} tasks, scripts in {}", plan.settings().description,
                            plan.trials(), arguments.options.tasks, files.folder));
-  nlohmann::ordered_json json = {{"folder", files.folder},
-                                 {"array_script", files.array_script},
-                                 {"merge_script", files.merge_script}};
+  report::Json json = {{"folder", files.folder},
+                       {"array_script", files.array_script},
+                       {"merge_script", files.merge_script}};
   if (arguments.submit) {
     const farm::SlurmJobs jobs = farm::SubmitSlurm(files);
     progress.Say(fmt::format("submitted as job {}; job {} then merges it into {}", jobs.array,
@@ -33,7 +33,7 @@ int Slurm(const SlurmArguments& arguments) {
     json["array_job"] = jobs.array;
     json["merge_job"] = jobs.merge;
   }
-  if (arguments.json) fmt::print("{}\n", json.dump(2));
+  if (arguments.json) fmt::print("{}", report::JsonText(json));
   return kExitDone;
 }
 

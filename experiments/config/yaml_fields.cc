@@ -17,6 +17,7 @@
 #include <utility>
 
 #include "experiments/config/nearest_name.h"
+#include "experiments/system/output_path.h"
 #include "sim/base/check.h"
 
 namespace turbidock::config {
@@ -618,22 +619,7 @@ void YamlNode::Fail(const std::string& problem) const {
   throw ConfigError(Where() + (path.empty() ? "" : path + ": ") + problem);
 }
 
-std::string ReadFile(const std::string& file) {
-  auto fail = [&]() -> ConfigError {
-    return ConfigError(file + ": cannot be read: " + std::strerror(errno));
-  };
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(file.c_str(), "rb"),
-                                                               &std::fclose);
-  if (!stream) throw fail();
-  std::string text;
-  char buffer[4096];
-  while (const size_t n = std::fread(buffer, 1, sizeof buffer, stream.get()))
-    text.append(buffer, n);
-  if (std::ferror(stream.get())) throw fail();
-  return text;
-}
-
-YamlNode LoadYaml(const std::string& file) { return ParseYaml(ReadFile(file), file); }
+YamlNode LoadYaml(const std::string& file) { return ParseYaml(system::ReadWhole(file), file); }
 
 YamlNode ParseYaml(const std::string& text, const std::string& file) {
   YamlNode root{nullptr, file, ""};

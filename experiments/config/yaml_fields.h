@@ -59,8 +59,6 @@ struct YamlNode {
   [[noreturn]] void Fail(const std::string& problem) const;
 };
 
-// The bytes of a file; ConfigError when it cannot be read.
-std::string ReadFile(const std::string& file);
 // Reads a file, or text as if it were a file of that name. Throws ConfigError when it cannot be
 // read, is no valid YAML, holds nothing, more than one document, or no map.
 YamlNode LoadYaml(const std::string& file);

@@ -10,6 +10,7 @@
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
 #include "experiments/statistics/sampling.h"
+#include "experiments/system/output_path.h"
 #include "sim/base/digest.h"
 #include "sim/base/random.h"
 
@@ -58,7 +59,7 @@ std::string ModelsDigest(const std::map<std::string, trial::Scenario>& scenarios
   Digest digest;
   for (const fs::path& file : files) {
     digest.Add(file.filename().string());
-    digest.Add(config::ReadFile(file));
+    digest.Add(system::ReadWhole(file));
   }
   return digest.Hex();
 }
@@ -321,7 +322,7 @@ std::string Plan::hash() const {
 
 Plan LoadPlan(const std::string& name, const PlanOverrides& overrides) {
   const std::string file = config::FindPlan(name);
-  return Plan(config::ReadFile(file), file, overrides);
+  return Plan(system::ReadWhole(file), file, overrides);
 }
 
 Shard ParseShard(const std::string& text) {

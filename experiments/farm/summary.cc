@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <nlohmann/json.hpp>
+#include <utility>
 
+#include "experiments/report/json.h"
+#include "experiments/report/table.h"
 #include "experiments/trial/record_columns.h"
 #include "sim/base/units.h"
 
@@ -36,17 +38,13 @@ struct ByValue {
 
 std::string Cell(const Spread& spread, double scale) {
   if (spread.count == 0) return "-";
-  return fmt::format("{:.0f} [{:.0f}, {:.0f}]", scale * *spread.median, scale * *spread.low,
-                     scale * *spread.high);
+  return fmt::format("{:.0f} [{:.0f}, {:.0f}]", scale * *spread.median, scale * *spread.q10,
+                     scale * *spread.q90);
 }
 
-std::string Percent(const statistics::Interval& interval) {
-  return fmt::format("{:.0f}-{:.0f}", 100 * interval.low, 100 * interval.high);
-}
-
-std::string FailureList(const std::map<trial::Failure, int64_t>& failures) {
+std::string FailureList(const std::map<std::string, int64_t>& failures) {
   std::vector<std::pair<int64_t, std::string>> sorted;
-  for (const auto& [failure, count] : failures) sorted.emplace_back(-count, NameOf(failure));
+  for (const auto& [name, count] : failures) sorted.emplace_back(-count, name);
   std::sort(sorted.begin(), sorted.end());
   std::string list;
   for (const auto& [count, name] : sorted)
@@ -54,26 +52,11 @@ std::string FailureList(const std::map<trial::Failure, int64_t>& failures) {
   return list;
 }
 
-// Rows of equally wide columns; the first `left` ones begin, the others end in line.
-std::string Aligned(const std::vector<std::vector<std::string>>& rows, size_t left) {
-  std::vector<size_t> widths(rows[0].size());
-  for (const auto& row : rows)
-    for (size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
-  std::string text;
-  for (const auto& row : rows) {
-    std::string line;
-    for (size_t i = 0; i < row.size(); ++i) {
-      const bool begins = i < left || i + 1 == row.size();
-      line += (i == 0 ? "" : "  ") + (begins ? fmt::format("{:<{}}", row[i], widths[i])
-                                             : fmt::format("{:>{}}", row[i], widths[i]));
-    }
-    line.erase(line.find_last_not_of(' ') + 1);
-    text += line + "\n";
-  }
-  return text;
-}
-
 }  // namespace
+
+std::string PercentText(const statistics::Interval& interval) {
+  return fmt::format("{:.0f}-{:.0f}", 100 * interval.low, 100 * interval.high);
+}
 
 GroupKey::GroupKey(const std::string& name, const StoredTrial& example) {
   for (size_t i = 0; i < example.parameters.size(); ++i)
@@ -113,7 +96,7 @@ std::vector<GroupSummary> Summarise(const std::vector<StoredTrial>& trials,
   std::vector<GroupSummary> summaries;
   for (const auto& [values, members] : groups) {
     GroupSummary summary;
-    summary.values = values;
+    summary.group = values;
     std::vector<double> times_s, errors_y_m, errors_z_m;
     for (const StoredTrial* trial : members) {
       const trial::TrialRecord& r = trial->record;
@@ -122,7 +105,7 @@ std::vector<GroupSummary> Summarise(const std::vector<StoredTrial>& trials,
         ++summary.successes;
         times_s.push_back(r.time_s);
       } else {
-        ++summary.failures[r.failure];
+        ++summary.failures[NameOf(r.failure)];
       }
       if (!r.docked) continue;
       errors_y_m.push_back(std::abs(r.final_error_true.y_m));
@@ -131,8 +114,8 @@ std::vector<GroupSummary> Summarise(const std::vector<StoredTrial>& trials,
     summary.wilson = statistics::WilsonInterval(summary.successes, summary.trials);
     summary.clopper_pearson = statistics::ClopperPearsonInterval(summary.successes, summary.trials);
     summary.time_to_dock_s = SpreadOf(times_s);
-    summary.error_y_m = SpreadOf(errors_y_m);
-    summary.error_z_m = SpreadOf(errors_z_m);
+    summary.error_true_y_m = SpreadOf(errors_y_m);
+    summary.error_true_z_m = SpreadOf(errors_z_m);
     summaries.push_back(std::move(summary));
   }
   return summaries;
@@ -140,55 +123,37 @@ std::vector<GroupSummary> Summarise(const std::vector<StoredTrial>& trials,
 
 std::string SummaryTable(const std::vector<std::string>& keys,
                          const std::vector<GroupSummary>& groups) {
-  std::vector<std::vector<std::string>> rows(1, keys);
-  for (const char* title :
-       {"trials", "success %", "Wilson", "exact", "time to dock s", "|y| mm", "|z| mm", "failures"})
-    rows[0].emplace_back(title);
+  std::vector<std::string> heads;
+  for (const std::string& key : keys) heads.push_back("<" + key);
+  for (const char* head : {"trials", "success %", "Wilson", "exact", "time to dock s", "|y| mm",
+                           "|z| mm", "<failures"})
+    heads.emplace_back(head);
+  report::Table table(heads);
   for (const GroupSummary& group : groups) {
-    std::vector<std::string> row = group.values;
-    row.push_back(std::to_string(group.trials));
-    row.push_back(fmt::format("{:.1f}", 100.0 * static_cast<double>(group.successes) /
-                                            static_cast<double>(group.trials)));
-    row.push_back(Percent(group.wilson));
-    row.push_back(Percent(group.clopper_pearson));
-    row.push_back(Cell(group.time_to_dock_s, 1));
-    row.push_back(Cell(group.error_y_m, units::MmFromM(1)));
-    row.push_back(Cell(group.error_z_m, units::MmFromM(1)));
-    row.push_back(FailureList(group.failures));
-    rows.push_back(std::move(row));
+    std::vector<std::string> row = group.group;
+    row.insert(
+        row.end(),
+        {std::to_string(group.trials),
+         report::Fixed(
+             100.0 * static_cast<double>(group.successes) / static_cast<double>(group.trials), 1),
+         PercentText(group.wilson), PercentText(group.clopper_pearson),
+         Cell(group.time_to_dock_s, 1), Cell(group.error_true_y_m, units::MmFromM(1)),
+         Cell(group.error_true_z_m, units::MmFromM(1)), FailureList(group.failures)});
+    table.Row(std::move(row));
   }
-  return Aligned(rows, keys.size()) +
+  return table.Text() +
          "Wilson, exact (Clopper-Pearson): 95 % intervals of the success rate in %. "
          "Others: median [10 %, 90 %].\n";
 }
 
 std::string SummaryJson(const std::vector<std::string>& keys,
                         const std::vector<GroupSummary>& groups) {
-  using Json = nlohmann::ordered_json;
-  const auto spread = [](const Spread& s) {
-    const auto number = [](const std::optional<double>& x) { return x ? Json(*x) : Json(); };
-    return Json{{"count", s.count},
-                {"q10", number(s.low)},
-                {"median", number(s.median)},
-                {"q90", number(s.high)}};
-  };
-  Json list = Json::array();
-  for (const GroupSummary& group : groups) {
-    std::map<std::string, int64_t> failures;
-    for (const auto& [failure, count] : group.failures) failures[NameOf(failure)] = count;
-    Json values = Json::object();
-    for (size_t i = 0; i < keys.size(); ++i) values[keys[i]] = group.values[i];
-    list.push_back({{"group", values},
-                    {"trials", group.trials},
-                    {"successes", group.successes},
-                    {"wilson", {group.wilson.low, group.wilson.high}},
-                    {"clopper_pearson", {group.clopper_pearson.low, group.clopper_pearson.high}},
-                    {"time_to_dock_s", spread(group.time_to_dock_s)},
-                    {"error_true_y_m", spread(group.error_y_m)},
-                    {"error_true_z_m", spread(group.error_z_m)},
-                    {"failures", failures}});
+  report::Json list = groups;
+  for (report::Json& group : list) {
+    const report::Json values = std::exchange(group["group"], report::Json::object());
+    for (size_t i = 0; i < keys.size(); ++i) group["group"][keys[i]] = values[i];
   }
-  return list.dump(2) + "\n";
+  return report::JsonText(list);
 }
 
 }  // namespace turbidock::farm

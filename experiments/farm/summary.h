@@ -9,24 +9,33 @@
 
 #include "experiments/farm/result_store.h"
 #include "experiments/statistics/intervals.h"
+#include "sim/base/result_fields.h"
 
 namespace turbidock::farm {
 
 // 10 %, 50 % and 90 % quantile of the values that exist.
 struct Spread {
-  std::optional<double> low, median, high;
+  std::optional<double> q10, median, q90;
   int64_t count = 0;
+
+  TURBIDOCK_FIELDS(count, q10, median, q90)
 };
 
 // Trials that share the values of the keys they are grouped by.
 struct GroupSummary {
-  std::vector<std::string> values;  // of the keys
+  std::vector<std::string> group;  // the keys' values
   int64_t trials = 0, successes = 0;
   statistics::Interval wilson, clopper_pearson;  // 95 %, of the success rate
   Spread time_to_dock_s;                         // of the successes
-  Spread error_y_m, error_z_m;                   // true, absolute, when docked on the estimate
-  std::map<trial::Failure, int64_t> failures;    // kNone left out
+  Spread error_true_y_m, error_true_z_m;         // absolute, when docked on the estimate
+  std::map<std::string, int64_t> failures;       // by name; none left out
+
+  TURBIDOCK_FIELDS(group, trials, successes, wilson, clopper_pearson, time_to_dock_s,
+                   error_true_y_m, error_true_z_m, failures)
 };
+
+// "12-34", without the unit.
+std::string PercentText(const statistics::Interval& interval);
 
 // Something that trials can be grouped by.
 class GroupKey {

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <nlohmann/json.hpp>
+#include <algorithm>
 
 #include "experiments/farm/cell_json.h"
 #include "experiments/trial/trial.h"
@@ -12,7 +12,7 @@
 namespace turbidock::farm {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using report::Json;
 
 // The log with every n-th frame only.
 trial::TrialLog Thinned(const trial::TrialLog& log, int every_frames) {
@@ -25,34 +25,28 @@ trial::TrialLog Thinned(const trial::TrialLog& log, int every_frames) {
 // ------------------------------------------------------------------- between the two processes
 
 std::string ToText(const TrialJob& job) {
-  return Json{{"trial", job.id},
-              {"scenario", trial::SaveScenario(job.scenario)},
-              {"series_every_frames", job.series_every_frames}}
-      .dump();
+  return report::JsonLine({{"trial", job.id},
+                           {"scenario", trial::SaveScenario(job.scenario)},
+                           {"series_every_frames", job.series_every_frames}});
 }
 
 TrialJob JobFromText(const std::string& text) {
-  const Json json = Json::parse(text);
+  const Json json = report::ParseJson(text, "a worker's job");
   return {.id = json["trial"],
           .scenario = trial::ParseScenario(json["scenario"], "resolved scenario"),
           .series_every_frames = json["series_every_frames"]};
 }
 
 std::string ToText(const FinishedTrial& trial) {
-  Json record = Json::object();
-  const std::vector<trial::Column>& columns = trial::Columns();
-  const std::vector<trial::Cell> cells = trial::CellsOf(trial.record);
-  for (size_t i = 0; i < cells.size(); ++i) record[columns[i].name] = JsonOf(cells[i]);
-  return Json{{"trial", trial.id}, {"record", record}, {"series_csv", trial.series_csv}}.dump(
-      -1, ' ', false, Json::error_handler_t::replace);
+  return report::JsonLine({{"trial", trial.id},
+                           {"cells", trial::CellsOf(trial.record)},
+                           {"series_csv", trial.series_csv}});
 }
 
 FinishedTrial FinishedFromText(const std::string& text) {
-  const Json json = Json::parse(text);
-  std::vector<trial::Cell> cells;
-  for (const trial::Column& column : trial::Columns())
-    cells.push_back(CellOf(json["record"][column.name]));
-  return {json["trial"], trial::RecordOf(cells), json["series_csv"]};
+  const Json json = report::ParseJson(text, "a worker's trial");
+  return {json["trial"], trial::RecordOf(json["cells"].get<std::vector<trial::Cell>>()),
+          json["series_csv"]};
 }
 
 std::string Work(const std::string& input) {

@@ -18,15 +18,13 @@
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <utility>
 
+#include "experiments/report/json.h"
 #include "sim/base/check.h"
 
 namespace turbidock::farm {
 namespace {
-
-using Json = nlohmann::json;
 
 constexpr size_t kLongestLog = 4000;  // bytes of a job's output that are kept
 constexpr int kExitByException = 70;
@@ -52,11 +50,8 @@ bool ReceiveSome(int socket, std::string* text) {
   return true;
 }
 
-// A message is a line of JSON, which has no line breaks of its own. Bytes that are no UTF-8 (in a
-// crash report, say) are replaced.
-std::string Line(const Json& json) {
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
-}
+// A message is a line of JSON, which has no line breaks of its own.
+std::string Line(const report::Json& json) { return report::JsonLine(json) + "\n"; }
 
 // ------------------------------------------------------------------------------------ in the child
 
@@ -86,23 +81,27 @@ void PinThreads() {
 // When memory runs out, the kernel is to take a worker and not the process that keeps the results.
 void OfferToOomKiller() { std::ofstream("/proc/self/oom_score_adj") << 500; }
 
-Json DoJob(const WorkerPool::Work& work, const std::string& input) {
-  Json reply = {{"end", JobEnd::kDone}};
+JobResult DoJob(const WorkerPool::Work& work, const std::string& input) {
+  JobResult result;
   const double cpu_start_s = CpuTime();
+  const auto fail = [&result](JobEnd end, const std::exception& error) {
+    result.end = end;
+    result.error = error.what();
+  };
   try {
-    reply["output"] = work(input);
+    result.output = work(input);
   } catch (const ConfigError& error) {
-    reply = {{"end", JobEnd::kBadInput}, {"error", error.what()}};
+    fail(JobEnd::kBadInput, error);
   } catch (const SimulatorFault& error) {
-    reply = {{"end", JobEnd::kFault}, {"error", error.what()}};
+    fail(JobEnd::kFault, error);
   } catch (const std::exception& error) {  // out of memory: nothing in here can be trusted any more
     std::fprintf(stderr, "%s\n", error.what());
     std::fflush(nullptr);
     _exit(kExitByException);
   }
-  reply["cpu_time_s"] = CpuTime() - cpu_start_s;
-  reply["rss_bytes"] = ResidentBytes();
-  return reply;
+  result.cpu_time_s = CpuTime() - cpu_start_s;
+  result.rss_bytes = ResidentBytes();
+  return result;
 }
 
 [[noreturn]] void RunWorker(int socket, const WorkerPool::Work& work) {
@@ -111,9 +110,9 @@ Json DoJob(const WorkerPool::Work& work, const std::string& input) {
     size_t end = 0;
     while ((end = received.find('\n')) == std::string::npos)
       if (!ReceiveSome(socket, &received)) _exit(0);
-    const Json job = Json::parse(received.substr(0, end));
+    const std::string input = report::ParseJson(received.substr(0, end), "a worker's job");
     received.erase(0, end + 1);
-    const Json reply = DoJob(work, job["input"].get<std::string>());
+    const JobResult reply = DoJob(work, input);
     std::fflush(nullptr);  // what the work wrote belongs to this job's log
     if (!Send(socket, Line(reply))) _exit(0);
   }
@@ -220,7 +219,7 @@ void WorkerPool::HandOut() {
     if (worker.job) continue;
     const Job& job = waiting_.front();
     if (ftruncate(worker.log, 0) != 0) throw SimulatorFault(SystemError("cannot clear a log"));
-    const std::string line = Line({{"input", job.input}});
+    const std::string line = Line(job.input);
     if (!Send(worker.socket, line)) {  // somebody killed it while it had nothing to do
       Restart(&worker);
       Send(worker.socket, line);
@@ -239,8 +238,6 @@ void WorkerPool::Restart(Worker* worker) {
 JobResult* WorkerPool::Ended(Worker* worker, JobEnd end, std::string error) {
   JobResult& result = ended_.emplace_back();
   result.id = *worker->job;
-  result.end = end;
-  result.error = std::move(error);
   result.log = LogText(worker->log);
   result.wall_time_s = std::chrono::duration<double>(Clock::now() - worker->started).count();
   worker->job.reset();
@@ -257,12 +254,9 @@ void WorkerPool::Receive(Worker* worker) {
     return;
   }
   if (!worker->received.ends_with('\n')) return;
-  const Json reply = Json::parse(worker->received);
+  JobResult result = report::ParseJson(worker->received, "a worker's reply").get<JobResult>();
   worker->received.clear();
-  JobResult* result = Ended(worker, reply["end"].get<JobEnd>(), reply.value("error", ""));
-  result->output = reply.value("output", "");
-  result->cpu_time_s = reply["cpu_time_s"];
-  result->rss_bytes = reply["rss_bytes"];
+  *Ended(worker, result.end, result.error) = std::move(result);
 }
 
 std::optional<JobResult> WorkerPool::Next(double timeout_s) {

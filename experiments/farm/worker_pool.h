@@ -19,6 +19,8 @@
 #include <string>
 #include <vector>
 
+#include "sim/base/result_fields.h"
+
 namespace turbidock::farm {
 
 struct Job {
@@ -43,6 +45,8 @@ struct JobResult {
   double wall_time_s = 0;  // from handing the job to the worker to its end
   double cpu_time_s = 0;   // user and system, of the worker in this job; 0 when it died
   int64_t rss_bytes = 0;   // the worker's resident memory after the job; 0 when it died
+
+  TURBIDOCK_FIELDS(end, output, error, cpu_time_s, rss_bytes)  // what the worker sends
 };
 
 struct WorkerOptions {

@@ -1,6 +1,7 @@
 #pragma once
 // Numbers that summarise many trials: rates with intervals, quantiles, groups.
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -11,6 +12,8 @@ namespace turbidock::statistics {
 // Bounds of a probability.
 struct Interval {
   double low = 0, high = 1;
+
+  std::array<double, 2> AsList() const { return {low, high}; }
 };
 
 // Two-sided intervals of the probability behind `successes` of `trials`, at a confidence in (0, 1);

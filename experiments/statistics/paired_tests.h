@@ -15,6 +15,14 @@ struct PairedComparison {
   Interval confidence{};  // 95 % of it, by Student's t
   double t_p = 1;         // two-sided p of Student's paired t test
   double wilcoxon_p = 1;  // two-sided p of Wilcoxon's signed-rank test
+
+  static void Fields(auto& self, auto&& field) {
+    field("pairs", self.pairs);
+    field("mean", self.mean);
+    field("confidence_95", self.confidence);
+    field("t_p", self.t_p);
+    field("wilcoxon_p", self.wilcoxon_p);
+  }
 };
 PairedComparison ComparePairs(const std::vector<double>& a, const std::vector<double>& b);
 

@@ -4,8 +4,10 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <fstream>
+#include <memory>
 #include <system_error>
 
 #include "sim/base/check.h"
@@ -34,6 +36,20 @@ void WriteWhole(const std::filesystem::path& path, const std::string& text) {
     std::filesystem::remove(partial);
     throw ConfigError(path.string() + ": cannot be written: " + error.message());
   }
+}
+
+std::string ReadWhole(const std::filesystem::path& path) {
+  const auto fail = [&] {
+    return ConfigError(path.string() + ": cannot be read: " + std::strerror(errno));
+  };
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"),
+                                                             &std::fclose);
+  if (!file) throw fail();
+  std::string text;
+  char buffer[4096];
+  while (const size_t n = std::fread(buffer, 1, sizeof buffer, file.get())) text.append(buffer, n);
+  if (std::ferror(file.get())) throw fail();
+  return text;
 }
 
 }  // namespace turbidock::system

@@ -1,5 +1,6 @@
 #pragma once
-// Early and equal words for the commonest mistake: an output that cannot be written.
+// Whole files, and early and equal words for the commonest mistake: one that cannot be read or
+// written.
 
 #include <filesystem>
 #include <string>
@@ -13,5 +14,8 @@ void RequireWritable(const std::string& path);
 // Writes a file complete or not at all: a reader never sees half of it. ConfigError when it cannot
 // be written.
 void WriteWhole(const std::filesystem::path& path, const std::string& text);
+
+// Every byte of a file. ConfigError "PATH: cannot be read".
+std::string ReadWhole(const std::filesystem::path& path);
 
 }  // namespace turbidock::system

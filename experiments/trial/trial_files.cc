@@ -4,51 +4,11 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <map>
-#include <nlohmann/json.hpp>
-#include <optional>
-#include <type_traits>
 
+#include "experiments/report/json.h"
 #include "experiments/system/output_path.h"
 
 namespace turbidock::trial {
-namespace {
-
-using Json = nlohmann::ordered_json;
-
-template <class V>
-struct IsOptional : std::false_type {};
-template <class V>
-struct IsOptional<std::optional<V>> : std::true_type {};
-
-template <class V>
-Json ToJson(const V& value) {
-  if constexpr (HasFields<V>) {
-    Json object = Json::object();
-    V::Fields(value, [&](const char* key, const auto& member, const auto& shown, const char*) {
-      if constexpr (requires { shown.json; })
-        if (!shown.json) return;
-      object[key] = ToJson(member);
-    });
-    return object;
-  } else if constexpr (IsOptional<V>::value) {
-    return value ? ToJson(*value) : Json();
-  } else if constexpr (std::is_enum_v<V>) {
-    return NameOf(value);
-  } else if constexpr (IsVectorOfStructs<V>::value) {
-    Json list = Json::array();
-    for (const auto& element : value) list.push_back(ToJson(element));
-    return list;
-  } else if constexpr (std::is_same_v<V, std::map<control::Stage, double>>) {
-    Json object = Json::object();
-    for (const auto& [stage, seconds] : value) object[NameOf(stage)] = seconds;
-    return object;
-  } else {
-    return value;
-  }
-}
-
-}  // namespace
 
 ViewCriteria CriteriaOf(const Scenario& scenario) {
   return {.docking_fitness = scenario.procedure.found_fitness,
@@ -58,7 +18,7 @@ ViewCriteria CriteriaOf(const Scenario& scenario) {
           .docked_x_m = scenario.procedure.docked_x_m};
 }
 
-std::string ResultJson(const TrialRecord& record) { return ToJson(record).dump(2) + "\n"; }
+std::string ResultJson(const TrialRecord& record) { return report::JsonText(record); }
 
 std::string TrajectoryCsv(const TrialLog& log) {
   std::string csv =

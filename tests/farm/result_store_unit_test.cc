@@ -227,7 +227,7 @@ TEST_F(Store, AnyCellGoesThroughJson) {
       {},     true,    false, int64_t{0x7fffffffffffffff},           int64_t{-1}, -0.0,
       5e-324, 1.0 / 3, 7.0,   std::string("a \"reason\",\nand more")};
   for (const trial::Cell& cell : cells) {
-    const trial::Cell back = CellOf(nlohmann::ordered_json::parse(JsonOf(cell).dump()));
+    const auto back = report::ParseJson(report::JsonLine(cell), "a cell").get<trial::Cell>();
     EXPECT_TRUE(back == cell) << cell.index();
     if (const auto* number = std::get_if<double>(&cell)) {
       EXPECT_EQ(std::signbit(std::get<double>(back)), std::signbit(*number));
@@ -321,10 +321,10 @@ TEST_F(Store, SummarisesByAnyKey) {
                            i % 3 == 0 ? trial::Failure::kFalseLock : trial::Failure::kNone));
   const auto groups = Summarise(trials, {"water.milk_ml_m3"});
   ASSERT_EQ(groups.size(), 2u);
-  EXPECT_EQ(groups[0].values[0], "9");  // as numbers, not as words
+  EXPECT_EQ(groups[0].group[0], "9");  // as numbers, not as words
   EXPECT_EQ(groups[0].trials, 10);
   EXPECT_EQ(groups[0].successes, 6);
-  EXPECT_EQ(groups[1].failures.at(trial::Failure::kFalseLock), 6);
+  EXPECT_EQ(groups[1].failures.at("false_lock"), 6);
   EXPECT_NEAR(*groups[0].time_to_dock_s.median, 1.0 / 3 + 4.5, 1e-9);  // of 1, 2, 4, 5, 7, 8
   EXPECT_EQ(groups[1].wilson.low, statistics::WilsonInterval(14, 20).low);
   EXPECT_EQ(Summarise(trials, {})[0].trials, 30);

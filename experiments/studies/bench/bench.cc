@@ -7,11 +7,12 @@
 #include <cmath>
 #include <ctime>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <numeric>
 #include <optional>
 #include <utility>
 
+#include "experiments/report/json.h"
+#include "experiments/report/table.h"
 #include "experiments/statistics/intervals.h"
 #include "experiments/studies/bench/bare_renderer.h"
 #include "experiments/system/build_info.h"
@@ -21,7 +22,7 @@
 namespace turbidock::bench {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using report::Json;
 
 constexpr int kBlockFrames = 30;  // a second of the trial
 constexpr int kBareStride = 3;    // every third state of a block is drawn bare
@@ -246,7 +247,7 @@ WorkerCost MeasureWorker(const std::string& program, const std::vector<std::stri
   const auto run = [&](const std::string& duration) {
     system::Subprocess worker(RunCommand(program, arguments, {"--set", "duration_s=" + duration}),
                               "turbidock");
-    return Json::parse(worker.Finish());
+    return report::ParseJson(worker.Finish(), "turbidock run");
   };
   WorkerCost cost;
   std::vector<double> seconds;
@@ -281,12 +282,11 @@ Json ToJson(const BenchResult& result) {
   Json stages = Json::object();
   for (const auto& [stage, name] : EnumNames<LoopStage>::kNames)
     stages[name] = kMsPerS * result.stages_s[static_cast<size_t>(stage)];
-  const auto& ratio = result.ratio_to_bare;
   return {
       {"frame_ms", kMsPerS * result.frame_s},
       {"bare_render_ms", kMsPerS * result.bare_s},
       {"ratio_to_bare_render", result.ratio_to_bare_render()},
-      {"ratio_quartiles", {ratio.low, ratio.median, ratio.high}},
+      {"ratio_quartiles", result.ratio_to_bare},
       {"stages_ms", stages},
       {"real_time_factor", result.real_time_factor()},
       {"evaluations_per_frame", result.evaluations},
@@ -297,10 +297,6 @@ Json ToJson(const BenchResult& result) {
       {"frames", result.frames},
       {"repeats", result.repeats},
   };
-}
-
-Json ToJson(const WorkerCost& worker) {
-  return {{"start_up_s", worker.start_up_s}, {"peak_memory_mib", worker.peak_memory_mib}};
 }
 
 // All scenarios as one workload: every frame counts the same.
@@ -339,7 +335,7 @@ WorkerCost Dearest(const std::vector<WorkerCost>& workers) {
 
 std::string BenchJson(const BenchReport& report) {
   Json json = ToJson(Together(report.results));
-  if (!report.workers.empty()) json.update(ToJson(Dearest(report.workers)));
+  if (!report.workers.empty()) json.update(Dearest(report.workers));
   json["version"] = system::VersionAndCommit();
   json["renderer"] = report.results.front().renderer;
   Json list = Json::array();
@@ -347,53 +343,50 @@ std::string BenchJson(const BenchReport& report) {
     const BenchResult& result = report.results[i];
     Json one = {{"scenario", result.scenario}};
     one.update(ToJson(result));
-    if (i < report.workers.size()) one.update(ToJson(report.workers[i]));
+    if (i < report.workers.size()) one.update(report.workers[i]);
     one["digest"] = result.digest;
     list.push_back(one);
   }
   json["scenarios"] = list;
-  Json throughputs = Json::array();
-  for (const Throughput& one : report.throughputs)
-    throughputs.push_back({{"scenario", one.scenario},
-                           {"workers", one.workers},
-                           {"trials", one.trials},
-                           {"wall_s", one.wall_s},
-                           {"trials_per_hour", one.trials_per_hour()}});
-  if (!throughputs.empty()) json["throughput"] = throughputs;
-  return json.dump(2) + "\n";
+  if (!report.throughputs.empty()) json["throughput"] = report.throughputs;
+  return report::JsonText(json);
 }
 
 std::string BenchTable(const BenchReport& report) {
-  std::string text;
-  const auto row = [&](const std::string& name, const std::string& unit, auto&& value) {
-    text += fmt::format("{:28}", name);
-    for (const BenchResult& result : report.results) text += fmt::format("{:>24}", value(result));
-    text += " " + unit + "\n";
+  std::vector<std::string> heads = {"<"};
+  std::vector<Json> results;
+  for (const BenchResult& result : report.results) {
+    heads.push_back(result.scenario);
+    results.push_back(ToJson(result));
+  }
+  heads.emplace_back("<");
+  report::Table table(heads);
+  // The numbers at that place in the JSON.
+  const auto row = [&](const std::string& name, const std::string& place, const char* unit = "",
+                       int digits = 2, double factor = 1) {
+    std::vector<std::string> cells = {name};
+    for (const Json& result : results)
+      cells.push_back(
+          report::Fixed(factor * result.at(Json::json_pointer(place)).get<double>(), digits));
+    cells.emplace_back(unit);
+    table.Row(std::move(cells));
   };
-  const auto ms = [](double s) { return fmt::format("{:.2f}", kMsPerS * s); };
-  row("", "", [](const BenchResult& r) { return r.scenario; });
   for (const auto& [stage, name] : EnumNames<LoopStage>::kNames)
-    row(fmt::format("  {}", name), "ms",
-        [&, k = static_cast<size_t>(stage)](const BenchResult& r) { return ms(r.stages_s[k]); });
-  row("frame", "ms", [&](const BenchResult& r) { return ms(r.frame_s); });
-  row("bare rendering", "ms", [&](const BenchResult& r) { return ms(r.bare_s); });
-  row("ratio to bare rendering", "",
-      [](const BenchResult& r) { return fmt::format("{:.2f}", r.ratio_to_bare_render()); });
-  row("  quartiles", "", [](const BenchResult& r) {
-    return fmt::format("{:.2f} to {:.2f}", r.ratio_to_bare.low, r.ratio_to_bare.high);
-  });
-  row("real-time factor", "",
-      [](const BenchResult& r) { return fmt::format("{:.2f}", r.real_time_factor()); });
-  row("frame, processor time", "ms", [&](const BenchResult& r) { return ms(r.frame_cpu_s); });
-  row("bare, processor time", "ms", [&](const BenchResult& r) { return ms(r.bare_cpu_s); });
-  row("bare as the scene asks", "ms",
-      [&](const BenchResult& r) { return ms(r.bare_as_modelled_s); });
-  row("evaluations", "a frame",
-      [](const BenchResult& r) { return fmt::format("{:.0f}", r.evaluations); });
-  row("evaluations", "million/s",
-      [](const BenchResult& r) { return fmt::format("{:.2f}", 1e-6 * r.evaluations_per_s); });
-  row("frames x repeats", "",
-      [](const BenchResult& r) { return fmt::format("{} x {}", r.frames, r.repeats); });
+    row(fmt::format("  {}", name), fmt::format("/stages_ms/{}", name), "ms");
+  row("frame", "/frame_ms", "ms");
+  row("bare rendering", "/bare_render_ms", "ms");
+  row("ratio to bare rendering", "/ratio_to_bare_render");
+  row("  lower quartile", "/ratio_quartiles/0");
+  row("  upper quartile", "/ratio_quartiles/2");
+  row("real-time factor", "/real_time_factor");
+  row("frame, processor time", "/frame_cpu_ms", "ms");
+  row("bare, processor time", "/bare_render_cpu_ms", "ms");
+  row("bare as the scene asks", "/bare_render_as_modelled_ms", "ms");
+  row("evaluations", "/evaluations_per_frame", "a frame", 0);
+  row("evaluations", "/evaluations_per_s", "million/s", 2, 1e-6);
+  row("frames", "/frames", "", 0);
+  row("repeats", "/repeats", "", 0);
+  std::string text = table.Text();
   if (!report.workers.empty()) {
     const WorkerCost worker = Dearest(report.workers);
     text += fmt::format("a worker: {:.2f} s from start to first frame, {:.0f} MiB at most\n",

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "experiments/trial/scenario.h"
+#include "sim/base/result_fields.h"
 #include "sim/base/stage_timer.h"
 
 namespace turbidock::bench {
@@ -31,6 +32,8 @@ struct BenchOptions {
 // Quartiles over all blocks of all repeats.
 struct Quartiles {
   double low = 0, median = 0, high = 0;
+
+  std::array<double, 3> AsList() const { return {low, median, high}; }
 };
 
 // Times of one scenario. A frame is both cameras' and everything that follows from it.
@@ -64,6 +67,8 @@ BenchResult RunBench(const trial::Scenario& scenario, const BenchOptions& option
 struct WorkerCost {
   double start_up_s = 0;       // from starting the program to its end after the first frame; median
   double peak_memory_mib = 0;  // resident, after two simulated seconds
+
+  TURBIDOCK_FIELDS(start_up_s, peak_memory_mib)
 };
 
 // `program` is the path of the turbidock executable, `arguments` the scenario with its settings as
@@ -78,6 +83,12 @@ struct Throughput {
   double wall_s = 0;  // until all had ended
 
   double trials_per_hour() const { return 3600 * trials / wall_s; }
+
+  static void Fields(auto& self, auto&& field) {
+    self.VisitFields(field);
+    field("trials_per_hour", self.trials_per_hour());
+  }
+  TURBIDOCK_VISIT_FIELDS(scenario, workers, trials, wall_s)
 };
 
 // Runs as many trials side by side as there are workers, and this twice, after another.

@@ -1,18 +1,18 @@
 #include <fmt/format.h>
 
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "experiments/app/commands.h"
 #include "experiments/farm/result_store.h"
+#include "experiments/report/json.h"
 #include "experiments/studies/compare/comparison.h"
 
 namespace turbidock::compare {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using report::Json;
 
 struct CompareArguments {
   std::string a, b, figure;
@@ -20,9 +20,6 @@ struct CompareArguments {
   std::vector<std::string> metrics = {"time_s", "final_error_m"};
   bool json = false;
 };
-
-Json OrNull(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
-Json ToJson(const statistics::Interval& interval) { return {interval.low, interval.high}; }
 
 // Trials that succeed in one set only.
 Json Flipped(const std::vector<TrialPair>& pairs, bool lost) {
@@ -32,7 +29,7 @@ Json Flipped(const std::vector<TrialPair>& pairs, bool lost) {
     list.push_back({{"seed", pair.a.seed},
                     {"trial_a", pair.trial_a},
                     {"trial_b", pair.trial_b},
-                    {"failure", NameOf(lost ? pair.b.failure : pair.a.failure)}});
+                    {"failure", lost ? pair.b.failure : pair.a.failure}});
   }
   return list;
 }
@@ -41,25 +38,13 @@ Json ToJson(const ComparisonGroup& group, const std::vector<trial::Figure>& metr
   const RateComparison r = CompareRates(group.pairs);
   Json key = Json::object(), list = Json::array();
   for (const farm::Parameter& parameter : group.key) key[parameter.key] = parameter.value;
-  for (const trial::Figure& metric : metrics) {
-    const MetricComparison m = CompareMetric(group.pairs, metric);
-    list.push_back({{"metric", m.name},
-                    {"pairs", m.pairs},
-                    {"median_a", OrNull(m.median_a)},
-                    {"median_b", OrNull(m.median_b)},
-                    {"median_difference", OrNull(m.median_difference)},
-                    {"interval_95", m.interval ? ToJson(*m.interval) : Json()},
-                    {"larger", m.larger},
-                    {"smaller", m.smaller},
-                    {"larger_share_interval_95", ToJson(m.larger_share)},
-                    {"p_value", m.p_value}});
-  }
+  for (const trial::Figure& metric : metrics) list.push_back(CompareMetric(group.pairs, metric));
   return {{"group", key},
           {"pairs", r.pairs},
           {"rate_a", r.rate_a},
           {"rate_b", r.rate_b},
           {"difference", r.difference},
-          {"interval_95", ToJson(r.interval)},
+          {"interval_95", r.interval},
           {"p_value", r.p_value},
           {"lost", Flipped(group.pairs, true)},
           {"gained", Flipped(group.pairs, false)},
@@ -75,14 +60,15 @@ void PrintGroup(const ComparisonGroup& group, const std::vector<trial::Figure>& 
   for (const trial::Figure& metric : metrics) {
     const MetricComparison m = CompareMetric(group.pairs, metric);
     if (!m.median_difference) {
-      fmt::print("  {:24} no pair that docked in both\n", m.name);
+      fmt::print("  {:24} no pair that docked in both\n", m.metric);
       continue;
     }
-    fmt::print(
-        "  {:24} {:.4g} -> {:.4g}, {:+.3g}{}, {} of {} larger, p = {:.3g}\n", m.name, *m.median_a,
-        *m.median_b, *m.median_difference,
-        m.interval ? fmt::format(" [{:+.3g}, {:+.3g}]", m.interval->low, m.interval->high) : "",
-        m.larger, m.pairs, m.p_value);
+    fmt::print("  {:24} {:.4g} -> {:.4g}, {:+.3g}{}, {} of {} larger, p = {:.3g}\n", m.metric,
+               *m.median_a, *m.median_b, *m.median_difference,
+               m.interval_95
+                   ? fmt::format(" [{:+.3g}, {:+.3g}]", m.interval_95->low, m.interval_95->high)
+                   : "",
+               m.larger, m.pairs, m.p_value);
   }
   for (const bool lost : {true, false})
     for (const Json& trial : Flipped(group.pairs, lost))
@@ -106,13 +92,12 @@ int Compare(const CompareArguments& arguments) {
       PrintGroup(group, metrics);
   }
   if (arguments.json)
-    fmt::print("{}\n", Json{{"a", arguments.a},
-                            {"b", arguments.b},
-                            {"build_a", a.header().build},
-                            {"build_b", b.header().build},
-                            {"pairs", pairs.size()},
-                            {"groups", list}}
-                           .dump(2));
+    fmt::print("{}", report::JsonText({{"a", arguments.a},
+                                       {"b", arguments.b},
+                                       {"build_a", a.header().build},
+                                       {"build_b", b.header().build},
+                                       {"pairs", pairs.size()},
+                                       {"groups", list}}));
   if (!arguments.figure.empty())
     WriteComparisonFigure(arguments.figure, groups, arguments.a, arguments.b);
   return app::kExitDone;

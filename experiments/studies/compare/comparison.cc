@@ -130,7 +130,7 @@ trial::Figure MetricNamed(const std::string& name) {
 
 MetricComparison CompareMetric(const std::vector<TrialPair>& pairs, const trial::Figure& metric) {
   MetricComparison c;
-  c.name = metric.name;
+  c.metric = metric.name;
   std::vector<double> in_a, in_b, differences;
   for (const TrialPair& pair : pairs) {
     const auto a = metric.of(pair.a), b = metric.of(pair.b);
@@ -145,9 +145,9 @@ MetricComparison CompareMetric(const std::vector<TrialPair>& pairs, const trial:
   c.pairs = std::ssize(differences);
   c.median_a = statistics::Median(std::move(in_a));
   c.median_b = statistics::Median(std::move(in_b));
-  c.interval = statistics::MedianInterval(differences);
+  c.interval_95 = statistics::MedianInterval(differences);
   c.median_difference = statistics::Median(std::move(differences));
-  c.larger_share = statistics::WilsonInterval(c.larger, c.larger + c.smaller);
+  c.larger_share_interval_95 = statistics::WilsonInterval(c.larger, c.larger + c.smaller);
   c.p_value = statistics::McNemarExactP(c.larger, c.smaller);
   return c;
 }

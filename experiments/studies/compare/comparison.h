@@ -9,6 +9,7 @@
 #include "experiments/farm/result_store.h"
 #include "experiments/statistics/intervals.h"
 #include "experiments/trial/record_columns.h"
+#include "sim/base/result_fields.h"
 
 namespace turbidock::compare {
 
@@ -42,14 +43,17 @@ RateComparison CompareRates(const std::vector<TrialPair>& pairs);
 
 // A metric over the pairs that succeeded in both and have it.
 struct MetricComparison {
-  std::string name;
+  std::string metric;
   int64_t pairs = 0, larger = 0, smaller = 0;  // in b
   std::optional<double> median_a, median_b;
-  std::optional<double> median_difference;       // median of b less a, pair by pair
-  std::optional<statistics::Interval> interval;  // of that median, 95 %, from order statistics
-  statistics::Interval
-      larger_share;    // of the pairs that differ, the share larger in b: Wilson, 95 %
+  std::optional<double> median_difference;          // median of b less a, pair by pair
+  std::optional<statistics::Interval> interval_95;  // of that median, from order statistics
+  // Of the pairs that differ, of the share larger in b: Wilson's.
+  statistics::Interval larger_share_interval_95;
   double p_value = 1;  // exact sign test, two-sided
+
+  TURBIDOCK_FIELDS(metric, pairs, median_a, median_b, median_difference, interval_95, larger,
+                   smaller, larger_share_interval_95, p_value)
 };
 MetricComparison CompareMetric(const std::vector<TrialPair>& pairs, const trial::Figure& metric);
 // "final_error_m" (true distance from the desired pose) or one of trial::Figures. ConfigError for

@@ -5,23 +5,20 @@
 #include <algorithm>
 #include <charconv>
 #include <map>
-#include <nlohmann/json.hpp>
 
 #include "experiments/farm/summary.h"
 #include "experiments/media/plot.h"
+#include "experiments/report/json.h"
+#include "experiments/report/table.h"
 
 namespace turbidock::curve {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using report::Json;
 
 double Number(const std::string& key, const std::string& text) {
-  double number = 0;
-  const char* const end = text.data() + text.size();
-  const auto result = std::from_chars(text.data(), end, number);
-  if (result.ec != std::errc{} || result.ptr != end)
-    throw ConfigError(key + ": '" + text + "' is no number, so nothing can be drawn over it");
-  return number;
+  if (const auto number = report::NumberIn(text)) return *number;
+  throw ConfigError(key + ": '" + text + "' is no number, so nothing can be drawn over it");
 }
 
 double Rate(const statistics::DosePoint& point) {
@@ -61,17 +58,14 @@ std::vector<SuccessCurve> SuccessCurves(const std::vector<farm::StoredTrial>& tr
 }
 
 std::string SuccessTable(const std::string& over, const std::vector<SuccessCurve>& curves) {
-  std::string text = fmt::format("{:24} {:>12} {:>9} {:>9}  {:10} {:10}\n", "", over, "trials",
-                                 "success %", "Wilson", "exact");
-  const auto percent = [](const statistics::Interval& interval) {
-    return fmt::format("{:.0f}-{:.0f}", 100 * interval.low, 100 * interval.high);
-  };
+  report::Table table({"<", over, "trials", "success %", "<Wilson", "<exact"});
   for (const SuccessCurve& curve : curves)
     for (const statistics::DosePoint& p : curve.points)
-      text += fmt::format("{:24} {:>{}} {:>9} {:>9.1f}  {:10} {:10}\n", curve.name,
-                          FormatNumber(p.dose), std::max<size_t>(12, over.size()), p.trials,
-                          100 * Rate(p), percent(statistics::WilsonInterval(p.successes, p.trials)),
-                          percent(statistics::ClopperPearsonInterval(p.successes, p.trials)));
+      table.Row({curve.name, FormatNumber(p.dose), std::to_string(p.trials),
+                 report::Fixed(100 * Rate(p), 1),
+                 farm::PercentText(statistics::WilsonInterval(p.successes, p.trials)),
+                 farm::PercentText(statistics::ClopperPearsonInterval(p.successes, p.trials))});
+  std::string text = table.Text();
   for (const SuccessCurve& curve : curves)
     text +=
         fmt::format("{}{}\n", curve.name.empty() ? "success " : curve.name + " ", HalfText(curve));
@@ -83,15 +77,13 @@ std::string SuccessJson(const std::string& over, const std::vector<SuccessCurve>
   Json list = Json::array();
   for (const SuccessCurve& curve : curves) {
     Json points = Json::array();
-    for (const statistics::DosePoint& p : curve.points) {
-      const statistics::Interval wilson = statistics::WilsonInterval(p.successes, p.trials);
-      const statistics::Interval exact = statistics::ClopperPearsonInterval(p.successes, p.trials);
-      points.push_back({{over, p.dose},
-                        {"trials", p.trials},
-                        {"successes", p.successes},
-                        {"wilson", {wilson.low, wilson.high}},
-                        {"clopper_pearson", {exact.low, exact.high}}});
-    }
+    for (const statistics::DosePoint& p : curve.points)
+      points.push_back(
+          {{over, p.dose},
+           {"trials", p.trials},
+           {"successes", p.successes},
+           {"wilson", statistics::WilsonInterval(p.successes, p.trials)},
+           {"clopper_pearson", statistics::ClopperPearsonInterval(p.successes, p.trials)}});
     Json half;
     if (curve.fit)
       half = {{"at", curve.fit->half_dose},
@@ -99,7 +91,7 @@ std::string SuccessJson(const std::string& over, const std::vector<SuccessCurve>
               {"high", curve.fit->half_high}};
     list.push_back({{"name", curve.name}, {"points", points}, {"half", half}});
   }
-  return list.dump(2) + "\n";
+  return report::JsonText(list);
 }
 
 void WriteSuccessFigure(const std::string& path, const std::string& title, const std::string& over,

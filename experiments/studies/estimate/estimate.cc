@@ -2,14 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-#include <nlohmann/json.hpp>
-
 #include "experiments/config/data_files.h"
 #include "experiments/config/rig_file.h"
 #include "experiments/config/yaml_fields.h"
 #include "experiments/media/draw_balls.h"
 #include "experiments/media/image_source.h"
+#include "experiments/report/json.h"
 #include "sim/base/random.h"
 #include "sim/base/units.h"
 #include "vision/overlay.h"
@@ -18,7 +16,7 @@
 namespace turbidock::estimate {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using report::Json;
 
 constexpr int64_t kStillFrames = 30;
 
@@ -28,35 +26,24 @@ void RequireSize(const Image3u8& image, const CameraIntrinsics& camera, const st
                                       image.height(), camera.width_px, camera.height_px));
 }
 
-// Standard deviations, or null.
-Json DeviationsOf(const PoseEstimate& estimate, int first) {
-  if (!estimate.covariance) return {};
-  Json list = Json::array();
-  for (int i = first; i < first + 3; ++i) list.push_back(std::sqrt((*estimate.covariance)(i, i)));
-  return list;
+// Standard deviations of three coordinates.
+std::optional<Eigen::Vector3d> DeviationsOf(const PoseEstimate& estimate, int first) {
+  if (!estimate.covariance) return std::nullopt;
+  return Eigen::Vector3d(estimate.covariance->diagonal().segment<3>(first).cwiseSqrt());
 }
 
 Json ToJson(const PoseEstimate& estimate, const EstimateSettings& settings) {
-  const Eigen::Vector3d& p = estimate.X_HM.p;
-  const Eigen::Quaterniond& q = estimate.X_HM.q;
   Json balls;
   for (size_t b = 0; b < settings.marker.balls.size(); ++b)
     balls[settings.marker.balls[b].name] = estimate.ball_fitness[b];
-  Json covariance;
-  if (estimate.covariance)
-    for (int i = 0; i < 6; ++i) {
-      Json row = Json::array();
-      for (int j = 0; j < 6; ++j) row.push_back((*estimate.covariance)(i, j));
-      covariance.push_back(row);
-    }
   return {{"detected", estimate.detected},
-          {"position_m", {p.x(), p.y(), p.z()}},
-          {"quaternion_wxyz", {q.w(), q.x(), q.y(), q.z()}},
+          {"position_m", estimate.X_HM.p},
+          {"quaternion_wxyz", estimate.X_HM.q},
           {"fitness", estimate.fitness},
           {"ball_fitness", balls},
           {"position_deviation_m", DeviationsOf(estimate, 0)},
           {"rotation_deviation_rad", DeviationsOf(estimate, 3)},
-          {"covariance", covariance}};
+          {"covariance", estimate.covariance}};
 }
 
 }  // namespace
@@ -150,8 +137,9 @@ std::string EstimateJson(const EstimateSummary& summary, const EstimateSettings&
   json["complete"] = summary.incomplete.empty();
   json["incomplete_reason"] = summary.incomplete.empty() ? Json() : Json(summary.incomplete);
   json["records"] = Json::array();
-  for (const std::string& record : records) json["records"].push_back(Json::parse(record));
-  return json.dump(2) + "\n";
+  for (const std::string& record : records)
+    json["records"].push_back(report::ParseJson(record, "a record"));
+  return report::JsonText(json);
 }
 
 std::string EstimateRecordJson(const EstimatedFrame& frame, const EstimateSettings& settings) {
@@ -160,7 +148,7 @@ std::string EstimateRecordJson(const EstimatedFrame& frame, const EstimateSettin
   json.erase("covariance");
   json["evaluations"] = frame.estimate.evaluations;
   json["generations"] = frame.generations;
-  return json.dump();
+  return report::JsonLine(json);
 }
 
 std::string EstimateCsvHeader(const EstimateSettings& settings) {
@@ -177,8 +165,9 @@ std::string EstimateCsvRow(const EstimatedFrame& frame) {
   for (const double x : {e.X_HM.p.x(), e.X_HM.p.y(), e.X_HM.p.z(), e.X_HM.q.w(), e.X_HM.q.x(),
                          e.X_HM.q.y(), e.X_HM.q.z(), e.fitness})
     row.append(",").append(FormatNumber(x));
+  const std::optional<Eigen::Vector3d> deviations = DeviationsOf(e, 0);
   for (int i = 0; i < 3; ++i)
-    row.append(",").append(e.covariance ? FormatNumber(std::sqrt((*e.covariance)(i, i))) : "");
+    row.append(",").append(deviations ? FormatNumber((*deviations)[i]) : "");
   row += fmt::format(",{},{}", e.evaluations, frame.generations);
   for (const double fitness : e.ball_fitness) row.append(",").append(FormatNumber(fitness));
   return row += '\n';

@@ -6,10 +6,10 @@
 #include <array>
 #include <cmath>
 #include <ctime>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "experiments/config/yaml_fields.h"
+#include "experiments/report/json.h"
 #include "experiments/studies/estimators/pagmo_estimator.h"
 #include "experiments/trial/fixed_view.h"
 #include "sim/base/random.h"
@@ -20,7 +20,7 @@
 namespace turbidock::estimators {
 namespace {
 
-using Json = nlohmann::json;
+using report::Json;
 
 double ProcessorTime_s() {
   timespec time{};
@@ -43,37 +43,10 @@ struct OneRun {
   double error_m = 0, rotation_rad = 0, detected = 0, fitness = 0, frame_s = 0, evaluations = 0;
   int found_frame = 0;  // the first of those found without a break to the end, from 1; 0: none
   Pose true_X_HM;       // at the end
+
+  TURBIDOCK_FIELDS(error_m, rotation_rad, detected, fitness, frame_s, evaluations, found_frame,
+                   true_X_HM.p, true_X_HM.q)
 };
-
-// From a worker to the program.
-void to_json(Json& json, const OneRun& run) {
-  const Pose& X = run.true_X_HM;
-  json = {{"error_m", run.error_m},
-          {"rotation_rad", run.rotation_rad},
-          {"detected", run.detected},
-          {"fitness", run.fitness},
-          {"frame_s", run.frame_s},
-          {"evaluations", run.evaluations},
-          {"found_frame", run.found_frame},
-          {"position_m", {X.p.x(), X.p.y(), X.p.z()}},
-          {"quaternion_wxyz", {X.q.w(), X.q.x(), X.q.y(), X.q.z()}}};
-}
-
-void from_json(const Json& json, OneRun& run) {
-  const auto get = [&json](const char* key, auto* value) { json.at(key).get_to(*value); };
-  get("error_m", &run.error_m);
-  get("rotation_rad", &run.rotation_rad);
-  get("detected", &run.detected);
-  get("fitness", &run.fitness);
-  get("frame_s", &run.frame_s);
-  get("evaluations", &run.evaluations);
-  get("found_frame", &run.found_frame);
-  std::array<double, 3> p{};
-  std::array<double, 4> q{};
-  get("position_m", &p);
-  get("quaternion_wxyz", &q);
-  run.true_X_HM = {Eigen::Quaterniond(q[0], q[1], q[2], q[3]), Eigen::Vector3d(p[0], p[1], p[2])};
-}
 
 bool IsFound(const CompareOptions& options, double error_m, double rotation_rad) {
   return error_m <= options.found_m && rotation_rad <= options.found_rad;
@@ -140,8 +113,8 @@ std::string RunJob(const CompareOptions& options, const Job& job) {
                 .Stream(std::string("compare.") + NameOf(job.marker) +
                         FormatNumber(job.distance_m) + "." + FormatNumber(job.first));
   const size_t milks = options.milk_ml_m3.size();
-  std::vector<std::vector<Json>> out(milks,
-                                     std::vector<Json>(options.estimators.size(), Json::array()));
+  std::vector<std::vector<std::vector<OneRun>>> out(
+      milks, std::vector<std::vector<OneRun>>(options.estimators.size()));
   std::vector<int> done(milks, 0);
   // Where too little of the range is Area I, there are fewer starts.
   int candidates = 20 * job.count;
@@ -183,7 +156,7 @@ std::string RunJob(const CompareOptions& options, const Job& job) {
       first_view += true_X_HM.size();
     }
   }
-  return Json(out).dump();
+  return report::JsonLine(out);
 }
 
 // Where there are too few for one, between all values.
@@ -316,7 +289,7 @@ std::vector<CompareRow> CompareEstimators(const CompareOptions& options) {
     for (end = first; end < texts.size() && jobs[end].marker == job.marker &&
                       jobs[end].distance_m == job.distance_m;
          ++end)
-      parts.push_back(Json::parse(texts[end]));
+      parts.push_back(report::ParseJson(texts[end], "runs of a worker"));
     for (size_t m = 0; m < options.milk_ml_m3.size(); ++m)
       for (size_t e = 0; e < options.estimators.size(); ++e) {
         std::vector<OneRun> runs;

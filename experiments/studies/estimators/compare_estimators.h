@@ -4,6 +4,7 @@
 // and how well its fitness tells its error. Beside markers at rest: anywhere in the search range,
 // moving, absent (CompareTask).
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <string>
@@ -13,6 +14,8 @@
 #include "experiments/statistics/intervals.h"
 #include "experiments/studies/estimators/compare_task.h"
 #include "experiments/studies/recognition/recognition.h"
+#include "sim/base/result_fields.h"
+#include "sim/base/units.h"
 #include "vision/pose_estimator.h"
 
 namespace turbidock::estimators {
@@ -51,6 +54,13 @@ struct CompareOptions {
 struct CompareMiss {
   Pose true_X_HM;  // at the end
   double error_m = 0, rotation_rad = 0, fitness = 0;
+
+  static void Fields(auto& self, auto&& field) {
+    field("position_m", self.true_X_HM.p);
+    field("quaternion_wxyz", self.true_X_HM.q);
+    self.VisitFields(field);
+  }
+  TURBIDOCK_VISIT_FIELDS(error_m, rotation_rad, fitness)
 };
 
 // One estimator in one cell. The error of a start, found or not, is the last frame's; that of a
@@ -76,6 +86,17 @@ struct CompareRow {
   std::vector<double> errors_m, rotations_rad, fitness;  // by start
   std::vector<bool> is_found;
   std::vector<CompareMiss> misses;
+
+  static void Fields(auto& self, auto&& field) {
+    field("marker", self.cell.marker);
+    field("distance_mm", units::MmFromM(self.cell.distance_m));
+    field("milk_ml_m3", self.cell.milk_ml_m3);
+    self.VisitFields(field);
+  }
+  TURBIDOCK_VISIT_FIELDS(estimator, starts, found, found_interval, error_median_m,
+                         error_median_interval_m, error_95_m, error_worst_m, rotation_median_rad,
+                         rotation_median_interval_rad, rotation_95_rad, detected, fitness_mean,
+                         frame_s, evaluations_per_frame, frames_median, frames_95, misses)
 };
 
 // The frame by which that share of the starts is found, given when each of those found was; nothing
@@ -97,6 +118,13 @@ struct FitnessBin {
   statistics::Interval found_interval = {};  // Wilson, 95 %
   double error_median_m = 0, error_95_m = 0;
   double rotation_median_rad = 0, rotation_95_rad = 0;
+
+  static void Fields(auto& self, auto&& field) {
+    field("fitness", std::array{self.low, self.high});
+    self.VisitFields(field);
+  }
+  TURBIDOCK_VISIT_FIELDS(starts, found, found_interval, error_median_m, error_95_m,
+                         rotation_median_rad, rotation_95_rad)
 };
 
 // Areas III and II, and Area I in steps of 0.1; those that hold an estimate.
@@ -104,6 +132,7 @@ std::vector<FitnessBin> FitnessBins(const std::vector<CompareRow>& rows,
                                     recognition::MarkerKind marker, const std::string& estimator);
 
 std::string CompareText(const std::vector<CompareRow>& rows);
+// The cells' keys of the JSON in mm, degrees and ms; an interval is two columns.
 std::string CompareCsv(const std::vector<CompareRow>& rows);
 std::string CompareJson(const std::vector<CompareRow>& rows);
 // Share found, median error and median rotation error over milk: a row of panels for each marker

@@ -43,8 +43,7 @@ int Compare(const CompareArguments& arguments) {
 
   app::Progress progress(arguments.quiet);
   options.run.on_progress = [&](int done, int of) {
-    progress.ShowOrSay(static_cast<double>(done) / of, fmt::format("{} of {} parts done", done, of),
-                       30);
+    progress.ShowDone(done, of, "parts done", 30);
   };
   options.run.stop_requested = [] { return app::StopSignal() != 0; };
   const std::vector<CompareRow> rows = CompareEstimators(options);

@@ -4,16 +4,18 @@
 
 #include <algorithm>
 #include <array>
-#include <nlohmann/json.hpp>
 #include <set>
 
 #include "experiments/media/plot.h"
+#include "experiments/report/json.h"
+#include "experiments/report/table.h"
 #include "experiments/studies/estimators/compare_estimators.h"
 #include "sim/base/units.h"
 
 namespace turbidock::estimators {
 namespace {
 
+using report::Fixed;
 using units::DegFromRad;
 using units::MmFromM;
 
@@ -30,12 +32,45 @@ std::string DistanceText(const CompareRow& row) {
   return row.cell.distance_m > 0 ? fmt::format("{:.0f}", MmFromM(row.cell.distance_m)) : "any";
 }
 
-std::string FramesText(const std::optional<int>& frames) {
-  return frames ? fmt::format("{}", *frames) : "-";
+// "0.5..0.7" of that unit.
+std::string Span(const statistics::Interval& interval, double unit, int digits) {
+  return Fixed(unit * interval.low, digits) + ".." + Fixed(unit * interval.high, digits);
 }
 
-nlohmann::ordered_json JsonOf(const std::optional<int>& frames) {
-  return frames ? nlohmann::ordered_json(*frames) : nlohmann::ordered_json(nullptr);
+// A median with its interval: "1.2 (1.0..1.5)".
+std::string MedianText(double median, const statistics::Interval& interval, double unit,
+                       int digits) {
+  return fmt::format("{} ({})", Fixed(unit * median, digits), Span(interval, unit, digits));
+}
+
+// A cell's numbers in units for people, an interval as two.
+report::Json ShownColumns(const CompareRow& row) {
+  report::Json columns;
+  const auto add = [&columns](std::string key, double value) {
+    for (const auto& [si, shown, factor] : {std::tuple("_m", "_mm", MmFromM(1)),
+                                            {"_rad", "_deg", units::kDegPerRad},
+                                            {"_s", "_ms", 1000}})
+      if (key.ends_with(si)) {
+        key.replace(key.rfind(si), key.size(), shown);
+        value *= factor;
+      }
+    columns[key] = value;
+  };
+  CompareRow::Fields(row, [&](const std::string& key, const auto& value) {
+    using V = std::remove_cvref_t<decltype(value)>;
+    const auto bound = [&](const char* end) {
+      return std::string(key).replace(key.find("interval"), 8, end);
+    };
+    if constexpr (std::is_same_v<V, double>) {
+      add(key, value);
+    } else if constexpr (std::is_same_v<V, statistics::Interval>) {
+      add(bound("low"), value.low);
+      add(bound("high"), value.high);
+    } else if constexpr (!IsVectorOfStructs<V>::value) {
+      columns[key] = value;
+    }
+  });
+  return columns;
 }
 
 // Calls see(marker, estimator) for all there are.
@@ -63,130 +98,60 @@ Place PlaceOf(const CompareRow& row, bool one_estimator) {
 }  // namespace
 
 std::string CompareText(const std::vector<CompareRow>& rows) {
-  size_t name_width = 10;
-  for (const CompareRow& row : rows) name_width = std::max(name_width, row.estimator.size());
-  std::string text = fmt::format(
-      "{:8} {:>5} {:>6}  {:{}} {:>9} {:>13} {:>20} {:>7} {:>7} {:>18} {:>8} {:>6} {:>8} {:>6} "
-      "{:>6} {:>4}\n",
-      "marker", "mm", "ml/m3", "estimator", name_width, "found", "95 %", "median error mm",
-      "95 % mm", "worst", "median error deg", "detected", "F", "ms/frame", "evals", "frames",
-      "95 %");
+  const double mm = MmFromM(1), deg = units::kDegPerRad;
+  const auto count = [](int found, int starts) { return fmt::format("{}/{}", found, starts); };
+  report::Table cells({"<marker", "mm", "ml/m3", "<estimator", "found", "95 %", "median error mm",
+                       "95 % mm", "worst", "median error deg", "detected", "F", "ms/frame", "evals",
+                       "frames", "95 %"});
   for (const CompareRow& row : rows)
-    text += fmt::format(
-        "{:8} {:>5} {:6g}  {:{}} {:4}/{:<4} {:5.2f}..{:<5.2f} {:7.1f} ({:5.1f}..{:5.1f}) {:7.1f} "
-        "{:7.1f} {:5.2f} ({:4.2f}..{:5.2f}) {:8.4f} {:6.2f} {:8.2f} {:6.0f} {:>6} {:>4}\n",
-        NameOf(row.cell.marker), DistanceText(row), row.cell.milk_ml_m3, row.estimator, name_width,
-        row.found, row.starts, row.found_interval.low, row.found_interval.high,
-        MmFromM(row.error_median_m), MmFromM(row.error_median_interval_m.low),
-        MmFromM(row.error_median_interval_m.high), MmFromM(row.error_95_m),
-        MmFromM(row.error_worst_m), DegFromRad(row.rotation_median_rad),
-        DegFromRad(row.rotation_median_interval_rad.low),
-        DegFromRad(row.rotation_median_interval_rad.high), row.detected, row.fitness_mean,
-        1000 * row.frame_s, row.evaluations_per_frame, FramesText(row.frames_median),
-        FramesText(row.frames_95));
-  text += "\nrank correlation of F with the error (-1: F tells it perfectly)\n";
+    cells.Row({NameOf(row.cell.marker), DistanceText(row), fmt::format("{:g}", row.cell.milk_ml_m3),
+               row.estimator, count(row.found, row.starts), Span(row.found_interval, 1, 2),
+               MedianText(row.error_median_m, row.error_median_interval_m, mm, 1),
+               Fixed(mm * row.error_95_m, 1), Fixed(mm * row.error_worst_m, 1),
+               MedianText(row.rotation_median_rad, row.rotation_median_interval_rad, deg, 2),
+               Fixed(row.detected, 4), Fixed(row.fitness_mean, 2), Fixed(1000 * row.frame_s, 2),
+               Fixed(row.evaluations_per_frame, 0), Fixed(row.frames_median, 0),
+               Fixed(row.frames_95, 0)});
+  report::Table correlations({"<marker", "<estimator", "rank correlation"}),
+      bins({"<marker", "<estimator", "F", "found", "95 %", "error mm (95 %)", "deg (95 %)"});
   ForEachMarkerAndEstimator(rows, [&](recognition::MarkerKind marker, const std::string& name) {
-    text += fmt::format("{:8} {:{}} {:+.2f}\n", NameOf(marker), name, name_width,
-                        FitnessErrorCorrelation(rows, marker, name));
-  });
-  text +=
-      fmt::format("\nwhat F tells\n{:8} {:{}} {:>11} {:>9} {:>13} {:>16} {:>16}\n", "marker",
-                  "estimator", name_width, "F", "found", "95 %", "error mm (95 %)", "deg (95 %)");
-  ForEachMarkerAndEstimator(rows, [&](recognition::MarkerKind marker, const std::string& name) {
+    correlations.Row({NameOf(marker), name,
+                      fmt::format("{:+.2f}", FitnessErrorCorrelation(rows, marker, name))});
     for (const FitnessBin& bin : FitnessBins(rows, marker, name))
-      text += fmt::format(
-          "{:8} {:{}} {:5.2f}..{:<4.2f} {:4}/{:<4} {:5.3f}..{:<5.3f} {:7.2f} ({:6.2f}) {:7.3f} "
-          "({:6.3f})\n",
-          NameOf(marker), name, name_width, bin.low, bin.high, bin.found, bin.starts,
-          bin.found_interval.low, bin.found_interval.high, MmFromM(bin.error_median_m),
-          MmFromM(bin.error_95_m), DegFromRad(bin.rotation_median_rad),
-          DegFromRad(bin.rotation_95_rad));
+      bins.Row({NameOf(marker), name, Span({bin.low, bin.high}, 1, 2), count(bin.found, bin.starts),
+                Span(bin.found_interval, 1, 3),
+                fmt::format("{:.2f} ({:6.2f})", mm * bin.error_median_m, mm * bin.error_95_m),
+                fmt::format("{:.3f} ({:6.3f})", deg * bin.rotation_median_rad,
+                            deg * bin.rotation_95_rad)});
   });
+  std::string text = cells.Text() +
+                     "\nrank correlation of F with the error (-1: F tells it perfectly)\n" +
+                     correlations.Text() + "\nwhat F tells\n" + bins.Text();
   text.pop_back();
   return text;
 }
 
 std::string CompareCsv(const std::vector<CompareRow>& rows) {
-  std::string text =
-      "marker,distance_mm,milk_ml_m3,estimator,starts,found,found_low,found_high,error_median_mm,"
-      "error_median_low_mm,error_median_high_mm,error_95_mm,error_worst_mm,rotation_median_deg,"
-      "rotation_median_low_deg,rotation_median_high_deg,rotation_95_deg,detected,fitness_mean,"
-      "frame_ms,evaluations_per_frame,frames_median,frames_95\n";
-  const auto frames = [](const std::optional<int>& n) { return n ? FramesText(n) : ""; };
-  for (const CompareRow& row : rows)
-    text += fmt::format(
-        "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n",
-        NameOf(row.cell.marker), MmFromM(row.cell.distance_m), row.cell.milk_ml_m3, row.estimator,
-        row.starts, row.found, row.found_interval.low, row.found_interval.high,
-        MmFromM(row.error_median_m), MmFromM(row.error_median_interval_m.low),
-        MmFromM(row.error_median_interval_m.high), MmFromM(row.error_95_m),
-        MmFromM(row.error_worst_m), DegFromRad(row.rotation_median_rad),
-        DegFromRad(row.rotation_median_interval_rad.low),
-        DegFromRad(row.rotation_median_interval_rad.high), DegFromRad(row.rotation_95_rad),
-        row.detected, row.fitness_mean, 1000 * row.frame_s, row.evaluations_per_frame,
-        frames(row.frames_median), frames(row.frames_95));
-  return text;
+  std::string csv;
+  for (const CompareRow& row : rows) report::AddCsv(ShownColumns(row), &csv);
+  return csv;
 }
 
 std::string CompareJson(const std::vector<CompareRow>& rows) {
-  nlohmann::ordered_json json = {{"cells", nlohmann::ordered_json::array()},
-                                 {"fitness_error_correlation", nlohmann::ordered_json::array()},
-                                 {"fitness_bins", nlohmann::ordered_json::array()}};
-  for (const CompareRow& row : rows) {
-    auto misses = nlohmann::ordered_json::array();
-    for (const CompareMiss& miss : row.misses) {
-      const Eigen::Vector3d& p = miss.true_X_HM.p;
-      const Eigen::Quaterniond& q = miss.true_X_HM.q;
-      misses.push_back({{"position_m", {p.x(), p.y(), p.z()}},
-                        {"quaternion_wxyz", {q.w(), q.x(), q.y(), q.z()}},
-                        {"error_m", miss.error_m},
-                        {"rotation_rad", miss.rotation_rad},
-                        {"fitness", miss.fitness}});
-    }
-    json["cells"].push_back(
-        {{"marker", NameOf(row.cell.marker)},
-         {"distance_mm", MmFromM(row.cell.distance_m)},
-         {"milk_ml_m3", row.cell.milk_ml_m3},
-         {"estimator", row.estimator},
-         {"starts", row.starts},
-         {"found", row.found},
-         {"found_interval", {row.found_interval.low, row.found_interval.high}},
-         {"error_median_m", row.error_median_m},
-         {"error_median_interval_m",
-          {row.error_median_interval_m.low, row.error_median_interval_m.high}},
-         {"error_95_m", row.error_95_m},
-         {"error_worst_m", row.error_worst_m},
-         {"rotation_median_rad", row.rotation_median_rad},
-         {"rotation_median_interval_rad",
-          {row.rotation_median_interval_rad.low, row.rotation_median_interval_rad.high}},
-         {"rotation_95_rad", row.rotation_95_rad},
-         {"detected", row.detected},
-         {"fitness_mean", row.fitness_mean},
-         {"frame_s", row.frame_s},
-         {"evaluations_per_frame", row.evaluations_per_frame},
-         {"frames_median", JsonOf(row.frames_median)},
-         {"frames_95", JsonOf(row.frames_95)},
-         {"misses", misses}});
-  }
+  report::Json json = {{"cells", rows},
+                       {"fitness_error_correlation", report::Json::array()},
+                       {"fitness_bins", report::Json::array()}};
   ForEachMarkerAndEstimator(rows, [&](recognition::MarkerKind marker, const std::string& name) {
-    json["fitness_error_correlation"].push_back(
-        {{"marker", NameOf(marker)},
-         {"estimator", name},
-         {"spearman", FitnessErrorCorrelation(rows, marker, name)}});
-    for (const FitnessBin& bin : FitnessBins(rows, marker, name))
-      json["fitness_bins"].push_back(
-          {{"marker", NameOf(marker)},
-           {"estimator", name},
-           {"fitness", {bin.low, bin.high}},
-           {"starts", bin.starts},
-           {"found", bin.found},
-           {"found_interval", {bin.found_interval.low, bin.found_interval.high}},
-           {"error_median_m", bin.error_median_m},
-           {"error_95_m", bin.error_95_m},
-           {"rotation_median_rad", bin.rotation_median_rad},
-           {"rotation_95_rad", bin.rotation_95_rad}});
+    const report::Json of = {{"marker", marker}, {"estimator", name}};
+    json["fitness_error_correlation"].push_back(of);
+    json["fitness_error_correlation"].back()["spearman"] =
+        FitnessErrorCorrelation(rows, marker, name);
+    for (const FitnessBin& bin : FitnessBins(rows, marker, name)) {
+      json["fitness_bins"].push_back(of);
+      json["fitness_bins"].back().update(bin);
+    }
   });
-  return json.dump(2) + "\n";
+  return report::JsonText(json);
 }
 
 void WriteCompareFigure(const std::string& path, const std::vector<CompareRow>& rows) {

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "experiments/config/yaml_fields.h"
+#include "experiments/system/output_path.h"
 #include "sim/base/check.h"
 #include "sim/base/digest.h"
 
@@ -36,13 +37,6 @@ std::string JoinAssignments(const std::vector<std::string>& assignments) {
 
 std::string Percent(double share) { return fmt::format("{:.1f} %", 100 * share); }
 
-std::optional<double> MedianOf(const BaselineCondition& condition, double GateTrial::*value) {
-  std::vector<double> values;
-  for (const GateTrial& trial : condition.outcomes)
-    if (trial.docked()) values.push_back(trial.*value);
-  return statistics::Median(std::move(values));
-}
-
 std::string Rate(const BaselineCondition& c) {
   return fmt::format("{} of {} docked ({}, 95 % interval {} to {})", c.docked, c.trials,
                      Percent(c.success_rate), Percent(c.interval_95.at(0)),
@@ -52,7 +46,8 @@ std::string Rate(const BaselineCondition& c) {
 void DescribeMedian(const BaselineCondition& before, const BaselineCondition& after,
                     double GateTrial::*value, const char* name, double scale, const char* unit,
                     std::vector<std::string>* lines) {
-  const auto old_median = MedianOf(before, value), new_median = MedianOf(after, value);
+  const auto old_median = statistics::Median(DockedValues(before.outcomes, value)),
+             new_median = statistics::Median(DockedValues(after.outcomes, value));
   if (!old_median || !new_median || *old_median == *new_median) return;
   lines->push_back(fmt::format("  median {} {:.1f} {} -> {:.1f} {} ({:+.1f})", name,
                                scale * *old_median, unit, scale * *new_median, unit,
@@ -111,7 +106,7 @@ Baseline LoadBaseline(const std::string& file) {
     throw ConfigError(file +
                       ": there is no baseline; `turbidock gate GATE.yaml --update` makes it");
   Baseline baseline = config::LoadLayers<Baseline>({file}, {});
-  const std::string text = config::ReadFile(file);
+  const std::string text = system::ReadWhole(file);
   const size_t end = text.rfind(kChecksumKey);
   const std::string covered = text.substr(0, end == std::string::npos ? text.size() : end);
   const std::string tail = std::string(kChecksumKey) + "\"" + ChecksumOf(covered) + "\"\n";
@@ -126,30 +121,26 @@ Baseline LoadBaseline(const std::string& file) {
 }
 
 void RequireSamePlan(const GatePlan& plan, const Baseline& baseline, const std::string& file) {
-  const std::string remedy = "; measure it anew with --update";
+  const auto fail = [&file](const std::string& why) {
+    throw ConfigError(file + ": is from another plan: " + why + "; measure it anew with --update");
+  };
   for (const GateCondition& condition : plan.conditions) {
+    const std::string of = "condition '" + condition.name + "'";
     const BaselineCondition* known = baseline.Find(condition.name);
-    if (!known)
-      throw ConfigError(file + ": is from another plan: it has no condition '" + condition.name +
-                        "'" + remedy);
+    if (!known) return fail("it has no " + of);
     if (known->scenario != condition.scenario)
-      throw ConfigError(file + ": is from another plan: condition '" + condition.name +
-                        "' was measured in scenario " + known->scenario + ", the gate says " +
-                        condition.scenario + remedy);
+      fail(of + " was measured in scenario " + known->scenario + ", the gate says " +
+           condition.scenario);
     const std::string settings = JoinAssignments(condition.assignments);
     if (known->settings != settings)
-      throw ConfigError(file + ": is from another plan: condition '" + condition.name +
-                        "' was measured with '" + known->settings + "', the gate sets '" +
-                        settings + "'" + remedy);
+      fail(of + " was measured with '" + known->settings + "', the gate sets '" + settings + "'");
     if (known->digest != condition.digest)
-      throw ConfigError(file + ": is from another plan: the scenario file " + condition.scenario +
-                        " of condition '" + condition.name + "' has changed" + remedy);
+      fail("the scenario file " + condition.scenario + " of " + of + " has changed");
   }
   for (const BaselineCondition& known : baseline.conditions)
     if (std::none_of(plan.conditions.begin(), plan.conditions.end(),
                      [&](const GateCondition& c) { return c.name == known.name; }))
-      throw ConfigError(file + ": is from another plan: the gate has no condition '" + known.name +
-                        "'" + remedy);
+      fail("the gate has no condition '" + known.name + "'");
 }
 
 std::vector<std::string> DescribeChange(const Baseline& before, const Baseline& after) {

@@ -4,7 +4,6 @@
 #include <cctype>
 #include <cstdio>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,6 +11,8 @@
 #include "experiments/app/commands.h"
 #include "experiments/app/plan_arguments.h"
 #include "experiments/app/progress.h"
+#include "experiments/report/json.h"
+#include "experiments/report/table.h"
 #include "experiments/studies/gate/error_rates.h"
 #include "experiments/studies/gate/gate.h"
 #include "experiments/studies/gate/gate_output.h"
@@ -25,6 +26,8 @@ namespace turbidock::gate {
 namespace {
 
 namespace fs = std::filesystem;
+using report::Fixed;
+using report::Json;
 
 struct GateArguments {
   std::string plan;
@@ -69,11 +72,9 @@ int UpdateBaseline(const GateArguments& arguments, const GatePlan& plan) {
   system::RequireWritable(plan.baseline);
   app::Progress progress(arguments.quiet);
   GateTrialRunner runner(plan, {}, arguments.workers);
-  Baseline now =
-      MeasureBaseline(plan, RunnerOf(&runner), AtOnce(arguments), [&](int done, int all) {
-        progress.ShowOrSay(static_cast<double>(done) / all,
-                           fmt::format("{} of {} trials", done, all), kLogEvery_s);
-      });
+  Baseline now = MeasureBaseline(
+      plan, RunnerOf(&runner), AtOnce(arguments),
+      [&](int done, int all) { progress.ShowDone(done, all, "trials", kLogEvery_s); });
   now.build = system::BuildId();
   system::WriteWhole(plan.baseline, BaselineText(now));
   for (const std::string& line : DescribeChange(before.value_or(Baseline{}), now))
@@ -113,7 +114,7 @@ void WriteBundles(const GateArguments& arguments, const GatePlan& plan, const Ga
   for (size_t i = 0; i < report.conditions.size(); ++i) {
     const ConditionReport& condition = report.conditions[i];
     for (const GateTrial& trial : condition.trials) {
-      const auto& failing = condition.newly_failing;
+      const auto& failing = condition.newly_failing_seeds;
       if (std::find(failing.begin(), failing.end(), trial.seed) == failing.end()) continue;
       if (left-- <= 0) return;
       WriteBundle(arguments.out + "/failures", plan.conditions[i], arguments.assignments, trial);
@@ -203,63 +204,55 @@ int PlanSize(const GateArguments& arguments) {
   const statistics::FixedTest fixed = statistics::FixedSampleTest(design);
   const int64_t sequences = arguments.simulate > 0 ? arguments.simulate : 10000;
 
-  auto exact = nlohmann::ordered_json::array();
-  if (!arguments.json) {
-    fmt::print("success rate {:g} against {:g}, alpha {:g}, beta {:g}, at most {} trials\n",
-               design.no_worse, design.worse, design.alpha, design.beta, design.max_trials);
-    fmt::print("a test of fixed size takes {} trials and fails when {} or fewer succeed\n\n",
-               fixed.trials, fixed.fail_at_most);
-    fmt::print("{:24} {:>8} {:>8} {:>8} {:>13} {:>9} {:>12}\n", "known old rate, exact", "new rate",
-               "fail", "pass", "inconclusive", "trials", "fewer by");
-  }
-  const double middle = (design.no_worse + design.worse) / 2;
-  for (const double p : {design.no_worse, middle, design.worse}) {
+  auto exact = Json::array(), counted = Json::array();
+  report::Table expected(
+      {"<known old rate, exact", "new rate", "fail", "pass", "inconclusive", "trials", "fewer by"});
+  for (const double p : {design.no_worse, (design.no_worse + design.worse) / 2, design.worse}) {
     const statistics::RateTest::Characteristic c = test.At(p);
     const double saving = 1 - c.expected_trials / fixed.trials;
-    if (arguments.json)
-      exact.push_back({{"new_rate", p},
-                       {"fail", c.p_fail},
-                       {"pass", c.p_pass},
-                       {"inconclusive", c.p_inconclusive},
-                       {"expected_trials", c.expected_trials},
-                       {"saving", saving}});
-    else
-      fmt::print("{:24} {:8.4g} {:8.4f} {:8.4f} {:13.4f} {:9.1f} {:10.0f} %\n", "", p, c.p_fail,
-                 c.p_pass, c.p_inconclusive, c.expected_trials, 100 * saving);
+    exact.push_back({{"new_rate", p},
+                     {"fail", c.p_fail},
+                     {"pass", c.p_pass},
+                     {"inconclusive", c.p_inconclusive},
+                     {"expected_trials", c.expected_trials},
+                     {"saving", saving}});
+    expected.Row({"", fmt::format("{:.4g}", p), Fixed(c.p_fail, 4), Fixed(c.p_pass, 4),
+                  Fixed(c.p_inconclusive, 4), Fixed(c.expected_trials, 1),
+                  Fixed(100 * saving, 0) + " %"});
   }
-
-  auto counted = nlohmann::ordered_json::array();
-  if (!arguments.json)
-    fmt::print("\n{:24} {:>8} {:>8} {:>8} {:>13} {:>9}\n", fmt::format("{} sequences", sequences),
-               "new rate", "fail", "pass", "inconclusive", "trials");
+  report::Table simulated({fmt::format("<{} sequences", sequences), "new rate", "fail", "pass",
+                           "inconclusive", "trials"});
   for (const ErrorRateSetting& setting : StatedSettings(design)) {
     const ErrorRates r = SimulateSequences(setting, design, sequences, kSimulationSeed);
     const double inconclusive =
         static_cast<double>(sequences - r.failed - r.passed) / static_cast<double>(sequences);
-    if (arguments.json)
-      counted.push_back({{"setting", NameOf(setting.coupling)},
-                         {"old_rate", setting.old_rate},
-                         {"new_rate", setting.new_rate},
-                         {"sequences", sequences},
-                         {"fail", r.fail_rate()},
-                         {"pass", r.pass_rate()},
-                         {"inconclusive", inconclusive},
-                         {"mean_trials", r.mean_trials}});
-    else
-      fmt::print("{:24} {:8.4g} {:8.4f} {:8.4f} {:13.4f} {:9.1f}\n", NameOf(setting.coupling),
-                 setting.new_rate, r.fail_rate(), r.pass_rate(), inconclusive, r.mean_trials);
+    counted.push_back({{"setting", setting.coupling},
+                       {"old_rate", setting.old_rate},
+                       {"new_rate", setting.new_rate},
+                       {"sequences", sequences},
+                       {"fail", r.fail_rate()},
+                       {"pass", r.pass_rate()},
+                       {"inconclusive", inconclusive},
+                       {"mean_trials", r.mean_trials}});
+    simulated.Row({NameOf(setting.coupling), fmt::format("{:.4g}", setting.new_rate),
+                   Fixed(r.fail_rate(), 4), Fixed(r.pass_rate(), 4), Fixed(inconclusive, 4),
+                   Fixed(r.mean_trials, 1)});
   }
-  if (arguments.json) {
-    const nlohmann::ordered_json json = {{"no_worse", design.no_worse},
-                                         {"worse", design.worse},
-                                         {"alpha", design.alpha},
-                                         {"beta", design.beta},
-                                         {"max_trials", design.max_trials},
-                                         {"fixed_size_trials", fixed.trials},
-                                         {"exact", exact},
-                                         {"simulated", counted}};
-    fmt::print("{}\n", json.dump(2));
-  }
+  if (arguments.json)
+    fmt::print("{}", report::JsonText({{"no_worse", design.no_worse},
+                                       {"worse", design.worse},
+                                       {"alpha", design.alpha},
+                                       {"beta", design.beta},
+                                       {"max_trials", design.max_trials},
+                                       {"fixed_size_trials", fixed.trials},
+                                       {"exact", exact},
+                                       {"simulated", counted}}));
+  else
+    fmt::print(
+        "success rate {:g} against {:g}, alpha {:g}, beta {:g}, at most {} trials\n"
+        "a test of fixed size takes {} trials and fails when {} or fewer succeed\n\n{}\n{}",
+        design.no_worse, design.worse, design.alpha, design.beta, design.max_trials, fixed.trials,
+        fixed.fail_at_most, expected.Text(), simulated.Text());
   if (!arguments.out.empty()) {
     fs::create_directories(arguments.out);
     const std::string path = arguments.out + "/error_rates.png";

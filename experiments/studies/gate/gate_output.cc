@@ -3,13 +3,13 @@
 #include <fmt/format.h>
 
 #include <cctype>
-#include <nlohmann/json.hpp>
 #include <string_view>
+
+#include "experiments/report/json.h"
+#include "experiments/report/table.h"
 
 namespace turbidock::gate {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 // A value of a measure for people.
 std::string Shown(const MeasureReport& measure, const std::optional<double>& value) {
@@ -26,11 +26,11 @@ std::string ShownMargin(const MeasureReport& measure) {
 }
 
 std::string VerdictWords(const MeasureReport& measure) {
-  if (measure.decided_after == 0) return "not known yet";
+  if (!measure.decided_after_trials) return "not known yet";
   return fmt::format(
       "{}, known after {} trials",
       measure.verdict == statistics::Verdict::kFail ? "worse" : "no worse by the margin",
-      measure.decided_after);
+      *measure.decided_after_trials);
 }
 
 std::string SeedList(const std::vector<int64_t>& seeds) {
@@ -46,44 +46,16 @@ std::string SeedList(const std::vector<GateTrial>& trials) {
   return SeedList(seeds);
 }
 
-Json OrNull(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
-Json ToJson(const statistics::Interval& interval) { return {interval.low, interval.high}; }
-
-Json ToJson(const MeasureReport& m) {
-  return {{"measure", m.name},
-          {"unit", m.unit},
-          {"verdict", NameOf(m.verdict)},
-          {"decided_after_trials", m.decided_after > 0 ? Json(m.decided_after) : Json()},
-          {"margin", m.margin},
-          {"before", OrNull(m.before)},
-          {"now", OrNull(m.now)},
-          {"compared", m.compared},
-          {"worse", m.worse},
-          {"better", m.better}};
-}
-
-Json ToJson(const ConditionReport& c) {
-  Json measures = Json::array(), trials = Json::array();
-  for (const MeasureReport& measure : c.measures) measures.push_back(ToJson(measure));
-  for (const GateTrial& t : c.trials)
-    trials.push_back({{"seed", t.seed},
-                      {"outcome", NameOf(t.outcome)},
-                      {"time_s", t.time_s},
-                      {"final_error_m", t.final_error_m},
-                      {"digest", t.digest}});
-  return {{"condition", c.name},
-          {"verdict", NameOf(c.verdict)},
-          {"paired", c.paired},
-          {"trials", c.trials.size()},
-          {"docked", c.docked},
-          {"interval_95", ToJson(c.interval)},
-          {"baseline_trials", c.baseline_trials},
-          {"baseline_docked", c.baseline_docked},
-          {"baseline_interval_95", ToJson(c.baseline_interval)},
-          {"measures", measures},
-          {"newly_failing_seeds", c.newly_failing},
-          {"newly_docking_seeds", c.newly_docking},
-          {"outcomes", trials}};
+// What was found, a row a measure.
+report::Table Measures(const GateReport& report) {
+  report::Table table({"<condition", "<measure", "baseline", "now", "margin", "trials", "worse",
+                       "better", "<verdict"});
+  for (const ConditionReport& c : report.conditions)
+    for (const MeasureReport& m : c.measures)
+      table.Row({c.name, m.measure, Shown(m, m.before), Shown(m, m.now), ShownMargin(m),
+                 std::to_string(m.compared), std::to_string(m.worse), std::to_string(m.better),
+                 NameOf(m.verdict)});
+  return table;
 }
 
 std::string Escaped(std::string_view text) {
@@ -127,15 +99,6 @@ std::string Headline(const GateReport& report) {
   return text;
 }
 
-std::string MarkdownCell(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '|') out += '\\';
-    out += c == '\n' ? ' ' : c;
-  }
-  return out;
-}
-
 }  // namespace
 
 std::string DescribeMeasure(const MeasureReport& m, bool paired) {
@@ -151,35 +114,24 @@ std::string DescribeMeasure(const MeasureReport& m, bool paired) {
   else
     counts = fmt::format("of {} trials that docked {} are worse than the baseline's median",
                          m.compared, m.worse);
-  return fmt::format("{} {} -> {}: {}; {}", m.name, Shown(m, m.before), Shown(m, m.now), counts,
+  return fmt::format("{} {} -> {}: {}; {}", m.measure, Shown(m, m.before), Shown(m, m.now), counts,
                      VerdictWords(m));
 }
 
 std::string GateTable(const GateReport& report) {
-  std::string table =
-      fmt::format("{:24} {:16} {:>10} {:>10} {:>10} {:>7} {:>6} {:>7}  {}\n", "condition",
-                  "measure", "baseline", "now", "margin", "trials", "worse", "better", "verdict");
-  for (const ConditionReport& c : report.conditions)
-    for (const MeasureReport& m : c.measures)
-      table += fmt::format("{:24} {:16} {:>10} {:>10} {:>10} {:>7} {:>6} {:>7}  {}\n", c.name,
-                           m.name, Shown(m, m.before), Shown(m, m.now), ShownMargin(m), m.compared,
-                           m.worse, m.better, NameOf(m.verdict));
+  std::string table = Measures(report).Text();
   for (const ConditionReport& c : report.conditions)
     if (c.verdict != statistics::Verdict::kPass) table += c.name + ": " + Reasons(c) + "\n";
   return table + Headline(report);
 }
 
 std::string GateJson(const GateReport& report) {
-  Json conditions = Json::array();
-  for (const ConditionReport& condition : report.conditions)
-    conditions.push_back(ToJson(condition));
-  const Json json = {{"verdict", NameOf(report.verdict)},
-                     {"description", report.description},
-                     {"build", report.build},
-                     {"baseline_build", report.baseline_build},
-                     {"assignments", report.assignments},
-                     {"conditions", conditions}};
-  return json.dump(2) + "\n";
+  return report::JsonText({{"verdict", report.verdict},
+                           {"description", report.description},
+                           {"build", report.build},
+                           {"baseline_build", report.baseline_build},
+                           {"assignments", report.assignments},
+                           {"conditions", report.conditions}});
 }
 
 std::string GateJunit(const GateReport& report) {
@@ -205,12 +157,12 @@ std::string GateJunit(const GateReport& report) {
     if (!c.trials.empty())
       property("success_rate",
                fmt::format("{:.4f}", c.docked / static_cast<double>(c.trials.size())));
-    property("interval_95", interval(c.interval));
+    property("interval_95", interval(c.interval_95));
     property("baseline_n", std::to_string(c.baseline_trials));
     property("baseline_docked", std::to_string(c.baseline_docked));
-    property("baseline_interval_95", interval(c.baseline_interval));
+    property("baseline_interval_95", interval(c.baseline_interval_95));
     property("seeds", SeedList(c.trials));
-    property("newly_failing_seeds", SeedList(c.newly_failing));
+    property("newly_failing_seeds", SeedList(c.newly_failing_seeds));
     property("build", report.build);
     property("baseline_build", report.baseline_build);
     suites +=
@@ -235,22 +187,14 @@ std::string GateJunit(const GateReport& report) {
 }
 
 std::string GateMarkdown(const GateReport& report) {
-  std::string text = fmt::format("### Docking gate: {}\n\n", Headline(report));
-  text +=
-      "| condition | measure | baseline | now | margin | trials | worse | better | verdict |\n"
-      "|---|---|---:|---:|---:|---:|---:|---:|---|\n";
-  for (const ConditionReport& c : report.conditions)
-    for (const MeasureReport& m : c.measures)
-      text += fmt::format("| {} | {} | {} | {} | {} | {} | {} | {} | {} |\n", MarkdownCell(c.name),
-                          m.name, Shown(m, m.before), Shown(m, m.now), ShownMargin(m), m.compared,
-                          m.worse, m.better, NameOf(m.verdict));
-  text += "\n";
+  std::string text =
+      fmt::format("### Docking gate: {}\n\n{}\n", Headline(report), Measures(report).Markdown());
   for (const ConditionReport& c : report.conditions) {
     if (c.verdict != statistics::Verdict::kPass)
       text += fmt::format("- **{}**: {}\n", c.name, Reasons(c));
-    if (!c.newly_failing.empty())
+    if (!c.newly_failing_seeds.empty())
       text += fmt::format("- {}: seeds that docked before and no longer do: {}\n", c.name,
-                          SeedList(c.newly_failing));
+                          SeedList(c.newly_failing_seeds));
   }
   return text + fmt::format("\nBuild {}, baseline from {}{}.\n", report.build,
                             report.baseline_build,

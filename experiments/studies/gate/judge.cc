@@ -14,14 +14,6 @@ namespace {
   throw ConfigError(name + ": " + why + "; measure the baseline with more trials");
 }
 
-std::vector<double> ValuesOf(const std::vector<GateTrial>& trials, double GateTrial::*value) {
-  std::vector<double> values;
-  for (const GateTrial& trial : trials)
-    if (trial.docked()) values.push_back(trial.*value);
-  std::sort(values.begin(), values.end());
-  return values;
-}
-
 std::optional<double> SuccessRate(const std::vector<GateTrial>& trials) {
   if (trials.empty()) return std::nullopt;
   const auto docked =
@@ -31,11 +23,19 @@ std::optional<double> SuccessRate(const std::vector<GateTrial>& trials) {
 
 }  // namespace
 
+std::vector<double> DockedValues(const std::vector<GateTrial>& trials, double GateTrial::*value) {
+  std::vector<double> values;
+  for (const GateTrial& trial : trials)
+    if (trial.docked()) values.push_back(trial.*value);
+  std::sort(values.begin(), values.end());
+  return values;
+}
+
 // A quantity under test: two one-sided tests and what they have counted.
 class ConditionJudge::Measure {
  public:
   Measure(std::string name, std::string unit, double margin) {
-    report_.name = std::move(name);
+    report_.measure = std::move(name);
     report_.unit = std::move(unit);
     report_.margin = margin;
   }
@@ -47,10 +47,10 @@ class ConditionJudge::Measure {
     if (decided()) return;
     if (const auto verdict = Decide()) {
       report_.verdict = *verdict;
-      report_.decided_after = trials;
+      report_.decided_after_trials = trials;
     }
   }
-  bool decided() const { return report_.decided_after > 0; }
+  bool decided() const { return report_.decided_after_trials.has_value(); }
   const MeasureReport& report() const { return report_; }
   // The measure of some trials: a rate, a median.
   virtual std::optional<double> Summary(const std::vector<GateTrial>& trials) const = 0;
@@ -143,19 +143,19 @@ class ConditionJudge::MedianMeasure : public Measure {
         pass_(statistics::SignTest(options.paired ? options.beta : options.beta / 2,
                                    options.max_trials)) {
     if (options.paired) return;
-    const std::vector<double> values = ValuesOf(baseline, value);
+    const std::vector<double> values = DockedValues(baseline, value);
     const auto high = statistics::MedianRank(values.size(), options.alpha / 2);
     const auto low = statistics::MedianRank(values.size(), options.beta / 2);
     if (!high || !low)
       FailBaseline(condition, fmt::format("with other seeds than the baseline's, its {} docked "
                                           "trials are too few to bound the median {}",
-                                          values.size(), report_.name));
+                                          values.size(), report_.measure));
     median_high_ = values[*high - 1];
     median_low_ = values[values.size() - *low];
   }
 
   std::optional<double> Summary(const std::vector<GateTrial>& trials) const override {
-    return statistics::Median(ValuesOf(trials, value_));
+    return statistics::Median(DockedValues(trials, value_));
   }
 
  private:
@@ -199,7 +199,7 @@ ConditionJudge::ConditionJudge(std::string name, const JudgeOptions& options,
         "{}: only {} of the baseline's {} trials docked; the success rate cannot fall by {:g}",
         report_.name, report_.baseline_docked, report_.baseline_trials,
         options.margins.success_rate));
-  report_.baseline_interval =
+  report_.baseline_interval_95 =
       statistics::WilsonInterval(report_.baseline_docked, report_.baseline_trials);
   if (options.paired) {
     options_.max_trials = std::min(options.max_trials, report_.baseline_trials);
@@ -230,8 +230,8 @@ void ConditionJudge::Add(const GateTrial& trial) {
     const auto found = baseline_.find(trial.seed);
     TD_CHECK(found != baseline_.end(), "a paired trial has a seed of the baseline");
     before = &found->second;
-    if (before->docked() && !trial.docked()) report_.newly_failing.push_back(trial.seed);
-    if (!before->docked() && trial.docked()) report_.newly_docking.push_back(trial.seed);
+    if (before->docked() && !trial.docked()) report_.newly_failing_seeds.push_back(trial.seed);
+    if (!before->docked() && trial.docked()) report_.newly_docking_seeds.push_back(trial.seed);
   }
   bool all_decided = true, failed = false;
   for (const auto& measure : measures_) {
@@ -244,7 +244,7 @@ void ConditionJudge::Add(const GateTrial& trial) {
 
 ConditionReport ConditionJudge::Report() const {
   ConditionReport report = report_;
-  report.interval = statistics::WilsonInterval(report.docked, trials());
+  report.interval_95 = statistics::WilsonInterval(report.docked, trials());
   report.verdict = statistics::Verdict::kPass;
   // medians of the same trials that are compared: of the same seeds, when paired
   std::vector<GateTrial> before;

@@ -27,6 +27,7 @@
 #include "experiments/statistics/sequential_test.h"
 #include "experiments/trial/trial_record.h"
 #include "sim/base/fields.h"
+#include "sim/base/result_fields.h"
 
 namespace turbidock::gate {
 
@@ -66,6 +67,9 @@ struct GateMargins {
   int tests() const { return 1 + (time_s > 0) + (final_error_m > 0); }
 };
 
+// Of the trials that docked, ascending.
+std::vector<double> DockedValues(const std::vector<GateTrial>& trials, double GateTrial::*value);
+
 struct JudgeOptions {
   GateMargins margins;
   double alpha = 0.05, beta = 0.05;  // of each measure's test
@@ -75,14 +79,17 @@ struct JudgeOptions {
 
 // One measure of a condition.
 struct MeasureReport {
-  std::string name;  // "success rate", "time to dock", "final true error"
-  std::string unit;  // "", "s", "m"
+  std::string measure;  // "success rate", "time to dock", "final true error"
+  std::string unit;     // "", "s", "m"
   statistics::Verdict verdict = statistics::Verdict::kInconclusive;
-  int decided_after = 0;  // trials, when decided
+  std::optional<int> decided_after_trials;
   double margin = 0;
   std::optional<double> before, now;  // rate or median
   int compared = 0;                   // pairs, or trials of this build
   int worse = 0, better = 0;          // of these
+
+  TURBIDOCK_FIELDS(measure, unit, verdict, decided_after_trials, margin, before, now, compared,
+                   worse, better)
 };
 
 struct ConditionReport {
@@ -91,11 +98,22 @@ struct ConditionReport {
   bool paired = true;
   std::vector<GateTrial> trials;  // that the verdict rests on, in their order
   int docked = 0;
-  statistics::Interval interval;  // of the success rate, Wilson, 95 %
+  statistics::Interval interval_95;  // of the success rate, Wilson, 95 %
   int baseline_trials = 0, baseline_docked = 0;
-  statistics::Interval baseline_interval;
+  statistics::Interval baseline_interval_95;
   std::vector<MeasureReport> measures;
-  std::vector<int64_t> newly_failing, newly_docking;  // seeds, when paired
+  std::vector<int64_t> newly_failing_seeds, newly_docking_seeds;  // when paired
+
+  static void Fields(auto& self, auto&& field) {
+    field("condition", self.name);
+    field("verdict", self.verdict);
+    field("paired", self.paired);
+    field("trials", self.trials.size());
+    self.VisitFields(field);
+    field("outcomes", self.trials);
+  }
+  TURBIDOCK_VISIT_FIELDS(docked, interval_95, baseline_trials, baseline_docked,
+                         baseline_interval_95, measures, newly_failing_seeds, newly_docking_seeds)
 };
 
 class ConditionJudge {

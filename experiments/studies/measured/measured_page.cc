@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <string_view>
 
 #include "experiments/config/nearest_name.h"
+#include "experiments/report/table.h"
+#include "experiments/system/output_path.h"
 #include "sim/base/check.h"
 
 namespace turbidock::measured {
@@ -104,20 +104,6 @@ void RequireOrigin(const Table& table, const std::string& file, size_t line) {
                        key, kNotRecorded));
 }
 
-// A row of Markdown; a bar inside a cell is escaped.
-std::string MarkdownRow(const std::vector<std::string>& cells) {
-  std::string row = "|";
-  for (const std::string& cell : cells) {
-    row += ' ';
-    for (const char c : cell) {
-      if (c == '|') row += '\\';
-      row += c;
-    }
-    row += cell.empty() ? "|" : " |";
-  }
-  return row;
-}
-
 std::string CodeSpan(const std::string& text) {
   return text.find('`') == std::string::npos ? "`" + text + "`" : "`` " + text + " ``";
 }
@@ -191,19 +177,17 @@ Tables LoadTables(const std::string& folder) {
   Tables tables;
   for (const auto& entry : fs::directory_iterator(folder, error)) {
     if (entry.path().extension() != ".csv") continue;
-    std::ifstream file(entry.path(), std::ios::binary);
-    const std::string text(std::istreambuf_iterator<char>(file), {});
-    if (!file) throw ConfigError(entry.path().string() + ": cannot be read");
-    tables[entry.path().stem().string()] = ParseTable(text, entry.path().string());
+    tables[entry.path().stem().string()] =
+        ParseTable(system::ReadWhole(entry.path()), entry.path().string());
   }
   if (error) throw ConfigError(folder + ": " + error.message());
   return tables;
 }
 
 std::vector<std::string> MarkdownLines(const Table& table) {
-  std::vector<std::string> lines = {MarkdownRow(table.columns), "|"};
+  std::vector<std::string> lines = {report::MarkdownRow(table.columns), "|"};
   for (size_t i = 0; i < table.columns.size(); ++i) lines.back() += "---|";
-  for (const auto& row : table.rows) lines.push_back(MarkdownRow(row));
+  for (const auto& row : table.rows) lines.push_back(report::MarkdownRow(row));
   std::string origin = table.title + ".";
   for (const std::string& command : table.commands)
     origin += command == kNotRecorded ? " Command: not recorded."

@@ -1,14 +1,11 @@
 #include <fmt/format.h>
 
-#include <fstream>
-#include <iterator>
 #include <vector>
 
 #include "experiments/app/commands.h"
 #include "experiments/config/data_files.h"
 #include "experiments/studies/measured/measured_page.h"
 #include "experiments/system/output_path.h"
-#include "sim/base/check.h"
 
 namespace turbidock::measured {
 namespace {
@@ -19,19 +16,12 @@ struct PageArguments {
   bool check = false;
 };
 
-std::string ReadPage(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::string text(std::istreambuf_iterator<char>(file), {});
-  if (!file) throw ConfigError(path + ": cannot be read");
-  return text;
-}
-
 int Page(const PageArguments& arguments) {
   const Tables tables =
       LoadTables(arguments.tables.empty() ? config::AssetPath("measured") : arguments.tables);
   int code = app::kExitDone;
   for (const std::string& page : arguments.pages) {
-    const std::string text = ReadPage(page);
+    const std::string text = system::ReadWhole(page);
     if (arguments.check) {
       for (const std::string& difference : Differences(text, page, tables)) {
         fmt::print("{}\n", difference);

@@ -1,15 +1,14 @@
 #include <fmt/format.h>
 
-#include <chrono>
 #include <cstdio>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "experiments/app/commands.h"
 #include "experiments/app/progress.h"
 #include "experiments/config/data_files.h"
+#include "experiments/report/json.h"
 #include "experiments/studies/recognition/calibration.h"
 #include "experiments/studies/recognition/table.h"
 #include "experiments/system/output_path.h"
@@ -19,7 +18,7 @@
 namespace turbidock::recognition {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using report::Json;
 
 // Between two lines of progress off a terminal.
 constexpr double kLogEvery_s = 60;
@@ -64,7 +63,7 @@ Json ToJson(const CalibrationPlan& plan, const CalibrationResult& result,
                           {"source", p.source}});
   }
   for (size_t i = 0; i < rows.size(); ++i)
-    residuals.push_back({{"marker", NameOf(rows[i].cell.marker)},
+    residuals.push_back({{"marker", rows[i].cell.marker},
                          {"milk_ml_m3", rows[i].cell.milk_ml_m3},
                          {"distance_mm", units::MmFromM(rows[i].cell.distance_m)},
                          {"fitness", results[i].fitness_mean},
@@ -72,8 +71,7 @@ Json ToJson(const CalibrationPlan& plan, const CalibrationResult& result,
   for (const auto& [marker, comparison] : confirmed) {
     Json ratios = Json::object();
     for (const auto& [distance_m, loss] : comparison.loss_by_distance_m)
-      ratios[fmt::format("{:g}", units::MmFromM(distance_m))] =
-          loss.ratio() ? Json(*loss.ratio()) : Json();
+      ratios[fmt::format("{:g}", units::MmFromM(distance_m))] = loss.ratio();
     full[NameOf(marker)] = {{"misfit", Misfit(comparison)},
                             {"rmse", comparison.rmse},
                             {"area_agreement", comparison.area_agreement},
@@ -126,7 +124,6 @@ int Calibrate(const CalibrateArguments& arguments) {
       {MarkerKind::kActive, table(arguments.active, MarkerKind::kActive)},
       {MarkerKind::kPassive, table(arguments.passive, MarkerKind::kPassive)}};
   if (!arguments.out.empty()) system::RequireWritable(arguments.out);
-  app::Progress progress(arguments.quiet);
   CalibrationExperiment experiment = [&] {
     try {
       return CalibrationExperiment(plan, tables);
@@ -134,9 +131,9 @@ int Calibrate(const CalibrateArguments& arguments) {
       throw ConfigError(plan_file + ": " + error.what());
     }
   }();
+  app::Progress progress(arguments.quiet);
   progress.Say(fmt::format("{} parameters, {} cells of two tables", plan.parameters.size(),
                            experiment.rows().size()));
-  const auto start = std::chrono::steady_clock::now();
   const CalibrationResult result = Calibrate(
       plan,
       {.generations = arguments.generations,
@@ -144,10 +141,8 @@ int Calibrate(const CalibrateArguments& arguments) {
        .workers = arguments.workers,
        .on_progress =
            [&](int done, int of, double misfit) {
-             progress.ShowOrSay(static_cast<double>(done) / of,
-                                fmt::format("{} of {} evaluations, misfit {:.3f}, {} to go", done,
-                                            of, misfit, app::TimeToGo(start, done, of)),
-                                kLogEvery_s);
+             progress.ShowDone(done, of, fmt::format("evaluations, misfit {:.3f}", misfit),
+                               kLogEvery_s);
            },
        .stop_requested = [] { return app::StopSignal() != 0; }},
       &experiment);
@@ -170,7 +165,9 @@ int Calibrate(const CalibrateArguments& arguments) {
   if (arguments.seconds > 0) confirmed = Confirm(tables, assignments, arguments);
   progress.Say(Text(plan, result, confirmed));
   if (arguments.json)
-    fmt::print("{}\n", ToJson(plan, result, experiment.rows(), results, confirmed).dump(2));
+    std::fputs(
+        report::JsonText(ToJson(plan, result, experiment.rows(), results, confirmed)).c_str(),
+        stdout);
   return app::kExitDone;
 }
 

@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 
 #include "experiments/config/data_files.h"
+#include "experiments/report/json.h"
 #include "experiments/trial/trial_view.h"
 #include "sim/base/random.h"
 #include "sim/base/units.h"
@@ -15,8 +15,6 @@
 
 namespace turbidock::recognition {
 namespace {
-
-using Json = nlohmann::json;
 
 // The experiment's own limits, beside those of the water's milk.
 constexpr double kNearest_m = 0.2, kFarthest_m = 10;
@@ -31,11 +29,10 @@ SeedTree SeedsOf(const trial::Scenario& scenario, const RecognitionCell& cell) {
 
 // A cell's result as it comes from a worker, and back.
 std::string ToText(const CellResult& result) {
-  const Pose& X = result.last_X_HM;
-  return Json{{"error_m", result.position_error_mean_m},
-              {"fitness", result.fitness},
-              {"X", {X.q.w(), X.q.x(), X.q.y(), X.q.z(), X.p.x(), X.p.y(), X.p.z()}}}
-      .dump();
+  return report::JsonLine({{"error_m", result.position_error_mean_m},
+                           {"fitness", result.fitness},
+                           {"q", result.last_X_HM.q},
+                           {"p", result.last_X_HM.p}});
 }
 
 void SetFitness(std::vector<float> fitness, CellResult* result) {
@@ -53,12 +50,12 @@ void SetFitness(std::vector<float> fitness, CellResult* result) {
 }
 
 CellResult FromText(const RecognitionCell& cell, const std::string& text) {
-  const Json json = Json::parse(text);
+  const report::Json json = report::ParseJson(text, "a worker's result");
   CellResult result{.cell = cell};
   result.position_error_mean_m = json.at("error_m");
   SetFitness(json.at("fitness").get<std::vector<float>>(), &result);
-  const auto x = json.at("X").get<std::array<double, 7>>();
-  result.last_X_HM = {Eigen::Quaterniond(x[0], x[1], x[2], x[3]), {x[4], x[5], x[6]}};
+  json.at("q").get_to(result.last_X_HM.q);
+  json.at("p").get_to(result.last_X_HM.p);
   return result;
 }
 

@@ -15,6 +15,8 @@
 #include "experiments/farm/fork_map.h"
 #include "experiments/trial/fixed_view.h"
 #include "experiments/trial/scenario.h"
+#include "sim/base/result_fields.h"
+#include "sim/base/units.h"
 
 namespace turbidock::recognition {
 
@@ -49,6 +51,14 @@ struct CellResult {
   double position_error_mean_m = 0;  // distance of the estimated origin from the true one
   std::vector<float> fitness = {};   // of every frame that counts
   Pose last_X_HM = {};               // the last frame's estimate
+
+  static void Fields(auto& self, auto&& field) {
+    field("marker", self.cell.marker);
+    field("milk_ml_m3", self.cell.milk_ml_m3);
+    field("distance_mm", units::MmFromM(self.cell.distance_m));
+    self.VisitFields(field);
+  }
+  TURBIDOCK_VISIT_FIELDS(fitness_mean, fitness_std, area, position_error_mean_m)
 };
 
 struct RecognitionOptions {

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <map>
@@ -22,6 +21,7 @@ namespace {
 
 // Steps of milk in a contact sheet.
 constexpr int kContactSheetColumns = 5;
+constexpr double kLogEvery_s = 30;  // between two lines of progress off a terminal
 
 struct RecognizeArguments {
   std::string marker = "both";
@@ -58,27 +58,6 @@ std::vector<RecognitionCell> Grid(const RecognizeArguments& arguments,
         cells.push_back({marker, milk, distance_m});
   return cells;
 }
-
-// Progress of the cells: the bar on a terminal, ten lines elsewhere.
-class CellProgress {
- public:
-  explicit CellProgress(app::Progress* progress) : progress_(progress) {}
-
-  void Show(int done, int of) {
-    const std::string words =
-        fmt::format("{} of {} cells, {} to go", done, of, app::TimeToGo(start_, done, of));
-    progress_->Show(static_cast<double>(done) / of, words);
-    const int tenth = 10 * done / of;
-    if (tenth == tenths_ || done == of) return;
-    tenths_ = tenth;
-    progress_->SayOffTerminal(words);
-  }
-
- private:
-  app::Progress* progress_;
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-  int tenths_ = 0;
-};
 
 // "FILE.png" with words before the dot; without the extension it is added.
 std::string Beside(const std::string& figure, const std::string& words) {
@@ -124,17 +103,17 @@ int Recognize(const RecognizeArguments& arguments) {
   if (!arguments.csv.empty()) system::RequireWritable(arguments.csv);
   if (!arguments.figure.empty()) system::RequireWritable(Beside(arguments.figure, ""));
 
-  app::Progress progress(arguments.quiet);
   std::map<MarkerKind, trial::Scenario> scenarios;
   for (const MarkerKind marker : markers)
     scenarios.emplace(marker, RecognitionScenario(marker, assignments));
   const Recognition recognition(std::move(scenarios), cells);
-  CellProgress cell_progress(&progress);
+  app::Progress progress(arguments.quiet);
   progress.Say(fmt::format("{} cells of {:g} s", cells.size(), arguments.seconds));
   const std::vector<CellResult> results = recognition.Run(
       {.seconds = arguments.seconds,
        .run = {.workers = arguments.workers,
-               .on_progress = [&](int done, int of) { cell_progress.Show(done, of); },
+               .on_progress = [&](int done,
+                                  int of) { progress.ShowDone(done, of, "cells", kLogEvery_s); },
                .stop_requested = [] { return app::StopSignal() != 0; }}});
   if (results.empty()) return app::kExitDone;  // stopped: the program ends with the signal's code
 

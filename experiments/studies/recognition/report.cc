@@ -3,25 +3,28 @@
 #include <fmt/format.h>
 
 #include <map>
-#include <nlohmann/json.hpp>
 #include <set>
 
-#include "sim/base/fields.h"
+#include "experiments/report/json.h"
+#include "experiments/report/table.h"
 #include "sim/base/units.h"
 
 namespace turbidock::recognition {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using report::Json;
 using units::MmFromM;
 
-Json OrNull(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
-
-std::string OrDash(const std::optional<double>& value) {
-  return value ? fmt::format("{:.1f}", *value) : "-";
+// The results with what the table says of the same cells.
+Json Cells(const std::vector<CellResult>& results, const std::vector<TableRow>& table) {
+  Json cells = results;
+  for (size_t i = 0; i < table.size(); ++i) {
+    cells[i]["reference_mean"] = table[i].fitness_mean;
+    cells[i]["reference_std"] = table[i].fitness_std;
+    cells[i]["reference_area"] = AreaOf(table[i].fitness_mean);
+  }
+  return cells;
 }
-
-std::string DistanceKey(double distance_m) { return fmt::format("{:g}", MmFromM(distance_m)); }
 
 }  // namespace
 
@@ -37,26 +40,25 @@ std::string RecognitionText(const std::vector<CellResult>& results,
   }
   std::string text;
   for (const auto& [marker, by_milk] : by_marker) {
-    text += fmt::format("{} marker: mean F ± deviation, Area{}\n  ml/m3", NameOf(marker),
-                        table.empty() ? "" : " (F of the table)");
-    for (const double d : distances_m[marker])
-      text += fmt::format("  {:>{}}", fmt::format("{:g} mm", MmFromM(d)), table.empty() ? 17 : 26);
-    text += '\n';
+    std::vector<std::string> heads = {"ml/m3"};
+    for (const double d : distances_m[marker]) heads.push_back(fmt::format("{:g} mm", MmFromM(d)));
+    report::Table rows(heads);
     for (const auto& [milk, by_distance] : by_milk) {
-      text += fmt::format("{:7.1f}", milk);
+      std::vector<std::string> row = {report::Fixed(milk, 1)};
       for (const double d : distances_m[marker]) {
+        row.emplace_back();
         const auto found = by_distance.find(d);
-        if (found == by_distance.end()) {
-          text += fmt::format("  {:>{}}", "", table.empty() ? 17 : 26);
-          continue;
-        }
+        if (found == by_distance.end()) continue;
         const CellResult& r = results[found->second];
-        text +=
-            fmt::format("  {:6.3f} ± {:.3f} {:<3}", r.fitness_mean, r.fitness_std, NameOf(r.area));
-        if (!table.empty()) text += fmt::format(" ({:6.3f})", table[found->second].fitness_mean);
+        row.back() =
+            fmt::format("{:.3f} ± {:.3f} {:<3}", r.fitness_mean, r.fitness_std, NameOf(r.area));
+        if (!table.empty())
+          row.back() += fmt::format(" ({:6.3f})", table[found->second].fitness_mean);
       }
-      text += '\n';
+      rows.Row(std::move(row));
     }
+    text += fmt::format("{} marker: mean F ± deviation, Area{}\n{}", NameOf(marker),
+                        table.empty() ? "" : " (F of the table)", rows.Text());
   }
   if (comparison) {
     text +=
@@ -64,8 +66,8 @@ std::string RecognitionText(const std::vector<CellResult>& results,
                     comparison->rmse, 100 * comparison->area_agreement);
     for (const auto& [distance_m, loss] : comparison->loss_by_distance_m)
       text += fmt::format("  {:g} mm: F falls to 0.22 at {} ml/m3, in the table at {}\n",
-                          MmFromM(distance_m), OrDash(loss.simulated_ml_m3),
-                          OrDash(loss.reference_ml_m3));
+                          MmFromM(distance_m), report::Fixed(loss.simulated_ml_m3, 1),
+                          report::Fixed(loss.reference_ml_m3, 1));
   }
   text.pop_back();
   return text;
@@ -74,57 +76,30 @@ std::string RecognitionText(const std::vector<CellResult>& results,
 std::string RecognitionJson(const std::vector<CellResult>& results,
                             const std::vector<TableRow>& table,
                             const std::optional<TableComparison>& comparison) {
-  Json cells = Json::array();
-  for (size_t i = 0; i < results.size(); ++i) {
-    const CellResult& r = results[i];
-    Json cell = {{"marker", NameOf(r.cell.marker)},
-                 {"milk_ml_m3", r.cell.milk_ml_m3},
-                 {"distance_mm", MmFromM(r.cell.distance_m)},
-                 {"fitness_mean", r.fitness_mean},
-                 {"fitness_std", r.fitness_std},
-                 {"area", NameOf(r.area)},
-                 {"position_error_mean_m", r.position_error_mean_m}};
-    if (!table.empty()) {
-      cell["reference_mean"] = table[i].fitness_mean;
-      cell["reference_std"] = OrNull(table[i].fitness_std);
-      cell["reference_area"] = NameOf(AreaOf(table[i].fitness_mean));
-    }
-    cells.push_back(std::move(cell));
-  }
-  Json json = {{"cells", std::move(cells)}};
+  Json json = {{"cells", Cells(results, table)}};
   if (comparison) {
     json["rmse"] = comparison->rmse;
     json["area_agreement"] = comparison->area_agreement;
     Json ratios = Json::object(), simulated = Json::object(), reference = Json::object();
     for (const auto& [distance_m, loss] : comparison->loss_by_distance_m) {
-      const std::string key = DistanceKey(distance_m);
-      ratios[key] = OrNull(loss.ratio());
-      simulated[key] = OrNull(loss.simulated_ml_m3);
-      reference[key] = OrNull(loss.reference_ml_m3);
+      const std::string key = fmt::format("{:g}", MmFromM(distance_m));
+      ratios[key] = loss.ratio();
+      simulated[key] = loss.simulated_ml_m3;
+      reference[key] = loss.reference_ml_m3;
     }
-    json["loss_milk_ratio"] = std::move(ratios);
-    json["loss_milk_ml_m3"] = {{"simulated", std::move(simulated)},
-                               {"reference", std::move(reference)}};
+    json["loss_milk_ratio"] = ratios;
+    json["loss_milk_ml_m3"] = {{"simulated", simulated}, {"reference", reference}};
   }
-  return json.dump(2) + "\n";
+  return report::JsonText(json);
 }
 
 std::string RecognitionCsv(const std::vector<CellResult>& results,
                            const std::vector<TableRow>& table) {
-  std::string csv = "marker,milk_ml_m3,distance_mm,fitness_mean,fitness_std,area,";
-  csv += "position_error_mean_m";
-  if (!table.empty()) csv += ",reference_mean,reference_std";
-  csv += '\n';
-  for (size_t i = 0; i < results.size(); ++i) {
-    const CellResult& r = results[i];
-    csv += fmt::format("{},{},{},{},{},{},{}", NameOf(r.cell.marker),
-                       FormatNumber(r.cell.milk_ml_m3), FormatNumber(MmFromM(r.cell.distance_m)),
-                       FormatNumber(r.fitness_mean), FormatNumber(r.fitness_std), NameOf(r.area),
-                       FormatNumber(r.position_error_mean_m));
-    if (!table.empty())
-      csv += fmt::format(",{},{}", FormatNumber(table[i].fitness_mean),
-                         table[i].fitness_std ? FormatNumber(*table[i].fitness_std) : "");
-    csv += '\n';
+  Json cells = Cells(results, table);
+  std::string csv;
+  for (Json& cell : cells) {
+    cell.erase("reference_area");
+    report::AddCsv(cell, &csv);
   }
   return csv;
 }

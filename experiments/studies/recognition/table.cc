@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <set>
@@ -12,6 +11,7 @@
 
 #include "experiments/config/data_files.h"
 #include "experiments/config/nearest_name.h"
+#include "experiments/report/table.h"
 #include "experiments/trial/trial_view.h"
 #include "sim/base/units.h"
 
@@ -64,15 +64,13 @@ std::array<std::optional<size_t>, 4> FindColumns(const std::string& where,
 }
 
 double ReadNumber(const std::string& where, const Column& column, const std::string& text) {
-  double value = 0;
-  const char* end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, value);
-  if (error != std::errc() || stop != end)
+  const std::optional<double> value = report::NumberIn(text);
+  if (!value)
     throw ConfigError(fmt::format("{}{} = '{}', must be a number", where, column.name, text));
-  if (!column.range.Contains(value))
+  if (!column.range.Contains(*value))
     throw ConfigError(
         fmt::format("{}{} = {}, {}", where, column.name, text, column.range.Sentence()));
-  return value;
+  return *value;
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 #include "control/axes.h"
 #include "experiments/trial/scenario.h"
+#include "sim/base/result_fields.h"
 
 namespace turbidock::step_response {
 
@@ -42,6 +43,8 @@ struct StepResponse {
   double overshoot = 0;                   // largest value beyond 1
   std::optional<double> settling_time_s;  // until it stays within 5 %
   double final_error = 0;                 // mean of the last fifth, m or rad
+
+  TURBIDOCK_FIELDS(rise_time_s, overshoot, settling_time_s, final_error)
 };
 
 struct DisturbanceResponse {
@@ -49,6 +52,8 @@ struct DisturbanceResponse {
   double peak = 0;                        // largest displacement, m or rad
   std::optional<double> recovery_time_s;  // until it stays within a tenth of the peak
   double final_error = 0;                 // mean of the last fifth
+
+  TURBIDOCK_FIELDS(peak, recovery_time_s, final_error)
 };
 
 // The loop opened at the law's output: with the sinusoid w added to the demand c, L = -c / (c + w),
@@ -58,6 +63,8 @@ struct DisturbanceResponse {
 struct LoopPoint {
   double frequency_hz = 0;
   double gain = 0, phase_rad = 0;  // of L; phase unwrapped from the lowest frequency
+
+  TURBIDOCK_FIELDS(frequency_hz, gain, phase_rad)
 };
 
 struct LoopResponse {
@@ -68,13 +75,24 @@ struct LoopResponse {
   std::optional<double> gain_margin;       // factor to gain 1 at phase -180 degrees, above 1
   std::optional<double> delay_margin_s;    // phase margin over the crossover's angular frequency
   double sensitivity_peak = 0;             // largest |1 / (1 + L)| of the points
+
+  TURBIDOCK_FIELDS(crossover_hz, phase_margin_rad, gain_margin, delay_margin_s, sensitivity_peak,
+                   points)
 };
+
+const char* AxisName(control::Axis axis);  // "x", "y", "z", "yaw"
 
 struct AxisResponse {
   control::Axis axis = control::kSurge;
   StepResponse step;
   DisturbanceResponse disturbance;
   LoopResponse loop;
+
+  static void Fields(auto& self, auto&& field) {
+    field("axis", AxisName(self.axis));
+    self.VisitFields(field);
+  }
+  TURBIDOCK_VISIT_FIELDS(step, disturbance, loop)
 };
 
 // ConfigError for a scenario that cannot run or an answer that is none (the marker was lost).
@@ -86,7 +104,5 @@ std::vector<AxisResponse> MeasureStepResponses(const trial::Scenario& scenario,
 void JudgeStep(double step, StepResponse* response);
 void JudgeDisturbance(DisturbanceResponse* response);
 void JudgeLoop(LoopResponse* response);
-
-const char* AxisName(control::Axis axis);  // "x", "y", "z", "yaw"
 
 }  // namespace turbidock::step_response

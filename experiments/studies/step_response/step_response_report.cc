@@ -4,11 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <numbers>
 #include <optional>
 
 #include "experiments/media/plot.h"
+#include "experiments/report/json.h"
+#include "experiments/report/table.h"
 #include "experiments/trial/trial_view.h"
 #include "sim/base/pose.h"
 #include "sim/base/units.h"
@@ -16,15 +17,11 @@
 namespace turbidock::step_response {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 // Millimetres or degrees.
 double Shown(control::Axis axis, double value) {
   return axis == control::kYaw ? units::DegFromRad(value) : units::MmFromM(value);
 }
 const char* ShownUnit(control::Axis axis) { return axis == control::kYaw ? "deg" : "mm"; }
-
-Json OrNull(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
 
 std::string Text(const std::optional<double>& value, const char* format) {
   return value ? fmt::format(fmt::runtime(format), *value) : "-";
@@ -66,54 +63,24 @@ media::Panel LoopPanel(const std::string& title, const media::Axis& y, media::Ma
 }  // namespace
 
 std::string StepTable(const std::vector<AxisResponse>& responses) {
-  std::string table =
-      fmt::format("{:5} {:>8} {:>10} {:>10} {:>12} {:>10} {:>11} {:>9} {:>8} {:>8} {:>6}\n", "axis",
-                  "rise s", "overshoot", "settling s", "push moves", "recovery s", "crossover",
-                  "phase", "gain", "delay", "peak S");
-  for (const AxisResponse& r : responses) {
-    table += fmt::format(
-        "{:5} {:>8} {:>9.0f}% {:>10} {:>8.1f} {:3} {:>10} {:>8} Hz {:>5} deg {:>8} {:>5} ms "
-        "{:>6.2f}\n",
-        AxisName(r.axis), Text(r.step.rise_time_s, "{:.2f}"), 100 * r.step.overshoot,
-        Text(r.step.settling_time_s, "{:.2f}"), Shown(r.axis, r.disturbance.peak),
-        ShownUnit(r.axis), Text(r.disturbance.recovery_time_s, "{:.2f}"),
-        Text(r.loop.crossover_hz, "{:.2f}"), Text(Deg(r.loop.phase_margin_rad), "{:.0f}"),
-        Text(r.loop.gain_margin, "x{:.2f}"),
-        r.loop.delay_margin_s ? fmt::format("{:.0f}", 1000 * *r.loop.delay_margin_s) : "-",
-        r.loop.sensitivity_peak);
-  }
-  return table;
+  report::Table table({"<axis", "rise s", "overshoot", "settling s", "push moves", "recovery s",
+                       "crossover", "phase", "gain", "delay", "peak S"});
+  for (const AxisResponse& r : responses)
+    table.Row(
+        {AxisName(r.axis), Text(r.step.rise_time_s, "{:.2f}"),
+         fmt::format("{:.0f}%", 100 * r.step.overshoot), Text(r.step.settling_time_s, "{:.2f}"),
+         fmt::format("{:.1f} {}", Shown(r.axis, r.disturbance.peak), ShownUnit(r.axis)),
+         Text(r.disturbance.recovery_time_s, "{:.2f}"), Text(r.loop.crossover_hz, "{:.2f} Hz"),
+         Text(Deg(r.loop.phase_margin_rad), "{:.0f} deg"), Text(r.loop.gain_margin, "x{:.2f}"),
+         r.loop.delay_margin_s ? fmt::format("{:.0f} ms", 1000 * *r.loop.delay_margin_s) : "-",
+         report::Fixed(r.loop.sensitivity_peak, 2)});
+  return table.Text();
 }
 
 std::string StepJson(const trial::Scenario& scenario, const std::vector<AxisResponse>& responses) {
-  Json axes = Json::array();
-  for (const AxisResponse& r : responses) {
-    Json points = Json::array();
-    for (const LoopPoint& p : r.loop.points)
-      points.push_back(
-          {{"frequency_hz", p.frequency_hz}, {"gain", p.gain}, {"phase_rad", p.phase_rad}});
-    axes.push_back({{"axis", AxisName(r.axis)},
-                    {"step",
-                     {{"rise_time_s", OrNull(r.step.rise_time_s)},
-                      {"overshoot", r.step.overshoot},
-                      {"settling_time_s", OrNull(r.step.settling_time_s)},
-                      {"final_error", r.step.final_error}}},
-                    {"disturbance",
-                     {{"peak", r.disturbance.peak},
-                      {"recovery_time_s", OrNull(r.disturbance.recovery_time_s)},
-                      {"final_error", r.disturbance.final_error}}},
-                    {"loop",
-                     {{"crossover_hz", OrNull(r.loop.crossover_hz)},
-                      {"phase_margin_rad", OrNull(r.loop.phase_margin_rad)},
-                      {"gain_margin", OrNull(r.loop.gain_margin)},
-                      {"delay_margin_s", OrNull(r.loop.delay_margin_s)},
-                      {"sensitivity_peak", r.loop.sensitivity_peak},
-                      {"points", points}}}});
-  }
-  const Json json = {{"controller", NameOf(scenario.control.controller)},
-                     {"estimator", NameOf(scenario.pose_source)},
-                     {"axes", axes}};
-  return json.dump(2) + "\n";
+  return report::JsonText({{"controller", scenario.control.controller},
+                           {"estimator", scenario.pose_source},
+                           {"axes", responses}});
 }
 
 std::string StepCsv(const std::vector<AxisResponse>& responses) {

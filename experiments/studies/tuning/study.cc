@@ -9,6 +9,7 @@
 #include "experiments/config/data_files.h"
 #include "experiments/config/nearest_name.h"
 #include "experiments/config/yaml_fields.h"
+#include "experiments/system/output_path.h"
 #include "sim/base/check.h"
 #include "sim/base/digest.h"
 #include "sim/base/random.h"
@@ -226,7 +227,7 @@ std::string Study::hash() const {
 
 Study LoadStudy(const std::string& name) {
   const std::string path = config::FindBundled("studies", "study", name);
-  return Study(config::ReadFile(path), path);
+  return Study(system::ReadWhole(path), path);
 }
 
 }  // namespace turbidock::tuning

@@ -9,6 +9,7 @@
 #include "experiments/statistics/paired_tests.h"
 #include "experiments/studies/tuning/evaluations.h"
 #include "experiments/studies/tuning/study.h"
+#include "sim/base/result_fields.h"
 
 namespace turbidock::tuning {
 
@@ -25,6 +26,9 @@ struct GenerationRecord {
   // challenge that were new to both: what the search gained, whichever seeds a generation had.
   double gained = 0;
   Gains gains{};  // the incumbent's after it
+
+  TURBIDOCK_FIELDS(generation, candidates, given_up, trials, best, median, incumbent,
+                   incumbent_success, replaced, gained, gains)
 };
 
 // One side of a comparison on held-out trials.
@@ -34,6 +38,16 @@ struct TrialSummary {
   double cost = 0;                 // mean
   // medians over the successes
   std::optional<double> time_s = std::nullopt, error_y_m = std::nullopt, error_z_m = std::nullopt;
+
+  static void Fields(auto& self, auto&& field) {
+    field("trials", self.trials);
+    field("successes", self.successes);
+    field("success_95", self.success);
+    field("cost_mean", self.cost);
+    field("time_s_median", self.time_s);
+    field("final_error_true_y_m_median", self.error_y_m);
+    field("final_error_true_z_m_median", self.error_z_m);
+  }
 };
 
 // `start` is what the proof compares with: the starting gains or the study's `against`.
@@ -44,6 +58,17 @@ struct Comparison {
   statistics::PairedComparison time_s{};   // pairs in which both docked
   int64_t only_start = 0, only_tuned = 0;  // successes of one alone
   double mcnemar_p = 1;
+
+  static void Fields(auto& self, auto&& field) {
+    field("what", self.what);
+    field("start", self.start);
+    field("tuned", self.tuned);
+    field("cost_difference", self.cost);
+    field("time_difference_s", self.time_s);
+    field("only_start_docked", self.only_start);
+    field("only_tuned_docked", self.only_tuned);
+    field("mcnemar_p", self.mcnemar_p);
+  }
 };
 
 // How the cost answers when one gain leaves its tuned value.
@@ -51,12 +76,16 @@ struct Sensitivity {
   std::string key;
   double down = 0, up = 0;                              // values
   statistics::PairedComparison cost_down{}, cost_up{};  // less that of the tuned value
+
+  TURBIDOCK_FIELDS(key, down, cost_down, up, cost_up)
 };
 
 struct ParetoPoint {
   Gains gains;
   Worth worth;
   double success = 0;
+
+  TURBIDOCK_FIELDS(gains, worth, success)
 };
 
 struct TuningResult {

@@ -5,55 +5,31 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "experiments/media/plot.h"
+#include "experiments/report/json.h"
+#include "experiments/report/table.h"
 #include "experiments/system/build_info.h"
 #include "sim/base/units.h"
 
 namespace turbidock::tuning {
 namespace {
 
-using Json = nlohmann::ordered_json;
 using media::Mark;
+using report::Fixed;
+using report::Json;
 
-Json OrNull(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
-
-Json ToJson(const Study& study, const Gains& gains) {
+// The gains by their keys.
+Json Named(const Study& study, const std::vector<double>& gains) {
   Json json = Json::object();
   for (size_t i = 0; i < gains.size(); ++i) json[study.settings().gains[i].key] = gains[i];
   return json;
 }
 
-Json ToJson(const statistics::Interval& interval) { return {interval.low, interval.high}; }
-
-Json ToJson(const statistics::PairedComparison& c) {
-  return {{"pairs", c.pairs},
-          {"mean", c.mean},
-          {"confidence_95", ToJson(c.confidence)},
-          {"t_p", c.t_p},
-          {"wilcoxon_p", c.wilcoxon_p}};
-}
-
-Json ToJson(const TrialSummary& s) {
-  return {{"trials", s.trials},
-          {"successes", s.successes},
-          {"success_95", ToJson(s.success)},
-          {"cost_mean", s.cost},
-          {"time_s_median", OrNull(s.time_s)},
-          {"final_error_true_y_m_median", OrNull(s.error_y_m)},
-          {"final_error_true_z_m_median", OrNull(s.error_z_m)}};
-}
-
-Json ToJson(const Comparison& c) {
-  return {{"what", c.what},
-          {"start", ToJson(c.start)},
-          {"tuned", ToJson(c.tuned)},
-          {"cost_difference", ToJson(c.cost)},
-          {"time_difference_s", ToJson(c.time_s)},
-          {"only_start_docked", c.only_start},
-          {"only_tuned_docked", c.only_tuned},
-          {"mcnemar_p", c.mcnemar_p}};
+// Rows whose `gains` get their keys.
+Json NamedEach(const Study& study, Json rows) {
+  for (Json& row : rows) row["gains"] = Named(study, row["gains"]);
+  return rows;
 }
 
 std::string Rate(const TrialSummary& s) {
@@ -61,25 +37,27 @@ std::string Rate(const TrialSummary& s) {
                      100 * s.success.high);
 }
 
-std::string Number(const std::optional<double>& value, double factor, int digits) {
-  return value ? fmt::format("{:.{}f}", factor * *value, digits) : "-";
-}
-
 std::string Medians(const TrialSummary& s) {
-  return fmt::format("{} s, {} mm, {} mm", Number(s.time_s, 1, 1), Number(s.error_y_m, 1000, 1),
-                     Number(s.error_z_m, 1000, 1));
+  const auto mm = [](const std::optional<double>& m) {
+    return m ? Fixed(units::MmFromM(*m), 1) : "-";
+  };
+  return fmt::format("{} s, {} mm, {} mm", Fixed(s.time_s, 1), mm(s.error_y_m), mm(s.error_z_m));
 }
 
-std::string Row(const Comparison& c) {
-  return fmt::format(
-      "| {} | {} | {} | {} | {} | {:+.2f} [{:+.2f}, {:+.2f}] | {:.2g} | {:.2g} | {:.2g} |\n",
-      c.what, Rate(c.start), Rate(c.tuned), Medians(c.start), Medians(c.tuned), c.cost.mean,
-      c.cost.confidence.low, c.cost.confidence.high, c.cost.t_p, c.cost.wilcoxon_p, c.mcnemar_p);
+std::string Difference(const statistics::PairedComparison& c, const char* unit = "") {
+  return fmt::format("{:+.2f}{} [{:+.2f}, {:+.2f}]", c.mean, unit, c.confidence.low,
+                     c.confidence.high);
 }
 
-constexpr const char* kComparisonHead =
-    "| trials | docked, before | docked, tuned | before: time, y, z | tuned: time, y, z | cost "
-    "difference | t | Wilcoxon | McNemar |\n|---|---|---|---|---|---|---|---|---|\n";
+std::string Comparisons(const std::vector<Comparison>& comparisons) {
+  report::Table table({"<trials", "<docked, before", "<docked, tuned", "<before: time, y, z",
+                       "<tuned: time, y, z", "<cost difference", "<t", "<Wilcoxon", "<McNemar"});
+  const auto p = [](double value) { return fmt::format("{:.2g}", value); };
+  for (const Comparison& c : comparisons)
+    table.Row({c.what, Rate(c.start), Rate(c.tuned), Medians(c.start), Medians(c.tuned),
+               Difference(c.cost), p(c.cost.t_p), p(c.cost.wilcoxon_p), p(c.mcnemar_p)});
+  return table.Markdown();
+}
 
 // Of the map at `path` (dotted), making maps on the way.
 void Set(YAML::Node root, const std::string& path, const YAML::Node& value) {
@@ -113,49 +91,23 @@ std::string GainsYaml(const Study& study, const TuningResult& result) {
   if (result.held_out) {
     const Comparison& c = *result.held_out;
     text += fmt::format("# {} held-out trials: docked {} (before: {}), median {} s.\n",
-                        c.tuned.trials, Rate(c.tuned), Rate(c.start), Number(c.tuned.time_s, 1, 1));
+                        c.tuned.trials, Rate(c.tuned), Rate(c.start), Fixed(c.tuned.time_s, 1));
   }
   return text + YAML::Dump(gains) + "\n";
 }
 
 std::string TuningJson(const Study& study, const TuningResult& result) {
-  Json generations = Json::array(), front = Json::array(), robustness = Json::array(),
-       sensitivity = Json::array();
-  for (const GenerationRecord& g : result.generations)
-    generations.push_back({{"generation", g.generation},
-                           {"candidates", g.candidates},
-                           {"given_up", g.given_up},
-                           {"trials", g.trials},
-                           {"best", g.best},
-                           {"median", g.median},
-                           {"incumbent", g.incumbent},
-                           {"incumbent_success", g.incumbent_success},
-                           {"replaced", g.replaced},
-                           {"gained", g.gained},
-                           {"gains", ToJson(study, g.gains)}});
-  for (const ParetoPoint& point : result.front)
-    front.push_back({{"gains", ToJson(study, point.gains)},
-                     {"worth", point.worth},
-                     {"success", point.success}});
-  for (const Comparison& c : result.robustness) robustness.push_back(ToJson(c));
-  for (const Sensitivity& s : result.sensitivity)
-    sensitivity.push_back({{"key", s.key},
-                           {"down", s.down},
-                           {"cost_down", ToJson(s.cost_down)},
-                           {"up", s.up},
-                           {"cost_up", ToJson(s.cost_up)}});
-  const Json json = {{"description", study.settings().description},
-                     {"study_hash", study.hash()},
-                     {"version", system::VersionAndCommit()},
-                     {"start", ToJson(study, result.start)},
-                     {"tuned", ToJson(study, result.tuned)},
-                     {"held_out", result.held_out ? ToJson(*result.held_out) : Json()},
-                     {"robustness", robustness},
-                     {"sensitivity", sensitivity},
-                     {"pareto_front", front},
-                     {"generations", generations},
-                     {"trials", result.trials}};
-  return json.dump(2) + "\n";
+  return report::JsonText({{"description", study.settings().description},
+                           {"study_hash", study.hash()},
+                           {"version", system::VersionAndCommit()},
+                           {"start", Named(study, result.start)},
+                           {"tuned", Named(study, result.tuned)},
+                           {"held_out", result.held_out},
+                           {"robustness", result.robustness},
+                           {"sensitivity", result.sensitivity},
+                           {"pareto_front", NamedEach(study, result.front)},
+                           {"generations", NamedEach(study, result.generations)},
+                           {"trials", result.trials}});
 }
 
 std::string TuningMarkdown(const Study& study, const TuningResult& result) {
@@ -185,29 +137,25 @@ std::string TuningMarkdown(const Study& study, const TuningResult& result) {
                         settings.proof.cameras ? ", through the cameras" : "");
     if (study.has_against())
       text += "Before is what the study's `against` says, not the starting gains.\n\n";
-    text += kComparisonHead + Row(*result.held_out);
+    text += Comparisons({*result.held_out});
     const statistics::PairedComparison& t = result.held_out->time_s;
     if (t.pairs > 0)
       text += fmt::format(
-          "\nWhere both docked ({} pairs) the tuned gains take {:+.2f} s [{:+.2f}, {:+.2f}], p = "
-          "{:.2g} (t), {:.2g} (Wilcoxon).\n",
-          t.pairs, t.mean, t.confidence.low, t.confidence.high, t.t_p, t.wilcoxon_p);
+          "\nWhere both docked ({} pairs) the tuned gains take {}, p = {:.2g} (t), {:.2g} "
+          "(Wilcoxon).\n",
+          t.pairs, Difference(t, " s"), t.t_p, t.wilcoxon_p);
   }
   if (!result.robustness.empty()) {
     text += fmt::format("\n## When the vehicle or the sea is another{}\n\n{}",
                         settings.proof.robustness_cameras ? ", through the cameras" : "",
-                        kComparisonHead);
-    for (const Comparison& c : result.robustness) text += Row(c);
+                        Comparisons(result.robustness));
   }
   if (!result.sensitivity.empty()) {
-    text +=
-        "\n## Each gain alone\n\n| gain | down to | costs | up to | costs "
-        "|\n|---|---|---|---|---|\n";
+    report::Table table({"<gain", "<down to", "<costs", "<up to", "<costs"});
+    const auto gain = [](double value) { return fmt::format("{:.4g}", value); };
     for (const Sensitivity& s : result.sensitivity)
-      text += fmt::format(
-          "| {} | {:.4g} | {:+.2f} [{:+.2f}, {:+.2f}] | {:.4g} | {:+.2f} [{:+.2f}, {:+.2f}] |\n",
-          s.key, s.down, s.cost_down.mean, s.cost_down.confidence.low, s.cost_down.confidence.high,
-          s.up, s.cost_up.mean, s.cost_up.confidence.low, s.cost_up.confidence.high);
+      table.Row({s.key, gain(s.down), Difference(s.cost_down), gain(s.up), Difference(s.cost_up)});
+    text += "\n## Each gain alone\n\n" + table.Markdown();
   }
   return text;
 }

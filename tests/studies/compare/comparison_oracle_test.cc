@@ -113,9 +113,9 @@ TEST_F(Comparison, TimesOfTenPairs) {
   EXPECT_DOUBLE_EQ(*c.median_difference, 1.5);
   EXPECT_DOUBLE_EQ(c.p_value, 2 * (1.0 + 5) / 32);
   // of six values only the outermost two bound the median with 95 %: 2 / 64 are outside
-  ASSERT_TRUE(c.interval);
-  EXPECT_DOUBLE_EQ(c.interval->low, -1);
-  EXPECT_DOUBLE_EQ(c.interval->high, 4);
+  ASSERT_TRUE(c.interval_95);
+  EXPECT_DOUBLE_EQ(c.interval_95->low, -1);
+  EXPECT_DOUBLE_EQ(c.interval_95->high, 4);
   EXPECT_THAT(MessageOf([] { MetricNamed("time"); }),
               AllOf(HasSubstr("no metric"), HasSubstr("did you mean time_s?")));
 }

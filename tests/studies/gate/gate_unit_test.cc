@@ -125,7 +125,7 @@ TEST_F(Gate, TheSameBuildPassesWithFewTrials) {
   const ConditionReport& calm = report.conditions.at(0);
   EXPECT_TRUE(calm.paired);
   EXPECT_EQ(std::ssize(calm.trials), trials);
-  EXPECT_THAT(calm.newly_failing, IsEmpty());
+  EXPECT_THAT(calm.newly_failing_seeds, IsEmpty());
   ASSERT_EQ(calm.measures.size(), 3u);
   for (const MeasureReport& measure : calm.measures) {
     EXPECT_EQ(measure.verdict, statistics::Verdict::kPass);
@@ -142,7 +142,7 @@ TEST_F(Gate, EachMeasureFailsForItsOwnReason) {
     EXPECT_EQ(report.verdict, statistics::Verdict::kFail);
     std::vector<std::string> names;
     for (const MeasureReport& measure : report.conditions.at(0).measures)
-      if (measure.verdict == statistics::Verdict::kFail) names.push_back(measure.name);
+      if (measure.verdict == statistics::Verdict::kFail) names.push_back(measure.measure);
     return names;
   };
   EXPECT_THAT(failed(DocksAt(0.6)), ElementsAre("success rate"));
@@ -155,7 +155,7 @@ TEST_F(Gate, BetterIsNoFailure) {
   const Baseline baseline = Measure(plan, DocksAt(0.8));
   const GateReport report = Judge(plan, baseline, DocksAt(1.0, -10, -0.005));
   EXPECT_EQ(report.verdict, statistics::Verdict::kPass);
-  EXPECT_THAT(report.conditions.at(0).newly_docking, Not(IsEmpty()));
+  EXPECT_THAT(report.conditions.at(0).newly_docking_seeds, Not(IsEmpty()));
 }
 
 TEST_F(Gate, TooFewTrialsAreInconclusive) {
@@ -184,7 +184,7 @@ TEST_F(Gate, AWorseConditionIsFoundAmongGoodOnes) {
   EXPECT_EQ(report.verdict, statistics::Verdict::kFail);
   EXPECT_EQ(report.conditions.at(0).verdict, statistics::Verdict::kPass);
   EXPECT_EQ(report.conditions.at(1).verdict, statistics::Verdict::kFail);
-  EXPECT_THAT(report.conditions.at(1).newly_failing, Not(IsEmpty()));
+  EXPECT_THAT(report.conditions.at(1).newly_failing_seeds, Not(IsEmpty()));
 }
 
 TEST_F(Gate, OtherSeedsAreComparedWithoutPairs) {
@@ -363,9 +363,9 @@ GateReport AwkwardReport() {
     condition.trials[0].seed = 1;
     condition.trials[1].seed = 9223372036854775807;
     condition.docked = 1;
-    condition.newly_failing = {9223372036854775807};
+    condition.newly_failing_seeds = {9223372036854775807};
     MeasureReport measure;
-    measure.name = "success rate";
+    measure.measure = "success rate";
     measure.verdict = verdict;
     measure.before = 1;
     measure.now = 0.5;

@@ -1,0 +1,45 @@
+#include "experiments/report/json.h"
+
+#include "sim/base/check.h"
+
+namespace turbidock::report {
+namespace {
+
+std::string CsvField(const Json& value) {
+  if (value.is_null()) return "";
+  if (value.is_number_float()) return FormatNumber(value.get<double>());
+  if (!value.is_string()) return value.dump();
+  const auto& text = value.get_ref<const std::string&>();
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
+  return quoted + "\"";
+}
+
+}  // namespace
+
+std::string JsonText(const Json& json) { return json.dump(2) + "\n"; }
+
+std::string JsonLine(const Json& json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+Json ParseJson(const std::string& text, const std::string& where) {
+  try {
+    return Json::parse(text);
+  } catch (const Json::exception& error) {
+    throw ConfigError(where + ": " + error.what());
+  }
+}
+
+void AddCsv(const Json& row, std::string* text) {
+  std::string keys, values;
+  for (const auto& [key, value] : row.items()) {
+    keys += CsvField(key) + ",";
+    values += CsvField(value) + ",";
+  }
+  keys.back() = values.back() = '\n';
+  *text += text->empty() ? keys + values : values;
+}
+
+}  // namespace turbidock::report
