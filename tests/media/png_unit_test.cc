@@ -8,6 +8,7 @@
 #include <iterator>
 
 #include "experiments/system/output_path.h"
+#include "sim/base/check.h"
 #include "sim/base/random.h"
 
 namespace turbidock::media {
