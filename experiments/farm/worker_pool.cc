@@ -235,13 +235,12 @@ void WorkerPool::Restart(Worker* worker) {
   Start(worker);
 }
 
-JobResult* WorkerPool::Ended(Worker* worker, JobEnd end, std::string error) {
-  JobResult& result = ended_.emplace_back();
+void WorkerPool::Ended(Worker* worker, JobResult result) {
   result.id = *worker->job;
   result.log = LogText(worker->log);
   result.wall_time_s = std::chrono::duration<double>(Clock::now() - worker->started).count();
   worker->job.reset();
-  return &result;
+  ended_.push_back(std::move(result));
 }
 
 void WorkerPool::Receive(Worker* worker) {
@@ -249,14 +248,13 @@ void WorkerPool::Receive(Worker* worker) {
     int status = 0;
     TEMP_FAILURE_RETRY(waitpid(worker->pid, &status, 0));
     worker->pid = -1;
-    if (worker->job) Ended(worker, JobEnd::kCrashed, EndText(status));
+    if (worker->job) Ended(worker, {.end = JobEnd::kCrashed, .error = EndText(status)});
     Restart(worker);
     return;
   }
   if (!worker->received.ends_with('\n')) return;
-  JobResult result = report::ParseJson(worker->received, "a worker's reply").get<JobResult>();
+  Ended(worker, report::ParseJson(worker->received, "a worker's reply").get<JobResult>());
   worker->received.clear();
-  *Ended(worker, result.end, result.error) = std::move(result);
 }
 
 std::optional<JobResult> WorkerPool::Next(double timeout_s) {
@@ -282,8 +280,9 @@ std::optional<JobResult> WorkerPool::Next(double timeout_s) {
       if (ready > 0 && sockets[i].revents != 0) {
         Receive(&worker);
       } else if (worker.job && Clock::now() >= worker.started + seconds(options_.time_limit_s)) {
-        Ended(&worker, JobEnd::kHung,
-              fmt::format("no end after {:g} s, the time limit", options_.time_limit_s));
+        Ended(&worker,
+              {.end = JobEnd::kHung,
+               .error = fmt::format("no end after {:g} s, the time limit", options_.time_limit_s)});
         Restart(&worker);
       }
     }

@@ -39,9 +39,9 @@ enum class JobEnd {
 struct JobResult {
   int64_t id = 0;
   JobEnd end = JobEnd::kDone;
-  std::string output;      // of the work, when done
-  std::string error;       // a sentence, when not done
-  std::string log;         // the last of what the work wrote to stdout and stderr
+  std::string output{};    // of the work, when done
+  std::string error{};     // a sentence, when not done
+  std::string log{};       // the last of what the work wrote to stdout and stderr
   double wall_time_s = 0;  // from handing the job to the worker to its end
   double cpu_time_s = 0;   // user and system, of the worker in this job; 0 when it died
   int64_t rss_bytes = 0;   // the worker's resident memory after the job; 0 when it died
@@ -92,8 +92,7 @@ class WorkerPool {
   void Restart(Worker* worker);
   void HandOut();                // jobs to idle workers
   void Receive(Worker* worker);  // what it sent, or its death
-  // Notes the result of its job, the last of ended_.
-  JobResult* Ended(Worker* worker, JobEnd end, std::string error);
+  void Ended(Worker* worker, JobResult result);  // notes how its job ended
 
   WorkerOptions options_;
   Work work_;

@@ -5,7 +5,7 @@
 //   const Json json = {{"build", build}, {"best", best_row}, {"rows", all_rows}};
 //   std::fputs(JsonText(json).c_str(), stdout);
 //
-// knows bool, numbers (null where they are not finite), text, enums by their EnumNames, what may be
+// knows bool, numbers (null where they are not finite), text, enums by their Names, what may be
 // absent (null), vectors, matrices and quaternions (w, x, y, z), lists and maps of these; a struct
 // with AsList(), such as an interval, is that list. What was written reads back: json.get<Row>().
 
@@ -36,8 +36,8 @@ Json ParseJson(const std::string& text, const std::string& where);
 void AddCsv(const Json& row, std::string* text);
 
 template <class E>
-concept HasNames = std::is_enum_v<E> && requires {
-  EnumNames<E>::kNames;
+concept HasNames = std::is_enum_v<E> && requires(E value) {
+  Names(value);
 };
 template <class T>
 concept HasAsList = requires(const T& value) {

@@ -34,7 +34,7 @@ struct Quantity {
 std::vector<media::Block> StageBlocks(const trial::TrialLog& log) {
   std::vector<media::Block> blocks;
   for (const FrameRecord& frame : log.frames) {
-    const char* name = trial::StageTitle(frame.stage);
+    const std::string name = trial::StageTitle(frame.stage);
     if (!blocks.empty()) blocks.back().to_x = frame.time_s;
     if (blocks.empty() || blocks.back().name != name)
       blocks.push_back({.name = name,
