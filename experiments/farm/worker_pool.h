@@ -90,8 +90,8 @@ class WorkerPool {
   void Start(Worker* worker);
   void Stop(Worker* worker);  // kills and reaps it
   void Restart(Worker* worker);
-  void HandOut();                // jobs to idle workers
-  void Receive(Worker* worker);  // what it sent, or its death
+  void HandOut();                                // jobs to idle workers
+  void Receive(Worker* worker);                  // what it sent, or its death
   void Ended(Worker* worker, JobResult result);  // notes how its job ended
 
   WorkerOptions options_;

@@ -20,22 +20,11 @@ namespace turbidock::config {
 
 enum class Lamp { kOff, kPassive, kActive };
 
-}  // namespace turbidock::config
+constexpr auto Names(Lamp) {
+  using enum Lamp;
+  return EnumList<Lamp>({{kOff, "off"}, {kPassive, "passive"}, {kActive, "active"}});
+}
 
-namespace turbidock {
-
-template <>
-struct EnumNames<config::Lamp> {
-  static constexpr auto kNames = std::to_array<std::pair<config::Lamp, const char*>>({
-      {config::Lamp::kOff, "off"},
-      {config::Lamp::kPassive, "passive"},
-      {config::Lamp::kActive, "active"},
-  });
-};
-
-}  // namespace turbidock
-
-namespace turbidock::config {
 namespace {
 
 using ::testing::ElementsAre;

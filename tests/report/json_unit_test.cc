@@ -12,6 +12,9 @@ namespace turbidock::report {
 namespace {
 
 enum class Color { kRed, kBlue };
+constexpr auto Names(Color) {
+  return EnumList<Color>({{Color::kRed, "red"}, {Color::kBlue, "blue"}});
+}
 
 struct Bounds {
   double low = 0, high = 0;
@@ -55,19 +58,6 @@ struct Everything {
   TURBIDOCK_VISIT_FIELDS(yes, most, third, infinite, text, color, none, some, bounds, no_bounds,
                          point, points, no_points, by_color, vector, matrix, q)
 };
-
-}  // namespace
-}  // namespace turbidock::report
-
-template <>
-struct turbidock::EnumNames<turbidock::report::Color> {
-  using E = turbidock::report::Color;
-  static constexpr auto kNames =
-      std::to_array<std::pair<E, const char*>>({{E::kRed, "red"}, {E::kBlue, "blue"}});
-};
-
-namespace turbidock::report {
-namespace {
 
 TEST(Json, AStructIsAnObjectOfItsFieldsInTheirOrder) {
   EXPECT_EQ(JsonLine(Everything()),
