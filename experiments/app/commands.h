@@ -32,9 +32,6 @@ void AddCompareEstimators(app::CommandLine& line);
 namespace gate {
 void AddGate(app::CommandLine& line);
 }
-namespace measured {
-void AddPage(app::CommandLine& line);
-}
 namespace recognition {
 void AddCalibrate(app::CommandLine& line);
 void AddRecognize(app::CommandLine& line);

@@ -35,7 +35,7 @@ int ParseAndRun(int argc, char** argv) {
        {bench::AddBench, run::AddRun, AddBatch, AddResults, gate::AddGate, compare::AddCompare,
         estimate::AddEstimate, estimators::AddCompareEstimators, recognition::AddRecognize,
         recognition::AddCalibrate, AddSlurm, tuning::AddTune, step_response::AddStepResponse,
-        measured::AddPage, AddScenarios, AddSelftest})
+        AddScenarios, AddSelftest})
     add(line);
   if (const std::optional<int> code = line.Parse(argc, argv)) return *code;
   if (version) {

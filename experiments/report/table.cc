@@ -6,6 +6,22 @@
 #include <charconv>
 
 namespace turbidock::report {
+namespace {
+
+std::string MarkdownRow(const std::vector<std::string>& cells) {
+  std::string row = "|";
+  for (const std::string& cell : cells) {
+    row += ' ';
+    for (const char c : cell) {
+      if (c == '|') row += '\\';
+      row += c == '\n' ? ' ' : c;
+    }
+    row += cell.empty() ? "|" : " |";
+  }
+  return row;
+}
+
+}  // namespace
 
 Table::Table(const std::vector<std::string>& heads) : rows_(1) {
   for (const std::string& head : heads) {
@@ -39,19 +55,6 @@ std::string Table::Markdown() const {
   for (const bool left : left_) text += left ? "---|" : "---:|";
   for (size_t i = 1; i < rows_.size(); ++i) text += "\n" + MarkdownRow(rows_[i]);
   return text + "\n";
-}
-
-std::string MarkdownRow(const std::vector<std::string>& cells) {
-  std::string row = "|";
-  for (const std::string& cell : cells) {
-    row += ' ';
-    for (const char c : cell) {
-      if (c == '|') row += '\\';
-      row += c == '\n' ? ' ' : c;
-    }
-    row += cell.empty() ? "|" : " |";
-  }
-  return row;
 }
 
 std::optional<double> NumberIn(const std::string& text) {

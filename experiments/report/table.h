@@ -23,9 +23,6 @@ class Table {
   std::vector<std::vector<std::string>> rows_;  // the first has the heads
 };
 
-// A row of a Markdown table.
-std::string MarkdownRow(const std::vector<std::string>& cells);
-
 // The number that a text is as a whole, if it is one.
 std::optional<double> NumberIn(const std::string& text);
 

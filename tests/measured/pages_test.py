@@ -1,0 +1,85 @@
+"""The pages of measured results: drawn from their files, and what is malformed is refused."""
+
+import pathlib
+import re
+import sys
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "assets/measured"))
+sys.dont_write_bytecode = True
+
+import draw  # noqa: E402
+
+ORIGIN = "# title: Docked\n# command: turbidock batch x\n# build: abc\n# machine: two cores\n# date: 2026-11-21\n"
+TABLE = draw.read_table(ORIGIN + 'milk,"docked, of 30"\n0,\n20,"a|b"\n', "t.csv")
+
+
+def pages():
+    return [ROOT / "README.md"] + [page for room in ("assets", "control", "experiments", "models", "sim", "tests", "vision")
+                                   for page in (ROOT / room).rglob("*.md")]
+
+
+class ResultFile(unittest.TestCase):
+    def test_is_a_table_with_its_origin_below(self):
+        self.assertEqual(TABLE, ["| milk | docked, of 30 |", "|---|---|", "| 0 | |", "| 20 | a\\|b |", "",
+                                 "Docked. `turbidock batch x`. Build: abc; machine: two cores; date: 2026-11-21."])
+
+    def test_is_refused_with_its_line_when_it_is_malformed(self):
+        for text, message in (
+                ("milk\n0\n", 't.csv:1: no "# title'),
+                (ORIGIN + "# machine: three\nmilk\n0\n", "t.csv:6: machine is given twice"),
+                (ORIGIN.replace("build", "bulid") + "milk\n0\n", "t.csv:3: unknown key bulid"),
+                (ORIGIN + "#date 3\nmilk\n0\n", 't.csv:6: must be "# key: value"'),
+                (ORIGIN + "milk,docked\n0\n", "t.csv:7: 1 cells under 2 columns"),
+                (ORIGIN + "milk,docked\n\n0,1\n", "t.csv:7: 0 cells under 2 columns"),
+                (ORIGIN + 'milk,docked\n0,"1\n', "t.csv:7: unexpected end"),
+                (ORIGIN + "milk,docked\n", "t.csv:6: no rows"),
+                (ORIGIN, "t.csv:5: no rows")):
+            with self.subTest(text), self.assertRaises(draw.Malformed) as refused:
+                draw.read_table(text, "t.csv")
+            self.assertIn(message, str(refused.exception))
+
+
+class Page(unittest.TestCase):
+    def test_keeps_everything_but_its_tables(self):
+        for end in ("\n", "\r\n"):
+            page = end.join(["# Head", "<!-- measured t -->", "old", "<!-- end measured -->", "```",
+                             "<!-- measured none -->", "```", "no newline at the end"])
+            drawn, shown = draw.draw_page(page, "p.md", {"t": TABLE})
+            self.assertEqual(drawn, page.replace("old" + end, "".join(line + end for line in TABLE)))
+            self.assertEqual(shown, ["t"])
+            self.assertEqual(draw.draw_page(drawn, "p.md", {"t": TABLE})[0], drawn)
+
+    def test_is_refused_with_its_line(self):
+        for page, message in (("<!-- measured u -->\n<!-- end measured -->\n", "p.md:1: no result file u.csv"),
+                              ("a\n<!-- measured t -->\n", "p.md:2: table t has no"),
+                              ("<!-- measured t -->\n<!-- measured t -->\n", "p.md:1: table t has no"),
+                              ("a\n<!-- end measured -->\n", "p.md:2: <!-- end measured --> without")):
+            with self.subTest(page), self.assertRaises(draw.Malformed) as refused:
+                draw.draw_page(page, "p.md", {"t": TABLE})
+            self.assertIn(message, str(refused.exception))
+
+
+class Repository(unittest.TestCase):
+    def test_pages_show_what_the_result_files_hold(self):
+        tables, everywhere = draw.load_tables(ROOT / "assets/measured"), set()
+        for page in pages():
+            text = page.read_text(encoding="utf-8")
+            drawn, shown = draw.draw_page(text, page, tables)
+            self.assertEqual(text, drawn, f"python3 assets/measured/draw.py {page} draws it anew")
+            everywhere.update(shown)
+        self.assertEqual(everywhere, set(tables), "every result file is shown on some page")
+        self.assertGreaterEqual(len(tables), 20)
+
+    def test_pages_link_to_files_that_are_there(self):
+        checked = 0
+        for page in pages():
+            for target in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8")):
+                self.assertTrue((page.parent / target).exists(), f"{page} links to {target}")
+                checked += 1
+        self.assertGreaterEqual(checked, 40)
+
+
+if __name__ == "__main__":
+    unittest.main()
