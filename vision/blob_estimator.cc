@@ -1,7 +1,6 @@
 #include "vision/blob_estimator.h"
 
 #include <Eigen/Geometry>
-#include <algorithm>
 
 namespace turbidock::vision {
 

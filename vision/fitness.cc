@@ -1,7 +1,6 @@
 #include "vision/fitness.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "sim/base/vector_clones.h"
 

@@ -1,6 +1,5 @@
 #include "vision/undistort.h"
 
-#include <cmath>
 
 namespace turbidock::vision {
 

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <cstdio>
-#include <optional>
 #include <vector>
 
 #include "experiments/app/commands.h"

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
-#include <optional>
 #include <vector>
 
 #include "experiments/app/commands.h"

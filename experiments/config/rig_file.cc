@@ -5,7 +5,6 @@
 #include <fstream>
 #include <initializer_list>
 #include <opencv2/core.hpp>
-#include <sstream>
 
 #include "experiments/config/yaml_fields.h"
 

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
 #include "experiments/farm/cell_json.h"
 #include "experiments/trial/trial.h"
 #include "experiments/trial/trial_files.h"

@@ -1,7 +1,6 @@
 #include "sim/camera/lens.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 

@@ -1,7 +1,6 @@
 #include "sim/vehicle/scene.h"
 
 #include <array>
-#include <cmath>
 #include <string_view>
 
 #include "sim/base/check.h"

@@ -1,10 +1,8 @@
 #include "experiments/studies/gate/gate_plan.h"
 
-#include <array>
 #include <filesystem>
 #include <limits>
 #include <set>
-#include <utility>
 
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"

@@ -4,7 +4,6 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "experiments/media/plot.h"
 #include "experiments/report/json.h"
