@@ -1,6 +1,5 @@
 #include "vision/undistort.h"
 
-
 namespace turbidock::vision {
 
 Eigen::Vector2d LensDistortion::Apply(const Eigen::Vector2d& point) const {
