@@ -2,10 +2,7 @@
 // The vehicle's own control: estimates in, thruster commands out. The same code runs on a real
 // vehicle.
 
-#include <cstdint>
 #include <memory>
-#include <optional>
-#include <utility>
 
 #include "control/controller.h"
 #include "control/docking_procedure.h"

@@ -1,7 +1,6 @@
 #include "control/lqg.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "sim/base/check.h"
 

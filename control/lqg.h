@@ -2,7 +2,6 @@
 // Linear-quadratic control on a model of the vehicle, with a Kalman filter that also estimates what
 // current and waves do to it.
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>

@@ -1,8 +1,6 @@
 #pragma once
 // The plan on a command line and what changes it.
 
-#include <cstdint>
-#include <optional>
 #include <string>
 
 #include "experiments/app/command_line.h"

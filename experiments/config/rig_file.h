@@ -1,7 +1,6 @@
 #pragma once
 // Stereo rigs from disk.
 
-#include <optional>
 #include <string>
 #include <vector>
 

@@ -11,9 +11,7 @@
 #include <cstdio>
 #include <cstring>
 #include <limits>
-#include <memory>
 #include <sstream>
-#include <utility>
 
 #include "experiments/config/nearest_name.h"
 #include "experiments/system/output_path.h"

@@ -13,7 +13,6 @@
 //   --set camera.baseline_m = -0.1, must be in [0.01, 1]
 
 #include <Eigen/Core>
-#include <array>
 #include <cstdint>
 #include <functional>
 #include <initializer_list>

@@ -2,7 +2,6 @@
 // The one loop that hands jobs to workers and takes their results.
 
 #include <cstddef>
-#include <optional>
 #include <utility>
 
 namespace turbidock::farm {

@@ -12,9 +12,7 @@
 // bound on a martingale's maximum). I. Waudby-Smith and A. Ramdas, "Estimating means of bounded
 // random variables by betting", J. R. Stat. Soc. B 86 (2024) 1-27.
 
-#include <cstdint>
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "sim/base/fields.h"

@@ -4,7 +4,6 @@
 #include <span>
 #include <vector>
 
-#include "sim/base/units.h"
 
 namespace turbidock::trial {
 namespace {

@@ -2,15 +2,12 @@
 // A vehicle at rest in front of the marker: what its cameras have before them is drawn once, lit
 // once for each sort of water, and exposed anew every frame.
 
-#include <cstdint>
 #include <vector>
 
 #include "experiments/trial/scenario.h"
-#include "sim/base/image.h"
 #include "sim/base/pose.h"
 #include "sim/base/random.h"
 #include "sim/camera/stereo_camera.h"
-#include "sim/light/radiance.h"
 #include "sim/light/surfaces.h"
 #include "sim/view/rendered.h"
 

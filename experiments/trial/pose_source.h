@@ -2,7 +2,6 @@
 // Where the autopilot's estimates come from: the cameras, or, to try controllers fast, the truth.
 
 #include <cstdint>
-#include <utility>
 
 #include "sim/base/camera.h"
 #include "sim/base/fields.h"

@@ -2,7 +2,6 @@
 
 #include <optional>
 
-#include "control/autopilot.h"
 #include "experiments/system/build_info.h"
 #include "experiments/trial/ending.h"
 #include "experiments/trial/eyes.h"

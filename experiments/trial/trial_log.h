@@ -2,7 +2,6 @@
 // The record of a trial: one row a camera frame, in memory; files are made from it afterwards.
 
 #include <cstdint>
-#include <string>
 #include <vector>
 
 #include "control/axis_volts.h"

@@ -18,7 +18,6 @@
 #include <Eigen/Core>
 #include <array>
 #include <cmath>
-#include <concepts>
 #include <cstdint>
 #include <limits>
 #include <string>

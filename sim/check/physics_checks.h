@@ -3,7 +3,6 @@
 // code that runs the trials; `turbidock selftest --physics` prints them.
 
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "sim/base/fields.h"

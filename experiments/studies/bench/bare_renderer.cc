@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 
-#include "sim/base/check.h"
 
 namespace turbidock::bench {
 

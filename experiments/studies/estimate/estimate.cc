@@ -9,7 +9,6 @@
 #include "experiments/media/image_source.h"
 #include "experiments/report/json.h"
 #include "sim/base/random.h"
-#include "sim/base/units.h"
 #include "vision/overlay.h"
 #include "vision/undistort.h"
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
-#include <optional>
 
 #include "experiments/config/yaml_fields.h"
 #include "experiments/report/json.h"

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "vision/gene.h"
 #include "vision/marker_model.h"

@@ -1,9 +1,6 @@
 #pragma once
 // What the estimators under comparison look at: the marker at rest, moving, or not there.
 
-#include <array>
-#include <string>
-#include <utility>
 #include <vector>
 
 #include "experiments/trial/scenario.h"

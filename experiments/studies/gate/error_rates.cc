@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "experiments/media/plot.h"
-#include "experiments/studies/gate/judge.h"
 #include "sim/base/random.h"
 
 namespace turbidock::gate {

@@ -3,11 +3,9 @@
 // counted in simulated sequences of trials.
 
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "experiments/statistics/intervals.h"
 #include "experiments/statistics/sequential_test.h"
 #include "sim/base/fields.h"
 

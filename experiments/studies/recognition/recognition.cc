@@ -6,11 +6,9 @@
 #include <optional>
 #include <set>
 
-#include "experiments/config/data_files.h"
 #include "experiments/report/json.h"
 #include "experiments/trial/trial_view.h"
 #include "sim/base/random.h"
-#include "sim/base/units.h"
 #include "vision/rm_ga.h"
 
 namespace turbidock::recognition {

@@ -6,7 +6,6 @@
 // of one frame, as in the published rig, whose search runs on the stream of images without end. It
 // has run for `settle_s` before a cell's first frame counts, and begins knowing nothing.
 
-#include <functional>
 #include <map>
 #include <string>
 #include <utility>

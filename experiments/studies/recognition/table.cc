@@ -7,7 +7,6 @@
 #include <cmath>
 #include <fstream>
 #include <set>
-#include <string_view>
 
 #include "experiments/config/data_files.h"
 #include "experiments/config/nearest_name.h"

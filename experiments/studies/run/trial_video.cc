@@ -5,10 +5,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "experiments/media/draw_balls.h"
-#include "sim/base/check.h"
 #include "sim/base/units.h"
 
 namespace turbidock::run {

@@ -19,7 +19,6 @@
 
 #include <cstdint>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "experiments/farm/plan.h"
