@@ -25,7 +25,11 @@ struct Check {
   std::function<std::string()> run;  // says what it saw; throws what is wrong
 };
 
-std::string FirstLine(const std::string& text) { return text.substr(0, text.find('\n')); }
+// The first line that a program of that package prints.
+std::string FirstLine(const std::vector<std::string>& command, const std::string& package) {
+  const std::string text = system::Subprocess(command, package).Finish();
+  return text.substr(0, text.find('\n'));
+}
 
 std::string LoadEveryScenario() {
   const auto names = config::BundledScenarios();
@@ -53,15 +57,10 @@ std::string RunOneSecond() {
 }
 
 std::string Expectation(const check::PhysicsCheck& check) {
-  switch (check.relation) {
-    case check::Relation::kAtMost:
-      return fmt::format("<= {:.5g}", check.expected);
-    case check::Relation::kAtLeast:
-      return fmt::format(">= {:.5g}", check.expected);
-    case check::Relation::kNear:
-      break;
-  }
-  return fmt::format("{:.6g} +- {:.2g}", check.expected, check.tolerance);
+  if (check.relation == check::Relation::kNear)
+    return fmt::format("{:.6g} +- {:.2g}", check.expected, check.tolerance);
+  return fmt::format("{} {:.5g}",
+                     check.relation == check::Relation::kAtMost ? "<=" : ">=", check.expected);
 }
 
 // The dynamics against what they must do, as a table or as JSON.
@@ -101,11 +100,11 @@ int Selftest(bool json) {
       {"trial", RunOneSecond},
       {"figures",
        [] {
-         return FirstLine(system::Subprocess({"gnuplot", "--version"}, "gnuplot-nox").Finish());
+         return FirstLine({"gnuplot", "--version"}, "gnuplot-nox");
        }},
       {"video",
        [] {
-         return FirstLine(system::Subprocess({"ffmpeg", "-version"}, "ffmpeg").Finish());
+         return FirstLine({"ffmpeg", "-version"}, "ffmpeg");
        }},
   };
   auto list = report::Json::array();

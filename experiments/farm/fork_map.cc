@@ -12,16 +12,8 @@ namespace {
 constexpr double kTimeLimit_s = 24 * 3600;  // of a job
 
 std::string OutputOf(JobResult result) {
-  switch (result.end) {
-    case JobEnd::kDone:
-      return std::move(result.output);
-    case JobEnd::kBadInput:
-      throw ConfigError(result.error);
-    case JobEnd::kFault:
-    case JobEnd::kCrashed:
-    case JobEnd::kHung:
-      break;
-  }
+  if (result.end == JobEnd::kDone) return std::move(result.output);
+  if (result.end == JobEnd::kBadInput) throw ConfigError(result.error);
   throw SimulatorFault(result.error + (result.log.empty() ? "" : ": " + result.log));
 }
 

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <limits>
+#include <string_view>
 #include <type_traits>
 
 namespace turbidock::trial {
@@ -114,9 +115,11 @@ Cell CellAt(const TrialRecord& record, const Path& path, const V& value) {
   return is_figure ? AsReal(CellOf(value)) : CellOf(value);
 }
 
+constexpr std::string_view kReal = "REAL";
+
 template <class V>
 constexpr const char* SqlType(Place place) {
-  if (place == Place::kFigure || std::is_same_v<V, double>) return "REAL";
+  if (place == Place::kFigure || std::is_same_v<V, double>) return kReal.data();
   return std::is_integral_v<V> ? "INTEGER NOT NULL" : "TEXT NOT NULL";
 }
 
@@ -151,18 +154,6 @@ void Read(const Path& path, const Cell& cell, bool ended, V* value) {
   } else {
     *value = static_cast<V>(NumberIn(cell));
   }
-}
-
-// The number in column `index`.
-std::optional<double> NumberAt(const TrialRecord& record, size_t index) {
-  std::optional<double> number;
-  size_t at = 0;
-  VisitColumns(record, [&](const Path& path, const auto& value) {
-    if (at++ != index) return;
-    const Cell cell = CellAt(record, path, value);
-    if (!std::holds_alternative<std::monostate>(cell)) number = NumberIn(cell);
-  });
-  return number;
 }
 
 }  // namespace
@@ -203,16 +194,15 @@ TrialRecord RecordOf(const std::vector<Cell>& cells) {
 const std::vector<Figure>& Figures() {
   static const std::vector<Figure> figures = [] {
     std::vector<Figure> list;
-    size_t at = 0;
-    const TrialRecord record;
-    VisitColumns(record, [&](const Path& path, const auto& value) {
-      using V = std::remove_cvref_t<decltype(value)>;
-      const size_t index = at++;
-      const Place place = path.shown.place;
-      if (place == Place::kFigure || (place == Place::kVerdict && std::is_same_v<V, double>))
-        list.push_back(
-            {path.Column(), [index](const TrialRecord& r) { return NumberAt(r, index); }});
-    });
+    for (size_t i = 0; i < Columns().size(); ++i) {
+      const auto& [name, place, sql_type] = Columns()[i];
+      if (place == Place::kFigure || (place == Place::kVerdict && sql_type == kReal))
+        list.push_back({name, [i](const TrialRecord& r) -> std::optional<double> {
+                          const Cell cell = CellsOf(r)[i];
+                          if (std::holds_alternative<std::monostate>(cell)) return std::nullopt;
+                          return NumberIn(cell);
+                        }});
+    }
     return list;
   }();
   return figures;
@@ -220,20 +210,9 @@ const std::vector<Figure>& Figures() {
 
 std::string ResultKeyTable() {
   const auto table_of = [](Place place) {
-    switch (place) {
-      case Place::kNowhere:
-        return "";
-      case Place::kFigure:
-        return "metrics.";
-      case Place::kRun:
-      case Place::kLog:
-        return "runs.";
-      case Place::kKey:
-      case Place::kVerdict:
-      case Place::kRemark:
-        break;
-    }
-    return "trials.";
+    if (place == Place::kNowhere) return "";
+    if (place == Place::kFigure) return "metrics.";
+    return place == Place::kRun || place == Place::kLog ? "runs." : "trials.";
   };
   std::string table = "| `result.json` | batch's file | Meaning |\n|---|---|---|\n";
   const auto code = [](const std::string& name) { return name.empty() ? "" : "`" + name + "`"; };

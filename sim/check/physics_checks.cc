@@ -361,11 +361,9 @@ void DriftWithACurrent(const Scene& scene, Report* report) {
   Advance(plant, 120);
   const vehicle::VehicleTruth now = plant.truth();
   const Vector3d v_W = now.X_WB.q * now.V_WB_B.v;
-  const double tolerance = kHalfPercent * current.norm();
-  report->Near("drift with a current, x", "the current, after 120 s", "m/s", v_W.x(), current.x(),
-               tolerance);
-  report->Near("drift with a current, y", "the current, after 120 s", "m/s", v_W.y(), current.y(),
-               tolerance);
+  for (const int axis : {0, 1})
+    report->Near(std::string("drift with a current, ") + "xy"[axis], "the current, after 120 s",
+                 "m/s", v_W[axis], current[axis], kHalfPercent * current.norm());
 }
 
 // The largest differences from the reference over 20 s, and how far that went.
@@ -489,15 +487,8 @@ double MedianOf(std::vector<double> values) {
 }  // namespace
 
 bool PhysicsCheck::pass() const {
-  switch (relation) {
-    case Relation::kNear:
-      return std::abs(measured - expected) <= tolerance;
-    case Relation::kAtMost:
-      return measured <= expected;
-    case Relation::kAtLeast:
-      return measured >= expected;
-  }
-  return false;
+  if (relation == Relation::kNear) return std::abs(measured - expected) <= tolerance;
+  return relation == Relation::kAtMost ? measured <= expected : measured >= expected;
 }
 
 std::vector<PhysicsCheck> RunPhysicsChecks() {

@@ -125,15 +125,8 @@ void WriteBundles(const GateArguments& arguments, const GatePlan& plan, const Ga
 }
 
 int ExitCodeOf(statistics::Verdict verdict) {
-  switch (verdict) {
-    case statistics::Verdict::kPass:
-      return app::kExitDone;
-    case statistics::Verdict::kFail:
-      return app::kExitCheckFailed;
-    case statistics::Verdict::kInconclusive:
-      break;
-  }
-  return app::kExitInconclusive;
+  if (verdict == statistics::Verdict::kPass) return app::kExitDone;
+  return verdict == statistics::Verdict::kFail ? app::kExitCheckFailed : app::kExitInconclusive;
 }
 
 int JudgeAgainstBaseline(const GateArguments& arguments, const GatePlan& plan) {
