@@ -171,7 +171,7 @@ struct PlansArguments {
 int ListPlans(const PlansArguments& arguments) {
   const bool json = arguments.json;
   auto list = report::Json::array();
-  for (const std::string& name : config::BundledPlans()) {
+  for (const std::string& name : config::BundledNames("plans")) {
     const farm::Plan plan = farm::LoadPlan(name);
     if (json)
       list.push_back({{"name", name},

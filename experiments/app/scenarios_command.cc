@@ -19,7 +19,7 @@ struct ScenariosArguments {
 
 int ListScenarios(bool json) {
   auto list = report::Json::array();
-  for (const std::string& name : config::BundledScenarios()) {
+  for (const std::string& name : config::BundledNames("scenarios")) {
     const trial::Scenario scenario = trial::LoadScenario(name, {});
     if (json)
       list.push_back({{"name", name}, {"description", scenario.description}});

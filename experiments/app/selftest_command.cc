@@ -32,7 +32,7 @@ std::string FirstLine(const std::vector<std::string>& command, const std::string
 }
 
 std::string LoadEveryScenario() {
-  const auto names = config::BundledScenarios();
+  const auto names = config::BundledNames("scenarios");
   for (const std::string& name : names)
     vehicle::LoadScene(trial::SceneFile(trial::LoadScenario(name, {})), {});
   return fmt::format("{} bundled scenarios and their models load", names.size());

@@ -20,12 +20,4 @@ std::vector<std::string> BundledNames(const std::string& folder);
 std::string FindBundled(const std::string& folder, const std::string& what,
                         const std::string& name);
 
-inline std::vector<std::string> BundledScenarios() { return BundledNames("scenarios"); }
-inline std::string FindScenario(const std::string& name) {
-  return FindBundled("scenarios", "scenario", name);
-}
-inline std::vector<std::string> BundledPlans() { return BundledNames("plans"); }
-inline std::vector<std::string> BundledStudies() { return BundledNames("studies"); }
-inline std::string FindPlan(const std::string& name) { return FindBundled("plans", "plan", name); }
-
 }  // namespace turbidock::config

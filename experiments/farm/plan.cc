@@ -5,13 +5,11 @@
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
-#include <limits>
 
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
 #include "experiments/statistics/sampling.h"
 #include "experiments/system/output_path.h"
-#include "sim/base/digest.h"
 #include "sim/base/random.h"
 
 namespace turbidock::farm {
@@ -242,10 +240,7 @@ TrialSpec Plan::Trial(int64_t trial) const {
   spec.cell = trial / settings_.seeds;
   spec.sample = trial % settings_.seeds;
   const int64_t row = settings_.common_seeds ? spec.sample : trial;
-  const uint64_t mask = std::numeric_limits<int64_t>::max();  // a scenario's seed is not negative
-  spec.seed = static_cast<int64_t>(
-      SeedTree(static_cast<uint64_t>(settings_.master_seed)).TrialSeed(static_cast<uint64_t>(row)) &
-      mask);
+  spec.seed = SeedTree(static_cast<uint64_t>(settings_.master_seed)).TrialSeed(row);
   int64_t rest = spec.cell;
   spec.parameters.resize(grid_.size());
   for (size_t i = grid_.size(); i-- > 0;) {
@@ -314,14 +309,8 @@ std::string Plan::Resolve() const {
   return text + "models_digest: \"" + ModelsDigest(scenarios_) + "\"\n";
 }
 
-std::string Plan::hash() const {
-  Digest digest;
-  digest.Add(resolved_);
-  return digest.Hex();
-}
-
 Plan LoadPlan(const std::string& name, const PlanOverrides& overrides) {
-  const std::string file = config::FindPlan(name);
+  const std::string file = config::FindBundled("plans", "plan", name);
   return Plan(system::ReadWhole(file), file, overrides);
 }
 

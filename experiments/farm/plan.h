@@ -24,6 +24,7 @@
 #include <vector>
 
 #include "experiments/trial/scenario.h"
+#include "sim/base/digest.h"
 #include "sim/base/fields.h"
 
 namespace turbidock::config {
@@ -142,7 +143,7 @@ class Plan {
   // The plan with everything that decides its trials spelt out: the scenarios with every value, and
   // a digest of the models' files. It is a plan itself, of the same trials.
   const std::string& resolved() const { return resolved_; }
-  std::string hash() const;  // of resolved(), 16 hexadecimal digits
+  std::string hash() const { return DigestOf(resolved_); }
 
  private:
   void ReadGrid(const config::YamlNode& node);

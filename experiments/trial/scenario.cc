@@ -91,8 +91,9 @@ void CheckMarker(const Scenario& scenario, const vehicle::Scene& scene) {
 
 Scenario LoadScenario(const std::string& name, const std::vector<std::string>& assignments,
                       const std::string& gains_file) {
-  config::Layers layers{.files = {config::LoadYaml(config::FindScenario(name))},
-                        .assignments = assignments};
+  config::Layers layers{
+      .files = {config::LoadYaml(config::FindBundled("scenarios", "scenario", name))},
+      .assignments = assignments};
   const config::YamlNode file = layers.files[0];
   for (const char* key : kRequired)
     if (!file.Find(key)) throw ConfigError(file.file + ": " + key + ": this key is required");

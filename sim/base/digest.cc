@@ -37,4 +37,10 @@ std::string Digest::Hex() const {
   return text;
 }
 
+std::string DigestOf(std::string_view text) {
+  Digest digest;
+  digest.Add(text);
+  return digest.Hex();
+}
+
 }  // namespace turbidock

@@ -30,4 +30,7 @@ class Digest {
   XXH64_state_s* state_;
 };
 
+// Of one text.
+std::string DigestOf(std::string_view text);
+
 }  // namespace turbidock

@@ -55,9 +55,9 @@ Rng SeedTree::Stream(std::string_view name) const {
   return Rng(seed_, XXH64(name.data(), name.size(), 0));
 }
 
-uint64_t SeedTree::TrialSeed(uint64_t index) const {
-  const auto block = PhiloxBlock(seed_, XXH64("trial", 5, 0), index);
-  return (static_cast<uint64_t>(block[0]) << 32) | block[1];
+int64_t SeedTree::TrialSeed(int64_t index) const {
+  const auto block = PhiloxBlock(seed_, XXH64("trial", 5, 0), static_cast<uint64_t>(index));
+  return (static_cast<int64_t>(block[0] & 0x7fffffffu) << 32) | block[1];
 }
 
 }  // namespace turbidock

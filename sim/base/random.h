@@ -37,8 +37,8 @@ class SeedTree {
   uint64_t seed() const { return seed_; }
   // The stream of that name, from its beginning. The same name gives the same numbers.
   Rng Stream(std::string_view name) const;
-  // Seed of trial `index` of a batch whose master seed this is.
-  uint64_t TrialSeed(uint64_t index) const;
+  // Seed of trial `index` of a batch whose master seed this is; never negative.
+  int64_t TrialSeed(int64_t index) const;
 
  private:
   uint64_t seed_;

@@ -76,8 +76,9 @@ TEST(Random, BelowIsUnbiasedAndBounded) {
 
 TEST(Random, TrialSeedsAreDistinct) {
   const SeedTree master(7);
-  std::set<uint64_t> seen;
-  for (uint64_t i = 0; i < 10000; ++i) seen.insert(master.TrialSeed(i));
+  std::set<int64_t> seen;
+  for (int64_t i = 0; i < 10000; ++i) seen.insert(master.TrialSeed(i));
+  EXPECT_GE(*seen.begin(), 0);
   EXPECT_EQ(seen.size(), 10000u);
   EXPECT_EQ(master.TrialSeed(3), SeedTree(7).TrialSeed(3));
   EXPECT_NE(master.TrialSeed(3), SeedTree(8).TrialSeed(3));

@@ -217,7 +217,7 @@ TEST(Shard, PartsTogetherHaveEveryTrialOnce) {
 }
 
 TEST(BundledPlans, AllLoad) {
-  const auto names = config::BundledPlans();
+  const auto names = config::BundledNames("plans");
   EXPECT_GE(names.size(), 4u);
   for (const std::string& name : names) EXPECT_GT(LoadPlan(name).trials(), 0) << name;
 }

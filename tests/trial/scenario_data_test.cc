@@ -109,7 +109,8 @@ TEST(OpticsPreset, IsFoundInWhicheverLayerNamesIt) {
   std::filesystem::remove(gains);
 }
 
-INSTANTIATE_TEST_SUITE_P(Bundled, EveryScenario, ::testing::ValuesIn(config::BundledScenarios()),
+INSTANTIATE_TEST_SUITE_P(Bundled, EveryScenario,
+                         ::testing::ValuesIn(config::BundledNames("scenarios")),
                          [](const auto& scenario) { return scenario.param; });
 
 // The file holds the sources, the structs what a program without it gets.
@@ -141,7 +142,7 @@ TEST(Gains, InvertTheVehiclesThrusters) {
 }
 
 TEST(BundledScenarios, AreTheFourOfTheDocumentation) {
-  EXPECT_EQ(config::BundledScenarios(),
+  EXPECT_EQ(config::BundledNames("scenarios"),
             (std::vector<std::string>{"pool_active", "pool_passive", "sea_night_active",
                                       "sea_night_passive"}));
 }

@@ -17,12 +17,6 @@ namespace {
 
 constexpr std::string_view kChecksumKey = "checksum: ";
 
-std::string ChecksumOf(std::string_view text) {
-  Digest digest;
-  digest.Add(text);
-  return digest.Hex();
-}
-
 std::string Quoted(const std::string& text) {
   YAML::Emitter out;
   out << YAML::DoubleQuoted << text;
@@ -30,9 +24,7 @@ std::string Quoted(const std::string& text) {
 }
 
 std::string JoinAssignments(const std::vector<std::string>& assignments) {
-  std::string text;
-  for (const std::string& assignment : assignments) text += (text.empty() ? "" : " ") + assignment;
-  return text;
+  return fmt::format("{}", fmt::join(assignments, " "));
 }
 
 std::string Percent(double share) { return fmt::format("{:.1f} %", 100 * share); }
@@ -97,7 +89,7 @@ std::string BaselineText(const Baseline& baseline) {
           t.seed, NameOf(t.outcome), FormatNumber(t.time_s), FormatNumber(t.final_error_m),
           t.digest);
   }
-  return text + std::string(kChecksumKey) + "\"" + ChecksumOf(text) + "\"\n";
+  return text + std::string(kChecksumKey) + "\"" + DigestOf(text) + "\"\n";
 }
 
 Baseline LoadBaseline(const std::string& file) {
@@ -109,7 +101,7 @@ Baseline LoadBaseline(const std::string& file) {
   const std::string text = system::ReadWhole(file);
   const size_t end = text.rfind(kChecksumKey);
   const std::string covered = text.substr(0, end == std::string::npos ? text.size() : end);
-  const std::string tail = std::string(kChecksumKey) + "\"" + ChecksumOf(covered) + "\"\n";
+  const std::string tail = std::string(kChecksumKey) + "\"" + DigestOf(covered) + "\"\n";
   if (end == std::string::npos || text.substr(end) != tail)
     throw ConfigError(file +
                       ": the checksum does not match: the file was edited or damaged after it was "

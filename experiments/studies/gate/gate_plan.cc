@@ -1,7 +1,6 @@
 #include "experiments/studies/gate/gate_plan.h"
 
 #include <filesystem>
-#include <limits>
 #include <set>
 
 #include "experiments/config/data_files.h"
@@ -41,9 +40,10 @@ GateCondition ReadCondition(const config::YamlNode& node, const GatePlan& plan,
   std::error_code ignored;
   const fs::path beside = folder / condition.scenario;
   try {
-    condition.scenario_file = fs::is_regular_file(beside, ignored)
-                                  ? beside.string()
-                                  : config::FindScenario(condition.scenario);
+    condition.scenario_file =
+        fs::is_regular_file(beside, ignored)
+            ? beside.string()
+            : config::FindBundled("scenarios", "scenario", condition.scenario);
     Digest digest;
     digest.Add(config::LoadYaml(condition.scenario_file).OneLine());
     for (const std::string& assignment : condition.assignments) digest.Add(assignment);
@@ -88,9 +88,7 @@ JudgeOptions GatePlan::OptionsFor(const GateCondition& condition, bool paired) c
 }
 
 int64_t GatePlan::SeedOf(int trial) const {
-  const SeedTree seeds(static_cast<uint64_t>(seed));
-  return static_cast<int64_t>(seeds.TrialSeed(static_cast<uint64_t>(trial)) &
-                              std::numeric_limits<int64_t>::max());
+  return SeedTree(static_cast<uint64_t>(seed)).TrialSeed(trial);
 }
 
 GatePlan LoadGatePlan(const std::string& file) {

@@ -11,7 +11,6 @@
 #include "experiments/config/yaml_fields.h"
 #include "experiments/system/output_path.h"
 #include "sim/base/check.h"
-#include "sim/base/digest.h"
 #include "sim/base/random.h"
 
 namespace turbidock::tuning {
@@ -181,14 +180,6 @@ farm::Plan Study::Trials(const std::string& text, uint64_t set, int seeds) const
   return farm::Plan(text, file_ + " (trials)", overrides);
 }
 
-farm::Plan Study::TrialsOf(uint64_t set, int seeds) const {
-  return Trials(trials_text_, set, seeds);
-}
-
-farm::Plan Study::TrialsAgainst(uint64_t set, int seeds) const {
-  return Trials(against_text_, set, seeds);
-}
-
 std::vector<int64_t> Study::FairOrder(const farm::Plan& plan) {
   std::vector<int64_t> order(static_cast<size_t>(plan.trials()));
   for (int64_t i = 0; i < plan.trials(); ++i) order[static_cast<size_t>(i)] = i;
@@ -217,12 +208,6 @@ std::vector<double> Study::CostsOf(const trial::TrialRecord& record) const {
     costs.push_back(term.weight * (size + (record.success() ? 0 : term.failed)));
   }
   return costs;
-}
-
-std::string Study::hash() const {
-  Digest digest;
-  digest.Add(resolved_);
-  return digest.Hex();
 }
 
 Study LoadStudy(const std::string& name) {

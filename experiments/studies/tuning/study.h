@@ -159,9 +159,11 @@ class Study {
   Candidate CandidateOf(const Gains& gains) const;
 
   // Trials of the study with seeds of their own: `set` 0 is the study's, every other one is drawn.
-  farm::Plan TrialsOf(uint64_t set, int seeds) const;
+  farm::Plan TrialsOf(uint64_t set, int seeds) const { return Trials(trials_text_, set, seeds); }
   // The same trials under the settings that the tuned gains are compared with.
-  farm::Plan TrialsAgainst(uint64_t set, int seeds) const;
+  farm::Plan TrialsAgainst(uint64_t set, int seeds) const {
+    return Trials(against_text_, set, seeds);
+  }
   bool has_against() const { return against_text_ != trials_text_; }
   int seeds() const { return plan_.settings().seeds; }
   // The trials of a plan in the order in which they are run: cell by cell in turn, so that any
@@ -175,7 +177,7 @@ class Study {
   std::vector<double> CostsOf(const trial::TrialRecord& record) const;
 
   const std::string& resolved() const { return resolved_; }
-  std::string hash() const;  // of resolved(), 16 hexadecimal digits
+  std::string hash() const { return DigestOf(resolved_); }
 
  private:
   farm::Plan Trials(const std::string& text, uint64_t set, int seeds) const;

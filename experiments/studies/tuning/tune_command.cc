@@ -80,7 +80,7 @@ int Tune(const TuneArguments& arguments) {
 }
 
 int ListStudies() {
-  for (const std::string& name : config::BundledStudies())
+  for (const std::string& name : config::BundledNames("studies"))
     fmt::print("{:24} {}\n", name, LoadStudy(name).settings().description);
   return app::kExitDone;
 }

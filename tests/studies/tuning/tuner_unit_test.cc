@@ -120,8 +120,8 @@ TEST(Study, WhatIsWrongIsSaid) {
 }
 
 TEST(Study, EveryBundledOneIsRight) {
-  ASSERT_FALSE(config::BundledStudies().empty());
-  for (const std::string& name : config::BundledStudies())
+  ASSERT_FALSE(config::BundledNames("studies").empty());
+  for (const std::string& name : config::BundledNames("studies"))
     EXPECT_FALSE(LoadStudy(name).settings().description.empty()) << name;
 }
 
