@@ -76,7 +76,7 @@ class NetLossTest {
 
 // ------------------------------------------------------------------------- two tests, one verdict
 
-enum class Verdict { kFail, kPass, kInconclusive };
+enum class Verdict { kFail, kInconclusive, kPass };  // the worst first
 constexpr auto Names(Verdict) {
   using enum Verdict;
   return EnumList<Verdict>({{kPass, "pass"}, {kFail, "fail"}, {kInconclusive, "inconclusive"}});

@@ -21,6 +21,104 @@ std::optional<double> SuccessRate(const std::vector<GateTrial>& trials) {
   return static_cast<double>(docked) / static_cast<double>(trials.size());
 }
 
+Measure MakeMeasure(const char* name, const char* unit, double margin) {
+  Measure measure;
+  measure.report.measure = name;
+  measure.report.unit = unit;
+  measure.report.margin = margin;
+  return measure;
+}
+
+// Success rate in pairs.
+Measure PairedRate(const JudgeOptions& options) {
+  Measure measure = MakeMeasure("success rate", "", options.margins.success_rate);
+  measure.summary = SuccessRate;
+  measure.count = [](const GateTrial& now, const GateTrial* before, Measure* m) {
+    ++m->report.compared;
+    m->report.worse += before->docked() && !now.docked();
+    m->report.better += !before->docked() && now.docked();
+  };
+  const statistics::PairedRateTest test(options.margins.success_rate, options.alpha, options.beta,
+                                        options.max_trials);
+  measure.decide = [test](const Measure& m) {
+    return test.Decide(m.report.compared, m.report.worse, m.report.better);
+  };
+  return measure;
+}
+
+// Success rate against that of other seeds.
+Measure Rate(const std::string& condition, const JudgeOptions& options, int docked, int trials) {
+  // one-sided bounds at alpha / 2 and beta / 2
+  const double low = statistics::ClopperPearsonInterval(docked, trials, 1 - options.alpha).low;
+  const double high = statistics::ClopperPearsonInterval(docked, trials, 1 - options.beta).high;
+  const double margin = options.margins.success_rate, worse = high - margin;
+  if (!(worse < low) || worse <= 0)
+    FailBaseline(condition,
+                 fmt::format("with other seeds than the baseline's, its {} of {} trials leave the "
+                             "success rate in [{:.3f}, {:.3f}], too wide for a margin of {:g}",
+                             docked, trials, low, high, margin));
+  // A rate of 1 exactly cannot be a null: any failure would disprove it.
+  const statistics::RateTest test({.no_worse = std::min(low, 1 - 1e-9),
+                                   .worse = worse,
+                                   .alpha = options.alpha / 2,
+                                   .beta = options.beta / 2,
+                                   .max_trials = options.max_trials});
+  Measure measure = MakeMeasure("success rate", "", margin);
+  measure.summary = SuccessRate;
+  measure.count = [](const GateTrial& now, const GateTrial*, Measure* m) {
+    ++m->report.compared;
+    m->report.worse += !now.docked();
+    m->report.better += now.docked();
+  };
+  measure.decide = [test](const Measure& m) {
+    return test.Decide(m.report.compared, m.report.better);
+  };
+  return measure;
+}
+
+// Median of a quantity of the trials that docked, in pairs or against bounds of the baseline's
+// median.
+Measure MedianOf(const char* name, const char* unit, double GateTrial::*value, double margin,
+                 const JudgeOptions& options, const std::string& condition,
+                 const std::vector<GateTrial>& baseline) {
+  double bound_low = 0, bound_high = 0;
+  if (!options.paired) {
+    const std::vector<double> values = DockedValues(baseline, value);
+    const auto high = statistics::MedianRank(values.size(), options.alpha / 2);
+    const auto low = statistics::MedianRank(values.size(), options.beta / 2);
+    if (!high || !low)
+      FailBaseline(condition, fmt::format("with other seeds than the baseline's, its {} docked "
+                                          "trials are too few to bound the median {}",
+                                          values.size(), name));
+    bound_high = values[*high - 1];
+    bound_low = values[values.size() - *low];
+  }
+  Measure measure = MakeMeasure(name, unit, margin);
+  measure.summary = [value](const std::vector<GateTrial>& trials) {
+    return statistics::Median(DockedValues(trials, value));
+  };
+  measure.count = [=](const GateTrial& now, const GateTrial* before, Measure* m) {
+    if (!now.docked() || (before && !before->docked())) return;
+    const double high = before ? before->*value : bound_high;
+    const double low = before ? before->*value : bound_low;
+    ++m->report.compared;
+    m->report.worse += now.*value > high;
+    m->report.better += now.*value < high;
+    m->equal += now.*value == high;
+    m->within_margin += now.*value < low + margin;
+  };
+  const double share = options.paired ? 1 : 0.5;
+  const auto fail = statistics::SignTest(share * options.alpha, options.max_trials);
+  const auto pass = statistics::SignTest(share * options.beta, options.max_trials);
+  measure.decide = [fail, pass](const Measure& m) -> std::optional<statistics::Verdict> {
+    const int compared = m.report.compared;
+    if (fail.Rejects(compared - m.equal, m.report.worse)) return statistics::Verdict::kFail;
+    if (pass.Rejects(compared, m.within_margin)) return statistics::Verdict::kPass;
+    return std::nullopt;
+  };
+  return measure;
+}
+
 }  // namespace
 
 std::vector<double> DockedValues(const std::vector<GateTrial>& trials, double GateTrial::*value) {
@@ -30,157 +128,6 @@ std::vector<double> DockedValues(const std::vector<GateTrial>& trials, double Ga
   std::sort(values.begin(), values.end());
   return values;
 }
-
-// A quantity under test: two one-sided tests and what they have counted.
-class ConditionJudge::Measure {
- public:
-  Measure(std::string name, std::string unit, double margin) {
-    report_.measure = std::move(name);
-    report_.unit = std::move(unit);
-    report_.margin = margin;
-  }
-  virtual ~Measure() = default;
-
-  // `before` is null without pairs.
-  void Add(const GateTrial& now, const GateTrial* before, int trials) {
-    Count(now, before);
-    if (decided()) return;
-    if (const auto verdict = Decide()) {
-      report_.verdict = *verdict;
-      report_.decided_after_trials = trials;
-    }
-  }
-  bool decided() const { return report_.decided_after_trials.has_value(); }
-  const MeasureReport& report() const { return report_; }
-  // The measure of some trials: a rate, a median.
-  virtual std::optional<double> Summary(const std::vector<GateTrial>& trials) const = 0;
-
- protected:
-  virtual void Count(const GateTrial& now, const GateTrial* before) = 0;
-  virtual std::optional<statistics::Verdict> Decide() const = 0;
-
-  MeasureReport report_;
-};
-
-// Success rate in pairs.
-class ConditionJudge::PairedRateMeasure : public Measure {
- public:
-  explicit PairedRateMeasure(const JudgeOptions& options)
-      : Measure("success rate", "", options.margins.success_rate),
-        test_(options.margins.success_rate, options.alpha, options.beta, options.max_trials) {}
-
-  std::optional<double> Summary(const std::vector<GateTrial>& trials) const override {
-    return SuccessRate(trials);
-  }
-
- private:
-  void Count(const GateTrial& now, const GateTrial* before) override {
-    ++report_.compared;
-    report_.worse += before->docked() && !now.docked();
-    report_.better += !before->docked() && now.docked();
-  }
-  std::optional<statistics::Verdict> Decide() const override {
-    return test_.Decide(report_.compared, report_.worse, report_.better);
-  }
-
-  statistics::PairedRateTest test_;
-};
-
-// Success rate against that of other seeds.
-class ConditionJudge::RateMeasure : public Measure {
- public:
-  RateMeasure(const std::string& condition, const JudgeOptions& options, int docked, int trials)
-      : Measure("success rate", "", options.margins.success_rate),
-        test_(Design(condition, options, docked, trials)) {}
-
-  std::optional<double> Summary(const std::vector<GateTrial>& trials) const override {
-    return SuccessRate(trials);
-  }
-
- private:
-  static statistics::RateTestDesign Design(const std::string& condition,
-                                           const JudgeOptions& options, int docked, int trials) {
-    // one-sided bounds at alpha / 2 and beta / 2
-    const double low = statistics::ClopperPearsonInterval(docked, trials, 1 - options.alpha).low;
-    const double high = statistics::ClopperPearsonInterval(docked, trials, 1 - options.beta).high;
-    const double worse = high - options.margins.success_rate;
-    if (!(worse < low) || worse <= 0)
-      FailBaseline(
-          condition,
-          fmt::format("with other seeds than the baseline's, its {} of {} trials leave the "
-                      "success rate in [{:.3f}, {:.3f}], too wide for a margin of {:g}",
-                      docked, trials, low, high, options.margins.success_rate));
-    // A rate of 1 exactly cannot be a null: any failure would disprove it.
-    return {.no_worse = std::min(low, 1 - 1e-9),
-            .worse = worse,
-            .alpha = options.alpha / 2,
-            .beta = options.beta / 2,
-            .max_trials = options.max_trials};
-  }
-  void Count(const GateTrial& now, const GateTrial*) override {
-    ++report_.compared;
-    report_.worse += !now.docked();
-    report_.better += now.docked();
-  }
-  std::optional<statistics::Verdict> Decide() const override {
-    return test_.Decide(report_.compared, report_.better);
-  }
-
-  statistics::RateTest test_;
-};
-
-// Median of a quantity of the trials that docked, in pairs or against bounds of the baseline's
-// median.
-class ConditionJudge::MedianMeasure : public Measure {
- public:
-  MedianMeasure(std::string name, std::string unit, double GateTrial::*value, double margin,
-                const JudgeOptions& options, const std::string& condition,
-                const std::vector<GateTrial>& baseline)
-      : Measure(std::move(name), std::move(unit), margin),
-        value_(value),
-        fail_(statistics::SignTest(options.paired ? options.alpha : options.alpha / 2,
-                                   options.max_trials)),
-        pass_(statistics::SignTest(options.paired ? options.beta : options.beta / 2,
-                                   options.max_trials)) {
-    if (options.paired) return;
-    const std::vector<double> values = DockedValues(baseline, value);
-    const auto high = statistics::MedianRank(values.size(), options.alpha / 2);
-    const auto low = statistics::MedianRank(values.size(), options.beta / 2);
-    if (!high || !low)
-      FailBaseline(condition, fmt::format("with other seeds than the baseline's, its {} docked "
-                                          "trials are too few to bound the median {}",
-                                          values.size(), report_.measure));
-    median_high_ = values[*high - 1];
-    median_low_ = values[values.size() - *low];
-  }
-
-  std::optional<double> Summary(const std::vector<GateTrial>& trials) const override {
-    return statistics::Median(DockedValues(trials, value_));
-  }
-
- private:
-  void Count(const GateTrial& now, const GateTrial* before) override {
-    if (!now.docked() || (before && !before->docked())) return;
-    const double value = now.*value_;
-    const double high = before ? before->*value_ : median_high_;
-    const double low = before ? before->*value_ : median_low_;
-    ++report_.compared;
-    report_.worse += value > high;
-    report_.better += value < high;
-    equal_ += value == high;
-    within_margin_ += value < low + report_.margin;
-  }
-  std::optional<statistics::Verdict> Decide() const override {
-    if (fail_.Rejects(report_.compared - equal_, report_.worse)) return statistics::Verdict::kFail;
-    if (pass_.Rejects(report_.compared, within_margin_)) return statistics::Verdict::kPass;
-    return std::nullopt;
-  }
-
-  double GateTrial::*value_;
-  double median_low_ = 0, median_high_ = 0;
-  int equal_ = 0, within_margin_ = 0;
-  statistics::HitTest fail_, pass_;
-};
 
 ConditionJudge::ConditionJudge(std::string name, const JudgeOptions& options,
                                const std::vector<GateTrial>& baseline)
@@ -203,23 +150,19 @@ ConditionJudge::ConditionJudge(std::string name, const JudgeOptions& options,
       statistics::WilsonInterval(report_.baseline_docked, report_.baseline_trials);
   if (options.paired) {
     options_.max_trials = std::min(options.max_trials, report_.baseline_trials);
-    measures_.push_back(std::make_unique<PairedRateMeasure>(options_));
+    measures_.push_back(PairedRate(options_));
   } else {
-    measures_.push_back(std::make_unique<RateMeasure>(
-        report_.name, options_, report_.baseline_docked, report_.baseline_trials));
+    measures_.push_back(
+        Rate(report_.name, options_, report_.baseline_docked, report_.baseline_trials));
   }
   const auto add_median = [&](const char* measure, const char* unit, double GateTrial::*value,
                               double margin) {
     if (margin > 0)
-      measures_.push_back(std::make_unique<MedianMeasure>(measure, unit, value, margin, options_,
-                                                          report_.name, baseline));
+      measures_.push_back(MedianOf(measure, unit, value, margin, options_, report_.name, baseline));
   };
   add_median("time to dock", "s", &GateTrial::time_s, options.margins.time_s);
   add_median("final true error", "m", &GateTrial::final_error_m, options.margins.final_error_m);
 }
-
-ConditionJudge::~ConditionJudge() = default;
-ConditionJudge::ConditionJudge(ConditionJudge&&) noexcept = default;
 
 void ConditionJudge::Add(const GateTrial& trial) {
   if (done_) return;
@@ -234,10 +177,16 @@ void ConditionJudge::Add(const GateTrial& trial) {
     if (!before->docked() && trial.docked()) report_.newly_docking_seeds.push_back(trial.seed);
   }
   bool all_decided = true, failed = false;
-  for (const auto& measure : measures_) {
-    measure->Add(trial, before, trials());
-    all_decided = all_decided && measure->decided();
-    failed = failed || measure->report().verdict == statistics::Verdict::kFail;
+  for (Measure& measure : measures_) {
+    MeasureReport& report = measure.report;
+    measure.count(trial, before, &measure);
+    if (!report.decided_after_trials)
+      if (const auto verdict = measure.decide(measure)) {
+        report.verdict = *verdict;
+        report.decided_after_trials = trials();
+      }
+    all_decided = all_decided && report.decided_after_trials;
+    failed = failed || report.verdict == statistics::Verdict::kFail;
   }
   done_ = all_decided || failed || trials() >= options_.max_trials;
 }
@@ -253,22 +202,14 @@ ConditionReport ConditionJudge::Report() const {
     before.clear();
     for (const GateTrial& trial : report.trials) before.push_back(baseline_.at(trial.seed));
   }
-  for (const auto& measure : measures_) {
-    MeasureReport m = measure->report();
-    report.verdict = Worst(report.verdict, m.verdict);
-    m.before = measure->Summary(before);
-    m.now = measure->Summary(report.trials);
+  for (const Measure& measure : measures_) {
+    MeasureReport m = measure.report;
+    report.verdict = std::min(report.verdict, m.verdict);
+    m.before = measure.summary(before);
+    m.now = measure.summary(report.trials);
     report.measures.push_back(std::move(m));
   }
   return report;
-}
-
-statistics::Verdict Worst(statistics::Verdict a, statistics::Verdict b) {
-  if (a == statistics::Verdict::kFail || b == statistics::Verdict::kFail)
-    return statistics::Verdict::kFail;
-  if (a == statistics::Verdict::kInconclusive || b == statistics::Verdict::kInconclusive)
-    return statistics::Verdict::kInconclusive;
-  return statistics::Verdict::kPass;
 }
 
 }  // namespace turbidock::gate

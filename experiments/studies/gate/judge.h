@@ -17,8 +17,8 @@
 // the margin" the upper bound less the margin; likewise with bounds of the median.
 
 #include <cstdint>
+#include <functional>
 #include <map>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -92,6 +92,17 @@ struct MeasureReport {
                    worse, better)
 };
 
+// A quantity under test: what it counts of a trial, and how its two one-sided tests decide.
+struct Measure {
+  MeasureReport report;
+  int equal = 0, within_margin = 0;  // of a median: counted besides what is reported
+  // Of some trials: a rate, a median.
+  std::function<std::optional<double>(const std::vector<GateTrial>&)> summary;
+  // `before` is null without pairs.
+  std::function<void(const GateTrial& now, const GateTrial* before, Measure*)> count;
+  std::function<std::optional<statistics::Verdict>(const Measure&)> decide;
+};
+
 struct ConditionReport {
   std::string name;
   statistics::Verdict verdict = statistics::Verdict::kInconclusive;
@@ -122,8 +133,6 @@ class ConditionJudge {
   // worse by one.
   ConditionJudge(std::string name, const JudgeOptions& options,
                  const std::vector<GateTrial>& baseline);
-  ~ConditionJudge();
-  ConditionJudge(ConditionJudge&&) noexcept;
 
   // Counts the next trial. With pairs its seed must be the baseline's. Ignored once done.
   void Add(const GateTrial& trial);
@@ -134,19 +143,11 @@ class ConditionJudge {
   ConditionReport Report() const;
 
  private:
-  class Measure;
-  class RateMeasure;
-  class PairedRateMeasure;
-  class MedianMeasure;
-
   JudgeOptions options_;
   std::map<int64_t, GateTrial> baseline_;  // by seed
-  std::vector<std::unique_ptr<Measure>> measures_;
+  std::vector<Measure> measures_;
   ConditionReport report_;
   bool done_ = false;
 };
-
-// The worst of several: a failure, then a doubt.
-statistics::Verdict Worst(statistics::Verdict a, statistics::Verdict b);
 
 }  // namespace turbidock::gate
