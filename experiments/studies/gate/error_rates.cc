@@ -25,14 +25,6 @@ OutcomePair Draw(const ErrorRateSetting& setting, Rng* rng) {
   return {old_docked, old_docked && u < kept};
 }
 
-std::optional<statistics::Verdict> Decide(const statistics::RateTest& rate,
-                                          const statistics::PairedRateTest& paired,
-                                          Coupling coupling, int trials, int successes, int losses,
-                                          int gains) {
-  return coupling == Coupling::kOneSample ? rate.Decide(trials, successes)
-                                          : paired.Decide(trials, losses, gains);
-}
-
 }  // namespace
 
 ErrorRates SimulateSequences(const ErrorRateSetting& setting,
@@ -53,7 +45,8 @@ ErrorRates SimulateSequences(const ErrorRateSetting& setting,
       successes += new_docked;
       losses += old_docked && !new_docked;
       gains += !old_docked && new_docked;
-      verdict = Decide(rate, paired, setting.coupling, trials, successes, losses, gains);
+      verdict = setting.coupling == Coupling::kOneSample ? rate.Decide(trials, successes)
+                                                         : paired.Decide(trials, losses, gains);
     }
     rates.failed += verdict == statistics::Verdict::kFail;
     rates.passed += verdict == statistics::Verdict::kPass;

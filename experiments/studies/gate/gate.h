@@ -29,6 +29,8 @@ struct GateReport {
   std::vector<std::string> assignments;  // likewise: --set, not the build as it is
   std::vector<ConditionReport> conditions;
   bool paired = true;
+
+  TURBIDOCK_FIELDS(verdict, description, build, baseline_build, assignments, conditions)
 };
 
 struct GateOptions {

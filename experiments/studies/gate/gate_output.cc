@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cctype>
+#include <map>
 #include <string_view>
 
 #include "experiments/report/json.h"
@@ -34,16 +35,7 @@ std::string VerdictWords(const MeasureReport& measure) {
 }
 
 std::string SeedList(const std::vector<int64_t>& seeds) {
-  std::string text;
-  for (const int64_t seed : seeds)
-    text.append(text.empty() ? "" : " ").append(std::to_string(seed));
-  return text;
-}
-
-std::string SeedList(const std::vector<GateTrial>& trials) {
-  std::vector<int64_t> seeds;
-  for (const GateTrial& trial : trials) seeds.push_back(trial.seed);
-  return SeedList(seeds);
+  return fmt::format("{}", fmt::join(seeds, " "));
 }
 
 // What was found, a row a measure.
@@ -59,35 +51,23 @@ report::Table Measures(const GateReport& report) {
 }
 
 std::string Escaped(std::string_view text) {
+  static const std::map<char, const char*> kEntities = {
+      {'&', "&amp;"}, {'<', "&lt;"}, {'>', "&gt;"}, {'"', "&quot;"}};
   std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        // XML 1.0 has no other control characters
-        out += static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\t' ? '?' : c;
-    }
-  }
+  for (const char c : text)
+    if (const auto entity = kEntities.find(c); entity != kEntities.end())
+      out += entity->second;
+    else  // XML 1.0 has no other control characters
+      out += static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\t' ? '?' : c;
   return out;
 }
 
 std::string Reasons(const ConditionReport& condition) {
-  std::string text;
+  std::vector<std::string> reasons;
   for (const MeasureReport& measure : condition.measures)
     if (measure.verdict == condition.verdict)
-      text += (text.empty() ? "" : "; ") + DescribeMeasure(measure, condition.paired);
-  return text;
+      reasons.push_back(DescribeMeasure(measure, condition.paired));
+  return fmt::format("{}", fmt::join(reasons, "; "));
 }
 
 // The heading of a report: "FAIL: docking at night".
@@ -125,14 +105,7 @@ std::string GateTable(const GateReport& report) {
   return table + Headline(report);
 }
 
-std::string GateJson(const GateReport& report) {
-  return report::JsonText({{"verdict", report.verdict},
-                           {"description", report.description},
-                           {"build", report.build},
-                           {"baseline_build", report.baseline_build},
-                           {"assignments", report.assignments},
-                           {"conditions", report.conditions}});
-}
+std::string GateJson(const GateReport& report) { return report::JsonText(report); }
 
 std::string GateJunit(const GateReport& report) {
   int failures = 0, errors = 0;
@@ -161,7 +134,9 @@ std::string GateJunit(const GateReport& report) {
     property("baseline_n", std::to_string(c.baseline_trials));
     property("baseline_docked", std::to_string(c.baseline_docked));
     property("baseline_interval_95", interval(c.baseline_interval_95));
-    property("seeds", SeedList(c.trials));
+    std::vector<int64_t> seeds;
+    for (const GateTrial& trial : c.trials) seeds.push_back(trial.seed);
+    property("seeds", SeedList(seeds));
     property("newly_failing_seeds", SeedList(c.newly_failing_seeds));
     property("build", report.build);
     property("baseline_build", report.baseline_build);
