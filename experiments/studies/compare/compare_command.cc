@@ -34,20 +34,15 @@ Json Flipped(const std::vector<TrialPair>& pairs, bool lost) {
 }
 
 Json ToJson(const ComparisonGroup& group, const std::vector<trial::Figure>& metrics) {
-  const RateComparison r = CompareRates(group.pairs);
   Json key = Json::object(), list = Json::array();
   for (const farm::Parameter& parameter : group.key) key[parameter.key] = parameter.value;
   for (const trial::Figure& metric : metrics) list.push_back(CompareMetric(group.pairs, metric));
-  return {{"group", key},
-          {"pairs", r.pairs},
-          {"rate_a", r.rate_a},
-          {"rate_b", r.rate_b},
-          {"difference", r.difference},
-          {"interval_95", r.interval},
-          {"p_value", r.p_value},
-          {"lost", Flipped(group.pairs, true)},
-          {"gained", Flipped(group.pairs, false)},
-          {"metrics", list}};
+  Json json = {{"group", key}};
+  json.update(CompareRates(group.pairs));
+  json["lost"] = Flipped(group.pairs, true);
+  json["gained"] = Flipped(group.pairs, false);
+  json["metrics"] = list;
+  return json;
 }
 
 void PrintGroup(const ComparisonGroup& group, const std::vector<trial::Figure>& metrics) {
@@ -55,7 +50,7 @@ void PrintGroup(const ComparisonGroup& group, const std::vector<trial::Figure>& 
   fmt::print("{}: {} pairs\n", GroupName(group), r.pairs);
   fmt::print("  {:24} {:5.1f} % -> {:5.1f} %, {:+.1f} points [{:+.1f}, {:+.1f}], p = {:.3g}\n",
              "success rate", 100 * r.rate_a, 100 * r.rate_b, 100 * r.difference,
-             100 * r.interval.low, 100 * r.interval.high, r.p_value);
+             100 * r.interval_95.low, 100 * r.interval_95.high, r.p_value);
   for (const trial::Figure& metric : metrics) {
     const MetricComparison m = CompareMetric(group.pairs, metric);
     if (!m.median_difference) {

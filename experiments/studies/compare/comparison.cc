@@ -30,35 +30,24 @@ void RequireKnown(const std::vector<std::string>& words, const std::vector<std::
 }
 
 std::string Text(const std::vector<farm::Parameter>& parameters) {
-  std::string text;
-  for (const farm::Parameter& p : parameters)
-    text.append(text.empty() ? "" : " ").append(p.Assignment());
-  return text;
+  std::vector<std::string> assignments;
+  for (const farm::Parameter& p : parameters) assignments.push_back(p.Assignment());
+  return fmt::format("{}", fmt::join(assignments, " "));
 }
 
 // Trials by what a partner must share.
 using Key = std::pair<std::string, int64_t>;  // parameters, seed
 
-struct Candidate {
-  std::vector<farm::Parameter> parameters;
-  int64_t trial = 0;
-  trial::TrialRecord record;
-};
-
-std::map<Key, Candidate> ByKey(const farm::ResultStore& store,
-                               const std::vector<std::string>& keys) {
-  std::map<Key, Candidate> trials;
+// With those of their parameters that have these keys.
+std::map<Key, farm::StoredTrial> ByKey(const farm::ResultStore& store,
+                                       const std::vector<std::string>& keys) {
+  std::map<Key, farm::StoredTrial> trials;
   for (farm::StoredTrial& trial : store.Trials()) {
     if (!trial.record.ended()) continue;
-    std::vector<farm::Parameter> shared;
-    for (const farm::Parameter& parameter : trial.parameters)
-      if (Has(keys, parameter.key)) shared.push_back(parameter);
-    std::sort(shared.begin(), shared.end(),
-              [](const farm::Parameter& x, const farm::Parameter& y) { return x.key < y.key; });
-    const Key key{Text(shared), trial.record.seed};
-    const auto [place, is_new] =
-        trials.emplace(key, Candidate{std::move(shared), trial.trial, std::move(trial.record)});
-    if (!is_new)
+    std::erase_if(trial.parameters, [&](const farm::Parameter& p) { return !Has(keys, p.key); });
+    std::ranges::sort(trial.parameters, {}, &farm::Parameter::key);
+    const Key key{Text(trial.parameters), trial.record.seed};
+    if (!trials.emplace(key, std::move(trial)).second)
       throw ConfigError(
           fmt::format("several trials have the seed {}{}: they differ in a parameter "
                       "that the other set does not have",
@@ -79,12 +68,12 @@ std::vector<TrialPair> PairTrials(const farm::ResultStore& a, const farm::Result
     if (Has(b.header().keys, key) && !Has(options.ignore, key)) shared.push_back(key);
   RequireKnown(options.by, shared);
 
-  const std::map<Key, Candidate> in_a = ByKey(a, shared), in_b = ByKey(b, shared);
+  const std::map<Key, farm::StoredTrial> in_a = ByKey(a, shared), in_b = ByKey(b, shared);
   std::vector<TrialPair> pairs;
-  for (const auto& [key, candidate] : in_a)
+  for (const auto& [key, trial] : in_a)
     if (const auto partner = in_b.find(key); partner != in_b.end())
-      pairs.push_back({candidate.parameters, candidate.record, partner->second.record,
-                       candidate.trial, partner->second.trial});
+      pairs.push_back({trial.parameters, trial.record, partner->second.record, trial.trial,
+                       partner->second.trial});
   if (pairs.empty())
     throw ConfigError("no trial of one set has the seed and parameters of one of the other");
   return pairs;
@@ -110,7 +99,7 @@ RateComparison CompareRates(const std::vector<TrialPair>& pairs) {
   const double z = boost::math::quantile(boost::math::normal(), 1 - kTail);
   const double half =
       z * std::sqrt(lost + gained - (gained - lost) * (gained - lost) / total) / total;
-  c.interval = {std::max(-1.0, middle - half), std::min(1.0, middle + half)};
+  c.interval_95 = {std::max(-1.0, middle - half), std::min(1.0, middle + half)};
   c.p_value = statistics::McNemarExactP(c.lost, c.gained);
   return c;
 }
@@ -185,7 +174,7 @@ void WriteComparisonFigure(const std::string& path, const std::vector<Comparison
   for (const ComparisonGroup& group : groups) {
     const RateComparison c = CompareRates(group.pairs);
     rates.series[0].points.push_back({100 * c.difference, static_cast<double>(rates.y.names.size()),
-                                      100 * c.interval.low, 100 * c.interval.high});
+                                      100 * c.interval_95.low, 100 * c.interval_95.high});
     rates.y.names.push_back(GroupName(group));
     for (const TrialPair& pair : group.pairs) {
       if (!pair.a.success() || !pair.b.success()) continue;

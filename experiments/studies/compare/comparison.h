@@ -34,10 +34,12 @@ std::vector<TrialPair> PairTrials(const farm::ResultStore& a, const farm::Result
 struct RateComparison {
   int64_t pairs = 0, lost = 0, gained = 0;  // success in a only, in b only
   double rate_a = 0, rate_b = 0;
-  double difference = 0;          // of b less a
-  statistics::Interval interval;  // of the difference, 95 %: Wald's with half a pair added to each
-                                  // cell (Agresti and Min, Stat. Med. 24 (2005) 729)
-  double p_value = 1;             // exact McNemar test, two-sided
+  double difference = 0;             // of b less a
+  statistics::Interval interval_95;  // of the difference, 95 %: Wald's with half a pair added to
+                                     // each cell (Agresti and Min, Stat. Med. 24 (2005) 729)
+  double p_value = 1;  // exact McNemar test, two-sided
+
+  TURBIDOCK_FIELDS(pairs, rate_a, rate_b, difference, interval_95, p_value)
 };
 RateComparison CompareRates(const std::vector<TrialPair>& pairs);
 

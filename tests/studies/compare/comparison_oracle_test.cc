@@ -100,8 +100,8 @@ TEST_F(Comparison, RatesOfTenPairs) {
   // P(at most 1 of 4 fair flips), twice: 2 (1 + 4) / 16
   EXPECT_DOUBLE_EQ(c.p_value, 0.625);
   // (1.5 - 3.5) / 12 and 1.959964 sqrt(5 - 4 / 12) / 12
-  EXPECT_NEAR(c.interval.low, -1.0 / 6 - 0.352834, 1e-5);
-  EXPECT_NEAR(c.interval.high, -1.0 / 6 + 0.352834, 1e-5);
+  EXPECT_NEAR(c.interval_95.low, -1.0 / 6 - 0.352834, 1e-5);
+  EXPECT_NEAR(c.interval_95.high, -1.0 / 6 + 0.352834, 1e-5);
 }
 
 TEST_F(Comparison, TimesOfTenPairs) {
