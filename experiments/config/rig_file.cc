@@ -1,6 +1,9 @@
 #include "experiments/config/rig_file.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <initializer_list>
@@ -21,9 +24,9 @@ bool IsOpenCv(const std::string& file) {
 // The matrices of a calibration, whichever of the files holds them.
 class Calibration {
  public:
-  explicit Calibration(const std::vector<std::string>& files) {
+  explicit Calibration(const std::vector<std::string>& files)
+      : names_(fmt::format("{}", fmt::join(files, ", "))) {
     for (const std::string& file : files) {
-      names_ += (names_.empty() ? "" : ", ") + file;
       cv::FileStorage storage;
       try {
         storage.open(file, cv::FileStorage::READ);
@@ -58,18 +61,11 @@ class Calibration {
       throw ConfigError(names_ + ": " + *names.begin() + ": is no matrix: " + error.err);
     }
     std::vector<double> values(matrix.begin<double>(), matrix.end<double>());
-    bool fits = false;
-    std::string allowed;
-    for (const size_t size : sizes) {
-      fits = fits || values.size() == size;
-      allowed += (allowed.empty() ? "" : " or ") + std::to_string(size);
-    }
-    if (!fits)
-      throw ConfigError(names_ + ": " + *names.begin() + ": has " + std::to_string(values.size()) +
-                        " elements, must have " + allowed);
-    for (const double x : values)
-      if (!std::isfinite(x))
-        throw ConfigError(names_ + ": " + *names.begin() + ": has an element that is no number");
+    if (std::ranges::find(sizes, values.size()) == sizes.end())
+      throw ConfigError(fmt::format("{}: {}: has {} elements, must have {}", names_, *names.begin(),
+                                    values.size(), fmt::join(sizes, " or ")));
+    if (!std::ranges::all_of(values, [](double x) { return std::isfinite(x); }))
+      throw ConfigError(names_ + ": " + *names.begin() + ": has an element that is no number");
     return values;
   }
 
