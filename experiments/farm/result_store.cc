@@ -6,13 +6,13 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <filesystem>
 #include <functional>
 #include <map>
 #include <sstream>
 #include <utility>
 
+#include "experiments/report/table.h"
 #include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"
 #include "experiments/trial/record_columns.h"
@@ -75,10 +75,8 @@ std::string List(const std::vector<std::string>& names) {
 
 // Numbers as numbers, so that SQL compares and sorts them; anything else as text.
 Cell CellOfText(const std::string& value) {
-  double number = 0;
-  const char* const end = value.data() + value.size();
-  const auto result = std::from_chars(value.data(), end, number);
-  return result.ec == std::errc{} && result.ptr == end ? Cell(number) : Cell(value);
+  const std::optional<double> number = report::NumberIn(value);
+  return number ? Cell(*number) : Cell(value);
 }
 
 void Bind(SQLite::Statement* statement, int index, const Cell& cell) {
@@ -143,9 +141,7 @@ void ForColumns(const RecordTable& table, const std::function<void(size_t)>& act
 using Row = std::vector<std::pair<std::string, Cell>>;  // column and value
 
 std::string Placeholders(size_t n) {
-  std::string marks;
-  for (size_t i = 0; i < n; ++i) marks += i == 0 ? "?" : ", ?";
-  return marks;
+  return fmt::format("{}", fmt::join(std::vector<const char*>(n, "?"), ", "));
 }
 
 void Insert(const SQLite::Database& db, const std::string& table, const Row& row) {

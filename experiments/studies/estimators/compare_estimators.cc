@@ -256,10 +256,10 @@ std::unique_ptr<vision::PoseEstimator> MakeEstimator(const std::string& name,
   if (name == "blobs")
     return std::make_unique<vision::BlobEstimator>(vision::BlobParams{}, scenario.marker,
                                                    scenario.hue, rig);
-  std::string known;
-  for (const std::string& one : EstimatorNames()) known += (known.empty() ? "" : ", ") + one;
-  throw ConfigError("estimator '" + name + "' is not known; there are " + known +
-                    ", the first three also with keys of the search: default/creep_share=0");
+  throw ConfigError(fmt::format(
+      "estimator '{}' is not known; there are {}, the first three also with keys of the "
+      "search: default/creep_share=0",
+      name, fmt::join(EstimatorNames(), ", ")));
 }
 
 std::vector<CompareRow> CompareEstimators(const CompareOptions& options) {
