@@ -7,6 +7,7 @@
 
 #include "experiments/app/commands.h"
 #include "experiments/app/progress.h"
+#include "experiments/media/mp4_writer.h"
 #include "experiments/media/plot.h"
 #include "experiments/studies/run/trial_figure.h"
 #include "experiments/studies/run/trial_video.h"
@@ -39,24 +40,27 @@ trial::TrialResult RunShownTrial(const trial::Scenario& scenario, const ShownTri
   app::Progress progress(shown.quiet);
   progress.Say(fmt::format("{}, seed {}", scenario.description, scenario.seed));
   const StereoRig rig = scenario.rig.MakeRig();
-  std::optional<TrialVideo> film;
-  if (shown.video)
-    film.emplace(*shown.out + "/video.mp4",
-                 VideoOptions{.frames_per_second = scenario.clock.frames_per_second,
-                              .envelope_ratio = scenario.marker.outer_ring_ratio,
-                              .criteria = trial::CriteriaOf(scenario)});
+  std::optional<VideoComposer> composer;
+  std::optional<media::Mp4Writer> film;
+  if (shown.video) {
+    composer.emplace(VideoOptions{.envelope_ratio = scenario.marker.outer_ring_ratio,
+                                  .criteria = trial::CriteriaOf(scenario)});
+    film.emplace(*shown.out + "/video.mp4", kVideoWidth, kVideoHeight,
+                 scenario.clock.frames_per_second);
+  }
 
   trial::TrialOptions options;
   options.spectator = shown.video;
   options.whole_images = shown.video;
   options.observe = [&](const trial::TrialFrame& frame) {
     if (film)
-      film->Add({.images = frame.seen,
-                 .balls = rig.Each([&](const MountedCamera& camera) {
-                   return ProjectBalls(scenario.marker, camera, frame.record.est_X_HM);
-                 }),
-                 .record = frame.record,
-                 .spectator = frame.spectator});
+      film->Add(composer->Compose({.images = frame.seen,
+                                   .balls = rig.Each([&](const MountedCamera& camera) {
+                                     return ProjectBalls(scenario.marker, camera,
+                                                         frame.record.est_X_HM);
+                                   }),
+                                   .record = frame.record,
+                                   .spectator = frame.spectator}));
     progress.Show(std::min(1.0, frame.record.time_s / scenario.duration_s),
                   fmt::format("{:5.1f} s  {:15}  F {:+.2f}", frame.record.time_s,
                               NameOf(frame.record.stage), frame.record.fitness));
@@ -74,7 +78,10 @@ trial::TrialResult RunShownTrial(const trial::Scenario& scenario, const ShownTri
   if (shown.json) std::fputs(trial::ResultJson(result).c_str(), stdout);
   if (film) film->Finish();
   if (shown.out) {
-    WriteFigure(*shown.out, scenario, result);
+    WriteTrialFigure(*shown.out + "/figure.png", result.log,
+                     {.title = fmt::format("{}, seed {}", scenario.description, scenario.seed),
+                      .outcome = fmt::format("{}: {}", NameOf(result.outcome), result.reason),
+                      .criteria = trial::CriteriaOf(scenario)});
     progress.Say(fmt::format("  result.json, resolved.yaml, trajectory.csv, figure.png{} in {}",
                              film ? ", video.mp4" : "", *shown.out));
   }

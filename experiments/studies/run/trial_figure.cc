@@ -8,7 +8,6 @@
 
 #include "control/axes.h"
 #include "experiments/media/plot.h"
-#include "experiments/trial/trial_files.h"
 #include "sim/base/check.h"
 #include "sim/base/units.h"
 
@@ -150,14 +149,6 @@ void WriteTrialFigure(const std::string& path, const trial::TrialLog& log, const
                          .width_px = kFigureWidth,
                          .height_px = kFigureHeight,
                          .panels = panels});
-}
-
-void WriteFigure(const std::string& folder, const trial::Scenario& scenario,
-                 const trial::TrialResult& result) {
-  WriteTrialFigure(folder + "/figure.png", result.log,
-                   {.title = fmt::format("{}, seed {}", scenario.description, scenario.seed),
-                    .outcome = fmt::format("{}: {}", NameOf(result.outcome), result.reason),
-                    .criteria = trial::CriteriaOf(scenario)});
 }
 
 }  // namespace turbidock::run

@@ -3,8 +3,6 @@
 
 #include <string>
 
-#include "experiments/trial/scenario.h"
-#include "experiments/trial/trial.h"
 #include "experiments/trial/trial_log.h"
 #include "experiments/trial/trial_view.h"
 
@@ -23,9 +21,5 @@ inline constexpr int kFigureWidth = 1400, kFigureHeight = 1600;
 // dots, not lines: nothing acts on them. The log must have a frame. ConfigError when the path
 // cannot be written, SimulatorFault when gnuplot is missing or fails.
 void WriteTrialFigure(const std::string& path, const trial::TrialLog& log, const FigureInfo& info);
-
-// Draws figure.png into the folder.
-void WriteFigure(const std::string& folder, const trial::Scenario& scenario,
-                 const trial::TrialResult& result);
 
 }  // namespace turbidock::run

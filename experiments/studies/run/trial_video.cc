@@ -185,7 +185,4 @@ void VideoComposer::DrawCharts(const trial::FrameRecord& record) {
   }
 }
 
-TrialVideo::TrialVideo(const std::string& path, const VideoOptions& options)
-    : composer_(options), writer_(path, kVideoWidth, kVideoHeight, options.frames_per_second) {}
-
 }  // namespace turbidock::run

@@ -1,11 +1,9 @@
 #pragma once
 // The film of a trial: what the cameras saw, what the estimator made of it, and how it went so far.
 
-#include <string>
 #include <vector>
 
 #include "experiments/media/canvas.h"
-#include "experiments/media/mp4_writer.h"
 #include "experiments/media/strip_chart.h"
 #include "experiments/trial/trial_log.h"
 #include "experiments/trial/trial_view.h"
@@ -17,7 +15,6 @@ namespace turbidock::run {
 inline constexpr int kVideoWidth = 1280, kVideoHeight = 720;
 
 struct VideoOptions {
-  int frames_per_second = 30;
   double envelope_ratio = 1.4;  // radius of the model's outer circle over that of the ball
   trial::ViewCriteria criteria = {};
 };
@@ -52,19 +49,6 @@ class VideoComposer {
   media::Canvas canvas_;
   int charts_x_ = 0;
   std::vector<media::StripChart> charts_;  // F, x, y, z; made with the first frame
-};
-
-// Composes and encodes. Errors as Mp4Writer's.
-class TrialVideo {
- public:
-  TrialVideo(const std::string& path, const VideoOptions& options);
-
-  void Add(const VideoFrame& frame) { writer_.Add(composer_.Compose(frame)); }
-  void Finish() { writer_.Finish(); }
-
- private:
-  VideoComposer composer_;
-  media::Mp4Writer writer_;
 };
 
 }  // namespace turbidock::run

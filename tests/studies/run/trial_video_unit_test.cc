@@ -9,6 +9,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "experiments/media/mp4_writer.h"
 #include "tests/studies/run/synthetic_trial.h"
 
 namespace turbidock::run {
@@ -153,16 +154,17 @@ TEST(VideoComposer, FitnessRunsAtItsHeight) {
   EXPECT_NEAR(low - high, 0.8 / 1.2 * 83, 3);
 }
 
-TEST(TrialVideo, UnwritablePathIsAConfigError) {
-  EXPECT_THROW(TrialVideo(::testing::TempDir() + "/no_such_folder/video.mp4", {}), ConfigError);
+TEST(Mp4Writer, UnwritablePathIsAConfigError) {
+  EXPECT_THROW(media::Mp4Writer(::testing::TempDir() + "/no_such_folder/video.mp4", 64, 64, 30),
+               ConfigError);
 }
 
-TEST(TrialVideo, MissingFfmpegNamesThePackage) {
+TEST(Mp4Writer, MissingFfmpegNamesThePackage) {
   const std::string path = std::getenv("PATH");
   ASSERT_EQ(setenv("PATH", "/no_such_folder", 1), 0);
   std::string message = "no fault";
   try {
-    TrialVideo video(::testing::TempDir() + "/no_ffmpeg.mp4", {});
+    media::Mp4Writer video(::testing::TempDir() + "/no_ffmpeg.mp4", 64, 64, 30);
   } catch (const SimulatorFault& fault) {
     message = fault.what();
   }
