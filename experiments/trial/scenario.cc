@@ -122,6 +122,16 @@ Scenario ParseScenario(const std::string& text, const std::string& name) {
   return scenario;
 }
 
+std::vector<std::string> ResolutionAssignments(const std::string& text) {
+  const size_t times = std::min(text.find('x'), text.size());
+  const std::string width = text.substr(0, times);
+  const std::string height = times < text.size() ? text.substr(times + 1) : "";
+  for (const std::string& number : {width, height})
+    if (number.empty() || number.find_first_not_of("0123456789") != std::string::npos)
+      throw ConfigError("--resolution " + text, "must be WIDTHxHEIGHT in pixels, such as 320x240");
+  return {"rig.width_px=" + width, "rig.height_px=" + height};
+}
+
 std::string SceneFile(const Scenario& scenario) {
   return IsBundledModel(scenario.model) ? config::ModelPath(scenario.model) : scenario.model;
 }

@@ -181,6 +181,11 @@ Scenario ParseScenario(const std::string& text, const std::string& name);
 // The table of all keys.
 std::vector<config::KeyDoc> ScenarioKeys();
 
+// Smaller or larger images from the same cameras: "320x240" as assignments that give both this
+// size. The field of view across stays, so focal length and principal point follow. ConfigError for
+// anything else.
+std::vector<std::string> ResolutionAssignments(const std::string& text);
+
 // Path of the scenario's MJCF file.
 std::string SceneFile(const Scenario& scenario);
 

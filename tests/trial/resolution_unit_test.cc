@@ -1,12 +1,11 @@
 // Other sizes of images, and half the rate of them.
 
-#include "experiments/trial/resolution.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
+#include "experiments/trial/scenario.h"
 #include "experiments/trial/trial.h"
 #include "tests/support/program.h"
 

@@ -8,7 +8,6 @@
 #include "experiments/app/commands.h"
 #include "experiments/app/progress.h"
 #include "experiments/studies/bench/bench.h"
-#include "experiments/trial/resolution.h"
 
 namespace turbidock::bench {
 namespace {

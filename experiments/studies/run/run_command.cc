@@ -6,7 +6,6 @@
 #include "experiments/app/commands.h"
 #include "experiments/app/progress.h"
 #include "experiments/studies/run/shown_trial.h"
-#include "experiments/trial/resolution.h"
 #include "experiments/trial/scenario.h"
 #include "experiments/trial/trial.h"
 
