@@ -61,11 +61,11 @@ struct ExportArguments {
 };
 
 int Export(const ExportArguments& arguments) {
-  const farm::ExportFormat format = arguments.format == NameOf(farm::ExportFormat::kJsonl)
-                                        ? farm::ExportFormat::kJsonl
-                                        : farm::ExportFormat::kCsv;
   const farm::ResultStore store = farm::ResultStore::Read(arguments.file);
-  std::fputs(farm::ExportText(store.Trials(), format, arguments.timing).c_str(), stdout);
+  std::fputs(farm::ExportText(store.Trials(),
+                              {.jsonl = arguments.format == "jsonl", .timing = arguments.timing})
+                 .c_str(),
+             stdout);
   return kExitDone;
 }
 

@@ -35,11 +35,11 @@ Json RowOf(const StoredTrial& trial, bool timing) {
 
 }  // namespace
 
-std::string ExportText(const std::vector<StoredTrial>& trials, ExportFormat format, bool timing) {
+std::string ExportText(const std::vector<StoredTrial>& trials, const ExportOptions& options) {
   std::string text;
   for (const StoredTrial& trial : trials) {
-    const Json row = RowOf(trial, timing);
-    if (format == ExportFormat::kJsonl)
+    const Json row = RowOf(trial, options.timing);
+    if (options.jsonl)
       text += report::JsonLine(row) + "\n";
     else
       report::AddCsv(row, &text);

@@ -8,15 +8,14 @@
 
 namespace turbidock::farm {
 
-enum class ExportFormat { kCsv, kJsonl };
-constexpr auto Names(ExportFormat) {
-  using enum ExportFormat;
-  return EnumList<ExportFormat>({{kCsv, "csv"}, {kJsonl, "jsonl"}});
-}
+struct ExportOptions {
+  bool jsonl = false;   // a JSON object a line in place of CSV
+  bool timing = false;  // also what differs from run to run
+};
 
-// Columns: trial and seed, cell and sample, the verdict, every parameter, every figure, the reason;
-// with `timing` also what differs from run to run. Equal results give equal text (without timing).
+// Columns: trial and seed, cell and sample, the verdict, every parameter, every figure, the reason.
+// Equal results give equal text (without timing).
 // What a trial does not have is empty, in JSON null.
-std::string ExportText(const std::vector<StoredTrial>& trials, ExportFormat format, bool timing);
+std::string ExportText(const std::vector<StoredTrial>& trials, const ExportOptions& options);
 
 }  // namespace turbidock::farm

@@ -201,8 +201,8 @@ TEST_F(Store, ReadsMergesAndResumesAFileOfAnOlderProgram) {
     header = store.header();
     const std::vector<StoredTrial> trials = store.Trials();
     ASSERT_EQ(trials.size(), 4u);
-    EXPECT_EQ(ExportText(trials, ExportFormat::kCsv, true), TextOf(data + ".csv"));
-    EXPECT_EQ(ExportText(trials, ExportFormat::kJsonl, false), TextOf(data + ".jsonl"));
+    EXPECT_EQ(ExportText(trials, {.timing = true}), TextOf(data + ".csv"));
+    EXPECT_EQ(ExportText(trials, {.jsonl = true}), TextOf(data + ".jsonl"));
     EXPECT_EQ(trials[1].record.failure, trial::Failure::kNeverFound);
     EXPECT_TRUE(trials[2].record.success());
     EXPECT_FALSE(trials[3].record.ended());
@@ -211,7 +211,7 @@ TEST_F(Store, ReadsMergesAndResumesAFileOfAnOlderProgram) {
   }
   ResultStore merged = ResultStore::Write(File("m.db"), header);
   merged.Merge(file);
-  EXPECT_EQ(ExportText(merged.Trials(), ExportFormat::kCsv, true), TextOf(data + ".csv"));
+  EXPECT_EQ(ExportText(merged.Trials(), {.timing = true}), TextOf(data + ".csv"));
   EXPECT_EQ(merged.SeriesOf(2), ResultStore::Read(file).SeriesOf(2));
 
   StoredTrial another = merged.Trial(0);
@@ -297,14 +297,14 @@ TEST_F(Store, ReadsAFileWithOtherFigures) {
 TEST_F(Store, ExportsOneRowATrial) {
   const std::vector<StoredTrial> trials = {Trial(1, "7", trial::Failure::kNone),
                                            Trial(2, "[0, 1]", trial::Failure::kTimeout)};
-  const std::string csv = ExportText(trials, ExportFormat::kCsv, false);
+  const std::string csv = ExportText(trials, {});
   EXPECT_THAT(csv, ::testing::StartsWith("trial,seed,cell,sample,outcome,failure,docked,inserted,"
                                          "time_s,digest,water.milk_ml_m3,sea.state,"));
   EXPECT_THAT(csv, HasSubstr("\n1,9223372036854775806,0,1,docked,none,true,true,"));
   EXPECT_THAT(csv, HasSubstr(",\"[0, 1]\",calm,"));
   EXPECT_THAT(csv, HasSubstr("\"said \"\"why\"\", and\nhow\""));
   EXPECT_THAT(csv, Not(HasSubstr("wall_time_s")));
-  std::istringstream lines(ExportText(trials, ExportFormat::kJsonl, true));
+  std::istringstream lines(ExportText(trials, {.jsonl = true, .timing = true}));
   std::string line;
   std::getline(lines, line);
   const auto row = nlohmann::json::parse(line);
