@@ -440,19 +440,4 @@ std::vector<StoredTrial> ResultStore::Select(const std::string& where) const {
   });
 }
 
-std::string ResultStore::SeriesOf(int64_t trial) const {
-  return Guard(file_, [&] {
-    std::string csv = trial::TrajectoryCsv({});
-    const size_t columns = OwnColumns(*db_, "series").size();
-    SQLite::Statement query(*db_, "SELECT * FROM series WHERE trial = ? ORDER BY frame");
-    query.bind(1, trial);
-    while (query.executeStep()) {
-      for (size_t k = 1; k <= columns; ++k)
-        csv += (k == 1 ? "" : ",") + ValueText(query.getColumn(static_cast<int>(k)));
-      csv += "\n";
-    }
-    return csv;
-  });
-}
-
 }  // namespace turbidock::farm

@@ -51,7 +51,7 @@ struct StoredTrial {
   int64_t trial = 0, cell = 0, sample = 0;
   std::vector<Parameter> parameters;  // values of StoreHeader::keys
   trial::TrialRecord record;
-  std::string series_csv = {};  // to be stored; reading does not fill it: see SeriesOf
+  std::string series_csv = {};  // to be stored; reading does not fill it
 };
 
 class ResultStore {
@@ -74,11 +74,10 @@ class ResultStore {
   // is in both and differs; the file is then as it was.
   void Merge(const std::string& other_file);
 
-  std::vector<int64_t> Done() const;          // the numbers of the stored trials, ascending
-  int64_t Successes() const;                  // how many of them succeeded
-  std::vector<StoredTrial> Trials() const;    // ascending
-  StoredTrial Trial(int64_t trial) const;     // ConfigError when it is not there
-  std::string SeriesOf(int64_t trial) const;  // as TrajectoryCsv; the header alone without a series
+  std::vector<int64_t> Done() const;        // the numbers of the stored trials, ascending
+  int64_t Successes() const;                // how many of them succeeded
+  std::vector<StoredTrial> Trials() const;  // ascending
+  StoredTrial Trial(int64_t trial) const;   // ConfigError when it is not there
 
  private:
   ResultStore(std::string file, bool writes);

@@ -54,6 +54,23 @@ StoredTrial Trial(int64_t trial, const std::string& milk, trial::Failure failure
   return stored;
 }
 
+// A trial's series in a file, as TrajectoryCsv writes it; the header alone without one.
+std::string SeriesOf(const std::string& file, int64_t trial) {
+  std::string csv = trial::TrajectoryCsv({});
+  const SQLite::Database db(file);
+  SQLite::Statement query(db, "SELECT * FROM series WHERE trial = ? ORDER BY frame");
+  query.bind(1, trial);
+  while (query.executeStep()) {
+    for (int k = 1; k < query.getColumnCount(); ++k) {
+      const SQLite::Column column = query.getColumn(k);
+      csv += k == 1 ? "" : ",";
+      csv += column.isText() ? column.getString() : FormatNumber(column.getDouble());
+    }
+    csv += "\n";
+  }
+  return csv;
+}
+
 class Store : public ::testing::Test {
  protected:
   void SetUp() override { fs::create_directories(folder_); }
@@ -98,8 +115,8 @@ TEST_F(Store, GivesBackWhatItWasGiven) {
   EXPECT_EQ(store.header().trials, 10);
   EXPECT_EQ(store.Done(), (std::vector<int64_t>{1, 4}));
   EXPECT_EQ(store.Successes(), 1);
-  EXPECT_EQ(store.SeriesOf(1), with_series.series_csv);
-  EXPECT_EQ(store.SeriesOf(4), trial::TrajectoryCsv({}));
+  EXPECT_EQ(SeriesOf(file, 1), with_series.series_csv);
+  EXPECT_EQ(SeriesOf(file, 4), trial::TrajectoryCsv({}));
   with_series.series_csv.clear();
   odd.parameters[0].value = "0.0025";
   const auto trials = store.Trials();
@@ -207,12 +224,12 @@ TEST_F(Store, ReadsMergesAndResumesAFileOfAnOlderProgram) {
     EXPECT_TRUE(trials[2].record.success());
     EXPECT_FALSE(trials[3].record.ended());
     EXPECT_EQ(trials[3].record.failure, trial::Failure::kHung);
-    EXPECT_FALSE(store.SeriesOf(2).empty());
+    EXPECT_NE(SeriesOf(file, 2), trial::TrajectoryCsv({}));
   }
   ResultStore merged = ResultStore::Write(File("m.db"), header);
   merged.Merge(file);
   EXPECT_EQ(ExportText(merged.Trials(), {.timing = true}), TextOf(data + ".csv"));
-  EXPECT_EQ(merged.SeriesOf(2), ResultStore::Read(file).SeriesOf(2));
+  EXPECT_EQ(SeriesOf(File("m.db"), 2), SeriesOf(file, 2));
 
   StoredTrial another = merged.Trial(0);
   another.trial = 4;
