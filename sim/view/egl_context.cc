@@ -47,8 +47,6 @@ class EglContext final : public GlContext {
     if (egl_.GetCurrentContext() == context_) Release();
     egl_.DestroyContext(display_, context_);  // the display is the process's
   }
-  EglContext(const EglContext&) = delete;
-  EglContext& operator=(const EglContext&) = delete;
 
   void MakeCurrent() override {
     egl_.BindApi(EGL_OPENGL_API);  // each thread's own setting
@@ -56,7 +54,6 @@ class EglContext final : public GlContext {
     if (!egl_.MakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_))
       throw SimulatorFault("EGL cannot make its OpenGL context current");
   }
-  std::string description() const override { return description_; }
   void (*Function(const char* name) const)() override { return egl_.GetProcAddress(name); }
 
  private:
@@ -88,7 +85,6 @@ class EglContext final : public GlContext {
   EglLibrary egl_;
   EGLDisplay display_ = EGL_NO_DISPLAY;
   EGLContext context_ = EGL_NO_CONTEXT;
-  std::string description_;
 };
 
 }  // namespace

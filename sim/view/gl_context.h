@@ -13,14 +13,20 @@ namespace turbidock::view {
 
 class GlContext {
  public:
+  GlContext() = default;
+  GlContext(const GlContext&) = delete;
+  GlContext& operator=(const GlContext&) = delete;
   virtual ~GlContext() = default;
 
   // Makes this the calling thread's context. Cheap when it already is.
   virtual void MakeCurrent() = 0;
   // Kind, renderer and version for reports, such as "OSMesa, llvmpipe (...), OpenGL 4.5 (...)".
-  virtual std::string description() const = 0;
+  const std::string& description() const { return description_; }
   // The GL function of that name; null if there is none.
   virtual void (*Function(const char* name) const)() = 0;
+
+ protected:
+  std::string description_;
 };
 
 enum class GlBackend {

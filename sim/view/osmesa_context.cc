@@ -36,15 +36,12 @@ class OsmesaContext final : public GlContext {
     }
   }
   ~OsmesaContext() override { osmesa_.DestroyContext(context_); }
-  OsmesaContext(const OsmesaContext&) = delete;
-  OsmesaContext& operator=(const OsmesaContext&) = delete;
 
   void MakeCurrent() override {
     if (osmesa_.GetCurrentContext() == context_) return;
     if (!osmesa_.MakeCurrent(context_, window_.data(), GL_UNSIGNED_BYTE, kWindowPx, kWindowPx))
       throw SimulatorFault("OSMesa cannot make its OpenGL context current");
   }
-  std::string description() const override { return description_; }
   void (*Function(const char* name) const)() override { return osmesa_.GetProcAddress(name); }
 
  private:
@@ -54,7 +51,6 @@ class OsmesaContext final : public GlContext {
   OsmesaLibrary osmesa_;
   OSMesaContext context_ = nullptr;
   std::array<unsigned char, 4 * kWindowPx * kWindowPx> window_{};
-  std::string description_;
 };
 
 }  // namespace
