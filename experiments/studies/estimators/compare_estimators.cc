@@ -246,13 +246,10 @@ std::unique_ptr<vision::PoseEstimator> MakeEstimator(const std::string& name,
     options.range = scenario.estimator.range;
     return rm_ga(options);
   }
-  const auto pagmo = [&](PagmoMethod method) {
-    return MakePagmoEstimator({.method = method, .range = scenario.estimator.range},
-                              scenario.marker, scenario.hue, rig, static_cast<uint32_t>(seed));
-  };
-  if (name == "de") return pagmo(PagmoMethod::kDe);
-  if (name == "pso") return pagmo(PagmoMethod::kPso);
-  if (name == "cmaes") return pagmo(PagmoMethod::kCmaes);
+  for (const auto& [method, known] : EnumNames<PagmoMethod>::kNames)
+    if (name == known)
+      return MakePagmoEstimator({.method = method, .range = scenario.estimator.range},
+                                scenario.marker, scenario.hue, rig, static_cast<uint32_t>(seed));
   if (name == "blobs")
     return std::make_unique<vision::BlobEstimator>(vision::BlobParams{}, scenario.marker,
                                                    scenario.hue, rig);

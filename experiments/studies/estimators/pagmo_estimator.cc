@@ -19,7 +19,7 @@ using Values = vision::GeneMap::Values;
 
 // The search range as a unit cube, so that one step size suits position and rotation.
 struct PoseProblem {
-  const vision::Fitness* fitness = nullptr;
+  const vision::Fitness* of = nullptr;
   Values low{}, high{};
 
   Pose PoseAt(const pagmo::vector_double& x) const {
@@ -27,16 +27,10 @@ struct PoseProblem {
     for (size_t i = 0; i < values.size(); ++i) values[i] = low[i] + (high[i] - low[i]) * x[i];
     return vision::GeneMap::PoseOf(values);
   }
-  pagmo::vector_double fitness_of(const pagmo::vector_double& x) const {
-    return {-fitness->Evaluate(PoseAt(x))};
+  // These two are what pagmo asks for.
+  pagmo::vector_double fitness(const pagmo::vector_double& x) const {
+    return {-of->Evaluate(PoseAt(x))};
   }
-};
-
-// What pagmo wants to be called `fitness`.
-struct Problem {
-  PoseProblem of;
-
-  pagmo::vector_double fitness(const pagmo::vector_double& x) const { return of.fitness_of(x); }
   std::pair<pagmo::vector_double, pagmo::vector_double> get_bounds() const {
     return {pagmo::vector_double(vision::kGeneFields, 0),
             pagmo::vector_double(vision::kGeneFields, 1)};
@@ -76,7 +70,7 @@ class PagmoEstimator : public vision::PoseEstimator {
     Lap(timer(), LoopStage::kLabels);
     // The last frame's individuals, evaluated on this one's images.
     const auto population_size = static_cast<size_t>(options_.population);
-    pagmo::population population(pagmo::problem(Problem{problem_}),
+    pagmo::population population(pagmo::problem(problem_),
                                  individuals_.empty() ? population_size : 0, seed_);
     for (const pagmo::vector_double& x : individuals_) population.push_back(x);
     population = algorithm_.evolve(population);
@@ -96,11 +90,7 @@ class PagmoEstimator : public vision::PoseEstimator {
     individuals_.clear();
     algorithm_ = MakeAlgorithm(options_.method, Generations(options_), seed_);
   }
-  std::string_view name() const override {
-    return options_.method == PagmoMethod::kDe    ? "de"
-           : options_.method == PagmoMethod::kPso ? "pso"
-                                                  : "cmaes";
-  }
+  std::string_view name() const override { return NameOf(options_.method); }
 
  private:
   // One generation's evaluations go to the last frame's individuals.

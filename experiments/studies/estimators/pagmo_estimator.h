@@ -14,6 +14,10 @@
 namespace turbidock::estimators {
 
 enum class PagmoMethod { kDe, kPso, kCmaes };
+constexpr auto Names(PagmoMethod) {
+  using enum PagmoMethod;
+  return EnumList<PagmoMethod>({{kDe, "de"}, {kPso, "pso"}, {kCmaes, "cmaes"}});
+}
 
 struct PagmoOptions {
   PagmoMethod method = PagmoMethod::kDe;
