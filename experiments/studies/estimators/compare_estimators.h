@@ -37,8 +37,7 @@ std::unique_ptr<vision::PoseEstimator> MakeEstimator(const std::string& name,
 
 struct CompareOptions {
   CompareTask task = CompareTask::kStill;
-  std::vector<recognition::MarkerKind> markers = {recognition::MarkerKind::kActive,
-                                                  recognition::MarkerKind::kPassive};
+  std::vector<recognition::MarkerKind> markers = recognition::MarkersOf("both");
   std::vector<double> distances_m = {0.4, 0.6, 0.8, 1.0};  // of tasks about a distance
   std::vector<double> milk_ml_m3 = {0, 10, 20, 40, 80};
   std::vector<std::string> estimators = EstimatorNames();

@@ -24,11 +24,7 @@ struct CompareArguments {
 int Compare(const CompareArguments& arguments) {
   CompareOptions options = arguments.options;
   if (!arguments.seed.empty()) options.assignments.push_back("seed=" + arguments.seed);
-  if (arguments.marker != "both") {
-    options.markers.clear();
-    for (const auto& [marker, name] : EnumNames<recognition::MarkerKind>::kNames)
-      if (arguments.marker == name) options.markers.push_back(marker);
-  }
+  options.markers = recognition::MarkersOf(arguments.marker);
   for (const auto& [task, name] : EnumNames<CompareTask>::kNames)
     if (arguments.task == name) options.task = task;
   if (!arguments.distances_mm.empty()) {

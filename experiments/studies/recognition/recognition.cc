@@ -59,6 +59,13 @@ CellResult FromText(const RecognitionCell& cell, const std::string& text) {
 
 }  // namespace
 
+std::vector<MarkerKind> MarkersOf(const std::string& name) {
+  std::vector<MarkerKind> markers;
+  for (const auto& [marker, known] : EnumNames<MarkerKind>::kNames)
+    if (name == known || name == "both") markers.push_back(marker);
+  return markers;
+}
+
 Area AreaOf(double fitness_mean) {
   constexpr trial::ViewCriteria kPublished;
   if (fitness_mean >= kPublished.docking_fitness) return Area::kI;

@@ -25,6 +25,9 @@ constexpr auto Names(MarkerKind) {
   return EnumList<MarkerKind>({{kActive, "active"}, {kPassive, "passive"}});
 }
 
+// Of "active", "passive" or "both".
+std::vector<MarkerKind> MarkersOf(const std::string& name);
+
 // What a mean F allows: docking, recognition, nothing. Limits: ViewCriteria.
 enum class Area { kI, kII, kIII };
 constexpr auto Names(Area) {

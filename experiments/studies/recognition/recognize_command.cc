@@ -35,13 +35,6 @@ struct RecognizeArguments {
   bool json = false, quiet = false;
 };
 
-std::vector<MarkerKind> MarkersOf(const std::string& name) {
-  std::vector<MarkerKind> markers;
-  for (const auto& [marker, known] : EnumNames<MarkerKind>::kNames)
-    if (name == known || name == "both") markers.push_back(marker);
-  return markers;
-}
-
 // Cells of the experiment as published, or of the command line.
 std::vector<RecognitionCell> Grid(const RecognizeArguments& arguments,
                                   const std::vector<MarkerKind>& markers) {
