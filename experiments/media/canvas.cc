@@ -36,17 +36,7 @@ Canvas::Canvas(Canvas&& other) noexcept
     : width_px_(other.width_px_),
       height_px_(other.height_px_),
       surface_(std::exchange(other.surface_, nullptr)),
-      cairo_(std::exchange(other.cairo_, nullptr)),
-      scratch_(std::move(other.scratch_)) {}
-
-Canvas& Canvas::operator=(Canvas&& other) noexcept {
-  std::swap(width_px_, other.width_px_);
-  std::swap(height_px_, other.height_px_);
-  std::swap(surface_, other.surface_);
-  std::swap(cairo_, other.cairo_);
-  std::swap(scratch_, other.scratch_);
-  return *this;
-}
+      cairo_(std::exchange(other.cairo_, nullptr)) {}
 
 const uint8_t* Canvas::data() const {
   cairo_surface_flush(surface_);
@@ -156,19 +146,16 @@ double Canvas::TextWidth(std::string_view text, double size_px, bool bold) {
 
 PixelRect Canvas::DrawImage(const Image3u8& image, const PixelRect& into) {
   TD_CHECK(!image.empty(), "an image to draw");
-  auto scratch = std::find_if(scratch_.begin(), scratch_.end(), [&](const Canvas& known) {
-    return known.width_px_ == image.width() && known.height_px_ == image.height();
-  });
-  if (scratch == scratch_.end()) scratch = scratch_.emplace(scratch, image.width(), image.height());
-  cairo_surface_flush(scratch->surface_);
+  const Canvas scratch(image.width(), image.height());  // in cairo's pixel format
+  cairo_surface_flush(scratch.surface_);
   const uint8_t* from = image.data();
-  uint8_t* to = cairo_image_surface_get_data(scratch->surface_);
+  uint8_t* to = cairo_image_surface_get_data(scratch.surface_);
   for (size_t i = 0; i < image.pixels(); ++i, from += 3, to += 4) {
     to[0] = from[2];
     to[1] = from[1];
     to[2] = from[0];
   }
-  cairo_surface_mark_dirty(scratch->surface_);
+  cairo_surface_mark_dirty(scratch.surface_);
 
   const double scale = std::min(static_cast<double>(into.width) / image.width(),
                                 static_cast<double>(into.height) / image.height());
@@ -183,7 +170,7 @@ PixelRect Canvas::DrawImage(const Image3u8& image, const PixelRect& into) {
   cairo_translate(cairo_, filled.x, filled.y);
   cairo_scale(cairo_, static_cast<double>(width) / image.width(),
               static_cast<double>(height) / image.height());
-  cairo_set_source_surface(cairo_, scratch->surface_, 0, 0);
+  cairo_set_source_surface(cairo_, scratch.surface_, 0, 0);
   cairo_pattern_set_extend(cairo_get_source(cairo_), CAIRO_EXTEND_PAD);
   cairo_paint(cairo_);
   cairo_restore(cairo_);

@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <span>
 #include <string_view>
-#include <vector>
 
 #include "sim/base/image.h"
 
@@ -33,7 +32,6 @@ class Canvas {
   Canvas(int width_px, int height_px, bool transparent = false);
   ~Canvas();
   Canvas(Canvas&&) noexcept;
-  Canvas& operator=(Canvas&&) noexcept;
 
   int width() const { return width_px_; }
   int height() const { return height_px_; }
@@ -78,8 +76,7 @@ class Canvas {
   int width_px_, height_px_;
   _cairo_surface* surface_;
   _cairo* cairo_;
-  std::vector<Canvas> scratch_;  // images on their way in, in cairo's pixel format; one a size
-  char text_[256];               // text ended by a zero, as cairo wants it
+  char text_[256];  // text ended by a zero, as cairo wants it
 };
 
 }  // namespace turbidock::media

@@ -59,7 +59,7 @@ class Overlay {
       if (!video_) video_.emplace(path_, canvas.width(), canvas.height(), frames_per_second_);
       video_->Add(canvas);
     } else {
-      last_ = std::move(canvas);
+      last_.emplace(std::move(canvas));
     }
   }
   void Finish() {
