@@ -67,44 +67,11 @@ YamlNode ParseYaml(const std::string& text, const std::string& file);
 // A key that is absent has its default.
 using Origins = std::map<std::string, std::string, std::less<>>;
 
-// Sets the members whose keys are present; a list is replaced as a whole, its elements begin with
-// their defaults. Keys named in `read_elsewhere` are left to the caller. `origins` may be null.
-template <HasFields T>
-void ReadFields(const YamlNode& node, T* object, Origins* origins,
-                std::initializer_list<std::string_view> read_elsewhere = {});
-
-// Sets one value from "key.path=value"; the value is YAML in one line, a list element is
-// key.path[0] or key.path.0. `origins` may be null.
-template <HasFields T>
-void ApplySet(const std::string& assignment, T* object, Origins* origins);
-
-// Runs the ranges and Check of the whole object; to be called after the last layer.
-template <HasFields T>
-void CheckSettings(const T& object, const Origins& origins);
-
 // Settings in the order in which they are read over an object's defaults: the last one says.
 struct Layers {
   std::vector<YamlNode> files{};
   std::vector<std::string> assignments{};  // of --set
 };
-
-// Reads all layers over the object and checks it. Returns where each value was set.
-template <HasFields T>
-Origins ReadLayers(const Layers& layers, T* object);
-
-// What the layers give for this one key (no deeper than in one group), or `otherwise`: for a
-// preset, which others begin with and which must be known before they are read. Nothing else in the
-// layers is looked at.
-template <class V>
-V Peek(const Layers& layers, const std::string& key, V otherwise);
-
-// All of the above: defaults, then the files in order, then the assignments, then the checks.
-template <HasFields T>
-T LoadLayers(const std::vector<std::string>& files, const std::vector<std::string>& assignments);
-
-// Every field, with its description as a comment. Loading it gives the same object, bit for bit.
-template <HasFields T>
-std::string SaveYaml(const T& object);
 
 // One line of the table of keys.
 struct KeyDoc {
@@ -114,11 +81,9 @@ struct KeyDoc {
   std::string range;  // "in [0, 1]"; empty where any value will do
   std::string doc;
 };
-template <HasFields T>
-std::vector<KeyDoc> ListKeys();
 
 // ------------------------------------------------------------------------------------------------
-// A struct's fields with their types erased, so that the work above is done once, in the .cc file.
+// A struct's fields with their types erased, so that the work below is done once, in the .cc file.
 
 struct Field;
 
@@ -225,17 +190,25 @@ GroupRef GroupOf(T* object) {
   return group;
 }
 
+// ------------------------------------------------------------------------------------------------
+// What is done with a struct's fields.
+
+// Sets the members whose keys are present; a list is replaced as a whole, its elements begin with
+// their defaults. Keys named in `read_elsewhere` are left to the caller. `origins` may be null.
 template <HasFields T>
 void ReadFields(const YamlNode& node, T* object, Origins* origins,
-                std::initializer_list<std::string_view> read_elsewhere) {
+                std::initializer_list<std::string_view> read_elsewhere = {}) {
   internal::ReadGroup(node, GroupOf(object), origins, read_elsewhere);
 }
 
+// Sets one value from "key.path=value"; the value is YAML in one line, a list element is
+// key.path[0] or key.path.0. `origins` may be null.
 template <HasFields T>
 void ApplySet(const std::string& assignment, T* object, Origins* origins) {
   internal::ApplySetToGroup(assignment, GroupOf(object), origins);
 }
 
+// Runs the ranges and Check of the whole object; to be called after the last layer.
 template <HasFields T>
 void CheckSettings(const T& object, const Origins& origins) {
   try {
@@ -245,6 +218,7 @@ void CheckSettings(const T& object, const Origins& origins) {
   }
 }
 
+// Reads all layers over the object and checks it. Returns where each value was set.
 template <HasFields T>
 Origins ReadLayers(const Layers& layers, T* object) {
   Origins origins;
@@ -256,12 +230,16 @@ Origins ReadLayers(const Layers& layers, T* object) {
   return origins;
 }
 
+// What the layers give for this one key (no deeper than in one group), or `otherwise`: for a
+// preset, which others begin with and which must be known before they are read. Nothing else in the
+// layers is looked at.
 template <class V>
 V Peek(const Layers& layers, const std::string& key, V otherwise) {
   internal::PeekValue(layers, key, internal::RefTo(&otherwise));
   return otherwise;
 }
 
+// All of the above: defaults, then the files in order, then the assignments, then the checks.
 template <HasFields T>
 T LoadLayers(const std::vector<std::string>& files, const std::vector<std::string>& assignments) {
   T object;
@@ -271,6 +249,7 @@ T LoadLayers(const std::vector<std::string>& files, const std::vector<std::strin
   return object;
 }
 
+// Every field, with its description as a comment. Loading it gives the same object, bit for bit.
 template <HasFields T>
 std::string SaveYaml(const T& object) {
   T copy = object;
