@@ -24,60 +24,6 @@ TURBIDOCK_VECTOR_CLONES void DepthFromNearness(float near_m, int count, float* v
 
 }  // namespace
 
-GlCanvas::GlCanvas(GlContext& context, const mjModel& model, int width_px, int height_px,
-                   const Quality& quality)
-    : context_(context), model_(model), viewport_{0, 0, width_px, height_px} {
-  context_.MakeCurrent();
-  mjv_defaultOption(&option_);
-  std::fill_n(option_.geomgroup, mjNGROUP, mjtByte{1});
-  option_.geomgroup[kHiddenGroup] = 0;
-  std::fill_n(option_.sitegroup, mjNGROUP, mjtByte{0});
-  std::fill_n(option_.actuatorgroup, mjNGROUP, mjtByte{0});
-  mjv_defaultScene(&scene_);
-  mjv_makeScene(&model_, &scene_, MaxDrawn(model_));
-
-  // Size and quality of the drawing are part of the model; the scene's own stays untouched.
-  const vehicle::MjModelPtr sized(mj_copyModel(nullptr, &model_));
-  sized->vis.global.offwidth = width_px;
-  sized->vis.global.offheight = height_px;
-  sized->vis.quality = quality;
-  mjr_defaultContext(&gl_);
-  mjr_makeContext(sized.get(), &gl_, mjFONTSCALE_100);
-  mjr_setBuffer(mjFB_OFFSCREEN, &gl_);
-  if (gl_.currentBuffer != mjFB_OFFSCREEN || gl_.offWidth != width_px ||
-      gl_.offHeight != height_px) {
-    mjr_freeContext(&gl_);
-    mjv_freeScene(&scene_);
-    throw SimulatorFault("OpenGL gives no offscreen buffer of " + std::to_string(width_px) + " x " +
-                         std::to_string(height_px) + " pixels (" + context_.description() + ")");
-  }
-}
-
-GlCanvas::~GlCanvas() {
-  context_.MakeCurrent();
-  mjr_freeContext(&gl_);
-  mjv_freeScene(&scene_);
-}
-
-void GlCanvas::Update(const mjData& data) {
-  // MuJoCo asks for mutable data only to borrow its stack and give it back.
-  mjv_updateScene(&model_, const_cast<mjData*>(&data), &option_, nullptr, nullptr, mjCAT_ALL,
-                  &scene_);
-}
-
-void GlCanvas::Draw(const mjData& data, int camera) {
-  mjvCamera fixed;
-  mjv_defaultCamera(&fixed);
-  fixed.type = mjCAMERA_FIXED;
-  fixed.fixedcamid = camera;
-  mjv_updateCamera(&model_, const_cast<mjData*>(&data), &fixed, &scene_);
-  context_.MakeCurrent();
-  mjr_setBuffer(mjFB_OFFSCREEN, &gl_);
-  mjr_render(viewport_, &scene_, &gl_);
-}
-
-void GlCanvas::Read(uint8_t* rgb, float* depth) { mjr_readPixels(rgb, depth, viewport_, &gl_); }
-
 StereoRenderer::StereoRenderer(GlContext& context, const vehicle::Scene& scene)
     : scene_(scene),
       near_m_(NearPlane(*scene.model)),
@@ -120,16 +66,55 @@ void StereoRenderer::Read(Side side, const PixelRegion& region, RenderedView* ou
 
 SpectatorRenderer::SpectatorRenderer(GlContext& context, const vehicle::Scene& scene, int width_px,
                                      int height_px)
-    : canvas_(context, *scene.model, width_px, height_px, scene.model->vis.quality),
+    : context_(context),
+      model_(*scene.model),
+      viewport_{0, 0, width_px, height_px},
       rgb_(static_cast<size_t>(3) * width_px * height_px) {
-  canvas_.scene().flags[mjRND_FOG] = 1;
+  context_.MakeCurrent();
+  mjv_defaultOption(&option_);
+  std::fill_n(option_.geomgroup, mjNGROUP, mjtByte{1});
+  option_.geomgroup[kHiddenGroup] = 0;
+  std::fill_n(option_.sitegroup, mjNGROUP, mjtByte{0});
+  std::fill_n(option_.actuatorgroup, mjNGROUP, mjtByte{0});
+  mjv_defaultScene(&scene_);
+  mjv_makeScene(&model_, &scene_, MaxDrawn(model_));
+  scene_.flags[mjRND_FOG] = 1;
+
+  // The size of the drawing is part of the model; the scene's own stays untouched.
+  const vehicle::MjModelPtr sized(mj_copyModel(nullptr, &model_));
+  sized->vis.global.offwidth = width_px;
+  sized->vis.global.offheight = height_px;
+  mjr_defaultContext(&gl_);
+  mjr_makeContext(sized.get(), &gl_, mjFONTSCALE_100);
+  mjr_setBuffer(mjFB_OFFSCREEN, &gl_);
+  if (gl_.currentBuffer != mjFB_OFFSCREEN || gl_.offWidth != width_px ||
+      gl_.offHeight != height_px) {
+    mjr_freeContext(&gl_);
+    mjv_freeScene(&scene_);
+    throw SimulatorFault("OpenGL gives no offscreen buffer of " + std::to_string(width_px) + " x " +
+                         std::to_string(height_px) + " pixels (" + context_.description() + ")");
+  }
+}
+
+SpectatorRenderer::~SpectatorRenderer() {
+  context_.MakeCurrent();
+  mjr_freeContext(&gl_);
+  mjv_freeScene(&scene_);
 }
 
 void SpectatorRenderer::Render(const mjData& data, int camera, Image3u8* out) {
-  canvas_.Update(data);
-  canvas_.Draw(data, camera);
-  canvas_.Read(rgb_.data(), nullptr);
-  const int width = canvas_.width_px(), height = canvas_.height_px();
+  mjvCamera fixed;
+  mjv_defaultCamera(&fixed);
+  fixed.type = mjCAMERA_FIXED;
+  fixed.fixedcamid = camera;
+  // MuJoCo asks for mutable data only to borrow its stack and give it back.
+  mjv_updateScene(&model_, const_cast<mjData*>(&data), &option_, nullptr, &fixed, mjCAT_ALL,
+                  &scene_);
+  context_.MakeCurrent();
+  mjr_setBuffer(mjFB_OFFSCREEN, &gl_);
+  mjr_render(viewport_, &scene_, &gl_);
+  mjr_readPixels(rgb_.data(), nullptr, viewport_, &gl_);
+  const int width = viewport_.width, height = viewport_.height;
   out->Resize(width, height);
   const size_t row = static_cast<size_t>(3) * width;
   for (int v = 0; v < height; ++v)

@@ -18,37 +18,6 @@
 
 namespace turbidock::view {
 
-// MuJoCo's list of things to draw and its GL objects, with an offscreen buffer of a fixed size.
-class GlCanvas {
- public:
-  using Quality = decltype(mjVisual::quality);  // samples per pixel, shadow map, facets
-
-  GlCanvas(GlContext& context, const mjModel& model, int width_px, int height_px,
-           const Quality& quality);
-  ~GlCanvas();
-  GlCanvas(const GlCanvas&) = delete;
-  GlCanvas& operator=(const GlCanvas&) = delete;
-
-  // Lists what there is to draw at the computed positions in `data`.
-  void Update(const mjData& data);
-  // Draws the list as a fixed camera of the model sees it.
-  void Draw(const mjData& data, int camera);
-  // Copies the picture just drawn, bottom row first: RGB and, unless null, the GL depth.
-  void Read(uint8_t* rgb, float* depth);
-
-  mjvScene& scene() { return scene_; }
-  int width_px() const { return viewport_.width; }
-  int height_px() const { return viewport_.height; }
-
- private:
-  GlContext& context_;
-  const mjModel& model_;
-  mjvOption option_;
-  mjvScene scene_;
-  mjrContext gl_;
-  mjrRect viewport_;
-};
-
 // What the stereo rig's cameras see: which geom at each pixel, and how far.
 class StereoRenderer {
  public:
@@ -78,12 +47,20 @@ class StereoRenderer {
 class SpectatorRenderer {
  public:
   SpectatorRenderer(GlContext& context, const vehicle::Scene& scene, int width_px, int height_px);
+  ~SpectatorRenderer();
+  SpectatorRenderer(const SpectatorRenderer&) = delete;
+  SpectatorRenderer& operator=(const SpectatorRenderer&) = delete;
 
   // Draws what `camera` (a MuJoCo camera id, such as scene.spectator_camera) sees.
   void Render(const mjData& data, int camera, Image3u8* out);
 
  private:
-  GlCanvas canvas_;
+  GlContext& context_;
+  const mjModel& model_;
+  mjvOption option_;
+  mjvScene scene_;
+  mjrContext gl_;  // with an offscreen buffer
+  mjrRect viewport_;
   std::vector<uint8_t> rgb_;
 };
 

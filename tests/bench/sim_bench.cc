@@ -16,6 +16,7 @@
 #include "sim/light/water.h"
 #include "sim/view/gl_context.h"
 #include "sim/view/stereo_renderer.h"
+#include "tests/support/gl_canvas.h"
 
 namespace turbidock::sim {
 namespace {
@@ -71,7 +72,7 @@ void CountPixels(const View& view, benchmark::State& state) {
 void BareRender(benchmark::State& state) {
   View view(state);
   const CameraIntrinsics& camera = view.scene.rig.left;
-  view::GlCanvas canvas(
+  testing::GlCanvas canvas(
       *view.gl, *view.scene.model, camera.width_px, camera.height_px,
       {.shadowsize = 0, .offsamples = 0, .numslices = 28, .numstacks = 16, .numquads = 4});
   std::vector<uint8_t> rgb(view.image.left.pixels() * 3);

@@ -7,7 +7,8 @@
 #include <limits>
 #include <vector>
 
-#include "sim/view/stereo_renderer.h"
+#include "sim/view/rendered.h"
+#include "tests/support/gl_canvas.h"
 
 namespace turbidock::testing {
 
@@ -53,7 +54,7 @@ class MujocoVisibility {
 
  private:
   const mjModel& model_;
-  view::GlCanvas canvas_;
+  GlCanvas canvas_;
 };
 
 }  // namespace turbidock::testing
