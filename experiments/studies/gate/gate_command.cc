@@ -43,20 +43,12 @@ struct GateArguments {
   int max_trials = 0;  // 0: as many as it takes
 };
 
-struct Stopped {};  // by a signal
-
 constexpr double kLogEvery_s = 10;
 
 // Trials asked for at once: enough that no worker waits for the slowest of a round for long.
 int AtOnce(const GateArguments& arguments) { return 2 * arguments.workers; }
 
-GateRunner RunnerOf(GateTrialRunner* runner) {
-  return [runner](const std::vector<GateRequest>& requests) {
-    auto trials = runner->Run(requests, [] { return app::StopSignal() != 0; });
-    if (app::StopSignal() != 0) throw Stopped();
-    return trials;
-  };
-}
+bool StopRequested() { return app::StopSignal() != 0; }
 
 int UpdateBaseline(const GateArguments& arguments, const GatePlan& plan) {
   if (!arguments.assignments.empty())
@@ -71,9 +63,8 @@ int UpdateBaseline(const GateArguments& arguments, const GatePlan& plan) {
   }
   system::RequireWritable(plan.baseline);
   app::Progress progress(arguments.quiet);
-  GateTrialRunner runner(plan, {}, arguments.workers);
   Baseline now = MeasureBaseline(
-      plan, RunnerOf(&runner), AtOnce(arguments),
+      plan, MakeGateRunner(plan, {}, arguments.workers, StopRequested), AtOnce(arguments),
       [&](int done, int all) { progress.ShowDone(done, all, "trials", kLogEvery_s); });
   now.build = system::BuildId();
   system::WriteWhole(plan.baseline, BaselineText(now));
@@ -97,7 +88,7 @@ void WriteBundle(const std::string& folder, const GateCondition& condition,
   const std::string bundle = fmt::format("{}/{}_{}", folder, FileName(condition.name), trial.seed);
   const trial::TrialResult again = run::RunShownTrial(
       condition.Load(assignments, trial.seed), {.out = bundle, .video = true, .quiet = true});
-  if (app::StopSignal() != 0) throw Stopped();
+  if (StopRequested()) throw Stopped();
   if (again.digest != trial.digest)
     throw SimulatorFault(fmt::format("{}: the trial does not repeat: digest {}, in the gate {}",
                                      bundle, again.digest, trial.digest));
@@ -138,7 +129,6 @@ int JudgeAgainstBaseline(const GateArguments& arguments, const GatePlan& plan) {
     system::RequireWritable(arguments.out + "/summary.json");
   }
   app::Progress progress(arguments.quiet);
-  GateTrialRunner runner(plan, arguments.assignments, arguments.workers);
   GateOptions options{.at_once = AtOnce(arguments), .on_round = {}};
   options.on_round = [&](const std::vector<ConditionJudge>& judges) {
     int trials = 0, most = 0, known = 0;
@@ -152,7 +142,9 @@ int JudgeAgainstBaseline(const GateArguments& arguments, const GatePlan& plan) {
         fmt::format("{} trials, {} of {} conditions known", trials, known, judges.size()),
         kLogEvery_s);
   };
-  GateReport report = RunGate(plan, baseline, plan.baseline, RunnerOf(&runner), options);
+  GateReport report = RunGate(
+      plan, baseline, plan.baseline,
+      MakeGateRunner(plan, arguments.assignments, arguments.workers, StopRequested), options);
   report.build = system::BuildId();
   report.assignments = arguments.assignments;
   progress.Say(GateTable(report));
