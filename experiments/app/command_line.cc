@@ -154,11 +154,7 @@ void CommandLine::Add(const std::string& name, const std::string& doc, int (*run
   AddCommand(name, doc, run);
 }
 
-Option CommandLine::Flag(const std::string& name, bool& target, const std::string& doc) {
-  return Option(app_->add_flag(name, target, doc));
-}
-
-void CommandLine::Footer(const std::string& text) { app_->footer(text); }
+Subcommand CommandLine::Program() { return Subcommand(app_.get()); }
 
 std::string CommandLine::Help() const { return app_->help(); }
 

@@ -85,8 +85,7 @@ class CommandLine {
     return {AddCommand(name, doc, [arguments, run] { return run(*arguments); }), *arguments};
   }
   void Add(const std::string& name, const std::string& doc, int (*run)());
-  Option Flag(const std::string& name, bool& target, const std::string& doc);
-  void Footer(const std::string& text);
+  Subcommand Program();  // for what stands before any subcommand
   std::string Help() const;
 
   // Nothing when the line is sound; else what to exit with: help was asked for and printed, or the

@@ -3,7 +3,6 @@
 #include <csignal>
 #include <cstdio>
 #include <exception>
-#include <string>
 
 #include "experiments/app/build_table.h"
 #include "experiments/app/commands.h"
@@ -14,23 +13,15 @@
 namespace turbidock::app {
 namespace {
 
-std::string VersionText() {
-  std::string text;
-  for (const auto& [name, value] : BuildTable())
-    text.append(name).append(" ").append(value) += '\n';
-  text.pop_back();
-  return text;
-}
-
 int ParseAndRun(int argc, char** argv) {
   CommandLine line("turbidock",
                    "Headless closed-loop docking trials of a stereo-vision ROV in turbid water.");
-  line.Footer(
+  line.Program().Footer(
       "Exit codes: 0 done, 1 a check failed, 2 bad usage or input, 3 inconclusive (gate), 4 this\n"
       "machine cannot simulate or draw, 5 results differ that should not, 130/143 stopped by a\n"
       "signal. Results go to stdout, everything else to stderr.");
   bool version = false;
-  line.Flag("--version", version, "Versions of the program and of what it runs on");
+  line.Program().Flag("--version", version, "Versions of the program and of what it runs on");
   for (const auto add :
        {bench::AddBench, run::AddRun, AddBatch, AddResults, gate::AddGate, compare::AddCompare,
         estimate::AddEstimate, estimators::AddCompareEstimators, recognition::AddRecognize,
@@ -39,7 +30,8 @@ int ParseAndRun(int argc, char** argv) {
     add(line);
   if (const std::optional<int> code = line.Parse(argc, argv)) return *code;
   if (version) {
-    std::puts(VersionText().c_str());
+    for (const auto& [name, value] : BuildTable())
+      std::printf("%s %s\n", name.c_str(), value.c_str());
     return kExitDone;
   }
   CatchStopSignals();
@@ -54,24 +46,17 @@ int ParseAndRun(int argc, char** argv) {
   return StopSignal() ? 128 + StopSignal() : *code;
 }
 
-int Main(int argc, char** argv) {
-  int code = kExitSimulatorFault;
-  try {
-    return ParseAndRun(argc, argv);
-  } catch (const ConfigError& error) {
-    code = kExitBadInput;
-    std::fprintf(stderr, "turbidock: %s\n", error.what());
-  } catch (const farm::MismatchError& error) {
-    code = kExitMismatch;
-    std::fprintf(stderr, "turbidock: %s\n", error.what());
-  } catch (const std::exception& error) {  // SimulatorFault, or a machine out of memory
-    std::fprintf(stderr, "turbidock: %s\n", error.what());
-  }
-  return code;
-}
-
 }  // namespace
-
 }  // namespace turbidock::app
 
-int main(int argc, char** argv) { return turbidock::app::Main(argc, argv); }
+int main(int argc, char** argv) {
+  try {
+    return turbidock::app::ParseAndRun(argc, argv);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "turbidock: %s\n", error.what());
+    if (dynamic_cast<const turbidock::ConfigError*>(&error)) return turbidock::app::kExitBadInput;
+    if (dynamic_cast<const turbidock::farm::MismatchError*>(&error))
+      return turbidock::app::kExitMismatch;
+    return turbidock::app::kExitSimulatorFault;  // SimulatorFault, or a machine out of memory
+  }
+}
