@@ -29,8 +29,7 @@ struct StepArguments {
 
 int Measure(const StepArguments& arguments) {
   std::vector<std::string> assignments = arguments.assignments;
-  if (!arguments.cameras) assignments.push_back("pose_source=true_pose");
-  if (arguments.cameras) assignments.push_back("pose_source=cameras");
+  assignments.emplace_back(arguments.cameras ? "pose_source=cameras" : "pose_source=true_pose");
   const trial::Scenario scenario =
       trial::LoadScenario(arguments.scenario, assignments, arguments.gains);
   StepOptions options = arguments.options;

@@ -124,7 +124,7 @@ std::vector<Evaluation> Evaluations::Run(const std::string& phase, const farm::P
     take(r, index, std::move(finished.record));
   };
   const bool all_ended = farm::KeepBusy(&pool_, submit_one, take_one, [&] {
-    if (options_.on_trial) options_.on_trial();
+    if (options_.on_trial) options_.on_trial(trials_);
     return !options_.stop_requested || !options_.stop_requested();
   });
   if (!all_ended) throw Stopped();

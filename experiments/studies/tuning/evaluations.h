@@ -37,7 +37,8 @@ class Evaluations {
   struct Options {
     int workers = 1;
     double trial_time_limit_s = 3600;
-    std::function<void()> on_trial;  // after every one that was run, and every second
+    // After every one that was run, and every second, with the trials evaluated so far.
+    std::function<void(int64_t trials)> on_trial;
     std::function<bool()> stop_requested;
   };
 

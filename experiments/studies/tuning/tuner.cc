@@ -320,17 +320,15 @@ TuningResult Tune(const Study& study, const std::string& file, const TuningOptio
   const auto began = std::chrono::steady_clock::now();
   TuningResult result;
   TuningProgress progress;
-  Evaluations* running = nullptr;
   Evaluations evaluations(study, file,
                           {.workers = options.workers,
                            .trial_time_limit_s = study.TrialsOf(0, 1).settings().trial_time_limit_s,
                            .on_trial =
-                               [&] {
-                                 progress.trials = running->trials();
+                               [&](int64_t trials) {
+                                 progress.trials = trials;
                                  if (options.on_progress) options.on_progress(progress);
                                },
                            .stop_requested = options.stop_requested});
-  running = &evaluations;
   Tuning tuning(study, &evaluations, options, &progress, &result);
   const uint64_t seed = static_cast<uint64_t>(study.TrialsOf(0, 1).settings().master_seed);
   Optimise(
