@@ -1,9 +1,9 @@
 #include "experiments/trial/failure.h"
 
 #include <algorithm>
+#include <map>
 #include <span>
 #include <vector>
-
 
 namespace turbidock::trial {
 namespace {
@@ -78,23 +78,12 @@ bool IsLost(const Scenario& scenario, const TrialResult& result) {
 }  // namespace
 
 Failure FailureOf(const Scenario& scenario, const TrialResult& result) {
-  switch (result.outcome) {
-    case Outcome::kDocked:
-    case Outcome::kInterrupted:
-      return Failure::kNone;
-    case Outcome::kDiverged:
-      return Failure::kDiverged;
-    case Outcome::kCollision:
-      return Failure::kCollision;
-    case Outcome::kCrashed:
-      return Failure::kCrashed;
-    case Outcome::kHung:
-      return Failure::kHung;
-    case Outcome::kFalseDock:
-    case Outcome::kTimeout:
-    case Outcome::kMarkerLost:
-      break;
-  }
+  static const std::map<Outcome, Failure> kAsItEnded = {
+      {Outcome::kDocked, Failure::kNone},       {Outcome::kInterrupted, Failure::kNone},
+      {Outcome::kDiverged, Failure::kDiverged}, {Outcome::kCollision, Failure::kCollision},
+      {Outcome::kCrashed, Failure::kCrashed},   {Outcome::kHung, Failure::kHung}};
+  if (const auto found = kAsItEnded.find(result.outcome); found != kAsItEnded.end())
+    return found->second;
   if (result.jam_time_s) return Failure::kJammed;
   if (result.outcome == Outcome::kFalseDock) return Failure::kFalseLock;
   const std::vector<FrameRecord> usable = UsableFrames(scenario, result.log);
