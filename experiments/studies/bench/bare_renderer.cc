@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 
-
 namespace turbidock::bench {
 
 BareRenderer::BareRenderer(view::GlContext& context, const vehicle::Scene& scene,

@@ -37,7 +37,7 @@ struct RateComparison {
   double difference = 0;             // of b less a
   statistics::Interval interval_95;  // of the difference, 95 %: Wald's with half a pair added to
                                      // each cell (Agresti and Min, Stat. Med. 24 (2005) 729)
-  double p_value = 1;  // exact McNemar test, two-sided
+  double p_value = 1;                // exact McNemar test, two-sided
 
   TURBIDOCK_FIELDS(pairs, rate_a, rate_b, difference, interval_95, p_value)
 };

@@ -1,6 +1,5 @@
 #include "experiments/studies/step_response/step_response.h"
 
-
 #include <algorithm>
 #include <cmath>
 #include <complex>
