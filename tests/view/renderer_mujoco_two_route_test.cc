@@ -7,6 +7,7 @@
 #include <string>
 
 #include "sim/base/random.h"
+#include "sim/view/stereo_renderer.h"
 #include "tests/vehicle/posed_scene.h"
 #include "tests/view/mujoco_visibility.h"
 
