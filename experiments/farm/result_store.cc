@@ -390,12 +390,14 @@ std::vector<int64_t> ResultStore::Done() const {
   });
 }
 
-int64_t ResultStore::Successes() const {
+std::vector<Verdict> ResultStore::Verdicts() const {
   return Guard(file_, [&] {
-    return db_
-        ->execAndGet(fmt::format("SELECT count(*) FROM trials WHERE failure = '{}'",
-                                 NameOf(trial::Failure::kNone)))
-        .getInt64();
+    std::vector<Verdict> verdicts;
+    SQLite::Statement query(*db_, "SELECT trial, failure = ? FROM trials ORDER BY trial");
+    query.bind(1, NameOf(trial::Failure::kNone));
+    while (query.executeStep())
+      verdicts.push_back({query.getColumn(0).getInt64(), query.getColumn(1).getInt() != 0});
+    return verdicts;
   });
 }
 

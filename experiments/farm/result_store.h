@@ -54,6 +54,11 @@ struct StoredTrial {
   std::string series_csv = {};  // to be stored; reading does not fill it: see SeriesOf
 };
 
+struct Verdict {
+  int64_t trial = 0;
+  bool success = false;
+};
+
 class ResultStore {
  public:
   // Makes the file, or opens one whose header is the same, and keeps other writers out. ConfigError
@@ -75,7 +80,7 @@ class ResultStore {
   void Merge(const std::string& other_file);
 
   std::vector<int64_t> Done() const;          // the numbers of the stored trials, ascending
-  int64_t Successes() const;                  // how many of them succeeded
+  std::vector<Verdict> Verdicts() const;      // the same with what came of them
   std::vector<StoredTrial> Trials() const;    // ascending
   StoredTrial Trial(int64_t trial) const;     // ConfigError when it is not there
   std::string SeriesOf(int64_t trial) const;  // as TrajectoryCsv; the header alone without a series
