@@ -61,7 +61,8 @@ struct Verdict {
 
 class ResultStore {
  public:
-  // Makes the file, or opens one whose header is the same, and keeps other writers out. ConfigError
+  // Makes the file, or opens one whose header is the same but for a higher precision or maximum of
+  // trials (the file then has the new plan), and keeps other writers out. ConfigError
   // that says why when it is another plan's, build's or shard's, in use, damaged, of another
   // schema, no such file at all, or cannot be written.
   static ResultStore Write(const std::string& file, const StoreHeader& header);
@@ -90,6 +91,7 @@ class ResultStore {
 
   void Create(const StoreHeader& header);
   void ReadHeader();
+  void ReplacePlan(const StoreHeader& header);
   void AddSeries(int64_t trial, const std::string& csv);
   std::vector<StoredTrial> Select(const std::string& where) const;
 

@@ -11,6 +11,7 @@
 
 #include <chrono>
 #include <csignal>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -163,6 +164,39 @@ TEST_F(Batch, WithAPrecisionWorkersShardsAndKillsDoNotShowInTheRows) {
   const auto compared =
       nlohmann::json::parse(Run({"compare", File("one.db"), File("six.db"), "--json"}));
   EXPECT_EQ(compared["pairs"], 12);
+}
+
+TEST_F(Batch, GoesOnForAHigherPrecisionAndRefusesALower) {
+  const auto write = [&](const std::string& precision) {
+    std::string text = kPrecisionPlan;
+    text.replace(text.find("precision: 0.2"), std::strlen("precision: 0.2"), precision);
+    std::ofstream(plan_) << text;
+  };
+  const auto done = [&](const std::string& db) -> int {
+    return nlohmann::json::parse(Run({"status", File(db), "--json"}))["done"];
+  };
+  write("precision: 0.2\nmax_trials: 12");  // no whole number of batches, and too few
+  RunBatch("grown.db");
+  const int few = done("grown.db");
+  write("precision: 0.2");
+  RunBatch("grown.db");
+  const int more = done("grown.db");
+  EXPECT_GT(more, few);
+  write("precision: 0.18");
+  RunBatch("grown.db");
+  EXPECT_GT(done("grown.db"), more);
+  RunBatch("whole.db");
+  EXPECT_EQ(Export("grown.db"), Export("whole.db"));
+  EXPECT_THAT(Run({"merge", "--complete", File("m.db"), File("grown.db"), File("whole.db")}),
+              HasSubstr("m.db: "));
+
+  for (const char* less : {"precision: 0.19", "precision: 0.18\nmax_trials: 20"}) {
+    write(less);
+    EXPECT_THAT(RunBatch("grown.db", {}, 2), HasSubstr("the plans differ: '")) << less;
+  }
+  write("precision: 0.1\nmaster_seed: 2");
+  EXPECT_THAT(RunBatch("grown.db", {}, 2), HasSubstr("'master_seed: 1' in one"));
+  EXPECT_EQ(Export("grown.db"), Export("whole.db"));
 }
 
 TEST_F(Batch, StopsOnASignalAndGoesOn) {
