@@ -8,6 +8,7 @@
 #include "experiments/app/progress.h"
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
+#include "experiments/farm/agenda.h"
 #include "experiments/farm/batch.h"
 #include "experiments/farm/plan.h"
 #include "experiments/farm/result_store.h"
@@ -29,9 +30,20 @@ struct BatchArguments {
   bool json = false, quiet = false;
 };
 
+// "480 trials" or, of a plan with a precision, "up to 480 trials".
+std::string CountText(const farm::Plan& plan) {
+  return fmt::format("{}{} trials", plan.settings().precision ? "up to " : "", plan.trials());
+}
+
+// "17 of 480" or, where the total is a guess, "17 of about 320 (at most 480)".
+std::string DoneText(int64_t done, int64_t total, int64_t most) {
+  return total == most ? fmt::format("{} of {}", done, total)
+                       : fmt::format("{} of about {} (at most {})", done, total, most);
+}
+
 std::string Words(const farm::BatchProgress& progress) {
   const statistics::Interval wilson = statistics::WilsonInterval(progress.successes, progress.done);
-  std::string words = fmt::format("{}/{} trials", progress.done, progress.total);
+  std::string words = DoneText(progress.done, progress.total, progress.most) + " trials";
   if (progress.done > 0)
     words += fmt::format(
         ", success {:.0f} % [{:.0f}, {:.0f}]",
@@ -45,6 +57,15 @@ std::string Words(const farm::BatchProgress& progress) {
   return words;
 }
 
+// In how many of its cells a file has the precision that its plan asks for.
+std::string PrecisionText(const farm::TrialRule& rule, const farm::Agenda& agenda) {
+  std::string text = fmt::format("a precision of {:g} % is reached in {} of {} cells",
+                                 100 * *rule.precision, agenda.reached(), agenda.cells());
+  if (agenda.not_reached() > 0)
+    text += fmt::format(", not in {}: max_trials = {} came first", agenda.not_reached(), rule.most);
+  return text;
+}
+
 std::vector<std::string> GridKeys(const farm::Plan& plan) {
   std::vector<std::string> keys;
   for (const farm::GridAxis& axis : plan.grid()) keys.push_back(axis.key);
@@ -56,9 +77,9 @@ int Batch(const BatchArguments& arguments) {
   const farm::Shard shard = farm::ParseShard(arguments.shard);
   farm::ResultStore store = farm::ResultStore::Write(arguments.out, farm::HeaderOf(plan, shard));
   Progress progress(arguments.quiet);
-  progress.Say(fmt::format("{}: {} trials{}, plan {}, {}", plan.settings().description,
-                           plan.trials(), shard.count > 1 ? ", of which shard " + shard.Text() : "",
-                           plan.hash(), system::VersionAndCommit()));
+  progress.Say(fmt::format("{}: {}{}, plan {}, {}", plan.settings().description, CountText(plan),
+                           shard.count > 1 ? ", of which shard " + shard.Text() : "", plan.hash(),
+                           system::VersionAndCommit()));
   const auto done_before = std::ssize(store.Done());
   if (done_before > 0)
     progress.Say(fmt::format("  {} of them are in {} already", done_before, arguments.out));
@@ -77,17 +98,19 @@ int Batch(const BatchArguments& arguments) {
   };
   const farm::BatchProgress end = farm::RunBatch(plan, options, &store);
   if (end.done < end.total) {
-    progress.Say(fmt::format("stopped: {} of {} trials are in {}; the same command goes on",
-                             end.done, end.total, arguments.out));
+    progress.Say(fmt::format("stopped: {} trials are in {}; the same command goes on",
+                             DoneText(end.done, end.total, end.most), arguments.out));
     return kExitDone;  // main makes the signal's code of it
   }
 
   const std::vector<std::string> keys = GridKeys(plan);
   const std::vector<farm::GroupSummary> groups = farm::Summarise(store.Trials(), keys);
+  const farm::TrialRule rule = farm::RuleOf(store.header());
   progress.Say("");
   progress.Say(groups.size() <= kMaxRows
-                   ? farm::SummaryTable(keys, groups)
+                   ? farm::SummaryTable(keys, groups, rule.precision)
                    : farm::SummaryTable({}, farm::Summarise(store.Trials(), {})));
+  if (rule.precision) progress.Say(PrecisionText(rule, farm::AgendaOf(store)));
   if (end.done_now > 0)
     progress.Say(fmt::format(
         "{} trials in {}, {:.0f} an hour, workers busy {:.1f} % of the time; results in {}",
@@ -97,7 +120,7 @@ int Batch(const BatchArguments& arguments) {
             (end.wall_time_s *
              static_cast<double>(std::min<int64_t>(arguments.workers, end.done_now))),
         arguments.out));
-  if (arguments.json) std::fputs(farm::SummaryJson(keys, groups).c_str(), stdout);
+  if (arguments.json) std::fputs(farm::SummaryJson(keys, groups, rule.precision).c_str(), stdout);
   return kExitDone;
 }
 
@@ -117,31 +140,38 @@ int Status(const StatusArguments& arguments) {
   const farm::ResultStore store = farm::ResultStore::Read(arguments.file);
   const farm::StoreHeader& header = store.header();
   const std::vector<farm::StoredTrial> trials = store.Trials();
-  int64_t total = 0;
-  for (int64_t trial = 0; trial < header.trials; ++trial) total += header.shard.Has(trial);
+  const farm::TrialRule rule = farm::RuleOf(header);
+  const farm::Agenda agenda = farm::AgendaOf(store);
   const bool running = farm::IsLocked(arguments.file);
   const std::vector<farm::GroupSummary> groups = farm::Summarise(trials, arguments.by);
   if (arguments.json) {
-    fmt::print(
-        "{}",
-        report::JsonText(
-            {{"kind", header.kind},
-             {"plan_hash", header.plan_hash},
-             {"build", header.build},
-             {"shard", header.shard.Text()},
-             {"trials", total},
-             {"done", std::ssize(trials)},
-             {"running", running},
-             {"groups", report::ParseJson(farm::SummaryJson(arguments.by, groups), "groups")}}));
+    report::Json json = {{"kind", header.kind},       {"plan_hash", header.plan_hash},
+                         {"build", header.build},     {"shard", header.shard.Text()},
+                         {"trials", agenda.wanted()}, {"done", std::ssize(trials)},
+                         {"running", running}};
+    if (rule.precision)
+      json["precision"] = {{"half_width", *rule.precision},
+                           {"max_trials", rule.most},
+                           {"cells", agenda.cells()},
+                           {"reached", agenda.reached()},
+                           {"not_reached", agenda.not_reached()}};
+    json["groups"] =
+        report::ParseJson(farm::SummaryJson(arguments.by, groups, rule.precision), "groups");
+    fmt::print("{}", report::JsonText(json));
     return kExitDone;
   }
   fmt::print("{}: {}, plan {}, written by {}{}\n", arguments.file, header.kind, header.plan_hash,
              header.build, header.shard.count > 1 ? ", shard " + header.shard.Text() : "");
-  fmt::print("{} of {} trials, {}\n\n", trials.size(), total,
-             std::ssize(trials) == total ? "complete"
-             : running                   ? "running"
-                                         : "not running: start it again to finish it");
-  if (!trials.empty()) fmt::print("{}", farm::SummaryTable(arguments.by, groups));
+  const bool complete = std::ssize(trials) == agenda.wanted();
+  fmt::print("{} trials, {}\n",
+             complete ? DoneText(std::ssize(trials), agenda.wanted(), agenda.wanted())
+                      : DoneText(std::ssize(trials), agenda.Expected(), agenda.most()),
+             complete  ? "complete"
+             : running ? "running"
+                       : "not running: start it again to finish it");
+  if (rule.precision) fmt::print("{}\n", PrecisionText(rule, agenda));
+  fmt::print("\n");
+  if (!trials.empty()) fmt::print("{}", farm::SummaryTable(arguments.by, groups, rule.precision));
   return kExitDone;
 }
 
@@ -176,9 +206,9 @@ int ListPlans(const PlansArguments& arguments) {
     if (json)
       list.push_back({{"name", name},
                       {"description", plan.settings().description},
-                      {"trials", plan.trials()}});
+                      {"trials", plan.trials()}});  // with a precision, at most
     else
-      fmt::print("{:20} {:6} trials  {}\n", name, plan.trials(), plan.settings().description);
+      fmt::print("{:20} {:>20}  {}\n", name, CountText(plan), plan.settings().description);
   }
   if (json) fmt::print("{}", report::JsonText(list));
   return kExitDone;

@@ -9,7 +9,8 @@ void PlanArguments::AddTo(Subcommand* command) {
       .Required();
   command->AddSet(overrides.assignments, "Set one key of every trial, such as duration_s=30");
   command->Add("--seed", overrides.master_seed, "Root of every trial's seed (master_seed)");
-  command->Add("--seeds", overrides.seeds, "Trials in each cell of the grid");
+  command->Add("--seeds", overrides.seeds,
+               "Exactly so many trials in each cell of the grid, whatever precision the plan asks");
 }
 
 int AvailableCores() {

@@ -7,6 +7,7 @@
 #include "experiments/app/commands.h"
 #include "experiments/app/plan_arguments.h"
 #include "experiments/app/progress.h"
+#include "experiments/farm/agenda.h"
 #include "experiments/farm/batch.h"
 #include "experiments/farm/export.h"
 #include "experiments/farm/result_store.h"
@@ -47,10 +48,10 @@ int Merge(const MergeArguments& arguments) {
   }
   farm::ResultStore store = farm::ResultStore::Write(arguments.out, header);
   for (const std::string& input : arguments.inputs) store.Merge(input);
-  const int64_t done = std::ssize(store.Done());
-  std::fprintf(stderr, "%s: %ld of %ld trials\n", arguments.out.c_str(), static_cast<long>(done),
-               static_cast<long>(header.trials));
-  return arguments.complete && done < header.trials ? kExitCheckFailed : kExitDone;
+  const farm::Agenda agenda = farm::AgendaOf(store);
+  fmt::print(stderr, "{}: {} of {} trials\n", arguments.out, std::ssize(store.Done()),
+             agenda.wanted());
+  return arguments.complete && !agenda.complete() ? kExitCheckFailed : kExitDone;
 }
 
 // ------------------------------------------------------------------------------------------ export

@@ -21,7 +21,8 @@ int Slurm(const SlurmArguments& arguments) {
   const farm::Plan plan = arguments.plan.Load();
   const farm::SlurmFiles files = farm::WriteSlurmScripts(plan, arguments.options);
   Progress progress(/*quiet=*/false);
-  progress.Say(fmt::format("{}: {} trials in {} tasks, scripts in {}", plan.settings().description,
+  progress.Say(fmt::format("{}: {}{} trials in {} tasks, scripts in {}",
+                           plan.settings().description, plan.settings().precision ? "up to " : "",
                            plan.trials(), arguments.options.tasks, files.folder));
   report::Json json = {{"folder", files.folder},
                        {"array_script", files.array_script},

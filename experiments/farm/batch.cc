@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <chrono>
-#include <iterator>
+#include <optional>
 
+#include "experiments/farm/agenda.h"
 #include "experiments/farm/keep_busy.h"
 
 namespace turbidock::farm {
@@ -13,18 +14,18 @@ double SecondsSince(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-// Runs the trials and hands each to `take`.
-void Run(const Plan& plan, const std::vector<int64_t>& trials, const BatchOptions& options,
-         BatchProgress* progress, const std::function<void(const StoredTrial&)>& take) {
-  if (trials.empty()) return;
+// Runs up to `most` trials, those that `next` gives, and hands each to `take`.
+void Run(const Plan& plan, int64_t most, const std::function<std::optional<int64_t>()>& next,
+         const BatchOptions& options, BatchProgress* progress,
+         const std::function<void(const StoredTrial&)>& take) {
+  if (most == 0) return;
   const auto start = std::chrono::steady_clock::now();
-  const auto most = static_cast<int64_t>(options.workers);
-  TrialPool pool(static_cast<int>(std::min(most, std::ssize(trials))),
+  TrialPool pool(static_cast<int>(std::min<int64_t>(options.workers, most)),
                  {.time_limit_s = plan.settings().trial_time_limit_s});
-  size_t next = 0;
   const auto submit_one = [&] {
-    if (next == trials.size()) return false;
-    const TrialSpec spec = plan.Trial(trials[next++]);
+    const std::optional<int64_t> trial = next();
+    if (!trial) return false;
+    const TrialSpec spec = plan.Trial(*trial);
     pool.Submit({.id = spec.trial,
                  .scenario = plan.ScenarioOf(spec),
                  .series_every_frames = plan.settings().series_every_frames});
@@ -55,24 +56,32 @@ void Run(const Plan& plan, const std::vector<int64_t>& trials, const BatchOption
 }  // namespace
 
 BatchProgress RunBatch(const Plan& plan, const BatchOptions& options, ResultStore* store) {
-  std::vector<int64_t> mine, missing;
-  for (int64_t trial = 0; trial < plan.trials(); ++trial)
-    if (store->header().shard.Has(trial)) mine.push_back(trial);
-  const std::vector<int64_t> done = store->Done();
-  std::set_difference(mine.begin(), mine.end(), done.begin(), done.end(),
-                      std::back_inserter(missing));
-  BatchProgress progress;
-  progress.total = std::ssize(mine);
-  progress.done = progress.total - std::ssize(missing);
-  progress.successes = store->Successes();
-  Run(plan, missing, options, &progress, [&](const StoredTrial& trial) { store->Add(trial); });
+  Agenda agenda = AgendaOf(*store);
+  BatchProgress progress{.done = agenda.done(),
+                         .total = agenda.Expected(),
+                         .most = agenda.most(),
+                         .successes = agenda.successes()};
+  const auto take = [&](const StoredTrial& trial) {
+    store->Add(trial);
+    agenda.Add(trial.trial, trial.record.success());
+    progress.total = agenda.Expected();
+  };
+  if (!agenda.complete())
+    Run(
+        plan, agenda.most() - agenda.done(), [&] { return agenda.Next(); }, options, &progress,
+        take);
   return progress;
 }
 
 void RunTrials(const Plan& plan, const std::vector<int64_t>& trials, const BatchOptions& options) {
   BatchProgress progress;
   progress.total = std::ssize(trials);
-  Run(plan, trials, options, &progress, [](const StoredTrial&) {});
+  size_t next = 0;
+  const auto next_one = [&]() -> std::optional<int64_t> {
+    if (next == trials.size()) return std::nullopt;
+    return trials[next++];
+  };
+  Run(plan, progress.total, next_one, options, &progress, [](const StoredTrial&) {});
 }
 
 }  // namespace turbidock::farm

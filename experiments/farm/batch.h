@@ -11,6 +11,7 @@ namespace turbidock::farm {
 
 struct BatchProgress {
   int64_t done = 0, total = 0;  // of the shard; `done` has those of earlier runs
+  int64_t most = 0;             // with a precision `total` is a guess, and this what it can become
   int64_t successes = 0;        // of `done`
   int64_t done_now = 0;         // in this run
   double wall_time_s = 0;       // of this run
@@ -24,9 +25,9 @@ struct BatchOptions {
   std::function<bool()> stop_requested;                   // polled at least every second
 };
 
-// Runs until all trials of the store's shard are in it, or stop_requested: the trials under way are
-// then given up and run again next time. Errors as of TrialPool::Next and ResultStore::Add; what
-// was stored stays.
+// Runs until all trials of the store's shard are in it (see agenda.h), or stop_requested: the
+// trials under way are then given up and run again next time. Errors as of TrialPool::Next and
+// ResultStore::Add; what was stored stays.
 BatchProgress RunBatch(const Plan& plan, const BatchOptions& options, ResultStore* store);
 
 // Runs these trials of the plan again, in any order, without storing them.

@@ -8,6 +8,7 @@
 
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
+#include "experiments/statistics/intervals.h"
 #include "experiments/statistics/sampling.h"
 #include "experiments/system/output_path.h"
 #include "sim/base/random.h"
@@ -83,13 +84,15 @@ std::string RandomKey::ValueAt(double u) const {
 Plan::Plan(const std::string& text, const std::string& file, const PlanOverrides& overrides) {
   const config::YamlNode plan = config::ParseYaml(text, file);
   config::Origins origins;
-  config::ReadFields(plan, &settings_, &origins,
-                     {"set", "grid", "random", "resolved_scenarios", "models_digest"});
+  config::ReadFields(
+      plan, &settings_, &origins,
+      {"precision", "max_trials", "set", "grid", "random", "resolved_scenarios", "models_digest"});
   if (!plan.Find("schema_version"))
     throw ConfigError(file + ": schema_version: this key is required");
   if (overrides.master_seed) settings_.master_seed = *overrides.master_seed;
   if (overrides.seeds) settings_.seeds = *overrides.seeds;
   config::CheckSettings(settings_, origins);
+  if (!overrides.seeds) ReadPrecision(plan);
   if (const auto grid = plan.Find("grid")) ReadGrid(*grid);
   if (const auto random = plan.Find("random")) ReadRandom(*random);
   LoadScenarios(plan, overrides.assignments);
@@ -97,7 +100,7 @@ Plan::Plan(const std::string& text, const std::string& file, const PlanOverrides
   constexpr int64_t kMaxTrials = 10'000'000;
   for (const GridAxis& axis : grid_) {
     cells_ *= std::ssize(axis.values);
-    if (cells_ * settings_.seeds > kMaxTrials)
+    if (trials() > kMaxTrials)
       throw ConfigError(file + ": grid: more than " + std::to_string(kMaxTrials) + " trials");
   }
   DrawDesign();
@@ -112,6 +115,40 @@ void Plan::RequireNewKey(const config::YamlNode& at, const std::string& key) con
   if (key == "seed") at.Fail("the plan gives each trial its seed; set master_seed");
   if (key == "model") at.Fail("vary `scenario` instead of its model");
   if (std::find(keys_.begin(), keys_.end(), key) != keys_.end()) at.Fail("this key is given twice");
+}
+
+void Plan::ReadPrecision(const config::YamlNode& plan) {
+  const auto precision = plan.Find("precision"), max_trials = plan.Find("max_trials");
+  if (!precision) {
+    if (max_trials) max_trials->Fail("goes with a precision; without one, give seeds alone");
+    return;
+  }
+  Precision& read = settings_.precision.emplace();
+  config::Origins origins = {{"precision", precision->Where()}};
+  if (max_trials) origins["max_trials"] = max_trials->Where();
+  const config::Layers layers{.files = {plan}};
+  read.precision = config::Peek(layers, "precision", read.precision);
+  read.max_trials = config::Peek(layers, "max_trials", settings_.seeds);
+  config::CheckSettings(read, origins);
+  if (settings_.design == Design::kLatinHypercube)
+    precision->Fail(
+        "does not go with latin_hypercube, which needs to know how many trials there "
+        "will be; use sobol or independent");
+  if (max_trials) {
+    if (read.max_trials < settings_.seeds)
+      max_trials->Fail(fmt::format("must be at least seeds = {}", settings_.seeds));
+    const int64_t least = statistics::TrialsForHalfWidth(1, read.precision);
+    if (read.max_trials < least)
+      max_trials->Fail(fmt::format("a precision of {} takes {} trials even where all succeed",
+                                   FormatNumber(read.precision), least));
+    return;
+  }
+  // In whole batches, as many as the widest interval asks for: it is always reached.
+  const int64_t seeds = settings_.seeds,
+                needed = statistics::TrialsForHalfWidth(0.5, read.precision);
+  constexpr int64_t kMost = 1'000'000;  // the key's own limit
+  read.max_trials =
+      static_cast<int>(std::clamp((needed + seeds - 1) / seeds * seeds, seeds, kMost));
 }
 
 void Plan::ReadGrid(const config::YamlNode& node) {
@@ -208,7 +245,8 @@ void Plan::DrawDesign() {
   const SeedTree seeds(static_cast<uint64_t>(settings_.master_seed));
   const int64_t groups = settings_.common_seeds ? 1 : cells_;
   const auto columns = std::ssize(random_);
-  design_.resize(static_cast<size_t>(groups * settings_.seeds * columns));
+  const int64_t samples = trials_of_cell();
+  design_.resize(static_cast<size_t>(groups * samples * columns));
   for (int64_t column = 0; column < columns; ++column) {
     const std::string& key = random_[static_cast<size_t>(column)].key;
     for (int64_t group = 0; group < groups; ++group) {
@@ -217,17 +255,17 @@ void Plan::DrawDesign() {
       std::vector<double> u;
       switch (settings_.design) {
         case Design::kIndependent:
-          u = statistics::IndependentSamples(settings_.seeds, &rng);
+          u = statistics::IndependentSamples(samples, &rng);
           break;
         case Design::kLatinHypercube:
-          u = statistics::StratifiedSamples(settings_.seeds, &rng);
+          u = statistics::StratifiedSamples(samples, &rng);
           break;
         case Design::kSobol:
-          u = statistics::SobolSamples(settings_.seeds, static_cast<int>(column), &rng);
+          u = statistics::SobolSamples(samples, static_cast<int>(column), &rng);
           break;
       }
-      for (int64_t sample = 0; sample < settings_.seeds; ++sample)
-        design_[static_cast<size_t>((group * settings_.seeds + sample) * columns + column)] =
+      for (int64_t sample = 0; sample < samples; ++sample)
+        design_[static_cast<size_t>((group * samples + sample) * columns + column)] =
             u[static_cast<size_t>(sample)];
     }
   }
@@ -237,8 +275,10 @@ TrialSpec Plan::Trial(int64_t trial) const {
   TD_CHECK(0 <= trial && trial < trials(), "a trial of the plan");
   TrialSpec spec;
   spec.trial = trial;
-  spec.cell = trial / settings_.seeds;
-  spec.sample = trial % settings_.seeds;
+  // With a precision sample by sample: more trials of a cell then change no trial's number or seed.
+  const int64_t samples = trials_of_cell();
+  spec.cell = settings_.precision ? trial % cells_ : trial / samples;
+  spec.sample = settings_.precision ? trial / cells_ : trial % samples;
   const int64_t row = settings_.common_seeds ? spec.sample : trial;
   spec.seed = SeedTree(static_cast<uint64_t>(settings_.master_seed)).TrialSeed(row);
   int64_t rest = spec.cell;
@@ -248,6 +288,7 @@ TrialSpec Plan::Trial(int64_t trial) const {
     spec.parameters[i] = {grid_[i].key, grid_[i].values[static_cast<size_t>(rest % n)]};
     rest /= n;
   }
+  const int64_t row = (settings_.common_seeds ? 0 : spec.cell * samples) + spec.sample;
   for (size_t i = 0; i < random_.size(); ++i)
     spec.parameters.push_back(
         {random_[i].key,
@@ -272,9 +313,10 @@ trial::Scenario Plan::ScenarioOf(const TrialSpec& spec) const {
 void Plan::CheckTrials(const std::string& file) const {
   for (int64_t trial = 0; trial < trials(); ++trial) {
     // Without draws a cell's trials differ in nothing but the seed.
-    if (random_.empty() && trial % settings_.seeds != 0) continue;
+    const TrialSpec spec = Trial(trial);
+    if (random_.empty() && spec.sample != 0) continue;
     try {
-      ScenarioOf(Trial(trial));
+      ScenarioOf(spec);
     } catch (const ConfigError& error) {
       const std::string what = error.what();  // "--set KEY = ..."
       throw ConfigError(file + ": trial " + std::to_string(trial) + ": " +
@@ -285,6 +327,7 @@ void Plan::CheckTrials(const std::string& file) const {
 
 std::string Plan::Resolve() const {
   std::string text = config::SaveYaml(settings_);
+  if (settings_.precision) text += config::SaveYaml(*settings_.precision);
   const auto pair = [](double first, double second) {
     return std::vector{FormatNumber(first), FormatNumber(second)};
   };

@@ -6,6 +6,7 @@
 //   description: docking over turbidity
 //   scenario: sea_night_active         # a bundled scenario or a file
 //   seeds: 30                          # trials in each cell of the grid
+//   precision: 0.03                    # or more of them, until its success rate is known so well
 //   set: {duration_s: 90}              # in every trial
 //   grid:                              # every combination is a cell; `scenario` may be a key here
 //     water.milk_ml_m3: [0, 10, 20]
@@ -47,6 +48,19 @@ constexpr auto Names(Design) {
       {{kIndependent, "independent"}, {kLatinHypercube, "latin_hypercube"}, {kSobol, "sobol"}});
 }
 
+// Cells of as many trials as each of them needs: which ones is agenda.h's.
+struct Precision {
+  double precision = 0;
+  int max_trials = 0;
+
+  static void Fields(auto& self, auto&& field) {
+    field("precision", self.precision, InRange(0.001, 0.5),
+          "run a cell on, `seeds` trials at a time, until its success rate is known so well: half "
+          "the width of the 95 % Wilson interval");
+    field("max_trials", self.max_trials, InRange(1, 1e6), "trials in a cell at most");
+  }
+};
+
 struct PlanSettings {
   int schema_version = 0;
   std::string description;
@@ -57,6 +71,7 @@ struct PlanSettings {
   Design design = Design::kIndependent;
   double trial_time_limit_s = 3600;
   int series_every_frames = 0;
+  std::optional<Precision> precision;  // keys beside these, absent without it
 
   static void Fields(auto& self, auto&& field) {
     field("schema_version", self.schema_version, InRange(kPlanSchema, kPlanSchema),
@@ -121,7 +136,7 @@ struct TrialSpec {
 struct PlanOverrides {
   std::vector<std::string> assignments;  // scenario keys, as in `set`: "water.milk_ml_m3=20"
   std::optional<int64_t> master_seed;
-  std::optional<int> seeds;
+  std::optional<int> seeds;  // exactly so many: `precision` is left out
 };
 
 class Plan {
@@ -135,7 +150,8 @@ class Plan {
   // Keys of a trial's parameters, in their order.
   const std::vector<std::string>& keys() const { return keys_; }
   int64_t cells() const { return cells_; }
-  int64_t trials() const { return cells_ * settings_.seeds; }
+  // Of all cells; with a precision, at most.
+  int64_t trials() const { return cells_ * trials_of_cell(); }
 
   TrialSpec Trial(int64_t trial) const;
   trial::Scenario ScenarioOf(const TrialSpec& spec) const;
@@ -146,6 +162,10 @@ class Plan {
   std::string hash() const { return DigestOf(resolved_); }
 
  private:
+  int64_t trials_of_cell() const {
+    return settings_.precision ? settings_.precision->max_trials : settings_.seeds;
+  }
+  void ReadPrecision(const config::YamlNode& plan);
   void ReadGrid(const config::YamlNode& node);
   void ReadRandom(const config::YamlNode& node);
   void RequireNewKey(const config::YamlNode& at, const std::string& key) const;
@@ -167,11 +187,12 @@ class Plan {
 // Reads a plan: a YAML file or the name of a bundled one.
 Plan LoadPlan(const std::string& name, const PlanOverrides& overrides = {});
 
-// One of `count` parts of a batch that together do every trial once: number `index`, from 1.
+// One of `count` parts of a batch that together do every trial once: number `index`, from 1. With a
+// precision a cell's trials are all in the same part.
 struct Shard {
   int index = 1, count = 1;
 
-  bool Has(int64_t trial) const { return trial % count == index - 1; }
+  bool Has(int64_t number) const { return number % count == index - 1; }  // of a trial or a cell
   std::string Text() const { return std::to_string(index) + "/" + std::to_string(count); }
   bool operator==(const Shard&) const = default;
 };

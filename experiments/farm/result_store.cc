@@ -12,6 +12,7 @@
 #include <sstream>
 #include <utility>
 
+#include "experiments/farm/agenda.h"
 #include "experiments/report/table.h"
 #include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"
@@ -171,6 +172,26 @@ std::string FirstDifference(const std::string& a, const std::string& b) {
   }
 }
 
+// A resolved plan less the two keys that say only how many trials a cell has.
+std::string WithoutPrecision(const std::string& plan) {
+  std::string rest;
+  for (const std::string& line : Split(plan, '\n'))
+    if (!line.starts_with("precision: ") && !line.starts_with("max_trials: ")) rest += line + "\n";
+  return rest;
+}
+
+// Whether all trials of the one batch are trials of the other, which goes on where it ends: a cell
+// stops no earlier for a higher precision and maximum.
+bool AsksForMore(const StoreHeader& now, const StoreHeader& before) {
+  if (now.kind != before.kind || now.build != before.build || now.shard != before.shard ||
+      now.plan_hash == before.plan_hash ||
+      WithoutPrecision(now.plan) != WithoutPrecision(before.plan))
+    return false;
+  const TrialRule more = RuleOf(now), less = RuleOf(before);
+  return less.precision && more.precision && *more.precision <= *less.precision &&
+         more.most >= less.most;
+}
+
 }  // namespace
 
 StoreHeader HeaderOf(const Plan& plan, const Shard& shard) {
@@ -225,6 +246,7 @@ ResultStore ResultStore::Write(const std::string& file, const StoreHeader& heade
       throw ConfigError(file + ": is damaged (" + check +
                         "); `sqlite3 FILE .recover` may save some of it");
   });
+  if (AsksForMore(header, store.header_)) store.ReplacePlan(header);
   std::vector<std::string> differences = Differences(store.header_, header);
   if (store.header_.shard != header.shard)
     differences.push_back("the file has shard " + store.header_.shard.Text() + ", this is shard " +
@@ -276,6 +298,24 @@ void ResultStore::Create(const StoreHeader& header) {
       "CREATE VIEW results AS SELECT * FROM trials JOIN parameters USING (trial) "
       "JOIN metrics USING (trial)");
   transaction.commit();
+}
+
+void ResultStore::ReplacePlan(const StoreHeader& header) {
+  Guard(file_, [&] {
+    SQLite::Transaction transaction(*db_, SQLite::TransactionBehavior::IMMEDIATE);
+    SQLite::Statement update(*db_, "UPDATE meta SET value = ? WHERE key = ?");
+    for (const auto& [key, value] :
+         std::map<std::string, std::string>{{"plan", header.plan},
+                                            {"plan_hash", header.plan_hash},
+                                            {"trials", std::to_string(header.trials)}}) {
+      update.reset();
+      update.bind(1, value);
+      update.bind(2, key);
+      update.exec();
+    }
+    transaction.commit();
+    ReadHeader();
+  });
 }
 
 void ResultStore::ReadHeader() {
@@ -386,12 +426,14 @@ std::vector<int64_t> ResultStore::Done() const {
   });
 }
 
-int64_t ResultStore::Successes() const {
+std::vector<Verdict> ResultStore::Verdicts() const {
   return Guard(file_, [&] {
-    return db_
-        ->execAndGet(fmt::format("SELECT count(*) FROM trials WHERE failure = '{}'",
-                                 NameOf(trial::Failure::kNone)))
-        .getInt64();
+    std::vector<Verdict> verdicts;
+    SQLite::Statement query(*db_, "SELECT trial, failure = ? FROM trials ORDER BY trial");
+    query.bind(1, NameOf(trial::Failure::kNone));
+    while (query.executeStep())
+      verdicts.push_back({query.getColumn(0).getInt64(), query.getColumn(1).getInt() != 0});
+    return verdicts;
   });
 }
 

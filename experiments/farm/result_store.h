@@ -54,9 +54,15 @@ struct StoredTrial {
   std::string series_csv = {};  // to be stored; reading does not fill it
 };
 
+struct Verdict {
+  int64_t trial = 0;
+  bool success = false;
+};
+
 class ResultStore {
  public:
-  // Makes the file, or opens one whose header is the same, and keeps other writers out. ConfigError
+  // Makes the file, or opens one whose header is the same but for a higher precision or maximum of
+  // trials (the file then has the new plan), and keeps other writers out. ConfigError
   // that says why when it is another plan's, build's or shard's, in use, damaged, of another
   // schema, no such file at all, or cannot be written.
   static ResultStore Write(const std::string& file, const StoreHeader& header);
@@ -75,7 +81,7 @@ class ResultStore {
   void Merge(const std::string& other_file);
 
   std::vector<int64_t> Done() const;        // the numbers of the stored trials, ascending
-  int64_t Successes() const;                // how many of them succeeded
+  std::vector<Verdict> Verdicts() const;    // the same with what came of them
   std::vector<StoredTrial> Trials() const;  // ascending
   StoredTrial Trial(int64_t trial) const;   // ConfigError when it is not there
 
@@ -84,6 +90,7 @@ class ResultStore {
 
   void Create(const StoreHeader& header);
   void ReadHeader();
+  void ReplacePlan(const StoreHeader& header);
   void AddSeries(int64_t trial, const std::string& csv);
   std::vector<StoredTrial> Select(const std::string& where) const;
 

@@ -52,6 +52,10 @@ std::string FailureList(const std::map<std::string, int64_t>& failures) {
   return list;
 }
 
+bool IsReached(const GroupSummary& group, double precision) {
+  return group.wilson.half_width() <= precision;
+}
+
 }  // namespace
 
 std::string PercentText(const statistics::Interval& interval) {
@@ -122,12 +126,15 @@ std::vector<GroupSummary> Summarise(const std::vector<StoredTrial>& trials,
 }
 
 std::string SummaryTable(const std::vector<std::string>& keys,
-                         const std::vector<GroupSummary>& groups) {
+                         const std::vector<GroupSummary>& groups,
+                         const std::optional<double>& precision) {
   std::vector<std::string> heads;
   for (const std::string& key : keys) heads.push_back("<" + key);
   for (const char* head : {"trials", "success %", "Wilson", "exact", "time to dock s", "|y| mm",
                            "|z| mm", "<failures"})
     heads.emplace_back(head);
+  const auto last = std::ssize(heads) - 1;
+  if (precision) heads.insert(heads.begin() + last, "half width %");
   report::Table table(heads);
   for (const GroupSummary& group : groups) {
     std::vector<std::string> row = group.group;
@@ -139,17 +146,30 @@ std::string SummaryTable(const std::vector<std::string>& keys,
          PercentText(group.wilson), PercentText(group.clopper_pearson),
          Cell(group.time_to_dock_s, 1), Cell(group.error_true_y_m, units::MmFromM(1)),
          Cell(group.error_true_z_m, units::MmFromM(1)), FailureList(group.failures)});
+    if (precision)
+      row.insert(row.begin() + last,
+                 fmt::format("{:.1f}{}", 100 * group.wilson.half_width(),
+                             IsReached(group, *precision) ? "" : " not reached"));
     table.Row(std::move(row));
   }
   return table.Text() +
          "Wilson, exact (Clopper-Pearson): 95 % intervals of the success rate in %. "
-         "Others: median [10 %, 90 %].\n";
+         "Others: median [10 %, 90 %].\n" +
+         (precision ? fmt::format("Half width: of Wilson's interval, to be at most {:g} %.\n",
+                                  100 * *precision)
+                    : "");
 }
 
 std::string SummaryJson(const std::vector<std::string>& keys,
-                        const std::vector<GroupSummary>& groups) {
+                        const std::vector<GroupSummary>& groups,
+                        const std::optional<double>& precision) {
   report::Json list = groups;
-  for (report::Json& group : list) {
+  for (size_t g = 0; g < groups.size(); ++g) {
+    report::Json& group = list[g];
+    if (precision) {
+      group["half_width"] = groups[g].wilson.half_width();
+      group["precision_reached"] = IsReached(groups[g], *precision);
+    }
     const report::Json values = std::exchange(group["group"], report::Json::object());
     for (size_t i = 0; i < keys.size(); ++i) group["group"][keys[i]] = values[i];
   }

@@ -55,11 +55,13 @@ class GroupKey {
 std::vector<GroupSummary> Summarise(const std::vector<StoredTrial>& trials,
                                     const std::vector<std::string>& keys);
 
-// The groups as a table for people.
+// The groups as a table for people; with a precision, also which groups have it.
 std::string SummaryTable(const std::vector<std::string>& keys,
-                         const std::vector<GroupSummary>& groups);
+                         const std::vector<GroupSummary>& groups,
+                         const std::optional<double>& precision = {});
 // The same as JSON.
 std::string SummaryJson(const std::vector<std::string>& keys,
-                        const std::vector<GroupSummary>& groups);
+                        const std::vector<GroupSummary>& groups,
+                        const std::optional<double>& precision = {});
 
 }  // namespace turbidock::farm

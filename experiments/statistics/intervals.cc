@@ -17,6 +17,10 @@ void RequireCounts(int64_t successes, int64_t trials, double confidence) {
   TD_CHECK(0 < confidence && confidence < 1, "a confidence in (0, 1)");
 }
 
+double TwoSidedZ(double confidence) {
+  return boost::math::quantile(boost::math::normal(), (1 + confidence) / 2);
+}
+
 double Logistic(double x) { return 1 / (1 + std::exp(-x)); }
 
 }  // namespace
@@ -24,7 +28,7 @@ double Logistic(double x) { return 1 / (1 + std::exp(-x)); }
 Interval WilsonInterval(int64_t successes, int64_t trials, double confidence) {
   RequireCounts(successes, trials, confidence);
   if (trials == 0) return {};
-  const double z = boost::math::quantile(boost::math::normal(), (1 + confidence) / 2);
+  const double z = TwoSidedZ(confidence);
   const auto n = static_cast<double>(trials);
   const double p = static_cast<double>(successes) / n;
   const double middle = (p + z * z / (2 * n)) / (1 + z * z / n);
@@ -32,6 +36,16 @@ Interval WilsonInterval(int64_t successes, int64_t trials, double confidence) {
   // At the ends the formula gives 0 and 1 but for rounding.
   return {successes == 0 ? 0 : std::max(0.0, middle - half),
           successes == trials ? 1 : std::min(1.0, middle + half)};
+}
+
+int64_t TrialsForHalfWidth(double rate, double half_width, double confidence) {
+  TD_CHECK(0 <= rate && rate <= 1, "a rate");
+  TD_CHECK(0 < half_width && half_width <= 0.5, "a half width in (0, 1/2]");
+  TD_CHECK(0 < confidence && confidence < 1, "a confidence in (0, 1)");
+  // Wilson's half width is h where (n + z^2)^2 h^2 = z^2 (p (1 - p) n + z^2 / 4).
+  const double z = TwoSidedZ(confidence), pq = rate * (1 - rate), h2 = half_width * half_width;
+  const double n = z * z * ((pq + std::sqrt(pq * pq + h2 * (1 - 4 * pq))) / (2 * h2) - 1);
+  return std::max<int64_t>(0, std::llround(std::ceil(n)));
 }
 
 Interval ClopperPearsonInterval(int64_t successes, int64_t trials, double confidence) {

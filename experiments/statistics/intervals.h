@@ -12,6 +12,7 @@ namespace turbidock::statistics {
 struct Interval {
   double low = 0, high = 1;
 
+  double half_width() const { return (high - low) / 2; }
   std::array<double, 2> AsList() const { return {low, high}; }
 };
 
@@ -19,6 +20,9 @@ struct Interval {
 // [0, 1] without trials.
 // Wilson (1927): the score interval, close to the stated confidence on average.
 Interval WilsonInterval(int64_t successes, int64_t trials, double confidence = 0.95);
+// The least number of trials whose Wilson interval has no more than this half width (in (0, 1/2])
+// where that share of them succeeds. The widest is that of 1/2, the narrowest that of 0 and 1.
+int64_t TrialsForHalfWidth(double rate, double half_width, double confidence = 0.95);
 // Clopper and Pearson (1934): exact, never below the stated confidence, hence wider.
 Interval ClopperPearsonInterval(int64_t successes, int64_t trials, double confidence = 0.95);
 

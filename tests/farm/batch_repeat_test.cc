@@ -11,6 +11,7 @@
 
 #include <chrono>
 #include <csignal>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -52,6 +53,27 @@ class Batch : public ::testing::Test {
     arguments.insert(arguments.end(), more.begin(), more.end());
     return Run(arguments, expected_code);
   }
+  // Begins the batch and kills it so many times; what it leaves is not finished.
+  void KillAtRandomMoments(const std::string& db, int times) {
+    Rng rng = SeedTree(7).Stream("kill");
+    std::vector<std::string> words = {ProgramPath(), "batch",     plan_, "--out",
+                                      File(db),      "--workers", "2",   "--quiet"};
+    std::vector<char*> argv;
+    for (std::string& word : words) argv.push_back(word.data());
+    argv.push_back(nullptr);
+    for (int kills = 0, rounds = 0; kills < times; ++rounds) {
+      ASSERT_LT(rounds, 10 * times);
+      pid_t pid = -1;
+      ASSERT_EQ(posix_spawn(&pid, argv[0], nullptr, nullptr, argv.data(), environ), 0);
+      std::this_thread::sleep_for(std::chrono::duration<double>(rng.Uniform(0.02, 0.6)));
+      kill(pid, SIGKILL);
+      int status = 0;
+      ASSERT_EQ(waitpid(pid, &status, 0), pid);
+      kills += WIFSIGNALED(status);
+      // Every kill counts that meets a batch that has something left to do.
+      if (!WIFSIGNALED(status)) fs::remove(File(db));
+    }
+  }
   std::string Export(const std::string& db) { return Run({"export", File(db)}); }
 
   const fs::path folder_ =
@@ -86,26 +108,95 @@ TEST_F(Batch, WorkersAndShardsDoNotShowInTheRows) {
 
 TEST_F(Batch, KilledTwentyTimesAtRandomMomentsItLosesAndDoublesNothing) {
   RunBatch("whole.db");
-  Rng rng = SeedTree(7).Stream("kill");
-  std::vector<std::string> words = {ProgramPath(),     "batch",     plan_, "--out",
-                                    File("killed.db"), "--workers", "2",   "--quiet"};
-  std::vector<char*> argv;
-  for (std::string& word : words) argv.push_back(word.data());
-  argv.push_back(nullptr);
-  for (int kills = 0, rounds = 0; kills < 20; ++rounds) {
-    ASSERT_LT(rounds, 200);
-    pid_t pid = -1;
-    ASSERT_EQ(posix_spawn(&pid, argv[0], nullptr, nullptr, argv.data(), environ), 0);
-    std::this_thread::sleep_for(std::chrono::duration<double>(rng.Uniform(0.02, 0.6)));
-    kill(pid, SIGKILL);
-    int status = 0;
-    ASSERT_EQ(waitpid(pid, &status, 0), pid);
-    kills += WIFSIGNALED(status);
-    // Every kill counts that meets a batch that has something left to do.
-    if (!WIFSIGNALED(status)) fs::remove(File("killed.db"));
-  }
+  KillAtRandomMoments("killed.db", 20);
   RunBatch("killed.db");
   EXPECT_EQ(Export("killed.db"), Export("whole.db"));
+}
+
+// Cells that need different numbers of trials: in the calm sea those dock that have the time to.
+const std::string kPrecisionPlan =
+    "schema_version: 1\n"
+    "description: as many trials as it takes\n"
+    "seeds: 5\n"
+    "precision: 0.2\n"
+    "set: {pose_source: true_pose, docked_hold_s: 0}\n"
+    "grid: {scenario: [sea_night_active], sea.state: [calm, rough]}\n"
+    "random: {duration_s: {choice: [0.1, 40]}}\n";
+
+TEST_F(Batch, WithAPrecisionWorkersShardsAndKillsDoNotShowInTheRows) {
+  std::ofstream(plan_) << kPrecisionPlan;
+  RunBatch("one.db", {"--workers", "1"});
+  const std::string rows = Export("one.db");
+  const auto status =
+      nlohmann::json::parse(Run({"status", File("one.db"), "--json", "--by", "sea.state"}));
+  const int calm = status["groups"][0]["trials"], rough = status["groups"][1]["trials"];
+  EXPECT_NE(calm, rough);
+  EXPECT_EQ(calm % 5 + rough % 5, 0);
+  EXPECT_EQ(calm + rough, status["done"]);
+  EXPECT_EQ(status["trials"], status["done"]);
+  EXPECT_EQ(status["precision"]["reached"], 2);
+  EXPECT_EQ(status["groups"][1]["precision_reached"], true);
+  EXPECT_LE(status["groups"][1]["half_width"], 0.2);
+
+  for (const char* workers : {"2", "3"}) {
+    RunBatch("more.db", {"--workers", workers});
+    EXPECT_EQ(Export("more.db"), rows) << workers << " workers";
+    fs::remove(File("more.db"));
+  }
+  std::vector<std::string> merge = {"merge", "--complete", File("merged.db")};
+  for (const std::string shard : {"1", "2", "3"}) {  // two cells: one shard has nothing to do
+    RunBatch("shard" + shard + ".db", {"--workers", "2", "--shard", shard + "/3"});
+    merge.push_back(File("shard" + shard + ".db"));
+  }
+  Run(merge);
+  EXPECT_EQ(Export("merged.db"), rows);
+  EXPECT_THAT(Run({"merge", "--complete", File("half.db"), File("shard1.db")}, 1),
+              HasSubstr("half.db: "));
+
+  KillAtRandomMoments("killed.db", 3);
+  RunBatch("killed.db");
+  EXPECT_EQ(Export("killed.db"), rows);
+
+  EXPECT_THAT(Run({"verify", File("merged.db"), "--sample", "3"}),
+              HasSubstr("3 of 3 trials have the same digest"));
+  Run({"replay", File("one.db"), "3", "--out", File("replay"), "--no-video", "--quiet"});
+  RunBatch("six.db", {"--seeds", "6"});  // exactly so many, whatever the precision
+  const auto compared =
+      nlohmann::json::parse(Run({"compare", File("one.db"), File("six.db"), "--json"}));
+  EXPECT_EQ(compared["pairs"], 12);
+}
+
+TEST_F(Batch, GoesOnForAHigherPrecisionAndRefusesALower) {
+  const auto write = [&](const std::string& precision) {
+    std::string text = kPrecisionPlan;
+    text.replace(text.find("precision: 0.2"), std::strlen("precision: 0.2"), precision);
+    std::ofstream(plan_) << text;
+  };
+  const auto done = [&](const std::string& db) -> int {
+    return nlohmann::json::parse(Run({"status", File(db), "--json"}))["done"];
+  };
+  write("precision: 0.2\nmax_trials: 12");  // no whole number of batches, and too few
+  RunBatch("grown.db");
+  const int few = done("grown.db");
+  write("precision: 0.2");
+  RunBatch("grown.db");
+  const int more = done("grown.db");
+  EXPECT_GT(more, few);
+  write("precision: 0.18");
+  RunBatch("grown.db");
+  EXPECT_GT(done("grown.db"), more);
+  RunBatch("whole.db");
+  EXPECT_EQ(Export("grown.db"), Export("whole.db"));
+  EXPECT_THAT(Run({"merge", "--complete", File("m.db"), File("grown.db"), File("whole.db")}),
+              HasSubstr("m.db: "));
+
+  for (const char* less : {"precision: 0.19", "precision: 0.18\nmax_trials: 20"}) {
+    write(less);
+    EXPECT_THAT(RunBatch("grown.db", {}, 2), HasSubstr("the plans differ: '")) << less;
+  }
+  write("precision: 0.1\nmaster_seed: 2");
+  EXPECT_THAT(RunBatch("grown.db", {}, 2), HasSubstr("'master_seed: 1' in one"));
+  EXPECT_EQ(Export("grown.db"), Export("whole.db"));
 }
 
 TEST_F(Batch, StopsOnASignalAndGoesOn) {

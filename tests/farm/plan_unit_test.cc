@@ -153,9 +153,65 @@ TEST(Plan, ItsHashSeesWhateverChangesATrial) {
   std::set<std::string> hashes = {Make(text).hash()};
   for (const char* more :
        {"seeds: 2\n", "master_seed: 2\n", "set: {duration_s: 12}\n", "design: sobol\n",
+        "precision: 0.1\n", "precision: 0.1\nmax_trials: 500\n", "precision: 0.2\n",
         "grid: {water.milk_ml_m3: [1]}\n", "random: {start.lateral_m: {uniform: [0, 1]}}\n"})
     EXPECT_TRUE(hashes.insert(Make(text + more).hash()).second) << more;
   EXPECT_FALSE(hashes.insert(Make(text).hash()).second);
+}
+
+TEST(Plan, WithAPrecisionNumbersItsTrialsTheSameForAnyMaximum) {
+  const std::string text =
+      "scenario: pool_active\nseeds: 5\nprecision: 0.05\ngrid: {water.milk_ml_m3: [0, 10, 20]}\n"
+      "random: {sensor.read_noise_dn: {uniform: [1, 2]}}\n";
+  for (const char* more : {"", "common_seeds: false\n", "design: sobol\n"}) {
+    const Plan few = Make(text + more + "max_trials: 40\n"),
+               many = Make(text + more + "max_trials: 400\n");
+    ASSERT_EQ(few.trials(), 120);
+    ASSERT_EQ(many.trials(), 1200);
+    std::set<std::pair<int64_t, int64_t>> places;
+    for (int64_t trial = 0; trial < 120; ++trial) {
+      const TrialSpec a = few.Trial(trial), b = many.Trial(trial);
+      EXPECT_EQ(a.cell, b.cell);
+      EXPECT_EQ(a.sample, b.sample);
+      EXPECT_EQ(a.seed, b.seed);
+      EXPECT_EQ(a.parameters, b.parameters);
+      EXPECT_EQ(a.parameters[0].value, std::to_string(10 * a.cell));
+      places.emplace(a.cell, a.sample);
+    }
+    EXPECT_EQ(places.size(), 120u);
+  }
+  // The k-th trials of all cells share a seed, and it is that of a plan without a precision.
+  const Plan plan = Make(text),
+             plain = Make(text, {.assignments = {}, .master_seed = {}, .seeds = 5});
+  EXPECT_EQ(plain.trials(), 15);
+  for (int64_t cell = 0; cell < 3; ++cell)
+    for (int64_t sample = 0; sample < 5; ++sample) {
+      EXPECT_EQ(plan.Trial(3 * sample + cell).seed, plain.Trial(5 * cell + sample).seed);
+      EXPECT_EQ(plan.Trial(3 * sample + cell).parameters,
+                plain.Trial(5 * cell + sample).parameters);
+    }
+}
+
+TEST(Plan, WithoutAMaximumReachesItsPrecisionWhateverTheRate) {
+  const std::string text = "scenario: pool_active\nprecision: 0.03\n";
+  EXPECT_EQ(Make(text + "seeds: 30\n").trials(), 1080);  // 1064 in whole batches
+  EXPECT_EQ(Make(text + "seeds: 2000\n").trials(), 2000);
+  EXPECT_EQ(Make("scenario: pool_active\nprecision: 0.001\nseeds: 700000\n").trials(), 1000000);
+  EXPECT_EQ(Make("scenario: pool_active\nprecision: 0.5\nseeds: 1\n").trials(), 1);
+  const Plan plan = Make(text), again(plan.resolved(), "resolved");
+  EXPECT_EQ(again.resolved(), plan.resolved());
+  EXPECT_EQ(again.settings().precision->max_trials, 1064);
+  EXPECT_EQ(again.settings().precision->precision, 0.03);
+}
+
+TEST(Plan, ThatAsksForNoPrecisionDoesNotSpeakOfIt) {
+  const std::string resolved = Make("scenario: pool_active\n").resolved();
+  EXPECT_EQ(resolved.find("precision:"), std::string::npos);
+  EXPECT_EQ(resolved.find("max_trials"), std::string::npos);
+  EXPECT_EQ(Make("scenario: pool_active\nprecision: 0.03\n",
+                 {.assignments = {}, .master_seed = {}, .seeds = 1})
+                .resolved(),
+            resolved);
 }
 
 TEST(Plan, SaysWhatIsWrongAndWhere) {
@@ -191,6 +247,24 @@ TEST(Plan, SaysWhatIsWrongAndWhere) {
        "must be one of uniform, normal, log_uniform, choice"},
       {"scenario: pool_active\nseeds: 50\nrandom: {start.lateral_m: {normal: [0.5, 1]}}\n",
        "start.lateral_m = -"},
+      {"scenario: pool_active\nprecision: 0\n",
+       "plan.yaml:3: precision: 0 must be in [0.001, 0.5]"},
+      {"scenario: pool_active\nprecision: 0.6\n", "precision: 0.6 must be in [0.001, 0.5]"},
+      {"scenario: pool_active\nprecision: .nan\n", "plan.yaml:3: precision"},
+      {"scenario: pool_active\nprecision: high\n", "plan.yaml:3: precision = 'high', must be"},
+      {"scenario: pool_active\nprecision: 0.1\nmax_trials: 2.5\n", "plan.yaml:4: max_trials = "},
+      {"scenario: pool_active\nprecision: 0.1\nmax_trials: 0\n",
+       "plan.yaml:4: max_trials: 0 must be in [1, 1e+06]"},
+      {"scenario: pool_active\nseeds: 30\nprecision: 0.1\nmax_trials: 29\n",
+       "plan.yaml:5: max_trials: must be at least seeds = 30"},
+      {"scenario: pool_active\nprecision: 0.03\nmax_trials: 60\n",
+       "plan.yaml:4: max_trials: a precision of 0.03 takes 61 trials even where all succeed"},
+      {"scenario: pool_active\nmax_trials: 60\n", "plan.yaml:3: max_trials: goes with a precision"},
+      {"scenario: pool_active\nprecision: 0.1\ndesign: latin_hypercube\n",
+       "plan.yaml:3: precision: does not go with latin_hypercube"},
+      {"scenario: pool_active\nprecision: 0.001\n"
+       "grid: {water.milk_ml_m3: [0,1,2,3,4,5,6,7,8,9,10]}\n",
+       "more than 10000000 trials"},
       {"scenario: pool_active\nseeds: 1000000\n"
        "grid: {water.milk_ml_m3: [0,1,2,3,4,5,6,7,8,9,10]}\n",
        "more than 10000000 trials"},

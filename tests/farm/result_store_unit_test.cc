@@ -24,6 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 StoreHeader Header() {
   return {.plan = "seeds: 3\nset: a\n",
@@ -114,7 +115,10 @@ TEST_F(Store, GivesBackWhatItWasGiven) {
   EXPECT_EQ(store.header().plan, Header().plan);
   EXPECT_EQ(store.header().trials, 10);
   EXPECT_EQ(store.Done(), (std::vector<int64_t>{1, 4}));
-  EXPECT_EQ(store.Successes(), 1);
+  const std::vector<Verdict> verdicts = store.Verdicts();
+  ASSERT_EQ(verdicts.size(), 2u);
+  EXPECT_TRUE(verdicts[0].trial == 1 && verdicts[0].success);
+  EXPECT_TRUE(verdicts[1].trial == 4 && !verdicts[1].success);
   EXPECT_EQ(SeriesOf(file, 1), with_series.series_csv);
   EXPECT_EQ(SeriesOf(file, 4), trial::TrajectoryCsv({}));
   with_series.series_csv.clear();
@@ -347,7 +351,20 @@ TEST_F(Store, SummarisesByAnyKey) {
   EXPECT_EQ(Summarise(trials, {})[0].trials, 30);
   EXPECT_EQ(Summarise(trials, {"failure", "sea.state"}).size(), 2u);
   EXPECT_THROW(Summarise(trials, {"nonsense"}), ConfigError);
-  EXPECT_THAT(SummaryTable({"water.milk_ml_m3"}, groups), HasSubstr("6 false_lock"));
+  const std::vector<std::string> keys = {"water.milk_ml_m3"};
+  EXPECT_THAT(SummaryTable(keys, groups), HasSubstr("6 false_lock"));
+
+  // Wilson's half widths: 0.260 of 6 in 10, 0.187 of 14 in 20.
+  EXPECT_THAT(SummaryTable(keys, groups), Not(HasSubstr("half width")));
+  const std::string with_precision = SummaryTable(keys, groups, 0.2);
+  EXPECT_THAT(with_precision, HasSubstr("26.0 not reached"));
+  EXPECT_THAT(with_precision, HasSubstr("18.7  "));
+  EXPECT_THAT(with_precision, HasSubstr("to be at most 20 %"));
+  const auto json = nlohmann::json::parse(SummaryJson(keys, groups, 0.2));
+  EXPECT_EQ(json[0]["precision_reached"], false);
+  EXPECT_EQ(json[1]["precision_reached"], true);
+  EXPECT_EQ(json[1]["half_width"], groups[1].wilson.half_width());
+  EXPECT_FALSE(nlohmann::json::parse(SummaryJson(keys, groups))[1].contains("half_width"));
 }
 
 }  // namespace

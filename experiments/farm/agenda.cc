@@ -1,0 +1,114 @@
+#include "experiments/farm/agenda.h"
+
+#include <algorithm>
+
+#include "experiments/config/yaml_fields.h"
+#include "experiments/statistics/intervals.h"
+
+namespace turbidock::farm {
+
+TrialRule RuleOf(const StoreHeader& header) {
+  TrialRule rule{.batch = header.trials, .most = header.trials, .precision = {}};
+  if (header.kind != "batch") return rule;
+  const config::Layers plan{.files = {config::ParseYaml(header.plan, "plan")}};
+  const double precision = config::Peek(plan, "precision", 0.0);
+  if (precision == 0) return rule;
+  rule.precision = precision;
+  rule.batch = config::Peek(plan, "seeds", 1);
+  rule.most = config::Peek(plan, "max_trials", 1);
+  rule.cells = header.trials / rule.most;
+  return rule;
+}
+
+Agenda::Agenda(const TrialRule& rule, const Shard& shard)
+    : rule_(rule), shard_(shard), cells_(static_cast<size_t>(rule.cells)) {
+  for (int64_t cell = 0; cell < rule_.cells; ++cell) {
+    cells_of_shard_ += !rule_.precision || Owns(cell);
+    WantMore(cell);
+  }
+}
+
+bool Agenda::Owns(int64_t trial) const {
+  return shard_.Has(rule_.precision ? trial % rule_.cells : trial);
+}
+
+void Agenda::WantMore(int64_t cell) {
+  Cell& c = cells_[static_cast<size_t>(cell)];
+  const int64_t before = std::exchange(c.wanted, std::min(c.wanted + rule_.batch, rule_.most));
+  for (int64_t sample = before; sample < c.wanted; ++sample) {
+    wanted_ += Owns(sample * rule_.cells + cell);
+    done_ += sample < std::ssize(c.results) &&
+             c.results[static_cast<size_t>(sample)] != Result::kUnknown;
+  }
+  open_.push_back(cell);
+}
+
+void Agenda::Decide(int64_t cell) {
+  Cell& c = cells_[static_cast<size_t>(cell)];
+  const bool is_narrow =
+      statistics::WilsonInterval(c.successes, c.counted).half_width() <= *rule_.precision;
+  if (!is_narrow && c.counted < rule_.most) return WantMore(cell);
+  c.decided = true;
+  ++(is_narrow ? reached_ : not_reached_);
+}
+
+void Agenda::Add(int64_t trial, bool success) {
+  if (trial < 0 || trial >= rule_.cells * rule_.most) return;  // no trial of the plan
+  const int64_t cell = trial % rule_.cells, sample = trial / rule_.cells;
+  Cell& c = cells_[static_cast<size_t>(cell)];
+  if (sample >= std::ssize(c.results))
+    c.results.resize(static_cast<size_t>(sample) + 1, Result::kUnknown);
+  c.results[static_cast<size_t>(sample)] = success ? Result::kSuccess : Result::kFailure;
+  successes_ += success;
+  done_ += sample < c.wanted;
+  if (!rule_.precision) return;
+  while (!c.decided && c.counted < std::ssize(c.results)) {
+    const Result result = c.results[static_cast<size_t>(c.counted)];
+    if (result == Result::kUnknown) break;
+    ++c.counted;
+    c.successes += result == Result::kSuccess;
+    if (c.counted == c.wanted) Decide(cell);
+  }
+}
+
+std::optional<int64_t> Agenda::Next() {
+  for (; !open_.empty(); open_.pop_front()) {
+    const int64_t cell = open_.front();
+    Cell& c = cells_[static_cast<size_t>(cell)];
+    while (c.next < c.wanted) {
+      const int64_t sample = c.next++, trial = sample * rule_.cells + cell;
+      const bool is_known = sample < std::ssize(c.results) &&
+                            c.results[static_cast<size_t>(sample)] != Result::kUnknown;
+      if (!is_known && Owns(trial)) return trial;
+    }
+  }
+  return std::nullopt;
+}
+
+int64_t Agenda::Expected() const {
+  if (!rule_.precision) return wanted_;
+  int64_t expected = 0;
+  for (int64_t cell = 0; cell < rule_.cells; ++cell) {
+    if (!Owns(cell)) continue;
+    const Cell& c = cells_[static_cast<size_t>(cell)];
+    if (c.decided) {
+      expected += c.wanted;
+      continue;
+    }
+    const double rate = static_cast<double>(c.successes + 1) / static_cast<double>(c.counted + 2);
+    const int64_t needed = statistics::TrialsForHalfWidth(rate, *rule_.precision);
+    const int64_t in_batches = (needed + rule_.batch - 1) / rule_.batch * rule_.batch;
+    expected += std::clamp(in_batches, c.wanted, rule_.most);
+  }
+  return expected;
+}
+
+int64_t Agenda::most() const { return rule_.precision ? cells_of_shard_ * rule_.most : wanted_; }
+
+Agenda AgendaOf(const ResultStore& store) {
+  Agenda agenda(RuleOf(store.header()), store.header().shard);
+  for (const auto& [trial, success] : store.Verdicts()) agenda.Add(trial, success);
+  return agenda;
+}
+
+}  // namespace turbidock::farm

@@ -1,0 +1,204 @@
+// Which trials a batch runs: with a precision, as many as each cell needs, and the same however
+// they are run.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <set>
+
+#include "experiments/farm/agenda.h"
+#include "experiments/statistics/intervals.h"
+#include "sim/base/random.h"
+
+namespace turbidock::farm {
+namespace {
+
+using ::testing::ElementsAre;
+
+// What came of a trial, by cell and sample.
+using Outcome = std::function<bool(int64_t cell, int64_t sample)>;
+
+// Runs until nothing is left to do or `trials` have ended, `workers` at a time, which end in random
+// order; what is under way then is lost.
+void RunTrials(Agenda agenda, const TrialRule& rule, const Outcome& outcome, size_t workers,
+               Rng* rng, std::map<int64_t, bool>* results, int64_t trials = 1'000'000) {
+  std::vector<int64_t> under_way;
+  for (; trials > 0; --trials) {
+    while (under_way.size() < workers) {
+      const std::optional<int64_t> next = agenda.Next();
+      if (!next) break;
+      under_way.push_back(*next);
+    }
+    if (under_way.empty()) {
+      EXPECT_TRUE(agenda.complete());
+      return;
+    }
+    const auto at =
+        under_way.begin() +
+        static_cast<std::ptrdiff_t>(rng->Uniform(0, 1) * static_cast<double>(under_way.size()));
+    const int64_t trial = *at;
+    under_way.erase(at);
+    const bool success = outcome(trial % rule.cells, trial / rule.cells);
+    EXPECT_TRUE(results->emplace(trial, success).second) << trial;
+    agenda.Add(trial, success);
+    EXPECT_GE(agenda.Expected(), agenda.wanted());
+    EXPECT_LE(agenda.Expected(), agenda.most());
+  }
+}
+
+// The trials of the cells when one worker runs them all.
+std::vector<int64_t> TrialsByCell(const TrialRule& rule, const std::map<int64_t, bool>& results) {
+  std::vector<int64_t> trials(static_cast<size_t>(rule.cells));
+  for (const auto& [trial, success] : results) ++trials[static_cast<size_t>(trial % rule.cells)];
+  return trials;
+}
+
+TEST(Agenda, WithoutAPrecisionHasEveryTrialOfTheShardInOrder) {
+  const TrialRule rule{.batch = 7, .most = 7, .precision = {}};
+  Agenda agenda(rule, {2, 3});
+  agenda.Add(4, true);
+  EXPECT_EQ(agenda.wanted(), 2);  // 1 and 4
+  EXPECT_EQ(agenda.Expected(), 2);
+  EXPECT_EQ(agenda.most(), 2);
+  EXPECT_EQ(agenda.done(), 1);
+  EXPECT_EQ(agenda.successes(), 1);
+  EXPECT_EQ(agenda.Next(), 1);
+  EXPECT_EQ(agenda.Next(), std::nullopt);
+  EXPECT_FALSE(agenda.complete());
+  agenda.Add(1, false);
+  EXPECT_TRUE(agenda.complete());
+}
+
+TEST(Agenda, LooksAtACellOnlyWhenABatchOfItIsWhole) {
+  const TrialRule rule{.cells = 1, .batch = 10, .most = 45, .precision = 0.1};
+  // All succeed: the interval is narrow enough after 16 trials, which is seen after 20.
+  EXPECT_GT(statistics::WilsonInterval(15, 15).half_width(), 0.1);
+  EXPECT_LE(statistics::WilsonInterval(16, 16).half_width(), 0.1);
+  Agenda agenda(rule, {});
+  std::vector<int64_t> handed_out;
+  while (const auto trial = agenda.Next()) handed_out.push_back(*trial);
+  EXPECT_EQ(handed_out.size(), 10u);
+  for (int64_t trial = 9; trial > 0; --trial) agenda.Add(trial, true);
+  EXPECT_EQ(agenda.Next(), std::nullopt);  // the first one is missing
+  EXPECT_EQ(agenda.wanted(), 10);
+  agenda.Add(0, true);
+  EXPECT_EQ(agenda.wanted(), 20);
+  for (int64_t trial = 10; trial < 20; ++trial) {
+    EXPECT_EQ(agenda.Next(), trial);
+    EXPECT_FALSE(agenda.complete());
+    agenda.Add(trial, true);
+  }
+  EXPECT_TRUE(agenda.complete());
+  EXPECT_EQ(agenda.Next(), std::nullopt);
+  EXPECT_EQ(agenda.reached(), 1);
+  EXPECT_EQ(agenda.not_reached(), 0);
+  EXPECT_EQ(agenda.Expected(), 20);
+  EXPECT_EQ(agenda.most(), 45);
+}
+
+TEST(Agenda, StopsACellAtItsMostTrials) {
+  const TrialRule rule{.cells = 2, .batch = 10, .most = 45, .precision = 0.1};
+  Rng rng = SeedTree(1).Stream("agenda");
+  std::map<int64_t, bool> results;
+  RunTrials(
+      Agenda(rule, {}), rule, [](int64_t cell, int64_t sample) { return cell == 1 && sample % 2; },
+      1, &rng, &results);
+  EXPECT_THAT(TrialsByCell(rule, results), ElementsAre(20, 45));
+  Agenda agenda(rule, {});
+  for (const auto& [trial, success] : results) agenda.Add(trial, success);
+  EXPECT_EQ(agenda.cells(), 2);
+  EXPECT_EQ(agenda.reached(), 1);
+  EXPECT_EQ(agenda.not_reached(), 1);
+}
+
+TEST(Agenda, HasTheSameTrialsForAnyWorkersShardsAndInterruptions) {
+  const TrialRule rule{.cells = 5, .batch = 12, .most = 130, .precision = 0.09};
+  const Outcome outcome = [](int64_t cell, int64_t sample) {
+    const std::string name = std::to_string(cell) + ":" + std::to_string(sample);
+    return SeedTree(5).Stream(name).Uniform(0, 1) < static_cast<double>(cell) / 6;
+  };
+  Rng rng = SeedTree(2).Stream("agenda");
+  std::map<int64_t, bool> alone;
+  RunTrials(Agenda(rule, {}), rule, outcome, 1, &rng, &alone);
+  const std::vector<int64_t> trials = TrialsByCell(rule, alone);
+  EXPECT_EQ(std::set(trials.begin(), trials.end()).size(), 5u) << "cells of different sizes";
+  int compared = 0;
+  for (const size_t workers : {1, 2, 3, 16})
+    for (const int shards : {1, 2, 3, 7})
+      for (const bool interrupted : {false, true}) {
+        std::map<int64_t, bool> all;
+        for (int index = 1; index <= shards; ++index) {
+          std::map<int64_t, bool> results;
+          const auto resumed = [&] {
+            Agenda agenda(rule, {index, shards});
+            std::vector<std::pair<int64_t, bool>> known(results.begin(), results.end());
+            if (rng.Uniform(0, 1) < 0.5) std::reverse(known.begin(), known.end());
+            for (const auto& [trial, success] : known) agenda.Add(trial, success);
+            return agenda;
+          };
+          while (interrupted && !resumed().complete())
+            RunTrials(resumed(), rule, outcome, workers, &rng, &results, 13);
+          RunTrials(resumed(), rule, outcome, workers, &rng, &results);
+          for (const auto& [trial, success] : results)
+            EXPECT_TRUE(all.emplace(trial, success).second) << "two shards have trial " << trial;
+        }
+        EXPECT_EQ(all, alone) << workers << " workers, " << shards << " shards";
+        ++compared;
+      }
+  EXPECT_EQ(compared, 32);
+}
+
+// A rule that looks at what it counts is biased; how much is measured here. 2,000 cells at each
+// rate: a share of 0.95 is then known to 0.005 (one standard deviation).
+TEST(Agenda, ItsIntervalsHoldTheTrueRateAboutAsOftenAsTheySay) {
+  constexpr int kCells = 2000;
+  const TrialRule rule{.cells = kCells, .batch = 30, .most = 1080, .precision = 0.03};
+  for (const double rate : {0.02, 0.05, 0.08, 0.2, 0.5, 0.7, 0.9, 0.97}) {
+    Rng rng = SeedTree(3).Stream("coverage:" + std::to_string(rate));
+    Agenda agenda(rule, {});
+    std::vector<int64_t> trials(kCells), successes(kCells);
+    while (const auto trial = agenda.Next()) {
+      const bool success = rng.Uniform(0, 1) < rate;
+      const auto cell = static_cast<size_t>(*trial % rule.cells);
+      ++trials[cell];
+      successes[cell] += success;
+      agenda.Add(*trial, success);
+    }
+    int holds = 0;
+    double mean = 0;
+    for (size_t cell = 0; cell < kCells; ++cell) {
+      const statistics::Interval interval =
+          statistics::WilsonInterval(successes[cell], trials[cell]);
+      EXPECT_LE(interval.half_width(), 0.03);
+      holds += interval.low <= rate && rate <= interval.high;
+      mean += static_cast<double>(successes[cell]) / static_cast<double>(trials[cell]) / kCells;
+    }
+    const double share = static_cast<double>(holds) / kCells;
+    EXPECT_GE(share, 0.93) << rate;
+    EXPECT_NEAR(mean, rate, 0.005);
+    RecordProperty("coverage_" + std::to_string(rate), std::to_string(share));
+    RecordProperty("mean_" + std::to_string(rate), std::to_string(mean));
+  }
+}
+
+TEST(TrialRule, IsThePlansAsTheFileHasIt) {
+  const Plan plan(
+      "schema_version: 1\nscenario: pool_active\nseeds: 20\nprecision: 0.05\nmax_trials: 90\n"
+      "grid: {water.milk_ml_m3: [1, 2, 3]}\n",
+      "plan.yaml");
+  const TrialRule rule = RuleOf(HeaderOf(plan, {}));
+  EXPECT_EQ(rule.cells, 3);
+  EXPECT_EQ(rule.batch, 20);
+  EXPECT_EQ(rule.most, 90);
+  EXPECT_EQ(rule.precision, 0.05);
+  const Plan plain("schema_version: 1\nscenario: pool_active\nseeds: 20\n", "plan.yaml");
+  EXPECT_EQ(RuleOf(HeaderOf(plain, {})).precision, std::nullopt);
+  EXPECT_EQ(RuleOf(HeaderOf(plain, {})).most, 20);
+}
+
+}  // namespace
+}  // namespace turbidock::farm
