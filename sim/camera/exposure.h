@@ -1,28 +1,40 @@
 #pragma once
-// Automatic exposure: one gain for both cameras, which holds the mean of their images.
+// Automatic gain and white balance: one set for both cameras, from the mean of their images.
+
+#include <Eigen/Core>
 
 #include "sim/camera/sensor_params.h"
 
 namespace turbidock::camera {
 
-// Off unless the sensor has an auto_level. The gain follows what the scene calls for with a first
-// order lag of auto_time_s in its logarithm, and never exceeds the sensor's own. In a dark scene it
-// stays there: a camera at its limit.
+// What signal and noise are multiplied by: channel k by gain white_balance[k].
+struct Amplification {
+  double gain = 1;
+  Eigen::Vector3d white_balance{1, 1, 1};
+};
+
+// Off unless the sensor has an auto_level or an auto_white_balance_limit above 1. What the scene
+// calls for is followed with a first order lag of auto_time_s in its logarithm. The gain never
+// exceeds the sensor's own: in a dark scene it stays there, a camera at its limit. Red and blue are
+// balanced to green's mean, by a factor within the limit either way.
 class AutoExposure {
  public:
   AutoExposure() = default;
   // `frame_s` between images.
   AutoExposure(const SensorParams& sensor, double frame_s);
 
-  bool on() const { return params_.auto_level > 0; }
-  // The gain of the image whose mean radiance this is, over all pixels and channels of both views.
-  // The cameras have been on for a while: the first is settled.
-  double GainFor(double mean_radiance_w_m2_sr);
+  bool on() const { return params_.auto_level > 0 || params_.auto_white_balance_limit > 1; }
+  // That of the image whose mean radiance this is, over all pixels of both views, by channel. The
+  // cameras have been on for a while: the first is settled.
+  Amplification For(const Eigen::Array3d& mean_radiance_w_m2_sr);
 
  private:
+  Eigen::Array4d CalledFor(const Eigen::Array3d& mean_radiance_w_m2_sr) const;
+
   SensorParams params_;
   double share_ = 1;  // of the way to go, in one frame
-  double gain_ = 0;   // of the latest image; 0 before the first
+  bool settled_ = false;
+  Eigen::Array4d log_ = Eigen::Array4d::Zero();  // of the latest white balance, and gain
 };
 
 }  // namespace turbidock::camera

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <type_traits>
 
@@ -15,8 +16,8 @@
 namespace turbidock::camera {
 namespace {
 
-// Linear values above this are taken as this: noise on a clipped value cannot bring it below 255.
-constexpr float kMaxLinear = 1.25f;
+// Light above this is taken as this: far above any white clip.
+constexpr float kMaxLinear = 4.0f;
 
 // Values that are encoded together: long enough to fill vectors, short enough that most of them are
 // dark where the picture is.
@@ -25,6 +26,7 @@ constexpr int kRun = 192;
 // Encoded = scale linear^exponent + offset, in DN, above the toe; slope linear below.
 struct Curve {
   float linear_per_radiance;
+  float white_clip;
   float exponent, scale_dn, offset_dn;
   float toe_end, toe_slope_dn;
 };
@@ -35,6 +37,7 @@ Curve CurveOf(const SensorParams& params) {
                          double toe_slope) -> Curve {
     return {
         .linear_per_radiance = static_cast<float>(params.gain / params.full_scale_radiance_w_m2_sr),
+        .white_clip = static_cast<float>(params.white_clip),
         .exponent = static_cast<float>(exponent),
         .scale_dn = static_cast<float>(255 * scale),
         .offset_dn = static_cast<float>(255 * offset),
@@ -42,6 +45,8 @@ Curve CurveOf(const SensorParams& params) {
         .toe_slope_dn = static_cast<float>(255 * toe_slope)};
   };
   switch (params.transfer) {
+    case TransferCurve::kLinear:
+      return curve(1, 1, 0, std::numeric_limits<float>::max(), 1);
     case TransferCurve::kPower:
       return curve(1 / params.power, 1, 0, 0, 0);
     case TransferCurve::kNtsc:
@@ -61,59 +66,81 @@ Curve CurveOf(const SensorParams& params) {
       std::min(std::bit_cast<int32_t>(lit), std::bit_cast<int32_t>(kMaxLinear)));
 }
 
-[[gnu::always_inline]] inline float PowerDn(const Curve& curve, float linear) {
-  return curve.scale_dn * light::Exp2(curve.exponent * light::Log2(linear));
-}
-
-[[gnu::always_inline]] inline float EncodedDn(const Curve& curve, float linear, float power_dn) {
-  return linear > curve.toe_end ? power_dn + curve.offset_dn : curve.toe_slope_dn * linear;
+// Of a value that may be negative.
+template <bool kToe>
+[[gnu::always_inline]] inline float EncodedDn(const Curve& curve, float linear) {
+  const float straight_dn = curve.toe_slope_dn * linear;
+  if constexpr (kToe) return straight_dn;
+  const float power_dn = curve.scale_dn * light::Exp2(curve.exponent * light::Log2(linear));
+  return linear > curve.toe_end ? power_dn + curve.offset_dn : straight_dn;
 }
 
 enum class Noise { kNone, kRead, kReadAndShot };
 
-struct NoiseDn {
-  float read_dn;
-  float shot_linear;  // gain / electrons: variance of a linear value over itself
+// Of a linear value x: variance = read^2 + shot x.
+struct LinearNoise {
+  Noise kind = Noise::kNone;
+  float read = 0, shot = 0;
 };
+
+LinearNoise NoiseOf(const SensorParams& params) {
+  const double per_electron = params.gain / params.full_well_electrons;
+  const double read = per_electron * params.read_noise_electrons;
+  return {.kind = params.shot_noise ? Noise::kReadAndShot
+                  : read > 0        ? Noise::kRead
+                                    : Noise::kNone,
+          .read = static_cast<float>(read),
+          .shot = static_cast<float>(per_electron)};
+}
+
+[[gnu::always_inline]] inline float DeviationAt(const LinearNoise& noise, float linear) {
+  return std::sqrt(noise.read * noise.read + noise.shot * linear);
+}
 
 [[gnu::always_inline]] inline uint8_t Round(float value) {
   // whole numbers are clamped by one instruction, other ones by two
   return static_cast<uint8_t>(std::clamp(static_cast<int32_t>(value), 0, 255));
 }
 
-// Whether all values are on the curve's straight part. A negative one's bits are a negative number,
-// too.
-[[gnu::always_inline]] inline bool InToe(const Curve& curve, int count,
-                                         const float* __restrict radiance) {
+// A row of one image: its keys, the white balance of each value (none: 1) and the values.
+struct SensorRow {
+  uint32_t key0, key1;
+  const float* balance;
+  const float* radiance;
+};
+
+// Whether all values are on the curve's straight part, noise and all. A negative one's bits are a
+// negative number, too.
+[[gnu::always_inline]] inline bool InToe(const Curve& curve, const LinearNoise& noise,
+                                         const SensorRow& row, int begin, int end) {
+  if (curve.toe_end >= curve.white_clip) return true;
+  if (row.balance) return false;
   int32_t most = 0;
-  for (int i = 0; i < count; ++i) most = std::max(most, std::bit_cast<int32_t>(radiance[i]));
-  const float x = std::bit_cast<float>(most) * curve.linear_per_radiance;
-  return x <= curve.toe_end;
+  for (int i = begin; i < end; ++i) most = std::max(most, std::bit_cast<int32_t>(row.radiance[i]));
+  const float x = LinearOf(curve, std::bit_cast<float>(most));
+  const float deviation = noise.kind == Noise::kReadAndShot ? DeviationAt(noise, x) : noise.read;
+  return x + light::kMaxNormal * deviation <= curve.toe_end;
 }
 
 // DN as numbers of type T: rounded, or as they are. With kToe, all values are on the curve's
 // straight part: the same bits for less.
-template <Noise kNoise, bool kToe, typename T>
-[[gnu::always_inline]] inline void DigitiseValues(const Curve curve, const NoiseDn noise,
-                                                  uint32_t key0, uint32_t key1, int begin, int end,
-                                                  const float* __restrict radiance,
+template <Noise kNoise, bool kBalance, bool kToe, typename T>
+[[gnu::always_inline]] inline void DigitiseValues(const Curve curve, const LinearNoise noise,
+                                                  const SensorRow& row, int begin, int end,
                                                   T* __restrict dn) {
+  const float* __restrict radiance = row.radiance;
+  const float* __restrict balance = row.balance;
+  const uint32_t key0 = row.key0, key1 = row.key1;
   for (int i = begin; i < end; ++i) {
-    const float linear = LinearOf(curve, radiance[i]);
-    const float power_dn = kToe ? 0.0f : PowerDn(curve, linear);
-    float value = (kToe ? curve.toe_slope_dn * linear : EncodedDn(curve, linear, power_dn)) + 0.5f;
+    float linear = LinearOf(curve, radiance[i]);
     if constexpr (kNoise != Noise::kNone) {
-      float sigma_dn = noise.read_dn;
-      if constexpr (kNoise == Noise::kReadAndShot) {
-        // f' x = exponent f above the toe, so (255 f')^2 x is this
-        const float above = curve.exponent * power_dn;
-        const float slope2_linear = !kToe && linear > curve.toe_end
-                                        ? above * above / linear
-                                        : curve.toe_slope_dn * curve.toe_slope_dn * linear;
-        sigma_dn = std::sqrt(sigma_dn * sigma_dn + slope2_linear * noise.shot_linear);
-      }
-      value += sigma_dn * light::NormalFromBits(light::Mix(static_cast<uint32_t>(i), key0, key1));
+      const float deviation =
+          kNoise == Noise::kReadAndShot ? DeviationAt(noise, linear) : noise.read;
+      linear += deviation * light::NormalFromBits(light::Mix(static_cast<uint32_t>(i), key0, key1));
     }
+    if constexpr (kBalance) linear *= balance[i];
+    linear = std::min(linear, curve.white_clip);
+    const float value = EncodedDn<kToe>(curve, linear) + 0.5f;
     if constexpr (std::is_same_v<T, float>)
       dn[i] = value;
     else
@@ -121,43 +148,48 @@ template <Noise kNoise, bool kToe, typename T>
   }
 }
 
-template <Noise kNoise, typename T>
-[[gnu::always_inline]] inline void DigitiseRuns(const Curve& curve, const NoiseDn& noise,
-                                                uint32_t key0, uint32_t key1, int begin, int end,
-                                                const float* radiance, T* dn) {
+template <Noise kNoise, bool kBalance, typename T>
+[[gnu::always_inline]] inline void DigitiseRuns(const Curve& curve, const LinearNoise& noise,
+                                                const SensorRow& row, int begin, int end, T* dn) {
   for (int run = begin; run < end; run += kRun) {
     const int run_end = std::min(run + kRun, end);
-    if (InToe(curve, run_end - run, radiance + run))
-      DigitiseValues<kNoise, true>(curve, noise, key0, key1, run, run_end, radiance, dn);
+    if (InToe(curve, noise, row, run, run_end))
+      DigitiseValues<kNoise, kBalance, true>(curve, noise, row, run, run_end, dn);
     else
-      DigitiseValues<kNoise, false>(curve, noise, key0, key1, run, run_end, radiance, dn);
+      DigitiseValues<kNoise, kBalance, false>(curve, noise, row, run, run_end, dn);
   }
 }
 
-template <typename T>
-[[gnu::always_inline]] inline void DigitiseAnyRow(const Curve& curve, const NoiseDn& noise,
-                                                  bool shot, uint32_t key0, uint32_t key1,
-                                                  int begin, int end, const float* radiance,
-                                                  T* dn) {
-  if (shot)
-    DigitiseRuns<Noise::kReadAndShot>(curve, noise, key0, key1, begin, end, radiance, dn);
-  else if (noise.read_dn > 0)
-    DigitiseRuns<Noise::kRead>(curve, noise, key0, key1, begin, end, radiance, dn);
-  else
-    DigitiseRuns<Noise::kNone>(curve, noise, key0, key1, begin, end, radiance, dn);
+template <bool kBalance, typename T>
+[[gnu::always_inline]] inline void DigitiseAnyRow(const Curve& curve, const LinearNoise& noise,
+                                                  const SensorRow& row, int begin, int end, T* dn) {
+  switch (noise.kind) {
+    case Noise::kNone:
+      return DigitiseRuns<Noise::kNone, kBalance>(curve, noise, row, begin, end, dn);
+    case Noise::kRead:
+      return DigitiseRuns<Noise::kRead, kBalance>(curve, noise, row, begin, end, dn);
+    case Noise::kReadAndShot:
+      return DigitiseRuns<Noise::kReadAndShot, kBalance>(curve, noise, row, begin, end, dn);
+  }
 }
 
 TURBIDOCK_VECTOR_CLONES
-void DigitiseRow(const Curve& curve, const NoiseDn& noise, bool shot, uint32_t key0, uint32_t key1,
-                 int begin, int end, const float* radiance, uint8_t* dn) {
-  DigitiseAnyRow(curve, noise, shot, key0, key1, begin, end, radiance, dn);
+void DigitiseRow(const Curve& curve, const LinearNoise& noise, const SensorRow& row, int begin,
+                 int end, uint8_t* dn) {
+  if (row.balance)
+    DigitiseAnyRow<true>(curve, noise, row, begin, end, dn);
+  else
+    DigitiseAnyRow<false>(curve, noise, row, begin, end, dn);
 }
 
 // Half a step (for rounding) is in the values.
 TURBIDOCK_VECTOR_CLONES
-void DigitiseRowUnrounded(const Curve& curve, const NoiseDn& noise, bool shot, uint32_t key0,
-                          uint32_t key1, int begin, int end, const float* radiance, float* dn) {
-  DigitiseAnyRow(curve, noise, shot, key0, key1, begin, end, radiance, dn);
+void DigitiseRowUnrounded(const Curve& curve, const LinearNoise& noise, const SensorRow& row,
+                          int begin, int end, float* dn) {
+  if (row.balance)
+    DigitiseAnyRow<true>(curve, noise, row, begin, end, dn);
+  else
+    DigitiseAnyRow<false>(curve, noise, row, begin, end, dn);
 }
 
 // Brightness as in NTSC, and what red and blue have more.
@@ -225,6 +257,11 @@ ImageSensor::ImageSensor(const SensorParams& params, uint64_t left_key, uint64_t
   CheckFields(params, "sensor");
 }
 
+void ImageSensor::Amplify(const Amplification& amplification) {
+  params_.gain = amplification.gain;
+  params_.white_balance = amplification.white_balance;
+}
+
 int ImageSensor::margin_px() const {
   return kernel_.empty() ? 0 : static_cast<int>(kernel_.size()) - 1;
 }
@@ -251,32 +288,26 @@ void ImageSensor::Digitise(const light::RadianceStereo& radiance, const StereoRe
 void ImageSensor::DigitiseRegion(Side side, int64_t frame, const PixelRegion& region,
                                  const float* radiance, Image3u8* image) const {
   const Curve curve = CurveOf(params_);
-  const NoiseDn noise = {static_cast<float>(params_.read_noise_dn),
-                         static_cast<float>(params_.gain / params_.full_well_electrons)};
+  const LinearNoise noise = NoiseOf(params_);
   const int width = image->width();
   // what the pixels depend on
   const int begin = std::max(region.column_begin - margin_px(), 0);
   const int end = std::min(region.column_end + margin_px(), width);
   const auto row_values = 3 * static_cast<size_t>(width);
-  balanced_.resize(params_.white_balance == Eigen::Vector3d::Ones() ? 0 : row_values);
+  const bool balanced = params_.white_balance != Eigen::Vector3d::Ones();
+  balance_.resize(balanced ? row_values : 0);
+  for (size_t i = 0; i < balance_.size(); ++i)
+    balance_[i] = static_cast<float>(params_.white_balance[static_cast<int>(i % 3)]);
   encoded_.resize(kernel_.empty() ? 0 : row_values);
   for (int v = region.row_begin; v < region.row_end; ++v, radiance += row_values) {
     // every row has a key of its own
     const auto key =
         PhiloxBlock(keys_[side], static_cast<uint64_t>(frame), static_cast<uint64_t>(v));
-    const float* light = radiance;
-    if (!balanced_.empty()) {
-      const Eigen::Array3f factor = params_.white_balance.cast<float>();
-      for (int u = begin; u < end; ++u)
-        for (int k = 0; k < 3; ++k) balanced_[3 * u + k] = factor[k] * radiance[3 * u + k];
-      light = balanced_.data();
-    }
+    const SensorRow row = {key[0], key[1], balanced ? balance_.data() : nullptr, radiance};
     if (kernel_.empty()) {
-      DigitiseRow(curve, noise, params_.shot_noise, key[0], key[1], 3 * begin, 3 * end, light,
-                  image->row(v));
+      DigitiseRow(curve, noise, row, 3 * begin, 3 * end, image->row(v));
     } else {
-      DigitiseRowUnrounded(curve, noise, params_.shot_noise, key[0], key[1], 3 * begin, 3 * end,
-                           light, encoded_.data());
+      DigitiseRowUnrounded(curve, noise, row, 3 * begin, 3 * end, encoded_.data());
       BlurColors(begin, end, region, image->row(v));
     }
   }
@@ -308,8 +339,7 @@ void ImageSensor::BlurColors(int begin, int end, const PixelRegion& region, uint
 
 float ImageSensor::SignalDn(float radiance) const {
   const Curve curve = CurveOf(params_);
-  const float linear = LinearOf(curve, radiance);
-  return EncodedDn(curve, linear, PowerDn(curve, linear));
+  return EncodedDn<false>(curve, std::min(LinearOf(curve, radiance), curve.white_clip));
 }
 
 }  // namespace turbidock::camera

@@ -1,18 +1,20 @@
 #pragma once
 // The cameras' electronics: radiance to 8-bit RGB.
 //
-//   DN = clip(round(255 f(gain L / full_scale) + sigma n), 0, 255)
-// f is the transfer curve, n a standard normal number and sigma^2 the read noise squared plus, with
-// shot noise, (255 f')^2 x gain / electrons for a linear value x. The noise of a pixel depends on
-// the camera's key, the frame, the place and the channel only. L is taken times the channel's white
-// balance. With chroma_blur_px the differences of red and blue from the brightness are smoothed
-// along the row before rounding, noise and all, and
-// black is at 19 DN (7.5 % of the scale), as in composite video.
+//   x = gain w (n + sigma N) / full well,  n = full well L / full scale,  sigma^2 = read^2 [+ n]
+//   DN = clip(round(255 f(min(x, white clip))), 0, 255)
+// L is the radiance, n its electrons, w the channel's white balance, N a standard normal number, f
+// the transfer curve, whose straight part goes on below zero. So noise stands before the gain and
+// is amplified with the light. N depends on the camera's key, the frame, the place and the channel
+// only. With chroma_blur_px the differences of red and blue from the brightness are smoothed along
+// the row before rounding, noise and all, and black is at 19 DN (7.5 % of the scale), as in
+// composite video.
 
 #include <cstdint>
 #include <vector>
 
 #include "sim/base/image.h"
+#include "sim/camera/exposure.h"
 #include "sim/camera/sensor_params.h"
 #include "sim/light/radiance.h"
 
@@ -36,7 +38,7 @@ class ImageSensor {
   // Columns beside a region that its pixels depend on.
   int margin_px() const;
   // From the next image on, instead of the parameters'.
-  void set_gain(double gain) { params_.gain = gain; }
+  void Amplify(const Amplification& amplification);
 
   // A region of one camera. Radiance is read margin_px() further on both sides.
   // `radiance` holds whole rows from the region's first on, `image` the whole picture.
@@ -54,7 +56,7 @@ class ImageSensor {
   Stereo<uint64_t> keys_;
   std::vector<float> kernel_;  // of the colours' blur, from its middle on; empty: none
   // Rows under way, kept for their memory: an ImageSensor serves one thread at a time.
-  mutable std::vector<float> balanced_, encoded_, differences_;
+  mutable std::vector<float> balance_, encoded_, differences_;
 };
 
 }  // namespace turbidock::camera

@@ -10,51 +10,67 @@
 namespace turbidock::camera {
 
 enum class TransferCurve {
-  kSrgb,   // what screens and files expect
-  kNtsc,   // composite video (SMPTE 170M): linear up to 8 % of full scale, then a power of 0.45
-  kPower,  // the power given beside it, without a linear part
+  kLinear,  // a camera whose gamma is switched off, as for measuring
+  kSrgb,    // what screens and files expect
+  kNtsc,    // composite video (SMPTE 170M): linear up to 1.8 % of full scale, then a power of 0.45
+  kPower,   // the power given beside it, without a linear part
 };
 constexpr auto Names(TransferCurve) {
   using enum TransferCurve;
-  return EnumList<TransferCurve>({{kSrgb, "srgb"}, {kNtsc, "ntsc"}, {kPower, "power"}});
+  return EnumList<TransferCurve>(
+      {{kLinear, "linear"}, {kSrgb, "srgb"}, {kNtsc, "ntsc"}, {kPower, "power"}});
 }
 
-// From radiance to 8 bits.
+// From radiance to 8 bits. The defaults are a digital camera's in good light; those of the
+// published rig are in assets/optics.yaml.
 struct SensorParams {
   // Set so that a lit ball at 0.6 m in clear water is near 255 DN in the core, 150 to 200 at the
   // rim.
   double full_scale_radiance_w_m2_sr = 0.14;
-  double gain = 1;        // with automatic exposure: the largest
+  double full_well_electrons = 10000;
+  double read_noise_electrons = 5;  // 1.5 DN in the dark, with the sRGB curve
+  bool shot_noise = false;
+  double gain = 1;        // with automatic gain: the largest
   double auto_level = 0;  // see sim/camera/exposure.h; a guess where it is on
   double auto_time_s = 0.5;
   Eigen::Vector3d white_balance{1, 1, 1};
+  double auto_white_balance_limit = 1;
+  double white_clip = 1.1;  // 110 IRE, common of composite cameras; an 8-bit image ends at 1
   TransferCurve transfer = TransferCurve::kSrgb;
   double power = 2.2;
-  double read_noise_dn = 1.5;  // guess: 1 to 2 DN, twice that at night gain
-  bool shot_noise = false;
-  double full_well_electrons = 10000;
   // Gaussian (sigma) that colour differences go through along a row, after noise. NTSC gives them a
   // quarter of the brightness's bandwidth or less: 4 to 6 pixels of 640 from edge to edge.
   double chroma_blur_px = 0;
 
   static void Fields(auto& self, auto&& field) {
     field("full_scale_radiance_w_m2_sr", self.full_scale_radiance_w_m2_sr, Above(0),
-          "radiance that gives 255 DN at gain 1");
-    field("gain", self.gain, InRange(0.001, 1000), "factor before the transfer curve");
+          "radiance that fills the well, and gives 255 DN at gain 1");
+    field("full_well_electrons", self.full_well_electrons, InRange(50, 1e7),
+          "electrons at full scale");
+    field("read_noise_electrons", self.read_noise_electrons, InRange(0, 10000),
+          "standard deviation of the noise before the gain, however dark");
+    field("shot_noise", self.shot_noise, Finite(), "whether light itself is noisy");
+    field("gain", self.gain, InRange(0.001, 1000),
+          "factor on light and noise; with auto_level: the largest");
     field("auto_level", self.auto_level, InRange(0, 1),
-          "share of full scale at which automatic exposure holds the images' mean; 0: fixed gain");
-    field("auto_time_s", self.auto_time_s, InRange(0, 60), "time constant of automatic exposure");
+          "share of full scale at which automatic gain holds the images' mean; 0: fixed gain");
+    field("auto_time_s", self.auto_time_s, InRange(0, 60),
+          "time constant of automatic gain and white balance");
     field("white_balance", self.white_balance, InRange(0.1, 10), "factor on each channel");
+    field("auto_white_balance_limit", self.auto_white_balance_limit, InRange(1, 10),
+          "how far automatic white balance may raise or lower red and blue, to make the images' "
+          "mean grey; 1: fixed");
+    field("white_clip", self.white_clip, InRange(1, 4),
+          "share of full scale at which the amplifier clips, before colours are blurred");
     field("transfer", self.transfer, Finite(), "curve from linear to encoded values");
     field("power", self.power, InRange(0.5, 5), "encoded = linear^(1/power), with transfer: power");
-    field("read_noise_dn", self.read_noise_dn, InRange(0, 50),
-          "standard deviation of the noise added to the encoded value");
-    field("shot_noise", self.shot_noise, Finite(), "whether light itself is noisy");
-    field("full_well_electrons", self.full_well_electrons, InRange(50, 1e7),
-          "electrons at full scale and gain 1, for the shot noise");
     field("chroma_blur_px", self.chroma_blur_px, InRange(0, 16),
           "blur (sigma) of colour along rows of 640 pixels, as in composite video; 0: none");
   }
+  static constexpr RetiredKey kRetired[] = {
+      {"read_noise_dn",
+       "noise stands before the gain: give read_noise_electrons, which is these steps / 255 / the "
+       "curve's slope in the dark (sRGB 12.92) / gain * full_well_electrons"}};
 };
 
 }  // namespace turbidock::camera

@@ -48,7 +48,7 @@ void StereoCamera::Expose(const view::RenderedStereo& rendered, const StereoRegi
     water_.Apply(rendered, &radiance_);
   else
     water_.Prepare(rendered, Lit(region));
-  if (exposure_.on()) sensor_.set_gain(exposure_.GainFor(water_.MeanRadiance(rendered)));
+  if (exposure_.on()) sensor_.Amplify(exposure_.For(water_.MeanRadiance(rendered)));
   if (whole_images) {
     snow_.Fall(rendered, frame, &water_, &radiance_);
     lens_.Distort(&radiance_);
@@ -66,7 +66,7 @@ void StereoCamera::Hold(const view::RenderedStereo& rendered) {
   held_view_ = &rendered;
   water_.Apply(rendered, &held_);
   if (!snow_.on()) lens_.Distort(&held_);
-  if (exposure_.on()) sensor_.set_gain(exposure_.GainFor(water_.MeanRadiance(rendered)));
+  if (exposure_.on()) sensor_.Amplify(exposure_.For(water_.MeanRadiance(rendered)));
 }
 
 void StereoCamera::ExposeHeld(const StereoRegion& region, int64_t frame, StereoImage* out) {

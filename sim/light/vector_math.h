@@ -51,6 +51,9 @@ namespace turbidock::light {
   return x ^ (x >> 15);
 }
 
+// The largest that NormalFromBits gives is below.
+inline constexpr float kMaxNormal = 4.1f;
+
 // A normal number from 32 bits: the sum of their four bytes, with a cubic term that makes mean,
 // variance, skewness and kurtosis those of the normal distribution. The distribution function is
 // within 0.0025 of the normal one; the ends are at 4.04 standard deviations (beyond 3: 0.0024 of

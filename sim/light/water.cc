@@ -151,8 +151,8 @@ void Water::Prepare(const view::RenderedStereo& rendered, const StereoRegion& re
   for (const Side side : kSides) PrepareView(rendered[side], region[side], &cameras_[side]);
 }
 
-double Water::MeanRadiance(const view::RenderedStereo& rendered) {
-  double sum = 0;
+Eigen::Array3d Water::MeanRadiance(const view::RenderedStereo& rendered) {
+  Eigen::Array3d sum = Eigen::Array3d::Zero();
   size_t count = 0;
   std::vector<LightPoint>& points = metered_;
   for (const Side side : kSides) {
@@ -164,7 +164,7 @@ double Water::MeanRadiance(const view::RenderedStereo& rendered) {
                           *view.surface.at(u, v), *view.depth_m.at(u, v)});
     metered_light_.assign(points.size(), Light::Zero());
     const auto add = [&] {
-      for (const Light& light : metered_light_) sum += static_cast<double>(light.head<3>().sum());
+      for (const Light& light : metered_light_) sum += light.head<3>().cast<double>();
     };
     ShineFromSurfaces(cameras_[side], points, metered_light_.data());
     add();
@@ -172,9 +172,9 @@ double Water::MeanRadiance(const view::RenderedStereo& rendered) {
       ShineFromWater(cameras_[side], points, metered_light_.data());
       add();
     }
-    count += 3 * points.size();
+    count += points.size();
   }
-  return count > 0 ? sum / static_cast<double>(count) : 0;
+  return sum / static_cast<double>(std::max<size_t>(count, 1));
 }
 
 void Water::IrradianceFromAllSides(std::span<const Eigen::Vector3f> p_HQ,

@@ -55,7 +55,7 @@ class Water {
 
   // Of the instant prepared last:
   // Mean radiance over all channels of both views, from a lattice of pixels. Needs whole views.
-  double MeanRadiance(const view::RenderedStereo& rendered);
+  Eigen::Array3d MeanRadiance(const view::RenderedStereo& rendered);
 
   // Irradiance of small things in the water, from all sides, of lamps and lit balls [W/m^2 each
   // channel].

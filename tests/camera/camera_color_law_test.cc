@@ -16,10 +16,9 @@ constexpr int kWidth = 160, kHeight = 40;
 SensorParams Linear(double chroma_blur_px, double read_noise_dn) {
   SensorParams sensor;
   sensor.full_scale_radiance_w_m2_sr = 1;
-  sensor.transfer = TransferCurve::kPower;
-  sensor.power = 1;
+  sensor.transfer = TransferCurve::kLinear;
   sensor.chroma_blur_px = chroma_blur_px;
-  sensor.read_noise_dn = read_noise_dn;
+  sensor.read_noise_electrons = read_noise_dn / 255 * sensor.full_well_electrons;
   return sensor;
 }
 
@@ -147,7 +146,7 @@ TEST(ChromaBlur, IsAShareOfTheLine) {
 TEST(WhiteBalance, IsAFactorOnTheLight) {
   const light::RadianceStereo light = Halves({0.1f, 0.2f, 0.3f}, {0.3f, 0.2f, 0.1f});
   const light::RadianceStereo balanced = Halves({0.2f, 0.2f, 0.15f}, {0.6f, 0.2f, 0.05f});
-  SensorParams sensor = Linear(0, 2);
+  SensorParams sensor = Linear(0, 0);
   const StereoImage expected = Expose(sensor, balanced);
   sensor.white_balance = {2, 1, 0.5};
   EXPECT_EQ(Expose(sensor, light).left, expected.left);

@@ -20,12 +20,18 @@ SensorParams Automatic() {
   return sensor;
 }
 
+double GreyGain(AutoExposure* exposure, double radiance) {
+  return exposure->For(Eigen::Array3d::Constant(radiance)).gain;
+}
+
 TEST(AutoExposure, HoldsTheMeanOrStaysAtItsLimit) {
   AutoExposure exposure(Automatic(), 1 / 30.0);
   EXPECT_TRUE(exposure.on());
-  EXPECT_DOUBLE_EQ(exposure.GainFor(0.1), 0.02 * 0.5 / 0.1);  // the first has settled
-  EXPECT_DOUBLE_EQ(AutoExposure(Automatic(), 1 / 30.0).GainFor(0.002), 4);
-  EXPECT_DOUBLE_EQ(AutoExposure(Automatic(), 1 / 30.0).GainFor(0), 4);
+  EXPECT_NEAR(GreyGain(&exposure, 0.1), 0.02 * 0.5 / 0.1, 1e-12);  // the first has settled
+  for (const double dark : {0.002, 0.0}) {
+    AutoExposure at_its_limit(Automatic(), 1 / 30.0);
+    EXPECT_NEAR(GreyGain(&at_its_limit, dark), 4, 1e-12);
+  }
 }
 
 TEST(AutoExposure, IsOffUnlessThereIsALevel) {
@@ -33,7 +39,28 @@ TEST(AutoExposure, IsOffUnlessThereIsALevel) {
   fixed.auto_level = 0;
   AutoExposure exposure(fixed, 1 / 30.0);
   EXPECT_FALSE(exposure.on());
-  EXPECT_EQ(exposure.GainFor(100), 4);
+  EXPECT_EQ(GreyGain(&exposure, 100), 4);
+}
+
+// Red and blue come to green's mean, or as near as the limit allows; the gain then holds the mean
+// of what is balanced.
+TEST(AutoExposure, MakesTheMeanGreyWithinItsLimit) {
+  SensorParams sensor = Automatic();
+  sensor.auto_white_balance_limit = 2;
+  const Amplification grey = AutoExposure(sensor, 0.03).For({0.2, 0.1, 0.08});
+  EXPECT_NEAR(grey.white_balance[0], 0.5, 1e-12);
+  EXPECT_NEAR(grey.white_balance[1], 1, 1e-12);
+  EXPECT_NEAR(grey.white_balance[2], 1.25, 1e-12);
+  EXPECT_NEAR(grey.gain, 0.02 * 0.5 / 0.1, 1e-12);
+  const Amplification bluish = AutoExposure(sensor, 0.03).For({0.01, 0.1, 0.4});
+  EXPECT_NEAR(bluish.white_balance[0], 2, 1e-12);
+  EXPECT_NEAR(bluish.white_balance[2], 0.5, 1e-12);
+  // about what was set by hand; a channel without light is no reason to change it
+  sensor.white_balance = {2, 1, 1};
+  EXPECT_NEAR(AutoExposure(sensor, 0.03).For({0.05, 0.1, 0.1}).white_balance[0], 2, 1e-12);
+  EXPECT_NEAR(AutoExposure(sensor, 0.03).For({0, 0.1, 0.1}).white_balance[0], 2, 1e-12);
+  sensor.auto_level = 0;
+  EXPECT_NEAR(AutoExposure(sensor, 0.03).For({0.2, 0.1, 0.08}).gain, 4, 1e-12);
 }
 
 // After a step in brightness the logarithm of the gain is a first-order lag's, whatever the frame
@@ -43,17 +70,17 @@ TEST(AutoExposure, FollowsWithItsTimeConstant) {
     SensorParams sensor = Automatic();
     sensor.auto_time_s = 0.5;
     AutoExposure exposure(sensor, frame_s);
-    const double before = exposure.GainFor(0.1);
+    const double before = GreyGain(&exposure, 0.1);
     double after = before;
-    for (double t_s = frame_s; t_s <= 1.0 + 1e-9; t_s += frame_s) after = exposure.GainFor(0.2);
+    for (double t_s = frame_s; t_s <= 1.0 + 1e-9; t_s += frame_s) after = GreyGain(&exposure, 0.2);
     EXPECT_NEAR(std::log(after / before), -std::log(2) * (1 - std::exp(-1.0 / 0.5)), 1e-9)
         << frame_s;
   }
   SensorParams at_once = Automatic();
   at_once.auto_time_s = 0;
   AutoExposure exposure(at_once, 0.03);
-  exposure.GainFor(0.1);
-  EXPECT_DOUBLE_EQ(exposure.GainFor(0.2), 0.02 * 0.5 / 0.2);
+  GreyGain(&exposure, 0.1);
+  EXPECT_NEAR(GreyGain(&exposure, 0.2), 0.02 * 0.5 / 0.2, 1e-12);
 }
 
 light::OpticsParams LampLit(double milk_ml_m3) {
@@ -74,21 +101,22 @@ TEST(AutoExposure, MetersBothViews) {
                        testing::LampsAt(0.16));
     light::RadianceStereo radiance;
     water.Apply(seen, &radiance);
-    double sum = 0;
+    Eigen::Array3d sum = Eigen::Array3d::Zero();
     size_t count = 0;
     for (const Image3f* image : {&radiance.left, &radiance.right}) {
-      for (size_t i = 0; i < 3 * image->pixels(); ++i) sum += static_cast<double>(image->data()[i]);
-      count += 3 * image->pixels();
+      for (size_t i = 0; i < image->pixels(); ++i)
+        sum += Eigen::Map<const Eigen::Array3f>(image->data() + 3 * i).cast<double>();
+      count += image->pixels();
     }
-    const double mean = sum / static_cast<double>(count);
-    EXPECT_NEAR(water.MeanRadiance(seen) / mean, 1, 0.01) << milk_ml_m3;
+    const Eigen::Array3d ratio = water.MeanRadiance(seen) / (sum / static_cast<double>(count));
+    EXPECT_NEAR(ratio.minCoeff(), 1, 0.01) << milk_ml_m3;
+    EXPECT_NEAR(ratio.maxCoeff(), 1, 0.01) << milk_ml_m3;
 
     SensorParams sensor = Automatic();
     sensor.gain = 1000;
     sensor.auto_level = 0.1;
-    sensor.read_noise_dn = 0;
-    sensor.transfer = TransferCurve::kPower;
-    sensor.power = 1;
+    sensor.read_noise_electrons = 0;
+    sensor.transfer = TransferCurve::kLinear;
     StereoCamera camera(std::move(water), ImageSensor(sensor, 1, 2), AutoExposure(sensor, 0.03));
     EXPECT_EQ(camera.Seen({{0, 0, 8, 8}, {0, 0, 8, 8}}).left.width(), 640);
     StereoImage image;
@@ -97,7 +125,7 @@ TEST(AutoExposure, MetersBothViews) {
     for (const Image3u8* view : {&image.left, &image.right})
       for (size_t i = 0; i < 3 * view->pixels(); ++i) dn += view->data()[i];
     // a little is lost where balls clip
-    EXPECT_NEAR(dn / static_cast<double>(count), 25.5, 1.5) << milk_ml_m3;
+    EXPECT_NEAR(dn / static_cast<double>(3 * count), 25.5, 1.5) << milk_ml_m3;
   }
 }
 

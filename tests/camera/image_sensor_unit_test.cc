@@ -24,7 +24,7 @@ light::RadianceStereo Flat(float radiance) {
 
 SensorParams Quiet() {
   SensorParams params;
-  params.read_noise_dn = 0;
+  params.read_noise_electrons = 0;
   return params;
 }
 
@@ -53,27 +53,35 @@ double Correlation(size_t n, A a, B b) {
   return (sab - sa * sb / n) / std::sqrt((saa - sa * sa / n) * (sbb - sb * sb / n));
 }
 
-// A linear value of about 128 DN.
+// Noise of so many DN at gain 1.
+SensorParams LinearNoise(double read_dn) {
+  SensorParams params;
+  params.transfer = TransferCurve::kLinear;
+  params.read_noise_electrons = read_dn / 255 * params.full_well_electrons;
+  return params;
+}
+
+// What is encoded as 128 DN.
 float MidRadiance(const SensorParams& params) {
   return static_cast<float>(testing::Decode(params, 128 / 255.0) *
-                            params.full_scale_radiance_w_m2_sr);
+                            params.full_scale_radiance_w_m2_sr / params.gain);
 }
 
 TEST(SensorParams, DefaultsAreValidAndBadOnesNameTheKey) {
   EXPECT_NO_THROW(ImageSensor(SensorParams{}, 1, 2));
   SensorParams bad;
-  bad.read_noise_dn = -1;
+  bad.read_noise_electrons = -1;
   try {
     ImageSensor(bad, 1, 2);
     FAIL();
   } catch (const ConfigError& error) {
-    EXPECT_EQ(error.key(), "sensor.read_noise_dn");
+    EXPECT_EQ(error.key(), "sensor.read_noise_electrons");
   }
 }
 
 TEST(ImageSensor, EncodesWithinATenthOfADn) {
-  for (const TransferCurve curve :
-       {TransferCurve::kSrgb, TransferCurve::kNtsc, TransferCurve::kPower}) {
+  for (const TransferCurve curve : {TransferCurve::kLinear, TransferCurve::kSrgb,
+                                    TransferCurve::kNtsc, TransferCurve::kPower}) {
     SensorParams params = Quiet();
     params.transfer = curve;
     params.gain = 0.5;
@@ -114,7 +122,7 @@ TEST(ImageSensor, NtscCurveIsThatOfItsStandard) {
 
 TEST(ImageSensor, ClipsAtBothEnds) {
   SensorParams params;
-  params.read_noise_dn = 3;
+  params.read_noise_electrons = 3 / 255.0 / 12.92 * params.full_well_electrons;  // 3 DN in the dark
   const ImageSensor sensor(params, 1, 2);
   StereoImage image;
   // well above full scale noise cannot be seen; what is no light at all is dark
@@ -130,17 +138,18 @@ TEST(ImageSensor, ClipsAtBothEnds) {
   }
 }
 
-// 230400 samples: the mean of 1.5 DN noise is known to 0.0031 (one sigma), its deviation to 0.0022.
+// 230400 samples: the mean of 3 DN noise is known to 0.0062 (one sigma), its deviation to 0.0044.
 // Rounding to whole DN adds 1/12 to the variance. Five sigma and the curve's 0.03 DN are allowed.
 TEST(ImageSensor, NoiseHasTheStatedMeanAndDeviation) {
-  const SensorParams params;
+  SensorParams params = LinearNoise(1.5);
+  params.gain = 2;  // which the noise stands before
   const ImageSensor sensor(params, 3, 4);
   StereoImage image;
   sensor.Digitise(Flat(MidRadiance(params)), 9, &image);
   for (const Image3u8* view : {&image.left, &image.right}) {
     const Statistics s = Of(*view);
-    EXPECT_NEAR(s.mean, 128, 0.046);
-    EXPECT_NEAR(s.sigma, std::sqrt(1.5 * 1.5 + 1 / 12.0), 0.011);
+    EXPECT_NEAR(s.mean, 128, 0.061);
+    EXPECT_NEAR(s.sigma, std::sqrt(3 * 3 + 1 / 12.0), 0.022);
   }
 }
 
@@ -148,8 +157,7 @@ TEST(ImageSensor, ShotNoiseFollowsTheLight) {
   SensorParams params = Quiet();
   params.shot_noise = true;
   params.full_well_electrons = 1000;
-  params.transfer = TransferCurve::kPower;
-  params.power = 1;
+  params.transfer = TransferCurve::kLinear;
   const ImageSensor sensor(params, 3, 4);
   StereoImage image;
   for (const double linear : {0.2, 0.8}) {
@@ -167,10 +175,60 @@ TEST(ImageSensor, ShotNoiseFollowsTheLight) {
   EXPECT_NEAR(Of(image.left).sigma, 255 * std::sqrt(0.5 / 500), 0.1);
 }
 
+// Light, noise and all of a channel are multiplied by its white balance.
+TEST(ImageSensor, WhiteBalanceAmplifiesLightAndNoise) {
+  SensorParams params = LinearNoise(1.5);
+  params.white_balance = {2, 1, 0.5};
+  const ImageSensor sensor(params, 3, 4);
+  StereoImage image;
+  sensor.Digitise(Flat(static_cast<float>(0.25 * params.full_scale_radiance_w_m2_sr)), 9, &image);
+  for (int k = 0; k < 3; ++k) {
+    double sum = 0, squares = 0;
+    const auto n = static_cast<double>(image.left.pixels());
+    for (size_t i = 0; i < image.left.pixels(); ++i) {
+      const double dn = image.left.data()[3 * i + static_cast<size_t>(k)];
+      sum += dn, squares += dn * dn;
+    }
+    const double mean = sum / n, factor = params.white_balance[k];
+    EXPECT_NEAR(mean, 255 * 0.25 * factor, 0.06) << k;
+    const double sigma = std::sqrt(squares / n - mean * mean);
+    EXPECT_NEAR(sigma, std::hypot(1.5 * factor, std::sqrt(1 / 12.0)), 0.03) << k;
+  }
+}
+
+// The amplifier's clip is seen where black stands above zero: white is this much above black.
+TEST(ImageSensor, ClipsWhiteBeforeColorIsBlurred) {
+  SensorParams params = Quiet();
+  params.transfer = TransferCurve::kLinear;
+  params.chroma_blur_px = 2;
+  params.white_clip = 1;
+  StereoImage image;
+  light::RadianceStereo red = Flat(0);
+  for (size_t i = 0; i < red.left.pixels(); ++i)
+    red.left.data()[3 * i] = static_cast<float>(3 * params.full_scale_radiance_w_m2_sr);
+  const auto green_of = [&](double clip) {
+    params.white_clip = clip;
+    ImageSensor(params, 1, 2).Digitise(red, 0, &image);
+    return image.left.at(kWidth / 2, 5)[1];
+  };
+  EXPECT_EQ(green_of(1), 19);  // what red brings into brightness is taken out of green again
+  light::RadianceStereo grey = Flat(static_cast<float>(0.9 * params.full_scale_radiance_w_m2_sr));
+  for (size_t i = 0; i < grey.left.pixels(); ++i)
+    if (i % kWidth < kWidth / 2)
+      grey.left.data()[3 * i] = static_cast<float>(3 * params.full_scale_radiance_w_m2_sr);
+  const auto blue_beside = [&](double clip) {
+    params.white_clip = clip;
+    ImageSensor(params, 1, 2).Digitise(grey, 0, &image);
+    return image.left.at(kWidth / 2 + 1, 5)[2];
+  };
+  // the more red is left, the more of it leaks over the edge, and blue is less there
+  EXPECT_LT(blue_beside(2.5), blue_beside(1) - 20);
+}
+
 // The correlation of n independent pairs is 0 with deviation 1 / sqrt(n) = 0.0021; five of these.
 TEST(ImageSensor, NoiseIsIndependentEverywhere) {
   constexpr double kBound = 0.0105;
-  const SensorParams params;
+  const SensorParams params = LinearNoise(1.5);
   const ImageSensor sensor(params, 3, 4);
   StereoImage now, next;
   sensor.Digitise(Flat(MidRadiance(params)), 7, &now);

@@ -30,18 +30,14 @@ struct PlainSensor {
         light::Mix(static_cast<uint32_t>(3 * u + channel), row[0], row[1]));
   }
   double Exact(float radiance, float normal) const {
+    const double electrons =
+        std::max(params.full_well_electrons * radiance / params.full_scale_radiance_w_m2_sr, 0.0);
+    const double noise_electrons =
+        std::sqrt(std::pow(params.read_noise_electrons, 2) + (params.shot_noise ? electrons : 0));
     const double linear =
-        std::clamp(radiance * params.gain / params.full_scale_radiance_w_m2_sr, 0.0, 1.25);
-    double variance = params.read_noise_dn * params.read_noise_dn;
-    if (params.shot_noise && linear > 0) {
-      const double d = 1e-5 * linear;
-      const double slope =
-          255 * (testing::Encode(params, linear + d) - testing::Encode(params, linear - d)) /
-          (2 * d);
-      variance += slope * slope * linear * params.gain / params.full_well_electrons;
-    }
-    return std::clamp(255 * testing::Encode(params, linear) + std::sqrt(variance) * double{normal},
-                      0.0, 255.0);
+        params.gain * (electrons + noise_electrons * double{normal}) / params.full_well_electrons;
+    return std::clamp(255 * testing::Encode(params, std::min(linear, params.white_clip)), 0.0,
+                      255.0);
   }
 };
 
@@ -58,12 +54,14 @@ TEST(ImageSensor, AgreesWithThePlainOne) {
   constexpr int kFrame = 12, kWidth = 101, kHeight = 60;
   const Image3f radiance = AnyRadiance(kWidth, kHeight);
   const light::RadianceStereo stereo{radiance, radiance};
-  for (const TransferCurve transfer : {TransferCurve::kSrgb, TransferCurve::kPower})
-    for (const double read_dn : {0.0, 1.5})
+  for (const TransferCurve transfer :
+       {TransferCurve::kSrgb, TransferCurve::kNtsc, TransferCurve::kPower, TransferCurve::kLinear})
+    for (const double read_electrons : {0.0, 20.0})
       for (const bool shot : {false, true}) {
         SensorParams params;
         params.transfer = transfer;
-        params.read_noise_dn = read_dn;
+        params.read_noise_electrons = read_electrons;
+        params.gain = 2;
         params.shot_noise = shot;
         params.full_well_electrons = 3000;
         StereoImage image;
@@ -81,7 +79,7 @@ TEST(ImageSensor, AgreesWithThePlainOne) {
             }
         EXPECT_EQ(compared, 101 * 60 * 3);
         // rounding, and the curve's error
-        EXPECT_LE(worst, 0.5 + 0.03) << shot << read_dn;
+        EXPECT_LE(worst, 0.5 + 0.03) << NameOf(transfer) << shot << read_electrons;
         EXPECT_GT(worst, 0.49);
       }
 }
@@ -90,7 +88,8 @@ TEST(ImageSensor, AgreesWithThePlainOne) {
 TEST(ImageSensor, IsTheSameWithoutVectors) {
   constexpr int kFrame = 3, kWidth = 333, kHeight = 20;
   const Image3f radiance = AnyRadiance(kWidth, kHeight);
-  const SensorParams params;
+  SensorParams params;
+  params.transfer = TransferCurve::kLinear;
   const ImageSensor sensor(params, 3, 4);
   StereoImage image;
   sensor.Digitise({radiance, radiance}, kFrame, &image);
@@ -99,8 +98,10 @@ TEST(ImageSensor, IsTheSameWithoutVectors) {
   for (int v = 0; v < kHeight; ++v)
     for (int u = 0; u < kWidth; ++u)
       for (int k = 0; k < 3; ++k) {
-        float value = sensor.SignalDn(radiance.at(u, v)[k]) + 0.5f;
-        value += static_cast<float>(params.read_noise_dn) * plain.Normal(kFrame, u, v, k);
+        const auto noise = static_cast<float>(params.gain / params.full_well_electrons *
+                                              params.read_noise_electrons);
+        const float linear = sensor.SignalDn(radiance.at(u, v)[k]) / 255;
+        const float value = 255 * (linear + noise * plain.Normal(kFrame, u, v, k)) + 0.5f;
         different += static_cast<int>(std::clamp(value, 0.0f, 255.0f)) != image.left.at(u, v)[k];
       }
   EXPECT_EQ(different, 0);

@@ -55,7 +55,7 @@ TEST(Plan, CommonSeedsAreTheSameInEveryCellAndOthersAreAllDifferent) {
   const std::string text =
       "scenario: pool_active\nseeds: 5\n"
       "grid: {water.milk_ml_m3: [0, 10, 20]}\n"
-      "random: {sensor.read_noise_dn: {uniform: [1, 2]}}\n";
+      "random: {sensor.read_noise_electrons: {uniform: [1, 2]}}\n";
   const Plan common = Make(text), own = Make(text + "common_seeds: false\n");
   std::set<int64_t> common_seeds, own_seeds;
   std::set<std::string> common_draws, own_draws;
@@ -75,7 +75,7 @@ TEST(Plan, CommonSeedsAreTheSameInEveryCellAndOthersAreAllDifferent) {
 
 TEST(Plan, MoreSeedsAndKeysLeaveTheFirstTrialsAlone) {
   const std::string text =
-      "scenario: pool_active\nrandom:\n  sensor.read_noise_dn: {uniform: [1, 2]}\n";
+      "scenario: pool_active\nrandom:\n  sensor.read_noise_electrons: {uniform: [1, 2]}\n";
   const Plan few = Make(text + "seeds: 3\n"), many = Make(text + "seeds: 30\n");
   const Plan wider = Make(text + "  start.lateral_m: {uniform: [0, 1]}\nseeds: 3\n");
   for (int64_t trial = 0; trial < 3; ++trial) {
@@ -90,7 +90,7 @@ TEST(Plan, EachDistributionKeepsToItsLimitsAndItsMedian) {
       "scenario: pool_active\nseeds: 400\ndesign: latin_hypercube\n"
       "random:\n"
       "  start.lateral_m: {uniform: [0.2, 0.6]}\n"
-      "  sensor.read_noise_dn: {log_uniform: [0.1, 10]}\n"
+      "  sensor.read_noise_electrons: {log_uniform: [0.1, 10]}\n"
       "  vehicle.rigid_body.mass_kg: {normal: [15, 1]}\n"
       "  start.vertical_m: {normal: [0, 1], within: [0.5, 3]}\n"
       "  camera_delay_frames: {choice: [0, 2, 5, 7]}\n");

@@ -9,11 +9,19 @@ namespace turbidock::testing {
 
 // Encoded value in [0, 1] of a linear one in [0, 1].
 inline double Encode(const camera::SensorParams& params, double linear) {
+  if (linear < 0) {
+    // below zero the straight part at the curve's foot goes on; a power has none
+    const double foot = 1e-9;
+    const bool straight = params.transfer != camera::TransferCurve::kPower;
+    return straight ? linear * Encode(params, foot) / foot : 0;
+  }
   switch (params.transfer) {
     case camera::TransferCurve::kNtsc:  // SMPTE 170M
       return linear < 0.018 ? 4.5 * linear : 1.099 * std::pow(linear, 0.45) - 0.099;
     case camera::TransferCurve::kSrgb:  // IEC 61966-2-1
       return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
+    case camera::TransferCurve::kLinear:
+      return linear;
     case camera::TransferCurve::kPower:
       break;
   }

@@ -36,14 +36,26 @@ TEST(TrialRepeat, SameSeedSameDigestAndObserversDoNotDisturb) {
 
 TEST(TrialRepeat, TheDigestSeesTheSeedAndEveryStageOfTheLoop) {
   const std::string digest = DigestOf(LoadScenario("sea_night_active", kShort));
-  for (const std::string change :
-       {"seed=12", "vehicle.rigid_body.mass_kg=15.001", "sea.current.gust_std_mps=0.011",
-        "water.milk_ml_m3=5", "sensor.read_noise_dn=1.6", "hue.window_rad=0.3",
-        "estimator.population=61", "camera_delay_frames=2", "camera_drop_probability=0.2",
-        "optics=calibrated", "sensor.auto_level=0.0001", "sensor.chroma_blur_px=2",
-        "sensor.white_balance=[1, 1, 0.5]", "lens.k1=-0.05", "snow.flakes_per_m3=2000",
-        "lqg.sway.effort_v=0.5", "lqg.allocation.dead_band_v=0.2", "procedure.found_hold_s=0.6",
-        "vehicle.thrusters.max_thrust_newton=6"}) {
+  for (const std::string change : {"seed=12",
+                                   "vehicle.rigid_body.mass_kg=15.001",
+                                   "sea.current.gust_std_mps=0.011",
+                                   "water.milk_ml_m3=5",
+                                   "sensor.read_noise_electrons=5.5",
+                                   "hue.window_rad=0.3",
+                                   "estimator.population=61",
+                                   "camera_delay_frames=2",
+                                   "camera_drop_probability=0.2",
+                                   "optics=calibrated",
+                                   "sensor.auto_level=0.0001",
+                                   "sensor.chroma_blur_px=2",
+                                   "sensor.white_balance=[1, 1, 0.5]",
+                                   "sensor.auto_white_balance_limit=2",
+                                   "lens.k1=-0.05",
+                                   "snow.flakes_per_m3=2000",
+                                   "lqg.sway.effort_v=0.5",
+                                   "lqg.allocation.dead_band_v=0.2",
+                                   "procedure.found_hold_s=0.6",
+                                   "vehicle.thrusters.max_thrust_newton=6"}) {
     std::vector<std::string> assignments = kShort;
     assignments.push_back(change);
     EXPECT_NE(DigestOf(LoadScenario("sea_night_active", assignments)), digest) << change;

@@ -9,6 +9,7 @@
 #include "experiments/app/progress.h"
 #include "experiments/config/data_files.h"
 #include "experiments/report/json.h"
+#include "experiments/report/table.h"
 #include "experiments/studies/recognition/calibration.h"
 #include "experiments/studies/recognition/table.h"
 #include "experiments/system/output_path.h"
@@ -51,11 +52,12 @@ std::map<MarkerKind, TableComparison> Confirm(const TableByMarker& tables,
 Json ToJson(const CalibrationPlan& plan, const CalibrationResult& result,
             const std::vector<TableRow>& rows, const std::vector<CellResult>& results,
             const std::map<MarkerKind, TableComparison>& confirmed) {
-  Json parameters = Json::array(), residuals = Json::array(), full = Json::object();
+  Json parameters = Json::array(), residuals = Json::array(), full = Json::object(),
+       front = Json::array();
   for (size_t i = 0; i < plan.parameters.size(); ++i) {
     const FreeParameter& p = plan.parameters[i];
     parameters.push_back({{"key", p.key},
-                          {"value", result.values[i]},
+                          {"value", result.best.values[i]},
                           {"low", p.low},
                           {"high", p.high},
                           {"misfit_lower", result.misfit_beside[i].first},
@@ -68,18 +70,19 @@ Json ToJson(const CalibrationPlan& plan, const CalibrationResult& result,
                          {"distance_mm", units::MmFromM(rows[i].cell.distance_m)},
                          {"fitness", results[i].fitness_mean},
                          {"reference_mean", rows[i].fitness_mean}});
-  for (const auto& [marker, comparison] : confirmed) {
-    Json ratios = Json::object();
-    for (const auto& [distance_m, loss] : comparison.loss_by_distance_m)
-      ratios[fmt::format("{:g}", units::MmFromM(distance_m))] = loss.ratio();
-    full[NameOf(marker)] = {{"misfit", Misfit(comparison)},
-                            {"rmse", comparison.rmse},
-                            {"area_agreement", comparison.area_agreement},
-                            {"loss_milk_ratio", ratios}};
+  for (const auto& [marker, comparison] : confirmed)
+    full[NameOf(marker)] = TableConstraints(marker, comparison, plan.accepted);
+  for (const Evaluation& evaluation : result.front) {
+    Json misfits = Json::array();
+    for (const Constraint& c : evaluation.constraints) misfits.push_back(c.misfit);
+    front.push_back({{"values", evaluation.values}, {"misfits", misfits}});
   }
   return {{"parameters", parameters},
           {"misfit", result.misfit},
           {"evaluations", result.evaluations},
+          {"constraints", result.best.constraints},
+          {"pulls", PullsOf(result)},
+          {"front", front},
           {"residuals", residuals},
           {"confirmed", full}};
 }
@@ -88,26 +91,31 @@ std::string Text(const CalibrationPlan& plan, const CalibrationResult& result,
                  const std::map<MarkerKind, TableComparison>& confirmed) {
   std::string text = fmt::format("misfit {:.3f} of the searched cells, evaluations: {}\n",
                                  result.misfit, result.evaluations);
-  text += fmt::format("  {:40} {:>10} {:>22}  {}\n", "parameter", "value", "range",
-                      "misfit 5 % of the range lower, higher");
+  report::Table parameters({"<parameter", "value", "range", "misfit 5 % of it lower", "higher"});
   for (size_t i = 0; i < plan.parameters.size(); ++i) {
     const FreeParameter& p = plan.parameters[i];
-    text += fmt::format("  {:40} {:10.5g} {:>22}", p.key, result.values[i],
-                        fmt::format("{:g} to {:g}", p.low, p.high));
-    if (i < result.misfit_beside.size())
-      text += fmt::format("  {:.3f} {:.3f}", result.misfit_beside[i].first,
-                          result.misfit_beside[i].second);
-    text += "\n";
+    std::vector<std::string> row = {p.key, fmt::format("{:.5g}", result.best.values[i]),
+                                    fmt::format("{:g} to {:g}", p.low, p.high), "", ""};
+    if (i < result.misfit_beside.size()) {
+      row[3] = report::Fixed(result.misfit_beside[i].first, 3);
+      row[4] = report::Fixed(result.misfit_beside[i].second, 3);
+    }
+    parameters.Row(std::move(row));
   }
+  report::Table constraints(
+      {"<constraint", "value", "misfit", "least on the front", "<there worse by most", "to"});
+  const std::vector<Pull> pulls = PullsOf(result);
+  for (size_t i = 0; i < pulls.size(); ++i)
+    constraints.Row({pulls[i].constraint, report::Fixed(result.best.constraints[i].value, 3),
+                     report::Fixed(pulls[i].misfit, 2), report::Fixed(pulls[i].least_misfit, 2),
+                     pulls[i].against,
+                     pulls[i].against.empty() ? "" : report::Fixed(pulls[i].against_misfit, 2)});
+  text += parameters.Text() + constraints.Text();
   for (const auto& [marker, comparison] : confirmed) {
-    text += fmt::format(
-        "  {} marker, full experiment: misfit {:.3f}: RMSE {:.4f}, same Area in {:.0f} % of cells",
-        NameOf(marker), Misfit(comparison), comparison.rmse, 100 * comparison.area_agreement);
-    for (const auto& [distance_m, loss] : comparison.loss_by_distance_m)
-      if (loss.ratio())
-        text += fmt::format(", lost at {:.2f} of the milk at {:g} mm", *loss.ratio(),
-                            units::MmFromM(distance_m));
-    text += "\n";
+    report::Table full({"<full experiment", "value", "misfit"});
+    for (const Constraint& c : TableConstraints(marker, comparison, plan.accepted))
+      full.Row({c.name, report::Fixed(c.value, 3), report::Fixed(c.misfit, 2)});
+    text += full.Text();
   }
   text.pop_back();
   return text;
@@ -152,13 +160,13 @@ int Calibrate(const CalibrateArguments& arguments) {
         fmt::format("# Result of `turbidock calibrate`: misfit {:.3f} of the searched cells, "
                     "evaluations: {}.\n",
                     result.misfit, result.evaluations) +
-            CalibratedYaml(plan, result.values));
+            CalibratedYaml(plan, result.best.values));
   if (app::StopSignal() != 0) {  // the best so far
     progress.Say(Text(plan, result, {}));
     return app::kExitDone;
   }
 
-  const std::vector<std::string> assignments = plan.Assignments(result.values);
+  const std::vector<std::string> assignments = plan.Assignments(result.best.values);
   const std::vector<CellResult> results =
       experiment.Run(assignments, {.workers = arguments.workers});
   std::map<MarkerKind, TableComparison> confirmed;

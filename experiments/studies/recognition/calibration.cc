@@ -13,7 +13,9 @@
 
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
+#include "experiments/studies/recognition/look.h"
 #include "sim/base/random.h"
+#include "sim/base/units.h"
 
 namespace turbidock::recognition {
 namespace {
@@ -65,6 +67,43 @@ struct Stopped {};
 // F of a search that knows where the marker is has settled then.
 constexpr double kSettle_s = 1;
 
+// What a run that has nothing to measure counts as.
+constexpr double kMisfitOfNothing = 3;
+
+// Of a value that is to reach at least a bound: 1 there, 2 at zero.
+double ShortOf(double bound, double value) { return std::max(0.0, 2 - value / bound); }
+
+// The pictures that are described in print: the balls in clear water; the passive marker's last.
+std::vector<RecognitionCell> PicturesOf(const TableByMarker& tables) {
+  constexpr double kClearView_m = 0.6;
+  std::vector<RecognitionCell> cells;
+  for (const auto& [marker, table] : tables) {
+    cells.push_back({marker, 0, kClearView_m});
+    if (marker != MarkerKind::kPassive) continue;
+    std::map<double, double> last_milk;  // by distance
+    for (const TableRow& row : table) {
+      double& milk = last_milk[row.cell.distance_m];
+      milk = std::max(milk, row.cell.milk_ml_m3);
+    }
+    for (const auto& [distance_m, milk] : last_milk) cells.push_back({marker, milk, distance_m});
+  }
+  return cells;
+}
+
+// Whether a is at least as good as b in every constraint.
+bool Dominates(const Evaluation& a, const Evaluation& b) {
+  for (size_t i = 0; i < a.constraints.size(); ++i)
+    if (a.constraints[i].misfit > b.constraints[i].misfit) return false;
+  return true;
+}
+
+void AddToFront(const Evaluation& evaluation, std::vector<Evaluation>* front) {
+  for (const Evaluation& other : *front)
+    if (Dominates(other, evaluation)) return;
+  std::erase_if(*front, [&](const Evaluation& other) { return Dominates(evaluation, other); });
+  front->push_back(evaluation);
+}
+
 }  // namespace
 
 void FreeParameter::Check(const std::string& path) const {
@@ -114,53 +153,94 @@ CalibrationPlan LoadCalibrationPlan(const std::string& path) {
 
 CalibrationExperiment::CalibrationExperiment(const CalibrationPlan& plan,
                                              const TableByMarker& tables)
-    : seconds_(plan.seconds),
+    : accepted_(plan.accepted),
+      seconds_(plan.seconds),
       rows_(ChosenRows(tables, plan.cell_share)),
-      recognition_(ScenariosOf(rows_, plan.Assignments(plan.Start())), CellsOf(rows_)) {
+      recognition_(ScenariosOf(rows_, plan.Assignments(plan.Start())), CellsOf(rows_)),
+      pictures_(ScenariosOf(rows_, plan.Assignments(plan.Start())), PicturesOf(tables)) {
   // what the search will write can be read
   trial::Scenario scenario;
   config::ReadFields(config::ParseYaml(CalibratedYaml(plan, plan.Start()), "what calibrate writes"),
                      &scenario, nullptr);
 }
 
-double Misfit(const TableComparison& comparison) {
-  // what is accepted
-  constexpr double kRmse = 0.07, kOtherArea = 0.10, kLoss = 0.12;
-  constexpr double kNoCrossing = 3;  // in units of kLoss
-  const auto square = [](double x) { return x * x; };
-  double loss = 0;
-  int losses = 0;
-  for (const auto& [distance_m, milk] : comparison.loss_by_distance_m) {
-    if (!milk.reference_ml_m3) continue;
-    loss += square(milk.ratio() ? (*milk.ratio() - 1) / kLoss : kNoCrossing);
-    ++losses;
-  }
-  return std::sqrt((square(comparison.rmse / kRmse) +
-                    square((1 - comparison.area_agreement) / kOtherArea) +
-                    (losses > 0 ? loss / losses : 0)) /
-                   (losses > 0 ? 3 : 2));
+std::vector<Constraint> TableConstraints(MarkerKind marker, const TableComparison& comparison,
+                                         const AcceptedErrors& accepted) {
+  std::vector<Constraint> constraints;
+  const auto add = [&](const std::string& what, std::optional<double> value, auto&& misfit_of) {
+    constraints.push_back({.name = fmt::format("{} {}", NameOf(marker), what),
+                           .value = value,
+                           .misfit = value ? misfit_of(*value) : kMisfitOfNothing});
+  };
+  const auto within = [](double bound) {
+    return [bound](double value) { return std::abs(value) / bound; };
+  };
+  add("rmse", comparison.rmse,
+      within(marker == MarkerKind::kActive ? accepted.rmse_active : accepted.rmse_passive));
+  add("other area", 1 - comparison.area_agreement, within(accepted.other_area));
+  for (const auto& [distance_m, loss] : comparison.loss_by_distance_m)
+    if (loss.reference_ml_m3)
+      add(fmt::format("loss at {:g} mm", units::MmFromM(distance_m)), loss.ratio(),
+          [&](double ratio) { return std::abs(ratio - 1) / accepted.loss; });
+  if (comparison.lost_fitness_error)
+    add("lost F", comparison.lost_fitness_error, within(accepted.lost_fitness));
+  if (comparison.rise)
+    add("rise", comparison.rise, [&](double rise) { return ShortOf(accepted.rise, rise); });
+  if (comparison.fitness_std)
+    add("deviation", comparison.fitness_std, [&](double deviation) {
+      return std::max(ShortOf(accepted.least_std, deviation), deviation / accepted.largest_std);
+    });
+  return constraints;
+}
+
+double Misfit(const std::vector<Constraint>& constraints) {
+  double squares = 0;
+  for (const Constraint& c : constraints) squares += c.misfit * c.misfit;
+  return std::sqrt(squares / static_cast<double>(constraints.size()));
 }
 
 std::vector<CellResult> CalibrationExperiment::Run(const std::vector<std::string>& assignments,
                                                    const farm::ForkMapOptions& run) {
   recognition_.set_scenarios(ScenariosOf(rows_, assignments));
+  pictures_.set_scenarios(ScenariosOf(rows_, assignments));
   return recognition_.Run(
       {.seconds = seconds_, .settle_s = kSettle_s, .suggest_truth = true, .run = run});
 }
 
-double CalibrationExperiment::MisfitOf(const std::vector<CellResult>& results) const {
+std::vector<Constraint> CalibrationExperiment::ConstraintsOf(
+    const std::vector<CellResult>& results) const {
   std::map<MarkerKind, std::pair<std::vector<CellResult>, std::vector<TableRow>>> by_marker;
   for (size_t i = 0; i < rows_.size(); ++i) {
     auto& [cells, rows] = by_marker[rows_[i].cell.marker];
     cells.push_back(results[i]);
     rows.push_back(rows_[i]);
   }
-  double sum = 0;
-  for (const auto& [marker, one] : by_marker) {
-    const double misfit = Misfit(Compare(one.first, one.second));
-    sum += misfit * misfit;
+  std::vector<Constraint> constraints = PictureConstraints();
+  for (const auto& [marker, one] : by_marker)
+    for (Constraint& c : TableConstraints(marker, Compare(one.first, one.second), accepted_))
+      constraints.push_back(std::move(c));
+  return constraints;
+}
+
+std::vector<Constraint> CalibrationExperiment::PictureConstraints() const {
+  std::vector<Constraint> constraints;
+  for (const RecognitionCell& cell : pictures_.cells()) {
+    const trial::Scenario& scenario = pictures_.scenario(cell.marker);
+    const Look look = LookOf(pictures_.Image(cell, 0).left, scenario.rig.MakeRig().left,
+                             scenario.marker, Pose::Translation(cell.distance_m, 0, 0));
+    const auto add = [&](const char* what, double value, double misfit) {
+      constraints.push_back({fmt::format("{} {} at {:g} mm", NameOf(cell.marker), what,
+                                         units::MmFromM(cell.distance_m)),
+                             value, misfit});
+    };
+    if (cell.milk_ml_m3 == 0) {
+      add("ball", look.ball_dn, ShortOf(accepted_.ball_dn, look.ball_dn));
+    } else {
+      add("white", look.brightness_dn, ShortOf(accepted_.white_dn, look.brightness_dn));
+      add("saturation", look.saturation, look.saturation / accepted_.white_saturation);
+    }
   }
-  return std::sqrt(sum / static_cast<double>(by_marker.size()));
+  return constraints;
 }
 
 std::string CalibratedYaml(const CalibrationPlan& plan, const std::vector<double>& values) {
@@ -183,10 +263,33 @@ std::string CalibratedYaml(const CalibrationPlan& plan, const std::vector<double
   return YAML::Dump(root) + "\n";
 }
 
+std::vector<Pull> PullsOf(const CalibrationResult& result) {
+  std::vector<Pull> pulls;
+  const std::vector<Constraint>& best = result.best.constraints;
+  for (size_t i = 0; i < best.size(); ++i) {
+    const auto least = std::min_element(result.front.begin(), result.front.end(),
+                                        [&](const Evaluation& a, const Evaluation& b) {
+                                          return a.constraints[i].misfit < b.constraints[i].misfit;
+                                        });
+    Pull pull{best[i].name, best[i].misfit, least->constraints[i].misfit, "", 0};
+    double most_worse = 0;
+    for (size_t j = 0; j < best.size(); ++j) {
+      const double worse = least->constraints[j].misfit - best[j].misfit;
+      if (worse <= most_worse) continue;
+      most_worse = worse;
+      pull.against = best[j].name;
+      pull.against_misfit = least->constraints[j].misfit;
+    }
+    pulls.push_back(std::move(pull));
+  }
+  return pulls;
+}
+
 CalibrationResult Calibrate(const CalibrationPlan& plan, const CalibrationOptions& options,
                             CalibrationExperiment* experiment) {
   const size_t n = plan.parameters.size();
-  CalibrationResult result{.misfit = std::numeric_limits<double>::infinity()};
+  CalibrationResult result{.best = {.values = plan.Start(), .constraints = {}},
+                           .misfit = std::numeric_limits<double>::infinity()};
   std::vector<double> best_places(n);
   for (size_t i = 0; i < n; ++i)
     best_places[i] = plan.parameters[i].PlaceOf(plan.parameters[i].start);
@@ -194,22 +297,26 @@ CalibrationResult Calibrate(const CalibrationPlan& plan, const CalibrationOption
   const bool searches = options.generations > 0;
   const int planned = (searches ? size * (1 + options.generations) : 1) + 2 * static_cast<int>(n);
   int done = 0;
-  const auto misfit_at = [&](const std::vector<double>& places) {
-    std::vector<double> values(n);
-    for (size_t i = 0; i < n; ++i) values[i] = plan.parameters[i].ValueAt(places[i]);
+  const auto evaluation_at = [&](const std::vector<double>& places) {
+    Evaluation evaluation{.values = std::vector<double>(n), .constraints = {}};
+    for (size_t i = 0; i < n; ++i) evaluation.values[i] = plan.parameters[i].ValueAt(places[i]);
     const std::vector<CellResult> results =
-        experiment->Run(plan.Assignments(values),
+        experiment->Run(plan.Assignments(evaluation.values),
                         {.workers = options.workers, .stop_requested = options.stop_requested});
     if (results.empty()) throw Stopped();
-    const double misfit = experiment->MisfitOf(results);
-    if (options.on_progress) options.on_progress(++done, planned, std::min(misfit, result.misfit));
-    return misfit;
+    evaluation.constraints = experiment->ConstraintsOf(results);
+    if (options.on_progress)
+      options.on_progress(++done, planned, std::min(Misfit(evaluation.constraints), result.misfit));
+    return evaluation;
   };
   const auto evaluate = [&](const std::vector<double>& places) {
-    const double misfit = misfit_at(places);
+    const Evaluation evaluation = evaluation_at(places);
+    const double misfit = Misfit(evaluation.constraints);
     ++result.evaluations;
+    AddToFront(evaluation, &result.front);
     if (misfit < result.misfit) {
       result.misfit = misfit;
+      result.best = evaluation;
       best_places = places;
     }
     return misfit;
@@ -238,14 +345,12 @@ CalibrationResult Calibrate(const CalibrationPlan& plan, const CalibrationOption
       for (const bool higher : {false, true}) {
         std::vector<double> moved = best_places;
         moved[i] = std::clamp(moved[i] + (higher ? 0.05 : -0.05), 0.0, 1.0);
-        (higher ? beside.second : beside.first) = misfit_at(moved);
+        (higher ? beside.second : beside.first) = Misfit(evaluation_at(moved).constraints);
       }
       result.misfit_beside.push_back(beside);
     }
   } catch (const Stopped&) {
   }
-  for (size_t i = 0; i < n; ++i)
-    result.values.push_back(plan.parameters[i].ValueAt(best_places[i]));
   return result;
 }
 

@@ -1,15 +1,19 @@
 #pragma once
 // Calibration: the few uncertain optical and camera parameters, one value for both markers, all
-// distances and all milk, that bring the recognition experiment closest to published tables.
+// distances and all milk, that bring the recognition experiment closest to what is known of the
+// published one.
 //
-// What is searched, by CMA-ES (pagmo), is the least misfit over a choice of the tables' cells: RMSE
-// of F, Areas and milk of loss together, see Misfit. For the search the estimator is told where the
-// marker is and a cell is watched for a fraction of a second; the result is confirmed on all cells
-// by searches that begin knowing nothing.
+// That is the tables and how the pictures are described: constraints, each with a misfit in units
+// of what is accepted of it. CMA-ES (pagmo) searches the least root of the mean square of all
+// misfits. Constraints pull against each other; the front of all evaluations of which none was
+// better in everything tells which. For the search the estimator is told where the marker is and
+// some of the tables' cells are watched for a fraction of a second; the result is confirmed on all
+// cells by searches that begin knowing nothing.
 
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -43,15 +47,46 @@ struct FreeParameter {
   std::string Assignment(double value) const;  // "key=value" for --set
 };
 
+// How far a run may be from what is known, for each thing that is.
+struct AcceptedErrors {
+  double rmse_active = 0.05, rmse_passive = 0.075;
+  double other_area = 0.08;
+  double loss = 0.1;
+  double lost_fitness = 0.03;
+  double rise = 0.03;
+  double least_std = 0.02, largest_std = 0.06;
+  double ball_dn = 60;
+  double white_dn = 120, white_saturation = 0.2;
+
+  static void Fields(auto& self, auto&& field) {
+    field("rmse_active", self.rmse_active, Above(0), "error of mean F, active marker");
+    field("rmse_passive", self.rmse_passive, Above(0), "error of mean F, passive marker");
+    field("other_area", self.other_area, Above(0), "share of cells in another Area");
+    field("loss", self.loss, Above(0), "milk at which F falls to 0.22, over the table's, less one");
+    field("lost_fitness", self.lost_fitness, Above(0), "error of mean F of a lost marker");
+    field("rise", self.rise, Above(0),
+          "how much better than in clear water F must get by a little milk, nearest distance");
+    field("least_std", self.least_std, Above(0), "least mean deviation of F in a cell");
+    field("largest_std", self.largest_std, Above(0), "largest mean deviation of F in a cell");
+    field("ball_dn", self.ball_dn, Above(0),
+          "8-bit steps that a ball must stand out at 0.6 m in clear water");
+    field("white_dn", self.white_dn, Above(0),
+          "brightness that the passive marker's image must have at the table's last milk");
+    field("white_saturation", self.white_saturation, Above(0), "saturation that it may have");
+  }
+};
+
 // What is searched, as a data file describes it.
 struct CalibrationPlan {
   std::vector<FreeParameter> parameters;
+  AcceptedErrors accepted;
   double cell_share = 0.5;  // of the tables' cells that the search uses
   double seconds = 0.4;     // a cell, after settling
   double spread = 0.1;      // of the first generation, as a share of each range
 
   static void Fields(auto& self, auto&& field) {
     field("parameters", self.parameters, Finite(), "what is searched");
+    field("accepted", self.accepted, Finite(), "how far off the result may be");
     field("cell_share", self.cell_share, InRange(0.01, 1),
           "share of the tables' cells that the search looks at, evenly over milk");
     field("seconds", self.seconds, InRange(0.02, 3600), "time the search watches a cell");
@@ -69,11 +104,26 @@ CalibrationPlan LoadCalibrationPlan(const std::string& path);
 
 using TableByMarker = std::map<MarkerKind, std::vector<TableRow>>;
 
-// How far a run is from its table, in units of what is accepted: the root of the mean square of
-// RMSE over 0.07, cells in another Area over 10 %, and the milk of loss, ratio - 1 over 12 % (root
-// mean square over the distances; a marker that is never lost, or never seen, counts as 36 % off; a
-// distance at which the table's is not lost does not count). 1: on the whole, as far off as may be.
-double Misfit(const TableComparison& comparison);
+// One thing that is known of the experiment and what a run makes of it. Misfit 1: as far off as is
+// accepted; 0: met in full.
+struct Constraint {
+  std::string name;
+  std::optional<double> value;  // nothing: the run has none, as of a marker that is never lost
+  double misfit = 0;
+
+  static void Fields(auto& self, auto&& field) {
+    field("constraint", self.name);
+    field("value", self.value);
+    field("misfit", self.misfit);
+  }
+};
+
+// Those of a run against its table. A distance at which the table's marker is not lost has none.
+std::vector<Constraint> TableConstraints(MarkerKind marker, const TableComparison& comparison,
+                                         const AcceptedErrors& accepted);
+
+// Root of the mean square.
+double Misfit(const std::vector<Constraint>& constraints);
 
 // The experiment as the search runs it.
 class CalibrationExperiment {
@@ -86,22 +136,52 @@ class CalibrationExperiment {
   // Every row's result under these assignments; nothing when it was stopped. Deterministic.
   std::vector<CellResult> Run(const std::vector<std::string>& assignments,
                               const farm::ForkMapOptions& run);
-  // How far such results are from the tables: root mean square of the tables' misfits.
-  double MisfitOf(const std::vector<CellResult>& results) const;
+  // What they, and pictures under the assignments that were run last, make of all that is known.
+  std::vector<Constraint> ConstraintsOf(const std::vector<CellResult>& results) const;
 
  private:
+  std::vector<Constraint> PictureConstraints() const;
+
+  AcceptedErrors accepted_;
   double seconds_;
   std::vector<TableRow> rows_;
   Recognition recognition_;
+  Recognition pictures_;
+};
+
+// One set of values and what it is worth.
+struct Evaluation {
+  std::vector<double> values;           // in the order of the plan's parameters
+  std::vector<Constraint> constraints;  // of the cells that the search looks at
 };
 
 struct CalibrationResult {
-  std::vector<double> values = {};  // in the order of the plan's parameters
-  double misfit = 0;                // of the cells that the search looks at
+  Evaluation best;
+  double misfit = 0;  // of the best
   int evaluations = 0;
+  // Those that none is better than, or as good as, in every constraint.
+  std::vector<Evaluation> front = {};
   // By parameter: misfit with it a twentieth of its range lower and higher.
   std::vector<std::pair<double, double>> misfit_beside = {};
 };
+
+// What pulls against a constraint: where on the front it is met best, and the other one that is
+// then worse by most than at the best evaluation.
+struct Pull {
+  std::string constraint;
+  double misfit = 0, least_misfit = 0;  // at the best evaluation, anywhere on the front
+  std::string against;                  // empty: nothing is worse there
+  double against_misfit = 0;            // there
+
+  static void Fields(auto& self, auto&& field) {
+    field("constraint", self.constraint);
+    field("misfit", self.misfit);
+    field("least_misfit", self.least_misfit);
+    field("against", self.against);
+    field("against_misfit", self.against_misfit);
+  }
+};
+std::vector<Pull> PullsOf(const CalibrationResult& result);
 
 struct CalibrationOptions {
   int generations = 30;  // 0: no search, only what the start and its sides are worth

@@ -68,6 +68,12 @@ std::string RecognitionText(const std::vector<CellResult>& results,
       text += fmt::format("  {:g} mm: F falls to 0.22 at {} ml/m3, in the table at {}\n",
                           MmFromM(distance_m), report::Fixed(loss.simulated_ml_m3, 1),
                           report::Fixed(loss.reference_ml_m3, 1));
+    text += fmt::format(
+        "  nearest: F is best at {} ml/m3, {} above clear water; lost: F {} above the table's; "
+        "deviation in a cell {}\n",
+        report::Fixed(comparison->best_milk_ml_m3, 1), report::Fixed(comparison->rise, 3),
+        report::Fixed(comparison->lost_fitness_error, 3),
+        report::Fixed(comparison->fitness_std, 3));
   }
   text.pop_back();
   return text;
@@ -89,6 +95,10 @@ std::string RecognitionJson(const std::vector<CellResult>& results,
     }
     json["loss_milk_ratio"] = ratios;
     json["loss_milk_ml_m3"] = {{"simulated", simulated}, {"reference", reference}};
+    json["lost_fitness_error"] = comparison->lost_fitness_error;
+    json["best_milk_ml_m3"] = comparison->best_milk_ml_m3;
+    json["rise"] = comparison->rise;
+    json["fitness_std"] = comparison->fitness_std;
   }
   return report::JsonText(json);
 }

@@ -72,6 +72,37 @@ double ReadNumber(const std::string& where, const Column& column, const std::str
   return *value;
 }
 
+// Over the milk of loss; nearer to it F comes and goes.
+constexpr double kSurelyLost = 1.2;
+// A little milk, at which the published F is best.
+constexpr double kLittleMilk_ml_m3[] = {2, 20};
+
+// Mean of what there is; nothing where there is none.
+template <typename ValueOf>
+std::optional<double> MeanOver(const std::vector<TableRow>& table, ValueOf&& value_of) {
+  double sum = 0;
+  int count = 0;
+  for (size_t i = 0; i < table.size(); ++i)
+    if (const std::optional<double> value = value_of(i)) sum += *value, ++count;
+  return count > 0 ? std::optional(sum / count) : std::nullopt;
+}
+
+// From simulated and published F by milk.
+void SetBest(const std::map<double, std::pair<double, double>>& curve,
+             TableComparison* comparison) {
+  std::optional<double> best, best_little;
+  for (const auto& [milk, fitness] : curve) {
+    if (!best || fitness.first > *best) {
+      best = fitness.first;
+      comparison->best_milk_ml_m3 = milk;
+    }
+    if (milk >= kLittleMilk_ml_m3[0] && milk <= kLittleMilk_ml_m3[1])
+      best_little = std::max(best_little.value_or(-1), fitness.first);
+  }
+  if (best_little && curve.begin()->first == 0)
+    comparison->rise = *best_little - curve.begin()->second.first;
+}
+
 }  // namespace
 
 std::vector<TableRow> ReadRecognitionTable(const std::string& path, MarkerKind marker) {
@@ -165,6 +196,17 @@ TableComparison Compare(const std::vector<CellResult>& results,
     }
     comparison.loss_by_distance_m[distance_m] = {MilkAtLoss(simulated), MilkAtLoss(reference)};
   }
+  comparison.lost_fitness_error = MeanOver(table, [&](size_t i) -> std::optional<double> {
+    const auto& loss = comparison.loss_by_distance_m.at(table[i].cell.distance_m);
+    if (!loss.reference_ml_m3 || table[i].cell.milk_ml_m3 <= kSurelyLost * *loss.reference_ml_m3)
+      return std::nullopt;
+    return results[i].fitness_mean - table[i].fitness_mean;
+  });
+  comparison.fitness_std = MeanOver(table, [&](size_t i) -> std::optional<double> {
+    if (AreaOf(table[i].fitness_mean) == Area::kIII) return std::nullopt;
+    return results[i].fitness_std;
+  });
+  SetBest(curves.begin()->second, &comparison);
   return comparison;
 }
 

@@ -43,6 +43,14 @@ struct TableComparison {
     std::optional<double> ratio() const;
   };
   std::map<double, Loss> loss_by_distance_m;
+  // Simulated minus published mean F where the published marker is lost for certain: at more than
+  // 1.2 times its milk of loss. Nothing where there is no such cell.
+  std::optional<double> lost_fitness_error;
+  // At the nearest distance: the milk of the best F, and how much better than in clear water F gets
+  // by a little of it, 2 to 20 ml/m^3. Nothing without such cells.
+  std::optional<double> best_milk_ml_m3, rise;
+  // Mean deviation of F in cells whose published marker is not lost.
+  std::optional<double> fitness_std;
 };
 
 // `results[i]` belongs to `table[i]`.

@@ -78,18 +78,77 @@ TEST(CalibrationExperiment, RefusesAnElementOfAListThatIsNotThere) {
   }
 }
 
-TableComparison Comparison(double rmse, double area_agreement,
-                           std::map<double, TableComparison::Loss> loss) {
-  return {rmse, area_agreement, std::move(loss)};
+double MisfitOf(const std::vector<Constraint>& constraints, const std::string& name) {
+  for (const Constraint& c : constraints)
+    if (c.name == name) return c.misfit;
+  ADD_FAILURE() << "no constraint " << name;
+  return -1;
 }
 
-// In units of what is accepted; a table in which the marker is never lost tells nothing of loss.
-TEST(Misfit, IsTheRootMeanSquareOfThreeDemands) {
-  EXPECT_EQ(Misfit(Comparison(0, 1, {{0.4, {50, 50}}})), 0);
-  EXPECT_NEAR(Misfit(Comparison(0.07, 0.9, {{0.4, {56, 50}}, {1, {44, 50}}})), 1, 1e-12);
-  EXPECT_NEAR(Misfit(Comparison(0.14, 1, {{0.4, {50, 50}}})), 2 / std::sqrt(3), 1e-12);
-  EXPECT_NEAR(Misfit(Comparison(0, 1, {{0.4, {std::nullopt, 50}}})), std::sqrt(3), 1e-12);
-  EXPECT_NEAR(Misfit(Comparison(0.07, 0.9, {{0.4, {50, std::nullopt}}})), 1, 1e-12);
+TableComparison AllMet() {
+  return {.rmse = 0,
+          .area_agreement = 1,
+          .loss_by_distance_m = {{0.4, {50, 50}}, {1, {20, 20}}},
+          .lost_fitness_error = 0,
+          .best_milk_ml_m3 = 5,
+          .rise = 0.06,
+          .fitness_std = 0.04};
+}
+
+// 0 where all is met, 1 where each is as far off as is accepted.
+TEST(TableConstraints, AreInUnitsOfWhatIsAccepted) {
+  const AcceptedErrors accepted;
+  TableComparison run = AllMet();
+  EXPECT_NEAR(Misfit(TableConstraints(MarkerKind::kActive, run, accepted)),
+              0.04 / 0.06 / std::sqrt(7), 1e-12);  // of the deviation, which is always something
+  run.rmse = 0.05;
+  run.area_agreement = 0.92;
+  run.loss_by_distance_m = {{0.4, {45, 50}}, {1, {22, 20}}};
+  run.lost_fitness_error = -0.03;
+  run.rise = 0.03;
+  run.fitness_std = 0.02;
+  for (const Constraint& c : TableConstraints(MarkerKind::kActive, run, accepted))
+    EXPECT_NEAR(c.misfit, 1, 1e-12) << c.name;
+  run.rise = -0.03;
+  run.fitness_std = 0.09;
+  const auto passive = TableConstraints(MarkerKind::kPassive, run, accepted);
+  EXPECT_NEAR(MisfitOf(passive, "passive rmse"), 0.05 / 0.075, 1e-12);
+  EXPECT_NEAR(MisfitOf(passive, "passive rise"), 3, 1e-12);
+  EXPECT_NEAR(MisfitOf(passive, "passive deviation"), 1.5, 1e-12);
+}
+
+// A marker that is never lost is far off; a table in which it is never lost tells nothing of loss.
+TEST(TableConstraints, OfWhatIsNotThere) {
+  TableComparison run = AllMet();
+  run.loss_by_distance_m = {{0.4, {std::nullopt, 50}}, {1, {20, std::nullopt}}};
+  run.rise = std::nullopt;
+  const auto constraints = TableConstraints(MarkerKind::kActive, run, {});
+  EXPECT_EQ(MisfitOf(constraints, "active loss at 400 mm"), 3);
+  EXPECT_EQ(constraints.size(), 5u);  // rmse, area, one loss, lost F, deviation
+}
+
+CalibrationResult ResultOf(const std::vector<std::vector<double>>& front) {
+  CalibrationResult result;
+  for (const std::vector<double>& misfits : front) {
+    Evaluation evaluation;
+    for (size_t i = 0; i < misfits.size(); ++i)
+      evaluation.constraints.push_back(
+          {std::string(1, static_cast<char>('a' + i)), {}, misfits[i]});
+    result.front.push_back(evaluation);
+  }
+  result.best = result.front[0];
+  return result;
+}
+
+TEST(Pulls, AreWhatTheLeastOfOneCostsTheOthers) {
+  const std::vector<Pull> pulls = PullsOf(ResultOf({{1, 1, 0.5}, {0.2, 3, 1}, {2, 0.9, 0.5}}));
+  ASSERT_EQ(pulls.size(), 3u);
+  EXPECT_EQ(pulls[0].least_misfit, 0.2);
+  EXPECT_EQ(pulls[0].against, "b");
+  EXPECT_EQ(pulls[0].against_misfit, 3);
+  EXPECT_EQ(pulls[1].least_misfit, 0.9);
+  EXPECT_EQ(pulls[1].against, "a");
+  EXPECT_EQ(pulls[2].against, "");  // it is as good as anywhere at the best
 }
 
 // In each of these cells a search that is not told has not found the marker after a second.
@@ -105,17 +164,20 @@ TEST(CalibrationExperiment, NeedNotFindTheMarker) {
     EXPECT_LT(result.position_error_mean_m, 0.01) << result.cell.milk_ml_m3;
 }
 
-// Two tables, of which one is met and the other missed by twice what is accepted.
+// Two tables, of which one is met and the other missed by twice what is accepted; and pictures.
 TEST(CalibrationExperiment, BothTablesCount) {
   const RecognitionCell active{MarkerKind::kActive, 80, 0.6}, passive{MarkerKind::kPassive, 5, 0.6};
   CalibrationPlan plan;
   plan.parameters = {Parameter(0.5, 2, false)};
   const CalibrationExperiment experiment(plan, {{MarkerKind::kActive, {{active, 0.5, {}}}},
                                                 {MarkerKind::kPassive, {{passive, 0.5, {}}}}});
-  for (const auto& [of_active, of_passive] : {std::pair{0.5, 0.36}, {0.36, 0.5}})
-    EXPECT_NEAR(experiment.MisfitOf({{.cell = active, .fitness_mean = of_active},
-                                     {.cell = passive, .fitness_mean = of_passive}}),
-                1, 1e-12);
+  for (const auto& [of_active, of_passive] : {std::pair{0.5, 0.35}, {0.4, 0.5}}) {
+    const auto constraints =
+        experiment.ConstraintsOf({{.cell = active, .fitness_mean = of_active},
+                                  {.cell = passive, .fitness_mean = of_passive}});
+    EXPECT_NEAR(MisfitOf(constraints, "active rmse"), (0.5 - of_active) / 0.05, 1e-9);
+    EXPECT_NEAR(MisfitOf(constraints, "passive rmse"), (0.5 - of_passive) / 0.075, 1e-9);
+  }
 }
 
 // A known change of one parameter is found again from the table that it makes.
@@ -130,6 +192,7 @@ TEST(Calibrate, FindsWhatMadeTheTable) {
   power.start = 0.0013;
   power.logarithmic = true;
   plan.parameters = {power};
+  plan.accepted.ball_dn = 1;  // the picture has no say
   TableByMarker tables;
   TableRow row;
   row.cell = {MarkerKind::kActive, 80, 0.6};
@@ -141,14 +204,16 @@ TEST(Calibrate, FindsWhatMadeTheTable) {
       experiment.Run({power.Assignment(truth)}, {}).front().fitness_mean;
   CalibrationExperiment known(plan, tables);
   const CalibrationResult result = Calibrate(plan, {.generations = 3}, &known);
-  EXPECT_NEAR(std::log(result.values[0] / truth), 0, 0.15);
-  EXPECT_LT(result.misfit, 0.35);  // F within 0.03, the same Area
+  EXPECT_NEAR(std::log(result.best.values[0] / truth), 0, 0.15);
+  EXPECT_LT(result.misfit, 0.6);  // F within 0.03, the same Area
   EXPECT_GT(result.misfit_beside[0].first, result.misfit);
   EXPECT_GT(result.misfit_beside[0].second, result.misfit);
 
   const CalibrationResult start = Calibrate(plan, {.generations = 0}, &known);
   EXPECT_EQ(start.evaluations, 1);
-  EXPECT_NEAR(start.values[0], power.start, 1e-12);
+  EXPECT_EQ(start.front.size(), 1u);
+  EXPECT_GT(result.evaluations, static_cast<int>(result.front.size()));
+  EXPECT_NEAR(start.best.values[0], power.start, 1e-12);
   EXPECT_GT(start.misfit, 2 * result.misfit);
   EXPECT_LT(start.misfit_beside[0].first, start.misfit);  // the truth is lower
 }
