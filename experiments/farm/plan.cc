@@ -279,8 +279,8 @@ TrialSpec Plan::Trial(int64_t trial) const {
   const int64_t samples = trials_of_cell();
   spec.cell = settings_.precision ? trial % cells_ : trial / samples;
   spec.sample = settings_.precision ? trial / cells_ : trial % samples;
-  const int64_t row = settings_.common_seeds ? spec.sample : trial;
-  spec.seed = SeedTree(static_cast<uint64_t>(settings_.master_seed)).TrialSeed(row);
+  const int64_t number = settings_.common_seeds ? spec.sample : trial;
+  spec.seed = SeedTree(static_cast<uint64_t>(settings_.master_seed)).TrialSeed(number);
   int64_t rest = spec.cell;
   spec.parameters.resize(grid_.size());
   for (size_t i = grid_.size(); i-- > 0;) {
