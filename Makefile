@@ -11,8 +11,8 @@ CI_PACKAGES := $(shell sed '/^\#/d' apt-packages.txt)
 .PHONY: run test build build-tests bench format clean ci-setup
 
 run: build
-	@echo "== one docking trial at night, filmed, to out/run/ (about a minute)"
-	build/bin/turbidock run sea_night_active --out out/run --video
+	@echo "== the published docking trial at night, filmed, to out/run/ (about a minute)"
+	build/bin/turbidock run paper_sea_night_active --out out/run --video
 
 build:
 	@echo "== turbidock: packages (some minutes if they are missing), then the program (5 to 10 minutes on" \

@@ -18,11 +18,11 @@ namespace turbidock::control {
 struct LqgParams {
   // What the vehicle is taken for: rigid plus added mass, damping linearised about the relative
   // speeds of the task (0.05 m/s ahead, 0.1 m/s across), and force per volt of compensated demand:
-  // 4.9 N at 2.25 V. Sources: assets/gains.yaml.
+  // 4.9 N at 2.31 V. Sources: assets/gains.yaml.
   struct Translation {
     double mass_kg = 25;
-    double damping_newton_s_per_m = 24;
-    double thrust_newton_per_v = 2.18;
+    double damping_newton_s_per_m = 36;
+    double thrust_newton_per_v = 2.12;
     double error_m = 0.01;   // the law takes this error, ...
     double speed_mps = 0.1;  // ... this speed ...
     double effort_v = 0.6;   // ... and this deviation from the steady voltage for equally bad
@@ -51,8 +51,8 @@ struct LqgParams {
   };
   struct Yaw {
     double inertia_kg_m2 = 0.28;
-    double damping_newton_m_s = 0.1;
-    double moment_newton_m_per_v = 0.436;
+    double damping_newton_m_s = 0.9;
+    double moment_newton_m_per_v = 0.424;
     double error_rad = 0.05;
     double speed_rad_s = 0.2;
     double effort_v = 0.6;
@@ -81,15 +81,15 @@ struct LqgParams {
   };
 
   Translation surge{.mass_kg = 21,
-                    .damping_newton_s_per_m = 10,
-                    .thrust_newton_per_v = 4.36,
+                    .damping_newton_s_per_m = 17.5,
+                    .thrust_newton_per_v = 4.24,
                     .noise_m = 0.003,
                     .wave_newton = 0};
   Translation sway;
-  Translation heave{.mass_kg = 24, .damping_newton_s_per_m = 15, .current_newton = 1};
+  Translation heave{.mass_kg = 24, .damping_newton_s_per_m = 20.6, .current_newton = 1};
   Yaw yaw;
   double head_offset_m = 0.19;  // of models/vehicle.xml
-  double thruster_lag_s = 0.15;
+  double thruster_lag_s = 0.08;
   int latency_frames = 1;
   double current_time_s = 60;
   double wave_period_s = 2.5;

@@ -10,10 +10,10 @@
 namespace turbidock::control {
 
 struct PVoltageParams {
-  // Published gains carry no unit and cannot be used; 20 V/m is 20 to 80 N/m on thrusters of 1 to 4
-  // N/V, the stiffness derived for a 15 kg vehicle with its added mass.
+  // Published gains carry no unit and cannot be used. 30 V/m is 64 N/m on a thruster of 2.1 N/V, in
+  // the middle of those with which this vehicle docks in the sea at night (20 to 40 V/m).
   struct Translation {
-    double kp_v_per_m = 20;
+    double kp_v_per_m = 30;
     double limit_v = 2.5;  // all there is, as published
 
     static void Fields(auto& self, auto&& field) {
@@ -23,7 +23,7 @@ struct PVoltageParams {
   };
   // The error of the heading is that of eps3, half the angle in rad when small.
   struct Yaw {
-    double kp_v = 2;  // guess: 1 V/rad is about 0.6 N m/rad with two thrusters 0.1 m off the axis
+    double kp_v = 2;  // guess: 0.42 N m/rad with two thrusters 0.1 m off the axis
     double limit_v = 2.5;
 
     static void Fields(auto& self, auto&& field) {
@@ -32,8 +32,9 @@ struct PVoltageParams {
     }
   };
 
-  // guess: at full voltage the vehicle arrives too fast for an undamped law to stop it
-  Translation surge{.limit_v = 1};
+  // guess: at full voltage the vehicle arrives too fast for an undamped law to stop it; 0.5 V take
+  // it to 0.08 m/s
+  Translation surge{.kp_v_per_m = 20, .limit_v = 0.5};
   Translation sway, heave;
   Yaw yaw;
   PoseFilterParams pose_filter;

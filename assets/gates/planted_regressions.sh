@@ -16,8 +16,8 @@ thrust=("vehicle.thrusters.effectiveness=[0.6, 0.6, 0.6, 0.6]")
 delay=(camera_delay_frames=4)
 hue=(marker_may_differ=true marker.balls.0.hue_rad=2.618 marker.balls.1.hue_rad=0.5236
   marker.balls.2.hue_rad=4.7124)
-drag=("vehicle.hydrodynamics.linear_damping_diagonal=[10, 12, 16, 0.2, 0.3, 0.14]"
-  "vehicle.hydrodynamics.quadratic_damping_diagonal=[110, 180, 140, 0.2, 0.3, 0.4]")
+drag=("vehicle.hydrodynamics.linear_damping_diagonal=[6, 3.5, 6.5, 0.05, 0.075, 0.4]"
+  "vehicle.hydrodynamics.quadratic_damping_diagonal=[27.5, 72.5, 38, 0.05, 0.075, 0.25]")
 
 sets() { for assignment in "$@"; do printf '%s\0' --set "$assignment"; done; }
 
@@ -53,4 +53,4 @@ long_run long_run_p long_run_p
 judge planted_regressions long_run thrust_less_40_percent "${thrust[@]}"
 judge planted_regressions long_run camera_delay_3_frames_more "${delay[@]}"
 judge planted_regressions long_run hue_shifted_30_degrees "${hue[@]}"
-judge planted_regressions_p long_run_p drag_doubled_with_p_gains "${drag[@]}"
+judge planted_regressions_p long_run_p drag_halved_with_p_gains "${drag[@]}"

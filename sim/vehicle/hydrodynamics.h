@@ -56,9 +56,9 @@ struct HydrodynamicsParams {
   double hull_height_m = 0.31;
   Vector6d added_mass_diagonal = (Vector6d() << 6, 10, 9, 0.03, 0.03, 0.05).finished();
   std::vector<MatrixEntry> added_mass_coupling;
-  Vector6d linear_damping_diagonal = (Vector6d() << 5, 6, 8, 0.1, 0.15, 0.07).finished();
+  Vector6d linear_damping_diagonal = (Vector6d() << 12, 7, 13, 0.1, 0.15, 0.8).finished();
   std::vector<MatrixEntry> linear_damping_coupling;
-  Vector6d quadratic_damping_diagonal = (Vector6d() << 55, 90, 70, 0.1, 0.15, 0.2).finished();
+  Vector6d quadratic_damping_diagonal = (Vector6d() << 55, 145, 76, 0.1, 0.15, 0.5).finished();
   std::vector<MatrixEntry> quadratic_damping_coupling;
 
   static void Fields(auto& self, auto&& field) {

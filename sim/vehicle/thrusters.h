@@ -17,11 +17,11 @@ using ThrusterForces = std::array<double, kThrusterCount>;
 struct ThrusterParams {
   double max_thrust_newton = 4.9;
   double reverse_ratio = 0.9;
-  double dead_band_volts = 0.25;
-  double curve_exponent = 2;
+  double dead_band_volts = 0.19;
+  double curve_exponent = 1;
   std::vector<double> table_volts;          // a measured curve instead of the four numbers above
   std::vector<double> table_thrust_newton;  // same length
-  double lag_s = 0.15;
+  double lag_s = 0.08;
   double rate_limit_newton_per_s = 0;
   double inflow_loss_s_per_m = 0.3;
   std::array<double, kThrusterCount> effectiveness{1, 1, 1, 1};

@@ -90,7 +90,7 @@ TEST_F(CommandLine, ScenariosListsEachWithALine) {
   const ProgramEnd end = RunProgram({"scenarios"});
   EXPECT_EQ(end.exit_code, 0);
   EXPECT_THAT(end.out, HasSubstr("sea_night_active"));
-  EXPECT_EQ(std::count(end.out.begin(), end.out.end(), '\n'), 4);
+  EXPECT_EQ(std::count(end.out.begin(), end.out.end(), '\n'), 6);
 }
 
 TEST_F(CommandLine, PhysicsSelftestExitsAsItsTableSays) {

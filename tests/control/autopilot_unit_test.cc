@@ -51,8 +51,8 @@ TEST(Autopilot, ThePublishedLawIsThePublishedCommand) {
   const double yaw_v = 2 * std::sin(0.01);
   EXPECT_NEAR(command.volts[0], 2.5 + 20 * 0.02 - yaw_v, 1e-12);
   EXPECT_NEAR(command.volts[1], 2.5 + 20 * 0.02 + yaw_v, 1e-12);
-  EXPECT_NEAR(command.volts[2], 2.5 + 20 * 0.01, 1e-12);
-  EXPECT_NEAR(command.volts[3], 2.5 - 20 * 0.02, 1e-12);
+  EXPECT_NEAR(command.volts[2], 2.5 + 30 * 0.01, 1e-12);
+  EXPECT_NEAR(command.volts[3], 2.5 - 30 * 0.02, 1e-12);
 }
 
 TEST(Autopilot, DriftsWithoutAUsableEstimateAndForgetsNothingDangerous) {

@@ -141,15 +141,83 @@ TEST(Gains, InvertTheVehiclesThrusters) {
   EXPECT_EQ(scenario.control.p_voltage.allocation.dead_band_v, 0);
 }
 
-TEST(BundledScenarios, AreTheFourOfTheDocumentation) {
-  EXPECT_EQ(config::BundledNames("scenarios"),
-            (std::vector<std::string>{"pool_active", "pool_passive", "sea_night_active",
-                                      "sea_night_passive"}));
+// To the three digits that the file has.
+TEST(Gains, ModelTheVehicle) {
+  const Scenario scenario = LoadScenario("sea_night_active", {});
+  const vehicle::VehicleParams& vehicle = scenario.vehicle;
+  const vehicle::HydrodynamicsParams& hydro = vehicle.hydrodynamics;
+  const vehicle::ThrusterParams& thrusters = vehicle.thrusters;
+  // drag linearised about these speeds through the water
+  const auto damping = [&](int axis, double speed) {
+    return hydro.linear_damping_diagonal[axis] + 2 * speed * hydro.quadratic_damping_diagonal[axis];
+  };
+  const double newton_per_v =
+      thrusters.max_thrust_newton / (kNeutralVolts - thrusters.dead_band_volts);
+  const auto expect = [](double got, double want, const char* what) {
+    EXPECT_NEAR(got, want, 0.005 * want) << what;
+  };
+  const auto expect_axis = [&](const control::LqgParams::Translation& model, int axis, double speed,
+                               int thruster_count, const char* what) {
+    expect(model.mass_kg, vehicle.rigid_body.mass_kg + hydro.added_mass_diagonal[axis], what);
+    expect(model.damping_newton_s_per_m, damping(axis, speed), what);
+    expect(model.thrust_newton_per_v, thruster_count * newton_per_v, what);
+  };
+  const control::LqgParams& lqg = scenario.control.lqg;
+  expect_axis(lqg.surge, 0, 0.05, 2, "surge");
+  expect_axis(lqg.sway, 1, 0.1, 1, "sway");
+  expect_axis(lqg.heave, 2, 0.05, 1, "heave");
+  expect(lqg.yaw.inertia_kg_m2, vehicle.rigid_body.inertia_kg_m2.z() + hydro.added_mass_diagonal[5],
+         "yaw");
+  expect(lqg.yaw.damping_newton_m_s, damping(5, 0.1), "yaw");
+  expect(lqg.yaw.moment_newton_m_per_v, 2 * 0.1 * newton_per_v,
+         "yaw");  // arms of models/vehicle.xml
+  EXPECT_EQ(lqg.thruster_lag_s, thrusters.lag_s);
+}
+
+TEST(BundledScenarios, AreTheSixOfTheDocumentation) {
+  EXPECT_EQ(
+      config::BundledNames("scenarios"),
+      (std::vector<std::string>{"paper_sea_night_active", "paper_sea_night_passive", "pool_active",
+                                "pool_passive", "sea_night_active", "sea_night_passive"}));
+}
+
+// What one marker reaches and the other does not is then the marker's doing.
+TEST(PaperScenarios, DifferInTheMarkerOnly) {
+  const Scenario active = LoadScenario("paper_sea_night_active", {});
+  Scenario passive = LoadScenario("paper_sea_night_passive", {});
+  EXPECT_NE(config::SaveYaml(passive), config::SaveYaml(active));
+  EXPECT_EQ(active.model, "sea_active.xml");
+  EXPECT_EQ(passive.model, "sea_passive.xml");
+  EXPECT_TRUE(active.light.ball_lights.enabled && passive.light.lamps.enabled);
+  EXPECT_FALSE(active.light.lamps.enabled || passive.light.ball_lights.enabled);
+  passive.model = active.model;
+  passive.description = active.description;
+  passive.light.ball_lights.enabled = active.light.ball_lights.enabled;
+  passive.light.lamps.enabled = active.light.lamps.enabled;
+  EXPECT_EQ(config::SaveYaml(passive), config::SaveYaml(active));
+}
+
+// No filter, no lead and no compensation; from less than 1.5 m to 600 and 350 mm.
+TEST(PaperScenarios, FlyThePublishedLawAndProcedure) {
+  for (const char* name : {"paper_sea_night_active", "paper_sea_night_passive"}) {
+    const Scenario scenario = LoadScenario(name, {});
+    EXPECT_EQ(scenario.control.controller, control::Law::kPVoltage);
+    EXPECT_EQ(config::SaveYaml(scenario.control.p_voltage),
+              config::SaveYaml(control::PVoltageParams{}));
+    EXPECT_EQ(scenario.procedure.servo_x_m, 0.6);
+    EXPECT_EQ(scenario.procedure.docking_x_m, 0.35);
+    EXPECT_EQ(scenario.procedure.docked_x_m, 0.35);
+    EXPECT_EQ(scenario.procedure.allowance_y_m, 0.04);
+    EXPECT_EQ(scenario.procedure.allowance_z_m, 0.04);
+    const vehicle::SeaParams sea = LoadScenario("sea_night_active", {}).sea;
+    EXPECT_EQ(config::SaveYaml(scenario.sea), config::SaveYaml(sea));
+  }
 }
 
 TEST(StartPose, IsWithinItsBoundsForEverySeed) {
   for (int seed = 0; seed < 200; ++seed) {
-    const Scenario scenario = LoadScenario("sea_night_active", {"seed=" + std::to_string(seed)});
+    const char* name = seed % 2 ? "sea_night_active" : "paper_sea_night_active";
+    const Scenario scenario = LoadScenario(name, {"seed=" + std::to_string(seed)});
     const Pose X_MH = DrawStart(scenario);
     EXPECT_GE(-X_MH.p.x(), scenario.start.distance_min_m);
     EXPECT_LE(-X_MH.p.x(), scenario.start.distance_max_m);

@@ -80,6 +80,7 @@ TEST(VehicleParams, IndefiniteTotalInertiaIsRefused) {
 TEST(VehicleParams, DampingThatCouldDriveTheVehicleIsRefused) {
   VehicleParams params;
   auto& hydro = params.hydrodynamics;
+  hydro.linear_damping_diagonal << 5, 6, 8, 0.1, 0.15, 0.07;
   hydro.linear_damping_coupling = {
       {Dof::kSurge, Dof::kSway, 12}};  // symmetric part 6 > sqrt(5 * 6)
   EXPECT_THAT(Refusal(params), HasSubstr("linear_damping_coupling"));
@@ -126,6 +127,8 @@ TEST(Buoyancy, FallsWithTheSubmergedHeightAndHasThatPotential) {
 
 TEST(Damping, FollowsThePublishedFormPerAxis) {
   HydrodynamicsParams params;
+  params.linear_damping_diagonal << 5, 6, 8, 0.1, 0.15, 0.07;
+  params.quadratic_damping_diagonal << 55, 90, 70, 0.1, 0.15, 0.2;
   params.quadratic_damping_coupling = {{Dof::kPitch, Dof::kSurge, 2.0}};
   const HydroModel model(params);
   BodyInWater body;

@@ -31,10 +31,10 @@ class GateProgram : public ::testing::Test {
  protected:
   void SetUp() override {
     fs::create_directories(folder_);
-    // Docks in 3.2 to 3.6 s: small images, a start right in front of the dock, a fast approach.
-    // With half the shipped gain in surge it takes 4.6 s.
+    // Docks in 2.7 to 2.8 s: small images, a start right in front of the dock, a fast approach.
+    // With half the shipped gain in surge it takes 4.1 s.
     File("short.yaml",
-         "schema_version: 1\nseed: 1\nduration_s: 4.2\nmodel: pool_active.xml\ndocked_hold_s: 0\n"
+         "schema_version: 1\nseed: 1\nduration_s: 3.5\nmodel: pool_active.xml\ndocked_hold_s: 0\n"
          "controller: pid\n"
          "water: {background: pure, milk_ml_m3: 10}\nball_lights: {enabled: true}\n"
          "lamps: {enabled: false}\nrig: {width_px: 160, height_px: 120}\n"
