@@ -162,7 +162,7 @@ TEST(Plan, ItsHashSeesWhateverChangesATrial) {
 TEST(Plan, WithAPrecisionNumbersItsTrialsTheSameForAnyMaximum) {
   const std::string text =
       "scenario: pool_active\nseeds: 5\nprecision: 0.05\ngrid: {water.milk_ml_m3: [0, 10, 20]}\n"
-      "random: {sensor.read_noise_dn: {uniform: [1, 2]}}\n";
+      "random: {sensor.read_noise_electrons: {uniform: [1, 2]}}\n";
   for (const char* more : {"", "common_seeds: false\n", "design: sobol\n"}) {
     const Plan few = Make(text + more + "max_trials: 40\n"),
                many = Make(text + more + "max_trials: 400\n");

@@ -41,7 +41,7 @@ TEST(TrialRepeat, TheDigestSeesTheSeedAndEveryStageOfTheLoop) {
                                    "sea.current.gust_std_mps=0.011",
                                    "water.milk_ml_m3=5",
                                    "sensor.read_noise_electrons=5.5",
-                                   "hue.window_rad=0.3",
+                                   "hue.window_rad=0.05",
                                    "estimator.population=61",
                                    "camera_delay_frames=2",
                                    "camera_drop_probability=0.2",

@@ -26,7 +26,9 @@ std::string Refusal(const ThrusterParams& params) {
 TEST(ThrusterCurve, DefaultsAreValid) { EXPECT_EQ(Refusal({}), "accepted"); }
 
 TEST(ThrusterCurve, NothingInsideTheDeadBandAndFullThrustAtTheEnds) {
-  const ThrusterParams params{.dead_band_volts = 0.25, .curve_exponent = 2};
+  ThrusterParams params;
+  params.dead_band_volts = 0.25;
+  params.curve_exponent = 2;
   for (const double volts : {2.25, 2.4, 2.5, 2.75}) EXPECT_EQ(StaticThrust(params, volts), 0);
   EXPECT_GT(StaticThrust(params, 2.7501), 0);
   EXPECT_LT(StaticThrust(params, 2.2499), 0);

@@ -6,7 +6,10 @@
 #include <fstream>
 #include <iterator>
 
+#include "experiments/media/mp4_writer.h"
 #include "experiments/studies/run/trial_video.h"
+#include "experiments/system/subprocess.h"
+#include "sim/base/random.h"
 #include "tests/studies/run/synthetic_trial.h"
 
 namespace turbidock::run {
