@@ -118,7 +118,7 @@ struct Field {
 
 // References to the members of `object`, which must outlive them.
 template <HasFields T>
-GroupRef GroupOf(T* object);
+GroupRef GroupOf(T* object);  // NOLINT(readability-redundant-declaration): RefTo, below, needs it
 
 namespace internal {
 

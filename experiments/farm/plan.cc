@@ -177,8 +177,9 @@ void Plan::ReadRandom(const config::YamlNode& node) {
         if (random.within->first >= random.within->second) value.Fail("low must be below high");
         continue;
       }
-      const auto kind = std::find_if(kKinds.begin(), kKinds.end(),
-                                     [&](const auto& known) { return known.second == word; });
+      const auto kind =
+          std::find_if(kKinds.begin(), kKinds.end(),
+                       [&name = word](const auto& known) { return known.second == name; });
       if (kind == kKinds.end() || has_kind)
         value.Fail("must be one of uniform, normal, log_uniform, choice");
       has_kind = true;
