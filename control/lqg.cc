@@ -54,7 +54,8 @@ Lqg::Lqg(const LqgParams& params, const ClockParams& clock) : params_(params), c
   add(LqgLoop({translation(params_.heave)}, {0}, dt_s), {kHeave});
   add(LqgLoop({translation(params_.sway), yaw}, kLevers_m, dt_s), {kSway, kYaw});
   // As far back as a filter looks that has not been updated for long.
-  given_.resize(static_cast<size_t>(params_.latency_frames + params_.restart_frames + 2));
+  given_.resize(static_cast<size_t>(params_.latency_frames) +
+                static_cast<size_t>(params_.restart_frames) + 2);
 }
 
 void Lqg::Part::Gather(const Axes& all, Eigen::VectorXd* some) const {
