@@ -71,7 +71,9 @@ template <bool kToe>
 [[gnu::always_inline]] inline float EncodedDn(const Curve& curve, float linear) {
   const float straight_dn = curve.toe_slope_dn * linear;
   if constexpr (kToe) return straight_dn;
-  const float power_dn = curve.scale_dn * light::Exp2(curve.exponent * light::Log2(linear));
+  // a logarithm is asked for whether it is used or not
+  const float positive = std::max(linear, std::numeric_limits<float>::min());
+  const float power_dn = curve.scale_dn * light::Exp2(curve.exponent * light::Log2(positive));
   return linear > curve.toe_end ? power_dn + curve.offset_dn : straight_dn;
 }
 
