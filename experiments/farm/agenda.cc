@@ -1,6 +1,7 @@
 #include "experiments/farm/agenda.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "experiments/config/yaml_fields.h"
 #include "experiments/statistics/intervals.h"

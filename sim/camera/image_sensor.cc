@@ -262,6 +262,7 @@ ImageSensor::ImageSensor(const SensorParams& params, uint64_t left_key, uint64_t
 void ImageSensor::Amplify(const Amplification& amplification) {
   params_.gain = amplification.gain;
   params_.white_balance = amplification.white_balance;
+  balance_.clear();
 }
 
 int ImageSensor::margin_px() const {
@@ -297,9 +298,11 @@ void ImageSensor::DigitiseRegion(Side side, int64_t frame, const PixelRegion& re
   const int end = std::min(region.column_end + margin_px(), width);
   const auto row_values = 3 * static_cast<size_t>(width);
   const bool balanced = params_.white_balance != Eigen::Vector3d::Ones();
-  balance_.resize(balanced ? row_values : 0);
-  for (size_t i = 0; i < balance_.size(); ++i)
-    balance_[i] = static_cast<float>(params_.white_balance[static_cast<int>(i % 3)]);
+  if (balanced && balance_.size() != row_values) {
+    balance_.resize(row_values);
+    for (size_t i = 0; i < row_values; ++i)
+      balance_[i] = static_cast<float>(params_.white_balance[static_cast<int>(i % 3)]);
+  }
   encoded_.resize(kernel_.empty() ? 0 : row_values);
   for (int v = region.row_begin; v < region.row_end; ++v, radiance += row_values) {
     // every row has a key of its own

@@ -55,7 +55,8 @@ class ImageSensor {
   SensorParams params_;
   Stereo<uint64_t> keys_;
   std::vector<float> kernel_;  // of the colours' blur, from its middle on; empty: none
-  // Rows under way, kept for their memory: an ImageSensor serves one thread at a time.
+  // White balance of a row's values, and rows under way, kept for their memory: an ImageSensor
+  // serves one thread at a time.
   mutable std::vector<float> balance_, encoded_, differences_;
 };
 

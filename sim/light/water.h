@@ -54,7 +54,8 @@ class Water {
   void PaintRows(Side side, int row_begin, int row_end, float* rgb) const;
 
   // Of the instant prepared last:
-  // Mean radiance over all channels of both views, from a lattice of pixels. Needs whole views.
+  // Mean radiance of both views by channel, W m^-2 sr^-1, from a lattice of pixels. Needs whole
+  // views.
   Eigen::Array3d MeanRadiance(const view::RenderedStereo& rendered);
 
   // Irradiance of small things in the water, from all sides, of lamps and lit balls [W/m^2 each

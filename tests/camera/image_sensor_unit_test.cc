@@ -196,6 +196,23 @@ TEST(ImageSensor, WhiteBalanceAmplifiesLightAndNoise) {
   }
 }
 
+// Whatever the sensor was told before.
+TEST(ImageSensor, AmplifiesAsToldLast) {
+  SensorParams params = LinearNoise(1.5);
+  params.white_balance = {2, 1, 0.5};
+  ImageSensor sensor(params, 3, 4);
+  StereoImage before, after, expected;
+  const light::RadianceStereo light = Flat(0.3f * MidRadiance(params));
+  sensor.Digitise(light, 9, &before);
+  sensor.Amplify({1.5, {0.8, 1, 1.4}});
+  sensor.Digitise(light, 9, &after);
+  params.gain = 1.5;
+  params.white_balance = {0.8, 1, 1.4};
+  ImageSensor(params, 3, 4).Digitise(light, 9, &expected);
+  EXPECT_EQ(after.left, expected.left);
+  EXPECT_NE(after.left, before.left);
+}
+
 // The amplifier's clip is seen where black stands above zero: white is this much above black.
 TEST(ImageSensor, ClipsWhiteBeforeColorIsBlurred) {
   SensorParams params = Quiet();

@@ -84,6 +84,37 @@ TEST(ImageSensor, AgreesWithThePlainOne) {
       }
 }
 
+// Runs of dark values take a shorter way, which a bright one among them forbids: their digits are
+// the same, also where noise lifts them over the end of the curve's straight part.
+TEST(ImageSensor, IsTheSameWhereAllIsDark) {
+  constexpr int kWidth = 640, kHeight = 60;
+  for (const TransferCurve transfer : {TransferCurve::kSrgb, TransferCurve::kNtsc})
+    for (const bool shot : {false, true})
+      for (const double share : {0.0, 0.3, 0.9}) {
+        SensorParams params;
+        params.transfer = transfer;
+        params.shot_noise = shot;
+        params.read_noise_electrons = 8;
+        const double toe_end = transfer == TransferCurve::kSrgb ? 0.0031308 : 0.018;
+        const Image3f dark(
+            kWidth, kHeight,
+            static_cast<float>(share * toe_end * params.full_scale_radiance_w_m2_sr));
+        Image3f spotted = dark;
+        for (int v = 0; v < kHeight; ++v)
+          for (int u = 0; u < kWidth; u += 32) *spotted.at(u, v) = 1;
+        StereoImage expected, image;
+        const ImageSensor sensor(params, 3, 4);
+        sensor.Digitise({spotted, spotted}, 5, &expected);
+        sensor.Digitise({dark, dark}, 5, &image);
+        int different = 0;
+        for (int v = 0; v < kHeight; ++v)
+          for (int u = 0; u < kWidth; ++u)
+            for (int k = 0; k < 3; ++k)
+              if (u % 32 != 0) different += image.left.at(u, v)[k] != expected.left.at(u, v)[k];
+        EXPECT_EQ(different, 0) << NameOf(transfer) << shot << share;
+      }
+}
+
 // The vectorised rows give the very values of scalar arithmetic: the instruction set does not show.
 TEST(ImageSensor, IsTheSameWithoutVectors) {
   constexpr int kFrame = 3, kWidth = 333, kHeight = 20;

@@ -41,6 +41,13 @@ TEST(Log2, IsWithinItsError) {
 }
 
 // All sums of four bytes with their weights: the distribution exactly.
+TEST(NormalFromBits, EndsBelowItsBound) {
+  for (const uint32_t bits : {0u, 0xffffffffu}) {
+    EXPECT_LT(std::abs(NormalFromBits(bits)), kMaxNormal);
+    EXPECT_GT(std::abs(NormalFromBits(bits)), 0.98f * kMaxNormal);
+  }
+}
+
 TEST(NormalFromBits, HasTheNormalMoments) {
   std::vector<double> weight(1021, 0), next;
   weight[0] = 1;
