@@ -194,68 +194,11 @@ void DigitiseRowUnrounded(const Curve& curve, const LinearNoise& noise, const Se
     DigitiseAnyRow<false>(curve, noise, row, begin, end, dn);
 }
 
-// Brightness as in NTSC, and what red and blue have more.
-constexpr float kRedShare = 0.299f, kGreenShare = 0.587f, kBlueShare = 0.114f;
-// Black in composite video is 7.5 % above the signal's zero, so that the noise of darkness is not
-// cut off; frame grabbers keep it.
-constexpr float kSetup_dn = 19;
-
-TURBIDOCK_VECTOR_CLONES
-void ToDifferences(int count, const float* __restrict rgb, float* __restrict luma,
-                   float* __restrict red, float* __restrict blue) {
-  for (int i = 0; i < count; ++i) {
-    const float r = rgb[3 * i], g = rgb[3 * i + 1], b = rgb[3 * i + 2];
-    luma[i] = kRedShare * r + kGreenShare * g + kBlueShare * b;
-    red[i] = r - luma[i];
-    blue[i] = b - luma[i];
-  }
-}
-
-// out[i] = sum of kernel[|k|] in[i + k]; `in` reaches as far beyond both ends as the kernel.
-TURBIDOCK_VECTOR_CLONES
-void Smooth(std::span<const float> kernel, int count, const float* __restrict in,
-            float* __restrict out) {
-  for (int i = 0; i < count; ++i) out[i] = kernel[0] * in[i];
-  for (int k = 1; k < static_cast<int>(kernel.size()); ++k)
-    for (int i = 0; i < count; ++i)
-      out[i] += kernel[static_cast<size_t>(k)] * (in[i - k] + in[i + k]);
-}
-
-TURBIDOCK_VECTOR_CLONES
-void FromDifferences(int count, const float* __restrict luma, const float* __restrict red,
-                     const float* __restrict blue, uint8_t* __restrict dn) {
-  for (int i = 0; i < count; ++i) {
-    const float y = luma[i] + kSetup_dn;
-    dn[3 * i] = Round(y + red[i]);
-    dn[3 * i + 1] =
-        Round(y - (kRedShare / kGreenShare * red[i] + kBlueShare / kGreenShare * blue[i]));
-    dn[3 * i + 2] = Round(y + blue[i]);
-  }
-}
-
-// A Gaussian out to three sigma, from its middle on.
-std::vector<float> HalfKernel(double sigma_px) {
-  if (sigma_px <= 0) return {};
-  const int reach_px = static_cast<int>(std::ceil(3 * sigma_px));
-  std::vector<double> half;
-  double sum = 0;
-  for (int k = 0; k <= reach_px; ++k) {
-    half.push_back(std::exp(-0.5 * k * k / (sigma_px * sigma_px)));
-    sum += k == 0 ? half[0] : 2 * half.back();
-  }
-  std::vector<float> kernel;
-  kernel.reserve(half.size());
-  for (const double value : half) kernel.push_back(static_cast<float>(value / sum));
-  return kernel;
-}
-
 }  // namespace
 
 ImageSensor::ImageSensor(const SensorParams& params, uint64_t left_key, uint64_t right_key,
                          int line_px)
-    : params_(params),
-      keys_{left_key, right_key},
-      kernel_(HalfKernel(params.chroma_blur_px * line_px / kLine_px)) {
+    : params_(params), keys_{left_key, right_key}, video_(params, line_px) {
   CheckFields(params, "sensor");
 }
 
@@ -263,10 +206,6 @@ void ImageSensor::Amplify(const Amplification& amplification) {
   params_.gain = amplification.gain;
   params_.white_balance = amplification.white_balance;
   balance_.clear();
-}
-
-int ImageSensor::margin_px() const {
-  return kernel_.empty() ? 0 : static_cast<int>(kernel_.size()) - 1;
 }
 
 void ImageSensor::Digitise(const light::RadianceStereo& radiance, int64_t frame,
@@ -303,43 +242,20 @@ void ImageSensor::DigitiseRegion(Side side, int64_t frame, const PixelRegion& re
     for (size_t i = 0; i < row_values; ++i)
       balance_[i] = static_cast<float>(params_.white_balance[static_cast<int>(i % 3)]);
   }
-  encoded_.resize(kernel_.empty() ? 0 : row_values);
+  encoded_.resize(video_.on() ? row_values : 0);
   for (int v = region.row_begin; v < region.row_end; ++v, radiance += row_values) {
     // every row has a key of its own
     const auto key =
         PhiloxBlock(keys_[side], static_cast<uint64_t>(frame), static_cast<uint64_t>(v));
     const SensorRow row = {key[0], key[1], balanced ? balance_.data() : nullptr, radiance};
-    if (kernel_.empty()) {
+    if (!video_.on()) {
       DigitiseRow(curve, noise, row, 3 * begin, 3 * end, image->row(v));
     } else {
       DigitiseRowUnrounded(curve, noise, row, 3 * begin, 3 * end, encoded_.data());
-      BlurColors(begin, end, region, image->row(v));
+      video_.Transmit(encoded_, region.column_begin, region.column_end, {key[2], key[3]},
+                      image->row(v));
     }
   }
-}
-
-// From the encoded row to the image's: colour that is not there beyond the picture's edges is as at
-// the edge.
-void ImageSensor::BlurColors(int begin, int end, const PixelRegion& region, uint8_t* dn) const {
-  const int margin = margin_px(), count = region.width();
-  const int first = region.column_begin - margin;  // where the padded rows begin
-  const auto padded = static_cast<size_t>(count) + 2 * static_cast<size_t>(margin);
-  const size_t width = encoded_.size() / 3;  // enough for any region
-  differences_.resize(5 * width + 6 * static_cast<size_t>(margin));
-  float* luma = differences_.data();
-  float* red = luma + padded;
-  float* blue = red + padded;
-  ToDifferences(end - begin, encoded_.data() + 3 * begin, luma + (begin - first),
-                red + (begin - first), blue + (begin - first));
-  for (float* row : {red, blue}) {
-    std::fill_n(row, begin - first, row[begin - first]);
-    std::fill(row + (end - first), row + padded, row[end - first - 1]);
-  }
-  float* smooth_red = blue + padded;
-  float* smooth_blue = smooth_red + count;
-  Smooth(kernel_, count, red + margin, smooth_red);
-  Smooth(kernel_, count, blue + margin, smooth_blue);
-  FromDifferences(count, luma + margin, smooth_red, smooth_blue, dn + 3 * region.column_begin);
 }
 
 float ImageSensor::SignalDn(float radiance) const {

@@ -6,14 +6,13 @@
 // L is the radiance, n its electrons, w the channel's white balance, N a standard normal number, f
 // the transfer curve, whose straight part goes on below zero. So noise stands before the gain and
 // is amplified with the light. N depends on the camera's key, the frame, the place and the channel
-// only. With chroma_blur_px the differences of red and blue from the brightness are smoothed along
-// the row before rounding, noise and all, and black is at 19 DN (7.5 % of the scale), as in
-// composite video.
+// only. What composite video then does, where it is on: sim/camera/composite_video.h.
 
 #include <cstdint>
 #include <vector>
 
 #include "sim/base/image.h"
+#include "sim/camera/composite_video.h"
 #include "sim/camera/exposure.h"
 #include "sim/camera/sensor_params.h"
 #include "sim/light/radiance.h"
@@ -22,12 +21,10 @@ namespace turbidock::camera {
 
 class ImageSensor {
  public:
-  static constexpr int kLine_px = 640;  // of the line that chroma_blur_px is of
-
   // The keys of the two cameras' noise, drawn from streams of their own. `line_px` is the width of
-  // the images, which the colours' blur is in proportion to.
+  // the images, which a composite camera's blur is in proportion to.
   ImageSensor(const SensorParams& params, uint64_t left_key, uint64_t right_key,
-              int line_px = kLine_px);
+              int line_px = CompositeVideo::kLine_px);
 
   // Allocates only when `out` does not have the size of the images.
   void Digitise(const light::RadianceStereo& radiance, int64_t frame, StereoImage* out) const;
@@ -36,7 +33,7 @@ class ImageSensor {
                 StereoImage* out) const;
 
   // Columns beside a region that its pixels depend on.
-  int margin_px() const;
+  int margin_px() const { return video_.margin_px(); }
   // From the next image on, instead of the parameters'.
   void Amplify(const Amplification& amplification);
 
@@ -50,14 +47,12 @@ class ImageSensor {
   float SignalDn(float radiance) const;
 
  private:
-  void BlurColors(int begin, int end, const PixelRegion& region, uint8_t* dn) const;
-
   SensorParams params_;
   Stereo<uint64_t> keys_;
-  std::vector<float> kernel_;  // of the colours' blur, from its middle on; empty: none
+  CompositeVideo video_;
   // White balance of a row's values, and rows under way, kept for their memory: an ImageSensor
   // serves one thread at a time.
-  mutable std::vector<float> balance_, encoded_, differences_;
+  mutable std::vector<float> balance_, encoded_;
 };
 
 }  // namespace turbidock::camera

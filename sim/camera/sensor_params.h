@@ -38,9 +38,13 @@ struct SensorParams {
   double white_clip = 1.1;  // 110 IRE, common of composite cameras; an 8-bit image ends at 1
   TransferCurve transfer = TransferCurve::kSrgb;
   double power = 2.2;
-  // Gaussian (sigma) that colour differences go through along a row, after noise. NTSC gives them a
-  // quarter of the brightness's bandwidth or less: 4 to 6 pixels of 640 from edge to edge.
+  // Gaussian (sigma) that colour differences go through along a row, after noise. NTSC gives them
+  // 0.5 to 1.3 MHz (3 dB): 3.3 to 1.25 pixels of 640 in the 52 us of a line.
   double chroma_blur_px = 0;
+  // See sim/camera/composite_video.h; any of these makes the camera a composite one.
+  double chroma_coring_dn = 0;
+  double highlight_fade = 0;
+  double video_noise_dn = 0;
 
   static void Fields(auto& self, auto&& field) {
     field("full_scale_radiance_w_m2_sr", self.full_scale_radiance_w_m2_sr, Above(0),
@@ -66,6 +70,12 @@ struct SensorParams {
     field("power", self.power, InRange(0.5, 5), "encoded = linear^(1/power), with transfer: power");
     field("chroma_blur_px", self.chroma_blur_px, InRange(0, 16),
           "blur (sigma) of colour along rows of 640 pixels, as in composite video; 0: none");
+    field("chroma_coring_dn", self.chroma_coring_dn, InRange(0, 100),
+          "what every colour loses, 8-bit steps of its differences' length: weaker ones are grey");
+    field("highlight_fade", self.highlight_fade, InRange(0, 1),
+          "share of full scale, below it, over which colour fades to white; 0: it does not");
+    field("video_noise_dn", self.video_noise_dn, InRange(0, 50),
+          "standard deviation of the noise of line and digitiser, 8-bit steps");
   }
   static constexpr RetiredKey kRetired[] = {
       {"read_noise_dn",

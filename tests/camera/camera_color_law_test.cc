@@ -39,8 +39,17 @@ StereoImage Expose(const SensorParams& sensor, const light::RadianceStereo& radi
 
 double Luma(const uint8_t* rgb) { return 0.299 * rgb[0] + 0.587 * rgb[1] + 0.114 * rgb[2]; }
 
-// What composite video's black is above zero.
-constexpr int kSetup_dn = 19;
+constexpr int kSetup_dn = CompositeVideo::kSetup_dn;
+
+struct Color {
+  double luma = 0, red = 0, blue = 0;  // brightness, and what red and blue have more
+
+  double chroma() const { return std::hypot(red, blue); }
+};
+Color ColorOf(const uint8_t* rgb) {
+  const double luma = Luma(rgb);
+  return {luma, rgb[0] - luma, rgb[2] - luma};
+}
 
 TEST(ChromaBlur, LeavesGreyEdgesAlone) {
   const light::RadianceStereo grey = Halves({0.2f, 0.2f, 0.2f}, {0.7f, 0.7f, 0.7f});
@@ -141,6 +150,98 @@ TEST(ChromaBlur, IsAShareOfTheLine) {
   ImageSensor(Linear(6, 0), 1, 2, 320).Digitise(light, 0, &half);
   ImageSensor(Linear(3, 0), 1, 2).Digitise(light, 0, &expected);
   EXPECT_EQ(half.left, expected.left);
+}
+
+// Colour becomes shorter by so much, in its own direction; what is weaker is grey. Brightness
+// stays.
+TEST(ChromaCoring, TakesItsLengthFromColor) {
+  for (const double coring_dn : {5.0, 20.0, 60.0}) {
+    SensorParams sensor = Linear(0, 0);
+    sensor.chroma_coring_dn = coring_dn;
+    int grey = 0;
+    for (const Eigen::Array3f& rgb :
+         {Eigen::Array3f(0.6f, 0.4f, 0.3f), Eigen::Array3f(0.3f, 0.35f, 0.4f),
+          Eigen::Array3f(0.2f, 0.6f, 0.2f), Eigen::Array3f(0.5f, 0.48f, 0.5f)}) {
+      const Color before = ColorOf(Expose(Linear(0, 0), Halves(rgb, rgb)).left.at(3, 3));
+      const Color after = ColorOf(Expose(sensor, Halves(rgb, rgb)).left.at(3, 3));
+      const double keep = std::max(0.0, 1 - coring_dn / before.chroma());
+      EXPECT_NEAR(after.luma, before.luma + kSetup_dn, 1);
+      EXPECT_NEAR(after.red, keep * before.red, 1.2);
+      EXPECT_NEAR(after.blue, keep * before.blue, 1.2);
+      grey += keep == 0;
+    }
+    EXPECT_EQ(grey, coring_dn == 5 ? 1 : coring_dn == 20 ? 2 : 3) << coring_dn;
+  }
+}
+
+// By how near the largest channel is to full scale.
+TEST(Highlights, FadeToWhite) {
+  SensorParams sensor = Linear(0, 0);
+  sensor.highlight_fade = 0.25;
+  const struct {
+    float peak;
+    double keep;
+  } cases[] = {{0.5f, 1}, {0.75f, 1}, {0.8f, 0.8}, {0.85f, 0.6}, {0.95f, 0.2}, {1, 0}, {1.05f, 0}};
+  for (const auto& [peak, keep] : cases) {
+    // dim in the other channels, so that nothing is above 255 with black where it is
+    const Eigen::Array3f rgb(peak, 0.1f, 0.1f);
+    const double luma = 255 * (0.299 * static_cast<double>(peak) + 0.701 * 0.1);
+    const double red = keep * (255 * static_cast<double>(peak) - luma) + luma + kSetup_dn;
+    const StereoImage image = Expose(sensor, Halves(rgb, rgb));
+    const uint8_t* seen = image.left.at(3, 3);
+    EXPECT_NEAR(seen[0], std::min(red, 255.0), 1) << peak;
+    EXPECT_NEAR(seen[1], luma + kSetup_dn + keep * (25.5 - luma), 1) << peak;
+  }
+}
+
+// The line's noise is white, the same in light and dark, and another in each channel, row, frame
+// and camera; colour's blur does not touch it.
+TEST(VideoNoise, ComesAfterTheCamera) {
+  SensorParams sensor = Linear(3, 0);
+  sensor.video_noise_dn = 4;
+  const StereoImage image = Expose(sensor, Halves({0.1f, 0.1f, 0.1f}, {0.6f, 0.4f, 0.3f}));
+  const StereoImage clean = Expose(Linear(3, 0), Halves({0.1f, 0.1f, 0.1f}, {0.6f, 0.4f, 0.3f}));
+  const auto noise = [&](Side side, size_t i) {
+    return static_cast<double>(image[side].data()[i]) - clean[side].data()[i];
+  };
+  const size_t count = 3 * image.left.pixels(), row = 3 * kWidth;
+  const auto covariance = [&](Side a, size_t from_a, Side b, size_t from_b, size_t n,
+                              auto&& chosen) {
+    double sum = 0;
+    size_t summed = 0;
+    for (size_t i = 0; i < n; ++i)
+      if (chosen(i)) sum += noise(a, from_a + i) * noise(b, from_b + i), ++summed;
+    return sum / static_cast<double>(summed);
+  };
+  const auto all = [](size_t) { return true; };
+  const auto dark = [&](size_t i) { return i % row < row / 2; };
+  const auto lit = [&](size_t i) { return i % row >= row / 2; };
+  // 16, and a twelfth from each of two roundings; a deviation of the estimate is 0.17 or 0.24
+  EXPECT_NEAR(covariance(Side::kLeft, 0, Side::kLeft, 0, count, dark), 16.1, 1);
+  EXPECT_NEAR(covariance(Side::kLeft, 0, Side::kLeft, 0, count, lit), 16.1, 1);
+  EXPECT_NEAR(covariance(Side::kLeft, 0, Side::kRight, 0, count, all), 0, 0.6);
+  for (const size_t apart : {size_t{1}, size_t{2}, size_t{3}, row})
+    EXPECT_NEAR(covariance(Side::kLeft, 0, Side::kLeft, apart, count - apart, all), 0, 0.6)
+        << apart;
+}
+
+TEST(CompositeVideo, IsTheSameInARegionWithAllOfIt) {
+  SensorParams sensor = Linear(2, 3);
+  sensor.chroma_coring_dn = 10;
+  sensor.highlight_fade = 0.2;
+  sensor.video_noise_dn = 3;
+  Image3f radiance(kWidth, kHeight);
+  Rng rng = SeedTree(3).Stream("radiance");
+  for (size_t i = 0; i < 3 * radiance.pixels(); ++i)
+    radiance.data()[i] = static_cast<float>(rng.Uniform());
+  const ImageSensor camera(sensor, 1, 2);
+  Image3u8 whole(kWidth, kHeight), part(kWidth, kHeight);
+  camera.DigitiseRegion(Side::kLeft, 1, {0, 0, kWidth, kHeight}, radiance.data(), &whole);
+  const PixelRegion region{50, 10, 90, 20};
+  camera.DigitiseRegion(Side::kLeft, 1, region, radiance.row(region.row_begin), &part);
+  for (int v = region.row_begin; v < region.row_end; ++v)
+    for (int u = region.column_begin; u < region.column_end; ++u)
+      for (int k = 0; k < 3; ++k) ASSERT_EQ(part.at(u, v)[k], whole.at(u, v)[k]);
 }
 
 TEST(WhiteBalance, IsAFactorOnTheLight) {
