@@ -109,7 +109,7 @@ Scenario LoadScenario(const std::string& name, const std::vector<std::string>& a
   begin_with(config::AssetPath("rig_default.yaml"), &scenario.rig);
   begin_with(config::AssetPath("marker_default.yaml"), &scenario.marker);
   begin_with(config::AssetPath("gains.yaml"), &scenario);
-  if (config::Peek(layers, "optics", scenario.optics) == OpticsPreset::kCalibrated)
+  if (config::Peek(layers, "optics", scenario.optics) == OpticsPreset::kPublished)
     begin_with(config::AssetPath("optics.yaml"), &scenario);
   const config::Origins origins = config::ReadLayers(layers, &scenario);
   ResolveModel(file.file, origins, &scenario);

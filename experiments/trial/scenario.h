@@ -58,12 +58,13 @@ struct StartParams {
 
 // What the keys of water, light, camera and hue begin with.
 enum class OpticsPreset {
-  kPlain,       // the keys' own defaults: a good digital camera at a fixed exposure
-  kCalibrated,  // assets/optics.yaml: the published rig, a camera near its limit, as its tables say
+  kPublished,      // assets/optics.yaml: the published rig, as its tables and pictures say
+  kModernDigital,  // the keys' own defaults: a good digital camera of today, lamps and balls to
+                   // suit
 };
 constexpr auto Names(OpticsPreset) {
   using enum OpticsPreset;
-  return EnumList<OpticsPreset>({{kCalibrated, "calibrated"}, {kPlain, "plain"}});
+  return EnumList<OpticsPreset>({{kPublished, "published"}, {kModernDigital, "modern_digital"}});
 }
 
 struct Scenario {
@@ -77,7 +78,7 @@ struct Scenario {
   double camera_drop_probability = 0;
   bool region_of_interest = true;
   double docked_hold_s = 1;
-  OpticsPreset optics = OpticsPreset::kPlain;
+  OpticsPreset optics = OpticsPreset::kPublished;
   view::GlBackend renderer = view::GlBackend::kOsmesa;
   bool marker_may_differ = false;
 
@@ -119,8 +120,8 @@ struct Scenario {
     field("docked_hold_s", self.docked_hold_s, InRange(0, 60),
           "time the vehicle holds the last pose once docked, before the trial ends");
     field("optics", self.optics, Range{},
-          "what the keys of water, light, camera and hue begin with: plain, or calibrated to the "
-          "published recognition tables");
+          "what the keys of water, light, camera and hue begin with: the published rig's, or a "
+          "digital camera's of today");
     field("renderer", self.renderer, Range{},
           "what draws; where this machine does not have it, the other does");
     field("marker_may_differ", self.marker_may_differ, Range{},
@@ -166,7 +167,7 @@ struct Scenario {
 };
 
 // Reads a scenario: struct defaults, models/vehicle.yaml, assets/gains.yaml and
-// (optics: calibrated) optics.yaml, the file, the assignments ("water.milk_ml_m3=20"). `name` is a
+// (optics: published) optics.yaml, the file, the assignments ("water.milk_ml_m3=20"). `name` is a
 // file or a bundled scenario's name. ConfigError for whatever is wrong in them. A gains file, if
 // there is one, is read between file and assignments; it holds any keys of a scenario but commonly
 // those of the control law.

@@ -76,17 +76,18 @@ TEST(OpticsPreset, IsWhatTheOtherKeysBeginWith) {
   const auto sensor = [](const std::vector<std::string>& assignments) {
     return LoadScenario("pool_passive", assignments).sensor;
   };
-  EXPECT_EQ(config::SaveYaml(sensor({"optics=plain"})), config::SaveYaml(camera::SensorParams{}));
-  EXPECT_EQ(config::SaveYaml(LoadScenario("pool_passive", {"optics=plain"}).hue),
+  EXPECT_EQ(config::SaveYaml(sensor({"optics=modern_digital"})),
+            config::SaveYaml(camera::SensorParams{}));
+  EXPECT_EQ(config::SaveYaml(LoadScenario("pool_passive", {"optics=modern_digital"}).hue),
             config::SaveYaml(vision::HueParams{}));
-  EXPECT_EQ(config::SaveYaml(sensor({})), config::SaveYaml(sensor({"optics=plain"})));
-  camera::SensorParams changed = sensor({"optics=calibrated"});
+  EXPECT_EQ(config::SaveYaml(sensor({})), config::SaveYaml(sensor({"optics=published"})));
+  camera::SensorParams changed = sensor({"optics=published"});
   EXPECT_GT(changed.chroma_blur_px, 0);
-  EXPECT_EQ(changed.transfer, camera::TransferCurve::kNtsc);
+  EXPECT_EQ(changed.transfer, camera::TransferCurve::kLinear);
   changed.gain = 3;
-  EXPECT_EQ(config::SaveYaml(sensor({"sensor.gain=3", "optics=calibrated"})),
+  EXPECT_EQ(config::SaveYaml(sensor({"sensor.gain=3", "optics=published"})),
             config::SaveYaml(changed));
-  EXPECT_EQ(config::SaveYaml(sensor({"optics=calibrated", "sensor.gain=3"})),
+  EXPECT_EQ(config::SaveYaml(sensor({"optics=published", "sensor.gain=3"})),
             config::SaveYaml(changed));
 }
 
@@ -95,8 +96,8 @@ TEST(OpticsPreset, IsFoundInWhicheverLayerNamesIt) {
   const auto file = (folder / "turbidock_optics.yaml").string();
   const auto gains = (folder / "turbidock_optics_gains.yaml").string();
   std::ofstream(file) << "schema_version: 1\nseed: 1\nduration_s: 1\nmodel: pool_passive.xml\n"
-                         "sensor: {gain: 3}\noptics: calibrated\n";
-  std::ofstream(gains) << "optics: plain\n";
+                         "sensor: {gain: 3}\noptics: published\n";
+  std::ofstream(gains) << "optics: modern_digital\n";
   const auto blur_px = [&](const std::string& gains_file, const char* assignment) {
     const Scenario scenario = LoadScenario(file, {assignment}, gains_file);
     EXPECT_EQ(scenario.sensor.gain, 3);
@@ -104,7 +105,7 @@ TEST(OpticsPreset, IsFoundInWhicheverLayerNamesIt) {
   };
   EXPECT_GT(blur_px("", "seed=2"), 0);
   EXPECT_EQ(blur_px(gains, "seed=2"), 0);
-  EXPECT_GT(blur_px(gains, "optics=calibrated"), 0);
+  EXPECT_GT(blur_px(gains, "optics=published"), 0);
   std::filesystem::remove(file);
   std::filesystem::remove(gains);
 }

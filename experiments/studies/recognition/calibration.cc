@@ -64,9 +64,6 @@ struct TableFit {
 
 struct Stopped {};
 
-// F of a search that knows where the marker is has settled then.
-constexpr double kSettle_s = 1;
-
 // What a run that has nothing to measure counts as.
 constexpr double kMisfitOfNothing = 3;
 
@@ -154,9 +151,9 @@ CalibrationPlan LoadCalibrationPlan(const std::string& path) {
 CalibrationExperiment::CalibrationExperiment(const CalibrationPlan& plan,
                                              const TableByMarker& tables)
     : accepted_(plan.accepted),
-      seconds_(plan.seconds),
       rows_(ChosenRows(tables, plan.cell_share)),
       recognition_(ScenariosOf(rows_, plan.Assignments(plan.Start())), CellsOf(rows_)),
+      near_truth_(recognition_, plan.frames),
       pictures_(ScenariosOf(rows_, plan.Assignments(plan.Start())), PicturesOf(tables)) {
   // what the search will write can be read
   trial::Scenario scenario;
@@ -203,8 +200,9 @@ std::vector<CellResult> CalibrationExperiment::Run(const std::vector<std::string
                                                    const farm::ForkMapOptions& run) {
   recognition_.set_scenarios(ScenariosOf(rows_, assignments));
   pictures_.set_scenarios(ScenariosOf(rows_, assignments));
-  return recognition_.Run(
-      {.seconds = seconds_, .settle_s = kSettle_s, .suggest_truth = true, .run = run});
+  near_truth_.Light();
+  return MapCells(
+      recognition_.cells(), [&](size_t i) { return near_truth_.RunCell(i); }, run);
 }
 
 std::vector<Constraint> CalibrationExperiment::ConstraintsOf(

@@ -6,9 +6,9 @@
 // That is the tables and how the pictures are described: constraints, each with a misfit in units
 // of what is accepted of it. CMA-ES (pagmo) searches the least root of the mean square of all
 // misfits. Constraints pull against each other; the front of all evaluations of which none was
-// better in everything tells which. For the search the estimator is told where the marker is and
-// some of the tables' cells are watched for a fraction of a second; the result is confirmed on all
-// cells by searches that begin knowing nothing.
+// better in everything tells which. For the search F is looked for near the true pose only, in some
+// of the tables' cells (near_truth.h); the result is confirmed on all cells by searches that begin
+// knowing nothing.
 
 #include <cstdint>
 #include <functional>
@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "experiments/farm/fork_map.h"
+#include "experiments/studies/recognition/near_truth.h"
 #include "experiments/studies/recognition/recognition.h"
 #include "experiments/studies/recognition/table.h"
 
@@ -81,7 +82,7 @@ struct CalibrationPlan {
   std::vector<FreeParameter> parameters;
   AcceptedErrors accepted;
   double cell_share = 0.5;  // of the tables' cells that the search uses
-  double seconds = 0.4;     // a cell, after settling
+  int frames = 2;           // of a cell
   double spread = 0.1;      // of the first generation, as a share of each range
 
   static void Fields(auto& self, auto&& field) {
@@ -89,10 +90,12 @@ struct CalibrationPlan {
     field("accepted", self.accepted, Finite(), "how far off the result may be");
     field("cell_share", self.cell_share, InRange(0.01, 1),
           "share of the tables' cells that the search looks at, evenly over milk");
-    field("seconds", self.seconds, InRange(0.02, 3600), "time the search watches a cell");
+    field("frames", self.frames, InRange(1, 10000), "images of a cell that the search looks at");
     field("spread", self.spread, InRange(0.001, 1),
           "standard deviation of the first generation, as a share of each range");
   }
+  static constexpr RetiredKey kRetired[] = {
+      {"seconds", "the search looks at F near the true pose only: give frames"}};
   void Check(const std::string& path) const;
 
   std::vector<double> Start() const;  // by parameter
@@ -130,6 +133,8 @@ class CalibrationExperiment {
  public:
   // ConfigError for a key, or an element of a list, that cannot be set or written.
   CalibrationExperiment(const CalibrationPlan& plan, const TableByMarker& tables);
+  CalibrationExperiment(const CalibrationExperiment&) = delete;
+  CalibrationExperiment& operator=(const CalibrationExperiment&) = delete;
 
   // The chosen cells, evenly over each column's milk.
   const std::vector<TableRow>& rows() const { return rows_; }
@@ -143,9 +148,9 @@ class CalibrationExperiment {
   std::vector<Constraint> PictureConstraints() const;
 
   AcceptedErrors accepted_;
-  double seconds_;
   std::vector<TableRow> rows_;
   Recognition recognition_;
+  NearTruth near_truth_;  // of recognition_
   Recognition pictures_;
 };
 
@@ -192,7 +197,7 @@ struct CalibrationOptions {
   std::function<bool()> stop_requested = {};
 };
 
-// The calibrated optics (assets/optics.yaml) with these values instead of theirs, as YAML to take
+// The published optics (assets/optics.yaml) with these values instead of theirs, as YAML to take
 // their place. A key may be an element of a list that is there: "lamps.intensity_w_sr[0]".
 std::string CalibratedYaml(const CalibrationPlan& plan, const std::vector<double>& values);
 

@@ -17,34 +17,12 @@ namespace {
 // The experiment's own limits, beside those of the water's milk.
 constexpr double kNearest_m = 0.2, kFarthest_m = 10;
 
-SeedTree SeedsOf(const trial::Scenario& scenario, const RecognitionCell& cell) {
-  const SeedTree root(static_cast<uint64_t>(scenario.seed));
-  return SeedTree(
-      root.Stream(fmt::format("recognition {} {} {}", NameOf(cell.marker),
-                              FormatNumber(cell.milk_ml_m3), FormatNumber(cell.distance_m)))
-          .NextU64());
-}
-
 // A cell's result as it comes from a worker, and back.
 std::string ToText(const CellResult& result) {
   return report::JsonLine({{"error_m", result.position_error_mean_m},
                            {"fitness", result.fitness},
                            {"q", result.last_X_HM.q},
                            {"p", result.last_X_HM.p}});
-}
-
-void SetFitness(std::vector<float> fitness, CellResult* result) {
-  const auto frames = static_cast<double>(fitness.size());
-  double sum = 0, squares = 0;
-  for (const float f : fitness) sum += static_cast<double>(f);
-  result->fitness_mean = sum / frames;
-  for (const float f : fitness) {
-    const double difference = static_cast<double>(f) - result->fitness_mean;
-    squares += difference * difference;
-  }
-  result->fitness_std = std::sqrt(squares / frames);
-  result->area = AreaOf(result->fitness_mean);
-  result->fitness = std::move(fitness);
 }
 
 CellResult FromText(const RecognitionCell& cell, const std::string& text) {
@@ -72,6 +50,20 @@ Area AreaOf(double fitness_mean) {
   return fitness_mean >= kPublished.detection_fitness ? Area::kII : Area::kIII;
 }
 
+void SetFitness(std::vector<float> fitness, CellResult* result) {
+  const auto frames = static_cast<double>(fitness.size());
+  double sum = 0, squares = 0;
+  for (const float f : fitness) sum += static_cast<double>(f);
+  result->fitness_mean = sum / frames;
+  for (const float f : fitness) {
+    const double difference = static_cast<double>(f) - result->fitness_mean;
+    squares += difference * difference;
+  }
+  result->fitness_std = std::sqrt(squares / frames);
+  result->area = AreaOf(result->fitness_mean);
+  result->fitness = std::move(fitness);
+}
+
 std::vector<double> PublishedMilk(MarkerKind marker) {
   std::vector<double> milk;
   const auto add = [&](int steps, double step) {
@@ -89,7 +81,7 @@ std::vector<double> PublishedDistances() { return {0.4, 0.6, 0.8, 1.0}; }
 trial::Scenario RecognitionScenario(MarkerKind marker,
                                     const std::vector<std::string>& assignments) {
   std::vector<std::string> all = {fmt::format("model=tank_{}.xml", NameOf(marker)),
-                                  "optics=calibrated"};
+                                  "optics=published"};
   all.insert(all.end(), assignments.begin(), assignments.end());
   return trial::LoadScenario(fmt::format("pool_{}", NameOf(marker)), all);
 }
@@ -119,11 +111,18 @@ Recognition::Recognition(std::map<MarkerKind, trial::Scenario> scenarios,
   }
 }
 
+SeedTree Recognition::SeedsOf(const RecognitionCell& cell) const {
+  const SeedTree root(static_cast<uint64_t>(scenario(cell.marker).seed));
+  return SeedTree(
+      root.Stream(fmt::format("recognition {} {} {}", NameOf(cell.marker),
+                              FormatNumber(cell.milk_ml_m3), FormatNumber(cell.distance_m)))
+          .NextU64());
+}
+
 camera::StereoCamera Recognition::CamerasOf(const RecognitionCell& cell) const {
   trial::Scenario scenario = scenarios_.at(cell.marker);
   scenario.light.water.milk_ml_m3 = cell.milk_ml_m3;
-  return trial::HoldView(views_.at({cell.marker, cell.distance_m}), scenario,
-                         SeedsOf(scenario, cell));
+  return trial::HoldView(view(cell), scenario, SeedsOf(cell));
 }
 
 StereoImage Recognition::Image(const RecognitionCell& cell, int64_t frame) const {
@@ -134,12 +133,11 @@ StereoImage Recognition::Image(const RecognitionCell& cell, int64_t frame) const
 
 CellResult Recognition::RunCell(const RecognitionCell& cell,
                                 const RecognitionOptions& options) const {
-  const trial::FixedView& view = views_.at({cell.marker, cell.distance_m});
+  const trial::FixedView& view = this->view(cell);
   const trial::Scenario& scenario = scenarios_.at(cell.marker);
   camera::StereoCamera cameras = CamerasOf(cell);
   vision::RmGa estimator(scenario.estimator, scenario.marker, scenario.hue, view.rig,
-                         SeedsOf(scenario, cell).Stream("vision.rm_ga"));
-  if (options.suggest_truth) estimator.Suggest(view.X_HM);
+                         SeedsOf(cell).Stream("vision.rm_ga"));
 
   const int64_t settled = scenario.clock.FramesFor(options.settle_s);
   const int64_t last = settled + std::max<int64_t>(1, scenario.clock.FramesFor(options.seconds));
@@ -164,11 +162,18 @@ CellResult Recognition::RunCell(const RecognitionCell& cell,
 }
 
 std::vector<CellResult> Recognition::Run(const RecognitionOptions& options) const {
+  return MapCells(
+      cells_, [&](size_t i) { return RunCell(cells_[i], options); }, options.run);
+}
+
+std::vector<CellResult> MapCells(const std::vector<RecognitionCell>& cells,
+                                 const std::function<CellResult(size_t)>& run_cell,
+                                 const farm::ForkMapOptions& options) {
   const std::vector<std::string> texts = farm::ForkMap(
-      static_cast<int>(cells_.size()),
-      [&](int i) { return ToText(RunCell(cells_[static_cast<size_t>(i)], options)); }, options.run);
+      static_cast<int>(cells.size()),
+      [&](int i) { return ToText(run_cell(static_cast<size_t>(i))); }, options);
   std::vector<CellResult> results;
-  for (size_t i = 0; i < texts.size(); ++i) results.push_back(FromText(cells_[i], texts[i]));
+  for (size_t i = 0; i < texts.size(); ++i) results.push_back(FromText(cells[i], texts[i]));
   return results;
 }
 

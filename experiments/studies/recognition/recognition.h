@@ -6,6 +6,7 @@
 // of one frame, as in the published rig, whose search runs on the stream of images without end. It
 // has run for `settle_s` before a cell's first frame counts, and begins knowing nothing.
 
+#include <functional>
 #include <map>
 #include <string>
 #include <utility>
@@ -14,6 +15,7 @@
 #include "experiments/farm/fork_map.h"
 #include "experiments/trial/fixed_view.h"
 #include "experiments/trial/scenario.h"
+#include "sim/base/random.h"
 #include "sim/base/result_fields.h"
 #include "sim/base/units.h"
 
@@ -66,18 +68,18 @@ struct CellResult {
 struct RecognitionOptions {
   double seconds = 60;
   double settle_s = 5;  // before it counts: to find the marker from anywhere
-  // Tell the search at its beginning where the marker is: it need not be found then, and a second
-  // is enough to settle.
-  bool suggest_truth = false;
   farm::ForkMapOptions run = {};
 };
+
+// Sets mean, deviation, Area and the frames' F themselves. At least one frame.
+void SetFitness(std::vector<float> fitness, CellResult* result);
 
 // The published steps: milk to 119 ml/m^3, and to 245 for the active marker; distances 0.4 to 1 m.
 std::vector<double> PublishedMilk(MarkerKind marker);
 std::vector<double> PublishedDistances();
 
 // The pool with that marker (bundled scenarios pool_active, pool_passive), without the station and
-// with the calibrated optics, under these assignments.
+// with the published optics, under these assignments.
 trial::Scenario RecognitionScenario(MarkerKind marker, const std::vector<std::string>& assignments);
 
 // The experiment on some cells. Drawing is done when it is made, so that it can then run in
@@ -101,6 +103,11 @@ class Recognition {
   StereoImage Image(const RecognitionCell& cell, int64_t frame) const;
 
   const trial::Scenario& scenario(MarkerKind marker) const { return scenarios_.at(marker); }
+  // What the cameras have before them in a cell, without light.
+  const trial::FixedView& view(const RecognitionCell& cell) const {
+    return views_.at({cell.marker, cell.distance_m});
+  }
+  SeedTree SeedsOf(const RecognitionCell& cell) const;
   // Others for the same scene and cameras: what was drawn stays.
   void set_scenarios(std::map<MarkerKind, trial::Scenario> scenarios) {
     scenarios_ = std::move(scenarios);
@@ -113,5 +120,10 @@ class Recognition {
   std::vector<RecognitionCell> cells_;
   std::map<std::pair<MarkerKind, double>, trial::FixedView> views_;  // by marker and distance
 };
+
+// Every cell's result, in order, made in workers; nothing when it was stopped.
+std::vector<CellResult> MapCells(const std::vector<RecognitionCell>& cells,
+                                 const std::function<CellResult(size_t)>& run_cell,
+                                 const farm::ForkMapOptions& options);
 
 }  // namespace turbidock::recognition

@@ -151,16 +151,6 @@ TEST(Recognition, CellsAreIndependent) {
   EXPECT_EQ(both[0].fitness.size(), 3u);
 }
 
-TEST(Recognition, ASuggestedMarkerIsFoundInTheFirstFrame) {
-  const RecognitionCell cell{MarkerKind::kActive, 10, 0.6};
-  const Recognition recognition(
-      {{MarkerKind::kActive, RecognitionScenario(MarkerKind::kActive, {})}}, {cell});
-  RecognitionOptions options{.seconds = 0.01, .settle_s = 0};
-  EXPECT_GT(recognition.RunCell(cell, options).position_error_mean_m, 0.03);
-  options.suggest_truth = true;
-  EXPECT_LT(recognition.RunCell(cell, options).position_error_mean_m, 0.01);
-}
-
 TEST(Recognition, RefusesWhatIsOutOfRange) {
   const std::map<MarkerKind, trial::Scenario> scenarios = {
       {MarkerKind::kActive, RecognitionScenario(MarkerKind::kActive, {})}};
