@@ -61,7 +61,7 @@ class Scale {
 
 export class Plot {
   /**
-   * panel: the model. options: {height, sync, label, onPick(series, index), compact: no x axis,
+   * panel: the model. options: {height, sync, label, onPick(series, index), compact: no x axis, left, right: margins,
    * readout: (series, index) => text}.
    */
   constructor(host, panel, options = {}) {
@@ -189,9 +189,9 @@ export class Plot {
     const yTicks = panel.y?.names?.length ? [] : (panel.y?.logarithmic ? logTicks(y0, y1) : ticks(y0, y1, (height - bottom) / 32, panel.y?.whole));
     const yTexts = panel.y?.names?.length ? panel.y.names : yTicks.map(value => number(value));
     const room = Math.max(0, ...yTexts.map(text => c.measureText(text).width));
-    const left = !hasAxes ? 0 : (this.options.left ?? Math.min(width * 0.42, room + 10 + (panel.y?.label ? 18 : 0)));
+    const left = !hasAxes ? this.options.left ?? 0 : (this.options.left ?? Math.min(width * 0.42, room + 10 + (panel.y?.label ? 18 : 0)));
     const rules = (panel.rules || []).filter(rule => !rule.up && rule.name && panel.legend === 'none');
-    const right = second ? 46 : Math.max(8, ...rules.map(rule => c.measureText(rule.name).width + 8));
+    const right = this.options.right ?? (second ? 46 : Math.max(8, ...rules.map(rule => c.measureText(rule.name).width + 8)));
     const box = this.box = {left, right: width - right, top: 6, bottom: height - bottom};
     const X = this.X = new Scale(...xs, box.left, box.right, panel.x?.logarithmic);
     const Y = this.Y = new Scale(y0, y1, box.bottom, box.top, panel.y?.logarithmic);
