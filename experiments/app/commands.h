@@ -9,6 +9,7 @@ namespace turbidock::app {
 
 void AddBatch(CommandLine& line);    // batch, plans, status, curve
 void AddResults(CommandLine& line);  // merge, export, verify, replay
+void AddReport(CommandLine& line);
 void AddSlurm(CommandLine& line);
 void AddScenarios(CommandLine& line);
 void AddSelftest(CommandLine& line);

@@ -23,10 +23,10 @@ int ParseAndRun(int argc, char** argv) {
   bool version = false;
   line.Program().Flag("--version", version, "Versions of the program and of what it runs on");
   for (const auto add :
-       {bench::AddBench, run::AddRun, AddBatch, AddResults, gate::AddGate, compare::AddCompare,
-        estimate::AddEstimate, estimators::AddCompareEstimators, recognition::AddRecognize,
-        recognition::AddCalibrate, AddSlurm, tuning::AddTune, step_response::AddStepResponse,
-        AddScenarios, AddSelftest})
+       {bench::AddBench, run::AddRun, AddBatch, AddResults, AddReport, gate::AddGate,
+        compare::AddCompare, estimate::AddEstimate, estimators::AddCompareEstimators,
+        recognition::AddRecognize, recognition::AddCalibrate, AddSlurm, tuning::AddTune,
+        step_response::AddStepResponse, AddScenarios, AddSelftest})
     add(line);
   if (const std::optional<int> code = line.Parse(argc, argv)) return *code;
   if (version) {

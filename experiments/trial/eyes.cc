@@ -8,6 +8,7 @@ Eyes::Eyes(const Scenario& scenario, const TrialOptions& options, World* world)
       schedule_(scenario.camera_period_frames, scenario.camera_delay_frames),
       region_of_interest_(scenario.region_of_interest),
       whole_images_(options.whole_images || !scenario.region_of_interest),
+      whole_every_(options.whole_images_every),
       drop_probability_(scenario.camera_drop_probability),
       drops_(world->seeds().Stream("camera.drops")),
       snapshots_(static_cast<size_t>(schedule_.under_way()) + 1) {
@@ -30,9 +31,10 @@ bool Eyes::Update(int64_t frame) {
   if (drop_probability_ > 0 && drops_.Uniform() < drop_probability_ && estimate_ != nullptr)
     return false;
   const int64_t number = schedule_.LatestAt(frame);
+  const bool whole = whole_images_ || (whole_every_ > 0 && frame % whole_every_ == 0);
   if (estimator_) {
-    world_.Develop(*Slot(number), number, whole_images_ ? std::nullopt : estimator_->Reach(),
-                   timer_, &seen_);
+    world_.Develop(*Slot(number), number, whole ? std::nullopt : estimator_->Reach(), timer_,
+                   &seen_);
     estimate_ = &estimator_->Update(seen_);
   } else {
     estimate_ = &true_pose_->Update(number, Slot(number)->true_X_HM);

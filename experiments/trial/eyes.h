@@ -44,6 +44,7 @@ class Eyes {
   StageTimer* timer_;
   CameraSchedule schedule_;
   bool region_of_interest_, whole_images_;
+  int whole_every_;  // frames; 0: never
   double drop_probability_;
   Rng drops_;
   // The latest snapshots by their images' numbers: those under way from the sensor to the

@@ -89,6 +89,20 @@ void CheckMarker(const Scenario& scenario, const vehicle::Scene& scene) {
   }
 }
 
+Scenario ScenarioBefore(vision::Preset estimator, OpticsPreset optics) {
+  Scenario scenario;
+  const auto begin_with = [](const std::string& data, auto* object) {
+    config::ReadFields(config::LoadYaml(data), object, nullptr);
+  };
+  scenario.estimator = vision::RmGaOptions::Of(estimator);
+  begin_with(config::ModelPath("vehicle.yaml"), &scenario.vehicle);
+  begin_with(config::AssetPath("rig_default.yaml"), &scenario.rig);
+  begin_with(config::AssetPath("marker_default.yaml"), &scenario.marker);
+  begin_with(config::AssetPath("gains.yaml"), &scenario);
+  if (optics == OpticsPreset::kCalibrated) begin_with(config::AssetPath("optics.yaml"), &scenario);
+  return scenario;
+}
+
 Scenario LoadScenario(const std::string& name, const std::vector<std::string>& assignments,
                       const std::string& gains_file) {
   config::Layers layers{
@@ -99,18 +113,9 @@ Scenario LoadScenario(const std::string& name, const std::vector<std::string>& a
     if (!file.Find(key)) throw ConfigError(file.file + ": " + key + ": this key is required");
   if (!gains_file.empty()) layers.files.push_back(config::LoadYaml(gains_file));
 
-  Scenario scenario;
-  const auto begin_with = [](const std::string& data, auto* object) {
-    config::ReadFields(config::LoadYaml(data), object, nullptr);
-  };
-  scenario.estimator =
-      vision::RmGaOptions::Of(config::Peek(layers, "estimator.preset", scenario.estimator.preset));
-  begin_with(config::ModelPath("vehicle.yaml"), &scenario.vehicle);
-  begin_with(config::AssetPath("rig_default.yaml"), &scenario.rig);
-  begin_with(config::AssetPath("marker_default.yaml"), &scenario.marker);
-  begin_with(config::AssetPath("gains.yaml"), &scenario);
-  if (config::Peek(layers, "optics", scenario.optics) == OpticsPreset::kCalibrated)
-    begin_with(config::AssetPath("optics.yaml"), &scenario);
+  Scenario scenario =
+      ScenarioBefore(config::Peek(layers, "estimator.preset", Scenario().estimator.preset),
+                     config::Peek(layers, "optics", Scenario().optics));
   const config::Origins origins = config::ReadLayers(layers, &scenario);
   ResolveModel(file.file, origins, &scenario);
   return scenario;

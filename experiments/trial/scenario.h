@@ -173,6 +173,10 @@ struct Scenario {
 Scenario LoadScenario(const std::string& name, const std::vector<std::string>& assignments,
                       const std::string& gains_file = "");
 
+// What a scenario's file is read over, given its two presets: struct defaults and the data files
+// above.
+Scenario ScenarioBefore(vision::Preset estimator, OpticsPreset optics);
+
 // Every value as YAML, with its description as a comment. Parsing it gives the same scenario, bit
 // for bit; `name` stands for the file in messages.
 std::string SaveScenario(const Scenario& scenario);

@@ -38,8 +38,9 @@ struct TrialExcitation {
 
 struct TrialOptions {
   bool whole_images =
-      false;               // make also the pixels that the estimator cannot read, for an observer
-  bool spectator = false;  // also draw the outside view, for a video
+      false;  // make also the pixels that the estimator cannot read, for an observer
+  int whole_images_every = 0;  // the same every so many frames only; 0: never
+  bool spectator = false;      // also draw the outside view, for a video
   // Called every frame. Observers change nothing: the digest is the same with and without.
   std::function<void(const TrialFrame&)> observe;
   std::function<void(const control::Transition&)> on_transition;

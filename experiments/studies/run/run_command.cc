@@ -19,7 +19,7 @@ struct RunArguments {
   std::string seed;  // as written: the scenario's reader checks it
   std::optional<std::string> resolution, out;
   std::string expect;
-  bool json = false, video = false, quiet = false;
+  bool json = false, video = false, report = false, quiet = false;
 };
 
 int Run(const RunArguments& arguments) {
@@ -32,6 +32,7 @@ int Run(const RunArguments& arguments) {
       trial::LoadScenario(arguments.scenario, assignments, arguments.gains);
   const trial::TrialResult result = RunShownTrial(scenario, {.out = arguments.out,
                                                              .video = arguments.video,
+                                                             .report = arguments.report,
                                                              .json = arguments.json,
                                                              .quiet = arguments.quiet});
   const bool as_expected = arguments.expect.empty() || arguments.expect == NameOf(result.outcome);
@@ -57,10 +58,13 @@ void AddRun(app::CommandLine& line) {
           "Size of both cameras' images with the same field of view, such as 320x240");
   const app::Option out =
       run.Add("--out FOLDER", arguments.out,
-              "Folder for result.json, resolved.yaml, trajectory.csv and figure.png")
+              "Folder for result.json, resolved.yaml, trajectory.csv, figure.png and cameras/")
           .Check(
               [](const std::string& path) { return path.empty() ? "the folder has no name" : ""; });
   run.Flag("--video", arguments.video, "Also make video.mp4 in the folder").Needs(out);
+  run.Flag("--report", arguments.report,
+           "Also make report.html, one page to look at, in the folder")
+      .Needs(out);
   run.AddJson(arguments.json);
   run.AddQuiet(arguments.quiet);
   std::vector<std::string> outcomes;

@@ -9,6 +9,8 @@
 #include "experiments/app/progress.h"
 #include "experiments/media/mp4_writer.h"
 #include "experiments/media/plot.h"
+#include "experiments/page/trial_page.h"
+#include "experiments/studies/run/key_frames.h"
 #include "experiments/studies/run/trial_figure.h"
 #include "experiments/studies/run/trial_video.h"
 #include "experiments/trial/trial_files.h"
@@ -49,10 +51,16 @@ trial::TrialResult RunShownTrial(const trial::Scenario& scenario, const ShownTri
                  scenario.clock.frames_per_second);
   }
 
+  std::optional<KeyFrames> pictures;
+  if (shown.out && scenario.pose_source == trial::PoseSource::kCameras)
+    pictures.emplace(*shown.out + "/cameras", scenario.clock.frames_per_second);
+
   trial::TrialOptions options;
+  if (pictures) options.whole_images_every = pictures->first_step();
   options.spectator = shown.video;
   options.whole_images = shown.video;
   options.observe = [&](const trial::TrialFrame& frame) {
+    if (pictures && frame.evaluations > 0) pictures->Add(frame.record.frame, frame.seen);
     if (film)
       film->Add(composer->Compose({.images = frame.seen,
                                    .balls = rig.Each([&](const MountedCamera& camera) {
@@ -76,14 +84,17 @@ trial::TrialResult RunShownTrial(const trial::Scenario& scenario, const ShownTri
   // The numbers first: what fails later does not take them along.
   if (shown.out) trial::WriteRecords(*shown.out, scenario, result);
   if (shown.json) std::fputs(trial::ResultJson(result).c_str(), stdout);
+  if (pictures) pictures->Write();
   if (film) film->Finish();
   if (shown.out) {
     WriteTrialFigure(*shown.out + "/figure.png", result.log,
                      {.title = fmt::format("{}, seed {}", scenario.description, scenario.seed),
                       .outcome = fmt::format("{}: {}", NameOf(result.outcome), result.reason),
                       .criteria = trial::CriteriaOf(scenario)});
-    progress.Say(fmt::format("  result.json, resolved.yaml, trajectory.csv, figure.png{} in {}",
-                             film ? ", video.mp4" : "", *shown.out));
+    if (shown.report) page::WritePage(*shown.out + "/report.html", page::TrialPage(*shown.out));
+    progress.Say(fmt::format("  result.json, resolved.yaml, trajectory.csv, figure.png{}{}{} in {}",
+                             pictures ? ", cameras/" : "", film ? ", video.mp4" : "",
+                             shown.report ? ", report.html" : "", *shown.out));
   }
   return result;
 }

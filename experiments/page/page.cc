@@ -1,0 +1,81 @@
+#include "experiments/page/page.h"
+
+#include <fmt/format.h>
+
+#include "experiments/page/compress.h"
+#include "experiments/page/web_files.h"
+#include "experiments/system/output_path.h"
+
+namespace turbidock::page {
+namespace {
+
+std::string_view FileNamed(std::span<const WebFile> files, std::string_view name) {
+  for (const WebFile& file : files)
+    if (file.name == name) return file.text;
+  TD_CHECK(false, "a file of the page");
+}
+
+// An element that the browser does not read until a module asks for it.
+std::string Data(const std::string& name, const std::string& type, std::string_view bytes) {
+  return fmt::format("<script type=\"{}\" data-name=\"{}\">{}</script>\n", type, EscapeHtml(name),
+                     Base64(bytes));
+}
+
+std::string Packed(const std::string& name, std::string_view text) {
+  return Data(name, "application/gzip", Gzip(text));
+}
+
+// Modules know each other as "page/NAME.js", wherever they are.
+template <class Address>
+std::string ImportMap(const Address& address) {
+  report::Json imports = report::Json::object();
+  for (const WebFile& file : WebFiles())
+    if (file.name.ends_with(".js")) imports["page/" + std::string(file.name)] = address(file);
+  return "<script type=\"importmap\">" + report::Json{{"imports", imports}}.dump() + "</script>\n";
+}
+
+std::string Head(const report::Json& model, const std::string& style) {
+  return fmt::format(
+      "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+      "<meta name=\"generator\" content=\"turbidock\">\n"
+      // no favicon is asked for
+      "<link rel=\"icon\" href=\"data:,\">\n<title>{}</title>\n{}</head>\n<body>\n"
+      "<noscript>This page draws itself: it needs JavaScript.</noscript>\n",
+      EscapeHtml(model.value("title", "turbidock")), style);
+}
+
+constexpr const char* kStart =
+    "<script type=\"module\">import {start} from 'page/main.js'; start();</script>\n"
+    "</body>\n</html>\n";
+
+}  // namespace
+
+std::string Html(const Page& page) {
+  std::string html =
+      Head(page.model, fmt::format("<style>\n{}</style>\n", FileNamed(WebFiles(), "page.css")) +
+                           ImportMap([](const WebFile& file) {
+                             return "data:text/javascript;base64," + Base64(file.text);
+                           }));
+  html += Packed("model", report::JsonLine(page.model));
+  for (const auto& [name, text] : page.parts) html += Packed(name, text);
+  for (const auto& [name, bytes] : page.files)
+    html += Data(name, "application/octet-stream", bytes);
+  if (page.has_3d)
+    for (const WebFile& library : Libraries())
+      html += Packed(std::string(library.name), library.text);
+  return html + kStart;
+}
+
+void WritePage(const std::string& path, const Page& page) { system::WriteWhole(path, Html(page)); }
+
+std::string ServedHtml(const report::Json& model, const std::string& base) {
+  const auto address = [&](std::string_view name) { return base + std::string(name); };
+  return Head(model, fmt::format("<link rel=\"stylesheet\" href=\"{}\">\n",
+                                 EscapeHtml(address("page.css"))) +
+                         ImportMap([&](const WebFile& file) { return address(file.name); })) +
+         fmt::format("<meta name=\"libraries\" content=\"{}\">\n", EscapeHtml(base)) +
+         Packed("model", report::JsonLine(model)) + kStart;
+}
+
+}  // namespace turbidock::page

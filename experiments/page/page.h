@@ -1,0 +1,34 @@
+#pragma once
+// A page: one HTML file that shows a result, opened by double click. It needs no network and no
+// file beside it. What a model consists of stands in README.md of this folder.
+
+#include <map>
+#include <string>
+
+#include "experiments/report/json.h"
+
+namespace turbidock::page {
+
+struct Page {
+  // What is shown. model["kind"] names the module of web/ that shows it, model["title"] is the
+  // document's title.
+  report::Json model;
+  // What is opened when it is asked for, by name: JSON.
+  std::map<std::string, std::string> parts = {};
+  // Bytes that are compressed already, by name: a video.
+  std::map<std::string, std::string> files = {};
+  bool has_3d = false;  // brings three.js along
+};
+
+// The page as a document. Whatever text is in it shows as text.
+std::string Html(const Page& page);
+
+// Writes it, complete or not at all. ConfigError when it cannot be written.
+void WritePage(const std::string& path, const Page& page);
+
+// A document of the page's modules that gets its model and parts elsewhere, for a server:
+// web/KIND.js starts with model {"kind": kind, ...}, and the modules are read from `base` (such as
+// "web/") as WebFiles() has them.
+std::string ServedHtml(const report::Json& model, const std::string& base);
+
+}  // namespace turbidock::page

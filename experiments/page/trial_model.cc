@@ -1,0 +1,256 @@
+#include "experiments/page/trial_model.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "experiments/config/yaml_fields.h"
+#include "experiments/report/table.h"
+#include "experiments/trial/trial_files.h"
+#include "experiments/trial/trial_view.h"
+
+namespace turbidock::page {
+namespace {
+
+using report::Json;
+
+Json Numbers(const mjtNum* values, int count) {
+  Json list = Json::array();
+  for (int i = 0; i < count; ++i) list.push_back(Rounded(values[i]));
+  return list;
+}
+
+const char* ShapeName(int type) {
+  switch (type) {
+    case mjGEOM_PLANE:
+      return "plane";
+    case mjGEOM_SPHERE:
+      return "sphere";
+    case mjGEOM_CAPSULE:
+      return "capsule";
+    case mjGEOM_ELLIPSOID:
+      return "ellipsoid";
+    case mjGEOM_CYLINDER:
+      return "cylinder";
+    case mjGEOM_BOX:
+      return "box";
+    case mjGEOM_MESH:
+      return "mesh";
+    default:
+      return "";
+  }
+}
+
+const char* PartName(vehicle::Part part) {
+  switch (part) {
+    case vehicle::Part::kHull:
+      return "hull";
+    case vehicle::Part::kPole:
+      return "pole";
+    case vehicle::Part::kMarker:
+      return "marker";
+    case vehicle::Part::kStation:
+      return "station";
+    case vehicle::Part::kDock:
+      return "dock";
+    case vehicle::Part::kEnvironment:
+      break;
+  }
+  return "environment";
+}
+
+Json MeshModel(const mjModel& m, int mesh) {
+  Json vertices = Json::array(), triangles = Json::array();
+  const float* v = m.mesh_vert + 3L * m.mesh_vertadr[mesh];
+  for (int i = 0; i < 3 * m.mesh_vertnum[mesh]; ++i) vertices.push_back(Rounded(v[i]));
+  const int* f = m.mesh_face + 3L * m.mesh_faceadr[mesh];
+  for (int i = 0; i < 3 * m.mesh_facenum[mesh]; ++i) triangles.push_back(f[i]);
+  return {{"vertices_m", vertices}, {"triangles", triangles}};
+}
+
+Pose PoseOf(const mjtNum* p, const mjtNum* R) {
+  const Eigen::Matrix3d rows = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(R);
+  return {Eigen::Quaterniond(rows), {p[0], p[1], p[2]}};
+}
+
+// Leaves of a document, key by dotted key.
+void Flatten(const config::YamlNode& node, std::vector<std::pair<std::string, std::string>>* out) {
+  if (!node.IsMap()) {
+    out->emplace_back(node.path, node.OneLine());
+    return;
+  }
+  for (const auto& [key, inner] : node.Entries()) Flatten(inner, out);
+}
+
+std::vector<std::pair<std::string, std::string>> ValuesOf(const trial::Scenario& scenario) {
+  std::vector<std::pair<std::string, std::string>> values;
+  Flatten(config::ParseYaml(trial::SaveScenario(scenario), "scenario"), &values);
+  return values;
+}
+
+}  // namespace
+
+double Rounded(double x) {
+  return std::isfinite(x) ? std::strtod(fmt::format("{:.6g}", x).c_str(), nullptr) : x;
+}
+
+Json PoseModel(const Pose& pose) {
+  const Pose X = pose.Canonical();
+  Json list = Json::array();
+  for (const double x : {X.p.x(), X.p.y(), X.p.z(), X.q.w(), X.q.x(), X.q.y(), X.q.z()})
+    list.push_back(Rounded(x));
+  return list;
+}
+
+Json SceneModel(const vehicle::Scene& scene) {
+  const mjModel& m = *scene.model;
+  const vehicle::MjDataPtr data(mj_makeData(&m));
+  mj_kinematics(&m, data.get());
+  const int vehicle = scene.vehicle_body;
+  const Pose X_VW = vehicle::BodyPose(*data, vehicle).Inverse();
+  constexpr int kContactsOnly = 3;
+  Json geoms = Json::array(), meshes = Json::array();
+  for (int g = 0; g < m.ngeom; ++g) {
+    const std::string shape = ShapeName(m.geom_type[g]);
+    if (m.geom_group[g] == kContactsOnly || shape.empty()) continue;
+    const bool moves = m.body_rootid[m.geom_bodyid[g]] == m.body_rootid[vehicle];
+    const Pose X_WG = PoseOf(data->geom_xpos + 3L * g, data->geom_xmat + 9L * g);
+    Json rgba = Json::array();
+    for (int i = 0; i < 4; ++i) rgba.push_back(Rounded(m.geom_rgba[4 * g + i]));
+    const char* name = mj_id2name(&m, mjOBJ_GEOM, g);
+    Json geom = {{"name", name ? name : ""},
+                 {"part", PartName(scene.geom_part[static_cast<size_t>(g)])},
+                 {"moves", moves},
+                 {"shape", shape},
+                 {"size_m", Numbers(m.geom_size + 3L * g, 3)},
+                 {"pose", PoseModel(moves ? X_VW * X_WG : X_WG)},
+                 {"rgba", rgba}};
+    if (shape == "mesh") {
+      geom["mesh"] = meshes.size();
+      meshes.push_back(MeshModel(m, m.geom_dataid[g]));
+    }
+    geoms.push_back(geom);
+  }
+  return {{"X_BH", PoseModel(scene.X_BH)},
+          {"X_WM", PoseModel(scene.X_WM)},
+          {"X_WD", PoseModel(scene.X_WD)},
+          {"geoms", geoms},
+          {"meshes", meshes}};
+}
+
+Json SettingsModel(const trial::Scenario& scenario) {
+  const trial::Scenario before = trial::ScenarioBefore(scenario.estimator.preset, scenario.optics);
+  std::map<std::string, std::string> defaults;
+  for (const auto& [key, value] : ValuesOf(before)) defaults[key] = value;
+  std::map<std::string, std::string> docs;
+  for (const config::KeyDoc& doc : trial::ScenarioKeys()) docs[doc.key] = doc.doc;
+  Json list = Json::array();
+  for (const auto& [key, value] : ValuesOf(scenario)) {
+    if (key == "schema_version" || defaults[key] == value) continue;
+    list.push_back(
+        {{"key", key}, {"value", value}, {"default", defaults[key]}, {"doc", docs[key]}});
+  }
+  return list;
+}
+
+Json TrialModel(const trial::Scenario& scenario) {
+  const trial::ViewCriteria limits = trial::CriteriaOf(scenario);
+  Json balls = Json::array();
+  for (const vision::BallParams& ball : scenario.marker.balls)
+    balls.push_back({{"name", ball.name},
+                     {"p_m", ball.p_MQ_m},
+                     {"radius_m", ball.radius_m},
+                     {"rgb", ball.display_rgb}});
+  const StereoRig rig = scenario.rig.MakeRig();
+  const auto camera = [](const MountedCamera& c) {
+    return Json{{"fx_px", c.fx_px},
+                {"fy_px", c.fy_px},
+                {"cx_px", c.cx_px},
+                {"cy_px", c.cy_px},
+                {"X_HC", PoseModel(c.X_HC)}};
+  };
+  const trial::ViewColors& colors = trial::kOnPaper;
+  Json stages = Json::array();
+  for (const auto& [stage, name] : EnumNames<control::Stage>::kNames) stages.push_back(name);
+  Json model = {
+      {"kind", "trial"},
+      {"title", fmt::format("{}, seed {}", scenario.description, scenario.seed)},
+      {"description", scenario.description},
+      {"seed", std::to_string(scenario.seed)},
+      {"duration_s", scenario.duration_s},
+      {"frames_per_second", scenario.clock.frames_per_second},
+      {"stages", stages},
+      {"colors",
+       {{"estimate", colors.estimate},
+        {"truth", colors.truth},
+        {"desired", colors.desired},
+        {"limit", colors.limit},
+        {"stages", colors.stages}}},
+      {"limits",
+       {{"docking_fitness", limits.docking_fitness},
+        {"detection_fitness", limits.detection_fitness},
+        {"tolerance_y_m", limits.tolerance_y_m},
+        {"tolerance_z_m", limits.tolerance_z_m},
+        {"docked_x_m", limits.docked_x_m}}},
+      {"rig",
+       {{"width_px", rig.left.width_px},
+        {"height_px", rig.left.height_px},
+        {"left", camera(rig.left)},
+        {"right", camera(rig.right)}}},
+      {"marker", {{"balls", balls}, {"outer_ring_ratio", scenario.marker.outer_ring_ratio}}},
+      {"scene", nullptr},
+      {"settings", Json::array()},
+      {"missing", Json::array()}};
+  try {
+    model["scene"] = SceneModel(vehicle::LoadScene(trial::SceneFile(scenario), scenario.rig));
+  } catch (const ConfigError& error) {
+    model["missing"].push_back(fmt::format("No 3D replay: {}", error.what()));
+  }
+  try {
+    model["settings"] = SettingsModel(scenario);
+  } catch (const ConfigError& error) {
+    model["missing"].push_back(fmt::format("No comparison with the defaults: {}", error.what()));
+  }
+  return model;
+}
+
+Json SeriesModel(std::string_view csv, const std::string& where) {
+  const auto split = [](std::string_view text, char separator) {
+    std::vector<std::string_view> parts;
+    while (true) {
+      const size_t end = text.find(separator);
+      parts.push_back(text.substr(0, end));
+      if (end == std::string_view::npos) return parts;
+      text.remove_prefix(end + 1);
+    }
+  };
+  std::vector<std::string_view> lines = split(csv, '\n');
+  if (!lines.empty() && lines.back().empty()) lines.pop_back();
+  if (lines.empty() || lines[0].find("time_s") == std::string_view::npos)
+    throw ConfigError(where + ": is no trajectory: its first line has no time_s");
+  const std::vector<std::string_view> names = split(lines[0], ',');
+  std::vector<Json> columns(names.size(), Json::array());
+  for (size_t row = 1; row < lines.size(); ++row) {
+    const std::vector<std::string_view> cells = split(lines[row], ',');
+    if (cells.size() != names.size())
+      throw ConfigError(fmt::format("{}:{}: has {} values, the header {}", where, row + 1,
+                                    cells.size(), names.size()));
+    for (size_t i = 0; i < cells.size(); ++i) {
+      const std::string text(cells[i]);
+      const std::optional<double> number = report::NumberIn(text);
+      if (number)
+        columns[i].push_back(std::isfinite(*number) ? Json(Rounded(*number)) : Json());
+      else
+        columns[i].push_back(text.empty() || text == "nan" ? Json() : Json(text));
+    }
+  }
+  Json series = Json::object();
+  for (size_t i = 0; i < names.size(); ++i) series[std::string(names[i])] = columns[i];
+  return series;
+}
+
+}  // namespace turbidock::page

@@ -1,0 +1,36 @@
+#pragma once
+// A trial as the page's modules know it (README.md: the model of a trial).
+
+#include <string>
+#include <string_view>
+
+#include "experiments/report/json.h"
+#include "experiments/trial/scenario.h"
+#include "sim/vehicle/scene.h"
+
+namespace turbidock::page {
+
+// What is known of a trial before it runs: title, scene, rig, marker, limits, settings that differ
+// from what every scenario begins with. A live page adds to it as the trial goes on. What cannot be
+// had (the scene's file is elsewhere) is null and said in "missing".
+report::Json TrialModel(const trial::Scenario& scenario);
+
+// The scene as MuJoCo compiled it: every geom that is drawn, with shape, size, pose in the vehicle
+// or in the world, and colour.
+report::Json SceneModel(const vehicle::Scene& scene);
+
+// The keys whose values differ from what every scenario with these presets begins with.
+report::Json SettingsModel(const trial::Scenario& scenario);
+
+// Columns of a trajectory.csv (or of its first rows, or of later ones under the same header):
+// numbers in six digits, null where they are not finite, words as they are. ConfigError, which
+// begins with `where`, for a text that is none.
+report::Json SeriesModel(std::string_view csv, const std::string& where);
+
+// x, y, z, qw, qx, qy, qz.
+report::Json PoseModel(const Pose& pose);
+
+// The number in six digits.
+double Rounded(double x);
+
+}  // namespace turbidock::page

@@ -1,0 +1,59 @@
+// What the document brings along: packed JSON, bytes, libraries.
+
+const find = name => [...document.querySelectorAll('script[data-name]')]
+  .find(element => element.dataset.name === name);
+
+function bytesOf(base64) {
+  const text = atob(base64);
+  const bytes = new Uint8Array(text.length);
+  for (let i = 0; i < text.length; ++i) bytes[i] = text.charCodeAt(i);
+  return bytes;
+}
+
+async function unpack(element) {
+  const stream = new Blob([bytesOf(element.textContent)]).stream()
+    .pipeThrough(new DecompressionStream('gzip'));
+  return new Response(stream).text();
+}
+
+export const has = name => Boolean(find(name));
+
+/** Names of the packed parts that begin so. */
+export const namesOf = prefix => [...document.querySelectorAll('script[data-name]')]
+  .map(element => element.dataset.name).filter(name => name.startsWith(prefix));
+
+/** A packed part as the value that it is; null where the page does not have it. */
+export async function load(name) {
+  const element = find(name);
+  return element ? JSON.parse(await unpack(element)) : null;
+}
+
+/** The address of bytes in the page, such as a video's; null where it has none. */
+export function addressOf(name, type) {
+  const element = find(name);
+  return element ? URL.createObjectURL(new Blob([bytesOf(element.textContent)], {type})) : null;
+}
+
+/** Runs a library once: out of the page, or from where the server has it. */
+const running = new Map();
+export function library(name) {
+  if (!running.has(name)) running.set(name, run(name));
+  return running.get(name);
+}
+async function run(name) {
+  const element = find(name);
+  const script = document.createElement('script');
+  if (element) {
+    script.textContent = await unpack(element);
+    document.head.append(script);
+    return;
+  }
+  const base = document.querySelector('meta[name=libraries]');
+  if (!base) throw new Error(`the page has no ${name}`);
+  await new Promise((resolve, reject) => {
+    script.onload = resolve;
+    script.onerror = () => reject(new Error(`${name} cannot be had`));
+    script.src = base.content + name;
+    document.head.append(script);
+  });
+}

@@ -1,0 +1,221 @@
+// Vehicle, station and marker as MuJoCo compiled them, in three.js: the truth, and the estimate as a ghost.
+
+import {h, button, fill} from 'page/dom.js';
+import {library} from 'page/data.js';
+import {compose} from 'page/series.js';
+import {isDark, onTheme} from 'page/theme.js';
+
+const kViews = [['side', 'Side'], ['above', 'Above'], ['behind', 'Behind'], ['eyes', 'Cameras']];
+
+export class Scene3d {
+  /** trial: the model of a trial; await ready before update. */
+  constructor(host, trial) {
+    this.trial = trial;
+    this.canvas = h('canvas', {tabindex: 0, role: 'img', class: 'scene',
+      'aria-label': '3D replay: vehicle, station, marker and the estimated marker; arrow keys turn, + and - come nearer'});
+    this.bar = h('div', {class: 'overlay-bar'}, kViews.map(([key, name]) =>
+      button(name, () => this.view(key), {title: `look from: ${name}`})));
+    this.note = h('div', {class: 'scene-key'},
+      h('span', {class: 'dot truth'}), 'truth ', h('span', {class: 'dot estimate'}), 'estimated marker');
+    this.element = h('div', {class: 'scene-box'}, this.canvas, this.bar, this.note);
+    host.append(this.element);
+    this.ready = this.start();
+  }
+
+  async start() {
+    await library('three.min.js');
+    await library('OrbitControls.js');
+    const T = this.T = globalThis.THREE, canvas = this.canvas;
+    try {
+      // kept for printing, and for whoever looks at the pixels
+      this.renderer = new T.WebGLRenderer({canvas, antialias: true, preserveDrawingBuffer: true});
+    } catch (error) {
+      fill(this.element, h('p', {class: 'note'}, 'This browser shows no 3D (WebGL is off).'));
+      return;
+    }
+    this.renderer.gammaOutput = true;
+    this.renderer.gammaFactor = 2.2;
+    this.world = new T.Scene();
+    this.camera = new T.PerspectiveCamera(40, 1, 0.02, 60);
+    this.camera.up.set(0, 0, 1);
+    this.hemisphere = new T.HemisphereLight(0xdff1ff, 0x30404a, 1.5);
+    const sun = new T.DirectionalLight(0xffffff, 1.7);
+    sun.position.set(-2, -1.5, 4);
+    this.world.add(this.hemisphere, sun);
+    this.vehicle = new T.Group();
+    this.world.add(this.vehicle);
+    for (const geom of this.trial.scene.geoms) this.addGeom(geom);
+    this.ghost = this.makeGhost();
+    this.world.add(this.ghost);
+    this.trail = this.makeLine(0x4aa3e0);
+    this.estimates = this.makeLine(0xe0913a);
+    this.controls = new T.OrbitControls(this.camera, canvas);
+    this.controls.enableKeys = false;
+    this.controls.enableZoom = false;  // the page scrolls until the scene has the focus
+    canvas.addEventListener('focus', () => { this.controls.enableZoom = true; });
+    canvas.addEventListener('blur', () => { this.controls.enableZoom = false; });
+    canvas.addEventListener('keydown', event => this.key(event));
+    this.controls.addEventListener('change', () => this.draw());
+    onTheme(() => this.draw());
+    new ResizeObserver(() => this.draw()).observe(canvas);
+    this.view('side');
+  }
+
+  material(geom) {
+    const T = this.T, [r, g, b, a] = geom.rgba;
+    const color = new T.Color(Math.min(1, r), Math.min(1, g), Math.min(1, b));
+    if (geom.part === 'environment')
+      return new T.MeshLambertMaterial({color: 0x8fb1c0, transparent: true, opacity: 0.13, depthWrite: false, side: T.DoubleSide});
+    if (geom.name.startsWith('ball_')) return new T.MeshLambertMaterial({color, emissive: color.clone().multiplyScalar(0.55)});
+    return new T.MeshLambertMaterial({color, transparent: a < 1, opacity: a});
+  }
+
+  geometry(geom) {
+    const T = this.T, [a, b, c] = geom.size_m;
+    switch (geom.shape) {
+      case 'sphere': return new T.SphereBufferGeometry(a, 24, 16);
+      case 'box': return new T.BoxBufferGeometry(2 * a, 2 * b, 2 * c);
+      case 'ellipsoid': return new T.SphereBufferGeometry(1, 24, 16).scale(a, b, c);
+      case 'cylinder': return new T.CylinderBufferGeometry(a, a, 2 * b, 28).rotateX(Math.PI / 2);
+      case 'plane': return new T.PlaneBufferGeometry(2 * (a || 15), 2 * (b || 15));
+      case 'capsule': {
+        const points = [];
+        for (let i = 0; i <= 8; ++i) points.push(new T.Vector2(a * Math.sin(Math.PI / 2 * i / 8), -b - a * Math.cos(Math.PI / 2 * i / 8)));
+        for (let i = 0; i <= 8; ++i) points.push(new T.Vector2(a * Math.cos(Math.PI / 2 * i / 8), b + a * Math.sin(Math.PI / 2 * i / 8)));
+        return new T.LatheBufferGeometry(points, 24).rotateX(Math.PI / 2);
+      }
+      case 'mesh': {
+        const mesh = this.trial.scene.meshes[geom.mesh], geometry = new T.BufferGeometry();
+        geometry.setAttribute('position', new T.Float32BufferAttribute(mesh.vertices_m, 3));
+        geometry.setIndex(mesh.triangles);
+        const flat = geometry.toNonIndexed();
+        flat.computeVertexNormals();
+        return flat;
+      }
+    }
+    return null;
+  }
+
+  addGeom(geom) {
+    const geometry = this.geometry(geom);
+    if (!geometry) return;
+    const mesh = new this.T.Mesh(geometry, this.material(geom));
+    this.place(mesh, geom.pose);
+    mesh.name = geom.name;
+    (geom.moves ? this.vehicle : this.world).add(mesh);
+  }
+
+  place(object, [x, y, z, w, a, b, c]) {
+    object.position.set(x, y, z);
+    object.quaternion.set(a, b, c, w);
+  }
+
+  /** The marker where the estimate has it: its balls as shells. */
+  makeGhost() {
+    const T = this.T, group = new T.Group();
+    for (const ball of this.trial.marker.balls) {
+      const color = new T.Color(...ball.rgb);
+      const shell = new T.Mesh(new T.SphereBufferGeometry(ball.radius_m * this.trial.marker.outer_ring_ratio, 14, 10),
+        new T.MeshBasicMaterial({color, wireframe: true, transparent: true, opacity: 0.55}));
+      shell.position.set(...ball.p_m);
+      group.add(shell);
+    }
+    group.add(new T.AxesHelper(0.12));
+    return group;
+  }
+
+  makeLine(color) {
+    const T = this.T, line = new T.Line(new T.BufferGeometry(), new T.LineBasicMaterial({color}));
+    line.frustumCulled = false;
+    this.world.add(line);
+    return line;
+  }
+
+  /** Ways of the camera head and of the estimated marker, from a Series. */
+  setSeries(series) {
+    if (!this.renderer) return;
+    const heads = [];
+    const step = Math.max(1, Math.floor(series.length / 1500));
+    for (let i = 0; i < series.length; i += step) {
+      const pose = series.pose('vehicle', i);
+      if (pose) heads.push(...compose(pose, this.trial.scene.X_BH).slice(0, 3));
+    }
+    this.trail.geometry.setAttribute('position', new this.T.Float32BufferAttribute(heads, 3));
+    if (!this.fitted && heads.length) { this.fitted = true; this.first = heads.slice(0, 3); this.view('side'); }
+    this.draw();
+  }
+
+  /** vehicle: pose in the world; estimate: pose of the marker in the camera head, null for none. */
+  update(vehicle, estimate) {
+    if (!this.renderer || !vehicle) return;
+    this.place(this.vehicle, vehicle);
+    this.pose = vehicle;
+    this.ghost.visible = Boolean(estimate);
+    if (estimate) this.place(this.ghost, compose(compose(vehicle, this.trial.scene.X_BH), estimate));
+    if (this.current === 'eyes') this.lookAhead();
+    this.draw();
+  }
+
+  lookAhead() {
+    const T = this.T, [x, y, z, w, a, b, c] = compose(this.pose, this.trial.scene.X_BH);
+    const turn = new T.Quaternion(a, b, c, w), from = new T.Vector3(x, y, z);
+    this.camera.position.copy(from);
+    this.controls.target.copy(from).add(new T.Vector3(0.6, 0, 0).applyQuaternion(turn));
+    this.controls.update();
+  }
+
+  view(name) {
+    if (!this.renderer) return;
+    this.current = name;
+    const T = this.T, M = this.trial.scene.X_WM, start = this.first || [M[0] - 1.4, M[1], M[2]];
+    const span = Math.max(1.1, Math.hypot(M[0] - start[0], M[1] - start[1]) + 0.75);
+    const middle = new T.Vector3((M[0] + start[0]) / 2 - 0.12, (M[1] + start[1]) / 2, (M[2] + start[2]) / 2 - 0.05);
+    const wide = this.camera.aspect < 1 ? 1 / this.camera.aspect : 1, reach = span * 1.05 * wide;
+    const offsets = {side: [-0.25, -1, 0.35], above: [-0.02, -0.001, 1.15], behind: [-1.2, -0.32, 0.42]};
+    if (name === 'eyes') { if (this.pose) this.lookAhead(); this.draw(); return; }
+    this.controls.target.copy(middle);
+    this.camera.position.copy(middle).add(new T.Vector3(...offsets[name]).multiplyScalar(reach));
+    this.controls.update();
+    this.draw();
+  }
+
+  key(event) {
+    const turns = {ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, -0.1], ArrowDown: [0, 0.1]};
+    const nearer = {'+': 0.9, '=': 0.9, '-': 1.1}[event.key];
+    if (!turns[event.key] && !nearer) return;
+    event.preventDefault();
+    this.current = 'free';
+    const T = this.T, offset = this.camera.position.clone().sub(this.controls.target);
+    if (nearer) offset.multiplyScalar(nearer);
+    else {
+      const [across, up] = turns[event.key];
+      offset.applyAxisAngle(new T.Vector3(0, 0, 1), across);
+      const side = new T.Vector3().crossVectors(offset, new T.Vector3(0, 0, 1)).normalize();
+      const turned = offset.clone().applyAxisAngle(side, up);
+      if (Math.abs(turned.clone().normalize().z) < 0.98) offset.copy(turned);
+    }
+    this.camera.position.copy(this.controls.target).add(offset);
+    this.controls.update();
+    this.draw();
+  }
+
+  draw() {
+    if (!this.renderer || this.pending) return;
+    this.pending = true;
+    requestAnimationFrame(() => { this.pending = false; this.drawNow(); });
+  }
+  drawNow() {
+    const canvas = this.canvas, width = canvas.clientWidth, height = canvas.clientHeight;
+    if (!width || !height) return;
+    const size = this.renderer.getSize(new this.T.Vector2());
+    if (size.x !== width || size.y !== height) {
+      this.renderer.setPixelRatio(Math.min(2, devicePixelRatio || 1));
+      this.renderer.setSize(width, height, false);
+      this.camera.aspect = width / height;
+      this.camera.updateProjectionMatrix();
+      if (kViews.some(([key]) => key === this.current)) this.view(this.current);
+    }
+    this.renderer.setClearColor(isDark() ? 0x0c1b25 : 0xdbe8ee);
+    this.renderer.render(this.world, this.camera);
+  }
+}
