@@ -12,6 +12,7 @@
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
 #include <chrono>
+#include <limits>
 #include <set>
 #include <thread>
 #include <utility>
@@ -118,7 +119,7 @@ class Server::Work::Connection : public std::enable_shared_from_this<Connection>
 
   void Start() {
     parser_.header_limit(kMostHeaderBytes);
-    parser_.body_limit(boost::none);  // none is read, whatever its size
+    parser_.body_limit(std::numeric_limits<uint64_t>::max());  // none is read, whatever its size
     stream_.expires_after(kRequestTime);
     http::async_read_header(
         stream_, buffer_, parser_, [self = shared_from_this()](error_code error, size_t) {
@@ -131,6 +132,7 @@ class Server::Work::Connection : public std::enable_shared_from_this<Connection>
 
  private:
   void Respond();
+  void SendPage();
   void Open();
   void Send(Response response);
   void SayFarewell();
@@ -226,10 +228,17 @@ void Server::Work::Connection::Respond() {
   if (target.size() < root.size() || !AreSame(target.substr(0, root.size()), root))
     return refuse(http::status::not_found, "there is nothing here");
   const std::string_view path = target.substr(root.size());
-  if (path.empty())
-    return Send(Answer(http::status::ok, work_.site_.page, "text/html; charset=utf-8"));
-  if (path == kLive && websocket::is_upgrade(request)) return Open();
+  if (path.empty()) return SendPage();
+  if (path == kLive && work_.site_.open_tab && websocket::is_upgrade(request)) return Open();
   refuse(http::status::not_found, "there is nothing here");
+}
+
+void Server::Work::Connection::SendPage() {
+  try {
+    Send(Answer(http::status::ok, work_.site_.page(), "text/html; charset=utf-8"));
+  } catch (const ConfigError& error) {
+    Send(Refusal(http::status::internal_server_error, error.what()));
+  }
 }
 
 void Server::Work::Connection::Open() {

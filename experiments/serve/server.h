@@ -3,7 +3,7 @@
 // with. It gives out nothing else, knows no files and reads no bodies.
 //
 //   GET /SECRET/       the page
-//   GET /SECRET/live   a WebSocket
+//   GET /SECRET/live   a WebSocket, where there are any
 //
 // Anything else is refused: another path or method (404, 405), a body (413), a foreign Host or
 // Origin (403), more connections than there is room for (503), a request that takes too long.
@@ -16,7 +16,7 @@
 
 namespace turbidock::serve {
 
-// The other end of a tab's WebSocket. Called in the server's thread only.
+// The other end of a tab's WebSocket. Like Site, called in the server's thread only.
 class Tab {
  public:
   virtual ~Tab() = default;
@@ -27,8 +27,9 @@ class Tab {
 };
 
 struct Site {
-  std::string page;  // HTML, with everything in it
-  std::function<std::unique_ptr<Tab>()> open_tab;
+  // The page as it is now: HTML, with everything in it. A ConfigError shows as text.
+  std::function<std::string()> page;
+  std::function<std::unique_ptr<Tab>()> open_tab;  // none: no sockets
 };
 
 struct Place {

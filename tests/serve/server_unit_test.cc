@@ -11,6 +11,7 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/read.hpp>
 #include <boost/asio/write.hpp>
+#include <boost/beast/core/buffers_to_string.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/websocket.hpp>
 #include <chrono>
@@ -55,7 +56,7 @@ struct Counter {
     int sent = 0;
   };
   Site site() {
-    return {kPage, [this] { return std::make_unique<CountingTab>(this); }};
+    return {[] { return kPage; }, [this] { return std::make_unique<CountingTab>(this); }};
   }
 };
 
@@ -126,11 +127,10 @@ TEST_F(ServerTest, GivesThePageToWhoKnowsTheSecretOnly) {
 
   std::string other = root();
   other[1] = other[1] == 'a' ? 'b' : 'a';
-  for (const std::string& path :
-       {std::string("/"), std::string("/favicon.ico"), other, root() + "x", root() + "../",
-        root() + "../../etc/passwd", root() + "..%2f..%2fetc/passwd",
-        std::string("/../../../../etc/passwd"), std::string("//etc/passwd"),
-        root().substr(0, root().size() - 1), "http://evil.example" + root(), root() + "live"}) {
+  for (const std::string& path : std::vector<std::string>{
+           "/", "/favicon.ico", other, root() + "x", root() + "../", root() + "../../etc/passwd",
+           root() + "..%2f..%2fetc/passwd", "/../../../../etc/passwd", "//etc/passwd",
+           root().substr(0, root().size() - 1), "http://evil.example" + root(), root() + "live"}) {
     const std::string refused = client_.Get(path);
     EXPECT_THAT(refused, StartsWith("HTTP/1.1 404 ")) << path;
     EXPECT_THAT(refused, ::testing::Not(HasSubstr("root:"))) << path;
@@ -142,11 +142,11 @@ TEST_F(ServerTest, RefusesForeignHostsAndOrigins) {
     return client_.Ask("GET " + root() + " HTTP/1.1\r\n" + headers + "\r\n");
   };
   for (const std::string& headers :
-       {std::string(""), std::string("Host: evil.example\r\n"),
-        std::string("Host: evil.example:") + std::to_string(server_.port()) + "\r\n",
-        "Host: " + client_.host() + "\r\nHost: evil.example\r\n",
-        "Host: " + client_.host() + "\r\nOrigin: http://evil.example\r\n",
-        "Host: " + client_.host() + "\r\nOrigin: null\r\n"})
+       std::vector<std::string>{"", "Host: evil.example\r\n",
+                                "Host: evil.example:" + std::to_string(server_.port()) + "\r\n",
+                                "Host: " + client_.host() + "\r\nHost: evil.example\r\n",
+                                "Host: " + client_.host() + "\r\nOrigin: http://evil.example\r\n",
+                                "Host: " + client_.host() + "\r\nOrigin: null\r\n"})
     EXPECT_THAT(get(headers), StartsWith("HTTP/1.1 403 ")) << headers;
   // a tunnel's other end
   EXPECT_THAT(get("Host: localhost:9999\r\nOrigin: http://localhost:9999\r\n"),
@@ -224,6 +224,10 @@ TEST_F(ServerTest, ATabThatSaysTooMuchIsClosed) {
   WebSocket tab = client_.Open(root() + "live");
   boost::system::error_code ignored;
   tab.write(asio::buffer(std::string(Server::kMostMessageBytes + 1, 'x')), ignored);
+  beast::flat_buffer buffer;
+  boost::system::error_code closed;
+  tab.read(buffer, closed);
+  EXPECT_EQ(closed, beast::websocket::error::closed);
   EXPECT_TRUE(Soon([&] { return counter_.open == 0; }));
   EXPECT_TRUE(counter_.heard.empty());
 }
@@ -256,6 +260,26 @@ TEST(Server, SaysWhenItCannotListen) {
                 " is in use; give another --port, or 0 for any that is free");
   EXPECT_THAT(message({.address = "nowhere"}), HasSubstr("is no address"));
   EXPECT_THAT(message({.address = "203.0.113.7"}), HasSubstr("cannot listen there"));
+}
+
+TEST(Server, APageMayHaveNoSocketsAndMayFail) {
+  int asked = 0;
+  const Server server({}, {.page = [&]() -> std::string {
+                             if (++asked > 1) throw ConfigError("sweep.db: is <gone>");
+                             return "first";
+                           },
+                           .open_tab = {}});
+  Client client(server.port());
+  const std::string root = server.url().substr(server.url().find('/', 8));
+  EXPECT_THAT(client.Get(root), ::testing::EndsWith("first"));
+  const std::string failed = client.Get(root);
+  EXPECT_THAT(failed, StartsWith("HTTP/1.1 500 "));
+  EXPECT_THAT(failed, HasSubstr("Content-Type: text/plain"));
+  EXPECT_THAT(failed, ::testing::EndsWith("sweep.db: is <gone>\n"));
+  WebSocket tab(client.Connect());
+  boost::system::error_code error;
+  tab.handshake(client.host(), root + "live", error);
+  EXPECT_EQ(error, beast::websocket::error::upgrade_declined);
 }
 
 TEST(Server, EndsWithTabsOpen) {

@@ -1,0 +1,99 @@
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "experiments/app/commands.h"
+#include "experiments/app/progress.h"
+#include "experiments/page/trial_page.h"
+#include "experiments/studies/live/live_view.h"
+#include "experiments/studies/live/results_view.h"
+#include "experiments/trial/scenario.h"
+
+namespace turbidock::live {
+namespace {
+
+constexpr int kUsualPort = 8137;
+
+struct ViewArguments {
+  std::string what = "sea_night_active";
+  std::vector<std::string> assignments;
+  std::string gains, seed, listen = "127.0.0.1";
+  int port = kUsualPort, quality = 80;
+  std::optional<std::string> out;
+  bool quiet = false;
+};
+
+std::string SummaryText(const ViewSummary& s) {
+  std::string text = fmt::format("{} frames", s.frames);
+  if (s.frames > 0)
+    text += fmt::format(", {:.1f} ms each", 1e3 * s.step_s / static_cast<double>(s.frames));
+  if (s.pictures > 0)
+    text += fmt::format("; {} pairs of pictures, {:.1f} ms and {:.0f} kB each", s.pictures,
+                        1e3 * s.encode_s / static_cast<double>(s.pictures),
+                        1e-3 * static_cast<double>(s.bytes) / static_cast<double>(s.pictures));
+  return text;
+}
+
+bool IsFolder(const std::string& path) {
+  std::error_code ignored;
+  return std::filesystem::is_directory(path, ignored);
+}
+
+// Serves a trial that runs now.
+void ViewScenario(const ViewArguments& arguments, ViewOptions options) {
+  app::Progress progress(arguments.quiet);
+  std::vector<std::string> assignments = arguments.assignments;
+  if (!arguments.seed.empty()) assignments.push_back("seed=" + arguments.seed);
+  options.jpeg_quality = arguments.quality;
+  options.say = [&](const std::string& line) { progress.Say(line); };
+  const trial::Scenario scenario =
+      trial::LoadScenario(arguments.what, assignments, arguments.gains);
+  progress.Say(fmt::format("{}, seed {}", scenario.description, scenario.seed));
+  progress.Say(SummaryText(ServeTrial(scenario, options)));
+}
+
+int View(const ViewArguments& arguments) {
+  const serve::Place place{.address = arguments.listen, .port = arguments.port};
+  const auto on_served = [&](const std::string& url) {
+    std::printf("%s\n", url.c_str());
+    std::fflush(stdout);
+    app::Progress(arguments.quiet).Say("open this address in a browser; Ctrl-C ends");
+  };
+  const auto stop_requested = [] { return app::StopSignal() != 0; };
+  if (IsFolder(arguments.what))
+    ServePage(page::TrialPage(arguments.what),
+              {.place = place, .on_served = on_served, .stop_requested = stop_requested});
+  else
+    ViewScenario(arguments, {.place = place,
+                             .out = arguments.out,
+                             .on_served = on_served,
+                             .say = {},
+                             .stop_requested = stop_requested});
+  return app::kExitDone;
+}
+
+}  // namespace
+
+void AddView(app::CommandLine& line) {
+  auto [view, arguments] =
+      line.Add("view", "Watch a trial while it runs, in a browser on this machine", &View);
+  view.Add("scenario", arguments.what, "YAML file or the name of a bundled scenario");
+  view.AddSet(arguments.assignments, "Set one key, such as water.milk_ml_m3=20");
+  view.Add("--gains", arguments.gains, "Gains file, read over the scenario");
+  view.AddSeed(arguments.seed);
+  view.Add("--port", arguments.port, "Where to listen; 0 for any port that is free")
+      .Between(0, 65535);
+  view.Add("--listen ADDRESS", arguments.listen,
+           "Address to listen at: another than this machine's own lets others in who know the "
+           "secret in the address");
+  view.Add("--quality", arguments.quality, "Of the cameras' pictures (JPEG)").Between(1, 100);
+  view.Add("--out FOLDER", arguments.out,
+           "Folder for result.json, resolved.yaml and trajectory.csv of the last trial that ended");
+  view.AddQuiet(arguments.quiet);
+}
+
+}  // namespace turbidock::live
