@@ -1,24 +1,28 @@
 #include <fmt/format.h>
 
 #include <cstdio>
+#include <filesystem>
 #include <vector>
 
 #include "experiments/app/commands.h"
 #include "experiments/app/plan_arguments.h"
 #include "experiments/app/progress.h"
 #include "experiments/config/data_files.h"
-#include "experiments/config/yaml_fields.h"
 #include "experiments/farm/agenda.h"
 #include "experiments/farm/batch.h"
 #include "experiments/farm/plan.h"
 #include "experiments/farm/result_store.h"
 #include "experiments/farm/summary.h"
+#include "experiments/media/plot.h"
+#include "experiments/page/batch_page.h"
 #include "experiments/report/json.h"
 #include "experiments/studies/curve/success_curve.h"
 #include "experiments/system/build_info.h"
 
 namespace turbidock::app {
 namespace {
+
+namespace fs = std::filesystem;
 
 constexpr double kLogEvery_s = 10;
 constexpr size_t kMaxRows = 60;  // of the closing table; `status --by` shows longer ones
@@ -120,14 +124,13 @@ int Batch(const BatchArguments& arguments) {
             (end.wall_time_s *
              static_cast<double>(std::min<int64_t>(arguments.workers, end.done_now))),
         arguments.out));
+  if (shard.count == 1) {
+    const std::string report = fs::path(arguments.out).replace_extension(".html").string();
+    page::WritePage(report, page::BatchPage(store, arguments.out));
+    progress.Say("a page to look at: " + report);
+  }
   if (arguments.json) std::fputs(farm::SummaryJson(keys, groups, rule.precision).c_str(), stdout);
   return kExitDone;
-}
-
-// The description of the plan in a file.
-std::string TitleOf(const farm::StoreHeader& header) {
-  const auto description = config::ParseYaml(header.plan, "plan").Find("description");
-  return description ? description->Text().value_or(header.kind) : header.kind;
 }
 
 struct StatusArguments {
@@ -183,10 +186,12 @@ struct CurveArguments {
 int Curve(const CurveArguments& arguments) {
   const farm::ResultStore store = farm::ResultStore::Read(arguments.file);
   const std::vector<farm::StoredTrial> trials = store.Trials();
+  if (!arguments.figure.empty()) media::RequireFigurePath(arguments.figure);
   if (trials.empty()) throw ConfigError(arguments.file + ": has no trials yet");
   const auto curves = curve::SuccessCurves(trials, arguments.over, arguments.by);
   if (!arguments.figure.empty())
-    curve::WriteSuccessFigure(arguments.figure, TitleOf(store.header()), arguments.over, curves);
+    curve::WriteSuccessFigure(arguments.figure, page::TitleOf(store.header()), arguments.over,
+                              curves);
   std::fputs((arguments.json ? curve::SuccessJson(arguments.over, curves)
                              : curve::SuccessTable(arguments.over, curves))
                  .c_str(),
@@ -220,7 +225,10 @@ void AddBatch(CommandLine& line) {
   auto [batch, arguments] =
       line.Add("batch", "Run the trials of a plan; what is done already is not run again", &Batch);
   arguments.plan.AddTo(&batch);
-  batch.Add("--out FILE", arguments.out, "SQLite file for the results").Required();
+  batch
+      .Add("--out FILE", arguments.out,
+           "SQLite file for the results; at the end a page beside it, .html, shows them")
+      .Required();
   batch.AddWorkers(arguments.workers, "Processes; results do not depend on it");
   batch.Add("--shard I/N", arguments.shard, "Run part I of N only; merge puts them together");
   batch.Flag("--json", arguments.json, "Print the summary as JSON on stdout");
@@ -238,7 +246,7 @@ void AddBatch(CommandLine& line) {
   curve.Add("results", curve_arguments.file, "A batch's file").Required();
   curve.Add("--over KEY", curve_arguments.over, "The key on the horizontal axis").Required();
   curve.Add("--by KEY", curve_arguments.by, "One curve for each value of this key");
-  curve.Add("--figure FILE", curve_arguments.figure, "Draw it into this PNG");
+  curve.Add("--figure FILE", curve_arguments.figure, "Draw it: .png, .svg or .pdf");
   curve.Flag("--json", curve_arguments.json, "As JSON on stdout");
 
   auto [plans, plans_arguments] = line.Add("plans", "List the bundled plans", &ListPlans);

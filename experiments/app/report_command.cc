@@ -1,13 +1,21 @@
 #include <fmt/format.h>
 
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "experiments/app/commands.h"
+#include "experiments/farm/result_store.h"
+#include "experiments/page/batch_page.h"
 #include "experiments/page/page.h"
+#include "experiments/page/study_page.h"
 #include "experiments/page/trial_page.h"
+#include "experiments/report/json.h"
+#include "experiments/studies/compare/comparison.h"
 #include "experiments/system/output_path.h"
 
 namespace turbidock::app {
@@ -18,9 +26,55 @@ namespace fs = std::filesystem;
 struct ReportArguments {
   std::vector<std::string> inputs;
   std::string out = "report.html";
+  std::optional<int64_t> trial;
+  compare::ComparisonOptions comparison;
 };
 
-page::Page PageOf(const ReportArguments& arguments) { return page::TrialPage(arguments.inputs[0]); }
+bool IsDatabase(const std::string& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::string begin(6, '\0');
+  stream.read(begin.data(), std::ssize(begin));
+  return begin == "SQLite" || fs::path(file).extension() == ".db";
+}
+
+page::Page PageOfFolder(const std::string& folder) {
+  if (page::IsStudyFolder(folder)) return page::StudyFolderPage(folder);
+  return page::TrialPage(folder);
+}
+
+page::Page PageOfFile(const std::string& file, const std::optional<int64_t>& trial) {
+  if (!IsDatabase(file))
+    return page::StudyPage(report::ParseJson(system::ReadWhole(file), file), file);
+  const farm::ResultStore store = farm::ResultStore::Read(file);
+  return trial ? page::StoredTrialPage(store, file, *trial) : page::BatchPage(store, file);
+}
+
+page::Page PageOfTwo(const std::string& a, const std::string& b,
+                     const compare::ComparisonOptions& options) {
+  const farm::ResultStore before = farm::ResultStore::Read(a), after = farm::ResultStore::Read(b);
+  const auto pairs = compare::PairTrials(before, after, options);
+  std::vector<trial::Figure> metrics = {compare::MetricNamed("final_error_m")};
+  for (const trial::Figure& figure : trial::Figures()) metrics.push_back(figure);
+  const std::string text =
+      compare::ComparisonJson(a, b, before, after, compare::GroupPairs(pairs, options.by), metrics);
+  return page::StudyPage(report::ParseJson(text, "comparison"), "comparison");
+}
+
+page::Page PageOf(const ReportArguments& arguments) {
+  const std::vector<std::string>& inputs = arguments.inputs;
+  if (inputs.size() > 2)
+    throw ConfigError("report shows one result, or two batches side by side, not " +
+                      std::to_string(inputs.size()));
+  std::error_code none;
+  for (const std::string& input : inputs) {
+    if (!fs::exists(input, none)) throw ConfigError(input + ": no such file or folder");
+    if (inputs.size() == 2 && !IsDatabase(input))
+      throw ConfigError(input + ": is no batch's file; two of them are compared");
+  }
+  if (inputs.size() == 2) return PageOfTwo(inputs[0], inputs[1], arguments.comparison);
+  return fs::is_directory(inputs[0], none) ? PageOfFolder(inputs[0])
+                                           : PageOfFile(inputs[0], arguments.trial);
+}
 
 int Report(const ReportArguments& arguments) {
   system::RequireWritable(arguments.out);
@@ -36,7 +90,16 @@ int Report(const ReportArguments& arguments) {
 
 void AddReport(CommandLine& line) {
   auto [report, arguments] = line.Add("report", "One HTML page that shows a result", &Report);
-  report.Add("inputs", arguments.inputs, "What to show: a trial's folder").Required();
+  report
+      .Add("inputs", arguments.inputs,
+           "What to show: the folder of a trial, a gate or a tuning study; a batch's file; two of\n"
+           "them, to compare; the JSON of recognize, compare or compare-estimators")
+      .Required();
+  report.Add("--trial", arguments.trial, "Of a batch, this trial alone");
+  report.Add("--by KEY,...", arguments.comparison.by,
+             "Of two batches, one group for each value of these parameters");
+  report.Add("--ignore KEY,...", arguments.comparison.ignore,
+             "Of two batches, parameters in which they are meant to differ");
   report.Add("--out FILE.html", arguments.out, "The page: one file, to be opened in a browser");
 }
 

@@ -445,6 +445,45 @@ StoredTrial ResultStore::Trial(int64_t trial) const {
   return std::move(found[0]);
 }
 
+std::vector<int64_t> ResultStore::TrialsWithSeries() const {
+  return Guard(file_, [&] {
+    std::vector<int64_t> trials;
+    SQLite::Statement query(*db_, "SELECT DISTINCT trial FROM series ORDER BY trial");
+    while (query.executeStep()) trials.push_back(query.getColumn(0).getInt64());
+    return trials;
+  });
+}
+
+std::string ResultStore::SeriesCsv(int64_t trial) const {
+  return Guard(file_, [&] {
+    const std::vector<std::string> columns = OwnColumns(*db_, "series");
+    std::string csv = fmt::format("{}\n", fmt::join(columns, ","));
+    SQLite::Statement query(
+        *db_, "SELECT trial" + List(columns) + " FROM series WHERE trial = ? ORDER BY frame");
+    query.bind(1, trial);
+    while (query.executeStep()) {
+      for (int i = 1; i < query.getColumnCount(); ++i)
+        csv += (i > 1 ? "," : "") + ValueText(query.getColumn(i));
+      csv += '\n';
+    }
+    return csv;
+  });
+}
+
+std::vector<std::string> ResultStore::Lacking() const {
+  return Guard(file_, [&] {
+    std::vector<std::string> lacking;
+    for (const RecordTable& table : kRecordTables) {
+      const std::vector<std::string> there = OwnColumns(*db_, table.name);
+      ForColumns(table, [&](size_t i) {
+        const std::string& name = trial::Columns()[i].name;
+        if (std::find(there.begin(), there.end(), name) == there.end()) lacking.push_back(name);
+      });
+    }
+    return lacking;
+  });
+}
+
 std::vector<StoredTrial> ResultStore::Select(const std::string& where) const {
   return Guard(file_, [&] {
     std::string wanted = "trials.trial, trials.cell, trials.sample";

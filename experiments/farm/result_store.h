@@ -85,6 +85,12 @@ class ResultStore {
   std::vector<StoredTrial> Trials() const;  // ascending
   StoredTrial Trial(int64_t trial) const;   // ConfigError when it is not there
 
+  std::vector<int64_t> TrialsWithSeries() const;  // whose series was stored, ascending
+  // A trial's series as trajectory.csv has it, with the rows that were stored; no rows without one.
+  std::string SeriesCsv(int64_t trial) const;
+  // Columns of a record that the file has not, because an older program wrote it.
+  std::vector<std::string> Lacking() const;
+
  private:
   ResultStore(std::string file, bool writes);
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <map>
@@ -11,6 +12,7 @@
 
 #include "experiments/system/output_path.h"
 #include "experiments/system/subprocess.h"
+#include "sim/base/check.h"
 
 namespace turbidock::media {
 namespace {
@@ -60,6 +62,32 @@ const std::vector<Layer>& LayersOf(Mark mark) {
       {Mark::kBarsAlongX, {{"1:2:3:4", "xerrorbars pointtype 7"}}},
       {Mark::kNone, {}}};
   return kLayers.at(mark);
+}
+
+// A format of files, as gnuplot draws it: the same picture, in points where there are no pixels.
+struct Terminal {
+  const char* ending;
+  const char* name;
+  double px_per_unit;
+  const char* unit;
+};
+constexpr std::array kTerminals = {Terminal{".png", "pngcairo", 1, ""},
+                                   Terminal{".svg", "svg background '#ffffff'", 1, ""},
+                                   Terminal{".pdf", "pdfcairo", 72, "in"}};
+
+const Terminal& TerminalOf(const std::string& path) {
+  for (const Terminal& terminal : kTerminals)
+    if (path.ends_with(terminal.ending)) return terminal;
+  throw ConfigError(path + ": a figure's file ends with .png, .svg or .pdf");
+}
+
+// Curves differ in the shape of their dots, too: in grey their colours are alike.
+int DotShape(const Rgb& color) {
+  constexpr std::array kShapes = {7, 5, 9, 13, 11, 15, 6, 4};
+  const auto* const found = std::find(kCurveColors.begin(), kCurveColors.end(), color);
+  return found == kCurveColors.end()
+             ? kShapes[0]
+             : kShapes[static_cast<size_t>(found - kCurveColors.begin()) % kShapes.size()];
 }
 
 // What gnuplot is told.
@@ -121,6 +149,14 @@ void AddBlocks(const Panel& panel, double panel_px, Script* script) {
 
 bool IsPoint(const Sample& sample) { return std::isfinite(sample.x) && std::isfinite(sample.y); }
 
+// The style with the curve's own shape in place of a disc.
+std::string Shaped(std::string style, const Rgb& color) {
+  constexpr std::string_view kDisc = "pointtype 7";
+  if (const size_t at = style.find(kDisc); at != std::string::npos)
+    style.replace(at, kDisc.size(), fmt::format("pointtype {}", DotShape(color)));
+  return style;
+}
+
 void AddSeries(const Series& series, Script* script) {
   const std::string data = fmt::format("$data{}", script->data++);
   script->Line("{} << END", data);
@@ -137,7 +173,7 @@ void AddSeries(const Series& series, Script* script) {
     script->Plot(
         fmt::format("{} using {}{} axes x1y{}", data, columns, series.scale ? ":5" : "",
                     series.second_axis ? 2 : 1),
-        fmt::format("{}{} linewidth {} linecolor {}", style,
+        fmt::format("{}{} linewidth {} linecolor {}", Shaped(style, series.color),
                     dots ? fmt::format(" pointsize {}", series.dot_px / kDotOfSize1_px) : "",
                     series.width_px, series.scale ? "palette" : "rgb " + Color(series.color)),
         i + 1 == layers.size() ? series.name : "");
@@ -241,7 +277,10 @@ std::vector<double> Evenly(double from, double to, int steps) {
 
 void RequireFigures() { system::Subprocess({"gnuplot", "--version"}, "gnuplot-nox").Finish(); }
 
-void WritePng(const std::string& path, const Figure& figure) {
+void RequireFigurePath(const std::string& path) { TerminalOf(path); }
+
+void WriteFigure(const std::string& path, const Figure& figure) {
+  const Terminal& terminal = TerminalOf(path);
   system::RequireWritable(path);
   const size_t columns = figure.columns;
   const size_t rows = figure.stacked ? 1 : (figure.panels.size() + columns - 1) / columns;
@@ -249,9 +288,11 @@ void WritePng(const std::string& path, const Figure& figure) {
                                 ? ""
                                 : fmt::format("title {} font 'Sans Bold,15'", Quoted(figure.title));
   Script script;
-  script.Line("set terminal pngcairo noenhanced size {},{} font 'Sans,13'",
-              columns * static_cast<size_t>(figure.width_px),
-              rows * static_cast<size_t>(figure.height_px) + (title.empty() ? 0 : 40));
+  const auto size = [&](size_t px) { return static_cast<double>(px) / terminal.px_per_unit; };
+  script.Line("set terminal {} noenhanced size {}{},{}{} font 'Sans,13'", terminal.name,
+              size(columns * static_cast<size_t>(figure.width_px)), terminal.unit,
+              size(rows * static_cast<size_t>(figure.height_px) + (title.empty() ? 0 : 40)),
+              terminal.unit);
   script.Line("set output {}", Quoted(path));
   script.Line("set encoding utf8");
   script.Line("set multiplot {}",

@@ -138,8 +138,12 @@ std::vector<double> Evenly(double from, double to, int steps);
 // Throws SimulatorFault when this machine cannot draw figures.
 void RequireFigures();
 
-// ConfigError when the path cannot be written; SimulatorFault when gnuplot is missing or cannot
-// draw the figure (a logarithmic axis from below 0).
-void WritePng(const std::string& path, const Figure& figure);
+// What a figure's file may end with, by which its format is chosen: ".png", ".svg", ".pdf".
+// ConfigError for a path that ends otherwise.
+void RequireFigurePath(const std::string& path);
+
+// ConfigError when the path cannot be written or ends otherwise; SimulatorFault when gnuplot is
+// missing or cannot draw the figure (a logarithmic axis from below 0).
+void WriteFigure(const std::string& path, const Figure& figure);
 
 }  // namespace turbidock::media

@@ -150,9 +150,12 @@ Json SettingsModel(const trial::Scenario& scenario) {
   for (const config::KeyDoc& doc : trial::ScenarioKeys()) docs[doc.key] = doc.doc;
   Json list = Json::array();
   for (const auto& [key, value] : ValuesOf(scenario)) {
-    if (key == "schema_version" || defaults[key] == value) continue;
-    list.push_back(
-        {{"key", key}, {"value", value}, {"default", defaults[key]}, {"doc", docs[key]}});
+    // no scenario is without these: they have no default
+    if (key == "schema_version" || key == "description" || key == "seed") continue;
+    if (key == "duration_s" || key == "model") defaults[key].clear();
+    if (defaults[key] != value)
+      list.push_back(
+          {{"key", key}, {"value", value}, {"default", defaults[key]}, {"doc", docs[key]}});
   }
   return list;
 }
@@ -219,6 +222,13 @@ Json TrialModel(const trial::Scenario& scenario) {
 }
 
 Json SeriesModel(std::string_view csv, const std::string& where) {
+  Json series = TableModel(csv, where);
+  if (!series.contains("time_s"))
+    throw ConfigError(where + ": is no trajectory: its first line has no time_s");
+  return series;
+}
+
+Json TableModel(std::string_view csv, const std::string& where) {
   const auto split = [](std::string_view text, char separator) {
     std::vector<std::string_view> parts;
     while (true) {
@@ -230,8 +240,7 @@ Json SeriesModel(std::string_view csv, const std::string& where) {
   };
   std::vector<std::string_view> lines = split(csv, '\n');
   if (!lines.empty() && lines.back().empty()) lines.pop_back();
-  if (lines.empty() || lines[0].find("time_s") == std::string_view::npos)
-    throw ConfigError(where + ": is no trajectory: its first line has no time_s");
+  if (lines.empty()) throw ConfigError(where + ": is empty");
   const std::vector<std::string_view> names = split(lines[0], ',');
   std::vector<Json> columns(names.size(), Json::array());
   for (size_t row = 1; row < lines.size(); ++row) {

@@ -26,6 +26,8 @@ report::Json SettingsModel(const trial::Scenario& scenario);
 // numbers in six digits, null where they are not finite, words as they are. ConfigError, which
 // begins with `where`, for a text that is none.
 report::Json SeriesModel(std::string_view csv, const std::string& where);
+// The same of any CSV without quotes.
+report::Json TableModel(std::string_view csv, const std::string& where);
 
 // x, y, z, qw, qx, qy, qz.
 report::Json PoseModel(const Pose& pose);

@@ -50,7 +50,7 @@ Panel Paper(const Series& series = {}) {
 
 Image3u8 Drawn(const Panel& panel) {
   const std::string path = Path("plot.png");
-  WritePng(path, {.width_px = 500, .height_px = 300, .panels = {panel}});
+  WriteFigure(path, {.width_px = 500, .height_px = 300, .panels = {panel}});
   return ReadPng(path);
 }
 
@@ -177,7 +177,7 @@ TEST(Plot, BlocksAreNamedWhereTheNameFitsAndInTheLegendOtherwise) {
                 {.name = "too narrow", .from_x = 3.9, .to_x = 4, .color = kRed}};
   Figure figure{.stacked = true, .width_px = 1000, .height_px = 600, .panels = {bar, Paper()}};
   const std::string path = Path("blocks.png");
-  WritePng(path, figure);
+  WriteFigure(path, figure);
   const Image3u8 image = ReadPng(path);
   const Found paper = Find(image, kPaper);  // of the panel below
   const auto white = [&](int row) {
@@ -199,7 +199,8 @@ TEST(Plot, StackedPanelsShareTheirColumnsAndFollowTheirHeights) {
   tall.height = 2;
   tall.blocks[0].color = kRed;
   const std::string path = Path("stack.png");
-  WritePng(path, {.stacked = true, .width_px = 600, .height_px = 700, .panels = {tall, Paper()}});
+  WriteFigure(path,
+              {.stacked = true, .width_px = 600, .height_px = 700, .panels = {tall, Paper()}});
   const Image3u8 image = ReadPng(path);
   const Found upper = Find(image, kRed), lower = Find(image, kPaper);
   EXPECT_EQ(upper.left, lower.left);
@@ -216,7 +217,7 @@ TEST(Plot, PanelsStandRowByRow) {
     figure.panels.back().blocks[0].color = color;
   }
   const std::string path = Path("grid.png");
-  WritePng(path, figure);
+  WriteFigure(path, figure);
   const Image3u8 image = ReadPng(path);
   ASSERT_EQ(image.width(), 900);
   ASSERT_EQ(image.height(), 400);
@@ -257,14 +258,14 @@ TEST(Plot, AFigureWithoutDataCanBeDrawn) {
 TEST(Plot, TextStandsForItself) {
   const auto drawn = [](const std::string& text) {
     const std::string path = Path("text.png");
-    WritePng(path, {.title = text,
-                    .panels = {{.title = text,
-                                .x = {text, 0, 1},
-                                .y = {.low = 0, .high = 1, .names = {text}},
-                                .blocks = {{.name = text, .from_x = 0, .to_x = 1}},
-                                .series = {{text}},
-                                .rules = {{0.5, text}},
-                                .legend = Legend::kAbove}}});
+    WriteFigure(path, {.title = text,
+                       .panels = {{.title = text,
+                                   .x = {text, 0, 1},
+                                   .y = {.low = 0, .high = 1, .names = {text}},
+                                   .blocks = {{.name = text, .from_x = 0, .to_x = 1}},
+                                   .series = {{text}},
+                                   .rules = {{0.5, text}},
+                                   .legend = Legend::kAbove}}});
     const Image3u8 image = ReadPng(path);
     return std::vector<uint8_t>(image.data(), image.data() + 3 * image.width() * image.height());
   };
@@ -289,13 +290,13 @@ TEST(Plot, WhatGnuplotCannotDrawIsAFaultWithItsWords) {
 }
 
 TEST(Plot, UnwritablePathIsAConfigError) {
-  EXPECT_THROW(WritePng(Path("no_such_folder/x.png"), {.panels = {Paper()}}), ConfigError);
+  EXPECT_THROW(WriteFigure(Path("no_such_folder/x.png"), {.panels = {Paper()}}), ConfigError);
 }
 
 TEST(Plot, OddPathsAreOnlyPaths) {
   const std::string path = Path("it's `odd` $HOME.png");
   std::filesystem::remove(path);
-  WritePng(path, {.width_px = 300, .height_px = 80, .panels = {Paper()}});
+  WriteFigure(path, {.width_px = 300, .height_px = 80, .panels = {Paper()}});
   EXPECT_EQ(ReadPng(path).height(), 80);
 }
 

@@ -37,9 +37,9 @@ export function plainTable({columns, rows, caption}) {
   const cell = (value, k) => {
     const tag = k === 0 ? 'th' : 'td';
     const text = value !== null && typeof value === 'object' ? value.text : value;
-    return h(tag, {scope: k === 0 ? 'row' : null, class: [columns[k]?.numeric ? 'numeric' : '', value?.tone || ''].join(' ').trim() || null}, text ?? '–');
+    return h(tag, {title: value?.title, scope: k === 0 ? 'row' : null, class: [columns[k]?.numeric ? 'numeric' : '', value?.tone || ''].join(' ').trim() || null}, text ?? '–');
   };
-  return h('div', {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': caption || 'table'}, h('table', {class: 'plain'}, caption ? h('caption', {}, caption) : null,
+  return h('div', {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': caption || columns.map(c => c.label).join(', ')}, h('table', {class: 'plain'}, caption ? h('caption', {}, caption) : null,
     h('thead', {}, h('tr', {}, columns.map(c => h('th', {scope: 'col', class: c.numeric ? 'numeric' : null}, c.label)))),
     h('tbody', {}, rows.map(row => h('tr', {}, row.map(cell))))));
 }

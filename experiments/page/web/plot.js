@@ -156,6 +156,7 @@ export class Plot {
     const margin = spec.logarithmic ? 0 : (most - least || Math.abs(most) || 1) * (axis === 'x' ? 0.03 : 0.07);
     const span = [low ?? least - margin, high ?? most + margin];
     if (finite(spec.least_span) && span[1] - span[0] < spec.least_span) {
+      if (low !== null) return [low, low + spec.least_span];
       const middle = (span[0] + span[1]) / 2;
       return [middle - spec.least_span / 2, middle + spec.least_span / 2];
     }
@@ -184,7 +185,7 @@ export class Plot {
     const [y0, y1] = this.fullRange('y'), xs = this.xRange();
     const second = panel.series.some(series => series.second);
     const bottom = !hasAxes ? 2 : compact ? 8 : panel.x?.names?.length ? this.nameRoom(panel.x.names, width) : panel.x?.label ? 38 : 22;
-    const yTicks = panel.y?.names?.length ? [] : (panel.y?.logarithmic ? logTicks(y0, y1) : ticks(y0, y1, height / 44));
+    const yTicks = panel.y?.names?.length ? [] : (panel.y?.logarithmic ? logTicks(y0, y1) : ticks(y0, y1, (height - bottom) / 32));
     const yTexts = panel.y?.names?.length ? panel.y.names : yTicks.map(value => number(value));
     const room = Math.max(0, ...yTexts.map(text => c.measureText(text).width));
     const left = !hasAxes ? 0 : (this.options.left ?? Math.min(width * 0.42, room + 10 + (panel.y?.label ? 18 : 0)));
@@ -218,7 +219,7 @@ export class Plot {
       }
       if (second) {
         c.textAlign = 'left';
-        for (const value of ticks(Y2.low, Y2.high, height / 44)) c.fillText(number(value), box.right + 5, Y2.of(value));
+        for (const value of ticks(Y2.low, Y2.high, height / 40)) c.fillText(number(value), box.right + 5, Y2.of(value));
       }
       if (panel.x?.names?.length) {
         if (!compact) this.drawNames(c, panel.x.names, X, box);
@@ -449,7 +450,7 @@ export class Plot {
       const place = this.values.get(series.name);
       if (!place) continue;
       const i = finite(at) ? this.lastBefore(series, at) : -1;
-      const value = i >= 0 && finite(series.y[i]) ? number(series.y[i], 3) : '';
+      const value = i >= 0 && series.mark !== 'band' && finite(series.y[i]) ? number(series.y[i], 3) : '';
       if (place.textContent !== value) place.textContent = value;
     }
   }

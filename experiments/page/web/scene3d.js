@@ -7,6 +7,11 @@ import {isDark, onTheme} from 'page/theme.js';
 
 const kViews = [['side', 'Side'], ['above', 'Above'], ['behind', 'Behind'], ['eyes', 'Cameras']];
 
+const painted = () => new Promise(resolve => {
+  setTimeout(resolve, 400);  // a hidden tab never paints
+  requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(resolve)));
+});
+
 export class Scene3d {
   /** trial: the model of a trial; await ready before update. */
   constructor(host, trial) {
@@ -23,6 +28,7 @@ export class Scene3d {
   }
 
   async start() {
+    await painted();  // the rest of the page first: a slow machine compiles shaders for seconds
     await library('three.min.js');
     await library('OrbitControls.js');
     const T = this.T = globalThis.THREE, canvas = this.canvas;

@@ -71,8 +71,9 @@ export class Traces {
         high: wanted.map(v => v === null ? null : v + band), color: colors.limit, mark: 'band'});
       all.push(line('truth', list('true', part, factor), colors.truth, {width: 3.5}),
         line('desired', wanted, colors.desired, {mark: 'dashes'}),
-        line('estimate', estimate.map((v, i) => found[i] ? v : null), colors.estimate),
-        {name: 'estimate, not detected', x: time, y: estimate.map((v, i) => found[i] ? null : v), color: colors.estimate, mark: 'dots', dot: 2.4});
+        line('estimate', estimate.map((v, i) => found[i] ? v : null), colors.estimate));
+      if (found.includes(false)) all.push({name: 'not detected', x: time, y: estimate.map((v, i) => found[i] ? null : v),
+        color: colors.estimate, mark: 'dots', dot: 2.4});
       const span = axisSpan([all.find(s => s.name === 'truth').y, wanted, estimate.filter((v, i) => found[i]),
         band ? wanted.map(v => v === null ? null : v + band) : [], band ? wanted.map(v => v === null ? null : v - band) : [],
         rule === undefined ? [] : [rule]], least);

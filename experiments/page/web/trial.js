@@ -8,7 +8,7 @@ import {Clock} from 'page/clock.js';
 import {Scene3d} from 'page/scene3d.js';
 import {Series} from 'page/series.js';
 import {Traces, stageSpans} from 'page/traces.js';
-import {badge, facts, command, head} from 'page/parts.js';
+import {badge, facts, command, head, plainTable} from 'page/parts.js';
 
 export const title = model => model.title;
 
@@ -49,7 +49,7 @@ export class TrialView {
     this.clock.setEnd(series.end);
     clock.on(() => this.show());
     this.show();
-    if (withHead) this.drawRest(host);
+    if (withHead) this.drawRest(host, left);
   }
 
   /** Rows that came after; the same columns. */
@@ -96,22 +96,19 @@ export class TrialView {
       host.append(h('ul', {class: 'missing'}, this.model.missing.map(text => h('li', {}, text))));
   }
 
-  drawRest(host) {
+  drawRest(host, left) {
     const {model} = this, record = model.record;
-    const grid = h('div', {class: 'cards'});
-    host.append(grid);
     if (record?.transitions?.length)
-      grid.append(section('Stages', {}, h('ol', {class: 'stages'}, record.transitions.map(change => {
+      left.append(section('Stages', {}, h('ol', {class: 'stages'}, record.transitions.map(change => {
         const at = change.frame / model.frames_per_second;
         return h('li', {}, button(clockText(at), () => { this.clock.pause(); this.clock.seek(at); }, {class: 'link', title: `go to ${clockText(at)}`}),
           h('span', {}, ` ${words(change.from)} → ${words(change.to)}: ${change.reason}`));
       }))));
-    grid.append(section('Settings that differ', {note: 'From what every scenario begins with.'},
-      model.settings?.length ? h('table', {class: 'plain'}, h('thead', {}, h('tr', {}, h('th', {}, 'key'), h('th', {}, 'here'), h('th', {}, 'default'))),
-        h('tbody', {}, model.settings.map(s => h('tr', {title: s.doc}, h('th', {scope: 'row'}, s.key), h('td', {}, s.value), h('td', {}, s.default || '–')))))
-        : h('p', {}, 'None.')));
-    if (record) grid.append(section('All figures', {}, facts(flat(record))));
-    if (model.commands) grid.append(section('Again', {}, model.commands.map(c => command(c.command, c.what))));
+    left.append(section('Settings that differ', {note: 'From what every scenario begins with.'}, model.settings?.length
+      ? plainTable({columns: [{label: 'key'}, {label: 'here'}, {label: 'default'}], caption: '',
+        rows: model.settings.map(s => [{text: s.key, title: s.doc}, s.value, s.default || '–'])}) : h('p', {}, 'None.')));
+    if (model.commands) left.append(section('Again', {}, model.commands.map(c => command(c.command, c.what))));
+    if (record) host.append(section('All figures', {}, facts(flat(record))));
   }
 
   transport(host, controls) {

@@ -1,17 +1,15 @@
 #include <fmt/format.h>
 
+#include <cstdio>
 #include <string>
 #include <vector>
 
 #include "experiments/app/commands.h"
 #include "experiments/farm/result_store.h"
-#include "experiments/report/json.h"
 #include "experiments/studies/compare/comparison.h"
 
 namespace turbidock::compare {
 namespace {
-
-using report::Json;
 
 struct CompareArguments {
   std::string a, b, figure;
@@ -19,31 +17,6 @@ struct CompareArguments {
   std::vector<std::string> metrics = {"time_s", "final_error_m"};
   bool json = false;
 };
-
-// Trials that succeed in one set only.
-Json Flipped(const std::vector<TrialPair>& pairs, bool lost) {
-  Json list = Json::array();
-  for (const TrialPair& pair : pairs) {
-    if (pair.a.success() == pair.b.success() || pair.a.success() != lost) continue;
-    list.push_back({{"seed", pair.a.seed},
-                    {"trial_a", pair.trial_a},
-                    {"trial_b", pair.trial_b},
-                    {"failure", lost ? pair.b.failure : pair.a.failure}});
-  }
-  return list;
-}
-
-Json ToJson(const ComparisonGroup& group, const std::vector<trial::Figure>& metrics) {
-  Json key = Json::object(), list = Json::array();
-  for (const farm::Parameter& parameter : group.key) key[parameter.key] = parameter.value;
-  for (const trial::Figure& metric : metrics) list.push_back(CompareMetric(group.pairs, metric));
-  Json json = {{"group", key}};
-  json.update(CompareRates(group.pairs));
-  json["lost"] = Flipped(group.pairs, true);
-  json["gained"] = Flipped(group.pairs, false);
-  json["metrics"] = list;
-  return json;
-}
 
 void PrintGroup(const ComparisonGroup& group, const std::vector<trial::Figure>& metrics) {
   const RateComparison r = CompareRates(group.pairs);
@@ -65,10 +38,9 @@ void PrintGroup(const ComparisonGroup& group, const std::vector<trial::Figure>& 
                m.larger, m.pairs, m.p_value);
   }
   for (const bool lost : {true, false})
-    for (const Json& trial : Flipped(group.pairs, lost))
-      fmt::print("  {} seed {}, trials {} and {}: {}\n", lost ? "lost  " : "gained",
-                 trial["seed"].get<int64_t>(), trial["trial_a"].get<int64_t>(),
-                 trial["trial_b"].get<int64_t>(), trial["failure"].get<std::string>());
+    for (const TrialPair& pair : Flipped(group.pairs, lost))
+      fmt::print("  {} seed {}, trials {} and {}: {}\n", lost ? "lost  " : "gained", pair.a.seed,
+                 pair.trial_a, pair.trial_b, NameOf(lost ? pair.b.failure : pair.a.failure));
 }
 
 int Compare(const CompareArguments& arguments) {
@@ -78,20 +50,10 @@ int Compare(const CompareArguments& arguments) {
                           b = farm::ResultStore::Read(arguments.b);
   const std::vector<TrialPair> pairs = PairTrials(a, b, arguments.options);
   const std::vector<ComparisonGroup> groups = GroupPairs(pairs, arguments.options.by);
-  auto list = Json::array();
-  for (const ComparisonGroup& group : groups) {
-    if (arguments.json)
-      list.push_back(ToJson(group, metrics));
-    else
-      PrintGroup(group, metrics);
-  }
   if (arguments.json)
-    fmt::print("{}", report::JsonText({{"a", arguments.a},
-                                       {"b", arguments.b},
-                                       {"build_a", a.header().build},
-                                       {"build_b", b.header().build},
-                                       {"pairs", pairs.size()},
-                                       {"groups", list}}));
+    std::fputs(ComparisonJson(arguments.a, arguments.b, a, b, groups, metrics).c_str(), stdout);
+  else
+    for (const ComparisonGroup& group : groups) PrintGroup(group, metrics);
   if (!arguments.figure.empty())
     WriteComparisonFigure(arguments.figure, groups, arguments.a, arguments.b);
   return app::kExitDone;
@@ -108,7 +70,7 @@ void AddCompare(app::CommandLine& line) {
   compare.Add("--ignore KEY,...", arguments.options.ignore,
               "Parameters in which the sets are meant to differ");
   compare.Add("--metrics NAME,...", arguments.metrics, "What to compare where both docked");
-  compare.Add("--figure", arguments.figure, "Also draw a PNG");
+  compare.Add("--figure", arguments.figure, "Also draw it: .png, .svg or .pdf");
   compare.Flag("--json", arguments.json, "As JSON");
 }
 

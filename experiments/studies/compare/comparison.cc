@@ -10,6 +10,7 @@
 
 #include "experiments/config/nearest_name.h"
 #include "experiments/media/plot.h"
+#include "experiments/report/json.h"
 #include "experiments/statistics/paired_tests.h"
 #include "sim/base/check.h"
 
@@ -54,6 +55,30 @@ std::map<Key, farm::StoredTrial> ByKey(const farm::ResultStore& store,
                       key.second, key.first.empty() ? "" : " and " + key.first));
   }
   return trials;
+}
+
+using report::Json;
+
+Json FlippedJson(const std::vector<TrialPair>& pairs, bool lost) {
+  Json list = Json::array();
+  for (const TrialPair& pair : Flipped(pairs, lost))
+    list.push_back({{"seed", pair.a.seed},
+                    {"trial_a", pair.trial_a},
+                    {"trial_b", pair.trial_b},
+                    {"failure", lost ? pair.b.failure : pair.a.failure}});
+  return list;
+}
+
+Json ToJson(const ComparisonGroup& group, const std::vector<trial::Figure>& metrics) {
+  Json key = Json::object(), list = Json::array();
+  for (const farm::Parameter& parameter : group.key) key[parameter.key] = parameter.value;
+  for (const trial::Figure& metric : metrics) list.push_back(CompareMetric(group.pairs, metric));
+  Json json = {{"group", key}};
+  json.update(CompareRates(group.pairs));
+  json["lost"] = FlippedJson(group.pairs, true);
+  json["gained"] = FlippedJson(group.pairs, false);
+  json["metrics"] = list;
+  return json;
 }
 
 }  // namespace
@@ -161,6 +186,29 @@ std::string GroupName(const ComparisonGroup& group) {
   return group.key.empty() ? "all" : Text(group.key);
 }
 
+std::vector<TrialPair> Flipped(const std::vector<TrialPair>& pairs, bool lost) {
+  std::vector<TrialPair> flipped;
+  for (const TrialPair& pair : pairs)
+    if (pair.a.success() != pair.b.success() && pair.a.success() == lost) flipped.push_back(pair);
+  return flipped;
+}
+
+std::string ComparisonJson(const std::string& name_a, const std::string& name_b,
+                           const farm::ResultStore& a, const farm::ResultStore& b,
+                           const std::vector<ComparisonGroup>& groups,
+                           const std::vector<trial::Figure>& metrics) {
+  Json list = Json::array();
+  for (const ComparisonGroup& group : groups) list.push_back(ToJson(group, metrics));
+  int64_t pairs = 0;
+  for (const ComparisonGroup& group : groups) pairs += std::ssize(group.pairs);
+  return report::JsonText({{"a", name_a},
+                           {"b", name_b},
+                           {"build_a", a.header().build},
+                           {"build_b", b.header().build},
+                           {"pairs", pairs},
+                           {"groups", list}});
+}
+
 void WriteComparisonFigure(const std::string& path, const std::vector<ComparisonGroup>& groups,
                            const std::string& name_a, const std::string& name_b) {
   // Paths are too long for it; the other panel's axes name both.
@@ -188,8 +236,8 @@ void WriteComparisonFigure(const std::string& path, const std::vector<Comparison
                             .y = {name_b + " (s)", 0, end_s},
                             .series = {{"", {{0, 0}, {end_s, end_s}}, media::kGrey},
                                        {"", times, media::CurveColor(0), media::Mark::kDots}}};
-  media::WritePng(path,
-                  {.columns = 2, .width_px = 700, .height_px = 600, .panels = {rates, docked}});
+  media::WriteFigure(path,
+                     {.columns = 2, .width_px = 700, .height_px = 600, .panels = {rates, docked}});
 }
 
 }  // namespace turbidock::compare

@@ -62,6 +62,9 @@ MetricComparison CompareMetric(const std::vector<TrialPair>& pairs, const trial:
 // any other name.
 trial::Figure MetricNamed(const std::string& name);
 
+// The pairs of which only a (lost) or only b succeeded.
+std::vector<TrialPair> Flipped(const std::vector<TrialPair>& pairs, bool lost);
+
 struct ComparisonGroup {
   std::vector<farm::Parameter> key;  // values of ComparisonOptions::by
   std::vector<TrialPair> pairs;
@@ -72,7 +75,13 @@ std::vector<ComparisonGroup> GroupPairs(const std::vector<TrialPair>& pairs,
 // "sea.state=calm", or "all" without parameters.
 std::string GroupName(const ComparisonGroup& group);
 
-// Draws success rates and their differences by group and both sets' times to dock into a PNG.
+// All of it as one JSON document; a and b stand for the sets.
+std::string ComparisonJson(const std::string& name_a, const std::string& name_b,
+                           const farm::ResultStore& a, const farm::ResultStore& b,
+                           const std::vector<ComparisonGroup>& groups,
+                           const std::vector<trial::Figure>& metrics);
+
+// Draws success rates and their differences by group and both sets' times to dock into a file.
 void WriteComparisonFigure(const std::string& path, const std::vector<ComparisonGroup>& groups,
                            const std::string& name_a, const std::string& name_b);
 

@@ -122,7 +122,7 @@ void WriteSuccessFigure(const std::string& path, const std::string& title, const
       panel.series.push_back(
           {"", media::SamplesOf(media::Evenly(low, high, 300), fitted), media::CurveColor(i)});
   }
-  media::WritePng(path, {.title = title, .panels = {panel}});
+  media::WriteFigure(path, {.title = title, .panels = {panel}});
 }
 
 }  // namespace turbidock::curve

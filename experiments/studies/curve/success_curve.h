@@ -27,7 +27,7 @@ std::vector<SuccessCurve> SuccessCurves(const std::vector<farm::StoredTrial>& tr
 std::string SuccessTable(const std::string& over, const std::vector<SuccessCurve>& curves);
 std::string SuccessJson(const std::string& over, const std::vector<SuccessCurve>& curves);
 
-// Points with Wilson intervals and the fitted curves as a PNG. ConfigError when the path cannot be
+// Points with Wilson intervals and the fitted curves as a file. ConfigError when the path cannot be
 // written, SimulatorFault when gnuplot is missing or fails.
 void WriteSuccessFigure(const std::string& path, const std::string& title, const std::string& over,
                         const std::vector<SuccessCurve>& curves);

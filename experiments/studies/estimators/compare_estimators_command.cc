@@ -5,6 +5,7 @@
 
 #include "experiments/app/commands.h"
 #include "experiments/app/progress.h"
+#include "experiments/media/plot.h"
 #include "experiments/studies/estimators/compare_estimators.h"
 #include "experiments/system/output_path.h"
 #include "sim/base/units.h"
@@ -34,7 +35,10 @@ int Compare(const CompareArguments& arguments) {
   options.found_m = arguments.found_mm / 1000;
   options.found_rad = units::RadFromDeg(arguments.found_deg);
   if (!arguments.csv.empty()) system::RequireWritable(arguments.csv);
-  if (!arguments.figure.empty()) system::RequireWritable(arguments.figure);
+  if (!arguments.figure.empty()) {
+    media::RequireFigurePath(arguments.figure);
+    system::RequireWritable(arguments.figure);
+  }
 
   app::Progress progress(arguments.quiet);
   options.run.on_progress = [&](int done, int of) {
@@ -83,7 +87,8 @@ void AddCompareEstimators(app::CommandLine& line) {
   compare.AddSeed(arguments.seed);
   compare.AddSet(options.assignments, "Set one key of the scenarios");
   compare.Add("--csv", arguments.csv, "Write a line for each cell and estimator");
-  compare.Add("--figure", arguments.figure, "Draw share found and error over milk (PNG)");
+  compare.Add("--figure", arguments.figure,
+              "Draw share found and error over milk: .png, .svg or .pdf");
   compare.AddJson(arguments.json);
   compare.AddQuiet(arguments.quiet);
 }

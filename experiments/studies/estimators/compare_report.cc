@@ -188,7 +188,7 @@ void WriteCompareFigure(const std::string& path, const std::vector<CompareRow>& 
     }
     figure.panels.insert(figure.panels.end(), {found, position, rotation});
   }
-  media::WritePng(path, figure);
+  media::WriteFigure(path, figure);
 }
 
 }  // namespace turbidock::estimators

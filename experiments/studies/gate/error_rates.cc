@@ -112,11 +112,11 @@ double WriteErrorRateFigure(const std::string& path, const statistics::RateTestD
       "Gate: {:g} against {:g}, alpha {:g}, beta {:g}, at most {} trials; points: {} simulated "
       "sequences each",
       design.no_worse, design.worse, design.alpha, design.beta, design.max_trials, sequences);
-  media::WritePng(path, {.title = title,
-                         .columns = 2,
-                         .width_px = 700,
-                         .height_px = 600,
-                         .panels = {verdicts, trials}});
+  media::WriteFigure(path, {.title = title,
+                            .columns = 2,
+                            .width_px = 700,
+                            .height_px = 600,
+                            .panels = {verdicts, trials}});
   return worst;
 }
 

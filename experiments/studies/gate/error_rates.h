@@ -49,8 +49,8 @@ ErrorRates SimulateSequences(const ErrorRateSetting& setting,
 std::vector<ErrorRateSetting> StatedSettings(const statistics::RateTestDesign& design);
 
 // Draws the exact verdict rates and expected trials of the one-sample test over the true rate, with
-// simulated points and the test of fixed size, into a PNG. Returns the largest difference between a
-// simulated and an exact verdict rate, in standard deviations.
+// simulated points and the test of fixed size, into a file. Returns the largest difference between
+// a simulated and an exact verdict rate, in standard deviations.
 double WriteErrorRateFigure(const std::string& path, const statistics::RateTestDesign& design,
                             int64_t sequences, uint64_t seed);
 

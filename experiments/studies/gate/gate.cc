@@ -50,6 +50,7 @@ GateReport RunGate(const GatePlan& plan, const Baseline& baseline, const std::st
                     .paired = paired};
   for (const ConditionJudge& judge : judges) {
     report.conditions.push_back(judge.Report());
+    report.conditions.back().path = judge.Path();
     report.verdict = std::min(report.verdict, report.conditions.back().verdict);
   }
   return report;

@@ -11,6 +11,7 @@
 #include "experiments/app/commands.h"
 #include "experiments/app/plan_arguments.h"
 #include "experiments/app/progress.h"
+#include "experiments/page/study_page.h"
 #include "experiments/report/json.h"
 #include "experiments/report/table.h"
 #include "experiments/studies/gate/error_rates.h"
@@ -156,6 +157,8 @@ int JudgeAgainstBaseline(const GateArguments& arguments, const GatePlan& plan) {
     system::WriteWhole(out / "summary.md", GateMarkdown(report));
     progress.Say("summary.json, junit.xml and summary.md in " + arguments.out);
     WriteBundles(arguments, plan, report, &progress);
+    page::WritePage((out / "report.html").string(), page::StudyFolderPage(arguments.out));
+    progress.Say("a page to look at: " + (out / "report.html").string());
   }
   return ExitCodeOf(report.verdict);
 }
@@ -273,7 +276,8 @@ void AddGate(app::CommandLine& line) {
       "4 a trial could not be run.");
   gate.Add("gate", arguments.plan, "The gate's YAML file");
   gate.Add("--baseline", arguments.baseline, "Another baseline file than the gate's");
-  gate.Add("--out", arguments.out, "Folder for summary.json, junit.xml, summary.md and failures/");
+  gate.Add("--out", arguments.out,
+           "Folder for report.html, summary.json, junit.xml, summary.md, failures/");
   gate.AddWorkers(arguments.workers, "Processes that run trials");
   gate.AddSet(arguments.assignments,
               "Set one scenario key in every condition, as if the build had it so");

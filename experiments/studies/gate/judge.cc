@@ -212,4 +212,29 @@ ConditionReport ConditionJudge::Report() const {
   return report;
 }
 
+std::vector<Look> ConditionJudge::Path() const {
+  Measure rate = measures_.front();
+  rate.report.compared = rate.report.worse = rate.report.better = 0;
+  std::vector<Look> path;
+  for (const GateTrial& trial : report_.trials) {
+    rate.count(trial, options_.paired ? &baseline_.at(trial.seed) : nullptr, &rate);
+    const MeasureReport& now = rate.report;
+    Look look{.trials = static_cast<int>(path.size()) + 1,
+              .compared = now.compared,
+              .worse = now.worse,
+              .better = now.better};
+    for (int worse = 0; worse <= now.compared; ++worse) {
+      Measure other = rate;
+      other.report.worse = worse;
+      if (options_.paired && worse + now.better > now.compared) break;
+      if (!options_.paired) other.report.better = now.compared - worse;
+      const std::optional<statistics::Verdict> verdict = rate.decide(other);
+      if (verdict == statistics::Verdict::kPass) look.passes_at = worse;
+      if (verdict == statistics::Verdict::kFail && !look.fails_at) look.fails_at = worse;
+    }
+    path.push_back(look);
+  }
+  return path;
+}
+
 }  // namespace turbidock::gate

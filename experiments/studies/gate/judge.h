@@ -92,6 +92,18 @@ struct MeasureReport {
                    worse, better)
 };
 
+// Where the test of the success rate stands after some of the trials.
+struct Look {
+  int trials = 0;    // so far
+  int compared = 0;  // pairs, or trials
+  int worse = 0, better = 0;
+  // It fails at so many that are worse, or passes at so few, with as many better ones in pairs as
+  // there are; nothing where neither number would do.
+  std::optional<int> fails_at = std::nullopt, passes_at = std::nullopt;
+
+  TURBIDOCK_FIELDS(trials, compared, worse, better, fails_at, passes_at)
+};
+
 // A quantity under test: what it counts of a trial, and how its two one-sided tests decide.
 struct Measure {
   MeasureReport report;
@@ -114,6 +126,7 @@ struct ConditionReport {
   statistics::Interval baseline_interval_95;
   std::vector<MeasureReport> measures;
   std::vector<int64_t> newly_failing_seeds, newly_docking_seeds;  // when paired
+  std::vector<Look> path;  // of the success rate's test; ConditionJudge::Path
 
   static void Fields(auto& self, auto&& field) {
     field("condition", self.name);
@@ -124,7 +137,8 @@ struct ConditionReport {
     field("outcomes", self.trials);
   }
   TURBIDOCK_VISIT_FIELDS(docked, interval_95, baseline_trials, baseline_docked,
-                         baseline_interval_95, measures, newly_failing_seeds, newly_docking_seeds)
+                         baseline_interval_95, measures, newly_failing_seeds, newly_docking_seeds,
+                         path)
 };
 
 class ConditionJudge {
@@ -140,7 +154,10 @@ class ConditionJudge {
   bool done() const { return done_; }
   int trials() const { return static_cast<int>(report_.trials.size()); }
   int max_trials() const { return options_.max_trials; }
+  // All but the path, which takes longer.
   ConditionReport Report() const;
+  // How the success rate's test went, trial by trial.
+  std::vector<Look> Path() const;
 
  private:
   JudgeOptions options_;

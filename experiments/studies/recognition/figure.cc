@@ -114,7 +114,7 @@ void WriteFitnessFigure(const std::string& path, const std::vector<CellResult>& 
     }
     figure.panels.push_back(panel);
   }
-  media::WritePng(path, figure);
+  media::WriteFigure(path, figure);
 }
 
 void WriteAreaFigure(const std::string& path, const std::vector<CellResult>& results,
@@ -140,7 +140,7 @@ void WriteAreaFigure(const std::string& path, const std::vector<CellResult>& res
     }
     figure.panels.push_back(panel);
   }
-  media::WritePng(path, figure);
+  media::WriteFigure(path, figure);
 }
 
 void WriteTimeFigure(const std::string& path, const std::vector<CellResult>& results,
@@ -163,7 +163,7 @@ void WriteTimeFigure(const std::string& path, const std::vector<CellResult>& res
          .series = {series},
          .rules = {{r->fitness_mean, "", media::CurveColor(1), media::Mark::kLine}}});
   }
-  media::WritePng(path, figure);
+  media::WriteFigure(path, figure);
 }
 
 void WriteContactSheet(const std::string& path, const Recognition& recognition,

@@ -9,6 +9,7 @@
 
 #include "experiments/app/commands.h"
 #include "experiments/app/progress.h"
+#include "experiments/media/plot.h"
 #include "experiments/studies/recognition/figure.h"
 #include "experiments/studies/recognition/recognition.h"
 #include "experiments/studies/recognition/report.h"
@@ -52,10 +53,13 @@ std::vector<RecognitionCell> Grid(const RecognizeArguments& arguments,
   return cells;
 }
 
-// "FILE.png" with words before the dot; without the extension it is added.
-std::string Beside(const std::string& figure, const std::string& words) {
+// "FILE.png" with words before the dot; without an extension of its own it is .png.
+std::string Beside(const std::string& figure, const std::string& words,
+                   const std::string& ending = "") {
   const std::filesystem::path path(figure);
-  return (path.parent_path() / (path.stem().string() + words + ".png")).string();
+  const std::string own = path.has_extension() ? path.extension().string() : ".png";
+  return (path.parent_path() / (path.stem().string() + words + (ending.empty() ? own : ending)))
+      .string();
 }
 
 std::vector<std::string> WriteFigures(const std::string& figure, const Recognition& recognition,
@@ -73,7 +77,7 @@ std::vector<std::string> WriteFigures(const std::string& figure, const Recogniti
   WriteTimeFigure(files[2], results,
                   recognition.scenario(results.front().cell.marker).clock.frames_per_second);
   for (const auto& [marker, of_marker] : by_marker) {
-    files.push_back(Beside(figure, fmt::format("_images_{}", NameOf(marker))));
+    files.push_back(Beside(figure, fmt::format("_images_{}", NameOf(marker)), ".png"));
     WriteContactSheet(files.back(), recognition, of_marker, kContactSheetColumns);
   }
   return files;
@@ -94,7 +98,10 @@ int Recognize(const RecognizeArguments& arguments) {
     cells = CellsOf(table);
   }
   if (!arguments.csv.empty()) system::RequireWritable(arguments.csv);
-  if (!arguments.figure.empty()) system::RequireWritable(Beside(arguments.figure, ""));
+  if (!arguments.figure.empty()) {
+    media::RequireFigurePath(Beside(arguments.figure, ""));
+    system::RequireWritable(Beside(arguments.figure, ""));
+  }
 
   std::map<MarkerKind, trial::Scenario> scenarios;
   for (const MarkerKind marker : markers)
@@ -146,8 +153,8 @@ void AddRecognize(app::CommandLine& line) {
                    "Set one key of the scenarios pool_active and pool_passive");
   recognize.AddSeed(arguments.seed);
   recognize.Add("--csv FILE", arguments.csv, "Write the cells to this file");
-  recognize.Add("--figure FILE.png", arguments.figure,
-                "Draw FILE.png (F over milk), FILE_areas.png, FILE_time.png and\n"
+  recognize.Add("--figure FILE", arguments.figure,
+                "Draw FILE (F over milk; .png, .svg or .pdf), FILE_areas, FILE_time and\n"
                 "FILE_images_MARKER.png");
   recognize.AddJson(arguments.json);
   recognize.AddQuiet(arguments.quiet);

@@ -17,7 +17,7 @@ struct RunArguments {
   std::vector<std::string> assignments;
   std::string gains;
   std::string seed;  // as written: the scenario's reader checks it
-  std::optional<std::string> resolution, out;
+  std::optional<std::string> resolution, out, figure;
   std::string expect;
   bool json = false, video = false, report = false, quiet = false;
 };
@@ -33,6 +33,7 @@ int Run(const RunArguments& arguments) {
   const trial::TrialResult result = RunShownTrial(scenario, {.out = arguments.out,
                                                              .video = arguments.video,
                                                              .report = arguments.report,
+                                                             .figure = arguments.figure,
                                                              .json = arguments.json,
                                                              .quiet = arguments.quiet});
   const bool as_expected = arguments.expect.empty() || arguments.expect == NameOf(result.outcome);
@@ -65,6 +66,7 @@ void AddRun(app::CommandLine& line) {
   run.Flag("--report", arguments.report,
            "Also make report.html, one page to look at, in the folder")
       .Needs(out);
+  run.Add("--figure FILE", arguments.figure, "Draw the trial: .png, .svg or .pdf");
   run.AddJson(arguments.json);
   run.AddQuiet(arguments.quiet);
   std::vector<std::string> outcomes;

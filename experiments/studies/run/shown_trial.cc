@@ -39,6 +39,7 @@ trial::TrialResult RunShownTrial(const trial::Scenario& scenario, const ShownTri
     media::RequireFigures();  // now, not after a minute of work
   }
 
+  if (shown.figure) media::RequireFigurePath(*shown.figure);
   app::Progress progress(shown.quiet);
   progress.Say(fmt::format("{}, seed {}", scenario.description, scenario.seed));
   const StereoRig rig = scenario.rig.MakeRig();
@@ -86,11 +87,12 @@ trial::TrialResult RunShownTrial(const trial::Scenario& scenario, const ShownTri
   if (shown.json) std::fputs(trial::ResultJson(result).c_str(), stdout);
   if (pictures) pictures->Write();
   if (film) film->Finish();
+  const FigureInfo figure{.title = fmt::format("{}, seed {}", scenario.description, scenario.seed),
+                          .outcome = fmt::format("{}: {}", NameOf(result.outcome), result.reason),
+                          .criteria = trial::CriteriaOf(scenario)};
+  if (shown.figure) WriteTrialFigure(*shown.figure, result.log, figure);
   if (shown.out) {
-    WriteTrialFigure(*shown.out + "/figure.png", result.log,
-                     {.title = fmt::format("{}, seed {}", scenario.description, scenario.seed),
-                      .outcome = fmt::format("{}: {}", NameOf(result.outcome), result.reason),
-                      .criteria = trial::CriteriaOf(scenario)});
+    WriteTrialFigure(*shown.out + "/figure.png", result.log, figure);
     if (shown.report) page::WritePage(*shown.out + "/report.html", page::TrialPage(*shown.out));
     progress.Say(fmt::format("  result.json, resolved.yaml, trajectory.csv, figure.png{}{}{} in {}",
                              pictures ? ", cameras/" : "", film ? ", video.mp4" : "",

@@ -143,12 +143,12 @@ void WriteTrialFigure(const std::string& path, const trial::TrialLog& log, const
     series.points.clear();
     panels[0].series.insert(panels[0].series.begin(), series);
   }
-  media::WritePng(path, {.title = info.title,
-                         .subtitle = info.outcome,
-                         .stacked = true,
-                         .width_px = kFigureWidth,
-                         .height_px = kFigureHeight,
-                         .panels = panels});
+  media::WriteFigure(path, {.title = info.title,
+                            .subtitle = info.outcome,
+                            .stacked = true,
+                            .width_px = kFigureWidth,
+                            .height_px = kFigureHeight,
+                            .panels = panels});
 }
 
 }  // namespace turbidock::run

@@ -16,7 +16,7 @@ struct FigureInfo {
 
 inline constexpr int kFigureWidth = 1400, kFigureHeight = 1600;
 
-// Draws panels of F, x, y, z (mm) and yaw (deg) over time into a PNG: estimate, truth and desired
+// Draws panels of F, x, y, z (mm) and yaw (deg) over time into a file: estimate, truth and desired
 // values, the limits, and the stages as coloured bands. Estimates below the limit of detection are
 // dots, not lines: nothing acts on them. The log must have a frame. ConfigError when the path
 // cannot be written, SimulatorFault when gnuplot is missing or fails.

@@ -128,7 +128,7 @@ void WriteStepFigure(const std::string& path, const std::string& title,
         {.label = "phase [deg]", .low = -360, .high = 0, .tick_step = 90}, media::Mark::kDots, -180,
         over_frequency(phase_deg));
   }
-  media::WritePng(
+  media::WriteFigure(
       path,
       {.title = title, .columns = columns, .width_px = 420, .height_px = 290, .panels = panels});
 }

@@ -8,6 +8,7 @@
 #include "experiments/app/progress.h"
 #include "experiments/config/data_files.h"
 #include "experiments/media/plot.h"
+#include "experiments/page/study_page.h"
 #include "experiments/studies/tuning/tuner.h"
 #include "experiments/studies/tuning/tuning_report.h"
 #include "experiments/system/output_path.h"
@@ -66,6 +67,7 @@ int Tune(const TuneArguments& arguments) {
   system::WriteWhole(arguments.out + "/report.json", TuningJson(study, result));
   system::WriteWhole(arguments.out + "/report.md", TuningMarkdown(study, result));
   WriteTuningFigure(arguments.out + "/tuning.png", study, result);
+  page::WritePage(arguments.out + "/report.html", page::StudyFolderPage(arguments.out));
   if (arguments.json)
     std::fputs(TuningJson(study, result).c_str(), stdout);
   else
@@ -73,7 +75,7 @@ int Tune(const TuneArguments& arguments) {
   const double busy = result.wall_time_s * arguments.workers;
   progress.Say(fmt::format(
       "{} trials, {} of them run now in {:.0f} s, workers busy {:.1f} % of the time; gains.yaml, "
-      "report.md, report.json, tuning.png in {}",
+      "report.md, report.json, report.html, tuning.png in {}",
       result.trials, result.trials_run, result.wall_time_s,
       busy > 0 ? 100 * result.worker_time_s / busy : 0, arguments.out));
   return app::kExitDone;

@@ -99,6 +99,9 @@ std::string TuningJson(const Study& study, const TuningResult& result) {
   return report::JsonText({{"description", study.settings().description},
                            {"study_hash", study.hash()},
                            {"version", system::VersionAndCommit()},
+                           {"algorithm", study.settings().optimiser.algorithm},
+                           {"ranges", study.settings().gains},
+                           {"objective", study.settings().objective},
                            {"start", Named(study, result.start)},
                            {"tuned", Named(study, result.tuned)},
                            {"held_out", result.held_out},
@@ -213,7 +216,7 @@ void WriteTuningFigure(const std::string& path, const Study& study, const Tuning
     panel.series = {down, up};
     panels.push_back(panel);
   }
-  media::WritePng(
+  media::WriteFigure(
       path, {.title = settings.description, .width_px = 1300, .height_px = 380, .panels = panels});
 }
 

@@ -1,0 +1,224 @@
+#include "experiments/page/batch_page.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "experiments/config/yaml_fields.h"
+#include "experiments/farm/agenda.h"
+#include "experiments/farm/cell_json.h"
+#include "experiments/farm/plan.h"
+#include "experiments/farm/run_lock.h"
+#include "experiments/page/compress.h"
+#include "experiments/page/trial_model.h"
+#include "experiments/report/table.h"
+#include "experiments/trial/record_columns.h"
+
+namespace turbidock::page {
+namespace {
+
+using farm::StoredTrial;
+using report::Json;
+
+// A column of a table of trials: numbers as a list; words, of which few differ, as a list of them
+// and a number for each row.
+Json Packed(const std::vector<Json>& values) {
+  if (std::none_of(values.begin(), values.end(), [](const Json& v) { return v.is_string(); })) {
+    Json list = Json::array();
+    for (const Json& value : values)
+      list.push_back(value.is_number_float() ? Json(Rounded(value.get<double>())) : value);
+    return list;
+  }
+  std::map<std::string, size_t> known;
+  Json words = Json::array(), of = Json::array();
+  for (const Json& value : values) {
+    if (value.is_null()) {
+      of.push_back(nullptr);
+      continue;
+    }
+    const std::string word = value.is_string() ? value.get<std::string>() : value.dump();
+    const auto [at, is_new] = known.emplace(word, known.size());
+    if (is_new) words.push_back(word);
+    of.push_back(at->second);
+  }
+  return {{"words", words}, {"of", of}};
+}
+
+Json ParameterValue(const std::string& text) {
+  const std::optional<double> number = report::NumberIn(text);
+  return number ? Json(*number) : Json(text);
+}
+
+bool IsAllNull(const std::vector<Json>& values) {
+  return std::all_of(values.begin(), values.end(), [](const Json& v) { return v.is_null(); });
+}
+
+// Columns of the trials' records that a page shows.
+bool IsShown(const trial::Column& column) {
+  if (column.place == trial::Place::kLog || column.place == trial::Place::kNowhere) return false;
+  return column.name != "digest" && column.name != "seed" && column.name != "docked";
+}
+
+Json ColumnsOf(const std::vector<StoredTrial>& trials) {
+  const std::vector<trial::Column>& columns = trial::Columns();
+  std::vector<std::vector<Json>> values(columns.size());
+  std::vector<Json> numbers, cells, samples, seeds;
+  for (const StoredTrial& trial : trials) {
+    const std::vector<trial::Cell> row = trial::CellsOf(trial.record);
+    for (size_t i = 0; i < row.size(); ++i)
+      if (IsShown(columns[i])) values[i].push_back(row[i]);
+    numbers.push_back(trial.trial);
+    cells.push_back(trial.cell);
+    samples.push_back(trial.sample);
+    seeds.push_back(std::to_string(trial.record.seed));
+  }
+  Json all = {{"trial", Packed(numbers)},
+              {"cell", Packed(cells)},
+              {"sample", Packed(samples)},
+              {"seed", Packed(seeds)}};
+  for (size_t i = 0; i < columns.size(); ++i)
+    if (IsShown(columns[i]) && !IsAllNull(values[i])) all[columns[i].name] = Packed(values[i]);
+  return all;
+}
+
+// What pictures of the trials need, for each scenario that occurs; the first trial stands for all
+// of its scenario.
+Json ModelsOf(const farm::Plan& plan, const std::vector<StoredTrial>& trials) {
+  Json models = Json::object();
+  for (const StoredTrial& trial : trials) {
+    std::string name;
+    for (const farm::Parameter& p : trial.parameters)
+      if (p.key == "scenario") name = p.value;
+    if (models.contains(name)) continue;
+    Json model = TrialModel(plan.ScenarioOf(plan.Trial(trial.trial)));
+    model.erase("settings");
+    models[name] = model;
+  }
+  return models;
+}
+
+// Failures first, then the others, each in their order.
+std::vector<int64_t> InOrderOfInterest(const std::vector<StoredTrial>& trials,
+                                       const std::vector<int64_t>& with_series) {
+  const std::set<int64_t> there(with_series.begin(), with_series.end());
+  std::vector<int64_t> order;
+  for (const bool success : {false, true})
+    for (const StoredTrial& trial : trials)
+      if (trial.record.success() == success && there.count(trial.trial))
+        order.push_back(trial.trial);
+  return order;
+}
+
+void AddSeries(const farm::ResultStore& store, const std::string& file,
+               const std::vector<StoredTrial>& trials, int64_t budget, Page* page) {
+  const std::vector<int64_t> with_series = store.TrialsWithSeries();
+  int64_t bytes = 0;
+  Json stored = Json::array();
+  for (const int64_t trial : InOrderOfInterest(trials, with_series)) {
+    const std::string text = report::JsonLine(SeriesModel(store.SeriesCsv(trial), file));
+    bytes += static_cast<int64_t>(Gzip(text).size()) * 4 / 3;
+    if (bytes > budget) break;
+    page->parts[fmt::format("series-{}", trial)] = text;
+    stored.push_back(trial);
+  }
+  page->model["series_trials"] = stored;
+  page->model["series_stored"] = with_series.size();
+}
+
+}  // namespace
+
+std::string TitleOf(const farm::StoreHeader& header) {
+  const auto description = config::ParseYaml(header.plan, "plan").Find("description");
+  return description ? description->Text().value_or(header.kind) : header.kind;
+}
+
+Page BatchPage(const farm::ResultStore& store, const std::string& file,
+               const BatchPageOptions& options) {
+  const farm::StoreHeader& header = store.header();
+  const std::vector<StoredTrial> trials = store.Trials();
+  Page page;
+  Json& model = page.model;
+  model = {{"kind", "batch"},
+           {"kind_title", header.kind == "batch" ? "batch" : header.kind + ": its trials"},
+           {"title", TitleOf(header)},
+           {"build", header.build},
+           {"file", file},
+           {"plan_hash", header.plan_hash},
+           {"store_kind", header.kind},
+           {"shard", header.shard.Text()},
+           {"keys", header.keys},
+           {"running", farm::IsLocked(file)},
+           {"rows", trials.size()},
+           {"columns", ColumnsOf(trials)},
+           {"missing", Json::array()}};
+  Json parameters = Json::object();
+  for (size_t k = 0; k < header.keys.size(); ++k) {
+    std::vector<Json> values;
+    for (const StoredTrial& trial : trials)
+      values.push_back(ParameterValue(trial.parameters[k].value));
+    parameters[header.keys[k]] = Packed(values);
+  }
+  model["parameters"] = parameters;
+
+  const auto without = [&](const std::string& what, const std::string& why) {
+    model["missing"].push_back(what + ": " + why);
+  };
+  if (trials.empty()) without("No trials", "none was stored yet");
+  const std::vector<std::string> lacking = store.Lacking();
+  if (!lacking.empty())
+    without("An older program wrote this file, without",
+            fmt::format("{}", fmt::join(lacking, ", ")));
+  model["models"] = Json::object();
+  model["series_trials"] = Json::array();
+  model["series_stored"] = 0;
+  if (header.kind == "batch") {
+    try {
+      const farm::Agenda agenda = farm::AgendaOf(store);
+      model["wanted"] = agenda.Expected();
+      model["most"] = agenda.most();
+      model["precision"] = farm::RuleOf(header).precision;
+      const farm::Plan plan(header.plan, file);
+      Json grid = Json::array();
+      for (const farm::GridAxis& axis : plan.grid()) grid.push_back(axis.key);
+      model["grid"] = grid;
+      model["models"] = ModelsOf(plan, trials);
+    } catch (const ConfigError& error) {
+      without("This program does not understand all of the file's plan", error.what());
+    }
+    AddSeries(store, file, trials, options.series_bytes, &page);
+    for (const auto& [name, trial] : model["models"].items())
+      page.has_3d |= !page.parts.empty() && !trial["scene"].is_null();
+  }
+  return page;
+}
+
+Page StoredTrialPage(const farm::ResultStore& store, const std::string& file, int64_t number) {
+  const StoredTrial trial = store.Trial(number);
+  const farm::StoreHeader& header = store.header();
+  if (header.kind != "batch")
+    throw ConfigError(
+        fmt::format("{}: was written by {}: one of its trials cannot be shown", file, header.kind));
+  const farm::Plan plan(header.plan, file);
+  Page page;
+  Json& model = page.model;
+  model = TrialModel(plan.ScenarioOf(plan.Trial(number)));
+  model["build"] = header.build;
+  model["record"] = trial.record;
+  model["series"] = SeriesModel(store.SeriesCsv(number), file);
+  model["frames"] = Json::array();
+  if (model["series"]["time_s"].empty())
+    model["missing"].push_back(
+        "No traces and no replay: the batch stored no series (series_every_frames in its plan)");
+  model["commands"] = {{{"what", "The trial again, with film and all files"},
+                        {"command", fmt::format("turbidock replay {} {}", file, number)}}};
+  page.has_3d = !model["scene"].is_null();
+  return page;
+}
+
+}  // namespace turbidock::page

@@ -1,0 +1,59 @@
+// Two batches on the same seeds, pair by pair: what changed, significant first, and which seeds flipped.
+
+import {fixed, number, percent, quantity, words} from 'page/format.js';
+import {curve} from 'page/theme.js';
+import {show as showStudy} from 'page/study.js';
+
+const nameOf = group => Object.entries(group).map(([key, value]) => `${key} = ${value}`).join(', ') || 'all';
+const pText = p => p < 0.001 ? p.toExponential(1) : fixed(p, 3);
+
+/** Holm's correction: which of the p values are significant together at 0.05. */
+export function holm(values, level = 0.05) {
+  const order = values.map((p, i) => [p, i]).sort((a, b) => a[0] - b[0]), significant = values.map(() => false);
+  for (let k = 0; k < order.length && order[k][0] <= level / (order.length - k); ++k) significant[order[k][1]] = true;
+  return significant;
+}
+
+export function show(host, model) {
+  const r = model.result, changes = [];
+  for (const g of r.groups) {
+    const group = nameOf(g.group);
+    changes.push({group, what: 'docked', a: percent(g.rate_a, 1), b: percent(g.rate_b, 1), pairs: g.pairs, p: g.p_value, size: g.difference, better: g.difference > 0,
+      difference: `${fixed(100 * g.difference, 1)} points [${fixed(100 * g.interval_95[0], 1)}, ${fixed(100 * g.interval_95[1], 1)}]`});
+    for (const m of g.metrics) {
+      if (m.median_difference === null || m.pairs === 0) continue;
+      const {label, unit, factor} = quantity(m.metric);
+      const span = m.interval_95 ? ` [${number(m.interval_95[0] * factor, 3)}, ${number(m.interval_95[1] * factor, 3)}]` : '';
+      changes.push({group, what: `${label}${unit ? `, ${unit}` : ''}`, a: number(m.median_a * factor), b: number(m.median_b * factor), pairs: m.pairs, p: m.p_value,
+        size: m.median_difference, difference: `${number(m.median_difference * factor, 3)}${span}`});
+    }
+  }
+  const significant = holm(changes.map(c => c.p));
+  changes.forEach((c, i) => { c.significant = significant[i]; });
+  changes.sort((x, y) => y.significant - x.significant || x.p - y.p);
+  const several = r.groups.length > 1;
+  const rate = g => g.rate_b - g.rate_a;
+  const docks = changes.filter(c => c.what === 'docked'), worse = docks.filter(c => c.significant && !c.better), better = docks.filter(c => c.significant && c.better);
+  const badge = worse.length ? {word: 'docks less', tone: 'bad'} : better.length ? {word: 'docks more', tone: 'good'} : {word: 'no significant change in docking', tone: 'none'};
+  const total = r.groups.reduce((sum, g) => ({pairs: sum.pairs + g.pairs, a: sum.a + g.rate_a * g.pairs, b: sum.b + g.rate_b * g.pairs,
+    lost: sum.lost + g.lost.length, gained: sum.gained + g.gained.length}), {pairs: 0, a: 0, b: 0, lost: 0, gained: 0});
+  const names = r.groups.map(g => nameOf(g.group));
+  const bars = (name, key, shift, color) => ({name, color, mark: 'dots', dot: 9, x: r.groups.map((_, i) => i + shift), y: r.groups.map(g => 100 * g[key])});
+  const flips = [];
+  for (const g of r.groups) for (const kind of ['lost', 'gained'])
+    for (const t of g[kind]) flips.push([String(t.seed), {text: kind, tone: kind === 'lost' ? 'bad' : 'good'}, ...(several ? [nameOf(g.group)] : []), String(t.trial_a), String(t.trial_b), words(t.failure)]);
+  const sections = [
+    {title: 'What changed', wide: true, note: 'B less A on the same seeds and parameters; significant ones first (exact McNemar and sign tests, 5 % over all rows by Holm). Figures are medians of pairs that docked in both.',
+      table: {columns: [...(several ? [{label: 'group'}] : []), {label: 'what'}, {label: 'A', numeric: true}, {label: 'B', numeric: true}, {label: 'difference [95 %]', numeric: true}, {label: 'pairs', numeric: true}, {label: 'p', numeric: true}, {label: ''}],
+        rows: changes.map(c => [...(several ? [c.group] : []), c.what, c.a, c.b, c.difference, String(c.pairs), pText(c.p),
+          c.significant ? {text: 'significant', tone: c.what === 'docked' ? (c.better ? 'good' : 'bad') : ''} : ''])}},
+    {title: 'Docked', panels: [{x: {names}, y: {label: 'docked, %', low: -3, high: 103}, legend: 'none', rules: [], series: [bars('A', 'rate_a', -0.08, curve(0)), bars('B', 'rate_b', 0.08, curve(1))]}]},
+    {title: 'Difference in docking', note: 'In points, with 95 % intervals.', panels: [{x: {names}, y: {label: 'B less A, points'}, legend: 'none', rules: [{at: 0, color: [140, 148, 156], mark: 'line'}],
+      series: [{name: '', color: curve(2), mark: 'bars', dot: 8, x: r.groups.map((_, i) => i), y: r.groups.map(g => 100 * rate(g)), low: r.groups.map(g => 100 * g.interval_95[0]), high: r.groups.map(g => 100 * g.interval_95[1])}]}]},
+    {title: 'Seeds that flipped', wide: true, note: flips.length ? 'Lost: docked in A only. Gained: in B only. The reason is that of the side which failed.' : 'None: every seed ended the same way in both.',
+      table: flips.length ? {columns: [{label: 'seed'}, {label: ''}, ...(several ? [{label: 'group'}] : []), {label: 'trial in A', numeric: true}, {label: 'trial in B', numeric: true}, {label: 'why'}], rows: flips} : null,
+      commands: flips.length ? [{what: 'One of them again, from either side', command: `turbidock replay ${r.b} ${flips[0][several ? 4 : 3]} --out out/b`}] : []}];
+  return showStudy(host, {...model, badge, reason: `A: ${r.a} (${r.build_a}). B: ${r.b} (${r.build_b}).`,
+    facts: [['pairs', String(r.pairs)], ['A docked', percent(total.a / total.pairs, 1)], ['B docked', percent(total.b / total.pairs, 1)],
+      ['lost', String(total.lost), 'docked in A only'], ['gained', String(total.gained), 'docked in B only'], ['significant changes', String(changes.filter(c => c.significant).length)]], sections});
+}

@@ -1,0 +1,40 @@
+// What a page counts itself, because filters change it: intervals, quantiles, bins.
+
+/** Wilson's 95 % interval of a share; [0, 1] of nothing. */
+export function wilson(successes, trials) {
+  if (!trials) return [0, 1];
+  const z = 1.959963984540054, p = successes / trials, zz = z * z / trials;
+  const middle = (p + zz / 2) / (1 + zz), half = z / (1 + zz) * Math.sqrt(p * (1 - p) / trials + zz / trials / 4);
+  return [Math.max(0, middle - half), Math.min(1, middle + half)];
+}
+
+/** Quantile with linear interpolation between order statistics; NaN of nothing. */
+export function quantile(values, share) {
+  const sorted = values.filter(Number.isFinite).sort((a, b) => a - b);
+  if (!sorted.length) return NaN;
+  const at = share * (sorted.length - 1), low = Math.floor(at), high = Math.ceil(at);
+  return sorted[low] + (sorted[high] - sorted[low]) * (at - low);
+}
+
+/** Rows by the value of get(row), in the order of their first appearance. */
+export function groupsOf(rows, get) {
+  const groups = new Map();
+  for (const row of rows) {
+    const value = get(row), group = groups.get(value);
+    group ? group.push(row) : groups.set(value, [row]);
+  }
+  return groups;
+}
+
+/** Rows in bins of equal, round width: [{low, high, rows}]. */
+export function bins(rows, get, most) {
+  if (!rows.length) return [];
+  let low = Infinity, high = -Infinity;
+  for (const row of rows) { const v = get(row); low = Math.min(low, v); high = Math.max(high, v); }
+  if (high === low) return [{low: low - 0.5, high: low + 0.5, rows}];
+  const raw = (high - low) / Math.min(most, Math.max(4, Math.ceil(Math.sqrt(rows.length)))), power = 10 ** Math.floor(Math.log10(raw));
+  const width = power * [1, 2, 2.5, 5, 10].find(f => f * power >= raw * 0.999), first = Math.floor(low / width);
+  const list = Array.from({length: Math.floor(high / width) - first + 1}, (_, k) => ({low: (first + k) * width, high: (first + k + 1) * width, rows: []}));
+  for (const row of rows) list[Math.min(list.length - 1, Math.floor(get(row) / width) - first)].rows.push(row);
+  return list;
+}

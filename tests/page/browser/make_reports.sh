@@ -1,0 +1,93 @@
+#!/usr/bin/env bash
+# make_reports.sh PROGRAM FOLDER: a report of every kind, of trials as short as they can be (about two minutes).
+set -euo pipefail
+program=$(realpath "$1")
+mkdir -p "$2"
+cd "$2"
+
+# Docks within 3 s: small images, a start right in front of the dock.
+cat >short.yaml <<'END'
+schema_version: 1
+description: 'a <b id="injected">short</b> trial & more'
+seed: 1
+duration_s: 3.5
+model: pool_active.xml
+docked_hold_s: 0
+controller: pid
+water: {background: pure, milk_ml_m3: 10}
+ball_lights: {enabled: true}
+lamps: {enabled: false}
+rig: {width_px: 320, height_px: 240}
+start: {distance_min_m: 0.45, distance_max_m: 0.5, lateral_m: 0.02, vertical_m: 0.02, heading_rad: 0.02}
+procedure: {found_hold_s: 0.1, servo_x_m: 0.45, docking_rate_mps: 0.1}
+END
+
+# Without cameras: a tenth of a second a trial.
+cat >plan.yaml <<'END'
+schema_version: 1
+description: 'docking over current, <i>three</i> laws'
+scenario: sea_night_active
+seeds: 6
+series_every_frames: 6
+set: {pose_source: true_pose, duration_s: 30}
+grid:
+  sea.current.surface_velocity_mps[1]: [0, 0.1, 0.2]
+  controller: [p_voltage, pid, lqg]
+random:
+  start.heading_rad: {uniform: [0, 0.6]}
+END
+sed 's/controller: \[.*/controller: [pid, lqg]/; s/seeds: 6/seeds: 4/' plan.yaml >two.yaml
+
+cat >study.yaml <<'END'
+schema_version: 1
+description: lqg sway, a try-out
+trials:
+  scenario: sea_night_active
+  seeds: 3
+  set: {pose_source: true_pose, controller: lqg, duration_s: 30}
+gains:
+  - {key: lqg.sway.effort_v, low: 0.2, high: 3, scale: log}
+  - {key: lqg.yaw.error_rad, low: 0.02, high: 0.3, scale: log}
+objective:
+  - {metric: time_s, weight: 1, failed: 60}
+  - {metric: final_error_true_y_m, weight: 500}
+success_at_least: 0.5
+optimiser: {algorithm: cma_es, population: 4, generations: 2}
+proof: {held_out_seeds: 6, robustness_seeds: 2, robustness_cameras: false, sensitivity_seeds: 2, cameras: false}
+END
+
+cat >gate.yaml <<'END'
+schema_version: 1
+description: short trials
+baseline: gate.baseline.yaml
+alpha: 0.1
+beta: 0.1
+max_trials: 9
+margins: {success_rate: 0.4}
+conditions:
+  - {name: short, scenario: short.yaml}
+END
+
+"$program" run short.yaml --out trial --video --report --quiet
+"$program" run short.yaml --out still --set pose_source=true_pose --report --quiet
+"$program" batch plan.yaml --out batch.db --quiet
+"$program" batch two.yaml --out a.db --quiet
+"$program" batch two.yaml --out b.db --set vehicle.rigid_body.mass_kg=17 --quiet
+"$program" tune study.yaml --out study --quiet >/dev/null
+"$program" gate gate.yaml --update --quiet
+# with a third of the time no trial docks any more
+"$program" gate gate.yaml --set duration_s=1.2 --bundles 2 --out gate --quiet || [ $? = 1 ]
+"$program" recognize --distances 400,1000 --milk 0,40,120 --seconds 1 --json --quiet >recognition.json
+"$program" compare-estimators --marker active --distances 600 --milk 0,20 --starts 3 --frames 10 \
+  --estimators default,blobs --json --quiet >estimators.json
+
+"$program" report trial --out trial.html
+"$program" report still --out still.html
+"$program" report batch.db --out batch.html
+"$program" report batch.db --trial 3 --out one.html
+"$program" report a.db b.db --ignore vehicle.rigid_body.mass_kg --out compare.html ||
+  "$program" report a.db b.db --out compare.html
+"$program" report study --out tuning.html
+"$program" report gate --out gate.html
+"$program" report recognition.json --out recognition.html
+"$program" report estimators.json --out estimators.html

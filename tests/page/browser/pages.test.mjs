@@ -1,0 +1,182 @@
+// Every kind of report in a real Chromium, at 1440 and 390 pixels: no error, no request, what is drawn is
+// drawn, what can be clicked works, and axe finds nothing serious.
+//
+//   bash make_reports.sh ../../../build/bin/turbidock FOLDER && REPORTS=FOLDER node --test .
+
+import assert from 'node:assert/strict';
+import {readFileSync, existsSync} from 'node:fs';
+import {createRequire} from 'node:module';
+import path from 'node:path';
+import {after, before, test} from 'node:test';
+import {chromium} from 'playwright-core';
+
+const folder = path.resolve(process.env.REPORTS || 'reports');
+const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
+const kWidths = [1440, 390];
+const kKinds = {
+  trial: {plots: 9, scene: true, video: true}, still: {plots: 9, scene: true}, one: {plots: 9, scene: true}, batch: {plots: 3},
+  compare: {plots: 2}, tuning: {plots: 3}, gate: {plots: 3}, recognition: {plots: 4}, estimators: {plots: 4}};
+
+let browser;
+before(async () => {
+  browser = await chromium.launch({executablePath: process.env.CHROMIUM || '/usr/bin/chromium',
+    args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader']});
+});
+after(() => browser?.close());
+
+/** Opens a report; returns the page with what it complained about and asked for. */
+async function open(name, width, options = {}) {
+  const file = path.join(folder, `${name}.html`);
+  assert.ok(existsSync(file), `${file} was made`);
+  const context = await browser.newContext({viewport: {width, height: width > 600 ? 900 : 844}, colorScheme: 'light', ...options});
+  const page = await context.newPage(), complaints = [], requests = [];
+  page.on('console', message => { if (['error', 'warning'].includes(message.type())) complaints.push(message.text()); });
+  page.on('pageerror', error => complaints.push(error.message));
+  page.on('request', request => { if (!/^(data|blob):/.test(request.url()) && request.url() !== `file://${file}`) requests.push(request.url()); });
+  await page.goto(`file://${file}`);
+  await page.waitForSelector('html[data-ready=true]', {timeout: 60000});
+  // what is drawn when it comes into view
+  await page.evaluate(async () => {
+    for (let y = 0; y < document.body.scrollHeight; y += 500) { scrollTo(0, y); await new Promise(r => setTimeout(r, 60)); }
+    scrollTo(0, 0);
+    await new Promise(r => setTimeout(r, 200));
+  });
+  return {page, complaints, requests, close: () => context.close()};
+}
+
+/** Shares of pixels of each canvas that differ from its most frequent colour, and how many colours there are. */
+const drawn = page => page.evaluate(() => [...document.querySelectorAll('canvas')].map(canvas => {
+  const copy = document.createElement('canvas');
+  copy.width = canvas.width; copy.height = canvas.height;
+  const c = copy.getContext('2d');
+  c.drawImage(canvas, 0, 0);
+  const {data} = c.getImageData(0, 0, copy.width, copy.height), counts = new Map();
+  for (let i = 0; i < data.length; i += 4) {
+    const key = `${data[i] >> 4},${data[i + 1] >> 4},${data[i + 2] >> 4},${data[i + 3] >> 6}`;
+    counts.set(key, (counts.get(key) || 0) + 1);
+  }
+  const most = Math.max(...counts.values());
+  return {label: canvas.getAttribute('aria-label'), scene: canvas.classList.contains('scene'), plot: Boolean(canvas.closest('.plot')),
+    other: 1 - most / (data.length / 4), colors: counts.size};
+}));
+
+const sceneDrawn = page => page.waitForFunction(() => {
+  const canvas = document.querySelector('canvas.scene');
+  const gl = canvas?.getContext('webgl2') || canvas?.getContext('webgl');
+  if (!gl) return false;
+  const pixels = new Uint8Array(4 * canvas.width * canvas.height), colors = new Set();
+  gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+  for (let i = 0; i < pixels.length; i += 4) colors.add(pixels[i] >> 5 << 8 | pixels[i + 1] >> 5 << 4 | pixels[i + 2] >> 5);
+  return colors.size > 12;  // vehicle, station and balls, not only the water
+}, null, {timeout: 90000});
+
+for (const [name, expected] of Object.entries(kKinds))
+  for (const width of kWidths)
+    test(`${name} at ${width} px`, async () => {
+      const {page, complaints, requests, close} = await open(name, width);
+      if (expected.scene) await sceneDrawn(page);
+      const canvases = await drawn(page), plots = canvases.filter(canvas => canvas.plot);
+      assert.ok(plots.length >= expected.plots, `${plots.length} plots, at least ${expected.plots}`);
+      for (const plot of plots) assert.ok(plot.other > 0.004 && plot.colors > 2, `${plot.label} is drawn: ${JSON.stringify(plot)}`);
+      assert.ok(await page.evaluate(() => document.documentElement.scrollWidth) <= width, 'nothing sticks out to the side');
+      assert.equal(await page.locator('#injected').count(), 0, 'HTML in a name is text');
+      assert.equal(await page.locator('h1').count(), 1);
+      await page.evaluate(axe);
+      for (const scheme of ['light', 'dark']) {
+        await page.emulateMedia({colorScheme: scheme});
+        const {violations} = await page.evaluate(() => globalThis.axe.run(document, {resultTypes: ['violations']}));
+        const serious = violations.filter(v => ['serious', 'critical'].includes(v.impact));
+        assert.deepEqual(serious.map(v => `${v.id}: ${v.nodes.slice(0, 3).map(n => n.html.slice(0, 120)).join(' | ')}`), [], `axe, ${scheme}`);
+      }
+      assert.deepEqual(complaints, []);
+      assert.deepEqual(requests, []);
+      await close();
+    });
+
+test('a trial: text of a name, time by slider, keys and plot, pictures and film', async () => {
+  const {page, complaints, close} = await open('trial', 1440);
+  assert.match(await page.locator('h1').innerText(), /<b id="injected">short<\/b> trial & more/);
+  const now = () => page.locator('.now').innerText();
+  await page.locator('.transport input[type=range]').fill('1');
+  assert.match(await now(), /^1\.0 s/);
+  const plot = page.locator('.traces canvas').nth(2), box = await plot.boundingBox();
+  await page.mouse.move(box.x + box.width * 0.6, box.y + box.height / 2);
+  assert.doesNotMatch(await now(), /^1\.0 s/, 'the time follows the pointer');
+  const before = await drawn(page);
+  await page.mouse.move(box.x + box.width * 0.3, box.y + 40);
+  await page.mouse.down();
+  await page.mouse.move(box.x + box.width * 0.5, box.y + 40);
+  await page.mouse.up();
+  await page.waitForTimeout(200);
+  assert.notDeepEqual((await drawn(page)).filter(c => c.plot), before.filter(c => c.plot), 'a drag zooms all plots');
+  const chip = page.locator('.traces .chip').first();
+  await chip.click();
+  assert.equal(await chip.getAttribute('aria-pressed'), 'false');
+  await page.waitForFunction(() => document.querySelector('video').readyState >= 2);
+  await page.locator('.transport input[type=range]').fill('0');
+  const at = () => page.evaluate(() => document.querySelector('video').currentTime);
+  const start = await at();
+  await page.locator('.play').click();
+  await page.waitForTimeout(1200);
+  assert.ok(await at() > start + 0.2, 'the film plays');
+  const frame = await page.evaluate(() => {
+    const video = document.querySelector('video'), c = Object.assign(document.createElement('canvas'), {width: 64, height: 36}).getContext('2d');
+    c.drawImage(video, 0, 0, 64, 36);
+    return Math.max(...c.getImageData(0, 0, 64, 24).data.filter((_, i) => i % 4 !== 3));
+  });
+  assert.ok(frame > 60, 'and shows something');
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('a batch: filter, sort, a point lists its trials, a trial shows its traces and command', async () => {
+  const {page, complaints, close} = await open('batch', 1440);
+  const rows = page.locator('.rows .row'), status = page.locator('.table-bar [role=status]');
+  assert.match(await status.innerText(), /^54 trials/);
+  await page.getByLabel('filter failure').selectOption('none');
+  assert.match(await status.innerText(), /^\d+ of 54 trials/);
+  for (const text of await rows.locator('.cell:nth-child(3)').allInnerTexts()) assert.equal(text, 'none');
+  await page.getByRole('button', {name: 'Clear filters'}).click();
+  await page.getByLabel('filter time, s').fill('< 0');
+  assert.match(await status.innerText(), /^0 of 54/);
+  await page.getByLabel('filter time, s').fill('');
+  await page.getByRole('button', {name: 'trial', exact: true}).click();
+  await page.getByRole('button', {name: 'trial', exact: true}).click();
+  assert.equal(await rows.first().locator('.cell').first().innerText(), '53');
+  const success = page.locator('section[aria-label=Success] canvas');
+  await success.focus();
+  await page.keyboard.press('ArrowRight');
+  await page.keyboard.press('Enter');
+  assert.match(await status.innerText(), /^6 of 54 trials: sea\.current/);
+  await rows.first().click();
+  await page.waitForSelector('#trial .traces canvas');
+  assert.match(await page.locator('#trial code').first().innerText(), /^turbidock replay .*batch\.db \d+ --out/);
+  await sceneDrawn(page);
+  const traces = (await drawn(page)).filter(c => c.label?.includes('over time'));
+  assert.ok(traces.length >= 8 && traces.every(c => c.other > 0.004), 'its traces are drawn');
+  await page.locator('section[aria-label="Why not"] button').first().click();
+  assert.match(await status.innerText(), /^\d+ of 54 trials/);
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('a gate: a click on a failure shows its trial', async () => {
+  const {page, complaints, close} = await open('gate', 1440);
+  assert.match(await page.locator('.badge').first().innerText(), /fail/);
+  await page.locator('.failures button.link').first().click();
+  await page.waitForSelector('.traces canvas');
+  await sceneDrawn(page);
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('dark, light and paper', async () => {
+  const {page, close} = await open('batch', 1440);
+  const ground = () => page.evaluate(() => getComputedStyle(document.body).backgroundColor);
+  const light = await ground();
+  await page.getByRole('button', {name: 'switch between light and dark'}).click();
+  assert.notEqual(await ground(), light);
+  const pdf = await page.pdf({format: 'A4'});
+  assert.ok(pdf.length > 20000, 'it prints');
+  await close();
+});

@@ -1,0 +1,302 @@
+#include "experiments/page/page.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+#include <zlib.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "experiments/farm/plan.h"
+#include "experiments/farm/result_store.h"
+#include "experiments/page/batch_page.h"
+#include "experiments/page/compress.h"
+#include "experiments/page/study_page.h"
+#include "experiments/page/trial_model.h"
+#include "experiments/page/trial_page.h"
+#include "experiments/trial/trial.h"
+#include "experiments/trial/trial_files.h"
+#include "sim/base/check.h"
+#include "sim/vehicle/scene.h"
+
+namespace turbidock::page {
+namespace {
+
+namespace fs = std::filesystem;
+using report::Json;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+template <class Act>
+std::string ConfigErrorOf(const Act& act) {
+  try {
+    act();
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+std::string Unzipped(std::string_view bytes) {
+  z_stream stream{};
+  EXPECT_EQ(inflateInit2(&stream, 16 + MAX_WBITS), Z_OK);
+  std::string text(1 << 20, '\0'), in(bytes);
+  stream.next_in = reinterpret_cast<Bytef*>(in.data());
+  stream.avail_in = static_cast<uInt>(in.size());
+  stream.next_out = reinterpret_cast<Bytef*>(text.data());
+  stream.avail_out = static_cast<uInt>(text.size());
+  EXPECT_EQ(inflate(&stream, Z_FINISH), Z_STREAM_END);
+  text.resize(stream.total_out);
+  inflateEnd(&stream);
+  return text;
+}
+
+int Count(const std::string& text, const std::string& part) {
+  int count = 0;
+  for (size_t at = 0; (at = text.find(part, at)) != std::string::npos; at += part.size()) ++count;
+  return count;
+}
+
+trial::Scenario WithoutCameras() {
+  return trial::LoadScenario("sea_night_active", {"pose_source=true_pose", "duration_s=2"});
+}
+
+class PageFiles : public ::testing::Test {
+ protected:
+  void SetUp() override { fs::create_directories(folder_); }
+  void TearDown() override { fs::remove_all(folder_); }
+  std::string Path(const std::string& name) const { return (folder_ / name).string(); }
+  void File(const std::string& name, const std::string& text) const {
+    fs::create_directories((folder_ / name).parent_path());
+    std::ofstream(folder_ / name) << text;
+  }
+  const fs::path folder_ =
+      fs::temp_directory_path() / ("turbidock_page_" + std::to_string(getpid()));
+};
+
+TEST(Compress, Base64IsThatOfRfc4648) {
+  for (const auto& [bytes, text] :
+       std::vector<std::pair<std::string, std::string>>{{"", ""},
+                                                        {"f", "Zg=="},
+                                                        {"fo", "Zm8="},
+                                                        {"foo", "Zm9v"},
+                                                        {"foobar", "Zm9vYmFy"},
+                                                        {"\xff\xfe", "//4="}})
+    EXPECT_EQ(Base64(bytes), text);
+}
+
+TEST(Compress, GzipComesBackAndIsTheSameEachTime) {
+  const std::string text = std::string(5000, 'a') + "\0<&\"" + std::string(3, '\0');
+  EXPECT_EQ(Unzipped(Gzip(text)), text);
+  EXPECT_EQ(Gzip(text), Gzip(text));
+  EXPECT_LT(Gzip(text).size(), 100u);
+  EXPECT_EQ(Unzipped(Gzip("")), "");
+}
+
+TEST(Page, TextInItIsNoMarkup) {
+  Page page{.model = {{"kind", "study"}, {"title", "</title><script>alert(1)</script>"}}};
+  page.parts["</script><b>"] = "{\"a\": \"</script>\"}";
+  const std::string html = Html(page);
+  EXPECT_THAT(html, Not(HasSubstr("alert(1)</script>")));
+  EXPECT_THAT(html, Not(HasSubstr("<b>")));
+  EXPECT_THAT(html, HasSubstr("&lt;/title&gt;&lt;script&gt;alert(1)"));
+  // the import map, the model, the part and the start: nothing else is a script
+  EXPECT_EQ(Count(html, "<script"), 4);
+  EXPECT_EQ(Count(html, "</script>"), 4);
+}
+
+TEST(Page, AsksForNothingElsewhere) {
+  const std::string html = Html({.model = {{"kind", "trial"}, {"title", "t"}}, .has_3d = true});
+  for (const char* address : {"http://", "https://", "src=", "@import", "url("})
+    EXPECT_THAT(html, Not(HasSubstr(address)));
+  EXPECT_EQ(html, Html({.model = {{"kind", "trial"}, {"title", "t"}}, .has_3d = true}));
+  // three.js comes along only where it is used
+  EXPECT_THAT(html, HasSubstr("three.min.js"));
+  EXPECT_THAT(Html({.model = {{"kind", "gate"}}}), Not(HasSubstr("data-name=\"three.min.js\"")));
+}
+
+TEST(SeriesModel, HasColumnsOfNumbersInSixDigitsAndWords) {
+  const Json series =
+      SeriesModel("time_s,stage,x_m\n0,approach,0.123456789\n0.5,docking,nan\n", "t.csv");
+  EXPECT_EQ(series["time_s"].dump(), "[0.0,0.5]");
+  EXPECT_EQ(series["stage"].dump(), "[\"approach\",\"docking\"]");
+  EXPECT_EQ(series["x_m"].dump(), "[0.123457,null]");
+}
+
+TEST(SeriesModel, SaysWhatIsWrongWithAFile) {
+  EXPECT_THAT(ConfigErrorOf([] { SeriesModel("a,b\n1,2\n", "t.csv"); }),
+              HasSubstr("t.csv: is no trajectory"));
+  EXPECT_THAT(ConfigErrorOf([] { SeriesModel("time_s,b\n1,2\n1\n", "t.csv"); }),
+              HasSubstr("t.csv:3: has 1 values, the header 2"));
+  EXPECT_THAT(ConfigErrorOf([] { SeriesModel("", "t.csv"); }), HasSubstr("t.csv: is empty"));
+}
+
+TEST(SettingsModel, NamesWhatDiffersAndNothingElse) {
+  const auto keys = [](const trial::Scenario& scenario) {
+    std::vector<std::string> list;
+    for (const Json& setting : SettingsModel(scenario)) list.push_back(setting["key"]);
+    return list;
+  };
+  const std::vector<std::string> before = keys(WithoutCameras());
+  trial::Scenario scenario = WithoutCameras();
+  scenario.control.pid.sway.kp_v_per_m += 1;
+  std::vector<std::string> after = keys(scenario);
+  ASSERT_EQ(after.size(), before.size() + 1);
+  EXPECT_THAT(after, ::testing::Contains("pid.sway.kp_v_per_m"));
+  EXPECT_THAT(after, Not(::testing::Contains("seed")));
+  for (const Json& setting : SettingsModel(scenario))
+    if (setting["key"] == "pose_source") {
+      EXPECT_EQ(setting["value"], "true_pose");
+      EXPECT_EQ(setting["default"], "cameras");
+    }
+}
+
+TEST(SceneModel, HasEveryGeomThatIsDrawnWhereItStands) {
+  const trial::Scenario scenario = WithoutCameras();
+  const vehicle::Scene scene = vehicle::LoadScene(trial::SceneFile(scenario), scenario.rig);
+  const Json model = SceneModel(scene);
+  const Pose X_WM = scene.X_WM;
+  size_t drawn = 0, balls = 0;
+  for (int g = 0; g < scene.model->ngeom; ++g) drawn += scene.model->geom_group[g] != 3;
+  EXPECT_EQ(model["geoms"].size(), drawn);
+  for (const Json& geom : model["geoms"]) {
+    EXPECT_EQ(geom["moves"], geom["part"] == "hull" || geom["part"] == "pole");
+    for (const vehicle::BallInScene& ball : scene.balls) {
+      if (geom["name"] != "ball_" + ball.name) continue;
+      ++balls;
+      const Eigen::Vector3d p_WQ = X_WM * ball.p_MQ;
+      for (int i = 0; i < 3; ++i)
+        EXPECT_NEAR(geom["pose"][static_cast<size_t>(i)].get<double>(), p_WQ(i), 1e-5);
+    }
+    // the pole's tip, 0.5 m ahead in the vehicle, is the capsule's end
+    if (geom["name"] == "pole") {
+      EXPECT_NEAR(geom["pose"][0].get<double>() + geom["size_m"][1].get<double>() +
+                      geom["size_m"][0].get<double>(),
+                  0.5, 1e-5);
+    }
+  }
+  EXPECT_EQ(balls, scene.balls.size());
+  EXPECT_FALSE(model["meshes"].empty());
+}
+
+TEST_F(PageFiles, ATrialsFolderBecomesAPage) {
+  const trial::Scenario scenario = WithoutCameras();
+  fs::create_directories(folder_);
+  const trial::TrialResult result = trial::RunTrial(scenario);
+  trial::WriteRecords(folder_.string(), scenario, result);
+  File("cameras/000030_left.jpg", "left");
+  File("cameras/000030_right.jpg", "right");
+  File("cameras/000060_left.jpg", "alone");
+  File("video.mp4", "film");
+  const Page page = TrialPage(folder_.string());
+  EXPECT_EQ(page.model["record"]["digest"], result.digest);
+  EXPECT_EQ(page.model["series"]["time_s"].size(), result.log.frames.size());
+  ASSERT_EQ(page.model["frames"].size(), 1u);
+  EXPECT_EQ(page.model["frames"][0]["time_s"], 1.0);
+  EXPECT_EQ(page.model["frames"][0]["right"], Base64("right"));
+  EXPECT_EQ(page.files.at("video"), "film");
+  EXPECT_TRUE(page.has_3d);
+}
+
+TEST_F(PageFiles, AFolderThatIsNoTrialIsNamed) {
+  EXPECT_THAT(ConfigErrorOf([&] { TrialPage(Path("none")); }), HasSubstr("none: no such folder"));
+  File("result.json", "{}");
+  EXPECT_THAT(ConfigErrorOf([&] { TrialPage(folder_.string()); }),
+              HasSubstr("is no trial's folder: it has no resolved.yaml"));
+}
+
+TEST_F(PageFiles, AModelThatIsGoneLeavesAPageWithoutReplay) {
+  trial::Scenario scenario = WithoutCameras();
+  scenario.model = Path("gone.xml");
+  const Json model = TrialModel(scenario);
+  EXPECT_TRUE(model["scene"].is_null());
+  ASSERT_EQ(model["missing"].size(), 1u);
+  EXPECT_THAT(model["missing"][0].get<std::string>(), HasSubstr("No 3D replay: "));
+}
+
+TEST_F(PageFiles, ABatchWithoutTrialsSaysSo) {
+  const farm::Plan plan(
+      "schema_version: 1\ndescription: none yet\nscenario: sea_night_active\nseeds: 2\n", "plan");
+  const farm::ResultStore store =
+      farm::ResultStore::Write(Path("b.db"), farm::HeaderOf(plan, farm::Shard{}));
+  const Page page = BatchPage(store, "b.db");
+  EXPECT_EQ(page.model["rows"], 0);
+  EXPECT_THAT(page.model["missing"].dump(), HasSubstr("No trials: none was stored yet"));
+  EXPECT_FALSE(page.has_3d);
+}
+
+TEST_F(PageFiles, ABatchHasItsTrialsAndTheirSeriesFailuresFirst) {
+  const farm::Plan plan(
+      "schema_version: 1\ndescription: '<b>two</b>'\nscenario: sea_night_active\nseeds: 2\n"
+      "series_every_frames: 1\ngrid: {controller: [pid, lqg]}\n",
+      "plan");
+  farm::ResultStore store =
+      farm::ResultStore::Write(Path("b.db"), farm::HeaderOf(plan, farm::Shard{}));
+  const trial::TrialResult result = trial::RunTrial(WithoutCameras());
+  for (int64_t i = 0; i < 4; ++i) {
+    farm::StoredTrial trial{.trial = i, .cell = i / 2, .sample = i % 2};
+    trial.parameters = plan.Trial(i).parameters;
+    trial.record = result;
+    trial.record.seed = 9223372036854775807;
+    trial.record.outcome = i == 2 ? trial::Outcome::kTimeout : trial::Outcome::kDocked;
+    trial.record.failure = i == 2 ? trial::Failure::kTimeout : trial::Failure::kNone;
+    if (i > 0) trial.series_csv = trial::TrajectoryCsv(result.log);
+    store.Add(trial);
+  }
+  EXPECT_THAT(store.TrialsWithSeries(), ElementsAre(1, 2, 3));
+  EXPECT_EQ(store.SeriesCsv(1), trial::TrajectoryCsv(result.log));
+  const Page page = BatchPage(store, "b.db");
+  EXPECT_EQ(page.model["columns"]["seed"]["words"][0], "9223372036854775807");
+  EXPECT_EQ(page.model["columns"]["failure"].dump(),
+            "{\"words\":[\"none\",\"timeout\"],\"of\":[0,0,1,0]}");
+  EXPECT_EQ(page.model["parameters"]["controller"].dump(),
+            "{\"words\":[\"pid\",\"lqg\"],\"of\":[0,0,1,1]}");
+  EXPECT_EQ(page.model["series_trials"].dump(), "[2,1,3]");
+  EXPECT_TRUE(page.has_3d);
+  // no room: the series of none
+  const Page small = BatchPage(store, "b.db", {.series_bytes = 10});
+  EXPECT_TRUE(small.parts.empty());
+  EXPECT_EQ(small.model["series_stored"], 3);
+  EXPECT_EQ(StoredTrialPage(store, "b.db", 1).model["series"]["time_s"].size(),
+            result.log.frames.size());
+  EXPECT_THAT(StoredTrialPage(store, "b.db", 0).model["missing"].dump(), HasSubstr("No traces"));
+}
+
+TEST_F(PageFiles, AnOlderBatchSaysWhatItLacks) {
+  const farm::Plan plan(
+      "schema_version: 1\ndescription: old\nscenario: sea_night_active\nseeds: 2\n", "plan");
+  farm::ResultStore::Write(Path("b.db"), farm::HeaderOf(plan, farm::Shard{}));
+  ASSERT_EQ(std::system(("python3 -c \"import sqlite3; d = sqlite3.connect('" + Path("b.db") +
+                         "'); d.execute('ALTER TABLE metrics DROP COLUMN overshoot_m'); "
+                         "d.commit()\"")
+                            .c_str()),
+            0);
+  EXPECT_THAT(BatchPage(farm::ResultStore::Read(Path("b.db")), "b.db").model["missing"].dump(),
+              HasSubstr("without: overshoot_m"));
+}
+
+TEST(StudyPage, KnowsEachKindByItsKeysAndNothingElse) {
+  const auto kind = [](const char* text) {
+    return StudyPage(Json::parse(text), "x.json").model["kind"].get<std::string>();
+  };
+  EXPECT_EQ(kind(R"({"verdict": "pass", "conditions": []})"), "gate");
+  EXPECT_EQ(kind(R"({"pareto_front": [], "generations": [], "tuned": {}})"), "tuning");
+  EXPECT_EQ(kind(R"({"a": "a.db", "b": "b.db", "pairs": 0, "groups": []})"), "compare");
+  EXPECT_EQ(kind(R"({"cells": [], "fitness_bins": []})"), "estimators");
+  EXPECT_EQ(kind(R"({"cells": []})"), "recognition");
+  EXPECT_THAT(ConfigErrorOf([&] { kind(R"({"outcome": "docked"})"); }),
+              HasSubstr("x.json: is one trial's result; give the folder"));
+  EXPECT_THAT(ConfigErrorOf([&] { kind("[1]"); }), HasSubstr("x.json: is no result of gate"));
+}
+
+TEST(StudyPage, KeepsAllDigitsOfASeed) {
+  const Page page = StudyPage(
+      Json::parse(R"({"verdict": "fail", "conditions": [{"seeds": [9223372036854775807, 7]}]})"),
+      "x");
+  EXPECT_EQ(page.model["result"]["conditions"][0]["seeds"].dump(), R"(["9223372036854775807",7])");
+}
+
+}  // namespace
+}  // namespace turbidock::page
