@@ -2,19 +2,27 @@
 
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "experiments/app/commands.h"
 #include "experiments/app/progress.h"
+#include "experiments/farm/result_store.h"
+#include "experiments/page/batch_page.h"
+#include "experiments/page/study_page.h"
 #include "experiments/page/trial_page.h"
+#include "experiments/report/json.h"
 #include "experiments/studies/live/live_view.h"
 #include "experiments/studies/live/results_view.h"
+#include "experiments/system/output_path.h"
 #include "experiments/trial/scenario.h"
 
 namespace turbidock::live {
 namespace {
+
+namespace fs = std::filesystem;
 
 constexpr int kUsualPort = 8137;
 
@@ -38,9 +46,33 @@ std::string SummaryText(const ViewSummary& s) {
   return text;
 }
 
-bool IsFolder(const std::string& path) {
+enum class Kind { kScenario, kResult, kGrowing };
+
+// A folder or a JSON document is a result; a file of trials may still grow; all else is a scenario.
+Kind KindOf(const std::string& what) {
   std::error_code ignored;
-  return std::filesystem::is_directory(path, ignored);
+  if (fs::is_directory(what, ignored) || fs::path(what).extension() == ".json")
+    return Kind::kResult;
+  std::ifstream stream(what, std::ios::binary);
+  std::string begin(6, '\0');
+  stream.read(begin.data(), std::ssize(begin));
+  return begin == "SQLite" || fs::path(what).extension() == ".db" ? Kind::kGrowing
+                                                                  : Kind::kScenario;
+}
+
+page::Page PageOfResult(const std::string& path) {
+  std::error_code ignored;
+  if (!fs::is_directory(path, ignored))
+    return page::StudyPage(report::ParseJson(system::ReadWhole(path), path), path);
+  return page::IsStudyFolder(path) ? page::StudyFolderPage(path) : page::TrialPage(path);
+}
+
+// What only a scenario can follow. ConfigError for what was given besides a result.
+void RefuseScenarioOptions(const ViewArguments& arguments) {
+  if (!arguments.assignments.empty() || !arguments.gains.empty() || !arguments.seed.empty() ||
+      arguments.out)
+    throw ConfigError(arguments.what +
+                      ": is a result; --set, --gains, --seed and --out are for scenarios");
 }
 
 // Serves a trial that runs now.
@@ -64,24 +96,38 @@ int View(const ViewArguments& arguments) {
     app::Progress(arguments.quiet).Say("open this address in a browser; Ctrl-C ends");
   };
   const auto stop_requested = [] { return app::StopSignal() != 0; };
-  if (IsFolder(arguments.what))
-    ServePage(page::TrialPage(arguments.what),
-              {.place = place, .on_served = on_served, .stop_requested = stop_requested});
-  else
-    ViewScenario(arguments, {.place = place,
-                             .out = arguments.out,
-                             .on_served = on_served,
-                             .say = {},
-                             .stop_requested = stop_requested});
+  const ResultsOptions results{
+      .place = place, .on_served = on_served, .stop_requested = stop_requested};
+  const std::string& what = arguments.what;
+  switch (KindOf(what)) {
+    case Kind::kScenario:
+      ViewScenario(arguments, {.place = place,
+                               .out = arguments.out,
+                               .on_served = on_served,
+                               .say = {},
+                               .stop_requested = stop_requested});
+      break;
+    case Kind::kResult:
+      RefuseScenarioOptions(arguments);
+      ServePage(PageOfResult(what), results);
+      break;
+    case Kind::kGrowing:
+      RefuseScenarioOptions(arguments);
+      ServeResults(
+          what, [&what] { return page::BatchPage(farm::ResultStore::Read(what), what); }, results);
+      break;
+  }
   return app::kExitDone;
 }
 
 }  // namespace
 
 void AddView(app::CommandLine& line) {
-  auto [view, arguments] =
-      line.Add("view", "Watch a trial while it runs, in a browser on this machine", &View);
-  view.Add("scenario", arguments.what, "YAML file or the name of a bundled scenario");
+  auto [view, arguments] = line.Add(
+      "view", "Watch a trial or a batch while it runs, in a browser on this machine", &View);
+  view.Add("what", arguments.what,
+           "A scenario (YAML file or a bundled one's name), which runs; or a result: a trial's, a\n"
+           "gate's or a study's folder, a file of trials, also while they run");
   view.AddSet(arguments.assignments, "Set one key, such as water.milk_ml_m3=20");
   view.Add("--gains", arguments.gains, "Gains file, read over the scenario");
   view.AddSeed(arguments.seed);
