@@ -166,6 +166,7 @@ class Server::Work::Socket : public std::enable_shared_from_this<Socket> {
     socket_.set_option(websocket::stream_base::timeout{kRequestTime, kIdleTime, true});
     socket_.read_message_max(kMostMessageBytes);
     socket_.binary(true);
+    socket_.auto_fragment(false);
     socket_.async_accept(request, [self = shared_from_this()](error_code error) {
       if (error) return;
       self->accepted_ = true;

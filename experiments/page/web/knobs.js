@@ -8,13 +8,13 @@ const kSendEvery_ms = 100;
 
 export class Knobs {
   /** send(command) sets a key. */
-  constructor(host, send) {
+  constructor(send) {
     this.send = send;
     this.held = new Map();  // keys that a hand is on, and what is still to be sent of them
     this.first = null;      // values that the first trial began with
     this.body = h('div', {class: 'knobs'});
     this.reset = button('As at first', () => this.backToFirst(), {title: 'set everything as it was when the program began'});
-    host.append(section('Change what happens', {note: 'From the next frame on; the record says when and what.'}, this.body, h('div', {}, this.reset)));
+    this.element = section('Change what happens', {note: 'From the next frame on; the record says when and what.'}, this.body, h('div', {}, this.reset));
   }
 
   /** controls: what the program offers, with values. */

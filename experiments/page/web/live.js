@@ -46,7 +46,7 @@ class LivePage {
     this.below = h('div', {class: 'cards'});
     host.append(this.head, this.alert, this.view, this.below);
     this.clock = new LiveClock(command => this.line.send(command));
-    this.knobs = new Knobs(this.below, command => this.line.send(command));
+    this.knobs = new Knobs(command => this.line.send(command));
     this.stages = section('Stages', {}, h('p', {class: 'note'}, 'None yet.'));
     this.record = section('Changed while it ran', {}, h('p', {class: 'note'}, 'Nothing: its digest is that of a trial that nobody watched.'));
     this.below.append(h('div', {class: 'column'}, this.stages, this.record));
@@ -108,6 +108,7 @@ class LivePage {
       addEventListener('keydown', event => {
         if (event.key === '.' && !event.target.closest?.('input, select, textarea')) { this.clock.follow = true; this.line.send({do: 'step'}); }
       });
+      view.left.append(this.knobs.element);
       view.scene?.ready.then(() => {
         if (!view.scene.renderer) return;
         this.push = new Push(view.scene, force => this.line.send({do: 'push', force_newton: force}));

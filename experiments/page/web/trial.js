@@ -31,7 +31,7 @@ export class TrialView {
     Object.assign(this, {model, series, frames, clock, live});
     if (withHead) this.drawHead(host);
     this.transport(host, controls);
-    const left = h('div', {class: 'column'}), right = h('div', {class: 'column'});
+    const left = this.left = h('div', {class: 'column'}), right = h('div', {class: 'column'});
     host.append(h('div', {class: 'trial-grid'}, left, right));
     if (model.scene) {
       const box = section(live ? '3D' : '3D replay', {level: 2});
