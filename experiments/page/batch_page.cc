@@ -26,6 +26,9 @@ namespace {
 using farm::StoredTrial;
 using report::Json;
 
+// Of stored series, of which a page should hold many: a tenth of a millimetre at a metre.
+constexpr int kStoredDigits = 4;
+
 // A column of a table of trials: numbers as a list; words, of which few differ, as a list of them
 // and a number for each row.
 Json Packed(const std::vector<Json>& values) {
@@ -121,7 +124,7 @@ void AddSeries(const farm::ResultStore& store, const std::string& file,
   int64_t bytes = 0;
   Json stored = Json::array();
   for (const int64_t trial : InOrderOfInterest(trials, with_series)) {
-    const std::string text = report::JsonLine(SeriesModel(store.SeriesCsv(trial), file));
+    const std::string text = report::JsonLine(SeriesModel(store.SeriesCsv(trial), file, kStoredDigits));
     bytes += static_cast<int64_t>(Gzip(text).size()) * 4 / 3;
     if (bytes > budget) break;
     page->parts[fmt::format("series-{}", trial)] = text;

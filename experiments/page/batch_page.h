@@ -11,7 +11,7 @@ namespace turbidock::page {
 
 struct BatchPageOptions {
   // Stored series are packed into the page, failures first, until they have this many bytes.
-  int64_t series_bytes = 1'500'000;
+  int64_t series_bytes = 2'200'000;
 };
 
 // Of a file that `turbidock batch` (or tune) wrote or is writing. What is not there (no trials yet,

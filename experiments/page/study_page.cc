@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <initializer_list>
 #include <vector>
 
 #include "experiments/config/data_files.h"
@@ -22,7 +21,7 @@ using report::Json;
 struct Kind {
   const char* name;
   const char* title;
-  std::initializer_list<const char*> keys;
+  std::vector<const char*> keys;
 };
 const std::vector<Kind>& Kinds() {
   static const std::vector<Kind> kinds = {

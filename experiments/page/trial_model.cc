@@ -94,8 +94,8 @@ std::vector<std::pair<std::string, std::string>> ValuesOf(const trial::Scenario&
 
 }  // namespace
 
-double Rounded(double x) {
-  return std::isfinite(x) ? std::strtod(fmt::format("{:.6g}", x).c_str(), nullptr) : x;
+double Rounded(double x, int digits) {
+  return std::isfinite(x) ? std::strtod(fmt::format("{:.{}g}", x, digits).c_str(), nullptr) : x;
 }
 
 Json PoseModel(const Pose& pose) {
@@ -221,14 +221,14 @@ Json TrialModel(const trial::Scenario& scenario) {
   return model;
 }
 
-Json SeriesModel(std::string_view csv, const std::string& where) {
-  Json series = TableModel(csv, where);
+Json SeriesModel(std::string_view csv, const std::string& where, int digits) {
+  Json series = TableModel(csv, where, digits);
   if (!series.contains("time_s"))
     throw ConfigError(where + ": is no trajectory: its first line has no time_s");
   return series;
 }
 
-Json TableModel(std::string_view csv, const std::string& where) {
+Json TableModel(std::string_view csv, const std::string& where, int digits) {
   const auto split = [](std::string_view text, char separator) {
     std::vector<std::string_view> parts;
     while (true) {
@@ -252,7 +252,7 @@ Json TableModel(std::string_view csv, const std::string& where) {
       const std::string text(cells[i]);
       const std::optional<double> number = report::NumberIn(text);
       if (number)
-        columns[i].push_back(std::isfinite(*number) ? Json(Rounded(*number)) : Json());
+        columns[i].push_back(std::isfinite(*number) ? Json(Rounded(*number, digits)) : Json());
       else
         columns[i].push_back(text.empty() || text == "nan" ? Json() : Json(text));
     }

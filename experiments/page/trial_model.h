@@ -23,16 +23,16 @@ report::Json SceneModel(const vehicle::Scene& scene);
 report::Json SettingsModel(const trial::Scenario& scenario);
 
 // Columns of a trajectory.csv (or of its first rows, or of later ones under the same header):
-// numbers in six digits, null where they are not finite, words as they are. ConfigError, which
+// numbers in so many digits, null where they are not finite, words as they are. ConfigError, which
 // begins with `where`, for a text that is none.
-report::Json SeriesModel(std::string_view csv, const std::string& where);
+report::Json SeriesModel(std::string_view csv, const std::string& where, int digits = 6);
 // The same of any CSV without quotes.
-report::Json TableModel(std::string_view csv, const std::string& where);
+report::Json TableModel(std::string_view csv, const std::string& where, int digits = 6);
 
 // x, y, z, qw, qx, qy, qz.
 report::Json PoseModel(const Pose& pose);
 
-// The number in six digits.
-double Rounded(double x);
+// The number in so many digits.
+double Rounded(double x, int digits = 6);
 
 }  // namespace turbidock::page

@@ -236,7 +236,10 @@ TEST_F(PageFiles, ABatchHasItsTrialsAndTheirSeriesFailuresFirst) {
       farm::ResultStore::Write(Path("b.db"), farm::HeaderOf(plan, farm::Shard{}));
   const trial::TrialResult result = trial::RunTrial(WithoutCameras());
   for (int64_t i = 0; i < 4; ++i) {
-    farm::StoredTrial trial{.trial = i, .cell = i / 2, .sample = i % 2};
+    farm::StoredTrial trial;
+    trial.trial = i;
+    trial.cell = i / 2;
+    trial.sample = i % 2;
     trial.parameters = plan.Trial(i).parameters;
     trial.record = result;
     trial.record.seed = 9223372036854775807;

@@ -138,11 +138,14 @@ export class BatchView {
   successCurves(over, by, rows) {
     const lines = by ? this.grouped(by, rows) : [{label: 'docked', rows}];
     const names = over.numeric ? [] : this.grouped(over, rows).map(g => g.label);
+    const all = over.numeric ? this.grouped(over, rows).map(g => g.at) : [];
+    const width = over.numeric ? Math.max(...all) - Math.min(...all) : 0;  // side by side, or bars would hide each other
     const series = lines.map((line, k) => {
       const groups = this.grouped(over, line.rows).filter(g => g.rows.length);
       const rates = groups.map(g => g.rows.filter(this.success).length / g.rows.length);
       const spans = groups.map(g => wilson(g.rows.filter(this.success).length, g.rows.length));
-      const at = over.numeric ? groups.map(g => g.at) : groups.map(g => names.indexOf(g.label) + (k - (lines.length - 1) / 2) * 0.1);
+      const shift = over.numeric && groups.length > 1 ? (lines.length > 1 ? 0.006 : 0) * width * (k - (lines.length - 1) / 2) : 0;
+      const at = over.numeric ? groups.map(g => g.at + shift) : groups.map(g => names.indexOf(g.label) + (k - (lines.length - 1) / 2) * 0.1);
       return {name: by ? line.label : 'docked', x: at, y: rates.map(r => 100 * r), low: spans.map(s => 100 * s[0]), high: spans.map(s => 100 * s[1]),
         color: curve(k), mark: over.numeric ? 'line_with_bars' : 'bars', dot: 7, groups};
     });
@@ -206,10 +209,10 @@ export class BatchView {
   }
   drawErrors() {
     if (!this.get.final_error_true_y_m || !this.get.final_error_true_z_m) return;
-    const box = section('True error when it ended', {note: 'Of the marker in the camera head; the square is what docking allows. Click a trial to see it.'});
+    const box = section('True error when it ended', {note: 'The square is what docking allows; those farther off stand at the edge. Click one to see it.'});
     this.plots.append(box);
     this.errors = new Plot(box, {series: [], legend: 'none'}, {height: 210, points: true, label: 'true y and z error at the end of each trial',
-      readout: (s, i) => `trial ${this.get.trial(s.rows[i])}: ${words(this.get.outcome(s.rows[i]))}\ny ${fixed(s.x[i], 1)} mm, z ${fixed(s.y[i], 1)} mm`,
+      readout: (s, i) => `trial ${this.get.trial(s.rows[i])}: ${words(this.get.outcome(s.rows[i]))}\ny ${fixed(1000 * this.get.final_error_true_y_m(s.rows[i]), 1)} mm, z ${fixed(1000 * this.get.final_error_true_z_m(s.rows[i]), 1)} mm`,
       onPick: (s, i) => this.pick(s.rows[i])});
   }
   fillDistributions(found) {
@@ -220,10 +223,12 @@ export class BatchView {
       x: groups.map(g => (g.low + g.high) / 2), y: groups.map(g => g.rows.length), low: groups.map(g => g.low), high: groups.map(g => g.high), members: groups.map(g => g.rows)}]});
     if (!this.errors) return;
     const y = i => 1000 * this.get.final_error_true_y_m(i), z = i => 1000 * this.get.final_error_true_z_m(i);
-    const one = (name, rows, color, mark) => ({name, rows, color, mark, dot: found.length > 2000 ? 2 : 4, x: rows.map(y), y: rows.map(z)});
+    const one = (name, rows, color, mark) => ({name, rows, color, mark, dot: found.length > 2000 ? 2 : 4, x: rows.map(i => within(y(i))), y: rows.map(i => within(z(i)))});
+    const within = value => Math.min(Math.max(value, -0.98 * reach), 0.98 * reach);
     const there = found.filter(i => Number.isFinite(this.get.final_error_true_y_m(i)) && Number.isFinite(this.get.final_error_true_z_m(i)));
     const limits = Object.values(this.model.models)[0]?.limits || {tolerance_y_m: 0.04, tolerance_z_m: 0.04};
-    const reach = Math.max(60, 1.5 * Math.max(quantile(there.map(i => Math.abs(y(i))), 0.9) || 0, quantile(there.map(i => Math.abs(z(i))), 0.9) || 0));
+    const inside = there.filter(this.success), far = get => quantile(inside.map(i => Math.abs(get(i))), 0.98) || 0;
+    const reach = Math.max(1600 * limits.tolerance_y_m, 1600 * limits.tolerance_z_m, 1.2 * far(y), 1.2 * far(z));
     this.errors.set({x: {label: 'y, mm', low: -reach, high: reach}, y: {label: 'z, mm', low: -reach, high: reach}, legend: 'none', rules: [],
       blocks: [{x0: -1000 * limits.tolerance_y_m, x1: 1000 * limits.tolerance_y_m, y0: -1000 * limits.tolerance_z_m, y1: 1000 * limits.tolerance_z_m, color: [46, 139, 87], opacity: 0.16}],
       series: [one('not docked', there.filter(i => !this.success(i)), [213, 94, 0], 'rings'), one('docked', there.filter(this.success), [0, 114, 178], 'dots')]});

@@ -18,7 +18,7 @@ export function show(host, model) {
       const rows = own.filter(r => r.estimator === name), values = rows.map(of);
       return {name, color: curve(k), mark: 'line_with_bars', dot: 6, x: rows.map(r => one ? k : r.milk_ml_m3), y: values.map(v => v[0]), low: values.map(v => v[1]), high: values.map(v => v[2])};
     });
-    sections.push({title: `${marker} marker, ${distance > 0 ? `${number(distance)} mm` : 'any distance'}`, wide: true, height: 230,
+    sections.push({title: `${marker} marker, ${distance > 0 ? `${number(distance)} mm` : 'any distance'}`, wide: true, height: 230, columns: 2,
       panels: kMeasures.map(([label, of, y]) => ({x: one ? {names} : {label: 'milk, ml/m³'}, y: {label, ...y}, legend: 'none', rules: [], series: lines(of)}))});
   }
   const best = [...names].map(name => { const rows = cells.filter(r => r.estimator === name); return {name, found: rows.reduce((n, r) => n + r.found, 0), starts: rows.reduce((n, r) => n + r.starts, 0),

@@ -15,8 +15,8 @@ const toneOf = verdict => ({pass: 'good', fail: 'bad'}[verdict] || 'none');
 
 function pathPanel(c) {
   const at = key => c.path.map(look => look[key] ?? null), trials = at('trials');
-  const counted = c.paired ? 'seeds that docked before and no longer do' : 'trials that did not dock';
-  return {title: c.condition, legend: 'none', rules: [], x: {label: 'trials', low: 0}, y: {label: counted, low: 0, least_span: 3}, series: [
+  const counted = c.paired ? 'seeds that no longer dock' : 'trials that did not dock';
+  return {title: c.condition, legend: 'none', rules: [], x: {label: 'trials', low: 0, whole: true}, y: {label: counted, low: 0, least_span: 3, whole: true}, series: [
     {name: 'fails from here', x: trials, y: at('fails_at'), color: kTones.bad, mark: 'dashed_steps', width: 2},
     {name: 'passes up to here', x: trials, y: at('passes_at'), color: kTones.good, mark: 'dashed_steps', width: 2},
     {name: 'so far', x: trials, y: at('worse'), color: curve(0), mark: 'steps', width: 2.5}]};
@@ -38,8 +38,8 @@ export function show(host, model) {
       panels: conditions.filter(c => c.path?.length).map(pathPanel)}] : []),
     {title: 'Docked, baseline and now', note: 'With 95 % intervals.', panels: [{x: {names}, y: {label: 'docked, %', low: -3, high: 103}, legend: 'none', rules: [], series: [
       share('baseline', 'baseline_docked', 'baseline_trials', 'baseline_interval_95', -0.1, curve(7)), share('now', 'docked', 'trials', 'interval_95', 0.1, curve(0))]}]},
-    {title: 'Time to dock now', note: 'Of the trials that docked; one dot a trial, conditions in order.', panels: [{x: {names}, y: {label: 's', low: 0}, legend: 'none', rules: [], series: [
-      {name: '', color: curve(0), mark: 'dots', dot: 5, ...spread(conditions.map(c => times(c.outcomes, 'time_s', 1)))}]}]},
+    ...(conditions.some(c => c.docked > 0) ? [{title: 'Time to dock now', note: 'Of the trials that docked; one dot a trial, conditions in order.', panels: [{x: {names}, y: {label: 's', low: 0}, legend: 'none', rules: [], series: [
+      {name: '', color: curve(0), mark: 'dots', dot: 5, ...spread(conditions.map(c => times(c.outcomes, 'time_s', 1)))}]}]}] : []),
     {title: 'Seeds that changed', wide: true, list: conditions.flatMap(c => [
       `${c.condition}: ${c.newly_failing_seeds.length ? `no longer dock: ${c.newly_failing_seeds.join(', ')}` : 'none that docked before fails now'}`,
       ...(c.newly_docking_seeds.length ? [`${c.condition}: dock now: ${c.newly_docking_seeds.join(', ')}`] : [])])}];

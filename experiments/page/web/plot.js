@@ -22,10 +22,10 @@ export class Sync {
 const finite = Number.isFinite;
 const kFont = '12px system-ui, sans-serif';
 
-/** Round numbers from low to high, about `count`. */
-export function ticks(low, high, count) {
+/** Round numbers from low to high, about `count`; or whole ones only. */
+export function ticks(low, high, count, whole = false) {
   if (!(high > low)) return [low];
-  const raw = (high - low) / Math.max(1, count), power = 10 ** Math.floor(Math.log10(raw));
+  const raw = Math.max((high - low) / Math.max(1, count), whole ? 1 : 0), power = 10 ** Math.floor(Math.log10(raw));
   const step = power * ([1, 2, 2.5, 5, 10].find(f => f * power >= raw * 0.999) || 10);
   const list = [];
   for (let i = Math.ceil(low / step - 1e-9); i * step <= high + step * 1e-9; ++i) list.push(i * step);
@@ -61,7 +61,7 @@ class Scale {
 
 export class Plot {
   /**
-   * panel: the model. options: {height, sync, label, onPick(series, index), compact: no x axis,
+   * panel: the model. options: {height, sync, label, onPick(series, index), compact: no x axis, left, right: margins,
    * readout: (series, index) => text}.
    */
   constructor(host, panel, options = {}) {
@@ -153,7 +153,8 @@ export class Plot {
     }
     if (axis === 'y' && !second) for (const rule of this.panel.rules || []) if (!rule.up && rule.name) hold(rule.at);
     if (least > most) [least, most] = spec.logarithmic ? [0.1, 1] : [0, 1];
-    const margin = spec.logarithmic ? 0 : (most - least || Math.abs(most) || 1) * (axis === 'x' ? 0.03 : 0.07);
+    if (spec.logarithmic) return [low ?? least / 1.15, high ?? most * 1.15];
+    const margin = (most - least || Math.abs(most) || 1) * (axis === 'x' ? 0.03 : 0.07);
     const span = [low ?? least - margin, high ?? most + margin];
     if (finite(spec.least_span) && span[1] - span[0] < spec.least_span) {
       if (low !== null) return [low, low + spec.least_span];
@@ -185,12 +186,12 @@ export class Plot {
     const [y0, y1] = this.fullRange('y'), xs = this.xRange();
     const second = panel.series.some(series => series.second);
     const bottom = !hasAxes ? 2 : compact ? 8 : panel.x?.names?.length ? this.nameRoom(panel.x.names, width) : panel.x?.label ? 38 : 22;
-    const yTicks = panel.y?.names?.length ? [] : (panel.y?.logarithmic ? logTicks(y0, y1) : ticks(y0, y1, (height - bottom) / 32));
+    const yTicks = panel.y?.names?.length ? [] : (panel.y?.logarithmic ? logTicks(y0, y1) : ticks(y0, y1, (height - bottom) / 32, panel.y?.whole));
     const yTexts = panel.y?.names?.length ? panel.y.names : yTicks.map(value => number(value));
     const room = Math.max(0, ...yTexts.map(text => c.measureText(text).width));
-    const left = !hasAxes ? 0 : (this.options.left ?? Math.min(width * 0.42, room + 10 + (panel.y?.label ? 18 : 0)));
+    const left = !hasAxes ? this.options.left ?? 0 : (this.options.left ?? Math.min(width * 0.42, room + 10 + (panel.y?.label ? 18 : 0)));
     const rules = (panel.rules || []).filter(rule => !rule.up && rule.name && panel.legend === 'none');
-    const right = second ? 46 : Math.max(8, ...rules.map(rule => c.measureText(rule.name).width + 8));
+    const right = this.options.right ?? (second ? 46 : Math.max(8, ...rules.map(rule => c.measureText(rule.name).width + 8)));
     const box = this.box = {left, right: width - right, top: 6, bottom: height - bottom};
     const X = this.X = new Scale(...xs, box.left, box.right, panel.x?.logarithmic);
     const Y = this.Y = new Scale(y0, y1, box.bottom, box.top, panel.y?.logarithmic);
@@ -211,7 +212,7 @@ export class Plot {
       c.strokeStyle = line;
       c.textAlign = 'right';
       if (panel.y?.names?.length)
-        panel.y.names.forEach((name, i) => this.text(c, name, box.left - 6, Y.of(i), box.left - 20));
+        panel.y.names.forEach((name, i) => this.text(c, name, box.left - 6, Y.of(i), box.left - 6));
       for (const value of yTicks) {
         const y = Math.round(Y.of(value)) + 0.5;
         c.beginPath(); c.moveTo(box.left, y); c.lineTo(box.right, y); c.stroke();
@@ -224,7 +225,7 @@ export class Plot {
       if (panel.x?.names?.length) {
         if (!compact) this.drawNames(c, panel.x.names, X, box);
       } else {
-        const xTicks = panel.x?.logarithmic ? logTicks(...xs) : ticks(...xs, (box.right - box.left) / 85);
+        const xTicks = panel.x?.logarithmic ? logTicks(...xs) : ticks(...xs, (box.right - box.left) / 85, panel.x?.whole);
         c.textAlign = 'center';
         for (const value of xTicks) {
           const x = Math.round(X.of(value)) + 0.5;
@@ -367,7 +368,12 @@ export class Plot {
       for (let i = 0; i < x.length; ++i) {
         if (!finite(x[i]) || !finite(y[i])) { flush(); pen = false; column = NaN; continue; }
         const px = X.of(x[i]), py = Y.of(y[i]);
-        if (!pen) { c.moveTo(px, py); pen = true; column = NaN; }
+        if (!pen) {
+          c.moveTo(px, py);
+          pen = true;
+          column = NaN;
+          if (!finite(y[i + 1])) { c.rect(px - 2, py - 2, 4, 4); c.moveTo(px, py); }  // alone: a line would not show
+        }
         if (finite(column) && Math.abs(px - column) < 0.5) {
           least = Math.min(least, py); most = Math.max(most, py); last = py;
           continue;
@@ -407,7 +413,10 @@ export class Plot {
         const px = X.of(x[i]), py = Y.of(y[i]);
         if (between) c.fillStyle = between(shade[i]);
         else if (series.colors) c.fillStyle = series.colors[i];
-        if (many && mark !== 'rings') { c.fillRect(px - dot, py - dot, 2 * dot, 2 * dot); continue; }
+        if (many) {  // circles would take ten times as long
+          mark === 'rings' ? c.strokeRect(px - dot, py - dot, 2 * dot, 2 * dot) : c.fillRect(px - dot, py - dot, 2 * dot, 2 * dot);
+          continue;
+        }
         c.beginPath();
         c.arc(px, py, mark === 'rings' ? dot + 1 : dot, 0, 2 * Math.PI);
         mark === 'rings' ? c.stroke() : c.fill();

@@ -21,7 +21,7 @@ export function show(host, model) {
     if (part.table) box.append(plainTable(part.table));
     if (part.list) box.append(h('ul', {}, part.list.map(text => h('li', {}, text))));
     if (part.panels) {
-      const place = h('div', {class: 'plots'});
+      const place = h('div', {class: part.columns === 2 ? 'plots two' : 'plots'});
       box.append(place);
       const sync = part.stacked ? new Sync() : null;
       for (const panel of part.panels) {

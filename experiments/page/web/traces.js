@@ -31,7 +31,7 @@ export class Traces {
     const grid = h('div', {class: 'traces'});
     this.plots = this.panels().map(panel => {
       const plot = new Plot(grid, panel, {sync: this.sync, height: panel.height, values: true,
-        compact: !panel.x.label, left: 58, label: `${panel.title || panel.y.label} over time; arrow keys move the time`});
+        compact: !panel.x.label, left: 58, right: 42, label: `${panel.title || panel.y.label} over time; arrow keys move the time`});
       return plot;
     });
     host.append(grid, this.hint);

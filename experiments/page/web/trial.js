@@ -31,8 +31,8 @@ export class TrialView {
     Object.assign(this, {model, series, frames, clock, live});
     if (withHead) this.drawHead(host);
     this.transport(host, controls);
-    const left = this.left = h('div', {class: 'column'}), right = h('div', {class: 'column'});
-    host.append(h('div', {class: 'trial-grid'}, left, right));
+    const left = this.left = h('div', {class: 'column view'}), right = h('div', {class: 'column plots-of-trial'}), rest = h('div', {class: 'column rest'});
+    host.append(h('div', {class: 'trial-grid'}, left, right, rest));
     if (model.scene) {
       const box = section(live ? '3D' : '3D replay', {level: 2});
       left.append(box);
@@ -49,7 +49,7 @@ export class TrialView {
     this.clock.setEnd(series.end);
     clock.on(() => this.show());
     this.show();
-    if (withHead) this.drawRest(host, left);
+    if (withHead) this.drawRest(host, rest);
   }
 
   /** Rows that came after; the same columns. */
@@ -96,18 +96,18 @@ export class TrialView {
       host.append(h('ul', {class: 'missing'}, this.model.missing.map(text => h('li', {}, text))));
   }
 
-  drawRest(host, left) {
+  drawRest(host, rest) {
     const {model} = this, record = model.record;
     if (record?.transitions?.length)
-      left.append(section('Stages', {}, h('ol', {class: 'stages'}, record.transitions.map(change => {
+      rest.append(section('Stages', {}, h('ol', {class: 'stages'}, record.transitions.map(change => {
         const at = change.frame / model.frames_per_second;
         return h('li', {}, button(clockText(at), () => { this.clock.pause(); this.clock.seek(at); }, {class: 'link', title: `go to ${clockText(at)}`}),
           h('span', {}, ` ${words(change.from)} → ${words(change.to)}: ${change.reason}`));
       }))));
-    left.append(section('Settings that differ', {note: 'From what every scenario begins with.'}, model.settings?.length
+    rest.append(section('Settings that differ', {note: 'From what every scenario begins with.'}, model.settings?.length
       ? plainTable({columns: [{label: 'key'}, {label: 'here'}, {label: 'default'}], caption: '',
         rows: model.settings.map(s => [{text: s.key, title: s.doc}, s.value, s.default || '–'])}) : h('p', {}, 'None.')));
-    if (model.commands) left.append(section('Again', {}, model.commands.map(c => command(c.command, c.what))));
+    if (model.commands) rest.append(section('Again', {}, model.commands.map(c => command(c.command, c.what))));
     if (record) host.append(section('All figures', {}, facts(flat(record))));
   }
 
@@ -115,7 +115,12 @@ export class TrialView {
     const clock = this.clock;
     this.play = button('▶ Play', () => clock.toggle(), {class: 'play', title: 'play or pause (space)'});
     this.slider = h('input', {type: 'range', min: 0, max: 1, step: 'any', value: 0, 'aria-label': 'time in the trial',
-      oninput: () => { clock.pause(); clock.follow = false; clock.seek(Number(this.slider.value)); }});
+      oninput: () => {
+        const time = Number(this.slider.value);  // pausing shows the old time again
+        clock.pause();
+        clock.follow = false;
+        clock.seek(time);
+      }});
     this.now = h('output', {class: 'now'});
     const speeds = [0.25, 0.5, 1, 2, 4, 8];
     const speed = choice('speed', speeds.map(s => [String(s), `${s}×`]), '1', value => clock.setSpeed(Number(value)));

@@ -52,7 +52,7 @@ objective:
   - {metric: time_s, weight: 1, failed: 60}
   - {metric: final_error_true_y_m, weight: 500}
 success_at_least: 0.5
-optimiser: {algorithm: cma_es, population: 4, generations: 2}
+optimiser: {algorithm: cma_es, population: 5, generations: 2}
 proof: {held_out_seeds: 6, robustness_seeds: 2, robustness_cameras: false, sensitivity_seeds: 2, cameras: false}
 END
 
@@ -85,8 +85,7 @@ END
 "$program" report still --out still.html
 "$program" report batch.db --out batch.html
 "$program" report batch.db --trial 3 --out one.html
-"$program" report a.db b.db --ignore vehicle.rigid_body.mass_kg --out compare.html ||
-  "$program" report a.db b.db --out compare.html
+"$program" report a.db b.db --by controller --out compare.html
 "$program" report study --out tuning.html
 "$program" report gate --out gate.html
 "$program" report recognition.json --out recognition.html

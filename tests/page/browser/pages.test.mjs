@@ -15,7 +15,7 @@ const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.mi
 const kWidths = [1440, 390];
 const kKinds = {
   trial: {plots: 9, scene: true, video: true}, still: {plots: 9, scene: true}, one: {plots: 9, scene: true}, batch: {plots: 3},
-  compare: {plots: 2}, tuning: {plots: 3}, gate: {plots: 3}, recognition: {plots: 4}, estimators: {plots: 4}};
+  compare: {plots: 2}, tuning: {plots: 3}, gate: {plots: 2}, recognition: {plots: 4}, estimators: {plots: 4}};
 
 let browser;
 before(async () => {
@@ -60,6 +60,8 @@ const drawn = page => page.evaluate(() => [...document.querySelectorAll('canvas'
     other: 1 - most / (data.length / 4), colors: counts.size};
 }));
 
+const isDrawn = plot => plot.other > 0.004 && plot.colors > 2;
+
 const sceneDrawn = page => page.waitForFunction(() => {
   const canvas = document.querySelector('canvas.scene');
   const gl = canvas?.getContext('webgl2') || canvas?.getContext('webgl');
@@ -68,16 +70,21 @@ const sceneDrawn = page => page.waitForFunction(() => {
   gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
   for (let i = 0; i < pixels.length; i += 4) colors.add(pixels[i] >> 5 << 8 | pixels[i + 1] >> 5 << 4 | pixels[i + 2] >> 5);
   return colors.size > 12;  // vehicle, station and balls, not only the water
-}, null, {timeout: 90000});
+}, null, {timeout: 120000, polling: 1000});
 
 for (const [name, expected] of Object.entries(kKinds))
   for (const width of kWidths)
     test(`${name} at ${width} px`, async () => {
       const {page, complaints, requests, close} = await open(name, width);
       if (expected.scene) await sceneDrawn(page);
-      const canvases = await drawn(page), plots = canvases.filter(canvas => canvas.plot);
+      let plots = [];
+      for (let look = 0; look < 20; ++look) {  // a slow machine draws late
+        plots = (await drawn(page)).filter(canvas => canvas.plot);
+        if (plots.every(isDrawn)) break;
+        await page.waitForTimeout(500);
+      }
       assert.ok(plots.length >= expected.plots, `${plots.length} plots, at least ${expected.plots}`);
-      for (const plot of plots) assert.ok(plot.other > 0.004 && plot.colors > 2, `${plot.label} is drawn: ${JSON.stringify(plot)}`);
+      for (const plot of plots) assert.ok(isDrawn(plot), `${plot.label} is drawn: ${JSON.stringify(plot)}`);
       assert.ok(await page.evaluate(() => document.documentElement.scrollWidth) <= width, 'nothing sticks out to the side');
       assert.equal(await page.locator('#injected').count(), 0, 'HTML in a name is text');
       assert.equal(await page.locator('h1').count(), 1);
@@ -174,7 +181,7 @@ test('dark, light and paper', async () => {
   const {page, close} = await open('batch', 1440);
   const ground = () => page.evaluate(() => getComputedStyle(document.body).backgroundColor);
   const light = await ground();
-  await page.getByRole('button', {name: 'switch between light and dark'}).click();
+  await page.getByRole('button', {name: 'Light / dark'}).click();
   assert.notEqual(await ground(), light);
   const pdf = await page.pdf({format: 'A4'});
   assert.ok(pdf.length > 20000, 'it prints');
