@@ -1,5 +1,7 @@
 #include "control/autopilot.h"
 
+#include <utility>
+
 #include "sim/base/check.h"
 
 namespace turbidock::control {
@@ -36,11 +38,22 @@ std::unique_ptr<Controller> MakeController(const ControlParams& params, const Cl
 
 Autopilot::Autopilot(const ControlParams& params, const ProcedureParams& procedure,
                      const ClockParams& clock)
-    : allocation_(params.allocation()),
+    : clock_(clock),
+      allocation_(params.allocation()),
       procedure_(procedure, clock),
       filter_(params.pose_filter(), clock),
       setpoint_(params.setpoint(), clock),
       controller_(MakeController(params, clock)) {}
+
+void Autopilot::SetControl(const ControlParams& params) {
+  std::unique_ptr<Controller> controller = MakeController(params, clock_);
+  PoseFilter filter(params.pose_filter(), clock_);
+  setpoint_ = Setpoint(params.setpoint(), clock_);
+  filter_ = filter;
+  controller_ = std::move(controller);
+  allocation_ = params.allocation();
+  observed_ = false;
+}
 
 ThrusterCommand Autopilot::Update(const PoseEstimate& estimate, const Excitation& excitation) {
   directive_ = &procedure_.Update(estimate);

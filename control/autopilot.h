@@ -60,12 +60,17 @@ class Autopilot {
   // Frames must increase.
   ThrusterCommand Update(const PoseEstimate& estimate, const Excitation& excitation = {});
 
+  // Another law or other gains: law, filter and setpoint begin anew, the procedure goes on. Checked
+  // (ConfigError, and nothing has changed then).
+  void SetControl(const ControlParams& params);
+
   // Of the last frame.
   const Directive& directive() const { return *directive_; }
   const Reference& reference() const { return reference_; }
   const AxisVolts& demand() const { return demand_; }  // of the law, zero without control
 
  private:
+  ClockParams clock_;
   AllocationParams allocation_;
   DockingProcedure procedure_;
   PoseFilter filter_;

@@ -33,6 +33,9 @@ void AddCompareEstimators(app::CommandLine& line);
 namespace gate {
 void AddGate(app::CommandLine& line);
 }
+namespace live {
+void AddView(app::CommandLine& line);
+}
 namespace recognition {
 void AddCalibrate(app::CommandLine& line);
 void AddRecognize(app::CommandLine& line);

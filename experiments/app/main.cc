@@ -23,7 +23,7 @@ int ParseAndRun(int argc, char** argv) {
   bool version = false;
   line.Program().Flag("--version", version, "Versions of the program and of what it runs on");
   for (const auto add :
-       {bench::AddBench, run::AddRun, AddBatch, AddResults, AddReport, gate::AddGate,
+       {bench::AddBench, run::AddRun, live::AddView, AddBatch, AddResults, AddReport, gate::AddGate,
         compare::AddCompare, estimate::AddEstimate, estimators::AddCompareEstimators,
         recognition::AddRecognize, recognition::AddCalibrate, AddSlurm, tuning::AddTune,
         step_response::AddStepResponse, AddScenarios, AddSelftest})

@@ -539,6 +539,17 @@ void SetFlowStyle(YAML::Node* node) {
   }
 }
 
+// The field that a path names.
+Field FieldAt(const std::string& path, const GroupRef& group) {
+  YamlNode at{nullptr, kFromSet, path};
+  const auto words = SplitPath(path);
+  if (!words) at.Fail("is no key; write group.key=value");
+  at.path.clear();
+  Field field{"", {}, "", group};
+  for (const auto& word : *words) field = Descend(field, word, group, &at);
+  return field;
+}
+
 void ApplySet(const std::string& assignment, const GroupRef& group, const Reader& reader) {
   const size_t equals = assignment.find('=');
   const std::string path = assignment.substr(0, equals);
@@ -686,6 +697,12 @@ void ThrowWithOrigin(const ConfigError& error, const Origins& origins) {
 std::string SaveGroup(const GroupRef& group) {
   const std::vector<std::string> lines = GroupLines(group);
   return lines.empty() ? "{}\n" : fmt::format("{}", fmt::join(lines, "\n")) + "\n";
+}
+
+std::string ValueIn(const GroupRef& group, const std::string& key) {
+  const std::optional<std::string> value = ValueAsYaml(FieldAt(key, group));
+  if (!value) throw ConfigError(key, "is a group");
+  return *value;
 }
 
 std::vector<KeyDoc> ListGroupKeys(const GroupRef& group) {

@@ -132,6 +132,7 @@ void PeekValue(const Layers& layers, const std::string& key, const ValueRef& val
 // Rethrows `error` with the origin of its key, or of the group around it, in front.
 [[noreturn]] void ThrowWithOrigin(const ConfigError& error, const Origins& origins);
 std::string SaveGroup(const GroupRef& group);
+std::string ValueIn(const GroupRef& group, const std::string& key);
 std::vector<KeyDoc> ListGroupKeys(const GroupRef& group);
 
 template <class E>
@@ -254,6 +255,14 @@ template <HasFields T>
 std::string SaveYaml(const T& object) {
   T copy = object;
   return internal::SaveGroup(GroupOf(&copy));
+}
+
+// The value of one key, "key.path" or "key.path[0]", as YAML in one line. ConfigError for a key
+// that is not there or is a group.
+template <HasFields T>
+std::string ValueOf(const T& object, const std::string& key) {
+  T copy = object;
+  return internal::ValueIn(GroupOf(&copy), key);
 }
 
 template <HasFields T>

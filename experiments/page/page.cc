@@ -26,11 +26,12 @@ std::string Packed(const std::string& name, std::string_view text) {
 }
 
 // Modules know each other as "page/NAME.js", wherever they are.
-template <class Address>
-std::string ImportMap(const Address& address) {
+std::string ImportMap() {
   report::Json imports = report::Json::object();
   for (const WebFile& file : WebFiles())
-    if (file.name.ends_with(".js")) imports["page/" + std::string(file.name)] = address(file);
+    if (file.name.ends_with(".js"))
+      imports["page/" + std::string(file.name)] =
+          "data:text/javascript;base64," + Base64(file.text);
   return "<script type=\"importmap\">" + report::Json{{"imports", imports}}.dump() + "</script>\n";
 }
 
@@ -53,10 +54,8 @@ constexpr const char* kStart =
 
 std::string Html(const Page& page) {
   std::string html =
-      Head(page.model, fmt::format("<style>\n{}</style>\n", FileNamed(WebFiles(), "page.css")) +
-                           ImportMap([](const WebFile& file) {
-                             return "data:text/javascript;base64," + Base64(file.text);
-                           }));
+      Head(page.model,
+           fmt::format("<style>\n{}</style>\n", FileNamed(WebFiles(), "page.css")) + ImportMap());
   html += Packed("model", report::JsonLine(page.model));
   for (const auto& [name, text] : page.parts) html += Packed(name, text);
   for (const auto& [name, bytes] : page.files)
@@ -68,14 +67,5 @@ std::string Html(const Page& page) {
 }
 
 void WritePage(const std::string& path, const Page& page) { system::WriteWhole(path, Html(page)); }
-
-std::string ServedHtml(const report::Json& model, const std::string& base) {
-  const auto address = [&](std::string_view name) { return base + std::string(name); };
-  return Head(model, fmt::format("<link rel=\"stylesheet\" href=\"{}\">\n",
-                                 EscapeHtml(address("page.css"))) +
-                         ImportMap([&](const WebFile& file) { return address(file.name); })) +
-         fmt::format("<meta name=\"libraries\" content=\"{}\">\n", EscapeHtml(base)) +
-         Packed("model", report::JsonLine(model)) + kStart;
-}
 
 }  // namespace turbidock::page

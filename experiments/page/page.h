@@ -26,9 +26,4 @@ std::string Html(const Page& page);
 // Writes it, complete or not at all. ConfigError when it cannot be written.
 void WritePage(const std::string& path, const Page& page);
 
-// A document of the page's modules that gets its model and parts elsewhere, for a server:
-// web/KIND.js starts with model {"kind": kind, ...}, and the modules are read from `base` (such as
-// "web/") as WebFiles() has them.
-std::string ServedHtml(const report::Json& model, const std::string& base);
-
 }  // namespace turbidock::page

@@ -6,6 +6,7 @@ Eyes::Eyes(const Scenario& scenario, const TrialOptions& options, World* world)
     : world_(*world),
       timer_(options.timer),
       schedule_(scenario.camera_period_frames, scenario.camera_delay_frames),
+      region_of_interest_(scenario.region_of_interest),
       whole_images_(options.whole_images || !scenario.region_of_interest),
       whole_every_(options.whole_images_every),
       drop_probability_(scenario.camera_drop_probability),

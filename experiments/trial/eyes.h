@@ -29,6 +29,9 @@ class Eyes {
   // To be called at every frame, in order. Returns whether an image arrived, with its estimate.
   bool Update(int64_t frame);
 
+  // Whether to make also the pixels that the estimator cannot read.
+  void SeeWhole(bool whole) { whole_images_ = whole || !region_of_interest_; }
+
   const PoseEstimate& estimate() const { return *estimate_; }  // the latest
   const StereoImage& seen() const { return seen_; }            // what it was made of, if of images
   std::string name() const;
@@ -40,7 +43,7 @@ class Eyes {
   World& world_;
   StageTimer* timer_;
   CameraSchedule schedule_;
-  bool whole_images_;
+  bool region_of_interest_, whole_images_;
   int whole_every_;  // frames; 0: never
   double drop_probability_;
   Rng drops_;

@@ -45,6 +45,13 @@ TrialRecorder::TrialRecorder(const Scenario& scenario)
   result_.start = AxesPose::Of(DrawStart(scenario));
 }
 
+void TrialRecorder::Add(const Change& change) {
+  digest_.Add(change.frame);
+  digest_.Add(change.key);
+  digest_.Add(change.value);
+  result_.changes.push_back(change);
+}
+
 void TrialRecorder::Add(const FrameRecord& record, bool inserted) {
   if (record.stage == Stage::kDocked && !docked_frame_) docked_frame_ = record.frame;
   if (!docked_frame_ || docked_frame_ == record.frame) {

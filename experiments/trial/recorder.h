@@ -22,6 +22,8 @@ class TrialRecorder {
   explicit TrialRecorder(const Scenario& scenario);
 
   void Add(const control::Transition& change) { result_.transitions.push_back(change); }
+  // A setting that was changed; part of the digest.
+  void Add(const Change& change);
   // A frame, once its time has passed. `inserted`: the pole was in the hole when it began.
   void Add(const FrameRecord& record, bool inserted);
 
@@ -29,6 +31,11 @@ class TrialRecorder {
   // called once. What was simulated with (renderer, estimator) is left to the caller.
   TrialResult Finish(const vehicle::Plant& plant, const control::Directive& directive,
                      const Ending& ending);
+
+  // What there is so far.
+  const TrialLog& log() const { return result_.log; }
+  const std::vector<control::Transition>& transitions() const { return result_.transitions; }
+  const std::vector<Change>& changes() const { return result_.changes; }
 
  private:
   void Summarise();

@@ -106,6 +106,23 @@ inline constexpr Shown kReport{};  // in result.json only
 inline constexpr Shown kKey{Place::kKey}, kVerdict{Place::kVerdict}, kFigure{Place::kFigure},
     kRemark{Place::kRemark}, kRun{Place::kRun}, kLog{Place::kLog};
 
+// A setting that somebody changed while the trial ran, from this frame on.
+struct Change {
+  int64_t frame = 0;
+  double time_s = 0;
+  std::string key;    // of the scenario; "push" for a force on the vehicle
+  std::string value;  // as YAML; of a push [x, y, z] in N, in W
+
+  bool operator==(const Change&) const = default;
+
+  static void Fields(auto& self, auto&& field) {
+    field("frame", self.frame, Finite(), "the first with it");
+    field("time_s", self.time_s, Finite(), "when that began");
+    field("key", self.key, Finite(), "of the scenario, or push");
+    field("value", self.value, Finite(), "as YAML");
+  }
+};
+
 // Members have the fields' meaning, which Fields says. Of a trial that comes from a worker or a
 // file, members without a column have their defaults.
 struct TrialRecord {
@@ -127,6 +144,7 @@ struct TrialRecord {
   vehicle::EnergyBalance energy;
   std::map<control::Stage, double> stage_time_s;
   std::vector<control::Transition> transitions;
+  std::vector<Change> changes;
   int64_t seed = 0;
   std::string version, renderer;
   std::string digest;
@@ -181,6 +199,8 @@ struct TrialRecord {
           "done by the thrusters");
     field("stage_time_s", self.stage_time_s, kFigure.As("{}_time_s"), "spent in the stage");
     field("transitions", self.transitions, kReport, "from stage to stage: frame, from, to, reason");
+    field("changes", self.changes, kReport,
+          "settings that somebody changed while it ran: frame, time_s, key, value");
     field("seed", self.seed, kKey, "of the scenario");
     field("version", self.version, kReport, "of the program, with its commit");
     field("renderer", self.renderer, kReport,

@@ -55,6 +55,12 @@ void World::Develop(const Snapshot& snapshot, int64_t number,
   cameras_->camera.Expose(cameras_->rendered, needed, number, out, timer);
 }
 
+void World::SetOptics(const light::OpticsParams& optics) {
+  if (cameras_)
+    cameras_->camera.SetWater(light::Water(
+        optics, scene_.rig, light::SurfaceTable::FromScene(scene_), light::LampPoses(scene_)));
+}
+
 const Image3u8* World::DrawSpectator() {
   if (!spectator_) return nullptr;
   spectator_->Render(plant_.data(), scene_.spectator_camera, &spectator_image_);

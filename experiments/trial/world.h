@@ -40,6 +40,11 @@ class World {
                StageTimer* timer, StereoImage* out);
   const Image3u8* DrawSpectator();  // null without one
 
+  // Other water and lights from the next image on, another sea from the next tick on. Checked
+  // before (CheckFields).
+  void SetOptics(const light::OpticsParams& optics);
+  void SetSea(const vehicle::SeaParams& sea) { plant_.SetSea(sea); }
+
   // A steady wrench on the vehicle, until another.
   void Push(const Wrench& F_B_B) { plant_.SetExtraWrench(F_B_B); }
   // Lets a frame's time pass under a command. Contacts are the strongest of its ticks. Returns why

@@ -2,6 +2,7 @@
 // Both cameras: from what they see (sim/view/rendered.h) to 8-bit images, through water and sensor.
 
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "sim/base/image.h"
@@ -47,6 +48,10 @@ class StereoCamera {
   void Hold(const view::RenderedStereo& rendered);
   void ExposeHeld(const StereoRegion& region, int64_t frame, StereoImage* out);
   void ExposeHeld(int64_t frame, StereoImage* out) { ExposeHeld(whole(), frame, out); }
+
+  // Looks through other water or lights from here on: those of the same rig, surfaces and lamps.
+  // What is held is to be held anew.
+  void SetWater(light::Water water) { water_ = std::move(water); }
 
   StereoRegion whole() const { return water_.whole(); }
   StereoRegion Seen(const StereoRegion& region) const;

@@ -64,6 +64,9 @@ class Plant {
   // Reset.
   void SetExtraWrench(const Wrench& F_B_B) { extra_F_B_ = F_B_B; }
 
+  // The sea becomes this one (Sea::Become), until Reset.
+  void SetSea(const SeaParams& params) { sea_.Become(params); }
+
   // Advances one tick under a constant command. Returns why the state is no longer usable (not
   // finite, MuJoCo warning), or nothing when all is well. After a failure only Reset helps.
   std::optional<std::string> Step(const ThrusterCommand& command);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 namespace turbidock::vehicle {
 namespace {
@@ -47,7 +48,27 @@ std::vector<WaveComponent> RegularWaves(const SeaParams& params) {
 
 }  // namespace
 
-Sea::Sea(const SeaParams& params, Rng rng) : params_(params), rng_(rng) {
+Sea::Sea(const SeaParams& params, Rng rng) : params_(params), rng_(rng), first_rng_(rng) {
+  MakeWaves();
+  const double gust_std_mps = params.current.gust_std_mps;
+  if (gust_std_mps > 0) {
+    gust_end_ = {gust_std_mps * rng_.Normal(), gust_std_mps * rng_.Normal()};
+    gust_begin_ = gust_end_;
+  }
+}
+
+void Sea::Become(const SeaParams& params) {
+  const double before_mps = params_.current.gust_std_mps;
+  const double scale = before_mps > 0 ? params.current.gust_std_mps / before_mps : 0;
+  for (Eigen::Vector2d* gust : {&gust_begin_, &gust_end_, &gust_rate_}) *gust *= scale;
+  params_ = params;
+  const Rng gusts = std::exchange(rng_, first_rng_);
+  MakeWaves();
+  rng_ = gusts;
+}
+
+void Sea::MakeWaves() {
+  waves_.clear();
   const auto add = [&](double amplitude_m, double omega_rad_s, double direction_rad,
                        double phase_rad) {
     waves_.push_back({.amplitude_m = amplitude_m,
@@ -57,12 +78,12 @@ Sea::Sea(const SeaParams& params, Rng rng) : params_(params), rng_(rng) {
                       .cos_direction = std::cos(direction_rad),
                       .sin_direction = std::sin(direction_rad)});
   };
-  for (const WaveComponent& wave : RegularWaves(params)) {
-    const double phase_rad = params.random_phases ? rng_.Uniform(0, kTwoPi) : wave.phase_rad;
+  for (const WaveComponent& wave : RegularWaves(params_)) {
+    const double phase_rad = params_.random_phases ? rng_.Uniform(0, kTwoPi) : wave.phase_rad;
     add(wave.height_m / 2, kTwoPi / wave.period_s, wave.direction_rad, phase_rad);
   }
 
-  const JonswapParams& jonswap = params.jonswap;
+  const JonswapParams& jonswap = params_.jonswap;
   if (jonswap.significant_height_m > 0) {
     // Bands of equal width hold nearly all the energy; a frequency drawn within each keeps the sum
     // from repeating itself.
@@ -80,12 +101,6 @@ Sea::Sea(const SeaParams& params, Rng rng) : params_(params), rng_(rng) {
     // m0 = sum a^2 / 2 = (Hs / 4)^2.
     const double scale = jonswap.significant_height_m / 4 / std::sqrt(energy);
     for (size_t i = first; i < waves_.size(); ++i) waves_[i].amplitude_m *= scale;
-  }
-
-  const double gust_std_mps = params.current.gust_std_mps;
-  if (gust_std_mps > 0) {
-    gust_end_ = {gust_std_mps * rng_.Normal(), gust_std_mps * rng_.Normal()};
-    gust_begin_ = gust_end_;
   }
 }
 

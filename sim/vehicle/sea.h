@@ -145,6 +145,10 @@ class Sea {
   Sea() = default;  // still water
   Sea(const SeaParams& params, Rng rng);
 
+  // Becomes another sea in mid-sea: its waves are those it would have had from the beginning, the
+  // gust of the moment goes on, scaled. Gusts where there were none begin from nothing.
+  void Become(const SeaParams& params);
+
   // Moves the gusts on to the tick of length dt_s that begins now (exact for any length).
   void Step(double dt_s);
 
@@ -166,9 +170,12 @@ class Sea {
     double cos_direction, sin_direction;
   };
 
+  void MakeWaves();  // draws from rng_
+
   SeaParams params_;
   std::vector<Wave> waves_;
   Rng rng_{0, 0};
+  Rng first_rng_{0, 0};                                   // as it was before the waves were drawn
   Eigen::Vector2d gust_begin_ = Eigen::Vector2d::Zero();  // m/s, x and y of W
   Eigen::Vector2d gust_end_ = Eigen::Vector2d::Zero();
   Eigen::Vector2d gust_rate_ = Eigen::Vector2d::Zero();  // m/s^2, over the tick

@@ -117,5 +117,40 @@ TEST(Autopilot, AnExcitationIsHiddenFromTheLaw) {
   }
 }
 
+TEST(Autopilot, OtherGainsTakeOverAndTheProcedureGoesOn) {
+  ControlParams params = Params(Law::kPVoltage);
+  Autopilot autopilot(params, {.found_hold_s = 0}, kClock);
+  const Axes marker(0.62, 0.01, -0.02, 0);
+  autopilot.Update(Estimate(0, marker));
+  autopilot.Update(Estimate(1, marker));
+  const Stage stage = autopilot.directive().stage;
+  EXPECT_EQ(stage, Stage::kVisualServoing);
+
+  params.p_voltage.sway.kp_v_per_m = 60;
+  autopilot.SetControl(params);
+  const ThrusterCommand command = autopilot.Update(Estimate(2, marker));
+  EXPECT_NEAR(command.volts[2], 2.5 + 60 * 0.01, 1e-12);
+  EXPECT_EQ(autopilot.directive().stage, stage);
+  EXPECT_FALSE(autopilot.directive().transition);
+
+  for (const Law law : {Law::kPid, Law::kLqg}) {
+    autopilot.SetControl(Params(law));
+    const int64_t frame = law == Law::kPid ? 3 : 4;
+    autopilot.Update(Estimate(frame, marker));
+    Autopilot fresh(Params(law), {.found_hold_s = 0}, kClock);
+    fresh.Update(Estimate(frame, marker));
+    EXPECT_EQ(autopilot.demand(), fresh.demand()) << NameOf(law);
+  }
+}
+
+TEST(Autopilot, KeepsItsLawWhenTheOtherIsRefused) {
+  Autopilot autopilot(Params(Law::kPVoltage), {.found_hold_s = 0}, kClock);
+  ControlParams wrong = Params(Law::kPid);
+  wrong.pid.sway.kp_v_per_m = -1;
+  EXPECT_THROW(autopilot.SetControl(wrong), ConfigError);
+  const ThrusterCommand command = autopilot.Update(Estimate(0, {0.62, 0.01, 0, 0}));
+  EXPECT_NEAR(command.volts[2], 2.5 + 30 * 0.01, 1e-12);
+}
+
 }  // namespace
 }  // namespace turbidock::control

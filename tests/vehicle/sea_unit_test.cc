@@ -120,5 +120,52 @@ TEST(Tether, CarriesHalfItsDragAndWeightAndPullsWhenTaut) {
   EXPECT_NEAR(Sea(params, Stream(1)).TetherForce({0, 0, -1}, Vector3d::Zero(), 0).x(), 0, 1e-12);
 }
 
+TEST(Sea, BecomesTheOneThatItWouldHaveBeen) {
+  SeaParams params;
+  params.waves = {{.height_m = 0.1, .period_s = 2.5}};
+  SeaParams others = params;
+  others.current.surface_velocity_mps = {0.1, -0.2, 0};
+  others.state = SeaState::kRough;
+  others.jonswap.significant_height_m = 0.2;
+  Sea sea(params, Stream(5));
+  sea.Step(0.01);
+  const Sea other(others, Stream(5));
+  EXPECT_NE(sea.At({1, 2, -1}, 3).v_W, other.At({1, 2, -1}, 3).v_W);
+  sea.Become(others);
+  EXPECT_EQ(sea.At({1, 2, -1}, 3).v_W, other.At({1, 2, -1}, 3).v_W);
+  EXPECT_EQ(sea.At({1, 2, -1}, 3).a_W, other.At({1, 2, -1}, 3).a_W);
+  sea.Become(params);
+  EXPECT_EQ(sea.At({1, 2, -1}, 3).v_W, Sea(params, Stream(5)).At({1, 2, -1}, 3).v_W);
+}
+
+TEST(Sea, KeepsItsGustsWhenItBecomesAnother) {
+  SeaParams gusty;
+  gusty.current.gust_std_mps = 0.1;
+  Sea sea(gusty, Stream(6)), same(gusty, Stream(6));
+  const auto gust = [](const Sea& s) { return s.At({0, 0, -1}, 0).v_W; };
+  SeaParams stronger = gusty;
+  stronger.current.gust_std_mps = 0.2;
+  for (int i = 0; i < 10; ++i) {
+    sea.Step(0.1);
+    same.Step(0.1);
+  }
+  sea.Become(stronger);
+  EXPECT_GT(gust(same).norm(), 0);
+  EXPECT_LT((gust(sea) - 2 * gust(same)).norm(), 1e-15);
+  for (int i = 0; i < 100; ++i) {
+    sea.Step(0.1);
+    same.Step(0.1);
+    EXPECT_LT((gust(sea) - 2 * gust(same)).norm(), 1e-14);  // the same draws
+  }
+  sea.Become({});
+  sea.Step(0.1);
+  EXPECT_EQ(gust(sea), Vector3d::Zero());
+  sea.Become(gusty);
+  EXPECT_EQ(gust(sea), Vector3d::Zero());
+  sea.Step(0.1);
+  sea.Step(0.1);
+  EXPECT_GT(gust(sea).norm(), 0);
+}
+
 }  // namespace
 }  // namespace turbidock::vehicle

@@ -34,7 +34,7 @@ export function addressOf(name, type) {
   return element ? URL.createObjectURL(new Blob([bytesOf(element.textContent)], {type})) : null;
 }
 
-/** Runs a library once: out of the page, or from where the server has it. */
+/** Runs a library that the page brings along, once. */
 const running = new Map();
 export function library(name) {
   if (!running.has(name)) running.set(name, run(name));
@@ -42,18 +42,8 @@ export function library(name) {
 }
 async function run(name) {
   const element = find(name);
+  if (!element) throw new Error(`the page has no ${name}`);
   const script = document.createElement('script');
-  if (element) {
-    script.textContent = await unpack(element);
-    document.head.append(script);
-    return;
-  }
-  const base = document.querySelector('meta[name=libraries]');
-  if (!base) throw new Error(`the page has no ${name}`);
-  await new Promise((resolve, reject) => {
-    script.onload = resolve;
-    script.onerror = () => reject(new Error(`${name} cannot be had`));
-    script.src = base.content + name;
-    document.head.append(script);
-  });
+  script.textContent = await unpack(element);
+  document.head.append(script);
 }

@@ -34,7 +34,7 @@ export function section(title, {id, note, wide, level = 2} = {}, ...children) {
 /** A button; `pressed` makes it one of two states. */
 export function button(text, onclick, {title, pressed, class: name} = {}) {
   return h('button', {
-    type: 'button', class: name, title, onclick, 'aria-label': title,
+    type: 'button', class: name, title, onclick, 'aria-label': text ? null : title,
     'aria-pressed': pressed === undefined ? null : String(pressed)}, text);
 }
 

@@ -15,6 +15,9 @@ export class Series {
     }
   }
 
+  /** Forgets the rows. */
+  clear() { for (const name of Object.keys(this.columns)) this.columns[name] = []; }
+
   column(name) { return this.columns[name] || []; }
   at(name, i) { return i < 0 ? null : this.columns[name]?.[i] ?? null; }
 

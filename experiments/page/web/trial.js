@@ -12,6 +12,8 @@ import {badge, facts, command, head, plainTable} from 'page/parts.js';
 
 export const title = model => model.title;
 
+const kLiveEvery_ms = 150;  // between two drawings of growing traces
+
 /** What main.js calls for a trial's report. */
 export function show(host, model) {
   const view = new TrialView(host, model, {series: new Series(model.series), frames: model.frames,
@@ -23,15 +25,16 @@ export function show(host, model) {
 }
 
 export class TrialView {
-  /** options: {series, frames: key frames, video: its address, clock, controls: elements for the bar, head: false without} */
-  constructor(host, model, {series = new Series(), frames = [], video = null, clock = new Clock(), controls = [], withHead = true} = {}) {
-    Object.assign(this, {model, series, frames, clock});
+  /** options: {series, frames: key frames, video: its address, clock, controls: elements for the bar,
+   *  withHead: false without, live: rows and pictures come as the trial goes on} */
+  constructor(host, model, {series = new Series(), frames = [], video = null, clock = new Clock(), controls = [], withHead = true, live = false} = {}) {
+    Object.assign(this, {model, series, frames, clock, live});
     if (withHead) this.drawHead(host);
     this.transport(host, controls);
-    const left = h('div', {class: 'column view'}), right = h('div', {class: 'column plots-of-trial'}), rest = h('div', {class: 'column rest'});
+    const left = this.left = h('div', {class: 'column view'}), right = h('div', {class: 'column plots-of-trial'}), rest = h('div', {class: 'column rest'});
     host.append(h('div', {class: 'trial-grid'}, left, right, rest));
     if (model.scene) {
-      const box = section('3D replay', {level: 2});
+      const box = section(live ? '3D' : '3D replay', {level: 2});
       left.append(box);
       this.scene = new Scene3d(box, model);
       this.scene.ready.then(() => { this.scene.setSeries(this.series); this.show(); });
@@ -58,12 +61,22 @@ export class TrialView {
   updateSoon() {
     if (this.pending) return;
     this.pending = true;
-    requestAnimationFrame(() => {
+    const soon = this.live ? f => setTimeout(f, kLiveEvery_ms) : requestAnimationFrame;
+    soon(() => {
       this.pending = false;
+      if (!this.series.length) return;
       this.traces.update();
       this.scene?.setSeries(this.series);
       this.show();
     });
+  }
+
+  /** Another trial of the same scenario begins: its rows will follow. */
+  restart(model) {
+    this.model = model;
+    this.series.clear();
+    this.clock.setEnd(0);
+    this.clock.seek(0);
   }
 
   drawHead(host) {
@@ -110,14 +123,20 @@ export class TrialView {
       }});
     this.now = h('output', {class: 'now'});
     const speeds = [0.25, 0.5, 1, 2, 4, 8];
-    this.bar = h('div', {class: 'transport', role: 'group', 'aria-label': 'time'}, this.play, this.slider, this.now,
-      choice('speed', speeds.map(s => [String(s), `${s}×`]), '1', value => clock.setSpeed(Number(value))), controls);
+    const speed = choice('speed', speeds.map(s => [String(s), `${s}×`]), '1', value => clock.setSpeed(Number(value)));
+    this.speed = speed.querySelector('select');
+    this.bar = h('div', {class: 'transport', role: 'group', 'aria-label': 'time'}, this.play, this.slider, this.now, speed, controls);
     host.append(this.bar);
     addEventListener('keydown', event => {
       if (event.key !== ' ' || event.target.closest?.('button, input, select, textarea, video, [role=table]')) return;
       event.preventDefault();
       clock.toggle();
     });
+  }
+
+  /** Shows a speed that was set elsewhere. */
+  setSpeed(factor) {
+    if (document.activeElement !== this.speed) this.speed.value = String(factor);
   }
 
   film(host, address) {

@@ -181,7 +181,7 @@ test('dark, light and paper', async () => {
   const {page, close} = await open('batch', 1440);
   const ground = () => page.evaluate(() => getComputedStyle(document.body).backgroundColor);
   const light = await ground();
-  await page.getByRole('button', {name: 'switch between light and dark'}).click();
+  await page.getByRole('button', {name: 'Light / dark'}).click();
   assert.notEqual(await ground(), light);
   const pdf = await page.pdf({format: 'A4'});
   assert.ok(pdf.length > 20000, 'it prints');

@@ -1,0 +1,67 @@
+#pragma once
+// A small HTTP server for one page and the sockets of its tabs: what `turbidock view` is served
+// with. It gives out nothing else, knows no files and reads no bodies.
+//
+//   GET /SECRET/       the page
+//   GET /SECRET/live   a WebSocket, where there are any
+//
+// Anything else is refused: another path or method (404, 405), a body (413), a foreign Host or
+// Origin (403), more connections than there is room for (503), a request that takes too long.
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace turbidock::serve {
+
+// The other end of a tab's WebSocket. Like Site, called in the server's thread only.
+class Tab {
+ public:
+  virtual ~Tab() = default;
+  // The next message for it, asked for when it has taken the one before; nothing: nothing new until
+  // Server::Wake or the tab's next message.
+  virtual std::optional<std::string> Next() = 0;
+  virtual void Hear(std::string_view text) = 0;
+};
+
+struct Site {
+  // The page as it is now: HTML, with everything in it. A ConfigError shows as text.
+  std::function<std::string()> page;
+  std::function<std::unique_ptr<Tab>()> open_tab;  // none: no sockets
+};
+
+struct Place {
+  std::string address = "127.0.0.1";
+  int port = 0;  // 0: any that is free
+};
+
+class Server {
+ public:
+  static constexpr int kMostConnections = 64;
+  static constexpr int kMostMessageBytes = 64 * 1024;  // that a tab may send
+
+  // Listens and serves in a thread of its own from here on. ConfigError when it cannot listen
+  // there: no such address, a port that is in use.
+  Server(const Place& place, Site site);
+  ~Server();
+  Server(const Server&) = delete;
+  Server& operator=(const Server&) = delete;
+
+  // Where to find the page, with the secret.
+  const std::string& url() const { return url_; }
+  int port() const { return port_; }
+  int tabs() const;  // that are open
+
+  // There is something new for the tabs. From any thread; cheap.
+  void Wake();
+
+ private:
+  class Work;
+  std::unique_ptr<Work> work_;
+  std::string url_;
+  int port_ = 0;
+};
+
+}  // namespace turbidock::serve

@@ -1,0 +1,98 @@
+#pragma once
+// Between the thread that simulates and the one that serves: what the tabs are shown and what they
+// ask for.
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "experiments/report/json.h"
+#include "experiments/serve/server.h"
+#include "experiments/studies/live/live_session.h"
+#include "experiments/trial/trial_log.h"
+#include "sim/base/image.h"
+
+namespace turbidock::live {
+
+// What it cost to show pictures.
+struct ShowCost {
+  int64_t pictures = 0;  // pairs, each encoded once for all tabs
+  double encode_s = 0;
+  int64_t bytes = 0;
+
+  static void Fields(auto& self, auto&& field) {
+    field("pictures", self.pictures);
+    field("encode_s", self.encode_s);
+    field("bytes", self.bytes);
+  }
+};
+
+// Messages to a tab: the length of the head (4 bytes, least significant first), the head, which is
+// JSON, then the left and the right picture (JPEG). The head has, where there is something new,
+//   n            number of the message, to be given back as {"do": "got", "n": ...}
+//   trial        another trial: what the page knows of one before it runs
+//   controls     what can be set, with values
+//   status       going, speed, frame, ended and so on
+//   from, rows   columns of a trajectory from row `from` on
+//   transitions, changes   those since the last message
+//   result       of a trial that has ended
+//   pictures     {frame, left, right}: the frame they belong to, and their sizes in bytes
+//   problem      a sentence about this tab's last command
+// A tab that is slow to answer gets fewer pictures, but every row.
+class LiveBoard {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  explicit LiveBoard(int jpeg_quality) : jpeg_quality_(jpeg_quality) {}
+
+  // In the thread that simulates: the session as it is now; `whole_images`: its images are whole.
+  void Show(const LiveSession& session, bool whole_images, double real_time_factor);
+
+  struct Command {
+    int64_t tab = 0;
+    std::string text;
+  };
+  // What the tabs asked for since the last call; waits for it until then.
+  std::vector<Command> Commands(Clock::time_point until);
+  void Complain(int64_t tab, const std::string& problem);
+
+  // In the thread that serves.
+  std::unique_ptr<serve::Tab> OpenTab();
+  ShowCost cost() const;
+
+ private:
+  class LiveTab;
+  struct Picture {
+    int64_t frame = 0;
+    StereoImage images;
+  };
+  struct EncodedPicture {
+    std::shared_ptr<const Picture> of;
+    std::string left, right;
+  };
+
+  const EncodedPicture& Encode(const std::shared_ptr<const Picture>& picture);
+
+  const int jpeg_quality_;
+  mutable std::mutex mutex_;
+  std::condition_variable commanded_;
+  std::vector<Command> commands_;
+  std::map<int64_t, std::string> problems_;  // by tab
+  int64_t last_tab_ = 0;
+  // what the session showed last
+  int64_t trial_number_ = 0, settings_number_ = 0, status_number_ = 0;
+  report::Json trial_, controls_, status_, result_;
+  std::vector<trial::FrameRecord> rows_;
+  std::vector<control::Transition> transitions_;
+  std::vector<trial::Change> changes_;
+  std::shared_ptr<const Picture> picture_;
+  ShowCost cost_;
+  EncodedPicture encoded_;  // of the serving thread
+};
+
+}  // namespace turbidock::live

@@ -1,0 +1,93 @@
+#pragma once
+// A trial that somebody watches and interferes with: what `turbidock view` serves, without the
+// serving.
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "experiments/report/json.h"
+#include "experiments/trial/running_trial.h"
+#include "experiments/trial/scenario.h"
+#include "experiments/trial/trial.h"
+
+namespace turbidock::live {
+
+// A setting that the page offers to change.
+struct Control {
+  std::string key;    // of the scenario
+  std::string label;  // for people
+  std::string group;  // "water", "sea", "light", "control"
+  std::string unit = {};
+  // A number in this range or, of other kinds, nothing of these.
+  double low = 0, high = 0;
+  std::vector<std::string> choices = {};  // of an enum; "false" and "true" of a switch
+  // A list of numbers (a lamp's channels) is shown as its first and set to equal ones; 0: no list.
+  int list_of = 0;
+};
+
+// Those that fit the settings: the gains are those of the control law in force.
+std::vector<Control> ControlsOf(const trial::Scenario& settings);
+// The same with their values, as the page knows them.
+report::Json ControlsModel(const trial::Scenario& settings);
+
+// Pauses, steps and looks change nothing: a trial that nobody interfered with ends with the digest
+// of one that was never watched. All in one thread; time is the caller's.
+class LiveSession {
+ public:
+  // Gets what a trial leaves and the scenario it began with, when it ends or is cut off.
+  using OnResult = std::function<void(const trial::Scenario&, const trial::TrialResult&)>;
+
+  explicit LiveSession(const trial::Scenario& scenario, OnResult on_result = nullptr);
+  ~LiveSession();  // cuts off without a result; see Close
+
+  // What a page asks for, one of
+  //   {"do": "go"}, {"do": "pause"}, {"do": "step", "frames": 1},
+  //   {"do": "speed", "factor": 0.5},       // of real time, 0.05 to 100
+  //   {"do": "set", "key": "water.milk_ml_m3", "value": 20},
+  //   {"do": "push", "force_newton": [0, 2, 0]},   // in W, at most 50 N, until the next
+  //   {"do": "restart", "seed": 7}          // without a seed: the same; settings stay as they are
+  // ConfigError for anything else; nothing has changed then.
+  void Handle(const std::string& command);
+
+  // Whether a frame shall pass: while it goes, or single steps are left.
+  bool wants_step() const { return !result_ && (going_ || steps_left_ > 0); }
+  // One frame passes; `whole_images`: seen() is to be looked at.
+  void Step(bool whole_images);
+  // The end: a trial under way is cut off, with a result if it has a frame.
+  void Close();
+
+  bool going() const { return going_; }
+  double speed() const { return speed_; }
+  int64_t trial_number() const { return trial_number_; }        // counts restarts, from 1
+  int64_t settings_number() const { return settings_number_; }  // counts their changes, from 1
+  const trial::Scenario& began() const { return began_; }
+  const trial::Scenario& settings() const { return settings_; }
+  const trial::TrialLog& log() const { return result_ ? result_->log : trial_->log(); }
+  const std::vector<control::Transition>& transitions() const {
+    return result_ ? result_->transitions : trial_->transitions();
+  }
+  const std::vector<trial::Change>& changes() const {
+    return result_ ? result_->changes : trial_->changes();
+  }
+  const Eigen::Vector3d& push_newton() const { return trial_->push_newton(); }
+  const StereoImage& seen() const { return trial_->seen(); }
+  const std::optional<trial::TrialResult>& result() const { return result_; }  // of an ended trial
+
+ private:
+  void Restart(const trial::Scenario& scenario);
+  void TakeResult();
+
+  OnResult on_result_;
+  trial::Scenario began_, settings_;
+  std::unique_ptr<trial::RunningTrial> trial_;
+  std::optional<trial::TrialResult> result_;
+  int64_t trial_number_ = 0, settings_number_ = 0;
+  bool going_ = true;
+  int steps_left_ = 0;
+  double speed_ = 1;
+};
+
+}  // namespace turbidock::live

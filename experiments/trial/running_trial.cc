@@ -1,0 +1,172 @@
+#include "experiments/trial/running_trial.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+#include <vector>
+
+#include "experiments/config/yaml_fields.h"
+#include "experiments/system/build_info.h"
+
+namespace turbidock::trial {
+namespace {
+
+// The groups and keys that a running trial can follow, by the part of it that does.
+enum class Part { kOptics, kSea, kControl };
+constexpr std::pair<const char*, Part> kParts[] = {
+    {"water", Part::kOptics}, {"lamps", Part::kOptics},       {"ball_lights", Part::kOptics},
+    {"sea", Part::kSea},      {"controller", Part::kControl}, {"p_voltage", Part::kControl},
+    {"pid", Part::kControl},  {"lqg", Part::kControl}};
+
+std::string KeyIn(const std::string& assignment) {
+  return assignment.substr(0, assignment.find('='));
+}
+
+// ConfigError for what no part follows.
+Part PartOf(const std::string& key) {
+  const std::string group = key.substr(0, key.find_first_of(".["));
+  std::vector<std::string> names;
+  for (const auto& [name, part] : kParts) {
+    if (group == name) return part;
+    names.emplace_back(name);
+  }
+  throw ConfigError(
+      key, fmt::format("cannot change while the trial runs; {} can", fmt::join(names, ", ")));
+}
+
+const Scenario& Checked(const Scenario& scenario) {
+  CheckFields(scenario, "");
+  return scenario;
+}
+
+}  // namespace
+
+RunningTrial::RunningTrial(const Scenario& scenario, TrialOptions options)
+    : scenario_(Checked(scenario)),
+      settings_(scenario_),
+      options_(std::move(options)),
+      recorder_(scenario_),
+      world_(scenario_, options_),
+      eyes_(scenario_, options_, &world_),
+      autopilot_(scenario_.control, scenario_.procedure, scenario_.image_clock()),
+      rules_(scenario_) {
+  if (options_.on_remark && !world_.remark().empty()) options_.on_remark(world_.remark());
+  if (options_.timer) options_.timer->Skip();
+}
+
+FrameRecord RunningTrial::RecordOf(int64_t frame) const {
+  const vehicle::VehicleTruth truth = world_.plant().truth();
+  const control::Directive& directive = autopilot_.directive();
+  const PoseEstimate& estimate = eyes_.estimate();
+  return {.frame = frame,
+          .time_s = scenario_.clock.TimeOfFrame(frame),
+          .stage = directive.stage,
+          .est_X_HM = estimate.X_HM,
+          .fitness = estimate.fitness,
+          .true_X_HM = world_.true_X_HM(),
+          .true_X_WB = truth.X_WB,
+          .true_V_WB_B = truth.V_WB_B,
+          .desired = directive.desired,
+          .controlled = directive.control,
+          .demand = autopilot_.demand(),
+          .command = command_,
+          .insertion_depth_m = world_.plant().pole().insertion_depth_m};
+}
+
+void RunningTrial::Step() {
+  TD_CHECK(!ended(), "a trial under way");
+  const int64_t frame = next_frame_++;
+  const TrialExcitation excitation = options_.excite ? options_.excite(frame) : TrialExcitation();
+  const bool arrives = eyes_.Update(frame);
+  if (arrives) {
+    command_ = autopilot_.Update(eyes_.estimate(), excitation.control);
+    Lap(options_.timer, LoopStage::kControl);
+  }
+  Wrench outside_F_B = excitation.F_B_B;
+  if (!push_f_W_.isZero(0)) outside_F_B.f += world_.plant().truth().X_WB.q.conjugate() * push_f_W_;
+  world_.Push(outside_F_B);
+  const control::Directive& directive = autopilot_.directive();
+  FrameRecord record = RecordOf(frame);
+  if (arrives && directive.transition) {
+    control::Transition change = *directive.transition;
+    change.frame = frame;  // when the vehicle acts, not when the image was exposed
+    recorder_.Add(change);
+    if (options_.on_transition) options_.on_transition(change);
+  }
+  const Image3u8* spectator = world_.DrawSpectator();
+  const bool inserted = world_.plant().pole().inserted;
+  Lap(options_.timer, LoopStage::kLog);
+
+  vehicle::ContactReport contacts;
+  const std::optional<std::string> fault = world_.Advance(command_, &contacts);
+  Lap(options_.timer, LoopStage::kPhysics);
+  record.dock_force_newton = contacts.dock_force_newton;
+  record.collision_force_newton = contacts.collision_force_newton;
+  recorder_.Add(record, inserted);
+  Lap(options_.timer, LoopStage::kLog);
+  if (options_.observe)
+    options_.observe({record, eyes_.seen(), arrives ? eyes_.estimate().evaluations : 0, spectator});
+  if (options_.timer) options_.timer->Skip();
+
+  ending_ = rules_.After({.frame = frame,
+                          .directive = directive,
+                          .fault = fault,
+                          .contacts = contacts,
+                          .stop_requested = options_.stop_requested && options_.stop_requested()});
+}
+
+Scenario Changed(const Scenario& settings, const std::string& assignment) {
+  Scenario next = settings;
+  config::Origins origins;
+  config::ApplySet(assignment, &next, &origins);
+  PartOf(KeyIn(assignment));
+  config::CheckSettings(next, origins);
+  return next;
+}
+
+void RunningTrial::Set(const std::string& assignment) {
+  Scenario next = Changed(settings_, assignment);
+  const std::string key = KeyIn(assignment);
+  switch (PartOf(key)) {
+    case Part::kOptics:
+      world_.SetOptics(next.light);
+      break;
+    case Part::kSea:
+      world_.SetSea(next.sea);
+      break;
+    case Part::kControl:
+      autopilot_.SetControl(next.control);
+      break;
+  }
+  settings_ = std::move(next);
+  AddChange(key, assignment.substr(key.size() + 1));
+}
+
+void RunningTrial::Push(const Eigen::Vector3d& f_W_newton) {
+  TD_CHECK(f_W_newton.allFinite(), "a force");
+  if (f_W_newton == push_f_W_) return;
+  push_f_W_ = f_W_newton;
+  AddChange("push", fmt::format("[{}, {}, {}]", FormatNumber(f_W_newton.x()),
+                                FormatNumber(f_W_newton.y()), FormatNumber(f_W_newton.z())));
+}
+
+void RunningTrial::AddChange(const std::string& key, const std::string& value) {
+  recorder_.Add(Change{.frame = next_frame_,
+                       .time_s = scenario_.clock.TimeOfFrame(next_frame_),
+                       .key = key,
+                       .value = value});
+}
+
+TrialResult RunningTrial::Finish() {
+  TD_CHECK(next_frame_ > 0, "a result needs a frame");
+  if (!ending_)
+    ending_ = Ending{Outcome::kInterrupted,
+                     fmt::format("stopped at {:.1f} s", scenario_.clock.TimeOfFrame(next_frame_))};
+  TrialResult result = recorder_.Finish(world_.plant(), autopilot_.directive(), *ending_);
+  result.estimator = eyes_.name();
+  result.version = system::VersionAndCommit();
+  result.renderer = world_.renderer();
+  return result;
+}
+
+}  // namespace turbidock::trial

@@ -1,0 +1,229 @@
+// `turbidock view` in a real Chromium, at 1440 and 390 pixels: frames arrive, what is drawn is drawn, what can
+// be done with a running trial is done, and a batch is watched while it runs.
+//
+//   PROGRAM=../../../build/bin/turbidock node --test live.test.mjs
+
+import assert from 'node:assert/strict';
+import {spawn} from 'node:child_process';
+import {mkdtempSync, readFileSync, rmSync, writeFileSync} from 'node:fs';
+import {createRequire} from 'node:module';
+import os from 'node:os';
+import path from 'node:path';
+import {after, afterEach, before, test} from 'node:test';
+import {chromium} from 'playwright-core';
+
+const program = path.resolve(process.env.PROGRAM || '../../../build/bin/turbidock');
+const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
+const kLong_ms = 90000;  // a browser without a GPU on a busy machine
+
+let browser, folder;
+before(async () => {
+  folder = mkdtempSync(path.join(os.tmpdir(), 'turbidock-live-'));
+  browser = await chromium.launch({executablePath: process.env.CHROMIUM || '/usr/bin/chromium',
+    args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader']});
+});
+after(async () => {
+  await browser?.close();
+  rmSync(folder, {recursive: true, force: true});
+});
+
+// What a test leaves running when it fails would disturb the next.
+const running = [];
+afterEach(async () => { for (const end of running.splice(0)) await end(); });
+
+/** Starts the program; {url, said(): what it said, stop(): ends it by Ctrl-C and gives its exit code}. */
+async function view(...words) {
+  const child = spawn(program, ['view', ...words, '--port', '0'], {cwd: folder, stdio: ['ignore', 'pipe', 'pipe']});
+  let said = '';
+  running.push(() => child.kill('SIGKILL'));
+  child.stderr.on('data', data => { said += data; });
+  const ended = new Promise(resolve => child.on('exit', (code, signal) => resolve(code ?? signal)));
+  const url = await new Promise((resolve, reject) => {
+    child.stdout.on('data', data => resolve(String(data).trim()));
+    ended.then(code => reject(new Error(`ended with ${code}: ${said}`)));
+  });
+  return {url, said: () => said, ended, stop: () => { child.kill('SIGINT'); return ended; }};
+}
+
+/** Opens the address; collects what the page complains about and asks for. */
+async function open(url, width = 1440) {
+  const context = await browser.newContext({viewport: {width, height: width > 600 ? 900 : 844}, colorScheme: 'light'});
+  running.unshift(() => context.close());
+  const page = await context.newPage(), complaints = [], requests = [];
+  page.on('console', message => { if (['error', 'warning'].includes(message.type())) complaints.push(message.text()); });
+  page.on('pageerror', error => complaints.push(error.message));
+  page.on('request', request => { if (!/^(data|blob):/.test(request.url()) && request.url() !== url) requests.push(request.url()); });
+  await page.goto(url);
+  return {page, complaints, requests, close: () => context.close()};
+}
+
+const pictures = page => page.evaluate(() => Number(document.documentElement.dataset.pictures || 0));
+const morePictures = (page, than) =>
+  page.waitForFunction(n => Number(document.documentElement.dataset.pictures || 0) > n, than, {timeout: kLong_ms});
+const state = (page, word) => page.waitForFunction(
+  w => document.querySelector('.head .badge')?.textContent.includes(w), word, {timeout: kLong_ms});
+const fact = (page, name) => page.evaluate(n => [...document.querySelectorAll('.head .facts div')]
+  .find(div => div.querySelector('dt').textContent === n)?.querySelector('dd').textContent, name);
+const simulated = async page => Number.parseFloat(await fact(page, 'simulated'));
+
+/** How many colours each canvas shows that a selector names. */
+const colours = (page, selector) => page.evaluate(s => [...document.querySelectorAll(s)].map(canvas => {
+  const copy = Object.assign(document.createElement('canvas'), {width: canvas.width, height: canvas.height});
+  const c = copy.getContext('2d');
+  c.drawImage(canvas, 0, 0);
+  const {data} = c.getImageData(0, 0, copy.width, copy.height), seen = new Set();
+  for (let i = 0; i < data.length; i += 4) seen.add(data[i] >> 4 << 8 | data[i + 1] >> 4 << 4 | data[i + 2] >> 4);
+  return seen.size;
+}), selector);
+
+for (const width of [1440, 390])
+  test(`a running trial at ${width} px`, async () => {
+    const served = await view('pool_active', '--set', 'duration_s=600', '--set', 'docked_hold_s=60');
+    const {page, complaints, requests, close} = await open(served.url, width);
+    await morePictures(page, 5);
+    await page.waitForFunction(() => document.querySelector('canvas.scene'), null, {timeout: kLong_ms});
+    await page.waitForTimeout(1500);
+    for (const [selector, least] of [['.cameras canvas', 20], ['canvas.scene', 12], ['.traces canvas', 3]])
+      for (const count of await colours(page, selector)) assert.ok(count >= least, `${selector} shows ${count} colours`);
+    assert.ok(await page.evaluate(() => document.documentElement.scrollWidth) <= width, 'nothing sticks out to the side');
+    assert.match(await page.locator('h1').innerText(), /pool/);
+    await page.evaluate(axe);
+    const {violations} = await page.evaluate(() => globalThis.axe.run(document, {resultTypes: ['violations']}));
+    const serious = violations.filter(v => ['serious', 'critical'].includes(v.impact));
+    assert.deepEqual(serious.map(v => `${v.id}: ${v.nodes.slice(0, 3).map(n => n.html.slice(0, 120)).join(' | ')}`), []);
+    assert.deepEqual(complaints, []);
+    assert.deepEqual(requests, []);
+    await close();
+    assert.equal(await served.stop(), 130);
+  });
+
+test('pause, step, speed, sliders, push, restart, and what the record says', async () => {
+  const served = await view('sea_night_active', '--set', 'duration_s=600', '--out', 'live');
+  const {page, complaints, close} = await open(served.url);
+  await morePictures(page, 3);
+  await page.locator('.play').click();
+  await state(page, 'paused');
+  await page.waitForTimeout(500);
+  const paused = await simulated(page), shown = await pictures(page);
+  await page.waitForTimeout(700);
+  assert.equal(await simulated(page), paused, 'the time stands still');
+  assert.equal(await pictures(page), shown);
+  await page.getByRole('button', {name: 'Step'}).click();
+  await morePictures(page, shown);
+  await page.waitForTimeout(500);
+  assert.equal(await pictures(page), shown + 1, 'one frame');
+  assert.equal(await fact(page, 'changes'), '0');
+
+  const milk = page.locator('.knob', {hasText: 'milk'});
+  await milk.locator('input').fill('30');
+  assert.equal(await milk.locator('output').innerText(), '30 ml/m³');
+  await page.locator('.knob', {hasText: 'lamps'}).locator('input[type=checkbox]').check();
+  await page.locator('.knob', {hasText: 'law'}).locator('select').selectOption('p_voltage');
+  await page.waitForFunction(() => [...document.querySelectorAll('.knob')].some(k => k.title === 'p_voltage.sway.kp_v_per_m'), null, {timeout: kLong_ms});
+  await page.getByRole('button', {name: 'left', exact: true}).click();
+  await page.waitForFunction(() => document.querySelectorAll('[aria-label=changes] tr').length >= 5, null, {timeout: kLong_ms});
+  const changes = await page.locator('[aria-label=changes] tr').allInnerTexts();
+  for (const key of ['water.milk_ml_m3', 'lamps.enabled', 'controller', 'push'])
+    assert.ok(changes.some(row => row.includes(key)), `${key} in ${changes}`);
+
+  await page.locator('.transport select').selectOption('4');
+  await page.locator('.play').click();
+  await state(page, 'running');
+  await morePictures(page, shown + 3);
+  // a second tab, and the first one loaded again
+  const other = await open(served.url, 390);
+  await morePictures(other.page, 2);
+  await page.reload();
+  await morePictures(page, 2);
+  assert.equal(await page.locator('.knob', {hasText: 'milk'}).locator('output').innerText(), '30 ml/m³');
+  await page.locator('.restart input').fill('12345678901234567');
+  await page.getByRole('button', {name: 'Restart'}).click();
+  await page.waitForFunction(() => document.title.endsWith('12345678901234567'), null, {timeout: kLong_ms});
+  await morePictures(page, await pictures(page) + 2);
+  assert.equal(await fact(page, 'changes'), '0', 'a new trial begins with them');
+  const result = JSON.parse(readFileSync(path.join(folder, 'live/result.json')));
+  assert.equal(result.outcome, 'interrupted');
+  assert.deepEqual(result.changes.slice(0, 3).map(c => [c.key, c.value]),
+    [['water.milk_ml_m3', '30'], ['lamps.enabled', 'true'], ['controller', 'p_voltage']]);
+  assert.deepEqual([...complaints, ...other.complaints], []);
+  await other.close();
+  assert.equal(await served.stop(), 130);
+  await page.waitForFunction(() => document.querySelector('[role=alert]:not([hidden])')?.textContent.includes('has ended'), null, {timeout: kLong_ms});
+  await close();
+});
+
+test('the vehicle is pushed with the mouse', async () => {
+  const served = await view('pool_active', '--set', 'duration_s=600', '--set', 'procedure.search_yaw_v=0');
+  const {page, complaints, close} = await open(served.url);
+  await morePictures(page, 3);
+  await page.waitForFunction(() => document.querySelector('.pushes'), null, {timeout: kLong_ms});
+  await page.locator('.play').click();
+  await state(page, 'paused');
+  // where the vehicle is on the screen
+  const at = await page.evaluate(() => {
+    const {scene} = globalThis.turbidock.trialView, box = scene.canvas.getBoundingClientRect();
+    const p = scene.vehicle.position.clone().project(scene.camera);
+    return {x: box.left + (p.x + 1) / 2 * box.width, y: box.top + (1 - p.y) / 2 * box.height};
+  });
+  await page.mouse.move(at.x, at.y);
+  await page.mouse.down();
+  await page.mouse.move(at.x + 40, at.y - 10, {steps: 5});
+  await page.mouse.move(at.x + 60, at.y - 20, {steps: 5});
+  await page.waitForTimeout(200);
+  await page.mouse.up();
+  await page.waitForFunction(() => [...document.querySelectorAll('[aria-label=changes] tr')]
+    .filter(row => row.textContent.includes('push')).length >= 2, null, {timeout: kLong_ms});
+  assert.match(await page.locator('[aria-label=changes] tr').first().innerText(), /push\s+\[0, 0, 0\]/, 'let go at the end');
+  assert.deepEqual(complaints, []);
+  await close();
+  assert.equal(await served.stop(), 130);
+});
+
+test('a batch while it runs', async () => {
+  writeFileSync(path.join(folder, 'plan.yaml'), `schema_version: 1
+description: 'a <b id="injected">batch</b>'
+scenario: sea_night_active
+seeds: 100
+set: {pose_source: true_pose, duration_s: 30}
+grid: {controller: [pid, lqg]}
+`);
+  const batch = spawn(program, ['batch', 'plan.yaml', '--out', 'sweep.db', '--workers', '1', '--quiet'], {cwd: folder, stdio: 'ignore'});
+  running.push(() => batch.kill('SIGKILL'));
+  const ended = new Promise(resolve => batch.on('exit', resolve));
+  const there = () => { try { return readFileSync(path.join(folder, 'sweep.db')).length > 0; } catch { return false; } };
+  while (!there()) await new Promise(resolve => setTimeout(resolve, 50));
+  await new Promise(resolve => setTimeout(resolve, 1000));
+  const served = await view('sweep.db');
+  const {page, complaints, close} = await open(served.url);
+  await page.waitForSelector('html[data-ready=true]', {timeout: kLong_ms});
+  const text = () => page.locator('p.now').innerText();
+  const done = async () => Number((await text()).match(/^(\d+) of 200 trials/)[1]);
+  await page.waitForFunction(() => / of 200 trials/.test(document.querySelector('p.now')?.textContent), null, {timeout: kLong_ms});
+  const first = await done();
+  await page.waitForFunction(n => Number.parseInt(document.querySelector('p.now')?.textContent, 10) > n, first, {timeout: kLong_ms});
+  await page.waitForFunction(() => document.querySelector('p.now')?.textContent.includes('complete'), null, {timeout: 2 * kLong_ms});
+  // and the page has drawn all of it by itself
+  await page.waitForFunction(() => /^200 trials/.test(document.querySelector('.table-bar [role=status]')?.textContent), null, {timeout: kLong_ms});
+  assert.equal(await page.locator('#injected').count(), 0, 'HTML in a name is text');
+  assert.deepEqual(complaints, []);
+  await close();
+  assert.equal(await ended, 0);
+  assert.equal(await served.stop(), 130);
+});
+
+test('bad input is one line', async () => {
+  const fails = async (words, pattern) => {
+    await assert.rejects(view(...words), error => {
+      assert.match(error.message, pattern);
+      assert.match(error.message, /^ended with 2: /);
+      assert.equal(error.message.trim().split('\n').length, 1);
+      return true;
+    });
+  };
+  await fails(['nowhere.yaml'], /nowhere\.yaml/);
+  await fails(['nowhere.db'], /nowhere\.db/);
+  writeFileSync(path.join(folder, 'empty.db'), '');
+  await fails(['empty.db'], /empty\.db/);
+  await fails([folder], /result\.json|no trial/);
+  await fails(['sea_night_active', '--quiet', '--listen', 'nowhere'], /no address/);
+});

@@ -1,0 +1,135 @@
+// A trial that is watched, paused or interfered with.
+
+#include "experiments/trial/running_trial.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "experiments/trial/trial_files.h"
+
+namespace turbidock::trial {
+namespace {
+
+using ::testing::HasSubstr;
+
+Scenario Short(std::vector<std::string> assignments = {}) {
+  assignments.insert(assignments.begin(), {"duration_s=1.5", "seed=11"});
+  return LoadScenario("sea_night_active", assignments);
+}
+
+// What is set at which frames.
+using Script = std::multimap<int64_t, std::string>;
+
+TrialResult Run(const Scenario& scenario, const Script& script) {
+  RunningTrial trial(scenario);
+  for (int64_t frame = 0; !trial.ended(); ++frame) {
+    for (auto [at, end] = script.equal_range(frame); at != end; ++at) trial.Set(at->second);
+    trial.Step();
+  }
+  return trial.Finish();
+}
+
+TEST(RunningTrial, ATrialThatIsLookedAtEndsAsOneThatIsNot) {
+  const TrialResult alone = RunTrial(Short());
+  RunningTrial watched(Short());
+  for (int frame = 0; !watched.ended(); ++frame) {
+    watched.SeeWhole(frame % 3 == 0);
+    watched.Step();
+    EXPECT_EQ(std::ssize(watched.log().frames), frame + 1);
+    EXPECT_FALSE(watched.seen().left.empty());
+  }
+  const TrialResult result = watched.Finish();
+  EXPECT_EQ(result.digest, alone.digest);
+  EXPECT_TRUE(result.changes.empty());
+  EXPECT_EQ(result.outcome, alone.outcome);
+}
+
+// Each of these, from the 21st frame on, makes another trial, the same one each time.
+TEST(RunningTrial, EveryChangeCountsAndCanBeRepeated) {
+  const std::string digest = RunTrial(Short()).digest;
+  for (const std::string change :
+       {"water.milk_ml_m3=40", "ball_lights.rim_radiance_w_m2_sr=0.01", "lamps.enabled=true",
+        "sea.current.surface_velocity_mps[1]=0.2", "sea.state=rough",
+        "sea.jonswap.significant_height_m=0.3", "controller=p_voltage", "lqg.sway.effort_v=0.5"}) {
+    SCOPED_TRACE(change);
+    const TrialResult changed = Run(Short(), {{20, change}});
+    EXPECT_NE(changed.digest, digest);
+    ASSERT_EQ(changed.changes.size(), 1u);
+    EXPECT_EQ(changed.changes[0].frame, 20);
+    EXPECT_NEAR(changed.changes[0].time_s, 20 / 30.0, 1e-12);
+    EXPECT_EQ(changed.changes[0].key + "=" + changed.changes[0].value, change);
+    EXPECT_EQ(Run(Short(), {{20, change}}).digest, changed.digest);
+    EXPECT_NE(Run(Short(), {{21, change}}).digest, changed.digest);
+  }
+}
+
+TEST(RunningTrial, AChangeBeforeTheFirstFrameMovesTheVehicleAsTheScenarioWould) {
+  // not the search for gusts: their stream is drawn from at the start
+  for (const std::string change : {"sea.current.surface_velocity_mps[1]=0.2", "sea.state=rough",
+                                   "water.milk_ml_m3=30", "controller=pid"}) {
+    SCOPED_TRACE(change);
+    const TrialResult begun = RunTrial(Short({change}));
+    const TrialResult changed = Run(Short(), {{0, change}});
+    EXPECT_EQ(changed.log.frames.back().true_X_WB.p, begun.log.frames.back().true_X_WB.p);
+    EXPECT_EQ(changed.log.frames.back().est_X_HM.p, begun.log.frames.back().est_X_HM.p);
+    EXPECT_NE(changed.digest, begun.digest) << "the change itself is part of it";
+  }
+}
+
+TEST(RunningTrial, APushMovesTheVehicleThere) {
+  const auto pushed = [](const Eigen::Vector3d& f_W) {
+    RunningTrial trial(Short({"vehicle.thrusters.effectiveness=[0, 0, 0, 0]"}));
+    trial.Push(f_W);
+    while (!trial.ended()) trial.Step();
+    return trial.Finish();
+  };
+  const TrialResult alone = pushed({0, 0, 0});
+  EXPECT_TRUE(alone.changes.empty());
+  for (int axis = 0; axis < 3; ++axis) {
+    const TrialResult result = pushed(4 * Eigen::Vector3d::Unit(axis));
+    const Eigen::Vector3d way =
+        result.log.frames.back().true_X_WB.p - alone.log.frames.back().true_X_WB.p;
+    EXPECT_GT(way[axis], 0.02);
+    ASSERT_EQ(result.changes.size(), 1u);
+    EXPECT_EQ(result.changes[0].key, "push");
+  }
+  const TrialResult result = pushed({0.5, -1, 2});
+  EXPECT_EQ(result.changes[0].value, "[0.5, -1, 2]");
+  EXPECT_THAT(ResultJson(result), HasSubstr("\"key\": \"push\""));
+}
+
+TEST(RunningTrial, RefusesWhatItCannotFollow) {
+  RunningTrial trial(Short());
+  const auto message = [&](const std::string& assignment) -> std::string {
+    try {
+      trial.Set(assignment);
+    } catch (const ConfigError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_THAT(message("rig.baseline_m=0.2"), HasSubstr("cannot change while the trial runs"));
+  EXPECT_THAT(message("water.milk_ml_m3=-1"), HasSubstr("must be in [0, 2000]"));
+  EXPECT_THAT(message("water.milk_ml=1"), HasSubstr("did you mean milk_ml_m3"));
+  EXPECT_THAT(message("water.milk_ml_m3"), HasSubstr("must be KEY=VALUE"));
+  EXPECT_THAT(message("lqg.sway.effort_v=0"), HasSubstr("must be > 0"));
+  EXPECT_TRUE(trial.changes().empty());
+  while (!trial.ended()) trial.Step();
+  EXPECT_EQ(trial.Finish().digest, RunTrial(Short()).digest);
+}
+
+TEST(RunningTrial, CutOffItIsInterrupted) {
+  RunningTrial trial(Short());
+  for (int i = 0; i < 10; ++i) trial.Step();
+  const TrialResult result = trial.Finish();
+  EXPECT_EQ(result.outcome, Outcome::kInterrupted);
+  EXPECT_EQ(result.reason, "stopped at 0.3 s");
+  EXPECT_EQ(result.log.frames.size(), 10u);
+}
+
+}  // namespace
+}  // namespace turbidock::trial
