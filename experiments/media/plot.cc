@@ -11,6 +11,7 @@
 
 #include "experiments/system/output_path.h"
 #include "experiments/system/subprocess.h"
+#include "sim/base/check.h"
 
 namespace turbidock::media {
 namespace {
@@ -242,7 +243,7 @@ std::vector<double> Evenly(double from, double to, int steps) {
 void RequireFigures() { system::Subprocess({"gnuplot", "--version"}, "gnuplot-nox").Finish(); }
 
 void WritePng(const std::string& path, const Figure& figure) {
-  system::RequireWritable(path);
+  system::WholeFile file(path);
   const size_t columns = figure.columns;
   const size_t rows = figure.stacked ? 1 : (figure.panels.size() + columns - 1) / columns;
   const std::string title = figure.title.empty() || figure.stacked
@@ -252,7 +253,7 @@ void WritePng(const std::string& path, const Figure& figure) {
   script.Line("set terminal pngcairo noenhanced size {},{} font 'Sans,13'",
               columns * static_cast<size_t>(figure.width_px),
               rows * static_cast<size_t>(figure.height_px) + (title.empty() ? 0 : 40));
-  script.Line("set output {}", Quoted(path));
+  script.Line("set output {}", Quoted(file.partial()));
   script.Line("set encoding utf8");
   script.Line("set multiplot {}",
               figure.stacked ? "" : fmt::format("layout {},{} {}", rows, columns, title));
@@ -261,7 +262,12 @@ void WritePng(const std::string& path, const Figure& figure) {
   // default settings: no start-up file of the user changes a figure
   system::Subprocess gnuplot({"gnuplot", "--default-settings"}, "gnuplot-nox");
   gnuplot.Write(script.text.data(), script.text.size());  // Finish says why it could not
-  gnuplot.Finish();
+  gnuplot.FinishWriting(path);
+  // It says nothing when the disk is full.
+  const std::string png = system::ReadWhole(file.partial());
+  constexpr std::string_view kEnd{"IEND\xae\x42\x60\x82"};
+  if (!png.ends_with(kEnd)) throw ConfigError(path, "cannot be written: No space left on device");
+  file.Commit();
 }
 
 }  // namespace turbidock::media

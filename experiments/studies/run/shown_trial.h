@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "experiments/trial/scenario.h"
 #include "experiments/trial/trial.h"
@@ -10,6 +11,7 @@
 namespace turbidock::run {
 
 struct ShownTrialOptions {
+  std::vector<std::string> inputs = {};  // files that the trial is read from, not to be overwritten
   std::optional<std::string>
       out;             // folder for result.json, resolved.yaml, trajectory.csv, figure.png
   bool video = false;  // also video.mp4; needs `out`

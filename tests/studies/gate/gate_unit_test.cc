@@ -306,6 +306,25 @@ TEST_F(Gate, AnyEditOfABaselineIsNoticed) {
               HasSubstr("there is no baseline"));
 }
 
+// Whoever edits a baseline can compute its checksum too.
+TEST_F(Gate, ABaselineThatContradictsItselfIsRefused) {
+  const GatePlan plan = Plan();
+  const Baseline good = Measure(plan, DocksAt(0.9));
+  const auto refused = [&](const std::function<void(BaselineCondition*)>& edit) {
+    Baseline edited = good;
+    edit(&edited.conditions[0]);
+    return MessageOf([&] { LoadBaseline(File("edited.yaml", BaselineText(edited))); });
+  };
+  EXPECT_EQ(refused([](BaselineCondition*) {}), "no error");
+  EXPECT_THAT(refused([](BaselineCondition* c) { c->outcomes[3].seed = 7; }),
+              HasSubstr("condition 'calm' has a trial of seed 7, which is none of the gate's"));
+  EXPECT_THAT(refused([](BaselineCondition* c) { c->outcomes[1] = c->outcomes[0]; }),
+              HasSubstr("which is none of the gate's"));
+  EXPECT_THAT(refused([](BaselineCondition* c) { c->outcomes.pop_back(); }),
+              HasSubstr("is incomplete"));
+  EXPECT_THAT(refused([](BaselineCondition* c) { ++c->docked; }), HasSubstr("is incomplete"));
+}
+
 TEST_F(Gate, ABaselineOfAnotherPlanIsRefusedWithTheReason) {
   const GatePlan plan = Plan();
   const Baseline baseline = Measure(plan, DocksAt(0.9));

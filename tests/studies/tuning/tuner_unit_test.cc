@@ -90,7 +90,7 @@ TEST(Study, ComparesWithOtherSettingsOnTheSameSeeds) {
   EXPECT_EQ(study.ScenarioOf(against, 0, study.against()).duration_s, 2.5);
   EXPECT_THAT(MessageOf(text + "against: {controler: pid}\n"),
               HasSubstr("did you mean controller?"));
-  EXPECT_THAT(MessageOf(text + "against: pid\n"), HasSubstr("against: must be a map"));
+  EXPECT_THAT(MessageOf(text + "against: pid\n"), HasSubstr("against: must be a group of keys"));
 }
 
 TEST(Study, WhatIsWrongIsSaid) {
@@ -117,6 +117,16 @@ TEST(Study, WhatIsWrongIsSaid) {
   EXPECT_THAT(MessageOf(kHead + kTrials + kGains + kObjective +
                         "optimiser: {algorithm: nsga2, population: 8}\n"),
               HasSubstr("nsga2 needs at least two terms"));
+  // the line is the study's own, also of what is handed on to the plan
+  EXPECT_EQ(MessageOf(kHead + "trials: 5\n" + kGains + kObjective),
+            "study.yaml:3: trials: must be a group of keys, as a plan has");
+  EXPECT_THAT(MessageOf(kHead + "trials: {scenario: pool_active, set: 5}\n" + kGains + kObjective),
+              HasSubstr("study.yaml:3: set: must be a group of keys"));
+  EXPECT_THAT(MessageOf(kHead + kTrials + "against: 5\n" + kGains + kObjective),
+              HasSubstr("study.yaml:11: against: must be a group of keys"));
+  EXPECT_THAT(
+      MessageOf(kHead + "trials: {scenario: pool_active,\n sedes: 5}\n" + kGains + kObjective),
+      HasSubstr("study.yaml:4: sedes: unknown key; did you mean seeds?"));
 }
 
 TEST(Study, EveryBundledOneIsRight) {
