@@ -50,9 +50,17 @@ Lqg::Lqg(const LqgParams& params, const ClockParams& clock) : params_(params), c
     const Eigen::VectorXd zero = Eigen::VectorXd::Zero(std::ssize(axes));
     parts_.push_back({std::move(loop), std::move(axes), zero, zero, zero, zero});
   };
-  add(LqgLoop({translation(params_.surge)}, {0}, dt_s), {kSurge});
-  add(LqgLoop({translation(params_.heave)}, {0}, dt_s), {kHeave});
-  add(LqgLoop({translation(params_.sway), yaw}, kLevers_m, dt_s), {kSway, kYaw});
+  const auto design = [dt_s](const char* keys, const std::vector<LqgAxis>& axes,
+                             const std::vector<double>& levers) {
+    try {
+      return LqgLoop(axes, levers, dt_s);
+    } catch (const ConfigError& error) {
+      throw ConfigError(keys, "there is no law for these values: " + error.problem());
+    }
+  };
+  add(design("lqg.surge", {translation(params_.surge)}, {0}), {kSurge});
+  add(design("lqg.heave", {translation(params_.heave)}, {0}), {kHeave});
+  add(design("lqg.sway, lqg.yaw", {translation(params_.sway), yaw}, kLevers_m), {kSway, kYaw});
   // As far back as a filter looks that has not been updated for long.
   given_.resize(static_cast<size_t>(params_.latency_frames) +
                 static_cast<size_t>(params_.restart_frames) + 2);

@@ -36,8 +36,9 @@ MatrixXd SolveRiccati(const MatrixXd& A, const MatrixXd& B, const MatrixXd& Q, c
     // not the Frobenius norm, which overflows long before a diverging X does
     if (added.lpNorm<Eigen::Infinity>() <= kConverged * X.lpNorm<Eigen::Infinity>()) return X;
   }
-  throw ConfigError("Riccati equation",
-                    "has no stabilising solution: the model cannot be controlled or observed");
+  throw ConfigError("",
+                    "the Riccati equation has no stabilising solution; the model cannot be "
+                    "controlled or observed");
 }
 
 MatrixXd RegulatorGain(const MatrixXd& A, const MatrixXd& B, const MatrixXd& Q, const MatrixXd& R) {

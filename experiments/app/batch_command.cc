@@ -18,6 +18,7 @@
 #include "experiments/report/json.h"
 #include "experiments/studies/curve/success_curve.h"
 #include "experiments/system/build_info.h"
+#include "experiments/system/output_path.h"
 
 namespace turbidock::app {
 namespace {
@@ -79,6 +80,7 @@ std::vector<std::string> GridKeys(const farm::Plan& plan) {
 int Batch(const BatchArguments& arguments) {
   const farm::Plan plan = arguments.plan.Load();
   const farm::Shard shard = farm::ParseShard(arguments.shard);
+  system::OutputPlan().Reads(arguments.plan.plan).Writes(arguments.out).Require();
   farm::ResultStore store = farm::ResultStore::Write(arguments.out, farm::HeaderOf(plan, shard));
   Progress progress(arguments.quiet);
   progress.Say(fmt::format("{}: {}{}, plan {}, {}", plan.settings().description, CountText(plan),
@@ -90,7 +92,7 @@ int Batch(const BatchArguments& arguments) {
 
   farm::BatchOptions options;
   options.workers = arguments.workers;
-  options.stop_requested = [] { return StopSignal() != 0; };
+  options.stop_requested = CatchStopSignals();
   options.on_progress = [&](const farm::BatchProgress& now) {
     progress.ShowOrSay(static_cast<double>(now.done) / static_cast<double>(now.total), Words(now),
                        kLogEvery_s);
@@ -184,6 +186,7 @@ struct CurveArguments {
 };
 
 int Curve(const CurveArguments& arguments) {
+  system::OutputPlan().Reads(arguments.file).Writes(arguments.figure).Require();
   const farm::ResultStore store = farm::ResultStore::Read(arguments.file);
   const std::vector<farm::StoredTrial> trials = store.Trials();
   if (!arguments.figure.empty()) media::RequireFigurePath(arguments.figure);

@@ -3,11 +3,15 @@
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
+#include <new>
+#include <string>
 
 #include "experiments/app/build_table.h"
 #include "experiments/app/commands.h"
 #include "experiments/app/stop_signal.h"
 #include "experiments/farm/result_store.h"
+#include "experiments/system/plain_text.h"
 #include "sim/base/check.h"
 
 namespace turbidock::app {
@@ -34,29 +38,41 @@ int ParseAndRun(int argc, char** argv) {
       std::printf("%s %s\n", name.c_str(), value.c_str());
     return kExitDone;
   }
-  CatchStopSignals();
+  std::signal(SIGINT, SIG_DFL);   // also where a shell's script started it with &
   std::signal(SIGXFSZ, SIG_IGN);  // a file at its size limit is an error of write, not the end
   const std::optional<int> code = line.Run();
-  if (!code) {
-    std::fputs(line.Help().c_str(), stderr);
-    return kExitBadInput;
+  if (code) return *code;
+  std::fputs(line.Help().c_str(), stderr);
+  return kExitBadInput;
+}
+
+// What is wrong, in one line, and the exit code.
+int Complain(const std::string& problem, int code) {
+  std::fprintf(stderr, "turbidock: %s\n", system::OneLineOf(problem).c_str());
+  return code;
+}
+
+int Main(int argc, char** argv) {
+  try {
+    const int code = ParseAndRun(argc, argv);
+    if (std::fflush(stdout) != 0 || std::ferror(stdout))
+      return Complain("the standard output cannot be written", kExitBadInput);
+    return StopSignal() ? 128 + StopSignal() : code;
+  } catch (const ConfigError& error) {
+    return Complain(error.what(), kExitBadInput);
+  } catch (const farm::MismatchError& error) {
+    return Complain(error.what(), kExitMismatch);
+  } catch (const std::filesystem::filesystem_error& error) {
+    // a name that is too long, a loop of links, a folder that may not be read
+    return Complain(error.path1().string() + ": " + error.code().message(), kExitBadInput);
+  } catch (const std::bad_alloc&) {
+    return Complain("this machine has too little memory for it", kExitSimulatorFault);
+  } catch (const std::exception& error) {  // SimulatorFault
+    return Complain(error.what(), kExitSimulatorFault);
   }
-  if (std::fflush(stdout) != 0 || std::ferror(stdout))
-    throw ConfigError("the standard output cannot be written");
-  return StopSignal() ? 128 + StopSignal() : *code;
 }
 
 }  // namespace
 }  // namespace turbidock::app
 
-int main(int argc, char** argv) {
-  try {
-    return turbidock::app::ParseAndRun(argc, argv);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "turbidock: %s\n", error.what());
-    if (dynamic_cast<const turbidock::ConfigError*>(&error)) return turbidock::app::kExitBadInput;
-    if (dynamic_cast<const turbidock::farm::MismatchError*>(&error))
-      return turbidock::app::kExitMismatch;
-    return turbidock::app::kExitSimulatorFault;  // SimulatorFault, or a machine out of memory
-  }
-}
+int main(int argc, char** argv) { return turbidock::app::Main(argc, argv); }

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "experiments/system/plain_text.h"
+
 namespace turbidock::app {
 namespace {
 
@@ -32,7 +34,8 @@ void Progress::Show(double share, const std::string& words) {
   const int filled = static_cast<int>(std::clamp(share, 0.0, 1.0) * kBarWidth);
   std::string bar;
   for (int i = 0; i < kBarWidth; ++i) bar += i < filled ? "█" : "░";
-  std::fprintf(stderr, "\r\033[K%s %3.0f %%  %s", bar.c_str(), 100 * share, words.c_str());
+  std::fprintf(stderr, "\r\033[K%s %3.0f %%  %s", bar.c_str(), 100 * share,
+               system::OneLineOf(words).c_str());
   std::fflush(stderr);
   shown_ = true;
 }
@@ -63,7 +66,7 @@ void Progress::ShowDone(int done, int of, const std::string& what, double every_
 void Progress::Say(const std::string& line) {
   if (quiet_) return;
   Clear();
-  std::fprintf(stderr, "%s\n", line.c_str());
+  std::fprintf(stderr, "%s\n", system::Printable(line).c_str());
 }
 
 void Progress::Clear() {

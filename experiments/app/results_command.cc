@@ -13,6 +13,7 @@
 #include "experiments/farm/result_store.h"
 #include "experiments/studies/run/shown_trial.h"
 #include "experiments/system/build_info.h"
+#include "experiments/system/output_path.h"
 
 namespace turbidock::app {
 namespace {
@@ -38,6 +39,9 @@ struct MergeArguments {
 };
 
 int Merge(const MergeArguments& arguments) {
+  system::OutputPlan outputs;
+  for (const std::string& input : arguments.inputs) outputs.Reads(input);
+  outputs.Writes(arguments.out).Require();
   const std::string& first = arguments.inputs.front();
   farm::StoreHeader header = farm::ResultStore::Read(first).header();
   header.shard = {};
@@ -101,7 +105,7 @@ int Verify(const VerifyArguments& arguments) {
   int64_t equal = 0, different = 0;
   farm::BatchOptions options;
   options.workers = arguments.workers;
-  options.stop_requested = [] { return StopSignal() != 0; };
+  options.stop_requested = CatchStopSignals();
   options.on_progress = [&](const farm::BatchProgress& now) {
     progress.ShowOrSay(static_cast<double>(now.done) / static_cast<double>(now.total),
                        fmt::format("{}/{} trials", now.done, now.total), 10);
@@ -139,9 +143,11 @@ int Replay(const ReplayArguments& arguments) {
   const std::string out =
       arguments.out.empty() ? fmt::format("out/replay-{}", arguments.trial) : arguments.out;
   const trial::Scenario scenario = plan.ScenarioOf(plan.Trial(arguments.trial));
-  const trial::TrialResult result = run::RunShownTrial(
-      scenario,
-      {.out = out, .video = !arguments.no_video, .json = arguments.json, .quiet = arguments.quiet});
+  const trial::TrialResult result = run::RunShownTrial(scenario, {.inputs = {arguments.file},
+                                                                  .out = out,
+                                                                  .video = !arguments.no_video,
+                                                                  .json = arguments.json,
+                                                                  .quiet = arguments.quiet});
   if (StopSignal() != 0 || result.digest == before.digest) return kExitDone;
   throw farm::MismatchError(fmt::format("trial {} ended {} with digest {}, now {} with digest {}",
                                         arguments.trial, NameOf(before.outcome), before.digest,

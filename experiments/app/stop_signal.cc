@@ -15,9 +15,10 @@ void OnSignal(int signal) {
 
 }  // namespace
 
-void CatchStopSignals() {
+std::function<bool()> CatchStopSignals() {
   std::signal(SIGINT, OnSignal);
   std::signal(SIGTERM, OnSignal);
+  return [] { return stop_signal != 0; };
 }
 
 int StopSignal() { return stop_signal; }

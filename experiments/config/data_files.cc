@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "experiments/config/nearest_name.h"
+#include "experiments/system/output_path.h"
 #include "sim/base/check.h"
 
 namespace turbidock::config {
@@ -44,13 +45,13 @@ std::vector<std::string> BundledNames(const std::string& folder) {
 
 std::string FindBundled(const std::string& folder, const std::string& what,
                         const std::string& name) {
-  std::error_code ignored;
-  if (fs::is_regular_file(name, ignored)) return name;
+  const std::string why = system::WhyUnreadable(name);
+  if (why.empty()) return name;
   const std::vector<std::string> bundled = BundledNames(folder);
   if (std::find(bundled.begin(), bundled.end(), name) != bundled.end())
     return AssetPath(folder + "/" + name + ".yaml");
-  throw ConfigError(fmt::format("{}: no such file, and no bundled {} of that name{} (bundled: {})",
-                                name, what, DidYouMean(name, bundled), fmt::join(bundled, ", ")));
+  throw ConfigError(fmt::format("{}: {}, and no bundled {} of that name{} (bundled: {})", name, why,
+                                what, DidYouMean(name, bundled), fmt::join(bundled, ", ")));
 }
 
 }  // namespace turbidock::config

@@ -4,21 +4,22 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <fstream>
 #include <initializer_list>
-#include <opencv2/core.hpp>
+#include <optional>
 
 #include "experiments/config/yaml_fields.h"
+#include "experiments/system/output_path.h"
 
 namespace turbidock::config {
 namespace {
 
-bool IsOpenCv(const std::string& file) {
-  std::ifstream stream(file);
-  std::string line;
-  std::getline(stream, line);
-  return line.starts_with("%YAML:1.0") || line.starts_with("%YAML 1.0");
+constexpr const char* kMatrixTag = "!!opencv-matrix";
+
+// OpenCV's own first line is not quite YAML's.
+bool IsOpenCv(const std::string& text) {
+  return text.starts_with("%YAML:1.0") || text.starts_with("%YAML 1.0");
 }
 
 // The matrices of a calibration, whichever of the files holds them.
@@ -27,51 +28,57 @@ class Calibration {
   explicit Calibration(const std::vector<std::string>& files)
       : names_(fmt::format("{}", fmt::join(files, ", "))) {
     for (const std::string& file : files) {
-      cv::FileStorage storage;
-      try {
-        storage.open(file, cv::FileStorage::READ);
-      } catch (const cv::Exception& error) {
-        throw ConfigError(file + ": is no calibration of OpenCV's: " + error.err);
-      }
-      if (!storage.isOpened()) throw ConfigError(file + ": cannot be read");
-      storages_.push_back(std::move(storage));
+      std::string text = system::ReadWhole(file);
+      if (!IsOpenCv(text))
+        throw ConfigError(file + ": is no calibration that OpenCV wrote as YAML");
+      text[0] = '#';  // its lines keep their numbers
+      files_.push_back(ParseYaml(text, file, kMatrixTag));
     }
   }
 
   const std::string& names() const { return names_; }
 
   // The first of these names that is there.
-  cv::FileNode Find(std::initializer_list<const char*> names) const {
+  std::optional<YamlNode> Find(std::initializer_list<const char*> names) const {
     for (const char* name : names)
-      for (const cv::FileStorage& storage : storages_)
-        if (const cv::FileNode node = storage[name]; !node.empty()) return node;
-    return {};
+      for (const YamlNode& file : files_)
+        if (const std::optional<YamlNode> node = file.Find(name)) return node;
+    return std::nullopt;
+  }
+
+  // A whole number, if there is one of these names.
+  std::optional<int> Whole(std::initializer_list<const char*> names) const {
+    const std::optional<YamlNode> node = Find(names);
+    return node ? std::optional(ValueOf<int>(*node)) : std::nullopt;
   }
 
   // Row by row. `sizes`: the numbers of elements that are allowed.
   std::vector<double> Matrix(std::initializer_list<const char*> names,
                              std::initializer_list<size_t> sizes) const {
-    const cv::FileNode node = Find(names);
-    if (node.empty()) throw ConfigError(names_ + ": " + *names.begin() + ": this key is required");
-    cv::Mat matrix;
-    try {
-      node >> matrix;
-      matrix.convertTo(matrix, CV_64F);
-    } catch (const cv::Exception& error) {
-      throw ConfigError(names_ + ": " + *names.begin() + ": is no matrix: " + error.err);
-    }
-    std::vector<double> values(matrix.begin<double>(), matrix.end<double>());
+    const std::optional<YamlNode> node = Find(names);
+    if (!node) throw ConfigError(names_ + ": " + *names.begin() + ": this key is required");
+    const std::optional<YamlNode> data = node->IsMap() ? node->Find("data") : std::nullopt;
+    if (!data) node->Fail("is no matrix: it has no data");
+    std::vector<double> values = ValueOf<std::vector<double>>(*data);
     if (std::ranges::find(sizes, values.size()) == sizes.end())
-      throw ConfigError(fmt::format("{}: {}: has {} elements, must have {}", names_, *names.begin(),
-                                    values.size(), fmt::join(sizes, " or ")));
-    if (!std::ranges::all_of(values, [](double x) { return std::isfinite(x); }))
-      throw ConfigError(names_ + ": " + *names.begin() + ": has an element that is no number");
+      node->Fail(
+          fmt::format("has {} elements, must have {}", values.size(), fmt::join(sizes, " or ")));
+    const auto rows = node->Find("rows"), cols = node->Find("cols");
+    if (!rows || !cols || int64_t{ValueOf<int>(*rows)} * ValueOf<int>(*cols) != std::ssize(values))
+      node->Fail("has not as many elements as rows times cols");
     return values;
+  }
+
+  template <class V>
+  static V ValueOf(const YamlNode& at) {
+    V value{};
+    ReadValue(at, &value);
+    return value;
   }
 
  private:
   std::string names_;
-  std::vector<cv::FileStorage> storages_;
+  std::vector<YamlNode> files_;
 };
 
 CameraIntrinsics IntrinsicsOf(const std::vector<double>& matrix, const std::string& where,
@@ -90,15 +97,15 @@ vision::LensDistortion DistortionOf(std::vector<double> d) {
 
 RigFromFile RigOfCalibration(const Calibration& calibration, int width_px, int height_px) {
   const std::string& where = calibration.names();
-  const cv::FileNode width = calibration.Find({"image_width"});
-  const cv::FileNode height = calibration.Find({"image_height"});
-  const cv::FileNode size = calibration.Find({"imageSize", "image_size", "size"});
-  if (width.isInt() && height.isInt()) {
-    width_px = static_cast<int>(width);
-    height_px = static_cast<int>(height);
-  } else if (size.isSeq() && size.size() == 2) {
-    width_px = static_cast<int>(size[0]);
-    height_px = static_cast<int>(size[1]);
+  const std::optional<int> width = calibration.Whole({"image_width"});
+  const std::optional<int> height = calibration.Whole({"image_height"});
+  if (width && height) {
+    width_px = *width;
+    height_px = *height;
+  } else if (const auto size = calibration.Find({"imageSize", "image_size", "size"})) {
+    const auto pair = Calibration::ValueOf<std::array<double, 2>>(*size);
+    width_px = static_cast<int>(std::clamp(pair[0], 0.0, 1e6));
+    height_px = static_cast<int>(std::clamp(pair[1], 0.0, 1e6));
   }
 
   RigFromFile out;
@@ -141,7 +148,7 @@ RigFromFile RigOfCalibration(const Calibration& calibration, int width_px, int h
 
 RigFromFile LoadRig(const std::vector<std::string>& files, int image_width_px,
                     int image_height_px) {
-  if (!files.empty() && IsOpenCv(files.front()))
+  if (!files.empty() && IsOpenCv(system::ReadWhole(files.front())))
     return RigOfCalibration(Calibration(files), image_width_px, image_height_px);
   RigFromFile out;
   out.rig = LoadLayers<RigParams>(files, {}).MakeRig();

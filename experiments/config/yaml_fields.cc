@@ -1,8 +1,6 @@
 #include "experiments/config/yaml_fields.h"
 
 #include <fmt/format.h>
-#include <yaml-cpp/eventhandler.h>
-#include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 #include <cctype>
@@ -11,16 +9,13 @@
 #include <cstdio>
 #include <cstring>
 #include <limits>
-#include <sstream>
 
 #include "experiments/config/nearest_name.h"
-#include "experiments/system/output_path.h"
+#include "experiments/system/plain_text.h"
 #include "sim/base/check.h"
 
 namespace turbidock::config {
 namespace {
-
-const char* const kFromSet = "--set";
 
 template <class... Fs>
 struct Overloaded : Fs... {
@@ -33,10 +28,6 @@ Overloaded(Fs...) -> Overloaded<Fs...>;
 
 std::string Commas(const std::vector<std::string>& parts) {
   return fmt::format("{}", fmt::join(parts, ", "));
-}
-
-std::string ElementPath(const std::string& path, size_t index) {
-  return path + "[" + std::to_string(index) + "]";
 }
 
 // "V s/m" from "kd_v_s_per_m": the longest tail of unit words. Empty where a key names no unit.
@@ -109,20 +100,17 @@ std::string WithArticle(const std::string& type) {
 
 // The value as the user wrote it: quoted if it is text.
 std::string Written(const YamlNode& at, const char* quote) {
-  switch (at.node->Type()) {
-    case YAML::NodeType::Sequence:
+  switch (at.tree->kind) {
+    case YamlTree::Kind::kList:
       return "a list";
-    case YAML::NodeType::Map:
+    case YamlTree::Kind::kMap:
       return "a group of keys";
-    case YAML::NodeType::Scalar: {
-      constexpr size_t kLongest = 60;
-      const std::string& text = at.node->Scalar();
-      const std::string shown = text.size() > kLongest ? text.substr(0, kLongest) + "..." : text;
-      return quote + shown + quote;
-    }
-    default:
-      return "";
+    case YamlTree::Kind::kText:
+      return quote + system::Shortened(at.tree->text) + quote;
+    case YamlTree::Kind::kNothing:
+      break;
   }
+  return "";
 }
 
 [[noreturn]] void FailValue(const YamlNode& at, const std::string& problem,
@@ -173,15 +161,6 @@ void FindByName(const GroupRef& group, const std::string& path, const std::strin
 
 // ----------------------------------------------------------------------------------------- reading
 
-std::shared_ptr<const YAML::Node> NodeOf(const YAML::Node& node) {
-  return std::make_shared<const YAML::Node>(node);
-}
-
-int LineOf(const YAML::Node& node, int fallback) {
-  const YAML::Mark mark = node.Mark();
-  return mark.is_null() ? fallback : mark.line + 1;
-}
-
 // The number of the longest beginning of `text` that is one, and what follows it.
 struct Parsed {
   double value = 0;
@@ -228,14 +207,7 @@ class Reader {
 
   void ReadGroup(const YamlNode& at, const GroupRef& group,
                  std::initializer_list<std::string_view> read_elsewhere = {}) const {
-    std::map<std::string, int> first_line;
     for (const auto& [key, child] : at.Entries()) {
-      const auto [first, is_new] = first_line.emplace(key, child.line);
-      if (!is_new) {
-        const std::string where =
-            at.file == kFromSet ? "" : ", first given in line " + std::to_string(first->second);
-        child.Fail("duplicate key" + where);
-      }
       if (std::find(read_elsewhere.begin(), read_elsewhere.end(), key) != read_elsewhere.end())
         continue;
       if (const Field* field = FindField(group, key))
@@ -250,17 +222,17 @@ class Reader {
     if (origins_) (*origins_)[at.path] = at.Where();
     std::visit(Overloaded{
                    [&](bool* value) {
-                     const bool plain = at.node->IsScalar() && at.node->Tag() == "?";
-                     const bool is_true = plain && at.node->Scalar() == "true";
-                     if (!is_true && !(plain && at.node->Scalar() == "false")) FailType(at, field);
+                     const bool is_true = at.tree->plain && at.tree->text == "true";
+                     if (!is_true && !(at.tree->plain && at.tree->text == "false"))
+                       FailType(at, field);
                      *value = is_true;
                    },
                    [&](int* value) { ReadInt(at, field, value); },
                    [&](int64_t* value) { ReadInt(at, field, value); },
                    [&](double* value) { ReadDouble(at, field, value); },
                    [&](std::string* value) {
-                     if (!at.node->IsScalar()) FailType(at, field);
-                     *value = at.node->Scalar();
+                     if (!at.Text()) FailType(at, field);
+                     *value = at.tree->text;
                    },
                    [&](const EnumRef& value) {
                      const auto found =
@@ -279,9 +251,9 @@ class Reader {
 
  private:
   static const std::string& NumberText(const YamlNode& at, const std::string& number) {
-    if (!at.node->IsScalar()) FailValue(at, "must be a " + number);
-    if (at.node->Tag() != "?") FailValue(at, "must be a " + number + ", without quotes or tag");
-    return at.node->Scalar();
+    if (!at.Text()) FailValue(at, "must be a " + number);
+    if (!at.tree->plain) FailValue(at, "must be a " + number + ", without quotes");
+    return at.tree->text;
   }
 
   void ReadDouble(const YamlNode& at, const Field& field, double* value) const {
@@ -486,59 +458,6 @@ void AppendKeys(const GroupRef& group, const std::string& path, std::vector<KeyD
   }
 }
 
-// Notes the line where each document of a text begins.
-class DocumentLines : public YAML::EventHandler {
- public:
-  const std::vector<int>& lines() const { return lines_; }
-
-  void OnDocumentStart(const YAML::Mark& mark) override { lines_.push_back(mark.line + 1); }
-  void OnDocumentEnd() override {}
-  void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
-  void OnAlias(const YAML::Mark&, YAML::anchor_t) override {}
-  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t,
-                const std::string&) override {}
-  void OnSequenceStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
-                       YAML::EmitterStyle::value) override {}
-  void OnSequenceEnd() override {}
-  void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
-                  YAML::EmitterStyle::value) override {}
-  void OnMapEnd() override {}
-
- private:
-  std::vector<int> lines_;
-};
-
-// The only document of a text, null if it holds none. YAML::Load ignores whatever follows the first
-// document, and YAML::LoadAll never returns where the parser cannot go on (text that begins with a
-// comma), so the beginning of a second document is looked for first.
-YAML::Node ParseOnly(const std::string& text, YamlNode at) {
-  try {
-    std::istringstream stream(text);
-    YAML::Parser parser(stream);
-    DocumentLines documents;
-    if (parser.HandleNextDocument(documents) && parser.HandleNextDocument(documents)) {
-      at.line = documents.lines().back();
-      at.Fail("one YAML document ends and more follows");
-    }
-    return YAML::Load(text);
-  } catch (const YAML::Exception& error) {
-    if (!error.mark.is_null()) at.line = error.mark.line + 1;
-    at.Fail("not valid YAML: " + error.msg);
-  }
-}
-
-// A node keeps the style in which it was written, whatever the emitter is told.
-void SetFlowStyle(YAML::Node* node) {
-  if (!node->IsSequence() && !node->IsMap()) return;
-  node->SetStyle(YAML::EmitterStyle::Flow);
-  for (auto entry : *node) {
-    if (node->IsMap())
-      SetFlowStyle(&entry.second);
-    else
-      SetFlowStyle(&entry);
-  }
-}
-
 // The field that a path names.
 Field FieldAt(const std::string& path, const GroupRef& group) {
   YamlNode at{nullptr, kFromSet, path};
@@ -565,80 +484,12 @@ void ApplySet(const std::string& assignment, const GroupRef& group, const Reader
     if (reader.unknown() == Unknown::kSkipped && inside && !FindField(*inside, word)) return;
     field = Descend(field, word, group, &at);
   }
-  at.node = NodeOf(ParseOnly(assignment.substr(equals + 1), at));
-  reader.ReadValue(at, field);
+  reader.ReadValue(ParseYamlValue(assignment.substr(equals + 1), at), field);
 }
 
 }  // namespace
 
 // ------------------------------------------------------------------------------------ public parts
-
-bool YamlNode::IsMap() const { return node->IsMap(); }
-bool YamlNode::IsList() const { return node->IsSequence(); }
-
-std::vector<std::pair<std::string, YamlNode>> YamlNode::Entries() const {
-  if (!IsMap()) Fail("must be a group of keys");
-  std::vector<std::pair<std::string, YamlNode>> entries;
-  for (const auto& entry : *node) {
-    YamlNode child{NodeOf(entry.second), file, path, LineOf(entry.first, line)};
-    if (!entry.first.IsScalar()) child.Fail("a key must be plain text");
-    child.path = JoinKey(path, entry.first.Scalar());
-    entries.emplace_back(entry.first.Scalar(), child);
-  }
-  return entries;
-}
-
-std::vector<YamlNode> YamlNode::Elements() const {
-  std::vector<YamlNode> elements;
-  if (IsList())
-    for (const auto& element : *node)
-      elements.push_back(
-          {NodeOf(element), file, ElementPath(path, elements.size()), LineOf(element, line)});
-  return elements;
-}
-
-std::optional<YamlNode> YamlNode::Find(const std::string& key) const {
-  if (!IsMap()) return std::nullopt;
-  for (const auto& entry : *node)
-    if (entry.first.IsScalar() && entry.first.Scalar() == key)
-      return YamlNode{NodeOf(entry.second), file, JoinKey(path, key), LineOf(entry.first, line)};
-  return std::nullopt;
-}
-
-std::optional<std::string> YamlNode::Text() const {
-  return node->IsScalar() ? std::optional(node->Scalar()) : std::nullopt;
-}
-
-std::string YamlNode::OneLine() const {
-  YAML::Node flow = YAML::Clone(*node);
-  SetFlowStyle(&flow);
-  YAML::Emitter out;
-  out << flow;
-  std::string text = out.c_str();
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  return text;
-}
-
-std::string YamlNode::Where() const {
-  return file == kFromSet ? file + " " : file + ":" + std::to_string(line) + ": ";
-}
-
-void YamlNode::Fail(const std::string& problem) const {
-  throw ConfigError(Where() + (path.empty() ? "" : path + ": ") + problem);
-}
-
-YamlNode LoadYaml(const std::string& file) { return ParseYaml(system::ReadWhole(file), file); }
-
-YamlNode ParseYaml(const std::string& text, const std::string& file) {
-  YamlNode root{nullptr, file, ""};
-  const YAML::Node node = ParseOnly(text, root);
-  if (node.IsNull()) throw ConfigError(file + ": is empty");
-  root.node = NodeOf(node);
-  root.line = LineOf(node, 1);
-  if (!root.IsMap())
-    throw ConfigError(root.Where() + "is " + Written(root, "'") + ", must be a group of keys");
-  return root;
-}
 
 namespace internal {
 
@@ -667,6 +518,11 @@ void ReadGroup(const YamlNode& node, const GroupRef& group, Origins* origins,
                std::initializer_list<std::string_view> read_elsewhere) {
   if (!node.IsMap()) FailValue(node, "must be a group of keys");
   Reader(group, node.path, origins).ReadGroup(node, group, read_elsewhere);
+}
+
+void ReadOne(const YamlNode& node, const ValueRef& value) {
+  const GroupRef nothing;
+  Reader(nothing, "", nullptr).ReadValue(node, {"", Finite(), "", value});
 }
 
 void ApplySetToGroup(const std::string& assignment, const GroupRef& group, Origins* origins) {

@@ -26,42 +26,10 @@
 #include <variant>
 #include <vector>
 
+#include "experiments/config/yaml_node.h"
 #include "sim/base/fields.h"
 
-namespace YAML {
-class Node;
-}
-
 namespace turbidock::config {
-
-// A part of a YAML document and where it is: `path` is the dotted key, empty for the whole
-// document.
-struct YamlNode {
-  std::shared_ptr<const YAML::Node> node;  // for whoever includes yaml-cpp
-  std::string file;
-  std::string path;
-  int line = 1;
-
-  bool IsMap() const;
-  bool IsList() const;
-  // Of a map, in its order; ConfigError for another kind of node and for keys that are no plain
-  // text.
-  std::vector<std::pair<std::string, YamlNode>> Entries() const;
-  std::vector<YamlNode> Elements() const;  // of a list; none of anything else
-  // The value of a key of this map, or nothing. For keys that no struct describes.
-  std::optional<YamlNode> Find(const std::string& key) const;
-  std::optional<std::string> Text() const;  // of a scalar
-  // The value as YAML in one line; the same for any comments and line breaks.
-  std::string OneLine() const;
-  // "FILE:LINE: ", the beginning of a message about this node; and ConfigError with all of it.
-  std::string Where() const;
-  [[noreturn]] void Fail(const std::string& problem) const;
-};
-
-// Reads a file, or text as if it were a file of that name. Throws ConfigError when it cannot be
-// read, is no valid YAML, holds nothing, more than one document, or no map.
-YamlNode LoadYaml(const std::string& file);
-YamlNode ParseYaml(const std::string& text, const std::string& file);
 
 // Where each value was last set: dotted key (and that of each group) -> "FILE:LINE: " or "--set ".
 // A key that is absent has its default.
@@ -128,6 +96,7 @@ void AddField(const char* key, const Range& range, const char* doc, ValueRef val
 void ReadGroup(const YamlNode& node, const GroupRef& group, Origins* origins,
                std::initializer_list<std::string_view> read_elsewhere);
 void ApplySetToGroup(const std::string& assignment, const GroupRef& group, Origins* origins);
+void ReadOne(const YamlNode& node, const ValueRef& value);
 void PeekValue(const Layers& layers, const std::string& key, const ValueRef& value);
 // Rethrows `error` with the origin of its key, or of the group around it, in front.
 [[noreturn]] void ThrowWithOrigin(const ConfigError& error, const Origins& origins);
@@ -229,6 +198,12 @@ Origins ReadLayers(const Layers& layers, T* object) {
     internal::ApplySetToGroup(assignment, group, &origins);
   CheckSettings(*object, origins);
   return origins;
+}
+
+// One value of any type that a field may have, of any finite size.
+template <class V>
+void ReadValue(const YamlNode& node, V* value) {
+  internal::ReadOne(node, internal::RefTo(value));
 }
 
 // What the layers give for this one key (no deeper than in one group), or `otherwise`: for a

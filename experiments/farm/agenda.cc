@@ -17,6 +17,10 @@ TrialRule RuleOf(const StoreHeader& header) {
   rule.precision = precision;
   rule.batch = config::Peek(plan, "seeds", 1);
   rule.most = config::Peek(plan, "max_trials", 1);
+  if (rule.batch < 1 || rule.most < rule.batch || header.trials % rule.most != 0)
+    throw ConfigError(
+        "the file's plan is damaged: seeds, max_trials and the number of trials "
+        "do not go together");
   rule.cells = header.trials / rule.most;
   return rule;
 }

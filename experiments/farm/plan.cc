@@ -81,8 +81,11 @@ std::string RandomKey::ValueAt(double u) const {
   return choices[static_cast<size_t>(u * static_cast<double>(choices.size()))];
 }
 
-Plan::Plan(const std::string& text, const std::string& file, const PlanOverrides& overrides) {
-  const config::YamlNode plan = config::ParseYaml(text, file);
+Plan::Plan(const std::string& text, const std::string& file, const PlanOverrides& overrides)
+    : Plan(config::ParseYaml(text, file), overrides) {}
+
+Plan::Plan(const config::YamlNode& plan, const PlanOverrides& overrides) {
+  const std::string& file = plan.file;
   config::Origins origins;
   config::ReadFields(
       plan, &settings_, &origins,
@@ -97,7 +100,6 @@ Plan::Plan(const std::string& text, const std::string& file, const PlanOverrides
   if (const auto random = plan.Find("random")) ReadRandom(*random);
   LoadScenarios(plan, overrides.assignments);
 
-  constexpr int64_t kMaxTrials = 10'000'000;
   for (const GridAxis& axis : grid_) {
     cells_ *= std::ssize(axis.values);
     if (trials() > kMaxTrials)

@@ -35,6 +35,7 @@ struct YamlNode;
 namespace turbidock::farm {
 
 inline constexpr int kPlanSchema = 1;
+inline constexpr int64_t kMaxTrials = 10'000'000;  // of a plan
 
 // How the random keys of a cell's trials are spread. All keep each key's distribution.
 enum class Design {
@@ -144,6 +145,7 @@ class Plan {
   // The plan in a text; `file` stands for it in messages. ConfigError for whatever is wrong in it,
   // also for a trial whose scenario would be wrong: all of them are looked at.
   Plan(const std::string& text, const std::string& file, const PlanOverrides& overrides = {});
+  explicit Plan(const config::YamlNode& plan, const PlanOverrides& overrides = {});
 
   const PlanSettings& settings() const { return settings_; }
   const std::vector<GridAxis>& grid() const { return grid_; }

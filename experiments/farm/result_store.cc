@@ -6,22 +6,28 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
+#include <cmath>
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <set>
 #include <sstream>
 #include <utility>
 
+#include "experiments/config/yaml_fields.h"
 #include "experiments/farm/agenda.h"
 #include "experiments/report/table.h"
 #include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"
+#include "experiments/system/plain_text.h"
 #include "experiments/trial/record_columns.h"
 #include "experiments/trial/trial_files.h"
 
 namespace turbidock::farm {
 namespace {
 
+namespace fs = std::filesystem;
 using trial::Cell;
 using trial::Place;
 
@@ -80,6 +86,19 @@ Cell CellOfText(const std::string& value) {
   return number ? Cell(*number) : Cell(value);
 }
 
+// Of a parameter: text stays text, whatever number it looks like, where the key has none.
+Cell CellOfParameter(const Parameter& parameter) {
+  static const std::set<std::string> texts = [] {
+    std::set<std::string> keys = {"scenario"};
+    for (const config::KeyDoc& doc : trial::ScenarioKeys())
+      if (doc.type == "text" || doc.type.starts_with("one of")) keys.insert(doc.key);
+    return keys;
+  }();
+  const std::optional<double> number = report::NumberIn(parameter.value);
+  return number && std::isfinite(*number) && !texts.contains(parameter.key) ? Cell(*number)
+                                                                            : Cell(parameter.value);
+}
+
 void Bind(SQLite::Statement* statement, int index, const Cell& cell) {
   std::visit(
       [&](const auto& value) {
@@ -110,6 +129,27 @@ std::vector<std::string> Split(const std::string& line, char separator) {
   std::istringstream stream(line);
   for (std::string part; std::getline(stream, part, separator);) parts.push_back(part);
   return parts;
+}
+
+// A file may come from anywhere: what its schema says is not done, and nothing in it is believed to
+// be of a sensible size.
+void Harden(const SQLite::Database& db) {
+  constexpr int kLongestValue = 256 << 20;  // bytes, of a plan
+  sqlite3* const handle = db.getHandle();
+  sqlite3_db_config(handle, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
+  sqlite3_db_config(handle, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
+  sqlite3_db_config(handle, SQLITE_DBCONFIG_ENABLE_TRIGGER, 0, nullptr);
+  sqlite3_limit(handle, SQLITE_LIMIT_LENGTH, kLongestValue);
+  sqlite3_exec(handle, "PRAGMA cell_size_check = ON; PRAGMA mmap_size = 0", nullptr, nullptr,
+               nullptr);
+}
+
+// A number that a text is, all of it.
+std::optional<int64_t> WholeIn(const std::string& text) {
+  int64_t number = 0;
+  const char* const end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, number);
+  return error == std::errc() && stop == end ? std::optional(number) : std::nullopt;
 }
 
 // A table's columns but the trial.
@@ -154,6 +194,68 @@ void Insert(const SQLite::Database& db, const std::string& table, const Row& row
   insert.exec();
 }
 
+// What a table must have, and what its other columns are if it has them: name and declared type.
+struct TableSchema {
+  std::string name;
+  std::map<std::string, std::string> required, known{};
+};
+
+std::vector<TableSchema> Schema() {
+  std::vector<TableSchema> schema = {{"meta", {{"key", "TEXT"}, {"value", "TEXT"}}},
+                                     {"parameters", {{"trial", "INTEGER"}}},
+                                     {"series", {{"trial", "INTEGER"}, {"frame", ""}}}};
+  for (const RecordTable& table : kRecordTables) {
+    TableSchema& one = schema.emplace_back(TableSchema{table.name, {{"trial", "INTEGER"}}});
+    ForColumns(table, [&](size_t i) {
+      const trial::Column& column = trial::Columns()[i];
+      const std::string type = column.sql_type;
+      one.known[column.name] = type.substr(0, type.find(' '));
+    });
+    if (one.name != kRecordTables[0].name) continue;
+    for (const char* number : {"cell", "sample"}) one.required[number] = "INTEGER";
+    for (const char* word : {"seed", "outcome", "failure", "digest"})
+      one.required[word] = one.known.at(word);
+  }
+  return schema;
+}
+
+// ConfigError naming the first table, column or type that is not as this program makes them. What
+// it does not know of a table is left alone.
+void RequireSchema(const SQLite::Database& db, const std::string& file) {
+  const auto fail = [&file](const std::string& problem) {
+    throw ConfigError(file + ": is no result file of this program: " + problem);
+  };
+  const std::vector<TableSchema> schema = Schema();
+  std::map<std::string, std::string> kinds;
+  SQLite::Statement master(db, "SELECT type, name FROM sqlite_master");
+  while (master.executeStep()) {
+    const std::string kind = master.getColumn(0).getString();
+    const std::string name = master.getColumn(1).getString();
+    kinds.emplace(name, kind);
+    const bool is_known = std::any_of(schema.begin(), schema.end(),
+                                      [&](const TableSchema& table) { return table.name == name; });
+    if (kind == "trigger" || (kind == "table" && !is_known && !name.starts_with("sqlite_")))
+      fail(fmt::format("it has a {} {}", kind, name));
+  }
+  for (const TableSchema& table : schema) {
+    const auto found = kinds.find(table.name);
+    if (found == kinds.end() || found->second != "table") fail("it has no table " + table.name);
+    std::map<std::string, std::string> columns;
+    SQLite::Statement query(db, "SELECT name, type FROM pragma_table_info(?)");
+    query.bind(1, table.name);
+    while (query.executeStep())
+      columns[query.getColumn(0).getString()] = query.getColumn(1).getString();
+    for (const auto& [name, type] : table.required)
+      if (!columns.contains(name)) fail(fmt::format("table {} has no column {}", table.name, name));
+    for (const auto* part : {&table.required, &table.known})
+      for (const auto& [name, type] : *part)
+        if (const auto column = columns.find(name);
+            column != columns.end() && column->second != type)
+          fail(fmt::format("column {} of table {} is {}, must be {}", name, table.name,
+                           column->second.empty() ? "of no type" : column->second, type));
+  }
+}
+
 // The first line in which two texts differ.
 std::string FirstDifference(const std::string& a, const std::string& b) {
   std::istringstream left(a), right(b);
@@ -161,7 +263,7 @@ std::string FirstDifference(const std::string& a, const std::string& b) {
     std::string x, y;
     const bool more_left = static_cast<bool>(std::getline(left, x));
     const bool more_right = static_cast<bool>(std::getline(right, y));
-    if (!more_left && !more_right) return "nothing that shows";
+    if (!more_left && !more_right) return "";
     if (x == y && more_left == more_right) continue;
     const auto shown = [](const std::string& line, bool is_there) {
       std::string text = line.substr(0, line.find("  # "));  // without the key's description
@@ -170,6 +272,12 @@ std::string FirstDifference(const std::string& a, const std::string& b) {
     };
     return shown(x, more_left) + " in one, " + shown(y, more_right) + " in the other";
   }
+}
+
+std::string PlanDifference(const StoreHeader& a, const StoreHeader& b) {
+  if (std::string line = FirstDifference(a.plan, b.plan); !line.empty()) return line;
+  return fmt::format("they read the same, but one has the hash {}, the other {}", a.plan_hash,
+                     b.plan_hash);
 }
 
 // A resolved plan less the two keys that say only how many trials a cell has.
@@ -209,7 +317,7 @@ std::vector<std::string> Differences(const StoreHeader& a, const StoreHeader& b)
   if (a.kind != b.kind)
     differences.push_back("one was written by " + a.kind + ", the other by " + b.kind);
   if (a.plan_hash != b.plan_hash)
-    differences.push_back("the plans differ: " + FirstDifference(a.plan, b.plan));
+    differences.push_back("the plans differ: " + PlanDifference(a, b));
   if (a.build != b.build)
     differences.push_back("the builds differ: " + a.build + " and " + b.build);
   return differences;
@@ -224,10 +332,14 @@ ResultStore::ResultStore(std::string file, bool writes) : file_(std::move(file))
     lock_ = std::make_unique<RunLock>(file_);
   }
   Guard(file_, [&] {
-    // Reading, too, must be able to undo what a killed writer left half done.
-    const int create = writes ? SQLite::OPEN_CREATE : 0;
-    db_ =
-        std::make_unique<SQLite::Database>(file_, SQLite::OPEN_READWRITE | create, kBusyTimeout_ms);
+    int mode = SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE;
+    // Reading, too, must be able to undo what a killed writer left half done; else nothing is
+    // written.
+    if (!writes)
+      mode = fs::exists(fs::weakly_canonical(file_).string() + "-journal") ? SQLite::OPEN_READWRITE
+                                                                           : SQLite::OPEN_READONLY;
+    db_ = std::make_unique<SQLite::Database>(file_, mode, kBusyTimeout_ms);
+    Harden(*db_);
     if (!writes) return;
     // A rollback journal, not a write-ahead log: the file alone is the whole result, and it works
     // on a cluster's network file system. EXTRA: on the disk before a transaction counts as done.
@@ -241,10 +353,6 @@ ResultStore ResultStore::Write(const std::string& file, const StoreHeader& heade
     const int tables = store.db_->execAndGet("SELECT count(*) FROM sqlite_master").getInt();
     if (tables == 0) store.Create(header);
     store.ReadHeader();
-    const std::string check = store.db_->execAndGet("PRAGMA quick_check(1)").getString();
-    if (check != "ok")
-      throw ConfigError(file + ": is damaged (" + check +
-                        "); `sqlite3 FILE .recover` may save some of it");
   });
   if (AsksForMore(header, store.header_)) store.ReplacePlan(header);
   std::vector<std::string> differences = Differences(store.header_, header);
@@ -258,8 +366,8 @@ ResultStore ResultStore::Write(const std::string& file, const StoreHeader& heade
 }
 
 ResultStore ResultStore::Read(const std::string& file) {
-  std::error_code ignored;
-  if (!std::filesystem::is_regular_file(file, ignored)) throw ConfigError(file + ": no such file");
+  if (const std::string why = system::WhyUnreadable(file); !why.empty())
+    throw ConfigError(file + ": " + why);
   ResultStore store(file, /*writes=*/false);
   Guard(file, [&] { store.ReadHeader(); });
   return store;
@@ -327,19 +435,53 @@ void ResultStore::ReadHeader() {
   if (schema != kStoreSchema)
     throw ConfigError(fmt::format("{}: has schema version {}, this program reads {}", file_, schema,
                                   kStoreSchema));
+  const std::string check = db_->execAndGet("PRAGMA quick_check(1)").getString();
+  if (check != "ok") FailDamaged(system::OneLineOf(check));
+  RequireSchema(*db_, file_);
   const auto get = [&](const std::string& key) {
     SQLite::Statement query(*db_, "SELECT value FROM meta WHERE key = ?");
     query.bind(1, key);
-    if (!query.executeStep()) throw ConfigError(file_ + ": is damaged: it has no " + key);
-    return query.getColumn(0).getString();
+    if (!query.executeStep()) FailDamaged("it has no " + key);
+    std::string value = query.getColumn(0).getString();
+    if (system::FirstNoText(value)) FailDamaged(key + " is no text");
+    return value;
   };
   header_.kind = get("kind");
   header_.plan = get("plan");
   header_.plan_hash = get("plan_hash");
   header_.build = get("build");
-  header_.shard = ParseShard(get("shard"));
-  header_.trials = std::stoll(get("trials"));
+  try {
+    header_.shard = ParseShard(get("shard"));
+  } catch (const ConfigError&) {
+    FailDamaged("its shard is '" + get("shard") + "'");
+  }
+  const std::optional<int64_t> trials = WholeIn(get("trials"));
+  if (!trials || *trials < 0 || *trials > kMaxTrials)
+    FailDamaged("its number of trials is '" + get("trials") + "'");
+  header_.trials = *trials;
   header_.keys = OwnColumns(*db_, "parameters");
+  RequireRows();
+}
+
+void ResultStore::RequireRows() const {
+  for (const char* table : {"runs", "parameters", "metrics"}) {
+    SQLite::Statement query(*db_, fmt::format("SELECT trial FROM trials WHERE trial NOT IN "
+                                              "(SELECT trial FROM {}) LIMIT 1",
+                                              table));
+    if (query.executeStep())
+      FailDamaged(fmt::format("trial {} is not in table {}", query.getColumn(0).getInt64(), table));
+  }
+  SQLite::Statement query(*db_,
+                          "SELECT trial FROM trials WHERE trial < 0 OR trial >= ? "
+                          "OR typeof(cell) <> 'integer' OR typeof(sample) <> 'integer' LIMIT 1");
+  query.bind(1, header_.kind == "batch" ? header_.trials : INT64_MAX);
+  if (query.executeStep())
+    FailDamaged(fmt::format("trial {} is none of its plan's", query.getColumn(0).getInt64()));
+}
+
+void ResultStore::FailDamaged(const std::string& how) const {
+  throw ConfigError(file_ + ": is damaged (" + how +
+                    "); `sqlite3 FILE .recover` may save some of it");
 }
 
 void ResultStore::Add(const StoredTrial& trial) {
@@ -359,7 +501,7 @@ void ResultStore::Add(const StoredTrial& trial) {
     }
     Row parameters = {{"trial", trial.trial}};
     for (size_t i = 0; i < header_.keys.size(); ++i)
-      parameters.emplace_back(header_.keys[i], CellOfText(trial.parameters[i].value));
+      parameters.emplace_back(header_.keys[i], CellOfParameter(trial.parameters[i]));
     Insert(*db_, "parameters", parameters);
     AddSeries(trial.trial, trial.series_csv);
     transaction.commit();
@@ -514,7 +656,11 @@ std::vector<StoredTrial> ResultStore::Select(const std::string& where) const {
         stored.parameters.push_back({key, ValueText(next())});
       std::vector<Cell> cells(trial::Columns().size());
       for (const size_t i : read) cells[i] = CellOf(next());
-      stored.record = trial::RecordOf(cells);
+      try {
+        stored.record = trial::RecordOf(cells);
+      } catch (const ConfigError& error) {
+        FailDamaged(fmt::format("trial {}: {}", stored.trial, error.what()));
+      }
       trials.push_back(std::move(stored));
     }
     return trials;

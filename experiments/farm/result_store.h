@@ -95,7 +95,9 @@ class ResultStore {
   ResultStore(std::string file, bool writes);
 
   void Create(const StoreHeader& header);
-  void ReadHeader();
+  void ReadHeader();  // with all that is asked of a file before anything in it is used
+  void RequireRows() const;
+  [[noreturn]] void FailDamaged(const std::string& how) const;
   void ReplacePlan(const StoreHeader& header);
   void AddSeries(int64_t trial, const std::string& csv);
   std::vector<StoredTrial> Select(const std::string& where) const;

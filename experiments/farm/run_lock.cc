@@ -6,6 +6,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 
 #include "sim/base/check.h"
 
@@ -34,9 +35,16 @@ std::string Holder(int fd) {
   return n > 0 ? " (process " + std::string(text) + ")" : "";
 }
 
+// One lock for all of a file's names but hard links.
+std::string LockOf(const std::string& file) {
+  std::error_code error;
+  const std::filesystem::path real = std::filesystem::weakly_canonical(file, error);
+  return (error ? file : real.string()) + ".lock";
+}
+
 }  // namespace
 
-RunLock::RunLock(const std::string& file) : path_(file + ".lock") {
+RunLock::RunLock(const std::string& file) : path_(LockOf(file)) {
   for (;;) {
     fd_ = open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
     if (fd_ < 0) throw ConfigError(path_ + ": cannot be written: " + std::strerror(errno));
@@ -60,7 +68,7 @@ RunLock::RunLock(const std::string& file) : path_(file + ".lock") {
 }
 
 bool IsLocked(const std::string& file) {
-  const int fd = open((file + ".lock").c_str(), O_RDONLY | O_CLOEXEC);
+  const int fd = open(LockOf(file).c_str(), O_RDONLY | O_CLOEXEC);
   if (fd < 0) return false;
   struct flock lock = WholeFile();
   const bool locked = fcntl(fd, F_OFD_GETLK, &lock) == 0 && lock.l_type != F_UNLCK;

@@ -6,13 +6,14 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <cstdio>
+#include <charconv>
 #include <filesystem>
 #include <optional>
 #include <regex>
 #include <vector>
 
 #include "experiments/media/png.h"
+#include "experiments/system/output_path.h"
 #include "experiments/system/subprocess.h"
 #include "sim/base/check.h"
 
@@ -33,21 +34,45 @@ bool IsStill(const fs::path& path) {
   return std::find(kStills.begin(), kStills.end(), ExtensionOf(path)) != kStills.end();
 }
 
+// A pipe would keep a reader waiting for ever.
+void RequireReadable(const std::string& file) {
+  if (const std::string why = system::WhyUnreadable(file); !why.empty())
+    throw ConfigError(file + ": " + why);
+}
+
 // Whatever ffmpeg can decode, as a stream of PPM images: each says its own size.
 class DecodedImages : public ImageSource {
  public:
   explicit DecodedImages(const std::string& file)
       : file_(file),
-        ffmpeg_({"ffmpeg", "-nostdin", "-hide_banner", "-loglevel", "error", "-i", "file:" + file,
-                 "-map", "0:v:0", "-f", "image2pipe", "-c:v", "ppm", "-pix_fmt", "rgb24",
-                 "-fps_mode", "passthrough", "pipe:1"},
+        ffmpeg_({"ffmpeg",
+                 "-nostdin",
+                 "-hide_banner",
+                 "-loglevel",
+                 "error",
+                 "-max_pixels",
+                 std::to_string(int64_t{kLargestImage_px} * kLargestImage_px),
+                 "-i",
+                 "file:" + file,
+                 "-map",
+                 "0:v:0",
+                 "-f",
+                 "image2pipe",
+                 "-c:v",
+                 "ppm",
+                 "-pix_fmt",
+                 "rgb24",
+                 "-fps_mode",
+                 "passthrough",
+                 "pipe:1"},
                 "ffmpeg", system::Subprocess::Output::kStream) {}
 
   bool Next(Image3u8* image) override {
     if (at_end_) return false;
-    const std::optional<std::array<int, 2>> size = ReadHeader();
+    const std::optional<std::array<int64_t, 2>> size = ReadHeader();
     if (size) {
-      image->Resize((*size)[0], (*size)[1]);
+      RequireImageSize((*size)[0], (*size)[1], file_);
+      image->Resize(static_cast<int>((*size)[0]), static_cast<int>((*size)[1]));
       const size_t bytes = 3 * image->pixels();
       if (ffmpeg_.Read(image->data(), bytes) == bytes) {
         ++count_;
@@ -68,15 +93,19 @@ class DecodedImages : public ImageSource {
 
  private:
   // "P6", width, height and largest value, each followed by one white space.
-  std::optional<std::array<int, 2>> ReadHeader() {
+  std::optional<std::array<int64_t, 2>> ReadHeader() {
     std::array<std::string, 4> words;
     for (std::string& word : words)
       for (char c = 0; ffmpeg_.Read(&c, 1) == 1 && !std::isspace(static_cast<unsigned char>(c));)
         word += c;
     if (words[0].empty()) return std::nullopt;
-    std::array<int, 2> size{};
-    if (words[0] != "P6" || std::sscanf(words[1].c_str(), "%d", &size[0]) != 1 ||
-        std::sscanf(words[2].c_str(), "%d", &size[1]) != 1 || size[0] < 1 || size[1] < 1)
+    std::array<int64_t, 2> size{};
+    const auto read = [](const std::string& word, int64_t* number) {
+      const char* const end = word.data() + word.size();
+      const auto [stop, error] = std::from_chars(word.data(), end, *number);
+      return error == std::errc() && stop == end;
+    };
+    if (words[0] != "P6" || !read(words[1], &size[0]) || !read(words[2], &size[1]))
       throw SimulatorFault(file_ + ": ffmpeg's output is not understood");
     return size;
   }
@@ -88,6 +117,7 @@ class DecodedImages : public ImageSource {
 };
 
 Image3u8 ReadStill(const std::string& file) {
+  RequireReadable(file);
   if (ExtensionOf(file) == ".png") return ReadPng(file);
   Image3u8 image;
   DecodedImages(file).Next(&image);
@@ -138,29 +168,33 @@ std::vector<std::string> FilesOfNumbers(const std::string& before, bool zeros, i
 
 }  // namespace
 
-std::unique_ptr<ImageSource> OpenImages(const std::string& name) {
-  const auto sequence = [&](std::vector<std::string> files) {
-    if (files.empty()) throw ConfigError(name + ": there are no such images");
-    return std::make_unique<ImageFiles>(std::move(files), false);
-  };
+std::vector<std::string> FilesOf(const std::string& name) {
+  std::vector<std::string> files;
   if (fs::is_directory(name)) {
-    std::vector<std::string> files;
     for (const auto& entry : fs::directory_iterator(name))
       if (IsStill(entry.path())) files.push_back(entry.path().string());
     std::sort(files.begin(), files.end());
-    return sequence(std::move(files));
+    return files;
   }
-  if (fs::exists(name)) {
-    if (IsStill(name)) return std::make_unique<ImageFiles>(std::vector<std::string>{name}, true);
-    return std::make_unique<DecodedImages>(name);
-  }
+  if (fs::exists(name)) return {name};
   std::smatch parts;
-  static const std::regex kNumbered("(.*)%(0?)([0-9]*)d(.*)");
+  static const std::regex kNumbered("(.*)%(0?)([0-9]{0,2})d(.*)");  // a name has 255 letters
   if (std::regex_match(name, parts, kNumbered))
-    return sequence(FilesOfNumbers(parts[1], parts[2].length() > 0,
-                                   parts[3].length() > 0 ? std::stoi(parts[3]) : 1, parts[4]));
-  if (name.find_first_of("*?[") != std::string::npos) return sequence(FilesOfPattern(name));
-  throw ConfigError(name + ": there is no such file or folder");
+    return FilesOfNumbers(parts[1], parts[2].length() > 0,
+                          parts[3].length() > 0 ? std::stoi(parts[3]) : 1, parts[4]);
+  if (name.find_first_of("*?[") != std::string::npos) return FilesOfPattern(name);
+  return {};
+}
+
+std::unique_ptr<ImageSource> OpenImages(const std::string& name) {
+  std::vector<std::string> files = FilesOf(name);
+  if (files.empty())
+    throw ConfigError(name + ": there is no such file or folder, and no such images");
+  const bool is_one = files.size() == 1 && files[0] == name;
+  if (!is_one) return std::make_unique<ImageFiles>(std::move(files), false);
+  if (IsStill(name)) return std::make_unique<ImageFiles>(std::move(files), true);
+  RequireReadable(name);
+  return std::make_unique<DecodedImages>(name);
 }
 
 }  // namespace turbidock::media

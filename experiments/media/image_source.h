@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "sim/base/image.h"
 
@@ -16,6 +17,9 @@ class ImageSource {
   // Whether it holds one image only, as a file of a still image does.
   virtual bool is_still() const = 0;
 };
+
+// The files that a name means, below: one, those of a folder or a pattern, or none.
+std::vector<std::string> FilesOf(const std::string& name);
 
 // Opens what the name means: a still image (PNG by libpng, others by ffmpeg), a folder or a shell
 // pattern of images (in the order of their names), a printf pattern such as left_%04d.png (from the

@@ -2,7 +2,6 @@
 
 #include <vector>
 
-#include "experiments/system/output_path.h"
 #include "sim/base/check.h"
 
 namespace turbidock::media {
@@ -10,7 +9,6 @@ namespace {
 
 std::vector<std::string> Command(const std::string& path, int width_px, int height_px,
                                  int frames_per_second) {
-  system::RequireWritable(path);
   std::vector<std::string> command = {"ffmpeg",    "-nostdin", "-hide_banner",
                                       "-loglevel", "error",    "-y"};
   auto add = [&](std::initializer_list<std::string> more) { command.insert(command.end(), more); };
@@ -34,17 +32,21 @@ std::vector<std::string> Command(const std::string& path, int width_px, int heig
 Mp4Writer::Mp4Writer(const std::string& path, int width_px, int height_px, int frames_per_second)
     : width_px_(width_px),
       height_px_(height_px),
-      ffmpeg_(Command(path, width_px, height_px, frames_per_second), "ffmpeg") {
+      file_(path),
+      ffmpeg_(Command(file_.partial(), width_px, height_px, frames_per_second), "ffmpeg") {
   TD_CHECK(width_px % 2 == 0 && height_px % 2 == 0, "yuv420p halves the size of the colour planes");
 }
 
 void Mp4Writer::Add(const Canvas& frame) {
   TD_CHECK(frame.width() == width_px_ && frame.height() == height_px_, "frames of one size");
   if (ffmpeg_.Write(frame.data(), frame.bytes())) return;
-  ffmpeg_.Finish();
-  throw SimulatorFault("ffmpeg stopped reading before the end of the video");
+  ffmpeg_.FinishWriting(file_.path());
+  throw SimulatorFault(file_.path() + ": ffmpeg stopped reading before the end of the video");
 }
 
-void Mp4Writer::Finish() { ffmpeg_.Finish(); }
+void Mp4Writer::Finish() {
+  ffmpeg_.FinishWriting(file_.path());
+  file_.Commit();
+}
 
 }  // namespace turbidock::media

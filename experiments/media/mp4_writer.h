@@ -9,6 +9,7 @@
 #include <string>
 
 #include "experiments/media/canvas.h"
+#include "experiments/system/output_path.h"
 #include "experiments/system/subprocess.h"
 
 namespace turbidock::media {
@@ -16,19 +17,19 @@ namespace turbidock::media {
 // H.264, yuv420p, BT.709, with the index in front. The same frames give the same bytes.
 class Mp4Writer {
  public:
-  // Width and height must be even. ConfigError when the path cannot be written, SimulatorFault when
-  // ffmpeg is missing.
+  // Width and height must be even. What stands at the path stays until Finish. ConfigError when it
+  // cannot be written, SimulatorFault when ffmpeg is missing.
   Mp4Writer(const std::string& path, int width_px, int height_px, int frames_per_second);
 
-  // SimulatorFault with ffmpeg's words when it has given up.
+  // ConfigError when the disk is full, SimulatorFault when ffmpeg has given up otherwise.
   void Add(const Canvas& frame);
 
-  // Ends the file; nothing may be added afterwards. Without it the destructor ends the file and
-  // stays silent about errors.
+  // Ends the file and gives it its name; nothing may be added afterwards. Without it there is none.
   void Finish();
 
  private:
   int width_px_, height_px_;
+  system::WholeFile file_;
   system::Subprocess ffmpeg_;
 };
 

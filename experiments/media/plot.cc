@@ -70,10 +70,11 @@ struct Terminal {
   const char* name;
   double px_per_unit;
   const char* unit;
+  const char* end;  // what a whole file has within its last bytes
 };
-constexpr std::array kTerminals = {Terminal{".png", "pngcairo", 1, ""},
-                                   Terminal{".svg", "svg background '#ffffff'", 1, ""},
-                                   Terminal{".pdf", "pdfcairo", 72, "in"}};
+constexpr std::array kTerminals = {Terminal{".png", "pngcairo", 1, "", "IEND"},
+                                   Terminal{".svg", "svg background '#ffffff'", 1, "", "</svg>"},
+                                   Terminal{".pdf", "pdfcairo", 72, "in", "%%EOF"}};
 
 const Terminal& TerminalOf(const std::string& path) {
   for (const Terminal& terminal : kTerminals)
@@ -281,7 +282,7 @@ void RequireFigurePath(const std::string& path) { TerminalOf(path); }
 
 void WriteFigure(const std::string& path, const Figure& figure) {
   const Terminal& terminal = TerminalOf(path);
-  system::RequireWritable(path);
+  system::WholeFile file(path);
   const size_t columns = figure.columns;
   const size_t rows = figure.stacked ? 1 : (figure.panels.size() + columns - 1) / columns;
   const std::string title = figure.title.empty() || figure.stacked
@@ -293,7 +294,7 @@ void WriteFigure(const std::string& path, const Figure& figure) {
               size(columns * static_cast<size_t>(figure.width_px)), terminal.unit,
               size(rows * static_cast<size_t>(figure.height_px) + (title.empty() ? 0 : 40)),
               terminal.unit);
-  script.Line("set output {}", Quoted(path));
+  script.Line("set output {}", Quoted(file.partial()));
   script.Line("set encoding utf8");
   script.Line("set multiplot {}",
               figure.stacked ? "" : fmt::format("layout {},{} {}", rows, columns, title));
@@ -302,7 +303,13 @@ void WriteFigure(const std::string& path, const Figure& figure) {
   // default settings: no start-up file of the user changes a figure
   system::Subprocess gnuplot({"gnuplot", "--default-settings"}, "gnuplot-nox");
   gnuplot.Write(script.text.data(), script.text.size());  // Finish says why it could not
-  gnuplot.Finish();
+  gnuplot.FinishWriting(path);
+  // It says nothing when the disk is full.
+  const std::string written = system::ReadWhole(file.partial());
+  if (written.find(terminal.end, written.size() - std::min<size_t>(written.size(), 64)) ==
+      std::string::npos)
+    throw ConfigError(path, "cannot be written: No space left on device");
+  file.Commit();
 }
 
 }  // namespace turbidock::media

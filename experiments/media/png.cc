@@ -1,5 +1,6 @@
 #include "experiments/media/png.h"
 
+#include <fmt/format.h>
 #include <png.h>
 
 #include "experiments/system/output_path.h"
@@ -7,24 +8,44 @@
 
 namespace turbidock::media {
 
+void RequireImageSize(int64_t width_px, int64_t height_px, const std::string& file) {
+  if (width_px >= 1 && height_px >= 1 && width_px <= kLargestImage_px &&
+      height_px <= kLargestImage_px)
+    return;
+  throw ConfigError(file, fmt::format("{} x {} pixels, at most {} x {} can be read", width_px,
+                                      height_px, kLargestImage_px, kLargestImage_px));
+}
+
 void WritePng(const std::string& path, const Image3u8& image) {
   TD_CHECK(!image.empty(), "an image to write");
-  system::RequireWritable(path);
+  system::RequireWritable(path);  // before the work of compressing it
   png_image png{};
   png.version = PNG_IMAGE_VERSION;
   png.width = static_cast<png_uint_32>(image.width());
   png.height = static_cast<png_uint_32>(image.height());
   png.format = PNG_FORMAT_RGB;
-  if (!png_image_write_to_file(&png, path.c_str(), /*convert_to_8_bit=*/0, image.data(),
-                               /*row_stride=*/0, /*colormap=*/nullptr))
+  std::string bytes(PNG_IMAGE_PNG_SIZE_MAX(png), '\0');
+  png_alloc_size_t size = bytes.size();
+  if (!png_image_write_to_memory(&png, bytes.data(), &size, /*convert_to_8_bit=*/0, image.data(),
+                                 /*row_stride=*/0, /*colormap=*/nullptr))
     throw SimulatorFault(path + ": " + png.message);
+  bytes.resize(size);
+  system::WriteWhole(path, bytes);
 }
 
 Image3u8 ReadPng(const std::string& path) {
+  const std::string bytes = system::ReadWhole(path);
   png_image png{};
   png.version = PNG_IMAGE_VERSION;
-  if (!png_image_begin_read_from_file(&png, path.c_str())) throw ConfigError(path, png.message);
+  if (!png_image_begin_read_from_memory(&png, bytes.data(), bytes.size()))
+    throw ConfigError(path, png.message);
   png.format = PNG_FORMAT_RGB;
+  try {
+    RequireImageSize(png.width, png.height, path);
+  } catch (const ConfigError&) {
+    png_image_free(&png);
+    throw;
+  }
   Image3u8 image(static_cast<int>(png.width), static_cast<int>(png.height));
   const png_color black{0, 0, 0};
   if (!png_image_finish_read(&png, &black, image.data(), /*row_stride=*/0, /*colormap=*/nullptr))

@@ -1,13 +1,21 @@
 #pragma once
 // PNG files by libpng alone: the image files of OpenCV bring in two hundred shared libraries.
 
+#include <cstdint>
 #include <string>
 
 #include "sim/base/image.h"
 
 namespace turbidock::media {
 
-// 8-bit RGB. ConfigError when the path cannot be written, SimulatorFault when writing breaks off.
+// Pixels of an image's side that are read at most: as a rig's cameras have.
+inline constexpr int kLargestImage_px = 8192;
+
+// ConfigError "FILE: W x H pixels, ..." for an image that is larger than that, or empty. To be
+// asked before anything of that size is allocated.
+void RequireImageSize(int64_t width_px, int64_t height_px, const std::string& file);
+
+// 8-bit RGB, complete or not at all. ConfigError when the path cannot be written.
 void WritePng(const std::string& path, const Image3u8& image);
 
 // Any PNG, as 8-bit RGB (an alpha channel is laid over black). ConfigError when it cannot be read.

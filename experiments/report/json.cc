@@ -18,7 +18,10 @@ std::string CsvField(const Json& value) {
 
 }  // namespace
 
-std::string JsonText(const Json& json) { return json.dump(2) + "\n"; }
+// A file's name may be of any bytes.
+std::string JsonText(const Json& json) {
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
 
 std::string JsonLine(const Json& json) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);

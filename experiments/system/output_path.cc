@@ -1,55 +1,165 @@
 #include "experiments/system/output_path.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <fstream>
-#include <memory>
+#include <map>
 #include <system_error>
 
 #include "sim/base/check.h"
 
 namespace turbidock::system {
+namespace {
+
+namespace fs = std::filesystem;
+
+// What stands at a path, if anything: empty for a regular file.
+std::string KindOf(const struct stat& found) {
+  if (S_ISREG(found.st_mode)) return "";
+  if (S_ISDIR(found.st_mode)) return "is a directory";
+  return "is no regular file";
+}
+
+// The same text for all names of a file.
+std::string IdentityOf(const std::string& path) {
+  struct stat found {};
+  if (stat(path.c_str(), &found) == 0)
+    return std::to_string(found.st_dev) + ":" + std::to_string(found.st_ino);
+  std::error_code error;
+  const fs::path real = fs::weakly_canonical(path, error);
+  return error ? path : real.string();
+}
+
+// Where a file of this name is written: behind a symbolic link, which stays.
+std::string TargetOf(const std::string& path) {
+  std::error_code error;
+  if (!fs::is_symlink(path, error)) return path;
+  const fs::path target = fs::weakly_canonical(path, error);
+  return error ? path : target.string();
+}
+
+[[noreturn]] void FailWriting(const std::string& path, const std::string& why) {
+  throw ConfigError(path, "cannot be written: " + why);
+}
+
+}  // namespace
+
+void MakeFolder(const std::string& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (!error && !fs::is_directory(folder, error) && !error)
+    error = std::make_error_code(std::errc::not_a_directory);
+  if (error) throw ConfigError(folder, "cannot be made: " + error.message());
+}
 
 void RequireWritable(const std::string& path) {
-  const bool existed = access(path.c_str(), F_OK) == 0;
-  const int fd = open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
-  if (fd < 0) throw ConfigError(path, std::string("cannot be written: ") + std::strerror(errno));
+  const auto fail = [&path] { FailWriting(path, std::strerror(errno)); };
+  if (path.empty()) FailWriting("an empty name", std::strerror(ENOENT));
+  struct stat found {};
+  const bool exists = stat(path.c_str(), &found) == 0;
+  if (!exists && errno != ENOENT) fail();
+  if (exists && !KindOf(found).empty()) FailWriting(path, "it " + KindOf(found));
+  if (exists && access(path.c_str(), W_OK) != 0) fail();
+  // Where it will be written first.
+  const std::string partial = TargetOf(path) + ".partial";
+  const bool existed = access(partial.c_str(), F_OK) == 0;
+  const int fd = open(partial.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | O_NONBLOCK, 0666);
+  if (fd < 0) fail();
   close(fd);
-  if (!existed) unlink(path.c_str());
+  if (!existed) unlink(partial.c_str());
 }
 
-void WriteWhole(const std::filesystem::path& path, const std::string& text) {
-  const std::filesystem::path partial = path.string() + ".partial";
+OutputPlan& OutputPlan::Reads(const std::string& path) {
+  if (!path.empty()) inputs_.push_back(path);
+  return *this;
+}
+
+OutputPlan& OutputPlan::Writes(const std::string& path) {
+  if (!path.empty()) outputs_.push_back(path);
+  return *this;
+}
+
+OutputPlan& OutputPlan::WritesInto(const std::string& folder,
+                                   const std::vector<std::string>& names) {
+  folders_.push_back(folder);
+  for (const std::string& name : names) Writes((fs::path(folder) / name).string());
+  return *this;
+}
+
+void OutputPlan::Require() const {
+  std::map<std::string, std::string> taken;  // by identity: what it is taken by
+  for (const std::string& input : inputs_)
+    if (access(input.c_str(), F_OK) == 0)  // else it is the name of something bundled
+      taken[IdentityOf(input)] = "is read by this command";
+  for (const std::string& output : outputs_) {
+    const auto [by, is_free] = taken.emplace(IdentityOf(output), "is written by it twice");
+    if (!is_free) throw ConfigError(output, by->second + "; give another file to write");
+  }
+  for (const std::string& folder : folders_) MakeFolder(folder);
+  for (const std::string& output : outputs_) RequireWritable(output);
+}
+
+WholeFile::WholeFile(const std::string& path)
+    : path_(path), target_(TargetOf(path)), partial_(target_ + ".partial") {
+  RequireWritable(path);
+}
+
+WholeFile::~WholeFile() {
+  if (!partial_.empty()) unlink(partial_.c_str());
+}
+
+void WholeFile::Commit() {
+  if (std::rename(partial_.c_str(), target_.c_str()) != 0) FailWriting(path_, std::strerror(errno));
+  partial_.clear();
+}
+
+void WriteWhole(const fs::path& path, const std::string& text) {
+  WholeFile whole(path.string());
   {
-    std::ofstream file(partial, std::ios::binary);
+    errno = 0;
+    std::ofstream file(whole.partial(), std::ios::binary);
     file << text;
-    file.flush();
-    if (!file) throw ConfigError(path.string() + ": cannot be written: " + std::strerror(errno));
+    file.close();
+    if (!file) FailWriting(path.string(), std::strerror(errno));
   }
-  std::error_code error;
-  std::filesystem::rename(partial, path, error);
-  if (error) {
-    std::filesystem::remove(partial);
-    throw ConfigError(path.string() + ": cannot be written: " + error.message());
-  }
+  whole.Commit();
 }
 
-std::string ReadWhole(const std::filesystem::path& path) {
-  const auto fail = [&] {
-    return ConfigError(path.string() + ": cannot be read: " + std::strerror(errno));
+std::string WhyUnreadable(const std::string& path) {
+  struct stat found {};
+  if (stat(path.c_str(), &found) != 0)
+    return errno == ENOENT ? "no such file" : std::strerror(errno);
+  return KindOf(found);
+}
+
+std::string ReadWhole(const fs::path& path, size_t most) {
+  const auto fail = [&](const std::string& why) {
+    throw ConfigError(path.string() + ": cannot be read: " + why);
   };
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"),
-                                                             &std::fclose);
-  if (!file) throw fail();
+  // A pipe without a writer would not open otherwise.
+  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (fd < 0) fail(std::strerror(errno));
+  struct Closer {
+    int fd;
+    ~Closer() { close(fd); }
+  } const closer{fd};
+  struct stat found {};
+  if (fstat(fd, &found) != 0) fail(std::strerror(errno));
+  if (!KindOf(found).empty()) fail("it " + KindOf(found));
   std::string text;
-  char buffer[4096];
-  while (const size_t n = std::fread(buffer, 1, sizeof buffer, file.get())) text.append(buffer, n);
-  if (std::ferror(file.get())) throw fail();
-  return text;
+  char buffer[1 << 16];
+  for (;;) {
+    const ssize_t n = TEMP_FAILURE_RETRY(read(fd, buffer, sizeof buffer));
+    if (n < 0) fail(std::strerror(errno));
+    if (n == 0) return text;
+    text.append(buffer, static_cast<size_t>(n));
+    if (text.size() > most) fail("it is larger than " + std::to_string(most >> 20U) + " MiB");
+  }
 }
 
 }  // namespace turbidock::system

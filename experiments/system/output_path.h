@@ -1,21 +1,62 @@
 #pragma once
-// Whole files, and early and equal words for the commonest mistake: one that cannot be read or
-// written.
+// Whole files, and early and equal words for the commonest mistakes: one that cannot be read or
+// written, and one that would be overwritten by what is made of it.
 
+#include <cstddef>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 namespace turbidock::system {
 
-// Throws ConfigError ("PATH: cannot be written: REASON") when no file can be written at `path`.
-// Leaves the file system as it was.
+// Makes a folder and those around it. ConfigError ("PATH: cannot be made: REASON").
+void MakeFolder(const std::string& folder);
+
+// Throws ConfigError ("PATH: cannot be written: REASON") when no file can be written at `path`, or
+// when what is there is no file. Leaves the file system as it was.
 void RequireWritable(const std::string& path);
 
-// Writes a file complete or not at all: a reader never sees half of it. ConfigError when it cannot
-// be written.
+// Every file that a command reads and writes, to be looked at together before any of them is opened
+// for writing and before any work.
+class OutputPlan {
+ public:
+  OutputPlan& Reads(const std::string& path);   // nothing if empty
+  OutputPlan& Writes(const std::string& path);  // nothing if empty
+  // Files of a folder, which Require makes when needed.
+  OutputPlan& WritesInto(const std::string& folder, const std::vector<std::string>& names);
+  // ConfigError for an output that cannot be written, is an input (under whatever name) or is
+  // written twice.
+  void Require() const;
+
+ private:
+  std::vector<std::string> inputs_, outputs_, folders_;
+};
+
+// A file that is there complete or not at all: what writes it does so at partial(), and Commit
+// gives it its name. Without that it is gone with this object, and what stood there stays.
+class WholeFile {
+ public:
+  explicit WholeFile(const std::string& path);  // RequireWritable
+  ~WholeFile();
+  WholeFile(const WholeFile&) = delete;
+  WholeFile& operator=(const WholeFile&) = delete;
+
+  const std::string& path() const { return path_; }  // for messages
+  const std::string& partial() const { return partial_; }
+  void Commit();  // ConfigError when it cannot
+
+ private:
+  std::string path_, target_, partial_;
+};
+
+// Writes such a file: a reader never sees half of it. ConfigError when it cannot be written.
 void WriteWhole(const std::filesystem::path& path, const std::string& text);
 
-// Every byte of a file. ConfigError "PATH: cannot be read".
-std::string ReadWhole(const std::filesystem::path& path);
+// Every byte of a file. ConfigError "PATH: cannot be read: REASON", also for what is no regular
+// file or has more than `most` bytes.
+std::string ReadWhole(const std::filesystem::path& path, size_t most = size_t{256} << 20);
+
+// Why no file can be read at `path`: it is not there, is a directory, a pipe; empty if one can.
+std::string WhyUnreadable(const std::string& path);
 
 }  // namespace turbidock::system

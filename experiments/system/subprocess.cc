@@ -7,11 +7,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <cctype>
 #include <cerrno>
 #include <csignal>
 #include <cstring>
 
+#include "experiments/system/plain_text.h"
 #include "sim/base/check.h"
 
 namespace turbidock::system {
@@ -35,9 +35,10 @@ std::string Contents(int fd) {
   }
 }
 
-std::string LastLines(std::string text) {
-  while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back()))) text.pop_back();
-  const size_t first = text.find_first_not_of(" \n\r\t");
+// In one line.
+std::string LastWords(std::string text) {
+  text = OneLineOf(text);
+  const size_t first = text.find_first_not_of(" \t");
   text.erase(0, first == std::string::npos ? text.size() : first);
   if (text.size() > kLongestReport) text = "..." + text.substr(text.size() - kLongestReport);
   return text;
@@ -135,8 +136,19 @@ std::string Subprocess::Finish() {
   const std::string end = WIFSIGNALED(status)
                               ? "was killed by signal " + std::to_string(WTERMSIG(status))
                               : "ended with exit status " + std::to_string(WEXITSTATUS(status));
-  const std::string report = LastLines(Contents(errors_));
+  const std::string report = LastWords(Contents(errors_));
   throw SimulatorFault(name_ + " " + end + (report.empty() ? "" : ": " + report));
+}
+
+void Subprocess::FinishWriting(const std::string& path) {
+  try {
+    Finish();
+  } catch (const SimulatorFault& fault) {
+    for (const int reason : {ENOSPC, EDQUOT, EFBIG})
+      if (std::string(fault.what()).find(std::strerror(reason)) != std::string::npos)
+        throw ConfigError(path, std::string("cannot be written: ") + std::strerror(reason));
+    throw SimulatorFault(path + ": " + fault.what());
+  }
 }
 
 int Subprocess::CloseAndWait() {

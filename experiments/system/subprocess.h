@@ -36,8 +36,11 @@ class Subprocess {
   size_t Read(void* data, size_t bytes);
 
   // Closes the program's input, waits for its end and returns what it wrote to standard output. Any
-  // end but exit status 0 is a SimulatorFault with the status and the last lines of standard error.
+  // end but exit status 0 is a SimulatorFault with the status and the last of standard error, in
+  // one line.
   std::string Finish();
+  // The same for a program that writes the file `path`: ConfigError when the disk is full.
+  void FinishWriting(const std::string& path);
 
  private:
   int CloseAndWait();  // the program's wait status

@@ -123,6 +123,12 @@ constexpr const char* SqlType(Place place) {
   return std::is_integral_v<V> ? "INTEGER NOT NULL" : "TEXT NOT NULL";
 }
 
+// ConfigError for a text in a number's place.
+void RequireNumber(const Path& path, const Cell& cell) {
+  if (const auto* text = std::get_if<std::string>(&cell))
+    throw ConfigError(path.Column(), "'" + *text + "' is no number");
+}
+
 double NumberIn(const Cell& cell) {
   const Cell real = AsReal(cell);
   if (const auto* truth = std::get_if<bool>(&real)) return *truth ? 1 : 0;
@@ -133,6 +139,7 @@ double NumberIn(const Cell& cell) {
 template <class V>
 void Read(const Path& path, const Cell& cell, bool ended, V* value) {
   const bool is_nothing = std::holds_alternative<std::monostate>(cell);
+  if constexpr (!std::is_same_v<V, std::string> && !std::is_enum_v<V>) RequireNumber(path, cell);
   if constexpr (std::is_same_v<V, std::optional<double>>) {
     *value = is_nothing ? std::nullopt : std::optional(NumberIn(cell));
   } else if constexpr (std::is_same_v<V, double>) {
@@ -140,7 +147,9 @@ void Read(const Path& path, const Cell& cell, bool ended, V* value) {
   } else if (is_nothing) {
     return;
   } else if constexpr (std::is_same_v<V, std::string>) {
-    if (const auto* text = std::get_if<std::string>(&cell)) *value = *text;
+    const auto* text = std::get_if<std::string>(&cell);
+    if (!text) throw ConfigError(path.Column(), "is a number, must be text");
+    *value = *text;
   } else if constexpr (std::is_enum_v<V>) {
     const auto* text = std::get_if<std::string>(&cell);
     for (const auto& [known, name] : EnumNames<V>::kNames)
@@ -150,9 +159,13 @@ void Read(const Path& path, const Cell& cell, bool ended, V* value) {
       }
     throw ConfigError(path.Column(), "'" + (text ? *text : "") + "' is no word of this program");
   } else if (const auto* whole = std::get_if<int64_t>(&cell)) {
-    *value = static_cast<V>(*whole);  // all digits of a seed
+    const auto got = static_cast<V>(*whole);  // all digits of a seed
+    if (static_cast<int64_t>(got) != *whole) throw ConfigError(path.Column(), "is out of range");
+    *value = got;
   } else {
-    *value = static_cast<V>(NumberIn(cell));
+    const double number = NumberIn(cell);
+    if (!(std::abs(number) <= 1e9)) throw ConfigError(path.Column(), "is out of range");
+    *value = static_cast<V>(number);
   }
 }
 

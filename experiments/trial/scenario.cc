@@ -134,6 +134,13 @@ std::vector<std::string> ResolutionAssignments(const std::string& text) {
   for (const std::string& number : {width, height})
     if (number.empty() || number.find_first_not_of("0123456789") != std::string::npos)
       throw ConfigError("--resolution " + text, "must be WIDTHxHEIGHT in pixels, such as 320x240");
+  RigParams rig;
+  try {
+    config::ApplySet("width_px=" + width, &rig, nullptr);
+    config::ApplySet("height_px=" + height, &rig, nullptr);
+  } catch (const ConfigError&) {
+    throw ConfigError("--resolution " + text, "each side must be in [16, 8192] pixels");
+  }
   return {"rig.width_px=" + width, "rig.height_px=" + height};
 }
 

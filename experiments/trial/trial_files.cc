@@ -52,14 +52,6 @@ std::string TrajectoryCsv(const TrialLog& log) {
   return csv;
 }
 
-void MakeOutputFolder(const std::string& folder) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) throw ConfigError(folder + ": cannot be made: " + error.message());
-  for (const char* name : {"result.json", "resolved.yaml", "trajectory.csv", "figure.png"})
-    system::RequireWritable(folder + "/" + name);
-}
-
 void WriteRecords(const std::string& folder, const Scenario& scenario, const TrialResult& result) {
   const std::filesystem::path out(folder);
   system::WriteWhole(out / "resolved.yaml", SaveScenario(scenario));

@@ -2,6 +2,7 @@
 // What a trial leaves on disk: result.json, resolved.yaml, trajectory.csv.
 
 #include <string>
+#include <vector>
 
 #include "experiments/trial/scenario.h"
 #include "experiments/trial/trial.h"
@@ -20,8 +21,9 @@ std::string ResultJson(const TrialRecord& record);
 // exactly.
 std::string TrajectoryCsv(const TrialLog& log);
 
-// Makes the folder when needed. ConfigError when it cannot be written to.
-void MakeOutputFolder(const std::string& folder);
+// What WriteRecords writes.
+inline const std::vector<std::string> kRecordFiles = {"result.json", "resolved.yaml",
+                                                      "trajectory.csv"};
 
 // Writes result.json, resolved.yaml and trajectory.csv into an existing folder, each complete or
 // not at all.

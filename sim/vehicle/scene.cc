@@ -1,6 +1,7 @@
 #include "sim/vehicle/scene.h"
 
 #include <array>
+#include <new>
 #include <string_view>
 
 #include "sim/base/check.h"
@@ -42,6 +43,8 @@ MjModelPtr ReadModel(const std::string& path) {
   std::array<char, 1024> message{};
   MjModelPtr model(mj_loadXML(path.c_str(), nullptr, message.data(), message.size()));
   // A message beside a model is a warning: a file of ours must not have any.
+  if (!model && std::string(message.data()).find("allocate") != std::string::npos)
+    throw std::bad_alloc();  // the machine's fault, not the file's
   if (!model || message[0] != '\0') throw ConfigError(path + ": " + message.data());
   return model;
 }

@@ -483,5 +483,18 @@ TEST(DockingProcedureDeathTest, RefusesNanAndFramesThatGoBack) {
   EXPECT_DEATH(procedure.Update(estimate), "frames must increase");
 }
 
+// In the approach a filter learns from what is found only, afterwards from all that is seen.
+TEST(DockingProcedure, AnEstimateIsTrustedWhenItIsFoundAndLaterWhenItIsSeen) {
+  const ProcedureParams params;
+  const double between = (params.lost_fitness + params.found_fitness) / 2;
+  Script script;
+  EXPECT_FALSE(script.Fitness(between).trusted);
+  EXPECT_TRUE(script.Fitness(params.found_fitness).trusted);
+  EXPECT_FALSE(script.Fitness(params.lost_fitness - 0.01).trusted);
+  script.ToServoing();
+  EXPECT_TRUE(script.Fitness(between).trusted);
+  EXPECT_FALSE(script.Fitness(params.lost_fitness - 0.01).trusted);
+}
+
 }  // namespace
 }  // namespace turbidock::control

@@ -65,6 +65,22 @@ TEST(Pid, RateOfASteadilyMovingMarkerSettlesAtItsSpeed) {
   }
 }
 
+// The heading's error has the angle under which the marker is beside its place, and its rate has
+// that angle's rate.
+TEST(Pid, AimTurnsTowardsTheMarkerByItsAngleAndItsRate) {
+  for (const bool by_rate : {false, true}) {
+    PidParams params = Gains(by_rate ? 0 : 3, 0, by_rate ? 5 : 0);
+    params.yaw.aim = 0.5;
+    Pid law(params, kClock);
+    Frame(&law, 0, {0.8, 0.04, 0, 0.1}, {.position = {0.6, 0.01, 0, 0}});
+    const AxisVolts volts = Frame(&law, 1, {0.8, 0.07, 0, 0.1},
+                                  {.position = {0.6, 0.01, 0, 0}, .rate = {0, 0.3, 0, 0}});
+    // 0.06 m aside at 0.8 m; 0.9 m/s there, of which 0.3 are wanted
+    EXPECT_NEAR(volts.yaw_v, by_rate ? 5 * 0.5 * (0.9 - 0.3) / 0.8 : 3 * (0.1 + 0.5 * 0.06 / 0.8),
+                1e-12);
+  }
+}
+
 TEST(Pid, MissingFramesGiveTheMeanRateOverTheGap) {
   Pid every(Gains(0, 0, 5, 0.2), kClock), gaps(Gains(0, 0, 5, 0.2), kClock);
   double last_every = 0, last_gaps = 0;

@@ -178,6 +178,131 @@ TEST_F(Store, SaysWhatIsNoResultFileOrADamagedOne) {
   EXPECT_EQ(fs::file_size(File("cut.db")), 8192u);  // and is left as it was
 }
 
+// A file may come from anywhere.
+TEST_F(Store, RefusesAnotherSchemaByName) {
+  struct Case {
+    const char* sql;
+    const char* said;
+  };
+  const Case cases[] = {
+      {"DROP VIEW results; DROP TABLE parameters", "it has no table parameters"},
+      {"DROP VIEW results; DROP TABLE metrics", "it has no table metrics"},
+      {"DROP TABLE runs", "it has no table runs"},
+      {"DROP TABLE series", "it has no table series"},
+      {"DROP VIEW results; DROP TABLE trials; CREATE VIEW trials AS SELECT 1 AS trial",
+       "it has no table trials"},
+      {"CREATE TABLE more (a)", "it has a table more"},
+      {"CREATE TRIGGER t AFTER INSERT ON trials BEGIN DELETE FROM runs; END", "it has a trigger t"},
+      {"DROP VIEW results; ALTER TABLE trials DROP COLUMN digest",
+       "table trials has no column digest"},
+      {"DROP VIEW results; ALTER TABLE trials RENAME COLUMN cell TO sell",
+       "table trials has no column cell"},
+      {"ALTER TABLE metrics RENAME COLUMN effort_v TO effort; "
+       "ALTER TABLE metrics ADD COLUMN effort_v TEXT",
+       "column effort_v of table metrics is TEXT, must be REAL"},
+  };
+  for (const Case& c : cases) {
+    const std::string file = File("a.db");
+    fs::remove(file);
+    ResultStore::Write(file, Header()).Add(Trial(1, "7", trial::Failure::kNone));
+    SQLite::Database(file, SQLite::OPEN_READWRITE).exec(c.sql);
+    for (const bool writes : {false, true}) {
+      std::string said = "accepted";
+      try {
+        writes ? ResultStore::Write(file, Header()) : ResultStore::Read(file);
+      } catch (const ConfigError& error) {
+        said = error.what();
+      }
+      EXPECT_EQ(said, file + ": is no result file of this program: " + c.said) << c.sql;
+    }
+  }
+}
+
+TEST_F(Store, RefusesValuesThatCannotBe) {
+  struct Case {
+    const char* sql;
+    const char* said;
+  };
+  const Case cases[] = {
+      {"UPDATE meta SET value = 'many' WHERE key = 'trials'", "its number of trials is 'many'"},
+      {"UPDATE meta SET value = '9000000000000000000' WHERE key = 'trials'",
+       "its number of trials is"},
+      {"UPDATE meta SET value = '3' WHERE key = 'shard'", "its shard is '3'"},
+      {"DELETE FROM meta WHERE key = 'build'", "it has no build"},
+      {"UPDATE meta SET value = x'ff00' WHERE key = 'plan'", "plan is no text"},
+      {"UPDATE trials SET time_s = 'soon'", "trial 1: time_s: 'soon' is no number"},
+      {"UPDATE trials SET docked = 7", "trial 1: docked: is out of range"},
+      {"UPDATE metrics SET returns_to_servoing = 1e300",
+       "trial 1: returns_to_servoing: is out of range"},
+      {"UPDATE trials SET outcome = 'well'", "trial 1: outcome: 'well' is no word of this program"},
+      {"UPDATE trials SET trial = 9", "trial 9 is not in table runs"},
+      {"UPDATE trials SET trial = 77; UPDATE runs SET trial = 77; UPDATE metrics SET trial = 77; "
+       "UPDATE parameters SET trial = 77",
+       "trial 77 is none of its plan's"},
+      {"UPDATE trials SET cell = 'x'", "trial 1 is none of its plan's"},
+  };
+  for (const Case& c : cases) {
+    const std::string file = File("a.db");
+    fs::remove(file);
+    ResultStore::Write(file, Header()).Add(Trial(1, "7", trial::Failure::kNone));
+    SQLite::Database(file, SQLite::OPEN_READWRITE).exec(c.sql);
+    std::string said = "accepted";
+    try {
+      ResultStore::Read(file).Trials();
+    } catch (const ConfigError& error) {
+      said = error.what();
+    }
+    EXPECT_THAT(said, HasSubstr(std::string("is damaged (") + c.said)) << c.sql;
+  }
+}
+
+TEST_F(Store, ReadingChangesNothing) {
+  const std::string file = File("a.db");
+  ResultStore::Write(file, Header()).Add(Trial(1, "7", trial::Failure::kNone));
+  fs::permissions(file, fs::perms::owner_read);
+  const auto before = fs::last_write_time(file);
+  EXPECT_EQ(ResultStore::Read(file).Trials().size(), 1u);
+  EXPECT_EQ(fs::last_write_time(file), before);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1);
+}
+
+TEST_F(Store, OneLockForAllNamesOfAFile) {
+  const std::string file = File("a.db"), link = File("link.db");
+  const ResultStore store = ResultStore::Write(file, Header());
+  fs::create_symlink("a.db", link);
+  EXPECT_TRUE(IsLocked(link));
+  EXPECT_THAT(Refusal(link, Header()), HasSubstr("another run"));
+}
+
+// A number is one in the file too, and text is text, whatever it looks like.
+TEST_F(Store, KeepsTheTypeOfAParameter) {
+  const std::string file = File("a.db");
+  StoreHeader header = Header();
+  header.keys = {"water.milk_ml_m3", "description"};
+  {
+    ResultStore store = ResultStore::Write(file, header);
+    StoredTrial trial = Trial(1, "1e2", trial::Failure::kNone);
+    trial.parameters = {{"water.milk_ml_m3", "1e2"}, {"description", "1e5"}};
+    store.Add(trial);
+    trial.trial = 2;
+    trial.parameters = {{"water.milk_ml_m3", "nan"}, {"description", "nan"}};
+    store.Add(trial);
+  }
+  const std::vector<StoredTrial> trials = ResultStore::Read(file).Trials();
+  EXPECT_EQ(trials[0].parameters[0].value, "100");
+  EXPECT_EQ(trials[0].parameters[1].value, "1e5");
+  EXPECT_EQ(trials[1].parameters[0].value, "nan");
+  EXPECT_EQ(trials[1].parameters[1].value, "nan");
+}
+
+TEST(StoreHeader, PlansThatReadTheSameDifferInTheirHash) {
+  StoreHeader other = Header();
+  other.plan_hash = "abd";
+  EXPECT_EQ(Differences(Header(), other),
+            (std::vector<std::string>{"the plans differ: they read the same, but one has the hash "
+                                      "abc, the other abd"}));
+}
+
 TEST_F(Store, MergesWhatBelongsTogether) {
   StoreHeader first = Header(), second = Header();
   first.shard = {1, 2};

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <filesystem>
 #include <fstream>
@@ -71,6 +72,43 @@ TEST(Png, TruncatedFileIsAnError) {
   WritePng(path, image);
   std::filesystem::resize_file(path, std::filesystem::file_size(path) / 2);
   EXPECT_THAT(ConfigErrorOf([&] { ReadPng(path); }), HasSubstr(path));
+}
+
+// A header costs nothing to write: what it promises is not allocated.
+TEST(Png, AHeaderOfAHugeImageIsRefused) {
+  const std::string path = Fresh("huge.png");
+  WritePng(path, Image3u8(8, 8, 9));
+  std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+  std::string header(29, '\0');  // signature, then length, name, 13 bytes
+  file.read(header.data(), 29);
+  header[18] = header[22] = '\x75';  // 30,000 = 0x7530
+  header[19] = header[23] = '\x30';
+  uint32_t crc = 0xffffffff;
+  for (int i = 12; i < 29; ++i) {
+    crc ^= static_cast<unsigned char>(header[static_cast<size_t>(i)]);
+    for (int k = 0; k < 8; ++k) crc = crc >> 1 ^ (crc & 1 ? 0xedb88320 : 0);
+  }
+  crc = ~crc;
+  file.seekp(0);
+  file << header;
+  for (int shift = 24; shift >= 0; shift -= 8) file << static_cast<char>(crc >> shift & 0xff);
+  file.close();
+  EXPECT_EQ(ConfigErrorOf([&] { ReadPng(path); }),
+            path + ": 30000 x 30000 pixels, at most 8192 x 8192 can be read");
+}
+
+TEST(Png, SizesOfImagesAreBounded) {
+  RequireImageSize(1, 1, "a");
+  RequireImageSize(8192, 8192, "a");
+  for (const auto& [width, height] :
+       {std::pair<int64_t, int64_t>{0, 8}, {8, 0}, {8193, 8}, {8, 8193}, {int64_t{1} << 40, 1}})
+    EXPECT_THROW(RequireImageSize(width, height, "a"), ConfigError) << width << " x " << height;
+}
+
+TEST(Png, APipeIsNoImage) {
+  const std::string path = Fresh("pipe.png");
+  ASSERT_EQ(mkfifo(path.c_str(), 0666), 0);
+  EXPECT_THAT(ConfigErrorOf([&] { ReadPng(path); }), HasSubstr("no regular file"));
 }
 
 TEST(OutputPath, UnwritablePlacesAreConfigErrors) {

@@ -89,5 +89,15 @@ TEST(PairedTests, NothingToCompareSaysNothing) {
   EXPECT_EQ(ComparePairs({1, 2}, {2, 3}).t_p, 0);
 }
 
+// Equal sizes share the mean of their ranks: 1.5 1.5 4 4 4 6 7 8.5 8.5 10. The positive ones sum up
+// to 47.5 of 55; the variance is 10 * 11 * 21 / 24 less (6 + 24 + 6) / 48.
+TEST(WilcoxonSignedRank, TiesShareTheMeanOfTheirRanks) {
+  const std::vector<double> differences = {1, -1, 2, 2, -2, 3, 4, 5, 5, 6};
+  const double z = (55 - 1.5 - 4 - 27.5 - 0.5) / std::sqrt(96.25 - 36.0 / 48);
+  EXPECT_NEAR(WilcoxonSignedRankP(differences), std::erfc(z / std::sqrt(2.0)), 1e-12);
+  // without ties ranks are whole; a tie of opposite signs tips nothing
+  EXPECT_NEAR(WilcoxonSignedRankP({1, -1}), 1, 1e-12);
+}
+
 }  // namespace
 }  // namespace turbidock::statistics

@@ -102,5 +102,26 @@ TEST(FailureOf, SwingsBeyondTheLimitsOfEntryAreAnOscillation) {
   EXPECT_EQ(swinging(0.1, 15), Failure::kTimeout);   // two swings in 15 s
 }
 
+TEST(FailureOf, EachAxisSwingsBeyondItsOwnLimit) {
+  Scenario scenario;
+  scenario.procedure.enter_y_m = 0.01;
+  scenario.procedure.enter_z_m = 0.03;
+  scenario.procedure.enter_yaw_rad = 0.05;
+  const auto swinging = [&](double y_m, double z_m, double yaw_rad) {
+    TrialResult result = Trial(Outcome::kTimeout, {Stage::kVisualServoing, Stage::kDocking});
+    for (FrameRecord& frame : result.log.frames) {
+      const double wave = std::cos(2 * M_PI * static_cast<double>(frame.frame) / 150);
+      frame.true_X_HM = {FromYawPitchRoll(yaw_rad * wave, 0, 0), {0.6, y_m * wave, z_m * wave}};
+      frame.est_X_HM = frame.true_X_HM;
+    }
+    return FailureOf(scenario, result);
+  };
+  EXPECT_EQ(swinging(0.02, 0, 0), Failure::kOscillation);
+  EXPECT_EQ(swinging(0, 0.02, 0), Failure::kTimeout);
+  EXPECT_EQ(swinging(0, 0.04, 0), Failure::kOscillation);
+  EXPECT_EQ(swinging(0, 0, 0.06), Failure::kOscillation);
+  EXPECT_EQ(swinging(0.009, 0.029, 0.04), Failure::kTimeout);
+}
+
 }  // namespace
 }  // namespace turbidock::trial

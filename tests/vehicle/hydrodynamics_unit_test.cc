@@ -125,6 +125,32 @@ TEST(Buoyancy, FallsWithTheSubmergedHeightAndHasThatPotential) {
   }
 }
 
+// A hull that pierces the surface loses the buoyancy of what is out of the water, and the waves'
+// push on it, and its moment.
+TEST(Buoyancy, IsThatOfTheHullsSubmergedPart) {
+  HydrodynamicsParams params;
+  params.hull_height_m = 0.4;
+  params.p_BBcb_m = {0.1, 0, 0.05};
+  const HydroModel model(params);
+  const double full_newton = params.water_density_kg_m3 * params.displaced_volume_m3 * 9.81;
+  for (const auto& [z_m, share] : {std::pair(-1.0, 1.0),
+                                   {-0.25, 1.0},
+                                   {-0.15, 0.75},
+                                   {-0.05, 0.5},
+                                   {0.05, 0.25},
+                                   {0.2, 0.0}}) {
+    BodyInWater body;
+    body.X_WB = Pose::Translation(0, 0, z_m);
+    body.gravity_W = {0, 0, -9.81};
+    body.water_a_W = {0.3, 0, 0};
+    const HydroWrenches out = ComputeHydroWrenches(model, body);
+    EXPECT_NEAR(out.buoyancy.f.z(), share * full_newton, 1e-9) << z_m;
+    EXPECT_NEAR(out.buoyancy.tau.y(), -0.1 * share * full_newton, 1e-9) << z_m;
+    const double added_kg = model.added_mass(0, 0);
+    EXPECT_NEAR(out.inertial.f.x(), (added_kg + share * full_newton / 9.81) * 0.3, 1e-9) << z_m;
+  }
+}
+
 TEST(Damping, FollowsThePublishedFormPerAxis) {
   HydrodynamicsParams params;
   params.linear_damping_diagonal << 5, 6, 8, 0.1, 0.15, 0.07;

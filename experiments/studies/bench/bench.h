@@ -26,7 +26,6 @@ struct BenchOptions {
   int repeats = 3;   // of the trial
   // Called every block, with the share done and words.
   std::function<void(double share, const std::string& words)> progress;
-  std::function<bool()> stop_requested;  // polled every frame; ends the bench early
 };
 
 // Quartiles over all blocks of all repeats.

@@ -36,7 +36,6 @@ int Bench(const BenchArguments& arguments) {
   const std::string program = std::filesystem::read_symlink("/proc/self/exe").string();
   app::Progress progress(arguments.quiet);
   BenchOptions options = arguments.options;
-  options.stop_requested = [] { return app::StopSignal() != 0; };
   BenchReport report;
   for (size_t i = 0; i < scenarios.size(); ++i) {
     const auto count = static_cast<double>(scenarios.size());

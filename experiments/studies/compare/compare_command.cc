@@ -7,6 +7,7 @@
 #include "experiments/app/commands.h"
 #include "experiments/farm/result_store.h"
 #include "experiments/studies/compare/comparison.h"
+#include "experiments/system/output_path.h"
 
 namespace turbidock::compare {
 namespace {
@@ -46,6 +47,7 @@ void PrintGroup(const ComparisonGroup& group, const std::vector<trial::Figure>& 
 int Compare(const CompareArguments& arguments) {
   std::vector<trial::Figure> metrics;
   for (const std::string& name : arguments.metrics) metrics.push_back(MetricNamed(name));
+  system::OutputPlan().Reads(arguments.a).Reads(arguments.b).Writes(arguments.figure).Require();
   const farm::ResultStore a = farm::ResultStore::Read(arguments.a),
                           b = farm::ResultStore::Read(arguments.b);
   const std::vector<TrialPair> pairs = PairTrials(a, b, arguments.options);

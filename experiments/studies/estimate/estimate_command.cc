@@ -7,6 +7,7 @@
 
 #include "experiments/app/commands.h"
 #include "experiments/app/progress.h"
+#include "experiments/media/image_source.h"
 #include "experiments/media/mp4_writer.h"
 #include "experiments/media/png.h"
 #include "experiments/studies/estimate/estimate.h"
@@ -51,7 +52,6 @@ class Overlay {
     is_video_ = path.ends_with(".mp4");
     if (!is_video_ && !path.ends_with(".png"))
       throw ConfigError("--overlay " + path + ": must end in .png (the last frame) or .mp4");
-    system::RequireWritable(path);
   }
   void Add(const EstimatedFrame& frame, const vision::MarkerParams& marker) {
     media::Canvas canvas = DrawEstimate(frame, marker);
@@ -81,8 +81,12 @@ int Estimate(const EstimateArguments& arguments) {
   if (!arguments.preset.empty()) assignments.push_back("estimator.preset=" + arguments.preset);
   const EstimateSettings settings = LoadEstimateSettings(arguments.marker, assignments);
   if (arguments.wall_clock) input.frame_time_s = kFrame_s;
-  input.stop_requested = [] { return app::StopSignal() != 0; };
-  if (!arguments.csv.empty()) system::RequireWritable(arguments.csv);
+  input.stop_requested = app::CatchStopSignals();
+  system::OutputPlan outputs;
+  for (const std::string& images : {input.left, input.right})
+    for (const std::string& file : media::FilesOf(images)) outputs.Reads(file);
+  for (const std::string& file : input.rig_files) outputs.Reads(file);
+  outputs.Reads(arguments.marker).Writes(arguments.csv).Writes(arguments.overlay).Require();
   std::optional<Overlay> overlay;
   if (!arguments.overlay.empty()) overlay.emplace(arguments.overlay, arguments.frames_per_second);
 

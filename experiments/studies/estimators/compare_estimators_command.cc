@@ -34,19 +34,14 @@ int Compare(const CompareArguments& arguments) {
   }
   options.found_m = arguments.found_mm / 1000;
   options.found_rad = units::RadFromDeg(arguments.found_deg);
-  if (!arguments.csv.empty()) system::RequireWritable(arguments.csv);
-  if (!arguments.figure.empty()) {
-    media::RequireFigurePath(arguments.figure);
-    system::RequireWritable(arguments.figure);
-  }
+  if (!arguments.figure.empty()) media::RequireFigurePath(arguments.figure);
+  system::OutputPlan().Writes(arguments.csv).Writes(arguments.figure).Require();
 
   app::Progress progress(arguments.quiet);
   options.run.on_progress = [&](int done, int of) {
     progress.ShowDone(done, of, "parts done", 30);
   };
-  options.run.stop_requested = [] { return app::StopSignal() != 0; };
   const std::vector<CompareRow> rows = CompareEstimators(options);
-  if (rows.empty()) return app::kExitDone;  // stopped: the program ends with the signal's code
   progress.Say(CompareText(rows));
   if (!arguments.csv.empty()) system::WriteWhole(arguments.csv, CompareCsv(rows));
   if (arguments.json) std::fputs(CompareJson(rows).c_str(), stdout);

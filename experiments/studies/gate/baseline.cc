@@ -4,13 +4,13 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <map>
 
 #include "experiments/config/yaml_fields.h"
 #include "experiments/system/output_path.h"
 #include "sim/base/check.h"
 #include "sim/base/digest.h"
+#include "sim/base/random.h"
 
 namespace turbidock::gate {
 namespace {
@@ -44,6 +44,26 @@ void DescribeMedian(const BaselineCondition& before, const BaselineCondition& af
   lines->push_back(fmt::format("  median {} {:.1f} {} -> {:.1f} {} ({:+.1f})", name,
                                scale * *old_median, unit, scale * *new_median, unit,
                                scale * (*new_median - *old_median)));
+}
+
+}  // namespace
+
+namespace {
+
+// What its trials say, whatever its figures do: those are for people.
+void RequireWhole(const BaselineCondition& c, int64_t gate_seed, const std::string& file) {
+  const auto fail = [&](const std::string& why) {
+    throw ConfigError(file + ": condition '" + c.name + "' " + why);
+  };
+  const auto docked = std::count_if(c.outcomes.begin(), c.outcomes.end(),
+                                    [](const GateTrial& trial) { return trial.docked(); });
+  if (c.trials != std::ssize(c.outcomes) || c.docked != docked || c.interval_95.size() != 2)
+    fail("is incomplete");
+  const SeedTree seeds(static_cast<uint64_t>(gate_seed));
+  for (int i = 0; i < c.trials; ++i)
+    if (const int64_t seed = c.outcomes[static_cast<size_t>(i)].seed; seed != seeds.TrialSeed(i))
+      fail(fmt::format("has a trial of seed {}, which is none of the gate's seed {}", seed,
+                       gate_seed));
 }
 
 }  // namespace
@@ -93,9 +113,8 @@ std::string BaselineText(const Baseline& baseline) {
 }
 
 Baseline LoadBaseline(const std::string& file) {
-  std::error_code ignored;
-  if (!std::filesystem::is_regular_file(file, ignored))
-    throw ConfigError(file +
+  if (const std::string why = system::WhyUnreadable(file); !why.empty())
+    throw ConfigError(file + ": " + why +
                       ": there is no baseline; `turbidock gate GATE.yaml --update` makes it");
   Baseline baseline = config::LoadLayers<Baseline>({file}, {});
   const std::string text = system::ReadWhole(file);
@@ -106,9 +125,7 @@ Baseline LoadBaseline(const std::string& file) {
     throw ConfigError(file +
                       ": the checksum does not match: the file was edited or damaged after it was "
                       "written; restore it, or measure it anew with --update");
-  for (const BaselineCondition& c : baseline.conditions)
-    if (c.trials != std::ssize(c.outcomes) || c.interval_95.size() != 2)
-      throw ConfigError(file + ": condition '" + c.name + "' is incomplete");
+  for (const BaselineCondition& c : baseline.conditions) RequireWhole(c, baseline.seed, file);
   return baseline;
 }
 

@@ -49,7 +49,13 @@ constexpr double kLogEvery_s = 10;
 // Trials asked for at once: enough that no worker waits for the slowest of a round for long.
 int AtOnce(const GateArguments& arguments) { return 2 * arguments.workers; }
 
-bool StopRequested() { return app::StopSignal() != 0; }
+// With what the gate reads.
+system::OutputPlan OutputsOf(const GateArguments& arguments, const GatePlan& plan) {
+  system::OutputPlan outputs;
+  outputs.Reads(arguments.plan);
+  for (const GateCondition& condition : plan.conditions) outputs.Reads(condition.scenario_file);
+  return outputs;
+}
 
 int UpdateBaseline(const GateArguments& arguments, const GatePlan& plan) {
   if (!arguments.assignments.empty())
@@ -62,10 +68,10 @@ int UpdateBaseline(const GateArguments& arguments, const GatePlan& plan) {
       std::fprintf(stderr, "the old baseline cannot be compared: %s\n", error.what());
     }
   }
-  system::RequireWritable(plan.baseline);
+  OutputsOf(arguments, plan).Writes(plan.baseline).Require();
   app::Progress progress(arguments.quiet);
   Baseline now = MeasureBaseline(
-      plan, MakeGateRunner(plan, {}, arguments.workers, StopRequested), AtOnce(arguments),
+      plan, MakeGateRunner(plan, {}, arguments.workers, app::CatchStopSignals()), AtOnce(arguments),
       [&](int done, int all) { progress.ShowDone(done, all, "trials", kLogEvery_s); });
   now.build = system::BuildId();
   system::WriteWhole(plan.baseline, BaselineText(now));
@@ -89,7 +95,7 @@ void WriteBundle(const std::string& folder, const GateCondition& condition,
   const std::string bundle = fmt::format("{}/{}_{}", folder, FileName(condition.name), trial.seed);
   const trial::TrialResult again = run::RunShownTrial(
       condition.Load(assignments, trial.seed), {.out = bundle, .video = true, .quiet = true});
-  if (StopRequested()) throw Stopped();
+  if (app::StopSignal() != 0) throw Stopped();
   if (again.digest != trial.digest)
     throw SimulatorFault(fmt::format("{}: the trial does not repeat: digest {}, in the gate {}",
                                      bundle, again.digest, trial.digest));
@@ -125,9 +131,10 @@ int JudgeAgainstBaseline(const GateArguments& arguments, const GatePlan& plan) {
   const Baseline baseline = LoadBaseline(plan.baseline);
   RequireSamePlan(plan, baseline, plan.baseline);
   if (!arguments.out.empty()) {
-    std::error_code error;
-    fs::create_directories(arguments.out, error);
-    system::RequireWritable(arguments.out + "/summary.json");
+    OutputsOf(arguments, plan)
+        .Reads(plan.baseline)
+        .WritesInto(arguments.out, {"summary.json", "junit.xml", "summary.md"})
+        .Require();
   }
   app::Progress progress(arguments.quiet);
   GateOptions options{.at_once = AtOnce(arguments), .on_round = {}};
@@ -145,7 +152,8 @@ int JudgeAgainstBaseline(const GateArguments& arguments, const GatePlan& plan) {
   };
   GateReport report = RunGate(
       plan, baseline, plan.baseline,
-      MakeGateRunner(plan, arguments.assignments, arguments.workers, StopRequested), options);
+      MakeGateRunner(plan, arguments.assignments, arguments.workers, app::CatchStopSignals()),
+      options);
   report.build = system::BuildId();
   report.assignments = arguments.assignments;
   progress.Say(GateTable(report));
@@ -191,6 +199,8 @@ int PlanSize(const GateArguments& arguments) {
   const statistics::RateTest test(design);
   const statistics::FixedTest fixed = statistics::FixedSampleTest(design);
   const int64_t sequences = arguments.simulate > 0 ? arguments.simulate : 10000;
+  if (!arguments.out.empty())
+    system::OutputPlan().WritesInto(arguments.out, {"error_rates.png"}).Require();
 
   auto exact = Json::array(), counted = Json::array();
   report::Table expected(
@@ -242,7 +252,6 @@ int PlanSize(const GateArguments& arguments) {
         design.no_worse, design.worse, design.alpha, design.beta, design.max_trials, fixed.trials,
         fixed.fail_at_most, expected.Text(), simulated.Text());
   if (!arguments.out.empty()) {
-    fs::create_directories(arguments.out);
     const std::string path = arguments.out + "/error_rates.png";
     const double deviations = WriteErrorRateFigure(path, design, sequences, kSimulationSeed);
     std::fprintf(

@@ -41,9 +41,8 @@ std::map<MarkerKind, TableComparison> Confirm(const TableByMarker& tables,
     const Recognition recognition({{marker, RecognitionScenario(marker, assignments)}},
                                   CellsOf(table));
     const std::vector<CellResult> results = recognition.Run(
-        {.seconds = arguments.seconds, .run = {.workers = arguments.workers, .stop_requested = [] {
-                                                 return app::StopSignal() != 0;
-                                               }}});
+        {.seconds = arguments.seconds,
+         .run = {.workers = arguments.workers, .stop_requested = app::CatchStopSignals()}});
     if (!results.empty()) confirmed[marker] = Compare(results, table);
   }
   return confirmed;
@@ -131,7 +130,12 @@ int Calibrate(const CalibrateArguments& arguments) {
   const TableByMarker tables = {
       {MarkerKind::kActive, table(arguments.active, MarkerKind::kActive)},
       {MarkerKind::kPassive, table(arguments.passive, MarkerKind::kPassive)}};
-  if (!arguments.out.empty()) system::RequireWritable(arguments.out);
+  system::OutputPlan()
+      .Reads(plan_file)
+      .Reads(arguments.active)
+      .Reads(arguments.passive)
+      .Writes(arguments.out)
+      .Require();
   CalibrationExperiment experiment = [&] {
     try {
       return CalibrationExperiment(plan, tables);
@@ -152,8 +156,9 @@ int Calibrate(const CalibrateArguments& arguments) {
              progress.ShowDone(done, of, fmt::format("evaluations, misfit {:.3f}", misfit),
                                kLogEvery_s);
            },
-       .stop_requested = [] { return app::StopSignal() != 0; }},
+       .stop_requested = app::CatchStopSignals()},
       &experiment);
+  if (result.evaluations == 0) return app::kExitDone;  // stopped before there was anything to keep
   if (!arguments.out.empty())
     system::WriteWhole(
         arguments.out,

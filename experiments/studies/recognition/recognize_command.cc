@@ -62,6 +62,16 @@ std::string Beside(const std::string& figure, const std::string& words,
       .string();
 }
 
+// F over milk, areas, F over time, and a contact sheet of each marker.
+std::vector<std::string> FigureFiles(const std::string& figure,
+                                     const std::vector<MarkerKind>& markers) {
+  std::vector<std::string> files = {Beside(figure, ""), Beside(figure, "_areas"),
+                                    Beside(figure, "_time")};
+  for (const MarkerKind marker : markers)
+    files.push_back(Beside(figure, fmt::format("_images_{}", NameOf(marker)), ".png"));
+  return files;
+}
+
 std::vector<std::string> WriteFigures(const std::string& figure, const Recognition& recognition,
                                       const std::vector<CellResult>& results) {
   std::map<MarkerKind, std::vector<CellResult>> by_marker;
@@ -70,16 +80,16 @@ std::vector<std::string> WriteFigures(const std::string& figure, const Recogniti
   for (const auto& [marker, of_marker] : by_marker)
     for (const TableRow& row : PublishedTable(marker)) published.push_back(row);
 
-  std::vector<std::string> files = {Beside(figure, ""), Beside(figure, "_areas"),
-                                    Beside(figure, "_time")};
+  std::vector<MarkerKind> markers;
+  for (const auto& [marker, of_marker] : by_marker) markers.push_back(marker);
+  const std::vector<std::string> files = FigureFiles(figure, markers);
   WriteFitnessFigure(files[0], results, published);
   WriteAreaFigure(files[1], results, published);
   WriteTimeFigure(files[2], results,
                   recognition.scenario(results.front().cell.marker).clock.frames_per_second);
-  for (const auto& [marker, of_marker] : by_marker) {
-    files.push_back(Beside(figure, fmt::format("_images_{}", NameOf(marker)), ".png"));
-    WriteContactSheet(files.back(), recognition, of_marker, kContactSheetColumns);
-  }
+  size_t sheet = files.size() - markers.size();
+  for (const auto& [marker, of_marker] : by_marker)
+    WriteContactSheet(files[sheet++], recognition, of_marker, kContactSheetColumns);
   return files;
 }
 
@@ -97,11 +107,14 @@ int Recognize(const RecognizeArguments& arguments) {
     table = ReadRecognitionTable(arguments.table, markers.front());
     cells = CellsOf(table);
   }
-  if (!arguments.csv.empty()) system::RequireWritable(arguments.csv);
+  system::OutputPlan outputs;
+  outputs.Reads(arguments.table).Writes(arguments.csv);
   if (!arguments.figure.empty()) {
-    media::RequireFigurePath(Beside(arguments.figure, ""));
-    system::RequireWritable(Beside(arguments.figure, ""));
+    const std::vector<std::string> files = FigureFiles(arguments.figure, markers);
+    media::RequireFigurePath(files.front());
+    for (const std::string& file : files) outputs.Writes(file);
   }
+  outputs.Require();
 
   std::map<MarkerKind, trial::Scenario> scenarios;
   for (const MarkerKind marker : markers)
@@ -114,8 +127,7 @@ int Recognize(const RecognizeArguments& arguments) {
        .run = {.workers = arguments.workers,
                .on_progress = [&](int done,
                                   int of) { progress.ShowDone(done, of, "cells", kLogEvery_s); },
-               .stop_requested = [] { return app::StopSignal() != 0; }}});
-  if (results.empty()) return app::kExitDone;  // stopped: the program ends with the signal's code
+               .stop_requested = {}}});
 
   std::optional<TableComparison> comparison;
   if (!table.empty()) comparison = Compare(results, table);

@@ -30,12 +30,14 @@ int Run(const RunArguments& arguments) {
       assignments.push_back(size);
   const trial::Scenario scenario =
       trial::LoadScenario(arguments.scenario, assignments, arguments.gains);
-  const trial::TrialResult result = RunShownTrial(scenario, {.out = arguments.out,
-                                                             .video = arguments.video,
-                                                             .report = arguments.report,
-                                                             .figure = arguments.figure,
-                                                             .json = arguments.json,
-                                                             .quiet = arguments.quiet});
+  const trial::TrialResult result =
+      RunShownTrial(scenario, {.inputs = {arguments.scenario, arguments.gains},
+                               .out = arguments.out,
+                               .video = arguments.video,
+                               .report = arguments.report,
+                               .figure = arguments.figure,
+                               .json = arguments.json,
+                               .quiet = arguments.quiet});
   const bool as_expected = arguments.expect.empty() || arguments.expect == NameOf(result.outcome);
   if (!as_expected)
     app::Progress(arguments.quiet)

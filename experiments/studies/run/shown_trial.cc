@@ -13,6 +13,7 @@
 #include "experiments/studies/run/key_frames.h"
 #include "experiments/studies/run/trial_figure.h"
 #include "experiments/studies/run/trial_video.h"
+#include "experiments/system/output_path.h"
 #include "experiments/trial/trial_files.h"
 #include "sim/base/units.h"
 #include "vision/overlay.h"
@@ -35,7 +36,12 @@ std::string Summary(const trial::TrialResult& result) {
 
 trial::TrialResult RunShownTrial(const trial::Scenario& scenario, const ShownTrialOptions& shown) {
   if (shown.out) {
-    trial::MakeOutputFolder(*shown.out);
+    std::vector<std::string> files = trial::kRecordFiles;
+    files.emplace_back("figure.png");
+    if (shown.video) files.emplace_back("video.mp4");
+    system::OutputPlan outputs;
+    for (const std::string& input : shown.inputs) outputs.Reads(input);
+    outputs.WritesInto(*shown.out, files).Require();
     media::RequireFigures();  // now, not after a minute of work
   }
 
@@ -79,7 +85,7 @@ trial::TrialResult RunShownTrial(const trial::Scenario& scenario, const ShownTri
                              NameOf(change.from), NameOf(change.to), change.reason));
   };
   options.on_remark = [&](const std::string& remark) { progress.Say(remark); };
-  options.stop_requested = [] { return app::StopSignal() != 0; };
+  options.stop_requested = app::CatchStopSignals();
   trial::TrialResult result = trial::RunTrial(scenario, options);
   progress.Say(Summary(result));
   // The numbers first: what fails later does not take them along.

@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "experiments/trial/scenario.h"
 #include "experiments/trial/trial.h"
@@ -10,13 +11,14 @@
 namespace turbidock::run {
 
 struct ShownTrialOptions {
+  std::vector<std::string> inputs = {};  // files that the trial is read from, not to be overwritten
   std::optional<std::string>
       out;  // folder for result.json, resolved.yaml, trajectory.csv, figure.png, cameras/
-  bool video = false;                 // also video.mp4; needs `out`
-  bool report = false;                // also report.html; needs `out`
+  bool video = false;                      // also video.mp4; needs `out`
+  bool report = false;                     // also report.html; needs `out`
   std::optional<std::string> figure = {};  // the figure in this file, too: .png, .svg, .pdf
-  bool json = false;                  // the result on stdout
-  bool quiet = false;                 // nothing on stderr
+  bool json = false;                       // the result on stdout
+  bool quiet = false;                      // nothing on stderr
 };
 
 // Runs the trial until it ends or a signal stops it.

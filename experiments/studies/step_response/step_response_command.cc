@@ -12,7 +12,6 @@
 #include "experiments/studies/step_response/step_response_report.h"
 #include "experiments/system/output_path.h"
 #include "experiments/trial/scenario.h"
-#include "experiments/trial/trial_files.h"
 
 namespace turbidock::step_response {
 namespace {
@@ -40,7 +39,12 @@ int Measure(const StepArguments& arguments) {
       if (arguments.axis == AxisName(axis)) options.axes = {axis};
   }
   if (arguments.out) {
-    trial::MakeOutputFolder(*arguments.out);
+    system::OutputPlan()
+        .Reads(arguments.scenario)
+        .Reads(arguments.gains)
+        .WritesInto(*arguments.out,
+                    {"step_response.json", "step_response.csv", "step_response.png"})
+        .Require();
     media::RequireFigures();
   }
   app::Progress progress(arguments.quiet);
@@ -49,7 +53,7 @@ int Measure(const StepArguments& arguments) {
                            arguments.cameras ? "through the cameras" : "on the true pose",
                            arguments.sea ? "in its sea" : "in still water"));
   options.on_progress = [&](double share) { progress.Show(share, "measuring"); };
-  options.stop_requested = [] { return app::StopSignal() != 0; };
+  options.stop_requested = app::CatchStopSignals();
   const std::vector<AxisResponse> responses = MeasureStepResponses(scenario, options);
   const std::string json = StepJson(scenario, responses);
   if (arguments.json)

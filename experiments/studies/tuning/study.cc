@@ -1,7 +1,5 @@
 #include "experiments/studies/tuning/study.h"
 
-#include <yaml-cpp/yaml.h>
-
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -57,28 +55,27 @@ const trial::Figure& FigureOf(const ObjectiveTerm& term, const std::string& key)
 }
 
 // A study's `trials` as a plan of its own, with the settings of the map `also` if there is one.
-std::string PlanText(const config::YamlNode& study, const std::string& description,
-                     const std::optional<config::YamlNode>& also = std::nullopt) {
-  const auto trials = study.Find("trials");
-  if (!trials) throw ConfigError(study.file + ": trials: this key is required");
+config::YamlNode PlanOf(const config::YamlNode& study, const std::string& description,
+                        const char* also = nullptr) {
+  auto trials = study.Find("trials");
+  if (!trials->IsMap()) trials->Fail("must be a group of keys, as a plan has");
   for (const char* key : {"schema_version", "description"})
-    if (trials->Find(key))
-      throw ConfigError(trials->Where() + "trials." + key + ": belongs to the study, not here");
-  YAML::Node plan = YAML::Clone(*trials->node);
-  plan["schema_version"] = farm::kPlanSchema;
-  plan["description"] = description;
-  if (also) {
-    if (!also->IsMap())
-      throw ConfigError(also->Where() + "against: must be a map of keys and values");
-    for (const auto& item : *also->node) plan["set"][item.first.Scalar()] = item.second;
+    if (const auto given = trials->Find(key)) given->Fail("belongs to the study, not here");
+  trials->path.clear();  // the plan's keys are its own
+  std::vector<std::pair<std::string, config::YamlNode>> more = {
+      {"schema_version", config::TextNode(std::to_string(farm::kPlanSchema), *trials)},
+      {"description", config::TextNode(description, *trials)}};
+  const auto other = also ? study.Find(also) : std::nullopt;
+  if (other) {
+    const auto set = trials->Find("set");
+    more.emplace_back("set", set ? set->With(other->Entries()) : *other);
   }
-  return YAML::Dump(plan) + "\n";
+  return trials->With(more);
 }
 
-StudySettings ReadSettings(const std::string& text, const std::string& file) {
-  const config::YamlNode node = config::ParseYaml(text, file);
+StudySettings ReadSettings(const config::YamlNode& node) {
   for (const char* key : {"schema_version", "trials", "gains", "objective"})
-    if (!node.Find(key)) throw ConfigError(file + ": " + key + ": this key is required");
+    if (!node.Find(key)) throw ConfigError(node.file + ": " + key + ": this key is required");
   StudySettings settings;
   config::Origins origins;
   config::ReadFields(node, &settings, &origins, {"trials", "against"});
@@ -126,12 +123,15 @@ void StudySettings::Check(const std::string& path) const {
 }
 
 Study::Study(const std::string& text, const std::string& file)
-    : settings_(ReadSettings(text, file)),
-      trials_text_(PlanText(config::ParseYaml(text, file), settings_.description)),
-      against_text_(PlanText(config::ParseYaml(text, file), settings_.description,
-                             config::ParseYaml(text, file).Find("against"))),
-      file_(file),
-      plan_(trials_text_, file + " (trials)") {
+    : Study(config::ParseYaml(text, file)) {}
+
+Study::Study(const config::YamlNode& study)
+    : settings_(ReadSettings(study)),
+      trials_(PlanOf(study, settings_.description)),
+      trials_against_(PlanOf(study, settings_.description, "against")),
+      file_(study.file),
+      plan_(trials_) {
+  const std::string& file = file_;
   for (const ObjectiveTerm& term : settings_.objective) objective_.push_back(FigureOf(term, ""));
   trial::Scenario scenario = plan_.ScenarioOf(plan_.Trial(0));
   for (size_t i = 0; i < settings_.gains.size(); ++i) {
@@ -170,14 +170,14 @@ Candidate Study::CandidateOf(const Gains& gains) const {
   return candidate;
 }
 
-farm::Plan Study::Trials(const std::string& text, uint64_t set, int seeds) const {
+farm::Plan Study::Trials(const config::YamlNode& trials, uint64_t set, int seeds) const {
   const auto master = static_cast<uint64_t>(plan_.settings().master_seed);
   farm::PlanOverrides overrides;
   overrides.seeds = seeds;
   if (set > 0)
     overrides.master_seed = static_cast<int64_t>(
         SeedTree(master).Stream("tuning.seeds." + std::to_string(set)).NextU64() >> 1);
-  return farm::Plan(text, file_ + " (trials)", overrides);
+  return farm::Plan(trials, overrides);
 }
 
 std::vector<int64_t> Study::FairOrder(const farm::Plan& plan) {

@@ -21,6 +21,7 @@
 #include <string>
 #include <vector>
 
+#include "experiments/config/yaml_node.h"
 #include "experiments/farm/plan.h"
 #include "experiments/studies/tuning/optimiser.h"
 #include "experiments/trial/record_columns.h"
@@ -150,6 +151,7 @@ class Study {
  public:
   // The study in a text; `file` stands for it in messages. ConfigError for whatever is wrong in it.
   Study(const std::string& text, const std::string& file);
+  explicit Study(const config::YamlNode& study);
 
   const StudySettings& settings() const { return settings_; }
   const Gains& start() const { return start_; }  // the scenario's own values
@@ -159,12 +161,12 @@ class Study {
   Candidate CandidateOf(const Gains& gains) const;
 
   // Trials of the study with seeds of their own: `set` 0 is the study's, every other one is drawn.
-  farm::Plan TrialsOf(uint64_t set, int seeds) const { return Trials(trials_text_, set, seeds); }
+  farm::Plan TrialsOf(uint64_t set, int seeds) const { return Trials(trials_, set, seeds); }
   // The same trials under the settings that the tuned gains are compared with.
   farm::Plan TrialsAgainst(uint64_t set, int seeds) const {
-    return Trials(against_text_, set, seeds);
+    return Trials(trials_against_, set, seeds);
   }
-  bool has_against() const { return against_text_ != trials_text_; }
+  bool has_against() const { return trials_against_.OneLine() != trials_.OneLine(); }
   int seeds() const { return plan_.settings().seeds; }
   // The trials of a plan in the order in which they are run: cell by cell in turn, so that any
   // beginning of them is fair.
@@ -180,11 +182,12 @@ class Study {
   std::string hash() const { return DigestOf(resolved_); }
 
  private:
-  farm::Plan Trials(const std::string& text, uint64_t set, int seeds) const;
+  farm::Plan Trials(const config::YamlNode& trials, uint64_t set, int seeds) const;
 
   StudySettings settings_;
   std::vector<trial::Figure> objective_;  // what its terms name
-  std::string trials_text_, against_text_, file_;
+  config::YamlNode trials_, trials_against_;
+  std::string file_;
   farm::Plan plan_;
   Gains start_, against_;
   std::string resolved_;

@@ -12,7 +12,6 @@
 #include "experiments/studies/tuning/tuner.h"
 #include "experiments/studies/tuning/tuning_report.h"
 #include "experiments/system/output_path.h"
-#include "experiments/trial/trial_files.h"
 
 namespace turbidock::tuning {
 namespace {
@@ -27,7 +26,11 @@ struct TuneArguments {
 
 int Tune(const TuneArguments& arguments) {
   const Study study = LoadStudy(arguments.study);
-  trial::MakeOutputFolder(arguments.out);
+  system::OutputPlan()
+      .Reads(arguments.study)
+      .WritesInto(arguments.out,
+                  {"evaluations.sqlite", "gains.yaml", "report.json", "report.md", "tuning.png"})
+      .Require();
   media::RequireFigures();
   const std::string file = arguments.out + "/evaluations.sqlite";
   app::Progress progress(arguments.quiet);
@@ -38,7 +41,7 @@ int Tune(const TuneArguments& arguments) {
                            study.hash()));
   TuningOptions options;
   options.workers = arguments.workers;
-  options.stop_requested = [] { return app::StopSignal() != 0; };
+  options.stop_requested = app::CatchStopSignals();
   options.on_progress = [&](const TuningProgress& now) {
     progress.ShowOrSay(now.share,
                        fmt::format("{}, {} trials, best {:.2f} ({:.0f} % docked)", now.phase,

@@ -66,16 +66,6 @@ TEST(Bench, TimesTheTrialItself) {
   EXPECT_EQ(trial::RunTrial(as_long).digest, result.digest);
 }
 
-TEST(Bench, StopsWhenAsked) {
-  BenchOptions options;
-  options.frames = 40;
-  options.repeats = 2;
-  options.stop_requested = [] { return true; };
-  EXPECT_THROW(RunBench(trial::LoadScenario("pool_active", {"rig.width_px=64", "rig.height_px=48"}),
-                        options),
-               SimulatorFault);
-}
-
 TEST(BenchCommand, PrintsTheContractsKeys) {
   const ProgramEnd end =
       RunProgram({"bench", "pool_active", "--set", "rig.width_px=160", "--set", "rig.height_px=120",

@@ -206,6 +206,65 @@ TEST_F(Gate, OtherSeedsAreComparedWithoutPairs) {
               HasSubstr("too wide for a margin of 0.1"));
 }
 
+// Trials on other seeds are held against bounds of the baseline's median: the ranks of which a fair
+// coin says so.
+TEST_F(Gate, WithoutPairsAMedianIsHeldAgainstTheBaselinesBounds) {
+  constexpr int kTrials = 201;
+  const JudgeOptions options{.margins = {.success_rate = 0.3, .time_s = 5, .final_error_m = 0},
+                             .alpha = 0.05,
+                             .beta = 0.1,
+                             .max_trials = 500,
+                             .paired = false};
+  std::vector<GateTrial> baseline;
+  for (int i = 1; i <= kTrials; ++i)
+    baseline.push_back({.seed = i,
+                        .outcome = trial::Outcome::kDocked,
+                        .time_s = 1.0 * i,
+                        .final_error_m = 0.01,
+                        .digest = ""});
+  // The least k with P(fewer than k of n lie below the median) >= 1 - tail.
+  const auto rank = [](double tail) {
+    double share = std::pow(0.5, kTrials), below = 0;
+    for (int k = 0;; ++k) {
+      below += share;  // P(at most k)
+      share *= static_cast<double>(kTrials - k) / (k + 1);
+      if (below >= 1 - tail) return k + 1;
+    }
+  };
+  const double high = rank(options.alpha / 2), low = kTrials + 1 - rank(options.beta / 2);
+  ASSERT_GT(high, 101);
+  ASSERT_LT(low, 101);
+  const auto measured = [&](double time_s) {
+    ConditionJudge judge("calm", options, baseline);
+    for (int i = 0; i < 4; ++i)
+      judge.Add({.seed = 1000 + i,
+                 .outcome = trial::Outcome::kDocked,
+                 .time_s = time_s,
+                 .final_error_m = 0.01,
+                 .digest = ""});
+    return judge.Report().measures.at(1);
+  };
+  EXPECT_EQ(measured(high).worse, 0);
+  EXPECT_EQ(measured(high + 0.5).worse, 4);
+  EXPECT_EQ(measured(high - 0.5).better, 4);
+  EXPECT_EQ(measured(50).before, 101);
+  EXPECT_EQ(measured(50).now, 50);
+  // It is no worse by the margin once enough of them lie below the low bound and the margin.
+  const auto verdict = [&](double time_s) {
+    ConditionJudge judge("calm", options, baseline);
+    for (int i = 0; i < 60; ++i)
+      judge.Add({.seed = 1000 + i,
+                 .outcome = trial::Outcome::kDocked,
+                 .time_s = time_s,
+                 .final_error_m = 0.01,
+                 .digest = ""});
+    return judge.Report().measures.at(1).verdict;
+  };
+  EXPECT_EQ(verdict(low + 5 - 0.01), statistics::Verdict::kPass);
+  EXPECT_EQ(verdict(low + 5 + 0.01), statistics::Verdict::kInconclusive);
+  EXPECT_EQ(verdict(high + 0.01), statistics::Verdict::kFail);
+}
+
 // A build that only chance tells from another of the same rate.
 Build ChanceBuild(const std::string& stream, double rate) {
   return [=](size_t, int64_t seed) {
@@ -304,6 +363,25 @@ TEST_F(Gate, AnyEditOfABaselineIsNoticed) {
   EXPECT_THAT(refused(schema), HasSubstr("schema_version = 2"));
   EXPECT_THAT(MessageOf([&] { LoadBaseline((folder_ / "none.yaml").string()); }),
               HasSubstr("there is no baseline"));
+}
+
+// Whoever edits a baseline can compute its checksum too.
+TEST_F(Gate, ABaselineThatContradictsItselfIsRefused) {
+  const GatePlan plan = Plan();
+  const Baseline good = Measure(plan, DocksAt(0.9));
+  const auto refused = [&](const std::function<void(BaselineCondition*)>& edit) {
+    Baseline edited = good;
+    edit(&edited.conditions[0]);
+    return MessageOf([&] { LoadBaseline(File("edited.yaml", BaselineText(edited))); });
+  };
+  EXPECT_EQ(refused([](BaselineCondition*) {}), "no error");
+  EXPECT_THAT(refused([](BaselineCondition* c) { c->outcomes[3].seed = 7; }),
+              HasSubstr("condition 'calm' has a trial of seed 7, which is none of the gate's"));
+  EXPECT_THAT(refused([](BaselineCondition* c) { c->outcomes[1] = c->outcomes[0]; }),
+              HasSubstr("which is none of the gate's"));
+  EXPECT_THAT(refused([](BaselineCondition* c) { c->outcomes.pop_back(); }),
+              HasSubstr("is incomplete"));
+  EXPECT_THAT(refused([](BaselineCondition* c) { ++c->docked; }), HasSubstr("is incomplete"));
 }
 
 TEST_F(Gate, ABaselineOfAnotherPlanIsRefusedWithTheReason) {

@@ -173,18 +173,37 @@ TEST(Mp4Writer, MissingFfmpegNamesThePackage) {
   EXPECT_THAT(message, HasSubstr("package ffmpeg"));
 }
 
-TEST(Mp4Writer, FullDiskIsAFaultWithFfmpegsWords) {
-  media::Canvas frame(64, 64);
-  media::Mp4Writer writer("/dev/full", 64, 64, 30);
-  std::string message = "no fault";
-  try {
-    for (int i = 0; i < 10; ++i) writer.Add(frame);
-    writer.Finish();
-  } catch (const SimulatorFault& fault) {
-    message = fault.what();
+TEST(Mp4Writer, AFullDiskIsSaidAndTheFileThatWasThereStays) {
+  namespace fs = std::filesystem;
+  const std::string path = ::testing::TempDir() + "/full_disk.mp4";
+  std::ofstream(path) << "precious";
+  fs::remove(path + ".partial");
+  fs::create_symlink("/dev/full", path + ".partial");  // where it is written first
+  std::string message = "no error";
+  {
+    media::Canvas frame(64, 64);
+    media::Mp4Writer writer(path, 64, 64, 30);
+    try {
+      for (int i = 0; i < 10; ++i) writer.Add(frame);
+      writer.Finish();
+    } catch (const ConfigError& error) {
+      message = error.what();
+    }
   }
-  EXPECT_THAT(message, HasSubstr("ffmpeg ended with exit status"));
-  EXPECT_THAT(message, HasSubstr("No space left on device"));
+  EXPECT_EQ(message, path + ": cannot be written: No space left on device");
+  std::string kept;
+  std::getline(std::ifstream(path), kept);
+  EXPECT_EQ(kept, "precious");
+  EXPECT_FALSE(fs::is_symlink(path + ".partial"));
+}
+
+TEST(Mp4Writer, WithoutAnEndThereIsNoFile) {
+  namespace fs = std::filesystem;
+  const std::string path = ::testing::TempDir() + "/no_end.mp4";
+  fs::remove(path);
+  { media::Mp4Writer(path, 64, 64, 30).Add(media::Canvas(64, 64)); }
+  EXPECT_FALSE(fs::exists(path));
+  EXPECT_FALSE(fs::exists(path + ".partial"));
 }
 
 }  // namespace

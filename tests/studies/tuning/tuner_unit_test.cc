@@ -11,7 +11,9 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <set>
+#include <sstream>
 #include <string>
 
 #include "experiments/config/data_files.h"
@@ -90,7 +92,7 @@ TEST(Study, ComparesWithOtherSettingsOnTheSameSeeds) {
   EXPECT_EQ(study.ScenarioOf(against, 0, study.against()).duration_s, 2.5);
   EXPECT_THAT(MessageOf(text + "against: {controler: pid}\n"),
               HasSubstr("did you mean controller?"));
-  EXPECT_THAT(MessageOf(text + "against: pid\n"), HasSubstr("against: must be a map"));
+  EXPECT_THAT(MessageOf(text + "against: pid\n"), HasSubstr("against: must be a group of keys"));
 }
 
 TEST(Study, WhatIsWrongIsSaid) {
@@ -117,6 +119,16 @@ TEST(Study, WhatIsWrongIsSaid) {
   EXPECT_THAT(MessageOf(kHead + kTrials + kGains + kObjective +
                         "optimiser: {algorithm: nsga2, population: 8}\n"),
               HasSubstr("nsga2 needs at least two terms"));
+  // the line is the study's own, also of what is handed on to the plan
+  EXPECT_EQ(MessageOf(kHead + "trials: 5\n" + kGains + kObjective),
+            "study.yaml:3: trials: must be a group of keys, as a plan has");
+  EXPECT_THAT(MessageOf(kHead + "trials: {scenario: pool_active, set: 5}\n" + kGains + kObjective),
+              HasSubstr("study.yaml:3: set: must be a group of keys"));
+  EXPECT_THAT(MessageOf(kHead + kTrials + "against: 5\n" + kGains + kObjective),
+              HasSubstr("study.yaml:11: against: must be a group of keys"));
+  EXPECT_THAT(
+      MessageOf(kHead + "trials: {scenario: pool_active,\n sedes: 5}\n" + kGains + kObjective),
+      HasSubstr("study.yaml:4: sedes: unknown key; did you mean seeds?"));
 }
 
 TEST(Study, EveryBundledOneIsRight) {
@@ -248,6 +260,66 @@ TEST_F(TunerTest, TheGainsFileHoldsTheLawsGroupAndIsRead) {
   EXPECT_EQ(scenario.procedure.docking_rate_mps, 0.0625);
   EXPECT_EQ(config::SaveYaml(scenario.control.lqg.heave),
             config::SaveYaml(trial::LoadScenario("pool_active", {}).control.lqg.heave));
+}
+
+// A variation changes what its name says and nothing else: with the mass the inertia and the trim.
+TEST(Variations, ChangeWhatTheirNamesSay) {
+  const trial::Scenario scenario = trial::LoadScenario("sea_night_active", {});
+  const auto lines = [](const trial::Scenario& s) {
+    std::vector<std::string> all;
+    std::istringstream text(config::SaveYaml(s));
+    for (std::string line; std::getline(text, line);)
+      all.push_back(line.substr(0, line.find("  #")));
+    return all;
+  };
+  const std::vector<std::string> before = lines(scenario);
+  const auto numbers = [](const std::string& line) {
+    std::vector<double> values;
+    std::string rest = line.substr(line.find(':') + 1);
+    for (char& c : rest)
+      if (std::string("[],").find(c) != std::string::npos) c = ' ';
+    std::istringstream stream(rest);
+    for (double x = 0; stream >> x;) values.push_back(x);
+    return values;
+  };
+  const std::map<std::string, std::vector<std::string>> scaled = {
+      {"mass", {"displaced_volume_m3", "inertia_kg_m2", "mass_kg"}},
+      {"drag", {"linear_damping_diagonal", "quadratic_damping_diagonal"}},
+      {"thruster gain", {"max_thrust_newton"}},
+      {"thruster lag", {"lag_s"}}};
+  int checked = 0;
+  for (const Variation& variation : Variations()) {
+    trial::Scenario changed = scenario;
+    variation.change(&changed);
+    const std::vector<std::string> after = lines(changed);
+    ASSERT_EQ(after.size(), before.size());
+    std::vector<std::string> keys;
+    const size_t sign = variation.name.find_first_of("+-");
+    const double factor = sign == std::string::npos ? 0 : variation.name[sign] == '+' ? 1.3 : 0.7;
+    for (size_t i = 0; i < before.size(); ++i) {
+      if (before[i] == after[i]) continue;
+      const size_t first = before[i].find_first_not_of(" -");
+      keys.push_back(before[i].substr(first, before[i].find(':') - first));
+      if (factor == 0) continue;
+      const std::vector<double> was = numbers(before[i]), is = numbers(after[i]);
+      ASSERT_EQ(was.size(), is.size());
+      ASSERT_FALSE(was.empty()) << before[i];
+      for (size_t k = 0; k < was.size(); ++k)
+        EXPECT_NEAR(is[k], factor * was[k], 1e-9) << before[i];
+    }
+    std::sort(keys.begin(), keys.end());
+    if (factor != 0) {
+      EXPECT_EQ(keys, scaled.at(variation.name.substr(0, sign - 1))) << variation.name;
+      ++checked;
+    } else if (variation.name.starts_with("camera delay")) {
+      EXPECT_EQ(changed.camera_delay_frames, std::stoi(variation.name.substr(13)));
+      ++checked;
+    } else if (variation.name.starts_with("sea ")) {
+      EXPECT_EQ(NameOf(changed.sea.state), variation.name.substr(4));
+      ++checked;
+    }
+  }
+  EXPECT_EQ(checked, 8 + 3 + 3);
 }
 
 TEST(Variations, ChangeTheScenarioAndStayValid) {

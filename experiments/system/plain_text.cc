@@ -1,0 +1,86 @@
+#include "experiments/system/plain_text.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdio>
+
+namespace turbidock::system {
+namespace {
+
+bool IsControl(unsigned char c) {
+  return (c < 0x20 && c != '\t' && c != '\n' && c != '\r') || c == 0x7f;
+}
+
+// Bytes of the UTF-8 letter that the text begins with; 0 if it begins with none.
+size_t LetterAt(std::string_view text) {
+  const auto byte = [&](size_t i) { return static_cast<unsigned char>(text[i]); };
+  const unsigned char first = byte(0);
+  if (first < 0x80) return 1;
+  const size_t length = first >= 0xf0 ? 4 : first >= 0xe0 ? 3 : 2;
+  if (first < 0xc2 || first > 0xf4 || text.size() < length) return 0;
+  uint32_t letter = first & (0xffU >> (length + 1));
+  for (size_t i = 1; i < length; ++i) {
+    if ((byte(i) & 0xc0U) != 0x80) return 0;
+    letter = letter << 6U | (byte(i) & 0x3fU);
+  }
+  const bool too_long = (length == 3 && letter < 0x800) || (length == 4 && letter < 0x10000);
+  const bool surrogate = letter >= 0xd800 && letter < 0xe000;
+  return too_long || surrogate || letter > 0x10ffff ? 0 : length;
+}
+
+}  // namespace
+
+std::optional<size_t> FirstNoText(std::string_view text) {
+  for (size_t i = 0; i < text.size();) {
+    const size_t length = LetterAt(text.substr(i));
+    // DEL is no control character of YAML's
+    if (length == 0 || (text[i] != 0x7f && IsControl(static_cast<unsigned char>(text[i]))))
+      return i;
+    i += length;
+  }
+  return std::nullopt;
+}
+
+std::string Printable(std::string_view text) {
+  std::string out;
+  for (size_t i = 0; i < text.size();) {
+    const size_t length = LetterAt(text.substr(i));
+    const auto byte = static_cast<unsigned char>(text[i]);
+    // C1 controls are two bytes, c2 80 to c2 9f
+    const bool is_c1 =
+        length == 2 && byte == 0xc2 && static_cast<unsigned char>(text[i + 1]) < 0xa0;
+    if (length > 0 && !is_c1 && !(length == 1 && IsControl(byte))) {
+      out += text.substr(i, length);
+      i += length;
+      continue;
+    }
+    char hex[8];
+    std::snprintf(hex, sizeof hex, "\\x%02x", byte);
+    out += hex;
+    ++i;
+    if (is_c1) {
+      std::snprintf(hex, sizeof hex, "\\x%02x", static_cast<unsigned char>(text[i++]));
+      out += hex;
+    }
+  }
+  return out;
+}
+
+std::string OneLineOf(std::string_view text) {
+  std::string line = Printable(text);
+  line.erase(std::remove(line.begin(), line.end(), '\r'), line.end());
+  const size_t last = line.find_last_not_of(" \t\n");
+  line.resize(last == std::string::npos ? 0 : last + 1);
+  std::replace(line.begin(), line.end(), '\n', ' ');
+  return line;
+}
+
+std::string Shortened(const std::string& text) {
+  constexpr size_t kLongest = 60;
+  if (text.size() <= kLongest) return text;
+  size_t end = kLongest;
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xc0U) == 0x80) --end;
+  return text.substr(0, end) + "...";
+}
+
+}  // namespace turbidock::system

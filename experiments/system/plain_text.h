@@ -1,0 +1,23 @@
+#pragma once
+// Text that people can read: what is taken from files and what is printed.
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace turbidock::system {
+
+// Where a text has its first byte that is no UTF-8, or a control character other than tab and line
+// breaks; nothing if it has none.
+std::optional<size_t> FirstNoText(std::string_view text);
+
+// The text as it is safe on a terminal: whatever is no text as above is written as \xNN, and, in
+// one line, a line break as a space.
+std::string Printable(std::string_view text);
+std::string OneLineOf(std::string_view text);
+
+// The first 60 bytes of what a user wrote, no letter of it cut, and dots where there is more.
+std::string Shortened(const std::string& text);
+
+}  // namespace turbidock::system

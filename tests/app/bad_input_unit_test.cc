@@ -1,0 +1,223 @@
+// Other people's files and careless command lines, through the real program: exit code 2, one line
+// that says what is wrong, and nothing lost.
+
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <spawn.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <thread>
+
+#include "tests/support/program.h"
+
+namespace turbidock::testing {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+class BadInput : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+    for (const char* side : {"left", "right"})
+      fs::copy_file(
+          std::string(TURBIDOCK_TEST_DATA) + "/pathtraced/active_015ml_0500mm_" + side + ".png",
+          Path(std::string(side) + ".png"));
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  std::string Path(const std::string& name) const { return (folder_ / name).string(); }
+  std::string File(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name, std::ios::binary) << text;
+    return Path(name);
+  }
+  static std::string Read(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+  }
+  // Every file of the folder with its bytes.
+  std::map<std::string, std::string> All() const {
+    std::map<std::string, std::string> all;
+    for (const auto& entry : fs::recursive_directory_iterator(folder_))
+      if (std::error_code loop; entry.is_regular_file(loop))
+        all[entry.path().string()] = Read(entry.path().string());
+    return all;
+  }
+
+  // Exit code 2, nothing on stdout, one line at the end of stderr that has these words; every file
+  // as it was, and none that was not.
+  void Refused(const std::vector<std::string>& arguments, const std::string& words) const {
+    const auto before = All();
+    const ProgramEnd end = RunProgram(arguments);
+    EXPECT_EQ(end.exit_code, 2) << end.err;
+    EXPECT_EQ(end.out, "");
+    const size_t last = end.err.rfind("turbidock: ");
+    ASSERT_NE(last, std::string::npos) << end.err;
+    const std::string message = end.err.substr(last);
+    EXPECT_THAT(message, HasSubstr(words));
+    EXPECT_EQ(message.find('\n'), message.size() - 1) << message;
+    EXPECT_TRUE(All() == before) << message;
+  }
+
+  const fs::path folder_ =
+      fs::temp_directory_path() / (std::string("turbidock_bad_input_") +
+                                   ::testing::UnitTest::GetInstance()->current_test_info()->name());
+};
+
+TEST_F(BadInput, ARefusedCommandDestroysNothing) {
+  fs::create_directory(Path("o"));
+  File("o/video.mp4", "precious");
+  Refused(
+      {"run", "sea_night_active", "--set", "pose_source=true_pose", "--out", Path("o"), "--video"},
+      "pose_source: true_pose draws nothing");
+}
+
+TEST_F(BadInput, AnOutputIsNoInput) {
+  const std::string left = Path("left.png"), right = Path("right.png");
+  const std::string read = " is read by this command";
+  Refused({"estimate", "--left", left, "--right", right, "--overlay", left}, left + ":" + read);
+  Refused({"estimate", "--left", Path("*.png"), "--right", right, "--csv", left},
+          left + ":" + read);
+  const std::string table = File("t.csv", "milk_ml_m3,distance_mm,fitness_mean\n0,400,0.9\n");
+  Refused({"recognize", "--marker", "active", "--table", table, "--csv", table},
+          table + ":" + read);
+  const std::string scenario = File(
+      "resolved.yaml", "schema_version: 1\nseed: 3\nduration_s: 0.2\nmodel: pool_active.xml\n");
+  Refused({"run", scenario, "--out", folder_.string()}, scenario + ":" + read);
+  const std::string plan = File("plan.yaml", "schema_version: 1\nscenario: pool_active\n");
+  Refused({"batch", plan, "--out", plan}, plan + ":" + read);
+  const std::string csv = Path("both");
+  Refused({"compare-estimators", "--csv", csv, "--figure", csv}, csv + ": is written by it twice");
+}
+
+TEST_F(BadInput, TextThatIsNoneIsRefusedAtTheBeginning) {
+  const std::string plan =
+      File("plan.yaml", "schema_version: 1\ndescription: caf\xe9\nscenario: pool_active\n");
+  Refused({"batch", plan, "--out", Path("x.db")}, plan + ":2: is no UTF-8 text (byte 0xe9)");
+  Refused({"run", "pool_active", "--set", "description=caf\xe9"},
+          "--set description: is no UTF-8 text (byte 0xe9)");
+  Refused({"run", "pool_active", "--set", "a\x1b[31m=1"}, "--set a\\x1b[31m");
+}
+
+TEST_F(BadInput, AliasesEndInWords) {
+  const std::string head = "schema_version: 1\nscenario: pool_active\n";
+  const std::string self = File("self.yaml", head + "grid: &a\n  water.milk_ml_m3: [*a]\n");
+  Refused({"batch", self, "--out", Path("x.db")}, self + ":4: grid.water.milk_ml_m3[0]: an alias");
+  std::string text = head + "a0: &a0 [x, x, x, x, x, x, x, x, x]\n";
+  for (int i = 1; i < 20; ++i) {
+    text += "a" + std::to_string(i) + ": &a" + std::to_string(i) + " [";
+    for (int k = 0; k < 9; ++k) text += (k ? ", *a" : "*a") + std::to_string(i - 1);
+    text += "]\n";
+  }
+  const std::string bomb = File("bomb.yaml", text);
+  for (const char* command : {"batch", "tune"})
+    Refused({command, bomb, "--out", Path("x")}, "is too large a document");
+  Refused({"gate", bomb}, "is too large a document");
+}
+
+TEST_F(BadInput, WhatIsNoFileIsNotRead) {
+  mkfifo(Path("pipe.png").c_str(), 0666);
+  mkfifo(Path("pipe.mp4").c_str(), 0666);
+  fs::create_symlink("loop", Path("loop"));
+  const std::string right = Path("right.png");
+  Refused({"run", "/dev/zero"}, "/dev/zero: is no regular file");
+  Refused({"run", "pool_active", "--gains", "/dev/zero"}, "/dev/zero: cannot be read");
+  Refused({"run", folder_.string()}, folder_.string() + ": is a directory");
+  Refused({"status", folder_.string()}, folder_.string() + ": is a directory");
+  Refused({"estimate", "--left", Path("pipe.png"), "--right", right}, "is no regular file");
+  Refused({"estimate", "--left", Path("pipe.mp4"), "--right", right}, "is no regular file");
+  Refused({"run", Path("loop")}, "Too many levels of symbolic links");
+  Refused({"estimate", "--left", Path("loop"), "--right", right}, "Too many levels");
+  Refused({"run", "pool_active", "--out", Path("loop")}, "Too many levels");
+  Refused({"batch", "smoke", "--out", Path(std::string(300, 'n'))}, "File name too long");
+  Refused({"run", std::string(300, 'n')}, "File name too long");
+  Refused({"estimate", "--left", Path("left_%99999999999d.png"), "--right", right},
+          "no such images");
+}
+
+TEST_F(BadInput, ANumberThatLeavesNoLawNamesItsKeys) {
+  Refused({"run", "pool_active", "--set", "controller=lqg", "--set", "lqg.surge.mass_kg=1e300",
+           "--set", "duration_s=0.1"},
+          "lqg.surge: there is no law for these values");
+  Refused({"run", "pool_active", "--resolution", "1x1"},
+          "--resolution 1x1: each side must be in [16, 8192] pixels");
+}
+
+TEST_F(BadInput, AFullStandardOutputIsNoSuccess) {
+  for (const std::vector<std::string>& arguments : std::vector<std::vector<std::string>>{
+           {"--help"}, {"run", "--help"}, {"--version"}, {"scenarios"}}) {
+    std::string line = ProgramPath();
+    for (const std::string& word : arguments) line += " " + word;
+    const int status = std::system((line + " >/dev/full 2>/dev/null").c_str());
+    EXPECT_EQ(WEXITSTATUS(status), 2) << line;
+  }
+}
+
+// Starts the program, sends the signal once it is at work, and says how it ended and how soon.
+struct Stopped {
+  int status = 0;
+  double after_s = 0;
+};
+
+Stopped Stop(const std::vector<std::string>& arguments, int signal) {
+  std::vector<std::string> words = {ProgramPath()};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  pid_t pid = -1;
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  for (const int fd : {STDOUT_FILENO, STDERR_FILENO})
+    posix_spawn_file_actions_addopen(&actions, fd, "/dev/null", O_WRONLY, 0);
+  EXPECT_EQ(posix_spawn(&pid, argv[0], &actions, nullptr, argv.data(), environ), 0);
+  posix_spawn_file_actions_destroy(&actions);
+  std::this_thread::sleep_for(std::chrono::milliseconds(700));
+  const auto begin = std::chrono::steady_clock::now();
+  kill(pid, signal);
+  const auto since_s = [&] {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  };
+  Stopped stopped;
+  while (waitpid(pid, &stopped.status, WNOHANG) == 0) {
+    if (since_s() > 20) kill(pid, SIGKILL);
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  stopped.after_s = since_s();
+  return stopped;
+}
+
+// What has nothing to save ends at once.
+TEST_F(BadInput, TheFirstSignalStopsWhateverRuns) {
+  const std::string plan = File("plan.yaml",
+                                "schema_version: 1\nscenario: pool_active\nseeds: 100000\n"
+                                "random: {water.milk_ml_m3: {uniform: [0, 20]}}\n");
+  const std::vector<std::vector<std::string>> commands = {
+      {"batch", plan, "--out", Path("x.db")},
+      {"gate", "--simulate", "100000000"},
+      {"gate", "--plan-size", "--rate", "0.9", "--margin", "0.01"},
+      {"compare-estimators", "--marker", "active"},
+      {"recognize", "--marker", "active"}};
+  for (const auto& command : commands)
+    for (const int signal : {SIGINT, SIGTERM}) {
+      const Stopped stopped = Stop(command, signal);
+      EXPECT_TRUE(WIFSIGNALED(stopped.status) && WTERMSIG(stopped.status) == signal)
+          << command[0] << " " << command[1] << ": " << stopped.status;
+      EXPECT_LT(stopped.after_s, 10) << command[0] << " " << command[1];
+    }
+}
+
+}  // namespace
+}  // namespace turbidock::testing

@@ -1,0 +1,118 @@
+// What a user's YAML may hold, and how it is refused: nothing crashes, hangs or is taken for what
+// it is not.
+
+#include "experiments/config/yaml_node.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "sim/base/check.h"
+
+namespace turbidock::config {
+namespace {
+
+std::string ErrorOf(const std::string& text, const std::string& allowed_tag = "") {
+  try {
+    ParseYaml(text, "a.yaml", allowed_tag);
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(YamlNode, TextIsUtf8) {
+  EXPECT_EQ(ErrorOf("a: 1\nname: caf\xe9\n"), "a.yaml:2: is no UTF-8 text (byte 0xe9)");
+  EXPECT_EQ(ErrorOf("name: caf\xc3\xa9 \xe2\x82\xac \xf0\x9f\x90\x9f\n"), "no error");
+  EXPECT_EQ(ErrorOf("\xef\xbb\xbfname: with a byte order mark\n"), "no error");
+  // too long, a surrogate, beyond the last letter, cut off
+  for (const char* bad : {"\xc0\xaf", "\xed\xa0\x80", "\xf4\x90\x80\x80", "\xe2\x82"})
+    EXPECT_NE(ErrorOf(std::string("name: ") + bad), "no error");
+  EXPECT_EQ(ErrorOf(std::string("\xff\xfe"
+                                "a\0:\0 \0"
+                                "1\0",
+                                10)),
+            "a.yaml:1: is no UTF-8 text (byte 0xff)");
+}
+
+TEST(YamlNode, HasNoControlCharacters) {
+  EXPECT_EQ(ErrorOf(std::string("a: x\0y\n", 7)), "a.yaml:1: holds a control character (0x00)");
+  EXPECT_EQ(ErrorOf("a: \x1b[31m\n"), "a.yaml:1: holds a control character (0x1b)");
+  EXPECT_EQ(ErrorOf("a: 1\t# tab\r\nb: 2\r\n"), "no error");
+}
+
+TEST(YamlNode, AKeyStandsOnceInEveryMap) {
+  EXPECT_EQ(ErrorOf("grid:\n  a: [1]\n  b: {c: 1, c: 2}\n"),
+            "a.yaml:3: grid.b.c: duplicate key, first given in line 3");
+  EXPECT_EQ(ErrorOf("list:\n- {a: 1}\n- {a: 1,\n   a: 2}\n"),
+            "a.yaml:4: list[1].a: duplicate key, first given in line 3");
+  EXPECT_EQ(ErrorOf("list: [{a: 1}, {a: 1}]\n"), "no error");
+}
+
+TEST(YamlNode, AnAliasIsACopy) {
+  const YamlNode root = ParseYaml("a: &x {b: [1, 2]}\nc: *x\nd: [*x, *x]\n", "a.yaml");
+  EXPECT_EQ(root.Find("c")->OneLine(), root.Find("a")->OneLine());
+  EXPECT_EQ(root.Find("d")->OneLine(), "[{b: [1, 2]}, {b: [1, 2]}]");
+}
+
+TEST(YamlNode, AnAliasInsideItsOwnAnchorIsRefused) {
+  const std::string refused = ": an alias cannot stand inside what its anchor names";
+  EXPECT_EQ(ErrorOf("grid: &a\n  b: [1, *a]\n"), "a.yaml:2: grid.b[1]" + refused);
+  EXPECT_EQ(ErrorOf("a: &a [*a]\n"), "a.yaml:1: a[0]" + refused);
+  EXPECT_EQ(ErrorOf("a: &a {b: &b [*a]}\n"), "a.yaml:1: a.b[0]" + refused);
+}
+
+TEST(YamlNode, ABombIsRefusedBeforeItGoesOff) {
+  std::string text = "a0: &a0 [x, x, x, x, x, x, x, x, x, x]\n";
+  for (int i = 1; i < 40; ++i) {
+    const std::string one = "*a" + std::to_string(i - 1);
+    text += "a" + std::to_string(i) + ": &a" + std::to_string(i) + " [" + one;
+    for (int k = 1; k < 10; ++k) text += ", " + one;
+    text += "]\n";
+  }
+  EXPECT_EQ(ErrorOf(text), "a.yaml:6: a5[9]: is too large a document with every alias written out");
+  // one long text, very often
+  std::string copies = "a: &a " + std::string(1 << 20, 'x') + "\nb: [*a";
+  for (int i = 0; i < 100; ++i) copies += ", *a";
+  EXPECT_EQ(ErrorOf(copies + "]\n"),
+            "a.yaml:2: b[63]: is too large a document with every alias written out");
+}
+
+TEST(YamlNode, DepthIsLimited) {
+  const auto nested = [](int levels, const std::string& inside) {
+    return "a: " + std::string(static_cast<size_t>(levels), '[') + inside +
+           std::string(static_cast<size_t>(levels), ']') + "\n";
+  };
+  EXPECT_EQ(ErrorOf(nested(63, "1")), "no error");
+  EXPECT_EQ(ErrorOf(nested(64, "1")), "a.yaml:1: is nested deeper than 64 levels");
+  // also where an alias makes it so
+  EXPECT_EQ(ErrorOf("deep: &d [[[[1]]]]\n" + nested(58, "*d")), "no error");
+  EXPECT_EQ(ErrorOf("deep: &d [[[[1]]]]\n" + nested(60, "*d")),
+            "a.yaml:2: is nested deeper than 64 levels");
+}
+
+TEST(YamlNode, LargeTextIsRefused) {
+  EXPECT_EQ(ErrorOf("a: " + std::string(17 << 20, 'x')),
+            "a.yaml:1: is too large, must be at most 16 MiB");
+}
+
+TEST(YamlNode, MergesAndTagsAreRefused) {
+  EXPECT_EQ(ErrorOf("a: &x {b: 1}\nc:\n  <<: *x\n"),
+            "a.yaml:3: c: a merge (<<) is not supported; write the keys out");
+  EXPECT_EQ(ErrorOf("a: '<<'\nb: {'<<': 1}\n"), "no error");
+  EXPECT_EQ(ErrorOf("a: !!binary abc\n"), "a.yaml:1: a: has a tag, !!binary; leave it out");
+  EXPECT_EQ(ErrorOf("a: [!mine {b: 1}]\n"), "a.yaml:1: a[0]: has a tag, !mine; leave it out");
+  EXPECT_EQ(ErrorOf("a: !!opencv-matrix {b: 1}\n", "!!opencv-matrix"), "no error");
+  EXPECT_EQ(ErrorOf("a: !!opencv-matrix {b: !!int 1}\n", "!!opencv-matrix"),
+            "a.yaml:1: a.b: has a tag, !!int; leave it out");
+}
+
+TEST(YamlNode, WithPutsValuesBesideAndInsteadOfItsOwn) {
+  const YamlNode root = ParseYaml("a: 1\nb: {c: 2}\n", "a.yaml");
+  const YamlNode more = ParseYaml("b: {d: 3}\ne: 4\n", "b.yaml");
+  EXPECT_EQ(root.With(more.Entries()).OneLine(), "{a: 1, b: {d: 3}, e: 4}");
+  EXPECT_EQ(root.OneLine(), "{a: 1, b: {c: 2}}");
+}
+
+}  // namespace
+}  // namespace turbidock::config

@@ -1,0 +1,141 @@
+// The loop between the levers it was designed for, and its feed-forward.
+
+#include "control/lqg_loop.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "control/lqg.h"
+
+namespace turbidock::control {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::VectorXd;
+
+constexpr ClockParams kClock;
+
+std::vector<LqgAxis> SwayAndYaw() {
+  const LqgAxis sway{.model = {.inertia = 30, .damping = 12, .thrust_per_volt = 4},
+                     .error = 0.02,
+                     .speed = 0.1,
+                     .effort_v = 1,
+                     .noise = 0.004,
+                     .limit_v = 100};
+  const LqgAxis yaw{.model = {.inertia = 0.7, .damping = 0.4, .thrust_per_volt = 0.5},
+                    .error = 0.05,
+                    .speed = 0.2,
+                    .effort_v = 1,
+                    .noise = 0.01,
+                    .limit_v = 100};
+  return {sway, yaw};
+}
+
+// After some steps that the two loops share, up to `levers`.
+LqgLoop Loop(const std::vector<double>& levers) {
+  LqgLoop loop(SwayAndYaw(), levers, kClock.frame_s());
+  loop.Start(Vector2d(0.1, -0.2));
+  return loop;
+}
+
+TEST(LqgLoop, PredictsExactlyBetweenItsLevers) {
+  LqgLoop between = Loop({0.4, 1.2}), exact = Loop({0.6});
+  for (int n = 0; n < 20; ++n) {
+    const Vector2d volts(std::sin(0.3 * n), 0.5 - 0.1 * n);
+    between.Predict(volts, 0.6);
+    exact.Predict(volts, 0.6);
+  }
+  EXPECT_LT((between.state() - exact.state()).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_GT(exact.state().cwiseAbs().maxCoeff(), 0.1);
+}
+
+TEST(LqgLoop, CorrectsAndDemandsInProportionBetweenItsLevers) {
+  constexpr double kLow = 0.4, kHigh = 1.2, kLever = 0.6, kShare = 0.25;
+  LqgLoop low = Loop({kLow}), high = Loop({kHigh}), between = Loop({kLow, kHigh});
+  const Vector2d measured(0.13, -0.17);
+  for (LqgLoop* loop : {&low, &high, &between}) loop->Correct(measured, kLever);
+  const VectorXd expected = low.state() + kShare * (high.state() - low.state());
+  EXPECT_LT((between.state() - expected).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_GT((high.state() - low.state()).cwiseAbs().maxCoeff(), 1e-4);  // or it proves nothing
+
+  LqgLoop low_2 = Loop({kLow}), high_2 = Loop({kHigh}), between_2 = Loop({kLow, kHigh});
+  const auto demand = [&](LqgLoop* loop) -> Vector2d {
+    loop->StartAhead();
+    return loop->Demand(Vector2d(0.05, 0.02), Vector2d(0.1, -0.1), Vector2d(0.2, 0.3), kLever);
+  };
+  const Vector2d at_low = demand(&low_2), at_high = demand(&high_2), now = demand(&between_2);
+  const Vector2d wanted = at_low + kShare * (at_high - at_low);
+  EXPECT_LT((now - wanted).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_GT((at_high - at_low).cwiseAbs().maxCoeff(), 1e-3);
+}
+
+// A vehicle that is what the law's model says, in small steps; turning moves the marker aside.
+// Places of the marker while it is to move along a path.
+template <class Path>
+double LargestLag(const Path& path, bool with_rate, bool with_acceleration) {
+  LqgParams params;
+  for (auto* axis : {&params.surge, &params.sway, &params.heave}) axis->limit_v = 2.5;
+  params.yaw.limit_v = 2.5;
+  Lqg law(params, kClock);
+  Axes marker = path(0).position, speed = -path(0).rate, thrust = Axes::Zero();
+  const Axes inertia(params.surge.mass_kg, params.sway.mass_kg, params.heave.mass_kg,
+                     params.yaw.inertia_kg_m2),
+      damping(params.surge.damping_newton_s_per_m, params.sway.damping_newton_s_per_m,
+              params.heave.damping_newton_s_per_m, params.yaw.damping_newton_m_s),
+      gain(params.surge.thrust_newton_per_v, params.sway.thrust_newton_per_v,
+           params.heave.thrust_newton_per_v, params.yaw.moment_newton_m_per_v);
+  Axes before = marker;
+  double most = 0;
+  constexpr int kSteps = 100, kFrames = 900;
+  for (int n = 0; n < kFrames; ++n) {
+    law.Observe({.frame = n - 1, .position = before, .rate = std::nullopt});
+    before = marker;
+    Reference wanted = path(n);
+    if (!with_rate) wanted.rate.setZero();
+    if (!with_acceleration) wanted.acceleration.setZero();
+    const AxisVolts volts = law.Demand(wanted);
+    law.Given(n - 1, volts);
+    for (int i = 0; i < kSteps; ++i) {
+      const double dt_s = kClock.frame_s() / kSteps;
+      thrust += dt_s / params.thruster_lag_s * (gain.cwiseProduct(ToAxes(volts)) - thrust);
+      speed += dt_s * (thrust - damping.cwiseProduct(speed)).cwiseQuotient(inertia);
+      marker -= dt_s * speed;
+      marker[kSway] -= dt_s * speed[kYaw] * (marker[kSurge] + params.head_offset_m);
+    }
+    if (n > 600) most = std::max(most, (marker - path(n + 1).position).cwiseAbs().maxCoeff());
+  }
+  return most;
+}
+
+TEST(LqgFeedForward, AMovingSetpointIsFollowedWithoutLag) {
+  // In every axis at once, also while turning.
+  const auto path = [](int n) {
+    const double t_s = n / 30.0;
+    Reference r;
+    const Axes rate(-0.01, 0.012, -0.015, 0.01);
+    r.position = Axes(1.2, -0.15, 0.2, -0.15) + t_s * rate;
+    r.rate = rate;
+    return r;
+  };
+  const double with = LargestLag(path, true, true), without = LargestLag(path, false, false);
+  EXPECT_LT(with, 0.25 * without) << with << " and " << without;
+}
+
+TEST(LqgFeedForward, AnAcceleratingSetpointIsFollowedBetterWhenItsAccelerationIsGiven) {
+  const auto path = [](int n) {
+    const double t_s = n / 30.0, omega = 1.2;
+    Reference r;
+    const Axes size(0.03, 0.03, 0.03, 0.03);
+    r.position = Axes(0.8, 0, 0, 0) + std::sin(omega * t_s) * size;
+    r.rate = omega * std::cos(omega * t_s) * size;
+    r.acceleration = -omega * omega * std::sin(omega * t_s) * size;
+    return r;
+  };
+  const double with = LargestLag(path, true, true), half = LargestLag(path, true, false);
+  EXPECT_LT(with, 0.8 * half) << with << " and " << half;
+}
+
+}  // namespace
+}  // namespace turbidock::control

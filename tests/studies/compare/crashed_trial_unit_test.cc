@@ -1,0 +1,113 @@
+// A trial whose worker is killed, from the worker to the comparison: it is counted as what it is
+// and has no number that anybody could take for a measurement.
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <SQLiteCpp/SQLiteCpp.h>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+#include "experiments/farm/result_store.h"
+#include "experiments/farm/trial_pool.h"
+#include "experiments/studies/compare/comparison.h"
+#include "experiments/trial/scenario.h"
+#include "sim/base/check.h"
+
+namespace turbidock::compare {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Kills every child of this process.
+void KillWorkers() {
+  std::ifstream children("/proc/self/task/" + std::to_string(gettid()) + "/children");
+  int killed = 0;
+  for (pid_t pid = 0; children >> pid; ++killed) kill(pid, SIGKILL);
+  ASSERT_EQ(killed, 1);
+}
+
+farm::FinishedTrial RunOne(farm::TrialPool* pool, int64_t id, double duration_s, bool kill_it) {
+  pool->Submit({.id = id,
+                .scenario = trial::LoadScenario(
+                    "pool_active", {"pose_source=true_pose", "seed=" + std::to_string(70 + id),
+                                    "duration_s=" + std::to_string(duration_s)})});
+  if (kill_it) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    KillWorkers();
+  }
+  std::optional<farm::FinishedTrial> finished;
+  while (!finished) finished = pool->Next(1);
+  return *finished;
+}
+
+TEST(CrashedTrial, IsNoMeasurementAnywhere) {
+  farm::TrialPool pool(1, {.time_limit_s = 300});
+  const farm::FinishedTrial whole = RunOne(&pool, 0, 1, false);
+  const farm::FinishedTrial crashed = RunOne(&pool, 1, 3000, true);
+  const farm::FinishedTrial after = RunOne(&pool, 2, 1, false);  // by a new worker
+  EXPECT_EQ(whole.record.outcome, trial::Outcome::kTimeout);
+  EXPECT_EQ(after.record.outcome, trial::Outcome::kTimeout);
+
+  const trial::TrialRecord& record = crashed.record;
+  EXPECT_EQ(record.outcome, trial::Outcome::kCrashed);
+  EXPECT_EQ(record.failure, trial::Failure::kCrashed);
+  EXPECT_EQ(record.seed, 71);
+  EXPECT_EQ(record.digest, "");
+  EXPECT_FALSE(record.success());
+  EXPECT_NE(record.reason.find("killed by signal 9"), std::string::npos) << record.reason;
+  for (const trial::Figure& figure : trial::Figures())
+    EXPECT_FALSE(figure.of(record).has_value()) << figure.name;
+
+  const fs::path folder =
+      fs::temp_directory_path() / ("turbidock_crashed_" + std::to_string(getpid()));
+  fs::create_directories(folder);
+  const auto stored = [&](const char* name, const std::vector<farm::FinishedTrial>& trials) {
+    const std::string file = (folder / name).string();
+    farm::StoreHeader header;
+    header.plan = header.plan_hash = header.build = "test";
+    header.trials = 3;
+    farm::ResultStore store = farm::ResultStore::Write(file, header);
+    for (const farm::FinishedTrial& trial : trials)
+      store.Add({.trial = trial.id, .parameters = {}, .record = trial.record});
+    return file;
+  };
+  // In one set the second trial crashed, in the other the third did.
+  farm::FinishedTrial swapped = crashed, fine = after;
+  swapped.id = 2;
+  swapped.record.seed = 72;
+  fine.id = 1;
+  fine.record.seed = 71;
+  const std::string a = stored("a.db", {whole, crashed, after}),
+                    b = stored("b.db", {whole, fine, swapped});
+  {
+    const SQLite::Database db(a);
+    SQLite::Statement row(db, "SELECT * FROM results WHERE trial = 1");
+    ASSERT_TRUE(row.executeStep());
+    int numbers = 0;
+    for (int i = 0; i < row.getColumnCount(); ++i) {
+      const std::string name = row.getColumnName(i);
+      if (row.getColumn(i).isFloat()) ADD_FAILURE() << name << " has a value";
+      numbers += row.getColumn(i).isNull();
+    }
+    EXPECT_GT(numbers, 20);
+  }
+  const farm::ResultStore in_a = farm::ResultStore::Read(a), in_b = farm::ResultStore::Read(b);
+  const farm::StoredTrial again = in_a.Trial(1);
+  EXPECT_EQ(again.record.outcome, trial::Outcome::kCrashed);
+  EXPECT_EQ(again.record.seed, 71);
+  const std::vector<farm::Verdict> verdicts = in_a.Verdicts();
+  ASSERT_EQ(verdicts.size(), 3u);
+  EXPECT_FALSE(verdicts[1].success);
+  // Neither is paired: what it would have come to is not known.
+  const std::vector<TrialPair> pairs = PairTrials(in_a, in_b, {});
+  ASSERT_EQ(pairs.size(), 1u);
+  EXPECT_EQ(pairs[0].a.seed, 70);
+  fs::remove_all(folder);
+}
+
+}  // namespace
+}  // namespace turbidock::compare

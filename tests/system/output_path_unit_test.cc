@@ -1,0 +1,179 @@
+// Files are written whole or not at all and never over what they are made of; what is no file is
+// neither read nor written.
+
+#include "experiments/system/output_path.h"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "experiments/system/plain_text.h"
+#include "sim/base/check.h"
+
+namespace turbidock::system {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string ErrorOf(auto&& action) {
+  try {
+    action();
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+class OutputPath : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+  std::string File(const std::string& name) const { return (folder_ / name).string(); }
+  void Make(const std::string& name, const std::string& text) const {
+    std::ofstream(File(name)) << text;
+  }
+  int Files() const { return static_cast<int>(std::distance(fs::directory_iterator(folder_), {})); }
+
+  const fs::path folder_ = fs::path(::testing::TempDir()) /
+                           (std::string("output_path_") +
+                            ::testing::UnitTest::GetInstance()->current_test_info()->name());
+};
+
+TEST_F(OutputPath, AnOutputIsNoInputUnderAnyName) {
+  Make("in.png", "precious");
+  fs::create_symlink("in.png", File("soft"));
+  fs::create_hard_link(File("in.png"), File("hard"));
+  const std::string read = ": is read by this command; give another file to write";
+  for (const std::string& name : {File("in.png"), File("soft"), File("hard"), File("./in.png"),
+                                  (folder_ / "." / ".." / folder_.filename() / "in.png").string()})
+    EXPECT_EQ(ErrorOf([&] { OutputPlan().Reads(File("in.png")).Writes(name).Require(); }),
+              name + read);
+  EXPECT_EQ(ErrorOf([&] { OutputPlan().Reads(File("in.png")).Writes(File("o")).Require(); }),
+            "no error");
+  EXPECT_EQ(ReadWhole(File("in.png")), "precious");
+  EXPECT_EQ(Files(), 3);  // nothing was left
+}
+
+TEST_F(OutputPath, TwoOutputsAreTwoFiles) {
+  const std::string twice = ": is written by it twice; give another file to write";
+  EXPECT_EQ(ErrorOf([&] { OutputPlan().Writes(File("a")).Writes(File("./a")).Require(); }),
+            File("./a") + twice);
+  fs::create_directory(File("d"));
+  EXPECT_EQ(ErrorOf([&] { OutputPlan().WritesInto(File("d"), {"a", "b"}).Require(); }), "no error");
+  EXPECT_EQ(
+      ErrorOf([&] { OutputPlan().Writes(File("d/a")).WritesInto(File("d"), {"a"}).Require(); }),
+      File("d/a") + twice);
+}
+
+TEST_F(OutputPath, NothingIsMadeUnlessAllCanBe) {
+  Make("in", "");
+  EXPECT_NE(
+      ErrorOf([&] {
+        OutputPlan().Reads(File("in")).WritesInto(File("new"), {"a"}).Writes(File("in")).Require();
+      }),
+      "no error");
+  EXPECT_FALSE(fs::exists(File("new")));
+  OutputPlan().WritesInto(File("new/deep"), {"a"}).Require();
+  EXPECT_TRUE(fs::is_directory(File("new/deep")));
+  EXPECT_TRUE(fs::is_empty(File("new/deep")));
+}
+
+TEST_F(OutputPath, OnlyFilesAreWritten) {
+  fs::create_directory(File("folder"));
+  mkfifo(File("pipe").c_str(), 0666);
+  fs::create_symlink("loop", File("loop"));
+  const std::string cannot = ": cannot be written: ";
+  EXPECT_EQ(ErrorOf([&] { RequireWritable(File("folder")); }),
+            File("folder") + cannot + "it is a directory");
+  EXPECT_EQ(ErrorOf([&] { RequireWritable(File("pipe")); }),
+            File("pipe") + cannot + "it is no regular file");
+  EXPECT_EQ(ErrorOf([&] { RequireWritable("/dev/null"); }),
+            "/dev/null" + cannot + "it is no regular file");
+  EXPECT_EQ(ErrorOf([&] { RequireWritable(File("loop")); }),
+            File("loop") + cannot + "Too many levels of symbolic links");
+  EXPECT_EQ(ErrorOf([&] { RequireWritable(File("none/a")); }),
+            File("none/a") + cannot + "No such file or directory");
+  const std::string longest(255, 'n');  // there is no room for the name it has while it is written
+  EXPECT_EQ(ErrorOf([&] { RequireWritable(File(longest)); }),
+            File(longest) + cannot + "File name too long");
+  EXPECT_EQ(ErrorOf([&] { MakeFolder(File("pipe")); }).substr(0, File("pipe").size() + 16),
+            File("pipe") + ": cannot be made");
+}
+
+TEST_F(OutputPath, OnlyFilesAreRead) {
+  mkfifo(File("pipe").c_str(), 0666);
+  const std::string cannot = ": cannot be read: ";
+  EXPECT_EQ(ErrorOf([&] { ReadWhole(File("pipe")); }),
+            File("pipe") + cannot + "it is no regular file");
+  EXPECT_EQ(ErrorOf([&] { ReadWhole("/dev/zero"); }),
+            "/dev/zero" + cannot + "it is no regular file");
+  Make("large", std::string(3 << 20, 'x'));
+  EXPECT_EQ(ErrorOf([&] { ReadWhole(File("large"), 2 << 20); }),
+            File("large") + cannot + "it is larger than 2 MiB");
+  EXPECT_EQ(ReadWhole(File("large")).size(), size_t{3} << 20);
+  EXPECT_EQ(WhyUnreadable(File("large")), "");
+  EXPECT_EQ(WhyUnreadable(File("none")), "no such file");
+  EXPECT_EQ(WhyUnreadable(folder_), "is a directory");
+}
+
+TEST_F(OutputPath, AFileIsWholeOrNotThere) {
+  Make("a", "old");
+  {
+    WholeFile file(File("a"));
+    std::ofstream(file.partial()) << "half";
+  }
+  EXPECT_EQ(ReadWhole(File("a")), "old");
+  EXPECT_EQ(Files(), 1);
+  {
+    WholeFile file(File("a"));
+    std::ofstream(file.partial()) << "new";
+    file.Commit();
+  }
+  EXPECT_EQ(ReadWhole(File("a")), "new");
+  EXPECT_EQ(Files(), 1);
+}
+
+TEST_F(OutputPath, AFullDiskLeavesNothingBehind) {
+  // What is written grows beyond what a file of this process may have.
+  Make("a", "old");
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  const rlimit small{1000, before.rlim_max};
+  std::signal(SIGXFSZ, SIG_IGN);
+  setrlimit(RLIMIT_FSIZE, &small);
+  const std::string error = ErrorOf([&] { WriteWhole(File("a"), std::string(100000, 'x')); });
+  setrlimit(RLIMIT_FSIZE, &before);
+  EXPECT_EQ(error, File("a") + ": cannot be written: File too large");
+  EXPECT_EQ(ReadWhole(File("a")), "old");
+  EXPECT_EQ(Files(), 1);
+}
+
+TEST_F(OutputPath, ALinkStaysOne) {
+  fs::create_directory(File("there"));
+  Make("there/a", "old");
+  fs::create_symlink("there/a", File("link"));
+  WriteWhole(File("link"), "new");
+  EXPECT_TRUE(fs::is_symlink(File("link")));
+  EXPECT_EQ(ReadWhole(File("there/a")), "new");
+}
+
+TEST(PlainText, WhatIsPrintedIsSafeOnATerminal) {
+  EXPECT_EQ(Printable("caf\xc3\xa9 \x1b[31m\x07 \xe9 \xc2\x9b\x7f"),
+            "caf\xc3\xa9 \\x1b[31m\\x07 \\xe9 \\xc2\\x9b\\x7f");
+  EXPECT_EQ(Printable("a\tb\nc"), "a\tb\nc");
+  EXPECT_EQ(OneLineOf("first\r\nsecond\n\n"), "first second");
+  EXPECT_EQ(Shortened(std::string(60, 'x')), std::string(60, 'x'));
+  EXPECT_EQ(Shortened(std::string(59, 'x') + "\xc3\xa9"), std::string(59, 'x') + "...");
+}
+
+}  // namespace
+}  // namespace turbidock::system

@@ -1,0 +1,81 @@
+// The world as a trial wires it: each eye has noise of its own, and contacts of a frame are those
+// of all its ticks.
+
+#include "experiments/trial/world.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "experiments/trial/scenario.h"
+#include "sim/vehicle/scene.h"
+#include "sim/vehicle/sea.h"
+
+namespace turbidock::trial {
+namespace {
+
+TEST(World, EachEyeAndEachFrameHasNoiseOfItsOwn) {
+  // The passive marker without lamps: both eyes look into the dark and see their noise alone.
+  const Scenario scenario =
+      LoadScenario("pool_passive", {"lamps.enabled=false", "sensor.read_noise_electrons=50",
+                                    "rig.width_px=64", "rig.height_px=48"});
+  World world(scenario, {});
+  Snapshot snapshot;
+  world.Take(&snapshot);
+  StereoImage first, second, again;
+  world.Develop(snapshot, 0, std::nullopt, nullptr, &first);
+  world.Develop(snapshot, 1, std::nullopt, nullptr, &second);
+  world.Develop(snapshot, 0, std::nullopt, nullptr, &again);
+  const auto share_equal = [](const Image3u8& a, const Image3u8& b) {
+    size_t equal = 0, lit = 0;
+    for (size_t i = 0; i < 3 * a.pixels(); ++i) {
+      lit += a.data()[i] != 0 || b.data()[i] != 0;
+      equal += a.data()[i] == b.data()[i] && a.data()[i] != 0;
+    }
+    EXPECT_GT(lit, a.pixels() / 4);
+    return static_cast<double>(equal) / static_cast<double>(lit);
+  };
+  EXPECT_EQ(share_equal(first.left, again.left), 1);
+  EXPECT_LT(share_equal(first.left, first.right), 0.5);
+  EXPECT_LT(share_equal(first.left, second.left), 0.5);
+  EXPECT_LT(share_equal(first.right, second.right), 0.5);
+}
+
+TEST(World, AFramesContactsAreTheStrongestOfItsTicks) {
+  // Full ahead from half a metre, until the pole knocks about in the dock.
+  const Scenario scenario =
+      LoadScenario("pool_active", {"pose_source=true_pose", "seed=3", "start.distance_min_m=0.6",
+                                   "start.distance_max_m=0.6", "start.lateral_m=0.02",
+                                   "start.vertical_m=0.02", "start.heading_rad=0.05"});
+  World world(scenario, {});
+  const SeedTree seeds(static_cast<uint64_t>(scenario.seed));
+  const vehicle::Scene scene = vehicle::LoadScene(SceneFile(scenario), scenario.rig);
+  vehicle::Plant plant(scene, scenario.vehicle, scenario.clock,
+                       vehicle::Sea(scenario.sea, seeds.Stream("sea")));
+  plant.Reset(scene.X_WM * DrawStart(scenario) * scene.X_BH.Inverse());
+  ThrusterCommand ahead;
+  ahead.volts[0] = ahead.volts[1] = 5;
+  int touched = 0, stronger_before_the_end = 0;
+  for (int frame = 0; frame < 300; ++frame) {
+    vehicle::ContactReport contacts;
+    ASSERT_FALSE(world.Advance(ahead, &contacts));
+    double dock = 0, collision = 0, last = 0;
+    for (int i = 0; i < scenario.clock.ticks_per_frame; ++i) {
+      ASSERT_FALSE(plant.Step(ahead));
+      const vehicle::ContactReport now = plant.contacts();
+      last = now.dock_force_newton;
+      dock = std::max(dock, now.dock_force_newton);
+      collision = std::max(collision, now.collision_force_newton);
+    }
+    EXPECT_EQ(contacts.dock_force_newton, dock) << frame;
+    EXPECT_EQ(contacts.collision_force_newton, collision) << frame;
+    touched += dock > 0;
+    stronger_before_the_end += dock > last;
+  }
+  EXPECT_GT(touched, 10);
+  EXPECT_GT(stronger_before_the_end, 5);
+}
+
+}  // namespace
+}  // namespace turbidock::trial
