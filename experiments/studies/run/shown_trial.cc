@@ -35,17 +35,23 @@ std::string Summary(const trial::TrialResult& result) {
 }  // namespace
 
 trial::TrialResult RunShownTrial(const trial::Scenario& scenario, const ShownTrialOptions& shown) {
+  // now, not after a minute of work
+  system::OutputPlan outputs;
+  for (const std::string& input : shown.inputs) outputs.Reads(input);
   if (shown.out) {
     std::vector<std::string> files = trial::kRecordFiles;
     files.emplace_back("figure.png");
     if (shown.video) files.emplace_back("video.mp4");
-    system::OutputPlan outputs;
-    for (const std::string& input : shown.inputs) outputs.Reads(input);
-    outputs.WritesInto(*shown.out, files).Require();
-    media::RequireFigures();  // now, not after a minute of work
+    if (shown.report) files.emplace_back("report.html");
+    outputs.WritesInto(*shown.out, files);
   }
+  if (shown.figure) {
+    media::RequireFigurePath(*shown.figure);
+    outputs.Writes(*shown.figure);
+  }
+  outputs.Require();
+  if (shown.out || shown.figure) media::RequireFigures();
 
-  if (shown.figure) media::RequireFigurePath(*shown.figure);
   app::Progress progress(shown.quiet);
   progress.Say(fmt::format("{}, seed {}", scenario.description, scenario.seed));
   const StereoRig rig = scenario.rig.MakeRig();
