@@ -124,7 +124,8 @@ void AddSeries(const farm::ResultStore& store, const std::string& file,
   int64_t bytes = 0;
   Json stored = Json::array();
   for (const int64_t trial : InOrderOfInterest(trials, with_series)) {
-    const std::string text = report::JsonLine(SeriesModel(store.SeriesCsv(trial), file, kStoredDigits));
+    const std::string text =
+        report::JsonLine(SeriesModel(store.SeriesCsv(trial), file, kStoredDigits));
     bytes += static_cast<int64_t>(Gzip(text).size()) * 4 / 3;
     if (bytes > budget) break;
     page->parts[fmt::format("series-{}", trial)] = text;

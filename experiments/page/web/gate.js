@@ -14,7 +14,9 @@ const margin = m => m.unit === '' ? `-${number(100 * m.margin)} %` : m.unit === 
 const toneOf = verdict => ({pass: 'good', fail: 'bad'}[verdict] || 'none');
 
 function pathPanel(c) {
-  const at = key => c.path.map(look => look[key] ?? null), trials = at('trials');
+  const run = c.path.filter(look => look.worse !== null).length;  // and as far again, to see the borders
+  const shown = c.path.slice(0, Math.max(run + 5, Math.min(c.path.length, Math.ceil(1.6 * run))));
+  const at = key => shown.map(look => look[key] ?? null), trials = at('trials');
   const counted = c.paired ? 'seeds that no longer dock' : 'trials that did not dock';
   return {title: c.condition, legend: 'none', rules: [], x: {label: 'trials', low: 0, whole: true}, y: {label: counted, low: 0, least_span: 3, whole: true}, series: [
     {name: 'fails from here', x: trials, y: at('fails_at'), color: kTones.bad, mark: 'dashed_steps', width: 2},

@@ -214,24 +214,38 @@ ConditionReport ConditionJudge::Report() const {
 
 std::vector<Look> ConditionJudge::Path() const {
   Measure rate = measures_.front();
-  rate.report.compared = rate.report.worse = rate.report.better = 0;
+  MeasureReport& now = rate.report;
+  now.compared = now.worse = now.better = 0;
+  const auto verdict_at = [&](int worse) {
+    Measure other = rate;
+    other.report.worse = worse;
+    if (!options_.paired) other.report.better = now.compared - worse;
+    return rate.decide(other);
+  };
   std::vector<Look> path;
-  for (const GateTrial& trial : report_.trials) {
-    rate.count(trial, options_.paired ? &baseline_.at(trial.seed) : nullptr, &rate);
-    const MeasureReport& now = rate.report;
-    Look look{.trials = static_cast<int>(path.size()) + 1,
-              .compared = now.compared,
-              .worse = now.worse,
-              .better = now.better};
-    for (int worse = 0; worse <= now.compared; ++worse) {
-      Measure other = rate;
-      other.report.worse = worse;
-      if (options_.paired && worse + now.better > now.compared) break;
-      if (!options_.paired) other.report.better = now.compared - worse;
-      const std::optional<statistics::Verdict> verdict = rate.decide(other);
-      if (verdict == statistics::Verdict::kPass) look.passes_at = worse;
-      if (verdict == statistics::Verdict::kFail && !look.fails_at) look.fails_at = worse;
+  for (int i = 0; i < std::max(trials(), options_.max_trials); ++i) {
+    Look look{.trials = i + 1};
+    if (i < trials()) {
+      const GateTrial& trial = report_.trials[static_cast<size_t>(i)];
+      rate.count(trial, options_.paired ? &baseline_.at(trial.seed) : nullptr, &rate);
+      look.worse = now.worse;
+    } else {
+      ++now.compared;
     }
+    // the more are worse, the nearer to failing
+    const int most = now.compared - (options_.paired ? now.better : 0);
+    const auto least = [&](auto holds) {
+      int low = 0, high = most + 1;
+      while (low < high) {
+        const int middle = (low + high) / 2;
+        holds(verdict_at(middle)) ? high = middle : low = middle + 1;
+      }
+      return low;
+    };
+    const int passes_below = least([](const auto& v) { return v != statistics::Verdict::kPass; });
+    const int fails_at = least([](const auto& v) { return v == statistics::Verdict::kFail; });
+    if (passes_below > 0) look.passes_at = passes_below - 1;
+    if (fails_at <= most) look.fails_at = fails_at;
     path.push_back(look);
   }
   return path;

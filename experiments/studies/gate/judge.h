@@ -92,16 +92,15 @@ struct MeasureReport {
                    worse, better)
 };
 
-// Where the test of the success rate stands after some of the trials.
+// Where the test of the success rate stands after some of the trials, or will after more of them.
 struct Look {
-  int trials = 0;    // so far
-  int compared = 0;  // pairs, or trials
-  int worse = 0, better = 0;
-  // It fails at so many that are worse, or passes at so few, with as many better ones in pairs as
-  // there are; nothing where neither number would do.
+  int trials = 0;
+  std::optional<int> worse = std::nullopt;  // counted; nothing of trials that were not run
+  // It fails at so many that are worse, or passes at so few, with the better ones that there are in
+  // pairs; nothing where no number would do.
   std::optional<int> fails_at = std::nullopt, passes_at = std::nullopt;
 
-  TURBIDOCK_FIELDS(trials, compared, worse, better, fails_at, passes_at)
+  TURBIDOCK_FIELDS(trials, worse, fails_at, passes_at)
 };
 
 // A quantity under test: what it counts of a trial, and how its two one-sided tests decide.
@@ -156,7 +155,8 @@ class ConditionJudge {
   int max_trials() const { return options_.max_trials; }
   // All but the path, which takes longer.
   ConditionReport Report() const;
-  // How the success rate's test went, trial by trial.
+  // How the success rate's test went, trial by trial, and where it would decide up to the last
+  // trial allowed.
   std::vector<Look> Path() const;
 
  private:

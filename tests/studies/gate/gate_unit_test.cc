@@ -134,6 +134,34 @@ TEST_F(Gate, TheSameBuildPassesWithFewTrials) {
   }
 }
 
+TEST_F(Gate, ThePathReachesABorderWhereTheVerdictFalls) {
+  const GatePlan plan = Plan();
+  const Baseline baseline = Measure(plan, DocksAt(0.95));
+  for (const double rate : {0.95, 0.6}) {
+    const ConditionReport calm = Judge(plan, baseline, DocksAt(rate), /*at_once=*/1).conditions[0];
+    const MeasureReport& success = calm.measures[0];
+    ASSERT_TRUE(success.decided_after_trials);
+    ASSERT_EQ(calm.path.size(), 200u);
+    int decided = 0;
+    for (const Look& look : calm.path) {
+      const bool run = look.trials <= std::ssize(calm.trials);
+      ASSERT_EQ(look.worse.has_value(), run) << look.trials;
+      if (!run) continue;
+      const bool fails = look.fails_at && *look.worse >= *look.fails_at;
+      const bool passes = look.passes_at && *look.worse <= *look.passes_at;
+      EXPECT_FALSE(fails && passes);
+      if (decided == 0 && (fails || passes)) {
+        decided = look.trials;
+        EXPECT_EQ(fails, success.verdict == statistics::Verdict::kFail);
+      }
+    }
+    EXPECT_EQ(decided, *success.decided_after_trials);
+    // the last border leaves no room that the trials allowed could not have used
+    EXPECT_TRUE(calm.path.back().passes_at);
+    EXPECT_TRUE(calm.path.back().fails_at);
+  }
+}
+
 TEST_F(Gate, EachMeasureFailsForItsOwnReason) {
   const GatePlan plan = Plan();
   const Baseline baseline = Measure(plan, DocksAt(0.95));
