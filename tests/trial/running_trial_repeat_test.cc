@@ -24,7 +24,7 @@ Scenario Short(std::vector<std::string> assignments = {}) {
 // What is set at which frames.
 using Script = std::multimap<int64_t, std::string>;
 
-TrialResult RunScript(const Scenario& scenario, const Script& script) {
+TrialResult Played(const Scenario& scenario, const Script& script) {
   RunningTrial trial(scenario);
   for (int64_t frame = 0; !trial.ended(); ++frame) {
     for (auto [at, end] = script.equal_range(frame); at != end; ++at) trial.Set(at->second);
@@ -56,14 +56,14 @@ TEST(RunningTrial, EveryChangeCountsAndCanBeRepeated) {
         "sea.current.surface_velocity_mps[1]=0.2", "sea.state=rough",
         "sea.jonswap.significant_height_m=0.3", "controller=p_voltage", "lqg.sway.effort_v=0.5"}) {
     SCOPED_TRACE(change);
-    const TrialResult changed = RunScript(Short(), {{20, change}});
+    const TrialResult changed = Played(Short(), {{20, change}});
     EXPECT_NE(changed.digest, digest);
     ASSERT_EQ(changed.changes.size(), 1u);
     EXPECT_EQ(changed.changes[0].frame, 20);
     EXPECT_NEAR(changed.changes[0].time_s, 20 / 30.0, 1e-12);
     EXPECT_EQ(changed.changes[0].key + "=" + changed.changes[0].value, change);
-    EXPECT_EQ(RunScript(Short(), {{20, change}}).digest, changed.digest);
-    EXPECT_NE(RunScript(Short(), {{21, change}}).digest, changed.digest);
+    EXPECT_EQ(Played(Short(), {{20, change}}).digest, changed.digest);
+    EXPECT_NE(Played(Short(), {{21, change}}).digest, changed.digest);
   }
 }
 
@@ -73,7 +73,7 @@ TEST(RunningTrial, AChangeBeforeTheFirstFrameMovesTheVehicleAsTheScenarioWould) 
                                    "water.milk_ml_m3=30", "controller=pid"}) {
     SCOPED_TRACE(change);
     const TrialResult begun = RunTrial(Short({change}));
-    const TrialResult changed = RunScript(Short(), {{0, change}});
+    const TrialResult changed = Played(Short(), {{0, change}});
     EXPECT_EQ(changed.log.frames.back().true_X_WB.p, begun.log.frames.back().true_X_WB.p);
     EXPECT_EQ(changed.log.frames.back().est_X_HM.p, begun.log.frames.back().est_X_HM.p);
     EXPECT_NE(changed.digest, begun.digest) << "the change itself is part of it";

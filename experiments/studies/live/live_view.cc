@@ -27,7 +27,7 @@ double SecondsOf(Clock::duration duration) {
 }
 
 constexpr double kPoll_s = 0.05;  // at most between two looks at signals and the first tab
-constexpr double kPictureEvery_s = 0.025, kUnwatchedPictureEvery_s = 1;
+constexpr double kPictureEvery_s = 0.02, kUnwatchedPictureEvery_s = 1;
 constexpr double kMostLate_s = 0.1;  // what is later than this is not caught up with
 
 // When frames are due.
