@@ -120,9 +120,9 @@ TEST(ReportedFigures, OfATrialThatIsLate) {
 }
 
 TEST(ReportedFigures, OfATrialThatPressesAgainstTheDock) {
-  const TrialResult result = RunTrial(LoadScenario(
-      "pool_active", {"seed=3", "pose_source=true_pose", "duration_s=13",
-                      "procedure.servo_z_m=-0.06", "vehicle.contact.friction=2"}));
+  const TrialResult result = RunTrial(
+      LoadScenario("pool_active", {"seed=3", "pose_source=true_pose", "duration_s=13",
+                                   "procedure.servo_z_m=-0.06", "vehicle.contact.friction=2"}));
   ASSERT_GT(result.dock_force_max_newton, result.log.frames.back().dock_force_newton);
   ExpectReportedAsLogged(result, 30);
 }
