@@ -8,7 +8,7 @@ RUN_PACKAGES := $(shell sed '/^\# tests/,$$d; /^\#/d' apt-packages.txt)
 TEST_PACKAGES := $(shell sed '/^\# continuous/,$$d; /^\#/d' apt-packages.txt)
 CI_PACKAGES := $(shell sed '/^\#/d' apt-packages.txt)
 
-.PHONY: run test build build-tests bench format clean ci-setup
+.PHONY: run test build build-tests bench fuzz format clean ci-setup
 
 run: build
 	@echo "== the published docking trial at night, filmed, to out/run/ (about a minute)"
@@ -34,6 +34,13 @@ build-tests:
 bench: build-tests
 	for b in build/bin/*_bench; do $$b || exit 1; done
 
+# Readers of users' files under libFuzzer, SECONDS each; see tests/fuzz/README.md.
+SECONDS ?= 60
+fuzz: ci-setup
+	cmake --preset fuzz $(CMAKE_ARGS) >/dev/null
+	cmake --build --preset fuzz -j $(JOBS) --target turbidock_fuzzers
+	bash tests/fuzz/run.sh build-fuzz $(SECONDS)
+
 # Also what .ci/run needs beyond the tests.
 ci-setup:
 	@$(call install,$(CI_PACKAGES))
@@ -42,7 +49,7 @@ format:
 	git ls-files '*.cc' '*.h' | xargs clang-format -i
 
 clean:
-	rm -rf build build-debug build-sanitize build-tidy out
+	rm -rf build build-debug build-sanitize build-fuzz build-tidy out
 
 define install
 missing=$$(for p in $(1); do \

@@ -50,11 +50,11 @@ function(turbidock_compile_options target)
   target_compile_options(${target} PRIVATE
     -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -ffp-contract=off
     # GCC 12 sees overlaps, overflows and reads past the end inside std::string that are not there (bug 105651).
-    -Wno-restrict -Wno-stringop-overflow -Wno-stringop-overread -Wno-array-bounds
+    "$<$<CXX_COMPILER_ID:GNU>:-Wno-restrict;-Wno-stringop-overflow;-Wno-stringop-overread;-Wno-array-bounds>"
     $<$<BOOL:${TURBIDOCK_WERROR}>:-Werror>)
   if(TURBIDOCK_SANITIZE)
     # GCC's own advice: instrumented code makes -Wmaybe-uninitialized see paths that are not there.
-    target_compile_options(${target} PRIVATE -Wno-maybe-uninitialized
+    target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>
       -fsanitize=${TURBIDOCK_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
     # Eigen would allocate differently from libraries that were built without sanitizers, whose
     # matrices we free. Their malloc is aligned too.

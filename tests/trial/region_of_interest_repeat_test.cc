@@ -24,8 +24,9 @@ WatchedTrial WatchTrial(const std::string& scenario, bool region_of_interest) {
     last = frame.seen.left;
   };
   run.result = RunTrial(
-      LoadScenario(scenario, {"duration_s=5", region_of_interest ? "region_of_interest=true"
-                                                                 : "region_of_interest=false"}),
+      LoadScenario(scenario,
+                   {"duration_s=5", "start.distance_min_m=0.6", "start.distance_max_m=0.7",
+                    region_of_interest ? "region_of_interest=true" : "region_of_interest=false"}),
       options);
   return run;
 }

@@ -45,7 +45,7 @@ TEST(TrialRepeat, TheDigestSeesTheSeedAndEveryStageOfTheLoop) {
                                    "estimator.population=61",
                                    "camera_delay_frames=2",
                                    "camera_drop_probability=0.2",
-                                   "optics=published",
+                                   "optics=modern_digital",
                                    "sensor.auto_level=0.0001",
                                    "sensor.chroma_blur_px=2",
                                    "sensor.white_balance=[1, 1, 0.5]",

@@ -173,9 +173,9 @@ TEST(Calibrate, FindsWhatMadeTheTable) {
   plan.cell_share = 1;
   FreeParameter power;
   power.key = "ball_lights.rim_radiance_w_m2_sr";
-  power.low = 0.0002;  // brighter than `high`, a ball's halo lowers F again
-  power.high = 0.0018;
-  power.start = 0.0013;
+  power.low = 0.0012;
+  power.high = 0.005;
+  power.start = 0.0042;
   power.logarithmic = true;
   plan.parameters = {power};
   plan.accepted.ball_dn = 1;  // the picture has no say
@@ -185,7 +185,7 @@ TEST(Calibrate, FindsWhatMadeTheTable) {
   tables[MarkerKind::kActive] = {row};
   CalibrationExperiment experiment(plan, tables);
   ASSERT_EQ(experiment.rows().size(), 1u);
-  const double truth = 0.0006;
+  const double truth = 0.0022;
   tables[MarkerKind::kActive][0].fitness_mean =
       experiment.Run({power.Assignment(truth)}, {}).front().fitness_mean;
   CalibrationExperiment known(plan, tables);

@@ -112,14 +112,15 @@ TEST(Video, SameFramesGiveTheSameBytes) {
   EXPECT_TRUE(FileBytes(a) == FileBytes(b));
 }
 
-// A trial that is broken off leaves a film of what there was.
-TEST(Video, WithoutFinishTheFilmIsComplete) {
+// What stood there stays.
+TEST(Video, WithoutFinishThereIsNone) {
   const std::string path = ::testing::TempDir() + "/broken_off.mp4";
+  std::ofstream(path) << "an older film";
   {
     media::Mp4Writer writer(path, 64, 48, 30);
     for (int i = 0; i < 5; ++i) writer.Add(media::Canvas(64, 48));
   }
-  EXPECT_EQ(Decode(path, "gray").size(), 5u * 64 * 48);
+  EXPECT_EQ(FileBytes(path), "an older film");
 }
 
 }  // namespace
