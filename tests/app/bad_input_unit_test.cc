@@ -165,13 +165,8 @@ TEST_F(BadInput, AFullStandardOutputIsNoSuccess) {
   }
 }
 
-// Starts the program, sends the signal once it is at work, and says how it ended and how soon.
-struct Stopped {
-  int status = 0;
-  double after_s = 0;
-};
-
-Stopped Stop(const std::vector<std::string>& arguments, int signal) {
+// Starts the program, sends the signal once it is at work, and returns how it ended (of waitpid).
+int Stop(const std::vector<std::string>& arguments, int signal) {
   std::vector<std::string> words = {ProgramPath()};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;
@@ -190,13 +185,12 @@ Stopped Stop(const std::vector<std::string>& arguments, int signal) {
   const auto since_s = [&] {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   };
-  Stopped stopped;
-  while (waitpid(pid, &stopped.status, WNOHANG) == 0) {
+  int status = 0;
+  while (waitpid(pid, &status, WNOHANG) == 0) {
     if (since_s() > 60) kill(pid, SIGKILL);  // which is not the signal that was sent
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
-  stopped.after_s = since_s();
-  return stopped;
+  return status;
 }
 
 // What has nothing to save ends at once.
@@ -212,9 +206,9 @@ TEST_F(BadInput, TheFirstSignalStopsWhateverRuns) {
       {"recognize", "--marker", "active"}};
   for (const auto& command : commands)
     for (const int signal : {SIGINT, SIGTERM}) {
-      const Stopped stopped = Stop(command, signal);
-      EXPECT_TRUE(WIFSIGNALED(stopped.status) && WTERMSIG(stopped.status) == signal)
-          << command[0] << " " << command[1] << ": " << stopped.status;
+      const int status = Stop(command, signal);
+      EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == signal)
+          << command[0] << " " << command[1] << ": " << status;
     }
 }
 

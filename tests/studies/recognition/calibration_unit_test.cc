@@ -189,7 +189,7 @@ TEST(Calibrate, FindsWhatMadeTheTable) {
   tables[MarkerKind::kActive][0].fitness_mean =
       experiment.Run({power.Assignment(truth)}, {}).front().fitness_mean;
   CalibrationExperiment known(plan, tables);
-  const CalibrationResult result = Calibrate(plan, {.generations = 3}, &known);
+  const CalibrationResult result = Calibrate(plan, {.generations = 10}, &known);
   EXPECT_NEAR(std::log(result.best.values[0] / truth), 0, 0.15);
   EXPECT_LT(result.misfit, 0.6);  // F within 0.03, the same Area
   EXPECT_GT(result.misfit_beside[0].first, result.misfit);
