@@ -178,7 +178,7 @@ test('ten thousand trials: size, time to open, memory, sorting', async () => {
   assert.ok(heap < 200e6, `${heap} bytes`);
   const rows = page.locator('.rows .row');
   assert.ok(await rows.count() < 60, 'only rows in view are there');
-  await page.getByRole('button', {name: 'time, s', exact: true}).click();
+  await page.getByRole('button', {name: 'time, s', exact: true}).press('Enter');
   const times = (await rows.locator('.cell:nth-child(7)').allInnerTexts()).map(Number);
   assert.deepEqual(times, [...times].sort((a, b) => a - b));
   await page.locator('.table-scroll').evaluate(element => { element.scrollTop = element.scrollHeight; });
