@@ -125,7 +125,7 @@ test('pause, step, speed, sliders, push, restart, and what the record says', asy
   const milk = page.locator('.knob', {hasText: 'milk'});
   await milk.locator('input').fill('30');
   assert.equal(await milk.locator('output').innerText(), '30 ml/m³');
-  await page.locator('.knob', {hasText: 'lamps'}).locator('input[type=checkbox]').check();
+  await press(page.locator('.knob', {hasText: 'lamps'}).locator('input[type=checkbox]'));
   await page.locator('.knob', {hasText: 'law'}).locator('select').selectOption('p_voltage');
   await page.waitForFunction(() => [...document.querySelectorAll('.knob')].some(k => k.title === 'p_voltage.sway.kp_v_per_m'), null, {timeout: kLong_ms});
   await press(page.getByRole('button', {name: 'left', exact: true}));
