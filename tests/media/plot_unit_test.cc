@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "experiments/media/png.h"
+#include "experiments/system/output_path.h"
 #include "sim/base/check.h"
 
 namespace turbidock::media {
@@ -317,6 +318,25 @@ TEST(Plot, SamplesAreMadeOfFunctionsAndMembers) {
   EXPECT_EQ(samples[1].x, 2);
   EXPECT_EQ(samples[1].y, 1);
   EXPECT_TRUE(std::isnan(samples[1].low));
+}
+
+TEST(PlotFormats, ThePathsEndSaysWhich) {
+  const Figure figure{.title = "a title",
+                      .width_px = 500,
+                      .height_px = 300,
+                      .panels = {Paper({.points = {{1, 0.5}, {2, 0.7}}})}};
+  const auto written = [&](const std::string& name) {
+    const std::string path = Path(name);
+    WriteFigure(path, figure);
+    return system::ReadWhole(path);
+  };
+  EXPECT_EQ(written("format.png").substr(1, 3), "PNG");
+  EXPECT_EQ(written("format.pdf").substr(0, 5), "%PDF-");
+  const std::string svg = written("format.svg");
+  EXPECT_THAT(svg, HasSubstr("<svg"));
+  EXPECT_THAT(svg, HasSubstr("a title"));
+  EXPECT_THROW(WriteFigure(Path("format.jpg"), figure), ConfigError);
+  EXPECT_THROW(RequireFigurePath("figure"), ConfigError);
 }
 
 }  // namespace

@@ -42,7 +42,7 @@ export function show(host, model) {
       share('baseline', 'baseline_docked', 'baseline_trials', 'baseline_interval_95', -0.1, curve(7)), share('now', 'docked', 'trials', 'interval_95', 0.1, curve(0))]}]},
     ...(conditions.some(c => c.docked > 0) ? [{title: 'Time to dock now', note: 'Of the trials that docked; one dot a trial, conditions in order.', panels: [{x: {names}, y: {label: 's', low: 0}, legend: 'none', rules: [], series: [
       {name: '', color: curve(0), mark: 'dots', dot: 5, ...spread(conditions.map(c => times(c.outcomes, 'time_s', 1)))}]}]}] : []),
-    {title: 'Seeds that changed', wide: true, list: conditions.flatMap(c => [
+    {title: 'Seeds that changed', list: conditions.flatMap(c => [
       `${c.condition}: ${c.newly_failing_seeds.length ? `no longer dock: ${c.newly_failing_seeds.join(', ')}` : 'none that docked before fails now'}`,
       ...(c.newly_docking_seeds.length ? [`${c.condition}: dock now: ${c.newly_docking_seeds.join(', ')}`] : [])])}];
   const reasons = conditions.filter(c => c.verdict !== 'pass').map(c => `${c.condition}: ${c.measures.filter(m => m.verdict === c.verdict).map(m =>

@@ -21,5 +21,6 @@ export async function start() {
     main.append(h('p', {class: 'missing', role: 'alert'}, `This page cannot be drawn: ${error.message}`));
     throw error;
   }
+  performance.mark('turbidock-ready');
   document.documentElement.dataset.ready = 'true';
 }

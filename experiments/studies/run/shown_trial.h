@@ -12,11 +12,11 @@ namespace turbidock::run {
 struct ShownTrialOptions {
   std::optional<std::string>
       out;  // folder for result.json, resolved.yaml, trajectory.csv, figure.png, cameras/
-  bool video = false;                 // also video.mp4; needs `out`
-  bool report = false;                // also report.html; needs `out`
+  bool video = false;                      // also video.mp4; needs `out`
+  bool report = false;                     // also report.html; needs `out`
   std::optional<std::string> figure = {};  // the figure in this file, too: .png, .svg, .pdf
-  bool json = false;                  // the result on stdout
-  bool quiet = false;                 // nothing on stderr
+  bool json = false;                       // the result on stdout
+  bool quiet = false;                      // nothing on stderr
 };
 
 // Runs the trial until it ends or a signal stops it.

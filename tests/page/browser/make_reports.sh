@@ -87,6 +87,25 @@ END
 "$program" report batch.db --trial 3 --out one.html
 "$program" report a.db b.db --by controller --out compare.html
 "$program" report study --out tuning.html
+# ten thousand trials: those of the batch over and over, each figure a little different
+python3 - batch.db many.db 10000 <<'END'
+import random, shutil, sqlite3, sys
+shutil.copy(sys.argv[1], sys.argv[2])
+db, count = sqlite3.connect(sys.argv[2]), int(sys.argv[3])
+random.seed(1)
+for table in ('trials', 'parameters', 'metrics', 'runs'):
+    cursor = db.execute(f'SELECT * FROM {table} ORDER BY trial')
+    names, rows = [c[0] for c in cursor.description], cursor.fetchall()
+    for trial in range(len(rows), count):
+        row = list(rows[trial % len(rows)])
+        for i, (name, value) in enumerate(zip(names, row)):
+            if name == 'trial': row[i] = trial
+            elif name == 'seed': row[i] = random.getrandbits(62)
+            elif isinstance(value, float) and table != 'parameters': row[i] = value * random.gauss(1, 0.1)
+        db.execute(f'INSERT INTO {table} VALUES ({",".join("?" * len(row))})', row)
+db.commit()
+END
+"$program" report many.db --out many.html
 "$program" report gate --out gate.html
 "$program" report recognition.json --out recognition.html
 "$program" report estimators.json --out estimators.html

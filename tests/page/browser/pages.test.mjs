@@ -4,7 +4,7 @@
 //   bash make_reports.sh ../../../build/bin/turbidock FOLDER && REPORTS=FOLDER node --test .
 
 import assert from 'node:assert/strict';
-import {readFileSync, existsSync} from 'node:fs';
+import {readFileSync, existsSync, statSync} from 'node:fs';
 import {createRequire} from 'node:module';
 import path from 'node:path';
 import {after, before, test} from 'node:test';
@@ -163,6 +163,26 @@ test('a batch: filter, sort, a point lists its trials, a trial shows its traces 
   assert.ok(traces.length >= 8 && traces.every(c => c.other > 0.004), 'its traces are drawn');
   await page.locator('section[aria-label="Why not"] button').first().click();
   assert.match(await status.innerText(), /^\d+ of 54 trials/);
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('ten thousand trials: size, time to open, memory, sorting', async () => {
+  const bytes = statSync(path.join(folder, 'many.html')).size;
+  assert.ok(bytes <= 5e6, `${bytes} bytes`);
+  const begin = performance.now(), {page, complaints, close} = await open('many', 1440);
+  const ready = await page.evaluate(() => performance.getEntriesByName('turbidock-ready')[0].startTime);
+  const heap = (await (await page.context().newCDPSession(page)).send('Runtime.getHeapUsage')).usedSize;
+  console.log(`10,000 trials: ${(bytes / 1e6).toFixed(1)} MB, ready after ${ready.toFixed(0)} ms, heap ${(heap / 1e6).toFixed(0)} MB, looked through in ${(performance.now() - begin).toFixed(0)} ms`);
+  assert.ok(ready < 10000, `ready after ${ready} ms: five times what it takes on a quiet machine`);
+  assert.ok(heap < 200e6, `${heap} bytes`);
+  const rows = page.locator('.rows .row');
+  assert.ok(await rows.count() < 60, 'only rows in view are there');
+  await page.getByRole('button', {name: 'time, s', exact: true}).click();
+  const times = (await rows.locator('.cell:nth-child(7)').allInnerTexts()).map(Number);
+  assert.deepEqual(times, [...times].sort((a, b) => a - b));
+  await page.locator('.table-scroll').evaluate(element => { element.scrollTop = element.scrollHeight; });
+  await page.waitForFunction(() => [...document.querySelectorAll('.rows .row')].some(row => row.getAttribute('aria-rowindex') === '10001'));
   assert.deepEqual(complaints, []);
   await close();
 });
