@@ -26,7 +26,8 @@ export class Traces {
     Object.assign(this, {trial, series, clock});
     this.sync = new Sync();
     this.sync.onSeek = time => { clock.pause(); clock.follow = false; clock.seek(time); };
-    clock.on(() => this.sync.setCursor(clock.time));
+    // where the clock follows growing rows, the cursor moves with them: see update
+    clock.on(() => { if (!(clock.follow && clock.playing)) this.sync.setCursor(clock.time); });
     this.hint = h('p', {class: 'note hint'}, 'Point to see values, drag to zoom, double click (or 0) for all.');
     const grid = h('div', {class: 'traces'});
     this.plots = this.panels().map(panel => {
@@ -38,7 +39,10 @@ export class Traces {
   }
 
   /** After the series grew. */
-  update() { this.panels().forEach((panel, i) => this.plots[i].set(panel)); }
+  update() {
+    if (this.clock.follow) this.sync.cursor = this.clock.time;
+    this.panels().forEach((panel, i) => this.plots[i].set(panel));
+  }
 
   panels() {
     const {trial, series} = this, colors = trial.colors, limits = trial.limits;
