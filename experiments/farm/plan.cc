@@ -201,6 +201,11 @@ void Plan::ReadRandom(const config::YamlNode& node) {
     if (!has_kind) distribution.Fail("must be one of uniform, normal, log_uniform, choice");
     if (random.within && random.kind != Kind::kNormal)
       distribution.Fail("only a normal distribution has `within`");
+    // beyond that next to nothing is left to draw from
+    constexpr double kFarthest = 5;  // standard deviations
+    if (random.within && (random.within->first > random.first + kFarthest * random.second ||
+                          random.within->second < random.first - kFarthest * random.second))
+      distribution.Fail("`within` is more than 5 standard deviations from the mean");
     random_.push_back(random);
     keys_.push_back(key);
   }

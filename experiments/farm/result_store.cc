@@ -335,9 +335,12 @@ ResultStore::ResultStore(std::string file, bool writes) : file_(std::move(file))
     int mode = SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE;
     // Reading, too, must be able to undo what a killed writer left half done; else nothing is
     // written.
+    std::error_code ignored;
+    const fs::path real = fs::weakly_canonical(file_, ignored);
     if (!writes)
-      mode = fs::exists(fs::weakly_canonical(file_).string() + "-journal") ? SQLite::OPEN_READWRITE
-                                                                           : SQLite::OPEN_READONLY;
+      mode = fs::exists((ignored ? file_ : real.string()) + "-journal", ignored)
+                 ? SQLite::OPEN_READWRITE
+                 : SQLite::OPEN_READONLY;
     db_ = std::make_unique<SQLite::Database>(file_, mode, kBusyTimeout_ms);
     Harden(*db_);
     if (!writes) return;
