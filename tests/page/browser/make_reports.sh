@@ -103,6 +103,7 @@ for table in ('trials', 'parameters', 'metrics', 'runs'):
             elif name == 'seed': row[i] = random.getrandbits(62)
             elif isinstance(value, float) and table != 'parameters': row[i] = value * random.gauss(1, 0.1)
         db.execute(f'INSERT INTO {table} VALUES ({",".join("?" * len(row))})', row)
+db.execute("UPDATE meta SET value = ? WHERE key = 'trials'", (str(count),))
 db.commit()
 END
 "$program" report many.db --out many.html

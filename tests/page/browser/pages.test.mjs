@@ -62,13 +62,14 @@ const drawn = page => page.evaluate(() => [...document.querySelectorAll('canvas'
 
 const isDrawn = plot => plot.other > 0.004 && plot.colors > 2;
 
+// By a copy: getContext() here could be the first, and would decide how the page's own drawing is kept.
 const sceneDrawn = page => page.waitForFunction(() => {
   const canvas = document.querySelector('canvas.scene');
-  const gl = canvas?.getContext('webgl2') || canvas?.getContext('webgl');
-  if (!gl) return false;
-  const pixels = new Uint8Array(4 * canvas.width * canvas.height), colors = new Set();
-  gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
-  for (let i = 0; i < pixels.length; i += 4) colors.add(pixels[i] >> 5 << 8 | pixels[i + 1] >> 5 << 4 | pixels[i + 2] >> 5);
+  if (!canvas?.width) return false;
+  const copy = Object.assign(document.createElement('canvas'), {width: canvas.width, height: canvas.height}).getContext('2d');
+  copy.drawImage(canvas, 0, 0);
+  const {data} = copy.getImageData(0, 0, canvas.width, canvas.height), colors = new Set();
+  for (let i = 0; i < data.length; i += 4) colors.add(data[i] >> 5 << 8 | data[i + 1] >> 5 << 4 | data[i + 2] >> 5);
   return colors.size > 12;  // vehicle, station and balls, not only the water
 }, null, {timeout: 120000, polling: 1000});
 
