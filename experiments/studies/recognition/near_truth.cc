@@ -87,9 +87,10 @@ NearTruth::Source NearTruth::Shine(const trial::FixedView& view, const light::Op
   Source source;
   source.mean = water.MeanRadiance(view.rendered);
   for (const Side side : kSides)
-    source.rows[side].assign(radiance[side].row(region[side].row_begin),
-                             radiance[side].row(region[side].row_end - 1) +
-                                 3 * static_cast<ptrdiff_t>(radiance[side].width()));
+    source.rows[side] =
+        Eigen::Map<const Eigen::ArrayXf>(radiance[side].row(region[side].row_begin),
+                                         static_cast<ptrdiff_t>(3 * radiance[side].width()) *
+                                             (region[side].row_end - region[side].row_begin));
   return source;
 }
 
@@ -127,16 +128,16 @@ CellResult NearTruth::RunCell(size_t index) const {
   camera::ImageSensor sensor(scenario.sensor, seeds.Stream("camera.left").NextU64(),
                              seeds.Stream("camera.right").NextU64(), view.rig.left.width_px);
 
-  Stereo<std::vector<float>> radiance;
+  Stereo<Eigen::ArrayXf> radiance;
   Eigen::Array3d mean = Eigen::Array3d::Zero();
   const auto add = [&](const Source& source, const Eigen::Array3d& strength) {
     mean += strength * source.mean;
-    const Eigen::Array3f factor = strength.cast<float>();
     for (const Side side : kSides) {
-      const std::vector<float>& rows = source.rows[side];
-      radiance[side].resize(std::max(radiance[side].size(), rows.size()));
-      for (size_t j = 0; j < rows.size(); ++j)
-        radiance[side][j] += factor[static_cast<int>(j % 3)] * rows[j];
+      const Eigen::ArrayXf& rows = source.rows[side];
+      if (rows.size() == 0) continue;
+      const Eigen::ArrayXf factors = strength.cast<float>().replicate(rows.size() / 3, 1);
+      if (radiance[side].size() == 0) radiance[side].setZero(rows.size());
+      radiance[side] += factors * rows;
     }
   };
   const light::BallLightParams& balls = scenario.light.ball_lights;

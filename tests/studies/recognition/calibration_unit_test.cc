@@ -61,6 +61,15 @@ TEST(CalibrationPlan, WritesKeysThatAScenarioReads) {
             config::SaveYaml(RecognitionScenario(MarkerKind::kPassive, assignments)));
 }
 
+// What every scenario begins with is where the bundled calibration begins, so that its ranges and
+// sources are those of the shipped values.
+TEST(CalibrationPlan, BeginsAtTheShippedOptics) {
+  const CalibrationPlan plan = LoadCalibrationPlan(config::AssetPath("calibration.yaml"));
+  EXPECT_EQ(config::SaveYaml(
+                RecognitionScenario(MarkerKind::kPassive, plan.Assignments(plan.Start()))),
+            config::SaveYaml(RecognitionScenario(MarkerKind::kPassive, {})));
+}
+
 // A list that the calibrated optics do not give cannot be written by its elements; better to hear
 // of it before the search.
 TEST(CalibrationExperiment, RefusesAnElementOfAListThatIsNotThere) {
