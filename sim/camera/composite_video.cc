@@ -25,13 +25,24 @@ void ToDifferences(int count, const float* __restrict rgb, float* __restrict lum
 }
 
 // out[i] = sum of kernel[|k|] in[i + k]; `in` reaches as far beyond both ends as the kernel.
+// Several terms at once: what they add to stays in registers.
+template <int kTerms>
+[[gnu::always_inline]] inline void AddTerms(const float* kernel, int first, int count,
+                                            const float* __restrict in, float* __restrict out) {
+  for (int i = 0; i < count; ++i) {
+    float sum = out[i];
+    for (int k = first; k < first + kTerms; ++k) sum += kernel[k] * (in[i - k] + in[i + k]);
+    out[i] = sum;
+  }
+}
+
 TURBIDOCK_VECTOR_CLONES
-void Smooth(std::span<const float> kernel, int count, const float* __restrict in,
-            float* __restrict out) {
+void Smooth(std::span<const float> kernel, int count, const float* in, float* out) {
   for (int i = 0; i < count; ++i) out[i] = kernel[0] * in[i];
-  for (int k = 1; k < static_cast<int>(kernel.size()); ++k)
-    for (int i = 0; i < count; ++i)
-      out[i] += kernel[static_cast<size_t>(k)] * (in[i - k] + in[i + k]);
+  const int size = static_cast<int>(kernel.size());
+  int k = 1;
+  for (; k + 5 <= size; k += 5) AddTerms<5>(kernel.data(), k, count, in, out);
+  for (; k < size; ++k) AddTerms<1>(kernel.data(), k, count, in, out);
 }
 
 TURBIDOCK_VECTOR_CLONES
@@ -62,43 +73,33 @@ void Fade(float fade_dn, int count, const float* __restrict peak, float* __restr
   return static_cast<uint8_t>(std::clamp(static_cast<int32_t>(value), 0, 255));
 }
 
-struct LineNoise {
-  float deviation_dn = 0;
-  uint32_t key0 = 0, key1 = 0, first = 0;  // the first value's number in the row
-
-  [[gnu::always_inline]] float at(int i) const {
-    return deviation_dn *
-           light::NormalFromBits(light::Mix(first + static_cast<uint32_t>(i), key0, key1));
-  }
-};
-
-template <bool kNoise>
-[[gnu::always_inline]] inline void FromDifferences(int count, const float* __restrict luma,
-                                                   const float* __restrict red,
-                                                   const float* __restrict blue,
-                                                   const LineNoise noise, uint8_t* __restrict dn) {
+// Interleaved, not yet whole numbers.
+TURBIDOCK_VECTOR_CLONES
+void FromDifferences(int count, const float* __restrict luma, const float* __restrict red,
+                     const float* __restrict blue, float* __restrict rgb) {
   for (int i = 0; i < count; ++i) {
     const float y = luma[i] + CompositeVideo::kSetup_dn;
-    float r = y + red[i], b = y + blue[i];
-    float g = y - (kRedShare / kGreenShare * red[i] + kBlueShare / kGreenShare * blue[i]);
-    if constexpr (kNoise) {
-      r += noise.at(3 * i);
-      g += noise.at(3 * i + 1);
-      b += noise.at(3 * i + 2);
-    }
-    dn[3 * i] = Round(r);
-    dn[3 * i + 1] = Round(g);
-    dn[3 * i + 2] = Round(b);
+    rgb[3 * i] = y + red[i];
+    rgb[3 * i + 1] = y - (kRedShare / kGreenShare * red[i] + kBlueShare / kGreenShare * blue[i]);
+    rgb[3 * i + 2] = y + blue[i];
   }
 }
 
+struct LineNoise {
+  float deviation_dn = 0;
+  uint32_t key0 = 0, key1 = 0, first = 0;  // the first value's number in the row
+};
+
 TURBIDOCK_VECTOR_CLONES
-void Digitise(int count, const float* luma, const float* red, const float* blue,
-              const LineNoise& noise, uint8_t* dn) {
-  if (noise.deviation_dn > 0)
-    FromDifferences<true>(count, luma, red, blue, noise, dn);
+void Digitise(int count, const float* __restrict value, const LineNoise& noise,
+              uint8_t* __restrict dn) {
+  const auto [deviation_dn, key0, key1, first] = noise;
+  if (deviation_dn > 0)
+    for (int i = 0; i < count; ++i)
+      dn[i] = Round(value[i] + deviation_dn * light::NormalFromBits(light::Mix(
+                                                  first + static_cast<uint32_t>(i), key0, key1)));
   else
-    FromDifferences<false>(count, luma, red, blue, noise, dn);
+    for (int i = 0; i < count; ++i) dn[i] = Round(value[i]);
 }
 
 // A Gaussian out to three sigma, from its middle on.
@@ -134,7 +135,7 @@ void CompositeVideo::Transmit(std::span<const float> rgb_dn, int begin, int end,
   const int first = std::max(begin - margin, 0), last = std::min(end + margin, width);
   const int padded = count + 2 * margin;
   // enough for any region of the row
-  row_.resize(6 * static_cast<size_t>(width) + 8 * static_cast<size_t>(margin));
+  row_.resize(9 * static_cast<size_t>(width) + 8 * static_cast<size_t>(margin));
   float* luma = row_.data();
   float* red = luma + padded;
   float* blue = red + padded;
@@ -152,8 +153,9 @@ void CompositeVideo::Transmit(std::span<const float> rgb_dn, int begin, int end,
   Smooth(kernel_, count, blue + margin, smooth_blue);
   if (coring_dn_ > 0) Core(coring_dn_, count, smooth_red, smooth_blue);
   if (fade_dn_ > 0) Fade(fade_dn_, count, peak + margin, smooth_red, smooth_blue);
-  Digitise(count, luma + margin, smooth_red, smooth_blue,
-           {noise_dn_, key[0], key[1], static_cast<uint32_t>(3 * begin)},
+  float* decoded = smooth_blue + count;
+  FromDifferences(count, luma + margin, smooth_red, smooth_blue, decoded);
+  Digitise(3 * count, decoded, {noise_dn_, key[0], key[1], static_cast<uint32_t>(3 * begin)},
            rgb + 3 * static_cast<ptrdiff_t>(begin));
 }
 
