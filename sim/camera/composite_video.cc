@@ -68,11 +68,6 @@ void Fade(float fade_dn, int count, const float* __restrict peak, float* __restr
   }
 }
 
-[[gnu::always_inline]] inline uint8_t Round(float value) {
-  // whole numbers are clamped by one instruction, other ones by two
-  return static_cast<uint8_t>(std::clamp(static_cast<int32_t>(value), 0, 255));
-}
-
 // Interleaved, not yet whole numbers.
 TURBIDOCK_VECTOR_CLONES
 void FromDifferences(int count, const float* __restrict luma, const float* __restrict red,
@@ -96,10 +91,11 @@ void Digitise(int count, const float* __restrict value, const LineNoise& noise,
   const auto [deviation_dn, key0, key1, first] = noise;
   if (deviation_dn > 0)
     for (int i = 0; i < count; ++i)
-      dn[i] = Round(value[i] + deviation_dn * light::NormalFromBits(light::Mix(
-                                                  first + static_cast<uint32_t>(i), key0, key1)));
+      dn[i] = light::ToByte(value[i] +
+                            deviation_dn * light::NormalFromBits(light::Mix(
+                                               first + static_cast<uint32_t>(i), key0, key1)));
   else
-    for (int i = 0; i < count; ++i) dn[i] = Round(value[i]);
+    for (int i = 0; i < count; ++i) dn[i] = light::ToByte(value[i]);
 }
 
 // A Gaussian out to three sigma, from its middle on.

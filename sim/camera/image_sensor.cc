@@ -99,11 +99,6 @@ LinearNoise NoiseOf(const SensorParams& params) {
   return std::sqrt(noise.read * noise.read + noise.shot * linear);
 }
 
-[[gnu::always_inline]] inline uint8_t Round(float value) {
-  // whole numbers are clamped by one instruction, other ones by two
-  return static_cast<uint8_t>(std::clamp(static_cast<int32_t>(value), 0, 255));
-}
-
 // A row of one image: its keys, the white balance of each value (none: 1) and the values.
 struct SensorRow {
   uint32_t key0, key1;
@@ -146,7 +141,7 @@ template <Noise kNoise, bool kBalance, bool kToe, typename T>
     if constexpr (std::is_same_v<T, float>)
       dn[i] = value;
     else
-      dn[i] = Round(value);
+      dn[i] = light::ToByte(value);
   }
 }
 

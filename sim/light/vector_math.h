@@ -2,6 +2,7 @@
 // Arithmetic for loops that the compiler is to vectorise: without calls, branches or tables. Each
 // function states its error; results are the same bits with every instruction set.
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -63,6 +64,12 @@ inline constexpr float kMaxNormal = 4.1f;
   const float sum =
       static_cast<float>(static_cast<int32_t>((pairs + (pairs >> 16)) & 0xffffu) - 510);
   return sum * (6.421040613e-3f + 5.773954283e-9f * (sum * sum));
+}
+
+// Cut off to a whole number and held within 0 to 255. Whole numbers are clamped by one instruction,
+// other ones by two.
+[[gnu::always_inline]] inline uint8_t ToByte(float value) {
+  return static_cast<uint8_t>(std::clamp(static_cast<int32_t>(value), 0, 255));
 }
 
 }  // namespace turbidock::light

@@ -46,10 +46,6 @@ void DescribeMedian(const BaselineCondition& before, const BaselineCondition& af
                                scale * (*new_median - *old_median)));
 }
 
-}  // namespace
-
-namespace {
-
 // What its trials say, whatever its figures do: those are for people.
 void RequireWhole(const BaselineCondition& c, int64_t gate_seed, const std::string& file) {
   const auto fail = [&](const std::string& why) {
