@@ -8,7 +8,7 @@ RUN_PACKAGES := $(shell sed '/^\# tests/,$$d; /^\#/d' apt-packages.txt)
 TEST_PACKAGES := $(shell sed '/^\# continuous/,$$d; /^\#/d' apt-packages.txt)
 CI_PACKAGES := $(shell sed '/^\#/d' apt-packages.txt)
 
-.PHONY: run test build build-tests bench fuzz format clean ci-setup
+.PHONY: run test build build-tests bench fuzz faults format clean ci-setup
 
 run: build
 	@echo "== the published docking trial at night, filmed, to out/run/ (about a minute)"
@@ -40,6 +40,11 @@ fuzz: ci-setup
 	cmake --preset fuzz $(CMAKE_ARGS) >/dev/null
 	cmake --build --preset fuzz -j $(JOBS) --target turbidock_fuzzers
 	bash tests/fuzz/run.sh build-fuzz $(SECONDS)
+
+# Faults of the machine through the real program, with KILLS kills at random instants; as root.
+KILLS ?= 40
+faults: build ci-setup
+	PROGRAM=build/bin/turbidock KILLS=$(KILLS) python3 tests/faults/faults_test.py
 
 # Also what .ci/run needs beyond the tests.
 ci-setup:
