@@ -34,8 +34,10 @@ using trial::Place;
 constexpr int kApplicationId = 0x54444f4b;  // "TDOK": tells our files from other SQLite databases
 constexpr int kBusyTimeout_ms = 20000;      // a reader or a writer holds the file for milliseconds
 
-const char* ProblemOf(int code) {
-  switch (code) {
+const char* ProblemOf(const SQLite::Exception& error) {
+  if (error.getExtendedErrorCode() == SQLITE_READONLY_DBMOVED)
+    return "was removed or renamed while trials were being stored; nothing more is stored";
+  switch (error.getErrorCode()) {
     case SQLITE_FULL:
       return "cannot be written, the disk is full; the trials stored so far are safe, and starting "
              "again goes on from there";
@@ -62,8 +64,7 @@ auto Guard(const std::string& file, const Do& act) {
   try {
     return act();
   } catch (const SQLite::Exception& error) {
-    throw ConfigError(
-        fmt::format("{}: {} ({})", file, ProblemOf(error.getErrorCode()), error.what()));
+    throw ConfigError(fmt::format("{}: {} ({})", file, ProblemOf(error), error.what()));
   }
 }
 
