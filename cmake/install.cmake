@@ -10,7 +10,7 @@ foreach(folder sim vision control experiments)
     COMPONENT library FILES_MATCHING PATTERN "*.h")
 endforeach()
 install(DIRECTORY ${CMAKE_SOURCE_DIR}/models ${CMAKE_SOURCE_DIR}/assets
-  DESTINATION ${CMAKE_INSTALL_DATADIR}/turbidock COMPONENT program)
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/turbidock USE_SOURCE_PERMISSIONS COMPONENT program)
 
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/turbidock)
 install(EXPORT turbidock NAMESPACE turbidock:: DESTINATION ${package_dir} FILE turbidockTargets.cmake

@@ -1,0 +1,60 @@
+#!/usr/bin/env bash
+# deb_test.sh PACKAGE.deb FOLDER: lintian has nothing to say, and in a bare Debian 12 below FOLDER the package installs
+# with what it depends on alone, an ordinary user runs it, and it goes without a trace. As root; some minutes.
+set -euo pipefail
+package=$(realpath "$1")
+folder=$(realpath -m "$2")
+root=$folder/root
+
+lintian --fail-on error,warning --allow-root "$package"
+
+# The same source of packages as this machine's.
+read -r mirror suite < <(apt-get indextargets --format '$(SITE) $(RELEASE)' 'Created-By: Packages' |
+  grep -E ' bookworm$' | head -1)
+if [ ! -e "$root/var/lib/dpkg/status" ]; then
+  rm -rf "$root"
+  mkdir -p "$folder"
+  debootstrap --variant=minbase "$suite" "$root" "$mirror" >"$folder/debootstrap.log" || {
+    tail -5 "$folder/debootstrap.log"
+    exit 1
+  }
+fi
+cp -L /etc/resolv.conf "$root/etc/" 2>/dev/null || true
+rm -f "$root/etc/apt/sources.list"
+cp -r /etc/apt/. "$root/etc/apt/"
+if [ -e /usr/share/ca-certificates ]; then
+  mkdir -p "$root/etc/ssl"
+  cp -rL /etc/ssl/certs "$root/etc/ssl/"
+fi
+cp "$package" "$root/tmp/turbidock.deb"
+inside() {
+  unshare --mount --pid --fork --mount-proc="$root/proc" chroot "$root" \
+    /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/tmp \
+    LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive "$@"
+}
+apt_get() { inside apt-get -o Dpkg::Use-Pty=0 -y -q "$@" >/dev/null; }
+
+apt_get update
+apt_get install --no-install-recommends /tmp/turbidock.deb
+inside useradd --create-home diver 2>/dev/null || true
+as_user() { inside setpriv --reuid=diver --regid=diver --clear-groups "$@"; }
+as_user turbidock --version
+as_user turbidock scenarios
+trial=(turbidock run pool_active --set duration_s=1 --seed 1 --json --quiet)
+as_user "${trial[@]}" >"$folder/inside.json"
+rm -f "$root"/tmp/smoke.*
+as_user turbidock batch smoke --seeds 1 --set pose_source=true_pose --set duration_s=2 --out /tmp/smoke.db --quiet
+test -s "$root/usr/share/man/man1/turbidock.1.gz"
+as_user bash -c '. /usr/share/bash-completion/completions/turbidock; complete -p turbidock' >/dev/null
+apt_get purge turbidock
+if [ -n "$(find "$root/usr" "$root/etc" -name '*turbidock*' -print -quit)" ]; then
+  echo "purging leaves something behind"
+  exit 1
+fi
+
+# unpacked anywhere it works as well, and the same trial comes out
+rm -rf "$folder/elsewhere"
+dpkg-deb -x "$package" "$folder/elsewhere"
+"$folder/elsewhere/usr/bin/${trial[0]}" "${trial[@]:1}" >"$folder/elsewhere.json"
+cmp "$folder/inside.json" "$folder/elsewhere.json"
+echo "the package installs, works for an ordinary user and goes without a trace"
