@@ -56,5 +56,5 @@ fi
 rm -rf "$folder/elsewhere"
 dpkg-deb -x "$package" "$folder/elsewhere"
 "$folder/elsewhere/usr/bin/${trial[0]}" "${trial[@]:1}" >"$folder/elsewhere.json"
-cmp "$folder/inside.json" "$folder/elsewhere.json"
+cmp <(grep '"digest"' "$folder/inside.json") <(grep '"digest"' "$folder/elsewhere.json")
 echo "the package installs, works for an ordinary user and goes without a trace"
