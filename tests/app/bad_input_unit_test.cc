@@ -1,10 +1,8 @@
 // Other people's files and careless command lines, through the real program: exit code 2, one line
 // that says what is wrong, and nothing lost.
 
-#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <spawn.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -211,18 +209,7 @@ TEST_F(BadInput, AFullStandardOutputIsNoSuccess) {
 
 // Starts the program, sends the signal once it is at work, and returns how it ended (of waitpid).
 int Stop(const std::vector<std::string>& arguments, int signal) {
-  std::vector<std::string> words = {ProgramPath()};
-  words.insert(words.end(), arguments.begin(), arguments.end());
-  std::vector<char*> argv;
-  for (std::string& word : words) argv.push_back(word.data());
-  argv.push_back(nullptr);
-  pid_t pid = -1;
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  for (const int fd : {STDOUT_FILENO, STDERR_FILENO})
-    posix_spawn_file_actions_addopen(&actions, fd, "/dev/null", O_WRONLY, 0);
-  EXPECT_EQ(posix_spawn(&pid, argv[0], &actions, nullptr, argv.data(), environ), 0);
-  posix_spawn_file_actions_destroy(&actions);
+  const pid_t pid = StartProgram(arguments);
   std::this_thread::sleep_for(std::chrono::milliseconds(700));
   const auto begin = std::chrono::steady_clock::now();
   kill(pid, signal);
