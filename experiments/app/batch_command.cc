@@ -80,7 +80,10 @@ std::vector<std::string> GridKeys(const farm::Plan& plan) {
 int Batch(const BatchArguments& arguments) {
   const farm::Plan plan = arguments.plan.Load();
   const farm::Shard shard = farm::ParseShard(arguments.shard);
-  system::OutputPlan().Reads(arguments.plan.plan).Writes(arguments.out).Require();
+  // of a part of a batch there is no page
+  const std::string page =
+      shard.count == 1 ? fs::path(arguments.out).replace_extension(".html").string() : "";
+  system::OutputPlan().Reads(arguments.plan.plan).Writes(arguments.out).Writes(page).Require();
   farm::ResultStore store = farm::ResultStore::Write(arguments.out, farm::HeaderOf(plan, shard));
   Progress progress(arguments.quiet);
   progress.Say(fmt::format("{}: {}{}, plan {}, {}", plan.settings().description, CountText(plan),
@@ -126,10 +129,9 @@ int Batch(const BatchArguments& arguments) {
             (end.wall_time_s *
              static_cast<double>(std::min<int64_t>(arguments.workers, end.done_now))),
         arguments.out));
-  if (shard.count == 1) {
-    const std::string report = fs::path(arguments.out).replace_extension(".html").string();
-    page::WritePage(report, page::BatchPage(store, arguments.out));
-    progress.Say("a page to look at: " + report);
+  if (!page.empty()) {
+    page::WritePage(page, page::BatchPage(store, arguments.out));
+    progress.Say("a page to look at: " + page);
   }
   if (arguments.json) std::fputs(farm::SummaryJson(keys, groups, rule.precision).c_str(), stdout);
   return kExitDone;

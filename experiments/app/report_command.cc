@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,8 +11,8 @@
 #include "experiments/farm/result_store.h"
 #include "experiments/page/batch_page.h"
 #include "experiments/page/page.h"
+#include "experiments/page/result_page.h"
 #include "experiments/page/study_page.h"
-#include "experiments/page/trial_page.h"
 #include "experiments/report/json.h"
 #include "experiments/studies/compare/comparison.h"
 #include "experiments/system/output_path.h"
@@ -30,21 +29,8 @@ struct ReportArguments {
   compare::ComparisonOptions comparison;
 };
 
-bool IsDatabase(const std::string& file) {
-  std::ifstream stream(file, std::ios::binary);
-  std::string begin(6, '\0');
-  stream.read(begin.data(), std::ssize(begin));
-  return begin == "SQLite" || fs::path(file).extension() == ".db";
-}
-
-page::Page PageOfFolder(const std::string& folder) {
-  if (page::IsStudyFolder(folder)) return page::StudyFolderPage(folder);
-  return page::TrialPage(folder);
-}
-
-page::Page PageOfFile(const std::string& file, const std::optional<int64_t>& trial) {
-  if (!IsDatabase(file))
-    return page::StudyPage(report::ParseJson(system::ReadWhole(file), file), file);
+page::Page PageOfOne(const std::string& file, const std::optional<int64_t>& trial) {
+  if (!page::IsFileOfTrials(file)) return page::ResultPage(file);
   const farm::ResultStore store = farm::ResultStore::Read(file);
   return trial ? page::StoredTrialPage(store, file, *trial) : page::BatchPage(store, file);
 }
@@ -65,19 +51,31 @@ page::Page PageOf(const ReportArguments& arguments) {
   if (inputs.size() > 2)
     throw ConfigError("report shows one result, or two batches side by side, not " +
                       std::to_string(inputs.size()));
+  const bool are_two = inputs.size() == 2;
   std::error_code none;
   for (const std::string& input : inputs) {
     if (!fs::exists(input, none)) throw ConfigError(input + ": no such file or folder");
-    if (inputs.size() == 2 && !IsDatabase(input))
+    if (are_two && !page::IsFileOfTrials(input))
       throw ConfigError(input + ": is no batch's file; two of them are compared");
   }
-  if (inputs.size() == 2) return PageOfTwo(inputs[0], inputs[1], arguments.comparison);
-  return fs::is_directory(inputs[0], none) ? PageOfFolder(inputs[0])
-                                           : PageOfFile(inputs[0], arguments.trial);
+  if (arguments.trial && (are_two || !page::IsFileOfTrials(inputs[0])))
+    throw ConfigError("--trial is for one batch's file");
+  const compare::ComparisonOptions& comparison = arguments.comparison;
+  if (!are_two && !(comparison.by.empty() && comparison.ignore.empty()))
+    throw ConfigError("--by and --ignore are for two batches");
+  return are_two ? PageOfTwo(inputs[0], inputs[1], comparison)
+                 : PageOfOne(inputs[0], arguments.trial);
 }
 
 int Report(const ReportArguments& arguments) {
-  system::RequireWritable(arguments.out);
+  system::OutputPlan plan;
+  for (const std::string& input : arguments.inputs) {
+    plan.Reads(input);
+    std::error_code none;  // which a file gives
+    for (const auto& entry : fs::directory_iterator(input, none))
+      if (entry.path().extension() != ".html") plan.Reads(entry.path().string());
+  }
+  plan.Writes(arguments.out).Require();
   const page::Page page = PageOf(arguments);
   page::WritePage(arguments.out, page);
   std::fprintf(stderr, "%s: %s, %.1f MB\n", arguments.out.c_str(),

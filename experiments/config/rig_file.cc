@@ -4,7 +4,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <initializer_list>
 #include <optional>
@@ -46,12 +45,6 @@ class Calibration {
     return std::nullopt;
   }
 
-  // A whole number, if there is one of these names.
-  std::optional<int> Whole(std::initializer_list<const char*> names) const {
-    const std::optional<YamlNode> node = Find(names);
-    return node ? std::optional(ValueOf<int>(*node)) : std::nullopt;
-  }
-
   // Row by row. `sizes`: the numbers of elements that are allowed.
   std::vector<double> Matrix(std::initializer_list<const char*> names,
                              std::initializer_list<size_t> sizes) const {
@@ -81,9 +74,37 @@ class Calibration {
   std::vector<YamlNode> files_;
 };
 
+struct ImageSize {
+  int width_px = 0, height_px = 0;
+};
+
+// Pixels of a side of the images; OpenCV may have written them as "640.".
+int SideIn(const YamlNode& at) {
+  constexpr double kLargest_px = 8192;
+  const auto side_px = Calibration::ValueOf<double>(at);
+  if (!(side_px >= 1 && side_px <= kLargest_px) || side_px != std::floor(side_px))
+    at.Fail(fmt::format("is {}, must be a whole number in [1, {}]", FormatNumber(side_px),
+                        kLargest_px));
+  return static_cast<int>(side_px);
+}
+
+// Where the calibration says it.
+std::optional<ImageSize> SizeIn(const Calibration& calibration) {
+  const auto width = calibration.Find({"image_width"}), height = calibration.Find({"image_height"});
+  if (width && height) return ImageSize{SideIn(*width), SideIn(*height)};
+  if (width) width->Fail("stands alone: image_height is required");
+  if (height) height->Fail("stands alone: image_width is required");
+  const auto size = calibration.Find({"imageSize", "image_size", "size"});
+  if (!size) return std::nullopt;
+  const std::vector<YamlNode> sides = size->Elements();
+  if (sides.size() != 2) size->Fail("must be a list of width and height");
+  return ImageSize{SideIn(sides[0]), SideIn(sides[1])};
+}
+
 CameraIntrinsics IntrinsicsOf(const std::vector<double>& matrix, const std::string& where,
-                              int width_px, int height_px) {
-  CameraIntrinsics camera{width_px, height_px, matrix[0], matrix[4], matrix[2], matrix[5]};
+                              const ImageSize& size) {
+  CameraIntrinsics camera{size.width_px, size.height_px, matrix[0],
+                          matrix[4],     matrix[2],      matrix[5]};
   if (!(camera.fx_px > 0 && camera.fy_px > 0))
     throw ConfigError(where + ": the focal lengths of a camera matrix must be > 0");
   if (matrix[1] != 0) throw ConfigError(where + ": a camera matrix with skew is not supported");
@@ -95,22 +116,12 @@ vision::LensDistortion DistortionOf(std::vector<double> d) {
   return {d[0], d[1], d[2], d[3], d[4], d[5], d[6], d[7]};
 }
 
-RigFromFile RigOfCalibration(const Calibration& calibration, int width_px, int height_px) {
+RigFromFile RigOfCalibration(const Calibration& calibration, const ImageSize& images) {
   const std::string& where = calibration.names();
-  const std::optional<int> width = calibration.Whole({"image_width"});
-  const std::optional<int> height = calibration.Whole({"image_height"});
-  if (width && height) {
-    width_px = *width;
-    height_px = *height;
-  } else if (const auto size = calibration.Find({"imageSize", "image_size", "size"})) {
-    const auto pair = Calibration::ValueOf<std::array<double, 2>>(*size);
-    width_px = static_cast<int>(std::clamp(pair[0], 0.0, 1e6));
-    height_px = static_cast<int>(std::clamp(pair[1], 0.0, 1e6));
-  }
-
+  const ImageSize size = SizeIn(calibration).value_or(images);
   RigFromFile out;
   const auto camera = [&](std::initializer_list<const char*> names) -> MountedCamera {
-    return {IntrinsicsOf(calibration.Matrix(names, {9}), where, width_px, height_px), Pose()};
+    return {IntrinsicsOf(calibration.Matrix(names, {9}), where, size), Pose()};
   };
   out.rig = {camera({"M1", "K1", "cameraMatrix1"}), camera({"M2", "K2", "cameraMatrix2"})};
   out.distortion = {DistortionOf(calibration.Matrix({"D1", "distCoeffs1"}, {4, 5, 8})),
@@ -149,7 +160,7 @@ RigFromFile RigOfCalibration(const Calibration& calibration, int width_px, int h
 RigFromFile LoadRig(const std::vector<std::string>& files, int image_width_px,
                     int image_height_px) {
   if (!files.empty() && IsOpenCv(system::ReadWhole(files.front())))
-    return RigOfCalibration(Calibration(files), image_width_px, image_height_px);
+    return RigOfCalibration(Calibration(files), {image_width_px, image_height_px});
   RigFromFile out;
   out.rig = LoadLayers<RigParams>(files, {}).MakeRig();
   return out;

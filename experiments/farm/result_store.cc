@@ -5,11 +5,9 @@
 #include <sqlite3.h>
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <filesystem>
-#include <functional>
 #include <map>
 #include <set>
 #include <sstream>
@@ -17,19 +15,18 @@
 
 #include "experiments/config/yaml_fields.h"
 #include "experiments/farm/agenda.h"
+#include "experiments/farm/store_schema.h"
 #include "experiments/report/table.h"
 #include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"
 #include "experiments/system/plain_text.h"
 #include "experiments/trial/record_columns.h"
-#include "experiments/trial/trial_files.h"
 
 namespace turbidock::farm {
 namespace {
 
 namespace fs = std::filesystem;
 using trial::Cell;
-using trial::Place;
 
 constexpr int kApplicationId = 0x54444f4b;  // "TDOK": tells our files from other SQLite databases
 constexpr int kBusyTimeout_ms = 20000;      // a reader or a writer holds the file for milliseconds
@@ -66,19 +63,6 @@ auto Guard(const std::string& file, const Do& act) {
   } catch (const SQLite::Exception& error) {
     throw ConfigError(fmt::format("{}: {} ({})", file, ProblemOf(error), error.what()));
   }
-}
-
-// A name as SQL: keys such as water.milk_ml_m3 are column names.
-std::string Quoted(const std::string& name) {
-  std::string quoted = "\"";
-  for (const char c : name) quoted += c == '"' ? "\"\"" : std::string(1, c);
-  return quoted + "\"";
-}
-
-std::string List(const std::vector<std::string>& names) {
-  std::string list;
-  for (const std::string& name : names) list += ", " + Quoted(name);
-  return list;
 }
 
 // Numbers as numbers, so that SQL compares and sorts them; anything else as text.
@@ -153,33 +137,6 @@ std::optional<int64_t> WholeIn(const std::string& text) {
   return error == std::errc() && stop == end ? std::optional(number) : std::nullopt;
 }
 
-// A table's columns but the trial.
-std::vector<std::string> OwnColumns(const SQLite::Database& db, const std::string& table) {
-  std::vector<std::string> columns;
-  SQLite::Statement query(db, "SELECT name FROM pragma_table_info(?) WHERE name <> 'trial'");
-  query.bind(1, table);
-  while (query.executeStep()) columns.push_back(query.getColumn(0).getString());
-  return columns;
-}
-
-// A table that has a part of every trial's record.
-struct RecordTable {
-  const char* name;
-  std::vector<Place> places;  // whose columns it has, in this order
-};
-const std::array kRecordTables = {
-    RecordTable{"trials", {Place::kKey, Place::kVerdict, Place::kRemark}},
-    RecordTable{"metrics", {Place::kFigure}}, RecordTable{"runs", {Place::kRun, Place::kLog}}};
-// All that have one row a trial, and `series`.
-constexpr std::array kTables = {"parameters", "metrics", "runs", "series", "trials"};
-
-// Calls act with the index of each of the record's columns in the table.
-void ForColumns(const RecordTable& table, const std::function<void(size_t)>& act) {
-  for (const Place place : table.places)
-    for (size_t i = 0; i < trial::Columns().size(); ++i)
-      if (trial::Columns()[i].place == place) act(i);
-}
-
 using Row = std::vector<std::pair<std::string, Cell>>;  // column and value
 
 std::string Placeholders(size_t n) {
@@ -193,68 +150,6 @@ void Insert(const SQLite::Database& db, const std::string& table, const Row& row
       db, "INSERT INTO " + table + " (" + names + ") VALUES (" + Placeholders(row.size()) + ")");
   for (size_t i = 0; i < row.size(); ++i) Bind(&insert, static_cast<int>(i) + 1, row[i].second);
   insert.exec();
-}
-
-// What a table must have, and what its other columns are if it has them: name and declared type.
-struct TableSchema {
-  std::string name;
-  std::map<std::string, std::string> required, known{};
-};
-
-std::vector<TableSchema> Schema() {
-  std::vector<TableSchema> schema = {{"meta", {{"key", "TEXT"}, {"value", "TEXT"}}},
-                                     {"parameters", {{"trial", "INTEGER"}}},
-                                     {"series", {{"trial", "INTEGER"}, {"frame", ""}}}};
-  for (const RecordTable& table : kRecordTables) {
-    TableSchema& one = schema.emplace_back(TableSchema{table.name, {{"trial", "INTEGER"}}});
-    ForColumns(table, [&](size_t i) {
-      const trial::Column& column = trial::Columns()[i];
-      const std::string type = column.sql_type;
-      one.known[column.name] = type.substr(0, type.find(' '));
-    });
-    if (one.name != kRecordTables[0].name) continue;
-    for (const char* number : {"cell", "sample"}) one.required[number] = "INTEGER";
-    for (const char* word : {"seed", "outcome", "failure", "digest"})
-      one.required[word] = one.known.at(word);
-  }
-  return schema;
-}
-
-// ConfigError naming the first table, column or type that is not as this program makes them. What
-// it does not know of a table is left alone.
-void RequireSchema(const SQLite::Database& db, const std::string& file) {
-  const auto fail = [&file](const std::string& problem) {
-    throw ConfigError(file + ": is no result file of this program: " + problem);
-  };
-  const std::vector<TableSchema> schema = Schema();
-  std::map<std::string, std::string> kinds;
-  SQLite::Statement master(db, "SELECT type, name FROM sqlite_master");
-  while (master.executeStep()) {
-    const std::string kind = master.getColumn(0).getString();
-    const std::string name = master.getColumn(1).getString();
-    kinds.emplace(name, kind);
-    const bool is_known = std::any_of(schema.begin(), schema.end(),
-                                      [&](const TableSchema& table) { return table.name == name; });
-    if (kind == "trigger" || (kind == "table" && !is_known && !name.starts_with("sqlite_")))
-      fail(fmt::format("it has a {} {}", kind, name));
-  }
-  for (const TableSchema& table : schema) {
-    const auto found = kinds.find(table.name);
-    if (found == kinds.end() || found->second != "table") fail("it has no table " + table.name);
-    std::map<std::string, std::string> columns;
-    SQLite::Statement query(db, "SELECT name, type FROM pragma_table_info(?)");
-    query.bind(1, table.name);
-    while (query.executeStep())
-      columns[query.getColumn(0).getString()] = query.getColumn(1).getString();
-    for (const auto& [name, type] : table.required)
-      if (!columns.contains(name)) fail(fmt::format("table {} has no column {}", table.name, name));
-    for (const auto* part : {&table.required, &table.known})
-      for (const auto& [name, type] : *part)
-        if (const auto column = columns.find(name);
-            column != columns.end() && column->second != type)
-          fail(fmt::format("column {} of table {} is {}, must be {}", name, table.name,
-                           column->second.empty() ? "of no type" : column->second, type));
-  }
 }
 
 // The first line in which two texts differ.
@@ -381,7 +276,6 @@ void ResultStore::Create(const StoreHeader& header) {
   SQLite::Transaction transaction(*db_, SQLite::TransactionBehavior::EXCLUSIVE);
   db_->exec(fmt::format("PRAGMA application_id = {}; PRAGMA user_version = {}", kApplicationId,
                         kStoreSchema));
-  db_->exec("CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID");
   const std::map<std::string, std::string> meta = {{"schema_version", std::to_string(kStoreSchema)},
                                                    {"kind", header.kind},
                                                    {"plan", header.plan},
@@ -389,26 +283,8 @@ void ResultStore::Create(const StoreHeader& header) {
                                                    {"build", header.build},
                                                    {"shard", header.shard.Text()},
                                                    {"trials", std::to_string(header.trials)}};
+  CreateTables(header.keys, db_.get());
   for (const auto& [key, value] : meta) Insert(*db_, "meta", {{"key", key}, {"value", value}});
-
-  for (const RecordTable& table : kRecordTables) {
-    std::string columns = "trial INTEGER PRIMARY KEY";
-    if (table.name == kRecordTables[0].name)
-      columns += ", cell INTEGER NOT NULL, sample INTEGER NOT NULL";
-    ForColumns(table, [&](size_t i) {
-      const trial::Column& column = trial::Columns()[i];
-      columns += ", " + Quoted(column.name) + " " + column.sql_type;
-    });
-    db_->exec(fmt::format("CREATE TABLE {} ({})", table.name, columns));
-  }
-  db_->exec("CREATE TABLE parameters (trial INTEGER PRIMARY KEY" + List(header.keys) + ")");
-  const std::string header_row = trial::TrajectoryCsv({});
-  db_->exec("CREATE TABLE series (trial INTEGER NOT NULL" +
-            List(Split(header_row.substr(0, header_row.find('\n')), ',')) +
-            ", PRIMARY KEY (trial, frame)) WITHOUT ROWID");
-  db_->exec(
-      "CREATE VIEW results AS SELECT * FROM trials JOIN parameters USING (trial) "
-      "JOIN metrics USING (trial)");
   transaction.commit();
 }
 
@@ -494,13 +370,13 @@ void ResultStore::Add(const StoredTrial& trial) {
   Guard(file_, [&] {
     SQLite::Transaction transaction(*db_, SQLite::TransactionBehavior::IMMEDIATE);
     const std::vector<Cell> cells = trial::CellsOf(trial.record);
-    for (const RecordTable& table : kRecordTables) {
+    for (const RecordTable& table : RecordTables()) {
       Row row = {{"trial", trial.trial}};
-      if (table.name == kRecordTables[0].name) {
+      if (table.name == kTrialsTable) {
         row.emplace_back("cell", trial.cell);
         row.emplace_back("sample", trial.sample);
       }
-      ForColumns(table, [&](size_t i) { row.emplace_back(trial::Columns()[i].name, cells[i]); });
+      for (const size_t i : table.columns) row.emplace_back(trial::Columns()[i].name, cells[i]);
       Insert(*db_, table.name, row);
     }
     Row parameters = {{"trial", trial.trial}};
@@ -551,7 +427,7 @@ void ResultStore::Merge(const std::string& other_file) {
                         clash.getColumn(4).getString()));
       // Children first: which trials are new shows in `trials`.
       for (const std::string table : kTables) {
-        const std::string columns = "trial" + List(OwnColumns(*db_, table));
+        const std::string columns = "trial" + QuotedList(OwnColumns(*db_, table));
         db_->exec(
             fmt::format("INSERT INTO main.{0} ({1}) SELECT {1} FROM other.{0} "
                         "WHERE trial NOT IN (SELECT trial FROM main.trials)",
@@ -605,7 +481,7 @@ std::string ResultStore::SeriesCsv(int64_t trial) const {
     const std::vector<std::string> columns = OwnColumns(*db_, "series");
     std::string csv = fmt::format("{}\n", fmt::join(columns, ","));
     SQLite::Statement query(
-        *db_, "SELECT trial" + List(columns) + " FROM series WHERE trial = ? ORDER BY frame");
+        *db_, "SELECT trial" + QuotedList(columns) + " FROM series WHERE trial = ? ORDER BY frame");
     query.bind(1, trial);
     while (query.executeStep()) {
       for (int i = 1; i < query.getColumnCount(); ++i)
@@ -619,12 +495,12 @@ std::string ResultStore::SeriesCsv(int64_t trial) const {
 std::vector<std::string> ResultStore::Lacking() const {
   return Guard(file_, [&] {
     std::vector<std::string> lacking;
-    for (const RecordTable& table : kRecordTables) {
+    for (const RecordTable& table : RecordTables()) {
       const std::vector<std::string> there = OwnColumns(*db_, table.name);
-      ForColumns(table, [&](size_t i) {
+      for (const size_t i : table.columns) {
         const std::string& name = trial::Columns()[i].name;
-        if (std::find(there.begin(), there.end(), name) == there.end()) lacking.push_back(name);
-      });
+        if (std::ranges::find(there, name) == there.end()) lacking.push_back(name);
+      }
     }
     return lacking;
   });
@@ -635,14 +511,14 @@ std::vector<StoredTrial> ResultStore::Select(const std::string& where) const {
     std::string wanted = "trials.trial, trials.cell, trials.sample";
     for (const std::string& key : header_.keys) wanted += ", parameters." + Quoted(key);
     std::vector<size_t> read;  // the record's columns that the file has, in the query's order
-    for (const RecordTable& table : kRecordTables) {
+    for (const RecordTable& table : RecordTables()) {
       const std::vector<std::string> there = OwnColumns(*db_, table.name);
-      ForColumns(table, [&](size_t i) {
+      for (const size_t i : table.columns) {
         const std::string& name = trial::Columns()[i].name;
-        if (std::find(there.begin(), there.end(), name) == there.end()) return;
+        if (std::ranges::find(there, name) == there.end()) continue;
         wanted += fmt::format(", {}.{}", table.name, Quoted(name));
         read.push_back(i);
-      });
+      }
     }
     SQLite::Statement query(*db_, "SELECT " + wanted +
                                       " FROM trials JOIN runs USING (trial) JOIN parameters "

@@ -55,6 +55,8 @@ Page TrialPage(const std::string& folder) {
   Json& model = page.model;
   model["record"] =
       report::ParseJson(system::ReadWhole(in / "result.json"), (in / "result.json").string());
+  if (!model["record"].is_object() || !model["record"].contains("outcome"))
+    throw ConfigError((in / "result.json").string() + ": is no trial's result");
   model["build"] = model["record"].value("version", "");
   model["series"] =
       SeriesModel(system::ReadWhole(in / "trajectory.csv"), (in / "trajectory.csv").string());

@@ -5,6 +5,8 @@
 namespace turbidock::report {
 namespace {
 
+constexpr int kDeepest = 64;  // levels, as of YAML; whoever goes through a document may recurse
+
 std::string CsvField(const Json& value) {
   if (value.is_null()) return "";
   if (value.is_number_float()) return FormatNumber(value.get<double>());
@@ -29,7 +31,10 @@ std::string JsonLine(const Json& json) {
 
 Json ParseJson(const std::string& text, const std::string& where) {
   try {
-    return Json::parse(text);
+    return Json::parse(text, [&](int depth, Json::parse_event_t, Json&) {
+      if (depth > kDeepest) throw ConfigError(where + ": is nested deeper than 64 levels");
+      return true;
+    });
   } catch (const Json::exception& error) {
     throw ConfigError(where + ": " + error.what());
   }

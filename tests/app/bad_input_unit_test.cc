@@ -1,10 +1,8 @@
 // Other people's files and careless command lines, through the real program: exit code 2, one line
 // that says what is wrong, and nothing lost.
 
-#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <spawn.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -40,7 +38,16 @@ class BadInput : public ::testing::Test {
 
   std::string Path(const std::string& name) const { return (folder_ / name).string(); }
   std::string File(const std::string& name, const std::string& text) const {
+    fs::create_directories((folder_ / name).parent_path());
     std::ofstream(folder_ / name, std::ios::binary) << text;
+    return Path(name);
+  }
+  // A batch's file with two trials.
+  std::string Batch(const std::string& name) const {
+    const std::string plan = File("two.yaml",
+                                  "schema_version: 1\nscenario: pool_active\nseeds: 2\n"
+                                  "set: {pose_source: true_pose, duration_s: 0.1}\n");
+    EXPECT_EQ(RunProgram({"batch", plan, "--out", Path(name), "--quiet"}).exit_code, 0);
     return Path(name);
   }
   static std::string Read(const std::string& path) {
@@ -77,7 +84,6 @@ class BadInput : public ::testing::Test {
 };
 
 TEST_F(BadInput, ARefusedCommandDestroysNothing) {
-  fs::create_directory(Path("o"));
   File("o/video.mp4", "precious");
   Refused(
       {"run", "sea_night_active", "--set", "pose_source=true_pose", "--out", Path("o"), "--video"},
@@ -100,6 +106,40 @@ TEST_F(BadInput, AnOutputIsNoInput) {
   Refused({"batch", plan, "--out", plan}, plan + ":" + read);
   const std::string csv = Path("both.png");
   Refused({"compare-estimators", "--csv", csv, "--figure", csv}, csv + ": is written by it twice");
+  // a result is not overwritten by the page that shows it
+  const std::string page = Path("x.html");
+  Refused({"batch", "smoke", "--out", page}, page + ": is written by it twice");
+  const std::string db = Batch("x.db");
+  Refused({"report", db, "--out", db}, db + ":" + read);
+  File("trial/result.json", "{}");
+  Refused({"report", Path("trial"), "--out", Path("trial/result.json")},
+          Path("trial/result.json") + ":" + read);
+  Refused({"view", scenario, "--out", folder_.string()}, scenario + ":" + read);
+}
+
+TEST_F(BadInput, AResultOfAnotherShapeIsNoFault) {
+  const std::string none = "x.json: is no result of this program";
+  for (const char* text : {R"({"verdict": 1, "conditions": [], "description": 4})",
+                           R"({"groups": [], "a": 1, "b": 2, "pairs": 3})"})
+    Refused({"report", File("x.json", text), "--out", Path("x.html")}, none);
+  std::string deep = R"({"cells": )" + std::string(100'000, '[') + std::string(100'000, ']') + "}";
+  Refused({"report", File("x.json", deep), "--out", Path("x.html")},
+          "nested deeper than 64 levels");
+  const std::string trial = Path("trial");
+  ASSERT_EQ(RunProgram({"run", "pool_active", "--set", "pose_source=true_pose", "--set",
+                        "duration_s=0.1", "--out", trial})
+                .exit_code,
+            0);
+  File("trial/result.json", "[]");
+  Refused({"report", trial, "--out", Path("x.html")}, "result.json: is no trial's result");
+}
+
+TEST_F(BadInput, AnOptionThatSaysNothingHereIsRefused) {
+  const std::string db = Batch("x.db"), json = File("x.json", R"({"cells": []})");
+  Refused({"report", json, "--trial", "3", "--out", Path("x.html")},
+          "--trial is for one batch's file");
+  Refused({"report", db, "--by", "scenario", "--out", Path("x.html")},
+          "--by and --ignore are for two batches");
 }
 
 TEST_F(BadInput, TextThatIsNoneIsRefusedAtTheBeginning) {
@@ -138,6 +178,8 @@ TEST_F(BadInput, WhatIsNoFileIsNotRead) {
   Refused({"status", folder_.string()}, folder_.string() + ": is a directory");
   Refused({"estimate", "--left", Path("pipe.png"), "--right", right}, "is no regular file");
   Refused({"estimate", "--left", Path("pipe.mp4"), "--right", right}, "is no regular file");
+  Refused({"report", Path("pipe.png"), "--out", Path("x.html")}, "is no regular file");
+  Refused({"view", Path("pipe.png")}, "is no regular file");
   Refused({"run", Path("loop")}, "Too many levels of symbolic links");
   Refused({"estimate", "--left", Path("loop"), "--right", right}, "Too many levels");
   Refused({"run", "pool_active", "--out", Path("loop")}, "Too many levels");
@@ -167,18 +209,7 @@ TEST_F(BadInput, AFullStandardOutputIsNoSuccess) {
 
 // Starts the program, sends the signal once it is at work, and returns how it ended (of waitpid).
 int Stop(const std::vector<std::string>& arguments, int signal) {
-  std::vector<std::string> words = {ProgramPath()};
-  words.insert(words.end(), arguments.begin(), arguments.end());
-  std::vector<char*> argv;
-  for (std::string& word : words) argv.push_back(word.data());
-  argv.push_back(nullptr);
-  pid_t pid = -1;
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  for (const int fd : {STDOUT_FILENO, STDERR_FILENO})
-    posix_spawn_file_actions_addopen(&actions, fd, "/dev/null", O_WRONLY, 0);
-  EXPECT_EQ(posix_spawn(&pid, argv[0], &actions, nullptr, argv.data(), environ), 0);
-  posix_spawn_file_actions_destroy(&actions);
+  const pid_t pid = StartProgram(arguments);
   std::this_thread::sleep_for(std::chrono::milliseconds(700));
   const auto begin = std::chrono::steady_clock::now();
   kill(pid, signal);

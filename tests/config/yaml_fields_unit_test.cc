@@ -15,6 +15,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/message_of.h"
+
 namespace turbidock::config {
 
 enum class Lamp { kOff, kPassive, kActive };
@@ -28,6 +30,7 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using testing::MessageOf;
 
 struct Water {
   double milk_ml_m3 = 10;
@@ -142,15 +145,6 @@ OneOfEverything Load(const std::string& text) {
   OneOfEverything object;
   ReadFields(ParseYaml(text, "a.yaml"), &object, nullptr);
   return object;
-}
-
-std::string MessageOf(auto&& action) {
-  try {
-    action();
-  } catch (const ConfigError& error) {
-    return error.what();
-  }
-  return "no error";
 }
 
 std::string LoadError(const std::string& text) {

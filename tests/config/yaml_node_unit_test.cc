@@ -7,18 +7,13 @@
 
 #include <string>
 
-#include "sim/base/check.h"
+#include "tests/support/message_of.h"
 
 namespace turbidock::config {
 namespace {
 
 std::string ErrorOf(const std::string& text, const std::string& allowed_tag = "") {
-  try {
-    ParseYaml(text, "a.yaml", allowed_tag);
-  } catch (const ConfigError& error) {
-    return error.what();
-  }
-  return "no error";
+  return testing::MessageOf([&] { ParseYaml(text, "a.yaml", allowed_tag); });
 }
 
 TEST(YamlNode, TextIsUtf8) {

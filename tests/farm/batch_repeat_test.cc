@@ -3,7 +3,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -56,15 +55,10 @@ class Batch : public ::testing::Test {
   // Begins the batch and kills it so many times; what it leaves is not finished.
   void KillAtRandomMoments(const std::string& db, int times) {
     Rng rng = SeedTree(7).Stream("kill");
-    std::vector<std::string> words = {ProgramPath(), "batch",     plan_, "--out",
-                                      File(db),      "--workers", "2",   "--quiet"};
-    std::vector<char*> argv;
-    for (std::string& word : words) argv.push_back(word.data());
-    argv.push_back(nullptr);
     for (int kills = 0, rounds = 0; kills < times; ++rounds) {
       ASSERT_LT(rounds, 10 * times);
-      pid_t pid = -1;
-      ASSERT_EQ(posix_spawn(&pid, argv[0], nullptr, nullptr, argv.data(), environ), 0);
+      const pid_t pid =
+          StartProgram({"batch", plan_, "--out", File(db), "--workers", "2", "--quiet"});
       std::this_thread::sleep_for(std::chrono::duration<double>(rng.Uniform(0.02, 0.6)));
       kill(pid, SIGKILL);
       int status = 0;
@@ -200,14 +194,9 @@ TEST_F(Batch, GoesOnForAHigherPrecisionAndRefusesALower) {
 }
 
 TEST_F(Batch, StopsOnASignalAndGoesOn) {
-  std::vector<std::string> words = {ProgramPath(), "batch", plan_,          "--out",
-                                    File("a.db"),  "--set", "duration_s=50"};
-  std::vector<char*> argv;
-  for (std::string& word : words) argv.push_back(word.data());
-  argv.push_back(nullptr);
   for (const auto& [signal, code] : {std::pair(SIGINT, 130), {SIGTERM, 143}}) {
-    pid_t pid = -1;
-    ASSERT_EQ(posix_spawn(&pid, argv[0], nullptr, nullptr, argv.data(), environ), 0);
+    const pid_t pid =
+        StartProgram({"batch", plan_, "--out", File("a.db"), "--set", "duration_s=50"});
     while (!fs::exists(File("a.db.lock"))) std::this_thread::yield();
     std::this_thread::sleep_for(std::chrono::milliseconds(300));
     kill(pid, signal);

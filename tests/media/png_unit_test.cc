@@ -11,25 +11,18 @@
 #include "experiments/system/output_path.h"
 #include "sim/base/check.h"
 #include "sim/base/random.h"
+#include "tests/support/message_of.h"
 
 namespace turbidock::media {
 namespace {
 
 using ::testing::HasSubstr;
+using testing::MessageOf;
 
 std::string Fresh(const std::string& name) {
   const std::string path = ::testing::TempDir() + "/" + name;
   std::filesystem::remove_all(path);
   return path;
-}
-
-std::string ConfigErrorOf(auto&& action) {
-  try {
-    action();
-  } catch (const ConfigError& error) {
-    return error.what();
-  }
-  return "no error";
 }
 
 TEST(Png, ComesBackAsItWas) {
@@ -58,10 +51,10 @@ TEST(Png, FileIsWhatTheFormatSays) {
 
 TEST(Png, ReadingNamesTheFile) {
   const std::string missing = Fresh("missing.png");
-  EXPECT_THAT(ConfigErrorOf([&] { ReadPng(missing); }), HasSubstr(missing));
+  EXPECT_THAT(MessageOf([&] { ReadPng(missing); }), HasSubstr(missing));
   const std::string text = Fresh("text.png");
   std::ofstream(text) << "not a picture";
-  EXPECT_THAT(ConfigErrorOf([&] { ReadPng(text); }), HasSubstr(text));
+  EXPECT_THAT(MessageOf([&] { ReadPng(text); }), HasSubstr(text));
 }
 
 TEST(Png, TruncatedFileIsAnError) {
@@ -71,7 +64,7 @@ TEST(Png, TruncatedFileIsAnError) {
     image.data()[i] = static_cast<uint8_t>(i * i >> 3);
   WritePng(path, image);
   std::filesystem::resize_file(path, std::filesystem::file_size(path) / 2);
-  EXPECT_THAT(ConfigErrorOf([&] { ReadPng(path); }), HasSubstr(path));
+  EXPECT_THAT(MessageOf([&] { ReadPng(path); }), HasSubstr(path));
 }
 
 // A header costs nothing to write: what it promises is not allocated.
@@ -93,7 +86,7 @@ TEST(Png, AHeaderOfAHugeImageIsRefused) {
   file << header;
   for (int shift = 24; shift >= 0; shift -= 8) file << static_cast<char>(crc >> shift & 0xff);
   file.close();
-  EXPECT_EQ(ConfigErrorOf([&] { ReadPng(path); }),
+  EXPECT_EQ(MessageOf([&] { ReadPng(path); }),
             path + ": 30000 x 30000 pixels, at most 8192 x 8192 can be read");
 }
 
@@ -108,14 +101,14 @@ TEST(Png, SizesOfImagesAreBounded) {
 TEST(Png, APipeIsNoImage) {
   const std::string path = Fresh("pipe.png");
   ASSERT_EQ(mkfifo(path.c_str(), 0666), 0);
-  EXPECT_THAT(ConfigErrorOf([&] { ReadPng(path); }), HasSubstr("no regular file"));
+  EXPECT_THAT(MessageOf([&] { ReadPng(path); }), HasSubstr("no regular file"));
 }
 
 TEST(OutputPath, UnwritablePlacesAreConfigErrors) {
   const std::string nowhere = Fresh("no_such_folder") + "/image.png";
-  EXPECT_THAT(ConfigErrorOf([&] { WritePng(nowhere, Image3u8(2, 2)); }),
+  EXPECT_THAT(MessageOf([&] { WritePng(nowhere, Image3u8(2, 2)); }),
               HasSubstr(nowhere + ": cannot be written: No such file"));
-  EXPECT_THAT(ConfigErrorOf([&] { system::RequireWritable(::testing::TempDir()); }),
+  EXPECT_THAT(MessageOf([&] { system::RequireWritable(::testing::TempDir()); }),
               HasSubstr("cannot be written"));
 }
 

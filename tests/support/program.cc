@@ -1,5 +1,6 @@
 #include "tests/support/program.h"
 
+#include <fcntl.h>
 #include <spawn.h>
 #include <sys/mman.h>
 #include <sys/wait.h>
@@ -21,6 +22,19 @@ std::string ReadAndClose(int fd) {
   return text;
 }
 
+pid_t Spawn(const std::string& path, const std::vector<std::string>& arguments,
+            const posix_spawn_file_actions_t& files, char* const* environment) {
+  std::vector<std::string> words = {path};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  pid_t pid = -1;
+  const int failure = posix_spawn(&pid, argv[0], &files, nullptr, argv.data(), environment);
+  TD_CHECK(failure == 0, "cannot start " + path);
+  return pid;
+}
+
 }  // namespace
 
 std::string ProgramPath() {
@@ -32,10 +46,18 @@ ProgramEnd RunProgram(const std::vector<std::string>& arguments,
   return RunProgramAt(ProgramPath(), arguments, environment);
 }
 
+pid_t StartProgram(const std::vector<std::string>& arguments) {
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  for (const int fd : {STDOUT_FILENO, STDERR_FILENO})
+    posix_spawn_file_actions_addopen(&actions, fd, "/dev/null", O_WRONLY, 0);
+  const pid_t pid = Spawn(ProgramPath(), arguments, actions, environ);
+  posix_spawn_file_actions_destroy(&actions);
+  return pid;
+}
+
 ProgramEnd RunProgramAt(const std::string& path, const std::vector<std::string>& arguments,
                         const std::vector<std::string>& environment) {
-  std::vector<std::string> words = {path};
-  words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<std::string> variables = environment;
   for (char** entry = environ; *entry; ++entry) {
     const std::string name = std::string(*entry).substr(0, std::string(*entry).find('=') + 1);
@@ -43,10 +65,8 @@ ProgramEnd RunProgramAt(const std::string& path, const std::vector<std::string>&
                                       [&](const auto& given) { return given.starts_with(name); });
     if (!replaced) variables.emplace_back(*entry);
   }
-  std::vector<char*> argv, envp;
-  for (std::string& word : words) argv.push_back(word.data());
+  std::vector<char*> envp;
   for (std::string& variable : variables) envp.push_back(variable.data());
-  argv.push_back(nullptr);
   envp.push_back(nullptr);
 
   const int out = memfd_create("out", MFD_CLOEXEC), err = memfd_create("err", MFD_CLOEXEC);
@@ -54,10 +74,8 @@ ProgramEnd RunProgramAt(const std::string& path, const std::vector<std::string>&
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_adddup2(&actions, out, STDOUT_FILENO);
   posix_spawn_file_actions_adddup2(&actions, err, STDERR_FILENO);
-  pid_t pid = -1;
-  const int failure = posix_spawn(&pid, argv[0], &actions, nullptr, argv.data(), envp.data());
+  const pid_t pid = Spawn(path, arguments, actions, envp.data());
   posix_spawn_file_actions_destroy(&actions);
-  TD_CHECK(failure == 0, "cannot start " + words[0]);
   int status = 0;
   waitpid(pid, &status, 0);
   ProgramEnd end;

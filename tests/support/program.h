@@ -1,6 +1,8 @@
 #pragma once
 // The program under test, as a user runs it.
 
+#include <sys/types.h>
+
 #include <string>
 #include <vector>
 
@@ -21,5 +23,8 @@ ProgramEnd RunProgram(const std::vector<std::string>& arguments,
 // The same with a copy of the program at another path.
 ProgramEnd RunProgramAt(const std::string& path, const std::vector<std::string>& arguments,
                         const std::vector<std::string>& environment = {});
+
+// Starts the program, which prints to nobody, and returns its process: the caller waits for it.
+pid_t StartProgram(const std::vector<std::string>& arguments);
 
 }  // namespace turbidock::testing

@@ -15,20 +15,13 @@
 
 #include "experiments/system/plain_text.h"
 #include "sim/base/check.h"
+#include "tests/support/message_of.h"
 
 namespace turbidock::system {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string ErrorOf(auto&& action) {
-  try {
-    action();
-  } catch (const ConfigError& error) {
-    return error.what();
-  }
-  return "no error";
-}
+using testing::MessageOf;
 
 class OutputPath : public ::testing::Test {
  protected:
@@ -55,9 +48,9 @@ TEST_F(OutputPath, AnOutputIsNoInputUnderAnyName) {
   const std::string read = ": is read by this command; give another file to write";
   for (const std::string& name : {File("in.png"), File("soft"), File("hard"), File("./in.png"),
                                   (folder_ / "." / ".." / folder_.filename() / "in.png").string()})
-    EXPECT_EQ(ErrorOf([&] { OutputPlan().Reads(File("in.png")).Writes(name).Require(); }),
+    EXPECT_EQ(MessageOf([&] { OutputPlan().Reads(File("in.png")).Writes(name).Require(); }),
               name + read);
-  EXPECT_EQ(ErrorOf([&] { OutputPlan().Reads(File("in.png")).Writes(File("o")).Require(); }),
+  EXPECT_EQ(MessageOf([&] { OutputPlan().Reads(File("in.png")).Writes(File("o")).Require(); }),
             "no error");
   EXPECT_EQ(ReadWhole(File("in.png")), "precious");
   EXPECT_EQ(Files(), 3);  // nothing was left
@@ -65,19 +58,22 @@ TEST_F(OutputPath, AnOutputIsNoInputUnderAnyName) {
 
 TEST_F(OutputPath, TwoOutputsAreTwoFiles) {
   const std::string twice = ": is written by it twice; give another file to write";
-  EXPECT_EQ(ErrorOf([&] { OutputPlan().Writes(File("a")).Writes(File("./a")).Require(); }),
+  EXPECT_EQ(MessageOf([&] { OutputPlan().Writes(File("a")).Writes(File("./a")).Require(); }),
             File("./a") + twice);
   fs::create_directory(File("d"));
-  EXPECT_EQ(ErrorOf([&] { OutputPlan().WritesInto(File("d"), {"a", "b"}).Require(); }), "no error");
+  EXPECT_EQ(MessageOf([&] {
+              OutputPlan().WritesInto(File("d"), {"a", "b"}).Require();
+            }),
+            "no error");
   EXPECT_EQ(
-      ErrorOf([&] { OutputPlan().Writes(File("d/a")).WritesInto(File("d"), {"a"}).Require(); }),
+      MessageOf([&] { OutputPlan().Writes(File("d/a")).WritesInto(File("d"), {"a"}).Require(); }),
       File("d/a") + twice);
 }
 
 TEST_F(OutputPath, NothingIsMadeUnlessAllCanBe) {
   Make("in", "");
   EXPECT_NE(
-      ErrorOf([&] {
+      MessageOf([&] {
         OutputPlan().Reads(File("in")).WritesInto(File("new"), {"a"}).Writes(File("in")).Require();
       }),
       "no error");
@@ -92,32 +88,32 @@ TEST_F(OutputPath, OnlyFilesAreWritten) {
   mkfifo(File("pipe").c_str(), 0666);
   fs::create_symlink("loop", File("loop"));
   const std::string cannot = ": cannot be written: ";
-  EXPECT_EQ(ErrorOf([&] { RequireWritable(File("folder")); }),
+  EXPECT_EQ(MessageOf([&] { RequireWritable(File("folder")); }),
             File("folder") + cannot + "it is a directory");
-  EXPECT_EQ(ErrorOf([&] { RequireWritable(File("pipe")); }),
+  EXPECT_EQ(MessageOf([&] { RequireWritable(File("pipe")); }),
             File("pipe") + cannot + "it is no regular file");
-  EXPECT_EQ(ErrorOf([&] { RequireWritable("/dev/null"); }),
+  EXPECT_EQ(MessageOf([&] { RequireWritable("/dev/null"); }),
             "/dev/null" + cannot + "it is no regular file");
-  EXPECT_EQ(ErrorOf([&] { RequireWritable(File("loop")); }),
+  EXPECT_EQ(MessageOf([&] { RequireWritable(File("loop")); }),
             File("loop") + cannot + "Too many levels of symbolic links");
-  EXPECT_EQ(ErrorOf([&] { RequireWritable(File("none/a")); }),
+  EXPECT_EQ(MessageOf([&] { RequireWritable(File("none/a")); }),
             File("none/a") + cannot + "No such file or directory");
   const std::string longest(255, 'n');  // there is no room for the name it has while it is written
-  EXPECT_EQ(ErrorOf([&] { RequireWritable(File(longest)); }),
+  EXPECT_EQ(MessageOf([&] { RequireWritable(File(longest)); }),
             File(longest) + cannot + "File name too long");
-  EXPECT_EQ(ErrorOf([&] { MakeFolder(File("pipe")); }).substr(0, File("pipe").size() + 16),
+  EXPECT_EQ(MessageOf([&] { MakeFolder(File("pipe")); }).substr(0, File("pipe").size() + 16),
             File("pipe") + ": cannot be made");
 }
 
 TEST_F(OutputPath, OnlyFilesAreRead) {
   mkfifo(File("pipe").c_str(), 0666);
   const std::string cannot = ": cannot be read: ";
-  EXPECT_EQ(ErrorOf([&] { ReadWhole(File("pipe")); }),
+  EXPECT_EQ(MessageOf([&] { ReadWhole(File("pipe")); }),
             File("pipe") + cannot + "it is no regular file");
-  EXPECT_EQ(ErrorOf([&] { ReadWhole("/dev/zero"); }),
+  EXPECT_EQ(MessageOf([&] { ReadWhole("/dev/zero"); }),
             "/dev/zero" + cannot + "it is no regular file");
   Make("large", std::string(3 << 20, 'x'));
-  EXPECT_EQ(ErrorOf([&] { ReadWhole(File("large"), 2 << 20); }),
+  EXPECT_EQ(MessageOf([&] { ReadWhole(File("large"), 2 << 20); }),
             File("large") + cannot + "it is larger than 2 MiB");
   EXPECT_EQ(ReadWhole(File("large")).size(), size_t{3} << 20);
   EXPECT_EQ(WhyUnreadable(File("large")), "");
@@ -150,7 +146,7 @@ TEST_F(OutputPath, AFullDiskLeavesNothingBehind) {
   const rlimit small{1000, before.rlim_max};
   std::signal(SIGXFSZ, SIG_IGN);
   setrlimit(RLIMIT_FSIZE, &small);
-  const std::string error = ErrorOf([&] { WriteWhole(File("a"), std::string(100000, 'x')); });
+  const std::string error = MessageOf([&] { WriteWhole(File("a"), std::string(100000, 'x')); });
   setrlimit(RLIMIT_FSIZE, &before);
   EXPECT_EQ(error, File("a") + ": cannot be written: File too large");
   EXPECT_EQ(ReadWhole(File("a")), "old");

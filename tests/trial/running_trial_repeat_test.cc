@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "experiments/trial/trial_files.h"
+#include "tests/support/message_of.h"
 
 namespace turbidock::trial {
 namespace {
@@ -104,13 +105,8 @@ TEST(RunningTrial, APushMovesTheVehicleThere) {
 
 TEST(RunningTrial, RefusesWhatItCannotFollow) {
   RunningTrial trial(Short());
-  const auto message = [&](const std::string& assignment) -> std::string {
-    try {
-      trial.Set(assignment);
-    } catch (const ConfigError& error) {
-      return error.what();
-    }
-    return "";
+  const auto message = [&](const std::string& assignment) {
+    return testing::MessageOf([&] { trial.Set(assignment); });
   };
   EXPECT_THAT(message("rig.baseline_m=0.2"), HasSubstr("cannot change while the trial runs"));
   EXPECT_THAT(message("water.milk_ml_m3=-1"), HasSubstr("must be in [0, 2000]"));

@@ -12,7 +12,7 @@ import {TrialView} from 'page/trial.js';
 import {curve, ink, isDark, kTones, onTheme} from 'page/theme.js';
 
 /** A packed column as a function of the row. */
-export function unpacked(column) {
+function unpacked(column) {
   if (Array.isArray(column)) return i => column[i];
   return i => column.of[i] === null ? null : column.words[column.of[i]];
 }

@@ -44,11 +44,15 @@ export class Clock {
         this.playing = false;
       }
       this.tell();
-      requestAnimationFrame(step);
+      this.frame = requestAnimationFrame(step);
     };
-    requestAnimationFrame(step);
+    this.frame = requestAnimationFrame(step);
     this.tell();
   }
-  pause() { this.playing = false; this.tell(); }
+  pause() {
+    this.playing = false;
+    cancelAnimationFrame(this.frame);
+    this.tell();
+  }
   toggle() { this.playing ? this.pause() : this.play(); }
 }

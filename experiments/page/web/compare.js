@@ -8,7 +8,7 @@ const nameOf = group => Object.entries(group).map(([key, value]) => `${key} = ${
 const pText = p => p < 0.001 ? p.toExponential(1) : fixed(p, 3);
 
 /** Holm's correction: which of the p values are significant together at 0.05. */
-export function holm(values, level = 0.05) {
+function holm(values, level = 0.05) {
   const order = values.map((p, i) => [p, i]).sort((a, b) => a[0] - b[0]), significant = values.map(() => false);
   for (let k = 0; k < order.length && order[k][0] <= level / (order.length - k); ++k) significant[order[k][1]] = true;
   return significant;

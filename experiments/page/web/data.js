@@ -19,10 +19,6 @@ async function unpack(element) {
 
 export const has = name => Boolean(find(name));
 
-/** Names of the packed parts that begin so. */
-export const namesOf = prefix => [...document.querySelectorAll('script[data-name]')]
-  .map(element => element.dataset.name).filter(name => name.startsWith(prefix));
-
 /** A packed part as the value that it is; null where the page does not have it. */
 export async function load(name) {
   const element = find(name);

@@ -1,4 +1,4 @@
-// What a page counts itself, because filters change it: intervals, quantiles, bins.
+// What a page counts itself: intervals, quantiles and bins, which filters change, and places in lists.
 
 /** Wilson's 95 % interval of a share; [0, 1] of nothing. */
 export function wilson(successes, trials) {
@@ -14,6 +14,16 @@ export function quantile(values, share) {
   if (!sorted.length) return NaN;
   const at = share * (sorted.length - 1), low = Math.floor(at), high = Math.ceil(at);
   return sorted[low] + (sorted[high] - sorted[low]) * (at - low);
+}
+
+/** Index of the last of ascending values that is at or before one; -1 where none is. */
+export function lastAt(values, value) {
+  let low = 0, high = values.length;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (values[middle] <= value + 1e-9) low = middle + 1; else high = middle;
+  }
+  return low - 1;
 }
 
 /** Rows by the value of get(row), in the order of their first appearance. */

@@ -3,7 +3,10 @@
 
 import {h, fill} from 'page/dom.js';
 import {number} from 'page/format.js';
-import {ink, isDark, onTheme, variable} from 'page/theme.js';
+import {drawSeries} from 'page/marks.js';
+import {lastAt} from 'page/numbers.js';
+import {Scale, logTicks, ticks} from 'page/scale.js';
+import {ink, onTheme, variable} from 'page/theme.js';
 
 /** What plots of the same x axis share: the part that is shown, and the cursor. */
 export class Sync {
@@ -21,43 +24,6 @@ export class Sync {
 
 const finite = Number.isFinite;
 const kFont = '12px system-ui, sans-serif';
-
-/** Round numbers from low to high, about `count`; or whole ones only. */
-export function ticks(low, high, count, whole = false) {
-  if (!(high > low)) return [low];
-  const raw = Math.max((high - low) / Math.max(1, count), whole ? 1 : 0), power = 10 ** Math.floor(Math.log10(raw));
-  const step = power * ([1, 2, 2.5, 5, 10].find(f => f * power >= raw * 0.999) || 10);
-  const list = [];
-  for (let i = Math.ceil(low / step - 1e-9); i * step <= high + step * 1e-9; ++i) list.push(i * step);
-  return list.map(value => Math.abs(value) < step * 1e-9 ? 0 : value);
-}
-
-function logTicks(low, high) {
-  const list = [];
-  for (let power = Math.floor(Math.log10(low)); power <= Math.log10(high); ++power)
-    for (const factor of [1, 2, 5]) {
-      const value = factor * 10 ** power;
-      if (value >= low * 0.999 && value <= high * 1.001) list.push(value);
-    }
-  return list.length > 7 ? list.filter(value => String(value / 10 ** Math.floor(Math.log10(value) + 1e-9))[0] === '1') : list;
-}
-
-class Scale {
-  constructor(low, high, from, to, logarithmic) {
-    Object.assign(this, {low, high, from, to, logarithmic});
-    this.a = logarithmic ? Math.log(low) : low;
-    this.b = logarithmic ? Math.log(high) : high;
-    if (this.a === this.b) this.b = this.a + 1;
-  }
-  of(x) {
-    const value = this.logarithmic ? Math.log(Math.max(x, 1e-300)) : x;
-    return this.from + (value - this.a) / (this.b - this.a) * (this.to - this.from);
-  }
-  back(p) {
-    const value = this.a + (p - this.from) / (this.to - this.from) * (this.b - this.a);
-    return this.logarithmic ? Math.exp(value) : value;
-  }
-}
 
 export class Plot {
   /**
@@ -181,105 +147,119 @@ export class Plot {
     c.setTransform(ratio, 0, 0, ratio, 0, 0);
     c.clearRect(0, 0, width, height);
     c.font = kFont;
-    const panel = this.panel, compact = this.options.compact;
-    const hasAxes = panel.has_axes !== false;
-    const [y0, y1] = this.fullRange('y'), xs = this.xRange();
-    const second = panel.series.some(series => series.second);
-    const bottom = !hasAxes ? 2 : compact ? 8 : panel.x?.names?.length ? this.nameRoom(panel.x.names, width) : panel.x?.label ? 38 : 22;
-    const yTicks = panel.y?.names?.length ? [] : (panel.y?.logarithmic ? logTicks(y0, y1) : ticks(y0, y1, (height - bottom) / 32, panel.y?.whole));
-    const yTexts = panel.y?.names?.length ? panel.y.names : yTicks.map(value => number(value));
-    const room = Math.max(0, ...yTexts.map(text => c.measureText(text).width));
-    const left = !hasAxes ? this.options.left ?? 0 : (this.options.left ?? Math.min(width * 0.42, room + 10 + (panel.y?.label ? 18 : 0)));
-    const rules = (panel.rules || []).filter(rule => !rule.up && rule.name && panel.legend === 'none');
-    const right = this.options.right ?? (second ? 46 : Math.max(8, ...rules.map(rule => c.measureText(rule.name).width + 8)));
-    const box = this.box = {left, right: width - right, top: 6, bottom: height - bottom};
-    const X = this.X = new Scale(...xs, box.left, box.right, panel.x?.logarithmic);
-    const Y = this.Y = new Scale(y0, y1, box.bottom, box.top, panel.y?.logarithmic);
-    const Y2 = this.Y2 = second ? new Scale(...this.fullRange('y', true), box.bottom, box.top, panel.y2?.logarithmic) : Y;
-    const line = variable('grid'), faint = variable('faint');
-
-    c.save();
-    c.beginPath();
-    c.rect(box.left, box.top, box.right - box.left, box.bottom - box.top);
-    c.clip();
-    this.drawBlocks(c);
-    c.restore();
-
+    this.layOut(width, height);
+    const {panel, box, X, Y, Y2} = this;
+    this.clipped(0, () => this.drawBlocks(c));
     c.lineWidth = 1;
     c.textBaseline = 'middle';
-    if (hasAxes) {
-      c.fillStyle = faint;
-      c.strokeStyle = line;
-      c.textAlign = 'right';
-      if (panel.y?.names?.length)
-        panel.y.names.forEach((name, i) => this.text(c, name, box.left - 6, Y.of(i), box.left - 6));
-      for (const value of yTicks) {
-        const y = Math.round(Y.of(value)) + 0.5;
-        c.beginPath(); c.moveTo(box.left, y); c.lineTo(box.right, y); c.stroke();
-        c.fillText(number(value), box.left - 6, y);
-      }
-      if (second) {
-        c.textAlign = 'left';
-        for (const value of ticks(Y2.low, Y2.high, height / 40)) c.fillText(number(value), box.right + 5, Y2.of(value));
-      }
-      if (panel.x?.names?.length) {
-        if (!compact) this.drawNames(c, panel.x.names, X, box);
-      } else {
-        const xTicks = panel.x?.logarithmic ? logTicks(...xs) : ticks(...xs, (box.right - box.left) / 85, panel.x?.whole);
-        c.textAlign = 'center';
-        for (const value of xTicks) {
-          const x = Math.round(X.of(value)) + 0.5;
-          c.beginPath(); c.moveTo(x, box.top); c.lineTo(x, box.bottom); c.stroke();
-          if (!compact) c.fillText(number(value), Math.min(x, width - c.measureText(number(value)).width / 2), box.bottom + 12);
-        }
-      }
-      c.fillStyle = variable('soft');
-      c.textAlign = 'center';
-      if (panel.x?.label && !compact && !panel.x?.names?.length)
-        this.text(c, panel.x.label, (box.left + box.right) / 2, height - 8, box.right - box.left);
-      if (panel.y?.label) {
-        c.save();
-        c.translate(9, (box.top + box.bottom) / 2);
-        c.rotate(-Math.PI / 2);
-        this.text(c, panel.y.label, 0, 0, box.bottom - box.top);
-        c.restore();
-      }
+    if (panel.has_axes !== false) {
+      this.drawY(c);
+      this.drawX(c, width, height);
     }
-
-    c.save();
-    c.beginPath();
-    c.rect(box.left, box.top - 2, box.right - box.left + 1, box.bottom - box.top + 4);
-    c.clip();
-    for (const rule of panel.rules || []) {
-      if (rule.mark === 'none') continue;
-      c.strokeStyle = ink(rule.color, 0.9);
-      c.lineWidth = rule.width || 1.2;
-      c.setLineDash(rule.mark === 'dashes' ? [6, 4] : []);
-      c.beginPath();
-      if (rule.up) { const x = X.of(rule.at); c.moveTo(x, box.top); c.lineTo(x, box.bottom); }
-      else { const y = Y.of(rule.at); c.moveTo(box.left, y); c.lineTo(box.right, y); }
-      c.stroke();
-    }
-    c.setLineDash([]);
-    for (const series of this.shownSeries()) this.drawSeries(c, series, X, series.second ? Y2 : Y);
-    if (finite(this.sync.cursor)) {
-      const x = X.of(this.sync.cursor);
-      c.strokeStyle = variable('accent');
-      c.lineWidth = 1;
-      c.beginPath(); c.moveTo(x, box.top); c.lineTo(x, box.bottom); c.stroke();
-    }
-    if (this.drag) {
-      c.fillStyle = variable('select');
-      c.fillRect(Math.min(this.drag.from, this.drag.to), box.top, Math.abs(this.drag.to - this.drag.from), box.bottom - box.top);
-    }
-    c.restore();
+    this.clipped(2, () => {
+      for (const rule of panel.rules || []) if (rule.mark !== 'none') this.drawRule(c, rule);
+      c.setLineDash([]);
+      for (const series of this.shownSeries()) drawSeries(c, series, X, series.second ? Y2 : Y);
+      if (finite(this.sync.cursor)) {
+        c.strokeStyle = variable('accent');
+        c.lineWidth = 1;
+        this.upright(c, X.of(this.sync.cursor));
+      }
+      if (this.drag) {
+        c.fillStyle = variable('select');
+        c.fillRect(Math.min(this.drag.from, this.drag.to), box.top, Math.abs(this.drag.to - this.drag.from), box.bottom - box.top);
+      }
+    });
     c.textAlign = 'left';
-    for (const rule of rules) {
+    for (const rule of this.namedRules()) {
       c.fillStyle = ink(rule.color, 1, 4.6);
       if (Y.of(rule.at) >= box.top - 1 && Y.of(rule.at) <= box.bottom + 1) c.fillText(rule.name, box.right + 4, Y.of(rule.at));
     }
     this.collectValues();
     if (this.options.values) this.showValues();
+  }
+
+  /** Where the axes are, with room for what is written at them. */
+  layOut(width, height) {
+    const {c, panel, options} = this, hasAxes = panel.has_axes !== false, names = panel.y?.names || [];
+    const [y0, y1] = this.fullRange('y'), xs = this.xRange();
+    const second = panel.series.some(series => series.second);
+    const bottom = !hasAxes ? 2 : options.compact ? 8 : panel.x?.names?.length ? this.nameRoom(panel.x.names, width) : panel.x?.label ? 38 : 22;
+    this.yTicks = names.length ? [] : panel.y?.logarithmic ? logTicks(y0, y1) : ticks(y0, y1, (height - bottom) / 32, panel.y?.whole);
+    const widest = texts => Math.max(0, ...texts.map(text => c.measureText(text).width));
+    const room = widest(names.length ? names : this.yTicks.map(value => number(value)));
+    const left = options.left ?? (hasAxes ? Math.min(width * 0.42, room + 10 + (panel.y?.label ? 18 : 0)) : 0);
+    const right = options.right ?? (second ? 46 : Math.max(8, widest(this.namedRules().map(rule => rule.name)) + 8));
+    const box = this.box = {left, right: width - right, top: 6, bottom: height - bottom};
+    this.X = new Scale(...xs, box.left, box.right, panel.x?.logarithmic);
+    this.Y = new Scale(y0, y1, box.bottom, box.top, panel.y?.logarithmic);
+    this.Y2 = second ? new Scale(...this.fullRange('y', true), box.bottom, box.top, panel.y2?.logarithmic) : this.Y;
+  }
+  /** Rules whose names stand at the right: there is no legend. */
+  namedRules() {
+    return (this.panel.rules || []).filter(rule => !rule.up && rule.name && this.panel.legend === 'none');
+  }
+
+  /** Draws inside the axes, or a little beyond them. */
+  clipped(margin, draw) {
+    const {c, box} = this;
+    c.save();
+    c.beginPath();
+    c.rect(box.left, box.top - margin, box.right - box.left + margin / 2, box.bottom - box.top + 2 * margin);
+    c.clip();
+    draw();
+    c.restore();
+  }
+  upright(c, x) { c.beginPath(); c.moveTo(x, this.box.top); c.lineTo(x, this.box.bottom); c.stroke(); }
+  level(c, y) { c.beginPath(); c.moveTo(this.box.left, y); c.lineTo(this.box.right, y); c.stroke(); }
+
+  drawY(c) {
+    const {panel, box, Y, Y2} = this;
+    c.fillStyle = variable('faint');
+    c.strokeStyle = variable('grid');
+    c.textAlign = 'right';
+    (panel.y?.names || []).forEach((name, i) => this.text(c, name, box.left - 6, Y.of(i), box.left - 6));
+    for (const value of this.yTicks) {
+      const y = Math.round(Y.of(value)) + 0.5;
+      this.level(c, y);
+      c.fillText(number(value), box.left - 6, y);
+    }
+    c.textAlign = 'left';
+    if (Y2 !== Y)
+      for (const value of ticks(Y2.low, Y2.high, this.canvas.clientHeight / 40)) c.fillText(number(value), box.right + 5, Y2.of(value));
+    if (!panel.y?.label) return;
+    c.fillStyle = variable('soft');
+    c.textAlign = 'center';
+    c.save();
+    c.translate(9, (box.top + box.bottom) / 2);
+    c.rotate(-Math.PI / 2);
+    this.text(c, panel.y.label, 0, 0, box.bottom - box.top);
+    c.restore();
+  }
+
+  drawX(c, width, height) {
+    const {panel, box, X} = this, compact = this.options.compact;
+    c.fillStyle = variable('faint');
+    c.strokeStyle = variable('grid');
+    if (panel.x?.names?.length) {
+      if (!compact) this.drawNames(c, panel.x.names, X, box);
+      return;
+    }
+    c.textAlign = 'center';
+    for (const value of panel.x?.logarithmic ? logTicks(X.low, X.high) : ticks(X.low, X.high, (box.right - box.left) / 85, panel.x?.whole)) {
+      const x = Math.round(X.of(value)) + 0.5;
+      this.upright(c, x);
+      if (!compact) c.fillText(number(value), Math.min(x, width - c.measureText(number(value)).width / 2), box.bottom + 12);
+    }
+    c.fillStyle = variable('soft');
+    if (panel.x?.label && !compact) this.text(c, panel.x.label, (box.left + box.right) / 2, height - 8, box.right - box.left);
+  }
+
+  drawRule(c, rule) {
+    c.strokeStyle = ink(rule.color, 0.9);
+    c.lineWidth = rule.width || 1.2;
+    c.setLineDash(rule.mark === 'dashes' ? [6, 4] : []);
+    rule.up ? this.upright(c, this.X.of(rule.at)) : this.level(c, this.Y.of(rule.at));
   }
 
   text(c, text, x, y, room) {
@@ -324,115 +304,7 @@ export class Plot {
     }
   }
 
-  drawSeries(c, series, X, Y) {
-    const {x, y, low, high, shade} = series, mark = series.mark || 'line';
-    const color = ink(series.color), dot = (series.dot || 6) / 2;
-    c.lineWidth = series.width || 1.6;
-    c.strokeStyle = color;
-    c.fillStyle = color;
-    c.lineJoin = 'round';
-    if (mark.endsWith('band')) {
-      c.fillStyle = ink(series.color, 0.2);
-      let run = [];
-      const close = () => {
-        if (run.length > 1) {
-          c.beginPath();
-          run.forEach((i, k) => c[k ? 'lineTo' : 'moveTo'](X.of(x[i]), Y.of(low[i])));
-          run.reverse().forEach(i => c.lineTo(X.of(x[i]), Y.of(high[i])));
-          c.fill();
-        }
-        run = [];
-      };
-      for (let i = 0; i < x.length; ++i) finite(low[i]) && finite(high[i]) ? run.push(i) : close();
-      close();
-      c.fillStyle = color;
-    }
-    if (mark === 'columns') {
-      const zero = Y.of(Math.max(0, Y.low));
-      c.fillStyle = ink(series.color, 0.75);
-      for (let i = 0; i < x.length; ++i) {
-        const a = X.of(low[i]), b = X.of(high[i]);
-        c.fillRect(a + 0.5, Y.of(y[i]), Math.max(1, b - a - 1), zero - Y.of(y[i]));
-      }
-      return;
-    }
-    if (mark.startsWith('line') || mark.includes('dashes') || mark.includes('steps')) {
-      c.setLineDash(mark.startsWith('dash') ? [7, 4] : []);
-      const steps = mark.includes('steps');
-      c.beginPath();
-      let pen = false, column = NaN, least = 0, most = 0, last = 0;
-      const flush = () => {  // what else there is in this column of pixels
-        if (!finite(column) || least === most) return;
-        c.lineTo(column, least); c.lineTo(column, most); c.lineTo(column, last);
-      };
-      for (let i = 0; i < x.length; ++i) {
-        if (!finite(x[i]) || !finite(y[i])) { flush(); pen = false; column = NaN; continue; }
-        const px = X.of(x[i]), py = Y.of(y[i]);
-        if (!pen) {
-          c.moveTo(px, py);
-          pen = true;
-          column = NaN;
-          if (!finite(y[i + 1])) { c.rect(px - 2, py - 2, 4, 4); c.moveTo(px, py); }  // alone: a line would not show
-        }
-        if (finite(column) && Math.abs(px - column) < 0.5) {
-          least = Math.min(least, py); most = Math.max(most, py); last = py;
-          continue;
-        }
-        flush();
-        if (steps && finite(column)) c.lineTo(px, last);
-        c.lineTo(px, py);
-        column = px; least = most = last = py;
-      }
-      flush();
-      c.stroke();
-      c.setLineDash([]);
-    }
-    if (mark.endsWith('bars') || mark === 'bars_along_x') {
-      c.lineWidth = Math.min(2, series.width || 1.6);
-      for (let i = 0; i < x.length; ++i) {
-        if (!finite(x[i]) || !finite(y[i]) || !finite(low[i])) continue;
-        const px = X.of(x[i]), py = Y.of(y[i]);
-        c.beginPath();
-        if (mark === 'bars_along_x') {
-          const a = X.of(low[i]), b = X.of(high[i]);
-          c.moveTo(a, py); c.lineTo(b, py);
-          c.moveTo(a, py - 4); c.lineTo(a, py + 4); c.moveTo(b, py - 4); c.lineTo(b, py + 4);
-        } else {
-          const a = Y.of(low[i]), b = Y.of(high[i]);
-          c.moveTo(px, a); c.lineTo(px, b);
-          c.moveTo(px - 4, a); c.lineTo(px + 4, a); c.moveTo(px - 4, b); c.lineTo(px + 4, b);
-        }
-        c.stroke();
-      }
-    }
-    const dots = mark.includes('dots') || mark.includes('bars');
-    if (dots || mark === 'rings') {
-      const many = x.length > 2000, between = series.scale && mixer(series.scale);
-      for (let i = 0; i < x.length; ++i) {
-        if (!finite(x[i]) || !finite(y[i])) continue;
-        const px = X.of(x[i]), py = Y.of(y[i]);
-        if (between) c.fillStyle = between(shade[i]);
-        else if (series.colors) c.fillStyle = series.colors[i];
-        if (many) {  // circles would take ten times as long
-          mark === 'rings' ? c.strokeRect(px - dot, py - dot, 2 * dot, 2 * dot) : c.fillRect(px - dot, py - dot, 2 * dot, 2 * dot);
-          continue;
-        }
-        c.beginPath();
-        c.arc(px, py, mark === 'rings' ? dot + 1 : dot, 0, 2 * Math.PI);
-        mark === 'rings' ? c.stroke() : c.fill();
-      }
-    }
-  }
-
-  /** The index of the point nearest in x to a value. */
-  nearest(series, value) {
-    let best = -1, least = Infinity;
-    for (let i = 0; i < series.x.length; ++i) {
-      const distance = Math.abs(series.x[i] - value);
-      if (distance < least) { least = distance; best = i; }
-    }
-    return best;
-  }
+  /** The point nearest to a place on the canvas, at most so many pixels away: {series, i}, or null. */
   nearestPoint(px, py, reach = 24) {
     let best = null, least = reach * reach;
     for (const series of this.shownSeries()) {
@@ -458,15 +330,10 @@ export class Plot {
     for (const series of this.panel.series) {
       const place = this.values.get(series.name);
       if (!place) continue;
-      const i = finite(at) ? this.lastBefore(series, at) : -1;
+      const i = finite(at) ? lastAt(series.x, at) : -1;
       const value = i >= 0 && series.mark !== 'band' && finite(series.y[i]) ? number(series.y[i], 3) : '';
       if (place.textContent !== value) place.textContent = value;
     }
-  }
-  lastBefore(series, at) {
-    let low = 0, high = series.x.length;
-    while (low < high) { const middle = (low + high) >> 1; if (series.x[middle] <= at + 1e-9) low = middle + 1; else high = middle; }
-    return low - 1;
   }
 
   describePoint({series, i}) {
@@ -572,12 +439,4 @@ export class Plot {
     event.preventDefault();
     actions[event.key]();
   }
-}
-
-/** share → colour between the two of a scale. */
-export function mixer({low, high, from, to}) {
-  return value => {
-    const share = Math.min(1, Math.max(0, (value - low) / (high - low || 1)));
-    return ink(from.map((c, k) => c + (to[k] - c) * share).map(Math.round), 1, isDark() ? 2 : 1.5);
-  };
 }

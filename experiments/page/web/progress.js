@@ -1,7 +1,7 @@
 // Trials while they run: the page of what there is, and above it how far they are.
 
 import {h, button, fill} from 'page/dom.js';
-import {fixed, number, percent, rate} from 'page/format.js';
+import {number, percent, rate} from 'page/format.js';
 import {Line} from 'page/socket.js';
 
 const kGrowth = 1.05;          // by how much there must be more to draw again

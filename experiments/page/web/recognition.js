@@ -2,7 +2,7 @@
 
 import {fixed, number, percent} from 'page/format.js';
 import {show as showStudy} from 'page/study.js';
-import {curve, isDark} from 'page/theme.js';
+import {curve} from 'page/theme.js';
 
 const kAreas = {I: [60, 168, 110], II: [232, 184, 60], III: [150, 158, 166]};
 const areaOf = f => f >= 0.6 ? 'I' : f >= 0.22 ? 'II' : 'III';

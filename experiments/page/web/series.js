@@ -1,5 +1,7 @@
 // The rows of a trial, column by column. They may grow.
 
+import {lastAt} from 'page/numbers.js';
+
 export class Series {
   /** columns: {time_s: [...], fitness: [...], ...}, of equal length. */
   constructor(columns = {}) { this.columns = columns; }
@@ -24,12 +26,7 @@ export class Series {
   /** The last row at or before a time; 0 before all, -1 without any. */
   indexAt(time) {
     const times = this.column('time_s');
-    let low = 0, high = times.length;
-    while (low < high) {
-      const middle = (low + high) >> 1;
-      if (times[middle] <= time + 1e-9) low = middle + 1; else high = middle;
-    }
-    return times.length ? Math.max(0, low - 1) : -1;
+    return times.length ? Math.max(0, lastAt(times, time)) : -1;
   }
 
   /** Pose of "est", "true" or "vehicle" in a row as [x, y, z, qw, qx, qy, qz]; null if not there. */

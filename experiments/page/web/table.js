@@ -151,10 +151,9 @@ function testOf(column, text) {
   const span = text.match(/^(-?[\d.]+)\s*\.\.\s*(-?[\d.]+)$/);
   const compare = text.match(/^(<=|>=|<|>|=)?\s*(-?[\d.]+(?:e-?\d+)?)$/i);
   const shown = i => column.filterValue ? column.filterValue(i) : column.value(i);
-  if (span) return i => shown(i) >= Number(span[1]) && shown(i) <= Number(span[2]);
-  if (!compare) return undefined;
-  const limit = Number(compare[2]);
+  if (!span && !compare) return undefined;
+  const limit = Number(compare?.[2]);
   const tests = {'<': v => v < limit, '<=': v => v <= limit, '>': v => v > limit, '>=': v => v >= limit, '=': v => v === limit};
-  const test = tests[compare[1] || '='];
+  const test = span ? v => v >= Number(span[1]) && v <= Number(span[2]) : tests[compare[1] || '='];
   return i => { const v = shown(i); return v !== null && v !== undefined && test(v); };
 }

@@ -28,7 +28,7 @@ export function toggleTheme() {
 export const variable = name => getComputedStyle(root).getPropertyValue('--' + name).trim();
 
 const linear = c => c <= 0.03928 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4;
-export const luminance = ([r, g, b]) =>
+const luminance = ([r, g, b]) =>
   0.2126 * linear(r / 255) + 0.7152 * linear(g / 255) + 0.0722 * linear(b / 255);
 const contrast = (a, b) => (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
 

@@ -63,7 +63,7 @@ export class Traces {
     const stageBar = {has_axes: false, x, y: {low: 0, high: 1}, series: [], rules: [], height: 24, title: '', legend: 'none',
       blocks: spans.map(span => ({name: words(span.name), x0: span.from, x1: span.to,
         color: colors.stages[span.index] || [128, 128, 128], opacity: 1, fill: stageFill(colors.stages[span.index]), ink: '#10161b'}))};
-    const panels = [{title: 'F', x, y: {low: Math.min(-0.25, ...fitness.filter(Number.isFinite)), high: 1.02}, legend: 'none', blocks: ground, height: 112,
+    const panels = [{title: 'F', x, y: {low: fitness.reduce((least, f) => f < least ? f : least, -0.25), high: 1.02}, legend: 'none', blocks: ground, height: 112,
       series: [line('F', fitness, colors.estimate)],
       rules: [limits.docking_fitness, limits.detection_fitness].map(at => ({at, name: at.toFixed(2), color: colors.limit, mark: 'line'}))}];
     const pose = (title, part, factor, band, least, rule) => {

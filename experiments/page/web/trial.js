@@ -1,6 +1,6 @@
 // One trial: how it ended, what happened, in plots, pictures and 3D. The live page feeds the same view.
 
-import {h, button, choice, fill, section} from 'page/dom.js';
+import {h, button, choice, section} from 'page/dom.js';
 import {addressOf} from 'page/data.js';
 import {clockText, fixed, number, quantity, shown, words} from 'page/format.js';
 import {Cameras} from 'page/cameras.js';

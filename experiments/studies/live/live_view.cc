@@ -9,7 +9,6 @@
 #include "experiments/page/page.h"
 #include "experiments/studies/live/live_board.h"
 #include "experiments/studies/live/live_session.h"
-#include "experiments/system/output_path.h"
 #include "experiments/trial/trial_files.h"
 
 namespace turbidock::live {
@@ -75,7 +74,6 @@ std::string PageOf(const trial::Scenario& scenario) {
 }  // namespace
 
 ViewSummary ServeTrial(const trial::Scenario& scenario, const ViewOptions& options) {
-  if (options.out) system::OutputPlan().WritesInto(*options.out, trial::kRecordFiles).Require();
   LiveSession session(scenario, [&](const trial::Scenario& began,
                                     const trial::TrialResult& result) {
     options.say(fmt::format("seed {}: {}: {}, digest {}{}", began.seed, NameOf(result.outcome),

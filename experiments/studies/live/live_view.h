@@ -13,7 +13,7 @@ namespace turbidock::live {
 struct ViewOptions {
   serve::Place place;
   int jpeg_quality = 80;
-  std::optional<std::string> out;  // folder for the files of every trial that ends, the last one's
+  std::optional<std::string> out;  // existing folder for the files of the last trial that ended
   std::function<void(const std::string& url)> on_served;
   std::function<void(const std::string& line)> say;
   std::function<bool()> stop_requested;

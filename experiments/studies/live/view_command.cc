@@ -2,7 +2,6 @@
 
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,13 +10,12 @@
 #include "experiments/app/progress.h"
 #include "experiments/farm/result_store.h"
 #include "experiments/page/batch_page.h"
-#include "experiments/page/study_page.h"
-#include "experiments/page/trial_page.h"
-#include "experiments/report/json.h"
+#include "experiments/page/result_page.h"
 #include "experiments/studies/live/live_view.h"
 #include "experiments/studies/live/results_view.h"
 #include "experiments/system/output_path.h"
 #include "experiments/trial/scenario.h"
+#include "experiments/trial/trial_files.h"
 
 namespace turbidock::live {
 namespace {
@@ -53,18 +51,7 @@ Kind KindOf(const std::string& what) {
   std::error_code ignored;
   if (fs::is_directory(what, ignored) || fs::path(what).extension() == ".json")
     return Kind::kResult;
-  std::ifstream stream(what, std::ios::binary);
-  std::string begin(6, '\0');
-  stream.read(begin.data(), std::ssize(begin));
-  return begin == "SQLite" || fs::path(what).extension() == ".db" ? Kind::kGrowing
-                                                                  : Kind::kScenario;
-}
-
-page::Page PageOfResult(const std::string& path) {
-  std::error_code ignored;
-  if (!fs::is_directory(path, ignored))
-    return page::StudyPage(report::ParseJson(system::ReadWhole(path), path), path);
-  return page::IsStudyFolder(path) ? page::StudyFolderPage(path) : page::TrialPage(path);
+  return page::IsFileOfTrials(what) ? Kind::kGrowing : Kind::kScenario;
 }
 
 // What only a scenario can follow. ConfigError for what was given besides a result.
@@ -84,6 +71,12 @@ void ViewScenario(const ViewArguments& arguments, ViewOptions options) {
   options.say = [&](const std::string& line) { progress.Say(line); };
   const trial::Scenario scenario =
       trial::LoadScenario(arguments.what, assignments, arguments.gains);
+  if (arguments.out)
+    system::OutputPlan()
+        .Reads(arguments.what)
+        .Reads(arguments.gains)
+        .WritesInto(*arguments.out, trial::kRecordFiles)
+        .Require();
   progress.Say(fmt::format("{}, seed {}", scenario.description, scenario.seed));
   progress.Say(SummaryText(ServeTrial(scenario, options)));
 }
@@ -109,7 +102,7 @@ int View(const ViewArguments& arguments) {
       break;
     case Kind::kResult:
       RefuseScenarioOptions(arguments);
-      ServePage(PageOfResult(what), results);
+      ServePage(page::ResultPage(what), results);
       break;
     case Kind::kGrowing:
       RefuseScenarioOptions(arguments);

@@ -12,11 +12,13 @@
 #include <vector>
 
 #include "sim/base/check.h"
+#include "tests/support/message_of.h"
 
 namespace turbidock::compare {
 namespace {
 
 using ::testing::HasSubstr;
+using testing::MessageOf;
 
 class Comparison : public ::testing::Test {
  protected:
@@ -65,15 +67,6 @@ class Comparison : public ::testing::Test {
        ::testing::UnitTest::GetInstance()->current_test_info()->name() + "_" +
        std::to_string(getpid()));
 };
-
-std::string MessageOf(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const ConfigError& error) {
-    return error.what();
-  }
-  return "no error";
-}
 
 // Ten seeds: 6 dock in both, 3 are lost, 1 is gained.
 std::vector<TrialPair> TenPairs() {

@@ -19,6 +19,7 @@
 #include "sim/base/check.h"
 #include "sim/base/digest.h"
 #include "sim/base/random.h"
+#include "tests/support/message_of.h"
 
 namespace turbidock::gate {
 namespace {
@@ -26,6 +27,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using testing::MessageOf;
 using ::testing::Not;
 
 // How a build docks: from the seed alone, as a trial does.
@@ -61,15 +63,6 @@ GateRunner RunnerOf(const Build& build, int* trials = nullptr) {
     if (trials) *trials += static_cast<int>(requests.size());
     return results;
   };
-}
-
-std::string MessageOf(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const ConfigError& error) {
-    return error.what();
-  }
-  return "no error";
 }
 
 class Gate : public ::testing::Test {

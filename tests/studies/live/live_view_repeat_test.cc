@@ -209,6 +209,7 @@ TEST(LiveView, APageThatTakesNothingHoldsNobodyUp) {
 TEST(LiveView, WhatWasChangedIsInTheFiles) {
   const std::string folder =
       (std::filesystem::temp_directory_path() / "turbidock_live_view_test").string();
+  std::filesystem::create_directories(folder);
   Served served(Short(), folder);
   Page page(served.url());
   page.Until([](const Message& m) { return m.head.contains("rows"); });

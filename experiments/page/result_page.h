@@ -1,0 +1,18 @@
+#pragma once
+// The page of whatever a command left behind.
+
+#include <string>
+
+#include "experiments/page/page.h"
+
+namespace turbidock::page {
+
+// Whether a path is to be read as a farm::ResultStore, whose page is in batch_page.h: by its
+// content, or, of a file that is not there or still empty, by its name.
+bool IsFileOfTrials(const std::string& path);
+
+// Of the folder of a trial, a gate or a tuning study, or of a study's JSON document. ConfigError
+// for anything else.
+Page ResultPage(const std::string& path);
+
+}  // namespace turbidock::page

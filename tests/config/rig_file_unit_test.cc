@@ -1,0 +1,61 @@
+// The size of the images in a calibration that OpenCV wrote; what else is in one is tested where it
+// is used (tests/studies/estimate).
+
+#include "experiments/config/rig_file.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "sim/base/check.h"
+
+namespace turbidock::config {
+namespace {
+
+std::string Matrix(int rows, int cols, const std::string& values) {
+  return " !!opencv-matrix\n   rows: " + std::to_string(rows) +
+         "\n   cols: " + std::to_string(cols) + "\n   dt: d\n   data: [ " + values + " ]\n";
+}
+
+// "W x H" of a calibration that begins with `size`, of images of 320 x 240; or what is wrong.
+std::string SizeOf(const std::string& size) {
+  const std::string lens = Matrix(1, 5, "0., 0., 0., 0., 0.");
+  const std::string camera = Matrix(3, 3, "560., 0., 320., 0., 560., 240., 0., 0., 1.");
+  const std::string file = ::testing::TempDir() + "size.yml";
+  std::ofstream(file) << "%YAML:1.0\n---\n"
+                      << size << "M1:" << camera << "D1:" << lens << "M2:" << camera
+                      << "D2:" << lens << "R:" << Matrix(3, 3, "1., 0., 0., 0., 1., 0., 0., 0., 1.")
+                      << "T:" << Matrix(3, 1, "-0.12, 0., 0.");
+  try {
+    const StereoRig rig = LoadRig({file}, 320, 240).rig;
+    EXPECT_EQ(rig.left.width_px, rig.right.width_px);
+    return std::to_string(rig.left.width_px) + " x " + std::to_string(rig.left.height_px);
+  } catch (const ConfigError& error) {
+    const std::string message = error.what();
+    return message.substr(message.find("size.yml"));
+  }
+}
+
+TEST(RigFile, SizeIsThatOfTheCalibrationElseOfTheImages) {
+  EXPECT_EQ(SizeOf("image_width: 640\nimage_height: 480\n"), "640 x 480");
+  EXPECT_EQ(SizeOf("imageSize: [ 640, 480 ]\n"), "640 x 480");
+  EXPECT_EQ(SizeOf("size: [ 640., 480. ]\n"), "640 x 480");
+  EXPECT_EQ(SizeOf(""), "320 x 240");
+}
+
+TEST(RigFile, ASizeThatIsNoneIsRefused) {
+  const std::string allowed = ", must be a whole number in [1, 8192]";
+  EXPECT_EQ(SizeOf("imageSize: [ 640.5, 480 ]\n"), "size.yml:3: imageSize[0]: is 640.5" + allowed);
+  EXPECT_EQ(SizeOf("imageSize: [ 640, 1e9 ]\n"), "size.yml:3: imageSize[1]: is 1e+09" + allowed);
+  EXPECT_EQ(SizeOf("image_width: 640\nimage_height: 0\n"),
+            "size.yml:4: image_height: is 0" + allowed);
+  EXPECT_EQ(SizeOf("imageSize: [ 640 ]\n"),
+            "size.yml:3: imageSize: must be a list of width and height");
+  EXPECT_EQ(SizeOf("image_width: 640\n"),
+            "size.yml:3: image_width: stands alone: image_height is required");
+}
+
+}  // namespace
+}  // namespace turbidock::config
