@@ -19,8 +19,8 @@ Rgb Phase(const Medium& medium, double mu) {
 }
 
 // Petzold's volume scattering measurements at 514 nm (1972). Scattering is taken as equal in all
-// channels, absorption differs from that at 514 nm by the pure water's. Asymmetry 0.924 gives the
-// measured share of backscatter, 0.018.
+// channels, absorption differs from that at 514 nm by the pure water's. Asymmetry 0.924 scatters
+// 0.017 of it backwards; 0.018 was measured.
 Medium PetzoldWater(double absorption_per_m, double scattering_per_m) {
   Medium medium;
   medium.absorption_per_m = absorption_per_m + Rgb(0.235, 0, -0.03);

@@ -70,6 +70,32 @@ std::vector<Surface> BallsAtRange(double range_m, const StereoRig& rig) {
           Ball("ball_blue", Pose::Translation(0, -9, 0), 0.02, Vector3d::Zero())};
 }
 
+// Petzold (1972) at 514 nm: absorption and extinction; 1.8 % of the light is scattered backwards.
+TEST(Medium, IsThePublishedWater) {
+  const struct {
+    Background background;
+    double absorption_per_m, extinction_per_m;
+  } waters[] = {{Background::kClear, 0.114, 0.151},
+                {Background::kCoastal, 0.179, 0.398},
+                {Background::kHarbor, 0.366, 2.190}};
+  for (const auto& water : waters) {
+    WaterParams params;
+    params.background = water.background;
+    params.milk_ml_m3 = 0;
+    const Medium medium = MakeMedium(params);
+    EXPECT_NEAR(medium.absorption_per_m[1], water.absorption_per_m, 1e-12);
+    EXPECT_NEAR(medium.extinction_per_m()[1], water.extinction_per_m, 1e-12);
+    // red light is absorbed more, blue light less than green
+    EXPECT_GT(medium.absorption_per_m[0], medium.absorption_per_m[1]);
+    EXPECT_LT(medium.absorption_per_m[2], medium.absorption_per_m[1]);
+    double backwards = 0;
+    constexpr int kSteps = 10000;
+    for (int i = 0; i < kSteps; ++i)
+      backwards += 2 * kPi / kSteps * HenyeyGreenstein(medium.asymmetry[1], -(i + 0.5) / kSteps);
+    EXPECT_NEAR(backwards, 0.018, 0.0015);
+  }
+}
+
 TEST(DirectLight, OfABallFallsAsBeerAndLambertOneWay) {
   const StereoRig rig = OddRig();
   OpticsParams params = BallsOnly();

@@ -66,10 +66,10 @@ TEST(Waves, TravelInTheirDirectionAtTheDeepWaterSpeed) {
   EXPECT_NEAR(sea.Elevation(ahead, 2), 0.1, 1e-12) << "the crest of t = 0";
 }
 
-TEST(Jonswap, HasItsSignificantHeightAndPeak) {
+TEST(Jonswap, HasItsSignificantHeightAndSpectrum) {
   SeaParams params;
   params.jonswap = {
-      .significant_height_m = 0.4, .peak_period_s = 3, .gamma = 3.3, .components = 60};
+      .significant_height_m = 0.4, .peak_period_s = 3, .gamma = 3.3, .components = 500};
   const Sea sea(params, Stream(5));
   // Goertzel-free periodogram: correlate an hour's record with a few frequencies.
   constexpr int kCount = 36000;
@@ -99,22 +99,26 @@ TEST(Jonswap, HasItsSignificantHeightAndPeak) {
     }
     return energy;
   };
-  // The share of the energy within 10 % of the peak, by quadrature of the spectrum.
-  const auto shape = [](double x) {
-    const double sigma = x <= 1 ? 0.07 : 0.09;
-    return std::pow(x, -5) * std::exp(-1.25 / std::pow(x, 4)) *
-           std::pow(3.3, std::exp(-std::pow((x - 1) / sigma, 2) / 2));
+  // The shares of the energy by band, by quadrature of the spectrum as published (Hasselmann et al.
+  // 1973).
+  const auto share_between = [](double low, double high) {
+    constexpr double kLow = 0.6, kHigh = 3;  // where the sea has waves, in peak frequencies
+    double all = 0, within = 0;
+    for (double x = kLow; x < kHigh; x += 1e-4) {
+      const double sigma = x <= 1 ? 0.07 : 0.09;
+      const double energy = std::pow(x, -5) * std::exp(-1.25 / std::pow(x, 4)) *
+                            std::pow(3.3, std::exp(-std::pow((x - 1) / sigma, 2) / 2));
+      all += energy;
+      if (x >= low && x < high) within += energy;
+    }
+    return within / all;
   };
-  double all = 0, near = 0;
-  for (double x = 0.3; x < 8; x += 1e-4) {
-    all += shape(x);
-    if (std::abs(x - 1) < 0.1) near += shape(x);
-  }
-  const double expected = near / all;
-  const double got = energy_between(0.9 / 3, 1.1 / 3) / (0.4 * 0.4 / 16);
-  // Five bands cover it; frequencies drawn within the bands at its edges may fall on either side,
-  // where the spectrum is low.
-  EXPECT_NEAR(got, expected, 0.1 * expected);
+  const double edges[] = {0.6, 0.85, 0.95, 1, 1.08, 1.2, 1.6, 3};
+  for (size_t i = 0; i + 1 < std::size(edges); ++i)
+    // a band's edge falls within one of 500 waves' bands, of up to 1 % of the energy
+    EXPECT_NEAR(energy_between(edges[i] / 3, edges[i + 1] / 3) / (0.4 * 0.4 / 16),
+                share_between(edges[i], edges[i + 1]), 0.006)
+        << edges[i];
 }
 
 TEST(Gusts, HaveTheirSpreadAndCorrelationAtAnyStep) {
