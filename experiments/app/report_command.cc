@@ -57,7 +57,7 @@ page::Page PageOfTwo(const std::string& a, const std::string& b,
   for (const trial::Figure& figure : trial::Figures()) metrics.push_back(figure);
   const std::string text =
       compare::ComparisonJson(a, b, before, after, compare::GroupPairs(pairs, options.by), metrics);
-  return page::StudyPage(report::ParseJson(text, "comparison"), "comparison");
+  return page::ComparisonPage(report::ParseJson(text, "comparison"), {before, a}, {after, b});
 }
 
 page::Page PageOf(const ReportArguments& arguments) {

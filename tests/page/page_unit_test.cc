@@ -267,6 +267,47 @@ TEST_F(PageFiles, ABatchHasItsTrialsAndTheirSeriesFailuresFirst) {
   EXPECT_THAT(StoredTrialPage(store, "b.db", 0).model["missing"].dump(), HasSubstr("No traces"));
 }
 
+TEST_F(PageFiles, AComparisonHasTheTrialsThatFlippedOnBothSides) {
+  const farm::Plan plan(
+      "schema_version: 1\ndescription: two\nscenario: sea_night_active\nseeds: 3\n"
+      "series_every_frames: 1\n",
+      "plan");
+  const std::string series = trial::TrajectoryCsv(trial::RunTrial(WithoutCameras()).log);
+  // trial 1 is lost from a to b; b stored no series of it
+  const auto stored = [&](const std::string& name, bool is_b) {
+    farm::ResultStore store =
+        farm::ResultStore::Write(Path(name), farm::HeaderOf(plan, farm::Shard{}));
+    for (int64_t i = 0; i < 3; ++i) {
+      farm::StoredTrial trial{.trial = i, .sample = i, .parameters = {}, .record = {}};
+      trial.record.seed = i;
+      trial.record.reason = is_b && i == 1 ? "<b>lost</b>" : "docked";
+      trial.record.failure = is_b && i == 1 ? trial::Failure::kTimeout : trial::Failure::kNone;
+      if (!is_b) trial.series_csv = series;
+      store.Add(trial);
+    }
+    return store;
+  };
+  const farm::ResultStore a = stored("a.db", false), b = stored("b.db", true);
+  const Json comparison = Json::parse(
+      R"({"a": "a.db", "b": "b.db", "pairs": 3, "groups": [{"gained": [], "lost":
+      [{"seed": 1, "trial_a": 1, "trial_b": 1, "failure": "timeout"}]}]})");
+  const Page page = ComparisonPage(comparison, {a, "a.db"}, {b, "sub/b.db"});
+  const Json& sides = page.model["sides"];
+  EXPECT_EQ(page.model["kind"], "compare");
+  EXPECT_EQ(sides["a"]["series_trials"].dump(), "[1]") << "those that flipped, of three";
+  EXPECT_EQ(sides["a"]["series_stored"], 3);
+  EXPECT_EQ(sides["a"]["trials"].size(), 1u);
+  EXPECT_EQ(sides["b"]["file"], "sub/b.db");
+  EXPECT_EQ(sides["b"]["trials"]["1"]["reason"], "<b>lost</b>");
+  EXPECT_EQ(sides["b"]["series_stored"], 0);
+  EXPECT_TRUE(page.parts.contains("series-a-1"));
+  EXPECT_EQ(page.parts.size(), 1u);
+  EXPECT_FALSE(sides["a"]["models"][""]["scene"].is_null());
+  EXPECT_TRUE(page.has_3d);
+  EXPECT_TRUE(
+      ComparisonPage(comparison, {a, "a.db"}, {b, "b.db"}, {.series_bytes = 10}).parts.empty());
+}
+
 TEST_F(PageFiles, AnOlderBatchSaysWhatItLacks) {
   const farm::Plan plan(
       "schema_version: 1\ndescription: old\nscenario: sea_night_active\nseeds: 2\n", "plan");

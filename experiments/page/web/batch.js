@@ -250,7 +250,7 @@ export class BatchView {
     const isNumber = key => { for (let i = 0; i < this.n; ++i) { const v = get[key](i); if (v !== null) return typeof v === 'number'; } return false; };
     const columns = [numeric('trial', 'trial', {width: '74px', text: i => String(get.trial(i))}), word('outcome', 'outcome', true), word('failure', 'failure', true)];
     for (const key of Object.keys(model.parameters))
-      columns.push(isNumber(key) ? numeric(key, key, {width: '130px', filterValue: i => get[key](i), text: i => number(get[key](i))})
+      columns.push(isNumber(key) ? numeric(key, key, {width: `${Math.min(290, Math.max(130, 8 * key.length + 20))}px`, filterValue: i => get[key](i), text: i => number(get[key](i))})
         : {...word(key, key, new Set(Array.from({length: this.n}, (_, i) => get[key](i))).size < 30), text: i => String(get[key](i) ?? '–')});
     columns.push(numeric('time_s', 'time, s'), {key: 'reason', label: 'reason', value: i => get.reason?.(i), width: '280px'});
     for (const key of Object.keys(model.columns)) if (!used.has(key) && isNumber(key)) columns.push(numeric(key, undefined, {width: '128px'}));
