@@ -38,6 +38,8 @@ bool IsDatabase(const std::string& file) {
 }
 
 page::Page PageOfFolder(const std::string& folder) {
+  if (const auto trials = page::TrialsOfUnfinishedStudy(folder))
+    return page::BatchPage(farm::ResultStore::Read(*trials), *trials);
   if (page::IsStudyFolder(folder)) return page::StudyFolderPage(folder);
   return page::TrialPage(folder);
 }

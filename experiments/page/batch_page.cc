@@ -171,11 +171,45 @@ Json SideModel(const farm::ResultStore& store, const std::string& file, const st
   return side;
 }
 
+// Of a tuning study's plan, what tells a candidate's cost and its place among the gains' ranges.
+Json SearchModel(const config::YamlNode& study) {
+  const auto number = [](const config::YamlNode& node, const char* key) {
+    const auto value = node.Find(key);
+    return value ? report::NumberIn(value->Text().value_or("")).value_or(0) : 0.0;
+  };
+  const auto text = [](const config::YamlNode& node, const char* key) {
+    const auto value = node.Find(key);
+    return value ? value->Text().value_or("") : std::string();
+  };
+  Json objective = Json::array(), gains = Json::array();
+  if (const auto terms = study.Find("objective"))
+    for (const config::YamlNode& term : terms->Elements())
+      objective.push_back({{"metric", text(term, "metric")},
+                           {"weight", number(term, "weight")},
+                           {"failed", number(term, "failed")}});
+  if (const auto ranges = study.Find("gains"))
+    for (const config::YamlNode& range : ranges->Elements())
+      gains.push_back({{"key", text(range, "key")},
+                       {"low", number(range, "low")},
+                       {"high", number(range, "high")},
+                       {"scale", text(range, "scale")}});
+  const auto optimiser = study.Find("optimiser");
+  return {{"objective", objective},
+          {"gains", gains},
+          {"success_at_least", number(study, "success_at_least")},
+          {"success_weight", number(study, "success_weight")},
+          {"generations", optimiser ? number(*optimiser, "generations") : 0}};
+}
+
 }  // namespace
 
 std::string TitleOf(const farm::StoreHeader& header) {
-  const auto description = config::ParseYaml(header.plan, "plan").Find("description");
-  return description ? description->Text().value_or(header.kind) : header.kind;
+  try {
+    const auto description = config::ParseYaml(header.plan, "plan").Find("description");
+    return description ? description->Text().value_or(header.kind) : header.kind;
+  } catch (const ConfigError&) {  // a study's of an older program
+    return header.kind;
+  }
 }
 
 Page BatchPage(const farm::ResultStore& store, const std::string& file,
@@ -185,7 +219,9 @@ Page BatchPage(const farm::ResultStore& store, const std::string& file,
   Page page;
   Json& model = page.model;
   model = {{"kind", "batch"},
-           {"kind_title", header.kind == "batch" ? "batch" : header.kind + ": its trials"},
+           {"kind_title", header.kind == "batch"  ? "batch"
+                          : header.kind == "tune" ? "tuning study: its trials"
+                                                  : header.kind + ": its trials"},
            {"title", TitleOf(header)},
            {"build", header.build},
            {"file", file},
@@ -217,6 +253,13 @@ Page BatchPage(const farm::ResultStore& store, const std::string& file,
   model["models"] = Json::object();
   model["series_trials"] = Json::array();
   model["series_stored"] = 0;
+  if (header.kind == "tune") {
+    try {
+      model["search"] = SearchModel(config::ParseYaml(header.plan, file));
+    } catch (const ConfigError&) {
+      without("How the search goes", "an older program wrote the study into this file");
+    }
+  }
   if (header.kind == "batch") {
     try {
       const farm::Agenda agenda = farm::AgendaOf(store);

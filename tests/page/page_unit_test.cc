@@ -308,6 +308,39 @@ TEST_F(PageFiles, AComparisonHasTheTrialsThatFlippedOnBothSides) {
       ComparisonPage(comparison, {a, "a.db"}, {b, "b.db"}, {.series_bytes = 10}).parts.empty());
 }
 
+TEST_F(PageFiles, AStudyThatIsNotDoneIsSeenByItsTrials) {
+  EXPECT_EQ(TrialsOfUnfinishedStudy(Path("")), std::nullopt);
+  const auto stored = [&](const std::string& plan) {
+    return farm::ResultStore::Write(Path("evaluations.sqlite"), {.kind = "tune",
+                                                                 .plan = plan,
+                                                                 .plan_hash = "0123",
+                                                                 .build = "none",
+                                                                 .shard = {},
+                                                                 .trials = 0,
+                                                                 .keys = {"phase", "lqg.a"}});
+  };
+  {
+    const farm::ResultStore store = stored(
+        "description: sway\ngains:\n  - {key: lqg.a, low: 0.2, high: 3, scale: log}\n"
+        "objective:\n  - {metric: time_s, weight: 2, failed: 60}\nsuccess_at_least: 0.5\n");
+    const Json model = BatchPage(store, "e.sqlite").model;
+    EXPECT_EQ(model["title"], "sway");
+    EXPECT_EQ(model["search"]["objective"].dump(),
+              R"([{"metric":"time_s","weight":2.0,"failed":60.0}])");
+    EXPECT_EQ(model["search"]["gains"][0]["scale"], "log");
+    EXPECT_EQ(model["search"]["success_at_least"], 0.5);
+    EXPECT_EQ(TrialsOfUnfinishedStudy(Path("")), Path("evaluations.sqlite"));
+    File("report.json", "{}");
+    EXPECT_EQ(TrialsOfUnfinishedStudy(Path("")), Path("evaluations.sqlite")) << "runs again";
+  }
+  EXPECT_EQ(TrialsOfUnfinishedStudy(Path("")), std::nullopt) << "has its report";
+  // an older program's study, which was no YAML
+  fs::remove(Path("evaluations.sqlite"));
+  const Json old = BatchPage(stored("trials: |\ntrials: |\n"), "e.sqlite").model;
+  EXPECT_EQ(old["title"], "tune");
+  EXPECT_THAT(old["missing"].dump(), HasSubstr("How the search goes: an older program"));
+}
+
 TEST_F(PageFiles, AnOlderBatchSaysWhatItLacks) {
   const farm::Plan plan(
       "schema_version: 1\ndescription: old\nscenario: sea_night_active\nseeds: 2\n", "plan");

@@ -48,11 +48,13 @@ std::string SummaryText(const ViewSummary& s) {
 
 enum class Kind { kScenario, kResult, kGrowing };
 
-// A folder or a JSON document is a result; a file of trials may still grow; all else is a scenario.
+// A folder or a JSON document is a result; a file of trials and the folder of a study that is not
+// done may still grow; all else is a scenario.
 Kind KindOf(const std::string& what) {
   std::error_code ignored;
-  if (fs::is_directory(what, ignored) || fs::path(what).extension() == ".json")
-    return Kind::kResult;
+  if (fs::is_directory(what, ignored))
+    return page::TrialsOfUnfinishedStudy(what) ? Kind::kGrowing : Kind::kResult;
+  if (fs::path(what).extension() == ".json") return Kind::kResult;
   std::ifstream stream(what, std::ios::binary);
   std::string begin(6, '\0');
   stream.read(begin.data(), std::ssize(begin));
@@ -65,6 +67,15 @@ page::Page PageOfResult(const std::string& path) {
   if (!fs::is_directory(path, ignored))
     return page::StudyPage(report::ParseJson(system::ReadWhole(path), path), path);
   return page::IsStudyFolder(path) ? page::StudyFolderPage(path) : page::TrialPage(path);
+}
+
+// Of a file of trials, or of a study's folder: its report once there is one.
+page::Page PageOfGrowing(const std::string& what, const std::string& file) {
+  const farm::ResultStore store = farm::ResultStore::Read(file);
+  if (what == file || page::TrialsOfUnfinishedStudy(what)) return page::BatchPage(store, file);
+  page::Page page = page::StudyFolderPage(what);
+  page.model["rows"] = store.Done().size();
+  return page;
 }
 
 // What only a scenario can follow. ConfigError for what was given besides a result.
@@ -111,11 +122,13 @@ int View(const ViewArguments& arguments) {
       RefuseScenarioOptions(arguments);
       ServePage(PageOfResult(what), results);
       break;
-    case Kind::kGrowing:
+    case Kind::kGrowing: {
       RefuseScenarioOptions(arguments);
+      const std::string file = page::TrialsOfUnfinishedStudy(what).value_or(what);
       ServeResults(
-          what, [&what] { return page::BatchPage(farm::ResultStore::Read(what), what); }, results);
+          file, [&] { return PageOfGrowing(what, file); }, results);
       break;
+    }
   }
   return app::kExitDone;
 }
@@ -124,10 +137,11 @@ int View(const ViewArguments& arguments) {
 
 void AddView(app::CommandLine& line) {
   auto [view, arguments] = line.Add(
-      "view", "Watch a trial or a batch while it runs, in a browser on this machine", &View);
+      "view", "Watch a trial, a batch or a study while it runs, in a browser on this machine",
+      &View);
   view.Add("what", arguments.what,
            "A scenario (YAML file or a bundled one's name), which runs; or a result: a trial's, a\n"
-           "gate's or a study's folder, a file of trials, also while they run");
+           "gate's or a study's folder, a file of trials; batches and studies also while they run");
   view.AddSet(arguments.assignments, "Set one key, such as water.milk_ml_m3=20");
   view.Add("--gains", arguments.gains, "Gains file, read over the scenario");
   view.AddSeed(arguments.seed);

@@ -6,6 +6,7 @@
 import assert from 'node:assert/strict';
 import {spawn} from 'node:child_process';
 import {mkdtempSync, readFileSync, rmSync, writeFileSync} from 'node:fs';
+import http from 'node:http';
 import {createRequire} from 'node:module';
 import os from 'node:os';
 import path from 'node:path';
@@ -234,6 +235,76 @@ grid: {controller: [pid, lqg]}
   assert.equal(await served.stop(), 'SIGINT');
 });
 
+test('a tuning study while it runs, then its report', async () => {
+  writeFileSync(path.join(folder, 'study.yaml'), `schema_version: 1
+description: 'sway <b id="injected">tried</b>'
+trials:
+  scenario: sea_night_active
+  seeds: 6
+  set: {pose_source: true_pose, controller: lqg, duration_s: 30}
+gains:
+  - {key: lqg.sway.effort_v, low: 0.2, high: 3, scale: log}
+objective:
+  - {metric: time_s, weight: 1, failed: 60}
+optimiser: {algorithm: cma_es, population: 5, generations: 4}
+proof: {held_out_seeds: 8, robustness_seeds: 0, sensitivity_seeds: 0, cameras: false}
+`);
+  const tune = spawn(program, ['tune', 'study.yaml', '--out', 'study', '--workers', '1', '--quiet'], {cwd: folder, stdio: 'ignore'});
+  running.push(() => tune.kill('SIGKILL'));
+  const ended = new Promise(resolve => tune.on('exit', resolve));
+  const there = () => { try { return readFileSync(path.join(folder, 'study/evaluations.sqlite')).length > 0; } catch { return false; } };
+  while (!there()) await new Promise(resolve => setTimeout(resolve, 50));
+  await new Promise(resolve => setTimeout(resolve, 1500));
+  const served = await view('study');
+  const {page, complaints, close} = await open(served.url);
+  await until(page, () => document.querySelector('nav .kind')?.textContent.startsWith('tuning study: its trials'));
+  await until(page, () => /^\d+ trials/.test(document.querySelector('p.now')?.textContent));
+  await until(page, () => document.querySelector('section[aria-label="The search so far"] canvas'));
+  const cost = await colours(page, 'section[aria-label="The search so far"] canvas');
+  assert.ok(cost[0] >= 4, `the search shows ${cost} colours`);
+  assert.equal(await ended, 0);
+  // the same page becomes the report
+  await until(page, () => document.querySelector('section[aria-label="Before and after, on held-out seeds"]'), null, 2 * kLong_ms);
+  assert.equal(await page.locator('#injected').count(), 0, 'HTML in a name is text');
+  assert.deepEqual(complaints, []);
+  await close();
+  assert.equal(await served.stop(), 'SIGINT');
+});
+
+test('nothing gets in, and the trial goes on', async () => {
+  const served = await view(...kWaiting), url = new URL(served.url), {page, complaints, close} = await open(served.url);
+  await morePictures(page, 2);
+  /** The answer's status; 0 for a connection that was closed without one. */
+  const ask = (options, body) => new Promise(resolve => {
+    const request = http.request({host: url.hostname, port: url.port, path: url.pathname, agent: false, ...options}, answer => {
+      answer.resume();
+      resolve(answer.statusCode);
+    });
+    request.on('error', () => resolve(0));
+    if (body) for (let sent = 0; sent < body.times; ++sent) request.write(body.block);
+    request.end();
+  });
+  assert.equal(await ask({}), 200);
+  const own = `http://${url.host}`, evil = 'http://evil.example';
+  for (const [what, options, status] of [
+    ['a foreign host', {headers: {host: 'evil.example'}}, 403], ['a foreign origin', {headers: {origin: evil}}, 403],
+    ['no secret', {path: '/'}, 404], ['another secret', {path: `/${'0'.repeat(32)}/`}, 404],
+    ['a file', {path: `${url.pathname}../../etc/passwd`}, 404], ['a file, encoded', {path: `${url.pathname}%2e%2e/%2e%2e/etc/passwd`}, 404],
+    ['a socket of another page', {path: `${url.pathname}live`, headers: {origin: evil, connection: 'Upgrade', upgrade: 'websocket',
+      'sec-websocket-version': 13, 'sec-websocket-key': 'dGhlIHNhbXBsZSBub25jZQ=='}}, 403],
+    ['a post', {method: 'POST', headers: {origin: own}}, 405]])
+    assert.equal(await ask(options), status, what);
+  const refused = await ask({method: 'POST', headers: {'content-length': 1e8}}, {block: Buffer.alloc(1e6), times: 100});
+  assert.ok([413, 0].includes(refused), `a body of 100 MB: ${refused}`);
+  const crowd = await Promise.all(Array.from({length: 1000}, () => ask({})));
+  assert.ok(crowd.every(status => [200, 503, 0].includes(status)), `1,000 at once: ${[...new Set(crowd)]}`);
+  assert.equal(await ask({}), 200);
+  await morePictures(page, await pictures(page) + 3);
+  assert.deepEqual(complaints, []);
+  await close();
+  assert.equal(await served.stop(), 'SIGINT');
+});
+
 test('bad input is one line', async () => {
   const fails = async (words, pattern) => {
     await assert.rejects(view(...words), error => {
@@ -248,5 +319,12 @@ test('bad input is one line', async () => {
   writeFileSync(path.join(folder, 'empty.db'), '');
   await fails(['empty.db'], /empty\.db/);
   await fails([folder], /result\.json|no trial/);
+  writeFileSync(path.join(folder, 'torn.db'), 'SQLite format 3\0' + 'x'.repeat(5000));
+  await fails(['torn.db'], /torn\.db/);
+  writeFileSync(path.join(folder, 'other.json'), '{"a": 1}');
+  await fails(['other.json'], /other\.json: is no result/);
   await fails(['sea_night_active', '--quiet', '--listen', 'nowhere'], /no address/);
+  const other = await view(...kWaiting), {port} = new URL(other.url);
+  await fails(['sea_night_active', '--quiet', '--port', port], new RegExp(`${port} is in use; give another --port`));
+  assert.equal(await other.stop(), 'SIGINT');
 });
