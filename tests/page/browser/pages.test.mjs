@@ -233,6 +233,9 @@ test('dark, light and paper', async () => {
   const light = await ground();
   await page.getByRole('button', {name: 'Light / dark'}).click();
   assert.notEqual(await ground(), light);
+  await page.setViewportSize({width: 794, height: 1123});
+  await page.emulateMedia({media: 'print'});
+  assert.ok(await page.evaluate(() => document.documentElement.scrollWidth) <= 794, 'nothing is wider than the paper');
   const pdf = await page.pdf({format: 'A4'});
   assert.ok(pdf.length > 20000, 'it prints');
   await close();
