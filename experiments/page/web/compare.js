@@ -20,6 +20,17 @@ export function holm(values, level = 0.05) {
   return significant;
 }
 
+/** Exact two-sided McNemar test of pairs that changed one way and the other. */
+export function mcnemar(lost, gained) {
+  const n = lost + gained;
+  let tail = 0, log = 0;  // of C(n, k)
+  for (let k = 0; k <= Math.min(lost, gained); ++k) {
+    tail += Math.exp(log - n * Math.LN2);
+    log += Math.log((n - k) / (k + 1));
+  }
+  return Math.min(1, 2 * tail);
+}
+
 export function show(host, model) {
   const r = model.result, changes = [];
   for (const g of r.groups) {
@@ -34,29 +45,33 @@ export function show(host, model) {
         size: m.median_difference, difference: `${number(m.median_difference * factor, 3)}${span}`});
     }
   }
-  const significant = holm(changes.map(c => c.p));
-  changes.forEach((c, i) => { c.significant = significant[i]; });
-  changes.sort((x, y) => y.significant - x.significant || x.p - y.p);
   const several = r.groups.length > 1;
+  const total = r.groups.reduce((sum, g) => ({pairs: sum.pairs + g.pairs, a: sum.a + g.rate_a * g.pairs, b: sum.b + g.rate_b * g.pairs,
+    lost: sum.lost + g.lost.length, gained: sum.gained + g.gained.length}), {pairs: 0, a: 0, b: 0, lost: 0, gained: 0});
+  if (several) changes.push({group: 'all together', what: 'docked', a: percent(total.a / total.pairs, 1), b: percent(total.b / total.pairs, 1), pairs: total.pairs,
+    p: mcnemar(total.lost, total.gained), size: total.b - total.a, better: total.b > total.a, difference: `${fixed(100 * (total.b - total.a) / total.pairs, 1)} points`});
+  // docking is what it is about; the other figures are a family of their own
+  for (const family of [changes.filter(c => c.what === 'docked'), changes.filter(c => c.what !== 'docked')])
+    holm(family.map(c => c.p)).forEach((significant, i) => { family[i].significant = significant; });
+  changes.sort((x, y) => y.significant - x.significant || (y.what === 'docked') - (x.what === 'docked') || x.p - y.p);
   const rate = g => g.rate_b - g.rate_a;
   const docks = changes.filter(c => c.what === 'docked'), worse = docks.filter(c => c.significant && !c.better), better = docks.filter(c => c.significant && c.better);
   const verdict = worse.length ? {word: 'docks less', tone: 'bad'} : better.length ? {word: 'docks more', tone: 'good'} : {word: 'no significant change in docking', tone: 'none'};
-  const total = r.groups.reduce((sum, g) => ({pairs: sum.pairs + g.pairs, a: sum.a + g.rate_a * g.pairs, b: sum.b + g.rate_b * g.pairs,
-    lost: sum.lost + g.lost.length, gained: sum.gained + g.gained.length}), {pairs: 0, a: 0, b: 0, lost: 0, gained: 0});
-  const names = r.groups.map(g => nameOf(g.group));
+  const keys = [...new Set(r.groups.flatMap(g => Object.keys(g.group)))];  // one says itself under the axis
+  const x = keys.length === 1 ? {label: keys[0], names: r.groups.map(g => String(g.group[keys[0]]))} : {names: r.groups.map(g => nameOf(g.group))};
   const ends = r.groups.flatMap(g => [0, ...g.interval_95]).map(x => 100 * x);  // zero is to be seen
   const bars = (name, key, shift, color) => ({name, color, mark: 'dots', dot: 9, x: r.groups.map((_, i) => i + shift), y: r.groups.map(g => 100 * g[key])});
   const flips = [], detail = h('div', {class: 'column', id: 'flip'});
   for (const g of r.groups) for (const kind of ['lost', 'gained'])
     for (const t of g[kind]) flips.push([{text: String(t.seed), title: `show seed ${t.seed} in both`, onclick: () => open(model, t, kind, detail)}, {text: kind, tone: kind === 'lost' ? 'bad' : 'good'}, ...(several ? [nameOf(g.group)] : []), String(t.trial_a), String(t.trial_b), words(t.failure)]);
   const sections = [
-    {title: 'What changed', wide: true, note: 'B less A on the same seeds and parameters; significant ones first (exact McNemar and sign tests, 5 % over all rows by Holm). Figures are medians of pairs that docked in both.',
+    {title: 'Docked', note: `Share of the pairs${keys.length === 1 ? ` over ${keys[0]}` : ''}.`, panels: [{x, y: {label: 'docked, %', low: -3, high: 103}, legend: 'none', rules: [], series: [bars('A', 'rate_a', -0.08, curve(0)), bars('B', 'rate_b', 0.08, curve(1))]}]},
+    {title: 'Difference in docking', note: 'In points, with 95 % intervals.', panels: [{x, y: {label: 'B less A, points', low: Math.min(...ends) - 4, high: Math.max(...ends) + 4}, legend: 'none', rules: [{at: 0, color: [140, 148, 156], mark: 'line'}],
+      series: [{name: '', color: curve(2), mark: 'bars', dot: 8, x: r.groups.map((_, i) => i), y: r.groups.map(g => 100 * rate(g)), low: r.groups.map(g => 100 * g.interval_95[0]), high: r.groups.map(g => 100 * g.interval_95[1])}]}]},
+    {title: 'What changed', wide: true, note: 'B less A on the same seeds and parameters; significant ones first (exact McNemar and sign tests; by Holm, 5 % over the rows of docking and 5 % over all others). Figures are medians of pairs that docked in both.',
       table: {columns: [...(several ? [{label: 'group'}] : []), {label: 'what'}, {label: 'A', numeric: true}, {label: 'B', numeric: true}, {label: 'difference [95 %]', numeric: true}, {label: 'pairs', numeric: true}, {label: 'p', numeric: true}, {label: ''}],
         rows: changes.map(c => [...(several ? [c.group] : []), c.what, c.a, c.b, c.difference, String(c.pairs), pText(c.p),
           c.significant ? {text: 'significant', tone: c.what === 'docked' ? (c.better ? 'good' : 'bad') : ''} : ''])}},
-    {title: 'Docked', note: 'Share of the pairs.', panels: [{x: {names}, y: {label: 'docked, %', low: -3, high: 103}, legend: 'none', rules: [], series: [bars('A', 'rate_a', -0.08, curve(0)), bars('B', 'rate_b', 0.08, curve(1))]}]},
-    {title: 'Difference in docking', note: 'In points, with 95 % intervals.', panels: [{x: {names}, y: {label: 'B less A, points', low: Math.min(...ends) - 4, high: Math.max(...ends) + 4}, legend: 'none', rules: [{at: 0, color: [140, 148, 156], mark: 'line'}],
-      series: [{name: '', color: curve(2), mark: 'bars', dot: 8, x: r.groups.map((_, i) => i), y: r.groups.map(g => 100 * rate(g)), low: r.groups.map(g => 100 * g.interval_95[0]), high: r.groups.map(g => 100 * g.interval_95[1])}]}]},
     {title: 'Seeds that flipped', wide: true, note: flips.length ? 'Lost: docked in A only. Gained: in B only. The reason is that of the side which failed. Click a seed to see it in both, with the commands that run it again.' : 'None: every seed ended the same way in both.',
       table: flips.length ? {columns: [{label: 'seed'}, {label: ''}, ...(several ? [{label: 'group'}] : []), {label: 'trial in A', numeric: true}, {label: 'trial in B', numeric: true}, {label: 'why'}], rows: flips} : null}];
   const view = showStudy(host, {...model, badge: verdict, reason: `A: ${r.a} (${r.build_a}). B: ${r.b} (${r.build_b}).`,

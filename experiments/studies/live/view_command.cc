@@ -106,7 +106,7 @@ int View(const ViewArguments& arguments) {
     std::fflush(stdout);
     app::Progress(arguments.quiet).Say("open this address in a browser; Ctrl-C ends");
   };
-  const auto stop_requested = [] { return app::StopSignal() != 0; };
+  const auto stop_requested = app::CatchStopSignals();  // a trial that is cut off has its record
   const ResultsOptions results{
       .place = place, .on_served = on_served, .stop_requested = stop_requested};
   const std::string& what = arguments.what;

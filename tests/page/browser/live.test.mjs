@@ -42,7 +42,7 @@ async function view(...words) {
   let said = '';
   running.push(() => child.kill('SIGKILL'));
   child.stderr.on('data', data => { said += data; });
-  const ended = new Promise(resolve => child.on('exit', (code, signal) => resolve(code ?? signal)));
+  const ended = new Promise(resolve => child.on('close', (code, signal) => resolve(code ?? signal)));
   const url = await new Promise((resolve, reject) => {
     child.stdout.on('data', data => resolve(String(data).trim()));
     ended.then(code => reject(new Error(`ended with ${code}: ${said}`)));
@@ -115,7 +115,7 @@ for (const width of [1440, 390])
     assert.deepEqual(complaints, []);
     assert.deepEqual(requests, []);
     await close();
-    assert.equal(await served.stop(), 'SIGINT');
+    assert.equal(await served.stop(), 130);
   });
 
 test('pause, step, speed, sliders, push, restart, and what the record says', async () => {
@@ -169,7 +169,14 @@ test('pause, step, speed, sliders, push, restart, and what the record says', asy
     [['water.milk_ml_m3', '30'], ['lamps.enabled', 'true'], ['controller', 'p_voltage']]);
   assert.deepEqual([...complaints, ...other.complaints], []);
   await other.close();
-  assert.equal(await served.stop(), 'SIGINT');
+  await press(page.getByRole('button', {name: 'right', exact: true}));
+  await until(page, () => document.querySelectorAll('[aria-label=changes] tr').length >= 1);
+  assert.equal(await served.stop(), 130);
+  // cut off by Ctrl-C, it has its record, too
+  const last = JSON.parse(readFileSync(path.join(folder, 'live/result.json')));
+  assert.equal(last.outcome, 'interrupted');
+  assert.equal(String(last.changes[0].key), 'push');
+  assert.match(served.said(), /pairs of pictures, [\d.]+ ms/);
   await until(page, () => document.querySelector('[role=alert]:not([hidden])')?.textContent.includes('has ended'));
   await close();
 });
@@ -200,7 +207,7 @@ test('the vehicle is pushed with the mouse', async () => {
   assert.ok((await pushes()).some(row => !row.includes('[0, 0, 0]')));
   assert.deepEqual(complaints, []);
   await close();
-  assert.equal(await served.stop(), 'SIGINT');
+  assert.equal(await served.stop(), 130);
 });
 
 test('a batch while it runs', async () => {
@@ -232,7 +239,7 @@ grid: {controller: [pid, lqg]}
   assert.deepEqual(complaints, []);
   await close();
   assert.equal(await ended, 0);
-  assert.equal(await served.stop(), 'SIGINT');
+  assert.equal(await served.stop(), 130);
 });
 
 test('a tuning study while it runs, then its report', async () => {
@@ -272,7 +279,7 @@ proof: {held_out_seeds: 8, robustness_seeds: 0, sensitivity_seeds: 0, cameras: f
   assert.equal(await page.locator('#injected').count(), 0, 'HTML in a name is text');
   assert.deepEqual(complaints, []);
   await close();
-  assert.equal(await served.stop(), 'SIGINT');
+  assert.equal(await served.stop(), 130);
 });
 
 test('nothing gets in, and the trial goes on', async () => {
@@ -310,7 +317,7 @@ test('nothing gets in, and the trial goes on', async () => {
   await morePictures(page, await pictures(page) + 3);
   assert.deepEqual(complaints, []);
   await close();
-  assert.equal(await served.stop(), 'SIGINT');
+  assert.equal(await served.stop(), 130);
 });
 
 test('bad input is one line', async () => {
@@ -334,5 +341,5 @@ test('bad input is one line', async () => {
   await fails(['sea_night_active', '--quiet', '--listen', 'nowhere'], /no address/);
   const other = await view(...kWaiting), {port} = new URL(other.url);
   await fails(['sea_night_active', '--quiet', '--port', port], new RegExp(`${port} is in use; give another --port`));
-  assert.equal(await other.stop(), 'SIGINT');
+  assert.equal(await other.stop(), 130);
 });
