@@ -5,6 +5,7 @@
 
 import {spawn} from 'node:child_process';
 import {readFileSync, statSync} from 'node:fs';
+import os from 'node:os';
 import path from 'node:path';
 import {chromium} from 'playwright-core';
 
@@ -35,7 +36,7 @@ async function report(file) {
     tab.push(await ownMemory_MB());
     await page.close();
   }
-  console.log(`${(statSync(file).size / 1e6).toFixed(1)} MB, ready after ${median(ready).toFixed(0)} ms, heap ${median(heap).toFixed(0)} MB, tab ${median(tab).toFixed(0)} MB`);
+  console.log(`${(statSync(file).size / 1e6).toFixed(1)} MB, ready after ${median(ready).toFixed(0)} ms, heap ${median(heap).toFixed(0)} MB, tab ${median(tab).toFixed(0)} MB, load ${os.loadavg()[0].toFixed(1)}`);
 }
 
 async function live(scenario) {
@@ -50,14 +51,17 @@ async function live(scenario) {
   const simulated = () => page.evaluate(() => Number.parseFloat([...document.querySelectorAll('.head .facts div')]
     .find(div => div.querySelector('dt').textContent === 'simulated')?.querySelector('dd').textContent ?? 0));
   while (await pictures() < 30) await new Promise(resolve => setTimeout(resolve, 100));
-  const begin = performance.now(), before = [await pictures(), await simulated()];
+  // processor time, which other work on the machine does not change much
+  const cpu_s = () => readFileSync(`/proc/${program.pid}/stat`, 'utf8').split(') ')[1].split(' ').slice(11, 13).reduce((sum, ticks) => sum + ticks / 100, 0);
+  const begin = performance.now(), before = [await pictures(), await simulated(), cpu_s()];
   await new Promise(resolve => setTimeout(resolve, 1000 * kWatch_s));
-  const after = [await pictures(), await simulated()], passed_s = (performance.now() - begin) / 1000;
+  const after = [await pictures(), await simulated(), cpu_s()], passed_s = (performance.now() - begin) / 1000;
   program.kill('SIGINT');
   await ended;
   await page.close();
   console.log(`${scenario}: ${((after[0] - before[0]) / passed_s).toFixed(1)} pairs of pictures a second, ` +
-    `${((after[1] - before[1]) / passed_s).toFixed(2)} x real time; ${said.trim().split('\n').pop()}`);
+    `${((after[1] - before[1]) / passed_s).toFixed(2)} x real time, ` +
+    `${(1000 * (after[2] - before[2]) / (30 * (after[1] - before[1]))).toFixed(1)} ms of processor time a frame, load ${os.loadavg()[0].toFixed(1)}; ${said.trim().split('\n').pop()}`);
 }
 
 try {
