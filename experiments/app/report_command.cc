@@ -29,8 +29,9 @@ struct ReportArguments {
   compare::ComparisonOptions comparison;
 };
 
-page::Page PageOfOne(const std::string& file, const std::optional<int64_t>& trial) {
-  if (!page::IsFileOfTrials(file)) return page::ResultPage(file);
+page::Page PageOfOne(const std::string& given, const std::optional<int64_t>& trial) {
+  const std::string file = page::TrialsOfUnfinishedStudy(given).value_or(given);
+  if (!page::IsFileOfTrials(file)) return page::ResultPage(given);
   const farm::ResultStore store = farm::ResultStore::Read(file);
   return trial ? page::StoredTrialPage(store, file, *trial) : page::BatchPage(store, file);
 }
@@ -43,7 +44,7 @@ page::Page PageOfTwo(const std::string& a, const std::string& b,
   for (const trial::Figure& figure : trial::Figures()) metrics.push_back(figure);
   const std::string text =
       compare::ComparisonJson(a, b, before, after, compare::GroupPairs(pairs, options.by), metrics);
-  return page::StudyPage(report::ParseJson(text, "comparison"), "comparison");
+  return page::ComparisonPage(report::ParseJson(text, "comparison"), {before, a}, {after, b});
 }
 
 page::Page PageOf(const ReportArguments& arguments) {

@@ -11,6 +11,7 @@
 #include "experiments/statistics/intervals.h"
 #include "experiments/statistics/sampling.h"
 #include "experiments/system/output_path.h"
+#include "experiments/system/plain_text.h"
 #include "sim/base/random.h"
 
 namespace turbidock::farm {
@@ -34,17 +35,6 @@ std::pair<double, double> Pair(const config::YamlNode& at, const char* names) {
   } catch (const ConfigError&) {
     at.Fail(std::string("must be two numbers, [") + names + "]");
   }
-}
-
-// Text on a line of its own, indented, for a block of YAML.
-std::string Indented(const std::string& text, const std::string& by) {
-  std::string out;
-  for (size_t begin = 0; begin < text.size();) {
-    const size_t end = std::min(text.find('\n', begin), text.size());
-    out += by + text.substr(begin, end - begin) + "\n";
-    begin = end + 1;
-  }
-  return out;
 }
 
 // Of the bundled models' files and of the scenarios' own MJCF files (not of what those include).
@@ -356,7 +346,7 @@ std::string Plan::Resolve() const {
   }
   text += "resolved_scenarios:\n";
   for (const auto& [name, scenario] : scenarios_)
-    text += "  " + name + ": |\n" + Indented(trial::SaveScenario(scenario), "    ");
+    text += "  " + name + ": |\n" + system::Indented(trial::SaveScenario(scenario), "    ");
   return text + "models_digest: \"" + ModelsDigest(scenarios_) + "\"\n";
 }
 

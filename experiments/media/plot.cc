@@ -82,13 +82,24 @@ const Terminal& TerminalOf(const std::string& path) {
   throw ConfigError(path + ": a figure's file ends with .png, .svg or .pdf");
 }
 
-// Curves differ in the shape of their dots, too: in grey their colours are alike.
-int DotShape(const Rgb& color) {
-  constexpr std::array kShapes = {7, 5, 9, 13, 11, 15, 6, 4};
+// The number of a curve's colour; 0 for any other colour.
+size_t NumberOf(const Rgb& color) {
   const auto* const found = std::find(kCurveColors.begin(), kCurveColors.end(), color);
-  return found == kCurveColors.end()
-             ? kShapes[0]
-             : kShapes[static_cast<size_t>(found - kCurveColors.begin()) % kShapes.size()];
+  return found == kCurveColors.end() ? 0 : static_cast<size_t>(found - kCurveColors.begin());
+}
+
+// Curves differ in the shape of their dots, too, and those without dots in their dashes: in grey
+// their colours are alike.
+int DotShape(const Rgb& color) {
+  constexpr std::array<int, kCurveColors.size()> kShapes = {7, 5, 9, 13, 11, 15, 6, 4};
+  return kShapes[NumberOf(color)];
+}
+std::string Dashes(Mark mark, const Rgb& color) {
+  constexpr std::array<const char*, kCurveColors.size()> kDashes = {
+      "", "(14,3)", "(3,3)", "(14,3,3,3)", "(20,3,3,3)", "(9,3,9,3)", "(3,3,3,3,14,3)", "(1,3)"};
+  const bool is_plain = mark == Mark::kLine || mark == Mark::kSteps || mark == Mark::kLineWithBand;
+  const char* const dashes = kDashes[NumberOf(color)];
+  return is_plain && *dashes ? fmt::format(" dashtype {}", dashes) : "";
 }
 
 // What gnuplot is told.
@@ -174,7 +185,8 @@ void AddSeries(const Series& series, Script* script) {
     script->Plot(
         fmt::format("{} using {}{} axes x1y{}", data, columns, series.scale ? ":5" : "",
                     series.second_axis ? 2 : 1),
-        fmt::format("{}{} linewidth {} linecolor {}", Shaped(style, series.color),
+        fmt::format("{}{}{} linewidth {} linecolor {}", Shaped(style, series.color),
+                    style == "lines" || style == "steps" ? Dashes(series.mark, series.color) : "",
                     dots ? fmt::format(" pointsize {}", series.dot_px / kDotOfSize1_px) : "",
                     series.width_px, series.scale ? "palette" : "rgb " + Color(series.color)),
         i + 1 == layers.size() ? series.name : "");
@@ -255,7 +267,7 @@ void AddPanel(const Figure& figure, size_t number, Script* script) {
     for (const Rule& rule : each.rules) letters = std::max(letters, Letters(rule.name));
   }
   if (panel.legend == Legend::kBeside) script->Line("set rmargin {}", letters + 7);
-  script->Line("set key {} Left reverse samplen 2", panel.legend == Legend::kAbove
+  script->Line("set key {} Left reverse samplen 3", panel.legend == Legend::kAbove
                                                         ? "tmargin left horizontal"
                                                         : "at graph 1.01,1 left top");
   if (figure.stacked) Stack(figure, number, script);

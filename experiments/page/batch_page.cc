@@ -16,6 +16,7 @@
 #include "experiments/farm/plan.h"
 #include "experiments/farm/run_lock.h"
 #include "experiments/page/compress.h"
+#include "experiments/page/study_page.h"
 #include "experiments/page/trial_model.h"
 #include "experiments/report/table.h"
 #include "experiments/trial/record_columns.h"
@@ -90,14 +91,18 @@ Json ColumnsOf(const std::vector<StoredTrial>& trials) {
   return all;
 }
 
+std::string ScenarioNameOf(const StoredTrial& trial) {
+  for (const farm::Parameter& p : trial.parameters)
+    if (p.key == "scenario") return p.value;
+  return "";
+}
+
 // What pictures of the trials need, for each scenario that occurs; the first trial stands for all
 // of its scenario.
 Json ModelsOf(const farm::Plan& plan, const std::vector<StoredTrial>& trials) {
   Json models = Json::object();
   for (const StoredTrial& trial : trials) {
-    std::string name;
-    for (const farm::Parameter& p : trial.parameters)
-      if (p.key == "scenario") name = p.value;
+    const std::string name = ScenarioNameOf(trial);
     if (models.contains(name)) continue;
     Json model = TrialModel(plan.ScenarioOf(plan.Trial(trial.trial)));
     model.erase("settings");
@@ -107,39 +112,104 @@ Json ModelsOf(const farm::Plan& plan, const std::vector<StoredTrial>& trials) {
 }
 
 // Failures first, then the others, each in their order.
-std::vector<int64_t> InOrderOfInterest(const std::vector<StoredTrial>& trials,
-                                       const std::vector<int64_t>& with_series) {
-  const std::set<int64_t> there(with_series.begin(), with_series.end());
+std::vector<int64_t> InOrderOfInterest(const std::vector<StoredTrial>& trials) {
   std::vector<int64_t> order;
   for (const bool success : {false, true})
     for (const StoredTrial& trial : trials)
-      if (trial.record.success() == success && there.count(trial.trial))
-        order.push_back(trial.trial);
+      if (trial.record.success() == success) order.push_back(trial.trial);
   return order;
 }
 
-void AddSeries(const farm::ResultStore& store, const std::string& file,
-               const std::vector<StoredTrial>& trials, int64_t budget, Page* page) {
+// Packs the stored series of these trials as parts PREFIX-TRIAL, as many as fit into the bytes, and
+// notes in `model` which, and how many the file has.
+void AddSeries(const farm::ResultStore& store, const std::string& file, const std::string& prefix,
+               const std::vector<int64_t>& order, int64_t bytes, Json* model, Page* page) {
   const std::vector<int64_t> with_series = store.TrialsWithSeries();
-  int64_t bytes = 0;
-  Json stored = Json::array();
-  for (const int64_t trial : InOrderOfInterest(trials, with_series)) {
+  const std::set<int64_t> there(with_series.begin(), with_series.end());
+  Json packed = Json::array();
+  for (const int64_t trial : order) {
+    if (!there.count(trial)) continue;
     const std::string text =
         report::JsonLine(SeriesModel(store.SeriesCsv(trial), file, kStoredDigits));
-    bytes += static_cast<int64_t>(Gzip(text).size()) * 4 / 3;
-    if (bytes > budget) break;
-    page->parts[fmt::format("series-{}", trial)] = text;
-    stored.push_back(trial);
+    bytes -= static_cast<int64_t>(Gzip(text).size()) * 4 / 3;
+    if (bytes < 0) break;
+    page->parts[fmt::format("{}-{}", prefix, trial)] = text;
+    packed.push_back(trial);
   }
-  page->model["series_trials"] = stored;
-  page->model["series_stored"] = with_series.size();
+  (*model)["series_trials"] = packed;
+  (*model)["series_stored"] = with_series.size();
+}
+
+// Of one of two files that are compared, what there is to show of these trials.
+Json SideModel(const farm::ResultStore& store, const std::string& file, const std::string& prefix,
+               const std::vector<int64_t>& numbers, int64_t bytes, Page* page) {
+  std::vector<StoredTrial> trials;
+  Json facts = Json::object();
+  for (const int64_t number : numbers) {
+    const StoredTrial& trial = trials.emplace_back(store.Trial(number));
+    Json parameters = Json::array();
+    for (const farm::Parameter& p : trial.parameters) parameters.push_back({p.key, p.value});
+    facts[std::to_string(number)] = {
+        {"scenario", ScenarioNameOf(trial)}, {"outcome", trial.record.outcome},
+        {"reason", trial.record.reason},     {"failure", trial.record.failure},
+        {"time_s", trial.record.time_s},     {"parameters", parameters}};
+  }
+  const bool is_batch = store.header().kind == "batch";
+  Json side = {{"file", file}, {"trials", facts}, {"can_replay", is_batch}};
+  AddSeries(store, file, prefix, numbers, bytes, &side, page);
+  side["models"] = Json::object();
+  if (is_batch && !side["series_trials"].empty()) {
+    try {
+      side["models"] = ModelsOf(farm::Plan(store.header().plan, file), trials);
+    } catch (const ConfigError& error) {
+      page->model["missing"].push_back(fmt::format(
+          "This program does not understand all of the plan of {}: {}", file, error.what()));
+    }
+  }
+  for (const auto& [name, model] : side["models"].items())
+    page->has_3d |= !model["scene"].is_null();
+  return side;
+}
+
+// Of a tuning study's plan, what tells a candidate's cost and its place among the gains' ranges.
+Json SearchModel(const config::YamlNode& study) {
+  const auto number = [](const config::YamlNode& node, const char* key) {
+    const auto value = node.Find(key);
+    return value ? report::NumberIn(value->Text().value_or("")).value_or(0) : 0.0;
+  };
+  const auto text = [](const config::YamlNode& node, const char* key) {
+    const auto value = node.Find(key);
+    return value ? value->Text().value_or("") : std::string();
+  };
+  Json objective = Json::array(), gains = Json::array();
+  if (const auto terms = study.Find("objective"))
+    for (const config::YamlNode& term : terms->Elements())
+      objective.push_back({{"metric", text(term, "metric")},
+                           {"weight", number(term, "weight")},
+                           {"failed", number(term, "failed")}});
+  if (const auto ranges = study.Find("gains"))
+    for (const config::YamlNode& range : ranges->Elements())
+      gains.push_back({{"key", text(range, "key")},
+                       {"low", number(range, "low")},
+                       {"high", number(range, "high")},
+                       {"scale", text(range, "scale")}});
+  const auto optimiser = study.Find("optimiser");
+  return {{"objective", objective},
+          {"gains", gains},
+          {"success_at_least", number(study, "success_at_least")},
+          {"success_weight", number(study, "success_weight")},
+          {"generations", optimiser ? number(*optimiser, "generations") : 0}};
 }
 
 }  // namespace
 
 std::string TitleOf(const farm::StoreHeader& header) {
-  const auto description = config::ParseYaml(header.plan, "plan").Find("description");
-  return description ? description->Text().value_or(header.kind) : header.kind;
+  try {
+    const auto description = config::ParseYaml(header.plan, "plan").Find("description");
+    return description ? description->Text().value_or(header.kind) : header.kind;
+  } catch (const ConfigError&) {  // a study's of an older program
+    return header.kind;
+  }
 }
 
 Page BatchPage(const farm::ResultStore& store, const std::string& file,
@@ -149,7 +219,9 @@ Page BatchPage(const farm::ResultStore& store, const std::string& file,
   Page page;
   Json& model = page.model;
   model = {{"kind", "batch"},
-           {"kind_title", header.kind == "batch" ? "batch" : header.kind + ": its trials"},
+           {"kind_title", header.kind == "batch"  ? "batch"
+                          : header.kind == "tune" ? "tuning study: its trials"
+                                                  : header.kind + ": its trials"},
            {"title", TitleOf(header)},
            {"build", header.build},
            {"file", file},
@@ -181,6 +253,13 @@ Page BatchPage(const farm::ResultStore& store, const std::string& file,
   model["models"] = Json::object();
   model["series_trials"] = Json::array();
   model["series_stored"] = 0;
+  if (header.kind == "tune") {
+    try {
+      model["search"] = SearchModel(config::ParseYaml(header.plan, file));
+    } catch (const ConfigError&) {
+      without("How the search goes", "an older program wrote the study into this file");
+    }
+  }
   if (header.kind == "batch") {
     try {
       const farm::Agenda agenda = farm::AgendaOf(store);
@@ -195,10 +274,27 @@ Page BatchPage(const farm::ResultStore& store, const std::string& file,
     } catch (const ConfigError& error) {
       without("This program does not understand all of the file's plan", error.what());
     }
-    AddSeries(store, file, trials, options.series_bytes, &page);
+    AddSeries(store, file, "series", InOrderOfInterest(trials), options.series_bytes, &model,
+              &page);
     for (const auto& [name, trial] : model["models"].items())
       page.has_3d |= !page.parts.empty() && !trial["scene"].is_null();
   }
+  return page;
+}
+
+Page ComparisonPage(const Json& comparison, const ComparedFile& a, const ComparedFile& b,
+                    const BatchPageOptions& options) {
+  Page page = StudyPage(comparison, "comparison");
+  std::vector<int64_t> in_a, in_b;
+  for (const Json& group : comparison["groups"])
+    for (const char* how : {"lost", "gained"})
+      for (const Json& pair : group[how]) {
+        in_a.push_back(pair["trial_a"]);
+        in_b.push_back(pair["trial_b"]);
+      }
+  const int64_t bytes = options.series_bytes / 2;
+  page.model["sides"] = {{"a", SideModel(a.store, a.name, "series-a", in_a, bytes, &page)},
+                         {"b", SideModel(b.store, b.name, "series-b", in_b, bytes, &page)}};
   return page;
 }
 

@@ -20,6 +20,17 @@ struct BatchPageOptions {
 Page BatchPage(const farm::ResultStore& store, const std::string& file,
                const BatchPageOptions& options = {});
 
+// One of two files that are compared; `name` stands for it in commands.
+struct ComparedFile {
+  const farm::ResultStore& store;
+  std::string name;
+};
+
+// Of what `compare --json` says about two such files, with the trials of the seeds that flipped, as
+// far as their series were stored.
+Page ComparisonPage(const report::Json& comparison, const ComparedFile& a, const ComparedFile& b,
+                    const BatchPageOptions& options = {});
+
 // Of one trial in such a file, as far as its series was stored. ConfigError when it is not there.
 Page StoredTrialPage(const farm::ResultStore& store, const std::string& file, int64_t trial);
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "experiments/config/data_files.h"
+#include "experiments/farm/run_lock.h"
 #include "experiments/page/trial_model.h"
 #include "experiments/page/trial_page.h"
 #include "experiments/system/output_path.h"
@@ -121,6 +122,14 @@ Page StudyPage(const Json& result, const std::string& where) {
 
 bool IsStudyFolder(const std::string& folder) {
   return HasFile(folder, "summary.json") || HasFile(folder, "report.json");
+}
+
+std::optional<std::string> TrialsOfUnfinishedStudy(const std::string& folder) {
+  constexpr const char* kTrials = "evaluations.sqlite";
+  const std::string file = (fs::path(folder) / kTrials).string();
+  if (!HasFile(folder, kTrials) || (HasFile(folder, "report.json") && !farm::IsLocked(file)))
+    return std::nullopt;
+  return file;
 }
 
 Page StudyFolderPage(const std::string& folder) {

@@ -2,6 +2,7 @@
 // Reports of studies: a gate, tuned gains, a comparison, the recognition experiment, estimators.
 // They show the JSON that the study's command writes.
 
+#include <optional>
 #include <string>
 
 #include "experiments/page/page.h"
@@ -16,5 +17,9 @@ Page StudyPage(const report::Json& result, const std::string& where);
 // failures in it.
 bool IsStudyFolder(const std::string& folder);
 Page StudyFolderPage(const std::string& folder);
+
+// The file of trials in a folder of `tune --out` whose study has no report yet, or runs now.
+// Nothing for any other folder.
+std::optional<std::string> TrialsOfUnfinishedStudy(const std::string& folder);
 
 }  // namespace turbidock::page

@@ -83,4 +83,14 @@ std::string Shortened(const std::string& text) {
   return text.substr(0, end) + "...";
 }
 
+std::string Indented(const std::string& text, const std::string& by) {
+  std::string out;
+  for (size_t begin = 0; begin < text.size();) {
+    const size_t end = std::min(text.find('\n', begin), text.size());
+    out += by + text.substr(begin, end - begin) + "\n";
+    begin = end + 1;
+  }
+  return out;
+}
+
 }  // namespace turbidock::system

@@ -20,4 +20,7 @@ std::string OneLineOf(std::string_view text);
 // The first 60 bytes of what a user wrote, no letter of it cut, and dots where there is more.
 std::string Shortened(const std::string& text);
 
+// The text with `by` before each of its lines, as a block of YAML has it.
+std::string Indented(const std::string& text, const std::string& by);
+
 }  // namespace turbidock::system

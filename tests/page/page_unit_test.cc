@@ -267,6 +267,80 @@ TEST_F(PageFiles, ABatchHasItsTrialsAndTheirSeriesFailuresFirst) {
   EXPECT_THAT(StoredTrialPage(store, "b.db", 0).model["missing"].dump(), HasSubstr("No traces"));
 }
 
+TEST_F(PageFiles, AComparisonHasTheTrialsThatFlippedOnBothSides) {
+  const farm::Plan plan(
+      "schema_version: 1\ndescription: two\nscenario: sea_night_active\nseeds: 3\n"
+      "series_every_frames: 1\n",
+      "plan");
+  const std::string series = trial::TrajectoryCsv(trial::RunTrial(WithoutCameras()).log);
+  // trial 1 is lost from a to b; b stored no series of it
+  const auto stored = [&](const std::string& name, bool is_b) {
+    farm::ResultStore store =
+        farm::ResultStore::Write(Path(name), farm::HeaderOf(plan, farm::Shard{}));
+    for (int64_t i = 0; i < 3; ++i) {
+      farm::StoredTrial trial{.trial = i, .sample = i, .parameters = {}, .record = {}};
+      trial.record.seed = i;
+      trial.record.reason = is_b && i == 1 ? "<b>lost</b>" : "docked";
+      trial.record.failure = is_b && i == 1 ? trial::Failure::kTimeout : trial::Failure::kNone;
+      if (!is_b) trial.series_csv = series;
+      store.Add(trial);
+    }
+    return store;
+  };
+  const farm::ResultStore a = stored("a.db", false), b = stored("b.db", true);
+  const Json comparison = Json::parse(
+      R"({"a": "a.db", "b": "b.db", "pairs": 3, "groups": [{"gained": [], "lost":
+      [{"seed": 1, "trial_a": 1, "trial_b": 1, "failure": "timeout"}]}]})");
+  const Page page = ComparisonPage(comparison, {a, "a.db"}, {b, "sub/b.db"});
+  const Json& sides = page.model["sides"];
+  EXPECT_EQ(page.model["kind"], "compare");
+  EXPECT_EQ(sides["a"]["series_trials"].dump(), "[1]") << "those that flipped, of three";
+  EXPECT_EQ(sides["a"]["series_stored"], 3);
+  EXPECT_EQ(sides["a"]["trials"].size(), 1u);
+  EXPECT_EQ(sides["b"]["file"], "sub/b.db");
+  EXPECT_EQ(sides["b"]["trials"]["1"]["reason"], "<b>lost</b>");
+  EXPECT_EQ(sides["b"]["series_stored"], 0);
+  EXPECT_TRUE(page.parts.contains("series-a-1"));
+  EXPECT_EQ(page.parts.size(), 1u);
+  EXPECT_FALSE(sides["a"]["models"][""]["scene"].is_null());
+  EXPECT_TRUE(page.has_3d);
+  EXPECT_TRUE(
+      ComparisonPage(comparison, {a, "a.db"}, {b, "b.db"}, {.series_bytes = 10}).parts.empty());
+}
+
+TEST_F(PageFiles, AStudyThatIsNotDoneIsSeenByItsTrials) {
+  EXPECT_EQ(TrialsOfUnfinishedStudy(Path("")), std::nullopt);
+  const auto stored = [&](const std::string& plan) {
+    return farm::ResultStore::Write(Path("evaluations.sqlite"), {.kind = "tune",
+                                                                 .plan = plan,
+                                                                 .plan_hash = "0123",
+                                                                 .build = "none",
+                                                                 .shard = {},
+                                                                 .trials = 0,
+                                                                 .keys = {"phase", "lqg.a"}});
+  };
+  {
+    const farm::ResultStore store = stored(
+        "description: sway\ngains:\n  - {key: lqg.a, low: 0.2, high: 3, scale: log}\n"
+        "objective:\n  - {metric: time_s, weight: 2, failed: 60}\nsuccess_at_least: 0.5\n");
+    const Json model = BatchPage(store, "e.sqlite").model;
+    EXPECT_EQ(model["title"], "sway");
+    EXPECT_EQ(model["search"]["objective"].dump(),
+              R"([{"metric":"time_s","weight":2.0,"failed":60.0}])");
+    EXPECT_EQ(model["search"]["gains"][0]["scale"], "log");
+    EXPECT_EQ(model["search"]["success_at_least"], 0.5);
+    EXPECT_EQ(TrialsOfUnfinishedStudy(Path("")), Path("evaluations.sqlite"));
+    File("report.json", "{}");
+    EXPECT_EQ(TrialsOfUnfinishedStudy(Path("")), Path("evaluations.sqlite")) << "runs again";
+  }
+  EXPECT_EQ(TrialsOfUnfinishedStudy(Path("")), std::nullopt) << "has its report";
+  // an older program's study, which was no YAML
+  fs::remove(Path("evaluations.sqlite"));
+  const Json old = BatchPage(stored("trials: |\ntrials: |\n"), "e.sqlite").model;
+  EXPECT_EQ(old["title"], "tune");
+  EXPECT_THAT(old["missing"].dump(), HasSubstr("How the search goes: an older program"));
+}
+
 TEST_F(PageFiles, AnOlderBatchSaysWhatItLacks) {
   const farm::Plan plan(
       "schema_version: 1\ndescription: old\nscenario: sea_night_active\nseeds: 2\n", "plan");

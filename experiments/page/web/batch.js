@@ -7,6 +7,7 @@ import {wilson, quantile, bins, groupsOf} from 'page/numbers.js';
 import {badge, command, facts, head} from 'page/parts.js';
 import {Plot} from 'page/plot.js';
 import {Series} from 'page/series.js';
+import {drawSearch} from 'page/search.js';
 import {Table} from 'page/table.js';
 import {TrialView} from 'page/trial.js';
 import {curve, ink, isDark, kTones, onTheme} from 'page/theme.js';
@@ -31,7 +32,8 @@ export class BatchView {
     if (!this.n) return;
     this.plots = h('div', {class: 'plots'});
     host.append(this.plots);
-    this.drawSuccess();
+    if (model.search) drawSearch(this.plots, model.search, this.n, this.get);
+    else this.drawSuccess();
     this.drawFailures();
     this.drawTimes();
     this.drawErrors();
@@ -52,7 +54,7 @@ export class BatchView {
     const [low, high] = wilson(won.length, n);
     const median = (key, unit = 1) => this.get[key]
       ? quantile(won.map(i => Math.abs(this.get[key](i) ?? NaN)), 0.5) * unit : NaN;
-    const state = n === 0 ? ['empty', 'none'] : complete ? ['complete', 'good'] : [model.running ? 'running' : 'partial', 'none'];
+    const state = n === 0 ? ['empty', 'none'] : model.search ? [model.running ? 'running' : 'not running', 'none'] : complete ? ['complete', 'good'] : [model.running ? 'running' : 'partial', 'none'];
     host.append(head({badge: badge(...state), title: model.title, note: n < expected ? `${n} of about ${expected} trials` : '',
       facts: n ? [['trials', String(n)], ['docked', rate(won.length / n, low, high), '95 % Wilson interval'],
         ['time to dock, median', clockText(median('time_s'))],
@@ -248,9 +250,9 @@ export class BatchView {
       choices: choices ? [...new Set(Array.from({length: this.n}, (_, i) => get[key](i)))].filter(v => v !== null).sort() : null});
     const used = new Set(['trial', 'outcome', 'failure', 'time_s', 'reason', 'cell', 'sample', 'seed']);
     const isNumber = key => { for (let i = 0; i < this.n; ++i) { const v = get[key](i); if (v !== null) return typeof v === 'number'; } return false; };
-    const columns = [numeric('trial', 'trial', {width: '74px', text: i => String(get.trial(i))}), word('outcome', 'outcome', true), word('failure', 'failure', true)];
+    const columns = [numeric('trial', 'trial', {width: `${Math.max(74, 9 * String(get.trial(this.n - 1)).length + 20)}px`, text: i => String(get.trial(i))}), word('outcome', 'outcome', true), word('failure', 'failure', true)];
     for (const key of Object.keys(model.parameters))
-      columns.push(isNumber(key) ? numeric(key, key, {width: '130px', filterValue: i => get[key](i), text: i => number(get[key](i))})
+      columns.push(isNumber(key) ? numeric(key, key, {width: `${Math.min(290, Math.max(130, 8 * key.length + 20))}px`, filterValue: i => get[key](i), text: i => number(get[key](i))})
         : {...word(key, key, new Set(Array.from({length: this.n}, (_, i) => get[key](i))).size < 30), text: i => String(get[key](i) ?? '–')});
     columns.push(numeric('time_s', 'time, s'), {key: 'reason', label: 'reason', value: i => get.reason?.(i), width: '280px'});
     for (const key of Object.keys(model.columns)) if (!used.has(key) && isNumber(key)) columns.push(numeric(key, undefined, {width: '128px'}));

@@ -201,7 +201,7 @@ class LivePage {
     fill(this.record, h('h2', {}, 'Changed while it ran'), last.length ? [
       h('p', {class: 'note'}, `${this.changes.length} in all, the last ones first; the trial’s record has every one of them.`),
       h('div', {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'changes'}, h('table', {class: 'plain'}, h('tbody', {}, last.map(change =>
-        h('tr', {}, h('td', {class: 'numeric'}, `${fixed(change.time_s, 2)} s`), h('th', {scope: 'row'}, change.key), h('td', {}, change.value))))))]
+        h('tr', {}, h('td', {class: 'numeric'}, `${fixed(change.time_s, 2)} s`), h('th', {scope: 'row'}, change.key), h('td', {}, change.key === 'push' ? `${change.value} N` : change.value))))))]
       : h('p', {class: 'note'}, 'Nothing: its digest is that of a trial that nobody watched.'));
   }
 }

@@ -32,12 +32,13 @@ export function command(text, what) {
   return h('div', {class: 'command'}, what ? h('span', {class: 'note'}, what) : null, h('div', {}, code, copy));
 }
 
-/** A small table of texts: {columns: [{label, numeric}], rows: [[...]]}. A cell may be {text, tone}. */
+/** A small table of texts: {columns: [{label, numeric}], rows: [[...]]}. A cell may be {text, tone, title, onclick}. */
 export function plainTable({columns, rows, caption}) {
   const cell = (value, k) => {
     const tag = k === 0 ? 'th' : 'td';
     const text = value !== null && typeof value === 'object' ? value.text : value;
-    return h(tag, {title: value?.title, scope: k === 0 ? 'row' : null, class: [columns[k]?.numeric ? 'numeric' : '', value?.tone || ''].join(' ').trim() || null}, text ?? '–');
+    const inner = value?.onclick ? button(text, value.onclick, {class: 'link', title: value.title}) : text ?? '–';
+    return h(tag, {title: value?.title, scope: k === 0 ? 'row' : null, class: [columns[k]?.numeric ? 'numeric' : '', value?.tone || ''].join(' ').trim() || null}, inner);
   };
   return h('div', {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': caption || columns.map(c => c.label).join(', ')}, h('table', {class: 'plain'}, caption ? h('caption', {}, caption) : null,
     h('thead', {}, h('tr', {}, columns.map(c => h('th', {scope: 'col', class: c.numeric ? 'numeric' : null}, c.label)))),

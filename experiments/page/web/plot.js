@@ -107,11 +107,11 @@ export class Plot {
     const [x0, x1] = axis === 'y' ? this.xRange() : [-Infinity, Infinity];
     for (const series of this.shownSeries()) {
       if (axis === 'y' && Boolean(series.second) !== second) continue;
-      const along = axis === 'x' && series.mark === 'bars_along_x';
+      const along = ['bars_along_x', 'columns'].includes(series.mark) ? 'x' : 'y';  // low and high are of it
       for (let i = 0; i < series.x.length; ++i) {
         if (axis === 'y' && (series.x[i] < x0 || series.x[i] > x1)) continue;
         hold(series[axis][i]);
-        if ((axis === 'y' && series.mark !== 'bars_along_x' || along) && series.low) {
+        if (axis === along && series.low) {
           hold(series.low[i]);
           hold(series.high[i]);
         }

@@ -26,6 +26,7 @@ function duration(seconds) {
 class Progress {
   constructor(host, model) {
     this.drawn = model.rows ?? 0;
+    this.ran = model.running;
     this.begun = performance.now();
     this.bar = h('div', {class: 'progress', role: 'progressbar', 'aria-label': 'trials that are done', 'aria-valuemin': 0}, h('span', {}));
     this.text = h('p', {class: 'now', role: 'status'}, '…');
@@ -45,8 +46,9 @@ class Progress {
     const more = progress.done - this.drawn;
     this.fresh.hidden = more <= 0;
     fill(this.fresh, `${more} more since: draw them`);
-    const enough = progress.done >= kGrowth * this.drawn + 1 || !progress.running;
-    if (more > 0 && enough && !this.touched && !document.hidden)
+    const enough = more > 0 && (progress.done >= kGrowth * this.drawn + 1 || !progress.running);
+    const ended = this.ran && !progress.running;  // a study has its report now
+    if ((enough || ended) && !this.touched && !document.hidden)
       setTimeout(() => { if (!this.touched) location.reload(); }, Math.max(0, kDrawEvery_ms - (performance.now() - this.begun)));
   }
 

@@ -31,8 +31,11 @@ export function show(host, model) {
       const line = own.filter(c => c.distance_mm === distance).sort((a, b) => a.milk_ml_m3 - b.milk_ml_m3);
       line.forEach((c, i) => {
         const before = line[i - 1], after = line[i + 1];
-        blocks.push({x0: before ? (before.milk_ml_m3 + c.milk_ml_m3) / 2 : c.milk_ml_m3, x1: after ? (after.milk_ml_m3 + c.milk_ml_m3) / 2 : c.milk_ml_m3 + (before ? (c.milk_ml_m3 - before.milk_ml_m3) / 2 : 1),
-          y0: row - 0.4, y1: row + 0.4, color: kAreas[c.area || areaOf(c.fitness_mean)], opacity: 0.85});
+        const area = c.area || areaOf(c.fitness_mean), last = blocks[blocks.length - 1];
+        const x0 = before ? (before.milk_ml_m3 + c.milk_ml_m3) / 2 : c.milk_ml_m3;
+        const x1 = after ? (after.milk_ml_m3 + c.milk_ml_m3) / 2 : c.milk_ml_m3 + (before ? (c.milk_ml_m3 - before.milk_ml_m3) / 2 : 1);
+        if (i > 0 && last.name === area) last.x1 = x1;  // one block, wide enough for its name
+        else blocks.push({name: area, x0, x1, y0: row - 0.4, y1: row + 0.4, color: kAreas[area], opacity: 0.85, ink: '#10161b'});
         points.x.push(c.milk_ml_m3); points.y.push(row);
       });
     });

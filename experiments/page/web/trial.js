@@ -128,7 +128,7 @@ export class TrialView {
     this.bar = h('div', {class: 'transport', role: 'group', 'aria-label': 'time'}, this.play, this.slider, this.now, speed, controls);
     host.append(this.bar);
     addEventListener('keydown', event => {
-      if (event.key !== ' ' || event.target.closest?.('button, input, select, textarea, video, [role=table]')) return;
+      if (event.key !== ' ' || event.defaultPrevented || !this.bar.isConnected || event.target.closest?.('button, input, select, textarea, video, [role=table]')) return;
       event.preventDefault();
       clock.toggle();
     });
@@ -169,7 +169,8 @@ export class TrialView {
     this.slider.value = String(clock.time);
     const stage = series.at('stage', i), F = series.at('fitness', i);
     this.slider.setAttribute('aria-valuetext', `${clockText(clock.time)}, ${words(stage || '')}`);
-    this.now.textContent = i < 0 ? '–' : `${clockText(clock.time)} · ${words(stage)} · F ${fixed(F, 2)}`;
+    const ended = clock.time > series.end + 0.1;  // another trial of the same clock goes on
+    this.now.textContent = i < 0 ? '–' : `${clockText(ended ? series.end : clock.time)} · ${words(stage)} · ${ended ? 'ended' : `F ${fixed(F, 2)}`}`;
     if (i < 0) return;
     const found = F >= this.model.limits.detection_fitness;
     this.scene?.update(series.pose('vehicle', i), found ? series.pose('est', i) : null);
@@ -209,9 +210,9 @@ export function flat(record, path = '') {
     if (['transitions', 'reason', 'log'].includes(key)) continue;
     if (value && typeof value === 'object' && !Array.isArray(value)) list.push(...flat(value, name));
     else {
-      const {unit, factor} = quantity(key);
-      const text = typeof value === 'number' ? `${number(value * factor)}${unit ? ' ' + unit : ''}` : Array.isArray(value) ? value.map(shown).join(', ') : shown(value);
-      list.push([words(name.replace(/_(m|s|rad|v|newton|joule|mib)$/, '')).replaceAll('.', ', '), text, name]);
+      const {unit, factor} = quantity(path.endsWith('_s') ? path : key);  // stage_time_s.docking
+      const text = typeof value === 'number' ? `${number(value * factor)}${unit ? ' ' + unit : ''}` : Array.isArray(value) ? value.map(shown).join(', ') || 'none' : shown(value);
+      list.push([words(name.replace(/_(m|s|rad|v|newton|joule)(?=\.|$)/g, '')).replaceAll('.', ', '), text, name]);
     }
   }
   return list;

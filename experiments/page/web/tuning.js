@@ -8,13 +8,15 @@ const pText = p => p === undefined ? '–' : p < 0.001 ? p.toExponential(1) : fi
 const span = c => `${fixed(c.mean, 2)} [${fixed(c.confidence_95[0], 2)}, ${fixed(c.confidence_95[1], 2)}]`;
 const docked = s => `${s.successes}/${s.trials} [${fixed(100 * s.success_95[0], 0)}, ${fixed(100 * s.success_95[1], 0)}] %`;
 
+const clockOrNone = s => Number.isFinite(s) ? `${fixed(s, 1)} s` : '–';
+
 function shareOf(range, value) {
   return range.scale === 'log' ? Math.log(value / range.low) / Math.log(range.high / range.low) : (value - range.low) / (range.high - range.low);
 }
 
 function comparisons(list) {
   return {columns: ['trials', 'docked, before', 'docked, tuned', 'time, before', 'time, tuned', 'cost difference [95 %]', 'p (t)', 'p (Wilcoxon)', 'p (McNemar)']
-    .map((label, k) => ({label, numeric: k > 0})), rows: list.map(c => [c.what, docked(c.start), docked(c.tuned), `${fixed(c.start.time_s_median, 1)} s`, `${fixed(c.tuned.time_s_median, 1)} s`,
+    .map((label, k) => ({label, numeric: k > 0})), rows: list.map(c => [c.what, docked(c.start), docked(c.tuned), clockOrNone(c.start.time_s_median), clockOrNone(c.tuned.time_s_median),
     {text: span(c.cost_difference), tone: c.cost_difference.confidence_95[1] < 0 ? 'good' : c.cost_difference.confidence_95[0] > 0 ? 'bad' : ''},
     pText(c.cost_difference.t_p), pText(c.cost_difference.wilcoxon_p), pText(c.mcnemar_p)])};
 }

@@ -72,7 +72,7 @@ void AddCompare(app::CommandLine& line) {
   compare.Add("--ignore KEY,...", arguments.options.ignore,
               "Parameters in which the sets are meant to differ");
   compare.Add("--metrics NAME,...", arguments.metrics, "What to compare where both docked");
-  compare.Add("--figure", arguments.figure, "Also draw it: .png, .svg or .pdf");
+  compare.Add("--figure FILE", arguments.figure, "Also draw it: .png, .svg or .pdf");
   compare.Flag("--json", arguments.json, "As JSON");
 }
 

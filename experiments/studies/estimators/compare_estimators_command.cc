@@ -82,7 +82,7 @@ void AddCompareEstimators(app::CommandLine& line) {
   compare.AddSeed(arguments.seed);
   compare.AddSet(options.assignments, "Set one key of the scenarios");
   compare.Add("--csv", arguments.csv, "Write a line for each cell and estimator");
-  compare.Add("--figure", arguments.figure,
+  compare.Add("--figure FILE", arguments.figure,
               "Draw share found and error over milk: .png, .svg or .pdf");
   compare.AddJson(arguments.json);
   compare.AddQuiet(arguments.quiet);

@@ -11,6 +11,7 @@
 #include "experiments/app/commands.h"
 #include "experiments/app/plan_arguments.h"
 #include "experiments/app/progress.h"
+#include "experiments/media/plot.h"
 #include "experiments/page/study_page.h"
 #include "experiments/report/json.h"
 #include "experiments/report/table.h"
@@ -32,7 +33,7 @@ using report::Json;
 
 struct GateArguments {
   std::string plan;
-  std::string baseline, out;
+  std::string baseline, out, figure;
   std::vector<std::string> assignments;
   int workers = app::AvailableCores();
   int bundles = 5;
@@ -199,8 +200,11 @@ int PlanSize(const GateArguments& arguments) {
   const statistics::RateTest test(design);
   const statistics::FixedTest fixed = statistics::FixedSampleTest(design);
   const int64_t sequences = arguments.simulate > 0 ? arguments.simulate : 10000;
-  if (!arguments.out.empty())
-    system::OutputPlan().WritesInto(arguments.out, {"error_rates.png"}).Require();
+  if (!arguments.figure.empty()) media::RequireFigurePath(arguments.figure);
+  system::OutputPlan outputs;
+  outputs.Writes(arguments.figure);
+  if (!arguments.out.empty()) outputs.WritesInto(arguments.out, {"error_rates.png"});
+  outputs.Require();
 
   auto exact = Json::array(), counted = Json::array();
   report::Table expected(
@@ -251,8 +255,10 @@ int PlanSize(const GateArguments& arguments) {
         "a test of fixed size takes {} trials and fails when {} or fewer succeed\n\n{}\n{}",
         design.no_worse, design.worse, design.alpha, design.beta, design.max_trials, fixed.trials,
         fixed.fail_at_most, expected.Text(), simulated.Text());
-  if (!arguments.out.empty()) {
-    const std::string path = arguments.out + "/error_rates.png";
+  std::vector<std::string> figures;
+  if (!arguments.out.empty()) figures.push_back(arguments.out + "/error_rates.png");
+  if (!arguments.figure.empty()) figures.push_back(arguments.figure);
+  for (const std::string& path : figures) {
     const double deviations = WriteErrorRateFigure(path, design, sequences, kSimulationSeed);
     std::fprintf(
         stderr,
@@ -264,6 +270,8 @@ int PlanSize(const GateArguments& arguments) {
 
 int Gate(const GateArguments& arguments) {
   if (arguments.plan_size || arguments.simulate > 0) return PlanSize(arguments);
+  if (!arguments.figure.empty())
+    throw ConfigError("--figure: draws what --plan-size prints; a gate's verdict is in --out");
   if (arguments.plan.empty()) throw ConfigError("gate: which gate? Give its file");
   GatePlan plan = LoadGatePlan(arguments.plan);
   if (!arguments.baseline.empty()) plan.baseline = arguments.baseline;
@@ -301,8 +309,10 @@ void AddGate(app::CommandLine& line) {
   gate.Flag("--plan-size", arguments.plan_size, "Print expected and most trials for these rates")
       .Group(group);
   gate.Add("--simulate", arguments.simulate,
-           "The same, with this many simulated sequences a setting; --out: a figure")
+           "The same, with this many simulated sequences a setting; --out: error_rates.png")
       .Between(1, 100000000)
+      .Group(group);
+  gate.Add("--figure FILE", arguments.figure, "Draw its error rates: .png, .svg or .pdf")
       .Group(group);
   gate.Add("--rate", arguments.rate, "Success rate that is no worse").Group(group);
   gate.Add("--margin", arguments.margin, "Loss of success rate that matters").Group(group);

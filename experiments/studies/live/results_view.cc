@@ -1,11 +1,13 @@
 #include "experiments/studies/live/results_view.h"
 
+#include <algorithm>
 #include <chrono>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "experiments/farm/agenda.h"
 #include "experiments/farm/result_store.h"
@@ -70,22 +72,24 @@ class NoticeTab : public serve::Tab {
 
 Json ResultsProgress::Look(const std::string& file, double now_s) {
   const farm::ResultStore store = farm::ResultStore::Read(file);
-  const farm::Agenda agenda = farm::AgendaOf(store);
-  const int64_t done = agenda.done();
+  const std::vector<farm::Verdict> verdicts = store.Verdicts();
+  const int64_t done = std::ssize(verdicts);
+  const int64_t successes = std::ranges::count(verdicts, true, &farm::Verdict::success);
   if (first_done_ < 0) {
     first_done_ = done;
     first_s_ = now_s;
   }
-  const statistics::Interval wilson = statistics::WilsonInterval(agenda.successes(), done);
+  const statistics::Interval wilson = statistics::WilsonInterval(successes, done);
   Json progress = {{"running", farm::IsLocked(file)},
                    {"done", done},
-                   {"successes", agenda.successes()},
+                   {"successes", successes},
                    {"wilson", wilson},
                    {"by_hour", nullptr},
                    {"wanted", nullptr},
                    {"expected", nullptr}};
   // a tuning study knows its number of trials only when it is over
   if (store.header().trials > 0) {
+    const farm::Agenda agenda = farm::AgendaOf(store);
     progress["wanted"] = agenda.wanted();
     progress["expected"] = agenda.Expected();
   }

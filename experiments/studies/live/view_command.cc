@@ -11,6 +11,7 @@
 #include "experiments/farm/result_store.h"
 #include "experiments/page/batch_page.h"
 #include "experiments/page/result_page.h"
+#include "experiments/page/study_page.h"
 #include "experiments/studies/live/live_view.h"
 #include "experiments/studies/live/results_view.h"
 #include "experiments/system/output_path.h"
@@ -46,12 +47,23 @@ std::string SummaryText(const ViewSummary& s) {
 
 enum class Kind { kScenario, kResult, kGrowing };
 
-// A folder or a JSON document is a result; a file of trials may still grow; all else is a scenario.
+// A folder or a JSON document is a result; a file of trials and the folder of a study that is not
+// done may still grow; all else is a scenario.
 Kind KindOf(const std::string& what) {
   std::error_code ignored;
-  if (fs::is_directory(what, ignored) || fs::path(what).extension() == ".json")
-    return Kind::kResult;
+  if (fs::is_directory(what, ignored))
+    return page::TrialsOfUnfinishedStudy(what) ? Kind::kGrowing : Kind::kResult;
+  if (fs::path(what).extension() == ".json") return Kind::kResult;
   return page::IsFileOfTrials(what) ? Kind::kGrowing : Kind::kScenario;
+}
+
+// Of a file of trials, or of a study's folder: its report once there is one.
+page::Page PageOfGrowing(const std::string& what, const std::string& file) {
+  const farm::ResultStore store = farm::ResultStore::Read(file);
+  if (what == file || page::TrialsOfUnfinishedStudy(what)) return page::BatchPage(store, file);
+  page::Page page = page::StudyFolderPage(what);
+  page.model["rows"] = store.Done().size();
+  return page;
 }
 
 // What only a scenario can follow. ConfigError for what was given besides a result.
@@ -88,7 +100,7 @@ int View(const ViewArguments& arguments) {
     std::fflush(stdout);
     app::Progress(arguments.quiet).Say("open this address in a browser; Ctrl-C ends");
   };
-  const auto stop_requested = [] { return app::StopSignal() != 0; };
+  const auto stop_requested = app::CatchStopSignals();  // a trial that is cut off has its record
   const ResultsOptions results{
       .place = place, .on_served = on_served, .stop_requested = stop_requested};
   const std::string& what = arguments.what;
@@ -104,11 +116,13 @@ int View(const ViewArguments& arguments) {
       RefuseScenarioOptions(arguments);
       ServePage(page::ResultPage(what), results);
       break;
-    case Kind::kGrowing:
+    case Kind::kGrowing: {
       RefuseScenarioOptions(arguments);
+      const std::string file = page::TrialsOfUnfinishedStudy(what).value_or(what);
       ServeResults(
-          what, [&what] { return page::BatchPage(farm::ResultStore::Read(what), what); }, results);
+          file, [&] { return PageOfGrowing(what, file); }, results);
       break;
+    }
   }
   return app::kExitDone;
 }
@@ -117,10 +131,11 @@ int View(const ViewArguments& arguments) {
 
 void AddView(app::CommandLine& line) {
   auto [view, arguments] = line.Add(
-      "view", "Watch a trial or a batch while it runs, in a browser on this machine", &View);
+      "view", "Watch a trial, a batch or a study while it runs, in a browser on this machine",
+      &View);
   view.Add("what", arguments.what,
            "A scenario (YAML file or a bundled one's name), which runs; or a result: a trial's, a\n"
-           "gate's or a study's folder, a file of trials, also while they run");
+           "gate's or a study's folder, a file of trials; batches and studies also while they run");
   view.AddSet(arguments.assignments, "Set one key, such as water.milk_ml_m3=20");
   view.Add("--gains", arguments.gains, "Gains file, read over the scenario");
   view.AddSeed(arguments.seed);

@@ -19,7 +19,7 @@ namespace {
 struct StepArguments {
   std::string scenario = "sea_night_active";
   std::vector<std::string> assignments;
-  std::string gains, axis = "all";
+  std::string gains, axis = "all", figure;
   std::optional<std::string> out;
   StepOptions options;
   bool cameras = false, true_pose = false, sea = false, no_noise = false;
@@ -38,15 +38,14 @@ int Measure(const StepArguments& arguments) {
     for (const control::Axis axis : StepOptions().axes)
       if (arguments.axis == AxisName(axis)) options.axes = {axis};
   }
-  if (arguments.out) {
-    system::OutputPlan()
-        .Reads(arguments.scenario)
-        .Reads(arguments.gains)
-        .WritesInto(*arguments.out,
-                    {"step_response.json", "step_response.csv", "step_response.png"})
-        .Require();
-    media::RequireFigures();
-  }
+  if (!arguments.figure.empty()) media::RequireFigurePath(arguments.figure);
+  system::OutputPlan outputs;
+  outputs.Reads(arguments.scenario).Reads(arguments.gains).Writes(arguments.figure);
+  if (arguments.out)
+    outputs.WritesInto(*arguments.out,
+                       {"step_response.json", "step_response.csv", "step_response.png"});
+  outputs.Require();
+  if (arguments.out || !arguments.figure.empty()) media::RequireFigures();
   app::Progress progress(arguments.quiet);
   progress.Say(fmt::format("{}: {}, {}, {}", scenario.description,
                            NameOf(scenario.control.controller),
@@ -60,13 +59,14 @@ int Measure(const StepArguments& arguments) {
     std::fputs(json.c_str(), stdout);
   else
     std::fputs(StepTable(responses).c_str(), stdout);
+  const std::string title =
+      fmt::format("{}: {}", scenario.description, NameOf(scenario.control.controller));
+  if (!arguments.figure.empty() && !responses.empty())
+    WriteStepFigure(arguments.figure, title, responses);
   if (arguments.out && !responses.empty()) {
     system::WriteWhole(*arguments.out + "/step_response.json", json);
     system::WriteWhole(*arguments.out + "/step_response.csv", StepCsv(responses));
-    WriteStepFigure(
-        *arguments.out + "/step_response.png",
-        fmt::format("{}: {}", scenario.description, NameOf(scenario.control.controller)),
-        responses);
+    WriteStepFigure(*arguments.out + "/step_response.png", title, responses);
     progress.Say(fmt::format("  step_response.json, .csv, .png in {}", *arguments.out));
   }
   return app::kExitDone;
@@ -96,6 +96,7 @@ void AddStepResponse(app::CommandLine& line) {
   step.Add("--volts", options.volts, "Amplitude of the sinusoids that measure the loop")
       .Between(0.01, 2.5);
   step.Add("--out", arguments.out, "Folder for step_response.json, .csv and .png");
+  step.Add("--figure FILE", arguments.figure, "Draw it: .png, .svg or .pdf");
   step.AddJson(arguments.json);
   step.AddQuiet(arguments.quiet);
 }

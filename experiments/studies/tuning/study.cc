@@ -8,6 +8,7 @@
 #include "experiments/config/nearest_name.h"
 #include "experiments/config/yaml_fields.h"
 #include "experiments/system/output_path.h"
+#include "experiments/system/plain_text.h"
 #include "sim/base/check.h"
 #include "sim/base/random.h"
 
@@ -150,9 +151,11 @@ Study::Study(const config::YamlNode& study)
   // Both ends must be allowed by the scenario too.
   for (const double end : {0.0, 1.0})
     ScenarioOf(plan_, 0, GainsAt(Candidate(settings_.gains.size(), end)));
-  resolved_ = config::SaveYaml(settings_) + "trials: |\n" + plan_.resolved();
+  resolved_ =
+      config::SaveYaml(settings_) + "trials: |\n" + system::Indented(plan_.resolved(), "  ");
   if (has_against())
-    resolved_ += "against: |\n" + TrialsAgainst(0, plan_.settings().seeds).resolved();
+    resolved_ += "against: |\n" +
+                 system::Indented(TrialsAgainst(0, plan_.settings().seeds).resolved(), "  ");
 }
 
 Gains Study::GainsAt(const Candidate& candidate) const {

@@ -19,15 +19,17 @@ namespace {
 constexpr double kLogEvery_s = 20;
 
 struct TuneArguments {
-  std::string study, out;
+  std::string study, out, figure;
   int workers = app::AvailableCores();
   bool json = false, quiet = false;
 };
 
 int Tune(const TuneArguments& arguments) {
   const Study study = LoadStudy(arguments.study);
+  if (!arguments.figure.empty()) media::RequireFigurePath(arguments.figure);
   system::OutputPlan()
       .Reads(arguments.study)
+      .Writes(arguments.figure)
       .WritesInto(arguments.out,
                   {"evaluations.sqlite", "gains.yaml", "report.json", "report.md", "tuning.png"})
       .Require();
@@ -70,6 +72,7 @@ int Tune(const TuneArguments& arguments) {
   system::WriteWhole(arguments.out + "/report.json", TuningJson(study, result));
   system::WriteWhole(arguments.out + "/report.md", TuningMarkdown(study, result));
   WriteTuningFigure(arguments.out + "/tuning.png", study, result);
+  if (!arguments.figure.empty()) WriteTuningFigure(arguments.figure, study, result);
   page::WritePage(arguments.out + "/report.html", page::StudyFolderPage(arguments.out));
   if (arguments.json)
     std::fputs(TuningJson(study, result).c_str(), stdout);
@@ -103,6 +106,7 @@ void AddTune(app::CommandLine& line) {
            "study is gone on with")
       .Required();
   tune.AddWorkers(arguments.workers, "Processes that run trials");
+  tune.Add("--figure FILE", arguments.figure, "Draw tuning.png also here: .png, .svg or .pdf");
   tune.Flag("--json", arguments.json, "Print the report as JSON on stdout");
   tune.AddQuiet(arguments.quiet);
   line.Add("studies", "List the bundled studies", &ListStudies);

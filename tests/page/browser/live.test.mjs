@@ -6,6 +6,7 @@
 import assert from 'node:assert/strict';
 import {spawn} from 'node:child_process';
 import {mkdtempSync, readFileSync, rmSync, writeFileSync} from 'node:fs';
+import http from 'node:http';
 import {createRequire} from 'node:module';
 import os from 'node:os';
 import path from 'node:path';
@@ -37,11 +38,11 @@ const kWaiting = ['pool_active', ...['duration_s=600', 'procedure.found_hold_s=6
 
 /** Starts the program; {url, said(): what it said, stop(): ends it by Ctrl-C and gives what ended it, which a shell calls 130}. */
 async function view(...words) {
-  const child = spawn(program, ['view', ...words, '--port', '0'], {cwd: folder, stdio: ['ignore', 'pipe', 'pipe']});
+  const child = spawn(program, ['view', ...words, ...words.includes('--port') ? [] : ['--port', '0']], {cwd: folder, stdio: ['ignore', 'pipe', 'pipe']});
   let said = '';
   running.push(() => child.kill('SIGKILL'));
   child.stderr.on('data', data => { said += data; });
-  const ended = new Promise(resolve => child.on('exit', (code, signal) => resolve(code ?? signal)));
+  const ended = new Promise(resolve => child.on('close', (code, signal) => resolve(code ?? signal)));
   const url = await new Promise((resolve, reject) => {
     child.stdout.on('data', data => resolve(String(data).trim()));
     ended.then(code => reject(new Error(`ended with ${code}: ${said}`)));
@@ -114,7 +115,7 @@ for (const width of [1440, 390])
     assert.deepEqual(complaints, []);
     assert.deepEqual(requests, []);
     await close();
-    assert.equal(await served.stop(), 'SIGINT');
+    assert.equal(await served.stop(), 130);
   });
 
 test('pause, step, speed, sliders, push, restart, and what the record says', async () => {
@@ -168,7 +169,14 @@ test('pause, step, speed, sliders, push, restart, and what the record says', asy
     [['water.milk_ml_m3', '30'], ['lamps.enabled', 'true'], ['controller', 'p_voltage']]);
   assert.deepEqual([...complaints, ...other.complaints], []);
   await other.close();
-  assert.equal(await served.stop(), 'SIGINT');
+  await press(page.getByRole('button', {name: 'right', exact: true}));
+  await until(page, () => document.querySelectorAll('[aria-label=changes] tr').length >= 1);
+  assert.equal(await served.stop(), 130);
+  // cut off by Ctrl-C, it has its record, too
+  const last = JSON.parse(readFileSync(path.join(folder, 'live/result.json')));
+  assert.equal(last.outcome, 'interrupted');
+  assert.equal(String(last.changes[0].key), 'push');
+  assert.match(served.said(), /pairs of pictures, [\d.]+ ms/);
   await until(page, () => document.querySelector('[role=alert]:not([hidden])')?.textContent.includes('has ended'));
   await close();
 });
@@ -194,12 +202,12 @@ test('the vehicle is pushed with the mouse', async () => {
   await page.mouse.up();
   // the last first: let go at the end
   const pushes = () => page.locator('[aria-label=changes] tr', {hasText: 'push'}).allInnerTexts();
-  await until(page, () => document.querySelector('[aria-label=changes] tr')?.textContent.endsWith('push[0, 0, 0]'));
+  await until(page, () => document.querySelector('[aria-label=changes] tr')?.textContent.endsWith('push[0, 0, 0] N'));
   assert.ok((await pushes()).length >= 2);
   assert.ok((await pushes()).some(row => !row.includes('[0, 0, 0]')));
   assert.deepEqual(complaints, []);
   await close();
-  assert.equal(await served.stop(), 'SIGINT');
+  assert.equal(await served.stop(), 130);
 });
 
 test('a batch while it runs', async () => {
@@ -231,7 +239,85 @@ grid: {controller: [pid, lqg]}
   assert.deepEqual(complaints, []);
   await close();
   assert.equal(await ended, 0);
-  assert.equal(await served.stop(), 'SIGINT');
+  assert.equal(await served.stop(), 130);
+});
+
+test('a tuning study while it runs, then its report', async () => {
+  writeFileSync(path.join(folder, 'study.yaml'), `schema_version: 1
+description: 'sway <b id="injected">tried</b>'
+trials:
+  scenario: sea_night_active
+  seeds: 6
+  set: {pose_source: true_pose, controller: lqg, duration_s: 30}
+gains:
+  - {key: lqg.sway.effort_v, low: 0.2, high: 3, scale: log}
+objective:
+  - {metric: time_s, weight: 1, failed: 60}
+optimiser: {algorithm: cma_es, population: 5, generations: 3}
+proof: {held_out_seeds: 8, robustness_seeds: 0, sensitivity_seeds: 0, cameras: false}
+`);
+  const tune = spawn(program, ['tune', 'study.yaml', '--out', 'study', '--workers', '1', '--quiet'], {cwd: folder, stdio: 'ignore'});
+  running.push(() => tune.kill('SIGKILL'));
+  const ended = new Promise(resolve => tune.on('exit', resolve));
+  const there = () => { try { return readFileSync(path.join(folder, 'study/evaluations.sqlite')).length > 0; } catch { return false; } };
+  while (!there()) await new Promise(resolve => setTimeout(resolve, 50));
+  await new Promise(resolve => setTimeout(resolve, 1500));
+  const served = await view('study');
+  const {page, complaints, close} = await open(served.url);
+  await until(page, () => document.querySelector('nav .kind')?.textContent.startsWith('tuning study: its trials'));
+  await until(page, () => /^\d+ trials/.test(document.querySelector('p.now')?.textContent));
+  await until(page, () => document.querySelector('section[aria-label="The search so far"] canvas'));
+  let cost = [0];
+  for (let look = 0; look < 30 && cost[0] < 4; ++look) {
+    await page.waitForTimeout(300);
+    cost = await colours(page, 'section[aria-label="The search so far"] canvas');
+  }
+  assert.ok(!(cost[0] < 4), `the search shows ${cost} colours`);
+  assert.equal(await ended, 0);
+  // the same page becomes the report
+  await until(page, () => document.querySelector('section[aria-label="Before and after, on held-out seeds"]'), null, 2 * kLong_ms);
+  assert.equal(await page.locator('#injected').count(), 0, 'HTML in a name is text');
+  assert.deepEqual(complaints, []);
+  await close();
+  assert.equal(await served.stop(), 130);
+});
+
+test('nothing gets in, and the trial goes on', async () => {
+  const served = await view(...kWaiting), url = new URL(served.url), {page, complaints, close} = await open(served.url);
+  await morePictures(page, 2);
+  /** The answer's status; 0 for a connection that was closed without one. */
+  const ask = (options, body) => new Promise(resolve => {
+    const request = http.request({host: url.hostname, port: url.port, path: url.pathname, agent: false, ...options}, answer => {
+      answer.resume();
+      resolve(answer.statusCode);
+    });
+    request.on('error', () => resolve(0));
+    if (body) for (let sent = 0; sent < body.times; ++sent) request.write(body.block);
+    request.end();
+  });
+  assert.equal(await ask({}), 200);
+  const own = `http://${url.host}`, evil = 'http://evil.example';
+  for (const [what, options, status] of [
+    ['a foreign host', {headers: {host: 'evil.example'}}, 403], ['a foreign origin', {headers: {origin: evil}}, 403],
+    ['no secret', {path: '/'}, 404], ['another secret', {path: `/${'0'.repeat(32)}/`}, 404],
+    ['a file', {path: `${url.pathname}../../etc/passwd`}, 404], ['a file, encoded', {path: `${url.pathname}%2e%2e/%2e%2e/etc/passwd`}, 404],
+    ['a socket of another page', {path: `${url.pathname}live`, headers: {origin: evil, connection: 'Upgrade', upgrade: 'websocket',
+      'sec-websocket-version': 13, 'sec-websocket-key': 'dGhlIHNhbXBsZSBub25jZQ=='}}, 403],
+    ['a post', {method: 'POST', headers: {origin: own}}, 405]])
+    assert.equal(await ask(options), status, what);
+  const refused = await ask({method: 'POST', headers: {'content-length': 1e8}}, {block: Buffer.alloc(1e6), times: 100});
+  assert.ok([413, 0].includes(refused), `a body of 100 MB: ${refused}`);
+  const crowd = await Promise.all(Array.from({length: 1000}, () => ask({})));
+  assert.ok(crowd.every(status => [200, 503, 0].includes(status)), `1,000 at once: ${[...new Set(crowd)]}`);
+  // those that wait have a few seconds
+  for (const end = performance.now() + 20000; await ask({}) !== 200;) {
+    assert.ok(performance.now() < end, 'and then the page again');
+    await page.waitForTimeout(200);
+  }
+  await morePictures(page, await pictures(page) + 3);
+  assert.deepEqual(complaints, []);
+  await close();
+  assert.equal(await served.stop(), 130);
 });
 
 test('bad input is one line', async () => {
@@ -248,5 +334,12 @@ test('bad input is one line', async () => {
   writeFileSync(path.join(folder, 'empty.db'), '');
   await fails(['empty.db'], /empty\.db/);
   await fails([folder], /result\.json|no trial/);
+  writeFileSync(path.join(folder, 'torn.db'), 'SQLite format 3\0' + 'x'.repeat(5000));
+  await fails(['torn.db'], /torn\.db/);
+  writeFileSync(path.join(folder, 'other.json'), '{"a": 1}');
+  await fails(['other.json'], /other\.json: is no result/);
   await fails(['sea_night_active', '--quiet', '--listen', 'nowhere'], /no address/);
+  const other = await view(...kWaiting), {port} = new URL(other.url);
+  await fails(['sea_night_active', '--quiet', '--port', port], new RegExp(`${port} is in use; give another --port`));
+  assert.equal(await other.stop(), 130);
 });

@@ -213,6 +213,35 @@ test('ten thousand trials: size, time to open, memory, sorting', async () => {
   await close();
 });
 
+test('a comparison: a seed that flipped is shown on both sides', async () => {
+  const {page, complaints, close} = await open('compare', 1440);
+  assert.match(await page.locator('.badge').first().innerText(), /docks less/);
+  await page.getByRole('button', {name: /^\d{10,}$/}).first().click();
+  await page.waitForSelector('#flip .traces canvas');
+  await page.waitForFunction(() => document.querySelectorAll('#flip .transport').length === 2);
+  const commands = await page.locator('#flip code').allInnerTexts();
+  assert.match(commands[0], /^turbidock replay a\.db \d+ --out/);
+  assert.match(commands[1], /^turbidock replay b\.db \d+ --out/);
+  assert.deepEqual(await page.locator('#flip .badge').allInnerTexts(), ['✓ docked', '✕ collision']);
+  let traces = [];
+  for (let look = 0; look < 20 && !(traces.length >= 16 && traces.every(c => c.other > 0.004)); ++look) {
+    await page.waitForTimeout(500);
+    traces = (await drawn(page)).filter(c => c.label?.includes('over time'));
+  }
+  assert.ok(traces.length >= 16 && traces.every(c => c.other > 0.004), 'the traces of both are drawn');
+  // one clock for both, and one key
+  const times = () => page.locator('#flip .transport input[type=range]').evaluateAll(list => list.map(slider => slider.value));
+  const [a, b] = await times();
+  assert.equal(a, b);
+  await page.keyboard.press(' ');
+  await page.waitForFunction(from => document.querySelector('#flip .transport input').value > Number(from) + 0.1, a, {timeout: 10000});
+  await page.keyboard.press(' ');
+  const [after, other] = await times();
+  assert.equal(after, other);
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
 test('a gate: a click on a failure shows its trial', async () => {
   const {page, complaints, close} = await open('gate', 1440);
   assert.match(await page.locator('.badge').first().innerText(), /fail/);
@@ -229,6 +258,9 @@ test('dark, light and paper', async () => {
   const light = await ground();
   await page.getByRole('button', {name: 'Light / dark'}).click();
   assert.notEqual(await ground(), light);
+  await page.setViewportSize({width: 794, height: 1123});
+  await page.emulateMedia({media: 'print'});
+  assert.ok(await page.evaluate(() => document.documentElement.scrollWidth) <= 794, 'nothing is wider than the paper');
   const pdf = await page.pdf({format: 'A4'});
   assert.ok(pdf.length > 20000, 'it prints');
   await close();

@@ -56,5 +56,25 @@ TEST(ResultsProgress, GrowsWithTheFile) {
   std::filesystem::remove_all(folder);
 }
 
+TEST(ResultsProgress, CountsAStudysTrialsWhoseNumberNobodyKnows) {
+  const std::filesystem::path file =
+      std::filesystem::temp_directory_path() / "turbidock_results_view_study.sqlite";
+  std::filesystem::remove(file);
+  farm::ResultStore store = farm::ResultStore::Write(file.string(), {.kind = "tune",
+                                                                     .plan = "gains: []\n",
+                                                                     .plan_hash = "0123",
+                                                                     .build = "none",
+                                                                     .shard = {},
+                                                                     .trials = 0,
+                                                                     .keys = {"water.milk_ml_m3"}});
+  // numbered from a multiple of a million for each candidate
+  for (const int64_t number : {0, 1, 1000000, 1000001}) store.Add(Trial(number, number != 1));
+  const report::Json now = ResultsProgress().Look(file.string(), 0);
+  EXPECT_EQ(now["done"], 4);
+  EXPECT_EQ(now["successes"], 3);
+  EXPECT_TRUE(now["wanted"].is_null());
+  std::filesystem::remove(file);
+}
+
 }  // namespace
 }  // namespace turbidock::live

@@ -67,6 +67,15 @@ TEST(Study, TheExampleIsReadAndStartsAtTheScenariosGains) {
   EXPECT_EQ(study.hash(), Study(kHead + kTrials + kGains + kObjective, "other.yaml").hash());
 }
 
+TEST(Study, WhatIsStoredOfItIsYaml) {
+  const Study study(kHead + kTrials + kGains + kObjective + "against: {controller: p_voltage}\n",
+                    "study.yaml");
+  const config::YamlNode stored = config::ParseYaml(study.resolved(), "stored");
+  EXPECT_EQ(stored.Find("description")->Text(), study.settings().description);
+  EXPECT_EQ(stored.Find("trials")->Text(), study.TrialsOf(0, study.seeds()).resolved());
+  EXPECT_NE(stored.Find("against")->Text(), stored.Find("trials")->Text());
+}
+
 TEST(Study, SeedsOfDifferentSetsHaveNothingInCommon) {
   const Study study(kHead + kTrials + kGains + kObjective, "study.yaml");
   std::set<int64_t> seeds;

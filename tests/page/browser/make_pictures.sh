@@ -1,0 +1,53 @@
+#!/usr/bin/env bash
+# make_pictures.sh PROGRAM FOLDER PICTURES: the pictures of the pages in assets/pictures. Runs what they show in
+# FOLDER (some five minutes on two quiet cores; what is there already is not run again) and takes them in Chromium.
+set -euo pipefail
+program=$(realpath "$1") here=$(realpath "$(dirname "$0")")
+mkdir -p "$2" "$3"
+pictures=$(realpath "$3")
+cd "$2"
+
+# Without cameras: a tenth of a second a trial.
+cat >currents.yaml <<'END'
+schema_version: 1
+description: docking at night over current, three laws
+scenario: sea_night_active
+seeds: 20
+series_every_frames: 6
+set: {pose_source: true_pose, duration_s: 60}
+grid:
+  sea.current.surface_velocity_mps[1]: [0, 0.05, 0.1, 0.15, 0.2]
+  controller: [p_voltage, pid, lqg]
+random:
+  start.heading_rad: {uniform: [0, 0.4]}
+END
+sed 's/^description: .*/description: docking at night over current/; s/seeds: 20/seeds: 8/; /controller:/d' currents.yaml >laws.yaml
+cat >gate.yaml <<'END'
+schema_version: 1
+description: docking at night, a heavier vehicle
+baseline: gate.baseline.yaml
+alpha: 0.05
+beta: 0.1
+max_trials: 60
+margins: {success_rate: 0.2, time_s: 4}
+conditions:
+  - {name: calm, scenario: sea_night_active, set: {pose_source: true_pose}}
+  - {name: moderate sea, scenario: sea_night_active, set: {pose_source: true_pose, sea.state: moderate}}
+END
+
+[ -e trial/report.html ] || "$program" run sea_night_active --out trial --video --report --quiet
+"$program" batch currents.yaml --out currents.db --quiet
+"$program" batch laws.yaml --set controller=p_voltage --out p_voltage.db --quiet
+"$program" batch laws.yaml --set controller=lqg --out lqg.db --quiet
+[ -e study/report.html ] || "$program" tune tryout --out study --quiet >/dev/null
+[ -e gate.baseline.yaml ] || "$program" gate gate.yaml --update --quiet
+[ -e gate/report.html ] || "$program" gate gate.yaml --set vehicle.rigid_body.mass_kg=15.5 --bundles 2 --out gate --quiet || [ $? = 1 ]
+[ -e cells.json ] || "$program" recognize --milk 0,20,40,60,80,100,120,160,200,240 --seconds 1 --json --quiet >cells.json
+
+"$program" report trial --out trial.html
+"$program" report currents.db --out batch.html
+"$program" report p_voltage.db lqg.db --by 'sea.current.surface_velocity_mps[1]' --out compare.html
+"$program" report study --out tuning.html
+"$program" report gate --out gate.html
+"$program" report cells.json --out recognition.html
+PROGRAM=$program node "$here/take_pictures.mjs" . "$pictures"
