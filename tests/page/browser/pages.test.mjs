@@ -38,8 +38,9 @@ async function open(name, width, options = {}) {
   // what is drawn when it comes into view
   await page.evaluate(async () => {
     const seen = resolve => requestAnimationFrame(() => setTimeout(resolve, 60));  // a slow machine shows a place late
-    for (let y = 0; y < document.body.scrollHeight; y += 500) { scrollTo(0, y); await new Promise(seen); }
-    scrollTo(0, 0);
+    const show = y => scrollTo({top: y, behavior: 'instant'});  // the page itself glides
+    for (let y = 0; y < document.body.scrollHeight; y += 500) { show(y); await new Promise(seen); }
+    show(0);
     await new Promise(r => setTimeout(r, 200));
   });
   return {page, complaints, requests, close: () => context.close()};
