@@ -31,7 +31,8 @@ std::string UnitOf(std::string key) {
     }
     const auto unit = kUnits.find(word);
     if (unit == kUnits.end()) break;
-    above = unit->second + (above.empty() ? "" : " " + above);
+    if (!above.empty()) above.insert(0, " ");
+    above.insert(0, unit->second);
   }
   if (above == "ml m3") return "ml/m3";
   if (below.empty()) return above;

@@ -41,7 +41,7 @@ class Calibration {
   std::optional<YamlNode> Find(std::initializer_list<const char*> names) const {
     for (const char* name : names)
       for (const YamlNode& file : files_)
-        if (const std::optional<YamlNode> node = file.Find(name)) return node;
+        if (std::optional<YamlNode> node = file.Find(name)) return node;
     return std::nullopt;
   }
 

@@ -92,6 +92,30 @@ std::vector<std::pair<std::string, std::string>> ValuesOf(const trial::Scenario&
   return values;
 }
 
+Json RigModel(const StereoRig& rig) {
+  const auto camera = [](const MountedCamera& c) {
+    return Json{{"fx_px", c.fx_px},
+                {"fy_px", c.fy_px},
+                {"cx_px", c.cx_px},
+                {"cy_px", c.cy_px},
+                {"X_HC", PoseModel(c.X_HC)}};
+  };
+  return {{"width_px", rig.left.width_px},
+          {"height_px", rig.left.height_px},
+          {"left", camera(rig.left)},
+          {"right", camera(rig.right)}};
+}
+
+Json MarkerModel(const vision::MarkerParams& marker) {
+  Json balls = Json::array();
+  for (const vision::BallParams& ball : marker.balls)
+    balls.push_back({{"name", ball.name},
+                     {"p_m", ball.p_MQ_m},
+                     {"radius_m", ball.radius_m},
+                     {"rgb", ball.display_rgb}});
+  return {{"balls", balls}, {"outer_ring_ratio", marker.outer_ring_ratio}};
+}
+
 }  // namespace
 
 double Rounded(double x, int digits) {
@@ -162,52 +186,33 @@ Json SettingsModel(const trial::Scenario& scenario) {
 
 Json TrialModel(const trial::Scenario& scenario) {
   const trial::ViewCriteria limits = trial::CriteriaOf(scenario);
-  Json balls = Json::array();
-  for (const vision::BallParams& ball : scenario.marker.balls)
-    balls.push_back({{"name", ball.name},
-                     {"p_m", ball.p_MQ_m},
-                     {"radius_m", ball.radius_m},
-                     {"rgb", ball.display_rgb}});
-  const StereoRig rig = scenario.rig.MakeRig();
-  const auto camera = [](const MountedCamera& c) {
-    return Json{{"fx_px", c.fx_px},
-                {"fy_px", c.fy_px},
-                {"cx_px", c.cx_px},
-                {"cy_px", c.cy_px},
-                {"X_HC", PoseModel(c.X_HC)}};
-  };
   const trial::ViewColors& colors = trial::kOnPaper;
   Json stages = Json::array();
   for (const auto& [stage, name] : EnumNames<control::Stage>::kNames) stages.push_back(name);
-  Json model = {
-      {"kind", "trial"},
-      {"title", fmt::format("{}, seed {}", scenario.description, scenario.seed)},
-      {"description", scenario.description},
-      {"seed", std::to_string(scenario.seed)},
-      {"duration_s", scenario.duration_s},
-      {"frames_per_second", scenario.clock.frames_per_second},
-      {"stages", stages},
-      {"colors",
-       {{"estimate", colors.estimate},
-        {"truth", colors.truth},
-        {"desired", colors.desired},
-        {"limit", colors.limit},
-        {"stages", colors.stages}}},
-      {"limits",
-       {{"docking_fitness", limits.docking_fitness},
-        {"detection_fitness", limits.detection_fitness},
-        {"tolerance_y_m", limits.tolerance_y_m},
-        {"tolerance_z_m", limits.tolerance_z_m},
-        {"docked_x_m", limits.docked_x_m}}},
-      {"rig",
-       {{"width_px", rig.left.width_px},
-        {"height_px", rig.left.height_px},
-        {"left", camera(rig.left)},
-        {"right", camera(rig.right)}}},
-      {"marker", {{"balls", balls}, {"outer_ring_ratio", scenario.marker.outer_ring_ratio}}},
-      {"scene", nullptr},
-      {"settings", Json::array()},
-      {"missing", Json::array()}};
+  Json model = {{"kind", "trial"},
+                {"title", fmt::format("{}, seed {}", scenario.description, scenario.seed)},
+                {"description", scenario.description},
+                {"seed", std::to_string(scenario.seed)},
+                {"duration_s", scenario.duration_s},
+                {"frames_per_second", scenario.clock.frames_per_second},
+                {"stages", stages},
+                {"colors",
+                 {{"estimate", colors.estimate},
+                  {"truth", colors.truth},
+                  {"desired", colors.desired},
+                  {"limit", colors.limit},
+                  {"stages", colors.stages}}},
+                {"limits",
+                 {{"docking_fitness", limits.docking_fitness},
+                  {"detection_fitness", limits.detection_fitness},
+                  {"tolerance_y_m", limits.tolerance_y_m},
+                  {"tolerance_z_m", limits.tolerance_z_m},
+                  {"docked_x_m", limits.docked_x_m}}},
+                {"rig", RigModel(scenario.rig.MakeRig())},
+                {"marker", MarkerModel(scenario.marker)},
+                {"scene", nullptr},
+                {"settings", Json::array()},
+                {"missing", Json::array()}};
   try {
     model["scene"] = SceneModel(vehicle::LoadScene(trial::SceneFile(scenario), scenario.rig));
   } catch (const ConfigError& error) {

@@ -28,7 +28,7 @@ using Json = nlohmann::ordered_json;
 std::string JsonText(const Json& json);
 // In one line, without its end. Bytes that are no UTF-8 (in a crash report, say) are replaced.
 std::string JsonLine(const Json& json);
-// ConfigError "WHERE: ..." for a text that is no JSON.
+// ConfigError "WHERE: ..." for a text that is no JSON or is nested deeper than 64 levels.
 Json ParseJson(const std::string& text, const std::string& where);
 
 // Adds an object as a line of CSV, its keys before it where the text is empty. RFC 4180; numbers

@@ -237,7 +237,7 @@ void Server::Work::Connection::Respond() {
 void Server::Work::Connection::SendPage() {
   try {
     Send(Answer(http::status::ok, work_.site_.page(), "text/html; charset=utf-8"));
-  } catch (const ConfigError& error) {
+  } catch (const std::exception& error) {  // of whoever makes it: the server goes on
     Send(Refusal(http::status::internal_server_error, error.what()));
   }
 }

@@ -27,7 +27,7 @@ class Tab {
 };
 
 struct Site {
-  // The page as it is now: HTML, with everything in it. A ConfigError shows as text.
+  // The page as it is now: HTML, with everything in it. An exception shows as text.
   std::function<std::string()> page;
   std::function<std::unique_ptr<Tab>()> open_tab;  // none: no sockets
 };

@@ -8,12 +8,12 @@
 
 namespace turbidock::system {
 
-// Where a text has its first byte that is no UTF-8, or a control character other than tab and line
-// breaks; nothing if it has none.
+// Where a text has its first byte that is no UTF-8, or a control character below the space other
+// than tab and line breaks; nothing if it has none.
 std::optional<size_t> FirstNoText(std::string_view text);
 
-// The text as it is safe on a terminal: whatever is no text as above is written as \xNN, and, in
-// one line, a line break as a space.
+// The text as it is safe on a terminal: whatever is no text as above, and every further control
+// character, is written as \xNN; and, in one line, a line break as a space.
 std::string Printable(std::string_view text);
 std::string OneLineOf(std::string_view text);
 

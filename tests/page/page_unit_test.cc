@@ -15,10 +15,12 @@
 #include "experiments/page/study_page.h"
 #include "experiments/page/trial_model.h"
 #include "experiments/page/trial_page.h"
+#include "experiments/page/web_files.h"
 #include "experiments/trial/trial.h"
 #include "experiments/trial/trial_files.h"
 #include "sim/base/check.h"
 #include "sim/vehicle/scene.h"
+#include "tests/support/message_of.h"
 
 namespace turbidock::page {
 namespace {
@@ -27,17 +29,8 @@ namespace fs = std::filesystem;
 using report::Json;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using testing::MessageOf;
 using ::testing::Not;
-
-template <class Act>
-std::string ConfigErrorOf(const Act& act) {
-  try {
-    act();
-  } catch (const ConfigError& error) {
-    return error.what();
-  }
-  return "no error";
-}
 
 std::string Unzipped(std::string_view bytes) {
   z_stream stream{};
@@ -111,6 +104,10 @@ TEST(Page, AsksForNothingElsewhere) {
   const std::string html = Html({.model = {{"kind", "trial"}, {"title", "t"}}, .has_3d = true});
   for (const char* address : {"http://", "https://", "src=", "@import", "url("})
     EXPECT_THAT(html, Not(HasSubstr(address)));
+  // the modules, which are packed in it
+  for (const WebFile& file : WebFiles())
+    for (const char* address : {"http://", "https://", "@import", "url("})
+      EXPECT_THAT(std::string(file.text), Not(HasSubstr(address))) << file.name;
   EXPECT_EQ(html, Html({.model = {{"kind", "trial"}, {"title", "t"}}, .has_3d = true}));
   // three.js comes along only where it is used
   EXPECT_THAT(html, HasSubstr("three.min.js"));
@@ -126,11 +123,11 @@ TEST(SeriesModel, HasColumnsOfNumbersInSixDigitsAndWords) {
 }
 
 TEST(SeriesModel, SaysWhatIsWrongWithAFile) {
-  EXPECT_THAT(ConfigErrorOf([] { SeriesModel("a,b\n1,2\n", "t.csv"); }),
+  EXPECT_THAT(MessageOf([] { SeriesModel("a,b\n1,2\n", "t.csv"); }),
               HasSubstr("t.csv: is no trajectory"));
-  EXPECT_THAT(ConfigErrorOf([] { SeriesModel("time_s,b\n1,2\n1\n", "t.csv"); }),
+  EXPECT_THAT(MessageOf([] { SeriesModel("time_s,b\n1,2\n1\n", "t.csv"); }),
               HasSubstr("t.csv:3: has 1 values, the header 2"));
-  EXPECT_THAT(ConfigErrorOf([] { SeriesModel("", "t.csv"); }), HasSubstr("t.csv: is empty"));
+  EXPECT_THAT(MessageOf([] { SeriesModel("", "t.csv"); }), HasSubstr("t.csv: is empty"));
 }
 
 TEST(SettingsModel, NamesWhatDiffersAndNothingElse) {
@@ -201,9 +198,9 @@ TEST_F(PageFiles, ATrialsFolderBecomesAPage) {
 }
 
 TEST_F(PageFiles, AFolderThatIsNoTrialIsNamed) {
-  EXPECT_THAT(ConfigErrorOf([&] { TrialPage(Path("none")); }), HasSubstr("none: no such folder"));
+  EXPECT_THAT(MessageOf([&] { TrialPage(Path("none")); }), HasSubstr("none: no such folder"));
   File("result.json", "{}");
-  EXPECT_THAT(ConfigErrorOf([&] { TrialPage(folder_.string()); }),
+  EXPECT_THAT(MessageOf([&] { TrialPage(folder_.string()); }),
               HasSubstr("is no trial's folder: it has no resolved.yaml"));
 }
 
@@ -363,9 +360,9 @@ TEST(StudyPage, KnowsEachKindByItsKeysAndNothingElse) {
   EXPECT_EQ(kind(R"({"a": "a.db", "b": "b.db", "pairs": 0, "groups": []})"), "compare");
   EXPECT_EQ(kind(R"({"cells": [], "fitness_bins": []})"), "estimators");
   EXPECT_EQ(kind(R"({"cells": []})"), "recognition");
-  EXPECT_THAT(ConfigErrorOf([&] { kind(R"({"outcome": "docked"})"); }),
+  EXPECT_THAT(MessageOf([&] { kind(R"({"outcome": "docked"})"); }),
               HasSubstr("x.json: is one trial's result; give the folder"));
-  EXPECT_THAT(ConfigErrorOf([&] { kind("[1]"); }), HasSubstr("x.json: is no result of gate"));
+  EXPECT_THAT(MessageOf([&] { kind("[1]"); }), HasSubstr("x.json: is no result of gate"));
 }
 
 TEST(StudyPage, KeepsAllDigitsOfASeed) {

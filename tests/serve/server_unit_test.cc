@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "sim/base/check.h"
+#include "tests/support/message_of.h"
 
 namespace turbidock::serve {
 namespace {
@@ -247,13 +248,8 @@ TEST_F(ServerTest, SocketsOfOtherPagesAreRefused) {
 TEST(Server, SaysWhenItCannotListen) {
   Counter counter;
   const Server server({}, counter.site());
-  const auto message = [&](const Place& place) -> std::string {
-    try {
-      const Server other(place, counter.site());
-    } catch (const ConfigError& error) {
-      return error.what();
-    }
-    return "";
+  const auto message = [&](const Place& place) {
+    return testing::MessageOf([&] { const Server other(place, counter.site()); });
   };
   EXPECT_EQ(message({.port = server.port()}),
             "127.0.0.1:" + std::to_string(server.port()) +
@@ -265,7 +261,8 @@ TEST(Server, SaysWhenItCannotListen) {
 TEST(Server, APageMayHaveNoSocketsAndMayFail) {
   int asked = 0;
   const Server server({}, {.page = [&]() -> std::string {
-                             if (++asked > 1) throw ConfigError("sweep.db: is <gone>");
+                             if (++asked == 2) throw ConfigError("sweep.db: is <gone>");
+                             if (asked == 3) throw std::runtime_error("of a library");
                              return "first";
                            },
                            .open_tab = {}});
@@ -276,6 +273,7 @@ TEST(Server, APageMayHaveNoSocketsAndMayFail) {
   EXPECT_THAT(failed, StartsWith("HTTP/1.1 500 "));
   EXPECT_THAT(failed, HasSubstr("Content-Type: text/plain"));
   EXPECT_THAT(failed, ::testing::EndsWith("sweep.db: is <gone>\n"));
+  EXPECT_THAT(client.Get(root), ::testing::EndsWith("of a library\n"));
   WebSocket tab(client.Connect());
   boost::system::error_code error;
   tab.handshake(client.host(), root + "live", error);

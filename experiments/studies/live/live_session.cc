@@ -183,6 +183,7 @@ void LiveSession::Handle(const std::string& command) {
     steps_left_ = 0;
   } else if (verb == "step") {
     const double frames = json.contains("frames") ? Number(json, "frames", 1, kMostSteps) : 1;
+    if (frames != std::floor(frames)) Fail("\"frames\" must be a whole number");
     going_ = false;
     steps_left_ += static_cast<int>(frames);
   } else if (verb == "speed") {
@@ -202,7 +203,7 @@ void LiveSession::Handle(const std::string& command) {
       config::ApplySet("seed=" + ValueText(json["seed"]), &scenario, nullptr);
     Restart(scenario);
   } else {
-    Fail(fmt::format("\"do\" must be one of go, pause, step, speed, set, push, restart"));
+    Fail("\"do\" must be one of go, pause, step, speed, set, push, restart");
   }
 }
 

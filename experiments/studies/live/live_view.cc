@@ -71,18 +71,35 @@ std::string PageOf(const trial::Scenario& scenario) {
   return page::Html({.model = {{"kind", "live"}, {"title", scenario.description}}, .has_3d = true});
 }
 
+// What is said of a trial that has ended.
+std::string EndText(const trial::Scenario& began, const trial::TrialResult& result) {
+  const size_t changes = result.changes.size();
+  return fmt::format("seed {}: {}: {}, digest {}{}", began.seed, NameOf(result.outcome),
+                     result.reason, result.digest,
+                     changes == 0 ? "" : fmt::format(", {} settings changed on the way", changes));
+}
+
+// Does what the tabs ask for until then. Returns whether they asked for anything.
+bool HandleCommands(Clock::time_point until, LiveBoard* board, LiveSession* session) {
+  const std::vector<LiveBoard::Command> commands = board->Commands(until);
+  for (const auto& [tab, text] : commands) {
+    try {
+      session->Handle(text);
+    } catch (const ConfigError& error) {
+      board->Complain(tab, error.what());
+    }
+  }
+  return !commands.empty();
+}
+
 }  // namespace
 
 ViewSummary ServeTrial(const trial::Scenario& scenario, const ViewOptions& options) {
-  LiveSession session(scenario, [&](const trial::Scenario& began,
-                                    const trial::TrialResult& result) {
-    options.say(fmt::format("seed {}: {}: {}, digest {}{}", began.seed, NameOf(result.outcome),
-                            result.reason, result.digest,
-                            result.changes.empty() ? ""
-                                                   : fmt::format(", {} settings changed on the way",
-                                                                 result.changes.size())));
-    if (options.out) trial::WriteRecords(*options.out, began, result);
-  });
+  LiveSession session(scenario,
+                      [&](const trial::Scenario& began, const trial::TrialResult& result) {
+                        options.say(EndText(began, result));
+                        if (options.out) trial::WriteRecords(*options.out, began, result);
+                      });
   LiveBoard board(options.jpeg_quality);
   board.Show(session, false, 0);
   serve::Server server(options.place, {.page = [page = PageOf(scenario)] { return page; },
@@ -98,20 +115,14 @@ ViewSummary ServeTrial(const trial::Scenario& scenario, const ViewOptions& optio
   while (!options.stop_requested()) {
     const auto poll = Clock::now() + Seconds(kPoll_s);
     const bool steps = was_watched && session.wants_step();
-    const auto commands = board.Commands(steps ? std::min(pace.due(), poll) : poll);
-    for (const auto& [tab, text] : commands) {
-      try {
-        session.Handle(text);
-      } catch (const ConfigError& error) {
-        board.Complain(tab, error.what());
-      }
-    }
+    const bool were_asked =
+        HandleCommands(steps ? std::min(pace.due(), poll) : poll, &board, &session);
     was_watched = was_watched || server.tabs() > 0;
     const auto now = Clock::now();
     bool whole_images = false;
     if (const bool goes_on = was_watched && session.wants_step(); !goes_on) {
       stepped = false;
-      if (commands.empty()) continue;
+      if (!were_asked) continue;
     } else {
       if (!stepped) {
         pace.Begin(now);
@@ -119,7 +130,7 @@ ViewSummary ServeTrial(const trial::Scenario& scenario, const ViewOptions& optio
         stepped = true;
       }
       const bool is_due = now >= pace.due();
-      if (!is_due && commands.empty()) continue;
+      if (!is_due && !were_asked) continue;
       if (is_due) {
         whole_images = now >= next_picture || !session.going();
         if (whole_images)
