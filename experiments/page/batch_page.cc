@@ -236,6 +236,7 @@ Page BatchPage(const farm::ResultStore& store, const std::string& file,
   Json parameters = Json::object();
   for (size_t k = 0; k < header.keys.size(); ++k) {
     std::vector<Json> values;
+    values.reserve(trials.size());
     for (const StoredTrial& trial : trials)
       values.push_back(ParameterValue(trial.parameters[k].value));
     parameters[header.keys[k]] = Packed(values);

@@ -46,7 +46,7 @@ void KeepDigits(Json* json) {
 }
 
 std::string TitleOf(const Json& result, const Kind& kind) {
-  if (const std::string text = result.value("description", ""); !text.empty()) return text;
+  if (std::string text = result.value("description", ""); !text.empty()) return text;
   if (std::string(kind.name) == "compare")
     return fmt::format("{} against {}", result["b"].get<std::string>(),
                        result["a"].get<std::string>());

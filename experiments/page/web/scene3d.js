@@ -12,6 +12,9 @@ const painted = () => new Promise(resolve => {
   requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(resolve)));
 });
 
+// A browser has 16 of them: those of trials that are shown no longer are given back.
+const scenes = new Set();
+
 export class Scene3d {
   /** trial: the model of a trial; await ready before update. */
   constructor(host, trial) {
@@ -39,6 +42,8 @@ export class Scene3d {
       fill(this.element, h('p', {class: 'note'}, 'This browser shows no 3D (WebGL is off).'));
       return;
     }
+    for (const scene of scenes) if (!scene.canvas.isConnected) scene.end();
+    scenes.add(this);
     this.renderer.gammaOutput = true;
     this.renderer.gammaFactor = 2.2;
     this.world = new T.Scene();
@@ -62,9 +67,19 @@ export class Scene3d {
     canvas.addEventListener('blur', () => { this.controls.enableZoom = false; });
     canvas.addEventListener('keydown', event => this.key(event));
     this.controls.addEventListener('change', () => this.draw());
-    onTheme(() => this.draw());
-    new ResizeObserver(() => this.draw()).observe(canvas);
+    this.offTheme = onTheme(() => this.draw());
+    this.sizes = new ResizeObserver(() => this.draw());
+    this.sizes.observe(canvas);
     this.view('side');
+  }
+
+  end() {
+    scenes.delete(this);
+    this.offTheme();
+    this.sizes.disconnect();
+    this.renderer.forceContextLoss();
+    this.renderer.dispose();
+    this.renderer = null;
   }
 
   material(geom) {
@@ -211,6 +226,7 @@ export class Scene3d {
     requestAnimationFrame(() => { this.pending = false; this.drawNow(); });
   }
   drawNow() {
+    if (!this.renderer) return;
     const canvas = this.canvas, width = canvas.clientWidth, height = canvas.clientHeight;
     if (!width || !height) return;
     const size = this.renderer.getSize(new this.T.Vector2());

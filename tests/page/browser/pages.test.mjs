@@ -218,7 +218,7 @@ test('ten thousand trials: size, time to open, memory, sorting', async () => {
 test('a comparison: a seed that flipped is shown on both sides', async () => {
   const {page, complaints, close} = await open('compare', 1440);
   assert.match(await page.locator('.badge').first().innerText(), /docks less/);
-  await page.getByRole('button', {name: /^\d{10,}$/}).first().click();
+  await page.getByRole('button', {name: /^\d{10,}$/}).first().dispatchEvent('click');
   await page.waitForSelector('#flip .traces canvas');
   await page.waitForFunction(() => document.querySelectorAll('#flip .transport').length === 2);
   const commands = await page.locator('#flip code').allInnerTexts();
