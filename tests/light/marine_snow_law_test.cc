@@ -120,7 +120,7 @@ TEST(MarineSnow, IsHiddenBySurfaces) {
 }
 
 TEST(MarineSnow, IsNoneUnlessSet) {
-  EXPECT_FALSE(MarineSnow({}, RigParams{}.MakeRig(), kFrame_s, 5).on());
+  EXPECT_FALSE(MarineSnow({}, kFrame_s, 5).on());
   EXPECT_EQ(Snowfall({}).Sum(0), 0);
 }
 
