@@ -97,6 +97,7 @@ void World::Disturb(double time_s) {
 
 void World::SetOptics(const light::OpticsParams& optics) {
   optics_ = optics;
+  disturbance_ = {};  // lights and rig anew at the next image
   if (cameras_) cameras_->camera.SetWater(WaterAt(plant_.time_s()));
 }
 
