@@ -59,6 +59,12 @@ void Scenario::Check(const std::string& path) const {
                       std::to_string(camera_period_frames) +
                           " must divide clock.frames_per_second (" +
                           std::to_string(clock.frames_per_second) + ")");
+  for (size_t i = 0; i < faults.lights.size(); ++i)
+    faults.lights[i].CheckLight(JoinKey(path, "faults.lights[" + std::to_string(i) + "]"),
+                                light.ball_lights.balls);
+  if (pose_source == PoseSource::kTruePose && faults.seen())
+    throw ConfigError(JoinKey(path, "faults"),
+                      "with pose_source = true_pose only thrusters can fail: nothing is seen");
 }
 
 void CheckMarker(const Scenario& scenario, const vehicle::Scene& scene) {

@@ -10,6 +10,7 @@
 #include "control/autopilot.h"
 #include "control/docking_procedure.h"
 #include "experiments/trial/dock_contact.h"
+#include "experiments/trial/faults.h"
 #include "experiments/trial/pose_source.h"
 #include "sim/base/camera.h"
 #include "sim/base/clock.h"
@@ -99,6 +100,7 @@ struct Scenario {
   control::ControlParams control;  // keys controller, p_voltage, pid, lqg
   vehicle::VehicleParams vehicle;
   JamParams jam;
+  Faults faults;
 
   static void Fields(auto& self, auto&& field) {
     field("schema_version", self.schema_version, InRange(kScenarioSchema, kScenarioSchema),
@@ -151,6 +153,7 @@ struct Scenario {
     field("lqg", self.control.lqg, Finite(), "linear-quadratic control with a Kalman filter");
     field("vehicle", self.vehicle, Finite(), "mass, water forces, thrusters and contact");
     field("jam", self.jam, Finite(), "when the pole counts as jammed in the dock");
+    field("faults", self.faults, Finite(), "what goes wrong, and when");
   }
   void Check(const std::string& path) const;
 

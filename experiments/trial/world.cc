@@ -1,6 +1,7 @@
 #include "experiments/trial/world.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "sim/light/surfaces.h"
 #include "sim/vehicle/sea.h"
@@ -13,32 +14,41 @@ constexpr int kSpectatorWidth_px = 320, kSpectatorHeight_px = 240;
 }  // namespace
 
 World::Cameras::Cameras(const Scenario& scenario, const vehicle::Scene& scene,
-                        const SeedTree& seeds)
+                        const std::vector<view::Visitor>& visitors, const SeedTree& seeds)
     : context(view::MakeGlContext(scenario.renderer, &remark)),
-      renderer(*context, scene),
-      camera(scenario.cameras(), scenario.rig.MakeRig(), light::SurfaceTable::FromScene(scene),
-             light::LampPoses(scene), scenario.image_clock().frame_s(), seeds),
-      then(mj_makeData(scene.model.get())) {}
+      renderer(*context, scene, visitors),
+      camera(scenario.cameras(), scenario.rig.MakeRig(),
+             light::SurfaceTable::FromScene(scene, visitors), light::LampPoses(scene),
+             scenario.image_clock().frame_s(), seeds),
+      then(mj_makeData(scene.model.get())),
+      images(scenario.faults.images) {}
 
 World::World(const Scenario& scenario, const TrialOptions& options)
     : seeds_(static_cast<uint64_t>(scenario.seed)),
       clock_(scenario.clock),
       scene_(vehicle::LoadScene(SceneFile(scenario), scenario.rig)),
+      faults_(scenario.faults),
+      visitors_(view::VisitorsOf(faults_.visitors, scene_, seeds_.Stream("faults").NextU64())),
+      optics_(scenario.light),
+      rig_(scene_.rig),
       plant_(scene_, scenario.vehicle, clock_, vehicle::Sea(scenario.sea, seeds_.Stream("sea"))) {
   CheckMarker(scenario, scene_);
-  if (scenario.pose_source == PoseSource::kCameras) cameras_.emplace(scenario, scene_, seeds_);
+  if (scenario.pose_source == PoseSource::kCameras)
+    cameras_.emplace(scenario, scene_, visitors_, seeds_);
   if (options.spectator) {
     if (!cameras_)
       throw ConfigError("pose_source",
                         "true_pose draws nothing; a video needs pose_source = cameras");
     spectator_.emplace(*cameras_->context, scene_, kSpectatorWidth_px, kSpectatorHeight_px);
   }
+  plant_.SetThrusterFaults(faults_.thrusters);
   const Pose X_WH = scene_.X_WM * DrawStart(scenario);
   plant_.Reset(X_WH * scene_.X_BH.Inverse());
 }
 
 void World::Take(Snapshot* snapshot) const {
   const mjData& data = plant_.data();
+  snapshot->time_s = plant_.time_s();
   snapshot->qpos.assign(data.qpos, data.qpos + scene_.model->nq);
   snapshot->true_X_HM = true_X_HM();
 }
@@ -50,15 +60,45 @@ void World::Develop(const Snapshot& snapshot, int64_t number,
   std::copy(snapshot.qpos.begin(), snapshot.qpos.end(), then->qpos);
   mj_kinematics(scene_.model.get(), then);
   mj_camlight(scene_.model.get(), then);
-  const StereoRegion needed = region.value_or(cameras_->camera.whole());
+  if (faults_.seen()) Disturb(snapshot.time_s);
+  const StereoRegion needed =
+      cameras_->images.on() ? cameras_->camera.whole() : region.value_or(cameras_->camera.whole());
   cameras_->renderer.Render(*then, cameras_->camera.Seen(needed), &cameras_->rendered, timer);
   cameras_->camera.Expose(cameras_->rendered, needed, number, out, timer);
+  cameras_->images.Apply(snapshot.time_s, out);
+}
+
+light::Water World::WaterAt(double time_s) const {
+  const light::LightsNow lights = light::LightsAt(optics_.ball_lights, faults_.lights, time_s);
+  light::OpticsParams optics = optics_;
+  optics.ball_lights = lights.balls;
+  return {optics, scene_.rig, light::SurfaceTable::FromScene(scene_, visitors_),
+          light::LampPoses(scene_), lights.lamp_factors};
+}
+
+// Lights, rig, ports and visitors as they are at an instant.
+void World::Disturb(double time_s) {
+  Disturbance now;
+  for (const light::LightFault& fault : faults_.lights)
+    now.light_factors.push_back(light::FactorAt(fault, time_s));
+  for (const camera::KnockFault& fault : faults_.knocks) now.knocked.push_back(fault.Holds(time_s));
+  if (now != disturbance_) {
+    disturbance_ = now;
+    scene_.rig = camera::Knocked(rig_, camera::HoldingAt(faults_.knocks, time_s));
+    cameras_->camera.SetWater(WaterAt(time_s));
+  }
+  if (!faults_.days.empty()) cameras_->camera.SetDaylight(light::DaylightAt(faults_.days, time_s));
+  cameras_->camera.SetPortFaults({camera::HoldingAt(faults_.ports.dirt, time_s),
+                                  camera::HoldingAt(faults_.ports.blurs, time_s)});
+  std::vector<view::PlacedVisitor> placed;
+  for (const view::Visitor& visitor : visitors_) placed.push_back(visitor.At(time_s));
+  cameras_->renderer.Place(std::move(placed));
 }
 
 void World::SetOptics(const light::OpticsParams& optics) {
-  if (cameras_)
-    cameras_->camera.SetWater(light::Water(
-        optics, scene_.rig, light::SurfaceTable::FromScene(scene_), light::LampPoses(scene_)));
+  optics_ = optics;
+  disturbance_ = {};  // lights and rig anew at the next image
+  if (cameras_) cameras_->camera.SetWater(WaterAt(plant_.time_s()));
 }
 
 const Image3u8* World::DrawSpectator() {

@@ -23,6 +23,7 @@ namespace turbidock::trial {
 
 // An instant at which the cameras were exposed.
 struct Snapshot {
+  double time_s = 0;
   std::vector<mjtNum> qpos;  // where everything was
   Pose true_X_HM;
 };
@@ -62,7 +63,8 @@ class World {
  private:
   // From the state of the world to images.
   struct Cameras {
-    Cameras(const Scenario& scenario, const vehicle::Scene& scene, const SeedTree& seeds);
+    Cameras(const Scenario& scenario, const vehicle::Scene& scene,
+            const std::vector<view::Visitor>& visitors, const SeedTree& seeds);
 
     std::string remark;  // why the context is not the kind asked for, or empty
     std::unique_ptr<view::GlContext> context;
@@ -70,11 +72,25 @@ class World {
     camera::StereoCamera camera;
     vehicle::MjDataPtr then;  // everything where it was at a snapshot
     view::RenderedStereo rendered;
+    camera::FaultyImages images;
   };
+  // What is wrong with lights and rig at an instant.
+  struct Disturbance {
+    std::vector<double> light_factors;
+    std::vector<bool> knocked;
+    bool operator==(const Disturbance&) const = default;
+  };
+  void Disturb(double time_s);
+  light::Water WaterAt(double time_s) const;
 
   SeedTree seeds_;
   ClockParams clock_;
-  vehicle::Scene scene_;
+  vehicle::Scene scene_;  // its rig as the cameras now stand
+  Faults faults_;
+  std::vector<view::Visitor> visitors_;
+  light::OpticsParams optics_;  // without faults
+  StereoRig rig_;               // likewise
+  Disturbance disturbance_;
   vehicle::Plant plant_;
   std::optional<Cameras> cameras_;
   std::optional<view::SpectatorRenderer> spectator_;

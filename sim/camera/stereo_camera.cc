@@ -22,7 +22,7 @@ StereoCamera::StereoCamera(const CameraParams& params, const StereoRig& rig,
                    ImageSensor(params.sensor, seeds.Stream("camera.left").NextU64(),
                                seeds.Stream("camera.right").NextU64(), rig.left.width_px),
                    AutoExposure(params.sensor, frame_s),
-                   light::MarineSnow(params.snow, rig, frame_s, seeds.Stream("snow").NextU64()),
+                   light::MarineSnow(params.snow, frame_s, seeds.Stream("snow").NextU64()),
                    StereoLens(params.lens, rig)) {}
 
 StereoRegion StereoCamera::Seen(const StereoRegion& region) const {
@@ -52,6 +52,7 @@ void StereoCamera::Expose(const view::RenderedStereo& rendered, const StereoRegi
   if (whole_images) {
     snow_.Fall(rendered, frame, &water_, &radiance_);
     lens_.Distort(&radiance_);
+    port_.Spoil(&radiance_);
     Lap(timer, LoopStage::kWater);
     sensor_.Digitise(radiance_, region, frame, out);
     Lap(timer, LoopStage::kSensor);

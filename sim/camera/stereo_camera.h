@@ -12,6 +12,7 @@
 #include "sim/camera/exposure.h"
 #include "sim/camera/image_sensor.h"
 #include "sim/camera/lens.h"
+#include "sim/camera/view_fault.h"
 #include "sim/light/marine_snow.h"
 #include "sim/light/radiance.h"
 #include "sim/light/surfaces.h"
@@ -29,7 +30,8 @@ class StereoCamera {
   // "camera.right" and "snow".
   StereoCamera(const CameraParams& params, const StereoRig& rig, light::SurfaceTable surfaces,
                std::vector<Pose> X_HE, double frame_s, const SeedTree& seeds);
-  // With automatic exposure, snow or distortion all of both views must be seen: Seen says so.
+  // With automatic exposure, snow, distortion or a faulty port all of both views must be seen: Seen
+  // says so.
   StereoCamera(light::Water water, ImageSensor sensor, const AutoExposure& exposure = {},
                light::MarineSnow snow = {}, StereoLens lens = {});
 
@@ -49,9 +51,15 @@ class StereoCamera {
   void ExposeHeld(const StereoRegion& region, int64_t frame, StereoImage* out);
   void ExposeHeld(int64_t frame, StereoImage* out) { ExposeHeld(whole(), frame, out); }
 
-  // Looks through other water or lights from here on: those of the same rig, surfaces and lamps.
+  // Looks through other water, at other lights or with another rig of the same size from here on;
+  // surfaces and places of lamps are the same.
   // What is held is to be held anew.
   void SetWater(light::Water water) { water_ = std::move(water); }
+
+  // Light from above in the images from here on (Water::SetDaylight).
+  void SetDaylight(const Eigen::Array3d& irradiance_w_m2) { water_.SetDaylight(irradiance_w_m2); }
+  // What is wrong with the ports and lenses from here on; not with what is held.
+  void SetPortFaults(PortFaults faults) { port_ = std::move(faults); }
 
   StereoRegion whole() const { return water_.whole(); }
   StereoRegion Seen(const StereoRegion& region) const;
@@ -60,7 +68,7 @@ class StereoCamera {
 
  private:
   StereoRegion Lit(const StereoRegion& region) const;
-  bool PaintsWhole() const { return snow_.on() || lens_.on(); }
+  bool PaintsWhole() const { return snow_.on() || lens_.on() || port_.any(); }
   void ExposeSide(Side side, const PixelRegion& region, int64_t frame, StageTimer* timer,
                   Image3u8* out);
 
@@ -69,6 +77,7 @@ class StereoCamera {
   AutoExposure exposure_;
   light::MarineSnow snow_;
   StereoLens lens_;
+  PortFaults port_;
   std::vector<float> band_;         // radiance of some rows
   light::RadianceStereo radiance_;  // of whole images, where bands do not do
   const view::RenderedStereo* held_view_ = nullptr;

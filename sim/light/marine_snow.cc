@@ -20,8 +20,8 @@ double Wrapped(double x) { return x - kCube_m * std::round(x / kCube_m); }
 
 }  // namespace
 
-MarineSnow::MarineSnow(const SnowParams& params, const StereoRig& rig, double frame_s, uint64_t key)
-    : params_(params), rig_(rig), frame_s_(frame_s) {
+MarineSnow::MarineSnow(const SnowParams& params, double frame_s, uint64_t key)
+    : params_(params), frame_s_(frame_s) {
   CheckFields(params, "snow");
   const auto count =
       static_cast<size_t>(std::lround(params.flakes_per_m3 * kCube_m * kCube_m * kCube_m));
@@ -50,7 +50,8 @@ void MarineSnow::Fall(const view::RenderedStereo& seen, int64_t frame, Water* wa
   irradiance_w_m2_.resize(p_HF_.size());
   water->IrradianceFromAllSides(p_HF_, irradiance_w_m2_);
   const Eigen::Array3f extinction_per_m = water->medium().extinction_per_m().cast<float>();
-  for (const Side side : kSides) Paint(rig_[side], seen[side], extinction_per_m, &(*images)[side]);
+  for (const Side side : kSides)
+    Paint(water->rig()[side], seen[side], extinction_per_m, &(*images)[side]);
 }
 
 void MarineSnow::Paint(const MountedCamera& camera, const view::RenderedView& view,

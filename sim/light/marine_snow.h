@@ -39,7 +39,7 @@ class MarineSnow {
  public:
   MarineSnow() = default;  // none
   // `frame_s` between images; places are drawn from the key.
-  MarineSnow(const SnowParams& params, const StereoRig& rig, double frame_s, uint64_t key);
+  MarineSnow(const SnowParams& params, double frame_s, uint64_t key);
 
   bool on() const { return !p_WF_.empty(); }
   // Adds the flakes' light at a frame to what both cameras see. `water` has been prepared
@@ -51,7 +51,6 @@ class MarineSnow {
              const Eigen::Array3f& extinction_per_m, Image3f* image) const;
 
   SnowParams params_;
-  StereoRig rig_;
   double frame_s_ = 0;
   std::vector<Eigen::Vector3d> p_WF_;  // at the start, in the cube
   // Those before the cameras at the frame under way, and the light on them.

@@ -181,7 +181,8 @@ SurfaceTable::SurfaceTable(std::vector<Surface> surfaces) : surfaces_(std::move(
              surface.name);
 }
 
-SurfaceTable SurfaceTable::FromScene(const vehicle::Scene& scene) {
+SurfaceTable SurfaceTable::FromScene(const vehicle::Scene& scene,
+                                     const std::vector<view::Visitor>& visitors) {
   const mjModel& model = *scene.model;
   const vehicle::MjDataPtr data = AtRest(scene);
   const Pose X_HW = vehicle::SitePose(*data, scene.camera_head_site).Inverse();
@@ -199,6 +200,15 @@ SurfaceTable SurfaceTable::FromScene(const vehicle::Scene& scene) {
     surface.albedo = Eigen::Vector3f(model.geom_rgba + 4 * geom).cast<double>();
     surface.casts_shadow = scene.geom_part[geom] == vehicle::Part::kMarker;
   }
+  for (const view::Visitor& visitor : visitors)
+    surfaces.push_back({.name = visitor.name,
+                        .shape = visitor.ball ? Shape::kSphere : Shape::kBox,
+                        .size_m = visitor.half_size_m,
+                        .on_vehicle = false,
+                        .X_AS = visitor.X_WV,
+                        .albedo = visitor.albedo,
+                        .casts_shadow = false,
+                        .shines_as = visitor.shines_as});
   return SurfaceTable(std::move(surfaces));
 }
 

@@ -9,6 +9,7 @@
 
 #include "sim/base/pose.h"
 #include "sim/vehicle/scene.h"
+#include "sim/view/visitors.h"
 
 namespace turbidock::light {
 
@@ -24,6 +25,7 @@ struct Surface {
   Pose X_AS;  // A = H for the vehicle's own surfaces, W for the rest, which does not move
   Eigen::Vector3d albedo = Eigen::Vector3d::Constant(0.5);  // linear, diffuse
   bool casts_shadow = false;
+  std::string shines_as{};  // a visitor: the ball whose light it has; empty: none
 };
 
 // Unit normal, pointing outwards, at a point on (or within rounding of) the surface.
@@ -59,8 +61,10 @@ class SurfaceTable {
   explicit SurfaceTable(std::vector<Surface> surfaces);
 
   // All geoms of a scene; the marker's cast shadows. Albedo is the geom's rgba (not its
-  // material's). Throws ConfigError for a geom of another shape (mesh, height field).
-  static SurfaceTable FromScene(const vehicle::Scene& scene);
+  // material's). Throws ConfigError for a geom of another shape (mesh, height field). After them
+  // visitors, whose place is each picture's.
+  static SurfaceTable FromScene(const vehicle::Scene& scene,
+                                const std::vector<view::Visitor>& visitors = {});
 
   int size() const { return static_cast<int>(surfaces_.size()); }
   const Surface& operator[](int geom) const { return surfaces_[geom]; }

@@ -34,7 +34,7 @@ void FillUp(int count, PointBatch* batch) {
 }  // namespace
 
 Water::Water(const OpticsParams& params, const StereoRig& rig, const SurfaceTable& surfaces,
-             const std::vector<Pose>& X_HE)
+             const std::vector<Pose>& X_HE, const std::vector<double>& lamp_factors)
     : batch_{},
       params_(params),
       rig_(rig),
@@ -50,8 +50,10 @@ Water::Water(const OpticsParams& params, const StereoRig& rig, const SurfaceTabl
   scatters_ = medium_.scattering_per_m.maxCoeff() > 0;
 
   if (params_.lamps.enabled)
-    for (const Pose& X_HLamp : X_HE)
-      lamps_.push_back({X_HLamp.p, X_HLamp.q * Eigen::Vector3d::UnitX(), params_.lamps});
+    for (size_t i = 0; i < X_HE.size(); ++i) {
+      lamps_.push_back({X_HE[i].p, X_HE[i].q * Eigen::Vector3d::UnitX(), params_.lamps});
+      if (i < lamp_factors.size()) lamps_.back().beam.intensity_w_sr *= lamp_factors[i];
+    }
 
   if (scatters_ && !lamps_.empty())
     for (const Side side : kSides)
@@ -90,6 +92,12 @@ Water::Water(const OpticsParams& params, const StereoRig& rig, const SurfaceTabl
         ball.halo = static_cast<size_t>(halo - halos_.begin());
       }
       lit_balls_.push_back(ball);
+      // others that have its light
+      for (int geom = 0; geom < surfaces_.size(); ++geom) {
+        if (surfaces_[geom].shines_as != light.name) continue;
+        ball.geom = geom;
+        lit_balls_.push_back(ball);
+      }
     }
   }
 
@@ -99,6 +107,7 @@ Water::Water(const OpticsParams& params, const StereoRig& rig, const SurfaceTabl
       if (surfaces_[geom].shape == Shape::kBox && shadow_box_ < 0) shadow_box_ = geom;
     }
   placed_.resize(static_cast<size_t>(surfaces_.size()));
+  present_.assign(static_cast<size_t>(surfaces_.size()), true);
   first_of_surface_.reserve(static_cast<size_t>(surfaces_.size()) + 2);
   order_.reserve(static_cast<size_t>(rig.left.width_px) * rig.left.height_px);
   if (scatters_ && !lamps_.empty() && params_.water.surface_halos)
@@ -146,7 +155,7 @@ void Water::Apply(const view::RenderedStereo& rendered, RadianceStereo* out) {
 }
 
 void Water::Prepare(const view::RenderedStereo& rendered, const StereoRegion& region) {
-  Place(rendered.X_WH);
+  Place(rendered);
   reflectors_.Illuminate(surfaces_, placed_, lamps_, casters_, &batch_);
   for (const Side side : kSides) PrepareView(rendered[side], region[side], &cameras_[side]);
 }
@@ -206,6 +215,7 @@ void Water::IrradianceFromAllSides(std::span<const Eigen::Vector3f> p_HQ,
       AddLampIrradiance(lamp, diffuse_per_m_, &batch);
     }
     for (const LitBall& ball : lit_balls_) {
+      if (!IsPresent(ball)) continue;
       const Eigen::Vector3f& p_HBall = placed_[static_cast<size_t>(ball.geom)].p_HS;
       face(p_HBall);
       CastShadows(-1, ball.geom, p_HBall, &batch);
@@ -223,13 +233,30 @@ void Water::PaintRows(Side side, int row_begin, int row_end, float* rgb) const {
   camera.surface_light.Paint(row_begin, row_end, scatters_ ? Mode::kAdd : Mode::kWrite, rgb);
 }
 
-void Water::Place(const Pose& X_WH) {
-  const Pose X_HW = X_WH.Inverse();
+void Water::Place(const view::RenderedStereo& rendered) {
+  const Pose X_HW = rendered.X_WH.Inverse();
+  up_H_ = (X_HW.q * Eigen::Vector3d::UnitZ()).cast<float>();
+  const int visitors = static_cast<int>(rendered.visitors.size());
+  const int first_visitor = surfaces_.size() - visitors;
+  TD_CHECK(first_visitor >= 0, "visitors that the water does not know");
   for (int geom = 0; geom < surfaces_.size(); ++geom) {
     const Surface& surface = surfaces_[geom];
-    const Pose X_HS = surface.on_vehicle ? surface.X_AS : X_HW * surface.X_AS;
+    Pose X_HS = surface.on_vehicle ? surface.X_AS : X_HW * surface.X_AS;
+    if (geom >= first_visitor) {
+      const auto& visitor = rendered.visitors[static_cast<size_t>(geom - first_visitor)];
+      X_HS = X_HW * visitor.X_WV;
+      present_[static_cast<size_t>(geom)] = visitor.present;
+    }
     placed_[static_cast<size_t>(geom)] = {X_HS.R().cast<float>(), X_HS.p.cast<float>()};
   }
+}
+
+void Water::SetDaylight(const Eigen::Array3d& irradiance_w_m2) {
+  day_ = irradiance_w_m2.maxCoeff() > 0;
+  daylight_w_m2_ = irradiance_w_m2.cast<float>();
+  const Rgb extinction_per_m = medium_.extinction_per_m().max(1e-12);
+  const Rgb veil_w_m2_sr = medium_.scattering_per_m / extinction_per_m * irradiance_w_m2;
+  day_veil_w_m2_sr_ = (veil_w_m2_sr / (2 * std::numbers::pi)).cast<float>();
 }
 
 void Water::PrepareView(const view::RenderedView& view, const PixelRegion& region, Camera* camera) {
@@ -306,10 +333,20 @@ void Water::ShineFromSurface(const Camera& camera, int geom, PointBatch* batch) 
       lit = &ball;
       continue;
     }
+    if (!IsPresent(ball)) continue;
     const Eigen::Vector3f& p_HBall = placed_[static_cast<size_t>(ball.geom)].p_HS;
     CastShadows(geom, ball.geom, p_HBall, batch);
     AddBallIrradiance(ball.glow, diffuse_per_m_, p_HBall, batch);
   }
+  if (day_)
+    for (int i = 0; i < batch->count; ++i) {
+      const float share =
+          0.5f + 0.5f * (batch->normal_x[i] * up_H_.x() + batch->normal_y[i] * up_H_.y() +
+                         batch->normal_z[i] * up_H_.z());
+      batch->red[i] += share * daylight_w_m2_[0];
+      batch->green[i] += share * daylight_w_m2_[1];
+      batch->blue[i] += share * daylight_w_m2_[2];
+    }
   Scale(surface.albedo.cast<float>().array() / std::numbers::pi_v<float>, batch);
   if (lit != nullptr)
     AddBallDisc(lit->disc, camera.rays, placed_[static_cast<size_t>(geom)].p_HS, batch);
@@ -341,8 +378,12 @@ void Water::ShineFromWater(const Camera& camera, std::span<const LightPoint> poi
         out[i] = camera.veil->At(batch.u_px[i], batch.v_px[i], batch.range_m[i]);
     else
       std::fill_n(out, count, Light::Zero());
+    if (day_)
+      for (int i = 0; i < count; ++i)
+        out[i].head<3>() += day_veil_w_m2_sr_ * (1 - (-extinction_per_m_ * batch.range_m[i]).exp());
     reflectors_.AddHalos(camera.rays, count, &batch, out);
     for (const LitBall& ball : lit_balls_) {
+      if (!IsPresent(ball)) continue;
       const PlacedSurface& placed = placed_[static_cast<size_t>(ball.geom)];
       // not lit: what the marker's box hides from the ball
       std::optional<BoxShadow> shadow;

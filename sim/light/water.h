@@ -39,9 +39,16 @@ namespace turbidock::light {
 class Water {
  public:
   // X_HE: poses of the lamps in the head, beam along x. Checks the parameters, and that every lit
-  // ball is a sphere named "ball_..." in the table (ConfigError).
+  // ball is a sphere named "ball_..." in the table (ConfigError). `lamp_factors` are on each lamp's
+  // intensity; none: 1.
   Water(const OpticsParams& params, const StereoRig& rig, const SurfaceTable& surfaces,
-        const std::vector<Pose>& X_HE);
+        const std::vector<Pose>& X_HE, const std::vector<double>& lamp_factors = {});
+
+  // Light from above in the images prepared next, as the irradiance of a surface that faces up
+  // where the vehicle is. A surface with normal n has the share (1 + n . up) / 2 of it, as under
+  // an even sky; the water itself is seen as L (1 - exp(-c r)), L = b / c E / (2 pi): what scatters
+  // of that sky's light once, in all directions alike.
+  void SetDaylight(const Eigen::Array3d& irradiance_w_m2);
 
   // The radiance of both images. Allocates only when `out` does not have their size.
   void Apply(const view::RenderedStereo& rendered, RadianceStereo* out);
@@ -70,6 +77,7 @@ class Water {
   // Points at which light was computed for the images prepared last.
   int64_t points() const;
   const Medium& medium() const { return medium_; }
+  const StereoRig& rig() const { return rig_; }
 
  private:
   struct Camera : MountedCamera {
@@ -86,7 +94,8 @@ class Water {
   };
 
   PixelRegion WholeTiles(const PixelRegion& region, const CameraIntrinsics& camera) const;
-  void Place(const Pose& X_WH);
+  void Place(const view::RenderedStereo& rendered);
+  bool IsPresent(const LitBall& ball) const { return present_[static_cast<size_t>(ball.geom)]; }
   void PrepareView(const view::RenderedView& view, const PixelRegion& region, Camera* camera);
   void ShineFromSurfaces(const Camera& camera, std::span<const LightPoint> points, Light* light);
   void ShineFromSurface(const Camera& camera, int geom, PointBatch* batch) const;
@@ -108,7 +117,12 @@ class Water {
   std::vector<int> casters_;
   int shadow_box_ = -1;  // the geom that casts shadows in halos, -1: none
   Stereo<Camera> cameras_;
-  std::vector<PlacedSurface> placed_;          // by geom id, at the current instant
+  std::vector<PlacedSurface> placed_;  // by geom id, at the current instant
+  std::vector<bool> present_;          // likewise: whether it is there
+  bool day_ = false;
+  Eigen::Array3f daylight_w_m2_ = Eigen::Array3f::Zero();
+  Eigen::Array3f day_veil_w_m2_sr_ = Eigen::Array3f::Zero();  // of endless water
+  Eigen::Vector3f up_H_ = Eigen::Vector3f::UnitZ();
   std::vector<int> first_of_surface_, order_;  // points sorted by surface
   std::vector<LightPoint> metered_;
   std::vector<Light> metered_light_;

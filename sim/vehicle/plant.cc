@@ -280,8 +280,9 @@ std::optional<std::string> Plant::Step(const ThrusterCommand& command) {
   mjtNum* applied = d->qfrc_applied + dof_adr_;
   Vector3d::Map(applied) = RotationAt(d->xmat, scene_.vehicle_body) * F_B.f;
   Vector3d::Map(applied + 3) = F_B.tau;
-  const ThrusterForces& thrust_newton =
-      thrusters_.Step(command, ThrusterInflow(water_now.v_W), dt_s);
+  const ThrusterForces& thrust_newton = thrusters_.Step(
+      command, ThrusterInflow(water_now.v_W), dt_s,
+      thruster_faults_.empty() ? kSoundThrusters : FactorsAt(thruster_faults_, time_s()));
   for (size_t i = 0; i < scene_.thruster_actuators.size(); ++i)
     d->ctrl[scene_.thruster_actuators[i]] = thrust_newton[i];
 

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "sim/base/clock.h"
 #include "sim/base/pose.h"
@@ -12,6 +14,7 @@
 #include "sim/vehicle/hydrodynamics.h"
 #include "sim/vehicle/scene.h"
 #include "sim/vehicle/sea.h"
+#include "sim/vehicle/thruster_fault.h"
 #include "sim/vehicle/thrusters.h"
 #include "sim/vehicle/vehicle_params.h"
 
@@ -67,6 +70,11 @@ class Plant {
   // The sea becomes this one (Sea::Become), until Reset.
   void SetSea(const SeaParams& params) { sea_.Become(params); }
 
+  // What will be wrong with the thrusters, and when; also after Reset.
+  void SetThrusterFaults(std::vector<ThrusterFault> faults) {
+    thruster_faults_ = std::move(faults);
+  }
+
   // Advances one tick under a constant command. Returns why the state is no longer usable (not
   // finite, MuJoCo warning), or nothing when all is well. After a failure only Reset helps.
   std::optional<std::string> Step(const ThrusterCommand& command);
@@ -105,6 +113,7 @@ class Plant {
   Matrix6d total_mass_;   // rigid and added, about B's origin, SNAME order
   Sea initial_sea_, sea_;
   Thrusters thrusters_;
+  std::vector<ThrusterFault> thruster_faults_;
   MjModelPtr model_;
   MjDataPtr data_;
   int qpos_adr_ = 0, dof_adr_ = 0;  // of the vehicle's free joint

@@ -66,15 +66,17 @@ void Thrusters::Reset() {
 }
 
 const ThrusterForces& Thrusters::Step(const ThrusterCommand& command,
-                                      const ThrusterForces& inflow_mps, double dt_s) {
+                                      const ThrusterForces& inflow_mps, double dt_s,
+                                      const ThrusterFactors& factors) {
   for (int i = 0; i < kThrusterCount; ++i) {
-    const double target = StaticThrust(params_, command.volts[i]);
+    const double volts = factors[i] < 0 ? 2 * kNeutralVolts - command.volts[i] : command.volts[i];
+    const double target = StaticThrust(params_, volts);
     lagged_newton_[i] =
         LimitedLag(lagged_newton_[i], target, params_.lag_s, params_.rate_limit_newton_per_s, dt_s);
     // Running into its own jet's direction unloads the propeller; flow from behind gains nothing.
     const double advance_mps = std::max(0.0, std::copysign(1.0, lagged_newton_[i]) * inflow_mps[i]);
     const double left = std::max(0.0, 1 - params_.inflow_loss_s_per_m * advance_mps);
-    thrust_newton_[i] = params_.effectiveness[i] * left * lagged_newton_[i];
+    thrust_newton_[i] = params_.effectiveness[i] * left * lagged_newton_[i] * std::abs(factors[i]);
   }
   return thrust_newton_;
 }

@@ -13,6 +13,10 @@ namespace turbidock::vehicle {
 // Newtons along each thruster's axis (forward, left, up), in the order of ThrusterCommand.
 using ThrusterForces = std::array<double, kThrusterCount>;
 
+// What faults leave of each thruster's thrust; below 0 it is driven the wrong way round.
+using ThrusterFactors = std::array<double, kThrusterCount>;
+inline constexpr ThrusterFactors kSoundThrusters{1, 1, 1, 1};
+
 // One kind of thruster; the vehicle carries four. Sources of the numbers: models/vehicle.yaml.
 struct ThrusterParams {
   double max_thrust_newton = 4.9;
@@ -63,7 +67,7 @@ class Thrusters {
   // Advances by dt_s under a constant command; exact for any step size. `inflow_mps` is the
   // velocity of each thruster through the water, along its axis. Returns thrust_newton().
   const ThrusterForces& Step(const ThrusterCommand& command, const ThrusterForces& inflow_mps,
-                             double dt_s);
+                             double dt_s, const ThrusterFactors& factors = kSoundThrusters);
 
   const ThrusterForces& thrust_newton() const { return thrust_newton_; }
 

@@ -59,16 +59,6 @@ GeomMesh Capsule(double radius, double half_length) {
   return Revolve(profile);
 }
 
-GeomMesh Box(const Vector3d& half) {
-  GeomMesh mesh;
-  for (int corner = 0; corner < 8; ++corner)
-    mesh.vertices_m.emplace_back((corner & 1 ? 1 : -1) * half.x(), (corner & 2 ? 1 : -1) * half.y(),
-                                 (corner & 4 ? 1 : -1) * half.z());
-  mesh.triangles = {{0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}, {0, 1, 5}, {0, 5, 4},
-                    {2, 6, 7}, {2, 7, 3}, {0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}};
-  return mesh;
-}
-
 GeomMesh Plane(double half_x, double half_y) {
   return {{{-half_x, -half_y, 0}, {half_x, -half_y, 0}, {half_x, half_y, 0}, {-half_x, half_y, 0}},
           {{0, 1, 2}, {0, 2, 3}}};
@@ -89,6 +79,16 @@ GeomMesh FromAsset(const mjModel& m, int asset) {
 
 }  // namespace
 
+GeomMesh BoxMesh(const Vector3d& half) {
+  GeomMesh mesh;
+  for (int corner = 0; corner < 8; ++corner)
+    mesh.vertices_m.emplace_back((corner & 1 ? 1 : -1) * half.x(), (corner & 2 ? 1 : -1) * half.y(),
+                                 (corner & 4 ? 1 : -1) * half.z());
+  mesh.triangles = {{0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}, {0, 1, 5}, {0, 5, 4},
+                    {2, 6, 7}, {2, 7, 3}, {0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}};
+  return mesh;
+}
+
 GeomMesh MeshOf(const mjModel& m, int geom) {
   const Vector3d size = Vector3d::Map(m.geom_size + 3 * geom);
   switch (m.geom_type[geom]) {
@@ -106,7 +106,7 @@ GeomMesh MeshOf(const mjModel& m, int geom) {
     case mjGEOM_CYLINDER:
       return Revolve({{0, -size.y()}, {size.x(), -size.y()}, {size.x(), size.y()}, {0, size.y()}});
     case mjGEOM_BOX:
-      return Box(size);
+      return BoxMesh(size);
     case mjGEOM_MESH:
       return FromAsset(m, m.geom_dataid[geom]);
     default: {

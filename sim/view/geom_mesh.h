@@ -21,4 +21,6 @@ struct GeomMesh {
 // fields and other shapes without triangles.
 GeomMesh MeshOf(const mjModel& m, int geom);
 
+GeomMesh BoxMesh(const Eigen::Vector3d& half_size_m);
+
 }  // namespace turbidock::view

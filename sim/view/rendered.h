@@ -5,6 +5,8 @@
 // sees and how far away it is; all light is computed from that by sim/light/water.h, in linear
 // units.
 
+#include <vector>
+
 #include "sim/base/image.h"
 #include "sim/base/pose.h"
 
@@ -12,13 +14,21 @@ namespace turbidock::view {
 
 // One camera's view.
 struct RenderedView {
-  Image1u16 surface;  // MuJoCo geom id + 1; 0 where nothing was hit
-  Image1f depth_m;    // along the optical axis (not the range); +inf where nothing was hit
+  // MuJoCo geom id + 1, after the geoms the number of a visitor; 0 where nothing was hit
+  Image1u16 surface;
+  Image1f depth_m;  // along the optical axis (not the range); +inf where nothing was hit
+};
+
+// Something that is no part of the model (sim/view/visitors.h): where it is, if it is there.
+struct PlacedVisitor {
+  bool present = false;
+  Pose X_WV;
 };
 
 // Both views of one instant.
 struct RenderedStereo : Stereo<RenderedView> {
   Pose X_WH;  // camera head in the world at that instant
+  std::vector<PlacedVisitor> visitors{};
 };
 
 }  // namespace turbidock::view

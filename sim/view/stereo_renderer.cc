@@ -24,12 +24,14 @@ TURBIDOCK_VECTOR_CLONES void DepthFromNearness(float near_m, int count, float* v
 
 }  // namespace
 
-StereoRenderer::StereoRenderer(GlContext& context, const vehicle::Scene& scene)
+StereoRenderer::StereoRenderer(GlContext& context, const vehicle::Scene& scene,
+                               const std::vector<Visitor>& visitors)
     : scene_(scene),
       near_m_(NearPlane(*scene.model)),
-      lister_(*scene.model, kHiddenGroup, near_m_),
+      lister_(*scene.model, visitors, kHiddenGroup, near_m_),
       canvas_(context, scene.rig.left.width_px, scene.rig.left.height_px, /*views=*/2, near_m_) {
-  TD_CHECK(scene.model->ngeom < std::numeric_limits<uint16_t>::max(),
+  TD_CHECK(static_cast<size_t>(scene.model->ngeom) + visitors.size() <
+               std::numeric_limits<uint16_t>::max(),
            "surface ids are 16 bits wide");
 }
 
@@ -40,11 +42,12 @@ void StereoRenderer::Render(const mjData& data, RenderedStereo* out, StageTimer*
 void StereoRenderer::Render(const mjData& data, const StereoRegion& region, RenderedStereo* out,
                             StageTimer* timer) {
   out->X_WH = vehicle::SitePose(data, scene_.camera_head_site);
+  out->visitors = placed_;
   canvas_.Begin();
   for (const Side side : kSides) {
     if (region[side].empty()) continue;
     const MountedCamera& camera = scene_.rig[side];
-    lister_.List(data, camera, out->X_WH * camera.X_HC, region[side], &list_);
+    lister_.List(data, placed_, camera, out->X_WH * camera.X_HC, region[side], &list_);
     canvas_.Draw(static_cast<int>(side), region[side], list_);
   }
   if (timer) canvas_.Finish();

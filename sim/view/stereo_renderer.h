@@ -6,6 +6,7 @@
 #include <mujoco/mujoco.h>
 
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "sim/base/image.h"
@@ -15,13 +16,19 @@
 #include "sim/view/rendered.h"
 #include "sim/view/surface_canvas.h"
 #include "sim/view/surface_list.h"
+#include "sim/view/visitors.h"
 
 namespace turbidock::view {
 
 // What the stereo rig's cameras see: which geom at each pixel, and how far.
 class StereoRenderer {
  public:
-  StereoRenderer(GlContext& context, const vehicle::Scene& scene);
+  // The visitors' shapes; they are absent until they are placed.
+  StereoRenderer(GlContext& context, const vehicle::Scene& scene,
+                 const std::vector<Visitor>& visitors = {});
+
+  // Where visitors are in the next pictures, in their order.
+  void Place(std::vector<PlacedVisitor> visitors) { placed_ = std::move(visitors); }
 
   // Draws both views at the computed positions in `data` (after mj_forward or a step's position
   // stage). The images in `out` keep their memory from one frame to the next. A timer gets kRender
@@ -39,6 +46,7 @@ class StereoRenderer {
   float near_m_;
   SurfaceLister lister_;
   SurfaceCanvas canvas_;
+  std::vector<PlacedVisitor> placed_;
   SurfaceList list_;
 };
 

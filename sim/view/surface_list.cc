@@ -58,7 +58,8 @@ Extent OutlineOf(double h_m, double z_m, double radius_m) {
 
 }  // namespace
 
-SurfaceLister::SurfaceLister(const mjModel& model, int hidden_group, float near_m)
+SurfaceLister::SurfaceLister(const mjModel& model, const std::vector<Visitor>& visitors,
+                             int hidden_group, float near_m)
     : model_(model), near_m_(near_m) {
   for (int geom = 0; geom < model.ngeom; ++geom) {
     if (model.geom_group[geom] == hidden_group || model.geom_rgba[4 * geom + 3] == 0) continue;
@@ -67,9 +68,16 @@ SurfaceLister::SurfaceLister(const mjModel& model, int hidden_group, float near_
     drawn_.push_back({geom, ball, type == mjGEOM_PLANE ? kInfinity : model.geom_rbound[geom],
                       ball ? GeomMesh{} : MeshOf(model, geom)});
   }
+  for (const Visitor& visitor : visitors) {
+    const Vector3d& half_m = visitor.half_size_m;
+    visitors_.push_back({model.ngeom + static_cast<int>(visitors_.size()), visitor.ball,
+                         visitor.ball ? half_m.x() : half_m.norm(),
+                         visitor.ball ? GeomMesh{} : BoxMesh(half_m)});
+  }
 }
 
-void SurfaceLister::List(const mjData& data, const CameraIntrinsics& camera, const Pose& X_WC,
+void SurfaceLister::List(const mjData& data, std::span<const PlacedVisitor> visitors,
+                         const CameraIntrinsics& camera, const Pose& X_WC,
                          const PixelRegion& region, SurfaceList* list) const {
   list->corners.clear();
   list->triangles.clear();
@@ -81,10 +89,11 @@ void SurfaceLister::List(const mjData& data, const CameraIntrinsics& camera, con
   const Vector3d first_ray = camera.RayAt(-0.5, -0.5);
   const Vector3d last_ray = camera.RayAt(camera.width_px - 0.5, camera.height_px - 0.5);
 
-  for (const Drawn& drawn : drawn_) {
+  // R_WG is asked for where it is needed only
+  const auto add = [&](const Drawn& drawn, const Vector3d& p_WG, const auto& R_WG) {
     const uint32_t surface = static_cast<uint32_t>(drawn.geom) + 1;
-    const Vector3d p_CG = X_CW * Vector3d::Map(data.geom_xpos + 3 * drawn.geom);
-    if (volume.MissesBall(p_CG, drawn.bounding_radius_m)) continue;
+    const Vector3d p_CG = X_CW * p_WG;
+    if (volume.MissesBall(p_CG, drawn.bounding_radius_m)) return;
 
     if (drawn.ball) {
       const double radius_m = drawn.bounding_radius_m;
@@ -95,7 +104,7 @@ void SurfaceLister::List(const mjData& data, const CameraIntrinsics& camera, con
                                first_ray.x(), last_ray.x());
       const Extent y = in_view(OutlineOf(p_CG.y(), p_CG.z(), radius_m), kMargin_px / camera.fy_px,
                                first_ray.y(), last_ray.y());
-      if (x.low >= x.high || y.low >= y.high) continue;
+      if (x.low >= x.high || y.low >= y.high) return;
       const uint32_t base = static_cast<uint32_t>(list->ball_corners.size());
       const Eigen::Vector4f ball = (Eigen::Vector4d() << p_CG, radius_m).finished().cast<float>();
       for (const double ray_y : {y.low, y.high})
@@ -109,11 +118,10 @@ void SurfaceLister::List(const mjData& data, const CameraIntrinsics& camera, con
       // As a facet's corners are seen from outside: y runs downwards.
       for (const uint32_t corner : {0, 2, 1, 1, 2, 3})
         list->ball_triangles.push_back(base + corner);
-      continue;
+      return;
     }
 
-    using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-    const Matrix3d R_CG = R_CW * RowMajor::Map(data.geom_xmat + 9 * drawn.geom);
+    const Matrix3d R_CG = R_CW * R_WG();
     const auto beyond = [&](Eigen::Index side) {
       const Vector3d n_G = R_CG.transpose() * volume.normals.row(side).transpose();
       const double offset = volume.offsets[side] - volume.normals.row(side).dot(p_CG);
@@ -123,7 +131,7 @@ void SurfaceLister::List(const mjData& data, const CameraIntrinsics& camera, con
     bool outside = false;
     for (Eigen::Index side = 0; side < volume.offsets.size() && !outside; ++side)
       outside = beyond(side);
-    if (outside) continue;
+    if (outside) return;
 
     const Matrix3d KR = K * R_CG;
     const Vector3d Kp = K * p_CG;
@@ -134,7 +142,14 @@ void SurfaceLister::List(const mjData& data, const CameraIntrinsics& camera, con
     }
     for (const auto& triangle : drawn.mesh.triangles)
       for (const uint32_t corner : triangle) list->triangles.push_back(base + corner);
-  }
+  };
+  using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+  for (const Drawn& drawn : drawn_)
+    add(drawn, Vector3d::Map(data.geom_xpos + 3 * drawn.geom),
+        [&]() -> Matrix3d { return RowMajor::Map(data.geom_xmat + 9 * drawn.geom); });
+  for (size_t i = 0; i < std::min(visitors.size(), visitors_.size()); ++i)
+    if (visitors[i].present)
+      add(visitors_[i], visitors[i].X_WV.p, [&]() -> Matrix3d { return visitors[i].X_WV.R(); });
 }
 
 }  // namespace turbidock::view

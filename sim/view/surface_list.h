@@ -6,12 +6,14 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "sim/base/camera.h"
 #include "sim/base/image.h"
 #include "sim/base/pose.h"
 #include "sim/view/geom_mesh.h"
+#include "sim/view/visitors.h"
 
 namespace turbidock::view {
 
@@ -21,7 +23,7 @@ namespace turbidock::view {
 struct SurfaceList {
   struct Corner {
     std::array<float, 4> clip;
-    uint32_t surface;  // MuJoCo geom id + 1
+    uint32_t surface;  // MuJoCo geom id + 1, visitors after the geoms
   };
   // A corner of a rectangle in the image that holds what is in view of a ball's outline.
   struct BallCorner {
@@ -40,12 +42,15 @@ struct SurfaceList {
 class SurfaceLister {
  public:
   // Keeps a reference to the model. Leaves out geoms of the hidden group and transparent ones.
-  SurfaceLister(const mjModel& model, int hidden_group, float near_m);
+  SurfaceLister(const mjModel& model, const std::vector<Visitor>& visitors, int hidden_group,
+                float near_m);
 
-  // Lists, at the computed positions in `data`, every geom of which something may lie in a region
-  // of the camera's image; what is listed of it does not depend on the region.
-  void List(const mjData& data, const CameraIntrinsics& camera, const Pose& X_WC,
-            const PixelRegion& region, SurfaceList* list) const;
+  // Lists, at the computed positions in `data`, every geom and every visitor of which something may
+  // lie in a region of the camera's image; what is listed of it does not depend on the region. Of
+  // fewer visitors than there are the others are absent.
+  void List(const mjData& data, std::span<const PlacedVisitor> visitors,
+            const CameraIntrinsics& camera, const Pose& X_WC, const PixelRegion& region,
+            SurfaceList* list) const;
 
  private:
   struct Drawn {
@@ -57,7 +62,7 @@ class SurfaceLister {
 
   const mjModel& model_;
   float near_m_;
-  std::vector<Drawn> drawn_;
+  std::vector<Drawn> drawn_, visitors_;
 };
 
 }  // namespace turbidock::view

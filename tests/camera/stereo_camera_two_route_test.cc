@@ -195,7 +195,7 @@ TEST(StereoCamera, ExposesARegionAsInTheWhole) {
     constexpr double kFrame_s = 1.0 / 30;
     StereoCamera camera(light::Water(params, rig, light::SurfaceTable(surfaces), LampsAt(0.16)),
                         ImageSensor(sensor, 1, 2), AutoExposure(sensor, kFrame_s),
-                        light::MarineSnow(snow, rig, kFrame_s, 3), StereoLens(lens, rig));
+                        light::MarineSnow(snow, kFrame_s, 3), StereoLens(lens, rig));
     StereoImage whole;
     camera.Expose(rendered, 7, &whole);
     EXPECT_NE(whole.left, plain.left);

@@ -47,7 +47,7 @@ struct Snowfall {
     const StereoRig rig = RigParams{}.MakeRig();
     Water water(OneLamp(absorption_per_m), rig, SurfaceTable(std::vector<Surface>{}), {Pose()});
     images = {Image3f(640, 480), Image3f(640, 480)};
-    MarineSnow(params, rig, kFrame_s, key).Fall(Nothing(X_WH), frame, &water, &images);
+    MarineSnow(params, kFrame_s, key).Fall(Nothing(X_WH), frame, &water, &images);
   }
   double Sum(int channel) const {
     double sum = 0;
@@ -114,13 +114,13 @@ TEST(MarineSnow, IsHiddenBySurfaces) {
   view::RenderedStereo wall = Nothing({});
   wall.left.depth_m = Image1f(640, 480, 0.05f);
   RadianceStereo images{Image3f(640, 480), Image3f(640, 480)};
-  MarineSnow(params, rig, kFrame_s, 5).Fall(wall, 0, &water, &images);
+  MarineSnow(params, kFrame_s, 5).Fall(wall, 0, &water, &images);
   EXPECT_EQ(images.left, Image3f(640, 480));
   EXPECT_NE(images.right, Image3f(640, 480));
 }
 
 TEST(MarineSnow, IsNoneUnlessSet) {
-  EXPECT_FALSE(MarineSnow({}, RigParams{}.MakeRig(), kFrame_s, 5).on());
+  EXPECT_FALSE(MarineSnow({}, kFrame_s, 5).on());
   EXPECT_EQ(Snowfall({}).Sum(0), 0);
 }
 

@@ -1,0 +1,75 @@
+#pragma once
+// What goes wrong before the sensor: dirt on a camera's port, a lens out of focus, a camera that
+// was knocked aside. Light is linear there, so they act on radiance.
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "sim/base/camera.h"
+#include "sim/base/fault.h"
+#include "sim/light/radiance.h"
+
+namespace turbidock::camera {
+
+struct BlurFault : FaultSpan {
+  FaultyCamera camera = FaultyCamera::kBoth;
+  double sigma_px = 4;
+
+  static void Fields(auto& self, auto&& field) {
+    FaultSpan::Fields(self, field);
+    field("camera", self.camera, Finite(), "which one is out of focus");
+    field("sigma_px", self.sigma_px, InRange(0.1, 50), "width (sigma) of the blur, Gaussian");
+  }
+};
+
+struct DirtFault : FaultSpan {
+  FaultyCamera camera = FaultyCamera::kBoth;
+  Eigen::Vector2d center{0.5, 0.5};
+  double radius = 0.15;
+  double transmission = 0.05;
+
+  static void Fields(auto& self, auto&& field) {
+    FaultSpan::Fields(self, field);
+    field("camera", self.camera, Finite(), "whose port is dirty");
+    field("center", self.center, InRange(0, 1),
+          "of the patch, from the image's left and top, in shares of its width and height");
+    field("radius", self.radius, InRange(0.01, 2),
+          "of the patch, in shares of the image's width; from half of it on it fades");
+    field("transmission", self.transmission, InRange(0, 1), "share of light that the dirt lets by");
+  }
+};
+
+struct KnockFault : FaultSpan {
+  FaultyCamera camera = FaultyCamera::kLeft;
+  Eigen::Vector3d yaw_pitch_roll_rad{0.0349, 0, 0};  // 2 degrees aside
+
+  static void Fields(auto& self, auto&& field) {
+    FaultSpan::Fields(self, field);
+    field("camera", self.camera, Finite(), "which one no longer looks straight ahead");
+    field("yaw_pitch_roll_rad", self.yaw_pitch_roll_rad, InRange(-1, 1),
+          "how it was turned in the head, about its optical centre: left, down, clockwise");
+  }
+};
+
+// The faults of this kind that there are at one instant.
+template <class Fault>
+std::vector<Fault> HoldingAt(const std::vector<Fault>& faults, double time_s) {
+  std::vector<Fault> holding;
+  for (const Fault& fault : faults)
+    if (fault.Holds(time_s)) holding.push_back(fault);
+  return holding;
+}
+
+// The rig with its cameras as they are turned by these.
+StereoRig Knocked(const StereoRig& rig, const std::vector<KnockFault>& faults);
+
+// Dirt, then blur. Beyond an image's edge it is as at the edge.
+struct PortFaults {
+  std::vector<DirtFault> dirt;
+  std::vector<BlurFault> blurs;
+
+  bool any() const { return !dirt.empty() || !blurs.empty(); }
+  void Spoil(light::RadianceStereo* images) const;
+};
+
+}  // namespace turbidock::camera
