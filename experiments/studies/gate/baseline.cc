@@ -134,13 +134,14 @@ void RequireSamePlan(const GatePlan& plan, const Baseline& baseline, const std::
     const BaselineCondition* known = baseline.Find(condition.name);
     if (!known) return fail("it has no " + of);
     if (known->scenario != condition.scenario)
-      fail(of + " was measured in scenario " + known->scenario + ", the gate says " +
-           condition.scenario);
+      fail(fmt::format("{} was measured in scenario {}, the gate says {}", of, known->scenario,
+                       condition.scenario));
     const std::string settings = JoinAssignments(condition.assignments);
     if (known->settings != settings)
-      fail(of + " was measured with '" + known->settings + "', the gate sets '" + settings + "'");
+      fail(fmt::format("{} was measured with '{}', the gate sets '{}'", of, known->settings,
+                       settings));
     if (known->digest != condition.digest)
-      fail("the scenario file " + condition.scenario + " of " + of + " has changed");
+      fail(fmt::format("the scenario file {} of {} has changed", condition.scenario, of));
   }
   for (const BaselineCondition& known : baseline.conditions)
     if (std::none_of(plan.conditions.begin(), plan.conditions.end(),

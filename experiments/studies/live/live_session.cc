@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "experiments/config/yaml_fields.h"
@@ -16,15 +17,11 @@ constexpr double kSlowest = 0.05, kFastest = 100;  // times real time
 constexpr int kMostSteps = 1000;
 constexpr double kStrongestPush_newton = 50;
 
-std::vector<std::string> NamesOfSeaStates() {
+template <class Enum>
+std::vector<std::string> NamesOf() {
   std::vector<std::string> names;
-  for (const auto& [state, name] : EnumNames<vehicle::SeaState>::kNames) names.emplace_back(name);
-  return names;
-}
-
-std::vector<std::string> NamesOfLaws() {
-  std::vector<std::string> names;
-  for (const auto& [law, name] : EnumNames<control::Law>::kNames) names.emplace_back(name);
+  names.reserve(std::size(EnumNames<Enum>::kNames));
+  for (const auto& [value, name] : EnumNames<Enum>::kNames) names.emplace_back(name);
   return names;
 }
 
@@ -112,7 +109,10 @@ std::vector<Control> ControlsOf(const trial::Scenario& settings) {
       {"sea.current.surface_velocity_mps[0]", "current along", "sea", "m/s", -0.3, 0.3},
       {"sea.current.surface_velocity_mps[1]", "current across", "sea", "m/s", -0.3, 0.3},
       {"sea.current.gust_std_mps", "gusts", "sea", "m/s", 0, 0.1},
-      {.key = "sea.state", .label = "swell", .group = "sea", .choices = NamesOfSeaStates()},
+      {.key = "sea.state",
+       .label = "swell",
+       .group = "sea",
+       .choices = NamesOf<vehicle::SeaState>()},
       {"sea.jonswap.significant_height_m", "irregular waves", "sea", "m", 0, 0.5},
       {.key = "lamps.enabled", .label = "lamps", .group = "light", .choices = off_on},
       {.key = "lamps.intensity_w_sr",
@@ -126,7 +126,10 @@ std::vector<Control> ControlsOf(const trial::Scenario& settings) {
        .label = "marker's own light",
        .group = "light",
        .choices = off_on},
-      {.key = "controller", .label = "law", .group = "control", .choices = NamesOfLaws()}};
+      {.key = "controller",
+       .label = "law",
+       .group = "control",
+       .choices = NamesOf<control::Law>()}};
   AddGains(settings.control.controller, &controls);
   return controls;
 }
