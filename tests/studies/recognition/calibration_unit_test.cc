@@ -65,9 +65,9 @@ TEST(CalibrationPlan, WritesKeysThatAScenarioReads) {
 // sources are those of the shipped values.
 TEST(CalibrationPlan, BeginsAtTheShippedOptics) {
   const CalibrationPlan plan = LoadCalibrationPlan(config::AssetPath("calibration.yaml"));
-  EXPECT_EQ(config::SaveYaml(
-                RecognitionScenario(MarkerKind::kPassive, plan.Assignments(plan.Start()))),
-            config::SaveYaml(RecognitionScenario(MarkerKind::kPassive, {})));
+  EXPECT_EQ(
+      config::SaveYaml(RecognitionScenario(MarkerKind::kPassive, plan.Assignments(plan.Start()))),
+      config::SaveYaml(RecognitionScenario(MarkerKind::kPassive, {})));
 }
 
 // A list that the calibrated optics do not give cannot be written by its elements; better to hear
