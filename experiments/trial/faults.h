@@ -15,9 +15,8 @@
 //   screens, fish, second_markers, mirrors, bubbles
 //                   sim/view/visitors.h           balls and boxes drawn and lit beside the model's
 //   knocks          sim/camera/view_fault.h       another rig than the estimator believes in
-//   dirt, blurs     sim/camera/view_fault.h       on radiance, after snow and lens, before the
-//   sensor images          sim/camera/image_fault.h      on digitised images, as they are on their
-//   way
+//   dirt, blurs     sim/camera/view_fault.h       on radiance: after snow and lens
+//   images          sim/camera/image_fault.h      on digitised images, on their way
 //
 // Control and estimator never hear of a fault; they see what it does. Time is that of the exposure,
 // not of the image's arrival. What needs a whole image (dirt, blurs, images) makes both images

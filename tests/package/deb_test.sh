@@ -19,7 +19,7 @@ if [ ! -e "$root/var/lib/dpkg/status" ]; then
     exit 1
   }
 fi
-cp -L /etc/resolv.conf "$root/etc/" 2>/dev/null || true
+if [ -e /etc/resolv.conf ]; then cp -L /etc/resolv.conf "$root/etc/"; fi
 rm -f "$root/etc/apt/sources.list"
 cp -r /etc/apt/. "$root/etc/apt/"
 if [ -e /usr/share/ca-certificates ]; then
@@ -36,7 +36,7 @@ apt_get() { inside apt-get -o Dpkg::Use-Pty=0 -y -q "$@" >/dev/null; }
 
 apt_get update
 apt_get install --no-install-recommends /tmp/turbidock.deb
-inside useradd --create-home diver 2>/dev/null || true
+inside id diver >/dev/null 2>&1 || inside useradd --create-home diver
 as_user() { inside setpriv --reuid=diver --regid=diver --clear-groups "$@"; }
 as_user turbidock --version
 as_user turbidock scenarios
