@@ -2,16 +2,21 @@
 // The vehicle's own control: estimates in, thruster commands out. The same code runs on a real
 // vehicle.
 
+#include <functional>
 #include <memory>
+#include <optional>
+#include <variant>
 
 #include "control/controller.h"
 #include "control/docking_procedure.h"
+#include "control/levelling.h"
 #include "control/lqg.h"
 #include "control/p_voltage.h"
 #include "control/pid.h"
 #include "control/pose_filter.h"
 #include "control/setpoint.h"
 #include "control/thrust_allocation.h"
+#include "control/vehicle_model.h"
 #include "sim/base/clock.h"
 #include "sim/base/pose_estimate.h"
 #include "sim/base/thruster_command.h"
@@ -28,37 +33,54 @@ constexpr auto Names(Law) {
   return EnumList<Law>({{kPVoltage, "p_voltage"}, {kPid, "pid"}, {kLqg, "lqg"}});
 }
 
+// A law that is none of these, and what the autopilot does around it; the allocation says whether
+// it asks for forces or for the published vehicle's volts.
+struct OwnLaw {
+  std::function<std::unique_ptr<Controller>(const VehicleModel& vehicle, const ClockParams& clock)>
+      make;
+  PoseFilterParams pose_filter{.enabled = false};
+  SetpointParams setpoint;
+  std::variant<ForceAllocationParams, VoltsAllocationParams> allocation{};
+};
+
 // Which law, and the parameters of each; the others' are kept but not used.
 struct ControlParams {
   Law controller = Law::kPVoltage;
   PVoltageParams p_voltage;
   PidParams pid;
   LqgParams lqg;
+  LevellingParams levelling;
+  std::optional<OwnLaw> own;  // instead of `controller`
 
   // Pose filter and setpoint of the chosen law; lqg has a filter of its own.
   PoseFilterParams pose_filter() const;
   const SetpointParams& setpoint() const;
-  const AllocationParams& allocation() const;
 };
 
-std::unique_ptr<Controller> MakeController(const ControlParams& params, const ClockParams& clock);
+// The law, and what shares its demand out to the vehicle's thrusters. ConfigError for a law that
+// this vehicle cannot follow.
+std::unique_ptr<Controller> MakeController(const ControlParams& params, const VehicleModel& vehicle,
+                                           const ClockParams& clock);
+std::unique_ptr<Allocation> MakeAllocation(const ControlParams& params,
+                                           const VehicleModel& vehicle);
 
 // What a test of the loop adds to it at a frame.
 struct Excitation {
   Axes wanted = Axes::Zero();  // to the desired pose
-  AxisVolts volts;             // to the law's demand; the law is not told
+  Axes share = Axes::Zero();   // of the vehicle's authority, to the demand; the law is not told
 };
 
 // Docking procedure, pose filter, setpoint, law and allocation. The procedure judges the estimate
 // as it comes. The law sees every usable one, also while another is in charge, so that taking over
-// is no jump.
+// is no jump. A vehicle that can is kept level all the time.
 class Autopilot {
  public:
   Autopilot(const ControlParams& params, const ProcedureParams& procedure,
-            const ClockParams& clock);  // checked: ConfigError
+            const VehicleModel& vehicle, const ClockParams& clock);  // checked: ConfigError
 
-  // Frames must increase.
-  ThrusterCommand Update(const PoseEstimate& estimate, const Excitation& excitation = {});
+  // Frames must increase. `attitude`: what the vehicle's own sensor says; only levelling asks.
+  ThrusterCommand Update(const PoseEstimate& estimate, const Excitation& excitation = {},
+                         const Attitude& attitude = {});
 
   // Another law or other gains: law, filter and setpoint begin anew, the procedure goes on. Checked
   // (ConfigError, and nothing has changed then).
@@ -67,19 +89,22 @@ class Autopilot {
   // Of the last frame.
   const Directive& directive() const { return *directive_; }
   const Reference& reference() const { return reference_; }
-  const AxisVolts& demand() const { return demand_; }  // of the law, zero without control
+  const Axes& demand() const { return demand_; }  // of the law, zero without control
+  const Allocation& allocation() const { return *allocation_; }
 
  private:
   ClockParams clock_;
-  AllocationParams allocation_;
+  VehicleModel vehicle_;
   DockingProcedure procedure_;
+  LevellingParams levelling_;
   PoseFilter filter_;
   Setpoint setpoint_;
   std::unique_ptr<Controller> controller_;
+  std::unique_ptr<Allocation> allocation_;
   bool observed_ = false;
   const Directive* directive_ = nullptr;
   Reference reference_;
-  AxisVolts demand_;
+  Axes demand_ = Axes::Zero();
 };
 
 }  // namespace turbidock::control

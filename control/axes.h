@@ -8,7 +8,8 @@
 
 namespace turbidock::control {
 
-// Order everywhere: surge (x), sway (y), heave (z), yaw. Metres and radians, their rates, or volts.
+// Order everywhere: surge (x), sway (y), heave (z), yaw. Metres and radians, their rates, forces
+// and moments, or volts.
 using Axes = Eigen::Vector4d;
 enum Axis { kSurge, kSway, kHeave, kYaw };
 inline constexpr int kAxisCount = 4;

@@ -28,7 +28,7 @@ LinearModel MakeLinearModel(const std::vector<AxisModel>& axes) {
     F(kWave, kWaveRate) = 1;
     F(kWaveRate, kWave) = -omega * omega;
     F(kWaveRate, kWaveRate) = -2 * m.wave_damping * omega;
-    model.G(kAxisStates * axis + kThrust, axis) = m.thrust_per_volt / m.lag_s;
+    model.G(kAxisStates * axis + kThrust, axis) = 1 / m.lag_s;
     // Intensities that give the Gauss-Markov process and the resonance their variances.
     auto S = model.S.block<kAxisStates, kAxisStates>(kAxisStates * axis, kAxisStates * axis);
     S(kSpeed, kSpeed) = m.disturbance_rate * m.disturbance_rate;

@@ -10,7 +10,6 @@ namespace turbidock::control {
 struct AxisModel {
   double inertia = 1;          // with the added mass
   double damping = 0;          // force per speed, linearised
-  double thrust_per_volt = 1;  // force per volt of demand, settled
   double lag_s = 0.1;          // of the thrusters, first order
   double current_std = 1;      // force of the current, a Gauss-Markov process
   double current_time_s = 60;  // its time constant
@@ -21,8 +20,8 @@ struct AxisModel {
 };
 
 // States of an axis: position and speed of the vehicle along it, thrust, force of the current,
-// force of the waves and its rate. Input: volts of demand, constant over a step. Measured:
-// position.
+// force of the waves and its rate. Input: the force that is asked for, constant over a step.
+// Measured: position.
 enum AxisState { kPosition, kSpeed, kThrust, kCurrent, kWave, kWaveRate };
 inline constexpr int kAxisStates = 6;
 

@@ -5,7 +5,6 @@
 #include <optional>
 
 #include "control/axes.h"
-#include "control/axis_volts.h"
 
 namespace turbidock::control {
 
@@ -23,8 +22,10 @@ struct Reference {
   Axes acceleration = Axes::Zero();
 };
 
-// A law from what is seen and what is wanted to voltages by axis. All signs are plus: a marker
-// farther, further left, higher or turned counter-clockwise than wanted means positive volts.
+// A law from what is seen and what is wanted to a demand by axis: forces [N] ahead, left and up and
+// a moment [N m] counter-clockwise seen from above, in the vehicle's body frame. (The published
+// law's are volts, which only the published vehicle understands.) All signs are plus: a marker
+// farther, further left, higher or turned counter-clockwise than wanted means a positive demand.
 //
 // A frame is: Observe (with a usable estimate only), Demand (while there is control), Given.
 class Controller {
@@ -34,12 +35,12 @@ class Controller {
   // Frames must increase and may have gaps.
   virtual void Observe(const Observation& seen) = 0;
 
-  // The voltages that it wants for the frame observed last. At least one frame must have been.
-  virtual AxisVolts Demand(const Reference& wanted) = 0;
+  // What it wants for the frame observed last. At least one frame must have been.
+  virtual Axes Demand(const Reference& wanted) = 0;
 
   // What the thrusters were given at the frame, less than the demand where they saturate, zero
   // without control. Integrators and observers live on it.
-  virtual void Given(int64_t frame, const AxisVolts& volts) = 0;
+  virtual void Given(int64_t frame, const Axes& given) = 0;
 };
 
 }  // namespace turbidock::control

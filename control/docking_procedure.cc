@@ -12,6 +12,9 @@
 namespace turbidock::control {
 namespace {
 
+// Less than this is no progress (guess: several times the estimator's noise).
+constexpr double kProgress_m = 0.003;
+
 double Mm(double m) { return units::MmFromM(m); }
 double Deg(double rad) { return units::DegFromRad(rad); }
 
@@ -87,6 +90,11 @@ const Directive& DockingProcedure::Update(const PoseEstimate& estimate) {
       Dock(estimate);
       break;
     case Stage::kDocked:
+      Stay(estimate);
+      break;
+    case Stage::kUndocking:
+      ramp_frames_ += step;
+      Undock(estimate);
       break;
   }
   return d;
@@ -124,9 +132,7 @@ void DockingProcedure::Servo(const PoseEstimate& estimate) {
 }
 
 void DockingProcedure::Dock(const PoseEstimate& estimate) {
-  const double lowered_m =
-      params_.docking_rate_mps * static_cast<double>(ramp_frames_) * clock_.frame_s();
-  directive_.desired.x_m = std::max(params_.docking_x_m, params_.servo_x_m - lowered_m);
+  directive_.desired.x_m = std::max(params_.docking_x_m, params_.servo_x_m - RampedX_m());
 
   const AxesPose e = AxesPose::Of(estimate.X_HM) - directive_.desired;
   const struct {
@@ -140,13 +146,23 @@ void DockingProcedure::Dock(const PoseEstimate& estimate) {
   };
   for (const auto& limit : limits) {
     if (std::abs(limit.error) <= limit.allowed) continue;
-    Enter(Stage::kVisualServoing, estimate.frame,
-          fmt::format("error exceeds the allowance: {0} {1:+.1f} {3}, allowed {2:.1f} {3}",
-                      limit.axis, limit.error, limit.allowed, limit.unit));
+    BackOff(estimate.frame,
+            fmt::format("error exceeds the allowance: {0} {1:+.1f} {3}, allowed {2:.1f} {3}",
+                        limit.axis, limit.error, limit.allowed, limit.unit));
     return;
   }
 
   const double x_m = estimate.X_HM.p.x();
+  if (x_m < nearest_x_m_ - kProgress_m || e.x_m <= params_.stuck_x_m) {
+    nearest_x_m_ = std::min(nearest_x_m_, x_m);
+    nearest_frame_ = estimate.frame;
+  } else if (const auto frames = clock_.FramesFor(params_.stuck_s);
+             frames > 0 && estimate.frame - nearest_frame_ >= frames) {
+    BackOff(estimate.frame,
+            fmt::format("stuck for {:g} s at x {:.1f} mm, {:.1f} mm from where it wants to be",
+                        params_.stuck_s, Mm(x_m), Mm(e.x_m)));
+    return;
+  }
   const bool in_dock = x_m <= params_.docked_x_m && std::abs(e.y_m) <= params_.docked_y_m &&
                        std::abs(e.z_m) <= params_.docked_z_m;
   held_ = in_dock ? held_ + 1 : 0;
@@ -157,6 +173,36 @@ void DockingProcedure::Dock(const PoseEstimate& estimate) {
             "y {:+.1f} mm, z {:+.1f} mm, allowed {:.0f} and {:.0f} mm",
             held_, Mm(x_m), Mm(params_.docked_x_m), Mm(e.y_m), Mm(e.z_m), Mm(params_.docked_y_m),
             Mm(params_.docked_z_m)));
+  attempts_ = 0;
+  ++directive_.dockings;
+  directive_.done = directive_.dockings >= params_.cycles;
+}
+
+void DockingProcedure::Stay(const PoseEstimate& estimate) {
+  if (directive_.done) return;
+  if (estimate.frame - stage_frame_ < clock_.FramesFor(params_.stay_s)) return;
+  Enter(Stage::kUndocking, estimate.frame,
+        fmt::format("docked {} of {} times", directive_.dockings, params_.cycles));
+}
+
+void DockingProcedure::Undock(const PoseEstimate& estimate) {
+  directive_.desired.x_m = std::min(params_.servo_x_m, params_.docking_x_m + RampedX_m());
+  const double x_m = estimate.X_HM.p.x();
+  if (x_m < params_.servo_x_m - params_.enter_x_m) return;
+  Enter(Stage::kVisualServoing, estimate.frame, fmt::format("undocked: x {:.1f} mm", Mm(x_m)));
+}
+
+double DockingProcedure::RampedX_m() const {
+  return params_.docking_rate_mps * static_cast<double>(ramp_frames_) * clock_.frame_s();
+}
+
+void DockingProcedure::BackOff(int64_t frame, const std::string& reason) {
+  Enter(Stage::kVisualServoing, frame, reason);
+  Directive& d = directive_;
+  if (params_.attempts == 0 || attempts_ < params_.attempts) return;
+  d.given_up = true;
+  d.given_up_reason =
+      fmt::format("all {} attempts to dock failed, the last: {}", attempts_, reason);
 }
 
 void DockingProcedure::Drift(const PoseEstimate& estimate) {
@@ -177,6 +223,9 @@ void DockingProcedure::Drift(const PoseEstimate& estimate) {
         Enter(Stage::kApproach, estimate.frame, LossReason(estimate));
       break;
     case Stage::kDocking:
+      if (LostFor(params_.lost_after_s)) BackOff(estimate.frame, LossReason(estimate));
+      break;
+    case Stage::kUndocking:
       if (LostFor(params_.lost_after_s))
         Enter(Stage::kVisualServoing, estimate.frame, LossReason(estimate));
       break;
@@ -192,7 +241,13 @@ void DockingProcedure::Enter(Stage stage, int64_t frame, std::string reason) {
   stage_frame_ = frame;
   held_ = 0;
   ramp_frames_ = 0;
-  if (stage != Stage::kDocked) d.desired.x_m = params_.servo_x_m;
+  if (stage == Stage::kDocking) {
+    ++attempts_;
+    nearest_x_m_ = params_.servo_x_m + params_.enter_x_m;
+    nearest_frame_ = frame;
+  }
+  if (stage == Stage::kDocked) return;
+  d.desired.x_m = stage == Stage::kUndocking ? params_.docking_x_m : params_.servo_x_m;
 }
 
 AxisVolts DockingProcedure::SearchVolts(int64_t frame) const {

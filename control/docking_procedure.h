@@ -47,6 +47,13 @@ struct ProcedureParams {
   double docked_y_m = published::kDockTolerance_m;
   double docked_z_m = published::kDockTolerance_m;
   int docked_hold_frames = 1;  // paper: "reaches"
+  // trying again: not published
+  double stuck_s = 0;
+  double stuck_x_m = 0.03;  // guess: more than the servo's error at the published rate
+  int attempts = 0;
+  // docking cycles: not published
+  int cycles = 1;
+  double stay_s = 3;  // guess
   // loss of the marker
   double lost_fitness =
       published::kDetectedFitness;  // lower limit of Area II, below which it is not detected
@@ -93,6 +100,16 @@ struct ProcedureParams {
     field("docked_z_m", self.docked_z_m, Above(0), "docking: error in z within which it is docked");
     field("docked_hold_frames", self.docked_hold_frames, InRange(1, 1000),
           "docking: successive estimates within the docked limits for it to be docked");
+    field("stuck_s", self.stuck_s, InRange(0, 600),
+          "docking: time without progress, farther than stuck_x_m from where it wants to be, after "
+          "which it backs off to try again; 0: never");
+    field("stuck_x_m", self.stuck_x_m, Above(0), "docking: see stuck_s");
+    field("attempts", self.attempts, InRange(0, 1000),
+          "how often docking may begin until it succeeds, before it is given up; 0: any number");
+    field("cycles", self.cycles, InRange(1, 10000),
+          "how often it docks; before each but the first it undocks");
+    field("stay_s", self.stay_s, InRange(0, 86400),
+          "docked: time until it undocks for the next cycle");
     field("lost_fitness", self.lost_fitness, InRange(-1, 1),
           "fitness below which an estimate is not used");
     field("lost_after_s", self.lost_after_s, InRange(0, 3600),
@@ -135,14 +152,17 @@ struct Directive {
   bool trusted = false;     // seen, and in approach also found: filters may learn from the estimate
   int64_t frames_lost = 0;  // since the marker was last seen; 0 while it is
   double best_fitness = -1;     // of all frames so far
-  bool given_up = false;        // the marker was found once and has been lost for good
+  int dockings = 0;             // times that it docked
+  bool done = false;            // docked as often as it shall
+  bool given_up = false;        // the marker has been lost for good, or all attempts failed
   std::string given_up_reason;  // a sentence, empty until then
 };
 
 // The state machine of the docking trial.
 //
 //   approach  -- found -->  visual servoing  -- stable -->  docking  -- criterion -->  docked
-//      ^---- lost for long ------'  ^---- allowance, lost ----'
+//      ^---- lost for long ------'  ^-- allowance, lost, stuck --'                       |
+//                                   '------------------- undocking <--- next cycle -----'
 //
 // An estimate with F < lost_fitness is no pose: the vehicle never acts on it. From that frame on it
 // drifts at neutral, the desired x stands still and holds start again, until a usable estimate
@@ -150,7 +170,9 @@ struct Directive {
 // to approach after return_to_approach_s, and given_up (for good, at neutral) after give_up_s if it
 // was ever found. In approach nothing is controlled: neutral for search_neutral_s, then an
 // alternating yaw search_yaw_v cos(2 pi t / search_period_s), interrupted while F >= found_fitness.
-// Docked is final; the last desired pose is still held. At most one change of stage a frame.
+// Where there are to be more cycles, it undocks after stay_s: the desired x is raised as it was
+// lowered, and from the servoing pose it docks again. Docked is final in the last cycle; the last
+// desired pose is still held. At most one change of stage a frame.
 //
 // Time is the difference of frame numbers; holds (found, stable, docked) count successive
 // estimates.
@@ -166,7 +188,11 @@ class DockingProcedure {
   void Approach(const PoseEstimate& estimate);
   void Servo(const PoseEstimate& estimate);
   void Dock(const PoseEstimate& estimate);
-  void Drift(const PoseEstimate& estimate);  // without a usable estimate
+  void Stay(const PoseEstimate& estimate);
+  void Undock(const PoseEstimate& estimate);
+  double RampedX_m() const;  // by which the desired x has been lowered or raised
+  void BackOff(int64_t frame, const std::string& reason);  // from an attempt that failed
+  void Drift(const PoseEstimate& estimate);                // without a usable estimate
   void Enter(Stage stage, int64_t frame, std::string reason);
   AxisVolts SearchVolts(int64_t frame) const;
   bool HeldFor(double seconds) const;
@@ -179,8 +205,11 @@ class DockingProcedure {
   std::optional<int64_t> last_frame_;
   int64_t seen_frame_ = 0;   // when the marker was last seen; before the first frame if never
   int64_t stage_frame_ = 0;  // the first frame of the stage
-  int64_t ramp_frames_ = 0;  // frames for which the desired x has been lowered
-  int64_t held_ = 0;         // successive estimates that fulfil the condition to leave the stage
+  int64_t ramp_frames_ = 0;  // frames for which the desired x has been lowered or raised
+  double nearest_x_m_ = 0;   // while docking: the smallest x
+  int64_t nearest_frame_ = 0;
+  int attempts_ = 0;  // times that docking has begun in this cycle
+  int64_t held_ = 0;  // successive estimates that fulfil the condition to leave the stage
   bool was_found_ = false;
 };
 

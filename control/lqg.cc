@@ -10,41 +10,50 @@ namespace {
 // Levers that gains are designed for: the marker 0.2 to 1.8 m ahead of the point of turning.
 const std::vector<double> kLevers_m = {0.2, 0.4, 0.6, 0.9, 1.3, 1.8};
 
+// The model divides by the thrusters' lag.
+constexpr double kShortestLag_s = 0.001;
+
 }  // namespace
 
-Lqg::Lqg(const LqgParams& params, const ClockParams& clock) : params_(params), clock_(clock) {
+Lqg::Lqg(const LqgParams& params, const VehicleModel& vehicle, const ClockParams& clock)
+    : params_(params), head_ahead_m_(vehicle.head_ahead_m), clock_(clock) {
   CheckFields(params_, "");
-  const auto complete = [this](LqgAxis axis) {
-    axis.model.lag_s = params_.thruster_lag_s;
-    axis.model.current_time_s = params_.current_time_s;
-    axis.model.wave_period_s = params_.wave_period_s;
-    axis.model.wave_damping = params_.wave_damping;
-    axis.model.disturbance_rate = params_.unknown_acceleration;
-    return axis;
+  const ForceAllocation allocation(params_.allocation, vehicle);
+  const Axes damping = vehicle.DampingAt({params_.surge.drift_mps, params_.sway.drift_mps,
+                                          params_.heave.drift_mps, params_.yaw.drift_rad_s});
+  // What translations and yaw have in common.
+  const auto of = [&](Axis axis, const auto& p) {
+    const double inertia = vehicle.inertia[axis];
+    LqgAxis of_axis;
+    of_axis.model = {.inertia = inertia,
+                     .damping = damping[axis],
+                     .lag_s = std::max(vehicle.thruster_lag_s, kShortestLag_s),
+                     .current_time_s = params_.current_time_s,
+                     .wave_period_s = params_.wave_period_s,
+                     .wave_damping = params_.wave_damping};
+    of_axis.effort = p.effort_share * allocation.authority()[axis];
+    of_axis.least = p.limit_share * allocation.most_back()[axis];
+    of_axis.most = p.limit_share * allocation.most()[axis];
+    return of_axis;
   };
-  const auto translation = [&](const LqgParams::Translation& p) {
-    return complete({.model = {.inertia = p.mass_kg,
-                               .damping = p.damping_newton_s_per_m,
-                               .thrust_per_volt = p.thrust_newton_per_v,
-                               .current_std = p.current_newton,
-                               .wave_std = p.wave_newton},
-                     .error = p.error_m,
-                     .speed = p.speed_mps,
-                     .effort_v = p.effort_v,
-                     .noise = p.noise_m,
-                     .limit_v = p.limit_v});
+  const auto translation = [&](Axis axis, const LqgParams::Translation& p) {
+    LqgAxis of_axis = of(axis, p);
+    of_axis.model.current_std = of_axis.model.inertia * p.current_mps2;
+    of_axis.model.wave_std = of_axis.model.inertia * p.wave_mps2;
+    of_axis.model.disturbance_rate = p.unknown_mps2;
+    of_axis.error = p.error_m;
+    of_axis.speed = p.speed_mps;
+    of_axis.noise = p.noise_m;
+    return of_axis;
   };
   const LqgParams::Yaw& y = params_.yaw;
-  const LqgAxis yaw = complete({.model = {.inertia = y.inertia_kg_m2,
-                                          .damping = y.damping_newton_m_s,
-                                          .thrust_per_volt = y.moment_newton_m_per_v,
-                                          .current_std = y.current_newton_m,
-                                          .wave_std = y.wave_newton_m},
-                                .error = y.error_rad,
-                                .speed = y.speed_rad_s,
-                                .effort_v = y.effort_v,
-                                .noise = y.noise_rad,
-                                .limit_v = y.limit_v});
+  LqgAxis yaw = of(kYaw, y);
+  yaw.model.current_std = yaw.model.inertia * y.current_rad_s2;
+  yaw.model.wave_std = yaw.model.inertia * y.wave_rad_s2;
+  yaw.model.disturbance_rate = y.unknown_rad_s2;
+  yaw.error = y.error_rad;
+  yaw.speed = y.speed_rad_s;
+  yaw.noise = y.noise_rad;
   const double dt_s = clock_.frame_s();
   const auto add = [this](LqgLoop loop, std::vector<Axis> axes) {
     const Eigen::VectorXd zero = Eigen::VectorXd::Zero(std::ssize(axes));
@@ -58,9 +67,10 @@ Lqg::Lqg(const LqgParams& params, const ClockParams& clock) : params_(params), c
       throw ConfigError(keys, "there is no law for these values: " + error.problem());
     }
   };
-  add(design("lqg.surge", {translation(params_.surge)}, {0}), {kSurge});
-  add(design("lqg.heave", {translation(params_.heave)}, {0}), {kHeave});
-  add(design("lqg.sway, lqg.yaw", {translation(params_.sway), yaw}, kLevers_m), {kSway, kYaw});
+  add(design("lqg.surge", {translation(kSurge, params_.surge)}, {0}), {kSurge});
+  add(design("lqg.heave", {translation(kHeave, params_.heave)}, {0}), {kHeave});
+  add(design("lqg.sway, lqg.yaw", {translation(kSway, params_.sway), yaw}, kLevers_m),
+      {kSway, kYaw});
   // As far back as a filter looks that has not been updated for long.
   given_.resize(static_cast<size_t>(params_.latency_frames) +
                 static_cast<size_t>(params_.restart_frames) + 2);
@@ -80,7 +90,7 @@ void Lqg::Measure(const Axes& marker, Part* part) const {
   }
 }
 
-double Lqg::lever_m() const { return params_.head_offset_m - parts_[0].loop.position(0); }
+double Lqg::lever_m() const { return head_ahead_m_ - parts_[0].loop.position(0); }
 
 void Lqg::Observe(const Observation& seen) {
   TD_CHECK(!frame_ || seen.frame > *frame_, "frames must increase");
@@ -90,11 +100,11 @@ void Lqg::Observe(const Observation& seen) {
   }
   // A command made of the image of frame f acts latency_frames later.
   for (; *frame_ < seen.frame; ++*frame_) {
-    const Axes volts = GivenAt(*frame_ - params_.latency_frames);
+    const Axes given = GivenAt(*frame_ - params_.latency_frames);
     const double lever = lever_m();
     for (Part& part : parts_) {
-      part.Gather(volts, &part.volts);
-      part.loop.Predict(part.volts, lever);
+      part.Gather(given, &part.force);
+      part.loop.Predict(part.force, lever);
     }
   }
   const double lever = lever_m();
@@ -119,35 +129,35 @@ void Lqg::Start(const Observation& seen) {
   }
 }
 
-AxisVolts Lqg::Demand(const Reference& wanted) {
+Axes Lqg::Demand(const Reference& wanted) {
   TD_CHECK(frame_, "nothing has been observed");
   const double lever = lever_m();
   Axes demand;
   for (Part& part : parts_) {
     part.loop.StartAhead();
     for (int64_t f = *frame_ - params_.latency_frames; f < *frame_; ++f) {
-      part.Gather(GivenAt(f), &part.volts);
-      part.loop.Ahead(part.volts, lever);
+      part.Gather(GivenAt(f), &part.force);
+      part.loop.Ahead(part.force, lever);
     }
     Measure(wanted.position, &part);
     part.Gather(-wanted.rate, &part.speed);
     part.Gather(-wanted.acceleration, &part.acceleration);
-    const Eigen::VectorXd& volts =
+    const Eigen::VectorXd& force =
         part.loop.Demand(part.position, part.speed, part.acceleration, lever);
     for (size_t i = 0; i < part.axes.size(); ++i)
-      demand[part.axes[i]] = volts[static_cast<Eigen::Index>(i)];
+      demand[part.axes[i]] = force[static_cast<Eigen::Index>(i)];
   }
-  return ToAxisVolts(demand);
+  return demand;
 }
 
-void Lqg::Given(int64_t frame, const AxisVolts& volts) {
+void Lqg::Given(int64_t frame, const Axes& given) {
   TD_CHECK(!last_given_ || frame > *last_given_, "frames must increase");
   if (!first_given_) first_given_ = frame;
   // Frames without a word: the last command stayed.
   const int64_t from = last_given_ ? *last_given_ + 1 : frame;
   const Axes before = last_given_ ? GivenAt(*last_given_) : Axes::Zero();
   for (int64_t f = std::max(from, frame - std::ssize(given_)); f < frame; ++f) *Slot(f) = before;
-  *Slot(frame) = ToAxes(volts);
+  *Slot(frame) = given;
   last_given_ = frame;
 }
 

@@ -18,7 +18,7 @@ LqgLoop::LqgLoop(const std::vector<LqgAxis>& axes, const std::vector<double>& le
   TD_CHECK(std::is_sorted(levers.begin(), levers.end()), "levers must increase");
   const auto count = static_cast<Index>(axes.size()), n = kAxisStates * count;
   state_ = ahead_ = low_ = high_ = VectorXd::Zero(n);
-  innovation_ = volts_ = VectorXd::Zero(count);
+  innovation_ = force_ = VectorXd::Zero(count);
   gains_.reserve(levers.size());
   for (const double lever : levers) gains_.push_back(Design(lever, dt_s));
 }
@@ -31,19 +31,19 @@ LqgLoop::Gains LqgLoop::Design(double lever, double dt_s) const {
   if (count == 2) model.F(kPosition, kAxisStates + kSpeed) = lever;
   const DiscreteModel discrete = Discretise(model, dt_s);
 
-  // Effort is counted from the voltage that stands still: u = u' - E x.
+  // Effort is counted from the force that stands still: u = u' - E x.
   MatrixXd E = MatrixXd::Zero(count, n), C = MatrixXd::Zero(count, n);
   MatrixXd Q = MatrixXd::Zero(n, n), R = MatrixXd::Zero(count, count);
   MatrixXd V = MatrixXd::Zero(count, count);
   for (Index i = 0; i < count; ++i) {
     const LqgAxis& axis = axes_[static_cast<size_t>(i)];
     const Index at = kAxisStates * i;
-    E(i, at + kCurrent) = E(i, at + kWave) = 1 / axis.model.thrust_per_volt;
-    E(i, at + kWaveRate) = axis.model.lag_s / axis.model.thrust_per_volt;
+    E(i, at + kCurrent) = E(i, at + kWave) = 1;
+    E(i, at + kWaveRate) = axis.model.lag_s;
     C(i, at + kPosition) = 1;
     Q(at + kPosition, at + kPosition) = 1 / (axis.error * axis.error);
     Q(at + kSpeed, at + kSpeed) = 1 / (axis.speed * axis.speed);
-    R(i, i) = 1 / (axis.effort_v * axis.effort_v);
+    R(i, i) = 1 / (axis.effort * axis.effort);
     V(i, i) = axis.noise * axis.noise;
   }
   const SteadyKalman filter = SteadyKalmanFilter(discrete.A, C, discrete.W, V);
@@ -74,22 +74,22 @@ void LqgLoop::Start(const VectorXd& position) {
   }
 }
 
-void LqgLoop::Step(const VectorXd& volts, double lever, VectorXd* state) {
+void LqgLoop::Step(const VectorXd& force, double lever, VectorXd* state) {
   // exact: the lever enters the transition linearly
   const Between at = At(lever);
   low_.noalias() = at.low->A * *state;
-  low_.noalias() += at.low->B * volts;
+  low_.noalias() += at.low->B * force;
   if (at.share > 0) {
     high_.noalias() = at.high->A * *state;
-    high_.noalias() += at.high->B * volts;
+    high_.noalias() += at.high->B * force;
     low_ += at.share * (high_ - low_);
   }
   state->swap(low_);
 }
 
-void LqgLoop::Predict(const VectorXd& volts, double lever) { Step(volts, lever, &state_); }
+void LqgLoop::Predict(const VectorXd& force, double lever) { Step(force, lever, &state_); }
 
-void LqgLoop::Ahead(const VectorXd& volts, double lever) { Step(volts, lever, &ahead_); }
+void LqgLoop::Ahead(const VectorXd& force, double lever) { Step(force, lever, &ahead_); }
 
 double LqgLoop::Surprise(const VectorXd& position, double lever) {
   const Gains& gains = *At(lever).low;
@@ -122,16 +122,16 @@ const VectorXd& LqgLoop::Demand(const VectorXd& position, const VectorXd& speed,
     axis[kPosition] -= position[i];
     axis[kSpeed] -= own_speed;
     axis[kThrust] -= thrust;
-    innovation_[i] = thrust / m.thrust_per_volt;
+    innovation_[i] = thrust;
   }
   low_.head(count).noalias() = at.low->regulator * ahead_;
   high_.head(count).noalias() = at.high->regulator * ahead_;
   for (Index i = 0; i < count; ++i) {
-    const double limit_v = axes_[static_cast<size_t>(i)].limit_v;
-    volts_[i] =
-        std::clamp(innovation_[i] - low_[i] - at.share * (high_[i] - low_[i]), -limit_v, limit_v);
+    const LqgAxis& axis = axes_[static_cast<size_t>(i)];
+    force_[i] = std::clamp(innovation_[i] - low_[i] - at.share * (high_[i] - low_[i]), axis.least,
+                           axis.most);
   }
-  return volts_;
+  return force_;
 }
 
 }  // namespace turbidock::control

@@ -12,19 +12,19 @@ namespace turbidock::control {
 // An axis with what is asked of it.
 struct LqgAxis {
   AxisModel model;
-  // Costs: this error, this speed and this deviation from the voltage that stands still weigh the
+  // Costs: this error, this speed and this deviation from the force that stands still weigh the
   // same.
-  double error = 1, speed = 1, effort_v = 1;
-  double noise = 1;    // standard deviation of the measured position
-  double limit_v = 1;  // of the demand
+  double error = 1, speed = 1, effort = 1;
+  double noise = 1;             // standard deviation of the measured position
+  double least = -1, most = 1;  // of the demand
 };
 
 // Positions are the vehicle's, less the marker's. Where there are two axes the second turns the
 // vehicle and moves the first's position by a lever: y' = v + lever * rate.
 //
-//   volts = -K (x - wanted) - (current + wave) / thrust_per_volt + what the wanted motion takes
+//   force = -K (x - wanted) - (current + wave) + what the wanted motion takes
 //
-// K is the gain of the regulator whose effort counts from the voltage that stands still in current
+// K is the gain of the regulator whose effort counts from the force that stands still in current
 // and waves; it acts on thrust and waves too, and so makes up for the thrusters' lag. Gains are
 // designed for a row of levers and interpolated.
 class LqgLoop {
@@ -33,8 +33,8 @@ class LqgLoop {
 
   // At rest at a position. What is known of the current is kept.
   void Start(const Eigen::VectorXd& position);
-  // One step on under the voltages.
-  void Predict(const Eigen::VectorXd& volts, double lever);
+  // One step on under the forces that were asked for.
+  void Predict(const Eigen::VectorXd& force, double lever);
   // The axis' position in the state.
   double position(Eigen::Index axis) const { return state_[kAxisStates * axis + kPosition]; }
   // Measured less predicted position of the most surprising axis, in standard deviations.
@@ -44,7 +44,7 @@ class LqgLoop {
   // The demand that answers the state that will be: StartAhead, then Ahead for each step of the
   // latency.
   void StartAhead() { ahead_ = state_; }
-  void Ahead(const Eigen::VectorXd& volts, double lever);
+  void Ahead(const Eigen::VectorXd& force, double lever);
   const Eigen::VectorXd& Demand(const Eigen::VectorXd& position, const Eigen::VectorXd& speed,
                                 const Eigen::VectorXd& acceleration, double lever);
 
@@ -66,12 +66,12 @@ class LqgLoop {
 
   Gains Design(double lever, double dt_s) const;
   Between At(double lever) const;
-  void Step(const Eigen::VectorXd& volts, double lever, Eigen::VectorXd* state);
+  void Step(const Eigen::VectorXd& force, double lever, Eigen::VectorXd* state);
 
   std::vector<LqgAxis> axes_;
   std::vector<Gains> gains_;  // by increasing lever
   Eigen::VectorXd state_, ahead_;
-  Eigen::VectorXd low_, high_, innovation_, volts_;  // scratch, so that no frame allocates
+  Eigen::VectorXd low_, high_, innovation_, force_;  // scratch, so that no frame allocates
 };
 
 }  // namespace turbidock::control

@@ -14,15 +14,14 @@ PVoltage::PVoltage(const PVoltageParams& params) : params_(params) { CheckFields
 
 void PVoltage::Observe(const Observation& seen) { position_ = seen.position; }
 
-AxisVolts PVoltage::Demand(const Reference& wanted) {
+Axes PVoltage::Demand(const Reference& wanted) {
   const auto translation = [&](Axis axis, const PVoltageParams::Translation& gains) {
     return Limit(gains.kp_v_per_m * (position_[axis] - wanted.position[axis]), gains.limit_v);
   };
   const double error_eps3 = std::sin(position_[kYaw] / 2) - std::sin(wanted.position[kYaw] / 2);
-  return {.surge_v = translation(kSurge, params_.surge),
-          .sway_v = translation(kSway, params_.sway),
-          .heave_v = translation(kHeave, params_.heave),
-          .yaw_v = Limit(params_.yaw.kp_v * error_eps3, params_.yaw.limit_v)};
+  return {translation(kSurge, params_.surge), translation(kSway, params_.sway),
+          translation(kHeave, params_.heave),
+          Limit(params_.yaw.kp_v * error_eps3, params_.yaw.limit_v)};
 }
 
 }  // namespace turbidock::control

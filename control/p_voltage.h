@@ -39,7 +39,7 @@ struct PVoltageParams {
   Yaw yaw;
   PoseFilterParams pose_filter;
   SetpointParams setpoint;
-  AllocationParams allocation;  // published: no compensation
+  VoltsAllocationParams allocation;  // published: no compensation
 
   static void Fields(auto& self, auto&& field) {
     field("surge", self.surge, Finite(), "marker's x in the camera head");
@@ -60,8 +60,8 @@ class PVoltage final : public Controller {
   explicit PVoltage(const PVoltageParams& params);  // checked: ConfigError
 
   void Observe(const Observation& seen) override;
-  AxisVolts Demand(const Reference& wanted) override;
-  void Given(int64_t, const AxisVolts&) override {}
+  Axes Demand(const Reference& wanted) override;  // volts
+  void Given(int64_t, const Axes&) override {}
 
  private:
   PVoltageParams params_;

@@ -12,14 +12,20 @@ constexpr double kNearest_m = 0.2;  // nearer markers are aimed at as if they we
 
 }  // namespace
 
-Pid::Pid(const PidParams& params, const ClockParams& clock) : params_(params), clock_(clock) {
+Pid::Pid(const PidParams& params, const VehicleModel& vehicle, const ClockParams& clock)
+    : params_(params), clock_(clock) {
   CheckFields(params_, "");
-  const auto translation = [](const PidParams::Translation& g) -> Gains {
-    return {g.kp_v_per_m, g.ki_v_per_m_s, g.kd_v_s_per_m, g.limit_v};
+  const ForceAllocation allocation(params_.allocation, vehicle);
+  const auto gains = [&](Axis axis, const auto& g) -> Gains {
+    const double inertia = vehicle.inertia[axis];
+    return {.kp = inertia * g.kp_per_s2,
+            .ki = inertia * g.ki_per_s3,
+            .kd = inertia * g.kd_per_s,
+            .least = g.limit_share * allocation.most_back()[axis],
+            .most = g.limit_share * allocation.most()[axis]};
   };
-  const PidParams::Yaw& yaw = params_.yaw;
-  gains_ = {translation(params_.surge), translation(params_.sway), translation(params_.heave),
-            Gains{yaw.kp_v_per_rad, yaw.ki_v_per_rad_s, yaw.kd_v_s_per_rad, yaw.limit_v}};
+  gains_ = {gains(kSurge, params_.surge), gains(kSway, params_.sway), gains(kHeave, params_.heave),
+            gains(kYaw, params_.yaw)};
 }
 
 void Pid::Observe(const Observation& seen) {
@@ -40,31 +46,31 @@ void Pid::Observe(const Observation& seen) {
   position_ = seen.position;
 }
 
-AxisVolts Pid::Demand(const Reference& wanted) {
+Axes Pid::Demand(const Reference& wanted) {
   TD_CHECK(last_frame_, "nothing has been observed");
-  Pending now{.error = Difference(position_, wanted.position), .wanted_v = Axes::Zero()};
+  Pending now{.error = Difference(position_, wanted.position), .wanted = Axes::Zero()};
   Axes error_rate = rate_ - wanted.rate;
   const double aim_per_m = params_.yaw.aim / std::max(position_[kSurge], kNearest_m);
   now.error[kYaw] += aim_per_m * now.error[kSway];
   error_rate[kYaw] += aim_per_m * error_rate[kSway];
-  Axes limited_v;
+  Axes limited;
   for (int i = 0; i < kAxisCount; ++i) {
     const Gains& g = gains_[static_cast<size_t>(i)];
-    now.wanted_v[i] = g.kp * now.error[i] + g.kd * error_rate[i] + integral_v_[i];
-    limited_v[i] = std::clamp(now.wanted_v[i], -g.limit_v, g.limit_v);
+    now.wanted[i] = g.kp * now.error[i] + g.kd * error_rate[i] + integral_[i];
+    limited[i] = std::clamp(now.wanted[i], g.least, g.most);
   }
   pending_ = now;
-  return ToAxisVolts(limited_v);
+  return limited;
 }
 
-void Pid::Given(int64_t, const AxisVolts& volts) {
+void Pid::Given(int64_t, const Axes& given) {
   if (!pending_) return;
-  const Axes missing_v = ToAxes(volts) - pending_->wanted_v;
+  const Axes missing = given - pending_->wanted;
   // no more than all that is missing, whatever the frame rate
   const double back = std::min(1.0, clock_.frame_s() / params_.anti_windup_s);
   for (int i = 0; i < kAxisCount; ++i) {
     const double ki = gains_[static_cast<size_t>(i)].ki;
-    if (ki > 0) integral_v_[i] += ki * clock_.frame_s() * pending_->error[i] + back * missing_v[i];
+    if (ki > 0) integral_[i] += ki * clock_.frame_s() * pending_->error[i] + back * missing[i];
   }
   pending_.reset();
 }

@@ -9,48 +9,63 @@
 #include "control/pose_filter.h"
 #include "control/setpoint.h"
 #include "control/thrust_allocation.h"
+#include "control/vehicle_model.h"
 #include "sim/base/clock.h"
 #include "sim/base/fields.h"
 
 namespace turbidock::control {
 
 struct PidParams {
+  // Accelerations, so that gains fit any vehicle: the force is the nominal inertia times them.
   struct Translation {
-    double kp_v_per_m = 16;
-    double ki_v_per_m_s = 0;
-    double kd_v_s_per_m = 20;
-    double limit_v = 2.5;
+    double kp_per_s2 = 1.4;
+    double ki_per_s3 = 0;
+    double kd_per_s = 1.7;
+    double limit_share = 1;
 
     static void Fields(auto& self, auto&& field) {
-      field("kp_v_per_m", self.kp_v_per_m, InRange(0, 1000), "voltage per metre of error");
-      field("ki_v_per_m_s", self.ki_v_per_m_s, InRange(0, 1000),
-            "voltage gained in a second per metre of error");
-      field("kd_v_s_per_m", self.kd_v_s_per_m, InRange(0, 1000),
-            "voltage per metre a second of the error's rate");
-      field("limit_v", self.limit_v, InRange(0, 2.5), "largest deviation from neutral");
+      field("kp_per_s2", self.kp_per_s2, InRange(0, 1000), "acceleration per metre of error");
+      field("ki_per_s3", self.ki_per_s3, InRange(0, 1000),
+            "acceleration gained in a second per metre of error");
+      field("kd_per_s", self.kd_per_s, InRange(0, 1000),
+            "acceleration per metre a second of the error's rate");
+      field("limit_share", self.limit_share, InRange(0, 1),
+            "largest demand, as share of the vehicle's most force either way");
     }
+    static constexpr RetiredKey kRetired[] = {
+        {"kp_v_per_m", "give kp_per_s2: volts per metre times force per volt over the inertia"},
+        {"ki_v_per_m_s", "give ki_per_s3: likewise"},
+        {"kd_v_s_per_m", "give kd_per_s: likewise"},
+        {"limit_v", "give limit_share"}};
   };
   struct Yaw {
-    double kp_v_per_rad = 0.9;
-    double ki_v_per_rad_s = 0;
-    double kd_v_s_per_rad = 1.25;
-    double limit_v = 2.5;
+    double kp_per_s2 = 1.4;
+    double ki_per_s3 = 0;
+    double kd_per_s = 1.9;
+    double limit_share = 1;
     double aim = 0;
 
     static void Fields(auto& self, auto&& field) {
-      field("kp_v_per_rad", self.kp_v_per_rad, InRange(0, 1000), "voltage per radian of error");
-      field("ki_v_per_rad_s", self.ki_v_per_rad_s, InRange(0, 1000),
-            "voltage gained in a second per radian of error");
-      field("kd_v_s_per_rad", self.kd_v_s_per_rad, InRange(0, 1000),
-            "voltage per radian a second of the error's rate");
-      field("limit_v", self.limit_v, InRange(0, 2.5), "largest deviation from neutral");
+      field("kp_per_s2", self.kp_per_s2, InRange(0, 1000),
+            "angular acceleration per radian of error");
+      field("ki_per_s3", self.ki_per_s3, InRange(0, 1000),
+            "angular acceleration gained in a second per radian of error");
+      field("kd_per_s", self.kd_per_s, InRange(0, 1000),
+            "angular acceleration per radian a second of the error's rate");
+      field("limit_share", self.limit_share, InRange(0, 1),
+            "largest demand, as share of the vehicle's most moment either way");
       field("aim", self.aim, InRange(0, 1),
             "share of the angle to a marker aside that counts as error of the heading: 1 turns to "
             "where the wanted place is, faster than sway can go there");
     }
+    static constexpr RetiredKey kRetired[] = {
+        {"kp_v_per_rad", "give kp_per_s2: volts per radian times moment per volt over the inertia"},
+        {"ki_v_per_rad_s", "give ki_per_s3: likewise"},
+        {"kd_v_s_per_rad", "give kd_per_s: likewise"},
+        {"limit_v", "give limit_share"}};
   };
 
-  Translation surge{.kp_v_per_m = 5, .kd_v_s_per_m = 6};
+  Translation surge{.kp_per_s2 = 1, .kd_per_s = 1.2};
   Translation sway, heave;
   Yaw yaw;
   double rate_filter_s = 0.08;  // the estimate's noise against the phase it costs
@@ -58,7 +73,7 @@ struct PidParams {
   double anti_windup_s = 0.5;   // guess: faster than the integrals, slower than the noise
   PoseFilterParams pose_filter;
   SetpointParams setpoint;
-  AllocationParams allocation;
+  ForceAllocationParams allocation;
 
   static void Fields(auto& self, auto&& field) {
     field("surge", self.surge, Finite(), "marker's x in the camera head");
@@ -74,32 +89,34 @@ struct PidParams {
           "time in which an integral gives back what the thrusters could not give");
     field("pose_filter", self.pose_filter, Finite(), "between estimate and law");
     field("setpoint", self.setpoint, Finite(), "how the desired pose moves");
-    field("allocation", self.allocation, Finite(),
-          "from axes to thrusters; feeds the dead band forward");
+    field("allocation", self.allocation, Finite(), "from axes to thrusters");
   }
 };
 
 // With e = seen less wanted:
 //
-//   volts = kp e + kd e' + I,     I' = ki e + (given - volts) / anti_windup_s
+//   a = kp e + kd e' + I,     I' = ki e + (given - a) / anti_windup_s
 //
-// limited to +-limit; the error of the heading also has yaw.aim times the angle e_y / x. The second
-// term of I' is back-calculation (Astrom and Hagglund 2006, section 3.5): the integral follows what
-// the thrusters really gave, so that it does not wind up behind a limit. The rate of what is seen
-// comes from the pose filter if there is one, else it is the first-order filtered difference
-// quotient. A moved target does not kick: the wanted rate is the setpoint's, never a difference.
-// Without control the integral stands still.
+// and the force is the nominal inertia times a, limited (given: what was, over the inertia); the
+// error of the heading also has yaw.aim times the angle e_y / x. The second term of I' is
+// back-calculation (Astrom and Hagglund 2006, section 3.5): the integral follows what the thrusters
+// really gave, so that it does not wind up behind a limit. The rate of what is seen comes from the
+// pose filter if there is one, else it is the first-order filtered difference quotient. A moved
+// target does not kick: the wanted rate is the setpoint's, never a difference. Without control the
+// integral stands still.
 class Pid final : public Controller {
  public:
-  Pid(const PidParams& params, const ClockParams& clock);  // checked: ConfigError
+  Pid(const PidParams& params, const VehicleModel& vehicle,
+      const ClockParams& clock);  // checked: ConfigError
 
   void Observe(const Observation& seen) override;
-  AxisVolts Demand(const Reference& wanted) override;
-  void Given(int64_t frame, const AxisVolts& volts) override;
+  Axes Demand(const Reference& wanted) override;
+  void Given(int64_t frame, const Axes& given) override;
 
  private:
+  // In force per error, its integral and its rate.
   struct Gains {
-    double kp, ki, kd, limit_v;
+    double kp = 0, ki = 0, kd = 0, least = 0, most = 0;
   };
 
   PidParams params_;
@@ -108,10 +125,10 @@ class Pid final : public Controller {
   std::optional<int64_t> last_frame_;
   Axes position_ = Axes::Zero();
   Axes rate_ = Axes::Zero();
-  Axes integral_v_ = Axes::Zero();
+  Axes integral_ = Axes::Zero();  // a force
   // Of the last demand, until it is known what was given.
   struct Pending {
-    Axes error, wanted_v;
+    Axes error, wanted;
   };
   std::optional<Pending> pending_;
 };

@@ -5,13 +5,14 @@
 
 namespace turbidock::control {
 
-enum class Stage { kApproach, kVisualServoing, kDocking, kDocked };
+enum class Stage { kApproach, kVisualServoing, kDocking, kDocked, kUndocking };
 constexpr auto Names(Stage) {
   using enum Stage;
   return EnumList<Stage>({{kApproach, "approach"},
                           {kVisualServoing, "visual_servoing"},
                           {kDocking, "docking"},
-                          {kDocked, "docked"}});
+                          {kDocked, "docked"},
+                          {kUndocking, "undocking"}});
 }
 
 }  // namespace turbidock::control

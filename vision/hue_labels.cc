@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <numbers>
+#include <string>
 
 #include "sim/base/vector_clones.h"
 
@@ -78,6 +79,21 @@ int Match(const Channels& channels, const Bounds& bounds, int count,
   return top;
 }
 
+// Writes the lesser chroma of a pixel and the one before it where both have `bit`, else 0, and
+// returns the largest.
+TURBIDOCK_VECTOR_CLONES
+int PairChroma(uint8_t bit, int count, const uint8_t* __restrict label,
+               const uint8_t* __restrict chroma, uint8_t* __restrict pair_chroma) {
+  uint8_t top = 0;
+  for (int i = 0; i < count; ++i) {
+    const uint8_t both = (label[i] & label[i - 1] & bit) != 0 ? 0xff : 0;
+    const auto pair = static_cast<uint8_t>(both & std::min(chroma[i], chroma[i - 1]));
+    pair_chroma[i] = pair;
+    top = std::max(top, pair);
+  }
+  return top;
+}
+
 // Takes `bit` from the labels of the pixels below the threshold.
 TURBIDOCK_VECTOR_CLONES
 void CloseGate(uint8_t threshold, uint8_t bit, int count, const uint8_t* __restrict chroma,
@@ -88,6 +104,22 @@ void CloseGate(uint8_t threshold, uint8_t bit, int count, const uint8_t* __restr
 }
 
 }  // namespace
+
+void CheckHues(const MarkerParams& marker, const HueParams& hue) {
+  const auto degrees = [](double rad) {
+    return std::to_string(std::lround(rad * 180 / std::numbers::pi));
+  };
+  for (size_t i = 0; i < marker.balls.size(); ++i)
+    for (size_t j = 0; j < i; ++j) {
+      const BallParams &a = marker.balls[j], &b = marker.balls[i];
+      const double apart_rad = std::abs(WrapAngle(a.hue_rad - b.hue_rad));
+      if (apart_rad < hue.window_rad)
+        throw ConfigError("marker.balls", "balls " + a.name + " and " + b.name +
+                                              " cannot be told apart: their hues differ by " +
+                                              degrees(apart_rad) + " degrees, less than the " +
+                                              degrees(hue.window_rad) + " of hue.window_rad");
+    }
+}
 
 int HueParams::OwnChromaPixels(int width_px, int height_px) const {
   return std::max(1, static_cast<int>(std::lround(own_chroma_image_share * width_px * height_px)));
@@ -125,18 +157,19 @@ HueLabeller::HueLabeller(const HueParams& params, const MarkerParams& marker)
     }
 }
 
-// Adds the pairs of a run of a row that starts at `first`; begin > first looks one pixel back.
+// Adds the pairs of neighbours of the same hue of a run of a row that starts at `first`; begin >
+// first looks one pixel back. They count with the lesser chroma: a lone pixel does not count.
 void HueLabeller::CountPairs(const Image1u8& labels, int ball, int row, int first, int begin,
                              int end) {
   OwnChroma& own = own_[static_cast<size_t>(ball)];
-  const uint8_t* label = labels.row(row);
-  const uint8_t* chroma = chroma_.row(row);
-  for (int u = std::max(begin, first + 1); u < end; ++u) {
-    if (!(label[u] & label[u - 1] & (1 << ball))) continue;
-    // The lesser chroma of two neighbours of the same hue: a lone pixel does not count.
-    const int pair_chroma = std::min(chroma[u], chroma[u - 1]);
-    if (pair_chroma <= own.t) continue;
-    ++own.pairs[static_cast<size_t>(pair_chroma)];
+  begin = std::max(begin, first + 1);
+  std::array<uint8_t, kRun> pair_chroma;
+  const int top = PairChroma(static_cast<uint8_t>(1 << ball), end - begin, labels.at(begin, row),
+                             chroma_.at(begin, row), pair_chroma.data());
+  if (top <= own.t) return;
+  for (int i = 0; i < end - begin; ++i) {
+    if (pair_chroma[static_cast<size_t>(i)] <= own.t) continue;
+    ++own.pairs[pair_chroma[static_cast<size_t>(i)]];
     ++own.above;
   }
   while (own.above >= own_chroma_pixels_) own.above -= own.pairs[static_cast<size_t>(++own.t)];

@@ -49,6 +49,9 @@ struct HueParams {
   int OwnChromaPixels(int width_px, int height_px) const;
 };
 
+// ConfigError for two balls whose hues are within one window: a pixel of one agrees with both.
+void CheckHues(const MarkerParams& marker, const HueParams& hue);
+
 // Makes label images: bit b of a label says that the pixel agrees with ball b of the marker.
 // Integer arithmetic only, the same bits on every machine. The edges of a hue window are held as
 // fractions of a sextant with denominators up to 127: to 0.24 degrees at worst (0.01 in most

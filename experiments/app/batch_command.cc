@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "experiments/app/commands.h"
+#include "experiments/app/farm_arguments.h"
 #include "experiments/app/plan_arguments.h"
 #include "experiments/app/progress.h"
 #include "experiments/config/data_files.h"
@@ -31,7 +32,7 @@ constexpr size_t kMaxRows = 60;  // of the closing table; `status --by` shows lo
 struct BatchArguments {
   PlanArguments plan;
   std::string out, shard = "1/1";
-  int workers = AvailableCores();
+  FarmArguments farm;
   bool json = false, quiet = false;
 };
 
@@ -94,7 +95,8 @@ int Batch(const BatchArguments& arguments) {
     progress.Say(fmt::format("  {} of them are in {} already", done_before, arguments.out));
 
   farm::BatchOptions options;
-  options.workers = arguments.workers;
+  options.farm = arguments.farm.Options(
+      arguments.out, [&](const std::string& text) { progress.Say("  " + text); });
   options.stop_requested = CatchStopSignals();
   options.on_progress = [&](const farm::BatchProgress& now) {
     progress.ShowOrSay(static_cast<double>(now.done) / static_cast<double>(now.total), Words(now),
@@ -127,10 +129,10 @@ int Batch(const BatchArguments& arguments) {
         3600 * static_cast<double>(end.done_now) / end.wall_time_s,
         100 * end.worker_time_s /
             (end.wall_time_s *
-             static_cast<double>(std::min<int64_t>(arguments.workers, end.done_now))),
+             static_cast<double>(std::min<int64_t>(options.farm.capacity(), end.done_now))),
         arguments.out));
   if (!page.empty()) {
-    page::WritePage(page, page::BatchPage(store, arguments.out));
+    page::WritePage(page, page::BatchPage(store, arguments.out, {.plugins = plan.plugins()}));
     progress.Say("a page to look at: " + page);
   }
   if (arguments.json) std::fputs(farm::SummaryJson(keys, groups, rule.precision).c_str(), stdout);
@@ -184,7 +186,7 @@ int Status(const StatusArguments& arguments) {
 
 struct CurveArguments {
   std::string file, over, by, figure;
-  bool json = false;
+  bool error = false, json = false;
 };
 
 int Curve(const CurveArguments& arguments) {
@@ -196,7 +198,7 @@ int Curve(const CurveArguments& arguments) {
   const auto curves = curve::SuccessCurves(trials, arguments.over, arguments.by);
   if (!arguments.figure.empty())
     curve::WriteSuccessFigure(arguments.figure, page::TitleOf(store.header()), arguments.over,
-                              curves);
+                              curves, arguments.error);
   std::fputs((arguments.json ? curve::SuccessJson(arguments.over, curves)
                              : curve::SuccessTable(arguments.over, curves))
                  .c_str(),
@@ -229,12 +231,12 @@ int ListPlans(const PlansArguments& arguments) {
 void AddBatch(CommandLine& line) {
   auto [batch, arguments] =
       line.Add("batch", "Run the trials of a plan; what is done already is not run again", &Batch);
-  arguments.plan.AddTo(&batch);
+  arguments.plan.AddTo(&batch, line.plugins());
   batch
       .Add("--out FILE", arguments.out,
            "SQLite file for the results; at the end a page beside it, .html, shows them")
       .Required();
-  batch.AddWorkers(arguments.workers, "Processes; results do not depend on it");
+  arguments.farm.AddTo(&batch, "Processes; results do not depend on it", AvailableCores());
   batch.Add("--shard I/N", arguments.shard, "Run part I of N only; merge puts them together");
   batch.Flag("--json", arguments.json, "Print the summary as JSON on stdout");
   batch.AddQuiet(arguments.quiet);
@@ -252,6 +254,8 @@ void AddBatch(CommandLine& line) {
   curve.Add("--over KEY", curve_arguments.over, "The key on the horizontal axis").Required();
   curve.Add("--by KEY", curve_arguments.by, "One curve for each value of this key");
   curve.Add("--figure FILE", curve_arguments.figure, "Draw it: .png, .svg or .pdf");
+  curve.Flag("--error", curve_arguments.error,
+             "Draw beside it how far the estimate is from the truth once docked");
   curve.Flag("--json", curve_arguments.json, "As JSON on stdout");
 
   auto [plans, plans_arguments] = line.Add("plans", "List the bundled plans", &ListPlans);

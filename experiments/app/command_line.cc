@@ -116,6 +116,8 @@ Option Subcommand::Flag(const std::string& name, bool& target, const std::string
 
 void Subcommand::Footer(const std::string& text) { app_->footer(text); }
 
+void Subcommand::Hidden() { app_->group(""); }
+
 Option Subcommand::AddSet(std::vector<std::string>& assignments, const std::string& doc) {
   return Add("--set KEY=VALUE", assignments, doc + "; may be repeated");
 }
@@ -134,8 +136,9 @@ void Subcommand::AddQuiet(bool& quiet) {
   Flag("--quiet", quiet, "Print nothing on stderr but errors");
 }
 
-CommandLine::CommandLine(const std::string& name, const std::string& description)
-    : app_(std::make_unique<CLI::App>(description)) {
+CommandLine::CommandLine(const std::string& name, const std::string& description,
+                         const trial::Plugins& plugins)
+    : plugins_(plugins), app_(std::make_unique<CLI::App>(description)) {
   app_->name(name);
   app_->set_help_all_flag("--help-all", "Help of every subcommand");
   app_->require_subcommand(0, 1);

@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "experiments/trial/plugins.h"
+
 namespace CLI {
 class App;
 class Option;
@@ -58,6 +60,7 @@ class Subcommand {
   Option Add(const std::string& name, T& target, const std::string& doc);
   Option Flag(const std::string& name, bool& target, const std::string& doc);
   void Footer(const std::string& text);
+  void Hidden();  // in no help
 
   // Options that many subcommands have.
   Option AddSet(std::vector<std::string>& assignments, const std::string& doc);
@@ -72,7 +75,9 @@ class Subcommand {
 
 class CommandLine {
  public:
-  CommandLine(const std::string& name, const std::string& description);
+  // `plugins`: for the subcommands, each of which takes them along in its arguments.
+  CommandLine(const std::string& name, const std::string& description,
+              const trial::Plugins& plugins = {});
   ~CommandLine();
   CommandLine(const CommandLine&) = delete;
   CommandLine& operator=(const CommandLine&) = delete;
@@ -87,6 +92,7 @@ class CommandLine {
   void Add(const std::string& name, const std::string& doc, int (*run)());
   Subcommand Program();  // for what stands before any subcommand
   std::string Help() const;
+  const trial::Plugins& plugins() const { return plugins_; }
 
   // Nothing when the line is sound; else what to exit with: help was asked for and printed, or the
   // line is wrong and stderr says how.
@@ -97,6 +103,7 @@ class CommandLine {
  private:
   Subcommand AddCommand(const std::string& name, const std::string& doc, std::function<int()> run);
 
+  trial::Plugins plugins_;
   std::unique_ptr<CLI::App> app_;
   std::function<int()> chosen_;
 };

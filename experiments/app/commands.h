@@ -11,6 +11,7 @@ void AddBatch(CommandLine& line);    // batch, plans, status, curve
 void AddResults(CommandLine& line);  // merge, export, verify, replay
 void AddReport(CommandLine& line);
 void AddSlurm(CommandLine& line);
+void AddSlurmTask(CommandLine& line);
 void AddScenarios(CommandLine& line);
 void AddSelftest(CommandLine& line);
 
@@ -21,8 +22,14 @@ namespace turbidock {
 namespace bench {
 void AddBench(app::CommandLine& line);
 }
+namespace check_vehicle {
+void AddCheckVehicle(app::CommandLine& line);
+}
 namespace compare {
 void AddCompare(app::CommandLine& line);
+}
+namespace dataset {
+void AddDataset(app::CommandLine& line);
 }
 namespace estimate {
 void AddEstimate(app::CommandLine& line);

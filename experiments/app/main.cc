@@ -1,4 +1,4 @@
-// The program: command line in, exit code out. See `turbidock --help`.
+#include "experiments/app/main.h"
 
 #include <csignal>
 #include <cstdio>
@@ -17,20 +17,36 @@
 namespace turbidock::app {
 namespace {
 
-int ParseAndRun(int argc, char** argv) {
+int ParseAndRun(int argc, char** argv, const trial::Plugins& plugins) {
   CommandLine line("turbidock",
-                   "Headless closed-loop docking trials of a stereo-vision ROV in turbid water.");
+                   "Headless closed-loop docking trials of a stereo-vision ROV in turbid water.",
+                   plugins);
   line.Program().Footer(
       "Exit codes: 0 done, 1 a check failed, 2 bad usage or input, 3 inconclusive (gate), 4 this\n"
       "machine cannot simulate or draw, 5 results differ that should not, 130/143 stopped by a\n"
       "signal. Results go to stdout, everything else to stderr.");
   bool version = false;
   line.Program().Flag("--version", version, "Versions of the program and of what it runs on");
-  for (const auto add :
-       {bench::AddBench, run::AddRun, live::AddView, AddBatch, AddResults, AddReport, gate::AddGate,
-        compare::AddCompare, estimate::AddEstimate, estimators::AddCompareEstimators,
-        recognition::AddRecognize, recognition::AddCalibrate, AddSlurm, tuning::AddTune,
-        step_response::AddStepResponse, AddScenarios, AddSelftest})
+  for (const auto add : {bench::AddBench,
+                         run::AddRun,
+                         live::AddView,
+                         AddBatch,
+                         AddResults,
+                         AddReport,
+                         gate::AddGate,
+                         compare::AddCompare,
+                         estimate::AddEstimate,
+                         dataset::AddDataset,
+                         estimators::AddCompareEstimators,
+                         recognition::AddRecognize,
+                         recognition::AddCalibrate,
+                         AddSlurm,
+                         AddSlurmTask,
+                         tuning::AddTune,
+                         check_vehicle::AddCheckVehicle,
+                         step_response::AddStepResponse,
+                         AddScenarios,
+                         AddSelftest})
     add(line);
   if (const std::optional<int> code = line.Parse(argc, argv)) return *code;
   if (version) {
@@ -52,9 +68,13 @@ int Complain(const std::string& problem, int code) {
   return code;
 }
 
-int Main(int argc, char** argv) {
+}  // namespace
+}  // namespace turbidock::app
+
+int turbidock::Main(int argc, char** argv, const trial::Plugins& plugins) {
+  using namespace app;
   try {
-    const int code = ParseAndRun(argc, argv);
+    const int code = ParseAndRun(argc, argv, plugins);
     if (std::fflush(stdout) != 0 || std::ferror(stdout))
       return Complain("the standard output cannot be written", kExitBadInput);
     return StopSignal() ? 128 + StopSignal() : code;
@@ -71,8 +91,3 @@ int Main(int argc, char** argv) {
     return Complain(error.what(), kExitSimulatorFault);
   }
 }
-
-}  // namespace
-}  // namespace turbidock::app
-
-int main(int argc, char** argv) { return turbidock::app::Main(argc, argv); }

@@ -4,7 +4,8 @@
 
 namespace turbidock::app {
 
-void PlanArguments::AddTo(Subcommand* command) {
+void PlanArguments::AddTo(Subcommand* command, const trial::Plugins& plugins) {
+  overrides.plugins = plugins;
   command->Add("plan", plan, "YAML file or the name of a bundled plan (see `turbidock plans`)")
       .Required();
   command->AddSet(overrides.assignments, "Set one key of every trial, such as duration_s=30");

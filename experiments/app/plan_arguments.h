@@ -12,7 +12,7 @@ struct PlanArguments {
   std::string plan;
   farm::PlanOverrides overrides;
 
-  void AddTo(Subcommand* command);
+  void AddTo(Subcommand* command, const trial::Plugins& plugins);
   farm::Plan Load() const { return farm::LoadPlan(plan, overrides); }
 };
 

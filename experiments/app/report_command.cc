@@ -23,17 +23,20 @@ namespace {
 namespace fs = std::filesystem;
 
 struct ReportArguments {
+  trial::Plugins plugins;
   std::vector<std::string> inputs;
   std::string out = "report.html";
   std::optional<int64_t> trial;
   compare::ComparisonOptions comparison;
 };
 
-page::Page PageOfOne(const std::string& given, const std::optional<int64_t>& trial) {
+page::Page PageOfOne(const std::string& given, const std::optional<int64_t>& trial,
+                     const trial::Plugins& plugins) {
   const std::string file = page::TrialsOfUnfinishedStudy(given).value_or(given);
-  if (!page::IsFileOfTrials(file)) return page::ResultPage(given);
+  if (!page::IsFileOfTrials(file)) return page::ResultPage(given, plugins);
   const farm::ResultStore store = farm::ResultStore::Read(file);
-  return trial ? page::StoredTrialPage(store, file, *trial) : page::BatchPage(store, file);
+  return trial ? page::StoredTrialPage(store, file, *trial, plugins)
+               : page::BatchPage(store, file, {.plugins = plugins});
 }
 
 page::Page PageOfTwo(const std::string& a, const std::string& b,
@@ -65,7 +68,7 @@ page::Page PageOf(const ReportArguments& arguments) {
   if (!are_two && !(comparison.by.empty() && comparison.ignore.empty()))
     throw ConfigError("--by and --ignore are for two batches");
   return are_two ? PageOfTwo(inputs[0], inputs[1], comparison)
-                 : PageOfOne(inputs[0], arguments.trial);
+                 : PageOfOne(inputs[0], arguments.trial, arguments.plugins);
 }
 
 int Report(const ReportArguments& arguments) {
@@ -89,6 +92,7 @@ int Report(const ReportArguments& arguments) {
 
 void AddReport(CommandLine& line) {
   auto [report, arguments] = line.Add("report", "One HTML page that shows a result", &Report);
+  arguments.plugins = line.plugins();
   report
       .Add("inputs", arguments.inputs,
            "What to show: the folder of a trial, a gate or a tuning study; a batch's file; two of\n"

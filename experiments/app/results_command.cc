@@ -19,10 +19,11 @@ namespace turbidock::app {
 namespace {
 
 // The plan that a file's trials follow.
-farm::Plan PlanOf(const std::string& file, const farm::ResultStore& store) {
+farm::Plan PlanOf(const std::string& file, const farm::ResultStore& store,
+                  const trial::Plugins& plugins) {
   if (store.header().kind != "batch")
     throw ConfigError(file + ": was written by " + store.header().kind + ", not by batch");
-  return farm::Plan(store.header().plan, file);
+  return farm::Plan(store.header().plan, file, {.plugins = plugins});
 }
 
 void WarnOfOtherBuild(const farm::StoreHeader& header, Progress* progress) {
@@ -77,6 +78,7 @@ int Export(const ExportArguments& arguments) {
 // ------------------------------------------------------------------------------------------ verify
 
 struct VerifyArguments {
+  trial::Plugins plugins;
   std::string file;
   std::vector<int64_t> trials;
   int sample = 10, workers = AvailableCores();
@@ -95,7 +97,7 @@ std::vector<int64_t> Choose(const std::vector<farm::StoredTrial>& stored, int sa
 
 int Verify(const VerifyArguments& arguments) {
   const farm::ResultStore store = farm::ResultStore::Read(arguments.file);
-  const farm::Plan plan = PlanOf(arguments.file, store);
+  const farm::Plan plan = PlanOf(arguments.file, store, arguments.plugins);
   Progress progress(/*quiet=*/false);
   WarnOfOtherBuild(store.header(), &progress);
   std::vector<int64_t> trials = arguments.trials;
@@ -104,7 +106,7 @@ int Verify(const VerifyArguments& arguments) {
 
   int64_t equal = 0, different = 0;
   farm::BatchOptions options;
-  options.workers = arguments.workers;
+  options.farm.workers = arguments.workers;
   options.stop_requested = CatchStopSignals();
   options.on_progress = [&](const farm::BatchProgress& now) {
     progress.ShowOrSay(static_cast<double>(now.done) / static_cast<double>(now.total),
@@ -128,6 +130,7 @@ int Verify(const VerifyArguments& arguments) {
 // ------------------------------------------------------------------------------------------ replay
 
 struct ReplayArguments {
+  trial::Plugins plugins;
   std::string file;
   int64_t trial = 0;
   std::string out;
@@ -136,7 +139,7 @@ struct ReplayArguments {
 
 int Replay(const ReplayArguments& arguments) {
   const farm::ResultStore store = farm::ResultStore::Read(arguments.file);
-  const farm::Plan plan = PlanOf(arguments.file, store);
+  const farm::Plan plan = PlanOf(arguments.file, store, arguments.plugins);
   const trial::TrialRecord before = store.Trial(arguments.trial).record;
   Progress progress(arguments.quiet);
   WarnOfOtherBuild(store.header(), &progress);
@@ -171,6 +174,7 @@ void AddResults(CommandLine& line) {
 
   auto [verify, verify_arguments] =
       line.Add("verify", "Run trials again and compare their digests with the stored", &Verify);
+  verify_arguments.plugins = line.plugins();
   verify.Add("results", verify_arguments.file, "A batch's file").Required();
   verify.Add("--trials TRIAL,...", verify_arguments.trials, "Which ones");
   verify.Add("--sample", verify_arguments.sample, "Else, how many, evenly spread").Positive();
@@ -178,6 +182,7 @@ void AddResults(CommandLine& line) {
 
   auto [replay, replay_arguments] =
       line.Add("replay", "Run one trial of a batch again, with video and all its files", &Replay);
+  replay_arguments.plugins = line.plugins();
   replay.Add("results", replay_arguments.file, "A batch's file").Required();
   replay.Add("trial", replay_arguments.trial, "The trial's number").Required();
   replay.Add("--out", replay_arguments.out, "Folder for its files; out/replay-TRIAL");

@@ -13,6 +13,7 @@ namespace turbidock::app {
 namespace {
 
 struct ScenariosArguments {
+  trial::Plugins plugins;
   bool json = false, keys = false, result_keys = false;
   std::string show;
 };
@@ -30,9 +31,9 @@ int ListScenarios(bool json) {
   return kExitDone;
 }
 
-int PrintKeys(bool json) {
+int PrintKeys(bool json, const trial::Plugins& plugins) {
   auto list = report::Json::array();
-  for (const config::KeyDoc& key : trial::ScenarioKeys()) {
+  for (const config::KeyDoc& key : trial::ScenarioKeys(plugins)) {
     if (json)
       list.push_back({{"key", key.key},
                       {"type", key.type},
@@ -52,16 +53,20 @@ int Scenarios(const ScenariosArguments& arguments) {
     return kExitDone;
   }
   if (!arguments.show.empty()) {
-    std::fputs(trial::SaveScenario(trial::LoadScenario(arguments.show, {})).c_str(), stdout);
+    std::fputs(
+        trial::SaveScenario(trial::LoadScenario(arguments.show, {}, "", arguments.plugins)).c_str(),
+        stdout);
     return kExitDone;
   }
-  return arguments.keys ? PrintKeys(arguments.json) : ListScenarios(arguments.json);
+  return arguments.keys ? PrintKeys(arguments.json, arguments.plugins)
+                        : ListScenarios(arguments.json);
 }
 
 }  // namespace
 
 void AddScenarios(CommandLine& line) {
   auto [scenarios, arguments] = line.Add("scenarios", "List the bundled scenarios", &Scenarios);
+  arguments.plugins = line.plugins();
   scenarios.Flag("--keys", arguments.keys,
                  "List every key of a scenario with default, range and meaning");
   scenarios.Flag("--result-keys", arguments.result_keys,

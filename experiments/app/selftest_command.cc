@@ -34,7 +34,7 @@ std::string FirstLine(const std::vector<std::string>& command, const std::string
 std::string LoadEveryScenario() {
   const auto names = config::BundledNames("scenarios");
   for (const std::string& name : names)
-    vehicle::LoadScene(trial::SceneFile(trial::LoadScenario(name, {})), {});
+    vehicle::LoadScene(trial::SceneFilesOf(trial::LoadScenario(name, {})), {});
   return fmt::format("{} bundled scenarios and their models load", names.size());
 }
 

@@ -43,7 +43,7 @@ int Slurm(const SlurmArguments& arguments) {
 void AddSlurm(CommandLine& line) {
   auto [slurm, arguments] = line.Add(
       "slurm", "Write a plan as a Slurm job array and a job that merges its results", &Slurm);
-  arguments.plan.AddTo(&slurm);
+  arguments.plan.AddTo(&slurm, line.plugins());
   farm::SlurmOptions& options = arguments.options;
   slurm.Add("--tasks", options.tasks, "Tasks of the array, each a shard")
       .Required()

@@ -1,5 +1,6 @@
 #include "experiments/config/data_files.h"
 
+#include <dlfcn.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -25,7 +26,11 @@ std::string DataDir() {
   std::error_code error;
   const fs::path executable = fs::read_symlink("/proc/self/exe", error);
   const fs::path beside = executable.parent_path().parent_path() / "share/turbidock";
-  for (const fs::path& dir : {beside, fs::path(TURBIDOCK_INSTALLED_DATA)})
+  Dl_info library{};
+  dladdr(reinterpret_cast<const void*>(&DataDir), &library);
+  const fs::path with_library =
+      fs::path(library.dli_fname ? library.dli_fname : "").parent_path() / "share/turbidock";
+  for (const fs::path& dir : {beside, with_library, fs::path(TURBIDOCK_INSTALLED_DATA)})
     if (IsDataDir(dir)) return dir.string();
   throw ConfigError("the program's data (models/, assets/) is neither in " + beside.string() +
                     " nor in " + TURBIDOCK_INSTALLED_DATA);

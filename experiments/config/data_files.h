@@ -6,8 +6,9 @@
 
 namespace turbidock::config {
 
-// The folder that holds models/ and assets/: share/turbidock beside the executable's bin/, or the
-// installed one. Throws ConfigError when neither is there.
+// The folder that holds models/ and assets/: share/turbidock beside the executable's bin/ or beside
+// the library that this is part of (a Python module), or the installed one. Throws ConfigError when
+// neither is there.
 std::string DataDir();
 
 std::string ModelPath(const std::string& file);  // DataDir()/models/file

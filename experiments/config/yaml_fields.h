@@ -51,6 +51,9 @@ struct KeyDoc {
 };
 
 // ------------------------------------------------------------------------------------------------
+// A struct may also have `void MoreFields(GroupRef* group)`, for fields that are known only when
+// the program runs.
+//
 // A struct's fields with their types erased, so that the work below is done once, in the .cc file.
 
 struct Field;
@@ -157,6 +160,7 @@ GroupRef GroupOf(T* object) {
   });
   if constexpr (requires { T::kRetired; })
     group.retired.assign(std::begin(T::kRetired), std::end(T::kRetired));
+  if constexpr (requires { object->MoreFields(&group); }) object->MoreFields(&group);
   return group;
 }
 

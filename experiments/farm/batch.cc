@@ -6,6 +6,7 @@
 
 #include "experiments/farm/agenda.h"
 #include "experiments/farm/keep_busy.h"
+#include "experiments/farm/trial_pool.h"
 
 namespace turbidock::farm {
 namespace {
@@ -20,8 +21,9 @@ void Run(const Plan& plan, int64_t most, const std::function<std::optional<int64
          const std::function<void(const StoredTrial&)>& take) {
   if (most == 0) return;
   const auto start = std::chrono::steady_clock::now();
-  TrialPool pool(static_cast<int>(std::min<int64_t>(options.workers, most)),
-                 {.time_limit_s = plan.settings().trial_time_limit_s});
+  FarmOptions farm = options.farm;
+  farm.workers = static_cast<int>(std::min<int64_t>(farm.workers, most));
+  TrialPool pool(farm, plan.settings().trial_time_limit_s, plan.plugins());
   const auto submit_one = [&] {
     const std::optional<int64_t> trial = next();
     if (!trial) return false;

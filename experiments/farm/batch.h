@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 
+#include "experiments/farm/farm.h"
 #include "experiments/farm/plan.h"
 #include "experiments/farm/result_store.h"
 
@@ -19,7 +20,7 @@ struct BatchProgress {
 };
 
 struct BatchOptions {
-  int workers = 1;
+  FarmOptions farm = {};
   std::function<void(const BatchProgress&)> on_progress;  // after every trial and every second
   std::function<void(const StoredTrial&)> on_trial;       // once it is stored
   std::function<bool()> stop_requested;                   // polled at least every second

@@ -6,19 +6,34 @@
 #include <string>
 #include <vector>
 
+#include "experiments/farm/farm.h"
+
 namespace turbidock::farm {
 
 struct ForkMapOptions {
-  int workers = 1;                                         // 1: in this process
+  int workers = 1;                                         // 1: here, unless it may be stopped
   std::function<void(int done, int of)> on_progress = {};  // after each job
-  std::function<bool()> stop_requested = {};               // polled between jobs
+  std::function<bool()> stop_requested = {};               // asked every second
 };
 
 // Calls work(0), ..., work(jobs - 1) in copies of this process as it is now (a pool of workers, see
-// batch/worker_pool.h) and returns what they return, in order; nothing when it was stopped. Which
+// farm/worker_pool.h) and returns what they return, in order; nothing when it was stopped. Which
 // worker does which job is left to chance, so a job's result must depend on its number only. A
 // ConfigError in a job is one here; any other failure is a SimulatorFault.
 std::vector<std::string> ForkMap(int jobs, const std::function<std::string(int)>& work,
                                  const ForkMapOptions& options);
+
+// The same of inputs, on a cluster: a job must depend on its input only. `options.workers`: of each
+// task.
+std::vector<std::string> SlurmMap(const Work& work, const std::vector<std::string>& inputs,
+                                  const SlurmParams& slurm, const ForkMapOptions& options);
+
+// Has a pool do these inputs and gives every output as it comes, with its input's index. False when
+// it was stopped: the pool is then good for nothing more. Failures are those of ForkMap.
+bool MapEach(JobPool* pool, const std::vector<std::string>& inputs,
+             const std::function<void(size_t, const std::string& output)>& take,
+             const std::function<bool()>& stop_requested);
+
+inline constexpr double kJobTimeLimit_s = 24 * 3600;  // of the jobs of all these
 
 }  // namespace turbidock::farm

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
+#include <iterator>
 
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
@@ -20,6 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kScenarioKey = "scenario";
+constexpr const char* kCaseKey = "case";
 
 std::vector<config::YamlNode> Elements(const config::YamlNode& list, const char* what) {
   std::vector<config::YamlNode> elements = list.Elements();
@@ -53,6 +55,26 @@ std::string ModelsDigest(const std::map<std::string, trial::Scenario>& scenarios
   return digest.Hex();
 }
 
+// An error about an assignment that stands in a plan's `set` names its line there; others stay as
+// they are.
+ConfigError ErrorInSet(const ConfigError& error, const std::optional<config::YamlNode>& set,
+                       const std::vector<std::string>& assignments) {
+  const std::string what = error.what();
+  const auto is_about = [&](const std::string& key) {
+    const std::string start = std::string(config::kFromSet) + " " + key;
+    return what.starts_with(start) &&
+           std::string(" :.[").find(what[start.size()]) != std::string::npos;
+  };
+  for (const std::string& assignment : assignments)
+    if (is_about(assignment.substr(0, assignment.find('=')))) return error;
+  if (set)
+    for (const auto& [key, value] : set->Entries())
+      if (is_about(key))
+        return ConfigError(value.Where() + set->path + "." +
+                           what.substr(std::string(config::kFromSet).size() + 1));
+  return error;
+}
+
 }  // namespace
 
 std::string RandomKey::ValueAt(double u) const {
@@ -74,12 +96,13 @@ std::string RandomKey::ValueAt(double u) const {
 Plan::Plan(const std::string& text, const std::string& file, const PlanOverrides& overrides)
     : Plan(config::ParseYaml(text, file), overrides) {}
 
-Plan::Plan(const config::YamlNode& plan, const PlanOverrides& overrides) {
+Plan::Plan(const config::YamlNode& plan, const PlanOverrides& overrides)
+    : plugins_(overrides.plugins) {
   const std::string& file = plan.file;
   config::Origins origins;
-  config::ReadFields(
-      plan, &settings_, &origins,
-      {"precision", "max_trials", "set", "grid", "random", "resolved_scenarios", "models_digest"});
+  config::ReadFields(plan, &settings_, &origins,
+                     {"precision", "max_trials", "set", "grid", "cases", "random",
+                      "resolved_scenarios", "models_digest"});
   if (!plan.Find("schema_version"))
     throw ConfigError(file + ": schema_version: this key is required");
   if (overrides.master_seed) settings_.master_seed = *overrides.master_seed;
@@ -88,7 +111,12 @@ Plan::Plan(const config::YamlNode& plan, const PlanOverrides& overrides) {
   if (!overrides.seeds) ReadPrecision(plan);
   if (const auto grid = plan.Find("grid")) ReadGrid(*grid);
   if (const auto random = plan.Find("random")) ReadRandom(*random);
-  LoadScenarios(plan, overrides.assignments);
+  if (const auto cases = plan.Find("cases")) ReadCases(*cases);
+  try {
+    LoadScenarios(plan, overrides.assignments);
+  } catch (const ConfigError& error) {
+    throw ErrorInSet(error, plan.Find("set"), overrides.assignments);
+  }
 
   for (const GridAxis& axis : grid_) {
     cells_ *= std::ssize(axis.values);
@@ -106,6 +134,7 @@ Plan::Plan(const config::YamlNode& plan, const PlanOverrides& overrides) {
 void Plan::RequireNewKey(const config::YamlNode& at, const std::string& key) const {
   if (key == "seed") at.Fail("the plan gives each trial its seed; set master_seed");
   if (key == "model") at.Fail("vary `scenario` instead of its model");
+  if (key == kCaseKey) at.Fail("is the key that `cases` makes; give those");
   if (std::find(keys_.begin(), keys_.end(), key) != keys_.end()) at.Fail("this key is given twice");
 }
 
@@ -152,6 +181,22 @@ void Plan::ReadGrid(const config::YamlNode& node) {
     grid_.push_back(axis);
     keys_.push_back(key);
   }
+}
+
+void Plan::ReadCases(const config::YamlNode& node) {
+  GridAxis axis{kCaseKey, {}};
+  for (const auto& [name, values] : node.Entries()) {
+    Case& read = cases_.emplace_back(Case{.name = name, .values = {}});
+    for (const auto& [key, value] : values.Entries()) {
+      RequireNewKey(value, key);
+      if (key == kScenarioKey) value.Fail("belongs in the grid");
+      read.values.push_back({key, value.OneLine()});
+    }
+    axis.values.push_back(name);
+  }
+  if (cases_.empty()) node.Fail("must be a map of names, each with keys of the scenario");
+  grid_.insert(grid_.begin(), axis);
+  keys_.insert(keys_.begin(), kCaseKey);
 }
 
 void Plan::ReadRandom(const config::YamlNode& node) {
@@ -221,6 +266,9 @@ void Plan::LoadScenarios(const config::YamlNode& plan,
     }
   }
   sets.insert(sets.end(), assignments.begin(), assignments.end());
+  for (const std::string& assignment : sets)
+    if (const size_t at = assignment.find('='); at != std::string::npos)
+      set_.push_back({assignment.substr(0, at), assignment.substr(at + 1)});
 
   const auto resolved = plan.Find("resolved_scenarios");
   const fs::path folder = fs::path(plan.file).parent_path();
@@ -228,13 +276,15 @@ void Plan::LoadScenarios(const config::YamlNode& plan,
     if (resolved) {
       const auto text = resolved->Find(name);
       if (!text || !text->Text()) resolved->Fail("has no scenario " + name);
-      scenarios_[name] = trial::ParseScenario(*text->Text(), plan.file + " (" + name + ")");
+      scenarios_[name] =
+          trial::ParseScenario(*text->Text(), plan.file + " (" + name + ")", plugins_);
       config::ReadLayers({.assignments = assignments}, &scenarios_[name]);
     } else {
       // A file beside the plan, else whatever a command line would mean by it.
       const fs::path beside = folder / name;
-      scenarios_[name] =
-          trial::LoadScenario(fs::is_regular_file(beside) ? beside.string() : name, sets);
+      std::error_code ignored;
+      found_[name] = fs::is_regular_file(beside, ignored) ? beside.string() : name;
+      scenarios_[name] = trial::LoadScenario(found_[name], sets, "", plugins_);
     }
   }
 }
@@ -294,14 +344,46 @@ TrialSpec Plan::Trial(int64_t trial) const {
   return spec;
 }
 
+TrialSpec Plan::FirstOf(int64_t cell) const {
+  return Trial(settings_.precision ? cell : cell * trials_of_cell());
+}
+
+Plan::Cell Plan::CellOf(int64_t cell) const {
+  const TrialSpec spec = FirstOf(cell);
+  Cell found{.name = "", .scenario = settings_.scenario, .values = set_};
+  for (size_t i = 0; i < grid_.size(); ++i) {
+    const Parameter& parameter = spec.parameters[i];
+    if (!found.name.empty()) found.name += ", ";
+    found.name += parameter.key == kCaseKey ? parameter.value : parameter.Assignment();
+    if (parameter.key == kScenarioKey)
+      found.scenario = parameter.value;
+    else if (parameter.key == kCaseKey)
+      std::ranges::copy(CaseNamed(parameter.value).values, std::back_inserter(found.values));
+    else
+      found.values.push_back(parameter);
+  }
+  if (const auto at = found_.find(found.scenario); at != found_.end()) found.scenario = at->second;
+  return found;
+}
+
+const Case& Plan::CaseNamed(const std::string& name) const {
+  return *std::ranges::find(cases_, name, &Case::name);
+}
+
 trial::Scenario Plan::ScenarioOf(const TrialSpec& spec) const {
   std::string name = settings_.scenario;
   config::Layers layers;
-  for (const Parameter& parameter : spec.parameters)
+  const auto assign = [&layers](const Parameter& parameter) {
+    layers.assignments.push_back(parameter.Assignment());
+  };
+  for (const Parameter& parameter : spec.parameters) {
     if (parameter.key == kScenarioKey)
       name = parameter.value;
+    else if (parameter.key == kCaseKey)
+      std::ranges::for_each(CaseNamed(parameter.value).values, assign);
     else
-      layers.assignments.push_back(parameter.Assignment());
+      assign(parameter);
+  }
   trial::Scenario scenario = scenarios_.at(name);
   scenario.seed = spec.seed;
   config::ReadLayers(layers, &scenario);
@@ -329,9 +411,18 @@ std::string Plan::Resolve() const {
   const auto pair = [](double first, double second) {
     return std::vector{FormatNumber(first), FormatNumber(second)};
   };
-  if (!grid_.empty()) text += "grid:\n";
+  const bool has_cases = !cases_.empty();
+  if (has_cases) text += "cases:\n";
+  for (const Case& one : cases_) {
+    std::vector<std::string> values;
+    for (const Parameter& p : one.values) values.push_back(p.key + ": " + p.value);
+    text += fmt::format("  {}: {{{}}}\n", config::TextNode(one.name, {}).OneLine(),
+                        fmt::join(values, ", "));
+  }
+  if (grid_.size() > (has_cases ? 1 : 0)) text += "grid:\n";
   for (const GridAxis& axis : grid_)
-    text += fmt::format("  {}: [{}]\n", axis.key, fmt::join(axis.values, ", "));
+    if (axis.key != kCaseKey)
+      text += fmt::format("  {}: [{}]\n", axis.key, fmt::join(axis.values, ", "));
   if (!random_.empty()) text += "random:\n";
   for (const RandomKey& random : random_) {
     text += fmt::format(

@@ -11,6 +11,9 @@
 //   grid:                              # every combination is a cell; `scenario` may be a key here
 //     water.milk_ml_m3: [0, 10, 20]
 //     sea.state: [calm, moderate]
+//   cases:                             # cells by name, each with keys of its own; in every cell
+//     as planned: {}                   # of the grid
+//     one thruster weak: {vehicle.thrusters.effectiveness: [0.6, 1, 1, 1]}
 //   random:                            # drawn for each trial, and stored with it
 //     start.heading_rad: {uniform: [0, 0.2]}
 //     vehicle.rigid_body.mass_kg: {normal: [15, 0.5], within: [13, 17]}
@@ -99,6 +102,12 @@ struct Parameter {
   bool operator==(const Parameter&) const = default;
 };
 
+// Keys that change together. In the grid it is a value of the key `case`.
+struct Case {
+  std::string name;
+  std::vector<Parameter> values;
+};
+
 struct GridAxis {
   std::string key;
   std::vector<std::string> values;
@@ -130,14 +139,15 @@ struct TrialSpec {
   int64_t cell = 0;                   // of the grid; the last key of the grid varies fastest
   int64_t sample = 0;                 // within the cell
   int64_t seed = 0;                   // the scenario's
-  std::vector<Parameter> parameters;  // the grid's keys, then the random ones
+  std::vector<Parameter> parameters;  // the grid's keys (`case` first), then the random ones
 };
 
-// What the command line may change in a plan.
+// What the command line and the program around it may change in a plan.
 struct PlanOverrides {
-  std::vector<std::string> assignments;  // scenario keys, as in `set`: "water.milk_ml_m3=20"
-  std::optional<int64_t> master_seed;
-  std::optional<int> seeds;  // exactly so many: `precision` is left out
+  std::vector<std::string> assignments{};  // scenario keys, as in `set`: "water.milk_ml_m3=20"
+  std::optional<int64_t> master_seed{};
+  std::optional<int> seeds{};  // exactly so many: `precision` is left out
+  trial::Plugins plugins{};    // what else its scenarios may choose
 };
 
 class Plan {
@@ -148,6 +158,7 @@ class Plan {
   explicit Plan(const config::YamlNode& plan, const PlanOverrides& overrides = {});
 
   const PlanSettings& settings() const { return settings_; }
+  const trial::Plugins& plugins() const { return plugins_; }
   const std::vector<GridAxis>& grid() const { return grid_; }
   // Keys of a trial's parameters, in their order.
   const std::vector<std::string>& keys() const { return keys_; }
@@ -156,6 +167,15 @@ class Plan {
   int64_t trials() const { return cells_ * trials_of_cell(); }
 
   TrialSpec Trial(int64_t trial) const;
+  TrialSpec FirstOf(int64_t cell) const;  // its first trial
+  // What a cell sets over its scenario: the plan's `set` and the command line's, its case, its
+  // grid.
+  struct Cell {
+    std::string name;      // of its case and grid, for people; empty where it has neither
+    std::string scenario;  // a bundled one's name or a file, as a command line names it
+    std::vector<Parameter> values;
+  };
+  Cell CellOf(int64_t cell) const;
   trial::Scenario ScenarioOf(const TrialSpec& spec) const;
 
   // The plan with everything that decides its trials spelt out: the scenarios with every value, and
@@ -169,7 +189,9 @@ class Plan {
   }
   void ReadPrecision(const config::YamlNode& plan);
   void ReadGrid(const config::YamlNode& node);
+  void ReadCases(const config::YamlNode& node);
   void ReadRandom(const config::YamlNode& node);
+  const Case& CaseNamed(const std::string& name) const;
   void RequireNewKey(const config::YamlNode& at, const std::string& key) const;
   void LoadScenarios(const config::YamlNode& plan, const std::vector<std::string>& assignments);
   void DrawDesign();
@@ -177,10 +199,14 @@ class Plan {
   std::string Resolve() const;
 
   PlanSettings settings_;
+  trial::Plugins plugins_;
   std::vector<GridAxis> grid_;
+  std::vector<Case> cases_;
   std::vector<RandomKey> random_;
   std::vector<std::string> keys_;
   int64_t cells_ = 1;
+  std::vector<Parameter> set_;                        // in every trial
+  std::map<std::string, std::string> found_;          // by a scenario's name: where it was found
   std::map<std::string, trial::Scenario> scenarios_;  // by name, with `set`
   std::vector<double> design_;  // numbers in (0, 1): a row a sample (of a cell), a column a key
   std::string resolved_;

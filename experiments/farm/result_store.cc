@@ -74,7 +74,7 @@ Cell CellOfText(const std::string& value) {
 // Of a parameter: text stays text, whatever number it looks like, where the key has none.
 Cell CellOfParameter(const Parameter& parameter) {
   static const std::set<std::string> texts = [] {
-    std::set<std::string> keys = {"scenario"};
+    std::set<std::string> keys = {"scenario", "case"};
     for (const config::KeyDoc& doc : trial::ScenarioKeys())
       if (doc.type == "text" || doc.type.starts_with("one of")) keys.insert(doc.key);
     return keys;
@@ -261,6 +261,7 @@ ResultStore ResultStore::Write(const std::string& file, const StoreHeader& heade
   if (!differences.empty())
     throw ConfigError(file + ": was begun with something else: " + differences[0] +
                       ". Give another --out, or finish it as it was begun");
+  Guard(file, [&] { store.AddFigureColumns(); });
   return store;
 }
 
@@ -388,11 +389,29 @@ void ResultStore::Add(const StoredTrial& trial) {
   });
 }
 
+void ResultStore::AddFigureColumns() {
+  const std::vector<std::string> there = OwnColumns(*db_, "metrics");
+  for (const trial::Column& column : trial::Columns())
+    if (column.place == trial::Place::kFigure &&
+        std::ranges::find(there, column.name) == there.end())
+      db_->exec(fmt::format("ALTER TABLE metrics ADD COLUMN {} {}", Quoted(column.name),
+                            column.sql_type));
+}
+
+void ResultStore::AddSeriesColumns(const std::vector<std::string>& columns) {
+  const std::vector<std::string> there = OwnColumns(*db_, "series");
+  for (const std::string& column : columns)
+    if (std::ranges::find(there, column) == there.end())
+      db_->exec("ALTER TABLE series ADD COLUMN " + Quoted(column));
+}
+
 void ResultStore::AddSeries(int64_t trial, const std::string& csv) {
   if (csv.empty()) return;
   const std::vector<std::string> lines = Split(csv, '\n');
-  const size_t columns = OwnColumns(*db_, "series").size();
-  SQLite::Statement row(*db_, "INSERT INTO series VALUES (" + Placeholders(1 + columns) + ")");
+  const std::vector<std::string> columns = Split(lines[0], ',');
+  AddSeriesColumns(columns);
+  SQLite::Statement row(*db_, "INSERT INTO series (trial" + QuotedList(columns) + ") VALUES (" +
+                                  Placeholders(1 + columns.size()) + ")");
   for (size_t i = 1; i < lines.size(); ++i) {
     row.reset();
     row.bind(1, trial);
@@ -427,7 +446,13 @@ void ResultStore::Merge(const std::string& other_file) {
                         clash.getColumn(4).getString()));
       // Children first: which trials are new shows in `trials`.
       for (const std::string table : kTables) {
-        const std::string columns = "trial" + QuotedList(OwnColumns(*db_, table));
+        if (table == "series") AddSeriesColumns(OwnColumns(*other.db_, table));
+        std::vector<std::string> both = OwnColumns(*other.db_, table);
+        const std::vector<std::string> here = OwnColumns(*db_, table);
+        std::erase_if(both, [&](const std::string& column) {
+          return std::ranges::find(here, column) == here.end();
+        });
+        const std::string columns = "trial" + QuotedList(both);
         db_->exec(
             fmt::format("INSERT INTO main.{0} ({1}) SELECT {1} FROM other.{0} "
                         "WHERE trial NOT IN (SELECT trial FROM main.trials)",
@@ -478,7 +503,17 @@ std::vector<int64_t> ResultStore::TrialsWithSeries() const {
 
 std::string ResultStore::SeriesCsv(int64_t trial) const {
   return Guard(file_, [&] {
-    const std::vector<std::string> columns = OwnColumns(*db_, "series");
+    std::vector<std::string> columns = OwnColumns(*db_, "series");
+    // Those of other vehicles' thrusters are empty.
+    std::erase_if(columns, [&](const std::string& column) {
+      if (!column.ends_with("_v")) return false;
+      SQLite::Statement any(
+          *db_,
+          fmt::format("SELECT count({}), count(*) FROM series WHERE trial = ?", Quoted(column)));
+      any.bind(1, trial);
+      any.executeStep();
+      return any.getColumn(0).getInt64() == 0 && any.getColumn(1).getInt64() > 0;
+    });
     std::string csv = fmt::format("{}\n", fmt::join(columns, ","));
     SQLite::Statement query(
         *db_, "SELECT trial" + QuotedList(columns) + " FROM series WHERE trial = ? ORDER BY frame");

@@ -99,6 +99,9 @@ class ResultStore {
   void RequireRows() const;
   [[noreturn]] void FailDamaged(const std::string& how) const;
   void ReplacePlan(const StoreHeader& header);
+  void AddFigureColumns();  // those that an older program did not know
+  // Further columns of the series: a vehicle has its own thrusters.
+  void AddSeriesColumns(const std::vector<std::string>& columns);
   void AddSeries(int64_t trial, const std::string& csv);
   std::vector<StoredTrial> Select(const std::string& where) const;
 

@@ -14,7 +14,7 @@ using report::Json;
 
 // The log with every n-th frame only.
 trial::TrialLog Thinned(const trial::TrialLog& log, int every_frames) {
-  trial::TrialLog thinned;
+  trial::TrialLog thinned{.thrusters = log.thrusters};
   for (size_t i = 0; i < log.frames.size(); i += static_cast<size_t>(every_frames))
     thinned.frames.push_back(log.frames[i]);
   return thinned;
@@ -28,10 +28,10 @@ std::string ToText(const TrialJob& job) {
                            {"series_every_frames", job.series_every_frames}});
 }
 
-TrialJob JobFromText(const std::string& text) {
+TrialJob JobFromText(const std::string& text, const trial::Plugins& plugins) {
   const Json json = report::ParseJson(text, "a worker's job");
   return {.id = json["trial"],
-          .scenario = trial::ParseScenario(json["scenario"], "resolved scenario"),
+          .scenario = trial::ParseScenario(json["scenario"], "resolved scenario", plugins),
           .series_every_frames = json["series_every_frames"]};
 }
 
@@ -47,8 +47,8 @@ FinishedTrial FinishedFromText(const std::string& text) {
           json["series_csv"]};
 }
 
-std::string Work(const std::string& input) {
-  const TrialJob job = JobFromText(input);
+std::string RunJob(const std::string& input, const trial::Plugins& plugins) {
+  const TrialJob job = JobFromText(input, plugins);
   const trial::TrialResult result = trial::RunTrial(job.scenario);
   FinishedTrial trial{job.id, result};
   if (job.series_every_frames > 0)
@@ -58,15 +58,20 @@ std::string Work(const std::string& input) {
 
 }  // namespace
 
-TrialPool::TrialPool(int workers, const WorkerOptions& options) : pool_(workers, options, Work) {}
+Work TrialWork(const trial::Plugins& plugins) {
+  return {"trial", [plugins](const std::string& input) { return RunJob(input, plugins); }};
+}
+
+TrialPool::TrialPool(const FarmOptions& farm, double time_limit_s, const trial::Plugins& plugins)
+    : pool_(MakePool(farm, time_limit_s, TrialWork(plugins))) {}
 
 void TrialPool::Submit(const TrialJob& job) {
   seeds_.emplace(job.id, job.scenario.seed);
-  pool_.Submit({.id = job.id, .input = ToText(job)});
+  pool_->Submit({.id = job.id, .input = ToText(job)});
 }
 
 std::optional<FinishedTrial> TrialPool::Next(double timeout_s) {
-  const std::optional<JobResult> result = pool_.Next(timeout_s);
+  const std::optional<JobResult> result = pool_->Next(timeout_s);
   if (!result) return std::nullopt;
   const auto pending = seeds_.extract(result->id);
   TD_CHECK(pending, "a result belongs to a trial that was submitted");
@@ -85,7 +90,7 @@ std::optional<FinishedTrial> TrialPool::Next(double timeout_s) {
     record.failure = hung ? trial::Failure::kHung : trial::Failure::kCrashed;
     record.seed = pending.mapped();
     record.reason = result->error;
-    record.log = result->log;
+    record.printed = result->log;
   }
   record.wall_time_s = result->wall_time_s;
   record.cpu_time_s = result->cpu_time_s;

@@ -1,17 +1,18 @@
 #pragma once
-// Trials in worker processes: scenarios in, one record a trial out.
+// Trials in worker processes, here or on a cluster: scenarios in, one record a trial out.
 //
-//   TrialPool pool(2, {.time_limit_s = 600});
+//   TrialPool pool({.workers = 2}, /*time_limit_s=*/600);
 //   pool.Submit({.id = 0, .scenario = scenario});
 //   while (pool.pending() > 0)
 //     if (auto trial = pool.Next(/*timeout_s=*/1)) Count(trial->record.outcome);
 
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 
-#include "experiments/farm/worker_pool.h"
+#include "experiments/farm/farm.h"
 #include "experiments/trial/scenario.h"
 #include "experiments/trial/trial_record.h"
 
@@ -29,20 +30,24 @@ struct FinishedTrial {
   std::string series_csv = {};  // as TrajectoryCsv, if asked for
 };
 
+// Runs a trial: the work of a TrialPool's jobs. `plugins`: what the scenarios' laws and estimators
+// may be besides ours.
+Work TrialWork(const trial::Plugins& plugins = {});
+
 class TrialPool {
  public:
-  TrialPool(int workers, const WorkerOptions& options);
+  TrialPool(const FarmOptions& farm, double time_limit_s, const trial::Plugins& plugins = {});
 
   void Submit(const TrialJob& job);
-  // As WorkerPool's. A crash or a hang is a record; ConfigError when a scenario cannot run (names
+  // As JobPool's. A crash or a hang is a record; ConfigError when a scenario cannot run (names
   // the trial), SimulatorFault when this machine cannot draw.
   std::optional<FinishedTrial> Next(double timeout_s);
 
-  size_t pending() const { return pool_.pending(); }
-  int workers() const { return pool_.workers(); }
+  size_t pending() const { return pool_->pending(); }
+  size_t appetite() const { return pool_->appetite(); }
 
  private:
-  WorkerPool pool_;
+  std::unique_ptr<JobPool> pool_;
   std::multimap<int64_t, int64_t> seeds_;  // (trial, seed) of what is pending
 };
 

@@ -163,7 +163,7 @@ void WorkerPool::Start(Worker* worker) {
   fcntl(worker->log, F_SETFL, O_APPEND);
   std::fflush(nullptr);  // or the child would write it again
   const pid_t parent = getpid();
-  const pid_t pid = fork();
+  const pid_t pid = options_.fork();
   if (pid < 0) throw SimulatorFault(SystemError("cannot start a worker process"));
   if (pid == 0) {
     prctl(PR_SET_PDEATHSIG, SIGKILL);

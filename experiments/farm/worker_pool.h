@@ -10,6 +10,7 @@
 // long as the work depends on its input only.
 
 #include <sys/types.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <cstdint>
@@ -19,60 +20,34 @@
 #include <string>
 #include <vector>
 
-#include "sim/base/result_fields.h"
+#include "experiments/farm/job_pool.h"
 
 namespace turbidock::farm {
 
-struct Job {
-  int64_t id = 0;     // the caller's, returned with the result
-  std::string input;  // any bytes
-};
-
-enum class JobEnd {
-  kDone,
-  kBadInput,  // the work threw ConfigError
-  kFault,     // the work threw SimulatorFault: this machine cannot do it
-  kCrashed,   // the process ended: a signal, an exit, any other exception, out of memory
-  kHung,      // the process was killed after time_limit_s
-};
-
-struct JobResult {
-  int64_t id = 0;
-  JobEnd end = JobEnd::kDone;
-  std::string output{};    // of the work, when done
-  std::string error{};     // a sentence, when not done
-  std::string log{};       // the last of what the work wrote to stdout and stderr
-  double wall_time_s = 0;  // from handing the job to the worker to its end
-  double cpu_time_s = 0;   // user and system, of the worker in this job; 0 when it died
-  int64_t rss_bytes = 0;   // the worker's resident memory after the job; 0 when it died
-
-  TURBIDOCK_FIELDS(end, output, error, cpu_time_s, rss_bytes)  // what the worker sends
-};
-
 struct WorkerOptions {
   double time_limit_s = 3600;  // wall time of a job
+  // How a process is made: for a program with an interpreter that must know of it.
+  std::function<pid_t()> fork = ::fork;
 };
 
 // Not thread-safe. Workers are forked, so they see the memory as it was when the pool was made; the
 // caller must not have threads of its own at that time.
-class WorkerPool {
+class WorkerPool : public JobPool {
  public:
   using Work = std::function<std::string(const std::string& input)>;
 
   // Starts `workers` >= 1 processes. Each renders and computes in one thread. They ignore Ctrl-C,
   // which is the caller's to handle, and end with the pool or when the caller's process dies.
   WorkerPool(int workers, const WorkerOptions& options, Work work);
-  ~WorkerPool();  // kills the workers; unfinished jobs are lost
+  ~WorkerPool() override;  // kills the workers
   WorkerPool(const WorkerPool&) = delete;
   WorkerPool& operator=(const WorkerPool&) = delete;
 
-  void Submit(Job job);
-  // The next job to end, as soon as it does. Nothing when none is left, after timeout_s, and when a
-  // signal was handled meanwhile.
-  std::optional<JobResult> Next(double timeout_s);
-
-  // Jobs submitted whose result has not been returned. Keep it above workers() and no worker waits.
-  size_t pending() const;
+  void Submit(Job job) override;
+  std::optional<JobResult> Next(double timeout_s) override;
+  size_t pending() const override;
+  // One ahead for each worker: none waits while a result is stored.
+  size_t appetite() const override { return 2 * workers_.size(); }
   int workers() const { return static_cast<int>(workers_.size()); }
 
  private:

@@ -76,7 +76,7 @@ class Canvas {
   int width_px_, height_px_;
   _cairo_surface* surface_;
   _cairo* cairo_;
-  char text_[256];  // text ended by a zero, as cairo wants it
+  char text_[256] = {};  // text ended by a zero, as cairo wants it
 };
 
 }  // namespace turbidock::media

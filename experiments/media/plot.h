@@ -115,6 +115,7 @@ struct Figure {
 template <class Range, class Of>
 std::vector<Sample> SamplesOf(const Range& range, Of of) {
   std::vector<Sample> samples;
+  samples.reserve(std::size(range));
   for (const auto& element : range) samples.push_back(of(element));
   return samples;
 }

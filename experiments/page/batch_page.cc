@@ -267,7 +267,7 @@ Page BatchPage(const farm::ResultStore& store, const std::string& file,
       model["wanted"] = agenda.Expected();
       model["most"] = agenda.most();
       model["precision"] = farm::RuleOf(header).precision;
-      const farm::Plan plan(header.plan, file);
+      const farm::Plan plan(header.plan, file, {.plugins = options.plugins});
       Json grid = Json::array();
       for (const farm::GridAxis& axis : plan.grid()) grid.push_back(axis.key);
       model["grid"] = grid;
@@ -299,13 +299,14 @@ Page ComparisonPage(const Json& comparison, const ComparedFile& a, const Compare
   return page;
 }
 
-Page StoredTrialPage(const farm::ResultStore& store, const std::string& file, int64_t number) {
+Page StoredTrialPage(const farm::ResultStore& store, const std::string& file, int64_t number,
+                     const trial::Plugins& plugins) {
   const StoredTrial trial = store.Trial(number);
   const farm::StoreHeader& header = store.header();
   if (header.kind != "batch")
     throw ConfigError(
         fmt::format("{}: was written by {}: one of its trials cannot be shown", file, header.kind));
-  const farm::Plan plan(header.plan, file);
+  const farm::Plan plan(header.plan, file, {.plugins = plugins});
   Page page;
   Json& model = page.model;
   model = TrialModel(plan.ScenarioOf(plan.Trial(number)));

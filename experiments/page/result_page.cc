@@ -20,11 +20,11 @@ bool IsFileOfTrials(const std::string& path) {
   return begin == "SQLite";
 }
 
-Page ResultPage(const std::string& path) try {
+Page ResultPage(const std::string& path, const trial::Plugins& plugins) try {
   std::error_code none;
   if (!fs::is_directory(path, none))
     return StudyPage(report::ParseJson(system::ReadWhole(path), path), path);
-  return IsStudyFolder(path) ? StudyFolderPage(path) : TrialPage(path);
+  return IsStudyFolder(path) ? StudyFolderPage(path, plugins) : TrialPage(path, plugins);
 } catch (const report::Json::exception&) {  // text where a number should be, or the like
   throw ConfigError(path + ": is no result of this program, or a damaged one");
 }

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "experiments/page/page.h"
+#include "experiments/trial/plugins.h"
 
 namespace turbidock::page {
 
@@ -13,6 +14,6 @@ bool IsFileOfTrials(const std::string& path);
 
 // Of the folder of a trial, a gate or a tuning study, or of a study's JSON document. ConfigError
 // for anything else.
-Page ResultPage(const std::string& path);
+Page ResultPage(const std::string& path, const trial::Plugins& plugins = {});
 
 }  // namespace turbidock::page

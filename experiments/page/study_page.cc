@@ -69,7 +69,7 @@ bool HasFile(const std::string& folder, const char* name) {
 }
 
 // The trials that the gate ran again for the newly failing seeds.
-void AddFailures(const fs::path& folder, Page* page) {
+void AddFailures(const fs::path& folder, const trial::Plugins& plugins, Page* page) {
   page->model["failures"] = Json::array();
   std::vector<fs::path> bundles;
   std::error_code none;
@@ -79,7 +79,7 @@ void AddFailures(const fs::path& folder, Page* page) {
   for (const fs::path& bundle : bundles) {
     const std::string name = bundle.filename().string();
     try {
-      Page trial = TrialPage(bundle.string());
+      Page trial = TrialPage(bundle.string(), plugins);
       page->model["failures"].push_back(
           {{"name", name},
            {"seed", trial.model["seed"]},
@@ -132,11 +132,11 @@ std::optional<std::string> TrialsOfUnfinishedStudy(const std::string& folder) {
   return file;
 }
 
-Page StudyFolderPage(const std::string& folder) {
+Page StudyFolderPage(const std::string& folder, const trial::Plugins& plugins) {
   const bool is_gate = HasFile(folder, "summary.json");
   const std::string file = (fs::path(folder) / (is_gate ? "summary.json" : "report.json")).string();
   Page page = StudyPage(report::ParseJson(system::ReadWhole(file), file), file);
-  if (is_gate) AddFailures(folder, &page);
+  if (is_gate) AddFailures(folder, plugins, &page);
   return page;
 }
 

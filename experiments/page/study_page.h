@@ -6,6 +6,7 @@
 #include <string>
 
 #include "experiments/page/page.h"
+#include "experiments/trial/plugins.h"
 
 namespace turbidock::page {
 
@@ -16,7 +17,7 @@ Page StudyPage(const report::Json& result, const std::string& where);
 // Whether a folder is what `gate --out` or `tune --out` wrote, and its report: a gate's with the
 // failures in it.
 bool IsStudyFolder(const std::string& folder);
-Page StudyFolderPage(const std::string& folder);
+Page StudyFolderPage(const std::string& folder, const trial::Plugins& plugins = {});
 
 // The file of trials in a folder of `tune --out` whose study has no report yet, or runs now.
 // Nothing for any other folder.

@@ -136,22 +136,29 @@ Json SceneModel(const vehicle::Scene& scene) {
   mj_kinematics(&m, data.get());
   const int vehicle = scene.vehicle_body;
   const Pose X_VW = vehicle::BodyPose(*data, vehicle).Inverse();
+  const Pose X_MW = scene.X_WM.Inverse();  // the berth's geoms are told in the marker's frame
   constexpr int kContactsOnly = 3;
   Json geoms = Json::array(), meshes = Json::array();
   for (int g = 0; g < m.ngeom; ++g) {
     const std::string shape = ShapeName(m.geom_type[g]);
     if (m.geom_group[g] == kContactsOnly || shape.empty()) continue;
-    const bool moves = m.body_rootid[m.geom_bodyid[g]] == m.body_rootid[vehicle];
+    const int root = m.body_rootid[m.geom_bodyid[g]];
+    const bool on_vehicle = root == m.body_rootid[vehicle];
+    const bool in_berth = root == scene.berth.body;
     const Pose X_WG = PoseOf(data->geom_xpos + 3L * g, data->geom_xmat + 9L * g);
     Json rgba = Json::array();
     for (int i = 0; i < 4; ++i) rgba.push_back(Rounded(m.geom_rgba[4 * g + i]));
     const char* name = mj_id2name(&m, mjOBJ_GEOM, g);
     Json geom = {{"name", name ? name : ""},
                  {"part", PartName(scene.geom_part[static_cast<size_t>(g)])},
-                 {"moves", moves},
+                 {"fixed_to", on_vehicle ? "vehicle"
+                              : in_berth ? "berth"
+                                         : "world"},
                  {"shape", shape},
                  {"size_m", Numbers(m.geom_size + 3L * g, 3)},
-                 {"pose", PoseModel(moves ? X_VW * X_WG : X_WG)},
+                 {"pose", PoseModel(on_vehicle ? X_VW * X_WG
+                                    : in_berth ? X_MW * X_WG
+                                               : X_WG)},
                  {"rgba", rgba}};
     if (shape == "mesh") {
       geom["mesh"] = meshes.size();
@@ -167,11 +174,12 @@ Json SceneModel(const vehicle::Scene& scene) {
 }
 
 Json SettingsModel(const trial::Scenario& scenario) {
-  const trial::Scenario before = trial::ScenarioBefore(scenario.estimator.preset, scenario.optics);
+  const trial::Scenario before = trial::ScenarioBefore(scenario.estimator.preset, scenario.optics,
+                                                       scenario.vehicle_model, scenario.plugins);
   std::map<std::string, std::string> defaults;
   for (const auto& [key, value] : ValuesOf(before)) defaults[key] = value;
   std::map<std::string, std::string> docs;
-  for (const config::KeyDoc& doc : trial::ScenarioKeys()) docs[doc.key] = doc.doc;
+  for (const config::KeyDoc& doc : trial::ScenarioKeys(scenario.plugins)) docs[doc.key] = doc.doc;
   Json list = Json::array();
   for (const auto& [key, value] : ValuesOf(scenario)) {
     // no scenario is without these: they have no default
@@ -214,7 +222,7 @@ Json TrialModel(const trial::Scenario& scenario) {
                 {"settings", Json::array()},
                 {"missing", Json::array()}};
   try {
-    model["scene"] = SceneModel(vehicle::LoadScene(trial::SceneFile(scenario), scenario.rig));
+    model["scene"] = SceneModel(vehicle::LoadScene(trial::SceneFilesOf(scenario), scenario.rig));
   } catch (const ConfigError& error) {
     model["missing"].push_back(fmt::format("No 3D replay: {}", error.what()));
   }

@@ -42,7 +42,7 @@ Json FramesIn(const fs::path& folder, double frames_per_second) {
 
 }  // namespace
 
-Page TrialPage(const std::string& folder) {
+Page TrialPage(const std::string& folder, const trial::Plugins& plugins) {
   const fs::path in(folder);
   std::error_code none;
   if (!fs::is_directory(in, none)) throw ConfigError(folder + ": no such folder");
@@ -51,7 +51,7 @@ Page TrialPage(const std::string& folder) {
       throw ConfigError(fmt::format("{}: is no trial's folder: it has no {}", folder, name));
   Page page;
   page.model = TrialModel(trial::ParseScenario(system::ReadWhole(in / "resolved.yaml"),
-                                               (in / "resolved.yaml").string()));
+                                               (in / "resolved.yaml").string(), plugins));
   Json& model = page.model;
   model["record"] =
       report::ParseJson(system::ReadWhole(in / "result.json"), (in / "result.json").string());

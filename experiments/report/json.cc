@@ -36,7 +36,9 @@ Json ParseJson(const std::string& text, const std::string& where) {
       return true;
     });
   } catch (const Json::exception& error) {
-    throw ConfigError(where + ": " + error.what());
+    // without the library's name of the error in brackets
+    const std::string why = error.what();
+    throw ConfigError(where + ": is no JSON: " + why.substr(why.find("] ") + 2));
   }
 }
 

@@ -155,6 +155,33 @@ std::optional<Verdict> PairedRateTest::Decide(int pairs, int losses, int gains) 
   return std::nullopt;
 }
 
+Characteristic PairedRateTest::AtLoss(double share) const {
+  // ways[l]: the probability of l losses and no verdict yet
+  std::vector<double> ways(static_cast<size_t>(max_pairs()) + 1, 0.0);
+  ways[0] = 1;
+  Characteristic result;
+  result.p_inconclusive = 1;
+  for (int pairs = 1; pairs <= max_pairs(); ++pairs) {
+    result.expected_trials += result.p_inconclusive;
+    for (int losses = pairs; losses >= 0; --losses) {
+      const auto l = static_cast<size_t>(losses);
+      ways[l] = (1 - share) * ways[l] + (losses > 0 ? share * ways[l - 1] : 0);
+      const auto verdict = Decide(pairs, losses, 0);
+      if (!verdict) continue;
+      (verdict == Verdict::kFail ? result.p_fail : result.p_pass) += ways[l];
+      result.p_inconclusive -= ways[l];
+      ways[l] = 0;
+    }
+  }
+  return result;
+}
+
+int PairedRateTest::FewestPairs() const {
+  int pairs = 1;
+  while (pairs <= max_pairs() && Decide(pairs, 0, 0) != Verdict::kPass) ++pairs;
+  return pairs;
+}
+
 RateTest::RateTest(const RateTestDesign& d)
     : fail_({.p_null = 1 - d.no_worse,
              .p_alternative = 1 - d.worse,

@@ -82,6 +82,12 @@ constexpr auto Names(Verdict) {
   return EnumList<Verdict>({{kPass, "pass"}, {kFail, "fail"}, {kInconclusive, "inconclusive"}});
 }
 
+// How often a test comes to which verdict, exactly, and after how many trials.
+struct Characteristic {
+  double p_fail = 0, p_pass = 0, p_inconclusive = 0;
+  double expected_trials = 0;
+};
+
 // Success rates of two builds on the same seeds: fails when more than half of the pairs that differ
 // are losses, passes when less than the margin is lost.
 class PairedRateTest {
@@ -90,6 +96,11 @@ class PairedRateTest {
 
   // Nothing while both are possible.
   std::optional<Verdict> Decide(int pairs, int losses, int gains) const;
+  // Of a build that does as the old one, but for this share of the pairs, which it loses.
+  Characteristic AtLoss(double share) const;
+  // After which it passes a build that does the same; more than max_pairs when it never does.
+  int FewestPairs() const;
+  int max_pairs() const { return fail_.max_trials(); }
 
  private:
   HitTest fail_;
@@ -113,11 +124,7 @@ class RateTest {
   std::optional<Verdict> Decide(int trials, int successes) const;
   int max_trials() const { return fail_.max_trials(); }
 
-  // What happens at a true rate, exactly.
-  struct Characteristic {
-    double p_fail = 0, p_pass = 0, p_inconclusive = 0;
-    double expected_trials = 0;
-  };
+  using Characteristic = statistics::Characteristic;
   Characteristic At(double true_rate) const;
 
  private:

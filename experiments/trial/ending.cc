@@ -60,14 +60,16 @@ EndingRules::EndingRules(const Scenario& scenario)
       hold_frames_(clock_.FramesFor(scenario.docked_hold_s)) {}
 
 std::optional<Ending> EndingRules::After(const FrameEvents& now) {
-  if (now.directive.stage == Stage::kDocked && !docked_frame_) docked_frame_ = now.frame;
+  if (now.directive.done && !docked_frame_) docked_frame_ = now.frame;
   const double now_s = clock_.TimeOfFrame(now.frame + 1);
   if (now.fault) return Ending{Outcome::kDiverged, *now.fault};
   if (now.contacts.collision_force_newton > 0)
     return Ending{Outcome::kCollision,
                   fmt::format("{} at {:.1f} s with {:.1f} N", now.contacts.collision, now_s,
                               now.contacts.collision_force_newton)};
-  if (now.directive.given_up) return Ending{Outcome::kMarkerLost, now.directive.given_up_reason};
+  if (now.directive.given_up)
+    return Ending{now.directive.marker_seen ? Outcome::kGaveUp : Outcome::kMarkerLost,
+                  now.directive.given_up_reason};
   if (now.stop_requested)
     return Ending{Outcome::kInterrupted, fmt::format("stopped at {:.1f} s", now_s)};
   if (docked_frame_) {

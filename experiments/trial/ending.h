@@ -31,8 +31,8 @@ class EndingRules {
   explicit EndingRules(const Scenario& scenario);
 
   // To be asked after every frame, in order. The first rule that applies: a fault, a collision,
-  // the marker lost for good, a request to stop, docked and held, the time up. Once docked, the
-  // time is not up before the hold is over.
+  // the marker lost for good or all attempts failed, a request to stop, docked (as often as it
+  // shall) and held, the time up. Once docked, the time is not up before the hold is over.
   std::optional<Ending> After(const FrameEvents& now);
 
  private:

@@ -1,5 +1,10 @@
 #include "experiments/trial/eyes.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
 namespace turbidock::trial {
 
 Eyes::Eyes(const Scenario& scenario, const TrialOptions& options, World* world)
@@ -11,11 +16,13 @@ Eyes::Eyes(const Scenario& scenario, const TrialOptions& options, World* world)
       whole_every_(options.whole_images_every),
       drop_probability_(scenario.camera_drop_probability),
       drops_(world->seeds().Stream("camera.drops")),
-      snapshots_(static_cast<size_t>(schedule_.under_way()) + 1) {
+      snapshots_(static_cast<size_t>(schedule_.under_way()) + 1),
+      noisy_(scenario.sensor.noisy()),
+      image_s_(scenario.image_clock().frame_s()) {
   const SeedTree& seeds = world_.seeds();
   if (scenario.pose_source == PoseSource::kCameras) {
-    estimator_.emplace(scenario.estimator, scenario.marker, scenario.hue, scenario.rig.MakeRig(),
-                       seeds.Stream("vision.rm_ga"));
+    const std::string name = scenario.estimator_name();
+    estimator_ = scenario.MakeEstimator(name, seeds.Stream("vision." + name));
     estimator_->set_timer(options.timer);
   } else {
     true_pose_.emplace(scenario.true_pose, scenario.marker, scenario.rig.MakeRig(),
@@ -33,9 +40,7 @@ bool Eyes::Update(int64_t frame) {
   const int64_t number = schedule_.LatestAt(frame);
   const bool whole = whole_images_ || (whole_every_ > 0 && frame % whole_every_ == 0);
   if (estimator_) {
-    world_.Develop(*Slot(number), number, whole ? std::nullopt : estimator_->Reach(), timer_,
-                   &seen_);
-    estimate_ = &estimator_->Update(seen_);
+    LookAtImages(number, whole);
   } else {
     estimate_ = &true_pose_->Update(number, Slot(number)->true_X_HM);
   }
@@ -45,6 +50,33 @@ bool Eyes::Update(int64_t frame) {
 
 std::string Eyes::name() const {
   return std::string(estimator_ ? estimator_->name() : NameOf(PoseSource::kTruePose));
+}
+
+void Eyes::LookAtImages(int64_t number, bool whole) {
+  std::swap(latest_, before_);
+  world_.Develop(*Slot(number), number, whole ? std::nullopt : estimator_->Reach(), timer_,
+                 &latest_);
+  seen_ = &latest_;
+  for (const Side side : kSides) {
+    const bool again = noisy_ && latest_[side] == before_[side];
+    repeats_[side] = again ? repeats_[side] + 1 : 0;
+    if (!again) continue;
+    ++repeated_images_;
+    if (seen_ == &latest_) moving_ = latest_;
+    std::fill_n(moving_[side].data(), 3 * moving_[side].pixels(), uint8_t{0});
+    seen_ = &moving_;
+  }
+  estimate_ = &estimator_->Update(*seen_);
+}
+
+std::string Eyes::StandstillRemark() const {
+  std::string remark;
+  for (const Side side : kSides)
+    if (repeats_[side] > 0)
+      remark += fmt::format("; the {} camera has stood still for {:.1f} s",
+                            side == Side::kLeft ? "left" : "right",
+                            static_cast<double>(repeats_[side]) * image_s_);
+  return remark;
 }
 
 Snapshot* Eyes::Slot(int64_t number) {

@@ -2,8 +2,10 @@
 // The other side of a trial's loop: what the vehicle sees of the marker.
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "experiments/trial/camera_schedule.h"
@@ -14,12 +16,15 @@
 #include "sim/base/pose_estimate.h"
 #include "sim/base/random.h"
 #include "sim/base/stage_timer.h"
-#include "vision/rm_ga.h"
+#include "vision/pose_estimator.h"
 
 namespace turbidock::trial {
 
 // What the vehicle knows of the marker: from the cameras' images, or from the truth where only
 // control is of interest. Either way it is camera_delay_frames old.
+//
+// A camera that has noise never gives the same image twice: one that is its camera's last again,
+// byte for byte, stands still, and a black one takes its place. Without noise nothing can be told.
 class Eyes {
  public:
   // The cameras have been on for a while: what arrives first shows the vehicle at its start. The
@@ -32,13 +37,19 @@ class Eyes {
   // Whether to make also the pixels that the estimator cannot read.
   void SeeWhole(bool whole) { whole_images_ = whole || !region_of_interest_; }
 
-  const PoseEstimate& estimate() const { return *estimate_; }  // the latest
-  const StereoImage& seen() const { return seen_; }            // what it was made of, if of images
+  const PoseEstimate& estimate() const { return *estimate_; }   // the latest
+  const StereoImage& seen() const { return *seen_; }            // what it was made of, if of images
+  int64_t repeated_images() const { return repeated_images_; }  // so far, of both cameras
+  // A copy of it, for whoever wants to keep the images.
+  void CopySeen(StereoImage* to) const { *to = *seen_; }
+  // What to add to a sentence on the trial: cameras that stand still by now; empty without any.
+  std::string StandstillRemark() const;
   std::string name() const;
 
  private:
   Snapshot* Slot(int64_t number);
   void Look(int64_t frame);
+  void LookAtImages(int64_t number, bool whole);
 
   World& world_;
   StageTimer* timer_;
@@ -51,10 +62,16 @@ class Eyes {
   // estimator, and the one there. They become images when they arrive: only then is it known which
   // pixels matter.
   std::vector<Snapshot> snapshots_;
-  std::optional<vision::RmGa> estimator_;
+  std::unique_ptr<vision::PoseEstimator> estimator_;
   std::optional<TruePose> true_pose_;
   const PoseEstimate* estimate_ = nullptr;
-  StereoImage seen_;
+  bool noisy_;
+  double image_s_;           // from one image to the next
+  Stereo<int64_t> repeats_;  // in a row, up to the latest
+  int64_t repeated_images_ = 0;
+  StereoImage latest_, before_;  // as they arrived
+  StereoImage moving_;           // the latest without what stands still, if anything does
+  const StereoImage* seen_ = &latest_;
 };
 
 }  // namespace turbidock::trial

@@ -95,7 +95,8 @@ Failure FailureOf(const Scenario& scenario, const TrialResult& result) {
   if (IsLost(scenario, result))
     return !usable.empty() && usable.back().stage == Stage::kDocking ? Failure::kLostInDocking
                                                                      : Failure::kLostInServoing;
-  return IsOscillation(scenario, last) ? Failure::kOscillation : Failure::kTimeout;
+  if (IsOscillation(scenario, last)) return Failure::kOscillation;
+  return result.outcome == Outcome::kGaveUp ? Failure::kGaveUp : Failure::kTimeout;
 }
 
 }  // namespace turbidock::trial

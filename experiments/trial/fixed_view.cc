@@ -9,7 +9,7 @@ namespace turbidock::trial {
 std::vector<FixedView> DrawFixedViews(const Scenario& scenario, const std::vector<Pose>& X_HM) {
   if (scenario.faults.seen() || !scenario.faults.thrusters.empty())
     throw ConfigError("faults", "belong to a trial: a vehicle at rest has none");
-  const vehicle::Scene scene = vehicle::LoadScene(SceneFile(scenario), scenario.rig);
+  const vehicle::Scene scene = vehicle::LoadScene(SceneFilesOf(scenario), scenario.rig);
   const mjModel& model = *scene.model;
   const vehicle::MjDataPtr data(mj_makeData(&model));
   const std::unique_ptr<view::GlContext> context = view::MakeGlContext(scenario.renderer);

@@ -53,6 +53,7 @@ void TrialRecorder::Add(const Change& change) {
 }
 
 void TrialRecorder::Add(const FrameRecord& record, bool inserted) {
+  if (record.stage == Stage::kUndocking) docked_frame_.reset();
   if (record.stage == Stage::kDocked && !docked_frame_) docked_frame_ = record.frame;
   if (!docked_frame_ || docked_frame_ == record.frame) {
     result_.time_s = record.time_s;
@@ -74,10 +75,11 @@ void TrialRecorder::SummariseControl() {
     return record.stage != Stage::kApproach;
   });
   double squares = 0, volts_squared = 0;
-  int64_t counted = 0;
+  int64_t counted = 0, commands = 0;
   for (const FrameRecord& record : frames) {
     for (const double volts : record.command.volts)
       volts_squared += (volts - kNeutralVolts) * (volts - kNeutralVolts);
+    commands += std::ssize(record.command.volts);
     if (found && record.stage == Stage::kApproach) continue;
     const AxesPose e = AxesPose::Of(record.true_X_HM) - record.desired;
     squares += std::min(1.0, e.y_m * e.y_m) + std::min(1.0, e.z_m * e.z_m);
@@ -85,7 +87,7 @@ void TrialRecorder::SummariseControl() {
     ++counted;
   }
   result_.tracking_rms_m = std::sqrt(squares / static_cast<double>(counted));
-  result_.effort_v = std::sqrt(volts_squared / static_cast<double>(kThrusterCount * frames.size()));
+  result_.effort_v = std::sqrt(volts_squared / static_cast<double>(commands));
 }
 
 // Sums over the frames.
@@ -101,9 +103,12 @@ void TrialRecorder::Summarise() {
     result_.stage_time_s[stage] = scenario_.clock.TimeOfFrame(count);
   SummariseControl();
   result_.fitness_mean = sum / static_cast<double>(result_.log.frames.size());
-  for (const control::Transition& change : result_.transitions)
+  for (const control::Transition& change : result_.transitions) {
+    result_.attempts += change.to == Stage::kDocking;
+    result_.dockings += change.to == Stage::kDocked;
     result_.returns_to_servoing +=
         change.from == Stage::kDocking && change.to == Stage::kVisualServoing;
+  }
 }
 
 TrialResult TrialRecorder::Finish(const vehicle::Plant& plant, const control::Directive& directive,
@@ -116,7 +121,7 @@ TrialResult TrialRecorder::Finish(const vehicle::Plant& plant, const control::Di
   digest_.Add(truth.V_WB_B.v);
   dock_contact_.Update(
       {.time_s = end_s, .insertion_depth_m = pole.insertion_depth_m, .inserted = pole.inserted});
-  result_.docked = docked_frame_.has_value();
+  result_.docked = docked_frame_.has_value() && directive.done;
   if (!result_.docked) result_.time_s = end_s;
   result_.inserted = pole.inserted;
   result_.insertion_depth_m = pole.insertion_depth_m;

@@ -21,6 +21,8 @@ class TrialRecorder {
   // Wall time counts from here.
   explicit TrialRecorder(const Scenario& scenario);
 
+  // Their names, before the first frame.
+  void SetThrusters(std::vector<std::string> names) { result_.log.thrusters = std::move(names); }
   void Add(const control::Transition& change) { result_.transitions.push_back(change); }
   // A setting that was changed; part of the digest.
   void Add(const Change& change);

@@ -7,6 +7,7 @@
 
 #include "experiments/config/yaml_fields.h"
 #include "experiments/system/build_info.h"
+#include "experiments/trial/known_vehicle.h"
 
 namespace turbidock::trial {
 namespace {
@@ -16,20 +17,22 @@ enum class Part { kOptics, kSea, kControl };
 constexpr std::pair<const char*, Part> kParts[] = {
     {"water", Part::kOptics}, {"lamps", Part::kOptics},       {"ball_lights", Part::kOptics},
     {"sea", Part::kSea},      {"controller", Part::kControl}, {"p_voltage", Part::kControl},
-    {"pid", Part::kControl},  {"lqg", Part::kControl}};
+    {"pid", Part::kControl},  {"lqg", Part::kControl},        {"levelling", Part::kControl}};
 
 std::string KeyIn(const std::string& assignment) {
   return assignment.substr(0, assignment.find('='));
 }
 
 // ConfigError for what no part follows.
-Part PartOf(const std::string& key) {
+Part PartOf(const std::string& key, const Plugins& plugins) {
   const std::string group = key.substr(0, key.find_first_of(".["));
   std::vector<std::string> names;
   for (const auto& [name, part] : kParts) {
     if (group == name) return part;
     names.emplace_back(name);
   }
+  for (const std::string& name : plugins.controllers())
+    if (group == name) return Part::kControl;
   throw ConfigError(
       key, fmt::format("cannot change while the trial runs; {} can", fmt::join(names, ", ")));
 }
@@ -48,8 +51,11 @@ RunningTrial::RunningTrial(const Scenario& scenario, TrialOptions options)
       recorder_(scenario_),
       world_(scenario_, options_),
       eyes_(scenario_, options_, &world_),
-      autopilot_(scenario_.control, scenario_.procedure, scenario_.image_clock()),
-      rules_(scenario_) {
+      autopilot_(scenario_.ControlInUse(), scenario_.procedure,
+                 ModelOf(scenario_.known_vehicle, world_.scene()), scenario_.image_clock()),
+      rules_(scenario_),
+      command_(ThrusterCommand::Neutral(world_.scene().thrusters.size())) {
+  recorder_.SetThrusters(vehicle::NamesOf(world_.scene().thrusters));
   if (options_.on_remark && !world_.remark().empty()) options_.on_remark(world_.remark());
   if (options_.timer) options_.timer->Skip();
 }
@@ -79,7 +85,7 @@ void RunningTrial::Step() {
   const TrialExcitation excitation = options_.excite ? options_.excite(frame) : TrialExcitation();
   const bool arrives = eyes_.Update(frame);
   if (arrives) {
-    command_ = autopilot_.Update(eyes_.estimate(), excitation.control);
+    command_ = autopilot_.Update(eyes_.estimate(), excitation.control, world_.ReadAttitude());
     Lap(options_.timer, LoopStage::kControl);
   }
   Wrench outside_F_B = excitation.F_B_B;
@@ -119,7 +125,7 @@ Scenario Changed(const Scenario& settings, const std::string& assignment) {
   Scenario next = settings;
   config::Origins origins;
   config::ApplySet(assignment, &next, &origins);
-  PartOf(KeyIn(assignment));
+  PartOf(KeyIn(assignment), settings.plugins);
   config::CheckSettings(next, origins);
   return next;
 }
@@ -127,7 +133,7 @@ Scenario Changed(const Scenario& settings, const std::string& assignment) {
 void RunningTrial::Set(const std::string& assignment) {
   Scenario next = Changed(settings_, assignment);
   const std::string key = KeyIn(assignment);
-  switch (PartOf(key)) {
+  switch (PartOf(key, settings_.plugins)) {
     case Part::kOptics:
       world_.SetOptics(next.light);
       break;
@@ -135,7 +141,7 @@ void RunningTrial::Set(const std::string& assignment) {
       world_.SetSea(next.sea);
       break;
     case Part::kControl:
-      autopilot_.SetControl(next.control);
+      autopilot_.SetControl(next.ControlInUse());
       break;
   }
   settings_ = std::move(next);
@@ -163,6 +169,8 @@ TrialResult RunningTrial::Finish() {
     ending_ = Ending{Outcome::kInterrupted,
                      fmt::format("stopped at {:.1f} s", scenario_.clock.TimeOfFrame(next_frame_))};
   TrialResult result = recorder_.Finish(world_.plant(), autopilot_.directive(), *ending_);
+  result.reason += eyes_.StandstillRemark();
+  result.repeated_images = eyes_.repeated_images();
   result.estimator = eyes_.name();
   result.version = system::VersionAndCommit();
   result.renderer = world_.renderer();

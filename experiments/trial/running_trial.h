@@ -52,6 +52,8 @@ class RunningTrial {
   // What the estimator saw last; empty when it saw the true pose.
   const StereoImage& seen() const { return eyes_.seen(); }
 
+  void CopySeen(StereoImage* to) const { eyes_.CopySeen(to); }
+
   // The result; interrupted where it has not ended. To be called once, after a step.
   TrialResult Finish();
 

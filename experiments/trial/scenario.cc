@@ -1,7 +1,5 @@
 #include "experiments/trial/scenario.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,7 +7,12 @@
 
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
+#include "experiments/system/output_path.h"
+#include "experiments/trial/scene_marker.h"
 #include "sim/base/random.h"
+#include "vision/blob_estimator.h"
+#include "vision/fiducial_estimator.h"
+#include "vision/rm_ga.h"
 
 namespace turbidock::trial {
 namespace {
@@ -31,17 +34,38 @@ bool IsBundledModel(const std::string& model) {
 // A bundled model keeps its name. Any other is a file, beside the scenario or, from the command
 // line, in the working directory; it becomes an absolute path, so that the resolved scenario runs
 // anywhere.
-void ResolveModel(const std::string& scenario_file, const config::Origins& origins,
-                  Scenario* scenario) {
-  if (IsBundledModel(scenario->model)) return;
-  const std::string& origin = origins.at("model");
+std::string ResolvedModel(const std::string& key, const std::string& model,
+                          const std::string& scenario_file, const std::string& origin) {
+  if (IsBundledModel(model)) return model;
   const fs::path folder =
       origin.starts_with("--set") ? fs::current_path() : fs::path(scenario_file).parent_path();
-  const fs::path path = fs::absolute(folder / scenario->model).lexically_normal();
+  const fs::path path = fs::absolute(folder / model).lexically_normal();
   if (!IsFile(path))
-    throw ConfigError(origin + "model = '" + scenario->model +
+    throw ConfigError(origin + key + " = '" + model +
                       "', is neither a file nor one of the bundled models");
-  scenario->model = path.string();
+  return path.string();
+}
+
+std::string PathOfModel(const std::string& model) {
+  return IsBundledModel(model) ? config::ModelPath(model) : model;
+}
+
+// The vehicle's file in the layers, which decides what they are read over.
+std::string VehicleModelIn(const config::Layers& layers, const std::string& scenario_file) {
+  const std::string key = "vehicle_model";
+  const std::string model = config::Peek(layers, key, Scenario().vehicle_model);
+  const bool is_set = std::any_of(layers.assignments.begin(), layers.assignments.end(),
+                                  [&](const auto& text) { return text.starts_with(key + "="); });
+  return ResolvedModel(key, model, scenario_file, is_set ? "--set " : scenario_file + ": ");
+}
+
+// The vehicle's data, beside its MJCF.
+std::string VehicleDataFile(const std::string& vehicle_model) {
+  const fs::path data = fs::path(PathOfModel(vehicle_model)).replace_extension(".yaml");
+  if (!IsFile(data))
+    throw ConfigError("vehicle_model",
+                      "'" + vehicle_model + "' has no data beside it: " + data.string());
+  return data.string();
 }
 
 }  // namespace
@@ -53,7 +77,46 @@ void StartParams::Check(const std::string& path) const {
                                                            FormatNumber(distance_max_m) + ")");
 }
 
+void Scenario::MoreFields(config::GroupRef* group) {
+  if (plugins.empty()) return;
+  for (config::Field& field : group->fields) {
+    if (field.key == "controller")
+      field.value = plugins.ControllerChoice(std::get<config::EnumRef>(field.value));
+    if (field.key == "pose_estimator")
+      field.value = plugins.EstimatorChoice(std::get<config::EnumRef>(field.value));
+  }
+  plugins.AddGroups(group);
+}
+
+std::string Scenario::controller_name() const {
+  return plugins.controller().empty() ? NameOf(control.controller) : plugins.controller();
+}
+
+std::string Scenario::estimator_name() const {
+  return plugins.estimator().empty() ? NameOf(pose_estimator) : plugins.estimator();
+}
+
+control::ControlParams Scenario::ControlInUse() const {
+  control::ControlParams params = control;
+  if (!plugins.controller().empty()) params.own = plugins.Law();
+  return params;
+}
+
+std::unique_ptr<vision::PoseEstimator> Scenario::MakeEstimator(const std::string& name,
+                                                               Rng rng) const {
+  const StereoRig stereo = rig.MakeRig();
+  if (name == NameOf(EstimatorKind::kRmGa))
+    return std::make_unique<vision::RmGa>(estimator, marker, hue, stereo, rng);
+  if (name == NameOf(EstimatorKind::kBlobs))
+    return std::make_unique<vision::BlobEstimator>(vision::BlobParams{}, marker, hue, stereo);
+  if (name == NameOf(EstimatorKind::kFiducial))
+    return std::make_unique<vision::FiducialEstimator>(fiducial, stereo);
+  return plugins.MakeEstimator(name, {marker, hue, stereo, rng});
+}
+
 void Scenario::Check(const std::string& path) const {
+  plugins.Check();
+  vision::CheckHues(marker, hue);
   if (clock.frames_per_second % camera_period_frames != 0)
     throw ConfigError(JoinKey(path, "camera_period_frames"),
                       std::to_string(camera_period_frames) +
@@ -67,41 +130,17 @@ void Scenario::Check(const std::string& path) const {
                       "with pose_source = true_pose only thrusters can fail: nothing is seen");
 }
 
-void CheckMarker(const Scenario& scenario, const vehicle::Scene& scene) {
-  if (scenario.marker_may_differ) return;
-  constexpr double kTol_m = 1e-3;
-  const auto fail = [&](const std::string& ball, const std::string& problem) {
-    throw ConfigError("marker.balls", "ball " + ball + " " + problem + " (" + scenario.model +
-                                          "); set marker_may_differ to run all the same");
-  };
-  const auto text = [](const Eigen::Vector3d& p, double radius_m) {
-    return fmt::format("[{:.4g}, {:.4g}, {:.4g}] m with a radius of {:.4g} m", p.x(), p.y(), p.z(),
-                       radius_m);
-  };
-  for (const vision::BallParams& known : scenario.marker.balls) {
-    const auto real = std::find_if(scene.balls.begin(), scene.balls.end(),
-                                   [&](const auto& ball) { return ball.name == known.name; });
-    if (real == scene.balls.end()) fail(known.name, "is not in the scene");
-    if ((real->p_MQ - known.p_MQ_m).norm() > kTol_m ||
-        std::abs(real->radius_m - known.radius_m) > kTol_m)
-      fail(known.name, "is known at " + text(known.p_MQ_m, known.radius_m) +
-                           ", but in the scene it is at " + text(real->p_MQ, real->radius_m));
-  }
-  for (const vehicle::BallInScene& real : scene.balls) {
-    const auto& known = scenario.marker.balls;
-    if (std::none_of(known.begin(), known.end(),
-                     [&](const auto& ball) { return ball.name == real.name; }))
-      fail(real.name, "of the scene is not known");
-  }
-}
-
-Scenario ScenarioBefore(vision::Preset estimator, OpticsPreset optics) {
+Scenario ScenarioBefore(vision::Preset estimator, OpticsPreset optics,
+                        const std::string& vehicle_model, const Plugins& plugins) {
   Scenario scenario;
+  scenario.plugins = plugins.WithDefaults();
   const auto begin_with = [](const std::string& data, auto* object) {
     config::ReadFields(config::LoadYaml(data), object, nullptr);
   };
   scenario.estimator = vision::RmGaOptions::Of(estimator);
-  begin_with(config::ModelPath("vehicle.yaml"), &scenario.vehicle);
+  const std::string data = VehicleDataFile(vehicle_model);
+  begin_with(data, &scenario.vehicle);
+  scenario.known_vehicle = scenario.vehicle;
   begin_with(config::AssetPath("rig_default.yaml"), &scenario.rig);
   begin_with(config::AssetPath("marker_default.yaml"), &scenario.marker);
   begin_with(config::AssetPath("gains.yaml"), &scenario);
@@ -110,7 +149,7 @@ Scenario ScenarioBefore(vision::Preset estimator, OpticsPreset optics) {
 }
 
 Scenario LoadScenario(const std::string& name, const std::vector<std::string>& assignments,
-                      const std::string& gains_file) {
+                      const std::string& gains_file, const Plugins& plugins) {
   config::Layers layers{
       .files = {config::LoadYaml(config::FindBundled("scenarios", "scenario", name))},
       .assignments = assignments};
@@ -121,14 +160,33 @@ Scenario LoadScenario(const std::string& name, const std::vector<std::string>& a
 
   Scenario scenario =
       ScenarioBefore(config::Peek(layers, "estimator.preset", Scenario().estimator.preset),
-                     config::Peek(layers, "optics", Scenario().optics));
+                     config::Peek(layers, "optics", Scenario().optics),
+                     VehicleModelIn(layers, file.file), plugins);
   const config::Origins origins = config::ReadLayers(layers, &scenario);
-  ResolveModel(file.file, origins, &scenario);
+  for (const auto& [key, model] : {std::pair{"model", &scenario.model},
+                                   {"vehicle_model", &scenario.vehicle_model},
+                                   {"station_model", &scenario.station_model}})
+    if (const auto origin = origins.find(key); origin != origins.end())
+      *model = ResolvedModel(key, *model, file.file, origin->second);
+  // The bundled scenes have the default marker: there is no need to look.
+  const bool takes_balls =
+      !IsBundledModel(scenario.model) && std::ranges::none_of(origins, [](const auto& origin) {
+        return origin.first.starts_with("marker.balls");
+      });
+  const bool takes_tags =
+      scenario.pose_estimator == EstimatorKind::kFiducial && scenario.fiducial.tags.empty();
+  if (takes_balls || takes_tags) {
+    const vehicle::Scene scene = vehicle::LoadScene(SceneFilesOf(scenario), scenario.rig);
+    if (takes_balls) TakeBalls(scene, &scenario);
+    if (takes_tags) TakeTags(scene, &scenario);
+    CheckFields(scenario, "");
+  }
   return scenario;
 }
 
-Scenario ParseScenario(const std::string& text, const std::string& name) {
+Scenario ParseScenario(const std::string& text, const std::string& name, const Plugins& plugins) {
   Scenario scenario;
+  scenario.plugins = plugins.WithDefaults();
   config::ReadLayers({.files = {config::ParseYaml(text, name)}}, &scenario);
   return scenario;
 }
@@ -150,13 +208,35 @@ std::vector<std::string> ResolutionAssignments(const std::string& text) {
   return {"rig.width_px=" + width, "rig.height_px=" + height};
 }
 
-std::string SceneFile(const Scenario& scenario) {
-  return IsBundledModel(scenario.model) ? config::ModelPath(scenario.model) : scenario.model;
+vehicle::SceneFiles SceneFilesOf(const Scenario& scenario) {
+  const Scenario defaults;
+  vehicle::SceneFiles files{.scene = PathOfModel(scenario.model)};
+  if (!IsBundledModel(scenario.model)) {
+    const fs::path folder = fs::path(files.scene).parent_path();
+    for (const auto& bundled : fs::directory_iterator(config::ModelPath("")))
+      if (bundled.path().extension() == ".xml" && !IsFile(folder / bundled.path().filename()))
+        files.parts[bundled.path().filename()] = bundled.path();
+  }
+  const auto take_for = [&](const std::string& key, const std::string& part,
+                            const std::string& model) {
+    if (model == part) return;
+    if (system::ReadWhole(files.scene).find("\"" + part + "\"") == std::string::npos)
+      throw ConfigError(key, "'" + model + "' cannot be taken for " + part + ", which " +
+                                 scenario.model + " does not include");
+    files.parts[part] = PathOfModel(model);
+  };
+  take_for("vehicle_model", defaults.vehicle_model, scenario.vehicle_model);
+  take_for("station_model", defaults.station_model, scenario.station_model);
+  return files;
 }
 
 std::string SaveScenario(const Scenario& scenario) { return config::SaveYaml(scenario); }
 
-std::vector<config::KeyDoc> ScenarioKeys() { return config::ListKeys<Scenario>(); }
+std::vector<config::KeyDoc> ScenarioKeys(const Plugins& plugins) {
+  Scenario defaults;
+  defaults.plugins = plugins.WithDefaults();
+  return config::internal::ListGroupKeys(config::GroupOf(&defaults));
+}
 
 Pose DrawStart(const Scenario& scenario) {
   Rng rng = SeedTree(static_cast<uint64_t>(scenario.seed)).Stream("start");

@@ -4,6 +4,7 @@
 // value and runs to the same digest.
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,7 @@
 #include "control/docking_procedure.h"
 #include "experiments/trial/dock_contact.h"
 #include "experiments/trial/faults.h"
+#include "experiments/trial/plugins.h"
 #include "experiments/trial/pose_source.h"
 #include "sim/base/camera.h"
 #include "sim/base/clock.h"
@@ -19,10 +21,13 @@
 #include "sim/camera/camera_params.h"
 #include "sim/light/marine_snow.h"
 #include "sim/light/optics_params.h"
+#include "sim/vehicle/attitude_sensor.h"
+#include "sim/vehicle/mooring.h"
 #include "sim/vehicle/scene.h"
 #include "sim/vehicle/sea.h"
 #include "sim/vehicle/vehicle_params.h"
 #include "sim/view/gl_context.h"
+#include "vision/fiducial_marker.h"
 #include "vision/hue_labels.h"
 #include "vision/marker_model.h"
 #include "vision/rm_ga_options.h"
@@ -68,12 +73,26 @@ constexpr auto Names(OpticsPreset) {
   return EnumList<OpticsPreset>({{kPublished, "published"}, {kModernDigital, "modern_digital"}});
 }
 
+// What finds the marker in the images, unless a plug-in does.
+enum class EstimatorKind {
+  kRmGa,      // its keys are those of `estimator`
+  kBlobs,     // the classical way, to compare with: vision/blob_estimator.h
+  kFiducial,  // reads AprilTags, to compare with; its keys are those of `fiducial`
+};
+constexpr auto Names(EstimatorKind) {
+  using enum EstimatorKind;
+  return EnumList<EstimatorKind>({{kRmGa, "rm_ga"}, {kBlobs, "blobs"}, {kFiducial, "fiducial"}});
+}
+
 struct Scenario {
   int schema_version = 0;
   std::string description;
   int64_t seed = 0;
   double duration_s = 0;
-  std::string model;  // MJCF file, a bundled one or a path
+  // MJCF files, bundled ones or paths.
+  std::string model;
+  std::string vehicle_model = "vehicle.xml";
+  std::string station_model = "station.xml";
   int camera_period_frames = 1;
   int camera_delay_frames = 1;
   double camera_drop_probability = 0;
@@ -86,6 +105,7 @@ struct Scenario {
   ClockParams clock;
   StartParams start;
   vehicle::SeaParams sea;
+  vehicle::MooringParams mooring;
   light::OpticsParams light;  // keys water, lamps, ball_lights, shading
   RigParams rig;
   camera::SensorParams sensor;
@@ -93,14 +113,19 @@ struct Scenario {
   camera::LensParams lens;
   vision::MarkerParams marker;
   vision::HueParams hue;
+  EstimatorKind pose_estimator = EstimatorKind::kRmGa;
   vision::RmGaOptions estimator;
+  vision::FiducialParams fiducial;
   PoseSource pose_source = PoseSource::kCameras;
   TruePoseParams true_pose;
   control::ProcedureParams procedure;
   control::ControlParams control;  // keys controller, p_voltage, pid, lqg
+  vehicle::AttitudeSensorParams attitude_sensor;
   vehicle::VehicleParams vehicle;
+  vehicle::VehicleData known_vehicle;  // as the controller knows it
   JamParams jam;
   Faults faults;
+  Plugins plugins;  // also choices of `controller` and `pose_estimator`, with a group each
 
   static void Fields(auto& self, auto&& field) {
     field("schema_version", self.schema_version, InRange(kScenarioSchema, kScenarioSchema),
@@ -111,6 +136,11 @@ struct Scenario {
           "simulated time after which the trial ends");
     field("model", self.model, Finite(),
           "MJCF file of the scene: a bundled one, or a path from the scenario's folder");
+    field("vehicle_model", self.vehicle_model, Finite(),
+          "MJCF file to be taken for the scene's vehicle.xml, its data (NAME.yaml) beside it: a "
+          "bundled one, or a path as above");
+    field("station_model", self.station_model, Finite(),
+          "MJCF file to be taken for the scene's station.xml: a bundled one, or a path as above");
     field("camera_period_frames", self.camera_period_frames, InRange(1, 240),
           "frames from one exposure to the next; the command holds in between");
     field("camera_drop_probability", self.camera_drop_probability, InRange(0, 0.99),
@@ -131,6 +161,7 @@ struct Scenario {
     field("clock", self.clock, Finite(), "frames and physics steps");
     field("start", self.start, Finite(), "where the vehicle begins");
     field("sea", self.sea, Finite(), "how the water moves");
+    field("mooring", self.mooring, Finite(), "how the station moves");
     field("water", self.light.water, Finite(), "what the water does to light");
     field("lamps", self.light.lamps, Finite(), "the vehicle's lamps");
     field("ball_lights", self.light.ball_lights, Finite(), "the light in the marker's balls");
@@ -141,7 +172,11 @@ struct Scenario {
     field("lens", self.lens, Finite(), "radial distortion that the estimator does not know of");
     field("marker", self.marker, Finite(), "the marker as the estimator knows it");
     field("hue", self.hue, Finite(), "which pixels agree with a ball");
+    field("pose_estimator", self.pose_estimator, Finite(),
+          "what finds the marker in the images; the keys of rm_ga are those of estimator");
     field("estimator", self.estimator, Finite(), "the pose search");
+    field("fiducial", self.fiducial, Finite(),
+          "the estimator that reads fiducial tags, and the tags as it knows them");
     field(
         "pose_source", self.pose_source, Finite(),
         "what the autopilot sees: the cameras through the estimator, or the true pose with noise");
@@ -151,11 +186,23 @@ struct Scenario {
     field("p_voltage", self.control.p_voltage, Finite(), "the published proportional law");
     field("pid", self.control.pid, Finite(), "proportional, integral and derivative control");
     field("lqg", self.control.lqg, Finite(), "linear-quadratic control with a Kalman filter");
+    field("levelling", self.control.levelling, Finite(), "roll and pitch, of a vehicle that can");
+    field("attitude_sensor", self.attitude_sensor, Finite(), "what says which way is down");
     field("vehicle", self.vehicle, Finite(), "mass, water forces, thrusters and contact");
+    field("known_vehicle", self.known_vehicle, Finite(),
+          "the vehicle as the controller knows it: the data of its file, whatever `vehicle` says");
     field("jam", self.jam, Finite(), "when the pole counts as jammed in the dock");
     field("faults", self.faults, Finite(), "what goes wrong, and when");
   }
+  void MoreFields(config::GroupRef* group);  // those of the plug-ins
   void Check(const std::string& path) const;
+
+  // The chosen law and estimator.
+  std::string controller_name() const;
+  std::string estimator_name() const;
+  control::ControlParams ControlInUse() const;
+  // An estimator by its name, a plug-in's or one of ours, with the scenario's parameters.
+  std::unique_ptr<vision::PoseEstimator> MakeEstimator(const std::string& name, Rng rng) const;
 
   // What is between the scene and the images.
   camera::CameraParams cameras() const {
@@ -169,40 +216,41 @@ struct Scenario {
   }
 };
 
-// Reads a scenario: struct defaults, models/vehicle.yaml, assets/gains.yaml and
-// (optics: published) optics.yaml, the file, the assignments ("water.milk_ml_m3=20"). `name` is a
-// file or a bundled scenario's name. ConfigError for whatever is wrong in them. A gains file, if
+// Reads a scenario: struct defaults, the vehicle's data (models/vehicle.yaml), assets/gains.yaml
+// and (optics: published) optics.yaml, the file, the assignments ("water.milk_ml_m3=20"). `name` is
+// a file or a bundled scenario's name. ConfigError for whatever is wrong in them. A gains file, if
 // there is one, is read between file and assignments; it holds any keys of a scenario but commonly
-// those of the control law.
+// those of the control law. `plugins` are what else `controller` and `pose_estimator` may name;
+// they stay with the scenario. The marker's balls, where no layer gives them, are those of the
+// scene; so are the tags of the estimator that reads them.
 Scenario LoadScenario(const std::string& name, const std::vector<std::string>& assignments,
-                      const std::string& gains_file = "");
+                      const std::string& gains_file = "", const Plugins& plugins = {});
 
-// What a scenario's file is read over, given its two presets: struct defaults and the data files
-// above.
-Scenario ScenarioBefore(vision::Preset estimator, OpticsPreset optics);
+// What a scenario's file is read over, given its presets and the file of its vehicle: struct
+// defaults and the data files above.
+Scenario ScenarioBefore(vision::Preset estimator, OpticsPreset optics,
+                        const std::string& vehicle_model, const Plugins& plugins = {});
 
 // Every value as YAML, with its description as a comment. Parsing it gives the same scenario, bit
 // for bit; `name` stands for the file in messages.
 std::string SaveScenario(const Scenario& scenario);
-Scenario ParseScenario(const std::string& text, const std::string& name);
+Scenario ParseScenario(const std::string& text, const std::string& name,
+                       const Plugins& plugins = {});
 
 // The table of all keys.
-std::vector<config::KeyDoc> ScenarioKeys();
+std::vector<config::KeyDoc> ScenarioKeys(const Plugins& plugins = {});
 
 // Smaller or larger images from the same cameras: "320x240" as assignments that give both this
 // size. The field of view across stays, so focal length and principal point follow. ConfigError for
 // anything else.
 std::vector<std::string> ResolutionAssignments(const std::string& text);
 
-// Path of the scenario's MJCF file.
-std::string SceneFile(const Scenario& scenario);
+// The scenario's MJCF files. What a scene includes and does not have beside it is the bundled one.
+// ConfigError for a scene without a vehicle.xml (station.xml) that another could be taken for.
+vehicle::SceneFiles SceneFilesOf(const Scenario& scenario);
 
 // Where the camera head begins, in the marker's frame, drawn from the scenario's seed.
 Pose DrawStart(const Scenario& scenario);
-
-// ConfigError when a ball of the marker as the estimator knows it is not where the scene has it, to
-// a millimetre, or one of the two has no such ball; unless the scenario says that they may differ.
-void CheckMarker(const Scenario& scenario, const vehicle::Scene& scene);
 
 }  // namespace turbidock::trial
 

@@ -20,15 +20,18 @@ ViewCriteria CriteriaOf(const Scenario& scenario) {
 std::string ResultJson(const TrialRecord& record) { return report::JsonText(record); }
 
 std::string TrajectoryCsv(const TrialLog& log) {
-  std::string csv =
+  std::string volts;
+  for (const std::string& thruster : log.thrusters) volts += thruster + "_v,";
+  std::string csv = fmt::format(
       "frame,time_s,stage,controlled,fitness,"
       "est_x_m,est_y_m,est_z_m,est_qw,est_qx,est_qy,est_qz,"
       "true_x_m,true_y_m,true_z_m,true_qw,true_qx,true_qy,true_qz,"
       "desired_x_m,desired_y_m,desired_z_m,desired_yaw_rad,"
-      "surge_left_v,surge_right_v,sway_v,heave_v,"
+      "{}"
       "vehicle_x_m,vehicle_y_m,vehicle_z_m,vehicle_qw,vehicle_qx,vehicle_qy,vehicle_qz,"
       "surge_mps,sway_mps,heave_mps,roll_rate_rad_s,pitch_rate_rad_s,yaw_rate_rad_s,"
-      "insertion_depth_m,dock_force_newton,collision_force_newton\n";
+      "insertion_depth_m,dock_force_newton,collision_force_newton\n",
+      volts);
   const auto add = [&csv](double x) { csv += "," + FormatNumber(x); };
   const auto add_pose = [&add](const Pose& X) {
     const Pose c = X.Canonical();
@@ -41,7 +44,8 @@ std::string TrajectoryCsv(const TrialLog& log) {
     add_pose(r.est_X_HM);
     add_pose(r.true_X_HM);
     for (const double x : {r.desired.x_m, r.desired.y_m, r.desired.z_m, r.desired.yaw_rad}) add(x);
-    for (const double volts : r.command.volts) add(volts);
+    for (size_t i = 0; i < log.thrusters.size(); ++i)
+      add(r.command.volts.empty() ? kNeutralVolts : r.command.volts[i]);
     add_pose(r.true_X_WB);
     for (const double x : r.true_V_WB_B.v) add(x);
     for (const double x : r.true_V_WB_B.w) add(x);

@@ -2,9 +2,10 @@
 // The record of a trial: one row a camera frame, in memory; files are made from it afterwards.
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
-#include "control/axis_volts.h"
+#include "control/axes.h"
 #include "control/docking_procedure.h"
 #include "sim/base/pose.h"
 #include "sim/base/thruster_command.h"
@@ -24,15 +25,16 @@ struct FrameRecord {
   Twist true_V_WB_B;
   AxesPose desired;
   bool controlled = false;  // false: the vehicle searches or drifts instead of following `desired`
-  control::AxisVolts demand;  // of the control law; zero without control
-  ThrusterCommand command;
-  double insertion_depth_m = 0;  // of the pole's tip past the dock's mouth
+  control::Axes demand = control::Axes::Zero();  // of the control law; zero without control
+  ThrusterCommand command;                       // a voltage for each thruster
+  double insertion_depth_m = 0;                  // of the pole's tip past the dock's mouth
   double dock_force_newton = 0;
   double collision_force_newton = 0;
 };
 
 struct TrialLog {
-  std::vector<FrameRecord> frames;
+  std::vector<std::string> thrusters{"surge_left", "surge_right", "sway", "heave"};
+  std::vector<FrameRecord> frames{};
 };
 
 }  // namespace turbidock::trial

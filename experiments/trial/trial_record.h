@@ -24,6 +24,7 @@ enum class Outcome {
   kFalseDock,    // but the pole is not in the hole
   kTimeout,      // the time was up
   kMarkerLost,   // the marker was found once and then lost for too long
+  kGaveUp,       // all attempts to dock failed
   kCollision,    // the vehicle touched something other than the inside of the dock
   kDiverged,     // the physics gave no usable state
   kInterrupted,  // the caller asked to stop
@@ -37,6 +38,7 @@ constexpr auto Names(Outcome) {
                             {kFalseDock, "false_dock"},
                             {kTimeout, "timeout"},
                             {kMarkerLost, "marker_lost"},
+                            {kGaveUp, "gave_up"},
                             {kCollision, "collision"},
                             {kDiverged, "diverged"},
                             {kInterrupted, "interrupted"},
@@ -61,6 +63,7 @@ enum class Failure {
   kLostInServoing,  // the marker was lost to the end of the trial, last seen while servoing
   kLostInDocking,   // the same, while docking
   kOscillation,     // the vehicle swung about the desired pose to the end: see FailureOf
+  kGaveUp,          // none of these, and all attempts failed
   kTimeout,         // none of these, and the time was up
   kCrashed,         // the trial's process ended
   kHung,            // the trial's process was stopped after its time limit
@@ -76,6 +79,7 @@ constexpr auto Names(Failure) {
                             {kLostInServoing, "lost_in_servoing"},
                             {kLostInDocking, "lost_in_docking"},
                             {kOscillation, "oscillation"},
+                            {kGaveUp, "gave_up"},
                             {kTimeout, "timeout"},
                             {kCrashed, "crashed"},
                             {kHung, "hung"}});
@@ -134,7 +138,9 @@ struct TrialRecord {
   AxesPose start, final_error_true, final_error_estimated;
   std::string estimator;
   double fitness_mean = 0, fitness_best = -1;
+  double attempts = 0, dockings = 0;  // whole; not a number where an older file does not say
   int returns_to_servoing = 0;
+  int64_t repeated_images = 0;
   double tracking_rms_m = 0, overshoot_m = 0, effort_v = 0;
   double insertion_depth_m = 0;
   std::optional<double> insertion_time_s;
@@ -151,7 +157,7 @@ struct TrialRecord {
   double wall_time_s = 0, real_time_factor = 0, peak_memory_mib = 0;
   double cpu_time_s = 0;
   int64_t rss_bytes = 0;
-  std::string log;
+  std::string printed;
 
   bool ended() const { return IsOwnEnd(outcome); }
   bool success() const { return failure == Failure::kNone; }
@@ -164,7 +170,8 @@ struct TrialRecord {
     field("docked", self.docked, kVerdict, "the criterion was met on the estimate");
     field("inserted", self.inserted, kVerdict,
           "truth, at the end: the pole's tip is inside the straight hole");
-    field("time_s", self.time_s, kVerdict, "simulated, when the criterion was met, else the end");
+    field("time_s", self.time_s, kVerdict,
+          "simulated, when the criterion was met for the last time, else the end");
     field("start", self.start, kFigure.As("start_{}").StoredOnly(),
           "camera head in the marker's frame at the beginning");
     field("final_error_true", self.final_error_true, kFigure.As("final_error_true_{}"),
@@ -175,7 +182,12 @@ struct TrialRecord {
           "what made the estimates: an estimator's name, or true_pose");
     field("fitness_mean", self.fitness_mean, kFigure, "F, over all frames");
     field("fitness_best", self.fitness_best, kFigure, "largest F");
+    field("attempts", self.attempts, kFigure, "to dock: how often that stage began");
+    field("dockings", self.dockings, kFigure,
+          "how often the criterion was met; more than once where it undocks and docks again");
     field("returns_to_servoing", self.returns_to_servoing, kFigure, "from docking, how often");
+    field("repeated_images", self.repeated_images, kReport,
+          "images that were their camera's last one again, byte for byte: taken for black");
     field("tracking_rms_m", self.tracking_rms_m, kFigure,
           "root mean square of the true y and z errors together, each at most 1 m, after the "
           "approach; of all frames if that never ended");
@@ -213,7 +225,7 @@ struct TrialRecord {
           "resident memory of the process until the trial's end, at most");
     field("cpu_time_s", self.cpu_time_s, kRun.StoredOnly(), "of the worker in this job");
     field("rss_bytes", self.rss_bytes, kRun.StoredOnly(), "memory of the worker after the job");
-    field("log", self.log, kLog.StoredOnly(),
+    field("log", self.printed, kLog.StoredOnly(),
           "of a trial without an end of its own: the last of what it printed");
   }
 };

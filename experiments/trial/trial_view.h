@@ -47,7 +47,7 @@ inline std::string StageTitle(control::Stage stage) {
 // video halves the resolution of colour, and two hues on top of each other would mix to a third.
 struct ViewColors {
   Rgb estimate, truth, desired, limit;
-  std::array<Rgb, 4> stages;  // in the order of Stage
+  std::array<Rgb, 5> stages;  // in the order of Stage
 
   const Rgb& Of(control::Stage stage) const { return stages[static_cast<size_t>(stage)]; }
 };
@@ -57,13 +57,13 @@ inline constexpr ViewColors kOnPaper = {
     .truth = {158, 166, 174},
     .desired = {200, 40, 96},
     .limit = {46, 139, 87},
-    .stages = {{{148, 156, 164}, {74, 144, 217}, {216, 152, 24}, {60, 168, 110}}}};
+    .stages = {{{148, 156, 164}, {74, 144, 217}, {216, 152, 24}, {60, 168, 110}, {150, 110, 190}}}};
 
 inline constexpr ViewColors kOnDark = {
     .estimate = {58, 164, 255},
     .truth = {236, 240, 244},
     .desired = {255, 112, 164},
     .limit = {92, 214, 146},
-    .stages = {{{160, 170, 180}, {88, 166, 240}, {250, 196, 72}, {84, 208, 140}}}};
+    .stages = {{{160, 170, 180}, {88, 166, 240}, {250, 196, 72}, {84, 208, 140}, {190, 150, 235}}}};
 
 }  // namespace turbidock::trial

@@ -1,8 +1,10 @@
 #include "experiments/trial/world.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
+#include "experiments/trial/scene_marker.h"
 #include "sim/light/surfaces.h"
 #include "sim/vehicle/sea.h"
 
@@ -10,6 +12,12 @@ namespace turbidock::trial {
 namespace {
 
 constexpr int kSpectatorWidth_px = 320, kSpectatorHeight_px = 240;
+
+// Of the x axis about the vertical.
+double HeadingOf(const Pose& X_WD) {
+  const Eigen::Vector3d x_W = X_WD.q * Eigen::Vector3d::UnitX();
+  return std::atan2(x_W.y(), x_W.x());
+}
 
 }  // namespace
 
@@ -26,12 +34,14 @@ World::Cameras::Cameras(const Scenario& scenario, const vehicle::Scene& scene,
 World::World(const Scenario& scenario, const TrialOptions& options)
     : seeds_(static_cast<uint64_t>(scenario.seed)),
       clock_(scenario.clock),
-      scene_(vehicle::LoadScene(SceneFile(scenario), scenario.rig)),
+      scene_(vehicle::LoadScene(SceneFilesOf(scenario), scenario.rig)),
       faults_(scenario.faults),
       visitors_(view::VisitorsOf(faults_.visitors, scene_, seeds_.Stream("faults").NextU64())),
       optics_(scenario.light),
       rig_(scene_.rig),
-      plant_(scene_, scenario.vehicle, clock_, vehicle::Sea(scenario.sea, seeds_.Stream("sea"))) {
+      plant_(scene_, scenario.vehicle, clock_, vehicle::Sea(scenario.sea, seeds_.Stream("sea")),
+             {scenario.mooring, HeadingOf(scene_.X_WD), seeds_.Stream("mooring")}),
+      attitude_sensor_(scenario.attitude_sensor, seeds_.Stream("attitude")) {
   CheckMarker(scenario, scene_);
   if (scenario.pose_source == PoseSource::kCameras)
     cameras_.emplace(scenario, scene_, visitors_, seeds_);
@@ -41,8 +51,8 @@ World::World(const Scenario& scenario, const TrialOptions& options)
                         "true_pose draws nothing; a video needs pose_source = cameras");
     spectator_.emplace(*cameras_->context, scene_, kSpectatorWidth_px, kSpectatorHeight_px);
   }
-  plant_.SetThrusterFaults(faults_.thrusters);
-  const Pose X_WH = scene_.X_WM * DrawStart(scenario);
+  plant_.SetThrusterFaults(faults_.thrusters, "faults");
+  const Pose X_WH = plant_.X_WM() * DrawStart(scenario);
   plant_.Reset(X_WH * scene_.X_BH.Inverse());
 }
 

@@ -14,6 +14,7 @@
 #include "sim/base/stage_timer.h"
 #include "sim/base/thruster_command.h"
 #include "sim/camera/stereo_camera.h"
+#include "sim/vehicle/attitude_sensor.h"
 #include "sim/vehicle/plant.h"
 #include "sim/vehicle/scene.h"
 #include "sim/view/gl_context.h"
@@ -53,8 +54,14 @@ class World {
   std::optional<std::string> Advance(const ThrusterCommand& command,
                                      vehicle::ContactReport* contacts);
 
-  Pose true_X_HM() const { return (plant_.truth().X_WB * scene_.X_BH).Inverse() * scene_.X_WM; }
+  // What the attitude sensor says now; each reading has noise of its own.
+  Attitude ReadAttitude() {
+    const vehicle::VehicleTruth truth = plant_.truth();
+    return attitude_sensor_.Read(truth.X_WB, truth.V_WB_B);
+  }
+  Pose true_X_HM() const { return (plant_.truth().X_WB * scene_.X_BH).Inverse() * plant_.X_WM(); }
   const vehicle::Plant& plant() const { return plant_; }
+  const vehicle::Scene& scene() const { return scene_; }
   const SeedTree& seeds() const { return seeds_; }
   // What draws, and why it is not the kind asked for; empty where nothing draws or it is.
   std::string renderer() const { return cameras_ ? cameras_->context->description() : ""; }
@@ -92,6 +99,7 @@ class World {
   StereoRig rig_;               // likewise
   Disturbance disturbance_;
   vehicle::Plant plant_;
+  vehicle::AttitudeSensor attitude_sensor_;
   std::optional<Cameras> cameras_;
   std::optional<view::SpectatorRenderer> spectator_;
   Image3u8 spectator_image_;

@@ -46,6 +46,9 @@ struct SensorParams {
   double highlight_fade = 0;
   double video_noise_dn = 0;
 
+  // Whether two images of the same view differ.
+  bool noisy() const { return read_noise_electrons > 0 || shot_noise || video_noise_dn > 0; }
+
   static void Fields(auto& self, auto&& field) {
     field("full_scale_radiance_w_m2_sr", self.full_scale_radiance_w_m2_sr, Above(0),
           "radiance that fills the well, and gives 255 DN at gain 1");

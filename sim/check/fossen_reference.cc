@@ -11,8 +11,6 @@ using Eigen::Vector3d;
 using vehicle::Matrix6d;
 using vehicle::Vector6d;
 
-constexpr double kGravity_mps2 = 9.81;
-
 Matrix3d Skew(const Vector3d& a) {
   Matrix3d S;
   S << 0, -a[2], a[1], a[2], 0, -a[0], -a[1], a[0], 0;

@@ -9,6 +9,8 @@
 
 namespace turbidock::check {
 
+inline constexpr double kGravity_mps2 = 9.81;
+
 // Free motion only: no contacts, thrusters, tether, loads or coupled damping, fully submerged. Not
 // for a pitch near 90 degrees.
 class FossenReference {

@@ -25,7 +25,6 @@ using vehicle::SeaState;
 using vehicle::Vector6d;
 using vehicle::VehicleParams;
 
-constexpr double kGravity_mps2 = 9.81;
 constexpr double kHalfPercent = 0.005;
 // Of quantities that the step has no part in: rounding, accumulated over many steps.
 constexpr double kRounding = 1e-6;
@@ -524,7 +523,7 @@ std::vector<PhysicsCheck> MeasurePhysicsCost(const std::string& scene_file) {
   // Rounds so short that few are interrupted.
   constexpr int kTicks = 96, kRounds = 201;
   const ThrusterCommand command{.volts = {3.5, 3.5, 3, 2}};
-  const Scene scene = vehicle::LoadScene(scene_file, {});
+  const Scene scene = vehicle::LoadScene({scene_file}, {});
   SeaParams sea{.state = SeaState::kModerate};
   sea.current.gust_std_mps = 0.02;
   Plant plant(scene, {}, {}, Sea(sea, SeaStream()));

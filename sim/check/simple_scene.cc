@@ -28,8 +28,8 @@ vehicle::Scene MakeScene(const std::string& world, const std::string& option) {
   scene.vehicle_body = mj_name2id(m, mjOBJ_BODY, "vehicle");
   scene.pole_tip_site = mj_name2id(m, mjOBJ_SITE, "pole_tip");
   scene.dock_mouth_site = mj_name2id(m, mjOBJ_SITE, "dock_mouth");
-  for (const char* name : {"surge_left", "surge_right", "sway", "heave"})
-    scene.thruster_actuators.push_back(mj_name2id(m, mjOBJ_ACTUATOR, name));
+  for (int actuator = 0; actuator < m->nu; ++actuator)
+    scene.thrusters.push_back(vehicle::ThrusterAt(*m, actuator));
   for (int g = 0; g < m->ngeom; ++g) {
     const char* text = mj_id2name(m, mjOBJ_GEOM, g);
     const std::string_view name = text ? text : "";

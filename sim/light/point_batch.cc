@@ -258,8 +258,8 @@ void BoundShadowLoop(ShadowBound bound, PointBatch& b) {
     const float slope = Dot(bound.gradient, b.ray_x[i], b.ray_y[i], b.ray_z[i]);
     const float t = -bound.constant / slope;
     const float from = b.dark_begin_w[i], to = b.dark_end_w[i];
-    b.dark_begin_w[i] = (slope < 0.0f) & (t > from) ? t : from;
-    b.dark_end_w[i] = (slope > 0.0f) & (t < to) ? t : to;
+    b.dark_begin_w[i] = ((slope < 0.0f) & (t > from)) ? t : from;
+    b.dark_end_w[i] = ((slope > 0.0f) & (t < to)) ? t : to;
   }
 }
 

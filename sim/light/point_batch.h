@@ -14,6 +14,7 @@ namespace turbidock::light {
 
 struct PointBatch {
   static constexpr int kSize = 128;
+  static constexpr int kVector = 16;  // points are computed in whole vectors
   using Values = float[kSize];
 
   int count = 0;

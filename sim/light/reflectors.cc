@@ -7,13 +7,11 @@
 namespace turbidock::light {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr const char* kPlate = "station_plate";
 // Longest side of a patch. At half the size halos change by 2 % (next to the plate's edge by 5 %).
 constexpr double kPatch_m = 0.16;
 // Faces smaller than this share of a box's largest one do not count: a plate's edges.
 constexpr double kMinShare = 0.2;
-constexpr int kVector = 16;  // points are computed in whole vectors
 
 void SetPoint(const Eigen::Vector3f& p_H, const Eigen::Vector3f& normal_H, int i,
               PointBatch* batch) {
@@ -53,7 +51,7 @@ void Reflectors::AddFaces(int geom, const Surface& box) {
     const int columns = static_cast<int>(std::ceil(side_m[a] / kPatch_m));
     const int rows = static_cast<int>(std::ceil(side_m[b] / kPatch_m));
     const double area_m2 = side_m[a] * side_m[b] / (columns * rows);
-    const double radius_m = std::sqrt(area_m2 / kPi);
+    const double radius_m = std::sqrt(area_m2 / std::numbers::pi);
     for (int patch = 0; patch < 2 * columns * rows; ++patch) {
       Reflector reflector;
       reflector.geom = geom;
@@ -69,7 +67,8 @@ void Reflectors::AddFaces(int geom, const Surface& box) {
           p_S[b] = along(patch / 2 / columns, v, rows, side_m[b]);
           reflector.samples_S.emplace_back(p_S.cast<float>());
         }
-      reflector.per_irradiance_m2_sr = (area_m2 / kPi * box.albedo.array()).cast<float>();
+      reflector.per_irradiance_m2_sr =
+          (area_m2 / std::numbers::pi * box.albedo.array()).cast<float>();
       reflector.halo = Halo(radius_m, /*disc=*/true);
       reflector.glow.radius_m = radius_m;
       reflectors_.push_back(std::move(reflector));
@@ -106,14 +105,14 @@ void Reflectors::Illuminate(const SurfaceTable& surfaces, std::span<const Placed
       const auto radius_m = static_cast<float>(reflector.glow.radius_m);
       SetPoint(at.p_HS + radius_m * normal_H, normal_H, count++, batch);
     }
-    for (int i = count; i < kVector; ++i)
+    for (int i = count; i < PointBatch::kVector; ++i)
       SetPoint({batch->x_m[0], batch->y_m[0], batch->z_m[0]},
                {batch->normal_x[0], batch->normal_y[0], batch->normal_z[0]}, i, batch);
-    batch->count = kVector;
+    batch->count = PointBatch::kVector;
     for (auto* channel : {batch->red, batch->green, batch->blue})
-      std::fill_n(channel, kVector, 0.0f);
+      std::fill_n(channel, PointBatch::kVector, 0.0f);
     for (const Lamp& lamp : lamps) {
-      std::fill_n(batch->visible, kVector, 1.0f);
+      std::fill_n(batch->visible, PointBatch::kVector, 1.0f);
       for (const int geom : casters)
         if (geom != reflector.geom)
           CastShadow(surfaces[geom], placed[static_cast<size_t>(geom)], lamp.p_HE.cast<float>(),

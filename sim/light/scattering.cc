@@ -7,8 +7,6 @@
 namespace turbidock::light {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 Light LightOf(const Rgb& rgb) {
   return {static_cast<float>(rgb[0]), static_cast<float>(rgb[1]), static_cast<float>(rgb[2]), 0};
 }
@@ -66,7 +64,7 @@ Medium MakeMedium(const WaterParams& params) {
 
 double HenyeyGreenstein(double g, double mu) {
   const double x = 1 + g * g - 2 * g * mu;
-  return (1 - g * g) / (4 * kPi * x * std::sqrt(x));
+  return (1 - g * g) / (4 * std::numbers::pi * x * std::sqrt(x));
 }
 
 double BeamPattern(const LampParams& beam, double cos_alpha) {
@@ -150,7 +148,7 @@ HaloTable::HaloTable(const Medium& medium, const Rgb& diffuse_per_m, const Glow&
   constexpr int kSubsteps = 4;
   const auto phi_at = [](int j) {
     const double w = -1 + 2.0 * j / (kPlaces - 1);
-    return std::abs(w) == 1 ? w * kPi / 2 : std::atan(w / (1 - std::abs(w)));
+    return std::abs(w) == 1 ? w * std::numbers::pi / 2 : std::atan(w / (1 - std::abs(w)));
   };
   const Rgb scale = medium.scattering_per_m * glow.intensity_w_sr;
   nodes_.reserve(kOffsets * kPlaces);

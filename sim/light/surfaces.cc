@@ -186,6 +186,8 @@ SurfaceTable SurfaceTable::FromScene(const vehicle::Scene& scene,
   const mjModel& model = *scene.model;
   const vehicle::MjDataPtr data = AtRest(scene);
   const Pose X_HW = vehicle::SitePose(*data, scene.camera_head_site).Inverse();
+  const Pose X_KW =
+      scene.berth.body >= 0 ? vehicle::BodyPose(*data, scene.berth.body).Inverse() : Pose();
   std::vector<Surface> surfaces(model.ngeom);
   for (int geom = 0; geom < model.ngeom; ++geom) {
     Surface& surface = surfaces[geom];
@@ -193,10 +195,16 @@ SurfaceTable SurfaceTable::FromScene(const vehicle::Scene& scene,
     surface.name = name ? name : "number " + std::to_string(geom);
     surface.shape = ShapeOf(model.geom_type[geom], surface.name);
     surface.size_m = Eigen::Vector3d(model.geom_size + 3 * geom);
-    surface.on_vehicle =
-        model.body_rootid[model.geom_bodyid[geom]] == model.body_rootid[scene.vehicle_body];
+    const int root = model.body_rootid[model.geom_bodyid[geom]];
     const Pose X_WS = GeomPose(*data, geom);
-    surface.X_AS = surface.on_vehicle ? X_HW * X_WS : X_WS;
+    surface.X_AS = X_WS;
+    if (root == model.body_rootid[scene.vehicle_body]) {
+      surface.fixed_to = FixedTo::kVehicle;
+      surface.X_AS = X_HW * X_WS;
+    } else if (root == scene.berth.body) {
+      surface.fixed_to = FixedTo::kBerth;
+      surface.X_AS = X_KW * X_WS;
+    }
     surface.albedo = Eigen::Vector3f(model.geom_rgba + 4 * geom).cast<double>();
     surface.casts_shadow = scene.geom_part[geom] == vehicle::Part::kMarker;
   }
@@ -204,7 +212,7 @@ SurfaceTable SurfaceTable::FromScene(const vehicle::Scene& scene,
     surfaces.push_back({.name = visitor.name,
                         .shape = visitor.ball ? Shape::kSphere : Shape::kBox,
                         .size_m = visitor.half_size_m,
-                        .on_vehicle = false,
+                        .fixed_to = FixedTo::kWorld,
                         .X_AS = visitor.X_WV,
                         .albedo = visitor.albedo,
                         .casts_shadow = false,

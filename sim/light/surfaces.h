@@ -13,6 +13,13 @@
 
 namespace turbidock::light {
 
+// What a surface goes with, and A, the frame that it stands still in.
+enum class FixedTo {
+  kWorld,    // A = W
+  kVehicle,  // A = H
+  kBerth,    // A = K: marker and station, where they can move (vehicle::Berth)
+};
+
 enum class Shape { kPlane, kSphere, kCapsule, kEllipsoid, kCylinder, kBox };
 
 struct Surface {
@@ -21,8 +28,8 @@ struct Surface {
   // MuJoCo's geom_size: sphere (radius, -, -); capsule and cylinder (radius, half length along z,
   // -); ellipsoid semi-axes; box half sides. A plane is z = 0, faces +z and is taken as endless.
   Eigen::Vector3d size_m = Eigen::Vector3d::Constant(0.5);
-  bool on_vehicle = false;
-  Pose X_AS;  // A = H for the vehicle's own surfaces, W for the rest, which does not move
+  FixedTo fixed_to = FixedTo::kWorld;
+  Pose X_AS;
   Eigen::Vector3d albedo = Eigen::Vector3d::Constant(0.5);  // linear, diffuse
   bool casts_shadow = false;
   std::string shines_as{};  // a visitor: the ball whose light it has; empty: none

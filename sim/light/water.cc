@@ -11,8 +11,6 @@
 namespace turbidock::light {
 namespace {
 
-// Whole vectors of points are computed: the last one is repeated to fill them.
-constexpr int kVector = 16;
 // Distance of the pixels that are metered: half of a ball's disc at 1 m in the default rig.
 constexpr int kMeter_px = 10;
 
@@ -22,8 +20,9 @@ void Load(const LightPoint& point, int i, PointBatch* batch) {
   batch->depth_m[i] = point.depth_m;
 }
 
+// With the last point, to a whole vector.
 void FillUp(int count, PointBatch* batch) {
-  batch->count = (count + kVector - 1) / kVector * kVector;
+  batch->count = (count + PointBatch::kVector - 1) / PointBatch::kVector * PointBatch::kVector;
   for (int i = count; i < batch->count; ++i) {
     batch->u_px[i] = batch->u_px[count - 1];
     batch->v_px[i] = batch->v_px[count - 1];
@@ -235,13 +234,16 @@ void Water::PaintRows(Side side, int row_begin, int row_end, float* rgb) const {
 
 void Water::Place(const view::RenderedStereo& rendered) {
   const Pose X_HW = rendered.X_WH.Inverse();
+  const Pose X_HK = X_HW * rendered.X_WK;
   up_H_ = (X_HW.q * Eigen::Vector3d::UnitZ()).cast<float>();
   const int visitors = static_cast<int>(rendered.visitors.size());
   const int first_visitor = surfaces_.size() - visitors;
   TD_CHECK(first_visitor >= 0, "visitors that the water does not know");
   for (int geom = 0; geom < surfaces_.size(); ++geom) {
     const Surface& surface = surfaces_[geom];
-    Pose X_HS = surface.on_vehicle ? surface.X_AS : X_HW * surface.X_AS;
+    Pose X_HS = surface.X_AS;
+    if (surface.fixed_to == FixedTo::kWorld) X_HS = X_HW * surface.X_AS;
+    if (surface.fixed_to == FixedTo::kBerth) X_HS = X_HK * surface.X_AS;
     if (geom >= first_visitor) {
       const auto& visitor = rendered.visitors[static_cast<size_t>(geom - first_visitor)];
       X_HS = X_HW * visitor.X_WV;

@@ -31,7 +31,7 @@ std::string GeomName(const mjModel& m, int geom) {
 }  // namespace
 
 Plant::Plant(const Scene& scene, const VehicleParams& params, const ClockParams& clock,
-             const Sea& sea)
+             const Sea& sea, const Mooring& mooring)
     : scene_(scene),
       clock_(clock),
       body_(params.LoadedRigidBody()),
@@ -39,11 +39,15 @@ Plant::Plant(const Scene& scene, const VehicleParams& params, const ClockParams&
       total_mass_(RigidBodyInertia(body_) + hydro_.added_mass),
       initial_sea_(sea),
       sea_(sea),
-      thrusters_(params.thrusters) {
+      initial_mooring_(mooring),
+      mooring_(mooring),
+      thrusters_(params.thrusters.Of(NamesOf(scene.thrusters), "vehicle.thrusters"),
+                 params.thrusters.Effectiveness(scene.thrusters.size())) {
   CheckFields(params, "vehicle");
   CheckFields(clock, "clock");
   TD_CHECK(scene.model && scene.vehicle_body > 0, "the scene has no vehicle");
   CheckModel();
+  CheckBerth();
 
   model_.reset(mj_copyModel(nullptr, scene.model.get()));
   data_.reset(mj_makeData(model_.get()));
@@ -54,6 +58,7 @@ Plant::Plant(const Scene& scene, const VehicleParams& params, const ClockParams&
   model_->opt.integrator = mjINT_EULER;
   OverwriteRigidBody();
   WeighConstraints();
+  HoldBerth();
   OverwriteContacts(params.contact);
   Reset({Eigen::Quaterniond(Eigen::Vector4d::Map(model_->qpos0 + qpos_adr_ + 3)({1, 2, 3, 0})),
          Vector3d::Map(model_->qpos0 + qpos_adr_)});
@@ -73,9 +78,8 @@ void Plant::CheckModel() const {
     if (m.dof_damping[dof] != 0 || m.dof_armature[dof] != 0 || m.dof_frictionloss[dof] != 0)
       throw ConfigError("the vehicle's free joint must have no damping, armature or frictionloss");
   }
-  const auto& actuators = scene_.thruster_actuators;
-  TD_CHECK(actuators.empty() || actuators.size() == kThrusterCount, "four thrusters or none");
-  for (const int a : actuators) {
+  for (const ThrusterInScene& thruster : scene_.thrusters) {
+    const int a = thruster.actuator;
     const Vector3d axis = Vector3d::Map(m.actuator_gear + 6 * a);
     const bool unit_force =
         std::abs(axis.norm() - 1) < 1e-9 && Vector3d::Map(m.actuator_gear + 6 * a + 3).isZero() &&
@@ -83,9 +87,53 @@ void Plant::CheckModel() const {
         m.actuator_biastype[a] == mjBIAS_NONE && !m.actuator_forcelimited[a] &&
         !m.actuator_ctrllimited[a];
     if (m.actuator_trntype[a] != mjTRN_SITE || !unit_force)
-      throw ConfigError(std::string("thruster ") + mj_id2name(&m, mjOBJ_ACTUATOR, a) +
+      throw ConfigError("thruster " + thruster.name +
                         " must be a motor at a site with a gear of length 1 and no limits: the "
                         "limits are the thruster's data");
+  }
+}
+
+void Plant::CheckBerth() const {
+  const MooringParams& params = initial_mooring_.params();
+  const auto require = [](bool moves, int joint, const char* key, const char* name) {
+    if (moves && joint < 0)
+      throw ConfigError(std::string("mooring.") + key,
+                        "needs a scene whose station stands on a joint " + std::string(name) +
+                            ", such as sea_moored_active.xml");
+  };
+  const auto [x, y, yaw] = scene_.berth.joints;
+  require(params.swing_x_m > 0, x, "swing_x_m", "mooring_x");
+  require(params.swing_y_m > 0, y, "swing_y_m", "mooring_y");
+  require(params.drawn(), x, "natural_period_s", "mooring_x");
+  require(params.drawn(), y, "natural_period_s", "mooring_y");
+  require(params.turns(), yaw, "vane_length_m", "mooring_yaw");
+}
+
+// Nothing that touches the station moves it: contacts feel it as they feel the world, but for its
+// velocity.
+void Plant::HoldBerth() {
+  constexpr double kHeavy = 1e9;  // kg, kg m^2
+  mjModel& m = *model_;
+  if (scene_.berth.body < 0) return;
+  for (int b = 0; b < m.nbody; ++b)
+    if (m.body_weldid[b] == scene_.berth.body)
+      m.body_invweight0[2 * b] = m.body_invweight0[2 * b + 1] = 0;
+  for (const int joint : scene_.berth.joints) {
+    if (joint < 0) continue;
+    m.dof_armature[m.jnt_dofadr[joint]] = kHeavy;
+    m.dof_invweight0[m.jnt_dofadr[joint]] = 0;
+  }
+}
+
+// Gives the station the velocity that takes it where the mooring has it at the end of the tick.
+void Plant::MoveBerth() {
+  if (scene_.berth.body < 0) return;
+  mooring_.Step(sea_, time_s(), clock_.dt_s());
+  for (int axis = 0; axis < 3; ++axis) {
+    const int joint = scene_.berth.joints[axis];
+    if (joint < 0) continue;
+    const double now = data_->qpos[model_->jnt_qposadr[joint]];
+    data_->qvel[model_->jnt_dofadr[joint]] = (mooring_.displacement()[axis] - now) / clock_.dt_s();
   }
 }
 
@@ -175,6 +223,13 @@ void Plant::Reset(const Pose& X_WB) {
   const Eigen::Quaterniond q = X_WB.q.normalized();
   Eigen::Vector4d::Map(qpos + 3) << q.w(), q.x(), q.y(), q.z();
   sea_ = initial_sea_;
+  mooring_ = initial_mooring_;
+  if (scene_.berth.body >= 0) {
+    mooring_.Reset(sea_, At3(model_->body_pos, scene_.berth.body));
+    for (int axis = 0; axis < 3; ++axis)
+      if (const int joint = scene_.berth.joints[axis]; joint >= 0)
+        data_->qpos[model_->jnt_qposadr[joint]] = mooring_.displacement()[axis];
+  }
   thrusters_.Reset();
   tick_ = 0;
   extra_F_B_ = {};
@@ -238,19 +293,19 @@ BodyInWater Plant::CurrentBody(const WaterMotion& water) const {
           .gravity_W = Vector3d::Map(model_->opt.gravity)};
 }
 
-ThrusterForces Plant::ThrusterInflow(const Vector3d& water_v_W) const {
-  ThrusterForces inflow_mps{};
+PerThruster Plant::ThrusterInflow(const Vector3d& water_v_W) const {
+  PerThruster inflow_mps;
   const Vector3d v_WB = Vector3d::Map(data_->qvel + dof_adr_);
   const Vector3d w_W =
       RotationAt(data_->xmat, scene_.vehicle_body) * Vector3d::Map(data_->qvel + dof_adr_ + 3);
   const Vector3d p_WB = At3(data_->xpos, scene_.vehicle_body);
-  for (size_t i = 0; i < scene_.thruster_actuators.size(); ++i) {
-    const int actuator = scene_.thruster_actuators[i];
+  for (const ThrusterInScene& thruster : scene_.thrusters) {
+    const int actuator = thruster.actuator;
     const int site = model_->actuator_trnid[2 * actuator];
     const Vector3d axis_W =
         RotationAt(data_->site_xmat, site) * Vector3d::Map(model_->actuator_gear + 6 * actuator);
     const Vector3d v_site_W = v_WB + w_W.cross(At3(data_->site_xpos, site) - p_WB);
-    inflow_mps[i] = axis_W.dot(v_site_W - water_v_W);
+    inflow_mps.push_back(axis_W.dot(v_site_W - water_v_W));
   }
   return inflow_mps;
 }
@@ -275,6 +330,8 @@ std::optional<std::string> Plant::Step(const ThrusterCommand& command) {
     tether_F_B.tau = p_BQ.cross(tether_F_B.f);
   }
 
+  MoveBerth();
+
   // all forces into MuJoCo
   const Wrench F_B = hydro.damping + hydro.buoyancy + hydro.inertial + tether_F_B + extra_F_B_;
   mjtNum* applied = d->qfrc_applied + dof_adr_;
@@ -282,9 +339,10 @@ std::optional<std::string> Plant::Step(const ThrusterCommand& command) {
   Vector3d::Map(applied + 3) = F_B.tau;
   const ThrusterForces& thrust_newton = thrusters_.Step(
       command, ThrusterInflow(water_now.v_W), dt_s,
-      thruster_faults_.empty() ? kSoundThrusters : FactorsAt(thruster_faults_, time_s()));
-  for (size_t i = 0; i < scene_.thruster_actuators.size(); ++i)
-    d->ctrl[scene_.thruster_actuators[i]] = thrust_newton[i];
+      thruster_faults_.empty() ? ThrusterFactors{}
+                               : FactorsAt(thruster_faults_, scene_.thrusters.size(), time_s()));
+  for (size_t i = 0; i < scene_.thrusters.size(); ++i)
+    d->ctrl[scene_.thrusters[i].actuator] = thrust_newton[i];
 
   // the rest of MuJoCo's step, from the positions that the last one left
   mj_fwdVelocity(m, d);

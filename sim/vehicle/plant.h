@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "sim/base/clock.h"
@@ -12,6 +11,7 @@
 #include "sim/base/thruster_command.h"
 #include "sim/vehicle/energy_balance.h"
 #include "sim/vehicle/hydrodynamics.h"
+#include "sim/vehicle/mooring.h"
 #include "sim/vehicle/scene.h"
 #include "sim/vehicle/sea.h"
 #include "sim/vehicle/thruster_fault.h"
@@ -26,7 +26,7 @@ struct VehicleTruth {
   int64_t tick = 0;
   Pose X_WB;
   Twist V_WB_B;  // of B in W, expressed in B
-  ThrusterForces thrust_newton{};
+  ThrusterForces thrust_newton;
 };
 
 // What touches what. Forces are the sum of the contacts' magnitudes in the last tick.
@@ -53,8 +53,10 @@ class Plant {
   // The parameters are checked (ConfigError). The mass and inertia of the vehicle's body and of
   // whatever is fixed to it give way to the parameters', and so do friction and bounce of pole and
   // dock (against anything else MuJoCo takes the larger friction and the mean bounce). A scene
-  // without thrusters, dock or pole is allowed.
-  Plant(const Scene& scene, const VehicleParams& params, const ClockParams& clock, const Sea& sea);
+  // without thrusters, dock or pole is allowed. The station moves as `mooring` says, for which the
+  // scene must have the joints (ConfigError).
+  Plant(const Scene& scene, const VehicleParams& params, const ClockParams& clock, const Sea& sea,
+        const Mooring& mooring = {});
 
   // At rest in the world at X_WB, thrusters off, tick 0, the sea as it was given.
   void Reset(const Pose& X_WB);
@@ -70,13 +72,15 @@ class Plant {
   // The sea becomes this one (Sea::Become), until Reset.
   void SetSea(const SeaParams& params) { sea_.Become(params); }
 
-  // What will be wrong with the thrusters, and when; also after Reset.
-  void SetThrusterFaults(std::vector<ThrusterFault> faults) {
-    thruster_faults_ = std::move(faults);
+  // What will be wrong with the thrusters, and when; also after Reset. ConfigError below `path` for
+  // a thruster that the vehicle does not have.
+  void SetThrusterFaults(const std::vector<ThrusterFault>& faults, const std::string& path) {
+    thruster_faults_ = Numbered(faults, NamesOf(scene_.thrusters), path);
   }
 
-  // Advances one tick under a constant command. Returns why the state is no longer usable (not
-  // finite, MuJoCo warning), or nothing when all is well. After a failure only Reset helps.
+  // Advances one tick under a constant command for each of the scene's thrusters. Returns why the
+  // state is no longer usable (not finite, MuJoCo warning), or nothing when all is well. After a
+  // failure only Reset helps.
   std::optional<std::string> Step(const ThrusterCommand& command);
 
   int64_t tick() const { return tick_; }
@@ -84,6 +88,8 @@ class Plant {
   VehicleTruth truth() const;
   ContactReport contacts() const;
   PoleInDock pole() const;
+  Pose X_WM() const { return SitePose(*data_, scene_.marker_site); }  // the marker, now
+  const Mooring& mooring() const { return mooring_; }
   EnergyBalance energy() const;
   WaterMotion water() const;  // at the centre of buoyancy, now
   const mjModel& model() const { return *model_; }
@@ -91,12 +97,15 @@ class Plant {
 
  private:
   void CheckModel() const;
+  void CheckBerth() const;
+  void HoldBerth();
+  void MoveBerth();
   void OverwriteRigidBody();
   void WeighConstraints();
   void OverwriteContacts(const ContactParams& contact);
   void AddAddedMass();
   void UpdatePositions();
-  ThrusterForces ThrusterInflow(const Eigen::Vector3d& water_v_W) const;
+  PerThruster ThrusterInflow(const Eigen::Vector3d& water_v_W) const;
   BodyInWater CurrentBody(const WaterMotion& water) const;
   void SumContacts();
   void AddWork(const Twist& V_before, const HydroWrenches& hydro, const Wrench& tether_F_B,
@@ -112,8 +121,9 @@ class Plant {
   HydroModel hydro_;      // with loads
   Matrix6d total_mass_;   // rigid and added, about B's origin, SNAME order
   Sea initial_sea_, sea_;
+  Mooring initial_mooring_, mooring_;
   Thrusters thrusters_;
-  std::vector<ThrusterFault> thruster_faults_;
+  std::vector<NumberedThrusterFault> thruster_faults_;
   MjModelPtr model_;
   MjDataPtr data_;
   int qpos_adr_ = 0, dof_adr_ = 0;  // of the vehicle's free joint

@@ -1,11 +1,19 @@
 #include "sim/vehicle/scene.h"
 
+#include <algorithm>
 #include <array>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <new>
+#include <optional>
+#include <set>
 #include <string_view>
 
 #include "sim/base/check.h"
 #include "sim/base/frames.h"
+#include "sim/base/thruster_command.h"
 #include "sim/base/units.h"
 #include "sim/vehicle/mujoco_handlers.h"
 
@@ -16,7 +24,41 @@ using Eigen::Matrix3d;
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-constexpr std::array kThrusterNames = {"surge_left", "surge_right", "sway", "heave"};
+constexpr ModelName kModelNames[] = {
+    {"vehicle", "body", "vehicle", "the vehicle, with one free joint; frame B, x forward, z up"},
+    {"vehicle", "site", "camera_head",
+     "frame H, as B: midway between the two cameras, which look along its x"},
+    {"vehicle", "camera", "left", "fixed in the vehicle; the rig's data say where and how wide"},
+    {"vehicle", "camera", "right", "likewise"},
+    {"vehicle", "site", "lamp_left", "a lamp, its beam along the site's x"},
+    {"vehicle", "site", "lamp_right", "likewise"},
+    {"vehicle", "site", "pole_tip", "foremost point of the docking pole"},
+    {"vehicle", "geom", "pole", "the docking pole"},
+    {"vehicle", "geom", "hull_*", "everything else of the vehicle; there is no other geom"},
+    {"vehicle", "motor", "*",
+     "1 to 16 thrusters, each at a site of its own that it pushes along the x axis of"},
+    {"marker", "body", "marker", "the marker, without joints of its own"},
+    {"marker", "site", "marker", "frame M, its axes as H's when the vehicle faces it squarely"},
+    {"marker", "geom", "ball_*",
+     "a ball, a sphere; what follows ball_ is what its colour is called"},
+    {"marker", "geom", "marker_*", "everything else of the marker"},
+    {"station", "body", "station", "the station, without joints of its own"},
+    {"station", "site", "dock_mouth", "frame D: the mouth's middle, x where the pole goes in"},
+    {"station", "site", "dock_throat",
+     "where the straight hole begins, axes as D: a box whose half sizes in y and z are the hole's"},
+    {"station", "geom", "dock_*", "what the pole may touch"},
+    {"station", "geom", "station_*", "everything else of the station"},
+    {"tags", "site", "tag_*",
+     "where there are any: a fiducial tag, fixed to the marker, named by its number; a box whose "
+     "half sizes in y and z are those of its black square; x into it, z up as it is printed"},
+    {"berth", "joint", "mooring_x",
+     "slides the body that holds station and marker along W's x, as mooring.* says; needed where "
+     "it does"},
+    {"berth", "joint", "mooring_y", "likewise along W's y"},
+    {"berth", "joint", "mooring_yaw", "turns it about W's z; the last of its joints"},
+    {"world", "camera", "spectator", "the view from outside"},
+    {"world", "geom", "*", "surroundings, such as floor and wall_left"},
+};
 
 const char* NameOfType(mjtObj type) {
   switch (type) {
@@ -39,13 +81,80 @@ Pose PoseFrom(const mjtNum* p, const mjtNum* row_major_rotation) {
           Eigen::Map<const Vector3d>(p)};
 }
 
-MjModelPtr ReadModel(const std::string& path) {
+namespace fs = std::filesystem;
+
+Quaterniond QuaternionAt(const mjtNum* values, int index) {
+  const mjtNum* q = values + 4 * static_cast<ptrdiff_t>(index);
+  return {q[0], q[1], q[2], q[3]};
+}
+
+// Files in memory that MuJoCo takes before those on disk.
+class FilesInMemory {
+ public:
+  FilesInMemory() { mj_defaultVFS(files_.get()); }
+  ~FilesInMemory() { mj_deleteVFS(files_.get()); }
+  FilesInMemory(const FilesInMemory&) = delete;
+  FilesInMemory& operator=(const FilesInMemory&) = delete;
+
+  // The file at `path` under this name.
+  void Add(const std::string& name, const fs::path& path) {
+    std::ifstream in(path, std::ios::binary);
+    const std::string bytes((std::istreambuf_iterator<char>(in)), {});
+    if (!in.good() && !in.eof()) throw ConfigError(path.string() + ": cannot be read");
+    if (bytes.empty()) throw ConfigError(path.string() + ": is empty");
+    if (mj_makeEmptyFileVFS(files_.get(), name.c_str(), static_cast<int>(bytes.size())) != 0)
+      throw ConfigError(path.string() + ": cannot be taken for " + name);
+    const int file = mj_findFileVFS(files_.get(), name.c_str());
+    std::memcpy(files_->filedata[file], bytes.data(), bytes.size());
+  }
+
+  const mjVFS* get() const { return files_.get(); }
+
+ private:
+  std::unique_ptr<mjVFS> files_ = std::make_unique<mjVFS>();
+};
+
+// Meshes and pictures in a folder, which a part that lies there may name.
+void AddAssets(const fs::path& folder, FilesInMemory* files) {
+  constexpr std::array kKinds = {".stl", ".obj", ".msh", ".png", ".hf"};
+  constexpr std::uintmax_t kMost_bytes = 64 << 20;
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+    const std::string kind = entry.path().extension().string();
+    if (std::find(kKinds.begin(), kKinds.end(), kind) == kKinds.end()) continue;
+    if (!entry.is_regular_file(ignored) || entry.file_size(ignored) > kMost_bytes) continue;
+    if (mj_findFileVFS(files->get(), entry.path().filename().c_str()) < 0)
+      files->Add(entry.path().filename(), entry.path());
+  }
+}
+
+// The scene, and the parts in it that it does not name.
+std::string Where(const SceneFiles& files) {
+  std::string where = files.scene;
+  for (const auto& [name, path] : files.parts)
+    if (fs::path(path).filename() != name) where += " with " + path;
+  return where;
+}
+
+MjModelPtr ReadModel(const SceneFiles& scene) {
+  const std::string& path = scene.scene;
+  std::optional<FilesInMemory> files;  // megabytes: only where it is needed
+  if (!scene.parts.empty()) {
+    files.emplace();
+    std::set<fs::path> folders;
+    for (const auto& [name, file] : scene.parts) {
+      files->Add(name, file);
+      folders.insert(fs::path(file).parent_path());
+    }
+    for (const fs::path& folder : folders) AddAssets(folder, &*files);
+  }
   std::array<char, 1024> message{};
-  MjModelPtr model(mj_loadXML(path.c_str(), nullptr, message.data(), message.size()));
+  MjModelPtr model(
+      mj_loadXML(path.c_str(), files ? files->get() : nullptr, message.data(), message.size()));
   // A message beside a model is a warning: a file of ours must not have any.
   if (!model && std::string(message.data()).find("allocate") != std::string::npos)
     throw std::bad_alloc();  // the machine's fault, not the file's
-  if (!model || message[0] != '\0') throw ConfigError(path + ": " + message.data());
+  if (!model || message[0] != '\0') throw ConfigError(Where(scene) + ": " + message.data());
   return model;
 }
 
@@ -56,7 +165,12 @@ class Contract {
 
   int Find(mjtObj type, const std::string& name) const {
     const int id = mj_name2id(&model_, type, name.c_str());
-    Require(id >= 0, "no " + std::string(NameOfType(type)) + " named \"" + name + "\"");
+    if (id >= 0) return id;
+    std::string meaning;
+    for (const ModelName& known : kModelNames)
+      if (known.name == name && std::string_view(known.kind) == NameOfType(type))
+        meaning = std::string(" (") + known.meaning + ")";
+    Require(false, "no " + std::string(NameOfType(type)) + " named \"" + name + "\"" + meaning);
     return id;
   }
 
@@ -74,11 +188,54 @@ class Contract {
     return camera;
   }
 
-  // A body that stands still in the world.
-  int FindStaticBody(const std::string& name) const {
+  // A body that stands still in the world or in the berth.
+  int FindBerthed(const std::string& name, const Berth& berth) const {
     const int body = Find(mjOBJ_BODY, name);
-    Require(model_.body_weldid[body] == 0, "body \"" + name + "\" must not have joints");
+    const int fixed_to = std::max(berth.body, 0);
+    Require(model_.body_weldid[body] == fixed_to,
+            fixed_to == 0
+                ? "body \"" + name + "\" must not have joints"
+                : "body \"" + name + "\" must be fixed in the body with the mooring's joints");
     return body;
+  }
+
+  // The body with the mooring's joints; none is allowed.
+  Berth FindBerth() const {
+    Berth berth;
+    constexpr const char* kNames[] = {"mooring_x", "mooring_y", "mooring_yaw"};
+    int before = -1;
+    for (int axis = 0; axis < 3; ++axis) {
+      const char* name = kNames[axis];
+      const int joint = mj_name2id(&model_, mjOBJ_JOINT, name);
+      if (joint < 0) continue;
+      berth.joints[axis] = joint;
+      const std::string called = "joint \"" + std::string(name) + "\"";
+      const int body = model_.jnt_bodyid[joint];
+      Require(berth.body < 0 || berth.body == body,
+              called + " must belong to the body of the mooring's other joints");
+      berth.body = body;
+      Require(joint > before, called + " must come after the others: x, y, yaw");
+      before = joint;
+      Require(model_.body_parentid[body] == 0 &&
+                  QuaternionAt(model_.body_quat, body).coeffs() == Quaterniond::Identity().coeffs(),
+              called + " must belong to a body of the world, unturned");
+      const bool is_yaw = axis == 2;
+      const Vector3d along = is_yaw ? Vector3d::UnitZ() : Vector3d::Unit(axis);
+      Require(
+          model_.jnt_type[joint] == (is_yaw ? mjJNT_HINGE : mjJNT_SLIDE) &&
+              Vector3d::Map(model_.jnt_axis + 3 * joint) == along,
+          called + (is_yaw ? " must be a hinge about 0 0 1"
+                           : " must slide along " + std::string(axis == 0 ? "1 0 0" : "0 1 0")));
+      const int dof = model_.jnt_dofadr[joint];
+      Require(!model_.jnt_limited[joint] && model_.jnt_stiffness[joint] == 0 &&
+                  model_.dof_damping[dof] == 0 && model_.dof_frictionloss[dof] == 0 &&
+                  model_.qpos0[model_.jnt_qposadr[joint]] == 0,
+              called + " must be free: no limits, stiffness, damping, friction or ref");
+    }
+    Require(berth.body < 0 || model_.body_jntnum[berth.body] ==
+                                  std::ranges::count_if(berth.joints, [](int j) { return j >= 0; }),
+            "the body with the mooring's joints must have no others");
+    return berth;
   }
 
   int FindVehicle() const {
@@ -89,15 +246,36 @@ class Contract {
     return body;
   }
 
-  int FindThruster(const std::string& name, int vehicle_body) const {
-    const int actuator = Find(mjOBJ_ACTUATOR, name);
-    const mjtNum* gear = model_.actuator_gear + 6 * actuator;
-    bool pushes_along_x = model_.actuator_trntype[actuator] == mjTRN_SITE && gear[0] == 1;
-    for (int i = 1; i < 6; ++i) pushes_along_x = pushes_along_x && gear[i] == 0;
-    Require(
-        pushes_along_x && model_.site_bodyid[model_.actuator_trnid[2 * actuator]] == vehicle_body,
-        "actuator \"" + name + "\" must push along the x axis of a site of the vehicle");
-    return actuator;
+  // All of the model's motors.
+  std::vector<ThrusterInScene> FindThrusters(int vehicle_body) const {
+    std::vector<ThrusterInScene> thrusters;
+    std::map<int, std::string> at_site;
+    Require(1 <= model_.nu && model_.nu <= kMaxThrusters,
+            "has " + std::to_string(model_.nu) + " motors, must have 1 to " +
+                std::to_string(kMaxThrusters) + ": the vehicle's thrusters");
+    for (int actuator = 0; actuator < model_.nu; ++actuator) {
+      const std::string name = Name(mjOBJ_ACTUATOR, actuator);
+      Require(!name.empty(), "motor " + std::to_string(actuator) + " has no name");
+      constexpr std::string_view kAllowed =
+          "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_";
+      Require(name.find_first_not_of(kAllowed) == std::string::npos,
+              "motor \"" + name + "\" must have a name of letters, digits and underscores");
+      const mjtNum* gear = model_.actuator_gear + 6 * actuator;
+      bool pushes_along_x = model_.actuator_trntype[actuator] == mjTRN_SITE && gear[0] == 1;
+      for (int i = 1; i < 6; ++i) pushes_along_x = pushes_along_x && gear[i] == 0;
+      const int site = model_.actuator_trnid[2 * actuator];
+      Require(pushes_along_x && model_.site_bodyid[site] == vehicle_body,
+              "motor \"" + name + "\" must push along the x axis of a site of the vehicle");
+      const int reference = model_.actuator_trnid[2 * actuator + 1];
+      Require(reference < 0, "motor \"" + name + "\" must push at one site, but names \"" +
+                                 Name(mjOBJ_SITE, site) + "\" and, as its refsite, \"" +
+                                 Name(mjOBJ_SITE, reference) + "\"");
+      const auto [other, is_first] = at_site.emplace(site, name);
+      Require(is_first, "motors \"" + other->second + "\" and \"" + name +
+                            "\" must not share the site \"" + Name(mjOBJ_SITE, site) + "\"");
+      thrusters.push_back(ThrusterAt(model_, actuator));
+    }
+    return thrusters;
   }
 
   std::string Name(mjtObj type, int id) const {
@@ -180,18 +358,65 @@ void PlaceCamera(const Pose& X_BH, const Pose& X_HC, const CameraIntrinsics& int
 
 }  // namespace
 
-Scene LoadScene(const std::string& mjcf_path, const RigParams& rig) {
+std::span<const ModelName> ModelNames() { return kModelNames; }
+
+MjModelPtr LoadModel(const std::string& path) {
+  InstallMujocoHandlers();
+  return ReadModel({path});
+}
+
+std::vector<ModelName> LackingVehicleNames(const mjModel& model) {
+  constexpr std::pair<std::string_view, mjtObj> kTypes[] = {
+      {"body", mjOBJ_BODY}, {"site", mjOBJ_SITE}, {"camera", mjOBJ_CAMERA}, {"geom", mjOBJ_GEOM}};
+  const auto has = [&](const ModelName& wanted) {
+    const std::string_view name = wanted.name;
+    if (name == "*") return model.nu > 0;
+    for (const auto& [kind, type] : kTypes) {
+      if (kind != wanted.kind) continue;
+      if (!name.ends_with('*')) return mj_name2id(&model, type, wanted.name) >= 0;
+      for (int geom = 0; geom < model.ngeom; ++geom) {
+        const char* own = mj_id2name(&model, type, geom);
+        if (own && std::string_view(own).starts_with(name.substr(0, name.size() - 1))) return true;
+      }
+    }
+    return false;
+  };
+  std::vector<ModelName> lacking;
+  for (const ModelName& wanted : kModelNames)
+    if (std::string_view(wanted.of) == "vehicle" && !has(wanted)) lacking.push_back(wanted);
+  return lacking;
+}
+
+ThrusterInScene ThrusterAt(const mjModel& m, int actuator) {
+  const char* name = mj_id2name(&m, mjOBJ_ACTUATOR, actuator);
+  const int site = m.actuator_trnid[2 * actuator];
+  return {.name = name ? name : "",
+          .actuator = actuator,
+          .p_BT = Vector3d::Map(m.site_pos + 3 * site),
+          .axis_B = QuaternionAt(m.site_quat, site) * Vector3d::UnitX()};
+}
+
+std::vector<std::string> NamesOf(const std::vector<ThrusterInScene>& thrusters) {
+  std::vector<std::string> names;
+  names.reserve(thrusters.size());
+  for (const ThrusterInScene& thruster : thrusters) names.push_back(thruster.name);
+  return names;
+}
+
+Scene LoadScene(const SceneFiles& files, const RigParams& rig) {
   InstallMujocoHandlers();
   CheckFields(rig, "rig");
   Scene scene;
-  scene.model = ReadModel(mjcf_path);
+  scene.model = ReadModel(files);
   scene.rig = rig.MakeRig();
   mjModel* m = scene.model.get();
-  const Contract contract(*m, mjcf_path);
+  const std::string where = Where(files);
+  const Contract contract(*m, where);
 
   scene.vehicle_body = contract.FindVehicle();
-  scene.marker_body = contract.FindStaticBody("marker");
-  scene.station_body = contract.FindStaticBody("station");
+  scene.berth = contract.FindBerth();
+  scene.marker_body = contract.FindBerthed("marker", scene.berth);
+  scene.station_body = contract.FindBerthed("station", scene.berth);
   scene.camera_head_site = contract.FindSite("camera_head", scene.vehicle_body);
   scene.pole_tip_site = contract.FindSite("pole_tip", scene.vehicle_body);
   scene.marker_site = contract.FindSite("marker", scene.marker_body);
@@ -199,8 +424,7 @@ Scene LoadScene(const std::string& mjcf_path, const RigParams& rig) {
   scene.dock_throat_site = contract.FindSite("dock_throat", scene.station_body);
   for (const char* name : {"lamp_left", "lamp_right"})
     scene.lamp_sites.push_back(contract.FindSite(name, scene.vehicle_body));
-  for (const char* name : kThrusterNames)
-    scene.thruster_actuators.push_back(contract.FindThruster(name, scene.vehicle_body));
+  scene.thrusters = contract.FindThrusters(scene.vehicle_body);
   scene.left_camera = contract.FindCamera("left", scene.vehicle_body);
   scene.right_camera = contract.FindCamera("right", scene.vehicle_body);
   scene.spectator_camera = contract.FindCamera("spectator", 0);
@@ -237,8 +461,7 @@ Pose SitePose(const mjData& d, int site) {
 }
 
 Pose BodyPose(const mjData& d, int body) {
-  const mjtNum* q = d.xquat + 4 * body;
-  return {Quaterniond(q[0], q[1], q[2], q[3]), Eigen::Map<const Vector3d>(d.xpos + 3 * body)};
+  return {QuaternionAt(d.xquat, body), Eigen::Map<const Vector3d>(d.xpos + 3 * body)};
 }
 
 }  // namespace turbidock::vehicle

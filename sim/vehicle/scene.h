@@ -1,18 +1,7 @@
 #pragma once
 // The scene: an MJCF model and the names in it that the rest of the program relies on.
 //
-// Contract of models/*.xml (a missing or misplaced name is an error that says so):
-//   body vehicle (free joint)
-//     sites camera_head (frame H), lamp_left, lamp_right (beam along the site's x), pole_tip;
-//     cameras left, right; geoms hull_* and pole, no other; actuators surge_left, surge_right,
-//     sway, heave, each at a site and pushing along the site's x
-//   body marker (static)
-//     site marker (frame M); geoms marker_* and ball_* (one sphere a ball)
-//   body station (static)
-//     geoms station_* and dock_*; site dock_mouth (frame D); site dock_throat, axes as D, where the
-//     straight hole begins: a box whose half sizes in y and z are the hole's
-//   world
-//     geoms floor, wall_*; camera spectator
+// What it must name is in ModelNames(); a missing or misplaced name is an error that says so.
 // Geometry and appearance are the MJCF's, a geom's rgba being its linear albedo; masses, inertia
 // and camera optics are data (VehicleParams, RigParams) that overwrite the nominal values in the
 // MJCF when the scene is made. Geoms of group 3 take part in contacts only and are never drawn.
@@ -20,7 +9,10 @@
 #include <mujoco/mujoco.h>
 
 #include <Eigen/Core>
+#include <array>
+#include <map>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -28,6 +20,15 @@
 #include "sim/base/pose.h"
 
 namespace turbidock::vehicle {
+
+// A name that the program relies on.
+struct ModelName {
+  const char* of;    // the part that has it: "vehicle", "marker", "station", "world"
+  const char* kind;  // "body", "site", "camera", "geom", "motor"
+  const char* name;  // or how it begins: "hull_*"; "*": any
+  const char* meaning;
+};
+std::span<const ModelName> ModelNames();
 
 struct MjModelDeleter {
   void operator()(mjModel* m) const { mj_deleteModel(m); }
@@ -49,6 +50,31 @@ struct BallInScene {
   double radius_m = 0;
 };
 
+// A thruster as it stands in the vehicle.
+struct ThrusterInScene {
+  std::string name;  // of the motor
+  int actuator = -1;
+  Eigen::Vector3d p_BT = Eigen::Vector3d::Zero();  // where it pushes, in the vehicle's body frame
+  Eigen::Vector3d axis_B = Eigen::Vector3d::UnitX();  // where to
+};
+// The thruster of a motor at a site.
+ThrusterInScene ThrusterAt(const mjModel& m, int actuator);
+std::vector<std::string> NamesOf(const std::vector<ThrusterInScene>& thrusters);
+
+// The body that holds station and marker, where it can move: its joints, -1 for those it lacks.
+struct Berth {
+  int body = -1;                             // -1: nothing moves
+  std::array<int, 3> joints = {-1, -1, -1};  // mooring_x, mooring_y, mooring_yaw; -1: has none
+};
+
+// Where the files of a scene are.
+struct SceneFiles {
+  std::string scene;  // MJCF
+  // Files to be taken for those that the scene includes by these names, wherever it would look for
+  // them; meshes and textures that they name stand beside them.
+  std::map<std::string, std::string> parts{};
+};
+
 // A loaded model and the ids that others need. Constant after loading.
 struct Scene {
   MjModelPtr model;
@@ -56,23 +82,30 @@ struct Scene {
   int vehicle_body = -1, marker_body = -1, station_body = -1;
   int camera_head_site = -1, pole_tip_site = -1, marker_site = -1;
   int dock_mouth_site = -1, dock_throat_site = -1;
-  std::vector<int> lamp_sites;          // left, right
-  std::vector<int> thruster_actuators;  // surge_left, surge_right, sway, heave
+  std::vector<int> lamp_sites;             // left, right
+  std::vector<ThrusterInScene> thrusters;  // in the order of their motors
   int left_camera = -1, right_camera = -1, spectator_camera = -1;
   std::vector<Part> geom_part;  // by geom id
   std::vector<BallInScene> balls;
-  Pose X_BH;                       // camera head in the vehicle's body frame
-  Pose X_WM;                       // marker in the world
-  Pose X_WD;                       // dock's mouth in the world
+  Pose X_BH;  // camera head in the vehicle's body frame
+  Berth berth;
+  Pose X_WM;                       // marker in the world, undisplaced
+  Pose X_WD;                       // dock's mouth in the world, undisplaced
   Eigen::Vector3d p_HQ_pole_tip;   // in H
   double dock_throat_depth_m = 0;  // from the mouth to where the straight hole begins, along D's x
   double dock_throat_half_width_m = 0;  // half the inner side of the square hole
 };
 
-// Loads an MJCF file, checks the contract and puts the rig's cameras in place (pose in H, field of
+// Loads a scene, checks the contract and puts the rig's cameras in place (pose in H, field of
 // view). Throws ConfigError with the file's name and MuJoCo's message (which has the line) or what
 // is missing.
-Scene LoadScene(const std::string& mjcf_path, const RigParams& rig);
+Scene LoadScene(const SceneFiles& files, const RigParams& rig);
+
+// A model by itself, which need not be a scene: MJCF, or URDF as far as MuJoCo reads it.
+// ConfigError as above.
+MjModelPtr LoadModel(const std::string& path);
+// The names of a vehicle that it lacks.
+std::vector<ModelName> LackingVehicleNames(const mjModel& model);
 
 // Pose of a site or body in the world, from computed positions in `d`.
 Pose SitePose(const mjData& d, int site);

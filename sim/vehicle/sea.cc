@@ -115,13 +115,19 @@ void Sea::Step(double dt_s) {
   gust_rate_ = (gust_end_ - gust_begin_) / dt_s;
 }
 
+Vector3d Sea::Current(const Vector3d& p_WQ) const {
+  const CurrentParams& current = params_.current;
+  const double remaining =
+      current.decay_depth_m > 0 ? std::exp(std::min(p_WQ.z(), 0.0) / current.decay_depth_m) : 1.0;
+  Vector3d v_W = remaining * current.surface_velocity_mps;
+  v_W.head<2>() += gust_begin_;
+  return v_W;
+}
+
 WaterMotion Sea::At(const Vector3d& p_WQ, double time_s) const {
   WaterMotion motion;
   const double z_m = std::min(p_WQ.z(), 0.0);
-  const CurrentParams& current = params_.current;
-  const double remaining = current.decay_depth_m > 0 ? std::exp(z_m / current.decay_depth_m) : 1.0;
-  motion.v_W = remaining * current.surface_velocity_mps;
-  motion.v_W.head<2>() += gust_begin_;
+  motion.v_W = Current(p_WQ);
   motion.a_W.head<2>() = gust_rate_;
 
   // Elevation a cos(theta) with theta = k s - w t + phase gives, along the direction of travel and

@@ -152,6 +152,9 @@ class Sea {
   // Moves the gusts on to the tick of length dt_s that begins now (exact for any length).
   void Step(double dt_s);
 
+  // Current and gust at the beginning of that tick, without the waves, in W.
+  Eigen::Vector3d Current(const Eigen::Vector3d& p_WQ) const;
+
   // At the beginning of that tick.
   WaterMotion At(const Eigen::Vector3d& p_WQ, double time_s) const;
 

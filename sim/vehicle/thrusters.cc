@@ -2,18 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace turbidock::vehicle {
 namespace {
-
-// Value at x of the polyline through (xs, ys), held constant beyond its ends.
-double Interpolate(const std::vector<double>& xs, const std::vector<double>& ys, double x) {
-  if (x <= xs.front()) return ys.front();
-  if (x >= xs.back()) return ys.back();
-  const size_t i = std::upper_bound(xs.begin(), xs.end(), x) - xs.begin();
-  const double share = (x - xs[i - 1]) / (xs[i] - xs[i - 1]);
-  return ys[i - 1] + share * (ys[i] - ys[i - 1]);
-}
 
 // Solution after dt of y' = (target - y) / tau with |y'| <= rate. A rate of 0 means no limit.
 double LimitedLag(double y, double target, double tau_s, double rate, double dt_s) {
@@ -31,52 +23,68 @@ double LimitedLag(double y, double target, double tau_s, double rate, double dt_
 
 }  // namespace
 
-void ThrusterParams::Check(const std::string& path) const {
-  const std::string key = JoinKey(path, "table_volts");
-  if (table_volts.size() != table_thrust_newton.size())
-    throw ConfigError(key, "has " + std::to_string(table_volts.size()) + " values but there are " +
-                               std::to_string(table_thrust_newton.size()) + " thrusts");
-  if (table_volts.empty()) return;
-  if (table_volts.size() < 2) throw ConfigError(key, "needs at least two points");
-  for (size_t i = 1; i < table_volts.size(); ++i) {
-    if (table_volts[i] <= table_volts[i - 1]) throw ConfigError(key, "must increase");
-    if (table_thrust_newton[i] < table_thrust_newton[i - 1])
-      throw ConfigError(JoinKey(path, "table_thrust_newton"), "must not fall as the voltage rises");
-  }
-  const double at_neutral = Interpolate(table_volts, table_thrust_newton, kNeutralVolts);
-  if (at_neutral != 0)
-    throw ConfigError(
-        key, "gives " + FormatNumber(at_neutral) + " N at the neutral voltage, must give none");
+std::string Listed(const std::vector<std::string>& names) {
+  std::string list;
+  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
+  return list;
 }
 
-double StaticThrust(const ThrusterParams& params, double volts) {
-  volts = std::clamp(volts, 0.0, kMaxVolts);
-  if (!params.table_volts.empty())
-    return Interpolate(params.table_volts, params.table_thrust_newton, volts);
-  const double beyond = std::abs(volts - kNeutralVolts) - params.dead_band_volts;
-  if (beyond <= 0) return 0;
-  const double share = beyond / (kNeutralVolts - params.dead_band_volts);
-  const double size = params.max_thrust_newton * std::pow(share, params.curve_exponent);
-  return volts > kNeutralVolts ? size : -params.reverse_ratio * size;
+std::vector<ThrusterKind> ThrusterParams::Of(const std::vector<std::string>& names,
+                                             const std::string& path) const {
+  if (names.empty()) return {};
+  if (!effectiveness.empty() && effectiveness.size() != names.size())
+    throw ConfigError(JoinKey(path, "effectiveness"),
+                      "has " + std::to_string(effectiveness.size()) + " values, but there are " +
+                          std::to_string(names.size()) + " thrusters: " + Listed(names));
+  std::vector<ThrusterKind> kinds(names.size(), *this);
+  std::vector<bool> given(names.size());
+  for (size_t i = 0; i < individual.size(); ++i) {
+    const std::string key = JoinKey(path, "individual[" + std::to_string(i) + "].thruster");
+    const auto at = std::find(names.begin(), names.end(), individual[i].thruster);
+    if (at == names.end())
+      throw ConfigError(key, "'" + individual[i].thruster + "' is no thruster of the vehicle (" +
+                                 Listed(names) + ")");
+    const size_t thruster = at - names.begin();
+    if (given[thruster]) throw ConfigError(key, "'" + individual[i].thruster + "' is given twice");
+    given[thruster] = true;
+    kinds[thruster] = individual[i];
+  }
+  return kinds;
+}
+
+PerThruster ThrusterParams::Effectiveness(size_t thrusters) const {
+  if (effectiveness.empty()) return PerThruster(thrusters, 1.0);
+  return {effectiveness.begin(), effectiveness.end()};
+}
+
+Thrusters::Thrusters(std::vector<ThrusterKind> kinds, const PerThruster& effectiveness)
+    : kinds_(std::move(kinds)), effectiveness_(effectiveness) {
+  TD_CHECK(kinds_.size() <= kMaxThrusters && effectiveness_.size() == kinds_.size(),
+           "an effectiveness for each thruster");
+  Reset();
 }
 
 void Thrusters::Reset() {
-  lagged_newton_.fill(0);
-  thrust_newton_.fill(0);
+  lagged_newton_.assign(kinds_.size(), 0);
+  thrust_newton_.assign(kinds_.size(), 0);
 }
 
-const ThrusterForces& Thrusters::Step(const ThrusterCommand& command,
-                                      const ThrusterForces& inflow_mps, double dt_s,
-                                      const ThrusterFactors& factors) {
-  for (int i = 0; i < kThrusterCount; ++i) {
-    const double volts = factors[i] < 0 ? 2 * kNeutralVolts - command.volts[i] : command.volts[i];
-    const double target = StaticThrust(params_, volts);
+const ThrusterForces& Thrusters::Step(const ThrusterCommand& command, const PerThruster& inflow_mps,
+                                      double dt_s, const ThrusterFactors& factors) {
+  TD_CHECK(command.volts.empty() || command.volts.size() == kinds_.size(),
+           "a voltage for each thruster");
+  for (size_t i = 0; i < kinds_.size(); ++i) {
+    const ThrusterKind& kind = kinds_[i];
+    const double factor = factors.empty() ? 1 : factors[i];
+    const double commanded = command.volts.empty() ? kNeutralVolts : command.volts[i];
+    const double volts = factor < 0 ? 2 * kNeutralVolts - commanded : commanded;
+    const double target = kind.Thrust(volts);
     lagged_newton_[i] =
-        LimitedLag(lagged_newton_[i], target, params_.lag_s, params_.rate_limit_newton_per_s, dt_s);
+        LimitedLag(lagged_newton_[i], target, kind.lag_s, kind.rate_limit_newton_per_s, dt_s);
     // Running into its own jet's direction unloads the propeller; flow from behind gains nothing.
     const double advance_mps = std::max(0.0, std::copysign(1.0, lagged_newton_[i]) * inflow_mps[i]);
-    const double left = std::max(0.0, 1 - params_.inflow_loss_s_per_m * advance_mps);
-    thrust_newton_[i] = params_.effectiveness[i] * left * lagged_newton_[i] * std::abs(factors[i]);
+    const double left = std::max(0.0, 1 - kind.inflow_loss_s_per_m * advance_mps);
+    thrust_newton_[i] = effectiveness_[i] * left * lagged_newton_[i] * std::abs(factor);
   }
   return thrust_newton_;
 }

@@ -62,7 +62,7 @@ double ContactParams::DampingRatio() const {
   return high;
 }
 
-RigidBodyParams VehicleParams::LoadedRigidBody() const {
+RigidBodyParams VehicleData::LoadedRigidBody() const {
   if (loads.empty()) return rigid_body;
   double mass_kg = rigid_body.mass_kg;
   Vector3d moment = rigid_body.mass_kg * rigid_body.p_BBcm_m;
@@ -80,7 +80,7 @@ RigidBodyParams VehicleParams::LoadedRigidBody() const {
           .inertia_products_kg_m2 = {I(0, 1), I(0, 2), I(1, 2)}};
 }
 
-HydrodynamicsParams VehicleParams::LoadedHydrodynamics() const {
+HydrodynamicsParams VehicleData::LoadedHydrodynamics() const {
   HydrodynamicsParams loaded = hydrodynamics;
   Vector3d moment = hydrodynamics.displaced_volume_m3 * hydrodynamics.p_BBcb_m;
   for (const LoadParams& load : loads) {
@@ -93,7 +93,7 @@ HydrodynamicsParams VehicleParams::LoadedHydrodynamics() const {
   return loaded;
 }
 
-void VehicleParams::Check(const std::string& path) const {
+void VehicleData::Check(const std::string& path) const {
   const Matrix6d total = RigidBodyInertia(LoadedRigidBody()) + HydroModel(hydrodynamics).added_mass;
   const double smallest =
       Eigen::SelfAdjointEigenSolver<Matrix6d>(total, Eigen::EigenvaluesOnly).eigenvalues()[0];

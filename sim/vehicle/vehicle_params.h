@@ -69,18 +69,17 @@ struct ContactParams {
   double DampingRatio() const;  // that gives the restitution
 };
 
-struct VehicleParams {
+// What a vehicle is in open water.
+struct VehicleData {
   RigidBodyParams rigid_body;
   HydrodynamicsParams hydrodynamics;
   ThrusterParams thrusters;
-  ContactParams contact;
   std::vector<LoadParams> loads;
 
   static void Fields(auto& self, auto&& field) {
     field("rigid_body", self.rigid_body, Finite(), "the vehicle without loads");
     field("hydrodynamics", self.hydrodynamics, Finite(), "forces of the water");
-    field("thrusters", self.thrusters, Finite(), "the four thrusters");
-    field("contact", self.contact, Finite(), "the pole against the dock");
+    field("thrusters", self.thrusters, Finite(), "what its thrusters are like");
     field("loads", self.loads, Finite(), "payload and ballast");
   }
 
@@ -91,6 +90,15 @@ struct VehicleParams {
 
   // Refuses a rigid plus added mass that is not positive definite.
   void Check(const std::string& path) const;
+};
+
+struct VehicleParams : VehicleData {
+  ContactParams contact;
+
+  static void Fields(auto& self, auto&& field) {
+    VehicleData::Fields(self, field);
+    field("contact", self.contact, Finite(), "the pole against the dock");
+  }
 };
 
 // Inertia matrix of a rigid body about B's origin, SNAME order (Fossen 2011, eq. 3.44).

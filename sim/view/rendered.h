@@ -28,6 +28,7 @@ struct PlacedVisitor {
 // Both views of one instant.
 struct RenderedStereo : Stereo<RenderedView> {
   Pose X_WH;  // camera head in the world at that instant
+  Pose X_WK;  // body that holds marker and station, where it can move (vehicle::Berth)
   std::vector<PlacedVisitor> visitors{};
 };
 

@@ -42,6 +42,7 @@ void StereoRenderer::Render(const mjData& data, RenderedStereo* out, StageTimer*
 void StereoRenderer::Render(const mjData& data, const StereoRegion& region, RenderedStereo* out,
                             StageTimer* timer) {
   out->X_WH = vehicle::SitePose(data, scene_.camera_head_site);
+  if (scene_.berth.body >= 0) out->X_WK = vehicle::BodyPose(data, scene_.berth.body);
   out->visitors = placed_;
   canvas_.Begin();
   for (const Side side : kSides) {

@@ -60,7 +60,7 @@ Extent OutlineOf(double h_m, double z_m, double radius_m) {
 
 SurfaceLister::SurfaceLister(const mjModel& model, const std::vector<Visitor>& visitors,
                              int hidden_group, float near_m)
-    : model_(model), near_m_(near_m) {
+    : near_m_(near_m) {
   for (int geom = 0; geom < model.ngeom; ++geom) {
     if (model.geom_group[geom] == hidden_group || model.geom_rgba[4 * geom + 3] == 0) continue;
     const int type = model.geom_type[geom];

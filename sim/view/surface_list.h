@@ -60,7 +60,6 @@ class SurfaceLister {
     GeomMesh mesh;             // empty for a ball
   };
 
-  const mjModel& model_;
   float near_m_;
   std::vector<Drawn> drawn_, visitors_;
 };

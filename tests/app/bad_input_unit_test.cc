@@ -190,8 +190,8 @@ TEST_F(BadInput, WhatIsNoFileIsNotRead) {
 }
 
 TEST_F(BadInput, ANumberThatLeavesNoLawNamesItsKeys) {
-  Refused({"run", "pool_active", "--set", "controller=lqg", "--set", "lqg.surge.mass_kg=1e300",
-           "--set", "duration_s=0.1"},
+  Refused({"run", "pool_active", "--set", "controller=lqg", "--set",
+           "known_vehicle.rigid_body.mass_kg=1e300", "--set", "duration_s=0.1"},
           "lqg.surge: there is no law for these values");
   Refused({"run", "pool_active", "--resolution", "1x1"},
           "--resolution 1x1: each side must be in [16, 8192] pixels");

@@ -28,7 +28,7 @@ const std::vector<std::string> kScenarios = {"sea_night_active", "sea_night_pass
 struct View {
   explicit View(const benchmark::State& state)
       : scenario(trial::LoadScenario(kScenarios[static_cast<size_t>(state.range(0))], {})),
-        scene(vehicle::LoadScene(trial::SceneFile(scenario), scenario.rig)),
+        scene(vehicle::LoadScene(trial::SceneFilesOf(scenario), scenario.rig)),
         data(mj_makeData(scene.model.get())),
         gl(view::MakeOsmesaContext()),
         renderer(*gl, scene),

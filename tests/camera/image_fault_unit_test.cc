@@ -10,14 +10,7 @@
 namespace turbidock::camera {
 namespace {
 
-ImageFault Fault(ImageFaultKind kind, FaultyCamera camera, double begin_s, double end_s) {
-  ImageFault fault;
-  fault.kind = kind;
-  fault.camera = camera;
-  fault.begin_s = begin_s;
-  fault.end_s = end_s;
-  return fault;
-}
+using enum ImageFaultKind;
 
 // Greys of what arrives of ten pairs, one a second: the left ones are 10, 11, ..., the right ones
 // 110, 111, ...
@@ -50,41 +43,40 @@ TEST(ImageFault, NoneChangesNothing) {
 }
 
 TEST(ImageFault, AFrozenImageIsTheOneBefore) {
-  const auto [left, right] = Arriving({Fault(ImageFaultKind::kFrozen, FaultyCamera::kLeft, 4, 7)});
+  const auto [left, right] = Arriving({ImageFault{{4, 7}, kFrozen, FaultyCamera::kLeft}});
   EXPECT_EQ(left, (Greys{10, 11, 12, 13, 13, 13, 13, 17, 18, 19}));
   EXPECT_EQ(right, kRight);
 }
 
 TEST(ImageFault, FrozenFromTheBeginningItIsTheFirst) {
-  const auto [left, right] = Arriving({Fault(ImageFaultKind::kFrozen, FaultyCamera::kBoth, 0, 3)});
+  const auto [left, right] = Arriving({ImageFault{{0, 3}, kFrozen, FaultyCamera::kBoth}});
   EXPECT_EQ(left, (Greys{10, 10, 10, 13, 14, 15, 16, 17, 18, 19}));
   EXPECT_EQ(right, (Greys{110, 110, 110, 113, 114, 115, 116, 117, 118, 119}));
 }
 
 TEST(ImageFault, ABlackImageIsZero) {
-  const auto [left, right] = Arriving({Fault(ImageFaultKind::kBlack, FaultyCamera::kRight, 8, 90)});
+  const auto [left, right] = Arriving({ImageFault{{8, 90}, kBlack, FaultyCamera::kRight}});
   EXPECT_EQ(left, kLeft);
   EXPECT_EQ(right, (Greys{110, 111, 112, 113, 114, 115, 116, 117, 0, 0}));
 }
 
 TEST(ImageFault, SwappedImagesAreEachOthers) {
-  const auto [left, right] = Arriving({Fault(ImageFaultKind::kSwapped, FaultyCamera::kLeft, 1, 3)});
+  const auto [left, right] = Arriving({ImageFault{{1, 3}, kSwapped, FaultyCamera::kLeft}});
   EXPECT_EQ(left, (Greys{10, 111, 112, 13, 14, 15, 16, 17, 18, 19}));
   EXPECT_EQ(right, (Greys{110, 11, 12, 113, 114, 115, 116, 117, 118, 119}));
 }
 
 TEST(ImageFault, ALateImageIsThatManyOlder) {
-  ImageFault late = Fault(ImageFaultKind::kLate, FaultyCamera::kRight, 1, 8);
-  late.late_images = 3;
-  const auto [left, right] = Arriving({late});
+  const auto [left, right] =
+      Arriving({ImageFault{{1, 8}, kLate, FaultyCamera::kRight, /*late_images=*/3}});
   EXPECT_EQ(left, kLeft);
   EXPECT_EQ(right, (Greys{110, 110, 110, 110, 111, 112, 113, 114, 118, 119}));
 }
 
 TEST(ImageFault, SeveralApplyInTheirOrder) {
-  const auto [left, right] = Arriving({Fault(ImageFaultKind::kBlack, FaultyCamera::kLeft, 2, 4),
-                                       Fault(ImageFaultKind::kSwapped, FaultyCamera::kBoth, 3, 5),
-                                       Fault(ImageFaultKind::kFrozen, FaultyCamera::kLeft, 5, 6)});
+  const auto [left, right] = Arriving({ImageFault{{2, 4}, kBlack, FaultyCamera::kLeft},
+                                       ImageFault{{3, 5}, kSwapped, FaultyCamera::kBoth},
+                                       ImageFault{{5, 6}, kFrozen, FaultyCamera::kLeft}});
   EXPECT_EQ(left, (Greys{10, 11, 0, 113, 114, 114, 16, 17, 18, 19}));
   EXPECT_EQ(right, (Greys{110, 111, 112, 0, 14, 115, 116, 117, 118, 119}));
 }

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
-# A batch on a real Slurm cluster of one node, this machine, started for the test: the array's merged result
-# must equal the same plan run without Slurm. Needs root (or sudo without a password) and the packages slurm-wlm
-# and munge. Where the daemons cannot start the test fails and says why.
+# Long commands on a real Slurm cluster, started for the test: three nodes on this machine. What comes out must
+# equal what comes out without Slurm, whatever happens to a node, a task or the controller meanwhile. Needs root
+# (or sudo without a password) and the packages slurm-wlm and munge. Where the daemons cannot start the test
+# fails and says why.
 #
 #   slurm_test.sh PATH/TO/turbidock
 set -uo pipefail
@@ -62,7 +63,6 @@ cat >"$folder/slurm.conf" <<CONF
 ClusterName=test
 SlurmctldHost=$host(127.0.0.1)
 SlurmctldPort=$port
-SlurmdPort=$((port + 1))
 SlurmUser=root
 SlurmdUser=root
 AuthType=auth/munge
@@ -75,24 +75,58 @@ SelectTypeParameters=CR_CPU
 MpiDefault=none
 ReturnToService=2
 StateSaveLocation=$folder/state
-SlurmdSpoolDir=$folder/spool
+SlurmdSpoolDir=$folder/spool/%n
 SlurmctldPidFile=$folder/slurmctld.pid
-SlurmdPidFile=$folder/slurmd.pid
+SlurmdPidFile=$folder/%n.pid
 SlurmctldLogFile=$folder/slurmctld.log
-SlurmdLogFile=$folder/slurmd.log
+SlurmdLogFile=$folder/%n.log
+SlurmdParameters=config_overrides
+SlurmdTimeout=10
+SlurmctldTimeout=10
 SchedulerParameters=sched_interval=1,batch_sched_delay=0
-NodeName=$host NodeAddr=127.0.0.1 CPUs=$(nproc) State=UNKNOWN
-PartitionName=main Nodes=$host Default=YES MaxTime=INFINITE State=UP
+NodeName=n[1-3] NodeHostname=$host NodeAddr=127.0.0.1 Port=[$((port + 1))-$((port + 3))] CPUs=1 State=UNKNOWN
+PartitionName=main Nodes=n[1-3] Default=YES MaxTime=INFINITE State=UP
 CONF
 export SLURM_CONF=$folder/slurm.conf
-slurmctld -D -i >"$folder/slurmctld.out.log" 2>&1 &
-pids+=($!)
-slurmd -D >"$folder/slurmd.out.log" 2>&1 &
-pids+=($!)
-node_is_idle() { sinfo -h -o %T | grep -qx idle; }
-wait_for 60 "the node does not become idle" node_is_idle
+start_controller() {  # with -i: as if there had been none before
+  slurmctld -D "$@" >>"$folder/slurmctld.out.log" 2>&1 &
+  controller=$!
+  pids+=($!)
+}
+declare -A node_pid
+start_node() {
+  mkdir -p "$folder/spool/$1"
+  slurmd -D -N "$1" >>"$folder/$1.out.log" 2>&1 &
+  node_pid[$1]=$!
+  pids+=($!)
+}
+start_controller -i
+for node in n1 n2 n3; do start_node $node; done
+nodes_are_idle() { [ "$(sinfo -h -N -o %T | grep -cx idle)" = 3 ]; }
+wait_for 60 "the nodes do not become idle" nodes_are_idle
 
-# --------------------------------------------------------------------------------------- the batch
+# What runs on a node, by the environment that Slurm gives it.
+processes_of() {
+  local process
+  for process in /proc/[0-9]*; do
+    if grep -qzx "SLURMD_NODENAME=$1" "$process/environ" 2>/dev/null &&
+      grep -qzx "SLURM_CONF=$SLURM_CONF" "$process/environ" 2>/dev/null; then basename "$process"; fi
+  done
+}
+node_works() { processes_of "$1" | grep . >/dev/null; }
+
+# As if somebody had pulled the plug.
+lose_node() {
+  local process parent
+  { kill -9 "${node_pid[$1]}" && wait "${node_pid[$1]}"; } 2>/dev/null
+  for process in $(processes_of "$1"); do
+    parent=$(awk '{print $4}' "/proc/$process/stat" 2>/dev/null)
+    if [ "$(cat "/proc/$parent/comm" 2>/dev/null)" = slurmstepd ]; then kill -9 "$parent"; fi
+    kill -9 "$process" 2>/dev/null
+  done
+}
+
+# ------------------------------------------------------------------------- a batch as shards, merged
 cat >"$folder/tiny.yaml" <<'PLAN'
 schema_version: 1
 description: tiny trials
@@ -113,3 +147,203 @@ wait_for 300 "the jobs do not end" queue_is_empty
 [ "$(wc -l <"$folder/alone.csv")" = 9 ] || fail "8 trials make 9 lines"
 cmp "$folder/slurm.csv" "$folder/alone.csv" || fail "the array's rows are not those of one process"
 echo "8 trials in an array of 3 tasks, merged: the same rows as in one process"
+
+# ------------------------------------------------------------------- commands that wait for their tasks
+# without cameras: a tenth of a second a trial
+cat >"$folder/plan.yaml" <<'PLAN'
+schema_version: 1
+description: over current
+scenario: sea_night_active
+seeds: 40
+set: {pose_source: true_pose, duration_s: 60, controller: pid}
+grid: {"sea.current.surface_velocity_mps[1]": [0, 0.1]}
+PLAN
+cat >"$folder/study.yaml" <<'STUDY'
+schema_version: 1
+description: two gains
+trials:
+  scenario: sea_night_active
+  seeds: 12
+  set: {pose_source: true_pose, controller: lqg, duration_s: 60}
+gains:
+  - {key: lqg.sway.effort_share, low: 0.1, high: 2, scale: log}
+  - {key: lqg.yaw.error_rad, low: 0.02, high: 0.3, scale: log}
+objective:
+  - {metric: time_s, weight: 1, failed: 60}
+success_at_least: 0.5
+optimiser: {algorithm: cma_es, population: 6, generations: 3}
+proof: {held_out_seeds: 12, robustness_seeds: 0, robustness_cameras: false, sensitivity_seeds: 0, cameras: false}
+STUDY
+cat >"$folder/gate.yaml" <<'GATE'
+schema_version: 1
+description: a calm and a moderate sea
+baseline: gate.baseline.yaml
+max_trials: 40
+margins: {success_rate: 0.2}
+conditions:
+  - {name: calm, scenario: sea_night_active, set: {pose_source: true_pose}}
+  - {name: moderate, scenario: sea_night_active, set: {pose_source: true_pose, sea.state: moderate}}
+GATE
+
+# on_slurm NAME ARGUMENTS...: the program in the background, three tasks at a time; its words in NAME.said.log
+on_slurm() {
+  local name=$1
+  shift
+  "$turbidock" "$@" --slurm 3 --sbatch=--time=10 >"$folder/$name.out" 2>"$folder/$name.said.log" &
+  running=$!
+  began=$(date +%s.%N)
+}
+# ends NAME CODE: its exit code, and nothing left behind.
+ends() {
+  wait "$running"
+  local code=$?
+  took=$(awk -v a="$began" -v b="$(date +%s.%N)" 'BEGIN {printf "%.1f", b - a}')
+  [ $code = "$2" ] || fail "$1 ended with $code, not $2"
+  wait_for 60 "$1 leaves jobs" queue_is_empty
+}
+same() { cmp "$1" "$2" || fail "$3: not what comes out on one machine"; }
+rows_of() { "$turbidock" export "$1"; }
+
+began=$(date +%s.%N)
+"$turbidock" batch "$folder/plan.yaml" --out "$folder/batch_alone.db" --quiet --workers 2 || fail "turbidock batch"
+alone_s=$(awk -v a="$began" -v b="$(date +%s.%N)" 'BEGIN {printf "%.1f", b - a}')
+rows_of "$folder/batch_alone.db" >"$folder/batch_alone.csv"
+[ "$(wc -l <"$folder/batch_alone.csv")" = 81 ] || fail "80 trials make 81 lines"
+on_slurm batch batch "$folder/plan.yaml" --out "$folder/batch.db"
+ends batch 0
+rows_of "$folder/batch.db" >"$folder/batch.csv"
+same "$folder/batch.csv" "$folder/batch_alone.csv" "batch --slurm"
+[ ! -e "$folder/batch.db.slurm" ] || fail "batch --slurm leaves its folder"
+echo "batch: 80 trials as on one machine, digest by digest ($took s; two processes alone $alone_s s)"
+
+# a node is lost while it works
+"$turbidock" tune "$folder/study.yaml" --out "$folder/study_alone" --quiet --workers 2 >/dev/null || fail "turbidock tune"
+on_slurm study tune "$folder/study.yaml" --out "$folder/study"
+wait_for 120 "no task on node n2" node_works n2
+lose_node n2
+ends study 0
+grep -q 'submitted again' "$folder/study.said.log" || fail "tune --slurm does not say that tasks were lost"
+for file in gains.yaml report.json; do
+  same "$folder/study/$file" "$folder/study_alone/$file" "tune --slurm with a lost node"
+done
+rows_of "$folder/study/evaluations.sqlite" >"$folder/study.csv"
+rows_of "$folder/study_alone/evaluations.sqlite" >"$folder/study_alone.csv"
+same "$folder/study.csv" "$folder/study_alone.csv" "tune --slurm with a lost node"
+echo "tune: $(($(wc -l <"$folder/study.csv") - 1)) trials as on one machine, a node lost in mid-flight ($took s)"
+start_node n2
+wait_for 60 "node n2 does not come back" nodes_are_idle
+
+# a task is cancelled, the controller is killed and comes back
+"$turbidock" gate "$folder/gate.yaml" --update --quiet --workers 2 || fail "turbidock gate --update"
+"$turbidock" gate "$folder/gate.yaml" --out "$folder/gate_alone" --quiet --workers 2 || fail "turbidock gate"
+mv "$folder/gate.baseline.yaml" "$folder/baseline_alone.yaml"
+mkdir "$folder/lost"
+cd "$folder/lost" || exit 1  # where the log of the cancelled task is kept
+on_slurm update gate "$folder/gate.yaml" --update
+cd "$folder" || exit 1
+wait_for 120 "no task on node n1" node_works n1
+scancel "$(squeue -h -t R -w n1 -o %i | sed -n 1p)"
+ends update 0
+same "$folder/gate.baseline.yaml" "$folder/baseline_alone.yaml" "gate --update --slurm with a cancelled task"
+on_slurm gate gate "$folder/gate.yaml" --out "$folder/gate"
+wait_for 120 "no task on node n3" node_works n3
+{ kill -9 $controller && wait $controller; } 2>/dev/null
+sleep 8
+start_controller
+controller_is_back() { scontrol ping | grep UP >/dev/null; }
+wait_for 60 "the controller does not come back" controller_is_back
+# It drains a node whose tasks ended while it was away, when it notices; a node that is not drained refuses.
+keep_resuming() {
+  local node
+  while sleep 2; do
+    for node in n1 n2 n3; do scontrol update "NodeName=$node" State=RESUME 2>/dev/null; done
+  done
+}
+keep_resuming &
+resumer=$!
+pids+=($resumer)
+ends gate 0
+same "$folder/gate/summary.json" "$folder/gate_alone/summary.json" "gate --slurm while the controller was away"
+echo "gate: baseline and verdict as on one machine, a task cancelled, the controller killed and started again"
+
+# a task that Slurm starts again goes on where it stopped
+wait_for 60 "the nodes do not become idle" nodes_are_idle
+kill $resumer
+on_slurm again batch "$folder/plan.yaml" --out "$folder/again.db" --sbatch=--requeue
+results_are_there() { [ -s "$folder/again.db.slurm/array-0/results-0.0.jsonl" ]; }
+wait_for 120 "no result of task 0" results_are_there
+scontrol requeue "$(squeue -h -t R -o '%i %K' | awk '$2 == 0 {print $1; exit}')" || fail "scontrol requeue"
+ends again 0
+rows_of "$folder/again.db" >"$folder/again.csv"
+same "$folder/again.csv" "$folder/batch_alone.csv" "batch --slurm with a requeued task"
+echo "batch: a requeued task went on ($took s, with the two minutes that Slurm makes it wait)"
+
+# cells, sets of values and starts instead of trials
+cells=(recognize --marker active --distances 600 --milk 0,40,80 --seconds 0.2 --json --quiet)
+"$turbidock" "${cells[@]}" >"$folder/cells_alone.json" || fail "turbidock recognize"
+cd "$folder" || exit 1
+on_slurm cells "${cells[@]}"
+ends cells 0
+same "$folder/cells.out" "$folder/cells_alone.json" "recognize --slurm"
+printf 'milk_ml_m3,distance_mm,fitness_mean\n0,600,0.8\n60,600,0.3\n' >"$folder/table.csv"
+cat >"$folder/calibration.yaml" <<'CALIBRATION'
+frames: 1
+cell_share: 1
+parameters:
+  - {key: water.scattering_scale, low: 0.55, high: 1.1, start: 0.7, source: a try-out}
+  - {key: sensor.chroma_coring_dn, low: 0, high: 40, start: 20, source: a try-out}
+CALIBRATION
+fit=(calibrate --plan "$folder/calibration.yaml" --active "$folder/table.csv" --passive "$folder/table.csv"
+  --generations 2 --seconds 0.2 --json --quiet)
+"$turbidock" "${fit[@]}" --out "$folder/fit_alone.yaml" >"$folder/fit_alone.json" || fail "turbidock calibrate"
+grep -q '"evaluations": 18' "$folder/fit_alone.json" || fail "a first generation of 6 and two more are 18 evaluations"
+on_slurm fit "${fit[@]}" --out "$folder/fit.yaml"
+ends fit 0
+same "$folder/fit.out" "$folder/fit_alone.json" "calibrate --slurm"
+same "$folder/fit.yaml" "$folder/fit_alone.yaml" "calibrate --slurm"
+[ ! -e "$folder/fit.yaml.slurm" ] || fail "calibrate --slurm leaves its folder"
+echo "calibrate: result and confirmation as on one machine ($took s)"
+starts=(compare-estimators --marker active --distances 600,800 --milk 0 --starts 2 --frames 5 --estimators default,blobs)
+"$turbidock" "${starts[@]}" --json --quiet | grep -v '"frame_s"' >"$folder/starts_alone.json"
+on_slurm starts "${starts[@]}" --json --quiet
+ends starts 0
+grep -v '"frame_s"' "$folder/starts.out" >"$folder/starts.json"
+[ -s "$folder/starts.json" ] || fail "compare-estimators prints nothing"
+same "$folder/starts.json" "$folder/starts_alone.json" "compare-estimators --slurm"
+[ -z "$(ls -d "$folder"/turbidock-*.slurm 2>/dev/null)" ] || fail "a folder is left"
+echo "recognize, compare-estimators: as on one machine, but for the times"
+
+# What an array costs: three trials of a tenth of a second, five times, here and there.
+sed 's/seeds: 40/seeds: 3/; s/duration_s: 60/duration_s: 0.1/; /^grid/d' "$folder/plan.yaml" >"$folder/short.yaml"
+wait_for 60 "the nodes do not become idle" nodes_are_idle
+seconds() {  # of five runs
+  local begin i
+  begin=$(date +%s.%N)
+  for i in 1 2 3 4 5; do
+    rm -f "$folder/short.db"
+    "$turbidock" batch "$folder/short.yaml" --out "$folder/short.db" --quiet "$@" || fail "turbidock batch $*"
+  done
+  awk -v a="$begin" -v b="$(date +%s.%N)" 'BEGIN {print b - a}'
+}
+here=$(seconds --workers 2) there=$(seconds --slurm 3)
+awk -v a="$here" -v b="$there" 'BEGIN {printf "an array costs %.2f s more than two processes (mean of 5)\n", (b - a) / 5}'
+
+# ------------------------------------------------------------------------------ refused, in one line
+# refused NAME CODE WORDS COMMAND...
+refused() {
+  local name=$1 code=$2 words=$3
+  shift 3
+  "$@" >/dev/null 2>"$folder/refused.said"
+  local got=$?
+  [ $got = "$code" ] || fail "$name: exit code $got, not $code"
+  [ "$(wc -l <"$folder/refused.said")" = 1 ] || fail "$name: not one line: $(cat "$folder/refused.said")"
+  grep -q "$words" "$folder/refused.said" || fail "$name: $(cat "$folder/refused.said")"
+}
+tiny=(batch "$folder/tiny.yaml" --out "$folder/tiny.db" --quiet)
+refused partition 4 'invalid partition' "$turbidock" "${tiny[@]}" --slurm 2 --sbatch=--partition=nowhere
+refused "no cluster" 4 'sbatch' env SLURM_CONF=/nonexistent "$turbidock" "${tiny[@]}" --slurm 2
+refused "no cluster to calibrate on" 4 'sbatch' env SLURM_CONF=/nonexistent "$turbidock" "${fit[@]}" --slurm 2
+refused "no Slurm" 4 'slurm-client' env PATH="$folder" "$turbidock" "${tiny[@]}" --slurm 2
+refused --sbatch 2 'slurm TASKS' "$turbidock" "${tiny[@]}" --sbatch=--time=1
+refused "tasks that cannot run" 4 'ended 3 times' "$turbidock" "${tiny[@]}" --slurm 2 --sbatch=--output=/nonexistent/log
+echo "what Slurm refuses is said in one line"

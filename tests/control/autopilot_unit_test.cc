@@ -6,6 +6,8 @@
 
 #include <cmath>
 
+#include "tests/control/published_vehicle.h"
+
 namespace turbidock::control {
 namespace {
 
@@ -26,27 +28,25 @@ PoseEstimate Estimate(int64_t frame, const Axes& marker, double fitness = 0.8) {
   return estimate;
 }
 
-TEST(Autopilot, EveryLawHasItsOwnAllocationAndSetpoint) {
+TEST(Autopilot, EveryLawHasItsOwnFilterSetpointAndUnit) {
   ControlParams params;
-  params.pid.allocation.dead_band_v = 0.1;
-  params.lqg.allocation.dead_band_v = 0.2;
   params.pid.setpoint.enabled = true;
   params.p_voltage.pose_filter.enabled = true;
   params.controller = Law::kPVoltage;
-  EXPECT_EQ(params.allocation().dead_band_v, 0);
   EXPECT_FALSE(params.setpoint().enabled);
   EXPECT_TRUE(params.pose_filter().enabled);
+  EXPECT_EQ(MakeAllocation(params, PublishedVehicle())->authority()[kSway], 2.5);  // volts
   params.controller = Law::kPid;
-  EXPECT_EQ(params.allocation().dead_band_v, 0.1);
   EXPECT_TRUE(params.setpoint().enabled);
   EXPECT_FALSE(params.pose_filter().enabled);
+  EXPECT_EQ(MakeAllocation(params, PublishedVehicle())->authority()[kSway], 4.655);  // newtons
   params.controller = Law::kLqg;
-  EXPECT_EQ(params.allocation().dead_band_v, 0.2);
   EXPECT_FALSE(params.pose_filter().enabled);
+  EXPECT_EQ(MakeAllocation(params, PublishedVehicle())->authority()[kSway], 4.655);
 }
 
 TEST(Autopilot, ThePublishedLawIsThePublishedCommand) {
-  Autopilot autopilot(Params(Law::kPVoltage), {.found_hold_s = 0}, kClock);
+  Autopilot autopilot(Params(Law::kPVoltage), {.found_hold_s = 0}, PublishedVehicle(), kClock);
   const ThrusterCommand command = autopilot.Update(Estimate(0, {0.62, 0.01, -0.02, 0.02}));
   const double yaw_v = 2 * std::sin(0.01);
   EXPECT_NEAR(command.volts[0], 2.5 + 20 * 0.02 - yaw_v, 1e-12);
@@ -57,20 +57,26 @@ TEST(Autopilot, ThePublishedLawIsThePublishedCommand) {
 
 TEST(Autopilot, DriftsWithoutAUsableEstimateAndForgetsNothingDangerous) {
   for (const Law law : {Law::kPVoltage, Law::kPid, Law::kLqg}) {
-    Autopilot autopilot(Params(law), {.found_hold_s = 0}, kClock);
+    Autopilot autopilot(Params(law), {.found_hold_s = 0}, PublishedVehicle(), kClock);
     autopilot.Update(Estimate(0, {0.7, 0, 0, 0}));
-    EXPECT_EQ(autopilot.Update(Estimate(1, {5, 3, 2, 1}, 0.1)).volts, ThrusterCommand{}.volts);
-    EXPECT_EQ(autopilot.demand(), AxisVolts{});
+    EXPECT_EQ(autopilot.Update(Estimate(1, {5, 3, 2, 1}, 0.1)).volts,
+              ThrusterCommand::Neutral(4).volts);
+    EXPECT_EQ(autopilot.demand(), Axes(Axes::Zero()));
   }
 }
 
-TEST(Autopilot, TheSearchTurnsByItsVoltsWhateverTheLawsCompensation) {
-  ControlParams params = Params(Law::kLqg);
-  params.lqg.allocation = {.dead_band_v = 0.25, .curve_exponent = 2};
-  Autopilot autopilot(params, {.search_neutral_s = 0, .search_yaw_v = 0.5}, kClock);
-  const ThrusterCommand command = autopilot.Update(Estimate(0, {1, 0, 0, 0}, -0.2));
-  EXPECT_DOUBLE_EQ(command.volts[0], 2.0);
-  EXPECT_DOUBLE_EQ(command.volts[1], 3.0);
+TEST(Autopilot, TheSearchTurnsByItsShareOfWhatThereIs) {
+  const ProcedureParams procedure{.search_neutral_s = 0, .search_yaw_v = 0.5};
+  Autopilot published(Params(Law::kPVoltage), procedure, PublishedVehicle(), kClock);
+  const ThrusterCommand volts = published.Update(Estimate(0, {1, 0, 0, 0}, -0.2));
+  EXPECT_DOUBLE_EQ(volts.volts[0], 2.0);
+  EXPECT_DOUBLE_EQ(volts.volts[1], 3.0);
+  // a fifth of the most moment
+  Autopilot lqg(Params(Law::kLqg), procedure, PublishedVehicle(), kClock);
+  const ThrusterCommand command = lqg.Update(Estimate(0, {1, 0, 0, 0}, -0.2));
+  const ThrustCurve curve;
+  EXPECT_NEAR(curve.Thrust(command.volts[1]), 0.2 * 4.41, 1e-12);
+  EXPECT_NEAR(curve.Thrust(command.volts[0]), -0.2 * 4.41, 1e-12);
 }
 
 // The vehicle's speed follows the voltages. Found half a metre off, led to the servoing pose,
@@ -79,47 +85,48 @@ TEST(Autopilot, StagesChangeWithoutAJumpOfTheDemand) {
   for (const Law law : {Law::kPid, Law::kLqg}) {
     ControlParams params = Params(law);
     params.lqg.latency_frames = 0;
-    Autopilot autopilot(params, {.docking_rate_mps = 0.05}, kClock);
+    Autopilot autopilot(params, {.docking_rate_mps = 0.05}, PublishedVehicle(), kClock);
     Axes marker(1.1, 0.05, -0.03, 0.02), speed = Axes::Zero();
-    AxisVolts before;
+    Axes before = Axes::Zero();
     int transitions = 0;
-    double at_transition_v = 0;
+    double at_transition = 0;
     for (int n = 0; n < 1200; ++n) {
       autopilot.Update(Estimate(n, marker));
-      const AxisVolts now = autopilot.demand();
-      const double jump_v = (ToAxes(now) - ToAxes(before)).cwiseAbs().maxCoeff();
+      const Axes now = autopilot.demand();
+      const double jump =
+          (now - before).cwiseQuotient(autopilot.allocation().authority()).cwiseAbs().maxCoeff();
       if (autopilot.directive().transition) {
         ++transitions;
-        at_transition_v = std::max(at_transition_v, jump_v);
+        at_transition = std::max(at_transition, jump);
       }
       before = now;
-      // 20 kg, 4 N/V; yaw 0.3 kg m^2, 0.4 N m/V
-      speed += (Axes(0.2, 0.1, 0.1, 1.4).cwiseProduct(ToAxes(now)) - 0.5 * speed) / 30;
+      speed += (now.cwiseQuotient(PublishedVehicle().inertia) - 0.5 * speed) / 30;
       marker -= speed / 30;
       marker[kSway] -= speed[kYaw] * (marker[kSurge] + 0.19) / 30;
     }
     EXPECT_GE(transitions, 2) << NameOf(law);  // servoing, docking
-    EXPECT_LT(at_transition_v, 0.1) << NameOf(law);
+    EXPECT_LT(at_transition, 0.04) << NameOf(law);
     EXPECT_LT(marker[kSurge], 0.37) << NameOf(law);
   }
 }
 
 TEST(Autopilot, AnExcitationIsHiddenFromTheLaw) {
-  Autopilot one(Params(Law::kLqg), {.found_hold_s = 0}, kClock);
-  Autopilot other(Params(Law::kLqg), {.found_hold_s = 0}, kClock);
+  Autopilot one(Params(Law::kLqg), {.found_hold_s = 0}, PublishedVehicle(), kClock);
+  Autopilot other(Params(Law::kLqg), {.found_hold_s = 0}, PublishedVehicle(), kClock);
   for (int n = 0; n < 30; ++n) {
     const PoseEstimate estimate = Estimate(n, {0.6, 0.005 * std::sin(n), 0, 0});
     const ThrusterCommand with =
-        one.Update(estimate, {.wanted = Axes::Zero(), .volts = {.heave_v = 0.3}});
+        one.Update(estimate, {.wanted = Axes::Zero(), .share = {0, 0, 0.12, 0}});
     const ThrusterCommand without = other.Update(estimate);
     EXPECT_EQ(one.demand(), other.demand()) << n;
-    EXPECT_NEAR(with.volts[3] - without.volts[3], 0.3, 1e-12);
+    const ThrustCurve curve;
+    EXPECT_NEAR(curve.Thrust(with.volts[3]) - curve.Thrust(without.volts[3]), 0.12 * 4.655, 1e-12);
   }
 }
 
 TEST(Autopilot, OtherGainsTakeOverAndTheProcedureGoesOn) {
   ControlParams params = Params(Law::kPVoltage);
-  Autopilot autopilot(params, {.found_hold_s = 0}, kClock);
+  Autopilot autopilot(params, {.found_hold_s = 0}, PublishedVehicle(), kClock);
   const Axes marker(0.62, 0.01, -0.02, 0);
   autopilot.Update(Estimate(0, marker));
   autopilot.Update(Estimate(1, marker));
@@ -135,18 +142,35 @@ TEST(Autopilot, OtherGainsTakeOverAndTheProcedureGoesOn) {
 
   for (const Law law : {Law::kPid, Law::kLqg}) {
     autopilot.SetControl(Params(law));
-    const int64_t frame = law == Law::kPid ? 3 : 4;
-    autopilot.Update(Estimate(frame, marker));
-    Autopilot fresh(Params(law), {.found_hold_s = 0}, kClock);
-    fresh.Update(Estimate(frame, marker));
-    EXPECT_EQ(autopilot.demand(), fresh.demand()) << NameOf(law);
+    Autopilot fresh(Params(law), {.found_hold_s = 0}, PublishedVehicle(), kClock);
+    // some frames: a led setpoint begins where the vehicle is
+    const int64_t first = law == Law::kPid ? 3 : 20;
+    for (int64_t frame = first; frame < first + 10; ++frame) {
+      const ThrusterCommand now = autopilot.Update(Estimate(frame, marker));
+      EXPECT_EQ(now.volts, fresh.Update(Estimate(frame, marker)).volts) << NameOf(law);
+      EXPECT_EQ(autopilot.demand(), fresh.demand()) << NameOf(law);
+    }
+    EXPECT_GT(autopilot.demand().norm(), 0.01) << NameOf(law);
+  }
+}
+
+TEST(Autopilot, ANewLawThatHasSeenNothingDrifts) {
+  for (const Law law : {Law::kPVoltage, Law::kPid, Law::kLqg}) {
+    Autopilot autopilot(Params(law), {.found_hold_s = 0}, PublishedVehicle(), kClock);
+    autopilot.Update(Estimate(0, {0.9, 0.05, 0, 0}));
+    ASSERT_EQ(autopilot.directive().stage, Stage::kVisualServoing);
+    autopilot.SetControl(Params(law));
+    const ThrusterCommand command = autopilot.Update(Estimate(1, {0.9, 0.05, 0, 0}, -0.2));
+    EXPECT_EQ(autopilot.directive().stage, Stage::kVisualServoing);
+    EXPECT_EQ(autopilot.demand(), Axes(Axes::Zero())) << NameOf(law);
+    for (int i = 0; i < 4; ++i) EXPECT_NEAR(command.volts[i], 2.5, 1e-12) << NameOf(law);
   }
 }
 
 TEST(Autopilot, KeepsItsLawWhenTheOtherIsRefused) {
-  Autopilot autopilot(Params(Law::kPVoltage), {.found_hold_s = 0}, kClock);
+  Autopilot autopilot(Params(Law::kPVoltage), {.found_hold_s = 0}, PublishedVehicle(), kClock);
   ControlParams wrong = Params(Law::kPid);
-  wrong.pid.sway.kp_v_per_m = -1;
+  wrong.pid.sway.kp_per_s2 = -1;
   EXPECT_THROW(autopilot.SetControl(wrong), ConfigError);
   const ThrusterCommand command = autopilot.Update(Estimate(0, {0.62, 0.01, 0, 0}));
   EXPECT_NEAR(command.volts[2], 2.5 + 30 * 0.01, 1e-12);

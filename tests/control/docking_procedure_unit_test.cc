@@ -451,6 +451,124 @@ TEST(DockingProcedure, DockedIsFinalAndHolds) {
   EXPECT_FALSE(script.directive().given_up);
 }
 
+// --- trying again, docking cycles
+
+TEST(DockingProcedure, BacksOffWhenItIsStuck) {
+  ProcedureParams params;
+  params.stuck_s = 2;
+  Script script(params);
+  script.ToDocking();
+  // held at 0.5 m: the desired x is 30 mm ahead of it after 4.33 s, then 2 s of patience
+  int frames = 0;
+  while (script.Pose(0.5).stage == Stage::kDocking && ++frames < 1000) {
+  }
+  ExpectTransition(script, Stage::kDocking, Stage::kVisualServoing);
+  EXPECT_NEAR(frames, (0.13 / 0.03 + 2) * 30, 3);
+  EXPECT_THAT(script.directive().transition->reason, HasSubstr("stuck for 2 s at x 500.0 mm"));
+  EXPECT_EQ(script.directive().desired.x_m, 0.6);
+  script.Repeat(5, 0.6);
+  EXPECT_EQ(script.directive().stage, Stage::kDocking);
+  // slow is not stuck
+  for (double x_m = 0.6; x_m > 0.36; x_m -= 0.005 / 30)
+    ASSERT_EQ(script.Pose(x_m).stage, Stage::kDocking) << x_m;
+}
+
+TEST(DockingProcedure, NeverStuckUnlessItShallBe) {
+  Script script;
+  script.ToDocking();
+  script.Repeat(5000, 0.5);
+  EXPECT_EQ(script.directive().stage, Stage::kDocking);
+}
+
+TEST(DockingProcedure, GivesUpAfterItsAttempts) {
+  ProcedureParams params;
+  params.attempts = 2;
+  Script script(params);
+  script.ToDocking();
+  script.Pose(0.5, 0.05);
+  ExpectTransition(script, Stage::kDocking, Stage::kVisualServoing);
+  EXPECT_FALSE(script.directive().given_up);
+  script.Repeat(5, 0.6);
+  script.Pose(0.5, -0.05);
+  EXPECT_TRUE(script.directive().given_up);
+  EXPECT_THAT(script.directive().given_up_reason,
+              AllOf(HasSubstr("all 2 attempts to dock failed"), HasSubstr("y -50.0 mm")));
+  ExpectDrift(script.Pose(0.6));
+}
+
+TEST(DockingProcedure, DocksAndUndocksAsOftenAsItShall) {
+  ProcedureParams params;
+  params.cycles = 2;
+  params.stay_s = 1;
+  params.attempts = 1;  // of each cycle
+  Script script(params);
+  script.ToDocking();
+  script.Repeat(300, 0.4);
+  script.Pose(0.34);
+  ExpectTransition(script, Stage::kDocking, Stage::kDocked);
+  EXPECT_FALSE(script.directive().done);
+  script.Repeat(29, 0.34);
+  EXPECT_EQ(script.directive().stage, Stage::kDocked);
+  script.Pose(0.34);
+  ExpectTransition(script, Stage::kDocked, Stage::kUndocking);
+  EXPECT_THAT(script.directive().transition->reason, HasSubstr("docked 1 of 2 times"));
+  EXPECT_EQ(script.directive().desired.x_m, 0.35);
+  script.Repeat(30, 0.36);
+  EXPECT_NEAR(script.directive().desired.x_m, 0.38, 1e-12) << "at the rate of docking";
+  script.Repeat(600, 0.54);
+  EXPECT_EQ(script.directive().stage, Stage::kUndocking);
+  EXPECT_NEAR(script.directive().desired.x_m, 0.6, 1e-12);
+  script.Pose(0.551);
+  ExpectTransition(script, Stage::kUndocking, Stage::kVisualServoing);
+  script.Repeat(5, 0.6);
+  EXPECT_EQ(script.directive().stage, Stage::kDocking);
+  EXPECT_FALSE(script.directive().given_up);
+  script.Pose(0.34);
+  EXPECT_EQ(script.directive().stage, Stage::kDocked);
+  EXPECT_TRUE(script.directive().done);
+  EXPECT_EQ(script.directive().dockings, 2);
+  script.Repeat(1000, 0.34);
+  EXPECT_EQ(script.directive().stage, Stage::kDocked);
+}
+
+TEST(DockingProcedure, AttemptsOfACycleAreNotThoseOfTheNext) {
+  ProcedureParams params;
+  params.cycles = 2;
+  params.stay_s = 0;
+  params.attempts = 2;
+  Script script(params);
+  script.ToDocking();
+  script.Pose(0.5, 0.05);  // the first fails
+  script.Repeat(5, 0.6);
+  script.Pose(0.34);
+  script.Pose(0.34);
+  ASSERT_EQ(script.directive().stage, Stage::kUndocking);
+  script.Repeat(600, 0.54);
+  script.Pose(0.551);
+  script.Repeat(5, 0.6);
+  ASSERT_EQ(script.directive().stage, Stage::kDocking);
+  script.Pose(0.5, 0.05);
+  EXPECT_FALSE(script.directive().given_up) << "the first of this cycle";
+  script.Repeat(5, 0.6);
+  script.Pose(0.5, 0.05);
+  EXPECT_TRUE(script.directive().given_up);
+}
+
+TEST(DockingProcedure, ALossWhileUndockingEndsInServoing) {
+  ProcedureParams params;
+  params.cycles = 2;
+  params.stay_s = 0;
+  Script script(params);
+  script.ToDocking();
+  script.Pose(0.34);
+  script.Pose(0.34);
+  ASSERT_EQ(script.directive().stage, Stage::kUndocking);
+  script.LostFor(29);
+  EXPECT_EQ(script.directive().stage, Stage::kUndocking);
+  ExpectDrift(script.Lost());
+  EXPECT_EQ(script.directive().stage, Stage::kVisualServoing);
+}
+
 // --- all stages
 
 TEST(DockingProcedure, KeepsTheBestFitness) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "control/lqg.h"
+#include "tests/control/published_vehicle.h"
 
 namespace turbidock::control {
 namespace {
@@ -18,18 +19,20 @@ using Eigen::VectorXd;
 constexpr ClockParams kClock;
 
 std::vector<LqgAxis> SwayAndYaw() {
-  const LqgAxis sway{.model = {.inertia = 30, .damping = 12, .thrust_per_volt = 4},
+  const LqgAxis sway{.model = {.inertia = 30, .damping = 12},
                      .error = 0.02,
                      .speed = 0.1,
-                     .effort_v = 1,
+                     .effort = 4,
                      .noise = 0.004,
-                     .limit_v = 100};
-  const LqgAxis yaw{.model = {.inertia = 0.7, .damping = 0.4, .thrust_per_volt = 0.5},
+                     .least = -100,
+                     .most = 100};
+  const LqgAxis yaw{.model = {.inertia = 0.7, .damping = 0.4},
                     .error = 0.05,
                     .speed = 0.2,
-                    .effort_v = 1,
+                    .effort = 0.5,
                     .noise = 0.01,
-                    .limit_v = 100};
+                    .least = -100,
+                    .most = 100};
   return {sway, yaw};
 }
 
@@ -75,17 +78,12 @@ TEST(LqgLoop, CorrectsAndDemandsInProportionBetweenItsLevers) {
 // Places of the marker while it is to move along a path.
 template <class Path>
 double LargestLag(const Path& path, bool with_rate, bool with_acceleration) {
+  const VehicleModel vehicle = PublishedVehicle();
   LqgParams params;
-  for (auto* axis : {&params.surge, &params.sway, &params.heave}) axis->limit_v = 2.5;
-  params.yaw.limit_v = 2.5;
-  Lqg law(params, kClock);
+  params.yaw.limit_share = 1;
+  Lqg law(params, vehicle, kClock);
   Axes marker = path(0).position, speed = -path(0).rate, thrust = Axes::Zero();
-  const Axes inertia(params.surge.mass_kg, params.sway.mass_kg, params.heave.mass_kg,
-                     params.yaw.inertia_kg_m2),
-      damping(params.surge.damping_newton_s_per_m, params.sway.damping_newton_s_per_m,
-              params.heave.damping_newton_s_per_m, params.yaw.damping_newton_m_s),
-      gain(params.surge.thrust_newton_per_v, params.sway.thrust_newton_per_v,
-           params.heave.thrust_newton_per_v, params.yaw.moment_newton_m_per_v);
+  const Axes damping = vehicle.DampingAt({0.05, 0.1, 0.05, 0.1});
   Axes before = marker;
   double most = 0;
   constexpr int kSteps = 100, kFrames = 900;
@@ -95,14 +93,14 @@ double LargestLag(const Path& path, bool with_rate, bool with_acceleration) {
     Reference wanted = path(n);
     if (!with_rate) wanted.rate.setZero();
     if (!with_acceleration) wanted.acceleration.setZero();
-    const AxisVolts volts = law.Demand(wanted);
-    law.Given(n - 1, volts);
+    const Axes demand = law.Demand(wanted);
+    law.Given(n - 1, demand);
     for (int i = 0; i < kSteps; ++i) {
       const double dt_s = kClock.frame_s() / kSteps;
-      thrust += dt_s / params.thruster_lag_s * (gain.cwiseProduct(ToAxes(volts)) - thrust);
-      speed += dt_s * (thrust - damping.cwiseProduct(speed)).cwiseQuotient(inertia);
+      thrust += dt_s / vehicle.thruster_lag_s * (demand - thrust);
+      speed += dt_s * (thrust - damping.cwiseProduct(speed)).cwiseQuotient(vehicle.inertia);
       marker -= dt_s * speed;
-      marker[kSway] -= dt_s * speed[kYaw] * (marker[kSurge] + params.head_offset_m);
+      marker[kSway] -= dt_s * speed[kYaw] * (marker[kSurge] + vehicle.head_ahead_m);
     }
     if (n > 600) most = std::max(most, (marker - path(n + 1).position).cwiseAbs().maxCoeff());
   }

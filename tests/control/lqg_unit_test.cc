@@ -7,7 +7,9 @@
 #include <cmath>
 #include <vector>
 
+#include "control/thrust_allocation.h"
 #include "sim/base/random.h"
+#include "tests/control/published_vehicle.h"
 
 namespace turbidock::control {
 namespace {
@@ -18,29 +20,19 @@ constexpr ClockParams kClock;  // 30 frames a second
 // turning moves the marker aside. Not the law's code: simple Euler steps.
 class Vehicle {
  public:
-  explicit Vehicle(const LqgParams& params, const Axes& marker) : marker_(marker) {
-    const auto set = [&](int axis, double inertia, double damping, double gain) {
-      inertia_[axis] = inertia;
-      damping_[axis] = damping;
-      gain_[axis] = gain;
-    };
-    const auto translation = [&](int axis, const LqgParams::Translation& p) {
-      set(axis, p.mass_kg, p.damping_newton_s_per_m, p.thrust_newton_per_v);
-    };
-    translation(kSurge, params.surge);
-    translation(kSway, params.sway);
-    translation(kHeave, params.heave);
-    set(kYaw, params.yaw.inertia_kg_m2, params.yaw.damping_newton_m_s,
-        params.yaw.moment_newton_m_per_v);
-    lag_s_ = params.thruster_lag_s;
-    offset_m_ = params.head_offset_m;
+  explicit Vehicle(const Axes& marker) : marker_(marker) {
+    const VehicleModel vehicle = PublishedVehicle();
+    inertia_ = vehicle.inertia;
+    damping_ = vehicle.DampingAt({0.05, 0.1, 0.05, 0.1});
+    lag_s_ = vehicle.thruster_lag_s;
+    offset_m_ = vehicle.head_ahead_m;
   }
 
-  void Advance(const AxisVolts& volts, const Axes& force) {
+  void Advance(const Axes& demand, const Axes& force) {
     constexpr int kSteps = 200;
     const double dt_s = kClock.frame_s() / kSteps;
     for (int i = 0; i < kSteps; ++i) {
-      thrust_ += dt_s / lag_s_ * (gain_.cwiseProduct(ToAxes(volts)) - thrust_);
+      thrust_ += dt_s / lag_s_ * (demand - thrust_);
       speed_ += dt_s * (thrust_ + force - damping_.cwiseProduct(speed_)).cwiseQuotient(inertia_);
       marker_ -= dt_s * speed_;
       marker_[kSway] -= dt_s * speed_[kYaw] * (marker_[kSurge] + offset_m_);
@@ -50,7 +42,7 @@ class Vehicle {
 
  private:
   Axes marker_, speed_ = Axes::Zero(), thrust_ = Axes::Zero();
-  Axes inertia_, damping_, gain_;
+  Axes inertia_, damping_;
   double lag_s_ = 0, offset_m_ = 0;
 };
 
@@ -58,15 +50,15 @@ class Vehicle {
 // places.
 std::vector<Axes> RunLoop(const LqgParams& params, Vehicle vehicle, int frames, auto&& force,
                           auto&& noise, const Axes& wanted) {
-  Lqg law(params, kClock);
+  Lqg law(params, PublishedVehicle(), kClock);
   std::vector<Axes> places;
   Axes before = vehicle.marker();
   for (int n = 0; n < frames; ++n) {
     law.Observe({.frame = n - 1, .position = before + noise(n), .rate = std::nullopt});
     before = vehicle.marker();
-    const AxisVolts volts = law.Demand({.position = wanted});
-    law.Given(n - 1, volts);
-    vehicle.Advance(volts, force(n));
+    const Axes demand = law.Demand({.position = wanted});
+    law.Given(n - 1, demand);
+    vehicle.Advance(demand, force(n));
     places.push_back(vehicle.marker());
   }
   return places;
@@ -79,17 +71,58 @@ TEST(Lqg, DefaultsAreValid) { EXPECT_NO_THROW(CheckFields(LqgParams{}, "")); }
 TEST(Lqg, EveryAxisGoesTowardsTheMarkerAndStopsThere) {
   const Axes wanted(0.6, 0.01, -0.02, 0.05);
   for (const double side : {-1.0, 1.0}) {
-    const Vehicle vehicle({}, wanted + side * Axes(0.3, 0.1, 0.1, 0.2));
+    const Vehicle vehicle(wanted + side * Axes(0.3, 0.1, 0.1, 0.2));
     const std::vector<Axes> places = RunLoop({}, vehicle, 30 * 30, Still, Still, wanted);
     const Axes left = (places.back() - wanted).cwiseAbs();
     EXPECT_LT(left.maxCoeff(), 1e-4) << left.transpose();
   }
 }
 
+// Of any regulator of a position whose rate is a state of its own: where the cost of an error over
+// error_m equals that of a force of `effort`, its stiffness is effort / error_m, whatever the drag.
+// A thirtieth of a second's hold takes some per cent of it.
+TEST(Lqg, ItsStiffnessIsTheEffortOverTheError) {
+  const Axes wanted(0.6, 0, 0, 0);
+  const double offset_m = 1e-4;
+  for (const double effort_share : {0.03, 0.1, 0.273})
+    for (const double error_m : {0.01, 0.03}) {
+      LqgParams params;
+      params.heave.effort_share = effort_share;
+      params.heave.error_m = error_m;
+      Lqg law(params, PublishedVehicle(), kClock);
+      law.Observe(
+          {.frame = 0, .position = wanted + offset_m * Axes::Unit(kHeave), .rate = std::nullopt});
+      const double stiffness = law.Demand({.position = wanted})[kHeave] / offset_m;
+      const double effort =
+          effort_share * ForceAllocation(params.allocation, PublishedVehicle()).authority()[kHeave];
+      EXPECT_NEAR(stiffness, effort / error_m, 0.1 * effort / error_m)
+          << effort_share << ' ' << error_m;
+    }
+}
+
+TEST(Lqg, WavesThatTurnTheVehicleAreCancelledWhenTheyAreExpected) {
+  const Axes wanted(0.6, 0, 0, 0);
+  const double inertia = PublishedVehicle().inertia[kYaw];
+  const auto waves = [&](int n) {
+    return Axes(0, 0, 0, 0.1 * inertia * std::sin(2 * M_PI * n / 30 / 2.5));
+  };
+  const auto amplitude = [&](double expected_rad_s2) {
+    LqgParams params;
+    params.yaw.wave_rad_s2 = expected_rad_s2;
+    const std::vector<Axes> places =
+        RunLoop(params, Vehicle(wanted), 30 * 90, waves, Still, wanted);
+    double most = 0;
+    for (size_t n = 30 * 70; n < places.size(); ++n)
+      most = std::max(most, std::abs(places[n][kYaw]));
+    return most;
+  };
+  EXPECT_LT(amplitude(0.1), 0.6 * amplitude(0));
+}
+
 TEST(Lqg, ACurrentLeavesNoOffset) {
   const Axes wanted(0.6, 0, 0, 0);
   const auto force = [](int) { return Axes(-1, 1.5, 0.5, 0.1); };
-  const std::vector<Axes> places = RunLoop({}, Vehicle({}, wanted), 30 * 180, force, Still, wanted);
+  const std::vector<Axes> places = RunLoop({}, Vehicle(wanted), 30 * 180, force, Still, wanted);
   // the current's model forgets in a minute, so a thousandth of what 20 N/m would leave may stay
   const Axes left = (places.back() - wanted).cwiseAbs();
   EXPECT_LT(left.maxCoeff(), 1e-3) << left.transpose();
@@ -102,10 +135,10 @@ TEST(Lqg, WavesOfTheExpectedPeriodAreCancelled) {
   const auto waves = [](int n) { return Axes(0, 0, 3 * std::sin(2 * M_PI * n / 30 / 2.5), 0); };
   const auto amplitude = [&](double wave_newton, double damping) {
     LqgParams params;
-    params.heave.wave_newton = wave_newton;
+    params.heave.wave_mps2 = wave_newton / 24;
     params.wave_damping = damping;
     const std::vector<Axes> places =
-        RunLoop(params, Vehicle(params, wanted), 30 * 600, waves, Still, wanted);
+        RunLoop(params, Vehicle(wanted), 30 * 600, waves, Still, wanted);
     double most = 0;
     for (size_t n = 30 * 580; n < places.size(); ++n)
       most = std::max(most, std::abs(places[n][kHeave]));
@@ -121,10 +154,9 @@ TEST(Lqg, WavesOfTheExpectedPeriodAreCancelled) {
 TEST(Lqg, TurnsToKeepTheMarkerInPlaceWhereSwayCannot) {
   const Axes wanted(0.6, 0, 0, 0);
   LqgParams params;
-  params.sway.limit_v = 0.2;
+  params.sway.limit_share = 0.09;
   const auto waves = [](int n) { return Axes(0, 3 * std::sin(2 * M_PI * n / 30 / 2.5), 0, 0); };
-  const std::vector<Axes> places =
-      RunLoop(params, Vehicle(params, wanted), 30 * 60, waves, Still, wanted);
+  const std::vector<Axes> places = RunLoop(params, Vehicle(wanted), 30 * 60, waves, Still, wanted);
   double aside_m = 0, turned_rad = 0;
   for (size_t n = 30 * 40; n < places.size(); ++n) {
     aside_m = std::max(aside_m, std::abs(places[n][kSway]));
@@ -142,33 +174,33 @@ TEST(Lqg, OutliersAreNotUsedUntilTheyLast) {
     return [=](int n) { return n >= from && n < to ? Axes(0.3, 0.2, -0.2, 0) : Axes::Zero(); };
   };
   const std::vector<Axes> short_jump =
-      RunLoop({}, Vehicle({}, wanted), 120, Still, jump(60, 64), wanted);
+      RunLoop({}, Vehicle(wanted), 120, Still, jump(60, 64), wanted);
   EXPECT_LT((short_jump.back() - wanted).norm(), 1e-6);
   const std::vector<Axes> long_jump =
-      RunLoop({}, Vehicle({}, wanted), 240, Still, jump(60, 240), wanted);
+      RunLoop({}, Vehicle(wanted), 240, Still, jump(60, 240), wanted);
   EXPECT_LT(long_jump.back()[kSway], -0.05);  // goes where it seems to be
 }
 
 TEST(Lqg, MissingFramesAreBridgedByTheModel) {
   const Axes wanted(0.6, 0, 0, 0), start(0.7, 0.05, 0.05, 0);
-  Lqg every({}, kClock), seldom({}, kClock);
-  Vehicle a({}, start), b({}, start);
+  Lqg every({}, PublishedVehicle(), kClock), seldom({}, PublishedVehicle(), kClock);
+  Vehicle a(start), b(start);
   for (int n = 0; n < 300; ++n) {
     every.Observe({.frame = n, .position = a.marker(), .rate = std::nullopt});
     if (n % 5 == 0) seldom.Observe({.frame = n, .position = b.marker(), .rate = std::nullopt});
-    const AxisVolts volts_a = every.Demand({.position = wanted});
-    const AxisVolts volts_b = n % 5 == 0 ? seldom.Demand({.position = wanted}) : AxisVolts{};
-    every.Given(n, volts_a);
-    seldom.Given(n, volts_b);
-    a.Advance(volts_a, Axes::Zero());
-    b.Advance(volts_b, Axes::Zero());
+    const Axes demand_a = every.Demand({.position = wanted});
+    const Axes demand_b = n % 5 == 0 ? seldom.Demand({.position = wanted}) : Axes(Axes::Zero());
+    every.Given(n, demand_a);
+    seldom.Given(n, demand_b);
+    a.Advance(demand_a, Axes::Zero());
+    b.Advance(demand_b, Axes::Zero());
   }
   EXPECT_LT((a.marker() - wanted).norm(), 0.01);
   EXPECT_LT((b.marker() - wanted).norm(), 0.03);
 }
 
 TEST(LqgDeathTest, RefusesFramesThatGoBack) {
-  Lqg law({}, kClock);
+  Lqg law({}, PublishedVehicle(), kClock);
   law.Observe({.frame = 3, .position = Axes::Zero(), .rate = std::nullopt});
   EXPECT_DEATH(law.Observe({.frame = 3, .position = Axes::Zero(), .rate = std::nullopt}),
                "frames must increase");

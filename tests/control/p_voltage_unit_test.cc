@@ -19,7 +19,7 @@ PVoltageParams Gains() {
   return params;
 }
 
-AxisVolts Answer(const PVoltageParams& params, const Axes& seen, const Axes& wanted) {
+Axes Answer(const PVoltageParams& params, const Axes& seen, const Axes& wanted) {
   PVoltage law(params);
   law.Observe({.frame = 0, .position = seen, .rate = std::nullopt});
   return law.Demand({.position = wanted});
@@ -41,21 +41,21 @@ TEST(PVoltage, RefusesParametersOutOfRange) {
 }
 
 TEST(PVoltage, LawExactly) {
-  const AxisVolts volts = Answer(Gains(), {0.70, 0.03, -0.02, 0.1}, {0.60, 0.01, 0.01, 0});
-  EXPECT_DOUBLE_EQ(volts.surge_v, 10 * (0.70 - 0.60));
-  EXPECT_DOUBLE_EQ(volts.sway_v, 20 * (0.03 - 0.01));
-  EXPECT_DOUBLE_EQ(volts.heave_v, 30 * (-0.02 - 0.01));
-  EXPECT_DOUBLE_EQ(volts.yaw_v, 4 * std::sin(0.05));
+  const Axes volts = Answer(Gains(), {0.70, 0.03, -0.02, 0.1}, {0.60, 0.01, 0.01, 0});
+  EXPECT_DOUBLE_EQ(volts[kSurge], 10 * (0.70 - 0.60));
+  EXPECT_DOUBLE_EQ(volts[kSway], 20 * (0.03 - 0.01));
+  EXPECT_DOUBLE_EQ(volts[kHeave], 30 * (-0.02 - 0.01));
+  EXPECT_DOUBLE_EQ(volts[kYaw], 4 * std::sin(0.05));
 }
 
 TEST(PVoltage, EveryAxisGoesTowardsTheMarker) {
   const Axes wanted(0.6, 0, 0, 0);
-  EXPECT_GT(Answer(Gains(), {0.7, 0, 0, 0}, wanted).surge_v, 0);    // farther: forward
-  EXPECT_LT(Answer(Gains(), {0.5, 0, 0, 0}, wanted).surge_v, 0);    // nearer: back
-  EXPECT_GT(Answer(Gains(), {0.6, 0.1, 0, 0}, wanted).sway_v, 0);   // left: left
-  EXPECT_GT(Answer(Gains(), {0.6, 0, 0.1, 0}, wanted).heave_v, 0);  // above: up
-  EXPECT_GT(Answer(Gains(), {0.6, 0, 0, 0.1}, wanted).yaw_v, 0);    // turned: turn so
-  EXPECT_EQ(Answer(Gains(), wanted, wanted), AxisVolts{});
+  EXPECT_GT(Answer(Gains(), {0.7, 0, 0, 0}, wanted)[kSurge], 0);    // farther: forward
+  EXPECT_LT(Answer(Gains(), {0.5, 0, 0, 0}, wanted)[kSurge], 0);    // nearer: back
+  EXPECT_GT(Answer(Gains(), {0.6, 0.1, 0, 0}, wanted)[kSway], 0);   // left: left
+  EXPECT_GT(Answer(Gains(), {0.6, 0, 0.1, 0}, wanted)[kHeave], 0);  // above: up
+  EXPECT_GT(Answer(Gains(), {0.6, 0, 0, 0.1}, wanted)[kYaw], 0);    // turned: turn so
+  EXPECT_EQ(Answer(Gains(), wanted, wanted), Axes(Axes::Zero()));
 }
 
 TEST(PVoltage, EachAxisIsLimited) {
@@ -64,8 +64,7 @@ TEST(PVoltage, EachAxisIsLimited) {
   params.sway.limit_v = 0.5;
   params.heave.limit_v = 0.25;
   params.yaw = {.kp_v = 100, .limit_v = 0.75};
-  EXPECT_EQ(Answer(params, {9, -9, 9, -1}, Axes::Zero()),
-            (AxisVolts{.surge_v = 1, .sway_v = -0.5, .heave_v = 0.25, .yaw_v = -0.75}));
+  EXPECT_EQ(Answer(params, {9, -9, 9, -1}, Axes::Zero()), Axes(1, -0.5, 0.25, -0.75));
 }
 
 }  // namespace

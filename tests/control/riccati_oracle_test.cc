@@ -59,6 +59,17 @@ TEST(Riccati, FulfilsTheEquationAndStabilises) {
   }
 }
 
+// Costs in other units: X scales with Q and R.
+TEST(Riccati, ScalesWithItsCosts) {
+  MatrixXd A = MatrixXd::Identity(2, 2), B = MatrixXd::Zero(2, 1);
+  A(0, 1) = B(1, 0) = 0.03;
+  A(1, 1) = 0.97;
+  const MatrixXd Q = MatrixXd::Identity(2, 2), R = Scalar(0.1);
+  const MatrixXd X = SolveRiccati(A, B, Q, R);
+  for (const double unit : {1e-9, 1e-4, 1e4, 1e9})
+    EXPECT_LT((SolveRiccati(A, B, unit * Q, unit * R) / unit - X).norm(), 1e-10 * X.norm()) << unit;
+}
+
 // The other route: the equation iterated as the recursion over a finite horizon.
 TEST(Riccati, IsTheLimitOfTheFiniteHorizon) {
   const DiscreteModel model =
@@ -111,11 +122,11 @@ TEST(AxisModel, OneAxisInClosedForm) {
   EXPECT_NEAR(model.A(kSpeed, kCurrent), 0.5 / 4, 1e-12);
   EXPECT_NEAR(model.A(kPosition, kCurrent), 0.5 * 0.5 / 2 / 4, 1e-12);
   // Damping and lag: exponentials.
-  const AxisModel damped{.inertia = 2, .damping = 3, .thrust_per_volt = 7, .lag_s = 0.2};
+  const AxisModel damped{.inertia = 2, .damping = 3, .lag_s = 0.2};
   const DiscreteModel slow = Discretise(MakeLinearModel({damped}), 0.1);
   EXPECT_NEAR(slow.A(kSpeed, kSpeed), std::exp(-3 * 0.1 / 2), 1e-12);
   EXPECT_NEAR(slow.A(kThrust, kThrust), std::exp(-0.1 / 0.2), 1e-12);
-  EXPECT_NEAR(slow.B(kThrust, 0), 7 * (1 - std::exp(-0.1 / 0.2)), 1e-12);
+  EXPECT_NEAR(slow.B(kThrust, 0), 1 - std::exp(-0.1 / 0.2), 1e-12);
 }
 
 TEST(AxisModel, NoiseGivesTheProcessesTheirVariances) {

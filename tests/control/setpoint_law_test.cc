@@ -54,6 +54,28 @@ TEST(Setpoint, BeginsAtTheSeenPoseKeepsItsLimitsAndStandsStillAtTheGoal) {
   }
 }
 
+// Its acceleration, which laws feed forward, is the change of its rate, in the last step too; the
+// goal is reached from one side, as soon as the limits allow.
+TEST(Setpoint, SaysHowItAcceleratesAndDoesNotOvershoot) {
+  const SetpointParams params{.enabled = true};
+  for (const double way_m : {0.003, 0.02, 0.1, 0.43, 1.2}) {
+    Setpoint setpoint(params, kClock);
+    const Axes goal(0.5, 0, 0, 0);
+    Reference before = setpoint.Lead(0, goal, {0.5 + way_m, 0, 0, 0});
+    int arrived = 0;
+    for (int n = 1; n < 2000; ++n) {
+      const Reference now = setpoint.Lead(n, goal, Axes::Zero());
+      ASSERT_NEAR(now.acceleration[kSurge] / 30, now.rate[kSurge] - before.rate[kSurge], 1e-12);
+      ASSERT_GE(now.position[kSurge], 0.5 - 1e-12) << way_m << ' ' << n;
+      if (!arrived && now.position[kSurge] == 0.5) arrived = n;
+      before = now;
+    }
+    const double v = params.speed[kSurge], a = params.acceleration[kSurge];
+    const double least_s = way_m < v * v / a ? 2 * std::sqrt(way_m / a) : way_m / v + v / a;
+    EXPECT_NEAR(arrived / 30.0, least_s, 4 / 30.0) << way_m;
+  }
+}
+
 TEST(Setpoint, TurnsTheShorterWayRound) {
   Setpoint setpoint({.enabled = true}, kClock);
   setpoint.Lead(0, {0, 0, 0, -3}, {0, 0, 0, 3});

@@ -3,6 +3,10 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <chrono>
+#include <thread>
+
+#include "experiments/farm/worker_pool.h"
 #include "sim/base/check.h"
 
 namespace turbidock::farm {
@@ -69,6 +73,33 @@ TEST(ForkMap, Stops) {
                          .stop_requested = [&] { return done > 3; }})
                     .empty());
     EXPECT_GT(done, 3);
+  }
+}
+
+TEST(ForkMap, DoesNotWaitForAJobWhenItIsStopped) {
+  const auto sleep = [](int) {
+    std::this_thread::sleep_for(std::chrono::minutes(5));
+    return std::string();
+  };
+  for (const int workers : {1, 2}) {
+    const auto start = std::chrono::steady_clock::now();
+    EXPECT_TRUE(
+        ForkMap(2, sleep, {.workers = workers, .stop_requested = [] { return true; }}).empty());
+    EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(10));
+  }
+}
+
+TEST(MapEach, GivesOutputsAsTheyComeFromAPoolThatIsKept) {
+  WorkerPool pool(2, {}, [](const std::string& input) {
+    if (input == "slow") std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    return input + "!";
+  });
+  for (int round = 0; round < 2; ++round) {
+    std::vector<std::pair<size_t, std::string>> came;
+    EXPECT_TRUE(MapEach(
+        &pool, {"slow", "quick"},
+        [&](size_t i, const std::string& out) { came.emplace_back(i, out); }, nullptr));
+    EXPECT_EQ(came, (std::vector<std::pair<size_t, std::string>>{{1, "quick!"}, {0, "slow!"}}));
   }
 }
 

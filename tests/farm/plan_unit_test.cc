@@ -10,6 +10,7 @@
 #include "experiments/config/yaml_fields.h"
 #include "experiments/farm/plan.h"
 #include "experiments/statistics/sampling.h"
+#include "tests/support/message_of.h"
 
 namespace turbidock::farm {
 namespace {
@@ -49,6 +50,49 @@ TEST(Plan, NamesEveryCombinationOfTheGrid) {
   EXPECT_EQ(scenario.sea.state, vehicle::SeaState::kCalm);
   EXPECT_EQ(scenario.sea.current.surface_velocity_mps.y(), 0.15);
   EXPECT_EQ(scenario.seed, spec.seed);
+}
+
+TEST(Plan, CasesAreCellsOfSeveralKeys) {
+  const std::string text =
+      "scenario: sea_night_active\nseeds: 2\n"
+      "cases:\n"
+      "  as planned: {}\n"
+      "  'heavier, 30 %': {vehicle.rigid_body.mass_kg: 19.5, camera_delay_frames: 2}\n"
+      "  \"12\": {faults: {knocks: [{camera: both}]}}\n"
+      "grid: {sea.state: [calm, moderate]}\n";
+  const Plan plan = Make(text);
+  EXPECT_EQ(plan.cells(), 6);
+  EXPECT_EQ(plan.keys(), (std::vector<std::string>{"case", "sea.state"}));
+  const TrialSpec heavier = plan.Trial(2 * (1 * 2 + 1));
+  EXPECT_EQ(heavier.parameters[0].value, "heavier, 30 %");
+  const trial::Scenario scenario = plan.ScenarioOf(heavier);
+  EXPECT_EQ(scenario.vehicle.rigid_body.mass_kg, 19.5);
+  EXPECT_EQ(scenario.camera_delay_frames, 2);
+  EXPECT_EQ(scenario.sea.state, vehicle::SeaState::kModerate);
+  EXPECT_EQ(plan.ScenarioOf(plan.Trial(0)).vehicle.rigid_body.mass_kg, 15);
+  EXPECT_EQ(plan.ScenarioOf(plan.Trial(8)).faults.knocks.size(), 1u);
+  // resolved, it is the same plan
+  const Plan again(plan.resolved(), "resolved");
+  EXPECT_EQ(again.resolved(), plan.resolved());
+  for (int64_t trial = 0; trial < plan.trials(); ++trial)
+    EXPECT_EQ(trial::SaveScenario(again.ScenarioOf(again.Trial(trial))),
+              trial::SaveScenario(plan.ScenarioOf(plan.Trial(trial))));
+}
+
+TEST(Plan, RefusesCasesThatSayNothingOrTwice) {
+  const auto error = [](const std::string& text) {
+    return testing::MessageOf([&] { Make("scenario: pool_active\n" + text); });
+  };
+  EXPECT_THAT(error("cases: {}\n"), HasSubstr("cases: must be a map of names"));
+  EXPECT_THAT(error("cases: [1]\n"), HasSubstr("plan.yaml:3: cases"));
+  EXPECT_THAT(error("cases: {a: {duration_s: 5}}\ngrid: {duration_s: [6]}\n"),
+              HasSubstr("duration_s: this key is given twice"));
+  EXPECT_THAT(error("cases: {a: {seed: 5}}\n"), HasSubstr("set master_seed"));
+  EXPECT_THAT(error("cases: {a: {scenario: x}}\n"), HasSubstr("belongs in the grid"));
+  EXPECT_THAT(error("cases: {a: {}, a: {}}\n"), HasSubstr("duplicate key"));
+  EXPECT_THAT(error("cases: {a: {duration: 5}}\n"), HasSubstr("duration_s"));
+  EXPECT_THAT(error("grid: {case: [a]}\n"), HasSubstr("`cases` makes"));
+  EXPECT_THAT(error("random: {case: {choice: [a]}}\n"), HasSubstr("`cases` makes"));
 }
 
 TEST(Plan, CommonSeedsAreTheSameInEveryCellAndOthersAreAllDifferent) {
@@ -224,6 +268,10 @@ TEST(Plan, SaysWhatIsWrongAndWhere) {
       {"scenario: pool_activ\n", "did you mean pool_active?"},
       {"scenario: pool_active\nseed: 3\n", "plan.yaml:3: seed: unknown key; did you mean seeds?"},
       {"scenario: pool_active\nseeds: 0\n", "plan.yaml:3: seeds = 0, must be in [1, 1e+06]"},
+      {"scenario: pool_active\nset:\n  water.milk_ml_m4: 1\n",
+       "plan.yaml:4: set.water.milk_ml_m4: unknown key; did you mean milk_ml_m3?"},
+      {"scenario: pool_active\nset: {start.distance_min_m: -1}\n",
+       "plan.yaml:3: set.start.distance_min_m = -1, must be in"},
       {"scenario: pool_active\ngrid: {water.milk_ml_m4: [1]}\n",
        "plan.yaml: trial 0: water.milk_ml_m4: unknown key; did you mean milk_ml_m3?"},
       {"scenario: pool_active\ngrid: {water.milk_ml_m3: [1, -1]}\n",

@@ -93,12 +93,43 @@ class Store : public ::testing::Test {
                                    ::testing::UnitTest::GetInstance()->current_test_info()->name());
 };
 
+// The columns of a vehicle's own thrusters are added as it comes, also by a merge, and are no other
+// trial's.
+TEST_F(Store, KeepsTheSeriesOfVehiclesWithOtherThrusters) {
+  const auto series = [](const std::vector<std::string>& thrusters) {
+    trial::TrialLog log{.thrusters = thrusters};
+    log.frames.resize(2);
+    log.frames[1].frame = 1;
+    for (trial::FrameRecord& frame : log.frames)
+      for (size_t i = 0; i < thrusters.size(); ++i)
+        frame.command.volts.push_back(1 + static_cast<double>(i));
+    return trial::TrajectoryCsv(log);
+  };
+  StoredTrial published = Trial(1, "7", trial::Failure::kNone);
+  published.series_csv = series({"surge_left", "surge_right", "sway", "heave"});
+  StoredTrial other = Trial(2, "8", trial::Failure::kNone);
+  other.series_csv = series({"port", "starboard"});
+  {
+    ResultStore store = ResultStore::Write(File("a.db"), Header());
+    store.Add(published);
+    ResultStore part = ResultStore::Write(File("b.db"), Header());
+    part.Add(other);
+  }
+  ResultStore::Write(File("a.db"), Header()).Merge(File("b.db"));
+  const ResultStore store = ResultStore::Read(File("a.db"));
+  EXPECT_EQ(store.SeriesCsv(1), published.series_csv);
+  const std::string csv = store.SeriesCsv(2), header = csv.substr(0, csv.find('\n'));
+  EXPECT_TRUE(header.ends_with(",port_v,starboard_v")) << header;
+  EXPECT_EQ(header.find("sway_v"), std::string::npos) << header;
+  EXPECT_TRUE(csv.ends_with(",1,2\n")) << csv;
+}
+
 TEST_F(Store, GivesBackWhatItWasGiven) {
   const std::string file = File("a.db");
   StoredTrial odd{4, 2, 0, {{"water.milk_ml_m3", "2.5e-3"}, {"sea.state", "calm"}}, {}};
   odd.record.outcome = trial::Outcome::kCrashed;
   odd.record.failure = trial::Failure::kCrashed;
-  odd.record.log = "core dumped";
+  odd.record.printed = "core dumped";
   trial::TrialLog log;
   log.frames.resize(2);
   log.frames[1].frame = 30;
@@ -336,7 +367,8 @@ std::string TextOf(const std::string& path) {
 }
 
 // Written by the program before records had a list of fields: trials that timed out, docked and
-// hung, with series; its exports are that program's too.
+// hung, with series; its exports are that program's, with the columns that came later: without
+// numbers for attempts and dockings, and no time spent in undocking.
 TEST_F(Store, ReadsMergesAndResumesAFileOfAnOlderProgram) {
   const std::string data = TURBIDOCK_TEST_DATA "/farm/schema_1";
   const std::string file = File("old.db");
@@ -362,6 +394,8 @@ TEST_F(Store, ReadsMergesAndResumesAFileOfAnOlderProgram) {
 
   StoredTrial another = merged.Trial(0);
   another.trial = 4;
+  another.record.attempts = 3;  // which its file did not know
+  another.record.dockings = 1;
   ResultStore resumed = ResultStore::Write(file, header);
   resumed.Add(another);
   EXPECT_TRUE(resumed.Trial(4).record == another.record);
@@ -386,7 +420,7 @@ TEST_F(Store, AnyCellGoesThroughJson) {
 TEST_F(Store, AWorkerReturnsTheRecord) {
   const trial::Scenario scenario =
       trial::LoadScenario("pool_active", {"pose_source=true_pose", "duration_s=2", "seed=5"});
-  TrialPool pool(1, {.time_limit_s = 60});
+  TrialPool pool({.workers = 1}, /*time_limit_s=*/60);
   pool.Submit({.id = 17, .scenario = scenario, .series_every_frames = 30});
   std::optional<FinishedTrial> trial;
   while (!trial) trial = pool.Next(/*timeout_s=*/10);
@@ -405,7 +439,7 @@ TEST_F(Store, AWorkerReturnsTheRecord) {
   EXPECT_GT(trial->record.rss_bytes, 0);
 }
 
-TEST_F(Store, HasTheColumnsOfAnOlderProgramsFile) {
+TEST_F(Store, HasTheColumnsOfAnOlderProgramsFileAndGivesItItsOwn) {
   fs::copy_file(TURBIDOCK_TEST_DATA "/farm/schema_1.db", File("old.db"));
   const StoreHeader header = ResultStore::Read(File("old.db")).header();
   { ResultStore::Write(File("new.db"), header); }
@@ -418,9 +452,17 @@ TEST_F(Store, HasTheColumnsOfAnOlderProgramsFile) {
     while (query.executeStep()) names.push_back(query.getColumn(0).getString());
     return names;
   };
-  const auto old = columns(File("old.db"));
+  const auto old = columns(File("old.db")), now = columns(File("new.db"));
   EXPECT_GT(old.size(), 80u);
-  EXPECT_EQ(columns(File("new.db")), old);
+  std::vector<std::string> added = now;
+  for (const std::string& name : old) EXPECT_EQ(std::erase(added, name), 1) << name;
+  for (const std::string& name : added)
+    EXPECT_TRUE(name.starts_with("metrics.") || name.starts_with("results.")) << name;
+  { ResultStore::Write(File("old.db"), header); }
+  EXPECT_EQ(std::set<std::string>(now.begin(), now.end()), [&] {
+    const auto grown = columns(File("old.db"));
+    return std::set<std::string>(grown.begin(), grown.end());
+  }());
 }
 
 // What a file does not have is nothing; what this program does not know is left alone.

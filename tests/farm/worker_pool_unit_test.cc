@@ -15,6 +15,10 @@
 #include "experiments/farm/worker_pool.h"
 #include "sim/base/check.h"
 
+#ifndef __has_feature  // clang's
+#define __has_feature(x) 0
+#endif
+
 namespace turbidock::farm {
 namespace {
 
@@ -30,12 +34,13 @@ std::string Act(const std::string& what) {
   if (what == "hang")
     for (;;) pause();
   if (what == "run out of memory") {
-#ifdef __SANITIZE_ADDRESS__
+#if defined(__SANITIZE_ADDRESS__) || __has_feature(address_sanitizer)
     throw std::bad_alloc();  // its own operator new ends the process instead
-#endif
+#else
     const rlimit limit = {1 << 28, 1 << 28};
     setrlimit(RLIMIT_AS, &limit);
     return std::string(size_t{1} << 32, 'x');
+#endif
   }
   if (what == "be killed") kill(getpid(), SIGKILL);
   return "did " + what;

@@ -20,13 +20,7 @@ using testing::LampsAt;
 using testing::SmallRig;
 
 LightFault Fault(const std::string& light, double factor, double flicker_hz, double begin_s) {
-  LightFault fault;
-  fault.light = light;
-  fault.factor = factor;
-  fault.flicker_hz = flicker_hz;
-  fault.begin_s = begin_s;
-  fault.end_s = 10;
-  return fault;
+  return {{begin_s, /*end_s=*/10}, light, factor, flicker_hz};
 }
 
 TEST(LightFault, IsDeadFromItsBeginningToItsEnd) {

@@ -24,7 +24,7 @@ inline light::Surface Ball(std::string name, const Pose& X_WS, double radius_m,
   return {.name = std::move(name),
           .shape = light::Shape::kSphere,
           .size_m = {radius_m, 0, 0},
-          .on_vehicle = false,
+          .fixed_to = light::FixedTo::kWorld,
           .X_AS = X_WS,
           .albedo = albedo,
           .casts_shadow = true};
@@ -35,7 +35,7 @@ inline light::Surface Block(std::string name, const Pose& X_WS, const Eigen::Vec
   return {.name = std::move(name),
           .shape = light::Shape::kBox,
           .size_m = half_m,
-          .on_vehicle = false,
+          .fixed_to = light::FixedTo::kWorld,
           .X_AS = X_WS,
           .albedo = Eigen::Vector3d::Constant(albedo),
           .casts_shadow = casts_shadow};
@@ -88,7 +88,8 @@ inline view::RenderedView CastView(const std::vector<light::Surface>& surfaces,
   view.depth_m.Resize(camera.width_px, camera.height_px, kNothing);
   std::vector<Pose> X_SC;
   for (const light::Surface& s : surfaces)
-    X_SC.push_back(s.X_AS.Inverse() * (s.on_vehicle ? X_HC : X_WH * X_HC));
+    X_SC.push_back(s.X_AS.Inverse() *
+                   (s.fixed_to == light::FixedTo::kVehicle ? X_HC : X_WH * X_HC));
   for (int v = 0; v < camera.height_px; ++v)
     for (int u = 0; u < camera.width_px; ++u) {
       const Eigen::Vector3d ray_C = camera.RayAt(u, v);
@@ -109,7 +110,7 @@ inline view::RenderedStereo Cast(const std::vector<light::Surface>& surfaces, co
   return {rig.Each([&](const MountedCamera& camera) {
             return CastView(surfaces, camera, camera.X_HC, X_WH);
           }),
-          X_WH};
+          X_WH, Pose()};
 }
 
 // Two lamps beside the cameras, as on the published vehicle.

@@ -53,7 +53,8 @@ class PlainWater {
     const Eigen::Vector3d p_HC = rig_.left.X_HC.p, u_H = rig_.left.X_HC.q * ray_C.normalized();
     const Pose X_HW = rendered.X_WH.Inverse();
     std::vector<Pose> X_HS;
-    for (const light::Surface& s : surfaces_) X_HS.push_back(s.on_vehicle ? s.X_AS : X_HW * s.X_AS);
+    for (const light::Surface& s : surfaces_)
+      X_HS.push_back(s.fixed_to == light::FixedTo::kVehicle ? s.X_AS : X_HW * s.X_AS);
 
     light::Rgb sum = light::Rgb::Zero();
     if (geom >= 0) sum = FromSurface(X_HS, geom, p_HC, u_H, range_m);

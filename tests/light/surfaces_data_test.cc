@@ -11,15 +11,15 @@ namespace {
 
 TEST(SurfaceTable, OfTheScenes) {
   for (const char* name : {"pool_active", "pool_passive", "sea_active", "sea_passive"}) {
-    const vehicle::Scene scene = vehicle::LoadScene(testing::ModelPath(name), {});
+    const vehicle::Scene scene = vehicle::LoadScene({testing::ModelPath(name)}, {});
     const SurfaceTable table = SurfaceTable::FromScene(scene);
     ASSERT_EQ(table.size(), scene.model->ngeom);
     int casting = 0, own = 0;
     for (int geom = 0; geom < table.size(); ++geom) {
       const vehicle::Part part = scene.geom_part[geom];
       casting += table[geom].casts_shadow;
-      own += table[geom].on_vehicle;
-      EXPECT_EQ(table[geom].on_vehicle,
+      own += table[geom].fixed_to == FixedTo::kVehicle;
+      EXPECT_EQ(table[geom].fixed_to == FixedTo::kVehicle,
                 part == vehicle::Part::kHull || part == vehicle::Part::kPole)
           << table[geom].name;
     }
@@ -42,7 +42,7 @@ TEST(SurfaceTable, OfTheScenes) {
 }
 
 TEST(LampPoses, AreSymmetricAndLookAhead) {
-  const vehicle::Scene scene = vehicle::LoadScene(testing::ModelPath("pool_passive"), {});
+  const vehicle::Scene scene = vehicle::LoadScene({testing::ModelPath("pool_passive")}, {});
   const std::vector<Pose> X_HE = LampPoses(scene);
   ASSERT_EQ(X_HE.size(), 2u);
   EXPECT_NEAR(X_HE[0].p.y(), -X_HE[1].p.y(), 1e-9);

@@ -173,7 +173,7 @@ TEST(Water, VehicleSurfacesAreInTheHeadFrame) {
   auto surfaces = MarkerAndPlate(Pose::Translation(50, 0, 0));
   Surface arm =
       testing::Block("hull_arm", Pose::Translation(0.5, 0, 0), {0.1, 0.1, 0.1}, 0.5, false);
-  arm.on_vehicle = true;
+  arm.fixed_to = FixedTo::kVehicle;
   surfaces.push_back(arm);
   OpticsParams params;
   params.ball_lights.enabled = false;

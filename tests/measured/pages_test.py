@@ -1,15 +1,21 @@
 """The pages of measured results: drawn from their files, and what is malformed is refused."""
 
+import contextlib
+import io
 import pathlib
 import re
+import sqlite3
 import sys
+import tempfile
 import unittest
+from unittest import mock
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "assets/measured"))
 sys.dont_write_bytecode = True
 
 import draw  # noqa: E402
+import outcomes  # noqa: E402
 
 ORIGIN = "# title: Docked\n# command: turbidock batch x\n# build: abc\n# machine: two cores\n# date: 2026-11-21\n"
 TABLE = draw.read_table(ORIGIN + 'milk,"docked, of 30"\n0,\n20,"a|b"\n', "t.csv")
@@ -39,6 +45,35 @@ class ResultFile(unittest.TestCase):
             with self.subTest(text), self.assertRaises(draw.Malformed) as refused:
                 draw.read_table(text, "t.csv")
             self.assertIn(message, str(refused.exception))
+
+
+class Outcomes(unittest.TestCase):
+    def rows_of(self, trials):
+        """What outcomes.py says of these trials (faults, outcome, failure, time, reason, inserted), and its exit code."""
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder) / "a.db"
+            with contextlib.closing(sqlite3.connect(file)) as db, db:
+                db.execute("CREATE TABLE meta (key, value)")
+                db.execute("INSERT INTO meta VALUES ('build', '0.1.0 abc')")
+                db.execute("CREATE TABLE results (cell, sample, faults, outcome, failure, time_s, reason, inserted)")
+                db.executemany("INSERT INTO results VALUES (?, ?, ?, ?, ?, ?, ?, ?)", trials)
+            out = io.StringIO()
+            with contextlib.redirect_stdout(out), mock.patch("sys.argv", ["", str(file), "faults", "--title", "T"]):
+                code = outcomes.main()
+            return code, out.getvalue().splitlines()
+
+    def test_are_counted_by_group(self):
+        fault = "{images: [{kind: late, late_images: 6, begin_s: 6}]}"
+        code, lines = self.rows_of([(0, 0, "{}", "docked", "none", 10, "in", 1), (1, 0, fault, "docked", "none", 12, "in", 1),
+                                    (1, 1, fault, "timeout", "oscillation", 45, "late", 0)])
+        self.assertEqual(code, 0)
+        self.assertIn("# build: abc", lines)
+        self.assertEqual(lines[-2:], ["none,1 docked,1 none,10.0,",
+                                      '"images: kind late, late_images 6, begin_s 6","1 docked, 1 timeout",'
+                                      '"1 none, 1 oscillation",28.5,late'])
+
+    def test_false_dock_is_an_error(self):
+        self.assertEqual(self.rows_of([(0, 0, "{}", "docked", "none", 10, "beside", 0)])[0], 1)
 
 
 class Page(unittest.TestCase):

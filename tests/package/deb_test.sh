@@ -8,24 +8,7 @@ root=$folder/root
 
 lintian --fail-on error,warning --allow-root "$package"
 
-# The same source of packages as this machine's.
-read -r mirror suite < <(apt-get indextargets --format '$(SITE) $(RELEASE)' 'Created-By: Packages' |
-  grep -E ' bookworm$' | head -1)
-if [ ! -e "$root/var/lib/dpkg/status" ]; then
-  rm -rf "$root"
-  mkdir -p "$folder"
-  debootstrap --variant=minbase "$suite" "$root" "$mirror" >"$folder/debootstrap.log" || {
-    tail -5 "$folder/debootstrap.log"
-    exit 1
-  }
-fi
-if [ -e /etc/resolv.conf ]; then cp -L /etc/resolv.conf "$root/etc/"; fi
-rm -f "$root/etc/apt/sources.list"
-cp -r /etc/apt/. "$root/etc/apt/"
-if [ -e /usr/share/ca-certificates ]; then
-  mkdir -p "$root/etc/ssl"
-  cp -rL /etc/ssl/certs "$root/etc/ssl/"
-fi
+bash "$(dirname "$0")/bare_root.sh" "$root"
 cp "$package" "$root/tmp/turbidock.deb"
 inside() {
   unshare --mount --pid --fork --mount-proc="$root/proc" chroot "$root" \

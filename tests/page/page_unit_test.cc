@@ -138,10 +138,10 @@ TEST(SettingsModel, NamesWhatDiffersAndNothingElse) {
   };
   const std::vector<std::string> before = keys(WithoutCameras());
   trial::Scenario scenario = WithoutCameras();
-  scenario.control.pid.sway.kp_v_per_m += 1;
+  scenario.control.pid.sway.kp_per_s2 += 1;
   std::vector<std::string> after = keys(scenario);
   ASSERT_EQ(after.size(), before.size() + 1);
-  EXPECT_THAT(after, ::testing::Contains("pid.sway.kp_v_per_m"));
+  EXPECT_THAT(after, ::testing::Contains("pid.sway.kp_per_s2"));
   EXPECT_THAT(after, Not(::testing::Contains("seed")));
   for (const Json& setting : SettingsModel(scenario))
     if (setting["key"] == "pose_source") {
@@ -152,14 +152,15 @@ TEST(SettingsModel, NamesWhatDiffersAndNothingElse) {
 
 TEST(SceneModel, HasEveryGeomThatIsDrawnWhereItStands) {
   const trial::Scenario scenario = WithoutCameras();
-  const vehicle::Scene scene = vehicle::LoadScene(trial::SceneFile(scenario), scenario.rig);
+  const vehicle::Scene scene = vehicle::LoadScene(trial::SceneFilesOf(scenario), scenario.rig);
   const Json model = SceneModel(scene);
   const Pose X_WM = scene.X_WM;
   size_t drawn = 0, balls = 0;
   for (int g = 0; g < scene.model->ngeom; ++g) drawn += scene.model->geom_group[g] != 3;
   EXPECT_EQ(model["geoms"].size(), drawn);
   for (const Json& geom : model["geoms"]) {
-    EXPECT_EQ(geom["moves"], geom["part"] == "hull" || geom["part"] == "pole");
+    const bool on_vehicle = geom["part"] == "hull" || geom["part"] == "pole";
+    EXPECT_EQ(geom["fixed_to"], on_vehicle ? "vehicle" : "world");
     for (const vehicle::BallInScene& ball : scene.balls) {
       if (geom["name"] != "ball_" + ball.name) continue;
       ++balls;
@@ -176,6 +177,29 @@ TEST(SceneModel, HasEveryGeomThatIsDrawnWhereItStands) {
   }
   EXPECT_EQ(balls, scene.balls.size());
   EXPECT_FALSE(model["meshes"].empty());
+}
+
+// What moves with a station is told in the marker's frame, which the page moves.
+TEST(SceneModel, AStationOnItsMooringMovesWithTheMarker) {
+  trial::Scenario scenario = trial::LoadScenario("sea_moored_active", {"pose_source=true_pose"});
+  const vehicle::Scene scene = vehicle::LoadScene(trial::SceneFilesOf(scenario), scenario.rig);
+  const Json model = SceneModel(scene);
+  size_t balls = 0, plates = 0;
+  for (const Json& geom : model["geoms"]) {
+    if (geom["part"] == "hull" || geom["part"] == "pole") {
+      EXPECT_EQ(geom["fixed_to"], "vehicle");
+    }
+    plates += geom["name"] == "station_plate" && geom["fixed_to"] == "berth";
+    for (const vehicle::BallInScene& ball : scene.balls) {
+      if (geom["name"] != "ball_" + ball.name) continue;
+      ++balls;
+      EXPECT_EQ(geom["fixed_to"], "berth");
+      for (int i = 0; i < 3; ++i)
+        EXPECT_NEAR(geom["pose"][static_cast<size_t>(i)].get<double>(), ball.p_MQ(i), 1e-5);
+    }
+  }
+  EXPECT_EQ(balls, scene.balls.size());
+  EXPECT_EQ(plates, 1u);
 }
 
 TEST_F(PageFiles, ATrialsFolderBecomesAPage) {

@@ -84,6 +84,21 @@ TEST(Intervals, KnowNothingWithoutTrials) {
   EXPECT_EQ(ClopperPearsonInterval(0, 0).high - ClopperPearsonInterval(0, 0).low, 1);
 }
 
+// Conover's tables: of ten values the second and the ninth, of five none.
+TEST(MedianInterval, IsBetweenOrderStatistics) {
+  std::vector<double> values = {5, 3, 9, 1, 7, 10, 2, 8, 6, 4};
+  const auto of_ten = MedianInterval(values, 0.95);
+  ASSERT_TRUE(of_ten);
+  EXPECT_EQ(of_ten->low, 2);
+  EXPECT_EQ(of_ten->high, 9);
+  const auto of_six = MedianInterval({1, 2, 3, 4, 5, 6}, 0.95);
+  ASSERT_TRUE(of_six);
+  EXPECT_EQ(of_six->low, 1);
+  EXPECT_EQ(of_six->high, 6);
+  EXPECT_FALSE(MedianInterval({1, 2, 3, 4, 5}, 0.95));
+  EXPECT_FALSE(MedianInterval({}, 0.95));
+}
+
 TEST(Quantile, InterpolatesBetweenOrderStatistics) {
   EXPECT_DOUBLE_EQ(*Quantile({4, 1, 3, 2}, 0.25), 1.75);
   EXPECT_DOUBLE_EQ(*Quantile({4, 1, 3, 2}, 1), 4);

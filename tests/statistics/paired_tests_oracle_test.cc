@@ -87,6 +87,8 @@ TEST(PairedTests, NothingToCompareSaysNothing) {
   EXPECT_EQ(ComparePairs({1}, {2}).t_p, 1);
   EXPECT_EQ(ComparePairs({1, 2}, {1, 2}).t_p, 1);
   EXPECT_EQ(ComparePairs({1, 2}, {2, 3}).t_p, 0);
+  EXPECT_EQ(ComparePairs({1, 2}, {2, 3}).confidence.low, 1);
+  EXPECT_EQ(ComparePairs({1, 2}, {2, 3}).confidence.high, 1);
 }
 
 // Equal sizes share the mean of their ranks: 1.5 1.5 4 4 4 6 7 8.5 8.5 10. The positive ones sum up

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "experiments/trial/eyes.h"
 #include "experiments/trial/scenario.h"
 #include "experiments/trial/world.h"
 
@@ -92,6 +93,37 @@ TEST(WorldFaults, AFrozenCameraGivesTheImageBefore) {
     EXPECT_EQ(frozen[i].right, sound[i].right) << i;
   }
   EXPECT_NE(sound[2].left, sound[3].left);
+}
+
+// A camera with noise never gives the same image twice; of one without nothing can be told.
+TEST(EyesFaults, SeeNothingInWhatStandsStill) {
+  for (const bool noisy : {true, false}) {
+    std::vector<std::string> assignments = {
+        "seed=3", "rig.width_px=160", "rig.height_px=120", "camera_delay_frames=0",
+        "faults.images=[{kind: frozen, camera: left, begin_s: " + From(3) + ", end_s: " + From(5) +
+            "}]"};
+    if (!noisy)
+      assignments.insert(assignments.end(), {"sensor.read_noise_electrons=0",
+                                             "sensor.shot_noise=false", "sensor.video_noise_dn=0"});
+    const Scenario scenario = LoadScenario("sea_night_passive", assignments);
+    World world(scenario, {});
+    Eyes eyes(scenario, {}, &world);
+    const Image3u8 black(160, 120);
+    for (int frame = 0; frame < 6; ++frame) {
+      ASSERT_TRUE(eyes.Update(frame));
+      const bool still = noisy && (frame == 3 || frame == 4);
+      EXPECT_EQ(eyes.seen().left == black, still) << frame;
+      EXPECT_NE(eyes.seen().right, black) << frame;
+      EXPECT_EQ(eyes.seen().frame, frame);
+      EXPECT_EQ(eyes.StandstillRemark(), !still ? ""
+                                         : frame == 3
+                                             ? "; the left camera has stood still for 0.0 s"
+                                             : "; the left camera has stood still for 0.1 s");
+      vehicle::ContactReport contacts;
+      EXPECT_FALSE(world.Advance({}, &contacts));
+    }
+    EXPECT_EQ(eyes.repeated_images(), noisy ? 2 : 0);
+  }
 }
 
 // A camera whose faults need all of the image is whole wherever it is looked at.

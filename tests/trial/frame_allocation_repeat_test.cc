@@ -13,6 +13,7 @@
 
 #include "control/autopilot.h"
 #include "experiments/trial/eyes.h"
+#include "experiments/trial/known_vehicle.h"
 #include "experiments/trial/scenario.h"
 
 namespace {
@@ -52,7 +53,9 @@ int64_t AllocationsOfThirtyFrames(const std::string& name, bool region_of_intere
   TrialOptions options;
   options.whole_images = !region_of_interest;
   Eyes eyes(scenario, options, &world);
-  control::Autopilot autopilot(scenario.control, scenario.procedure, scenario.image_clock());
+  control::Autopilot autopilot(scenario.control, scenario.procedure,
+                               ModelOf(scenario.known_vehicle, world.scene()),
+                               scenario.image_clock());
   constexpr int kWarmUp = 60, kFrames = 30;
   int64_t before = 0, estimates = 0;
   for (int frame = 0; frame < kWarmUp + kFrames; ++frame) {

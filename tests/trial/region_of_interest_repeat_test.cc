@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "experiments/trial/trial.h"
 
@@ -15,13 +16,13 @@ struct WatchedTrial {
 
 WatchedTrial WatchTrial(const std::string& scenario, bool region_of_interest) {
   WatchedTrial run;
-  Image3u8 last;
+  Image3u8 last, before;  // the eyes have two buffers in turn
   TrialOptions options;
   options.observe = [&](const TrialFrame& frame) {
     constexpr int kCorner_px = 30;  // noise does not repeat itself in 30 pixels
     const uint8_t* corner = frame.seen.left.data();
-    run.partial_frames += !last.empty() && std::equal(corner, corner + kCorner_px, last.data());
-    last = frame.seen.left;
+    run.partial_frames += !before.empty() && std::equal(corner, corner + kCorner_px, before.data());
+    before = std::exchange(last, frame.seen.left);
   };
   run.result = RunTrial(
       LoadScenario(scenario,

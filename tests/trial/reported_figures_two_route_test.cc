@@ -42,9 +42,12 @@ void ExpectEqual(const AxesPose& reported, const AxesPose& expected) {
 void ExpectReportedAsLogged(const TrialResult& result, double fps) {
   const std::vector<FrameRecord>& log = result.log.frames;
   ASSERT_FALSE(log.empty());
-  const auto docked = std::find_if(log.begin(), log.end(), [](const FrameRecord& frame) {
-    return frame.stage == Stage::kDocked;
-  });
+  // The first frame of the last time that it docked, if it stayed.
+  auto docked = log.end();
+  for (auto frame = log.begin(); frame != log.end(); ++frame) {
+    if (frame->stage == Stage::kUndocking) docked = log.end();
+    if (frame->stage == Stage::kDocked && docked == log.end()) docked = frame;
+  }
   EXPECT_EQ(result.docked, docked != log.end());
   const FrameRecord& judged = result.docked ? *docked : log.back();
   const double end_s = static_cast<double>(log.size()) / fps;
@@ -57,7 +60,7 @@ void ExpectReportedAsLogged(const TrialResult& result, double fps) {
     return frame.stage != Stage::kApproach;
   });
   double squares = 0, overshoot = 0, volts = 0, fitness = 0, best = -1, force = 0;
-  int counted = 0, returns = 0, changes = 0;
+  int counted = 0, returns = 0, attempts = 0, dockings = 0, changes = 0;
   std::map<Stage, int> frames_of;
   for (size_t i = 0; i < log.size(); ++i) {
     const FrameRecord& frame = log[i];
@@ -82,10 +85,14 @@ void ExpectReportedAsLogged(const TrialResult& result, double fps) {
       EXPECT_EQ(change.from, log[i - 1].stage);
       EXPECT_EQ(change.to, frame.stage);
       returns += change.from == Stage::kDocking && change.to == Stage::kVisualServoing;
+      attempts += frame.stage == Stage::kDocking;
+      dockings += frame.stage == Stage::kDocked;
     }
   }
   EXPECT_EQ(changes, static_cast<int>(result.transitions.size()));
   EXPECT_EQ(result.returns_to_servoing, returns);
+  EXPECT_EQ(result.attempts, attempts);
+  EXPECT_EQ(result.dockings, dockings);
   EXPECT_NEAR(result.tracking_rms_m, std::sqrt(squares / counted), 1e-12);
   EXPECT_NEAR(result.overshoot_m, std::min(overshoot, 1.0), 1e-12);
   EXPECT_NEAR(result.effort_v, std::sqrt(volts / (4.0 * static_cast<double>(log.size()))), 1e-12);
@@ -124,6 +131,36 @@ TEST(ReportedFigures, OfATrialThatPressesAgainstTheDock) {
       LoadScenario("pool_active", {"seed=3", "pose_source=true_pose", "duration_s=13",
                                    "procedure.servo_z_m=-0.06", "vehicle.contact.friction=2"}));
   ASSERT_GT(result.dock_force_max_newton, result.log.frames.back().dock_force_newton);
+  ExpectReportedAsLogged(result, 30);
+}
+
+TEST(ReportedFigures, OfATrialThatDocksTwice) {
+  const TrialResult result =
+      RunTrial(LoadScenario("docking_cycles", {"pose_source=true_pose", "procedure.cycles=2"}));
+  EXPECT_EQ(result.outcome, Outcome::kDocked) << result.reason;
+  EXPECT_EQ(result.dockings, 2);
+  EXPECT_GE(result.attempts, 2);
+  EXPECT_GT(result.stage_time_s.at(Stage::kUndocking), 5);
+  ExpectReportedAsLogged(result, 30);
+}
+
+// The time is up while it is docked for the first of two times: not docked as it shall be.
+TEST(ReportedFigures, OfATrialThatStopsBetweenTwoDockings) {
+  const TrialResult result = RunTrial(LoadScenario(
+      "docking_cycles", {"pose_source=true_pose", "procedure.cycles=2", "duration_s=20"}));
+  EXPECT_EQ(result.outcome, Outcome::kTimeout) << result.reason;
+  EXPECT_EQ(result.dockings, 1);
+  EXPECT_FALSE(result.docked);
+  EXPECT_EQ(result.failure, Failure::kTimeout);
+}
+
+TEST(ReportedFigures, OfATrialThatGivesUp) {
+  // aimed beside the hole: the pole meets the rim and does not get on
+  const TrialResult result = RunTrial(LoadScenario(
+      "docking_cycles", {"pose_source=true_pose", "procedure.servo_z_m=0.06",
+                         "vehicle.contact.friction=2", "procedure.attempts=2", "seed=3"}));
+  EXPECT_EQ(result.outcome, Outcome::kGaveUp) << result.reason;
+  EXPECT_EQ(result.attempts, 2);
   ExpectReportedAsLogged(result, 30);
 }
 

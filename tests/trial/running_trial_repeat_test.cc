@@ -52,10 +52,10 @@ TEST(RunningTrial, ATrialThatIsLookedAtEndsAsOneThatIsNot) {
 // Each of these, from the 21st frame on, makes another trial, the same one each time.
 TEST(RunningTrial, EveryChangeCountsAndCanBeRepeated) {
   const std::string digest = RunTrial(Short()).digest;
-  for (const std::string change :
-       {"water.milk_ml_m3=40", "ball_lights.rim_radiance_w_m2_sr=0.01", "lamps.enabled=true",
-        "sea.current.surface_velocity_mps[1]=0.2", "sea.state=rough",
-        "sea.jonswap.significant_height_m=0.3", "controller=p_voltage", "lqg.sway.effort_v=0.5"}) {
+  for (const std::string change : {"water.milk_ml_m3=40", "ball_lights.rim_radiance_w_m2_sr=0.01",
+                                   "lamps.enabled=true", "sea.current.surface_velocity_mps[1]=0.2",
+                                   "sea.state=rough", "sea.jonswap.significant_height_m=0.3",
+                                   "controller=p_voltage", "lqg.sway.effort_share=0.5"}) {
     SCOPED_TRACE(change);
     const TrialResult changed = Played(Short(), {{20, change}});
     EXPECT_NE(changed.digest, digest);
@@ -112,7 +112,7 @@ TEST(RunningTrial, RefusesWhatItCannotFollow) {
   EXPECT_THAT(message("water.milk_ml_m3=-1"), HasSubstr("must be in [0, 2000]"));
   EXPECT_THAT(message("water.milk_ml=1"), HasSubstr("did you mean milk_ml_m3"));
   EXPECT_THAT(message("water.milk_ml_m3"), HasSubstr("must be KEY=VALUE"));
-  EXPECT_THAT(message("lqg.sway.effort_v=0"), HasSubstr("must be > 0"));
+  EXPECT_THAT(message("lqg.sway.effort_share=0"), HasSubstr("must be in [1e-04, 100]"));
   EXPECT_TRUE(trial.changes().empty());
   while (!trial.ended()) trial.Step();
   EXPECT_EQ(trial.Finish().digest, RunTrial(Short()).digest);

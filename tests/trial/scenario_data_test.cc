@@ -7,9 +7,11 @@
 
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
+#include "experiments/trial/known_vehicle.h"
 #include "experiments/trial/scenario.h"
 #include "experiments/trial/trial.h"
 #include "sim/vehicle/scene.h"
+#include "tests/control/published_vehicle.h"
 
 namespace turbidock::trial {
 namespace {
@@ -42,7 +44,7 @@ TEST_P(EveryScenario, SavedAndLoadedItIsTheSame) {
 
 TEST_P(EveryScenario, TheEstimatorKnowsTheSceneSMarker) {
   const Scenario scenario = LoadScenario(GetParam(), {});
-  const vehicle::Scene scene = vehicle::LoadScene(SceneFile(scenario), scenario.rig);
+  const vehicle::Scene scene = vehicle::LoadScene(SceneFilesOf(scenario), scenario.rig);
   ASSERT_EQ(scene.balls.size(), scenario.marker.balls.size());
   for (const vision::BallParams& known : scenario.marker.balls) {
     int found = 0;
@@ -130,56 +132,49 @@ TEST(VehicleData, IsWhatTheStructsDefaultTo) {
   EXPECT_GT(found, 20);
 }
 
-// The autopilot inverts the thrusters' curve: it must be this vehicle's.
-TEST(Gains, InvertTheVehiclesThrusters) {
-  const Scenario scenario = LoadScenario("sea_night_active", {});
-  for (const control::AllocationParams& allocation :
-       {scenario.control.pid.allocation, scenario.control.lqg.allocation}) {
-    EXPECT_EQ(allocation.dead_band_v, scenario.vehicle.thrusters.dead_band_volts);
-    EXPECT_EQ(allocation.curve_exponent, scenario.vehicle.thrusters.curve_exponent);
+// What the controller is told of the bundled vehicle, against the same typed by hand.
+TEST(KnownVehicle, IsThePublishedOne) {
+  const control::VehicleModel known = ModelOf(LoadScenario("sea_night_active", {}));
+  const control::VehicleModel typed = control::PublishedVehicle();
+  ASSERT_EQ(known.thrusters.size(), typed.thrusters.size());
+  for (size_t i = 0; i < typed.thrusters.size(); ++i) {
+    EXPECT_EQ(known.thrusters[i].name, typed.thrusters[i].name);
+    EXPECT_NEAR((known.thrusters[i].p_BT - typed.thrusters[i].p_BT).norm(), 0, 1e-12);
+    EXPECT_NEAR((known.thrusters[i].axis_B - typed.thrusters[i].axis_B).norm(), 0, 1e-12);
+    EXPECT_EQ(known.thrusters[i].curve.FullForward(), 4.9);
+    EXPECT_EQ(known.thrusters[i].curve.dead_band_volts, 0.19);
+    EXPECT_EQ(known.thrusters[i].effectiveness, 1);
   }
-  // The published law compensates nothing.
-  EXPECT_EQ(scenario.control.p_voltage.allocation.dead_band_v, 0);
+  EXPECT_NEAR((known.inertia - typed.inertia).norm(), 0, 1e-12);
+  EXPECT_EQ(known.linear_damping, typed.linear_damping);
+  EXPECT_EQ(known.quadratic_damping, typed.quadratic_damping);
+  EXPECT_EQ(known.thruster_lag_s, typed.thruster_lag_s);
+  EXPECT_NEAR(known.head_ahead_m, typed.head_ahead_m, 1e-12);
 }
 
-// To the three digits that the file has.
-TEST(Gains, ModelTheVehicle) {
-  const Scenario scenario = LoadScenario("sea_night_active", {});
-  const vehicle::VehicleParams& vehicle = scenario.vehicle;
-  const vehicle::HydrodynamicsParams& hydro = vehicle.hydrodynamics;
-  const vehicle::ThrusterParams& thrusters = vehicle.thrusters;
-  // drag linearised about these speeds through the water
-  const auto damping = [&](int axis, double speed) {
-    return hydro.linear_damping_diagonal[axis] + 2 * speed * hydro.quadratic_damping_diagonal[axis];
-  };
-  const double newton_per_v =
-      thrusters.max_thrust_newton / (kNeutralVolts - thrusters.dead_band_volts);
-  const auto expect = [](double got, double want, const char* what) {
-    EXPECT_NEAR(got, want, 0.005 * want) << what;
-  };
-  const auto expect_axis = [&](const control::LqgParams::Translation& model, int axis, double speed,
-                               int thruster_count, const char* what) {
-    expect(model.mass_kg, vehicle.rigid_body.mass_kg + hydro.added_mass_diagonal[axis], what);
-    expect(model.damping_newton_s_per_m, damping(axis, speed), what);
-    expect(model.thrust_newton_per_v, thruster_count * newton_per_v, what);
-  };
-  const control::LqgParams& lqg = scenario.control.lqg;
-  expect_axis(lqg.surge, 0, 0.05, 2, "surge");
-  expect_axis(lqg.sway, 1, 0.1, 1, "sway");
-  expect_axis(lqg.heave, 2, 0.05, 1, "heave");
-  expect(lqg.yaw.inertia_kg_m2, vehicle.rigid_body.inertia_kg_m2.z() + hydro.added_mass_diagonal[5],
-         "yaw");
-  expect(lqg.yaw.damping_newton_m_s, damping(5, 0.1), "yaw");
-  expect(lqg.yaw.moment_newton_m_per_v, 2 * 0.1 * newton_per_v,
-         "yaw");  // arms of models/vehicle.xml
-  EXPECT_EQ(lqg.thruster_lag_s, thrusters.lag_s);
+// The controller does not hear of what is different in the water.
+TEST(KnownVehicle, IsNotTheOneInTheWater) {
+  const control::VehicleModel nominal = ModelOf(LoadScenario("sea_night_active", {}));
+  const control::VehicleModel known = ModelOf(LoadScenario(
+      "sea_night_active", {"vehicle.rigid_body.mass_kg=20", "vehicle.thrusters.max_thrust_newton=3",
+                           "vehicle.thrusters.effectiveness=[1, 0, 1, 1]"}));
+  EXPECT_EQ(known.inertia, nominal.inertia);
+  EXPECT_EQ(known.thrusters[1].effectiveness, 1);
+  EXPECT_EQ(known.thrusters[0].curve.FullForward(), 4.9);
+  const control::VehicleModel told = ModelOf(
+      LoadScenario("sea_night_active", {"known_vehicle.rigid_body.mass_kg=20",
+                                        "known_vehicle.thrusters.effectiveness=[1, 0, 1, 1]"}));
+  EXPECT_NEAR(told.inertia[control::kSurge], nominal.inertia[control::kSurge] + 5, 1e-12);
+  EXPECT_EQ(told.thrusters[1].effectiveness, 0);
 }
 
-TEST(BundledScenarios, AreTheSixOfTheDocumentation) {
+TEST(BundledScenarios, AreThoseOfTheDocumentation) {
   EXPECT_EQ(
       config::BundledNames("scenarios"),
-      (std::vector<std::string>{"paper_sea_night_active", "paper_sea_night_passive", "pool_active",
-                                "pool_passive", "sea_night_active", "sea_night_passive"}));
+      (std::vector<std::string>{"bluerov2_sea_night", "docking_cycles", "paper_sea_night_active",
+                                "paper_sea_night_passive", "pool_active", "pool_fiducial",
+                                "pool_passive", "sea_moored_active", "sea_night_active",
+                                "sea_night_fiducial", "sea_night_passive"}));
 }
 
 // What one marker reaches and the other does not is then the marker's doing.

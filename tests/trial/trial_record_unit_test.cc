@@ -52,6 +52,8 @@ TrialRecord AwkwardRecord() {
   r.final_error_estimated = {std::nextafter(1, 2), 2, 3, 4};
   r.fitness_mean = -0.25;
   r.fitness_best = 0.75;
+  r.attempts = 4;
+  r.dockings = 2;
   r.returns_to_servoing = 3;
   r.tracking_rms_m = 0.01;
   r.overshoot_m = 0.02;
@@ -68,7 +70,7 @@ TrialRecord AwkwardRecord() {
   r.wall_time_s = 4;
   r.cpu_time_s = 5;
   r.rss_bytes = std::numeric_limits<int64_t>::max() - 1;
-  r.log = "killed";
+  r.printed = "killed";
   return r;
 }
 

@@ -52,8 +52,8 @@ TEST(TrialRepeat, TheDigestSeesTheSeedAndEveryStageOfTheLoop) {
                                    "sensor.auto_white_balance_limit=2",
                                    "lens.k1=-0.05",
                                    "snow.flakes_per_m3=2000",
-                                   "lqg.sway.effort_v=0.5",
-                                   "lqg.allocation.dead_band_v=0.2",
+                                   "lqg.sway.effort_share=0.5",
+                                   "known_vehicle.thrusters.dead_band_volts=0.2",
                                    "procedure.found_hold_s=0.6",
                                    "vehicle.thrusters.max_thrust_newton=6"}) {
     std::vector<std::string> assignments = kShort;

@@ -90,7 +90,7 @@ TEST(TrialScenario, CollidesWhenACurrentDrivesItOntoTheStationWithoutThrusters) 
 TEST(TrialScenario, APoleThatSticksToTheRimIsJammed) {
   // 60 mm too high, where the rim is, and too rough to slide in.
   const TrialResult result =
-      RunTrial(LoadScenario("pool_active", {"seed=3", "duration_s=13", "procedure.servo_z_m=-0.06",
+      RunTrial(LoadScenario("pool_active", {"seed=3", "duration_s=12", "procedure.servo_z_m=-0.06",
                                             "vehicle.contact.friction=2"}));
   EXPECT_EQ(result.outcome, Outcome::kTimeout) << result.reason;
   EXPECT_FALSE(result.inserted);

@@ -50,11 +50,11 @@ TEST(World, AFramesContactsAreTheStrongestOfItsTicks) {
                                    "start.vertical_m=0.02", "start.heading_rad=0.05"});
   World world(scenario, {});
   const SeedTree seeds(static_cast<uint64_t>(scenario.seed));
-  const vehicle::Scene scene = vehicle::LoadScene(SceneFile(scenario), scenario.rig);
+  const vehicle::Scene scene = vehicle::LoadScene(SceneFilesOf(scenario), scenario.rig);
   vehicle::Plant plant(scene, scenario.vehicle, scenario.clock,
                        vehicle::Sea(scenario.sea, seeds.Stream("sea")));
   plant.Reset(scene.X_WM * DrawStart(scenario) * scene.X_BH.Inverse());
-  ThrusterCommand ahead;
+  ThrusterCommand ahead = ThrusterCommand::Neutral(4);
   ahead.volts[0] = ahead.volts[1] = 5;
   int touched = 0, stronger_before_the_end = 0;
   for (int frame = 0; frame < 300; ++frame) {

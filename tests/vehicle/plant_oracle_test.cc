@@ -78,7 +78,7 @@ TEST(Thrust, ActsAtItsMount) {
   const Scene scene = check::OpenWater();
   Plant plant(scene, params, check::TicksPerTenth(50), Sea());
   // The left surge thruster alone: forward and a turn to the right.
-  ThrusterCommand command;
+  ThrusterCommand command = ThrusterCommand::Neutral(4);
   command.volts[0] = 5;
   ASSERT_FALSE(plant.Step(command).has_value());
   Twist V = plant.truth().V_WB_B;

@@ -43,7 +43,7 @@ TEST(PlantAndMujoco, WithoutWaterTheStepIsMujocosBitForBit) {
   for (int i = 0; i < 1500; ++i) {
     ASSERT_FALSE(plant.Step(command).has_value());
     const ThrusterForces thrust = plant.truth().thrust_newton;
-    for (int k = 0; k < kThrusterCount; ++k) data->ctrl[k] = thrust[k];
+    for (size_t k = 0; k < thrust.size(); ++k) data->ctrl[k] = thrust[k];
     mj_step(model.get(), data.get());
     ticks_in_contact += plant.contacts().collision_force_newton > 0;
     // MuJoCo normalises the quaternion when the next step begins, the plant when this one ends.

@@ -69,7 +69,7 @@ TEST(Plant, StartsAtRestWhereItIsPut) {
   EXPECT_LT(AngleBetween(now.X_WB.q, X_WB.q), 1e-7);
   EXPECT_EQ(now.V_WB_B.v, Vector3d::Zero());
   EXPECT_EQ(now.V_WB_B.w, Vector3d::Zero());
-  EXPECT_EQ(now.thrust_newton, ThrusterForces{});
+  EXPECT_EQ(now.thrust_newton, ThrusterForces(4, 0.0));
   EXPECT_EQ(plant.energy().residual(), 0);
 }
 
@@ -152,7 +152,7 @@ TEST(Plant, FrictionAndBounceOfPoleAndDockAreTheParameters) {
 TEST(Plant, AnUnusableStateIsReportedWithItsReason) {
   const Scene scene = check::OpenWater();
   Plant plant(scene, {}, {}, Sea());
-  ThrusterCommand broken;
+  ThrusterCommand broken = ThrusterCommand::Neutral(4);
   broken.volts[2] = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(plant.Step(broken).value_or("fine"), HasSubstr("command is not finite"));
   EXPECT_EQ(plant.truth().tick, 0) << "nothing moved";

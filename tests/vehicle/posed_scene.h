@@ -15,7 +15,7 @@ inline std::string ModelPath(const std::string& name) {
 
 struct PosedScene {
   explicit PosedScene(const std::string& name, const RigParams& rig = {})
-      : scene(vehicle::LoadScene(ModelPath(name), rig)), data(mj_makeData(scene.model.get())) {}
+      : scene(vehicle::LoadScene({ModelPath(name)}, rig)), data(mj_makeData(scene.model.get())) {}
 
   // Puts the vehicle where the camera head sees the marker at X_HM, and computes all positions.
   void Place(const Pose& X_HM) {

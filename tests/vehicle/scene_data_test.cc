@@ -48,17 +48,19 @@ TEST(ModelFiles, EachIsASceneOrPartOfOne) {
     }
   }
   EXPECT_EQ(scenes,
-            (std::set<std::string>{"pool_active.xml", "pool_passive.xml", "sea_active.xml",
+            (std::set<std::string>{"pool_active.xml", "pool_fiducial.xml", "pool_passive.xml",
+                                   "sea_active.xml", "sea_fiducial.xml", "sea_moored_active.xml",
                                    "sea_passive.xml", "tank_active.xml", "tank_passive.xml"}));
   std::set<std::string> used = scenes;
   used.insert(parts.begin(), parts.end());
+  used.insert("bluerov2_heavy.xml");  // to be taken for vehicle.xml
   EXPECT_EQ(used, all);
 }
 
 class EveryScene : public ::testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(Models, EveryScene,
                          ::testing::Values("pool_active", "pool_passive", "sea_active",
-                                           "sea_passive"),
+                                           "sea_passive", "sea_moored_active"),
                          [](const auto& tested) { return tested.param; });
 
 TEST_P(EveryScene, StepsWithoutWarnings) {
@@ -136,7 +138,7 @@ TEST(Dock, LeadsThePoleIn) {
     mjData& d = *posed.data;
     posed.Place({FromYawPitchRoll(0.05, 0, 0), {0.48, offset_m, offset_m}});
     for (int i = 0; i < 480 * 5; ++i) {
-      d.ctrl[posed.scene.thruster_actuators[0]] = d.ctrl[posed.scene.thruster_actuators[1]] = 1;
+      d.ctrl[posed.scene.thrusters[0].actuator] = d.ctrl[posed.scene.thrusters[1].actuator] = 1;
       const Vector3d eps = BodyPose(d, posed.scene.vehicle_body).q.vec();
       for (int k = 0; k < 3; ++k) {
         d.qfrc_applied[k] = -20 * d.qvel[k];
@@ -233,7 +235,7 @@ TEST_P(EveryScene, ThrustersPushAsNamed) {
   const Vector3d axes[] = {{1, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   const double yaw_arms_m[] = {-0.10, 0.10, 0, 0};
   for (int i = 0; i < 4; ++i) {
-    const int actuator = posed.scene.thruster_actuators[i];
+    const int actuator = posed.scene.thrusters[i].actuator;
     posed.Place(Pose::Translation(1.5, 0, 0));
     for (const double ctrl : {1.0, -1.0, 100.0, -100.0}) {
       mju_zero(posed.data->ctrl, posed.scene.model->nu);

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 
 #include "sim/base/check.h"
@@ -28,7 +29,8 @@ constexpr const char* kSmallest = R"(<mujoco>
       <site name="lamp_left"/>
       <site name="lamp_right"/>
       <site name="pole_tip" pos="0.31 0 0"/>
-      <site name="thruster"/>
+      <site name="left" pos="0 0.1 0"/>
+      <site name="up" euler="0 -1.5707963267948966 0"/>
       <camera name="left"/>
       <camera name="right"/>
     </body>
@@ -43,10 +45,8 @@ constexpr const char* kSmallest = R"(<mujoco>
     </body>
   </worldbody>
   <actuator>
-    <motor name="surge_left" site="thruster" gear="1 0 0 0 0 0"/>
-    <motor name="surge_right" site="thruster" gear="1 0 0 0 0 0"/>
-    <motor name="sway" site="thruster" gear="1 0 0 0 0 0"/>
-    <motor name="heave" site="thruster" gear="1 0 0 0 0 0"/>
+    <motor name="port" site="left" gear="1 0 0 0 0 0"/>
+    <motor name="lift" site="up" gear="1 0 0 0 0 0"/>
   </actuator>
 </mujoco>
 )";
@@ -66,7 +66,7 @@ std::string WithChange(const std::string& from, const std::string& to) {
 
 std::string ErrorOf(const std::string& path, const RigParams& rig = {}) {
   try {
-    LoadScene(path, rig);
+    LoadScene({path}, rig);
   } catch (const ConfigError& error) {
     return error.what();
   }
@@ -74,7 +74,7 @@ std::string ErrorOf(const std::string& path, const RigParams& rig = {}) {
 }
 
 TEST(LoadScene, ReadsTheContract) {
-  const Scene scene = LoadScene(WriteModel(kSmallest), RigParams{});
+  const Scene scene = LoadScene({WriteModel(kSmallest)}, RigParams{});
   EXPECT_NEAR((scene.X_BH.p - Eigen::Vector3d(0.1, 0.02, 0.03)).norm(), 0, 1e-12);
   EXPECT_NEAR((scene.p_HQ_pole_tip - Eigen::Vector3d(0.21, -0.02, -0.03)).norm(), 0, 1e-12);
   EXPECT_NEAR(YawOf(scene.X_WM.q), 0.5, 1e-12);
@@ -90,7 +90,40 @@ TEST(LoadScene, ReadsTheContract) {
   EXPECT_EQ(scene.geom_part, (std::vector<Part>{Part::kEnvironment, Part::kHull, Part::kPole,
                                                 Part::kMarker, Part::kDock}));
   EXPECT_EQ(scene.lamp_sites.size(), 2u);
-  EXPECT_EQ(scene.thruster_actuators, (std::vector<int>{0, 1, 2, 3}));
+  ASSERT_EQ(NamesOf(scene.thrusters), (std::vector<std::string>{"port", "lift"}));
+  EXPECT_EQ(scene.thrusters[1].actuator, 1);
+  EXPECT_EQ(scene.thrusters[0].p_BT, Eigen::Vector3d(0, 0.1, 0));
+  EXPECT_NEAR((scene.thrusters[1].axis_B - Eigen::Vector3d::UnitZ()).norm(), 0, 1e-12);
+}
+
+TEST(LoadScene, TakesOtherFilesForThoseThatTheSceneIncludes) {
+  const std::string text = kSmallest;
+  const size_t begin = text.find("<body name=\"vehicle\""),
+               end = text.find("<body name=\"marker\"");
+  const std::string folder = ::testing::TempDir();
+  const std::string mine = folder + "mine.xml", scene = folder + "scene.xml";
+  std::ofstream(scene) << text.substr(0, begin) << "<include file=\"vehicle.xml\"/>"
+                       << text.substr(end);
+  std::ofstream(mine) << "<mujoco>" << text.substr(begin, end - begin) << "</mujoco>";
+  EXPECT_EQ(LoadScene({scene, {{"vehicle.xml", mine}}}, {}).thrusters.size(), 2u);
+  try {
+    LoadScene({scene, {{"vehicle.xml", folder + "none.xml"}}}, {});
+    ADD_FAILURE();
+  } catch (const ConfigError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("none.xml: cannot be read"));
+  }
+  // what is wrong in it is said with its name
+  std::ofstream(mine) << "<mujoco><body name=\"vehicle\"><geom type=\"mesh\" mesh=\"fin\"/></body>"
+                         "</mujoco>";
+  try {
+    LoadScene({scene, {{"vehicle.xml", mine}}}, {});
+    ADD_FAILURE();
+  } catch (const ConfigError& error) {
+    EXPECT_THAT(error.what(), HasSubstr(mine));
+    EXPECT_THAT(error.what(), HasSubstr("mesh 'fin' not found"));
+  }
+  std::filesystem::remove(scene);
+  std::filesystem::remove(mine);
 }
 
 TEST(LoadScene, NamesAMissingFile) {
@@ -153,14 +186,72 @@ INSTANTIATE_TEST_SUITE_P(
                "name=\"dock_throat\" pos=\"0.2 0 0.5\" euler=\"0 0 0.1\"", "with its axes"},
         Breach{"size=\"0.01 0.05 0.05\"", "size=\"0.01 0.05 0.06\"", "as wide as it is high"},
         Breach{"type=\"box\" size=\"0.01 0.05 0.05\"", "", "must be a box"},
-        Breach{"<motor name=\"sway\" site=\"thruster\" gear=\"1 0 0 0 0 0\"/>", "",
-               "no actuator named \"sway\""},
-        Breach{"<motor name=\"sway\" site=\"thruster\" gear=\"1 0 0 0 0 0\"/>",
-               "<motor name=\"sway\" site=\"thruster\" gear=\"0 1 0 0 0 0\"/>",
-               "actuator \"sway\" must push along the x axis"},
-        Breach{"<motor name=\"sway\" site=\"thruster\" gear=\"1 0 0 0 0 0\"/>",
-               "<motor name=\"sway\" site=\"dock_mouth\" gear=\"1 0 0 0 0 0\"/>",
+        Breach{"<motor name=\"lift\" site=\"up\" gear=\"1 0 0 0 0 0\"/>",
+               "<motor name=\"lift\" site=\"left\" gear=\"1 0 0 0 0 0\"/>",
+               "motors \"port\" and \"lift\" must not share the site \"left\""},
+        Breach{
+            "<motor name=\"lift\" site=\"up\" gear=\"1 0 0 0 0 0\"/>",
+            "<motor name=\"lift\" site=\"up\" refsite=\"left\" gear=\"1 0 0 0 0 0\"/>",
+            "motor \"lift\" must push at one site, but names \"up\" and, as its refsite, \"left\""},
+        Breach{"<motor name=\"lift\" site=\"up\" gear=\"1 0 0 0 0 0\"/>",
+               "<motor name=\"lift\" gear=\"1 0 0 0 0 0\"/>", "actuator 'lift'"},
+        Breach{"<motor name=\"lift\" site=\"up\" gear=\"1 0 0 0 0 0\"/>",
+               "<motor name=\"up ahead\" site=\"up\" gear=\"1 0 0 0 0 0\"/>",
+               "motor \"up ahead\" must have a name of letters, digits and underscores"},
+        Breach{"<motor name=\"lift\"", "<motor", "motor 1 has no name"},
+        Breach{"<motor name=\"lift\" site=\"up\" gear=\"1 0 0 0 0 0\"/>",
+               "<motor name=\"lift\" site=\"up\" gear=\"0 1 0 0 0 0\"/>",
+               "motor \"lift\" must push along the x axis"},
+        Breach{"<motor name=\"lift\" site=\"up\" gear=\"1 0 0 0 0 0\"/>",
+               "<motor name=\"lift\" site=\"dock_mouth\" gear=\"1 0 0 0 0 0\"/>",
                "of a site of the vehicle"}));
+
+constexpr const char* kMarkerBody = "<body name=\"marker\" pos=\"0.5 0 1\" euler=\"0 0 0.5\">";
+constexpr const char* kThroat = "type=\"box\" size=\"0.01 0.05 0.05\"/>\n    </body>";
+
+// The smallest scene with marker and station in a berth that has these joints.
+std::string Moored(const std::string& joints, const std::string& of_berth = "") {
+  std::string text =
+      WithChange(kMarkerBody, "<body name=\"berth\"" + of_berth + ">" + joints + kMarkerBody);
+  const size_t end = text.find(kThroat) + std::string(kThroat).size();
+  return text.insert(end, "</body>");
+}
+
+TEST(LoadScene, FindsABerthThatMoves) {
+  const Scene scene =
+      LoadScene({WriteModel(Moored("<joint name=\"mooring_x\" type=\"slide\" axis=\"1 0 0\"/>"
+                                   "<joint name=\"mooring_yaw\" axis=\"0 0 1\"/>"))},
+                {});
+  EXPECT_GT(scene.berth.body, 0);
+  const auto [x, y, yaw] = scene.berth.joints;
+  EXPECT_GE(x, 0);
+  EXPECT_EQ(y, -1);
+  EXPECT_GT(yaw, x);
+  EXPECT_EQ(LoadScene({WriteModel(kSmallest)}, {}).berth.body, -1);
+}
+
+TEST(LoadScene, RefusesABerthThatMovesOtherwise) {
+  const std::string x = "<joint name=\"mooring_x\" type=\"slide\" axis=\"1 0 0\"/>";
+  const std::string yaw = "<joint name=\"mooring_yaw\" axis=\"0 0 1\"/>";
+  const auto error = [](const std::string& joints, const std::string& of_berth = "") {
+    return ErrorOf(WriteModel(Moored(joints, of_berth)));
+  };
+  EXPECT_EQ(error(x + yaw), "no error");
+  EXPECT_THAT(error("<joint name=\"mooring_x\" type=\"slide\" axis=\"0 1 0\"/>"),
+              HasSubstr("joint \"mooring_x\" must slide along 1 0 0"));
+  EXPECT_THAT(error("<joint name=\"mooring_yaw\" type=\"slide\" axis=\"0 0 1\"/>"),
+              HasSubstr("joint \"mooring_yaw\" must be a hinge about 0 0 1"));
+  EXPECT_THAT(error(yaw + x), HasSubstr("must come after the others"));
+  EXPECT_THAT(error(x + "<joint/>"), HasSubstr("must have no others"));
+  EXPECT_THAT(error(x, " euler=\"0 0 1\""), HasSubstr("unturned"));
+  EXPECT_THAT(error("<joint name=\"mooring_yaw\" axis=\"0 0 1\" damping=\"1\"/>"),
+              HasSubstr("must be free"));
+  EXPECT_THAT(error("<joint/>"), HasSubstr("must not have joints"));
+  std::string apart = kSmallest;
+  const std::string in_marker = std::string(kMarkerBody) + yaw;
+  apart.replace(apart.find(kMarkerBody), std::string(kMarkerBody).size(), in_marker);
+  EXPECT_THAT(ErrorOf(WriteModel(apart)), HasSubstr("unturned"));
+}
 
 }  // namespace
 }  // namespace turbidock::vehicle

@@ -10,24 +10,31 @@
 namespace turbidock::vehicle {
 namespace {
 
-ThrusterFault Fault(ThrusterName thruster, double force_factor, double begin_s, double end_s) {
-  ThrusterFault fault;
-  fault.thruster = thruster;
-  fault.force_factor = force_factor;
-  fault.begin_s = begin_s;
-  fault.end_s = end_s;
-  return fault;
+std::vector<NumberedThrusterFault> OnFour(const std::vector<ThrusterFault>& faults) {
+  return Numbered(faults, {"surge_left", "surge_right", "sway", "heave"}, "faults");
 }
 
 TEST(ThrusterFault, ItsFactorHoldsFromItsBeginningAndBeforeItsEnd) {
-  const std::vector<ThrusterFault> faults = {Fault(ThrusterName::kSway, 0.5, 1, 2),
-                                             Fault(ThrusterName::kSway, -0.5, 1.5, 3),
-                                             Fault(ThrusterName::kHeave, 0, 1, 2)};
-  EXPECT_EQ(FactorsAt(faults, 0.999), kSoundThrusters);
-  EXPECT_EQ(FactorsAt(faults, 1), (ThrusterFactors{1, 1, 0.5, 0}));
-  EXPECT_EQ(FactorsAt(faults, 1.5), (ThrusterFactors{1, 1, -0.25, 0}));
-  EXPECT_EQ(FactorsAt(faults, 2), (ThrusterFactors{1, 1, -0.5, 1}));
-  EXPECT_EQ(FactorsAt(faults, 3), kSoundThrusters);
+  const auto faults =
+      OnFour({ThrusterFault{{1, 2}, "sway", 0.5}, ThrusterFault{{1.5, 3}, "sway", -0.5},
+              ThrusterFault{{1, 2}, "heave", 0}});
+  const ThrusterFactors kSound(4, 1.0);
+  EXPECT_EQ(FactorsAt(faults, 4, 0.999), kSound);
+  EXPECT_EQ(FactorsAt(faults, 4, 1), (ThrusterFactors{1, 1, 0.5, 0}));
+  EXPECT_EQ(FactorsAt(faults, 4, 1.5), (ThrusterFactors{1, 1, -0.25, 0}));
+  EXPECT_EQ(FactorsAt(faults, 4, 2), (ThrusterFactors{1, 1, -0.5, 1}));
+  EXPECT_EQ(FactorsAt(faults, 4, 3), kSound);
+}
+
+TEST(ThrusterFault, OfAThrusterThatIsNotThereIsRefused) {
+  try {
+    OnFour({ThrusterFault{{0, 1}, "sway", 0}, ThrusterFault{{0, 1}, "swey", 0}});
+    FAIL();
+  } catch (const ConfigError& error) {
+    EXPECT_STREQ(error.what(),
+                 "faults.thrusters[1].thruster: 'swey', must be one of surge_left, "
+                 "surge_right, sway, heave");
+  }
 }
 
 // Thrust in the plant, tick by tick, beside a plant whose thrusters are sound: with a tethered
@@ -39,9 +46,10 @@ TEST(ThrusterFault, LeavesItsShareOfTheThrustInThePlant) {
   const ClockParams clock = check::TicksPerTenth(20);
   Plant sound(scene, params, clock, Sea()), failing(scene, params, clock, Sea()),
       mirrored(scene, params, clock, Sea());
-  failing.SetThrusterFaults({Fault(ThrusterName::kSurgeLeft, 0, 0.5, 1),
-                             Fault(ThrusterName::kSurgeRight, 0.25, 0.5, 1),
-                             Fault(ThrusterName::kHeave, -1, 0, 5)});
+  failing.SetThrusterFaults(
+      {ThrusterFault{{0.5, 1}, "surge_left", 0}, ThrusterFault{{0.5, 1}, "surge_right", 0.25},
+       ThrusterFault{{0, 5}, "heave", -1}},
+      "faults");
   const ThrusterCommand command{.volts = {4, 1.5, 3, 3.5}};
   ThrusterCommand exchanged = command;
   exchanged.volts[3] = kMaxVolts - command.volts[3];

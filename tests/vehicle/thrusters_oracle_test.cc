@@ -14,13 +14,12 @@ constexpr double kRounding_newton = 1e-12;
 
 // Full ahead for 0.5 s, then full astern for 0.5 s, sampled every 10 ms.
 std::vector<double> Response(const ThrusterParams& params, double dt_s) {
-  Thrusters thrusters(params);
+  Thrusters thrusters(params.Of({"only"}, "thrusters"), params.Effectiveness(1));
   const int steps_per_sample = static_cast<int>(std::lround(0.01 / dt_s));
   std::vector<double> samples;
   for (int i = 0; i < 100; ++i) {
     const double volts = i < 50 ? 5 : 0;
-    for (int k = 0; k < steps_per_sample; ++k)
-      thrusters.Step({.volts = {volts, volts, volts, volts}}, {}, dt_s);
+    for (int k = 0; k < steps_per_sample; ++k) thrusters.Step({.volts = {volts}}, {0}, dt_s);
     samples.push_back(thrusters.thrust_newton()[0]);
   }
   return samples;

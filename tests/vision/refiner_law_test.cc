@@ -119,6 +119,23 @@ TEST(PoseRefiner, ABallBehindAnotherOrBehindTheBoxLosesItsHiddenEdges) {
   EXPECT_LT(with_box->edges, without_box->edges - 20);
 }
 
+// Nothing stands in front of ball 1 in the image, but the model says that ball 0 does: what it
+// hides is not looked for, though it is there.
+TEST(PoseRefiner, DoesNotLookForEdgesBehindAnotherBall) {
+  MarkerParams marker = Marker();
+  marker.balls[0].p_MQ_m = {-0.1, 0.15, 0};
+  marker.balls[1].p_MQ_m = {0.05, 0.015, 0};
+  marker.balls[2].p_MQ_m = {0, -0.09, 0.05};
+  const Pose X_HM = Pose::Translation(0.7, 0, 0);
+  const StereoImage seen = testing::PaintMarker(marker, kRig, X_HM, {}, nullptr);
+  const auto beside = PoseRefiner(marker, kRig).Refine(seen, kWhole, X_HM);
+  marker.balls[0].p_MQ_m = {-0.1, 0, 0};
+  const auto in_front = PoseRefiner(marker, kRig).Refine(seen, kWhole, X_HM);
+  ASSERT_TRUE(beside && in_front);
+  EXPECT_GT(beside->edges, 6 * 32 - 12);
+  EXPECT_LT(in_front->edges, 4 * 32 - 20);  // balls 1 and 2 without what is hidden of 1
+}
+
 TEST(PoseRefiner, ReadsItsRegionOnly) {
   Rng rng = SeedTree(4).Stream("noise");
   const StereoImage seen = Painted(2, &rng);

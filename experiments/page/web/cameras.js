@@ -14,40 +14,72 @@ export class Cameras {
     this.trusted = true;
     this.views = {};
     this.caption = h('p', {class: 'note', 'aria-live': 'off'});
-    this.element = h('div', {class: 'cameras'}, kSides.map(side => {
-      const canvas = h('canvas', {width: trial.rig.width_px, height: trial.rig.height_px, role: 'img',
-        'aria-label': `${side} camera with the estimated marker`});
-      this.views[side] = canvas;
-      return h('figure', {}, canvas, h('figcaption', {}, side));
-    }));
+    this.element = h(
+      'div',
+      {class: 'cameras'},
+      kSides.map(side => {
+        const canvas = h('canvas', {
+          width: trial.rig.width_px,
+          height: trial.rig.height_px,
+          role: 'img',
+          'aria-label': `${side} camera with the estimated marker`,
+        });
+        this.views[side] = canvas;
+        return h('figure', {}, canvas, h('figcaption', {}, side));
+      }),
+    );
     host.append(this.element, this.caption);
     onTheme(() => this.draw());
     this.draw();
   }
 
   /** An image, a bitmap or a canvas of that camera; null for none. */
-  setPicture(side, picture) { this.pictures[side] = picture; this.draw(); }
+  setPicture(side, picture) {
+    this.pictures[side] = picture;
+    this.draw();
+  }
   /** The estimate that belongs to the pictures, a pose of M in H; trusted: F is above detection. */
-  setEstimate(pose, trusted = true) { this.pose = pose; this.trusted = trusted; this.draw(); }
-  say(text) { if (this.caption.textContent !== text) this.caption.textContent = text; }
+  setEstimate(pose, trusted = true) {
+    this.pose = pose;
+    this.trusted = trusted;
+    this.draw();
+  }
+  say(text) {
+    if (this.caption.textContent !== text) this.caption.textContent = text;
+  }
 
   /** Circles of the balls in one camera: [{u, v, radius, rgb}], in pixels. */
   circles(side) {
     const camera = this.trial.rig[side];
-    return !this.pose ? [] : this.trial.marker.balls.map(ball => {
-      const [x, y, z] = transform(inverse(camera.X_HC), transform(this.pose, ball.p_m));
-      return z < 1e-3 ? null : {u: camera.fx_px * x / z + camera.cx_px, v: camera.fy_px * y / z + camera.cy_px,
-        radius: camera.fx_px * ball.radius_m / z, rgb: ball.rgb};
-    }).filter(Boolean);
+    return !this.pose
+      ? []
+      : this.trial.marker.balls
+          .map(ball => {
+            const [x, y, z] = transform(inverse(camera.X_HC), transform(this.pose, ball.p_m));
+            return z < 1e-3
+              ? null
+              : {
+                  u: (camera.fx_px * x) / z + camera.cx_px,
+                  v: (camera.fy_px * y) / z + camera.cy_px,
+                  radius: (camera.fx_px * ball.radius_m) / z,
+                  rgb: ball.rgb,
+                };
+          })
+          .filter(Boolean);
   }
 
   draw() {
     if (this.pending) return;
     this.pending = true;
-    requestAnimationFrame(() => { this.pending = false; kSides.forEach(side => this.drawSide(side)); });
+    requestAnimationFrame(() => {
+      this.pending = false;
+      kSides.forEach(side => this.drawSide(side));
+    });
   }
   drawSide(side) {
-    const canvas = this.views[side], c = canvas.getContext('2d'), {width, height} = canvas;
+    const canvas = this.views[side];
+    const c = canvas.getContext('2d');
+    const {width, height} = canvas;
     c.fillStyle = '#0a1218';
     c.fillRect(0, 0, width, height);
     const picture = this.pictures[side];
@@ -58,11 +90,15 @@ export class Cameras {
       c.strokeStyle = `rgb(${rgb.map(x => Math.round(255 * x)).join(' ')})`;
       c.lineWidth = 2.4 * unit;
       c.setLineDash([4 * unit, 4 * unit]);
-      c.beginPath(); c.arc(u + 0.5, v + 0.5, radius, 0, 2 * Math.PI); c.stroke();
+      c.beginPath();
+      c.arc(u + 0.5, v + 0.5, radius, 0, 2 * Math.PI);
+      c.stroke();
       c.strokeStyle = '#fff';
       c.lineWidth = 1.3 * unit;
       c.setLineDash([]);
-      c.beginPath(); c.arc(u + 0.5, v + 0.5, radius * this.trial.marker.outer_ring_ratio, 0, 2 * Math.PI); c.stroke();
+      c.beginPath();
+      c.arc(u + 0.5, v + 0.5, radius * this.trial.marker.outer_ring_ratio, 0, 2 * Math.PI);
+      c.stroke();
     }
     c.globalAlpha = 1;
   }

@@ -17,7 +17,9 @@ export class Clock {
     this.listeners.add(listener);
     return () => this.listeners.delete(listener);
   }
-  tell() { for (const listener of this.listeners) listener(this); }
+  tell() {
+    for (const listener of this.listeners) listener(this);
+  }
 
   seek(time) {
     this.time = Math.min(Math.max(time, this.start), this.end);
@@ -28,7 +30,10 @@ export class Clock {
     if (this.follow) this.time = end;
     this.tell();
   }
-  setSpeed(speed) { this.speed = speed; this.tell(); }
+  setSpeed(speed) {
+    this.speed = speed;
+    this.tell();
+  }
 
   play() {
     if (this.playing) return;
@@ -37,7 +42,7 @@ export class Clock {
     let before = performance.now();
     const step = now => {
       if (!this.playing) return;
-      this.time += this.speed * (now - before) / 1000;
+      this.time += (this.speed * (now - before)) / 1000;
       before = now;
       if (this.time >= this.end) {
         this.time = this.end;
@@ -54,5 +59,7 @@ export class Clock {
     cancelAnimationFrame(this.frame);
     this.tell();
   }
-  toggle() { this.playing ? this.pause() : this.play(); }
+  toggle() {
+    this.playing ? this.pause() : this.play();
+  }
 }

@@ -1,7 +1,9 @@
 // What the document brings along: packed JSON, bytes, libraries.
 
-const find = name => [...document.querySelectorAll('script[data-name]')]
-  .find(element => element.dataset.name === name);
+const find = name =>
+  [...document.querySelectorAll('script[data-name]')].find(
+    element => element.dataset.name === name,
+  );
 
 function bytesOf(base64) {
   const text = atob(base64);
@@ -13,7 +15,12 @@ function bytesOf(base64) {
 async function unpack(element) {
   const bytes = bytesOf(element.textContent);
   // not by way of a Blob: those go through the browser's process and may have to wait there
-  const packed = new ReadableStream({start(control) { control.enqueue(bytes); control.close(); }});
+  const packed = new ReadableStream({
+    start(control) {
+      control.enqueue(bytes);
+      control.close();
+    },
+  });
   return new Response(packed.pipeThrough(new DecompressionStream('gzip'))).text();
 }
 

@@ -27,31 +27,58 @@ export function fill(element, ...children) {
 
 /** A titled part of the page. `id` makes it reachable by the page's own links. */
 export function section(title, {id, note, wide, level = 2} = {}, ...children) {
-  return h('section', {id, class: wide ? 'wide' : null, 'aria-label': title},
-    h('h' + level, {}, title), note ? h('p', {class: 'note'}, note) : null, children);
+  return h(
+    'section',
+    {id, class: wide ? 'wide' : null, 'aria-label': title},
+    h('h' + level, {}, title),
+    note ? h('p', {class: 'note'}, note) : null,
+    children,
+  );
 }
 
 /** A button; `pressed` makes it one of two states. */
 export function button(text, onclick, {title, pressed, class: name} = {}) {
-  return h('button', {
-    type: 'button', class: name, title, onclick, 'aria-label': text ? null : title,
-    'aria-pressed': pressed === undefined ? null : String(pressed)}, text);
+  return h(
+    'button',
+    {
+      type: 'button',
+      class: name,
+      title,
+      onclick,
+      'aria-label': text ? null : title,
+      'aria-pressed': pressed === undefined ? null : String(pressed),
+    },
+    text,
+  );
 }
 
 /** A choice with a label. options: [[value, text], ...]. */
 export function choice(label, options, value, onchange) {
-  const select = h('select', {onchange: () => onchange(select.value)},
-    options.map(([key, text]) => h('option', {value: key, selected: key === value}, text)));
+  const select = h(
+    'select',
+    {onchange: () => onchange(select.value)},
+    options.map(([key, text]) => h('option', {value: key, selected: key === value}, text)),
+  );
   return h('label', {class: 'choice'}, h('span', {}, label), select);
 }
 
 /** Calls draw once the element comes near the view, and then never again. */
 export function whenVisible(element, draw) {
-  const observer = new IntersectionObserver(entries => {
-    if (!entries.some(entry => entry.isIntersecting)) return;
-    observer.disconnect();
-    draw();
-  }, {rootMargin: '600px'});
+  const observer = new IntersectionObserver(
+    entries => {
+      if (!entries.some(entry => entry.isIntersecting)) return;
+      observer.disconnect();
+      draw();
+    },
+    {rootMargin: '600px'},
+  );
   observer.observe(element);
-  addEventListener('beforeprint', () => { observer.disconnect(); draw(); }, {once: true});
+  addEventListener(
+    'beforeprint',
+    () => {
+      observer.disconnect();
+      draw();
+    },
+    {once: true},
+  );
 }

@@ -20,11 +20,12 @@ class LiveClock extends Clock {
     this.follow = true;
   }
   toggle() {
-    if (this.ended) return this.playing ? super.pause() : super.play();  // over again, from the page's own memory
+    // Over again, from the page's own memory.
+    if (this.ended) return this.playing ? super.pause() : super.play();
     this.follow = true;
     this.send({do: this.playing ? 'pause' : 'go'});
   }
-  pause() {}  // looking back stops nothing
+  pause() {} // looking back stops nothing
   setSpeed(factor) {
     super.setSpeed(factor);
     this.send({do: 'speed', factor});
@@ -39,24 +40,37 @@ class LivePage {
     this.status = {};
     this.transitions = [];
     this.changes = [];
-    this.shown = [];  // times at which pictures were shown, of the last second
+    this.shown = []; // times at which pictures were shown, of the last second
     this.head = h('header', {class: 'head', 'aria-live': 'off'});
     this.alert = h('p', {class: 'missing', role: 'alert', hidden: true});
-    this.view = h('div', {class: 'live-view'}, h('p', {class: 'note'}, 'Waiting for the first frame …'));
+    this.view = h(
+      'div',
+      {class: 'live-view'},
+      h('p', {class: 'note'}, 'Waiting for the first frame …'),
+    );
     this.below = h('div', {class: 'cards'});
     host.append(this.head, this.alert, this.view, this.below);
     this.clock = new LiveClock(command => this.line.send(command));
     this.knobs = new Knobs(command => this.line.send(command));
     this.stages = section('Stages', {}, h('p', {class: 'note'}, 'None yet.'));
-    this.record = section('Changed while it ran', {}, h('p', {class: 'note'}, 'Nothing: its digest is that of a trial that nobody watched.'));
+    this.record = section(
+      'Changed while it ran',
+      {},
+      h('p', {class: 'note'}, 'Nothing: its digest is that of a trial that nobody watched.'),
+    );
     this.below.append(h('div', {class: 'column'}, this.stages, this.record));
-    this.line = new Line({onMessage: (head, pictures) => this.take(head, pictures), onState: open => this.connected(open)});
+    this.line = new Line({
+      onMessage: (head, pictures) => this.take(head, pictures),
+      onState: open => this.connected(open),
+    });
   }
 
   connected(open) {
     this.open = open;
     this.alert.hidden = open;
-    if (!open) this.alert.textContent = 'The program has ended, or cannot be reached. What is shown is the last of it.';
+    if (!open)
+      this.alert.textContent =
+        'The program has ended, or cannot be reached. What is shown is the last of it.';
     this.drawHead();
   }
 
@@ -76,7 +90,9 @@ class LivePage {
     this.alert.hidden = false;
     this.alert.textContent = problem;
     clearTimeout(this.timer);
-    this.timer = setTimeout(() => { this.alert.hidden = this.open; }, 6000);
+    this.timer = setTimeout(() => {
+      this.alert.hidden = this.open;
+    }, 6000);
   }
 
   begin(trial) {
@@ -95,23 +111,68 @@ class LivePage {
 
   append(columns) {
     if (!this.trialView) {
-      this.seed = h('input', {type: 'text', inputmode: 'numeric', size: 6, value: this.trial.seed, 'aria-label': 'seed'});
+      this.seed = h('input', {
+        type: 'text',
+        inputmode: 'numeric',
+        size: 6,
+        value: this.trial.seed,
+        'aria-label': 'seed',
+      });
       const restart = () => this.line.send({do: 'restart', seed: this.seed.value.trim()});
       const controls = [
-        button('Step', () => { this.clock.follow = true; this.line.send({do: 'step'}); }, {title: 'let one frame pass (.)'}),
-        this.now = button('Now', () => { this.clock.follow = true; this.clock.seek(this.clock.end); }, {title: 'follow the trial again'}),
-        h('span', {class: 'restart'}, h('label', {class: 'choice'}, h('span', {}, 'seed'), this.seed),
-          button('Restart', restart, {title: 'begin again with this seed and the settings as they are'}),
-          button('Next seed', () => { this.seed.value = String(BigInt(this.trial.seed) + 1n); restart(); }, {title: 'begin again with the next seed'}))];
+        button(
+          'Step',
+          () => {
+            this.clock.follow = true;
+            this.line.send({do: 'step'});
+          },
+          {title: 'let one frame pass (.)'},
+        ),
+        (this.now = button(
+          'Now',
+          () => {
+            this.clock.follow = true;
+            this.clock.seek(this.clock.end);
+          },
+          {title: 'follow the trial again'},
+        )),
+        h(
+          'span',
+          {class: 'restart'},
+          h('label', {class: 'choice'}, h('span', {}, 'seed'), this.seed),
+          button('Restart', restart, {
+            title: 'begin again with this seed and the settings as they are',
+          }),
+          button(
+            'Next seed',
+            () => {
+              this.seed.value = String(BigInt(this.trial.seed) + 1n);
+              restart();
+            },
+            {title: 'begin again with the next seed'},
+          ),
+        ),
+      ];
       fill(this.view);
-      const view = this.trialView = new TrialView(this.view, this.trial, {series: new Series(columns), clock: this.clock, controls, withHead: false, live: true});
+      const view = (this.trialView = new TrialView(this.view, this.trial, {
+        series: new Series(columns),
+        clock: this.clock,
+        controls,
+        withHead: false,
+        live: true,
+      }));
       addEventListener('keydown', event => {
-        if (event.key === '.' && !event.target.closest?.('input, select, textarea')) { this.clock.follow = true; this.line.send({do: 'step'}); }
+        if (event.key === '.' && !event.target.closest?.('input, select, textarea')) {
+          this.clock.follow = true;
+          this.line.send({do: 'step'});
+        }
       });
       view.left.append(this.knobs.element);
       view.scene?.ready.then(() => {
         if (!view.scene.renderer) return;
-        this.push = new Push(view.scene, force => this.line.send({do: 'push', force_newton: force}));
+        this.push = new Push(view.scene, force =>
+          this.line.send({do: 'push', force_newton: force}),
+        );
         view.scene.element.after(this.push.element);
       });
     } else {
@@ -123,23 +184,36 @@ class LivePage {
     const view = this.trialView;
     if (!view) return;
     const {series, cameras} = view;
-    for (const [side, bitmap] of [['left', left], ['right', right]]) {
+    for (const [side, bitmap] of [
+      ['left', left],
+      ['right', right],
+    ]) {
       this.bitmaps ||= {};
       this.bitmaps[side]?.close();
       this.bitmaps[side] = bitmap;
       cameras.setPicture(side, bitmap);
     }
-    cameras.setEstimate(series.pose('est', frame), series.at('fitness', frame) >= this.trial.limits.detection_fitness);
+    cameras.setEstimate(
+      series.pose('est', frame),
+      series.at('fitness', frame) >= this.trial.limits.detection_fitness,
+    );
     const now = performance.now();
     this.shown = this.shown.filter(time => time > now - 1000).concat(now);
     cameras.say(`Picture of ${clockText(frame / this.trial.frames_per_second)} with its estimate.`);
-    document.documentElement.dataset.pictures = String(Number(document.documentElement.dataset.pictures || 0) + 1);
+    document.documentElement.dataset.pictures = String(
+      Number(document.documentElement.dataset.pictures || 0) + 1,
+    );
   }
 
   setStatus(status) {
     this.status = status;
-    const clock = this.clock, playing = status.going && !status.ended;
-    if (status.ended !== clock.ended || (!status.ended && playing !== clock.playing) || status.speed !== clock.speed) {
+    const clock = this.clock;
+    const playing = status.going && !status.ended;
+    if (
+      status.ended !== clock.ended ||
+      (!status.ended && playing !== clock.playing) ||
+      status.speed !== clock.speed
+    ) {
       clock.ended = status.ended;
       this.clock.playing = playing;
       this.clock.speed = status.speed;
@@ -147,7 +221,8 @@ class LivePage {
       this.clock.tell();
     }
     const seed = this.trial.seed;
-    if (this.seed && seed !== this.knownSeed && document.activeElement !== this.seed) this.seed.value = seed;
+    if (this.seed && seed !== this.knownSeed && document.activeElement !== this.seed)
+      this.seed.value = seed;
     this.knownSeed = seed;
     this.drawHead();
   }
@@ -155,27 +230,60 @@ class LivePage {
   /** At most a few times a second: it is text for people. */
   drawHead() {
     if (this.headDue) return;
-    this.headDue = setTimeout(() => { this.headDue = null; this.drawHeadNow(); }, 200);
+    this.headDue = setTimeout(() => {
+      this.headDue = null;
+      this.drawHeadNow();
+    }, 200);
   }
   drawHeadNow() {
     const {status, trial} = this;
     if (!trial) return;
-    const state = !this.open ? 'gone' : status.ended ? status.outcome : status.going ? 'running' : 'paused';
+    const state = !this.open
+      ? 'gone'
+      : status.ended
+        ? status.outcome
+        : status.going
+          ? 'running'
+          : 'paused';
     const seconds = (status.frames || 0) / trial.frames_per_second;
     const tone = status.ended ? undefined : this.open ? 'none' : 'bad';
     if (this.now) this.now.setAttribute('aria-pressed', String(this.clock.follow));
     const pictures = this.shown.filter(time => time > performance.now() - 1000).length;
-    const text = [state, seconds, status.real_time_factor, pictures, status.reason, status.digest, this.changes.length].join();
+    const text = [
+      state,
+      seconds,
+      status.real_time_factor,
+      pictures,
+      status.reason,
+      status.digest,
+      this.changes.length,
+    ].join();
     if (text === this.headText) return;
     this.headText = text;
-    fill(this.head,
-      h('div', {class: 'head-title'}, h('h1', {}, trial.description), badge(state, tone), h('span', {class: 'note'}, `seed ${trial.seed}`)),
+    fill(
+      this.head,
+      h(
+        'div',
+        {class: 'head-title'},
+        h('h1', {}, trial.description),
+        badge(state, tone),
+        h('span', {class: 'note'}, `seed ${trial.seed}`),
+      ),
       status.reason ? h('p', {class: 'reason'}, status.reason) : null,
-      facts([['simulated', clockText(seconds)],
-        ['of real time', `${fixed(status.real_time_factor, 2)} ×`, 'simulated over passed time, of the last second that it ran'],
-        ['pictures', `${pictures} /s`, 'pairs shown here in the last second'],
-        ['changes', String(this.changes.length), 'settings changed and pushes while it ran'],
-        status.digest ? ['digest', status.digest, 'equal for equal trials'] : null].filter(Boolean)));
+      facts(
+        [
+          ['simulated', clockText(seconds)],
+          [
+            'of real time',
+            `${fixed(status.real_time_factor, 2)} ×`,
+            'simulated over passed time, of the last second that it ran',
+          ],
+          ['pictures', `${pictures} /s`, 'pairs shown here in the last second'],
+          ['changes', String(this.changes.length), 'settings changed and pushes while it ran'],
+          status.digest ? ['digest', status.digest, 'equal for equal trials'] : null,
+        ].filter(Boolean),
+      ),
+    );
   }
 
   addTransitions(list) {
@@ -184,11 +292,32 @@ class LivePage {
   }
   drawTransitions() {
     const rate = this.trial.frames_per_second;
-    fill(this.stages, h('h2', {}, 'Stages'), this.transitions.length ? h('ol', {class: 'stages'}, this.transitions.map(change => {
-      const at = change.frame / rate;
-      return h('li', {}, button(clockText(at), () => { this.clock.follow = false; this.clock.seek(at); }, {class: 'link', title: `look at ${clockText(at)}`}),
-        h('span', {}, ` ${words(change.from)} → ${words(change.to)}: ${change.reason}`));
-    })) : h('p', {class: 'note'}, 'None yet.'));
+    fill(
+      this.stages,
+      h('h2', {}, 'Stages'),
+      this.transitions.length
+        ? h(
+            'ol',
+            {class: 'stages'},
+            this.transitions.map(change => {
+              const at = change.frame / rate;
+              return h(
+                'li',
+                {},
+                button(
+                  clockText(at),
+                  () => {
+                    this.clock.follow = false;
+                    this.clock.seek(at);
+                  },
+                  {class: 'link', title: `look at ${clockText(at)}`},
+                ),
+                h('span', {}, ` ${words(change.from)} → ${words(change.to)}: ${change.reason}`),
+              );
+            }),
+          )
+        : h('p', {class: 'note'}, 'None yet.'),
+    );
   }
 
   addChanges(list) {
@@ -198,10 +327,39 @@ class LivePage {
   }
   drawChanges() {
     const last = this.changes.slice(-kShownChanges).reverse();
-    fill(this.record, h('h2', {}, 'Changed while it ran'), last.length ? [
-      h('p', {class: 'note'}, `${this.changes.length} in all, the last ones first; the trial’s record has every one of them.`),
-      h('div', {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'changes'}, h('table', {class: 'plain'}, h('tbody', {}, last.map(change =>
-        h('tr', {}, h('td', {class: 'numeric'}, `${fixed(change.time_s, 2)} s`), h('th', {scope: 'row'}, change.key), h('td', {}, change.key === 'push' ? `${change.value} N` : change.value))))))]
-      : h('p', {class: 'note'}, 'Nothing: its digest is that of a trial that nobody watched.'));
+    fill(
+      this.record,
+      h('h2', {}, 'Changed while it ran'),
+      last.length
+        ? [
+            h(
+              'p',
+              {class: 'note'},
+              `${this.changes.length} in all, the last ones first; the trial’s record has every one of them.`,
+            ),
+            h(
+              'div',
+              {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'changes'},
+              h(
+                'table',
+                {class: 'plain'},
+                h(
+                  'tbody',
+                  {},
+                  last.map(change =>
+                    h(
+                      'tr',
+                      {},
+                      h('td', {class: 'numeric'}, `${fixed(change.time_s, 2)} s`),
+                      h('th', {scope: 'row'}, change.key),
+                      h('td', {}, change.key === 'push' ? `${change.value} N` : change.value),
+                    ),
+                  ),
+                ),
+              ),
+            ),
+          ]
+        : h('p', {class: 'note'}, 'Nothing: its digest is that of a trial that nobody watched.'),
+    );
   }
 }

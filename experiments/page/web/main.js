@@ -10,15 +10,24 @@ export async function start() {
   const main = h('main', {id: 'main', class: `kind-${model.kind}`});
   document.body.append(
     h('a', {class: 'skip', href: '#main'}, 'To the content'),
-    h('nav', {class: 'top', 'aria-label': 'page'}, h('strong', {}, 'turbidock'), h('span', {class: 'kind'}, model.kind_title || model.kind),
-      h('span', {class: 'space'}), model.build ? h('span', {class: 'note build'}, model.build) : null,
-      button('Light / dark', toggleTheme, {title: 'switch between light and dark'})),
-    main);
+    h(
+      'nav',
+      {class: 'top', 'aria-label': 'page'},
+      h('strong', {}, 'turbidock'),
+      h('span', {class: 'kind'}, model.kind_title || model.kind),
+      h('span', {class: 'space'}),
+      model.build ? h('span', {class: 'note build'}, model.build) : null,
+      button('Light / dark', toggleTheme, {title: 'switch between light and dark'}),
+    ),
+    main,
+  );
   try {
     const module = await import(`page/${model.kind}.js`);
     globalThis.turbidock = await module.show(main, model);
   } catch (error) {
-    main.append(h('p', {class: 'missing', role: 'alert'}, `This page cannot be drawn: ${error.message}`));
+    main.append(
+      h('p', {class: 'missing', role: 'alert'}, `This page cannot be drawn: ${error.message}`),
+    );
     throw error;
   }
   performance.mark('turbidock-ready');

@@ -1,5 +1,5 @@
-// The marks of a plot's series on its canvas: bands, columns, lines, bars, dots. `c` is the canvas's context, X and Y are the
-// axes as Scale; y, low and high of a series may have gaps.
+// The marks of a plot's series on its canvas: bands, columns, lines, bars, dots. `c` is the canvas's context,
+// X and Y are the axes as Scale; y, low and high of a series may have gaps.
 
 import {ink, isDark} from 'page/theme.js';
 
@@ -13,9 +13,11 @@ export function drawSeries(c, series, X, Y) {
   c.lineJoin = 'round';
   if (mark === 'columns') return drawColumns(c, series, X, Y);
   if (mark.endsWith('band')) drawBand(c, series, X, Y);
-  if (mark.startsWith('line') || mark.includes('dashes') || mark.includes('steps')) drawLine(c, series, mark, X, Y);
+  if (mark.startsWith('line') || mark.includes('dashes') || mark.includes('steps'))
+    drawLine(c, series, mark, X, Y);
   if (mark.endsWith('bars') || mark === 'bars_along_x') drawBars(c, series, mark, X, Y);
-  if (mark.includes('dots') || mark.includes('bars') || mark === 'rings') drawDots(c, series, mark, X, Y);
+  if (mark.includes('dots') || mark.includes('bars') || mark === 'rings')
+    drawDots(c, series, mark, X, Y);
 }
 
 function drawBand(c, {x, low, high, color}, X, Y) {
@@ -39,7 +41,8 @@ function drawColumns(c, {x, y, low, high, color}, X, Y) {
   const zero = Y.of(Math.max(0, Y.low));
   c.fillStyle = ink(color, 0.75);
   for (let i = 0; i < x.length; ++i) {
-    const a = X.of(low[i]), b = X.of(high[i]);
+    const a = X.of(low[i]);
+    const b = X.of(high[i]);
     c.fillRect(a + 0.5, Y.of(y[i]), Math.max(1, b - a - 1), zero - Y.of(y[i]));
   }
 }
@@ -49,28 +52,47 @@ function drawLine(c, {x, y}, mark, X, Y) {
   c.setLineDash(mark.startsWith('dash') ? [7, 4] : []);
   const steps = mark.includes('steps');
   c.beginPath();
-  let pen = false, column = NaN, least = 0, most = 0, last = 0;
-  const flush = () => {  // what else there is in this column of pixels
+  let pen = false;
+  let column = NaN;
+  let least = 0;
+  let most = 0;
+  let last = 0;
+  const flush = () => {
+    // what else there is in this column of pixels
     if (!finite(column) || least === most) return;
-    c.lineTo(column, least); c.lineTo(column, most); c.lineTo(column, last);
+    c.lineTo(column, least);
+    c.lineTo(column, most);
+    c.lineTo(column, last);
   };
   for (let i = 0; i < x.length; ++i) {
-    if (!finite(x[i]) || !finite(y[i])) { flush(); pen = false; column = NaN; continue; }
-    const px = X.of(x[i]), py = Y.of(y[i]);
+    if (!finite(x[i]) || !finite(y[i])) {
+      flush();
+      pen = false;
+      column = NaN;
+      continue;
+    }
+    const px = X.of(x[i]);
+    const py = Y.of(y[i]);
     if (!pen) {
       c.moveTo(px, py);
       pen = true;
       column = NaN;
-      if (!finite(y[i + 1])) { c.rect(px - 2, py - 2, 4, 4); c.moveTo(px, py); }  // alone: a line would not show
+      if (!finite(y[i + 1])) {
+        c.rect(px - 2, py - 2, 4, 4);
+        c.moveTo(px, py);
+      } // alone: a line would not show
     }
     if (finite(column) && Math.abs(px - column) < 0.5) {
-      least = Math.min(least, py); most = Math.max(most, py); last = py;
+      least = Math.min(least, py);
+      most = Math.max(most, py);
+      last = py;
       continue;
     }
     flush();
     if (steps && finite(column)) c.lineTo(px, last);
     c.lineTo(px, py);
-    column = px; least = most = last = py;
+    column = px;
+    least = most = last = py;
   }
   flush();
   c.stroke();
@@ -81,28 +103,42 @@ function drawBars(c, {x, y, low, high, width}, mark, X, Y) {
   c.lineWidth = Math.min(2, width || 1.6);
   for (let i = 0; i < x.length; ++i) {
     if (!finite(x[i]) || !finite(y[i]) || !finite(low[i])) continue;
-    const px = X.of(x[i]), py = Y.of(y[i]);
+    const px = X.of(x[i]);
+    const py = Y.of(y[i]);
     c.beginPath();
     if (mark === 'bars_along_x') {
-      const a = X.of(low[i]), b = X.of(high[i]);
-      c.moveTo(a, py); c.lineTo(b, py);
-      c.moveTo(a, py - 4); c.lineTo(a, py + 4); c.moveTo(b, py - 4); c.lineTo(b, py + 4);
+      const a = X.of(low[i]);
+      const b = X.of(high[i]);
+      c.moveTo(a, py);
+      c.lineTo(b, py);
+      c.moveTo(a, py - 4);
+      c.lineTo(a, py + 4);
+      c.moveTo(b, py - 4);
+      c.lineTo(b, py + 4);
     } else {
-      const a = Y.of(low[i]), b = Y.of(high[i]);
-      c.moveTo(px, a); c.lineTo(px, b);
-      c.moveTo(px - 4, a); c.lineTo(px + 4, a); c.moveTo(px - 4, b); c.lineTo(px + 4, b);
+      const a = Y.of(low[i]);
+      const b = Y.of(high[i]);
+      c.moveTo(px, a);
+      c.lineTo(px, b);
+      c.moveTo(px - 4, a);
+      c.lineTo(px + 4, a);
+      c.moveTo(px - 4, b);
+      c.lineTo(px + 4, b);
     }
     c.stroke();
   }
 }
 
 function drawDots(c, series, mark, X, Y) {
-  const {x, y} = series, dot = (series.dot || 6) / 2, rings = mark === 'rings';
-  const many = x.length > 2000;  // squares: circles would take ten times as long
+  const {x, y} = series;
+  const dot = (series.dot || 6) / 2;
+  const rings = mark === 'rings';
+  const many = x.length > 2000; // squares: circles would take ten times as long
   const between = series.scale && mixer(series.scale);
   for (let i = 0; i < x.length; ++i) {
     if (!finite(x[i]) || !finite(y[i])) continue;
-    const px = X.of(x[i]), py = Y.of(y[i]);
+    const px = X.of(x[i]);
+    const py = Y.of(y[i]);
     if (between) c.fillStyle = between(series.shade[i]);
     if (many) {
       c[rings ? 'strokeRect' : 'fillRect'](px - dot, py - dot, 2 * dot, 2 * dot);

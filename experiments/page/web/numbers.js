@@ -3,8 +3,11 @@
 /** Wilson's 95 % interval of a share; [0, 1] of nothing. */
 export function wilson(successes, trials) {
   if (!trials) return [0, 1];
-  const z = 1.959963984540054, p = successes / trials, zz = z * z / trials;
-  const middle = (p + zz / 2) / (1 + zz), half = z / (1 + zz) * Math.sqrt(p * (1 - p) / trials + zz / trials / 4);
+  const z = 1.959963984540054;
+  const p = successes / trials;
+  const zz = (z * z) / trials;
+  const middle = (p + zz / 2) / (1 + zz);
+  const half = (z / (1 + zz)) * Math.sqrt((p * (1 - p)) / trials + zz / trials / 4);
   return [Math.max(0, middle - half), Math.min(1, middle + half)];
 }
 
@@ -12,16 +15,20 @@ export function wilson(successes, trials) {
 export function quantile(values, share) {
   const sorted = values.filter(Number.isFinite).sort((a, b) => a - b);
   if (!sorted.length) return NaN;
-  const at = share * (sorted.length - 1), low = Math.floor(at), high = Math.ceil(at);
+  const at = share * (sorted.length - 1);
+  const low = Math.floor(at);
+  const high = Math.ceil(at);
   return sorted[low] + (sorted[high] - sorted[low]) * (at - low);
 }
 
 /** Index of the last of ascending values that is at or before one; -1 where none is. */
 export function lastAt(values, value) {
-  let low = 0, high = values.length;
+  let low = 0;
+  let high = values.length;
   while (low < high) {
     const middle = (low + high) >> 1;
-    if (values[middle] <= value + 1e-9) low = middle + 1; else high = middle;
+    if (values[middle] <= value + 1e-9) low = middle + 1;
+    else high = middle;
   }
   return low - 1;
 }
@@ -30,7 +37,8 @@ export function lastAt(values, value) {
 export function groupsOf(rows, get) {
   const groups = new Map();
   for (const row of rows) {
-    const value = get(row), group = groups.get(value);
+    const value = get(row);
+    const group = groups.get(value);
     group ? group.push(row) : groups.set(value, [row]);
   }
   return groups;
@@ -39,12 +47,24 @@ export function groupsOf(rows, get) {
 /** Rows in bins of equal, round width: [{low, high, rows}]. */
 export function bins(rows, get, most) {
   if (!rows.length) return [];
-  let low = Infinity, high = -Infinity;
-  for (const row of rows) { const v = get(row); low = Math.min(low, v); high = Math.max(high, v); }
+  let low = Infinity;
+  let high = -Infinity;
+  for (const row of rows) {
+    const v = get(row);
+    low = Math.min(low, v);
+    high = Math.max(high, v);
+  }
   if (high === low) return [{low: low - 0.5, high: low + 0.5, rows}];
-  const raw = (high - low) / Math.min(most, Math.max(4, Math.ceil(Math.sqrt(rows.length)))), power = 10 ** Math.floor(Math.log10(raw));
-  const width = power * [1, 2, 2.5, 5, 10].find(f => f * power >= raw * 0.999), first = Math.floor(low / width);
-  const list = Array.from({length: Math.floor(high / width) - first + 1}, (_, k) => ({low: (first + k) * width, high: (first + k + 1) * width, rows: []}));
-  for (const row of rows) list[Math.min(list.length - 1, Math.floor(get(row) / width) - first)].rows.push(row);
+  const raw = (high - low) / Math.min(most, Math.max(4, Math.ceil(Math.sqrt(rows.length))));
+  const power = 10 ** Math.floor(Math.log10(raw));
+  const width = power * [1, 2, 2.5, 5, 10].find(f => f * power >= raw * 0.999);
+  const first = Math.floor(low / width);
+  const list = Array.from({length: Math.floor(high / width) - first + 1}, (_, k) => ({
+    low: (first + k) * width,
+    high: (first + k + 1) * width,
+    rows: [],
+  }));
+  for (const row of rows)
+    list[Math.min(list.length - 1, Math.floor(get(row) / width) - first)].rows.push(row);
   return list;
 }

@@ -5,12 +5,18 @@ import {library} from 'page/data.js';
 import {compose} from 'page/series.js';
 import {isDark, onTheme} from 'page/theme.js';
 
-const kViews = [['side', 'Side'], ['above', 'Above'], ['behind', 'Behind'], ['eyes', 'Cameras']];
+const kViews = [
+  ['side', 'Side'],
+  ['above', 'Above'],
+  ['behind', 'Behind'],
+  ['eyes', 'Cameras'],
+];
 
-const painted = () => new Promise(resolve => {
-  setTimeout(resolve, 400);  // a hidden tab never paints
-  requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(resolve)));
-});
+const painted = () =>
+  new Promise(resolve => {
+    setTimeout(resolve, 400); // a hidden tab never paints
+    requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(resolve)));
+  });
 
 // A browser has 16 of them: those of trials that are shown no longer are given back.
 const scenes = new Set();
@@ -19,26 +25,43 @@ export class Scene3d {
   /** trial: the model of a trial; await ready before update. */
   constructor(host, trial) {
     this.trial = trial;
-    this.canvas = h('canvas', {tabindex: 0, role: 'img', class: 'scene',
-      'aria-label': '3D replay: vehicle, station, marker and the estimated marker; arrow keys turn, + and - come nearer'});
-    this.bar = h('div', {class: 'overlay-bar'}, kViews.map(([key, name]) =>
-      button(name, () => this.view(key), {title: `look from: ${name}`})));
-    this.note = h('div', {class: 'scene-key'},
-      h('span', {class: 'dot truth'}), 'truth ', h('span', {class: 'dot estimate'}), 'estimated marker');
+    this.canvas = h('canvas', {
+      tabindex: 0,
+      role: 'img',
+      class: 'scene',
+      'aria-label':
+        '3D replay: vehicle, station, marker and the estimated marker; arrow keys turn, + and - come nearer',
+    });
+    this.bar = h(
+      'div',
+      {class: 'overlay-bar'},
+      kViews.map(([key, name]) =>
+        button(name, () => this.view(key), {title: `look from: ${name}`}),
+      ),
+    );
+    this.note = h(
+      'div',
+      {class: 'scene-key'},
+      h('span', {class: 'dot truth'}),
+      'truth ',
+      h('span', {class: 'dot estimate'}),
+      'estimated marker',
+    );
     this.element = h('div', {class: 'scene-box'}, this.canvas, this.bar, this.note);
     host.append(this.element);
     this.ready = this.start();
   }
 
   async start() {
-    await painted();  // the rest of the page first: a slow machine compiles shaders for seconds
+    await painted(); // the rest of the page first: a slow machine compiles shaders for seconds
     await library('three.min.js');
     await library('OrbitControls.js');
-    const T = this.T = globalThis.THREE, canvas = this.canvas;
+    const T = (this.T = globalThis.THREE);
+    const canvas = this.canvas;
     try {
       // kept for printing, and for whoever looks at the pixels
       this.renderer = new T.WebGLRenderer({canvas, antialias: true, preserveDrawingBuffer: true});
-    } catch (error) {
+    } catch {
       fill(this.element, h('p', {class: 'note'}, 'This browser shows no 3D (WebGL is off).'));
       return;
     }
@@ -54,7 +77,9 @@ export class Scene3d {
     sun.position.set(-2, -1.5, 4);
     this.world.add(this.hemisphere, sun);
     this.vehicle = new T.Group();
-    this.world.add(this.vehicle);
+    this.berth = new T.Group(); // its geoms are in the marker's frame
+    this.place(this.berth, this.trial.scene.X_WM);
+    this.world.add(this.vehicle, this.berth);
     for (const geom of this.trial.scene.geoms) this.addGeom(geom);
     this.ghost = this.makeGhost();
     this.world.add(this.ghost);
@@ -62,9 +87,13 @@ export class Scene3d {
     this.estimates = this.makeLine(0xe0913a);
     this.controls = new T.OrbitControls(this.camera, canvas);
     this.controls.enableKeys = false;
-    this.controls.enableZoom = false;  // the page scrolls until the scene has the focus
-    canvas.addEventListener('focus', () => { this.controls.enableZoom = true; });
-    canvas.addEventListener('blur', () => { this.controls.enableZoom = false; });
+    this.controls.enableZoom = false; // the page scrolls until the scene has the focus
+    canvas.addEventListener('focus', () => {
+      this.controls.enableZoom = true;
+    });
+    canvas.addEventListener('blur', () => {
+      this.controls.enableZoom = false;
+    });
     canvas.addEventListener('keydown', event => this.key(event));
     this.controls.addEventListener('change', () => this.draw());
     this.offTheme = onTheme(() => this.draw());
@@ -83,30 +112,57 @@ export class Scene3d {
   }
 
   material(geom) {
-    const T = this.T, [r, g, b, a] = geom.rgba;
+    const T = this.T;
+    const [r, g, b, a] = geom.rgba;
     const color = new T.Color(Math.min(1, r), Math.min(1, g), Math.min(1, b));
     if (geom.part === 'environment')
-      return new T.MeshLambertMaterial({color: 0x8fb1c0, transparent: true, opacity: 0.13, depthWrite: false, side: T.DoubleSide});
-    if (geom.name.startsWith('ball_')) return new T.MeshLambertMaterial({color, emissive: color.clone().multiplyScalar(0.55)});
+      return new T.MeshLambertMaterial({
+        color: 0x8fb1c0,
+        transparent: true,
+        opacity: 0.13,
+        depthWrite: false,
+        side: T.DoubleSide,
+      });
+    if (geom.name.startsWith('ball_'))
+      return new T.MeshLambertMaterial({color, emissive: color.clone().multiplyScalar(0.55)});
     return new T.MeshLambertMaterial({color, transparent: a < 1, opacity: a});
   }
 
   geometry(geom) {
-    const T = this.T, [a, b, c] = geom.size_m;
+    const T = this.T;
+    const [a, b, c] = geom.size_m;
     switch (geom.shape) {
-      case 'sphere': return new T.SphereBufferGeometry(a, 24, 16);
-      case 'box': return new T.BoxBufferGeometry(2 * a, 2 * b, 2 * c);
-      case 'ellipsoid': return new T.SphereBufferGeometry(1, 24, 16).scale(a, b, c);
-      case 'cylinder': return new T.CylinderBufferGeometry(a, a, 2 * b, 28).rotateX(Math.PI / 2);
-      case 'plane': return new T.PlaneBufferGeometry(2 * (a || 15), 2 * (b || 15));
+      case 'sphere':
+        return new T.SphereBufferGeometry(a, 24, 16);
+      case 'box':
+        return new T.BoxBufferGeometry(2 * a, 2 * b, 2 * c);
+      case 'ellipsoid':
+        return new T.SphereBufferGeometry(1, 24, 16).scale(a, b, c);
+      case 'cylinder':
+        return new T.CylinderBufferGeometry(a, a, 2 * b, 28).rotateX(Math.PI / 2);
+      case 'plane':
+        return new T.PlaneBufferGeometry(2 * (a || 15), 2 * (b || 15));
       case 'capsule': {
         const points = [];
-        for (let i = 0; i <= 8; ++i) points.push(new T.Vector2(a * Math.sin(Math.PI / 2 * i / 8), -b - a * Math.cos(Math.PI / 2 * i / 8)));
-        for (let i = 0; i <= 8; ++i) points.push(new T.Vector2(a * Math.cos(Math.PI / 2 * i / 8), b + a * Math.sin(Math.PI / 2 * i / 8)));
+        for (let i = 0; i <= 8; ++i)
+          points.push(
+            new T.Vector2(
+              a * Math.sin(((Math.PI / 2) * i) / 8),
+              -b - a * Math.cos(((Math.PI / 2) * i) / 8),
+            ),
+          );
+        for (let i = 0; i <= 8; ++i)
+          points.push(
+            new T.Vector2(
+              a * Math.cos(((Math.PI / 2) * i) / 8),
+              b + a * Math.sin(((Math.PI / 2) * i) / 8),
+            ),
+          );
         return new T.LatheBufferGeometry(points, 24).rotateX(Math.PI / 2);
       }
       case 'mesh': {
-        const mesh = this.trial.scene.meshes[geom.mesh], geometry = new T.BufferGeometry();
+        const mesh = this.trial.scene.meshes[geom.mesh];
+        const geometry = new T.BufferGeometry();
         geometry.setAttribute('position', new T.Float32BufferAttribute(mesh.vertices_m, 3));
         geometry.setIndex(mesh.triangles);
         const flat = geometry.toNonIndexed();
@@ -123,7 +179,7 @@ export class Scene3d {
     const mesh = new this.T.Mesh(geometry, this.material(geom));
     this.place(mesh, geom.pose);
     mesh.name = geom.name;
-    (geom.moves ? this.vehicle : this.world).add(mesh);
+    (({vehicle: this.vehicle, berth: this.berth})[geom.fixed_to] || this.world).add(mesh);
   }
 
   place(object, [x, y, z, w, a, b, c]) {
@@ -133,11 +189,14 @@ export class Scene3d {
 
   /** The marker where the estimate has it: its balls as shells. */
   makeGhost() {
-    const T = this.T, group = new T.Group();
+    const T = this.T;
+    const group = new T.Group();
     for (const ball of this.trial.marker.balls) {
       const color = new T.Color(...ball.rgb);
-      const shell = new T.Mesh(new T.SphereBufferGeometry(ball.radius_m * this.trial.marker.outer_ring_ratio, 14, 10),
-        new T.MeshBasicMaterial({color, wireframe: true, transparent: true, opacity: 0.55}));
+      const shell = new T.Mesh(
+        new T.SphereBufferGeometry(ball.radius_m * this.trial.marker.outer_ring_ratio, 14, 10),
+        new T.MeshBasicMaterial({color, wireframe: true, transparent: true, opacity: 0.55}),
+      );
       shell.position.set(...ball.p_m);
       group.add(shell);
     }
@@ -146,7 +205,8 @@ export class Scene3d {
   }
 
   makeLine(color) {
-    const T = this.T, line = new T.Line(new T.BufferGeometry(), new T.LineBasicMaterial({color}));
+    const T = this.T;
+    const line = new T.Line(new T.BufferGeometry(), new T.LineBasicMaterial({color}));
     line.frustumCulled = false;
     this.world.add(line);
     return line;
@@ -162,24 +222,35 @@ export class Scene3d {
       if (pose) heads.push(...compose(pose, this.trial.scene.X_BH).slice(0, 3));
     }
     this.trail.geometry.setAttribute('position', new this.T.Float32BufferAttribute(heads, 3));
-    if (!this.fitted && heads.length) { this.fitted = true; this.first = heads.slice(0, 3); this.view('side'); }
+    if (!this.fitted && heads.length) {
+      this.fitted = true;
+      this.first = heads.slice(0, 3);
+      this.view('side');
+    }
     this.draw();
   }
 
-  /** vehicle: pose in the world; estimate: pose of the marker in the camera head, null for none. */
-  update(vehicle, estimate) {
+  /**
+   * vehicle: pose in the world; marker and estimate: true and estimated pose of the marker in the
+   * camera head, null for none.
+   */
+  update(vehicle, marker, estimate) {
     if (!this.renderer || !vehicle) return;
     this.place(this.vehicle, vehicle);
     this.pose = vehicle;
+    const head = compose(vehicle, this.trial.scene.X_BH);
+    if (marker) this.place(this.berth, compose(head, marker));
     this.ghost.visible = Boolean(estimate);
-    if (estimate) this.place(this.ghost, compose(compose(vehicle, this.trial.scene.X_BH), estimate));
+    if (estimate) this.place(this.ghost, compose(head, estimate));
     if (this.current === 'eyes') this.lookAhead();
     this.draw();
   }
 
   lookAhead() {
-    const T = this.T, [x, y, z, w, a, b, c] = compose(this.pose, this.trial.scene.X_BH);
-    const turn = new T.Quaternion(a, b, c, w), from = new T.Vector3(x, y, z);
+    const T = this.T;
+    const [x, y, z, w, a, b, c] = compose(this.pose, this.trial.scene.X_BH);
+    const turn = new T.Quaternion(a, b, c, w);
+    const from = new T.Vector3(x, y, z);
     this.camera.position.copy(from);
     this.controls.target.copy(from).add(new T.Vector3(0.6, 0, 0).applyQuaternion(turn));
     this.controls.update();
@@ -188,12 +259,27 @@ export class Scene3d {
   view(name) {
     if (!this.renderer) return;
     this.current = name;
-    const T = this.T, M = this.trial.scene.X_WM, start = this.first || [M[0] - 1.4, M[1], M[2]];
+    const T = this.T;
+    const M = this.trial.scene.X_WM;
+    const start = this.first || [M[0] - 1.4, M[1], M[2]];
     const span = Math.max(1.1, Math.hypot(M[0] - start[0], M[1] - start[1]) + 0.75);
-    const middle = new T.Vector3((M[0] + start[0]) / 2 - 0.12, (M[1] + start[1]) / 2, (M[2] + start[2]) / 2 - 0.05);
-    const wide = this.camera.aspect < 1 ? 1 / this.camera.aspect : 1, reach = span * 1.05 * wide;
-    const offsets = {side: [-0.25, -1, 0.35], above: [-0.02, -0.001, 1.15], behind: [-1.2, -0.32, 0.42]};
-    if (name === 'eyes') { if (this.pose) this.lookAhead(); this.draw(); return; }
+    const middle = new T.Vector3(
+      (M[0] + start[0]) / 2 - 0.12,
+      (M[1] + start[1]) / 2,
+      (M[2] + start[2]) / 2 - 0.05,
+    );
+    const wide = this.camera.aspect < 1 ? 1 / this.camera.aspect : 1;
+    const reach = span * 1.05 * wide;
+    const offsets = {
+      side: [-0.25, -1, 0.35],
+      above: [-0.02, -0.001, 1.15],
+      behind: [-1.2, -0.32, 0.42],
+    };
+    if (name === 'eyes') {
+      if (this.pose) this.lookAhead();
+      this.draw();
+      return;
+    }
     this.controls.target.copy(middle);
     this.camera.position.copy(middle).add(new T.Vector3(...offsets[name]).multiplyScalar(reach));
     this.controls.update();
@@ -201,12 +287,18 @@ export class Scene3d {
   }
 
   key(event) {
-    const turns = {ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, -0.1], ArrowDown: [0, 0.1]};
+    const turns = {
+      ArrowLeft: [-0.1, 0],
+      ArrowRight: [0.1, 0],
+      ArrowUp: [0, -0.1],
+      ArrowDown: [0, 0.1],
+    };
     const nearer = {'+': 0.9, '=': 0.9, '-': 1.1}[event.key];
     if (!turns[event.key] && !nearer) return;
     event.preventDefault();
     this.current = 'free';
-    const T = this.T, offset = this.camera.position.clone().sub(this.controls.target);
+    const T = this.T;
+    const offset = this.camera.position.clone().sub(this.controls.target);
     if (nearer) offset.multiplyScalar(nearer);
     else {
       const [across, up] = turns[event.key];
@@ -223,11 +315,16 @@ export class Scene3d {
   draw() {
     if (!this.renderer || this.pending) return;
     this.pending = true;
-    requestAnimationFrame(() => { this.pending = false; this.drawNow(); });
+    requestAnimationFrame(() => {
+      this.pending = false;
+      this.drawNow();
+    });
   }
   drawNow() {
     if (!this.renderer) return;
-    const canvas = this.canvas, width = canvas.clientWidth, height = canvas.clientHeight;
+    const canvas = this.canvas;
+    const width = canvas.clientWidth;
+    const height = canvas.clientHeight;
     if (!width || !height) return;
     const size = this.renderer.getSize(new this.T.Vector2());
     if (size.x !== width || size.y !== height) {

@@ -4,24 +4,36 @@ import {lastAt} from 'page/numbers.js';
 
 export class Series {
   /** columns: {time_s: [...], fitness: [...], ...}, of equal length. */
-  constructor(columns = {}) { this.columns = columns; }
+  constructor(columns = {}) {
+    this.columns = columns;
+  }
 
-  get length() { return (this.columns.time_s || []).length; }
-  get end() { return this.length ? this.columns.time_s[this.length - 1] : 0; }
+  get length() {
+    return (this.columns.time_s || []).length;
+  }
+  get end() {
+    return this.length ? this.columns.time_s[this.length - 1] : 0;
+  }
 
   /** Rows at the end, the same columns. */
   append(columns) {
     for (const [name, values] of Object.entries(columns)) {
-      const own = this.columns[name] ||= [];
+      const own = (this.columns[name] ||= []);
       for (const value of values) own.push(value);
     }
   }
 
   /** Forgets the rows. */
-  clear() { for (const name of Object.keys(this.columns)) this.columns[name] = []; }
+  clear() {
+    for (const name of Object.keys(this.columns)) this.columns[name] = [];
+  }
 
-  column(name) { return this.columns[name] || []; }
-  at(name, i) { return i < 0 ? null : this.columns[name]?.[i] ?? null; }
+  column(name) {
+    return this.columns[name] || [];
+  }
+  at(name, i) {
+    return i < 0 ? null : (this.columns[name]?.[i] ?? null);
+  }
 
   /** The last row at or before a time; 0 before all, -1 without any. */
   indexAt(time) {
@@ -31,14 +43,18 @@ export class Series {
 
   /** Pose of "est", "true" or "vehicle" in a row as [x, y, z, qw, qx, qy, qz]; null if not there. */
   pose(which, i) {
-    const pose = ['x_m', 'y_m', 'z_m', 'qw', 'qx', 'qy', 'qz'].map(part => this.at(`${which}_${part}`, i));
+    const pose = ['x_m', 'y_m', 'z_m', 'qw', 'qx', 'qy', 'qz'].map(part =>
+      this.at(`${which}_${part}`, i),
+    );
     return pose.some(value => !Number.isFinite(value)) ? null : pose;
   }
 }
 
 // Poses [x, y, z, qw, qx, qy, qz].
 export function rotate([, , , w, x, y, z], [a, b, c]) {
-  const tx = 2 * (y * c - z * b), ty = 2 * (z * a - x * c), tz = 2 * (x * b - y * a);
+  const tx = 2 * (y * c - z * b);
+  const ty = 2 * (z * a - x * c);
+  const tz = 2 * (x * b - y * a);
   return [a + w * tx + y * tz - z * ty, b + w * ty + z * tx - x * tz, c + w * tz + x * ty - y * tx];
 }
 export function transform(pose, point) {
@@ -46,13 +62,20 @@ export function transform(pose, point) {
   return [a + pose[0], b + pose[1], c + pose[2]];
 }
 export function compose(A, B) {
-  const [w, x, y, z] = A.slice(3), [v, a, b, c] = B.slice(3);
-  return [...transform(A, B), w * v - x * a - y * b - z * c, w * a + x * v + y * c - z * b,
-    w * b - x * c + y * v + z * a, w * c + x * b - y * a + z * v];
+  const [w, x, y, z] = A.slice(3);
+  const [v, a, b, c] = B.slice(3);
+  return [
+    ...transform(A, B),
+    w * v - x * a - y * b - z * c,
+    w * a + x * v + y * c - z * b,
+    w * b - x * c + y * v + z * a,
+    w * c + x * b - y * a + z * v,
+  ];
 }
 export function inverse(A) {
   const q = [0, 0, 0, A[3], -A[4], -A[5], -A[6]];
   return [...rotate(q, A).map(x => -x), ...q.slice(3)];
 }
 /** Heading of a pose in rad: about z, of yaw, pitch, roll. */
-export const yawOf = ([, , , w, x, y, z]) => Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z));
+export const yawOf = ([, , , w, x, y, z]) =>
+  Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z));

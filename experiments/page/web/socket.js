@@ -1,7 +1,8 @@
 // The live page's line to the program: messages with pictures in, commands out.
 // What a message holds is in experiments/studies/live/live_board.h.
 
-const kFirstWait_ms = 2000, kLongestWait_ms = 30000;  // to try again: a tunnel may come back
+const kFirstWait_ms = 2000;
+const kLongestWait_ms = 30000; // to try again: a tunnel may come back
 
 export class Line {
   /** onMessage(head, {left, right}: bitmaps or null) may take its time: the program waits for it. */
@@ -15,10 +16,17 @@ export class Line {
   open() {
     const address = new URL('live', location.href);
     address.protocol = address.protocol.replace('http', 'ws');
-    const socket = this.socket = new WebSocket(address);
+    const socket = (this.socket = new WebSocket(address));
     socket.binaryType = 'arraybuffer';
-    socket.onopen = () => { this.wait_ms = kFirstWait_ms; this.onState(true); };
-    socket.onmessage = ({data}) => { this.work = this.work.then(() => this.take(socket, data)).catch(error => console.error(error)); };
+    socket.onopen = () => {
+      this.wait_ms = kFirstWait_ms;
+      this.onState(true);
+    };
+    socket.onmessage = ({data}) => {
+      this.work = this.work
+        .then(() => this.take(socket, data))
+        .catch(error => console.error(error));
+    };
     socket.onclose = () => {
       this.onState(false);
       setTimeout(() => this.open(), this.wait_ms);
@@ -31,8 +39,10 @@ export class Line {
     const head = JSON.parse(new TextDecoder().decode(new Uint8Array(data, 4, length)));
     let pictures = null;
     if (head.pictures) {
-      const {left, right} = head.pictures, begin = 4 + length;
-      const bitmap = (from, size) => createImageBitmap(new Blob([new Uint8Array(data, from, size)], {type: 'image/jpeg'}));
+      const {left, right} = head.pictures;
+      const begin = 4 + length;
+      const bitmap = (from, size) =>
+        createImageBitmap(new Blob([new Uint8Array(data, from, size)], {type: 'image/jpeg'}));
       const [l, r] = await Promise.all([bitmap(begin, left), bitmap(begin + left, right)]);
       pictures = {left: l, right: r};
     }

@@ -59,7 +59,7 @@ std::pair<double, double> Timed(Work&& work) {
 class BareRendering {
  public:
   explicit BareRendering(const trial::Scenario& scenario)
-      : scene_(vehicle::LoadScene(trial::SceneFile(scenario), scenario.rig)),
+      : scene_(vehicle::LoadScene(trial::SceneFilesOf(scenario), scenario.rig)),
         context_(view::MakeGlContext(scenario.renderer)),
         cheapest_(*context_, scene_, Cheapest(scene_)),
         as_modelled_(*context_, scene_, scene_.model->vis.quality) {}

@@ -20,8 +20,49 @@ double Number(const std::string& key, const std::string& text) {
   throw ConfigError(key + ": '" + text + "' is no number, so nothing can be drawn over it");
 }
 
+std::vector<ErrorPoint> ErrorPoints(const std::map<double, std::vector<double>>& errors_m) {
+  std::vector<ErrorPoint> points;
+  for (const auto& [dose, errors] : errors_m) {
+    const auto [least, most] = std::ranges::minmax(errors);
+    points.push_back(
+        {dose, *statistics::Median(errors),
+         statistics::MedianInterval(errors).value_or(statistics::Interval{least, most})});
+  }
+  return points;
+}
+
+// The errors over the same doses as the success.
+media::Panel ErrorPanel(const media::Panel& success, const std::vector<SuccessCurve>& curves,
+                        double shift) {
+  media::Panel panel{
+      .x = success.x,
+      .y = {"position error of the estimate once docked, mm (median)", 0.3, 300, true},
+      .legend = media::Legend::kAbove};
+  for (size_t i = 0; i < curves.size(); ++i) {
+    const double moved = shift * static_cast<double>(i);
+    const auto sample = [&](const ErrorPoint& p) {
+      return media::SampleWithin(p.dose + moved, p.median_m, p.interval_m, 1000);
+    };
+    panel.series.push_back({curves[i].name, media::SamplesOf(curves[i].errors, sample),
+                            media::CurveColor(i), media::Mark::kLineWithBars});
+  }
+  return panel;
+}
+
 double Rate(const statistics::DosePoint& point) {
   return static_cast<double>(point.successes) / static_cast<double>(point.trials);
+}
+
+const ErrorPoint* ErrorAt(const SuccessCurve& curve, double dose) {
+  const auto at = std::ranges::find(curve.errors, dose, &ErrorPoint::dose);
+  return at == curve.errors.end() ? nullptr : &*at;
+}
+
+std::string ErrorText(const SuccessCurve& curve, double dose) {
+  const ErrorPoint* error = ErrorAt(curve, dose);
+  if (!error) return "";
+  const auto [low_m, high_m] = error->interval_m;
+  return fmt::format("{:.1f} [{:.1f}, {:.1f}]", 1e3 * error->median_m, 1e3 * low_m, 1e3 * high_m);
 }
 
 std::string HalfText(const SuccessCurve& curve) {
@@ -35,20 +76,26 @@ std::string HalfText(const SuccessCurve& curve) {
 std::vector<SuccessCurve> SuccessCurves(const std::vector<farm::StoredTrial>& trials,
                                         const std::string& over, const std::string& by) {
   std::map<std::string, std::map<double, statistics::DosePoint>> counts;
+  std::map<std::string, std::map<double, std::vector<double>>> errors_m;
   if (trials.empty()) return {};
   const farm::GroupKey over_key(over, trials.front());
   std::optional<farm::GroupKey> by_key;
   if (!by.empty()) by_key.emplace(by, trials.front());
   for (const farm::StoredTrial& trial : trials) {
     const double dose = Number(over, over_key.ValueOf(trial));
-    statistics::DosePoint& point = counts[by_key ? by_key->ValueOf(trial) : ""][dose];
+    const std::string name = by_key ? by_key->ValueOf(trial) : "";
+    statistics::DosePoint& point = counts[name][dose];
     point.dose = dose;
     ++point.trials;
     point.successes += trial.record.success();
+    const trial::TrialRecord& record = trial.record;
+    if (record.success())
+      errors_m[name][dose].push_back(
+          (record.final_error_estimated - record.final_error_true).distance_m());
   }
   std::vector<SuccessCurve> curves;
   for (const auto& [name, points] : counts) {
-    SuccessCurve curve{name, {}, std::nullopt};
+    SuccessCurve curve{name, {}, std::nullopt, ErrorPoints(errors_m[name])};
     for (const auto& [dose, point] : points) curve.points.push_back(point);
     curve.fit = statistics::FitLogistic(curve.points);
     curves.push_back(std::move(curve));
@@ -57,32 +104,38 @@ std::vector<SuccessCurve> SuccessCurves(const std::vector<farm::StoredTrial>& tr
 }
 
 std::string SuccessTable(const std::string& over, const std::vector<SuccessCurve>& curves) {
-  report::Table table({"<", over, "trials", "success %", "<Wilson", "<exact"});
+  report::Table table({"<", over, "trials", "success %", "<Wilson", "<exact", "<off, mm"});
   for (const SuccessCurve& curve : curves)
     for (const statistics::DosePoint& p : curve.points)
       table.Row({curve.name, FormatNumber(p.dose), std::to_string(p.trials),
                  report::Fixed(100 * Rate(p), 1),
                  farm::PercentText(statistics::WilsonInterval(p.successes, p.trials)),
-                 farm::PercentText(statistics::ClopperPearsonInterval(p.successes, p.trials))});
+                 farm::PercentText(statistics::ClopperPearsonInterval(p.successes, p.trials)),
+                 ErrorText(curve, p.dose)});
   std::string text = table.Text();
   for (const SuccessCurve& curve : curves)
     text +=
         fmt::format("{}{}\n", curve.name.empty() ? "success " : curve.name + " ", HalfText(curve));
   return text +
-         "95 % intervals; the 50 % point is of a logistic curve fitted with Firth's correction.\n";
+         "95 % intervals; the 50 % point is of a logistic curve fitted with Firth's correction.\n"
+         "Off: distance of the estimated from the true position once docked, median.\n";
 }
 
 std::string SuccessJson(const std::string& over, const std::vector<SuccessCurve>& curves) {
   Json list = Json::array();
   for (const SuccessCurve& curve : curves) {
     Json points = Json::array();
-    for (const statistics::DosePoint& p : curve.points)
+    for (const statistics::DosePoint& p : curve.points) {
       points.push_back(
           {{over, p.dose},
            {"trials", p.trials},
            {"successes", p.successes},
            {"wilson", statistics::WilsonInterval(p.successes, p.trials)},
            {"clopper_pearson", statistics::ClopperPearsonInterval(p.successes, p.trials)}});
+      if (const ErrorPoint* error = ErrorAt(curve, p.dose))
+        points.back()["position_error_m"] = {{"median", error->median_m},
+                                             {"interval", error->interval_m}};
+    }
     Json half;
     if (curve.fit)
       half = {{"at", curve.fit->half_dose},
@@ -94,7 +147,7 @@ std::string SuccessJson(const std::string& over, const std::vector<SuccessCurve>
 }
 
 void WriteSuccessFigure(const std::string& path, const std::string& title, const std::string& over,
-                        const std::vector<SuccessCurve>& curves) {
+                        const std::vector<SuccessCurve>& curves, bool with_errors) {
   double low = curves.front().points.front().dose, high = low;
   for (const SuccessCurve& curve : curves) {
     low = std::min(low, curve.points.front().dose);
@@ -122,7 +175,12 @@ void WriteSuccessFigure(const std::string& path, const std::string& title, const
       panel.series.push_back(
           {"", media::SamplesOf(media::Evenly(low, high, 300), fitted), media::CurveColor(i)});
   }
-  media::WriteFigure(path, {.title = title, .panels = {panel}});
+  media::Figure figure{.title = title, .panels = {panel}};
+  if (with_errors) {
+    figure.columns = 2;
+    figure.panels.push_back(ErrorPanel(panel, curves, margin / 6));
+  }
+  media::WriteFigure(path, figure);
 }
 
 }  // namespace turbidock::curve

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
+#include <functional>
 
 #include "experiments/config/yaml_fields.h"
 #include "experiments/report/json.h"
@@ -12,6 +13,7 @@
 #include "experiments/trial/fixed_view.h"
 #include "sim/base/random.h"
 #include "vision/blob_estimator.h"
+#include "vision/fiducial_estimator.h"
 #include "vision/fitness.h"
 #include "vision/rm_ga.h"
 
@@ -19,6 +21,8 @@ namespace turbidock::estimators {
 namespace {
 
 using report::Json;
+
+constexpr const char* kFiducialName = "fiducial";
 
 double ProcessorTime_s() {
   timespec time{};
@@ -93,26 +97,38 @@ bool IsAreaI(const trial::Scenario& scenario, const StereoRig& rig, const Start&
 
 // Some starts of a marker at a distance.
 struct Job {
-  recognition::MarkerKind marker;
-  double distance_m;  // 0: the task is not about one
-  int first, count;
+  recognition::MarkerKind marker = recognition::MarkerKind::kActive;
+  double distance_m = 0;  // 0: the task is not about one
+  int first = 0, count = 0;
 };
 
-trial::Scenario PoolScenario(recognition::MarkerKind marker,
-                             const std::vector<std::string>& assignments) {
-  return trial::LoadScenario(fmt::format("pool_{}", NameOf(marker)), assignments);
+trial::Scenario PoolScenario(recognition::MarkerKind marker, const CompareOptions& options) {
+  return trial::LoadScenario(fmt::format("pool_{}", NameOf(marker)), options.assignments, "",
+                             options.plugins);
+}
+
+// Those that can find this marker.
+std::vector<std::string> EstimatorsOf(recognition::MarkerKind marker,
+                                      const CompareOptions& options) {
+  std::vector<std::string> names = options.estimators;
+  if (marker != recognition::MarkerKind::kFiducial) std::erase(names, kFiducialName);
+  if (names.empty())
+    throw ConfigError(fmt::format("estimator '{}' needs tags, which the {} marker does not have",
+                                  kFiducialName, NameOf(marker)));
+  return names;
 }
 
 // All milks, estimators and starts of a job: [milk][estimator][start].
 std::string RunJob(const CompareOptions& options, const Job& job) {
-  trial::Scenario scenario = PoolScenario(job.marker, options.assignments);
+  trial::Scenario scenario = PoolScenario(job.marker, options);
   const StereoRig rig = scenario.rig.MakeRig();
   Rng rng = SeedTree(static_cast<uint64_t>(scenario.seed))
                 .Stream(std::string("compare.") + NameOf(job.marker) +
                         FormatNumber(job.distance_m) + "." + FormatNumber(job.first));
   const size_t milks = options.milk_ml_m3.size();
+  const std::vector<std::string> estimators = EstimatorsOf(job.marker, options);
   std::vector<std::vector<std::vector<OneRun>>> out(
-      milks, std::vector<std::vector<OneRun>>(options.estimators.size()));
+      milks, std::vector<std::vector<OneRun>>(estimators.size()));
   std::vector<int> done(milks, 0);
   // Where too little of the range is Area I, there are fewer starts.
   int candidates = 20 * job.count;
@@ -146,8 +162,8 @@ std::string RunJob(const CompareOptions& options, const Job& job) {
         }
         if (start.frames.size() < static_cast<size_t>(options.frames)) continue;
         ++done[m];
-        for (size_t e = 0; e < options.estimators.size(); ++e) {
-          const auto estimator = MakeEstimator(options.estimators[e], scenario, seed);
+        for (size_t e = 0; e < estimators.size(); ++e) {
+          const auto estimator = MakeEstimator(estimators[e], scenario, seed);
           out[m][e].push_back(RunOne(options, estimator.get(), start));
         }
       }
@@ -155,6 +171,33 @@ std::string RunJob(const CompareOptions& options, const Job& job) {
     }
   }
   return report::JsonLine(out);
+}
+
+// All that a task must know of a job.
+std::string InputOf(const CompareOptions& options, const Job& job) {
+  return report::JsonLine({{"task", options.task},
+                           {"milk_ml_m3", options.milk_ml_m3},
+                           {"estimators", options.estimators},
+                           {"frames", options.frames},
+                           {"found_m", options.found_m},
+                           {"found_rad", options.found_rad},
+                           {"assignments", options.assignments},
+                           {"marker", job.marker},
+                           {"distance_m", job.distance_m},
+                           {"first", job.first},
+                           {"count", job.count}});
+}
+
+// What jobs give, here or on a cluster.
+std::vector<std::string> TextsOf(const CompareOptions& options, const std::vector<Job>& jobs) {
+  if (!options.slurm)
+    return farm::ForkMap(
+        static_cast<int>(jobs.size()),
+        [&](int i) { return RunJob(options, jobs[static_cast<size_t>(i)]); }, options.run);
+  std::vector<std::string> inputs;
+  inputs.reserve(jobs.size());
+  for (const Job& job : jobs) inputs.push_back(InputOf(options, job));
+  return farm::SlurmMap(CompareWork(options.plugins), inputs, *options.slurm, options.run);
 }
 
 // Where there are too few for one, between all values.
@@ -205,6 +248,26 @@ CompareRow RowOf(const recognition::RecognitionCell& cell, const std::string& es
 
 }  // namespace
 
+farm::Work CompareWork(const trial::Plugins& plugins) {
+  return {"starts", [plugins](const std::string& input) {
+            const Json json = report::ParseJson(input, "starts");
+            CompareOptions options;
+            options.plugins = plugins;
+            for (const auto& [task, name] : EnumNames<CompareTask>::kNames)
+              if (json["task"] == name) options.task = task;
+            options.milk_ml_m3 = json["milk_ml_m3"].get<std::vector<double>>();
+            options.estimators = json["estimators"].get<std::vector<std::string>>();
+            options.frames = json["frames"];
+            options.found_m = json["found_m"];
+            options.found_rad = json["found_rad"];
+            options.assignments = json["assignments"].get<std::vector<std::string>>();
+            return RunJob(options, {.marker = recognition::MarkersOf(json["marker"]).front(),
+                                    .distance_m = json["distance_m"],
+                                    .first = json["first"],
+                                    .count = json["count"]});
+          }};
+}
+
 std::optional<int> FrameBy(double share, std::vector<int> found_frames, int starts) {
   const auto rank = static_cast<size_t>(std::ceil(share * starts));
   if (rank > found_frames.size()) return std::nullopt;
@@ -222,16 +285,20 @@ std::unique_ptr<vision::PoseEstimator> MakeEstimator(const std::string& name,
   const StereoRig rig = scenario.rig.MakeRig();
   const size_t slash = name.find('/');
   const std::string base = name.substr(0, slash);
-  const auto rm_ga = [&](vision::RmGaOptions options) {
+  // Hands each of the name's assignments to `set`.
+  const auto set_keys = [&](const std::function<void(const std::string&)>& set) {
     for (size_t first = slash; first != std::string::npos;) {
       const size_t end = name.find('/', first + 1);
       try {
-        config::ApplySet(name.substr(first + 1, end - first - 1), &options, nullptr);
+        set(name.substr(first + 1, end - first - 1));
       } catch (const ConfigError& error) {
         throw ConfigError("estimator '" + name + "': " + error.what());
       }
       first = end;
     }
+  };
+  const auto rm_ga = [&](vision::RmGaOptions options) {
+    set_keys([&](const std::string& key) { config::ApplySet(key, &options, nullptr); });
     return std::make_unique<vision::RmGa>(options, scenario.marker, scenario.hue, rig,
                                           SeedTree(seed).Stream("vision.rm_ga"));
   };
@@ -253,15 +320,28 @@ std::unique_ptr<vision::PoseEstimator> MakeEstimator(const std::string& name,
   if (name == "blobs")
     return std::make_unique<vision::BlobEstimator>(vision::BlobParams{}, scenario.marker,
                                                    scenario.hue, rig);
+  if (name == kFiducialName)
+    return std::make_unique<vision::FiducialEstimator>(scenario.fiducial, rig);
+  for (const std::string& own : scenario.plugins.estimators()) {
+    if (base != own) continue;
+    trial::Plugins plugins = scenario.plugins;
+    set_keys([&](const std::string& key) { plugins.SetEstimatorKey(own, key); });
+    return plugins.MakeEstimator(
+        own, {scenario.marker, scenario.hue, rig, SeedTree(seed).Stream("vision." + own)});
+  }
+  std::vector<std::string> names = EstimatorNames();
+  names.push_back(kFiducialName);
+  for (const std::string& own : scenario.plugins.estimators()) names.push_back(own);
   throw ConfigError(fmt::format(
       "estimator '{}' is not known; there are {}, the first three also with keys of the "
       "search: default/creep_share=0",
-      name, fmt::join(EstimatorNames(), ", ")));
+      name, fmt::join(names, ", ")));
 }
 
 std::vector<CompareRow> CompareEstimators(const CompareOptions& options) {
-  for (const std::string& name : options.estimators)  // bad names now, not in a worker
-    MakeEstimator(name, PoolScenario(options.markers.front(), options.assignments), 0);
+  for (const recognition::MarkerKind marker : options.markers)  // bad names now, not in a worker
+    for (const std::string& name : EstimatorsOf(marker, options))
+      MakeEstimator(name, PoolScenario(marker, options), 0);
   if (options.task == CompareTask::kMoving && options.frames <= kMovingSettleFrames)
     throw ConfigError("frames " + FormatNumber(options.frames) + ", must be more than " +
                       FormatNumber(kMovingSettleFrames) + " for a moving marker");
@@ -273,9 +353,7 @@ std::vector<CompareRow> CompareEstimators(const CompareOptions& options) {
     for (const double distance_m : distances_m)
       for (int first = 0; first < options.starts; first += kStartsOfJob)
         jobs.push_back({marker, distance_m, first, std::min(kStartsOfJob, options.starts - first)});
-  const std::vector<std::string> texts = farm::ForkMap(
-      static_cast<int>(jobs.size()),
-      [&](int i) { return RunJob(options, jobs[static_cast<size_t>(i)]); }, options.run);
+  const std::vector<std::string> texts = TextsOf(options, jobs);
   // The starts of a marker at a distance, from one job or several.
   std::vector<CompareRow> rows;
   for (size_t first = 0, end; first < texts.size(); first = end) {
@@ -285,13 +363,14 @@ std::vector<CompareRow> CompareEstimators(const CompareOptions& options) {
                       jobs[end].distance_m == job.distance_m;
          ++end)
       parts.push_back(report::ParseJson(texts[end], "runs of a worker"));
+    const std::vector<std::string> estimators = EstimatorsOf(job.marker, options);
     for (size_t m = 0; m < options.milk_ml_m3.size(); ++m)
-      for (size_t e = 0; e < options.estimators.size(); ++e) {
+      for (size_t e = 0; e < estimators.size(); ++e) {
         std::vector<OneRun> runs;
         for (const Json& part : parts)
           for (const Json& run : part[m][e]) runs.push_back(run.get<OneRun>());
-        rows.push_back(RowOf({job.marker, options.milk_ml_m3[m], job.distance_m},
-                             options.estimators[e], runs, options));
+        rows.push_back(RowOf({job.marker, options.milk_ml_m3[m], job.distance_m}, estimators[e],
+                             runs, options));
       }
   }
   return rows;

@@ -26,7 +26,9 @@ namespace turbidock::estimators {
 //   published  RM-GA as published
 //   de, pso, cmaes   pagmo's optimisers on the same fitness
 //   blobs      colour segmentation, triangulation, absolute orientation
-// The first three may carry changed keys of RmGaOptions: default/creep_share=0/track=false.
+// One more, `fiducial`, reads the tags of the fiducial marker; other markers it does not judge.
+// The first three may carry changed keys of RmGaOptions: default/creep_share=0/track=false. A
+// scenario's plug-ins come beside these, with keys of their own in the same way.
 std::vector<std::string> EstimatorNames();
 
 // ConfigError for what is unknown or wrong in a name. `scenario` gives marker, hue, rig and the
@@ -45,9 +47,14 @@ struct CompareOptions {
   int frames = 30;  // each estimator sees of each start
   // An estimate within both counts as found.
   double found_m = 0.02, found_rad = 0.0873;
-  std::vector<std::string> assignments;  // to the scenarios
-  farm::ForkMapOptions run;              // a job is some starts of a marker at a distance
+  std::vector<std::string> assignments;         // to the scenarios
+  trial::Plugins plugins;                       // whose estimators can be named, too
+  farm::ForkMapOptions run;                     // a job is some starts of a marker at a distance
+  std::optional<farm::SlurmParams> slurm = {};  // jobs are run by its tasks; none: here
 };
+
+// Runs a job: the work of a task. `plugins`: as CompareOptions'.
+farm::Work CompareWork(const trial::Plugins& plugins);
 
 // A start that an estimator did not find.
 struct CompareMiss {

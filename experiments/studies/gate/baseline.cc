@@ -7,6 +7,7 @@
 #include <map>
 
 #include "experiments/config/yaml_fields.h"
+#include "experiments/studies/gate/gate_output.h"
 #include "experiments/system/output_path.h"
 #include "sim/base/check.h"
 #include "sim/base/digest.h"
@@ -36,14 +37,14 @@ std::string Rate(const BaselineCondition& c) {
 }
 
 void DescribeMedian(const BaselineCondition& before, const BaselineCondition& after,
-                    double GateTrial::*value, const char* name, double scale, const char* unit,
-                    std::vector<std::string>* lines) {
-  const auto old_median = statistics::Median(DockedValues(before.outcomes, value)),
-             new_median = statistics::Median(DockedValues(after.outcomes, value));
+                    const MedianMeasure& measure, std::vector<std::string>* lines) {
+  const auto old_median = statistics::Median(DockedValues(before.outcomes, measure.value)),
+             new_median = statistics::Median(DockedValues(after.outcomes, measure.value));
   if (!old_median || !new_median || *old_median == *new_median) return;
-  lines->push_back(fmt::format("  median {} {:.1f} {} -> {:.1f} {} ({:+.1f})", name,
-                               scale * *old_median, unit, scale * *new_median, unit,
-                               scale * (*new_median - *old_median)));
+  const auto shown = [&](double value) { return ShownValue(value, measure.unit); };
+  lines->push_back(fmt::format("  median {} {} -> {} ({}{})", measure.name, shown(*old_median),
+                               shown(*new_median), *new_median > *old_median ? "+" : "",
+                               shown(*new_median - *old_median)));
 }
 
 // What its trials say, whatever its figures do: those are for people.
@@ -101,9 +102,12 @@ std::string BaselineText(const Baseline& baseline) {
         FormatNumber(c.success_rate), c.interval_95.at(0), c.interval_95.at(1));
     for (const GateTrial& t : c.outcomes)
       text += fmt::format(
-          "      - {{seed: {}, outcome: {}, time_s: {}, final_error_m: {}, digest: \"{}\"}}\n",
-          t.seed, NameOf(t.outcome), FormatNumber(t.time_s), FormatNumber(t.final_error_m),
-          t.digest);
+          "      - {{seed: {}, outcome: {}, time_s: {}, final_error_m: {}, returns_to_servoing: "
+          "{}, "
+          "fitness: {}, effort_v: {}, digest: \"{}\"}}\n",
+          t.seed, NameOf(t.outcome), FormatNumber(t.quality.time_s),
+          FormatNumber(t.quality.final_error_m), FormatNumber(t.quality.returns_to_servoing),
+          FormatNumber(t.quality.fitness), FormatNumber(t.quality.effort_v), t.digest);
   }
   return text + std::string(kChecksumKey) + "\"" + DigestOf(text) + "\"\n";
 }
@@ -112,7 +116,12 @@ Baseline LoadBaseline(const std::string& file) {
   if (const std::string why = system::WhyUnreadable(file); !why.empty())
     throw ConfigError(file + ": " + why +
                       ": there is no baseline; `turbidock gate GATE.yaml --update` makes it");
-  Baseline baseline = config::LoadLayers<Baseline>({file}, {});
+  Baseline baseline;
+  try {
+    baseline = config::LoadLayers<Baseline>({file}, {});
+  } catch (const ConfigError& error) {  // of another version, or no baseline at all
+    throw ConfigError(std::string(error.what()) + "; measure it anew with --update");
+  }
   const std::string text = system::ReadWhole(file);
   const size_t end = text.rfind(kChecksumKey);
   const std::string covered = text.substr(0, end == std::string::npos ? text.size() : end);
@@ -182,8 +191,7 @@ std::vector<std::string> DescribeChange(const Baseline& before, const Baseline& 
       lines.push_back(fmt::format(
           "  of {} seeds in both, {} no longer dock, {} dock now, {} ran bit for bit as before",
           shared, lost, gained, same));
-    DescribeMedian(*was, now, &GateTrial::time_s, "time to dock", 1, "s", &lines);
-    DescribeMedian(*was, now, &GateTrial::final_error_m, "final true error", 1000, "mm", &lines);
+    for (const MedianMeasure& measure : kMedianMeasures) DescribeMedian(*was, now, measure, &lines);
   }
   for (const BaselineCondition& was : before.conditions)
     if (!after.Find(was.name)) lines.push_back(was.name + ": gone, had " + Rate(was));

@@ -12,7 +12,7 @@
 
 namespace turbidock::gate {
 
-inline constexpr int kBaselineSchema = 1;
+inline constexpr int kBaselineSchema = 2;
 
 struct BaselineCondition {
   std::string name;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "experiments/app/commands.h"
+#include "experiments/app/farm_arguments.h"
 #include "experiments/app/plan_arguments.h"
 #include "experiments/app/progress.h"
 #include "experiments/media/plot.h"
@@ -17,6 +18,8 @@
 #include "experiments/report/table.h"
 #include "experiments/studies/gate/error_rates.h"
 #include "experiments/studies/gate/gate.h"
+#include "experiments/studies/gate/gate_design.h"
+#include "experiments/studies/gate/gate_figure.h"
 #include "experiments/studies/gate/gate_output.h"
 #include "experiments/studies/gate/trial_runner.h"
 #include "experiments/studies/run/shown_trial.h"
@@ -32,13 +35,16 @@ using report::Fixed;
 using report::Json;
 
 struct GateArguments {
+  trial::Plugins plugins;
   std::string plan;
   std::string baseline, out, figure;
   std::vector<std::string> assignments;
-  int workers = app::AvailableCores();
+  app::FarmArguments farm;
   int bundles = 5;
   bool update = false, json = false, quiet = false;
 
+  std::string design, results;
+  double budget_s = 240;
   bool plan_size = false;
   int64_t simulate = 0;
   double rate = 0.95, margin = 0.1, alpha = 0.05, beta = 0.05;
@@ -48,7 +54,13 @@ struct GateArguments {
 constexpr double kLogEvery_s = 10;
 
 // Trials asked for at once: enough that no worker waits for the slowest of a round for long.
-int AtOnce(const GateArguments& arguments) { return 2 * arguments.workers; }
+int AtOnce(const farm::FarmOptions& farm) { return 2 * farm.capacity(); }
+
+farm::FarmOptions FarmOf(const GateArguments& arguments, app::Progress* progress) {
+  return arguments.farm.Options(
+      arguments.out.empty() ? "" : arguments.out + "/trials",
+      [progress](const std::string& text) { progress->Say("  " + text); });
+}
 
 // With what the gate reads.
 system::OutputPlan OutputsOf(const GateArguments& arguments, const GatePlan& plan) {
@@ -71,8 +83,9 @@ int UpdateBaseline(const GateArguments& arguments, const GatePlan& plan) {
   }
   OutputsOf(arguments, plan).Writes(plan.baseline).Require();
   app::Progress progress(arguments.quiet);
+  const farm::FarmOptions farm = FarmOf(arguments, &progress);
   Baseline now = MeasureBaseline(
-      plan, MakeGateRunner(plan, {}, arguments.workers, app::CatchStopSignals()), AtOnce(arguments),
+      plan, MakeGateRunner(plan, {}, farm, app::CatchStopSignals()), AtOnce(farm),
       [&](int done, int all) { progress.ShowDone(done, all, "trials", kLogEvery_s); });
   now.build = system::BuildId();
   system::WriteWhole(plan.baseline, BaselineText(now));
@@ -89,21 +102,24 @@ std::string FileName(const std::string& name) {
   return out;
 }
 
-// What it takes to look into a trial: it runs once more, with video and all files, into
-// FOLDER/CONDITION_SEED/; replay.txt says how to run it again.
+// What it takes to look into a trial: it runs once more, with all files and, where there are
+// cameras, a video, into FOLDER/CONDITION_SEED/; replay.txt says how to run it again.
 void WriteBundle(const std::string& folder, const GateCondition& condition,
                  const std::vector<std::string>& assignments, const GateTrial& trial) {
   const std::string bundle = fmt::format("{}/{}_{}", folder, FileName(condition.name), trial.seed);
-  const trial::TrialResult again = run::RunShownTrial(
-      condition.Load(assignments, trial.seed), {.out = bundle, .video = true, .quiet = true});
+  const trial::Scenario scenario = condition.Load(assignments, trial.seed);
+  const bool films = scenario.pose_source == trial::PoseSource::kCameras;
+  const trial::TrialResult again =
+      run::RunShownTrial(scenario, {.out = bundle, .video = films, .quiet = true});
   if (app::StopSignal() != 0) throw Stopped();
   if (again.digest != trial.digest)
     throw SimulatorFault(fmt::format("{}: the trial does not repeat: digest {}, in the gate {}",
                                      bundle, again.digest, trial.digest));
   system::WriteWhole(bundle + "/replay.txt",
                      fmt::format("condition: {}\nseed: {}\noutcome: {}\ndigest: {}\n\n"
-                                 "turbidock run resolved.yaml --out replay --video\n",
-                                 condition.name, trial.seed, NameOf(trial.outcome), trial.digest));
+                                 "turbidock run resolved.yaml --out replay{}\n",
+                                 condition.name, trial.seed, NameOf(trial.outcome), trial.digest,
+                                 films ? " --video" : ""));
 }
 
 // For seeds that docked before and no longer do, up to the number asked for.
@@ -131,14 +147,15 @@ int ExitCodeOf(statistics::Verdict verdict) {
 int JudgeAgainstBaseline(const GateArguments& arguments, const GatePlan& plan) {
   const Baseline baseline = LoadBaseline(plan.baseline);
   RequireSamePlan(plan, baseline, plan.baseline);
-  if (!arguments.out.empty()) {
-    OutputsOf(arguments, plan)
-        .Reads(plan.baseline)
-        .WritesInto(arguments.out, {"summary.json", "junit.xml", "summary.md"})
-        .Require();
-  }
+  if (!arguments.figure.empty()) media::RequireFigurePath(arguments.figure);
+  system::OutputPlan outputs = OutputsOf(arguments, plan);
+  outputs.Reads(plan.baseline).Writes(arguments.figure);
+  if (!arguments.out.empty())
+    outputs.WritesInto(arguments.out, {"summary.json", "junit.xml", "summary.md"});
+  outputs.Require();
   app::Progress progress(arguments.quiet);
-  GateOptions options{.at_once = AtOnce(arguments), .on_round = {}};
+  const farm::FarmOptions farm = FarmOf(arguments, &progress);
+  GateOptions options{.at_once = AtOnce(farm), .on_round = {}};
   options.on_round = [&](const std::vector<ConditionJudge>& judges) {
     int trials = 0, most = 0, known = 0;
     for (const ConditionJudge& judge : judges) {
@@ -151,14 +168,14 @@ int JudgeAgainstBaseline(const GateArguments& arguments, const GatePlan& plan) {
         fmt::format("{} trials, {} of {} conditions known", trials, known, judges.size()),
         kLogEvery_s);
   };
-  GateReport report = RunGate(
-      plan, baseline, plan.baseline,
-      MakeGateRunner(plan, arguments.assignments, arguments.workers, app::CatchStopSignals()),
-      options);
+  GateReport report =
+      RunGate(plan, baseline, plan.baseline,
+              MakeGateRunner(plan, arguments.assignments, farm, app::CatchStopSignals()), options);
   report.build = system::BuildId();
   report.assignments = arguments.assignments;
   progress.Say(GateTable(report));
   if (arguments.json) std::fputs(GateJson(report).c_str(), stdout);
+  if (!arguments.figure.empty()) media::WriteFigure(arguments.figure, GateFigure(report));
   if (!arguments.out.empty()) {
     const fs::path out(arguments.out);
     system::WriteWhole(out / "summary.json", GateJson(report));
@@ -166,7 +183,8 @@ int JudgeAgainstBaseline(const GateArguments& arguments, const GatePlan& plan) {
     system::WriteWhole(out / "summary.md", GateMarkdown(report));
     progress.Say("summary.json, junit.xml and summary.md in " + arguments.out);
     WriteBundles(arguments, plan, report, &progress);
-    page::WritePage((out / "report.html").string(), page::StudyFolderPage(arguments.out));
+    page::WritePage((out / "report.html").string(),
+                    page::StudyFolderPage(arguments.out, plan.plugins));
     progress.Say("a page to look at: " + (out / "report.html").string());
   }
   return ExitCodeOf(report.verdict);
@@ -174,7 +192,7 @@ int JudgeAgainstBaseline(const GateArguments& arguments, const GatePlan& plan) {
 
 // ----------------------------------------------------------------------- how many trials it takes
 
-statistics::RateTestDesign DesignOf(const GateArguments& arguments) {
+void RequireRates(const GateArguments& arguments) {
   const auto require = [](const char* option, double value, double low, double high) {
     if (!(value > low && value < high))
       throw ConfigError(fmt::format("{} = {:g} must be in ({:g}, {:g})", option, value, low, high));
@@ -183,6 +201,10 @@ statistics::RateTestDesign DesignOf(const GateArguments& arguments) {
   require("--margin", arguments.margin, 0, arguments.rate);
   require("--alpha", arguments.alpha, 0, 1);
   require("--beta", arguments.beta, 0, 1);
+}
+
+statistics::RateTestDesign DesignOf(const GateArguments& arguments) {
+  RequireRates(arguments);
   statistics::RateTestDesign design{.no_worse = arguments.rate,
                                     .worse = arguments.rate - arguments.margin,
                                     .alpha = arguments.alpha,
@@ -268,12 +290,56 @@ int PlanSize(const GateArguments& arguments) {
   return app::kExitDone;
 }
 
+// -------------------------------------------------------------------------- conditions to watch
+
+int Design(const GateArguments& arguments) {
+  RequireRates(arguments);
+  if (!arguments.plan.empty() || arguments.update)
+    throw ConfigError("--design makes a gate: it takes neither a gate's file nor --update");
+  if (arguments.results.empty())
+    throw ConfigError("--design: give --results too, the file of a batch of this plan");
+  if (!arguments.figure.empty()) media::RequireFigurePath(arguments.figure);
+  const farm::Plan plan = farm::LoadPlan(
+      arguments.design, {.assignments = arguments.assignments, .plugins = arguments.plugins});
+  const farm::ResultStore results = farm::ResultStore::Read(arguments.results);
+  system::OutputPlan outputs;
+  outputs.Reads(arguments.design).Reads(arguments.results).Writes(arguments.figure);
+  if (!arguments.out.empty())
+    outputs.WritesInto(arguments.out, {"gate.yaml", "design.json", "design.png"});
+  outputs.Require();
+  DesignOptions options{.from = arguments.rate,
+                        .to = arguments.rate - arguments.margin,
+                        .alpha = arguments.alpha,
+                        .beta = arguments.beta,
+                        .budget_s = arguments.budget_s,
+                        .workers = arguments.farm.workers.value_or(app::AvailableCores())};
+  if (arguments.max_trials > 0) options.most_trials = arguments.max_trials;
+  const std::vector<Candidate> candidates = CandidatesOf(plan, results);
+  const GateDesign design = DesignGate(candidates, options);
+  fmt::print("{}", arguments.json ? DesignJson(design, options) : DesignTable(design, options));
+  if (!arguments.figure.empty()) WriteDesignFigure(arguments.figure, design, options);
+  if (arguments.out.empty()) return app::kExitDone;
+  const fs::path out(arguments.out);
+  system::WriteWhole(out / "gate.yaml",
+                     GateYaml(design, candidates, options, "gate.baseline.yaml", arguments.out));
+  system::WriteWhole(out / "design.json", DesignJson(design, options));
+  WriteDesignFigure((out / "design.png").string(), design, options);
+  if (!arguments.quiet)
+    fmt::print(stderr,
+               "gate.yaml, design.json and design.png in {0}; its baseline is next:\n"
+               "turbidock gate {0}/gate.yaml --update\n",
+               arguments.out);
+  return app::kExitDone;
+}
+
 int Gate(const GateArguments& arguments) {
+  if (!arguments.design.empty()) return Design(arguments);
+  if (!arguments.results.empty()) throw ConfigError("--results goes with --design");
   if (arguments.plan_size || arguments.simulate > 0) return PlanSize(arguments);
-  if (!arguments.figure.empty())
-    throw ConfigError("--figure: draws what --plan-size prints; a gate's verdict is in --out");
+  if (arguments.update && !arguments.figure.empty())
+    throw ConfigError("--figure draws a verdict; --update judges nothing");
   if (arguments.plan.empty()) throw ConfigError("gate: which gate? Give its file");
-  GatePlan plan = LoadGatePlan(arguments.plan);
+  GatePlan plan = LoadGatePlan(arguments.plan, arguments.plugins);
   if (!arguments.baseline.empty()) plan.baseline = arguments.baseline;
   try {
     return arguments.update ? UpdateBaseline(arguments, plan)
@@ -288,6 +354,7 @@ int Gate(const GateArguments& arguments) {
 void AddGate(app::CommandLine& line) {
   auto [gate, arguments] =
       line.Add("gate", "Compare docking with a committed baseline: pass, fail or neither", &Gate);
+  arguments.plugins = line.plugins();
   gate.Footer(
       "Exit codes: 0 pass, 1 fail, 2 bad input, 3 inconclusive: the trials allowed are spent,\n"
       "4 a trial could not be run.");
@@ -295,7 +362,9 @@ void AddGate(app::CommandLine& line) {
   gate.Add("--baseline", arguments.baseline, "Another baseline file than the gate's");
   gate.Add("--out", arguments.out,
            "Folder for report.html, summary.json, junit.xml, summary.md, failures/");
-  gate.AddWorkers(arguments.workers, "Processes that run trials");
+  gate.Add("--figure FILE", arguments.figure,
+           "Draw the tests' way to the verdict: .png, .svg or .pdf; with --plan-size error rates");
+  arguments.farm.AddTo(&gate, "Processes that run trials", app::AvailableCores());
   gate.AddSet(arguments.assignments,
               "Set one scenario key in every condition, as if the build had it so");
   gate.Add("--bundles", arguments.bundles,
@@ -305,14 +374,23 @@ void AddGate(app::CommandLine& line) {
             "Measure the baseline anew, write it, and say what changed");
   gate.Flag("--json", arguments.json, "Print summary.json on stdout");
   gate.AddQuiet(arguments.quiet);
+  const char* designs =
+      "Which conditions to watch (no gate needed; --rate, --margin, --alpha, --beta)";
+  gate.Add("--design PLAN", arguments.design,
+           "Choose conditions, margins and numbers of trials among the cells of this plan;\n"
+           "--out: gate.yaml, design.json, design.png")
+      .Group(designs);
+  gate.Add("--results FILE", arguments.results, "A batch of that plan").Group(designs);
+  gate.Add("--budget", arguments.budget_s,
+           "Seconds that a build without change may take, by --workers")
+      .Between(0.1, 1e7)
+      .Group(designs);
   const char* group = "How many trials it takes (no gate needed)";
   gate.Flag("--plan-size", arguments.plan_size, "Print expected and most trials for these rates")
       .Group(group);
   gate.Add("--simulate", arguments.simulate,
            "The same, with this many simulated sequences a setting; --out: error_rates.png")
       .Between(1, 100000000)
-      .Group(group);
-  gate.Add("--figure FILE", arguments.figure, "Draw its error rates: .png, .svg or .pdf")
       .Group(group);
   gate.Add("--rate", arguments.rate, "Success rate that is no worse").Group(group);
   gate.Add("--margin", arguments.margin, "Loss of success rate that matters").Group(group);

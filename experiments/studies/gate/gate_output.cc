@@ -12,18 +12,15 @@
 namespace turbidock::gate {
 namespace {
 
-// A value of a measure for people.
 std::string Shown(const MeasureReport& measure, const std::optional<double>& value) {
-  if (!value) return "none";
-  if (measure.unit.empty()) return fmt::format("{:.1f} %", 100 * *value);
-  if (measure.unit == "m") return fmt::format("{:.1f} mm", 1000 * *value);
-  return fmt::format("{:.1f} {}", *value, measure.unit);
+  return value ? ShownValue(*value, measure.unit) : "none";
 }
 
 std::string ShownMargin(const MeasureReport& measure) {
-  if (measure.unit.empty()) return fmt::format("-{:g} %", 100 * measure.margin);
-  if (measure.unit == "m") return fmt::format("+{:g} mm", 1000 * measure.margin);
-  return fmt::format("+{:g} {}", measure.margin, measure.unit);
+  const char sign = measure.less_is_worse ? '-' : '+';
+  if (measure.unit.empty()) return fmt::format("{}{:g} %", sign, 100 * measure.margin);
+  if (measure.unit == "m") return fmt::format("{}{:g} mm", sign, 1000 * measure.margin);
+  return fmt::format("{}{:g} {}", sign, measure.margin, measure.unit);
 }
 
 std::string VerdictWords(const MeasureReport& measure) {
@@ -80,6 +77,12 @@ std::string Headline(const GateReport& report) {
 }
 
 }  // namespace
+
+std::string ShownValue(double value, const std::string& unit) {
+  if (unit.empty()) return fmt::format("{:.1f} %", 100 * value);
+  if (unit == "m") return fmt::format("{:.1f} mm", 1000 * value);
+  return fmt::format("{:.{}f} {}", value, unit == "F" ? 3 : unit == "V" ? 2 : 1, unit);
+}
 
 std::string DescribeMeasure(const MeasureReport& m, bool paired) {
   std::string counts;

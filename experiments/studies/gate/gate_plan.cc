@@ -32,6 +32,7 @@ GateCondition ReadCondition(const config::YamlNode& node, const GatePlan& plan,
   if (!node.IsMap()) node.Fail("must be a group of keys");
   GateCondition condition;
   static_cast<GateDefaults&>(condition) = plan;
+  condition.plugins = plan.plugins;
   config::ReadFields(node, &condition, origins, {kSetKey});
   if (condition.name.empty()) node.Fail("a condition needs a name");
   if (condition.scenario.empty()) node.Fail("a condition needs a scenario");
@@ -62,7 +63,7 @@ trial::Scenario GateCondition::Load(const std::vector<std::string>& more_assignm
   std::vector<std::string> all = assignments;
   all.insert(all.end(), more_assignments.begin(), more_assignments.end());
   all.push_back("seed=" + std::to_string(seed));
-  return trial::LoadScenario(scenario_file, all);
+  return trial::LoadScenario(scenario_file, all, "", plugins);
 }
 
 void GatePlan::Check(const std::string&) const {
@@ -91,8 +92,9 @@ int64_t GatePlan::SeedOf(int trial) const {
   return SeedTree(static_cast<uint64_t>(seed)).TrialSeed(trial);
 }
 
-GatePlan LoadGatePlan(const std::string& file) {
+GatePlan LoadGatePlan(const std::string& file, const trial::Plugins& plugins) {
   GatePlan plan;
+  plan.plugins = plugins;
   config::Origins origins;
   const config::YamlNode node = config::LoadYaml(file);
   config::ReadFields(node, &plan, &origins, {"conditions"});

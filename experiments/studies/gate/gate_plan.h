@@ -7,7 +7,7 @@
 //   alpha: 0.05                           # chance that this gate fails although nothing is worse
 //   beta: 0.05                            # chance that it passes a condition worse by a margin
 //   max_trials: 100                       # of each condition
-//   margins: {success_rate: 0.1, time_s: 5, final_error_m: 0.02}
+//   margins: {success_rate: 0.1, time_s: 5, final_error_m: 0.02}   # see GateMargins
 //   conditions:
 //     - name: calm
 //       scenario: sea_night_active        # a bundled scenario, or a file beside this one
@@ -60,6 +60,7 @@ struct GateCondition : GateDefaults {
   std::vector<std::string> assignments;  // from `set`: "water.milk_ml_m3=20"
   std::string scenario_file;             // where it was found
   std::string digest;                    // of the scenario file's content and the assignments
+  trial::Plugins plugins;                // what else the scenario may choose
 
   trial::Scenario Load(const std::vector<std::string>& more_assignments, int64_t seed) const;
 };
@@ -71,6 +72,7 @@ struct GatePlan : GateDefaults {
   std::string baseline;
   AlphaCovers alpha_covers = AlphaCovers::kGate;
   std::vector<GateCondition> conditions;
+  trial::Plugins plugins;  // no key: the program's
 
   static void Fields(auto& self, auto&& field) {
     field("schema_version", self.schema_version, InRange(kGateSchema, kGateSchema),
@@ -97,6 +99,6 @@ struct GatePlan : GateDefaults {
 
 // Reads a gate's file. ConfigError for whatever is wrong in it, also for a scenario that cannot be
 // loaded.
-GatePlan LoadGatePlan(const std::string& file);
+GatePlan LoadGatePlan(const std::string& file, const trial::Plugins& plugins = {});
 
 }  // namespace turbidock::gate

@@ -21,17 +21,18 @@ std::optional<double> SuccessRate(const std::vector<GateTrial>& trials) {
   return static_cast<double>(docked) / static_cast<double>(trials.size());
 }
 
-Measure MakeMeasure(const char* name, const char* unit, double margin) {
+Measure MakeMeasure(const char* name, const char* unit, bool less_is_worse, double margin) {
   Measure measure;
   measure.report.measure = name;
   measure.report.unit = unit;
+  measure.report.less_is_worse = less_is_worse;
   measure.report.margin = margin;
   return measure;
 }
 
 // Success rate in pairs.
 Measure PairedRate(const JudgeOptions& options) {
-  Measure measure = MakeMeasure("success rate", "", options.margins.success_rate);
+  Measure measure = MakeMeasure("success rate", "", true, options.margins.success_rate);
   measure.summary = SuccessRate;
   measure.count = [](const GateTrial& now, const GateTrial* before, Measure* m) {
     ++m->report.compared;
@@ -63,7 +64,7 @@ Measure Rate(const std::string& condition, const JudgeOptions& options, int dock
                                    .alpha = options.alpha / 2,
                                    .beta = options.beta / 2,
                                    .max_trials = options.max_trials});
-  Measure measure = MakeMeasure("success rate", "", margin);
+  Measure measure = MakeMeasure("success rate", "", true, margin);
   measure.summary = SuccessRate;
   measure.count = [](const GateTrial& now, const GateTrial*, Measure* m) {
     ++m->report.compared;
@@ -78,34 +79,39 @@ Measure Rate(const std::string& condition, const JudgeOptions& options, int dock
 
 // Median of a quantity of the trials that docked, in pairs or against bounds of the baseline's
 // median.
-Measure MedianOf(const char* name, const char* unit, double GateTrial::*value, double margin,
-                 const JudgeOptions& options, const std::string& condition,
+Measure MedianOf(const MedianMeasure& of, const JudgeOptions& options, const std::string& condition,
                  const std::vector<GateTrial>& baseline) {
+  const auto worse_by = [of](const GateTrial& trial) { return of.sign * trial.quality.*of.value; };
+  const double margin = options.margins.median.*of.value;
   double bound_low = 0, bound_high = 0;
   if (!options.paired) {
-    const std::vector<double> values = DockedValues(baseline, value);
+    std::vector<double> values;
+    for (const GateTrial& trial : baseline)
+      if (trial.docked()) values.push_back(worse_by(trial));
+    std::sort(values.begin(), values.end());
     const auto high = statistics::MedianRank(values.size(), options.alpha / 2);
     const auto low = statistics::MedianRank(values.size(), options.beta / 2);
     if (!high || !low)
       FailBaseline(condition, fmt::format("with other seeds than the baseline's, its {} docked "
                                           "trials are too few to bound the median {}",
-                                          values.size(), name));
+                                          values.size(), of.name));
     bound_high = values[*high - 1];
     bound_low = values[values.size() - *low];
   }
-  Measure measure = MakeMeasure(name, unit, margin);
-  measure.summary = [value](const std::vector<GateTrial>& trials) {
-    return statistics::Median(DockedValues(trials, value));
+  Measure measure = MakeMeasure(of.name, of.unit, of.sign < 0, margin);
+  measure.summary = [of](const std::vector<GateTrial>& trials) {
+    return statistics::Median(DockedValues(trials, of.value));
   };
   measure.count = [=](const GateTrial& now, const GateTrial* before, Measure* m) {
     if (!now.docked() || (before && !before->docked())) return;
-    const double high = before ? before->*value : bound_high;
-    const double low = before ? before->*value : bound_low;
+    const double high = before ? worse_by(*before) : bound_high;
+    const double low = before ? worse_by(*before) : bound_low;
+    const double value = worse_by(now);
     ++m->report.compared;
-    m->report.worse += now.*value > high;
-    m->report.better += now.*value < high;
-    m->equal += now.*value == high;
-    m->within_margin += now.*value < low + margin;
+    m->report.worse += value > high;
+    m->report.better += value < high;
+    m->equal += value == high;
+    m->within_margin += value < low + margin;
   };
   const double share = options.paired ? 1 : 0.5;
   const auto fail = statistics::SignTest(share * options.alpha, options.max_trials);
@@ -121,10 +127,23 @@ Measure MedianOf(const char* name, const char* unit, double GateTrial::*value, d
 
 }  // namespace
 
-std::vector<double> DockedValues(const std::vector<GateTrial>& trials, double GateTrial::*value) {
+Quality QualityOf(const trial::TrialRecord& record) {
+  return {.time_s = record.time_s,
+          .final_error_m = record.final_error_true.distance_m(),
+          .returns_to_servoing = static_cast<double>(record.returns_to_servoing),
+          .fitness = record.fitness_mean,
+          .effort_v = record.effort_v};
+}
+
+int GateMargins::tests() const {
+  return 1 + static_cast<int>(std::ranges::count_if(
+                 kMedianMeasures, [&](const MedianMeasure& m) { return median.*m.value > 0; }));
+}
+
+std::vector<double> DockedValues(const std::vector<GateTrial>& trials, double Quality::*value) {
   std::vector<double> values;
   for (const GateTrial& trial : trials)
-    if (trial.docked()) values.push_back(trial.*value);
+    if (trial.docked()) values.push_back(trial.quality.*value);
   std::sort(values.begin(), values.end());
   return values;
 }
@@ -155,13 +174,9 @@ ConditionJudge::ConditionJudge(std::string name, const JudgeOptions& options,
     measures_.push_back(
         Rate(report_.name, options_, report_.baseline_docked, report_.baseline_trials));
   }
-  const auto add_median = [&](const char* measure, const char* unit, double GateTrial::*value,
-                              double margin) {
-    if (margin > 0)
-      measures_.push_back(MedianOf(measure, unit, value, margin, options_, report_.name, baseline));
-  };
-  add_median("time to dock", "s", &GateTrial::time_s, options.margins.time_s);
-  add_median("final true error", "m", &GateTrial::final_error_m, options.margins.final_error_m);
+  for (const MedianMeasure& measure : kMedianMeasures)
+    if (options.margins.median.*measure.value > 0)
+      measures_.push_back(MedianOf(measure, options_, report_.name, baseline));
 }
 
 void ConditionJudge::Add(const GateTrial& trial) {

@@ -1,21 +1,23 @@
 #pragma once
 // The verdict on one condition: its trials, one after another, against the baseline's.
 //
-// Measured are the success rate and, on trials that docked, the time to dock and the final true
-// error. Each has a margin, the change for the worse that matters, and two one-sided tests
-// (sequential_test.h): one rejects "no worse" and fails, the other rejects "worse by the margin"
-// and passes.
+// Measured are the success rate and, on trials that docked, what Quality has. Each has a margin,
+// the change for the worse that matters, and two one-sided tests (sequential_test.h): one rejects
+// "no worse" and fails, the other rejects "worse by the margin" and passes.
 //
 // Against a baseline of the same seeds, trials are compared in pairs:
 //  - success rate: of the pairs in which one build docked and the other did not, "no worse" says
 //    that at most half are losses (McNemar's test, sequential); NetLossTest passes;
-//  - time and error, in pairs that docked in both: "no worse" says that of the pairs that differ at
+//  - the others, in pairs that docked in both: "no worse" says that of the pairs that differ at
 //    most half are worse; "worse by the margin" says that at most half are less than the margin
-//    worse (two sequential sign tests, of the median difference).
+//    worse (two sequential sign tests, of the median difference). Where beta exceeds a test's share
+//    of alpha, as it does by default, the second needs fewer pairs: what makes every trial worse by
+//    less than the margin passes.
 // Against other seeds, the baseline's own uncertainty takes half of alpha and of beta: the rate
 // that is "no worse" is the lower Clopper-Pearson bound of the baseline's, that which is "worse by
 // the margin" the upper bound less the margin; likewise with bounds of the median.
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -31,12 +33,38 @@
 
 namespace turbidock::gate {
 
+// How well a trial docked; as margins, how much worse each of its medians may get.
+struct Quality {
+  double time_s = 0;               // when the docking criterion was met, else of the end
+  double final_error_m = 0;        // true distance from the desired position at that time
+  double returns_to_servoing = 0;  // from docking, how often
+  double fitness = 0;              // F, mean over all frames
+  double effort_v = 0;             // root mean square of the commands about neutral
+};
+
+// Of a trial that came to an end of its own.
+Quality QualityOf(const trial::TrialRecord& record);
+
+// What is judged of it: the list that margins, judge, baseline and design follow.
+struct MedianMeasure {
+  const char* name;
+  const char* unit;
+  double Quality::*value;
+  double sign = 1;  // of a change for the worse: -1 where less is worse
+};
+inline constexpr std::array<MedianMeasure, 5> kMedianMeasures = {{
+    {"time to dock", "s", &Quality::time_s},
+    {"final true error", "m", &Quality::final_error_m},
+    {"returns to servoing", "times", &Quality::returns_to_servoing},
+    {"fitness", "F", &Quality::fitness, -1},
+    {"effort", "V", &Quality::effort_v},
+}};
+
 // What the gate needs of a trial.
 struct GateTrial {
   int64_t seed = 0;
   trial::Outcome outcome = trial::Outcome::kTimeout;
-  double time_s = 0;         // when the docking criterion was met, else of the end
-  double final_error_m = 0;  // true distance from the desired position at that time
+  Quality quality;
   std::string digest;
 
   bool docked() const { return outcome == trial::Outcome::kDocked; }
@@ -44,8 +72,12 @@ struct GateTrial {
   static void Fields(auto& self, auto&& field) {
     field("seed", self.seed, AtLeast(0), "of the trial");
     field("outcome", self.outcome, Finite(), "how it ended");
-    field("time_s", self.time_s, AtLeast(0), "when it docked or ended");
-    field("final_error_m", self.final_error_m, AtLeast(0), "true distance from the desired pose");
+    field("time_s", self.quality.time_s, AtLeast(0), "when it docked or ended");
+    field("final_error_m", self.quality.final_error_m, AtLeast(0),
+          "true distance from the desired pose");
+    field("returns_to_servoing", self.quality.returns_to_servoing, AtLeast(0), "from docking");
+    field("fitness", self.quality.fitness, Finite(), "F, mean over all frames");
+    field("effort_v", self.quality.effort_v, AtLeast(0), "root mean square of the commands");
     field("digest", self.digest, Finite(), "of the trial");
   }
 };
@@ -53,22 +85,27 @@ struct GateTrial {
 // The changes for the worse that matter. Zero: not judged.
 struct GateMargins {
   double success_rate = 0.1;
-  double time_s = 0;
-  double final_error_m = 0;
+  Quality median;  // all positive, also where less is worse
 
   static void Fields(auto& self, auto&& field) {
     field("success_rate", self.success_rate, Between(0, 1), "loss of success rate that matters");
-    field("time_s", self.time_s, AtLeast(0),
+    field("time_s", self.median.time_s, AtLeast(0),
           "increase of the median time to dock that matters; 0: not judged");
-    field("final_error_m", self.final_error_m, AtLeast(0),
+    field("final_error_m", self.median.final_error_m, AtLeast(0),
           "increase of the median final true error that matters; 0: not judged");
+    field("returns_to_servoing", self.median.returns_to_servoing, AtLeast(0),
+          "increase of the median of returns from docking to servoing that matters; 0: not judged");
+    field("fitness", self.median.fitness, AtLeast(0),
+          "decrease of the median of the trials' mean F that matters; 0: not judged");
+    field("effort_v", self.median.effort_v, AtLeast(0),
+          "increase of the median effort that matters; 0: not judged");
   }
 
-  int tests() const { return 1 + (time_s > 0) + (final_error_m > 0); }
+  int tests() const;
 };
 
 // Of the trials that docked, ascending.
-std::vector<double> DockedValues(const std::vector<GateTrial>& trials, double GateTrial::*value);
+std::vector<double> DockedValues(const std::vector<GateTrial>& trials, double Quality::*value);
 
 struct JudgeOptions {
   GateMargins margins;
@@ -79,17 +116,18 @@ struct JudgeOptions {
 
 // One measure of a condition.
 struct MeasureReport {
-  std::string measure;  // "success rate", "time to dock", "final true error"
-  std::string unit;     // "", "s", "m"
+  std::string measure;  // "success rate", or one of kMedianMeasures
+  std::string unit;     // "" of the success rate
   statistics::Verdict verdict = statistics::Verdict::kInconclusive;
   std::optional<int> decided_after_trials;
+  bool less_is_worse = false;
   double margin = 0;
   std::optional<double> before, now;  // rate or median
   int compared = 0;                   // pairs, or trials of this build
   int worse = 0, better = 0;          // of these
 
-  TURBIDOCK_FIELDS(measure, unit, verdict, decided_after_trials, margin, before, now, compared,
-                   worse, better)
+  TURBIDOCK_FIELDS(measure, unit, verdict, decided_after_trials, less_is_worse, margin, before, now,
+                   compared, worse, better)
 };
 
 // Where the test of the success rate stands after some of the trials, or will after more of them.

@@ -11,9 +11,9 @@
 namespace turbidock::gate {
 
 GateRunner MakeGateRunner(const GatePlan& plan, const std::vector<std::string>& assignments,
-                          int workers, const std::function<bool()>& stop) {
-  const auto pool =
-      std::make_shared<farm::TrialPool>(workers, farm::WorkerOptions{.time_limit_s = 3600});
+                          const farm::FarmOptions& farm, const std::function<bool()>& stop,
+                          double time_limit_s) {
+  const auto pool = std::make_shared<farm::TrialPool>(farm, time_limit_s, plan.plugins);
   return [=, &plan](const std::vector<GateRequest>& requests) {
     size_t next = 0;
     const auto submit_one = [&] {
@@ -33,11 +33,10 @@ GateRunner MakeGateRunner(const GatePlan& plan, const std::vector<std::string>& 
       if (!record.ended())
         throw SimulatorFault(fmt::format("condition '{}', seed {}: the trial {}: {}\n{}",
                                          plan.conditions[request.condition].name, request.seed,
-                                         NameOf(record.outcome), record.reason, record.log));
+                                         NameOf(record.outcome), record.reason, record.printed));
       trials[index] = {.seed = record.seed,
                        .outcome = record.outcome,
-                       .time_s = record.time_s,
-                       .final_error_m = record.final_error_true.distance_m(),
+                       .quality = QualityOf(record),
                        .digest = record.digest};
     };
     if (!farm::KeepBusy(pool.get(), submit_one, take, [&] { return !stop(); })) throw Stopped();

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "experiments/farm/farm.h"
 #include "experiments/studies/gate/gate.h"
 
 namespace turbidock::gate {
@@ -16,6 +17,7 @@ struct Stopped {};
 // when `stop` says so, and SimulatorFault when a trial crashes or hangs or this machine cannot
 // simulate: that is no verdict on docking. `plan` must outlive it.
 GateRunner MakeGateRunner(const GatePlan& plan, const std::vector<std::string>& assignments,
-                          int workers, const std::function<bool()>& stop);
+                          const farm::FarmOptions& farm, const std::function<bool()>& stop,
+                          double time_limit_s = 3600);
 
 }  // namespace turbidock::gate

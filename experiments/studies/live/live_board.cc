@@ -95,6 +95,7 @@ std::optional<std::string> LiveBoard::LiveTab::Next() {
         status_number_ = board_.status_number_;
         head["status"] = board_.status_;
       }
+      rows.thrusters = board_.thrusters_;
       rows.frames = Part(board_.rows_, rows_, kMostRows);
       if (transitions_ < board_.transitions_.size())
         head["transitions"] = Part(board_.transitions_, transitions_, kMostRows);
@@ -155,6 +156,7 @@ void LiveBoard::Show(const LiveSession& session, bool whole_images, double real_
     trial_number_ = session.trial_number();
     trial_ = std::move(trial);
     result_ = nullptr;
+    thrusters_ = session.log().thrusters;
     rows_.clear();
     transitions_.clear();
     changes_.clear();

@@ -87,6 +87,7 @@ class LiveBoard {
   // what the session showed last
   int64_t trial_number_ = 0, settings_number_ = 0, status_number_ = 0;
   report::Json trial_, controls_, status_, result_;
+  std::vector<std::string> thrusters_;
   std::vector<trial::FrameRecord> rows_;
   std::vector<control::Transition> transitions_;
   std::vector<trial::Change> changes_;

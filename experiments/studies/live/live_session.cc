@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <utility>
@@ -39,15 +40,15 @@ void AddGains(control::Law law, std::vector<Control>* controls) {
       return;
     case control::Law::kPid:
       for (const char* axis : {"surge", "sway", "heave"}) {
-        add(axis + std::string(".kp_v_per_m"), std::string(axis) + " kp", "V/m", 200);
-        add(axis + std::string(".ki_v_per_m_s"), std::string(axis) + " ki", "V/(m s)", 200);
-        add(axis + std::string(".kd_v_s_per_m"), std::string(axis) + " kd", "V s/m", 200);
+        add(axis + std::string(".kp_per_s2"), std::string(axis) + " kp", "1/s²", 20);
+        add(axis + std::string(".ki_per_s3"), std::string(axis) + " ki", "1/s³", 20);
+        add(axis + std::string(".kd_per_s"), std::string(axis) + " kd", "1/s", 20);
       }
-      add("yaw.kp_v_per_rad", "yaw kp", "V/rad", 30);
-      add("yaw.kd_v_s_per_rad", "yaw kd", "V s/rad", 10);
+      add("yaw.kp_per_s2", "yaw kp", "1/s²", 45);
+      add("yaw.kd_per_s", "yaw kd", "1/s", 15);
       return;
     case control::Law::kLqg:
-      // the error that the law takes as seriously as effort_v: small is tight
+      // the error that the law takes as seriously as effort_share: small is tight
       for (const char* axis : {"surge", "sway", "heave"})
         add(axis + std::string(".error_m"), std::string(axis) + " error weight", "m", 0.1, 0.001);
       add("yaw.error_rad", "yaw error weight", "rad", 0.5, 0.005);
@@ -104,6 +105,8 @@ Eigen::Vector3d ForceIn(const Json& command) {
 
 std::vector<Control> ControlsOf(const trial::Scenario& settings) {
   const std::vector<std::string> off_on = {"false", "true"};
+  std::vector<std::string> laws = NamesOf<control::Law>();
+  for (const std::string& law : settings.plugins.controllers()) laws.push_back(law);
   std::vector<Control> controls = {
       {"water.milk_ml_m3", "milk", "water", "ml/m³", 0, 120},
       {"sea.current.surface_velocity_mps[0]", "current along", "sea", "m/s", -0.3, 0.3},
@@ -126,11 +129,8 @@ std::vector<Control> ControlsOf(const trial::Scenario& settings) {
        .label = "marker's own light",
        .group = "light",
        .choices = off_on},
-      {.key = "controller",
-       .label = "law",
-       .group = "control",
-       .choices = NamesOf<control::Law>()}};
-  AddGains(settings.control.controller, &controls);
+      {.key = "controller", .label = "law", .group = "control", .choices = laws}};
+  if (settings.plugins.controller().empty()) AddGains(settings.control.controller, &controls);
   return controls;
 }
 
@@ -188,7 +188,7 @@ void LiveSession::Handle(const std::string& command) {
     const double frames = json.contains("frames") ? Number(json, "frames", 1, kMostSteps) : 1;
     if (frames != std::floor(frames)) Fail("\"frames\" must be a whole number");
     going_ = false;
-    steps_left_ += static_cast<int>(frames);
+    steps_left_ = std::min(steps_left_ + static_cast<int>(frames), kMostSteps);
   } else if (verb == "speed") {
     speed_ = Number(json, "factor", kSlowest, kFastest);
   } else if (verb == "set") {

@@ -26,6 +26,7 @@ namespace fs = std::filesystem;
 constexpr int kUsualPort = 8137;
 
 struct ViewArguments {
+  trial::Plugins plugins;
   std::string what = "sea_night_active";
   std::vector<std::string> assignments;
   std::string gains, seed, listen = "127.0.0.1";
@@ -58,10 +59,12 @@ Kind KindOf(const std::string& what) {
 }
 
 // Of a file of trials, or of a study's folder: its report once there is one.
-page::Page PageOfGrowing(const std::string& what, const std::string& file) {
+page::Page PageOfGrowing(const std::string& what, const std::string& file,
+                         const trial::Plugins& plugins) {
   const farm::ResultStore store = farm::ResultStore::Read(file);
-  if (what == file || page::TrialsOfUnfinishedStudy(what)) return page::BatchPage(store, file);
-  page::Page page = page::StudyFolderPage(what);
+  if (what == file || page::TrialsOfUnfinishedStudy(what))
+    return page::BatchPage(store, file, {.plugins = plugins});
+  page::Page page = page::StudyFolderPage(what, plugins);
   page.model["rows"] = store.Done().size();
   return page;
 }
@@ -82,7 +85,7 @@ void ViewScenario(const ViewArguments& arguments, ViewOptions options) {
   options.jpeg_quality = arguments.quality;
   options.say = [&](const std::string& line) { progress.Say(line); };
   const trial::Scenario scenario =
-      trial::LoadScenario(arguments.what, assignments, arguments.gains);
+      trial::LoadScenario(arguments.what, assignments, arguments.gains, arguments.plugins);
   if (arguments.out)
     system::OutputPlan()
         .Reads(arguments.what)
@@ -114,13 +117,13 @@ int View(const ViewArguments& arguments) {
       break;
     case Kind::kResult:
       RefuseScenarioOptions(arguments);
-      ServePage(page::ResultPage(what), results);
+      ServePage(page::ResultPage(what, arguments.plugins), results);
       break;
     case Kind::kGrowing: {
       RefuseScenarioOptions(arguments);
       const std::string file = page::TrialsOfUnfinishedStudy(what).value_or(what);
       ServeResults(
-          file, [&] { return PageOfGrowing(what, file); }, results);
+          file, [&] { return PageOfGrowing(what, file, arguments.plugins); }, results);
       break;
     }
   }
@@ -133,6 +136,7 @@ void AddView(app::CommandLine& line) {
   auto [view, arguments] = line.Add(
       "view", "Watch a trial, a batch or a study while it runs, in a browser on this machine",
       &View);
+  arguments.plugins = line.plugins();
   view.Add("what", arguments.what,
            "A scenario (YAML file or a bundled one's name), which runs; or a result: a trial's, a\n"
            "gate's or a study's folder, a file of trials; batches and studies also while they run");

@@ -2,10 +2,12 @@
 
 #include <cstdio>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "experiments/app/commands.h"
+#include "experiments/app/farm_arguments.h"
 #include "experiments/app/progress.h"
 #include "experiments/config/data_files.h"
 #include "experiments/report/json.h"
@@ -26,7 +28,8 @@ constexpr double kLogEvery_s = 60;
 
 struct CalibrateArguments {
   std::string plan, active, passive, out;
-  int generations = 30, workers = 1;
+  int generations = 30;
+  app::FarmArguments farm;
   uint32_t seed = 1;
   double seconds = 5;
   bool json = false, quiet = false;
@@ -35,21 +38,23 @@ struct CalibrateArguments {
 // The full experiment on the tables' cells, under the values found.
 std::map<MarkerKind, TableComparison> Confirm(const TableByMarker& tables,
                                               const std::vector<std::string>& assignments,
-                                              const CalibrateArguments& arguments) {
+                                              double seconds, const farm::FarmOptions& farm) {
   std::map<MarkerKind, TableComparison> confirmed;
   for (const auto& [marker, table] : tables) {
+    if (app::StopSignal() != 0) break;
     const Recognition recognition({{marker, RecognitionScenario(marker, assignments)}},
                                   CellsOf(table));
     const std::vector<CellResult> results = recognition.Run(
-        {.seconds = arguments.seconds,
-         .run = {.workers = arguments.workers, .stop_requested = app::CatchStopSignals()}});
+        {.seconds = seconds,
+         .run = {.workers = farm.workers, .stop_requested = app::CatchStopSignals()},
+         .slurm = farm.slurm});
     if (!results.empty()) confirmed[marker] = Compare(results, table);
   }
   return confirmed;
 }
 
 Json ToJson(const CalibrationPlan& plan, const CalibrationResult& result,
-            const std::vector<TableRow>& rows, const std::vector<CellResult>& results,
+            const std::vector<TableRow>& rows,
             const std::map<MarkerKind, TableComparison>& confirmed) {
   Json parameters = Json::array(), residuals = Json::array(), full = Json::object(),
        front = Json::array();
@@ -67,7 +72,7 @@ Json ToJson(const CalibrationPlan& plan, const CalibrationResult& result,
     residuals.push_back({{"marker", rows[i].cell.marker},
                          {"milk_ml_m3", rows[i].cell.milk_ml_m3},
                          {"distance_mm", units::MmFromM(rows[i].cell.distance_m)},
-                         {"fitness", results[i].fitness_mean},
+                         {"fitness", result.best.fitness[i]},
                          {"reference_mean", rows[i].fitness_mean}});
   for (const auto& [marker, comparison] : confirmed)
     full[NameOf(marker)] = TableConstraints(marker, comparison, plan.accepted);
@@ -136,28 +141,29 @@ int Calibrate(const CalibrateArguments& arguments) {
       .Reads(arguments.passive)
       .Writes(arguments.out)
       .Require();
-  CalibrationExperiment experiment = [&] {
+  const auto experiment = [&] {
     try {
-      return CalibrationExperiment(plan, tables);
+      return std::make_shared<CalibrationExperiment>(plan, tables);
     } catch (const ConfigError& error) {  // of a key that the plan names
       throw ConfigError(plan_file + ": " + error.what());
     }
   }();
   app::Progress progress(arguments.quiet);
   progress.Say(fmt::format("{} parameters, {} cells of two tables", plan.parameters.size(),
-                           experiment.rows().size()));
+                           experiment->rows().size()));
+  const farm::FarmOptions farm = arguments.farm.Options(
+      arguments.out, [&](const std::string& text) { progress.Say("  " + text); });
   const CalibrationResult result = Calibrate(
-      plan,
       {.generations = arguments.generations,
        .seed = arguments.seed,
-       .workers = arguments.workers,
+       .farm = farm,
        .on_progress =
            [&](int done, int of, double misfit) {
              progress.ShowDone(done, of, fmt::format("evaluations, misfit {:.3f}", misfit),
                                kLogEvery_s);
            },
        .stop_requested = app::CatchStopSignals()},
-      &experiment);
+      experiment);
   if (result.evaluations == 0) return app::kExitDone;  // stopped before there was anything to keep
   if (!arguments.out.empty())
     system::WriteWhole(
@@ -172,15 +178,12 @@ int Calibrate(const CalibrateArguments& arguments) {
   }
 
   const std::vector<std::string> assignments = plan.Assignments(result.best.values);
-  const std::vector<CellResult> results =
-      experiment.Run(assignments, {.workers = arguments.workers});
   std::map<MarkerKind, TableComparison> confirmed;
-  if (arguments.seconds > 0) confirmed = Confirm(tables, assignments, arguments);
+  if (arguments.seconds > 0) confirmed = Confirm(tables, assignments, arguments.seconds, farm);
   progress.Say(Text(plan, result, confirmed));
   if (arguments.json)
-    std::fputs(
-        report::JsonText(ToJson(plan, result, experiment.rows(), results, confirmed)).c_str(),
-        stdout);
+    std::fputs(report::JsonText(ToJson(plan, result, experiment->rows(), confirmed)).c_str(),
+               stdout);
   return app::kExitDone;
 }
 
@@ -197,10 +200,11 @@ void AddCalibrate(app::CommandLine& line) {
   calibrate.Add("--passive FILE", arguments.passive, "The same of the passive marker");
   calibrate
       .Add("--generations", arguments.generations,
-           "Generations of CMA-ES; 0: only what the start and its sides are worth")
+           "Generations of CMA-ES, each evaluated side by side; 0: only what the start and "
+           "its\nsides are worth")
       .Between(0, 10000);
   calibrate.Add("--seed", arguments.seed, "Of the search");
-  calibrate.AddWorkers(arguments.workers, "Processes; the result is the same");
+  arguments.farm.AddTo(&calibrate, "Processes; the result is the same", 1);
   calibrate
       .Add("--seconds", arguments.seconds,
            "Time a cell of the full experiment that confirms the result; 0: none")

@@ -6,13 +6,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <pagmo/algorithm.hpp>
-#include <pagmo/algorithms/cmaes.hpp>
-#include <pagmo/population.hpp>
-#include <pagmo/problem.hpp>
+#include <utility>
 
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
+#include "experiments/farm/fork_map.h"
+#include "experiments/report/json.h"
+#include "experiments/search/optimiser.h"
 #include "experiments/studies/recognition/look.h"
 #include "sim/base/random.h"
 #include "sim/base/units.h"
@@ -49,18 +49,33 @@ std::vector<TableRow> ChosenRows(const TableByMarker& tables, double share) {
   return rows;
 }
 
-// The problem as pagmo sees it: places in [0, 1] in, misfit out.
-struct TableFit {
-  std::function<double(const std::vector<double>&)> misfit;
-  size_t dimension = 0;
+std::optional<double> NumberOf(const report::Json& json) {
+  return json.is_null() ? std::optional<double>() : json.get<double>();
+}
 
-  pagmo::vector_double fitness(const pagmo::vector_double& places) const {
-    return {misfit(places)};
+std::string TextOf(const CalibrationPlan& plan, const TableByMarker& tables) {
+  report::Json rows = report::Json::array();
+  for (const auto& [marker, table] : tables)
+    for (const TableRow& row : table)
+      rows.push_back({{"marker", marker},
+                      {"milk_ml_m3", row.cell.milk_ml_m3},
+                      {"distance_m", row.cell.distance_m},
+                      {"fitness_mean", row.fitness_mean},
+                      {"fitness_std", row.fitness_std}});
+  return report::JsonLine({{"plan", plan}, {"rows", rows}});
+}
+
+std::shared_ptr<CalibrationExperiment> ExperimentOf(const std::string& text) {
+  const report::Json json = report::ParseJson(text, "a calibration");
+  TableByMarker tables;
+  for (const report::Json& row : json["rows"]) {
+    const MarkerKind marker = MarkersOf(row["marker"]).front();
+    tables[marker].push_back({.cell = {marker, row["milk_ml_m3"], row["distance_m"]},
+                              .fitness_mean = row["fitness_mean"],
+                              .fitness_std = NumberOf(row["fitness_std"])});
   }
-  std::pair<pagmo::vector_double, pagmo::vector_double> get_bounds() const {
-    return {pagmo::vector_double(dimension, 0.0), pagmo::vector_double(dimension, 1.0)};
-  }
-};
+  return std::make_shared<CalibrationExperiment>(json["plan"].get<CalibrationPlan>(), tables);
+}
 
 struct Stopped {};
 
@@ -150,7 +165,8 @@ CalibrationPlan LoadCalibrationPlan(const std::string& path) {
 
 CalibrationExperiment::CalibrationExperiment(const CalibrationPlan& plan,
                                              const TableByMarker& tables)
-    : accepted_(plan.accepted),
+    : plan_(plan),
+      text_(TextOf(plan, tables)),
       rows_(ChosenRows(tables, plan.cell_share)),
       recognition_(ScenariosOf(rows_, plan.Assignments(plan.Start())), CellsOf(rows_)),
       near_truth_(recognition_, plan.frames),
@@ -196,13 +212,20 @@ double Misfit(const std::vector<Constraint>& constraints) {
   return std::sqrt(squares / static_cast<double>(constraints.size()));
 }
 
-std::vector<CellResult> CalibrationExperiment::Run(const std::vector<std::string>& assignments,
-                                                   const farm::ForkMapOptions& run) {
+Evaluation CalibrationExperiment::Evaluate(const std::vector<double>& values) {
+  const std::vector<CellResult> results = Run(plan_.Assignments(values));
+  Evaluation evaluation{.values = values, .constraints = ConstraintsOf(results), .fitness = {}};
+  for (const CellResult& result : results) evaluation.fitness.push_back(result.fitness_mean);
+  return evaluation;
+}
+
+std::vector<CellResult> CalibrationExperiment::Run(const std::vector<std::string>& assignments) {
   recognition_.set_scenarios(ScenariosOf(rows_, assignments));
   pictures_.set_scenarios(ScenariosOf(rows_, assignments));
   near_truth_.Light();
-  return MapCells(
-      recognition_.cells(), [&](size_t i) { return near_truth_.RunCell(i); }, run);
+  std::vector<CellResult> results;
+  for (size_t i = 0; i < rows_.size(); ++i) results.push_back(near_truth_.RunCell(i));
+  return results;
 }
 
 std::vector<Constraint> CalibrationExperiment::ConstraintsOf(
@@ -215,7 +238,7 @@ std::vector<Constraint> CalibrationExperiment::ConstraintsOf(
   }
   std::vector<Constraint> constraints = PictureConstraints();
   for (const auto& [marker, one] : by_marker)
-    for (Constraint& c : TableConstraints(marker, Compare(one.first, one.second), accepted_))
+    for (Constraint& c : TableConstraints(marker, Compare(one.first, one.second), plan_.accepted))
       constraints.push_back(std::move(c));
   return constraints;
 }
@@ -232,13 +255,40 @@ std::vector<Constraint> CalibrationExperiment::PictureConstraints() const {
                              value, misfit});
     };
     if (cell.milk_ml_m3 == 0) {
-      add("ball", look.ball_dn, ShortOf(accepted_.ball_dn, look.ball_dn));
+      add("ball", look.ball_dn, ShortOf(plan_.accepted.ball_dn, look.ball_dn));
     } else {
-      add("white", look.brightness_dn, ShortOf(accepted_.white_dn, look.brightness_dn));
-      add("saturation", look.saturation, look.saturation / accepted_.white_saturation);
+      add("white", look.brightness_dn, ShortOf(plan_.accepted.white_dn, look.brightness_dn));
+      add("saturation", look.saturation, look.saturation / plan_.accepted.white_saturation);
     }
   }
   return constraints;
+}
+
+farm::Work CalibrationWork(std::shared_ptr<CalibrationExperiment> drawn) {
+  return {"set of values", [drawn = std::move(drawn)](const std::string& input) mutable {
+            const size_t line = input.find('\n');
+            const std::string text = input.substr(0, line);
+            if (!drawn || drawn->text() != text) drawn = ExperimentOf(text);
+            const report::Json values = report::ParseJson(input.substr(line), "a set of values");
+            const Evaluation evaluation = drawn->Evaluate(values.get<std::vector<double>>());
+            return report::JsonLine({{"values", evaluation.values},
+                                     {"constraints", evaluation.constraints},
+                                     {"fitness", evaluation.fitness}});
+          }};
+}
+
+std::string InputOf(const CalibrationExperiment& experiment, const std::vector<double>& values) {
+  return experiment.text() + "\n" + report::JsonLine(values);
+}
+
+Evaluation EvaluationOf(const std::string& output) {
+  const report::Json json = report::ParseJson(output, "an evaluation");
+  Evaluation evaluation{.values = json["values"].get<std::vector<double>>(),
+                        .constraints = {},
+                        .fitness = json["fitness"].get<std::vector<double>>()};
+  for (const report::Json& c : json["constraints"])
+    evaluation.constraints.push_back({c["constraint"], NumberOf(c["value"]), c["misfit"]});
+  return evaluation;
 }
 
 std::string CalibratedYaml(const CalibrationPlan& plan, const std::vector<double>& values) {
@@ -283,70 +333,93 @@ std::vector<Pull> PullsOf(const CalibrationResult& result) {
   return pulls;
 }
 
-CalibrationResult Calibrate(const CalibrationPlan& plan, const CalibrationOptions& options,
-                            CalibrationExperiment* experiment) {
+CalibrationResult Calibrate(const CalibrationOptions& options,
+                            const std::shared_ptr<CalibrationExperiment>& experiment) {
+  const CalibrationPlan& plan = experiment->plan();
   const size_t n = plan.parameters.size();
-  CalibrationResult result{.best = {.values = plan.Start(), .constraints = {}},
+  search::Candidate best_places;
+  for (const FreeParameter& p : plan.parameters) best_places.push_back(p.PlaceOf(p.start));
+  CalibrationResult result{.best = {.values = plan.Start(), .constraints = {}, .fitness = {}},
                            .misfit = std::numeric_limits<double>::infinity()};
-  std::vector<double> best_places(n);
-  for (size_t i = 0; i < n; ++i)
-    best_places[i] = plan.parameters[i].PlaceOf(plan.parameters[i].start);
-  const int size = std::max(5, 4 + static_cast<int>(3 * std::log(static_cast<double>(n))));
-  const bool searches = options.generations > 0;
-  const int planned = (searches ? size * (1 + options.generations) : 1) + 2 * static_cast<int>(n);
+  const search::OptimiserParams optimiser{
+      .algorithm = search::Algorithm::kCmaEs,
+      .population = std::max(5, 4 + static_cast<int>(3 * std::log(static_cast<double>(n)))),
+      .generations = options.generations,
+      .initial_step = plan.spread};
+  // The start, and for a search others about it.
+  const int first_size = optimiser.generations > 0 ? optimiser.population : 1;
+  const int planned =
+      first_size + optimiser.population * optimiser.generations + 2 * static_cast<int>(n);
+  const auto pool =
+      farm::MakePool(options.farm, farm::kJobTimeLimit_s, CalibrationWork(experiment));
   int done = 0;
-  const auto evaluation_at = [&](const std::vector<double>& places) {
-    Evaluation evaluation{.values = std::vector<double>(n), .constraints = {}};
-    for (size_t i = 0; i < n; ++i) evaluation.values[i] = plan.parameters[i].ValueAt(places[i]);
-    const std::vector<CellResult> results =
-        experiment->Run(plan.Assignments(evaluation.values),
-                        {.workers = options.workers, .stop_requested = options.stop_requested});
-    if (results.empty()) throw Stopped();
-    evaluation.constraints = experiment->ConstraintsOf(results);
-    if (options.on_progress)
-      options.on_progress(++done, planned, std::min(Misfit(evaluation.constraints), result.misfit));
-    return evaluation;
-  };
-  const auto evaluate = [&](const std::vector<double>& places) {
-    const Evaluation evaluation = evaluation_at(places);
-    const double misfit = Misfit(evaluation.constraints);
-    ++result.evaluations;
-    AddToFront(evaluation, &result.front);
-    if (misfit < result.misfit) {
-      result.misfit = misfit;
-      result.best = evaluation;
-      best_places = places;
+  // Nothing of those that a stop has prevented.
+  const auto evaluations_at = [&](const std::vector<search::Candidate>& candidates) {
+    std::vector<std::string> inputs;
+    for (const search::Candidate& places : candidates) {
+      std::vector<double> values;
+      for (size_t i = 0; i < n; ++i) values.push_back(plan.parameters[i].ValueAt(places[i]));
+      inputs.push_back(InputOf(*experiment, values));
     }
-    return misfit;
+    std::vector<std::optional<Evaluation>> evaluations(candidates.size());
+    double best = result.misfit;
+    const auto take = [&](size_t i, const std::string& output) {
+      evaluations[i] = EvaluationOf(output);
+      best = std::min(best, Misfit(evaluations[i]->constraints));
+      if (options.on_progress) options.on_progress(++done, planned, best);
+    };
+    farm::MapEach(pool.get(), inputs, take, options.stop_requested);
+    return evaluations;
+  };
+  // In the candidates' order, whichever ended first.
+  const auto evaluate = [&](const std::vector<search::Candidate>& candidates) {
+    const std::vector<std::optional<Evaluation>> evaluations = evaluations_at(candidates);
+    std::vector<search::Worth> worths;
+    for (size_t i = 0; i < evaluations.size(); ++i) {
+      if (!evaluations[i]) continue;
+      const double misfit = Misfit(evaluations[i]->constraints);
+      ++result.evaluations;
+      AddToFront(*evaluations[i], &result.front);
+      worths.push_back({misfit});
+      if (misfit >= result.misfit) continue;
+      result.misfit = misfit;
+      result.best = *evaluations[i];
+      best_places = candidates[i];
+    }
+    if (worths.size() < candidates.size()) throw Stopped();
+    return worths;
   };
 
-  const std::vector<double> places = best_places;
   try {
-    const pagmo::problem problem(TableFit{evaluate, n});
-    pagmo::population population(problem, 0, options.seed);
-    population.push_back(places);
-    if (searches) {
-      // the first generation about the start, from which CMA-ES takes its mean
-      Rng rng(options.seed, 0);
-      for (int i = 1; i < size; ++i) {
-        std::vector<double> near = places;
-        for (double& place : near) place = std::clamp(place + plan.spread * rng.Normal(), 0.0, 1.0);
-        population.push_back(near);
-      }
-      pagmo::cmaes search(static_cast<unsigned>(options.generations), -1, -1, -1, -1,
-                          /*sigma0=*/plan.spread, 1e-6, 1e-6, /*memory=*/false,
-                          /*force_bounds=*/true, options.seed);
-      search.evolve(population);
+    std::vector<search::Candidate> first = {best_places};
+    Rng rng(options.seed, 0);
+    while (std::ssize(first) < first_size) {
+      first.push_back(first.front());
+      for (double& place : first.back())
+        place = std::clamp(place + plan.spread * rng.Normal(), 0.0, 1.0);
     }
-    for (size_t i = 0; i < n; ++i) {
-      std::pair<double, double> beside;
-      for (const bool higher : {false, true}) {
-        std::vector<double> moved = best_places;
-        moved[i] = std::clamp(moved[i] + (higher ? 0.05 : -0.05), 0.0, 1.0);
-        (higher ? beside.second : beside.first) = Misfit(evaluation_at(moved).constraints);
+    evaluate(first);
+    const search::Candidate start = best_places;  // which change
+    search::Optimise(
+        optimiser, options.seed, start, 1,
+        [&](int generation, const std::vector<search::Candidate>& candidates) {
+          return generation == 0 ? std::vector<search::Worth>{{result.misfit}}
+                                 : evaluate(candidates);
+        },
+        nullptr);
+    std::vector<search::Candidate> sides;
+    for (size_t i = 0; i < n; ++i)
+      for (const double step : {-0.05, 0.05}) {
+        sides.push_back(best_places);
+        sides.back()[i] = std::clamp(best_places[i] + step, 0.0, 1.0);
       }
-      result.misfit_beside.push_back(beside);
+    std::vector<double> misfits;
+    for (const std::optional<Evaluation>& side : evaluations_at(sides)) {
+      if (!side) throw Stopped();
+      misfits.push_back(Misfit(side->constraints));
     }
+    for (size_t i = 0; i < n; ++i)
+      result.misfit_beside.emplace_back(misfits[2 * i], misfits[2 * i + 1]);
   } catch (const Stopped&) {
   }
   return result;

@@ -4,20 +4,21 @@
 // published one.
 //
 // That is the tables and how the pictures are described: constraints, each with a misfit in units
-// of what is accepted of it. CMA-ES (pagmo) searches the least root of the mean square of all
-// misfits. Constraints pull against each other; the front of all evaluations of which none was
-// better in everything tells which. For the search F is looked for near the true pose only, in some
-// of the tables' cells (near_truth.h); the result is confirmed on all cells by searches that begin
-// knowing nothing.
+// of what is accepted of it. CMA-ES searches the least root of the mean square of all misfits, a
+// generation at a time, whose sets of values a farm evaluates side by side. Constraints pull
+// against each other; the front of all evaluations of which none was better in everything tells
+// which. For the search F is looked for near the true pose only, in some of the tables' cells
+// (near_truth.h); the result is confirmed on all cells by searches that begin knowing nothing.
 
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "experiments/farm/fork_map.h"
+#include "experiments/farm/farm.h"
 #include "experiments/studies/recognition/near_truth.h"
 #include "experiments/studies/recognition/recognition.h"
 #include "experiments/studies/recognition/table.h"
@@ -128,7 +129,14 @@ std::vector<Constraint> TableConstraints(MarkerKind marker, const TableCompariso
 // Root of the mean square.
 double Misfit(const std::vector<Constraint>& constraints);
 
-// The experiment as the search runs it.
+// One set of values and what it is worth.
+struct Evaluation {
+  std::vector<double> values;           // in the order of the plan's parameters
+  std::vector<Constraint> constraints;  // of the cells that the search looks at
+  std::vector<double> fitness;          // mean F of each of those cells
+};
+
+// The experiment as the search runs it. Drawing is done when it is made.
 class CalibrationExperiment {
  public:
   // ConfigError for a key, or an element of a list, that cannot be set or written.
@@ -136,29 +144,37 @@ class CalibrationExperiment {
   CalibrationExperiment(const CalibrationExperiment&) = delete;
   CalibrationExperiment& operator=(const CalibrationExperiment&) = delete;
 
+  const CalibrationPlan& plan() const { return plan_; }
   // The chosen cells, evenly over each column's milk.
   const std::vector<TableRow>& rows() const { return rows_; }
-  // Every row's result under these assignments; nothing when it was stopped. Deterministic.
-  std::vector<CellResult> Run(const std::vector<std::string>& assignments,
-                              const farm::ForkMapOptions& run);
-  // What they, and pictures under the assignments that were run last, make of all that is known.
+  // In a line: plan and tables.
+  const std::string& text() const { return text_; }
+
+  // Deterministic.
+  Evaluation Evaluate(const std::vector<double>& values);
+  // Its parts: every row's result under these assignments, and what they, and pictures under the
+  // assignments that were run last, make of all that is known.
+  std::vector<CellResult> Run(const std::vector<std::string>& assignments);
   std::vector<Constraint> ConstraintsOf(const std::vector<CellResult>& results) const;
 
  private:
   std::vector<Constraint> PictureConstraints() const;
 
-  AcceptedErrors accepted_;
+  CalibrationPlan plan_;
+  std::string text_;
   std::vector<TableRow> rows_;
   Recognition recognition_;
   NearTruth near_truth_;  // of recognition_
   Recognition pictures_;
 };
 
-// One set of values and what it is worth.
-struct Evaluation {
-  std::vector<double> values;           // in the order of the plan's parameters
-  std::vector<Constraint> constraints;  // of the cells that the search looks at
-};
+// Evaluates sets of values: the work of a farm. A worker that has drawn an experiment (or was given
+// one that is drawn) keeps it for its next job.
+farm::Work CalibrationWork(std::shared_ptr<CalibrationExperiment> drawn = nullptr);
+
+// A set of values as its input, and what came out.
+std::string InputOf(const CalibrationExperiment& experiment, const std::vector<double>& values);
+Evaluation EvaluationOf(const std::string& output);
 
 struct CalibrationResult {
   Evaluation best;
@@ -191,7 +207,7 @@ std::vector<Pull> PullsOf(const CalibrationResult& result);
 struct CalibrationOptions {
   int generations = 30;  // 0: no search, only what the start and its sides are worth
   uint32_t seed = 1;
-  int workers = 1;
+  farm::FarmOptions farm = {};
   // After each evaluation; `of` is how many there will be at most.
   std::function<void(int done, int of, double best_misfit)> on_progress = {};
   std::function<bool()> stop_requested = {};
@@ -201,9 +217,10 @@ struct CalibrationOptions {
 // their place. A key may be an element of a list that is there: "lamps.intensity_w_sr[0]".
 std::string CalibratedYaml(const CalibrationPlan& plan, const std::vector<double>& values);
 
-// Searches from the plan's start values. Stopped, it returns the best so far without what is
-// beside.
-CalibrationResult Calibrate(const CalibrationPlan& plan, const CalibrationOptions& options,
-                            CalibrationExperiment* experiment);
+// Searches from the plan's start values, or the best of a generation about them; the result is the
+// same whoever evaluates. Stopped, which does not wait for evaluations under way, it returns the
+// best so far without what is beside.
+CalibrationResult Calibrate(const CalibrationOptions& options,
+                            const std::shared_ptr<CalibrationExperiment>& experiment);
 
 }  // namespace turbidock::recognition

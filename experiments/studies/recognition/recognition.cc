@@ -40,7 +40,8 @@ CellResult FromText(const RecognitionCell& cell, const std::string& text) {
 std::vector<MarkerKind> MarkersOf(const std::string& name) {
   std::vector<MarkerKind> markers;
   for (const auto& [marker, known] : EnumNames<MarkerKind>::kNames)
-    if (name == known || name == "both") markers.push_back(marker);
+    if (name == known || name == "all" || (name == "both" && marker != MarkerKind::kFiducial))
+      markers.push_back(marker);
   return markers;
 }
 
@@ -161,9 +162,44 @@ CellResult Recognition::RunCell(const RecognitionCell& cell,
   return result;
 }
 
+std::string Recognition::InputOf(const RecognitionCell& cell,
+                                 const RecognitionOptions& options) const {
+  return report::JsonLine({{"scenario", trial::SaveScenario(scenarios_.at(cell.marker))},
+                           {"marker", cell.marker},
+                           {"milk_ml_m3", cell.milk_ml_m3},
+                           {"distance_m", cell.distance_m},
+                           {"seconds", options.seconds},
+                           {"settle_s", options.settle_s}});
+}
+
+CellResult Recognition::ResultOf(const RecognitionCell& cell, const std::string& output) {
+  return FromText(cell, output);
+}
+
+farm::Work CellWork() {
+  return {
+      "recognition cell", [](const std::string& input) {
+        const report::Json json = report::ParseJson(input, "a cell");
+        const RecognitionCell cell{.marker = MarkersOf(json["marker"]).front(),
+                                   .milk_ml_m3 = json["milk_ml_m3"],
+                                   .distance_m = json["distance_m"]};
+        const Recognition recognition(
+            {{cell.marker, trial::ParseScenario(json["scenario"], "a cell's scenario")}}, {cell});
+        return ToText(
+            recognition.RunCell(cell, {.seconds = json["seconds"], .settle_s = json["settle_s"]}));
+      }};
+}
+
 std::vector<CellResult> Recognition::Run(const RecognitionOptions& options) const {
-  return MapCells(
-      cells_, [&](size_t i) { return RunCell(cells_[i], options); }, options.run);
+  if (!options.slurm)
+    return MapCells(
+        cells_, [&](size_t i) { return RunCell(cells_[i], options); }, options.run);
+  std::vector<std::string> inputs;
+  for (const RecognitionCell& cell : cells_) inputs.push_back(InputOf(cell, options));
+  const auto outputs = farm::SlurmMap(CellWork(), inputs, *options.slurm, options.run);
+  std::vector<CellResult> results;
+  for (size_t i = 0; i < outputs.size(); ++i) results.push_back(ResultOf(cells_[i], outputs[i]));
+  return results;
 }
 
 std::vector<CellResult> MapCells(const std::vector<RecognitionCell>& cells,

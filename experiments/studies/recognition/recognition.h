@@ -21,13 +21,18 @@
 
 namespace turbidock::recognition {
 
-enum class MarkerKind { kActive, kPassive };
+enum class MarkerKind {
+  kActive,
+  kPassive,
+  kFiducial,  // tags beside the painted balls; no part of the published experiment
+};
 constexpr auto Names(MarkerKind) {
   using enum MarkerKind;
-  return EnumList<MarkerKind>({{kActive, "active"}, {kPassive, "passive"}});
+  return EnumList<MarkerKind>(
+      {{kActive, "active"}, {kPassive, "passive"}, {kFiducial, "fiducial"}});
 }
 
-// Of "active", "passive" or "both".
+// Of a marker's name, "both" (active and passive) or "all".
 std::vector<MarkerKind> MarkersOf(const std::string& name);
 
 // What a mean F allows: docking, recognition, nothing. Limits: ViewCriteria.
@@ -69,7 +74,11 @@ struct RecognitionOptions {
   double seconds = 60;
   double settle_s = 5;  // before it counts: to find the marker from anywhere
   farm::ForkMapOptions run = {};
+  std::optional<farm::SlurmParams> slurm = {};  // cells are run by its tasks; none: here
 };
+
+// Runs a cell: the work of a task.
+farm::Work CellWork();
 
 // Sets mean, deviation, Area and the frames' F themselves. At least one frame.
 void SetFitness(std::vector<float> fitness, CellResult* result);
@@ -95,6 +104,11 @@ class Recognition {
   // The results are in the cells' order, the same whatever the number of workers; each cell's
   // randomness depends on the seed and on the cell only. Nothing when it was stopped.
   std::vector<CellResult> Run(const RecognitionOptions& options) const;
+
+  // A cell as CellWork's input, of the options those that matter to its result; and back from its
+  // output.
+  std::string InputOf(const RecognitionCell& cell, const RecognitionOptions& options) const;
+  static CellResult ResultOf(const RecognitionCell& cell, const std::string& output);
 
   // One cell, in this process.
   CellResult RunCell(const RecognitionCell& cell, const RecognitionOptions& options) const;

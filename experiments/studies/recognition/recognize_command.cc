@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "experiments/app/commands.h"
+#include "experiments/app/farm_arguments.h"
 #include "experiments/app/progress.h"
 #include "experiments/media/plot.h"
 #include "experiments/studies/recognition/figure.h"
@@ -22,7 +23,7 @@ namespace {
 
 // Steps of milk in a contact sheet.
 constexpr int kContactSheetColumns = 5;
-constexpr double kLogEvery_s = 30;  // between two lines of progress off a terminal
+constexpr double kCellsEvery_s = 30;  // between two lines of progress off a terminal
 
 struct RecognizeArguments {
   std::string marker = "both";
@@ -31,7 +32,7 @@ struct RecognizeArguments {
   std::vector<std::string> assignments;
   std::string seed;
   double seconds = 60;
-  int workers = 1;
+  app::FarmArguments farm;
   std::string csv, figure;
   bool json = false, quiet = false;
 };
@@ -122,12 +123,17 @@ int Recognize(const RecognizeArguments& arguments) {
   const Recognition recognition(std::move(scenarios), cells);
   app::Progress progress(arguments.quiet);
   progress.Say(fmt::format("{} cells of {:g} s", cells.size(), arguments.seconds));
+  const farm::FarmOptions farm = arguments.farm.Options(
+      arguments.csv, [&](const std::string& text) { progress.Say("  " + text); });
   const std::vector<CellResult> results = recognition.Run(
       {.seconds = arguments.seconds,
-       .run = {.workers = arguments.workers,
+       .run = {.workers = farm.workers,
                .on_progress = [&](int done,
-                                  int of) { progress.ShowDone(done, of, "cells", kLogEvery_s); },
-               .stop_requested = {}}});
+                                  int of) { progress.ShowDone(done, of, "cells", kCellsEvery_s); },
+               // whose tasks are to be cancelled
+               .stop_requested = farm.slurm ? app::CatchStopSignals() : nullptr},
+       .slurm = farm.slurm});
+  if (app::StopSignal() != 0) return app::kExitDone;  // main makes the signal's code of it
 
   std::optional<TableComparison> comparison;
   if (!table.empty()) comparison = Compare(results, table);
@@ -160,7 +166,7 @@ void AddRecognize(app::CommandLine& line) {
            "Milk in ml/m3; the published steps unless given")
       .Excludes(table);
   recognize.Add("--seconds", arguments.seconds, "Time a cell is watched").Between(0.02, 3600);
-  recognize.AddWorkers(arguments.workers, "Processes; the results are the same");
+  arguments.farm.AddTo(&recognize, "Processes; the results are the same", 1);
   recognize.AddSet(arguments.assignments,
                    "Set one key of the scenarios pool_active and pool_passive");
   recognize.AddSeed(arguments.seed);

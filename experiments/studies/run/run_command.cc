@@ -13,6 +13,7 @@ namespace turbidock::run {
 namespace {
 
 struct RunArguments {
+  trial::Plugins plugins;
   std::string scenario;
   std::vector<std::string> assignments;
   std::string gains;
@@ -29,7 +30,7 @@ int Run(const RunArguments& arguments) {
     for (const std::string& size : trial::ResolutionAssignments(*arguments.resolution))
       assignments.push_back(size);
   const trial::Scenario scenario =
-      trial::LoadScenario(arguments.scenario, assignments, arguments.gains);
+      trial::LoadScenario(arguments.scenario, assignments, arguments.gains, arguments.plugins);
   const trial::TrialResult result =
       RunShownTrial(scenario, {.inputs = {arguments.scenario, arguments.gains},
                                .out = arguments.out,
@@ -50,6 +51,7 @@ int Run(const RunArguments& arguments) {
 
 void AddRun(app::CommandLine& line) {
   auto [run, arguments] = line.Add("run", "Run one docking trial", &Run);
+  arguments.plugins = line.plugins();
   run.Add("scenario", arguments.scenario,
           "YAML file or the name of a bundled scenario (see `turbidock scenarios`)")
       .Required();

@@ -105,7 +105,8 @@ trial::TrialResult RunShownTrial(const trial::Scenario& scenario, const ShownTri
   if (shown.figure) WriteTrialFigure(*shown.figure, result.log, figure);
   if (shown.out) {
     WriteTrialFigure(*shown.out + "/figure.png", result.log, figure);
-    if (shown.report) page::WritePage(*shown.out + "/report.html", page::TrialPage(*shown.out));
+    if (shown.report)
+      page::WritePage(*shown.out + "/report.html", page::TrialPage(*shown.out, scenario.plugins));
     progress.Say(fmt::format("  result.json, resolved.yaml, trajectory.csv, figure.png{}{}{} in {}",
                              pictures ? ", cameras/" : "", film ? ", video.mp4" : "",
                              shown.report ? ", report.html" : "", *shown.out));

@@ -23,7 +23,6 @@ constexpr int kChartHeight = (kVideoHeight - kChartsTop - kLegendHeight) / 2;
 constexpr Rgb kGround{15, 20, 26};
 constexpr Rgb kText{232, 237, 242};
 constexpr Rgb kFaintText{176, 186, 196};
-constexpr Rgb kBlack{0, 0, 0}, kWhite{255, 255, 255};
 constexpr double kTextSize = 14, kSmallSize = 12;
 constexpr double kGap = std::numeric_limits<double>::quiet_NaN();
 

@@ -5,6 +5,7 @@
 #include <complex>
 #include <numbers>
 
+#include "experiments/trial/known_vehicle.h"
 #include "experiments/trial/trial.h"
 #include "sim/base/check.h"
 
@@ -76,7 +77,7 @@ Answer AnswerOf(const trial::TrialLog& log, const ClockParams& clock, int64_t fi
     answer.wanted.push_back(wanted);
     const double moved = place(f) - rest;
     answer.actual.push_back(axis == control::kYaw ? WrapAngle(moved) : moved);
-    answer.volts.push_back(control::ToAxes(f.demand)[axis]);
+    answer.demand.push_back(f.demand[axis]);
   }
   return answer;
 }
@@ -98,7 +99,7 @@ std::optional<double> EntersToStay(const Answer& answer, double center, double b
 
 // L at a frequency, from a trial of its own.
 std::complex<double> MeasureLoop(const trial::Scenario& scenario, const StepOptions& options,
-                                 Axis axis, double frequency_hz) {
+                                 Axis axis, double authority, double frequency_hz) {
   const ClockParams& clock = scenario.clock;
   const double period_s = 1 / frequency_hz;
   const double periods = std::max<double>(kMinPeriods, std::ceil(kMinWatch_s / period_s));
@@ -106,16 +107,12 @@ std::complex<double> MeasureLoop(const trial::Scenario& scenario, const StepOpti
   const int64_t watched_from = first + clock.FramesFor(periods * period_s);
   const int64_t end = watched_from + clock.FramesFor(periods * period_s);
   const double omega = 2 * pi * frequency_hz;
-  const auto added_v = [&](int64_t frame) {
-    return options.volts * std::sin(omega * clock.TimeOfFrame(frame - first));
+  const auto added_share = [&](int64_t frame) {
+    return options.share * std::sin(omega * clock.TimeOfFrame(frame - first));
   };
   const trial::TrialLog log = Run(scenario, clock.TimeOfFrame(end), options, [&](int64_t frame) {
     trial::TrialExcitation excitation;
-    if (frame >= first) {
-      Axes volts = Axes::Zero();
-      volts[axis] = added_v(frame);
-      excitation.control.volts = control::ToAxisVolts(volts);
-    }
+    if (frame >= first) excitation.control.share[axis] = added_share(frame);
     return excitation;
   });
   std::complex<double> demand, total;
@@ -124,9 +121,9 @@ std::complex<double> MeasureLoop(const trial::Scenario& scenario, const StepOpti
     const double share =
         static_cast<double>(n - watched_from) / static_cast<double>(end - watched_from);
     const auto turn = std::polar(1 - std::cos(2 * pi * share), -omega * clock.TimeOfFrame(n));
-    const double c = control::ToAxes(log.frames[static_cast<size_t>(n)].demand)[axis];
+    const double c = log.frames[static_cast<size_t>(n)].demand[axis];
     demand += c * turn;
-    total += (c + added_v(n)) * turn;
+    total += (c + authority * added_share(n)) * turn;
   }
   return -demand / total;
 }
@@ -134,10 +131,12 @@ std::complex<double> MeasureLoop(const trial::Scenario& scenario, const StepOpti
 LoopResponse MeasureLoops(trial::Scenario scenario, const StepOptions& options, Axis axis,
                           const std::function<void()>& done) {
   LoopResponse response;
+  const double authority =
+      control::MakeAllocation(scenario.control, trial::ModelOf(scenario))->authority()[axis];
   scenario.true_pose.noise.setZero();
   for (const double frequency_hz : options.frequencies_hz) {
     if (frequency_hz >= 0.45 * scenario.clock.frames_per_second) break;
-    const std::complex<double> L = MeasureLoop(scenario, options, axis, frequency_hz);
+    const std::complex<double> L = MeasureLoop(scenario, options, axis, authority, frequency_hz);
     response.points.push_back({frequency_hz, std::abs(L), std::arg(L)});
     done();
   }

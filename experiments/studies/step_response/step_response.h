@@ -19,7 +19,7 @@ struct StepOptions {
   double force_newton = 1, moment_newton_m = 0.1;
   double rest_s = 10;    // before anything happens
   double record_s = 20;  // of an answer
-  double volts = 0.3;    // amplitude of the sinusoids
+  double share = 0.12;   // amplitude of the sinusoids, of the vehicle's authority
   std::vector<double> frequencies_hz = {0.05, 0.08, 0.125, 0.18, 0.25, 0.35, 0.5,
                                         0.7,  1.0,  1.4,   2.0,  2.8,  4.0};
   bool still_water = true;  // no current, no waves, no tether
@@ -33,7 +33,7 @@ struct Answer {
   std::vector<double> time_s;
   std::vector<double> wanted;  // the marker's place less that at rest, m or rad
   std::vector<double> actual;  // true
-  std::vector<double> volts;   // the law's demand
+  std::vector<double> demand;  // of the law, in its unit
 };
 
 struct StepResponse {

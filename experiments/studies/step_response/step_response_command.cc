@@ -17,6 +17,7 @@ namespace turbidock::step_response {
 namespace {
 
 struct StepArguments {
+  trial::Plugins plugins;
   std::string scenario = "sea_night_active";
   std::vector<std::string> assignments;
   std::string gains, axis = "all", figure;
@@ -30,7 +31,7 @@ int Measure(const StepArguments& arguments) {
   std::vector<std::string> assignments = arguments.assignments;
   assignments.emplace_back(arguments.cameras ? "pose_source=cameras" : "pose_source=true_pose");
   const trial::Scenario scenario =
-      trial::LoadScenario(arguments.scenario, assignments, arguments.gains);
+      trial::LoadScenario(arguments.scenario, assignments, arguments.gains, arguments.plugins);
   StepOptions options = arguments.options;
   options.still_water = !arguments.sea;
   options.noise = !arguments.no_noise;
@@ -47,8 +48,7 @@ int Measure(const StepArguments& arguments) {
   outputs.Require();
   if (arguments.out || !arguments.figure.empty()) media::RequireFigures();
   app::Progress progress(arguments.quiet);
-  progress.Say(fmt::format("{}: {}, {}, {}", scenario.description,
-                           NameOf(scenario.control.controller),
+  progress.Say(fmt::format("{}: {}, {}, {}", scenario.description, scenario.controller_name(),
                            arguments.cameras ? "through the cameras" : "on the true pose",
                            arguments.sea ? "in its sea" : "in still water"));
   options.on_progress = [&](double share) { progress.Show(share, "measuring"); };
@@ -59,8 +59,7 @@ int Measure(const StepArguments& arguments) {
     std::fputs(json.c_str(), stdout);
   else
     std::fputs(StepTable(responses).c_str(), stdout);
-  const std::string title =
-      fmt::format("{}: {}", scenario.description, NameOf(scenario.control.controller));
+  const std::string title = fmt::format("{}: {}", scenario.description, scenario.controller_name());
   if (!arguments.figure.empty() && !responses.empty())
     WriteStepFigure(arguments.figure, title, responses);
   if (arguments.out && !responses.empty()) {
@@ -77,6 +76,7 @@ int Measure(const StepArguments& arguments) {
 void AddStepResponse(app::CommandLine& line) {
   auto [step, arguments] = line.Add(
       "step-response", "Measure how the closed loop answers steps, forces and sinusoids", &Measure);
+  arguments.plugins = line.plugins();
   step.Add("scenario", arguments.scenario,
            "YAML file or the name of a bundled scenario (see `turbidock scenarios`)");
   step.AddSet(arguments.assignments, "Set one key, such as controller=lqg");
@@ -93,8 +93,9 @@ void AddStepResponse(app::CommandLine& line) {
   step.Add("--step", options.step_m, "Step of x, y and z in m").Between(0.001, 0.5);
   step.Add("--turn", options.step_rad, "Step of yaw in rad").Between(0.001, 0.5);
   step.Add("--force", options.force_newton, "Push on x, y and z in N").Between(0.001, 100.0);
-  step.Add("--volts", options.volts, "Amplitude of the sinusoids that measure the loop")
-      .Between(0.01, 2.5);
+  step.Add("--amplitude", options.share,
+           "Of the sinusoids that measure the loop, as share of what the vehicle can give")
+      .Between(0.004, 1.0);
   step.Add("--out", arguments.out, "Folder for step_response.json, .csv and .png");
   step.Add("--figure FILE", arguments.figure, "Draw it: .png, .svg or .pdf");
   step.AddJson(arguments.json);

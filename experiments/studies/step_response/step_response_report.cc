@@ -33,20 +33,21 @@ std::optional<double> Deg(const std::optional<double>& rad) {
 
 // What was wanted, what came of it, and the demand.
 media::Panel TimePanel(const std::string& title, control::Axis axis, const Answer& a) {
-  std::vector<media::Sample> volts, wanted, actual;
+  std::vector<media::Sample> demand, wanted, actual;
   for (size_t i = 0; i < a.time_s.size(); ++i) {
-    volts.push_back({a.time_s[i], a.volts[i]});
+    demand.push_back({a.time_s[i], a.demand[i]});
     wanted.push_back({a.time_s[i], Shown(axis, a.wanted[i])});
     actual.push_back({a.time_s[i], Shown(axis, a.actual[i])});
   }
-  return {.title = title,
-          .x = {.label = "time [s]", .tick_step = 5},
-          .y = {fmt::format("moved [{}]", ShownUnit(axis))},
-          .y2 = {"demand [V] (grey)"},
-          .series = {
-              {.points = volts, .color = trial::kOnPaper.truth, .width_px = 1, .second_axis = true},
-              {"", wanted, trial::kOnPaper.desired, media::Mark::kDashes},
-              {"", actual, trial::kOnPaper.estimate}}};
+  return {
+      .title = title,
+      .x = {.label = "time [s]", .tick_step = 5},
+      .y = {fmt::format("moved [{}]", ShownUnit(axis))},
+      .y2 = {"demand (grey)"},
+      .series = {
+          {.points = demand, .color = trial::kOnPaper.truth, .width_px = 1, .second_axis = true},
+          {"", wanted, trial::kOnPaper.desired, media::Mark::kDashes},
+          {"", actual, trial::kOnPaper.estimate}}};
 }
 
 // With the limit that the loop must not come near.
@@ -77,19 +78,19 @@ std::string StepTable(const std::vector<AxisResponse>& responses) {
 }
 
 std::string StepJson(const trial::Scenario& scenario, const std::vector<AxisResponse>& responses) {
-  return report::JsonText({{"controller", scenario.control.controller},
+  return report::JsonText({{"controller", scenario.controller_name()},
                            {"estimator", scenario.pose_source},
                            {"axes", responses}});
 }
 
 std::string StepCsv(const std::vector<AxisResponse>& responses) {
-  std::string csv = "axis,test,time_s,wanted,actual,demand_v\n";
+  std::string csv = "axis,test,time_s,wanted,actual,demand\n";
   for (const AxisResponse& r : responses) {
     const auto add = [&](const char* test, const Answer& a) {
       for (size_t i = 0; i < a.time_s.size(); ++i)
         csv += fmt::format("{},{},{},{},{},{}\n", AxisName(r.axis), test, FormatNumber(a.time_s[i]),
                            FormatNumber(a.wanted[i]), FormatNumber(a.actual[i]),
-                           FormatNumber(a.volts[i]));
+                           FormatNumber(a.demand[i]));
     };
     add("step", r.step.answer);
     add("disturbance", r.disturbance.answer);

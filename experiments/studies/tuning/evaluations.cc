@@ -51,7 +51,7 @@ Evaluations::Evaluations(const Study& study, const std::string& file, const Opti
     : study_(study),
       options_(options),
       store_(farm::ResultStore::Write(file, HeaderOf(study))),
-      pool_(options.workers, {.time_limit_s = options.trial_time_limit_s}) {
+      pool_(options.farm, options.trial_time_limit_s, study.plugins()) {
   for (farm::StoredTrial& trial : store_.Trials()) known_.emplace(trial.trial, std::move(trial));
 }
 

@@ -35,7 +35,7 @@ struct Evaluation {
 class Evaluations {
  public:
   struct Options {
-    int workers = 1;
+    farm::FarmOptions farm = {};
     double trial_time_limit_s = 3600;
     // After every one that was run, and every second, with the trials evaluated so far.
     std::function<void(int64_t trials)> on_trial;

@@ -35,10 +35,11 @@ double* NumberOf(const std::string& key, trial::Scenario* scenario) {
 }
 
 // Keys of a scenario that may be tuned.
-std::vector<std::string> NumberKeys() {
+std::vector<std::string> NumberKeys(const trial::Plugins& plugins) {
   trial::Scenario scenario;
+  scenario.plugins = plugins;
   std::vector<std::string> keys;
-  for (const config::KeyDoc& doc : trial::ScenarioKeys())
+  for (const config::KeyDoc& doc : trial::ScenarioKeys(plugins))
     if (doc.key.find("[]") == std::string::npos && NumberOf(doc.key, &scenario))
       keys.push_back(doc.key);
   return keys;
@@ -74,13 +75,22 @@ config::YamlNode PlanOf(const config::YamlNode& study, const std::string& descri
   return trials->With(more);
 }
 
-StudySettings ReadSettings(const config::YamlNode& node) {
+StudySettings ReadSettings(const config::YamlNode& node, const trial::Plugins& plugins) {
   for (const char* key : {"schema_version", "trials", "gains", "objective"})
     if (!node.Find(key)) throw ConfigError(node.file + ": " + key + ": this key is required");
   StudySettings settings;
   config::Origins origins;
   config::ReadFields(node, &settings, &origins, {"trials", "against"});
   config::CheckSettings(settings, origins);
+  const std::vector<std::string> numbers = NumberKeys(plugins);
+  for (size_t i = 0; i < settings.gains.size(); ++i) {
+    const std::string& key = settings.gains[i].key;
+    if (std::find(numbers.begin(), numbers.end(), key) == numbers.end())
+      config::internal::ThrowWithOrigin(ConfigError("gains[" + std::to_string(i) + "].key",
+                                                    "'" + key + "' is no number of a scenario" +
+                                                        config::DidYouMean(key, numbers)),
+                                        origins);
+  }
   return settings;
 }
 
@@ -100,14 +110,10 @@ void StudySettings::Check(const std::string& path) const {
   const auto at = [&](const std::string& key) { return JoinKey(path, key); };
   if (gains.empty()) throw ConfigError(at("gains"), "must name at least one gain");
   if (objective.empty()) throw ConfigError(at("objective"), "must have at least one term");
-  const std::vector<std::string> numbers = NumberKeys();
   std::set<std::string> seen;
   for (size_t i = 0; i < gains.size(); ++i) {
     const GainRange& gain = gains[i];
     const std::string key = at("gains[" + std::to_string(i) + "]");
-    if (std::find(numbers.begin(), numbers.end(), gain.key) == numbers.end())
-      throw ConfigError(key + ".key", "'" + gain.key + "' is no number of a scenario" +
-                                          config::DidYouMean(gain.key, numbers));
     if (!seen.insert(gain.key).second)
       throw ConfigError(key + ".key", "'" + gain.key + "' is tuned already");
     if (gain.low >= gain.high)
@@ -118,20 +124,21 @@ void StudySettings::Check(const std::string& path) const {
   }
   for (size_t i = 0; i < objective.size(); ++i)
     FigureOf(objective[i], at("objective[" + std::to_string(i) + "].metric"));
-  const bool pareto = optimiser.algorithm == Algorithm::kNsga2;
+  const bool pareto = optimiser.algorithm == search::Algorithm::kNsga2;
   if (pareto && objective.size() < 2)
     throw ConfigError(at("objective"), "nsga2 needs at least two terms");
 }
 
-Study::Study(const std::string& text, const std::string& file)
-    : Study(config::ParseYaml(text, file)) {}
+Study::Study(const std::string& text, const std::string& file, const trial::Plugins& plugins)
+    : Study(config::ParseYaml(text, file), plugins) {}
 
-Study::Study(const config::YamlNode& study)
-    : settings_(ReadSettings(study)),
+Study::Study(const config::YamlNode& study, const trial::Plugins& plugins)
+    : plugins_(plugins),
+      settings_(ReadSettings(study, plugins)),
       trials_(PlanOf(study, settings_.description)),
       trials_against_(PlanOf(study, settings_.description, "against")),
       file_(study.file),
-      plan_(trials_) {
+      plan_(trials_, {.plugins = plugins}) {
   const std::string& file = file_;
   for (const ObjectiveTerm& term : settings_.objective) objective_.push_back(FigureOf(term, ""));
   trial::Scenario scenario = plan_.ScenarioOf(plan_.Trial(0));
@@ -150,7 +157,7 @@ Study::Study(const config::YamlNode& study)
   for (const GainRange& gain : settings_.gains) against_.push_back(*NumberOf(gain.key, &compared));
   // Both ends must be allowed by the scenario too.
   for (const double end : {0.0, 1.0})
-    ScenarioOf(plan_, 0, GainsAt(Candidate(settings_.gains.size(), end)));
+    ScenarioOf(plan_, 0, GainsAt(search::Candidate(settings_.gains.size(), end)));
   resolved_ =
       config::SaveYaml(settings_) + "trials: |\n" + system::Indented(plan_.resolved(), "  ");
   if (has_against())
@@ -158,7 +165,7 @@ Study::Study(const config::YamlNode& study)
                  system::Indented(TrialsAgainst(0, plan_.settings().seeds).resolved(), "  ");
 }
 
-Gains Study::GainsAt(const Candidate& candidate) const {
+Gains Study::GainsAt(const search::Candidate& candidate) const {
   Gains gains(candidate.size());
   for (size_t i = 0; i < gains.size(); ++i)
     gains[i] = std::clamp(settings_.gains[i].ValueAt(candidate[i]), settings_.gains[i].low,
@@ -166,8 +173,8 @@ Gains Study::GainsAt(const Candidate& candidate) const {
   return gains;
 }
 
-Candidate Study::CandidateOf(const Gains& gains) const {
-  Candidate candidate(gains.size());
+search::Candidate Study::CandidateOf(const Gains& gains) const {
+  search::Candidate candidate(gains.size());
   for (size_t i = 0; i < gains.size(); ++i)
     candidate[i] = std::clamp(settings_.gains[i].ShareOf(gains[i]), 0.0, 1.0);
   return candidate;
@@ -175,7 +182,7 @@ Candidate Study::CandidateOf(const Gains& gains) const {
 
 farm::Plan Study::Trials(const config::YamlNode& trials, uint64_t set, int seeds) const {
   const auto master = static_cast<uint64_t>(plan_.settings().master_seed);
-  farm::PlanOverrides overrides;
+  farm::PlanOverrides overrides{.plugins = plugins_};
   overrides.seeds = seeds;
   if (set > 0)
     overrides.master_seed = static_cast<int64_t>(
@@ -213,9 +220,9 @@ std::vector<double> Study::CostsOf(const trial::TrialRecord& record) const {
   return costs;
 }
 
-Study LoadStudy(const std::string& name) {
+Study LoadStudy(const std::string& name, const trial::Plugins& plugins) {
   const std::string path = config::FindBundled("studies", "study", name);
-  return Study(system::ReadWhole(path), path);
+  return Study(system::ReadWhole(path), path, plugins);
 }
 
 }  // namespace turbidock::tuning

@@ -9,7 +9,7 @@
 //     set: {controller: pid, sea.state: moderate}
 //     seeds: 12
 //   gains:
-//     - {key: pid.sway.kp_v_per_m, low: 2, high: 100, scale: log}
+//     - {key: pid.sway.kp_per_s2, low: 0.2, high: 10, scale: log}
 //   objective:                       # a trial costs the sum of weight * |metric|
 //     - {metric: time_s, weight: 1, failed: 60}
 //     - {metric: tracking_rms_m, weight: 500}
@@ -23,7 +23,7 @@
 
 #include "experiments/config/yaml_node.h"
 #include "experiments/farm/plan.h"
-#include "experiments/studies/tuning/optimiser.h"
+#include "experiments/search/optimiser.h"
 #include "experiments/trial/record_columns.h"
 #include "sim/base/fields.h"
 
@@ -43,7 +43,7 @@ struct GainRange {
   Scale scale = Scale::kLinear;
 
   static void Fields(auto& self, auto&& field) {
-    field("key", self.key, Finite(), "a number of the scenario, such as pid.sway.kp_v_per_m");
+    field("key", self.key, Finite(), "a number of the scenario, such as pid.sway.kp_per_s2");
     field("low", self.low, Finite(), "lower end of its range");
     field("high", self.high, Finite(), "upper end");
     field("scale", self.scale, Finite(), "log for gains that differ by factors");
@@ -119,7 +119,7 @@ struct StudySettings {
   double success_weight = 1000;
   bool start_may_fail = false;
   bool fresh_seeds = true;
-  OptimiserParams optimiser;
+  search::OptimiserParams optimiser;
   RacingParams racing;
   ProofParams proof;
 
@@ -150,15 +150,16 @@ using Gains = std::vector<double>;
 class Study {
  public:
   // The study in a text; `file` stands for it in messages. ConfigError for whatever is wrong in it.
-  Study(const std::string& text, const std::string& file);
-  explicit Study(const config::YamlNode& study);
+  Study(const std::string& text, const std::string& file, const trial::Plugins& plugins = {});
+  explicit Study(const config::YamlNode& study, const trial::Plugins& plugins = {});
 
   const StudySettings& settings() const { return settings_; }
+  const trial::Plugins& plugins() const { return plugins_; }
   const Gains& start() const { return start_; }  // the scenario's own values
   // What the tuned gains are compared with, and under `against` its other settings.
   const Gains& against() const { return against_; }
-  Gains GainsAt(const Candidate& candidate) const;
-  Candidate CandidateOf(const Gains& gains) const;
+  Gains GainsAt(const search::Candidate& candidate) const;
+  search::Candidate CandidateOf(const Gains& gains) const;
 
   // Trials of the study with seeds of their own: `set` 0 is the study's, every other one is drawn.
   farm::Plan TrialsOf(uint64_t set, int seeds) const { return Trials(trials_, set, seeds); }
@@ -184,6 +185,7 @@ class Study {
  private:
   farm::Plan Trials(const config::YamlNode& trials, uint64_t set, int seeds) const;
 
+  trial::Plugins plugins_;
   StudySettings settings_;
   std::vector<trial::Figure> objective_;  // what its terms name
   config::YamlNode trials_, trials_against_;
@@ -194,6 +196,6 @@ class Study {
 };
 
 // Reads a study: a YAML file or the name of a bundled one.
-Study LoadStudy(const std::string& name);
+Study LoadStudy(const std::string& name, const trial::Plugins& plugins = {});
 
 }  // namespace turbidock::tuning

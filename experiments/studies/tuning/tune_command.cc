@@ -4,6 +4,7 @@
 #include <string>
 
 #include "experiments/app/commands.h"
+#include "experiments/app/farm_arguments.h"
 #include "experiments/app/plan_arguments.h"
 #include "experiments/app/progress.h"
 #include "experiments/config/data_files.h"
@@ -19,13 +20,14 @@ namespace {
 constexpr double kLogEvery_s = 20;
 
 struct TuneArguments {
+  trial::Plugins plugins;
   std::string study, out, figure;
-  int workers = app::AvailableCores();
+  app::FarmArguments farm;
   bool json = false, quiet = false;
 };
 
 int Tune(const TuneArguments& arguments) {
-  const Study study = LoadStudy(arguments.study);
+  const Study study = LoadStudy(arguments.study, arguments.plugins);
   if (!arguments.figure.empty()) media::RequireFigurePath(arguments.figure);
   system::OutputPlan()
       .Reads(arguments.study)
@@ -42,7 +44,8 @@ int Tune(const TuneArguments& arguments) {
                            settings.optimiser.generations, settings.optimiser.population,
                            study.hash()));
   TuningOptions options;
-  options.workers = arguments.workers;
+  options.farm = arguments.farm.Options(
+      arguments.out + "/trials", [&](const std::string& text) { progress.Say("  " + text); });
   options.stop_requested = app::CatchStopSignals();
   options.on_progress = [&](const TuningProgress& now) {
     progress.ShowOrSay(now.share,
@@ -78,7 +81,7 @@ int Tune(const TuneArguments& arguments) {
     std::fputs(TuningJson(study, result).c_str(), stdout);
   else
     std::fputs(TuningMarkdown(study, result).c_str(), stdout);
-  const double busy = result.wall_time_s * arguments.workers;
+  const double busy = result.wall_time_s * options.farm.capacity();
   progress.Say(fmt::format(
       "{} trials, {} of them run now in {:.0f} s, workers busy {:.1f} % of the time; gains.yaml, "
       "report.md, report.json, report.html, tuning.png in {}",
@@ -98,6 +101,7 @@ int ListStudies() {
 void AddTune(app::CommandLine& line) {
   auto [tune, arguments] =
       line.Add<TuneArguments>("tune", "Tune controller gains over closed-loop trials", &Tune);
+  arguments.plugins = line.plugins();
   tune.Add("study", arguments.study,
            "YAML file or the name of a bundled study (see `turbidock studies`)")
       .Required();
@@ -105,7 +109,7 @@ void AddTune(app::CommandLine& line) {
            "Folder for gains.yaml, report and every evaluation; one that holds a part of the "
            "study is gone on with")
       .Required();
-  tune.AddWorkers(arguments.workers, "Processes that run trials");
+  arguments.farm.AddTo(&tune, "Processes that run trials", app::AvailableCores());
   tune.Add("--figure FILE", arguments.figure, "Draw tuning.png also here: .png, .svg or .pdf");
   tune.Flag("--json", arguments.json, "Print the report as JSON on stdout");
   tune.AddQuiet(arguments.quiet);

@@ -84,11 +84,13 @@ class Tuning {
     result_.start = result_.tuned = study.start();
   }
 
-  std::vector<Worth> Generation(int generation, const std::vector<Candidate>& candidates) {
+  std::vector<search::Worth> Generation(int generation,
+                                        const std::vector<search::Candidate>& candidates) {
     progress_.phase = fmt::format("generation {}", generation);
     progress_.share =
         static_cast<double>(generation) / std::max(1, settings_.optimiser.generations + 1);
-    const bool fresh = settings_.fresh_seeds && settings_.optimiser.algorithm == Algorithm::kCmaEs;
+    const bool fresh =
+        settings_.fresh_seeds && settings_.optimiser.algorithm == search::Algorithm::kCmaEs;
     const farm::Plan plan = study_.TrialsOf(
         fresh && generation > 0 ? kFirstFreshSet + static_cast<uint64_t>(generation) : 0,
         study_.seeds());
@@ -96,7 +98,7 @@ class Tuning {
 
     std::vector<Evaluations::Request> requests;
     requests.reserve(candidates.size());
-    for (const Candidate& candidate : candidates)
+    for (const search::Candidate& candidate : candidates)
       requests.push_back({.gains = study_.GainsAt(candidate)});
     if (generation == 0) requests.erase(requests.begin());  // the start is the incumbent
     std::vector<Evaluation> done = evaluations_.Run(
@@ -104,7 +106,7 @@ class Tuning {
         races() ? Evaluations::GoOn([&](const Evaluation& e) { return MayWin(e); }) : nullptr);
     if (generation == 0) done.insert(done.begin(), incumbent_);
 
-    std::vector<Worth> worths;
+    std::vector<search::Worth> worths;
     worths.reserve(done.size());
     for (const Evaluation& evaluation : done) worths.push_back(WorthOf(evaluation));
     if (pareto()) KeepFront(done, worths);
@@ -113,7 +115,7 @@ class Tuning {
   }
 
  private:
-  bool pareto() const { return settings_.optimiser.algorithm == Algorithm::kNsga2; }
+  bool pareto() const { return settings_.optimiser.algorithm == search::Algorithm::kNsga2; }
   bool races() const { return settings_.racing.enabled && !pareto(); }
 
   void EvaluateIncumbent(const farm::Plan& plan) {
@@ -143,9 +145,9 @@ class Tuning {
   }
 
   // Of a candidate given up: the incumbent's cost on all trials and the difference so far.
-  Worth WorthOf(const Evaluation& evaluation) const {
+  search::Worth WorthOf(const Evaluation& evaluation) const {
     if (pareto()) {
-      Worth worth(settings_.objective.size(), Penalty(evaluation));
+      search::Worth worth(settings_.objective.size(), Penalty(evaluation));
       for (const trial::TrialRecord& record : evaluation.records) {
         const std::vector<double> costs = study_.CostsOf(record);
         for (size_t i = 0; i < worth.size(); ++i)
@@ -178,14 +180,14 @@ class Tuning {
                                boost::math::complement(boost::math::students_t(n - 1), alpha));
   }
 
-  void KeepFront(const std::vector<Evaluation>& done, const std::vector<Worth>& worths) {
+  void KeepFront(const std::vector<Evaluation>& done, const std::vector<search::Worth>& worths) {
     for (size_t i = 0; i < done.size(); ++i)
       result_.front.push_back(
           {.gains = done[i].gains, .worth = worths[i], .success = done[i].success_rate()});
-    std::vector<Worth> all;
+    std::vector<search::Worth> all;
     for (const ParetoPoint& point : result_.front) all.push_back(point.worth);
     std::vector<ParetoPoint> front;
-    for (const size_t i : ParetoFront(all)) front.push_back(result_.front[i]);
+    for (const size_t i : search::ParetoFront(all)) front.push_back(result_.front[i]);
     result_.front = std::move(front);
   }
 
@@ -210,10 +212,10 @@ class Tuning {
   }
 
   void Record(int generation, const farm::Plan& plan, const std::vector<Evaluation>& done,
-              const std::vector<Worth>& worths) {
+              const std::vector<search::Worth>& worths) {
     std::vector<double> sums;
     sums.reserve(worths.size());
-    for (const Worth& worth : worths) sums.push_back(Sum(worth));
+    for (const search::Worth& worth : worths) sums.push_back(Sum(worth));
     const auto best =
         static_cast<size_t>(std::min_element(sums.begin(), sums.end()) - sums.begin());
     GenerationRecord record{.generation = generation,
@@ -294,13 +296,13 @@ void Prove(const Study& study, Evaluations* evaluations, TuningProgress* progres
   progress->phase = "sensitivity";
   const std::vector<double> base =
       Costs(study, evaluations->Run("sensitivity", plan, {{.gains = result->tuned}})[0].records);
-  const Candidate center = study.CandidateOf(result->tuned);
+  const search::Candidate center = study.CandidateOf(result->tuned);
   for (size_t i = 0; i < center.size(); ++i) {
     progress->share = static_cast<double>(i) / static_cast<double>(center.size());
     Sensitivity sensitivity{.key = study.settings().gains[i].key};
     std::vector<Evaluations::Request> requests;
     for (const double step : {-proof.sensitivity_step, proof.sensitivity_step}) {
-      Candidate moved = center;
+      search::Candidate moved = center;
       moved[i] = std::clamp(moved[i] + step, 0.0, 1.0);
       requests.push_back({.gains = study.GainsAt(moved)});
     }
@@ -314,6 +316,13 @@ void Prove(const Study& study, Evaluations* evaluations, TuningProgress* progres
   }
 }
 
+// The common kind and those of individual thrusters.
+void ForEachKind(vehicle::ThrusterParams* thrusters,
+                 const std::function<void(vehicle::ThrusterKind*)>& change) {
+  change(thrusters);
+  for (vehicle::IndividualThruster& individual : thrusters->individual) change(&individual);
+}
+
 }  // namespace
 
 TuningResult Tune(const Study& study, const std::string& file, const TuningOptions& options) {
@@ -321,7 +330,7 @@ TuningResult Tune(const Study& study, const std::string& file, const TuningOptio
   TuningResult result;
   TuningProgress progress;
   Evaluations evaluations(study, file,
-                          {.workers = options.workers,
+                          {.farm = options.farm,
                            .trial_time_limit_s = study.TrialsOf(0, 1).settings().trial_time_limit_s,
                            .on_trial =
                                [&](int64_t trials) {
@@ -331,12 +340,12 @@ TuningResult Tune(const Study& study, const std::string& file, const TuningOptio
                            .stop_requested = options.stop_requested});
   Tuning tuning(study, &evaluations, options, &progress, &result);
   const uint64_t seed = static_cast<uint64_t>(study.TrialsOf(0, 1).settings().master_seed);
-  Optimise(
+  search::Optimise(
       study.settings().optimiser, seed, study.CandidateOf(study.start()),
-      study.settings().optimiser.algorithm == Algorithm::kNsga2
+      study.settings().optimiser.algorithm == search::Algorithm::kNsga2
           ? static_cast<int>(std::ssize(study.settings().objective))
           : 1,
-      [&](int generation, const std::vector<Candidate>& candidates) {
+      [&](int generation, const std::vector<search::Candidate>& candidates) {
         return tuning.Generation(generation, candidates);
       },
       nullptr);
@@ -365,10 +374,16 @@ const std::vector<Variation>& Variations() {
                        s->vehicle.hydrodynamics.quadratic_damping_diagonal *= factor;
                      }});
       all.push_back({"thruster gain " + sign, [factor](trial::Scenario* s) {
-                       s->vehicle.thrusters.max_thrust_newton *= factor;
+                       ForEachKind(&s->vehicle.thrusters, [factor](vehicle::ThrusterKind* kind) {
+                         kind->max_thrust_newton *= factor;
+                         for (double& newton : kind->table_thrust_newton) newton *= factor;
+                       });
                      }});
-      all.push_back({"thruster lag " + sign,
-                     [factor](trial::Scenario* s) { s->vehicle.thrusters.lag_s *= factor; }});
+      all.push_back({"thruster lag " + sign, [factor](trial::Scenario* s) {
+                       ForEachKind(&s->vehicle.thrusters, [factor](vehicle::ThrusterKind* kind) {
+                         kind->lag_s *= factor;
+                       });
+                     }});
     }
     for (const int frames : {0, 2, 3})
       all.push_back({fmt::format("camera delay {} frames", frames),

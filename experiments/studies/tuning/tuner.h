@@ -82,7 +82,7 @@ struct Sensitivity {
 
 struct ParetoPoint {
   Gains gains;
-  Worth worth;
+  search::Worth worth;
   double success = 0;
 
   TURBIDOCK_FIELDS(gains, worth, success)
@@ -107,7 +107,7 @@ struct TuningProgress {
 };
 
 struct TuningOptions {
-  int workers = 1;
+  farm::FarmOptions farm = {};
   std::function<void(const TuningProgress&)> on_progress = nullptr;
   std::function<void(const GenerationRecord&)> on_generation = nullptr;
   std::function<bool()> stop_requested = nullptr;

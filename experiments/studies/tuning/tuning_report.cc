@@ -77,7 +77,7 @@ std::string GainsYaml(const Study& study, const TuningResult& result) {
   const trial::Scenario scenario = study.ScenarioOf(plan, 0, result.tuned);
   const YAML::Node all = YAML::Load(trial::SaveScenario(scenario));
   YAML::Node gains(YAML::NodeType::Map);
-  const std::string law = NameOf(scenario.control.controller);
+  const std::string law = scenario.controller_name();
   gains["controller"] = law;
   gains[law] = all[law];
   for (size_t i = 0; i < result.tuned.size(); ++i) {
@@ -195,7 +195,8 @@ void WriteTuningFigure(const std::string& path, const Study& study, const Tuning
   std::vector<media::Panel> panels = {costs, gains};
   if (!result.front.empty()) {
     media::Series front{.mark = Mark::kDots, .dot_px = 10};
-    front.scale = {"docked [%]", 0, 100, media::CurveColor(1), media::CurveColor(0)};
+    // Light to dark, so that it is seen in grey.
+    front.scale = {"docked [%]", 0, 100, {236, 170, 60}, {0, 62, 120}};
     for (const ParetoPoint& p : result.front)
       front.points.push_back({.x = p.worth[0], .y = p.worth[1], .shade = 100 * p.success});
     panels.push_back({.title = "not beaten in every objective",

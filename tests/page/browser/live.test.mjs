@@ -15,13 +15,16 @@ import {chromium} from 'playwright-core';
 
 const program = path.resolve(process.env.PROGRAM || '../../../build/bin/turbidock');
 const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
-const kLong_ms = 90000;  // a browser without a GPU on a busy machine
+const kLong_ms = 90000; // a browser without a GPU on a busy machine
 
-let browser, folder;
+let browser;
+let folder;
 before(async () => {
   folder = mkdtempSync(path.join(os.tmpdir(), 'turbidock-live-'));
-  browser = await chromium.launch({executablePath: process.env.CHROMIUM || '/usr/bin/chromium',
-    args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader']});
+  browser = await chromium.launch({
+    executablePath: process.env.CHROMIUM || '/usr/bin/chromium',
+    args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'],
+  });
 });
 after(async () => {
   await browser?.close();
@@ -30,72 +33,130 @@ after(async () => {
 
 // What a test leaves running when it fails would disturb the next.
 const running = [];
-afterEach(async () => { for (const end of running.splice(0)) await end(); });
+afterEach(async () => {
+  for (const end of running.splice(0)) await end();
+});
 
 // A trial that goes on however long a busy machine takes: the vehicle waits in front of the marker.
-const kWaiting = ['pool_active', ...['duration_s=600', 'procedure.found_hold_s=600', 'procedure.search_yaw_v=0', 'docked_hold_s=60']
-  .flatMap(assignment => ['--set', assignment])];
+const kWaiting = [
+  'pool_active',
+  ...[
+    'duration_s=600',
+    'procedure.found_hold_s=600',
+    'procedure.search_yaw_v=0',
+    'docked_hold_s=60',
+  ].flatMap(assignment => ['--set', assignment]),
+];
 
-/** Starts the program; {url, said(): what it said, stop(): ends it by Ctrl-C and gives what ended it, which a shell calls 130}. */
+/**
+ * Starts the program; {url, said(): what it said, stop(): ends it by Ctrl-C and gives what ended it, which a shell
+ * calls 130}.
+ */
 async function view(...words) {
-  const child = spawn(program, ['view', ...words, ...words.includes('--port') ? [] : ['--port', '0']], {cwd: folder, stdio: ['ignore', 'pipe', 'pipe']});
+  const child = spawn(
+    program,
+    ['view', ...words, ...(words.includes('--port') ? [] : ['--port', '0'])],
+    {cwd: folder, stdio: ['ignore', 'pipe', 'pipe']},
+  );
   let said = '';
   running.push(() => child.kill('SIGKILL'));
-  child.stderr.on('data', data => { said += data; });
-  const ended = new Promise(resolve => child.on('close', (code, signal) => resolve(code ?? signal)));
+  child.stderr.on('data', data => {
+    said += data;
+  });
+  const ended = new Promise(resolve =>
+    child.on('close', (code, signal) => resolve(code ?? signal)),
+  );
   const url = await new Promise((resolve, reject) => {
     child.stdout.on('data', data => resolve(String(data).trim()));
     ended.then(code => reject(new Error(`ended with ${code}: ${said}`)));
   });
-  return {url, said: () => said, ended, stop: () => { child.kill('SIGINT'); return ended; }};
+  return {
+    url,
+    said: () => said,
+    ended,
+    stop: () => {
+      child.kill('SIGINT');
+      return ended;
+    },
+  };
 }
 
 /** Opens the address; collects what the page complains about and asks for. */
 async function open(url, width = 1440) {
-  const context = await browser.newContext({viewport: {width, height: width > 600 ? 900 : 844}, colorScheme: 'light'});
+  const context = await browser.newContext({
+    viewport: {width, height: width > 600 ? 900 : 844},
+    colorScheme: 'light',
+  });
   running.unshift(() => context.close());
   context.setDefaultTimeout(kLong_ms);
-  const page = await context.newPage(), complaints = [], requests = [];
-  page.on('console', message => { if (['error', 'warning'].includes(message.type())) complaints.push(message.text()); });
+  const page = await context.newPage();
+  const complaints = [];
+  const requests = [];
+  page.on('console', message => {
+    if (['error', 'warning'].includes(message.type())) complaints.push(message.text());
+  });
   page.on('pageerror', error => complaints.push(error.message));
-  page.on('request', request => { if (!/^(data|blob):/.test(request.url()) && request.url() !== url) requests.push(request.url()); });
+  page.on('request', request => {
+    if (!/^(data|blob):/.test(request.url()) && request.url() !== url) requests.push(request.url());
+  });
   await page.goto(url);
   return {page, complaints, requests, close: () => context.close()};
 }
 
-/** Waits until f(argument) holds in the page. Not waitForFunction(): it evaluates text in the page, which the page forbids. */
+/**
+ * Waits until f(argument) holds in the page. Not waitForFunction(): it evaluates text in the page, which the page
+ * forbids.
+ */
 async function until(page, f, argument, timeout_ms = kLong_ms) {
-  const holds = () => page.evaluate(f, argument).catch(error => {
-    if (!/context was destroyed/.test(error.message)) throw error;
-    return false;  // the page loads itself anew
-  });
-  for (const end = performance.now() + timeout_ms; !await holds();) {
+  const holds = () =>
+    page.evaluate(f, argument).catch(error => {
+      if (!/context was destroyed/.test(error.message)) throw error;
+      return false; // the page loads itself anew
+    });
+  for (const end = performance.now() + timeout_ms; !(await holds());) {
     assert.ok(performance.now() < end, `not within ${timeout_ms / 1000} s: ${f}`);
     await new Promise(resolve => setTimeout(resolve, 100));
   }
 }
 
-const pictures = page => page.evaluate(() => Number(document.documentElement.dataset.pictures || 0));
+const pictures = page =>
+  page.evaluate(() => Number(document.documentElement.dataset.pictures || 0));
 const morePictures = (page, than) =>
   until(page, n => Number(document.documentElement.dataset.pictures || 0) > n, than);
-const state = (page, word) => until(
-  page, w => document.querySelector('.head .badge')?.textContent.includes(w), word);
-const fact = (page, name) => page.evaluate(n => [...document.querySelectorAll('.head .facts div')]
-  .find(div => div.querySelector('dt').textContent === n)?.querySelector('dd').textContent, name);
+const state = (page, word) =>
+  until(page, w => document.querySelector('.head .badge')?.textContent.includes(w), word);
+const fact = (page, name) =>
+  page.evaluate(
+    n =>
+      [...document.querySelectorAll('.head .facts div')]
+        .find(div => div.querySelector('dt').textContent === n)
+        ?.querySelector('dd').textContent,
+    name,
+  );
 const simulated = async page => Number.parseFloat(await fact(page, 'simulated'));
 
 // Not click(): without a GPU, on a busy machine, a page that always moves is never still enough for it.
 const press = locator => locator.dispatchEvent('click');
 
 /** How many colours each canvas shows that a selector names. */
-const colours = (page, selector) => page.evaluate(s => [...document.querySelectorAll(s)].map(canvas => {
-  const copy = Object.assign(document.createElement('canvas'), {width: canvas.width, height: canvas.height});
-  const c = copy.getContext('2d');
-  c.drawImage(canvas, 0, 0);
-  const {data} = c.getImageData(0, 0, copy.width, copy.height), seen = new Set();
-  for (let i = 0; i < data.length; i += 4) seen.add(data[i] >> 4 << 8 | data[i + 1] >> 4 << 4 | data[i + 2] >> 4);
-  return seen.size;
-}), selector);
+const colours = (page, selector) =>
+  page.evaluate(
+    s =>
+      [...document.querySelectorAll(s)].map(canvas => {
+        const copy = Object.assign(document.createElement('canvas'), {
+          width: canvas.width,
+          height: canvas.height,
+        });
+        const c = copy.getContext('2d');
+        c.drawImage(canvas, 0, 0);
+        const {data} = c.getImageData(0, 0, copy.width, copy.height);
+        const seen = new Set();
+        for (let i = 0; i < data.length; i += 4)
+          seen.add(((data[i] >> 4) << 8) | ((data[i + 1] >> 4) << 4) | (data[i + 2] >> 4));
+        return seen.size;
+      }),
+    selector,
+  );
 
 for (const width of [1440, 390])
   test(`a running trial at ${width} px`, async () => {
@@ -104,14 +165,33 @@ for (const width of [1440, 390])
     await morePictures(page, 5);
     await until(page, () => document.querySelector('canvas.scene'));
     await page.waitForTimeout(1500);
-    for (const [selector, least] of [['.cameras canvas', 20], ['canvas.scene', 12], ['.traces canvas', 3]])
-      for (const count of await colours(page, selector)) assert.ok(count >= least, `${selector} shows ${count} colours`);
-    assert.ok(await page.evaluate(() => document.documentElement.scrollWidth) <= width, 'nothing sticks out to the side');
+    for (const [selector, least] of [
+      ['.cameras canvas', 20],
+      ['canvas.scene', 12],
+      ['.traces canvas', 3],
+    ])
+      for (const count of await colours(page, selector))
+        assert.ok(count >= least, `${selector} shows ${count} colours`);
+    assert.ok(
+      (await page.evaluate(() => document.documentElement.scrollWidth)) <= width,
+      'nothing sticks out to the side',
+    );
     assert.match(await page.locator('h1').innerText(), /pool/);
     await page.evaluate(axe);
-    const {violations} = await page.evaluate(() => globalThis.axe.run(document, {resultTypes: ['violations']}));
+    const {violations} = await page.evaluate(() =>
+      globalThis.axe.run(document, {resultTypes: ['violations']}),
+    );
     const serious = violations.filter(v => ['serious', 'critical'].includes(v.impact));
-    assert.deepEqual(serious.map(v => `${v.id}: ${v.nodes.slice(0, 3).map(n => n.html.slice(0, 120)).join(' | ')}`), []);
+    assert.deepEqual(
+      serious.map(
+        v =>
+          `${v.id}: ${v.nodes
+            .slice(0, 3)
+            .map(n => n.html.slice(0, 120))
+            .join(' | ')}`,
+      ),
+      [],
+    );
     assert.deepEqual(complaints, []);
     assert.deepEqual(requests, []);
     await close();
@@ -125,7 +205,8 @@ test('pause, step, speed, sliders, push, restart, and what the record says', asy
   await press(page.locator('.play'));
   await state(page, 'paused');
   await page.waitForTimeout(500);
-  const paused = await simulated(page), shown = await pictures(page);
+  const paused = await simulated(page);
+  const shown = await pictures(page);
   await page.waitForTimeout(700);
   assert.equal(await simulated(page), paused, 'the time stands still');
   assert.equal(await pictures(page), shown);
@@ -140,12 +221,17 @@ test('pause, step, speed, sliders, push, restart, and what the record says', asy
   assert.equal(await milk.locator('output').innerText(), '30 ml/m³');
   await press(page.locator('.knob', {hasText: 'lamps'}).locator('input[type=checkbox]'));
   await page.locator('.knob', {hasText: 'law'}).locator('select').selectOption('p_voltage');
-  await until(page, () => [...document.querySelectorAll('.knob')].some(k => k.title === 'p_voltage.sway.kp_v_per_m'));
+  await until(page, () =>
+    [...document.querySelectorAll('.knob')].some(k => k.title === 'p_voltage.sway.kp_v_per_m'),
+  );
   await press(page.getByRole('button', {name: 'left', exact: true}));
   await until(page, () => document.querySelectorAll('[aria-label=changes] tr').length >= 5);
   const changes = await page.locator('[aria-label=changes] tr').allInnerTexts();
   for (const key of ['water.milk_ml_m3', 'lamps.enabled', 'controller', 'push'])
-    assert.ok(changes.some(row => row.includes(key)), `${key} in ${changes}`);
+    assert.ok(
+      changes.some(row => row.includes(key)),
+      `${key} in ${changes}`,
+    );
 
   await page.locator('.transport select').selectOption('4');
   await press(page.locator('.play'));
@@ -156,17 +242,28 @@ test('pause, step, speed, sliders, push, restart, and what the record says', asy
   await morePictures(other.page, 0);
   await page.reload();
   await morePictures(page, 0);
-  assert.equal(await page.locator('.knob', {hasText: 'milk'}).locator('output').innerText(), '30 ml/m³');
+  assert.equal(
+    await page.locator('.knob', {hasText: 'milk'}).locator('output').innerText(),
+    '30 ml/m³',
+  );
   await page.locator('.restart input').fill('12345678901234567');
   await press(page.getByRole('button', {name: 'Restart'}));
   await until(page, () => document.title.endsWith('12345678901234567'));
-  await morePictures(page, await pictures(page) + 2);
+  await morePictures(page, (await pictures(page)) + 2);
   // a new trial begins with them
-  await until(page, () => [...document.querySelectorAll('.head .facts div')].some(div => div.textContent === 'changes0'));
+  await until(page, () =>
+    [...document.querySelectorAll('.head .facts div')].some(div => div.textContent === 'changes0'),
+  );
   const result = JSON.parse(readFileSync(path.join(folder, 'live/result.json')));
   assert.equal(result.outcome, 'interrupted');
-  assert.deepEqual(result.changes.slice(0, 3).map(c => [c.key, c.value]),
-    [['water.milk_ml_m3', '30'], ['lamps.enabled', 'true'], ['controller', 'p_voltage']]);
+  assert.deepEqual(
+    result.changes.slice(0, 3).map(c => [c.key, c.value]),
+    [
+      ['water.milk_ml_m3', '30'],
+      ['lamps.enabled', 'true'],
+      ['controller', 'p_voltage'],
+    ],
+  );
   assert.deepEqual([...complaints, ...other.complaints], []);
   await other.close();
   await press(page.getByRole('button', {name: 'right', exact: true}));
@@ -177,7 +274,9 @@ test('pause, step, speed, sliders, push, restart, and what the record says', asy
   assert.equal(last.outcome, 'interrupted');
   assert.equal(String(last.changes[0].key), 'push');
   assert.match(served.said(), /pairs of pictures, [\d.]+ ms/);
-  await until(page, () => document.querySelector('[role=alert]:not([hidden])')?.textContent.includes('has ended'));
+  await until(page, () =>
+    document.querySelector('[role=alert]:not([hidden])')?.textContent.includes('has ended'),
+  );
   await close();
 });
 
@@ -190,9 +289,10 @@ test('the vehicle is pushed with the mouse', async () => {
   await state(page, 'paused');
   // where the vehicle is on the screen
   const at = await page.evaluate(() => {
-    const {scene} = globalThis.turbidock.trialView, box = scene.canvas.getBoundingClientRect();
+    const {scene} = globalThis.turbidock.trialView;
+    const box = scene.canvas.getBoundingClientRect();
     const p = scene.vehicle.position.clone().project(scene.camera);
-    return {x: box.left + (p.x + 1) / 2 * box.width, y: box.top + (1 - p.y) / 2 * box.height};
+    return {x: box.left + ((p.x + 1) / 2) * box.width, y: box.top + ((1 - p.y) / 2) * box.height};
   });
   await page.mouse.move(at.x, at.y);
   await page.mouse.down();
@@ -202,7 +302,9 @@ test('the vehicle is pushed with the mouse', async () => {
   await page.mouse.up();
   // the last first: let go at the end
   const pushes = () => page.locator('[aria-label=changes] tr', {hasText: 'push'}).allInnerTexts();
-  await until(page, () => document.querySelector('[aria-label=changes] tr')?.textContent.endsWith('push[0, 0, 0] N'));
+  await until(page, () =>
+    document.querySelector('[aria-label=changes] tr')?.textContent.endsWith('push[0, 0, 0] N'),
+  );
   assert.ok((await pushes()).length >= 2);
   assert.ok((await pushes()).some(row => !row.includes('[0, 0, 0]')));
   assert.deepEqual(complaints, []);
@@ -211,17 +313,30 @@ test('the vehicle is pushed with the mouse', async () => {
 });
 
 test('a batch while it runs', async () => {
-  writeFileSync(path.join(folder, 'plan.yaml'), `schema_version: 1
+  writeFileSync(
+    path.join(folder, 'plan.yaml'),
+    `schema_version: 1
 description: 'a <b id="injected">batch</b>'
 scenario: sea_night_active
 seeds: 100
 set: {pose_source: true_pose, duration_s: 30}
 grid: {controller: [pid, lqg]}
-`);
-  const batch = spawn(program, ['batch', 'plan.yaml', '--out', 'sweep.db', '--workers', '1', '--quiet'], {cwd: folder, stdio: 'ignore'});
+`,
+  );
+  const batch = spawn(
+    program,
+    ['batch', 'plan.yaml', '--out', 'sweep.db', '--workers', '1', '--quiet'],
+    {cwd: folder, stdio: 'ignore'},
+  );
   running.push(() => batch.kill('SIGKILL'));
   const ended = new Promise(resolve => batch.on('exit', resolve));
-  const there = () => { try { return readFileSync(path.join(folder, 'sweep.db')).length > 0; } catch { return false; } };
+  const there = () => {
+    try {
+      return readFileSync(path.join(folder, 'sweep.db')).length > 0;
+    } catch {
+      return false;
+    }
+  };
   while (!there()) await new Promise(resolve => setTimeout(resolve, 50));
   await new Promise(resolve => setTimeout(resolve, 1000));
   const served = await view('sweep.db');
@@ -231,10 +346,21 @@ grid: {controller: [pid, lqg]}
   const done = async () => Number((await text()).match(/^(\d+) of 200 trials/)[1]);
   await until(page, () => / of 200 trials/.test(document.querySelector('p.now')?.textContent));
   const first = await done();
-  await until(page, n => Number.parseInt(document.querySelector('p.now')?.textContent, 10) > n, first);
-  await until(page, () => document.querySelector('p.now')?.textContent.includes('complete'), null, 2 * kLong_ms);
+  await until(
+    page,
+    n => Number.parseInt(document.querySelector('p.now')?.textContent, 10) > n,
+    first,
+  );
+  await until(
+    page,
+    () => document.querySelector('p.now')?.textContent.includes('complete'),
+    null,
+    2 * kLong_ms,
+  );
   // and the page has drawn all of it by itself
-  await until(page, () => /^200 trials/.test(document.querySelector('.table-bar [role=status]')?.textContent));
+  await until(page, () =>
+    /^200 trials/.test(document.querySelector('.table-bar [role=status]')?.textContent),
+  );
   assert.equal(await page.locator('#injected').count(), 0, 'HTML in a name is text');
   assert.deepEqual(complaints, []);
   await close();
@@ -243,28 +369,43 @@ grid: {controller: [pid, lqg]}
 });
 
 test('a tuning study while it runs, then its report', async () => {
-  writeFileSync(path.join(folder, 'study.yaml'), `schema_version: 1
+  writeFileSync(
+    path.join(folder, 'study.yaml'),
+    `schema_version: 1
 description: 'sway <b id="injected">tried</b>'
 trials:
   scenario: sea_night_active
   seeds: 6
   set: {pose_source: true_pose, controller: lqg, duration_s: 30}
 gains:
-  - {key: lqg.sway.effort_v, low: 0.2, high: 3, scale: log}
+  - {key: lqg.sway.effort_share, low: 0.09, high: 1.4, scale: log}
 objective:
   - {metric: time_s, weight: 1, failed: 60}
 optimiser: {algorithm: cma_es, population: 5, generations: 3}
 proof: {held_out_seeds: 8, robustness_seeds: 0, sensitivity_seeds: 0, cameras: false}
-`);
-  const tune = spawn(program, ['tune', 'study.yaml', '--out', 'study', '--workers', '1', '--quiet'], {cwd: folder, stdio: 'ignore'});
+`,
+  );
+  const tune = spawn(
+    program,
+    ['tune', 'study.yaml', '--out', 'study', '--workers', '1', '--quiet'],
+    {cwd: folder, stdio: 'ignore'},
+  );
   running.push(() => tune.kill('SIGKILL'));
   const ended = new Promise(resolve => tune.on('exit', resolve));
-  const there = () => { try { return readFileSync(path.join(folder, 'study/evaluations.sqlite')).length > 0; } catch { return false; } };
+  const there = () => {
+    try {
+      return readFileSync(path.join(folder, 'study/evaluations.sqlite')).length > 0;
+    } catch {
+      return false;
+    }
+  };
   while (!there()) await new Promise(resolve => setTimeout(resolve, 50));
   await new Promise(resolve => setTimeout(resolve, 1500));
   const served = await view('study');
   const {page, complaints, close} = await open(served.url);
-  await until(page, () => document.querySelector('nav .kind')?.textContent.startsWith('tuning study: its trials'));
+  await until(page, () =>
+    document.querySelector('nav .kind')?.textContent.startsWith('tuning study: its trials'),
+  );
   await until(page, () => /^\d+ trials/.test(document.querySelector('p.now')?.textContent));
   await until(page, () => document.querySelector('section[aria-label="The search so far"] canvas'));
   let cost = [0];
@@ -275,7 +416,12 @@ proof: {held_out_seeds: 8, robustness_seeds: 0, sensitivity_seeds: 0, cameras: f
   assert.ok(!(cost[0] < 4), `the search shows ${cost} colours`);
   assert.equal(await ended, 0);
   // the same page becomes the report
-  await until(page, () => document.querySelector('section[aria-label="Before and after, on held-out seeds"]'), null, 2 * kLong_ms);
+  await until(
+    page,
+    () => document.querySelector('section[aria-label="Before and after, on held-out seeds"]'),
+    null,
+    2 * kLong_ms,
+  );
   assert.equal(await page.locator('#injected').count(), 0, 'HTML in a name is text');
   assert.deepEqual(complaints, []);
   await close();
@@ -283,38 +429,67 @@ proof: {held_out_seeds: 8, robustness_seeds: 0, sensitivity_seeds: 0, cameras: f
 });
 
 test('nothing gets in, and the trial goes on', async () => {
-  const served = await view(...kWaiting), url = new URL(served.url), {page, complaints, close} = await open(served.url);
+  const served = await view(...kWaiting);
+  const url = new URL(served.url);
+  const {page, complaints, close} = await open(served.url);
   await morePictures(page, 2);
   /** The answer's status; 0 for a connection that was closed without one. */
-  const ask = (options, body) => new Promise(resolve => {
-    const request = http.request({host: url.hostname, port: url.port, path: url.pathname, agent: false, ...options}, answer => {
-      answer.resume();
-      resolve(answer.statusCode);
+  const ask = (options, body) =>
+    new Promise(resolve => {
+      const request = http.request(
+        {host: url.hostname, port: url.port, path: url.pathname, agent: false, ...options},
+        answer => {
+          answer.resume();
+          resolve(answer.statusCode);
+        },
+      );
+      request.on('error', () => resolve(0));
+      if (body) for (let sent = 0; sent < body.times; ++sent) request.write(body.block);
+      request.end();
     });
-    request.on('error', () => resolve(0));
-    if (body) for (let sent = 0; sent < body.times; ++sent) request.write(body.block);
-    request.end();
-  });
   assert.equal(await ask({}), 200);
-  const own = `http://${url.host}`, evil = 'http://evil.example';
+  const own = `http://${url.host}`;
+  const evil = 'http://evil.example';
   for (const [what, options, status] of [
-    ['a foreign host', {headers: {host: 'evil.example'}}, 403], ['a foreign origin', {headers: {origin: evil}}, 403],
-    ['no secret', {path: '/'}, 404], ['another secret', {path: `/${'0'.repeat(32)}/`}, 404],
-    ['a file', {path: `${url.pathname}../../etc/passwd`}, 404], ['a file, encoded', {path: `${url.pathname}%2e%2e/%2e%2e/etc/passwd`}, 404],
-    ['a socket of another page', {path: `${url.pathname}live`, headers: {origin: evil, connection: 'Upgrade', upgrade: 'websocket',
-      'sec-websocket-version': 13, 'sec-websocket-key': 'dGhlIHNhbXBsZSBub25jZQ=='}}, 403],
-    ['a post', {method: 'POST', headers: {origin: own}}, 405]])
+    ['a foreign host', {headers: {host: 'evil.example'}}, 403],
+    ['a foreign origin', {headers: {origin: evil}}, 403],
+    ['no secret', {path: '/'}, 404],
+    ['another secret', {path: `/${'0'.repeat(32)}/`}, 404],
+    ['a file', {path: `${url.pathname}../../etc/passwd`}, 404],
+    ['a file, encoded', {path: `${url.pathname}%2e%2e/%2e%2e/etc/passwd`}, 404],
+    [
+      'a socket of another page',
+      {
+        path: `${url.pathname}live`,
+        headers: {
+          origin: evil,
+          connection: 'Upgrade',
+          upgrade: 'websocket',
+          'sec-websocket-version': 13,
+          'sec-websocket-key': 'dGhlIHNhbXBsZSBub25jZQ==',
+        },
+      },
+      403,
+    ],
+    ['a post', {method: 'POST', headers: {origin: own}}, 405],
+  ])
     assert.equal(await ask(options), status, what);
-  const refused = await ask({method: 'POST', headers: {'content-length': 1e8}}, {block: Buffer.alloc(1e6), times: 100});
+  const refused = await ask(
+    {method: 'POST', headers: {'content-length': 1e8}},
+    {block: Buffer.alloc(1e6), times: 100},
+  );
   assert.ok([413, 0].includes(refused), `a body of 100 MB: ${refused}`);
   const crowd = await Promise.all(Array.from({length: 1000}, () => ask({})));
-  assert.ok(crowd.every(status => [200, 503, 0].includes(status)), `1,000 at once: ${[...new Set(crowd)]}`);
+  assert.ok(
+    crowd.every(status => [200, 503, 0].includes(status)),
+    `1,000 at once: ${[...new Set(crowd)]}`,
+  );
   // those that wait have a few seconds
-  for (const end = performance.now() + 20000; await ask({}) !== 200;) {
+  for (const end = performance.now() + 20000; (await ask({})) !== 200;) {
     assert.ok(performance.now() < end, 'and then the page again');
     await page.waitForTimeout(200);
   }
-  await morePictures(page, await pictures(page) + 3);
+  await morePictures(page, (await pictures(page)) + 3);
   assert.deepEqual(complaints, []);
   await close();
   assert.equal(await served.stop(), 130);
@@ -339,7 +514,11 @@ test('bad input is one line', async () => {
   writeFileSync(path.join(folder, 'other.json'), '{"a": 1}');
   await fails(['other.json'], /other\.json: is no result/);
   await fails(['sea_night_active', '--quiet', '--listen', 'nowhere'], /no address/);
-  const other = await view(...kWaiting), {port} = new URL(other.url);
-  await fails(['sea_night_active', '--quiet', '--port', port], new RegExp(`${port} is in use; give another --port`));
+  const other = await view(...kWaiting);
+  const {port} = new URL(other.url);
+  await fails(
+    ['sea_night_active', '--quiet', '--port', port],
+    new RegExp(`${port} is in use; give another --port`),
+  );
   assert.equal(await other.stop(), 130);
 });

@@ -46,7 +46,7 @@ trials:
   seeds: 3
   set: {pose_source: true_pose, controller: lqg, duration_s: 30}
 gains:
-  - {key: lqg.sway.effort_v, low: 0.2, high: 3, scale: log}
+  - {key: lqg.sway.effort_share, low: 0.09, high: 1.4, scale: log}
   - {key: lqg.yaw.error_rad, low: 0.02, high: 0.3, scale: log}
 objective:
   - {metric: time_s, weight: 1, failed: 60}

@@ -14,13 +14,23 @@ const folder = path.resolve(process.env.REPORTS || 'reports');
 const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
 const kWidths = [1440, 390];
 const kKinds = {
-  trial: {plots: 9, scene: true, video: true}, still: {plots: 9, scene: true}, one: {plots: 9, scene: true}, batch: {plots: 3},
-  compare: {plots: 2}, tuning: {plots: 3}, gate: {plots: 2}, recognition: {plots: 4}, estimators: {plots: 4}};
+  trial: {plots: 9, scene: true, video: true},
+  still: {plots: 9, scene: true},
+  one: {plots: 9, scene: true},
+  batch: {plots: 3},
+  compare: {plots: 2},
+  tuning: {plots: 3},
+  gate: {plots: 2},
+  recognition: {plots: 4},
+  estimators: {plots: 4},
+};
 
 let browser;
 before(async () => {
-  browser = await chromium.launch({executablePath: process.env.CHROMIUM || '/usr/bin/chromium',
-    args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader']});
+  browser = await chromium.launch({
+    executablePath: process.env.CHROMIUM || '/usr/bin/chromium',
+    args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'],
+  });
 });
 after(() => browser?.close());
 
@@ -28,18 +38,32 @@ after(() => browser?.close());
 async function open(name, width, options = {}) {
   const file = path.join(folder, `${name}.html`);
   assert.ok(existsSync(file), `${file} was made`);
-  const context = await browser.newContext({viewport: {width, height: width > 600 ? 900 : 844}, colorScheme: 'light', ...options});
-  const page = await context.newPage(), complaints = [], requests = [];
-  page.on('console', message => { if (['error', 'warning'].includes(message.type())) complaints.push(message.text()); });
+  const context = await browser.newContext({
+    viewport: {width, height: width > 600 ? 900 : 844},
+    colorScheme: 'light',
+    ...options,
+  });
+  const page = await context.newPage();
+  const complaints = [];
+  const requests = [];
+  page.on('console', message => {
+    if (['error', 'warning'].includes(message.type())) complaints.push(message.text());
+  });
   page.on('pageerror', error => complaints.push(error.message));
-  page.on('request', request => { if (!/^(data|blob):/.test(request.url()) && request.url() !== `file://${file}`) requests.push(request.url()); });
+  page.on('request', request => {
+    if (!/^(data|blob):/.test(request.url()) && request.url() !== `file://${file}`)
+      requests.push(request.url());
+  });
   await page.goto(`file://${file}`);
   await page.waitForSelector('html[data-ready=true]', {timeout: 60000});
   // what is drawn when it comes into view
   await page.evaluate(async () => {
-    const seen = resolve => requestAnimationFrame(() => setTimeout(resolve, 60));  // a slow machine shows a place late
-    const show = y => scrollTo({top: y, behavior: 'instant'});  // the page itself glides
-    for (let y = 0; y < document.body.scrollHeight; y += 500) { show(y); await new Promise(seen); }
+    const seen = resolve => requestAnimationFrame(() => setTimeout(resolve, 60)); // a slow machine shows a place late
+    const show = y => scrollTo({top: y, behavior: 'instant'}); // the page itself glides
+    for (let y = 0; y < document.body.scrollHeight; y += 500) {
+      show(y);
+      await new Promise(seen);
+    }
     show(0);
     await new Promise(r => setTimeout(r, 200));
   });
@@ -47,33 +71,53 @@ async function open(name, width, options = {}) {
 }
 
 /** Shares of pixels of each canvas that differ from its most frequent colour, and how many colours there are. */
-const drawn = page => page.evaluate(() => [...document.querySelectorAll('canvas')].map(canvas => {
-  const copy = document.createElement('canvas');
-  copy.width = canvas.width; copy.height = canvas.height;
-  const c = copy.getContext('2d');
-  c.drawImage(canvas, 0, 0);
-  const {data} = c.getImageData(0, 0, copy.width, copy.height), counts = new Map();
-  for (let i = 0; i < data.length; i += 4) {
-    const key = `${data[i] >> 4},${data[i + 1] >> 4},${data[i + 2] >> 4},${data[i + 3] >> 6}`;
-    counts.set(key, (counts.get(key) || 0) + 1);
-  }
-  const most = Math.max(...counts.values());
-  return {label: canvas.getAttribute('aria-label'), scene: canvas.classList.contains('scene'), plot: Boolean(canvas.closest('.plot')),
-    other: 1 - most / (data.length / 4), colors: counts.size};
-}));
+const drawn = page =>
+  page.evaluate(() =>
+    [...document.querySelectorAll('canvas')].map(canvas => {
+      const copy = document.createElement('canvas');
+      copy.width = canvas.width;
+      copy.height = canvas.height;
+      const c = copy.getContext('2d');
+      c.drawImage(canvas, 0, 0);
+      const {data} = c.getImageData(0, 0, copy.width, copy.height);
+      const counts = new Map();
+      for (let i = 0; i < data.length; i += 4) {
+        const key = `${data[i] >> 4},${data[i + 1] >> 4},${data[i + 2] >> 4},${data[i + 3] >> 6}`;
+        counts.set(key, (counts.get(key) || 0) + 1);
+      }
+      const most = Math.max(...counts.values());
+      return {
+        label: canvas.getAttribute('aria-label'),
+        scene: canvas.classList.contains('scene'),
+        plot: Boolean(canvas.closest('.plot')),
+        other: 1 - most / (data.length / 4),
+        colors: counts.size,
+      };
+    }),
+  );
 
 const isDrawn = plot => plot.other > 0.004 && plot.colors > 2;
 
 // By a copy: getContext() here could be the first, and would decide how the page's own drawing is kept.
-const sceneDrawn = page => page.waitForFunction(() => {
-  const canvas = document.querySelector('canvas.scene');
-  if (!canvas?.width) return false;
-  const copy = Object.assign(document.createElement('canvas'), {width: canvas.width, height: canvas.height}).getContext('2d');
-  copy.drawImage(canvas, 0, 0);
-  const {data} = copy.getImageData(0, 0, canvas.width, canvas.height), colors = new Set();
-  for (let i = 0; i < data.length; i += 4) colors.add(data[i] >> 5 << 8 | data[i + 1] >> 5 << 4 | data[i + 2] >> 5);
-  return colors.size > 12;  // vehicle, station and balls, not only the water
-}, null, {timeout: 120000, polling: 1000});
+const sceneDrawn = page =>
+  page.waitForFunction(
+    () => {
+      const canvas = document.querySelector('canvas.scene');
+      if (!canvas?.width) return false;
+      const copy = Object.assign(document.createElement('canvas'), {
+        width: canvas.width,
+        height: canvas.height,
+      }).getContext('2d');
+      copy.drawImage(canvas, 0, 0);
+      const {data} = copy.getImageData(0, 0, canvas.width, canvas.height);
+      const colors = new Set();
+      for (let i = 0; i < data.length; i += 4)
+        colors.add(((data[i] >> 5) << 8) | ((data[i + 1] >> 5) << 4) | (data[i + 2] >> 5));
+      return colors.size > 12; // vehicle, station and balls, not only the water
+    },
+    null,
+    {timeout: 120000, polling: 1000},
+  );
 
 for (const [name, expected] of Object.entries(kKinds))
   for (const width of kWidths)
@@ -81,22 +125,42 @@ for (const [name, expected] of Object.entries(kKinds))
       const {page, complaints, requests, close} = await open(name, width);
       if (expected.scene) await sceneDrawn(page);
       let plots = [];
-      for (let look = 0; look < 20; ++look) {  // a slow machine draws late
+      for (let look = 0; look < 20; ++look) {
+        // a slow machine draws late
         plots = (await drawn(page)).filter(canvas => canvas.plot);
         if (plots.length >= expected.plots && plots.every(isDrawn)) break;
         await page.waitForTimeout(500);
       }
-      assert.ok(plots.length >= expected.plots, `${plots.length} plots, at least ${expected.plots}`);
-      for (const plot of plots) assert.ok(isDrawn(plot), `${plot.label} is drawn: ${JSON.stringify(plot)}`);
-      assert.ok(await page.evaluate(() => document.documentElement.scrollWidth) <= width, 'nothing sticks out to the side');
+      assert.ok(
+        plots.length >= expected.plots,
+        `${plots.length} plots, at least ${expected.plots}`,
+      );
+      for (const plot of plots)
+        assert.ok(isDrawn(plot), `${plot.label} is drawn: ${JSON.stringify(plot)}`);
+      assert.ok(
+        (await page.evaluate(() => document.documentElement.scrollWidth)) <= width,
+        'nothing sticks out to the side',
+      );
       assert.equal(await page.locator('#injected').count(), 0, 'HTML in a name is text');
       assert.equal(await page.locator('h1').count(), 1);
       await page.evaluate(axe);
       for (const scheme of ['light', 'dark']) {
         await page.emulateMedia({colorScheme: scheme});
-        const {violations} = await page.evaluate(() => globalThis.axe.run(document, {resultTypes: ['violations']}));
+        const {violations} = await page.evaluate(() =>
+          globalThis.axe.run(document, {resultTypes: ['violations']}),
+        );
         const serious = violations.filter(v => ['serious', 'critical'].includes(v.impact));
-        assert.deepEqual(serious.map(v => `${v.id}: ${v.nodes.slice(0, 3).map(n => n.html.slice(0, 120)).join(' | ')}`), [], `axe, ${scheme}`);
+        assert.deepEqual(
+          serious.map(
+            v =>
+              `${v.id}: ${v.nodes
+                .slice(0, 3)
+                .map(n => n.html.slice(0, 120))
+                .join(' | ')}`,
+          ),
+          [],
+          `axe, ${scheme}`,
+        );
       }
       assert.deepEqual(complaints, []);
       assert.deepEqual(requests, []);
@@ -109,7 +173,8 @@ test('a trial: text of a name, time by slider, keys and plot, pictures and film'
   const now = () => page.locator('.now').innerText();
   await page.locator('.transport input[type=range]').fill('1');
   assert.match(await now(), /^1\.0 s/);
-  const plot = page.locator('.traces canvas').nth(2), box = await plot.boundingBox();
+  const plot = page.locator('.traces canvas').nth(2);
+  const box = await plot.boundingBox();
   await page.mouse.move(box.x + box.width * 0.6, box.y + box.height / 2);
   assert.doesNotMatch(await now(), /^1\.0 s/, 'the time follows the pointer');
   const before = await drawn(page);
@@ -118,7 +183,11 @@ test('a trial: text of a name, time by slider, keys and plot, pictures and film'
   await page.mouse.move(box.x + box.width * 0.5, box.y + 40);
   await page.mouse.up();
   await page.waitForTimeout(200);
-  assert.notDeepEqual((await drawn(page)).filter(c => c.plot), before.filter(c => c.plot), 'a drag zooms all plots');
+  assert.notDeepEqual(
+    (await drawn(page)).filter(c => c.plot),
+    before.filter(c => c.plot),
+    'a drag zooms all plots',
+  );
   const chip = page.locator('.traces .chip').first();
   await chip.click();
   assert.equal(await chip.getAttribute('aria-pressed'), 'false');
@@ -128,9 +197,12 @@ test('a trial: text of a name, time by slider, keys and plot, pictures and film'
   const start = await at();
   await page.locator('.play').click();
   await page.waitForTimeout(1200);
-  assert.ok(await at() > start + 0.2, 'the film plays');
+  assert.ok((await at()) > start + 0.2, 'the film plays');
   const frame = await page.evaluate(() => {
-    const video = document.querySelector('video'), c = Object.assign(document.createElement('canvas'), {width: 64, height: 36}).getContext('2d');
+    const video = document.querySelector('video');
+    const c = Object.assign(document.createElement('canvas'), {width: 64, height: 36}).getContext(
+      '2d',
+    );
     c.drawImage(video, 0, 0, 64, 36);
     return Math.max(...c.getImageData(0, 0, 64, 24).data.filter((_, i) => i % 4 !== 3));
   });
@@ -140,11 +212,17 @@ test('a trial: text of a name, time by slider, keys and plot, pictures and film'
 });
 
 test('a clock that is started again within a frame runs once', async () => {
-  const source = readFileSync(new URL('../../../experiments/page/web/clock.js', import.meta.url), 'base64');
+  const source = readFileSync(
+    new URL('../../../experiments/page/web/clock.js', import.meta.url),
+    'base64',
+  );
   const {Clock} = await import(`data:text/javascript;base64,${source}`);
   const due = new Map();
   let last = 0;
-  globalThis.requestAnimationFrame = draw => { due.set(++last, draw); return last; };
+  globalThis.requestAnimationFrame = draw => {
+    due.set(++last, draw);
+    return last;
+  };
   globalThis.cancelAnimationFrame = number => due.delete(number);
   const clock = new Clock({end: 100});
   clock.play();
@@ -157,17 +235,20 @@ test('a clock that is started again within a frame runs once', async () => {
 
 test('a batch: filter, sort, a point lists its trials, a trial shows its traces and command', async () => {
   const {page, complaints, close} = await open('batch', 1440);
-  const rows = page.locator('.rows .row'), status = page.locator('.table-bar [role=status]');
+  const rows = page.locator('.rows .row');
+  const status = page.locator('.table-bar [role=status]');
   assert.match(await status.innerText(), /^54 trials/);
   await page.getByLabel('filter failure').selectOption('none');
   assert.match(await status.innerText(), /^\d+ of 54 trials/);
-  for (const text of await rows.locator('.cell:nth-child(3)').allInnerTexts()) assert.equal(text, 'none');
+  for (const text of await rows.locator('.cell:nth-child(3)').allInnerTexts())
+    assert.equal(text, 'none');
   await page.getByRole('button', {name: 'Clear filters'}).click();
   await page.getByLabel('filter time, s').fill('< 0');
   assert.match(await status.innerText(), /^0 of 54/);
   await page.getByLabel('filter time, s').fill('');
   const without = await page.evaluate(() => {
-    const {table} = globalThis.turbidock, nothing = (column, i) => (column.value(i) ?? null) === null;
+    const {table} = globalThis.turbidock;
+    const nothing = (column, i) => (column.value(i) ?? null) === null;
     const column = table.columns.find(c => c.numeric && table.found.some(i => nothing(c, i)));
     table.filter(column.key, '-999999..999999');
     const count = table.found.filter(i => nothing(column, i)).length;
@@ -185,7 +266,10 @@ test('a batch: filter, sort, a point lists its trials, a trial shows its traces 
   assert.match(await status.innerText(), /^6 of 54 trials: sea\.current/);
   await rows.first().click();
   await page.waitForSelector('#trial .traces canvas');
-  assert.match(await page.locator('#trial code').first().innerText(), /^turbidock replay .*batch\.db \d+ --out/);
+  assert.match(
+    await page.locator('#trial code').first().innerText(),
+    /^turbidock replay .*batch\.db \d+ --out/,
+  );
   await sceneDrawn(page);
   const traces = (await drawn(page)).filter(c => c.label?.includes('over time'));
   assert.ok(traces.length >= 8 && traces.every(c => c.other > 0.004), 'its traces are drawn');
@@ -198,19 +282,36 @@ test('a batch: filter, sort, a point lists its trials, a trial shows its traces 
 test('ten thousand trials: size, time to open, memory, sorting', async () => {
   const bytes = statSync(path.join(folder, 'many.html')).size;
   assert.ok(bytes <= 5e6, `${bytes} bytes`);
-  const begin = performance.now(), {page, complaints, close} = await open('many', 1440);
-  const ready = await page.evaluate(() => performance.getEntriesByName('turbidock-ready')[0].startTime);
-  const heap = (await (await page.context().newCDPSession(page)).send('Runtime.getHeapUsage')).usedSize;
-  console.log(`10,000 trials: ${(bytes / 1e6).toFixed(1)} MB, ready after ${ready.toFixed(0)} ms, heap ${(heap / 1e6).toFixed(0)} MB, looked through in ${(performance.now() - begin).toFixed(0)} ms`);
+  const begin = performance.now();
+  const {page, complaints, close} = await open('many', 1440);
+  const ready = await page.evaluate(
+    () => performance.getEntriesByName('turbidock-ready')[0].startTime,
+  );
+  const heap = (await (await page.context().newCDPSession(page)).send('Runtime.getHeapUsage'))
+    .usedSize;
+  console.log(
+    `10,000 trials: ${(bytes / 1e6).toFixed(1)} MB, ready after ${ready.toFixed(0)} ms, ` +
+      `heap ${(heap / 1e6).toFixed(0)} MB, ` +
+      `looked through in ${(performance.now() - begin).toFixed(0)} ms`,
+  );
   assert.ok(ready < 10000, `ready after ${ready} ms: five times what it takes on a quiet machine`);
   assert.ok(heap < 200e6, `${heap} bytes`);
   const rows = page.locator('.rows .row');
-  assert.ok(await rows.count() < 60, 'only rows in view are there');
+  assert.ok((await rows.count()) < 60, 'only rows in view are there');
   await page.getByRole('button', {name: 'time, s', exact: true}).press('Enter');
   const times = (await rows.locator('.cell:nth-child(7)').allInnerTexts()).map(Number);
-  assert.deepEqual(times, [...times].sort((a, b) => a - b));
-  await page.locator('.table-scroll').evaluate(element => { element.scrollTop = element.scrollHeight; });
-  await page.waitForFunction(() => [...document.querySelectorAll('.rows .row')].some(row => row.getAttribute('aria-rowindex') === '10001'));
+  assert.deepEqual(
+    times,
+    [...times].sort((a, b) => a - b),
+  );
+  await page.locator('.table-scroll').evaluate(element => {
+    element.scrollTop = element.scrollHeight;
+  });
+  await page.waitForFunction(() =>
+    [...document.querySelectorAll('.rows .row')].some(
+      row => row.getAttribute('aria-rowindex') === '10001',
+    ),
+  );
   assert.deepEqual(complaints, []);
   await close();
 });
@@ -218,7 +319,10 @@ test('ten thousand trials: size, time to open, memory, sorting', async () => {
 test('a comparison: a seed that flipped is shown on both sides', async () => {
   const {page, complaints, close} = await open('compare', 1440);
   assert.match(await page.locator('.badge').first().innerText(), /docks less/);
-  await page.getByRole('button', {name: /^\d{10,}$/}).first().dispatchEvent('click');
+  await page
+    .getByRole('button', {name: /^\d{10,}$/})
+    .first()
+    .dispatchEvent('click');
   await page.waitForSelector('#flip .traces canvas');
   await page.waitForFunction(() => document.querySelectorAll('#flip .transport').length === 2);
   const commands = await page.locator('#flip code').allInnerTexts();
@@ -226,17 +330,31 @@ test('a comparison: a seed that flipped is shown on both sides', async () => {
   assert.match(commands[1], /^turbidock replay b\.db \d+ --out/);
   assert.deepEqual(await page.locator('#flip .badge').allInnerTexts(), ['✓ docked', '✕ collision']);
   let traces = [];
-  for (let look = 0; look < 20 && !(traces.length >= 16 && traces.every(c => c.other > 0.004)); ++look) {
+  for (
+    let look = 0;
+    look < 20 && !(traces.length >= 16 && traces.every(c => c.other > 0.004));
+    ++look
+  ) {
     await page.waitForTimeout(500);
     traces = (await drawn(page)).filter(c => c.label?.includes('over time'));
   }
-  assert.ok(traces.length >= 16 && traces.every(c => c.other > 0.004), 'the traces of both are drawn');
+  assert.ok(
+    traces.length >= 16 && traces.every(c => c.other > 0.004),
+    'the traces of both are drawn',
+  );
   // one clock for both, and one key
-  const times = () => page.locator('#flip .transport input[type=range]').evaluateAll(list => list.map(slider => slider.value));
+  const times = () =>
+    page
+      .locator('#flip .transport input[type=range]')
+      .evaluateAll(list => list.map(slider => slider.value));
   const [a, b] = await times();
   assert.equal(a, b);
   await page.keyboard.press(' ');
-  await page.waitForFunction(from => document.querySelector('#flip .transport input').value > Number(from) + 0.1, a, {timeout: 10000});
+  await page.waitForFunction(
+    from => document.querySelector('#flip .transport input').value > Number(from) + 0.1,
+    a,
+    {timeout: 10000},
+  );
   await page.keyboard.press(' ');
   const [after, other] = await times();
   assert.equal(after, other);
@@ -262,7 +380,10 @@ test('dark, light and paper', async () => {
   assert.notEqual(await ground(), light);
   await page.setViewportSize({width: 794, height: 1123});
   await page.emulateMedia({media: 'print'});
-  assert.ok(await page.evaluate(() => document.documentElement.scrollWidth) <= 794, 'nothing is wider than the paper');
+  assert.ok(
+    (await page.evaluate(() => document.documentElement.scrollWidth)) <= 794,
+    'nothing is wider than the paper',
+  );
   const pdf = await page.pdf({format: 'A4'});
   assert.ok(pdf.length > 20000, 'it prints');
   await close();

@@ -45,7 +45,7 @@ farm::FinishedTrial RunOne(farm::TrialPool* pool, int64_t id, double duration_s,
 }
 
 TEST(CrashedTrial, IsNoMeasurementAnywhere) {
-  farm::TrialPool pool(1, {.time_limit_s = 300});
+  farm::TrialPool pool({.workers = 1}, /*time_limit_s=*/300);
   const farm::FinishedTrial whole = RunOne(&pool, 0, 1, false);
   const farm::FinishedTrial crashed = RunOne(&pool, 1, 3000, true);
   const farm::FinishedTrial after = RunOne(&pool, 2, 1, false);  // by a new worker

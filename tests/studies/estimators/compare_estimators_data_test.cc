@@ -7,6 +7,7 @@
 
 #include "experiments/media/png.h"
 #include "experiments/studies/estimators/compare_estimators.h"
+#include "tests/support/message_of.h"
 #include "tests/support/paint_marker.h"
 
 namespace turbidock::estimators {
@@ -141,6 +142,30 @@ TEST(CompareEstimators, RunsACell) {
     std::filesystem::remove(figure);
   }
   EXPECT_THAT(CompareText(rows), ::testing::HasSubstr("what F tells"));
+}
+
+// Tags are judged where there are any, beside the balls on the same images.
+TEST(CompareEstimators, ReadsTagsOfTheFiducialMarkerAlone) {
+  CompareOptions options;
+  options.markers = {recognition::MarkerKind::kPassive, recognition::MarkerKind::kFiducial};
+  options.distances_m = {0.6};
+  options.milk_ml_m3 = {5};
+  options.estimators = {"fiducial", "blobs"};
+  options.starts = 2;
+  options.frames = 2;
+  const std::vector<CompareRow> rows = CompareEstimators(options);
+  ASSERT_EQ(rows.size(), 3u);
+  EXPECT_EQ(rows[0].estimator, "blobs");
+  EXPECT_EQ(rows[1].estimator, "fiducial");
+  EXPECT_EQ(rows[1].cell.marker, recognition::MarkerKind::kFiducial);
+  EXPECT_EQ(rows[1].found, 2);
+  EXPECT_LT(rows[1].error_median_m, 0.01);
+  EXPECT_EQ(rows[1].fitness_mean, 1);
+  EXPECT_EQ(rows[2].estimator, "blobs");
+  options.estimators = {"fiducial"};
+  EXPECT_THAT(
+      testing::MessageOf([&] { CompareEstimators(options); }),
+      ::testing::HasSubstr("'fiducial' needs tags, which the passive marker does not have"));
 }
 
 TEST(CompareEstimators, SaysWhenTooFewAreFound) {

@@ -93,7 +93,7 @@ TEST_F(GateProgram, AHalvedGainIsCaughtAndAChangedCommentIsNot) {
   EXPECT_LT(passed["conditions"][0]["trials"], 9);
 
   const std::string halved = ChangedBuild("halved", [](std::string text) {
-    const std::string key = "surge: {kp_v_per_m: ";
+    const std::string key = "surge: {kp_per_s2: ";
     const size_t begin = text.find(key) + key.size(), size = text.find(',', begin) - begin;
     return text.replace(begin, size, std::to_string(std::stod(text.substr(begin, size)) / 2));
   });
@@ -114,6 +114,37 @@ TEST_F(GateProgram, AHalvedGainIsCaughtAndAChangedCommentIsNot) {
     EXPECT_GT(fs::file_size(bundle / name), 100u) << name;
   EXPECT_THAT(TextOf(bundle / "replay.txt"), HasSubstr("turbidock run resolved.yaml"));
   EXPECT_EQ(std::distance(fs::directory_iterator(bundle.parent_path()), {}), 1);
+}
+
+// Without cameras there is no video, but all else that shows why; and the verdict as a figure.
+TEST_F(GateProgram, FailuresWithoutCamerasAreRunAgainWithoutVideo) {
+  const std::string gate =
+      File("blind.yaml",
+           "schema_version: 1\ndescription: without cameras\nbaseline: blind.baseline.yaml\n"
+           "alpha: 0.1\nbeta: 0.1\nmax_trials: 9\nmargins: {success_rate: 0.4}\n"
+           "conditions:\n  - {name: blind, scenario: short.yaml, set: {pose_source: true_pose}}\n");
+  const ProgramEnd update = RunProgram({"gate", gate, "--update", "--workers", "2"});
+  ASSERT_EQ(update.exit_code, 0) << update.err;
+  const std::string out = (folder_ / "blind_out").string();
+  const std::string figure = (folder_ / "blind.svg").string();
+  const ProgramEnd fail = RunProgram({"gate", gate, "--workers", "2", "--out", out, "--bundles",
+                                      "1", "--set", "duration_s=1.2", "--figure", figure});
+  EXPECT_EQ(fail.exit_code, 1) << fail.err;
+  EXPECT_THAT(TextOf(figure), HasSubstr("blind: fail after"));
+  const fs::directory_iterator bundles(fs::path(out) / "failures");
+  ASSERT_NE(bundles, fs::directory_iterator());
+  const fs::path bundle = bundles->path();
+  EXPECT_GT(fs::file_size(bundle / "figure.png"), 100u);
+  EXPECT_FALSE(fs::exists(bundle / "video.mp4"));
+  EXPECT_THAT(TextOf(bundle / "replay.txt"),
+              ::testing::EndsWith("turbidock run resolved.yaml --out replay\n"));
+
+  const ProgramEnd refused = RunProgram({"gate", gate, "--update", "--figure", figure});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("--figure"));
+  const ProgramEnd ending = RunProgram({"gate", gate, "--figure", (folder_ / "a.jpg").string()});
+  EXPECT_EQ(ending.exit_code, 2);
+  EXPECT_THAT(ending.err, HasSubstr(".png, .svg or .pdf"));
 }
 
 TEST_F(GateProgram, WhatCannotBeJudgedNeverPasses) {

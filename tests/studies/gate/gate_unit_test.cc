@@ -7,13 +7,17 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
+#include <tuple>
 #include <vector>
 
+#include "experiments/studies/gate/gate_figure.h"
 #include "experiments/studies/gate/gate_output.h"
 #include "experiments/system/subprocess.h"
 #include "sim/base/check.h"
@@ -37,19 +41,24 @@ Rng Noise(int64_t seed, const char* what) {
   return SeedTree(static_cast<uint64_t>(seed)).Stream(what);
 }
 
-// Docks at a rate, after about 40 s.
-Build DocksAt(double rate, double slower_s = 0, double worse_m = 0) {
+// Docks at a rate, after about 40 s; so much worse.
+Build DocksAt(double rate, const Quality& more = {}) {
   return [=](size_t, int64_t seed) {
     const bool docks = Noise(seed, "docks").Uniform() < rate;
+    const Quality quality{
+        .time_s = 40 + 4 * Noise(seed, "time").Normal() + more.time_s,
+        .final_error_m = 0.01 + 0.005 * Noise(seed, "error").Uniform() + more.final_error_m,
+        .returns_to_servoing =
+            std::floor(3 * Noise(seed, "returns").Uniform()) + more.returns_to_servoing,
+        .fitness = 0.6 + 0.05 * Noise(seed, "fitness").Normal() + more.fitness,
+        .effort_v = 1 + 0.1 * Noise(seed, "effort").Uniform() + more.effort_v};
     GateTrial trial{.seed = seed,
                     .outcome = docks ? trial::Outcome::kDocked : trial::Outcome::kTimeout,
-                    .time_s = 40 + 4 * Noise(seed, "time").Normal() + slower_s,
-                    .final_error_m = 0.01 + 0.005 * Noise(seed, "error").Uniform() + worse_m,
+                    .quality = quality,
                     .digest = ""};
     Digest digest;
     digest.Add(std::string(NameOf(trial.outcome)));
-    digest.Add(trial.time_s);
-    digest.Add(trial.final_error_m);
+    for (const MedianMeasure& measure : kMedianMeasures) digest.Add(quality.*measure.value);
     trial.digest = digest.Hex();
     return trial;
   };
@@ -155,9 +164,64 @@ TEST_F(Gate, ThePathReachesABorderWhereTheVerdictFalls) {
   }
 }
 
-TEST_F(Gate, EachMeasureFailsForItsOwnReason) {
-  const GatePlan plan = Plan();
+// What is drawn is the test's way: it ends on the border of its verdict.
+TEST_F(Gate, TheFigureShowsTheWayToTheVerdict) {
+  const GatePlan plan = Plan("  - name: rough\n    scenario: pool_active\n");
   const Baseline baseline = Measure(plan, DocksAt(0.95));
+  GateReport report = Judge(plan, baseline, [](size_t condition, int64_t seed) {
+    return DocksAt(condition == 0 ? 0.95 : 0.6)(condition, seed);
+  });
+  report.assignments = {"controller=pid"};
+  const media::Figure figure = GateFigure(report);
+  EXPECT_THAT(figure.title, HasSubstr("docking: fail (controller=pid)"));
+  ASSERT_EQ(figure.panels.size(), 3u);
+  for (size_t i = 0; i < 2; ++i) {
+    const ConditionReport& condition = report.conditions[i];
+    EXPECT_THAT(figure.panels[i].title, HasSubstr(condition.name));
+    const auto& [fails, passes, so_far] = std::tie(
+        figure.panels[i].series[0], figure.panels[i].series[1], figure.panels[i].series[2]);
+    std::optional<media::Sample> last;
+    size_t run = 0;
+    for (const media::Sample& sample : so_far.points)
+      if (std::isfinite(sample.y)) last = sample, ++run;
+    ASSERT_TRUE(last);
+    EXPECT_EQ(run, condition.trials.size());
+    EXPECT_LT(run, so_far.points.size()) << "the borders go on";
+    EXPECT_LT(last->y, figure.panels[i].y.high);
+    const size_t end = run - 1;
+    const statistics::Verdict verdict = condition.measures[0].verdict;
+    if (verdict == statistics::Verdict::kFail) {
+      EXPECT_GE(last->y, fails.points[end].y) << condition.name;
+    } else if (verdict == statistics::Verdict::kPass) {
+      EXPECT_LE(last->y, passes.points[end].y) << condition.name;
+    }
+  }
+  EXPECT_EQ(report.conditions[1].measures[0].verdict, statistics::Verdict::kFail);
+
+  const media::Panel& rates = figure.panels[2];
+  EXPECT_THAT(rates.x.names, ElementsAre("calm", "rough"));
+  ASSERT_EQ(rates.series[1].points.size(), 2u);
+  const ConditionReport& rough = report.conditions[1];
+  const media::Sample& now = rates.series[1].points[1];
+  EXPECT_DOUBLE_EQ(now.y, 100. * rough.docked / static_cast<double>(rough.trials.size()));
+  EXPECT_DOUBLE_EQ(now.low, 100 * rough.interval_95.low);
+  EXPECT_DOUBLE_EQ(now.high, 100 * rough.interval_95.high);
+
+  const std::string path = (folder_ / "gate.svg").string();
+  media::WriteFigure(path, figure);
+  std::ifstream file(path);
+  const std::string svg{std::istreambuf_iterator<char>(file), {}};
+  EXPECT_THAT(svg, HasSubstr("rough: fail after"));
+  EXPECT_THAT(svg, HasSubstr("seeds that no longer dock"));
+}
+
+TEST_F(Gate, EachMeasureFailsForItsOwnReason) {
+  GatePlan plan = Plan();
+  plan.conditions[0].margins.median.returns_to_servoing = 1;
+  plan.conditions[0].margins.median.fitness = 0.05;
+  plan.conditions[0].margins.median.effort_v = 0.1;
+  const Baseline baseline = Measure(plan, DocksAt(0.95));
+  EXPECT_EQ(Judge(plan, baseline, DocksAt(0.95)).verdict, statistics::Verdict::kPass);
   const auto failed = [&](const Build& build) {
     const GateReport report = Judge(plan, baseline, build);
     EXPECT_EQ(report.verdict, statistics::Verdict::kFail);
@@ -167,16 +231,50 @@ TEST_F(Gate, EachMeasureFailsForItsOwnReason) {
     return names;
   };
   EXPECT_THAT(failed(DocksAt(0.6)), ElementsAre("success rate"));
-  EXPECT_THAT(failed(DocksAt(0.95, 8)), ElementsAre("time to dock"));
-  EXPECT_THAT(failed(DocksAt(0.95, 0, 0.02)), ElementsAre("final true error"));
+  EXPECT_THAT(failed(DocksAt(0.95, {.time_s = 8})), ElementsAre("time to dock"));
+  EXPECT_THAT(failed(DocksAt(0.95, {.final_error_m = 0.02})), ElementsAre("final true error"));
+  EXPECT_THAT(failed(DocksAt(0.95, {.returns_to_servoing = 1})),
+              ElementsAre("returns to servoing"));
+  EXPECT_THAT(failed(DocksAt(0.95, {.fitness = -0.05})), ElementsAre("fitness"));
+  EXPECT_THAT(failed(DocksAt(0.95, {.effort_v = 0.1})), ElementsAre("effort"));
+}
+
+TEST(Quality, IsThatOfTheRecord) {
+  trial::TrialRecord record;
+  record.time_s = 12;
+  record.final_error_true.x_m = 0.3;
+  record.final_error_true.y_m = -0.4;
+  record.returns_to_servoing = 2;
+  record.fitness_mean = 0.7;
+  record.fitness_best = 0.9;
+  record.effort_v = 1.5;
+  const Quality quality = QualityOf(record);
+  EXPECT_EQ(quality.time_s, 12);
+  EXPECT_DOUBLE_EQ(quality.final_error_m, 0.5);
+  EXPECT_EQ(quality.returns_to_servoing, 2);
+  EXPECT_EQ(quality.fitness, 0.7);
+  EXPECT_EQ(quality.effort_v, 1.5);
 }
 
 TEST_F(Gate, BetterIsNoFailure) {
   const GatePlan plan = Plan();
   const Baseline baseline = Measure(plan, DocksAt(0.8));
-  const GateReport report = Judge(plan, baseline, DocksAt(1.0, -10, -0.005));
+  const GateReport report =
+      Judge(plan, baseline, DocksAt(1.0, {.time_s = -10, .final_error_m = -0.005, .fitness = 0.1}));
   EXPECT_EQ(report.verdict, statistics::Verdict::kPass);
   EXPECT_THAT(report.conditions.at(0).newly_docking_seeds, Not(IsEmpty()));
+}
+
+// Whatever moves every trial the same way: a refactoring's rounding, or a real loss.
+TEST_F(Gate, EveryTrialWorseByLessThanTheMarginPasses) {
+  const GatePlan plan = Plan();
+  const Baseline baseline = Measure(plan, DocksAt(0.95));
+  for (const double slower_s : {1e-9, 4.9})
+    EXPECT_EQ(Judge(plan, baseline, DocksAt(0.95, {.time_s = slower_s})).verdict,
+              statistics::Verdict::kPass)
+        << slower_s;
+  EXPECT_EQ(Judge(plan, baseline, DocksAt(0.95, {.time_s = 5.1})).verdict,
+            statistics::Verdict::kFail);
 }
 
 TEST_F(Gate, TooFewTrialsAreInconclusive) {
@@ -189,7 +287,7 @@ TEST_F(Gate, TooFewTrialsAreInconclusive) {
 TEST_F(Gate, TheVerdictDoesNotDependOnHowManyTrialsRunAtOnce) {
   const GatePlan plan = Plan("  - name: rough\n    scenario: sea_night_active\n");
   const Baseline baseline = Measure(plan, DocksAt(0.9));
-  for (const Build& build : {DocksAt(0.88), DocksAt(0.7), DocksAt(0.9, 2)}) {
+  for (const Build& build : {DocksAt(0.88), DocksAt(0.7), DocksAt(0.9, {.time_s = 2})}) {
     const std::string one = GateJson(Judge(plan, baseline, build, 1));
     for (const int at_once : {2, 5, 64})
       EXPECT_EQ(GateJson(Judge(plan, baseline, build, at_once)), one);
@@ -217,7 +315,8 @@ TEST_F(Gate, OtherSeedsAreComparedWithoutPairs) {
   EXPECT_FALSE(same.paired);
   EXPECT_EQ(same.verdict, statistics::Verdict::kPass);
   EXPECT_EQ(Judge(plan, baseline, DocksAt(0.8)).verdict, statistics::Verdict::kFail);
-  EXPECT_EQ(Judge(plan, baseline, DocksAt(0.95, 10)).verdict, statistics::Verdict::kFail);
+  EXPECT_EQ(Judge(plan, baseline, DocksAt(0.95, {.time_s = 10})).verdict,
+            statistics::Verdict::kFail);
   // a baseline too small to say how good it was
   plan.conditions[0].max_trials = 40;
   plan.seed = 1;
@@ -231,7 +330,7 @@ TEST_F(Gate, OtherSeedsAreComparedWithoutPairs) {
 // coin says so.
 TEST_F(Gate, WithoutPairsAMedianIsHeldAgainstTheBaselinesBounds) {
   constexpr int kTrials = 201;
-  const JudgeOptions options{.margins = {.success_rate = 0.3, .time_s = 5, .final_error_m = 0},
+  const JudgeOptions options{.margins = {.success_rate = 0.3, .median = {.time_s = 5}},
                              .alpha = 0.05,
                              .beta = 0.1,
                              .max_trials = 500,
@@ -240,8 +339,7 @@ TEST_F(Gate, WithoutPairsAMedianIsHeldAgainstTheBaselinesBounds) {
   for (int i = 1; i <= kTrials; ++i)
     baseline.push_back({.seed = i,
                         .outcome = trial::Outcome::kDocked,
-                        .time_s = 1.0 * i,
-                        .final_error_m = 0.01,
+                        .quality = {.time_s = 1.0 * i, .final_error_m = 0.01},
                         .digest = ""});
   // The least k with P(fewer than k of n lie below the median) >= 1 - tail.
   const auto rank = [](double tail) {
@@ -260,8 +358,7 @@ TEST_F(Gate, WithoutPairsAMedianIsHeldAgainstTheBaselinesBounds) {
     for (int i = 0; i < 4; ++i)
       judge.Add({.seed = 1000 + i,
                  .outcome = trial::Outcome::kDocked,
-                 .time_s = time_s,
-                 .final_error_m = 0.01,
+                 .quality = {.time_s = time_s, .final_error_m = 0.01},
                  .digest = ""});
     return judge.Report().measures.at(1);
   };
@@ -276,8 +373,7 @@ TEST_F(Gate, WithoutPairsAMedianIsHeldAgainstTheBaselinesBounds) {
     for (int i = 0; i < 60; ++i)
       judge.Add({.seed = 1000 + i,
                  .outcome = trial::Outcome::kDocked,
-                 .time_s = time_s,
-                 .final_error_m = 0.01,
+                 .quality = {.time_s = time_s, .final_error_m = 0.01},
                  .digest = ""});
     return judge.Report().measures.at(1).verdict;
   };
@@ -291,11 +387,11 @@ Build ChanceBuild(const std::string& stream, double rate) {
   return [=](size_t, int64_t seed) {
     Rng rng = Noise(seed, stream.c_str());
     const bool docks = rng.Uniform() < rate;
-    return GateTrial{.seed = seed,
-                     .outcome = docks ? trial::Outcome::kDocked : trial::Outcome::kTimeout,
-                     .time_s = 40 + 4 * rng.Normal(),
-                     .final_error_m = 0.01 + 0.002 * rng.Normal(),
-                     .digest = "0"};
+    return GateTrial{
+        .seed = seed,
+        .outcome = docks ? trial::Outcome::kDocked : trial::Outcome::kTimeout,
+        .quality = {.time_s = 40 + 4 * rng.Normal(), .final_error_m = 0.01 + 0.002 * rng.Normal()},
+        .digest = "0"};
   };
 }
 
@@ -380,8 +476,9 @@ TEST_F(Gate, AnyEditOfABaselineIsNoticed) {
   EXPECT_THAT(refused(text + "\n"), HasSubstr("was edited"));
   EXPECT_THAT(refused(text.substr(0, text.rfind("checksum"))), HasSubstr("was edited"));
   std::string schema = text;
-  schema.replace(schema.find("schema_version: 1"), 17, "schema_version: 2");
-  EXPECT_THAT(refused(schema), HasSubstr("schema_version = 2"));
+  schema.replace(schema.find("schema_version: 2"), 17, "schema_version: 1");
+  EXPECT_THAT(refused(schema),
+              HasSubstr("schema_version = 1, must be in [2, 2]; measure it anew with --update"));
   EXPECT_THAT(MessageOf([&] { LoadBaseline((folder_ / "none.yaml").string()); }),
               HasSubstr("there is no baseline"));
 }
@@ -435,14 +532,15 @@ TEST_F(Gate, ABaselineOfAnotherPlanIsRefusedWithTheReason) {
 
 TEST_F(Gate, AnUpdateIsSaidInWords) {
   const GatePlan plan = Plan();
-  const Baseline before = Measure(plan, DocksAt(0.95)), after = Measure(plan, DocksAt(0.8, 3));
+  const Baseline before = Measure(plan, DocksAt(0.95)),
+                 after = Measure(plan, DocksAt(0.8, {.time_s = 3}));
   std::string words;
   for (const std::string& line : DescribeChange(before, after)) words += line + "\n";
   EXPECT_THAT(words, HasSubstr(std::to_string(before.conditions[0].docked) + " of 200 docked"));
   EXPECT_THAT(words, HasSubstr(std::to_string(after.conditions[0].docked) + " of 200 docked"));
   EXPECT_THAT(words, HasSubstr("of 200 seeds in both"));
   EXPECT_THAT(words, HasSubstr("no longer dock"));
-  EXPECT_THAT(words, HasSubstr("median time to dock 39.6 s -> 42.4 s (+2.9)"));
+  EXPECT_THAT(words, HasSubstr("median time to dock 39.6 s -> 42.4 s (+2.9 s)"));
   for (const std::string& line : DescribeChange(before, before)) words = line;
   EXPECT_THAT(words, HasSubstr("calm: unchanged"));
 }
@@ -506,6 +604,9 @@ TEST_F(Gate, TheOtherReportsSayTheSame) {
   EXPECT_EQ(json["conditions"].size(), 3u);
   EXPECT_EQ(json["conditions"][1]["newly_failing_seeds"][0], 9223372036854775807);
   EXPECT_EQ(json["conditions"][2]["measures"][0]["now"], 0.5);
+  EXPECT_EQ(ShownValue(0.51234, "F"), "0.512 F");
+  EXPECT_EQ(ShownValue(0.0123, "m"), "12.3 mm");
+  EXPECT_EQ(ShownValue(0.95, ""), "95.0 %");
   const std::string markdown = GateMarkdown(report);
   EXPECT_THAT(markdown, HasSubstr("FAIL"));
   EXPECT_THAT(markdown, HasSubstr("\\|"));

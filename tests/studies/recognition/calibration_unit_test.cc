@@ -1,12 +1,15 @@
 #include "experiments/studies/recognition/calibration.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <chrono>
 #include <cmath>
+#include <thread>
 
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
-#include "sim/base/random.h"
+#include "experiments/report/json.h"
 
 namespace turbidock::recognition {
 namespace {
@@ -176,41 +179,153 @@ TEST(CalibrationExperiment, BothTablesCount) {
   }
 }
 
-// A known change of one parameter is found again from the table that it makes.
-TEST(Calibrate, FindsWhatMadeTheTable) {
-  CalibrationPlan plan;
-  plan.cell_share = 1;
+// One parameter, one cell, whose F the picture has no say in.
+CalibrationPlan RimPlan() {
   FreeParameter power;
   power.key = "ball_lights.rim_radiance_w_m2_sr";
   power.low = 0.0012;
   power.high = 0.005;
   power.start = 0.0042;
   power.logarithmic = true;
+  CalibrationPlan plan;
+  plan.cell_share = 1;
   plan.parameters = {power};
-  plan.accepted.ball_dn = 1;  // the picture has no say
-  TableByMarker tables;
-  TableRow row;
-  row.cell = {MarkerKind::kActive, 80, 0.6};
-  tables[MarkerKind::kActive] = {row};
-  CalibrationExperiment experiment(plan, tables);
-  ASSERT_EQ(experiment.rows().size(), 1u);
+  plan.accepted.ball_dn = 1;
+  return plan;
+}
+
+std::shared_ptr<CalibrationExperiment> OneCell(const CalibrationPlan& plan, double fitness_mean) {
+  const TableRow row{{MarkerKind::kActive, 80, 0.6}, fitness_mean, {}};
+  return std::make_shared<CalibrationExperiment>(plan, TableByMarker{{MarkerKind::kActive, {row}}});
+}
+
+// A known change of one parameter is found again from the table that it makes.
+TEST(Calibrate, FindsWhatMadeTheTable) {
+  const CalibrationPlan plan = RimPlan();
   const double truth = 0.0022;
-  tables[MarkerKind::kActive][0].fitness_mean =
-      experiment.Run({power.Assignment(truth)}, {}).front().fitness_mean;
-  CalibrationExperiment known(plan, tables);
-  const CalibrationResult result = Calibrate(plan, {.generations = 10}, &known);
+  const auto known = OneCell(plan, OneCell(plan, 0)->Evaluate({truth}).fitness.at(0));
+  const CalibrationResult result = Calibrate({.generations = 10}, known);
   EXPECT_NEAR(std::log(result.best.values[0] / truth), 0, 0.15);
   EXPECT_LT(result.misfit, 0.6);  // F within 0.03, the same Area
   EXPECT_GT(result.misfit_beside[0].first, result.misfit);
   EXPECT_GT(result.misfit_beside[0].second, result.misfit);
+  EXPECT_EQ(result.evaluations, 5 + 10 * 5);
 
-  const CalibrationResult start = Calibrate(plan, {.generations = 0}, &known);
+  const CalibrationResult start = Calibrate({.generations = 0}, known);
   EXPECT_EQ(start.evaluations, 1);
   EXPECT_EQ(start.front.size(), 1u);
   EXPECT_GT(result.evaluations, static_cast<int>(result.front.size()));
-  EXPECT_NEAR(start.best.values[0], power.start, 1e-12);
+  EXPECT_NEAR(start.best.values[0], plan.parameters[0].start, 1e-12);
   EXPECT_GT(start.misfit, 2 * result.misfit);
   EXPECT_LT(start.misfit_beside[0].first, start.misfit);  // the truth is lower
+}
+
+report::Json JsonOf(const Evaluation& evaluation) {
+  return {{"values", evaluation.values},
+          {"constraints", evaluation.constraints},
+          {"fitness", evaluation.fitness}};
+}
+
+std::string TextOf(const CalibrationResult& result) {
+  report::Json front = report::Json::array();
+  for (const Evaluation& evaluation : result.front) front.push_back(JsonOf(evaluation));
+  return report::JsonText({{"best", JsonOf(result.best)},
+                           {"misfit", result.misfit},
+                           {"evaluations", result.evaluations},
+                           {"front", front},
+                           {"beside", result.misfit_beside}});
+}
+
+TEST(Calibrate, IsTheSameForAnyNumberOfWorkers) {
+  const auto experiment = OneCell(RimPlan(), 0.5);
+  const std::string alone = TextOf(Calibrate({.generations = 2}, experiment));
+  // The second worker begins late, so that what it was given first ends last.
+  const auto fork_second_late = [forked = 0]() mutable {
+    const bool late = ++forked == 2;
+    const pid_t pid = fork();
+    if (pid == 0 && late) std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    return pid;
+  };
+  EXPECT_EQ(TextOf(Calibrate({.generations = 2, .farm = {.workers = 2, .fork = fork_second_late}},
+                             experiment)),
+            alone);
+  EXPECT_NE(TextOf(Calibrate({.generations = 2, .seed = 2}, experiment)), alone);
+}
+
+TEST(Calibrate, CountsWhatIsDone) {
+  std::vector<int> done;
+  Calibrate({.generations = 1,
+             .on_progress =
+                 [&](int now, int of, double best) {
+                   done.push_back(now);
+                   EXPECT_EQ(of, 5 + 5 + 2);
+                   EXPECT_GT(best, 0);
+                 }},
+            OneCell(RimPlan(), 0.5));
+  EXPECT_EQ(done, (std::vector<int>{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12}));
+}
+
+// Also of a generation of which some are done.
+TEST(Calibrate, KeepsTheBestWhenItIsStopped) {
+  int done = 0;
+  const CalibrationResult result =
+      Calibrate({.generations = 10,
+                 .on_progress = [&](int now, int, double) { done = now; },
+                 .stop_requested = [&] { return done == 4; }},
+                OneCell(RimPlan(), 0.5));
+  EXPECT_EQ(result.evaluations, 4);
+  EXPECT_EQ(result.misfit, Misfit(result.best.constraints));
+  EXPECT_FALSE(result.front.empty());
+  EXPECT_TRUE(result.misfit_beside.empty());
+}
+
+// An evaluation here takes minutes.
+TEST(Calibrate, DoesNotWaitForAnEvaluationWhenItIsStopped) {
+  CalibrationPlan plan = RimPlan();
+  plan.frames = 10000;
+  const auto experiment = OneCell(plan, 0.5);
+  const auto start = std::chrono::steady_clock::now();
+  const CalibrationResult result = Calibrate({.stop_requested = [] { return true; }}, experiment);
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(10));
+  EXPECT_EQ(result.evaluations, 0);
+}
+
+// What a task on another machine does, which knows nothing but its jobs' texts.
+TEST(CalibrationWork, DoesWhatItsInputSays) {
+  const farm::Work work = CalibrationWork();
+  const auto experiment = OneCell(RimPlan(), 0.5), other = OneCell(RimPlan(), 0.7);
+  for (const auto& asked : {experiment, experiment, other})
+    for (const double value : {0.002, 0.004}) {
+      const Evaluation evaluation = EvaluationOf(work.run(InputOf(*asked, {value})));
+      EXPECT_EQ(JsonOf(evaluation), JsonOf(asked->Evaluate({value})));
+      EXPECT_EQ(evaluation.values, std::vector<double>{value});
+    }
+  EXPECT_NE(work.run(InputOf(*experiment, {0.002})), work.run(InputOf(*other, {0.002})));
+}
+
+TEST(CalibrationWork, KeepsWhatIsDrawnUntilAnotherExperimentIsAskedFor) {
+  auto drawn = OneCell(RimPlan(), 0.5);
+  const std::string same = InputOf(*drawn, {0.002}),
+                    other = InputOf(*OneCell(RimPlan(), 0.7), {0.002});
+  const std::weak_ptr<CalibrationExperiment> kept = drawn;
+  const farm::Work work = CalibrationWork(std::move(drawn));
+  work.run(same);
+  work.run(same);
+  EXPECT_FALSE(kept.expired());
+  work.run(other);
+  EXPECT_TRUE(kept.expired());
+}
+
+// All that an experiment is made of reaches the node: the bundled plan, both tables.
+TEST(CalibrationWork, TellsTheWholeExperiment) {
+  CalibrationPlan plan = LoadCalibrationPlan(config::AssetPath("calibration.yaml"));
+  plan.cell_share = 0.03;
+  plan.frames = 1;
+  CalibrationExperiment experiment(plan,
+                                   {{MarkerKind::kActive, PublishedTable(MarkerKind::kActive)},
+                                    {MarkerKind::kPassive, PublishedTable(MarkerKind::kPassive)}});
+  EXPECT_EQ(CalibrationWork().run(InputOf(experiment, plan.Start())),
+            report::JsonLine(JsonOf(experiment.Evaluate(plan.Start()))));
 }
 
 }  // namespace

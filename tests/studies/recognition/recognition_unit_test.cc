@@ -148,6 +148,12 @@ TEST(Recognition, CellsAreIndependent) {
     EXPECT_EQ(x.last_X_HM.p, y.last_X_HM.p);
   }
   EXPECT_NE(both[0].fitness, both[1].fitness);
+  // and in a task of a cluster, which knows nothing but its input
+  const Recognition alone(scenarios, {a});
+  const CellResult task = Recognition::ResultOf(a, CellWork().run(alone.InputOf(a, brief)));
+  EXPECT_EQ(task.fitness, both[0].fitness);
+  EXPECT_EQ(task.position_error_mean_m, both[0].position_error_mean_m);
+  EXPECT_EQ(task.last_X_HM.q.coeffs(), both[0].last_X_HM.q.coeffs());
   EXPECT_EQ(both[0].fitness.size(), 3u);
 }
 

@@ -50,7 +50,7 @@ TEST(StepResponse, FirstOrderRiseIsLogNine) {
 
 TEST(StepResponse, AnAnswerThatNeverGetsThereHasNoRise) {
   StepResponse response;
-  response.answer = {.time_s = {0, 1, 2}, .wanted = {}, .actual = {0, 0.02, 0.03}, .volts = {}};
+  response.answer = {.time_s = {0, 1, 2}, .wanted = {}, .actual = {0, 0.02, 0.03}, .demand = {}};
   JudgeStep(0.05, &response);
   EXPECT_FALSE(response.rise_time_s);
   EXPECT_FALSE(response.settling_time_s);

@@ -33,10 +33,10 @@ trials:
   seeds: 4
   set: {pose_source: true_pose, controller: lqg, duration_s: 2.5, docked_hold_s: 0,
         true_pose.found_after_s: 0, procedure.found_hold_s: 0,
-        lqg.sway.effort_v: 0.6, lqg.sway.error_m: 0.01, lqg.sway.current_newton: 3.95,
-        lqg.yaw.error_rad: 0.185, lqg.yaw.effort_v: 0.491, lqg.yaw.current_newton_m: 0.342}
+        lqg.sway.effort_share: 0.27, lqg.sway.error_m: 0.01, lqg.sway.current_mps2: 0.158,
+        lqg.yaw.error_rad: 0.185, lqg.yaw.effort_share: 0.236, lqg.yaw.current_rad_s2: 1.22}
 )";
-const std::string kGains = "gains: [{key: lqg.sway.effort_v, low: 0.2, high: 3, scale: log}]\n";
+const std::string kGains = "gains: [{key: lqg.sway.effort_share, low: 0.2, high: 3, scale: log}]\n";
 const std::string kObjective = "objective: [{metric: tracking_rms_m, weight: 1000}]\n";
 const std::string kHead = "schema_version: 1\ndescription: a test\n";
 const std::string kFast =
@@ -56,14 +56,14 @@ std::string MessageOf(const std::string& text) {
 
 TEST(Study, TheExampleIsReadAndStartsAtTheScenariosGains) {
   const Study study(kHead + kTrials + kGains + kObjective, "study.yaml");
-  EXPECT_EQ(study.start(), (Gains{0.6}));
-  const Candidate candidate = study.CandidateOf({0.6});
+  EXPECT_EQ(study.start(), (Gains{0.27}));
+  const search::Candidate candidate = study.CandidateOf({0.6});
   EXPECT_NEAR(study.GainsAt(candidate)[0], 0.6, 1e-12);
   EXPECT_EQ(study.GainsAt({0}), (Gains{0.2}));
   EXPECT_EQ(study.GainsAt({1}), (Gains{3}));
   EXPECT_NEAR(study.GainsAt({0.5})[0], std::sqrt(0.2 * 3), 1e-12);
   const farm::Plan plan = study.TrialsOf(0, 4);
-  EXPECT_EQ(study.ScenarioOf(plan, 1, {1.5}).control.lqg.sway.effort_v, 1.5);
+  EXPECT_EQ(study.ScenarioOf(plan, 1, {1.5}).control.lqg.sway.effort_share, 1.5);
   EXPECT_EQ(study.hash(), Study(kHead + kTrials + kGains + kObjective, "other.yaml").hash());
 }
 
@@ -108,16 +108,16 @@ TEST(Study, WhatIsWrongIsSaid) {
   const auto with_gain = [](const std::string& gain) {
     return MessageOf(kHead + kTrials + "gains: [" + gain + "]\n" + kObjective);
   };
-  EXPECT_THAT(with_gain("{key: lqg.sway.effort_v, low: 3, high: 0.2}"),
+  EXPECT_THAT(with_gain("{key: lqg.sway.effort_share, low: 3, high: 0.2}"),
               HasSubstr("gains[0].low: 3 must be below high (0.2)"));
-  EXPECT_THAT(with_gain("{key: lqg.sway.efort_v, low: 0.2, high: 3}"),
-              HasSubstr("is no number of a scenario; did you mean lqg.sway.effort_v?"));
-  EXPECT_THAT(with_gain("{key: lqg.sway.effort_v, low: 0, high: 3, scale: log}"),
+  EXPECT_THAT(with_gain("{key: lqg.sway.efort_share, low: 0.2, high: 3}"),
+              HasSubstr("is no number of a scenario; did you mean lqg.sway.effort_share?"));
+  EXPECT_THAT(with_gain("{key: lqg.sway.effort_share, low: 0, high: 3, scale: log}"),
               HasSubstr("must be > 0 on a log scale"));
-  EXPECT_THAT(with_gain("{key: lqg.sway.effort_v, low: 1, high: 3}"),
-              HasSubstr("begins at the scenario's lqg.sway.effort_v = 0.6"));
-  EXPECT_THAT(with_gain("{key: lqg.sway.limit_v, low: 1, high: 3}"),
-              HasSubstr("must be in [0, 2.5]"));
+  EXPECT_THAT(with_gain("{key: lqg.sway.effort_share, low: 1, high: 3}"),
+              HasSubstr("begins at the scenario's lqg.sway.effort_share = 0.27"));
+  EXPECT_THAT(with_gain("{key: lqg.sway.limit_share, low: 0.5, high: 3}"),
+              HasSubstr("must be in [0, 1]"));
   EXPECT_THAT(with_gain("{key: controller, low: 1, high: 3}"), HasSubstr("no number"));
   EXPECT_THAT(MessageOf(kHead + kTrials + kGains + "objective: [{metric: time}]\n"),
               HasSubstr("'time' is produced by no trial; did you mean time_s?"));
@@ -184,7 +184,7 @@ std::string TextOf(const Study& study, TuningResult result) {
 TEST_F(TunerTest, WorkersAndInterruptionsChangeNothing) {
   const Study study(kHead + kTrials + kGains + kObjective + kFast + "against: {controller: pid}\n",
                     "study.yaml");
-  const TuningResult alone = Tune(study, File("one.sqlite"), {.workers = 1});
+  const TuningResult alone = Tune(study, File("one.sqlite"), {.farm = {.workers = 1}});
   EXPECT_EQ(alone.generations.size(), 3u);
   EXPECT_EQ(alone.trials, alone.trials_run);
   double gained = 0;
@@ -196,7 +196,7 @@ TEST_F(TunerTest, WorkersAndInterruptionsChangeNothing) {
   }
   EXPECT_GT(replaced, 0) << "nothing was seen of what a replacement gains";
   const std::string expected = TextOf(study, alone);
-  EXPECT_EQ(TextOf(study, Tune(study, File("three.sqlite"), {.workers = 3})), expected);
+  EXPECT_EQ(TextOf(study, Tune(study, File("three.sqlite"), {.farm = {.workers = 3}})), expected);
 
   // stopped again and again after a few trials
   TuningResult result;
@@ -204,11 +204,11 @@ TEST_F(TunerTest, WorkersAndInterruptionsChangeNothing) {
     ASSERT_LT(round, 50);
     int polls = 0;
     try {
-      result = Tune(
-          study, File("stopped.sqlite"),
-          {.workers = 2, .on_progress = nullptr, .on_generation = nullptr, .stop_requested = [&] {
-             return ++polls > 9;
-           }});
+      result = Tune(study, File("stopped.sqlite"),
+                    {.farm = {.workers = 2},
+                     .on_progress = nullptr,
+                     .on_generation = nullptr,
+                     .stop_requested = [&] { return ++polls > 9; }});
       break;
     } catch (const Stopped&) {
     }
@@ -217,7 +217,7 @@ TEST_F(TunerTest, WorkersAndInterruptionsChangeNothing) {
   EXPECT_EQ(TextOf(study, result), expected);
 
   // and once more over a complete file: nothing runs
-  const TuningResult again = Tune(study, File("one.sqlite"), {.workers = 1});
+  const TuningResult again = Tune(study, File("one.sqlite"), {.farm = {.workers = 1}});
   EXPECT_EQ(again.trials_run, 0);
   EXPECT_EQ(TextOf(study, again), expected);
 }
@@ -228,7 +228,7 @@ TEST_F(TunerTest, HopelessCandidatesAreGivenUp) {
                         "gains: [{key: lqg.sway.error_m, low: 0.005, high: 50, scale: log}]\n" +
                         kObjective + kFast,
                     "study.yaml");
-  const TuningResult result = Tune(study, File("race.sqlite"), {.workers = 2});
+  const TuningResult result = Tune(study, File("race.sqlite"), {.farm = {.workers = 2}});
   int given_up = 0, candidates = 0;
   for (const GenerationRecord& generation : result.generations) {
     given_up += generation.given_up;
@@ -243,7 +243,7 @@ TEST_F(TunerTest, AHopelessStartIsSaidWithTheEvidence) {
   const std::string text = kHead + kTrials + kGains + kObjective;
   const Study study(text, "study.yaml");
   try {
-    Tune(study, File("hopeless.sqlite"), {.workers = 2});
+    Tune(study, File("hopeless.sqlite"), {.farm = {.workers = 2}});
     FAIL() << "2.5 s are too short to dock";
   } catch (const HopelessStart& error) {
     EXPECT_THAT(error.what(), HasSubstr("fail in every one of 4 trials"));
@@ -254,7 +254,7 @@ TEST_F(TunerTest, AHopelessStartIsSaidWithTheEvidence) {
 
 TEST_F(TunerTest, TheGainsFileHoldsTheLawsGroupAndIsRead) {
   const Study study(kHead + kTrials +
-                        "gains: [{key: lqg.sway.effort_v, low: 0.2, high: 3}, {key: "
+                        "gains: [{key: lqg.sway.effort_share, low: 0.2, high: 3}, {key: "
                         "procedure.docking_rate_mps, low: 0.01, high: 0.1}]\n" +
                         kObjective,
                     "study.yaml");
@@ -265,7 +265,7 @@ TEST_F(TunerTest, TheGainsFileHoldsTheLawsGroupAndIsRead) {
   std::ofstream(file) << GainsYaml(study, result);
   const trial::Scenario scenario = trial::LoadScenario("sea_night_active", {}, file);
   EXPECT_EQ(scenario.control.controller, control::Law::kLqg);
-  EXPECT_EQ(scenario.control.lqg.sway.effort_v, 1.25);
+  EXPECT_EQ(scenario.control.lqg.sway.effort_share, 1.25);
   EXPECT_EQ(scenario.procedure.docking_rate_mps, 0.0625);
   EXPECT_EQ(config::SaveYaml(scenario.control.lqg.heave),
             config::SaveYaml(trial::LoadScenario("pool_active", {}).control.lqg.heave));

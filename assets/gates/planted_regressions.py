@@ -1,0 +1,192 @@
+#!/usr/bin/env python3
+"""Does the gate notice? Plants regressions in every room, from harmless to severe, lets the gate judge each, and
+measures each one's true effect on other seeds; then changes that harm nothing. Writes two tables as CSV.
+
+    assets/gates/planted_regressions.py OUT [--seeds N] [--workers N] [--build PROGRAM ...]
+
+The verdicts come first. What was flown already is not flown again: the same command goes on. `--build` takes the program
+of another build of the same source (other compiler, other flags) as one more harmless change.
+"""
+import argparse
+import csv
+import json
+import math
+import pathlib
+import sqlite3
+import statistics
+import subprocess
+import sys
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+GATE = ROOT / 'assets/gates/docking.yaml'
+PLAN = ROOT / 'assets/gates/conditions.yaml'
+
+
+def scaled(key, values, factor):
+    return f'{key}={[round(factor * v, 6) for v in values]}'
+
+
+def drag(factor):
+    return [
+        scaled('vehicle.hydrodynamics.linear_damping_diagonal', [12, 7, 13, 0.1, 0.15, 0.8], factor),
+        scaled('vehicle.hydrodynamics.quadratic_damping_diagonal', [55, 145, 76, 0.1, 0.15, 0.5], factor),
+    ]
+
+
+def hue(turned_rad):
+    """The balls' hues, as the estimator knows them, turned by an angle."""
+    return ['marker_may_differ=true'] + [
+        f'marker.balls.{i}.hue_rad={(rad + turned_rad) % (2 * math.pi):.4f}'
+        for i, rad in enumerate([2.0944, 0, 4.1888])
+    ]
+
+
+def effectiveness(*share):
+    return [f'vehicle.thrusters.effectiveness={list(share)}']
+
+
+# room, what is planted, settings
+PLANTED = [
+    ('dynamics', 'drag 10 % less', drag(0.9)),
+    ('dynamics', 'drag halved', drag(0.5)),
+    ('dynamics', 'added mass doubled',
+     [scaled('vehicle.hydrodynamics.added_mass_diagonal', [6, 10, 9, 0.03, 0.03, 0.05], 2)]),
+    ('dynamics', 'heavier by 1 N', ['vehicle.rigid_body.mass_kg=15.102']),
+    ('dynamics', 'heavier by 3 N', ['vehicle.rigid_body.mass_kg=15.306']),
+    ('thrusters', 'thrust 10 % less', effectiveness(0.9, 0.9, 0.9, 0.9)),
+    ('thrusters', 'thrust 40 % less', effectiveness(0.6, 0.6, 0.6, 0.6)),
+    ('thrusters', 'sway thruster 30 % less', effectiveness(1, 1, 0.7, 1)),
+    ('thrusters', 'lag 0.2 s instead of 0.08', ['vehicle.thrusters.lag_s=0.2']),
+    ('sea', 'gusts of 3 cm/s', ['sea.current.gust_std_mps=0.03']),
+    ('sea', 'waves 5 cm higher', ['sea.waves=[{height_m: 0.05, period_s: 2.5, direction_rad: 1.57}]']),
+    ('water', '15 ml/m3 of milk', ['water.milk_ml_m3=15']),
+    ('water', '35 ml/m3 of milk', ['water.milk_ml_m3=35']),
+    ('sensor', 'read noise doubled', ['sensor.read_noise_electrons=15.9']),
+    ('sensor', 'gain a third', ['sensor.gain=9']),
+    ('timing', 'images one frame later', ['camera_delay_frames=2']),
+    ('timing', 'images four frames later', ['camera_delay_frames=5']),
+    ('timing', 'every other image used', ['camera_period_frames=2']),
+    ('labels', 'hues turned by 10 degrees', hue(math.radians(10))),
+    ('labels', 'hues turned by 30 degrees', hue(math.radians(30))),
+    ('labels', 'hue window halved', ['hue.window_rad=0.39']),
+    ('search', 'a third of the population', ['estimator.population=20']),
+    ('search', 'one generation a frame', ['estimator.generations_per_frame=1']),
+    ('refinement', 'off', ['estimator.refine=false']),
+    ('filter', 'latency not compensated', ['lqg.latency_frames=0']),
+    ('filter', 'noise taken for ten times as much',
+     ['lqg.surge.noise_m=0.03', 'lqg.sway.noise_m=0.01', 'lqg.heave.noise_m=0.01', 'lqg.yaw.noise_rad=0.08']),
+    ('law', 'errors cost a ninth',
+     ['lqg.surge.error_m=0.036', 'lqg.sway.error_m=0.036', 'lqg.heave.error_m=0.018', 'lqg.yaw.error_rad=0.15']),
+    ('law', 'the published law', ['controller=p_voltage']),
+    ('procedure', 'docks twice as fast', ['procedure.docking_rate_mps=0.06']),
+    ('procedure', 'aims 2 cm aside', ['procedure.servo_y_m=0.02']),
+]
+
+# What changes every trial's course, and nothing that matters.
+HARMLESS = [
+    ('light computed in tiles of 12 pixels', ['shading.tile_px=12']),
+    ('light computed to half the tolerance', ['shading.relative_tolerance=0.005']),
+    ('20 physics steps a frame instead of 16', ['clock.ticks_per_frame=20']),
+    ('24 physics steps a frame', ['clock.ticks_per_frame=24']),
+    ('whole images instead of the marker\'s region', ['region_of_interest=false']),
+    ('population of 61', ['estimator.population=61']),
+    ('population of 66', ['estimator.population=66']),
+    ('mutation rate of 0.11', ['estimator.mutation_rate=0.11']),
+    ('thrust 0.1 % less', effectiveness(0.999, 0.999, 0.999, 0.999)),
+    ('drag 0.1 % less', drag(0.999)),
+    ('read noise 1 % more', ['sensor.read_noise_electrons=8.03']),
+    ('gain 1 % more', ['sensor.gain=27.27']),
+]
+
+
+def run(arguments, log, good=(0,)):
+    with open(log, 'w') as out:
+        code = subprocess.run(arguments, stdout=out, stderr=subprocess.STDOUT, check=False).returncode
+    if code not in good:
+        sys.exit(f'{log} ends with {code}: {pathlib.Path(log).read_text()[-500:]}')
+
+
+def sets(assignments):
+    return [word for assignment in assignments for word in ('--set', assignment)]
+
+
+def judge(out, name, assignments, workers, program, gate=GATE):
+    """Verdict, trials, seconds, and what failed."""
+    folder = out / name
+    if not (folder / 'seconds').exists():
+        begin = time.monotonic()
+        run([program, 'gate', gate, '--baseline', ROOT / 'assets/gates/docking.baseline.yaml', '--out', folder,
+             '--bundles', '0', '--quiet', '--workers', str(workers), *sets(assignments)],
+            out / f'{name}.log', good=(0, 1, 3))
+        (folder / 'seconds').write_text(f'{time.monotonic() - begin:.0f}')
+    summary = json.loads((folder / 'summary.json').read_text())
+    failed = [f"{c['condition']}: {m['measure']}" for c in summary['conditions'] for m in c['measures']
+              if m['verdict'] == 'fail']
+    return [summary['verdict'], sum(c['trials'] for c in summary['conditions']), (folder / 'seconds').read_text(),
+            '; '.join(failed)]
+
+
+def flown(out, name, assignments, seeds, workers, program):
+    """What a batch on other seeds shows: trials that docked, all trials, medians of those that docked."""
+    file = out / f'{name}.db'
+    run([program, 'batch', PLAN, '--seeds', str(seeds), '--workers', str(workers), '--out', file, '--quiet',
+         *sets(assignments)], out / f'{name}.batch.log')
+    with sqlite3.connect(f'file:{file}?mode=ro', uri=True) as store:
+        docked = store.execute(
+            "SELECT t.time_s, m.effort_v, m.final_error_true_x_m, m.final_error_true_y_m, m.final_error_true_z_m"
+            " FROM trials t JOIN metrics m USING (trial) WHERE t.outcome = 'docked'").fetchall()
+        trials = store.execute('SELECT count(*) FROM trials').fetchone()[0]
+    if not docked:
+        return [0, trials, '', '', '']
+    return [len(docked), trials, f'{statistics.median(d[0] for d in docked):.1f}',
+            f'{statistics.median(d[1] for d in docked):.2f}',
+            f'{1000 * statistics.median(math.hypot(*d[2:]) for d in docked):.1f}']
+
+
+def write(file, header, rows):
+    with open(file, 'w', newline='') as out:
+        csv.writer(out, lineterminator='\n').writerows([header] + rows)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split('\n')[0])
+    parser.add_argument('out', type=pathlib.Path)
+    parser.add_argument('--seeds', type=int, default=125, help='trials of each condition on other seeds; 0: none')
+    parser.add_argument('--workers', type=int, default=2)
+    parser.add_argument('--program', type=pathlib.Path, default=ROOT / 'build/bin/turbidock')
+    parser.add_argument('--build', type=pathlib.Path, action='append', default=[],
+                        help='program of another build: a harmless change')
+    arguments = parser.parse_args()
+    out, workers, program = arguments.out.resolve(), arguments.workers, arguments.program.resolve()
+    out.mkdir(parents=True, exist_ok=True)
+
+    changes = [('', 'nothing', [])] + PLANTED
+    verdicts = []
+    for number, (room, what, assignments) in enumerate(changes):
+        verdicts.append(judge(out, f'{number:02}', assignments, workers, program))
+        print(f'{number} of {len(PLANTED)} {room}, {what}: {verdicts[-1]}', flush=True)
+
+    harmless = [(what, program, assignments, GATE) for what, assignments in HARMLESS]
+    harmless += [(f'another build, {other}', other.resolve(), [], GATE) for other in arguments.build]
+    for seed in range(2, 6):
+        gate = out / f'seed_{seed}.yaml'
+        gate.write_text(f'seed: {seed}\n' + GATE.read_text().replace('nearby_', f'{GATE.parent}/nearby_'))
+        harmless.append((f'other seeds, {seed}', program, [], gate))
+    rows = []
+    for number, (what, other, assignments, gate) in enumerate(harmless):
+        rows.append([what] + judge(out, f'harmless_{number:02}', assignments, workers, other, gate))
+        print(f'{number + 1} of {len(harmless)}, {what}: {rows[-1][1:]}', flush=True)
+        write(out / 'harmless.csv', ['changed', 'the gate says', 'trials', 'seconds', 'because of'], rows)
+
+    rows = []
+    for number, (room, what, assignments) in enumerate(changes if arguments.seeds else []):
+        effect = flown(out, f'{number:02}', assignments, arguments.seeds, workers, program)
+        print(f'{number} of {len(PLANTED)} {room}, {what}: {effect}', flush=True)
+        rows.append([room, what, *effect, *verdicts[number]])
+        write(out / 'planted.csv', ['room', 'planted', 'docked', 'of', 'time, s', 'effort, V', 'true error, mm',
+                                    'the gate says', 'trials', 'seconds', 'because of'], rows)
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,37 @@
+#include "experiments/app/farm_arguments.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "sim/base/check.h"
+
+namespace turbidock::app {
+
+void FarmArguments::AddTo(Subcommand* command, const std::string& doc, int alone_now) {
+  alone = alone_now;
+  command->Add("--workers", workers, fmt::format("{} [{}]; of a Slurm task [1]", doc, alone))
+      .Between(1, 1024);
+  const char* group = "On a Slurm cluster";
+  command
+      ->Add("--slurm TASKS", slurm,
+            "Run as job arrays of at most so many tasks at a time, with --workers cores each")
+      .Between(1, 100000)
+      .Group(group);
+  command
+      ->Add("--sbatch OPTION", sbatch,
+            "A further option of sbatch, such as --sbatch=--time=2:00:00; may be repeated")
+      .Group(group);
+}
+
+farm::FarmOptions FarmArguments::Options(const std::string& out,
+                                         const std::function<void(const std::string&)>& say) const {
+  if (!slurm && !sbatch.empty()) throw ConfigError("--sbatch is of --slurm TASKS");
+  if (!slurm) return {.workers = workers.value_or(alone), .slurm = {}};
+  const std::string folder =
+      out.empty() ? fmt::format("turbidock-{}.slurm", getpid()) : out + ".slurm";
+  return {
+      .workers = workers.value_or(1),
+      .slurm = farm::SlurmParams{.tasks = *slurm, .options = sbatch, .folder = folder, .say = say}};
+}
+
+}  // namespace turbidock::app

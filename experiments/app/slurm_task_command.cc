@@ -1,0 +1,36 @@
+#include "experiments/app/commands.h"
+#include "experiments/farm/slurm_pool.h"
+#include "experiments/farm/trial_pool.h"
+#include "experiments/studies/estimators/compare_estimators.h"
+#include "experiments/studies/recognition/calibration.h"
+#include "experiments/studies/recognition/recognition.h"
+
+namespace turbidock::app {
+namespace {
+
+struct SlurmTaskArguments {
+  std::string folder;
+  int task = 0, workers = 1;
+  trial::Plugins plugins;
+};
+
+int SlurmTask(const SlurmTaskArguments& arguments) {
+  farm::RunSlurmTask(arguments.folder, arguments.task, arguments.workers,
+                     {farm::TrialWork(arguments.plugins), recognition::CellWork(),
+                      recognition::CalibrationWork(), estimators::CompareWork(arguments.plugins)});
+  return kExitDone;
+}
+
+}  // namespace
+
+void AddSlurmTask(CommandLine& line) {
+  auto [task, arguments] =
+      line.Add("slurm-task", "What a task of --slurm runs; not for people", &SlurmTask);
+  task.Hidden();
+  arguments.plugins = line.plugins();
+  task.Add("folder", arguments.folder, "The array's folder").Required();
+  task.Add("--task", arguments.task, "Its number in the array").Required().NotNegative();
+  task.AddWorkers(arguments.workers, "Processes");
+}
+
+}  // namespace turbidock::app

@@ -1,0 +1,431 @@
+#include "experiments/farm/slurm_pool.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cerrno>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <ctime>
+#include <fstream>
+#include <sstream>
+
+#include "experiments/farm/keep_busy.h"
+#include "experiments/farm/sbatch.h"
+#include "experiments/farm/worker_pool.h"
+#include "experiments/report/json.h"
+#include "experiments/system/build_info.h"
+#include "experiments/system/subprocess.h"
+#include "sim/base/check.h"
+#include "sim/base/digest.h"
+
+namespace turbidock::farm {
+namespace {
+
+namespace fs = std::filesystem;
+using report::Json;
+
+constexpr size_t kAhead = 16;        // jobs for each worker in an array
+constexpr double kTryAgain_s = 5;    // until an array is handed in again
+constexpr double kPatience_s = 600;  // with a controller that does not answer
+constexpr double kShortestPause_s = 0.05, kLongestPause_s = 1;  // between two looks at the files
+constexpr int kTries = 3;                                       // of a job
+
+// ------------------------------------------------------------------------ files of both processes
+
+std::string JobsFile(int task) { return fmt::format("jobs-{}.jsonl", task); }
+std::string ResultsPrefix(int task) { return fmt::format("results-{}.", task); }
+
+// The whole lines of a file from a place on, and where they end.
+std::pair<std::vector<std::string>, std::streamoff> LinesFrom(const fs::path& path,
+                                                              std::streamoff from) {
+  std::ifstream file(path, std::ios::binary);
+  file.seekg(from);
+  std::ostringstream rest;
+  rest << file.rdbuf();
+  const std::string text = rest.str();
+  std::vector<std::string> lines;
+  size_t begin = 0;
+  for (size_t end = 0; (end = text.find('\n', begin)) != std::string::npos; begin = end + 1)
+    lines.push_back(text.substr(begin, end - begin));
+  return {lines, from + static_cast<std::streamoff>(begin)};
+}
+
+// A line of results: of a job, or why the task does none.
+std::string ResultLine(int64_t serial, const JobResult& result) {
+  Json json = result;
+  json["serial"] = serial;
+  json["log"] = result.log;
+  json["wall_time_s"] = result.wall_time_s;
+  return report::JsonLine(json) + "\n";
+}
+
+JobResult ResultOf(const Json& json) {
+  auto result = json.get<JobResult>();
+  result.log = json["log"];
+  result.wall_time_s = json["wall_time_s"];
+  return result;
+}
+
+double SecondsSince(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+std::chrono::steady_clock::duration Seconds(double s) {
+  return std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+      std::chrono::duration<double>(s));
+}
+
+// What Slurm's commands say while the controller is away, or as it goes, and another time it may
+// not be (slurm/slurm_errno.h, the errors of communication).
+bool IsSilence(const std::string& error) {
+  return std::ranges::any_of(
+      std::array{"Unable to contact slurm controller", "Socket timed out", "Connection refused",
+                 "Communication connection failure", "Communication shutdown failure",
+                 "Unexpected missing socket error", "Message send failure",
+                 "Message receive failure", "Zero Bytes were transmitted"},
+      [&](const char* words) { return error.find(words) != std::string::npos; });
+}
+
+}  // namespace
+
+// ------------------------------------------------------------------------------------ this process
+
+SlurmPool::SlurmPool(const SlurmParams& params, int workers, double time_limit_s, std::string work)
+    : params_(params), workers_(workers), time_limit_s_(time_limit_s), work_(std::move(work)) {
+  TD_CHECK(params.tasks >= 1 && workers >= 1, "tasks and workers");
+  params_.folder = fs::absolute(params_.folder).lexically_normal().string();
+  std::error_code error;
+  fs::create_directories(params_.folder, error);
+  if (error) throw ConfigError(params_.folder + ": cannot be made: " + error.message());
+  Digest digest;
+  digest.Add(params_.folder);
+  name_ = "turbidock-" + digest.Hex();
+  // Of a run that was killed: nobody waits for these any more.
+  bool left = false;
+  for (const auto& entry : fs::directory_iterator(params_.folder))
+    if (entry.path().filename().string().starts_with("array-"))
+      left |= fs::remove_all(entry.path(), error) > 0;
+  if (left) system::Subprocess({"scancel", "--name=" + name_}, "slurm-client").Finish();
+}
+
+SlurmPool::~SlurmPool() {
+  try {
+    if (!flights_.empty())
+      system::Subprocess({"scancel", "--name=" + name_}, "slurm-client").Finish();
+  } catch (const std::exception&) {  // what is left of them ends by itself
+  }
+  std::error_code error;
+  for (const auto& [number, array] : arrays_)
+    if (!array.lost) fs::remove_all(FolderOf(number), error);
+  fs::remove(params_.folder, error);  // unless there is something in it
+}
+
+size_t SlurmPool::appetite() const {
+  return kAhead * static_cast<size_t>(params_.tasks) * static_cast<size_t>(workers_);
+}
+
+fs::path SlurmPool::FolderOf(int array) const {
+  return fs::path(params_.folder) / fmt::format("array-{}", array);
+}
+
+void SlurmPool::Say(const std::string& text) const {
+  if (params_.say) params_.say(text);
+}
+
+void SlurmPool::Submit(Job job) {
+  waiting_.push_back({.job = std::move(job), .serial = serials_++});
+}
+
+std::set<SlurmPool::TaskId> SlurmPool::OpenTasks() const {
+  std::set<TaskId> open;
+  for (const auto& [serial, flight] : flights_) open.insert(flight.task);
+  return open;
+}
+
+void SlurmPool::Send() {
+  // Not a task at a time: each array costs the controller something, and us a second.
+  const size_t all = static_cast<size_t>(params_.tasks), busy = OpenTasks().size();
+  if (waiting_.empty() || 2 * busy > all || Clock::now() < try_again_) return;
+  const auto workers = static_cast<size_t>(workers_);
+  const size_t tasks = std::min(all - busy, (waiting_.size() + workers - 1) / workers);
+  const int number = numbers_;
+  const fs::path folder = FolderOf(number);
+  fs::create_directories(folder);
+  for (size_t task = 0; task < tasks; ++task) {
+    std::string text =
+        report::JsonLine(
+            {{"work", work_}, {"time_limit_s", time_limit_s_}, {"build", system::BuildId()}}) +
+        "\n";
+    for (size_t i = task; i < waiting_.size(); i += tasks) {
+      waiting_[i].task = {number, static_cast<int>(task)};
+      text += report::JsonLine({{"serial", waiting_[i].serial}, {"input", waiting_[i].job.input}}) +
+              "\n";
+    }
+    WriteScriptFile(folder / JobsFile(static_cast<int>(task)), text, /*executable=*/false);
+  }
+  std::vector<std::string> options = {"--job-name=" + name_,
+                                      fmt::format("--array=0-{}", tasks - 1),
+                                      fmt::format("--cpus-per-task={}", workers_),
+                                      "--no-requeue",
+                                      "--open-mode=append",
+                                      fmt::format("--output=\"{}/task-%a.log\"", folder.string())};
+  options.insert(options.end(), params_.options.begin(), params_.options.end());
+  WriteScriptFile(
+      folder / "array.sh",
+      "#!/bin/bash\n" + Directives(options) +
+          fmt::format("exec {} slurm-task {} --task \"$SLURM_ARRAY_TASK_ID\" --workers {}\n",
+                      QuotedProgram(), ShellQuoted(folder.string()), workers_),
+      /*executable=*/true);
+  Array array{.job_id = {}, .read = {}, .open = waiting_.size()};
+  try {
+    array.job_id = Sbatch({(folder / "array.sh").string()});
+  } catch (const SimulatorFault& error) {
+    std::error_code ignored;
+    fs::remove_all(folder, ignored);
+    // The first one shows whether there is a cluster at all.
+    if (numbers_ == 0 || !IsSilence(error.what())) throw;
+    if (!silent_since_) {
+      silent_since_ = Clock::now();
+      Say(fmt::format("Slurm does not answer, waiting: {}", error.what()));
+    }
+    if (SecondsSince(*silent_since_) > kPatience_s) throw;
+    try_again_ = Clock::now() + Seconds(kTryAgain_s);
+    return;
+  }
+  ++numbers_;
+  silent_since_.reset();
+  arrays_.emplace(number, std::move(array));
+  for (Flight& flight : waiting_) flights_.emplace(flight.serial, std::move(flight));
+  waiting_.clear();
+  asked_ = Clock::now();
+  pause_s_ = kShortestPause_s;
+}
+
+void SlurmPool::Read(int number, Array* array) {
+  for (const auto& entry : fs::directory_iterator(FolderOf(number))) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with("results-")) continue;
+    std::streamoff& read = array->read[name];
+    if (static_cast<std::streamoff>(entry.file_size()) <= read) continue;
+    const auto [lines, end] = LinesFrom(entry.path(), read);
+    read = end;
+    for (const std::string& line : lines) {
+      const Json json = report::ParseJson(line, entry.path().string());
+      if (json.contains("refused"))
+        throw SimulatorFault(fmt::format("a task of Slurm's job {}: {}", array->job_id,
+                                         json["refused"].get<std::string>()));
+      auto flight = flights_.extract(json["serial"].get<int64_t>());
+      if (!flight) continue;  // known from an earlier start of the task
+      JobResult result = ResultOf(json);
+      result.id = flight.mapped().job.id;
+      ended_.push_back(std::move(result));
+      --array->open;
+      pause_s_ = kShortestPause_s;
+    }
+  }
+}
+
+void SlurmPool::Close(int number) {
+  const auto array = arrays_.find(number);
+  if (array->second.open > 0) return;
+  std::error_code error;
+  if (!array->second.lost) fs::remove_all(FolderOf(number), error);  // else its logs say why
+  arrays_.erase(array);
+}
+
+void SlurmPool::Collect() {
+  std::vector<int> numbers;
+  for (auto& [number, array] : arrays_) {
+    Read(number, &array);
+    numbers.push_back(number);
+  }
+  for (const int number : numbers) Close(number);
+}
+
+void SlurmPool::Ask() {
+  if (flights_.empty() || SecondsSince(asked_) < params_.ask_s) return;
+  asked_ = Clock::now();
+  std::string printed;
+  try {
+    printed = system::Subprocess(
+                  {"squeue", "--noheader", "--array", "--name=" + name_, "--format=%F %K %t"},
+                  "slurm-client")
+                  .Finish();
+  } catch (const SimulatorFault& error) {
+    if (!silent_since_) {
+      silent_since_ = Clock::now();
+      Say(fmt::format("Slurm does not answer, results are read all the same: {}", error.what()));
+    }
+    if (SecondsSince(*silent_since_) > kPatience_s) throw;
+    return;
+  }
+  if (silent_since_) Say("Slurm answers again");
+  silent_since_.reset();
+  std::set<std::pair<std::string, int>> known;
+  std::istringstream rows(printed);
+  std::string job, task, state;
+  while (rows >> job >> task >> state)
+    if (state != "CG" && std::isdigit(static_cast<unsigned char>(task[0])))
+      known.emplace(job, std::stoi(task));
+
+  // Twice gone is gone: a result may come after its task by as long as files take.
+  std::set<TaskId> missing, gone;
+  for (const TaskId& id : OpenTasks()) {
+    if (known.contains({arrays_.at(id.first).job_id, id.second})) continue;
+    missing.insert(id);
+    if (missing_.contains(id)) gone.insert(id);
+  }
+  missing_ = missing;
+  if (!gone.empty()) Lose(gone);
+}
+
+std::string SlurmPool::LogOf(const TaskId& task) const {
+  std::ifstream file(FolderOf(task.first) / fmt::format("task-{}.log", task.second));
+  std::string line, last;
+  while (std::getline(file, line))
+    if (!line.empty()) last = line;
+  return last.empty() ? "it said nothing" : last;
+}
+
+void SlurmPool::Lose(const std::set<TaskId>& gone) {
+  size_t jobs = 0;
+  std::set<int> numbers;
+  for (auto it = flights_.begin(); it != flights_.end();) {
+    Flight& flight = it->second;
+    if (!gone.contains(flight.task)) {
+      ++it;
+      continue;
+    }
+    const auto& [number, task] = flight.task;
+    Array& array = arrays_.at(number);
+    if (++flight.losses == kTries)
+      throw SimulatorFault(fmt::format(
+          "Slurm's tasks ended {} times without a result of a job; the last one, {}_{}: {}", kTries,
+          array.job_id, task, LogOf(flight.task)));
+    --array.open;
+    array.lost = true;
+    numbers.insert(number);
+    ++jobs;
+    waiting_.push_back(std::move(flight));
+    it = flights_.erase(it);
+  }
+  const TaskId& first = *gone.begin();
+  Say(fmt::format("{} tasks of Slurm's are gone without {} results, submitted again; {}_{}: {}",
+                  gone.size(), jobs, arrays_.at(first.first).job_id, first.second, LogOf(first)));
+  for (const int number : numbers) Close(number);
+}
+
+std::optional<JobResult> SlurmPool::Next(double timeout_s) {
+  const auto give_up = Clock::now() + Seconds(std::min(timeout_s, 1e6));
+  while (pending() > 0) {
+    if (ended_.empty()) {
+      Send();
+      Collect();
+    }
+    if (!ended_.empty()) {
+      JobResult result = std::move(ended_.front());
+      ended_.pop_front();
+      return result;
+    }
+    Ask();
+    const double left_s = std::chrono::duration<double>(give_up - Clock::now()).count();
+    if (left_s <= 0) return std::nullopt;
+    const double sleep_s = std::min(left_s, pause_s_);
+    pause_s_ = std::clamp(1.3 * pause_s_, kShortestPause_s, kLongestPause_s);
+    const timespec time{static_cast<time_t>(sleep_s),
+                        static_cast<long>(1e9 * (sleep_s - std::floor(sleep_s)))};
+    if (nanosleep(&time, nullptr) != 0) return std::nullopt;  // a signal
+  }
+  return std::nullopt;
+}
+
+// -------------------------------------------------------------------------------------- in the
+// task
+
+namespace {
+
+// Lines that are there when Append returns, also for those who read on other machines.
+class ResultsFile {
+ public:
+  explicit ResultsFile(std::string path)
+      : path_(std::move(path)),
+        file_(open(path_.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666)) {
+    if (file_ < 0) Fail();
+  }
+  ~ResultsFile() { close(file_); }
+  ResultsFile(const ResultsFile&) = delete;
+  ResultsFile& operator=(const ResultsFile&) = delete;
+
+  void Append(std::string_view text) const {
+    while (!text.empty()) {
+      const ssize_t n = TEMP_FAILURE_RETRY(write(file_, text.data(), text.size()));
+      if (n < 0) Fail();
+      text.remove_prefix(static_cast<size_t>(n));
+    }
+    if (fsync(file_) != 0) Fail();
+  }
+
+ private:
+  [[noreturn]] void Fail() const {
+    throw SimulatorFault(path_ + ": cannot be written: " + std::strerror(errno));
+  }
+
+  std::string path_;
+  int file_;
+};
+
+}  // namespace
+
+void RunSlurmTask(const std::string& folder, int task, int workers,
+                  const std::vector<Work>& works) {
+  const fs::path jobs_file = fs::path(folder) / JobsFile(task);
+  const std::vector<std::string> lines = LinesFrom(jobs_file, 0).first;
+  if (lines.empty()) throw ConfigError(jobs_file.string() + ": is no list of jobs");
+  std::set<int64_t> done;
+  for (const auto& entry : fs::directory_iterator(folder))
+    if (entry.path().filename().string().starts_with(ResultsPrefix(task)))
+      for (const std::string& line : LinesFrom(entry.path(), 0).first)
+        if (const Json json = report::ParseJson(line, entry.path().string());
+            json.contains("serial"))
+          done.insert(json["serial"].get<int64_t>());
+
+  // A start a file: nobody appends behind a line that a lost node has torn, or still writes.
+  const char* const start = std::getenv("SLURM_RESTART_COUNT");
+  const ResultsFile results(
+      (fs::path(folder) / (ResultsPrefix(task) + (start ? start : "0") + ".jsonl")).string());
+  const Json head = report::ParseJson(lines.front(), jobs_file.string());
+  const auto refuse = [&](const std::string& why) {
+    results.Append(report::JsonLine({{"refused", why}}) + "\n");
+    throw SimulatorFault(why);
+  };
+  if (head["build"] != system::BuildId())
+    refuse(fmt::format("the program there is {}, not {}", system::BuildId(),
+                       head["build"].get<std::string>()));
+  const auto work = std::ranges::find(works, head["work"].get<std::string>(), &Work::name);
+  TD_CHECK(work != works.end(), "every work of this build is known to it");
+
+  WorkerPool pool(workers, {.time_limit_s = head["time_limit_s"]}, work->run);
+  size_t next = 1;
+  const auto submit_one = [&] {
+    for (; next < lines.size(); ++next) {
+      const Json job = report::ParseJson(lines[next], jobs_file.string());
+      if (done.contains(job["serial"].get<int64_t>())) continue;
+      pool.Submit({.id = job["serial"], .input = job["input"]});
+      ++next;
+      return true;
+    }
+    return false;
+  };
+  KeepBusy(
+      &pool, submit_one,
+      [&](const JobResult& result) { results.Append(ResultLine(result.id, result)); },
+      [] { return true; });
+}
+
+}  // namespace turbidock::farm

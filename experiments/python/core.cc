@@ -1,0 +1,278 @@
+// turbidock from Python: the module `_core` behind the package.
+
+// first: it declares what yaml_fields.h defines
+#include "experiments/trial/scenario.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "control/axes.h"
+#include "experiments/config/data_files.h"
+#include "experiments/config/yaml_fields.h"
+#include "experiments/farm/batch.h"
+#include "experiments/farm/export.h"
+#include "experiments/farm/plan.h"
+#include "experiments/python/bindings.h"
+#include "experiments/studies/gate/baseline.h"
+#include "experiments/studies/gate/gate.h"
+#include "experiments/studies/gate/gate_output.h"
+#include "experiments/studies/gate/gate_plan.h"
+#include "experiments/studies/gate/trial_runner.h"
+#include "experiments/system/build_info.h"
+#include "experiments/system/output_path.h"
+#include "experiments/trial/trial.h"
+#include "experiments/trial/trial_files.h"
+
+namespace turbidock::python {
+
+Held Hold(py::object object) {
+  return {new py::object(std::move(object)), [](py::object* held) {
+            const py::gil_scoped_acquire lock;
+            delete held;
+          }};
+}
+
+py::array View(const Image3u8& image, py::handle owner) {
+  return View<uint8_t>({image.height(), image.width(), 3}, image.data(), owner);
+}
+
+py::array Copy(const Eigen::Ref<const Eigen::VectorXd>& values) {
+  return View<double>({values.size()}, values.data(), py::handle());
+}
+
+AnyAllocation AllocationFor(const std::string& asks_for) {
+  if (asks_for == "forces") return control::ForceAllocationParams();
+  if (asks_for == "volts") return control::VoltsAllocationParams();
+  throw ConfigError("asks_for", asks_for + ", must be forces or volts");
+}
+
+control::Axes AuthorityOf(const AnyAllocation& allocation, const control::VehicleModel& vehicle) {
+  try {
+    const auto* forces = std::get_if<control::ForceAllocationParams>(&allocation);
+    if (forces) return control::ForceAllocation(*forces, vehicle).authority();
+    return control::VoltsAllocation(std::get<control::VoltsAllocationParams>(allocation), vehicle)
+        .authority();
+  } catch (const ConfigError&) {  // the autopilot says so, as of every law
+    return control::Axes::Zero();
+  }
+}
+
+control::Axes DemandOf(const py::object& given, const std::string& what, double most) {
+  const auto demand = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(given);
+  if (!demand) {
+    PyErr_Clear();
+    throw py::value_error(what + ": " + py::repr(given).cast<std::string>() +
+                          " must be four numbers: surge, sway, heave, yaw");
+  }
+  if (demand.ndim() != 1 || demand.shape(0) != control::kAxisCount)
+    throw py::value_error(
+        fmt::format("{}: an array of shape {}, must be four numbers: surge, sway, heave, yaw", what,
+                    py::repr(demand.attr("shape")).cast<std::string>()));
+  control::Axes axes = Eigen::Map<const control::Axes>(demand.data());
+  for (int i = 0; i < control::kAxisCount; ++i)
+    if (!(std::abs(axes[i]) <= most))
+      throw py::value_error(fmt::format("{}: number {} is {:g}, must be in [{:g}, {:g}]", what, i,
+                                        axes[i], -most, most));
+  return axes;
+}
+
+pid_t ForkWithInterpreter() {
+  const py::gil_scoped_acquire lock;
+  PyOS_BeforeFork();
+  const pid_t pid = ::fork();
+  if (pid == 0)
+    PyOS_AfterFork_Child();
+  else
+    PyOS_AfterFork_Parent();
+  return pid;
+}
+
+namespace {
+
+using Assignments = std::vector<std::string>;
+
+// Tells Python how far something is, and hears from it whether to stop.
+class Reporter {
+ public:
+  explicit Reporter(const py::object& callback)
+      : callback_(callback.is_none() ? nullptr : Hold(callback)) {}
+
+  // Share done in [0, 1] and a few words.
+  void Show(double share, const std::string& words) {
+    if (stopped_) return;
+    const py::gil_scoped_acquire lock;
+    try {
+      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+      if (callback_) (*callback_)(share, words);
+    } catch (py::error_already_set& error) {
+      error_ = std::make_shared<py::error_already_set>(error);
+      stopped_ = true;
+    }
+  }
+  bool stopped() const { return stopped_; }
+  // With the lock: goes on with what stopped it.
+  void Rethrow() {
+    if (!error_) return;
+    error_->restore();
+    throw py::error_already_set();
+  }
+
+ private:
+  Held callback_;
+  bool stopped_ = false;
+  std::shared_ptr<py::error_already_set> error_;
+};
+
+// Result, trajectory and resolved scenario as text.
+py::tuple Run(const trial::Scenario& scenario, const py::object& progress) {
+  Reporter reporter(progress);
+  std::string result_json, csv;
+  {
+    const py::gil_scoped_release free;
+    trial::TrialOptions options;
+    options.observe = [&](const trial::TrialFrame& frame) {
+      constexpr int64_t kEvery = 30;
+      if (frame.record.frame % kEvery == 0)
+        reporter.Show(std::min(1.0, frame.record.time_s / scenario.duration_s),
+                      fmt::format("{:.1f} s {}", frame.record.time_s, NameOf(frame.record.stage)));
+    };
+    options.stop_requested = [&] { return reporter.stopped(); };
+    const trial::TrialResult result = trial::RunTrial(scenario, options);
+    result_json = trial::ResultJson(result);
+    csv = trial::TrajectoryCsv(result.log);
+  }
+  reporter.Rethrow();
+  return py::make_tuple(result_json, csv, trial::SaveScenario(scenario));
+}
+
+// Runs a plan into a file; all rows of the file as CSV.
+std::string Batch(const std::string& plan_text, const std::string& plan_name,
+                  const std::string& out, const trial::Plugins& plugins,
+                  const Assignments& assignments, std::optional<int64_t> seed,
+                  std::optional<int> seeds, int workers, const py::object& progress) {
+  if (workers < 1) throw py::value_error("workers must be at least 1");
+  Reporter reporter(progress);
+  std::string csv;
+  {
+    const py::gil_scoped_release free;
+    const farm::PlanOverrides overrides{
+        .assignments = assignments, .master_seed = seed, .seeds = seeds, .plugins = plugins};
+    const farm::Plan plan = plan_text.empty() ? farm::LoadPlan(plan_name, overrides)
+                                              : farm::Plan(plan_text, plan_name, overrides);
+    farm::ResultStore store = farm::ResultStore::Write(out, farm::HeaderOf(plan, {}));
+    farm::BatchOptions options;
+    options.farm = {.workers = workers, .fork = ForkWithInterpreter};
+    options.stop_requested = [&] { return reporter.stopped(); };
+    options.on_progress = [&](const farm::BatchProgress& now) {
+      reporter.Show(static_cast<double>(now.done) / static_cast<double>(now.total),
+                    fmt::format("{} of {} trials", now.done, now.total));
+    };
+    farm::RunBatch(plan, options, &store);
+    csv = farm::ExportText(store.Trials(), {});
+  }
+  reporter.Rethrow();
+  return csv;
+}
+
+std::string ReadResults(const std::string& file, bool timing) {
+  const py::gil_scoped_release free;
+  return farm::ExportText(farm::ResultStore::Read(file).Trials(), {.timing = timing});
+}
+
+std::string ReadSeries(const std::string& file, int64_t trial) {
+  const py::gil_scoped_release free;
+  return farm::ResultStore::Read(file).SeriesCsv(trial);
+}
+
+// The gate's report as JSON, or, with `update`, what changed in its baseline.
+std::string Gate(const std::string& file, const trial::Plugins& plugins,
+                 const Assignments& assignments, int workers, bool update, double time_limit_s,
+                 const py::object& progress) {
+  if (workers < 1) throw py::value_error("workers must be at least 1");
+  Reporter reporter(progress);
+  std::string text;
+  {
+    const py::gil_scoped_release free;
+    const gate::GatePlan plan = gate::LoadGatePlan(file, plugins);
+    const gate::GateRunner runner = gate::MakeGateRunner(
+        plan, assignments, {.workers = workers, .fork = ForkWithInterpreter},
+        [&] { return reporter.stopped(); }, time_limit_s);
+    try {
+      if (update) {
+        gate::Baseline now =
+            gate::MeasureBaseline(plan, runner, 2 * workers, [&](int done, int all) {
+              reporter.Show(static_cast<double>(done) / all, fmt::format("{} of {}", done, all));
+            });
+        now.build = system::BuildId();
+        system::WriteWhole(plan.baseline, gate::BaselineText(now));
+        text = plan.baseline;
+      } else {
+        gate::GateOptions options{.at_once = 2 * workers, .on_round = {}};
+        options.on_round = [&](const std::vector<gate::ConditionJudge>& judges) {
+          int trials = 0, most = 0;
+          for (const gate::ConditionJudge& judge : judges) {
+            trials += judge.trials();
+            most += judge.done() ? judge.trials() : judge.max_trials();
+          }
+          reporter.Show(static_cast<double>(trials) / most, fmt::format("{} trials", trials));
+        };
+        gate::GateReport report =
+            gate::RunGate(plan, gate::LoadBaseline(plan.baseline), plan.baseline, runner, options);
+        report.build = system::BuildId();
+        report.assignments = assignments;
+        text = gate::GateJson(report);
+      }
+    } catch (const gate::Stopped&) {
+    }
+  }
+  reporter.Rethrow();
+  return text;
+}
+
+}  // namespace
+
+// NOLINTNEXTLINE: the macro's own
+PYBIND11_MODULE(_core, module) {
+  module.doc() = "The C++ side of the package turbidock.";
+  py::register_exception<ConfigError>(module, "ConfigError", PyExc_ValueError);
+  py::register_exception<SimulatorFault>(module, "SimulatorFault", PyExc_RuntimeError);
+  py::register_exception<trial::PluginError>(module, "PluginError", PyExc_RuntimeError);
+
+  AddPlugins(&module);
+  py::class_<trial::Scenario>(module, "Scenario")
+      .def(py::init(&trial::LoadScenario), py::arg("name"), py::arg("assignments"),
+           py::arg("gains"), py::arg("plugins"))
+      .def_static("parse", &trial::ParseScenario, py::arg("text"), py::arg("name"),
+                  py::arg("plugins"))
+      .def("set",
+           [](trial::Scenario* scenario, const std::string& assignment) {
+             trial::Scenario next = *scenario;
+             config::Origins origins;
+             config::ApplySet(assignment, &next, &origins);
+             config::CheckSettings(next, origins);
+             *scenario = next;
+           })
+      .def("get", [](const trial::Scenario& scenario,
+                     const std::string& key) { return config::ValueOf(scenario, key); })
+      .def("copy", [](const trial::Scenario& scenario) { return scenario; })
+      .def("yaml", &trial::SaveScenario);
+  AddRunning(&module);
+
+  module.def("keys", [](const trial::Plugins& plugins) {
+    py::list rows;
+    for (const config::KeyDoc& key : trial::ScenarioKeys(plugins))
+      rows.append(py::make_tuple(key.key, key.type, key.value, key.range, key.doc));
+    return rows;
+  });
+  module.def("names", [](const std::string& folder) { return config::BundledNames(folder); });
+  module.def("version", &system::VersionAndCommit);
+  module.def("data_dir", &config::DataDir);
+  module.def("run", &Run);
+  module.def("batch", &Batch);
+  module.def("read_results", &ReadResults);
+  module.def("read_series", &ReadSeries);
+  module.def("gate", &Gate);
+}
+
+}  // namespace turbidock::python

@@ -1,0 +1,34 @@
+"""Docking trials of an underwater vehicle that finds its dock with two cameras.
+
+    import turbidock
+
+    result = turbidock.run("sea_night_active", seed=77)
+    print(result.outcome, result.time_s, result.digest)
+
+See README.md of experiments/python for the first ten minutes.
+"""
+
+from ._core import ConfigError, PluginError, SimulatorFault
+from ._core import Frame, Observation, Reference
+from .plug_in import Controller, Estimator, Key
+from .results import Result, batch, gate, read_results, read_series, run
+from .scenario import Scenario, keys, plans, scenarios, version
+from .trial import Trial
+
+__all__ = [
+    "ConfigError", "Controller", "Estimator", "Frame", "Key", "Observation", "PluginError",
+    "Reference", "Result", "Scenario", "SimulatorFault", "Trial", "batch", "gate", "keys", "plans",
+    "read_results", "read_series", "run", "scenarios", "version",
+]
+
+try:
+    import gymnasium as _gymnasium
+except ImportError:  # the environment is for those who have it
+    pass
+else:
+    _gymnasium.register(
+        id="turbidock/Docking-v0",
+        entry_point="turbidock.docking_env:DockingEnv",
+        vector_entry_point="turbidock.vector_env:DockingVectorEnv",
+    )
+    del _gymnasium

@@ -1,0 +1,159 @@
+"""Whole trials, batches of them, gates; and what came out."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import sys
+from typing import Any, Callable, Iterable, Mapping, Union
+
+from . import _core
+from .plug_in import chosen
+from .scenario import Scenario, assignments_of
+
+# Called with the share that is done and a few words; True: a line on stderr.
+Progress = Union[Callable[[float, str], Any], bool, None]
+
+
+class _Line:
+    """A line on stderr, written again where it changes."""
+
+    def __init__(self) -> None:
+        self._shown = ""
+
+    def __call__(self, share: float, words: str) -> None:
+        line = f"{100 * share:3.0f} %  {words}"
+        if line != self._shown:
+            sys.stderr.write(f"\r{line}\033[K")
+            sys.stderr.flush()
+            self._shown = line
+
+
+def _reporter(progress: Progress) -> Callable[[float, str], Any] | None:
+    return _Line() if progress is True else progress or None
+
+
+class Result:
+    """What came of a trial: `result.outcome`, `result.time_s`, every key of result.json."""
+
+    def __init__(self, record: str, trajectory: str, scenario: str) -> None:
+        self.record: dict[str, Any] = json.loads(record)
+        self.scenario_yaml = scenario
+        self._csv = trajectory
+
+    def __getattr__(self, name: str) -> Any:
+        record = self.__dict__.get("record", {})
+        if name in record:
+            return record[name]
+        raise AttributeError(f"a result has no {name!r}; it has {', '.join(record)}")
+
+    @property
+    def success(self) -> bool:
+        """The criterion was met and the pole is in the hole."""
+        return self.record["outcome"] == "docked"
+
+    @property
+    def trajectory(self) -> Any:
+        """A pandas frame with a row a camera frame; columns name their units."""
+        import pandas
+
+        return pandas.read_csv(io.StringIO(self._csv))
+
+    def save(self, folder: str) -> None:
+        """Writes result.json, resolved.yaml and trajectory.csv, as `turbidock run --out` does."""
+        os.makedirs(folder, exist_ok=True)
+        for name, text in (("result.json", json.dumps(self.record, indent=2) + "\n"),
+                           ("resolved.yaml", self.scenario_yaml), ("trajectory.csv", self._csv)):
+            with open(os.path.join(folder, name), "w", encoding="utf-8") as file:
+                file.write(text)
+
+    def plot(self) -> Any:
+        """A matplotlib figure of how it went: F, x, y, z over time, desired and true."""
+        import matplotlib.pyplot as plt
+
+        rows = self.trajectory
+        figure, axes = plt.subplots(4, 1, sharex=True, figsize=(8, 8))
+        axes[0].plot(rows["time_s"], rows["fitness"])
+        axes[0].set_ylabel("F")
+        for axis, name in zip(axes[1:], "xyz"):
+            axis.plot(rows["time_s"], 1000 * rows[f"true_{name}_m"], "0.6", label="true")
+            axis.plot(rows["time_s"], 1000 * rows[f"est_{name}_m"], label="estimated")
+            axis.plot(rows["time_s"], 1000 * rows[f"desired_{name}_m"], "--", label="desired")
+            axis.set_ylabel(f"{name} / mm")
+        axes[1].legend()
+        axes[3].set_xlabel("time / s")
+        figure.suptitle(f"{self.outcome}: {self.reason}", fontsize="medium", wrap=True)
+        return figure
+
+    def __repr__(self) -> str:
+        return f"<Result {self.outcome} after {self.time_s:.1f} s: {self.reason}>"
+
+
+def run(scenario: Scenario | str = "sea_night_active", *, seed: int | None = None,
+        settings: Mapping[str, Any] | Iterable[str] | None = None, gains: str = "",
+        controller: type | str | None = None, estimator: type | str | None = None,
+        plugins: Iterable[type] = (), progress: Progress = None) -> Result:
+    """Runs one trial. With a Scenario object, `seed` and `settings` change a copy of it; laws and
+    estimators are then those that it was made with."""
+    if isinstance(scenario, Scenario):
+        if controller is not None or estimator is not None or plugins or gains:
+            raise TypeError("give controller, estimator, plugins and gains to the Scenario")
+        made = scenario.copy()
+        for assignment in assignments_of(settings):
+            made._core.set(assignment)
+        if seed is not None:
+            made["seed"] = seed
+    else:
+        made = Scenario(scenario, seed=seed, settings=settings, gains=gains, controller=controller,
+                        estimator=estimator, plugins=plugins)
+    return Result(*_core.run(made._core, _reporter(progress)))
+
+
+def batch(plan: str | Mapping[str, Any], out: str, *, workers: int | None = None,
+          seed: int | None = None, seeds: int | None = None,
+          settings: Mapping[str, Any] | Iterable[str] | None = None,
+          controller: type | str | None = None, estimator: type | str | None = None,
+          plugins: Iterable[type] = (), progress: Progress = None) -> Any:
+    """Runs the trials of a plan (a bundled one, a YAML file or a dict of the same keys) in worker
+    processes into the file `out`; what is in there already is not run again. Returns all its
+    trials as a pandas frame, a row a trial. A law or an estimator that raises is an outcome
+    `crashed`, one that never returns `hung`: the others go on."""
+    registry, choices = chosen(controller, estimator, plugins)
+    text, name = ("", plan) if isinstance(plan, str) else (json.dumps(plan), "plan")
+    csv = _core.batch(text, name, out, registry, choices + assignments_of(settings), seed, seeds,
+                      workers or len(os.sched_getaffinity(0)), _reporter(progress))
+    return _frame(csv)
+
+
+def read_results(file: str, *, timing: bool = False) -> Any:
+    """The trials in a batch's file as a pandas frame; with `timing` also what differs from run to
+    run."""
+    return _frame(_core.read_results(file, timing))
+
+
+def read_series(file: str, trial: int) -> Any:
+    """A trial's stored rows as a pandas frame; no rows where its plan stored none."""
+    return _frame(_core.read_series(file, trial))
+
+
+def gate(file: str, *, workers: int | None = None,
+         settings: Mapping[str, Any] | Iterable[str] | None = None,
+         controller: type | str | None = None, estimator: type | str | None = None,
+         plugins: Iterable[type] = (), update: bool = False, time_limit_s: float = 3600,
+         progress: Progress = None) -> dict[str, Any]:
+    """Judges docking against the gate's committed baseline: summary.json as a dict, whose
+    `verdict` is pass, fail or inconclusive. `controller` and `estimator` are judged in place of the
+    scenarios' own. With `update` it measures the baseline anew instead. A trial that crashes or
+    hangs is no verdict but a SimulatorFault."""
+    registry, choices = chosen(controller, estimator, plugins)
+    text = _core.gate(file, registry, choices + assignments_of(settings),
+                      workers or len(os.sched_getaffinity(0)), update, time_limit_s,
+                      _reporter(progress))
+    return {"baseline": text} if update else json.loads(text)
+
+
+def _frame(csv: str) -> Any:
+    import pandas
+
+    return pandas.read_csv(io.StringIO(csv)) if csv.strip() else pandas.DataFrame()

@@ -1,0 +1,76 @@
+#pragma once
+// What a vehicle's builder wants to know before the first trial: does it float, which way does each
+// thruster push, how fast does it get, does it hold the scenario's current, does it see the marker
+// and does its pole reach the hole.
+
+#include <string>
+#include <vector>
+
+#include "control/axes.h"
+#include "experiments/studies/check_vehicle/vehicle_physics.h"
+#include "experiments/trial/scenario.h"
+#include "sim/base/result_fields.h"
+
+namespace turbidock::check_vehicle {
+
+struct ThrusterReport {
+  std::string name;
+  Eigen::Vector3d p_BT_m = Eigen::Vector3d::Zero(), axis_B = Eigen::Vector3d::Zero();
+  double forward_newton = 0, reverse_newton = 0;  // at full voltage, as effective as it is
+  std::string drives;                             // "surge +, yaw -": signs of a forward push
+
+  TURBIDOCK_FIELDS(name, p_BT_m, axis_B, forward_newton, reverse_newton, drives)
+};
+
+// Ahead, left, up, counter-clockwise; and the other way, negative. N, N m, m/s, rad/s.
+struct AxisReport {
+  std::string axis;
+  double most = 0, most_back = 0;
+  double speed = 0, speed_back = 0;
+  double roll_rad = 0, pitch_rad = 0;  // at full speed ahead
+  double load = 0;                     // most that the scenario's sea asks for; no figure for yaw
+
+  TURBIDOCK_FIELDS(axis, most, most_back, speed, speed_back, roll_rad, pitch_rad, load)
+};
+
+// The marker in the images where the vehicle stands in front of it.
+struct ViewReport {
+  std::string place;     // "servoing", "docked"
+  double x_m = 0;        // of the marker in the camera head
+  double margin_px = 0;  // from the nearest ball's edge to the nearest image border; negative: out
+  std::string nearest;   // "blue in the left image"
+
+  TURBIDOCK_FIELDS(place, x_m, margin_px, nearest)
+};
+
+// The pole's tip at the docked pose, in the dock's frame.
+struct PoleReport {
+  double depth_m = 0;        // past the mouth
+  double past_throat_m = 0;  // past where the straight hole begins
+  double aside_m = 0, above_m = 0;
+  double clearance_m = 0;  // between pole and hole, all around
+
+  TURBIDOCK_FIELDS(depth_m, past_throat_m, aside_m, above_m, clearance_m)
+};
+
+struct VehicleCheck {
+  std::string vehicle, scenario;
+  Floating floating;
+  std::vector<Swing> swings;
+  std::vector<ThrusterReport> thrusters;
+  std::vector<AxisReport> axes;
+  std::vector<ViewReport> views;
+  PoleReport pole;
+  std::vector<std::string> problems;  // with which it cannot dock
+  std::vector<std::string> warnings;
+
+  TURBIDOCK_FIELDS(vehicle, scenario, floating, swings, thrusters, axes, views, pole, problems,
+                   warnings)
+};
+
+// Of the scenario's vehicle as `vehicle` describes it, before its station and in its sea.
+// ConfigError for a vehicle that is none, cannot push along an axis that docking needs, or sinks
+// (rises) faster than its thrusters hold.
+VehicleCheck CheckVehicle(const trial::Scenario& scenario);
+
+}  // namespace turbidock::check_vehicle

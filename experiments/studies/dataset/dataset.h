@@ -1,0 +1,40 @@
+#pragma once
+// Images with ground truth, for training and testing detectors: a pair of images for each trial of
+// a plan, from where that trial begins. What a plan varies and draws, these images have.
+//
+//   FOLDER/
+//     camera.json, dataset.json              of all images; what they were made of
+//     models/models_info.json                the marker's size
+//     train_pbr/000000/                      a shard, in BOP's layout:
+//       rgb/000000.png                       left camera; 000001.png the right one, and so on
+//       mask/000000_000000.png               the whole marker, whatever hides it
+//       mask_visib/000000_000000.png         what is seen of it
+//       scene_camera.json, scene_gt.json, scene_gt_info.json
+//       coco_keypoints.json                  the same images as COCO keypoints: the balls' centres
+//
+// A shard is written whole or not at all, by a worker of its own; one that is there is not made
+// again.
+
+#include <string>
+
+#include "experiments/farm/fork_map.h"
+#include "experiments/farm/plan.h"
+
+namespace turbidock::dataset {
+
+struct DatasetOptions {
+  int64_t pairs_per_shard = 250;
+  farm::ForkMapOptions run{};  // a job is a shard
+};
+
+struct DatasetSummary {
+  int64_t shards = 0, shards_before = 0, images = 0;  // all there are; found; all there are
+  bool complete = true;
+};
+
+// Makes what is missing. ConfigError for what is wrong in the plan or cannot be drawn or written,
+// farm::MismatchError for a folder whose dataset is of another plan, size of shards or build.
+DatasetSummary MakeDataset(const farm::Plan& plan, const std::string& folder,
+                           const DatasetOptions& options);
+
+}  // namespace turbidock::dataset

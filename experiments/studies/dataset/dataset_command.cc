@@ -1,0 +1,54 @@
+#include <fmt/format.h>
+
+#include <string>
+
+#include "experiments/app/commands.h"
+#include "experiments/app/plan_arguments.h"
+#include "experiments/app/progress.h"
+#include "experiments/studies/dataset/dataset.h"
+
+namespace turbidock::dataset {
+namespace {
+
+struct DatasetArguments {
+  app::PlanArguments plan;
+  std::string out;
+  DatasetOptions options;
+  bool quiet = false;
+};
+
+int Make(const DatasetArguments& arguments) {
+  DatasetOptions options = arguments.options;
+  const farm::Plan plan = arguments.plan.Load();
+  app::Progress progress(arguments.quiet);
+  progress.Say(fmt::format("{}: {} images", plan.settings().description, 2 * plan.trials()));
+  options.run.on_progress = [&](int done, int of) { progress.ShowDone(done, of, "shards", 30); };
+  options.run.stop_requested = app::CatchStopSignals();
+  const DatasetSummary made = MakeDataset(plan, arguments.out, options);
+  if (made.shards_before > 0)
+    progress.Say(fmt::format("  {} of {} shards were there", made.shards_before, made.shards));
+  progress.Say(
+      made.complete
+          ? fmt::format("{} images in {} shards in {}", made.images, made.shards, arguments.out)
+          : fmt::format("stopped; the same command goes on in {}", arguments.out));
+  return app::kExitDone;
+}
+
+}  // namespace
+
+void AddDataset(app::CommandLine& line) {
+  auto [dataset, arguments] = line.Add<DatasetArguments>(
+      "dataset", "Make images with ground truth from a plan's trials, for training detectors",
+      &Make);
+  arguments.plan.AddTo(&dataset, line.plugins());
+  dataset
+      .Add("--out FOLDER", arguments.out,
+           "Where: BOP layout with COCO keypoints beside it; shards that are there are kept")
+      .Required();
+  dataset.Add("--pairs-per-shard", arguments.options.pairs_per_shard, "Pairs of images in a folder")
+      .Between(1, 100000);
+  dataset.AddWorkers(arguments.options.run.workers, "Processes, a shard each");
+  dataset.AddQuiet(arguments.quiet);
+}
+
+}  // namespace turbidock::dataset

@@ -1,0 +1,371 @@
+#include "experiments/studies/gate/gate_design.h"
+
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <boost/math/distributions/normal.hpp>
+#include <cmath>
+#include <filesystem>
+#include <iterator>
+#include <limits>
+
+#include "experiments/media/plot.h"
+#include "experiments/report/json.h"
+#include "experiments/report/table.h"
+#include "experiments/statistics/intervals.h"
+#include "experiments/statistics/sequential_test.h"
+#include "sim/base/check.h"
+
+namespace turbidock::gate {
+namespace {
+
+namespace fs = std::filesystem;
+using report::Fixed;
+using statistics::PairedRateTest;
+
+// A candidate is at the edge when so many dock.
+constexpr double kEdgeLow = 0.8, kEdgeHigh = 0.975;
+// The easy condition is for what breaks docking altogether: the margin that such a gate has.
+constexpr double kEasyMargin = 0.2;
+constexpr double kUndecided = 0.01;  // at the last trial, after the loss
+constexpr double kHarmless = 0.99;   // of builds that only differ pass each median's test
+constexpr int kFewestTrials = 16;    // at most, of a condition
+constexpr double kAlike = 0.01;      // powers closer than this are one: no rate is known so well
+constexpr int kTestsOfCondition = 1 + static_cast<int>(kMedianMeasures.size());
+
+// No less, however alike the trials are: what nobody minds.
+constexpr Quality kLeastMargins{.time_s = 0.5,
+                                .final_error_m = 0.001,
+                                .returns_to_servoing = 1,
+                                .fitness = 0.01,
+                                .effort_v = 0.02};
+
+double Phi(double z) { return boost::math::cdf(boost::math::normal(), z); }
+double Probit(double p) { return boost::math::quantile(boost::math::normal(), p); }
+
+double ShiftOf(const DesignOptions& options, double to) {
+  return Probit(options.from) - Probit(to);
+}
+
+double After(double rate, double shift) { return Phi(Probit(rate) - shift); }
+
+// Of one test, where all tests of so many conditions share the gate's.
+double AlphaOf(const DesignOptions& options, int conditions) {
+  return options.alpha / (kTestsOfCondition * conditions);
+}
+
+// Two digits, for people: what is lost, rounded down, and 0.01 at least.
+double ReadableMargin(double lost) { return std::max(0.01, std::floor(100 * lost) / 100); }
+
+// The least margin with which a build passes whose trials have nothing to do with the baseline's
+// (a compiler that sums otherwise makes other trials of the same seeds), kHarmless of the time and
+// by the last trial. Two digits that count, at least `least`.
+double MedianMargin(const std::vector<double>& values, double least, double beta, int trials) {
+  if (values.size() < 2) return 0;
+  const statistics::HitTest test = statistics::SignTest(beta, trials);
+  double low = 0.5, high = 1;
+  for (int i = 0; i < 40; ++i) {
+    const double share = (low + high) / 2;
+    (test.RejectionRate(share) >= kHarmless ? high : low) = share;
+  }
+  std::vector<double> differences;
+  for (const double a : values)
+    for (const double b : values)
+      if (&a != &b) differences.push_back(a - b);
+  const double margin = std::max(least, *statistics::Quantile(std::move(differences), high));
+  const double unit = std::pow(10, std::floor(std::log10(margin)) - 1);
+  return std::ceil(margin / unit - 1e-9) * unit;
+}
+
+DesignedCondition Designed(const Candidate& candidate, const DesignOptions& options, int conditions,
+                           bool easy) {
+  const double alpha = AlphaOf(options, conditions);
+  DesignedCondition designed{.name = candidate.name, .rate = candidate.rate(), .easy = easy};
+  designed.lost_rate = After(designed.rate, ShiftOf(options, options.to));
+  const double lost = designed.rate - designed.lost_rate;
+  designed.margins.success_rate = easy ? kEasyMargin : ReadableMargin(lost);
+  // as few trials at most as leave next to nothing undecided after the loss
+  int most = std::min(kFewestTrials, options.most_trials);
+  const auto test_of = [&](int max_trials) {
+    return PairedRateTest(designed.margins.success_rate, alpha, options.beta, max_trials);
+  };
+  while (most < options.most_trials) {
+    const PairedRateTest test = test_of(most);
+    if (test.FewestPairs() <= most && (easy || test.AtLoss(lost).p_inconclusive <= kUndecided))
+      break;
+    most = std::min(options.most_trials, most + std::max(4, most / 4));
+  }
+  const PairedRateTest test = test_of(most);
+  designed.max_trials = most;
+  designed.unchanged_trials = std::min(test.FewestPairs(), most);
+  designed.unchanged_s = designed.unchanged_trials * candidate.trial_s;
+  designed.power = test.AtLoss(lost).p_fail;
+  for (const MedianMeasure& measure : kMedianMeasures) {
+    std::vector<double> values;
+    for (const Quality& quality : candidate.docked_well) values.push_back(quality.*measure.value);
+    designed.margins.median.*measure.value =
+        MedianMargin(values, kLeastMargins.*measure.value, options.beta, most);
+  }
+  return designed;
+}
+
+// That a gate of so many conditions fails by one of these when a loss takes options.from to `to`.
+double PowerOf(const std::vector<DesignedCondition>& some, const DesignOptions& options,
+               int conditions, double to) {
+  const double alpha = AlphaOf(options, conditions);
+  double none = 1;
+  for (const DesignedCondition& c : some) {
+    const PairedRateTest test(c.margins.success_rate, alpha, options.beta, c.max_trials);
+    none *= 1 - test.AtLoss(c.rate - After(c.rate, ShiftOf(options, to))).p_fail;
+  }
+  return 1 - none;
+}
+
+bool IsEdge(const Candidate& c) { return kEdgeLow <= c.rate() && c.rate() <= kEdgeHigh; }
+
+// The same keys, whatever their values.
+bool SameKind(const Candidate& a, const Candidate& b) {
+  return std::ranges::equal(a.settings, b.settings, {}, &farm::Parameter::key,
+                            &farm::Parameter::key);
+}
+
+struct Offer {
+  const Candidate* candidate;
+  DesignedCondition condition;
+};
+
+// Of a kind that nothing taken is of, where there is one: what a regression does to one of a kind
+// it does to the others. Then the strongest, and of those that are alike the cheapest.
+Offer BestOf(const std::vector<Offer>& offers, const std::vector<const Candidate*>& taken) {
+  const auto is_new = [&](const Offer& offer) {
+    return std::ranges::none_of(
+        taken, [&](const Candidate* other) { return SameKind(*offer.candidate, *other); });
+  };
+  std::vector<Offer> some;
+  std::ranges::copy_if(offers, std::back_inserter(some), is_new);
+  if (some.empty()) some = offers;
+  const auto power = [](const Offer& offer) { return offer.condition.power; };
+  const double strongest = power(std::ranges::max(some, {}, power));
+  std::erase_if(some, [&](const Offer& offer) { return power(offer) < strongest - kAlike; });
+  return std::ranges::min(some, {}, [](const Offer& offer) { return offer.condition.unchanged_s; });
+}
+
+std::string Share(double share) { return fmt::format("{:.1f} %", 100 * share); }
+
+// The scenario of a cell's trials, without their seeds.
+std::string CellText(const farm::Plan& plan, int64_t cell) {
+  trial::Scenario scenario = plan.ScenarioOf(plan.FirstOf(cell));
+  scenario.seed = 0;
+  return trial::SaveScenario(scenario);
+}
+
+void RequireSameCells(const farm::Plan& plan, const farm::ResultStore& results) {
+  const farm::Plan flown(results.header().plan, "the results' plan", {.plugins = plan.plugins()});
+  if (flown.keys() != plan.keys() || flown.cells() != plan.cells())
+    throw ConfigError(
+        "the results are of another plan: theirs has other keys or another number of cells");
+  for (int64_t cell = 0; cell < plan.cells(); ++cell)
+    if (CellText(flown, cell) != CellText(plan, cell))
+      throw ConfigError("the results are of another plan: theirs differs in " +
+                        plan.CellOf(cell).name);
+}
+
+}  // namespace
+
+std::vector<Candidate> CandidatesOf(const farm::Plan& plan, const farm::ResultStore& results) {
+  RequireSameCells(plan, results);
+  std::vector<Candidate> candidates(static_cast<size_t>(plan.cells()));
+  for (int64_t cell = 0; cell < plan.cells(); ++cell) {
+    const farm::Plan::Cell of = plan.CellOf(cell);
+    Candidate& candidate = candidates[static_cast<size_t>(cell)];
+    candidate.name = of.name.empty() ? of.scenario : of.name;
+    candidate.scenario = of.scenario;
+    candidate.settings = of.values;
+  }
+  if (plan.keys().size() != plan.grid().size())
+    throw ConfigError(plan.keys()[plan.grid().size()] +
+                      ": is drawn for each trial; a gate's conditions are fixed");
+  std::vector<std::vector<double>> seconds(candidates.size());
+  for (const farm::StoredTrial& trial : results.Trials()) {
+    if (!trial.record.ended()) continue;
+    const auto cell = static_cast<size_t>(trial.cell);
+    Candidate& candidate = candidates.at(cell);
+    ++candidate.trials;
+    candidate.docked += trial.record.outcome == trial::Outcome::kDocked;
+    seconds[cell].push_back(trial.record.cpu_time_s > 0 ? trial.record.cpu_time_s
+                                                        : trial.record.wall_time_s);
+    if (trial.record.outcome != trial::Outcome::kDocked) continue;
+    candidate.docked_well.push_back(QualityOf(trial.record));
+  }
+  for (size_t i = 0; i < candidates.size(); ++i) {
+    if (candidates[i].trials == 0)
+      throw ConfigError(candidates[i].name + ": has no trials yet; finish the batch");
+    candidates[i].trial_s = statistics::Median(seconds[i]).value_or(0);
+  }
+  return candidates;
+}
+
+GateDesign DesignGate(const std::vector<Candidate>& candidates, const DesignOptions& options) {
+  TD_CHECK(!candidates.empty(), "a gate is chosen from candidates");
+  const auto rate = [](const Candidate& c) { return -c.rate(); };
+  const Candidate& easiest = *std::ranges::min_element(candidates, {}, rate);  // the first of them
+  GateDesign design;
+  for (const Candidate& candidate : candidates)
+    design.candidates.push_back(Designed(candidate, options, 2, false));
+
+  std::vector<const Candidate*> edge;
+  for (const Candidate& candidate : candidates)
+    if (IsEdge(candidate)) edge.push_back(&candidate);
+  if (edge.empty()) {
+    std::string rates;
+    for (const Candidate& c : candidates)
+      rates += fmt::format("{}{}: {} of {}", rates.empty() ? "" : ", ", c.name, c.docked, c.trials);
+    throw ConfigError(fmt::format(
+        "no candidate is at the edge, where {:.0f} to {:.0f} % dock and a loss shows: {}",
+        100 * kEdgeLow, 100 * kEdgeHigh, rates));
+  }
+
+  // Each number of conditions shares alpha its own way.
+  const double workers = options.workers;
+  double least_s = std::numeric_limits<double>::infinity();
+  for (int many = 1; many < kMostConditions; ++many) {
+    std::vector<DesignedCondition> chosen;
+    const DesignedCondition easy = Designed(easiest, options, many + 1, true);
+    double seconds = easy.unchanged_s / workers;
+    std::vector<const Candidate*> left = edge, taken;
+    while (static_cast<int>(chosen.size()) < many && !left.empty()) {
+      std::vector<Offer> offers;
+      for (const Candidate* candidate : left) {
+        Offer offer{candidate, Designed(*candidate, options, many + 1, false)};
+        const double with_it_s = seconds + offer.condition.unchanged_s / workers;
+        if (chosen.empty()) least_s = std::min(least_s, with_it_s);
+        if (with_it_s <= options.budget_s) offers.push_back(std::move(offer));
+      }
+      if (offers.empty()) break;
+      const Offer best = BestOf(offers, taken);
+      seconds += best.condition.unchanged_s / workers;
+      chosen.push_back(best.condition);
+      taken.push_back(best.candidate);
+      std::erase(left, best.candidate);
+    }
+    if (static_cast<int>(chosen.size()) < many) break;
+    chosen.push_back(easy);
+    const double power = PowerOf(chosen, options, many + 1, options.to);
+    if (power <= design.power) continue;
+    design.chosen = chosen;
+    design.unchanged_s = seconds;
+    design.power = power;
+  }
+  if (design.chosen.empty())
+    throw ConfigError(
+        fmt::format("a budget of {:g} s is too small: the cheapest gate with a condition at the "
+                    "edge takes {:.0f} s",
+                    options.budget_s, std::ceil(least_s)));
+  return design;
+}
+
+std::string GateYaml(const GateDesign& design, const std::vector<Candidate>& candidates,
+                     const DesignOptions& options, const std::string& baseline,
+                     const std::string& folder) {
+  const auto quoted = [](const std::string& text) {
+    YAML::Emitter out;
+    out << YAML::DoubleQuoted << text;
+    return std::string(out.c_str());
+  };
+  std::string text = fmt::format(
+      "# Chosen by `turbidock gate --design` to notice what takes a success rate of {:g} to {:g}: "
+      "power {:.2f},\n"
+      "# {:.0f} s by {} workers for a build without change.\n"
+      "schema_version: 1\ndescription: designed to notice a loss\nbaseline: {}\nalpha: {:g}\n"
+      "beta: {:g}\nconditions:\n",
+      options.from, options.to, design.power, design.unchanged_s, options.workers, baseline,
+      options.alpha, options.beta);
+  for (const DesignedCondition& c : design.chosen) {
+    const Candidate& candidate = *std::ranges::find(candidates, c.name, &Candidate::name);
+    std::string scenario = candidate.scenario;
+    if (std::error_code ignored; fs::is_regular_file(scenario, ignored))
+      scenario = fs::relative(scenario, folder.empty() ? "." : folder).string();
+    std::vector<std::string> set;
+    for (const farm::Parameter& p : candidate.settings) set.push_back(p.key + ": " + p.value);
+    text += fmt::format("  - name: {}\n    scenario: {}\n", quoted(c.name), quoted(scenario));
+    if (!set.empty()) text += fmt::format("    set: {{{}}}\n", fmt::join(set, ", "));
+    std::vector<std::string> margins;
+    GateMargins::Fields(c.margins, [&](const char* key, double margin, auto&&...) {
+      margins.push_back(fmt::format("{}: {:g}", key, margin));
+    });
+    text += fmt::format("    max_trials: {}\n    margins: {{{}}}\n", c.max_trials,
+                        fmt::join(margins, ", "));
+  }
+  return text;
+}
+
+std::string DesignTable(const GateDesign& design, const DesignOptions& options) {
+  const auto table_of = [](const std::vector<DesignedCondition>& conditions) {
+    report::Table table({"<", "docks", "after", "margin", "s", "mm", "returns", "F", "V", "trials",
+                         "at most", "CPU s", "power"});
+    for (const DesignedCondition& c : conditions) {
+      const Quality& m = c.margins.median;
+      table.Row({c.name + (c.easy ? " (easy)" : ""), Share(c.rate), Share(c.lost_rate),
+                 fmt::format("{:.2f}", c.margins.success_rate), fmt::format("{:g}", m.time_s),
+                 fmt::format("{:g}", 1000 * m.final_error_m),
+                 fmt::format("{:g}", m.returns_to_servoing), fmt::format("{:g}", m.fitness),
+                 fmt::format("{:g}", m.effort_v), std::to_string(c.unchanged_trials),
+                 std::to_string(c.max_trials), Fixed(c.unchanged_s, 0), Fixed(c.power, 3)});
+    }
+    return table.Text();
+  };
+  return fmt::format(
+      "a loss that takes {:g} to {:g}; each candidate beside one other condition:\n\n{}\n"
+      "chosen, {:.0f} s by {} workers for a build without change, power {:.3f}:\n\n{}\n"
+      "After: the loss, as large everywhere in the probit of the rate. Margins of the success "
+      "rate, time\n"
+      "to dock, true error, returns to servoing, F, effort. Trials: of a build without change.\n",
+      options.from, options.to, table_of(design.candidates), design.unchanged_s, options.workers,
+      design.power, table_of(design.chosen));
+}
+
+std::string DesignJson(const GateDesign& design, const DesignOptions& options) {
+  return report::JsonText({{"from", options.from},
+                           {"to", options.to},
+                           {"alpha", options.alpha},
+                           {"beta", options.beta},
+                           {"budget_s", options.budget_s},
+                           {"workers", options.workers},
+                           {"unchanged_s", design.unchanged_s},
+                           {"power", design.power},
+                           {"candidates", design.candidates},
+                           {"chosen", design.chosen}});
+}
+
+void WriteDesignFigure(const std::string& path, const GateDesign& design,
+                       const DesignOptions& options) {
+  const double least = std::max(0.02, options.from - 3 * (options.from - options.to));
+  media::Panel panel{.x = {fmt::format("what is left of a success rate of {:g}", options.from),
+                           least, options.from},
+                     .y = {"probability that the gate fails", 0, 1},
+                     .rules = {{.at = options.to, .is_up = true}},
+                     .legend = media::Legend::kAbove};
+  const int of_all = static_cast<int>(std::ssize(design.chosen));  // which share alpha
+  const auto draw = [&](const std::string& name, const std::vector<DesignedCondition>& conditions,
+                        const Rgb& color) {
+    std::vector<media::Sample> samples;
+    for (const double to : media::Evenly(least, options.from - 1e-6, 60))
+      samples.push_back({to, PowerOf(conditions, options, of_all, to)});
+    panel.series.push_back({name, samples, color});
+  };
+  const std::vector<DesignedCondition>& chosen = design.chosen;
+  draw("the gate", chosen, {0, 0, 0});
+  for (size_t i = 0; i < chosen.size(); ++i)
+    draw(chosen[i].name + (chosen[i].easy ? " (easy)" : ""), {chosen[i]},
+         chosen[i].easy ? media::kGrey : media::CurveColor(static_cast<int>(i)));
+  media::WriteFigure(
+      path, {.title = fmt::format("Designed gate: {:.0f} s without change, power {:.2f} at {:g}",
+                                  design.unchanged_s, design.power, options.to),
+             .columns = 1,
+             .width_px = 900,
+             .height_px = 650,
+             .panels = {panel}});
+}
+
+}  // namespace turbidock::gate

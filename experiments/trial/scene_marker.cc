@@ -1,0 +1,151 @@
+#include "experiments/trial/scene_marker.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "sim/vehicle/tags.h"
+
+namespace turbidock::trial {
+namespace {
+
+// To a micrometre: what sums of positions leave in the last digits is gone.
+Eigen::Vector3d Rounded(const Eigen::Vector3d& p_m) {
+  return (p_m * 1e6).array().round().matrix() / 1e6;
+}
+
+// Hue of HSV. ConfigError for grey.
+double HueOf(const Eigen::Vector3d& rgb, const std::string& ball) {
+  const double most = rgb.maxCoeff(), chroma = most - rgb.minCoeff();
+  if (chroma <= 0.1 * most)
+    throw ConfigError("marker.balls",
+                      "ball " + ball + " of the scene is grey: the estimator knows balls by hue");
+  const double sextant = rgb[0] == most   ? (rgb[1] - rgb[2]) / chroma
+                         : rgb[1] == most ? 2 + (rgb[2] - rgb[0]) / chroma
+                                          : 4 + (rgb[0] - rgb[1]) / chroma;
+  const double turn = 2 * std::numbers::pi;
+  return std::fmod(sextant * std::numbers::pi / 3 + turn, turn);
+}
+
+// The edges of the box that carries the balls; 0 where none is centred on the marker's origin, or
+// where it is turned.
+Eigen::Vector3d BoxOf(const vehicle::Scene& scene) {
+  const mjModel& m = *scene.model;
+  const vehicle::MjDataPtr d(mj_makeData(&m));
+  mj_kinematics(&m, d.get());
+  const Pose X_MW = vehicle::SitePose(*d, scene.marker_site).Inverse();
+  for (int geom = 0; geom < m.ngeom; ++geom) {
+    if (m.geom_bodyid[geom] != scene.marker_body || m.geom_type[geom] != mjGEOM_BOX) continue;
+    const Pose X_WG = {Eigen::Quaterniond(Eigen::Matrix3d(
+                           Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(
+                               d->geom_xmat + 9 * geom))),
+                       Eigen::Vector3d::Map(d->geom_xpos + 3 * geom)};
+    const Pose X_MG = X_MW * X_WG;
+    if (X_MG.p.norm() < 1e-6 && AngleBetween(X_MG.q, Eigen::Quaterniond::Identity()) < 1e-6)
+      return Rounded(2 * Eigen::Vector3d::Map(m.geom_size + 3 * geom));
+  }
+  return Eigen::Vector3d::Zero();
+}
+
+std::string PlaceText(const Eigen::Vector3d& p) {
+  return fmt::format("[{:.4g}, {:.4g}, {:.4g}] m", p.x(), p.y(), p.z());
+}
+
+void CheckTags(const Scenario& scenario, const vehicle::Scene& scene) {
+  constexpr double kTol_m = 1e-3, kTol_rad = 0.02;
+  const std::vector<vehicle::TagInScene> tags = vehicle::TagsOf(scene);
+  for (const vision::TagParams& known : scenario.fiducial.tags) {
+    const auto fail = [&](const std::string& problem) {
+      throw ConfigError("fiducial.tags",
+                        fmt::format("tag {} {} ({}); set marker_may_differ to run all the same",
+                                    known.id, problem, scenario.model));
+    };
+    const auto real = std::ranges::find(tags, known.id, &vehicle::TagInScene::id);
+    if (real == tags.end()) fail("is not in the scene");
+    if ((real->X_MT.p - known.p_MT_m).norm() > kTol_m ||
+        std::abs(real->size_m - known.size_m) > kTol_m)
+      fail(fmt::format(
+          "is known at {} with edges of {:.4g} m, but in the scene it is at {} with "
+          "edges of {:.4g} m",
+          PlaceText(known.p_MT_m), known.size_m, PlaceText(real->X_MT.p), real->size_m));
+    if (const double off_rad = AngleBetween(real->X_MT.q, known.X_MT().q); off_rad > kTol_rad)
+      fail(fmt::format("is turned by {:.2g} rad from what is known", off_rad));
+  }
+}
+
+}  // namespace
+
+void TakeBalls(const vehicle::Scene& scene, Scenario* scenario) {
+  const vision::MarkerParams before = scenario->marker;
+  vision::MarkerParams& marker = scenario->marker;
+  marker.balls.clear();
+  for (const vehicle::BallInScene& real : scene.balls) {
+    vision::BallParams& ball = marker.balls.emplace_back();
+    const auto known = std::ranges::find(before.balls, real.name, &vision::BallParams::name);
+    if (known != before.balls.end()) {
+      ball = *known;
+    } else {
+      const float* rgba = scene.model->geom_rgba + 4 * real.geom;
+      Eigen::Vector3d color(rgba[0], rgba[1], rgba[2]);
+      const light::BallLightParams& lights = scenario->light.ball_lights;
+      const auto lit = std::ranges::find(lights.balls, real.name, &light::BallLight::name);
+      if (lights.enabled && lit != lights.balls.end()) color = lit->color;
+      ball.name = real.name;
+      ball.hue_rad = HueOf(color, real.name);
+      for (size_t k = 0; k < 3; ++k)
+        ball.display_rgb[k] = color[static_cast<Eigen::Index>(k)] / color.maxCoeff();
+    }
+    ball.p_MQ_m = Rounded(real.p_MQ);
+    ball.radius_m = std::round(real.radius_m * 1e6) / 1e6;
+  }
+  marker.box_m = BoxOf(scene);
+}
+
+void TakeTags(const vehicle::Scene& scene, Scenario* scenario) {
+  for (const vehicle::TagInScene& real : vehicle::TagsOf(scene)) {
+    vision::TagParams& tag = scenario->fiducial.tags.emplace_back();
+    tag.id = real.id;
+    tag.p_MT_m = Rounded(real.X_MT.p);
+    const Eigen::Quaterniond& q = real.X_MT.q;
+    tag.q_MT_wxyz = {q.w(), q.x(), q.y(), q.z()};
+    // sums of rotations leave as much
+    if (AngleBetween(q, Eigen::Quaterniond::Identity()) < 1e-6) tag.q_MT_wxyz = {1, 0, 0, 0};
+    tag.size_m = std::round(real.size_m * 1e6) / 1e6;
+  }
+  if (scenario->fiducial.tags.empty())
+    throw ConfigError("fiducial.tags", "there is no tag to read in " + scenario->model +
+                                           ": it has no site tag_*, as fiducial.xml has them");
+}
+
+void CheckMarker(const Scenario& scenario, const vehicle::Scene& scene) {
+  if (scenario.marker_may_differ) return;
+  constexpr double kTol_m = 1e-3;
+  const auto fail = [&](const std::string& ball, const std::string& problem) {
+    throw ConfigError("marker.balls", "ball " + ball + " " + problem + " (" + scenario.model +
+                                          "); set marker_may_differ to run all the same");
+  };
+  const auto text = [](const Eigen::Vector3d& p, double radius_m) {
+    return fmt::format("[{:.4g}, {:.4g}, {:.4g}] m with a radius of {:.4g} m", p.x(), p.y(), p.z(),
+                       radius_m);
+  };
+  for (const vision::BallParams& known : scenario.marker.balls) {
+    const auto real = std::find_if(scene.balls.begin(), scene.balls.end(),
+                                   [&](const auto& ball) { return ball.name == known.name; });
+    if (real == scene.balls.end()) fail(known.name, "is not in the scene");
+    if ((real->p_MQ - known.p_MQ_m).norm() > kTol_m ||
+        std::abs(real->radius_m - known.radius_m) > kTol_m)
+      fail(known.name, "is known at " + text(known.p_MQ_m, known.radius_m) +
+                           ", but in the scene it is at " + text(real->p_MQ, real->radius_m));
+  }
+  for (const vehicle::BallInScene& real : scene.balls) {
+    const auto& known = scenario.marker.balls;
+    if (std::none_of(known.begin(), known.end(),
+                     [&](const auto& ball) { return ball.name == real.name; }))
+      fail(real.name, "of the scene is not known");
+  }
+  if (scenario.pose_estimator == EstimatorKind::kFiducial) CheckTags(scenario, scene);
+}
+
+}  // namespace turbidock::trial

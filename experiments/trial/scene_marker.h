@@ -1,0 +1,22 @@
+#pragma once
+// The marker as the estimator knows it, and as it stands in the scene.
+
+#include "experiments/trial/scenario.h"
+#include "sim/vehicle/scene.h"
+
+namespace turbidock::trial {
+
+// Takes the scene's balls, and the box that carries them, as those that the estimator knows; to a
+// micrometre. A ball of a name that the scenario's marker has keeps its hue there; another has the
+// hue of its light or else of its paint. ConfigError for one that has no hue.
+void TakeBalls(const vehicle::Scene& scene, Scenario* scenario);
+
+// Takes the scene's tags as those that the estimator `fiducial` knows. ConfigError without any.
+void TakeTags(const vehicle::Scene& scene, Scenario* scenario);
+
+// ConfigError when a ball of the marker as the estimator knows it is not where the scene has it, to
+// a millimetre, or one of the two has no such ball; unless the scenario says that they may differ.
+// Likewise for tags, where the estimator reads them.
+void CheckMarker(const Scenario& scenario, const vehicle::Scene& scene);
+
+}  // namespace turbidock::trial

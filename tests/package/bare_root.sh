@@ -1,0 +1,24 @@
+#!/usr/bin/env bash
+# bare_root.sh ROOT [SUITE]: a bare Debian 12, or another suite, in that folder, unless it is there; Debian 12 with this
+# machine's sources of packages. As root.
+set -euo pipefail
+root=$(realpath -m "$1")
+wanted=${2:-bookworm}
+mirror=$(apt-get indextargets --format '$(SITE) $(RELEASE)' 'Created-By: Packages' |
+  sed -n 's/ bookworm$//p' | sed -n 1p)
+if [ ! -e "$root/var/lib/dpkg/status" ]; then
+  rm -rf "$root"
+  mkdir -p "$(dirname "$root")"
+  debootstrap --variant=minbase "$wanted" "$root" "$mirror" >"$root.log" || {
+    tail -5 "$root.log"
+    exit 1
+  }
+fi
+if [ "$wanted" != bookworm ]; then exit; fi
+if [ -e /etc/resolv.conf ]; then cp -L /etc/resolv.conf "$root/etc/"; fi
+rm -f "$root/etc/apt/sources.list"
+cp -r /etc/apt/. "$root/etc/apt/"
+if [ -e /usr/share/ca-certificates ]; then
+  mkdir -p "$root/etc/ssl"
+  cp -rL /etc/ssl/certs "$root/etc/ssl/"
+fi

@@ -1,0 +1,58 @@
+#!/usr/bin/env bash
+# plugins_test.sh PROGRAM FOLDER: a program with a law and an estimator of its own (my_docking.cc) does with them
+# whatever turbidock does with its own.
+set -euo pipefail
+# A pipe is read to its end (grep without -q): a program whose reader has left fails.
+program=$(realpath "$1")
+folder=$(realpath -m "$2")
+rm -rf "$folder"
+mkdir -p "$folder"
+cd "$folder"
+quick=(--set pose_source=true_pose --set controller=damped_p)
+
+"$program" scenarios --keys | grep 'damped_p.gain_newton_per_m' >/dev/null
+"$program" run pool_active "${quick[@]}" --seed 3 --out run --expect docked --quiet
+grep -q 'controller: damped_p' run/resolved.yaml
+"$program" run run/resolved.yaml --json --quiet >again.json
+cmp <(grep '"digest"' run/result.json) <(grep '"digest"' again.json)
+"$program" run pool_active --set pose_estimator=cautious --set duration_s=1 --json --quiet | grep '"cautious"' >/dev/null
+if "$program" run pool_active --set damped_p.gain=3 2>error.txt; then exit 1; fi
+grep -q 'did you mean gain_newton_per_m' error.txt
+
+"$program" batch smoke "${quick[@]}" --seeds 3 --workers 2 --out batch.db --quiet
+"$program" verify batch.db --sample 2
+"$program" replay batch.db 0 --out replay --no-video --quiet
+"$program" report batch.db --out batch.html
+"$program" step-response pool_active --set controller=damped_p --axis y --json --quiet | grep damped_p >/dev/null
+"$program" compare-estimators --estimators default,cautious/largest_jump_m=0.2 --marker active --distances 600 \
+  --milk 0 --starts 2 --frames 5 --json --quiet | grep cautious >/dev/null
+
+cat >gate.yaml <<'GATE'
+schema_version: 1
+description: damped_p in the pool
+baseline: gate.baseline.yaml
+max_trials: 20
+margins: {success_rate: 0.4}
+conditions:
+  - {name: pool, scenario: pool_active, set: {pose_source: true_pose, controller: damped_p}}
+GATE
+"$program" gate gate.yaml --update --workers 2 --quiet
+"$program" gate gate.yaml --workers 2 --quiet --out gate
+
+cat >study.yaml <<'STUDY'
+schema_version: 1
+description: damped_p in the pool
+trials:
+  scenario: pool_active
+  set: {controller: damped_p, pose_source: true_pose, duration_s: 20}
+  seeds: 2
+gains:
+  - {key: damped_p.gain_newton_per_m, low: 10, high: 160, scale: log}
+objective:
+  - {metric: time_s, weight: 1, failed: 60}
+optimiser: {algorithm: cma_es, population: 5, generations: 1}
+proof: {held_out_seeds: 2, robustness_seeds: 0, sensitivity_seeds: 0, cameras: false}
+STUDY
+"$program" tune study.yaml --out tune --workers 2 --quiet
+grep -q 'controller: damped_p' tune/gains.yaml
+echo "a law and an estimator of one's own: run, batch, verify, replay, report, step-response, compare-estimators, gate, tune"

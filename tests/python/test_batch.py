@@ -1,0 +1,111 @@
+"""Batches and gates from Python, with laws written in it."""
+
+import sqlite3
+
+import pytest
+
+import turbidock
+from conftest import QUICK, CopiedLaw, FixedEstimator, OddLaw
+
+
+def plan(**more):
+    return {"schema_version": 1, "description": "a few", "scenario": "pool_active", "seeds": 3,
+            "set": {**QUICK, "duration_s": 6}, **more}
+
+
+def test_a_batch_is_a_frame_and_goes_on(tmp_path):
+    out = str(tmp_path / "b.db")
+    trials = turbidock.batch(plan(), out, workers=2)
+    assert list(trials["trial"]) == [0, 1, 2]
+    again = turbidock.batch(plan(), out, workers=2)
+    assert list(again["digest"]) == list(trials["digest"])
+    assert list(turbidock.read_results(out)["digest"]) == list(trials["digest"])
+    for row in trials.itertuples():
+        alone = turbidock.run("pool_active", seed=int(row.seed),
+                              settings={**QUICK, "duration_s": 6})
+        assert alone.digest == row.digest
+
+
+def test_a_batch_with_a_law_in_python(tmp_path):
+    trials = turbidock.batch(plan(), str(tmp_path / "b.db"), workers=2, controller=CopiedLaw)
+    for row in trials.itertuples():
+        alone = turbidock.run("pool_active", seed=int(row.seed), controller=CopiedLaw,
+                              settings={**QUICK, "duration_s": 6})
+        assert alone.digest == row.digest
+
+
+def test_a_batch_goes_on_when_a_law_raises_or_hangs(tmp_path):
+    trials = turbidock.batch(
+        plan(seeds=1, trial_time_limit_s=5,
+             grid={"odd_law.does": ["nothing", "raise", "hang", "nothing"]}),
+        str(tmp_path / "b.db"), workers=2, controller=OddLaw)
+    assert list(trials["outcome"])[1:3] == ["crashed", "hung"]
+    assert trials["outcome"][0] not in ("crashed", "hung")
+
+
+def test_a_batch_goes_on_when_an_estimator_raises_or_hangs(tmp_path):
+    out = str(tmp_path / "b.db")
+    trials = turbidock.batch(
+        plan(seeds=1, trial_time_limit_s=10, set={"duration_s": 0.3},
+             grid={"fixed_estimator.does": ["nothing", "raise", "nan", "hang", "nothing"]}),
+        out, workers=2, estimator=FixedEstimator)
+    assert list(trials["outcome"]) == ["timeout", "crashed", "crashed", "hung", "timeout"]
+    with sqlite3.connect(out) as file:
+        stored = "\n".join(file.iterdump())
+    assert "fixed_estimator" in stored and "no such ball" in stored and "not finite" in stored
+
+
+def test_a_batch_after_drawing(tmp_path):
+    trial = turbidock.Trial("pool_active", settings={"duration_s": 0.2}, images=True)
+    for _ in trial:
+        pass
+    trials = turbidock.batch(plan(seeds=2, set={"duration_s": 0.2}, trial_time_limit_s=60),
+                             str(tmp_path / "b.db"), workers=2)
+    assert list(trials["outcome"]) == ["timeout", "timeout"]
+
+
+def test_a_gate_judges_a_law_in_python(tmp_path):
+    gate = tmp_path / "gate.yaml"
+    gate.write_text("""schema_version: 1
+description: the pool
+baseline: gate.baseline.yaml
+max_trials: 12
+margins: {success_rate: 0.5}
+conditions:
+  - {name: pool, scenario: pool_active, set: {pose_source: true_pose}}
+""")
+    turbidock.gate(str(gate), workers=2, update=True)
+    assert turbidock.gate(str(gate), workers=2)["verdict"] == "pass"
+    # it lets the vehicle drift
+    assert turbidock.gate(str(gate), workers=2, controller=OddLaw)["verdict"] == "fail"
+    with pytest.raises(turbidock.SimulatorFault, match="crashed"):
+        turbidock.gate(str(gate), workers=2, controller=OddLaw, settings={"odd_law.does": "raise"})
+    with pytest.raises(turbidock.SimulatorFault, match="hung"):
+        turbidock.gate(str(gate), workers=2, controller=OddLaw, settings={"odd_law.does": "hang"},
+                       time_limit_s=3)
+
+
+def test_a_gate_judges_an_estimator_in_python(tmp_path):
+    gate = tmp_path / "gate.yaml"
+    gate.write_text("""schema_version: 1
+description: the pool
+baseline: gate.baseline.yaml
+max_trials: 12
+margins: {success_rate: 0.5}
+conditions:
+  - {name: pool, scenario: pool_active, set: {pose_source: true_pose}}
+""")
+    turbidock.gate(str(gate), workers=2, update=True)
+    seen = {"pose_source": "cameras", "duration_s": 0.3}
+    assert turbidock.gate(str(gate), workers=2, estimator=FixedEstimator,
+                          settings=seen)["verdict"] == "fail"  # nothing docks in 0.3 s
+    with pytest.raises(turbidock.SimulatorFault, match="crashed"):
+        turbidock.gate(str(gate), workers=2, estimator=FixedEstimator,
+                       settings={**seen, "fixed_estimator.does": "nan"})
+
+
+def test_bad_plans_are_named(tmp_path):
+    with pytest.raises(turbidock.ConfigError, match="did you mean seeds"):
+        turbidock.batch(plan(seedz=3), str(tmp_path / "b.db"))
+    with pytest.raises(ValueError, match="workers must be at least 1"):
+        turbidock.batch(plan(), str(tmp_path / "b.db"), workers=-1)

@@ -1,0 +1,120 @@
+"""The Gymnasium environment."""
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+import turbidock
+from turbidock.docking_env import PolicyController
+from conftest import QUICK
+
+
+@pytest.mark.parametrize("observe, settings", [
+    ("estimate", QUICK), ("truth", QUICK), (("estimate", "truth"), QUICK),
+    (("estimate", "images"), {"rig.width_px": 160, "rig.height_px": 120})])
+def test_passes_the_checker(observe, settings):
+    env = gymnasium.make("turbidock/Docking-v0", observe=observe, settings=settings)
+    check_env(env.unwrapped, skip_render_check=True)
+
+
+def test_the_same_seed_is_the_same_episode():
+    def episode():
+        env = gymnasium.make("turbidock/Docking-v0", settings={**QUICK, "duration_s": 8})
+        observation, info = env.reset(seed=4)
+        rng, seen = np.random.default_rng(1), [observation]
+        while True:
+            observation, reward, terminated, truncated, info = env.step(
+                rng.uniform(-1, 1, 4).astype(np.float32))
+            seen.append(observation)
+            if terminated or truncated:
+                return np.array(seen), info["digest"]
+
+    (a, digest_a), (b, digest_b) = episode(), episode()
+    assert digest_a == digest_b
+    np.testing.assert_array_equal(a, b)
+
+
+def test_bad_actions_and_options_are_named():
+    env = gymnasium.make("turbidock/Docking-v0", settings=QUICK).unwrapped
+    with pytest.raises(RuntimeError, match="before reset"):
+        env.step(np.zeros(4))
+    env.reset(seed=1)
+    with pytest.raises(ValueError, match=r"shape \(3,\)"):
+        env.step(np.zeros(3))
+    with pytest.raises(ValueError, match=r"must be in \[-1, 1\]"):
+        env.step([0, 0, 2, 0])
+    with pytest.raises(ValueError, match=r"must be in \[-1, 1\]"):
+        env.step([0, 0, np.nan, 0])
+    with pytest.raises(ValueError, match="must be one of estimate, truth, images"):
+        gymnasium.make("turbidock/Docking-v0", observe="picture")
+
+
+def act(observation):
+    """The documented damped proportional policy."""
+    return np.clip(observation[:4] + observation[4:8], -1, 1)
+
+
+def episode(env, policy, **reset):
+    """Its end's info, with the sum of rewards."""
+    observation, info = env.reset(**reset)
+    total, over = 0.0, False
+    while not over:
+        observation, reward, terminated, truncated, end = env.step(policy(observation))
+        total, over = total + reward, terminated or truncated
+    return {**info, **end, "return": total, "last": observation}
+
+
+@pytest.mark.parametrize("scenario", ["pool_active", "sea_night_active"])
+@pytest.mark.parametrize("observe", ["estimate", "truth"])
+def test_a_policy_written_by_hand_docks(scenario, observe):
+    env = gymnasium.make("turbidock/Docking-v0", scenario=scenario, observe=observe,
+                         settings=QUICK)
+    ends = [episode(env, act, options={"seed": seed}) for seed in range(10)]
+    assert sum(end["is_success"] for end in ends) >= 9
+    # and one that does not steer comes to less than any that docked
+    idle = episode(env, lambda _: np.zeros(4, np.float32), options={"seed": 0})
+    assert not idle["is_success"]
+    assert idle["return"] < min(end["return"] for end in ends if end["is_success"])
+
+
+def test_a_policy_docks_through_the_cameras_and_sees_the_last_image():
+    env = gymnasium.make("turbidock/Docking-v0", scenario="pool_active",
+                         observe=("estimate", "images"))
+    end = episode(env, lambda seen: act(seen["estimate"]), options={"seed": 2})
+    assert end["outcome"] == "docked"
+    assert end["last"]["images"].shape == (2, 480, 640, 3)
+
+
+def test_two_environments_in_one_process_do_not_meet():
+    settings = {**QUICK, "duration_s": 4}
+
+    def make():
+        return gymnasium.make("turbidock/Docking-v0", scenario="pool_active", settings=settings)
+
+    alone = [episode(make(), act, seed=seed)["digest"] for seed in (1, 2)]
+    both, over = [make(), make()], 0
+    seen = [env.reset(seed=seed)[0] for env, seed in zip(both, (1, 2))]
+    digests = [None, None]
+    while over < 2:
+        for i, env in enumerate(both):
+            if digests[i] is None:
+                seen[i], _, terminated, truncated, end = env.step(act(seen[i]))
+                if terminated or truncated:
+                    digests[i] = end["digest"]
+                    over += 1
+    assert digests == alone
+
+
+class Policy(PolicyController):
+    def act(self, observation):
+        return act(observation)
+
+
+def test_a_policy_is_the_same_as_a_law():
+    settings = {**QUICK, "duration_s": 20}
+    env = gymnasium.make("turbidock/Docking-v0", scenario="pool_active", settings=settings)
+    end = episode(env, lambda seen: act(seen).astype(np.float32), seed=2)
+    law = turbidock.run("pool_active", seed=end["seed"], controller=Policy, settings=settings)
+    assert law.outcome == end["outcome"]
+    assert law.digest == end["digest"]

@@ -1,0 +1,263 @@
+"""Trials from Python: the same digests as in C++, frames that stay, errors that name the thing."""
+
+import multiprocessing
+import os
+import threading
+
+import numpy as np
+import pytest
+
+import turbidock
+from conftest import QUICK, CopiedLaw, CopiedPid, FixedEstimator, OddLaw
+
+
+def test_run_is_the_programs_own(program):
+    ours = turbidock.run("sea_night_active", seed=77, settings={**QUICK, "duration_s": 8})
+    theirs = program("sea_night_active", seed=77, pose_source="true_pose", duration_s=8)
+    assert ours.digest == theirs["digest"]
+    assert ours.outcome == theirs["outcome"]
+    assert len(ours.trajectory) == 8 * 30
+
+
+def test_stepped_with_images_it_is_the_same_trial(program):
+    theirs = program("pool_active", seed=5, duration_s=1.5)
+    trial = turbidock.Trial("pool_active", seed=5, settings={"duration_s": 1.5}, images=True)
+    kept, copies = [], []
+    for _ in trial:
+        left, right = trial.images
+        kept.append(left)
+        copies.append(left.copy())
+        assert left.shape == (480, 640, 3) and right.dtype == np.uint8
+    assert trial.result().digest == theirs["digest"]
+    assert len(kept) == 45
+    for frame, copy in zip(kept, copies):  # nothing has been written into what we kept
+        np.testing.assert_array_equal(frame, copy)
+    assert len({frame.ctypes.data for frame in kept}) == len(kept)
+    assert any((a != b).any() for a, b in zip(kept, kept[1:]))
+
+
+def test_images_are_without_a_copy_and_read_only():
+    trial = turbidock.Trial("pool_active", settings={"duration_s": 1}, images=True)
+    trial.step()
+    left, _ = trial.images
+    again, _ = trial.images
+    assert left.ctypes.data == again.ctypes.data
+    with pytest.raises(ValueError, match="read-only"):
+        left[0, 0, 0] = 1
+    with pytest.raises(ValueError, match="read-only"):
+        trial.frame.true_position[0] = 1
+
+
+def test_a_frame_stays_what_it_was():
+    trial = turbidock.Trial("pool_active", settings={**QUICK, "duration_s": 2})
+    trial.step()
+    frame = trial.frame
+    position, first = frame.true_position, frame.true_position.copy()
+    for _ in range(30):
+        trial.step()
+    np.testing.assert_array_equal(position, first)
+    assert (trial.frame.true_position != first).any()
+
+
+def test_a_python_copy_of_the_published_law_steers_the_same_trial(program):
+    theirs = program("paper_sea_night_active", seed=3, pose_source="true_pose", duration_s=12)
+    law = turbidock.Scenario("paper_sea_night_active").p_voltage
+    ours = turbidock.run(
+        "paper_sea_night_active", seed=3, controller=CopiedLaw,
+        settings={**QUICK, "duration_s": 12, "copied_law.surge_v_per_m": law.surge.kp_v_per_m,
+                  "copied_law.across_v_per_m": law.sway.kp_v_per_m,
+                  "copied_law.yaw_v": law.yaw.kp_v})
+    assert ours.digest == theirs["digest"]
+
+
+def test_a_python_copy_of_a_law_that_asks_for_forces_steers_the_same_trial(program):
+    gains = {f"pid.{axis}.{key}": value for axis in ("surge", "sway", "heave", "yaw")
+             for key, value in (("kp_per_s2", 0.5), ("ki_per_s3", 0), ("kd_per_s", 1.0),
+                                ("limit_share", 1))}
+    theirs = program("sea_night_active", seed=3, pose_source="true_pose", duration_s=12,
+                     controller="pid", **{key.replace(".", "__"): value for key, value in {
+                         **gains, "pid.yaw.aim": 0, "pid.setpoint.enabled": "false",
+                         "pid.pose_filter.enabled": "true"}.items()})
+    settings = {**QUICK, "duration_s": 12, "copied_pid.pose_filter.enabled": True}
+    ours = turbidock.run("sea_night_active", seed=3, controller=CopiedPid, settings=settings)
+    assert ours.digest == theirs["digest"]
+
+
+def test_forces_steer_every_vehicle_and_volts_the_published_one():
+    ended = turbidock.run("bluerov2_sea_night", seed=1, controller=CopiedPid,
+                          settings={**QUICK, "duration_s": 3})
+    assert ended.outcome == "timeout"
+    assert ended.trajectory.filter(like="_v").iloc[-1].nunique() > 4  # it steers
+    with pytest.raises(turbidock.ConfigError, match="thruster"):
+        turbidock.run("bluerov2_sea_night", controller=CopiedLaw, settings=QUICK)
+
+    class Odd(turbidock.Controller):
+        asks_for = "watts"
+
+    with pytest.raises(turbidock.ConfigError, match="watts, must be forces or volts"):
+        turbidock.run("pool_active", controller=Odd)
+
+
+def test_scenarios_have_the_keys_and_errors_of_yaml():
+    s = turbidock.Scenario("sea_night_active", seed=77, settings={"water.milk_ml_m3": 20})
+    assert s["seed"] == 77 and s.water.milk_ml_m3 == 20
+    s.water.milk_ml_m3 = 25
+    assert s["water.milk_ml_m3"] == 25
+    assert turbidock.Scenario.parse(s.to_yaml()).to_yaml() == s.to_yaml()
+    with pytest.raises(turbidock.ConfigError, match="did you mean milk_ml_m3"):
+        s["water.milk_ml_m4"] = 1
+    with pytest.raises(turbidock.ConfigError, match=r"must be in"):
+        s["water.milk_ml_m3"] = -1
+    assert s["water.milk_ml_m3"] == 25  # nothing has changed
+    with pytest.raises(AttributeError, match="unknown key"):
+        _ = s.watr
+    with pytest.raises(ValueError, match="no bundled scenario"):
+        turbidock.Scenario("sea_nigt_active")
+    with pytest.raises(turbidock.ConfigError, match="did you mean across_v_per_m"):
+        turbidock.Scenario("pool_active", controller=CopiedLaw,
+                           settings={"copied_law.acros_v_per_m": 3})
+    with pytest.raises(turbidock.ConfigError, match="must be in"):
+        turbidock.Scenario("pool_active", controller=CopiedLaw, settings={"copied_law.yaw_v": -3})
+
+
+@pytest.mark.parametrize("does, problem", [
+    ("raise", "no such gain"), ("nan", "number 2 is nan"), ("shape", r"shape \(3,\)")])
+def test_a_law_that_fails_is_named(does, problem):
+    with pytest.raises(turbidock.PluginError, match=rf"controller odd_law, Demand(.|\n)*{problem}"):
+        turbidock.run("pool_active", controller=OddLaw, settings={**QUICK, "odd_law.does": does})
+
+
+@pytest.mark.parametrize("does, problem", [
+    ("raise", "no such ball"), ("nan", "not finite"), ("write", "read-only")])
+def test_an_estimator_that_fails_is_named(does, problem):
+    with pytest.raises(turbidock.PluginError, match=rf"estimator fixed_estimator(.|\n)*{problem}"):
+        turbidock.run("pool_active", estimator=FixedEstimator,
+                      settings={"duration_s": 0.5, "fixed_estimator.does": does})
+
+
+def test_what_is_no_plug_in_is_refused():
+    with pytest.raises(TypeError, match="must be a class made from"):
+        turbidock.run("pool_active", controller=dict)
+
+
+def test_steering_by_hand_is_checked():
+    trial = turbidock.Trial("pool_active", settings={**QUICK, "duration_s": 1}, steered="volts")
+    for wrong, problem in (([0, 0, 0], "shape"), ([0, 0, 0, 3], r"in \[-2.5, 2.5\]"),
+                           ([0, 0, 0, float("nan")], "nan"), ("left", "four numbers")):
+        with pytest.raises(ValueError, match=problem):
+            trial.step(wrong)
+    while not trial.ended:
+        trial.step([0, 0.1, 0, 0])
+    with pytest.raises(ValueError, match="has ended"):
+        trial.step([0, 0, 0, 0])
+    with pytest.raises(ValueError, match="steered trial only"):
+        turbidock.Trial("pool_active", settings=QUICK).step([0, 0, 0, 0])
+    with pytest.raises(turbidock.ConfigError, match="watts, must be forces or volts"):
+        turbidock.Trial("pool_active", settings=QUICK, steered="watts")
+
+
+def test_a_demand_is_given_as_far_as_the_vehicle_can():
+    trial = turbidock.Trial("pool_active", settings={**QUICK, "duration_s": 3}, steered=True)
+    while not trial.in_control:
+        trial.step([0, 0, 0, 0])
+    half = trial.authority / 2 * [0, 1, 1, 0]
+    trial.step(half)
+    np.testing.assert_allclose(trial.given, half, atol=1e-9)
+    np.testing.assert_allclose(trial.frame.demand, half)
+    trial.step([0, 100, 0, 0])
+    assert 0.9 * trial.authority[1] < trial.given[1] < 1.2 * trial.authority[1]
+
+
+def test_what_is_left_of_a_finished_trial():
+    trial = turbidock.Trial("pool_active", settings={"duration_s": 0.3}, images=True)
+    with pytest.raises(ValueError, match="no frame yet"):
+        _ = trial.frame
+    for frame in trial:
+        pass
+    left = trial.images[0].copy()
+    trial.result()
+    assert trial.frame.time_s == frame.time_s
+    np.testing.assert_array_equal(trial.images[0], left)
+    with pytest.raises(ValueError, match="is finished"):
+        trial.push([1, 0, 0])
+
+
+def test_two_trials_at_a_time_do_not_meet():
+    def alone(seed):
+        return turbidock.run("pool_active", seed=seed, settings={"duration_s": 0.7}).digest
+
+    trials = [turbidock.Trial("pool_active", seed=seed, settings={"duration_s": 0.7}, images=True)
+              for seed in (1, 2)]
+    while not trials[0].ended:
+        for trial in trials:
+            trial.step()
+            _ = trial.images
+    assert [trial.result().digest for trial in trials] == [alone(1), alone(2)]
+
+
+def _step(trial, answers):
+    try:
+        trial.step()
+        answers.put("it stepped")
+    except RuntimeError as error:
+        answers.put(str(error))
+
+
+def test_a_trial_is_its_threads_and_its_process():
+    trial = turbidock.Trial("pool_active", settings={"duration_s": 1})
+    trial.step()
+    answers = multiprocessing.get_context("fork").Queue()
+    process = multiprocessing.get_context("fork").Process(target=_step, args=(trial, answers))
+    process.start()
+    assert f"belongs to process {os.getpid()}" in answers.get(timeout=60)
+    process.join()
+
+    thread = threading.Thread(target=_step, args=(trial, answers))
+    thread.start()
+    thread.join()
+    assert "belongs to another thread" in answers.get(timeout=60)
+
+
+def _draw(answers):
+    trial = turbidock.Trial("pool_active", seed=4, settings={"duration_s": 0.2}, images=True)
+    for _ in trial:
+        _ = trial.images
+    answers.put(trial.result().digest)
+
+
+def test_a_process_that_is_forked_after_drawing_draws_its_own():
+    answers = multiprocessing.get_context("fork").Queue()
+    _draw(answers)
+    process = multiprocessing.get_context("fork").Process(target=_draw, args=(answers,))
+    process.start()
+    assert answers.get(timeout=60) == answers.get(timeout=60)
+    process.join()
+
+
+def test_python_runs_while_a_trial_does():
+    counted, done = [0], threading.Event()
+
+    def count():
+        while not done.is_set():
+            counted[0] += 1
+            done.wait(0.005)
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    turbidock.run("pool_active", settings={"duration_s": 1})
+    done.set()
+    thread.join()
+    assert counted[0] > 20
+
+
+def test_progress_is_told_and_may_stop():
+    shares = []
+    turbidock.run("pool_active", settings={**QUICK, "duration_s": 3},
+                  progress=lambda share, words: shares.append(share))
+    assert shares == sorted(shares) and len(shares) >= 3
+
+    def stop(share, words):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        turbidock.run("pool_active", settings=QUICK, progress=stop)

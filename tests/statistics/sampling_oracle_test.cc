@@ -1,0 +1,103 @@
+// Samples of a design and the distributions that they are laid on, against closed forms.
+
+#include "experiments/statistics/sampling.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "sim/base/random.h"
+
+namespace turbidock::statistics {
+namespace {
+
+// Which of `parts` equal parts of (0, 1) each one is in.
+std::vector<int> PartsOf(const std::vector<double>& samples, int parts) {
+  std::vector<int> found;
+  for (const double u : samples) found.push_back(static_cast<int>(std::floor(u * parts)));
+  return found;
+}
+
+TEST(Samples, IndependentOnesFillTheRange) {
+  Rng rng(1, 0);
+  const std::vector<double> samples = IndependentSamples(4000, &rng);
+  ASSERT_EQ(samples.size(), 4000u);
+  double sum = 0, squares = 0;
+  for (const double u : samples) {
+    ASSERT_GT(u, 0);
+    ASSERT_LT(u, 1);
+    sum += u;
+    squares += u * u;
+  }
+  EXPECT_NEAR(sum / 4000, 1 / 2.0, 0.02);
+  EXPECT_NEAR(squares / 4000, 1 / 3.0, 0.02);
+}
+
+TEST(Samples, StratifiedOnesMeetEveryPartOnce) {
+  Rng rng(2, 0);
+  const std::vector<int> parts = PartsOf(StratifiedSamples(100, &rng), 100);
+  EXPECT_EQ(std::set<int>(parts.begin(), parts.end()).size(), 100u);
+  EXPECT_FALSE(std::is_sorted(parts.begin(), parts.end()));
+}
+
+// The first dimension of Sobol's sequence is van der Corput's, in the order of Gray's code: but for
+// the shift, point i has the bits of i ^ (i >> 1) reversed.
+TEST(Samples, SobolsFirstDimensionIsVanDerCorputs) {
+  Rng rng(3, 0);
+  const std::vector<int> parts = PartsOf(SobolSamples(256, 0, &rng), 256);
+  for (int i = 0; i < 256; ++i) {
+    int reversed = 0;
+    for (int bit = 0; bit < 8; ++bit) reversed |= ((i ^ (i >> 1)) >> bit & 1) << (7 - bit);
+    ASSERT_EQ(parts[static_cast<size_t>(i)] ^ parts[0], reversed) << i;
+  }
+}
+
+TEST(Samples, SobolMeetsEveryPartOnceInEveryDimension) {
+  std::set<std::vector<int>> sequences;
+  for (const int dimension : {0, 1, 2, 7, kMaxSobolDimensions - 1}) {
+    Rng rng(4, 0);
+    const std::vector<int> parts = PartsOf(SobolSamples(64, dimension, &rng), 64);
+    EXPECT_EQ(std::set<int>(parts.begin(), parts.end()).size(), 64u) << dimension;
+    EXPECT_TRUE(sequences.insert(parts).second) << dimension;
+  }
+  Rng rng(4, 0);
+  EXPECT_TRUE(SobolSamples(0, 0, &rng).empty());
+  EXPECT_EQ(SobolSamples(1, 3, &rng).size(), 1u);
+}
+
+TEST(Distribution, UniformAndLogUniform) {
+  EXPECT_DOUBLE_EQ(UniformAt(0.25, 2, 10), 4);
+  EXPECT_DOUBLE_EQ(UniformAt(0.5, -3, 1), -1);
+  EXPECT_DOUBLE_EQ(LogUniformAt(0.5, 1, 100), 10);
+  EXPECT_DOUBLE_EQ(LogUniformAt(0.25, 2, 32), 4);
+}
+
+// P(X > x) of a standard normal; without cancellation in the upper tail.
+double Above(double x) { return std::erfc(x / std::sqrt(2.0)) / 2; }
+
+TEST(Distribution, Normal) {
+  EXPECT_NEAR(NormalAt(0.5, 3, 2), 3, 1e-12);
+  EXPECT_NEAR(NormalAt(0.975, 3, 2), 3 + 2 * 1.959963984540054, 1e-9);
+}
+
+// Within bounds, anywhere: the share of the probability between them that lies below is u.
+TEST(Distribution, NormalWithinBounds) {
+  const double mean = 0.7, deviation = 2;
+  for (const auto& [low, high] :
+       {std::pair(-1.0, 2.0), std::pair(-3.0, 0.0), std::pair(5.0, 9.0), std::pair(9.0, 11.0)})
+    for (const double u : {0.01, 0.3, 0.5, 0.9}) {
+      const double x = NormalAt(u, mean, deviation, low, high);
+      ASSERT_GT(x, low);
+      ASSERT_LT(x, high);
+      const auto above = [&](double y) { return Above((y - mean) / deviation); };
+      EXPECT_NEAR((above(low) - above(x)) / (above(low) - above(high)), u, 1e-9)
+          << low << ' ' << high;
+    }
+}
+
+}  // namespace
+}  // namespace turbidock::statistics

@@ -1,0 +1,90 @@
+// What a builder is told, of vehicles with one thing wrong.
+
+#include "experiments/studies/check_vehicle/check_vehicle.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "experiments/config/data_files.h"
+#include "experiments/studies/check_vehicle/check_vehicle_report.h"
+
+namespace turbidock::check_vehicle {
+namespace {
+
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+VehicleCheck Check(const std::vector<std::string>& assignments) {
+  return CheckVehicle(trial::LoadScenario("sea_night_active", assignments));
+}
+std::string Refusal(const std::vector<std::string>& assignments) {
+  try {
+    Check(assignments);
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(CheckVehicle, ThePublishedVehicleIsAsItsDataSay) {
+  const VehicleCheck check = Check({});
+  EXPECT_THAT(check.problems, IsEmpty());
+  // The waves of a calm sea take nearly all of the one sway thruster.
+  EXPECT_THAT(check.warnings,
+              ElementsAre(HasSubstr("asks for up to 4.0 of the 4.4 N that there are on sway")));
+  EXPECT_NEAR(check.floating.buoyancy_newton, 9.81 * (1025 * 0.014654 - 15), 1e-9);
+  EXPECT_NEAR(check.floating.righting_newton_m, 9.81 * 1025 * 0.014654 * 0.03, 1e-9);
+  EXPECT_NEAR(check.axes[0].most, 9.8, 1e-12);
+  ASSERT_EQ(check.thrusters.size(), 4u);
+  EXPECT_EQ(check.thrusters[0].drives, "surge +, yaw -");
+  EXPECT_EQ(check.thrusters[3].drives, "heave +");
+  // Closed form without inflow: 12 v + 55 v^2 = 9.8 N.
+  const VehicleCheck free = Check({"vehicle.thrusters.inflow_loss_s_per_m=0"});
+  EXPECT_NEAR(free.axes[0].speed, (-12 + std::sqrt(144 + 4 * 55 * 9.8)) / (2 * 55), 1e-9);
+  EXPECT_NEAR(check.pole.past_throat_m, 0.04, 1e-9);
+  EXPECT_NEAR(check.pole.clearance_m, 0.0175, 1e-9);
+}
+
+TEST(CheckVehicle, SaysInWordsWhatIsWrong) {
+  EXPECT_THAT(Check({"vehicle.hydrodynamics.p_BBcb_m=[0, 0, -0.03]"}).problems,
+              Contains(HasSubstr("does not stay upright")));
+  EXPECT_THAT(Check({"vehicle.hydrodynamics.p_BBcb_m=[0.01, 0, 0.03]"}).warnings,
+              Contains(HasSubstr("floats askew: rolled by 0.0 and pitched by -18.4")));
+  EXPECT_THAT(Check({"vehicle.rigid_body.mass_kg=15.2"}).warnings,
+              Contains(HasSubstr("it sinks with 1.8 N")));
+  EXPECT_THAT(
+      Check({"vehicle.hydrodynamics.linear_damping_diagonal=[12, 7, 13, 0, 0.15, 0.8]"}).warnings,
+      Contains(HasSubstr("nothing damps small swings in roll")));
+  EXPECT_THAT(Check({"sea.current.surface_velocity_mps=[0, 0.4, 0]"}).problems,
+              Contains(HasSubstr("cannot hold its place")));
+  EXPECT_THAT(Check({"procedure.docked_x_m=0.45"}).problems,
+              Contains(HasSubstr("60 mm short of the straight hole")));
+  EXPECT_THAT(Check({"rig.horizontal_fov_rad=0.5"}).problems,
+              Contains(HasSubstr("is not whole in it")));
+}
+
+TEST(CheckVehicle, RefusesWhatIsNoVehicle) {
+  EXPECT_THAT(Refusal({"vehicle.rigid_body.mass_kg=30"}),
+              HasSubstr("30 kg displace 0.014654 m^3: the vehicle sinks with 147.0 N and its "
+                        "thrusters have 4.9 N against that"));
+  EXPECT_THAT(Refusal({"vehicle.thrusters.effectiveness=[1, 1]"}),
+              HasSubstr("effectiveness: has 2 values, but there are 4 thrusters"));
+  EXPECT_THAT(Refusal({"vehicle_model=none.xml"}),
+              HasSubstr("vehicle_model = 'none.xml', is neither a file nor one of the bundled"));
+}
+
+TEST(CheckVehicle, TheListOfNamesIsTheReadmes) {
+  std::ifstream file(config::ModelPath("README.md"));
+  std::ostringstream text;
+  text << file.rdbuf();
+  EXPECT_THAT(text.str(), HasSubstr(NamesTable(true)));
+}
+
+}  // namespace
+}  // namespace turbidock::check_vehicle

@@ -1,0 +1,75 @@
+// Images with ground truth: two ways to the same masks, what is there is kept, and nothing is
+// mixed.
+
+#include "experiments/studies/dataset/dataset.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "experiments/farm/result_store.h"
+#include "experiments/media/png.h"
+#include "experiments/report/json.h"
+#include "experiments/system/output_path.h"
+
+namespace turbidock::dataset {
+namespace {
+
+namespace fs = std::filesystem;
+using report::Json;
+
+farm::Plan SmallPlan(int seeds) {
+  return {"schema_version: 1\ndescription: near the marker\nscenario: pool_active\nseeds: " +
+              std::to_string(seeds) +
+              "\nset: {rig.width_px: 160, rig.height_px: 120, start.distance_min_m: 0.5, "
+              "start.distance_max_m: 0.7, start.lateral_m: 0.02, start.vertical_m: 0.02, "
+              "start.heading_rad: 0.05}\n",
+          "plan"};
+}
+
+class Dataset : public ::testing::Test {
+ protected:
+  void SetUp() override { fs::remove_all(folder_); }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  const fs::path folder_ =
+      fs::temp_directory_path() / ("turbidock_dataset_" + std::to_string(getpid()));
+};
+
+TEST_F(Dataset, MasksByRaysAndByOpenGlAgreeWhereNothingHidesTheMarker) {
+  const DatasetSummary made = MakeDataset(SmallPlan(2), folder_.string(), {.pairs_per_shard = 2});
+  EXPECT_TRUE(made.complete);
+  EXPECT_EQ(made.images, 4);
+  const fs::path shard = folder_ / "train_pbr/000000";
+  const std::string file = (shard / "scene_gt_info.json").string();
+  const Json info = report::ParseJson(system::ReadWhole(file), file);
+  ASSERT_EQ(info.size(), 4u);
+  for (const auto& [id, objects] : info.items()) {
+    const int64_t whole = objects[0]["px_count_all"], seen = objects[0]["px_count_visib"];
+    EXPECT_GT(whole, 300) << id;
+    EXPECT_NEAR(static_cast<double>(seen) / static_cast<double>(whole), 1, 0.02) << id;
+    const Image3u8 image = media::ReadPng((shard / "rgb" / ("00000" + id + ".png")).string());
+    EXPECT_EQ(image.width(), 160);
+  }
+}
+
+TEST_F(Dataset, GoesOnWithWhatIsThereAndMixesNothing) {
+  EXPECT_EQ(MakeDataset(SmallPlan(3), folder_.string(), {.pairs_per_shard = 2}).shards, 2);
+  const fs::path first = folder_ / "train_pbr/000000/scene_gt.json";
+  const auto written = fs::last_write_time(first);
+  const std::string second = system::ReadWhole(folder_ / "train_pbr/000001/scene_gt.json");
+  fs::remove_all(folder_ / "train_pbr/000001");
+  const DatasetSummary again = MakeDataset(SmallPlan(3), folder_.string(), {.pairs_per_shard = 2});
+  EXPECT_EQ(again.shards_before, 1);
+  EXPECT_EQ(fs::last_write_time(first), written);
+  EXPECT_EQ(system::ReadWhole(folder_ / "train_pbr/000001/scene_gt.json"), second);
+  EXPECT_THROW(MakeDataset(SmallPlan(4), folder_.string(), {.pairs_per_shard = 2}),
+               farm::MismatchError);
+  EXPECT_THROW(MakeDataset(SmallPlan(3), folder_.string(), {.pairs_per_shard = 3}),
+               farm::MismatchError);
+}
+
+}  // namespace
+}  // namespace turbidock::dataset

@@ -1,0 +1,239 @@
+// Choosing a gate's conditions: the powers against sequences of trials, the choice against what
+// anyone would choose.
+
+#include "experiments/studies/gate/gate_design.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "experiments/studies/gate/error_rates.h"
+#include "experiments/studies/gate/gate_plan.h"
+#include "sim/base/random.h"
+#include "tests/support/message_of.h"
+
+namespace turbidock::gate {
+namespace {
+
+using ::testing::HasSubstr;
+using testing::MessageOf;
+
+TEST(PairedRateTest, AtLossIsWhatSequencesOfTrialsDo) {
+  const statistics::RateTestDesign design{
+      .no_worse = 0.9, .worse = 0.75, .alpha = 0.02, .beta = 0.1, .max_trials = 120};
+  const statistics::PairedRateTest test(0.15, 0.02, 0.1, 120);
+  constexpr int64_t kSequences = 20000;
+  for (const double to : {0.9, 0.8, 0.75, 0.6}) {
+    const ErrorRates counted = SimulateSequences(
+        {.coupling = Coupling::kIdentical, .old_rate = 0.9, .new_rate = to}, design, kSequences, 5);
+    const statistics::Characteristic exact = test.AtLoss(0.9 - to);
+    const double deviation = 0.5 / std::sqrt(static_cast<double>(kSequences));
+    EXPECT_NEAR(exact.p_fail, counted.fail_rate(), 4 * deviation) << to;
+    EXPECT_NEAR(exact.p_pass, counted.pass_rate(), 4 * deviation) << to;
+    EXPECT_NEAR(exact.p_fail + exact.p_pass + exact.p_inconclusive, 1, 1e-12);
+    EXPECT_NEAR(exact.expected_trials, counted.mean_trials, 0.02 * counted.mean_trials) << to;
+  }
+  EXPECT_EQ(test.AtLoss(0).expected_trials, test.FewestPairs());
+  EXPECT_EQ(test.AtLoss(0).p_pass, 1);
+  EXPECT_LE(test.AtLoss(0.15).p_pass, 0.1);
+}
+
+Candidate Tried(const std::string& name, int docked, int trials, double trial_s = 2) {
+  Candidate candidate{.name = name,
+                      .scenario = "sea_night_active",
+                      .settings = {},
+                      .trials = trials,
+                      .docked = docked,
+                      .trial_s = trial_s,
+                      .docked_well = {}};
+  Rng rng = SeedTree(3).Stream(name);
+  for (int i = 0; i < docked; ++i)
+    candidate.docked_well.push_back({.time_s = 14 + rng.Normal(),
+                                     .final_error_m = 0.01 + 0.001 * rng.Uniform(),
+                                     .fitness = 0.7 + 0.02 * rng.Normal(),
+                                     .effort_v = 1});
+  return candidate;
+}
+
+TEST(GateDesign, ALossShowsAtTheEdgeAndNotWhereAllDock) {
+  const GateDesign design =
+      DesignGate({Tried("all dock", 200, 200), Tried("edge", 184, 200), Tried("few dock", 20, 200)},
+                 {.budget_s = 600});
+  ASSERT_EQ(design.candidates.size(), 3u);
+  // 95 % to 85 % is 0.609 of a standard deviation: 0.9179 to Phi(1.3911 - 0.6086)
+  EXPECT_NEAR(design.candidates[1].rate, 184.5 / 201, 1e-12);
+  EXPECT_NEAR(design.candidates[1].lost_rate, 0.7827, 5e-4);
+  EXPECT_EQ(design.candidates[1].margins.success_rate, 0.13);
+  EXPECT_GT(design.candidates[1].power, 0.7);
+  EXPECT_LT(design.candidates[0].power, 0.2);
+  ASSERT_EQ(design.chosen.size(), 2u);
+  EXPECT_EQ(design.chosen[0].name, "edge");
+  EXPECT_EQ(design.chosen[1].name, "all dock");
+  EXPECT_TRUE(design.chosen[1].easy);
+  EXPECT_GE(design.power, design.chosen[0].power);
+  EXPECT_LE(design.unchanged_s, 600);
+}
+
+TEST(GateDesign, ABudgetBuysPower) {
+  const std::vector<Candidate> candidates = {Tried("easy", 200, 200), Tried("a", 190, 200),
+                                             Tried("b", 184, 200), Tried("c", 180, 200)};
+  double power = 0;
+  for (const double budget_s : {60., 120., 240.}) {
+    const GateDesign design = DesignGate(candidates, {.budget_s = budget_s});
+    EXPECT_LE(design.unchanged_s, budget_s);
+    EXPECT_GE(design.power, power);
+    power = design.power;
+  }
+  EXPECT_THAT(MessageOf([&] { DesignGate(candidates, {.budget_s = 5}); }),
+              HasSubstr("a budget of 5 s is too small: the cheapest gate with a condition at the "
+                        "edge takes "));
+}
+
+TEST(GateDesign, ConditionsAreOfDifferentKindsAndOfThoseAlikeTheCheapest) {
+  std::vector<Candidate> candidates = {Tried("easy", 60, 60), Tried("milk 38", 56, 60),
+                                       Tried("milk 40", 52, 60), Tried("waves", 56, 60, 3)};
+  candidates[1].settings = {{"water.milk_ml_m3", "38"}};
+  candidates[2].settings = {{"water.milk_ml_m3", "40"}};
+  candidates[3].settings = {{"sea.state", "moderate"}};
+  const GateDesign design = DesignGate(candidates, {.beta = 0.05, .budget_s = 600});
+  ASSERT_GE(design.chosen.size(), 3u);
+  EXPECT_GT(design.candidates[1].power, design.candidates[2].power);
+  EXPECT_NEAR(design.candidates[1].power, design.candidates[2].power, 0.01);
+  EXPECT_LT(design.candidates[2].unchanged_s, design.candidates[1].unchanged_s);
+  EXPECT_EQ(design.chosen[0].name, "milk 40");
+  EXPECT_EQ(design.chosen[1].name, "waves");
+}
+
+TEST(GateDesign, WithoutAConditionAtTheEdgeThereIsNone) {
+  EXPECT_THAT(
+      MessageOf([] {
+        DesignGate({Tried("calm", 40, 40), Tried("storm", 2, 40)}, {});
+      }),
+      HasSubstr("no candidate is at the edge, where 80 to 98 % dock and a loss shows: calm: 40 of "
+                "40, storm: 2 of 40"));
+}
+
+// Candidates are the cells of the plan that was flown, however many seeds; another plan's are none.
+TEST(GateDesign, ResultsMustBeThePlans) {
+  const auto plan_of = [](const std::string& milk, int seeds) {
+    return farm::Plan(
+        "schema_version: 1\nscenario: pool_active\nset: {duration_s: 9}\ncases: {calm: "
+        "{}, murky: {water.milk_ml_m3: " +
+            milk + "}}\nseeds: " + std::to_string(seeds),
+        "plan.yaml");
+  };
+  const farm::Plan plan = plan_of("30", 2);
+  const std::string file = ::testing::TempDir() + "design.db";
+  std::filesystem::remove(file);
+  {
+    farm::ResultStore store = farm::ResultStore::Write(file, HeaderOf(plan, {}));
+    for (int64_t trial = 0; trial < plan.trials(); ++trial) {
+      const farm::TrialSpec spec = plan.Trial(trial);
+      farm::StoredTrial stored;
+      stored.trial = trial;
+      stored.cell = spec.cell;
+      stored.sample = spec.sample;
+      stored.parameters = spec.parameters;
+      stored.record.outcome = trial == 3 ? trial::Outcome::kTimeout : trial::Outcome::kDocked;
+      stored.record.failure = trial == 3 ? trial::Failure::kTimeout : trial::Failure::kNone;
+      stored.record.time_s = 10.0 + static_cast<double>(trial);
+      stored.record.cpu_time_s = 2;
+      store.Add(stored);
+    }
+  }
+  const farm::ResultStore results = farm::ResultStore::Read(file);
+  const std::vector<Candidate> candidates = CandidatesOf(plan_of("30", 5), results);
+  ASSERT_EQ(candidates.size(), 2u);
+  EXPECT_EQ(candidates[1].name, "murky");
+  EXPECT_EQ(candidates[1].trials, 2);
+  EXPECT_EQ(candidates[1].docked, 1);
+  ASSERT_EQ(candidates[1].docked_well.size(), 1u);
+  EXPECT_EQ(candidates[1].docked_well[0].time_s, 12);
+  EXPECT_EQ(candidates[1].trial_s, 2);
+  ASSERT_EQ(candidates[1].settings.size(), 2u);
+  EXPECT_EQ(candidates[1].settings[1].Assignment(), "water.milk_ml_m3=30");
+  EXPECT_THAT(MessageOf([&] { CandidatesOf(plan_of("31", 2), results); }),
+              HasSubstr("of another plan: theirs differs in murky"));
+}
+
+// A build whose trials have nothing to do with the baseline's passes all the same.
+TEST(GateDesign, MarginsOfMediansAreNoFalseAlarms) {
+  const Candidate edge = Tried("edge", 184, 200);
+  const GateDesign design = DesignGate({Tried("easy", 200, 200), edge}, {.budget_s = 600});
+  const DesignedCondition& condition = design.chosen[0];
+  Rng rng = SeedTree(9).Stream("test");
+  const statistics::HitTest pass = statistics::SignTest(0.1, condition.max_trials);
+  int passed = 0;
+  constexpr int kRepetitions = 2000;
+  for (int r = 0; r < kRepetitions; ++r) {
+    int within = 0, trials = 0;
+    bool done = false;
+    while (!done && trials < condition.max_trials) {
+      within += rng.Normal() - rng.Normal() < condition.margins.median.time_s;
+      done = pass.Rejects(++trials, within);
+    }
+    passed += done;
+  }
+  EXPECT_GT(passed, 0.95 * kRepetitions);
+  EXPECT_LT(condition.margins.median.time_s, 2);
+  // What all trials do alike has a margin too.
+  EXPECT_EQ(condition.margins.median.returns_to_servoing, 1);
+  EXPECT_EQ(condition.margins.median.effort_v, 0.02);
+}
+
+// A scenario beside the plan is found from wherever the gate's file stands.
+TEST(GateDesign, AScenarioBesideThePlanIsNamedFromTheGate) {
+  const std::filesystem::path folder = ::testing::TempDir() + "design";
+  std::filesystem::create_directories(folder / "out");
+  std::ofstream(folder / "own.yaml")
+      << "schema_version: 1\ndescription: own\nmodel: pool_active.xml\nduration_s: 9\nseed: 1\n";
+  const farm::Plan plan(
+      "schema_version: 1\nscenario: own.yaml\ncases: {easy: {}, edge: {duration_s: 8}}\n",
+      (folder / "plan.yaml").string());
+  std::vector<Candidate> candidates = {Tried("easy", 200, 200), Tried("edge", 184, 200)};
+  for (size_t i = 0; i < 2; ++i) {
+    candidates[i].scenario = plan.CellOf(static_cast<int64_t>(i)).scenario;
+    candidates[i].settings = plan.CellOf(static_cast<int64_t>(i)).values;
+  }
+  const DesignOptions options{.budget_s = 600};
+  const std::string file = (folder / "out/gate.yaml").string();
+  std::ofstream(file) << GateYaml(DesignGate(candidates, options), candidates, options, "b.yaml",
+                                  (folder / "out").string());
+  const GatePlan gate = LoadGatePlan(file);
+  EXPECT_EQ(gate.conditions[0].scenario, "../own.yaml");
+  EXPECT_EQ(gate.conditions[0].Load({}, 1).duration_s, 8);
+}
+
+TEST(GateDesign, TheGatesFileIsRead) {
+  std::vector<Candidate> candidates = {Tried("easy", 200, 200), Tried("rough: 5 cm/s", 184, 200)};
+  candidates[1].settings = {{"sea.state", "moderate"},
+                            {"sea.current.surface_velocity_mps", "[0, 0.05, 0]"},
+                            {"faults", "{thrusters: [{thruster: sway, force_factor: 0.5}]}"}};
+  const DesignOptions options{.budget_s = 600};
+  const GateDesign design = DesignGate(candidates, options);
+  const std::string file = ::testing::TempDir() + "gate.yaml";
+  std::ofstream(file) << GateYaml(design, candidates, options, "gate.baseline.yaml", "");
+  const GatePlan plan = LoadGatePlan(file);
+  ASSERT_EQ(plan.conditions.size(), 2u);
+  EXPECT_EQ(plan.alpha, options.alpha);
+  EXPECT_EQ(plan.conditions[0].name, "rough: 5 cm/s");
+  EXPECT_EQ(plan.conditions[0].margins.success_rate, design.chosen[0].margins.success_rate);
+  for (const MedianMeasure& measure : kMedianMeasures)
+    EXPECT_NEAR(plan.conditions[0].margins.median.*measure.value,
+                design.chosen[0].margins.median.*measure.value, 1e-9)
+        << measure.name;
+  EXPECT_EQ(plan.conditions[0].max_trials, design.chosen[0].max_trials);
+  const trial::Scenario scenario = plan.conditions[0].Load({}, 1);
+  EXPECT_EQ(scenario.sea.state, vehicle::SeaState::kModerate);
+  EXPECT_EQ(scenario.faults.thrusters.size(), 1u);
+  // all tests share alpha as the design supposed
+  EXPECT_NEAR(plan.OptionsFor(plan.conditions[0], true).alpha, options.alpha / 12, 1e-12);
+}
+
+}  // namespace
+}  // namespace turbidock::gate

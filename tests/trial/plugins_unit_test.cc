@@ -1,0 +1,258 @@
+// Laws and estimators of a program's own: chosen, set, checked and copied like ours, and named in
+// what goes wrong.
+
+#include "experiments/trial/plugins.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "experiments/trial/plugin_of.h"
+#include "experiments/trial/running_trial.h"
+#include "experiments/trial/scenario.h"
+#include "experiments/trial/trial.h"
+#include "tests/support/message_of.h"
+#include "vision/rm_ga.h"
+
+namespace turbidock::trial {
+namespace {
+
+using ::testing::HasSubstr;
+using turbidock::testing::MessageOf;
+
+constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN();
+
+// The published law once more, written apart from it.
+class CopiedLaw final : public control::Controller {
+ public:
+  struct Params {
+    double surge_v_per_m = 20, across_v_per_m = 30, yaw_v = 2;
+    control::SetpointParams setpoint;
+    control::VoltsAllocationParams allocation;
+
+    static void Fields(auto& self, auto&& field) {
+      field("surge_v_per_m", self.surge_v_per_m, InRange(0, 100), "volts a metre of x");
+      field("across_v_per_m", self.across_v_per_m, InRange(0, 100), "volts a metre of y and z");
+      field("yaw_v", self.yaw_v, InRange(0, 100), "volts for eps3");
+      field("setpoint", self.setpoint, Finite(), "as our laws have it");
+      field("allocation", self.allocation, Finite(), "as the published law has it");
+    }
+  };
+  CopiedLaw(const Params& params, const ClockParams&) : params_(params) {}
+
+  void Observe(const control::Observation& seen) override { position_ = seen.position; }
+  control::Axes Demand(const control::Reference& wanted) override {
+    const control::Axes e = position_ - wanted.position;
+    const auto limit = [](double v, double most) { return std::clamp(v, -most, most); };
+    return {limit(params_.surge_v_per_m * e[0], 0.5), limit(params_.across_v_per_m * e[1], 2.5),
+            limit(params_.across_v_per_m * e[2], 2.5),
+            limit(params_.yaw_v * (std::sin(position_[3] / 2) - std::sin(wanted.position[3] / 2)),
+                  2.5)};
+  }
+  void Given(int64_t, const control::Axes&) override {}
+
+ private:
+  Params params_;
+  control::Axes position_ = control::Axes::Zero();
+};
+
+// What may go wrong in a plug-in, at frame 20.
+enum class Wrong { kNothing, kThrows, kThrowsAnInt, kNan, kNoRotation, kFitness };
+constexpr auto Names(Wrong) {
+  using enum Wrong;
+  return EnumList<Wrong>({{kNothing, "nothing"},
+                          {kThrows, "throws"},
+                          {kThrowsAnInt, "throws_an_int"},
+                          {kNan, "nan"},
+                          {kNoRotation, "no_rotation"},
+                          {kFitness, "fitness"}});
+}
+struct WrongParams {
+  Wrong wrong = Wrong::kNothing;
+  static void Fields(auto& self, auto&& field) {
+    field("wrong", self.wrong, Finite(), "what goes wrong");
+  }
+};
+constexpr int64_t kWhen = 20;
+
+void Misbehave(Wrong wrong, int64_t frame) {
+  if (frame != kWhen) return;
+  if (wrong == Wrong::kThrows) throw std::out_of_range("no such gain");
+  if (wrong == Wrong::kThrowsAnInt) throw 42;
+}
+
+class WrongLaw final : public control::Controller {
+ public:
+  using Params = WrongParams;
+  WrongLaw(const Params& params, const ClockParams&) : params_(params) {}
+  void Observe(const control::Observation& seen) override { frame_ = seen.frame; }
+  control::Axes Demand(const control::Reference&) override {
+    Misbehave(params_.wrong, frame_);
+    return {params_.wrong == Wrong::kNan ? kNotANumber : 0, 0, 0, 0};
+  }
+  void Given(int64_t, const control::Axes&) override {}
+
+ private:
+  Params params_;
+  int64_t frame_ = 0;
+};
+
+// RM-GA inside an estimator of one's own.
+class WrappedEstimator final : public vision::PoseEstimator {
+ public:
+  using Params = WrongParams;
+  WrappedEstimator(const Params& params, const EstimatorSetup& setup)
+      : params_(params), search_({}, setup.marker, setup.hue, setup.rig, setup.rng) {}
+  const PoseEstimate& Update(const StereoImage& seen) override {
+    Misbehave(params_.wrong, seen.frame);
+    estimate_ = search_.Update(seen);
+    if (seen.frame == kWhen && params_.wrong == Wrong::kNan) estimate_.X_HM.p.y() = kNotANumber;
+    if (seen.frame == kWhen && params_.wrong == Wrong::kNoRotation) estimate_.X_HM.q.coeffs() *= 2;
+    if (seen.frame == kWhen && params_.wrong == Wrong::kFitness) estimate_.fitness = 1.5;
+    return estimate_;
+  }
+  void Reset() override { search_.Reset(); }
+  std::string_view name() const override { return "wrapped"; }
+
+ private:
+  Params params_;
+  vision::RmGa search_;
+  PoseEstimate estimate_;
+};
+
+Plugins Ours() {
+  Plugins plugins;
+  plugins.AddController<CopiedLaw>("copied");
+  plugins.AddController<WrongLaw>("wrong_law");
+  plugins.AddEstimator<WrappedEstimator>("wrapped");
+  return plugins;
+}
+
+Scenario Load(std::vector<std::string> assignments) {
+  assignments.emplace_back("pose_source=true_pose");
+  return LoadScenario("paper_sea_night_active", assignments, "", Ours());
+}
+
+TEST(Plugins, ACopyOfThePublishedLawSteersTheSameTrial) {
+  const TrialResult ours = RunTrial(Load({"duration_s=12"}));
+  const std::vector<std::string> same = {
+      "duration_s=12", "controller=copied",
+      "copied.surge_v_per_m=" + FormatNumber(Load({}).control.p_voltage.surge.kp_v_per_m),
+      "copied.across_v_per_m=" + FormatNumber(Load({}).control.p_voltage.sway.kp_v_per_m),
+      "copied.yaw_v=" + FormatNumber(Load({}).control.p_voltage.yaw.kp_v)};
+  const Scenario scenario = Load(same);
+  EXPECT_EQ(scenario.controller_name(), "copied");
+  EXPECT_EQ(RunTrial(scenario).digest, ours.digest);
+  std::vector<std::string> other = same;
+  other.emplace_back("copied.across_v_per_m=12");
+  EXPECT_NE(RunTrial(Load(other)).digest, ours.digest);
+  other = same;
+  other.insert(other.end(), {"copied.setpoint.enabled=true"});
+  EXPECT_NE(RunTrial(Load(other)).digest, ours.digest);
+}
+
+TEST(Plugins, AreSavedAndReadAgainWithTheirScenario) {
+  const Scenario scenario = Load({"controller=copied", "copied.yaw_v=3", "duration_s=3"});
+  const std::string text = SaveScenario(scenario);
+  EXPECT_THAT(text, HasSubstr("controller: copied"));
+  const Scenario again = ParseScenario(text, "resolved.yaml", Ours());
+  EXPECT_EQ(SaveScenario(again), text);
+  EXPECT_EQ(RunTrial(again).digest, RunTrial(scenario).digest);
+  // a program without them says so
+  EXPECT_THAT(MessageOf([&] { ParseScenario(text, "resolved.yaml"); }),
+              HasSubstr("controller = 'copied', must be one of p_voltage, pid, lqg"));
+}
+
+TEST(Plugins, TheirKeysAreAsStrictAsOurs) {
+  EXPECT_THAT(MessageOf([] { Load({"copied.yaw_w=3"}); }), HasSubstr("did you mean yaw_v?"));
+  EXPECT_THAT(MessageOf([] { Load({"copied.yaw_v=101"}); }), HasSubstr("must be in [0, 100]"));
+  EXPECT_THAT(MessageOf([] { Load({"controller=copy"}); }),
+              HasSubstr("must be one of p_voltage, pid, lqg, copied, wrong_law"));
+  EXPECT_THAT(MessageOf([] { Load({"pose_estimator=rmga"}); }),
+              HasSubstr("must be one of rm_ga, blobs, fiducial, wrapped"));
+  const auto keys = ScenarioKeys(Ours());
+  EXPECT_EQ(std::ranges::count(keys, "copied.surge_v_per_m", &config::KeyDoc::key), 1);
+  EXPECT_EQ(ScenarioKeys().size() + 16, keys.size());
+}
+
+TEST(Plugins, RefusesNamesThatAreTakenOrNone) {
+  Plugins plugins = Ours();
+  for (const char* name : {"", "My_law", "2nd", "my-law", "copied", "wrapped"})
+    EXPECT_THROW(plugins.AddController<CopiedLaw>(name), ConfigError) << name;
+  plugins.AddController<CopiedLaw>("pid");
+  EXPECT_THAT(MessageOf([&] { LoadScenario("pool_active", {}, "", plugins); }),
+              HasSubstr("plug-in 'pid': a scenario has this key already"));
+}
+
+TEST(Plugins, AreValues) {
+  Plugins registry = Ours();
+  const Scenario one = LoadScenario("pool_active", {"copied.yaw_v=7"}, "", registry);
+  const Scenario copy = one;
+  EXPECT_EQ(config::ValueOf(copy, "copied.yaw_v"), "7");
+  // what a scenario sets stays with it
+  EXPECT_EQ(config::ValueOf(LoadScenario("pool_active", {}, "", one.plugins), "copied.yaw_v"), "2");
+}
+
+TEST(Plugins, ALawCanBeChosenAndSetWhileATrialRuns) {
+  RunningTrial trial(Load({"duration_s=4"}));
+  for (int frame = 0; frame < 60; ++frame) trial.Step();
+  trial.Set("controller=copied");
+  trial.Set("copied.across_v_per_m=5");
+  EXPECT_EQ(trial.settings().controller_name(), "copied");
+  while (!trial.ended()) trial.Step();
+  EXPECT_EQ(trial.Finish().changes.size(), 2u);
+}
+
+std::string ErrorOf(const std::vector<std::string>& assignments, const char* pose_source) {
+  const Scenario scenario = LoadScenario(
+      "pool_active",
+      [&] {
+        std::vector<std::string> all = assignments;
+        all.push_back(std::string("pose_source=") + pose_source);
+        all.emplace_back("duration_s=1.2");
+        all.emplace_back("true_pose.found_after_s=0");
+        all.emplace_back("procedure.found_hold_s=0");
+        return all;
+      }(),
+      "", Ours());
+  try {
+    RunTrial(scenario);
+  } catch (const PluginError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Plugins, ALawThatFailsIsNamed) {
+  const auto error = [](const std::string& wrong) {
+    return ErrorOf({"controller=wrong_law", "wrong_law.wrong=" + wrong}, "true_pose");
+  };
+  EXPECT_EQ(error("nothing"), "");
+  EXPECT_EQ(error("throws"), "controller wrong_law, Demand at frame 20: no such gain");
+  EXPECT_THAT(error("throws_an_int"), HasSubstr("wrong_law, Demand at frame 20 threw what is no"));
+  EXPECT_THAT(error("nan"), HasSubstr("gave a demand that is not finite"));
+}
+
+TEST(Plugins, AnEstimatorThatFailsIsNamed) {
+  const auto error = [](const std::string& wrong) {
+    return ErrorOf({"pose_estimator=wrapped", "wrapped.wrong=" + wrong}, "cameras");
+  };
+  EXPECT_EQ(error("nothing"), "");
+  EXPECT_EQ(error("throws"), "estimator wrapped, Update at frame 20: no such gain");
+  EXPECT_THAT(error("nan"), HasSubstr("estimator wrapped, Update at frame 20 gave a pose that is"));
+  EXPECT_THAT(error("no_rotation"), HasSubstr("gave a quaternion of length 2"));
+  EXPECT_THAT(error("fitness"), HasSubstr("gave a fitness of 1.5, must be in [-1, 1]"));
+}
+
+TEST(Plugins, TheClassicalEstimatorCanSteer) {
+  const TrialResult result = RunTrial(LoadScenario(
+      "pool_active", {"pose_estimator=blobs", "water.milk_ml_m3=0", "duration_s=1", "seed=3"}));
+  EXPECT_EQ(result.estimator, "blobs");
+  EXPECT_GT(result.fitness_best, 0.3);
+}
+
+}  // namespace
+}  // namespace turbidock::trial

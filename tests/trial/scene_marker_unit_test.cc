@@ -1,0 +1,117 @@
+// The estimator's marker is the scene's, unless it is given.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+#include <sstream>
+
+#include "experiments/config/data_files.h"
+#include "experiments/trial/scenario.h"
+#include "experiments/trial/trial.h"
+#include "tests/support/message_of.h"
+
+namespace turbidock::trial {
+namespace {
+
+using ::testing::HasSubstr;
+using turbidock::testing::MessageOf;
+namespace fs = std::filesystem;
+
+// A scene of a user's: the pool with a marker of one's own.
+class OwnMarker : public ::testing::Test {
+ protected:
+  void SetUp() override { fs::create_directories(folder_); }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  // Loads pool_active with the marker's balls written like this, in a box of 80 mm.
+  Scenario Load(const std::string& balls, std::vector<std::string> assignments = {}) const {
+    std::ofstream(folder_ / "marker.xml")
+        << "<mujoco><body name=\"marker\"><site name=\"marker\"/>"
+           "<geom name=\"marker_box\" type=\"box\" size=\"0.04 0.04 0.04\"/>"
+        << balls << "</body></mujoco>";
+    std::ifstream bundled(config::ModelPath("pool_active.xml"));
+    std::ostringstream text;
+    text << bundled.rdbuf();
+    std::string scene = text.str();
+    const std::string from = "marker_active.xml";
+    scene.replace(scene.find(from), from.size(), "marker.xml");
+    std::ofstream(folder_ / "scene.xml") << scene;
+    assignments.push_back("model=" + (folder_ / "scene.xml").string());
+    return LoadScenario("pool_active", assignments);
+  }
+  static std::string Ball(const std::string& name, const std::string& pos,
+                          const std::string& rgba) {
+    return "<geom name=\"ball_" + name + "\" type=\"sphere\" size=\"0.025\" pos=\"" + pos +
+           "\" rgba=\"" + rgba + " 1\"/>";
+  }
+  const std::string three_ = Ball("green", "-0.065 0 0", "0 1 0") +
+                             Ball("yellow", "0 0.065 0", "0.4 0.4 0") +
+                             Ball("blue", "0 -0.065 0", "0 0 1");
+
+  fs::path folder_ = fs::path(::testing::TempDir()) / "own_marker";
+};
+
+TEST_F(OwnMarker, IsKnownAsTheSceneHasIt) {
+  const Scenario scenario = Load(three_);
+  const auto& balls = scenario.marker.balls;
+  ASSERT_EQ(balls.size(), 3u);
+  EXPECT_EQ(balls[0].name, "green");
+  EXPECT_EQ(balls[0].p_MQ_m, Eigen::Vector3d(-0.065, 0, 0));  // exactly
+  EXPECT_EQ(balls[0].radius_m, 0.025);
+  EXPECT_EQ(balls[0].hue_rad, vision::MarkerParams{}.balls[0].hue_rad);  // known by its name
+  EXPECT_EQ(balls[1].name, "yellow");
+  EXPECT_NEAR(balls[1].hue_rad, std::numbers::pi / 3, 1e-6);
+  EXPECT_EQ(balls[1].display_rgb, (std::array<double, 3>{1, 1, 0}));
+  EXPECT_EQ(scenario.marker.box_m, Eigen::Vector3d::Constant(0.08));
+  // what is saved says so, and is the same trial
+  const Scenario again = ParseScenario(SaveScenario(scenario), "resolved.yaml");
+  EXPECT_EQ(SaveScenario(again), SaveScenario(scenario));
+}
+
+TEST_F(OwnMarker, IsNotTakenWhereTheScenarioGivesOne) {
+  const std::string given = "marker.balls=[{name: green, p_MQ_m: [-0.07, 0, 0]}]";
+  const Scenario scenario = Load(three_, {given, "duration_s=0.03"});
+  ASSERT_EQ(scenario.marker.balls.size(), 1u);
+  EXPECT_EQ(scenario.marker.balls[0].p_MQ_m.x(), -0.07);
+  EXPECT_THAT(MessageOf([&] { RunTrial(scenario); }),
+              HasSubstr("ball green is known at [-0.07, 0, 0] m"));
+}
+
+TEST_F(OwnMarker, NeedsBallsThatCanBeToldApart) {
+  EXPECT_THAT(MessageOf([&] {
+                Load(Ball("red", "0 0 0.065", "1 0 0") + Ball("crimson", "0 0.065 0", "1 0 0.1"));
+              }),
+              HasSubstr("marker.balls: balls red and crimson cannot be told apart: their hues "
+                        "differ by 6 degrees"));
+  EXPECT_THAT(MessageOf([&] { Load(Ball("pale", "0 0 0.065", "0.5 0.5 0.5")); }),
+              HasSubstr("ball pale of the scene is grey"));
+}
+
+TEST(SceneTags, AreTakenAndMustBeThere) {
+  const std::vector<std::string> reads = {"pose_estimator=fiducial", "duration_s=0.03"};
+  EXPECT_THAT(MessageOf([&] { LoadScenario("sea_night_passive", reads); }),
+              HasSubstr("fiducial.tags: there is no tag to read in sea_passive.xml"));
+  EXPECT_TRUE(LoadScenario("sea_night_passive", {}).fiducial.tags.empty());
+
+  Scenario scenario = LoadScenario("sea_night_fiducial", reads);
+  ASSERT_EQ(scenario.fiducial.tags.size(), 2u);
+  EXPECT_EQ(scenario.fiducial.tags[0].p_MT_m, Eigen::Vector3d(0.105, 0.155, -0.06));
+  EXPECT_EQ(scenario.fiducial.tags[0].size_m, 0.066);
+  const auto refusal = [](Scenario changed) { return MessageOf([&] { RunTrial(changed); }); };
+  EXPECT_EQ(refusal(scenario), "no error");
+  scenario.fiducial.tags[1].p_MT_m.z() += 0.002;
+  EXPECT_THAT(refusal(scenario), HasSubstr("tag 1 is known at [0.105, -0.155, 0.082] m"));
+  scenario.fiducial.tags[1].p_MT_m.z() -= 0.002;
+  scenario.fiducial.tags[1].q_MT_wxyz = {0, 1, 0, 0};  // upside down
+  EXPECT_THAT(refusal(scenario), HasSubstr("tag 1 is turned by 3.1 rad"));
+  scenario.fiducial.tags[1].id = 5;
+  EXPECT_THAT(refusal(scenario), HasSubstr("tag 5 is not in the scene (sea_fiducial.xml)"));
+  scenario.marker_may_differ = true;
+  EXPECT_EQ(refusal(scenario), "no error");
+}
+
+}  // namespace
+}  // namespace turbidock::trial
