@@ -9,8 +9,10 @@ foreach(folder sim vision control experiments)
   install(DIRECTORY ${CMAKE_SOURCE_DIR}/${folder} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/turbidock
     COMPONENT library FILES_MATCHING PATTERN "*.h")
 endforeach()
+# The scripts that measure and draw need the source.
 install(DIRECTORY ${CMAKE_SOURCE_DIR}/models ${CMAKE_SOURCE_DIR}/assets
-  DESTINATION ${CMAKE_INSTALL_DATADIR}/turbidock USE_SOURCE_PERMISSIONS COMPONENT program)
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/turbidock USE_SOURCE_PERMISSIONS COMPONENT program
+  PATTERN "*.py" EXCLUDE)
 
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/turbidock)
 install(EXPORT turbidock NAMESPACE turbidock:: DESTINATION ${package_dir} FILE turbidockTargets.cmake

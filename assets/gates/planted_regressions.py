@@ -1,8 +1,7 @@
-#!/usr/bin/env python3
 """Does the gate notice? Plants regressions in every room, from harmless to severe, lets the gate judge each, and
 measures each one's true effect on other seeds; then changes that harm nothing. Writes two tables as CSV.
 
-    assets/gates/planted_regressions.py OUT [--seeds N] [--workers N] [--build PROGRAM ...]
+    python3 assets/gates/planted_regressions.py OUT [--seeds N] [--workers N] [--build PROGRAM ...]
 
 The verdicts come first. What was flown already is not flown again: the same command goes on. `--build` takes the program
 of another build of the same source (other compiler, other flags) as one more harmless change.
