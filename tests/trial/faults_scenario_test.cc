@@ -65,7 +65,7 @@ TEST(FaultsScenario, AFailingThrusterEndsAsItShould) {
       {"{thrusters: [{thruster: surge_left, force_factor: -1, begin_s: 6}]}", Outcome::kCollision,
        Failure::kCollision, "pole against station_plate"},
       {"{thrusters: [{thruster: sway, force_factor: -1, begin_s: 6}]}", Outcome::kTimeout,
-       Failure::kOscillation, "are over in visual_servoing"},
+       Failure::kTimeout, "are over in visual_servoing"},
       {"{thrusters: [{thruster: heave, force_factor: -1, begin_s: 6}]}", Outcome::kMarkerLost,
        Failure::kLostInServoing, "marker lost"}};
   for (const Cell& cell : cells) Expect(cell, FlyBlind(cell.faults));
