@@ -42,7 +42,7 @@ bench: build-tests
 # What reads users' files and requests, SECONDS each, under libFuzzer or (ENGINE=afl) AFL++; see tests/fuzz/README.md.
 SECONDS ?= 60
 ENGINE ?= libfuzzer
-FUZZ_PRESET := $(if $(filter afl,$(ENGINE)),fuzz-afl,fuzz)
+FUZZ_PRESET := $(if $(filter afl,$(ENGINE)),fuzz-afl,sanitize)
 fuzz: ci-setup
 	cmake --preset $(FUZZ_PRESET) -DTURBIDOCK_WERROR=ON $(CMAKE_ARGS) >/dev/null
 	cmake --build --preset $(FUZZ_PRESET) -j $(JOBS) --target turbidock_fuzzers

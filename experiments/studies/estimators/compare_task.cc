@@ -16,7 +16,9 @@ Pose DrawAboutDistance(double distance_m, Rng* rng) {
   const auto within = [&](double half) { return rng->Uniform(-half, half); };
   const double x_m = distance_m * (1 + within(0.05));
   const double side_m = std::max(0.0, 0.4 * x_m - 0.12);
-  return {FromYawPitchRoll(within(kYaw_rad), within(kPitch_rad), within(kPitch_rad)),
+  // in braces, for the order of arguments in parentheses is the compiler's
+  const Eigen::Vector3d yaw_pitch_roll{within(kYaw_rad), within(kPitch_rad), within(kPitch_rad)};
+  return {FromYawPitchRoll(yaw_pitch_roll[0], yaw_pitch_roll[1], yaw_pitch_roll[2]),
           {x_m, within(side_m), within(0.75 * side_m)}};
 }
 
@@ -58,7 +60,7 @@ double Triangle(double t) {
 }
 
 Eigen::Vector3d DrawDirection(Rng* rng) {
-  return Eigen::Vector3d(rng->Normal(), rng->Normal(), rng->Normal()).normalized();
+  return Eigen::Vector3d{rng->Normal(), rng->Normal(), rng->Normal()}.normalized();
 }
 
 // To and fro along a line and about an axis, in one direction for a second and for 0.7 s.

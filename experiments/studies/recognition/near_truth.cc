@@ -51,8 +51,9 @@ std::vector<Pose> PosesAbout(const Pose& X_HM, double focal_px, Rng rng) {
   for (const auto& cloud : clouds)
     for (int i = 0; i < cloud.count; ++i) {
       const auto draw = [&](double deviation) { return deviation * rng.Normal(); };
-      const Eigen::Vector3d offset(draw(cloud.along_m), draw(cloud.across_m), draw(cloud.across_m));
-      const Eigen::Vector3d eps(draw(cloud.eps), draw(cloud.eps), draw(cloud.eps));
+      // in braces, for the order of arguments in parentheses is the compiler's
+      const Eigen::Vector3d offset{draw(cloud.along_m), draw(cloud.across_m), draw(cloud.across_m)};
+      const Eigen::Vector3d eps{draw(cloud.eps), draw(cloud.eps), draw(cloud.eps)};
       const Eigen::Quaterniond turn(std::sqrt(std::max(0.0, 1 - eps.squaredNorm())), eps.x(),
                                     eps.y(), eps.z());
       poses.push_back({X_HM.q * turn.normalized(), X_HM.p + offset});

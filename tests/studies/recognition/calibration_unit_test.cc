@@ -189,6 +189,7 @@ CalibrationPlan RimPlan() {
   power.logarithmic = true;
   CalibrationPlan plan;
   plan.cell_share = 1;
+  plan.spread = 0.3;  // the start is far, and until F is near, one cell's Area is a plateau
   plan.parameters = {power};
   plan.accepted.ball_dn = 1;
   return plan;
