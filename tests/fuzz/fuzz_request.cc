@@ -50,9 +50,15 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   TD_CHECK(!serve::IsOwnOrigin(request, "localhost") || request == "http://localhost", "ours");
 
   asio::io_context io;
+  const asio::ip::tcp::endpoint there{asio::ip::make_address("127.0.0.1"),
+                                      static_cast<uint16_t>(server.port())};
   asio::ip::tcp::socket socket(io);
-  socket.connect({asio::ip::make_address("127.0.0.1"), static_cast<uint16_t>(server.port())});
-  boost::system::error_code ignored;
+  boost::system::error_code error, ignored;
+  do {
+    socket.close();
+    socket.connect(there, error);
+  } while (error == asio::error::interrupted);  // by libFuzzer's alarm
+  TD_CHECK(!error, error.message());
   asio::write(socket, asio::buffer(request), ignored);
   socket.shutdown(asio::ip::tcp::socket::shutdown_send, ignored);
   std::string answer;
