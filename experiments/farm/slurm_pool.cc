@@ -5,7 +5,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <cerrno>
 #include <cmath>
@@ -32,7 +31,7 @@ using report::Json;
 
 constexpr size_t kAhead = 16;        // jobs for each worker in an array
 constexpr double kTryAgain_s = 5;    // until an array is handed in again
-constexpr double kPatience_s = 600;  // with a controller that does not answer
+constexpr double kPatience_s = 600;  // with a controller that does not answer, or refuses
 constexpr double kShortestPause_s = 0.05, kLongestPause_s = 1;  // between two looks at the files
 constexpr int kTries = 3;                                       // of a job
 
@@ -79,17 +78,6 @@ double SecondsSince(std::chrono::steady_clock::time_point start) {
 std::chrono::steady_clock::duration Seconds(double s) {
   return std::chrono::duration_cast<std::chrono::steady_clock::duration>(
       std::chrono::duration<double>(s));
-}
-
-// What Slurm's commands say while the controller is away, or as it goes, and another time it may
-// not be (slurm/slurm_errno.h, the errors of communication).
-bool IsSilence(const std::string& error) {
-  return std::ranges::any_of(
-      std::array{"Unable to contact slurm controller", "Socket timed out", "Connection refused",
-                 "Communication connection failure", "Communication shutdown failure",
-                 "Unexpected missing socket error", "Message send failure",
-                 "Message receive failure", "Zero Bytes were transmitted"},
-      [&](const char* words) { return error.find(words) != std::string::npos; });
 }
 
 }  // namespace
@@ -154,7 +142,8 @@ void SlurmPool::Send() {
   if (waiting_.empty() || 2 * busy > all || Clock::now() < try_again_) return;
   const auto workers = static_cast<size_t>(workers_);
   const size_t tasks = std::min(all - busy, (waiting_.size() + workers - 1) / workers);
-  const int number = numbers_;
+  // A number a try: an array that was taken although sbatch failed finds no jobs.
+  const int number = numbers_++;
   const fs::path folder = FolderOf(number);
   fs::create_directories(folder);
   for (size_t task = 0; task < tasks; ++task) {
@@ -188,18 +177,20 @@ void SlurmPool::Send() {
   } catch (const SimulatorFault& error) {
     std::error_code ignored;
     fs::remove_all(folder, ignored);
-    // The first one shows whether there is a cluster at all.
-    if (numbers_ == 0 || !IsSilence(error.what())) throw;
-    if (!silent_since_) {
-      silent_since_ = Clock::now();
-      Say(fmt::format("Slurm does not answer, waiting: {}", error.what()));
+    // The first one shows whether there is a cluster and what options it takes. Later refusals
+    // pass: a controller that comes and goes has many words, so have limits on what a user may
+    // submit.
+    if (!accepted_) throw;
+    if (!refused_since_) {
+      refused_since_ = Clock::now();
+      Say(fmt::format("Slurm takes no array, trying again: {}", error.what()));
     }
-    if (SecondsSince(*silent_since_) > kPatience_s) throw;
+    if (SecondsSince(*refused_since_) > kPatience_s) throw;
     try_again_ = Clock::now() + Seconds(kTryAgain_s);
     return;
   }
-  ++numbers_;
-  silent_since_.reset();
+  accepted_ = true;
+  refused_since_.reset();
   arrays_.emplace(number, std::move(array));
   for (Flight& flight : waiting_) flights_.emplace(flight.serial, std::move(flight));
   waiting_.clear();

@@ -14,7 +14,7 @@
 // Whoever loses a task (a node that dies, a limit, scancel, a file system that is full) loses time
 // only: what has no result when its task is gone is submitted again, three times at most. A task
 // that Slurm itself starts again goes on where it stopped. While the controller does not answer,
-// results are read all the same; it is waited for.
+// results are read all the same; it is waited for, also when it refuses an array after it took one.
 
 #include <chrono>
 #include <cstdint>
@@ -42,8 +42,9 @@ class SlurmPool : public JobPool {
   SlurmPool& operator=(const SlurmPool&) = delete;
 
   void Submit(Job job) override;
-  // SimulatorFault when Slurm refuses an array or does not answer for long, when a job's task was
-  // lost too often, or when a task runs another program than this one.
+  // SimulatorFault when Slurm refuses the first array, refuses later ones or does not answer for
+  // ten minutes, when a job's task was lost too often, or when a task runs another program than
+  // this one.
   std::optional<JobResult> Next(double timeout_s) override;
   size_t pending() const override { return waiting_.size() + flights_.size() + ended_.size(); }
   size_t appetite() const override;
@@ -89,7 +90,9 @@ class SlurmPool : public JobPool {
   int64_t serials_ = 0;
   int numbers_ = 0;
   Clock::time_point asked_{}, try_again_{};
-  std::optional<Clock::time_point> silent_since_;  // the controller does not answer
+  bool accepted_ = false;                           // an array
+  std::optional<Clock::time_point> refused_since_;  // are arrays
+  std::optional<Clock::time_point> silent_since_;   // the controller does not answer
   double pause_s_ = 0;
 };
 

@@ -138,7 +138,7 @@ PLAN
 out="$folder/my results.db"  # a space is no trouble
 "$turbidock" slurm "$folder/tiny.yaml" --tasks 3 --out "$out" --sbatch=--time=10 --submit ||
   fail "turbidock slurm --submit"
-queue_is_empty() { [ -z "$(squeue -h)" ]; }
+queue_is_empty() { local jobs && jobs=$(squeue -h) && [ -z "$jobs" ]; }
 wait_for 300 "the jobs do not end" queue_is_empty
 [ -f "$out" ] || fail "the merge job left no file"
 "$turbidock" batch "$folder/tiny.yaml" --out "$folder/alone.db" --quiet || fail "turbidock batch"
@@ -241,8 +241,8 @@ mkdir "$folder/lost"
 cd "$folder/lost" || exit 1  # where the log of the cancelled task is kept
 on_slurm update gate "$folder/gate.yaml" --update
 cd "$folder" || exit 1
-wait_for 120 "no task on node n1" node_works n1
-scancel "$(squeue -h -t R -w n1 -o %i | sed -n 1p)"
+cancel_on_n1() { scancel "$(squeue -h -t R -w n1 -o %i | sed -n 1p)"; }  # until one does not end before
+wait_for 120 "no task on node n1 that can be cancelled" cancel_on_n1
 ends update 0
 same "$folder/gate.baseline.yaml" "$folder/baseline_alone.yaml" "gate --update --slurm with a cancelled task"
 on_slurm gate gate "$folder/gate.yaml" --out "$folder/gate"
@@ -272,7 +272,8 @@ kill $resumer
 on_slurm again batch "$folder/plan.yaml" --out "$folder/again.db" --sbatch=--requeue
 results_are_there() { [ -s "$folder/again.db.slurm/array-0/results-0.0.jsonl" ]; }
 wait_for 120 "no result of task 0" results_are_there
-scontrol requeue "$(squeue -h -t R -o '%i %K' | awk '$2 == 0 {print $1; exit}')" || fail "scontrol requeue"
+requeue_first() { scontrol requeue "$(squeue -h -t R -o '%i %K' | awk '$2 == 0 {print $1; exit}')"; }
+wait_for 60 "task 0 cannot be requeued" requeue_first
 ends again 0
 rows_of "$folder/again.db" >"$folder/again.csv"
 same "$folder/again.csv" "$folder/batch_alone.csv" "batch --slurm with a requeued task"
