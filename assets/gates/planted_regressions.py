@@ -82,7 +82,8 @@ PLANTED = [
     ('procedure', 'aims 2 cm aside', ['procedure.servo_y_m=0.02']),
 ]
 
-# What changes every trial's course, and nothing that matters.
+# What changes every trial's course, and nothing that matters. (A build by another compiler changes no digest; other seeds
+# than the baseline's are refused: its night sea has too few trials to be compared without pairs.)
 HARMLESS = [
     ('light computed in tiles of 12 pixels', ['shading.tile_px=12']),
     ('light computed to half the tolerance', ['shading.relative_tolerance=0.005']),
@@ -96,6 +97,14 @@ HARMLESS = [
     ('drag 0.1 % less', drag(0.999)),
     ('read noise 1 % more', ['sensor.read_noise_electrons=8.03']),
     ('gain 1 % more', ['sensor.gain=27.27']),
+    ('light computed in tiles of 20 pixels', ['shading.tile_px=20']),
+    ('light computed to 0.8 of the tolerance', ['shading.relative_tolerance=0.008']),
+    ('18 physics steps a frame', ['clock.ticks_per_frame=18']),
+    ('population of 63', ['estimator.population=63']),
+    ('mutation rate of 0.09', ['estimator.mutation_rate=0.09']),
+    ('read noise 1 % less', ['sensor.read_noise_electrons=7.87']),
+    ('gain 1 % less', ['sensor.gain=26.73']),
+    ('drag 0.1 % more', drag(1.001)),
 ]
 
 
@@ -110,12 +119,12 @@ def sets(assignments):
     return [word for assignment in assignments for word in ('--set', assignment)]
 
 
-def judge(out, name, assignments, workers, program, gate=GATE):
+def judge(out, name, assignments, workers, program):
     """Verdict, trials, seconds, and what failed."""
     folder = out / name
     if not (folder / 'seconds').exists():
         begin = time.monotonic()
-        run([program, 'gate', gate, '--baseline', ROOT / 'assets/gates/docking.baseline.yaml', '--out', folder,
+        run([program, 'gate', GATE, '--baseline', ROOT / 'assets/gates/docking.baseline.yaml', '--out', folder,
              '--bundles', '0', '--quiet', '--workers', str(workers), *sets(assignments)],
             out / f'{name}.log', good=(0, 1, 3))
         (folder / 'seconds').write_text(f'{time.monotonic() - begin:.0f}')
@@ -166,15 +175,11 @@ def main():
         verdicts.append(judge(out, f'{number:02}', assignments, workers, program))
         print(f'{number} of {len(PLANTED)} {room}, {what}: {verdicts[-1]}', flush=True)
 
-    harmless = [(what, program, assignments, GATE) for what, assignments in HARMLESS]
-    harmless += [(f'another build, {other}', other.resolve(), [], GATE) for other in arguments.build]
-    for seed in range(2, 6):
-        gate = out / f'seed_{seed}.yaml'
-        gate.write_text(f'seed: {seed}\n' + GATE.read_text().replace('nearby_', f'{GATE.parent}/nearby_'))
-        harmless.append((f'other seeds, {seed}', program, [], gate))
+    harmless = [(what, program, assignments) for what, assignments in HARMLESS]
+    harmless += [(f'another build, {other}', other.resolve(), []) for other in arguments.build]
     rows = []
-    for number, (what, other, assignments, gate) in enumerate(harmless):
-        rows.append([what] + judge(out, f'harmless_{number:02}', assignments, workers, other, gate))
+    for number, (what, other, assignments) in enumerate(harmless):
+        rows.append([what] + judge(out, f'harmless_{number:02}', assignments, workers, other))
         print(f'{number + 1} of {len(harmless)}, {what}: {rows[-1][1:]}', flush=True)
         write(out / 'harmless.csv', ['changed', 'the gate says', 'trials', 'seconds', 'because of'], rows)
 
