@@ -68,7 +68,7 @@ mutation: ci-setup
 TRIALS ?= 10000
 soak: build
 	python3 tests/faults/soak.py build/bin/turbidock --trials $(TRIALS)
-	python3 tests/faults/soak.py build/bin/turbidock --trials 1000 --seconds 20
+	python3 tests/faults/soak.py build/bin/turbidock --trials 1500 --seconds 20
 
 # The Debian package, to out/deb/, and an image with it for podman or docker.
 package:

@@ -2,7 +2,7 @@
 """A long soak: thousands of short trials in one worker, whose memory, open files and time a trial stay as they are.
 
     python3 tests/faults/soak.py build/bin/turbidock --trials 10000 [--seconds 1] [--cameras] [--csv soak.csv]
-    python3 tests/faults/soak.py build/bin/turbidock --trials 1000 --seconds 20     eight hours and more of simulated docking
+    python3 tests/faults/soak.py build/bin/turbidock --trials 1500 --seconds 20     eight hours and more of simulated docking
 
 The last tenth against the first (which begins after 100 trials) for memory and open files; for time against as many
 trials of a fresh worker flown right afterwards, since the machine's own speed changes over the hour, and of both the
