@@ -191,6 +191,7 @@ void SlurmPool::Send() {
   }
   accepted_ = true;
   refused_since_.reset();
+  silent_since_.reset();
   arrays_.emplace(number, std::move(array));
   for (Flight& flight : waiting_) flights_.emplace(flight.serial, std::move(flight));
   waiting_.clear();

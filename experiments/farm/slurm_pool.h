@@ -42,9 +42,8 @@ class SlurmPool : public JobPool {
   SlurmPool& operator=(const SlurmPool&) = delete;
 
   void Submit(Job job) override;
-  // SimulatorFault when Slurm refuses the first array, refuses later ones or does not answer for
-  // ten minutes, when a job's task was lost too often, or when a task runs another program than
-  // this one.
+  // SimulatorFault when Slurm refuses the first array, when for ten minutes it refuses a later one
+  // or does not answer, when a job's task was lost too often, or when a task runs another program.
   std::optional<JobResult> Next(double timeout_s) override;
   size_t pending() const override { return waiting_.size() + flights_.size() + ended_.size(); }
   size_t appetite() const override;

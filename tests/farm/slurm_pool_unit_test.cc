@@ -11,6 +11,8 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <set>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -57,6 +59,7 @@ class Slurm : public ::testing::Test {
     // Runs an array's tasks at once. A file "lose" in the folder is a number of arrays whose task 0
     // never starts; "refuse" what is said instead.
     Program("sbatch", R"sh(
+echo "$script" >>tried
 if [ -e refuse ]; then cat refuse >&2; exit 1; fi
 last=$(sed -n 's/^#SBATCH --array=0-//p' "$script")
 job=$(($(cat job 2>/dev/null || echo 100) + 1))
@@ -185,6 +188,13 @@ TEST_F(Slurm, ARefusalAfterTheFirstArrayIsWaitedOut) {
   const auto result = pool.Next(60);
   ASSERT_TRUE(result);
   EXPECT_EQ(result->output, "16");
+  // each try has a folder of its own
+  std::istringstream tried(Read("tried"));
+  std::set<std::string> folders;
+  size_t tries = 0;
+  for (std::string script; std::getline(tried, script); ++tries) folders.insert(script);
+  EXPECT_GE(tries, 3u);
+  EXPECT_EQ(folders.size(), tries);
 }
 
 // A run that was killed: its tasks are nobody's, its files are not read.

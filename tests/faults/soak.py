@@ -6,7 +6,7 @@
 
 The last tenth against the first (which begins after 100 trials) for memory and open files; for time against as many
 trials of a fresh worker flown right afterwards, since the machine's own speed changes over the hour, and of both the
-quickest tenth's bound, since other work only makes a trial slower. Exit code 1 when one of them grew by more than 2 %.
+tenth percentile, since other work only makes a trial slower. Exit code 1 when one of them grew by more than 2 %.
 """
 
 import argparse
