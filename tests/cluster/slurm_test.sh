@@ -113,7 +113,27 @@ processes_of() {
       grep -qzx "SLURM_CONF=$SLURM_CONF" "$process/environ" 2>/dev/null; then basename "$process"; fi
   done
 }
-node_works() { processes_of "$1" | grep . >/dev/null; }
+
+# catch_task NODE RESULTS: stops a task there that has at least so many results, but not all, so that what comes
+# next meets it in mid-flight however slow this machine is. Tasks live for a tenth of a second and more: it looks
+# all the time, at one after the other.
+catch_task() {
+  local deadline=$((SECONDS + 120)) process words jobs results
+  while [ $SECONDS -lt $deadline ]; do
+    for process in $(pgrep -f "slurm-task $folder/"); do
+      grep -qzx "SLURMD_NODENAME=$1" "/proc/$process/environ" || continue
+      mapfile -d '' words <"/proc/$process/cmdline"  # turbidock slurm-task FOLDER --task K --workers N
+      kill -STOP "$process" || continue
+      caught=$(processes_of "$1")  # all of it: the task, or one of its workers, is what was stopped
+      kill -STOP $caught
+      jobs=$(($(wc -l <"${words[2]}/jobs-${words[4]}.jsonl") - 1))
+      results=$(cat "${words[2]}/results-${words[4]}".*.jsonl | wc -l)
+      [ "$results" -ge "$2" ] && [ "$results" -lt "$jobs" ] && return 0
+      kill -CONT $caught
+    done
+  done 2>/dev/null
+  fail "no task on node $1 caught in mid-flight"
+}
 
 # As if somebody had pulled the plug.
 lose_node() {
@@ -219,7 +239,7 @@ echo "batch: 80 trials as on one machine, digest by digest ($took s; two process
 # a node is lost while it works
 "$turbidock" tune "$folder/study.yaml" --out "$folder/study_alone" --quiet --workers 2 >/dev/null || fail "turbidock tune"
 on_slurm study tune "$folder/study.yaml" --out "$folder/study"
-wait_for 120 "no task on node n2" node_works n2
+catch_task n2 0
 lose_node n2
 ends study 0
 grep -q 'submitted again' "$folder/study.said.log" || fail "tune --slurm does not say that tasks were lost"
@@ -241,12 +261,16 @@ mkdir "$folder/lost"
 cd "$folder/lost" || exit 1  # where the log of the cancelled task is kept
 on_slurm update gate "$folder/gate.yaml" --update
 cd "$folder" || exit 1
-cancel_on_n1() { scancel "$(squeue -h -t R -w n1 -o %i | sed -n 1p)"; }  # until one does not end before
-wait_for 120 "no task on node n1 that can be cancelled" cancel_on_n1
+catch_task n1 0
+cancel_on_n1() { scancel "$(squeue -h -t R -w n1 -o %i | sed -n 1p)"; }
+wait_for 60 "the task on node n1 cannot be cancelled" cancel_on_n1
+kill -CONT $caught 2>/dev/null  # unless Slurm has ended it already
 ends update 0
+grep -q 'submitted again' "$folder/update.said.log" || fail "gate --slurm does not say that a task was lost"
 same "$folder/gate.baseline.yaml" "$folder/baseline_alone.yaml" "gate --update --slurm with a cancelled task"
 on_slurm gate gate "$folder/gate.yaml" --out "$folder/gate"
-wait_for 120 "no task on node n3" node_works n3
+catch_task n3 0
+kill -CONT $caught
 { kill -9 $controller && wait $controller; } 2>/dev/null
 sleep 8
 start_controller
@@ -270,10 +294,10 @@ echo "gate: baseline and verdict as on one machine, a task cancelled, the contro
 wait_for 60 "the nodes do not become idle" nodes_are_idle
 kill $resumer
 on_slurm again batch "$folder/plan.yaml" --out "$folder/again.db" --sbatch=--requeue
-results_are_there() { [ -s "$folder/again.db.slurm/array-0/results-0.0.jsonl" ]; }
-wait_for 120 "no result of task 0" results_are_there
-requeue_first() { scontrol requeue "$(squeue -h -t R -o '%i %K' | awk '$2 == 0 {print $1; exit}')"; }
-wait_for 60 "task 0 cannot be requeued" requeue_first
+catch_task n1 1
+requeue_on_n1() { scontrol requeue "$(squeue -h -t R -w n1 -o %i | sed -n 1p)"; }
+wait_for 60 "the task on node n1 cannot be requeued" requeue_on_n1
+kill -CONT $caught 2>/dev/null  # unless Slurm has ended it already
 ends again 0
 rows_of "$folder/again.db" >"$folder/again.csv"
 same "$folder/again.csv" "$folder/batch_alone.csv" "batch --slurm with a requeued task"
