@@ -69,11 +69,11 @@ void Eyes::LookAtImages(int64_t number, bool whole) {
   estimate_ = &estimator_->Update(*seen_);
 }
 
-std::string Eyes::StandstillRemark() const {
+std::string Eyes::RepeatRemark() const {
   std::string remark;
   for (const Side side : kSides)
     if (repeats_[side] > 0)
-      remark += fmt::format("; the {} camera has stood still for {:.1f} s",
+      remark += fmt::format("; the {} camera has given the same image for {:.1f} s",
                             side == Side::kLeft ? "left" : "right",
                             static_cast<double>(repeats_[side]) * image_s_);
   return remark;

@@ -24,7 +24,7 @@ namespace turbidock::trial {
 // control is of interest. Either way it is camera_delay_frames old.
 //
 // A camera that has noise never gives the same image twice: one that is its camera's last again,
-// byte for byte, stands still, and a black one takes its place. Without noise nothing can be told.
+// byte for byte, is not believed, and a black one takes its place. Without noise nothing can be told.
 class Eyes {
  public:
   // The cameras have been on for a while: what arrives first shows the vehicle at its start. The
@@ -42,8 +42,8 @@ class Eyes {
   int64_t repeated_images() const { return repeated_images_; }  // so far, of both cameras
   // A copy of it, for whoever wants to keep the images.
   void CopySeen(StereoImage* to) const { *to = *seen_; }
-  // What to add to a sentence on the trial: cameras that stand still by now; empty without any.
-  std::string StandstillRemark() const;
+  // What to add to a sentence on the trial: cameras that repeat an image by now; empty without any.
+  std::string RepeatRemark() const;
   std::string name() const;
 
  private:
@@ -70,7 +70,7 @@ class Eyes {
   Stereo<int64_t> repeats_;  // in a row, up to the latest
   int64_t repeated_images_ = 0;
   StereoImage latest_, before_;  // as they arrived
-  StereoImage moving_;           // the latest without what stands still, if anything does
+  StereoImage moving_;           // the latest without what repeats, if anything does
   const StereoImage* seen_ = &latest_;
 };
 

@@ -169,7 +169,7 @@ TrialResult RunningTrial::Finish() {
     ending_ = Ending{Outcome::kInterrupted,
                      fmt::format("stopped at {:.1f} s", scenario_.clock.TimeOfFrame(next_frame_))};
   TrialResult result = recorder_.Finish(world_.plant(), autopilot_.directive(), *ending_);
-  result.reason += eyes_.StandstillRemark();
+  result.reason += eyes_.RepeatRemark();
   result.repeated_images = eyes_.repeated_images();
   result.estimator = eyes_.name();
   result.version = system::VersionAndCommit();

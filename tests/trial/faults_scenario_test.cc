@@ -75,9 +75,10 @@ TEST(FaultsScenario, AFailingCameraEndsAsItShould) {
   const std::vector<Cell> cells = {
       // what stands still is not believed in, and one camera is enough
       {"{images: [{kind: frozen, camera: both, begin_s: 6}]}", Outcome::kMarkerLost,
-       Failure::kLostInDocking, "; the left camera has stood still for 15.0 s; the right camera"},
+       Failure::kLostInDocking,
+       "; the left camera has given the same image for 15.0 s; the right camera"},
       {"{images: [{kind: frozen, camera: left, begin_s: 6}]}", Outcome::kDocked, Failure::kNone,
-       "; the left camera has stood still"},
+       "; the left camera has given the same image"},
       {"{images: [{kind: black, camera: both, begin_s: 4}]}", Outcome::kMarkerLost,
        Failure::kLostInDocking, "marker lost"},
       {"{knocks: [{camera: both, yaw_pitch_roll_rad: [0.0349, 0, 0], begin_s: 6}]}",

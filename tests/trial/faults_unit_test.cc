@@ -96,7 +96,7 @@ TEST(WorldFaults, AFrozenCameraGivesTheImageBefore) {
 }
 
 // A camera with noise never gives the same image twice; of one without nothing can be told.
-TEST(EyesFaults, SeeNothingInWhatStandsStill) {
+TEST(EyesFaults, SeeNothingInWhatRepeats) {
   for (const bool noisy : {true, false}) {
     std::vector<std::string> assignments = {
         "seed=3", "rig.width_px=160", "rig.height_px=120", "camera_delay_frames=0",
@@ -115,10 +115,10 @@ TEST(EyesFaults, SeeNothingInWhatStandsStill) {
       EXPECT_EQ(eyes.seen().left == black, still) << frame;
       EXPECT_NE(eyes.seen().right, black) << frame;
       EXPECT_EQ(eyes.seen().frame, frame);
-      EXPECT_EQ(eyes.StandstillRemark(), !still ? ""
-                                         : frame == 3
-                                             ? "; the left camera has stood still for 0.0 s"
-                                             : "; the left camera has stood still for 0.1 s");
+      EXPECT_EQ(eyes.RepeatRemark(),
+                !still       ? ""
+                : frame == 3 ? "; the left camera has given the same image for 0.0 s"
+                             : "; the left camera has given the same image for 0.1 s");
       vehicle::ContactReport contacts;
       EXPECT_FALSE(world.Advance({}, &contacts));
     }
