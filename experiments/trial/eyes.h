@@ -24,7 +24,8 @@ namespace turbidock::trial {
 // control is of interest. Either way it is camera_delay_frames old.
 //
 // A camera that has noise never gives the same image twice: one that is its camera's last again,
-// byte for byte, is not believed, and a black one takes its place. Without noise nothing can be told.
+// byte for byte, is not believed, and a black one takes its place. Without noise nothing can be
+// told.
 class Eyes {
  public:
   // The cameras have been on for a while: what arrives first shows the vehicle at its start. The

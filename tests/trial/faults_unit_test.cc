@@ -115,10 +115,10 @@ TEST(EyesFaults, SeeNothingInWhatRepeats) {
       EXPECT_EQ(eyes.seen().left == black, still) << frame;
       EXPECT_NE(eyes.seen().right, black) << frame;
       EXPECT_EQ(eyes.seen().frame, frame);
-      EXPECT_EQ(eyes.RepeatRemark(),
-                !still       ? ""
-                : frame == 3 ? "; the left camera has given the same image for 0.0 s"
-                             : "; the left camera has given the same image for 0.1 s");
+      EXPECT_EQ(eyes.RepeatRemark(), !still ? ""
+                                     : frame == 3
+                                         ? "; the left camera has given the same image for 0.0 s"
+                                         : "; the left camera has given the same image for 0.1 s");
       vehicle::ContactReport contacts;
       EXPECT_FALSE(world.Advance({}, &contacts));
     }
