@@ -176,8 +176,13 @@ TEST(StereoCamera, ExposesARegionAsInTheWhole) {
   const view::RenderedStereo rendered = Cast(surfaces, rig);
   Rng rng = SeedTree(6).Stream("regions");
   StereoImage plain;
-  for (const auto& [active, imperfect] :
-       {std::pair{true, false}, std::pair{false, false}, std::pair{false, true}}) {
+  struct Case {
+    bool active, imperfect, dirty;
+  };
+  // each unlike the one before it
+  for (const auto& [active, imperfect, dirty] :
+       {Case{true, false, false}, Case{true, false, true}, Case{false, false, false},
+        Case{false, true, false}}) {
     light::OpticsParams params;
     params.water.milk_ml_m3 = 40;
     params.ball_lights.enabled = active;
@@ -196,6 +201,11 @@ TEST(StereoCamera, ExposesARegionAsInTheWhole) {
     StereoCamera camera(light::Water(params, rig, light::SurfaceTable(surfaces), LampsAt(0.16)),
                         ImageSensor(sensor, 1, 2), AutoExposure(sensor, kFrame_s),
                         light::MarineSnow(snow, kFrame_s, 3), StereoLens(lens, rig));
+    if (dirty) {
+      DirtFault dirt;
+      dirt.radius = 0.2;
+      camera.SetPortFaults({{dirt}, {BlurFault{}}});
+    }
     StereoImage whole;
     camera.Expose(rendered, 7, &whole);
     EXPECT_NE(whole.left, plain.left);

@@ -106,6 +106,28 @@ TEST(MarineSnow, RestsInTheWater) {
   EXPECT_NEAR(Snowfall(params, Pose::Translation(3, -3, 6)).Sum(0) / start.Sum(0), 1, 1e-4);
 }
 
+// A small flake is a Gaussian of 0.4 pixels, wherever between the pixels it lies: along a row the
+// logarithm of its light bends by -1 / 0.4^2.
+TEST(MarineSnow, IsAsSharpAsTheLens) {
+  SnowParams params;
+  params.flakes_per_m3 = 20;
+  params.diameter_m = 1e-4;
+  const Snowfall snow(params);
+  const Image3f& image = snow.images.left;
+  int flakes = 0;
+  for (int v = 1; v < 479; ++v)
+    for (int u = 1; u < 639; ++u) {
+      const auto at = [&](int du, int dv) { return double{image.at(u + du, v + dv)[0]}; };
+      if (!(at(0, 0) > at(-1, 0) && at(0, 0) >= at(1, 0) && at(0, 0) > at(0, -1) &&
+            at(0, 0) >= at(0, 1)))
+        continue;
+      EXPECT_NEAR(std::log(at(-1, 0) * at(1, 0) / std::pow(at(0, 0), 2)), -1 / 0.16, 0.4);
+      EXPECT_NEAR(std::log(at(0, -1) * at(0, 1) / std::pow(at(0, 0), 2)), -1 / 0.16, 0.4);
+      ++flakes;
+    }
+  EXPECT_GT(flakes, 10);
+}
+
 TEST(MarineSnow, IsHiddenBySurfaces) {
   SnowParams params;
   params.flakes_per_m3 = 2000;

@@ -1,11 +1,13 @@
 // Shadows: the closed forms against walking along the line and asking each point whether it is
-// inside.
+// inside. Normals: many at once against one by one.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "sim/base/random.h"
+#include "sim/light/point_batch.h"
 #include "sim/light/surfaces.h"
 #include "tests/light/box_shadow.h"
 
@@ -88,6 +90,49 @@ TEST(BoxShadow, AgreesWithPointByPoint) {
   EXPECT_LT(shaded, points * 4 / 5);
   // only points on the very edge, and shadows less deep than the tolerance of touching
   EXPECT_LE(wrong, points / 10000);
+}
+
+// Wherever the surface stands, and however it is turned.
+TEST(FindNormals, AgreesWithOneByOne) {
+  Rng rng = SeedTree(12).Stream("normals");
+  int compared = 0;
+  for (const Shape shape :
+       {Shape::kSphere, Shape::kCapsule, Shape::kEllipsoid, Shape::kCylinder, Shape::kBox}) {
+    Surface surface;
+    surface.shape = shape;
+    surface.size_m = {0.03, 0.05, 0.04};
+    const Eigen::Matrix3d R_HS =
+        Eigen::AngleAxisd(rng.Uniform(-3, 3), Anywhere(rng, 1).normalized()).toRotationMatrix();
+    const Vector3d p_HS(0.7, -0.1, 0.05);
+    PointBatch batch;
+    std::vector<Vector3d> expected_H;
+    for (; batch.count < PointBatch::kSize; ++batch.count) {
+      // on the surface along a line from its middle
+      const Vector3d way = Anywhere(rng, 1).normalized();
+      double inside = 0, outside = 1;
+      for (int i = 0; i < 50; ++i) {
+        const double middle = (inside + outside) / 2;
+        (Outside(surface, middle * way) < 0 ? inside : outside) = middle;
+      }
+      const Vector3d p_SQ = inside * way, p_HQ = p_HS + R_HS * p_SQ;
+      expected_H.push_back(R_HS * OutwardNormal(surface, p_SQ));
+      batch.x_m[batch.count] = static_cast<float>(p_HQ.x());
+      batch.y_m[batch.count] = static_cast<float>(p_HQ.y());
+      batch.z_m[batch.count] = static_cast<float>(p_HQ.z());
+    }
+    FindNormals(surface, {R_HS.cast<float>(), p_HS.cast<float>()}, &batch);
+    for (int i = 0; i < batch.count; ++i) {
+      const Vector3d got_H(batch.normal_x[i], batch.normal_y[i], batch.normal_z[i]);
+      // but where a box's or a cylinder's faces meet
+      if ((got_H - expected_H[static_cast<size_t>(i)]).norm() > 1e-4 &&
+          (shape == Shape::kBox || shape == Shape::kCylinder) && std::abs(got_H.norm() - 1) < 1e-5)
+        continue;
+      ++compared;
+      EXPECT_LT((got_H - expected_H[static_cast<size_t>(i)]).norm(), 1e-4)
+          << static_cast<int>(shape);
+    }
+  }
+  EXPECT_GT(compared, 630);
 }
 
 }  // namespace

@@ -72,8 +72,14 @@ constexpr auto Names(Wrong) {
 }
 struct WrongParams {
   Wrong wrong = Wrong::kNothing;
+  double share = 0.5;
   static void Fields(auto& self, auto&& field) {
     field("wrong", self.wrong, Finite(), "what goes wrong");
+    field("share", self.share, Between(0, 1), "how much of it");
+  }
+  void Check(const std::string& path) const {
+    if (share > 0.9 && wrong == Wrong::kNothing)
+      throw ConfigError(JoinKey(path, "share") + ": nothing is wrong");
   }
 };
 constexpr int64_t kWhen = 20;
@@ -175,7 +181,14 @@ TEST(Plugins, TheirKeysAreAsStrictAsOurs) {
               HasSubstr("must be one of rm_ga, blobs, fiducial, wrapped"));
   const auto keys = ScenarioKeys(Ours());
   EXPECT_EQ(std::ranges::count(keys, "copied.surge_v_per_m", &config::KeyDoc::key), 1);
-  EXPECT_EQ(ScenarioKeys().size() + 16, keys.size());
+  EXPECT_EQ(ScenarioKeys().size() + 18, keys.size());
+  // and those set for a comparison of estimators, which reads no scenario
+  Plugins plugins = Ours();
+  plugins.SetEstimatorKey("wrapped", "share=0.7");
+  EXPECT_THAT(MessageOf([&] { plugins.SetEstimatorKey("wrapped", "share=2"); }),
+              HasSubstr("share = 2, must be in (0, 1)"));
+  EXPECT_THAT(MessageOf([&] { plugins.SetEstimatorKey("wrapped", "share=0.95"); }),
+              HasSubstr("share: nothing is wrong"));
 }
 
 TEST(Plugins, RefusesNamesThatAreTakenOrNone) {

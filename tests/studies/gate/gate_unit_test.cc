@@ -382,6 +382,36 @@ TEST_F(Gate, WithoutPairsAMedianIsHeldAgainstTheBaselinesBounds) {
   EXPECT_EQ(verdict(high + 0.01), statistics::Verdict::kFail);
 }
 
+// What did not dock has no time to dock: neither in pairs nor against bounds is it compared, and a
+// rate is the share that docked.
+TEST_F(Gate, OnlyWhatDockedHasATimeToDock) {
+  std::vector<GateTrial> baseline;
+  for (int i = 0; i < 40; ++i)
+    baseline.push_back({.seed = i,
+                        .outcome = i % 4 ? trial::Outcome::kDocked : trial::Outcome::kTimeout,
+                        .quality = {.time_s = 20 + 0.1 * i},
+                        .digest = ""});
+  for (const bool paired : {true, false}) {
+    JudgeOptions options{.margins = {.success_rate = 0.6, .median = {.time_s = 5}},
+                         .paired = paired};
+    ConditionJudge judge("calm", options, baseline);
+    // Every second one docks, slower; the others give up at once. Of the seeds from 0 to 7 four
+    // dock now, and all of these but none of seed 0 and 4 docked before.
+    for (int i = 0; i < 8; ++i)
+      judge.Add({.seed = i,
+                 .outcome = i % 2 ? trial::Outcome::kDocked : trial::Outcome::kMarkerLost,
+                 .quality = {.time_s = i % 2 ? 30.0 : 1.0},
+                 .digest = ""});
+    const ConditionReport report = judge.Report();
+    EXPECT_EQ(report.measures.at(0).now, 0.5);
+    EXPECT_EQ(report.measures.at(0).before, 0.75);
+    EXPECT_EQ(report.measures.at(1).compared, 4);
+    EXPECT_EQ(report.measures.at(1).worse, 4);
+    EXPECT_EQ(report.measures.at(1).better, 0);
+    EXPECT_EQ(report.measures.at(1).now, 30);
+  }
+}
+
 // A build that only chance tells from another of the same rate.
 Build ChanceBuild(const std::string& stream, double rate) {
   return [=](size_t, int64_t seed) {
