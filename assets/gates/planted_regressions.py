@@ -142,14 +142,16 @@ def flown(out, name, assignments, seeds, workers, program):
          *sets(assignments)], out / f'{name}.batch.log')
     with sqlite3.connect(f'file:{file}?mode=ro', uri=True) as store:
         docked = store.execute(
-            "SELECT t.time_s, m.effort_v, m.final_error_true_x_m, m.final_error_true_y_m, m.final_error_true_z_m"
+            "SELECT t.time_s, m.effort_v, m.fitness_mean,"
+            " m.final_error_true_x_m, m.final_error_true_y_m, m.final_error_true_z_m"
             " FROM trials t JOIN metrics m USING (trial) WHERE t.outcome = 'docked'").fetchall()
         trials = store.execute('SELECT count(*) FROM trials').fetchone()[0]
     if not docked:
-        return [0, trials, '', '', '']
+        return [0, trials, '', '', '', '']
     return [len(docked), trials, f'{statistics.median(d[0] for d in docked):.1f}',
             f'{statistics.median(d[1] for d in docked):.2f}',
-            f'{1000 * statistics.median(math.hypot(*d[2:]) for d in docked):.1f}']
+            f'{statistics.median(d[2] for d in docked):.2f}',
+            f'{1000 * statistics.median(math.hypot(*d[3:]) for d in docked):.1f}']
 
 
 def write(file, header, rows):
@@ -188,7 +190,7 @@ def main():
         effect = flown(out, f'{number:02}', assignments, arguments.seeds, workers, program)
         print(f'{number} of {len(PLANTED)} {room}, {what}: {effect}', flush=True)
         rows.append([room, what, *effect, *verdicts[number]])
-        write(out / 'planted.csv', ['room', 'planted', 'docked', 'of', 'time, s', 'effort, V', 'true error, mm',
+        write(out / 'planted.csv', ['room', 'planted', 'docked', 'of', 'time, s', 'effort, V', 'F', 'true error, mm',
                                     'the gate says', 'trials', 'seconds', 'because of'], rows)
 
 
