@@ -136,22 +136,30 @@ def judge(out, name, assignments, workers, program):
 
 
 def flown(out, name, assignments, seeds, workers, program):
-    """What a batch on other seeds shows: trials that docked, all trials, medians of those that docked."""
+    """What a batch on other seeds shows: {(case, seed): docked}, and medians of the trials that docked."""
     file = out / f'{name}.db'
     run([program, 'batch', PLAN, '--seeds', str(seeds), '--workers', str(workers), '--out', file, '--quiet',
          *sets(assignments)], out / f'{name}.batch.log')
     with sqlite3.connect(f'file:{file}?mode=ro', uri=True) as store:
+        trials = {(case, seed): outcome == 'docked' for case, seed, outcome in store.execute(
+            'SELECT p."case", t.seed, t.outcome FROM trials t JOIN parameters p USING (trial)')}
         docked = store.execute(
             "SELECT t.time_s, m.effort_v, m.fitness_mean,"
             " m.final_error_true_x_m, m.final_error_true_y_m, m.final_error_true_z_m"
             " FROM trials t JOIN metrics m USING (trial) WHERE t.outcome = 'docked'").fetchall()
-        trials = store.execute('SELECT count(*) FROM trials').fetchone()[0]
     if not docked:
-        return [0, trials, '', '', '', '']
-    return [len(docked), trials, f'{statistics.median(d[0] for d in docked):.1f}',
-            f'{statistics.median(d[1] for d in docked):.2f}',
-            f'{statistics.median(d[2] for d in docked):.2f}',
-            f'{1000 * statistics.median(math.hypot(*d[3:]) for d in docked):.1f}']
+        return trials, [''] * 4
+    return trials, [f'{statistics.median(d[0] for d in docked):.1f}', f'{statistics.median(d[1] for d in docked):.2f}',
+                    f'{statistics.median(d[2] for d in docked):.2f}',
+                    f'{1000 * statistics.median(math.hypot(*d[3:]) for d in docked):.1f}']
+
+
+def mcnemar(before, now):
+    """The exact two-sided p of pairs in which one docked and the other did not."""
+    lost = sum(before[key] and not now[key] for key in now)
+    won = sum(now[key] and not before[key] for key in now)
+    tail = sum(math.comb(lost + won, k) for k in range(min(lost, won) + 1)) / 2**(lost + won)
+    return f'{min(1, 2 * tail):.2g}'
 
 
 def write(file, header, rows):
@@ -185,13 +193,15 @@ def main():
         print(f'{number + 1} of {len(harmless)}, {what}: {rows[-1][1:]}', flush=True)
         write(out / 'harmless.csv', ['changed', 'the gate says', 'trials', 'seconds', 'because of'], rows)
 
-    rows = []
+    rows, unchanged = [], None
     for number, (room, what, assignments) in enumerate(changes if arguments.seeds else []):
-        effect = flown(out, f'{number:02}', assignments, arguments.seeds, workers, program)
-        print(f'{number} of {len(PLANTED)} {room}, {what}: {effect}', flush=True)
-        rows.append([room, what, *effect, *verdicts[number]])
-        write(out / 'planted.csv', ['room', 'planted', 'docked', 'of', 'time, s', 'effort, V', 'F', 'true error, mm',
-                                    'the gate says', 'trials', 'seconds', 'because of'], rows)
+        trials, medians = flown(out, f'{number:02}', assignments, arguments.seeds, workers, program)
+        unchanged = unchanged or trials
+        p = mcnemar(unchanged, trials) if number else ''
+        rows.append([room, what, sum(trials.values()), p, *medians, *verdicts[number]])
+        print(f'{number} of {len(PLANTED)}: {rows[-1]}', flush=True)
+        write(out / 'planted.csv', ['room', 'planted', f'docked of {len(trials)}', 'p', 'time, s', 'effort, V', 'F',
+                                    'true error, mm', 'the gate says', 'trials', 'seconds', 'because of'], rows)
 
 
 if __name__ == '__main__':
