@@ -28,6 +28,7 @@ namespace {
 
 constexpr size_t kLongestLog = 4000;  // bytes of a job's output that are kept
 constexpr int kExitByException = 70;
+constexpr auto kLongestSleep = std::chrono::milliseconds(200);
 
 // ------------------------------------------------------------------------------- in both processes
 
@@ -226,6 +227,7 @@ void WorkerPool::HandOut() {
     }
     worker.job = job.id;
     worker.started = Clock::now();
+    worker.worked = {};
     waiting_.pop_front();
   }
 }
@@ -257,29 +259,41 @@ void WorkerPool::Receive(Worker* worker) {
   worker->received.clear();
 }
 
+void WorkerPool::CountTime() {
+  const auto now = Clock::now();
+  for (Worker& worker : workers_)
+    if (worker.job)
+      worker.worked +=
+          std::min<Clock::duration>(now - std::max(looked_, worker.started), kLongestSleep);
+  looked_ = now;
+}
+
 std::optional<JobResult> WorkerPool::Next(double timeout_s) {
   const auto seconds = [](double s) {
     return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(s));
   };
+  const auto limit = seconds(options_.time_limit_s);
   const auto give_up = Clock::now() + seconds(std::min(timeout_s, 1e6));
   while (ended_.empty() && pending() > 0) {
     HandOut();
-    // Sleeps until a worker says something, the first time limit, or the caller's timeout.
-    auto wake = give_up;
+    // Sleeps until a worker says something, the first time limit, the caller's timeout, or long
+    // enough: see CountTime.
+    auto sleep = std::min<Clock::duration>(give_up - Clock::now(), kLongestSleep);
     std::vector<pollfd> sockets;
     for (const Worker& worker : workers_) {
       sockets.push_back({worker.socket, POLLIN, 0});
-      if (worker.job) wake = std::min(wake, worker.started + seconds(options_.time_limit_s));
+      if (worker.job) sleep = std::min(sleep, limit - worker.worked);
     }
-    const double left_s = std::chrono::duration<double>(wake - Clock::now()).count();
+    const double sleep_s = std::chrono::duration<double>(sleep).count();
     const int ready = poll(sockets.data(), sockets.size(),
-                           static_cast<int>(std::ceil(1000 * std::clamp(left_s, 0.0, 1e6))));
+                           static_cast<int>(std::ceil(1000 * std::max(sleep_s, 0.0))));
+    CountTime();
     if (ready < 0 && errno == EINTR) return std::nullopt;
     for (size_t i = 0; i < workers_.size(); ++i) {
       Worker& worker = workers_[i];
       if (ready > 0 && sockets[i].revents != 0) {
         Receive(&worker);
-      } else if (worker.job && Clock::now() >= worker.started + seconds(options_.time_limit_s)) {
+      } else if (worker.job && worker.worked >= limit) {
         Ended(&worker,
               {.end = JobEnd::kHung,
                .error = fmt::format("no end after {:g} s, the time limit", options_.time_limit_s)});

@@ -25,7 +25,9 @@
 namespace turbidock::farm {
 
 struct WorkerOptions {
-  double time_limit_s = 3600;  // wall time of a job
+  // Wall time of a job, counted while Next waits and this process runs: neither Ctrl-Z nor a
+  // suspended machine makes a job hang.
+  double time_limit_s = 3600;
   // How a process is made: for a program with an interpreter that must know of it.
   std::function<pid_t()> fork = ::fork;
 };
@@ -59,14 +61,18 @@ class WorkerPool : public JobPool {
     int log = -1;     // a memory file: its stdout and stderr
     std::optional<int64_t> job;
     Clock::time_point started;
-    std::string received;  // the beginning of a result
+    Clock::duration worked{};  // of the time limit
+    std::string received;      // the beginning of a result
   };
 
   void Start(Worker* worker);
   void Stop(Worker* worker);  // kills and reaps it
   void Restart(Worker* worker);
-  void HandOut();                                // jobs to idle workers
-  void Receive(Worker* worker);                  // what it sent, or its death
+  void HandOut();                // jobs to idle workers
+  void Receive(Worker* worker);  // what it sent, or its death
+  // Since the last look, against the time limits. More than a sleep has passed only where this
+  // process was paused, and its workers with it: that does not count.
+  void CountTime();
   void Ended(Worker* worker, JobResult result);  // notes how its job ended
 
   WorkerOptions options_;
@@ -74,6 +80,7 @@ class WorkerPool : public JobPool {
   std::vector<Worker> workers_;
   std::deque<Job> waiting_;
   std::deque<JobResult> ended_;
+  Clock::time_point looked_ = Clock::now();
 };
 
 }  // namespace turbidock::farm

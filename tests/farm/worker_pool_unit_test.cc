@@ -93,6 +93,31 @@ TEST(WorkerPool, AHangIsStoppedAfterItsTimeLimit) {
   for (const int64_t id : {1, 2, 3}) EXPECT_EQ(results.at(id).end, JobEnd::kDone);
 }
 
+// Ctrl-Z, a batch system that suspends jobs, a laptop's lid.
+TEST(WorkerPool, APauseOfTheWholeProgramIsNoHang) {
+  const pid_t program = fork();
+  if (program == 0) {
+    setpgid(0, 0);
+    WorkerPool pool(1, {.time_limit_s = 1}, [](const std::string&) {
+      for (int i = 0; i < 40; ++i) usleep(10'000);  // one long sleep would go on in the pause
+      return std::string("done");
+    });
+    pool.Submit({.id = 1, .input = ""});
+    std::optional<JobResult> result;
+    while (!result) result = pool.Next(60);
+    _exit(result->end == JobEnd::kDone ? 0 : 1);
+  }
+  setpgid(program, program);
+  usleep(200'000);
+  kill(-program, SIGSTOP);
+  usleep(1'500'000);
+  kill(-program, SIGCONT);
+  int status = 0;
+  waitpid(program, &status, 0);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+}
+
 TEST(WorkerPool, CarriesAnyTextAndSaysEachJobsOwnWords) {
   std::string odd = "line\nline\0\"\\\xc3\xa9";
   odd.push_back('\0');
