@@ -1,10 +1,10 @@
 #include "experiments/farm/agenda.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "experiments/config/yaml_fields.h"
-#include "experiments/statistics/intervals.h"
 
 namespace turbidock::farm {
 
@@ -17,9 +17,11 @@ TrialRule RuleOf(const StoreHeader& header) {
   rule.precision = precision;
   rule.batch = config::Peek(plan, "seeds", 1);
   rule.most = config::Peek(plan, "max_trials", 1);
-  if (rule.batch < 1 || rule.most < rule.batch || header.trials % rule.most != 0)
+  if (const auto strata = plan.files.front().Find("strata"))
+    rule.strata = std::ssize(strata->Entries());
+  if (rule.batch < 1 || rule.most < rule.batch || header.trials % rule.most != 0 || rule.strata < 1)
     throw ConfigError(
-        "the file's plan is damaged: seeds, max_trials and the number of trials "
+        "the file's plan is damaged: seeds, max_trials, strata and the number of trials "
         "do not go together");
   rule.cells = header.trials / rule.most;
   return rule;
@@ -29,6 +31,7 @@ Agenda::Agenda(const TrialRule& rule, const Shard& shard)
     : rule_(rule), shard_(shard), cells_(static_cast<size_t>(rule.cells)) {
   for (int64_t cell = 0; cell < rule_.cells; ++cell) {
     cells_of_shard_ += !rule_.precision || Owns(cell);
+    cells_[static_cast<size_t>(cell)].strata.resize(static_cast<size_t>(rule_.strata));
     WantMore(cell);
   }
 }
@@ -50,8 +53,7 @@ void Agenda::WantMore(int64_t cell) {
 
 void Agenda::Decide(int64_t cell) {
   Cell& c = cells_[static_cast<size_t>(cell)];
-  const bool is_narrow =
-      statistics::WilsonInterval(c.successes, c.counted).half_width() <= *rule_.precision;
+  const bool is_narrow = statistics::StratifiedInterval(c.strata).half_width() <= *rule_.precision;
   if (!is_narrow && c.counted < rule_.most) return WantMore(cell);
   c.decided = true;
   ++(is_narrow ? reached_ : not_reached_);
@@ -70,8 +72,10 @@ void Agenda::Add(int64_t trial, bool success) {
   while (!c.decided && c.counted < std::ssize(c.results)) {
     const Result result = c.results[static_cast<size_t>(c.counted)];
     if (result == Result::kUnknown) break;
+    statistics::Count& stratum = c.strata[static_cast<size_t>(c.counted % rule_.strata)];
     ++c.counted;
-    c.successes += result == Result::kSuccess;
+    ++stratum.trials;
+    stratum.successes += result == Result::kSuccess;
     if (c.counted == c.wanted) Decide(cell);
   }
 }
@@ -100,8 +104,12 @@ int64_t Agenda::Expected() const {
       expected += c.wanted;
       continue;
     }
-    const double rate = static_cast<double>(c.successes + 1) / static_cast<double>(c.counted + 2);
-    const int64_t needed = statistics::TrialsForHalfWidth(rate, *rule_.precision);
+    int64_t successes = 0;
+    for (const statistics::Count& stratum : c.strata) successes += stratum.successes;
+    const double rate = static_cast<double>(successes + 1) / static_cast<double>(c.counted + 2);
+    const auto without_strata =
+        static_cast<double>(statistics::TrialsForHalfWidth(rate, *rule_.precision));
+    const int64_t needed = std::llround(statistics::DesignEffect(c.strata) * without_strata);
     const int64_t in_batches = (needed + rule_.batch - 1) / rule_.batch * rule_.batch;
     expected += std::clamp(in_batches, c.wanted, rule_.most);
   }

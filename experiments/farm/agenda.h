@@ -2,14 +2,16 @@
 // Which trials of a batch are to run, as far as its results show.
 //
 // Without a precision: all. With one, a cell runs `seeds` trials, then as many again, and so on,
-// until the 95 % Wilson interval of its success rate is narrow enough or it has run max_trials.
+// until the 95 % interval of its success rate (Wilson's, over the plan's strata if it has any) is
+// narrow enough or it has run max_trials.
 // That is decided after those numbers of trials only, and on the cell's first so many trials
 // whichever ended first: a batch consists of the same trials for any number of workers and shards,
 // also when it is interrupted.
 //
 // Looking more than once costs little: at a precision of 0.03, looked at every 30 trials, 93.8 % of
 // the intervals at least hold the true rate where that is 0.02 to 0.98 (94.0 % at fixed numbers of
-// trials), and the rate found is on average up to 0.004 too near to 0 or 1.
+// trials), and the rate found is on average up to 0.004 too near to 0 or 1. Over six strata, across
+// which success falls steeply, gently or not at all, it is 94.5 to 99.8 %.
 
 #include <cstdint>
 #include <deque>
@@ -18,6 +20,7 @@
 
 #include "experiments/farm/plan.h"
 #include "experiments/farm/result_store.h"
+#include "experiments/statistics/intervals.h"
 
 namespace turbidock::farm {
 
@@ -26,6 +29,7 @@ struct TrialRule {
   int64_t batch = 1;                // trials of a cell after which it is looked at
   int64_t most = 1;                 // trials of a cell
   std::optional<double> precision;  // half width of a cell's interval; none: every trial is to run
+  int64_t strata = 1;               // a cell's samples are of each in turn
 };
 
 // The rule that a file's trials follow. Without a precision it knows of no cells.
@@ -57,10 +61,11 @@ class Agenda {
  private:
   enum class Result : uint8_t { kUnknown, kFailure, kSuccess };
   struct Cell {
-    std::vector<Result> results;         // by sample
-    int64_t next = 0;                    // the samples before have been handed out
-    int64_t wanted = 0;                  // so many samples are to run
-    int64_t counted = 0, successes = 0;  // of the first samples, up to one without a result
+    std::vector<Result> results;            // by sample
+    int64_t next = 0;                       // the samples before have been handed out
+    int64_t wanted = 0;                     // so many samples are to run
+    int64_t counted = 0;                    // the first samples, up to one without a result
+    std::vector<statistics::Count> strata;  // of those that are counted
     bool decided = false;
   };
 

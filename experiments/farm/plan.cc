@@ -75,6 +75,22 @@ ConfigError ErrorInSet(const ConfigError& error, const std::optional<config::Yam
   return error;
 }
 
+const std::vector<Parameter>& ValuesOf(const std::vector<Case>& cases, const std::string& name) {
+  return std::ranges::find(cases, name, &Case::name)->values;
+}
+
+// As YAML under a key; nothing where there are none.
+std::string TextOf(const char* key, const std::vector<Case>& cases) {
+  std::string text = cases.empty() ? "" : std::string(key) + ":\n";
+  for (const Case& one : cases) {
+    std::vector<std::string> values;
+    for (const Parameter& p : one.values) values.push_back(p.key + ": " + p.value);
+    text += fmt::format("  {}: {{{}}}\n", config::TextNode(one.name, {}).OneLine(),
+                        fmt::join(values, ", "));
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string RandomKey::ValueAt(double u) const {
@@ -101,7 +117,7 @@ Plan::Plan(const config::YamlNode& plan, const PlanOverrides& overrides)
   const std::string& file = plan.file;
   config::Origins origins;
   config::ReadFields(plan, &settings_, &origins,
-                     {"precision", "max_trials", "set", "grid", "cases", "random",
+                     {"precision", "max_trials", "set", "grid", "cases", "strata", "random",
                       "resolved_scenarios", "models_digest"});
   if (!plan.Find("schema_version"))
     throw ConfigError(file + ": schema_version: this key is required");
@@ -110,6 +126,7 @@ Plan::Plan(const config::YamlNode& plan, const PlanOverrides& overrides)
   config::CheckSettings(settings_, origins);
   if (!overrides.seeds) ReadPrecision(plan);
   if (const auto grid = plan.Find("grid")) ReadGrid(*grid);
+  if (const auto strata = plan.Find("strata")) ReadStrata(*strata);
   if (const auto random = plan.Find("random")) ReadRandom(*random);
   if (const auto cases = plan.Find("cases")) ReadCases(*cases);
   try {
@@ -135,7 +152,12 @@ void Plan::RequireNewKey(const config::YamlNode& at, const std::string& key) con
   if (key == "seed") at.Fail("the plan gives each trial its seed; set master_seed");
   if (key == "model") at.Fail("vary `scenario` instead of its model");
   if (key == kCaseKey) at.Fail("is the key that `cases` makes; give those");
-  if (std::find(keys_.begin(), keys_.end(), key) != keys_.end()) at.Fail("this key is given twice");
+  if (key == kStratumKey) at.Fail("is the key that `strata` make; give those");
+  const auto is_in = [&key](const Case& stratum) {
+    return std::ranges::find(stratum.values, key, &Parameter::key) != stratum.values.end();
+  };
+  if (std::ranges::find(keys_, key) != keys_.end() || std::ranges::any_of(strata_, is_in))
+    at.Fail("this key is given twice");
 }
 
 void Plan::ReadPrecision(const config::YamlNode& plan) {
@@ -183,18 +205,34 @@ void Plan::ReadGrid(const config::YamlNode& node) {
   }
 }
 
-void Plan::ReadCases(const config::YamlNode& node) {
-  GridAxis axis{kCaseKey, {}};
+std::vector<Case> Plan::CasesIn(const config::YamlNode& node) const {
+  std::vector<Case> cases;
   for (const auto& [name, values] : node.Entries()) {
-    Case& read = cases_.emplace_back(Case{.name = name, .values = {}});
+    Case& read = cases.emplace_back(Case{.name = name, .values = {}});
     for (const auto& [key, value] : values.Entries()) {
       RequireNewKey(value, key);
       if (key == kScenarioKey) value.Fail("belongs in the grid");
       read.values.push_back({key, value.OneLine()});
     }
-    axis.values.push_back(name);
   }
-  if (cases_.empty()) node.Fail("must be a map of names, each with keys of the scenario");
+  if (cases.empty()) node.Fail("must be a map of names, each with keys of the scenario");
+  return cases;
+}
+
+void Plan::ReadStrata(const config::YamlNode& node) {
+  strata_ = CasesIn(node);
+  const int64_t strata = std::ssize(strata_);
+  if (settings_.seeds % strata != 0 || trials_of_cell() % strata != 0)
+    node.Fail(fmt::format("of {} strata each is met equally often, so {} = {} must be a multiple",
+                          strata, settings_.seeds % strata != 0 ? "seeds" : "max_trials",
+                          settings_.seeds % strata != 0 ? settings_.seeds : trials_of_cell()));
+  keys_.emplace_back(kStratumKey);
+}
+
+void Plan::ReadCases(const config::YamlNode& node) {
+  cases_ = CasesIn(node);
+  GridAxis axis{kCaseKey, {}};
+  for (const Case& one : cases_) axis.values.push_back(one.name);
   grid_.insert(grid_.begin(), axis);
   keys_.insert(keys_.begin(), kCaseKey);
 }
@@ -336,6 +374,9 @@ TrialSpec Plan::Trial(int64_t trial) const {
     spec.parameters[i] = {grid_[i].key, grid_[i].values[static_cast<size_t>(rest % n)]};
     rest /= n;
   }
+  if (has_strata())
+    spec.parameters.push_back(
+        {kStratumKey, strata_[static_cast<size_t>(spec.sample % std::ssize(strata_))].name});
   const int64_t row = (settings_.common_seeds ? 0 : spec.cell * samples) + spec.sample;
   for (size_t i = 0; i < random_.size(); ++i)
     spec.parameters.push_back(
@@ -358,16 +399,12 @@ Plan::Cell Plan::CellOf(int64_t cell) const {
     if (parameter.key == kScenarioKey)
       found.scenario = parameter.value;
     else if (parameter.key == kCaseKey)
-      std::ranges::copy(CaseNamed(parameter.value).values, std::back_inserter(found.values));
+      std::ranges::copy(ValuesOf(cases_, parameter.value), std::back_inserter(found.values));
     else
       found.values.push_back(parameter);
   }
   if (const auto at = found_.find(found.scenario); at != found_.end()) found.scenario = at->second;
   return found;
-}
-
-const Case& Plan::CaseNamed(const std::string& name) const {
-  return *std::ranges::find(cases_, name, &Case::name);
 }
 
 trial::Scenario Plan::ScenarioOf(const TrialSpec& spec) const {
@@ -380,7 +417,9 @@ trial::Scenario Plan::ScenarioOf(const TrialSpec& spec) const {
     if (parameter.key == kScenarioKey)
       name = parameter.value;
     else if (parameter.key == kCaseKey)
-      std::ranges::for_each(CaseNamed(parameter.value).values, assign);
+      std::ranges::for_each(ValuesOf(cases_, parameter.value), assign);
+    else if (parameter.key == kStratumKey)
+      std::ranges::for_each(ValuesOf(strata_, parameter.value), assign);
     else
       assign(parameter);
   }
@@ -392,9 +431,9 @@ trial::Scenario Plan::ScenarioOf(const TrialSpec& spec) const {
 
 void Plan::CheckTrials(const std::string& file) const {
   for (int64_t trial = 0; trial < trials(); ++trial) {
-    // Without draws a cell's trials differ in nothing but the seed.
+    // Without draws the trials of a cell's stratum differ in nothing but the seed.
     const TrialSpec spec = Trial(trial);
-    if (random_.empty() && spec.sample != 0) continue;
+    if (random_.empty() && spec.sample >= std::max<int64_t>(1, std::ssize(strata_))) continue;
     try {
       ScenarioOf(spec);
     } catch (const ConfigError& error) {
@@ -411,15 +450,8 @@ std::string Plan::Resolve() const {
   const auto pair = [](double first, double second) {
     return std::vector{FormatNumber(first), FormatNumber(second)};
   };
-  const bool has_cases = !cases_.empty();
-  if (has_cases) text += "cases:\n";
-  for (const Case& one : cases_) {
-    std::vector<std::string> values;
-    for (const Parameter& p : one.values) values.push_back(p.key + ": " + p.value);
-    text += fmt::format("  {}: {{{}}}\n", config::TextNode(one.name, {}).OneLine(),
-                        fmt::join(values, ", "));
-  }
-  if (grid_.size() > (has_cases ? 1 : 0)) text += "grid:\n";
+  text += TextOf("cases", cases_) + TextOf("strata", strata_);
+  if (grid_.size() > (cases_.empty() ? 0 : 1)) text += "grid:\n";
   for (const GridAxis& axis : grid_)
     if (axis.key != kCaseKey)
       text += fmt::format("  {}: [{}]\n", axis.key, fmt::join(axis.values, ", "));

@@ -14,6 +14,9 @@
 //   cases:                             # cells by name, each with keys of its own; in every cell
 //     as planned: {}                   # of the grid
 //     one thruster weak: {vehicle.thrusters.effectiveness: [0.6, 1, 1, 1]}
+//   strata:                            # equally likely parts of what a cell's trials draw, met in
+//     near: {start.distance_min_m: 0.6, start.distance_max_m: 1}  # turn
+//     far: {start.distance_min_m: 1, start.distance_max_m: 1.4}
 //   random:                            # drawn for each trial, and stored with it
 //     start.heading_rad: {uniform: [0, 0.2]}
 //     vehicle.rigid_body.mass_kg: {normal: [15, 0.5], within: [13, 17]}
@@ -38,7 +41,8 @@ struct YamlNode;
 namespace turbidock::farm {
 
 inline constexpr int kPlanSchema = 1;
-inline constexpr int64_t kMaxTrials = 10'000'000;  // of a plan
+inline constexpr int64_t kMaxTrials = 10'000'000;      // of a plan
+inline constexpr const char* kStratumKey = "stratum";  // the parameter that `strata` make
 
 // How the random keys of a cell's trials are spread. All keep each key's distribution.
 enum class Design {
@@ -60,7 +64,7 @@ struct Precision {
   static void Fields(auto& self, auto&& field) {
     field("precision", self.precision, InRange(0.001, 0.5),
           "run a cell on, `seeds` trials at a time, until its success rate is known so well: half "
-          "the width of the 95 % Wilson interval");
+          "the width of the 95 % Wilson interval, which strata make narrower");
     field("max_trials", self.max_trials, InRange(1, 1e6), "trials in a cell at most");
   }
 };
@@ -102,7 +106,8 @@ struct Parameter {
   bool operator==(const Parameter&) const = default;
 };
 
-// Keys that change together. In the grid it is a value of the key `case`.
+// Keys that change together. In the grid it is a value of the key `case`, of a stratum one of the
+// key `stratum`.
 struct Case {
   std::string name;
   std::vector<Parameter> values;
@@ -135,11 +140,12 @@ constexpr auto Names(RandomKey::Kind) {
 }
 
 struct TrialSpec {
-  int64_t trial = 0;                  // in [0, Plan::trials())
-  int64_t cell = 0;                   // of the grid; the last key of the grid varies fastest
-  int64_t sample = 0;                 // within the cell
-  int64_t seed = 0;                   // the scenario's
-  std::vector<Parameter> parameters;  // the grid's keys (`case` first), then the random ones
+  int64_t trial = 0;   // in [0, Plan::trials())
+  int64_t cell = 0;    // of the grid; the last key of the grid varies fastest
+  int64_t sample = 0;  // within the cell
+  int64_t seed = 0;    // the scenario's
+  // The grid's keys (`case` first), `stratum`, then the random ones.
+  std::vector<Parameter> parameters;
 };
 
 // What the command line and the program around it may change in a plan.
@@ -160,6 +166,7 @@ class Plan {
   const PlanSettings& settings() const { return settings_; }
   const trial::Plugins& plugins() const { return plugins_; }
   const std::vector<GridAxis>& grid() const { return grid_; }
+  bool has_strata() const { return !strata_.empty(); }
   // Keys of a trial's parameters, in their order.
   const std::vector<std::string>& keys() const { return keys_; }
   int64_t cells() const { return cells_; }
@@ -189,9 +196,10 @@ class Plan {
   }
   void ReadPrecision(const config::YamlNode& plan);
   void ReadGrid(const config::YamlNode& node);
-  void ReadCases(const config::YamlNode& node);
+  std::vector<Case> CasesIn(const config::YamlNode& node) const;
+  void ReadStrata(const config::YamlNode& node);
   void ReadRandom(const config::YamlNode& node);
-  const Case& CaseNamed(const std::string& name) const;
+  void ReadCases(const config::YamlNode& node);
   void RequireNewKey(const config::YamlNode& at, const std::string& key) const;
   void LoadScenarios(const config::YamlNode& plan, const std::vector<std::string>& assignments);
   void DrawDesign();
@@ -201,7 +209,7 @@ class Plan {
   PlanSettings settings_;
   trial::Plugins plugins_;
   std::vector<GridAxis> grid_;
-  std::vector<Case> cases_;
+  std::vector<Case> cases_, strata_;
   std::vector<RandomKey> random_;
   std::vector<std::string> keys_;
   int64_t cells_ = 1;

@@ -74,7 +74,7 @@ Cell CellOfText(const std::string& value) {
 // Of a parameter: text stays text, whatever number it looks like, where the key has none.
 Cell CellOfParameter(const Parameter& parameter) {
   static const std::set<std::string> texts = [] {
-    std::set<std::string> keys = {"scenario", "case"};
+    std::set<std::string> keys = {"scenario", "case", kStratumKey};
     for (const config::KeyDoc& doc : trial::ScenarioKeys())
       if (doc.type == "text" || doc.type.starts_with("one of")) keys.insert(doc.key);
     return keys;

@@ -58,6 +58,28 @@ bool IsReached(const GroupSummary& group, double precision) {
 
 }  // namespace
 
+void SuccessCount::Add(const StoredTrial& trial) {
+  const auto at = std::ranges::find(trial.parameters, kStratumKey, &Parameter::key);
+  statistics::Count& stratum = strata_[at == trial.parameters.end() ? "" : at->value];
+  ++stratum.trials;
+  stratum.successes += trial.record.success();
+}
+
+statistics::Count SuccessCount::all() const {
+  statistics::Count all;
+  for (const auto& [name, stratum] : strata_) {
+    all.successes += stratum.successes;
+    all.trials += stratum.trials;
+  }
+  return all;
+}
+
+statistics::Interval SuccessCount::Wilson() const {
+  std::vector<statistics::Count> strata;
+  for (const auto& [name, stratum] : strata_) strata.push_back(stratum);
+  return statistics::StratifiedInterval(strata);
+}
+
 std::string PercentText(const statistics::Interval& interval) {
   return fmt::format("{:.0f}-{:.0f}", 100 * interval.low, 100 * interval.high);
 }
@@ -101,12 +123,12 @@ std::vector<GroupSummary> Summarise(const std::vector<StoredTrial>& trials,
   for (const auto& [values, members] : groups) {
     GroupSummary summary;
     summary.group = values;
+    SuccessCount count;
     std::vector<double> times_s, errors_y_m, errors_z_m;
     for (const StoredTrial* trial : members) {
       const trial::TrialRecord& r = trial->record;
-      ++summary.trials;
+      count.Add(*trial);
       if (r.success()) {
-        ++summary.successes;
         times_s.push_back(r.time_s);
       } else {
         ++summary.failures[NameOf(r.failure)];
@@ -115,7 +137,9 @@ std::vector<GroupSummary> Summarise(const std::vector<StoredTrial>& trials,
       errors_y_m.push_back(std::abs(r.final_error_true.y_m));
       errors_z_m.push_back(std::abs(r.final_error_true.z_m));
     }
-    summary.wilson = statistics::WilsonInterval(summary.successes, summary.trials);
+    summary.successes = count.all().successes;
+    summary.trials = count.all().trials;
+    summary.wilson = count.Wilson();
     summary.clopper_pearson = statistics::ClopperPearsonInterval(summary.successes, summary.trials);
     summary.time_to_dock_s = SpreadOf(times_s);
     summary.error_true_y_m = SpreadOf(errors_y_m);
@@ -153,8 +177,8 @@ std::string SummaryTable(const std::vector<std::string>& keys,
     table.Row(std::move(row));
   }
   return table.Text() +
-         "Wilson, exact (Clopper-Pearson): 95 % intervals of the success rate in %. "
-         "Others: median [10 %, 90 %].\n" +
+         "Wilson (over the plan's strata, if any), exact (Clopper-Pearson, without them): "
+         "95 % intervals of the success rate in %. Others: median [10 %, 90 %].\n" +
          (precision ? fmt::format("Half width: of Wilson's interval, to be at most {:g} %.\n",
                                   100 * *precision)
                     : "");

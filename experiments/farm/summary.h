@@ -21,14 +21,28 @@ struct Spread {
   TURBIDOCK_FIELDS(count, q10, median, q90)
 };
 
+// Successes of trials, by stratum where the plan has strata.
+class SuccessCount {
+ public:
+  void Add(const StoredTrial& trial);
+
+  statistics::Count all() const;
+  // Wilson's 95 % interval of the success rate, narrower by what the strata tell.
+  statistics::Interval Wilson() const;
+
+ private:
+  std::map<std::string, statistics::Count> strata_;  // by name
+};
+
 // Trials that share the values of the keys they are grouped by.
 struct GroupSummary {
   std::vector<std::string> group;  // the keys' values
   int64_t trials = 0, successes = 0;
-  statistics::Interval wilson, clopper_pearson;  // 95 %, of the success rate
-  Spread time_to_dock_s;                         // of the successes
-  Spread error_true_y_m, error_true_z_m;         // absolute, when docked on the estimate
-  std::map<std::string, int64_t> failures;       // by name; none left out
+  statistics::Interval wilson;              // 95 %, of the success rate, over strata
+  statistics::Interval clopper_pearson;     // the same, as if there were no strata
+  Spread time_to_dock_s;                    // of the successes
+  Spread error_true_y_m, error_true_z_m;    // absolute, when docked on the estimate
+  std::map<std::string, int64_t> failures;  // by name; none left out
 
   TURBIDOCK_FIELDS(group, trials, successes, wilson, clopper_pearson, time_to_dock_s,
                    error_true_y_m, error_true_z_m, failures)

@@ -23,19 +23,53 @@ double TwoSidedZ(double confidence) {
 
 double Logistic(double x) { return 1 / (1 + std::exp(-x)); }
 
-}  // namespace
+Count Sum(std::span<const Count> strata) {
+  Count all;
+  for (const Count& stratum : strata) {
+    all.successes += stratum.successes;
+    all.trials += stratum.trials;
+  }
+  return all;
+}
 
-Interval WilsonInterval(int64_t successes, int64_t trials, double confidence) {
-  RequireCounts(successes, trials, confidence);
-  if (trials == 0) return {};
+// Of these counts, as if there were so many trials.
+Interval WilsonOf(const Count& count, double n, double confidence) {
+  const auto [successes, trials] = count;
   const double z = TwoSidedZ(confidence);
-  const auto n = static_cast<double>(trials);
-  const double p = static_cast<double>(successes) / n;
+  const double p = static_cast<double>(successes) / static_cast<double>(trials);
   const double middle = (p + z * z / (2 * n)) / (1 + z * z / n);
   const double half = z / (1 + z * z / n) * std::sqrt(p * (1 - p) / n + z * z / (4 * n * n));
   // At the ends the formula gives 0 and 1 but for rounding.
   return {successes == 0 ? 0 : std::max(0.0, middle - half),
           successes == trials ? 1 : std::min(1.0, middle + half)};
+}
+
+}  // namespace
+
+Interval WilsonInterval(int64_t successes, int64_t trials, double confidence) {
+  RequireCounts(successes, trials, confidence);
+  if (trials == 0) return {};
+  return WilsonOf({successes, trials}, static_cast<double>(trials), confidence);
+}
+
+double DesignEffect(std::span<const Count> strata) {
+  const auto n = static_cast<double>(Sum(strata).trials);
+  if (n == 0) return 1;
+  double rate = 0, within = 0;
+  for (const auto& [successes, trials] : strata) {
+    const auto m = static_cast<double>(trials);
+    const double p = (static_cast<double>(successes) + 0.5) / (m + 1);
+    rate += m / n * p;
+    within += m / n * p * (1 - p);
+  }
+  return within / (rate * (1 - rate));
+}
+
+Interval StratifiedInterval(std::span<const Count> strata, double confidence) {
+  for (const auto& [successes, trials] : strata) RequireCounts(successes, trials, confidence);
+  const Count all = Sum(strata);
+  if (all.trials == 0) return {};
+  return WilsonOf(all, static_cast<double>(all.trials) / DesignEffect(strata), confidence);
 }
 
 int64_t TrialsForHalfWidth(double rate, double half_width, double confidence) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace turbidock::statistics {
@@ -23,6 +24,20 @@ Interval WilsonInterval(int64_t successes, int64_t trials, double confidence = 0
 // The least number of trials whose Wilson interval has no more than this half width (in (0, 1/2])
 // where that share of them succeeds. The widest is that of 1/2, the narrowest that of 0 and 1.
 int64_t TrialsForHalfWidth(double rate, double half_width, double confidence = 0.95);
+
+// Successes of trials.
+struct Count {
+  int64_t successes = 0, trials = 0;
+};
+// How much of the variance of a success rate is left where each stratum of a population was given
+// trials in proportion to its size: that within the strata over that of all, in (0, 1]. Each
+// stratum's rate with half a success and half a failure added (Jeffreys), so that one in which all
+// or none succeeded has some. 1 of a single stratum and without trials.
+double DesignEffect(std::span<const Count> strata);
+// Wilson's interval of so many trials as would tell as much without strata: Korn and Graubard's
+// (1998, Survey Methodology 24:193) effective number, with Wilson's as in Franco et al. (2019, J.
+// Survey Stat. Methodol. 7:334). Of a single stratum it is WilsonInterval.
+Interval StratifiedInterval(std::span<const Count> strata, double confidence = 0.95);
 // Clopper and Pearson (1934): exact, never below the stated confidence, hence wider.
 Interval ClopperPearsonInterval(int64_t successes, int64_t trials, double confidence = 0.95);
 

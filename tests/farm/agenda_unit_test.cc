@@ -1,10 +1,12 @@
 // Which trials a batch runs: with a precision, as many as each cell needs, and the same however
 // they are run.
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <map>
@@ -185,6 +187,59 @@ TEST(Agenda, ItsIntervalsHoldTheTrueRateAboutAsOftenAsTheySay) {
   }
 }
 
+// The same where success falls with something that the plan's strata cut in six: steeply, gently or
+// not at all.
+TEST(Agenda, ItsIntervalsOverStrataHoldTheTrueRateWithFewerTrials) {
+  constexpr int kCells = 2000, kStrata = 6;
+  const TrialRule rule{
+      .cells = kCells, .batch = 30, .most = 1080, .precision = 0.03, .strata = kStrata};
+  const auto rate_at = [](double x, double middle, double width) {
+    return 1 / (1 + std::exp((x - middle) / width));
+  };
+  for (const double width : {0.01, 0.03, 0.1, 0.3, 1e6})
+    for (const double middle : {0.1, 0.25, 0.4, 0.5, 0.8}) {
+      double true_rate = 0;
+      for (int i = 0; i < 6000; ++i) true_rate += rate_at((i + 0.5) / 6000, middle, width) / 6000;
+      const std::string name = fmt::format("{} of {}", middle, width);
+      Rng rng = SeedTree(3).Stream("strata:" + name);
+      Agenda agenda(rule, {});
+      std::vector<std::array<statistics::Count, kStrata>> counts(kCells);
+      while (const auto trial = agenda.Next()) {
+        const auto stratum = static_cast<size_t>(*trial / rule.cells % kStrata);
+        const double x = (static_cast<double>(stratum) + rng.Uniform(0, 1)) / kStrata;
+        const bool success = rng.Uniform(0, 1) < rate_at(x, middle, width);
+        statistics::Count& count = counts[static_cast<size_t>(*trial % rule.cells)][stratum];
+        ++count.trials;
+        count.successes += success;
+        agenda.Add(*trial, success);
+      }
+      EXPECT_EQ(agenda.reached(), kCells) << name;
+      double holds = 0, trials = 0, mean = 0;
+      for (const auto& strata : counts) {
+        const statistics::Interval interval = statistics::StratifiedInterval(strata);
+        EXPECT_LE(interval.half_width(), 0.03);
+        holds += interval.low <= true_rate && true_rate <= interval.high;
+        double all = 0, successes = 0;
+        for (const statistics::Count& count : strata) {
+          EXPECT_EQ(count.trials, strata[0].trials);
+          all += static_cast<double>(count.trials);
+          successes += static_cast<double>(count.successes);
+        }
+        trials += all / kCells;
+        mean += successes / all / kCells;
+      }
+      EXPECT_GE(holds / kCells, 0.93) << name;
+      EXPECT_NEAR(mean, true_rate, 0.005) << name;
+      RecordProperty("coverage_" + name, std::to_string(holds / kCells));
+      RecordProperty("trials_" + name, std::to_string(trials));
+      const double plain =
+          static_cast<double>(statistics::TrialsForHalfWidth(true_rate, *rule.precision));
+      if (width <= 0.03 && middle > 0.2) {
+        EXPECT_LT(trials, 0.35 * plain) << name;
+      }
+    }
+}
+
 TEST(TrialRule, IsThePlansAsTheFileHasIt) {
   const Plan plan(
       "schema_version: 1\nscenario: pool_active\nseeds: 20\nprecision: 0.05\nmax_trials: 90\n"
@@ -195,6 +250,12 @@ TEST(TrialRule, IsThePlansAsTheFileHasIt) {
   EXPECT_EQ(rule.batch, 20);
   EXPECT_EQ(rule.most, 90);
   EXPECT_EQ(rule.precision, 0.05);
+  EXPECT_EQ(rule.strata, 1);
+  const Plan in_two(
+      "schema_version: 1\nscenario: pool_active\nseeds: 20\nprecision: 0.05\n"
+      "strata: {a: {duration_s: 5}, b: {duration_s: 6}}\n",
+      "plan.yaml");
+  EXPECT_EQ(RuleOf(HeaderOf(in_two, {})).strata, 2);
   const Plan plain("schema_version: 1\nscenario: pool_active\nseeds: 20\n", "plan.yaml");
   EXPECT_EQ(RuleOf(HeaderOf(plain, {})).precision, std::nullopt);
   EXPECT_EQ(RuleOf(HeaderOf(plain, {})).most, 20);

@@ -95,6 +95,58 @@ TEST(Plan, RefusesCasesThatSayNothingOrTwice) {
   EXPECT_THAT(error("random: {case: {choice: [a]}}\n"), HasSubstr("`cases` makes"));
 }
 
+TEST(Plan, MeetsItsStrataInTurnWithinEveryCell) {
+  const std::string text =
+      "scenario: pool_active\nseeds: 4\n"
+      "strata:\n"
+      "  near: {start.distance_min_m: 0.6, start.distance_max_m: 0.9}\n"
+      "  \"12\": {start.distance_min_m: 0.9, start.distance_max_m: 1.2}\n"
+      "grid: {water.milk_ml_m3: [1, 2, 3]}\n"
+      "random: {duration_s: {uniform: [5, 6]}}\n";
+  for (const std::string more : {"", "precision: 0.1\n"}) {
+    const Plan plan = Make(text + more);
+    EXPECT_EQ(plan.cells(), 3);
+    EXPECT_EQ(plan.keys(), (std::vector<std::string>{"water.milk_ml_m3", "stratum", "duration_s"}));
+    const Plan again(plan.resolved(), "resolved");
+    EXPECT_EQ(again.resolved(), plan.resolved());
+    for (int64_t trial = 0; trial < plan.trials(); ++trial) {
+      const TrialSpec spec = plan.Trial(trial);
+      const bool is_near = spec.sample % 2 == 0;
+      EXPECT_EQ(spec.parameters[1], (Parameter{"stratum", is_near ? "near" : "12"}));
+      const trial::Scenario scenario = plan.ScenarioOf(spec);
+      EXPECT_EQ(scenario.start.distance_min_m, is_near ? 0.6 : 0.9);
+      EXPECT_EQ(scenario.start.distance_max_m, is_near ? 0.9 : 1.2);
+      EXPECT_EQ(scenario.light.water.milk_ml_m3, static_cast<double>(spec.cell + 1));
+      EXPECT_EQ(trial::SaveScenario(again.ScenarioOf(again.Trial(trial))),
+                trial::SaveScenario(scenario));
+    }
+  }
+  EXPECT_EQ(Make(text, {.seeds = 6}).Trial(5).parameters[1].value, "12");
+}
+
+TEST(Plan, RefusesStrataThatAreNotMetEquallyOftenOrNameAKeyTwice) {
+  const auto error = [](const std::string& text, const PlanOverrides& overrides = {}) {
+    return testing::MessageOf([&] { Make("scenario: pool_active\nseeds: 4\n" + text, overrides); });
+  };
+  const std::string strata = "strata: {a: {duration_s: 5}, b: {duration_s: 6}}\n";
+  EXPECT_NO_THROW(Make("scenario: pool_active\nseeds: 4\n" + strata));
+  EXPECT_THAT(error(strata, {.seeds = 5}),
+              HasSubstr("plan.yaml:4: strata: of 2 strata each is met equally often, so seeds = 5 "
+                        "must be a multiple"));
+  EXPECT_THAT(error(strata + "precision: 0.2\nmax_trials: 41\n"),
+              HasSubstr("so max_trials = 41 must be a multiple"));
+  EXPECT_THAT(error("strata: {}\n"), HasSubstr("strata: must be a map of names"));
+  EXPECT_THAT(error("strata: {a: {duration: 5}}\n"), HasSubstr("duration_s"));
+  EXPECT_THAT(error("strata: {a: {duration_s: 5}, b: {duration_s: -5}}\n"),
+              HasSubstr("duration_s"));
+  EXPECT_THAT(error("strata: {a: {scenario: x}}\n"), HasSubstr("belongs in the grid"));
+  for (const std::string other :
+       {"grid: {duration_s: [6]}\n", "random: {duration_s: {uniform: [5, 6]}}\n",
+        "cases: {c: {duration_s: 6}}\n"})
+    EXPECT_THAT(error(strata + other), HasSubstr("duration_s: this key is given twice"));
+  EXPECT_THAT(error("grid: {stratum: [a]}\n"), HasSubstr("`strata` make"));
+}
+
 TEST(Plan, CommonSeedsAreTheSameInEveryCellAndOthersAreAllDifferent) {
   const std::string text =
       "scenario: pool_active\nseeds: 5\n"

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
 
 #include "experiments/statistics/intervals.h"
 
@@ -37,6 +38,36 @@ TEST(WilsonInterval, SolvesTheScoreEquation) {
   EXPECT_EQ(checked, 27);
   EXPECT_EQ(WilsonInterval(0, 7).low, 0);
   EXPECT_EQ(WilsonInterval(7, 7).high, 1);
+}
+
+TEST(StratifiedInterval, OfOneStratumIsWilsons) {
+  for (const auto& [k, n] : {std::pair{0, 7}, {7, 7}, {3, 10}, {400, 1000}}) {
+    const Interval wilson = WilsonInterval(k, n, 0.9);
+    const Interval one = StratifiedInterval(std::vector<Count>{{k, n}}, 0.9);
+    EXPECT_NEAR(one.low, wilson.low, 1e-12);
+    EXPECT_NEAR(one.high, wilson.high, 1e-12);
+  }
+  EXPECT_EQ(StratifiedInterval({}).AsList(), (std::array<double, 2>{0, 1}));
+  EXPECT_EQ(StratifiedInterval(std::vector<Count>(3)).AsList(), (std::array<double, 2>{0, 1}));
+  EXPECT_EQ(DesignEffect({}), 1);
+}
+
+TEST(StratifiedInterval, IsWilsonsOfTheEffectiveNumberOfTrials) {
+  // Two strata of 19, of which all and none succeeded: rates of 39/40 and 1/40, whose variance is
+  // 39/1600 within and 1/4 in all, so that 38 trials count as 38 * 400/39 = 389.7.
+  const std::vector<Count> apart = {{19, 19}, {0, 19}};
+  EXPECT_NEAR(DesignEffect(apart), 39.0 / 400, 1e-15);
+  constexpr double kZ = 1.959963984540054, kTrials = 38 * 400.0 / 39;
+  const Interval interval = StratifiedInterval(apart);
+  for (const double p : interval.AsList())  // the score equation
+    EXPECT_NEAR(std::abs(0.5 - p), kZ * std::sqrt(p * (1 - p) / kTrials), 1e-12);
+  // Strata that are alike tell nothing, unequal ones weigh by their trials.
+  EXPECT_NEAR(DesignEffect(std::vector<Count>{{6, 19}, {6, 19}, {6, 19}}), 1, 1e-15);
+  // 3 of 4 and 0 of 1: (0.8 * 0.7 * 0.3 + 0.2 * 0.25 * 0.75) / (0.61 * 0.39)
+  EXPECT_NEAR(DesignEffect(std::vector<Count>{{3, 4}, {0, 1}}), 0.2055 / 0.2379, 1e-12);
+  // All succeeded: nothing between the strata.
+  EXPECT_NEAR(StratifiedInterval(std::vector<Count>{{10, 10}, {10, 10}}).low,
+              WilsonInterval(20, 20).low, 1e-12);
 }
 
 TEST(TrialsForHalfWidth, IsTheLeastNumberThatGivesIt) {

@@ -3,7 +3,7 @@
 import {h, button, choice, fill, section} from 'page/dom.js';
 import {load, has} from 'page/data.js';
 import {clockText, fixed, number, percent, quantity, rate, words} from 'page/format.js';
-import {wilson, quantile, bins, groupsOf} from 'page/numbers.js';
+import {stratified, quantile, bins, groupsOf} from 'page/numbers.js';
 import {badge, command, facts, head} from 'page/parts.js';
 import {Plot} from 'page/plot.js';
 import {Series} from 'page/series.js';
@@ -78,7 +78,7 @@ export class BatchView {
     const won = all.filter(this.success);
     const expected = model.wanted ?? n;
     const complete = n >= expected && n > 0;
-    const [low, high] = wilson(won.length, n);
+    const [low, high] = this.span(all);
     const median = (key, unit = 1) =>
       this.get[key]
         ? quantile(
@@ -122,6 +122,16 @@ export class BatchView {
           model.missing.map(text => h('li', {}, text)),
         ),
       );
+  }
+  /** 95 % interval of the share that docked, over the plan's strata if it has any. */
+  span(rows) {
+    const strata = groupsOf(rows, this.get.stratum || (() => ''));
+    return stratified(
+      [...strata.values()].map(members => ({
+        successes: members.filter(this.success).length,
+        trials: members.length,
+      })),
+    );
   }
   worst(rows) {
     const counts = groupsOf(
@@ -261,7 +271,7 @@ export class BatchView {
     const series = lines.map((line, k) => {
       const groups = this.grouped(over, line.rows).filter(g => g.rows.length);
       const rates = groups.map(g => g.rows.filter(this.success).length / g.rows.length);
-      const spans = groups.map(g => wilson(g.rows.filter(this.success).length, g.rows.length));
+      const spans = groups.map(g => this.span(g.rows));
       const shift =
         over.numeric && groups.length > 1
           ? (lines.length > 1 ? 0.006 : 0) * width * (k - (lines.length - 1) / 2)
@@ -303,7 +313,7 @@ export class BatchView {
           const all = g.rows.length;
           return (
             `${by ? `${by.label} ${s.name}\n` : ''}${over.label} ${g.label}\n` +
-            `${won} of ${all} docked: ${rate(won / all, ...wilson(won, all))}`
+            `${won} of ${all} docked: ${rate(won / all, ...this.span(g.rows))}`
           );
         },
         onPick: (s, i) =>
@@ -377,7 +387,7 @@ export class BatchView {
         readout: (s, i) => {
           const c = points.cells[i];
           const all = c.members.length;
-          return `${c.label}\n${c.won} of ${all} docked: ${rate(c.won / all, ...wilson(c.won, all))}`;
+          return `${c.label}\n${c.won} of ${all} docked: ${rate(c.won / all, ...this.span(c.members))}`;
         },
         onPick: (s, i) =>
           this.list(points.cells[i].members, points.cells[i].label.replace('\n', ', ')),

@@ -1,14 +1,30 @@
 // What a page counts itself: intervals, quantiles and bins, which filters change, and places in lists.
 
-/** Wilson's 95 % interval of a share; [0, 1] of nothing. */
-export function wilson(successes, trials) {
-  if (!trials) return [0, 1];
+/** Wilson's 95 % interval of a share found in n trials. */
+function wilson(p, n) {
   const z = 1.959963984540054;
-  const p = successes / trials;
-  const zz = (z * z) / trials;
+  const zz = (z * z) / n;
   const middle = (p + zz / 2) / (1 + zz);
-  const half = (z / (1 + zz)) * Math.sqrt((p * (1 - p)) / trials + zz / trials / 4);
+  const half = (z / (1 + zz)) * Math.sqrt((p * (1 - p)) / n + zz / n / 4);
   return [Math.max(0, middle - half), Math.min(1, middle + half)];
+}
+
+/** The same over strata, [{successes, trials}], as experiments/statistics/intervals.h; [0, 1] of nothing. */
+export function stratified(strata) {
+  let won = 0;
+  let trials = 0;
+  let rate = 0;
+  let within = 0;
+  for (const s of strata) {
+    won += s.successes;
+    trials += s.trials;
+    const p = (s.successes + 0.5) / (s.trials + 1);
+    rate += s.trials * p;
+    within += s.trials * p * (1 - p);
+  }
+  if (!trials) return [0, 1];
+  const effect = within / (rate * (1 - rate / trials));
+  return wilson(won / trials, trials / effect);
 }
 
 /** Quantile with linear interpolation between order statistics; NaN of nothing. */

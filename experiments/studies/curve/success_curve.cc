@@ -31,6 +31,10 @@ std::vector<ErrorPoint> ErrorPoints(const std::map<double, std::vector<double>>&
   return points;
 }
 
+double Rate(const SuccessPoint& point) {
+  return static_cast<double>(point.successes) / static_cast<double>(point.trials);
+}
+
 // The errors over the same doses as the success.
 media::Panel ErrorPanel(const media::Panel& success, const std::vector<SuccessCurve>& curves,
                         double shift) {
@@ -47,10 +51,6 @@ media::Panel ErrorPanel(const media::Panel& success, const std::vector<SuccessCu
                             media::CurveColor(i), media::Mark::kLineWithBars});
   }
   return panel;
-}
-
-double Rate(const statistics::DosePoint& point) {
-  return static_cast<double>(point.successes) / static_cast<double>(point.trials);
 }
 
 const ErrorPoint* ErrorAt(const SuccessCurve& curve, double dose) {
@@ -75,7 +75,7 @@ std::string HalfText(const SuccessCurve& curve) {
 
 std::vector<SuccessCurve> SuccessCurves(const std::vector<farm::StoredTrial>& trials,
                                         const std::string& over, const std::string& by) {
-  std::map<std::string, std::map<double, statistics::DosePoint>> counts;
+  std::map<std::string, std::map<double, farm::SuccessCount>> counts;
   std::map<std::string, std::map<double, std::vector<double>>> errors_m;
   if (trials.empty()) return {};
   const farm::GroupKey over_key(over, trials.front());
@@ -84,10 +84,7 @@ std::vector<SuccessCurve> SuccessCurves(const std::vector<farm::StoredTrial>& tr
   for (const farm::StoredTrial& trial : trials) {
     const double dose = Number(over, over_key.ValueOf(trial));
     const std::string name = by_key ? by_key->ValueOf(trial) : "";
-    statistics::DosePoint& point = counts[name][dose];
-    point.dose = dose;
-    ++point.trials;
-    point.successes += trial.record.success();
+    counts[name][dose].Add(trial);
     const trial::TrialRecord& record = trial.record;
     if (record.success())
       errors_m[name][dose].push_back(
@@ -96,8 +93,11 @@ std::vector<SuccessCurve> SuccessCurves(const std::vector<farm::StoredTrial>& tr
   std::vector<SuccessCurve> curves;
   for (const auto& [name, points] : counts) {
     SuccessCurve curve{name, {}, std::nullopt, ErrorPoints(errors_m[name])};
-    for (const auto& [dose, point] : points) curve.points.push_back(point);
-    curve.fit = statistics::FitLogistic(curve.points);
+    for (const auto& [dose, count] : points) {
+      const statistics::Count all = count.all();
+      curve.points.push_back({{dose, all.successes, all.trials}, count.Wilson()});
+    }
+    curve.fit = statistics::FitLogistic({curve.points.begin(), curve.points.end()});
     curves.push_back(std::move(curve));
   }
   return curves;
@@ -106,10 +106,9 @@ std::vector<SuccessCurve> SuccessCurves(const std::vector<farm::StoredTrial>& tr
 std::string SuccessTable(const std::string& over, const std::vector<SuccessCurve>& curves) {
   report::Table table({"<", over, "trials", "success %", "<Wilson", "<exact", "<off, mm"});
   for (const SuccessCurve& curve : curves)
-    for (const statistics::DosePoint& p : curve.points)
+    for (const SuccessPoint& p : curve.points)
       table.Row({curve.name, FormatNumber(p.dose), std::to_string(p.trials),
-                 report::Fixed(100 * Rate(p), 1),
-                 farm::PercentText(statistics::WilsonInterval(p.successes, p.trials)),
+                 report::Fixed(100 * Rate(p), 1), farm::PercentText(p.wilson),
                  farm::PercentText(statistics::ClopperPearsonInterval(p.successes, p.trials)),
                  ErrorText(curve, p.dose)});
   std::string text = table.Text();
@@ -125,12 +124,12 @@ std::string SuccessJson(const std::string& over, const std::vector<SuccessCurve>
   Json list = Json::array();
   for (const SuccessCurve& curve : curves) {
     Json points = Json::array();
-    for (const statistics::DosePoint& p : curve.points) {
+    for (const SuccessPoint& p : curve.points) {
       points.push_back(
           {{over, p.dose},
            {"trials", p.trials},
            {"successes", p.successes},
-           {"wilson", statistics::WilsonInterval(p.successes, p.trials)},
+           {"wilson", p.wilson},
            {"clopper_pearson", statistics::ClopperPearsonInterval(p.successes, p.trials)}});
       if (const ErrorPoint* error = ErrorAt(curve, p.dose))
         points.back()["position_error_m"] = {{"median", error->median_m},
@@ -163,9 +162,8 @@ void WriteSuccessFigure(const std::string& path, const std::string& title, const
     // Side by side where curves share a value, or their intervals would hide each other.
     const double shift =
         margin / 6 * (static_cast<double>(i) - (static_cast<double>(curves.size()) - 1) / 2);
-    const auto counted = [&](const statistics::DosePoint& p) {
-      return media::SampleWithin(p.dose + shift, Rate(p),
-                                 statistics::WilsonInterval(p.successes, p.trials), 100);
+    const auto counted = [&](const SuccessPoint& p) {
+      return media::SampleWithin(p.dose + shift, Rate(p), p.wilson, 100);
     };
     const auto fitted = [&](double dose) { return media::Sample{dose, 100 * curve.fit->At(dose)}; };
     panel.series.push_back({(curve.name.empty() ? "success" : curve.name) + ": " + HalfText(curve),

@@ -18,10 +18,15 @@ struct ErrorPoint {
   statistics::Interval interval_m;
 };
 
+// The trials at one dose.
+struct SuccessPoint : statistics::DosePoint {
+  statistics::Interval wilson;  // 95 %, of the success rate over the plan's strata
+};
+
 // One curve: the trials that share a value of another key.
 struct SuccessCurve {
   std::string name;                            // that value; empty when there is only one curve
-  std::vector<statistics::DosePoint> points;   // ascending
+  std::vector<SuccessPoint> points;            // ascending
   std::optional<statistics::LogisticFit> fit;  // nothing when success never falls through 1/2
   std::vector<ErrorPoint> errors;              // ascending; doses without a success have none
 };
