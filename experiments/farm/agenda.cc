@@ -12,14 +12,15 @@ TrialRule RuleOf(const StoreHeader& header) {
   TrialRule rule{.batch = header.trials, .most = header.trials, .precision = {}};
   if (header.kind != "batch") return rule;
   const config::Layers plan{.files = {config::ParseYaml(header.plan, "plan")}};
+  if (const auto strata = plan.files.front().Find("strata"))
+    rule.strata = std::max<int64_t>(1, std::ssize(strata->Entries()));
   const double precision = config::Peek(plan, "precision", 0.0);
   if (precision == 0) return rule;
   rule.precision = precision;
   rule.batch = config::Peek(plan, "seeds", 1);
   rule.most = config::Peek(plan, "max_trials", 1);
-  if (const auto strata = plan.files.front().Find("strata"))
-    rule.strata = std::ssize(strata->Entries());
-  if (rule.batch < 1 || rule.most < rule.batch || header.trials % rule.most != 0 || rule.strata < 1)
+  if (rule.batch < 1 || rule.most < rule.batch || header.trials % rule.most != 0 ||
+      rule.batch % rule.strata != 0 || rule.most % rule.strata != 0)
     throw ConfigError(
         "the file's plan is damaged: seeds, max_trials, strata and the number of trials "
         "do not go together");
@@ -37,7 +38,7 @@ Agenda::Agenda(const TrialRule& rule, const Shard& shard)
 }
 
 bool Agenda::Owns(int64_t trial) const {
-  return shard_.Has(rule_.precision ? trial % rule_.cells : trial);
+  return shard_.Has(rule_.precision ? trial % rule_.cells : trial / rule_.strata);
 }
 
 void Agenda::WantMore(int64_t cell) {

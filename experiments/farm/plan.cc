@@ -153,11 +153,24 @@ void Plan::RequireNewKey(const config::YamlNode& at, const std::string& key) con
   if (key == "model") at.Fail("vary `scenario` instead of its model");
   if (key == kCaseKey) at.Fail("is the key that `cases` makes; give those");
   if (key == kStratumKey) at.Fail("is the key that `strata` make; give those");
-  const auto is_in = [&key](const Case& stratum) {
-    return std::ranges::find(stratum.values, key, &Parameter::key) != stratum.values.end();
+  if (IsVaried(key)) at.Fail("this key is given twice");
+}
+
+bool Plan::IsVaried(const std::string& key) const {
+  const auto holds_it = [&key](const std::string& varied) {
+    return key.starts_with(varied) &&
+           (key.size() == varied.size() || key[varied.size()] == '.' || key[varied.size()] == '[');
   };
-  if (std::ranges::find(keys_, key) != keys_.end() || std::ranges::any_of(strata_, is_in))
-    at.Fail("this key is given twice");
+  const auto names_it = [&](const Case& stratum) {
+    return std::ranges::any_of(stratum.values, holds_it, &Parameter::key);
+  };
+  return std::ranges::any_of(keys_, holds_it) || std::ranges::any_of(strata_, names_it);
+}
+
+void Plan::RequireNotVaried(const config::YamlNode& at, const std::string& key) const {
+  if (IsVaried(key)) at.Fail("this key is given twice");
+  if (at.IsMap())
+    for (const auto& [name, value] : at.Entries()) RequireNotVaried(value, key + "." + name);
 }
 
 void Plan::ReadPrecision(const config::YamlNode& plan) {
@@ -226,6 +239,8 @@ void Plan::ReadStrata(const config::YamlNode& node) {
     node.Fail(fmt::format("of {} strata each is met equally often, so {} = {} must be a multiple",
                           strata, settings_.seeds % strata != 0 ? "seeds" : "max_trials",
                           settings_.seeds % strata != 0 ? settings_.seeds : trials_of_cell()));
+  if (settings_.design == Design::kSobol)
+    node.Fail("do not go with sobol, of whose points every second is in the same half");
   keys_.emplace_back(kStratumKey);
 }
 
@@ -300,9 +315,14 @@ void Plan::LoadScenarios(const config::YamlNode& plan,
   if (const auto set = plan.Find("set")) {
     for (const auto& [key, value] : set->Entries()) {
       if (key == "seed") RequireNewKey(value, key);
+      RequireNotVaried(value, key);
       sets.push_back(key + "=" + value.OneLine());
     }
   }
+  for (const std::string& assignment : assignments)
+    if (const std::string key = assignment.substr(0, assignment.find('=')); IsVaried(key))
+      throw ConfigError(std::string(config::kFromSet) + " " + key +
+                        ": the plan gives each trial its own");
   sets.insert(sets.end(), assignments.begin(), assignments.end());
   for (const std::string& assignment : sets)
     if (const size_t at = assignment.find('='); at != std::string::npos)
@@ -374,7 +394,7 @@ TrialSpec Plan::Trial(int64_t trial) const {
     spec.parameters[i] = {grid_[i].key, grid_[i].values[static_cast<size_t>(rest % n)]};
     rest /= n;
   }
-  if (has_strata())
+  if (!strata_.empty())
     spec.parameters.push_back(
         {kStratumKey, strata_[static_cast<size_t>(spec.sample % std::ssize(strata_))].name});
   const int64_t row = (settings_.common_seeds ? 0 : spec.cell * samples) + spec.sample;

@@ -14,8 +14,8 @@
 //   cases:                             # cells by name, each with keys of its own; in every cell
 //     as planned: {}                   # of the grid
 //     one thruster weak: {vehicle.thrusters.effectiveness: [0.6, 1, 1, 1]}
-//   strata:                            # equally likely parts of what a cell's trials draw, met in
-//     near: {start.distance_min_m: 0.6, start.distance_max_m: 1}  # turn
+//   strata:                            # equally likely parts of the draws, met in turn by a cell
+//     near: {start.distance_min_m: 0.6, start.distance_max_m: 1}
 //     far: {start.distance_min_m: 1, start.distance_max_m: 1.4}
 //   random:                            # drawn for each trial, and stored with it
 //     start.heading_rad: {uniform: [0, 0.2]}
@@ -166,7 +166,6 @@ class Plan {
   const PlanSettings& settings() const { return settings_; }
   const trial::Plugins& plugins() const { return plugins_; }
   const std::vector<GridAxis>& grid() const { return grid_; }
-  bool has_strata() const { return !strata_.empty(); }
   // Keys of a trial's parameters, in their order.
   const std::vector<std::string>& keys() const { return keys_; }
   int64_t cells() const { return cells_; }
@@ -201,6 +200,9 @@ class Plan {
   void ReadRandom(const config::YamlNode& node);
   void ReadCases(const config::YamlNode& node);
   void RequireNewKey(const config::YamlNode& at, const std::string& key) const;
+  // By the grid, the strata or a draw, itself or the group that it is in.
+  bool IsVaried(const std::string& key) const;
+  void RequireNotVaried(const config::YamlNode& at, const std::string& key) const;
   void LoadScenarios(const config::YamlNode& plan, const std::vector<std::string>& assignments);
   void DrawDesign();
   void CheckTrials(const std::string& file) const;
@@ -224,7 +226,7 @@ class Plan {
 Plan LoadPlan(const std::string& name, const PlanOverrides& overrides = {});
 
 // One of `count` parts of a batch that together do every trial once: number `index`, from 1. With a
-// precision a cell's trials are all in the same part.
+// precision a cell's trials are all in the same part, with strata one of each.
 struct Shard {
   int index = 1, count = 1;
 

@@ -60,7 +60,8 @@ bool IsReached(const GroupSummary& group, double precision) {
 
 void SuccessCount::Add(const StoredTrial& trial) {
   const auto at = std::ranges::find(trial.parameters, kStratumKey, &Parameter::key);
-  statistics::Count& stratum = strata_[at == trial.parameters.end() ? "" : at->value];
+  const bool has_one = whole_cells_ && at != trial.parameters.end();
+  statistics::Count& stratum = strata_[has_one ? at->value : ""];
   ++stratum.trials;
   stratum.successes += trial.record.success();
 }
@@ -85,8 +86,12 @@ std::string PercentText(const statistics::Interval& interval) {
 }
 
 GroupKey::GroupKey(const std::string& name, const StoredTrial& example) {
+  // The grid's keys stand before `stratum`, those that are drawn behind it.
+  const auto stratum = std::ranges::find(example.parameters, kStratumKey, &Parameter::key);
+  is_planned_ = name == "cell";
   for (size_t i = 0; i < example.parameters.size(); ++i)
     if (example.parameters[i].key == name) {
+      is_planned_ = static_cast<std::ptrdiff_t>(i) <= stratum - example.parameters.begin();
       value_ = [i](const StoredTrial& trial) { return trial.parameters[i].value; };
       return;
     }
@@ -123,7 +128,7 @@ std::vector<GroupSummary> Summarise(const std::vector<StoredTrial>& trials,
   for (const auto& [values, members] : groups) {
     GroupSummary summary;
     summary.group = values;
-    SuccessCount count;
+    SuccessCount count(std::ranges::all_of(group_keys, &GroupKey::is_planned));
     std::vector<double> times_s, errors_y_m, errors_z_m;
     for (const StoredTrial* trial : members) {
       const trial::TrialRecord& r = trial->record;

@@ -21,9 +21,12 @@ struct Spread {
   TURBIDOCK_FIELDS(count, q10, median, q90)
 };
 
-// Successes of trials, by stratum where the plan has strata.
+// Successes of trials, by stratum where the plan has strata and the trials are all of some cells:
+// among trials that were chosen by what they drew, what differs between strata is chance, too.
 class SuccessCount {
  public:
+  explicit SuccessCount(bool whole_cells) : whole_cells_(whole_cells) {}
+
   void Add(const StoredTrial& trial);
 
   statistics::Count all() const;
@@ -31,6 +34,7 @@ class SuccessCount {
   statistics::Interval Wilson() const;
 
  private:
+  bool whole_cells_;
   std::map<std::string, statistics::Count> strata_;  // by name
 };
 
@@ -59,8 +63,11 @@ class GroupKey {
   GroupKey(const std::string& name, const StoredTrial& example);
 
   std::string ValueOf(const StoredTrial& trial) const { return value_(trial); }
+  // Whether it tells cells or strata apart, not what their trials drew or how they went.
+  bool is_planned() const { return is_planned_; }
 
  private:
+  bool is_planned_ = false;
   std::function<std::string(const StoredTrial&)> value_;
 };
 

@@ -60,9 +60,9 @@ double DesignEffect(std::span<const Count> strata) {
     const auto m = static_cast<double>(trials);
     const double p = (static_cast<double>(successes) + 0.5) / (m + 1);
     rate += m / n * p;
-    within += m / n * p * (1 - p);
+    within += m / n * p * (1 - p) * (m + 1) * (m + 1) / (m * m + m + 1);
   }
-  return within / (rate * (1 - rate));
+  return std::min(1.0, within / (rate * (1 - rate)));
 }
 
 Interval StratifiedInterval(std::span<const Count> strata, double confidence) {

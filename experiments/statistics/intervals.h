@@ -32,11 +32,13 @@ struct Count {
 // How much of the variance of a success rate is left where each stratum of a population was given
 // trials in proportion to its size: that within the strata over that of all, in (0, 1]. Each
 // stratum's rate with half a success and half a failure added (Jeffreys), so that one in which all
-// or none succeeded has some. 1 of a single stratum and without trials.
+// or none succeeded has some; its variance is then without bias where half succeed, however few
+// its trials. 1 of a single stratum and without trials.
 double DesignEffect(std::span<const Count> strata);
 // Wilson's interval of so many trials as would tell as much without strata: Korn and Graubard's
-// (1998, Survey Methodology 24:193) effective number, with Wilson's as in Franco et al. (2019, J.
-// Survey Stat. Methodol. 7:334). Of a single stratum it is WilsonInterval.
+// (1998, Survey Methodology 24:193) effective number, without their correction for degrees of
+// freedom, with Wilson's as in Franco et al. (2019, J. Survey Stat. Methodol. 7:334). Of a single
+// stratum it is WilsonInterval.
 Interval StratifiedInterval(std::span<const Count> strata, double confidence = 0.95);
 // Clopper and Pearson (1934): exact, never below the stated confidence, hence wider.
 Interval ClopperPearsonInterval(int64_t successes, int64_t trials, double confidence = 0.95);

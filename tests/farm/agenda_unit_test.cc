@@ -117,8 +117,7 @@ TEST(Agenda, StopsACellAtItsMostTrials) {
   EXPECT_EQ(agenda.not_reached(), 1);
 }
 
-TEST(Agenda, HasTheSameTrialsForAnyWorkersShardsAndInterruptions) {
-  const TrialRule rule{.cells = 5, .batch = 12, .most = 130, .precision = 0.09};
+void ExpectTheSameTrialsHoweverTheyAreRun(const TrialRule& rule) {
   const Outcome outcome = [](int64_t cell, int64_t sample) {
     const std::string name = std::to_string(cell) + ":" + std::to_string(sample);
     return SeedTree(5).Stream(name).Uniform(0, 1) < static_cast<double>(cell) / 6;
@@ -152,6 +151,27 @@ TEST(Agenda, HasTheSameTrialsForAnyWorkersShardsAndInterruptions) {
         ++compared;
       }
   EXPECT_EQ(compared, 32);
+}
+
+TEST(Agenda, HasTheSameTrialsForAnyWorkersShardsAndInterruptions) {
+  ExpectTheSameTrialsHoweverTheyAreRun({.cells = 5, .batch = 12, .most = 130, .precision = 0.09});
+  ExpectTheSameTrialsHoweverTheyAreRun(
+      {.cells = 5, .batch = 12, .most = 132, .precision = 0.09, .strata = 3});
+}
+
+TEST(Agenda, AShardHasAsManyTrialsOfEveryStratum) {
+  const TrialRule rule{.batch = 18, .most = 18, .precision = {}, .strata = 3};
+  std::set<int64_t> all;
+  for (const int index : {1, 2, 3}) {
+    Agenda agenda(rule, {index, 3});
+    std::array<int, 3> of_stratum{};
+    while (const auto trial = agenda.Next()) {
+      EXPECT_TRUE(all.insert(*trial).second);
+      ++of_stratum[static_cast<size_t>(*trial % 3)];
+    }
+    EXPECT_THAT(of_stratum, ElementsAre(2, 2, 2));
+  }
+  EXPECT_EQ(all.size(), 18u);
 }
 
 // A rule that looks at what it counts is biased; how much is measured here. 2,000 cells at each
@@ -193,10 +213,11 @@ TEST(Agenda, ItsIntervalsOverStrataHoldTheTrueRateWithFewerTrials) {
   constexpr int kCells = 2000, kStrata = 6;
   const TrialRule rule{
       .cells = kCells, .batch = 30, .most = 1080, .precision = 0.03, .strata = kStrata};
-  const auto rate_at = [](double x, double middle, double width) {
-    return 1 / (1 + std::exp((x - middle) / width));
+  constexpr double kFlat = 1e6;  // a width: `middle` is then the rate everywhere
+  const auto rate_at = [&](double x, double middle, double width) {
+    return width == kFlat ? middle : 1 / (1 + std::exp((x - middle) / width));
   };
-  for (const double width : {0.01, 0.03, 0.1, 0.3, 1e6})
+  for (const double width : {0.01, 0.03, 0.1, 0.3, kFlat})
     for (const double middle : {0.1, 0.25, 0.4, 0.5, 0.8}) {
       double true_rate = 0;
       for (int i = 0; i < 6000; ++i) true_rate += rate_at((i + 0.5) / 6000, middle, width) / 6000;

@@ -145,6 +145,32 @@ TEST(Plan, RefusesStrataThatAreNotMetEquallyOftenOrNameAKeyTwice) {
         "cases: {c: {duration_s: 6}}\n"})
     EXPECT_THAT(error(strata + other), HasSubstr("duration_s: this key is given twice"));
   EXPECT_THAT(error("grid: {stratum: [a]}\n"), HasSubstr("`strata` make"));
+  EXPECT_THAT(error(strata + "design: sobol\n"), HasSubstr("strata: do not go with sobol"));
+}
+
+TEST(Plan, RefusesToSetWhatItGivesEachTrial) {
+  const auto error = [](const std::string& text, const std::string& assignment = "seed=1") {
+    return testing::MessageOf(
+        [&] { Make("scenario: pool_active\nseeds: 2\n" + text, {.assignments = {assignment}}); });
+  };
+  for (const std::string varied :
+       {"grid: {duration_s: [5]}\n", "random: {duration_s: {uniform: [5, 6]}}\n",
+        "strata: {a: {duration_s: 5}, b: {duration_s: 6}}\n"}) {
+    EXPECT_THAT(error(varied + "set: {duration_s: 9}\n"),
+                HasSubstr("plan.yaml:5: set.duration_s: this key is given twice"));
+    EXPECT_THAT(error(varied, "duration_s=9"),
+                HasSubstr("--set duration_s: the plan gives each trial its own"));
+  }
+  EXPECT_THAT(error("grid: {start.heading_rad: [0, 1]}\nset: {start: {heading_rad: 0.1}}\n"),
+              HasSubstr("set.start.heading_rad: this key is given twice"));
+  EXPECT_THAT(error("grid: {sea.current.surface_velocity_mps: [[0, 0, 0]]}\n",
+                    "sea.current.surface_velocity_mps[1]=0.1"),
+              HasSubstr("the plan gives each trial its own"));
+  EXPECT_NO_THROW(Make(
+      "scenario: pool_active\nset: {start: {lateral_m: 0.1}}\ngrid: {start.heading_rad: [0]}\n"));
+  // A case may say otherwise than the rest.
+  EXPECT_NO_THROW(
+      Make("scenario: pool_active\nset: {duration_s: 9}\ncases: {a: {}, b: {duration_s: 5}}\n"));
 }
 
 TEST(Plan, CommonSeedsAreTheSameInEveryCellAndOthersAreAllDifferent) {

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
+#include <string>
 #include <utility>
 
 #include "experiments/statistics/intervals.h"
@@ -54,20 +56,58 @@ TEST(StratifiedInterval, OfOneStratumIsWilsons) {
 
 TEST(StratifiedInterval, IsWilsonsOfTheEffectiveNumberOfTrials) {
   // Two strata of 19, of which all and none succeeded: rates of 39/40 and 1/40, whose variance is
-  // 39/1600 within and 1/4 in all, so that 38 trials count as 38 * 400/39 = 389.7.
+  // 39/1600 * 400/381 within and 1/4 in all, so that 38 trials count as 38 * 381/39 = 371.2.
   const std::vector<Count> apart = {{19, 19}, {0, 19}};
-  EXPECT_NEAR(DesignEffect(apart), 39.0 / 400, 1e-15);
-  constexpr double kZ = 1.959963984540054, kTrials = 38 * 400.0 / 39;
+  EXPECT_NEAR(DesignEffect(apart), 39.0 / 381, 1e-15);
+  constexpr double kZ = 1.959963984540054, kTrials = 38 * 381.0 / 39;
   const Interval interval = StratifiedInterval(apart);
   for (const double p : interval.AsList())  // the score equation
     EXPECT_NEAR(std::abs(0.5 - p), kZ * std::sqrt(p * (1 - p) / kTrials), 1e-12);
-  // Strata that are alike tell nothing, unequal ones weigh by their trials.
-  EXPECT_NEAR(DesignEffect(std::vector<Count>{{6, 19}, {6, 19}, {6, 19}}), 1, 1e-15);
-  // 3 of 4 and 0 of 1: (0.8 * 0.7 * 0.3 + 0.2 * 0.25 * 0.75) / (0.61 * 0.39)
-  EXPECT_NEAR(DesignEffect(std::vector<Count>{{3, 4}, {0, 1}}), 0.2055 / 0.2379, 1e-12);
+  // Strata that are alike tell nothing, unequal ones weigh by their trials: 14 of 14 and 1 of 6 are
+  // rates of 29/30 and 3/14.
+  EXPECT_EQ(DesignEffect(std::vector<Count>{{6, 19}, {6, 19}, {6, 19}}), 1);
+  const double within = 0.7 * (29 / 900.0 * 225 / 211) + 0.3 * (33 / 196.0 * 49 / 43);
+  const double rate = 0.7 * 29 / 30 + 0.3 * 3 / 14;
+  EXPECT_NEAR(DesignEffect(std::vector<Count>{{14, 14}, {1, 6}}), within / (rate * (1 - rate)),
+              1e-12);
   // All succeeded: nothing between the strata.
   EXPECT_NEAR(StratifiedInterval(std::vector<Count>{{10, 10}, {10, 10}}).low,
               WilsonInterval(20, 20).low, 1e-12);
+}
+
+// The exact share of intervals that hold the true rate, over all counts of six strata with these
+// rates, of few trials each.
+TEST(StratifiedInterval, HoldsTheTrueRateHoweverFewTrialsAStratumHas) {
+  const std::vector<std::vector<double>> populations = {
+      {0.1, 0.1, 0.1, 0.1, 0.1, 0.1}, {0.5, 0.5, 0.5, 0.5, 0.5, 0.5}, {1, 1, 0.6, 0, 0, 0},
+      {0.9, 0.7, 0.5, 0.3, 0.2, 0.1}, {0.2, 0, 0, 0, 0, 0},           {1, 1, 1, 1, 1, 0.5}};
+  for (const int64_t n : {1, 2, 5})
+    for (const std::vector<double>& rates : populations) {
+      double mean = 0, holds = 0, total = 0;
+      for (const double rate : rates) mean += rate / static_cast<double>(rates.size());
+      std::vector<Count> strata(rates.size(), Count{0, n});
+      const std::function<void(size_t, double)> visit = [&](size_t at, double chance) {
+        if (chance == 0) return;
+        if (at == rates.size()) {
+          const Interval interval = StratifiedInterval(strata);
+          total += chance;
+          if (interval.low <= mean && mean <= interval.high) holds += chance;
+          return;
+        }
+        for (int64_t k = 0; k <= n; ++k) {
+          strata[at].successes = k;
+          const double p = rates[at];
+          const double ways =
+              std::exp(std::lgamma(n + 1) - std::lgamma(k + 1) - std::lgamma(n - k + 1));
+          visit(at + 1, chance * ways * std::pow(p, k) * std::pow(1 - p, n - k));
+        }
+      };
+      visit(0, 1);
+      EXPECT_NEAR(total, 1, 1e-12);
+      EXPECT_GE(holds, 0.94) << n << " trials of each, mean rate " << mean;
+      RecordProperty("coverage_" + std::to_string(n) + "_" + std::to_string(mean),
+                     std::to_string(holds));
+    }
 }
 
 TEST(TrialsForHalfWidth, IsTheLeastNumberThatGivesIt) {

@@ -78,7 +78,7 @@ export class BatchView {
     const won = all.filter(this.success);
     const expected = model.wanted ?? n;
     const complete = n >= expected && n > 0;
-    const [low, high] = this.span(all);
+    const [low, high] = this.span(all, [{}]); // of all cells, whose rates differ
     const median = (key, unit = 1) =>
       this.get[key]
         ? quantile(
@@ -123,9 +123,14 @@ export class BatchView {
         ),
       );
   }
-  /** 95 % interval of the share that docked, over the plan's strata if it has any. */
-  span(rows) {
-    const strata = groupsOf(rows, this.get.stratum || (() => ''));
+  /** Whether an axis tells cells or strata apart, not what their trials drew or how they went. */
+  isPlanned(axis) {
+    return ['stratum', ...(this.model.grid || [])].includes(axis.key);
+  }
+  /** 95 % interval of the share that docked; of whole cells, over the plan's strata if it has any. */
+  span(rows, axes) {
+    const whole = this.get.stratum && axes.every(axis => this.isPlanned(axis));
+    const strata = groupsOf(rows, whole ? this.get.stratum : () => '');
     return stratified(
       [...strata.values()].map(members => ({
         successes: members.filter(this.success).length,
@@ -180,7 +185,9 @@ export class BatchView {
       return;
     }
     const second =
-      this.allAxes.find(a => a !== first && a.discrete && a.values.size <= 8) ||
+      this.allAxes.find(
+        a => a !== first && a.discrete && a.values.size <= 8 && a.key !== 'stratum',
+      ) ||
       (first.key.startsWith('start_') ? this.allAxes.find(a => a !== first) : null);
     this.over = first.key;
     this.by = second ? second.key : '';
@@ -202,7 +209,8 @@ export class BatchView {
         h(
           'span',
           {class: 'note'},
-          'Bars are 95 % Wilson intervals. Click a point to list its trials.',
+          `Bars are 95 % Wilson intervals${this.get.stratum ? ', of whole cells over the strata' : ''}. ` +
+            'Click a point to list its trials.',
         ),
       ),
     );
@@ -263,6 +271,7 @@ export class BatchView {
   }
 
   successCurves(over, by, rows) {
+    const axes = by ? [over, by] : [over];
     const lines = by ? this.grouped(by, rows) : [{label: 'docked', rows}];
     const names = over.numeric ? [] : this.grouped(over, rows).map(g => g.label);
     const all = over.numeric ? this.grouped(over, rows).map(g => g.at) : [];
@@ -271,7 +280,7 @@ export class BatchView {
     const series = lines.map((line, k) => {
       const groups = this.grouped(over, line.rows).filter(g => g.rows.length);
       const rates = groups.map(g => g.rows.filter(this.success).length / g.rows.length);
-      const spans = groups.map(g => this.span(g.rows));
+      const spans = groups.map(g => this.span(g.rows, axes));
       const shift =
         over.numeric && groups.length > 1
           ? (lines.length > 1 ? 0.006 : 0) * width * (k - (lines.length - 1) / 2)
@@ -313,7 +322,7 @@ export class BatchView {
           const all = g.rows.length;
           return (
             `${by ? `${by.label} ${s.name}\n` : ''}${over.label} ${g.label}\n` +
-            `${won} of ${all} docked: ${rate(won / all, ...this.span(g.rows))}`
+            `${won} of ${all} docked: ${rate(won / all, ...this.span(g.rows, axes))}`
           );
         },
         onPick: (s, i) =>
@@ -387,7 +396,7 @@ export class BatchView {
         readout: (s, i) => {
           const c = points.cells[i];
           const all = c.members.length;
-          return `${c.label}\n${c.won} of ${all} docked: ${rate(c.won / all, ...this.span(c.members))}`;
+          return `${c.label}\n${c.won} of ${all} docked: ${rate(c.won / all, ...this.span(c.members, [over, by]))}`;
         },
         onPick: (s, i) =>
           this.list(points.cells[i].members, points.cells[i].label.replace('\n', ', ')),

@@ -20,10 +20,11 @@ export function stratified(strata) {
     trials += s.trials;
     const p = (s.successes + 0.5) / (s.trials + 1);
     rate += s.trials * p;
-    within += s.trials * p * (1 - p);
+    const m = s.trials;
+    within += (m * p * (1 - p) * (m + 1) ** 2) / (m * m + m + 1);
   }
   if (!trials) return [0, 1];
-  const effect = within / (rate * (1 - rate / trials));
+  const effect = Math.min(1, within / (rate * (1 - rate / trials)));
   return wilson(won / trials, trials / effect);
 }
 

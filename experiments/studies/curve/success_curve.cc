@@ -81,10 +81,11 @@ std::vector<SuccessCurve> SuccessCurves(const std::vector<farm::StoredTrial>& tr
   const farm::GroupKey over_key(over, trials.front());
   std::optional<farm::GroupKey> by_key;
   if (!by.empty()) by_key.emplace(by, trials.front());
+  const bool whole_cells = over_key.is_planned() && (!by_key || by_key->is_planned());
   for (const farm::StoredTrial& trial : trials) {
     const double dose = Number(over, over_key.ValueOf(trial));
     const std::string name = by_key ? by_key->ValueOf(trial) : "";
-    counts[name][dose].Add(trial);
+    counts[name].try_emplace(dose, whole_cells).first->second.Add(trial);
     const trial::TrialRecord& record = trial.record;
     if (record.success())
       errors_m[name][dose].push_back(
@@ -116,7 +117,8 @@ std::string SuccessTable(const std::string& over, const std::vector<SuccessCurve
     text +=
         fmt::format("{}{}\n", curve.name.empty() ? "success " : curve.name + " ", HalfText(curve));
   return text +
-         "95 % intervals; the 50 % point is of a logistic curve fitted with Firth's correction.\n"
+         "95 % intervals, Wilson's over the plan's strata, if any. The 50 % point is of a logistic "
+         "curve\nfitted with Firth's correction, as if there were none.\n"
          "Off: distance of the estimated from the true position once docked, median.\n";
 }
 
@@ -154,7 +156,7 @@ void WriteSuccessFigure(const std::string& path, const std::string& title, const
   }
   const double margin = high > low ? 0.03 * (high - low) : 1;
   media::Panel panel{.x = {over, low - margin, high + margin},
-                     .y = {"success rate, % (95 % Wilson intervals)", -3, 103},
+                     .y = {"success rate, % (95 % intervals)", -3, 103},
                      .rules = {{50}},
                      .legend = media::Legend::kAbove};
   for (size_t i = 0; i < curves.size(); ++i) {

@@ -63,6 +63,8 @@ config::YamlNode PlanOf(const config::YamlNode& study, const std::string& descri
   if (!trials->IsMap()) trials->Fail("must be a group of keys, as a plan has");
   for (const char* key : {"schema_version", "description"})
     if (const auto given = trials->Find(key)) given->Fail("belongs to the study, not here");
+  if (const auto strata = trials->Find("strata"))
+    strata->Fail("a study takes trials one by one; spread them by `random` and `design`");
   trials->path.clear();  // the plan's keys are its own
   std::vector<std::pair<std::string, config::YamlNode>> more = {
       {"schema_version", config::TextNode(std::to_string(farm::kPlanSchema), *trials)},

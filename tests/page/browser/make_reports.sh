@@ -33,6 +33,9 @@ set: {pose_source: true_pose, duration_s: 30}
 grid:
   sea.current.surface_velocity_mps[1]: [0, 0.1, 0.2]
   controller: [p_voltage, pid, lqg]
+strata:
+  near: {start.distance_min_m: 0.9, start.distance_max_m: 1.15}
+  far: {start.distance_min_m: 1.15, start.distance_max_m: 1.4}
 random:
   start.heading_rad: {uniform: [0, 0.6]}
 END
@@ -71,6 +74,8 @@ END
 "$program" run short.yaml --out trial --video --report --quiet
 "$program" run short.yaml --out still --set pose_source=true_pose --report --quiet
 "$program" batch plan.yaml --out batch.db --quiet
+"$program" status batch.db --by controller,stratum --json >batch_by_stratum.json
+"$program" status batch.db --by controller --json >batch_by_law.json
 "$program" batch two.yaml --out a.db --quiet
 "$program" batch two.yaml --out b.db --set vehicle.rigid_body.mass_kg=17 --quiet
 "$program" tune study.yaml --out study --quiet >/dev/null

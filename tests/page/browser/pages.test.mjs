@@ -279,6 +279,41 @@ test('a batch: filter, sort, a point lists its trials, a trial shows its traces 
   await close();
 });
 
+test('intervals over strata are the program\'s', async () => {
+  const source = readFileSync(
+    new URL('../../../experiments/page/web/numbers.js', import.meta.url),
+    'base64',
+  );
+  const {stratified} = await import(`data:text/javascript;base64,${source}`);
+  const near = (span, [low, high]) =>
+    assert.ok(Math.abs(span[0] - low) + Math.abs(span[1] - high) < 1e-9, `${span}: ${low}, ${high}`);
+  // as in tests/statistics/intervals_oracle_test.cc
+  near(stratified([{successes: 19, trials: 19}, {successes: 0, trials: 19}]), [0.4493988203895799, 0.5506011796104201]);
+  const groups = name => JSON.parse(readFileSync(path.join(folder, name), 'utf8')).groups;
+  const strata = groups('batch_by_stratum.json');
+  const laws = groups('batch_by_law.json');
+  assert.equal(laws.length, 3);
+  for (const {group, wilson} of laws) {
+    const own = strata.filter(s => s.group.controller === group.controller);
+    assert.equal(own.length, 2);
+    near(stratified(own), wilson);
+  }
+  const {page, close} = await open('batch', 1440);
+  const spans = await page.evaluate(() => {
+    const view = globalThis.turbidock;
+    const rows = Array.from({length: view.n}, (_, i) => i);
+    return ['p_voltage', 'pid', 'lqg'].map(law =>
+      view.span(
+        rows.filter(i => view.get.controller(i) === law),
+        [{key: 'controller'}],
+      ),
+    );
+  });
+  for (const [k, law] of ['p_voltage', 'pid', 'lqg'].entries())
+    near(spans[k], laws.find(l => l.group.controller === law).wilson);
+  await close();
+});
+
 test('ten thousand trials: size, time to open, memory, sorting', async () => {
   const bytes = statSync(path.join(folder, 'many.html')).size;
   assert.ok(bytes <= 5e6, `${bytes} bytes`);

@@ -61,6 +61,32 @@ TEST(SuccessCurve, CountsAndMediansByDose) {
   EXPECT_NEAR(active.errors[1].median_m, 0.007, 1e-15);
 }
 
+// Both strata of a plan: near ones dock, far ones do not.
+std::vector<farm::StoredTrial> InStrata() {
+  std::vector<farm::StoredTrial> trials;
+  for (int i = 0; i < 38; ++i) {
+    farm::StoredTrial trial = Trial("0", "active", i % 2 == 0 ? 0.001 : -1);
+    trial.parameters.push_back({"stratum", i % 2 == 0 ? "near" : "far"});
+    trial.parameters.push_back({"start.heading_rad", i < 19 ? "0" : "0.1"});  // drawn
+    trials.push_back(trial);
+  }
+  return trials;
+}
+
+TEST(SuccessCurve, IntervalsAreOverTheStrataOfWholeCells) {
+  const std::vector<statistics::Count> apart = {{19, 19}, {0, 19}};
+  const auto interval = [](const std::string& over, const std::string& by) {
+    return SuccessCurves(InStrata(), over, by)[0].points[0].wilson.AsList();
+  };
+  EXPECT_EQ(interval("water.milk_ml_m3", "scenario"),
+            statistics::StratifiedInterval(apart).AsList());
+  // What was drawn chooses trials, not cells: 10 of 19 docked among these.
+  EXPECT_EQ(interval("start.heading_rad", "scenario"), statistics::WilsonInterval(10, 19).AsList());
+  EXPECT_EQ(interval("water.milk_ml_m3", "start.heading_rad"),
+            statistics::WilsonInterval(10, 19).AsList());
+  EXPECT_EQ(interval("water.milk_ml_m3", "stratum"), statistics::WilsonInterval(0, 19).AsList());
+}
+
 TEST(SuccessCurve, SaysTheErrorsInWordsAndJson) {
   const std::vector<SuccessCurve> curves = SuccessCurves(kTrials, "water.milk_ml_m3", "scenario");
   const std::string table = SuccessTable("water.milk_ml_m3", curves);
