@@ -154,7 +154,7 @@ int Status(const StatusArguments& arguments) {
   const bool running = farm::IsLocked(arguments.file);
   const std::vector<farm::GroupSummary> groups = farm::Summarise(trials, arguments.by);
   if (arguments.json) {
-    report::Json json = {{"kind", header.kind},       {"plan_hash", header.plan_hash},
+    report::Json json = {{"kind", header.kind},       {"plan_hash", header.plan_hash()},
                          {"build", header.build},     {"shard", header.shard.Text()},
                          {"trials", agenda.wanted()}, {"done", std::ssize(trials)},
                          {"running", running}};
@@ -169,7 +169,7 @@ int Status(const StatusArguments& arguments) {
     fmt::print("{}", report::JsonText(json));
     return kExitDone;
   }
-  fmt::print("{}: {}, plan {}, written by {}{}\n", arguments.file, header.kind, header.plan_hash,
+  fmt::print("{}: {}, plan {}, written by {}{}\n", arguments.file, header.kind, header.plan_hash(),
              header.build, header.shard.count > 1 ? ", shard " + header.shard.Text() : "");
   const bool complete = std::ssize(trials) == agenda.wanted();
   fmt::print("{} trials, {}\n",

@@ -56,6 +56,9 @@ class TreeBuilder : public YAML::EventHandler {
                 const std::string& value) override {
     RefuseTag(mark, tag);
     const bool plain = tag == "?";
+    if (system::FirstNoText(value))
+      FailAt(mark, WantsKey() ? open_.back().path : PathOfNext(),
+             "holds a control character, '" + system::Shortened(system::Printable(value)) + "'");
     if (WantsKey()) return TakeKey(mark, value, plain);
     Finish(Scalar(mark, Kind::kText, value, plain), anchor, mark);
   }
@@ -219,13 +222,19 @@ YamlNode Parse(const std::string& text, YamlNode at, const std::string& allowed_
   }
 }
 
+// Plain where it stays what it is.
+void EmitText(const std::string& text, YAML::Emitter* out) {
+  if (text == "<<") *out << YAML::DoubleQuoted;  // not a merge
+  *out << text;
+}
+
 void Emit(const YamlTree& tree, YAML::Emitter* out) {
   switch (tree.kind) {
     case Kind::kNothing:
       *out << YAML::Null;
       return;
     case Kind::kText:
-      *out << tree.text;
+      EmitText(tree.text, out);
       return;
     case Kind::kList:
       *out << YAML::Flow << YAML::BeginSeq;
@@ -235,7 +244,9 @@ void Emit(const YamlTree& tree, YAML::Emitter* out) {
     case Kind::kMap:
       *out << YAML::Flow << YAML::BeginMap;
       for (const YamlTree::Entry& entry : tree.entries) {
-        *out << YAML::Key << entry.key << YAML::Value;
+        *out << YAML::Key;
+        EmitText(entry.key, out);
+        *out << YAML::Value;
         Emit(*entry.value, out);
       }
       *out << YAML::EndMap;
@@ -308,9 +319,12 @@ YamlNode TextNode(const std::string& text, const YamlNode& at) {
 }
 
 std::string YamlNode::OneLine() const {
+  // In brackets, which are taken off again: text is then quoted where a comma would end it.
   YAML::Emitter out;
+  out << YAML::Flow << YAML::BeginSeq;
   Emit(*tree, &out);
-  std::string text = out.c_str();
+  out << YAML::EndSeq;
+  std::string text(out.c_str() + 1, out.size() - 2);
   std::replace(text.begin(), text.end(), '\n', ' ');
   return text;
 }

@@ -3,7 +3,7 @@
 // so that a file says what it looks like it says, and no text of any kind can crash, hang or
 // exhaust a reader:
 //
-//  - UTF-8, without control characters but tab and line breaks; one document;
+//  - UTF-8, without control characters but tab and line breaks, also escaped ones; one document;
 //  - keys are plain text, each once in its map; "<<" (a merge) is none;
 //  - no tags; an alias stands for a copy of what its anchor names, which must be complete;
 //  - at most 16 MiB, 64 levels, and 64 MiB with every alias written out.
@@ -50,7 +50,8 @@ struct YamlNode {
   std::optional<std::string> Text() const;  // of a scalar
   // This map with these values besides, and instead of its own of the same keys.
   YamlNode With(const std::vector<std::pair<std::string, YamlNode>>& more) const;
-  // The value as YAML in one line; the same for any comments and line breaks.
+  // The value as YAML in one line, as it may stand in a list; the same for any comments and line
+  // breaks.
   std::string OneLine() const;
   // "FILE:LINE: ", the beginning of a message about this node; and ConfigError with all of it.
   std::string Where() const;

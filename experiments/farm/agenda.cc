@@ -8,23 +8,45 @@
 
 namespace turbidock::farm {
 
+namespace {
+
+// Of a resolved plan.
+int64_t CellsOf(const config::YamlNode& plan) {
+  int64_t cells = 1;
+  const auto multiply = [&cells](int64_t values) {
+    if (values > 0 && cells <= kMaxTrials) cells *= values;
+  };
+  if (const auto grid = plan.Find("grid"))
+    for (const auto& [key, values] : grid->Entries()) multiply(std::ssize(values.Elements()));
+  if (const auto cases = plan.Find("cases")) multiply(std::ssize(cases->Entries()));
+  return cells;
+}
+
+}  // namespace
+
 TrialRule RuleOf(const StoreHeader& header) {
   TrialRule rule{.batch = header.trials, .most = header.trials, .precision = {}};
   if (header.kind != "batch") return rule;
   const config::Layers plan{.files = {config::ParseYaml(header.plan, "plan")}};
+  const int64_t cells = CellsOf(plan.files.front());
   if (const auto strata = plan.files.front().Find("strata"))
     rule.strata = std::max<int64_t>(1, std::ssize(strata->Entries()));
-  const double precision = config::Peek(plan, "precision", 0.0);
-  if (precision == 0) return rule;
-  rule.precision = precision;
-  rule.batch = config::Peek(plan, "seeds", 1);
-  rule.most = config::Peek(plan, "max_trials", 1);
-  if (rule.batch < 1 || rule.most < rule.batch || header.trials % rule.most != 0 ||
-      rule.batch % rule.strata != 0 || rule.most % rule.strata != 0)
+  const int64_t seeds = config::Peek(plan, "seeds", 1);
+  Precision precision{.precision = 0, .max_trials = static_cast<int>(seeds)};
+  precision.max_trials = config::Peek(plan, "max_trials", precision.max_trials);
+  if (plan.files.front().Find("precision")) {
+    precision.precision = config::Peek(plan, "precision", precision.precision);
+    config::CheckSettings(precision, {});
+    rule.precision = precision.precision;
+    rule.batch = seeds;
+    rule.most = precision.max_trials;
+    rule.cells = cells;
+  }
+  if (seeds < 1 || precision.max_trials < seeds || seeds % rule.strata != 0 ||
+      precision.max_trials % rule.strata != 0 || header.trials != cells * precision.max_trials)
     throw ConfigError(
-        "the file's plan is damaged: seeds, max_trials, strata and the number of trials "
-        "do not go together");
-  rule.cells = header.trials / rule.most;
+        "its plan's seeds, max_trials, strata and cells do not go together with its number of "
+        "trials");
   return rule;
 }
 

@@ -79,14 +79,24 @@ const std::vector<Parameter>& ValuesOf(const std::vector<Case>& cases, const std
   return std::ranges::find(cases, name, &Case::name)->values;
 }
 
+// As YAML, with quotes where they are needed.
+std::string YamlText(const std::string& text) { return config::TextNode(text, {}).OneLine(); }
+
+// What names a case, stratum or scenario becomes a key of the resolved plan and a cell of tables.
+void RequireName(const std::string& name, const config::YamlNode& at) {
+  constexpr size_t kLongest = 1000;
+  if (name.empty() || name.size() > kLongest || name.find('\n') != std::string::npos)
+    at.Fail(fmt::format("'{}': must be a name of one line and at most {} bytes",
+                        system::Shortened(name), kLongest));
+}
+
 // As YAML under a key; nothing where there are none.
 std::string TextOf(const char* key, const std::vector<Case>& cases) {
   std::string text = cases.empty() ? "" : std::string(key) + ":\n";
   for (const Case& one : cases) {
     std::vector<std::string> values;
     for (const Parameter& p : one.values) values.push_back(p.key + ": " + p.value);
-    text += fmt::format("  {}: {{{}}}\n", config::TextNode(one.name, {}).OneLine(),
-                        fmt::join(values, ", "));
+    text += fmt::format("  {}: {{{}}}\n", YamlText(one.name), fmt::join(values, ", "));
   }
   return text;
 }
@@ -140,7 +150,7 @@ Plan::Plan(const config::YamlNode& plan, const PlanOverrides& overrides)
     if (trials() > kMaxTrials)
       throw ConfigError(file + ": grid: more than " + std::to_string(kMaxTrials) + " trials");
   }
-  DrawDesign();
+  DrawDesign(file);
   resolved_ = Resolve();
   if (const auto digest = plan.Find("models_digest");
       digest && digest->Text() != ModelsDigest(scenarios_))
@@ -153,24 +163,6 @@ void Plan::RequireNewKey(const config::YamlNode& at, const std::string& key) con
   if (key == "model") at.Fail("vary `scenario` instead of its model");
   if (key == kCaseKey) at.Fail("is the key that `cases` makes; give those");
   if (key == kStratumKey) at.Fail("is the key that `strata` make; give those");
-  if (IsVaried(key)) at.Fail("this key is given twice");
-}
-
-bool Plan::IsVaried(const std::string& key) const {
-  const auto holds_it = [&key](const std::string& varied) {
-    return key.starts_with(varied) &&
-           (key.size() == varied.size() || key[varied.size()] == '.' || key[varied.size()] == '[');
-  };
-  const auto names_it = [&](const Case& stratum) {
-    return std::ranges::any_of(stratum.values, holds_it, &Parameter::key);
-  };
-  return std::ranges::any_of(keys_, holds_it) || std::ranges::any_of(strata_, names_it);
-}
-
-void Plan::RequireNotVaried(const config::YamlNode& at, const std::string& key) const {
-  if (IsVaried(key)) at.Fail("this key is given twice");
-  if (at.IsMap())
-    for (const auto& [name, value] : at.Entries()) RequireNotVaried(value, key + "." + name);
 }
 
 void Plan::ReadPrecision(const config::YamlNode& plan) {
@@ -211,21 +203,30 @@ void Plan::ReadGrid(const config::YamlNode& node) {
   for (const auto& [key, values] : node.Entries()) {
     RequireNewKey(values, key);
     GridAxis axis{key, {}};
-    for (const config::YamlNode& value : Elements(values, "values"))
-      axis.values.push_back(value.OneLine());
+    const std::vector<config::YamlNode> elements = Elements(values, "values");
+    for (const config::YamlNode& value : elements) {
+      varied_.RequireNew(key, value);
+      const std::string text = value.OneLine();
+      axis.values.push_back(key == kScenarioKey ? value.Text().value_or(text) : text);
+      places_.try_emplace(Parameter{key, axis.values.back()}.Assignment(), value.Where());
+    }
+    for (const config::YamlNode& value : elements) varied_.Add(key, value);
     grid_.push_back(axis);
     keys_.push_back(key);
   }
 }
 
-std::vector<Case> Plan::CasesIn(const config::YamlNode& node) const {
+std::vector<Case> Plan::CasesIn(const config::YamlNode& node, Require require) {
   std::vector<Case> cases;
   for (const auto& [name, values] : node.Entries()) {
+    RequireName(name, values);
     Case& read = cases.emplace_back(Case{.name = name, .values = {}});
     for (const auto& [key, value] : values.Entries()) {
       RequireNewKey(value, key);
       if (key == kScenarioKey) value.Fail("belongs in the grid");
+      (varied_.*require)(key, value);
       read.values.push_back({key, value.OneLine()});
+      places_.try_emplace(read.values.back().Assignment(), value.Where());
     }
   }
   if (cases.empty()) node.Fail("must be a map of names, each with keys of the scenario");
@@ -233,7 +234,7 @@ std::vector<Case> Plan::CasesIn(const config::YamlNode& node) const {
 }
 
 void Plan::ReadStrata(const config::YamlNode& node) {
-  strata_ = CasesIn(node);
+  strata_ = CasesIn(node, &VariedKeys::RequireNew);
   const int64_t strata = std::ssize(strata_);
   if (settings_.seeds % strata != 0 || trials_of_cell() % strata != 0)
     node.Fail(fmt::format("of {} strata each is met equally often, so {} = {} must be a multiple",
@@ -241,11 +242,13 @@ void Plan::ReadStrata(const config::YamlNode& node) {
                           settings_.seeds % strata != 0 ? settings_.seeds : trials_of_cell()));
   if (settings_.design == Design::kSobol)
     node.Fail("do not go with sobol, of whose points every second is in the same half");
+  for (const auto& [name, values] : node.Entries())
+    for (const auto& [key, value] : values.Entries()) varied_.Add(key, value);
   keys_.emplace_back(kStratumKey);
 }
 
 void Plan::ReadCases(const config::YamlNode& node) {
-  cases_ = CasesIn(node);
+  cases_ = CasesIn(node, &VariedKeys::RequireKept);
   GridAxis axis{kCaseKey, {}};
   for (const Case& one : cases_) axis.values.push_back(one.name);
   grid_.insert(grid_.begin(), axis);
@@ -257,6 +260,10 @@ void Plan::ReadRandom(const config::YamlNode& node) {
   constexpr auto& kKinds = EnumNames<Kind>::kNames;
   for (const auto& [key, distribution] : node.Entries()) {
     RequireNewKey(distribution, key);
+    const config::YamlNode one_value = config::TextNode("", distribution);
+    varied_.RequireNew(key, one_value);
+    varied_.Add(key, one_value);
+    places_.try_emplace(key, distribution.Where());
     if (key == kScenarioKey) distribution.Fail("belongs in the grid");
     RandomKey random;
     random.key = key;
@@ -315,22 +322,23 @@ void Plan::LoadScenarios(const config::YamlNode& plan,
   if (const auto set = plan.Find("set")) {
     for (const auto& [key, value] : set->Entries()) {
       if (key == "seed") RequireNewKey(value, key);
-      RequireNotVaried(value, key);
+      varied_.RequireKept(key, value);
       sets.push_back(key + "=" + value.OneLine());
     }
   }
-  for (const std::string& assignment : assignments)
-    if (const std::string key = assignment.substr(0, assignment.find('=')); IsVaried(key))
-      throw ConfigError(std::string(config::kFromSet) + " " + key +
-                        ": the plan gives each trial its own");
   sets.insert(sets.end(), assignments.begin(), assignments.end());
   for (const std::string& assignment : sets)
     if (const size_t at = assignment.find('='); at != std::string::npos)
       set_.push_back({assignment.substr(0, at), assignment.substr(at + 1)});
+  for (const Parameter& p : set_) {
+    const config::YamlNode at = {nullptr, config::kFromSet, p.key};
+    varied_.RequireKept(p.key, config::ParseYamlValue(p.value, at));
+  }
 
   const auto resolved = plan.Find("resolved_scenarios");
   const fs::path folder = fs::path(plan.file).parent_path();
   for (const std::string& name : names) {
+    RequireName(name, plan);
     if (resolved) {
       const auto text = resolved->Find(name);
       if (!text || !text->Text()) resolved->Fail("has no scenario " + name);
@@ -347,11 +355,15 @@ void Plan::LoadScenarios(const config::YamlNode& plan,
   }
 }
 
-void Plan::DrawDesign() {
+void Plan::DrawDesign(const std::string& file) {
   const SeedTree seeds(static_cast<uint64_t>(settings_.master_seed));
   const int64_t groups = settings_.common_seeds ? 1 : cells_;
   const auto columns = std::ssize(random_);
   const int64_t samples = trials_of_cell();
+  constexpr int64_t kMostDraws = 100'000'000;
+  if (columns > 0 && groups * samples > kMostDraws / columns)
+    throw ConfigError(file + fmt::format(": random: {} keys for {} trials, more than {} draws",
+                                         columns, groups * samples, kMostDraws));
   design_.resize(static_cast<size_t>(groups * samples * columns));
   for (int64_t column = 0; column < columns; ++column) {
     const std::string& key = random_[static_cast<size_t>(column)].key;
@@ -457,11 +469,26 @@ void Plan::CheckTrials(const std::string& file) const {
     try {
       ScenarioOf(spec);
     } catch (const ConfigError& error) {
-      const std::string what = error.what();  // "--set KEY = ..."
-      throw ConfigError(file + ": trial " + std::to_string(trial) + ": " +
-                        (what.starts_with("--set ") ? what.substr(6) : what));
+      std::string what = error.what();  // "--set KEY = ..."
+      if (what.starts_with("--set ")) what.erase(0, 6);
+      throw ConfigError(PlaceOf(spec, what).value_or(file + ": ") + "trial " +
+                        std::to_string(trial) + ": " + what);
     }
   }
+}
+
+std::optional<std::string> Plan::PlaceOf(const TrialSpec& spec, const std::string& problem) const {
+  std::vector<Parameter> given = spec.parameters;
+  for (const Parameter& parameter : spec.parameters)
+    if (parameter.key == kCaseKey || parameter.key == kStratumKey)
+      std::ranges::copy(ValuesOf(parameter.key == kCaseKey ? cases_ : strata_, parameter.value),
+                        std::back_inserter(given));
+  for (const Parameter& parameter : given) {
+    auto place = places_.find(parameter.Assignment());
+    if (place == places_.end()) place = places_.find(parameter.key);  // drawn
+    if (place != places_.end() && problem.starts_with(parameter.key)) return place->second;
+  }
+  return std::nullopt;
 }
 
 std::string Plan::Resolve() const {
@@ -472,9 +499,12 @@ std::string Plan::Resolve() const {
   };
   text += TextOf("cases", cases_) + TextOf("strata", strata_);
   if (grid_.size() > (cases_.empty() ? 0 : 1)) text += "grid:\n";
-  for (const GridAxis& axis : grid_)
+  for (const GridAxis& axis : grid_) {
+    std::vector<std::string> values = axis.values;
+    if (axis.key == kScenarioKey) std::ranges::transform(values, values.begin(), YamlText);
     if (axis.key != kCaseKey)
-      text += fmt::format("  {}: [{}]\n", axis.key, fmt::join(axis.values, ", "));
+      text += fmt::format("  {}: [{}]\n", axis.key, fmt::join(values, ", "));
+  }
   if (!random_.empty()) text += "random:\n";
   for (const RandomKey& random : random_) {
     text += fmt::format(
@@ -489,7 +519,8 @@ std::string Plan::Resolve() const {
   }
   text += "resolved_scenarios:\n";
   for (const auto& [name, scenario] : scenarios_)
-    text += "  " + name + ": |\n" + system::Indented(trial::SaveScenario(scenario), "    ");
+    text +=
+        "  " + YamlText(name) + ": |\n" + system::Indented(trial::SaveScenario(scenario), "    ");
   return text + "models_digest: \"" + ModelsDigest(scenarios_) + "\"\n";
 }
 

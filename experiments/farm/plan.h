@@ -30,6 +30,7 @@
 #include <utility>
 #include <vector>
 
+#include "experiments/farm/varied_keys.h"
 #include "experiments/trial/scenario.h"
 #include "sim/base/digest.h"
 #include "sim/base/fields.h"
@@ -195,17 +196,17 @@ class Plan {
   }
   void ReadPrecision(const config::YamlNode& plan);
   void ReadGrid(const config::YamlNode& node);
-  std::vector<Case> CasesIn(const config::YamlNode& node) const;
+  using Require = void (VariedKeys::*)(const std::string&, const config::YamlNode&) const;
+  std::vector<Case> CasesIn(const config::YamlNode& node, Require require);
   void ReadStrata(const config::YamlNode& node);
   void ReadRandom(const config::YamlNode& node);
   void ReadCases(const config::YamlNode& node);
   void RequireNewKey(const config::YamlNode& at, const std::string& key) const;
-  // By the grid, the strata or a draw, itself or the group that it is in.
-  bool IsVaried(const std::string& key) const;
-  void RequireNotVaried(const config::YamlNode& at, const std::string& key) const;
   void LoadScenarios(const config::YamlNode& plan, const std::vector<std::string>& assignments);
-  void DrawDesign();
+  void DrawDesign(const std::string& file);
   void CheckTrials(const std::string& file) const;
+  // Where what a trial's problem begins with stands in the plan, if it says so.
+  std::optional<std::string> PlaceOf(const TrialSpec& spec, const std::string& problem) const;
   std::string Resolve() const;
 
   PlanSettings settings_;
@@ -214,6 +215,9 @@ class Plan {
   std::vector<Case> cases_, strata_;
   std::vector<RandomKey> random_;
   std::vector<std::string> keys_;
+  VariedKeys varied_;
+  // Where an Assignment(), or what a key is drawn from, stands in the plan.
+  std::map<std::string, std::string> places_;
   int64_t cells_ = 1;
   std::vector<Parameter> set_;                        // in every trial
   std::map<std::string, std::string> found_;          // by a scenario's name: where it was found

@@ -170,12 +170,6 @@ std::string FirstDifference(const std::string& a, const std::string& b) {
   }
 }
 
-std::string PlanDifference(const StoreHeader& a, const StoreHeader& b) {
-  if (std::string line = FirstDifference(a.plan, b.plan); !line.empty()) return line;
-  return fmt::format("they read the same, but one has the hash {}, the other {}", a.plan_hash,
-                     b.plan_hash);
-}
-
 // A resolved plan less the two keys that say only how many trials a cell has.
 std::string WithoutPrecision(const std::string& plan) {
   std::string rest;
@@ -188,8 +182,7 @@ std::string WithoutPrecision(const std::string& plan) {
 // stops no earlier for a higher precision and maximum.
 bool AsksForMore(const StoreHeader& now, const StoreHeader& before) {
   if (now.kind != before.kind || now.build != before.build || now.shard != before.shard ||
-      now.plan_hash == before.plan_hash ||
-      WithoutPrecision(now.plan) != WithoutPrecision(before.plan))
+      now.plan == before.plan || WithoutPrecision(now.plan) != WithoutPrecision(before.plan))
     return false;
   const TrialRule more = RuleOf(now), less = RuleOf(before);
   return less.precision && more.precision && *more.precision <= *less.precision &&
@@ -201,7 +194,6 @@ bool AsksForMore(const StoreHeader& now, const StoreHeader& before) {
 StoreHeader HeaderOf(const Plan& plan, const Shard& shard) {
   return {.kind = "batch",
           .plan = plan.resolved(),
-          .plan_hash = plan.hash(),
           .build = system::BuildId(),
           .shard = shard,
           .trials = plan.trials(),
@@ -212,8 +204,10 @@ std::vector<std::string> Differences(const StoreHeader& a, const StoreHeader& b)
   std::vector<std::string> differences;
   if (a.kind != b.kind)
     differences.push_back("one was written by " + a.kind + ", the other by " + b.kind);
-  if (a.plan_hash != b.plan_hash)
-    differences.push_back("the plans differ: " + PlanDifference(a, b));
+  if (a.plan != b.plan)
+    differences.push_back("the plans differ: " + FirstDifference(a.plan, b.plan));
+  else if (a.trials != b.trials)
+    differences.push_back(fmt::format("one has {} trials, the other {}", a.trials, b.trials));
   if (a.build != b.build)
     differences.push_back("the builds differ: " + a.build + " and " + b.build);
   return differences;
@@ -280,7 +274,7 @@ void ResultStore::Create(const StoreHeader& header) {
   const std::map<std::string, std::string> meta = {{"schema_version", std::to_string(kStoreSchema)},
                                                    {"kind", header.kind},
                                                    {"plan", header.plan},
-                                                   {"plan_hash", header.plan_hash},
+                                                   {"plan_hash", header.plan_hash()},
                                                    {"build", header.build},
                                                    {"shard", header.shard.Text()},
                                                    {"trials", std::to_string(header.trials)}};
@@ -295,7 +289,7 @@ void ResultStore::ReplacePlan(const StoreHeader& header) {
     SQLite::Statement update(*db_, "UPDATE meta SET value = ? WHERE key = ?");
     for (const auto& [key, value] :
          std::map<std::string, std::string>{{"plan", header.plan},
-                                            {"plan_hash", header.plan_hash},
+                                            {"plan_hash", header.plan_hash()},
                                             {"trials", std::to_string(header.trials)}}) {
       update.reset();
       update.bind(1, value);
@@ -329,7 +323,6 @@ void ResultStore::ReadHeader() {
   };
   header_.kind = get("kind");
   header_.plan = get("plan");
-  header_.plan_hash = get("plan_hash");
   header_.build = get("build");
   try {
     header_.shard = ParseShard(get("shard"));
@@ -340,6 +333,14 @@ void ResultStore::ReadHeader() {
   if (!trials || *trials < 0 || *trials > kMaxTrials)
     FailDamaged("its number of trials is '" + get("trials") + "'");
   header_.trials = *trials;
+  // An older program's hash may be of something else.
+  if (header_.build == system::BuildId() && get("plan_hash") != header_.plan_hash())
+    FailDamaged("its plan is not the one that it was begun with");
+  try {
+    RuleOf(header_);
+  } catch (const ConfigError& error) {
+    FailDamaged(error.what());
+  }
   header_.keys = OwnColumns(*db_, "parameters");
   RequireRows();
 }

@@ -34,11 +34,12 @@ class MismatchError : public std::runtime_error {
 struct StoreHeader {
   std::string kind = "batch";  // or "tune", "gate": who wrote it
   std::string plan;            // the resolved plan (or study): every value spelt out
-  std::string plan_hash;
-  std::string build;  // BuildId of the program
+  std::string build;           // BuildId of the program
   Shard shard;
   int64_t trials = 0;             // of the plan, all shards together
   std::vector<std::string> keys;  // of the parameters that trials differ in
+
+  std::string plan_hash() const { return DigestOf(plan); }
 };
 
 StoreHeader HeaderOf(const Plan& plan, const Shard& shard);

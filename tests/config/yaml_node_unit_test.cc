@@ -36,6 +36,37 @@ TEST(YamlNode, HasNoControlCharacters) {
   EXPECT_EQ(ErrorOf("a: 1\t# tab\r\nb: 2\r\n"), "no error");
 }
 
+TEST(YamlNode, HasNoEscapedControlCharacters) {
+  const auto error = [](const std::string& text) {
+    return testing::MessageOf([&] { ParseYaml(text, "a.yaml"); });
+  };
+  EXPECT_EQ(error("a: [1, \"x\\0y\"]"), "a.yaml:1: a[1]: holds a control character, 'x\\x00y'");
+  EXPECT_EQ(error("a: {\"\\e[31m\": 1}"), "a.yaml:1: a: holds a control character, '\\x1b[31m'");
+  EXPECT_EQ(ParseYaml("a: \"x\\ty\\nz\"", "a.yaml").Find("a")->Text(), "x\ty\nz");
+}
+
+TEST(YamlNode, OneLineIsTheSameWhereverItStands) {
+  for (const std::string text : {"plain",    "a, b", "x}",   "]",    "{",    "s #1: x/a, b.yaml",
+                                 "- d.yaml", "<<",   "~",    "null", "12",   "'",
+                                 "\"",       "a: b", "&a x", "*a",   "!x",   "%",
+                                 "@",        "",     " x ",  "x\ny", "true", "ä, ö"}) {
+    const std::string line = TextNode(text, {}).OneLine();
+    const YamlNode root =
+        ParseYaml("list: [" + line + ", 7]\nmap: {" + line + ": " + line +
+                      ", k: 8}\nblock: " + line + "\n" + (text.empty() ? "" : line + ": 9\n"),
+                  "a.yaml");
+    EXPECT_EQ(root.Find("list")->Elements().size(), 2u) << line;
+    EXPECT_EQ(root.Find("list")->Elements()[0].Text(), text) << line;
+    EXPECT_EQ(root.Find("map")->Entries()[0].first, text) << line;
+    EXPECT_EQ(root.Find("map")->Entries()[0].second.Text(), text) << line;
+    EXPECT_EQ(root.Find("block")->Text(), text) << line;
+    EXPECT_EQ(root.Find("list")->Elements()[0].OneLine(), line);
+    if (!text.empty()) {
+      EXPECT_EQ(root.Find(text)->Text(), "9") << line;
+    }
+  }
+}
+
 TEST(YamlNode, AKeyStandsOnceInEveryMap) {
   EXPECT_EQ(ErrorOf("grid:\n  a: [1]\n  b: {c: 1, c: 2}\n"),
             "a.yaml:3: grid.b.c: duplicate key, first given in line 3");

@@ -1,5 +1,6 @@
 // Plans: which trials they name, how draws are spread, and what is said of bad ones.
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -95,6 +96,55 @@ TEST(Plan, RefusesCasesThatSayNothingOrTwice) {
   EXPECT_THAT(error("random: {case: {choice: [a]}}\n"), HasSubstr("`cases` makes"));
 }
 
+TEST(Plan, ResolvedIsItselfWhateverItsTextsHold) {
+  const Plan plan = Make(
+      "seeds: 2\n"
+      "grid: {scenario: [pool_active], description: ['a, b', 'c]', '- d #1: x']}\n"
+      "cases: {'<<': {vehicle_model: 'vehicle.xml'}, 'x}, y: {': {station_model: 'station.xml'}}\n"
+      "strata: {'~': {duration_s: 5}, 'a, b': {duration_s: 6}}\n");
+  EXPECT_EQ(plan.cells(), 6);
+  const Plan again(plan.resolved(), "resolved");
+  EXPECT_EQ(again.resolved(), plan.resolved());
+  for (int64_t trial = 0; trial < plan.trials(); ++trial) {
+    EXPECT_EQ(again.Trial(trial).parameters, plan.Trial(trial).parameters);
+    EXPECT_EQ(trial::SaveScenario(again.ScenarioOf(again.Trial(trial))),
+              trial::SaveScenario(plan.ScenarioOf(plan.Trial(trial))));
+  }
+  EXPECT_EQ(plan.ScenarioOf(plan.Trial(2)).description, "c]");
+}
+
+TEST(Plan, RefusesNamesThatAreNone) {
+  const auto error = [](const std::string& text) {
+    return testing::MessageOf([&] { Make("scenario: pool_active\n" + text); });
+  };
+  const std::string must = "must be a name of one line and at most 1000 bytes";
+  EXPECT_THAT(error("cases: {'': {}}\n"), HasSubstr(must));
+  EXPECT_THAT(error("strata: {\"a\\nb\": {}}\n"), HasSubstr(must));
+  EXPECT_THAT(error("cases:\n  ? " + std::string(1001, 'x') + "\n  : {}\n"), HasSubstr(must));
+  EXPECT_NO_THROW(Make("scenario: pool_active\ncases: {" + std::string(1000, 'x') + ": {}}\n"));
+}
+
+TEST(Plan, SaysWhereAWrongValueStands) {
+  const auto error = [](const std::string& text) {
+    return testing::MessageOf([&] { Make("scenario: pool_active\n" + text); });
+  };
+  EXPECT_THAT(error("grid:\n  duration_s:\n    - 5\n    - -5\n"),
+              HasSubstr("plan.yaml:6: trial 1: duration_s = -5"));
+  EXPECT_THAT(error("cases:\n  a: {duration_s: 5}\n  b: {duration_s: -5}\n"),
+              HasSubstr("plan.yaml:5: trial 1: duration_s = -5"));
+  EXPECT_THAT(error("seeds: 2\nstrata:\n  a: {duration_s: 5}\n  b: {duration_s: -5}\n"),
+              HasSubstr("plan.yaml:6: trial 1: duration_s = -5"));
+  EXPECT_THAT(error("random:\n  duration_s: {uniform: [-2, -1]}\n"),
+              HasSubstr("plan.yaml:4: trial 0: duration_s = -"));
+}
+
+TEST(Plan, RefusesMoreDrawsThanFitIntoMemory) {
+  std::string text = "scenario: pool_active\nseeds: 1000000\nrandom:\n";
+  for (int i = 0; i < 101; ++i) text += fmt::format("  a{}: {{uniform: [0, 1]}}\n", i);
+  EXPECT_THAT(testing::MessageOf([&] { Make(text); }),
+              HasSubstr("random: 101 keys for 1000000 trials, more than 100000000 draws"));
+}
+
 TEST(Plan, MeetsItsStrataInTurnWithinEveryCell) {
   const std::string text =
       "scenario: pool_active\nseeds: 4\n"
@@ -166,8 +216,17 @@ TEST(Plan, RefusesToSetWhatItGivesEachTrial) {
   EXPECT_THAT(error("grid: {sea.current.surface_velocity_mps: [[0, 0, 0]]}\n",
                     "sea.current.surface_velocity_mps[1]=0.1"),
               HasSubstr("the plan gives each trial its own"));
+  EXPECT_THAT(error("grid: {water.milk_ml_m3: [1]}\n"
+                    "strata: {a: {water: {milk_ml_m3: 3}}, b: {duration_s: 6}}\n"),
+              HasSubstr("plan.yaml:5: strata.a.water.milk_ml_m3: this key is given twice"));
+  EXPECT_THAT(error("grid: {'lamps.intensity_w_sr[0]': [1], lamps.intensity_w_sr.0: [2]}\n"),
+              HasSubstr("this key is given twice"));
   EXPECT_NO_THROW(Make(
       "scenario: pool_active\nset: {start: {lateral_m: 0.1}}\ngrid: {start.heading_rad: [0]}\n"));
+  // A part of what is set before.
+  EXPECT_NO_THROW(
+      Make("scenario: pool_active\nset: {lamps.intensity_w_sr: [1, 2, 3]}\n"
+           "grid: {'lamps.intensity_w_sr[0]': [4]}\n"));
   // A case may say otherwise than the rest.
   EXPECT_NO_THROW(
       Make("scenario: pool_active\nset: {duration_s: 9}\ncases: {a: {}, b: {duration_s: 5}}\n"));
@@ -351,9 +410,9 @@ TEST(Plan, SaysWhatIsWrongAndWhere) {
       {"scenario: pool_active\nset: {start.distance_min_m: -1}\n",
        "plan.yaml:3: set.start.distance_min_m = -1, must be in"},
       {"scenario: pool_active\ngrid: {water.milk_ml_m4: [1]}\n",
-       "plan.yaml: trial 0: water.milk_ml_m4: unknown key; did you mean milk_ml_m3?"},
+       "plan.yaml:3: trial 0: water.milk_ml_m4: unknown key; did you mean milk_ml_m3?"},
       {"scenario: pool_active\ngrid: {water.milk_ml_m3: [1, -1]}\n",
-       "plan.yaml: trial 1: water.milk_ml_m3 = -1"},
+       "plan.yaml:3: trial 1: water.milk_ml_m3 = -1"},
       {"scenario: pool_active\ngrid: {water.milk_ml_m3: 3}\n",
        "plan.yaml:3: grid.water.milk_ml_m3: must be a list of values"},
       {"scenario: pool_active\ngrid: {seed: [1]}\n", "set master_seed"},

@@ -16,6 +16,7 @@
 #include "experiments/farm/export.h"
 #include "experiments/farm/result_store.h"
 #include "experiments/farm/summary.h"
+#include "experiments/system/build_info.h"
 #include "experiments/trial/trial.h"
 #include "experiments/trial/trial_files.h"
 
@@ -27,8 +28,7 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 
 StoreHeader Header() {
-  return {.plan = "seeds: 3\nset: a\n",
-          .plan_hash = "abc",
+  return {.plan = "seeds: 10\nset: a\n",
           .build = "1.0 f00",
           .shard = {},
           .trials = 10,
@@ -167,8 +167,7 @@ TEST_F(Store, RefusesWhatWasBegunAsSomethingElse) {
   const std::string file = File("a.db");
   ResultStore::Write(file, Header()).Add(Trial(1, "7", trial::Failure::kNone));
   StoreHeader other = Header();
-  other.plan_hash = "def";
-  other.plan = "seeds: 3\nset: b\n";
+  other.plan = "seeds: 10\nset: b\n";
   EXPECT_THAT(Refusal(file, other), HasSubstr("the plans differ: 'set: a' in one, 'set: b'"));
   other = Header();
   other.build = "1.0 f01";
@@ -251,9 +250,11 @@ TEST_F(Store, RefusesAnotherSchemaByName) {
 
 TEST_F(Store, RefusesValuesThatCannotBe) {
   struct Case {
-    const char* sql;
+    std::string sql;
     const char* said;
   };
+  // Of an older program, whose plan's hash this one does not know.
+  const std::string older = "UPDATE meta SET value = '1.0 f00' WHERE key = 'build'; ";
   const Case cases[] = {
       {"UPDATE meta SET value = 'many' WHERE key = 'trials'", "its number of trials is 'many'"},
       {"UPDATE meta SET value = '9000000000000000000' WHERE key = 'trials'",
@@ -261,6 +262,15 @@ TEST_F(Store, RefusesValuesThatCannotBe) {
       {"UPDATE meta SET value = '3' WHERE key = 'shard'", "its shard is '3'"},
       {"DELETE FROM meta WHERE key = 'build'", "it has no build"},
       {"UPDATE meta SET value = x'ff00' WHERE key = 'plan'", "plan is no text"},
+      {older + "UPDATE meta SET value = 'seeds: 2' WHERE key = 'plan'",
+       "its plan's seeds, max_trials"},
+      {"UPDATE meta SET value = 'seeds: 10' WHERE key = 'plan'", "its plan is not the one"},
+      {older + "UPDATE meta SET value = 'seeds: 10\nprecision: -1' WHERE key = 'plan'",
+       "precision"},
+      {older + "UPDATE meta SET value = 'seeds: 10\nstrata: 3' WHERE key = 'plan'",
+       "plan:2: strata: must be a group of keys"},
+      {"UPDATE meta SET value = '20' WHERE key = 'trials'",
+       "its plan's seeds, max_trials, strata and cells do not go together"},
       {"UPDATE trials SET time_s = 'soon'", "trial 1: time_s: 'soon' is no number"},
       {"UPDATE trials SET docked = 7", "trial 1: docked: is out of range"},
       {"UPDATE metrics SET returns_to_servoing = 1e300",
@@ -272,10 +282,12 @@ TEST_F(Store, RefusesValuesThatCannotBe) {
        "trial 77 is none of its plan's"},
       {"UPDATE trials SET cell = 'x'", "trial 1 is none of its plan's"},
   };
+  StoreHeader header = Header();
+  header.build = system::BuildId();  // whose plan's hash this program knows
   for (const Case& c : cases) {
     const std::string file = File("a.db");
     fs::remove(file);
-    ResultStore::Write(file, Header()).Add(Trial(1, "7", trial::Failure::kNone));
+    ResultStore::Write(file, header).Add(Trial(1, "7", trial::Failure::kNone));
     SQLite::Database(file, SQLite::OPEN_READWRITE).exec(c.sql);
     std::string said = "accepted";
     try {
@@ -324,14 +336,6 @@ TEST_F(Store, KeepsTheTypeOfAParameter) {
   EXPECT_EQ(trials[0].parameters[1].value, "1e5");
   EXPECT_EQ(trials[1].parameters[0].value, "nan");
   EXPECT_EQ(trials[1].parameters[1].value, "nan");
-}
-
-TEST(StoreHeader, PlansThatReadTheSameDifferInTheirHash) {
-  StoreHeader other = Header();
-  other.plan_hash = "abd";
-  EXPECT_EQ(Differences(Header(), other),
-            (std::vector<std::string>{"the plans differ: they read the same, but one has the hash "
-                                      "abc, the other abd"}));
 }
 
 TEST_F(Store, MergesWhatBelongsTogether) {

@@ -334,7 +334,6 @@ TEST_F(PageFiles, AStudyThatIsNotDoneIsSeenByItsTrials) {
   const auto stored = [&](const std::string& plan) {
     return farm::ResultStore::Write(Path("evaluations.sqlite"), {.kind = "tune",
                                                                  .plan = plan,
-                                                                 .plan_hash = "0123",
                                                                  .build = "none",
                                                                  .shard = {},
                                                                  .trials = 0,

@@ -29,7 +29,6 @@ struct Running {
 farm::StoreHeader HeaderOf(const Study& study) {
   farm::StoreHeader header{.kind = "tune",
                            .plan = study.resolved(),
-                           .plan_hash = study.hash(),
                            .build = system::BuildId(),
                            .shard = {},
                            .trials = 0,

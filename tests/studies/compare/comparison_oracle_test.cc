@@ -2,6 +2,7 @@
 
 #include "experiments/studies/compare/comparison.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -37,8 +38,7 @@ class Comparison : public ::testing::Test {
     const std::string file = (folder_ / name).string();
     {
       farm::StoreHeader header;
-      header.plan = name;
-      header.plan_hash = name;
+      header.plan = fmt::format("seeds: {}\nset: {}\n", rows.size(), name);
       header.build = "test";
       header.trials = std::ssize(rows);
       header.keys = keys;

@@ -68,7 +68,8 @@ TEST(CrashedTrial, IsNoMeasurementAnywhere) {
   const auto stored = [&](const char* name, const std::vector<farm::FinishedTrial>& trials) {
     const std::string file = (folder / name).string();
     farm::StoreHeader header;
-    header.plan = header.plan_hash = header.build = "test";
+    header.plan = "seeds: 3\n";
+    header.build = "test";
     header.trials = 3;
     farm::ResultStore store = farm::ResultStore::Write(file, header);
     for (const farm::FinishedTrial& trial : trials)

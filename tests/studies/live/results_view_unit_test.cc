@@ -30,8 +30,7 @@ TEST(ResultsProgress, GrowsWithTheFile) {
   ResultsProgress progress;
   EXPECT_THROW(progress.Look(file, 0), ConfigError);
   {
-    farm::ResultStore store = farm::ResultStore::Write(file, {.plan = "schema_version: 1\n",
-                                                              .plan_hash = "0123",
+    farm::ResultStore store = farm::ResultStore::Write(file, {.plan = "schema_version: 1\nseeds: 10\n",
                                                               .build = "none",
                                                               .shard = {},
                                                               .trials = 10,
@@ -62,7 +61,6 @@ TEST(ResultsProgress, CountsAStudysTrialsWhoseNumberNobodyKnows) {
   std::filesystem::remove(file);
   farm::ResultStore store = farm::ResultStore::Write(file.string(), {.kind = "tune",
                                                                      .plan = "gains: []\n",
-                                                                     .plan_hash = "0123",
                                                                      .build = "none",
                                                                      .shard = {},
                                                                      .trials = 0,
