@@ -20,6 +20,7 @@
 #include "experiments/studies/curve/success_curve.h"
 #include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"
+#include "experiments/system/plain_text.h"
 
 namespace turbidock::app {
 namespace {
@@ -169,8 +170,9 @@ int Status(const StatusArguments& arguments) {
     fmt::print("{}", report::JsonText(json));
     return kExitDone;
   }
-  fmt::print("{}: {}, plan {}, written by {}{}\n", arguments.file, header.kind, header.plan_hash(),
-             header.build, header.shard.count > 1 ? ", shard " + header.shard.Text() : "");
+  fmt::print("{}: {}, plan {}, written by {}{}\n", system::OneLineOf(arguments.file), header.kind,
+             header.plan_hash(), header.build,
+             header.shard.count > 1 ? ", shard " + header.shard.Text() : "");
   const bool complete = std::ssize(trials) == agenda.wanted();
   fmt::print("{} trials, {}\n",
              complete ? DoneText(std::ssize(trials), agenda.wanted(), agenda.wanted())

@@ -3,8 +3,13 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <cstdint>
+#include <limits>
+
+#include "sim/base/fields.h"
 
 namespace turbidock::app {
 namespace {
@@ -13,15 +18,65 @@ template <class T>
 constexpr bool kIsList = false;
 template <class T>
 constexpr bool kIsList<std::vector<T>> = true;
-template <class T>
-constexpr bool kHoldsDouble = std::is_same_v<T, double> || std::is_same_v<T, std::vector<double>> ||
-                              std::is_same_v<T, std::optional<double>>;
 
-// CLI11 reads "nan" and "inf", which no range of its own refuses.
-std::string NotFinite(const std::string& value) {
-  double number = 0;
-  const bool is_number = CLI::detail::lexical_cast(value, number);
-  return is_number && !std::isfinite(number) ? value + " is not a finite number" : "";
+// Reads a value as it is written; each says what is wrong with it, or nothing.
+std::string Read(const std::string& text, std::string* value) {
+  *value = text;
+  return text.empty() ? "has an empty value" : "";
+}
+
+// Decimal and finite, as in YAML: 010 is ten.
+template <class Number>
+std::string Read(const std::string& text, Number* value) {
+  constexpr bool is_whole = std::is_integral_v<Number>;
+  const bool has_plus = text.starts_with('+') && !text.starts_with("+-");
+  const char* const end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data() + (has_plus ? 1 : 0), end, *value);
+  if (error == std::errc::invalid_argument || stop != end)
+    return fmt::format("'{}' must be a {}{}", text, is_whole ? "whole number" : "number",
+                       std::is_unsigned_v<Number> ? " without a sign" : "");
+  if (error != std::errc()) {
+    using Limits = std::numeric_limits<Number>;
+    return is_whole ? fmt::format("{} must be from {} to {}", text, Limits::min(), Limits::max())
+                    : text + " is too large or too small a number";
+  }
+  return std::isfinite(static_cast<double>(*value)) ? "" : text + " is not a finite number";
+}
+
+template <class T>
+std::string Read(const std::string& text, std::optional<T>* value) {
+  return Read(text, &value->emplace());
+}
+
+template <class T>
+std::string Read(const std::string& text, std::vector<T>* values) {
+  return Read(text, &values->emplace_back());
+}
+
+template <class T>
+std::string Problem(const std::string& text) {
+  T value{};
+  return Read(text, &value);
+}
+
+std::vector<std::string> ValuesIn(const std::string& argument, bool has_commas) {
+  if (!has_commas) return {argument};
+  std::vector<std::string> values;
+  for (size_t begin = 0; begin <= argument.size();) {
+    const size_t end = std::min(argument.find(',', begin), argument.size());
+    values.push_back(argument.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return values;
+}
+
+// What is wrong with a number that is not in a range, which is so in words.
+auto NotIn(const Range& range, const std::string& words) {
+  return [range, words](const std::string& value) {
+    double number = 0;
+    const bool is_in = Read(value, &number).empty() && range.Contains(number);
+    return is_in ? "" : value + " must be " + words;
+  };
 }
 
 }  // namespace
@@ -38,28 +93,19 @@ Option Option::Group(const std::string& title) {
 
 Option Option::Between(double low, double high) {
   const std::string range = fmt::format("{} to {}", low, high);
-  const auto problem = [low, high, range](const std::string& value) -> std::string {
-    double number = 0;
-    if (CLI::detail::lexical_cast(value, number) && number >= low && number <= high) return "";
-    return value + " must be a number from " + range;
-  };
-  option_->check(CLI::Validator(problem, range));
-  return *this;
+  return Check(NotIn(InRange(low, high), "a number from " + range), range);
 }
 
-Option Option::Positive() {
-  option_->check(CLI::PositiveNumber);
-  return *this;
-}
+Option Option::Positive() { return Check(NotIn(Above(0), "above 0"), "above 0"); }
 
-Option Option::NotNegative() {
-  option_->check(CLI::NonNegativeNumber);
-  return *this;
-}
+Option Option::NotNegative() { return Check(NotIn(AtLeast(0), "at least 0"), "at least 0"); }
 
 Option Option::OneOf(const std::vector<std::string>& values) {
-  option_->check(CLI::IsMember(values));
-  return *this;
+  const auto problem = [values](const std::string& value) {
+    const bool is_one = std::find(values.begin(), values.end(), value) != values.end();
+    return is_one ? "" : fmt::format("'{}' must be one of {}", value, fmt::join(values, ", "));
+  };
+  return Check(problem, fmt::format("{{{}}}", fmt::join(values, ",")));
 }
 
 Option Option::Excludes(Option other) {
@@ -72,25 +118,40 @@ Option Option::Needs(Option other) {
   return *this;
 }
 
-Option Option::Check(const std::function<std::string(const std::string&)>& problem) {
-  option_->check([problem](const std::string& value) { return problem(value); });
+Option Option::Check(const std::function<std::string(const std::string&)>& problem,
+                     const std::string& allowed) {
+  const auto first_problem = [problem, has_commas = has_commas_](const std::string& argument) {
+    std::string found;
+    for (const std::string& value : ValuesIn(argument, has_commas))
+      if (found.empty()) found = problem(value);
+    return found;
+  };
+  option_->check(CLI::Validator(first_problem, allowed));
   return *this;
 }
 
+// CLI11's own reading takes 010 for eight, what is too large for the largest, and leaves out what
+// is empty.
 template <class T>
 Option Subcommand::Add(const std::string& name, T& target, const std::string& doc) {
   const size_t space = name.find(' ');
-  CLI::Option* const option = app_->add_option(name.substr(0, space), target, doc);
-  if (space != std::string::npos) option->type_name(name.substr(space + 1));
-  if (target != T{}) option->capture_default_str();
+  const bool has_commas = name.ends_with(",...");
+  const auto read = [&target, has_commas](const CLI::results_t& arguments) {
+    target = T{};
+    for (const std::string& argument : arguments)
+      for (const std::string& value : ValuesIn(argument, has_commas)) Read(value, &target);
+    return true;
+  };
+  CLI::Option* const option =
+      app_->add_option(name.substr(0, space), read, doc, /*defaulted=*/target != T{},
+                       [&target] { return CLI::detail::checked_to_string<T, T>(target); });
+  option->type_name(space == std::string::npos ? CLI::detail::type_name<T>()
+                                               : name.substr(space + 1));
   if constexpr (kIsList<T>) {
-    if (name.ends_with(",..."))
-      option->delimiter(',');
-    else if (name.starts_with("-"))
-      option->allow_extra_args(false);
+    option->expected(CLI::detail::expected_max_vector_size);
+    option->allow_extra_args(!name.starts_with("-"));
   }
-  if constexpr (kHoldsDouble<T>) option->check(NotFinite);
-  return Option(option);
+  return Option(option, has_commas).Check(Problem<T>);
 }
 
 #define TURBIDOCK_OPTION(...) \
@@ -111,7 +172,7 @@ TURBIDOCK_OPTION(std::vector<double>);
 #undef TURBIDOCK_OPTION
 
 Option Subcommand::Flag(const std::string& name, bool& target, const std::string& doc) {
-  return Option(app_->add_flag(name, target, doc));
+  return Option(app_->add_flag(name, target, doc)->disable_flag_override());
 }
 
 void Subcommand::Footer(const std::string& text) { app_->footer(text); }
@@ -123,7 +184,7 @@ Option Subcommand::AddSet(std::vector<std::string>& assignments, const std::stri
 }
 
 Option Subcommand::AddSeed(std::string& seed) {
-  return Add("--seed", seed, "Root of all randomness; as --set seed=N");
+  return Add("--seed", seed, "Root of all randomness; as --set seed=N").Check(Problem<int64_t>);
 }
 
 Option Subcommand::AddWorkers(int& workers, const std::string& doc) {
@@ -165,9 +226,13 @@ std::optional<int> CommandLine::Parse(int argc, char** argv) {
   try {
     app_->parse(argc, argv);
     return std::nullopt;
+  } catch (const CLI::Success& help) {
+    return app_->exit(help);
+  } catch (const CLI::ExtrasError&) {  // which has them in the wrong order
+    throw ConfigError(fmt::format("not expected here: {}; see --help",
+                                  fmt::join(app_->remaining(/*recurse=*/true), " ")));
   } catch (const CLI::ParseError& error) {
-    // Help is an "error" of CLI11's with code 0.
-    return app_->exit(error) == 0 ? kExitDone : kExitBadInput;
+    throw ConfigError(std::string(error.what()) + "; see --help");
   }
 }
 

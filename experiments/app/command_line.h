@@ -30,7 +30,8 @@ enum ExitCode {
 // An option, a flag or a positional argument. Each call returns the option, to go on with.
 class Option {
  public:
-  explicit Option(CLI::Option* option) : option_(option) {}
+  explicit Option(CLI::Option* option, bool has_commas = false)
+      : option_(option), has_commas_(has_commas) {}
 
   Option Required();
   Option Group(const std::string& title);   // in the help
@@ -40,11 +41,13 @@ class Option {
   Option OneOf(const std::vector<std::string>& values);
   Option Excludes(Option other);
   Option Needs(Option other);
-  // `problem` says what is wrong with a value, or nothing.
-  Option Check(const std::function<std::string(const std::string&)>& problem);
+  // `problem` says what is wrong with a value, or nothing; `allowed` is what the help says of it.
+  Option Check(const std::function<std::string(const std::string&)>& problem,
+               const std::string& allowed = "");
 
  private:
   CLI::Option* option_;
+  bool has_commas_;  // between the values in an argument
 };
 
 class Subcommand {
@@ -53,9 +56,9 @@ class Subcommand {
 
   // An option ("--frames", or "--out FILE" with what the help calls its value) or a positional
   // argument ("scenario"), read into `target`, which must live as long as the command line. T:
-  // text, a number (a finite one), an optional or a list of them; a list has its values in one
-  // argument if the name ends in ",...", else an option of it is given once for each. The help
-  // shows the target's value as the default, unless it is empty or 0.
+  // text, which is not empty, a number (decimal, finite), an optional or a list of them; a list has
+  // its values in one argument if the name ends in ",...", else an option of it is given once for
+  // each. The help shows the target's value as the default, unless it is empty or 0.
   template <class T>
   Option Add(const std::string& name, T& target, const std::string& doc);
   Option Flag(const std::string& name, bool& target, const std::string& doc);
@@ -64,7 +67,7 @@ class Subcommand {
 
   // Options that many subcommands have.
   Option AddSet(std::vector<std::string>& assignments, const std::string& doc);
-  Option AddSeed(std::string& seed);
+  Option AddSeed(std::string& seed);  // a whole number, as written: its reader has the range
   Option AddWorkers(int& workers, const std::string& doc);
   void AddJson(bool& json);
   void AddQuiet(bool& quiet);
@@ -94,8 +97,8 @@ class CommandLine {
   std::string Help() const;
   const trial::Plugins& plugins() const { return plugins_; }
 
-  // Nothing when the line is sound; else what to exit with: help was asked for and printed, or the
-  // line is wrong and stderr says how.
+  // Nothing when the line is sound; what to exit with when help was asked for and is printed;
+  // ConfigError when the line is wrong.
   std::optional<int> Parse(int argc, char** argv);
   // Runs the subcommand on the line; nothing without one.
   std::optional<int> Run() const;

@@ -68,6 +68,8 @@ int Complain(const std::string& problem, int code) {
   return code;
 }
 
+int ComplainOfOutput() { return Complain("the standard output cannot be written", kExitBadInput); }
+
 }  // namespace
 }  // namespace turbidock::app
 
@@ -75,8 +77,7 @@ int turbidock::Main(int argc, char** argv, const trial::Plugins& plugins) {
   using namespace app;
   try {
     const int code = ParseAndRun(argc, argv, plugins);
-    if (std::fflush(stdout) != 0 || std::ferror(stdout))
-      return Complain("the standard output cannot be written", kExitBadInput);
+    if (std::fflush(stdout) != 0 || std::ferror(stdout)) return ComplainOfOutput();
     return StopSignal() ? 128 + StopSignal() : code;
   } catch (const ConfigError& error) {
     return Complain(error.what(), kExitBadInput);
@@ -88,6 +89,8 @@ int turbidock::Main(int argc, char** argv, const trial::Plugins& plugins) {
   } catch (const std::bad_alloc&) {
     return Complain("this machine has too little memory for it", kExitSimulatorFault);
   } catch (const std::exception& error) {  // SimulatorFault
+    // fmt::print throws what others only note
+    if (std::ferror(stdout)) return ComplainOfOutput();
     return Complain(error.what(), kExitSimulatorFault);
   }
 }

@@ -1,13 +1,13 @@
 #include <fmt/format.h>
 
 #include <cstdint>
-#include <cstdio>
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "experiments/app/commands.h"
+#include "experiments/app/progress.h"
 #include "experiments/farm/result_store.h"
 #include "experiments/page/batch_page.h"
 #include "experiments/page/page.h"
@@ -16,6 +16,7 @@
 #include "experiments/report/json.h"
 #include "experiments/studies/compare/comparison.h"
 #include "experiments/system/output_path.h"
+#include "experiments/system/plain_text.h"
 
 namespace turbidock::app {
 namespace {
@@ -82,9 +83,10 @@ int Report(const ReportArguments& arguments) {
   plan.Writes(arguments.out).Require();
   const page::Page page = PageOf(arguments);
   page::WritePage(arguments.out, page);
-  std::fprintf(stderr, "%s: %s, %.1f MB\n", arguments.out.c_str(),
-               page.model.value("title", "").c_str(),
-               static_cast<double>(fs::file_size(arguments.out)) / 1e6);
+  Progress(/*quiet=*/false)
+      .Say(system::OneLineOf(fmt::format("{}: {}, {:.1f} MB", arguments.out,
+                                         page.model.value("title", ""),
+                                         static_cast<double>(fs::file_size(arguments.out)) / 1e6)));
   return kExitDone;
 }
 

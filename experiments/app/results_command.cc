@@ -14,6 +14,7 @@
 #include "experiments/studies/run/shown_trial.h"
 #include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"
+#include "experiments/system/plain_text.h"
 
 namespace turbidock::app {
 namespace {
@@ -54,8 +55,8 @@ int Merge(const MergeArguments& arguments) {
   farm::ResultStore store = farm::ResultStore::Write(arguments.out, header);
   for (const std::string& input : arguments.inputs) store.Merge(input);
   const farm::Agenda agenda = farm::AgendaOf(store);
-  fmt::print(stderr, "{}: {} of {} trials\n", arguments.out, std::ssize(store.Done()),
-             agenda.wanted());
+  fmt::print(stderr, "{}: {} of {} trials\n", system::OneLineOf(arguments.out),
+             std::ssize(store.Done()), agenda.wanted());
   return arguments.complete && !agenda.complete() ? kExitCheckFailed : kExitDone;
 }
 

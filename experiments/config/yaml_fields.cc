@@ -243,14 +243,19 @@ class Reader {
 // ------------------------------------------------------------------------------------- --set paths
 
 // "a.b[0].c" or "a.b.0.c" -> a, b, 0, c. Nothing if it is no path.
-std::optional<std::vector<std::string>> SplitPath(std::string path) {
-  for (size_t open = 0; (open = path.find('[')) != std::string::npos;) {
-    const size_t close = path.find_first_not_of("0123456789", open + 1);
-    if (close == std::string::npos || path[close] != ']' || close == open + 1) return std::nullopt;
-    const bool ends = close + 1 == path.size() || path[close + 1] == '.' || path[close + 1] == '[';
+std::optional<std::vector<std::string>> SplitPath(const std::string& text) {
+  std::string path;  // with dots only
+  for (size_t i = 0; i < text.size();) {
+    if (text[i] != '[') {
+      path += text[i++];
+      continue;
+    }
+    const size_t close = text.find_first_not_of("0123456789", i + 1);
+    if (close == std::string::npos || text[close] != ']' || close == i + 1) return std::nullopt;
+    const bool ends = close + 1 == text.size() || text[close + 1] == '.' || text[close + 1] == '[';
     if (!ends) return std::nullopt;
-    path.erase(close, 1);
-    path[open] = '.';
+    path += '.' + text.substr(i + 1, close - i - 1);
+    i = close + 1;
   }
   std::vector<std::string> words;
   for (size_t begin = 0; begin <= path.size();) {

@@ -332,6 +332,7 @@ void Plan::LoadScenarios(const config::YamlNode& plan,
       set_.push_back({assignment.substr(0, at), assignment.substr(at + 1)});
   for (const Parameter& p : set_) {
     const config::YamlNode at = {nullptr, config::kFromSet, p.key};
+    if (p.key == "seed") RequireNewKey(at, p.key);
     varied_.RequireKept(p.key, config::ParseYamlValue(p.value, at));
   }
 

@@ -21,6 +21,7 @@
 #include <utility>
 
 #include "experiments/report/json.h"
+#include "experiments/system/plain_text.h"
 #include "sim/base/check.h"
 
 namespace turbidock::farm {
@@ -96,7 +97,7 @@ JobResult DoJob(const WorkerPool::Work& work, const std::string& input) {
   } catch (const SimulatorFault& error) {
     fail(JobEnd::kFault, error);
   } catch (const std::exception& error) {  // out of memory: nothing in here can be trusted any more
-    std::fprintf(stderr, "%s\n", error.what());
+    std::fprintf(stderr, "%s\n", system::OneLineOf(error.what()).c_str());
     std::fflush(nullptr);
     _exit(kExitByException);
   }

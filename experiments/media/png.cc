@@ -46,6 +46,7 @@ void WritePng(const std::string& path, const Image1u8& image) {
 
 Image3u8 ReadPng(const std::string& path) {
   const std::string bytes = system::ReadWhole(path);
+  if (bytes.empty()) throw ConfigError(path, "is empty");
   png_image png{};
   png.version = PNG_IMAGE_VERSION;
   if (!png_image_begin_read_from_memory(&png, bytes.data(), bytes.size()))

@@ -60,8 +60,10 @@ PairedComparison ComparePairs(const std::vector<double>& a, const std::vector<do
 
 double WilcoxonSignedRankP(const std::vector<double>& differences) {
   std::vector<double> d;
-  for (const double x : differences)
+  for (const double x : differences) {
+    TD_CHECK(std::isfinite(x), "a difference that is a number has a rank");
     if (x != 0) d.push_back(x);
+  }
   if (d.empty()) return 1;
   std::sort(d.begin(), d.end(), [](double x, double y) { return std::abs(x) < std::abs(y); });
   // mean ranks of ties

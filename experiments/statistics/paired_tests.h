@@ -8,7 +8,7 @@
 
 namespace turbidock::statistics {
 
-// Differences b - a of a number over pairs.
+// Differences b - a of a number over pairs; all of them are finite.
 struct PairedComparison {
   int64_t pairs = 0;
   double mean = 0;        // of the differences
@@ -28,7 +28,7 @@ PairedComparison ComparePairs(const std::vector<double>& a, const std::vector<do
 
 // Wilcoxon's (1945) signed-rank test, two-sided: exact for up to 25 differences without ties, else
 // the normal approximation with correction for ties and continuity. Zeros are left out. 1 without
-// differences.
+// differences, which are finite.
 double WilcoxonSignedRankP(const std::vector<double>& differences);
 
 // McNemar's exact test, two-sided: of pairs in which exactly one of both succeeded, `only_a` and

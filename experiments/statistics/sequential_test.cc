@@ -18,7 +18,8 @@ constexpr double kNegligible = 1e-18;  // probability of paths that need not be 
 constexpr int kMaxTrials = 1 << 14;
 
 [[noreturn]] void ThrowTooMany() {
-  throw ConfigError("that takes more than " + std::to_string(kMaxTrials) + " trials");
+  throw ConfigError("that takes more than " + std::to_string(kMaxTrials) +
+                    " trials; give a larger margin or error rates");
 }
 
 bool IsProbability(double p) { return p > 0 && p < 1; }
@@ -136,13 +137,18 @@ NetLossTest::NetLossTest(double margin, double level) : log_threshold_(-std::log
 }
 
 bool NetLossTest::Rejects(int pairs, int losses, int gains) const {
+  const auto log_of = [&](const Stake& stake) {
+    const double lost = losses > 0 ? losses * stake.log_loss : 0;  // infinitely: broke
+    return stake.log_weight + (pairs - losses - gains) * stake.log_same + lost +
+           gains * stake.log_gain;
+  };
+  double largest = -std::numeric_limits<double>::infinity();
+  for (const Stake& stake : stakes_) largest = std::max(largest, log_of(stake));
+  // The sum of four is at least the largest and at most four times it: mostly that is enough.
+  if (largest >= log_threshold_) return true;
+  if (largest + 2 < log_threshold_) return false;
   double log_wealth = -std::numeric_limits<double>::infinity();
-  for (const Stake& stake : stakes_) {
-    if (losses > 0 && std::isinf(stake.log_loss)) continue;  // broke
-    const double lost = losses > 0 ? losses * stake.log_loss : 0;
-    log_wealth = LogAdd(log_wealth, stake.log_weight + (pairs - losses - gains) * stake.log_same +
-                                        lost + gains * stake.log_gain);
-  }
+  for (const Stake& stake : stakes_) log_wealth = LogAdd(log_wealth, log_of(stake));
   return log_wealth >= log_threshold_;
 }
 
@@ -218,9 +224,9 @@ RateTest::Characteristic RateTest::At(double true_rate) const {
 FixedTest FixedSampleTest(const RateTestDesign& design) {
   using boost::math::cdf;
   using boost::math::complement;
+  int fail_at_most = -1;  // a further trial never takes from it
   for (int n = 1; n <= kMaxTrials; ++n) {
     const boost::math::binomial no_worse(n, design.no_worse), worse(n, design.worse);
-    int fail_at_most = -1;
     while (fail_at_most + 1 < n && cdf(no_worse, fail_at_most + 1) <= design.alpha) ++fail_at_most;
     if (fail_at_most >= 0 && cdf(complement(worse, fail_at_most)) <= design.beta)
       return {.trials = n, .fail_at_most = fail_at_most};

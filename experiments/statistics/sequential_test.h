@@ -19,6 +19,10 @@
 
 namespace turbidock::statistics {
 
+// What people may ask of these tests: levels, rates and margins of at least so much, and as far
+// from 1. The sums over all paths leave out what is far less likely.
+inline constexpr double kLeastProbability = 1e-6;
+
 // Rejects "a hit has probability p_null or less" in favour of more hits, looking after every trial.
 //
 // It rejects as soon as Wald's likelihood ratio of p_alternative to p_null reaches a threshold. The
@@ -132,7 +136,8 @@ class RateTest {
 };
 
 // The smallest test of fixed size with these rates and error rates (exact binomial): it fails when
-// `fail_at_most` or fewer of its trials succeed. `design.max_trials` is not read.
+// `fail_at_most` or fewer of its trials succeed. ConfigError when that takes tens of thousands of
+// trials. `design.max_trials` is not read.
 struct FixedTest {
   int trials = 0, fail_at_most = 0;
 };

@@ -28,6 +28,19 @@ size_t LetterAt(std::string_view text) {
   return too_long || surrogate || letter > 0x10ffff ? 0 : length;
 }
 
+// Where the letter begins that the byte at `i` is part of.
+size_t LetterBegin(const std::string& text, size_t i) {
+  while (i > 0 && (static_cast<unsigned char>(text[i]) & 0xc0U) == 0x80) --i;
+  return i;
+}
+
+// With dots for the middle of what has more than `most` bytes.
+std::string WithoutMiddle(const std::string& text, size_t most) {
+  if (text.size() <= most) return text;
+  return text.substr(0, LetterBegin(text, most / 2)) + "..." +
+         text.substr(LetterBegin(text, text.size() - most / 2));
+}
+
 }  // namespace
 
 std::optional<size_t> FirstNoText(std::string_view text) {
@@ -67,20 +80,24 @@ std::string Printable(std::string_view text) {
 }
 
 std::string OneLineOf(std::string_view text) {
-  std::string line = Printable(text);
-  line.erase(std::remove(line.begin(), line.end(), '\r'), line.end());
-  const size_t last = line.find_last_not_of(" \t\n");
-  line.resize(last == std::string::npos ? 0 : last + 1);
-  std::replace(line.begin(), line.end(), '\n', ' ');
-  return line;
+  constexpr size_t kLongestWord = 200, kLongestLine = 2000;
+  std::string plain = Printable(text);
+  std::erase(plain, '\r');
+  plain.resize(plain.find_last_not_of(" \t\n") + 1);  // to nothing where there is nothing else
+  std::string line;
+  for (size_t begin = 0; begin < plain.size();) {
+    const size_t end = std::min(plain.find_first_of(" \n", begin), plain.size());
+    line += WithoutMiddle(plain.substr(begin, end - begin), kLongestWord);
+    if (end < plain.size()) line += ' ';
+    begin = end + 1;
+  }
+  return WithoutMiddle(line, kLongestLine);
 }
 
 std::string Shortened(const std::string& text) {
   constexpr size_t kLongest = 60;
-  if (text.size() <= kLongest) return text;
-  size_t end = kLongest;
-  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xc0U) == 0x80) --end;
-  return text.substr(0, end) + "...";
+  const std::string plain = Printable(text);
+  return plain.size() <= kLongest ? plain : plain.substr(0, LetterBegin(plain, kLongest)) + "...";
 }
 
 std::string Indented(const std::string& text, const std::string& by) {

@@ -13,11 +13,14 @@ namespace turbidock::system {
 std::optional<size_t> FirstNoText(std::string_view text);
 
 // The text as it is safe on a terminal: whatever is no text as above, and every further control
-// character, is written as \xNN; and, in one line, a line break as a space.
+// character, is written as \xNN.
 std::string Printable(std::string_view text);
+// The same as one line of a message: a line break is a space, and dots stand for the middle of a
+// word of more than 200 bytes (somebody's data) and of a line of more than 2000.
 std::string OneLineOf(std::string_view text);
 
-// The first 60 bytes of what a user wrote, no letter of it cut, and dots where there is more.
+// The first 60 bytes of what a user wrote, Printable, no letter of it cut, and dots where there is
+// more.
 std::string Shortened(const std::string& text);
 
 // The text with `by` before each of its lines, as a block of YAML has it.

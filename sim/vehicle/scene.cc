@@ -88,6 +88,16 @@ Quaterniond QuaternionAt(const mjtNum* values, int index) {
   return {q[0], q[1], q[2], q[3]};
 }
 
+constexpr std::uintmax_t kMostBytes = 64 << 20;  // of a file
+
+// MuJoCo would read gigabytes before it says that they are no model.
+void RequireSize(const fs::path& path) {
+  std::error_code unreadable;  // for its reader to say
+  const std::uintmax_t bytes = fs::file_size(path, unreadable);
+  if (!unreadable && bytes > kMostBytes)
+    throw ConfigError(path.string() + ": is larger than 64 MiB");
+}
+
 // Files in memory that MuJoCo takes before those on disk.
 class FilesInMemory {
  public:
@@ -98,6 +108,7 @@ class FilesInMemory {
 
   // The file at `path` under this name.
   void Add(const std::string& name, const fs::path& path) {
+    RequireSize(path);
     std::ifstream in(path, std::ios::binary);
     const std::string bytes((std::istreambuf_iterator<char>(in)), {});
     if (!in.good() && !in.eof()) throw ConfigError(path.string() + ": cannot be read");
@@ -117,12 +128,11 @@ class FilesInMemory {
 // Meshes and pictures in a folder, which a part that lies there may name.
 void AddAssets(const fs::path& folder, FilesInMemory* files) {
   constexpr std::array kKinds = {".stl", ".obj", ".msh", ".png", ".hf"};
-  constexpr std::uintmax_t kMost_bytes = 64 << 20;
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(folder, ignored)) {
     const std::string kind = entry.path().extension().string();
     if (std::find(kKinds.begin(), kKinds.end(), kind) == kKinds.end()) continue;
-    if (!entry.is_regular_file(ignored) || entry.file_size(ignored) > kMost_bytes) continue;
+    if (!entry.is_regular_file(ignored) || entry.file_size(ignored) > kMostBytes) continue;
     if (mj_findFileVFS(files->get(), entry.path().filename().c_str()) < 0)
       files->Add(entry.path().filename(), entry.path());
   }
@@ -138,6 +148,7 @@ std::string Where(const SceneFiles& files) {
 
 MjModelPtr ReadModel(const SceneFiles& scene) {
   const std::string& path = scene.scene;
+  RequireSize(path);
   std::optional<FilesInMemory> files;  // megabytes: only where it is needed
   if (!scene.parts.empty()) {
     files.emplace();

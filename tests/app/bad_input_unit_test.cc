@@ -151,6 +151,31 @@ TEST_F(BadInput, TextThatIsNoneIsRefusedAtTheBeginning) {
   Refused({"run", "pool_active", "--set", "a\x1b[31m=1"}, "--set a\\x1b[31m");
 }
 
+TEST_F(BadInput, WhatIsPrintedOfACommandLineIsOneLineOfText) {
+  const std::string red = "\x1b[31m\nx", plain = "\\x1b[31m x", out = Path("x");
+  Refused({"batch", "smoke", "--out", out, "--seeds", red}, "--seeds: '" + plain + "' must be");
+  Refused({"export", "x.db", "--format", red}, "'" + plain + "' must be one of csv, jsonl");
+  Refused({"run", "pool_active", "--expect", red}, "'" + plain + "' must be one of docked,");
+  Refused({"run", "pool_active", red}, "not expected here: " + plain);
+  Refused({red}, "not expected here: " + plain);
+  Refused({"run"}, "scenario is required; see --help");
+  Refused({"run", "pool_active", "--set", std::string(100'000, 'x') + "=1"},
+          std::string(100, 'x') + "..." + std::string(99, 'x') + ":");
+  const ProgramEnd end = RunProgram({"report", Batch("x.db"), "--out", Path("\x1b[31m\n.html")});
+  EXPECT_EQ(end.exit_code, 0);
+  EXPECT_EQ(end.err.find(Path("\\x1b[31m .html") + ": "), 0u) << end.err;
+  EXPECT_EQ(end.err.find('\n'), end.err.size() - 1) << end.err;
+}
+
+// What is not --set is no YAML.
+TEST_F(BadInput, AnOptionSaysWhatItSays) {
+  Refused({"run", "pool_active", "--seed", "7 # x"}, "--seed: '7 # x' must be a whole number");
+  Refused({"recognize", "--seed", "*a"}, "--seed: '*a' must be a whole number");
+  Refused({"estimate", "--left", Path("left.png"), "--right", Path("right.png"), "--preset",
+           "published # x"},
+          "--preset: 'published # x' must be one of default, published");
+}
+
 TEST_F(BadInput, AliasesEndInWords) {
   const std::string head = "schema_version: 1\nscenario: pool_active\n";
   const std::string self = File("self.yaml", head + "grid: &a\n  water.milk_ml_m3: [*a]\n");
@@ -180,6 +205,10 @@ TEST_F(BadInput, WhatIsNoFileIsNotRead) {
   Refused({"estimate", "--left", Path("pipe.mp4"), "--right", right}, "is no regular file");
   Refused({"report", Path("pipe.png"), "--out", Path("x.html")}, "is no regular file");
   Refused({"view", Path("pipe.png")}, "is no regular file");
+  for (const std::string& table : {std::string("/dev/zero"), Path("pipe.png")}) {
+    Refused({"recognize", "--marker", "active", "--table", table}, table + ": cannot be read");
+    Refused({"calibrate", "--passive", table}, table + ": cannot be read");
+  }
   Refused({"run", Path("loop")}, "Too many levels of symbolic links");
   Refused({"estimate", "--left", Path("loop"), "--right", right}, "Too many levels");
   Refused({"run", "pool_active", "--out", Path("loop")}, "Too many levels");
@@ -199,7 +228,7 @@ TEST_F(BadInput, ANumberThatLeavesNoLawNamesItsKeys) {
 
 TEST_F(BadInput, AFullStandardOutputIsNoSuccess) {
   for (const std::vector<std::string>& arguments : std::vector<std::vector<std::string>>{
-           {"--help"}, {"run", "--help"}, {"--version"}, {"scenarios"}}) {
+           {"--help"}, {"run", "--help"}, {"--version"}, {"scenarios"}, {"scenarios", "--keys"}}) {
     std::string line = ProgramPath();
     for (const std::string& word : arguments) line += " " + word;
     const int status = std::system((line + " >/dev/full 2>/dev/null").c_str());

@@ -199,7 +199,8 @@ TEST(Plan, RefusesStrataThatAreNotMetEquallyOftenOrNameAKeyTwice) {
 }
 
 TEST(Plan, RefusesToSetWhatItGivesEachTrial) {
-  const auto error = [](const std::string& text, const std::string& assignment = "seed=1") {
+  const auto error = [](const std::string& text,
+                        const std::string& assignment = "lamps.enabled=true") {
     return testing::MessageOf(
         [&] { Make("scenario: pool_active\nseeds: 2\n" + text, {.assignments = {assignment}}); });
   };
@@ -223,6 +224,7 @@ TEST(Plan, RefusesToSetWhatItGivesEachTrial) {
               HasSubstr("this key is given twice"));
   EXPECT_NO_THROW(Make(
       "scenario: pool_active\nset: {start: {lateral_m: 0.1}}\ngrid: {start.heading_rad: [0]}\n"));
+  EXPECT_THAT(error("", "seed=7"), HasSubstr("--set seed: the plan gives each trial its seed"));
   // A part of what is set before.
   EXPECT_NO_THROW(
       Make("scenario: pool_active\nset: {lamps.intensity_w_sr: [1, 2, 3]}\n"

@@ -55,6 +55,9 @@ TEST(Png, ReadingNamesTheFile) {
   const std::string text = Fresh("text.png");
   std::ofstream(text) << "not a picture";
   EXPECT_THAT(MessageOf([&] { ReadPng(text); }), HasSubstr(text));
+  const std::string empty = Fresh("empty.png");
+  std::ofstream{empty};
+  EXPECT_EQ(MessageOf([&] { ReadPng(empty); }), empty + ": is empty");
 }
 
 TEST(Png, TruncatedFileIsAnError) {

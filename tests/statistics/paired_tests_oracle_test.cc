@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "sim/base/random.h"
@@ -99,6 +100,12 @@ TEST(WilcoxonSignedRank, TiesShareTheMeanOfTheirRanks) {
   EXPECT_NEAR(WilcoxonSignedRankP(differences), std::erfc(z / std::sqrt(2.0)), 1e-12);
   // without ties ranks are whole; a tie of opposite signs tips nothing
   EXPECT_NEAR(WilcoxonSignedRankP({1, -1}), 1, 1e-12);
+}
+
+TEST(WilcoxonSignedRankDeathTest, RefusesWhatHasNoRank) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  EXPECT_DEATH(WilcoxonSignedRankP({1, kInfinity - kInfinity}), "has a rank");
+  EXPECT_DEATH(ComparePairs({1, kInfinity}, {2, kInfinity}), "has a rank");
 }
 
 }  // namespace

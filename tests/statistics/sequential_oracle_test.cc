@@ -5,7 +5,10 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <chrono>
 #include <cmath>
+
+#include "sim/base/check.h"
 
 namespace turbidock::statistics {
 namespace {
@@ -73,6 +76,49 @@ TEST(NetLossTest, RejectsWhenTheAverageOfItsStakesHasGrownEnough) {
     }
   EXPECT_GT(rejected, 300);
   EXPECT_GT(kept, 300);
+}
+
+// Binomial probabilities by their recurrence.
+double AtMost(int k, int n, double p) {
+  double term = std::pow(1 - p, n), sum = 0;
+  for (int i = 0; i <= k; ++i) {
+    sum += term;
+    term *= (n - i) * p / ((i + 1) * (1 - p));
+  }
+  return sum;
+}
+
+TEST(FixedSampleTest, FailsAtAsManyAsItsLevelAllows) {
+  for (const auto& [no_worse, worse, level] :
+       {std::array{0.95, 0.85, 0.05}, std::array{0.5, 0.4, 0.01}, std::array{0.3, 0.1, 0.2}}) {
+    const FixedTest fixed =
+        FixedSampleTest({.no_worse = no_worse, .worse = worse, .alpha = level, .beta = level});
+    EXPECT_LE(AtMost(fixed.fail_at_most, fixed.trials, no_worse), level);
+    EXPECT_GT(AtMost(fixed.fail_at_most + 1, fixed.trials, no_worse), level);
+    EXPECT_GE(AtMost(fixed.fail_at_most, fixed.trials, worse), 1 - level);
+  }
+}
+
+TEST(FixedSampleTest, SaysSoonThatItTakesTooManyTrials) {
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_THROW(FixedSampleTest({.no_worse = 0.95, .worse = 0.95 - kLeastProbability}), ConfigError);
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(20));
+}
+
+TEST(RateTest, StandsAtTheLimitsOfWhatMayBeAsked) {
+  constexpr double kLeast = kLeastProbability;
+  for (const double rate : {2 * kLeast, 0.5, 1 - kLeast})
+    for (const double margin : {kLeast, rate - kLeast})
+      for (const double level : {kLeast, 1 - kLeast})
+        for (const int max_trials : {1, 300}) {
+          const RateTest test({.no_worse = rate,
+                               .worse = rate - margin,
+                               .alpha = level,
+                               .beta = level,
+                               .max_trials = max_trials});
+          EXPECT_LE(test.At(rate).p_fail, level) << rate << ' ' << margin;
+          EXPECT_LE(test.At(rate - margin).p_pass, level) << rate << ' ' << margin;
+        }
 }
 
 }  // namespace

@@ -167,8 +167,29 @@ TEST(PlainText, WhatIsPrintedIsSafeOnATerminal) {
             "caf\xc3\xa9 \\x1b[31m\\x07 \\xe9 \\xc2\\x9b\\x7f");
   EXPECT_EQ(Printable("a\tb\nc"), "a\tb\nc");
   EXPECT_EQ(OneLineOf("first\r\nsecond\n\n"), "first second");
+  EXPECT_EQ(OneLineOf(" \r\n"), "");
   EXPECT_EQ(Shortened(std::string(60, 'x')), std::string(60, 'x'));
   EXPECT_EQ(Shortened(std::string(59, 'x') + "\xc3\xa9"), std::string(59, 'x') + "...");
+  // of a message's text, nothing after a zero would be seen
+  EXPECT_EQ(Shortened(std::string("a\0b", 3)), "a\\x00b");
+}
+
+TEST(PlainText, AMessageIsNoLongerThanALine) {
+  const std::string word(200, 'x'), cut = word.substr(100) + "..." + word.substr(100);
+  EXPECT_EQ(OneLineOf("key " + word + " is unknown"), "key " + word + " is unknown");
+  EXPECT_EQ(OneLineOf("key " + std::string(1'000'000, 'x') + " is unknown"),
+            "key " + cut + " is unknown");
+  // no letter is cut
+  std::string letters = "x";
+  for (int i = 0; i < 200; ++i) letters += "\xc3\xa9";
+  const std::string shown = OneLineOf(letters);
+  EXPECT_EQ(shown.size(), 202u);
+  EXPECT_FALSE(FirstNoText(shown));
+  std::string line = "FILE:3:";
+  for (int i = 0; i < 100'000; ++i) line += " word";
+  const std::string short_line = OneLineOf(line + ": unknown");
+  EXPECT_LT(short_line.size(), 2100u);
+  EXPECT_TRUE(short_line.starts_with("FILE:3: word") && short_line.ends_with("word: unknown"));
 }
 
 }  // namespace

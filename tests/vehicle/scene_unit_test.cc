@@ -9,6 +9,7 @@
 
 #include "sim/base/check.h"
 #include "sim/vehicle/scene.h"
+#include "tests/support/message_of.h"
 
 namespace turbidock::vehicle {
 namespace {
@@ -128,6 +129,19 @@ TEST(LoadScene, TakesOtherFilesForThoseThatTheSceneIncludes) {
 
 TEST(LoadScene, NamesAMissingFile) {
   EXPECT_THAT(ErrorOf("no/such/model.xml"), HasSubstr("no/such/model.xml"));
+}
+
+TEST(LoadScene, ReadsNoFileLargerThanAModelCanBe) {
+  const std::string huge = ::testing::TempDir() + "huge.xml";
+  std::ofstream{huge};
+  std::filesystem::resize_file(huge, (64 << 20) + 1);  // takes no space
+  const std::string said = huge + ": is larger than 64 MiB";
+  EXPECT_EQ(ErrorOf(huge), said);
+  EXPECT_EQ(testing::MessageOf([&] {
+              LoadScene({WriteModel(kSmallest), {{"vehicle.xml", huge}}}, {});
+            }),
+            said);
+  std::filesystem::remove(huge);
 }
 
 TEST(LoadScene, PassesOnTheLineOfAnXmlError) {

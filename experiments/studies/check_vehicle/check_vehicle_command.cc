@@ -62,6 +62,11 @@ bool IsForeign(const std::string& file) {
   }
 }
 
+// A file's name is any text: as JSON it is the same in YAML.
+std::string VehicleModel(const std::string& file) {
+  return "vehicle_model=" + report::JsonLine(report::Json(file));
+}
+
 int Check(const CheckArguments& arguments) {
   if (arguments.names) {
     std::fputs(NamesTable(false).c_str(), stdout);
@@ -72,14 +77,19 @@ int Check(const CheckArguments& arguments) {
   if (!arguments.figure.empty()) media::RequireFigurePath(arguments.figure);
   system::OutputPlan()
       .Reads(arguments.file)
+      .Reads(std::filesystem::path(arguments.file).replace_extension(".yaml").string())
       .Reads(arguments.scenario)
       .Writes(arguments.figure)
       .Writes(arguments.mjcf)
       .Require();
   if (IsForeign(arguments.file)) ReportForeign(arguments.file, arguments.mjcf);
-  std::vector<std::string> assignments = {"vehicle_model=" + arguments.file};
+  std::vector<std::string> assignments = {VehicleModel(arguments.file)};
   assignments.insert(assignments.end(), arguments.assignments.begin(), arguments.assignments.end());
-  const VehicleCheck check = CheckVehicle(trial::LoadScenario(arguments.scenario, assignments));
+  const trial::Scenario scenario = trial::LoadScenario(arguments.scenario, assignments);
+  if (!arguments.mjcf.empty())
+    throw ConfigError("--mjcf " + arguments.mjcf,
+                      arguments.file + " is MJCF already: there is nothing to convert");
+  const VehicleCheck check = CheckVehicle(scenario);
   if (!arguments.figure.empty()) WriteCheckFigure(arguments.figure, check);
   std::fputs((arguments.json ? report::JsonText(check) : CheckText(check)).c_str(), stdout);
   return check.problems.empty() ? app::kExitDone : app::kExitCheckFailed;

@@ -122,8 +122,8 @@ void AddEstimate(app::CommandLine& line) {
                "Rig file, or OpenCV's stereo calibration (may be repeated: intrinsics, "
                "extrinsics; T in metres); the default rig unless given");
   estimate.Add("--marker", arguments.marker, "Marker file; the default marker unless given");
-  estimate.Add("--preset", arguments.preset,
-               "Setting of the search: default or published; as --set estimator.preset=");
+  estimate.Add("--preset", arguments.preset, "Setting of the search; as --set estimator.preset=")
+      .OneOf({NameOf(vision::Preset::kDefault), NameOf(vision::Preset::kPublished)});
   estimate
       .Add("--frames", input.frames,
            "Still images: frames they are seen for (30); sequences: at most so many")

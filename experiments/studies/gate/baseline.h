@@ -63,6 +63,10 @@ BaselineCondition MakeBaselineCondition(const GateCondition& condition,
 // The file's text, with its checksum.
 std::string BaselineText(const Baseline& baseline);
 
+// ConfigError when a file stands there that no gate wrote: a baseline is replaced, also one that is
+// damaged or of another schema, anything else never.
+void RequireReplaceable(const std::string& file);
+
 // Reads a file. ConfigError when it is missing, from another schema, or its text is not as it was
 // written.
 Baseline LoadBaseline(const std::string& file);

@@ -4,7 +4,6 @@
 #include <cctype>
 #include <cstdio>
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,6 +24,7 @@
 #include "experiments/studies/run/shown_trial.h"
 #include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"
+#include "experiments/system/plain_text.h"
 #include "sim/base/check.h"
 
 namespace turbidock::gate {
@@ -62,6 +62,8 @@ farm::FarmOptions FarmOf(const GateArguments& arguments, app::Progress* progress
       [progress](const std::string& text) { progress->Say("  " + text); });
 }
 
+std::string FailuresOf(const GateArguments& arguments) { return arguments.out + "/failures"; }
+
 // With what the gate reads.
 system::OutputPlan OutputsOf(const GateArguments& arguments, const GatePlan& plan) {
   system::OutputPlan outputs;
@@ -70,17 +72,18 @@ system::OutputPlan OutputsOf(const GateArguments& arguments, const GatePlan& pla
   return outputs;
 }
 
-int UpdateBaseline(const GateArguments& arguments, const GatePlan& plan) {
-  if (!arguments.assignments.empty())
-    throw ConfigError("--update measures the gate as it is written, without --set");
-  std::optional<Baseline> before;
-  if (fs::exists(plan.baseline)) {
-    try {
-      before = LoadBaseline(plan.baseline);
-    } catch (const ConfigError& error) {
-      std::fprintf(stderr, "the old baseline cannot be compared: %s\n", error.what());
-    }
+// The baseline that is replaced; an empty one where there is none, or none that can be read.
+Baseline OldBaseline(const std::string& file, app::Progress* progress) {
+  if (!fs::exists(file)) return {};
+  try {
+    return LoadBaseline(file);
+  } catch (const ConfigError& error) {
+    progress->Say(std::string("the old baseline cannot be compared: ") + error.what());
+    return {};
   }
+}
+
+int UpdateBaseline(const GateArguments& arguments, const GatePlan& plan) {
   OutputsOf(arguments, plan).Writes(plan.baseline).Require();
   app::Progress progress(arguments.quiet);
   const farm::FarmOptions farm = FarmOf(arguments, &progress);
@@ -88,9 +91,9 @@ int UpdateBaseline(const GateArguments& arguments, const GatePlan& plan) {
       plan, MakeGateRunner(plan, {}, farm, app::CatchStopSignals()), AtOnce(farm),
       [&](int done, int all) { progress.ShowDone(done, all, "trials", kLogEvery_s); });
   now.build = system::BuildId();
+  const Baseline before = OldBaseline(plan.baseline, &progress);
   system::WriteWhole(plan.baseline, BaselineText(now));
-  for (const std::string& line : DescribeChange(before.value_or(Baseline{}), now))
-    progress.Say(line);
+  for (const std::string& line : DescribeChange(before, now)) progress.Say(line);
   progress.Say("written to " + plan.baseline);
   return app::kExitDone;
 }
@@ -132,9 +135,9 @@ void WriteBundles(const GateArguments& arguments, const GatePlan& plan, const Ga
       const auto& failing = condition.newly_failing_seeds;
       if (std::find(failing.begin(), failing.end(), trial.seed) == failing.end()) continue;
       if (left-- <= 0) return;
-      WriteBundle(arguments.out + "/failures", plan.conditions[i], arguments.assignments, trial);
-      progress->Say(fmt::format("  {}, seed {}: {}; in {}/failures", condition.name, trial.seed,
-                                NameOf(trial.outcome), arguments.out));
+      WriteBundle(FailuresOf(arguments), plan.conditions[i], arguments.assignments, trial);
+      progress->Say(fmt::format("  {}, seed {}: {}; in {}", condition.name, trial.seed,
+                                NameOf(trial.outcome), FailuresOf(arguments)));
     }
   }
 }
@@ -150,8 +153,10 @@ int JudgeAgainstBaseline(const GateArguments& arguments, const GatePlan& plan) {
   if (!arguments.figure.empty()) media::RequireFigurePath(arguments.figure);
   system::OutputPlan outputs = OutputsOf(arguments, plan);
   outputs.Reads(plan.baseline).Writes(arguments.figure);
-  if (!arguments.out.empty())
-    outputs.WritesInto(arguments.out, {"summary.json", "junit.xml", "summary.md"});
+  if (!arguments.out.empty()) {
+    outputs.WritesInto(arguments.out, {"summary.json", "junit.xml", "summary.md", "report.html"});
+    if (arguments.bundles > 0) outputs.WritesInto(FailuresOf(arguments), {});
+  }
   outputs.Require();
   app::Progress progress(arguments.quiet);
   const farm::FarmOptions farm = FarmOf(arguments, &progress);
@@ -192,42 +197,35 @@ int JudgeAgainstBaseline(const GateArguments& arguments, const GatePlan& plan) {
 
 // ----------------------------------------------------------------------- how many trials it takes
 
-void RequireRates(const GateArguments& arguments) {
-  const auto require = [](const char* option, double value, double low, double high) {
-    if (!(value > low && value < high))
-      throw ConfigError(fmt::format("{} = {:g} must be in ({:g}, {:g})", option, value, low, high));
-  };
-  require("--rate", arguments.rate, 0, 1);
-  require("--margin", arguments.margin, 0, arguments.rate);
-  require("--alpha", arguments.alpha, 0, 1);
-  require("--beta", arguments.beta, 0, 1);
-}
-
-statistics::RateTestDesign DesignOf(const GateArguments& arguments) {
-  RequireRates(arguments);
-  statistics::RateTestDesign design{.no_worse = arguments.rate,
-                                    .worse = arguments.rate - arguments.margin,
-                                    .alpha = arguments.alpha,
-                                    .beta = arguments.beta,
-                                    .max_trials = arguments.max_trials};
-  constexpr double kUndecided = 0.01;
-  if (design.max_trials == 0) design.max_trials = statistics::TrialsToDecide(design, kUndecided);
-  return design;
+// Beside the options' own ranges: the rate that is worse must be one, too.
+void RequireMargin(const GateArguments& arguments) {
+  const double most = arguments.rate - statistics::kLeastProbability;
+  if (arguments.margin > most)
+    throw ConfigError(fmt::format("--margin = {:g} must be at most {:g} for a --rate of {:g}",
+                                  arguments.margin, most, arguments.rate));
 }
 
 constexpr uint64_t kSimulationSeed = 1;
 
 int PlanSize(const GateArguments& arguments) {
-  const statistics::RateTestDesign design = DesignOf(arguments);
-  const statistics::RateTest test(design);
-  const statistics::FixedTest fixed = statistics::FixedSampleTest(design);
-  const int64_t sequences = arguments.simulate > 0 ? arguments.simulate : 10000;
+  RequireMargin(arguments);
   if (!arguments.figure.empty()) media::RequireFigurePath(arguments.figure);
   system::OutputPlan outputs;
   outputs.Writes(arguments.figure);
   if (!arguments.out.empty()) outputs.WritesInto(arguments.out, {"error_rates.png"});
   outputs.Require();
 
+  statistics::RateTestDesign design{.no_worse = arguments.rate,
+                                    .worse = arguments.rate - arguments.margin,
+                                    .alpha = arguments.alpha,
+                                    .beta = arguments.beta,
+                                    .max_trials = arguments.max_trials};
+  // The first to know that no test is short enough.
+  const statistics::FixedTest fixed = statistics::FixedSampleTest(design);
+  if (design.max_trials == 0)
+    design.max_trials = statistics::TrialsToDecide(design, /*inconclusive=*/0.01);
+  const statistics::RateTest test(design);
+  const int64_t sequences = arguments.simulate > 0 ? arguments.simulate : 10000;
   auto exact = Json::array(), counted = Json::array();
   report::Table expected(
       {"<known old rate, exact", "new rate", "fail", "pass", "inconclusive", "trials", "fewer by"});
@@ -285,7 +283,7 @@ int PlanSize(const GateArguments& arguments) {
     std::fprintf(
         stderr,
         "%s: counted rates differ from the exact ones by %.1f standard deviations at most\n",
-        path.c_str(), deviations);
+        system::Printable(path).c_str(), deviations);
   }
   return app::kExitDone;
 }
@@ -293,15 +291,10 @@ int PlanSize(const GateArguments& arguments) {
 // -------------------------------------------------------------------------- conditions to watch
 
 int Design(const GateArguments& arguments) {
-  RequireRates(arguments);
-  if (!arguments.plan.empty() || arguments.update)
-    throw ConfigError("--design makes a gate: it takes neither a gate's file nor --update");
-  if (arguments.results.empty())
-    throw ConfigError("--design: give --results too, the file of a batch of this plan");
+  RequireMargin(arguments);
   if (!arguments.figure.empty()) media::RequireFigurePath(arguments.figure);
   const farm::Plan plan = farm::LoadPlan(
       arguments.design, {.assignments = arguments.assignments, .plugins = arguments.plugins});
-  const farm::ResultStore results = farm::ResultStore::Read(arguments.results);
   system::OutputPlan outputs;
   outputs.Reads(arguments.design).Reads(arguments.results).Writes(arguments.figure);
   if (!arguments.out.empty())
@@ -314,7 +307,7 @@ int Design(const GateArguments& arguments) {
                         .budget_s = arguments.budget_s,
                         .workers = arguments.farm.workers.value_or(app::AvailableCores())};
   if (arguments.max_trials > 0) options.most_trials = arguments.max_trials;
-  const std::vector<Candidate> candidates = CandidatesOf(plan, results);
+  const std::vector<Candidate> candidates = CandidatesOf(plan, arguments.results);
   const GateDesign design = DesignGate(candidates, options);
   fmt::print("{}", arguments.json ? DesignJson(design, options) : DesignTable(design, options));
   if (!arguments.figure.empty()) WriteDesignFigure(arguments.figure, design, options);
@@ -328,16 +321,13 @@ int Design(const GateArguments& arguments) {
     fmt::print(stderr,
                "gate.yaml, design.json and design.png in {0}; its baseline is next:\n"
                "turbidock gate {0}/gate.yaml --update\n",
-               arguments.out);
+               system::Printable(arguments.out));
   return app::kExitDone;
 }
 
 int Gate(const GateArguments& arguments) {
   if (!arguments.design.empty()) return Design(arguments);
-  if (!arguments.results.empty()) throw ConfigError("--results goes with --design");
   if (arguments.plan_size || arguments.simulate > 0) return PlanSize(arguments);
-  if (arguments.update && !arguments.figure.empty())
-    throw ConfigError("--figure draws a verdict; --update judges nothing");
   if (arguments.plan.empty()) throw ConfigError("gate: which gate? Give its file");
   GatePlan plan = LoadGatePlan(arguments.plan, arguments.plugins);
   if (!arguments.baseline.empty()) plan.baseline = arguments.baseline;
@@ -358,48 +348,72 @@ void AddGate(app::CommandLine& line) {
   gate.Footer(
       "Exit codes: 0 pass, 1 fail, 2 bad input, 3 inconclusive: the trials allowed are spent,\n"
       "4 a trial could not be run.");
-  gate.Add("gate", arguments.plan, "The gate's YAML file");
-  gate.Add("--baseline", arguments.baseline, "Another baseline file than the gate's");
+  const app::Option plan = gate.Add("gate", arguments.plan, "The gate's YAML file");
+  app::Option baseline =
+      gate.Add("--baseline", arguments.baseline, "Another baseline file than the gate's");
   gate.Add("--out", arguments.out,
            "Folder for report.html, summary.json, junit.xml, summary.md, failures/");
-  gate.Add("--figure FILE", arguments.figure,
-           "Draw the tests' way to the verdict: .png, .svg or .pdf; with --plan-size error rates");
+  const app::Option figure = gate.Add(
+      "--figure FILE", arguments.figure,
+      "Draw the tests' way to the verdict: .png, .svg or .pdf; with --plan-size error rates");
   arguments.farm.AddTo(&gate, "Processes that run trials", app::AvailableCores());
-  gate.AddSet(arguments.assignments,
-              "Set one scenario key in every condition, as if the build had it so");
-  gate.Add("--bundles", arguments.bundles,
-           "Trials with video of newly failing seeds in failures/, at most")
-      .NotNegative();
-  gate.Flag("--update", arguments.update,
-            "Measure the baseline anew, write it, and say what changed");
-  gate.Flag("--json", arguments.json, "Print summary.json on stdout");
+  const app::Option set = gate.AddSet(
+      arguments.assignments, "Set one scenario key in every condition, as if the build had it so");
+  app::Option bundles = gate.Add("--bundles", arguments.bundles,
+                                 "Trials with video of newly failing seeds in failures/, at most")
+                            .NotNegative();
+  app::Option update = gate.Flag("--update", arguments.update,
+                                 "Measure the baseline anew, write it, and say what changed");
+  const app::Option json = gate.Flag("--json", arguments.json, "Print summary.json on stdout");
   gate.AddQuiet(arguments.quiet);
   const char* designs =
       "Which conditions to watch (no gate needed; --rate, --margin, --alpha, --beta)";
-  gate.Add("--design PLAN", arguments.design,
-           "Choose conditions, margins and numbers of trials among the cells of this plan;\n"
-           "--out: gate.yaml, design.json, design.png")
-      .Group(designs);
-  gate.Add("--results FILE", arguments.results, "A batch of that plan").Group(designs);
-  gate.Add("--budget", arguments.budget_s,
-           "Seconds that a build without change may take, by --workers")
-      .Between(0.1, 1e7)
-      .Group(designs);
+  app::Option design =
+      gate.Add("--design PLAN", arguments.design,
+               "Choose conditions, margins and numbers of trials among the cells of this plan;\n"
+               "--out: gate.yaml, design.json, design.png")
+          .Group(designs);
+  app::Option results =
+      gate.Add("--results FILE", arguments.results, "A batch of that plan").Group(designs);
+  app::Option budget = gate.Add("--budget", arguments.budget_s,
+                                "Seconds that a build without change may take, by --workers")
+                           .Between(0.1, 1e7)
+                           .Group(designs);
   const char* group = "How many trials it takes (no gate needed)";
-  gate.Flag("--plan-size", arguments.plan_size, "Print expected and most trials for these rates")
-      .Group(group);
-  gate.Add("--simulate", arguments.simulate,
-           "The same, with this many simulated sequences a setting; --out: error_rates.png")
-      .Between(1, 100000000)
-      .Group(group);
-  gate.Add("--rate", arguments.rate, "Success rate that is no worse").Group(group);
-  gate.Add("--margin", arguments.margin, "Loss of success rate that matters").Group(group);
-  gate.Add("--alpha", arguments.alpha, "Chance of a false alarm").Group(group);
-  gate.Add("--beta", arguments.beta, "Chance to miss a loss of the margin").Group(group);
-  gate.Add("--max-trials", arguments.max_trials,
-           "Trials at most; else as many as leave 1 % undecided")
-      .Between(1, 10000)
-      .Group(group);
+  app::Option plan_size = gate.Flag("--plan-size", arguments.plan_size,
+                                    "Print expected and most trials for these rates")
+                              .Group(group);
+  app::Option simulate =
+      gate.Add("--simulate", arguments.simulate,
+               "The same, with this many simulated sequences a setting; --out: error_rates.png")
+          .Between(1, 100000000)
+          .Group(group);
+  constexpr double kLeast = statistics::kLeastProbability;
+  app::Option rate = gate.Add("--rate", arguments.rate, "Success rate that is no worse")
+                         .Between(2 * kLeast, 1 - kLeast)
+                         .Group(group);
+  app::Option margin = gate.Add("--margin", arguments.margin, "Loss of success rate that matters")
+                           .Between(kLeast, 1 - 2 * kLeast)
+                           .Group(group);
+  app::Option alpha = gate.Add("--alpha", arguments.alpha, "Chance of a false alarm")
+                          .Between(kLeast, 1 - kLeast)
+                          .Group(group);
+  app::Option beta = gate.Add("--beta", arguments.beta, "Chance to miss a loss of the margin")
+                         .Between(kLeast, 1 - kLeast)
+                         .Group(group);
+  app::Option max_trials = gate.Add("--max-trials", arguments.max_trials,
+                                    "Trials at most; else as many as leave 1 % undecided")
+                               .Between(1, 10000)
+                               .Group(group);
+
+  // What goes with a gate's file, with a plan of candidates, with rates alone.
+  for (app::Option option : {baseline, bundles, update}) option.Needs(plan);
+  for (app::Option option : {design, plan_size, simulate, rate, margin, alpha, beta, max_trials})
+    option.Excludes(plan);
+  for (app::Option option : {results, budget}) option.Needs(design);
+  design.Needs(results);
+  for (app::Option option : {plan_size, simulate}) option.Excludes(design).Excludes(set);
+  for (const app::Option& option : {figure, set, bundles, json}) update.Excludes(option);
 }
 
 }  // namespace turbidock::gate

@@ -1,7 +1,6 @@
 #include "experiments/studies/gate/gate_design.h"
 
 #include <fmt/format.h>
-#include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 #include <boost/math/distributions/normal.hpp>
@@ -9,12 +8,16 @@
 #include <filesystem>
 #include <iterator>
 #include <limits>
+#include <optional>
 
+#include "experiments/config/yaml_node.h"
+#include "experiments/farm/result_store.h"
 #include "experiments/media/plot.h"
 #include "experiments/report/json.h"
 #include "experiments/report/table.h"
 #include "experiments/statistics/intervals.h"
 #include "experiments/statistics/sequential_test.h"
+#include "experiments/studies/gate/gate_plan.h"
 #include "sim/base/check.h"
 
 namespace turbidock::gate {
@@ -103,7 +106,8 @@ DesignedCondition Designed(const Candidate& candidate, const DesignOptions& opti
   designed.power = test.AtLoss(lost).p_fail;
   for (const MedianMeasure& measure : kMedianMeasures) {
     std::vector<double> values;
-    for (const Quality& quality : candidate.docked_well) values.push_back(quality.*measure.value);
+    for (const Quality& quality : candidate.docked_well)
+      if (std::isfinite(quality.*measure.value)) values.push_back(quality.*measure.value);
     designed.margins.median.*measure.value =
         MedianMargin(values, kLeastMargins.*measure.value, options.beta, most);
   }
@@ -160,21 +164,41 @@ std::string CellText(const farm::Plan& plan, int64_t cell) {
   return trial::SaveScenario(scenario);
 }
 
-void RequireSameCells(const farm::Plan& plan, const farm::ResultStore& results) {
-  const farm::Plan flown(results.header().plan, "the results' plan", {.plugins = plan.plugins()});
+void RequireSameCells(const farm::Plan& plan, const farm::ResultStore& results,
+                      const std::string& file) {
+  const farm::Plan flown(results.header().plan, file + " (its plan)", {.plugins = plan.plugins()});
+  const std::string other = file + ": the results are of another plan: theirs ";
   if (flown.keys() != plan.keys() || flown.cells() != plan.cells())
-    throw ConfigError(
-        "the results are of another plan: theirs has other keys or another number of cells");
+    throw ConfigError(other + "has other keys or another number of cells");
   for (int64_t cell = 0; cell < plan.cells(); ++cell)
     if (CellText(flown, cell) != CellText(plan, cell))
-      throw ConfigError("the results are of another plan: theirs differs in " +
-                        plan.CellOf(cell).name);
+      throw ConfigError(other + "differs in " + plan.CellOf(cell).name);
+}
+
+// What a trial took, processor time if that is known.
+std::optional<double> SecondsOf(const trial::TrialRecord& record) {
+  for (const double seconds : {record.cpu_time_s, record.wall_time_s})
+    if (std::isfinite(seconds) && seconds > 0) return seconds;
+  return std::nullopt;
+}
+
+// A condition's `set`; of a key that is given twice, by a plan and a command line, the last.
+config::YamlNode SetOf(const std::vector<farm::Parameter>& settings) {
+  const config::YamlNode nothing = config::ParseYaml("{}", "set");
+  config::YamlNode set = nothing;
+  for (const farm::Parameter& p : settings) {
+    const config::YamlNode value = config::ParseYamlValue(p.value, {nullptr, "set", p.key});
+    set = set.With(ValuesBelow(nothing.With({{p.key, value}})));
+  }
+  return set;
 }
 
 }  // namespace
 
-std::vector<Candidate> CandidatesOf(const farm::Plan& plan, const farm::ResultStore& results) {
-  RequireSameCells(plan, results);
+std::vector<Candidate> CandidatesOf(const farm::Plan& plan, const std::string& file) {
+  const farm::ResultStore results = farm::ResultStore::Read(file);
+  RequireSameCells(plan, results, file);
+  const auto fail = [&file](const std::string& why) { throw ConfigError(file + ": " + why); };
   std::vector<Candidate> candidates(static_cast<size_t>(plan.cells()));
   for (int64_t cell = 0; cell < plan.cells(); ++cell) {
     const farm::Plan::Cell of = plan.CellOf(cell);
@@ -189,19 +213,22 @@ std::vector<Candidate> CandidatesOf(const farm::Plan& plan, const farm::ResultSt
   std::vector<std::vector<double>> seconds(candidates.size());
   for (const farm::StoredTrial& trial : results.Trials()) {
     if (!trial.record.ended()) continue;
+    if (trial.cell < 0 || trial.cell >= plan.cells())
+      fail(fmt::format("is damaged: trial {} is of cell {}, must be in [0, {}]", trial.trial,
+                       trial.cell, plan.cells() - 1));
     const auto cell = static_cast<size_t>(trial.cell);
-    Candidate& candidate = candidates.at(cell);
+    Candidate& candidate = candidates[cell];
     ++candidate.trials;
     candidate.docked += trial.record.outcome == trial::Outcome::kDocked;
-    seconds[cell].push_back(trial.record.cpu_time_s > 0 ? trial.record.cpu_time_s
-                                                        : trial.record.wall_time_s);
+    if (const auto took = SecondsOf(trial.record)) seconds[cell].push_back(*took);
     if (trial.record.outcome != trial::Outcome::kDocked) continue;
     candidate.docked_well.push_back(QualityOf(trial.record));
   }
   for (size_t i = 0; i < candidates.size(); ++i) {
     if (candidates[i].trials == 0)
-      throw ConfigError(candidates[i].name + ": has no trials yet; finish the batch");
-    candidates[i].trial_s = statistics::Median(seconds[i]).value_or(0);
+      fail(candidates[i].name + ": has no trials yet; finish the batch");
+    if (seconds[i].empty()) fail(candidates[i].name + ": no trial of it says how long it took");
+    candidates[i].trial_s = *statistics::Median(seconds[i]);
   }
   return candidates;
 }
@@ -226,18 +253,20 @@ GateDesign DesignGate(const std::vector<Candidate>& candidates, const DesignOpti
         100 * kEdgeLow, 100 * kEdgeHigh, rates));
   }
 
+  // Where the easiest is at the edge nothing is easy: there is none beside the others.
+  const int beside = IsEdge(easiest) ? 0 : 1;
   // Each number of conditions shares alpha its own way.
   const double workers = options.workers;
   double least_s = std::numeric_limits<double>::infinity();
-  for (int many = 1; many < kMostConditions; ++many) {
-    std::vector<DesignedCondition> chosen;
-    const DesignedCondition easy = Designed(easiest, options, many + 1, true);
-    double seconds = easy.unchanged_s / workers;
+  for (int many = 1; many + beside <= kMostConditions; ++many) {
+    std::vector<DesignedCondition> chosen, easy;
+    if (beside) easy.push_back(Designed(easiest, options, many + beside, true));
+    double seconds = easy.empty() ? 0 : easy[0].unchanged_s / workers;
     std::vector<const Candidate*> left = edge, taken;
     while (static_cast<int>(chosen.size()) < many && !left.empty()) {
       std::vector<Offer> offers;
       for (const Candidate* candidate : left) {
-        Offer offer{candidate, Designed(*candidate, options, many + 1, false)};
+        Offer offer{candidate, Designed(*candidate, options, many + beside, false)};
         const double with_it_s = seconds + offer.condition.unchanged_s / workers;
         if (chosen.empty()) least_s = std::min(least_s, with_it_s);
         if (with_it_s <= options.budget_s) offers.push_back(std::move(offer));
@@ -250,8 +279,8 @@ GateDesign DesignGate(const std::vector<Candidate>& candidates, const DesignOpti
       std::erase(left, best.candidate);
     }
     if (static_cast<int>(chosen.size()) < many) break;
-    chosen.push_back(easy);
-    const double power = PowerOf(chosen, options, many + 1, options.to);
+    chosen.insert(chosen.end(), easy.begin(), easy.end());
+    const double power = PowerOf(chosen, options, many + beside, options.to);
     if (power <= design.power) continue;
     design.chosen = chosen;
     design.unchanged_s = seconds;
@@ -268,28 +297,23 @@ GateDesign DesignGate(const std::vector<Candidate>& candidates, const DesignOpti
 std::string GateYaml(const GateDesign& design, const std::vector<Candidate>& candidates,
                      const DesignOptions& options, const std::string& baseline,
                      const std::string& folder) {
-  const auto quoted = [](const std::string& text) {
-    YAML::Emitter out;
-    out << YAML::DoubleQuoted << text;
-    return std::string(out.c_str());
-  };
+  const auto quoted = [](const std::string& word) { return config::TextNode(word, {}).OneLine(); };
   std::string text = fmt::format(
       "# Chosen by `turbidock gate --design` to notice what takes a success rate of {:g} to {:g}: "
       "power {:.2f},\n"
       "# {:.0f} s by {} workers for a build without change.\n"
       "schema_version: 1\ndescription: designed to notice a loss\nbaseline: {}\nalpha: {:g}\n"
       "beta: {:g}\nconditions:\n",
-      options.from, options.to, design.power, design.unchanged_s, options.workers, baseline,
+      options.from, options.to, design.power, design.unchanged_s, options.workers, quoted(baseline),
       options.alpha, options.beta);
   for (const DesignedCondition& c : design.chosen) {
     const Candidate& candidate = *std::ranges::find(candidates, c.name, &Candidate::name);
     std::string scenario = candidate.scenario;
     if (std::error_code ignored; fs::is_regular_file(scenario, ignored))
       scenario = fs::relative(scenario, folder.empty() ? "." : folder).string();
-    std::vector<std::string> set;
-    for (const farm::Parameter& p : candidate.settings) set.push_back(p.key + ": " + p.value);
     text += fmt::format("  - name: {}\n    scenario: {}\n", quoted(c.name), quoted(scenario));
-    if (!set.empty()) text += fmt::format("    set: {{{}}}\n", fmt::join(set, ", "));
+    const config::YamlNode set = SetOf(candidate.settings);
+    if (!set.Entries().empty()) text += "    set: " + set.OneLine() + "\n";
     std::vector<std::string> margins;
     GateMargins::Fields(c.margins, [&](const char* key, double margin, auto&&...) {
       margins.push_back(fmt::format("{}: {:g}", key, margin));

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "experiments/farm/plan.h"
-#include "experiments/farm/result_store.h"
 #include "experiments/studies/gate/judge.h"
 #include "sim/base/result_fields.h"
 
@@ -30,9 +29,9 @@ struct Candidate {
   double rate() const { return (docked + 0.5) / (trials + 1.0); }
 };
 
-// From a batch of the plan. ConfigError when the results are another plan's, or its trials are
-// drawn: a gate's conditions are fixed.
-std::vector<Candidate> CandidatesOf(const farm::Plan& plan, const farm::ResultStore& results);
+// From the file of a batch of the plan. ConfigError when the results are another plan's or damaged,
+// or its trials are drawn: a gate's conditions are fixed.
+std::vector<Candidate> CandidatesOf(const farm::Plan& plan, const std::string& file);
 
 struct DesignOptions {
   double from = 0.95, to = 0.85;    // the loss to notice, as above
@@ -62,14 +61,15 @@ inline constexpr int kMostConditions = 4;
 
 struct GateDesign {
   std::vector<DesignedCondition> candidates;  // each by itself, in the plan's order
-  std::vector<DesignedCondition> chosen;      // those at the edge first, at last the easy one
+  std::vector<DesignedCondition> chosen;      // those at the edge first, at last an easy one
   double unchanged_s = 0;                     // wall time, by all workers
   double power = 0;                           // that at least one of them fails
 };
 
 // Chooses one by one whatever adds most power within the budget, of different kinds (keys that are
-// set) as far as there are any, of those alike the cheapest; and beside them the easiest condition.
-// ConfigError when no candidate is at the edge, or the budget does not pay for one.
+// set) as far as there are any, of those alike the cheapest; and beside them the easiest condition,
+// unless that is at the edge itself. ConfigError when no candidate is at the edge, or the budget
+// does not pay for one.
 GateDesign DesignGate(const std::vector<Candidate>& candidates, const DesignOptions& options);
 
 // The gate's file. Scenario files are named as seen from `folder`.

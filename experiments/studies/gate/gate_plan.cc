@@ -16,15 +16,24 @@ namespace fs = std::filesystem;
 
 constexpr const char* kSetKey = "set";
 
-// "a.b=1" for every value below a group.
-void AddAssignments(const config::YamlNode& group, const std::string& prefix,
-                    std::vector<std::string>* assignments) {
-  if (!group.IsMap()) group.Fail("must be a group of scenario keys");
+void AddValues(const config::YamlNode& group, const std::string& prefix,
+               std::vector<std::pair<std::string, config::YamlNode>>* values) {
   for (const auto& [key, value] : group.Entries())
     if (value.IsMap())
-      AddAssignments(value, prefix + key + ".", assignments);
+      AddValues(value, prefix + key + ".", values);
     else
-      assignments->push_back(prefix + key + "=" + value.OneLine());
+      values->emplace_back(prefix + key, value);
+}
+
+// "a.b=1" for every value below a group.
+std::vector<std::string> AssignmentsIn(const config::YamlNode& set) {
+  std::vector<std::string> assignments;
+  std::set<std::string> keys;
+  for (const auto& [key, value] : ValuesBelow(set)) {
+    if (!keys.insert(key).second) value.Fail("this key is given twice");
+    assignments.push_back(key + "=" + value.OneLine());
+  }
+  return assignments;
 }
 
 GateCondition ReadCondition(const config::YamlNode& node, const GatePlan& plan,
@@ -36,7 +45,7 @@ GateCondition ReadCondition(const config::YamlNode& node, const GatePlan& plan,
   config::ReadFields(node, &condition, origins, {kSetKey});
   if (condition.name.empty()) node.Fail("a condition needs a name");
   if (condition.scenario.empty()) node.Fail("a condition needs a scenario");
-  if (const auto set = node.Find(kSetKey)) AddAssignments(*set, "", &condition.assignments);
+  if (const auto set = node.Find(kSetKey)) condition.assignments = AssignmentsIn(*set);
 
   std::error_code ignored;
   const fs::path beside = folder / condition.scenario;
@@ -62,6 +71,10 @@ trial::Scenario GateCondition::Load(const std::vector<std::string>& more_assignm
                                     int64_t seed) const {
   std::vector<std::string> all = assignments;
   all.insert(all.end(), more_assignments.begin(), more_assignments.end());
+  for (const std::string& assignment : all)
+    if (assignment.starts_with("seed="))
+      throw ConfigError("--set " + assignment +
+                        ": the gate gives each trial its seed; set the gate's own `seed`");
   all.push_back("seed=" + std::to_string(seed));
   return trial::LoadScenario(scenario_file, all, "", plugins);
 }
@@ -90,6 +103,12 @@ JudgeOptions GatePlan::OptionsFor(const GateCondition& condition, bool paired) c
 
 int64_t GatePlan::SeedOf(int trial) const {
   return SeedTree(static_cast<uint64_t>(seed)).TrialSeed(trial);
+}
+
+std::vector<std::pair<std::string, config::YamlNode>> ValuesBelow(const config::YamlNode& group) {
+  std::vector<std::pair<std::string, config::YamlNode>> values;
+  AddValues(group, "", &values);
+  return values;
 }
 
 GatePlan LoadGatePlan(const std::string& file, const trial::Plugins& plugins) {

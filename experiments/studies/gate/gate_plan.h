@@ -18,11 +18,16 @@
 
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "experiments/studies/gate/judge.h"
 #include "experiments/trial/scenario.h"
 #include "sim/base/fields.h"
+
+namespace turbidock::config {
+struct YamlNode;
+}
 
 namespace turbidock::gate {
 
@@ -50,8 +55,8 @@ struct GateCondition : GateDefaults {
   static void Fields(auto& self, auto&& field) {
     field("name", self.name, Finite(), "what reports call it");
     field("scenario", self.scenario, Finite(), "a bundled scenario, or a file beside the gate's");
-    field("alpha", self.alpha, Between(0, 1), "chance of a false alarm");
-    field("beta", self.beta, Between(0, 1), "chance to pass what is worse by a margin");
+    field("alpha", self.alpha, TestedProbability(), "chance of a false alarm");
+    field("beta", self.beta, TestedProbability(), "chance to pass what is worse by a margin");
     field("max_trials", self.max_trials, InRange(1, 10000), "trials at most");
     field("margins", self.margins, Finite(), "changes for the worse that matter");
   }
@@ -62,6 +67,7 @@ struct GateCondition : GateDefaults {
   std::string digest;                    // of the scenario file's content and the assignments
   trial::Plugins plugins;                // what else the scenario may choose
 
+  // ConfigError for a scenario that cannot be loaded, or a seed among the assignments.
   trial::Scenario Load(const std::vector<std::string>& more_assignments, int64_t seed) const;
 };
 
@@ -81,8 +87,8 @@ struct GatePlan : GateDefaults {
     field("seed", self.seed, AtLeast(0),
           "root of the trials' seeds; another than the baseline's compares without pairs");
     field("baseline", self.baseline, Finite(), "the baseline's file, beside the gate's");
-    field("alpha", self.alpha, Between(0, 1), "chance of a false alarm");
-    field("beta", self.beta, Between(0, 1),
+    field("alpha", self.alpha, TestedProbability(), "chance of a false alarm");
+    field("beta", self.beta, TestedProbability(),
           "chance that a measure that is worse by its margin passes");
     field("alpha_covers", self.alpha_covers, Finite(),
           "what alpha bounds the false alarms of: the whole gate, a condition, or one test");
@@ -100,5 +106,8 @@ struct GatePlan : GateDefaults {
 // Reads a gate's file. ConfigError for whatever is wrong in it, also for a scenario that cannot be
 // loaded.
 GatePlan LoadGatePlan(const std::string& file, const trial::Plugins& plugins = {});
+
+// Every value below a group of scenario keys, with its dotted key.
+std::vector<std::pair<std::string, config::YamlNode>> ValuesBelow(const config::YamlNode& group);
 
 }  // namespace turbidock::gate

@@ -82,13 +82,19 @@ struct GateTrial {
   }
 };
 
+// Of error rates and of what a success rate may lose: what the tests are exact for.
+inline Range TestedProbability() {
+  return InRange(statistics::kLeastProbability, 1 - statistics::kLeastProbability);
+}
+
 // The changes for the worse that matter. Zero: not judged.
 struct GateMargins {
   double success_rate = 0.1;
   Quality median;  // all positive, also where less is worse
 
   static void Fields(auto& self, auto&& field) {
-    field("success_rate", self.success_rate, Between(0, 1), "loss of success rate that matters");
+    field("success_rate", self.success_rate, TestedProbability(),
+          "loss of success rate that matters");
     field("time_s", self.median.time_s, AtLeast(0),
           "increase of the median time to dock that matters; 0: not judged");
     field("final_error_m", self.median.final_error_m, AtLeast(0),

@@ -5,12 +5,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <set>
+#include <sstream>
 
 #include "experiments/config/data_files.h"
 #include "experiments/config/nearest_name.h"
+#include "experiments/config/yaml_node.h"
 #include "experiments/report/table.h"
+#include "experiments/system/output_path.h"
+#include "experiments/system/plain_text.h"
 #include "experiments/trial/trial_view.h"
 #include "sim/base/units.h"
 
@@ -65,10 +68,11 @@ std::array<std::optional<size_t>, 4> FindColumns(const std::string& where,
 double ReadNumber(const std::string& where, const Column& column, const std::string& text) {
   const std::optional<double> value = report::NumberIn(text);
   if (!value)
-    throw ConfigError(fmt::format("{}{} = '{}', must be a number", where, column.name, text));
-  if (!column.range.Contains(*value))
     throw ConfigError(
-        fmt::format("{}{} = {}, {}", where, column.name, text, column.range.Sentence()));
+        fmt::format("{}{} = '{}', must be a number", where, column.name, system::Shortened(text)));
+  if (!column.range.Contains(*value))
+    throw ConfigError(fmt::format("{}{} = {}, {}", where, column.name, system::Shortened(text),
+                                  column.range.Sentence()));
   return *value;
 }
 
@@ -106,9 +110,13 @@ void SetBest(const std::map<double, std::pair<double, double>>& curve,
 }  // namespace
 
 std::vector<TableRow> ReadRecognitionTable(const std::string& path, MarkerKind marker) {
-  std::ifstream file(path);
+  std::string text = system::ReadWhole(path);
+  config::RequireText(text, {nullptr, path, ""});
+  constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";  // as spreadsheets write it
+  if (text.starts_with(kByteOrderMark)) text.erase(0, kByteOrderMark.size());
+  std::istringstream file(text);
   std::string line;
-  if (!std::getline(file, line)) throw ConfigError(path + ": cannot be read, or holds nothing");
+  if (!std::getline(file, line)) throw ConfigError(path + ": is empty");
   const std::vector<std::string> header = SplitLine(line);
   const auto places = FindColumns(path + ":1: ", header);
 

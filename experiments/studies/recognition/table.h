@@ -1,8 +1,8 @@
 #pragma once
 // Published tables of the recognition experiment, and how a simulated one compares.
 //
-// A table is CSV with a header: the columns milk_ml_m3, distance_mm and fitness_mean are needed,
-// fitness_std is optional, others are left alone.
+// A table is CSV in UTF-8 with a header: the columns milk_ml_m3, distance_mm and fitness_mean are
+// needed, fitness_std is optional, others are left alone.
 
 #include <map>
 #include <optional>
@@ -19,8 +19,8 @@ struct TableRow {
   std::optional<double> fitness_std;
 };
 
-// ConfigError "FILE:LINE: COLUMN = '...', must be ..." for whatever is wrong: a missing column,
-// what is no number, a value out of its range, a cell that occurs twice.
+// ConfigError "FILE:LINE: COLUMN = '...', must be ..." for whatever is wrong: no file, no text, a
+// missing column, what is no number, a value out of its range, a cell that occurs twice.
 std::vector<TableRow> ReadRecognitionTable(const std::string& path, MarkerKind marker);
 
 // The bundled table of that marker: the published columns 400 and 1000 mm.

@@ -17,7 +17,7 @@ struct RunArguments {
   std::string scenario;
   std::vector<std::string> assignments;
   std::string gains;
-  std::string seed;  // as written: the scenario's reader checks it
+  std::string seed;
   std::optional<std::string> resolution, out, figure;
   std::string expect;
   bool json = false, video = false, report = false, quiet = false;
@@ -63,9 +63,7 @@ void AddRun(app::CommandLine& line) {
           "Size of both cameras' images with the same field of view, such as 320x240");
   const app::Option out =
       run.Add("--out FOLDER", arguments.out,
-              "Folder for result.json, resolved.yaml, trajectory.csv, figure.png and cameras/")
-          .Check(
-              [](const std::string& path) { return path.empty() ? "the folder has no name" : ""; });
+              "Folder for result.json, resolved.yaml, trajectory.csv, figure.png and cameras/");
   run.Flag("--video", arguments.video, "Also make video.mp4 in the folder").Needs(out);
   run.Flag("--report", arguments.report,
            "Also make report.html, one page to look at, in the folder")

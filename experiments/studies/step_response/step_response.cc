@@ -46,7 +46,10 @@ Wrench Push(Axis axis, double size) {
   return F;
 }
 
-// Runs a trial with the excitation from `from` on and hands over its log.
+// A trial was stopped: what there is of its log is no answer.
+struct Stopped {};
+
+// Runs a trial with the excitation and hands over its log, which is whole. Throws Stopped.
 trial::TrialLog Run(trial::Scenario scenario, double duration_s, const StepOptions& options,
                     const std::function<trial::TrialExcitation(int64_t)>& excite) {
   scenario.duration_s = duration_s;
@@ -54,7 +57,8 @@ trial::TrialLog Run(trial::Scenario scenario, double duration_s, const StepOptio
   trial.excite = excite;
   trial.stop_requested = options.stop_requested;
   trial::TrialResult result = trial::RunTrial(scenario, trial);
-  if (result.outcome != trial::Outcome::kTimeout && result.outcome != trial::Outcome::kInterrupted)
+  if (result.outcome == trial::Outcome::kInterrupted) throw Stopped();
+  if (result.outcome != trial::Outcome::kTimeout)
     throw ConfigError("step response",
                       "the vehicle does not stay in front of the marker: " + result.reason);
   return std::move(result.log);
@@ -144,6 +148,37 @@ LoopResponse MeasureLoops(trial::Scenario scenario, const StepOptions& options, 
   return response;
 }
 
+AxisResponse MeasureAxis(const trial::Scenario& scenario, const StepOptions& options, Axis axis,
+                         const std::function<void()>& one_more) {
+  const ClockParams& clock = scenario.clock;
+  const int64_t first = clock.FramesFor(options.rest_s);
+  const double duration_s = options.rest_s + options.record_s;
+  const bool turn = axis == control::kYaw;
+  AxisResponse response;
+  response.axis = axis;
+  const double step = turn ? options.step_rad : options.step_m;
+  response.step.answer = AnswerOf(Run(scenario, duration_s, options,
+                                      [&](int64_t frame) {
+                                        trial::TrialExcitation excitation;
+                                        if (frame >= first) excitation.control.wanted[axis] = step;
+                                        return excitation;
+                                      }),
+                                  clock, first, axis, step);
+  JudgeStep(step, &response.step);
+  one_more();
+  const Wrench push = Push(axis, turn ? options.moment_newton_m : options.force_newton);
+  response.disturbance.answer = AnswerOf(
+      Run(scenario, duration_s, options,
+          [&](int64_t frame) {
+            return trial::TrialExcitation{.control = {}, .F_B_B = frame >= first ? push : Wrench()};
+          }),
+      clock, first, axis, 0);
+  JudgeDisturbance(&response.disturbance);
+  one_more();
+  response.loop = MeasureLoops(scenario, options, axis, one_more);
+  return response;
+}
+
 }  // namespace
 
 void JudgeStep(double step, StepResponse* response) {
@@ -220,9 +255,6 @@ const char* AxisName(Axis axis) {
 std::vector<AxisResponse> MeasureStepResponses(const trial::Scenario& given,
                                                const StepOptions& options) {
   const trial::Scenario scenario = AtTheServoingPose(given, options);
-  const ClockParams& clock = scenario.clock;
-  const int64_t first = clock.FramesFor(options.rest_s);
-  const double duration_s = options.rest_s + options.record_s;
   const double runs =
       static_cast<double>(options.axes.size() * (2 + options.frequencies_hz.size()));
   double done = 0;
@@ -230,34 +262,10 @@ std::vector<AxisResponse> MeasureStepResponses(const trial::Scenario& given,
     if (options.on_progress) options.on_progress(++done / runs);
   };
   std::vector<AxisResponse> responses;
-  for (const Axis axis : options.axes) {
-    AxisResponse response;
-    response.axis = axis;
-    const bool turn = axis == control::kYaw;
-    const double step = turn ? options.step_rad : options.step_m;
-    response.step.answer = AnswerOf(Run(scenario, duration_s, options,
-                                        [&](int64_t frame) {
-                                          trial::TrialExcitation excitation;
-                                          if (frame >= first)
-                                            excitation.control.wanted[axis] = step;
-                                          return excitation;
-                                        }),
-                                    clock, first, axis, step);
-    JudgeStep(step, &response.step);
-    one_more();
-    const Wrench push = Push(axis, turn ? options.moment_newton_m : options.force_newton);
-    response.disturbance.answer =
-        AnswerOf(Run(scenario, duration_s, options,
-                     [&](int64_t frame) {
-                       return trial::TrialExcitation{.control = {},
-                                                     .F_B_B = frame >= first ? push : Wrench()};
-                     }),
-                 clock, first, axis, 0);
-    JudgeDisturbance(&response.disturbance);
-    one_more();
-    response.loop = MeasureLoops(scenario, options, axis, one_more);
-    if (options.stop_requested && options.stop_requested()) break;
-    responses.push_back(std::move(response));
+  try {
+    for (const Axis axis : options.axes)
+      responses.push_back(MeasureAxis(scenario, options, axis, one_more));
+  } catch (const Stopped&) {  // the axes before it are complete
   }
   return responses;
 }

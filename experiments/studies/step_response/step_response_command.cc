@@ -54,15 +54,15 @@ int Measure(const StepArguments& arguments) {
   options.on_progress = [&](double share) { progress.Show(share, "measuring"); };
   options.stop_requested = app::CatchStopSignals();
   const std::vector<AxisResponse> responses = MeasureStepResponses(scenario, options);
+  if (responses.empty()) return app::kExitDone;  // stopped: main makes the signal's code of it
   const std::string json = StepJson(scenario, responses);
   if (arguments.json)
     std::fputs(json.c_str(), stdout);
   else
     std::fputs(StepTable(responses).c_str(), stdout);
   const std::string title = fmt::format("{}: {}", scenario.description, scenario.controller_name());
-  if (!arguments.figure.empty() && !responses.empty())
-    WriteStepFigure(arguments.figure, title, responses);
-  if (arguments.out && !responses.empty()) {
+  if (!arguments.figure.empty()) WriteStepFigure(arguments.figure, title, responses);
+  if (arguments.out) {
     system::WriteWhole(*arguments.out + "/step_response.json", json);
     system::WriteWhole(*arguments.out + "/step_response.csv", StepCsv(responses));
     WriteStepFigure(*arguments.out + "/step_response.png", title, responses);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "experiments/farm/keep_busy.h"
@@ -13,8 +14,6 @@
 namespace turbidock::tuning {
 namespace {
 
-// In the file, trials of an evaluation are numbered from a multiple of this.
-constexpr int64_t kNumbers = 1'000'000;
 constexpr const char* kPhaseKey = "phase";
 
 // An evaluation whose trials are under way. Its records are those up to the next look.
@@ -51,7 +50,11 @@ Evaluations::Evaluations(const Study& study, const std::string& file, const Opti
       options_(options),
       store_(farm::ResultStore::Write(file, HeaderOf(study))),
       pool_(options.farm, options.trial_time_limit_s, study.plugins()) {
-  for (farm::StoredTrial& trial : store_.Trials()) known_.emplace(trial.trial, std::move(trial));
+  for (farm::StoredTrial& trial : store_.Trials()) {
+    if (!std::isfinite(trial.record.time_s))
+      throw ConfigError(file + fmt::format(": is damaged (trial {} has no time)", trial.trial));
+    known_.emplace(trial.trial, std::move(trial));
+  }
 }
 
 std::vector<farm::Parameter> Evaluations::ParametersOf(const std::string& phase,
@@ -64,7 +67,7 @@ std::vector<farm::Parameter> Evaluations::ParametersOf(const std::string& phase,
 
 std::vector<Evaluation> Evaluations::Run(const std::string& phase, const farm::Plan& plan,
                                          const std::vector<Request>& requests, const GoOn& go_on) {
-  TD_CHECK(plan.trials() < kNumbers, "an evaluation's trials have numbers of their own");
+  TD_CHECK(plan.trials() <= kMostTrials, "an evaluation's trials have numbers of their own");
   const std::vector<int64_t> order = Study::FairOrder(plan);
   const RacingParams& racing = study_.settings().racing;
   std::vector<Running> running;
@@ -95,7 +98,7 @@ std::vector<Evaluation> Evaluations::Run(const std::string& phase, const farm::P
     for (Running& r : running)
       while (!r.ended && r.asked < r.evaluation.records.size()) {
         const size_t index = r.asked++;
-        const int64_t number = r.evaluation.number * kNumbers + static_cast<int64_t>(index);
+        const int64_t number = r.evaluation.number * kMostTrials + static_cast<int64_t>(index);
         if (const auto found = known_.find(number); found != known_.end()) {
           if (found->second.parameters != ParametersOf(phase, r.evaluation.gains))
             throw farm::MismatchError(fmt::format(

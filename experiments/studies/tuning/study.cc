@@ -1,6 +1,9 @@
 #include "experiments/studies/tuning/study.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
 
@@ -56,15 +59,22 @@ const trial::Figure& FigureOf(const ObjectiveTerm& term, const std::string& key)
                              config::DidYouMean(term.metric, names));
 }
 
+// Keys of a plan that mean nothing in a study's `trials`, and what is said of them.
+constexpr auto kNotInTrials = std::to_array<std::pair<const char*, const char*>>({
+    {"schema_version", "belongs to the study, not here"},
+    {"description", "belongs to the study, not here"},
+    {"strata", "a study takes trials one by one; spread them by `random` and `design`"},
+    {"precision", "a study runs exactly `seeds` trials in each cell"},
+    {"series_every_frames", "a study stores no series"},
+});
+
 // A study's `trials` as a plan of its own, with the settings of the map `also` if there is one.
 config::YamlNode PlanOf(const config::YamlNode& study, const std::string& description,
                         const char* also = nullptr) {
   auto trials = study.Find("trials");
   if (!trials->IsMap()) trials->Fail("must be a group of keys, as a plan has");
-  for (const char* key : {"schema_version", "description"})
-    if (const auto given = trials->Find(key)) given->Fail("belongs to the study, not here");
-  if (const auto strata = trials->Find("strata"))
-    strata->Fail("a study takes trials one by one; spread them by `random` and `design`");
+  for (const auto& [key, why] : kNotInTrials)
+    if (const auto given = trials->Find(key)) given->Fail(why);
   trials->path.clear();  // the plan's keys are its own
   std::vector<std::pair<std::string, config::YamlNode>> more = {
       {"schema_version", config::TextNode(std::to_string(farm::kPlanSchema), *trials)},
@@ -94,6 +104,48 @@ StudySettings ReadSettings(const config::YamlNode& node, const trial::Plugins& p
                                         origins);
   }
   return settings;
+}
+
+// Whether what a plan gives for `key` is, or holds, a value of the number `wanted`.
+bool Gives(const std::string& key, const config::YamlNode& value, const std::string& wanted) {
+  if (!value.IsMap()) return wanted == key || wanted.starts_with(key + ".");
+  return std::ranges::any_of(value.Entries(), [&](const auto& entry) {
+    return Gives(JoinKey(key, entry.first), entry.second, wanted);
+  });
+}
+
+// A candidate has one value of each gain in all of its trials.
+void RequireNotVaried(const config::YamlNode& trials, const std::vector<GainRange>& gains) {
+  const auto require = [&gains](const std::string& key, const config::YamlNode& value) {
+    for (const GainRange& gain : gains)
+      if (Gives(key, value, gain.key)) value.Fail("gives " + gain.key + ", which is tuned");
+  };
+  if (const auto grid = trials.Find("grid"))
+    for (const auto& [key, values] : grid->Entries())
+      for (const config::YamlNode& value : values.Elements()) require(key, value);
+  if (const auto cases = trials.Find("cases"))
+    for (const auto& [name, values] : cases->Entries())
+      for (const auto& [key, value] : values.Entries()) require(key, value);
+  if (const auto random = trials.Find("random"))
+    for (const auto& [key, distribution] : random->Entries())
+      require(key, config::TextNode("", distribution));
+}
+
+// That the trials of every evaluation can be numbered.
+void RequireNumbers(const config::YamlNode& study, const StudySettings& settings,
+                    const farm::Plan& plan) {
+  const auto require = [&](const char* group, const char* key, int64_t seeds) {
+    if (seeds <= kMostTrials / plan.cells()) return;
+    const auto in = study.Find(group);
+    config::YamlNode at = (in ? in->Find(key) : std::nullopt).value_or(study);
+    at.path = JoinKey(group, key);
+    at.Fail(fmt::format("{} trials in each of {} cells are {}, must be at most {}", seeds,
+                        plan.cells(), seeds * plan.cells(), kMostTrials));
+  };
+  require("trials", "seeds", plan.settings().seeds);
+  require("proof", "held_out_seeds", settings.proof.held_out_seeds);
+  require("proof", "robustness_seeds", settings.proof.robustness_seeds);
+  require("proof", "sensitivity_seeds", settings.proof.sensitivity_seeds);
 }
 
 }  // namespace
@@ -142,6 +194,8 @@ Study::Study(const config::YamlNode& study, const trial::Plugins& plugins)
       file_(study.file),
       plan_(trials_, {.plugins = plugins}) {
   const std::string& file = file_;
+  RequireNotVaried(*study.Find("trials"), settings_.gains);
+  RequireNumbers(study, settings_, plan_);
   for (const ObjectiveTerm& term : settings_.objective) objective_.push_back(FigureOf(term, ""));
   trial::Scenario scenario = plan_.ScenarioOf(plan_.Trial(0));
   for (size_t i = 0; i < settings_.gains.size(); ++i) {
@@ -216,7 +270,7 @@ std::vector<double> Study::CostsOf(const trial::TrialRecord& record) const {
   std::vector<double> costs;
   for (size_t i = 0; i < objective_.size(); ++i) {
     const ObjectiveTerm& term = settings_.objective[i];
-    const double size = std::abs(objective_[i].of(record).value_or(0));
+    const double size = std::min(std::abs(objective_[i].of(record).value_or(0)), kMostCost);
     costs.push_back(term.weight * (size + (record.success() ? 0 : term.failed)));
   }
   return costs;

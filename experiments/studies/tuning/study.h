@@ -30,6 +30,11 @@
 namespace turbidock::tuning {
 
 inline constexpr int kStudySchema = 1;
+// Of an evaluation: its trials have numbers of their own in the file.
+inline constexpr int64_t kMostTrials = 1'000'000;
+// No weight is larger and no metric counts more: costs, their sums and the squares of their
+// differences are finite.
+inline constexpr double kMostCost = 1e9;
 
 enum class Scale { kLinear, kLog };
 constexpr auto Names(Scale) {
@@ -61,8 +66,9 @@ struct ObjectiveTerm {
   static void Fields(auto& self, auto&& field) {
     field("metric", self.metric, Finite(),
           "a metric of a trial, as batch stores it; its size counts");
-    field("weight", self.weight, Above(0), "cost of one unit of it");
-    field("failed", self.failed, AtLeast(0),
+    field("weight", self.weight, Range{.low = 0, .high = kMostCost, .low_open = true},
+          "cost of one unit of it");
+    field("failed", self.failed, InRange(0, kMostCost),
           "added to the metric of a trial that did not dock with the pole in the hole");
   }
 };
@@ -132,7 +138,8 @@ struct StudySettings {
           "what a trial costs: one sum, or with nsga2 one objective each");
     field("success_at_least", self.success_at_least, InRange(0, 1),
           "share of trials that must dock; below it a candidate pays success_weight for the rest");
-    field("success_weight", self.success_weight, AtLeast(0), "cost of a share of 1 missing");
+    field("success_weight", self.success_weight, InRange(0, kMostCost),
+          "cost of a share of 1 missing");
     field("start_may_fail", self.start_may_fail, Finite(),
           "go on though the starting gains fail in every trial");
     field("fresh_seeds", self.fresh_seeds, Finite(),

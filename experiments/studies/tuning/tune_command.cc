@@ -13,6 +13,7 @@
 #include "experiments/studies/tuning/tuner.h"
 #include "experiments/studies/tuning/tuning_report.h"
 #include "experiments/system/output_path.h"
+#include "experiments/system/plain_text.h"
 
 namespace turbidock::tuning {
 namespace {
@@ -32,8 +33,8 @@ int Tune(const TuneArguments& arguments) {
   system::OutputPlan()
       .Reads(arguments.study)
       .Writes(arguments.figure)
-      .WritesInto(arguments.out,
-                  {"evaluations.sqlite", "gains.yaml", "report.json", "report.md", "tuning.png"})
+      .WritesInto(arguments.out, {"evaluations.sqlite", "gains.yaml", "report.json", "report.md",
+                                  "report.html", "tuning.png"})
       .Require();
   media::RequireFigures();
   const std::string file = arguments.out + "/evaluations.sqlite";
@@ -68,7 +69,7 @@ int Tune(const TuneArguments& arguments) {
         fmt::format("stopped: the trials so far are in {}; the same command goes on", file));
     return app::kExitDone;  // main makes the signal's code of it
   } catch (const HopelessStart& error) {
-    std::fprintf(stderr, "turbidock: %s\n", error.what());
+    std::fprintf(stderr, "turbidock: %s\n", system::OneLineOf(error.what()).c_str());
     return app::kExitCheckFailed;
   }
   system::WriteWhole(arguments.out + "/gains.yaml", GainsYaml(study, result));

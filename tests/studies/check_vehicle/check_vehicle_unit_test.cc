@@ -11,6 +11,7 @@
 
 #include "experiments/config/data_files.h"
 #include "experiments/studies/check_vehicle/check_vehicle_report.h"
+#include "tests/support/program.h"
 
 namespace turbidock::check_vehicle {
 namespace {
@@ -77,6 +78,60 @@ TEST(CheckVehicle, RefusesWhatIsNoVehicle) {
               HasSubstr("effectiveness: has 2 values, but there are 4 thrusters"));
   EXPECT_THAT(Refusal({"vehicle_model=none.xml"}),
               HasSubstr("vehicle_model = 'none.xml', is neither a file nor one of the bundled"));
+}
+
+// The published vehicle's files under another name, in a folder of their own.
+class CheckVehicleCommand : public ::testing::Test {
+ protected:
+  void SetUp() override { std::filesystem::create_directories(folder_); }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  std::string Vehicle(const std::string& name) const {
+    for (const char* kind : {".xml", ".yaml"})
+      std::filesystem::copy_file(config::ModelPath(std::string("vehicle") + kind),
+                                 folder_ / (name + kind));
+    return (folder_ / (name + ".xml")).string();
+  }
+  static testing::ProgramEnd Run(const std::vector<std::string>& arguments) {
+    std::vector<std::string> all = {"check-vehicle"};
+    all.insert(all.end(), arguments.begin(), arguments.end());
+    return testing::RunProgram(all);
+  }
+
+  const std::filesystem::path folder_ =
+      std::filesystem::path(::testing::TempDir()) /
+      (std::string("check_vehicle_") +
+       ::testing::UnitTest::GetInstance()->current_test_info()->name());
+};
+
+TEST_F(CheckVehicleCommand, AFileMayHaveAnyName) {
+  for (const char* name : {"a #2", "a: b", "[x]", "\"q\"", "'", "!!int 3", "~"}) {
+    const std::string file = Vehicle(name);
+    const testing::ProgramEnd end = Run({file});
+    EXPECT_EQ(end.exit_code, 0) << end.err;
+    EXPECT_THAT(end.out, HasSubstr(file + " in night sea"));
+  }
+}
+
+TEST_F(CheckVehicleCommand, WritesNothingOverTheVehicle) {
+  const std::string file = Vehicle("own"), data = (folder_ / "own.yaml").string();
+  for (const std::string& read : {file, data}) {
+    const testing::ProgramEnd end = Run({file, "--mjcf", read});
+    EXPECT_EQ(end.exit_code, 2);
+    EXPECT_EQ(end.err, "turbidock: " + read +
+                           ": is read by this command; give another file to "
+                           "write\n");
+  }
+}
+
+TEST_F(CheckVehicleCommand, SaysThatMjcfNeedsNoConversion) {
+  const std::string file = Vehicle("own"), out = (folder_ / "new.xml").string();
+  const testing::ProgramEnd end = Run({file, "--mjcf", out});
+  EXPECT_EQ(end.exit_code, 2);
+  EXPECT_EQ(end.out, "");
+  EXPECT_EQ(end.err, "turbidock: --mjcf " + out + ": " + file +
+                         " is MJCF already: there is nothing to convert\n");
+  EXPECT_FALSE(std::filesystem::exists(out));
 }
 
 TEST(CheckVehicle, TheListOfNamesIsTheReadmes) {

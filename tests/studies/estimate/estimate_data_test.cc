@@ -321,7 +321,7 @@ TEST_F(Estimate, BadInputIsNamed) {
   ExpectBadInput({"--left", left, "--right", right, "--marker", File("marker.yaml", "bals: []\n")},
                  {"marker.yaml:1: bals", "balls"});
   ExpectBadInput({"--left", left, "--right", right, "--preset", "best"},
-                 {"estimator.preset", "best"});
+                 {"--preset", "'best' must be one of default, published"});
   ExpectBadInput({"--left", left, "--right", right, "--overlay", Path("film.avi")}, {"film.avi"});
 }
 

@@ -6,12 +6,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <SQLiteCpp/SQLiteCpp.h>
+
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <string>
 #include <vector>
 
+#include "experiments/config/yaml_node.h"
+#include "experiments/farm/result_store.h"
 #include "experiments/studies/gate/error_rates.h"
 #include "experiments/studies/gate/gate_plan.h"
 #include "sim/base/random.h"
@@ -118,36 +122,40 @@ TEST(GateDesign, WithoutAConditionAtTheEdgeThereIsNone) {
                 "40, storm: 2 of 40"));
 }
 
+farm::Plan CalmAndMurky(const std::string& milk, int seeds) {
+  return farm::Plan(
+      "schema_version: 1\nscenario: pool_active\nset: {duration_s: 9}\ncases: {calm: "
+      "{}, murky: {water.milk_ml_m3: " +
+          milk + "}}\nseeds: " + std::to_string(seeds),
+      "plan.yaml");
+}
+
+// Of that plan, two trials a cell; the last times out.
+std::string FileOf(const farm::Plan& plan, const std::string& name) {
+  const std::string file = ::testing::TempDir() + name;
+  std::filesystem::remove(file);
+  farm::ResultStore store = farm::ResultStore::Write(file, HeaderOf(plan, {}));
+  for (int64_t trial = 0; trial < plan.trials(); ++trial) {
+    const farm::TrialSpec spec = plan.Trial(trial);
+    farm::StoredTrial stored;
+    stored.trial = trial;
+    stored.cell = spec.cell;
+    stored.sample = spec.sample;
+    stored.parameters = spec.parameters;
+    stored.record.outcome = trial == 3 ? trial::Outcome::kTimeout : trial::Outcome::kDocked;
+    stored.record.failure = trial == 3 ? trial::Failure::kTimeout : trial::Failure::kNone;
+    stored.record.time_s = 10.0 + static_cast<double>(trial);
+    stored.record.cpu_time_s = 2;
+    stored.record.wall_time_s = 3;
+    store.Add(stored);
+  }
+  return file;
+}
+
 // Candidates are the cells of the plan that was flown, however many seeds; another plan's are none.
 TEST(GateDesign, ResultsMustBeThePlans) {
-  const auto plan_of = [](const std::string& milk, int seeds) {
-    return farm::Plan(
-        "schema_version: 1\nscenario: pool_active\nset: {duration_s: 9}\ncases: {calm: "
-        "{}, murky: {water.milk_ml_m3: " +
-            milk + "}}\nseeds: " + std::to_string(seeds),
-        "plan.yaml");
-  };
-  const farm::Plan plan = plan_of("30", 2);
-  const std::string file = ::testing::TempDir() + "design.db";
-  std::filesystem::remove(file);
-  {
-    farm::ResultStore store = farm::ResultStore::Write(file, HeaderOf(plan, {}));
-    for (int64_t trial = 0; trial < plan.trials(); ++trial) {
-      const farm::TrialSpec spec = plan.Trial(trial);
-      farm::StoredTrial stored;
-      stored.trial = trial;
-      stored.cell = spec.cell;
-      stored.sample = spec.sample;
-      stored.parameters = spec.parameters;
-      stored.record.outcome = trial == 3 ? trial::Outcome::kTimeout : trial::Outcome::kDocked;
-      stored.record.failure = trial == 3 ? trial::Failure::kTimeout : trial::Failure::kNone;
-      stored.record.time_s = 10.0 + static_cast<double>(trial);
-      stored.record.cpu_time_s = 2;
-      store.Add(stored);
-    }
-  }
-  const farm::ResultStore results = farm::ResultStore::Read(file);
-  const std::vector<Candidate> candidates = CandidatesOf(plan_of("30", 5), results);
+  const std::string file = FileOf(CalmAndMurky("30", 2), "design.db");
+  const std::vector<Candidate> candidates = CandidatesOf(CalmAndMurky("30", 5), file);
   ASSERT_EQ(candidates.size(), 2u);
   EXPECT_EQ(candidates[1].name, "murky");
   EXPECT_EQ(candidates[1].trials, 2);
@@ -157,8 +165,35 @@ TEST(GateDesign, ResultsMustBeThePlans) {
   EXPECT_EQ(candidates[1].trial_s, 2);
   ASSERT_EQ(candidates[1].settings.size(), 2u);
   EXPECT_EQ(candidates[1].settings[1].Assignment(), "water.milk_ml_m3=30");
-  EXPECT_THAT(MessageOf([&] { CandidatesOf(plan_of("31", 2), results); }),
+  EXPECT_THAT(MessageOf([&] { CandidatesOf(CalmAndMurky("31", 2), file); }),
               HasSubstr("of another plan: theirs differs in murky"));
+}
+
+TEST(GateDesign, DamagedResultsAreNamed) {
+  const farm::Plan plan = CalmAndMurky("30", 2);
+  const auto after = [&](const std::string& damage) {
+    const std::string file = FileOf(plan, "damaged.db");
+    SQLite::Database(file, SQLite::OPEN_READWRITE).exec(damage);
+    return file;
+  };
+  for (const char* cell : {"7", "2", "-1"})
+    EXPECT_THAT(MessageOf([&] {
+                  CandidatesOf(plan, after("UPDATE trials SET cell = " + std::string(cell) +
+                                           " WHERE trial = 1"));
+                }),
+                HasSubstr("damaged.db: is damaged: trial 1 is of cell " + std::string(cell) +
+                          ", must be in [0, 1]"));
+  // A time that is none is not known: the other one counts, or other trials' times.
+  EXPECT_EQ(CandidatesOf(plan, after("UPDATE runs SET cpu_time_s = 9e999"))[0].trial_s, 3);
+  EXPECT_EQ(CandidatesOf(plan, after("UPDATE runs SET cpu_time_s = 9e999, wall_time_s = 9e999 "
+                                     "WHERE trial = 0"))[0]
+                .trial_s,
+            2);
+  EXPECT_THAT(MessageOf([&] {
+                CandidatesOf(plan, after("UPDATE runs SET cpu_time_s = 9e999, wall_time_s = -1 "
+                                         "WHERE trial < 2"));
+              }),
+              HasSubstr("damaged.db: calm: no trial of it says how long it took"));
 }
 
 // A build whose trials have nothing to do with the baseline's passes all the same.
@@ -186,6 +221,24 @@ TEST(GateDesign, MarginsOfMediansAreNoFalseAlarms) {
   EXPECT_EQ(condition.margins.median.effort_v, 0.02);
 }
 
+// Where nothing is easy no condition is taken twice.
+TEST(GateDesign, TheEasiestAtTheEdgeIsNoEasyCondition) {
+  std::vector<Candidate> candidates = {Tried("a", 184, 200), Tried("b", 180, 200)};
+  const DesignOptions options{.budget_s = 1200};
+  const GateDesign design = DesignGate(candidates, options);
+  ASSERT_EQ(design.chosen.size(), 2u);
+  for (const DesignedCondition& condition : design.chosen) EXPECT_FALSE(condition.easy);
+  const std::string file = ::testing::TempDir() + "edge.yaml";
+  std::ofstream(file) << GateYaml(design, candidates, options, "b.yaml", "");
+  const GatePlan gate = LoadGatePlan(file);
+  ASSERT_EQ(gate.conditions.size(), 2u);
+  // alone it is a gate, too, and has all of alpha
+  candidates.pop_back();
+  const GateDesign alone = DesignGate(candidates, options);
+  ASSERT_EQ(alone.chosen.size(), 1u);
+  EXPECT_GT(alone.power, design.chosen[0].power);
+}
+
 // A scenario beside the plan is found from wherever the gate's file stands.
 TEST(GateDesign, AScenarioBesideThePlanIsNamedFromTheGate) {
   const std::filesystem::path folder = ::testing::TempDir() + "design";
@@ -207,6 +260,27 @@ TEST(GateDesign, AScenarioBesideThePlanIsNamedFromTheGate) {
   const GatePlan gate = LoadGatePlan(file);
   EXPECT_EQ(gate.conditions[0].scenario, "../own.yaml");
   EXPECT_EQ(gate.conditions[0].Load({}, 1).duration_s, 8);
+}
+
+// Whatever a batch may be called and set to.
+TEST(GateDesign, NamesAndValuesStayWhatTheyAre) {
+  const std::vector<std::string> awkward = {"a, b", "x}", "s #1: x", "- d", "[0", "\"q\" 'r'", "5"};
+  for (const std::string& text : awkward) {
+    std::vector<Candidate> candidates = {Tried("easy", 200, 200), Tried(text, 184, 200)};
+    // a plan's value, then that of the command line, which counts
+    candidates[1].settings = {{"procedure", "{servo_x_m: 0.7}"},
+                              {"description", config::TextNode(text, {}).OneLine()},
+                              {"procedure.servo_x_m", "0.65"}};
+    const DesignOptions options{.budget_s = 600};
+    const std::string file = ::testing::TempDir() + "awkward.yaml";
+    std::ofstream(file) << GateYaml(DesignGate(candidates, options), candidates, options,
+                                    "gate.baseline.yaml", "");
+    const GatePlan plan = LoadGatePlan(file);
+    EXPECT_EQ(plan.conditions[0].name, text);
+    const trial::Scenario scenario = plan.conditions[0].Load({}, 1);
+    EXPECT_EQ(scenario.description, text);
+    EXPECT_EQ(scenario.procedure.servo_x_m, 0.65);
+  }
 }
 
 TEST(GateDesign, TheGatesFileIsRead) {

@@ -141,10 +141,60 @@ TEST_F(GateProgram, FailuresWithoutCamerasAreRunAgainWithoutVideo) {
 
   const ProgramEnd refused = RunProgram({"gate", gate, "--update", "--figure", figure});
   EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_THAT(refused.err, HasSubstr("--figure"));
+  EXPECT_THAT(refused.err, HasSubstr("--figure excludes --update"));
   const ProgramEnd ending = RunProgram({"gate", gate, "--figure", (folder_ / "a.jpg").string()});
   EXPECT_EQ(ending.exit_code, 2);
   EXPECT_THAT(ending.err, HasSubstr(".png, .svg or .pdf"));
+}
+
+// What would have no effect is refused, and nothing runs.
+TEST_F(GateProgram, OptionsThatDoNotGoTogetherAreRefused) {
+  const std::vector<std::vector<std::string>> refused = {{gate_, "--update", "--simulate", "3"},
+                                                         {gate_, "--plan-size"},
+                                                         {gate_, "--alpha", "0.01"},
+                                                         {gate_, "--update", "--set", "seed=1"},
+                                                         {gate_, "--update", "--bundles", "1"},
+                                                         {gate_, "--results", "x.db"},
+                                                         {gate_, "--design", "smoke"},
+                                                         {"--design", "smoke"},
+                                                         {"--plan-size", "--baseline", "b.yaml"},
+                                                         {"--plan-size", "--set", "duration_s=1"},
+                                                         {"--update"}};
+  for (std::vector<std::string> arguments : refused) {
+    arguments.insert(arguments.begin(), "gate");
+    const ProgramEnd end = RunProgram(arguments);
+    EXPECT_EQ(end.exit_code, 2) << end.err;
+    EXPECT_EQ(end.out, "");
+    EXPECT_TRUE(end.err.find(" excludes ") != std::string::npos ||
+                end.err.find(" requires ") != std::string::npos)
+        << end.err;
+  }
+  EXPECT_FALSE(fs::exists(folder_ / "gate.baseline.yaml"));
+}
+
+// All that is written is looked at before any trial.
+TEST_F(GateProgram, NothingIsInTheWayOfWhatItWrites) {
+  const std::string notes = File("notes.txt", "what I noted\n");
+  const ProgramEnd update = RunProgram({"gate", gate_, "--update", "--baseline", notes});
+  EXPECT_EQ(update.exit_code, 2);
+  EXPECT_EQ(update.err, "turbidock: " + notes +
+                            ": is no baseline of a gate and is not replaced by one; name another "
+                            "file, or move this one away\n");
+  EXPECT_EQ(TextOf(notes), "what I noted\n");
+
+  ASSERT_EQ(RunProgram({"gate", gate_, "--update", "--workers", "2"}).exit_code, 0);
+  const fs::path out = folder_ / "out";
+  fs::create_directories(out / "report.html");
+  const ProgramEnd page = RunProgram({"gate", gate_, "--out", out.string()});
+  EXPECT_EQ(page.exit_code, 2);
+  EXPECT_THAT(page.err, HasSubstr("report.html: cannot be written: it is a directory"));
+  fs::remove_all(out);
+  fs::create_directories(out);
+  File("out/failures", "no folder");
+  const ProgramEnd bundles = RunProgram({"gate", gate_, "--out", out.string()});
+  EXPECT_EQ(bundles.exit_code, 2);
+  EXPECT_THAT(bundles.err, HasSubstr("failures: cannot be made"));
+  EXPECT_FALSE(fs::exists(out / "summary.json"));
 }
 
 TEST_F(GateProgram, WhatCannotBeJudgedNeverPasses) {
@@ -158,10 +208,13 @@ TEST_F(GateProgram, WhatCannotBeJudgedNeverPasses) {
   expect(2, {"gate"}, "which gate");
   expect(2, {"gate", "none.yaml"}, "none.yaml");
   expect(2, {"gate", gate_}, "there is no baseline");
-  expect(2, {"gate", gate_, "--update", "--set", "duration_s=1"}, "without --set");
-  expect(2, {"gate", "--plan-size", "--rate", "1"}, "--rate = 1 must be in (0, 1)");
-  expect(2, {"gate", "--plan-size", "--margin", "0.99"}, "--margin");
-  expect(2, {"gate", "--plan-size", "--alpha", "0"}, "--alpha = 0 must be in (0, 1)");
+  expect(2, {"gate", "--plan-size", "--rate", "1"}, "1 must be a number from 2e-06 to 0.999999");
+  expect(2, {"gate", "--plan-size", "--rate", "1e-300", "--margin", "1e-301"}, "from 2e-06 to");
+  expect(2, {"gate", "--plan-size", "--margin", "0.99"},
+         "--margin = 0.99 must be at most 0.949999 for a --rate of 0.95");
+  expect(2, {"gate", "--plan-size", "--alpha", "0"}, "--alpha");
+  expect(2, {"gate", "--plan-size", "--beta", "1e-300"}, "--beta");
+  expect(2, {"gate", "--plan-size", "--max-trials", "10000", "--margin", "1e-6"}, "give a larger");
   expect(2, {"gate", "--plan-size", "--max-trials", "0"}, "--max-trials");
 
   // a baseline of two trials, so that the rest is quick

@@ -560,6 +560,29 @@ TEST_F(Gate, ABaselineOfAnotherPlanIsRefusedWithTheReason) {
   EXPECT_EQ(refused(other), "no error");
 }
 
+// Whatever is wrong with a baseline, it may be measured anew; nobody's other file is replaced.
+TEST_F(Gate, OnlyABaselineIsReplaced) {
+  GatePlan plan = Plan();
+  const std::string text = BaselineText(Measure(plan, DocksAt(0.9)));
+  const auto refused = [&](const std::string& there) {
+    plan.baseline = File("there", there);
+    int trials = 0;
+    const std::string message =
+        MessageOf([&] { MeasureBaseline(plan, RunnerOf(DocksAt(0.9), &trials), 7, nullptr); });
+    EXPECT_EQ(message == "no error", trials > 0);
+    return message;
+  };
+  EXPECT_EQ(refused(text), "no error");
+  EXPECT_EQ(refused(text + "edited: 1\n"), "no error");
+  EXPECT_EQ(refused(text.substr(0, text.find("conditions"))), "no error");
+  EXPECT_THAT(refused("what I noted\n"), HasSubstr("there: is no baseline of a gate and is not"));
+  EXPECT_THAT(refused(""), HasSubstr("is no baseline"));
+  EXPECT_THAT(refused("{schema_version: 1, baseline: gate.baseline.yaml}\n"),
+              HasSubstr("is no baseline"));
+  plan.baseline = (folder_ / "none.yaml").string();
+  EXPECT_EQ(MessageOf([&] { Measure(plan, DocksAt(0.9)); }), "no error");
+}
+
 TEST_F(Gate, AnUpdateIsSaidInWords) {
   const GatePlan plan = Plan();
   const Baseline before = Measure(plan, DocksAt(0.95)),
@@ -657,11 +680,15 @@ TEST_F(Gate, BadPlans) {
   EXPECT_THAT(refused(head), HasSubstr("conditions: this key is required"));
   EXPECT_THAT(refused(head + "conditions: []\n"), HasSubstr("needs a condition"));
   EXPECT_THAT(refused(head + "conditions: 3\n"), HasSubstr("must be a list"));
-  EXPECT_THAT(refused(head + "alpha: 0\n" + tail), HasSubstr(":3: alpha = 0, must be in (0, 1)"));
-  EXPECT_THAT(refused(head + "beta: 1\n" + tail), HasSubstr(":3: beta = 1, must be in (0, 1)"));
+  EXPECT_THAT(refused(head + "alpha: 0\n" + tail),
+              HasSubstr(":3: alpha = 0, must be in [1e-06, 0.999999]"));
+  EXPECT_THAT(refused(head + "beta: 1\n" + tail),
+              HasSubstr(":3: beta = 1, must be in [1e-06, 0.999999]"));
+  EXPECT_THAT(refused(head + "margins: {success_rate: 1e-300}\n" + tail),
+              HasSubstr(":3: margins.success_rate = 1e-300, must be in [1e-06, 0.999999]"));
   EXPECT_THAT(refused(head + "max_trials: 0\n" + tail), HasSubstr(":3: max_trials = 0"));
   EXPECT_THAT(refused(head + "margins: {success_rate: 1.5}\n" + tail),
-              HasSubstr("margins.success_rate = 1.5, must be in (0, 1)"));
+              HasSubstr("margins.success_rate = 1.5, must be in [1e-06, 0.999999]"));
   EXPECT_THAT(refused(head + "aplha: 0.1\n" + tail), HasSubstr("did you mean alpha?"));
   EXPECT_THAT(refused(head + tail + "  - {name: a, scenario: pool_passive}\n"),
               HasSubstr("two conditions are named 'a'"));
@@ -673,6 +700,25 @@ TEST_F(Gate, BadPlans) {
   EXPECT_THAT(
       refused(head + "conditions:\n  - {name: a, scenario: pool_active, set: {watr.milk: 1}}\n"),
       HasSubstr("water"));
+}
+
+TEST_F(Gate, AConditionsSettingsAllCount) {
+  const auto refused = [&](const std::string& set) {
+    return MessageOf([&] {
+      LoadGatePlan(File("bad.yaml",
+                        "schema_version: 1\nbaseline: b.yaml\nconditions:\n  - name: a\n    "
+                        "scenario: pool_active\n    set: " +
+                            set + "\n"));
+    });
+  };
+  EXPECT_EQ(refused("{water: {milk_ml_m3: 1}, sea.state: calm}"), "no error");
+  EXPECT_THAT(refused("{water: {milk_ml_m3: 1}, water.milk_ml_m3: 2}"),
+              HasSubstr("bad.yaml:6: conditions[0].set.water.milk_ml_m3: this key is given twice"));
+  EXPECT_THAT(refused("{seed: 77}"), HasSubstr("conditions[0]: --set seed=77: the gate gives each "
+                                               "trial its seed; set the gate's own `seed`"));
+  const GatePlan plan = Plan();
+  EXPECT_THAT(MessageOf([&] { plan.conditions[0].Load({"seed=77"}, 1); }),
+              HasSubstr("--set seed=77: the gate gives each trial its seed"));
 }
 
 TEST_F(Gate, ABaselineThatCannotFallIsRefused) {

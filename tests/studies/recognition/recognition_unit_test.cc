@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "experiments/studies/recognition/table.h"
+#include "tests/support/message_of.h"
 #include "tests/support/program.h"
 
 namespace turbidock::recognition {
@@ -51,12 +52,15 @@ TEST_F(TableFile, IsReadByColumnNames) {
 TEST_F(TableFile, ComplaintsNameLineAndColumn) {
   const std::string head = "milk_ml_m3,distance_mm,fitness_mean\n0,400,0.5\n";
   for (const auto& [text, said] : std::vector<std::pair<std::string, std::string>>{
-           {"", "cannot be read, or holds nothing"},
+           {"", "turbidock_table.csv: is empty"},
            {"milk_ml_m3,distance_mm\n0,400\n", ":1: fitness_mean: this column is missing"},
            {"milk_ml_m3,distance_mm,fitnes_mean\n0,400,1\n", "is it fitnes_mean?"},
            {"milk_ml_m3,milk_ml_m3,distance_mm,fitness_mean\n0,0,400,1\n", "occurs twice"},
            {head + "1,400\n", ":3: 2 columns, the header has 3"},
            {head + "1,400,x\n", ":3: fitness_mean = 'x', must be a number"},
+           {head + "1,400," + std::string(1000, '9') + "\n", "'" + std::string(60, '9') + "...'"},
+           {head + std::string("1,400,0\0\n", 9), ":3: holds a control character (0x00)"},
+           {"milk\xe9\n", ":1: is no UTF-8 text (byte 0xe9)"},
            {head + "1,400,\n", ":3: fitness_mean = '', must be a number"},
            {head + "1 2,400,0\n", ":3: milk_ml_m3 = '1 2', must be a number"},
            {head + "-1,400,0\n", ":3: milk_ml_m3 = -1, must be in [0, 2000]"},
@@ -66,6 +70,15 @@ TEST_F(TableFile, ComplaintsNameLineAndColumn) {
            {head + "0,400,0.4\n", ":3: 0 ml/m3 at 400 mm occurs twice"},
            {"milk_ml_m3,distance_mm,fitness_mean\n", "no rows"}})
     EXPECT_THAT(Complaint(text), HasSubstr(said)) << text;
+}
+
+TEST_F(TableFile, BeginsWithAByteOrderMarkOrNot) {
+  EXPECT_EQ(Read("\xef\xbb\xbfmilk_ml_m3,distance_mm,fitness_mean\n0,400,0.5\n").size(), 1u);
+}
+
+TEST_F(TableFile, IsAFile) {
+  EXPECT_THAT(testing::MessageOf([] { ReadRecognitionTable("/dev/zero", MarkerKind::kActive); }),
+              HasSubstr("/dev/zero: cannot be read: it is no regular file"));
 }
 
 // Milk at F = 0.22 of the published columns, worked out by hand from three-point means.

@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <SQLiteCpp/SQLiteCpp.h>
 #include <unistd.h>
 
 #include <cmath>
@@ -122,6 +123,10 @@ TEST(Study, WhatIsWrongIsSaid) {
   EXPECT_THAT(MessageOf(kHead + kTrials + kGains + "objective: [{metric: time}]\n"),
               HasSubstr("'time' is produced by no trial; did you mean time_s?"));
   EXPECT_THAT(MessageOf(kHead + kTrials + kGains + "objective: []\n"), HasSubstr("at least one"));
+  for (const char* term : {"weight: 1e308", "failed: 1e308"})
+    EXPECT_THAT(
+        MessageOf(kHead + kTrials + kGains + "objective: [{metric: time_s, " + term + "}]\n"),
+        HasSubstr(" = 1e308, must be in "));
   EXPECT_THAT(MessageOf(kHead + kGains + kObjective), HasSubstr("trials: this key is required"));
   EXPECT_THAT(MessageOf(kHead + kTrials + kGains + kObjective + "optimizer: {}\n"),
               HasSubstr("did you mean optimiser?"));
@@ -138,6 +143,56 @@ TEST(Study, WhatIsWrongIsSaid) {
   EXPECT_THAT(
       MessageOf(kHead + "trials: {scenario: pool_active,\n sedes: 5}\n" + kGains + kObjective),
       HasSubstr("study.yaml:4: sedes: unknown key; did you mean seeds?"));
+}
+
+TEST(Study, WhatTheTrialsCannotGiveIsRefused) {
+  const auto with = [](const std::string& more) {
+    return MessageOf(kHead + kTrials + more + kGains + kObjective);
+  };
+  EXPECT_EQ(with(""), "");
+  EXPECT_THAT(with("  precision: 0.1\n"),
+              HasSubstr("study.yaml:11: trials.precision: a study runs exactly `seeds` trials"));
+  EXPECT_THAT(with("  series_every_frames: 1\n"), HasSubstr("trials.series_every_frames: "));
+  EXPECT_THAT(with("  strata: {a: {duration_s: 1}}\n"), HasSubstr("trials.strata: "));
+}
+
+// A gain that is tuned has one value in all trials: what gives it another would be written over.
+TEST(Study, AGainIsNotVariedByTheTrials) {
+  const auto with = [](const std::string& more) {
+    return MessageOf(
+        "schema_version: 1\n"
+        "trials:\n  scenario: pool_active\n  set: {controller: lqg}\n  " +
+        more + "\n" + "gains: [{key: lqg.sway.effort_share, low: 0.001, high: 100}]\n" +
+        kObjective);
+  };
+  EXPECT_EQ(with("grid: {water.milk_ml_m3: [0, 10]}"), "");
+  EXPECT_EQ(with("cases: {a: {lqg: {sway: {error_m: 0.02}}}, b: {}}"), "");
+  const std::string said = "gives lqg.sway.effort_share, which is tuned";
+  EXPECT_THAT(with("grid: {lqg.sway.effort_share: [1, 2]}"),
+              HasSubstr("study.yaml:5: trials.grid.lqg.sway.effort_share[0]: " + said));
+  EXPECT_THAT(with("grid: {lqg: [{sway: {effort_share: 1}}]}"), HasSubstr(said));
+  EXPECT_THAT(with("cases: {a: {}, b: {lqg: {sway: {effort_share: 2}}}}"),
+              HasSubstr("study.yaml:5: trials.cases.b.lqg: " + said));
+  EXPECT_THAT(with("random: {lqg.sway.effort_share: {uniform: [1, 2]}}"),
+              HasSubstr("study.yaml:5: trials.random.lqg.sway.effort_share: " + said));
+}
+
+// The trials of an evaluation are numbered in the file: more of them are refused before any runs.
+TEST(Study, MoreTrialsThanCanBeNumberedAreRefused) {
+  const auto with = [](const std::string& trials, const std::string& proof) {
+    return MessageOf(
+        "schema_version: 1\ntrials:\n  scenario: pool_active\n"
+        "  set: {controller: lqg}\n  grid: {water.milk_ml_m3: [0, 10]}\n  " +
+        trials + "\ngains: [{key: lqg.sway.effort_share, low: 0.001, high: 100}]\n" + kObjective +
+        "proof: {" + proof + "}\n");
+  };
+  EXPECT_EQ(with("seeds: 4", "held_out_seeds: 500000"), "");
+  EXPECT_THAT(with("seeds: 500001", "held_out_seeds: 2"),
+              HasSubstr("study.yaml:6: trials.seeds: 500001 trials in each of 2 cells are 1000002, "
+                        "must be at most 1000000"));
+  for (const std::string key : {"held_out_seeds", "robustness_seeds", "sensitivity_seeds"})
+    EXPECT_THAT(with("seeds: 4", key + ": 1000000"),
+                HasSubstr("study.yaml:9: proof." + key + ": 1000000 trials in each of 2 cells"));
 }
 
 TEST(Study, EveryBundledOneIsRight) {
@@ -157,6 +212,8 @@ TEST(Study, ATrialCostsItsTerms) {
   EXPECT_EQ(study.CostsOf(record), (std::vector<double>{14, 3, 0}));
   record.failure = trial::Failure::kTimeout;
   EXPECT_EQ(study.CostsOf(record), (std::vector<double>{34, 3, 0}));
+  record.time_s = 1e300;  // costs stay finite, and what is made of them
+  EXPECT_EQ(study.CostsOf(record)[0], 2 * (kMostCost + 10));
   record.outcome = trial::Outcome::kCrashed;  // nothing is known of it
   EXPECT_EQ(study.CostsOf(record), (std::vector<double>{20, 0, 0}));
 }
@@ -220,6 +277,24 @@ TEST_F(TunerTest, WorkersAndInterruptionsChangeNothing) {
   const TuningResult again = Tune(study, File("one.sqlite"), {.farm = {.workers = 1}});
   EXPECT_EQ(again.trials_run, 0);
   EXPECT_EQ(TextOf(study, again), expected);
+}
+
+TEST_F(TunerTest, ADamagedFileOfTrialsIsNamed) {
+  const Study study(kHead + kTrials + kGains + kObjective + kFast, "study.yaml");
+  int polls = 0;
+  const TuningOptions options{.farm = {.workers = 1},
+                              .on_progress = nullptr,
+                              .on_generation = nullptr,
+                              .stop_requested = [&] { return ++polls > 9; }};
+  EXPECT_THROW(Tune(study, File("damaged.sqlite"), options), Stopped);
+  SQLite::Database(File("damaged.sqlite"), SQLite::OPEN_READWRITE)
+      .exec("UPDATE trials SET time_s = NULL");
+  try {
+    Tune(study, File("damaged.sqlite"), options);
+    FAIL() << "trials without a time";
+  } catch (const ConfigError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("damaged.sqlite: is damaged (trial 0 has no time)"));
+  }
 }
 
 TEST_F(TunerTest, HopelessCandidatesAreGivenUp) {
