@@ -187,8 +187,7 @@ export class BatchView {
     const second =
       this.allAxes.find(
         a => a !== first && a.discrete && a.values.size <= 8 && a.key !== 'stratum',
-      ) ||
-      (first.key.startsWith('start_') ? this.allAxes.find(a => a !== first) : null);
+      ) || (first.key.startsWith('start_') ? this.allAxes.find(a => a !== first) : null);
     this.over = first.key;
     this.by = second ? second.key : '';
     const options = this.allAxes.map(a => [a.key, a.label]);

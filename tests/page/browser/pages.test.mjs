@@ -279,16 +279,25 @@ test('a batch: filter, sort, a point lists its trials, a trial shows its traces 
   await close();
 });
 
-test('intervals over strata are the program\'s', async () => {
+test("intervals over strata are the program's", async () => {
   const source = readFileSync(
     new URL('../../../experiments/page/web/numbers.js', import.meta.url),
     'base64',
   );
   const {stratified} = await import(`data:text/javascript;base64,${source}`);
   const near = (span, [low, high]) =>
-    assert.ok(Math.abs(span[0] - low) + Math.abs(span[1] - high) < 1e-9, `${span}: ${low}, ${high}`);
+    assert.ok(
+      Math.abs(span[0] - low) + Math.abs(span[1] - high) < 1e-9,
+      `${span}: ${low}, ${high}`,
+    );
   // as in tests/statistics/intervals_oracle_test.cc
-  near(stratified([{successes: 19, trials: 19}, {successes: 0, trials: 19}]), [0.4493988203895799, 0.5506011796104201]);
+  near(
+    stratified([
+      {successes: 19, trials: 19},
+      {successes: 0, trials: 19},
+    ]),
+    [0.4493988203895799, 0.5506011796104201],
+  );
   const groups = name => JSON.parse(readFileSync(path.join(folder, name), 'utf8')).groups;
   const strata = groups('batch_by_stratum.json');
   const laws = groups('batch_by_law.json');

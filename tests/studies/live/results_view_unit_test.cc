@@ -30,11 +30,12 @@ TEST(ResultsProgress, GrowsWithTheFile) {
   ResultsProgress progress;
   EXPECT_THROW(progress.Look(file, 0), ConfigError);
   {
-    farm::ResultStore store = farm::ResultStore::Write(file, {.plan = "schema_version: 1\nseeds: 10\n",
-                                                              .build = "none",
-                                                              .shard = {},
-                                                              .trials = 10,
-                                                              .keys = {"water.milk_ml_m3"}});
+    farm::ResultStore store =
+        farm::ResultStore::Write(file, {.plan = "schema_version: 1\nseeds: 10\n",
+                                        .build = "none",
+                                        .shard = {},
+                                        .trials = 10,
+                                        .keys = {"water.milk_ml_m3"}});
     report::Json now = progress.Look(file, 100);
     EXPECT_EQ(now["running"], true);
     EXPECT_EQ(now["done"], 0);
