@@ -50,7 +50,7 @@ int Merge(const MergeArguments& arguments) {
   for (const std::string& input : arguments.inputs) {
     const auto differences = farm::Differences(header, farm::ResultStore::Read(input).header());
     if (!differences.empty())
-      throw farm::MismatchError(first + " and " + input + ": " + differences[0]);
+      throw farm::MismatchError(fmt::format("{} and {}: {}", first, input, differences[0]));
   }
   farm::ResultStore store = farm::ResultStore::Write(arguments.out, header);
   for (const std::string& input : arguments.inputs) store.Merge(input);
