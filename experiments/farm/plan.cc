@@ -472,8 +472,8 @@ void Plan::CheckTrials(const std::string& file) const {
     } catch (const ConfigError& error) {
       std::string what = error.what();  // "--set KEY = ..."
       if (what.starts_with("--set ")) what.erase(0, 6);
-      throw ConfigError(PlaceOf(spec, what).value_or(file + ": ") + "trial " +
-                        std::to_string(trial) + ": " + what);
+      throw ConfigError(
+          fmt::format("{}trial {}: {}", PlaceOf(spec, what).value_or(file + ": "), trial, what));
     }
   }
 }

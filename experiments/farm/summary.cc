@@ -44,6 +44,7 @@ std::string Cell(const Spread& spread, double scale) {
 
 std::string FailureList(const std::map<std::string, int64_t>& failures) {
   std::vector<std::pair<int64_t, std::string>> sorted;
+  sorted.reserve(failures.size());
   for (const auto& [name, count] : failures) sorted.emplace_back(-count, name);
   std::sort(sorted.begin(), sorted.end());
   std::string list;
@@ -77,6 +78,7 @@ statistics::Count SuccessCount::all() const {
 
 statistics::Interval SuccessCount::Wilson() const {
   std::vector<statistics::Count> strata;
+  strata.reserve(strata_.size());
   for (const auto& [name, stratum] : strata_) strata.push_back(stratum);
   return statistics::StratifiedInterval(strata);
 }
@@ -121,6 +123,7 @@ std::vector<GroupSummary> Summarise(const std::vector<StoredTrial>& trials,
     for (const std::string& key : keys) group_keys.emplace_back(key, trials.front());
   for (const StoredTrial& trial : trials) {
     std::vector<std::string> values;
+    values.reserve(group_keys.size());
     for (const GroupKey& key : group_keys) values.push_back(key.ValueOf(trial));
     groups[values].push_back(&trial);
   }
@@ -158,6 +161,7 @@ std::string SummaryTable(const std::vector<std::string>& keys,
                          const std::vector<GroupSummary>& groups,
                          const std::optional<double>& precision) {
   std::vector<std::string> heads;
+  heads.reserve(keys.size() + 9);  // and those below
   for (const std::string& key : keys) heads.push_back("<" + key);
   for (const char* head : {"trials", "success %", "Wilson", "exact", "time to dock s", "|y| mm",
                            "|z| mm", "<failures"})

@@ -1,6 +1,7 @@
 #include "experiments/farm/varied_keys.h"
 
 #include "experiments/config/yaml_node.h"
+#include "sim/base/fields.h"
 
 namespace turbidock::farm {
 namespace {
@@ -16,7 +17,7 @@ std::string Dotted(const std::string& key) {
 template <class Do>
 void ForEachLeaf(const std::string& key, const config::YamlNode& value, const Do& act) {
   if (!value.IsMap()) return act(Dotted(key), value);
-  for (const auto& [name, part] : value.Entries()) ForEachLeaf(key + "." + name, part, act);
+  for (const auto& [name, part] : value.Entries()) ForEachLeaf(JoinKey(key, name), part, act);
 }
 
 [[noreturn]] void FailTwice(const config::YamlNode& at) {
