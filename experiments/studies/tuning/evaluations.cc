@@ -131,6 +131,7 @@ std::vector<Evaluation> Evaluations::Run(const std::string& phase, const farm::P
   });
   if (!all_ended) throw Stopped();
   std::vector<Evaluation> evaluations;
+  evaluations.reserve(running.size());
   for (Running& r : running) evaluations.push_back(std::move(r.evaluation));
   return evaluations;
 }
