@@ -206,8 +206,11 @@ void Plan::ReadGrid(const config::YamlNode& node) {
     const std::vector<config::YamlNode> elements = Elements(values, "values");
     for (const config::YamlNode& value : elements) {
       varied_.RequireNew(key, value);
-      const std::string text = value.OneLine();
-      axis.values.push_back(key == kScenarioKey ? value.Text().value_or(text) : text);
+      std::string text = value.OneLine();
+      if (key == kScenarioKey) text = value.Text().value_or(text);
+      if (std::ranges::find(axis.values, text) != axis.values.end())
+        value.Fail("'" + text + "' is given twice");
+      axis.values.push_back(text);
       places_.try_emplace(Parameter{key, axis.values.back()}.Assignment(), value.Where());
     }
     for (const config::YamlNode& value : elements) varied_.Add(key, value);

@@ -31,12 +31,19 @@ void VariedKeys::Add(const std::string& key, const config::YamlNode& value) {
   ForEachLeaf(key, value, [this](const std::string& leaf, const auto&) { leaves_.insert(leaf); });
 }
 
-void VariedKeys::RequireNew(const std::string& key, const config::YamlNode& value) const {
-  ForEachLeaf(key, value, [this](const std::string& leaf, const config::YamlNode& at) {
+std::optional<config::YamlNode> VariedKeys::FirstThere(const std::string& key,
+                                                       const config::YamlNode& value) const {
+  std::optional<config::YamlNode> first;
+  ForEachLeaf(key, value, [&](const std::string& leaf, const config::YamlNode& at) {
     const auto part = leaves_.lower_bound(leaf + ".");
     const bool has_part = part != leaves_.end() && part->starts_with(leaf + ".");
-    if (has_part || leaves_.contains(leaf)) FailTwice(at);
+    if (!first && (has_part || leaves_.contains(leaf))) first = at;
   });
+  return first;
+}
+
+void VariedKeys::RequireNew(const std::string& key, const config::YamlNode& value) const {
+  if (const auto at = FirstThere(key, value)) FailTwice(*at);
 }
 
 void VariedKeys::RequireKept(const std::string& key, const config::YamlNode& value) const {

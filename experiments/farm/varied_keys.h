@@ -2,6 +2,7 @@
 // Which keys of the scenario a plan gives each trial, so that none is given twice: by the grid, the
 // strata, a draw.
 
+#include <optional>
 #include <set>
 #include <string>
 
@@ -17,7 +18,10 @@ namespace turbidock::farm {
 class VariedKeys {
  public:
   void Add(const std::string& key, const config::YamlNode& value);
-  // ConfigError about the first key of the value that is there already, or of which a part is.
+  // The first key of the value that is there already, or of which a part is.
+  std::optional<config::YamlNode> FirstThere(const std::string& key,
+                                             const config::YamlNode& value) const;
+  // ConfigError about that key.
   void RequireNew(const std::string& key, const config::YamlNode& value) const;
   // Of a value that is given before these, in `set` or a case: ConfigError about the first key of
   // it that is there, or that is part of one.

@@ -415,6 +415,8 @@ TEST(Plan, SaysWhatIsWrongAndWhere) {
        "plan.yaml:3: trial 0: water.milk_ml_m4: unknown key; did you mean milk_ml_m3?"},
       {"scenario: pool_active\ngrid: {water.milk_ml_m3: [1, -1]}\n",
        "plan.yaml:3: trial 1: water.milk_ml_m3 = -1"},
+      {"scenario: pool_active\ngrid: {water.milk_ml_m3: [1, 2, 1]}\n",
+       "plan.yaml:3: grid.water.milk_ml_m3[2]: '1' is given twice"},
       {"scenario: pool_active\ngrid: {water.milk_ml_m3: 3}\n",
        "plan.yaml:3: grid.water.milk_ml_m3: must be a list of values"},
       {"scenario: pool_active\ngrid: {seed: [1]}\n", "set master_seed"},

@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "sim/base/check.h"
+#include "tests/support/binomial.h"
 
 namespace turbidock::statistics {
 namespace {
@@ -78,24 +79,14 @@ TEST(NetLossTest, RejectsWhenTheAverageOfItsStakesHasGrownEnough) {
   EXPECT_GT(kept, 300);
 }
 
-// Binomial probabilities by their recurrence.
-double AtMost(int k, int n, double p) {
-  double term = std::pow(1 - p, n), sum = 0;
-  for (int i = 0; i <= k; ++i) {
-    sum += term;
-    term *= (n - i) * p / ((i + 1) * (1 - p));
-  }
-  return sum;
-}
-
 TEST(FixedSampleTest, FailsAtAsManyAsItsLevelAllows) {
   for (const auto& [no_worse, worse, level] :
        {std::array{0.95, 0.85, 0.05}, std::array{0.5, 0.4, 0.01}, std::array{0.3, 0.1, 0.2}}) {
     const FixedTest fixed =
         FixedSampleTest({.no_worse = no_worse, .worse = worse, .alpha = level, .beta = level});
-    EXPECT_LE(AtMost(fixed.fail_at_most, fixed.trials, no_worse), level);
-    EXPECT_GT(AtMost(fixed.fail_at_most + 1, fixed.trials, no_worse), level);
-    EXPECT_GE(AtMost(fixed.fail_at_most, fixed.trials, worse), 1 - level);
+    EXPECT_LE(testing::BinomialAtMost(fixed.fail_at_most, fixed.trials, no_worse), level);
+    EXPECT_GT(testing::BinomialAtMost(fixed.fail_at_most + 1, fixed.trials, no_worse), level);
+    EXPECT_GE(testing::BinomialAtMost(fixed.fail_at_most, fixed.trials, worse), 1 - level);
   }
 }
 

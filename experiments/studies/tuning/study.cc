@@ -10,6 +10,7 @@
 #include "experiments/config/data_files.h"
 #include "experiments/config/nearest_name.h"
 #include "experiments/config/yaml_fields.h"
+#include "experiments/farm/varied_keys.h"
 #include "experiments/system/output_path.h"
 #include "experiments/system/plain_text.h"
 #include "sim/base/check.h"
@@ -106,19 +107,13 @@ StudySettings ReadSettings(const config::YamlNode& node, const trial::Plugins& p
   return settings;
 }
 
-// Whether what a plan gives for `key` is, or holds, a value of the number `wanted`.
-bool Gives(const std::string& key, const config::YamlNode& value, const std::string& wanted) {
-  if (!value.IsMap()) return wanted == key || wanted.starts_with(key + ".");
-  return std::ranges::any_of(value.Entries(), [&](const auto& entry) {
-    return Gives(JoinKey(key, entry.first), entry.second, wanted);
-  });
-}
-
 // A candidate has one value of each gain in all of its trials.
 void RequireNotVaried(const config::YamlNode& trials, const std::vector<GainRange>& gains) {
-  const auto require = [&gains](const std::string& key, const config::YamlNode& value) {
-    for (const GainRange& gain : gains)
-      if (Gives(key, value, gain.key)) value.Fail("gives " + gain.key + ", which is tuned");
+  farm::VariedKeys tuned;
+  for (const GainRange& gain : gains) tuned.Add(gain.key, config::TextNode("", trials));
+  const auto require = [&tuned](const std::string& key, const config::YamlNode& value) {
+    if (const auto at = tuned.FirstThere(key, value))
+      at->Fail("is tuned: it has one value in all trials");
   };
   if (const auto grid = trials.Find("grid"))
     for (const auto& [key, values] : grid->Entries())

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "experiments/studies/gate/error_rates.h"
+#include "tests/support/binomial.h"
 
 namespace turbidock::gate {
 namespace {
@@ -138,25 +139,17 @@ TEST(RateTest, ItsVerdictsAreTheSumOverAllSequences) {
   }
 }
 
-// Binomial probabilities by their recurrence.
-double AtMost(int k, int n, double p) {
-  double term = std::pow(1 - p, n), sum = 0;
-  for (int i = 0; i <= k; ++i) {
-    sum += term;
-    term *= (n - i) * p / ((i + 1) * (1 - p));
-  }
-  return sum;
-}
-
 TEST(FixedSampleTest, IsTheSmallest) {
   const statistics::RateTestDesign design{
       .no_worse = 0.95, .worse = 0.85, .alpha = 0.05, .beta = 0.05};
   const statistics::FixedTest fixed = statistics::FixedSampleTest(design);
-  EXPECT_LE(AtMost(fixed.fail_at_most, fixed.trials, 0.95), 0.05);
-  EXPECT_LE(1 - AtMost(fixed.fail_at_most, fixed.trials, 0.85), 0.05);
+  EXPECT_LE(testing::BinomialAtMost(fixed.fail_at_most, fixed.trials, 0.95), 0.05);
+  EXPECT_LE(1 - testing::BinomialAtMost(fixed.fail_at_most, fixed.trials, 0.85), 0.05);
   for (int n = 1; n < fixed.trials; ++n)
     for (int k = 0; k < n; ++k)
-      EXPECT_FALSE(AtMost(k, n, 0.95) <= 0.05 && 1 - AtMost(k, n, 0.85) <= 0.05) << n << " " << k;
+      EXPECT_FALSE(testing::BinomialAtMost(k, n, 0.95) <= 0.05 &&
+                   1 - testing::BinomialAtMost(k, n, 0.85) <= 0.05)
+          << n << " " << k;
 }
 
 TEST(RateTest, TakesAtLeastThirtyPercentFewerTrialsThanATestOfFixedSize) {

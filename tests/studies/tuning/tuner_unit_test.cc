@@ -167,14 +167,14 @@ TEST(Study, AGainIsNotVariedByTheTrials) {
   };
   EXPECT_EQ(with("grid: {water.milk_ml_m3: [0, 10]}"), "");
   EXPECT_EQ(with("cases: {a: {lqg: {sway: {error_m: 0.02}}}, b: {}}"), "");
-  const std::string said = "gives lqg.sway.effort_share, which is tuned";
+  const std::string said = "effort_share: is tuned: it has one value in all trials";
   EXPECT_THAT(with("grid: {lqg.sway.effort_share: [1, 2]}"),
-              HasSubstr("study.yaml:5: trials.grid.lqg.sway.effort_share[0]: " + said));
+              HasSubstr("study.yaml:5: trials.grid.lqg.sway.effort_share[0]: is tuned"));
   EXPECT_THAT(with("grid: {lqg: [{sway: {effort_share: 1}}]}"), HasSubstr(said));
   EXPECT_THAT(with("cases: {a: {}, b: {lqg: {sway: {effort_share: 2}}}}"),
-              HasSubstr("study.yaml:5: trials.cases.b.lqg: " + said));
+              HasSubstr("study.yaml:5: trials.cases.b.lqg.sway." + said));
   EXPECT_THAT(with("random: {lqg.sway.effort_share: {uniform: [1, 2]}}"),
-              HasSubstr("study.yaml:5: trials.random.lqg.sway.effort_share: " + said));
+              HasSubstr("study.yaml:5: trials.random.lqg.sway." + said));
 }
 
 // The trials of an evaluation are numbered in the file: more of them are refused before any runs.
