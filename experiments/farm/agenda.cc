@@ -50,6 +50,10 @@ TrialRule RuleOf(const StoreHeader& header) {
   return rule;
 }
 
+bool IsOf(const Shard& shard, const TrialRule& rule, int64_t trial) {
+  return shard.Has(rule.precision ? trial % rule.cells : trial / rule.strata);
+}
+
 Agenda::Agenda(const TrialRule& rule, const Shard& shard)
     : rule_(rule), shard_(shard), cells_(static_cast<size_t>(rule.cells)) {
   for (int64_t cell = 0; cell < rule_.cells; ++cell) {
@@ -57,10 +61,6 @@ Agenda::Agenda(const TrialRule& rule, const Shard& shard)
     cells_[static_cast<size_t>(cell)].strata.resize(static_cast<size_t>(rule_.strata));
     WantMore(cell);
   }
-}
-
-bool Agenda::Owns(int64_t trial) const {
-  return shard_.Has(rule_.precision ? trial % rule_.cells : trial / rule_.strata);
 }
 
 void Agenda::WantMore(int64_t cell) {

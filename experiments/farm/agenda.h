@@ -32,6 +32,10 @@ struct TrialRule {
   int64_t strata = 1;               // a cell's samples are of each in turn
 };
 
+// Whether the shard runs this trial: without a precision a shard takes whole rounds of strata, with
+// one whole cells, which it decides about alone.
+bool IsOf(const Shard& shard, const TrialRule& rule, int64_t trial);
+
 // The rule that a file's trials follow. Without a precision it knows of no cells.
 TrialRule RuleOf(const StoreHeader& header);
 
@@ -69,7 +73,7 @@ class Agenda {
     bool decided = false;
   };
 
-  bool Owns(int64_t trial) const;
+  bool Owns(int64_t trial) const { return IsOf(shard_, rule_, trial); }
   void WantMore(int64_t cell);
   void Decide(int64_t cell);
 

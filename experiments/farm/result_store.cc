@@ -359,6 +359,16 @@ void ResultStore::RequireRows() const {
   query.bind(1, header_.kind == "batch" ? header_.trials : INT64_MAX);
   if (query.executeStep())
     FailDamaged(fmt::format("trial {} is none of its plan's", query.getColumn(0).getInt64()));
+  RequireOfShard();
+}
+
+void ResultStore::RequireOfShard() const {
+  if (header_.kind != "batch" || header_.shard.count == 1) return;
+  const TrialRule rule = RuleOf(header_);
+  SQLite::Statement query(*db_, "SELECT trial FROM trials");
+  while (query.executeStep())
+    if (const int64_t trial = query.getColumn(0).getInt64(); !IsOf(header_.shard, rule, trial))
+      FailDamaged(fmt::format("trial {} is none of its shard's", trial));
 }
 
 void ResultStore::FailDamaged(const std::string& how) const {

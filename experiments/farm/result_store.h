@@ -98,6 +98,7 @@ class ResultStore {
   void Create(const StoreHeader& header);
   void ReadHeader();  // with all that is asked of a file before anything in it is used
   void RequireRows() const;
+  void RequireOfShard() const;
   [[noreturn]] void FailDamaged(const std::string& how) const;
   void ReplacePlan(const StoreHeader& header);
   void AddFigureColumns();  // those that an older program did not know

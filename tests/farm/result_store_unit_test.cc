@@ -281,6 +281,7 @@ TEST_F(Store, RefusesValuesThatCannotBe) {
        "UPDATE parameters SET trial = 77",
        "trial 77 is none of its plan's"},
       {"UPDATE trials SET cell = 'x'", "trial 1 is none of its plan's"},
+      {"UPDATE meta SET value = '1/3' WHERE key = 'shard'", "trial 1 is none of its shard's"},
   };
   StoreHeader header = Header();
   header.build = system::BuildId();  // whose plan's hash this program knows
@@ -342,12 +343,8 @@ TEST_F(Store, MergesWhatBelongsTogether) {
   StoreHeader first = Header(), second = Header();
   first.shard = {1, 2};
   second.shard = {2, 2};
-  ResultStore::Write(File("1.db"), first).Add(Trial(1, "7", trial::Failure::kNone));
-  {
-    ResultStore store = ResultStore::Write(File("2.db"), second);
-    store.Add(Trial(1, "7", trial::Failure::kNone));  // in both, and equal
-    store.Add(Trial(2, "8", trial::Failure::kTimeout));
-  }
+  ResultStore::Write(File("1.db"), first).Add(Trial(2, "8", trial::Failure::kTimeout));
+  ResultStore::Write(File("2.db"), second).Add(Trial(1, "7", trial::Failure::kNone));
   ResultStore merged = ResultStore::Write(File("m.db"), Header());
   merged.Merge(File("1.db"));
   merged.Merge(File("2.db"));
@@ -356,7 +353,7 @@ TEST_F(Store, MergesWhatBelongsTogether) {
 
   StoredTrial changed = Trial(2, "8", trial::Failure::kTimeout);
   changed.record.digest = "other";
-  ResultStore::Write(File("3.db"), second).Add(changed);
+  ResultStore::Write(File("3.db"), first).Add(changed);
   EXPECT_THROW(merged.Merge(File("3.db")), MismatchError);
   StoreHeader other_build = Header();
   other_build.build = "1.0 f01";
