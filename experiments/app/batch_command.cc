@@ -85,7 +85,12 @@ int Batch(const BatchArguments& arguments) {
   // of a part of a batch there is no page
   const std::string page =
       shard.count == 1 ? fs::path(arguments.out).replace_extension(".html").string() : "";
-  system::OutputPlan().Reads(arguments.plan.plan).Writes(arguments.out).Writes(page).Require();
+  system::OutputPlan()
+      .Reads(arguments.plan.plan)
+      .Reads(plan.files())
+      .Writes(arguments.out, system::kResultFile)
+      .Writes(page, page::kPageFile)
+      .Require();
   farm::ResultStore store = farm::ResultStore::Write(arguments.out, farm::HeaderOf(plan, shard));
   Progress progress(arguments.quiet);
   progress.Say(fmt::format("{}: {}{}, plan {}, {}", plan.settings().description, CountText(plan),

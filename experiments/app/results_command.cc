@@ -42,8 +42,7 @@ struct MergeArguments {
 
 int Merge(const MergeArguments& arguments) {
   system::OutputPlan outputs;
-  for (const std::string& input : arguments.inputs) outputs.Reads(input);
-  outputs.Writes(arguments.out).Require();
+  outputs.Reads(arguments.inputs).Writes(arguments.out, system::kResultFile).Require();
   const std::string& first = arguments.inputs.front();
   farm::StoreHeader header = farm::ResultStore::Read(first).header();
   header.shard = {};

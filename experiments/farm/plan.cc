@@ -393,6 +393,14 @@ void Plan::DrawDesign(const std::string& file) {
   }
 }
 
+std::vector<std::string> Plan::files() const {
+  std::vector<std::string> files;
+  for (const auto& [name, file] : found_) files.push_back(file);
+  for (const auto& [name, scenario] : scenarios_)
+    files.insert(files.end(), {scenario.model, scenario.vehicle_model, scenario.station_model});
+  return files;
+}
+
 TrialSpec Plan::Trial(int64_t trial) const {
   TD_CHECK(0 <= trial && trial < trials(), "a trial of the plan");
   TrialSpec spec;

@@ -169,6 +169,8 @@ class Plan {
   const std::vector<GridAxis>& grid() const { return grid_; }
   // Keys of a trial's parameters, in their order.
   const std::vector<std::string>& keys() const { return keys_; }
+  // What its scenarios were read from and their models: files, or names of bundled ones.
+  std::vector<std::string> files() const;
   int64_t cells() const { return cells_; }
   // Of all cells; with a precision, at most.
   int64_t trials() const { return cells_ * trials_of_cell(); }

@@ -218,7 +218,7 @@ ResultStore::~ResultStore() = default;
 
 ResultStore::ResultStore(std::string file, bool writes) : file_(std::move(file)) {
   if (writes) {
-    system::RequireWritable(file_);  // SQLite would open it for reading
+    system::RequireWritable(file_, system::kResultFile);  // SQLite would open it for reading
     lock_ = std::make_unique<RunLock>(file_);
   }
   Guard(file_, [&] {

@@ -4,7 +4,6 @@
 
 #include "experiments/page/compress.h"
 #include "experiments/page/web_files.h"
-#include "experiments/system/output_path.h"
 
 namespace turbidock::page {
 namespace {
@@ -39,11 +38,11 @@ std::string Head(const report::Json& model, const std::string& style) {
   return fmt::format(
       "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-      "<meta name=\"generator\" content=\"turbidock\">\n"
+      "{}\n"
       // no favicon is asked for
       "<link rel=\"icon\" href=\"data:,\">\n<title>{}</title>\n{}</head>\n<body>\n"
       "<noscript>This page draws itself: it needs JavaScript.</noscript>\n",
-      EscapeHtml(model.value("title", "turbidock")), style);
+      kPageFile.mark, EscapeHtml(model.value("title", "turbidock")), style);
 }
 
 constexpr const char* kStart =

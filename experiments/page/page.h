@@ -6,8 +6,13 @@
 #include <string>
 
 #include "experiments/report/json.h"
+#include "experiments/system/output_path.h"
 
 namespace turbidock::page {
+
+// A page is replaced by one that nobody asked for by name.
+inline constexpr system::FileKind kPageFile = {"page of this program",
+                                               R"(<meta name="generator" content="turbidock">)"};
 
 struct Page {
   // What is shown. model["kind"] names the module of web/ that shows it, model["title"] is the

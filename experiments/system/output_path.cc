@@ -43,6 +43,16 @@ std::string TargetOf(const std::string& path) {
   return error ? path : target.string();
 }
 
+// The first bytes of a file; none of what is no file or cannot be read.
+std::string BeginningOf(const std::string& path) {
+  if (!WhyUnreadable(path).empty()) return "";  // opening a pipe would wait
+  std::ifstream file(path, std::ios::binary);
+  std::string begin(4096, '\0');
+  file.read(begin.data(), std::ssize(begin));
+  begin.resize(static_cast<size_t>(file.gcount()));
+  return begin;
+}
+
 [[noreturn]] void FailWriting(const std::string& path, const std::string& why) {
   throw ConfigError(path, "cannot be written: " + why);
 }
@@ -57,7 +67,18 @@ void MakeFolder(const std::string& folder) {
   if (error) throw ConfigError(folder, "cannot be made: " + error.message());
 }
 
-void RequireWritable(const std::string& path) {
+void RequireReplaceable(const std::string& path, const FileKind& kind) {
+  const std::string there = BeginningOf(path);
+  if (there.empty()) return;
+  const std::string remedy = "; name another file, or move this one away";
+  if (kind.mark.empty() && there.starts_with(kResultFile.mark))
+    throw ConfigError(path, "is a result file and is not replaced by another kind" + remedy);
+  if (there.find(kind.mark) == std::string::npos)
+    throw ConfigError(path,
+                      "is no " + std::string(kind.name) + " and is not replaced by one" + remedy);
+}
+
+void RequireWritable(const std::string& path, const FileKind& kind) {
   const auto fail = [&path] { FailWriting(path, std::strerror(errno)); };
   if (path.empty()) FailWriting("an empty name", std::strerror(ENOENT));
   struct stat found {};
@@ -65,6 +86,7 @@ void RequireWritable(const std::string& path) {
   if (!exists && errno != ENOENT) fail();
   if (exists && !KindOf(found).empty()) FailWriting(path, "it " + KindOf(found));
   if (exists && access(path.c_str(), W_OK) != 0) fail();
+  RequireReplaceable(path, kind);
   // Where it will be written first.
   const std::string partial = TargetOf(path) + ".partial";
   const bool existed = access(partial.c_str(), F_OK) == 0;
@@ -79,8 +101,13 @@ OutputPlan& OutputPlan::Reads(const std::string& path) {
   return *this;
 }
 
-OutputPlan& OutputPlan::Writes(const std::string& path) {
-  if (!path.empty()) outputs_.push_back(path);
+OutputPlan& OutputPlan::Reads(const std::vector<std::string>& paths) {
+  for (const std::string& path : paths) Reads(path);
+  return *this;
+}
+
+OutputPlan& OutputPlan::Writes(const std::string& path, const FileKind& kind) {
+  if (!path.empty()) outputs_.push_back({path, kind});
   return *this;
 }
 
@@ -96,12 +123,13 @@ void OutputPlan::Require() const {
   for (const std::string& input : inputs_)
     if (access(input.c_str(), F_OK) == 0)  // else it is the name of something bundled
       taken[IdentityOf(input)] = "is read by this command";
-  for (const std::string& output : outputs_) {
-    const auto [by, is_free] = taken.emplace(IdentityOf(output), "is written by it twice");
-    if (!is_free) throw ConfigError(output, by->second + "; give another file to write");
+  for (const auto& [path, kind] : outputs_) {
+    const auto [by, is_free] = taken.emplace(IdentityOf(path), "is written by it twice");
+    if (!is_free) throw ConfigError(path, by->second + "; give another file to write");
   }
+  for (const auto& [path, kind] : outputs_) RequireReplaceable(path, kind);  // with no folder made
   for (const std::string& folder : folders_) MakeFolder(folder);
-  for (const std::string& output : outputs_) RequireWritable(output);
+  for (const auto& [path, kind] : outputs_) RequireWritable(path, kind);
 }
 
 WholeFile::WholeFile(const std::string& path)

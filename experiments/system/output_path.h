@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace turbidock::system {
@@ -12,24 +13,44 @@ namespace turbidock::system {
 // Makes a folder and those around it. ConfigError ("PATH: cannot be made: REASON").
 void MakeFolder(const std::string& folder);
 
-// Throws ConfigError ("PATH: cannot be written: REASON") when no file can be written at `path`, or
-// when what is there is no file. Leaves the file system as it was.
-void RequireWritable(const std::string& path);
+// A kind of file that the program writes, told by a text among its first bytes.
+struct FileKind {
+  std::string_view name, mark;
+};
+inline constexpr FileKind kResultFile = {"result file", "SQLite format 3"};
+// Asked for by its name, whatever stands there: anything but results is replaced by it.
+inline constexpr FileKind kAnyFile = {};
+
+// ConfigError when a file stands at `path` that one of this kind does not replace: it replaces only
+// its own kind, and what is empty.
+void RequireReplaceable(const std::string& path, const FileKind& kind);
+
+// Throws ConfigError ("PATH: cannot be written: REASON") when no file can be written at `path`,
+// when what is there is no file, or is not to be replaced. Leaves the file system as it was.
+void RequireWritable(const std::string& path, const FileKind& kind = kAnyFile);
 
 // Every file that a command reads and writes, to be looked at together before any of them is opened
 // for writing and before any work.
 class OutputPlan {
  public:
-  OutputPlan& Reads(const std::string& path);   // nothing if empty
-  OutputPlan& Writes(const std::string& path);  // nothing if empty
+  OutputPlan& Reads(const std::string& path);  // nothing if empty
+  OutputPlan& Reads(const std::vector<std::string>& paths);
+  // Nothing if empty. What is not asked for by its name has a kind.
+  OutputPlan& Writes(const std::string& path, const FileKind& kind = kAnyFile);
   // Files of a folder, which Require makes when needed.
   OutputPlan& WritesInto(const std::string& folder, const std::vector<std::string>& names);
-  // ConfigError for an output that cannot be written, is an input (under whatever name) or is
-  // written twice.
+  // ConfigError for an output that cannot be written, is an input (under whatever name), is written
+  // twice, or would replace what it must not.
   void Require() const;
 
  private:
-  std::vector<std::string> inputs_, outputs_, folders_;
+  struct Output {
+    std::string path;
+    FileKind kind;
+  };
+
+  std::vector<std::string> inputs_, folders_;
+  std::vector<Output> outputs_;
 };
 
 // A file that is there complete or not at all: what writes it does so at partial(), and Commit

@@ -117,6 +117,36 @@ TEST_F(BadInput, AnOutputIsNoInput) {
   Refused({"view", scenario, "--out", folder_.string()}, scenario + ":" + read);
 }
 
+// What nobody asked for by its name replaces only its own kind.
+TEST_F(BadInput, WhatIsNobodysOutputIsNotReplaced) {
+  const std::string plan = File("plan.yaml",
+                                "schema_version: 1\nscenario: s.html\nseeds: 1\n"
+                                "set: {pose_source: true_pose, duration_s: 0.1}\n");
+  const std::string scenario =
+      File("s.html", "schema_version: 1\nseed: 1\nduration_s: 1\nmodel: pool_active.xml\n");
+  Refused({"batch", plan, "--out", Path("s.db")}, scenario + ": is read by this command");
+  const std::string page = File("x.html", "<!doctype html>\n<p>mine</p>\n");
+  Refused({"batch", plan, "--out", Path("x.db")}, page + ": is no page of this program and is not");
+  const std::string report = File("o/report.html", "<!doctype html>\n<p>mine</p>\n");
+  Refused({"run", "pool_active", "--report", "--out", Path("o")},
+          report + ": is no page of this program");
+  const std::string gains = File("o/gains.yaml", "controller: pid\n");
+  Refused({"tune", "tryout", "--out", Path("o")}, gains + ": is no gains file of tune and is not");
+  // a page of a batch before is
+  EXPECT_EQ(RunProgram({"batch", plan, "--out", Path("y.db"), "--quiet"}).exit_code, 0);
+  EXPECT_EQ(RunProgram({"batch", plan, "--out", Path("y.db"), "--quiet"}).exit_code, 0);
+}
+
+TEST_F(BadInput, ResultsAreReplacedByNothingElse) {
+  const std::string db = Batch("x.db"), other = Batch("y.db");
+  const std::string kept = other + ": is a result file and is not replaced by another kind";
+  Refused({"report", db, "--out", other}, kept);
+  Refused({"recognize", "--marker", "active", "--csv", other}, kept);
+  fs::create_symlink(other, Path("x.png"));
+  Refused({"curve", db, "--over", "seed", "--figure", Path("x.png")},
+          "x.png: is a result file and is not replaced");
+}
+
 TEST_F(BadInput, AResultOfAnotherShapeIsNoFault) {
   const std::string none = "x.json: is no result of this program";
   for (const char* text : {R"({"verdict": 1, "conditions": [], "description": 4})",

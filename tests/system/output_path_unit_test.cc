@@ -105,6 +105,34 @@ TEST_F(OutputPath, OnlyFilesAreWritten) {
             File("pipe") + ": cannot be made");
 }
 
+TEST_F(OutputPath, OnlyItsOwnKindIsReplaced) {
+  constexpr FileKind kList = {"list of ours", "# A list"};
+  const std::string remedy = "; name another file, or move this one away";
+  Make("mine", "1\n2\n");
+  Make("list", "\n# A list, edited\n");
+  Make("empty", "");
+  Make("results", "SQLite format 3 and so on");
+  mkfifo(File("pipe").c_str(), 0666);
+  const auto said = [&](const char* name, const FileKind& kind) {
+    return MessageOf([&] { OutputPlan().Writes(File(name), kind).Require(); });
+  };
+  for (const char* name : {"list", "empty", "none"}) EXPECT_EQ(said(name, kList), "no error");
+  for (const char* name : {"mine", "list", "empty", "none"})
+    EXPECT_EQ(said(name, kAnyFile), "no error");
+  EXPECT_EQ(said("mine", kList),
+            File("mine") + ": is no list of ours and is not replaced by one" + remedy);
+  EXPECT_EQ(said("results", kAnyFile),
+            File("results") + ": is a result file and is not replaced by another kind" + remedy);
+  EXPECT_EQ(said("results", kResultFile), "no error");
+  EXPECT_EQ(MessageOf([&] { WriteWhole(File("results"), "x"); }),
+            said("results", kAnyFile));  // whoever writes
+  EXPECT_NE(MessageOf([&] {
+              OutputPlan().WritesInto(File("new"), {"a"}).Writes(File("mine"), kList).Require();
+            }),
+            "no error");
+  EXPECT_FALSE(fs::exists(File("new")));
+}
+
 TEST_F(OutputPath, OnlyFilesAreRead) {
   mkfifo(File("pipe").c_str(), 0666);
   const std::string cannot = ": cannot be read: ";

@@ -16,8 +16,7 @@
 namespace turbidock::gate {
 namespace {
 
-// How every baseline begins and ends, of whatever schema.
-constexpr std::string_view kHeadline = "# A gate's baseline, written by `turbidock gate";
+// How every baseline ends, of whatever schema.
 constexpr std::string_view kChecksumKey = "checksum: ";
 
 std::string Quoted(const std::string& text) {
@@ -91,7 +90,7 @@ BaselineCondition MakeBaselineCondition(const GateCondition& condition,
 }
 
 std::string BaselineText(const Baseline& baseline) {
-  std::string text = std::string(kHeadline) +
+  std::string text = std::string(kBaselineFile.mark) +
                      " GATE.yaml --update`. Do not edit: the\n"
                      "# checksum covers every byte above it.\n";
   text += fmt::format("schema_version: {}\nbuild: {}\nseed: {}\nconditions:\n", kBaselineSchema,
@@ -112,14 +111,6 @@ std::string BaselineText(const Baseline& baseline) {
           FormatNumber(t.quality.fitness), FormatNumber(t.quality.effort_v), t.digest);
   }
   return text + std::string(kChecksumKey) + "\"" + DigestOf(text) + "\"\n";
-}
-
-void RequireReplaceable(const std::string& file) {
-  if (!system::WhyUnreadable(file).empty()) return;  // nothing, or no file: cannot be written
-  if (!system::ReadWhole(file).starts_with(kHeadline))
-    throw ConfigError(file +
-                      ": is no baseline of a gate and is not replaced by one; name another file, "
-                      "or move this one away");
 }
 
 Baseline LoadBaseline(const std::string& file) {

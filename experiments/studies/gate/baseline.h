@@ -9,10 +9,14 @@
 
 #include "experiments/studies/gate/gate_plan.h"
 #include "experiments/studies/gate/judge.h"
+#include "experiments/system/output_path.h"
 
 namespace turbidock::gate {
 
 inline constexpr int kBaselineSchema = 2;
+// A baseline is replaced by one, also if it is damaged or of another schema.
+inline constexpr system::FileKind kBaselineFile = {
+    "baseline of a gate", "# A gate's baseline, written by `turbidock gate"};
 
 struct BaselineCondition {
   std::string name;
@@ -62,10 +66,6 @@ BaselineCondition MakeBaselineCondition(const GateCondition& condition,
 
 // The file's text, with its checksum.
 std::string BaselineText(const Baseline& baseline);
-
-// ConfigError when a file stands there that no gate wrote: a baseline is replaced, also one that is
-// damaged or of another schema, anything else never.
-void RequireReplaceable(const std::string& file);
 
 // Reads a file. ConfigError when it is missing, from another schema, or its text is not as it was
 // written.

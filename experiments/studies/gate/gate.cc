@@ -58,7 +58,7 @@ GateReport RunGate(const GatePlan& plan, const Baseline& baseline, const std::st
 
 Baseline MeasureBaseline(const GatePlan& plan, const GateRunner& run, int at_once,
                          const std::function<void(int done, int all)>& on_round) {
-  RequireReplaceable(plan.baseline);
+  system::RequireReplaceable(plan.baseline, kBaselineFile);
   std::vector<GateRequest> all;
   for (size_t i = 0; i < plan.conditions.size(); ++i)
     for (int trial = 0; trial < plan.conditions[i].max_trials; ++trial)

@@ -45,7 +45,7 @@ GateReport RunGate(const GatePlan& plan, const Baseline& baseline, const std::st
                    const GateRunner& run, const GateOptions& options);
 
 // Runs max_trials trials of every condition. `build` is the caller's to fill in. ConfigError before
-// any of them where the plan's baseline could not be written (RequireReplaceable).
+// any of them where the plan's baseline must not be replaced.
 Baseline MeasureBaseline(const GatePlan& plan, const GateRunner& run, int at_once,
                          const std::function<void(int done, int all)>& on_round);
 

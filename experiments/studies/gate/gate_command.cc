@@ -84,7 +84,7 @@ Baseline OldBaseline(const std::string& file, app::Progress* progress) {
 }
 
 int UpdateBaseline(const GateArguments& arguments, const GatePlan& plan) {
-  OutputsOf(arguments, plan).Writes(plan.baseline).Require();
+  OutputsOf(arguments, plan).Writes(plan.baseline, kBaselineFile).Require();
   app::Progress progress(arguments.quiet);
   const farm::FarmOptions farm = FarmOf(arguments, &progress);
   Baseline now = MeasureBaseline(
@@ -154,7 +154,8 @@ int JudgeAgainstBaseline(const GateArguments& arguments, const GatePlan& plan) {
   system::OutputPlan outputs = OutputsOf(arguments, plan);
   outputs.Reads(plan.baseline).Writes(arguments.figure);
   if (!arguments.out.empty()) {
-    outputs.WritesInto(arguments.out, {"summary.json", "junit.xml", "summary.md", "report.html"});
+    outputs.WritesInto(arguments.out, {"summary.json", "junit.xml", "summary.md"})
+        .Writes(arguments.out + "/report.html", page::kPageFile);
     if (arguments.bundles > 0) outputs.WritesInto(FailuresOf(arguments), {});
   }
   outputs.Require();

@@ -37,13 +37,13 @@ std::string Summary(const trial::TrialResult& result) {
 trial::TrialResult RunShownTrial(const trial::Scenario& scenario, const ShownTrialOptions& shown) {
   // now, not after a minute of work
   system::OutputPlan outputs;
-  for (const std::string& input : shown.inputs) outputs.Reads(input);
+  outputs.Reads(shown.inputs);
   if (shown.out) {
     std::vector<std::string> files = trial::kRecordFiles;
     files.emplace_back("figure.png");
     if (shown.video) files.emplace_back("video.mp4");
-    if (shown.report) files.emplace_back("report.html");
     outputs.WritesInto(*shown.out, files);
+    if (shown.report) outputs.Writes(*shown.out + "/report.html", page::kPageFile);
   }
   if (shown.figure) {
     media::RequireFigurePath(*shown.figure);

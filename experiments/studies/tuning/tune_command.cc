@@ -30,14 +30,17 @@ struct TuneArguments {
 int Tune(const TuneArguments& arguments) {
   const Study study = LoadStudy(arguments.study, arguments.plugins);
   if (!arguments.figure.empty()) media::RequireFigurePath(arguments.figure);
+  const std::string file = arguments.out + "/evaluations.sqlite";
   system::OutputPlan()
       .Reads(arguments.study)
+      .Reads(study.TrialsOf(0, 1).files())
       .Writes(arguments.figure)
-      .WritesInto(arguments.out, {"evaluations.sqlite", "gains.yaml", "report.json", "report.md",
-                                  "report.html", "tuning.png"})
+      .Writes(file, system::kResultFile)
+      .Writes(arguments.out + "/gains.yaml", kGainsFile)
+      .Writes(arguments.out + "/report.html", page::kPageFile)
+      .WritesInto(arguments.out, {"report.json", "report.md", "tuning.png"})
       .Require();
   media::RequireFigures();
-  const std::string file = arguments.out + "/evaluations.sqlite";
   app::Progress progress(arguments.quiet);
   const StudySettings& settings = study.settings();
   progress.Say(fmt::format("{}: {} gains, {}, {} generations of {}, study {}", settings.description,

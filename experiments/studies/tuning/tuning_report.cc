@@ -84,9 +84,8 @@ std::string GainsYaml(const Study& study, const TuningResult& result) {
     const std::string& key = study.settings().gains[i].key;
     if (!key.starts_with(law + ".")) Set(gains, key, YAML::Node(FormatNumber(result.tuned[i])));
   }
-  std::string text =
-      fmt::format("# {}\n# Found by `turbidock tune`, study {}, {}.\n",
-                  study.settings().description, study.hash(), system::VersionAndCommit());
+  std::string text = fmt::format("# {}\n{}, study {}, {}.\n", study.settings().description,
+                                 kGainsFile.mark, study.hash(), system::VersionAndCommit());
   if (result.held_out) {
     const Comparison& c = *result.held_out;
     text += fmt::format("# {} held-out trials: docked {} (before: {}), median {} s.\n",

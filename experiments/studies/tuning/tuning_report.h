@@ -5,8 +5,12 @@
 
 #include "experiments/studies/tuning/study.h"
 #include "experiments/studies/tuning/tuner.h"
+#include "experiments/system/output_path.h"
 
 namespace turbidock::tuning {
+
+inline constexpr system::FileKind kGainsFile = {"gains file of tune",
+                                                "# Found by `turbidock tune`"};
 
 // A gains file for `run --gains`: the law, its whole group, and every other tuned key.
 std::string GainsYaml(const Study& study, const TuningResult& result);
