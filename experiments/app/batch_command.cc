@@ -260,9 +260,12 @@ void AddBatch(CommandLine& line) {
   curve.Add("results", curve_arguments.file, "A batch's file").Required();
   curve.Add("--over KEY", curve_arguments.over, "The key on the horizontal axis").Required();
   curve.Add("--by KEY", curve_arguments.by, "One curve for each value of this key");
-  curve.Add("--figure FILE", curve_arguments.figure, "Draw it: .png, .svg or .pdf");
-  curve.Flag("--error", curve_arguments.error,
-             "Draw beside it how far the estimate is from the truth once docked");
+  const Option figure =
+      curve.Add("--figure FILE", curve_arguments.figure, "Draw it: .png, .svg or .pdf");
+  curve
+      .Flag("--error", curve_arguments.error,
+            "Draw beside it how far the estimate is from the truth once docked")
+      .Needs(figure);
   curve.Flag("--json", curve_arguments.json, "As JSON on stdout");
 
   auto [plans, plans_arguments] = line.Add("plans", "List the bundled plans", &ListPlans);

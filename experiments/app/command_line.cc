@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
@@ -136,14 +137,21 @@ template <class T>
 Option Subcommand::Add(const std::string& name, T& target, const std::string& doc) {
   const size_t space = name.find(' ');
   const bool has_commas = name.ends_with(",...");
-  const auto read = [&target, has_commas](const CLI::results_t& arguments) {
+  const std::string words = name.substr(0, space);
+  const auto read = [&target, has_commas, words](const CLI::results_t& arguments) {
     target = T{};
     for (const std::string& argument : arguments)
-      for (const std::string& value : ValuesIn(argument, has_commas)) Read(value, &target);
+      for (const std::string& value : ValuesIn(argument, has_commas)) {
+        Read(value, &target);
+        if constexpr (kIsList<T>)
+          if (has_commas &&
+              std::find(target.begin(), target.end() - 1, target.back()) + 1 != target.end())
+            throw CLI::ValidationError(words, "'" + value + "' is given twice");
+      }
     return true;
   };
   CLI::Option* const option =
-      app_->add_option(name.substr(0, space), read, doc, /*defaulted=*/target != T{},
+      app_->add_option(words, read, doc, /*defaulted=*/target != T{},
                        [&target] { return CLI::detail::checked_to_string<T, T>(target); });
   option->type_name(space == std::string::npos ? CLI::detail::type_name<T>()
                                                : name.substr(space + 1));
@@ -189,6 +197,20 @@ Option Subcommand::AddSeed(std::string& seed) {
 
 Option Subcommand::AddWorkers(int& workers, const std::string& doc) {
   return Add("--workers", workers, doc).Between(1, 1024);
+}
+
+// Each is a line of a script.
+Option Subcommand::AddSbatch(std::vector<std::string>& options) {
+  const auto problem = [](const std::string& value) {
+    const bool is_line = std::ranges::none_of(
+        value, [](char c) { return std::iscntrl(static_cast<unsigned char>(c)) != 0; });
+    return value.starts_with('-') && is_line
+               ? ""
+               : fmt::format("'{}' must be one line that begins with -", value);
+  };
+  return Add("--sbatch OPTION", options,
+             "A further option of sbatch, such as --sbatch=--time=2:00:00; may be repeated")
+      .Check(problem);
 }
 
 void Subcommand::AddJson(bool& json) { Flag("--json", json, "Print the result as JSON on stdout"); }

@@ -57,8 +57,8 @@ class Subcommand {
   // An option ("--frames", or "--out FILE" with what the help calls its value) or a positional
   // argument ("scenario"), read into `target`, which must live as long as the command line. T:
   // text, which is not empty, a number (decimal, finite), an optional or a list of them; a list has
-  // its values in one argument if the name ends in ",...", else an option of it is given once for
-  // each. The help shows the target's value as the default, unless it is empty or 0.
+  // its values, all different, in one argument if the name ends in ",...", else an option of it is
+  // given once for each. The help shows the target's value as the default, unless it is empty or 0.
   template <class T>
   Option Add(const std::string& name, T& target, const std::string& doc);
   Option Flag(const std::string& name, bool& target, const std::string& doc);
@@ -69,6 +69,7 @@ class Subcommand {
   Option AddSet(std::vector<std::string>& assignments, const std::string& doc);
   Option AddSeed(std::string& seed);  // a whole number, as written: its reader has the range
   Option AddWorkers(int& workers, const std::string& doc);
+  Option AddSbatch(std::vector<std::string>& options);
   void AddJson(bool& json);
   void AddQuiet(bool& quiet);
 

@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include "sim/base/check.h"
-
 namespace turbidock::app {
 
 void FarmArguments::AddTo(Subcommand* command, const std::string& doc, int alone_now) {
@@ -12,20 +10,17 @@ void FarmArguments::AddTo(Subcommand* command, const std::string& doc, int alone
   command->Add("--workers", workers, fmt::format("{} [{}]; of a Slurm task [1]", doc, alone))
       .Between(1, 1024);
   const char* group = "On a Slurm cluster";
-  command
-      ->Add("--slurm TASKS", slurm,
-            "Run as job arrays of at most so many tasks at a time, with --workers cores each")
-      .Between(1, 100000)
-      .Group(group);
-  command
-      ->Add("--sbatch OPTION", sbatch,
-            "A further option of sbatch, such as --sbatch=--time=2:00:00; may be repeated")
-      .Group(group);
+  const Option tasks =
+      command
+          ->Add("--slurm TASKS", slurm,
+                "Run as job arrays of at most so many tasks at a time, with --workers cores each")
+          .Between(1, 100000)
+          .Group(group);
+  command->AddSbatch(sbatch).Group(group).Needs(tasks);
 }
 
 farm::FarmOptions FarmArguments::Options(const std::string& out,
                                          const std::function<void(const std::string&)>& say) const {
-  if (!slurm && !sbatch.empty()) throw ConfigError("--sbatch is of --slurm TASKS");
   if (!slurm) return {.workers = workers.value_or(alone), .slurm = {}};
   const std::string folder =
       out.empty() ? fmt::format("turbidock-{}.slurm", getpid()) : out + ".slurm";

@@ -176,8 +176,10 @@ void AddResults(CommandLine& line) {
       line.Add("verify", "Run trials again and compare their digests with the stored", &Verify);
   verify_arguments.plugins = line.plugins();
   verify.Add("results", verify_arguments.file, "A batch's file").Required();
-  verify.Add("--trials TRIAL,...", verify_arguments.trials, "Which ones");
-  verify.Add("--sample", verify_arguments.sample, "Else, how many, evenly spread").Positive();
+  const Option which = verify.Add("--trials TRIAL,...", verify_arguments.trials, "Which ones");
+  verify.Add("--sample", verify_arguments.sample, "Else, how many, evenly spread")
+      .Positive()
+      .Excludes(which);
   verify.AddWorkers(verify_arguments.workers, "Processes");
 
   auto [replay, replay_arguments] =

@@ -67,13 +67,16 @@ int Scenarios(const ScenariosArguments& arguments) {
 void AddScenarios(CommandLine& line) {
   auto [scenarios, arguments] = line.Add("scenarios", "List the bundled scenarios", &Scenarios);
   arguments.plugins = line.plugins();
-  scenarios.Flag("--keys", arguments.keys,
-                 "List every key of a scenario with default, range and meaning");
-  scenarios.Flag("--result-keys", arguments.result_keys,
-                 "List every key of a result with its column in a batch's file and meaning");
-  scenarios.Add("--show", arguments.show,
-                "Print a scenario, bundled or a file, with every default spelt out");
-  scenarios.Flag("--json", arguments.json, "As JSON");
+  const Option keys = scenarios.Flag(
+      "--keys", arguments.keys, "List every key of a scenario with default, range and meaning");
+  Option result_keys =
+      scenarios.Flag("--result-keys", arguments.result_keys,
+                     "List every key of a result with its column in a batch's file and meaning");
+  Option show = scenarios.Add("--show", arguments.show,
+                              "Print a scenario, bundled or a file, with every default spelt out");
+  const Option json = scenarios.Flag("--json", arguments.json, "As JSON, names or --keys");
+  result_keys.Excludes(keys).Excludes(show).Excludes(json);
+  show.Excludes(keys).Excludes(json);
 }
 
 }  // namespace turbidock::app

@@ -50,8 +50,7 @@ void AddSlurm(CommandLine& line) {
       .Between(1, 100000);
   slurm.Add("--out FILE", options.out, "SQLite file for the merged results").Required();
   slurm.AddWorkers(options.workers, "Processes and cores of a task");
-  slurm.Add("--sbatch OPTION", options.options,
-            "A further option of sbatch, such as --sbatch=--time=2:00:00; may be repeated");
+  slurm.AddSbatch(options.options);
   slurm.Flag("--submit", arguments.submit, "Also submit both jobs");
   slurm.Flag("--json", arguments.json, "Print files and jobs as JSON on stdout");
 }

@@ -307,8 +307,12 @@ void ApplySet(const std::string& assignment, const GroupRef& group, const Reader
   const size_t equals = assignment.find('=');
   YamlNode at{nullptr, kFromSet, assignment.substr(0, equals)};
   if (equals == std::string::npos) at.Fail("must be KEY=VALUE");
-  if (const std::optional<Field> field = FieldAt(group, reader.unknown(), &at))
-    reader.ReadValue(ParseYamlValue(assignment.substr(equals + 1), at), *field);
+  const std::optional<Field> field = FieldAt(group, reader.unknown(), &at);
+  if (!field) return;
+  std::string value = assignment.substr(equals + 1);
+  // a shell takes the quotes off
+  if (value.empty() && std::holds_alternative<std::string*>(field->value)) value = "''";
+  reader.ReadValue(ParseYamlValue(value, at), *field);
 }
 
 }  // namespace

@@ -170,6 +170,22 @@ TEST_F(BadInput, AnOptionThatSaysNothingHereIsRefused) {
           "--trial is for one batch's file");
   Refused({"report", db, "--by", "scenario", "--out", Path("x.html")},
           "--by and --ignore are for two batches");
+  Refused({"curve", db, "--over", "seed", "--error"}, "--error requires --figure");
+  Refused({"verify", db, "--trials", "1", "--sample", "5"}, "excludes");
+  Refused({"scenarios", "--show", "pool_active", "--keys"}, "excludes");
+  Refused({"scenarios", "--show", "pool_active", "--json"}, "excludes");
+  Refused({"scenarios", "--keys", "--result-keys"}, "excludes");
+  Refused({"batch", "smoke", "--out", Path("new.db"), "--sbatch=--time=1"},
+          "--sbatch requires --slurm");
+}
+
+// It becomes a line of a script.
+TEST_F(BadInput, AnOptionOfSbatchIsOneLine) {
+  const std::string line = " must be one line that begins with -";
+  Refused({"slurm", "smoke", "--tasks", "2", "--out", Path("x.db"), "--sbatch=--time=1\nrm -r x"},
+          "'--time=1 rm -r x'" + line);
+  Refused({"batch", "smoke", "--slurm", "2", "--out", Path("x.db"), "--sbatch", "time=1"},
+          "'time=1'" + line);
 }
 
 TEST_F(BadInput, TextThatIsNoneIsRefusedAtTheBeginning) {

@@ -155,6 +155,16 @@ TEST(Options, NoValueIsEmpty) {
   EXPECT_THAT(Refusal({"--distances", "600,9000"}), HasSubstr("9000 must be a number from 200"));
 }
 
+TEST(Options, AListHasAValueOnce) {
+  const std::string twice = " is given twice; see --help";
+  EXPECT_EQ(Refusal({"--distances", "600,800,600"}), "--distances: '600'" + twice);
+  EXPECT_EQ(Refusal({"--distances", "600,6e2"}), "--distances: '6e2'" + twice);
+  EXPECT_EQ(Refusal({"--distances", "600", "--distances", "600.0"}),
+            "--distances: '600.0'" + twice);
+  EXPECT_EQ(Refusal({"--by", "a,b,a"}), "--by: 'a'" + twice);
+  EXPECT_EQ(Parse({"x.db", "--set", "k=1", "--set", "k=1"}).sets.size(), 2u);
+}
+
 TEST(Options, WhatIsNotKnownIsNamedInItsOrder) {
   EXPECT_EQ(Refusal({"b", "--nope", "c"}), "not expected here: b --nope c; see --help");
   EXPECT_THAT(Refusal({"--quiet=3"}), HasSubstr("quiet was given"));

@@ -536,6 +536,15 @@ TEST(YamlFieldsSet, SameErrorsWithItsPrefix) {
   EXPECT_THAT(SetError("axis=[1, 2"), HasSubstr("--set axis: not valid YAML: "));
 }
 
+// A shell takes the quotes of '' off.
+TEST(YamlFieldsSet, TextMayBeEmpty) {
+  for (const char* assignment : {"title=", "title=''"}) {
+    OneOfEverything o;
+    ApplySet(assignment, &o, nullptr);
+    EXPECT_EQ(o.title, "");
+  }
+}
+
 TEST(YamlFieldsSet, StrayTextIsNotIgnored) {
   EXPECT_EQ(SetError("axis=[1, 0, 0] 4"), "--set axis: one YAML document ends and more follows");
   EXPECT_EQ(SetError("gain=,5"), "--set gain: one YAML document ends and more follows");

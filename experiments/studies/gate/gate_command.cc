@@ -352,8 +352,9 @@ void AddGate(app::CommandLine& line) {
   const app::Option plan = gate.Add("gate", arguments.plan, "The gate's YAML file");
   app::Option baseline =
       gate.Add("--baseline", arguments.baseline, "Another baseline file than the gate's");
-  gate.Add("--out", arguments.out,
-           "Folder for report.html, summary.json, junit.xml, summary.md, failures/");
+  const app::Option out =
+      gate.Add("--out", arguments.out,
+               "Folder for report.html, summary.json, junit.xml, summary.md, failures/");
   const app::Option figure = gate.Add(
       "--figure FILE", arguments.figure,
       "Draw the tests' way to the verdict: .png, .svg or .pdf; with --plan-size error rates");
@@ -414,7 +415,7 @@ void AddGate(app::CommandLine& line) {
   for (app::Option option : {results, budget}) option.Needs(design);
   design.Needs(results);
   for (app::Option option : {plan_size, simulate}) option.Excludes(design).Excludes(set);
-  for (const app::Option& option : {figure, set, bundles, json}) update.Excludes(option);
+  for (const app::Option& option : {out, figure, set, bundles, json}) update.Excludes(option);
 }
 
 }  // namespace turbidock::gate

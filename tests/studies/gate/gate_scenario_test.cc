@@ -154,6 +154,7 @@ TEST_F(GateProgram, OptionsThatDoNotGoTogetherAreRefused) {
                                                          {gate_, "--alpha", "0.01"},
                                                          {gate_, "--update", "--set", "seed=1"},
                                                          {gate_, "--update", "--bundles", "1"},
+                                                         {gate_, "--update", "--out", "go"},
                                                          {gate_, "--results", "x.db"},
                                                          {gate_, "--design", "smoke"},
                                                          {"--design", "smoke"},
