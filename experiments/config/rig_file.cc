@@ -108,10 +108,30 @@ CameraIntrinsics IntrinsicsOf(const std::vector<double>& matrix, const std::stri
   if (!(camera.fx_px > 0 && camera.fy_px > 0))
     throw ConfigError(where + ": the focal lengths of a camera matrix must be > 0");
   if (matrix[1] != 0) throw ConfigError(where + ": a camera matrix with skew is not supported");
+  RigParams own;  // sees as much as a rig of ours may
+  for (const double focal_px : {camera.fx_px, camera.fy_px}) {
+    own.horizontal_fov_rad = 2 * std::atan(camera.width_px / (2 * focal_px));
+    try {
+      CheckFields(own, "");
+    } catch (const ConfigError& error) {
+      throw ConfigError(fmt::format("{}: a focal length of {} pixels: {}", where,
+                                    FormatNumber(focal_px), error.what()));
+    }
+  }
+  if (!InRange(0, camera.width_px).Contains(camera.cx_px) ||
+      !InRange(0, camera.height_px).Contains(camera.cy_px))
+    throw ConfigError(fmt::format("{}: the principal point ({}, {}) is not in an image of {} x {}",
+                                  where, FormatNumber(camera.cx_px), FormatNumber(camera.cy_px),
+                                  camera.width_px, camera.height_px));
   return camera;
 }
 
-vision::LensDistortion DistortionOf(std::vector<double> d) {
+vision::LensDistortion DistortionOf(std::vector<double> d, const std::string& where) {
+  constexpr double kMost = 1000;  // of a fit to any lens
+  for (const double k : d)
+    if (!InRange(-kMost, kMost).Contains(k))
+      throw ConfigError(fmt::format("{}: a distortion of {} must be in [{}, {}]", where,
+                                    FormatNumber(k), -kMost, kMost));
   d.resize(8);
   return {d[0], d[1], d[2], d[3], d[4], d[5], d[6], d[7]};
 }
@@ -120,12 +140,16 @@ RigFromFile RigOfCalibration(const Calibration& calibration, const ImageSize& im
   const std::string& where = calibration.names();
   const ImageSize size = SizeIn(calibration).value_or(images);
   RigFromFile out;
-  const auto camera = [&](std::initializer_list<const char*> names) -> MountedCamera {
-    return {IntrinsicsOf(calibration.Matrix(names, {9}), where, size), Pose()};
+  using Names = std::initializer_list<const char*>;
+  const auto key = [&](Names names) { return where + ": " + *names.begin(); };
+  const auto camera = [&](Names names) -> MountedCamera {
+    return {IntrinsicsOf(calibration.Matrix(names, {9}), key(names), size), Pose()};
+  };
+  const auto lens = [&](Names names) {
+    return DistortionOf(calibration.Matrix(names, {4, 5, 8}), key(names));
   };
   out.rig = {camera({"M1", "K1", "cameraMatrix1"}), camera({"M2", "K2", "cameraMatrix2"})};
-  out.distortion = {DistortionOf(calibration.Matrix({"D1", "distCoeffs1"}, {4, 5, 8})),
-                    DistortionOf(calibration.Matrix({"D2", "distCoeffs2"}, {4, 5, 8}))};
+  out.distortion = {lens({"D1", "distCoeffs1"}), lens({"D2", "distCoeffs2"})};
 
   const std::vector<double> R = calibration.Matrix({"R"}, {9}), T = calibration.Matrix({"T"}, {3});
   const Eigen::Matrix3d R_RL =

@@ -1,5 +1,5 @@
-// The size of the images in a calibration that OpenCV wrote; what else is in one is tested where it
-// is used (tests/studies/estimate).
+// What a calibration that OpenCV wrote says of the images and what no lens can be; how it is used
+// is tested where it is (tests/studies/estimate).
 
 #include "experiments/config/rig_file.h"
 
@@ -20,9 +20,11 @@ std::string Matrix(int rows, int cols, const std::string& values) {
 }
 
 // "W x H" of a calibration that begins with `size`, of images of 320 x 240; or what is wrong.
-std::string SizeOf(const std::string& size) {
-  const std::string lens = Matrix(1, 5, "0., 0., 0., 0., 0.");
-  const std::string camera = Matrix(3, 3, "560., 0., 320., 0., 560., 240., 0., 0., 1.");
+std::string SizeOf(const std::string& size,
+                   const std::string& matrix = "560., 0., 160., 0., 560., 120., 0., 0., 1.",
+                   const std::string& distortion = "0., 0., 0., 0., 0.") {
+  const std::string lens = Matrix(1, 5, distortion);
+  const std::string camera = Matrix(3, 3, matrix);
   const std::string file = ::testing::TempDir() + "size.yml";
   std::ofstream(file) << "%YAML:1.0\n---\n"
                       << size << "M1:" << camera << "D1:" << lens << "M2:" << camera
@@ -43,6 +45,27 @@ TEST(RigFile, SizeIsThatOfTheCalibrationElseOfTheImages) {
   EXPECT_EQ(SizeOf("imageSize: [ 640, 480 ]\n"), "640 x 480");
   EXPECT_EQ(SizeOf("size: [ 640., 480. ]\n"), "640 x 480");
   EXPECT_EQ(SizeOf(""), "320 x 240");
+}
+
+TEST(RigFile, ACameraThatCannotBeIsRefused) {
+  const std::string fov = " must be in [0.1, 2.6]";
+  const auto camera = [](const char* fx, const char* fy, const char* center) {
+    return SizeOf("", std::string(fx) + ", 0., " + center + ", 0., " + fy + ", 120., 0., 0., 1.");
+  };
+  EXPECT_EQ(
+      camera("1e-9", "560.", "160."),
+      "size.yml: M1: a focal length of 1e-09 pixels: horizontal_fov_rad: 3.141592653577293" + fov);
+  EXPECT_EQ(camera("560.", "1e9", "160."),
+            "size.yml: M1: a focal length of 1e+09 pixels: horizontal_fov_rad: 3.2e-07" + fov);
+  // one of images of 1280 x 960
+  EXPECT_EQ(camera("1100.", "1100.", "640."),
+            "size.yml: M1: the principal point (640, 120) is not in an image of 320 x 240");
+  EXPECT_EQ(camera("560.", "560.", "-1."),
+            "size.yml: M1: the principal point (-1, 120) is not in an image of 320 x 240");
+  const std::string matrix = "560., 0., 160., 0., 560., 120., 0., 0., 1.";
+  EXPECT_EQ(SizeOf("", matrix, "0.1, 1e9, 0., 0., 0."),
+            "size.yml: D1: a distortion of 1e+09 must be in [-1000, 1000]");
+  EXPECT_EQ(SizeOf("", matrix, "-0.3, 40., 0.001, 0., -900."), "320 x 240");
 }
 
 TEST(RigFile, ASizeThatIsNoneIsRefused) {
