@@ -142,6 +142,43 @@ class ImageFiles : public ImageSource {
   size_t next_ = 0;
 };
 
+// Numbers in files' names: the text before and after, and how they are written.
+struct NumberedName {
+  std::string before, after;
+  bool zeros = false;
+  int width = 1;
+};
+
+std::optional<NumberedName> NumberedIn(const std::string& name) {
+  std::smatch parts;
+  static const std::regex kNumbered("(.*)%(0?)([0-9]{0,2})d(.*)");  // a name has 255 letters
+  if (!std::regex_match(name, parts, kNumbered)) return std::nullopt;
+  return NumberedName{.before = parts[1],
+                      .after = parts[4],
+                      .zeros = parts[2].length() > 0,
+                      .width = parts[3].length() > 0 ? std::stoi(parts[3]) : 1};
+}
+
+bool IsOneFile(const std::string& name, const std::vector<std::string>& files) {
+  return files.size() == 1 && files[0] == name;
+}
+
+// What a pattern leaves open of its files' names, of a folder their names; none of a file itself.
+std::vector<std::string> OpenPartsOf(const std::string& name,
+                                     const std::vector<std::string>& files) {
+  std::vector<std::string> parts;
+  if (IsOneFile(name, files)) return parts;
+  const auto numbered = NumberedIn(name);
+  const bool is_folder = fs::is_directory(name);
+  const size_t first = numbered ? numbered->before.size() : name.find_first_of("*?[");
+  const size_t last = name.find_last_of("*?]");
+  const size_t after = numbered ? numbered->after.size() : name.size() - last - 1;
+  for (const std::string& file : files)
+    parts.push_back(is_folder ? fs::path(file).filename().string()
+                              : file.substr(first, file.size() - first - after));
+  return parts;
+}
+
 std::vector<std::string> FilesOfPattern(const std::string& pattern) {
   std::vector<std::string> files;
   glob_t found{};
@@ -152,12 +189,12 @@ std::vector<std::string> FilesOfPattern(const std::string& pattern) {
 }
 
 // Files whose number stands for the pattern's one %d, %4d or %04d.
-std::vector<std::string> FilesOfNumbers(const std::string& before, bool zeros, int width,
-                                        const std::string& after) {
+std::vector<std::string> FilesOfNumbers(const NumberedName& numbered) {
   const auto name = [&](int number) {
-    return before +
-           (zeros ? fmt::format("{:0{}}", number, width) : fmt::format("{:{}}", number, width)) +
-           after;
+    return numbered.before +
+           (numbered.zeros ? fmt::format("{:0{}}", number, numbered.width)
+                           : fmt::format("{:{}}", number, numbered.width)) +
+           numbered.after;
   };
   std::vector<std::string> files;
   int number = 0;
@@ -177,21 +214,31 @@ std::vector<std::string> FilesOf(const std::string& name) {
     return files;
   }
   if (fs::exists(name)) return {name};
-  std::smatch parts;
-  static const std::regex kNumbered("(.*)%(0?)([0-9]{0,2})d(.*)");  // a name has 255 letters
-  if (std::regex_match(name, parts, kNumbered))
-    return FilesOfNumbers(parts[1], parts[2].length() > 0,
-                          parts[3].length() > 0 ? std::stoi(parts[3]) : 1, parts[4]);
+  if (const auto numbered = NumberedIn(name)) return FilesOfNumbers(*numbered);
   if (name.find_first_of("*?[") != std::string::npos) return FilesOfPattern(name);
   return {};
+}
+
+void RequirePairs(const std::string& left, const std::string& right) {
+  const std::vector<std::string> left_files = FilesOf(left), right_files = FilesOf(right);
+  const size_t pairs = std::min(left_files.size(), right_files.size());
+  for (size_t i = 0; i < pairs; ++i)
+    if (std::error_code ignored; fs::equivalent(left_files[i], right_files[i], ignored))
+      throw ConfigError(left_files[i] + ": is given for both sides");
+  const std::vector<std::string> left_parts = OpenPartsOf(left, left_files),
+                                 right_parts = OpenPartsOf(right, right_files);
+  if (std::ranges::find_first_of(left_parts, right_parts) == left_parts.end()) return;
+  for (size_t i = 0; i < pairs; ++i)
+    if (left_parts[i] != right_parts[i])
+      throw ConfigError(fmt::format("{} and {} are no pair: the file beside one of them is missing",
+                                    left_files[i], right_files[i]));
 }
 
 std::unique_ptr<ImageSource> OpenImages(const std::string& name) {
   std::vector<std::string> files = FilesOf(name);
   if (files.empty())
     throw ConfigError(name + ": there is no such file or folder, and no such images");
-  const bool is_one = files.size() == 1 && files[0] == name;
-  if (!is_one) return std::make_unique<ImageFiles>(std::move(files), false);
+  if (!IsOneFile(name, files)) return std::make_unique<ImageFiles>(std::move(files), false);
   if (IsStill(name)) return std::make_unique<ImageFiles>(std::move(files), true);
   RequireReadable(name);
   return std::make_unique<DecodedImages>(name);

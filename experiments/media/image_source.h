@@ -21,6 +21,11 @@ class ImageSource {
 // The files that a name means, below: one, those of a folder or a pattern, or none.
 std::vector<std::string> FilesOf(const std::string& name);
 
+// ConfigError where the files of two names, taken in their order, are no pairs: the same file
+// twice, or, of sides that name some files alike (by what a pattern leaves open, by the names in a
+// folder), two that are not.
+void RequirePairs(const std::string& left, const std::string& right);
+
 // Opens what the name means: a still image (PNG by libpng, others by ffmpeg), a folder or a shell
 // pattern of images (in the order of their names), a printf pattern such as left_%04d.png (from the
 // first of 0 to 9 that exists until one is missing), or a video (by ffmpeg). ConfigError when there

@@ -69,6 +69,7 @@ EstimateSettings LoadEstimateSettings(const std::string& marker_file,
 EstimateSummary RunEstimate(const EstimateInput& input, const EstimateSettings& settings,
                             const std::function<void(const EstimatedFrame&)>& observe) {
   const auto left = media::OpenImages(input.left), right = media::OpenImages(input.right);
+  media::RequirePairs(input.left, input.right);
   if (left->is_still() != right->is_still())
     throw ConfigError(fmt::format("{} and {}: one is a still image and the other is not",
                                   input.left, input.right));

@@ -128,6 +128,36 @@ TEST_F(Estimate, ASequenceGivesARecordAFrameAndAnOverlay) {
             3);
 }
 
+// Files of two moments are no pair, however many there are.
+TEST_F(Estimate, AMissingFileIsNoticed) {
+  const StereoRig rig = RigParams{}.MakeRig();
+  for (const char* moment : {"_0001", "_0002", "_0003"}) WritePair({}, rig, kPose, moment);
+  for (const char* side : {"left", "right"}) {
+    std::filesystem::create_directories(folder_ / side);
+    for (const char* moment : {"_0001", "_0002", "_0003"})
+      std::filesystem::copy_file(Path(std::string(side) + moment + ".png"),
+                                 folder_ / side / (moment + std::string(".png")));
+  }
+  const auto refused = [&](const std::string& left, const std::string& right,
+                           const std::vector<std::string>& said) {
+    ExpectBadInput({"--left", Path(left), "--right", Path(right)}, said);
+  };
+  EXPECT_EQ(Run({"--left", Path("left_*.png"), "--right", Path("right_*.png")})["frames"], 3);
+  EXPECT_EQ(Run({"--left", Path("left"), "--right", Path("right")})["frames"], 3);
+  refused("left_*.png", "left_*.png", {"left_0001.png: is given for both sides"});
+  std::filesystem::create_symlink(Path("left_0002.png"), Path("same.png"));
+  refused("left_0002.png", "same.png", {"left_0002.png: is given for both sides"});
+
+  std::filesystem::remove(Path("right_0001.png"));
+  const std::vector<std::string> first = {"left_0001.png and ", "right_0002.png are no pair"};
+  refused("left_*.png", "right_*.png", first);
+  refused("left_%04d.png", "right_%04d.png", first);
+  std::filesystem::remove(folder_ / "left/_0002.png");
+  refused("left", "right", {"left/_0003.png and ", "right/_0002.png are no pair"});
+  // names that have nothing to do with each other are pairs in their order
+  EXPECT_EQ(Run({"--left", Path("left_*.png"), "--right", Path("right")})["frames"], 3);
+}
+
 TEST_F(Estimate, AVideoThatEndsEarlyGivesWhatThereIsAndSaysSo) {
   const StereoImage seen = PaintMarker({}, RigParams{}.MakeRig(), kPose, {}, nullptr);
   for (const auto& [name, frames] : {std::pair{"left.mp4", 9}, {"right.mp4", 6}}) {
@@ -298,13 +328,14 @@ TEST_F(Estimate, BadInputIsNamed) {
   ExpectBadInput({"--left", Path("nothing.png"), "--right", right},
                  {"nothing.png", "no such file"});
   ExpectBadInput({"--left", File("text.png", "no picture"), "--right", right}, {"text.png"});
-  ExpectBadInput({"--left", File("text.mp4", "no video"), "--right", Path("text.mp4")},
+  ExpectBadInput({"--left", File("text.mp4", "no video"), "--right", File("none.mp4", "none")},
                  {"text.mp4", "cannot be read"});
   ExpectBadInput({"--left", Path("left_%03d.png"), "--right", right}, {"no such images"});
   media::WritePng(Path("small.png"), Image3u8(320, 240));
   ExpectBadInput({"--left", left, "--right", Path("small.png")},
                  {"left.png has 640 x 480", "small.png has 320 x 240"});
-  ExpectBadInput({"--left", Path("small.png"), "--right", Path("small.png")},
+  media::WritePng(Path("other.png"), Image3u8(320, 240));
+  ExpectBadInput({"--left", Path("small.png"), "--right", Path("other.png")},
                  {"320 x 240 pixels, must be the rig's 640 x 480"});
   ExpectBadInput(
       {"--left", left, "--right", right, "--rig", File("zero.yml", CalibrationText("0., 0., 0."))},
