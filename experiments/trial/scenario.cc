@@ -1,9 +1,12 @@
 #include "experiments/trial/scenario.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <utility>
 
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
@@ -68,6 +71,37 @@ std::string VehicleDataFile(const std::string& vehicle_model) {
   return data.string();
 }
 
+// Faults of the same light multiply: however they flicker, it stays as bright as its keys allow.
+void CheckBrightness(const std::vector<light::LightFault>& faults,
+                     const light::BallLightParams& balls, const std::string& path) {
+  for (size_t i = 0; i < faults.size(); ++i) {
+    std::vector<light::LightFault> same;
+    for (light::LightFault fault : faults) {
+      if (fault.light != faults[i].light) continue;
+      if (std::exchange(fault.flicker_hz, 0) > 0) fault.factor = std::max(1.0, fault.factor);
+      same.push_back(fault);
+    }
+    try {
+      CheckFields(light::LightsAt(balls, same, faults[i].begin_s).balls, "optics.ball_lights");
+    } catch (const ConfigError& error) {
+      throw ConfigError(
+          JoinKey(config::ElementPath(path, i), "factor"),
+          fmt::format("makes '{}' too bright, with all that acts on it from {} s on: {}",
+                      faults[i].light, FormatNumber(faults[i].begin_s), error.what()));
+    }
+  }
+}
+
+void CheckShine(const std::string& ball, const std::vector<light::BallLight>& balls,
+                const std::string& path) {
+  if (ball.empty() || std::ranges::find(balls, ball, &light::BallLight::name) != balls.end())
+    return;
+  std::vector<std::string> known;
+  for (const light::BallLight& light : balls) known.push_back(light.name);
+  throw ConfigError(JoinKey(path, "shines_as"),
+                    fmt::format("'{}' must be empty or one of {}", ball, fmt::join(known, ", ")));
+}
+
 }  // namespace
 
 void StartParams::Check(const std::string& path) const {
@@ -122,9 +156,13 @@ void Scenario::Check(const std::string& path) const {
                       std::to_string(camera_period_frames) +
                           " must divide clock.frames_per_second (" +
                           std::to_string(clock.frames_per_second) + ")");
+  const std::vector<light::BallLight>& balls = light.ball_lights.balls;
+  const std::string lights = JoinKey(path, "faults.lights"), fish = JoinKey(path, "faults.fish");
   for (size_t i = 0; i < faults.lights.size(); ++i)
-    faults.lights[i].CheckLight(JoinKey(path, "faults.lights[" + std::to_string(i) + "]"),
-                                light.ball_lights.balls);
+    faults.lights[i].CheckLight(config::ElementPath(lights, i), balls);
+  CheckBrightness(faults.lights, light.ball_lights, lights);
+  for (size_t i = 0; i < faults.visitors.fish.size(); ++i)
+    CheckShine(faults.visitors.fish[i].shines_as, balls, config::ElementPath(fish, i));
   if (pose_source == PoseSource::kTruePose && faults.seen())
     throw ConfigError(JoinKey(path, "faults"),
                       "with pose_source = true_pose only thrusters can fail: nothing is seen");

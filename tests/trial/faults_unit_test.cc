@@ -41,9 +41,30 @@ TEST(Faults, AreReadAsAllOtherKeys) {
               AllOf(HasSubstr("faults.blurs[0].end_s"), HasSubstr("must be after begin_s")));
   EXPECT_THAT(Refusal({"faults.lights=[{light: yellow}]"}),
               AllOf(HasSubstr("faults.lights[0].light"), HasSubstr("lamp_left, lamp_right, red")));
+  EXPECT_THAT(
+      Refusal({"faults.fish=[{}, {shines_as: nope}]"}),
+      HasSubstr("faults.fish[1].shines_as: 'nope' must be empty or one of red, green, blue"));
   EXPECT_THAT(Refusal({"pose_source=true_pose", "faults.images=[{kind: black}]"}),
               AllOf(HasSubstr("faults"), HasSubstr("only thrusters can fail")));
   EXPECT_EQ(Refusal({"pose_source=true_pose", "faults.thrusters=[{thruster: heave}]"}), "accepted");
+}
+
+// What is too bright is named by who makes it so, before the trial.
+TEST(Faults, OfOneLightStayWithinItsRangeTogether) {
+  const std::string lamp = "{light: lamp_left, factor: 5}", red = "{light: red, factor: 5}";
+  EXPECT_THAT(Refusal({"faults.lights=[" + lamp + ", " + red + ", " + red + "]"}),
+              AllOf(HasSubstr("faults.lights[1].factor: makes 'red' too bright, with all that acts "
+                              "on it from 0 s on: optics.ball_lights.balls[0].current_factor: "),
+                    HasSubstr("must be in [0, 20]")));
+  EXPECT_THAT(Refusal({"faults.lights=[" + red +
+                       ", {light: red, factor: 5, begin_s: 4, "
+                       "flicker_hz: 3}]"}),
+              HasSubstr("faults.lights[1].factor: makes 'red' too bright, with all that acts on it "
+                        "from 4 s on"));
+  EXPECT_EQ(Refusal({"faults.lights=[{light: red, factor: 5, end_s: 4}, {light: red, factor: 5, "
+                     "begin_s: 4}, {light: blue, factor: 5}]"}),
+            "accepted");
+  EXPECT_EQ(Refusal({"faults.lights=[" + red + ", " + red + ", {light: red}]"}), "accepted");
 }
 
 TEST(Faults, AreInTheResolvedScenario) {
