@@ -219,6 +219,9 @@ BenchResult RunBench(const trial::Scenario& scenario, const BenchOptions& option
     result.digest = ended.digest;
     result.frames = std::ssize(ended.log.frames);
     repeats.push_back(recorder.blocks());
+    if (repeats.back().empty())
+      throw ConfigError(fmt::format("bench: {} ends after {} frame; timing it takes 2 at least",
+                                    scenario.description, result.frames));
   }
   result.repeats = options.repeats;
   Summarise(repeats, &result);

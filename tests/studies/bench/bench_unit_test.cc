@@ -32,6 +32,14 @@ TEST(StageTimer, EveryLapCountsOnce) {
   Lap(nullptr, LoopStage::kWater);  // nobody wants to know
 }
 
+TEST(Bench, ATrialOfOneFrameIsRefused) {
+  const ProgramEnd end = RunProgram(
+      {"bench", "pool_active", "--frames", "2", "--repeats", "1", "--set", "duration_s=0.001"});
+  EXPECT_EQ(end.exit_code, 2);
+  EXPECT_EQ(end.out, "");
+  EXPECT_THAT(end.err, ::testing::HasSubstr("ends after 1 frame; timing it takes 2 at least"));
+}
+
 TEST(Bench, TimesTheTrialItself) {
   const trial::Scenario scenario = trial::LoadScenario(
       "pool_passive", {"rig.width_px=160", "rig.height_px=120", "duration_s=3"});
