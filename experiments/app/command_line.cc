@@ -137,8 +137,8 @@ template <class T>
 Option Subcommand::Add(const std::string& name, T& target, const std::string& doc) {
   const size_t space = name.find(' ');
   const bool has_commas = name.ends_with(",...");
-  const std::string words = name.substr(0, space);
-  const auto read = [&target, has_commas, words](const CLI::results_t& arguments) {
+  const std::string flag = name.substr(0, space);
+  const auto read = [&target, has_commas, flag](const CLI::results_t& arguments) {
     target = T{};
     for (const std::string& argument : arguments)
       for (const std::string& value : ValuesIn(argument, has_commas)) {
@@ -146,12 +146,12 @@ Option Subcommand::Add(const std::string& name, T& target, const std::string& do
         if constexpr (kIsList<T>)
           if (has_commas &&
               std::find(target.begin(), target.end() - 1, target.back()) + 1 != target.end())
-            throw CLI::ValidationError(words, "'" + value + "' is given twice");
+            throw CLI::ValidationError(flag, "'" + value + "' is given twice");
       }
     return true;
   };
   CLI::Option* const option =
-      app_->add_option(words, read, doc, /*defaulted=*/target != T{},
+      app_->add_option(flag, read, doc, /*defaulted=*/target != T{},
                        [&target] { return CLI::detail::checked_to_string<T, T>(target); });
   option->type_name(space == std::string::npos ? CLI::detail::type_name<T>()
                                                : name.substr(space + 1));

@@ -3,6 +3,7 @@
 
 #include "experiments/config/rig_file.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -13,6 +14,9 @@
 
 namespace turbidock::config {
 namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 
 std::string Matrix(int rows, int cols, const std::string& values) {
   return " !!opencv-matrix\n   rows: " + std::to_string(rows) +
@@ -48,15 +52,13 @@ TEST(RigFile, SizeIsThatOfTheCalibrationElseOfTheImages) {
 }
 
 TEST(RigFile, ACameraThatCannotBeIsRefused) {
-  const std::string fov = " must be in [0.1, 2.6]";
   const auto camera = [](const char* fx, const char* fy, const char* center) {
     return SizeOf("", std::string(fx) + ", 0., " + center + ", 0., " + fy + ", 120., 0., 0., 1.");
   };
-  EXPECT_EQ(
-      camera("1e-9", "560.", "160."),
-      "size.yml: M1: a focal length of 1e-09 pixels: horizontal_fov_rad: 3.141592653577293" + fov);
-  EXPECT_EQ(camera("560.", "1e9", "160."),
-            "size.yml: M1: a focal length of 1e+09 pixels: horizontal_fov_rad: 3.2e-07" + fov);
+  EXPECT_THAT(camera("1e-9", "560.", "160."),
+              AllOf(HasSubstr("M1: a focal length of 1e-09 pixels: horizontal_fov_rad: 3.14"),
+                    HasSubstr("must be in [0.1, 2.6]")));
+  EXPECT_THAT(camera("560.", "1e9", "160."), HasSubstr("M1: a focal length of 1e+09 pixels: "));
   // one of images of 1280 x 960
   EXPECT_EQ(camera("1100.", "1100.", "640."),
             "size.yml: M1: the principal point (640, 120) is not in an image of 320 x 240");
