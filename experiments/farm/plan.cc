@@ -6,9 +6,12 @@
 #include <charconv>
 #include <filesystem>
 #include <iterator>
+#include <optional>
+#include <set>
 
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
+#include "experiments/report/table.h"
 #include "experiments/statistics/intervals.h"
 #include "experiments/statistics/sampling.h"
 #include "experiments/system/output_path.h"
@@ -27,6 +30,20 @@ std::vector<config::YamlNode> Elements(const config::YamlNode& list, const char*
   std::vector<config::YamlNode> elements = list.Elements();
   if (elements.empty()) list.Fail(std::string("must be a list of ") + what);
   return elements;
+}
+
+// A value as what it says: 10, 1e1 and 10.0 are one number.
+std::string Compared(const config::YamlNode& value) {
+  std::string text;
+  for (const config::YamlNode& element : value.Elements()) text += Compared(element) + ", ";
+  if (value.IsList()) return "[" + text + "]";
+  if (value.IsMap()) {
+    for (const auto& [key, part] : value.Entries()) text += key + ": " + Compared(part) + ", ";
+    return "{" + text + "}";
+  }
+  const std::string scalar = value.Text().value_or("");
+  const std::optional<double> number = report::NumberIn(scalar);
+  return number ? FormatNumber(*number) : scalar;
 }
 
 std::pair<double, double> Pair(const config::YamlNode& at, const char* names) {
@@ -204,12 +221,12 @@ void Plan::ReadGrid(const config::YamlNode& node) {
     RequireNewKey(values, key);
     GridAxis axis{key, {}};
     const std::vector<config::YamlNode> elements = Elements(values, "values");
+    std::set<std::string> seen;
     for (const config::YamlNode& value : elements) {
       varied_.RequireNew(key, value);
       std::string text = value.OneLine();
       if (key == kScenarioKey) text = value.Text().value_or(text);
-      if (std::ranges::find(axis.values, text) != axis.values.end())
-        value.Fail("'" + text + "' is given twice");
+      if (!seen.insert(Compared(value)).second) value.Fail("'" + text + "' is given twice");
       axis.values.push_back(text);
       places_.try_emplace(Parameter{key, axis.values.back()}.Assignment(), value.Where());
     }

@@ -32,6 +32,14 @@ struct MooringParams {
           "until the vehicle comes in against the current; 0: it does not turn");
   }
 
+  void Check(const std::string& path) const {
+    // faster ones need steps finer than the physics
+    constexpr double kFastest_s = 0.5;
+    if (natural_period_s > 0 && natural_period_s < kFastest_s)
+      throw ConfigError(JoinKey(path, "natural_period_s"),
+                        FormatNumber(natural_period_s) + " must be 0 or in [0.5, 600]");
+  }
+
   bool drawn() const { return natural_period_s > 0; }
   bool turns() const { return vane_length_m > 0; }
 };

@@ -2,13 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <new>
-#include <optional>
-#include <set>
 #include <string_view>
 
 #include "sim/base/check.h"
@@ -81,92 +74,9 @@ Pose PoseFrom(const mjtNum* p, const mjtNum* row_major_rotation) {
           Eigen::Map<const Vector3d>(p)};
 }
 
-namespace fs = std::filesystem;
-
 Quaterniond QuaternionAt(const mjtNum* values, int index) {
   const mjtNum* q = values + 4 * static_cast<ptrdiff_t>(index);
   return {q[0], q[1], q[2], q[3]};
-}
-
-constexpr std::uintmax_t kMostBytes = 64 << 20;  // of a file
-
-// MuJoCo would read gigabytes before it says that they are no model.
-void RequireSize(const fs::path& path) {
-  std::error_code unreadable;  // for its reader to say
-  const std::uintmax_t bytes = fs::file_size(path, unreadable);
-  if (!unreadable && bytes > kMostBytes)
-    throw ConfigError(path.string() + ": is larger than 64 MiB");
-}
-
-// Files in memory that MuJoCo takes before those on disk.
-class FilesInMemory {
- public:
-  FilesInMemory() { mj_defaultVFS(files_.get()); }
-  ~FilesInMemory() { mj_deleteVFS(files_.get()); }
-  FilesInMemory(const FilesInMemory&) = delete;
-  FilesInMemory& operator=(const FilesInMemory&) = delete;
-
-  // The file at `path` under this name.
-  void Add(const std::string& name, const fs::path& path) {
-    RequireSize(path);
-    std::ifstream in(path, std::ios::binary);
-    const std::string bytes((std::istreambuf_iterator<char>(in)), {});
-    if (!in.good() && !in.eof()) throw ConfigError(path.string() + ": cannot be read");
-    if (bytes.empty()) throw ConfigError(path.string() + ": is empty");
-    if (mj_makeEmptyFileVFS(files_.get(), name.c_str(), static_cast<int>(bytes.size())) != 0)
-      throw ConfigError(path.string() + ": cannot be taken for " + name);
-    const int file = mj_findFileVFS(files_.get(), name.c_str());
-    std::memcpy(files_->filedata[file], bytes.data(), bytes.size());
-  }
-
-  const mjVFS* get() const { return files_.get(); }
-
- private:
-  std::unique_ptr<mjVFS> files_ = std::make_unique<mjVFS>();
-};
-
-// Meshes and pictures in a folder, which a part that lies there may name.
-void AddAssets(const fs::path& folder, FilesInMemory* files) {
-  constexpr std::array kKinds = {".stl", ".obj", ".msh", ".png", ".hf"};
-  std::error_code ignored;
-  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
-    const std::string kind = entry.path().extension().string();
-    if (std::find(kKinds.begin(), kKinds.end(), kind) == kKinds.end()) continue;
-    if (!entry.is_regular_file(ignored) || entry.file_size(ignored) > kMostBytes) continue;
-    if (mj_findFileVFS(files->get(), entry.path().filename().c_str()) < 0)
-      files->Add(entry.path().filename(), entry.path());
-  }
-}
-
-// The scene, and the parts in it that it does not name.
-std::string Where(const SceneFiles& files) {
-  std::string where = files.scene;
-  for (const auto& [name, path] : files.parts)
-    if (fs::path(path).filename() != name) where += " with " + path;
-  return where;
-}
-
-MjModelPtr ReadModel(const SceneFiles& scene) {
-  const std::string& path = scene.scene;
-  RequireSize(path);
-  std::optional<FilesInMemory> files;  // megabytes: only where it is needed
-  if (!scene.parts.empty()) {
-    files.emplace();
-    std::set<fs::path> folders;
-    for (const auto& [name, file] : scene.parts) {
-      files->Add(name, file);
-      folders.insert(fs::path(file).parent_path());
-    }
-    for (const fs::path& folder : folders) AddAssets(folder, &*files);
-  }
-  std::array<char, 1024> message{};
-  MjModelPtr model(
-      mj_loadXML(path.c_str(), files ? files->get() : nullptr, message.data(), message.size()));
-  // A message beside a model is a warning: a file of ours must not have any.
-  if (!model && std::string(message.data()).find("allocate") != std::string::npos)
-    throw std::bad_alloc();  // the machine's fault, not the file's
-  if (!model || message[0] != '\0') throw ConfigError(Where(scene) + ": " + message.data());
-  return model;
 }
 
 // Looks names up in a model and says, with the file's name, what is missing or misplaced.
@@ -247,6 +157,13 @@ class Contract {
                                   std::ranges::count_if(berth.joints, [](int j) { return j >= 0; }),
             "the body with the mooring's joints must have no others");
     return berth;
+  }
+
+  // Its mass and what the water does to it are data of a single body.
+  void RequireOneBody(int vehicle_body) const {
+    for (int body = 1; body < model_.nbody; ++body)
+      Require(body == vehicle_body || model_.body_rootid[body] != vehicle_body,
+              "body \"" + Name(mjOBJ_BODY, body) + "\" must not be: the vehicle is one body");
   }
 
   int FindVehicle() const {
@@ -439,6 +356,7 @@ Scene LoadScene(const SceneFiles& files, const RigParams& rig) {
   scene.left_camera = contract.FindCamera("left", scene.vehicle_body);
   scene.right_camera = contract.FindCamera("right", scene.vehicle_body);
   scene.spectator_camera = contract.FindCamera("spectator", 0);
+  contract.RequireOneBody(scene.vehicle_body);
   scene.geom_part = ClassifyGeoms(scene, contract);
 
   const MjDataPtr d(mj_makeData(m));

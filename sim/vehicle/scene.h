@@ -10,7 +10,6 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -18,6 +17,7 @@
 
 #include "sim/base/camera.h"
 #include "sim/base/pose.h"
+#include "sim/vehicle/model_files.h"
 
 namespace turbidock::vehicle {
 
@@ -30,13 +30,9 @@ struct ModelName {
 };
 std::span<const ModelName> ModelNames();
 
-struct MjModelDeleter {
-  void operator()(mjModel* m) const { mj_deleteModel(m); }
-};
 struct MjDataDeleter {
   void operator()(mjData* d) const { mj_deleteData(d); }
 };
-using MjModelPtr = std::unique_ptr<mjModel, MjModelDeleter>;
 using MjDataPtr = std::unique_ptr<mjData, MjDataDeleter>;
 
 // What a geom is part of, as contacts and pictures need to know it.
@@ -65,14 +61,6 @@ std::vector<std::string> NamesOf(const std::vector<ThrusterInScene>& thrusters);
 struct Berth {
   int body = -1;                             // -1: nothing moves
   std::array<int, 3> joints = {-1, -1, -1};  // mooring_x, mooring_y, mooring_yaw; -1: has none
-};
-
-// Where the files of a scene are.
-struct SceneFiles {
-  std::string scene;  // MJCF
-  // Files to be taken for those that the scene includes by these names, wherever it would look for
-  // them; meshes and textures that they name stand beside them.
-  std::map<std::string, std::string> parts{};
 };
 
 // A loaded model and the ids that others need. Constant after loading.

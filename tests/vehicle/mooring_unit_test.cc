@@ -8,6 +8,7 @@
 
 #include "sim/base/check.h"
 #include "sim/vehicle/plant.h"
+#include "tests/support/message_of.h"
 #include "tests/vehicle/posed_scene.h"
 
 namespace turbidock::vehicle {
@@ -19,6 +20,12 @@ using testing::ModelPath;
 
 Mooring WithParams(const MooringParams& params) {
   return {params, 0, SeedTree(5).Stream("mooring")};
+}
+
+TEST(Mooring, SwingsNoFasterThanPhysicsFollow) {
+  EXPECT_THAT(testing::MessageOf([] { WithParams({.natural_period_s = 1e-9}); }),
+              HasSubstr("mooring.natural_period_s: 1e-09 must be 0 or in [0.5, 600]"));
+  EXPECT_EQ(testing::MessageOf([] { WithParams({.natural_period_s = 0.5}); }), "no error");
 }
 
 TEST(MovingStation, IsWhereTheMooringHasItWhateverTouchesIt) {

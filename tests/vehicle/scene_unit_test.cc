@@ -127,6 +127,77 @@ TEST(LoadScene, TakesOtherFilesForThoseThatTheSceneIncludes) {
   std::filesystem::remove(mine);
 }
 
+// A scene whose vehicle is a file of its own in a folder of its own.
+class APart : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::filesystem::create_directories(folder_);
+    const std::string text = kSmallest;
+    begin_ = text.find("<body name=\"vehicle\"");
+    end_ = text.find("<body name=\"marker\"");
+    std::ofstream(folder_ + "scene.xml")
+        << text.substr(0, begin_) << "<include file=\"vehicle.xml\"/>" << text.substr(end_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  // What is said of the vehicle with this before its body, and in it.
+  std::string With(const std::string& before, const std::string& inside = "") {
+    std::string body = std::string(kSmallest).substr(begin_, end_ - begin_);
+    body.insert(body.find("<freejoint/>"), inside);
+    Write("mine.xml", "<mujoco>\n" + before + "<worldbody>" + body + "</worldbody></mujoco>");
+    return testing::MessageOf([&] {
+      LoadScene({folder_ + "scene.xml", {{"vehicle.xml", folder_ + "mine.xml"}}}, {});
+    });
+  }
+  void Write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ + name) << text;
+  }
+
+  const std::string folder_ = ::testing::TempDir() + "a part/";
+  size_t begin_ = 0, end_ = 0;
+};
+
+TEST_F(APart, SaysNothingForTheWholeScene) {
+  // the smallest scene's worldbody is open where the part comes in
+  const auto said = [&](const std::string& before) { return With(before); };
+  for (const char* tag : {"option", "statistic", "visual", "equality", "contact"})
+    EXPECT_THAT(said("<!-- <a> -->\n<" + std::string(tag) + " a='>'\n b=\"1\"/>"),
+                HasSubstr("mine.xml:3: <" + std::string(tag) + "> is the scene's"));
+  EXPECT_THAT(said("<compiler angle=\"degree\"/>"),
+              HasSubstr("mine.xml:2: <compiler angle=\"degree\"> is the scene's"));
+  EXPECT_THAT(said("<worldbody><composite type=\"box\"/></worldbody>"),
+              HasSubstr("<composite> is many bodies"));
+  EXPECT_THAT(said("<!-- <option gravity=\"0 0 0\"/> -->"), Not(HasSubstr("option")));
+}
+
+TEST_F(APart, NamesFilesThatStandBesideIt) {
+  const auto mesh = [&](const std::string& file) {
+    return With("<asset><mesh name=\"fin\" file=\"" + file + "\"/></asset>",
+                "<geom name=\"hull_fin\" type=\"mesh\" mesh=\"fin\"/>");
+  };
+  const std::string points = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
+  const std::string faces = "f 1 2 3\nf 1/1 2 4\nf 1 -2//-1 -1\nf 2 3 4\n";
+  EXPECT_THAT(mesh("fin.obj"),
+              HasSubstr("mine.xml:2: <mesh file=\"fin.obj\">: " + folder_ + "fin.obj is no file"));
+  Write("fin.obj", points + "vt 0 0\nvn 0 0 1\n" + faces);
+  Write("unnamed.stl", "");  // not this program's to read
+  EXPECT_THAT(mesh("fin.obj"), Not(HasSubstr("face")));
+  EXPECT_THAT(mesh("fin.obj"), Not(HasSubstr("unnamed")));
+  std::filesystem::create_directories(folder_ + "meshes");
+  std::filesystem::rename(folder_ + "fin.obj", folder_ + "meshes/fin.obj");
+  EXPECT_THAT(mesh("meshes/fin.obj"), Not(HasSubstr("fin.obj")));
+  Write("fin.obj", points + faces);
+  EXPECT_THAT(mesh("fin.obj"),
+              HasSubstr("fin.obj:6: a face names texture point 1, the file has 0"));
+  Write("fin.obj", points + "f 1 2 999999999\n");
+  EXPECT_THAT(mesh("fin.obj"),
+              HasSubstr("fin.obj:5: a face names point 999999999, the file has 4"));
+  Write("fin.obj", points + "f 1 2 -5\n");
+  EXPECT_THAT(mesh("fin.obj"), HasSubstr("point -5"));
+  Write("fin.obj", points + "f 1 2 x\n");
+  EXPECT_THAT(mesh("fin.obj"), HasSubstr("fin.obj:5: 'x' is no point of a face"));
+}
+
 TEST(LoadScene, NamesAMissingFile) {
   EXPECT_THAT(ErrorOf("no/such/model.xml"), HasSubstr("no/such/model.xml"));
 }
@@ -194,6 +265,19 @@ INSTANTIATE_TEST_SUITE_P(
         Breach{"name=\"dock_block\"", "name=\"station_block\"", "no geom dock_*"},
         Breach{"<site name=\"camera_head\" pos=\"0.1 0.02 0.03\"/>",
                "<body><site name=\"camera_head\"/></body>", "site \"camera_head\" must belong"},
+        Breach{"<site name=\"lamp_right\"/>",
+               "<site name=\"lamp_right\"/><body name=\"arm\"><geom name=\"hull_arm\" "
+               "size=\"1\"/></body>",
+               "body \"arm\" must not be: the vehicle is one body"},
+        Breach{"<site name=\"camera_head\" pos=\"0.1 0.02 0.03\"/>",
+               "<site name=\"camera_head\" pos=\"nan 0.02 0.03\"/>",
+               "site \"camera_head\": its pos is no number"},
+        Breach{"<site name=\"pole_tip\" pos=\"0.31 0 0\"/>",
+               "<site name=\"pole_tip\" pos=\"1e300 0 0\"/>",
+               "site \"pole_tip\": its pos is beyond 10 km"},
+        Breach{"<geom name=\"floor\" type=\"plane\" size=\"1 1 1\"/>",
+               "<geom name=\"floor\" type=\"plane\" size=\"1 nan 1\"/>",
+               "geom \"floor\": its size is no number"},
         Breach{"name=\"dock_throat\" pos=\"0.2 0 0.5\"", "name=\"dock_throat\" pos=\"0.2 0 0.4\"",
                "straight ahead"},
         Breach{"name=\"dock_throat\" pos=\"0.2 0 0.5\"",

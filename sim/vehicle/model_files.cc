@@ -1,0 +1,290 @@
+#include "sim/vehicle/model_files.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <new>
+#include <optional>
+#include <set>
+#include <sstream>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "sim/base/check.h"
+
+namespace turbidock::vehicle {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uintmax_t kMostBytes = 64 << 20;  // of a file
+
+// MuJoCo would read gigabytes before it says that they are no model.
+void RequireSize(const fs::path& path) {
+  std::error_code unreadable;  // for its reader to say
+  const std::uintmax_t bytes = fs::file_size(path, unreadable);
+  if (!unreadable && bytes > kMostBytes)
+    throw ConfigError(path.string() + ": is larger than 64 MiB");
+}
+
+std::string ReadWhole(const fs::path& path) {
+  RequireSize(path);
+  std::ifstream in(path, std::ios::binary);
+  std::string bytes((std::istreambuf_iterator<char>(in)), {});
+  if (!in.good() && !in.eof()) throw ConfigError(path.string() + ": cannot be read");
+  if (bytes.empty()) throw ConfigError(path.string() + ": is empty");
+  return bytes;
+}
+
+// An opening tag of an XML file.
+struct Tag {
+  std::string name;
+  std::vector<std::pair<std::string, std::string>> attributes;
+  int line = 1;
+
+  std::string attribute(std::string_view wanted) const {
+    for (const auto& [key, value] : attributes)
+      if (key == wanted) return value;
+    return "";
+  }
+};
+
+// The tags of a well-formed file; of any other whatever, for MuJoCo to refuse.
+std::vector<Tag> TagsOf(std::string_view xml) {
+  constexpr std::string_view kSpace = " \t\r\n", kEndOfName = " \t\r\n/>=";
+  std::vector<Tag> tags;
+  size_t at = 0;
+  const auto take = [&](size_t end) {
+    end = std::min(end, xml.size());
+    const std::string_view taken = xml.substr(at, end - at);
+    at = end;
+    return std::string(taken);
+  };
+  int line = 1;
+  while (at < xml.size()) {
+    const std::string before = take(xml.find('<', at));
+    line += static_cast<int>(std::ranges::count(before, '\n'));
+    if (at >= xml.size()) break;
+    if (xml.substr(at).starts_with("<!--")) {
+      const std::string comment = take(xml.find("-->", at));
+      line += static_cast<int>(std::ranges::count(comment, '\n'));
+      continue;
+    }
+    ++at;
+    Tag tag{.name = take(xml.find_first_of(kEndOfName, at)), .attributes = {}, .line = line};
+    while (at < xml.size() && xml[at] != '>') {
+      line += xml[at] == '\n';
+      if (kEndOfName.find(xml[at]) != std::string_view::npos) {
+        ++at;
+        continue;
+      }
+      const std::string key = take(xml.find_first_of(kEndOfName, at));
+      at = std::min(xml.find_first_not_of(kSpace, at), xml.size());
+      if (at >= xml.size() || xml[at] != '=') continue;
+      at = std::min(xml.find_first_of("\"'", at), xml.size());
+      if (at >= xml.size()) break;
+      const char quote = xml[at++];
+      const std::string value = take(xml.find(quote, at));
+      line += static_cast<int>(std::ranges::count(value, '\n'));
+      ++at;
+      tag.attributes.emplace_back(key, value);
+    }
+    tags.push_back(std::move(tag));
+  }
+  return tags;
+}
+
+// What holds for the whole scene is not a part's to say.
+void RequireOfPart(const Tag& tag, const std::string& where) {
+  constexpr std::array kOfScene = {"option", "statistic", "visual", "equality", "contact"};
+  const bool is_of_scene = std::ranges::find(kOfScene, tag.name) != kOfScene.end();
+  if (is_of_scene)
+    throw ConfigError(where + "<" + tag.name + "> is the scene's, which a part must not change");
+  if (tag.name == "composite")
+    throw ConfigError(where + "<composite> is many bodies, a part is one");
+  if (tag.name != "compiler") return;
+  for (const auto& [key, value] : tag.attributes) {
+    // as MuJoCo writes them when it makes MJCF of a URDF; no limits are allowed that it would ask
+    const bool is_harmless = (key == "angle" && value == "radian") || key == "autolimits";
+    if (!is_harmless)
+      throw ConfigError(where + "<compiler " + key + "=\"" + value +
+                        "\"> is the scene's, whose angles are radians: leave it out");
+  }
+}
+
+// MuJoCo 2.2 follows a face to points that are not there.
+void RequireObj(const fs::path& path, const std::string& bytes) {
+  std::istringstream text(bytes);
+  std::array<int64_t, 3> points = {0, 0, 0};  // v, vt, vn
+  struct Corner {
+    int line;
+    std::array<int64_t, 3> point;  // 0: none
+  };
+  std::vector<Corner> corners;
+  std::string row;
+  for (int line = 1; std::getline(text, row); ++line) {
+    std::istringstream words(row);
+    std::string word;
+    if (!(words >> word)) continue;
+    for (size_t i = 0; i < points.size(); ++i) points[i] += word == std::array{"v", "vt", "vn"}[i];
+    if (word != "f" && word != "l" && word != "p") continue;
+    while (words >> word) {
+      Corner corner{.line = line, .point = {0, 0, 0}};
+      std::istringstream numbers(word);
+      std::string number;
+      for (size_t i = 0; i < points.size() && std::getline(numbers, number, '/'); ++i)
+        if (!number.empty()) corner.point[i] = std::strtoll(number.c_str(), nullptr, 10);
+      if (corner.point[0] == 0)
+        throw ConfigError(path.string() + ":" + std::to_string(line) + ": '" + word +
+                          "' is no point of a face");
+      corners.push_back(corner);
+    }
+  }
+  for (const Corner& corner : corners)
+    for (size_t i = 0; i < points.size(); ++i)
+      if (corner.point[i] > points[i] || corner.point[i] < -points[i])
+        throw ConfigError(path.string() + ":" + std::to_string(corner.line) + ": a face names " +
+                          std::array{"point ", "texture point ", "normal "}[i] +
+                          std::to_string(corner.point[i]) + ", the file has " +
+                          std::to_string(points[i]));
+}
+
+// Files in memory that MuJoCo takes before those on disk.
+class FilesInMemory {
+ public:
+  FilesInMemory() { mj_defaultVFS(files_.get()); }
+  ~FilesInMemory() { mj_deleteVFS(files_.get()); }
+  FilesInMemory(const FilesInMemory&) = delete;
+  FilesInMemory& operator=(const FilesInMemory&) = delete;
+
+  bool Has(const std::string& name) const {
+    return mj_findFileVFS(files_.get(), name.c_str()) >= 0;
+  }
+  // The file at `path`, which holds these bytes, under this name.
+  void Add(const std::string& name, const fs::path& path, const std::string& bytes) {
+    if (mj_makeEmptyFileVFS(files_.get(), name.c_str(), static_cast<int>(bytes.size())) != 0)
+      throw ConfigError(path.string() + ": cannot be taken for " + name);
+    const int file = mj_findFileVFS(files_.get(), name.c_str());
+    std::memcpy(files_->filedata[file], bytes.data(), bytes.size());
+  }
+
+  const mjVFS* get() const { return files_.get(); }
+
+ private:
+  std::unique_ptr<mjVFS> files_ = std::make_unique<mjVFS>();
+};
+
+// Where a tag's mesh or picture is; empty without one.
+fs::path FileOf(const Tag& tag, const fs::path& model) {
+  const bool has_one = tag.name == "mesh" || tag.name == "texture" || tag.name == "hfield";
+  const std::string file = has_one ? tag.attribute("file") : "";
+  return file.empty() ? fs::path() : model.parent_path() / file;
+}
+
+// Reads a part and what it names, which stands beside it.
+void AddPart(const std::string& name, const fs::path& path, FilesInMemory* files) {
+  const std::string part = ReadWhole(path);
+  files->Add(name, path, part);
+  for (const Tag& tag : TagsOf(part)) {
+    const std::string where = path.string() + ":" + std::to_string(tag.line) + ": ";
+    RequireOfPart(tag, where);
+    const fs::path file = FileOf(tag, path);
+    if (file.empty() || files->Has(file.filename())) continue;
+    std::error_code ignored;
+    if (!fs::is_regular_file(file, ignored))
+      throw ConfigError(where + "<" + tag.name + " file=\"" + tag.attribute("file") +
+                        "\">: " + file.string() + " is no file");
+    const std::string bytes = ReadWhole(file);
+    if (file.extension() == ".obj") RequireObj(file, bytes);
+    files->Add(file.filename(), file, bytes);
+  }
+}
+
+// The scene's own meshes and those of what it includes; what is missing is MuJoCo's to say.
+void RequireMeshes(const fs::path& path, const SceneFiles& scene, std::set<fs::path>* seen) {
+  std::error_code ignored;
+  if (!seen->insert(path).second || !fs::is_regular_file(path, ignored)) return;
+  for (const Tag& tag : TagsOf(ReadWhole(path))) {
+    const std::string included = tag.name == "include" ? tag.attribute("file") : "";
+    if (!included.empty() && !scene.parts.contains(included))
+      RequireMeshes(fs::path(scene.scene).parent_path() / included, scene, seen);
+    const fs::path file = FileOf(tag, scene.scene);
+    if (file.extension() == ".obj" && fs::is_regular_file(file, ignored))
+      RequireObj(file, ReadWhole(file));
+  }
+}
+
+// Looks at where things are and how large: MuJoCo takes any number, and none.
+class Places {
+ public:
+  Places(const mjModel& model, const std::string& where) : model_(model), where_(where) {}
+
+  // `width` numbers of each thing of a kind.
+  void Require(mjtObj type, int count, const char* kind, const char* what, const mjtNum* values,
+               int width) const {
+    constexpr double kFarthest_m = 1e4;
+    for (int i = 0; i < count * width; ++i) {
+      if (std::abs(values[i]) <= kFarthest_m) continue;
+      const char* name = mj_id2name(&model_, type, i / width);
+      throw ConfigError(where_ + ": " + kind + " \"" + (name ? name : "") + "\": its " + what +
+                        (std::isfinite(values[i]) ? " is beyond 10 km" : " is no number"));
+    }
+  }
+
+ private:
+  const mjModel& model_;
+  const std::string& where_;
+};
+
+void RequirePlaces(const mjModel& m, const std::string& where) {
+  const Places places(m, where);
+  places.Require(mjOBJ_BODY, m.nbody, "body", "pos", m.body_pos, 3);
+  places.Require(mjOBJ_BODY, m.nbody, "body", "orientation", m.body_quat, 4);
+  places.Require(mjOBJ_BODY, m.nbody, "body", "inertial", m.body_ipos, 3);
+  places.Require(mjOBJ_GEOM, m.ngeom, "geom", "pos", m.geom_pos, 3);
+  places.Require(mjOBJ_GEOM, m.ngeom, "geom", "orientation", m.geom_quat, 4);
+  places.Require(mjOBJ_GEOM, m.ngeom, "geom", "size", m.geom_size, 3);
+  places.Require(mjOBJ_SITE, m.nsite, "site", "pos", m.site_pos, 3);
+  places.Require(mjOBJ_SITE, m.nsite, "site", "orientation", m.site_quat, 4);
+  places.Require(mjOBJ_SITE, m.nsite, "site", "size", m.site_size, 3);
+  places.Require(mjOBJ_CAMERA, m.ncam, "camera", "pos", m.cam_pos, 3);
+  places.Require(mjOBJ_CAMERA, m.ncam, "camera", "orientation", m.cam_quat, 4);
+}
+
+}  // namespace
+
+std::string Where(const SceneFiles& files) {
+  std::string where = files.scene;
+  for (const auto& [name, path] : files.parts)
+    if (fs::path(path).filename() != name) where += " with " + path;
+  return where;
+}
+
+MjModelPtr ReadModel(const SceneFiles& scene) {
+  const std::string& path = scene.scene;
+  RequireSize(path);
+  std::optional<FilesInMemory> files;  // megabytes: only where it is needed
+  if (!scene.parts.empty()) {
+    files.emplace();
+    for (const auto& [name, file] : scene.parts) AddPart(name, file, &*files);
+  }
+  std::set<fs::path> seen;
+  RequireMeshes(path, scene, &seen);
+  std::array<char, 1024> message{};
+  MjModelPtr model(
+      mj_loadXML(path.c_str(), files ? files->get() : nullptr, message.data(), message.size()));
+  // A message beside a model is a warning: a file of ours must not have any.
+  if (!model && std::string(message.data()).find("allocate") != std::string::npos)
+    throw std::bad_alloc();  // the machine's fault, not the file's
+  if (!model || message[0] != '\0') throw ConfigError(Where(scene) + ": " + message.data());
+  RequirePlaces(*model, Where(scene));
+  return model;
+}
+
+}  // namespace turbidock::vehicle
