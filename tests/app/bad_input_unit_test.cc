@@ -131,7 +131,8 @@ TEST_F(BadInput, WhatIsNobodysOutputIsNotReplaced) {
   Refused({"run", "pool_active", "--report", "--out", Path("o")},
           report + ": is no page of this program");
   const std::string gains = File("o/gains.yaml", "controller: pid\n");
-  Refused({"tune", "tryout", "--out", Path("o")}, gains + ": is no gains file of tune and is not");
+  Refused({"tune", "tryout", "--out", Path("o"), "--figure", Path("none/x.png")},  // never begins
+          gains + ": is no gains file of tune and is not");
   // a page of a batch before is
   EXPECT_EQ(RunProgram({"batch", plan, "--out", Path("y.db"), "--quiet"}).exit_code, 0);
   EXPECT_EQ(RunProgram({"batch", plan, "--out", Path("y.db"), "--quiet"}).exit_code, 0);
