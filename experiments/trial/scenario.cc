@@ -253,7 +253,7 @@ vehicle::SceneFiles SceneFilesOf(const Scenario& scenario) {
     const fs::path folder = fs::path(files.scene).parent_path();
     for (const auto& bundled : fs::directory_iterator(config::ModelPath("")))
       if (bundled.path().extension() == ".xml" && !IsFile(folder / bundled.path().filename()))
-        files.parts[bundled.path().filename()] = bundled.path();
+        files.shared[bundled.path().filename()] = bundled.path();
   }
   const auto take_for = [&](const std::string& key, const std::string& part,
                             const std::string& model) {
@@ -262,6 +262,7 @@ vehicle::SceneFiles SceneFilesOf(const Scenario& scenario) {
       throw ConfigError(key, "'" + model + "' cannot be taken for " + part + ", which " +
                                  scenario.model + " does not include");
     files.parts[part] = PathOfModel(model);
+    files.shared.erase(part);
   };
   take_for("vehicle_model", defaults.vehicle_model, scenario.vehicle_model);
   take_for("station_model", defaults.station_model, scenario.station_model);

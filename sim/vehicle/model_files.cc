@@ -187,13 +187,13 @@ fs::path FileOf(const Tag& tag, const fs::path& model) {
   return file.empty() ? fs::path() : model.parent_path() / file;
 }
 
-// Reads a part and what it names, which stands beside it.
-void AddPart(const std::string& name, const fs::path& path, FilesInMemory* files) {
-  const std::string part = ReadWhole(path);
-  files->Add(name, path, part);
-  for (const Tag& tag : TagsOf(part)) {
+// Reads a file of the scene, or a part of it, and what it names, which stands beside it.
+void AddModel(const std::string& name, const fs::path& path, bool is_part, FilesInMemory* files) {
+  const std::string model = ReadWhole(path);
+  files->Add(name, path, model);
+  for (const Tag& tag : TagsOf(model)) {
     const std::string where = path.string() + ":" + std::to_string(tag.line) + ": ";
-    RequireOfPart(tag, where);
+    if (is_part) RequireOfPart(tag, where);
     const fs::path file = FileOf(tag, path);
     if (file.empty() || files->Has(file.filename())) continue;
     std::error_code ignored;
@@ -212,7 +212,7 @@ void RequireMeshes(const fs::path& path, const SceneFiles& scene, std::set<fs::p
   if (!seen->insert(path).second || !fs::is_regular_file(path, ignored)) return;
   for (const Tag& tag : TagsOf(ReadWhole(path))) {
     const std::string included = tag.name == "include" ? tag.attribute("file") : "";
-    if (!included.empty() && !scene.parts.contains(included))
+    if (!included.empty() && !scene.parts.contains(included) && !scene.shared.contains(included))
       RequireMeshes(fs::path(scene.scene).parent_path() / included, scene, seen);
     const fs::path file = FileOf(tag, scene.scene);
     if (file.extension() == ".obj" && fs::is_regular_file(file, ignored))
@@ -270,9 +270,10 @@ MjModelPtr ReadModel(const SceneFiles& scene) {
   const std::string& path = scene.scene;
   RequireSize(path);
   std::optional<FilesInMemory> files;  // megabytes: only where it is needed
-  if (!scene.parts.empty()) {
+  if (!scene.parts.empty() || !scene.shared.empty()) {
     files.emplace();
-    for (const auto& [name, file] : scene.parts) AddPart(name, file, &*files);
+    for (const auto& [name, file] : scene.parts) AddModel(name, file, true, &*files);
+    for (const auto& [name, file] : scene.shared) AddModel(name, file, false, &*files);
   }
   std::set<fs::path> seen;
   RequireMeshes(path, scene, &seen);

@@ -24,6 +24,8 @@ struct SceneFiles {
   // Files to be taken for those that the scene includes by these names, wherever it would look for
   // them; meshes and textures that they name stand beside them.
   std::map<std::string, std::string> parts{};
+  // The same of files that belong to the scene: what it includes and its folder lacks.
+  std::map<std::string, std::string> shared{};
 };
 
 // The model. ConfigError with the file's name and MuJoCo's message (which has the line), or with

@@ -159,11 +159,15 @@ class Contract {
     return berth;
   }
 
-  // Its mass and what the water does to it are data of a single body.
+  // What is fixed to it may have sites and a mass, which gives way to the data's; what moved or was
+  // touched besides would have no water about it and no name.
   void RequireOneBody(int vehicle_body) const {
-    for (int body = 1; body < model_.nbody; ++body)
-      Require(body == vehicle_body || model_.body_rootid[body] != vehicle_body,
-              "body \"" + Name(mjOBJ_BODY, body) + "\" must not be: the vehicle is one body");
+    for (int body = 1; body < model_.nbody; ++body) {
+      const bool is_part = body != vehicle_body && model_.body_rootid[body] == vehicle_body;
+      Require(!is_part || (model_.body_jntnum[body] == 0 && model_.body_geomnum[body] == 0),
+              "body \"" + Name(mjOBJ_BODY, body) +
+                  "\" must not have joints or geoms: the vehicle is one body");
+    }
   }
 
   int FindVehicle() const {

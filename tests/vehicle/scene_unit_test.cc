@@ -268,7 +268,7 @@ INSTANTIATE_TEST_SUITE_P(
         Breach{"<site name=\"lamp_right\"/>",
                "<site name=\"lamp_right\"/><body name=\"arm\"><geom name=\"hull_arm\" "
                "size=\"1\"/></body>",
-               "body \"arm\" must not be: the vehicle is one body"},
+               "body \"arm\" must not have joints or geoms: the vehicle is one body"},
         Breach{"<site name=\"camera_head\" pos=\"0.1 0.02 0.03\"/>",
                "<site name=\"camera_head\" pos=\"nan 0.02 0.03\"/>",
                "site \"camera_head\": its pos is no number"},

@@ -14,6 +14,7 @@
 #include "experiments/config/yaml_fields.h"
 #include "experiments/trial/known_vehicle.h"
 #include "sim/base/units.h"
+#include "sim/vehicle/plant.h"
 #include "sim/vehicle/sea.h"
 
 namespace turbidock::check_vehicle {
@@ -231,6 +232,7 @@ VehicleCheck CheckVehicle(const trial::Scenario& scenario) {
   CheckFields(scenario, "");
   const vehicle::Scene scene = vehicle::LoadScene(trial::SceneFilesOf(scenario), scenario.rig);
   const vehicle::VehicleParams& data = scenario.vehicle;
+  vehicle::Plant(scene, data, scenario.clock, vehicle::Sea());  // refuses what cannot be simulated
   const double gravity_mps2 = -scene.model->opt.gravity[2];
   const control::ForceAllocation allocation({}, trial::ModelOf(data, scene));
 

@@ -11,6 +11,7 @@
 
 #include "experiments/config/data_files.h"
 #include "experiments/studies/check_vehicle/check_vehicle_report.h"
+#include "experiments/system/output_path.h"
 #include "tests/support/program.h"
 
 namespace turbidock::check_vehicle {
@@ -111,6 +112,19 @@ TEST_F(CheckVehicleCommand, AFileMayHaveAnyName) {
     EXPECT_EQ(end.exit_code, 0) << end.err;
     EXPECT_THAT(end.out, HasSubstr(file + " in night sea"));
   }
+}
+
+// Nothing is called ready to dock that no trial would fly.
+TEST_F(CheckVehicleCommand, RefusesWhatCannotBeSimulated) {
+  const std::string file = Vehicle("weak");
+  std::string text = system::ReadWhole(file);
+  const size_t motor = text.find("<motor ");
+  ASSERT_NE(motor, std::string::npos);
+  text.insert(motor + 7, "ctrllimited=\"true\" ctrlrange=\"-0.1 0.1\" ");
+  std::ofstream(file) << text;
+  const testing::ProgramEnd end = Run({file});
+  EXPECT_EQ(end.exit_code, 2) << end.err;
+  EXPECT_THAT(end.err, HasSubstr("with a gear of length 1 and no limits"));
 }
 
 TEST_F(CheckVehicleCommand, WritesNothingOverTheVehicle) {
