@@ -37,7 +37,7 @@ def test_a_batch_with_a_law_in_python(tmp_path):
 def test_a_batch_goes_on_when_a_law_raises_or_hangs(tmp_path):
     trials = turbidock.batch(
         plan(seeds=1, trial_time_limit_s=5,
-             grid={"odd_law.does": ["nothing", "raise", "hang", "nothing"]}),
+             grid={"odd_law.does": ["nothing", "raise", "hang", "nothing again"]}),
         str(tmp_path / "b.db"), workers=2, controller=OddLaw)
     assert list(trials["outcome"])[1:3] == ["crashed", "hung"]
     assert trials["outcome"][0] not in ("crashed", "hung")
@@ -47,7 +47,7 @@ def test_a_batch_goes_on_when_an_estimator_raises_or_hangs(tmp_path):
     out = str(tmp_path / "b.db")
     trials = turbidock.batch(
         plan(seeds=1, trial_time_limit_s=10, set={"duration_s": 0.3},
-             grid={"fixed_estimator.does": ["nothing", "raise", "nan", "hang", "nothing"]}),
+             grid={"fixed_estimator.does": ["nothing", "raise", "nan", "hang", "nothing again"]}),
         out, workers=2, estimator=FixedEstimator)
     assert list(trials["outcome"]) == ["timeout", "crashed", "crashed", "hung", "timeout"]
     with sqlite3.connect(out) as file:
