@@ -97,6 +97,7 @@ void CheckShine(const std::string& ball, const std::vector<light::BallLight>& ba
   if (ball.empty() || std::ranges::find(balls, ball, &light::BallLight::name) != balls.end())
     return;
   std::vector<std::string> known;
+  known.reserve(balls.size());
   for (const light::BallLight& light : balls) known.push_back(light.name);
   throw ConfigError(JoinKey(path, "shines_as"),
                     fmt::format("'{}' must be empty or one of {}", ball, fmt::join(known, ", ")));

@@ -112,9 +112,10 @@ void RequireOfPart(const Tag& tag, const std::string& where) {
   for (const auto& [key, value] : tag.attributes) {
     // as MuJoCo writes them when it makes MJCF of a URDF; no limits are allowed that it would ask
     const bool is_harmless = (key == "angle" && value == "radian") || key == "autolimits";
-    if (!is_harmless)
-      throw ConfigError(where + "<compiler " + key + "=\"" + value +
-                        "\"> is the scene's, whose angles are radians: leave it out");
+    if (is_harmless) continue;
+    std::string said = where;
+    said.append("<compiler ").append(key).append("=\"").append(value);
+    throw ConfigError(said + "\"> is the scene's, whose angles are radians: leave it out");
   }
 }
 

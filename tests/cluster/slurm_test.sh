@@ -369,6 +369,6 @@ refused partition 4 'invalid partition' "$turbidock" "${tiny[@]}" --slurm 2 --sb
 refused "no cluster" 4 'sbatch' env SLURM_CONF=/nonexistent "$turbidock" "${tiny[@]}" --slurm 2
 refused "no cluster to calibrate on" 4 'sbatch' env SLURM_CONF=/nonexistent "$turbidock" "${fit[@]}" --slurm 2
 refused "no Slurm" 4 'slurm-client' env PATH="$folder" "$turbidock" "${tiny[@]}" --slurm 2
-refused --sbatch 2 'slurm TASKS' "$turbidock" "${tiny[@]}" --sbatch=--time=1
+refused --sbatch 2 'requires --slurm' "$turbidock" "${tiny[@]}" --sbatch=--time=1
 refused "tasks that cannot run" 4 'ended 3 times' "$turbidock" "${tiny[@]}" --slurm 2 --sbatch=--output=/nonexistent/log
 echo "what Slurm refuses is said in one line"

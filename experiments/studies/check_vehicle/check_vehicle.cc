@@ -232,7 +232,8 @@ VehicleCheck CheckVehicle(const trial::Scenario& scenario) {
   CheckFields(scenario, "");
   const vehicle::Scene scene = vehicle::LoadScene(trial::SceneFilesOf(scenario), scenario.rig);
   const vehicle::VehicleParams& data = scenario.vehicle;
-  vehicle::Plant(scene, data, scenario.clock, vehicle::Sea());  // refuses what cannot be simulated
+  // refuses what no trial would fly
+  const vehicle::Plant plant(scene, data, scenario.clock, vehicle::Sea());
   const double gravity_mps2 = -scene.model->opt.gravity[2];
   const control::ForceAllocation allocation({}, trial::ModelOf(data, scene));
 
