@@ -80,7 +80,7 @@ std::vector<std::string> GridKeys(const farm::Plan& plan) {
 }
 
 int Batch(const BatchArguments& arguments) {
-  const farm::Plan plan = arguments.plan.Load();
+  const farm::Plan plan = arguments.plan.Load(arguments.quiet);
   const farm::Shard shard = farm::ParseShard(arguments.shard);
   // of a part of a batch there is no page
   const std::string page =

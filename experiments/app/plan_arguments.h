@@ -13,7 +13,8 @@ struct PlanArguments {
   farm::PlanOverrides overrides;
 
   void AddTo(Subcommand* command, const trial::Plugins& plugins);
-  farm::Plan Load() const { return farm::LoadPlan(plan, overrides); }
+  // With a bar where the plan's trials take long to look at.
+  farm::Plan Load(bool quiet) const;
 };
 
 // Cores that this process may use.

@@ -18,7 +18,7 @@ struct SlurmArguments {
 };
 
 int Slurm(const SlurmArguments& arguments) {
-  const farm::Plan plan = arguments.plan.Load();
+  const farm::Plan plan = arguments.plan.Load(/*quiet=*/false);
   const farm::SlurmFiles files = farm::WriteSlurmScripts(plan, arguments.options);
   Progress progress(/*quiet=*/false);
   progress.Say(fmt::format("{}: {}{} trials in {} tasks, scripts in {}",

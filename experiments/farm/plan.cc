@@ -13,7 +13,6 @@
 #include "experiments/config/yaml_fields.h"
 #include "experiments/report/table.h"
 #include "experiments/statistics/intervals.h"
-#include "experiments/statistics/sampling.h"
 #include "experiments/system/output_path.h"
 #include "experiments/system/plain_text.h"
 #include "sim/base/random.h"
@@ -25,12 +24,6 @@ namespace fs = std::filesystem;
 
 constexpr const char* kScenarioKey = "scenario";
 constexpr const char* kCaseKey = "case";
-
-std::vector<config::YamlNode> Elements(const config::YamlNode& list, const char* what) {
-  std::vector<config::YamlNode> elements = list.Elements();
-  if (elements.empty()) list.Fail(std::string("must be a list of ") + what);
-  return elements;
-}
 
 // A value as what it says: 10, 1e1 and 10.0 are one number.
 std::string Compared(const config::YamlNode& value) {
@@ -44,16 +37,6 @@ std::string Compared(const config::YamlNode& value) {
   const std::string scalar = value.Text().value_or("");
   const std::optional<double> number = report::NumberIn(scalar);
   return number ? FormatNumber(*number) : scalar;
-}
-
-std::pair<double, double> Pair(const config::YamlNode& at, const char* names) {
-  try {
-    const auto [first, second] =
-        config::Peek({.assignments = {"pair=" + at.OneLine()}}, "pair", std::array<double, 2>{});
-    return {first, second};
-  } catch (const ConfigError&) {
-    at.Fail(std::string("must be two numbers, [") + names + "]");
-  }
 }
 
 // Of the bundled models' files and of the scenarios' own MJCF files (not of what those include).
@@ -120,22 +103,6 @@ std::string TextOf(const char* key, const std::vector<Case>& cases) {
 
 }  // namespace
 
-std::string RandomKey::ValueAt(double u) const {
-  switch (kind) {
-    case Kind::kUniform:
-      return FormatNumber(statistics::UniformAt(u, first, second));
-    case Kind::kLogUniform:
-      return FormatNumber(statistics::LogUniformAt(u, first, second));
-    case Kind::kNormal:
-      return FormatNumber(
-          within ? statistics::NormalAt(u, first, second, within->first, within->second)
-                 : statistics::NormalAt(u, first, second));
-    case Kind::kChoice:
-      break;
-  }
-  return choices[static_cast<size_t>(u * static_cast<double>(choices.size()))];
-}
-
 Plan::Plan(const std::string& text, const std::string& file, const PlanOverrides& overrides)
     : Plan(config::ParseYaml(text, file), overrides) {}
 
@@ -167,12 +134,19 @@ Plan::Plan(const config::YamlNode& plan, const PlanOverrides& overrides)
     if (trials() > kMaxTrials)
       throw ConfigError(file + ": grid: more than " + std::to_string(kMaxTrials) + " trials");
   }
-  DrawDesign(file);
+  const int64_t groups = settings_.common_seeds ? 1 : cells_;
+  constexpr int64_t kMostDraws = 100'000'000;
+  if (const int64_t keys = std::ssize(random_);
+      keys > 0 && groups * trials_of_cell() > kMostDraws / keys)
+    throw ConfigError(file + fmt::format(": random: {} keys for {} trials, more than {} draws",
+                                         keys, groups * trials_of_cell(), kMostDraws));
+  design_ = DrawDesign(settings_.design, random_, groups, trials_of_cell(),
+                       SeedTree(static_cast<uint64_t>(settings_.master_seed)));
   resolved_ = Resolve();
   if (const auto digest = plan.Find("models_digest");
       digest && digest->Text() != ModelsDigest(scenarios_))
     digest->Fail("the models' files are not those that the plan began with");
-  CheckTrials(file);
+  CheckTrials(file, overrides);
 }
 
 void Plan::RequireNewKey(const config::YamlNode& at, const std::string& key) const {
@@ -220,7 +194,8 @@ void Plan::ReadGrid(const config::YamlNode& node) {
   for (const auto& [key, values] : node.Entries()) {
     RequireNewKey(values, key);
     GridAxis axis{key, {}};
-    const std::vector<config::YamlNode> elements = Elements(values, "values");
+    const std::vector<config::YamlNode> elements = values.Elements();
+    if (elements.empty()) values.Fail("must be a list of values");
     std::set<std::string> seen;
     for (const config::YamlNode& value : elements) {
       varied_.RequireNew(key, value);
@@ -276,8 +251,6 @@ void Plan::ReadCases(const config::YamlNode& node) {
 }
 
 void Plan::ReadRandom(const config::YamlNode& node) {
-  using Kind = RandomKey::Kind;
-  constexpr auto& kKinds = EnumNames<Kind>::kNames;
   for (const auto& [key, distribution] : node.Entries()) {
     RequireNewKey(distribution, key);
     const config::YamlNode one_value = config::TextNode("", distribution);
@@ -285,43 +258,7 @@ void Plan::ReadRandom(const config::YamlNode& node) {
     varied_.Add(key, one_value);
     places_.try_emplace(key, distribution.Where());
     if (key == kScenarioKey) distribution.Fail("belongs in the grid");
-    RandomKey random;
-    random.key = key;
-    bool has_kind = false;
-    for (const auto& [word, value] : distribution.Entries()) {
-      if (word == "within") {
-        random.within = Pair(value, "low, high");
-        if (random.within->first >= random.within->second) value.Fail("low must be below high");
-        continue;
-      }
-      const auto kind =
-          std::find_if(kKinds.begin(), kKinds.end(),
-                       [&name = word](const auto& known) { return known.second == name; });
-      if (kind == kKinds.end() || has_kind)
-        value.Fail("must be one of uniform, normal, log_uniform, choice");
-      has_kind = true;
-      random.kind = kind->first;
-      if (random.kind == Kind::kChoice) {
-        for (const config::YamlNode& choice : Elements(value, "values"))
-          random.choices.push_back(choice.OneLine());
-        continue;
-      }
-      const bool is_normal = random.kind == Kind::kNormal;
-      std::tie(random.first, random.second) =
-          Pair(value, is_normal ? "mean, standard deviation" : "low, high");
-      if (is_normal && random.second <= 0) value.Fail("the standard deviation must be > 0");
-      if (!is_normal && random.first >= random.second) value.Fail("low must be below high");
-      if (random.kind == Kind::kLogUniform && random.first <= 0) value.Fail("low must be > 0");
-    }
-    if (!has_kind) distribution.Fail("must be one of uniform, normal, log_uniform, choice");
-    if (random.within && random.kind != Kind::kNormal)
-      distribution.Fail("only a normal distribution has `within`");
-    // beyond that next to nothing is left to draw from
-    constexpr double kFarthest = 5;  // standard deviations
-    if (random.within && (random.within->first > random.first + kFarthest * random.second ||
-                          random.within->second < random.first - kFarthest * random.second))
-      distribution.Fail("`within` is more than 5 standard deviations from the mean");
-    random_.push_back(random);
+    random_.push_back(RandomKey::Read(key, distribution));
     keys_.push_back(key);
   }
 }
@@ -372,40 +309,6 @@ void Plan::LoadScenarios(const config::YamlNode& plan,
       std::error_code ignored;
       found_[name] = fs::is_regular_file(beside, ignored) ? beside.string() : name;
       scenarios_[name] = trial::LoadScenario(found_[name], sets, "", plugins_);
-    }
-  }
-}
-
-void Plan::DrawDesign(const std::string& file) {
-  const SeedTree seeds(static_cast<uint64_t>(settings_.master_seed));
-  const int64_t groups = settings_.common_seeds ? 1 : cells_;
-  const auto columns = std::ssize(random_);
-  const int64_t samples = trials_of_cell();
-  constexpr int64_t kMostDraws = 100'000'000;
-  if (columns > 0 && groups * samples > kMostDraws / columns)
-    throw ConfigError(file + fmt::format(": random: {} keys for {} trials, more than {} draws",
-                                         columns, groups * samples, kMostDraws));
-  design_.resize(static_cast<size_t>(groups * samples * columns));
-  for (int64_t column = 0; column < columns; ++column) {
-    const std::string& key = random_[static_cast<size_t>(column)].key;
-    for (int64_t group = 0; group < groups; ++group) {
-      // A stream for each key and cell: a new key or cell leaves the others' draws alone.
-      Rng rng = seeds.Stream("draw:" + key + ":" + std::to_string(group));
-      std::vector<double> u;
-      switch (settings_.design) {
-        case Design::kIndependent:
-          u = statistics::IndependentSamples(samples, &rng);
-          break;
-        case Design::kLatinHypercube:
-          u = statistics::StratifiedSamples(samples, &rng);
-          break;
-        case Design::kSobol:
-          u = statistics::SobolSamples(samples, static_cast<int>(column), &rng);
-          break;
-      }
-      for (int64_t sample = 0; sample < samples; ++sample)
-        design_[static_cast<size_t>((group * samples + sample) * columns + column)] =
-            u[static_cast<size_t>(sample)];
     }
   }
 }
@@ -490,8 +393,9 @@ trial::Scenario Plan::ScenarioOf(const TrialSpec& spec) const {
   return scenario;
 }
 
-void Plan::CheckTrials(const std::string& file) const {
+void Plan::CheckTrials(const std::string& file, const PlanOverrides& overrides) const {
   for (int64_t trial = 0; trial < trials(); ++trial) {
+    if (overrides.on_look && trial > 0) overrides.on_look(trial, trials());
     // Without draws the trials of a cell's stratum differ in nothing but the seed.
     const TrialSpec spec = Trial(trial);
     if (random_.empty() && spec.sample >= std::max<int64_t>(1, std::ssize(strata_))) continue;
@@ -523,9 +427,6 @@ std::optional<std::string> Plan::PlaceOf(const TrialSpec& spec, const std::strin
 std::string Plan::Resolve() const {
   std::string text = config::SaveYaml(settings_);
   if (settings_.precision) text += config::SaveYaml(*settings_.precision);
-  const auto pair = [](double first, double second) {
-    return std::vector{FormatNumber(first), FormatNumber(second)};
-  };
   text += TextOf("cases", cases_) + TextOf("strata", strata_);
   if (grid_.size() > (cases_.empty() ? 0 : 1)) text += "grid:\n";
   for (const GridAxis& axis : grid_) {
@@ -535,17 +436,8 @@ std::string Plan::Resolve() const {
       text += fmt::format("  {}: [{}]\n", axis.key, fmt::join(values, ", "));
   }
   if (!random_.empty()) text += "random:\n";
-  for (const RandomKey& random : random_) {
-    text += fmt::format(
-        "  {}: {{{}: [{}]", random.key, NameOf(random.kind),
-        fmt::join(random.kind == RandomKey::Kind::kChoice ? random.choices
-                                                          : pair(random.first, random.second),
-                  ", "));
-    if (random.within)
-      text += fmt::format(", within: [{}]",
-                          fmt::join(pair(random.within->first, random.within->second), ", "));
-    text += "}\n";
-  }
+  for (const RandomKey& random : random_)
+    text += fmt::format("  {}: {}\n", random.key, random.Text());
   text += "resolved_scenarios:\n";
   for (const auto& [name, scenario] : scenarios_)
     text +=

@@ -24,12 +24,13 @@
 //     camera_delay_frames: {choice: [1, 2, 3]}
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
+#include "experiments/farm/random_key.h"
 #include "experiments/farm/varied_keys.h"
 #include "experiments/trial/scenario.h"
 #include "sim/base/digest.h"
@@ -44,18 +45,6 @@ namespace turbidock::farm {
 inline constexpr int kPlanSchema = 1;
 inline constexpr int64_t kMaxTrials = 10'000'000;      // of a plan
 inline constexpr const char* kStratumKey = "stratum";  // the parameter that `strata` make
-
-// How the random keys of a cell's trials are spread. All keep each key's distribution.
-enum class Design {
-  kIndependent,     // each trial by itself
-  kLatinHypercube,  // each key's range is cut into `seeds` equally likely parts, each met once
-  kSobol,           // points of a Sobol sequence, shifted at random (digitally)
-};
-constexpr auto Names(Design) {
-  using enum Design;
-  return EnumList<Design>(
-      {{kIndependent, "independent"}, {kLatinHypercube, "latin_hypercube"}, {kSobol, "sobol"}});
-}
 
 // Cells of as many trials as each of them needs: which ones is agenda.h's.
 struct Precision {
@@ -119,27 +108,6 @@ struct GridAxis {
   std::vector<std::string> values;
 };
 
-// A random key and how a number in (0, 1) becomes its value.
-struct RandomKey {
-  enum class Kind { kUniform, kNormal, kLogUniform, kChoice };
-
-  std::string key;
-  Kind kind = Kind::kUniform;
-  double first = 0, second = 0;                     // low, high; mean, standard deviation
-  std::optional<std::pair<double, double>> within;  // of a normal distribution: cut off there
-  std::vector<std::string> choices;
-
-  std::string ValueAt(double u) const;
-};
-
-constexpr auto Names(RandomKey::Kind) {
-  using enum RandomKey::Kind;
-  return EnumList<RandomKey::Kind>({{kUniform, "uniform"},
-                                    {kNormal, "normal"},
-                                    {kLogUniform, "log_uniform"},
-                                    {kChoice, "choice"}});
-}
-
 struct TrialSpec {
   int64_t trial = 0;   // in [0, Plan::trials())
   int64_t cell = 0;    // of the grid; the last key of the grid varies fastest
@@ -155,6 +123,8 @@ struct PlanOverrides {
   std::optional<int64_t> master_seed{};
   std::optional<int> seeds{};  // exactly so many: `precision` is left out
   trial::Plugins plugins{};    // what else its scenarios may choose
+  // Called as the trials are looked at: a million take minutes.
+  std::function<void(int64_t looked_at, int64_t of)> on_look{};
 };
 
 class Plan {
@@ -205,8 +175,7 @@ class Plan {
   void ReadCases(const config::YamlNode& node);
   void RequireNewKey(const config::YamlNode& at, const std::string& key) const;
   void LoadScenarios(const config::YamlNode& plan, const std::vector<std::string>& assignments);
-  void DrawDesign(const std::string& file);
-  void CheckTrials(const std::string& file) const;
+  void CheckTrials(const std::string& file, const PlanOverrides& overrides) const;
   // Where what a trial's problem begins with stands in the plan, if it says so.
   std::optional<std::string> PlaceOf(const TrialSpec& spec, const std::string& problem) const;
   std::string Resolve() const;

@@ -13,6 +13,7 @@
 
 #include "experiments/farm/plan.h"
 #include "experiments/farm/run_lock.h"
+#include "experiments/farm/store_header.h"
 #include "experiments/farm/trial_pool.h"
 
 namespace SQLite {
@@ -29,24 +30,6 @@ class MismatchError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
-
-// What a file holds the results of.
-struct StoreHeader {
-  std::string kind = "batch";  // or "tune", "gate": who wrote it
-  std::string plan;            // the resolved plan (or study): every value spelt out
-  std::string build;           // BuildId of the program
-  Shard shard;
-  int64_t trials = 0;             // of the plan, all shards together
-  std::vector<std::string> keys;  // of the parameters that trials differ in
-
-  std::string plan_hash() const { return DigestOf(plan); }
-};
-
-StoreHeader HeaderOf(const Plan& plan, const Shard& shard);
-
-// How two headers differ, a sentence each; empty when results of both belong together. Shards may
-// differ.
-std::vector<std::string> Differences(const StoreHeader& a, const StoreHeader& b);
 
 struct StoredTrial {
   int64_t trial = 0, cell = 0, sample = 0;

@@ -6,6 +6,8 @@
 
 #include <cmath>
 #include <set>
+#include <utility>
+#include <vector>
 
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
@@ -473,6 +475,13 @@ TEST(Plan, SaysWhatIsWrongAndWhere) {
       EXPECT_THAT(error.what(), HasSubstr(c.said)) << c.text;
     }
   }
+}
+
+TEST(Plan, TellsHowFarItHasLookedAtItsTrials) {
+  std::vector<std::pair<int64_t, int64_t>> told;
+  Make("scenario: sea_night_active\nseeds: 4\nrandom: {start.heading_rad: {uniform: [0, 0.2]}}\n",
+       {.on_look = [&told](int64_t looked_at, int64_t of) { told.emplace_back(looked_at, of); }});
+  EXPECT_EQ(told, (std::vector<std::pair<int64_t, int64_t>>{{1, 4}, {2, 4}, {3, 4}}));
 }
 
 TEST(Shard, PartsTogetherHaveEveryTrialOnce) {

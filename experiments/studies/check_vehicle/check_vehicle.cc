@@ -117,6 +117,23 @@ ViewReport ReportView(const vehicle::Scene& scene, const std::string& place, dou
   return view;
 }
 
+// Some geom of the pole meets some geom of the dock, by MuJoCo's rule for pairs of geoms.
+bool PoleMeetsDock(const vehicle::Scene& scene) {
+  const mjModel& model = *scene.model;
+  const auto geoms = [&scene](vehicle::Part part) {
+    std::vector<size_t> found;
+    for (size_t geom = 0; geom < scene.geom_part.size(); ++geom)
+      if (scene.geom_part[geom] == part) found.push_back(geom);
+    return found;
+  };
+  for (const size_t pole : geoms(vehicle::Part::kPole))
+    for (const size_t dock : geoms(vehicle::Part::kDock))
+      if ((model.geom_contype[pole] & model.geom_conaffinity[dock]) != 0 ||
+          (model.geom_contype[dock] & model.geom_conaffinity[pole]) != 0)
+        return true;
+  return false;
+}
+
 PoleReport ReportPole(const trial::Scenario& scenario, const vehicle::Scene& scene) {
   const Pose X_WH = scene.X_WM * Pose::Translation(-scenario.procedure.docked_x_m, 0, 0);
   const Vector3d p_DQ = scene.X_WD.Inverse() * (X_WH * scene.p_HQ_pole_tip);
@@ -128,7 +145,8 @@ PoleReport ReportPole(const trial::Scenario& scenario, const vehicle::Scene& sce
           .past_throat_m = p_DQ.x() - scene.dock_throat_depth_m,
           .aside_m = p_DQ.y(),
           .above_m = p_DQ.z(),
-          .clearance_m = scene.dock_throat_half_width_m - radius_m};
+          .clearance_m = scene.dock_throat_half_width_m - radius_m,
+          .meets_dock = PoleMeetsDock(scene)};
 }
 
 // The keys that the vehicle's data do not give, by which it is the published vehicle.
@@ -205,6 +223,9 @@ void Judge(const trial::Scenario& scenario, VehicleCheck* check) {
       warn(fmt::format("{}'s sea asks for up to {:.1f} of the {:.1f} N that there are on {}",
                        check->scenario, axis.load, most, axis.axis));
   }
+  for (const ThrusterReport& thruster : check->thrusters)
+    if (thruster.forward_newton == 0 && thruster.reverse_newton == 0)
+      warn(fmt::format("{} has no force in either direction", thruster.name));
   for (const ViewReport& view : check->views) {
     if (view.margin_px < 0)
       problem(fmt::format("{} at {:.2f} m ({}) is not whole in it", view.nearest, view.x_m,
@@ -214,6 +235,8 @@ void Judge(const trial::Scenario& scenario, VehicleCheck* check) {
                        view.x_m, view.place, view.margin_px));
   }
   const PoleReport& pole = check->pole;
+  if (!pole.meets_dock)
+    warn("nothing stops its pole at the dock: by contype and conaffinity the two never touch");
   if (pole.past_throat_m <= 0)
     problem(
         fmt::format("docked, {:.2f} m before the marker, the pole's tip is {:.0f} mm short of "

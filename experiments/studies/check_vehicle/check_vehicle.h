@@ -48,9 +48,10 @@ struct PoleReport {
   double depth_m = 0;        // past the mouth
   double past_throat_m = 0;  // past where the straight hole begins
   double aside_m = 0, above_m = 0;
-  double clearance_m = 0;  // between pole and hole, all around
+  double clearance_m = 0;   // between pole and hole, all around
+  bool meets_dock = false;  // they can touch
 
-  TURBIDOCK_FIELDS(depth_m, past_throat_m, aside_m, above_m, clearance_m)
+  TURBIDOCK_FIELDS(depth_m, past_throat_m, aside_m, above_m, clearance_m, meets_dock)
 };
 
 struct VehicleCheck {

@@ -21,6 +21,7 @@ using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 
 VehicleCheck Check(const std::vector<std::string>& assignments) {
   return CheckVehicle(trial::LoadScenario("sea_night_active", assignments));
@@ -69,6 +70,9 @@ TEST(CheckVehicle, SaysInWordsWhatIsWrong) {
               Contains(HasSubstr("60 mm short of the straight hole")));
   EXPECT_THAT(Check({"rig.horizontal_fov_rad=0.5"}).problems,
               Contains(HasSubstr("is not whole in it")));
+  const std::string of_eight = "vehicle.thrusters.effectiveness=[1, 1, 1, 1, 1, 1, 1, 0]";
+  EXPECT_THAT(CheckVehicle(trial::LoadScenario("bluerov2_sea_night", {of_eight})).warnings,
+              Contains(HasSubstr("has no force in either direction")));
 }
 
 TEST(CheckVehicle, RefusesWhatIsNoVehicle) {
@@ -125,6 +129,19 @@ TEST_F(CheckVehicleCommand, RefusesWhatCannotBeSimulated) {
   const testing::ProgramEnd end = Run({file});
   EXPECT_EQ(end.exit_code, 2) << end.err;
   EXPECT_THAT(end.err, HasSubstr("with a gear of length 1 and no limits"));
+}
+
+TEST_F(CheckVehicleCommand, WarnsOfAPoleThatTouchesNothing) {
+  const std::string file = Vehicle("ghost");
+  EXPECT_THAT(Run({file}).out, Not(HasSubstr("nothing stops its pole")));
+  std::string text = system::ReadWhole(file);
+  const size_t pole = text.find("name=\"pole\"");
+  ASSERT_NE(pole, std::string::npos);
+  text.insert(pole, "contype=\"0\" conaffinity=\"0\" ");
+  std::ofstream(file) << text;
+  const testing::ProgramEnd end = Run({file});
+  EXPECT_EQ(end.exit_code, 0) << end.err;
+  EXPECT_THAT(end.out, HasSubstr("warning: nothing stops its pole at the dock"));
 }
 
 TEST_F(CheckVehicleCommand, WritesNothingOverTheVehicle) {
