@@ -123,7 +123,7 @@ struct PlanOverrides {
   std::optional<int64_t> master_seed{};
   std::optional<int> seeds{};  // exactly so many: `precision` is left out
   trial::Plugins plugins{};    // what else its scenarios may choose
-  // Called as the trials are looked at: a million take minutes.
+  // Changes nothing: called before each trial but the first is looked at; a million take minutes.
   std::function<void(int64_t looked_at, int64_t of)> on_look{};
 };
 

@@ -38,10 +38,12 @@ struct RandomKey {
   std::optional<std::pair<double, double>> within;  // of a normal distribution: cut off there
   std::vector<std::string> choices;
 
-  // The distribution as a plan's `random` has it: "{normal: [15, 0.5], within: [13, 17]}".
-  // ConfigError for any other.
+  // Of a distribution as a plan's `random` has it: {normal: [15, 0.5], within: [13, 17]}.
+  // ConfigError that names its line for any other.
   static RandomKey Read(const std::string& key, const config::YamlNode& distribution);
+  // The distribution as Read takes it, in one line.
   std::string Text() const;
+  // The value, as YAML, at u in (0, 1): the distribution's quantile, or one of the choices.
   std::string ValueAt(double u) const;
 };
 
