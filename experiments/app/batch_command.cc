@@ -101,8 +101,8 @@ int Batch(const BatchArguments& arguments) {
     progress.Say(fmt::format("  {} of them are in {} already", done_before, arguments.out));
 
   farm::BatchOptions options;
-  options.farm = arguments.farm.Options(
-      arguments.out, [&](const std::string& text) { progress.Say("  " + text); });
+  options.farm = arguments.farm.For(arguments.out,
+                                    [&](const std::string& text) { progress.Say("  " + text); });
   options.stop_requested = CatchStopSignals();
   options.on_progress = [&](const farm::BatchProgress& now) {
     progress.ShowOrSay(static_cast<double>(now.done) / static_cast<double>(now.total), Words(now),

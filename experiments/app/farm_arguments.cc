@@ -5,10 +5,12 @@
 
 namespace turbidock::app {
 
-void FarmArguments::AddTo(Subcommand* command, const std::string& doc, int alone_now) {
+FarmArguments::Options FarmArguments::AddTo(Subcommand* command, const std::string& doc,
+                                            int alone_now) {
   alone = alone_now;
-  command->Add("--workers", workers, fmt::format("{} [{}]; of a Slurm task [1]", doc, alone))
-      .Between(1, 1024);
+  const Option processes =
+      command->Add("--workers", workers, fmt::format("{} [{}]; of a Slurm task [1]", doc, alone))
+          .Between(1, 1024);
   const char* group = "On a Slurm cluster";
   const Option tasks =
       command
@@ -17,10 +19,11 @@ void FarmArguments::AddTo(Subcommand* command, const std::string& doc, int alone
           .Between(1, 100000)
           .Group(group);
   command->AddSbatch(sbatch).Group(group).Needs(tasks);
+  return {processes, tasks};
 }
 
-farm::FarmOptions FarmArguments::Options(const std::string& out,
-                                         const std::function<void(const std::string&)>& say) const {
+farm::FarmOptions FarmArguments::For(const std::string& out,
+                                     const std::function<void(const std::string&)>& say) const {
   if (!slurm) return {.workers = workers.value_or(alone), .slurm = {}};
   const std::string folder =
       out.empty() ? fmt::format("turbidock-{}.slurm", getpid()) : out + ".slurm";

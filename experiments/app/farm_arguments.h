@@ -17,13 +17,16 @@ struct FarmArguments {
   std::vector<std::string> sbatch;
   int alone = 1;
 
+  struct Options {
+    Option workers, slurm;
+  };
   // `alone`: how many processes without --workers.
-  void AddTo(Subcommand* command, const std::string& doc, int alone);
+  Options AddTo(Subcommand* command, const std::string& doc, int alone);
 
   // `out` is the file or folder that the command writes, beside which nodes find their work; empty
   // where there is none.
-  farm::FarmOptions Options(const std::string& out,
-                            const std::function<void(const std::string&)>& say) const;
+  farm::FarmOptions For(const std::string& out,
+                        const std::function<void(const std::string&)>& say) const;
 };
 
 }  // namespace turbidock::app

@@ -7,6 +7,7 @@
 #include "experiments/app/progress.h"
 #include "experiments/farm/slurm.h"
 #include "experiments/report/json.h"
+#include "experiments/system/output_path.h"
 
 namespace turbidock::app {
 namespace {
@@ -19,6 +20,10 @@ struct SlurmArguments {
 
 int Slurm(const SlurmArguments& arguments) {
   const farm::Plan plan = arguments.plan.Load(/*quiet=*/false);
+  system::OutputPlan()
+      .Reads(arguments.plan.plan)
+      .Writes(arguments.options.out, system::kResultFile)
+      .Require();
   const farm::SlurmFiles files = farm::WriteSlurmScripts(plan, arguments.options);
   Progress progress(/*quiet=*/false);
   progress.Say(fmt::format("{}: {}{} trials in {} tasks, scripts in {}",

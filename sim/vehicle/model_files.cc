@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "sim/base/check.h"
+#include "sim/vehicle/mjcf_tags.h"
 
 namespace turbidock::vehicle {
 namespace {
@@ -41,64 +42,6 @@ std::string ReadWhole(const fs::path& path) {
   if (!in.good() && !in.eof()) throw ConfigError(path.string() + ": cannot be read");
   if (bytes.empty()) throw ConfigError(path.string() + ": is empty");
   return bytes;
-}
-
-// An opening tag of an XML file.
-struct Tag {
-  std::string name;
-  std::vector<std::pair<std::string, std::string>> attributes;
-  int line = 1;
-
-  std::string attribute(std::string_view wanted) const {
-    for (const auto& [key, value] : attributes)
-      if (key == wanted) return value;
-    return "";
-  }
-};
-
-// The tags of a well-formed file; of any other whatever, for MuJoCo to refuse.
-std::vector<Tag> TagsOf(std::string_view xml) {
-  constexpr std::string_view kSpace = " \t\r\n", kEndOfName = " \t\r\n/>=";
-  std::vector<Tag> tags;
-  size_t at = 0;
-  const auto take = [&](size_t end) {
-    end = std::min(end, xml.size());
-    const std::string_view taken = xml.substr(at, end - at);
-    at = end;
-    return std::string(taken);
-  };
-  int line = 1;
-  while (at < xml.size()) {
-    const std::string before = take(xml.find('<', at));
-    line += static_cast<int>(std::ranges::count(before, '\n'));
-    if (at >= xml.size()) break;
-    if (xml.substr(at).starts_with("<!--")) {
-      const std::string comment = take(xml.find("-->", at));
-      line += static_cast<int>(std::ranges::count(comment, '\n'));
-      continue;
-    }
-    ++at;
-    Tag tag{.name = take(xml.find_first_of(kEndOfName, at)), .attributes = {}, .line = line};
-    while (at < xml.size() && xml[at] != '>') {
-      line += xml[at] == '\n';
-      if (kEndOfName.find(xml[at]) != std::string_view::npos) {
-        ++at;
-        continue;
-      }
-      const std::string key = take(xml.find_first_of(kEndOfName, at));
-      at = std::min(xml.find_first_not_of(kSpace, at), xml.size());
-      if (at >= xml.size() || xml[at] != '=') continue;
-      at = std::min(xml.find_first_of("\"'", at), xml.size());
-      if (at >= xml.size()) break;
-      const char quote = xml[at++];
-      const std::string value = take(xml.find(quote, at));
-      line += static_cast<int>(std::ranges::count(value, '\n'));
-      ++at;
-      tag.attributes.emplace_back(key, value);
-    }
-    tags.push_back(std::move(tag));
-  }
-  return tags;
 }
 
 // What holds for the whole scene is not a part's to say.
@@ -182,45 +125,112 @@ class FilesInMemory {
   std::unique_ptr<mjVFS> files_ = std::make_unique<mjVFS>();
 };
 
-// Where a tag's mesh or picture is; empty without one.
-fs::path FileOf(const Tag& tag, const fs::path& model) {
-  const bool has_one = tag.name == "mesh" || tag.name == "texture" || tag.name == "hfield";
-  const std::string file = has_one ? tag.attribute("file") : "";
-  return file.empty() ? fs::path() : model.parent_path() / file;
+// The meshes and pictures that a tag names, as it names them.
+std::vector<std::string> FilesOf(const Tag& tag) {
+  constexpr std::array kWithFiles = {"mesh", "texture", "hfield", "skin"};
+  std::vector<std::string> files;
+  if (std::ranges::find(kWithFiles, tag.name) == kWithFiles.end()) return files;
+  for (const auto& [key, value] : tag.attributes)  // file, and fileright and others of a cube
+    if (key.starts_with("file") && !value.empty()) files.push_back(value);
+  return files;
 }
 
-// Reads a file of the scene, or a part of it, and what it names, which stands beside it.
-void AddModel(const std::string& name, const fs::path& path, bool is_part, FilesInMemory* files) {
-  const std::string model = ReadWhole(path);
-  files->Add(name, path, model);
-  for (const Tag& tag : TagsOf(model)) {
-    const std::string where = path.string() + ":" + std::to_string(tag.line) + ": ";
-    if (is_part) RequireOfPart(tag, where);
-    const fs::path file = FileOf(tag, path);
-    if (file.empty() || files->Has(file.filename())) continue;
-    std::error_code ignored;
-    if (!fs::is_regular_file(file, ignored))
-      throw ConfigError(where + "<" + tag.name + " file=\"" + tag.attribute("file") +
-                        "\">: " + file.string() + " is no file");
-    const std::string bytes = ReadWhole(file);
-    if (file.extension() == ".obj") RequireObj(file, bytes);
-    files->Add(file.filename(), file, bytes);
-  }
+[[noreturn]] void SayNoFile(const std::string& where, const Tag& tag, const std::string& file,
+                            const fs::path& path) {
+  throw ConfigError(where + "<" + tag.name + " file=\"" + file + "\">: " + path.string() +
+                    " is no file");
 }
 
-// The scene's own meshes and those of what it includes; what is missing is MuJoCo's to say.
-void RequireMeshes(const fs::path& path, const SceneFiles& scene, std::set<fs::path>* seen) {
+std::string WhereIn(const fs::path& path, const Tag& tag) {
+  return path.string() + ":" + std::to_string(tag.line) + ": ";
+}
+
+// The tags of a scene and of what it includes from its own folder, each with its file; what is
+// missing is MuJoCo's to say.
+using PlacedTags = std::vector<std::pair<fs::path, Tag>>;
+void GatherTags(const fs::path& path, const SceneFiles& scene, std::set<fs::path>* seen,
+                PlacedTags* tags) {
   std::error_code ignored;
   if (!seen->insert(path).second || !fs::is_regular_file(path, ignored)) return;
   for (const Tag& tag : TagsOf(ReadWhole(path))) {
+    tags->emplace_back(path, tag);
     const std::string included = tag.name == "include" ? tag.attribute("file") : "";
     if (!included.empty() && !scene.parts.contains(included) && !scene.shared.contains(included))
-      RequireMeshes(fs::path(scene.scene).parent_path() / included, scene, seen);
-    const fs::path file = FileOf(tag, scene.scene);
-    if (file.extension() == ".obj" && fs::is_regular_file(file, ignored))
-      RequireObj(file, ReadWhole(file));
+      GatherTags(fs::path(scene.scene).parent_path() / included, scene, seen, tags);
   }
 }
+
+// The scene's own meshes and pictures, which are where its <compiler> says.
+void RequireFiles(const fs::path& scene, const PlacedTags& tags) {
+  std::string meshes, textures;
+  bool strips_paths = false;
+  for (const auto& [path, tag] : tags) {
+    if (tag.name != "compiler") continue;
+    for (const auto& [key, value] : tag.attributes) {
+      if (key == "meshdir") meshes = value;
+      if (key == "texturedir") textures = value;
+      if (key == "strippath") strips_paths = value == "true";
+    }
+  }
+  for (const auto& [path, tag] : tags)
+    for (const std::string& named : FilesOf(tag)) {
+      const fs::path file = scene.parent_path() / (tag.name == "texture" ? textures : meshes) /
+                            (strips_paths ? fs::path(named).filename() : fs::path(named));
+      std::error_code ignored;
+      if (!fs::exists(file, ignored)) continue;  // for MuJoCo to say
+      // a pipe would be waited for
+      if (!fs::is_regular_file(file, ignored)) SayNoFile(WhereIn(path, tag), tag, named, file);
+      RequireSize(file);
+      if (file.extension() == ".obj") RequireObj(file, ReadWhole(file));
+    }
+}
+
+// Takes a part, or another file that the scene lacks, under the name by which the scene includes
+// it, with the meshes, pictures and further files of its own, which stand beside it. Files in
+// memory go by their names without a folder, so that no two of a name can be told apart.
+class Additions {
+ public:
+  // `scene_includes`: the names of what the scene has of its own.
+  explicit Additions(std::set<std::string> scene_includes)
+      : scene_includes_(std::move(scene_includes)) {}
+
+  void Add(const std::string& name, const fs::path& path, bool is_part) {
+    const std::string model = ReadWhole(path);
+    files_.Add(name, path, model);
+    for (const Tag& tag : TagsOf(model)) {
+      if (is_part) RequireOfPart(tag, WhereIn(path, tag));
+      if (tag.name == "include") AddIncluded(path, tag, is_part);
+      for (const std::string& named : FilesOf(tag)) AddNamed(path, tag, named);
+    }
+  }
+  bool Has(const std::string& name) const { return files_.Has(name); }
+  const mjVFS* get() const { return files_.get(); }
+
+ private:
+  // One that is not beside it may be the scene's.
+  void AddIncluded(const fs::path& path, const Tag& tag, bool is_part) {
+    const fs::path file = path.parent_path() / tag.attribute("file");
+    std::error_code ignored;
+    if (files_.Has(file.filename()) || !fs::is_regular_file(file, ignored)) return;
+    if (scene_includes_.contains(file.filename()))
+      throw ConfigError(WhereIn(path, tag) + "<include file=\"" + tag.attribute("file") +
+                        "\"> has the name of a file that the scene includes: rename it");
+    Add(file.filename(), file, is_part);
+  }
+
+  void AddNamed(const fs::path& path, const Tag& tag, const std::string& named) {
+    const fs::path file = path.parent_path() / named;
+    if (files_.Has(file.filename())) return;
+    std::error_code ignored;
+    if (!fs::is_regular_file(file, ignored)) SayNoFile(WhereIn(path, tag), tag, named, file);
+    const std::string bytes = ReadWhole(file);
+    if (file.extension() == ".obj") RequireObj(file, bytes);
+    files_.Add(file.filename(), file, bytes);
+  }
+
+  const std::set<std::string> scene_includes_;
+  FilesInMemory files_;
+};
 
 // Looks at where things are and how large: MuJoCo takes any number, and none.
 class Places {
@@ -271,14 +281,19 @@ std::string Where(const SceneFiles& files) {
 MjModelPtr ReadModel(const SceneFiles& scene) {
   const std::string& path = scene.scene;
   RequireSize(path);
-  std::optional<FilesInMemory> files;  // megabytes: only where it is needed
+  std::set<fs::path> own;
+  PlacedTags tags;
+  GatherTags(path, scene, &own, &tags);
+  RequireFiles(path, tags);
+  std::optional<Additions> files;  // megabytes: only where it is needed
   if (!scene.parts.empty() || !scene.shared.empty()) {
-    files.emplace();
-    for (const auto& [name, file] : scene.parts) AddModel(name, file, true, &*files);
-    for (const auto& [name, file] : scene.shared) AddModel(name, file, false, &*files);
+    std::set<std::string> names;
+    for (const fs::path& file : own) names.insert(file.filename());
+    files.emplace(std::move(names));
+    for (const auto& [name, file] : scene.parts) files->Add(name, file, /*is_part=*/true);
+    for (const auto& [name, file] : scene.shared)
+      if (!files->Has(name)) files->Add(name, file, /*is_part=*/false);
   }
-  std::set<fs::path> seen;
-  RequireMeshes(path, scene, &seen);
   std::array<char, 1024> message{};
   MjModelPtr model(
       mj_loadXML(path.c_str(), files ? files->get() : nullptr, message.data(), message.size()));

@@ -22,7 +22,7 @@ using MjModelPtr = std::unique_ptr<mjModel, MjModelDeleter>;
 struct SceneFiles {
   std::string scene;  // MJCF
   // Files to be taken for those that the scene includes by these names, wherever it would look for
-  // them; meshes and textures that they name stand beside them.
+  // them; what they include, meshes and pictures stand beside them.
   std::map<std::string, std::string> parts{};
   // The same of files that belong to the scene: what it includes and its folder lacks.
   std::map<std::string, std::string> shared{};
@@ -31,8 +31,10 @@ struct SceneFiles {
 // The model. ConfigError with the file's name and MuJoCo's message (which has the line), or with
 // what is not allowed in it:
 // - any file: more than 64 MiB, a mesh (OBJ) whose faces name points that it has not, a place or
-//   size that is no number or beyond 10 km;
-// - a part: <option>, <compiler>, <equality> and others that would hold for the whole scene.
+//   size that is no number or beyond 10 km; a mesh or picture that is no file (a pipe would be
+//   waited for);
+// - a part: <option>, <compiler>, <equality> and others that would hold for the whole scene; a file
+//   of its own that has the name of one that the scene includes.
 MjModelPtr ReadModel(const SceneFiles& files);
 
 // The scene's file, and the parts in it that it does not name.

@@ -180,6 +180,12 @@ TEST_F(BadInput, AnOptionThatSaysNothingHereIsRefused) {
           "--sbatch requires --slurm");
 }
 
+TEST_F(BadInput, AFolderThatIsNotThereIsNotMadeForAResultFile) {
+  Refused({"slurm", "smoke", "--tasks", "2", "--out", Path("none/x.db")},
+          Path("none/x.db") + ": cannot be written: No such file or directory");
+  EXPECT_FALSE(fs::exists(Path("none")));
+}
+
 // It becomes a line of a script.
 TEST_F(BadInput, AnOptionOfSbatchIsOneLine) {
   const std::string line = " must be one line that begins with -";

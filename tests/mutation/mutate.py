@@ -138,23 +138,28 @@ def names_of(work, test):
     return [name for name in names if 'DISABLED_' not in name]
 
 
-def look_around(work, targets, numbers, scratch):
+def look_around(work, targets, numbers, jobs):
     """What each test takes, and the faults that it comes by: {fault: [(seconds, program, test)]}."""
+    def look(test, name):
+        with tempfile.TemporaryDirectory(prefix='mutation') as scratch:
+            marks = pathlib.Path(scratch) / 'reached'
+            marks.write_bytes(bytes(max(numbers) + 1))
+            start = time.time()
+            said = run_tests(work, test, [name], scratch, 900, MUTATION_REACHED=str(marks))
+            return said, time.time() - start, marks.read_bytes()
+
     reached = collections.defaultdict(list)
-    marks = pathlib.Path(scratch) / 'reached'
     total = 0
     for test in targets:
         begun, names = time.time(), names_of(work, test)
-        for name in names:
-            marks.write_bytes(bytes(max(numbers) + 1))
-            start = time.time()
-            if said := run_tests(work, test, [name], scratch, 900, MUTATION_REACHED=str(marks)):
-                print(f'fails without a fault: {name} ({said})', flush=True)
-                continue
-            took = time.time() - start
-            for number, mark in enumerate(marks.read_bytes()):
-                if mark and number in numbers:
-                    reached[number].append((took, test, name))
+        with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
+            for name, (said, took, marks) in zip(names, pool.map(look, [test] * len(names), names)):
+                if said:
+                    print(f'fails without a fault: {name} ({said})', flush=True)
+                    continue
+                for number in numbers:
+                    if marks[number]:
+                        reached[number].append((took, test, name))
         total += len(names)
         print(f'{test}: {len(names)} tests in {time.time() - begun:.0f} s', flush=True)
     print(f'{total} tests', flush=True)
@@ -221,8 +226,7 @@ def main():
     numbered, targets = compile_with(work, faults, arguments.rooms.split(), arguments.without, arguments.jobs, work / 'mutation.log')
     drawn = [number for number in numbered if number >= planted][arguments.count:]
     numbered = {number: fault for number, fault in numbered.items() if number not in drawn}
-    with tempfile.TemporaryDirectory(prefix='mutation') as scratch:
-        reached = look_around(work, targets, numbered, scratch)
+    reached = look_around(work, targets, numbered, arguments.jobs)
 
     rows = []
 

@@ -8,7 +8,6 @@
 #include <optional>
 #include <vector>
 
-#include "experiments/farm/result_store.h"
 #include "experiments/media/png.h"
 #include "experiments/report/json.h"
 #include "experiments/system/build_info.h"
@@ -236,7 +235,7 @@ void RequireSame(const fs::path& file, const Json& header) {
   const Json before = report::ParseJson(system::ReadWhole(file), file.string());
   for (const char* key : {"plan_hash", "pairs_per_shard", "build"})
     if (!before.is_object() || !before.contains(key) || before[key] != header[key])
-      throw farm::MismatchError(fmt::format(
+      throw ConfigError(fmt::format(
           "{}: {} differs: the images there are of {}, these would be of {}", file.string(), key,
           before.is_object() ? before.value(key, Json()).dump() : "", header[key].dump()));
 }

@@ -33,7 +33,7 @@ struct DatasetSummary {
 };
 
 // Makes what is missing. ConfigError for what is wrong in the plan or cannot be drawn or written,
-// farm::MismatchError for a folder whose dataset is of another plan, size of shards or build.
+// ConfigError for a folder whose dataset is of another plan, size of shards or build.
 DatasetSummary MakeDataset(const farm::Plan& plan, const std::string& folder,
                            const DatasetOptions& options);
 

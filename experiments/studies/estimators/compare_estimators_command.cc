@@ -43,7 +43,7 @@ int Compare(const CompareArguments& arguments) {
   options.run.on_progress = [&](int done, int of) {
     progress.ShowDone(done, of, "parts done", 30);
   };
-  const farm::FarmOptions farm = arguments.farm.Options(
+  const farm::FarmOptions farm = arguments.farm.For(
       arguments.csv, [&](const std::string& text) { progress.Say("  " + text); });
   options.run.workers = farm.workers;
   options.slurm = farm.slurm;

@@ -57,9 +57,8 @@ constexpr double kLogEvery_s = 10;
 int AtOnce(const farm::FarmOptions& farm) { return 2 * farm.capacity(); }
 
 farm::FarmOptions FarmOf(const GateArguments& arguments, app::Progress* progress) {
-  return arguments.farm.Options(
-      arguments.out.empty() ? "" : arguments.out + "/trials",
-      [progress](const std::string& text) { progress->Say("  " + text); });
+  return arguments.farm.For(arguments.out.empty() ? "" : arguments.out + "/trials",
+                            [progress](const std::string& text) { progress->Say("  " + text); });
 }
 
 std::string FailuresOf(const GateArguments& arguments) { return arguments.out + "/failures"; }
@@ -358,7 +357,8 @@ void AddGate(app::CommandLine& line) {
   const app::Option figure = gate.Add(
       "--figure FILE", arguments.figure,
       "Draw the tests' way to the verdict: .png, .svg or .pdf; with --plan-size error rates");
-  arguments.farm.AddTo(&gate, "Processes that run trials", app::AvailableCores());
+  const app::FarmArguments::Options farm =
+      arguments.farm.AddTo(&gate, "Processes that run trials", app::AvailableCores());
   const app::Option set = gate.AddSet(
       arguments.assignments, "Set one scenario key in every condition, as if the build had it so");
   app::Option bundles = gate.Add("--bundles", arguments.bundles,
@@ -414,7 +414,9 @@ void AddGate(app::CommandLine& line) {
     option.Excludes(plan);
   for (app::Option option : {results, budget}) option.Needs(design);
   design.Needs(results);
-  for (app::Option option : {plan_size, simulate}) option.Excludes(design).Excludes(set);
+  for (app::Option option : {plan_size, simulate})
+    option.Excludes(design).Excludes(set).Excludes(farm.workers).Excludes(farm.slurm);
+  design.Excludes(farm.slurm);  // it flies nothing
   for (const app::Option& option : {out, figure, set, bundles, json}) update.Excludes(option);
 }
 

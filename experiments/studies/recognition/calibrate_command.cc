@@ -151,7 +151,7 @@ int Calibrate(const CalibrateArguments& arguments) {
   app::Progress progress(arguments.quiet);
   progress.Say(fmt::format("{} parameters, {} cells of two tables", plan.parameters.size(),
                            experiment->rows().size()));
-  const farm::FarmOptions farm = arguments.farm.Options(
+  const farm::FarmOptions farm = arguments.farm.For(
       arguments.out, [&](const std::string& text) { progress.Say("  " + text); });
   const CalibrationResult result = Calibrate(
       {.generations = arguments.generations,

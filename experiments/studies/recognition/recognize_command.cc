@@ -123,7 +123,7 @@ int Recognize(const RecognizeArguments& arguments) {
   const Recognition recognition(std::move(scenarios), cells);
   app::Progress progress(arguments.quiet);
   progress.Say(fmt::format("{} cells of {:g} s", cells.size(), arguments.seconds));
-  const farm::FarmOptions farm = arguments.farm.Options(
+  const farm::FarmOptions farm = arguments.farm.For(
       arguments.csv, [&](const std::string& text) { progress.Say("  " + text); });
   const std::vector<CellResult> results = recognition.Run(
       {.seconds = arguments.seconds,

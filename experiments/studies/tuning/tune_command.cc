@@ -48,8 +48,8 @@ int Tune(const TuneArguments& arguments) {
                            settings.optimiser.generations, settings.optimiser.population,
                            study.hash()));
   TuningOptions options;
-  options.farm = arguments.farm.Options(
-      arguments.out + "/trials", [&](const std::string& text) { progress.Say("  " + text); });
+  options.farm = arguments.farm.For(arguments.out + "/trials",
+                                    [&](const std::string& text) { progress.Say("  " + text); });
   options.stop_requested = app::CatchStopSignals();
   options.on_progress = [&](const TuningProgress& now) {
     progress.ShowOrSay(now.share,

@@ -9,10 +9,10 @@
 #include <filesystem>
 #include <fstream>
 
-#include "experiments/farm/result_store.h"
 #include "experiments/media/png.h"
 #include "experiments/report/json.h"
 #include "experiments/system/output_path.h"
+#include "sim/base/check.h"
 
 namespace turbidock::dataset {
 namespace {
@@ -65,10 +65,8 @@ TEST_F(Dataset, GoesOnWithWhatIsThereAndMixesNothing) {
   EXPECT_EQ(again.shards_before, 1);
   EXPECT_EQ(fs::last_write_time(first), written);
   EXPECT_EQ(system::ReadWhole(folder_ / "train_pbr/000001/scene_gt.json"), second);
-  EXPECT_THROW(MakeDataset(SmallPlan(4), folder_.string(), {.pairs_per_shard = 2}),
-               farm::MismatchError);
-  EXPECT_THROW(MakeDataset(SmallPlan(3), folder_.string(), {.pairs_per_shard = 3}),
-               farm::MismatchError);
+  EXPECT_THROW(MakeDataset(SmallPlan(4), folder_.string(), {.pairs_per_shard = 2}), ConfigError);
+  EXPECT_THROW(MakeDataset(SmallPlan(3), folder_.string(), {.pairs_per_shard = 3}), ConfigError);
 }
 
 }  // namespace

@@ -149,18 +149,22 @@ TEST_F(GateProgram, FailuresWithoutCamerasAreRunAgainWithoutVideo) {
 
 // What would have no effect is refused, and nothing runs.
 TEST_F(GateProgram, OptionsThatDoNotGoTogetherAreRefused) {
-  const std::vector<std::vector<std::string>> refused = {{gate_, "--update", "--simulate", "3"},
-                                                         {gate_, "--plan-size"},
-                                                         {gate_, "--alpha", "0.01"},
-                                                         {gate_, "--update", "--set", "seed=1"},
-                                                         {gate_, "--update", "--bundles", "1"},
-                                                         {gate_, "--update", "--out", "go"},
-                                                         {gate_, "--results", "x.db"},
-                                                         {gate_, "--design", "smoke"},
-                                                         {"--design", "smoke"},
-                                                         {"--plan-size", "--baseline", "b.yaml"},
-                                                         {"--plan-size", "--set", "duration_s=1"},
-                                                         {"--update"}};
+  const std::vector<std::vector<std::string>> refused = {
+      {gate_, "--update", "--simulate", "3"},
+      {gate_, "--plan-size"},
+      {gate_, "--alpha", "0.01"},
+      {gate_, "--update", "--set", "seed=1"},
+      {gate_, "--update", "--bundles", "1"},
+      {gate_, "--update", "--out", "go"},
+      {gate_, "--results", "x.db"},
+      {gate_, "--design", "smoke"},
+      {"--design", "smoke"},
+      {"--plan-size", "--baseline", "b.yaml"},
+      {"--plan-size", "--set", "duration_s=1"},
+      {"--plan-size", "--workers", "2"},
+      {"--simulate", "9", "--slurm", "2"},
+      {"--design", "smoke", "--results", "x.db", "--slurm", "2"},
+      {"--update"}};
   for (std::vector<std::string> arguments : refused) {
     arguments.insert(arguments.begin(), "gate");
     const ProgramEnd end = RunProgram(arguments);
