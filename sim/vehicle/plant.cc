@@ -193,9 +193,6 @@ void Plant::WeighConstraints() {
     model_->body_invweight0[2 * b] = linear;
     model_->body_invweight0[2 * b + 1] = angular;
   }
-  for (int i = 0; i < 6; ++i)
-    model_->dof_invweight0[dof_adr_ + i] =
-        i < 3 ? inverse.topLeftCorner<3, 3>().trace() / 3 : angular;
 }
 
 void Plant::OverwriteContacts(const ContactParams& contact) {

@@ -4,7 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+
+#include "sim/base/random.h"
 
 namespace turbidock::camera {
 namespace {
@@ -27,6 +30,25 @@ TEST(Lens, IsNoneUnlessSet) {
   none.Distort(&images);
   EXPECT_EQ(images.left, before.left);
   EXPECT_EQ(images.right, before.right);
+}
+
+// What is next to no distortion changes next to nothing, to the last row and column.
+TEST(Lens, KeepsTheImagesBorders) {
+  const StereoRig rig = RigParams{}.MakeRig();
+  Rng rng = SeedTree(1).Stream("image");
+  light::RadianceStereo images{Image3f(640, 480), Image3f(640, 480)};
+  for (Image3f* image : {&images.left, &images.right})
+    for (size_t i = 0; i < 3 * image->pixels(); ++i)
+      image->data()[i] = static_cast<float>(rng.Uniform());
+  const light::RadianceStereo before = images;
+  StereoLens({1e-8, 0}, rig).Distort(&images);
+  double farthest = 0;
+  for (size_t i = 0; i < 3 * before.left.pixels(); ++i)
+    farthest =
+        std::max({farthest, std::abs(double{images.left.data()[i]} - double{before.left.data()[i]}),
+                  std::abs(double{images.right.data()[i]} - double{before.right.data()[i]})});
+  EXPECT_GT(farthest, 0);
+  EXPECT_LT(farthest, 1e-4);
 }
 
 // A spot is seen where the formula says, in both cameras; what is even stays so.

@@ -110,6 +110,40 @@ TEST(DayFault, GrowsInProportionToTheFull) {
 }
 
 // An upright face has half of what comes from above; endless water has b / c E / (2 pi).
+// The brighter, the more a surface looks up, however the vehicle lies in the water.
+TEST(Daylight, ComesFromAbove) {
+  const OpticsParams params = Dark();
+  const StereoRig rig = SmallRig();
+  const Eigen::Array3d day_w_m2(0.1, 0.2, 0.3);
+  const Medium medium = MakeMedium(params.water);
+  const Eigen::Array3d c = medium.extinction_per_m();
+  const Eigen::Array3d veil = medium.scattering_per_m / c * day_w_m2 / (2 * std::numbers::pi);
+  for (const Pose& X_WH : {Pose(), Pose{FromYawPitchRoll(2.0, 0.4, -0.3), {5, -3, -2}}})
+    for (const double pitch_rad : {-0.6, 0.0, 0.6}) {
+      const Pose X_WS = X_WH * Pose{FromYawPitchRoll(0, pitch_rad, 0), {1, 0, 0}};
+      const std::vector<Surface> wall = {Block("wall", X_WS, {1e-5, 0.2, 0.2}, 0.5, false)};
+      const auto seen = Cast(wall, rig, X_WH);
+      Water water(params, rig, SurfaceTable(wall), {});
+      water.SetDaylight(day_w_m2);
+      RadianceStereo images;
+      water.Apply(seen, &images);
+      const double share = 0.5 + 0.5 * -(X_WS.q * Eigen::Vector3d::UnitX()).z();
+      int walls = 0;
+      for (int v = 0; v < 120; v += 5)
+        for (int u = 0; u < 160; u += 5) {
+          if (*seen.left.surface.at(u, v) == 0) continue;
+          ++walls;
+          const Eigen::Array3d left =
+              (-c * *seen.left.depth_m.at(u, v) * rig.left.RayAt(u, v).norm()).exp();
+          const Eigen::Array3d expected =
+              veil * (1 - left) + share / std::numbers::pi * 0.5 * day_w_m2 * left;
+          for (int k = 0; k < 3; ++k)
+            EXPECT_NEAR(images.left.at(u, v)[k], expected[k], 2e-3 * expected[k]) << u << " " << v;
+        }
+      EXPECT_GT(walls, 30);
+    }
+}
+
 TEST(Daylight, LightsSurfacesAndWater) {
   const OpticsParams params = Dark();
   const StereoRig rig = SmallRig();

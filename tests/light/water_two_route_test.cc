@@ -144,6 +144,14 @@ TEST_P(HaloTableOf, AgreesWithQuadrature) {
   EXPECT_GT(worst, 1e-7) << "the table is not a table";
 }
 
+// Lamps that look down and outwards.
+std::vector<Pose> TiltedLamps() {
+  std::vector<Pose> X_HE = LampsAt(0.16);
+  X_HE[0].q = FromYawPitchRoll(0.1, 0.15, 0);
+  X_HE[1].q = FromYawPitchRoll(-0.05, 0.2, 0.5);
+  return X_HE;
+}
+
 // Single precision, batches and tables against the plain model, pixel by pixel: every 3rd of every
 // 3rd row, of a small picture of the default marker.
 TEST(Water, AgreesWithThePlainModel) {
@@ -166,9 +174,9 @@ TEST(Water, AgreesWithThePlainModel) {
       const view::RenderedStereo rendered = Cast(surfaces, rig, X_WH);
       OpticsParams params = Turbid(active);
       params.lamps.beam = beam;
-      const testing::PlainWater plain(params, rig, surfaces, LampsAt(0.16));
+      const testing::PlainWater plain(params, rig, surfaces, TiltedLamps());
       RadianceStereo out;
-      Water(params, rig, SurfaceTable(surfaces), LampsAt(0.16)).Apply(rendered, &out);
+      Water(params, rig, SurfaceTable(surfaces), TiltedLamps()).Apply(rendered, &out);
       const auto dn = [&](double radiance) {
         return 255 * testing::Encode(camera,
                                      std::min(1.0, radiance / camera.full_scale_radiance_w_m2_sr));

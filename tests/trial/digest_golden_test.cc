@@ -61,12 +61,16 @@ TEST(GoldenDigest, OfThePhysicsUnderEachLaw) {
 TEST(GoldenDigest, OfTheEstimatorOnStoredImages) {
   const std::string images = TURBIDOCK_TEST_DATA "/pathtraced/";
   int compared = 0;
-  for (const std::string view :
-       {"active_015ml_0500mm", "active_060ml_0900mm", "passive_005ml_0500mm"})
+  using Views = std::vector<std::pair<std::string, std::string>>;
+  for (const auto& [view, preset] : Views{{"active_015ml_0500mm", "default"},
+                                          {"active_060ml_0900mm", "default"},
+                                          {"passive_005ml_0500mm", "default"},
+                                          {"passive_005ml_0500mm", "published"}})
     for (const auto& processor : kProcessors) {
       const ProgramEnd end =
           RunProgram({"estimate", "--left", images + view + "_left.png", "--right",
-                      images + view + "_right.png", "--frames", "10", "--quiet", "--json"},
+                      images + view + "_right.png", "--set", "estimator.preset=" + preset,
+                      "--frames", "10", "--quiet", "--json"},
                      processor);
       ASSERT_EQ(end.exit_code, 0) << end.err;
       const auto json = nlohmann::json::parse(end.out);
@@ -75,10 +79,10 @@ TEST(GoldenDigest, OfTheEstimatorOnStoredImages) {
       for (const double x : json.at("quaternion_wxyz")) digest.Add(x);
       digest.Add(json.at("fitness").get<double>());
       digest.Add(json.at("evaluations").get<int64_t>());
-      Expect("estimate." + view, digest.Hex());
+      Expect("estimate." + view + (preset == "default" ? "" : "." + preset), digest.Hex());
       ++compared;
     }
-  EXPECT_EQ(compared, 6);
+  EXPECT_EQ(compared, 8);
 }
 
 }  // namespace

@@ -88,11 +88,11 @@ TEST(FailureOf, AWrongEstimateThatWasActedOnIsAFalseLock) {
 }
 
 TEST(FailureOf, SwingsBeyondTheLimitsOfEntryAreAnOscillation) {
-  const auto swinging = [](double amplitude_m, double period_s) {
+  const auto swinging = [](double amplitude_m, double period_s, double about_m = 0) {
     TrialResult result = Trial(Outcome::kTimeout, {Stage::kVisualServoing, Stage::kDocking});
     for (FrameRecord& frame : result.log.frames) {
       const double t_s = static_cast<double>(frame.frame) / 30;
-      frame.true_X_HM.p.z() = amplitude_m * std::cos(2 * M_PI * t_s / period_s);
+      frame.true_X_HM.p.z() = about_m + amplitude_m * std::cos(2 * M_PI * t_s / period_s);
       frame.est_X_HM = frame.true_X_HM;
     }
     return FailureOf({}, result);
@@ -100,6 +100,8 @@ TEST(FailureOf, SwingsBeyondTheLimitsOfEntryAreAnOscillation) {
   EXPECT_EQ(swinging(0.021, 5), Failure::kOscillation);
   EXPECT_EQ(swinging(0.019, 5), Failure::kTimeout);  // within enter_z_m
   EXPECT_EQ(swinging(0.1, 15), Failure::kTimeout);   // two swings in 15 s
+  for (const double about_m : {-0.02, 0.02})         // beyond one limit only
+    EXPECT_EQ(swinging(0.03, 5, about_m), Failure::kTimeout);
 }
 
 TEST(FailureOf, EachAxisSwingsBeyondItsOwnLimit) {

@@ -123,6 +123,12 @@ TEST(Buoyancy, FallsWithTheSubmergedHeightAndHasThatPotential) {
     // The potential is quadratic in parts: central differences are exact but at the two joints.
     EXPECT_NEAR(-slope, full_newton * SubmergedFraction(z_m + 0.03, 0.31), full_newton * 1e-4);
   }
+  // and in one piece: what it gains from the deep to half out of the water, and to the air
+  const auto potential = [&](double z_m) {
+    return BuoyancyPotential(model, Pose::Translation(0, 0, z_m - 0.03), 9.81);
+  };
+  EXPECT_NEAR(potential(-1) - potential(0), full_newton * (1 - 0.31 / 8), 1e-9);
+  EXPECT_NEAR(potential(-1) - potential(1), full_newton, 1e-9);
 }
 
 // A hull that pierces the surface loses the buoyancy of what is out of the water, and the waves'

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <vector>
 
 #include "sim/vehicle/mooring.h"
 
@@ -75,6 +76,45 @@ TEST(Mooring, FollowsARegularWaveAsADampedOscillatorDoes) {
           << natural_period_s << " s, " << zeta;
       EXPECT_NEAR(range.amplitude().y() / range.amplitude().x(), std::sqrt(3.0), 0.03);
     }
+}
+
+// Where it has been taken: the water moves otherwise there than at its berth.
+TEST(Mooring, FeelsTheWavesWhereItIs) {
+  const auto taken = [](Vector3d current_mps, double direction_rad, const Vector3d& berth) {
+    SeaParams sea_params;
+    sea_params.current.surface_velocity_mps = current_mps;
+    sea_params.waves = {{.height_m = 0.05, .period_s = 2, .direction_rad = direction_rad}};
+    const Sea sea(sea_params, SeedTree(3).Stream("sea"));
+    Mooring mooring({.natural_period_s = 20, .damping_ratio = 0.7}, 0,
+                    SeedTree(1).Stream("mooring"));
+    mooring.Reset(sea, berth);
+    std::vector<Vector3d> way;
+    for (int tick = 0; tick < 2000; ++tick) {
+      mooring.Step(sea, tick * kDt_s, kDt_s);
+      way.push_back(mooring.displacement());
+    }
+    return way;
+  };
+  // A current across the waves takes it along their crests and changes nothing else; one along
+  // them takes it to where a berth further on has its waves.
+  const auto farthest = [](const std::vector<Vector3d>& a, const std::vector<Vector3d>& b,
+                           const Vector3d& apart) {
+    double most = 0;
+    for (size_t i = 0; i < a.size(); ++i) most = std::max(most, (a[i] - b[i] - apart).norm());
+    return most;
+  };
+  const double shift_m = 2 * 0.7 * 20 / kTwoPi * 0.2;
+  for (const int axis : {0, 1}) {
+    const Vector3d along = Vector3d::Unit(axis), across = Vector3d::Unit(1 - axis);
+    const double direction_rad = axis == 0 ? 0 : std::numbers::pi / 2;
+    const auto still = taken(Vector3d::Zero(), direction_rad, kBerth);
+    EXPECT_LT(farthest(taken(0.2 * across, direction_rad, kBerth), still, shift_m * across), 1e-9);
+    EXPECT_LT(
+        farthest(taken(0.2 * along, direction_rad, kBerth),
+                 taken(Vector3d::Zero(), direction_rad, kBerth + shift_m * along), shift_m * along),
+        1e-3);
+    EXPECT_GT(farthest(taken(0.2 * along, direction_rad, kBerth), still, shift_m * along), 5e-3);
+  }
 }
 
 TEST(Mooring, ACurrentShiftsItByTwoZetaUOverOmega) {

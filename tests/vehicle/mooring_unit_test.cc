@@ -120,7 +120,7 @@ TEST(MovingStation, ThatStandsIsAnyOther) {
     touched_newton = std::max(touched_newton, second.contacts().dock_force_newton);
   }
   EXPECT_GT(touched_newton, 1);
-  EXPECT_LT((first.truth().X_WB.p - second.truth().X_WB.p).norm(), 1e-6);
+  EXPECT_LT((first.truth().X_WB.p - second.truth().X_WB.p).norm(), 1e-9);
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <fstream>
 
 #include "sim/base/check.h"
+#include "sim/vehicle/mujoco_handlers.h"
 #include "sim/vehicle/scene.h"
 #include "tests/support/message_of.h"
 
@@ -243,6 +244,13 @@ TEST(LoadScene, LooksAtItsFilesWhereItsCompilerSays) {
   std::filesystem::remove_all(folder);
 }
 
+// An error of MuJoCo's own, which must not come back to it, ends the program.
+TEST(MujocoHandlersDeathTest, EndTheProgramAsAFaultOfTheSimulator) {
+  InstallMujocoHandlers();
+  EXPECT_EXIT(mju_error("engine: nothing left"), ::testing::ExitedWithCode(4),
+              "turbidock: MuJoCo: engine: nothing left");
+}
+
 TEST(LoadScene, NamesAMissingFile) {
   EXPECT_THAT(ErrorOf("no/such/model.xml"), HasSubstr("no/such/model.xml"));
 }
@@ -323,6 +331,9 @@ INSTANTIATE_TEST_SUITE_P(
         Breach{"<geom name=\"floor\" type=\"plane\" size=\"1 1 1\"/>",
                "<geom name=\"floor\" type=\"plane\" size=\"1 nan 1\"/>",
                "geom \"floor\": its size is no number"},
+        Breach{"<geom name=\"dock_block\" type=\"box\"",
+               "<geom name=\"dock_block\" quat=\"nan 0 0 0\" type=\"box\"",
+               "geom \"dock_block\": its orientation is no number"},
         Breach{"name=\"dock_throat\" pos=\"0.2 0 0.5\"", "name=\"dock_throat\" pos=\"0.2 0 0.4\"",
                "straight ahead"},
         Breach{"name=\"dock_throat\" pos=\"0.2 0 0.5\"",

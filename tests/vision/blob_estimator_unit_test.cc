@@ -38,6 +38,29 @@ TEST(BlobEstimator, FindsAWhollyVisibleMarker) {
   EXPECT_GT(estimate.fitness, 0.9);
 }
 
+// A ball whose upper middle is hidden is one blob, whichever way it is gone round.
+TEST(BlobEstimator, TakesABallWithANotchAsOne) {
+  const Pose X_HM = Pose::Translation(0.6, 0, 0);
+  const MarkerParams marker;
+  StereoImage seen = testing::PaintMarker(marker, kRig, X_HM, {}, nullptr);
+  BlobEstimator estimator({}, marker, HueParams{}, kRig);
+  const PoseEstimate whole = estimator.Update(seen);
+  for (const Side side : kSides)
+    for (const BallParams& ball : marker.balls) {
+      const BallCircle circle =
+          ProjectBall(kRig[side], kRig[side].X_HC.Inverse() * (X_HM * ball.p_MQ_m), ball.radius_m);
+      const auto u = static_cast<int>(circle.u_px), v = static_cast<int>(circle.v_px),
+                 r = static_cast<int>(circle.radius_px);
+      for (int dv = -r - 2; dv <= 0; ++dv)
+        for (int du = -1; du <= 1; ++du)
+          for (int k = 0; k < 3; ++k) seen[side].at(u + du, v + dv)[k] = 8;
+    }
+  const PoseEstimate& notched = estimator.Update(seen);
+  EXPECT_TRUE(notched.detected);
+  // half a ball only would be seen a third of its radius aside
+  EXPECT_LT((notched.X_HM.p - whole.X_HM.p).tail<2>().norm(), 0.002);
+}
+
 TEST(BlobEstimator, SaysWhenItSeesTooFewBalls) {
   MarkerParams two;
   two.balls.resize(2);

@@ -8,6 +8,7 @@
 
 #include "sim/base/random.h"
 #include "sim/base/units.h"
+#include "tests/support/message_of.h"
 #include "tests/support/paint_marker.h"
 
 namespace turbidock::vision {
@@ -286,6 +287,34 @@ TEST(HueLabeller, ReadsItsRegionOnly) {
   EXPECT_EQ(*labels.at(40, 20), 1);
   EXPECT_EQ(*labels.at(26, 20), 0);
   EXPECT_EQ(*labels.at(24, 20), 0xee);  // not its business
+}
+
+// Nor does a pixel at its edge have a neighbour outside, seen when more was looked at.
+TEST(HueLabeller, PairsNoPixelWithOneOutsideItsRegion) {
+  Image3u8 image = Plain(100, 60, {4, 4, 4});
+  PaintBlock(&image, 30, 10, 20, {10, 90, 10});
+  const PixelRegion column{49, 5, 60, 40};  // the block's last
+  HueLabeller labeller(HueParams{}, MarkerParams{}), fresh = labeller;
+  Image1u8 labels, labels_of_fresh(100, 60, 0);
+  labeller.Label(image, &labels);
+  EXPECT_EQ(labeller.threshold_dn(0), 32);
+  labeller.Label(image, column, &labels);
+  fresh.Label(image, column, &labels_of_fresh);
+  EXPECT_EQ(labeller.threshold_dn(0), fresh.threshold_dn(0));
+  EXPECT_LT(labeller.threshold_dn(0), 32);
+}
+
+TEST(CheckHues, SaysByHowMuchTwoBallsDiffer) {
+  MarkerParams marker;
+  marker.balls[0].name = "lime";
+  marker.balls[1].name = "fern";
+  marker.balls[0].hue_rad = units::RadFromDeg(95);
+  marker.balls[1].hue_rad = units::RadFromDeg(107);
+  HueParams hue;
+  hue.window_rad = units::RadFromDeg(20);
+  EXPECT_EQ(testing::MessageOf([&] { CheckHues(marker, hue); }),
+            "marker.balls: balls lime and fern cannot be told apart: their hues differ by 12 "
+            "degrees, less than the 20 of hue.window_rad");
 }
 
 }  // namespace

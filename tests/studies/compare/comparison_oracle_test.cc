@@ -113,6 +113,20 @@ TEST_F(Comparison, TimesOfTenPairs) {
               AllOf(HasSubstr("no metric"), HasSubstr("did you mean time_s?")));
 }
 
+// Only pairs in which both docked and both have it are compared.
+TEST_F(Comparison, AMetricThatOneTrialOfAPairLacks) {
+  std::vector<TrialPair> pairs = TenPairs();
+  const trial::Figure time{"time_s", [](const trial::TrialRecord& record) {
+                             return record.time_s < 0 ? std::nullopt : std::optional(record.time_s);
+                           }};
+  EXPECT_EQ(CompareMetric(pairs, time).pairs, 6);
+  pairs[0].b.time_s = -1;
+  EXPECT_EQ(CompareMetric(pairs, time).pairs, 5);
+  pairs[1].a.time_s = -1;
+  EXPECT_EQ(CompareMetric(pairs, time).pairs, 4);
+  EXPECT_DOUBLE_EQ(*CompareMetric(pairs, time).median_a, 10);
+}
+
 TEST_F(Comparison, TrialsPairBySeedAndParameters) {
   const farm::ResultStore a = Store("a.db", {{1, true, 30}, {2, true, 31}, {1, false, 60, "20"}});
   const farm::ResultStore b = Store("b.db", {{1, false, 60, "20"}, {3, true, 1}, {1, true, 33}});

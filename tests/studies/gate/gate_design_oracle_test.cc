@@ -45,6 +45,7 @@ TEST(PairedRateTest, AtLossIsWhatSequencesOfTrialsDo) {
   EXPECT_EQ(test.AtLoss(0).expected_trials, test.FewestPairs());
   EXPECT_EQ(test.AtLoss(0).p_pass, 1);
   EXPECT_LE(test.AtLoss(0.15).p_pass, 0.1);
+  EXPECT_EQ(statistics::PairedRateTest(0.15, 0.02, 0.1, 5).FewestPairs(), 6) << "never";
 }
 
 Candidate Tried(const std::string& name, int docked, int trials, double trial_s = 2) {

@@ -412,6 +412,23 @@ TEST_F(Gate, OnlyWhatDockedHasATimeToDock) {
   }
 }
 
+// One failure is enough: it does not wait for what the other measures would say.
+TEST_F(Gate, AConditionEndsWithItsFirstFailure) {
+  std::vector<GateTrial> baseline;
+  for (int i = 0; i < 60; ++i)
+    baseline.push_back(
+        {.seed = i, .outcome = trial::Outcome::kDocked, .quality = {.time_s = 20}, .digest = ""});
+  const JudgeOptions options{.margins = {.success_rate = 0.6, .median = {.time_s = 5}},
+                             .max_trials = 60};
+  ConditionJudge judge("calm", options, baseline);
+  int added = 0;  // none docks: there is no time to compare
+  while (!judge.done() && added < 60)
+    judge.Add({.seed = added++, .outcome = trial::Outcome::kTimeout, .quality = {}, .digest = ""});
+  EXPECT_LT(added, 20);
+  EXPECT_EQ(judge.Report().verdict, statistics::Verdict::kFail);
+  EXPECT_FALSE(judge.Report().measures.at(1).decided_after_trials);
+}
+
 // A build that only chance tells from another of the same rate.
 Build ChanceBuild(const std::string& stream, double rate) {
   return [=](size_t, int64_t seed) {
