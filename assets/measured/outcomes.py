@@ -25,7 +25,7 @@ import sys
 
 def plain(value):
     """A group of keys as a plan writes it, without its brackets: {fish: [{begin_s: 6}]} is "fish: begin_s 6"."""
-    text = str(value)
+    text = str(value).strip()
     if not text.startswith('{'):
         return text
     if text == '{}':

@@ -326,7 +326,8 @@ std::string YamlNode::OneLine() const {
   out << YAML::EndSeq;
   std::string text(out.c_str() + 1, out.size() - 2);
   std::replace(text.begin(), text.end(), '\n', ' ');
-  return text;
+  // in front of an empty group stands a space
+  return text.starts_with(' ') ? text.substr(1) : text;
 }
 
 std::string YamlNode::Where() const {

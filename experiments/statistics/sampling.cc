@@ -13,7 +13,7 @@
 namespace turbidock::statistics {
 namespace {
 
-// The middle of one of 2^53 equal parts of (0, 1).
+// The middle of one of 2^52 equal parts of (0, 1).
 double OpenUnit(uint64_t bits) { return (static_cast<double>(bits >> 12) + 0.5) * 0x1.0p-52; }
 
 }  // namespace

@@ -77,7 +77,7 @@ void BoxNormals(ToSurface to, Float3 half, PointBatch& b) {
                 sz = Dot(to.row[2], x, y, z);
     const float ox = std::abs(sx) - half.x, oy = std::abs(sy) - half.y, oz = std::abs(sz) - half.z;
     const bool z_face = oz > ox && oz > oy;
-    const bool y_face = oy > ox && !z_face;
+    const bool y_face = oy > ox;  // unless it is z
     float nx = y_face ? to.row[1].x : to.row[0].x;
     float ny = y_face ? to.row[1].y : to.row[0].y;
     float nz = y_face ? to.row[1].z : to.row[0].z;

@@ -509,6 +509,8 @@ TEST(YamlFieldsSet, OneLineIsTheSameValueHoweverItWasWritten) {
   ASSERT_EQ(elements.size(), 3u) << block;
   EXPECT_EQ(elements[2].Find("c")->Find("d")->Text(), "text with  spaces");
   EXPECT_EQ(node.Find("number")->OneLine(), "7");
+  EXPECT_EQ(ParseYaml("nothing: {}\nempty: []\n", "x").Find("nothing")->OneLine(), "{}");
+  EXPECT_EQ(ParseYaml("nothing: {}\nempty: []\n", "x").Find("empty")->OneLine(), "[]");
 }
 
 TEST(YamlFieldsSet, SetsWholeGroupsAndLists) {

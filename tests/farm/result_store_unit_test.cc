@@ -2,6 +2,7 @@
 
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -180,6 +181,25 @@ TEST_F(Store, RefusesWhatWasBegunAsSomethingElse) {
   EXPECT_THAT(Refusal(file, other), HasSubstr("one was written by batch, the other by tune"));
   EXPECT_EQ(Refusal(file, Header()), "accepted");
   EXPECT_EQ(ResultStore::Read(file).Done().size(), 1u);
+}
+
+TEST_F(Store, TakesThePlanThatAsksForMore) {
+  const auto of = [](const std::string& precision, int64_t most) {
+    StoreHeader header = Header();
+    header.plan =
+        fmt::format("seeds: 10\nset: a\nprecision: {}\nmax_trials: {}\n", precision, most);
+    header.trials = most;
+    return header;
+  };
+  const std::string file = File("a.db");
+  ResultStore::Write(file, of("0.1", 40)).Add(Trial(1, "7", trial::Failure::kNone));
+  const StoreHeader more = of("0.05", 80);
+  ResultStore::Write(file, more);
+  const ResultStore read = ResultStore::Read(file);
+  EXPECT_EQ(read.header().plan, more.plan);
+  EXPECT_EQ(read.header().trials, 80);
+  EXPECT_EQ(read.Done().size(), 1u);
+  EXPECT_THAT(Refusal(file, of("0.1", 40)), HasSubstr("the plans differ"));  // for less
 }
 
 TEST_F(Store, KeepsOtherWritersOutAndReadersIn) {

@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 
 #include "sim/base/check.h"
 #include "sim/vehicle/plant.h"
@@ -99,6 +101,36 @@ TEST(MovingStation, NeedsItsJoints) {
   EXPECT_THAT(refusal({.swing_y_m = 0.1}), HasSubstr("mooring_y"));
   EXPECT_THAT(refusal({.natural_period_s = 3}), HasSubstr("mooring.natural_period_s"));
   EXPECT_THAT(refusal({.vane_length_m = 3}), HasSubstr("mooring_yaw"));
+}
+
+// Joints have their numbers in the file's order.
+TEST(MovingStation, IsWhereTheMooringHasItAlsoBeforeTheVehicle) {
+  const std::string file = ::testing::TempDir() + "station_first.xml";
+  std::ofstream(file) << R"(<mujoco>
+    <include file="sea.xml"/>
+    <worldbody>
+      <body name="berth" pos="0 0 -1">
+        <inertial pos="0 0 0" mass="200" diaginertia="20 20 20"/>
+        <joint name="mooring_x" type="slide" axis="1 0 0"/>
+        <joint name="mooring_y" type="slide" axis="0 1 0"/>
+        <include file="station.xml"/>
+        <include file="marker_active.xml"/>
+      </body>
+    </worldbody>
+    <include file="vehicle.xml"/>
+  </mujoco>)";
+  SceneFiles files{.scene = file};
+  for (const char* part : {"sea", "common", "station", "marker_active", "vehicle"})
+    files.shared[part + std::string(".xml")] = ModelPath(part);
+  const Scene scene = LoadScene(files, {});
+  ASSERT_EQ(scene.berth.joints[0], 0);
+  Plant plant(scene, {}, {}, Sea(), WithParams({.swing_x_m = 0.2, .swing_y_m = 0.1}));
+  plant.Reset(plant.truth().X_WB);
+  const Vector3d displacement = plant.mooring().displacement();
+  EXPECT_GT(std::abs(displacement.x()), 0.01);
+  const Vector3d moved = plant.X_WM().p - scene.X_WM.p;
+  EXPECT_LT((moved - Vector3d(displacement.x(), displacement.y(), 0)).norm(), 1e-12);
+  std::filesystem::remove(file);
 }
 
 // A station that could move and does not is one that stands: the same trial, tick by tick.

@@ -309,12 +309,12 @@ TEST(CheckHues, SaysByHowMuchTwoBallsDiffer) {
   marker.balls[0].name = "lime";
   marker.balls[1].name = "fern";
   marker.balls[0].hue_rad = units::RadFromDeg(95);
-  marker.balls[1].hue_rad = units::RadFromDeg(107);
+  marker.balls[1].hue_rad = units::RadFromDeg(95 + 89.4);
   HueParams hue;
-  hue.window_rad = units::RadFromDeg(20);
+  hue.window_rad = units::RadFromDeg(89.9);
   EXPECT_EQ(testing::MessageOf([&] { CheckHues(marker, hue); }),
-            "marker.balls: balls lime and fern cannot be told apart: their hues differ by 12 "
-            "degrees, less than the 20 of hue.window_rad");
+            "marker.balls: balls lime and fern cannot be told apart: their hues differ by 89 "
+            "degrees, less than the 90 of hue.window_rad");
 }
 
 }  // namespace
