@@ -199,7 +199,8 @@ class Additions {
     files_.Add(name, path, model);
     for (const Tag& tag : TagsOf(model)) {
       if (is_part) RequireOfPart(tag, WhereIn(path, tag));
-      if (tag.name == "include") AddIncluded(path, tag, is_part);
+      // what the scene lacks includes the scene's files first, which MuJoCo finds
+      if (is_part && tag.name == "include") AddIncluded(path, tag);
       for (const std::string& named : FilesOf(tag)) AddNamed(path, tag, named);
     }
   }
@@ -208,14 +209,14 @@ class Additions {
 
  private:
   // One that is not beside it may be the scene's.
-  void AddIncluded(const fs::path& path, const Tag& tag, bool is_part) {
+  void AddIncluded(const fs::path& path, const Tag& tag) {
     const fs::path file = path.parent_path() / tag.attribute("file");
     std::error_code ignored;
     if (files_.Has(file.filename()) || !fs::is_regular_file(file, ignored)) return;
     if (scene_includes_.contains(file.filename()))
       throw ConfigError(WhereIn(path, tag) + "<include file=\"" + tag.attribute("file") +
                         "\"> has the name of a file that the scene includes: rename it");
-    Add(file.filename(), file, is_part);
+    Add(file.filename(), file, /*is_part=*/true);
   }
 
   void AddNamed(const fs::path& path, const Tag& tag, const std::string& named) {

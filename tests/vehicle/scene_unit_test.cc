@@ -222,8 +222,23 @@ TEST_F(APart, IncludesFilesThatStandBesideIt) {
               HasSubstr("has the name of a file that the scene includes: rename it"));
 }
 
+// What the scene lacks comes from elsewhere, what that includes from the scene where it has it.
+TEST_F(APart, OfTheSceneIncludesTheScenesFiles) {
+  std::filesystem::create_directories(folder_ + "ours");
+  With("");
+  Write("ours/vehicle.xml", "<mujoco><include file=\"inner.xml\"/></mujoco>");
+  Write("ours/inner.xml", "<mujoco><theirs/></mujoco>");
+  std::filesystem::rename(folder_ + vehicle_, folder_ + "inner.xml");
+  EXPECT_EQ(
+      testing::MessageOf([&] {
+        LoadScene({folder_ + "scene.xml", {}, {{"vehicle.xml", folder_ + "ours/vehicle.xml"}}}, {});
+      }),
+      "no error");
+}
+
 TEST(LoadScene, LooksAtItsFilesWhereItsCompilerSays) {
   const std::string folder = ::testing::TempDir() + "compiled/";
+  std::filesystem::remove_all(folder);  // of a run that was ended
   std::filesystem::create_directories(folder + "shapes");
   ASSERT_EQ(mkfifo((folder + "pipe.png").c_str(), 0600), 0);
   std::ofstream(folder + "shapes/fin.obj") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n";
