@@ -63,12 +63,15 @@ void RequireOfPart(const Tag& tag, const std::string& where) {
   }
 }
 
-// MuJoCo 2.2 follows a face to points that are not there.
+// MuJoCo 2.2 follows a face to points that are not there, also where a corner names no texture
+// point or normal in a file that has some.
 void RequireObj(const fs::path& path, const std::string& bytes) {
   std::istringstream text(bytes);
   std::array<int64_t, 3> points = {0, 0, 0};  // v, vt, vn
+  constexpr std::array kNames = {"point", "texture point", "normal"};
   struct Corner {
     int line;
+    bool is_of_face;               // or of a line, or a point, which MuJoCo leaves out
     std::array<int64_t, 3> point;  // 0: none
   };
   std::vector<Corner> corners;
@@ -79,8 +82,9 @@ void RequireObj(const fs::path& path, const std::string& bytes) {
     if (!(words >> word)) continue;
     for (size_t i = 0; i < points.size(); ++i) points[i] += word == std::array{"v", "vt", "vn"}[i];
     if (word != "f" && word != "l" && word != "p") continue;
+    const bool is_face = word == "f";
     while (words >> word) {
-      Corner corner{.line = line, .point = {0, 0, 0}};
+      Corner corner{.line = line, .is_of_face = is_face, .point = {0, 0, 0}};
       std::istringstream numbers(word);
       std::string number;
       for (size_t i = 0; i < points.size() && std::getline(numbers, number, '/'); ++i)
@@ -92,12 +96,16 @@ void RequireObj(const fs::path& path, const std::string& bytes) {
     }
   }
   for (const Corner& corner : corners)
-    for (size_t i = 0; i < points.size(); ++i)
-      if (corner.point[i] > points[i] || corner.point[i] < -points[i])
-        throw ConfigError(path.string() + ":" + std::to_string(corner.line) + ": a face names " +
-                          std::array{"point ", "texture point ", "normal "}[i] +
-                          std::to_string(corner.point[i]) + ", the file has " +
-                          std::to_string(points[i]));
+    for (size_t i = 0; i < points.size(); ++i) {
+      const bool is_there = -points[i] <= corner.point[i] && corner.point[i] <= points[i];
+      const bool is_missing = corner.is_of_face && corner.point[i] == 0 && points[i] > 0;
+      if (is_there && !is_missing) continue;
+      const std::string named = is_missing ? std::string("no ") + kNames[i]
+                                           : kNames[i] + (" " + std::to_string(corner.point[i]));
+      throw ConfigError(path.string() + ":" + std::to_string(corner.line) + ": a face names " +
+                        named + ", the file has " + std::to_string(points[i]) +
+                        (is_missing ? ": each corner must name one, or the file have none" : ""));
+    }
 }
 
 // Files in memory that MuJoCo takes before those on disk.

@@ -179,18 +179,33 @@ TEST_F(APart, NamesFilesThatStandBesideIt) {
                 "<geom name=\"hull_fin\" type=\"mesh\" mesh=\"fin\"/>");
   };
   const std::string points = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
-  const std::string faces = "f 1 3 2\nf 1/1 2 4\nf 1 -1//-1 -2\nf 2 3 4\n";
+  const auto faces = [](const std::string& of) {  // with the rest of each corner
+    return "f 1" + of + " 3" + of + " 2" + of + "\nf 1" + of + " 2" + of + " -1" + of + "\nf 1" +
+           of + " 4" + of + " 3" + of + "\nf 2" + of + " 3" + of + " 4" + of + "\n";
+  };
   EXPECT_THAT(mesh("fin.obj"),
               HasSubstr("mine.xml:2: <mesh file=\"fin.obj\">: " + folder_ + "fin.obj is no file"));
-  Write("fin.obj", points + "vt 0 0\nvn 0 0 1\n" + faces);
   Write("unnamed.stl", "");  // not this program's to read
+  const std::string texture = "vt 0 0\n", normal = "vn 0 0 1\n";
+  Write("fin.obj", points + faces(""));
+  EXPECT_EQ(mesh("fin.obj"), "no error");
+  Write("fin.obj", points + texture + faces("/1"));
+  EXPECT_EQ(mesh("fin.obj"), "no error");
+  Write("fin.obj", points + texture + normal + "l 1 2\n" + faces("/-1/1"));
+  EXPECT_EQ(mesh("fin.obj"), "no error");
+  Write("fin.obj", points + normal + faces("//-1"));
   EXPECT_EQ(mesh("fin.obj"), "no error");
   std::filesystem::create_directories(folder_ + "meshes");
   std::filesystem::rename(folder_ + "fin.obj", folder_ + "meshes/fin.obj");
   EXPECT_EQ(mesh("meshes/fin.obj"), "no error");
-  Write("fin.obj", points + faces);
+  Write("fin.obj", points + faces("/1"));
   EXPECT_THAT(mesh("fin.obj"),
-              HasSubstr("fin.obj:6: a face names texture point 1, the file has 0"));
+              HasSubstr("fin.obj:5: a face names texture point 1, the file has 0"));
+  Write("fin.obj", points + texture + "f 1/1 2/1 3\n");
+  EXPECT_THAT(mesh("fin.obj"), HasSubstr("fin.obj:6: a face names no texture point, the file has "
+                                         "1: each corner must name one, or the file have none"));
+  Write("fin.obj", points + texture + normal + faces("/1"));
+  EXPECT_THAT(mesh("fin.obj"), HasSubstr("fin.obj:7: a face names no normal"));
   Write("fin.obj", points + "f 1 2 999999999\n");
   EXPECT_THAT(mesh("fin.obj"),
               HasSubstr("fin.obj:5: a face names point 999999999, the file has 4"));
