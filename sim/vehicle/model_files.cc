@@ -44,6 +44,12 @@ std::string ReadWhole(const fs::path& path) {
   return bytes;
 }
 
+// MuJoCo 2.2 believes the counts in a skin's file, whatever its length.
+void RequireRigid(const Tag& tag, const std::string& where) {
+  if (tag.name == "skin")
+    throw ConfigError(where + "<skin> bends, and all that docks is rigid: leave it out");
+}
+
 // What holds for the whole scene is not a part's to say.
 void RequireOfPart(const Tag& tag, const std::string& where) {
   constexpr std::array kOfScene = {"option", "statistic", "visual", "equality", "contact"};
@@ -135,7 +141,7 @@ class FilesInMemory {
 
 // The meshes and pictures that a tag names, as it names them.
 std::vector<std::string> FilesOf(const Tag& tag) {
-  constexpr std::array kWithFiles = {"mesh", "texture", "hfield", "skin"};
+  constexpr std::array kWithFiles = {"mesh", "texture", "hfield"};
   std::vector<std::string> files;
   if (std::ranges::find(kWithFiles, tag.name) == kWithFiles.end()) return files;
   for (const auto& [key, value] : tag.attributes)  // file, and fileright and others of a cube
@@ -180,7 +186,8 @@ void RequireFiles(const fs::path& scene, const PlacedTags& tags) {
       if (key == "strippath") strips_paths = value == "true";
     }
   }
-  for (const auto& [path, tag] : tags)
+  for (const auto& [path, tag] : tags) {
+    RequireRigid(tag, WhereIn(path, tag));
     for (const std::string& named : FilesOf(tag)) {
       const fs::path file = scene.parent_path() / (tag.name == "texture" ? textures : meshes) /
                             (strips_paths ? fs::path(named).filename() : fs::path(named));
@@ -191,6 +198,7 @@ void RequireFiles(const fs::path& scene, const PlacedTags& tags) {
       RequireSize(file);
       if (file.extension() == ".obj") RequireObj(file, ReadWhole(file));
     }
+  }
 }
 
 // Takes a part, or another file that the scene lacks, under the name by which the scene includes
@@ -206,6 +214,7 @@ class Additions {
     const std::string model = ReadWhole(path);
     files_.Add(name, path, model);
     for (const Tag& tag : TagsOf(model)) {
+      RequireRigid(tag, WhereIn(path, tag));
       if (is_part) RequireOfPart(tag, WhereIn(path, tag));
       // what the scene lacks includes the scene's files first, which MuJoCo finds
       if (is_part && tag.name == "include") AddIncluded(path, tag);

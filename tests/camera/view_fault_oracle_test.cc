@@ -66,6 +66,8 @@ TEST(BlurFault, SpreadsAPointAsAGaussianAndLeavesAnEvenImage) {
   EXPECT_NEAR(across / sum, 9, 0.3);  // cut off at three sigma
   EXPECT_NEAR(down / sum, 9, 0.3);
   EXPECT_NEAR(images.left.at(70, 50)[2], 100 / (2 * 3.14159 * 9), 0.03);
+  EXPECT_GT(images.left.at(79, 50)[2], 0);
+  EXPECT_EQ(images.left.at(80, 50)[2], 0);
 
   images = Even(0.5F, 0.5F);
   PortFaults{{}, {blur}}.Spoil(&images);

@@ -170,6 +170,7 @@ TEST_F(APart, SaysNothingForTheWholeScene) {
               HasSubstr("mine.xml:2: <compiler angle=\"degree\"> is the scene's"));
   EXPECT_THAT(said("<worldbody><composite type=\"box\"/></worldbody>"),
               HasSubstr("<composite> is many bodies"));
+  EXPECT_THAT(said("<asset><skin file=\"s.skn\"/></asset>"), HasSubstr("mine.xml:2: <skin> bends"));
   EXPECT_THAT(said("<!-- <option gravity=\"0 0 0\"/> -->"), Not(HasSubstr("option")));
 }
 
@@ -232,6 +233,8 @@ TEST_F(APart, IncludesFilesThatStandBesideIt) {
   EXPECT_THAT(including("fins.xml"), HasSubstr("own/fins.xml:2: <option> is the scene's"));
   Write("own/fins.xml", "<mujoco><include file=\"fins.xml\"/></mujoco>");
   EXPECT_THAT(including("fins.xml"), HasSubstr("fins.xml"));
+  Write("own/vehicle.xml", "<mujoco/>");  // the scene's name for the vehicle itself
+  EXPECT_THAT(including("vehicle.xml"), HasSubstr("already included"));
   Write("own/scene.xml", "<mujoco/>");
   EXPECT_THAT(including("scene.xml"),
               HasSubstr("has the name of a file that the scene includes: rename it"));
@@ -267,6 +270,7 @@ TEST(LoadScene, LooksAtItsFilesWhereItsCompilerSays) {
     EXPECT_THAT(
         said("", "<texture name=\"t\" type=\"cube\" " + std::string(file) + "=\"pipe.png\"/>"),
         HasSubstr("scene.xml:2: <texture file=\"pipe.png\">: " + folder + "pipe.png is no file"));
+  EXPECT_THAT(said("", "<skin file=\"pipe.png\"/>"), HasSubstr("scene.xml:2: <skin> bends"));
   const std::string mesh = "<mesh name=\"fin\" file=\"x/fin.obj\"/>";
   EXPECT_THAT(said("", mesh), Not(HasSubstr("a face")));
   EXPECT_THAT(said("meshdir=\"shapes\" strippath=\"true\"", mesh),
@@ -435,6 +439,11 @@ TEST(LoadScene, RefusesABerthThatMovesOtherwise) {
   const std::string in_marker = std::string(kMarkerBody) + yaw;
   apart.replace(apart.find(kMarkerBody), std::string(kMarkerBody).size(), in_marker);
   EXPECT_THAT(ErrorOf(WriteModel(apart)), HasSubstr("unturned"));
+  std::string two = Moored(x);
+  two.insert(two.find("<body name=\"berth\""),
+             "<body><geom name=\"buoy\" size=\"0.1\" pos=\"3 0 0\"/>" + yaw + "</body>");
+  EXPECT_THAT(ErrorOf(WriteModel(two)),
+              HasSubstr("\"mooring_yaw\" must belong to the body of the mooring's other joints"));
 }
 
 }  // namespace

@@ -65,6 +65,37 @@ TEST(PoseRefiner, DepthDoesNotRestOnHowLargeTheBallsLook) {
   EXPECT_NEAR(refined->bloom_px, 0.06 * 0.02 * kRig.left.fx_px / 0.6, 0.3);
 }
 
+// Tukey's weights: what is off by most of what is still believed pulls less than what is off by
+// half of it. Least squares would let it pull more.
+TEST(PoseRefiner, BelievesOutliersTheLessTheFartherTheyAreOff) {
+  PoseRefiner refiner(Marker(), kRig);
+  const StereoImage plain = Painted(0, nullptr);
+  const auto without = refiner.Refine(plain, kWhole, kTrue);
+  ASSERT_TRUE(without);
+  // The right half of the blue ball's outline lies farther out.
+  const auto pull_m = [&](double out_px) {
+    const double scale_px = kRig.left.fx_px / 0.6;
+    MarkerParams swollen = Marker();
+    swollen.balls[2].radius_m += out_px / scale_px;
+    StereoImage seen = plain;
+    const StereoImage larger = testing::PaintMarker(swollen, kRig, kTrue, {}, nullptr);
+    for (const Side side : kSides) {
+      const MountedCamera& camera = kRig[side];
+      const double u_px =
+          camera.Project(camera.X_HC.Inverse() * (kTrue * swollen.balls[2].p_MQ_m)).x();
+      for (int v = 0; v < 480; ++v)
+        for (int u = static_cast<int>(u_px); u < 640; ++u)
+          for (int k = 0; k < 3; ++k) seen[side].at(u, v)[k] = larger[side].at(u, v)[k];
+    }
+    const auto refined = refiner.Refine(seen, kWhole, kTrue);
+    EXPECT_TRUE(refined);
+    return (refined->X_HM.p - without->X_HM.p).norm();
+  };
+  // The painted discs' own errors make the limit 1.3 px or so.
+  EXPECT_LT(pull_m(1.25), 0.5 * pull_m(0.5));
+  EXPECT_LT(pull_m(3), 0.1 * pull_m(0.5));
+}
+
 TEST(PoseRefiner, SaysHowFarItIsOff) {
   Rng rng = SeedTree(3).Stream("noise");
   PoseRefiner refiner(Marker(), kRig);
@@ -134,6 +165,20 @@ TEST(PoseRefiner, DoesNotLookForEdgesBehindAnotherBall) {
   ASSERT_TRUE(beside && in_front);
   EXPECT_GT(beside->edges, 6 * 32 - 12);
   EXPECT_LT(in_front->edges, 4 * 32 - 20);  // balls 1 and 2 without what is hidden of 1
+}
+
+TEST(PoseRefiner, NeedsTwelveEdges) {
+  PoseRefiner refiner(Marker(), kRig);
+  const StereoImage seen = Painted(0, nullptr);
+  int fewest = 1000, refused = 0;
+  for (int column = 150; column < 480; ++column) {
+    const StereoRegion part{{column, 0, 640, 480}, {column, 0, 640, 480}};
+    const auto refined = refiner.Refine(seen, part, kTrue);
+    if (refined) fewest = std::min(fewest, refined->edges);
+    refused += !refined;
+  }
+  EXPECT_EQ(fewest, 12);
+  EXPECT_GT(refused, 20);
 }
 
 TEST(PoseRefiner, ReadsItsRegionOnly) {
