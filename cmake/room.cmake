@@ -67,6 +67,8 @@ function(turbidock_compile_options target)
     # Eigen would allocate differently from libraries that were built without sanitizers, whose
     # matrices we free. Their malloc is aligned too.
     target_compile_definitions(${target} PRIVATE EIGEN_MALLOC_ALREADY_ALIGNED=1)
+    # An index beyond a vector that it holds memory for, an optional without a value.
+    target_compile_definitions(${target} PRIVATE _GLIBCXX_ASSERTIONS)
     if(TURBIDOCK_SANITIZE STREQUAL "thread")
       # ThreadSanitizer knows no fences; Asio's queues have mutexes as well.
       target_compile_definitions(${target} PRIVATE BOOST_ASIO_DISABLE_FENCED_BLOCK)
