@@ -24,6 +24,30 @@ Mooring WithParams(const MooringParams& params) {
   return {params, 0, SeedTree(5).Stream("mooring")};
 }
 
+// Bodies and joints have their numbers in the file's order.
+Scene StationBeforeVehicle() {
+  const std::string file = ::testing::TempDir() + "station_first.xml";
+  std::ofstream(file) << R"(<mujoco>
+    <include file="sea.xml"/>
+    <worldbody>
+      <body name="berth" pos="0 0 -1">
+        <inertial pos="0 0 0" mass="200" diaginertia="20 20 20"/>
+        <joint name="mooring_x" type="slide" axis="1 0 0"/>
+        <joint name="mooring_y" type="slide" axis="0 1 0"/>
+        <include file="station.xml"/>
+        <include file="marker_active.xml"/>
+      </body>
+    </worldbody>
+    <include file="vehicle.xml"/>
+  </mujoco>)";
+  SceneFiles files{.scene = file};
+  for (const char* part : {"sea", "common", "station", "marker_active", "vehicle"})
+    files.shared[part + std::string(".xml")] = ModelPath(part);
+  Scene scene = LoadScene(files, {});
+  std::filesystem::remove(file);
+  return scene;
+}
+
 TEST(Mooring, SwingsNoFasterThanPhysicsFollow) {
   EXPECT_THAT(testing::MessageOf([] { WithParams({.natural_period_s = 1e-9}); }),
               HasSubstr("mooring.natural_period_s: 1e-09 must be 0 or in [0.5, 600]"));
@@ -103,26 +127,8 @@ TEST(MovingStation, NeedsItsJoints) {
   EXPECT_THAT(refusal({.vane_length_m = 3}), HasSubstr("mooring_yaw"));
 }
 
-// Joints have their numbers in the file's order.
 TEST(MovingStation, IsWhereTheMooringHasItAlsoBeforeTheVehicle) {
-  const std::string file = ::testing::TempDir() + "station_first.xml";
-  std::ofstream(file) << R"(<mujoco>
-    <include file="sea.xml"/>
-    <worldbody>
-      <body name="berth" pos="0 0 -1">
-        <inertial pos="0 0 0" mass="200" diaginertia="20 20 20"/>
-        <joint name="mooring_x" type="slide" axis="1 0 0"/>
-        <joint name="mooring_y" type="slide" axis="0 1 0"/>
-        <include file="station.xml"/>
-        <include file="marker_active.xml"/>
-      </body>
-    </worldbody>
-    <include file="vehicle.xml"/>
-  </mujoco>)";
-  SceneFiles files{.scene = file};
-  for (const char* part : {"sea", "common", "station", "marker_active", "vehicle"})
-    files.shared[part + std::string(".xml")] = ModelPath(part);
-  const Scene scene = LoadScene(files, {});
+  const Scene scene = StationBeforeVehicle();
   ASSERT_EQ(scene.berth.joints[0], 0);
   Plant plant(scene, {}, {}, Sea(), WithParams({.swing_x_m = 0.2, .swing_y_m = 0.1}));
   plant.Reset(plant.truth().X_WB);
@@ -130,29 +136,31 @@ TEST(MovingStation, IsWhereTheMooringHasItAlsoBeforeTheVehicle) {
   EXPECT_GT(std::abs(displacement.x()), 0.01);
   const Vector3d moved = plant.X_WM().p - scene.X_WM.p;
   EXPECT_LT((moved - Vector3d(displacement.x(), displacement.y(), 0)).norm(), 1e-12);
-  std::filesystem::remove(file);
 }
 
 // A station that could move and does not is one that stands: the same trial, tick by tick.
 TEST(MovingStation, ThatStandsIsAnyOther) {
-  const Scene free = LoadScene({ModelPath("sea_moored_active")}, {});
   const Scene fixed = LoadScene({ModelPath("sea_active")}, {});
   SeaParams sea_params;
   sea_params.current.surface_velocity_mps = {0.1, 0.05, 0};
   const Sea sea(sea_params, SeedTree(1).Stream("sea"));
-  Plant first(free, {}, {}, sea), second(fixed, {}, {}, sea);
   const Pose X_WB = fixed.X_WM * (fixed.X_BH * Pose::Translation(0.43, 0.02, 0)).Inverse();
-  first.Reset(X_WB);
-  second.Reset(X_WB);
-  double touched_newton = 0;
-  for (int tick = 0; tick < 1500; ++tick) {
-    const ThrusterCommand ahead{.volts = {3.2, 3.2, 2.5, 2.5}};
-    ASSERT_EQ(first.Step(ahead), std::nullopt);
-    ASSERT_EQ(second.Step(ahead), std::nullopt);
-    touched_newton = std::max(touched_newton, second.contacts().dock_force_newton);
+  const Scene behind = LoadScene({ModelPath("sea_moored_active")}, {});
+  const Scene in_front = StationBeforeVehicle();
+  for (const Scene* free : {&behind, &in_front}) {
+    Plant first(*free, {}, {}, sea), second(fixed, {}, {}, sea);
+    first.Reset(X_WB);
+    second.Reset(X_WB);
+    double touched_newton = 0;
+    for (int tick = 0; tick < 1500; ++tick) {
+      const ThrusterCommand ahead{.volts = {3.2, 3.2, 2.5, 2.5}};
+      ASSERT_EQ(first.Step(ahead), std::nullopt);
+      ASSERT_EQ(second.Step(ahead), std::nullopt);
+      touched_newton = std::max(touched_newton, second.contacts().dock_force_newton);
+    }
+    EXPECT_GT(touched_newton, 1);
+    EXPECT_LT((first.truth().X_WB.p - second.truth().X_WB.p).norm(), 1e-9);
   }
-  EXPECT_GT(touched_newton, 1);
-  EXPECT_LT((first.truth().X_WB.p - second.truth().X_WB.p).norm(), 1e-9);
 }
 
 }  // namespace
