@@ -3,52 +3,25 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <new>
 #include <optional>
 #include <set>
-#include <sstream>
-#include <string_view>
+#include <stdexcept>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "sim/base/check.h"
 #include "sim/vehicle/mjcf_tags.h"
+#include "sim/vehicle/model_limits.h"
+#include "sim/vehicle/mujoco_handlers.h"
 
 namespace turbidock::vehicle {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::uintmax_t kMostBytes = 64 << 20;  // of a file
-
-// MuJoCo would read gigabytes before it says that they are no model.
-void RequireSize(const fs::path& path) {
-  std::error_code unreadable;  // for its reader to say
-  const std::uintmax_t bytes = fs::file_size(path, unreadable);
-  if (!unreadable && bytes > kMostBytes)
-    throw ConfigError(path.string() + ": is larger than 64 MiB");
-}
-
-std::string ReadWhole(const fs::path& path) {
-  RequireSize(path);
-  std::ifstream in(path, std::ios::binary);
-  std::string bytes((std::istreambuf_iterator<char>(in)), {});
-  if (!in.good() && !in.eof()) throw ConfigError(path.string() + ": cannot be read");
-  if (bytes.empty()) throw ConfigError(path.string() + ": is empty");
-  return bytes;
-}
-
-// MuJoCo 2.2 believes the counts in a skin's file, whatever its length.
-void RequireRigid(const Tag& tag, const std::string& where) {
-  if (tag.name == "skin")
-    throw ConfigError(where + "<skin> bends, and all that docks is rigid: leave it out");
-}
 
 // What holds for the whole scene is not a part's to say.
 void RequireOfPart(const Tag& tag, const std::string& where) {
@@ -69,51 +42,6 @@ void RequireOfPart(const Tag& tag, const std::string& where) {
   }
 }
 
-// MuJoCo 2.2 follows a face to points that are not there, also where a corner names no texture
-// point or normal in a file that has some.
-void RequireObj(const fs::path& path, const std::string& bytes) {
-  std::istringstream text(bytes);
-  std::array<int64_t, 3> points = {0, 0, 0};  // v, vt, vn
-  constexpr std::array kNames = {"point", "texture point", "normal"};
-  struct Corner {
-    int line;
-    bool is_of_face;               // or of a line, or a point, which MuJoCo leaves out
-    std::array<int64_t, 3> point;  // 0: none
-  };
-  std::vector<Corner> corners;
-  std::string row;
-  for (int line = 1; std::getline(text, row); ++line) {
-    std::istringstream words(row);
-    std::string word;
-    if (!(words >> word)) continue;
-    for (size_t i = 0; i < points.size(); ++i) points[i] += word == std::array{"v", "vt", "vn"}[i];
-    if (word != "f" && word != "l" && word != "p") continue;
-    const bool is_face = word == "f";
-    while (words >> word) {
-      Corner corner{.line = line, .is_of_face = is_face, .point = {0, 0, 0}};
-      std::istringstream numbers(word);
-      std::string number;
-      for (size_t i = 0; i < points.size() && std::getline(numbers, number, '/'); ++i)
-        if (!number.empty()) corner.point[i] = std::strtoll(number.c_str(), nullptr, 10);
-      if (corner.point[0] == 0)
-        throw ConfigError(path.string() + ":" + std::to_string(line) + ": '" + word +
-                          "' is no point of a face");
-      corners.push_back(corner);
-    }
-  }
-  for (const Corner& corner : corners)
-    for (size_t i = 0; i < points.size(); ++i) {
-      const bool is_there = -points[i] <= corner.point[i] && corner.point[i] <= points[i];
-      const bool is_missing = corner.is_of_face && corner.point[i] == 0 && points[i] > 0;
-      if (is_there && !is_missing) continue;
-      const std::string named = is_missing ? std::string("no ") + kNames[i]
-                                           : kNames[i] + (" " + std::to_string(corner.point[i]));
-      throw ConfigError(path.string() + ":" + std::to_string(corner.line) + ": a face names " +
-                        named + ", the file has " + std::to_string(points[i]) +
-                        (is_missing ? ": each corner must name one, or the file have none" : ""));
-    }
-}
-
 // Files in memory that MuJoCo takes before those on disk.
 class FilesInMemory {
  public:
@@ -123,7 +51,7 @@ class FilesInMemory {
   FilesInMemory& operator=(const FilesInMemory&) = delete;
 
   bool Has(const std::string& name) const {
-    return mj_findFileVFS(files_.get(), name.c_str()) >= 0;
+    return !name.empty() && mj_findFileVFS(files_.get(), name.c_str()) >= 0;
   }
   // The file at `path`, which holds these bytes, under this name.
   void Add(const std::string& name, const fs::path& path, const std::string& bytes) {
@@ -138,16 +66,6 @@ class FilesInMemory {
  private:
   std::unique_ptr<mjVFS> files_ = std::make_unique<mjVFS>();
 };
-
-// The meshes and pictures that a tag names, as it names them.
-std::vector<std::string> FilesOf(const Tag& tag) {
-  constexpr std::array kWithFiles = {"mesh", "texture", "hfield"};
-  std::vector<std::string> files;
-  if (std::ranges::find(kWithFiles, tag.name) == kWithFiles.end()) return files;
-  for (const auto& [key, value] : tag.attributes)  // file, and fileright and others of a cube
-    if (key.starts_with("file") && !value.empty()) files.push_back(value);
-  return files;
-}
 
 [[noreturn]] void SayNoFile(const std::string& where, const Tag& tag, const std::string& file,
                             const fs::path& path) {
@@ -166,7 +84,7 @@ void GatherTags(const fs::path& path, const SceneFiles& scene, std::set<fs::path
                 PlacedTags* tags) {
   std::error_code ignored;
   if (!seen->insert(path).second || !fs::is_regular_file(path, ignored)) return;
-  for (const Tag& tag : TagsOf(ReadWhole(path))) {
+  for (const Tag& tag : TagsOf(ReadModelFile(path))) {
     tags->emplace_back(path, tag);
     const std::string included = tag.name == "include" ? tag.attribute("file") : "";
     if (!included.empty() && !scene.parts.contains(included) && !scene.shared.contains(included))
@@ -187,7 +105,7 @@ void RequireFiles(const fs::path& scene, const PlacedTags& tags) {
     }
   }
   for (const auto& [path, tag] : tags) {
-    RequireRigid(tag, WhereIn(path, tag));
+    RequireModest(tag, WhereIn(path, tag));
     for (const std::string& named : FilesOf(tag)) {
       const fs::path file = scene.parent_path() / (tag.name == "texture" ? textures : meshes) /
                             (strips_paths ? fs::path(named).filename() : fs::path(named));
@@ -195,8 +113,7 @@ void RequireFiles(const fs::path& scene, const PlacedTags& tags) {
       if (!fs::exists(file, ignored)) continue;  // for MuJoCo to say
       // a pipe would be waited for
       if (!fs::is_regular_file(file, ignored)) SayNoFile(WhereIn(path, tag), tag, named, file);
-      RequireSize(file);
-      if (file.extension() == ".obj") RequireObj(file, ReadWhole(file));
+      RequireSound(file, ReadModelFile(file));
     }
   }
 }
@@ -211,10 +128,10 @@ class Additions {
       : scene_includes_(std::move(scene_includes)) {}
 
   void Add(const std::string& name, const fs::path& path, bool is_part) {
-    const std::string model = ReadWhole(path);
+    const std::string model = ReadModelFile(path);
     files_.Add(name, path, model);
     for (const Tag& tag : TagsOf(model)) {
-      RequireRigid(tag, WhereIn(path, tag));
+      RequireModest(tag, WhereIn(path, tag));
       if (is_part) RequireOfPart(tag, WhereIn(path, tag));
       // what the scene lacks includes the scene's files first, which MuJoCo finds
       if (is_part && tag.name == "include") AddIncluded(path, tag);
@@ -241,8 +158,8 @@ class Additions {
     if (files_.Has(file.filename())) return;
     std::error_code ignored;
     if (!fs::is_regular_file(file, ignored)) SayNoFile(WhereIn(path, tag), tag, named, file);
-    const std::string bytes = ReadWhole(file);
-    if (file.extension() == ".obj") RequireObj(file, bytes);
+    const std::string bytes = ReadModelFile(file);
+    RequireSound(file, bytes);
     files_.Add(file.filename(), file, bytes);
   }
 
@@ -298,7 +215,6 @@ std::string Where(const SceneFiles& files) {
 
 MjModelPtr ReadModel(const SceneFiles& scene) {
   const std::string& path = scene.scene;
-  RequireSize(path);
   std::set<fs::path> own;
   PlacedTags tags;
   GatherTags(path, scene, &own, &tags);
@@ -312,13 +228,20 @@ MjModelPtr ReadModel(const SceneFiles& scene) {
     for (const auto& [name, file] : scene.shared)
       if (!files->Has(name)) files->Add(name, file, /*is_part=*/false);
   }
-  std::array<char, 1024> message{};
-  MjModelPtr model(
-      mj_loadXML(path.c_str(), files ? files->get() : nullptr, message.data(), message.size()));
+  std::string message;
+  MjModelPtr model;
+  try {
+    const ThrowingMujocoErrors throwing;
+    std::array<char, 1024> said{};
+    model.reset(mj_loadXML(path.c_str(), files ? files->get() : nullptr, said.data(), said.size()));
+    message = said.data();
+  } catch (const std::runtime_error& error) {
+    message = error.what();
+  }
   // A message beside a model is a warning: a file of ours must not have any.
-  if (!model && std::string(message.data()).find("allocate") != std::string::npos)
+  if (!model && message.find("ould not allocate ") != std::string::npos)
     throw std::bad_alloc();  // the machine's fault, not the file's
-  if (!model || message[0] != '\0') throw ConfigError(Where(scene) + ": " + message.data());
+  if (!model || !message.empty()) throw ConfigError(Where(scene) + ": " + message);
   RequirePlaces(*model, Where(scene));
   return model;
 }

@@ -30,9 +30,8 @@ struct SceneFiles {
 
 // The model. ConfigError with the file's name and MuJoCo's message (which has the line), or with
 // what is not allowed in it:
-// - any file: more than 64 MiB, a mesh (OBJ) whose faces name points that it has not, a place or
-//   size that is no number or beyond 10 km; a mesh or picture that is no file (a pipe would be
-//   waited for);
+// - any file: what model_limits.h refuses, a place or size that is no number or beyond 10 km, a
+//   mesh or picture that is no file (a pipe would be waited for);
 // - a part: <option>, <compiler>, <equality> and others that would hold for the whole scene; a file
 //   of its own that has the name of one that the scene includes.
 MjModelPtr ReadModel(const SceneFiles& files);

@@ -4,17 +4,24 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <stdexcept>
 
 namespace turbidock::vehicle {
 
 void InstallMujocoHandlers() {
   mju_user_warning = [](const char*) {};
-  // It must not return, and must not throw through C. 4 is the program's code for a simulator
-  // fault.
+  // It must not return. 4 is the program's code for a simulator fault.
   mju_user_error = [](const char* message) {
     std::fprintf(stderr, "turbidock: MuJoCo: %s\n", message);
     std::_Exit(4);
   };
 }
+
+// Its C has the tables that an exception needs on its way: MuJoCo's users are told that they may.
+ThrowingMujocoErrors::ThrowingMujocoErrors() {
+  mju_user_error = [](const char* message) { throw std::runtime_error(message); };
+}
+
+ThrowingMujocoErrors::~ThrowingMujocoErrors() { InstallMujocoHandlers(); }
 
 }  // namespace turbidock::vehicle

@@ -9,4 +9,14 @@ namespace turbidock::vehicle {
 // 4. Process-wide, as MuJoCo's hooks are; calling it again changes nothing. LoadScene does.
 void InstallMujocoHandlers();
 
+// While it lives, an error of MuJoCo's is thrown as a std::runtime_error instead: for reading
+// files, in which a name or a number can be one. What MuJoCo held by then is never freed.
+class ThrowingMujocoErrors {
+ public:
+  ThrowingMujocoErrors();
+  ~ThrowingMujocoErrors();
+  ThrowingMujocoErrors(const ThrowingMujocoErrors&) = delete;
+  ThrowingMujocoErrors& operator=(const ThrowingMujocoErrors&) = delete;
+};
+
 }  // namespace turbidock::vehicle

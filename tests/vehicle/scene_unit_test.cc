@@ -192,7 +192,7 @@ TEST_F(APart, NamesFilesThatStandBesideIt) {
   EXPECT_EQ(mesh("fin.obj"), "no error");
   Write("fin.obj", points + texture + faces("/1"));
   EXPECT_EQ(mesh("fin.obj"), "no error");
-  Write("fin.obj", points + texture + normal + "l 1 2\n" + faces("/-1/1"));
+  Write("fin.obj", points + texture + normal + faces("/-1/1"));
   EXPECT_EQ(mesh("fin.obj"), "no error");
   Write("fin.obj", points + normal + faces("//-1"));
   EXPECT_EQ(mesh("fin.obj"), "no error");
@@ -207,13 +207,59 @@ TEST_F(APart, NamesFilesThatStandBesideIt) {
                                          "1: each corner must name one, or the file have none"));
   Write("fin.obj", points + texture + normal + faces("/1"));
   EXPECT_THAT(mesh("fin.obj"), HasSubstr("fin.obj:7: a face names no normal"));
+  Write("fin.obj", points);  // their hull
+  EXPECT_EQ(mesh("fin.obj"), "no error");
+  Write("fin.obj", points + normal);
+  EXPECT_THAT(mesh("fin.obj"), HasSubstr("fin.obj: has no faces"));
+  Write("fin.OBJ", "v 0 0 0\nv 1 0 0\nv 0 1 0\n");
+  EXPECT_THAT(mesh("fin.OBJ"), HasSubstr("fin.OBJ: has no faces; points alone are at least four"));
+  const auto written = [&](const std::string& face) {
+    return With("<asset><mesh name=\"fin\" vertex=\"0 0 0 1 0 0 0 1 0 0 0 1\" face=\"" + face +
+                "\"/></asset>");
+  };
+  EXPECT_EQ(written("0 2 1 0 1 3 0 3 2 1 2 3"), "no error");
+  EXPECT_THAT(written("0 1 4"), HasSubstr("<mesh face>: names point 4, the mesh has 4"));
+  EXPECT_THAT(written("0 -1 2"), HasSubstr("names point -1"));
+  Write("fin.obj", points + "l 1 2\n" + faces(""));
+  EXPECT_THAT(mesh("fin.obj"), HasSubstr("fin.obj:5: lines and points are no surface"));
   Write("fin.obj", points + "f 1 2 999999999\n");
   EXPECT_THAT(mesh("fin.obj"),
               HasSubstr("fin.obj:5: a face names point 999999999, the file has 4"));
   Write("fin.obj", points + "f 1 2 -5\n");
   EXPECT_THAT(mesh("fin.obj"), HasSubstr("point -5"));
+  Write("fin.obj", "f -1 -2 -3\n" + points);
+  EXPECT_THAT(mesh("fin.obj"), HasSubstr("fin.obj:1: a face names point -1, the file has 0"));
   Write("fin.obj", points + "f 1 2 x\n");
   EXPECT_THAT(mesh("fin.obj"), HasSubstr("fin.obj:5: 'x' is no point of a face"));
+}
+
+// Numbers that would take gigabytes or minutes, names that end the program.
+TEST_F(APart, AsksForNoMoreThanASceneNeeds) {
+  const auto said = [&](const std::string& before) { return With(before); };
+  EXPECT_THAT(said("<size nkey=\"1000000\"/>"),
+              HasSubstr("mine.xml:2: <size nkey=\"1000000\">: must be at most 5000"));
+  for (const char* tag :
+       {"size nstack=\"1000000000\"", "size nuser_geom=\"5001\"", "hfield nrow=\"1e5\"",
+        "hfield ncol=\"2049\"", "texture width=\"0xFFFF\"", "texture height=\"&#57;999\"",
+        "composite count=\"1 51 1\"", "numeric size=\"1000000000\"", "user dim=\"nan\""})
+    EXPECT_THAT(said("<" + std::string(tag) + "/>"), HasSubstr("must be at most")) << tag;
+  EXPECT_EQ(said("<size njmax=\"5000\" nstack=\"10000000\"/>"), "no error");
+  for (const char* tag : {"include", "include file=\"\"", "include file=\"fins/\"",
+                          "mesh file=\"/\"", "texture file=\"fins/\""})
+    EXPECT_THAT(said("<" + std::string(tag) + "/>"), HasSubstr("names no file")) << tag;
+  EXPECT_THAT(said(std::string("<include file=\"\0a\"/>", 20)), HasSubstr("names no file"));
+  EXPECT_THAT(said("<allocate/>"), HasSubstr("allocate"));  // not the machine's memory
+  // what only MuJoCo decodes ends its loading, not the program
+  EXPECT_THAT(said("<include file=\"&#47;\"/>"), HasSubstr("Empty filename"));
+  EXPECT_THAT(With("<asset><mesh file=\"/proc/self/mem\"/></asset>"),
+              HasSubstr("/proc/self/mem: cannot be read"));
+  std::string png = "\x89PNG\r\n\x1a\n1234IHDR";
+  Write("sand.png", png + std::string("\0\1\0\0\0\0\4\1", 8));
+  EXPECT_THAT(said("<asset><texture type=\"2d\" file=\"sand.png\"/></asset>"),
+              HasSubstr("sand.png: is of more than 64 million pixels"));
+  Write("sand.png", png + std::string("\0\1\0\0\0\0\4\0", 8));
+  EXPECT_THAT(said("<asset><texture type=\"2d\" file=\"sand.png\"/></asset>"),
+              Not(HasSubstr("million pixels")));
 }
 
 TEST_F(APart, IncludesFilesThatStandBesideIt) {

@@ -1,0 +1,186 @@
+#include "sim/vehicle/model_limits.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cstdint>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+#include <string_view>
+#include <utility>
+
+#include "sim/base/check.h"
+#include "sim/base/fields.h"
+
+namespace turbidock::vehicle {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The most that an attribute may ask for, each of its numbers. MuJoCo allocates it, whatever the
+// machine has, or fills it for minutes.
+struct Limit {
+  std::string_view tag;
+  std::string_view attribute;  // empty: every other
+  double most;
+};
+constexpr Limit kLimits[] = {
+    {"size", "nstack", 1e7},    {"size", "", 5000},         {"hfield", "nrow", 2048},
+    {"hfield", "ncol", 2048},   {"texture", "width", 2048}, {"texture", "height", 2048},
+    {"composite", "count", 50}, {"numeric", "size", 1e4},   {"user", "dim", 1e4},
+};
+
+[[noreturn]] void Fail(const Tag& tag, const std::string& where, const std::string& key,
+                       const std::string& value, const std::string& what) {
+  std::string said = where;
+  said.append("<").append(tag.name).append(" ").append(key).append("=\"").append(value);
+  throw ConfigError(said + "\">" + what);
+}
+
+void RequireNumbers(const Tag& tag, const std::string& where) {
+  for (const auto& [key, value] : tag.attributes) {
+    const auto* limit =
+        std::ranges::find_if(kLimits, [&, name = std::string_view(key)](const Limit& l) {
+          return l.tag == tag.name && (l.attribute == name || l.attribute.empty());
+        });
+    if (limit == std::end(kLimits)) continue;
+    std::istringstream words(value);
+    for (std::string word; words >> word;) {
+      const bool is_plain = word.find('&') == std::string::npos;  // and no character reference
+      if (is_plain && std::strtod(word.c_str(), nullptr) <= limit->most) continue;
+      Fail(tag, where, key, value, ": must be at most " + FormatNumber(limit->most));
+    }
+  }
+}
+
+// MuJoCo 2.2 follows a face to points that are not there, also where a corner names no texture
+// point or normal in a file that has some.
+void RequireFaces(const fs::path& path, const std::string& bytes) {
+  std::istringstream text(bytes);
+  std::array<int64_t, 3> points = {0, 0, 0};  // v, vt, vn
+  constexpr std::array kNames = {"point", "texture point", "normal"};
+  struct Corner {
+    int line;
+    std::array<int64_t, 3> point;  // 0: none
+  };
+  std::vector<Corner> corners;
+  const auto fail = [&](int line, const std::string& what) {
+    throw ConfigError(path.string() + ":" + std::to_string(line) + ": " + what);
+  };
+  const auto require = [&](bool is_there, const Corner& corner, size_t i) {
+    if (!is_there)
+      fail(corner.line, std::string("a face names ") + kNames[i] + " " +
+                            std::to_string(corner.point[i]) + ", the file has " +
+                            std::to_string(points[i]));
+  };
+  std::string row;
+  for (int line = 1; std::getline(text, row); ++line) {
+    std::istringstream words(row);
+    std::string word;
+    if (!(words >> word)) continue;
+    for (size_t i = 0; i < points.size(); ++i) points[i] += word == std::array{"v", "vt", "vn"}[i];
+    if (word == "l" || word == "p") fail(line, "lines and points are no surface: leave them out");
+    if (word != "f") continue;
+    while (words >> word) {
+      Corner corner{.line = line, .point = {0, 0, 0}};
+      std::istringstream numbers(word);
+      std::string number;
+      for (size_t i = 0; i < points.size() && std::getline(numbers, number, '/'); ++i)
+        if (!number.empty()) corner.point[i] = std::strtoll(number.c_str(), nullptr, 10);
+      if (corner.point[0] == 0) fail(line, "'" + word + "' is no point of a face");
+      // counted back from the face
+      for (size_t i = 0; i < points.size(); ++i) require(corner.point[i] >= -points[i], corner, i);
+      corners.push_back(corner);
+    }
+  }
+  if (corners.empty() && (points[0] < 4 || points[2] > 0))  // the hull of points alone
+    throw ConfigError(path.string() +
+                      ": has no faces; points alone are at least four, without normals");
+  for (const Corner& corner : corners)
+    for (size_t i = 0; i < points.size(); ++i) {
+      require(corner.point[i] <= points[i], corner, i);
+      if (corner.point[i] == 0 && points[i] > 0)
+        fail(corner.line, std::string("a face names no ") + kNames[i] + ", the file has " +
+                              std::to_string(points[i]) +
+                              ": each corner must name one, or the file have none");
+    }
+}
+
+// The same of a mesh that is written out.
+void RequireFaces(const Tag& tag, const std::string& where) {
+  const auto numbers = [&](const char* attribute) {
+    std::istringstream words(tag.attribute(attribute));
+    return std::vector<double>(std::istream_iterator<double>(words), {});
+  };
+  const size_t count = numbers("vertex").size() / 3;
+  const auto points = static_cast<double>(count);
+  for (const double point : numbers("face"))
+    if (!(point >= 0 && point < points))
+      throw ConfigError(where + "<mesh face>: names point " + FormatNumber(point) +
+                        ", the mesh has " + std::to_string(count) + ", the first is 0");
+}
+
+// From the header alone.
+void RequirePixels(const fs::path& path, const std::string& png) {
+  constexpr uint64_t kMostPixels = 1 << 26;
+  constexpr size_t kWidthAt = 16, kHeightAt = 20, kHeader = 24;
+  if (png.size() < kHeader) return;
+  const auto number = [&](size_t at) {
+    uint64_t n = 0;
+    for (size_t i = at; i < at + 4; ++i) n = n << 8 | static_cast<unsigned char>(png[i]);
+    return n;
+  };
+  if (number(kWidthAt) * number(kHeightAt) > kMostPixels)
+    throw ConfigError(path.string() + ": is of more than 64 million pixels");
+}
+
+}  // namespace
+
+std::string ReadModelFile(const fs::path& path) {
+  constexpr std::uintmax_t kMostBytes = 64 << 20;
+  std::error_code unreadable;  // said below
+  const std::uintmax_t size = fs::file_size(path, unreadable);
+  if (!unreadable && size > kMostBytes)
+    throw ConfigError(path.string() + ": is larger than 64 MiB");
+  std::ostringstream bytes;
+  std::ifstream in(path, std::ios::binary);
+  const bool is_empty = in && in.peek() == std::ifstream::traits_type::eof();
+  if (in.bad() || (!is_empty && !(bytes << in.rdbuf())))
+    throw ConfigError(path.string() + ": cannot be read");
+  if (is_empty) throw ConfigError(path.string() + ": is empty");
+  return bytes.str();
+}
+
+std::vector<std::string> FilesOf(const Tag& tag) {
+  constexpr std::array kWithFiles = {"mesh", "texture", "hfield"};
+  std::vector<std::string> files;
+  if (std::ranges::find(kWithFiles, tag.name) == kWithFiles.end()) return files;
+  for (const auto& [key, value] : tag.attributes)  // file, and fileright and others of a cube
+    if (key.starts_with("file") && !value.empty()) files.push_back(value);
+  return files;
+}
+
+void RequireModest(const Tag& tag, const std::string& where) {
+  // MuJoCo believes the counts in a skin's file, whatever its length.
+  if (tag.name == "skin")
+    throw ConfigError(where + "<skin> bends, and all that docks is rigid: leave it out");
+  RequireNumbers(tag, where);
+  if (tag.name == "mesh") RequireFaces(tag, where);
+  std::vector<std::string> files = FilesOf(tag);
+  if (tag.name == "include") files.push_back(tag.attribute("file"));
+  for (const std::string& file : files) {
+    const std::string name = file.substr(0, file.find('\0'));  // as MuJoCo reads it
+    if (fs::path(name).filename().empty()) Fail(tag, where, "file", name, " names no file");
+  }
+}
+
+void RequireSound(const fs::path& path, const std::string& bytes) {
+  std::string kind = path.extension();
+  std::ranges::transform(kind, kind.begin(), [](unsigned char c) { return std::tolower(c); });
+  if (kind == ".obj") RequireFaces(path, bytes);
+  if (bytes.starts_with("\x89PNG")) RequirePixels(path, bytes);
+}
+
+}  // namespace turbidock::vehicle
