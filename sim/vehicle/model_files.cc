@@ -23,6 +23,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
+std::string ReadXml(const fs::path& path) {
+  std::string xml = ReadModelFile(path);
+  if (xml.find('\0') != std::string::npos)  // where MuJoCo's texts end and ours do not
+    throw ConfigError(path.string() + ": holds a null character, which no XML does");
+  return xml;
+}
+
 // What holds for the whole scene is not a part's to say.
 void RequireOfPart(const Tag& tag, const std::string& where) {
   constexpr std::array kOfScene = {"option", "statistic", "visual", "equality", "contact"};
@@ -84,7 +91,7 @@ void GatherTags(const fs::path& path, const SceneFiles& scene, std::set<fs::path
                 PlacedTags* tags) {
   std::error_code ignored;
   if (!seen->insert(path).second || !fs::is_regular_file(path, ignored)) return;
-  for (const Tag& tag : TagsOf(ReadModelFile(path))) {
+  for (const Tag& tag : TagsOf(ReadXml(path))) {
     tags->emplace_back(path, tag);
     const std::string included = tag.name == "include" ? tag.attribute("file") : "";
     if (!included.empty() && !scene.parts.contains(included) && !scene.shared.contains(included))
@@ -128,7 +135,7 @@ class Additions {
       : scene_includes_(std::move(scene_includes)) {}
 
   void Add(const std::string& name, const fs::path& path, bool is_part) {
-    const std::string model = ReadModelFile(path);
+    const std::string model = ReadXml(path);
     files_.Add(name, path, model);
     for (const Tag& tag : TagsOf(model)) {
       RequireModest(tag, WhereIn(path, tag));

@@ -170,10 +170,8 @@ void RequireModest(const Tag& tag, const std::string& where) {
   if (tag.name == "mesh") RequireFaces(tag, where);
   std::vector<std::string> files = FilesOf(tag);
   if (tag.name == "include") files.push_back(tag.attribute("file"));
-  for (const std::string& file : files) {
-    const std::string name = file.substr(0, file.find('\0'));  // as MuJoCo reads it
-    if (fs::path(name).filename().empty()) Fail(tag, where, "file", name, " names no file");
-  }
+  for (const std::string& file : files)
+    if (fs::path(file).filename().empty()) Fail(tag, where, "file", file, " names no file");
 }
 
 void RequireSound(const fs::path& path, const std::string& bytes) {

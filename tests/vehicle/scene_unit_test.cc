@@ -247,7 +247,7 @@ TEST_F(APart, AsksForNoMoreThanASceneNeeds) {
   for (const char* tag : {"include", "include file=\"\"", "include file=\"fins/\"",
                           "mesh file=\"/\"", "texture file=\"fins/\""})
     EXPECT_THAT(said("<" + std::string(tag) + "/>"), HasSubstr("names no file")) << tag;
-  EXPECT_THAT(said(std::string("<include file=\"\0a\"/>", 20)), HasSubstr("names no file"));
+  EXPECT_THAT(said(std::string("<include file=\"a\0/\0\"/>", 22)), HasSubstr("null character"));
   EXPECT_THAT(said("<allocate/>"), HasSubstr("allocate"));  // not the machine's memory
   // what only MuJoCo decodes ends its loading, not the program
   EXPECT_THAT(said("<include file=\"&#47;\"/>"), HasSubstr("Empty filename"));
