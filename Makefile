@@ -39,14 +39,15 @@ build-tests:
 bench: build-tests
 	for b in build/bin/*_bench; do $$b || exit 1; done
 
-# What reads users' files and requests, SECONDS each, under libFuzzer or (ENGINE=afl) AFL++; see tests/fuzz/README.md.
+# What reads users' files and requests (FUZZERS of it), SECONDS each, under libFuzzer or (ENGINE=afl) AFL++; see
+# tests/fuzz/README.md.
 SECONDS ?= 60
 ENGINE ?= libfuzzer
 FUZZ_PRESET := $(if $(filter afl,$(ENGINE)),fuzz-afl,sanitize)
 fuzz: ci-setup
 	cmake --preset $(FUZZ_PRESET) -DTURBIDOCK_WERROR=ON $(CMAKE_ARGS) >/dev/null
 	cmake --build --preset $(FUZZ_PRESET) -j $(JOBS) --target turbidock_fuzzers
-	JOBS=$(JOBS) bash tests/fuzz/run.sh build-$(FUZZ_PRESET) $(SECONDS)
+	JOBS=$(JOBS) bash tests/fuzz/run.sh build-$(FUZZ_PRESET) $(SECONDS) $(FUZZERS)
 
 # Faults of the machine through the real program, with KILLS kills at random instants; as root.
 KILLS ?= 40

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
+#include <optional>
 #include <sstream>
 #include <string_view>
 #include <utility>
@@ -55,10 +56,34 @@ void RequireNumbers(const Tag& tag, const std::string& where) {
   }
 }
 
+// POINT, POINT/TEXTURE, POINT//NORMAL or POINT/TEXTURE/NORMAL, 0 for what is left out; nothing
+// where it is none of these.
+std::optional<std::array<int64_t, 3>> CornerOf(const std::string& word) {
+  std::array<int64_t, 3> corner = {0, 0, 0};
+  std::istringstream numbers(word);
+  std::string number;
+  size_t count = 0;
+  for (; std::getline(numbers, number, '/'); ++count) {
+    const std::string digits = number.starts_with('-') ? number.substr(1) : number;
+    const bool is_whole = digits.find_first_not_of("0123456789") == std::string::npos;
+    if (count >= corner.size() || !is_whole || (digits.empty() && (count != 1 || number == "-")))
+      return std::nullopt;
+    corner[count] = std::strtoll(number.c_str(), nullptr, 10);
+  }
+  if (corner[0] == 0 || word.ends_with('/')) return std::nullopt;
+  return corner;
+}
+
 // MuJoCo 2.2 follows a face to points that are not there, also where a corner names no texture
 // point or normal in a file that has some.
 void RequireFaces(const fs::path& path, const std::string& bytes) {
-  std::istringstream text(bytes);
+  const bool is_text = std::ranges::none_of(
+      bytes, [](unsigned char c) { return c < ' ' && c != '\t' && c != '\r' && c != '\n'; });
+  if (!is_text) throw ConfigError(path.string() + ": holds control characters");
+  std::string rows = bytes;
+  for (size_t i = 0; i + 1 < rows.size(); ++i)  // a row may end with a mere carriage return
+    if (rows[i] == '\r' && rows[i + 1] != '\n') rows[i] = '\n';
+  std::istringstream text(rows);
   std::array<int64_t, 3> points = {0, 0, 0};  // v, vt, vn
   constexpr std::array kNames = {"point", "texture point", "normal"};
   struct Corner {
@@ -84,12 +109,9 @@ void RequireFaces(const fs::path& path, const std::string& bytes) {
     if (word == "l" || word == "p") fail(line, "lines and points are no surface: leave them out");
     if (word != "f") continue;
     while (words >> word) {
-      Corner corner{.line = line, .point = {0, 0, 0}};
-      std::istringstream numbers(word);
-      std::string number;
-      for (size_t i = 0; i < points.size() && std::getline(numbers, number, '/'); ++i)
-        if (!number.empty()) corner.point[i] = std::strtoll(number.c_str(), nullptr, 10);
-      if (corner.point[0] == 0) fail(line, "'" + word + "' is no point of a face");
+      const auto point = CornerOf(word);
+      if (!point) fail(line, "'" + word + "' is no point of a face");
+      const Corner corner{.line = line, .point = *point};
       // counted back from the face
       for (size_t i = 0; i < points.size(); ++i) require(corner.point[i] >= -points[i], corner, i);
       corners.push_back(corner);

@@ -229,6 +229,14 @@ TEST_F(APart, NamesFilesThatStandBesideIt) {
   EXPECT_THAT(mesh("fin.obj"), HasSubstr("point -5"));
   Write("fin.obj", "f -1 -2 -3\n" + points);
   EXPECT_THAT(mesh("fin.obj"), HasSubstr("fin.obj:1: a face names point -1, the file has 0"));
+  for (const char* bad : {"3x", "3/1/1/1", "3/", "-", "+3", "3/1/x", "3/-/1"}) {
+    Write("fin.obj", points + "f 1 2 " + bad + "\n");
+    EXPECT_THAT(mesh("fin.obj"), HasSubstr(std::string("'") + bad + "' is no point of a face"));
+  }
+  Write("fin.obj", points + "v\v0 0 0\n" + faces(""));
+  EXPECT_THAT(mesh("fin.obj"), HasSubstr("fin.obj: holds control characters"));
+  Write("fin.obj", points + "v 0 0 1\rf 1 2 9\r\n" + faces(""));
+  EXPECT_THAT(mesh("fin.obj"), HasSubstr("fin.obj:6: a face names point 9"));
   Write("fin.obj", points + "f 1 2 x\n");
   EXPECT_THAT(mesh("fin.obj"), HasSubstr("fin.obj:5: 'x' is no point of a face"));
 }
