@@ -58,7 +58,7 @@ class FilesInMemory {
   FilesInMemory& operator=(const FilesInMemory&) = delete;
 
   bool Has(const std::string& name) const {
-    return !name.empty() && mj_findFileVFS(files_.get(), name.c_str()) >= 0;
+    return mj_findFileVFS(files_.get(), name.c_str()) >= 0;
   }
   // The file at `path`, which holds these bytes, under this name.
   void Add(const std::string& name, const fs::path& path, const std::string& bytes) {

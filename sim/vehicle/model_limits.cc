@@ -21,7 +21,8 @@ namespace {
 namespace fs = std::filesystem;
 
 // The most that an attribute may ask for, each of its numbers. MuJoCo allocates it, whatever the
-// machine has, or fills it for minutes.
+// machine has, or fills it for minutes. Ours: far more than any scene here needs; nstack counts
+// numbers of 8 bytes, a texture's and height field's sides pixels and points.
 struct Limit {
   std::string_view tag;
   std::string_view attribute;  // empty: every other
@@ -136,6 +137,8 @@ void RequireFaces(const Tag& tag, const std::string& where) {
     std::istringstream words(tag.attribute(attribute));
     return std::vector<double>(std::istream_iterator<double>(words), {});
   };
+  const std::string face = tag.attribute("face");
+  if (face.find('&') != std::string::npos) Fail(tag, where, "face", face, ": must be numbers");
   const size_t count = numbers("vertex").size() / 3;
   const auto points = static_cast<double>(count);
   for (const double point : numbers("face"))

@@ -16,8 +16,8 @@ std::string ReadModelFile(const std::filesystem::path& path);
 // The meshes and pictures that a tag names, as it names them.
 std::vector<std::string> FilesOf(const Tag& tag);
 
-// Of a tag, which stands at `where` ("FILE:LINE: "): no skin, no file without a name, no number
-// that asks for more memory than any scene here needs.
+// Of a tag, which stands at `where` ("FILE:LINE: "): no skin, no file without a name, no
+// face without its points, no number that asks for more memory than any scene here needs.
 void RequireModest(const Tag& tag, const std::string& where);
 
 // Of a mesh or picture and what it holds: an OBJ's faces have the points that they name, a PNG is

@@ -17,7 +17,7 @@ void InstallMujocoHandlers() {
   };
 }
 
-// Its C has the tables that an exception needs on its way: MuJoCo's users are told that they may.
+// The exception passes through MuJoCo's C, which Debian builds with the tables that it needs.
 ThrowingMujocoErrors::ThrowingMujocoErrors() {
   mju_user_error = [](const char* message) { throw std::runtime_error(message); };
 }

@@ -46,25 +46,20 @@ struct Workshop {
 vehicle::SceneFiles FilesOf(char kind, const testing::InputFile& input, const uint8_t* data,
                             size_t size) {
   static const Workshop workshop;
-  vehicle::SceneFiles files{.scene = kModels + "/sea_active.xml"};
-  std::string& vehicle = files.parts["vehicle.xml"];
-  const char* mesh = kind == 'o' ? "obj" : kind == 'm' ? "msh" : "stl";
-  switch (kind) {
-    case 'v':
-      vehicle = input.path();
-      break;
-    case 's':
-      files.scene = input.path();
-      files.parts.clear();
-      for (const char* part : {"common", "sea", "station", "marker_active", "vehicle"})
-        files.shared[part + std::string(".xml")] = kModels + "/" + part + ".xml";
-      break;
-    default:
-      vehicle = workshop.folder + "/" + mesh + ".xml";
-      std::ofstream(workshop.folder + "/fin." + mesh, std::ios::binary)
-          .write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
+  if (kind == 's') {
+    vehicle::SceneFiles files{.scene = input.path()};
+    for (const char* part : {"common", "sea", "station", "marker_active", "vehicle"})
+      files.shared[part + std::string(".xml")] = kModels + "/" + part + ".xml";
+    return files;
   }
-  return files;
+  std::string vehicle = input.path();
+  if (kind != 'v') {
+    const std::string mesh = kind == 'o' ? "obj" : kind == 'm' ? "msh" : "stl";
+    vehicle = workshop.folder + "/" + mesh + ".xml";
+    std::ofstream(workshop.folder + "/fin." + mesh, std::ios::binary)
+        .write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
+  }
+  return {.scene = kModels + "/sea_active.xml", .parts = {{"vehicle.xml", vehicle}}};
 }
 
 void Fly(const vehicle::Scene& scene) {

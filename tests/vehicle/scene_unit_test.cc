@@ -152,6 +152,11 @@ class APart : public ::testing::Test {
       LoadScene({folder_ + "scene.xml", {{"vehicle.xml", folder_ + vehicle_}}}, {});
     });
   }
+  // What is said of the vehicle with this mesh.
+  std::string Mesh(const std::string& file) {
+    return With("<asset><mesh name=\"fin\" file=\"" + file + "\"/></asset>",
+                "<geom name=\"hull_fin\" type=\"mesh\" mesh=\"fin\"/>");
+  }
   void Write(const std::string& name, const std::string& text) const {
     std::ofstream(folder_ + name) << text;
   }
@@ -175,70 +180,73 @@ TEST_F(APart, SaysNothingForTheWholeScene) {
 }
 
 TEST_F(APart, NamesFilesThatStandBesideIt) {
-  const auto mesh = [&](const std::string& file) {
-    return With("<asset><mesh name=\"fin\" file=\"" + file + "\"/></asset>",
-                "<geom name=\"hull_fin\" type=\"mesh\" mesh=\"fin\"/>");
-  };
+  EXPECT_THAT(Mesh("fin.obj"),
+              HasSubstr("mine.xml:2: <mesh file=\"fin.obj\">: " + folder_ + "fin.obj is no file"));
+  Write("unnamed.stl", "");  // not this program's to read
+  Write("fin.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n");
+  EXPECT_EQ(Mesh("fin.obj"), "no error");
+  std::filesystem::create_directories(folder_ + "meshes");
+  std::filesystem::rename(folder_ + "fin.obj", folder_ + "meshes/fin.obj");
+  EXPECT_EQ(Mesh("meshes/fin.obj"), "no error");
+}
+
+// MuJoCo follows a face wherever it points.
+TEST_F(APart, HasFacesWhosePointsAreThere) {
   const std::string points = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
   const auto faces = [](const std::string& of) {  // with the rest of each corner
     return "f 1" + of + " 3" + of + " 2" + of + "\nf 1" + of + " 2" + of + " -1" + of + "\nf 1" +
            of + " 4" + of + " 3" + of + "\nf 2" + of + " 3" + of + " 4" + of + "\n";
   };
-  EXPECT_THAT(mesh("fin.obj"),
-              HasSubstr("mine.xml:2: <mesh file=\"fin.obj\">: " + folder_ + "fin.obj is no file"));
-  Write("unnamed.stl", "");  // not this program's to read
   const std::string texture = "vt 0 0\n", normal = "vn 0 0 1\n";
   Write("fin.obj", points + faces(""));
-  EXPECT_EQ(mesh("fin.obj"), "no error");
+  EXPECT_EQ(Mesh("fin.obj"), "no error");
   Write("fin.obj", points + texture + faces("/1"));
-  EXPECT_EQ(mesh("fin.obj"), "no error");
+  EXPECT_EQ(Mesh("fin.obj"), "no error");
   Write("fin.obj", points + texture + normal + faces("/-1/1"));
-  EXPECT_EQ(mesh("fin.obj"), "no error");
+  EXPECT_EQ(Mesh("fin.obj"), "no error");
   Write("fin.obj", points + normal + faces("//-1"));
-  EXPECT_EQ(mesh("fin.obj"), "no error");
-  std::filesystem::create_directories(folder_ + "meshes");
-  std::filesystem::rename(folder_ + "fin.obj", folder_ + "meshes/fin.obj");
-  EXPECT_EQ(mesh("meshes/fin.obj"), "no error");
+  EXPECT_EQ(Mesh("fin.obj"), "no error");
   Write("fin.obj", points + faces("/1"));
-  EXPECT_THAT(mesh("fin.obj"),
+  EXPECT_THAT(Mesh("fin.obj"),
               HasSubstr("fin.obj:5: a face names texture point 1, the file has 0"));
   Write("fin.obj", points + texture + "f 1/1 2/1 3\n");
-  EXPECT_THAT(mesh("fin.obj"), HasSubstr("fin.obj:6: a face names no texture point, the file has "
+  EXPECT_THAT(Mesh("fin.obj"), HasSubstr("fin.obj:6: a face names no texture point, the file has "
                                          "1: each corner must name one, or the file have none"));
   Write("fin.obj", points + texture + normal + faces("/1"));
-  EXPECT_THAT(mesh("fin.obj"), HasSubstr("fin.obj:7: a face names no normal"));
+  EXPECT_THAT(Mesh("fin.obj"), HasSubstr("fin.obj:7: a face names no normal"));
   Write("fin.obj", points);  // their hull
-  EXPECT_EQ(mesh("fin.obj"), "no error");
+  EXPECT_EQ(Mesh("fin.obj"), "no error");
   Write("fin.obj", points + normal);
-  EXPECT_THAT(mesh("fin.obj"), HasSubstr("fin.obj: has no faces"));
+  EXPECT_THAT(Mesh("fin.obj"), HasSubstr("fin.obj: has no faces"));
   Write("fin.OBJ", "v 0 0 0\nv 1 0 0\nv 0 1 0\n");
-  EXPECT_THAT(mesh("fin.OBJ"), HasSubstr("fin.OBJ: has no faces; points alone are at least four"));
+  EXPECT_THAT(Mesh("fin.OBJ"), HasSubstr("fin.OBJ: has no faces; points alone are at least four"));
   const auto written = [&](const std::string& face) {
     return With("<asset><mesh name=\"fin\" vertex=\"0 0 0 1 0 0 0 1 0 0 0 1\" face=\"" + face +
                 "\"/></asset>");
   };
+  EXPECT_THAT(written("0 1 &#57;"), HasSubstr("must be numbers"));
   EXPECT_EQ(written("0 2 1 0 1 3 0 3 2 1 2 3"), "no error");
   EXPECT_THAT(written("0 1 4"), HasSubstr("<mesh face>: names point 4, the mesh has 4"));
   EXPECT_THAT(written("0 -1 2"), HasSubstr("names point -1"));
   Write("fin.obj", points + "l 1 2\n" + faces(""));
-  EXPECT_THAT(mesh("fin.obj"), HasSubstr("fin.obj:5: lines and points are no surface"));
+  EXPECT_THAT(Mesh("fin.obj"), HasSubstr("fin.obj:5: lines and points are no surface"));
   Write("fin.obj", points + "f 1 2 999999999\n");
-  EXPECT_THAT(mesh("fin.obj"),
+  EXPECT_THAT(Mesh("fin.obj"),
               HasSubstr("fin.obj:5: a face names point 999999999, the file has 4"));
   Write("fin.obj", points + "f 1 2 -5\n");
-  EXPECT_THAT(mesh("fin.obj"), HasSubstr("point -5"));
+  EXPECT_THAT(Mesh("fin.obj"), HasSubstr("point -5"));
   Write("fin.obj", "f -1 -2 -3\n" + points);
-  EXPECT_THAT(mesh("fin.obj"), HasSubstr("fin.obj:1: a face names point -1, the file has 0"));
+  EXPECT_THAT(Mesh("fin.obj"), HasSubstr("fin.obj:1: a face names point -1, the file has 0"));
   for (const char* bad : {"3x", "3/1/1/1", "3/", "-", "+3", "3/1/x", "3/-/1"}) {
     Write("fin.obj", points + "f 1 2 " + bad + "\n");
-    EXPECT_THAT(mesh("fin.obj"), HasSubstr(std::string("'") + bad + "' is no point of a face"));
+    EXPECT_THAT(Mesh("fin.obj"), HasSubstr(std::string("'") + bad + "' is no point of a face"));
   }
   Write("fin.obj", points + "v\v0 0 0\n" + faces(""));
-  EXPECT_THAT(mesh("fin.obj"), HasSubstr("fin.obj: holds control characters"));
+  EXPECT_THAT(Mesh("fin.obj"), HasSubstr("fin.obj: holds control characters"));
   Write("fin.obj", points + "v 0 0 1\rf 1 2 9\r\n" + faces(""));
-  EXPECT_THAT(mesh("fin.obj"), HasSubstr("fin.obj:6: a face names point 9"));
+  EXPECT_THAT(Mesh("fin.obj"), HasSubstr("fin.obj:6: a face names point 9"));
   Write("fin.obj", points + "f 1 2 x\n");
-  EXPECT_THAT(mesh("fin.obj"), HasSubstr("fin.obj:5: 'x' is no point of a face"));
+  EXPECT_THAT(Mesh("fin.obj"), HasSubstr("fin.obj:5: 'x' is no point of a face"));
 }
 
 // Numbers that would take gigabytes or minutes, names that end the program.
