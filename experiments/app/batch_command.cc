@@ -14,7 +14,7 @@
 #include "experiments/farm/plan.h"
 #include "experiments/farm/result_store.h"
 #include "experiments/farm/summary.h"
-#include "experiments/media/plot.h"
+#include "experiments/media/figure.h"
 #include "experiments/page/batch_page.h"
 #include "experiments/report/json.h"
 #include "experiments/studies/curve/success_curve.h"

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <string_view>
 
 namespace turbidock::report {
 namespace {
@@ -21,29 +22,48 @@ std::string MarkdownRow(const std::vector<std::string>& cells) {
   return row;
 }
 
+// Titles, then rows.
+std::vector<std::vector<std::string>> Lines(const Table& table) {
+  std::vector<std::vector<std::string>> lines(1);
+  for (const Table::Column& column : table.columns()) lines[0].push_back(column.title);
+  for (const auto& row : table.rows()) {
+    lines.emplace_back();
+    for (const Cell& cell : row) lines.back().push_back(cell.text);
+  }
+  return lines;
+}
+
+// As many as are seen: bytes that go on with a letter of UTF-8 are none.
+size_t Letters(std::string_view text) {
+  const auto begins = [](char c) { return (c & 0xc0) != 0x80; };
+  return static_cast<size_t>(std::count_if(text.begin(), text.end(), begins));
+}
+
 }  // namespace
 
-Table::Table(const std::vector<std::string>& heads) : rows_(1) {
-  for (const std::string& head : heads) {
-    left_.push_back(head.starts_with('<'));
-    rows_[0].push_back(head.substr(left_.back() ? 1 : 0));
+Table::Table(const std::vector<std::string>& titles) {
+  for (const std::string& title : titles) {
+    const bool is_text = title.starts_with('<');
+    columns_.push_back({title.substr(is_text ? 1 : 0), is_text});
   }
 }
 
-void Table::Row(std::vector<std::string> cells) {
-  cells.resize(left_.size());
+void Table::Row(std::vector<Cell> cells) {
+  cells.resize(columns_.size());
   rows_.push_back(std::move(cells));
 }
 
 std::string Table::Text() const {
-  std::vector<size_t> widths(left_.size());
-  for (const auto& row : rows_)
-    for (size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
+  const auto lines = Lines(*this);
+  std::vector<size_t> widths(columns_.size());
+  for (const auto& line : lines)
+    for (size_t i = 0; i < line.size(); ++i) widths[i] = std::max(widths[i], Letters(line[i]));
   std::string text;
-  for (const auto& row : rows_) {
-    for (size_t i = 0; i < row.size(); ++i)
-      text += (i == 0 ? "" : "  ") + (left_[i] ? fmt::format("{:<{}}", row[i], widths[i])
-                                               : fmt::format("{:>{}}", row[i], widths[i]));
+  for (const auto& line : lines) {
+    for (size_t i = 0; i < line.size(); ++i) {
+      const std::string gap(widths[i] - Letters(line[i]), ' ');
+      text += (i == 0 ? "" : "  ") + (columns_[i].is_text ? line[i] + gap : gap + line[i]);
+    }
     text.erase(text.find_last_not_of(' ') + 1);
     text += '\n';
   }
@@ -51,9 +71,10 @@ std::string Table::Text() const {
 }
 
 std::string Table::Markdown() const {
-  std::string text = MarkdownRow(rows_[0]) + "\n|";
-  for (const bool left : left_) text += left ? "---|" : "---:|";
-  for (size_t i = 1; i < rows_.size(); ++i) text += "\n" + MarkdownRow(rows_[i]);
+  const auto lines = Lines(*this);
+  std::string text = MarkdownRow(lines[0]) + "\n|";
+  for (const Column& column : columns_) text += column.is_text ? "---|" : "---:|";
+  for (size_t i = 1; i < lines.size(); ++i) text += "\n" + MarkdownRow(lines[i]);
   return text + "\n";
 }
 

@@ -1,26 +1,55 @@
 #pragma once
-// Tables for people: aligned for a terminal, or as Markdown; and the words of their cells.
+// A table of texts, and the words of its cells. Every renderer of a report draws the same table.
 
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "sim/base/fields.h"
+
 namespace turbidock::report {
+
+// What a verdict, a fact or a cell says: said by a word, supported by a colour.
+enum class Tone { kNone, kGood, kBad };
+constexpr auto Names(Tone) {
+  using enum Tone;
+  return EnumList<Tone>({{kNone, "none"}, {kGood, "good"}, {kBad, "bad"}});
+}
+
+struct Cell {
+  std::string text = {};
+  Tone tone = Tone::kNone;
+  std::string link = {};  // the id of what it opens in a page (report.h); empty: nothing
+
+  Cell() = default;
+  Cell(std::string words) : text(std::move(words)) {}  // NOLINT: a text is a cell
+  Cell(const char* words) : text(words) {}             // NOLINT
+  Cell(std::string words, Tone said, std::string opens = {})
+      : text(std::move(words)), tone(said), link(std::move(opens)) {}
+};
 
 class Table {
  public:
-  // Cells begin in line under a head that begins with '<', which is not shown; the others end in
-  // line, as numbers should.
-  explicit Table(const std::vector<std::string>& heads);
+  struct Column {
+    std::string title;
+    bool is_text = false;  // its cells begin in line; others end in line, as numbers should
+  };
 
-  void Row(std::vector<std::string> cells);
+  // A column whose title begins with '<', which is not shown, is of text.
+  explicit Table(const std::vector<std::string>& titles);
+
+  // Missing cells at the end are empty.
+  void Row(std::vector<Cell> cells);
+
+  const std::vector<Column>& columns() const { return columns_; }
+  const std::vector<std::vector<Cell>>& rows() const { return rows_; }
 
   std::string Text() const;      // columns two spaces apart, no spaces at the ends of lines
   std::string Markdown() const;  // bars in cells are escaped, line breaks are spaces
 
  private:
-  std::vector<bool> left_;                      // by column
-  std::vector<std::vector<std::string>> rows_;  // the first has the heads
+  std::vector<Column> columns_;
+  std::vector<std::vector<Cell>> rows_;
 };
 
 // The number that a text is as a whole, if it is one.

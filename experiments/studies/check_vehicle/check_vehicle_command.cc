@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "experiments/app/commands.h"
-#include "experiments/media/plot.h"
+#include "experiments/media/figure.h"
 #include "experiments/report/json.h"
 #include "experiments/studies/check_vehicle/check_vehicle.h"
 #include "experiments/studies/check_vehicle/check_vehicle_report.h"

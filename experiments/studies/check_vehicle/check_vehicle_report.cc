@@ -6,7 +6,7 @@
 #include <numbers>
 #include <utility>
 
-#include "experiments/media/plot.h"
+#include "experiments/media/figure.h"
 #include "experiments/report/table.h"
 #include "sim/base/units.h"
 
@@ -26,71 +26,71 @@ std::string Vector(const Eigen::Vector3d& p, int digits) {
 }
 
 // The thrusters as arrows in a plane of B, with what they are called.
-media::Panel Layout(const std::string& title, const VehicleCheck& check, int across, int up,
-                    const std::string& across_label, const std::string& up_label) {
+report::Panel Layout(const std::string& title, const VehicleCheck& check, int across, int up,
+                     const std::string& across_label, const std::string& up_label) {
   constexpr double kLongest_m = 0.15;
   double most = 0;
   for (const ThrusterReport& t : check.thrusters) most = std::max(most, t.forward_newton);
-  media::Panel panel{.title = title,
-                     .x = {.label = across_label, .tick_step = 0.1},
-                     .y = {.label = up_label, .tick_step = 0.1},
-                     .legend = up == 1 ? media::Legend::kBeside : media::Legend::kNone};
+  report::Panel panel{.title = title,
+                      .x = {.label = across_label, .tick_step = 0.1},
+                      .y = {.label = up_label, .tick_step = 0.1},
+                      .legend = up == 1 ? report::Legend::kBeside : report::Legend::kNone};
   for (size_t i = 0; i < check.thrusters.size(); ++i) {
     const ThrusterReport& t = check.thrusters[i];
     const double length_m = most > 0 ? kLongest_m * t.forward_newton / most : 0;
     const Eigen::Vector3d tip = t.p_BT_m + length_m * t.axis_B;
     panel.series.push_back({.name = t.name,
                             .points = {{t.p_BT_m[across], t.p_BT_m[up]}, {tip[across], tip[up]}},
-                            .color = media::CurveColor(i),
+                            .color = report::CurveColor(i),
                             .width_px = 3});
     panel.series.push_back({.points = {{t.p_BT_m[across], t.p_BT_m[up]}},
-                            .color = media::CurveColor(i),
-                            .mark = media::Mark::kDots,
+                            .color = report::CurveColor(i),
+                            .mark = report::Mark::kDots,
                             .dot_px = 12});
   }
   return panel;
 }
 
-media::Panel Bars(const std::string& title, const std::string& label, const VehicleCheck& check,
-                  double AxisReport::*ahead, double AxisReport::*back, double unit) {
-  media::Panel panel{.title = title,
-                     .x = {.low = -0.6, .high = 3.6, .names = {}},
-                     .y = {.label = label},
-                     .rules = {{0}}};
+report::Panel Bars(const std::string& title, const std::string& label, const VehicleCheck& check,
+                   double AxisReport::*ahead, double AxisReport::*back, double unit) {
+  report::Panel panel{.title = title,
+                      .x = {.low = -0.6, .high = 3.6, .names = {}},
+                      .y = {.label = label},
+                      .rules = {{0}}};
   for (size_t i = 0; i < check.axes.size(); ++i) {
     panel.x.names.push_back(check.axes[i].axis);
     const auto x = static_cast<double>(i);
     const double high = unit * (check.axes[i].*ahead), low = unit * (check.axes[i].*back);
     panel.series.push_back({.points = {{x, high, 0, high}, {x, low, low, 0}},
-                            .color = media::CurveColor(i),
-                            .mark = media::Mark::kBars,
+                            .color = report::CurveColor(i),
+                            .mark = report::Mark::kBars,
                             .width_px = 8});
   }
   return panel;
 }
 
-media::Panel Loads(const VehicleCheck& check) {
-  media::Panel panel{.title = "what the sea asks for",
-                     .x = {.low = -0.6, .high = 2.6, .names = {}},
-                     .y = {.label = "% of the most force", .low = 0},
-                     .rules = {{100, "", media::kGrey, media::Mark::kLine}}};
+report::Panel Loads(const VehicleCheck& check) {
+  report::Panel panel{.title = "what the sea asks for",
+                      .x = {.low = -0.6, .high = 2.6, .names = {}},
+                      .y = {.label = "% of the most force", .low = 0},
+                      .rules = {{100, "", report::kGrey, report::Mark::kLine}}};
   for (size_t i = 0; i < 3; ++i) {
     const AxisReport& axis = check.axes[i];
     panel.x.names.push_back(axis.axis);
     const double share = 100 * axis.load / std::min(axis.most, -axis.most_back);
     panel.series.push_back({.points = {{static_cast<double>(i), share, 0, share}},
-                            .color = media::CurveColor(i),
-                            .mark = media::Mark::kBars,
+                            .color = report::CurveColor(i),
+                            .mark = report::Mark::kBars,
                             .width_px = 8});
   }
   return panel;
 }
 
-media::Panel Swinging(const VehicleCheck& check) {
-  media::Panel panel{.title = "let go at 5 degrees",
-                     .x = {.label = "time [s]"},
-                     .y = {.label = "angle [deg]"},
-                     .legend = media::Legend::kBeside};
+report::Panel Swinging(const VehicleCheck& check) {
+  report::Panel panel{.title = "let go at 5 degrees",
+                      .x = {.label = "time [s]"},
+                      .y = {.label = "angle [deg]"},
+                      .legend = report::Legend::kBeside};
   double longest_s = 1;
   for (const Swing& swing : check.swings) longest_s = std::max(longest_s, 5 * swing.period_s);
   for (size_t i = 0; i < check.swings.size(); ++i) {
@@ -100,12 +100,12 @@ media::Panel Swinging(const VehicleCheck& check) {
                          std::sqrt(std::max(1e-12, 1 - swing.damping_ratio * swing.damping_ratio));
     panel.series.push_back(
         {.name = swing.axis,
-         .points = media::SamplesOf(
-             media::Evenly(0, longest_s, 600),
+         .points = report::SamplesOf(
+             report::Evenly(0, longest_s, 600),
              [&](double t_s) {
-               return media::Sample{t_s, 5 * std::exp(-decay * t_s) * std::cos(omega * t_s)};
+               return report::Sample{t_s, 5 * std::exp(-decay * t_s) * std::cos(omega * t_s)};
              }),
-         .color = media::CurveColor(i)});
+         .color = report::CurveColor(i)});
   }
   return panel;
 }

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "experiments/config/nearest_name.h"
-#include "experiments/media/plot.h"
+#include "experiments/media/figure.h"
 #include "experiments/report/json.h"
 #include "experiments/statistics/paired_tests.h"
 #include "sim/base/check.h"
@@ -212,12 +212,12 @@ std::string ComparisonJson(const std::string& name_a, const std::string& name_b,
 void WriteComparisonFigure(const std::string& path, const std::vector<ComparisonGroup>& groups,
                            const std::string& name_a, const std::string& name_b) {
   // Paths are too long for it; the other panel's axes name both.
-  media::Panel rates{.title = "success rate, the second less the first",
-                     .x = {"percentage points, 95 %", -100, 100},
-                     .y = {"", static_cast<double>(groups.size()) - 0.4, -0.6},
-                     .series = {{.mark = media::Mark::kBarsAlongX}},
-                     .rules = {{.at = 0, .is_up = true}}};
-  std::vector<media::Sample> times;
+  report::Panel rates{.title = "success rate, the second less the first",
+                      .x = {"percentage points, 95 %", -100, 100},
+                      .y = {"", static_cast<double>(groups.size()) - 0.4, -0.6},
+                      .series = {{.mark = report::Mark::kBarsAlongX}},
+                      .rules = {{.at = 0, .is_up = true}}};
+  std::vector<report::Sample> times;
   double longest_s = 1;
   for (const ComparisonGroup& group : groups) {
     const RateComparison c = CompareRates(group.pairs);
@@ -231,11 +231,11 @@ void WriteComparisonFigure(const std::string& path, const std::vector<Comparison
     }
   }
   const double end_s = 1.05 * longest_s;
-  const media::Panel docked{.title = "time to dock of pairs that docked in both",
-                            .x = {name_a + " (s)", 0, end_s},
-                            .y = {name_b + " (s)", 0, end_s},
-                            .series = {{"", {{0, 0}, {end_s, end_s}}, media::kGrey},
-                                       {"", times, media::CurveColor(0), media::Mark::kDots}}};
+  const report::Panel docked{.title = "time to dock of pairs that docked in both",
+                             .x = {name_a + " (s)", 0, end_s},
+                             .y = {name_b + " (s)", 0, end_s},
+                             .series = {{"", {{0, 0}, {end_s, end_s}}, report::kGrey},
+                                        {"", times, report::CurveColor(0), report::Mark::kDots}}};
   media::WriteFigure(path,
                      {.columns = 2, .width_px = 700, .height_px = 600, .panels = {rates, docked}});
 }

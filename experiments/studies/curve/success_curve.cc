@@ -6,7 +6,7 @@
 #include <map>
 
 #include "experiments/farm/summary.h"
-#include "experiments/media/plot.h"
+#include "experiments/media/figure.h"
 #include "experiments/report/json.h"
 #include "experiments/report/table.h"
 
@@ -36,19 +36,19 @@ double Rate(const SuccessPoint& point) {
 }
 
 // The errors over the same doses as the success.
-media::Panel ErrorPanel(const media::Panel& success, const std::vector<SuccessCurve>& curves,
-                        double shift) {
-  media::Panel panel{
+report::Panel ErrorPanel(const report::Panel& success, const std::vector<SuccessCurve>& curves,
+                         double shift) {
+  report::Panel panel{
       .x = success.x,
       .y = {"position error of the estimate once docked, mm (median)", 0.3, 300, true},
-      .legend = media::Legend::kAbove};
+      .legend = report::Legend::kAbove};
   for (size_t i = 0; i < curves.size(); ++i) {
     const double moved = shift * static_cast<double>(i);
     const auto sample = [&](const ErrorPoint& p) {
-      return media::SampleWithin(p.dose + moved, p.median_m, p.interval_m, 1000);
+      return report::SampleWithin(p.dose + moved, p.median_m, p.interval_m, 1000);
     };
-    panel.series.push_back({curves[i].name, media::SamplesOf(curves[i].errors, sample),
-                            media::CurveColor(i), media::Mark::kLineWithBars});
+    panel.series.push_back({curves[i].name, report::SamplesOf(curves[i].errors, sample),
+                            report::CurveColor(i), report::Mark::kLineWithBars});
   }
   return panel;
 }
@@ -155,27 +155,29 @@ void WriteSuccessFigure(const std::string& path, const std::string& title, const
     high = std::max(high, curve.points.back().dose);
   }
   const double margin = high > low ? 0.03 * (high - low) : 1;
-  media::Panel panel{.x = {over, low - margin, high + margin},
-                     .y = {"success rate, % (95 % intervals)", -3, 103},
-                     .rules = {{50}},
-                     .legend = media::Legend::kAbove};
+  report::Panel panel{.x = {over, low - margin, high + margin},
+                      .y = {"success rate, % (95 % intervals)", -3, 103},
+                      .rules = {{50}},
+                      .legend = report::Legend::kAbove};
   for (size_t i = 0; i < curves.size(); ++i) {
     const SuccessCurve& curve = curves[i];
     // Side by side where curves share a value, or their intervals would hide each other.
     const double shift =
         margin / 6 * (static_cast<double>(i) - (static_cast<double>(curves.size()) - 1) / 2);
     const auto counted = [&](const SuccessPoint& p) {
-      return media::SampleWithin(p.dose + shift, Rate(p), p.wilson, 100);
+      return report::SampleWithin(p.dose + shift, Rate(p), p.wilson, 100);
     };
-    const auto fitted = [&](double dose) { return media::Sample{dose, 100 * curve.fit->At(dose)}; };
+    const auto fitted = [&](double dose) {
+      return report::Sample{dose, 100 * curve.fit->At(dose)};
+    };
     panel.series.push_back({(curve.name.empty() ? "success" : curve.name) + ": " + HalfText(curve),
-                            media::SamplesOf(curve.points, counted), media::CurveColor(i),
-                            media::Mark::kBars});
+                            report::SamplesOf(curve.points, counted), report::CurveColor(i),
+                            report::Mark::kBars});
     if (curve.fit)
       panel.series.push_back(
-          {"", media::SamplesOf(media::Evenly(low, high, 300), fitted), media::CurveColor(i)});
+          {"", report::SamplesOf(report::Evenly(low, high, 300), fitted), report::CurveColor(i)});
   }
-  media::Figure figure{.title = title, .panels = {panel}};
+  report::Figure figure{.title = title, .panels = {panel}};
   if (with_errors) {
     figure.columns = 2;
     figure.panels.push_back(ErrorPanel(panel, curves, margin / 6));

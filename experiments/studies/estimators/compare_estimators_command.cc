@@ -6,7 +6,7 @@
 #include "experiments/app/commands.h"
 #include "experiments/app/farm_arguments.h"
 #include "experiments/app/progress.h"
-#include "experiments/media/plot.h"
+#include "experiments/media/figure.h"
 #include "experiments/studies/estimators/compare_estimators.h"
 #include "experiments/system/output_path.h"
 #include "sim/base/units.h"

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "experiments/media/plot.h"
+#include "experiments/media/figure.h"
 #include "experiments/report/json.h"
 #include "experiments/report/table.h"
 #include "experiments/studies/estimators/compare_estimators.h"
@@ -161,26 +161,26 @@ void WriteCompareFigure(const std::string& path, const std::vector<CompareRow>& 
                               return r.cell.milk_ml_m3;
                             }).cell.milk_ml_m3;
   const double margin_ml_m3 = most_ml_m3 > 0 ? 0.04 * most_ml_m3 : 1;
-  media::Figure figure{.columns = 3, .width_px = 500, .height_px = 360};
+  report::Figure figure{.columns = 3, .width_px = 500, .height_px = 360};
   for (const std::string& title : panels) {
-    media::Panel found{.title = title,
-                       .x = {"milk [ml/m³]", -margin_ml_m3, most_ml_m3 + margin_ml_m3},
-                       .y = {"found [%]", -3, 103}};
-    media::Panel position = found, rotation = found;
+    report::Panel found{.title = title,
+                        .x = {"milk [ml/m³]", -margin_ml_m3, most_ml_m3 + margin_ml_m3},
+                        .y = {"found [%]", -3, 103}};
+    report::Panel position = found, rotation = found;
     position.y = {"median error [mm]", 0.05, 2000, true};
     rotation.y = {"median error [deg]", 0.02, 100, true};
-    rotation.legend = media::Legend::kBeside;
+    rotation.legend = report::Legend::kBeside;
     for (size_t l = 0; l < lines.size(); ++l) {
-      media::Series shares{lines[l], {}, media::CurveColor(l), media::Mark::kLineWithBars};
-      media::Series errors = shares, turns = shares;
+      report::Series shares{lines[l], {}, report::CurveColor(l), report::Mark::kLineWithBars};
+      report::Series errors = shares, turns = shares;
       for (const CompareRow& r : rows) {
         if (PlaceOf(r, one) != Place{title, lines[l]}) continue;
         const double milk = r.cell.milk_ml_m3, share = static_cast<double>(r.found) / r.starts;
-        shares.points.push_back(media::SampleWithin(milk, share, r.found_interval, 100));
+        shares.points.push_back(report::SampleWithin(milk, share, r.found_interval, 100));
         errors.points.push_back(
-            media::SampleWithin(milk, r.error_median_m, r.error_median_interval_m, MmFromM(1)));
-        turns.points.push_back(media::SampleWithin(milk, r.rotation_median_rad,
-                                                   r.rotation_median_interval_rad, DegFromRad(1)));
+            report::SampleWithin(milk, r.error_median_m, r.error_median_interval_m, MmFromM(1)));
+        turns.points.push_back(report::SampleWithin(milk, r.rotation_median_rad,
+                                                    r.rotation_median_interval_rad, DegFromRad(1)));
       }
       found.series.push_back(shares);
       position.series.push_back(errors);

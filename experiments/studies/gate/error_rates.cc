@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "experiments/media/plot.h"
+#include "experiments/media/figure.h"
 #include "sim/base/random.h"
 
 namespace turbidock::gate {
@@ -74,9 +74,9 @@ double WriteErrorRateFigure(const std::string& path, const statistics::RateTestD
 
   using Characteristic = statistics::RateTest::Characteristic;
   std::vector<std::pair<double, Characteristic>> exact, counted;  // over the true rate
-  for (const double p : media::Evenly(from, to, 200)) exact.emplace_back(p, test.At(p));
+  for (const double p : report::Evenly(from, to, 200)) exact.emplace_back(p, test.At(p));
   double worst = 0;
-  for (const double p : media::Evenly(from, to, 16)) {
+  for (const double p : report::Evenly(from, to, 16)) {
     const ErrorRates rates =
         SimulateSequences({.old_rate = design.no_worse, .new_rate = p}, design, sequences, seed);
     const Characteristic c = test.At(p);
@@ -90,24 +90,24 @@ double WriteErrorRateFigure(const std::string& path, const statistics::RateTestD
     counted.push_back({p, {fail, pass, 1 - fail - pass, rates.mean_trials}});
   }
 
-  media::Panel verdicts{
+  report::Panel verdicts{
       .x = {"true success rate", from, to},
       .y = {"probability of the verdict", 0, 1},
       .rules = {{.at = design.worse, .is_up = true}, {.at = design.no_worse, .is_up = true}},
-      .legend = media::Legend::kAbove};
-  media::Panel trials = verdicts;
+      .legend = report::Legend::kAbove};
+  report::Panel trials = verdicts;
   trials.y = {"trials", 0};
   trials.rules.push_back({static_cast<double>(fixed.trials), "test of fixed size", {0, 0, 0}});
-  const auto draw = [&](media::Panel* panel, const char* name, const Rgb& color,
+  const auto draw = [&](report::Panel* panel, const char* name, const Rgb& color,
                         double Characteristic::*value) {
-    const auto point = [&](const auto& at) { return media::Sample{at.first, at.second.*value}; };
-    panel->series.push_back({name, media::SamplesOf(exact, point), color});
-    panel->series.push_back({"", media::SamplesOf(counted, point), color, media::Mark::kDots});
+    const auto point = [&](const auto& at) { return report::Sample{at.first, at.second.*value}; };
+    panel->series.push_back({name, report::SamplesOf(exact, point), color});
+    panel->series.push_back({"", report::SamplesOf(counted, point), color, report::Mark::kDots});
   };
-  draw(&verdicts, "fail", media::CurveColor(1), &Characteristic::p_fail);
-  draw(&verdicts, "pass", media::CurveColor(2), &Characteristic::p_pass);
-  draw(&verdicts, "inconclusive", media::kGrey, &Characteristic::p_inconclusive);
-  draw(&trials, "expected, sequential", media::CurveColor(0), &Characteristic::expected_trials);
+  draw(&verdicts, "fail", report::CurveColor(1), &Characteristic::p_fail);
+  draw(&verdicts, "pass", report::CurveColor(2), &Characteristic::p_pass);
+  draw(&verdicts, "inconclusive", report::kGrey, &Characteristic::p_inconclusive);
+  draw(&trials, "expected, sequential", report::CurveColor(0), &Characteristic::expected_trials);
   const std::string title = fmt::format(
       "Gate: {:g} against {:g}, alpha {:g}, beta {:g}, at most {} trials; points: {} simulated "
       "sequences each",

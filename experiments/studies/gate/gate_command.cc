@@ -11,7 +11,7 @@
 #include "experiments/app/farm_arguments.h"
 #include "experiments/app/plan_arguments.h"
 #include "experiments/app/progress.h"
-#include "experiments/media/plot.h"
+#include "experiments/media/figure.h"
 #include "experiments/page/study_page.h"
 #include "experiments/report/json.h"
 #include "experiments/report/table.h"

@@ -12,7 +12,7 @@
 
 #include "experiments/config/yaml_node.h"
 #include "experiments/farm/result_store.h"
-#include "experiments/media/plot.h"
+#include "experiments/media/figure.h"
 #include "experiments/report/json.h"
 #include "experiments/report/table.h"
 #include "experiments/statistics/intervals.h"
@@ -365,16 +365,16 @@ std::string DesignJson(const GateDesign& design, const DesignOptions& options) {
 void WriteDesignFigure(const std::string& path, const GateDesign& design,
                        const DesignOptions& options) {
   const double least = std::max(0.02, options.from - 3 * (options.from - options.to));
-  media::Panel panel{.x = {fmt::format("what is left of a success rate of {:g}", options.from),
-                           least, options.from},
-                     .y = {"probability that the gate fails", 0, 1},
-                     .rules = {{.at = options.to, .is_up = true}},
-                     .legend = media::Legend::kAbove};
+  report::Panel panel{.x = {fmt::format("what is left of a success rate of {:g}", options.from),
+                            least, options.from},
+                      .y = {"probability that the gate fails", 0, 1},
+                      .rules = {{.at = options.to, .is_up = true}},
+                      .legend = report::Legend::kAbove};
   const int of_all = static_cast<int>(std::ssize(design.chosen));  // which share alpha
   const auto draw = [&](const std::string& name, const std::vector<DesignedCondition>& conditions,
                         const Rgb& color) {
-    std::vector<media::Sample> samples;
-    for (const double to : media::Evenly(least, options.from - 1e-6, 60))
+    std::vector<report::Sample> samples;
+    for (const double to : report::Evenly(least, options.from - 1e-6, 60))
       samples.push_back({to, PowerOf(conditions, options, of_all, to)});
     panel.series.push_back({name, samples, color});
   };
@@ -382,7 +382,7 @@ void WriteDesignFigure(const std::string& path, const GateDesign& design,
   draw("the gate", chosen, {0, 0, 0});
   for (size_t i = 0; i < chosen.size(); ++i)
     draw(chosen[i].name + (chosen[i].easy ? " (easy)" : ""), {chosen[i]},
-         chosen[i].easy ? media::kGrey : media::CurveColor(static_cast<int>(i)));
+         chosen[i].easy ? report::kGrey : report::CurveColor(static_cast<int>(i)));
   media::WriteFigure(
       path, {.title = fmt::format("Designed gate: {:.0f} s without change, power {:.2f} at {:g}",
                                   design.unchanged_s, design.power, options.to),

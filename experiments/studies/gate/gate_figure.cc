@@ -7,10 +7,10 @@
 namespace turbidock::gate {
 namespace {
 
-using media::Mark;
-using media::Sample;
+using report::Mark;
+using report::Sample;
 
-media::Panel PathPanel(const ConditionReport& condition) {
+report::Panel PathPanel(const ConditionReport& condition) {
   const MeasureReport& rate = condition.measures.front();
   const auto run =
       static_cast<size_t>(std::count_if(condition.path.begin(), condition.path.end(),
@@ -20,24 +20,24 @@ media::Panel PathPanel(const ConditionReport& condition) {
   const std::vector<Look> looks(condition.path.begin(),
                                 condition.path.begin() + static_cast<int64_t>(shown));
   const auto over_trials = [&](std::optional<int> Look::*count) {
-    return media::SamplesOf(looks, [&](const Look& look) {
+    return report::SamplesOf(looks, [&](const Look& look) {
       const std::optional<int>& y = look.*count;
-      return Sample{static_cast<double>(look.trials), y ? *y : media::kOpen};
+      return Sample{static_cast<double>(look.trials), y ? *y : report::kOpen};
     });
   };
-  media::Panel panel{
+  report::Panel panel{
       .title = condition.name + ": " +
                (rate.decided_after_trials ? fmt::format("{} after {} trials", NameOf(rate.verdict),
                                                         *rate.decided_after_trials)
                                           : std::string("not known")),
       .x = {"trials", 0},
       .y = {condition.paired ? "seeds that no longer dock" : "trials that did not dock", -0.4},
-      .series = {{"fails", over_trials(&Look::fails_at), media::CurveColor(1), Mark::kSteps},
-                 {"passes", over_trials(&Look::passes_at), media::CurveColor(2), Mark::kSteps},
-                 {"so far", over_trials(&Look::worse), media::CurveColor(0), Mark::kSteps, 3.5}},
-      .legend = media::Legend::kAbove};
+      .series = {{"fails", over_trials(&Look::fails_at), report::CurveColor(1), Mark::kSteps},
+                 {"passes", over_trials(&Look::passes_at), report::CurveColor(2), Mark::kSteps},
+                 {"so far", over_trials(&Look::worse), report::CurveColor(0), Mark::kSteps, 3.5}},
+      .legend = report::Legend::kAbove};
   double top = 3;
-  for (const media::Series& series : panel.series)
+  for (const report::Series& series : panel.series)
     for (const Sample& sample : series.points)
       if (sample.y >= top) top = sample.y + 0.6;
   panel.y.high = top;
@@ -45,21 +45,21 @@ media::Panel PathPanel(const ConditionReport& condition) {
   return panel;
 }
 
-media::Panel RatesPanel(const std::vector<ConditionReport>& conditions) {
-  media::Series before{"baseline", {}, media::CurveColor(7), Mark::kBars};
-  media::Series now{"now", {}, media::CurveColor(0), Mark::kBars};
+report::Panel RatesPanel(const std::vector<ConditionReport>& conditions) {
+  report::Series before{"baseline", {}, report::CurveColor(7), Mark::kBars};
+  report::Series now{"now", {}, report::CurveColor(0), Mark::kBars};
   before.dot_px = now.dot_px = 9;
-  media::Panel panel{.title = "baseline and now, 95 % intervals",
-                     .y = {"docked [%]", -3, 103},
-                     .legend = media::Legend::kAbove};
+  report::Panel panel{.title = "baseline and now, 95 % intervals",
+                      .y = {"docked [%]", -3, 103},
+                      .legend = report::Legend::kAbove};
   for (const ConditionReport& c : conditions) {
     const auto x = static_cast<double>(panel.x.names.size());
     panel.x.names.push_back(c.name);
-    const auto add = [](media::Series* series, double at, int docked, size_t trials,
+    const auto add = [](report::Series* series, double at, int docked, size_t trials,
                         const statistics::Interval& interval) {
       if (trials > 0)
         series->points.push_back(
-            media::SampleWithin(at, docked / static_cast<double>(trials), interval, 100));
+            report::SampleWithin(at, docked / static_cast<double>(trials), interval, 100));
     };
     add(&before, x - 0.1, c.baseline_docked, static_cast<size_t>(c.baseline_trials),
         c.baseline_interval_95);
@@ -71,11 +71,11 @@ media::Panel RatesPanel(const std::vector<ConditionReport>& conditions) {
 
 }  // namespace
 
-media::Figure GateFigure(const GateReport& report) {
-  media::Figure figure{.title = fmt::format("{}: {}", report.description, NameOf(report.verdict)),
-                       .columns = std::min<size_t>(3, report.conditions.size() + 1),
-                       .width_px = 560,
-                       .height_px = 460};
+report::Figure GateFigure(const GateReport& report) {
+  report::Figure figure{.title = fmt::format("{}: {}", report.description, NameOf(report.verdict)),
+                        .columns = std::min<size_t>(3, report.conditions.size() + 1),
+                        .width_px = 560,
+                        .height_px = 460};
   if (!report.assignments.empty())
     figure.title += fmt::format(" ({})", fmt::join(report.assignments, ", "));
   for (const ConditionReport& condition : report.conditions)

@@ -8,7 +8,7 @@
 #include <set>
 
 #include "experiments/media/canvas.h"
-#include "experiments/media/plot.h"
+#include "experiments/media/figure.h"
 #include "experiments/media/png.h"
 #include "experiments/trial/trial_view.h"
 #include "sim/base/units.h"
@@ -41,7 +41,7 @@ Columns ColumnsOf(const std::vector<CellResult>& results, MarkerKind marker) {
 }
 
 // A panel over all of its milk.
-media::Panel MilkPanel(const std::string& title, const Columns& columns) {
+report::Panel MilkPanel(const std::string& title, const Columns& columns) {
   double most = 1;
   for (const auto& [distance_m, column] : columns) most = std::max(most, column.rbegin()->first);
   return {.title = title, .x = {"milk, ml/m³", 0, 1.03 * most}};
@@ -75,7 +75,7 @@ void StretchContrast(StereoImage* images) {
 }
 
 // A row of areas over milk; each reaches half way to its neighbours.
-void AddAreas(const std::map<double, Area>& row, double low, double high, media::Panel* panel) {
+void AddAreas(const std::map<double, Area>& row, double low, double high, report::Panel* panel) {
   for (auto here = row.begin(); here != row.end(); ++here) {
     const double milk = here->first;
     const double from = here == row.begin() ? milk : (std::prev(here)->first + milk) / 2;
@@ -89,20 +89,20 @@ void AddAreas(const std::map<double, Area>& row, double low, double high, media:
 
 void WriteFitnessFigure(const std::string& path, const std::vector<CellResult>& results,
                         const std::vector<TableRow>& published) {
-  media::Figure figure{.width_px = 1200, .height_px = 520};
+  report::Figure figure{.width_px = 1200, .height_px = 520};
   for (const MarkerKind marker : MarkersIn(results)) {
     const Columns columns = ColumnsOf(results, marker);
-    media::Panel panel = MilkPanel(fmt::format("{} marker", NameOf(marker)), columns);
+    report::Panel panel = MilkPanel(fmt::format("{} marker", NameOf(marker)), columns);
     panel.y = {"mean F", -0.25, 1};
     panel.rules = {{kLimits.docking_fitness, "Area I above", ColorOf(Area::kI)},
                    {kLimits.detection_fitness, "Area III below"}};
-    panel.legend = media::Legend::kBeside;
+    panel.legend = report::Legend::kBeside;
     size_t i = 0;
     for (const auto& [distance_m, column] : columns) {
-      const Rgb& color = media::CurveColor(i++);
-      media::Series ours{
-          fmt::format("{:g} mm", MmFromM(distance_m)), {}, color, media::Mark::kLineWithBand};
-      media::Series theirs{"published", {}, color, media::Mark::kRings};
+      const Rgb& color = report::CurveColor(i++);
+      report::Series ours{
+          fmt::format("{:g} mm", MmFromM(distance_m)), {}, color, report::Mark::kLineWithBand};
+      report::Series theirs{"published", {}, color, report::Mark::kRings};
       for (const auto& [milk, r] : column)
         ours.points.push_back({milk, r->fitness_mean, r->fitness_mean - r->fitness_std,
                                r->fitness_mean + r->fitness_std});
@@ -119,10 +119,10 @@ void WriteFitnessFigure(const std::string& path, const std::vector<CellResult>& 
 
 void WriteAreaFigure(const std::string& path, const std::vector<CellResult>& results,
                      const std::vector<TableRow>& published) {
-  media::Figure figure{.width_px = 1200, .height_px = 380};
+  report::Figure figure{.width_px = 1200, .height_px = 380};
   for (const MarkerKind marker : MarkersIn(results)) {
     const Columns columns = ColumnsOf(results, marker);
-    media::Panel panel =
+    report::Panel panel =
         MilkPanel(fmt::format("{} marker: Area I green, II yellow, III grey; thin: published",
                               NameOf(marker)),
                   columns);
@@ -148,9 +148,9 @@ void WriteTimeFigure(const std::string& path, const std::vector<CellResult>& res
   std::map<std::tuple<MarkerKind, double, Area>, const CellResult*> chosen;
   for (const CellResult& r : results)
     chosen.try_emplace({r.cell.marker, r.cell.distance_m, r.area}, &r);
-  media::Figure figure{.columns = 2, .width_px = 650, .height_px = 250};
+  report::Figure figure{.columns = 2, .width_px = 650, .height_px = 250};
   for (const auto& [key, r] : chosen) {
-    media::Series series{.width_px = 1};
+    report::Series series{.width_px = 1};
     for (const float f : r->fitness)
       series.points.push_back(
           {static_cast<double>(series.points.size()) / frames_per_second, static_cast<double>(f)});
@@ -161,7 +161,7 @@ void WriteTimeFigure(const std::string& path, const std::vector<CellResult>& res
          .x = {"time, s"},
          .y = {"F", -0.25, 1},
          .series = {series},
-         .rules = {{r->fitness_mean, "", media::CurveColor(1), media::Mark::kLine}}});
+         .rules = {{r->fitness_mean, "", report::CurveColor(1), report::Mark::kLine}}});
   }
   media::WriteFigure(path, figure);
 }

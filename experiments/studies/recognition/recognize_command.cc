@@ -10,7 +10,7 @@
 #include "experiments/app/commands.h"
 #include "experiments/app/farm_arguments.h"
 #include "experiments/app/progress.h"
-#include "experiments/media/plot.h"
+#include "experiments/media/figure.h"
 #include "experiments/studies/recognition/figure.h"
 #include "experiments/studies/recognition/recognition.h"
 #include "experiments/studies/recognition/report.h"

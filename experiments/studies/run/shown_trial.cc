@@ -7,8 +7,8 @@
 
 #include "experiments/app/commands.h"
 #include "experiments/app/progress.h"
+#include "experiments/media/figure.h"
 #include "experiments/media/mp4_writer.h"
-#include "experiments/media/plot.h"
 #include "experiments/page/trial_page.h"
 #include "experiments/studies/run/key_frames.h"
 #include "experiments/studies/run/trial_figure.h"

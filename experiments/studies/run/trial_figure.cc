@@ -7,14 +7,14 @@
 #include <vector>
 
 #include "control/axes.h"
-#include "experiments/media/plot.h"
+#include "experiments/media/figure.h"
 #include "sim/base/check.h"
 #include "sim/base/units.h"
 
 namespace turbidock::run {
 namespace {
 
-using media::Mark;
+using report::Mark;
 using trial::FrameRecord;
 using trial::kOnPaper;
 using units::DegFromRad;
@@ -24,14 +24,14 @@ using units::MmFromM;
 struct Quantity {
   const char* label;
   control::Axis axis;
-  double unit;                  // in one m or rad
-  double least_span;            // of the vertical axis
-  double band = 0;              // > 0: shaded about the desired value
-  double limit = media::kOpen;  // a line across
+  double unit;                   // in one m or rad
+  double least_span;             // of the vertical axis
+  double band = 0;               // > 0: shaded about the desired value
+  double limit = report::kOpen;  // a line across
 };
 
-std::vector<media::Block> StageBlocks(const trial::TrialLog& log) {
-  std::vector<media::Block> blocks;
+std::vector<report::Block> StageBlocks(const trial::TrialLog& log) {
+  std::vector<report::Block> blocks;
   for (const FrameRecord& frame : log.frames) {
     const std::string name = trial::StageTitle(frame.stage);
     if (!blocks.empty()) blocks.back().to_x = frame.time_s;
@@ -45,11 +45,11 @@ std::vector<media::Block> StageBlocks(const trial::TrialLog& log) {
 }
 
 // The axes of time with the stages behind.
-media::Panel EmptyPanel(const trial::TrialLog& log) {
+report::Panel EmptyPanel(const trial::TrialLog& log) {
   // a trial of one frame has a time axis, too
-  media::Panel panel{.x = {"time [s]", 0, std::max(log.frames.back().time_s, 1.0)},
-                     .blocks = StageBlocks(log)};
-  for (media::Block& block : panel.blocks) {
+  report::Panel panel{.x = {"time [s]", 0, std::max(log.frames.back().time_s, 1.0)},
+                      .blocks = StageBlocks(log)};
+  for (report::Block& block : panel.blocks) {
     if (block.from_x > panel.blocks.front().from_x)
       panel.rules.push_back({block.from_x, "", block.color, Mark::kLine, 1, true});
     block.name.clear();
@@ -58,12 +58,12 @@ media::Panel EmptyPanel(const trial::TrialLog& log) {
   return panel;
 }
 
-media::Panel FitnessPanel(const trial::TrialLog& log, const trial::ViewCriteria& criteria) {
+report::Panel FitnessPanel(const trial::TrialLog& log, const trial::ViewCriteria& criteria) {
   constexpr double kLowest = -0.25, kHighest = 1.02;
   constexpr Rgb kInk{70, 78, 86};
   const double docking = criteria.docking_fitness, detection = criteria.detection_fitness;
-  const auto f = media::SamplesOf(log.frames, &FrameRecord::time_s, &FrameRecord::fitness);
-  media::Panel panel = EmptyPanel(log);
+  const auto f = report::SamplesOf(log.frames, &FrameRecord::time_s, &FrameRecord::fitness);
+  report::Panel panel = EmptyPanel(log);
   panel.y = {"F", kLowest, kHighest};
   panel.series = {{"", f, kOnPaper.estimate, Mark::kLine, 1.4}};
   for (const double limit : {docking, detection})
@@ -74,9 +74,9 @@ media::Panel FitnessPanel(const trial::TrialLog& log, const trial::ViewCriteria&
   return panel;
 }
 
-media::Panel PosePanel(const trial::TrialLog& log, const trial::ViewCriteria& criteria,
-                       const Quantity& quantity) {
-  std::vector<media::Sample> desired, truth, weak, estimate;
+report::Panel PosePanel(const trial::TrialLog& log, const trial::ViewCriteria& criteria,
+                        const Quantity& quantity) {
+  std::vector<report::Sample> desired, truth, weak, estimate;
   // of everything but the estimates of frames without detection
   double low = INFINITY, high = -INFINITY;
   const auto hold = [&](double value) {
@@ -91,11 +91,11 @@ media::Panel PosePanel(const trial::TrialLog& log, const trial::ViewCriteria& cr
       return quantity.unit * control::ToAxes(pose)[quantity.axis];
     };
     const double seen = shown(f.est_X_HM), is = shown(f.true_X_HM);
-    const double wanted = f.controlled ? shown(f.desired) : media::kOpen;
+    const double wanted = f.controlled ? shown(f.desired) : report::kOpen;
     desired.push_back({f.time_s, wanted, wanted - quantity.band, wanted + quantity.band});
     truth.push_back({f.time_s, is});
-    weak.push_back({f.time_s, detected ? media::kOpen : seen});
-    estimate.push_back({f.time_s, detected ? seen : media::kOpen});
+    weak.push_back({f.time_s, detected ? report::kOpen : seen});
+    estimate.push_back({f.time_s, detected ? seen : report::kOpen});
     for (const double value : {is, estimate.back().y, desired.back().low, desired.back().high})
       hold(value);
   }
@@ -103,7 +103,7 @@ media::Panel PosePanel(const trial::TrialLog& log, const trial::ViewCriteria& cr
   // a tenth more than needed
   const double half = std::max(0.55 * (high - low), 0.5 * quantity.least_span);
 
-  media::Panel panel = EmptyPanel(log);
+  report::Panel panel = EmptyPanel(log);
   panel.y = {quantity.label, (low + high) / 2 - half, (low + high) / 2 + half};
   // the truth is broad, so that it shows on both sides of a good estimate
   panel.series = {{"desired " + trial::BandText(criteria), desired, kOnPaper.limit, Mark::kBand},
@@ -127,11 +127,11 @@ void WriteTrialFigure(const std::string& path, const trial::TrialLog& log, const
   const double z_mm = MmFromM(info.criteria.tolerance_z_m);
   const double docked_mm = MmFromM(info.criteria.docked_x_m);
   const double mm = MmFromM(1), deg = DegFromRad(1);
-  media::Panel bar{.blocks = StageBlocks(log),
-                   .legend = media::Legend::kAbove,
-                   .has_axes = false,
-                   .height = 0.125};
-  std::vector<media::Panel> panels = {bar, FitnessPanel(log, info.criteria)};
+  report::Panel bar{.blocks = StageBlocks(log),
+                    .legend = report::Legend::kAbove,
+                    .has_axes = false,
+                    .height = 0.125};
+  std::vector<report::Panel> panels = {bar, FitnessPanel(log, info.criteria)};
   for (const Quantity& quantity : {Quantity{"x [mm]", control::kSurge, mm, 100, 0, docked_mm},
                                    Quantity{"y [mm]", control::kSway, mm, 3 * y_mm, y_mm},
                                    Quantity{"z [mm]", control::kHeave, mm, 3 * z_mm, z_mm},
@@ -139,7 +139,7 @@ void WriteTrialFigure(const std::string& path, const trial::TrialLog& log, const
     panels.push_back(PosePanel(log, info.criteria, quantity));
   // the bar's legend tells what the curves of all are
   panels[0].x = panels[3].x;
-  for (media::Series series : panels[3].series) {
+  for (report::Series series : panels[3].series) {
     series.points.clear();
     panels[0].series.insert(panels[0].series.begin(), series);
   }

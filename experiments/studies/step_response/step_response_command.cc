@@ -7,7 +7,7 @@
 
 #include "experiments/app/commands.h"
 #include "experiments/app/progress.h"
-#include "experiments/media/plot.h"
+#include "experiments/media/figure.h"
 #include "experiments/studies/step_response/step_response.h"
 #include "experiments/studies/step_response/step_response_report.h"
 #include "experiments/system/output_path.h"

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <optional>
 
-#include "experiments/media/plot.h"
+#include "experiments/media/figure.h"
 #include "experiments/report/json.h"
 #include "experiments/report/table.h"
 #include "experiments/trial/trial_view.h"
@@ -32,8 +32,8 @@ std::optional<double> Deg(const std::optional<double>& rad) {
 }
 
 // What was wanted, what came of it, and the demand.
-media::Panel TimePanel(const std::string& title, control::Axis axis, const Answer& a) {
-  std::vector<media::Sample> demand, wanted, actual;
+report::Panel TimePanel(const std::string& title, control::Axis axis, const Answer& a) {
+  std::vector<report::Sample> demand, wanted, actual;
   for (size_t i = 0; i < a.time_s.size(); ++i) {
     demand.push_back({a.time_s[i], a.demand[i]});
     wanted.push_back({a.time_s[i], Shown(axis, a.wanted[i])});
@@ -46,18 +46,18 @@ media::Panel TimePanel(const std::string& title, control::Axis axis, const Answe
       .y2 = {"demand (grey)"},
       .series = {
           {.points = demand, .color = trial::kOnPaper.truth, .width_px = 1, .second_axis = true},
-          {"", wanted, trial::kOnPaper.desired, media::Mark::kDashes},
+          {"", wanted, trial::kOnPaper.desired, report::Mark::kDashes},
           {"", actual, trial::kOnPaper.estimate}}};
 }
 
 // With the limit that the loop must not come near.
-media::Panel LoopPanel(const std::string& title, const media::Axis& y, media::Mark mark,
-                       double limit, std::vector<media::Sample> points) {
+report::Panel LoopPanel(const std::string& title, const report::Axis& y, report::Mark mark,
+                        double limit, std::vector<report::Sample> points) {
   return {.title = title,
           .x = {.label = "frequency [Hz]", .logarithmic = true},
           .y = y,
           .series = {{"", std::move(points), trial::kOnPaper.estimate, mark}},
-          .rules = {{limit, "", trial::kOnPaper.limit, media::Mark::kLine}}};
+          .rules = {{limit, "", trial::kOnPaper.limit, report::Mark::kLine}}};
 }
 
 }  // namespace
@@ -102,7 +102,7 @@ void WriteStepFigure(const std::string& path, const std::string& title,
                      const std::vector<AxisResponse>& responses) {
   // a column an axis; in its rows step, push, gain and phase
   const size_t columns = responses.size();
-  std::vector<media::Panel> panels(4 * columns);
+  std::vector<report::Panel> panels(4 * columns);
   for (size_t i = 0; i < columns; ++i) {
     const AxisResponse& r = responses[i];
     panels[i] = TimePanel(fmt::format("{}: step, rise {} s, overshoot {:.0f} %", AxisName(r.axis),
@@ -118,16 +118,16 @@ void WriteStepFigure(const std::string& path, const std::string& title,
       return units::DegFromRad(WrapAngle(p.phase_rad + std::numbers::pi) - std::numbers::pi);
     };
     const auto over_frequency = [&](auto of) {
-      return media::SamplesOf(r.loop.points, &LoopPoint::frequency_hz, of);
+      return report::SamplesOf(r.loop.points, &LoopPoint::frequency_hz, of);
     };
     panels[2 * columns + i] =
         LoopPanel(fmt::format("loop: gain margin {}", Text(r.loop.gain_margin, "x{:.1f}")),
-                  {"gain [dB]"}, media::Mark::kLineWithDots, 0, over_frequency(gain_db));
+                  {"gain [dB]"}, report::Mark::kLineWithDots, 0, over_frequency(gain_db));
     panels[3 * columns + i] = LoopPanel(
         fmt::format("phase margin {} deg at {} Hz", Text(Deg(r.loop.phase_margin_rad), "{:.0f}"),
                     Text(r.loop.crossover_hz, "{:.2f}")),
-        {.label = "phase [deg]", .low = -360, .high = 0, .tick_step = 90}, media::Mark::kDots, -180,
-        over_frequency(phase_deg));
+        {.label = "phase [deg]", .low = -360, .high = 0, .tick_step = 90}, report::Mark::kDots,
+        -180, over_frequency(phase_deg));
   }
   media::WriteFigure(
       path,

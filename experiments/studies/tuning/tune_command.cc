@@ -8,7 +8,7 @@
 #include "experiments/app/plan_arguments.h"
 #include "experiments/app/progress.h"
 #include "experiments/config/data_files.h"
-#include "experiments/media/plot.h"
+#include "experiments/media/figure.h"
 #include "experiments/page/study_page.h"
 #include "experiments/studies/tuning/tuner.h"
 #include "experiments/studies/tuning/tuning_report.h"

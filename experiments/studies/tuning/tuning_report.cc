@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "experiments/media/plot.h"
+#include "experiments/media/figure.h"
 #include "experiments/report/json.h"
 #include "experiments/report/table.h"
 #include "experiments/system/build_info.h"
@@ -14,9 +14,9 @@
 namespace turbidock::tuning {
 namespace {
 
-using media::Mark;
 using report::Fixed;
 using report::Json;
+using report::Mark;
 
 // The gains by their keys.
 Json Named(const Study& study, const std::vector<double>& gains) {
@@ -168,32 +168,32 @@ void WriteTuningFigure(const std::string& path, const Study& study, const Tuning
   double top = 0;
   for (const G& g : result.generations) top = std::max({top, 1.2 * g.best, 1.2 * g.incumbent});
   const auto over_trials = [&](auto of) {
-    return media::SamplesOf(result.generations, &G::trials, of);
+    return report::SamplesOf(result.generations, &G::trials, of);
   };
-  const auto replaced = [](const G& g) { return g.replaced ? g.best : media::kOpen; };
+  const auto replaced = [](const G& g) { return g.replaced ? g.best : report::kOpen; };
   const auto left = [&](const G& g) { return result.generations.front().incumbent - g.gained; };
-  media::Panel costs{
+  report::Panel costs{
       .x = {"trials"},
       .y = {.label = "cost of a trial", .high = top},
-      .series = {{"median of the generation", over_trials(&G::median), media::kGrey},
-                 {"its best", over_trials(&G::best), media::CurveColor(0), Mark::kLineWithDots},
-                 {"incumbent, same trials", over_trials(&G::incumbent), media::CurveColor(2)},
-                 {"takes its place", over_trials(replaced), media::CurveColor(1), Mark::kRings, 2,
+      .series = {{"median of the generation", over_trials(&G::median), report::kGrey},
+                 {"its best", over_trials(&G::best), report::CurveColor(0), Mark::kLineWithDots},
+                 {"incumbent, same trials", over_trials(&G::incumbent), report::CurveColor(2)},
+                 {"takes its place", over_trials(replaced), report::CurveColor(1), Mark::kRings, 2,
                   11},
-                 {"start less gains on new trials", over_trials(left), media::CurveColor(1),
+                 {"start less gains on new trials", over_trials(left), report::CurveColor(1),
                   Mark::kDashedSteps}},
-      .legend = media::Legend::kBeside};
-  media::Panel gains{
+      .legend = report::Legend::kBeside};
+  report::Panel gains{
       .x = costs.x, .y = {"incumbent, share of its range", 0, 1}, .legend = costs.legend};
   for (size_t i = 0; i < settings.gains.size(); ++i)
     gains.series.push_back({settings.gains[i].key,
                             over_trials([&](const G& g) { return study.CandidateOf(g.gains)[i]; }),
-                            media::CurveColor(i),
-                            i < media::kCurveColors.size() ? Mark::kSteps : Mark::kDashedSteps});
+                            report::CurveColor(i),
+                            i < report::kCurveColors.size() ? Mark::kSteps : Mark::kDashedSteps});
 
-  std::vector<media::Panel> panels = {costs, gains};
+  std::vector<report::Panel> panels = {costs, gains};
   if (!result.front.empty()) {
-    media::Series front{.mark = Mark::kDots, .dot_px = 10};
+    report::Series front{.mark = Mark::kDots, .dot_px = 10};
     // Light to dark, so that it is seen in grey.
     front.scale = {"docked [%]", 0, 100, {236, 170, 60}, {0, 62, 120}};
     for (const ParetoPoint& p : result.front)
@@ -203,15 +203,15 @@ void WriteTuningFigure(const std::string& path, const Study& study, const Tuning
                       .y = {settings.objective[1].metric + ", weighted"},
                       .series = {front}});
   } else if (!result.sensitivity.empty()) {
-    media::Series down{"a step down", {}, media::CurveColor(0), Mark::kBars};
-    media::Series up{"a step up", {}, media::CurveColor(1), Mark::kBars};
-    media::Panel panel{.y = {"added cost"}, .legend = costs.legend};
+    report::Series down{"a step down", {}, report::CurveColor(0), Mark::kBars};
+    report::Series up{"a step up", {}, report::CurveColor(1), Mark::kBars};
+    report::Panel panel{.y = {"added cost"}, .legend = costs.legend};
     for (const Sensitivity& s : result.sensitivity) {
       const auto x = static_cast<double>(panel.x.names.size());
       panel.x.names.push_back(s.key);
       const auto &lower = s.cost_down, &higher = s.cost_up;
-      down.points.push_back(media::SampleWithin(x - 0.1, lower.mean, lower.confidence));
-      up.points.push_back(media::SampleWithin(x + 0.1, higher.mean, higher.confidence));
+      down.points.push_back(report::SampleWithin(x - 0.1, lower.mean, lower.confidence));
+      up.points.push_back(report::SampleWithin(x + 0.1, higher.mean, higher.confidence));
     }
     panel.series = {down, up};
     panels.push_back(panel);

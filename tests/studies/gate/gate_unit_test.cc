@@ -172,7 +172,7 @@ TEST_F(Gate, TheFigureShowsTheWayToTheVerdict) {
     return DocksAt(condition == 0 ? 0.95 : 0.6)(condition, seed);
   });
   report.assignments = {"controller=pid"};
-  const media::Figure figure = GateFigure(report);
+  const report::Figure figure = GateFigure(report);
   EXPECT_THAT(figure.title, HasSubstr("docking: fail (controller=pid)"));
   ASSERT_EQ(figure.panels.size(), 3u);
   for (size_t i = 0; i < 2; ++i) {
@@ -180,9 +180,9 @@ TEST_F(Gate, TheFigureShowsTheWayToTheVerdict) {
     EXPECT_THAT(figure.panels[i].title, HasSubstr(condition.name));
     const auto& [fails, passes, so_far] = std::tie(
         figure.panels[i].series[0], figure.panels[i].series[1], figure.panels[i].series[2]);
-    std::optional<media::Sample> last;
+    std::optional<report::Sample> last;
     size_t run = 0;
-    for (const media::Sample& sample : so_far.points)
+    for (const report::Sample& sample : so_far.points)
       if (std::isfinite(sample.y)) last = sample, ++run;
     ASSERT_TRUE(last);
     EXPECT_EQ(run, condition.trials.size());
@@ -198,11 +198,11 @@ TEST_F(Gate, TheFigureShowsTheWayToTheVerdict) {
   }
   EXPECT_EQ(report.conditions[1].measures[0].verdict, statistics::Verdict::kFail);
 
-  const media::Panel& rates = figure.panels[2];
+  const report::Panel& rates = figure.panels[2];
   EXPECT_THAT(rates.x.names, ElementsAre("calm", "rough"));
   ASSERT_EQ(rates.series[1].points.size(), 2u);
   const ConditionReport& rough = report.conditions[1];
-  const media::Sample& now = rates.series[1].points[1];
+  const report::Sample& now = rates.series[1].points[1];
   EXPECT_DOUBLE_EQ(now.y, 100. * rough.docked / static_cast<double>(rough.trials.size()));
   EXPECT_DOUBLE_EQ(now.low, 100 * rough.interval_95.low);
   EXPECT_DOUBLE_EQ(now.high, 100 * rough.interval_95.high);

@@ -1,4 +1,4 @@
-#include "experiments/media/plot.h"
+#include "experiments/media/figure.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "experiments/media/plot.h"
+#include "experiments/media/figure.h"
 
 #include <fmt/format.h>
 
@@ -16,6 +16,17 @@
 
 namespace turbidock::media {
 namespace {
+
+using report::Axis;
+using report::Block;
+using report::Figure;
+using report::kCurveColors;
+using report::Legend;
+using report::Mark;
+using report::Panel;
+using report::Rule;
+using report::Sample;
+using report::Series;
 
 constexpr double kLetter_px = 9.3;      // a letter's width, roughly
 constexpr double kDotOfSize1_px = 7.5;  // gnuplot's
@@ -60,6 +71,7 @@ const std::vector<Layer>& LayersOf(Mark mark) {
       {Mark::kBars, {kBars}},
       {Mark::kLineWithBars, {kLine, kBars}},
       {Mark::kBarsAlongX, {{"1:2:3:4", "xerrorbars pointtype 7"}}},
+      {Mark::kColumns, {{"1:2:3:4:(0):2", "boxxyerror fillstyle solid 0.7"}}},
       {Mark::kNone, {}}};
   return kLayers.at(mark);
 }
@@ -282,12 +294,6 @@ void AddPanel(const Figure& figure, size_t number, Script* script) {
 
 }  // namespace
 
-std::vector<double> Evenly(double from, double to, int steps) {
-  std::vector<double> values;
-  for (int i = 0; i <= steps; ++i) values.push_back(from + (to - from) * i / steps);
-  return values;
-}
-
 void RequireFigures() { system::Subprocess({"gnuplot", "--version"}, "gnuplot-nox").Finish(); }
 
 void RequireFigurePath(const std::string& path) { TerminalOf(path); }
@@ -322,6 +328,19 @@ void WriteFigure(const std::string& path, const Figure& figure) {
       std::string::npos)
     throw ConfigError(path, "cannot be written: No space left on device");
   file.Commit();
+}
+
+Figure FigureOf(const report::Report& report) {
+  Figure figure{.title = report.title, .width_px = 560, .height_px = 460};
+  for (const report::Section& section : report.sections)
+    for (const Panel& panel : section.panels) {
+      figure.panels.push_back(panel);
+      if (panel.title.empty()) figure.panels.back().title = section.title;
+      if (panel.legend == Legend::kNone && panel.series.size() > 1)
+        figure.panels.back().legend = Legend::kAbove;
+    }
+  figure.columns = std::clamp<size_t>(figure.panels.size(), 1, 3);
+  return figure;
 }
 
 }  // namespace turbidock::media

@@ -1,5 +1,6 @@
 #pragma once
-// Figures as values: what is shown and what it means. How it gets on paper is this room's business.
+// Plots as values: what is drawn and what it means. media/figure.h draws them into files, the
+// page's scripts on a screen; neither knows what they are of.
 
 #include <array>
 #include <functional>
@@ -8,9 +9,10 @@
 #include <string>
 #include <vector>
 
+#include "sim/base/fields.h"
 #include "sim/base/image.h"
 
-namespace turbidock::media {
+namespace turbidock::report {
 
 // No value: a gap in a series; of an axis, as far as the data go; of a block, as far as the panel.
 inline constexpr double kOpen = std::numeric_limits<double>::quiet_NaN();
@@ -42,8 +44,26 @@ enum class Mark {
   kBars,
   kLineWithBars,
   kBarsAlongX,
+  kColumns,  // from low to high along x, up to y: a histogram
   kNone
 };
+constexpr auto Names(Mark) {
+  using enum Mark;
+  return EnumList<Mark>({{kLine, "line"},
+                         {kDashes, "dashes"},
+                         {kSteps, "steps"},
+                         {kDashedSteps, "dashed_steps"},
+                         {kDots, "dots"},
+                         {kRings, "rings"},
+                         {kLineWithDots, "line_with_dots"},
+                         {kBand, "band"},
+                         {kLineWithBand, "line_with_band"},
+                         {kBars, "bars"},
+                         {kLineWithBars, "line_with_bars"},
+                         {kBarsAlongX, "bars_along_x"},
+                         {kColumns, "columns"},
+                         {kNone, "none"}});
+}
 
 // What colours between two others mean, shown beside the panel.
 struct ColorScale {
@@ -60,6 +80,8 @@ struct Series {
   double width_px = 2, dot_px = 6;
   bool second_axis = false;              // y belongs to the panel's y2
   std::optional<ColorScale> scale = {};  // dots have its colours
+  // Empty, or for each point what it opens in a page: the id of a link (report.h).
+  std::vector<std::string> links = {};
 };
 
 // A straight line through the whole panel: across at a y, or up at an x. The name of one across is
@@ -91,6 +113,10 @@ struct Axis {
 };
 
 enum class Legend { kNone, kBeside, kAbove };
+constexpr auto Names(Legend) {
+  using enum Legend;
+  return EnumList<Legend>({{kNone, "none"}, {kBeside, "beside"}, {kAbove, "above"}});
+}
 
 struct Panel {
   std::string title = {};
@@ -136,15 +162,4 @@ Sample SampleWithin(double x, double y, const Interval& interval, double unit = 
 // Both ends and what lies evenly between them, steps + 1 numbers.
 std::vector<double> Evenly(double from, double to, int steps);
 
-// Throws SimulatorFault when this machine cannot draw figures.
-void RequireFigures();
-
-// What a figure's file may end with, by which its format is chosen: ".png", ".svg", ".pdf".
-// ConfigError for a path that ends otherwise.
-void RequireFigurePath(const std::string& path);
-
-// ConfigError when the path cannot be written or ends otherwise; SimulatorFault when gnuplot is
-// missing or cannot draw the figure (a logarithmic axis from below 0).
-void WriteFigure(const std::string& path, const Figure& figure);
-
-}  // namespace turbidock::media
+}  // namespace turbidock::report
