@@ -170,7 +170,7 @@ std::string SummaryTable(const std::vector<std::string>& keys,
   if (precision) heads.insert(heads.begin() + last, "half width %");
   report::Table table(heads);
   for (const GroupSummary& group : groups) {
-    std::vector<std::string> row = group.group;
+    std::vector<report::Cell> row(group.group.begin(), group.group.end());
     row.insert(
         row.end(),
         {std::to_string(group.trials),

@@ -363,7 +363,7 @@ std::string BenchTable(const BenchReport& report) {
   // The numbers at that place in the JSON.
   const auto row = [&](const std::string& name, const std::string& place, const char* unit = "",
                        int digits = 2, double factor = 1) {
-    std::vector<std::string> cells = {name};
+    std::vector<report::Cell> cells = {name};
     for (const Json& result : results)
       cells.push_back(
           report::Fixed(factor * result.at(Json::json_pointer(place)).get<double>(), digits));

@@ -1,0 +1,129 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "experiments/report/report_json.h"
+#include "experiments/report/text.h"
+
+namespace turbidock::report {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::StartsWith;
+
+Report Example() {
+  Table table({"<condition", "docked"});
+  table.Row({"calm", Cell("12", Tone::kGood, "seed-3")});
+  return {.kind = "gate",
+          .title = "night",
+          .build = "0.1.0 abc",
+          .verdict = {"fail", Tone::kBad, "It docks less."},
+          .facts = {{"trials", "40", "of both"}, {"build", "0.1.0"}},
+          .missing = {"No traces: none were stored."},
+          .sections = {
+              {.title = "Measures", .note = "With 95 % intervals.", .table = table},
+              {.title = "Seeds", .lines = {"3 no longer docks"}},
+              {.title = "Path",
+               .panels = {{.series = {{.points = {{1, 2}, {kOpen, 3}}, .links = {"seed-3"}}}}}},
+              {.title = "Again", .commands = {{"One trial", "turbidock replay a.db 3"}}}}};
+}
+
+TEST(Text, SaysVerdictFactsAndTablesAndLeavesPlotsOut) {
+  EXPECT_EQ(Text(Example()),
+            "fail: night\n"
+            "It docks less.\n"
+            "\n"
+            "trials  40     of both\n"
+            "build   0.1.0\n"
+            "No traces: none were stored.\n"
+            "\n"
+            "Measures\n"
+            "With 95 % intervals.\n"
+            "condition  docked\n"
+            "calm           12\n"
+            "\n"
+            "Seeds\n"
+            "3 no longer docks\n"
+            "\n"
+            "Again\n"
+            "One trial:\n"
+            "  turbidock replay a.db 3\n");
+}
+
+TEST(Markdown, HasHeadingsListsAndTables) {
+  const std::string text = Markdown(Example());
+  EXPECT_THAT(text, StartsWith("# fail: night\n\nIt docks less.\n\n- trials: **40**, of both\n"));
+  EXPECT_THAT(text, HasSubstr("\n## Measures\n\nWith 95 % intervals.\n\n| condition | docked |\n"));
+  EXPECT_THAT(text, HasSubstr("\n## Seeds\n\n- 3 no longer docks\n"));
+  EXPECT_THAT(text, HasSubstr("- One trial: `turbidock replay a.db 3`\n"));
+  EXPECT_THAT(text, Not(HasSubstr("Path")));
+}
+
+TEST(Table, CountsLettersNotBytes) {
+  Table table({"<what", "n"});
+  table.Row({"µ", "1"});
+  table.Row({"ab", "2"});
+  EXPECT_EQ(table.Text(), "what  n\nµ     1\nab    2\n");
+}
+
+TEST(Document, HasKindSchemaTheStudysOwnKeysAndTheReport) {
+  const Json document = Document(Example(), {{"verdict", "fail"}, {"trials", 40}});
+  EXPECT_EQ(document["kind"], "gate");
+  EXPECT_EQ(document["schema_version"], 1);
+  EXPECT_EQ(document["verdict"], "fail");
+  EXPECT_EQ(document["trials"], 40);
+  const Json& report = document["report"];
+  EXPECT_EQ(report["verdict"]["tone"], "bad");
+  const Json& cells = report["sections"][0]["table"]["rows"][0];
+  EXPECT_EQ(cells[0], "calm");
+  EXPECT_EQ(cells[1], (Json{{"text", "12"}, {"tone", "good"}, {"link", "seed-3"}}));
+  const Json& series = report["sections"][2]["panels"][0]["series"][0];
+  EXPECT_EQ(series["x"], (Json{1.0, nullptr}));
+  EXPECT_EQ(series["y"], (Json{2.0, 3.0}));
+  EXPECT_EQ(series["links"], (Json{"seed-3"}));
+  EXPECT_FALSE(series.contains("low"));
+}
+
+TEST(ReportIn, IsTheReportOfADocumentThatWasWrittenAndRead) {
+  const Json document = ParseJson(JsonText(Document(Example(), Json::object())), "gate.json");
+  const Json report = ReportIn(document, "gate.json");
+  EXPECT_EQ(report["kind"], "gate");
+  EXPECT_EQ(report["title"], "night");
+}
+
+std::string ProblemOf(const Json& document) {
+  try {
+    ReportIn(document, "x.json");
+    return "";
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+}
+
+TEST(ReportIn, RefusesWhatAPageCouldNotDraw) {
+  const Json sound = Document(Example(), Json::object());
+  EXPECT_EQ(ProblemOf(sound), "");
+  EXPECT_THAT(ProblemOf({{"outcome", "docked"}}), StartsWith("x.json: is no result"));
+  EXPECT_THAT(ProblemOf(Json::array({1})), StartsWith("x.json: is no result"));
+  EXPECT_THAT(ProblemOf(5), StartsWith("x.json: is no result"));
+  Json newer = sound;
+  newer["schema_version"] = 2;
+  EXPECT_THAT(ProblemOf(newer), HasSubstr("a newer program wrote it"));
+  newer["schema_version"] = "1";
+  EXPECT_THAT(ProblemOf(newer), HasSubstr("schema_version"));
+  for (const char* key : {"title", "facts", "sections"}) {
+    Json damaged = sound;
+    damaged["report"][key] = 3;
+    EXPECT_THAT(ProblemOf(damaged), HasSubstr("damaged")) << key;
+    damaged["report"].erase(key);
+    EXPECT_THAT(ProblemOf(damaged), HasSubstr("damaged")) << key;
+  }
+  Json untitled = sound;
+  untitled["report"]["sections"][0].erase("title");
+  EXPECT_THAT(ProblemOf(untitled), HasSubstr("a section has no title"));
+  untitled["report"] = "text";
+  EXPECT_THAT(ProblemOf(untitled), HasSubstr("damaged"));
+}
+
+}  // namespace
+}  // namespace turbidock::report
