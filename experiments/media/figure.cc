@@ -142,6 +142,8 @@ void AddAxis(const std::string& name, const Axis& axis, bool has_data, Script* s
   script->Line("set {}label {}", name, Quoted(axis.label));
   if (axis.logarithmic) script->Line("set logscale {}", name);
   if (std::isfinite(axis.tick_step)) script->Line("set {}tics {}", name, axis.tick_step);
+  if (axis.whole && std::isfinite(high - low))  // about eight
+    script->Line("set {}tics {}", name, std::max(1.0, std::ceil((high - low) / 8)));
   if (!named) return;
   std::string ticks;
   for (size_t i = 0; i < axis.names.size(); ++i)
@@ -331,7 +333,10 @@ void WriteFigure(const std::string& path, const Figure& figure) {
 }
 
 Figure FigureOf(const report::Report& report) {
-  Figure figure{.title = report.title, .width_px = 560, .height_px = 460};
+  const std::string& word = report.verdict.word;
+  Figure figure{.title = word.empty() ? report.title : word + ": " + report.title,
+                .width_px = 560,
+                .height_px = 460};
   for (const report::Section& section : report.sections)
     for (const Panel& panel : section.panels) {
       figure.panels.push_back(panel);

@@ -1,5 +1,9 @@
 #include "experiments/page/report_page.h"
 
+#include <algorithm>
+#include <filesystem>
+
+#include "experiments/page/trial_page.h"
 #include "experiments/report/report_json.h"
 
 namespace turbidock::page {
@@ -35,6 +39,30 @@ void AddLink(const std::string& id, const Link& link, Page* page) {
   Json trials = Json::array();
   for (const LinkedTrial& trial : link.trials) trials.push_back(TrialJson(trial));
   page->model["links"][id] = {{"title", link.title}, {"note", link.note}, {"trials", trials}};
+}
+
+void AddTrialsIn(const std::string& folder, const trial::Plugins& plugins, Page* page) {
+  namespace fs = std::filesystem;
+  std::vector<fs::path> trials;
+  std::error_code none;
+  for (const auto& entry : fs::directory_iterator(folder, none))
+    if (fs::is_regular_file(entry.path() / "result.json", none)) trials.push_back(entry.path());
+  std::sort(trials.begin(), trials.end());
+  for (const fs::path& path : trials) try {
+      const std::string name = path.filename().string(), part = "trial-" + name;
+      const Page trial = TrialPage(path.string(), plugins);
+      const Json& record = trial.model["record"];
+      LinkedTrial linked{.title = trial.model.value("title", name),
+                         .outcome = record["outcome"],
+                         .reason = record.value("reason", ""),
+                         .model = part};
+      for (const Json& command : trial.model["commands"])
+        linked.commands.push_back({command["what"], command["command"]});
+      AddLink(name, {.title = name, .trials = {linked}}, page);
+      AddPart(part, trial.model, trial.has_3d, page);
+    } catch (const ConfigError& error) {
+      page->model["missing"].push_back(error.what());
+    }
 }
 
 void AddPart(const std::string& name, const Json& part, bool has_3d, Page* page) {

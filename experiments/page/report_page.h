@@ -7,6 +7,7 @@
 
 #include "experiments/page/page.h"
 #include "experiments/report/report.h"
+#include "experiments/trial/plugins.h"
 
 namespace turbidock::page {
 
@@ -33,6 +34,10 @@ Page ReportPage(const report::Json& document, const std::string& where);
 
 // Makes cells and points that name the link `id` open it.
 void AddLink(const std::string& id, const Link& link, Page* page);
+
+// Makes every trial's folder in `folder` a link whose id is that folder's name. What cannot be read
+// is said in the page. No such folder: no links.
+void AddTrialsIn(const std::string& folder, const trial::Plugins& plugins, Page* page);
 
 // A part that linked trials name.
 void AddPart(const std::string& name, const report::Json& part, bool has_3d, Page* page);

@@ -59,6 +59,7 @@ Json AxisJson(const Axis& axis) {
   SetNumber(&json, "low", axis.low);
   SetNumber(&json, "high", axis.high);
   if (axis.logarithmic) json["logarithmic"] = true;
+  if (axis.whole) json["whole"] = true;
   if (!axis.names.empty()) json["names"] = axis.names;
   return json;
 }

@@ -12,10 +12,12 @@
 #include "experiments/farm/result_store.h"
 #include "experiments/page/batch_page.h"
 #include "experiments/page/compress.h"
+#include "experiments/page/report_page.h"
 #include "experiments/page/study_page.h"
 #include "experiments/page/trial_model.h"
 #include "experiments/page/trial_page.h"
 #include "experiments/page/web_files.h"
+#include "experiments/report/report_json.h"
 #include "experiments/trial/trial.h"
 #include "experiments/trial/trial_files.h"
 #include "sim/base/check.h"
@@ -219,6 +221,29 @@ TEST_F(PageFiles, ATrialsFolderBecomesAPage) {
   EXPECT_EQ(page.model["frames"][0]["right"], Base64("right"));
   EXPECT_EQ(page.files.at("video"), "film");
   EXPECT_TRUE(page.has_3d);
+}
+
+TEST_F(PageFiles, TrialsBesideAReportAreLinksByTheirFoldersNames) {
+  const trial::Scenario scenario = WithoutCameras();
+  const trial::TrialResult result = trial::RunTrial(scenario);
+  fs::create_directories(folder_ / "failures/calm_7");
+  trial::WriteRecords(Path("failures/calm_7"), scenario, result);
+  File("failures/damaged_8/result.json", "{}");
+  File("failures/notes.txt", "no trial");
+  Page page = ReportPage(
+      report::Document({.kind = "gate", .title = "night"}, {{"verdict", "fail"}}), "summary.json");
+  AddTrialsIn(Path("failures"), {}, &page);
+  ASSERT_EQ(page.model["links"].size(), 1u);
+  const Json& trial = page.model["links"]["calm_7"]["trials"][0];
+  EXPECT_EQ(trial["outcome"], NameOf(result.outcome));
+  EXPECT_EQ(trial["commands"].size(), 1u);
+  const Json part = report::ParseJson(page.parts.at(trial["model"]), "part");
+  EXPECT_EQ(part["series"]["time_s"].size(), result.log.frames.size());
+  EXPECT_TRUE(page.has_3d);
+  ASSERT_EQ(page.model["missing"].size(), 1u);
+  EXPECT_THAT(page.model["missing"][0].get<std::string>(), HasSubstr("damaged_8: is no trial's"));
+  AddTrialsIn(Path("none"), {}, &page);
+  EXPECT_EQ(page.model["links"].size(), 1u);
 }
 
 TEST_F(PageFiles, AFolderThatIsNoTrialIsNamed) {

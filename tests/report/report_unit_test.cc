@@ -84,6 +84,12 @@ TEST(Document, HasKindSchemaTheStudysOwnKeysAndTheReport) {
   EXPECT_FALSE(series.contains("low"));
 }
 
+TEST(PanelJson, AnAxisOfCountsSaysSo) {
+  const Json panel = PanelJson({.x = {.label = "trials", .whole = true}});
+  EXPECT_EQ(panel["x"], (Json{{"label", "trials"}, {"whole", true}}));
+  EXPECT_FALSE(panel["y"].contains("whole"));
+}
+
 TEST(ReportIn, IsTheReportOfADocumentThatWasWrittenAndRead) {
   const Json document = ParseJson(JsonText(Document(Example(), Json::object())), "gate.json");
   const Json report = ReportIn(document, "gate.json");
