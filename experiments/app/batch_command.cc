@@ -9,11 +9,11 @@
 #include "experiments/app/plan_arguments.h"
 #include "experiments/app/progress.h"
 #include "experiments/config/data_files.h"
-#include "experiments/farm/agenda.h"
 #include "experiments/farm/batch.h"
 #include "experiments/farm/plan.h"
 #include "experiments/farm/result_store.h"
 #include "experiments/farm/summary.h"
+#include "experiments/farm/trial_scheduler.h"
 #include "experiments/media/figure.h"
 #include "experiments/page/batch_page.h"
 #include "experiments/report/json.h"
@@ -65,11 +65,12 @@ std::string Words(const farm::BatchProgress& progress) {
 }
 
 // In how many of its cells a file has the precision that its plan asks for.
-std::string PrecisionText(const farm::TrialRule& rule, const farm::Agenda& agenda) {
+std::string PrecisionText(const farm::TrialRule& rule, const farm::TrialScheduler& scheduler) {
   std::string text = fmt::format("a precision of {:g} % is reached in {} of {} cells",
-                                 100 * *rule.precision, agenda.reached(), agenda.cells());
-  if (agenda.not_reached() > 0)
-    text += fmt::format(", not in {}: max_trials = {} came first", agenda.not_reached(), rule.most);
+                                 100 * *rule.precision, scheduler.reached(), scheduler.cells());
+  if (scheduler.not_reached() > 0)
+    text +=
+        fmt::format(", not in {}: max_trials = {} came first", scheduler.not_reached(), rule.most);
   return text;
 }
 
@@ -127,7 +128,7 @@ int Batch(const BatchArguments& arguments) {
   progress.Say(groups.size() <= kMaxRows
                    ? farm::SummaryTable(keys, groups, rule.precision)
                    : farm::SummaryTable({}, farm::Summarise(store.Trials(), {})));
-  if (rule.precision) progress.Say(PrecisionText(rule, farm::AgendaOf(store)));
+  if (rule.precision) progress.Say(PrecisionText(rule, farm::SchedulerOf(store)));
   if (end.done_now > 0)
     progress.Say(fmt::format(
         "{} trials in {}, {:.0f} an hour, workers busy {:.1f} % of the time; results in {}",
@@ -156,20 +157,23 @@ int Status(const StatusArguments& arguments) {
   const farm::StoreHeader& header = store.header();
   const std::vector<farm::StoredTrial> trials = store.Trials();
   const farm::TrialRule rule = farm::RuleOf(header);
-  const farm::Agenda agenda = farm::AgendaOf(store);
+  const farm::TrialScheduler scheduler = farm::SchedulerOf(store);
   const bool running = farm::IsLocked(arguments.file);
   const std::vector<farm::GroupSummary> groups = farm::Summarise(trials, arguments.by);
   if (arguments.json) {
-    report::Json json = {{"kind", header.kind},       {"plan_hash", header.plan_hash()},
-                         {"build", header.build},     {"shard", header.shard.Text()},
-                         {"trials", agenda.wanted()}, {"done", std::ssize(trials)},
+    report::Json json = {{"kind", header.kind},
+                         {"plan_hash", header.plan_hash()},
+                         {"build", header.build},
+                         {"shard", header.shard.Text()},
+                         {"trials", scheduler.wanted()},
+                         {"done", std::ssize(trials)},
                          {"running", running}};
     if (rule.precision)
       json["precision"] = {{"half_width", *rule.precision},
                            {"max_trials", rule.most},
-                           {"cells", agenda.cells()},
-                           {"reached", agenda.reached()},
-                           {"not_reached", agenda.not_reached()}};
+                           {"cells", scheduler.cells()},
+                           {"reached", scheduler.reached()},
+                           {"not_reached", scheduler.not_reached()}};
     json["groups"] =
         report::ParseJson(farm::SummaryJson(arguments.by, groups, rule.precision), "groups");
     fmt::print("{}", report::JsonText(json));
@@ -178,14 +182,14 @@ int Status(const StatusArguments& arguments) {
   fmt::print("{}: {}, plan {}, written by {}{}\n", system::OneLineOf(arguments.file), header.kind,
              header.plan_hash(), header.build,
              header.shard.count > 1 ? ", shard " + header.shard.Text() : "");
-  const bool complete = std::ssize(trials) == agenda.wanted();
+  const bool complete = std::ssize(trials) == scheduler.wanted();
   fmt::print("{} trials, {}\n",
-             complete ? DoneText(std::ssize(trials), agenda.wanted(), agenda.wanted())
-                      : DoneText(std::ssize(trials), agenda.Expected(), agenda.most()),
+             complete ? DoneText(std::ssize(trials), scheduler.wanted(), scheduler.wanted())
+                      : DoneText(std::ssize(trials), scheduler.Expected(), scheduler.most()),
              complete  ? "complete"
              : running ? "running"
                        : "not running: start it again to finish it");
-  if (rule.precision) fmt::print("{}\n", PrecisionText(rule, agenda));
+  if (rule.precision) fmt::print("{}\n", PrecisionText(rule, scheduler));
   fmt::print("\n");
   if (!trials.empty()) fmt::print("{}", farm::SummaryTable(arguments.by, groups, rule.precision));
   return kExitDone;

@@ -7,10 +7,10 @@
 #include "experiments/app/commands.h"
 #include "experiments/app/plan_arguments.h"
 #include "experiments/app/progress.h"
-#include "experiments/farm/agenda.h"
 #include "experiments/farm/batch.h"
 #include "experiments/farm/export.h"
 #include "experiments/farm/result_store.h"
+#include "experiments/farm/trial_scheduler.h"
 #include "experiments/studies/run/shown_trial.h"
 #include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"
@@ -53,10 +53,10 @@ int Merge(const MergeArguments& arguments) {
   }
   farm::ResultStore store = farm::ResultStore::Write(arguments.out, header);
   for (const std::string& input : arguments.inputs) store.Merge(input);
-  const farm::Agenda agenda = farm::AgendaOf(store);
+  const farm::TrialScheduler scheduler = farm::SchedulerOf(store);
   fmt::print(stderr, "{}: {} of {} trials\n", system::OneLineOf(arguments.out),
-             std::ssize(store.Done()), agenda.wanted());
-  return arguments.complete && !agenda.complete() ? kExitCheckFailed : kExitDone;
+             std::ssize(store.Done()), scheduler.wanted());
+  return arguments.complete && !scheduler.complete() ? kExitCheckFailed : kExitDone;
 }
 
 // ------------------------------------------------------------------------------------------ export

@@ -4,9 +4,8 @@
 #include <chrono>
 #include <optional>
 
-#include "experiments/farm/agenda.h"
-#include "experiments/farm/keep_busy.h"
 #include "experiments/farm/trial_pool.h"
+#include "experiments/farm/trial_scheduler.h"
 
 namespace turbidock::farm {
 namespace {
@@ -48,7 +47,7 @@ void Run(const Plan& plan, int64_t most, const std::function<std::optional<int64
     progress->worker_time_s += trial.record.wall_time_s;
     if (options.on_trial) options.on_trial(trial);
   };
-  KeepBusy(&pool, submit_one, take_one, [&] {
+  RunAll(&pool, submit_one, take_one, [&] {
     progress->wall_time_s = SecondsSince(start);
     if (options.on_progress) options.on_progress(*progress);
     return !options.stop_requested || !options.stop_requested();
@@ -58,20 +57,20 @@ void Run(const Plan& plan, int64_t most, const std::function<std::optional<int64
 }  // namespace
 
 BatchProgress RunBatch(const Plan& plan, const BatchOptions& options, ResultStore* store) {
-  Agenda agenda = AgendaOf(*store);
-  BatchProgress progress{.done = agenda.done(),
-                         .total = agenda.Expected(),
-                         .most = agenda.most(),
-                         .successes = agenda.successes()};
+  TrialScheduler scheduler = SchedulerOf(*store);
+  BatchProgress progress{.done = scheduler.done(),
+                         .total = scheduler.Expected(),
+                         .most = scheduler.most(),
+                         .successes = scheduler.successes()};
   const auto take = [&](const StoredTrial& trial) {
     store->Add(trial);
-    agenda.Add(trial.trial, trial.record.success());
-    progress.total = agenda.Expected();
+    scheduler.Add(trial.trial, trial.record.success());
+    progress.total = scheduler.Expected();
   };
-  if (!agenda.complete())
+  if (!scheduler.complete())
     Run(
-        plan, agenda.most() - agenda.done(), [&] { return agenda.Next(); }, options, &progress,
-        take);
+        plan, scheduler.most() - scheduler.done(), [&] { return scheduler.Next(); }, options,
+        &progress, take);
   return progress;
 }
 

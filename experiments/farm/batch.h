@@ -26,8 +26,8 @@ struct BatchOptions {
   std::function<bool()> stop_requested;                   // polled at least every second
 };
 
-// Runs until all trials of the store's shard are in it (see agenda.h), or stop_requested: the
-// trials under way are then given up and run again next time. Errors as of TrialPool::Next and
+// Runs until all trials of the store's shard are in it (see trial_scheduler.h), or stop_requested:
+// the trials under way are then given up and run again next time. Errors as of TrialPool::Next and
 // ResultStore::Add; what was stored stays.
 BatchProgress RunBatch(const Plan& plan, const BatchOptions& options, ResultStore* store);
 

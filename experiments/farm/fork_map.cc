@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "experiments/farm/keep_busy.h"
 #include "experiments/farm/worker_pool.h"
 #include "sim/base/check.h"
 
@@ -71,7 +70,7 @@ bool MapEach(JobPool* pool, const std::vector<std::string>& inputs,
     ++done;
     take(job, output);
   };
-  KeepBusy(pool, submit_one, take_one, [&] { return !stop_requested || !stop_requested(); });
+  RunAll(pool, submit_one, take_one, [&] { return !stop_requested || !stop_requested(); });
   return done == inputs.size();
 }
 

@@ -7,6 +7,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "sim/base/result_fields.h"
 
@@ -54,8 +55,25 @@ class JobPool {
   virtual std::optional<JobResult> Next(double timeout_s) = 0;
   // Jobs submitted whose result has not been returned.
   virtual size_t pending() const = 0;
-  // So many pending ones leave no worker without work.
-  virtual size_t appetite() const = 0;
+  // So many pending ones leave no worker without work; more would only wait.
+  virtual size_t max_in_flight() const = 0;
 };
+
+inline constexpr double kPoll_s = 1;  // how late progress and a stop may be
+
+// Runs until there is no job left to submit and none under way, or `go_on` says no; false then.
+// Pool: a JobPool or a TrialPool. `submit_one()` submits the next job, if there is one to submit
+// now, and returns whether it did; `take(result)` gets each result, in whatever order they come;
+// `go_on()` is asked after each result and at least every second.
+template <class Pool, class SubmitOne, class Take, class GoOn>
+bool RunAll(Pool* pool, const SubmitOne& submit_one, const Take& take, const GoOn& go_on) {
+  for (;;) {
+    while (pool->pending() < pool->max_in_flight() && submit_one()) {
+    }
+    if (pool->pending() == 0) return true;
+    if (auto result = pool->Next(kPoll_s)) take(*std::move(result));
+    if (!go_on()) return false;
+  }
+}
 
 }  // namespace turbidock::farm

@@ -46,7 +46,7 @@ inline constexpr int kPlanSchema = 1;
 inline constexpr int64_t kMaxTrials = 10'000'000;      // of a plan
 inline constexpr const char* kStratumKey = "stratum";  // the parameter that `strata` make
 
-// Cells of as many trials as each of them needs: which ones is agenda.h's.
+// Cells of as many trials as each of them needs: which ones is trial_scheduler.h's.
 struct Precision {
   double precision = 0;
   int max_trials = 0;

@@ -14,8 +14,8 @@
 #include <utility>
 
 #include "experiments/config/yaml_fields.h"
-#include "experiments/farm/agenda.h"
 #include "experiments/farm/store_schema.h"
+#include "experiments/farm/trial_scheduler.h"
 #include "experiments/report/table.h"
 #include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"

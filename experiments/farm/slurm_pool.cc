@@ -14,7 +14,6 @@
 #include <fstream>
 #include <sstream>
 
-#include "experiments/farm/keep_busy.h"
 #include "experiments/farm/sbatch.h"
 #include "experiments/farm/worker_pool.h"
 #include "experiments/report/json.h"
@@ -114,7 +113,7 @@ SlurmPool::~SlurmPool() {
   fs::remove(params_.folder, error);  // unless there is something in it
 }
 
-size_t SlurmPool::appetite() const {
+size_t SlurmPool::max_in_flight() const {
   return kAhead * static_cast<size_t>(params_.tasks) * static_cast<size_t>(workers_);
 }
 
@@ -414,7 +413,7 @@ void RunSlurmTask(const std::string& folder, int task, int workers,
     }
     return false;
   };
-  KeepBusy(
+  RunAll(
       &pool, submit_one,
       [&](const JobResult& result) { results.Append(ResultLine(result.id, result)); },
       [] { return true; });

@@ -46,7 +46,7 @@ class SlurmPool : public JobPool {
   // or does not answer, when a job's task was lost too often, or when a task runs another program.
   std::optional<JobResult> Next(double timeout_s) override;
   size_t pending() const override { return waiting_.size() + flights_.size() + ended_.size(); }
-  size_t appetite() const override;
+  size_t max_in_flight() const override;
 
  private:
   using Clock = std::chrono::steady_clock;

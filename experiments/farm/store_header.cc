@@ -4,7 +4,7 @@
 
 #include <sstream>
 
-#include "experiments/farm/agenda.h"
+#include "experiments/farm/trial_scheduler.h"
 #include "experiments/system/build_info.h"
 
 namespace turbidock::farm {

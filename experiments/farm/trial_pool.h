@@ -44,7 +44,7 @@ class TrialPool {
   std::optional<FinishedTrial> Next(double timeout_s);
 
   size_t pending() const { return pool_->pending(); }
-  size_t appetite() const { return pool_->appetite(); }
+  size_t max_in_flight() const { return pool_->max_in_flight(); }
 
  private:
   std::unique_ptr<JobPool> pool_;

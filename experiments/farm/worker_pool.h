@@ -49,7 +49,7 @@ class WorkerPool : public JobPool {
   std::optional<JobResult> Next(double timeout_s) override;
   size_t pending() const override;
   // One ahead for each worker: none waits while a result is stored.
-  size_t appetite() const override { return 2 * workers_.size(); }
+  size_t max_in_flight() const override { return 2 * workers_.size(); }
   int workers() const { return static_cast<int>(workers_.size()); }
 
  private:

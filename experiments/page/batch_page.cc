@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "experiments/config/yaml_fields.h"
-#include "experiments/farm/agenda.h"
 #include "experiments/farm/cell_json.h"
 #include "experiments/farm/plan.h"
 #include "experiments/farm/run_lock.h"
+#include "experiments/farm/trial_scheduler.h"
 #include "experiments/page/compress.h"
 #include "experiments/page/study_page.h"
 #include "experiments/page/trial_model.h"
@@ -263,9 +263,9 @@ Page BatchPage(const farm::ResultStore& store, const std::string& file,
   }
   if (header.kind == "batch") {
     try {
-      const farm::Agenda agenda = farm::AgendaOf(store);
-      model["wanted"] = agenda.Expected();
-      model["most"] = agenda.most();
+      const farm::TrialScheduler scheduler = farm::SchedulerOf(store);
+      model["wanted"] = scheduler.Expected();
+      model["most"] = scheduler.most();
       model["precision"] = farm::RuleOf(header).precision;
       const farm::Plan plan(header.plan, file, {.plugins = options.plugins});
       Json grid = Json::array();

@@ -1,9 +1,9 @@
 // Any bytes as a batch's file: refused, or trials that can be read, summarised and written out.
 
-#include "experiments/farm/agenda.h"
 #include "experiments/farm/export.h"
 #include "experiments/farm/result_store.h"
 #include "experiments/farm/summary.h"
+#include "experiments/farm/trial_scheduler.h"
 #include "sim/base/check.h"
 #include "tests/fuzz/input_file.h"
 
@@ -13,9 +13,9 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const testing::InputFile file(data, size);
   try {
     const farm::ResultStore store = farm::ResultStore::Read(file.path());
-    const farm::Agenda agenda = farm::AgendaOf(store);
+    const farm::TrialScheduler scheduler = farm::SchedulerOf(store);
     const std::vector<farm::StoredTrial> trials = store.Trials();
-    TD_CHECK(agenda.done() <= std::ssize(trials), "no trial is counted that is not there");
+    TD_CHECK(scheduler.done() <= std::ssize(trials), "no trial is counted that is not there");
     farm::SummaryTable({}, farm::Summarise(trials, {}), {});
     farm::ExportText(trials, {});
   } catch (const ConfigError&) {

@@ -4,7 +4,6 @@
 
 #include <memory>
 
-#include "experiments/farm/keep_busy.h"
 #include "experiments/farm/trial_pool.h"
 #include "sim/base/check.h"
 
@@ -39,7 +38,7 @@ GateRunner MakeGateRunner(const GatePlan& plan, const std::vector<std::string>& 
                        .quality = QualityOf(record),
                        .digest = record.digest};
     };
-    if (!farm::KeepBusy(pool.get(), submit_one, take, [&] { return !stop(); })) throw Stopped();
+    if (!farm::RunAll(pool.get(), submit_one, take, [&] { return !stop(); })) throw Stopped();
     return trials;
   };
 }

@@ -9,9 +9,9 @@
 #include <utility>
 #include <vector>
 
-#include "experiments/farm/agenda.h"
 #include "experiments/farm/result_store.h"
 #include "experiments/farm/run_lock.h"
+#include "experiments/farm/trial_scheduler.h"
 #include "experiments/statistics/intervals.h"
 #include "experiments/studies/live/message.h"
 
@@ -89,9 +89,9 @@ Json ResultsProgress::Look(const std::string& file, double now_s) {
                    {"expected", nullptr}};
   // a tuning study knows its number of trials only when it is over
   if (store.header().trials > 0) {
-    const farm::Agenda agenda = farm::AgendaOf(store);
-    progress["wanted"] = agenda.wanted();
-    progress["expected"] = agenda.Expected();
+    const farm::TrialScheduler scheduler = farm::SchedulerOf(store);
+    progress["wanted"] = scheduler.wanted();
+    progress["expected"] = scheduler.Expected();
   }
   if (const double passed_s = now_s - first_s_; passed_s > kLeastForASpeed_s && done > first_done_)
     progress["by_hour"] = 3600 * static_cast<double>(done - first_done_) / passed_s;

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <utility>
 
-#include "experiments/farm/keep_busy.h"
 #include "experiments/system/build_info.h"
 #include "sim/base/check.h"
 #include "sim/base/fields.h"
@@ -125,7 +124,7 @@ std::vector<Evaluation> Evaluations::Run(const std::string& phase, const farm::P
     worker_time_s_ += finished.record.wall_time_s;
     take(r, index, std::move(finished.record));
   };
-  const bool all_ended = farm::KeepBusy(&pool_, submit_one, take_one, [&] {
+  const bool all_ended = farm::RunAll(&pool_, submit_one, take_one, [&] {
     if (options_.on_trial) options_.on_trial(trials_);
     return !options_.stop_requested || !options_.stop_requested();
   });

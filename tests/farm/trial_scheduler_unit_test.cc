@@ -12,7 +12,7 @@
 #include <map>
 #include <set>
 
-#include "experiments/farm/agenda.h"
+#include "experiments/farm/trial_scheduler.h"
 #include "experiments/statistics/intervals.h"
 #include "sim/base/random.h"
 
@@ -26,17 +26,18 @@ using Outcome = std::function<bool(int64_t cell, int64_t sample)>;
 
 // Runs until nothing is left to do or `trials` have ended, `workers` at a time, which end in random
 // order; what is under way then is lost.
-void RunTrials(Agenda agenda, const TrialRule& rule, const Outcome& outcome, size_t workers,
-               Rng* rng, std::map<int64_t, bool>* results, int64_t trials = 1'000'000) {
+void RunTrials(TrialScheduler scheduler, const TrialRule& rule, const Outcome& outcome,
+               size_t workers, Rng* rng, std::map<int64_t, bool>* results,
+               int64_t trials = 1'000'000) {
   std::vector<int64_t> under_way;
   for (; trials > 0; --trials) {
     while (under_way.size() < workers) {
-      const std::optional<int64_t> next = agenda.Next();
+      const std::optional<int64_t> next = scheduler.Next();
       if (!next) break;
       under_way.push_back(*next);
     }
     if (under_way.empty()) {
-      EXPECT_TRUE(agenda.complete());
+      EXPECT_TRUE(scheduler.complete());
       return;
     }
     const auto at =
@@ -46,9 +47,9 @@ void RunTrials(Agenda agenda, const TrialRule& rule, const Outcome& outcome, siz
     under_way.erase(at);
     const bool success = outcome(trial % rule.cells, trial / rule.cells);
     EXPECT_TRUE(results->emplace(trial, success).second) << trial;
-    agenda.Add(trial, success);
-    EXPECT_GE(agenda.Expected(), agenda.wanted());
-    EXPECT_LE(agenda.Expected(), agenda.most());
+    scheduler.Add(trial, success);
+    EXPECT_GE(scheduler.Expected(), scheduler.wanted());
+    EXPECT_LE(scheduler.Expected(), scheduler.most());
   }
 }
 
@@ -59,62 +60,62 @@ std::vector<int64_t> TrialsByCell(const TrialRule& rule, const std::map<int64_t,
   return trials;
 }
 
-TEST(Agenda, WithoutAPrecisionHasEveryTrialOfTheShardInOrder) {
+TEST(TrialScheduler, WithoutAPrecisionHasEveryTrialOfTheShardInOrder) {
   const TrialRule rule{.batch = 7, .most = 7, .precision = {}};
-  Agenda agenda(rule, {2, 3});
-  agenda.Add(4, true);
-  EXPECT_EQ(agenda.wanted(), 2);  // 1 and 4
-  EXPECT_EQ(agenda.Expected(), 2);
-  EXPECT_EQ(agenda.most(), 2);
-  EXPECT_EQ(agenda.done(), 1);
-  EXPECT_EQ(agenda.successes(), 1);
-  EXPECT_EQ(agenda.Next(), 1);
-  EXPECT_EQ(agenda.Next(), std::nullopt);
-  EXPECT_FALSE(agenda.complete());
-  agenda.Add(1, false);
-  EXPECT_TRUE(agenda.complete());
+  TrialScheduler scheduler(rule, {2, 3});
+  scheduler.Add(4, true);
+  EXPECT_EQ(scheduler.wanted(), 2);  // 1 and 4
+  EXPECT_EQ(scheduler.Expected(), 2);
+  EXPECT_EQ(scheduler.most(), 2);
+  EXPECT_EQ(scheduler.done(), 1);
+  EXPECT_EQ(scheduler.successes(), 1);
+  EXPECT_EQ(scheduler.Next(), 1);
+  EXPECT_EQ(scheduler.Next(), std::nullopt);
+  EXPECT_FALSE(scheduler.complete());
+  scheduler.Add(1, false);
+  EXPECT_TRUE(scheduler.complete());
 }
 
-TEST(Agenda, LooksAtACellOnlyWhenABatchOfItIsWhole) {
+TEST(TrialScheduler, LooksAtACellOnlyWhenABatchOfItIsWhole) {
   const TrialRule rule{.cells = 1, .batch = 10, .most = 45, .precision = 0.1};
   // All succeed: the interval is narrow enough after 16 trials, which is seen after 20.
   EXPECT_GT(statistics::WilsonInterval(15, 15).half_width(), 0.1);
   EXPECT_LE(statistics::WilsonInterval(16, 16).half_width(), 0.1);
-  Agenda agenda(rule, {});
+  TrialScheduler scheduler(rule, {});
   std::vector<int64_t> handed_out;
-  while (const auto trial = agenda.Next()) handed_out.push_back(*trial);
+  while (const auto trial = scheduler.Next()) handed_out.push_back(*trial);
   EXPECT_EQ(handed_out.size(), 10u);
-  for (int64_t trial = 9; trial > 0; --trial) agenda.Add(trial, true);
-  EXPECT_EQ(agenda.Next(), std::nullopt);  // the first one is missing
-  EXPECT_EQ(agenda.wanted(), 10);
-  agenda.Add(0, true);
-  EXPECT_EQ(agenda.wanted(), 20);
+  for (int64_t trial = 9; trial > 0; --trial) scheduler.Add(trial, true);
+  EXPECT_EQ(scheduler.Next(), std::nullopt);  // the first one is missing
+  EXPECT_EQ(scheduler.wanted(), 10);
+  scheduler.Add(0, true);
+  EXPECT_EQ(scheduler.wanted(), 20);
   for (int64_t trial = 10; trial < 20; ++trial) {
-    EXPECT_EQ(agenda.Next(), trial);
-    EXPECT_FALSE(agenda.complete());
-    agenda.Add(trial, true);
+    EXPECT_EQ(scheduler.Next(), trial);
+    EXPECT_FALSE(scheduler.complete());
+    scheduler.Add(trial, true);
   }
-  EXPECT_TRUE(agenda.complete());
-  EXPECT_EQ(agenda.Next(), std::nullopt);
-  EXPECT_EQ(agenda.reached(), 1);
-  EXPECT_EQ(agenda.not_reached(), 0);
-  EXPECT_EQ(agenda.Expected(), 20);
-  EXPECT_EQ(agenda.most(), 45);
+  EXPECT_TRUE(scheduler.complete());
+  EXPECT_EQ(scheduler.Next(), std::nullopt);
+  EXPECT_EQ(scheduler.reached(), 1);
+  EXPECT_EQ(scheduler.not_reached(), 0);
+  EXPECT_EQ(scheduler.Expected(), 20);
+  EXPECT_EQ(scheduler.most(), 45);
 }
 
-TEST(Agenda, StopsACellAtItsMostTrials) {
+TEST(TrialScheduler, StopsACellAtItsMostTrials) {
   const TrialRule rule{.cells = 2, .batch = 10, .most = 45, .precision = 0.1};
-  Rng rng = SeedTree(1).Stream("agenda");
+  Rng rng = SeedTree(1).Stream("scheduler");
   std::map<int64_t, bool> results;
   RunTrials(
-      Agenda(rule, {}), rule, [](int64_t cell, int64_t sample) { return cell == 1 && sample % 2; },
-      1, &rng, &results);
+      TrialScheduler(rule, {}), rule,
+      [](int64_t cell, int64_t sample) { return cell == 1 && sample % 2; }, 1, &rng, &results);
   EXPECT_THAT(TrialsByCell(rule, results), ElementsAre(20, 45));
-  Agenda agenda(rule, {});
-  for (const auto& [trial, success] : results) agenda.Add(trial, success);
-  EXPECT_EQ(agenda.cells(), 2);
-  EXPECT_EQ(agenda.reached(), 1);
-  EXPECT_EQ(agenda.not_reached(), 1);
+  TrialScheduler scheduler(rule, {});
+  for (const auto& [trial, success] : results) scheduler.Add(trial, success);
+  EXPECT_EQ(scheduler.cells(), 2);
+  EXPECT_EQ(scheduler.reached(), 1);
+  EXPECT_EQ(scheduler.not_reached(), 1);
 }
 
 void ExpectTheSameTrialsHoweverTheyAreRun(const TrialRule& rule) {
@@ -122,9 +123,9 @@ void ExpectTheSameTrialsHoweverTheyAreRun(const TrialRule& rule) {
     const std::string name = std::to_string(cell) + ":" + std::to_string(sample);
     return SeedTree(5).Stream(name).Uniform(0, 1) < static_cast<double>(cell) / 6;
   };
-  Rng rng = SeedTree(2).Stream("agenda");
+  Rng rng = SeedTree(2).Stream("scheduler");
   std::map<int64_t, bool> alone;
-  RunTrials(Agenda(rule, {}), rule, outcome, 1, &rng, &alone);
+  RunTrials(TrialScheduler(rule, {}), rule, outcome, 1, &rng, &alone);
   const std::vector<int64_t> trials = TrialsByCell(rule, alone);
   EXPECT_EQ(std::set(trials.begin(), trials.end()).size(), 5u) << "cells of different sizes";
   int compared = 0;
@@ -135,11 +136,11 @@ void ExpectTheSameTrialsHoweverTheyAreRun(const TrialRule& rule) {
         for (int index = 1; index <= shards; ++index) {
           std::map<int64_t, bool> results;
           const auto resumed = [&] {
-            Agenda agenda(rule, {index, shards});
+            TrialScheduler scheduler(rule, {index, shards});
             std::vector<std::pair<int64_t, bool>> known(results.begin(), results.end());
             if (rng.Uniform(0, 1) < 0.5) std::reverse(known.begin(), known.end());
-            for (const auto& [trial, success] : known) agenda.Add(trial, success);
-            return agenda;
+            for (const auto& [trial, success] : known) scheduler.Add(trial, success);
+            return scheduler;
           };
           while (interrupted && !resumed().complete())
             RunTrials(resumed(), rule, outcome, workers, &rng, &results, 13);
@@ -153,19 +154,19 @@ void ExpectTheSameTrialsHoweverTheyAreRun(const TrialRule& rule) {
   EXPECT_EQ(compared, 32);
 }
 
-TEST(Agenda, HasTheSameTrialsForAnyWorkersShardsAndInterruptions) {
+TEST(TrialScheduler, HasTheSameTrialsForAnyWorkersShardsAndInterruptions) {
   ExpectTheSameTrialsHoweverTheyAreRun({.cells = 5, .batch = 12, .most = 130, .precision = 0.09});
   ExpectTheSameTrialsHoweverTheyAreRun(
       {.cells = 5, .batch = 12, .most = 132, .precision = 0.09, .strata = 3});
 }
 
-TEST(Agenda, AShardHasAsManyTrialsOfEveryStratum) {
+TEST(TrialScheduler, AShardHasAsManyTrialsOfEveryStratum) {
   const TrialRule rule{.batch = 18, .most = 18, .precision = {}, .strata = 3};
   std::set<int64_t> all;
   for (const int index : {1, 2, 3}) {
-    Agenda agenda(rule, {index, 3});
+    TrialScheduler scheduler(rule, {index, 3});
     std::array<int, 3> of_stratum{};
-    while (const auto trial = agenda.Next()) {
+    while (const auto trial = scheduler.Next()) {
       EXPECT_TRUE(all.insert(*trial).second);
       ++of_stratum[static_cast<size_t>(*trial % 3)];
     }
@@ -176,19 +177,19 @@ TEST(Agenda, AShardHasAsManyTrialsOfEveryStratum) {
 
 // A rule that looks at what it counts is biased; how much is measured here. 2,000 cells at each
 // rate: a share of 0.95 is then known to 0.005 (one standard deviation).
-TEST(Agenda, ItsIntervalsHoldTheTrueRateAboutAsOftenAsTheySay) {
+TEST(TrialScheduler, ItsIntervalsHoldTheTrueRateAboutAsOftenAsTheySay) {
   constexpr int kCells = 2000;
   const TrialRule rule{.cells = kCells, .batch = 30, .most = 1080, .precision = 0.03};
   for (const double rate : {0.02, 0.05, 0.08, 0.2, 0.5, 0.7, 0.9, 0.97}) {
     Rng rng = SeedTree(3).Stream("coverage:" + std::to_string(rate));
-    Agenda agenda(rule, {});
+    TrialScheduler scheduler(rule, {});
     std::vector<int64_t> trials(kCells), successes(kCells);
-    while (const auto trial = agenda.Next()) {
+    while (const auto trial = scheduler.Next()) {
       const bool success = rng.Uniform(0, 1) < rate;
       const auto cell = static_cast<size_t>(*trial % rule.cells);
       ++trials[cell];
       successes[cell] += success;
-      agenda.Add(*trial, success);
+      scheduler.Add(*trial, success);
     }
     int holds = 0;
     double mean = 0;
@@ -209,7 +210,7 @@ TEST(Agenda, ItsIntervalsHoldTheTrueRateAboutAsOftenAsTheySay) {
 
 // The same where success falls with something that the plan's strata cut in six: steeply, gently or
 // not at all.
-TEST(Agenda, ItsIntervalsOverStrataHoldTheTrueRateWithFewerTrials) {
+TEST(TrialScheduler, ItsIntervalsOverStrataHoldTheTrueRateWithFewerTrials) {
   constexpr int kCells = 2000, kStrata = 6;
   const TrialRule rule{
       .cells = kCells, .batch = 30, .most = 1080, .precision = 0.03, .strata = kStrata};
@@ -223,18 +224,18 @@ TEST(Agenda, ItsIntervalsOverStrataHoldTheTrueRateWithFewerTrials) {
       for (int i = 0; i < 6000; ++i) true_rate += rate_at((i + 0.5) / 6000, middle, width) / 6000;
       const std::string name = fmt::format("{} of {}", middle, width);
       Rng rng = SeedTree(3).Stream("strata:" + name);
-      Agenda agenda(rule, {});
+      TrialScheduler scheduler(rule, {});
       std::vector<std::array<statistics::Count, kStrata>> counts(kCells);
-      while (const auto trial = agenda.Next()) {
+      while (const auto trial = scheduler.Next()) {
         const auto stratum = static_cast<size_t>(*trial / rule.cells % kStrata);
         const double x = (static_cast<double>(stratum) + rng.Uniform(0, 1)) / kStrata;
         const bool success = rng.Uniform(0, 1) < rate_at(x, middle, width);
         statistics::Count& count = counts[static_cast<size_t>(*trial % rule.cells)][stratum];
         ++count.trials;
         count.successes += success;
-        agenda.Add(*trial, success);
+        scheduler.Add(*trial, success);
       }
-      EXPECT_EQ(agenda.reached(), kCells) << name;
+      EXPECT_EQ(scheduler.reached(), kCells) << name;
       double holds = 0, trials = 0, mean = 0;
       for (const auto& strata : counts) {
         const statistics::Interval interval = statistics::StratifiedInterval(strata);

@@ -1,4 +1,4 @@
-#include "experiments/farm/agenda.h"
+#include "experiments/farm/trial_scheduler.h"
 
 #include <algorithm>
 #include <cmath>
@@ -54,7 +54,7 @@ bool IsOf(const Shard& shard, const TrialRule& rule, int64_t trial) {
   return shard.Has(rule.precision ? trial % rule.cells : trial / rule.strata);
 }
 
-Agenda::Agenda(const TrialRule& rule, const Shard& shard)
+TrialScheduler::TrialScheduler(const TrialRule& rule, const Shard& shard)
     : rule_(rule), shard_(shard), cells_(static_cast<size_t>(rule.cells)) {
   for (int64_t cell = 0; cell < rule_.cells; ++cell) {
     cells_of_shard_ += !rule_.precision || Owns(cell);
@@ -63,7 +63,7 @@ Agenda::Agenda(const TrialRule& rule, const Shard& shard)
   }
 }
 
-void Agenda::WantMore(int64_t cell) {
+void TrialScheduler::WantMore(int64_t cell) {
   Cell& c = cells_[static_cast<size_t>(cell)];
   const int64_t before = std::exchange(c.wanted, std::min(c.wanted + rule_.batch, rule_.most));
   for (int64_t sample = before; sample < c.wanted; ++sample) {
@@ -74,7 +74,7 @@ void Agenda::WantMore(int64_t cell) {
   open_.push_back(cell);
 }
 
-void Agenda::Decide(int64_t cell) {
+void TrialScheduler::Decide(int64_t cell) {
   Cell& c = cells_[static_cast<size_t>(cell)];
   const bool is_narrow = statistics::StratifiedInterval(c.strata).half_width() <= *rule_.precision;
   if (!is_narrow && c.counted < rule_.most) return WantMore(cell);
@@ -82,7 +82,7 @@ void Agenda::Decide(int64_t cell) {
   ++(is_narrow ? reached_ : not_reached_);
 }
 
-void Agenda::Add(int64_t trial, bool success) {
+void TrialScheduler::Add(int64_t trial, bool success) {
   if (trial < 0 || trial >= rule_.cells * rule_.most) return;  // no trial of the plan
   const int64_t cell = trial % rule_.cells, sample = trial / rule_.cells;
   Cell& c = cells_[static_cast<size_t>(cell)];
@@ -103,7 +103,7 @@ void Agenda::Add(int64_t trial, bool success) {
   }
 }
 
-std::optional<int64_t> Agenda::Next() {
+std::optional<int64_t> TrialScheduler::Next() {
   for (; !open_.empty(); open_.pop_front()) {
     const int64_t cell = open_.front();
     Cell& c = cells_[static_cast<size_t>(cell)];
@@ -117,7 +117,7 @@ std::optional<int64_t> Agenda::Next() {
   return std::nullopt;
 }
 
-int64_t Agenda::Expected() const {
+int64_t TrialScheduler::Expected() const {
   if (!rule_.precision) return wanted_;
   int64_t expected = 0;
   for (int64_t cell = 0; cell < rule_.cells; ++cell) {
@@ -139,12 +139,14 @@ int64_t Agenda::Expected() const {
   return expected;
 }
 
-int64_t Agenda::most() const { return rule_.precision ? cells_of_shard_ * rule_.most : wanted_; }
+int64_t TrialScheduler::most() const {
+  return rule_.precision ? cells_of_shard_ * rule_.most : wanted_;
+}
 
-Agenda AgendaOf(const ResultStore& store) {
-  Agenda agenda(RuleOf(store.header()), store.header().shard);
-  for (const auto& [trial, success] : store.Verdicts()) agenda.Add(trial, success);
-  return agenda;
+TrialScheduler SchedulerOf(const ResultStore& store) {
+  TrialScheduler scheduler(RuleOf(store.header()), store.header().shard);
+  for (const auto& [trial, success] : store.Verdicts()) scheduler.Add(trial, success);
+  return scheduler;
 }
 
 }  // namespace turbidock::farm

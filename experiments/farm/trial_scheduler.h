@@ -39,9 +39,9 @@ bool IsOf(const Shard& shard, const TrialRule& rule, int64_t trial);
 // The rule that a file's trials follow. Without a precision it knows of no cells.
 TrialRule RuleOf(const StoreHeader& header);
 
-class Agenda {
+class TrialScheduler {
  public:
-  Agenda(const TrialRule& rule, const Shard& shard);
+  TrialScheduler(const TrialRule& rule, const Shard& shard);
 
   // Notes what came of a trial: each once, in any order.
   void Add(int64_t trial, bool success);
@@ -85,7 +85,7 @@ class Agenda {
   int64_t cells_of_shard_ = 0, reached_ = 0, not_reached_ = 0;
 };
 
-// The agenda after the trials in a file.
-Agenda AgendaOf(const ResultStore& store);
+// The scheduler after the trials in a file.
+TrialScheduler SchedulerOf(const ResultStore& store);
 
 }  // namespace turbidock::farm
