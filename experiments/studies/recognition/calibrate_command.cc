@@ -98,7 +98,7 @@ std::string Text(const CalibrationPlan& plan, const CalibrationResult& result,
   report::Table parameters({"<parameter", "value", "range", "misfit 5 % of it lower", "higher"});
   for (size_t i = 0; i < plan.parameters.size(); ++i) {
     const FreeParameter& p = plan.parameters[i];
-    std::vector<std::string> row = {p.key, fmt::format("{:.5g}", result.best.values[i]),
+    std::vector<report::Cell> row = {p.key, fmt::format("{:.5g}", result.best.values[i]),
                                     fmt::format("{:g} to {:g}", p.low, p.high), "", ""};
     if (i < result.misfit_beside.size()) {
       row[3] = report::Fixed(result.misfit_beside[i].first, 3);

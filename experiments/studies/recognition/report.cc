@@ -44,16 +44,16 @@ std::string RecognitionText(const std::vector<CellResult>& results,
     for (const double d : distances_m[marker]) heads.push_back(fmt::format("{:g} mm", MmFromM(d)));
     report::Table rows(heads);
     for (const auto& [milk, by_distance] : by_milk) {
-      std::vector<std::string> row = {report::Fixed(milk, 1)};
+      std::vector<report::Cell> row = {report::Fixed(milk, 1)};
       for (const double d : distances_m[marker]) {
         row.emplace_back();
         const auto found = by_distance.find(d);
         if (found == by_distance.end()) continue;
         const CellResult& r = results[found->second];
-        row.back() =
+        row.back().text =
             fmt::format("{:.3f} ± {:.3f} {:<3}", r.fitness_mean, r.fitness_std, NameOf(r.area));
         if (!table.empty())
-          row.back() += fmt::format(" ({:6.3f})", table[found->second].fitness_mean);
+          row.back().text += fmt::format(" ({:6.3f})", table[found->second].fitness_mean);
       }
       rows.Row(std::move(row));
     }
