@@ -8,7 +8,6 @@
 #include "experiments/app/farm_arguments.h"
 #include "experiments/app/plan_arguments.h"
 #include "experiments/app/progress.h"
-#include "experiments/config/data_files.h"
 #include "experiments/farm/batch.h"
 #include "experiments/farm/plan.h"
 #include "experiments/farm/result_store.h"
@@ -217,26 +216,6 @@ int Curve(const CurveArguments& arguments) {
   return kExitDone;
 }
 
-struct PlansArguments {
-  bool json = false;
-};
-
-int ListPlans(const PlansArguments& arguments) {
-  const bool json = arguments.json;
-  auto list = report::Json::array();
-  for (const std::string& name : config::BundledNames("plans")) {
-    const farm::Plan plan = farm::LoadPlan(name);
-    if (json)
-      list.push_back({{"name", name},
-                      {"description", plan.settings().description},
-                      {"trials", plan.trials()}});  // with a precision, at most
-    else
-      fmt::print("{:20} {:>20}  {}\n", name, CountText(plan), plan.settings().description);
-  }
-  if (json) fmt::print("{}", report::JsonText(list));
-  return kExitDone;
-}
-
 }  // namespace
 
 void AddBatch(CommandLine& line) {
@@ -271,9 +250,6 @@ void AddBatch(CommandLine& line) {
             "Draw beside it how far the estimate is from the truth once docked")
       .Needs(figure);
   curve.Flag("--json", curve_arguments.json, "As JSON on stdout");
-
-  auto [plans, plans_arguments] = line.Add("plans", "List the bundled plans", &ListPlans);
-  plans.Flag("--json", plans_arguments.json, "As JSON");
 }
 
 }  // namespace turbidock::app

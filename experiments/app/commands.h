@@ -7,12 +7,12 @@
 
 namespace turbidock::app {
 
-void AddBatch(CommandLine& line);    // batch, plans, status, curve
+void AddBatch(CommandLine& line);    // batch, status, curve
 void AddResults(CommandLine& line);  // merge, export, verify, replay
 void AddReport(CommandLine& line);
 void AddSlurm(CommandLine& line);
 void AddSlurmTask(CommandLine& line);
-void AddScenarios(CommandLine& line);
+void AddList(CommandLine& line);
 void AddSelftest(CommandLine& line);
 
 }  // namespace turbidock::app
@@ -54,7 +54,7 @@ namespace step_response {
 void AddStepResponse(app::CommandLine& line);
 }
 namespace tuning {
-void AddTune(app::CommandLine& line);  // tune, studies
+void AddTune(app::CommandLine& line);
 }
 
 }  // namespace turbidock

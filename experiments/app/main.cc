@@ -45,7 +45,7 @@ int ParseAndRun(int argc, char** argv, const trial::Plugins& plugins) {
                          tuning::AddTune,
                          check_vehicle::AddCheckVehicle,
                          step_response::AddStepResponse,
-                         AddScenarios,
+                         AddList,
                          AddSelftest})
     add(line);
   if (const std::optional<int> code = line.Parse(argc, argv)) return *code;

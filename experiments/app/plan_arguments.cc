@@ -8,7 +8,7 @@ namespace turbidock::app {
 
 void PlanArguments::AddTo(Subcommand* command, const trial::Plugins& plugins) {
   overrides.plugins = plugins;
-  command->Add("plan", plan, "YAML file or the name of a bundled plan (see `turbidock plans`)")
+  command->Add("plan", plan, "YAML file or the name of a bundled plan (see `turbidock list plans`)")
       .Required();
   command->AddSet(overrides.assignments, "Set one key of every trial, such as duration_s=30");
   command->Add("--seed", overrides.master_seed, "Root of every trial's seed (master_seed)");

@@ -230,23 +230,6 @@ Scenario ParseScenario(const std::string& text, const std::string& name, const P
   return scenario;
 }
 
-std::vector<std::string> ResolutionAssignments(const std::string& text) {
-  const size_t times = std::min(text.find('x'), text.size());
-  const std::string width = text.substr(0, times);
-  const std::string height = times < text.size() ? text.substr(times + 1) : "";
-  for (const std::string& number : {width, height})
-    if (number.empty() || number.find_first_not_of("0123456789") != std::string::npos)
-      throw ConfigError("--resolution " + text, "must be WIDTHxHEIGHT in pixels, such as 320x240");
-  RigParams rig;
-  try {
-    config::ApplySet("width_px=" + width, &rig, nullptr);
-    config::ApplySet("height_px=" + height, &rig, nullptr);
-  } catch (const ConfigError&) {
-    throw ConfigError("--resolution " + text, "each side must be in [16, 8192] pixels");
-  }
-  return {"rig.width_px=" + width, "rig.height_px=" + height};
-}
-
 vehicle::SceneFiles SceneFilesOf(const Scenario& scenario) {
   const Scenario defaults;
   vehicle::SceneFiles files{.scene = PathOfModel(scenario.model)};

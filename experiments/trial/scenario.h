@@ -240,11 +240,6 @@ Scenario ParseScenario(const std::string& text, const std::string& name,
 // The table of all keys.
 std::vector<config::KeyDoc> ScenarioKeys(const Plugins& plugins = {});
 
-// Smaller or larger images from the same cameras: "320x240" as assignments that give both this
-// size. The field of view across stays, so focal length and principal point follow. ConfigError for
-// anything else.
-std::vector<std::string> ResolutionAssignments(const std::string& text);
-
 // The scenario's MJCF files. What a scene includes and does not have beside it is the bundled one.
 // ConfigError for a scene without a vehicle.xml (station.xml) that another could be taken for.
 vehicle::SceneFiles SceneFilesOf(const Scenario& scenario);

@@ -173,9 +173,9 @@ TEST_F(BadInput, AnOptionThatSaysNothingHereIsRefused) {
           "--by and --ignore are for two batches");
   Refused({"curve", db, "--over", "seed", "--error"}, "--error requires --figure");
   Refused({"verify", db, "--trials", "1", "--sample", "5"}, "excludes");
-  Refused({"scenarios", "--show", "pool_active", "--keys"}, "excludes");
-  Refused({"scenarios", "--show", "pool_active", "--json"}, "excludes");
-  Refused({"scenarios", "--keys", "--result-keys"}, "excludes");
+  Refused({"list", "keys", "--show", "pool_active"}, "excludes");
+  Refused({"list", "--show", "pool_active", "--json"}, "excludes");
+  Refused({"list", "scenario"}, "'scenario' must be one of all, scenarios, plans, studies, keys");
   Refused({"batch", "smoke", "--out", Path("new.db"), "--sbatch=--time=1"},
           "--sbatch requires --slurm");
 }
@@ -275,13 +275,11 @@ TEST_F(BadInput, ANumberThatLeavesNoLawNamesItsKeys) {
   Refused({"run", "pool_active", "--set", "controller=lqg", "--set",
            "known_vehicle.rigid_body.mass_kg=1e300", "--set", "duration_s=0.1"},
           "lqg.surge: there is no law for these values");
-  Refused({"run", "pool_active", "--resolution", "1x1"},
-          "--resolution 1x1: each side must be in [16, 8192] pixels");
 }
 
 TEST_F(BadInput, AFullStandardOutputIsNoSuccess) {
   for (const std::vector<std::string>& arguments : std::vector<std::vector<std::string>>{
-           {"--help"}, {"run", "--help"}, {"--version"}, {"scenarios"}, {"scenarios", "--keys"}}) {
+           {"--help"}, {"run", "--help"}, {"--version"}, {"list"}, {"list", "keys"}}) {
     std::string line = ProgramPath();
     for (const std::string& word : arguments) line += " " + word;
     const int status = std::system((line + " >/dev/full 2>/dev/null").c_str());

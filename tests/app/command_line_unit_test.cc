@@ -87,13 +87,44 @@ TEST_F(CommandLine, VersionNamesWhatItRunsOn) {
     EXPECT_THAT(end.out, HasSubstr(name));
 }
 
-TEST_F(CommandLine, ScenariosListsEachWithALine) {
-  const ProgramEnd end = RunProgram({"scenarios"});
-  EXPECT_EQ(end.exit_code, 0);
-  EXPECT_THAT(end.out, HasSubstr("sea_night_active"));
-  const std::filesystem::directory_iterator files(TURBIDOCK_TEST_DATA "/../../assets/scenarios");
-  EXPECT_EQ(std::count(end.out.begin(), end.out.end(), '\n'),
-            std::distance(files, std::filesystem::directory_iterator()));
+TEST_F(CommandLine, ListHasALineForEveryBundledFile) {
+  const std::pair<const char*, const char*> kinds[] = {
+      {"scenarios", "sea_night_active"}, {"plans", "turbidity_sweep"}, {"studies", "tryout"}};
+  std::string all;
+  for (const auto& [kind, known] : kinds) {
+    const ProgramEnd end = RunProgram({"list", kind});
+    EXPECT_EQ(end.exit_code, 0) << end.err;
+    EXPECT_THAT(end.out, HasSubstr(known));
+    const std::filesystem::directory_iterator files(
+        std::filesystem::path(TURBIDOCK_TEST_DATA "/../../assets") / kind);
+    EXPECT_EQ(std::count(end.out.begin(), end.out.end(), '\n'),
+              std::distance(files, std::filesystem::directory_iterator()));
+    all += (all.empty() ? "" : "\n") + std::string(kind) + "\n" + end.out;
+  }
+  EXPECT_EQ(RunProgram({"list"}).out, all);
+}
+
+TEST_F(CommandLine, ListAsJsonHasNamesAndDescriptions) {
+  const auto all = nlohmann::json::parse(RunProgram({"list", "--json"}).out);
+  ASSERT_EQ(all.size(), 3u);
+  for (const char* kind : {"scenarios", "plans", "studies"}) {
+    EXPECT_EQ(nlohmann::json::parse(RunProgram({"list", kind, "--json"}).out), all.at(kind));
+    for (const auto& entry : all.at(kind)) EXPECT_NE(entry.at("description"), "") << entry;
+  }
+  const auto keys = nlohmann::json::parse(RunProgram({"list", "keys", "--json"}).out);
+  EXPECT_GT(keys.size(), 100u);
+  EXPECT_THAT(RunProgram({"list", "--show", "pool_active"}).out, HasSubstr("milk_ml_m3: "));
+  EXPECT_THAT(RunProgram({"list", "result-keys"}).out, HasSubstr("| `outcome`"));
+}
+
+TEST_F(CommandLine, WhatIsGoneSaysWhatTookItsPlace) {
+  ExpectBadInput({"plans", "--json"}, {"plans is gone; now: turbidock list plans"});
+  for (const std::string option : {"--resolution", "--resolution=320x240"})
+    ExpectBadInput({"run", "pool_active", option, "320x240"},
+                   {"run --resolution is gone; now: --set rig.width_px=320"});
+  // A value of that name is none of them.
+  EXPECT_EQ(RunProgram({"list", "--show", "pool_active"}).exit_code, 0);
+  EXPECT_THAT(RunProgram({"run", "plans"}).err, HasSubstr("no bundled scenario of that name"));
 }
 
 TEST_F(CommandLine, PhysicsSelftestExitsAsItsTableSays) {

@@ -22,7 +22,7 @@ apt_get install --no-install-recommends /tmp/turbidock.deb
 inside id diver >/dev/null 2>&1 || inside useradd --create-home diver
 as_user() { inside setpriv --reuid=diver --regid=diver --clear-groups "$@"; }
 as_user turbidock --version
-as_user turbidock scenarios
+as_user turbidock list
 trial=(turbidock run pool_active --set duration_s=1 --seed 1 --json --quiet)
 as_user "${trial[@]}" >"$folder/inside.json"
 rm -f "$root"/tmp/smoke.*

@@ -175,7 +175,7 @@ TEST(TrialRecord, TheDocumentedTableIsThatOfTheProgram) {
   std::ifstream file(TURBIDOCK_TEST_DATA "/../../experiments/trial/result_keys.md");
   const std::string page{std::istreambuf_iterator<char>(file), {}};
   EXPECT_NE(page.find(ResultKeyTable()), std::string::npos)
-      << "write the output of `turbidock scenarios --result-keys` into "
+      << "write the output of `turbidock list result-keys` into "
          "experiments/trial/result_keys.md";
   std::multiset<std::string> cells;
   for (size_t at = page.find('`'); at != std::string::npos; at = page.find('`', at + 1)) {

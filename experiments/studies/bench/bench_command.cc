@@ -2,7 +2,6 @@
 
 #include <cstdio>
 #include <filesystem>
-#include <optional>
 #include <vector>
 
 #include "experiments/app/commands.h"
@@ -17,7 +16,6 @@ const std::vector<std::string> kDefaultScenarios = {"sea_night_active", "pool_pa
 
 struct BenchArguments {
   std::vector<std::string> scenarios, assignments;
-  std::optional<std::string> resolution;
   int workers = 0;
   BenchOptions options;
   bool json = false, quiet = false;
@@ -25,10 +23,7 @@ struct BenchArguments {
 
 int Bench(const BenchArguments& arguments) {
   const auto& names = arguments.scenarios.empty() ? kDefaultScenarios : arguments.scenarios;
-  std::vector<std::string> assignments = arguments.assignments;
-  if (arguments.resolution)
-    for (const std::string& size : trial::ResolutionAssignments(*arguments.resolution))
-      assignments.push_back(size);
+  const std::vector<std::string>& assignments = arguments.assignments;
   std::vector<trial::Scenario> scenarios;
   scenarios.reserve(names.size());
   for (const std::string& name : names) scenarios.push_back(trial::LoadScenario(name, assignments));
@@ -75,8 +70,6 @@ void AddBench(app::CommandLine& line) {
   bench.Add("--frames", arguments.options.frames, "Frames of a trial").Between(2, 1000000);
   bench.Add("--repeats", arguments.options.repeats, "Times that each trial is run")
       .Between(1, 1000);
-  bench.Add("--resolution WxH", arguments.resolution,
-            "Size of both cameras' images with the same field of view, such as 320x240");
   bench
       .Add("--workers", arguments.workers,
            "Also measure trials an hour, whole ones, with 1 and with N worker processes")

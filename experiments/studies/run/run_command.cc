@@ -18,7 +18,7 @@ struct RunArguments {
   std::vector<std::string> assignments;
   std::string gains;
   std::string seed;
-  std::optional<std::string> resolution, out, figure;
+  std::optional<std::string> out, figure;
   std::string expect;
   bool json = false, video = false, report = false, quiet = false;
 };
@@ -26,9 +26,6 @@ struct RunArguments {
 int Run(const RunArguments& arguments) {
   std::vector<std::string> assignments = arguments.assignments;
   if (!arguments.seed.empty()) assignments.push_back("seed=" + arguments.seed);
-  if (arguments.resolution)
-    for (const std::string& size : trial::ResolutionAssignments(*arguments.resolution))
-      assignments.push_back(size);
   const trial::Scenario scenario =
       trial::LoadScenario(arguments.scenario, assignments, arguments.gains, arguments.plugins);
   const trial::TrialResult result =
@@ -53,14 +50,12 @@ void AddRun(app::CommandLine& line) {
   auto [run, arguments] = line.Add("run", "Run one docking trial", &Run);
   arguments.plugins = line.plugins();
   run.Add("scenario", arguments.scenario,
-          "YAML file or the name of a bundled scenario (see `turbidock scenarios`)")
+          "YAML file or the name of a bundled scenario (see `turbidock list`)")
       .Required();
   run.AddSet(arguments.assignments, "Set one key, such as water.milk_ml_m3=20");
   run.Add("--gains", arguments.gains,
           "Gains file, such as `turbidock tune` writes, read over the scenario");
   run.AddSeed(arguments.seed);
-  run.Add("--resolution WxH", arguments.resolution,
-          "Size of both cameras' images with the same field of view, such as 320x240");
   const app::Option out =
       run.Add("--out FOLDER", arguments.out,
               "Folder for result.json, resolved.yaml, trajectory.csv, figure.png and cameras/");

@@ -78,7 +78,7 @@ void AddStepResponse(app::CommandLine& line) {
       "step-response", "Measure how the closed loop answers steps, forces and sinusoids", &Measure);
   arguments.plugins = line.plugins();
   step.Add("scenario", arguments.scenario,
-           "YAML file or the name of a bundled scenario (see `turbidock scenarios`)");
+           "YAML file or the name of a bundled scenario (see `turbidock list`)");
   step.AddSet(arguments.assignments, "Set one key, such as controller=lqg");
   step.Add("--gains", arguments.gains, "Gains file, read over the scenario");
   step.Add("--axis", arguments.axis, "Which axis").OneOf({"all", "x", "y", "z", "yaw"});

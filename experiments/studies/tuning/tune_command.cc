@@ -7,7 +7,6 @@
 #include "experiments/app/farm_arguments.h"
 #include "experiments/app/plan_arguments.h"
 #include "experiments/app/progress.h"
-#include "experiments/config/data_files.h"
 #include "experiments/media/figure.h"
 #include "experiments/page/study_page.h"
 #include "experiments/studies/tuning/tuner.h"
@@ -94,12 +93,6 @@ int Tune(const TuneArguments& arguments) {
   return app::kExitDone;
 }
 
-int ListStudies() {
-  for (const std::string& name : config::BundledNames("studies"))
-    fmt::print("{:24} {}\n", name, LoadStudy(name).settings().description);
-  return app::kExitDone;
-}
-
 }  // namespace
 
 void AddTune(app::CommandLine& line) {
@@ -107,7 +100,7 @@ void AddTune(app::CommandLine& line) {
       line.Add<TuneArguments>("tune", "Tune controller gains over closed-loop trials", &Tune);
   arguments.plugins = line.plugins();
   tune.Add("study", arguments.study,
-           "YAML file or the name of a bundled study (see `turbidock studies`)")
+           "YAML file or the name of a bundled study (see `turbidock list studies`)")
       .Required();
   tune.Add("--out", arguments.out,
            "Folder for gains.yaml, report and every evaluation; one that holds a part of the "
@@ -117,7 +110,6 @@ void AddTune(app::CommandLine& line) {
   tune.Add("--figure FILE", arguments.figure, "Draw tuning.png also here: .png, .svg or .pdf");
   tune.Flag("--json", arguments.json, "Print the report as JSON on stdout");
   tune.AddQuiet(arguments.quiet);
-  line.Add("studies", "List the bundled studies", &ListStudies);
 }
 
 }  // namespace turbidock::tuning

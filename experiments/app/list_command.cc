@@ -1,0 +1,114 @@
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "experiments/app/commands.h"
+#include "experiments/config/data_files.h"
+#include "experiments/config/yaml_fields.h"
+#include "experiments/farm/plan.h"
+#include "experiments/report/json.h"
+#include "experiments/studies/tuning/study.h"
+#include "experiments/trial/record_columns.h"
+#include "experiments/trial/scenario.h"
+
+namespace turbidock::app {
+namespace {
+
+struct ListArguments {
+  trial::Plugins plugins;
+  std::string what = "all", show;
+  bool json = false;
+};
+
+// What a bundled file says of itself.
+report::Json Described(const std::string& folder, const std::string& name) {
+  if (folder == "scenarios")
+    return {{"name", name}, {"description", trial::LoadScenario(name, {}).description}};
+  if (folder == "studies")
+    return {{"name", name}, {"description", tuning::LoadStudy(name).settings().description}};
+  const farm::Plan plan = farm::LoadPlan(name);
+  return {{"name", name},
+          {"description", plan.settings().description},
+          {"trials", plan.trials()}};  // with a precision, at most
+}
+
+report::Json Bundled(const std::string& folder) {
+  auto list = report::Json::array();
+  for (const std::string& name : config::BundledNames(folder))
+    list.push_back(Described(folder, name));
+  return list;
+}
+
+void PrintBundled(const report::Json& list) {
+  for (const report::Json& entry : list) {
+    const std::string trials =
+        entry.contains("trials") ? fmt::format("{:>7} trials  ", entry.at("trials").get<int64_t>())
+                                 : "";
+    fmt::print("{:24} {}{}\n", entry.at("name").get<std::string>(), trials,
+               entry.at("description").get<std::string>());
+  }
+}
+
+void ListAll(bool json) {
+  report::Json all;
+  for (const char* folder : {"scenarios", "plans", "studies"}) {
+    all[folder] = Bundled(folder);
+    if (json) continue;
+    fmt::print("{}{}\n", all.size() > 1 ? "\n" : "", folder);
+    PrintBundled(all[folder]);
+  }
+  if (json) fmt::print("{}", report::JsonText(all));
+}
+
+void ListKeys(bool json, const trial::Plugins& plugins) {
+  auto list = report::Json::array();
+  for (const config::KeyDoc& key : trial::ScenarioKeys(plugins)) {
+    if (json)
+      list.push_back({{"key", key.key},
+                      {"type", key.type},
+                      {"default", key.value},
+                      {"range", key.range},
+                      {"doc", key.doc}});
+    else
+      fmt::print("{:45} {:22} {:24} {}\n", key.key, key.value, key.range, key.doc);
+  }
+  if (json) fmt::print("{}", report::JsonText(list));
+}
+
+int List(const ListArguments& arguments) {
+  const auto& [plugins, what, show, json] = arguments;
+  if (!show.empty())
+    std::fputs(trial::SaveScenario(trial::LoadScenario(show, {}, "", plugins)).c_str(), stdout);
+  else if (what == "all")
+    ListAll(json);
+  else if (what == "keys")
+    ListKeys(json, plugins);
+  else if (what == "result-keys")
+    std::fputs(trial::ResultKeyTable().c_str(), stdout);
+  else if (json)
+    fmt::print("{}", report::JsonText(Bundled(what)));
+  else
+    PrintBundled(Bundled(what));
+  return kExitDone;
+}
+
+}  // namespace
+
+void AddList(CommandLine& line) {
+  auto [list, arguments] =
+      line.Add("list", "List the bundled scenarios, plans and studies, or the keys", &List);
+  arguments.plugins = line.plugins();
+  const Option what =
+      list.Add("what", arguments.what,
+               "scenarios, plans, studies; keys: every key of a scenario with default, range and\n"
+               "meaning; result-keys: every key of a result with its column in a batch's file")
+          .OneOf({"all", "scenarios", "plans", "studies", "keys", "result-keys"});
+  Option show = list.Add("--show SCENARIO", arguments.show,
+                         "Instead: a scenario, bundled or a file, with every default spelt out");
+  const Option json = list.Flag("--json", arguments.json, "As JSON; result-keys are Markdown");
+  show.Excludes(what).Excludes(json);
+}
+
+}  // namespace turbidock::app
