@@ -3,20 +3,19 @@
 
 #include <cstdint>
 #include <functional>
+#include <vector>
 
 #include "experiments/farm/farm.h"
 #include "experiments/farm/plan.h"
 #include "experiments/farm/result_store.h"
+#include "experiments/farm/runner.h"
 
 namespace turbidock::farm {
 
-struct BatchProgress {
+struct BatchProgress : RunProgress {
   int64_t done = 0, total = 0;  // of the shard; `done` has those of earlier runs
   int64_t most = 0;             // with a precision `total` is a guess, and this what it can become
   int64_t successes = 0;        // of `done`
-  int64_t done_now = 0;         // in this run
-  double wall_time_s = 0;       // of this run
-  double worker_time_s = 0;     // sum over the trials of this run
 };
 
 struct BatchOptions {
@@ -26,9 +25,8 @@ struct BatchOptions {
   std::function<bool()> stop_requested;                   // polled at least every second
 };
 
-// Runs until all trials of the store's shard are in it (see trial_scheduler.h), or stop_requested:
-// the trials under way are then given up and run again next time. Errors as of TrialPool::Next and
-// ResultStore::Add; what was stored stays.
+// Runs until all trials of the store's shard are in it (see trial_scheduler.h), or stop_requested.
+// Errors as of TrialRunner::Run; what was stored stays.
 BatchProgress RunBatch(const Plan& plan, const BatchOptions& options, ResultStore* store);
 
 // Runs these trials of the plan again, in any order, without storing them.

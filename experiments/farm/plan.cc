@@ -39,22 +39,6 @@ std::string Compared(const config::YamlNode& value) {
   return number ? FormatNumber(*number) : scalar;
 }
 
-// Of the bundled models' files and of the scenarios' own MJCF files (not of what those include).
-std::string ModelsDigest(const std::map<std::string, trial::Scenario>& scenarios) {
-  std::vector<fs::path> files;
-  for (const auto& entry : fs::recursive_directory_iterator(fs::path(config::ModelPath(""))))
-    if (entry.is_regular_file()) files.push_back(entry.path());
-  std::sort(files.begin(), files.end());
-  for (const auto& [name, scenario] : scenarios)
-    if (scenario.model.find('/') != std::string::npos) files.emplace_back(scenario.model);
-  Digest digest;
-  for (const fs::path& file : files) {
-    digest.Add(file.filename().string());
-    digest.Add(system::ReadWhole(file));
-  }
-  return digest.Hex();
-}
-
 // An error about an assignment that stands in a plan's `set` names its line there; others stay as
 // they are.
 ConfigError ErrorInSet(const ConfigError& error, const std::optional<config::YamlNode>& set,
@@ -79,9 +63,6 @@ const std::vector<Parameter>& ValuesOf(const std::vector<Case>& cases, const std
   return std::ranges::find(cases, name, &Case::name)->values;
 }
 
-// As YAML, with quotes where they are needed.
-std::string YamlText(const std::string& text) { return config::TextNode(text, {}).OneLine(); }
-
 // What names a case, stratum or scenario becomes a key of the resolved plan and a cell of tables.
 void RequireName(const std::string& name, const config::YamlNode& at) {
   constexpr size_t kLongest = 1000;
@@ -102,6 +83,23 @@ std::string TextOf(const char* key, const std::vector<Case>& cases) {
 }
 
 }  // namespace
+
+std::string ModelsDigest(const std::map<std::string, trial::Scenario>& scenarios) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::recursive_directory_iterator(fs::path(config::ModelPath(""))))
+    if (entry.is_regular_file()) files.push_back(entry.path());
+  std::sort(files.begin(), files.end());
+  for (const auto& [name, scenario] : scenarios)
+    if (scenario.model.find('/') != std::string::npos) files.emplace_back(scenario.model);
+  Digest digest;
+  for (const fs::path& file : files) {
+    digest.Add(file.filename().string());
+    digest.Add(system::ReadWhole(file));
+  }
+  return digest.Hex();
+}
+
+std::string YamlText(const std::string& text) { return config::TextNode(text, {}).OneLine(); }
 
 Plan::Plan(const std::string& text, const std::string& file, const PlanOverrides& overrides)
     : Plan(config::ParseYaml(text, file), overrides) {}

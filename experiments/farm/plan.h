@@ -200,6 +200,12 @@ class Plan {
 // Reads a plan: a YAML file or the name of a bundled one.
 Plan LoadPlan(const std::string& name, const PlanOverrides& overrides = {});
 
+// Of the bundled models' files and of the scenarios' own MJCF files (not of what those include).
+std::string ModelsDigest(const std::map<std::string, trial::Scenario>& scenarios);
+
+// A text as YAML, with quotes where they are needed.
+std::string YamlText(const std::string& text);
+
 // One of `count` parts of a batch that together do every trial once: number `index`, from 1. With a
 // precision a cell's trials are all in the same part, with strata one of each.
 struct Shard {

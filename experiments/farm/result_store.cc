@@ -193,9 +193,7 @@ ResultStore ResultStore::Write(const std::string& file, const StoreHeader& heade
   if (store.header_.shard != header.shard)
     differences.push_back("the file has shard " + store.header_.shard.Text() + ", this is shard " +
                           header.shard.Text());
-  if (!differences.empty())
-    throw ConfigError(file + ": was begun with something else: " + differences[0] +
-                      ". Give another --out, or finish it as it was begun");
+  if (!differences.empty()) throw OtherResults(file, differences[0]);
   Guard(file, [&] { store.AddFigureColumns(); });
   return store;
 }

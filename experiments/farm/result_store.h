@@ -15,6 +15,7 @@
 #include "experiments/farm/run_lock.h"
 #include "experiments/farm/store_header.h"
 #include "experiments/farm/trial_pool.h"
+#include "sim/base/check.h"
 
 namespace SQLite {
 class Database;
@@ -29,6 +30,17 @@ inline constexpr int kStoreSchema = 1;
 class MismatchError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
+};
+
+// A file that was begun with another plan, build or shard than the one that is to be written.
+class OtherResults : public ConfigError {
+ public:
+  OtherResults(const std::string& file, const std::string& how)
+      : ConfigError(file + ": was begun with something else: " + how +
+                    ". Give another --out, or finish it as it was begun"),
+        difference(how) {}
+
+  std::string difference;  // a sentence
 };
 
 struct StoredTrial {
@@ -46,9 +58,9 @@ struct Verdict {
 class ResultStore {
  public:
   // Makes the file, or opens one whose header is the same but for a higher precision or maximum of
-  // trials (the file then has the new plan), and keeps other writers out. ConfigError
-  // that says why when it is another plan's, build's or shard's, in use, damaged, of another
-  // schema, no such file at all, or cannot be written.
+  // trials (the file then has the new plan), and keeps other writers out. OtherResults when it is
+  // another plan's, build's or shard's; ConfigError that says why when it is in use, damaged, of
+  // another schema, no such file at all, or cannot be written.
   static ResultStore Write(const std::string& file, const StoreHeader& header);
   // Opens a file that exists, also while another process writes to it.
   static ResultStore Read(const std::string& file);

@@ -149,7 +149,6 @@ std::string SystemError(const char* what) { return std::string(what) + ": " + st
 WorkerPool::WorkerPool(int workers, const WorkerOptions& options, Work work)
     : options_(options), work_(std::move(work)), workers_(static_cast<size_t>(workers)) {
   TD_CHECK(workers >= 1 && options.time_limit_s > 0, "workers and a time limit");
-  for (Worker& worker : workers_) Start(&worker);
 }
 
 WorkerPool::~WorkerPool() {
@@ -160,7 +159,7 @@ void WorkerPool::Start(Worker* worker) {
   int ends[2] = {-1, -1};
   if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
     throw SimulatorFault(SystemError("cannot connect a worker process"));
-  if (worker->log < 0) worker->log = memfd_create("worker", MFD_CLOEXEC);
+  worker->log = memfd_create("worker", MFD_CLOEXEC);
   if (worker->log < 0) throw SimulatorFault(SystemError("cannot make a worker's log"));
   fcntl(worker->log, F_SETFL, O_APPEND);
   std::fflush(nullptr);  // or the child would write it again
@@ -220,10 +219,12 @@ void WorkerPool::HandOut() {
     if (waiting_.empty()) return;
     if (worker.job) continue;
     const Job& job = waiting_.front();
+    if (worker.pid < 0) Start(&worker);
     if (ftruncate(worker.log, 0) != 0) throw SimulatorFault(SystemError("cannot clear a log"));
     const std::string line = Line(job.input);
     if (!Send(worker.socket, line)) {  // somebody killed it while it had nothing to do
-      Restart(&worker);
+      Stop(&worker);
+      Start(&worker);
       Send(worker.socket, line);
     }
     worker.job = job.id;
@@ -231,11 +232,6 @@ void WorkerPool::HandOut() {
     worker.worked = {};
     waiting_.pop_front();
   }
-}
-
-void WorkerPool::Restart(Worker* worker) {
-  Stop(worker);
-  Start(worker);
 }
 
 void WorkerPool::Ended(Worker* worker, JobResult result) {
@@ -252,7 +248,7 @@ void WorkerPool::Receive(Worker* worker) {
     TEMP_FAILURE_RETRY(waitpid(worker->pid, &status, 0));
     worker->pid = -1;
     if (worker->job) Ended(worker, {.end = JobEnd::kCrashed, .error = EndText(status)});
-    Restart(worker);
+    Stop(worker);
     return;
   }
   if (!worker->received.ends_with('\n')) return;
@@ -298,7 +294,7 @@ std::optional<JobResult> WorkerPool::Next(double timeout_s) {
         Ended(&worker,
               {.end = JobEnd::kHung,
                .error = fmt::format("no end after {:g} s, the time limit", options_.time_limit_s)});
-        Restart(&worker);
+        Stop(&worker);
       }
     }
     if (ended_.empty() && Clock::now() >= give_up) return std::nullopt;

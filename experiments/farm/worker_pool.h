@@ -2,9 +2,9 @@
 // Work in child processes: what crashes, hangs or runs out of memory takes its own process along
 // and nothing else.
 //
-//   WorkerPool pool(2, {.time_limit_s = 600}, [](const std::string& input) { return Work(input);
-//   }); pool.Submit({.id = 17, .input = "..."}); while (auto result = pool.Next(/*timeout_s=*/1))
-//   Store(result->id, result->output);
+//   WorkerPool pool(2, {.time_limit_s = 600}, &Work);  // std::string Work(const std::string&
+//   input) pool.Submit({.id = 17, .input = "..."}); while (auto result =
+//   pool.Next(/*timeout_s=*/1)) Store(result->id, result->output);
 //
 // Which worker does a job and in which order jobs end is not determined; what a job yields is, as
 // long as the work depends on its input only.
@@ -32,13 +32,13 @@ struct WorkerOptions {
   std::function<pid_t()> fork = ::fork;
 };
 
-// Not thread-safe. Workers are forked, so they see the memory as it was when the pool was made; the
-// caller must not have threads of its own at that time.
+// Not thread-safe. Workers are forked when there is a job for them, and see the memory as it was
+// then; the caller must not have threads of its own at that time.
 class WorkerPool : public JobPool {
  public:
   using Work = std::function<std::string(const std::string& input)>;
 
-  // Starts `workers` >= 1 processes. Each renders and computes in one thread. They ignore Ctrl-C,
+  // At most `workers` >= 1 processes. Each renders and computes in one thread. They ignore Ctrl-C,
   // which is the caller's to handle, and end with the pool or when the caller's process dies.
   WorkerPool(int workers, const WorkerOptions& options, Work work);
   ~WorkerPool() override;  // kills the workers
@@ -66,9 +66,8 @@ class WorkerPool : public JobPool {
   };
 
   void Start(Worker* worker);
-  void Stop(Worker* worker);  // kills and reaps it
-  void Restart(Worker* worker);
-  void HandOut();                // jobs to idle workers
+  void Stop(Worker* worker);     // kills and reaps it
+  void HandOut();                // jobs to idle workers, which are started when needed
   void Receive(Worker* worker);  // what it sent, or its death
   // Since the last look, against the time limits. More than a sleep has passed only where this
   // process was paused, and its workers with it: that does not count.

@@ -195,9 +195,11 @@ std::string Gate(const std::string& file, const trial::Plugins& plugins,
   {
     const py::gil_scoped_release free;
     const gate::GatePlan plan = gate::LoadGatePlan(file, plugins);
-    const gate::GateRunner runner = gate::MakeGateRunner(
-        plan, assignments, {.workers = workers, .fork = ForkWithInterpreter},
-        [&] { return reporter.stopped(); }, time_limit_s);
+    const gate::GateRunner runner =
+        gate::MakeGateRunner(plan, assignments,
+                             {.farm = {.workers = workers, .fork = ForkWithInterpreter},
+                              .time_limit_s = time_limit_s,
+                              .stop_requested = [&] { return reporter.stopped(); }});
     try {
       if (update) {
         gate::Baseline now =
@@ -208,8 +210,8 @@ std::string Gate(const std::string& file, const trial::Plugins& plugins,
         system::WriteWhole(plan.baseline, gate::BaselineText(now));
         text = plan.baseline;
       } else {
-        gate::GateOptions options{.at_once = 2 * workers, .on_round = {}};
-        options.on_round = [&](const std::vector<gate::ConditionJudge>& judges) {
+        gate::GateOptions options{.at_once = 2 * workers};
+        options.on_trial = [&](const std::vector<gate::ConditionJudge>& judges) {
           int trials = 0, most = 0;
           for (const gate::ConditionJudge& judge : judges) {
             trials += judge.trials();
@@ -223,7 +225,7 @@ std::string Gate(const std::string& file, const trial::Plugins& plugins,
         report.assignments = assignments;
         text = gate::GateJson(report);
       }
-    } catch (const gate::Stopped&) {
+    } catch (const farm::Stopped&) {
     }
   }
   reporter.Rethrow();

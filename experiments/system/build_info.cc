@@ -17,9 +17,13 @@ std::string BuildId() {
   const std::string id = VersionAndCommit();
   const std::string_view hash = kGitHash;
   if (!hash.ends_with("-dirty") && hash != "unknown") return id;
+  return id + " " + ProgramDigest();
+}
+
+std::string ProgramDigest() {
   std::ifstream file("/proc/self/exe", std::ios::binary);
   const std::string program(std::istreambuf_iterator<char>(file), {});
-  return fmt::format("{} {:016x}", id, XXH64(program.data(), program.size(), 0));
+  return fmt::format("{:016x}", XXH64(program.data(), program.size(), 0));
 }
 
 std::string Compiler() { return TURBIDOCK_COMPILER; }

@@ -12,6 +12,9 @@ std::string VersionAndCommit();
 // and for a build of files that are in no commit the digest of the executable.
 std::string BuildId();
 
+// Of the content of this program's file.
+std::string ProgramDigest();
+
 std::string Version();    // "0.1.0"
 std::string Commit();     // "1a2b3c4d5e6f", "-dirty" behind it for files that are in no commit
 std::string Compiler();   // "GNU 12.2.0"

@@ -1,27 +1,39 @@
 #include "experiments/studies/gate/gate.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace turbidock::gate {
-namespace {
+GateTrials::GateTrials(const GatePlan& plan, int most_under_way,
+                       std::function<int(size_t condition)> wanted,
+                       std::function<void(size_t condition, const GateTrial&)> take)
+    : most_under_way_(most_under_way),
+      wanted_(std::move(wanted)),
+      take_(std::move(take)),
+      conditions_(plan.conditions.size()) {}
 
-// The trials of the next round: from each condition in turn, so that all of them go on.
-std::vector<GateRequest> NextRound(const GatePlan& plan, const std::vector<ConditionJudge>& judges,
-                                   int at_once) {
-  std::vector<GateRequest> round;
-  for (int ahead = 0; std::ssize(round) < at_once; ++ahead) {
-    const size_t before = round.size();
-    for (size_t i = 0; i < judges.size() && std::ssize(round) < at_once; ++i) {
-      const int trial = judges[i].trials() + ahead;
-      if (!judges[i].done() && trial < judges[i].max_trials())
-        round.push_back({.condition = i, .seed = plan.SeedOf(trial)});
-    }
-    if (round.size() == before) break;
-  }
-  return round;
+std::optional<int64_t> GateTrials::Next() {
+  if (under_way_ >= most_under_way_) return std::nullopt;
+  std::optional<size_t> first;  // of those that go on, who has begun the fewest
+  for (size_t i = 0; i < conditions_.size(); ++i)
+    if (conditions_[i].next < wanted_(i) &&
+        (!first || conditions_[i].next < conditions_[*first].next))
+      first = i;
+  if (!first) return std::nullopt;
+  ++under_way_;
+  return conditions_[*first].next++ * std::ssize(conditions_) + static_cast<int64_t>(*first);
 }
 
-}  // namespace
+void GateTrials::Add(int64_t trial, const GateTrial& result) {
+  --under_way_;
+  const auto at = static_cast<size_t>(trial % std::ssize(conditions_));
+  Condition& condition = conditions_[at];
+  condition.early.emplace(trial / std::ssize(conditions_), result);
+  while (const auto next = condition.early.extract(condition.taken)) {
+    ++condition.taken;
+    take_(at, next.mapped());
+  }
+}
 
 GateReport RunGate(const GatePlan& plan, const Baseline& baseline, const std::string& baseline_file,
                    const GateRunner& run, const GateOptions& options) {
@@ -33,13 +45,14 @@ GateReport RunGate(const GatePlan& plan, const Baseline& baseline, const std::st
     judges.emplace_back(condition.name, plan.OptionsFor(condition, paired),
                         baseline.Find(condition.name)->outcomes);
 
-  while (true) {
-    const std::vector<GateRequest> round = NextRound(plan, judges, options.at_once);
-    if (round.empty()) break;
-    const std::vector<GateTrial> trials = run(round);
-    for (size_t i = 0; i < round.size(); ++i) judges[round[i].condition].Add(trials[i]);
-    if (options.on_round) options.on_round(judges);
-  }
+  GateTrials trials(
+      plan, options.at_once,
+      [&](size_t i) { return judges[i].done() ? judges[i].trials() : judges[i].max_trials(); },
+      [&](size_t i, const GateTrial& trial) {
+        judges[i].Add(trial);
+        if (options.on_trial) options.on_trial(judges);
+      });
+  run(&trials);
 
   GateReport report{.verdict = statistics::Verdict::kPass,
                     .description = plan.description,
@@ -57,23 +70,18 @@ GateReport RunGate(const GatePlan& plan, const Baseline& baseline, const std::st
 }
 
 Baseline MeasureBaseline(const GatePlan& plan, const GateRunner& run, int at_once,
-                         const std::function<void(int done, int all)>& on_round) {
+                         const std::function<void(int done, int all)>& on_trial) {
   system::RequireReplaceable(plan.baseline, kBaselineFile);
-  std::vector<GateRequest> all;
-  for (size_t i = 0; i < plan.conditions.size(); ++i)
-    for (int trial = 0; trial < plan.conditions[i].max_trials; ++trial)
-      all.push_back({.condition = i, .seed = plan.SeedOf(trial)});
-
+  int done = 0, all = 0;
+  for (const GateCondition& condition : plan.conditions) all += condition.max_trials;
   std::vector<std::vector<GateTrial>> outcomes(plan.conditions.size());
-  for (size_t begin = 0; begin < all.size();) {
-    const size_t end = std::min(all.size(), begin + static_cast<size_t>(at_once));
-    const std::vector<GateRequest> round(all.begin() + static_cast<int64_t>(begin),
-                                         all.begin() + static_cast<int64_t>(end));
-    const std::vector<GateTrial> trials = run(round);
-    for (size_t i = 0; i < round.size(); ++i) outcomes[round[i].condition].push_back(trials[i]);
-    begin = end;
-    if (on_round) on_round(static_cast<int>(begin), static_cast<int>(all.size()));
-  }
+  GateTrials trials(
+      plan, at_once, [&](size_t i) { return plan.conditions[i].max_trials; },
+      [&](size_t i, const GateTrial& trial) {
+        outcomes[i].push_back(trial);
+        if (on_trial) on_trial(++done, all);
+      });
+  run(&trials);
 
   Baseline baseline{.schema_version = kBaselineSchema,
                     .build = {},

@@ -4,6 +4,7 @@
 #include <cctype>
 #include <cstdio>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -62,6 +63,7 @@ farm::FarmOptions FarmOf(const GateArguments& arguments, app::Progress* progress
 }
 
 std::string FailuresOf(const GateArguments& arguments) { return arguments.out + "/failures"; }
+std::string TrialsOf(const GateArguments& arguments) { return arguments.out + "/trials.db"; }
 
 // With what the gate reads.
 system::OutputPlan OutputsOf(const GateArguments& arguments, const GatePlan& plan) {
@@ -82,16 +84,40 @@ Baseline OldBaseline(const std::string& file, app::Progress* progress) {
   }
 }
 
+farm::RunOptions RunOf(const farm::FarmOptions& farm) {
+  return {.farm = farm, .stop_requested = app::CatchStopSignals()};
+}
+
+// The file of trials to go on with; `outputs` has been looked at.
+farm::ResultStore TrialsIn(const std::string& file, const GatePlan& plan,
+                           const std::vector<std::string>& assignments, app::Progress* progress) {
+  farm::ResultStore store =
+      OpenTrials(file, plan, assignments, [&](const std::string& text) { progress->Say(text); });
+  if (const auto there = std::ssize(store.Done()); there > 0)
+    progress->Say(fmt::format("  {} trials are in {} already", there, file));
+  return store;
+}
+
 int UpdateBaseline(const GateArguments& arguments, const GatePlan& plan) {
-  OutputsOf(arguments, plan).Writes(plan.baseline, kBaselineFile).Require();
+  // Until the baseline is written, its trials are beside it.
+  const std::string trials = plan.baseline + ".trials.db";
+  OutputsOf(arguments, plan)
+      .Writes(plan.baseline, kBaselineFile)
+      .Writes(trials, system::kResultFile)
+      .Require();
   app::Progress progress(arguments.quiet);
   const farm::FarmOptions farm = FarmOf(arguments, &progress);
-  Baseline now = MeasureBaseline(
-      plan, MakeGateRunner(plan, {}, farm, app::CatchStopSignals()), AtOnce(farm),
-      [&](int done, int all) { progress.ShowDone(done, all, "trials", kLogEvery_s); });
+  Baseline now;
+  {
+    farm::ResultStore store = TrialsIn(trials, plan, {}, &progress);
+    now = MeasureBaseline(
+        plan, MakeGateRunner(plan, {}, RunOf(farm), &store), AtOnce(farm),
+        [&](int done, int all) { progress.ShowDone(done, all, "trials", kLogEvery_s); });
+  }
   now.build = system::BuildId();
   const Baseline before = OldBaseline(plan.baseline, &progress);
   system::WriteWhole(plan.baseline, BaselineText(now));
+  fs::remove(trials);
   for (const std::string& line : DescribeChange(before, now)) progress.Say(line);
   progress.Say("written to " + plan.baseline);
   return app::kExitDone;
@@ -113,7 +139,7 @@ void WriteBundle(const std::string& folder, const GateCondition& condition,
   const bool films = scenario.pose_source == trial::PoseSource::kCameras;
   const trial::TrialResult again =
       run::RunShownTrial(scenario, {.out = bundle, .video = films, .quiet = true});
-  if (app::StopSignal() != 0) throw Stopped();
+  if (app::StopSignal() != 0) throw farm::Stopped();
   if (again.digest != trial.digest)
     throw SimulatorFault(fmt::format("{}: the trial does not repeat: digest {}, in the gate {}",
                                      bundle, again.digest, trial.digest));
@@ -154,14 +180,18 @@ int JudgeAgainstBaseline(const GateArguments& arguments, const GatePlan& plan) {
   outputs.Reads(plan.baseline).Writes(arguments.figure);
   if (!arguments.out.empty()) {
     outputs.WritesInto(arguments.out, {"summary.json", "junit.xml", "summary.md"})
-        .Writes(arguments.out + "/report.html", page::kPageFile);
+        .Writes(arguments.out + "/report.html", page::kPageFile)
+        .Writes(TrialsOf(arguments), system::kResultFile);
     if (arguments.bundles > 0) outputs.WritesInto(FailuresOf(arguments), {});
   }
   outputs.Require();
   app::Progress progress(arguments.quiet);
   const farm::FarmOptions farm = FarmOf(arguments, &progress);
-  GateOptions options{.at_once = AtOnce(farm), .on_round = {}};
-  options.on_round = [&](const std::vector<ConditionJudge>& judges) {
+  std::optional<farm::ResultStore> store;
+  if (!arguments.out.empty())
+    store.emplace(TrialsIn(TrialsOf(arguments), plan, arguments.assignments, &progress));
+  GateOptions options{.at_once = AtOnce(farm)};
+  options.on_trial = [&](const std::vector<ConditionJudge>& judges) {
     int trials = 0, most = 0, known = 0;
     for (const ConditionJudge& judge : judges) {
       trials += judge.trials();
@@ -173,9 +203,9 @@ int JudgeAgainstBaseline(const GateArguments& arguments, const GatePlan& plan) {
         fmt::format("{} trials, {} of {} conditions known", trials, known, judges.size()),
         kLogEvery_s);
   };
-  GateReport report =
-      RunGate(plan, baseline, plan.baseline,
-              MakeGateRunner(plan, arguments.assignments, farm, app::CatchStopSignals()), options);
+  GateReport report = RunGate(
+      plan, baseline, plan.baseline,
+      MakeGateRunner(plan, arguments.assignments, RunOf(farm), store ? &*store : nullptr), options);
   report.build = system::BuildId();
   report.assignments = arguments.assignments;
   progress.Say(GateTable(report));
@@ -334,7 +364,9 @@ int Gate(const GateArguments& arguments) {
   try {
     return arguments.update ? UpdateBaseline(arguments, plan)
                             : JudgeAgainstBaseline(arguments, plan);
-  } catch (const Stopped&) {
+  } catch (const farm::Stopped&) {
+    if (!arguments.quiet && (arguments.update || !arguments.out.empty()))
+      std::fputs("stopped; the same command goes on\n", stderr);
     return app::kExitInconclusive;  // main makes it the signal's
   }
 }

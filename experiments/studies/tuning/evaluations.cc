@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "experiments/system/build_info.h"
@@ -19,7 +20,7 @@ constexpr const char* kPhaseKey = "phase";
 struct Running {
   const Evaluations::Request& request;
   Evaluation evaluation;
-  size_t asked = 0;  // handed out or found
+  size_t asked = 0;
   size_t done = 0;
   bool ended = false;
 };
@@ -46,15 +47,17 @@ double Evaluation::success_rate() const {
 
 Evaluations::Evaluations(const Study& study, const std::string& file, const Options& options)
     : study_(study),
-      options_(options),
+      file_(file),
       store_(farm::ResultStore::Write(file, HeaderOf(study))),
-      pool_(options.farm, options.trial_time_limit_s, study.plugins()) {
-  for (farm::StoredTrial& trial : store_.Trials()) {
-    if (!std::isfinite(trial.record.time_s))
-      throw ConfigError(file + fmt::format(": is damaged (trial {} has no time)", trial.trial));
-    known_.emplace(trial.trial, std::move(trial));
-  }
-}
+      runner_({.farm = options.farm,
+               .time_limit_s = options.trial_time_limit_s,
+               .plugins = study.plugins(),
+               .on_progress =
+                   [this, report = options.on_trial](const farm::RunProgress&) {
+                     if (report) report(trials_);
+                   },
+               .stop_requested = options.stop_requested},
+              &store_) {}
 
 std::vector<farm::Parameter> Evaluations::ParametersOf(const std::string& phase,
                                                        const Gains& gains) const {
@@ -77,58 +80,50 @@ std::vector<Evaluation> Evaluations::Run(const std::string& phase, const farm::P
     running.back().evaluation.records.resize(std::min(first, order.size()));
   }
 
-  const auto take = [&](Running* r, size_t index, trial::TrialRecord record) {
-    std::vector<trial::TrialRecord>& records = r->evaluation.records;
-    records[index] = std::move(record);
+  const auto running_of = [&](int64_t evaluation) -> Running& {
+    return running[static_cast<size_t>(evaluation - running.front().evaluation.number)];
+  };
+  // The next trial of the first candidate that has one to ask for.
+  const auto next = [&]() -> std::optional<int64_t> {
+    for (Running& r : running)
+      if (r.asked < r.evaluation.records.size() && !r.ended)
+        return r.evaluation.number * kMostTrials + static_cast<int64_t>(r.asked++);
+    return std::nullopt;
+  };
+  // A look decides by the trials before it only, whatever else is known: the same whenever it is
+  // taken.
+  const auto add = [&](const farm::StoredTrial& trial) {
+    if (!std::isfinite(trial.record.time_s))
+      throw ConfigError(file_ + fmt::format(": is damaged (trial {} has no time)", trial.trial));
+    Running& r = running_of(trial.cell);
+    std::vector<trial::TrialRecord>& records = r.evaluation.records;
+    records[static_cast<size_t>(trial.sample)] = trial.record;
     ++trials_;
-    if (++r->done < records.size()) return;
-    // A look decides by the trials before it only, whatever else is known: the same whenever it is
-    // taken.
-    if (records.size() == order.size() || !go_on(r->evaluation)) {
-      r->evaluation.given_up = records.size() < order.size();
-      r->ended = true;
+    if (++r.done < records.size()) return;
+    if (records.size() == order.size() || !go_on(r.evaluation)) {
+      r.evaluation.given_up = records.size() < order.size();
+      r.ended = true;
     } else {
       records.resize(std::min(records.size() + static_cast<size_t>(racing.every), order.size()));
     }
   };
-  std::map<int64_t, std::pair<Running*, size_t>> under_way;  // by the trial's number
-  // The next trial that is not known, of the first candidate that has one to ask for.
-  const auto submit_one = [&]() -> bool {
-    for (Running& r : running)
-      while (!r.ended && r.asked < r.evaluation.records.size()) {
-        const size_t index = r.asked++;
-        const int64_t number = r.evaluation.number * kMostTrials + static_cast<int64_t>(index);
-        if (const auto found = known_.find(number); found != known_.end()) {
-          if (found->second.parameters != ParametersOf(phase, r.evaluation.gains))
-            throw farm::MismatchError(fmt::format(
-                "trial {} of the file is of other gains than this program asks for", number));
-          take(&r, index, found->second.record);
-          continue;
-        }
-        trial::Scenario scenario = study_.ScenarioOf(plan, order[index], r.evaluation.gains);
-        if (r.request.change) r.request.change(&scenario);
-        pool_.Submit({.id = number, .scenario = scenario});
-        under_way[number] = {&r, index};
-        return true;
-      }
-    return false;
+  const auto spec = [&](int64_t trial) -> farm::TrialSpec {
+    const int64_t evaluation = trial / kMostTrials, index = trial % kMostTrials;
+    return {.trial = trial,
+            .cell = evaluation,
+            .sample = index,
+            .seed = plan.Trial(order[static_cast<size_t>(index)]).seed,
+            .parameters = ParametersOf(phase, running_of(evaluation).evaluation.gains)};
   };
-  const auto take_one = [&](farm::FinishedTrial finished) {
-    const auto [r, index] = under_way.extract(finished.id).mapped();
-    store_.Add({.trial = finished.id,
-                .cell = r->evaluation.number,
-                .sample = static_cast<int64_t>(index),
-                .parameters = ParametersOf(phase, r->evaluation.gains),
-                .record = finished.record});
-    ++trials_run_;
-    worker_time_s_ += finished.record.wall_time_s;
-    take(r, index, std::move(finished.record));
+  const auto scenario = [&](const farm::TrialSpec& of) {
+    const Running& r = running_of(of.cell);
+    trial::Scenario scenario =
+        study_.ScenarioOf(plan, order[static_cast<size_t>(of.sample)], r.evaluation.gains);
+    if (r.request.change) r.request.change(&scenario);
+    return scenario;
   };
-  const bool all_ended = farm::RunAll(&pool_, submit_one, take_one, [&] {
-    if (options_.on_trial) options_.on_trial(trials_);
-    return !options_.stop_requested || !options_.stop_requested();
-  });
-  if (!all_ended) throw Stopped();
+  if (!runner_.Run({.spec = spec, .scenario = scenario}, {.next = next, .add = add}))
+    throw Stopped();
   std::vector<Evaluation> evaluations;
   evaluations.reserve(running.size());
   for (Running& r : running) evaluations.push_back(std::move(r.evaluation));

@@ -3,21 +3,16 @@
 
 #include <cstdint>
 #include <functional>
-#include <map>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "experiments/farm/result_store.h"
-#include "experiments/farm/trial_pool.h"
+#include "experiments/farm/runner.h"
 #include "experiments/studies/tuning/study.h"
 
 namespace turbidock::tuning {
 
-// Thrown out of an evaluation when the caller asked to stop. What was stored stays.
-struct Stopped : std::runtime_error {
-  Stopped() : std::runtime_error("stopped") {}
-};
+using farm::Stopped;
 
 // One candidate's trials on one set of seeds.
 struct Evaluation {
@@ -38,8 +33,8 @@ class Evaluations {
     farm::FarmOptions farm = {};
     double trial_time_limit_s = 3600;
     // After every one that was run, and every second, with the trials evaluated so far.
-    std::function<void(int64_t trials)> on_trial;
-    std::function<bool()> stop_requested;
+    std::function<void(int64_t trials)> on_trial = nullptr;
+    std::function<bool()> stop_requested = nullptr;
   };
 
   Evaluations(const Study& study, const std::string& file, const Options& options);
@@ -56,20 +51,18 @@ class Evaluations {
   std::vector<Evaluation> Run(const std::string& phase, const farm::Plan& plan,
                               const std::vector<Request>& requests, const GoOn& go_on = nullptr);
 
-  int64_t trials() const { return trials_; }          // evaluated so far, run or found
-  int64_t trials_run() const { return trials_run_; }  // of them in this run
-  double worker_time_s() const { return worker_time_s_; }
+  int64_t trials() const { return trials_; }  // evaluated so far, run or found
+  // Of this process.
+  const farm::RunProgress& progress() const { return runner_.progress(); }
 
  private:
   std::vector<farm::Parameter> ParametersOf(const std::string& phase, const Gains& gains) const;
 
   const Study& study_;
-  Options options_;
+  std::string file_;
   farm::ResultStore store_;
-  std::map<int64_t, farm::StoredTrial> known_;
-  farm::TrialPool pool_;
-  int64_t evaluations_ = 0, trials_ = 0, trials_run_ = 0;
-  double worker_time_s_ = 0;
+  int64_t evaluations_ = 0, trials_ = 0;
+  farm::TrialRunner runner_;
 };
 
 }  // namespace turbidock::tuning

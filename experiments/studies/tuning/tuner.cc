@@ -351,8 +351,8 @@ TuningResult Tune(const Study& study, const std::string& file, const TuningOptio
       nullptr);
   Prove(study, &evaluations, &progress, &result);
   result.trials = evaluations.trials();
-  result.trials_run = evaluations.trials_run();
-  result.worker_time_s = evaluations.worker_time_s();
+  result.trials_run = evaluations.progress().done_now;
+  result.worker_time_s = evaluations.progress().worker_time_s;
   result.wall_time_s =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   return result;

@@ -64,13 +64,19 @@ Build DocksAt(double rate, const Quality& more = {}) {
   };
 }
 
-GateRunner RunnerOf(const Build& build, int* trials = nullptr) {
-  return [build, trials](const std::vector<GateRequest>& requests) {
-    std::vector<GateTrial> results;
-    for (const GateRequest& request : requests)
-      results.push_back(build(request.condition, request.seed));
-    if (trials) *trials += static_cast<int>(requests.size());
-    return results;
+// Gives results as a build would; of those under way the last one that was asked for comes first.
+GateRunner RunnerOf(const GatePlan& plan, const Build& build, int* trials_run = nullptr) {
+  return [&plan, build, trials_run](GateTrials* trials) {
+    std::vector<int64_t> under_way;
+    for (;;) {
+      while (const auto trial = trials->Next()) under_way.push_back(*trial);
+      if (under_way.empty()) return;
+      const int64_t trial = under_way.back(), conditions = std::ssize(plan.conditions);
+      under_way.pop_back();
+      trials->Add(trial, build(static_cast<size_t>(trial % conditions),
+                               plan.SeedOf(static_cast<int>(trial / conditions))));
+      if (trials_run) ++*trials_run;
+    }
   };
 }
 
@@ -100,12 +106,12 @@ class Gate : public ::testing::Test {
   GatePlan Plan(const std::string& more = "") { return LoadGatePlan(PlanFile(more)); }
 
   static Baseline Measure(const GatePlan& plan, const Build& build) {
-    return MeasureBaseline(plan, RunnerOf(build), 7, nullptr);
+    return MeasureBaseline(plan, RunnerOf(plan, build), 7, nullptr);
   }
   static GateReport Judge(const GatePlan& plan, const Baseline& baseline, const Build& build,
                           int at_once = 3, int* trials = nullptr) {
-    return RunGate(plan, baseline, "gate.baseline.yaml", RunnerOf(build, trials),
-                   {.at_once = at_once, .on_round = {}});
+    return RunGate(plan, baseline, "gate.baseline.yaml", RunnerOf(plan, build, trials),
+                   {.at_once = at_once});
   }
 
   const std::filesystem::path folder_ =
@@ -584,8 +590,8 @@ TEST_F(Gate, OnlyABaselineIsReplaced) {
   const auto refused = [&](const std::string& there) {
     plan.baseline = File("there", there);
     int trials = 0;
-    const std::string message =
-        MessageOf([&] { MeasureBaseline(plan, RunnerOf(DocksAt(0.9), &trials), 7, nullptr); });
+    const std::string message = MessageOf(
+        [&] { MeasureBaseline(plan, RunnerOf(plan, DocksAt(0.9), &trials), 7, nullptr); });
     EXPECT_EQ(message == "no error", trials > 0);
     return message;
   };

@@ -1,0 +1,74 @@
+#include "experiments/farm/runner.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+namespace turbidock::farm {
+
+TrialSource SourceOf(const Plan& plan) {
+  return {.spec = [&plan](int64_t trial) { return plan.Trial(trial); },
+          .scenario = [&plan](const TrialSpec& spec) { return plan.ScenarioOf(spec); },
+          .series_every_frames = plan.settings().series_every_frames};
+}
+
+TrialRunner::TrialRunner(const RunOptions& options, ResultStore* store)
+    : options_(options), store_(store), pool_(options.farm, options.time_limit_s, options.plugins) {
+  if (!store_) return;
+  const std::vector<int64_t> done = store_->Done();
+  stored_.insert(done.begin(), done.end());
+}
+
+const StoredTrial* TrialRunner::Find(const TrialSpec& spec) {
+  if (!stored_.contains(spec.trial)) return nullptr;
+  if (!known_) {
+    known_.emplace();
+    for (StoredTrial& trial : store_->Trials()) known_->emplace(trial.trial, std::move(trial));
+  }
+  const StoredTrial& known = known_->at(spec.trial);
+  if (known.parameters != spec.parameters || known.record.seed != spec.seed)
+    throw MismatchError(
+        fmt::format("trial {} in the file is not the one that this program would run", spec.trial));
+  return &known;
+}
+
+bool TrialRunner::Run(const TrialSource& source, const TrialDecider& decider) {
+  std::multimap<int64_t, TrialSpec> under_way;  // whoever asks twice gets a trial twice
+  const auto submit_one = [&] {
+    while (const std::optional<int64_t> trial = decider.next()) {
+      TrialSpec spec = source.spec(*trial);
+      if (const StoredTrial* known = Find(spec)) {
+        decider.add(*known);
+        continue;
+      }
+      pool_.Submit({.id = *trial,
+                    .scenario = source.scenario(spec),
+                    .series_every_frames = source.series_every_frames});
+      under_way.emplace(*trial, std::move(spec));
+      return true;
+    }
+    return false;
+  };
+  const auto take = [&](FinishedTrial finished) {
+    TrialSpec spec = std::move(under_way.extract(finished.id).mapped());
+    const StoredTrial trial = {.trial = spec.trial,
+                               .cell = spec.cell,
+                               .sample = spec.sample,
+                               .parameters = std::move(spec.parameters),
+                               .record = std::move(finished.record),
+                               .series_csv = std::move(finished.series_csv)};
+    decider.add(trial);
+    if (store_) store_->Add(trial);
+    ++progress_.done_now;
+    progress_.worker_time_s += trial.record.wall_time_s;
+    if (options_.on_trial) options_.on_trial(trial);
+  };
+  return RunAll(&pool_, submit_one, take, [&] {
+    progress_.wall_time_s =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    if (options_.on_progress) options_.on_progress(progress_);
+    return !options_.stop_requested || !options_.stop_requested();
+  });
+}
+
+}  // namespace turbidock::farm
