@@ -4,9 +4,7 @@
 #include <memory>
 #include <pagmo/algorithm.hpp>
 #include <pagmo/algorithms/cmaes.hpp>
-#include <pagmo/algorithms/de1220.hpp>
 #include <pagmo/algorithms/nsga2.hpp>
-#include <pagmo/algorithms/sade.hpp>
 #include <pagmo/population.hpp>
 #include <pagmo/problem.hpp>
 
@@ -57,22 +55,13 @@ struct Problem {
 pagmo::algorithm MakeAlgorithm(const OptimiserParams& params, unsigned seed) {
   // Of one generation a call, keeping what they have learnt; they never stop by themselves.
   constexpr unsigned kGenerations = 1;
-  switch (params.algorithm) {
-    case Algorithm::kCmaEs:
-      return pagmo::algorithm(pagmo::cmaes(kGenerations, -1, -1, -1, -1, params.initial_step, 0, 0,
-                                           /*memory=*/true, /*force_bounds=*/true, seed));
-    case Algorithm::kSade:
-      return pagmo::algorithm(pagmo::sade(kGenerations, 2, 1, 0, 0, /*memory=*/true, seed));
-    case Algorithm::kDe1220:
-      return pagmo::algorithm(pagmo::de1220(kGenerations, {2, 3, 7, 10, 13, 14, 15, 16}, 1, 0, 0,
-                                            /*memory=*/true, seed));
-    case Algorithm::kNsga2:
-      return pagmo::algorithm(pagmo::nsga2(kGenerations, 0.95, 10, 0.05, 20, seed));
-  }
-  TD_CHECK(false, "unknown algorithm");
+  if (params.algorithm == Algorithm::kNsga2)
+    return pagmo::algorithm(pagmo::nsga2(kGenerations, 0.95, 10, 0.05, 20, seed));
+  return pagmo::algorithm(pagmo::cmaes(kGenerations, -1, -1, -1, -1, params.initial_step, 0, 0,
+                                       /*memory=*/true, /*force_bounds=*/true, seed));
 }
 
-// The first population: the start, and for algorithms that need them others about the cube.
+// The first population: the start, and for nsga2 others about the cube.
 std::vector<Candidate> FirstPopulation(const OptimiserParams& params, uint64_t seed,
                                        const Candidate& start) {
   std::vector<Candidate> first = {start};
@@ -99,11 +88,9 @@ bool Beats(const Worth& a, const Worth& b) {
 }  // namespace
 
 void OptimiserParams::Check(const std::string& path) const {
-  const std::string key = JoinKey(path, "population");
   if (algorithm == Algorithm::kNsga2 && population % 4 != 0)
-    throw ConfigError(key, std::to_string(population) + " must be a multiple of 4 for nsga2");
-  if (algorithm != Algorithm::kCmaEs && population < 8)
-    throw ConfigError(key, std::to_string(population) + " must be at least 8 for this algorithm");
+    throw ConfigError(JoinKey(path, "population"),
+                      std::to_string(population) + " must be a multiple of 4 for nsga2");
 }
 
 void Optimise(const OptimiserParams& params, uint64_t seed, const Candidate& start, int objectives,
@@ -120,7 +107,7 @@ void Optimise(const OptimiserParams& params, uint64_t seed, const Candidate& sta
   const std::vector<Candidate> first = FirstPopulation(params, seed, start);
   const std::vector<Worth> worths = evaluate(0, first);
   for (size_t i = 0; i < first.size(); ++i) population.push_back(first[i], worths[i]);
-  // cma_es begins at the best of its population and replaces the rest unseen.
+  // cma_es begins at the best of its population and replaces the rest without an evaluation.
   while (static_cast<int>(population.size()) < params.population)
     population.push_back(start, Worth(static_cast<size_t>(objectives), kUnknown));
 

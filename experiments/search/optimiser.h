@@ -11,15 +11,12 @@
 namespace turbidock::search {
 
 enum class Algorithm {
-  kCmaEs,   // covariance matrix adaptation (Hansen 2006)
-  kSade,    // self-adaptive differential evolution (Brest et al. 2006)
-  kDe1220,  // its variant that also adapts the strategy
-  kNsga2,   // several objectives: a Pareto front (Deb et al. 2002)
+  kCmaEs,  // covariance matrix adaptation (Hansen 2006)
+  kNsga2,  // several objectives: a Pareto front (Deb et al. 2002)
 };
 constexpr auto Names(Algorithm) {
   using enum Algorithm;
-  return EnumList<Algorithm>(
-      {{kCmaEs, "cma_es"}, {kSade, "sade"}, {kDe1220, "de1220"}, {kNsga2, "nsga2"}});
+  return EnumList<Algorithm>({{kCmaEs, "cma_es"}, {kNsga2, "nsga2"}});
 }
 
 struct OptimiserParams {
@@ -39,12 +36,12 @@ struct OptimiserParams {
   void Check(const std::string& path) const;  // what an algorithm needs of its population
 };
 
-// A point of the unit cube and what it is worth: smaller is better, one number an objective.
+// A point of the unit cube and its objective values, which are minimised.
 using Candidate = std::vector<double>;
 using Worth = std::vector<double>;
 
-// Evaluates the candidates of a generation, in order. Generation 0 is the start (and for all but
-// cma_es a first population spread about the cube).
+// Evaluates the candidates of a generation, in order. Generation 0 is the start (and for nsga2 a
+// first population spread about the cube).
 using Evaluate =
     std::function<std::vector<Worth>(int generation, const std::vector<Candidate>& candidates)>;
 

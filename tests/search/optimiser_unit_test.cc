@@ -47,10 +47,8 @@ Trace TraceOf(const OptimiserParams& params, uint64_t seed) {
   return trace;
 }
 
-class EveryAlgorithm : public ::testing::TestWithParam<Algorithm> {};
-
-TEST_P(EveryAlgorithm, FindsTheBottomOfABowlAskingGenerationsAtATime) {
-  const OptimiserParams params{.algorithm = GetParam(), .population = 16, .generations = 40};
+TEST(CmaEs, FindsTheBottomOfABowlAskingGenerationsAtATime) {
+  const OptimiserParams params{.population = 16, .generations = 40};
   const Trace trace = TraceOf(params, 5);
   ASSERT_EQ(trace.asked.size(), 41u);
   EXPECT_EQ(trace.asked[0][0], Candidate({0.9, 0.9, 0.9}));  // the start comes first
@@ -59,15 +57,11 @@ TEST_P(EveryAlgorithm, FindsTheBottomOfABowlAskingGenerationsAtATime) {
   EXPECT_LT(trace.best, 1e-3);
 }
 
-TEST_P(EveryAlgorithm, SameSeedSameQuestions) {
-  const OptimiserParams params{.algorithm = GetParam(), .population = 8, .generations = 5};
+TEST(CmaEs, SameSeedSameQuestions) {
+  const OptimiserParams params{.population = 8, .generations = 5};
   EXPECT_EQ(TraceOf(params, 3).asked, TraceOf(params, 3).asked);
   EXPECT_NE(TraceOf(params, 3).asked, TraceOf(params, 4).asked);
 }
-
-INSTANTIATE_TEST_SUITE_P(All, EveryAlgorithm,
-                         ::testing::Values(Algorithm::kCmaEs, Algorithm::kSade, Algorithm::kDe1220),
-                         [](const auto& tested) { return NameOf(tested.param); });
 
 TEST(Nsga2, FindsTheFrontOfTwoObjectives) {
   // distances to two corners: the front is the diagonal between them
@@ -98,8 +92,6 @@ TEST(ParetoFront, KeepsWhatNothingBeatsInEverything) {
 
 TEST(OptimiserParams, PopulationsThatAnAlgorithmCannotUse) {
   EXPECT_THROW(CheckFields(OptimiserParams{.algorithm = Algorithm::kNsga2, .population = 10}, ""),
-               ConfigError);
-  EXPECT_THROW(CheckFields(OptimiserParams{.algorithm = Algorithm::kSade, .population = 6}, ""),
                ConfigError);
   EXPECT_NO_THROW(CheckFields(OptimiserParams{}, ""));
 }
