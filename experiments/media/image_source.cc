@@ -7,9 +7,9 @@
 #include <array>
 #include <cctype>
 #include <charconv>
+#include <cstring>
 #include <filesystem>
 #include <optional>
-#include <regex>
 #include <vector>
 
 #include "experiments/media/png.h"
@@ -21,6 +21,8 @@ namespace turbidock::media {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr const char* kWild = "*?[]";  // in a shell's pattern
 
 std::string ExtensionOf(const fs::path& path) {
   std::string extension = path.extension().string();
@@ -142,23 +144,6 @@ class ImageFiles : public ImageSource {
   size_t next_ = 0;
 };
 
-// Numbers in files' names: the text before and after, and how they are written.
-struct NumberedName {
-  std::string before, after;
-  bool zeros = false;
-  int width = 1;
-};
-
-std::optional<NumberedName> NumberedIn(const std::string& name) {
-  std::smatch parts;
-  static const std::regex kNumbered("(.*)%(0?)([0-9]{0,2})d(.*)");  // a name has 255 letters
-  if (!std::regex_match(name, parts, kNumbered)) return std::nullopt;
-  return NumberedName{.before = parts[1],
-                      .after = parts[4],
-                      .zeros = parts[2].length() > 0,
-                      .width = parts[3].length() > 0 ? std::stoi(parts[3]) : 1};
-}
-
 bool IsOneFile(const std::string& name, const std::vector<std::string>& files) {
   return files.size() == 1 && files[0] == name;
 }
@@ -168,11 +153,9 @@ std::vector<std::string> OpenPartsOf(const std::string& name,
                                      const std::vector<std::string>& files) {
   std::vector<std::string> parts;
   if (IsOneFile(name, files)) return parts;
-  const auto numbered = NumberedIn(name);
   const bool is_folder = fs::is_directory(name);
-  const size_t first = numbered ? numbered->before.size() : name.find_first_of("*?[");
-  const size_t last = name.find_last_of("*?]");
-  const size_t after = numbered ? numbered->after.size() : name.size() - last - 1;
+  const size_t first = name.find_first_of(kWild);
+  const size_t after = name.size() - name.find_last_of(kWild) - 1;
   for (const std::string& file : files)
     parts.push_back(is_folder ? fs::path(file).filename().string()
                               : file.substr(first, file.size() - first - after));
@@ -188,19 +171,11 @@ std::vector<std::string> FilesOfPattern(const std::string& pattern) {
   return files;
 }
 
-// Files whose number stands for the pattern's one %d, %4d or %04d.
-std::vector<std::string> FilesOfNumbers(const NumberedName& numbered) {
-  const auto name = [&](int number) {
-    return numbered.before +
-           (numbered.zeros ? fmt::format("{:0{}}", number, numbered.width)
-                           : fmt::format("{:{}}", number, numbered.width)) +
-           numbered.after;
-  };
-  std::vector<std::string> files;
-  int number = 0;
-  while (number < 9 && !fs::exists(name(number))) ++number;
-  for (; fs::exists(name(number)); ++number) files.push_back(name(number));
-  return files;
+// 2 before 10, whether or not numbers are written with zeros before them.
+void SortByName(std::vector<std::string>* files) {
+  std::sort(files->begin(), files->end(), [](const std::string& a, const std::string& b) {
+    return strverscmp(a.c_str(), b.c_str()) < 0;
+  });
 }
 
 }  // namespace
@@ -210,13 +185,13 @@ std::vector<std::string> FilesOf(const std::string& name) {
   if (fs::is_directory(name)) {
     for (const auto& entry : fs::directory_iterator(name))
       if (IsStill(entry.path())) files.push_back(entry.path().string());
-    std::sort(files.begin(), files.end());
-    return files;
+  } else if (fs::exists(name)) {
+    return {name};
+  } else if (name.find_first_of(kWild) != std::string::npos) {
+    files = FilesOfPattern(name);
   }
-  if (fs::exists(name)) return {name};
-  if (const auto numbered = NumberedIn(name)) return FilesOfNumbers(*numbered);
-  if (name.find_first_of("*?[") != std::string::npos) return FilesOfPattern(name);
-  return {};
+  SortByName(&files);
+  return files;
 }
 
 void RequirePairs(const std::string& left, const std::string& right) {
@@ -237,7 +212,8 @@ void RequirePairs(const std::string& left, const std::string& right) {
 std::unique_ptr<ImageSource> OpenImages(const std::string& name) {
   std::vector<std::string> files = FilesOf(name);
   if (files.empty())
-    throw ConfigError(name + ": there is no such file or folder, and no such images");
+    throw ConfigError(name + ": there is no such file or folder, and no such images" +
+                      (name.find('%') == std::string::npos ? "" : "; write * for the numbers"));
   if (!IsOneFile(name, files)) return std::make_unique<ImageFiles>(std::move(files), false);
   if (IsStill(name)) return std::make_unique<ImageFiles>(std::move(files), true);
   RequireReadable(name);

@@ -27,9 +27,8 @@ std::vector<std::string> FilesOf(const std::string& name);
 void RequirePairs(const std::string& left, const std::string& right);
 
 // Opens what the name means: a still image (PNG by libpng, others by ffmpeg), a folder or a shell
-// pattern of images (in the order of their names), a printf pattern such as left_%04d.png (from the
-// first of 0 to 9 that exists until one is missing), or a video (by ffmpeg). ConfigError when there
-// is nothing of that name.
+// pattern of images (in the order of their names, numbers in them by their value), or a video (by
+// ffmpeg). ConfigError when there is nothing of that name.
 std::unique_ptr<ImageSource> OpenImages(const std::string& name);
 
 }  // namespace turbidock::media

@@ -115,7 +115,7 @@ void AddEstimate(app::CommandLine& line) {
   auto [estimate, arguments] = line.Add<EstimateArguments>(
       "estimate", "Estimate the marker's pose on images or video from disk", &Estimate);
   EstimateInput& input = arguments.input;
-  const char* kinds = "image, folder, pattern (left_%04d.png, 'left_*.png') or video";
+  const char* kinds = "image, folder, pattern ('left_*.png') or video";
   estimate.Add("--left", input.left, std::string("Left camera: ") + kinds).Required();
   estimate.Add("--right", input.right, "Right camera, likewise").Required();
   estimate.Add("--rig", input.rig_files,

@@ -120,10 +120,10 @@ TEST_F(Estimate, ASequenceGivesARecordAFrameAndAnOverlay) {
   while (video->Next(&image)) ++frames;
   EXPECT_EQ(frames, 12);
   EXPECT_EQ(image.width(), 1280);
-  // Numbered files by a printf pattern, not more of them than asked for.
+  // Numbered files, not more of them than asked for.
   for (int frame = 0; frame < 5; ++frame) WritePair({}, rig, kPose, "-0" + std::to_string(frame));
-  EXPECT_EQ(Run({"--left", Path("left-%02d.png"), "--right", Path("right-%02d.png")})["frames"], 5);
-  EXPECT_EQ(Run({"--left", Path("left-%02d.png"), "--right", Path("right-%02d.png"), "--frames",
+  EXPECT_EQ(Run({"--left", Path("left-*.png"), "--right", Path("right-*.png")})["frames"], 5);
+  EXPECT_EQ(Run({"--left", Path("left-*.png"), "--right", Path("right-*.png"), "--frames",
                  "3"})["frames"],
             3);
 }
@@ -151,7 +151,6 @@ TEST_F(Estimate, AMissingFileIsNoticed) {
   std::filesystem::remove(Path("right_0001.png"));
   const std::vector<std::string> first = {"left_0001.png and ", "right_0002.png are no pair"};
   refused("left_*.png", "right_*.png", first);
-  refused("left_%04d.png", "right_%04d.png", first);
   std::filesystem::remove(folder_ / "left/_0002.png");
   refused("left", "right", {"left/_0003.png and ", "right/_0002.png are no pair"});
   // names that have nothing to do with each other are pairs in their order
@@ -330,7 +329,8 @@ TEST_F(Estimate, BadInputIsNamed) {
   ExpectBadInput({"--left", File("text.png", "no picture"), "--right", right}, {"text.png"});
   ExpectBadInput({"--left", File("text.mp4", "no video"), "--right", File("none.mp4", "none")},
                  {"text.mp4", "cannot be read"});
-  ExpectBadInput({"--left", Path("left_%03d.png"), "--right", right}, {"no such images"});
+  ExpectBadInput({"--left", Path("left_%03d.png"), "--right", right},
+                 {"no such images; write * for the numbers"});
   media::WritePng(Path("small.png"), Image3u8(320, 240));
   ExpectBadInput({"--left", left, "--right", Path("small.png")},
                  {"left.png has 640 x 480", "small.png has 320 x 240"});
