@@ -11,6 +11,7 @@
 #include <limits>
 
 #include "experiments/app/replaced.h"
+#include "experiments/media/figure.h"
 #include "sim/base/fields.h"
 
 namespace turbidock::app {
@@ -212,6 +213,19 @@ Option Subcommand::AddSbatch(std::vector<std::string>& options) {
   return Add("--sbatch OPTION", options,
              "A further option of sbatch, such as --sbatch=--time=2:00:00; may be repeated")
       .Check(problem);
+}
+
+Option Subcommand::AddFigure(std::string& file, const std::string& doc) {
+  const auto problem = [](const std::string& path) -> std::string {
+    try {
+      media::RequireFigurePath(path);
+    } catch (const ConfigError& error) {
+      return error.what();
+    }
+    media::RequireFigures();
+    return "";
+  };
+  return Add("--figure FILE", file, doc + ": .png, .svg or .pdf").Check(problem);
 }
 
 void Subcommand::AddJson(bool& json) { Flag("--json", json, "Print the result as JSON on stdout"); }

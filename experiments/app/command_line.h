@@ -70,6 +70,9 @@ class Subcommand {
   Option AddSeed(std::string& seed);  // a whole number, as written: its reader has the range
   Option AddWorkers(int& workers, const std::string& doc);
   Option AddSbatch(std::vector<std::string>& options);
+  // --figure: a file that can be one, on a machine that can draw (both asked while the line is
+  // read). `doc` says what is drawn.
+  Option AddFigure(std::string& file, const std::string& doc);
   void AddJson(bool& json);
   void AddQuiet(bool& quiet);
 

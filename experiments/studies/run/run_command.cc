@@ -18,8 +18,8 @@ struct RunArguments {
   std::vector<std::string> assignments;
   std::string gains;
   std::string seed;
-  std::optional<std::string> out, figure;
-  std::string expect;
+  std::optional<std::string> out;
+  std::string expect, figure;
   bool json = false, video = false, report = false, quiet = false;
 };
 
@@ -63,7 +63,7 @@ void AddRun(app::CommandLine& line) {
   run.Flag("--report", arguments.report,
            "Also make report.html, one page to look at, in the folder")
       .Needs(out);
-  run.Add("--figure FILE", arguments.figure, "Draw the trial: .png, .svg or .pdf");
+  run.AddFigure(arguments.figure, "Draw the trial");
   run.AddJson(arguments.json);
   run.AddQuiet(arguments.quiet);
   std::vector<std::string> outcomes;

@@ -45,12 +45,8 @@ trial::TrialResult RunShownTrial(const trial::Scenario& scenario, const ShownTri
     outputs.WritesInto(*shown.out, files);
     if (shown.report) outputs.Writes(*shown.out + "/report.html", page::kPageFile);
   }
-  if (shown.figure) {
-    media::RequireFigurePath(*shown.figure);
-    outputs.Writes(*shown.figure);
-  }
-  outputs.Require();
-  if (shown.out || shown.figure) media::RequireFigures();
+  outputs.Writes(shown.figure).Require();
+  if (shown.out) media::RequireFigures();
 
   app::Progress progress(shown.quiet);
   progress.Say(fmt::format("{}, seed {}", scenario.description, scenario.seed));
@@ -102,7 +98,7 @@ trial::TrialResult RunShownTrial(const trial::Scenario& scenario, const ShownTri
   const FigureInfo figure{.title = fmt::format("{}, seed {}", scenario.description, scenario.seed),
                           .outcome = fmt::format("{}: {}", NameOf(result.outcome), result.reason),
                           .criteria = trial::CriteriaOf(scenario)};
-  if (shown.figure) WriteTrialFigure(*shown.figure, result.log, figure);
+  if (!shown.figure.empty()) WriteTrialFigure(shown.figure, result.log, figure);
   if (shown.out) {
     WriteTrialFigure(*shown.out + "/figure.png", result.log, figure);
     if (shown.report)

@@ -12,13 +12,13 @@ namespace turbidock::run {
 
 struct ShownTrialOptions {
   std::vector<std::string> inputs = {};  // files that the trial is read from, not to be overwritten
-  std::optional<std::string>
-      out;  // folder for result.json, resolved.yaml, trajectory.csv, figure.png, cameras/
-  bool video = false;                      // also video.mp4; needs `out`
-  bool report = false;                     // also report.html; needs `out`
-  std::optional<std::string> figure = {};  // the figure in this file, too: .png, .svg, .pdf
-  bool json = false;                       // the result on stdout
-  bool quiet = false;                      // nothing on stderr
+  // Folder for result.json, resolved.yaml, trajectory.csv, figure.png and cameras/.
+  std::optional<std::string> out = {};
+  bool video = false;       // also video.mp4; needs `out`
+  bool report = false;      // also report.html; needs `out`
+  std::string figure = {};  // the figure in this file, too, unless empty: .png, .svg, .pdf
+  bool json = false;        // the result on stdout
+  bool quiet = false;       // nothing on stderr
 };
 
 // Runs the trial until it ends or a signal stops it.
