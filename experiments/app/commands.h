@@ -10,7 +10,6 @@ namespace turbidock::app {
 void AddBatch(CommandLine& line);    // batch, status, curve
 void AddResults(CommandLine& line);  // merge, export, verify, replay
 void AddReport(CommandLine& line);
-void AddSlurm(CommandLine& line);
 void AddSlurmTask(CommandLine& line);
 void AddList(CommandLine& line);
 void AddSelftest(CommandLine& line);

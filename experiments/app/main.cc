@@ -40,7 +40,6 @@ int ParseAndRun(int argc, char** argv, const trial::Plugins& plugins) {
                          estimators::AddCompareEstimators,
                          recognition::AddRecognize,
                          recognition::AddCalibrate,
-                         AddSlurm,
                          AddSlurmTask,
                          tuning::AddTune,
                          check_vehicle::AddCheckVehicle,

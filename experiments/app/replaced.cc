@@ -17,6 +17,7 @@ constexpr Replaced kReplaced[] = {
     {"scenarios", "", "turbidock list scenarios, list keys, list --show SCENARIO"},
     {"plans", "", "turbidock list plans"},
     {"studies", "", "turbidock list studies"},
+    {"slurm", "", "turbidock batch PLAN --out FILE --slurm TASKS, or --shard I/N and merge"},
     {"run", "--resolution", "--set rig.width_px=320 --set rig.height_px=240"},
     {"bench", "--resolution", "--set rig.width_px=320 --set rig.height_px=240"},
 };

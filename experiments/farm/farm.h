@@ -18,7 +18,6 @@ struct SlurmParams {
   // Made, and removed at the end.
   std::string folder = {};
   std::function<void(const std::string&)> say = nullptr;  // what a person may want to know
-  double ask_s = 3;  // between two questions to the controller which tasks there are
 };
 
 struct FarmOptions {

@@ -36,7 +36,7 @@ struct JobResult {
   double cpu_time_s = 0;   // user and system, of the worker in this job; 0 when it died
   int64_t rss_bytes = 0;   // the worker's resident memory after the job; 0 when it died
 
-  TURBIDOCK_FIELDS(end, output, error, cpu_time_s, rss_bytes)  // what the worker sends
+  TURBIDOCK_FIELDS(id, end, output, error, log, wall_time_s, cpu_time_s, rss_bytes)
 };
 
 // What is done with a job's input. A task on another machine knows it by its name.

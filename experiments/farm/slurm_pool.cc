@@ -5,7 +5,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cerrno>
 #include <cmath>
 #include <cstdlib>
@@ -14,10 +13,10 @@
 #include <fstream>
 #include <sstream>
 
-#include "experiments/farm/sbatch.h"
 #include "experiments/farm/worker_pool.h"
 #include "experiments/report/json.h"
 #include "experiments/system/build_info.h"
+#include "experiments/system/output_path.h"
 #include "experiments/system/subprocess.h"
 #include "sim/base/check.h"
 #include "sim/base/digest.h"
@@ -32,7 +31,8 @@ constexpr size_t kAhead = 16;        // jobs for each worker in an array
 constexpr double kTryAgain_s = 5;    // until an array is handed in again
 constexpr double kPatience_s = 600;  // with a controller that does not answer, or refuses
 constexpr double kShortestPause_s = 0.05, kLongestPause_s = 1;  // between two looks at the files
-constexpr int kTries = 3;                                       // of a job
+constexpr double kAsk_s = 3;  // between two questions to the controller
+constexpr int kTries = 3;     // of a job
 
 // ------------------------------------------------------------------------ files of both processes
 
@@ -54,20 +54,17 @@ std::pair<std::vector<std::string>, std::streamoff> LinesFrom(const fs::path& pa
   return {lines, from + static_cast<std::streamoff>(begin)};
 }
 
-// A line of results: of a job, or why the task does none.
-std::string ResultLine(int64_t serial, const JobResult& result) {
-  Json json = result;
-  json["serial"] = serial;
-  json["log"] = result.log;
-  json["wall_time_s"] = result.wall_time_s;
-  return report::JsonLine(json) + "\n";
+// Starts a program of Slurm's and returns what it prints. SimulatorFault when it is missing or
+// refuses, in its own words.
+std::string AskSlurm(const std::vector<std::string>& command) {
+  return system::Subprocess(command, "slurm-client").Finish();
 }
 
-JobResult ResultOf(const Json& json) {
-  auto result = json.get<JobResult>();
-  result.log = json["log"];
-  result.wall_time_s = json["wall_time_s"];
-  return result;
+// A word of the shell that means exactly this text.
+std::string ShellQuoted(const std::string& text) {
+  std::string quoted = "'";
+  for (const char c : text) quoted += c == '\'' ? "'\\''" : std::string(1, c);
+  return quoted + "'";
 }
 
 double SecondsSince(std::chrono::steady_clock::time_point start) {
@@ -98,13 +95,12 @@ SlurmPool::SlurmPool(const SlurmParams& params, int workers, double time_limit_s
   for (const auto& entry : fs::directory_iterator(params_.folder))
     if (entry.path().filename().string().starts_with("array-"))
       left |= fs::remove_all(entry.path(), error) > 0;
-  if (left) system::Subprocess({"scancel", "--name=" + name_}, "slurm-client").Finish();
+  if (left) Cancel();
 }
 
 SlurmPool::~SlurmPool() {
   try {
-    if (!flights_.empty())
-      system::Subprocess({"scancel", "--name=" + name_}, "slurm-client").Finish();
+    if (!flights_.empty()) Cancel();
   } catch (const std::exception&) {  // what is left of them ends by itself
   }
   std::error_code error;
@@ -121,8 +117,15 @@ fs::path SlurmPool::FolderOf(int array) const {
   return fs::path(params_.folder) / fmt::format("array-{}", array);
 }
 
-void SlurmPool::Say(const std::string& text) const {
-  if (params_.say) params_.say(text);
+void SlurmPool::Cancel() const { AskSlurm({"scancel", "--name=" + name_}); }
+
+void SlurmPool::WaitOut(std::optional<Clock::time_point>* since, const std::string& what,
+                        const SimulatorFault& error) const {
+  if (!*since) {
+    *since = Clock::now();
+    if (params_.say) params_.say(what + ": " + error.what());
+  }
+  if (SecondsSince(**since) > kPatience_s) throw error;
 }
 
 void SlurmPool::Submit(Job job) {
@@ -145,18 +148,18 @@ void SlurmPool::Send() {
   const int number = numbers_++;
   const fs::path folder = FolderOf(number);
   fs::create_directories(folder);
+  const std::string head = report::JsonLine(
+      {{"work", work_}, {"time_limit_s", time_limit_s_}, {"build", system::BuildId()}});
   for (size_t task = 0; task < tasks; ++task) {
-    std::string text =
-        report::JsonLine(
-            {{"work", work_}, {"time_limit_s", time_limit_s_}, {"build", system::BuildId()}}) +
-        "\n";
+    std::string text = head + "\n";
     for (size_t i = task; i < waiting_.size(); i += tasks) {
       waiting_[i].task = {number, static_cast<int>(task)};
       text += report::JsonLine({{"serial", waiting_[i].serial}, {"input", waiting_[i].job.input}}) +
               "\n";
     }
-    WriteScriptFile(folder / JobsFile(static_cast<int>(task)), text, /*executable=*/false);
+    system::WriteWhole(folder / JobsFile(static_cast<int>(task)), text);
   }
+  std::string script = "#!/bin/bash\n";
   std::vector<std::string> options = {"--job-name=" + name_,
                                       fmt::format("--array=0-{}", tasks - 1),
                                       fmt::format("--cpus-per-task={}", workers_),
@@ -164,15 +167,16 @@ void SlurmPool::Send() {
                                       "--open-mode=append",
                                       fmt::format("--output=\"{}/task-%a.log\"", folder.string())};
   options.insert(options.end(), params_.options.begin(), params_.options.end());
-  WriteScriptFile(
-      folder / "array.sh",
-      "#!/bin/bash\n" + Directives(options) +
-          fmt::format("exec {} slurm-task {} --task \"$SLURM_ARRAY_TASK_ID\" --workers {}\n",
-                      QuotedProgram(), ShellQuoted(folder.string()), workers_),
-      /*executable=*/true);
+  for (const std::string& option : options) script += "#SBATCH " + option + "\n";
+  script += fmt::format("exec {} slurm-task {} --task \"$SLURM_ARRAY_TASK_ID\" --workers {}\n",
+                        ShellQuoted(fs::read_symlink("/proc/self/exe").string()),
+                        ShellQuoted(folder.string()), workers_);
+  system::WriteWhole(folder / "array.sh", script);
   Array array{.job_id = {}, .read = {}, .open = waiting_.size()};
   try {
-    array.job_id = Sbatch({(folder / "array.sh").string()});
+    // "JOB" or "JOB;CLUSTER"
+    const std::string printed = AskSlurm({"sbatch", "--parsable", (folder / "array.sh").string()});
+    array.job_id = printed.substr(0, printed.find_first_of(";\n"));
   } catch (const SimulatorFault& error) {
     std::error_code ignored;
     fs::remove_all(folder, ignored);
@@ -180,11 +184,7 @@ void SlurmPool::Send() {
     // pass: a controller that comes and goes has many words, so have limits on what a user may
     // submit.
     if (!accepted_) throw;
-    if (!refused_since_) {
-      refused_since_ = Clock::now();
-      Say(fmt::format("Slurm takes no array, trying again: {}", error.what()));
-    }
-    if (SecondsSince(*refused_since_) > kPatience_s) throw;
+    WaitOut(&refused_since_, "Slurm takes no array, trying again", error);
     try_again_ = Clock::now() + Seconds(kTryAgain_s);
     return;
   }
@@ -211,9 +211,9 @@ void SlurmPool::Read(int number, Array* array) {
       if (json.contains("refused"))
         throw SimulatorFault(fmt::format("a task of Slurm's job {}: {}", array->job_id,
                                          json["refused"].get<std::string>()));
-      auto flight = flights_.extract(json["serial"].get<int64_t>());
+      auto result = json.get<JobResult>();
+      auto flight = flights_.extract(result.id);
       if (!flight) continue;  // known from an earlier start of the task
-      JobResult result = ResultOf(json);
       result.id = flight.mapped().job.id;
       ended_.push_back(std::move(result));
       --array->open;
@@ -239,36 +239,36 @@ void SlurmPool::Collect() {
   for (const int number : numbers) Close(number);
 }
 
-void SlurmPool::Ask() {
-  if (flights_.empty() || SecondsSince(asked_) < params_.ask_s) return;
-  asked_ = Clock::now();
-  std::string printed;
-  try {
-    printed = system::Subprocess(
-                  {"squeue", "--noheader", "--array", "--name=" + name_, "--format=%F %K %t"},
-                  "slurm-client")
-                  .Finish();
-  } catch (const SimulatorFault& error) {
-    if (!silent_since_) {
-      silent_since_ = Clock::now();
-      Say(fmt::format("Slurm does not answer, results are read all the same: {}", error.what()));
-    }
-    if (SecondsSince(*silent_since_) > kPatience_s) throw;
-    return;
-  }
-  if (silent_since_) Say("Slurm answers again");
-  silent_since_.reset();
-  std::set<std::pair<std::string, int>> known;
-  std::istringstream rows(printed);
+std::set<SlurmPool::TaskId> SlurmPool::Queued() const {
+  std::istringstream rows(
+      AskSlurm({"squeue", "--noheader", "--array", "--name=" + name_, "--format=%F %K %t"}));
+  std::map<std::string, int> numbers;
+  for (const auto& [number, array] : arrays_) numbers[array.job_id] = number;
+  std::set<TaskId> queued;
   std::string job, task, state;
   while (rows >> job >> task >> state)
-    if (state != "CG" && std::isdigit(static_cast<unsigned char>(task[0])))
-      known.emplace(job, std::stoi(task));
+    if (const auto array = numbers.find(job); array != numbers.end() && state != "CG" &&
+                                              std::isdigit(static_cast<unsigned char>(task[0])))
+      queued.emplace(array->second, std::stoi(task));
+  return queued;
+}
 
+void SlurmPool::Ask() {
+  if (flights_.empty() || SecondsSince(asked_) < kAsk_s) return;
+  asked_ = Clock::now();
+  std::set<TaskId> queued;
+  try {
+    queued = Queued();
+  } catch (const SimulatorFault& error) {
+    WaitOut(&silent_since_, "Slurm does not answer, results are read all the same", error);
+    return;
+  }
+  if (silent_since_ && params_.say) params_.say("Slurm answers again");
+  silent_since_.reset();
   // Twice gone is gone: a result may come after its task by as long as files take.
   std::set<TaskId> missing, gone;
   for (const TaskId& id : OpenTasks()) {
-    if (known.contains({arrays_.at(id.first).job_id, id.second})) continue;
+    if (queued.contains(id)) continue;
     missing.insert(id);
     if (missing_.contains(id)) gone.insert(id);
   }
@@ -307,8 +307,10 @@ void SlurmPool::Lose(const std::set<TaskId>& gone) {
     it = flights_.erase(it);
   }
   const TaskId& first = *gone.begin();
-  Say(fmt::format("{} tasks of Slurm's are gone without {} results, submitted again; {}_{}: {}",
-                  gone.size(), jobs, arrays_.at(first.first).job_id, first.second, LogOf(first)));
+  if (params_.say)
+    params_.say(
+        fmt::format("{} tasks of Slurm's are gone without {} results, submitted again; {}_{}: {}",
+                    gone.size(), jobs, arrays_.at(first.first).job_id, first.second, LogOf(first)));
   for (const int number : numbers) Close(number);
 }
 
@@ -382,9 +384,8 @@ void RunSlurmTask(const std::string& folder, int task, int workers,
   for (const auto& entry : fs::directory_iterator(folder))
     if (entry.path().filename().string().starts_with(ResultsPrefix(task)))
       for (const std::string& line : LinesFrom(entry.path(), 0).first)
-        if (const Json json = report::ParseJson(line, entry.path().string());
-            json.contains("serial"))
-          done.insert(json["serial"].get<int64_t>());
+        if (const Json json = report::ParseJson(line, entry.path().string()); json.contains("id"))
+          done.insert(json["id"].get<int64_t>());
 
   // A start a file: nobody appends behind a line that a lost node has torn, or still writes.
   const char* const start = std::getenv("SLURM_RESTART_COUNT");
@@ -415,7 +416,7 @@ void RunSlurmTask(const std::string& folder, int task, int workers,
   };
   RunAll(
       &pool, submit_one,
-      [&](const JobResult& result) { results.Append(ResultLine(result.id, result)); },
+      [&](const JobResult& result) { results.Append(report::JsonLine(result) + "\n"); },
       [] { return true; });
 }
 

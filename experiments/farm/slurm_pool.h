@@ -28,6 +28,7 @@
 #include <vector>
 
 #include "experiments/farm/farm.h"
+#include "sim/base/check.h"
 
 namespace turbidock::farm {
 
@@ -67,14 +68,19 @@ class SlurmPool : public JobPool {
 
   void Send();     // what waits, where tasks are free
   void Collect();  // results that have been written
-  void Ask();      // which tasks Slurm has; what the others left is sent again
+  void Ask();      // which tasks have gone; what they left is sent again
+  std::set<TaskId> Queued() const;
   void Read(int number, Array* array);
   void Close(int number);  // an array that has no job any more
   std::set<TaskId> OpenTasks() const;
   void Lose(const std::set<TaskId>& gone);
   std::filesystem::path FolderOf(int array) const;
   std::string LogOf(const TaskId& task) const;  // its last line
-  void Say(const std::string& text) const;
+  void Cancel() const;                          // all tasks of this folder
+  // Slurm has failed, maybe not for long: says `what` the first time, throws the error when it has
+  // gone on for ten minutes. `since`: when it began.
+  void WaitOut(std::optional<Clock::time_point>* since, const std::string& what,
+               const SimulatorFault& error) const;
 
   SlurmParams params_;
   int workers_;

@@ -181,7 +181,7 @@ TEST_F(BadInput, AnOptionThatSaysNothingHereIsRefused) {
 }
 
 TEST_F(BadInput, AFolderThatIsNotThereIsNotMadeForAResultFile) {
-  Refused({"slurm", "smoke", "--tasks", "2", "--out", Path("none/x.db")},
+  Refused({"batch", "smoke", "--slurm", "2", "--out", Path("none/x.db")},
           Path("none/x.db") + ": cannot be written: No such file or directory");
   EXPECT_FALSE(fs::exists(Path("none")));
 }
@@ -189,7 +189,7 @@ TEST_F(BadInput, AFolderThatIsNotThereIsNotMadeForAResultFile) {
 // It becomes a line of a script.
 TEST_F(BadInput, AnOptionOfSbatchIsOneLine) {
   const std::string line = " must be one line that begins with -";
-  Refused({"slurm", "smoke", "--tasks", "2", "--out", Path("x.db"), "--sbatch=--time=1\nrm -r x"},
+  Refused({"batch", "smoke", "--slurm", "2", "--out", Path("x.db"), "--sbatch=--time=1\nrm -r x"},
           "'--time=1 rm -r x'" + line);
   Refused({"batch", "smoke", "--slurm", "2", "--out", Path("x.db"), "--sbatch", "time=1"},
           "'time=1'" + line);

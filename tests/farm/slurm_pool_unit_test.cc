@@ -106,8 +106,7 @@ cat queue.* 2>/dev/null || true
     return {.tasks = tasks,
             .options = {"--time=10"},
             .folder = (folder_ / "shared place").string(),
-            .say = [this](const std::string& text) { said_ += text + "\n"; },
-            .ask_s = 0.2};
+            .say = [this](const std::string& text) { said_ += text + "\n"; }};
   }
   // What comes of the numbers, by job.
   std::map<int64_t, JobResult> Squares(SlurmPool* pool, const std::vector<int>& numbers) {
@@ -200,7 +199,7 @@ TEST_F(Slurm, ARefusalAfterTheFirstArrayIsWaitedOut) {
 // A run that was killed: its tasks are nobody's, its files are not read.
 TEST_F(Slurm, WhatAKilledRunLeftIsCancelled) {
   fs::create_directories(folder_ / "shared place/array-0");
-  Write("shared place/array-0/results-0.0.jsonl", "{\"serial\": 0, torn");
+  Write("shared place/array-0/results-0.0.jsonl", "{\"id\": 0, torn");
   SlurmPool pool(Params(1), 1, 60, "square");
   EXPECT_THAT(Read("cancelled"), HasSubstr("--name=turbidock-"));
   EXPECT_EQ(Squares(&pool, {2}).at(2).output, "4");
@@ -210,7 +209,7 @@ TEST_F(Slurm, ATaskGoesOnWhereItsFirstStartStopped) {
   SlurmPool pool(Params(1), 1, 60, "name");
   Program("sbatch", R"sh(
 array=$(dirname "$script")
-printf '%s\n%s' '{"end":0,"output":"the first start","error":"","cpu_time_s":0,"rss_bytes":0,"serial":0,"log":"","wall_time_s":0}' \
+printf '%s\n%s' '{"end":0,"output":"the first start","error":"","cpu_time_s":0,"rss_bytes":0,"id":0,"log":"","wall_time_s":0}' \
   '{"end":0,"output":"torn' >"$array/results-0.0.jsonl"
 SLURM_RESTART_COUNT=1 SLURM_ARRAY_TASK_ID=0 bash "$script" >/dev/null 2>&1
 echo 7
