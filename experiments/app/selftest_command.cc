@@ -1,15 +1,14 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <functional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "experiments/app/build_table.h"
 #include "experiments/app/commands.h"
 #include "experiments/config/data_files.h"
-#include "experiments/report/json.h"
+#include "experiments/report/report_json.h"
+#include "experiments/report/text.h"
 #include "experiments/system/subprocess.h"
 #include "experiments/trial/scenario.h"
 #include "experiments/trial/trial.h"
@@ -19,11 +18,6 @@
 
 namespace turbidock::app {
 namespace {
-
-struct Check {
-  std::string name;
-  std::function<std::string()> run;  // says what it saw; throws what is wrong
-};
 
 // The first line that a program of that package prints.
 std::string FirstLine(const std::vector<std::string>& command, const std::string& package) {
@@ -56,6 +50,47 @@ std::string RunOneSecond() {
                      result.real_time_factor);
 }
 
+// Checks as a table for people and a list for programs.
+struct Checks {
+  report::Table table;
+  report::Json list = report::Json::array();
+  bool all_pass = true;
+
+  void Add(bool pass, std::vector<report::Cell> cells, report::Json json) {
+    using report::Tone;
+    cells.insert(cells.begin(),
+                 pass ? report::Cell("ok", Tone::kGood, "") : report::Cell("FAIL", Tone::kBad, ""));
+    table.Row(cells);
+    json["pass"] = pass;
+    list.push_back(json);
+    all_pass = all_pass && pass;
+  }
+  // Passes with what `run` returns, unless it throws what is wrong.
+  void AddRun(const std::string& name, std::string (*run)()) {
+    bool pass = true;
+    std::string saw;
+    try {
+      saw = run();
+    } catch (const std::exception& error) {
+      pass = false;
+      saw = error.what();
+    }
+    Add(pass, {name, saw}, {{"name", name}, {"saw", saw}});
+  }
+};
+
+Checks CheckMachine() {
+  Checks checks{report::Table({"<", "<check", "<saw"})};
+  checks.AddRun("render",
+                [] { return view::MakeGlContext(view::GlBackend::kOsmesa)->description(); });
+  checks.AddRun("egl", DrawWithEgl);
+  checks.AddRun("scenarios", LoadEveryScenario);
+  checks.AddRun("trial", RunOneSecond);
+  checks.AddRun("figures", [] { return FirstLine({"gnuplot", "--version"}, "gnuplot-nox"); });
+  checks.AddRun("video", [] { return FirstLine({"ffmpeg", "-version"}, "ffmpeg"); });
+  return checks;
+}
+
 std::string Expectation(const check::PhysicsCheck& check) {
   if (check.relation == check::Relation::kNear)
     return fmt::format("{:.6g} +- {:.2g}", check.expected, check.tolerance);
@@ -63,86 +98,41 @@ std::string Expectation(const check::PhysicsCheck& check) {
                      check.relation == check::Relation::kAtMost ? "<=" : ">=", check.expected);
 }
 
-// The dynamics against what they must do, as a table or as JSON.
-int PhysicsSelftest(bool json) {
-  std::vector<check::PhysicsCheck> checks = check::RunPhysicsChecks();
-  for (check::PhysicsCheck& check : check::MeasurePhysicsCost(config::ModelPath("sea_active.xml")))
-    checks.push_back(std::move(check));
-  bool all_well = true;
-  auto list = report::Json::array();
-  if (!json)
-    fmt::print("      {:52} {:>12}  {:22} {:6} {}\n", "check", "measured", "expected", "unit",
-               "reference");
-  for (const check::PhysicsCheck& check : checks) {
-    all_well = all_well && check.pass();
-    if (json)
-      list.push_back({{"check", check.name},
-                      {"pass", check.pass()},
-                      {"measured", check.measured},
-                      {"relation", check.relation},
-                      {"expected", check.expected},
-                      {"tolerance", check.tolerance},
-                      {"unit", check.unit},
-                      {"reference", check.reference}});
-    else
-      fmt::print("{}  {:52} {:12.6g}  {:22} {:6} {}\n", check.pass() ? "ok  " : "FAIL", check.name,
-                 check.measured, Expectation(check), check.unit, check.reference);
-  }
-  if (json) fmt::print("{}", report::JsonText(list));
-  return all_well ? kExitDone : kExitCheckFailed;
-}
-
-int Selftest(bool json) {
-  const std::vector<Check> checks = {
-      {"render", [] { return view::MakeGlContext(view::GlBackend::kOsmesa)->description(); }},
-      {"egl", DrawWithEgl},
-      {"scenarios", LoadEveryScenario},
-      {"trial", RunOneSecond},
-      {"figures",
-       [] {
-         return FirstLine({"gnuplot", "--version"}, "gnuplot-nox");
-       }},
-      {"video",
-       [] {
-         return FirstLine({"ffmpeg", "-version"}, "ffmpeg");
-       }},
-  };
-  auto list = report::Json::array();
-  for (const auto& [name, value] : BuildTable())
-    if (!json) fmt::print("      {:10} {}\n", name, value);
-  bool all_well = true;
-  for (const Check& check : checks) {
-    bool well = true;
-    std::string saw;
-    try {
-      saw = check.run();
-    } catch (const std::exception& error) {
-      well = false;
-      saw = error.what();
-    }
-    all_well = all_well && well;
-    if (json)
-      list.push_back({{"check", check.name}, {"pass", well}, {"saw", saw}});
-    else
-      fmt::print("{}  {:10} {}\n", well ? "ok  " : "FAIL", check.name, saw);
-  }
-  if (json) fmt::print("{}", report::JsonText(list));
-  return all_well ? kExitDone : kExitSimulatorFault;
+// The dynamics against what they must do.
+Checks CheckPhysics() {
+  Checks checks{report::Table({"<", "<check", "measured", "<expected", "<unit", "<reference"})};
+  for (const auto& part :
+       {check::RunPhysicsChecks(), check::MeasurePhysicsCost(config::ModelPath("sea_active.xml"))})
+    for (const check::PhysicsCheck& check : part)
+      checks.Add(check.pass(),
+                 {check.name, fmt::format("{:.6g}", check.measured), Expectation(check), check.unit,
+                  check.reference},
+                 check);
+  return checks;
 }
 
 struct SelftestArguments {
   bool json = false, physics = false;
 };
 
-int RunSelftest(const SelftestArguments& arguments) {
-  return arguments.physics ? PhysicsSelftest(arguments.json) : Selftest(arguments.json);
+int Selftest(const SelftestArguments& arguments) {
+  const Checks checks = arguments.physics ? CheckPhysics() : CheckMachine();
+  report::Report report{.kind = "selftest", .title = "What this machine runs on"};
+  for (const auto& [name, value] : BuildTable()) report.facts.push_back({name, value});
+  report.sections = {{.title = "Checks", .table = checks.table}};
+  if (arguments.json)
+    fmt::print("{}", report::JsonText(report::Document(report, {{"checks", checks.list}})));
+  else
+    fmt::print("{}", report::Text(report));
+  if (checks.all_pass) return kExitDone;
+  return arguments.physics ? kExitCheckFailed : kExitSimulatorFault;
 }
 
 }  // namespace
 
 void AddSelftest(CommandLine& line) {
   auto [selftest, arguments] =
-      line.Add("selftest", "Show what this machine runs on, and that it can", &RunSelftest);
+      line.Add("selftest", "Show what this machine runs on, and that it can", &Selftest);
   selftest.Flag("--json", arguments.json, "As JSON");
   selftest.Flag("--physics", arguments.physics,
                 "Instead: the vehicle's dynamics against closed forms, and their cost");

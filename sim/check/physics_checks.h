@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "sim/base/fields.h"
+#include "sim/base/result_fields.h"
 
 namespace turbidock::check {
 
@@ -26,6 +27,8 @@ struct PhysicsCheck {
   double tolerance = 0;  // for kNear, absolute
 
   bool pass() const;  // false when the measurement is not a number
+
+  TURBIDOCK_FIELDS(name, reference, unit, measured, relation, expected, tolerance)
 };
 
 // All checks of the dynamics, in a few seconds and with the same result every time. A case in which

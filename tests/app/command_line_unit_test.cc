@@ -129,7 +129,7 @@ TEST_F(CommandLine, WhatIsGoneSaysWhatTookItsPlace) {
 
 TEST_F(CommandLine, PhysicsSelftestExitsAsItsTableSays) {
   const ProgramEnd end = RunProgram({"selftest", "--physics", "--json"});
-  const auto checks = nlohmann::json::parse(end.out);
+  const auto checks = nlohmann::json::parse(end.out).at("checks");
   EXPECT_GT(checks.size(), 40u);
   bool all_pass = true;
   for (const auto& check : checks) all_pass = all_pass && check["pass"].get<bool>();
