@@ -146,27 +146,7 @@ lose_node() {
   done
 }
 
-# ------------------------------------------------------------------------- a batch as shards, merged
-cat >"$folder/tiny.yaml" <<'PLAN'
-schema_version: 1
-description: tiny trials
-seeds: 4
-set: {duration_s: 0.1}
-grid: {scenario: [pool_active, sea_night_passive]}
-random: {water.milk_ml_m3: {uniform: [0, 30]}}
-PLAN
-out="$folder/my results.db"  # a space is no trouble
-"$turbidock" slurm "$folder/tiny.yaml" --tasks 3 --out "$out" --sbatch=--time=10 --submit ||
-  fail "turbidock slurm --submit"
 queue_is_empty() { local jobs && jobs=$(squeue -h) && [ -z "$jobs" ]; }
-wait_for 300 "the jobs do not end" queue_is_empty
-[ -f "$out" ] || fail "the merge job left no file"
-"$turbidock" batch "$folder/tiny.yaml" --out "$folder/alone.db" --quiet || fail "turbidock batch"
-"$turbidock" export "$out" >"$folder/slurm.csv" || fail "turbidock export"
-"$turbidock" export "$folder/alone.db" >"$folder/alone.csv" || fail "turbidock export"
-[ "$(wc -l <"$folder/alone.csv")" = 9 ] || fail "8 trials make 9 lines"
-cmp "$folder/slurm.csv" "$folder/alone.csv" || fail "the array's rows are not those of one process"
-echo "8 trials in an array of 3 tasks, merged: the same rows as in one process"
 
 # ------------------------------------------------------------------- commands that wait for their tasks
 # without cameras: a tenth of a second a trial
@@ -364,6 +344,13 @@ refused() {
   [ "$(wc -l <"$folder/refused.said")" = 1 ] || fail "$name: not one line: $(cat "$folder/refused.said")"
   grep -q "$words" "$folder/refused.said" || fail "$name: $(cat "$folder/refused.said")"
 }
+cat >"$folder/tiny.yaml" <<'PLAN'
+schema_version: 1
+description: tiny trials
+scenario: pool_active
+seeds: 2
+set: {pose_source: true_pose, duration_s: 0.1}
+PLAN
 tiny=(batch "$folder/tiny.yaml" --out "$folder/tiny.db" --quiet)
 refused partition 4 'invalid partition' "$turbidock" "${tiny[@]}" --slurm 2 --sbatch=--partition=nowhere
 refused "no cluster" 4 'sbatch' env SLURM_CONF=/nonexistent "$turbidock" "${tiny[@]}" --slurm 2

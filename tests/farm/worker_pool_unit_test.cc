@@ -135,6 +135,19 @@ TEST(WorkerPool, NextReturnsAtItsTimeoutAndWithoutJobsAtOnce) {
   EXPECT_EQ(pool.pending(), 1u);
 }  // and ends, though the job does not
 
+TEST(WorkerPool, StartsNoMoreProcessesThanThereAreJobs) {
+  int started = 0;
+  const auto count = [&started] {
+    ++started;
+    return fork();
+  };
+  WorkerPool pool(5, {.fork = count}, Act);
+  EXPECT_EQ(started, 0);
+  for (const int64_t id : {1, 2}) pool.Submit({.id = id, .input = "a"});
+  while (pool.pending() > 0) pool.Next(60);
+  EXPECT_EQ(started, 2);
+}
+
 TEST(WorkerPool, ReplacesAWorkerThatDiedWithoutAJob) {
   WorkerPool pool(1, {}, [](const std::string&) { return std::to_string(getpid()); });
   pool.Submit({.id = 1, .input = ""});

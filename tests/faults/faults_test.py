@@ -224,6 +224,30 @@ class Faults(unittest.TestCase):
         self.run_program(words)
         self.assertEqual((self.folder / 'tuned/gains.yaml').read_text(), gains)
 
+    def test_gate_killed(self):
+        """The verdict is that of a gate that ran through, and no trial that was stored is lost."""
+        self.run_program(['gate', 'gate.yaml', '--update', '--quiet'])
+        self.assertFalse((self.folder / 'gate.baseline.yaml.trials.db').exists())
+        words = ['gate', 'gate.yaml', '--out', 'judged', '--quiet']
+        whole_s = self.timed([*words[:3], 'whole', '--quiet'])
+        summary, known = (self.folder / 'whole/summary.json').read_text(), 0
+
+        def check(ended):
+            nonlocal known
+            self.assertIn(text_of(self.folder / 'judged/summary.json'), (None, summary))
+            file = self.folder / 'judged/trials.db'
+            found = trials_of(file)[0] if file.exists() and file.stat().st_size else []
+            self.assertGreaterEqual(len(found), known, 'lost')
+            known = len(found)
+            if ended:
+                self.assertEqual(text_of(self.folder / 'judged/summary.json'), summary)
+                shutil.rmtree(self.folder / 'judged')
+                known = 0
+
+        self.kill_often(words, KILLS // 5, check, whole_s)
+        self.run_program(words)
+        self.assertEqual(text_of(self.folder / 'judged/summary.json'), summary)
+
     def test_others_killed(self):
         """What is written is there whole or not at all, and what stood there before until then."""
         self.run_program(['gate', 'gate.yaml', '--update', '--quiet'])
@@ -245,6 +269,7 @@ class Faults(unittest.TestCase):
                 self.kill_often(words, KILLS // 12, check, whole_s)
                 self.run_program(words)
                 self.assertEqual(file.read_text(), result)
+                self.assertFalse((self.folder / 'gate.baseline.yaml.trials.db').exists())
 
     # Workers
 

@@ -1,0 +1,161 @@
+// A gate that was stopped says what one says that ran through, and so does one with other workers.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <SQLiteCpp/SQLiteCpp.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "experiments/report/json.h"
+#include "experiments/studies/gate/trial_runner.h"
+#include "sim/base/check.h"
+
+namespace turbidock::gate {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+class GateRepeat : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    fs::create_directories(folder_);
+    // Without cameras; some of the trials end before they have docked.
+    std::ofstream(File("short.yaml"))
+        << "schema_version: 1\nseed: 1\nmodel: pool_active.xml\npose_source: true_pose\n"
+           "controller: pid\ndocked_hold_s: 0\nduration_s: 3.2\n"
+           "start: {distance_min_m: 0.4, distance_max_m: 0.6, lateral_m: 0.02}\n"
+           "procedure: {found_hold_s: 0.1, servo_x_m: 0.4, docking_rate_mps: 0.1}\n";
+    Gate(20);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  std::string File(const std::string& name) const { return (folder_ / name).string(); }
+  void Gate(int max_trials) {
+    std::ofstream(File("gate.yaml"))
+        << "schema_version: 1\nbaseline: gate.baseline.yaml\nalpha: 0.1\nbeta: 0.1\n"
+           "margins: {success_rate: 0.5, time_s: 1}\nmax_trials: "
+        << max_trials
+        << "\nconditions:\n  - {name: plain, scenario: short.yaml}\n"
+           "  - {name: '10', scenario: short.yaml, set: {sea.state: moderate}}\n";
+    plan_ = LoadGatePlan(File("gate.yaml"));
+  }
+  farm::ResultStore Open(const std::string& name, const std::vector<std::string>& assignments) {
+    return OpenTrials(File(name), plan_, assignments,
+                      [&](const std::string& text) { said_ += text; });
+  }
+  std::string Judge(const Baseline& baseline, const std::vector<std::string>& assignments,
+                    const farm::RunOptions& options, farm::ResultStore* store) const {
+    return report::JsonText(RunGate(plan_, baseline, "gate.baseline.yaml",
+                                    MakeGateRunner(plan_, assignments, options, store),
+                                    {.at_once = 2 * options.farm.workers}));
+  }
+
+  const fs::path folder_ =
+      fs::temp_directory_path() / ("turbidock_gate_repeat_" + std::to_string(getpid()));
+  GatePlan plan_;
+  std::string said_;
+};
+
+TEST_F(GateRepeat, StopsAndWorkersDoNotShowInTheVerdict) {
+  const Baseline baseline = MeasureBaseline(plan_, MakeGateRunner(plan_, {}, {}), 2, nullptr);
+  for (const std::vector<std::string>& assignments :
+       {std::vector<std::string>{}, std::vector<std::string>{"duration_s=2.7"}}) {
+    const std::string expected = Judge(baseline, assignments, {.farm = {.workers = 1}}, nullptr);
+    for (const int workers : {1, 2})
+      for (const int64_t stop_after : {1, 3, 8}) {
+        std::string judged;
+        for (int rounds = 0; judged.empty(); ++rounds) {
+          ASSERT_LT(rounds, 60);
+          farm::ResultStore store = Open("trials.db", assignments);
+          int64_t run = 0;
+          try {
+            judged = Judge(baseline, assignments,
+                           {.farm = {.workers = workers},
+                            .on_trial = [&](const farm::StoredTrial&) { ++run; },
+                            .stop_requested = [&] { return run >= stop_after; }},
+                           &store);
+          } catch (const farm::Stopped&) {
+            EXPECT_GE(run, stop_after);
+          }
+        }
+        EXPECT_EQ(judged, expected) << workers << " workers, stopped after " << stop_after;
+        fs::remove(File("trials.db"));
+      }
+  }
+  EXPECT_THAT(said_, IsEmpty());
+}
+
+TEST_F(GateRepeat, ABaselineGoesOnAfterAStop) {
+  const std::string whole =
+      BaselineText(MeasureBaseline(plan_, MakeGateRunner(plan_, {}, {}), 2, nullptr));
+  std::string text;
+  while (text.empty()) {
+    farm::ResultStore store = Open("baseline.db", {});
+    int64_t run = 0;
+    try {
+      text = BaselineText(
+          MeasureBaseline(plan_,
+                          MakeGateRunner(plan_, {},
+                                         {.farm = {.workers = 2},
+                                          .on_trial = [&](const farm::StoredTrial&) { ++run; },
+                                          .stop_requested = [&] { return run >= 7; }},
+                                         &store),
+                          4, nullptr));
+    } catch (const farm::Stopped&) {
+    }
+  }
+  EXPECT_EQ(text, whole);
+}
+
+// Whatever a trial depends on; not what only the verdict does.
+TEST_F(GateRepeat, TrialsOfAnotherGateAreBegunAnew) {
+  const auto stored = [&](const std::vector<std::string>& assignments) {
+    return std::ssize(Open("trials.db", assignments).Done());
+  };
+  const auto fill = [&] {
+    farm::ResultStore store = Open("trials.db", {});
+    MeasureBaseline(plan_, MakeGateRunner(plan_, {}, {.farm = {.workers = 2}}, &store), 4, nullptr);
+  };
+  Gate(2);
+  fill();
+  EXPECT_EQ(stored({}), 4);
+  Gate(3);
+  EXPECT_EQ(stored({}), 4);
+  EXPECT_THAT(said_, IsEmpty());
+  EXPECT_EQ(stored({"camera_delay_frames=4"}), 0);
+  EXPECT_THAT(said_, HasSubstr("trials.db: has trials of another gate or build (the plans differ: "
+                               "'camera_delay_frames: "));
+  fill();
+  plan_.seed = 2;
+  EXPECT_EQ(stored({}), 0);
+  plan_.seed = 1;
+  fill();
+  // as by another build
+  SQLite::Database(File("trials.db"), SQLite::OPEN_READWRITE)
+      .exec("UPDATE meta SET value = 'another' WHERE key = 'build'");
+  EXPECT_EQ(stored({}), 0);
+  EXPECT_THAT(said_, HasSubstr("(the builds differ: another and "));
+
+  std::ofstream(File("notes.db")) << "what I noted";
+  EXPECT_THROW(Open("notes.db", {}), ConfigError);
+}
+
+TEST_F(GateRepeat, ACrashIsNoVerdictAndRunsAgain) {
+  farm::ResultStore store = Open("trials.db", {});
+  EXPECT_THROW(MeasureBaseline(plan_,
+                               MakeGateRunner(plan_, {"duration_s=1000", "docked_hold_s=1000"},
+                                              {.time_limit_s = 0.2}, &store),
+                               2, nullptr),
+               SimulatorFault);
+  EXPECT_THAT(store.Done(), IsEmpty());
+}
+
+}  // namespace
+}  // namespace turbidock::gate
