@@ -83,6 +83,16 @@ float Bilinear(const Image3u8& image, const Eigen::Vector3f& axis, float u, floa
          fv * ((1 - fu) * signal(u0, v0 + 1) + fu * signal(u0 + 1, v0 + 1));
 }
 
+// The scale of the robust weights: 1.5 times the median, at least the edges' own noise. `sorted` is
+// room to work in.
+double RobustScale(const std::vector<double>& residuals_px, std::vector<double>* sorted) {
+  sorted->clear();
+  for (const double r : residuals_px) sorted->push_back(std::abs(r));
+  const auto middle = sorted->begin() + static_cast<std::ptrdiff_t>(sorted->size() / 2);
+  std::nth_element(sorted->begin(), middle, sorted->end());
+  return std::max(1.4826 * *middle, kEdgeNoise_px);
+}
+
 }  // namespace
 
 PoseRefiner::PoseRefiner(const MarkerParams& marker, const StereoRig& rig)
@@ -213,13 +223,7 @@ std::optional<Refined> PoseRefiner::Refine(const StereoImage& seen, const Stereo
       residuals_px_.push_back((across_m - marker_.balls[b].radius_m) * camera.fx_px / p_CQ.norm() -
                               bloom_px);
     }
-    // The scale of the robust weights: 1.5 times the median, at least the edges' own noise.
-    sorted_.clear();
-    for (const double r : residuals_px_) sorted_.push_back(std::abs(r));
-    std::nth_element(sorted_.begin(),
-                     sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() / 2),
-                     sorted_.end());
-    const double scale_px = std::max(1.4826 * sorted_[sorted_.size() / 2], kEdgeNoise_px);
+    const double scale_px = RobustScale(residuals_px_, &sorted_);
     const double tukey_px = 4 * scale_px;
 
     Matrix7d information = prior_weight.asDiagonal();
