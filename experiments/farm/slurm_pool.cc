@@ -1,16 +1,17 @@
 #include "experiments/farm/slurm_pool.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <ctime>
 #include <fstream>
+#include <memory>
 #include <sstream>
 
 #include "experiments/farm/worker_pool.h"
@@ -341,40 +342,6 @@ std::optional<JobResult> SlurmPool::Next(double timeout_s) {
 // -------------------------------------------------------------------------------------- in the
 // task
 
-namespace {
-
-// Lines that are there when Append returns, also for those who read on other machines.
-class ResultsFile {
- public:
-  explicit ResultsFile(std::string path)
-      : path_(std::move(path)),
-        file_(open(path_.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666)) {
-    if (file_ < 0) Fail();
-  }
-  ~ResultsFile() { close(file_); }
-  ResultsFile(const ResultsFile&) = delete;
-  ResultsFile& operator=(const ResultsFile&) = delete;
-
-  void Append(std::string_view text) const {
-    while (!text.empty()) {
-      const ssize_t n = TEMP_FAILURE_RETRY(write(file_, text.data(), text.size()));
-      if (n < 0) Fail();
-      text.remove_prefix(static_cast<size_t>(n));
-    }
-    if (fsync(file_) != 0) Fail();
-  }
-
- private:
-  [[noreturn]] void Fail() const {
-    throw SimulatorFault(path_ + ": cannot be written: " + std::strerror(errno));
-  }
-
-  std::string path_;
-  int file_;
-};
-
-}  // namespace
-
 void RunSlurmTask(const std::string& folder, int task, int workers,
                   const std::vector<Work>& works) {
   const fs::path jobs_file = fs::path(folder) / JobsFile(task);
@@ -389,11 +356,19 @@ void RunSlurmTask(const std::string& folder, int task, int workers,
 
   // A start a file: nobody appends behind a line that a lost node has torn, or still writes.
   const char* const start = std::getenv("SLURM_RESTART_COUNT");
-  const ResultsFile results(
-      (fs::path(folder) / (ResultsPrefix(task) + (start ? start : "0") + ".jsonl")).string());
+  const fs::path path = fs::path(folder) / (ResultsPrefix(task) + (start ? start : "0") + ".jsonl");
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "ae"),
+                                                             &std::fclose);
+  // There when it returns, also for those who read on other machines.
+  const auto append = [&](const Json& json) {
+    const std::string line = report::JsonLine(json) + "\n";
+    if (!file || std::fputs(line.c_str(), file.get()) < 0 || std::fflush(file.get()) != 0 ||
+        fsync(fileno(file.get())) != 0)
+      throw SimulatorFault(path.string() + ": cannot be written: " + std::strerror(errno));
+  };
   const Json head = report::ParseJson(lines.front(), jobs_file.string());
   const auto refuse = [&](const std::string& why) {
-    results.Append(report::JsonLine({{"refused", why}}) + "\n");
+    append({{"refused", why}});
     throw SimulatorFault(why);
   };
   if (head["build"] != system::BuildId())
@@ -415,9 +390,7 @@ void RunSlurmTask(const std::string& folder, int task, int workers,
     return false;
   };
   RunAll(
-      &pool, submit_one,
-      [&](const JobResult& result) { results.Append(report::JsonLine(result) + "\n"); },
-      [] { return true; });
+      &pool, submit_one, [&](const JobResult& result) { append(result); }, [] { return true; });
 }
 
 }  // namespace turbidock::farm
