@@ -1,7 +1,7 @@
 // turbidock with a control law and a pose estimator of one's own: every subcommand knows them.
 //
 //   my_docking run sea_night_active --set controller=damped_p --set damped_p.gain_newton_per_m=50
-//   my_docking scenarios --keys | grep damped_p
+//   my_docking list keys | grep damped_p
 
 #include <algorithm>
 #include <optional>

@@ -10,7 +10,7 @@ mkdir -p "$folder"
 cd "$folder"
 quick=(--set pose_source=true_pose --set controller=damped_p)
 
-"$program" scenarios --keys | grep 'damped_p.gain_newton_per_m' >/dev/null
+"$program" list keys | grep 'damped_p.gain_newton_per_m' >/dev/null
 "$program" run pool_active "${quick[@]}" --seed 3 --out run --expect docked --quiet
 grep -q 'controller: damped_p' run/resolved.yaml
 "$program" run run/resolved.yaml --json --quiet >again.json
