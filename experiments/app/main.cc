@@ -7,7 +7,6 @@
 #include <new>
 #include <string>
 
-#include "experiments/app/build_table.h"
 #include "experiments/app/commands.h"
 #include "experiments/app/stop_signal.h"
 #include "experiments/farm/result_store.h"

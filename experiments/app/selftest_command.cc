@@ -1,14 +1,16 @@
 #include <fmt/format.h>
+#include <mujoco/mujoco.h>
 
 #include <filesystem>
+#include <opencv2/core/version.hpp>
 #include <string>
 #include <vector>
 
-#include "experiments/app/build_table.h"
 #include "experiments/app/commands.h"
 #include "experiments/config/data_files.h"
 #include "experiments/report/report_json.h"
 #include "experiments/report/text.h"
+#include "experiments/system/build_info.h"
 #include "experiments/system/subprocess.h"
 #include "experiments/trial/scenario.h"
 #include "experiments/trial/trial.h"
@@ -129,6 +131,22 @@ int Selftest(const SelftestArguments& arguments) {
 }
 
 }  // namespace
+
+std::vector<std::pair<std::string, std::string>> BuildTable() {
+  std::string mesa;
+  try {
+    mesa = view::MakeGlContext(view::GlBackend::kOsmesa)->description();
+  } catch (const std::exception& error) {
+    mesa = error.what();
+  }
+  return {{"turbidock", system::Version()},
+          {"git", system::Commit()},
+          {"compiler", system::Compiler()},
+          {"build", system::BuildType()},
+          {"MuJoCo", mj_versionString()},
+          {"Mesa", mesa},
+          {"OpenCV", CV_VERSION}};
+}
 
 void AddSelftest(CommandLine& line) {
   auto [selftest, arguments] =
