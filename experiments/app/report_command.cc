@@ -44,8 +44,8 @@ page::Page PageOfTwo(const std::string& a, const std::string& b,
                      const compare::ComparisonOptions& options) {
   const farm::ResultStore before = farm::ResultStore::Read(a), after = farm::ResultStore::Read(b);
   const auto pairs = compare::PairTrials(before, after, options);
-  std::vector<trial::Figure> metrics = {compare::MetricNamed("final_error_m")};
-  for (const trial::Figure& figure : trial::Figures()) metrics.push_back(figure);
+  std::vector<trial::Metric> metrics = {compare::MetricNamed("final_error_m")};
+  for (const trial::Metric& metric : trial::Metrics()) metrics.push_back(metric);
   const std::string text =
       compare::ComparisonJson(a, b, before, after, compare::GroupPairs(pairs, options.by), metrics);
   return page::ComparisonPage(report::ParseJson(text, "comparison"), {before, a}, {after, b});

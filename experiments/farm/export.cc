@@ -1,18 +1,11 @@
 #include "experiments/farm/export.h"
 
-#include "experiments/farm/cell_json.h"
-#include "experiments/report/table.h"
+#include "experiments/trial/record_columns.h"
 
 namespace turbidock::farm {
 namespace {
 
 using report::Json;
-
-// A parameter as the number that it is, else as text.
-Json ValueOf(const std::string& text) {
-  const std::optional<double> number = report::NumberIn(text);
-  return number ? Json(*number) : Json(text);
-}
 
 Json RowOf(const StoredTrial& trial, bool timing) {
   const std::vector<trial::Column>& columns = trial::Columns();
@@ -26,8 +19,8 @@ Json RowOf(const StoredTrial& trial, bool timing) {
   row["cell"] = trial.cell;
   row["sample"] = trial.sample;
   add(trial::Place::kVerdict);
-  for (const Parameter& parameter : trial.parameters) row[parameter.key] = ValueOf(parameter.value);
-  add(trial::Place::kFigure);
+  for (const Parameter& parameter : trial.parameters) row[parameter.key] = ValueOf(parameter);
+  add(trial::Place::kMetric);
   add(trial::Place::kRemark);
   if (timing) add(trial::Place::kRun);
   return row;

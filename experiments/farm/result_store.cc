@@ -5,12 +5,10 @@
 #include <sqlite3.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <map>
 #include <set>
-#include <sstream>
 #include <utility>
 
 #include "experiments/config/yaml_fields.h"
@@ -65,55 +63,27 @@ auto Guard(const std::string& file, const Do& act) {
   }
 }
 
-// Numbers as numbers, so that SQL compares and sorts them; anything else as text.
-Cell CellOfText(const std::string& value) {
-  const std::optional<double> number = report::NumberIn(value);
-  return number ? Cell(*number) : Cell(value);
-}
-
-// Of a parameter: text stays text, whatever number it looks like, where the key has none.
-Cell CellOfParameter(const Parameter& parameter) {
-  static const std::set<std::string> texts = [] {
-    std::set<std::string> keys = {"scenario", "case", kStratumKey};
-    for (const config::KeyDoc& doc : trial::ScenarioKeys())
-      if (doc.type == "text" || doc.type.starts_with("one of")) keys.insert(doc.key);
-    return keys;
-  }();
-  const std::optional<double> number = report::NumberIn(parameter.value);
-  return number && std::isfinite(*number) && !texts.contains(parameter.key) ? Cell(*number)
-                                                                            : Cell(parameter.value);
-}
-
 void Bind(SQLite::Statement* statement, int index, const Cell& cell) {
-  std::visit(
-      [&](const auto& value) {
-        using V = std::remove_cvref_t<decltype(value)>;
-        if constexpr (std::is_same_v<V, std::monostate>)
-          statement->bind(index);
-        else if constexpr (std::is_same_v<V, bool>)
-          statement->bind(index, value ? 1 : 0);
-        else
-          statement->bind(index, value);
-      },
-      cell);
+  if (cell.is_number_float())
+    statement->bind(index, cell.get<double>());
+  else if (cell.is_boolean() || cell.is_number())
+    statement->bind(index, cell.is_boolean() ? int64_t{cell.get<bool>()} : cell.get<int64_t>());
+  else if (cell.is_string())
+    statement->bind(index, cell.get_ref<const std::string&>());
+  else
+    statement->bind(index);
 }
 
-Cell CellOf(const SQLite::Column& column) {
+Cell CellIn(const SQLite::Column& column) {
   if (column.isInteger()) return column.getInt64();
   if (column.isFloat()) return column.getDouble();
   return column.isNull() ? Cell() : Cell(column.getString());
 }
 
-std::string ValueText(const SQLite::Column& column) {
-  return column.isFloat() || column.isInteger() ? FormatNumber(column.getDouble())
-                                                : column.getString();
-}
-
-std::vector<std::string> Split(const std::string& line, char separator) {
-  std::vector<std::string> parts;
-  std::istringstream stream(line);
-  for (std::string part; std::getline(stream, part, separator);) parts.push_back(part);
-  return parts;
+// A parameter's.
+std::string TextOf(const Cell& cell) {
+  if (cell.is_string()) return cell.get<std::string>();
+  return cell.is_null() ? "" : FormatNumber(cell.get<double>());
 }
 
 // A file may come from anywhere: what its schema says is not done, and nothing in it is believed to
@@ -129,30 +99,37 @@ void Harden(const SQLite::Database& db) {
                nullptr);
 }
 
-// A number that a text is, all of it.
-std::optional<int64_t> WholeIn(const std::string& text) {
-  int64_t number = 0;
-  const char* const end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, number);
-  return error == std::errc() && stop == end ? std::optional(number) : std::nullopt;
-}
-
 using Row = std::vector<std::pair<std::string, Cell>>;  // column and value
 
-std::string Placeholders(size_t n) {
-  return fmt::format("{}", fmt::join(std::vector<const char*>(n, "?"), ", "));
+// An INSERT of a trial's number, to be bound first, and of these columns.
+std::string InsertSql(const std::string& table, const std::vector<std::string>& columns) {
+  const std::vector<const char*> values(1 + columns.size(), "?");
+  return fmt::format("INSERT INTO {} (trial{}) VALUES ({})", table, QuotedList(columns),
+                     fmt::join(values, ", "));
 }
 
-void Insert(const SQLite::Database& db, const std::string& table, const Row& row) {
-  std::string names;
-  for (const auto& [name, value] : row) names += (names.empty() ? "" : ", ") + Quoted(name);
-  SQLite::Statement insert(
-      db, "INSERT INTO " + table + " (" + names + ") VALUES (" + Placeholders(row.size()) + ")");
-  for (size_t i = 0; i < row.size(); ++i) Bind(&insert, static_cast<int>(i) + 1, row[i].second);
+void Insert(const SQLite::Database& db, const std::string& table, int64_t trial, const Row& row) {
+  std::vector<std::string> columns;
+  for (const auto& [name, value] : row) columns.push_back(name);
+  SQLite::Statement insert(db, InsertSql(table, columns));
+  insert.bind(1, trial);
+  for (size_t i = 0; i < row.size(); ++i) Bind(&insert, static_cast<int>(i) + 2, row[i].second);
   insert.exec();
 }
 
 }  // namespace
+
+Cell ValueOf(const Parameter& parameter) {
+  static const std::set<std::string> texts = [] {
+    std::set<std::string> keys = {"scenario", "case", kStratumKey};
+    for (const config::KeyDoc& doc : trial::ScenarioKeys())
+      if (doc.type == "text" || doc.type.starts_with("one of")) keys.insert(doc.key);
+    return keys;
+  }();
+  const std::optional<double> number = report::NumberIn(parameter.value);
+  return number && std::isfinite(*number) && !texts.contains(parameter.key) ? Cell(*number)
+                                                                            : Cell(parameter.value);
+}
 
 ResultStore::ResultStore(ResultStore&&) noexcept = default;
 ResultStore::~ResultStore() = default;
@@ -187,14 +164,17 @@ ResultStore ResultStore::Write(const std::string& file, const StoreHeader& heade
     const int tables = store.db_->execAndGet("SELECT count(*) FROM sqlite_master").getInt();
     if (tables == 0) store.Create(header);
     store.ReadHeader();
+    if (!AsksForMore(header, store.header_)) return;
+    SQLite::Transaction transaction(*store.db_, SQLite::TransactionBehavior::IMMEDIATE);
+    store.WriteHeader(header);
+    transaction.commit();
+    store.ReadHeader();
   });
-  if (AsksForMore(header, store.header_)) store.ReplacePlan(header);
   std::vector<std::string> differences = Differences(store.header_, header);
   if (store.header_.shard != header.shard)
     differences.push_back("the file has shard " + store.header_.shard.Text() + ", this is shard " +
                           header.shard.Text());
   if (!differences.empty()) throw OtherResults(file, differences[0]);
-  Guard(file, [&] { store.AddFigureColumns(); });
   return store;
 }
 
@@ -210,34 +190,26 @@ void ResultStore::Create(const StoreHeader& header) {
   SQLite::Transaction transaction(*db_, SQLite::TransactionBehavior::EXCLUSIVE);
   db_->exec(fmt::format("PRAGMA application_id = {}; PRAGMA user_version = {}", kApplicationId,
                         kStoreSchema));
-  const std::map<std::string, std::string> meta = {{"schema_version", std::to_string(kStoreSchema)},
-                                                   {"kind", header.kind},
-                                                   {"plan", header.plan},
-                                                   {"plan_hash", header.plan_hash()},
-                                                   {"build", header.build},
-                                                   {"shard", header.shard.Text()},
-                                                   {"trials", std::to_string(header.trials)}};
   CreateTables(header.keys, db_.get());
-  for (const auto& [key, value] : meta) Insert(*db_, "meta", {{"key", key}, {"value", value}});
+  WriteHeader(header);
   transaction.commit();
 }
 
-void ResultStore::ReplacePlan(const StoreHeader& header) {
-  Guard(file_, [&] {
-    SQLite::Transaction transaction(*db_, SQLite::TransactionBehavior::IMMEDIATE);
-    SQLite::Statement update(*db_, "UPDATE meta SET value = ? WHERE key = ?");
-    for (const auto& [key, value] :
-         std::map<std::string, std::string>{{"plan", header.plan},
-                                            {"plan_hash", header.plan_hash()},
-                                            {"trials", std::to_string(header.trials)}}) {
-      update.reset();
-      update.bind(1, value);
-      update.bind(2, key);
-      update.exec();
-    }
-    transaction.commit();
-    ReadHeader();
-  });
+void ResultStore::WriteHeader(const StoreHeader& header) {
+  SQLite::Statement replace(*db_, "REPLACE INTO meta (key, value) VALUES (?, ?)");
+  for (const auto& [key, value] :
+       std::map<std::string, std::string>{{"schema_version", std::to_string(kStoreSchema)},
+                                          {"kind", header.kind},
+                                          {"plan", header.plan},
+                                          {"plan_hash", header.plan_hash()},
+                                          {"build", header.build},
+                                          {"shard", header.shard.Text()},
+                                          {"trials", std::to_string(header.trials)}}) {
+    replace.reset();
+    replace.bind(1, key);
+    replace.bind(2, value);
+    replace.exec();
+  }
 }
 
 void ResultStore::ReadHeader() {
@@ -268,12 +240,11 @@ void ResultStore::ReadHeader() {
   } catch (const ConfigError&) {
     FailDamaged("its shard is '" + get("shard") + "'");
   }
-  const std::optional<int64_t> trials = WholeIn(get("trials"));
-  if (!trials || *trials < 0 || *trials > kMaxTrials)
+  const double trials = report::NumberIn(get("trials")).value_or(-1);
+  if (!(trials >= 0 && trials <= kMaxTrials))
     FailDamaged("its number of trials is '" + get("trials") + "'");
-  header_.trials = *trials;
-  // An older program's hash may be of something else.
-  if (header_.build == system::BuildId() && get("plan_hash") != header_.plan_hash())
+  header_.trials = static_cast<int64_t>(trials);
+  if (get("plan_hash") != header_.plan_hash())
     FailDamaged("its plan is not the one that it was begun with");
   try {
     RuleOf(header_);
@@ -292,22 +263,18 @@ void ResultStore::RequireRows() const {
     if (query.executeStep())
       FailDamaged(fmt::format("trial {} is not in table {}", query.getColumn(0).getInt64(), table));
   }
-  SQLite::Statement query(*db_,
-                          "SELECT trial FROM trials WHERE trial < 0 OR trial >= ? "
-                          "OR typeof(cell) <> 'integer' OR typeof(sample) <> 'integer' LIMIT 1");
-  query.bind(1, header_.kind == "batch" ? header_.trials : INT64_MAX);
-  if (query.executeStep())
-    FailDamaged(fmt::format("trial {} is none of its plan's", query.getColumn(0).getInt64()));
-  RequireOfShard();
-}
-
-void ResultStore::RequireOfShard() const {
-  if (header_.kind != "batch" || header_.shard.count == 1) return;
+  const bool is_batch = header_.kind == "batch";
   const TrialRule rule = RuleOf(header_);
-  SQLite::Statement query(*db_, "SELECT trial FROM trials");
-  while (query.executeStep())
-    if (const int64_t trial = query.getColumn(0).getInt64(); !IsOf(header_.shard, rule, trial))
+  SQLite::Statement query(*db_,
+                          "SELECT trial, typeof(cell) = 'integer' AND typeof(sample) = 'integer' "
+                          "FROM trials");
+  while (query.executeStep()) {
+    const int64_t trial = query.getColumn(0).getInt64();
+    if (trial < 0 || (is_batch && trial >= header_.trials) || query.getColumn(1).getInt() == 0)
+      FailDamaged(fmt::format("trial {} is none of its plan's", trial));
+    if (is_batch && !IsOf(header_.shard, rule, trial))
       FailDamaged(fmt::format("trial {} is none of its shard's", trial));
+  }
 }
 
 void ResultStore::FailDamaged(const std::string& how) const {
@@ -322,52 +289,36 @@ void ResultStore::Add(const StoredTrial& trial) {
     SQLite::Transaction transaction(*db_, SQLite::TransactionBehavior::IMMEDIATE);
     const std::vector<Cell> cells = trial::CellsOf(trial.record);
     for (const RecordTable& table : RecordTables()) {
-      Row row = {{"trial", trial.trial}};
-      if (table.name == kTrialsTable) {
-        row.emplace_back("cell", trial.cell);
-        row.emplace_back("sample", trial.sample);
-      }
+      Row row;
+      if (table.name == kTrialsTable) row = {{"cell", trial.cell}, {"sample", trial.sample}};
       for (const size_t i : table.columns) row.emplace_back(trial::Columns()[i].name, cells[i]);
-      Insert(*db_, table.name, row);
+      Insert(*db_, table.name, trial.trial, row);
     }
-    Row parameters = {{"trial", trial.trial}};
+    Row parameters;
     for (size_t i = 0; i < header_.keys.size(); ++i)
-      parameters.emplace_back(header_.keys[i], CellOfParameter(trial.parameters[i]));
-    Insert(*db_, "parameters", parameters);
-    AddSeries(trial.trial, trial.series_csv);
+      parameters.emplace_back(header_.keys[i], ValueOf(trial.parameters[i]));
+    Insert(*db_, "parameters", trial.trial, parameters);
+    if (trial.series.rows() > 0) AddSeries(trial.trial, trial.series);
     transaction.commit();
   });
-}
-
-void ResultStore::AddFigureColumns() {
-  const std::vector<std::string> there = OwnColumns(*db_, "metrics");
-  for (const trial::Column& column : trial::Columns())
-    if (column.place == trial::Place::kFigure &&
-        std::ranges::find(there, column.name) == there.end())
-      db_->exec(fmt::format("ALTER TABLE metrics ADD COLUMN {} {}", Quoted(column.name),
-                            column.sql_type));
 }
 
 void ResultStore::AddSeriesColumns(const std::vector<std::string>& columns) {
   const std::vector<std::string> there = OwnColumns(*db_, "series");
   for (const std::string& column : columns)
     if (std::ranges::find(there, column) == there.end())
-      db_->exec("ALTER TABLE series ADD COLUMN " + Quoted(column));
+      db_->exec("ALTER TABLE series ADD COLUMN " + Quoted(column) + " REAL");
 }
 
-void ResultStore::AddSeries(int64_t trial, const std::string& csv) {
-  if (csv.empty()) return;
-  const std::vector<std::string> lines = Split(csv, '\n');
-  const std::vector<std::string> columns = Split(lines[0], ',');
+void ResultStore::AddSeries(int64_t trial, const trial::Series& series) {
+  const std::vector<std::string> columns = series.names();
   AddSeriesColumns(columns);
-  SQLite::Statement row(*db_, "INSERT INTO series (trial" + QuotedList(columns) + ") VALUES (" +
-                                  Placeholders(1 + columns.size()) + ")");
-  for (size_t i = 1; i < lines.size(); ++i) {
+  SQLite::Statement row(*db_, InsertSql("series", columns));
+  for (size_t i = 0; i < series.rows(); ++i) {
     row.reset();
     row.bind(1, trial);
-    const std::vector<std::string> values = Split(lines[i], ',');
-    for (size_t k = 0; k < values.size(); ++k)
-      Bind(&row, static_cast<int>(k) + 2, CellOfText(values[k]));
+    for (size_t k = 0; k < columns.size(); ++k)
+      Bind(&row, static_cast<int>(k) + 2, series.At(i, k));
     row.exec();
   }
 }
@@ -396,13 +347,9 @@ void ResultStore::Merge(const std::string& other_file) {
                         clash.getColumn(4).getString()));
       // Children first: which trials are new shows in `trials`.
       for (const std::string table : kTables) {
-        if (table == "series") AddSeriesColumns(OwnColumns(*other.db_, table));
-        std::vector<std::string> both = OwnColumns(*other.db_, table);
-        const std::vector<std::string> here = OwnColumns(*db_, table);
-        std::erase_if(both, [&](const std::string& column) {
-          return std::ranges::find(here, column) == here.end();
-        });
-        const std::string columns = "trial" + QuotedList(both);
+        const std::vector<std::string> own = OwnColumns(*other.db_, table);
+        if (table == "series") AddSeriesColumns(own);
+        const std::string columns = "trial" + QuotedList(own);
         db_->exec(
             fmt::format("INSERT INTO main.{0} ({1}) SELECT {1} FROM other.{0} "
                         "WHERE trial NOT IN (SELECT trial FROM main.trials)",
@@ -451,7 +398,7 @@ std::vector<int64_t> ResultStore::TrialsWithSeries() const {
   });
 }
 
-std::string ResultStore::SeriesCsv(int64_t trial) const {
+trial::Series ResultStore::SeriesOf(int64_t trial) const {
   return Guard(file_, [&] {
     std::vector<std::string> columns = OwnColumns(*db_, "series");
     // Those of other vehicles' thrusters are empty.
@@ -464,30 +411,19 @@ std::string ResultStore::SeriesCsv(int64_t trial) const {
       any.executeStep();
       return any.getColumn(0).getInt64() == 0 && any.getColumn(1).getInt64() > 0;
     });
-    std::string csv = fmt::format("{}\n", fmt::join(columns, ","));
+    trial::Series series = trial::Series::WithColumns(columns);
+    columns = series.names();
     SQLite::Statement query(
         *db_, "SELECT trial" + QuotedList(columns) + " FROM series WHERE trial = ? ORDER BY frame");
     query.bind(1, trial);
-    while (query.executeStep()) {
-      for (int i = 1; i < query.getColumnCount(); ++i)
-        csv += (i > 1 ? "," : "") + ValueText(query.getColumn(i));
-      csv += '\n';
+    try {
+      while (query.executeStep())
+        for (size_t i = 0; i < columns.size(); ++i)
+          series.Add(i, CellIn(query.getColumn(static_cast<int>(i) + 1)));
+    } catch (const ConfigError& error) {
+      FailDamaged(fmt::format("series of trial {}: {}", trial, error.what()));
     }
-    return csv;
-  });
-}
-
-std::vector<std::string> ResultStore::Lacking() const {
-  return Guard(file_, [&] {
-    std::vector<std::string> lacking;
-    for (const RecordTable& table : RecordTables()) {
-      const std::vector<std::string> there = OwnColumns(*db_, table.name);
-      for (const size_t i : table.columns) {
-        const std::string& name = trial::Columns()[i].name;
-        if (std::ranges::find(there, name) == there.end()) lacking.push_back(name);
-      }
-    }
-    return lacking;
+    return series;
   });
 }
 
@@ -495,16 +431,9 @@ std::vector<StoredTrial> ResultStore::Select(const std::string& where) const {
   return Guard(file_, [&] {
     std::string wanted = "trials.trial, trials.cell, trials.sample";
     for (const std::string& key : header_.keys) wanted += ", parameters." + Quoted(key);
-    std::vector<size_t> read;  // the record's columns that the file has, in the query's order
-    for (const RecordTable& table : RecordTables()) {
-      const std::vector<std::string> there = OwnColumns(*db_, table.name);
-      for (const size_t i : table.columns) {
-        const std::string& name = trial::Columns()[i].name;
-        if (std::ranges::find(there, name) == there.end()) continue;
-        wanted += fmt::format(", {}.{}", table.name, Quoted(name));
-        read.push_back(i);
-      }
-    }
+    for (const RecordTable& table : RecordTables())
+      for (const size_t i : table.columns)
+        wanted += fmt::format(", {}.{}", table.name, Quoted(trial::Columns()[i].name));
     SQLite::Statement query(*db_, "SELECT " + wanted +
                                       " FROM trials JOIN runs USING (trial) JOIN parameters "
                                       "USING (trial) JOIN metrics USING (trial) " +
@@ -518,9 +447,10 @@ std::vector<StoredTrial> ResultStore::Select(const std::string& where) const {
       stored.cell = next().getInt64();
       stored.sample = next().getInt64();
       for (const std::string& key : header_.keys)
-        stored.parameters.push_back({key, ValueText(next())});
+        stored.parameters.push_back({key, TextOf(CellIn(next()))});
       std::vector<Cell> cells(trial::Columns().size());
-      for (const size_t i : read) cells[i] = CellOf(next());
+      for (const RecordTable& table : RecordTables())
+        for (const size_t i : table.columns) cells[i] = CellIn(next());
       try {
         stored.record = trial::RecordOf(cells);
       } catch (const ConfigError& error) {

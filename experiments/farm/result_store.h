@@ -24,7 +24,7 @@ class Statement;
 
 namespace turbidock::farm {
 
-inline constexpr int kStoreSchema = 1;
+inline constexpr int kStoreSchema = 2;
 
 // Results that should be equal or belong together and do not. Exit code 5.
 class MismatchError : public std::runtime_error {
@@ -47,8 +47,11 @@ struct StoredTrial {
   int64_t trial = 0, cell = 0, sample = 0;
   std::vector<Parameter> parameters;  // values of StoreHeader::keys
   trial::TrialRecord record;
-  std::string series_csv = {};  // to be stored; reading does not fill it
+  trial::Series series = {};  // to be stored; reading does not fill it
 };
+
+// A parameter's value as a file has it: a number, or text where its key is one of texts.
+trial::Cell ValueOf(const Parameter& parameter);
 
 struct Verdict {
   int64_t trial = 0;
@@ -82,24 +85,19 @@ class ResultStore {
   StoredTrial Trial(int64_t trial) const;   // ConfigError when it is not there
 
   std::vector<int64_t> TrialsWithSeries() const;  // whose series was stored, ascending
-  // A trial's series as trajectory.csv has it, with the rows that were stored; no rows without one.
-  std::string SeriesCsv(int64_t trial) const;
-  // Columns of a record that the file has not, because an older program wrote it.
-  std::vector<std::string> Lacking() const;
+  trial::Series SeriesOf(int64_t trial) const;    // the rows that were stored, if any
 
  private:
   ResultStore(std::string file, bool writes);
 
   void Create(const StoreHeader& header);
+  void WriteHeader(const StoreHeader& header);
   void ReadHeader();  // with all that is asked of a file before anything in it is used
   void RequireRows() const;
-  void RequireOfShard() const;
   [[noreturn]] void FailDamaged(const std::string& how) const;
-  void ReplacePlan(const StoreHeader& header);
-  void AddFigureColumns();  // those that an older program did not know
   // Further columns of the series: a vehicle has its own thrusters.
   void AddSeriesColumns(const std::vector<std::string>& columns);
-  void AddSeries(int64_t trial, const std::string& csv);
+  void AddSeries(int64_t trial, const trial::Series& series);
   std::vector<StoredTrial> Select(const std::string& where) const;
 
   std::string file_;

@@ -56,7 +56,7 @@ bool TrialRunner::Run(const TrialSource& source, const TrialDecider& decider) {
                                .sample = spec.sample,
                                .parameters = std::move(spec.parameters),
                                .record = std::move(finished.record),
-                               .series_csv = std::move(finished.series_csv)};
+                               .series = std::move(finished.series)};
     decider.add(trial);
     if (store_) store_->Add(trial);
     ++progress_.done_now;

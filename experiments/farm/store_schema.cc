@@ -3,12 +3,11 @@
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <map>
-#include <sstream>
+#include <set>
 
 #include "experiments/trial/record_columns.h"
-#include "experiments/trial/trial_files.h"
+#include "experiments/trial/series.h"
 #include "sim/base/check.h"
 
 namespace turbidock::farm {
@@ -25,39 +24,14 @@ std::vector<size_t> ColumnsOf(const std::vector<Place>& places) {
   return columns;
 }
 
-// Of a trajectory.csv.
-std::vector<std::string> SeriesColumns() {
-  std::istringstream csv(trial::TrajectoryCsv({}));
-  std::string header;
-  std::getline(csv, header);
-  std::istringstream line(header);
-  std::vector<std::string> columns;
-  for (std::string name; std::getline(line, name, ',');) columns.push_back(name);
-  return columns;
-}
-
-// What a table must have, and what its other columns are if it has them: name and declared type.
-struct TableSchema {
-  std::string name;
-  std::map<std::string, std::string> required, known{};
-};
-
-std::vector<TableSchema> Schema() {
-  std::vector<TableSchema> schema = {{"meta", {{"key", "TEXT"}, {"value", "TEXT"}}},
-                                     {"parameters", {{"trial", "INTEGER"}}},
-                                     {"series", {{"trial", "INTEGER"}, {"frame", ""}}}};
-  for (const RecordTable& table : RecordTables()) {
-    TableSchema& one = schema.emplace_back(TableSchema{table.name, {{"trial", "INTEGER"}}});
-    for (const size_t i : table.columns) {
-      const std::string type = trial::Columns()[i].sql_type;
-      one.known[trial::Columns()[i].name] = type.substr(0, type.find(' '));
-    }
-    if (one.name != kTrialsTable) continue;
-    for (const char* number : {"cell", "sample"}) one.required[number] = "INTEGER";
-    for (const char* word : {"seed", "outcome", "failure", "digest"})
-      one.required[word] = one.known.at(word);
-  }
-  return schema;
+// Columns of a table and their declared types.
+std::map<std::string, std::string> TypesIn(const SQLite::Database& db, const std::string& table) {
+  std::map<std::string, std::string> types;
+  SQLite::Statement query(db, "SELECT name, type FROM pragma_table_info(?)");
+  query.bind(1, table);
+  while (query.executeStep())
+    types[query.getColumn(0).getString()] = query.getColumn(1).getString();
+  return types;
 }
 
 }  // namespace
@@ -65,7 +39,7 @@ std::vector<TableSchema> Schema() {
 const std::vector<RecordTable>& RecordTables() {
   static const std::vector<RecordTable> kTablesOfRecord = {
       {kTrialsTable, ColumnsOf({Place::kKey, Place::kVerdict, Place::kRemark})},
-      {"metrics", ColumnsOf({Place::kFigure})},
+      {"metrics", ColumnsOf({Place::kMetric})},
       {"runs", ColumnsOf({Place::kRun, Place::kLog})}};
   return kTablesOfRecord;
 }
@@ -100,7 +74,11 @@ void CreateTables(const std::vector<std::string>& keys, SQLite::Database* db) {
     db->exec(fmt::format("CREATE TABLE {} ({})", table.name, columns));
   }
   db->exec("CREATE TABLE parameters (trial INTEGER PRIMARY KEY" + QuotedList(keys) + ")");
-  db->exec("CREATE TABLE series (trial INTEGER NOT NULL" + QuotedList(SeriesColumns()) +
+  std::string series;
+  for (const trial::Series::Column& column : trial::Series(trial::TrialLog().thrusters).columns())
+    series += fmt::format(", {} {}", Quoted(column.name),
+                          std::array{"INTEGER", "REAL", "TEXT"}[column.values.index()]);
+  db->exec("CREATE TABLE series (trial INTEGER NOT NULL" + series +
            ", PRIMARY KEY (trial, frame)) WITHOUT ROWID");
   db->exec(
       "CREATE VIEW results AS SELECT * FROM trials JOIN parameters USING (trial) "
@@ -111,33 +89,36 @@ void RequireSchema(const SQLite::Database& db, const std::string& file) {
   const auto fail = [&file](const std::string& problem) {
     throw ConfigError(file + ": is no result file of this program: " + problem);
   };
-  const std::vector<TableSchema> schema = Schema();
-  std::map<std::string, std::string> kinds;
-  SQLite::Statement master(db, "SELECT type, name FROM sqlite_master");
+  SQLite::Database model(":memory:", SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
+  CreateTables(OwnColumns(db, "parameters"), &model);
+  const std::string tables = "SELECT name FROM sqlite_master WHERE type = 'table'";
+  std::set<std::string> known;
+  SQLite::Statement made(model, tables);
+  while (made.executeStep()) known.insert(made.getColumn(0).getString());
+  std::set<std::string> there;
+  SQLite::Statement master(db,
+                           "SELECT name, type FROM sqlite_master WHERE type IN "
+                           "('table', 'trigger')");
   while (master.executeStep()) {
-    const std::string kind = master.getColumn(0).getString();
-    const std::string name = master.getColumn(1).getString();
-    kinds.emplace(name, kind);
-    const bool is_known = std::ranges::find(schema, name, &TableSchema::name) != schema.end();
-    if (kind == "trigger" || (kind == "table" && !is_known && !name.starts_with("sqlite_")))
-      fail(fmt::format("it has a {} {}", kind, name));
+    const std::string name = master.getColumn(0).getString();
+    const std::string type = master.getColumn(1).getString();
+    there.insert(name);
+    if (type == "trigger" || (!known.contains(name) && !name.starts_with("sqlite_")))
+      fail(fmt::format("it has a {} {}", type, name));
   }
-  for (const TableSchema& table : schema) {
-    const auto found = kinds.find(table.name);
-    if (found == kinds.end() || found->second != "table") fail("it has no table " + table.name);
-    std::map<std::string, std::string> columns;
-    SQLite::Statement query(db, "SELECT name, type FROM pragma_table_info(?)");
-    query.bind(1, table.name);
-    while (query.executeStep())
-      columns[query.getColumn(0).getString()] = query.getColumn(1).getString();
-    for (const auto& [name, type] : table.required)
-      if (!columns.contains(name)) fail(fmt::format("table {} has no column {}", table.name, name));
-    for (const auto* part : {&table.required, &table.known})
-      for (const auto& [name, type] : *part)
-        if (const auto column = columns.find(name);
-            column != columns.end() && column->second != type)
-          fail(fmt::format("column {} of table {} is {}, must be {}", name, table.name,
-                           column->second.empty() ? "of no type" : column->second, type));
+  for (const std::string& table : known) {
+    if (!there.contains(table)) fail("it has no table " + table);
+    const auto wanted = TypesIn(model, table), columns = TypesIn(db, table);
+    for (const auto& [name, type] : wanted) {
+      const auto column = columns.find(name);
+      if (column == columns.end()) fail(fmt::format("table {} has no column {}", table, name));
+      if (column->second != type)
+        fail(fmt::format("column {} of table {} is {}, must be {}", name, table,
+                         column->second.empty() ? "of no type" : column->second, type));
+    }
+    for (const auto& [name, type] : columns)
+      if (!wanted.contains(name) && !(table == "series" && name.ends_with("_v") && type == "REAL"))
+        fail(fmt::format("it knows no column {} of table {}", name, table));
   }
 }
 

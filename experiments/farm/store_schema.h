@@ -35,8 +35,8 @@ std::vector<std::string> OwnColumns(const SQLite::Database& db, const std::strin
 // Makes all tables in an empty database; `keys` are the parameters'.
 void CreateTables(const std::vector<std::string>& keys, SQLite::Database* db);
 
-// ConfigError naming the first table, column or type that is not as CreateTables makes them, or a
-// trigger. Further columns are left alone, and only those that every program wrote are required.
+// ConfigError naming the first table or column that is not as CreateTables makes them, or a
+// trigger. The series may have a column for each of more thrusters.
 void RequireSchema(const SQLite::Database& db, const std::string& file);
 
 }  // namespace turbidock::farm

@@ -102,9 +102,9 @@ GroupKey::GroupKey(const std::string& name, const StoredTrial& example) {
       {"outcome", [](const StoredTrial& trial) { return NameOf(trial.record.outcome); }},
       {"failure", [](const StoredTrial& trial) { return NameOf(trial.record.failure); }},
       {"cell", [](const StoredTrial& trial) { return std::to_string(trial.cell); }}};
-  for (const trial::Figure& figure : trial::Figures())
-    known.emplace_back(figure.name, [&figure](const StoredTrial& trial) {
-      const std::optional<double> value = figure.of(trial.record);
+  for (const trial::Metric& metric : trial::Metrics())
+    known.emplace_back(metric.name, [&metric](const StoredTrial& trial) {
+      const std::optional<double> value = metric.of(trial.record);
       return value ? FormatNumber(*value) : "none";
     });
   for (Known& candidate : known)

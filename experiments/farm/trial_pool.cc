@@ -2,23 +2,15 @@
 
 #include <fmt/format.h>
 
-#include "experiments/farm/cell_json.h"
+#include "experiments/report/json.h"
+#include "experiments/trial/record_columns.h"
 #include "experiments/trial/trial.h"
-#include "experiments/trial/trial_files.h"
 #include "sim/base/check.h"
 
 namespace turbidock::farm {
 namespace {
 
 using report::Json;
-
-// The log with every n-th frame only.
-trial::TrialLog Thinned(const trial::TrialLog& log, int every_frames) {
-  trial::TrialLog thinned{.thrusters = log.thrusters};
-  for (size_t i = 0; i < log.frames.size(); i += static_cast<size_t>(every_frames))
-    thinned.frames.push_back(log.frames[i]);
-  return thinned;
-}
 
 // ------------------------------------------------------------------- between the two processes
 
@@ -36,15 +28,14 @@ TrialJob JobFromText(const std::string& text, const trial::Plugins& plugins) {
 }
 
 std::string ToText(const FinishedTrial& trial) {
-  return report::JsonLine({{"trial", trial.id},
-                           {"cells", trial::CellsOf(trial.record)},
-                           {"series_csv", trial.series_csv}});
+  return report::JsonLine(
+      {{"trial", trial.id}, {"cells", trial::CellsOf(trial.record)}, {"series", trial.series}});
 }
 
 FinishedTrial FinishedFromText(const std::string& text) {
   const Json json = report::ParseJson(text, "a worker's trial");
   return {json["trial"], trial::RecordOf(json["cells"].get<std::vector<trial::Cell>>()),
-          json["series_csv"]};
+          json["series"].get<trial::Series>()};
 }
 
 std::string RunJob(const std::string& input, const trial::Plugins& plugins) {
@@ -52,7 +43,7 @@ std::string RunJob(const std::string& input, const trial::Plugins& plugins) {
   const trial::TrialResult result = trial::RunTrial(job.scenario);
   FinishedTrial trial{job.id, result};
   if (job.series_every_frames > 0)
-    trial.series_csv = trial::TrajectoryCsv(Thinned(result.log, job.series_every_frames));
+    trial.series = trial::Series::Of(result.log, job.series_every_frames);
   return ToText(trial);
 }
 

@@ -14,6 +14,7 @@
 
 #include "experiments/farm/farm.h"
 #include "experiments/trial/scenario.h"
+#include "experiments/trial/series.h"
 #include "experiments/trial/trial_record.h"
 
 namespace turbidock::farm {
@@ -27,7 +28,7 @@ struct TrialJob {
 struct FinishedTrial {
   int64_t id = 0;
   trial::TrialRecord record;
-  std::string series_csv = {};  // as TrajectoryCsv, if asked for
+  trial::Series series = {};  // if asked for
 };
 
 // Runs a trial: the work of a TrialPool's jobs. `plugins`: what the scenarios' laws and estimators

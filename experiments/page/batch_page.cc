@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "experiments/config/yaml_fields.h"
-#include "experiments/farm/cell_json.h"
 #include "experiments/farm/plan.h"
 #include "experiments/farm/run_lock.h"
 #include "experiments/farm/trial_scheduler.h"
@@ -52,11 +51,6 @@ Json Packed(const std::vector<Json>& values) {
     of.push_back(at->second);
   }
   return {{"words", words}, {"of", of}};
-}
-
-Json ParameterValue(const std::string& text) {
-  const std::optional<double> number = report::NumberIn(text);
-  return number ? Json(*number) : Json(text);
 }
 
 bool IsAllNull(const std::vector<Json>& values) {
@@ -122,15 +116,14 @@ std::vector<int64_t> InOrderOfInterest(const std::vector<StoredTrial>& trials) {
 
 // Packs the stored series of these trials as parts PREFIX-TRIAL, as many as fit into the bytes, and
 // notes in `model` which, and how many the file has.
-void AddSeries(const farm::ResultStore& store, const std::string& file, const std::string& prefix,
+void AddSeries(const farm::ResultStore& store, const std::string& prefix,
                const std::vector<int64_t>& order, int64_t bytes, Json* model, Page* page) {
   const std::vector<int64_t> with_series = store.TrialsWithSeries();
   const std::set<int64_t> there(with_series.begin(), with_series.end());
   Json packed = Json::array();
   for (const int64_t trial : order) {
     if (!there.count(trial)) continue;
-    const std::string text =
-        report::JsonLine(SeriesModel(store.SeriesCsv(trial), file, kStoredDigits));
+    const std::string text = report::JsonLine(SeriesModel(store.SeriesOf(trial), kStoredDigits));
     bytes -= static_cast<int64_t>(Gzip(text).size()) * 4 / 3;
     if (bytes < 0) break;
     page->parts[fmt::format("{}-{}", prefix, trial)] = text;
@@ -156,7 +149,7 @@ Json SideModel(const farm::ResultStore& store, const std::string& file, const st
   }
   const bool is_batch = store.header().kind == "batch";
   Json side = {{"file", file}, {"trials", facts}, {"can_replay", is_batch}};
-  AddSeries(store, file, prefix, numbers, bytes, &side, page);
+  AddSeries(store, prefix, numbers, bytes, &side, page);
   side["models"] = Json::object();
   if (is_batch && !side["series_trials"].empty()) {
     try {
@@ -207,7 +200,7 @@ std::string TitleOf(const farm::StoreHeader& header) {
   try {
     const auto description = config::ParseYaml(header.plan, "plan").Find("description");
     return description ? description->Text().value_or(header.kind) : header.kind;
-  } catch (const ConfigError&) {  // a study's of an older program
+  } catch (const ConfigError&) {
     return header.kind;
   }
 }
@@ -237,8 +230,7 @@ Page BatchPage(const farm::ResultStore& store, const std::string& file,
   for (size_t k = 0; k < header.keys.size(); ++k) {
     std::vector<Json> values;
     values.reserve(trials.size());
-    for (const StoredTrial& trial : trials)
-      values.push_back(ParameterValue(trial.parameters[k].value));
+    for (const StoredTrial& trial : trials) values.push_back(farm::ValueOf(trial.parameters[k]));
     parameters[header.keys[k]] = Packed(values);
   }
   model["parameters"] = parameters;
@@ -247,10 +239,6 @@ Page BatchPage(const farm::ResultStore& store, const std::string& file,
     model["missing"].push_back(what + ": " + why);
   };
   if (trials.empty()) without("No trials", "none was stored yet");
-  const std::vector<std::string> lacking = store.Lacking();
-  if (!lacking.empty())
-    without("An older program wrote this file, without",
-            fmt::format("{}", fmt::join(lacking, ", ")));
   model["models"] = Json::object();
   model["series_trials"] = Json::array();
   model["series_stored"] = 0;
@@ -258,7 +246,7 @@ Page BatchPage(const farm::ResultStore& store, const std::string& file,
     try {
       model["search"] = SearchModel(config::ParseYaml(header.plan, file));
     } catch (const ConfigError&) {
-      without("How the search goes", "an older program wrote the study into this file");
+      without("How the search goes", "the study in this file cannot be read");
     }
   }
   if (header.kind == "batch") {
@@ -275,8 +263,7 @@ Page BatchPage(const farm::ResultStore& store, const std::string& file,
     } catch (const ConfigError& error) {
       without("This program does not understand all of the file's plan", error.what());
     }
-    AddSeries(store, file, "series", InOrderOfInterest(trials), options.series_bytes, &model,
-              &page);
+    AddSeries(store, "series", InOrderOfInterest(trials), options.series_bytes, &model, &page);
     for (const auto& [name, trial] : model["models"].items())
       page.has_3d |= !page.parts.empty() && !trial["scene"].is_null();
   }
@@ -312,7 +299,7 @@ Page StoredTrialPage(const farm::ResultStore& store, const std::string& file, in
   model = TrialModel(plan.ScenarioOf(plan.Trial(number)));
   model["build"] = header.build;
   model["record"] = trial.record;
-  model["series"] = SeriesModel(store.SeriesCsv(number), file);
+  model["series"] = SeriesModel(store.SeriesOf(number));
   model["frames"] = Json::array();
   if (model["series"]["time_s"].empty())
     model["missing"].push_back(

@@ -17,8 +17,7 @@ struct BatchPageOptions {
 };
 
 // Of a file that `turbidock batch` (or tune) wrote or is writing. What is not there (no trials yet,
-// no series, columns that an older program did not know) is said in the page. `file` stands for it
-// in commands.
+// no series) is said in the page. `file` stands for it in commands.
 Page BatchPage(const farm::ResultStore& store, const std::string& file,
                const BatchPageOptions& options = {});
 

@@ -234,11 +234,12 @@ Json TrialModel(const trial::Scenario& scenario) {
   return model;
 }
 
-Json SeriesModel(std::string_view csv, const std::string& where, int digits) {
-  Json series = TableModel(csv, where, digits);
-  if (!series.contains("time_s"))
-    throw ConfigError(where + ": is no trajectory: its first line has no time_s");
-  return series;
+Json SeriesModel(const trial::Series& series, int digits) {
+  Json model = series;
+  for (Json& column : model)
+    for (Json& value : column)
+      if (value.is_number_float()) value = Rounded(value.get<double>(), digits);
+  return model;
 }
 
 Json TableModel(std::string_view csv, const std::string& where, int digits) {

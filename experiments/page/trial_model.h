@@ -6,6 +6,7 @@
 
 #include "experiments/report/json.h"
 #include "experiments/trial/scenario.h"
+#include "experiments/trial/series.h"
 #include "sim/vehicle/scene.h"
 
 namespace turbidock::page {
@@ -22,11 +23,9 @@ report::Json SceneModel(const vehicle::Scene& scene);
 // The keys whose values differ from what every scenario with these presets begins with.
 report::Json SettingsModel(const trial::Scenario& scenario);
 
-// Columns of a trajectory.csv (or of its first rows, or of later ones under the same header):
-// numbers in so many digits, null where they are not finite, words as they are. ConfigError, which
-// begins with `where`, for a text that is none.
-report::Json SeriesModel(std::string_view csv, const std::string& where, int digits = 6);
-// The same of any CSV without quotes.
+// The columns of a log: numbers in so many digits, null where they are not finite.
+report::Json SeriesModel(const trial::Series& series, int digits = 6);
+// Those of a CSV without quotes. ConfigError, which begins with `where`, for a text that is none.
 report::Json TableModel(std::string_view csv, const std::string& where, int digits = 6);
 
 // x, y, z, qw, qx, qy, qz.

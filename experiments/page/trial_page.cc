@@ -58,8 +58,8 @@ Page TrialPage(const std::string& folder, const trial::Plugins& plugins) {
   if (!model["record"].is_object() || !model["record"].contains("outcome"))
     throw ConfigError((in / "result.json").string() + ": is no trial's result");
   model["build"] = model["record"].value("version", "");
-  model["series"] =
-      SeriesModel(system::ReadWhole(in / "trajectory.csv"), (in / "trajectory.csv").string());
+  model["series"] = SeriesModel(trial::Series::FromCsv(system::ReadWhole(in / "trajectory.csv"),
+                                                       (in / "trajectory.csv").string()));
   model["frames"] = FramesIn(in / "cameras", model["frames_per_second"].get<double>());
   if (fs::is_regular_file(in / "video.mp4", none))
     page.files["video"] = system::ReadWhole(in / "video.mp4");

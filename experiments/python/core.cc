@@ -14,6 +14,7 @@
 #include "experiments/farm/export.h"
 #include "experiments/farm/plan.h"
 #include "experiments/python/bindings.h"
+#include "experiments/report/json.h"
 #include "experiments/studies/gate/baseline.h"
 #include "experiments/studies/gate/gate.h"
 #include "experiments/studies/gate/gate_output.h"
@@ -21,6 +22,7 @@
 #include "experiments/studies/gate/trial_runner.h"
 #include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"
+#include "experiments/trial/series.h"
 #include "experiments/trial/trial.h"
 #include "experiments/trial/trial_files.h"
 
@@ -124,10 +126,29 @@ class Reporter {
   std::shared_ptr<py::error_already_set> error_;
 };
 
-// Result, trajectory and resolved scenario as text.
+// Arrays by a column's name, stages as text.
+py::dict ColumnsOf(const trial::Series& series) {
+  py::dict columns;
+  for (const auto& [name, values] : series.columns())
+    columns[py::str(name)] = std::visit(
+        []<class V>(const std::vector<V>& list) -> py::object {
+          if constexpr (std::is_arithmetic_v<V>) {
+            return py::array_t<V>(static_cast<py::ssize_t>(list.size()), list.data());
+          } else {
+            py::list words;
+            for (const V& value : list) words.append(NameOf(value));
+            return words;
+          }
+        },
+        values);
+  return columns;
+}
+
+// Result as JSON, log and resolved scenario.
 py::tuple Run(const trial::Scenario& scenario, const py::object& progress) {
   Reporter reporter(progress);
-  std::string result_json, csv;
+  std::string result_json;
+  trial::Series series;
   {
     const py::gil_scoped_release free;
     trial::TrialOptions options;
@@ -140,10 +161,10 @@ py::tuple Run(const trial::Scenario& scenario, const py::object& progress) {
     options.stop_requested = [&] { return reporter.stopped(); };
     const trial::TrialResult result = trial::RunTrial(scenario, options);
     result_json = trial::ResultJson(result);
-    csv = trial::TrajectoryCsv(result.log);
+    series = trial::Series::Of(result.log);
   }
   reporter.Rethrow();
-  return py::make_tuple(result_json, csv, trial::SaveScenario(scenario));
+  return py::make_tuple(result_json, series, trial::SaveScenario(scenario));
 }
 
 // Runs a plan into a file; all rows of the file as CSV.
@@ -180,9 +201,9 @@ std::string ReadResults(const std::string& file, bool timing) {
   return farm::ExportText(farm::ResultStore::Read(file).Trials(), {.timing = timing});
 }
 
-std::string ReadSeries(const std::string& file, int64_t trial) {
+trial::Series ReadSeries(const std::string& file, int64_t trial) {
   const py::gil_scoped_release free;
-  return farm::ResultStore::Read(file).SeriesCsv(trial);
+  return farm::ResultStore::Read(file).SeriesOf(trial);
 }
 
 // The gate's report as JSON, or, with `update`, what changed in its baseline.
@@ -259,6 +280,13 @@ PYBIND11_MODULE(_core, module) {
                      const std::string& key) { return config::ValueOf(scenario, key); })
       .def("copy", [](const trial::Scenario& scenario) { return scenario; })
       .def("yaml", &trial::SaveScenario);
+  py::class_<trial::Series>(module, "Series")
+      .def("columns", &ColumnsOf)
+      .def("csv", &trial::Series::Csv)
+      .def(py::pickle([](const trial::Series& series) { return report::JsonLine(series); },
+                      [](const std::string& text) {
+                        return report::ParseJson(text, "a series").get<trial::Series>();
+                      }));
   AddRunning(&module);
 
   module.def("keys", [](const trial::Plugins& plugins) {

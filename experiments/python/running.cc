@@ -14,6 +14,7 @@
 #include "experiments/python/bindings.h"
 #include "experiments/trial/plugins.h"
 #include "experiments/trial/running_trial.h"
+#include "experiments/trial/series.h"
 #include "experiments/trial/trial_files.h"
 
 namespace turbidock::python {
@@ -174,16 +175,16 @@ class Trial {
     return *hand_;
   }
 
-  // Result, trajectory and scenario as text. Its last frame and images remain.
+  // Result as JSON, log and scenario. Its last frame and images remain.
   py::tuple Finish() {
     RequireHere();
     if (result_.empty()) {
       last_ = Last();
       const trial::TrialResult result = running_->Finish();
-      trajectory_ = trial::TrajectoryCsv(result.log);
+      series_ = trial::Series::Of(result.log);
       result_ = trial::ResultJson(result);
     }
-    return py::make_tuple(result_, trajectory_, saved_);
+    return py::make_tuple(result_, series_, saved_);
   }
 
  private:
@@ -210,7 +211,8 @@ class Trial {
   std::optional<trial::RunningTrial> running_;
   std::shared_ptr<StereoImage> kept_;
   std::optional<trial::FrameRecord> last_;  // once it is finished
-  std::string saved_, result_, trajectory_;
+  std::string saved_, result_;
+  trial::Series series_;
   pid_t process_ = getpid();
   std::thread::id thread_ = std::this_thread::get_id();
 };

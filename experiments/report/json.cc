@@ -7,17 +7,6 @@ namespace {
 
 constexpr int kDeepest = 64;  // levels, as of YAML; whoever goes through a document may recurse
 
-std::string CsvField(const Json& value) {
-  if (value.is_null()) return "";
-  if (value.is_number_float()) return FormatNumber(value.get<double>());
-  if (!value.is_string()) return value.dump();
-  const auto& text = value.get_ref<const std::string&>();
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
-  return quoted + "\"";
-}
-
 }  // namespace
 
 // A file's name may be of any bytes.
@@ -40,6 +29,17 @@ Json ParseJson(const std::string& text, const std::string& where) {
     const std::string why = error.what();
     throw ConfigError(where + ": is no JSON: " + why.substr(why.find("] ") + 2));
   }
+}
+
+std::string CsvField(const Json& value) {
+  if (value.is_null()) return "";
+  if (value.is_number_float()) return FormatNumber(value.get<double>());
+  if (!value.is_string()) return value.dump();
+  const auto& text = value.get_ref<const std::string&>();
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
+  return quoted + "\"";
 }
 
 void AddCsv(const Json& row, std::string* text) {

@@ -31,8 +31,10 @@ std::string JsonLine(const Json& json);
 // ConfigError "WHERE: ..." for a text that is no JSON or is nested deeper than 64 levels.
 Json ParseJson(const std::string& text, const std::string& where);
 
-// Adds an object as a line of CSV, its keys before it where the text is empty. RFC 4180; numbers
-// read back exactly, null is empty.
+// A value as one of a line of CSV: a text that needs it in quotes, numbers so that they read back
+// exactly, null as nothing.
+std::string CsvField(const Json& value);
+// Adds an object as a line of CSV, its keys before it where the text is empty. RFC 4180.
 void AddCsv(const Json& row, std::string* text);
 
 template <class E>

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <limits>
 #include <string_view>
 #include <type_traits>
 
@@ -86,87 +85,40 @@ void VisitColumns(Record& record, const Leaf& leaf) {
   });
 }
 
-template <class V>
-Cell CellOf(const V& value) {
-  if constexpr (std::is_enum_v<V>)
-    return std::string(NameOf(value));
-  else if constexpr (std::is_same_v<V, std::optional<double>>)
-    return value ? CellOf(*value) : Cell();
-  else if constexpr (std::is_same_v<V, double>)
-    return std::isfinite(value) ? Cell(value) : Cell();
-  else if constexpr (std::is_same_v<V, int>)
-    return static_cast<int64_t>(value);
-  else
-    return value;
-}
-
-// Figures are real numbers, whatever they count in.
-Cell AsReal(const Cell& cell) {
-  const auto* whole = std::get_if<int64_t>(&cell);
-  return whole ? Cell(static_cast<double>(*whole)) : cell;
-}
-
-template <class V>
-Cell CellAt(const TrialRecord& record, const Path& path, const V& value) {
-  const bool is_figure = path.shown.place == Place::kFigure;
-  const bool is_measured =
-      is_figure || (path.shown.place == Place::kVerdict && std::is_same_v<V, double>);
-  if (is_measured && !record.ended()) return {};
-  return is_figure ? AsReal(CellOf(value)) : CellOf(value);
-}
-
 constexpr std::string_view kReal = "REAL";
 
 template <class V>
 constexpr const char* SqlType(Place place) {
-  if (place == Place::kFigure || std::is_same_v<V, double>) return kReal.data();
+  if (place == Place::kMetric || std::is_same_v<V, double>) return kReal.data();
   return std::is_integral_v<V> ? "INTEGER NOT NULL" : "TEXT NOT NULL";
 }
 
-// ConfigError for a text in a number's place.
-void RequireNumber(const Path& path, const Cell& cell) {
-  if (const auto* text = std::get_if<std::string>(&cell))
-    throw ConfigError(path.Column(), "'" + *text + "' is no number");
-}
-
-double NumberIn(const Cell& cell) {
-  const Cell real = AsReal(cell);
-  if (const auto* truth = std::get_if<bool>(&real)) return *truth ? 1 : 0;
-  const auto* number = std::get_if<double>(&real);
-  return number ? *number : std::numeric_limits<double>::quiet_NaN();
+// Whether the column is a number that only a trial with an end of its own has.
+template <class V>
+constexpr bool IsMeasured(Place place) {
+  return place == Place::kMetric || (place == Place::kVerdict && std::is_same_v<V, double>);
 }
 
 template <class V>
-void Read(const Path& path, const Cell& cell, bool ended, V* value) {
-  const bool is_nothing = std::holds_alternative<std::monostate>(cell);
-  if constexpr (!std::is_same_v<V, std::string> && !std::is_enum_v<V>) RequireNumber(path, cell);
-  if constexpr (std::is_same_v<V, std::optional<double>>) {
-    *value = is_nothing ? std::nullopt : std::optional(NumberIn(cell));
-  } else if constexpr (std::is_same_v<V, double>) {
-    if (!is_nothing || ended) *value = NumberIn(cell);
-  } else if (is_nothing) {
-    return;
-  } else if constexpr (std::is_same_v<V, std::string>) {
-    const auto* text = std::get_if<std::string>(&cell);
-    if (!text) throw ConfigError(path.Column(), "is a number, must be text");
-    *value = *text;
-  } else if constexpr (std::is_enum_v<V>) {
-    const auto* text = std::get_if<std::string>(&cell);
-    for (const auto& [known, name] : EnumNames<V>::kNames)
-      if (text && *text == name) {
-        *value = known;
-        return;
-      }
-    throw ConfigError(path.Column(), "'" + (text ? *text : "") + "' is no word of this program");
-  } else if (const auto* whole = std::get_if<int64_t>(&cell)) {
-    const auto got = static_cast<V>(*whole);  // all digits of a seed
-    if (static_cast<int64_t>(got) != *whole) throw ConfigError(path.Column(), "is out of range");
-    *value = got;
-  } else {
-    const double number = NumberIn(cell);
-    if (!(std::abs(number) <= 1e9)) throw ConfigError(path.Column(), "is out of range");
-    *value = static_cast<V>(number);
-  }
+Cell CellAt(const TrialRecord& record, Place place, const V& value) {
+  if (IsMeasured<V>(place) && !record.ended()) return {};
+  if constexpr (std::is_integral_v<V>)  // metrics are real numbers, whatever they count in
+    if (place == Place::kMetric) return static_cast<double>(value);
+  return CellOf(value);
+}
+
+// The number in the column of this index.
+std::optional<double> NumberAt(const TrialRecord& record, size_t column) {
+  std::optional<double> number;
+  size_t at = 0;
+  VisitColumns(record, [&]<class V>(const Path&, const V& value) {
+    if (at++ != column || !record.ended()) return;
+    if constexpr (std::is_arithmetic_v<V>)
+      number = static_cast<double>(value);
+    else if constexpr (std::is_same_v<V, std::optional<double>>)
+      number = value;
+  });
+  return number && std::isfinite(*number) ? number : std::nullopt;
 }
 
 }  // namespace
@@ -188,7 +140,7 @@ std::vector<Cell> CellsOf(const TrialRecord& record) {
   std::vector<Cell> cells;
   cells.reserve(Columns().size());
   VisitColumns(record, [&](const Path& path, const auto& value) {
-    cells.push_back(CellAt(record, path, value));
+    cells.push_back(CellAt(record, path.shown.place, value));
   });
   return cells;
 }
@@ -199,32 +151,34 @@ TrialRecord RecordOf(const std::vector<Cell>& cells) {
   size_t at = 0;
   // The outcome is the first field: whether it ended is known before the numbers are read.
   VisitColumns(record, [&](const Path& path, auto& value) {
-    Read(path, cells[at++], record.ended(), &value);
+    const Cell& cell = cells[at++];
+    if (cell.is_null() && !record.ended()) return;
+    try {
+      ReadCell(cell, &value);
+    } catch (const ConfigError& error) {
+      throw ConfigError(path.Column(), error.what());
+    }
   });
   return record;
 }
 
-const std::vector<Figure>& Figures() {
-  static const std::vector<Figure> figures = [] {
-    std::vector<Figure> list;
+const std::vector<Metric>& Metrics() {
+  static const std::vector<Metric> metrics = [] {
+    std::vector<Metric> list;
     for (size_t i = 0; i < Columns().size(); ++i) {
       const auto& [name, place, sql_type] = Columns()[i];
-      if (place == Place::kFigure || (place == Place::kVerdict && sql_type == kReal))
-        list.push_back({name, [i](const TrialRecord& r) -> std::optional<double> {
-                          const Cell cell = CellsOf(r)[i];
-                          if (std::holds_alternative<std::monostate>(cell)) return std::nullopt;
-                          return NumberIn(cell);
-                        }});
+      if (place == Place::kMetric || (place == Place::kVerdict && sql_type == kReal))
+        list.push_back({name, [i](const TrialRecord& record) { return NumberAt(record, i); }});
     }
     return list;
   }();
-  return figures;
+  return metrics;
 }
 
 std::string ResultKeyTable() {
   const auto table_of = [](Place place) {
     if (place == Place::kNowhere) return "";
-    if (place == Place::kFigure) return "metrics.";
+    if (place == Place::kMetric) return "metrics.";
     return place == Place::kRun || place == Place::kLog ? "runs." : "trials.";
   };
   std::string table = "| `result.json` | batch's file | Meaning |\n|---|---|---|\n";

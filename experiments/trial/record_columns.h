@@ -2,23 +2,19 @@
 // A trial's record as a row of named cells: what the pipe from a worker, a batch's file and its
 // export have in common. All from TrialRecord::Fields.
 
-#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
-#include <variant>
 #include <vector>
 
+#include "experiments/trial/cell.h"
 #include "experiments/trial/trial_record.h"
 
 namespace turbidock::trial {
 
-// Nothing for what did not happen, and for a number that is not finite.
-using Cell = std::variant<std::monostate, bool, int64_t, double, std::string>;
-
 struct Column {
   std::string name;  // in snake_case, with its unit; unique
-  Place place = Place::kFigure;
+  Place place = Place::kMetric;
   const char* sql_type = "REAL";
 };
 
@@ -28,17 +24,18 @@ const std::vector<Column>& Columns();
 
 // A cell for each column. A trial without an end of its own has no numbers but those of its run.
 std::vector<Cell> CellsOf(const TrialRecord& record);
-// The record that has these cells. Cells that are nothing: a number of a trial that ended is NaN,
-// anything else has its default. ConfigError for an unknown word.
+// The record that has these cells. Null: a number of a trial that ended is NaN, anything else has
+// its default. ConfigError for an unknown word.
 TrialRecord RecordOf(const std::vector<Cell>& cells);
 
 // A number of a trial by which trials are compared, tuned and grouped.
-struct Figure {
+struct Metric {
   std::string name;  // of its column
+  // Reads that column alone; nothing where it is null.
   std::function<std::optional<double>(const TrialRecord&)> of;
 };
-// time_s, then every figure.
-const std::vector<Figure>& Figures();
+// time_s, then every number of the table `metrics`.
+const std::vector<Metric>& Metrics();
 
 // Every field with its key in result.json, its column and its meaning, as a Markdown table.
 std::string ResultKeyTable();

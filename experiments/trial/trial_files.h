@@ -17,10 +17,6 @@ ViewCriteria CriteriaOf(const Scenario& scenario);
 // result_keys.md. All units SI.
 std::string ResultJson(const TrialRecord& record);
 
-// One row a camera frame; the header row names each column with its unit. Numbers read back
-// exactly.
-std::string TrajectoryCsv(const TrialLog& log);
-
 // What WriteRecords writes.
 inline const std::vector<std::string> kRecordFiles = {"result.json", "resolved.yaml",
                                                       "trajectory.csv"};

@@ -1,5 +1,5 @@
 #pragma once
-// What is kept of a trial. Every figure of it is one line in TrialRecord::Fields: result.json, the
+// What is kept of a trial. Each part of it is one line in TrialRecord::Fields: result.json, the
 // columns of a batch's file, its export, the pipe from a worker and the table of result keys
 // (result_keys.md) are made of that list. To add one, add a member and its line there, and compute
 // it in recorder.cc.
@@ -90,7 +90,7 @@ enum class Place {
   kNowhere,
   kKey,      // table `trials`, before the cell
   kVerdict,  // table `trials`
-  kFigure,   // table `metrics`: a number, nothing when what it measures did not happen
+  kMetric,   // table `metrics`: a number, nothing when what it measures did not happen
   kRemark,   // table `trials`, at the end of a row: text for people
   kRun,      // table `runs`: differs from run to run
   kLog,      // table `runs`, and not exported
@@ -107,7 +107,7 @@ struct Shown {
   constexpr Shown StoredOnly() const { return {place, column, false}; }
 };
 inline constexpr Shown kReport{};  // in result.json only
-inline constexpr Shown kKey{Place::kKey}, kVerdict{Place::kVerdict}, kFigure{Place::kFigure},
+inline constexpr Shown kKey{Place::kKey}, kVerdict{Place::kVerdict}, kMetric{Place::kMetric},
     kRemark{Place::kRemark}, kRun{Place::kRun}, kLog{Place::kLog};
 
 // A setting that somebody changed while the trial ran, from this frame on.
@@ -138,8 +138,7 @@ struct TrialRecord {
   AxesPose start, final_error_true, final_error_estimated;
   std::string estimator;
   double fitness_mean = 0, fitness_best = -1;
-  double attempts = 0, dockings = 0;  // whole; not a number where an older file does not say
-  int returns_to_servoing = 0;
+  int attempts = 0, dockings = 0, returns_to_servoing = 0;
   int64_t repeated_images = 0;
   double tracking_rms_m = 0, overshoot_m = 0, effort_v = 0;
   double insertion_depth_m = 0;
@@ -172,44 +171,44 @@ struct TrialRecord {
           "truth, at the end: the pole's tip is inside the straight hole");
     field("time_s", self.time_s, kVerdict,
           "simulated, when the criterion was met for the last time, else the end");
-    field("start", self.start, kFigure.As("start_{}").StoredOnly(),
+    field("start", self.start, kMetric.As("start_{}").StoredOnly(),
           "camera head in the marker's frame at the beginning");
-    field("final_error_true", self.final_error_true, kFigure.As("final_error_true_{}"),
+    field("final_error_true", self.final_error_true, kMetric.As("final_error_true_{}"),
           "marker in the camera head less the desired pose, at time_s");
     field("final_error_estimated", self.final_error_estimated,
-          kFigure.As("final_error_estimated_{}"), "the same of the estimate");
+          kMetric.As("final_error_estimated_{}"), "the same of the estimate");
     field("estimator", self.estimator, kReport,
           "what made the estimates: an estimator's name, or true_pose");
-    field("fitness_mean", self.fitness_mean, kFigure, "F, over all frames");
-    field("fitness_best", self.fitness_best, kFigure, "largest F");
-    field("attempts", self.attempts, kFigure, "to dock: how often that stage began");
-    field("dockings", self.dockings, kFigure,
+    field("fitness_mean", self.fitness_mean, kMetric, "F, over all frames");
+    field("fitness_best", self.fitness_best, kMetric, "largest F");
+    field("attempts", self.attempts, kMetric, "to dock: how often that stage began");
+    field("dockings", self.dockings, kMetric,
           "how often the criterion was met; more than once where it undocks and docks again");
-    field("returns_to_servoing", self.returns_to_servoing, kFigure, "from docking, how often");
+    field("returns_to_servoing", self.returns_to_servoing, kMetric, "from docking, how often");
     field("repeated_images", self.repeated_images, kReport,
           "images that were their camera's last one again, byte for byte: taken for black");
-    field("tracking_rms_m", self.tracking_rms_m, kFigure,
+    field("tracking_rms_m", self.tracking_rms_m, kMetric,
           "root mean square of the true y and z errors together, each at most 1 m, after the "
           "approach; of all frames if that never ended");
-    field("overshoot_m", self.overshoot_m, kFigure,
+    field("overshoot_m", self.overshoot_m, kMetric,
           "largest way beyond the desired x in the same frames, at most 1 m");
-    field("effort_v", self.effort_v, kFigure,
+    field("effort_v", self.effort_v, kMetric,
           "root mean square of the commands' deviations from neutral");
-    field("insertion_depth_m", self.insertion_depth_m, kFigure,
+    field("insertion_depth_m", self.insertion_depth_m, kMetric,
           "of the pole's tip past the dock's mouth, at the end");
-    field("insertion_time_s", self.insertion_time_s, kFigure,
+    field("insertion_time_s", self.insertion_time_s, kMetric,
           "when the pole first was in the hole");
-    field("first_dock_contact", self.first_dock_contact, kFigure.As("dock_contact_{}"),
+    field("first_dock_contact", self.first_dock_contact, kMetric.As("dock_contact_{}"),
           "of the pole with the dock");
-    field("dock_force_max_newton", self.dock_force_max_newton, kFigure,
+    field("dock_force_max_newton", self.dock_force_max_newton, kMetric,
           "largest between pole and dock");
     field("jammed", self.jam_time_s.has_value(), kReport,
           "the pole was held in the dock; no end of the trial");
-    field("jam_time_s", self.jam_time_s, kFigure, "when the pole first was found jammed");
+    field("jam_time_s", self.jam_time_s, kMetric, "when the pole first was found jammed");
     field("energy", self.energy, kReport, "of the vehicle, in the whole trial");
-    field("thruster_work_joule", self.energy.thruster_work, kFigure.StoredOnly(),
+    field("thruster_work_joule", self.energy.thruster_work, kMetric.StoredOnly(),
           "done by the thrusters");
-    field("stage_time_s", self.stage_time_s, kFigure.As("{}_time_s"), "spent in the stage");
+    field("stage_time_s", self.stage_time_s, kMetric.As("{}_time_s"), "spent in the stage");
     field("transitions", self.transitions, kReport, "from stage to stage: frame, from, to, reason");
     field("changes", self.changes, kReport,
           "settings that somebody changed while it ran: frame, time_s, key, value");

@@ -13,13 +13,12 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "experiments/farm/cell_json.h"
 #include "experiments/farm/export.h"
 #include "experiments/farm/result_store.h"
 #include "experiments/farm/summary.h"
 #include "experiments/system/build_info.h"
+#include "experiments/trial/record_columns.h"
 #include "experiments/trial/trial.h"
-#include "experiments/trial/trial_files.h"
 
 namespace turbidock::farm {
 namespace {
@@ -56,23 +55,6 @@ StoredTrial Trial(int64_t trial, const std::string& milk, trial::Failure failure
   return stored;
 }
 
-// A trial's series in a file, as TrajectoryCsv writes it; the header alone without one.
-std::string SeriesOf(const std::string& file, int64_t trial) {
-  std::string csv = trial::TrajectoryCsv({});
-  const SQLite::Database db(file);
-  SQLite::Statement query(db, "SELECT * FROM series WHERE trial = ? ORDER BY frame");
-  query.bind(1, trial);
-  while (query.executeStep()) {
-    for (int k = 1; k < query.getColumnCount(); ++k) {
-      const SQLite::Column column = query.getColumn(k);
-      csv += k == 1 ? "" : ",";
-      csv += column.isText() ? column.getString() : FormatNumber(column.getDouble());
-    }
-    csv += "\n";
-  }
-  return csv;
-}
-
 class Store : public ::testing::Test {
  protected:
   void SetUp() override { fs::create_directories(folder_); }
@@ -104,12 +86,12 @@ TEST_F(Store, KeepsTheSeriesOfVehiclesWithOtherThrusters) {
     for (trial::FrameRecord& frame : log.frames)
       for (size_t i = 0; i < thrusters.size(); ++i)
         frame.command.volts.push_back(1 + static_cast<double>(i));
-    return trial::TrajectoryCsv(log);
+    return trial::Series::Of(log);
   };
   StoredTrial published = Trial(1, "7", trial::Failure::kNone);
-  published.series_csv = series({"surge_left", "surge_right", "sway", "heave"});
+  published.series = series({"surge_left", "surge_right", "sway", "heave"});
   StoredTrial other = Trial(2, "8", trial::Failure::kNone);
-  other.series_csv = series({"port", "starboard"});
+  other.series = series({"port", "starboard"});
   {
     ResultStore store = ResultStore::Write(File("a.db"), Header());
     store.Add(published);
@@ -118,11 +100,8 @@ TEST_F(Store, KeepsTheSeriesOfVehiclesWithOtherThrusters) {
   }
   ResultStore::Write(File("a.db"), Header()).Merge(File("b.db"));
   const ResultStore store = ResultStore::Read(File("a.db"));
-  EXPECT_EQ(store.SeriesCsv(1), published.series_csv);
-  const std::string csv = store.SeriesCsv(2), header = csv.substr(0, csv.find('\n'));
-  EXPECT_TRUE(header.ends_with(",port_v,starboard_v")) << header;
-  EXPECT_EQ(header.find("sway_v"), std::string::npos) << header;
-  EXPECT_TRUE(csv.ends_with(",1,2\n")) << csv;
+  EXPECT_EQ(store.SeriesOf(1).Csv(), published.series.Csv());
+  EXPECT_EQ(store.SeriesOf(2).Csv(), other.series.Csv());
 }
 
 TEST_F(Store, GivesBackWhatItWasGiven) {
@@ -136,7 +115,7 @@ TEST_F(Store, GivesBackWhatItWasGiven) {
   log.frames[1].frame = 30;
   log.frames[1].time_s = 1.0 / 3;
   StoredTrial with_series = Trial(1, "7", trial::Failure::kNone);
-  with_series.series_csv = trial::TrajectoryCsv(log);
+  with_series.series = trial::Series::Of(log);
   {
     ResultStore store = ResultStore::Write(file, Header());
     store.Add(odd);
@@ -151,9 +130,8 @@ TEST_F(Store, GivesBackWhatItWasGiven) {
   ASSERT_EQ(verdicts.size(), 2u);
   EXPECT_TRUE(verdicts[0].trial == 1 && verdicts[0].success);
   EXPECT_TRUE(verdicts[1].trial == 4 && !verdicts[1].success);
-  EXPECT_EQ(SeriesOf(file, 1), with_series.series_csv);
-  EXPECT_EQ(SeriesOf(file, 4), trial::TrajectoryCsv({}));
-  with_series.series_csv.clear();
+  EXPECT_EQ(store.SeriesOf(1).Csv(), with_series.series.Csv());
+  EXPECT_EQ(store.SeriesOf(4).rows(), 0u);
   odd.parameters[0].value = "0.0025";
   const auto trials = store.Trials();
   ASSERT_EQ(trials.size(), 2u);
@@ -250,6 +228,12 @@ TEST_F(Store, RefusesAnotherSchemaByName) {
       {"ALTER TABLE metrics RENAME COLUMN effort_v TO effort; "
        "ALTER TABLE metrics ADD COLUMN effort_v TEXT",
        "column effort_v of table metrics is TEXT, must be REAL"},
+      {"DROP VIEW results; ALTER TABLE metrics DROP COLUMN jam_time_s",
+       "table metrics has no column jam_time_s"},
+      {"ALTER TABLE metrics ADD COLUMN to_come_m REAL",
+       "it knows no column to_come_m of table metrics"},
+      {"ALTER TABLE series DROP COLUMN fitness", "table series has no column fitness"},
+      {"ALTER TABLE series ADD COLUMN port_v TEXT", "it knows no column port_v of table series"},
   };
   for (const Case& c : cases) {
     const std::string file = File("a.db");
@@ -268,13 +252,53 @@ TEST_F(Store, RefusesAnotherSchemaByName) {
   }
 }
 
+// Of a program before or after this one.
+TEST_F(Store, RefusesAnotherVersionOfTheSchema) {
+  const std::string file = File("a.db");
+  ResultStore::Write(file, Header());
+  SQLite::Database(file, SQLite::OPEN_READWRITE).exec("PRAGMA user_version = 1");
+  EXPECT_EQ(Refusal(file, Header()), file + ": has schema version 1, this program reads 2");
+}
+
+TEST_F(Store, RefusesSeriesThatCannotBe) {
+  const std::string file = File("a.db");
+  trial::TrialLog log;
+  log.frames.resize(2);
+  log.frames[1].frame = 1;
+  StoredTrial stored = Trial(1, "7", trial::Failure::kNone);
+  stored.series = trial::Series::Of(log);
+  ResultStore::Write(file, Header()).Add(stored);
+  const auto said_after = [&](const std::string& sql) -> std::string {
+    SQLite::Database(file, SQLite::OPEN_READWRITE).exec(sql);
+    try {
+      ResultStore::Read(file).SeriesOf(1);
+    } catch (const ConfigError& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  EXPECT_EQ(said_after("UPDATE series SET fitness = NULL"), "accepted");
+  EXPECT_TRUE(std::isnan(ResultStore::Read(file).SeriesOf(1).At(1, 4).get<double>()));
+  EXPECT_THAT(said_after("UPDATE series SET fitness = 'high'"),
+              HasSubstr("is damaged (series of trial 1: fitness: 'high' is no number)"));
+  EXPECT_THAT(said_after("UPDATE series SET fitness = 1, stage = 'lunch'"),
+              HasSubstr("series of trial 1: stage: 'lunch' is no word"));
+  EXPECT_THAT(said_after("UPDATE series SET stage = NULL"),
+              HasSubstr("series of trial 1: stage: is missing"));
+}
+
 TEST_F(Store, RefusesValuesThatCannotBe) {
   struct Case {
     std::string sql;
     const char* said;
   };
-  // Of an older program, whose plan's hash this one does not know.
-  const std::string older = "UPDATE meta SET value = '1.0 f00' WHERE key = 'build'; ";
+  // With the hash that belongs to it.
+  const auto plan = [](const std::string& text) {
+    return fmt::format(
+        "UPDATE meta SET value = '{}' WHERE key = 'plan'; "
+        "UPDATE meta SET value = '{}' WHERE key = 'plan_hash'",
+        text, DigestOf(text));
+  };
   const Case cases[] = {
       {"UPDATE meta SET value = 'many' WHERE key = 'trials'", "its number of trials is 'many'"},
       {"UPDATE meta SET value = '9000000000000000000' WHERE key = 'trials'",
@@ -282,13 +306,10 @@ TEST_F(Store, RefusesValuesThatCannotBe) {
       {"UPDATE meta SET value = '3' WHERE key = 'shard'", "its shard is '3'"},
       {"DELETE FROM meta WHERE key = 'build'", "it has no build"},
       {"UPDATE meta SET value = x'ff00' WHERE key = 'plan'", "plan is no text"},
-      {older + "UPDATE meta SET value = 'seeds: 2' WHERE key = 'plan'",
-       "its plan's seeds, max_trials"},
+      {plan("seeds: 2"), "its plan's seeds, max_trials"},
       {"UPDATE meta SET value = 'seeds: 10' WHERE key = 'plan'", "its plan is not the one"},
-      {older + "UPDATE meta SET value = 'seeds: 10\nprecision: -1' WHERE key = 'plan'",
-       "precision"},
-      {older + "UPDATE meta SET value = 'seeds: 10\nstrata: 3' WHERE key = 'plan'",
-       "plan:2: strata: must be a group of keys"},
+      {plan("seeds: 10\nprecision: -1"), "precision"},
+      {plan("seeds: 10\nstrata: 3"), "plan:2: strata: must be a group of keys"},
       {"UPDATE meta SET value = '20' WHERE key = 'trials'",
        "its plan's seeds, max_trials, strata and cells do not go together"},
       {"UPDATE trials SET time_s = 'soon'", "trial 1: time_s: 'soon' is no number"},
@@ -303,12 +324,10 @@ TEST_F(Store, RefusesValuesThatCannotBe) {
       {"UPDATE trials SET cell = 'x'", "trial 1 is none of its plan's"},
       {"UPDATE meta SET value = '1/3' WHERE key = 'shard'", "trial 1 is none of its shard's"},
   };
-  StoreHeader header = Header();
-  header.build = system::BuildId();  // whose plan's hash this program knows
   for (const Case& c : cases) {
     const std::string file = File("a.db");
     fs::remove(file);
-    ResultStore::Write(file, header).Add(Trial(1, "7", trial::Failure::kNone));
+    ResultStore::Write(file, Header()).Add(Trial(1, "7", trial::Failure::kNone));
     SQLite::Database(file, SQLite::OPEN_READWRITE).exec(c.sql);
     std::string said = "accepted";
     try {
@@ -382,60 +401,6 @@ TEST_F(Store, MergesWhatBelongsTogether) {
   EXPECT_EQ(merged.Done().size(), 2u);
 }
 
-std::string TextOf(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
-// Written by the program before records had a list of fields: trials that timed out, docked and
-// hung, with series; its exports are that program's, with the columns that came later: without
-// numbers for attempts and dockings, and no time spent in undocking.
-TEST_F(Store, ReadsMergesAndResumesAFileOfAnOlderProgram) {
-  const std::string data = TURBIDOCK_TEST_DATA "/farm/schema_1";
-  const std::string file = File("old.db");
-  fs::copy_file(data + ".db", file);
-  StoreHeader header;
-  {
-    const ResultStore store = ResultStore::Read(file);
-    header = store.header();
-    const std::vector<StoredTrial> trials = store.Trials();
-    ASSERT_EQ(trials.size(), 4u);
-    EXPECT_EQ(ExportText(trials, {.timing = true}), TextOf(data + ".csv"));
-    EXPECT_EQ(ExportText(trials, {.jsonl = true}), TextOf(data + ".jsonl"));
-    EXPECT_EQ(trials[1].record.failure, trial::Failure::kNeverFound);
-    EXPECT_TRUE(trials[2].record.success());
-    EXPECT_FALSE(trials[3].record.ended());
-    EXPECT_EQ(trials[3].record.failure, trial::Failure::kHung);
-    EXPECT_NE(SeriesOf(file, 2), trial::TrajectoryCsv({}));
-  }
-  ResultStore merged = ResultStore::Write(File("m.db"), header);
-  merged.Merge(file);
-  EXPECT_EQ(ExportText(merged.Trials(), {.timing = true}), TextOf(data + ".csv"));
-  EXPECT_EQ(SeriesOf(File("m.db"), 2), SeriesOf(file, 2));
-
-  StoredTrial another = merged.Trial(0);
-  another.trial = 4;
-  another.record.attempts = 3;  // which its file did not know
-  another.record.dockings = 1;
-  ResultStore resumed = ResultStore::Write(file, header);
-  resumed.Add(another);
-  EXPECT_TRUE(resumed.Trial(4).record == another.record);
-  EXPECT_EQ(resumed.Done().size(), 5u);
-}
-
-TEST_F(Store, AnyCellGoesThroughJson) {
-  const std::vector<trial::Cell> cells = {
-      {},     true,    false, int64_t{0x7fffffffffffffff},           int64_t{-1}, -0.0,
-      5e-324, 1.0 / 3, 7.0,   std::string("a \"reason\",\nand more")};
-  for (const trial::Cell& cell : cells) {
-    const auto back = report::ParseJson(report::JsonLine(cell), "a cell").get<trial::Cell>();
-    EXPECT_TRUE(back == cell) << cell.index();
-    if (const auto* number = std::get_if<double>(&cell)) {
-      EXPECT_EQ(std::signbit(std::get<double>(back)), std::signbit(*number));
-    }
-  }
-}
-
 // A worker's record is that of the same trial in this process, but for what differs from run to
 // run.
 TEST_F(Store, AWorkerReturnsTheRecord) {
@@ -446,9 +411,11 @@ TEST_F(Store, AWorkerReturnsTheRecord) {
   std::optional<FinishedTrial> trial;
   while (!trial) trial = pool.Next(/*timeout_s=*/10);
   EXPECT_EQ(trial->id, 17);
-  EXPECT_EQ(std::count(trial->series_csv.begin(), trial->series_csv.end(), '\n'), 3);
+  const trial::TrialResult result = trial::RunTrial(scenario);
+  EXPECT_EQ(trial->series.rows(), 2u);
+  EXPECT_EQ(trial->series.Csv(), trial::Series::Of(result.log, 30).Csv());
   const std::vector<trial::Cell> there = trial::CellsOf(trial->record),
-                                 here = trial::CellsOf(trial::RunTrial(scenario));
+                                 here = trial::CellsOf(result);
   size_t compared = 0;
   for (size_t i = 0; i < here.size(); ++i) {
     const trial::Column& column = trial::Columns()[i];
@@ -458,49 +425,6 @@ TEST_F(Store, AWorkerReturnsTheRecord) {
   }
   EXPECT_EQ(compared, here.size() - 4);
   EXPECT_GT(trial->record.rss_bytes, 0);
-}
-
-TEST_F(Store, HasTheColumnsOfAnOlderProgramsFileAndGivesItItsOwn) {
-  fs::copy_file(TURBIDOCK_TEST_DATA "/farm/schema_1.db", File("old.db"));
-  const StoreHeader header = ResultStore::Read(File("old.db")).header();
-  { ResultStore::Write(File("new.db"), header); }
-  const auto columns = [](const std::string& file) {
-    const SQLite::Database db(file);
-    SQLite::Statement query(db,
-                            "SELECT m.name || '.' || c.name FROM sqlite_master m, "
-                            "pragma_table_info(m.name) c ORDER BY m.name, c.cid");
-    std::vector<std::string> names;
-    while (query.executeStep()) names.push_back(query.getColumn(0).getString());
-    return names;
-  };
-  const auto old = columns(File("old.db")), now = columns(File("new.db"));
-  EXPECT_GT(old.size(), 80u);
-  std::vector<std::string> added = now;
-  for (const std::string& name : old) EXPECT_EQ(std::erase(added, name), 1) << name;
-  for (const std::string& name : added)
-    EXPECT_TRUE(name.starts_with("metrics.") || name.starts_with("results.")) << name;
-  { ResultStore::Write(File("old.db"), header); }
-  EXPECT_EQ(std::set<std::string>(now.begin(), now.end()), [&] {
-    const auto grown = columns(File("old.db"));
-    return std::set<std::string>(grown.begin(), grown.end());
-  }());
-}
-
-// What a file does not have is nothing; what this program does not know is left alone.
-TEST_F(Store, ReadsAFileWithOtherFigures) {
-  const std::string file = File("a.db");
-  ResultStore::Write(file, Header()).Add(Trial(1, "7", trial::Failure::kNone));
-  {
-    SQLite::Database db(file, SQLite::OPEN_READWRITE);
-    db.exec(
-        "DROP VIEW results; ALTER TABLE metrics DROP COLUMN effort_v; "
-        "ALTER TABLE metrics DROP COLUMN jam_time_s; "
-        "ALTER TABLE metrics ADD COLUMN to_come_m REAL");
-  }
-  const trial::TrialRecord record = ResultStore::Read(file).Trial(1).record;
-  EXPECT_TRUE(std::isnan(record.effort_v));
-  EXPECT_FALSE(record.jam_time_s);
-  EXPECT_EQ(record.insertion_time_s, 0);
 }
 
 TEST_F(Store, ExportsOneRowATrial) {

@@ -1,4 +1,5 @@
-// Any bytes as a batch's file: refused, or trials that can be read, summarised and written out.
+// Any bytes as a batch's file: refused, or trials and series that can be read, summarised and
+// written out.
 
 #include "experiments/farm/export.h"
 #include "experiments/farm/result_store.h"
@@ -18,6 +19,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     TD_CHECK(scheduler.done() <= std::ssize(trials), "no trial is counted that is not there");
     farm::SummaryTable({}, farm::Summarise(trials, {}), {});
     farm::ExportText(trials, {});
+    for (const int64_t trial : store.TrialsWithSeries()) store.SeriesOf(trial);
   } catch (const ConfigError&) {
   }
   return 0;

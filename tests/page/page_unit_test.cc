@@ -117,19 +117,16 @@ TEST(Page, AsksForNothingElsewhere) {
 }
 
 TEST(SeriesModel, HasColumnsOfNumbersInSixDigitsAndWords) {
-  const Json series =
-      SeriesModel("time_s,stage,x_m\n0,approach,0.123456789\n0.5,docking,nan\n", "t.csv");
+  trial::TrialLog log;
+  log.frames.resize(2);
+  log.frames[0].fitness = 0.123456789;
+  log.frames[1].time_s = 0.5;
+  log.frames[1].stage = control::Stage::kDocking;
+  log.frames[1].fitness = std::nan("");
+  const Json series = SeriesModel(trial::Series::Of(log));
   EXPECT_EQ(series["time_s"].dump(), "[0.0,0.5]");
   EXPECT_EQ(series["stage"].dump(), "[\"approach\",\"docking\"]");
-  EXPECT_EQ(series["x_m"].dump(), "[0.123457,null]");
-}
-
-TEST(SeriesModel, SaysWhatIsWrongWithAFile) {
-  EXPECT_THAT(MessageOf([] { SeriesModel("a,b\n1,2\n", "t.csv"); }),
-              HasSubstr("t.csv: is no trajectory"));
-  EXPECT_THAT(MessageOf([] { SeriesModel("time_s,b\n1,2\n1\n", "t.csv"); }),
-              HasSubstr("t.csv:3: has 1 values, the header 2"));
-  EXPECT_THAT(MessageOf([] { SeriesModel("", "t.csv"); }), HasSubstr("t.csv: is empty"));
+  EXPECT_EQ(series["fitness"].dump(), "[0.123457,null]");
 }
 
 TEST(SettingsModel, NamesWhatDiffersAndNothingElse) {
@@ -291,11 +288,11 @@ TEST_F(PageFiles, ABatchHasItsTrialsAndTheirSeriesFailuresFirst) {
     trial.record.seed = 9223372036854775807;
     trial.record.outcome = i == 2 ? trial::Outcome::kTimeout : trial::Outcome::kDocked;
     trial.record.failure = i == 2 ? trial::Failure::kTimeout : trial::Failure::kNone;
-    if (i > 0) trial.series_csv = trial::TrajectoryCsv(result.log);
+    if (i > 0) trial.series = trial::Series::Of(result.log);
     store.Add(trial);
   }
   EXPECT_THAT(store.TrialsWithSeries(), ElementsAre(1, 2, 3));
-  EXPECT_EQ(store.SeriesCsv(1), trial::TrajectoryCsv(result.log));
+  EXPECT_EQ(store.SeriesOf(1).Csv(), trial::Series::Of(result.log).Csv());
   const Page page = BatchPage(store, "b.db");
   EXPECT_EQ(page.model["columns"]["seed"]["words"][0], "9223372036854775807");
   EXPECT_EQ(page.model["columns"]["failure"].dump(),
@@ -318,7 +315,7 @@ TEST_F(PageFiles, AComparisonHasTheTrialsThatFlippedOnBothSides) {
       "schema_version: 1\ndescription: two\nscenario: sea_night_active\nseeds: 3\n"
       "series_every_frames: 1\n",
       "plan");
-  const std::string series = trial::TrajectoryCsv(trial::RunTrial(WithoutCameras()).log);
+  const trial::Series series = trial::Series::Of(trial::RunTrial(WithoutCameras()).log);
   // trial 1 is lost from a to b; b stored no series of it
   const auto stored = [&](const std::string& name, bool is_b) {
     farm::ResultStore store =
@@ -328,7 +325,7 @@ TEST_F(PageFiles, AComparisonHasTheTrialsThatFlippedOnBothSides) {
       trial.record.seed = i;
       trial.record.reason = is_b && i == 1 ? "<b>lost</b>" : "docked";
       trial.record.failure = is_b && i == 1 ? trial::Failure::kTimeout : trial::Failure::kNone;
-      if (!is_b) trial.series_csv = series;
+      if (!is_b) trial.series = series;
       store.Add(trial);
     }
     return store;

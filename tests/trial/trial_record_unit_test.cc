@@ -44,7 +44,7 @@ TrialRecord AwkwardRecord() {
   TrialRecord r;
   r.outcome = Outcome::kFalseDock;
   r.failure = Failure::kFalseLock;
-  r.reason = "a \"reason\", with\na line, and \xff";
+  r.reason = "a \"reason\", with\na line";
   r.docked = r.inserted = true;
   r.time_s = 1.0 / 3;
   r.start = {-0.1, 5e-324, -1e308, 1};
@@ -76,7 +76,8 @@ TrialRecord AwkwardRecord() {
 
 TEST(TrialRecord, ARowGivesItBack) {
   const TrialRecord record = AwkwardRecord();
-  const TrialRecord back = RecordOf(CellsOf(record));
+  const Json sent = report::ParseJson(report::JsonLine(CellsOf(record)), "a row");
+  const TrialRecord back = RecordOf(sent.get<std::vector<Cell>>());
   EXPECT_TRUE(back == record);
   EXPECT_TRUE(std::signbit(back.final_error_true.x_m));
   EXPECT_TRUE(std::signbit(*back.insertion_time_s));
@@ -102,10 +103,9 @@ TEST(TrialRecord, WithoutAnEndOfItsOwnItHasNoNumbers) {
   record.wall_time_s = 60;
   const std::vector<Cell> cells = CellsOf(record);
   size_t absent = 0;
-  for (size_t i = 0; i < cells.size(); ++i)
-    absent += std::holds_alternative<std::monostate>(cells[i]);
-  EXPECT_EQ(absent, Figures().size());
-  for (const Figure& figure : Figures()) EXPECT_FALSE(figure.of(record)) << figure.name;
+  for (size_t i = 0; i < cells.size(); ++i) absent += cells[i].is_null();
+  EXPECT_EQ(absent, Metrics().size());
+  for (const Metric& metric : Metrics()) EXPECT_FALSE(metric.of(record)) << metric.name;
   EXPECT_TRUE(RecordOf(cells) == record);
 }
 
@@ -155,11 +155,11 @@ TEST(TrialRecord, EveryFieldIsInResultJsonAndAColumnUnlessItSaysSo) {
   EXPECT_EQ(json["seed"], std::numeric_limits<int64_t>::max());
 }
 
-TEST(TrialRecord, FiguresAreFoundByTheNameOfTheirColumn) {
+TEST(TrialRecord, MetricsAreFoundByTheNameOfTheirColumn) {
   const auto value = [](const std::string& name) {
-    for (const Figure& figure : Figures())
-      if (figure.name == name) return figure.of(AwkwardRecord());
-    ADD_FAILURE() << name << " is no figure";
+    for (const Metric& metric : Metrics())
+      if (metric.name == name) return metric.of(AwkwardRecord());
+    ADD_FAILURE() << name << " is no metric";
     return std::optional<double>();
   };
   EXPECT_EQ(value("time_s"), 1.0 / 3);
@@ -184,7 +184,7 @@ TEST(TrialRecord, TheDocumentedTableIsThatOfTheProgram) {
     at = end;
   }
   for (const Column& column : Columns()) {
-    const bool is_metric = column.place == Place::kFigure,
+    const bool is_metric = column.place == Place::kMetric,
                is_run = column.place == Place::kRun || column.place == Place::kLog;
     EXPECT_EQ(cells.count((is_metric ? "metrics."
                            : is_run  ? "runs."

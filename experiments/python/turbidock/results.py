@@ -37,10 +37,10 @@ def _reporter(progress: Progress) -> Callable[[float, str], Any] | None:
 class Result:
     """What came of a trial: `result.outcome`, `result.time_s`, every key of result.json."""
 
-    def __init__(self, record: str, trajectory: str, scenario: str) -> None:
+    def __init__(self, record: str, series: _core.Series, scenario: str) -> None:
         self.record: dict[str, Any] = json.loads(record)
         self.scenario_yaml = scenario
-        self._csv = trajectory
+        self._series = series
 
     def __getattr__(self, name: str) -> Any:
         record = self.__dict__.get("record", {})
@@ -58,13 +58,13 @@ class Result:
         """A pandas frame with a row a camera frame; columns name their units."""
         import pandas
 
-        return pandas.read_csv(io.StringIO(self._csv))
+        return pandas.DataFrame(self._series.columns())
 
     def save(self, folder: str) -> None:
         """Writes result.json, resolved.yaml and trajectory.csv, as `turbidock run --out` does."""
         os.makedirs(folder, exist_ok=True)
         for name, text in (("result.json", json.dumps(self.record, indent=2) + "\n"),
-                           ("resolved.yaml", self.scenario_yaml), ("trajectory.csv", self._csv)):
+                           ("resolved.yaml", self.scenario_yaml), ("trajectory.csv", self._series.csv())):
             with open(os.path.join(folder, name), "w", encoding="utf-8") as file:
                 file.write(text)
 
@@ -134,7 +134,9 @@ def read_results(file: str, *, timing: bool = False) -> Any:
 
 def read_series(file: str, trial: int) -> Any:
     """A trial's stored rows as a pandas frame; no rows where its plan stored none."""
-    return _frame(_core.read_series(file, trial))
+    import pandas
+
+    return pandas.DataFrame(_core.read_series(file, trial).columns())
 
 
 def gate(file: str, *, workers: int | None = None,

@@ -19,13 +19,13 @@ struct CompareArguments {
   bool json = false;
 };
 
-void PrintGroup(const ComparisonGroup& group, const std::vector<trial::Figure>& metrics) {
+void PrintGroup(const ComparisonGroup& group, const std::vector<trial::Metric>& metrics) {
   const RateComparison r = CompareRates(group.pairs);
   fmt::print("{}: {} pairs\n", GroupName(group), r.pairs);
   fmt::print("  {:24} {:5.1f} % -> {:5.1f} %, {:+.1f} points [{:+.1f}, {:+.1f}], p = {:.3g}\n",
              "success rate", 100 * r.rate_a, 100 * r.rate_b, 100 * r.difference,
              100 * r.interval_95.low, 100 * r.interval_95.high, r.p_value);
-  for (const trial::Figure& metric : metrics) {
+  for (const trial::Metric& metric : metrics) {
     const MetricComparison m = CompareMetric(group.pairs, metric);
     if (!m.median_difference) {
       fmt::print("  {:24} no pair that docked in both\n", m.metric);
@@ -45,7 +45,7 @@ void PrintGroup(const ComparisonGroup& group, const std::vector<trial::Figure>& 
 }
 
 int Compare(const CompareArguments& arguments) {
-  std::vector<trial::Figure> metrics;
+  std::vector<trial::Metric> metrics;
   for (const std::string& name : arguments.metrics) metrics.push_back(MetricNamed(name));
   system::OutputPlan().Reads(arguments.a).Reads(arguments.b).Writes(arguments.figure).Require();
   const farm::ResultStore a = farm::ResultStore::Read(arguments.a),

@@ -69,10 +69,10 @@ Json FlippedJson(const std::vector<TrialPair>& pairs, bool lost) {
   return list;
 }
 
-Json ToJson(const ComparisonGroup& group, const std::vector<trial::Figure>& metrics) {
+Json ToJson(const ComparisonGroup& group, const std::vector<trial::Metric>& metrics) {
   Json key = Json::object(), list = Json::array();
   for (const farm::Parameter& parameter : group.key) key[parameter.key] = parameter.value;
-  for (const trial::Figure& metric : metrics) list.push_back(CompareMetric(group.pairs, metric));
+  for (const trial::Metric& metric : metrics) list.push_back(CompareMetric(group.pairs, metric));
   Json json = {{"group", key}};
   json.update(CompareRates(group.pairs));
   json["lost"] = FlippedJson(group.pairs, true);
@@ -129,20 +129,20 @@ RateComparison CompareRates(const std::vector<TrialPair>& pairs) {
   return c;
 }
 
-trial::Figure MetricNamed(const std::string& name) {
-  std::vector<trial::Figure> known = trial::Figures();
+trial::Metric MetricNamed(const std::string& name) {
+  std::vector<trial::Metric> known = trial::Metrics();
   known.push_back({"final_error_m", [](const trial::TrialRecord& record) {
                      return std::optional(record.final_error_true.distance_m());
                    }});
   std::vector<std::string> names;
-  for (const trial::Figure& figure : known) {
-    if (figure.name == name) return figure;
-    names.push_back(figure.name);
+  for (const trial::Metric& metric : known) {
+    if (metric.name == name) return metric;
+    names.push_back(metric.name);
   }
   throw ConfigError(name + ": is no metric of these results" + config::DidYouMean(name, names));
 }
 
-MetricComparison CompareMetric(const std::vector<TrialPair>& pairs, const trial::Figure& metric) {
+MetricComparison CompareMetric(const std::vector<TrialPair>& pairs, const trial::Metric& metric) {
   MetricComparison c;
   c.metric = metric.name;
   std::vector<double> in_a, in_b, differences;
@@ -196,7 +196,7 @@ std::vector<TrialPair> Flipped(const std::vector<TrialPair>& pairs, bool lost) {
 std::string ComparisonJson(const std::string& name_a, const std::string& name_b,
                            const farm::ResultStore& a, const farm::ResultStore& b,
                            const std::vector<ComparisonGroup>& groups,
-                           const std::vector<trial::Figure>& metrics) {
+                           const std::vector<trial::Metric>& metrics) {
   Json list = Json::array();
   for (const ComparisonGroup& group : groups) list.push_back(ToJson(group, metrics));
   int64_t pairs = 0;

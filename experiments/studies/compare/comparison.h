@@ -57,10 +57,10 @@ struct MetricComparison {
   TURBIDOCK_FIELDS(metric, pairs, median_a, median_b, median_difference, interval_95, larger,
                    smaller, larger_share_interval_95, p_value)
 };
-MetricComparison CompareMetric(const std::vector<TrialPair>& pairs, const trial::Figure& metric);
-// "final_error_m" (true distance from the desired pose) or one of trial::Figures. ConfigError for
+MetricComparison CompareMetric(const std::vector<TrialPair>& pairs, const trial::Metric& metric);
+// "final_error_m" (true distance from the desired pose) or one of trial::Metrics. ConfigError for
 // any other name.
-trial::Figure MetricNamed(const std::string& name);
+trial::Metric MetricNamed(const std::string& name);
 
 // The pairs of which only a (lost) or only b succeeded.
 std::vector<TrialPair> Flipped(const std::vector<TrialPair>& pairs, bool lost);
@@ -79,7 +79,7 @@ std::string GroupName(const ComparisonGroup& group);
 std::string ComparisonJson(const std::string& name_a, const std::string& name_b,
                            const farm::ResultStore& a, const farm::ResultStore& b,
                            const std::vector<ComparisonGroup>& groups,
-                           const std::vector<trial::Figure>& metrics);
+                           const std::vector<trial::Metric>& metrics);
 
 // Draws success rates and their differences by group and both sets' times to dock into a file.
 void WriteComparisonFigure(const std::string& path, const std::vector<ComparisonGroup>& groups,

@@ -6,7 +6,7 @@
 #include "experiments/media/jpeg.h"
 #include "experiments/page/trial_model.h"
 #include "experiments/studies/live/message.h"
-#include "experiments/trial/trial_files.h"
+#include "experiments/trial/series.h"
 
 namespace turbidock::live {
 namespace {
@@ -112,7 +112,7 @@ std::optional<std::string> LiveBoard::LiveTab::Next() {
   }
   if (!rows.frames.empty()) {
     head["from"] = rows_;
-    head["rows"] = page::SeriesModel(trial::TrajectoryCsv(rows), "rows");
+    head["rows"] = page::SeriesModel(trial::Series::Of(rows));
     rows_ += rows.frames.size();
   }
   if (head.contains("transitions")) transitions_ += head["transitions"].size();

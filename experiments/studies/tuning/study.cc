@@ -50,11 +50,11 @@ std::vector<std::string> NumberKeys(const trial::Plugins& plugins) {
 }
 
 // The metric of a term; ConfigError where no trial has it.
-const trial::Figure& FigureOf(const ObjectiveTerm& term, const std::string& key) {
+const trial::Metric& FigureOf(const ObjectiveTerm& term, const std::string& key) {
   std::vector<std::string> names;
-  for (const trial::Figure& figure : trial::Figures()) {
-    if (figure.name == term.metric) return figure;
-    names.push_back(figure.name);
+  for (const trial::Metric& metric : trial::Metrics()) {
+    if (metric.name == term.metric) return metric;
+    names.push_back(metric.name);
   }
   throw ConfigError(key, "'" + term.metric + "' is produced by no trial" +
                              config::DidYouMean(term.metric, names));

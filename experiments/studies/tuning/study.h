@@ -194,7 +194,7 @@ class Study {
 
   trial::Plugins plugins_;
   StudySettings settings_;
-  std::vector<trial::Figure> objective_;  // what its terms name
+  std::vector<trial::Metric> objective_;  // what its terms name
   config::YamlNode trials_, trials_against_;
   std::string file_;
   farm::Plan plan_;

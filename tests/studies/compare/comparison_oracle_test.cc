@@ -116,7 +116,7 @@ TEST_F(Comparison, TimesOfTenPairs) {
 // Only pairs in which both docked and both have it are compared.
 TEST_F(Comparison, AMetricThatOneTrialOfAPairLacks) {
   std::vector<TrialPair> pairs = TenPairs();
-  const trial::Figure time{"time_s", [](const trial::TrialRecord& record) {
+  const trial::Metric time{"time_s", [](const trial::TrialRecord& record) {
                              return record.time_s < 0 ? std::nullopt : std::optional(record.time_s);
                            }};
   EXPECT_EQ(CompareMetric(pairs, time).pairs, 6);

@@ -59,8 +59,8 @@ TEST(CrashedTrial, IsNoMeasurementAnywhere) {
   EXPECT_EQ(record.digest, "");
   EXPECT_FALSE(record.success());
   EXPECT_NE(record.reason.find("killed by signal 9"), std::string::npos) << record.reason;
-  for (const trial::Figure& figure : trial::Figures())
-    EXPECT_FALSE(figure.of(record).has_value()) << figure.name;
+  for (const trial::Metric& metric : trial::Metrics())
+    EXPECT_FALSE(metric.of(record).has_value()) << metric.name;
 
   const fs::path folder =
       fs::temp_directory_path() / ("turbidock_crashed_" + std::to_string(getpid()));

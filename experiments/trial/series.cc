@@ -1,0 +1,184 @@
+#include "experiments/trial/series.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string_view>
+#include <utility>
+
+#include "experiments/report/table.h"
+
+namespace turbidock::trial {
+namespace {
+
+constexpr std::string_view kVolts = "_v";  // a thruster's column ends in it, and no other
+
+// Calls add(name, value) for each column of a frame, in their order.
+template <class Add>
+void VisitColumns(const FrameRecord& r, const std::vector<std::string>& thrusters, const Add& add) {
+  const auto add_pose = [&add](const std::string& of, const Pose& X) {
+    const Pose c = X.Canonical();
+    add(of + "_x_m", c.p.x());
+    add(of + "_y_m", c.p.y());
+    add(of + "_z_m", c.p.z());
+    add(of + "_qw", c.q.w());
+    add(of + "_qx", c.q.x());
+    add(of + "_qy", c.q.y());
+    add(of + "_qz", c.q.z());
+  };
+  add("frame", r.frame);
+  add("time_s", r.time_s);
+  add("stage", r.stage);
+  add("controlled", int64_t{r.controlled});
+  add("fitness", r.fitness);
+  add_pose("est", r.est_X_HM);
+  add_pose("true", r.true_X_HM);
+  add("desired_x_m", r.desired.x_m);
+  add("desired_y_m", r.desired.y_m);
+  add("desired_z_m", r.desired.z_m);
+  add("desired_yaw_rad", r.desired.yaw_rad);
+  for (size_t i = 0; i < thrusters.size(); ++i)
+    add(thrusters[i] + std::string(kVolts),
+        r.command.volts.empty() ? kNeutralVolts : r.command.volts[i]);
+  add_pose("vehicle", r.true_X_WB);
+  add("surge_mps", r.true_V_WB_B.v.x());
+  add("sway_mps", r.true_V_WB_B.v.y());
+  add("heave_mps", r.true_V_WB_B.v.z());
+  add("roll_rate_rad_s", r.true_V_WB_B.w.x());
+  add("pitch_rate_rad_s", r.true_V_WB_B.w.y());
+  add("yaw_rate_rad_s", r.true_V_WB_B.w.z());
+  add("insertion_depth_m", r.insertion_depth_m);
+  add("dock_force_newton", r.dock_force_newton);
+  add("collision_force_newton", r.collision_force_newton);
+}
+
+std::vector<std::string> Split(std::string_view text, char separator) {
+  std::vector<std::string> parts;
+  while (true) {
+    const size_t end = text.find(separator);
+    parts.emplace_back(text.substr(0, end));
+    if (end == std::string_view::npos) return parts;
+    text.remove_prefix(end + 1);
+  }
+}
+
+}  // namespace
+
+Series::Series(const std::vector<std::string>& thrusters) {
+  VisitColumns({}, thrusters, [&]<class V>(std::string name, const V&) {
+    columns_.push_back({std::move(name), std::vector<V>()});
+  });
+}
+
+Series Series::Of(const TrialLog& log, int every_frames) {
+  Series series(log.thrusters);
+  for (size_t i = 0; i < log.frames.size(); i += static_cast<size_t>(every_frames)) {
+    size_t at = 0;
+    VisitColumns(log.frames[i], log.thrusters, [&]<class V>(const std::string&, const V& value) {
+      std::get<std::vector<V>>(series.columns_[at++].values).push_back(value);
+    });
+  }
+  return series;
+}
+
+Series Series::WithColumns(const std::vector<std::string>& names) {
+  std::vector<std::string> thrusters;
+  for (const std::string& name : names)
+    if (name.ends_with(kVolts)) thrusters.push_back(name.substr(0, name.size() - kVolts.size()));
+  Series series(thrusters);
+  const std::vector<std::string> known = series.names();
+  for (const std::string& name : known)
+    if (std::ranges::find(names, name) == names.end())
+      throw ConfigError("it has no column " + name);
+  for (const std::string& name : names)
+    if (std::ranges::find(known, name) == known.end())
+      throw ConfigError("no log has a column " + name);
+  return series;
+}
+
+std::vector<std::string> Series::names() const {
+  std::vector<std::string> names;
+  for (const Column& column : columns_) names.push_back(column.name);
+  return names;
+}
+
+size_t Series::rows() const {
+  if (columns_.empty()) return 0;
+  return std::visit([](const auto& values) { return values.size(); }, columns_[0].values);
+}
+
+Cell Series::At(size_t row, size_t column) const {
+  return std::visit([row](const auto& values) -> Cell { return values[row]; },
+                    columns_[column].values);
+}
+
+void Series::Add(size_t column, const Cell& cell) {
+  try {
+    std::visit(
+        [&cell]<class V>(std::vector<V>& values) {
+          if (cell.is_null() && !std::is_same_v<V, double>) throw ConfigError("is missing");
+          ReadCell(cell, &values.emplace_back());
+        },
+        columns_[column].values);
+  } catch (const ConfigError& error) {
+    throw ConfigError(columns_[column].name, error.what());
+  }
+}
+
+std::string Series::Csv() const {
+  std::string csv = fmt::format("{}\n", fmt::join(names(), ","));
+  for (size_t row = 0; row < rows(); ++row)
+    for (size_t i = 0; i < columns_.size(); ++i)
+      csv += report::CsvField(At(row, i)) + (i + 1 < columns_.size() ? "," : "\n");
+  return csv;
+}
+
+Series Series::FromCsv(const std::string& text, const std::string& where) {
+  std::vector<std::string> lines = Split(text, '\n');
+  if (lines.back().empty()) lines.pop_back();
+  if (lines.empty()) throw ConfigError(where + ": is empty");
+  const std::vector<std::string> names = Split(lines[0], ',');
+  Series series;
+  try {
+    series = WithColumns(names);
+  } catch (const ConfigError& error) {
+    throw ConfigError(where + ": is no trajectory: " + error.what());
+  }
+  std::vector<size_t> place;  // of each column in a line
+  for (const Column& column : series.columns_)
+    place.push_back(static_cast<size_t>(std::ranges::find(names, column.name) - names.begin()));
+  for (size_t row = 1; row < lines.size(); ++row) {
+    const std::string line = fmt::format("{}:{}: ", where, row + 1);
+    const std::vector<std::string> values = Split(lines[row], ',');
+    if (values.size() != names.size())
+      throw ConfigError(
+          fmt::format("{}has {} values, the header {}", line, values.size(), names.size()));
+    for (size_t i = 0; i < place.size(); ++i) {
+      const std::string& value = values[place[i]];
+      const std::optional<double> number = report::NumberIn(value);
+      try {
+        series.Add(i, number ? Cell(*number) : value.empty() ? Cell() : Cell(value));
+      } catch (const ConfigError& error) {
+        throw ConfigError(line + error.what());
+      }
+    }
+  }
+  return series;
+}
+
+void to_json(report::Json& json, const Series& series) {
+  json = report::Json::object();
+  for (const Series::Column& column : series.columns())
+    json[column.name] =
+        std::visit([](const auto& values) { return report::Json(values); }, column.values);
+}
+
+void from_json(const report::Json& json, Series& series) {
+  std::vector<std::string> names;
+  for (const auto& [name, values] : json.items()) names.push_back(name);
+  series = names.empty() ? Series() : Series::WithColumns(names);
+  for (size_t i = 0; i < series.columns().size(); ++i)
+    for (const Cell& cell : json[series.columns()[i].name]) series.Add(i, cell);
+}
+
+}  // namespace turbidock::trial

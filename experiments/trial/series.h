@@ -1,0 +1,60 @@
+#pragma once
+// A trial's log as typed columns: what a worker sends, a batch's file stores, a page and Python
+// show and trajectory.csv holds. The columns, their order and their types are one list in
+// series.cc.
+//
+//   const Series series = Series::Of(result.log, /*every_frames=*/30);
+//   system::WriteWhole("trajectory.csv", series.Csv());
+
+#include <cstdint>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "control/stage.h"
+#include "experiments/report/json.h"
+#include "experiments/trial/cell.h"
+#include "experiments/trial/trial_log.h"
+
+namespace turbidock::trial {
+
+class Series {
+ public:
+  using Values =
+      std::variant<std::vector<int64_t>, std::vector<double>, std::vector<control::Stage>>;
+  struct Column {
+    std::string name;  // in snake_case, with its unit
+    Values values;     // one a row
+  };
+
+  Series() = default;  // without columns: of no log
+  // Without rows, with a column for each thruster.
+  explicit Series(const std::vector<std::string>& thrusters);
+  // A row for every n-th frame, from the first on.
+  static Series Of(const TrialLog& log, int every_frames = 1);
+  // Without rows, with the columns that somebody else names, in the log's order. ConfigError when
+  // one of the log's is not among them or one of them is none of a log's.
+  static Series WithColumns(const std::vector<std::string>& names);
+
+  const std::vector<Column>& columns() const { return columns_; }
+  std::vector<std::string> names() const;
+  size_t rows() const;
+  Cell At(size_t row, size_t column) const;
+  // One more value of a column; a row is complete with a value in each. ConfigError for one of
+  // another type.
+  void Add(size_t column, const Cell& cell);
+
+  // As trajectory.csv has it: names, then a line a row. Numbers read back exactly.
+  std::string Csv() const;
+  // ConfigError "WHERE: ..." for a text that is none.
+  static Series FromCsv(const std::string& text, const std::string& where);
+
+ private:
+  std::vector<Column> columns_;
+};
+
+// An object that has a list of values for each column.
+void to_json(report::Json& json, const Series& series);
+void from_json(const report::Json& json, Series& series);
+
+}  // namespace turbidock::trial
