@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "experiments/app/commands.h"
+#include "experiments/app/print_report.h"
 #include "experiments/config/data_files.h"
-#include "experiments/report/report_json.h"
-#include "experiments/report/text.h"
+#include "experiments/report/json.h"
 #include "experiments/system/build_info.h"
 #include "experiments/system/subprocess.h"
 #include "experiments/trial/scenario.h"
@@ -122,10 +122,7 @@ int Selftest(const SelftestArguments& arguments) {
   report::Report report{.kind = "selftest", .title = "What this machine runs on"};
   for (const auto& [name, value] : BuildTable()) report.facts.push_back({name, value});
   report.sections = {{.title = "Checks", .table = checks.table}};
-  if (arguments.json)
-    fmt::print("{}", report::JsonText(report::Document(report, {{"checks", checks.list}})));
-  else
-    fmt::print("{}", report::Text(report));
+  PrintReport(report, {{"checks", checks.list}}, arguments.json);
   if (checks.all_pass) return kExitDone;
   return arguments.physics ? kExitCheckFailed : kExitSimulatorFault;
 }
