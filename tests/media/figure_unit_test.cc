@@ -14,6 +14,7 @@
 namespace turbidock::media {
 namespace {
 
+using namespace report;  // NOLINT(google-build-using-namespace): the model of what is drawn
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
