@@ -75,7 +75,8 @@ void CreateTables(const std::vector<std::string>& keys, SQLite::Database* db) {
   }
   db->exec("CREATE TABLE parameters (trial INTEGER PRIMARY KEY" + QuotedList(keys) + ")");
   std::string series;
-  for (const trial::Series::Column& column : trial::Series(trial::TrialLog().thrusters).columns())
+  const trial::Series empty(trial::TrialLog().thrusters);
+  for (const trial::Series::Column& column : empty.columns())
     series += fmt::format(", {} {}", Quoted(column.name),
                           std::array{"INTEGER", "REAL", "TEXT"}[column.values.index()]);
   db->exec("CREATE TABLE series (trial INTEGER NOT NULL" + series +
