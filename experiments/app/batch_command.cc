@@ -181,13 +181,16 @@ int Status(const StatusArguments& arguments) {
   fmt::print("{}: {}, plan {}, written by {}{}\n", system::OneLineOf(arguments.file), header.kind,
              header.plan_hash(), header.build,
              header.shard.count > 1 ? ", shard " + header.shard.Text() : "");
-  const bool complete = std::ssize(trials) == scheduler.wanted();
+  // How many a gate or a tuning run will have, the file does not say.
+  const bool complete = std::ssize(trials) == scheduler.wanted(), is_batch = header.kind == "batch";
   fmt::print("{} trials, {}\n",
-             complete ? DoneText(std::ssize(trials), scheduler.wanted(), scheduler.wanted())
-                      : DoneText(std::ssize(trials), scheduler.Expected(), scheduler.most()),
-             complete  ? "complete"
-             : running ? "running"
-                       : "not running: start it again to finish it");
+             !is_batch  ? std::to_string(std::ssize(trials))
+             : complete ? DoneText(std::ssize(trials), scheduler.wanted(), scheduler.wanted())
+                        : DoneText(std::ssize(trials), scheduler.Expected(), scheduler.most()),
+             running                ? "running"
+             : complete && is_batch ? "complete"
+             : is_batch             ? "not running: start it again to finish it"
+                                    : "not running");
   if (rule.precision) fmt::print("{}\n", PrecisionText(rule, scheduler));
   fmt::print("\n");
   if (!trials.empty()) fmt::print("{}", farm::SummaryTable(arguments.by, groups, rule.precision));

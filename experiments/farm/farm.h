@@ -32,4 +32,13 @@ struct FarmOptions {
 // `time_limit_s`: wall time of a job. SimulatorFault where processes cannot be started.
 std::unique_ptr<JobPool> MakePool(const FarmOptions& options, double time_limit_s, Work work);
 
+inline constexpr double kJobTimeLimit_s = 24 * 3600;  // of what is no trial
+
+// Has a pool do these inputs and gives every output as it comes, with its input's index. False when
+// it was stopped: the pool is then good for nothing more. A ConfigError in a job is one here; any
+// other failure is a SimulatorFault.
+bool MapEach(JobPool* pool, const std::vector<std::string>& inputs,
+             const std::function<void(size_t, const std::string& output)>& take,
+             const std::function<bool()>& stop_requested);
+
 }  // namespace turbidock::farm

@@ -3,16 +3,9 @@
 #include <algorithm>
 
 #include "experiments/farm/worker_pool.h"
-#include "sim/base/check.h"
 
 namespace turbidock::farm {
 namespace {
-
-std::string OutputOf(JobResult result) {
-  if (result.end == JobEnd::kDone) return std::move(result.output);
-  if (result.end == JobEnd::kBadInput) throw ConfigError(result.error);
-  throw SimulatorFault(result.error + (result.log.empty() ? "" : ": " + result.log));
-}
 
 // What a pool makes of inputs, in their order; nothing when it was stopped.
 std::vector<std::string> MapOf(JobPool* pool, const std::vector<std::string>& inputs,
@@ -52,26 +45,6 @@ std::vector<std::string> SlurmMap(const Work& work, const std::vector<std::strin
                                   const SlurmParams& slurm, const ForkMapOptions& options) {
   const auto pool = MakePool({.workers = options.workers, .slurm = slurm}, kJobTimeLimit_s, work);
   return MapOf(pool.get(), inputs, options);
-}
-
-bool MapEach(JobPool* pool, const std::vector<std::string>& inputs,
-             const std::function<void(size_t, const std::string& output)>& take,
-             const std::function<bool()>& stop_requested) {
-  size_t next = 0, done = 0;
-  const auto submit_one = [&] {
-    if (next == inputs.size()) return false;
-    pool->Submit({.id = static_cast<int64_t>(next), .input = inputs[next]});
-    ++next;
-    return true;
-  };
-  const auto take_one = [&](JobResult result) {
-    const auto job = static_cast<size_t>(result.id);
-    const std::string output = OutputOf(std::move(result));
-    ++done;
-    take(job, output);
-  };
-  RunAll(pool, submit_one, take_one, [&] { return !stop_requested || !stop_requested(); });
-  return done == inputs.size();
 }
 
 }  // namespace turbidock::farm

@@ -28,12 +28,4 @@ std::vector<std::string> ForkMap(int jobs, const std::function<std::string(int)>
 std::vector<std::string> SlurmMap(const Work& work, const std::vector<std::string>& inputs,
                                   const SlurmParams& slurm, const ForkMapOptions& options);
 
-// Has a pool do these inputs and gives every output as it comes, with its input's index. False when
-// it was stopped: the pool is then good for nothing more. Failures are those of ForkMap.
-bool MapEach(JobPool* pool, const std::vector<std::string>& inputs,
-             const std::function<void(size_t, const std::string& output)>& take,
-             const std::function<bool()>& stop_requested);
-
-inline constexpr double kJobTimeLimit_s = 24 * 3600;  // of the jobs of all these
-
 }  // namespace turbidock::farm

@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "experiments/farm/farm.h"
 #include "experiments/media/png.h"
 #include "experiments/report/json.h"
 #include "experiments/system/build_info.h"
@@ -292,18 +293,22 @@ DatasetSummary MakeDataset(const farm::Plan& plan, const std::string& folder,
   const int64_t per_shard = options.pairs_per_shard;
   DatasetSummary summary{.shards = (plan.trials() + per_shard - 1) / per_shard,
                          .images = 2 * plan.trials()};
-  std::vector<int64_t> missing;
+  std::vector<std::string> missing;
   const auto folder_of = [&](int64_t shard) { return split / fmt::format("{:06}", shard); };
   for (int64_t shard = 0; shard < summary.shards; ++shard)
-    if (!fs::exists(folder_of(shard))) missing.push_back(shard);
+    if (!fs::exists(folder_of(shard))) missing.push_back(std::to_string(shard));
   summary.shards_before = summary.shards - std::ssize(missing);
-  const auto make = [&](int job) -> std::string {
-    const int64_t shard = missing[static_cast<size_t>(job)], first = shard * per_shard;
+  const auto make = [&](const std::string& input) -> std::string {
+    const int64_t shard = std::stoll(input), first = shard * per_shard;
     MakeShard(plan, folder_of(shard), first, std::min(per_shard, plan.trials() - first));
     return "";
   };
-  const auto done = farm::ForkMap(static_cast<int>(missing.size()), make, options.run);
-  summary.complete = missing.empty() || !done.empty();
+  farm::WorkerPool pool(options.workers, {.time_limit_s = farm::kJobTimeLimit_s}, make);
+  int done = 0;
+  const auto count = [&](size_t, const std::string&) {
+    if (options.on_progress) options.on_progress(++done, static_cast<int>(missing.size()));
+  };
+  summary.complete = farm::MapEach(&pool, missing, count, options.stop_requested);
   return summary;
 }
 

@@ -15,16 +15,18 @@
 // A shard is written whole or not at all, by a worker of its own; one that is there is not made
 // again.
 
+#include <functional>
 #include <string>
 
-#include "experiments/farm/fork_map.h"
 #include "experiments/farm/plan.h"
 
 namespace turbidock::dataset {
 
 struct DatasetOptions {
   int64_t pairs_per_shard = 250;
-  farm::ForkMapOptions run{};  // a job is a shard
+  int workers = 1;                                         // each makes a shard at a time
+  std::function<void(int done, int of)> on_progress = {};  // after each shard that was missing
+  std::function<bool()> stop_requested = {};               // asked every second
 };
 
 struct DatasetSummary {

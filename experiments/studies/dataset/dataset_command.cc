@@ -22,8 +22,8 @@ int Make(const DatasetArguments& arguments) {
   const farm::Plan plan = arguments.plan.Load(arguments.quiet);
   app::Progress progress(arguments.quiet);
   progress.Say(fmt::format("{}: {} images", plan.settings().description, 2 * plan.trials()));
-  options.run.on_progress = [&](int done, int of) { progress.ShowDone(done, of, "shards", 30); };
-  options.run.stop_requested = app::CatchStopSignals();
+  options.on_progress = [&](int done, int of) { progress.ShowDone(done, of, "shards", 30); };
+  options.stop_requested = app::CatchStopSignals();
   const DatasetSummary made = MakeDataset(plan, arguments.out, options);
   if (made.shards_before > 0)
     progress.Say(fmt::format("  {} of {} shards were there", made.shards_before, made.shards));
@@ -47,7 +47,7 @@ void AddDataset(app::CommandLine& line) {
       .Required();
   dataset.Add("--pairs-per-shard", arguments.options.pairs_per_shard, "Pairs of images in a folder")
       .Between(1, 100000);
-  dataset.AddWorkers(arguments.options.run.workers, "Processes, a shard each");
+  dataset.AddWorkers(arguments.options.workers, "Processes, a shard each");
   dataset.AddQuiet(arguments.quiet);
 }
 
