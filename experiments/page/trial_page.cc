@@ -9,7 +9,7 @@
 #include "experiments/page/compress.h"
 #include "experiments/page/trial_model.h"
 #include "experiments/system/output_path.h"
-#include "experiments/trial/scenario.h"
+#include "experiments/trial/trial_files.h"
 
 namespace turbidock::page {
 namespace {
@@ -18,56 +18,69 @@ namespace fs = std::filesystem;
 using report::Json;
 
 // Key frames, "cameras/000090_left.jpg" beside "000090_right.jpg": of frame 90.
-Json FramesIn(const fs::path& folder, double frames_per_second) {
-  std::vector<std::string> numbers;
+std::vector<CameraPictures> PicturesIn(const fs::path& folder) {
+  std::vector<CameraPictures> pictures;
   std::error_code none;
   for (const auto& entry : fs::directory_iterator(folder, none)) {
-    const std::string name = entry.path().filename().string();
-    if (name.ends_with("_left.jpg") && fs::exists(folder / (name.substr(0, 6) + "_right.jpg")))
-      numbers.push_back(name.substr(0, 6));
+    const std::string name = entry.path().filename().string(), number = name.substr(0, 6);
+    const fs::path right = folder / (number + "_right.jpg");
+    if (!name.ends_with("_left.jpg") || !fs::exists(right) ||
+        number.find_first_not_of("0123456789") != std::string::npos)
+      continue;
+    pictures.push_back(
+        {std::stoi(number), {system::ReadWhole(entry.path()), system::ReadWhole(right)}});
   }
-  std::sort(numbers.begin(), numbers.end());
-  Json frames = Json::array();
-  for (const std::string& number : numbers) {
-    if (number.find_first_not_of("0123456789") != std::string::npos) continue;
-    const auto picture = [&](const char* side) {
-      return Base64(system::ReadWhole(folder / (number + side)));
-    };
-    frames.push_back({{"time_s", Rounded(std::stoi(number) / frames_per_second)},
-                      {"left", picture("_left.jpg")},
-                      {"right", picture("_right.jpg")}});
-  }
-  return frames;
+  std::ranges::sort(pictures, {}, &CameraPictures::frame);
+  return pictures;
 }
 
 }  // namespace
+
+Page TrialPage(const trial::Scenario& scenario, const TrialParts& parts) {
+  Page page;
+  Json& model = page.model;
+  model = TrialModel(scenario);
+  model["record"] = parts.record;
+  model["build"] = parts.record.value("version", "");
+  model["series"] = SeriesModel(parts.series);
+  model["frames"] = Json::array();
+  for (const auto& [frame, jpeg] : parts.pictures)
+    model["frames"].push_back({{"time_s", Rounded(scenario.clock.TimeOfFrame(frame))},
+                               {"left", Base64(jpeg.left)},
+                               {"right", Base64(jpeg.right)}});
+  if (!parts.video.empty()) page.files["video"] = parts.video;
+  model["commands"] = parts.commands;
+  page.has_3d = !model["scene"].is_null();
+  return page;
+}
+
+Json CommandsOf(const std::string& folder) {
+  return {{{"what", "The same trial again, filmed"},
+           {"command", fmt::format("turbidock run {} --out again --video",
+                                   (fs::path(folder) / "resolved.yaml").string())}}};
+}
 
 Page TrialPage(const std::string& folder, const trial::Plugins& plugins) {
   const fs::path in(folder);
   std::error_code none;
   if (!fs::is_directory(in, none)) throw ConfigError(folder + ": no such folder");
-  for (const char* name : {"result.json", "resolved.yaml", "trajectory.csv"})
+  for (const std::string& name : trial::kRecordFiles)
     if (!fs::is_regular_file(in / name, none))
       throw ConfigError(fmt::format("{}: is no trial's folder: it has no {}", folder, name));
-  Page page;
-  page.model = TrialModel(trial::ParseScenario(system::ReadWhole(in / "resolved.yaml"),
-                                               (in / "resolved.yaml").string(), plugins));
-  Json& model = page.model;
-  model["record"] =
-      report::ParseJson(system::ReadWhole(in / "result.json"), (in / "result.json").string());
-  if (!model["record"].is_object() || !model["record"].contains("outcome"))
-    throw ConfigError((in / "result.json").string() + ": is no trial's result");
-  model["build"] = model["record"].value("version", "");
-  model["series"] = SeriesModel(trial::Series::FromCsv(system::ReadWhole(in / "trajectory.csv"),
-                                                       (in / "trajectory.csv").string()));
-  model["frames"] = FramesIn(in / "cameras", model["frames_per_second"].get<double>());
-  if (fs::is_regular_file(in / "video.mp4", none))
-    page.files["video"] = system::ReadWhole(in / "video.mp4");
-  model["commands"] = {{{"what", "The same trial again, filmed"},
-                        {"command", fmt::format("turbidock run {} --out again --video",
-                                                (in / "resolved.yaml").string())}}};
-  page.has_3d = !model["scene"].is_null();
-  return page;
+  const std::string result = (in / "result.json").string(),
+                    trajectory = (in / "trajectory.csv").string(),
+                    resolved = (in / "resolved.yaml").string(), video = (in / "video.mp4").string();
+  const trial::Scenario scenario =
+      trial::ParseScenario(system::ReadWhole(resolved), resolved, plugins);
+  const Json record = report::ParseJson(system::ReadWhole(result), result);
+  if (!record.is_object() || !record.contains("outcome"))
+    throw ConfigError(result + ": is no trial's result");
+  return TrialPage(scenario,
+                   {.record = record,
+                    .series = trial::Series::FromCsv(system::ReadWhole(trajectory), trajectory),
+                    .pictures = PicturesIn(in / "cameras"),
+                    .video = fs::is_regular_file(video, none) ? system::ReadWhole(video) : "",
+                    .commands = CommandsOf(folder)});
 }
 
 }  // namespace turbidock::page

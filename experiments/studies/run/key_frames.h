@@ -22,15 +22,16 @@ class KeyFrames {
   // Keeps the images of this frame if they are wanted. They must be whole.
   void Add(int64_t frame, const StereoImage& images);
 
-  // Writes those kept; pictures of an earlier trial in the folder go.
-  void Write() const;
-
- private:
   struct Pictures {
     int64_t frame = 0;
     Stereo<std::string> jpeg;
   };
+  const std::vector<Pictures>& pictures() const { return pictures_; }  // those kept, in order
 
+  // Writes them; pictures of an earlier trial in the folder go.
+  void Write() const;
+
+ private:
   std::string folder_;
   int first_step_;
   int64_t step_;

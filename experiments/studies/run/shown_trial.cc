@@ -32,6 +32,19 @@ std::string Summary(const trial::TrialResult& result) {
       result.fitness_mean, result.returns_to_servoing, result.real_time_factor, result.digest);
 }
 
+// What its page shows: all from memory, but for the film, which is a file only.
+page::TrialParts PartsOf(const trial::TrialResult& result, const std::optional<KeyFrames>& pictures,
+                         const std::string& out, bool filmed) {
+  page::TrialParts parts{.record = static_cast<const trial::TrialRecord&>(result),
+                         .series = trial::Series::Of(result.log),
+                         .commands = page::CommandsOf(out)};
+  if (pictures)
+    for (const KeyFrames::Pictures& p : pictures->pictures())
+      parts.pictures.push_back({p.frame, p.jpeg});
+  if (filmed) parts.video = system::ReadWhole(out + "/video.mp4");
+  return parts;
+}
+
 }  // namespace
 
 trial::TrialResult RunShownTrial(const trial::Scenario& scenario, const ShownTrialOptions& shown) {
@@ -102,7 +115,9 @@ trial::TrialResult RunShownTrial(const trial::Scenario& scenario, const ShownTri
   if (shown.out) {
     WriteTrialFigure(*shown.out + "/figure.png", result.log, figure);
     if (shown.report)
-      page::WritePage(*shown.out + "/report.html", page::TrialPage(*shown.out, scenario.plugins));
+      page::WritePage(
+          *shown.out + "/report.html",
+          page::TrialPage(scenario, PartsOf(result, pictures, *shown.out, shown.video)));
     progress.Say(fmt::format("  result.json, resolved.yaml, trajectory.csv, figure.png{}{}{} in {}",
                              pictures ? ", cameras/" : "", film ? ", video.mp4" : "",
                              shown.report ? ", report.html" : "", *shown.out));
