@@ -54,9 +54,6 @@ void GeneticSearch::BeginFrame(bool restart, Rng* rng) {
   const size_t first_new = !started_ ? 0 : restart ? 1 : population_.size();
   for (size_t i = first_new; i < population_.size(); ++i) population_[i].gene = RandomGene(rng);
   started_ = true;
-  if (suggested_X_HM_) population_.back().gene = range_.Encode(GeneMap::ValuesOf(*suggested_X_HM_));
-  suggested_X_HM_.reset();
-
   evaluations_ = 0;
   Evaluate(0, population_.size());
   Sort();

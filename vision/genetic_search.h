@@ -7,7 +7,6 @@
 // one frame's images is a constant, so it is not evaluated again.
 
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -24,12 +23,10 @@ class GeneticSearch {
   // Options must have been checked. `fitness` must outlive it.
   GeneticSearch(const RmGaOptions& options, const MarkerParams& marker, const Fitness* fitness);
 
-  // Before a frame: searches another range from now on, the population moved by so much ...
+  // Before a frame: searches another range from now on, the population moved by so much, ...
   void SearchIn(const GeneMap& range, const GeneMap::Values& motion);
-  // ... draws the whole population at random, in this range, when the frame begins, or ...
+  // ... or draws the whole population at random, in this range, when the frame begins.
   void Forget(const GeneMap& range);
-  // ... makes this pose, moved into the range, one of the population.
-  void Suggest(const Pose& X_HM) { suggested_X_HM_ = X_HM; }
 
   // Evaluates the population on new images; `restart`: all but the best are drawn anew.
   void BeginFrame(bool restart, Rng* rng);
@@ -66,7 +63,6 @@ class GeneticSearch {
   std::vector<Pose> poses_;             // what is evaluated together
   std::vector<double> fitness_of_poses_;
   bool started_ = false;
-  std::optional<Pose> suggested_X_HM_;
   int64_t evaluations_ = 0;
 };
 

@@ -39,9 +39,6 @@ class RmGa : public PoseEstimator {
   const PoseEstimate& Update(const StereoImage& seen) override;
   // The next frame starts from a random population.
   void Reset() override;
-  // Makes this pose, moved into the range that is searched then, one of the next frame's
-  // individuals, as if the search had come upon it.
-  void Suggest(const Pose& X_HM) { search_.Suggest(X_HM); }
   std::optional<StereoRegion> Reach() const override { return track_.region(); }
   std::string_view name() const override { return "rm_ga"; }
 

@@ -35,7 +35,7 @@ Json Packed(const std::vector<Json>& values) {
   if (std::none_of(values.begin(), values.end(), [](const Json& v) { return v.is_string(); })) {
     Json list = Json::array();
     for (const Json& value : values)
-      list.push_back(value.is_number_float() ? Json(Rounded(value.get<double>())) : value);
+      list.push_back(Rounded(value));
     return list;
   }
   std::map<std::string, size_t> known;

@@ -18,58 +18,28 @@ namespace {
 
 using report::Json;
 
-Json Numbers(const mjtNum* values, int count) {
-  Json list = Json::array();
-  for (int i = 0; i < count; ++i) list.push_back(Rounded(values[i]));
-  return list;
+// Empty for a geom that is not drawn.
+std::string ShapeName(int type) {
+  static const std::map<int, std::string> kNames = {
+      {mjGEOM_PLANE, "plane"},       {mjGEOM_SPHERE, "sphere"},
+      {mjGEOM_CAPSULE, "capsule"},   {mjGEOM_ELLIPSOID, "ellipsoid"},
+      {mjGEOM_CYLINDER, "cylinder"}, {mjGEOM_BOX, "box"},
+      {mjGEOM_MESH, "mesh"}};
+  const auto found = kNames.find(type);
+  return found == kNames.end() ? "" : found->second;
 }
 
-const char* ShapeName(int type) {
-  switch (type) {
-    case mjGEOM_PLANE:
-      return "plane";
-    case mjGEOM_SPHERE:
-      return "sphere";
-    case mjGEOM_CAPSULE:
-      return "capsule";
-    case mjGEOM_ELLIPSOID:
-      return "ellipsoid";
-    case mjGEOM_CYLINDER:
-      return "cylinder";
-    case mjGEOM_BOX:
-      return "box";
-    case mjGEOM_MESH:
-      return "mesh";
-    default:
-      return "";
-  }
-}
-
-const char* PartName(vehicle::Part part) {
-  switch (part) {
-    case vehicle::Part::kHull:
-      return "hull";
-    case vehicle::Part::kPole:
-      return "pole";
-    case vehicle::Part::kMarker:
-      return "marker";
-    case vehicle::Part::kStation:
-      return "station";
-    case vehicle::Part::kDock:
-      return "dock";
-    case vehicle::Part::kEnvironment:
-      break;
-  }
-  return "environment";
+// The first numbers of an array of MuJoCo's.
+template <class T>
+Json Numbers(const T* values, int count) {
+  return Rounded(std::vector<T>(values, values + count));
 }
 
 Json MeshModel(const mjModel& m, int mesh) {
-  Json vertices = Json::array(), triangles = Json::array();
-  const float* v = m.mesh_vert + 3L * m.mesh_vertadr[mesh];
-  for (int i = 0; i < 3 * m.mesh_vertnum[mesh]; ++i) vertices.push_back(Rounded(v[i]));
   const int* f = m.mesh_face + 3L * m.mesh_faceadr[mesh];
-  for (int i = 0; i < 3 * m.mesh_facenum[mesh]; ++i) triangles.push_back(f[i]);
-  return {{"vertices_m", vertices}, {"triangles", triangles}};
+  return {
+      {"vertices_m", Numbers(m.mesh_vert + 3L * m.mesh_vertadr[mesh], 3 * m.mesh_vertnum[mesh])},
+      {"triangles", std::vector<int>(f, f + 3 * m.mesh_facenum[mesh])}};
 }
 
 Pose PoseOf(const mjtNum* p, const mjtNum* R) {
@@ -118,16 +88,17 @@ Json MarkerModel(const vision::MarkerParams& marker) {
 
 }  // namespace
 
-double Rounded(double x, int digits) {
-  return std::isfinite(x) ? std::strtod(fmt::format("{:.{}g}", x, digits).c_str(), nullptr) : x;
+Json Rounded(Json json, int digits) {
+  if (json.is_structured())
+    for (Json& inner : json) inner = Rounded(std::move(inner), digits);
+  else if (json.is_number_float() && std::isfinite(json.get<double>()))
+    json = std::strtod(fmt::format("{:.{}g}", json.get<double>(), digits).c_str(), nullptr);
+  return json;
 }
 
 Json PoseModel(const Pose& pose) {
   const Pose X = pose.Canonical();
-  Json list = Json::array();
-  for (const double x : {X.p.x(), X.p.y(), X.p.z(), X.q.w(), X.q.x(), X.q.y(), X.q.z()})
-    list.push_back(Rounded(x));
-  return list;
+  return Rounded({X.p.x(), X.p.y(), X.p.z(), X.q.w(), X.q.x(), X.q.y(), X.q.z()});
 }
 
 Json SceneModel(const vehicle::Scene& scene) {
@@ -146,11 +117,9 @@ Json SceneModel(const vehicle::Scene& scene) {
     const bool on_vehicle = root == m.body_rootid[vehicle];
     const bool in_berth = root == scene.berth.body;
     const Pose X_WG = PoseOf(data->geom_xpos + 3L * g, data->geom_xmat + 9L * g);
-    Json rgba = Json::array();
-    for (int i = 0; i < 4; ++i) rgba.push_back(Rounded(m.geom_rgba[4 * g + i]));
     const char* name = mj_id2name(&m, mjOBJ_GEOM, g);
     Json geom = {{"name", name ? name : ""},
-                 {"part", PartName(scene.geom_part[static_cast<size_t>(g)])},
+                 {"part", scene.geom_part[static_cast<size_t>(g)]},
                  {"fixed_to", on_vehicle ? "vehicle"
                               : in_berth ? "berth"
                                          : "world"},
@@ -159,7 +128,7 @@ Json SceneModel(const vehicle::Scene& scene) {
                  {"pose", PoseModel(on_vehicle ? X_VW * X_WG
                                     : in_berth ? X_MW * X_WG
                                                : X_WG)},
-                 {"rgba", rgba}};
+                 {"rgba", Numbers(m.geom_rgba + 4L * g, 4)}};
     if (shape == "mesh") {
       geom["mesh"] = meshes.size();
       meshes.push_back(MeshModel(m, m.geom_dataid[g]));
@@ -234,13 +203,7 @@ Json TrialModel(const trial::Scenario& scenario) {
   return model;
 }
 
-Json SeriesModel(const trial::Series& series, int digits) {
-  Json model = series;
-  for (Json& column : model)
-    for (Json& value : column)
-      if (value.is_number_float()) value = Rounded(value.get<double>(), digits);
-  return model;
-}
+Json SeriesModel(const trial::Series& series, int digits) { return Rounded(series, digits); }
 
 Json TableModel(std::string_view csv, const std::string& where, int digits) {
   const auto split = [](std::string_view text, char separator) {

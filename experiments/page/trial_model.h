@@ -31,7 +31,7 @@ report::Json TableModel(std::string_view csv, const std::string& where, int digi
 // x, y, z, qw, qx, qy, qz.
 report::Json PoseModel(const Pose& pose);
 
-// The number in so many digits.
-double Rounded(double x, int digits = 6);
+// All its numbers in so many digits.
+report::Json Rounded(report::Json json, int digits = 6);
 
 }  // namespace turbidock::page

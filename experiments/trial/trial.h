@@ -26,8 +26,8 @@ struct TrialFrame {
   // pose.
   const StereoImage& seen;
   int64_t evaluations = 0;  // of the fitness, spent on it
-  const Image3u8* spectator =
-      nullptr;  // at the frame's beginning; with TrialOptions::spectator only
+  // The outside view at the frame's beginning; with TrialOptions::spectator only.
+  const Image3u8* spectator = nullptr;
 };
 
 // What an experiment does to the loop during a frame.
@@ -37,10 +37,11 @@ struct TrialExcitation {
 };
 
 struct TrialOptions {
-  bool whole_images =
-      false;  // make also the pixels that the estimator cannot read, for an observer
-  int whole_images_every = 0;  // the same every so many frames only; 0: never
-  bool spectator = false;      // also draw the outside view, for a video
+  // Make also the pixels that the estimator cannot read, for an observer: always, or every so many
+  // frames (0: never).
+  bool whole_images = false;
+  int whole_images_every = 0;
+  bool spectator = false;  // also draw the outside view, for a video
   // Called every frame. Observers change nothing: the digest is the same with and without.
   std::function<void(const TrialFrame&)> observe;
   std::function<void(const control::Transition&)> on_transition;

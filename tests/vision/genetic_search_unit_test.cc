@@ -52,27 +52,23 @@ TEST(GeneticSearch, TheBestIsNeverLost) {
   EXPECT_GE(best, 0.6);  // two balls at least
 }
 
-TEST(GeneticSearch, TakesInAPoseAndASuggestion) {
+TEST(GeneticSearch, TakesInAPose) {
   const View view(kTrue);
   Rng rng = SeedTree(3).Stream("ga");
-  for (const bool suggested : {false, true}) {
-    GeneticSearch search({}, MarkerParams{}, &view.fitness);
-    if (suggested) search.Suggest(kTrue);
-    search.BeginFrame(false, &rng);
-    if (!suggested) {
-      EXPECT_LT(view.fitness.Evaluate(search.best_X_HM()), 0.5);
-      search.TakeIn(kTrue);
-      search.BeginFrame(false, &rng);
-    }
-    EXPECT_LT((search.best_X_HM().p - kTrue.p).norm(), 0.001);
-  }
+  GeneticSearch search({}, MarkerParams{}, &view.fitness);
+  search.BeginFrame(false, &rng);
+  EXPECT_LT(view.fitness.Evaluate(search.best_X_HM()), 0.5);
+  search.TakeIn(kTrue);
+  search.BeginFrame(false, &rng);
+  EXPECT_LT((search.best_X_HM().p - kTrue.p).norm(), 0.001);
 }
 
 TEST(GeneticSearch, MovesItsPopulationIntoAnotherRange) {
   const View view(kTrue);
   GeneticSearch search({}, MarkerParams{}, &view.fitness);
   Rng rng = SeedTree(4).Stream("ga");
-  search.Suggest(kTrue);
+  search.BeginFrame(false, &rng);
+  search.TakeIn(kTrue);
   search.BeginFrame(false, &rng);
   const Pose before = search.best_X_HM();
   const GeneMap whole{SearchRange{}};
