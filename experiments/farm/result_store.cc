@@ -2,7 +2,6 @@
 
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <fmt/format.h>
-#include <sqlite3.h>
 
 #include <algorithm>
 #include <cmath>
@@ -13,9 +12,9 @@
 
 #include "experiments/config/yaml_fields.h"
 #include "experiments/farm/store_schema.h"
+#include "experiments/farm/store_sql.h"
 #include "experiments/farm/trial_scheduler.h"
 #include "experiments/report/table.h"
-#include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"
 #include "experiments/system/plain_text.h"
 #include "experiments/trial/record_columns.h"
@@ -29,92 +28,10 @@ using trial::Cell;
 constexpr int kApplicationId = 0x54444f4b;  // "TDOK": tells our files from other SQLite databases
 constexpr int kBusyTimeout_ms = 20000;      // a reader or a writer holds the file for milliseconds
 
-const char* ProblemOf(const SQLite::Exception& error) {
-  if (error.getExtendedErrorCode() == SQLITE_READONLY_DBMOVED)
-    return "was removed or renamed while trials were being stored; nothing more is stored";
-  switch (error.getErrorCode()) {
-    case SQLITE_FULL:
-      return "cannot be written, the disk is full; the trials stored so far are safe, and starting "
-             "again goes on from there";
-    case SQLITE_IOERR:
-      return "cannot be read or written; the trials stored so far are safe";
-    case SQLITE_READONLY:
-    case SQLITE_PERM:
-      return "cannot be written, it is read-only";
-    case SQLITE_CANTOPEN:
-      return "cannot be opened";
-    case SQLITE_NOTADB:
-      return "is no result file";
-    case SQLITE_CORRUPT:
-      return "is damaged; `sqlite3 FILE .recover` may save some of it";
-    case SQLITE_BUSY:
-      return "is locked by another program";
-    default:
-      return "a database error";
-  }
-}
-
-template <class Do>
-auto Guard(const std::string& file, const Do& act) {
-  try {
-    return act();
-  } catch (const SQLite::Exception& error) {
-    throw ConfigError(fmt::format("{}: {} ({})", file, ProblemOf(error), error.what()));
-  }
-}
-
-void Bind(SQLite::Statement* statement, int index, const Cell& cell) {
-  if (cell.is_number_float())
-    statement->bind(index, cell.get<double>());
-  else if (cell.is_boolean() || cell.is_number())
-    statement->bind(index, cell.is_boolean() ? int64_t{cell.get<bool>()} : cell.get<int64_t>());
-  else if (cell.is_string())
-    statement->bind(index, cell.get_ref<const std::string&>());
-  else
-    statement->bind(index);
-}
-
-Cell CellIn(const SQLite::Column& column) {
-  if (column.isInteger()) return column.getInt64();
-  if (column.isFloat()) return column.getDouble();
-  return column.isNull() ? Cell() : Cell(column.getString());
-}
-
 // A parameter's.
 std::string TextOf(const Cell& cell) {
   if (cell.is_string()) return cell.get<std::string>();
   return cell.is_null() ? "" : FormatNumber(cell.get<double>());
-}
-
-// A file may come from anywhere: what its schema says is not done, and nothing in it is believed to
-// be of a sensible size.
-void Harden(const SQLite::Database& db) {
-  constexpr int kLongestValue = 256 << 20;  // bytes, of a plan
-  sqlite3* const handle = db.getHandle();
-  sqlite3_db_config(handle, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
-  sqlite3_db_config(handle, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
-  sqlite3_db_config(handle, SQLITE_DBCONFIG_ENABLE_TRIGGER, 0, nullptr);
-  sqlite3_limit(handle, SQLITE_LIMIT_LENGTH, kLongestValue);
-  sqlite3_exec(handle, "PRAGMA cell_size_check = ON; PRAGMA mmap_size = 0", nullptr, nullptr,
-               nullptr);
-}
-
-using Row = std::vector<std::pair<std::string, Cell>>;  // column and value
-
-// An INSERT of a trial's number, to be bound first, and of these columns.
-std::string InsertSql(const std::string& table, const std::vector<std::string>& columns) {
-  const std::vector<const char*> values(1 + columns.size(), "?");
-  return fmt::format("INSERT INTO {} (trial{}) VALUES ({})", table, QuotedList(columns),
-                     fmt::join(values, ", "));
-}
-
-void Insert(const SQLite::Database& db, const std::string& table, int64_t trial, const Row& row) {
-  std::vector<std::string> columns;
-  for (const auto& [name, value] : row) columns.push_back(name);
-  SQLite::Statement insert(db, InsertSql(table, columns));
-  insert.bind(1, trial);
-  for (size_t i = 0; i < row.size(); ++i) Bind(&insert, static_cast<int>(i) + 2, row[i].second);
-  insert.exec();
 }
 
 }  // namespace
@@ -289,15 +206,21 @@ void ResultStore::Add(const StoredTrial& trial) {
     SQLite::Transaction transaction(*db_, SQLite::TransactionBehavior::IMMEDIATE);
     const std::vector<Cell> cells = trial::CellsOf(trial.record);
     for (const RecordTable& table : RecordTables()) {
-      Row row;
-      if (table.name == kTrialsTable) row = {{"cell", trial.cell}, {"sample", trial.sample}};
-      for (const size_t i : table.columns) row.emplace_back(trial::Columns()[i].name, cells[i]);
-      Insert(*db_, table.name, trial.trial, row);
+      std::vector<std::string> columns;
+      std::vector<Cell> row;
+      if (table.name == kTrialsTable) {
+        columns = {"cell", "sample"};
+        row = {trial.cell, trial.sample};
+      }
+      for (const size_t i : table.columns) {
+        columns.push_back(trial::Columns()[i].name);
+        row.push_back(cells[i]);
+      }
+      TrialInsert(*db_, table.name, columns).Run(trial.trial, row);
     }
-    Row parameters;
-    for (size_t i = 0; i < header_.keys.size(); ++i)
-      parameters.emplace_back(header_.keys[i], ValueOf(trial.parameters[i]));
-    Insert(*db_, "parameters", trial.trial, parameters);
+    std::vector<Cell> values;
+    for (const Parameter& parameter : trial.parameters) values.push_back(ValueOf(parameter));
+    TrialInsert(*db_, "parameters", header_.keys).Run(trial.trial, values);
     if (trial.series.rows() > 0) AddSeries(trial.trial, trial.series);
     transaction.commit();
   });
@@ -313,13 +236,11 @@ void ResultStore::AddSeriesColumns(const std::vector<std::string>& columns) {
 void ResultStore::AddSeries(int64_t trial, const trial::Series& series) {
   const std::vector<std::string> columns = series.names();
   AddSeriesColumns(columns);
-  SQLite::Statement row(*db_, InsertSql("series", columns));
+  TrialInsert insert(*db_, "series", columns);
+  std::vector<Cell> row(columns.size());
   for (size_t i = 0; i < series.rows(); ++i) {
-    row.reset();
-    row.bind(1, trial);
-    for (size_t k = 0; k < columns.size(); ++k)
-      Bind(&row, static_cast<int>(k) + 2, series.At(i, k));
-    row.exec();
+    for (size_t k = 0; k < columns.size(); ++k) row[k] = series.At(i, k);
+    insert.Run(trial, row);
   }
 }
 
