@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <map>
@@ -17,6 +18,9 @@ namespace turbidock::page {
 namespace {
 
 using report::Json;
+
+// In the order of vehicle::Part.
+constexpr std::array kPartNames = {"environment", "hull", "pole", "marker", "station", "dock"};
 
 // Empty for a geom that is not drawn.
 std::string ShapeName(int type) {
@@ -119,7 +123,7 @@ Json SceneModel(const vehicle::Scene& scene) {
     const Pose X_WG = PoseOf(data->geom_xpos + 3L * g, data->geom_xmat + 9L * g);
     const char* name = mj_id2name(&m, mjOBJ_GEOM, g);
     Json geom = {{"name", name ? name : ""},
-                 {"part", scene.geom_part[static_cast<size_t>(g)]},
+                 {"part", kPartNames[static_cast<size_t>(scene.geom_part[static_cast<size_t>(g)])]},
                  {"fixed_to", on_vehicle ? "vehicle"
                               : in_berth ? "berth"
                                          : "world"},

@@ -37,15 +37,6 @@ using MjDataPtr = std::unique_ptr<mjData, MjDataDeleter>;
 
 // What a geom is part of, as contacts and pictures need to know it.
 enum class Part { kEnvironment, kHull, kPole, kMarker, kStation, kDock };
-constexpr auto Names(Part) {
-  using enum Part;
-  return EnumList<Part>({{kEnvironment, "environment"},
-                         {kHull, "hull"},
-                         {kPole, "pole"},
-                         {kMarker, "marker"},
-                         {kStation, "station"},
-                         {kDock, "dock"}});
-}
 
 // One ball of the marker as it stands in the scene; its colour is the water model's and vision's.
 struct BallInScene {
