@@ -376,11 +376,11 @@ TEST_F(PageFiles, AStudyThatIsNotDoneIsSeenByItsTrials) {
     EXPECT_EQ(TrialsOfUnfinishedStudy(Path("")), Path("evaluations.sqlite")) << "runs again";
   }
   EXPECT_EQ(TrialsOfUnfinishedStudy(Path("")), std::nullopt) << "has its report";
-  // an older program's study, which was no YAML
+  // a study that is no YAML
   fs::remove(Path("evaluations.sqlite"));
   const Json old = BatchPage(stored("trials: |\ntrials: |\n"), "e.sqlite").model;
   EXPECT_EQ(old["title"], "tune");
-  EXPECT_THAT(old["missing"].dump(), HasSubstr("How the search goes: an older program"));
+  EXPECT_THAT(old["missing"].dump(), HasSubstr("How the search goes: the study in this file cannot be read"));
 }
 
 TEST_F(PageFiles, AnOlderBatchSaysWhatItLacks) {
