@@ -1,6 +1,6 @@
 // What both cameras saw, with the estimated marker as circles: the inner one dotted, in the ball's colour.
 
-import {h} from 'page/dom.js';
+import {h, soon} from 'page/dom.js';
 import {inverse, transform} from 'page/series.js';
 import {onTheme} from 'page/theme.js';
 
@@ -10,74 +10,50 @@ export class Cameras {
   constructor(host, trial) {
     this.trial = trial;
     this.pictures = {};
-    this.pose = null;
-    this.trusted = true;
-    this.views = {};
+    this.estimate = {pose: null, isFound: false};
     this.caption = h('p', {class: 'note', 'aria-live': 'off'});
-    this.element = h(
-      'div',
-      {class: 'cameras'},
-      kSides.map(side => {
-        const canvas = h('canvas', {
-          width: trial.rig.width_px,
-          height: trial.rig.height_px,
-          role: 'img',
-          'aria-label': `${side} camera with the estimated marker`,
-        });
-        this.views[side] = canvas;
-        return h('figure', {}, canvas, h('figcaption', {}, side));
+    this.views = kSides.map(side =>
+      h('canvas', {
+        width: trial.rig.width_px,
+        height: trial.rig.height_px,
+        role: 'img',
+        'aria-label': `${side} camera with the estimated marker`,
       }),
     );
-    host.append(this.element, this.caption);
-    onTheme(() => this.draw());
+    const figures = kSides.map((side, k) =>
+      h('figure', {}, this.views[k], h('figcaption', {}, side)),
+    );
+    host.append(h('div', {class: 'cameras'}, figures), this.caption);
+    this.draw = soon(() => kSides.forEach((side, k) => this.drawSide(side, this.views[k])));
+    onTheme(this.draw);
     this.draw();
   }
 
-  /** An image, a bitmap or a canvas of that camera; null for none. */
-  setPicture(side, picture) {
-    this.pictures[side] = picture;
+  /** pictures: {left, right} as images, bitmaps or canvases; estimate: theirs, {pose of M in H, isFound}; caption: text. */
+  show(pictures, estimate, caption) {
+    Object.assign(this, {pictures, estimate});
+    if (this.caption.textContent !== caption) this.caption.textContent = caption;
     this.draw();
-  }
-  /** The estimate that belongs to the pictures, a pose of M in H; trusted: F is above detection. */
-  setEstimate(pose, trusted = true) {
-    this.pose = pose;
-    this.trusted = trusted;
-    this.draw();
-  }
-  say(text) {
-    if (this.caption.textContent !== text) this.caption.textContent = text;
   }
 
   /** Circles of the balls in one camera: [{u, v, radius, rgb}], in pixels. */
   circles(side) {
-    const camera = this.trial.rig[side];
-    return !this.pose
-      ? []
-      : this.trial.marker.balls
-          .map(ball => {
-            const [x, y, z] = transform(inverse(camera.X_HC), transform(this.pose, ball.p_m));
-            return z < 1e-3
-              ? null
-              : {
-                  u: (camera.fx_px * x) / z + camera.cx_px,
-                  v: (camera.fy_px * y) / z + camera.cy_px,
-                  radius: (camera.fx_px * ball.radius_m) / z,
-                  rgb: ball.rgb,
-                };
-          })
-          .filter(Boolean);
-  }
-
-  draw() {
-    if (this.pending) return;
-    this.pending = true;
-    requestAnimationFrame(() => {
-      this.pending = false;
-      kSides.forEach(side => this.drawSide(side));
+    const {fx_px, fy_px, cx_px, cy_px, X_HC} = this.trial.rig[side];
+    const {pose} = this.estimate;
+    if (!pose) return [];
+    return this.trial.marker.balls.flatMap(({p_m, radius_m, rgb}) => {
+      const [x, y, z] = transform(inverse(X_HC), transform(pose, p_m));
+      if (z < 1e-3) return [];
+      return {
+        u: (fx_px * x) / z + cx_px,
+        v: (fy_px * y) / z + cy_px,
+        radius: (fx_px * radius_m) / z,
+        rgb,
+      };
     });
   }
-  drawSide(side) {
-    const canvas = this.views[side];
+
+  drawSide(side, canvas) {
     const c = canvas.getContext('2d');
     const {width, height} = canvas;
     c.fillStyle = '#0a1218';
@@ -85,20 +61,19 @@ export class Cameras {
     const picture = this.pictures[side];
     if (picture) c.drawImage(picture, 0, 0, width, height);
     const unit = width / 640;
-    c.globalAlpha = this.trusted ? 1 : 0.55;
-    for (const {u, v, radius, rgb} of this.circles(side)) {
-      c.strokeStyle = `rgb(${rgb.map(x => Math.round(255 * x)).join(' ')})`;
-      c.lineWidth = 2.4 * unit;
-      c.setLineDash([4 * unit, 4 * unit]);
+    c.globalAlpha = this.estimate.isFound ? 1 : 0.55;
+    const circle = (u, v, radius, color, line, dash) => {
+      c.strokeStyle = color;
+      c.lineWidth = line * unit;
+      c.setLineDash(dash.map(length => length * unit));
       c.beginPath();
       c.arc(u + 0.5, v + 0.5, radius, 0, 2 * Math.PI);
       c.stroke();
-      c.strokeStyle = '#fff';
-      c.lineWidth = 1.3 * unit;
-      c.setLineDash([]);
-      c.beginPath();
-      c.arc(u + 0.5, v + 0.5, radius * this.trial.marker.outer_ring_ratio, 0, 2 * Math.PI);
-      c.stroke();
+    };
+    for (const {u, v, radius, rgb} of this.circles(side)) {
+      const color = `rgb(${rgb.map(x => Math.round(255 * x)).join(' ')})`;
+      circle(u, v, radius, color, 2.4, [4, 4]);
+      circle(u, v, radius * this.trial.marker.outer_ring_ratio, '#fff', 1.3, []);
     }
     c.globalAlpha = 1;
   }

@@ -25,6 +25,11 @@ export class Clock {
     this.time = Math.min(Math.max(time, this.start), this.end);
     this.tell();
   }
+  /** A time that somebody picked: not the end any more. */
+  lookAt(time) {
+    this.follow = false;
+    this.seek(time);
+  }
   setEnd(end) {
     this.end = end;
     if (this.follow) this.time = end;

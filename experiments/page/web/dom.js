@@ -26,30 +26,20 @@ export function fill(element, ...children) {
 }
 
 /** A titled part of the page. `id` makes it reachable by the page's own links. */
-export function section(title, {id, note, wide, level = 2} = {}, ...children) {
+export function section(title, {id, note, wide} = {}, ...children) {
   return h(
     'section',
     {id, class: wide ? 'wide' : null, 'aria-label': title},
-    h('h' + level, {}, title),
+    h('h2', {}, title),
     note ? h('p', {class: 'note'}, note) : null,
     children,
   );
 }
 
-/** A button; `pressed` makes it one of two states. */
+/** A button; `pressed`: it is one of two states. */
 export function button(text, onclick, {title, pressed, class: name} = {}) {
-  return h(
-    'button',
-    {
-      type: 'button',
-      class: name,
-      title,
-      onclick,
-      'aria-label': text ? null : title,
-      'aria-pressed': pressed === undefined ? null : String(pressed),
-    },
-    text,
-  );
+  const state = pressed === undefined ? null : String(pressed);
+  return h('button', {type: 'button', class: name, title, onclick, 'aria-pressed': state}, text);
 }
 
 /** A choice with a label. options: [[value, text], ...]. */
@@ -62,23 +52,30 @@ export function choice(label, options, value, onchange) {
   return h('label', {class: 'choice'}, h('span', {}, label), select);
 }
 
+/** A function that calls draw in the next frame, once however often it is called before. */
+export function soon(draw, wait = requestAnimationFrame) {
+  let isDue = false;
+  return () => {
+    if (isDue) return;
+    isDue = true;
+    wait(() => {
+      isDue = false;
+      draw();
+    });
+  };
+}
+
 /** Calls draw once the element comes near the view, and then never again. */
 export function whenVisible(element, draw) {
+  const drawOnce = () => {
+    observer.disconnect();
+    removeEventListener('beforeprint', drawOnce);
+    draw();
+  };
   const observer = new IntersectionObserver(
-    entries => {
-      if (!entries.some(entry => entry.isIntersecting)) return;
-      observer.disconnect();
-      draw();
-    },
+    entries => entries.some(entry => entry.isIntersecting) && drawOnce(),
     {rootMargin: '600px'},
   );
   observer.observe(element);
-  addEventListener(
-    'beforeprint',
-    () => {
-      observer.disconnect();
-      draw();
-    },
-    {once: true},
-  );
+  addEventListener('beforeprint', drawOnce);
 }

@@ -1,16 +1,18 @@
 // A trial while it runs: the view of a trial, fed by the program, with hands on it.
 
-import {h, button, fill, section} from 'page/dom.js';
+import {h, button, fill, section, soon} from 'page/dom.js';
 import {Clock} from 'page/clock.js';
-import {clockText, fixed, words} from 'page/format.js';
+import {clockText, fixed} from 'page/format.js';
 import {Knobs} from 'page/knobs.js';
-import {badge, facts} from 'page/parts.js';
+import {badge, head, plainTable, stages} from 'page/parts.js';
 import {Push} from 'page/push.js';
-import {Series} from 'page/series.js';
 import {Line} from 'page/socket.js';
 import {TrialView} from 'page/trial.js';
 
 const kShownChanges = 40;
+const kHeadEvery_ms = 200; // it is text for people
+const kComplaint_ms = 6000;
+const kCutOff = 'The program has ended, or cannot be reached. What is shown is the last of it.';
 
 /** The program's time: play and pause are its, looking back is the page's own. */
 class LiveClock extends Clock {
@@ -20,7 +22,7 @@ class LiveClock extends Clock {
     this.follow = true;
   }
   toggle() {
-    // Over again, from the page's own memory.
+    // over again, from the page's own memory
     if (this.ended) return this.playing ? super.pause() : super.play();
     this.follow = true;
     this.send({do: this.playing ? 'pause' : 'go'});
@@ -36,330 +38,201 @@ export const show = host => new LivePage(host);
 
 class LivePage {
   constructor(host) {
-    this.host = host;
     this.status = {};
     this.transitions = [];
     this.changes = [];
     this.shown = []; // times at which pictures were shown, of the last second
-    this.head = h('header', {class: 'head', 'aria-live': 'off'});
+    this.heading = h('div', {class: 'column', 'aria-live': 'off'});
     this.alert = h('p', {class: 'missing', role: 'alert', hidden: true});
-    this.view = h(
-      'div',
-      {class: 'live-view'},
-      h('p', {class: 'note'}, 'Waiting for the first frame …'),
+    const waiting = h('p', {class: 'note'}, 'Waiting for the first frame …');
+    this.ground = h('div', {class: 'column'}, waiting);
+    this.below = h('div', {class: 'column'});
+    host.append(this.heading, this.alert, this.ground, this.below);
+    const send = command => this.line.send(command);
+    this.clock = new LiveClock(send);
+    this.knobs = new Knobs(send);
+    this.drawHead = soon(
+      () => this.drawHeadNow(),
+      draw => setTimeout(draw, kHeadEvery_ms),
     );
-    this.below = h('div', {class: 'cards'});
-    host.append(this.head, this.alert, this.view, this.below);
-    this.clock = new LiveClock(command => this.line.send(command));
-    this.knobs = new Knobs(command => this.line.send(command));
-    this.stages = section('Stages', {}, h('p', {class: 'note'}, 'None yet.'));
-    this.record = section(
-      'Changed while it ran',
-      {},
-      h('p', {class: 'note'}, 'Nothing: its digest is that of a trial that nobody watched.'),
-    );
-    this.below.append(h('div', {class: 'column'}, this.stages, this.record));
+    addEventListener('keydown', event => {
+      if (event.key === '.' && !event.target.closest?.('input, select, textarea')) this.step();
+    });
     this.line = new Line({
-      onMessage: (head, pictures) => this.take(head, pictures),
-      onState: open => this.connected(open),
+      onMessage: (message, pictures) => this.take(message, pictures),
+      onState: isOpen => this.connected(isOpen),
     });
   }
 
-  connected(open) {
-    this.open = open;
-    this.alert.hidden = open;
-    if (!open)
-      this.alert.textContent =
-        'The program has ended, or cannot be reached. What is shown is the last of it.';
+  connected(isOpen) {
+    this.isOpen = isOpen;
+    this.alert.hidden = isOpen;
+    if (!isOpen) fill(this.alert, kCutOff);
     this.drawHead();
   }
 
-  take(head, pictures) {
-    if (head.problem) this.complain(head.problem);
-    if (head.trial) this.begin(head.trial);
-    if (head.controls) this.knobs.set(head.controls);
-    if (head.transitions) this.addTransitions(head.transitions);
-    if (head.changes) this.addChanges(head.changes);
-    if (head.result) this.result = head.result;
-    if (head.rows) this.append(head.rows);
-    if (pictures) this.showPictures(head.pictures.frame, pictures);
-    if (head.status) this.setStatus(head.status);
+  take({problem, trial, controls, transitions, changes, rows, status, pictures: of}, pictures) {
+    if (problem) this.complain(problem);
+    if (trial) this.begin(trial);
+    if (controls) this.knobs.set(controls);
+    this.transitions.push(...(transitions || []));
+    this.changes.push(...(changes || []));
+    if (trial || transitions || changes) this.drawBelow();
+    if (rows) this.append(rows);
+    if (pictures) this.showPictures(of.frame, pictures);
+    if (status) this.setStatus(status);
   }
 
   complain(problem) {
     this.alert.hidden = false;
-    this.alert.textContent = problem;
+    fill(this.alert, problem);
     clearTimeout(this.timer);
     this.timer = setTimeout(() => {
-      this.alert.hidden = this.open;
-    }, 6000);
+      this.alert.hidden = this.isOpen;
+    }, kComplaint_ms);
   }
 
   begin(trial) {
     this.trial = trial;
-    this.result = null;
     this.transitions = [];
     this.changes = [];
-    this.drawTransitions();
-    this.drawChanges();
     document.title = trial.title;
-    if (this.trialView) {
-      this.trialView.restart(trial);
+    if (!this.trialView) return;
+    this.trialView.restart(trial);
+    this.clock.follow = true;
+    if (document.activeElement !== this.seed) this.seed.value = trial.seed;
+  }
+
+  append(rows) {
+    if (this.trialView) return this.trialView.append(rows);
+    fill(this.ground);
+    const view = (this.trialView = new TrialView(
+      this.ground,
+      {...this.trial, series: rows},
+      {clock: this.clock, controls: this.controls(), live: true},
+    ));
+    view.left.append(this.knobs.element);
+    view.scene?.ready.then(() => {
+      if (!view.scene.renderer) return;
+      const push = new Push(view.scene, force_newton => this.line.send({do: 'push', force_newton}));
+      view.scene.element.after(push.element);
+    });
+  }
+
+  step() {
+    this.clock.follow = true;
+    this.line.send({do: 'step'});
+  }
+
+  /** Of the bar: single steps, the end, another trial. */
+  controls() {
+    this.seed = h('input', {
+      type: 'text',
+      inputmode: 'numeric',
+      size: 6,
+      value: this.trial.seed,
+      'aria-label': 'seed',
+    });
+    const restart = () => this.line.send({do: 'restart', seed: this.seed.value.trim()});
+    const follow = () => {
       this.clock.follow = true;
-    }
+      this.clock.seek(this.clock.end);
+    };
+    const next = () => {
+      this.seed.value = String(BigInt(this.trial.seed) + 1n);
+      restart();
+    };
+    this.now = button('Now', follow, {title: 'follow the trial again'});
+    return [
+      button('Step', () => this.step(), {title: 'let one frame pass (.)'}),
+      this.now,
+      h(
+        'span',
+        {class: 'line restart'},
+        h('label', {class: 'choice'}, h('span', {}, 'seed'), this.seed),
+        button('Restart', restart, {
+          title: 'begin again with this seed and the settings as they are',
+        }),
+        button('Next seed', next, {title: 'begin again with the next seed'}),
+      ),
+    ];
   }
 
-  append(columns) {
-    if (!this.trialView) {
-      this.seed = h('input', {
-        type: 'text',
-        inputmode: 'numeric',
-        size: 6,
-        value: this.trial.seed,
-        'aria-label': 'seed',
-      });
-      const restart = () => this.line.send({do: 'restart', seed: this.seed.value.trim()});
-      const controls = [
-        button(
-          'Step',
-          () => {
-            this.clock.follow = true;
-            this.line.send({do: 'step'});
-          },
-          {title: 'let one frame pass (.)'},
-        ),
-        (this.now = button(
-          'Now',
-          () => {
-            this.clock.follow = true;
-            this.clock.seek(this.clock.end);
-          },
-          {title: 'follow the trial again'},
-        )),
-        h(
-          'span',
-          {class: 'restart'},
-          h('label', {class: 'choice'}, h('span', {}, 'seed'), this.seed),
-          button('Restart', restart, {
-            title: 'begin again with this seed and the settings as they are',
-          }),
-          button(
-            'Next seed',
-            () => {
-              this.seed.value = String(BigInt(this.trial.seed) + 1n);
-              restart();
-            },
-            {title: 'begin again with the next seed'},
-          ),
-        ),
-      ];
-      fill(this.view);
-      const view = (this.trialView = new TrialView(this.view, this.trial, {
-        series: new Series(columns),
-        clock: this.clock,
-        controls,
-        withHead: false,
-        live: true,
-      }));
-      addEventListener('keydown', event => {
-        if (event.key === '.' && !event.target.closest?.('input, select, textarea')) {
-          this.clock.follow = true;
-          this.line.send({do: 'step'});
-        }
-      });
-      view.left.append(this.knobs.element);
-      view.scene?.ready.then(() => {
-        if (!view.scene.renderer) return;
-        this.push = new Push(view.scene, force =>
-          this.line.send({do: 'push', force_newton: force}),
-        );
-        view.scene.element.after(this.push.element);
-      });
-    } else {
-      this.trialView.append(columns);
-    }
-  }
-
-  showPictures(frame, {left, right}) {
+  showPictures(frame, pictures) {
     const view = this.trialView;
     if (!view) return;
-    const {series, cameras} = view;
-    for (const [side, bitmap] of [
-      ['left', left],
-      ['right', right],
-    ]) {
-      this.bitmaps ||= {};
-      this.bitmaps[side]?.close();
-      this.bitmaps[side] = bitmap;
-      cameras.setPicture(side, bitmap);
-    }
-    cameras.setEstimate(
-      series.pose('est', frame),
-      series.at('fitness', frame) >= this.trial.limits.detection_fitness,
-    );
-    const now = performance.now();
-    this.shown = this.shown.filter(time => time > now - 1000).concat(now);
-    cameras.say(`Picture of ${clockText(frame / this.trial.frames_per_second)} with its estimate.`);
-    document.documentElement.dataset.pictures = String(
-      Number(document.documentElement.dataset.pictures || 0) + 1,
-    );
+    const before = view.cameras.pictures;
+    const time = clockText(frame / this.trial.frames_per_second);
+    view.cameras.show(pictures, view.estimateAt(frame), `Picture of ${time} with its estimate.`);
+    for (const picture of Object.values(before)) picture.close();
+    this.shown = [...this.shownLately(), performance.now()];
+    const count = Number(document.documentElement.dataset.pictures || 0);
+    document.documentElement.dataset.pictures = String(count + 1);
+  }
+  shownLately() {
+    return this.shown.filter(time => time > performance.now() - 1000);
   }
 
   setStatus(status) {
     this.status = status;
-    const clock = this.clock;
-    const playing = status.going && !status.ended;
-    if (
-      status.ended !== clock.ended ||
-      (!status.ended && playing !== clock.playing) ||
-      status.speed !== clock.speed
-    ) {
-      clock.ended = status.ended;
-      this.clock.playing = playing;
-      this.clock.speed = status.speed;
-      this.trialView?.setSpeed(status.speed);
-      this.clock.tell();
+    const {clock} = this;
+    const {ended, speed} = status;
+    const isPlaying = ended ? clock.playing && clock.ended : status.going;
+    if (ended !== clock.ended || isPlaying !== clock.playing || speed !== clock.speed) {
+      Object.assign(clock, {ended, speed, playing: isPlaying});
+      this.trialView?.setSpeed(speed);
+      clock.tell();
     }
-    const seed = this.trial.seed;
-    if (this.seed && seed !== this.knownSeed && document.activeElement !== this.seed)
-      this.seed.value = seed;
-    this.knownSeed = seed;
     this.drawHead();
   }
 
-  /** At most a few times a second: it is text for people. */
-  drawHead() {
-    if (this.headDue) return;
-    this.headDue = setTimeout(() => {
-      this.headDue = null;
-      this.drawHeadNow();
-    }, 200);
-  }
   drawHeadNow() {
-    const {status, trial} = this;
+    const {status, trial, isOpen} = this;
     if (!trial) return;
-    const state = !this.open
-      ? 'gone'
-      : status.ended
-        ? status.outcome
-        : status.going
-          ? 'running'
-          : 'paused';
+    const running = status.going ? 'running' : 'paused';
+    const state = !isOpen ? 'gone' : status.ended ? status.outcome : running;
+    this.now?.setAttribute('aria-pressed', String(this.clock.follow));
+    const fact = (label, value, note) => ({label, value, note});
     const seconds = (status.frames || 0) / trial.frames_per_second;
-    const tone = status.ended ? undefined : this.open ? 'none' : 'bad';
-    if (this.now) this.now.setAttribute('aria-pressed', String(this.clock.follow));
-    const pictures = this.shown.filter(time => time > performance.now() - 1000).length;
-    const text = [
-      state,
-      seconds,
-      status.real_time_factor,
-      pictures,
-      status.reason,
-      status.digest,
-      this.changes.length,
-    ].join();
+    const passed = 'simulated over passed time, of the last second that it ran';
+    const facts = [
+      fact('simulated', clockText(seconds)),
+      fact('of real time', `${fixed(status.real_time_factor, 2)} ×`, passed),
+      fact('pictures', `${this.shownLately().length} /s`, 'pairs shown here in the last second'),
+      fact('changes', String(this.changes.length), 'settings changed and pushes while it ran'),
+    ];
+    if (status.digest) facts.push(fact('digest', status.digest, 'equal for equal trials'));
+    const text = [state, status.reason, ...facts.map(({value}) => value)].join();
     if (text === this.headText) return;
     this.headText = text;
     fill(
-      this.head,
-      h(
-        'div',
-        {class: 'head-title'},
-        h('h1', {}, trial.description),
-        badge(state, tone),
-        h('span', {class: 'note'}, `seed ${trial.seed}`),
-      ),
-      status.reason ? h('p', {class: 'reason'}, status.reason) : null,
-      facts(
-        [
-          ['simulated', clockText(seconds)],
-          [
-            'of real time',
-            `${fixed(status.real_time_factor, 2)} ×`,
-            'simulated over passed time, of the last second that it ran',
-          ],
-          ['pictures', `${pictures} /s`, 'pairs shown here in the last second'],
-          ['changes', String(this.changes.length), 'settings changed and pushes while it ran'],
-          status.digest ? ['digest', status.digest, 'equal for equal trials'] : null,
-        ].filter(Boolean),
-      ),
+      this.heading,
+      head({
+        badge: badge(state, status.ended ? undefined : isOpen ? 'none' : 'bad'),
+        title: trial.description,
+        reason: status.reason,
+        note: `seed ${trial.seed}`,
+        facts,
+      }),
     );
   }
 
-  addTransitions(list) {
-    this.transitions.push(...list);
-    this.drawTransitions();
-  }
-  drawTransitions() {
-    const rate = this.trial.frames_per_second;
-    fill(
-      this.stages,
-      h('h2', {}, 'Stages'),
-      this.transitions.length
-        ? h(
-            'ol',
-            {class: 'stages'},
-            this.transitions.map(change => {
-              const at = change.frame / rate;
-              return h(
-                'li',
-                {},
-                button(
-                  clockText(at),
-                  () => {
-                    this.clock.follow = false;
-                    this.clock.seek(at);
-                  },
-                  {class: 'link', title: `look at ${clockText(at)}`},
-                ),
-                h('span', {}, ` ${words(change.from)} → ${words(change.to)}: ${change.reason}`),
-              );
-            }),
-          )
-        : h('p', {class: 'note'}, 'None yet.'),
-    );
-  }
-
-  addChanges(list) {
-    this.changes.push(...list);
-    this.drawChanges();
-    this.drawHead();
-  }
-  drawChanges() {
+  drawBelow() {
     const last = this.changes.slice(-kShownChanges).reverse();
+    const rows = last.map(({time_s, key, value}) => [
+      `${fixed(time_s, 2)} s`,
+      key,
+      key === 'push' ? `${value} N` : value,
+    ]);
+    const columns = ['time', 'key', 'value'].map(label => ({label}));
+    const note = last.length
+      ? `${this.changes.length} in all, the last ones first; the trial’s record has every one of them.`
+      : 'Nothing: its digest is that of a trial that nobody watched.';
     fill(
-      this.record,
-      h('h2', {}, 'Changed while it ran'),
-      last.length
-        ? [
-            h(
-              'p',
-              {class: 'note'},
-              `${this.changes.length} in all, the last ones first; the trial’s record has every one of them.`,
-            ),
-            h(
-              'div',
-              {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'changes'},
-              h(
-                'table',
-                {class: 'plain'},
-                h(
-                  'tbody',
-                  {},
-                  last.map(change =>
-                    h(
-                      'tr',
-                      {},
-                      h('td', {class: 'numeric'}, `${fixed(change.time_s, 2)} s`),
-                      h('th', {scope: 'row'}, change.key),
-                      h('td', {}, change.key === 'push' ? `${change.value} N` : change.value),
-                    ),
-                  ),
-                ),
-              ),
-            ),
-          ]
-        : h('p', {class: 'note'}, 'Nothing: its digest is that of a trial that nobody watched.'),
+      this.below,
+      stages(this.transitions, this.trial.frames_per_second, time => this.clock.lookAt(time)),
+      section('Changed while it ran', {note}, last.length ? plainTable({columns, rows}) : null),
     );
+    this.drawHead();
   }
 }

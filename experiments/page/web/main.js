@@ -1,21 +1,22 @@
 // Begins with what the document brings along: its model's kind names the module that shows it.
 
-import {h, button} from 'page/dom.js';
+import {h, button, fill} from 'page/dom.js';
 import {load} from 'page/data.js';
 import {startTheme, toggleTheme} from 'page/theme.js';
 
 export async function start() {
   startTheme();
   const model = await load('model');
-  const main = h('main', {id: 'main', class: `kind-${model.kind}`});
+  const main = h('main', {id: 'main'});
+  const news = h('span', {class: 'news', role: 'status'});
   document.body.append(
     h('a', {class: 'skip', href: '#main'}, 'To the content'),
     h(
       'nav',
-      {class: 'top', 'aria-label': 'page'},
+      {class: 'line top', 'aria-label': 'page'},
       h('strong', {}, 'turbidock'),
       h('span', {class: 'kind'}, model.kind_title || model.kind),
-      h('span', {class: 'space'}),
+      news,
       model.build ? h('span', {class: 'note build'}, model.build) : null,
       button('Light / dark', toggleTheme, {title: 'switch between light and dark'}),
     ),
@@ -25,11 +26,32 @@ export async function start() {
     const module = await import(`page/${model.kind}.js`);
     globalThis.turbidock = await module.show(main, model);
   } catch (error) {
-    main.append(
-      h('p', {class: 'missing', role: 'alert'}, `This page cannot be drawn: ${error.message}`),
-    );
+    const text = `This page cannot be drawn: ${error.message}`;
+    main.append(h('p', {class: 'missing', role: 'alert'}, text));
     throw error;
   }
+  if (model.again_s) keepFresh(news, model.again_s);
   performance.mark('turbidock-ready');
   document.documentElement.dataset.ready = 'true';
+}
+
+/**
+ * Loads a page again every so many seconds that is of what still runs, but not under the hands of somebody who works with
+ * it: then a button does. What the program serves is the newest.
+ */
+function keepFresh(news, every_s) {
+  let isTouched = false;
+  const touch = event => (isTouched ||= Boolean(event.target.closest?.('main')));
+  for (const name of ['pointerdown', 'keydown', 'input'])
+    addEventListener(name, touch, {capture: true});
+  const again = button('running: draw it again', () => location.reload());
+  fill(news, again);
+  setInterval(async () => {
+    if (document.hidden) return;
+    const answer = await fetch(location.href).catch(() => null); // never an error's page instead of this one
+    if (!answer) return fill(news, 'cut off: the program has ended');
+    if (!answer.ok) return fill(news, await answer.text());
+    if (!isTouched) location.reload();
+    if (news.firstChild !== again) fill(news, again);
+  }, 1000 * every_s);
 }

@@ -1,4 +1,4 @@
-// What a page counts itself: intervals, quantiles and bins, which filters change, and places in lists.
+// What a page counts itself, as filters change it: intervals, quantiles and bins; and places in lists.
 
 /** Wilson's 95 % interval of a share found in n trials. */
 function wilson(p, n) {
@@ -61,27 +61,26 @@ export function groupsOf(rows, get) {
   return groups;
 }
 
+/** The least of 1, 2, 2.5, 5 and 10 times a power of ten that is no less than this. */
+export function roundStep(least) {
+  const power = 10 ** Math.floor(Math.log10(least || 1));
+  return power * [1, 2, 2.5, 5, 10].find(factor => factor * power >= least * 0.999);
+}
+
 /** Rows in bins of equal, round width: [{low, high, rows}]. */
 export function bins(rows, get, most) {
   if (!rows.length) return [];
-  let low = Infinity;
-  let high = -Infinity;
-  for (const row of rows) {
-    const v = get(row);
-    low = Math.min(low, v);
-    high = Math.max(high, v);
-  }
-  if (high === low) return [{low: low - 0.5, high: low + 0.5, rows}];
-  const raw = (high - low) / Math.min(most, Math.max(4, Math.ceil(Math.sqrt(rows.length))));
-  const power = 10 ** Math.floor(Math.log10(raw));
-  const width = power * [1, 2, 2.5, 5, 10].find(f => f * power >= raw * 0.999);
+  const values = rows.map(get);
+  const low = values.reduce((a, b) => Math.min(a, b));
+  const high = values.reduce((a, b) => Math.max(a, b));
+  const count = Math.min(most, Math.max(4, Math.ceil(Math.sqrt(rows.length))));
+  const width = roundStep((high - low) / count);
   const first = Math.floor(low / width);
   const list = Array.from({length: Math.floor(high / width) - first + 1}, (_, k) => ({
     low: (first + k) * width,
     high: (first + k + 1) * width,
     rows: [],
   }));
-  for (const row of rows)
-    list[Math.min(list.length - 1, Math.floor(get(row) / width) - first)].rows.push(row);
+  rows.forEach((row, k) => list[Math.floor(values[k] / width) - first].rows.push(row));
   return list;
 }

@@ -1,12 +1,11 @@
-// What every kind of page has: heading, badge, facts, commands, notes.
+// What every kind of page has: heading, badge, facts, commands, tables, stages, trials that are opened.
 
-import {h, button} from 'page/dom.js';
-import {words} from 'page/format.js';
+import {button, fill, h, section} from 'page/dom.js';
+import {clockText, words} from 'page/format.js';
 
 const kGood = new Set(['docked', 'pass', 'none']);
-const kNeutral = new Set(['interrupted', 'inconclusive', 'running', 'partial']);
-
-export const toneOf = word => (kGood.has(word) ? 'good' : kNeutral.has(word) ? 'none' : 'bad');
+const kNeutral = new Set(['interrupted', 'inconclusive']);
+const toneOf = word => (kGood.has(word) ? 'good' : kNeutral.has(word) ? 'none' : 'bad');
 
 /** A word with its tone, said by more than colour. */
 export const badge = (word, tone = toneOf(word)) =>
@@ -17,100 +16,108 @@ export const badge = (word, tone = toneOf(word)) =>
     words(word),
   );
 
-/** [[label, value, explanation]] side by side. */
+/** [{label, value, note: how it is meant}] side by side. */
 export const facts = list =>
   h(
     'dl',
     {class: 'facts'},
-    list.map(([label, value, why]) =>
-      h('div', {title: why}, h('dt', {}, label), h('dd', {}, value)),
+    list.map(({label, value, note}) =>
+      h('div', {title: note || null}, h('dt', {}, label), h('dd', {}, value)),
     ),
   );
 
-/** The first screen's heading. */
-export function head({badge: mark, title, reason, note, facts: list}) {
-  return h(
+/** The first screen's heading, and what the page cannot show: elements. */
+export const head = ({badge: mark, title, reason, note, facts: list, missing = []}) => [
+  h(
     'header',
-    {class: 'head'},
-    h(
-      'div',
-      {class: 'head-title'},
-      h('h1', {}, title),
-      mark,
-      note ? h('span', {class: 'note'}, note) : null,
-    ),
+    {class: 'column head'},
+    h('div', {class: 'line'}, h('h1', {}, title), mark, note && h('span', {class: 'note'}, note)),
     reason ? h('p', {class: 'reason'}, reason) : null,
-    list ? facts(list) : null,
-  );
-}
+    list?.length ? facts(list) : null,
+  ),
+  ...missing.map(text => h('p', {class: 'missing'}, text)),
+];
 
-/** A command to copy. */
-export function command(text, what) {
-  const copy = button(
-    'Copy',
-    async () => {
-      try {
-        await navigator.clipboard.writeText(text);
-        copy.textContent = 'Copied';
-      } catch {
-        getSelection().selectAllChildren(code);
-      }
-    },
-    {title: `copy: ${text}`},
-  );
+/** A command to copy, and what it does. */
+export function command({what, command: text}) {
   const code = h('code', {}, text);
+  const copy = async () => {
+    try {
+      await navigator.clipboard.writeText(text);
+      fill(copyButton, 'Copied');
+    } catch {
+      getSelection().selectAllChildren(code);
+    }
+  };
+  const copyButton = button('Copy', copy, {title: `copy: ${text}`});
   return h(
     'div',
     {class: 'command'},
     what ? h('span', {class: 'note'}, what) : null,
-    h('div', {}, code, copy),
+    h('div', {class: 'line'}, code, copyButton),
   );
 }
 
-/** A small table of texts: {columns: [{label, numeric}], rows: [[...]]}. A cell may be {text, tone, title, onclick}. */
-export function plainTable({columns, rows, caption}) {
+/** What can be scrolled, also by keys. */
+const scrolled = (label, ...children) =>
+  h('div', {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': label}, children);
+
+/** A small table: {columns: [{label, numeric}], rows: [[text or {text, tone, title, onclick}]]}. */
+export function plainTable({columns, rows}) {
+  const row = (cells, of) => h('tr', {}, cells.map(of));
   const cell = (value, k) => {
-    const tag = k === 0 ? 'th' : 'td';
-    const text = value !== null && typeof value === 'object' ? value.text : value;
-    const inner = value?.onclick
-      ? button(text, value.onclick, {class: 'link', title: value.title})
-      : (text ?? '–');
+    const {text, tone, title, onclick} =
+      value !== null && typeof value === 'object' ? value : {text: value ?? '–'};
+    const names = [columns[k].numeric ? 'numeric' : '', tone || ''].join(' ').trim();
     return h(
-      tag,
-      {
-        title: value?.title,
-        scope: k === 0 ? 'row' : null,
-        class: [columns[k]?.numeric ? 'numeric' : '', value?.tone || ''].join(' ').trim() || null,
-      },
-      inner,
+      k === 0 ? 'th' : 'td',
+      {title, scope: k === 0 ? 'row' : null, class: names || null},
+      onclick ? button(text, onclick, {class: 'link', title}) : text,
     );
   };
-  return h(
-    'div',
-    {
-      class: 'scroll',
-      tabindex: 0,
-      role: 'region',
-      'aria-label': caption || columns.map(c => c.label).join(', '),
-    },
+  const heading = ({label, numeric}) =>
+    h('th', {scope: 'col', class: numeric ? 'numeric' : null}, label);
+  return scrolled(
+    columns.map(c => c.label).join(', '),
     h(
       'table',
       {class: 'plain'},
-      caption ? h('caption', {}, caption) : null,
-      h(
-        'thead',
-        {},
-        h(
-          'tr',
-          {},
-          columns.map(c => h('th', {scope: 'col', class: c.numeric ? 'numeric' : null}, c.label)),
-        ),
-      ),
+      h('thead', {}, row(columns, heading)),
       h(
         'tbody',
         {},
-        rows.map(row => h('tr', {}, row.map(cell))),
+        rows.map(cells => row(cells, cell)),
       ),
     ),
   );
+}
+
+/** A trial's transitions: [{frame, from, to, reason}]; a click on one's time calls seek(time). */
+export const stages = (transitions, frames_per_second, seek) =>
+  section(
+    'Stages',
+    {},
+    transitions.length
+      ? h(
+          'ol',
+          {class: 'stages'},
+          transitions.map(({frame, from, to, reason}) => {
+            const time = frame / frames_per_second;
+            const at = clockText(time);
+            return h(
+              'li',
+              {},
+              button(at, () => seek(time), {class: 'link', title: `go to ${at}`}),
+              ` ${words(from)} → ${words(to)}: ${reason}`,
+            );
+          }),
+        )
+      : h('p', {class: 'note'}, 'None yet.'),
+  );
+
+/** Shows what was asked for below, where the keyboard goes on. */
+export function reveal(element) {
+  element.tabIndex = -1;
+  element.scrollIntoView({block: 'start'});
+  element.focus({preventScroll: true});
 }

@@ -8,6 +8,16 @@ const kMost_newton = 12;
 const kSendEvery_ms = 50;
 const kButton_newton = 5;
 const kButton_ms = 600;
+const kColor = 0xff5533;
+// in the vehicle's own axes: x ahead, y left, z up
+const kWays = {
+  ahead: [1, 0, 0],
+  back: [-1, 0, 0],
+  left: [0, 1, 0],
+  right: [0, -1, 0],
+  up: [0, 0, 1],
+  down: [0, 0, -1],
+};
 
 export class Push {
   /** scene: a Scene3d that is ready; send(force): three numbers in N, in the world. */
@@ -15,14 +25,7 @@ export class Push {
     Object.assign(this, {scene, send});
     const T = scene.T;
     this.caster = new T.Raycaster();
-    this.arrow = new T.ArrowHelper(
-      new T.Vector3(1, 0, 0),
-      new T.Vector3(),
-      0.1,
-      0xff5533,
-      0.06,
-      0.035,
-    );
+    this.arrow = new T.ArrowHelper(new T.Vector3(1, 0, 0), new T.Vector3(), 0.1, kColor);
     this.arrow.visible = false;
     scene.world.add(this.arrow);
     // before the orbit controls see it
@@ -33,17 +36,10 @@ export class Push {
       canvas.addEventListener(name, () => this.release(), {capture: true});
     this.element = h(
       'div',
-      {class: 'pushes', role: 'group', 'aria-label': 'push the vehicle'},
+      {class: 'line', role: 'group', 'aria-label': 'push the vehicle'},
       h('span', {class: 'note'}, 'Drag the vehicle, or push it:'),
-      [
-        ['ahead', [1, 0, 0]],
-        ['back', [-1, 0, 0]],
-        ['left', [0, 1, 0]],
-        ['right', [0, -1, 0]],
-        ['up', [0, 0, 1]],
-        ['down', [0, 0, -1]],
-      ].map(([name, way]) =>
-        button(name, () => this.nudge(way), {title: `push ${name}, ${kButton_newton} N`}),
+      Object.keys(kWays).map(name =>
+        button(name, () => this.nudge(kWays[name]), {title: `push ${name}, ${kButton_newton} N`}),
       ),
     );
   }
@@ -105,7 +101,6 @@ export class Push {
     this.push([0, 0, 0]);
   }
 
-  /** way: in the vehicle's own axes, x ahead, y left, z up. */
   nudge(way) {
     clearTimeout(this.timer);
     this.push(rotate(this.scene.pose || [0, 0, 0, 1, 0, 0, 0], way).map(x => kButton_newton * x));

@@ -1,16 +1,17 @@
 // Vehicle, station and marker as MuJoCo compiled them, in three.js: the truth, and the estimate as a ghost.
 
-import {h, button, fill} from 'page/dom.js';
+import {h, button, fill, soon} from 'page/dom.js';
 import {library} from 'page/data.js';
 import {compose} from 'page/series.js';
 import {isDark, onTheme} from 'page/theme.js';
 
-const kViews = [
-  ['side', 'Side'],
-  ['above', 'Above'],
-  ['behind', 'Behind'],
-  ['eyes', 'Cameras'],
-];
+// Where from, in spans of the scene; from the cameras: with the vehicle.
+const kViews = {
+  Side: [-0.25, -1, 0.35],
+  Above: [-0.02, -0.001, 1.15],
+  Behind: [-1.2, -0.32, 0.42],
+  Cameras: null,
+};
 
 const painted = () =>
   new Promise(resolve => {
@@ -32,23 +33,19 @@ export class Scene3d {
       'aria-label':
         '3D replay: vehicle, station, marker and the estimated marker; arrow keys turn, + and - come nearer',
     });
-    this.bar = h(
-      'div',
-      {class: 'overlay-bar'},
-      kViews.map(([key, name]) =>
-        button(name, () => this.view(key), {title: `look from: ${name}`}),
-      ),
+    const views = Object.keys(kViews).map(name =>
+      button(name, () => this.view(name), {title: `look from: ${name}`}),
     );
-    this.note = h(
+    const dot = name => h('span', {class: `dot ${name}`});
+    this.element = h(
       'div',
-      {class: 'scene-key'},
-      h('span', {class: 'dot truth'}),
-      'truth ',
-      h('span', {class: 'dot estimate'}),
-      'estimated marker',
+      {class: 'scene-box'},
+      this.canvas,
+      h('div', {class: 'line overlay-bar'}, views),
+      h('div', {class: 'scene-key'}, dot('truth'), 'truth ', dot('estimate'), 'estimated marker'),
     );
-    this.element = h('div', {class: 'scene-box'}, this.canvas, this.bar, this.note);
     host.append(this.element);
+    this.draw = soon(() => this.drawNow());
     this.ready = this.start();
   }
 
@@ -72,10 +69,9 @@ export class Scene3d {
     this.world = new T.Scene();
     this.camera = new T.PerspectiveCamera(40, 1, 0.02, 60);
     this.camera.up.set(0, 0, 1);
-    this.hemisphere = new T.HemisphereLight(0xdff1ff, 0x30404a, 1.5);
     const sun = new T.DirectionalLight(0xffffff, 1.7);
     sun.position.set(-2, -1.5, 4);
-    this.world.add(this.hemisphere, sun);
+    this.world.add(new T.HemisphereLight(0xdff1ff, 0x30404a, 1.5), sun);
     this.vehicle = new T.Group();
     this.berth = new T.Group(); // its geoms are in the marker's frame
     this.place(this.berth, this.trial.scene.X_WM);
@@ -84,22 +80,19 @@ export class Scene3d {
     this.ghost = this.makeGhost();
     this.world.add(this.ghost);
     this.trail = this.makeLine(0x4aa3e0);
-    this.estimates = this.makeLine(0xe0913a);
     this.controls = new T.OrbitControls(this.camera, canvas);
     this.controls.enableKeys = false;
     this.controls.enableZoom = false; // the page scrolls until the scene has the focus
-    canvas.addEventListener('focus', () => {
-      this.controls.enableZoom = true;
-    });
-    canvas.addEventListener('blur', () => {
-      this.controls.enableZoom = false;
-    });
+    for (const name of ['focus', 'blur'])
+      canvas.addEventListener(name, () => {
+        this.controls.enableZoom = name === 'focus';
+      });
     canvas.addEventListener('keydown', event => this.key(event));
-    this.controls.addEventListener('change', () => this.draw());
-    this.offTheme = onTheme(() => this.draw());
-    this.sizes = new ResizeObserver(() => this.draw());
+    this.controls.addEventListener('change', this.draw);
+    this.offTheme = onTheme(this.draw);
+    this.sizes = new ResizeObserver(this.draw);
     this.sizes.observe(canvas);
-    this.view('side');
+    this.view('Side');
   }
 
   end() {
@@ -143,21 +136,10 @@ export class Scene3d {
       case 'plane':
         return new T.PlaneBufferGeometry(2 * (a || 15), 2 * (b || 15));
       case 'capsule': {
-        const points = [];
-        for (let i = 0; i <= 8; ++i)
-          points.push(
-            new T.Vector2(
-              a * Math.sin(((Math.PI / 2) * i) / 8),
-              -b - a * Math.cos(((Math.PI / 2) * i) / 8),
-            ),
-          );
-        for (let i = 0; i <= 8; ++i)
-          points.push(
-            new T.Vector2(
-              a * Math.cos(((Math.PI / 2) * i) / 8),
-              b + a * Math.sin(((Math.PI / 2) * i) / 8),
-            ),
-          );
+        const points = Array.from({length: 18}, (_, i) => {
+          const angle = (Math.PI / 16) * (i < 9 ? i - 8 : i - 9); // from the lower pole to the upper
+          return new T.Vector2(a * Math.cos(angle), (i < 9 ? -b : b) + a * Math.sin(angle));
+        });
         return new T.LatheBufferGeometry(points, 24).rotateX(Math.PI / 2);
       }
       case 'mesh': {
@@ -222,10 +204,9 @@ export class Scene3d {
       if (pose) heads.push(...compose(pose, this.trial.scene.X_BH).slice(0, 3));
     }
     this.trail.geometry.setAttribute('position', new this.T.Float32BufferAttribute(heads, 3));
-    if (!this.fitted && heads.length) {
-      this.fitted = true;
+    if (!this.first && heads.length) {
       this.first = heads.slice(0, 3);
-      this.view('side');
+      this.view('Side');
     }
     this.draw();
   }
@@ -242,7 +223,7 @@ export class Scene3d {
     if (marker) this.place(this.berth, compose(head, marker));
     this.ghost.visible = Boolean(estimate);
     if (estimate) this.place(this.ghost, compose(head, estimate));
-    if (this.current === 'eyes') this.lookAhead();
+    if (this.current === 'Cameras') this.lookAhead();
     this.draw();
   }
 
@@ -260,29 +241,17 @@ export class Scene3d {
     if (!this.renderer) return;
     this.current = name;
     const T = this.T;
-    const M = this.trial.scene.X_WM;
-    const start = this.first || [M[0] - 1.4, M[1], M[2]];
-    const span = Math.max(1.1, Math.hypot(M[0] - start[0], M[1] - start[1]) + 0.75);
-    const middle = new T.Vector3(
-      (M[0] + start[0]) / 2 - 0.12,
-      (M[1] + start[1]) / 2,
-      (M[2] + start[2]) / 2 - 0.05,
-    );
-    const wide = this.camera.aspect < 1 ? 1 / this.camera.aspect : 1;
-    const reach = span * 1.05 * wide;
-    const offsets = {
-      side: [-0.25, -1, 0.35],
-      above: [-0.02, -0.001, 1.15],
-      behind: [-1.2, -0.32, 0.42],
-    };
-    if (name === 'eyes') {
-      if (this.pose) this.lookAhead();
-      this.draw();
-      return;
-    }
-    this.controls.target.copy(middle);
-    this.camera.position.copy(middle).add(new T.Vector3(...offsets[name]).multiplyScalar(reach));
-    this.controls.update();
+    const [x, y, z] = this.trial.scene.X_WM;
+    const [fromX, fromY, fromZ] = this.first || [x - 1.4, y, z];
+    const wide = Math.max(1, 1 / this.camera.aspect);
+    const span = 1.05 * wide * Math.max(1.1, Math.hypot(x - fromX, y - fromY) + 0.75);
+    if (kViews[name]) {
+      const middle = [(x + fromX) / 2 - 0.12, (y + fromY) / 2, (z + fromZ) / 2 - 0.05];
+      const offset = new T.Vector3(...kViews[name]).multiplyScalar(span);
+      this.controls.target.set(...middle);
+      this.camera.position.copy(this.controls.target).add(offset);
+      this.controls.update();
+    } else if (this.pose) this.lookAhead();
     this.draw();
   }
 
@@ -312,14 +281,6 @@ export class Scene3d {
     this.draw();
   }
 
-  draw() {
-    if (!this.renderer || this.pending) return;
-    this.pending = true;
-    requestAnimationFrame(() => {
-      this.pending = false;
-      this.drawNow();
-    });
-  }
   drawNow() {
     if (!this.renderer) return;
     const canvas = this.canvas;
@@ -332,7 +293,7 @@ export class Scene3d {
       this.renderer.setSize(width, height, false);
       this.camera.aspect = width / height;
       this.camera.updateProjectionMatrix();
-      if (kViews.some(([key]) => key === this.current)) this.view(this.current);
+      if (this.current in kViews) this.view(this.current);
     }
     this.renderer.setClearColor(isDark() ? 0x0c1b25 : 0xdbe8ee);
     this.renderer.render(this.world, this.camera);

@@ -3,45 +3,49 @@
 const root = document.documentElement;
 const system = matchMedia('(prefers-color-scheme: dark)');
 const listeners = new Set();
-let printing = false;
+const kKey = 'turbidock-theme';
+let isPrinting = false;
+let chosen = null; // 'light', 'dark', or as the system has it
 
-const stored = () => {
-  try {
-    return localStorage.getItem('turbidock-theme');
-  } catch {
-    return null;
-  }
-};
-export const isDark = () =>
-  !printing && (root.dataset.theme ? root.dataset.theme === 'dark' : system.matches);
+export const isDark = () => root.dataset.theme === 'dark';
+/** Calls listener() whenever colours change; returns what ends that. */
 export const onTheme = listener => {
   listeners.add(listener);
   return () => listeners.delete(listener);
 };
-const tell = () => {
+
+function apply() {
+  root.dataset.theme = isPrinting ? 'light' : chosen || (system.matches ? 'dark' : 'light');
   for (const listener of listeners) listener();
+}
+
+/** Where the browser keeps nothing, as in a private window, nothing is kept. */
+const storage = use => {
+  try {
+    return use(localStorage);
+  } catch {
+    return null;
+  }
 };
 
 export function startTheme() {
-  if (stored()) root.dataset.theme = stored();
-  system.addEventListener('change', tell);
-  const print = on => () => {
-    printing = on;
-    root.classList.toggle('printing', on);
-    tell();
-  };
-  addEventListener('beforeprint', print(true));
-  addEventListener('afterprint', print(false));
+  chosen = storage(store => store.getItem(kKey));
+  system.addEventListener('change', apply);
+  for (const [event, on] of [
+    ['beforeprint', true],
+    ['afterprint', false],
+  ])
+    addEventListener(event, () => {
+      isPrinting = on;
+      apply();
+    });
+  apply();
 }
 
 export function toggleTheme() {
-  root.dataset.theme = isDark() ? 'light' : 'dark';
-  try {
-    localStorage.setItem('turbidock-theme', root.dataset.theme);
-  } catch {
-    /* a private window */
-  }
-  tell();
+  chosen = isDark() ? 'light' : 'dark';
+  storage(store => store.setItem(kKey, chosen));
+  apply();
 }
 
 /** A colour of page.css, such as variable('ink'). */
@@ -55,14 +59,16 @@ const luminance = ([r, g, b]) =>
   0.2126 * linear(r / 255) + 0.7152 * linear(g / 255) + 0.0722 * linear(b / 255);
 const contrast = (a, b) => (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
 
+/** Whether dark letters are read better on this colour [r, g, b] than light ones. */
+export const isLight = rgb => luminance(rgb) > 0.18;
+
 /** The colour [r, g, b] as CSS, lighter or darker until it stands out from the plot's ground. */
 const known = new Map();
 export function ink(rgb, opacity = 1, least = 3.1) {
-  const dark = isDark();
-  const key = `${rgb}|${dark}|${least}`;
+  const key = `${rgb}|${isDark()}|${least}`;
   if (!known.has(key)) {
-    const ground = luminance(dark ? [19, 28, 36] : [255, 255, 255]);
-    const towards = dark ? 255 : 0;
+    const ground = luminance(isDark() ? [19, 28, 36] : [255, 255, 255]);
+    const towards = isDark() ? 255 : 0;
     let color = rgb;
     for (let step = 0; step < 20 && contrast(luminance(color), ground) < least; ++step)
       color = color.map(c => c + (towards - c) * 0.09);
@@ -71,8 +77,8 @@ export function ink(rgb, opacity = 1, least = 3.1) {
   return `rgb(${known.get(key)} / ${opacity})`;
 }
 
-/** Colours of curves in their order, told apart without red and green, too. */
-export const kCurves = [
+/** Colours of curves in their order, told apart without red and green, too: kCurveColors of report/plot.h. */
+const kCurves = [
   [0, 114, 178],
   [213, 94, 0],
   [0, 158, 115],
@@ -83,5 +89,3 @@ export const kCurves = [
   [70, 78, 86],
 ];
 export const curve = i => kCurves[i % kCurves.length];
-/** Good, bad, and neither. */
-export const kTones = {good: [0, 138, 96], bad: [200, 62, 12], none: [110, 120, 130]};

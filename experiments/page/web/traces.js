@@ -7,9 +7,11 @@ import {yawOf} from 'page/series.js';
 import {curve} from 'page/theme.js';
 
 const kDeg = 180 / Math.PI;
+const kNoStage = [128, 128, 128];
+const kHeight = {bar: 24, plot: 112, axis: 30}; // in pixels
 
 /** Stages as spans of time: [{name, from, to, index}]. */
-export function stageSpans(series, stages) {
+function stageSpans(series, stages) {
   const times = series.column('time_s');
   const names = series.column('stage');
   const spans = [];
@@ -22,39 +24,43 @@ export function stageSpans(series, stages) {
   return spans;
 }
 
+/** Multiplied, with its gaps. */
+const times = (values, factor) => values.map(v => (Number.isFinite(v) ? v * factor : null));
+const plus = (values, more) => values.map(v => (v === null ? null : v + more));
+
+/** [low, high] about all finite values, no closer together than `least`. */
+function spanOf(lists, least) {
+  const all = lists.flat().filter(Number.isFinite);
+  const low = all.reduce((a, b) => Math.min(a, b), Infinity);
+  const high = all.reduce((a, b) => Math.max(a, b), -Infinity);
+  if (low > high) return {low: -least / 2, high: least / 2};
+  const half = Math.max(0.55 * (high - low), least / 2);
+  return {low: (low + high) / 2 - half, high: (low + high) / 2 + half};
+}
+
 export class Traces {
   /** trial: the model; series: a Series; clock: a Clock that the cursor moves and follows. */
   constructor(host, trial, series, clock) {
     Object.assign(this, {trial, series, clock});
-    this.sync = new Sync();
-    this.sync.onSeek = time => {
+    this.sync = new Sync(time => {
       clock.pause();
-      clock.follow = false;
-      clock.seek(time);
-    };
+      clock.lookAt(time);
+    });
     // where the clock follows growing rows, the cursor moves with them: see update
     clock.on(() => {
       if (!(clock.follow && clock.playing)) this.sync.setCursor(clock.time);
     });
-    this.hint = h(
-      'p',
-      {class: 'note hint'},
-      'Point to see values, drag to zoom, double click (or 0) for all.',
-    );
     const grid = h('div', {class: 'traces'});
-    this.plots = this.panels().map(panel => {
-      const plot = new Plot(grid, panel, {
-        sync: this.sync,
-        height: panel.height,
-        values: true,
-        compact: !panel.x.label,
-        left: 58,
-        right: 42,
-        label: `${panel.title || panel.y.label} over time; arrow keys move the time`,
-      });
-      return plot;
-    });
-    host.append(grid, this.hint);
+    this.plots = this.panels().map(
+      panel =>
+        new Plot(grid, panel, {
+          sync: this.sync,
+          height: panel.height,
+          label: `${panel.title || 'stages'} over time; arrow keys move the time`,
+        }),
+    );
+    const hint = 'Point to see values, drag to zoom, double click (or 0) for all.';
+    host.append(grid, h('p', {class: 'note hint'}, hint));
   }
 
   /** After the series grew. */
@@ -63,207 +69,134 @@ export class Traces {
     this.panels().forEach((panel, i) => this.plots[i].set(panel));
   }
 
+  /** One above the other; those whose columns the series lacks are left out. */
   panels() {
-    const {trial, series} = this;
-    const colors = trial.colors;
-    const limits = trial.limits;
-    const time = series.column('time_s');
-    const spans = stageSpans(series, trial.stages);
-    const end = Math.max(time.length ? time[time.length - 1] : 0, 1);
-    const x = {low: 0, high: end};
-    const ground = spans.map(span => ({
-      x0: span.from,
-      x1: span.to,
-      color: colors.stages[span.index] || [128, 128, 128],
-      opacity: 0.1,
+    const {limits} = this.trial;
+    const {columns} = this.series;
+    const spans = stageSpans(this.series, this.trial.stages);
+    this.blocks = spans.map(({name, from, to, index}) => ({
+      name: words(name),
+      x0: from,
+      x1: to,
+      color: this.trial.colors.stages[index] || kNoStage,
     }));
-    const line = (name, y, color, more = {}) => ({
-      name,
-      x: time,
-      y,
-      color,
-      mark: 'line',
-      width: 1.5,
-      ...more,
-    });
-    const fitness = series.column('fitness');
-    const found = fitness.map(f => f >= limits.detection_fitness);
-    const controlled = series.column('controlled');
-    const list = (prefix, part, factor) => {
-      const of = part === 'yaw' ? this.yaw(prefix) : series.column(`${prefix}_${part}_m`);
-      return of.map(value => (Number.isFinite(value) ? value * factor : null));
-    };
-    const stageBar = {
-      has_axes: false,
-      x,
-      y: {low: 0, high: 1},
-      series: [],
-      rules: [],
-      height: 24,
-      title: '',
-      legend: 'none',
-      blocks: spans.map(span => ({
-        name: words(span.name),
-        x0: span.from,
-        x1: span.to,
-        color: colors.stages[span.index] || [128, 128, 128],
-        opacity: 1,
-        fill: stageFill(colors.stages[span.index]),
-        ink: '#10161b',
-      })),
-    };
+    this.time = this.series.column('time_s');
+    this.isFound = this.series.column('fitness').map(F => F >= limits.detection_fitness);
+    const voltages = Object.keys(columns).filter(name => name.endsWith('_v'));
     const panels = [
-      {
-        title: 'F',
-        x,
-        y: {low: fitness.reduce((least, f) => (f < least ? f : least), -0.25), high: 1.02},
-        legend: 'none',
-        blocks: ground,
-        height: 112,
-        series: [line('F', fitness, colors.estimate)],
-        rules: [limits.docking_fitness, limits.detection_fitness].map(at => ({
-          at,
-          name: at.toFixed(2),
-          color: colors.limit,
-          mark: 'line',
-        })),
-      },
-    ];
-    const pose = (title, part, factor, band, least, rule) => {
-      const desired =
-        part === 'yaw'
-          ? series.column('desired_yaw_rad').map(v => v * factor)
-          : list('desired', part, factor);
-      const wanted = desired.map((value, i) => (controlled[i] ? value : null));
-      const estimate = list('est', part, factor);
-      const all = [];
-      if (band)
-        all.push({
-          name: 'allowed',
-          x: time,
-          y: wanted,
-          low: wanted.map(v => (v === null ? null : v - band)),
-          high: wanted.map(v => (v === null ? null : v + band)),
-          color: colors.limit,
-          mark: 'band',
-        });
-      all.push(
-        line('truth', list('true', part, factor), colors.truth, {width: 3.5}),
-        line('desired', wanted, colors.desired, {mark: 'dashes'}),
-        line(
-          'estimate',
-          estimate.map((v, i) => (found[i] ? v : null)),
-          colors.estimate,
-        ),
-      );
-      if (found.includes(false))
-        all.push({
-          name: 'not detected',
-          x: time,
-          y: estimate.map((v, i) => (found[i] ? null : v)),
-          color: colors.estimate,
-          mark: 'dots',
-          dot: 2.4,
-        });
-      const span = axisSpan(
-        [
-          all.find(s => s.name === 'truth').y,
-          wanted,
-          estimate.filter((v, i) => found[i]),
-          band ? wanted.map(v => (v === null ? null : v + band)) : [],
-          band ? wanted.map(v => (v === null ? null : v - band)) : [],
-          rule === undefined ? [] : [rule],
-        ],
-        least,
-      );
-      panels.push({
-        title,
-        x,
-        y: {low: span[0], high: span[1]},
-        legend: 'none',
-        blocks: ground,
-        height: 118,
-        series: all,
-        rules:
-          rule === undefined
-            ? []
-            : [{at: rule, name: String(Math.round(rule)), color: colors.limit, mark: 'line'}],
-      });
+      this.fitness(),
+      this.pose('x, mm', 'x', 1000, {least: 100, rule: 1000 * limits.docked_x_m}),
+      this.pose('y, mm', 'y', 1000, this.within(limits.tolerance_y_m)),
+      this.pose('z, mm', 'z', 1000, this.within(limits.tolerance_z_m)),
+      this.pose('yaw, °', 'yaw', kDeg, {least: 10}),
+      this.several('thrusters, V', voltages, name => words(name.slice(0, -2))),
+      this.several('speed, mm/s', ['surge_mps', 'sway_mps', 'heave_mps'], shortName, 1000),
+      this.contact(),
+    ].filter(panel => panel.series.length);
+    const last = panels[panels.length - 1];
+    last.x = {...last.x, label: 'time, s'};
+    last.height += kHeight.axis;
+    return [this.stageBar(), ...panels];
+  }
+
+  panel(title, series, more = {}) {
+    const end = Math.max(this.series.end, 1);
+    return {
+      title,
+      x: {low: 0, high: end},
+      y: {},
+      legend: 'none',
+      height: kHeight.plot,
+      blocks: this.blocks.map(block => ({...block, name: '', opacity: 0.1})),
+      rules: [],
+      series,
+      ...more,
     };
-    pose('x, mm', 'x', 1000, 0, 100, limits.docked_x_m * 1000);
-    pose('y, mm', 'y', 1000, limits.tolerance_y_m * 1000, 3000 * limits.tolerance_y_m);
-    pose('z, mm', 'z', 1000, limits.tolerance_z_m * 1000, 3000 * limits.tolerance_z_m);
-    pose('yaw, °', 'yaw', kDeg, 0, 10);
-    const several = (title, names, factor = 1) =>
-      panels.push({
-        title,
-        x,
-        y: {},
-        legend: 'none',
-        blocks: ground,
-        rules: [],
-        height: 112,
-        series: names
-          .filter(([, column]) => series.column(column).length)
-          .map(([name, column], i) =>
-            line(
-              name,
-              series.column(column).map(v => (v === null ? null : v * factor)),
-              curve(i),
-            ),
-          ),
-      });
-    several(
-      'thrusters, V',
-      Object.keys(series.columns)
-        .filter(name => name.endsWith('_v'))
-        .map(name => [words(name.slice(0, -2)), name]),
-    );
-    several(
-      'speed, mm/s',
+  }
+  line(name, y, color, more = {}) {
+    return {name, x: this.time, y, color, mark: 'line', width: 1.5, ...more};
+  }
+  rule(at, name) {
+    return {at, name, color: this.trial.colors.limit, mark: 'line'};
+  }
+
+  stageBar() {
+    // light enough for dark letters
+    const lighter = color => color.map(c => Math.round(c + (255 - c) * 0.35));
+    return this.panel('', [], {
+      has_axes: false,
+      y: {low: 0, high: 1},
+      height: kHeight.bar,
+      blocks: this.blocks.map(block => ({...block, color: lighter(block.color)})),
+    });
+  }
+
+  fitness() {
+    const {limits, colors} = this.trial;
+    const F = this.series.column('fitness');
+    return this.panel('F', [this.line('F', F, colors.estimate)], {
+      y: {low: F.reduce((a, b) => Math.min(a, b), -0.25), high: 1.02},
+      rules: [limits.docking_fitness, limits.detection_fitness].map(at =>
+        this.rule(at, at.toFixed(2)),
+      ),
+    });
+  }
+
+  within(tolerance_m) {
+    return {band: 1000 * tolerance_m, least: 3000 * tolerance_m};
+  }
+
+  /** band: allowed about the desired value; least: span of the axis; rule: a limit. */
+  pose(title, part, factor, {band = 0, least, rule}) {
+    const {series, isFound, time} = this;
+    const {colors} = this.trial;
+    const controlled = series.column('controlled');
+    const desired = series.column(part === 'yaw' ? 'desired_yaw_rad' : `desired_${part}_m`);
+    const wanted = times(desired, factor).map((v, i) => (controlled[i] ? v : null));
+    const truth = times(this.measured('true', part), factor);
+    const all = times(this.measured('est', part), factor);
+    const estimate = all.map((v, i) => (isFound[i] ? v : null));
+    const bounds = {low: plus(wanted, -band), high: plus(wanted, band)};
+    const allowed = {name: 'allowed', x: time, y: wanted, ...bounds, color: colors.limit};
+    const lost = {name: 'not detected', x: time, color: colors.estimate, mark: 'dots', dot: 2.4};
+    return this.panel(
+      title,
       [
-        ['surge', 'surge_mps'],
-        ['sway', 'sway_mps'],
-        ['heave', 'heave_mps'],
-      ],
-      1000,
+        band ? {...allowed, mark: 'band'} : null,
+        this.line('truth', truth, colors.truth, {width: 3.5}),
+        this.line('desired', wanted, colors.desired, {mark: 'dashes'}),
+        this.line('estimate', estimate, colors.estimate),
+        isFound.includes(false) ? {...lost, y: all.map((v, i) => (isFound[i] ? null : v))} : null,
+      ].filter(Boolean),
+      {
+        y: spanOf([truth, estimate, bounds.low, bounds.high, [rule]], least),
+        rules: rule === undefined ? [] : [this.rule(rule, String(Math.round(rule)))],
+      },
     );
-    several('contact, N', [
-      ['dock', 'dock_force_newton'],
-      ['collision', 'collision_force_newton'],
-    ]);
-    panels[panels.length - 1].y = {low: 0, least_span: 1};
-    panels[panels.length - 1].x = {...x, label: 'time, s'};
-    const used = panels.filter(panel => panel.series.length);
-    used[used.length - 1].height += 30;
-    return [stageBar, ...used];
+  }
+  measured(which, part) {
+    if (part !== 'yaw') return this.series.column(`${which}_${part}_m`);
+    return this.time.map((_, i) => {
+      const pose = this.series.pose(which, i);
+      return pose ? yawOf(pose) : null;
+    });
   }
 
-  yaw(prefix) {
-    const out = [];
-    for (let i = 0; i < this.series.length; ++i) {
-      const pose = this.series.pose(prefix, i);
-      out.push(pose ? yawOf(pose) : null);
-    }
-    return out;
+  /** A line for each of these columns. */
+  several(title, names, called, factor = 1) {
+    const there = names.filter(name => this.series.column(name).length);
+    const lines = there.map((name, i) =>
+      this.line(called(name), times(this.series.column(name), factor), curve(i)),
+    );
+    return this.panel(title, lines);
+  }
+
+  contact() {
+    const names = ['dock_force_newton', 'collision_force_newton'];
+    const panel = this.several('contact, N', names, shortName);
+    const most = panel.series.flatMap(({y}) => y).reduce((a, b) => Math.max(a, b), 0);
+    return {...panel, y: {low: 0, high: Math.max(1, 1.07 * most)}};
   }
 }
 
-// Light enough for dark letters in both themes.
-const stageFill = rgb =>
-  rgb ? `rgb(${rgb.map(c => Math.round(c + (255 - c) * 0.35)).join(' ')})` : '#999';
-
-function axisSpan(lists, least) {
-  let low = Infinity;
-  let high = -Infinity;
-  for (const list of lists)
-    for (const v of list)
-      if (Number.isFinite(v)) {
-        low = Math.min(low, v);
-        high = Math.max(high, v);
-      }
-  if (low > high) low = high = 0;
-  const half = Math.max(0.55 * (high - low), least / 2);
-  const middle = (low + high) / 2;
-  return [middle - half, middle + half];
-}
+const shortName = column => column.split('_')[0];

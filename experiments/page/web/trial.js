@@ -1,75 +1,90 @@
 // One trial: how it ended, what happened, in plots, pictures and 3D. The live page feeds the same view.
 
-import {h, button, choice, section} from 'page/dom.js';
-import {addressOf} from 'page/data.js';
+import {h, button, choice, section, soon} from 'page/dom.js';
+import {addressOf, load} from 'page/data.js';
 import {clockText, fixed, number, quantity, shown, words} from 'page/format.js';
 import {Cameras} from 'page/cameras.js';
 import {Clock} from 'page/clock.js';
 import {Scene3d} from 'page/scene3d.js';
 import {Series} from 'page/series.js';
-import {Traces, stageSpans} from 'page/traces.js';
-import {badge, facts, command, head, plainTable} from 'page/parts.js';
-
-export const title = model => model.title;
+import {Traces} from 'page/traces.js';
+import {badge, command, facts, head, plainTable, reveal, stages} from 'page/parts.js';
 
 const kLiveEvery_ms = 150; // between two drawings of growing traces
+const kBeforeEnd_s = 0.5; // where a trial that has ended is shown
 
 /** What main.js calls for a trial's report. */
 export function show(host, model) {
-  const view = new TrialView(host, model, {
-    series: new Series(model.series),
-    frames: model.frames,
-    video: addressOf('video', 'video/mp4'),
-  });
-  const spans = stageSpans(view.series, model.stages);
-  const last = spans[spans.length - 1];
-  view.clock.seek(last ? Math.max(0, view.series.end - 0.5) : 0);
+  const view = new TrialView(host, model, {video: addressOf('video', 'video/mp4')});
+  view.clock.seek(view.series.end - kBeforeEnd_s);
   return view;
 }
 
+/**
+ * Opens trials in an element: {title, outcome, reason, facts, note, commands, model, series}; model and series are names of
+ * the page's parts, or what those hold. Their traces are on one clock, which stands where the first of them ends.
+ */
+export async function openTrials(element, {title, note, trials}) {
+  const clock = new Clock();
+  const box = h('div', {class: 'column'});
+  element.replaceChildren(box);
+  if (trials.length !== 1) box.append(section(title, {note}));
+  const ends = [];
+  for (const trial of trials) {
+    box.append(
+      section(
+        trial.title,
+        {},
+        h('div', {class: 'line'}, badge(trial.outcome), h('span', {class: 'reason'}, trial.reason)),
+        facts(trial.facts),
+        trial.commands.map(command),
+        trial.note ? h('p', {class: 'note'}, trial.note) : null,
+      ),
+    );
+    const model = await held(trial.model);
+    const series = (await held(trial.series)) || model?.series;
+    if (!model || !series) continue;
+    const view = new TrialView(box, {...model, series, record: null}, {clock});
+    ends.push(view.series.end);
+  }
+  if (ends.length) {
+    clock.setEnd(Math.max(...ends));
+    clock.seek(Math.min(...ends) - kBeforeEnd_s);
+  }
+  reveal(box);
+}
+
+/** A part of the page by its name; itself where it is one already. */
+const held = part => (typeof part === 'string' ? load(part) : part);
+
 export class TrialView {
-  /** options: {series, frames: key frames, video: its address, clock, controls: elements for the bar,
-   *  withHead: false without, live: rows and pictures come as the trial goes on} */
-  constructor(
-    host,
-    model,
-    {
-      series = new Series(),
-      frames = [],
-      video = null,
-      clock = new Clock(),
-      controls = [],
-      withHead = true,
-      live = false,
-    } = {},
-  ) {
-    Object.assign(this, {model, series, frames, clock, live});
-    if (withHead) this.drawHead(host);
+  /**
+   * model: of a trial; its record, if it has one, is shown, too. options: {video: a film's address, clock, controls:
+   * elements for the bar, live: rows and pictures come as the trial goes on}.
+   */
+  constructor(host, model, {video = null, clock = new Clock(), controls = [], live = false} = {}) {
+    const series = new Series(model.series);
+    Object.assign(this, {model, series, clock, live});
+    if (model.record) host.append(...head(heading(model)));
     this.transport(host, controls);
-    const left = (this.left = h('div', {class: 'column view'}));
-    const right = h('div', {class: 'column plots-of-trial'});
+    this.left = h('div', {class: 'column view'});
+    const plots = section('What happened');
     const rest = h('div', {class: 'column rest'});
-    host.append(h('div', {class: 'trial-grid'}, left, right, rest));
-    if (model.scene) {
-      const box = section(live ? '3D' : '3D replay', {level: 2});
-      left.append(box);
-      this.scene = new Scene3d(box, model);
-      this.scene.ready.then(() => {
-        this.scene.setSeries(this.series);
-        this.show();
-      });
-    }
-    const box = section(video ? 'Cameras, filmed' : 'Cameras', {level: 2});
-    left.append(box);
-    if (video) this.film(box, video);
+    host.append(h('div', {class: 'trial-grid'}, this.left, plots, rest));
+    if (model.scene) this.addScene();
+    const box = section(video ? 'Cameras, filmed' : 'Cameras');
+    this.left.append(box);
+    if (video) this.addFilm(box, video);
     else this.cameras = new Cameras(box, model);
-    const plots = section('What happened', {level: 2});
-    right.append(plots);
     this.traces = new Traces(plots, model, series, clock);
-    this.clock.setEnd(series.end);
+    this.updateSoon = soon(
+      () => this.update(),
+      live ? draw => setTimeout(draw, kLiveEvery_ms) : requestAnimationFrame,
+    );
+    clock.setEnd(series.end);
     clock.on(() => this.show());
     this.show();
-    if (withHead) this.drawRest(host, rest);
+    if (model.record) this.drawRest(host, rest);
   }
 
   /** Rows that came after; the same columns. */
@@ -78,17 +93,11 @@ export class TrialView {
     this.clock.setEnd(this.series.end);
     this.updateSoon();
   }
-  updateSoon() {
-    if (this.pending) return;
-    this.pending = true;
-    const soon = this.live ? f => setTimeout(f, kLiveEvery_ms) : requestAnimationFrame;
-    soon(() => {
-      this.pending = false;
-      if (!this.series.length) return;
-      this.traces.update();
-      this.scene?.setSeries(this.series);
-      this.show();
-    });
+  update() {
+    if (!this.series.length) return;
+    this.traces.update();
+    this.scene?.setSeries(this.series);
+    this.show();
   }
 
   /** Another trial of the same scenario begins: its rows will follow. */
@@ -99,74 +108,14 @@ export class TrialView {
     this.clock.seek(0);
   }
 
-  drawHead(host) {
-    const record = this.model.record;
-    if (!record) return;
-    const e = record.final_error_true || {};
-    host.append(
-      head({
-        badge: badge(record.outcome),
-        title: this.model.description,
-        reason: record.reason,
-        note: `seed ${this.model.seed}`,
-        facts: [
-          ['time', clockText(record.time_s)],
-          [
-            'true error',
-            ['x_m', 'y_m', 'z_m'].map(k => fixed(e[k] * 1000, 0)).join(', ') + ' mm',
-            'of x, y and z at that time',
-          ],
-          ['yaw', `${fixed((e.yaw_rad * 180) / Math.PI, 1)}°`, 'true error at that time'],
-          ['F, mean', fixed(record.fitness_mean, 2), 'fitness over all frames'],
-          [
-            'pole in',
-            `${fixed(record.insertion_depth_m * 1000, 0)} mm`,
-            'depth of the pole’s tip past the dock’s mouth, at the end',
-          ],
-          ['returns', String(record.returns_to_servoing), 'from docking to visual servoing'],
-        ],
-      }),
-    );
-    if (this.model.missing?.length)
-      host.append(
-        h(
-          'ul',
-          {class: 'missing'},
-          this.model.missing.map(text => h('li', {}, text)),
-        ),
-      );
-  }
-
   drawRest(host, rest) {
-    const {model} = this;
-    const record = model.record;
-    if (record?.transitions?.length)
-      rest.append(
-        section(
-          'Stages',
-          {},
-          h(
-            'ol',
-            {class: 'stages'},
-            record.transitions.map(change => {
-              const at = change.frame / model.frames_per_second;
-              return h(
-                'li',
-                {},
-                button(
-                  clockText(at),
-                  () => {
-                    this.clock.pause();
-                    this.clock.seek(at);
-                  },
-                  {class: 'link', title: `go to ${clockText(at)}`},
-                ),
-                h('span', {}, ` ${words(change.from)} → ${words(change.to)}: ${change.reason}`),
-              );
-            }),
-          ),
-        ),
-      );
+    const {model, clock} = this;
+    const seek = time => {
+      clock.pause();
+      clock.seek(time);
+    };
+    const {transitions} = model.record;
+    if (transitions.length) rest.append(stages(transitions, model.frames_per_second, seek));
     rest.append(
       section(
         'Settings that differ',
@@ -174,74 +123,45 @@ export class TrialView {
         model.settings?.length
           ? plainTable({
               columns: [{label: 'key'}, {label: 'here'}, {label: 'default'}],
-              caption: '',
-              rows: model.settings.map(s => [
-                {text: s.key, title: s.doc},
-                s.value,
-                s.default || '–',
+              rows: model.settings.map(({key, value, default: usual, doc}) => [
+                {text: key, title: doc},
+                value,
+                usual || '–',
               ]),
             })
           : h('p', {}, 'None.'),
       ),
+      section('Again', {}, model.commands.map(command)),
     );
-    if (model.commands)
-      rest.append(
-        section(
-          'Again',
-          {},
-          model.commands.map(c => command(c.command, c.what)),
-        ),
-      );
-    if (record) host.append(section('All figures', {}, facts(flat(record))));
+    host.append(section('All figures', {}, facts(flat(model.record))));
   }
 
   transport(host, controls) {
-    const clock = this.clock;
-    this.play = button('▶ Play', () => clock.toggle(), {
-      class: 'play',
-      title: 'play or pause (space)',
-    });
+    const {clock} = this;
+    this.play = button('', () => clock.toggle(), {class: 'play', title: 'play or pause (space)'});
     this.slider = h('input', {
       type: 'range',
       min: 0,
-      max: 1,
       step: 'any',
-      value: 0,
       'aria-label': 'time in the trial',
       oninput: () => {
         const time = Number(this.slider.value); // pausing shows the old time again
         clock.pause();
-        clock.follow = false;
-        clock.seek(time);
+        clock.lookAt(time);
       },
     });
     this.now = h('output', {class: 'now'});
-    const speeds = [0.25, 0.5, 1, 2, 4, 8];
-    const speed = choice(
-      'speed',
-      speeds.map(s => [String(s), `${s}×`]),
-      '1',
-      value => clock.setSpeed(Number(value)),
-    );
+    const speeds = [0.25, 0.5, 1, 2, 4, 8].map(s => [String(s), `${s}×`]);
+    const speed = choice('speed', speeds, '1', value => clock.setSpeed(Number(value)));
     this.speed = speed.querySelector('select');
-    this.bar = h(
-      'div',
-      {class: 'transport', role: 'group', 'aria-label': 'time'},
-      this.play,
-      this.slider,
-      this.now,
-      speed,
-      controls,
-    );
-    host.append(this.bar);
+    const parts = [this.play, this.slider, this.now, speed, controls];
+    const bar = h('div', {class: 'line transport', role: 'group', 'aria-label': 'time'}, parts);
+    host.append(bar);
     addEventListener('keydown', event => {
-      if (
-        event.key !== ' ' ||
+      const isTaken =
         event.defaultPrevented ||
-        !this.bar.isConnected ||
-        event.target.closest?.('button, input, select, textarea, video, [role=table]')
-      )
-        return;
+        event.target.closest?.('button, input, select, textarea, video, [role=table]');
+      if (event.key !== ' ' || isTaken || !bar.isConnected) return;
       event.preventDefault();
       clock.toggle();
     });
@@ -252,120 +172,131 @@ export class TrialView {
     if (document.activeElement !== this.speed) this.speed.value = String(factor);
   }
 
-  film(host, address) {
-    this.video = h('video', {
-      src: address,
-      muted: true,
-      playsinline: true,
-      preload: 'auto',
-      tabindex: -1,
-      'aria-label': 'film: left and right camera with the estimated marker',
+  addScene() {
+    const box = section(this.live ? '3D' : '3D replay');
+    this.left.append(box);
+    this.scene = new Scene3d(box, this.model);
+    this.scene.ready.then(() => {
+      this.scene.setSeries(this.series);
+      this.show();
     });
+  }
+
+  addFilm(host, address) {
+    const label = 'film: left and right camera with the estimated marker';
+    const more = {playsinline: true, preload: 'auto', tabindex: -1, 'aria-label': label};
+    this.video = h('video', {src: address, ...more});
     this.video.muted = true;
-    host.append(h('div', {class: 'film'}, this.video));
     this.video.addEventListener('loadedmetadata', () => this.showFilm());
+    host.append(h('div', {class: 'film'}, this.video));
   }
   showFilm() {
     const {video, clock} = this;
-    if (!video?.duration) return;
+    if (!video.duration) return;
     const time = Math.min(clock.time, video.duration - 0.01);
+    const isPlaying = clock.playing && time < video.duration - 0.05;
+    const late_s = Math.abs(video.currentTime - time);
+    const most_s = isPlaying && !video.paused ? 0.25 * Math.max(1, clock.speed) : 0.01;
     video.playbackRate = Math.min(8, Math.max(0.1, clock.speed));
-    if (clock.playing && time < video.duration - 0.05) {
-      if (video.paused) {
-        video.currentTime = time;
-        video.play().catch(() => {});
-      } else if (Math.abs(video.currentTime - time) > 0.25 * Math.max(1, clock.speed))
-        video.currentTime = time;
-    } else {
-      video.pause();
-      if (Math.abs(video.currentTime - time) > 0.01) video.currentTime = time;
-    }
+    if (late_s > most_s) video.currentTime = time;
+    if (!isPlaying) video.pause();
+    else if (video.paused) video.play().catch(() => {});
+  }
+
+  /** The marker's pose in the camera head by a row, and whether that counts as found. */
+  estimateAt(row) {
+    const F = this.series.at('fitness', row);
+    return {
+      pose: this.series.pose('est', row),
+      isFound: F >= this.model.limits.detection_fitness,
+    };
   }
 
   /** Everything at the clock's time. */
   show() {
     const {clock, series} = this;
-    const i = series.indexAt(clock.time);
+    const row = series.indexAt(clock.time);
     const play = clock.playing ? '❚❚ Pause' : '▶ Play';
     if (this.play.textContent !== play) this.play.textContent = play;
     this.slider.max = String(Math.max(clock.end, 0.001));
     this.slider.value = String(clock.time);
-    const stage = series.at('stage', i);
-    const F = series.at('fitness', i);
-    this.slider.setAttribute('aria-valuetext', `${clockText(clock.time)}, ${words(stage || '')}`);
-    const ended = clock.time > series.end + 0.1; // another trial of the same clock goes on
-    this.now.textContent =
-      i < 0
-        ? '–'
-        : `${clockText(ended ? series.end : clock.time)} · ${words(stage)} · ${ended ? 'ended' : `F ${fixed(F, 2)}`}`;
-    if (i < 0) return;
-    const found = F >= this.model.limits.detection_fitness;
+    const stage = words(series.at('stage', row) || '');
+    this.slider.setAttribute('aria-valuetext', `${clockText(clock.time)}, ${stage}`);
+    const hasEnded = clock.time > series.end + 0.1; // another trial of the same clock goes on
+    const state = hasEnded ? 'ended' : `F ${fixed(series.at('fitness', row), 2)}`;
+    const time = clockText(hasEnded ? series.end : clock.time);
+    this.now.textContent = row < 0 ? '–' : `${time} · ${stage} · ${state}`;
+    if (row < 0) return;
+    const estimate = this.estimateAt(row);
     this.scene?.update(
-      series.pose('vehicle', i),
-      series.pose('true', i),
-      found ? series.pose('est', i) : null,
+      series.pose('vehicle', row),
+      series.pose('true', row),
+      estimate.isFound ? estimate.pose : null,
     );
     if (this.video) this.showFilm();
-    if (this.cameras && !this.live) this.showFrame();
+    else if (!this.live) this.showFrame(estimate);
   }
 
   /** The picture nearest to the time, with its own estimate. */
-  showFrame() {
-    const {frames, series, clock, cameras} = this;
-    if (!frames?.length) {
-      const i = series.indexAt(clock.time);
-      cameras.setEstimate(
-        series.pose('est', i),
-        series.at('fitness', i) >= this.model.limits.detection_fitness,
-      );
-      cameras.say('No pictures were kept; the circles are the estimate.');
-      return;
-    }
-    let best = frames[0];
-    for (const frame of frames)
-      if (Math.abs(frame.time_s - clock.time) < Math.abs(best.time_s - clock.time)) best = frame;
-    if (best === this.frame) return;
-    this.frame = best;
-    for (const side of ['left', 'right']) {
-      const image = new Image();
-      image.onload = () => {
-        if (this.frame === best) cameras.setPicture(side, image);
-      };
-      image.src = 'data:image/jpeg;base64,' + best[side];
-    }
-    const i = series.indexAt(best.time_s);
-    cameras.setEstimate(
-      series.pose('est', i),
-      series.at('fitness', i) >= this.model.limits.detection_fitness,
-    );
-    cameras.say(
-      `Picture of ${clockText(best.time_s)} with its estimate; ${frames.length} pictures kept.`,
+  showFrame(estimate) {
+    const {series, clock, cameras} = this;
+    const {frames} = this.model;
+    if (!frames?.length)
+      return cameras.show({}, estimate, 'No pictures were kept; the circles are the estimate.');
+    const late_s = frame => Math.abs(frame.time_s - clock.time);
+    const frame = frames.reduce((best, other) => (late_s(other) < late_s(best) ? other : best));
+    if (frame === this.frame) return;
+    this.frame = frame;
+    const caption = `Picture of ${clockText(frame.time_s)} with its estimate; ${frames.length} pictures kept.`;
+    const image = base64 => Object.assign(new Image(), {src: `data:image/jpeg;base64,${base64}`});
+    const pictures = {left: image(frame.left), right: image(frame.right)};
+    const own = this.estimateAt(series.indexAt(frame.time_s));
+    Promise.all(Object.values(pictures).map(picture => picture.decode())).then(
+      () => this.frame === frame && cameras.show(pictures, own, caption),
     );
   }
 }
 
-/** A record's values with their keys dotted: [[label, text, key]]. */
-export function flat(record, path = '') {
-  const list = [];
-  for (const [key, value] of Object.entries(record)) {
+/** What is looked for first in a trial's record. */
+function heading({description, seed, record, missing}) {
+  const e = record.final_error_true || {};
+  const error_mm = ['x_m', 'y_m', 'z_m'].map(key => fixed(1000 * e[key], 0)).join(', ');
+  const fact = (label, value, note) => ({label, value, note});
+  return {
+    badge: badge(record.outcome),
+    title: description,
+    reason: record.reason,
+    note: `seed ${seed}`,
+    missing,
+    facts: [
+      fact('time', clockText(record.time_s)),
+      fact('true error', `${error_mm} mm`, 'of x, y and z at that time'),
+      fact('yaw', `${fixed((e.yaw_rad * 180) / Math.PI, 1)}°`, 'true error at that time'),
+      fact('F, mean', fixed(record.fitness_mean, 2), 'fitness over all frames'),
+      fact(
+        'pole in',
+        `${fixed(record.insertion_depth_m * 1000, 0)} mm`,
+        'depth of the pole’s tip past the dock’s mouth, at the end',
+      ),
+      fact('returns', String(record.returns_to_servoing), 'from docking to visual servoing'),
+    ],
+  };
+}
+
+/** A record's values with their keys dotted: [{label, value, note: key}]. */
+function flat(record, path = '') {
+  return Object.entries(record).flatMap(([key, value]) => {
     const name = path ? `${path}.${key}` : key;
-    if (['transitions', 'reason', 'log'].includes(key)) continue;
-    if (value && typeof value === 'object' && !Array.isArray(value))
-      list.push(...flat(value, name));
-    else {
-      const {unit, factor} = quantity(path.endsWith('_s') ? path : key); // stage_time_s.docking
-      const text =
-        typeof value === 'number'
-          ? `${number(value * factor)}${unit ? ' ' + unit : ''}`
-          : Array.isArray(value)
-            ? value.map(shown).join(', ') || 'none'
-            : shown(value);
-      list.push([
-        words(name.replace(/_(m|s|rad|v|newton|joule)(?=\.|$)/g, '')).replaceAll('.', ', '),
-        text,
-        name,
-      ]);
-    }
-  }
-  return list;
+    if (['transitions', 'reason', 'log'].includes(key)) return [];
+    if (value && typeof value === 'object' && !Array.isArray(value)) return flat(value, name);
+    const {unit, factor} = quantity(path.endsWith('_s') ? path : key); // stage_time_s.docking
+    const text =
+      typeof value === 'number'
+        ? `${number(value * factor)} ${unit}`.trim()
+        : Array.isArray(value)
+          ? value.map(shown).join(', ') || 'none'
+          : shown(value);
+    const label = name.replace(/_(m|s|rad|v|newton|joule)(?=\.|$)/g, '').replaceAll('.', ', ');
+    return {label: words(label), value: text, note: name};
+  });
 }

@@ -5,7 +5,6 @@
 
 #include "experiments/media/jpeg.h"
 #include "experiments/page/trial_model.h"
-#include "experiments/studies/live/message.h"
 #include "experiments/trial/series.h"
 
 namespace turbidock::live {
@@ -30,14 +29,23 @@ std::vector<T> Part(const std::vector<T>& list, size_t begin, size_t most) {
   return {list.begin() + static_cast<ptrdiff_t>(begin), list.begin() + static_cast<ptrdiff_t>(end)};
 }
 
+// A message (live_board.h).
+std::string Framed(const report::Json& head, const std::string& left = "",
+                   const std::string& right = "") {
+  const std::string text = report::JsonLine(head);
+  std::string message;
+  message.reserve(4 + text.size() + left.size() + right.size());
+  for (int shift = 0; shift < 32; shift += 8)
+    message += static_cast<char>(text.size() >> shift & 0xff);
+  return message.append(text).append(left).append(right);
+}
+
 Json StatusOf(const LiveSession& session, double real_time_factor) {
-  Json status = {{"trial", session.trial_number()},
-                 {"going", session.going()},
+  Json status = {{"going", session.going()},
                  {"speed", session.speed()},
                  {"frames", session.log().frames.size()},
                  {"ended", session.result().has_value()},
-                 {"real_time_factor", real_time_factor},
-                 {"push_newton", session.push_newton()}};
+                 {"real_time_factor", real_time_factor}};
   if (session.result()) {
     status["outcome"] = session.result()->outcome;
     status["reason"] = session.result()->reason;
@@ -66,7 +74,6 @@ class LiveBoard::LiveTab : public serve::Tab {
   int64_t sent_ = 0, got_ = 0;  // messages
   int64_t trial_number_ = 0, settings_number_ = 0, status_number_ = 0;
   size_t rows_ = 0, transitions_ = 0, changes_ = 0;
-  bool result_ = false;
   std::shared_ptr<const Picture> picture_;
 };
 
@@ -85,7 +92,6 @@ std::optional<std::string> LiveBoard::LiveTab::Next() {
         trial_number_ = board_.trial_number_;
         head["trial"] = board_.trial_;
         rows_ = transitions_ = changes_ = 0;
-        result_ = false;
       }
       if (settings_number_ != board_.settings_number_) {
         settings_number_ = board_.settings_number_;
@@ -101,17 +107,10 @@ std::optional<std::string> LiveBoard::LiveTab::Next() {
         head["transitions"] = Part(board_.transitions_, transitions_, kMostRows);
       if (changes_ < board_.changes_.size())
         head["changes"] = Part(board_.changes_, changes_, kMostRows);
-      // the result last, when everything before it is there
-      const bool has_all = rows_ + rows.frames.size() == board_.rows_.size();
-      if (!result_ && has_all && !board_.result_.is_null()) {
-        head["result"] = board_.result_;
-        result_ = true;
-      }
       if (picture_ != board_.picture_) picture = picture_ = board_.picture_;
     }
   }
   if (!rows.frames.empty()) {
-    head["from"] = rows_;
     head["rows"] = page::SeriesModel(trial::Series::Of(rows));
     rows_ += rows.frames.size();
   }
@@ -155,7 +154,6 @@ void LiveBoard::Show(const LiveSession& session, bool whole_images, double real_
   if (is_other) {
     trial_number_ = session.trial_number();
     trial_ = std::move(trial);
-    result_ = nullptr;
     thrusters_ = session.log().thrusters;
     rows_.clear();
     transitions_.clear();
@@ -168,8 +166,6 @@ void LiveBoard::Show(const LiveSession& session, bool whole_images, double real_
   TakeNew(frames, &rows_);
   TakeNew(session.transitions(), &transitions_);
   TakeNew(session.changes(), &changes_);
-  if (session.result() && result_.is_null())
-    result_ = Json(static_cast<const trial::TrialRecord&>(*session.result()));
   status_ = StatusOf(session, real_time_factor);
   ++status_number_;
   if (picture) picture_ = picture;

@@ -24,12 +24,6 @@ struct ShowCost {
   int64_t pictures = 0;  // pairs, each encoded once for all tabs
   double encode_s = 0;
   int64_t bytes = 0;
-
-  static void Fields(auto& self, auto&& field) {
-    field("pictures", self.pictures);
-    field("encode_s", self.encode_s);
-    field("bytes", self.bytes);
-  }
 };
 
 // Messages to a tab: the length of the head (4 bytes, least significant first), the head, which is
@@ -38,9 +32,8 @@ struct ShowCost {
 //   trial        another trial: what the page knows of one before it runs
 //   controls     what can be set, with values
 //   status       going, speed, frame, ended and so on
-//   from, rows   columns of a trajectory from row `from` on
+//   rows         columns of a trajectory: the rows since the last message
 //   transitions, changes   those since the last message
-//   result       of a trial that has ended
 //   pictures     {frame, left, right}: the frame they belong to, and their sizes in bytes
 //   problem      a sentence about this tab's last command
 // A tab that is slow to answer gets fewer pictures, but every row.
@@ -86,7 +79,7 @@ class LiveBoard {
   int64_t last_tab_ = 0;
   // what the session showed last
   int64_t trial_number_ = 0, settings_number_ = 0, status_number_ = 0;
-  report::Json trial_, controls_, status_, result_;
+  report::Json trial_, controls_, status_;
   std::vector<std::string> thrusters_;
   std::vector<trial::FrameRecord> rows_;
   std::vector<control::Transition> transitions_;

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "experiments/page/page.h"
-#include "experiments/studies/live/live_board.h"
 #include "experiments/studies/live/live_session.h"
 #include "experiments/trial/trial_files.h"
 
@@ -148,10 +147,7 @@ ViewSummary ServeTrial(const trial::Scenario& scenario, const ViewOptions& optio
     server.Wake();
   }
   session.Close();
-  const ShowCost cost = board.cost();
-  summary.pictures = cost.pictures;
-  summary.encode_s = cost.encode_s;
-  summary.bytes = cost.bytes;
+  summary.shown = board.cost();
   return summary;
 }
 

@@ -5,27 +5,23 @@
 #include <optional>
 #include <string>
 
-#include "experiments/serve/server.h"
+#include "experiments/studies/live/live_board.h"
+#include "experiments/studies/live/result_view.h"
 #include "experiments/trial/scenario.h"
 
 namespace turbidock::live {
 
-struct ViewOptions {
-  serve::Place place;
+struct ViewOptions : ServeOptions {
   int jpeg_quality = 80;
-  std::optional<std::string> out;  // existing folder for the files of the last trial that ended
-  std::function<void(const std::string& url)> on_served;
+  std::optional<std::string> out = {};  // folder for the files of the last trial that ended
   std::function<void(const std::string& line)> say;
-  std::function<bool()> stop_requested;
 };
 
 // What it was like.
 struct ViewSummary {
   int64_t frames = 0;
   double step_s = 0;  // in which they were simulated
-  int64_t pictures = 0;
-  double encode_s = 0;
-  int64_t bytes = 0;
+  ShowCost shown;
 };
 
 // Simulates in the calling thread, in step with real time, and serves in another. The trial waits

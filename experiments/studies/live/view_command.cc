@@ -9,11 +9,12 @@
 #include "experiments/app/commands.h"
 #include "experiments/app/progress.h"
 #include "experiments/farm/result_store.h"
+#include "experiments/farm/run_lock.h"
 #include "experiments/page/batch_page.h"
 #include "experiments/page/result_page.h"
 #include "experiments/page/study_page.h"
 #include "experiments/studies/live/live_view.h"
-#include "experiments/studies/live/results_view.h"
+#include "experiments/studies/live/result_view.h"
 #include "experiments/system/output_path.h"
 #include "experiments/trial/scenario.h"
 #include "experiments/trial/trial_files.h"
@@ -39,33 +40,28 @@ std::string SummaryText(const ViewSummary& s) {
   std::string text = fmt::format("{} frames", s.frames);
   if (s.frames > 0)
     text += fmt::format(", {:.1f} ms each", 1e3 * s.step_s / static_cast<double>(s.frames));
-  if (s.pictures > 0)
-    text += fmt::format("; {} pairs of pictures, {:.1f} ms and {:.0f} kB each", s.pictures,
-                        1e3 * s.encode_s / static_cast<double>(s.pictures),
-                        1e-3 * static_cast<double>(s.bytes) / static_cast<double>(s.pictures));
+  if (const auto pictures = static_cast<double>(s.shown.pictures); pictures > 0)
+    text += fmt::format("; {} pairs of pictures, {:.1f} ms and {:.0f} kB each", s.shown.pictures,
+                        1e3 * s.shown.encode_s / pictures,
+                        1e-3 * static_cast<double>(s.shown.bytes) / pictures);
   return text;
 }
 
-enum class Kind { kScenario, kResult, kGrowing };
-
-// A folder or a JSON document is a result; a file of trials and the folder of a study that is not
-// done may still grow; all else is a scenario.
-Kind KindOf(const std::string& what) {
-  std::error_code ignored;
-  if (fs::is_directory(what, ignored))
-    return page::TrialsOfUnfinishedStudy(what) ? Kind::kGrowing : Kind::kResult;
-  if (fs::path(what).extension() == ".json") return Kind::kResult;
-  return page::IsFileOfTrials(what) ? Kind::kGrowing : Kind::kScenario;
+// A folder, a JSON document and a file of trials are results; all else is a scenario.
+bool IsResult(const std::string& what) {
+  std::error_code none;
+  return fs::is_directory(what, none) || fs::path(what).extension() == ".json" ||
+         page::IsFileOfTrials(what);
 }
 
-// Of a file of trials, or of a study's folder: its report once there is one.
-page::Page PageOfGrowing(const std::string& what, const std::string& file,
-                         const trial::Plugins& plugins) {
-  const farm::ResultStore store = farm::ResultStore::Read(file);
-  if (what == file || page::TrialsOfUnfinishedStudy(what))
-    return page::BatchPage(store, file, {.plugins = plugins});
-  page::Page page = page::StudyFolderPage(what, plugins);
-  page.model["rows"] = store.Done().size();
+// How often a page of what still runs loads itself again.
+constexpr double kAgain_s = 5;
+
+page::Page PageOf(const std::string& what, const trial::Plugins& plugins) {
+  const std::string file = page::TrialsOfUnfinishedStudy(what).value_or(what);
+  if (!page::IsFileOfTrials(file)) return page::ResultPage(what, plugins);
+  page::Page page = page::BatchPage(farm::ResultStore::Read(file), file, {.plugins = plugins});
+  if (farm::IsLocked(file)) page.model["again_s"] = kAgain_s;
   return page;
 }
 
@@ -78,12 +74,12 @@ void RefuseScenarioOptions(const ViewArguments& arguments) {
 }
 
 // Serves a trial that runs now.
-void ViewScenario(const ViewArguments& arguments, ViewOptions options) {
+void ViewScenario(const ViewArguments& arguments, const ServeOptions& served) {
   app::Progress progress(arguments.quiet);
   std::vector<std::string> assignments = arguments.assignments;
   if (!arguments.seed.empty()) assignments.push_back("seed=" + arguments.seed);
-  options.jpeg_quality = arguments.quality;
-  options.say = [&](const std::string& line) { progress.Say(line); };
+  const ViewOptions options{served, arguments.quality, arguments.out,
+                            [&](const std::string& line) { progress.Say(line); }};
   const trial::Scenario scenario =
       trial::LoadScenario(arguments.what, assignments, arguments.gains, arguments.plugins);
   if (arguments.out)
@@ -97,35 +93,20 @@ void ViewScenario(const ViewArguments& arguments, ViewOptions options) {
 }
 
 int View(const ViewArguments& arguments) {
-  const serve::Place place{.address = arguments.listen, .port = arguments.port};
-  const auto on_served = [&](const std::string& url) {
-    std::printf("%s\n", url.c_str());
-    std::fflush(stdout);
-    app::Progress(arguments.quiet).Say("open this address in a browser; Ctrl-C ends");
-  };
-  const auto stop_requested = app::CatchStopSignals();  // a trial that is cut off has its record
-  const ResultsOptions results{
-      .place = place, .on_served = on_served, .stop_requested = stop_requested};
-  const std::string& what = arguments.what;
-  switch (KindOf(what)) {
-    case Kind::kScenario:
-      ViewScenario(arguments, {.place = place,
-                               .out = arguments.out,
-                               .on_served = on_served,
-                               .say = {},
-                               .stop_requested = stop_requested});
-      break;
-    case Kind::kResult:
-      RefuseScenarioOptions(arguments);
-      ServePage(page::ResultPage(what, arguments.plugins), results);
-      break;
-    case Kind::kGrowing: {
-      RefuseScenarioOptions(arguments);
-      const std::string file = page::TrialsOfUnfinishedStudy(what).value_or(what);
-      ServeResults(
-          file, [&] { return PageOfGrowing(what, file, arguments.plugins); }, results);
-      break;
-    }
+  const ServeOptions options{
+      .place = {.address = arguments.listen, .port = arguments.port},
+      .on_served =
+          [&](const std::string& url) {
+            std::printf("%s\n", url.c_str());
+            std::fflush(stdout);
+            app::Progress(arguments.quiet).Say("open this address in a browser; Ctrl-C ends");
+          },
+      .stop_requested = app::CatchStopSignals()};  // a trial that is cut off has its record
+  if (IsResult(arguments.what)) {
+    RefuseScenarioOptions(arguments);
+    ServeResult([&] { return PageOf(arguments.what, arguments.plugins); }, options);
+  } else {
+    ViewScenario(arguments, options);
   }
   return app::kExitDone;
 }

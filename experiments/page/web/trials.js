@@ -1,0 +1,49 @@
+// The trials of a batch, column by column, as the program packed them (experiments/page/batch_page.h).
+
+import {groupsOf, stratified} from 'page/numbers.js';
+
+/** A column as a function of the row: a list, or numbers of words. */
+const unpacked = column => row =>
+  Array.isArray(column) ? column[row] : (column.words[column.of[row]] ?? null);
+
+export class Trials {
+  constructor({rows, columns, parameters, grid = []}) {
+    this.rows = Array.from({length: rows}, (_, row) => row);
+    this.get = {};
+    for (const [key, column] of Object.entries({...columns, ...parameters}))
+      this.get[key] = unpacked(column);
+    this.parameters = Object.keys(parameters);
+    this.columns = Object.keys(columns);
+    this.planned = new Set(['stratum', ...grid]); // what tells cells or strata apart, not how trials went
+    this.isSuccess = row => this.get.failure(row) === 'none';
+  }
+
+  isNumeric(key) {
+    const first = this.rows.find(row => this.get[key](row) !== null);
+    return first !== undefined && typeof this.get[key](first) === 'number';
+  }
+
+  /** Different values of a column, in order. */
+  values(key) {
+    const all = [...new Set(this.rows.map(this.get[key]))].filter(value => value !== null);
+    return all.every(value => typeof value === 'number')
+      ? all.sort((a, b) => a - b)
+      : all.sort((a, b) => String(a).localeCompare(String(b), 'en', {numeric: true}));
+  }
+
+  /**
+   * {won, all, share, low, high} of the rows that docked: the 95 % interval over the plan's strata, if it has any and
+   * the rows are whole cells, told apart by these keys only.
+   */
+  rate(rows, keys) {
+    const isWhole = this.get.stratum && keys.every(key => this.planned.has(key));
+    const strata = groupsOf(rows, isWhole ? this.get.stratum : () => '');
+    const counts = [...strata.values()].map(members => ({
+      successes: members.filter(this.isSuccess).length,
+      trials: members.length,
+    }));
+    const won = counts.reduce((sum, {successes}) => sum + successes, 0);
+    const [low, high] = stratified(counts);
+    return {won, all: rows.length, share: won / rows.length, low, high};
+  }
+}
