@@ -31,7 +31,8 @@ report::Json Described(const std::string& folder, const std::string& name) {
   const farm::Plan plan = farm::LoadPlan(name);
   return {{"name", name},
           {"description", plan.settings().description},
-          {"trials", plan.trials()}};  // with a precision, at most
+          {"trials", plan.trials()},
+          {"is_most", plan.settings().precision.has_value()}};
 }
 
 report::Json Bundled(const std::string& folder) {
@@ -43,9 +44,10 @@ report::Json Bundled(const std::string& folder) {
 
 void PrintBundled(const report::Json& list) {
   for (const report::Json& entry : list) {
-    const std::string trials =
-        entry.contains("trials") ? fmt::format("{:>7} trials  ", entry.at("trials").get<int64_t>())
-                                 : "";
+    std::string trials;
+    if (entry.contains("trials"))
+      trials = fmt::format("{} {:>5} trials  ", entry.at("is_most").get<bool>() ? "up to" : "     ",
+                           entry.at("trials").get<int64_t>());
     fmt::print("{:24} {}{}\n", entry.at("name").get<std::string>(), trials,
                entry.at("description").get<std::string>());
   }
