@@ -96,4 +96,24 @@ double McNemarExactP(int64_t only_a, int64_t only_b) {
   return TwoSided(boost::math::cdf(half, static_cast<double>(std::min(only_a, only_b))));
 }
 
+Interval RateDifferenceInterval(int64_t only_a, int64_t only_b, int64_t pairs) {
+  const double lost = static_cast<double>(only_a) + 0.5, gained = static_cast<double>(only_b) + 0.5;
+  const double total = static_cast<double>(pairs) + 2, change = gained - lost;
+  const double z = boost::math::quantile(boost::math::normal(), 0.975);
+  const double half = z * std::sqrt(lost + gained - change * change / total) / total;
+  return {std::max(-1.0, change / total - half), std::min(1.0, change / total + half)};
+}
+
+std::vector<bool> HolmSignificant(const std::vector<double>& p_values, double level) {
+  std::vector<size_t> order(p_values.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::ranges::stable_sort(order, {}, [&](size_t i) { return p_values[i]; });
+  std::vector<bool> significant(p_values.size(), false);
+  for (size_t k = 0; k < order.size(); ++k) {
+    if (p_values[order[k]] > level / static_cast<double>(order.size() - k)) break;
+    significant[order[k]] = true;
+  }
+  return significant;
+}
+
 }  // namespace turbidock::statistics

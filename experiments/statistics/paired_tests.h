@@ -35,4 +35,13 @@ double WilcoxonSignedRankP(const std::vector<double>& differences);
 // `only_b` times. It is the sign test, too: that a difference is as likely up as down.
 double McNemarExactP(int64_t only_a, int64_t only_b);
 
+// 95 % interval of the difference of the success rates, b's less a's, of so many pairs of which
+// `only_a` and `only_b` succeeded in one alone: Wald's with half a pair added to each cell (Agresti
+// and Min, Stat. Med. 24 (2005) 729).
+Interval RateDifferenceInterval(int64_t only_a, int64_t only_b, int64_t pairs);
+
+// Which of several tests are significant together: with a probability of at most `level` any of
+// them is where nothing differs (Holm, Scand. J. Stat. 6 (1979) 65).
+std::vector<bool> HolmSignificant(const std::vector<double>& p_values, double level = 0.05);
+
 }  // namespace turbidock::statistics

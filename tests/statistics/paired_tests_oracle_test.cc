@@ -2,6 +2,7 @@
 
 #include "experiments/statistics/paired_tests.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -68,6 +69,27 @@ TEST(PairedTests, McNemarByHand) {
   EXPECT_NEAR(McNemarExactP(0, 5), 2 / 32.0, 1e-12);
   EXPECT_NEAR(McNemarExactP(1, 7), 2 * (1 + 8) / 256.0, 1e-12);
   EXPECT_EQ(McNemarExactP(7, 1), McNemarExactP(1, 7));
+}
+
+// Of ten pairs 3 succeeded in a only, 1 in b only: (1.5 - 3.5) / 12 and 1.959964 sqrt(5 - 4 / 12)
+// / 12.
+TEST(PairedTests, RateDifferenceByHand) {
+  const Interval interval = RateDifferenceInterval(3, 1, 10);
+  EXPECT_NEAR(interval.low, -1.0 / 6 - 0.352834, 1e-5);
+  EXPECT_NEAR(interval.high, -1.0 / 6 + 0.352834, 1e-5);
+  EXPECT_EQ(RateDifferenceInterval(1, 0, 1).low, -1) << "no rate differs by more than all";
+}
+
+// R: p.adjust(c(0.01, 0.04, 0.03, 0.005), "holm") is 0.03, 0.06, 0.06, 0.02.
+TEST(Holm, StepsDownFromTheSmallest) {
+  using ::testing::ElementsAre;
+  EXPECT_THAT(HolmSignificant({0.01, 0.04, 0.03, 0.005}), ElementsAre(true, false, false, true));
+  EXPECT_THAT(HolmSignificant({0.01, 0.04, 0.03, 0.005}, 0.06),
+              ElementsAre(true, true, true, true));
+  // Whatever is behind the first that is not stays out, small as it may be beside its own bound.
+  EXPECT_THAT(HolmSignificant({0.03, 0.04}), ElementsAre(false, false));
+  EXPECT_THAT(HolmSignificant({0.025, 0.05}), ElementsAre(true, true)) << "bounds included";
+  EXPECT_TRUE(HolmSignificant({}).empty());
 }
 
 // Student's (1908) own example: hours of sleep gained with two drugs, t = 4.0621 on 9 degrees of
