@@ -1,25 +1,21 @@
 #include <fmt/format.h>
 
-#include <cstdio>
 #include <filesystem>
 #include <vector>
 
 #include "experiments/app/commands.h"
 #include "experiments/app/farm_arguments.h"
 #include "experiments/app/plan_arguments.h"
+#include "experiments/app/print_report.h"
 #include "experiments/app/progress.h"
 #include "experiments/farm/batch.h"
+#include "experiments/farm/batch_report.h"
 #include "experiments/farm/plan.h"
 #include "experiments/farm/result_store.h"
-#include "experiments/farm/summary.h"
-#include "experiments/farm/trial_scheduler.h"
-#include "experiments/media/figure.h"
 #include "experiments/page/batch_page.h"
-#include "experiments/report/json.h"
-#include "experiments/studies/curve/success_curve.h"
+#include "experiments/report/text.h"
 #include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"
-#include "experiments/system/plain_text.h"
 
 namespace turbidock::app {
 namespace {
@@ -27,7 +23,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kLogEvery_s = 10;
-constexpr size_t kMaxRows = 60;  // of the closing table; `status --by` shows longer ones
 
 struct BatchArguments {
   PlanArguments plan;
@@ -41,15 +36,9 @@ std::string CountText(const farm::Plan& plan) {
   return fmt::format("{}{} trials", plan.settings().precision ? "up to " : "", plan.trials());
 }
 
-// "17 of 480" or, where the total is a guess, "17 of about 320 (at most 480)".
-std::string DoneText(int64_t done, int64_t total, int64_t most) {
-  return total == most ? fmt::format("{} of {}", done, total)
-                       : fmt::format("{} of about {} (at most {})", done, total, most);
-}
-
 std::string Words(const farm::BatchProgress& progress) {
   const statistics::Interval wilson = statistics::WilsonInterval(progress.successes, progress.done);
-  std::string words = DoneText(progress.done, progress.total, progress.most) + " trials";
+  std::string words = farm::DoneText(progress.done, progress.total, progress.most) + " trials";
   if (progress.done > 0)
     words += fmt::format(
         ", success {:.0f} % [{:.0f}, {:.0f}]",
@@ -63,20 +52,25 @@ std::string Words(const farm::BatchProgress& progress) {
   return words;
 }
 
-// In how many of its cells a file has the precision that its plan asks for.
-std::string PrecisionText(const farm::TrialRule& rule, const farm::TrialScheduler& scheduler) {
-  std::string text = fmt::format("a precision of {:g} % is reached in {} of {} cells",
-                                 100 * *rule.precision, scheduler.reached(), scheduler.cells());
-  if (scheduler.not_reached() > 0)
-    text +=
-        fmt::format(", not in {}: max_trials = {} came first", scheduler.not_reached(), rule.most);
-  return text;
+void SayBeginning(const farm::Plan& plan, const farm::Shard& shard, const std::string& out,
+                  int64_t done_before, Progress* progress) {
+  progress->Say(fmt::format("{}: {}{}, plan {}, {}", plan.settings().description, CountText(plan),
+                            shard.count > 1 ? ", of which shard " + shard.Text() : "", plan.hash(),
+                            system::VersionAndCommit()));
+  if (done_before > 0)
+    progress->Say(fmt::format("  {} of them are in {} already", done_before, out));
 }
 
-std::vector<std::string> GridKeys(const farm::Plan& plan) {
-  std::vector<std::string> keys;
-  for (const farm::GridAxis& axis : plan.grid()) keys.push_back(axis.key);
-  return keys;
+// How fast it was, if it ran anything.
+void SayEnd(const farm::BatchProgress& end, int capacity, const std::string& out,
+            Progress* progress) {
+  if (end.done_now == 0) return;
+  const auto used = static_cast<double>(std::min<int64_t>(capacity, end.done_now));
+  progress->Say(fmt::format(
+      "{} trials in {}, {:.0f} an hour, workers busy {:.1f} % of the time; results in {}",
+      end.done_now, Duration(end.wall_time_s),
+      3600 * static_cast<double>(end.done_now) / end.wall_time_s,
+      100 * end.worker_time_s / (end.wall_time_s * used), out));
 }
 
 int Batch(const BatchArguments& arguments) {
@@ -93,13 +87,7 @@ int Batch(const BatchArguments& arguments) {
       .Require();
   farm::ResultStore store = farm::ResultStore::Write(arguments.out, farm::HeaderOf(plan, shard));
   Progress progress(arguments.quiet);
-  progress.Say(fmt::format("{}: {}{}, plan {}, {}", plan.settings().description, CountText(plan),
-                           shard.count > 1 ? ", of which shard " + shard.Text() : "", plan.hash(),
-                           system::VersionAndCommit()));
-  const auto done_before = std::ssize(store.Done());
-  if (done_before > 0)
-    progress.Say(fmt::format("  {} of them are in {} already", done_before, arguments.out));
-
+  SayBeginning(plan, shard, arguments.out, std::ssize(store.Done()), &progress);
   farm::BatchOptions options;
   options.farm = arguments.farm.For(arguments.out,
                                     [&](const std::string& text) { progress.Say("  " + text); });
@@ -116,106 +104,30 @@ int Batch(const BatchArguments& arguments) {
   const farm::BatchProgress end = farm::RunBatch(plan, options, &store);
   if (end.done < end.total) {
     progress.Say(fmt::format("stopped: {} trials are in {}; the same command goes on",
-                             DoneText(end.done, end.total, end.most), arguments.out));
+                             farm::DoneText(end.done, end.total, end.most), arguments.out));
     return kExitDone;  // main makes the signal's code of it
   }
-
-  const std::vector<std::string> keys = GridKeys(plan);
-  const std::vector<farm::GroupSummary> groups = farm::Summarise(store.Trials(), keys);
-  const farm::TrialRule rule = farm::RuleOf(store.header());
-  progress.Say("");
-  progress.Say(groups.size() <= kMaxRows
-                   ? farm::SummaryTable(keys, groups, rule.precision)
-                   : farm::SummaryTable({}, farm::Summarise(store.Trials(), {})));
-  if (rule.precision) progress.Say(PrecisionText(rule, farm::SchedulerOf(store)));
-  if (end.done_now > 0)
-    progress.Say(fmt::format(
-        "{} trials in {}, {:.0f} an hour, workers busy {:.1f} % of the time; results in {}",
-        end.done_now, Duration(end.wall_time_s),
-        3600 * static_cast<double>(end.done_now) / end.wall_time_s,
-        100 * end.worker_time_s /
-            (end.wall_time_s *
-             static_cast<double>(std::min<int64_t>(options.farm.capacity(), end.done_now))),
-        arguments.out));
+  const farm::BatchSummary summary = farm::SummaryOf(store, arguments.out, farm::ByGrid(plan));
+  progress.Say("\n" + report::Text(farm::ReportOf(summary)));
+  SayEnd(end, options.farm.capacity(), arguments.out, &progress);
   if (!page.empty()) {
     page::WritePage(page, page::BatchPage(store, arguments.out, {.plugins = plan.plugins()}));
     progress.Say("a page to look at: " + page);
   }
-  if (arguments.json) std::fputs(farm::SummaryJson(keys, groups, rule.precision).c_str(), stdout);
+  if (arguments.json) PrintReport(farm::ReportOf(summary), farm::ResultJson(summary), true);
   return kExitDone;
 }
 
 struct StatusArguments {
   std::string file;
-  std::vector<std::string> by;
+  farm::BatchReportOptions report;
   bool json = false;
 };
 
 int Status(const StatusArguments& arguments) {
   const farm::ResultStore store = farm::ResultStore::Read(arguments.file);
-  const farm::StoreHeader& header = store.header();
-  const std::vector<farm::StoredTrial> trials = store.Trials();
-  const farm::TrialRule rule = farm::RuleOf(header);
-  const farm::TrialScheduler scheduler = farm::SchedulerOf(store);
-  const bool running = farm::IsLocked(arguments.file);
-  const std::vector<farm::GroupSummary> groups = farm::Summarise(trials, arguments.by);
-  if (arguments.json) {
-    report::Json json = {{"kind", header.kind},
-                         {"plan_hash", header.plan_hash()},
-                         {"build", header.build},
-                         {"shard", header.shard.Text()},
-                         {"trials", scheduler.wanted()},
-                         {"done", std::ssize(trials)},
-                         {"running", running}};
-    if (rule.precision)
-      json["precision"] = {{"half_width", *rule.precision},
-                           {"max_trials", rule.most},
-                           {"cells", scheduler.cells()},
-                           {"reached", scheduler.reached()},
-                           {"not_reached", scheduler.not_reached()}};
-    json["groups"] =
-        report::ParseJson(farm::SummaryJson(arguments.by, groups, rule.precision), "groups");
-    fmt::print("{}", report::JsonText(json));
-    return kExitDone;
-  }
-  fmt::print("{}: {}, plan {}, written by {}{}\n", system::OneLineOf(arguments.file), header.kind,
-             header.plan_hash(), header.build,
-             header.shard.count > 1 ? ", shard " + header.shard.Text() : "");
-  // How many a gate or a tuning run will have, the file does not say.
-  const bool complete = std::ssize(trials) == scheduler.wanted(), is_batch = header.kind == "batch";
-  fmt::print("{} trials, {}\n",
-             !is_batch  ? std::to_string(std::ssize(trials))
-             : complete ? DoneText(std::ssize(trials), scheduler.wanted(), scheduler.wanted())
-                        : DoneText(std::ssize(trials), scheduler.Expected(), scheduler.most()),
-             running                ? "running"
-             : complete && is_batch ? "complete"
-             : is_batch             ? "not running: start it again to finish it"
-                                    : "not running");
-  if (rule.precision) fmt::print("{}\n", PrecisionText(rule, scheduler));
-  fmt::print("\n");
-  if (!trials.empty()) fmt::print("{}", farm::SummaryTable(arguments.by, groups, rule.precision));
-  return kExitDone;
-}
-
-struct CurveArguments {
-  std::string file, over, by, figure;
-  bool error = false, json = false;
-};
-
-int Curve(const CurveArguments& arguments) {
-  system::OutputPlan().Reads(arguments.file).Writes(arguments.figure).Require();
-  const farm::ResultStore store = farm::ResultStore::Read(arguments.file);
-  const std::vector<farm::StoredTrial> trials = store.Trials();
-  if (!arguments.figure.empty()) media::RequireFigurePath(arguments.figure);
-  if (trials.empty()) throw ConfigError(arguments.file + ": has no trials yet");
-  const auto curves = curve::SuccessCurves(trials, arguments.over, arguments.by);
-  if (!arguments.figure.empty())
-    curve::WriteSuccessFigure(arguments.figure, page::TitleOf(store.header()), arguments.over,
-                              curves, arguments.error);
-  std::fputs((arguments.json ? curve::SuccessJson(arguments.over, curves)
-                             : curve::SuccessTable(arguments.over, curves))
-                 .c_str(),
-             stdout);
+  const farm::BatchSummary summary = farm::SummaryOf(store, arguments.file, arguments.report);
+  PrintReport(farm::ReportOf(summary), farm::ResultJson(summary), arguments.json);
   return kExitDone;
 }
 
@@ -231,28 +143,17 @@ void AddBatch(CommandLine& line) {
       .Required();
   arguments.farm.AddTo(&batch, "Processes; results do not depend on it", AvailableCores());
   batch.Add("--shard I/N", arguments.shard, "Run part I of N only; merge puts them together");
-  batch.Flag("--json", arguments.json, "Print the summary as JSON on stdout");
+  batch.Flag("--json", arguments.json, "Print what status --json prints on stdout");
   batch.AddQuiet(arguments.quiet);
 
   auto [status, status_arguments] =
       line.Add("status", "How far a batch is and what came out so far", &Status);
   status.Add("results", status_arguments.file, "A batch's file").Required();
-  status.Add("--by KEY,...", status_arguments.by,
+  status.Add("--by KEY,...", status_arguments.report.by,
              "Group the table by these: parameters, outcome, failure");
+  status.Add("--over KEY", status_arguments.report.over,
+             "Where success over this parameter falls to 50 %, for each value of --by");
   status.Flag("--json", status_arguments.json, "As JSON on stdout");
-
-  auto [curve, curve_arguments] =
-      line.Add("curve", "Success rate over one varied key, and where it falls to 50 %", &Curve);
-  curve.Add("results", curve_arguments.file, "A batch's file").Required();
-  curve.Add("--over KEY", curve_arguments.over, "The key on the horizontal axis").Required();
-  curve.Add("--by KEY", curve_arguments.by, "One curve for each value of this key");
-  const Option figure =
-      curve.Add("--figure FILE", curve_arguments.figure, "Draw it: .png, .svg or .pdf");
-  curve
-      .Flag("--error", curve_arguments.error,
-            "Draw beside it how far the estimate is from the truth once docked")
-      .Needs(figure);
-  curve.Flag("--json", curve_arguments.json, "As JSON on stdout");
 }
 
 }  // namespace turbidock::app

@@ -7,7 +7,7 @@
 
 namespace turbidock::app {
 
-void AddBatch(CommandLine& line);    // batch, status, curve
+void AddBatch(CommandLine& line);    // batch, status
 void AddResults(CommandLine& line);  // merge, export, verify, replay
 void AddReport(CommandLine& line);
 void AddSlurmTask(CommandLine& line);

@@ -8,13 +8,13 @@
 
 #include "experiments/app/commands.h"
 #include "experiments/app/progress.h"
+#include "experiments/farm/batch_report.h"
 #include "experiments/farm/result_store.h"
+#include "experiments/media/figure.h"
 #include "experiments/page/batch_page.h"
 #include "experiments/page/page.h"
 #include "experiments/page/result_page.h"
-#include "experiments/page/study_page.h"
-#include "experiments/report/json.h"
-#include "experiments/studies/compare/comparison.h"
+#include "experiments/studies/compare/comparison_page.h"
 #include "experiments/system/output_path.h"
 #include "experiments/system/plain_text.h"
 
@@ -25,54 +25,83 @@ namespace fs = std::filesystem;
 
 struct ReportArguments {
   trial::Plugins plugins;
-  std::vector<std::string> inputs;
-  std::string out = "report.html";
+  std::vector<std::string> inputs, by, ignore;
+  std::string out, figure, over;
   std::optional<int64_t> trial;
-  compare::ComparisonOptions comparison;
+
+  bool are_two() const { return inputs.size() == 2; }
+  farm::BatchReportOptions batch() const { return {.by = by, .over = over}; }
 };
 
-page::Page PageOfOne(const std::string& given, const std::optional<int64_t>& trial,
-                     const trial::Plugins& plugins) {
+// The page of what is given, or only its report.
+struct Shown {
+  std::optional<page::Page> page = {};
+  report::Report report = {};
+};
+
+Shown ShowOne(const ReportArguments& arguments, bool with_page) {
+  const std::string& given = arguments.inputs[0];
   const std::string file = page::TrialsOfUnfinishedStudy(given).value_or(given);
-  if (!page::IsFileOfTrials(file)) return page::ResultPage(given, plugins);
+  if (!page::IsFileOfTrials(file)) return {.page = page::ResultPage(given, arguments.plugins)};
   const farm::ResultStore store = farm::ResultStore::Read(file);
-  return trial ? page::StoredTrialPage(store, file, *trial, plugins)
-               : page::BatchPage(store, file, {.plugins = plugins});
+  if (arguments.trial)
+    return {.page = page::StoredTrialPage(store, file, *arguments.trial, arguments.plugins)};
+  Shown shown{.report = farm::ReportOf(farm::SummaryOf(store, file, arguments.batch()))};
+  if (with_page)
+    shown.page =
+        page::BatchPage(store, file, {.plugins = arguments.plugins, .report = arguments.batch()});
+  return shown;
 }
 
-page::Page PageOfTwo(const std::string& a, const std::string& b,
-                     const compare::ComparisonOptions& options) {
-  const farm::ResultStore before = farm::ResultStore::Read(a), after = farm::ResultStore::Read(b);
-  const auto pairs = compare::PairTrials(before, after, options);
-  std::vector<trial::Metric> metrics = {compare::MetricNamed("final_error_m")};
-  for (const trial::Metric& metric : trial::Metrics()) metrics.push_back(metric);
-  const std::string text =
-      compare::ComparisonJson(a, b, before, after, compare::GroupPairs(pairs, options.by), metrics);
-  return page::ComparisonPage(report::ParseJson(text, "comparison"), {before, a}, {after, b});
+Shown ShowTwo(const ReportArguments& arguments, bool with_page) {
+  const std::string &a = arguments.inputs[0], &b = arguments.inputs[1];
+  const farm::ResultStore in_a = farm::ResultStore::Read(a), in_b = farm::ResultStore::Read(b);
+  const compare::Comparison comparison =
+      compare::Compare({in_a, a}, {in_b, b}, {.by = arguments.by, .ignore = arguments.ignore});
+  Shown shown{.report = compare::ReportOf(comparison)};
+  if (with_page)
+    shown.page = compare::PageOf(comparison, {in_a, a}, {in_b, b}, {.plugins = arguments.plugins});
+  return shown;
 }
 
-page::Page PageOf(const ReportArguments& arguments) {
+// ConfigError for inputs that are not there and for options that are not for these.
+void RequireSense(const ReportArguments& arguments) {
   const std::vector<std::string>& inputs = arguments.inputs;
   if (inputs.size() > 2)
     throw ConfigError("report shows one result, or two batches side by side, not " +
                       std::to_string(inputs.size()));
-  const bool are_two = inputs.size() == 2;
   std::error_code none;
   for (const std::string& input : inputs) {
     if (!fs::exists(input, none)) throw ConfigError(input + ": no such file or folder");
-    if (are_two && !page::IsFileOfTrials(input))
+    if (arguments.are_two() && !page::IsFileOfTrials(input))
       throw ConfigError(input + ": is no batch's file; two of them are compared");
   }
-  if (arguments.trial && (are_two || !page::IsFileOfTrials(inputs[0])))
-    throw ConfigError("--trial is for one batch's file");
-  const compare::ComparisonOptions& comparison = arguments.comparison;
-  if (!are_two && !(comparison.by.empty() && comparison.ignore.empty()))
-    throw ConfigError("--by and --ignore are for two batches");
-  return are_two ? PageOfTwo(inputs[0], inputs[1], comparison)
-                 : PageOfOne(inputs[0], arguments.trial, arguments.plugins);
+  const bool is_batch = page::IsFileOfTrials(inputs[0]), is_one = is_batch && !arguments.are_two();
+  if (arguments.trial && !is_one) throw ConfigError("--trial is for one batch's file");
+  if (!arguments.over.empty() && (!is_one || arguments.trial))
+    throw ConfigError("--over is for one batch's file");
+  if (!arguments.ignore.empty() && !arguments.are_two())
+    throw ConfigError("--ignore is for two batches");
+  if (!arguments.by.empty() && (!is_batch || arguments.trial))
+    throw ConfigError("--by is for a batch's file or two");
+  if (!arguments.figure.empty() && (!is_batch || arguments.trial))
+    throw ConfigError("--figure is for a batch's file or two");
+}
+
+void DrawFigure(const ReportArguments& arguments, const report::Report& report) {
+  if (arguments.figure.empty()) return;
+  const report::Figure figure = media::FigureOf(report);
+  if (figure.panels.empty())
+    throw ConfigError(arguments.inputs[0] +
+                      ": has nothing to draw: none of its parameters is a number that varies");
+  media::WriteFigure(arguments.figure, figure);
 }
 
 int Report(const ReportArguments& arguments) {
+  RequireSense(arguments);
+  // who asks for a figure alone gets that alone
+  const std::string out =
+      arguments.out.empty() && arguments.figure.empty() ? "report.html" : arguments.out;
   system::OutputPlan plan;
   for (const std::string& input : arguments.inputs) {
     plan.Reads(input);
@@ -80,13 +109,17 @@ int Report(const ReportArguments& arguments) {
     for (const auto& entry : fs::directory_iterator(input, none))
       if (entry.path().extension() != ".html") plan.Reads(entry.path().string());
   }
-  plan.Writes(arguments.out).Require();
-  const page::Page page = PageOf(arguments);
-  page::WritePage(arguments.out, page);
+  plan.Writes(out).Writes(arguments.figure).Require();
+  const bool with_page = !out.empty();
+  const Shown shown =
+      arguments.are_two() ? ShowTwo(arguments, with_page) : ShowOne(arguments, with_page);
+  DrawFigure(arguments, shown.report);
+  if (!with_page) return kExitDone;
+  page::WritePage(out, *shown.page);
   Progress(/*quiet=*/false)
-      .Say(system::OneLineOf(fmt::format("{}: {}, {:.1f} MB", arguments.out,
-                                         page.model.value("title", ""),
-                                         static_cast<double>(fs::file_size(arguments.out)) / 1e6)));
+      .Say(system::OneLineOf(fmt::format("{}: {}, {:.1f} MB", out,
+                                         shown.page->model.value("title", ""),
+                                         static_cast<double>(fs::file_size(out)) / 1e6)));
   return kExitDone;
 }
 
@@ -98,14 +131,18 @@ void AddReport(CommandLine& line) {
   report
       .Add("inputs", arguments.inputs,
            "What to show: the folder of a trial, a gate or a tuning study; a batch's file; two of\n"
-           "them, to compare; the JSON of recognize, compare or compare-estimators")
+           "them, to compare; the JSON that a study printed with --json")
       .Required();
   report.Add("--trial", arguments.trial, "Of a batch, this trial alone");
-  report.Add("--by KEY,...", arguments.comparison.by,
-             "Of two batches, one group for each value of these parameters");
-  report.Add("--ignore KEY,...", arguments.comparison.ignore,
+  report.Add("--by KEY,...", arguments.by,
+             "A curve, or a group of two batches, for each value of these parameters");
+  report.Add("--over KEY", arguments.over, "Of a batch, draw success over this parameter");
+  report.Add("--ignore KEY,...", arguments.ignore,
              "Of two batches, parameters in which they are meant to differ");
-  report.Add("--out FILE.html", arguments.out, "The page: one file, to be opened in a browser");
+  report.AddFigure(arguments.figure, "Draw a batch's success, or how two differ");
+  report.Add(
+      "--out FILE.html", arguments.out,
+      "The page: one file, to be opened in a browser [report.html, unless there is --figure]");
 }
 
 }  // namespace turbidock::app

@@ -3,12 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <utility>
 
-#include "experiments/report/json.h"
-#include "experiments/report/table.h"
 #include "experiments/trial/record_columns.h"
 #include "sim/base/units.h"
 
@@ -20,37 +17,50 @@ Spread SpreadOf(const std::vector<double>& values) {
           statistics::Quantile(values, 0.9), std::ssize(values)};
 }
 
-// Numbers in their order, before and apart from words in theirs.
-struct ByValue {
-  static std::pair<bool, double> Number(const std::string& text) {
-    double number = 0;
-    const char* const end = text.data() + text.size();
-    const auto result = std::from_chars(text.data(), end, number);
-    return {result.ec != std::errc{} || result.ptr != end, number};
-  }
-  bool operator()(const std::string& a, const std::string& b) const {
-    return std::pair(Number(a), a) < std::pair(Number(b), b);
-  }
-  bool operator()(const std::vector<std::string>& a, const std::vector<std::string>& b) const {
-    return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end(), *this);
-  }
-};
-
-std::string Cell(const Spread& spread, double scale) {
-  if (spread.count == 0) return "-";
-  return fmt::format("{:.0f} [{:.0f}, {:.0f}]", scale * *spread.median, scale * *spread.q10,
-                     scale * *spread.q90);
+std::pair<bool, double> NumberFirst(const std::string& text) {
+  const double number = report::NumberIn(text).value_or(std::nan(""));
+  return {!std::isfinite(number), std::isfinite(number) ? number : 0};
 }
 
-std::string FailureList(const std::map<std::string, int64_t>& failures) {
-  std::vector<std::pair<int64_t, std::string>> sorted;
-  sorted.reserve(failures.size());
-  for (const auto& [name, count] : failures) sorted.emplace_back(-count, name);
-  std::sort(sorted.begin(), sorted.end());
-  std::string list;
-  for (const auto& [count, name] : sorted)
-    list += fmt::format("{}{} {}", list.empty() ? "" : ", ", -count, name);
-  return list;
+std::string PercentText(const statistics::Interval& interval) {
+  return fmt::format("{:.0f}-{:.0f}", 100 * interval.low, 100 * interval.high);
+}
+
+// "12 [3, 45]" in mm or whatever `unit` of them is one.
+std::string SpreadText(const Spread& spread, double unit, int digits = 0) {
+  if (spread.count == 0) return "-";
+  return fmt::format("{:.{}f} [{:.{}f}, {:.{}f}]", unit * *spread.median, digits,
+                     unit * *spread.q10, digits, unit * *spread.q90, digits);
+}
+
+GroupSummary SummaryOf(std::vector<std::string> group, bool whole_cells,
+                       const std::vector<const StoredTrial*>& members) {
+  GroupSummary summary;
+  summary.group = std::move(group);
+  SuccessCount count(whole_cells);
+  std::vector<double> times_s, errors_y_m, errors_z_m, estimate_errors_m;
+  for (const StoredTrial* trial : members) {
+    const trial::TrialRecord& r = trial->record;
+    count.Add(*trial);
+    if (r.success()) {
+      times_s.push_back(r.time_s);
+      estimate_errors_m.push_back(EstimateError_m(r));
+    } else {
+      ++summary.failures[NameOf(r.failure)];
+    }
+    if (!r.docked) continue;
+    errors_y_m.push_back(std::abs(r.final_error_true.y_m));
+    errors_z_m.push_back(std::abs(r.final_error_true.z_m));
+  }
+  summary.successes = count.all().successes;
+  summary.trials = count.all().trials;
+  summary.wilson = count.Wilson();
+  summary.clopper_pearson = statistics::ClopperPearsonInterval(summary.successes, summary.trials);
+  summary.time_to_dock_s = SpreadOf(times_s);
+  summary.error_true_y_m = SpreadOf(errors_y_m);
+  summary.error_true_z_m = SpreadOf(errors_z_m);
+  summary.estimate_error_m = SpreadOf(estimate_errors_m);
+  return summary;
 }
 
 bool IsReached(const GroupSummary& group, double precision) {
@@ -83,8 +93,22 @@ statistics::Interval SuccessCount::Wilson() const {
   return statistics::StratifiedInterval(strata);
 }
 
-std::string PercentText(const statistics::Interval& interval) {
-  return fmt::format("{:.0f}-{:.0f}", 100 * interval.low, 100 * interval.high);
+std::string FailureText(const GroupSummary& group) {
+  std::vector<std::pair<std::string, int64_t>> sorted(group.failures.begin(), group.failures.end());
+  std::ranges::stable_sort(sorted, std::greater(), &std::pair<std::string, int64_t>::second);
+  std::string list;
+  for (const auto& [name, count] : sorted)
+    list += fmt::format("{}{} {}", list.empty() ? "" : ", ", count, name);
+  return list;
+}
+
+double EstimateError_m(const trial::TrialRecord& record) {
+  return (record.final_error_estimated - record.final_error_true).distance_m();
+}
+
+bool LessByValue(const std::vector<std::string>& a, const std::vector<std::string>& b) {
+  const auto place = [](const std::string& text) { return std::pair(NumberFirst(text), text); };
+  return std::ranges::lexicographical_compare(a, b, {}, place, place);
 }
 
 GroupKey::GroupKey(const std::string& name, const StoredTrial& example) {
@@ -117,7 +141,8 @@ GroupKey::GroupKey(const std::string& name, const StoredTrial& example) {
 
 std::vector<GroupSummary> Summarise(const std::vector<StoredTrial>& trials,
                                     const std::vector<std::string>& keys) {
-  std::map<std::vector<std::string>, std::vector<const StoredTrial*>, ByValue> groups;
+  std::map<std::vector<std::string>, std::vector<const StoredTrial*>, decltype(&LessByValue)>
+      groups(&LessByValue);
   std::vector<GroupKey> group_keys;
   if (!trials.empty())
     for (const std::string& key : keys) group_keys.emplace_back(key, trials.front());
@@ -127,73 +152,53 @@ std::vector<GroupSummary> Summarise(const std::vector<StoredTrial>& trials,
     for (const GroupKey& key : group_keys) values.push_back(key.ValueOf(trial));
     groups[values].push_back(&trial);
   }
+  const bool whole_cells = std::ranges::all_of(group_keys, &GroupKey::is_planned);
   std::vector<GroupSummary> summaries;
-  for (const auto& [values, members] : groups) {
-    GroupSummary summary;
-    summary.group = values;
-    SuccessCount count(std::ranges::all_of(group_keys, &GroupKey::is_planned));
-    std::vector<double> times_s, errors_y_m, errors_z_m;
-    for (const StoredTrial* trial : members) {
-      const trial::TrialRecord& r = trial->record;
-      count.Add(*trial);
-      if (r.success()) {
-        times_s.push_back(r.time_s);
-      } else {
-        ++summary.failures[NameOf(r.failure)];
-      }
-      if (!r.docked) continue;
-      errors_y_m.push_back(std::abs(r.final_error_true.y_m));
-      errors_z_m.push_back(std::abs(r.final_error_true.z_m));
-    }
-    summary.successes = count.all().successes;
-    summary.trials = count.all().trials;
-    summary.wilson = count.Wilson();
-    summary.clopper_pearson = statistics::ClopperPearsonInterval(summary.successes, summary.trials);
-    summary.time_to_dock_s = SpreadOf(times_s);
-    summary.error_true_y_m = SpreadOf(errors_y_m);
-    summary.error_true_z_m = SpreadOf(errors_z_m);
-    summaries.push_back(std::move(summary));
-  }
+  for (const auto& [values, members] : groups)
+    summaries.push_back(SummaryOf(values, whole_cells, members));
   return summaries;
 }
 
-std::string SummaryTable(const std::vector<std::string>& keys,
-                         const std::vector<GroupSummary>& groups,
-                         const std::optional<double>& precision) {
-  std::vector<std::string> heads;
-  heads.reserve(keys.size() + 9);  // and those below
-  for (const std::string& key : keys) heads.push_back("<" + key);
-  for (const char* head : {"trials", "success %", "Wilson", "exact", "time to dock s", "|y| mm",
-                           "|z| mm", "<failures"})
-    heads.emplace_back(head);
-  const auto last = std::ssize(heads) - 1;
-  if (precision) heads.insert(heads.begin() + last, "half width %");
-  report::Table table(heads);
+report::Section GroupSection(const std::vector<std::string>& keys,
+                             const std::vector<GroupSummary>& groups,
+                             const std::optional<double>& precision) {
+  std::vector<std::string> titles;
+  for (const std::string& key : keys) titles.push_back("<" + key);
+  for (const char* title :
+       {"trials", "success %", "Wilson", "exact", "time to dock s", "|y| mm", "|z| mm", "off mm"})
+    titles.emplace_back(title);
+  if (precision) titles.emplace_back("half width %");
+  titles.emplace_back("<failures");
+  report::Table table(titles);
+  const double mm = units::MmFromM(1);
   for (const GroupSummary& group : groups) {
     std::vector<report::Cell> row(group.group.begin(), group.group.end());
-    row.insert(
-        row.end(),
-        {std::to_string(group.trials),
-         report::Fixed(
-             100.0 * static_cast<double>(group.successes) / static_cast<double>(group.trials), 1),
-         PercentText(group.wilson), PercentText(group.clopper_pearson),
-         Cell(group.time_to_dock_s, 1), Cell(group.error_true_y_m, units::MmFromM(1)),
-         Cell(group.error_true_z_m, units::MmFromM(1)), FailureList(group.failures)});
+    const auto rate = static_cast<double>(group.successes) / static_cast<double>(group.trials);
+    for (const std::string& cell :
+         {std::to_string(group.trials), report::Fixed(100 * rate, 1), PercentText(group.wilson),
+          PercentText(group.clopper_pearson), SpreadText(group.time_to_dock_s, 1),
+          SpreadText(group.error_true_y_m, mm), SpreadText(group.error_true_z_m, mm),
+          SpreadText(group.estimate_error_m, mm, 1)})
+      row.emplace_back(cell);
     if (precision)
-      row.insert(row.begin() + last,
-                 fmt::format("{:.1f}{}", 100 * group.wilson.half_width(),
-                             IsReached(group, *precision) ? "" : " not reached"));
+      row.emplace_back(fmt::format("{:.1f}{}", 100 * group.wilson.half_width(),
+                                   IsReached(group, *precision) ? "" : " not reached"));
+    row.emplace_back(FailureText(group));
     table.Row(std::move(row));
   }
-  return table.Text() +
-         "Wilson (over the plan's strata, if any), exact (Clopper-Pearson, without them): "
-         "95 % intervals of the success rate in %. Others: median [10 %, 90 %].\n" +
-         (precision ? fmt::format("Half width: of Wilson's interval, to be at most {:g} %.\n",
-                                  100 * *precision)
-                    : "");
+  return {.title = keys.empty() ? "All trials" : fmt::format("By {}", fmt::join(keys, ", ")),
+          .note =
+              "Wilson (over the plan's strata, if any), exact (Clopper-Pearson, without them): "
+              "95 % intervals of the success rate in %. Off: distance of the estimated from "
+              "the true position once docked. Others: median [10 %, 90 %]." +
+              (precision ? fmt::format(" Half width: of Wilson's interval, to be at most {:g} "
+                                       "%.",
+                                       100 * *precision)
+                         : ""),
+          .table = table};
 }
 
-std::string SummaryJson(const std::vector<std::string>& keys,
+report::Json GroupsJson(const std::vector<std::string>& keys,
                         const std::vector<GroupSummary>& groups,
                         const std::optional<double>& precision) {
   report::Json list = groups;
@@ -206,7 +211,7 @@ std::string SummaryJson(const std::vector<std::string>& keys,
     const report::Json values = std::exchange(group["group"], report::Json::object());
     for (size_t i = 0; i < keys.size(); ++i) group["group"][keys[i]] = values[i];
   }
-  return report::JsonText(list);
+  return list;
 }
 
 }  // namespace turbidock::farm

@@ -1,5 +1,5 @@
 #pragma once
-// What the trials of a batch say together: a table by groups, and success over a dose.
+// Trials by groups: successes with intervals, times, errors, failures.
 
 #include <cstdint>
 #include <functional>
@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "experiments/farm/result_store.h"
+#include "experiments/report/json.h"
+#include "experiments/report/report.h"
 #include "experiments/statistics/intervals.h"
 #include "sim/base/result_fields.h"
 
@@ -46,14 +48,21 @@ struct GroupSummary {
   statistics::Interval clopper_pearson;     // the same, as if there were no strata
   Spread time_to_dock_s;                    // of the successes
   Spread error_true_y_m, error_true_z_m;    // absolute, when docked on the estimate
+  Spread estimate_error_m;                  // distance of estimate and truth, of the successes
   std::map<std::string, int64_t> failures;  // by name; none left out
 
   TURBIDOCK_FIELDS(group, trials, successes, wilson, clopper_pearson, time_to_dock_s,
-                   error_true_y_m, error_true_z_m, failures)
+                   error_true_y_m, error_true_z_m, estimate_error_m, failures)
 };
 
-// "12-34", without the unit.
-std::string PercentText(const statistics::Interval& interval);
+// "12 collision, 3 timeout": the most frequent first.
+std::string FailureText(const GroupSummary& group);
+
+// How far the estimated position is from the true one at the trial's end.
+double EstimateError_m(const trial::TrialRecord& record);
+
+// Whether values stand before others in a table: numbers in their order, before words in theirs.
+bool LessByValue(const std::vector<std::string>& a, const std::vector<std::string>& b);
 
 // Something that trials can be grouped by.
 class GroupKey {
@@ -76,12 +85,12 @@ class GroupKey {
 std::vector<GroupSummary> Summarise(const std::vector<StoredTrial>& trials,
                                     const std::vector<std::string>& keys);
 
-// The groups as a table for people; with a precision, also which groups have it.
-std::string SummaryTable(const std::vector<std::string>& keys,
-                         const std::vector<GroupSummary>& groups,
-                         const std::optional<double>& precision = {});
-// The same as JSON.
-std::string SummaryJson(const std::vector<std::string>& keys,
+// The groups as a table; with a precision, also which groups have it.
+report::Section GroupSection(const std::vector<std::string>& keys,
+                             const std::vector<GroupSummary>& groups,
+                             const std::optional<double>& precision = {});
+// The same as a list of objects.
+report::Json GroupsJson(const std::vector<std::string>& keys,
                         const std::vector<GroupSummary>& groups,
                         const std::optional<double>& precision = {});
 

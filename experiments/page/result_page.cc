@@ -3,13 +3,41 @@
 #include <filesystem>
 #include <fstream>
 
+#include "experiments/farm/run_lock.h"
+#include "experiments/page/report_page.h"
 #include "experiments/page/study_page.h"
 #include "experiments/page/trial_page.h"
 #include "experiments/system/output_path.h"
 
 namespace turbidock::page {
+namespace {
 
 namespace fs = std::filesystem;
+
+bool IsFile(const fs::path& path) {
+  std::error_code none;
+  return fs::is_regular_file(path, none);
+}
+
+// The document that a study saved in its folder; empty where there is none.
+fs::path DocumentIn(const std::string& folder) {
+  for (const char* name : {"summary.json", "report.json"})
+    if (IsFile(fs::path(folder) / name)) return fs::path(folder) / name;
+  return {};
+}
+
+Page DocumentPage(const std::string& file) try {
+  const report::Json document = report::ParseJson(system::ReadWhole(file), file);
+  if (document.is_object() && document.contains("outcome") && !document.contains("report"))
+    throw ConfigError(file + ": is one trial's result; give the folder that it is in");
+  if (!document.contains("report"))
+    return StudyPage(document, file);  // of studies that have none yet
+  return ReportPage(document, file);
+} catch (const report::Json::exception&) {  // text where a number should be, or the like
+  throw ConfigError(file + ": is no result of this program, or a damaged one");
+}
+
+}  // namespace
 
 bool IsFileOfTrials(const std::string& path) {
   if (fs::path(path).extension() == ".db") return true;
@@ -20,13 +48,22 @@ bool IsFileOfTrials(const std::string& path) {
   return begin == "SQLite";
 }
 
-Page ResultPage(const std::string& path, const trial::Plugins& plugins) try {
+Page ResultPage(const std::string& path, const trial::Plugins& plugins) {
   std::error_code none;
-  if (!fs::is_directory(path, none))
-    return StudyPage(report::ParseJson(system::ReadWhole(path), path), path);
-  return IsStudyFolder(path) ? StudyFolderPage(path, plugins) : TrialPage(path, plugins);
-} catch (const report::Json::exception&) {  // text where a number should be, or the like
-  throw ConfigError(path + ": is no result of this program, or a damaged one");
+  if (!fs::is_directory(path, none)) return DocumentPage(path);
+  const fs::path document = DocumentIn(path);
+  if (document.empty()) return TrialPage(path, plugins);
+  Page page = DocumentPage(document.string());
+  if (page.model["kind"] != "report") return StudyFolderPage(path, plugins);
+  AddTrialsIn((fs::path(path) / "failures").string(), plugins, &page);
+  return page;
+}
+
+std::optional<std::string> TrialsOfUnfinishedStudy(const std::string& folder) {
+  const fs::path trials = fs::path(folder) / "evaluations.sqlite";
+  if (!IsFile(trials) || (!DocumentIn(folder).empty() && !farm::IsLocked(trials.string())))
+    return std::nullopt;
+  return trials.string();
 }
 
 }  // namespace turbidock::page

@@ -1,6 +1,7 @@
 #pragma once
 // The page of whatever a command left behind.
 
+#include <optional>
 #include <string>
 
 #include "experiments/page/page.h"
@@ -12,8 +13,12 @@ namespace turbidock::page {
 // content, or, of a file that is not there or still empty, by its name.
 bool IsFileOfTrials(const std::string& path);
 
-// Of the folder of a trial, a gate or a tuning study, or of a study's JSON document. ConfigError
-// for anything else.
+// Of the folder of a trial, a gate or a tuning study, or of the JSON that a command printed or
+// saved. ConfigError for anything else.
 Page ResultPage(const std::string& path, const trial::Plugins& plugins = {});
+
+// The file of trials in a folder of `tune --out` whose study has no report yet, or runs now.
+// Nothing for any other folder.
+std::optional<std::string> TrialsOfUnfinishedStudy(const std::string& folder);
 
 }  // namespace turbidock::page

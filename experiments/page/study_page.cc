@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "experiments/config/data_files.h"
-#include "experiments/farm/run_lock.h"
 #include "experiments/page/trial_model.h"
 #include "experiments/page/trial_page.h"
 #include "experiments/system/output_path.h"
@@ -28,7 +27,6 @@ const std::vector<Kind>& Kinds() {
   static const std::vector<Kind> kinds = {
       {"gate", "gate", {"verdict", "conditions"}},
       {"tuning", "tuning study", {"pareto_front", "generations", "tuned"}},
-      {"compare", "comparison", {"groups", "a", "b", "pairs"}},
       {"estimators", "comparison of estimators", {"cells", "fitness_bins"}},
       {"recognition", "recognition experiment", {"cells"}}};
   return kinds;
@@ -47,9 +45,6 @@ void KeepDigits(Json* json) {
 
 std::string TitleOf(const Json& result, const Kind& kind) {
   if (std::string text = result.value("description", ""); !text.empty()) return text;
-  if (std::string(kind.name) == "compare")
-    return fmt::format("{} against {}", result["b"].get<std::string>(),
-                       result["a"].get<std::string>());
   return kind.title;
 }
 
@@ -103,10 +98,7 @@ Page StudyPage(const Json& result, const std::string& where) {
                                              [&](const char* key) { return result.contains(key); });
   });
   if (kind == Kinds().end()) {
-    const bool is_trial = result.is_object() && result.contains("outcome");
-    throw ConfigError(where + (is_trial ? ": is one trial's result; give the folder that it is in"
-                                        : ": is no result of gate, tune, recognize, compare or "
-                                          "compare-estimators"));
+    throw ConfigError(where + ": is no result of this program");
   }
   Page page;
   page.model = {{"kind", kind->name},
@@ -122,14 +114,6 @@ Page StudyPage(const Json& result, const std::string& where) {
 
 bool IsStudyFolder(const std::string& folder) {
   return HasFile(folder, "summary.json") || HasFile(folder, "report.json");
-}
-
-std::optional<std::string> TrialsOfUnfinishedStudy(const std::string& folder) {
-  constexpr const char* kTrials = "evaluations.sqlite";
-  const std::string file = (fs::path(folder) / kTrials).string();
-  if (!HasFile(folder, kTrials) || (HasFile(folder, "report.json") && !farm::IsLocked(file)))
-    return std::nullopt;
-  return file;
 }
 
 Page StudyFolderPage(const std::string& folder, const trial::Plugins& plugins) {

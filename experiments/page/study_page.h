@@ -2,7 +2,6 @@
 // Reports of studies: a gate, tuned gains, a comparison, the recognition experiment, estimators.
 // They show the JSON that the study's command writes.
 
-#include <optional>
 #include <string>
 
 #include "experiments/page/page.h"
@@ -18,9 +17,5 @@ Page StudyPage(const report::Json& result, const std::string& where);
 // failures in it.
 bool IsStudyFolder(const std::string& folder);
 Page StudyFolderPage(const std::string& folder, const trial::Plugins& plugins = {});
-
-// The file of trials in a folder of `tune --out` whose study has no report yet, or runs now.
-// Nothing for any other folder.
-std::optional<std::string> TrialsOfUnfinishedStudy(const std::string& folder);
 
 }  // namespace turbidock::page

@@ -144,12 +144,11 @@ TEST_F(BadInput, ResultsAreReplacedByNothingElse) {
   Refused({"report", db, "--out", other}, kept);
   Refused({"recognize", "--marker", "active", "--csv", other}, kept);
   fs::create_symlink(other, Path("x.png"));
-  Refused({"curve", db, "--over", "seed", "--figure", Path("x.png")},
-          "x.png: is a result file and is not replaced");
+  Refused({"report", db, "--figure", Path("x.png")}, "x.png: is a result file and is not replaced");
 }
 
 TEST_F(BadInput, AResultOfAnotherShapeIsNoFault) {
-  const std::string none = "x.json: is no result of this program";
+  const std::string none = "x.json: is no result";
   for (const char* text : {R"({"verdict": 1, "conditions": [], "description": 4})",
                            R"({"groups": [], "a": 1, "b": 2, "pairs": 3})"})
     Refused({"report", File("x.json", text), "--out", Path("x.html")}, none);
@@ -169,9 +168,17 @@ TEST_F(BadInput, AnOptionThatSaysNothingHereIsRefused) {
   const std::string db = Batch("x.db"), json = File("x.json", R"({"cells": []})");
   Refused({"report", json, "--trial", "3", "--out", Path("x.html")},
           "--trial is for one batch's file");
-  Refused({"report", db, "--by", "scenario", "--out", Path("x.html")},
-          "--by and --ignore are for two batches");
-  Refused({"curve", db, "--over", "seed", "--error"}, "--error requires --figure");
+  Refused({"report", json, "--by", "scenario", "--out", Path("x.html")},
+          "--by is for a batch's file or two");
+  Refused({"report", json, "--figure", Path("x.png")}, "--figure is for a batch's file or two");
+  Refused({"report", db, "--ignore", "scenario", "--out", Path("x.html")},
+          "--ignore is for two batches");
+  Refused({"report", db, "--trial", "0", "--over", "seed", "--out", Path("x.html")},
+          "--over is for one batch's file");
+  Refused({"report", db, "--over", "seed", "--out", Path("x.html")},
+          "seed: trials cannot be grouped by this");
+  Refused({"report", db, "--figure", Path("x.png")}, "has nothing to draw");
+  EXPECT_FALSE(fs::exists(Path("x.png")));
   Refused({"verify", db, "--trials", "1", "--sample", "5"}, "excludes");
   Refused({"list", "keys", "--show", "pool_active"}, "excludes");
   Refused({"list", "--show", "pool_active", "--json"}, "excludes");

@@ -96,8 +96,8 @@ TEST_F(Batch, WorkersAndShardsDoNotShowInTheRows) {
   const auto status = nlohmann::json::parse(Run({"status", File("one.db"), "--json"}));
   EXPECT_EQ(status["done"], 6);
   EXPECT_EQ(status["running"], false);
-  EXPECT_THAT(Run({"curve", File("one.db"), "--over", "start.heading_rad", "--by", "scenario"}),
-              HasSubstr("does not fall to 50 %"));
+  EXPECT_THAT(Run({"status", File("one.db"), "--over", "start.heading_rad", "--by", "scenario"}),
+              HasSubstr("does not cross 50 % within the values tried"));
 }
 
 TEST_F(Batch, KilledTwentyTimesAtRandomMomentsItLosesAndDoublesNothing) {

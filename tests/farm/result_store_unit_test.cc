@@ -464,19 +464,23 @@ TEST_F(Store, SummarisesByAnyKey) {
   EXPECT_EQ(Summarise(trials, {"failure", "sea.state"}).size(), 2u);
   EXPECT_THROW(Summarise(trials, {"nonsense"}), ConfigError);
   const std::vector<std::string> keys = {"water.milk_ml_m3"};
-  EXPECT_THAT(SummaryTable(keys, groups), HasSubstr("6 false_lock"));
+  const auto table = [&](const std::optional<double>& precision) {
+    const report::Section section = GroupSection(keys, groups, precision);
+    return section.note + "\n" + section.table->Text();
+  };
+  EXPECT_THAT(table({}), HasSubstr("6 false_lock"));
 
   // Wilson's half widths: 0.260 of 6 in 10, 0.187 of 14 in 20.
-  EXPECT_THAT(SummaryTable(keys, groups), Not(HasSubstr("half width")));
-  const std::string with_precision = SummaryTable(keys, groups, 0.2);
+  EXPECT_THAT(table({}), Not(HasSubstr("half width")));
+  const std::string with_precision = table(0.2);
   EXPECT_THAT(with_precision, HasSubstr("26.0 not reached"));
   EXPECT_THAT(with_precision, HasSubstr("18.7  "));
   EXPECT_THAT(with_precision, HasSubstr("to be at most 20 %"));
-  const auto json = nlohmann::json::parse(SummaryJson(keys, groups, 0.2));
+  const report::Json json = GroupsJson(keys, groups, 0.2);
   EXPECT_EQ(json[0]["precision_reached"], false);
   EXPECT_EQ(json[1]["precision_reached"], true);
   EXPECT_EQ(json[1]["half_width"], groups[1].wilson.half_width());
-  EXPECT_FALSE(nlohmann::json::parse(SummaryJson(keys, groups))[1].contains("half_width"));
+  EXPECT_FALSE(GroupsJson(keys, groups)[1].contains("half_width"));
 }
 
 }  // namespace

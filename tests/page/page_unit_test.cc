@@ -13,6 +13,7 @@
 #include "experiments/page/batch_page.h"
 #include "experiments/page/compress.h"
 #include "experiments/page/report_page.h"
+#include "experiments/page/result_page.h"
 #include "experiments/page/study_page.h"
 #include "experiments/page/trial_model.h"
 #include "experiments/page/trial_page.h"
@@ -266,6 +267,8 @@ TEST_F(PageFiles, ABatchWithoutTrialsSaysSo) {
       farm::ResultStore::Write(Path("b.db"), farm::HeaderOf(plan, farm::Shard{}));
   const Page page = BatchPage(store, "b.db");
   EXPECT_EQ(page.model["rows"], 0);
+  EXPECT_EQ(page.model["title"], "none yet");
+  EXPECT_EQ(page.model["report"]["verdict"]["word"], "running") << "by this test";
   EXPECT_THAT(page.model["missing"].dump(), HasSubstr("No trials: none was stored yet"));
   EXPECT_FALSE(page.has_3d);
 }
@@ -301,6 +304,9 @@ TEST_F(PageFiles, ABatchHasItsTrialsAndTheirSeriesFailuresFirst) {
             "{\"words\":[\"pid\",\"lqg\"],\"of\":[0,0,1,1]}");
   EXPECT_EQ(page.model["series_trials"].dump(), "[2,1,3]");
   EXPECT_TRUE(page.has_3d);
+  // the report beside them: by the grid
+  EXPECT_EQ(page.model["report"]["facts"][1]["label"], "docked");
+  EXPECT_EQ(page.model["report"]["sections"][0]["table"]["rows"].size(), 2u);
   // no room: the series of none
   const Page small = BatchPage(store, "b.db", {.series_bytes = 10});
   EXPECT_TRUE(small.parts.empty());
@@ -308,47 +314,6 @@ TEST_F(PageFiles, ABatchHasItsTrialsAndTheirSeriesFailuresFirst) {
   EXPECT_EQ(StoredTrialPage(store, "b.db", 1).model["series"]["time_s"].size(),
             result.log.frames.size());
   EXPECT_THAT(StoredTrialPage(store, "b.db", 0).model["missing"].dump(), HasSubstr("No traces"));
-}
-
-TEST_F(PageFiles, AComparisonHasTheTrialsThatFlippedOnBothSides) {
-  const farm::Plan plan(
-      "schema_version: 1\ndescription: two\nscenario: sea_night_active\nseeds: 3\n"
-      "series_every_frames: 1\n",
-      "plan");
-  const trial::Series series = trial::Series::Of(trial::RunTrial(WithoutCameras()).log);
-  // trial 1 is lost from a to b; b stored no series of it
-  const auto stored = [&](const std::string& name, bool is_b) {
-    farm::ResultStore store =
-        farm::ResultStore::Write(Path(name), farm::HeaderOf(plan, farm::Shard{}));
-    for (int64_t i = 0; i < 3; ++i) {
-      farm::StoredTrial trial{.trial = i, .sample = i, .parameters = {}, .record = {}};
-      trial.record.seed = i;
-      trial.record.reason = is_b && i == 1 ? "<b>lost</b>" : "docked";
-      trial.record.failure = is_b && i == 1 ? trial::Failure::kTimeout : trial::Failure::kNone;
-      if (!is_b) trial.series = series;
-      store.Add(trial);
-    }
-    return store;
-  };
-  const farm::ResultStore a = stored("a.db", false), b = stored("b.db", true);
-  const Json comparison = Json::parse(
-      R"({"a": "a.db", "b": "b.db", "pairs": 3, "groups": [{"gained": [], "lost":
-      [{"seed": 1, "trial_a": 1, "trial_b": 1, "failure": "timeout"}]}]})");
-  const Page page = ComparisonPage(comparison, {a, "a.db"}, {b, "sub/b.db"});
-  const Json& sides = page.model["sides"];
-  EXPECT_EQ(page.model["kind"], "compare");
-  EXPECT_EQ(sides["a"]["series_trials"].dump(), "[1]") << "those that flipped, of three";
-  EXPECT_EQ(sides["a"]["series_stored"], 3);
-  EXPECT_EQ(sides["a"]["trials"].size(), 1u);
-  EXPECT_EQ(sides["b"]["file"], "sub/b.db");
-  EXPECT_EQ(sides["b"]["trials"]["1"]["reason"], "<b>lost</b>");
-  EXPECT_EQ(sides["b"]["series_stored"], 0);
-  EXPECT_TRUE(page.parts.contains("series-a-1"));
-  EXPECT_EQ(page.parts.size(), 1u);
-  EXPECT_FALSE(sides["a"]["models"][""]["scene"].is_null());
-  EXPECT_TRUE(page.has_3d);
-  EXPECT_TRUE(
-      ComparisonPage(comparison, {a, "a.db"}, {b, "b.db"}, {.series_bytes = 10}).parts.empty());
 }
 
 TEST_F(PageFiles, AStudyThatIsNotDoneIsSeenByItsTrials) {
@@ -380,20 +345,23 @@ TEST_F(PageFiles, AStudyThatIsNotDoneIsSeenByItsTrials) {
   fs::remove(Path("evaluations.sqlite"));
   const Json old = BatchPage(stored("trials: |\ntrials: |\n"), "e.sqlite").model;
   EXPECT_EQ(old["title"], "tune");
-  EXPECT_THAT(old["missing"].dump(), HasSubstr("How the search goes: the study in this file cannot be read"));
+  EXPECT_THAT(old["missing"].dump(),
+              HasSubstr("How the search goes: the study in this file cannot be read"));
 }
 
-TEST_F(PageFiles, AnOlderBatchSaysWhatItLacks) {
-  const farm::Plan plan(
-      "schema_version: 1\ndescription: old\nscenario: sea_night_active\nseeds: 2\n", "plan");
-  farm::ResultStore::Write(Path("b.db"), farm::HeaderOf(plan, farm::Shard{}));
-  ASSERT_EQ(std::system(("python3 -c \"import sqlite3; d = sqlite3.connect('" + Path("b.db") +
-                         "'); d.execute('ALTER TABLE metrics DROP COLUMN overshoot_m'); "
-                         "d.commit()\"")
-                            .c_str()),
-            0);
-  EXPECT_THAT(BatchPage(farm::ResultStore::Read(Path("b.db")), "b.db").model["missing"].dump(),
-              HasSubstr("without: overshoot_m"));
+TEST_F(PageFiles, ADocumentIsShownByItselfOrInItsFolder) {
+  const std::string text =
+      report::JsonText(report::Document({.kind = "gate", .title = "night"}, {{"verdict", "fail"}}));
+  File("x.json", text);
+  EXPECT_EQ(ResultPage(Path("x.json")).model["title"], "night");
+  File("study/report.json", text);
+  EXPECT_EQ(ResultPage(Path("study")).model["kind"], "report");
+  File("trial.json", R"({"outcome": "docked"})");
+  EXPECT_THAT(MessageOf([&] { ResultPage(Path("trial.json")); }),
+              HasSubstr("trial.json: is one trial's result; give the folder that it is in"));
+  File("list.json", "[1]");
+  EXPECT_THAT(MessageOf([&] { ResultPage(Path("list.json")); }), HasSubstr("is no result"));
+  EXPECT_THAT(MessageOf([&] { ResultPage(Path("none")); }), HasSubstr("none"));
 }
 
 TEST(StudyPage, KnowsEachKindByItsKeysAndNothingElse) {
@@ -402,12 +370,9 @@ TEST(StudyPage, KnowsEachKindByItsKeysAndNothingElse) {
   };
   EXPECT_EQ(kind(R"({"verdict": "pass", "conditions": []})"), "gate");
   EXPECT_EQ(kind(R"({"pareto_front": [], "generations": [], "tuned": {}})"), "tuning");
-  EXPECT_EQ(kind(R"({"a": "a.db", "b": "b.db", "pairs": 0, "groups": []})"), "compare");
   EXPECT_EQ(kind(R"({"cells": [], "fitness_bins": []})"), "estimators");
   EXPECT_EQ(kind(R"({"cells": []})"), "recognition");
-  EXPECT_THAT(MessageOf([&] { kind(R"({"outcome": "docked"})"); }),
-              HasSubstr("x.json: is one trial's result; give the folder"));
-  EXPECT_THAT(MessageOf([&] { kind("[1]"); }), HasSubstr("x.json: is no result of gate"));
+  EXPECT_THAT(MessageOf([&] { kind("[1]"); }), HasSubstr("x.json: is no result of this program"));
 }
 
 TEST(StudyPage, KeepsAllDigitsOfASeed) {

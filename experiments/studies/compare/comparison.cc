@@ -3,21 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/math/distributions/normal.hpp>
-#include <cmath>
 #include <map>
 #include <utility>
 
 #include "experiments/config/nearest_name.h"
-#include "experiments/media/figure.h"
-#include "experiments/report/json.h"
+#include "experiments/farm/summary.h"
 #include "experiments/statistics/paired_tests.h"
 #include "sim/base/check.h"
 
 namespace turbidock::compare {
 namespace {
-
-constexpr double kTail = 0.025;  // of a 95 % interval
 
 bool Has(const std::vector<std::string>& list, const std::string& word) {
   return std::find(list.begin(), list.end(), word) != list.end();
@@ -57,28 +52,12 @@ std::map<Key, farm::StoredTrial> ByKey(const farm::ResultStore& store,
   return trials;
 }
 
-using report::Json;
-
-Json FlippedJson(const std::vector<TrialPair>& pairs, bool lost) {
-  Json list = Json::array();
-  for (const TrialPair& pair : Flipped(pairs, lost))
-    list.push_back({{"seed", pair.a.seed},
-                    {"trial_a", pair.trial_a},
-                    {"trial_b", pair.trial_b},
-                    {"failure", lost ? pair.b.failure : pair.a.failure}});
-  return list;
-}
-
-Json ToJson(const ComparisonGroup& group, const std::vector<trial::Metric>& metrics) {
-  Json key = Json::object(), list = Json::array();
-  for (const farm::Parameter& parameter : group.key) key[parameter.key] = parameter.value;
-  for (const trial::Metric& metric : metrics) list.push_back(CompareMetric(group.pairs, metric));
-  Json json = {{"group", key}};
-  json.update(CompareRates(group.pairs));
-  json["lost"] = FlippedJson(group.pairs, true);
-  json["gained"] = FlippedJson(group.pairs, false);
-  json["metrics"] = list;
-  return json;
+std::vector<trial::Metric> KnownMetrics() {
+  std::vector<trial::Metric> known = trial::Metrics();
+  known.push_back({"final_error_m", [](const trial::TrialRecord& record) {
+                     return std::optional(record.final_error_true.distance_m());
+                   }});
+  return known;
 }
 
 }  // namespace
@@ -107,37 +86,23 @@ std::vector<TrialPair> PairTrials(const farm::ResultStore& a, const farm::Result
 RateComparison CompareRates(const std::vector<TrialPair>& pairs) {
   RateComparison c;
   c.pairs = std::ssize(pairs);
-  int64_t both = 0;
-  for (const TrialPair& pair : pairs) {
-    c.lost += pair.a.success() && !pair.b.success();
-    c.gained += !pair.a.success() && pair.b.success();
-    both += pair.a.success() && pair.b.success();
-  }
-  if (c.pairs == 0) return c;
+  c.lost = std::ranges::count_if(pairs, &TrialPair::lost);
+  c.gained = std::ranges::count_if(pairs, &TrialPair::gained);
   const auto n = static_cast<double>(c.pairs);
-  c.rate_a = static_cast<double>(both + c.lost) / n;
-  c.rate_b = static_cast<double>(both + c.gained) / n;
+  const auto in_a = std::ranges::count_if(pairs, [](const auto& p) { return p.a.success(); });
+  c.rate_a = static_cast<double>(in_a) / n;
+  c.rate_b = static_cast<double>(in_a - c.lost + c.gained) / n;
   c.difference = c.rate_b - c.rate_a;
-  const double lost = static_cast<double>(c.lost) + 0.5,
-               gained = static_cast<double>(c.gained) + 0.5;
-  const double total = n + 2, middle = (gained - lost) / total;
-  const double z = boost::math::quantile(boost::math::normal(), 1 - kTail);
-  const double half =
-      z * std::sqrt(lost + gained - (gained - lost) * (gained - lost) / total) / total;
-  c.interval_95 = {std::max(-1.0, middle - half), std::min(1.0, middle + half)};
+  c.interval_95 = statistics::RateDifferenceInterval(c.lost, c.gained, c.pairs);
   c.p_value = statistics::McNemarExactP(c.lost, c.gained);
   return c;
 }
 
 trial::Metric MetricNamed(const std::string& name) {
-  std::vector<trial::Metric> known = trial::Metrics();
-  known.push_back({"final_error_m", [](const trial::TrialRecord& record) {
-                     return std::optional(record.final_error_true.distance_m());
-                   }});
   std::vector<std::string> names;
-  for (const trial::Metric& metric : known) {
-    if (metric.name == name) return metric;
-    names.push_back(metric.name);
+  for (const trial::Metric& figure : KnownMetrics()) {
+    if (figure.name == name) return figure;
+    names.push_back(figure.name);
   }
   throw ConfigError(name + ": is no metric of these results" + config::DidYouMean(name, names));
 }
@@ -176,68 +141,57 @@ std::vector<ComparisonGroup> GroupPairs(const std::vector<TrialPair>& pairs,
       for (const farm::Parameter& parameter : pair.parameters)
         if (parameter.key == name) key.push_back(parameter);
     const auto [place, is_new] = index.emplace(Text(key), groups.size());
-    if (is_new) groups.push_back({key, {}});
+    if (is_new) groups.push_back({.key = key, .pairs = {}});
     groups[place->second].pairs.push_back(pair);
   }
+  std::ranges::sort(groups, farm::LessByValue, [](const ComparisonGroup& group) {
+    std::vector<std::string> values;
+    for (const farm::Parameter& parameter : group.key) values.push_back(parameter.value);
+    return values;
+  });
   return groups;
 }
 
-std::string GroupName(const ComparisonGroup& group) {
-  return group.key.empty() ? "all" : Text(group.key);
-}
+std::string ComparisonGroup::Name() const { return key.empty() ? "all" : Text(key); }
 
-std::vector<TrialPair> Flipped(const std::vector<TrialPair>& pairs, bool lost) {
-  std::vector<TrialPair> flipped;
-  for (const TrialPair& pair : pairs)
-    if (pair.a.success() != pair.b.success() && pair.a.success() == lost) flipped.push_back(pair);
-  return flipped;
-}
-
-std::string ComparisonJson(const std::string& name_a, const std::string& name_b,
-                           const farm::ResultStore& a, const farm::ResultStore& b,
-                           const std::vector<ComparisonGroup>& groups,
-                           const std::vector<trial::Metric>& metrics) {
-  Json list = Json::array();
-  for (const ComparisonGroup& group : groups) list.push_back(ToJson(group, metrics));
-  int64_t pairs = 0;
-  for (const ComparisonGroup& group : groups) pairs += std::ssize(group.pairs);
-  return report::JsonText({{"a", name_a},
-                           {"b", name_b},
-                           {"build_a", a.header().build},
-                           {"build_b", b.header().build},
-                           {"pairs", pairs},
-                           {"groups", list}});
-}
-
-void WriteComparisonFigure(const std::string& path, const std::vector<ComparisonGroup>& groups,
-                           const std::string& name_a, const std::string& name_b) {
-  // Paths are too long for it; the other panel's axes name both.
-  report::Panel rates{.title = "success rate, the second less the first",
-                      .x = {"percentage points, 95 %", -100, 100},
-                      .y = {"", static_cast<double>(groups.size()) - 0.4, -0.6},
-                      .series = {{.mark = report::Mark::kBarsAlongX}},
-                      .rules = {{.at = 0, .is_up = true}}};
-  std::vector<report::Sample> times;
-  double longest_s = 1;
-  for (const ComparisonGroup& group : groups) {
-    const RateComparison c = CompareRates(group.pairs);
-    rates.series[0].points.push_back({100 * c.difference, static_cast<double>(rates.y.names.size()),
-                                      100 * c.interval_95.low, 100 * c.interval_95.high});
-    rates.y.names.push_back(GroupName(group));
-    for (const TrialPair& pair : group.pairs) {
-      if (!pair.a.success() || !pair.b.success()) continue;
-      times.push_back({pair.a.time_s, pair.b.time_s});
-      longest_s = std::max({longest_s, pair.a.time_s, pair.b.time_s});
-    }
+void MarkSignificant(Comparison* comparison) {
+  const auto mark = [](const auto& family) {
+    std::vector<double> p_values;
+    for (const auto* test : family) p_values.push_back(test->p_value);
+    const std::vector<bool> significant = statistics::HolmSignificant(p_values);
+    for (size_t i = 0; i < family.size(); ++i) family[i]->significant = significant[i];
+  };
+  std::vector<RateComparison*> rates;
+  std::vector<MetricComparison*> metrics;
+  for (ComparisonGroup& group : comparison->groups) {
+    rates.push_back(&group.docked);
+    for (MetricComparison& metric : group.metrics)
+      if (metric.pairs > 0) metrics.push_back(&metric);
   }
-  const double end_s = 1.05 * longest_s;
-  const report::Panel docked{.title = "time to dock of pairs that docked in both",
-                             .x = {name_a + " (s)", 0, end_s},
-                             .y = {name_b + " (s)", 0, end_s},
-                             .series = {{"", {{0, 0}, {end_s, end_s}}, report::kGrey},
-                                        {"", times, report::CurveColor(0), report::Mark::kDots}}};
-  media::WriteFigure(path,
-                     {.columns = 2, .width_px = 700, .height_px = 600, .panels = {rates, docked}});
+  if (comparison->has_several()) rates.push_back(&comparison->all);
+  mark(rates);
+  mark(metrics);
+  if (!comparison->has_several()) comparison->all = comparison->groups[0].docked;
+}
+
+Comparison Compare(const ComparedFile& a, const ComparedFile& b, const ComparisonOptions& options) {
+  std::vector<trial::Metric> metrics;
+  for (const std::string& name : options.metrics) metrics.push_back(MetricNamed(name));
+  if (metrics.empty()) metrics = KnownMetrics();
+  const std::vector<TrialPair> pairs = PairTrials(a.store, b.store, options);
+  Comparison comparison{.a = a.file,
+                        .b = b.file,
+                        .build_a = a.store.header().build,
+                        .build_b = b.store.header().build,
+                        .groups = GroupPairs(pairs, options.by),
+                        .all = CompareRates(pairs)};
+  for (ComparisonGroup& group : comparison.groups) {
+    group.docked = CompareRates(group.pairs);
+    for (const trial::Metric& metric : metrics)
+      group.metrics.push_back(CompareMetric(group.pairs, metric));
+  }
+  MarkSignificant(&comparison);
+  return comparison;
 }
 
 }  // namespace turbidock::compare

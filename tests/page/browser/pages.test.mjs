@@ -18,7 +18,7 @@ const kKinds = {
   still: {plots: 9, scene: true},
   one: {plots: 9, scene: true},
   batch: {plots: 3},
-  compare: {plots: 2},
+  compare: {plots: 3},
   tuning: {plots: 3},
   gate: {plots: 2},
   recognition: {plots: 4},
@@ -367,12 +367,15 @@ test('a comparison: a seed that flipped is shown on both sides', async () => {
     .getByRole('button', {name: /^\d{10,}$/})
     .first()
     .dispatchEvent('click');
-  await page.waitForSelector('#flip .traces canvas');
-  await page.waitForFunction(() => document.querySelectorAll('#flip .transport').length === 2);
-  const commands = await page.locator('#flip code').allInnerTexts();
+  await page.waitForSelector('#linked .traces canvas');
+  await page.waitForFunction(() => document.querySelectorAll('#linked .transport').length === 2);
+  const commands = await page.locator('#linked code').allInnerTexts();
   assert.match(commands[0], /^turbidock replay a\.db \d+ --out/);
   assert.match(commands[1], /^turbidock replay b\.db \d+ --out/);
-  assert.deepEqual(await page.locator('#flip .badge').allInnerTexts(), ['✓ docked', '✕ collision']);
+  assert.deepEqual(await page.locator('#linked .badge').allInnerTexts(), [
+    '✓ docked',
+    '✕ collision',
+  ]);
   let traces = [];
   for (
     let look = 0;
@@ -389,13 +392,13 @@ test('a comparison: a seed that flipped is shown on both sides', async () => {
   // one clock for both, and one key
   const times = () =>
     page
-      .locator('#flip .transport input[type=range]')
+      .locator('#linked .transport input[type=range]')
       .evaluateAll(list => list.map(slider => slider.value));
   const [a, b] = await times();
   assert.equal(a, b);
   await page.keyboard.press(' ');
   await page.waitForFunction(
-    from => document.querySelector('#flip .transport input').value > Number(from) + 0.1,
+    from => document.querySelector('#linked .transport input').value > Number(from) + 0.1,
     a,
     {timeout: 10000},
   );

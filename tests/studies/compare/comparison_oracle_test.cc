@@ -12,14 +12,19 @@
 #include <string>
 #include <vector>
 
+#include "experiments/media/figure.h"
+#include "experiments/report/report_json.h"
+#include "experiments/report/text.h"
 #include "sim/base/check.h"
 #include "tests/support/message_of.h"
 
 namespace turbidock::compare {
 namespace {
 
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using testing::MessageOf;
+using ::testing::Not;
 
 class Comparison : public ::testing::Test {
  protected:
@@ -134,10 +139,10 @@ TEST_F(Comparison, TrialsPairBySeedAndParameters) {
   ASSERT_EQ(pairs.size(), 2u);
   const auto groups = GroupPairs(pairs, {"water.milk_ml_m3"});
   ASSERT_EQ(groups.size(), 2u);
-  EXPECT_EQ(GroupName(groups[0]), "water.milk_ml_m3=10");
+  EXPECT_EQ(groups[0].Name(), "water.milk_ml_m3=10");
   EXPECT_EQ(groups[0].pairs.at(0).a.time_s, 30);
   EXPECT_EQ(groups[0].pairs.at(0).b.time_s, 33);
-  EXPECT_EQ(GroupName(GroupPairs(pairs, {}).at(0)), "all");
+  EXPECT_EQ(GroupPairs(pairs, {}).at(0).Name(), "all");
 }
 
 TEST_F(Comparison, WhatDiffersOnPurposeIsIgnored) {
@@ -153,14 +158,134 @@ TEST_F(Comparison, WhatDiffersOnPurposeIsIgnored) {
               HasSubstr("did you mean water.milk_ml_m3?"));
 }
 
+// Fifteen seeds at each of two values of milk: at 100 twelve are lost, at 20 one is gained.
+std::vector<TrialPair> TwoGroups() {
+  std::vector<TrialPair> pairs;
+  for (int i = 0; i < 30; ++i) {
+    const bool many = i < 15;
+    TrialPair& pair = pairs.emplace_back();
+    pair.parameters = {{"water.milk_ml_m3", many ? "100" : "20"}};
+    pair.a.seed = pair.b.seed = i % 15;
+    pair.trial_a = i;
+    pair.trial_b = 100 + i;
+    pair.a.failure = many || i < 29 ? trial::Failure::kNone : trial::Failure::kTimeout;
+    pair.b.failure = many && i < 12 ? trial::Failure::kCollision : trial::Failure::kNone;
+    pair.a.time_s = 10 + 0.01 * i;
+    pair.b.time_s = pair.a.time_s + 1;
+  }
+  return pairs;
+}
+
+compare::Comparison Compared(const std::vector<TrialPair>& pairs,
+                             const std::vector<std::string>& by) {
+  compare::Comparison c{.a = "a.db",
+                        .b = "b.db",
+                        .build_a = "1",
+                        .build_b = "2",
+                        .groups = GroupPairs(pairs, by),
+                        .all = CompareRates(pairs)};
+  for (ComparisonGroup& group : c.groups) {
+    group.docked = CompareRates(group.pairs);
+    group.metrics = {CompareMetric(group.pairs, MetricNamed("time_s")),
+                     CompareMetric(group.pairs, MetricNamed("jam_time_s"))};
+  }
+  MarkSignificant(&c);
+  return c;
+}
+
+TEST_F(Comparison, GroupsStandInTheOrderOfTheirNumbers) {
+  const auto groups = GroupPairs(TwoGroups(), {"water.milk_ml_m3"});
+  ASSERT_EQ(groups.size(), 2u);
+  EXPECT_EQ(groups[0].Name(), "water.milk_ml_m3=20");
+  EXPECT_EQ(groups[1].Name(), "water.milk_ml_m3=100");
+}
+
+// Docking is a family of three rows (two groups and all), the times one of two; nobody jammed.
+TEST_F(Comparison, SignificantByHolmInTwoFamilies) {
+  const compare::Comparison c = Compared(TwoGroups(), {"water.milk_ml_m3"});
+  const ComparisonGroup &little = c.groups[0], &much = c.groups[1];
+  EXPECT_DOUBLE_EQ(much.docked.p_value, 2.0 / 4096);
+  EXPECT_TRUE(much.docked.significant);
+  EXPECT_EQ(little.docked.p_value, 1);
+  EXPECT_FALSE(little.docked.significant);
+  // 12 lost and 1 gained: 2 (1 + 13) / 2^13
+  EXPECT_DOUBLE_EQ(c.all.p_value, 28.0 / 8192);
+  EXPECT_TRUE(c.all.significant);
+  // 14 of 14 slower, but 3 of 3 only where much is lost
+  EXPECT_TRUE(little.metrics[0].significant);
+  EXPECT_FALSE(much.metrics[0].significant);
+  EXPECT_EQ(much.metrics[1].pairs, 0);
+  EXPECT_FALSE(much.metrics[1].significant);
+}
+
+TEST_F(Comparison, TheReportSaysWhatChangedAndWhichSeedsFlipped) {
+  const compare::Comparison c = Compared(TwoGroups(), {"water.milk_ml_m3"});
+  const report::Report r = ReportOf(c);
+  EXPECT_EQ(r.verdict.word, "docks less");
+  EXPECT_EQ(r.verdict.tone, report::Tone::kBad);
+  const std::string text = report::Text(r);
+  EXPECT_THAT(text, HasSubstr("docks less: b.db against a.db"));
+  EXPECT_THAT(text, ContainsRegex("pairs +30\n"));
+  EXPECT_THAT(text, ContainsRegex("milk_ml_m3=100 +docked +100.0 % +20.0 % +-80.0 points .* 15 "
+                                  "+4.9e-04 +significant"));
+  EXPECT_THAT(text, ContainsRegex("all together +docked .* 0.003 +significant"));
+  EXPECT_THAT(
+      text,
+      ContainsRegex("=20 +time, s +10.2[12] +11.2[12] +\\+1 \\[\\+1, \\+1\\] +14 .*significant"));
+  EXPECT_THAT(text, Not(HasSubstr("jam time"))) << "no pair has one";
+  EXPECT_THAT(text, ContainsRegex("\n14 +gained +water.milk_ml_m3=20 +29 +129 +timeout\n"));
+  // significant rows first, docking before times
+  EXPECT_LT(text.find("all together"), text.find("time, s"));
+  // the seed opens its pair
+  const report::Table& flipped = *r.sections.back().table;
+  ASSERT_EQ(flipped.rows().size(), 13u);
+  EXPECT_EQ(flipped.rows()[0][0].link, "29-129");
+  EXPECT_EQ(flipped.rows()[1][1].text, "lost");
+}
+
+TEST_F(Comparison, WithoutAChangeItSaysSo) {
+  std::vector<TrialPair> pairs = TwoGroups();
+  for (TrialPair& pair : pairs) pair.b = pair.a;
+  const report::Report r = ReportOf(Compared(pairs, {}));
+  EXPECT_EQ(r.verdict.word, "no significant change in docking");
+  EXPECT_THAT(report::Text(r), HasSubstr("None: every seed ended the same way in both."));
+  EXPECT_THAT(report::Text(r), Not(HasSubstr("all together"))) << "there is one group";
+}
+
+TEST_F(Comparison, OneGroupBetterAndOneWorseAreBothSaid) {
+  std::vector<TrialPair> pairs = TwoGroups();
+  for (size_t i = 15; i < 30; ++i) pairs[i].a.failure = trial::Failure::kTimeout;
+  EXPECT_EQ(ReportOf(Compared(pairs, {"water.milk_ml_m3"})).verdict.word,
+            "docks less here and more there");
+}
+
+TEST_F(Comparison, TheDocumentHasTheNumbersAndTheReport) {
+  const compare::Comparison c = Compared(TwoGroups(), {"water.milk_ml_m3"});
+  const report::Json json = report::Document(ReportOf(c), ResultJson(c));
+  EXPECT_EQ(json["kind"], "comparison");
+  EXPECT_EQ(json["schema_version"], 1);
+  for (const char* key : {"a", "b", "build_a", "build_b", "pairs", "all", "groups", "report"})
+    EXPECT_TRUE(json.contains(key)) << key;
+  const report::Json& much = json["groups"][1];
+  EXPECT_EQ(much["group"]["water.milk_ml_m3"], "100");
+  EXPECT_EQ(much["significant"], true);
+  EXPECT_EQ(much["lost"].size(), 12u);
+  EXPECT_EQ(much["lost"][0]["failure"], "collision");
+  EXPECT_EQ(json["groups"][0]["gained"][0]["trial_b"], 129);
+  EXPECT_EQ(much["metrics"][0]["metric"], "time_s");
+  EXPECT_EQ(json["all"]["significant"], true);
+}
+
 TEST_F(Comparison, TheFigureIsDrawnAlsoWhereNothingDocks) {
   std::vector<TrialPair> pairs = TenPairs();
   const std::string path = (folder_ / "figure.png").string();
-  WriteComparisonFigure(path, GroupPairs(pairs, {}), "a", "b");
-  EXPECT_GT(std::filesystem::file_size(path), 1000u);
+  const auto draw = [&] {
+    media::WriteFigure(path, media::FigureOf(ReportOf(Compared(pairs, {}))));
+    EXPECT_GT(std::filesystem::file_size(path), 1000u);
+  };
+  draw();
   for (TrialPair& pair : pairs) pair.a.failure = trial::Failure::kTimeout;
-  WriteComparisonFigure(path, GroupPairs(pairs, {}), "a", "b");
-  EXPECT_GT(std::filesystem::file_size(path), 1000u);
+  draw();
 }
 
 }  // namespace

@@ -1,0 +1,194 @@
+#include "experiments/farm/batch_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "experiments/config/yaml_fields.h"
+#include "experiments/farm/run_lock.h"
+#include "experiments/report/quantity.h"
+#include "experiments/system/plain_text.h"
+#include "sim/base/units.h"
+
+namespace turbidock::farm {
+namespace {
+
+using report::Json;
+
+// The description in a file's plan or study.
+std::string TitleOf(const StoreHeader& header) {
+  try {
+    const auto description = config::ParseYaml(header.plan, "plan").Find("description");
+    return description ? description->Text().value_or(header.kind) : header.kind;
+  } catch (const ConfigError&) {  // a study's of an older program
+    return header.kind;
+  }
+}
+
+bool IsBatch(const BatchSummary& summary) { return summary.header.kind == "batch"; }
+
+constexpr int64_t kMostCells = 60;
+constexpr size_t kMostOver = 40;   // values along an axis that are chosen without being asked for
+constexpr size_t kMostCurves = 8;  // that can be told apart
+
+// Draws success over the first parameter that varies and is a number, by what was asked for, or by
+// the next parameter of few values.
+void ChooseAxes(const std::vector<StoredTrial>& trials, BatchSummary* summary) {
+  const std::vector<std::string>& keys = summary->header.keys;
+  std::vector<std::string>& by = summary->curves_by;
+  const bool is_by_given = !by.empty();
+  for (size_t k = 0; k < keys.size(); ++k) {
+    std::set<std::string> values;
+    for (const StoredTrial& trial : trials) values.insert(trial.parameters[k].value);
+    if (values.size() < 2 || keys[k] == kStratumKey) continue;
+    const bool is_number = std::ranges::all_of(
+        values, [](const auto& text) { return report::NumberIn(text).has_value(); });
+    if (summary->over.empty() && is_number && values.size() <= kMostOver)
+      summary->over = keys[k];
+    else if (by.empty() && values.size() <= kMostCurves)
+      by = {keys[k]};
+  }
+  if (is_by_given) std::erase(by, summary->over);
+}
+
+void AddCurves(const std::vector<StoredTrial>& trials, const BatchReportOptions& options,
+               BatchSummary* summary) {
+  for (const std::string& key : options.by)
+    if (std::ranges::count(summary->header.keys, key) > 0) summary->curves_by.push_back(key);
+  if (options.over.empty() && IsBatch(*summary)) ChooseAxes(trials, summary);
+  if (summary->over.empty()) return;
+  summary->curves = SuccessCurves(trials, summary->over, summary->curves_by);
+  if (options.over.empty() && summary->curves.size() > kMostCurves) summary->curves.clear();
+}
+
+// How many trials a gate or a tuning run will have, its file does not say.
+bool IsComplete(const BatchSummary& summary) {
+  return IsBatch(summary) && summary.trials > 0 && summary.trials == summary.scheduler.wanted();
+}
+
+report::Verdict StateOf(const BatchSummary& summary) {
+  const StoreHeader& header = summary.header;
+  std::string reason =
+      fmt::format("{}: {}, plan {}, written by {}{}.", system::OneLineOf(summary.file), header.kind,
+                  header.plan_hash(), header.build,
+                  header.shard.count > 1 ? ", shard " + header.shard.Text() : "");
+  if (IsComplete(summary)) return {"complete", report::Tone::kGood, reason};
+  if (summary.running) return {"running", report::Tone::kNone, reason};
+  if (!IsBatch(summary)) return {"not running", report::Tone::kNone, reason};
+  return {summary.trials == 0 ? "empty" : "partial", report::Tone::kNone,
+          reason + " Not running: start it again to finish it."};
+}
+
+std::string TrialsText(const BatchSummary& summary) {
+  const TrialScheduler& scheduler = summary.scheduler;
+  if (!IsBatch(summary)) return std::to_string(summary.trials);
+  if (IsComplete(summary)) return DoneText(summary.trials, summary.trials, summary.trials);
+  return DoneText(summary.trials, scheduler.Expected(), scheduler.most());
+}
+
+std::string RateText(const GroupSummary& all) {
+  return fmt::format("{:.0f} % [{:.0f}, {:.0f}]",
+                     100 * static_cast<double>(all.successes) / static_cast<double>(all.trials),
+                     100 * all.wilson.low, 100 * all.wilson.high);
+}
+
+std::vector<report::Fact> FactsOf(const BatchSummary& summary) {
+  const TrialScheduler& scheduler = summary.scheduler;
+  const GroupSummary& all = summary.all;
+  std::vector<report::Fact> facts = {{"trials", TrialsText(summary)}};
+  if (summary.rule.precision)
+    facts.push_back({"precision",
+                     fmt::format("{:g} % in {} of {} cells", 100 * *summary.rule.precision,
+                                 scheduler.reached(), scheduler.cells()),
+                     scheduler.not_reached() == 0
+                         ? ""
+                         : fmt::format("not in {}: max_trials = {} came first",
+                                       scheduler.not_reached(), summary.rule.most)});
+  if (all.trials == 0) return facts;
+  facts.push_back({"docked", RateText(all), "95 % interval, Wilson's over the plan's strata"});
+  facts.push_back({"time to dock", report::Fixed(all.time_to_dock_s.median, 1) + " s", "median"});
+  const auto mm = [](const Spread& spread) {
+    return report::Fixed(spread.median ? units::MmFromM(*spread.median) : spread.median, 1);
+  };
+  facts.push_back({"true error when docked",
+                   fmt::format("y {}, z {} mm", mm(all.error_true_y_m), mm(all.error_true_z_m)),
+                   "medians"});
+  facts.push_back({"failures", all.failures.empty() ? "none" : report::Words(FailureText(all))});
+  return facts;
+}
+
+}  // namespace
+
+BatchReportOptions ByGrid(const Plan& plan) {
+  BatchReportOptions options;
+  if (plan.cells() <= kMostCells)
+    for (const GridAxis& axis : plan.grid()) options.by.push_back(axis.key);
+  return options;
+}
+
+BatchSummary SummaryOf(const ResultStore& store, const std::string& file,
+                       const BatchReportOptions& options) {
+  const std::vector<StoredTrial> trials = store.Trials();
+  std::vector<std::string> keys = options.by;
+  if (!options.over.empty() && std::ranges::count(keys, options.over) == 0)
+    keys.push_back(options.over);
+  BatchSummary summary{.file = file,
+                       .title = TitleOf(store.header()),
+                       .header = store.header(),
+                       .running = IsLocked(file),
+                       .rule = RuleOf(store.header()),
+                       .scheduler = SchedulerOf(store),
+                       .trials = std::ssize(trials),
+                       .all = {},
+                       .keys = keys,
+                       .groups = Summarise(trials, keys),
+                       .over = options.over,
+                       .curves_by = {},
+                       .curves = {}};
+  if (trials.empty()) return summary;
+  summary.all = Summarise(trials, {})[0];
+  AddCurves(trials, options, &summary);
+  return summary;
+}
+
+report::Report ReportOf(const BatchSummary& summary) {
+  report::Report report{.kind = summary.header.kind,
+                        .title = summary.title,
+                        .build = summary.header.build,
+                        .verdict = StateOf(summary),
+                        .facts = FactsOf(summary)};
+  if (summary.trials == 0) report.missing.emplace_back("No trials: none was stored yet");
+  if (!summary.curves.empty())
+    report.sections.push_back(SuccessSection(summary.over, summary.curves_by, summary.curves));
+  if (!summary.groups.empty())
+    report.sections.push_back(GroupSection(summary.keys, summary.groups, summary.rule.precision));
+  return report;
+}
+
+Json ResultJson(const BatchSummary& summary) {
+  const StoreHeader& header = summary.header;
+  const TrialScheduler& scheduler = summary.scheduler;
+  Json json = {{"plan_hash", header.plan_hash()}, {"build", header.build},
+               {"shard", header.shard.Text()},    {"trials", scheduler.wanted()},
+               {"done", summary.trials},          {"running", summary.running}};
+  if (summary.rule.precision)
+    json["precision"] = {{"half_width", *summary.rule.precision},
+                         {"max_trials", summary.rule.most},
+                         {"cells", scheduler.cells()},
+                         {"reached", scheduler.reached()},
+                         {"not_reached", scheduler.not_reached()}};
+  json["groups"] = GroupsJson(summary.keys, summary.groups, summary.rule.precision);
+  if (!summary.curves.empty())
+    json["success"] = {{"over", summary.over},
+                       {"by", summary.curves_by},
+                       {"curves", SuccessJson(summary.over, summary.curves)}};
+  return json;
+}
+
+std::string DoneText(int64_t done, int64_t total, int64_t most) {
+  return total == most ? fmt::format("{} of {}", done, total)
+                       : fmt::format("{} of about {} (at most {})", done, total, most);
+}
+
+}  // namespace turbidock::farm

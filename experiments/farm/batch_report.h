@@ -1,0 +1,58 @@
+#pragma once
+// What a file of trials says: how far it is, and what came out.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "experiments/farm/result_store.h"
+#include "experiments/farm/success_curve.h"
+#include "experiments/farm/summary.h"
+#include "experiments/farm/trial_scheduler.h"
+#include "experiments/report/json.h"
+#include "experiments/report/report.h"
+
+namespace turbidock::farm {
+
+struct BatchReportOptions {
+  // Parameters, or what else trials can be grouped by (summary.h): the table has a row for each of
+  // their values, also of `over`; of the parameters, success has a curve for each value. Empty: one
+  // row of all, and of a batch curves by its next parameter of few values.
+  std::vector<std::string> by = {};
+  // Success is drawn over this parameter. Empty: of a batch, over the first that varies and is a
+  // number, if there is one and the curves can be told apart.
+  std::string over = {};
+};
+
+// By the plan's grid, as far as people look through its cells.
+BatchReportOptions ByGrid(const Plan& plan);
+
+struct BatchSummary {
+  std::string file, title;  // the title: the plan's description
+  StoreHeader header;
+  bool running = false;  // somebody writes to the file
+  TrialRule rule;
+  TrialScheduler scheduler;  // what is to run yet
+  int64_t trials = 0;        // in the file
+  GroupSummary all;          // of all of them
+  std::vector<std::string> keys;
+  std::vector<GroupSummary> groups;  // by these keys
+  std::string over;
+  std::vector<std::string> curves_by;
+  std::vector<SuccessCurve> curves;  // may be none
+};
+
+// `file` is the store's. ConfigError for a key that its trials do not have, or to draw over one
+// that is no number.
+BatchSummary SummaryOf(const ResultStore& store, const std::string& file,
+                       const BatchReportOptions& options = {});
+
+report::Report ReportOf(const BatchSummary& summary);
+// The numbers, which stand beside the report in its document.
+report::Json ResultJson(const BatchSummary& summary);
+
+// "17 of 480" or, where the total is a guess, "17 of about 320 (at most 480)".
+std::string DoneText(int64_t done, int64_t total, int64_t most);
+
+}  // namespace turbidock::farm

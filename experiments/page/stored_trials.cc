@@ -1,0 +1,101 @@
+#include "experiments/page/stored_trials.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "experiments/page/compress.h"
+#include "experiments/page/trial_model.h"
+#include "experiments/report/quantity.h"
+
+namespace turbidock::page {
+namespace {
+
+using report::Json;
+
+// Of stored series, of which a page should hold many: a tenth of a millimetre at a metre.
+constexpr int kStoredDigits = 4;
+
+}  // namespace
+
+SeriesPacker::SeriesPacker(const farm::ResultStore& store, int64_t bytes, Page* page)
+    : store_(store), bytes_left_(bytes), page_(page), stored_(store.TrialsWithSeries()) {}
+
+bool SeriesPacker::IsStored(int64_t trial) const {
+  return std::ranges::binary_search(stored_, trial);
+}
+
+bool SeriesPacker::Pack(int64_t trial, const std::string& name) {
+  if (bytes_left_ < 0 || !IsStored(trial)) return false;
+  const std::string text = report::JsonLine(SeriesModel(store_.SeriesOf(trial), kStoredDigits));
+  bytes_left_ -= static_cast<int64_t>(Gzip(text).size()) * 4 / 3;
+  if (bytes_left_ < 0) return false;
+  page_->parts[name] = text;
+  return true;
+}
+
+std::string ScenarioNameOf(const farm::StoredTrial& trial) {
+  const auto at = std::ranges::find(trial.parameters, "scenario", &farm::Parameter::key);
+  return at == trial.parameters.end() ? "" : at->value;
+}
+
+Json PictureModel(const farm::Plan& plan, const farm::StoredTrial& trial) {
+  Json model = TrialModel(plan.ScenarioOf(plan.Trial(trial.trial)));
+  model.erase("settings");
+  return model;
+}
+
+TrialLinks::TrialLinks(const farm::ResultStore& store, std::string file, std::string name,
+                       int64_t series_bytes, const trial::Plugins& plugins, Page* page)
+    : store_(store),
+      file_(std::move(file)),
+      name_(std::move(name)),
+      page_(page),
+      series_(store, series_bytes, page) {
+  if (store.header().kind != "batch") return;
+  try {
+    plan_.emplace(store.header().plan, file_, farm::PlanOverrides{.plugins = plugins});
+  } catch (const ConfigError& error) {
+    page->model["missing"].push_back(fmt::format(
+        "This program does not understand all of the plan of {}: {}", file_, error.what()));
+  }
+}
+
+std::string TrialLinks::ModelPart(const farm::StoredTrial& trial) {
+  const std::string part = fmt::format("model-{}-{}", name_, ScenarioNameOf(trial));
+  if (!page_->parts.contains(part)) {
+    const Json model = PictureModel(*plan_, trial);
+    AddPart(part, model, /*has_3d=*/!model["scene"].is_null(), page_);
+  }
+  return part;
+}
+
+LinkedTrial TrialLinks::Of(int64_t number) {
+  const farm::StoredTrial trial = store_.Trial(number);
+  LinkedTrial linked{.title = fmt::format("{}: trial {} of {}", name_, number, file_),
+                     .outcome = NameOf(trial.record.outcome),
+                     .reason = trial.record.reason,
+                     .facts = {{"failure", report::Words(NameOf(trial.record.failure))},
+                               {"time", fmt::format("{:.1f} s", trial.record.time_s)}}};
+  for (const farm::Parameter& p : trial.parameters) linked.facts.push_back({p.key, p.value});
+  if (store_.header().kind == "batch")
+    linked.commands = {
+        {"The trial again, with film and all its files",
+         fmt::format("turbidock replay {} {} --out out/{}{}", file_, number, name_, number)}};
+  const std::string part = fmt::format("series-{}-{}", name_, number);
+  if (plan_ && series_.Pack(number, part)) {
+    linked.model = ModelPart(trial);
+    linked.series = part;
+  } else if (!series_.IsStored(number)) {
+    linked.note =
+        "Its traces were not stored (series_every_frames in the plan): replay makes them.";
+  } else {
+    linked.note =
+        fmt::format("Its traces are not in this page: turbidock report {} --trial {} shows them.",
+                    file_, number);
+  }
+  return linked;
+}
+
+}  // namespace turbidock::page

@@ -1,0 +1,142 @@
+// The report of a file of trials: its state, its axes, its groups.
+
+#include "experiments/farm/batch_report.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "experiments/report/report_json.h"
+#include "experiments/report/text.h"
+#include "sim/base/check.h"
+#include "tests/support/message_of.h"
+
+namespace turbidock::farm {
+namespace {
+
+using ::testing::ContainsRegex;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+class BatchReport : public ::testing::Test {
+ protected:
+  void SetUp() override { std::filesystem::create_directories(folder_); }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  // A batch of so many trials, of which some are stored: two controllers over four values of milk,
+  // of which no trial docks from 40 on.
+  ResultStore Store(int64_t trials, int64_t stored,
+                    const std::vector<std::string>& keys = {"water.milk_ml_m3", "controller"}) {
+    StoreHeader header;
+    header.plan = fmt::format("description: murky\nseeds: {}\n", trials);
+    header.build = "test 1";
+    header.trials = trials;
+    header.keys = keys;
+    ResultStore store = ResultStore::Write(file_, header);
+    for (int64_t i = 0; i < stored; ++i) {
+      const int64_t milk = 20 * (i % 4);
+      StoredTrial trial{.trial = i, .parameters = {}, .record = {}};
+      for (const std::string& key : keys)
+        trial.parameters.push_back({key, key == "water.milk_ml_m3" ? std::to_string(milk)
+                                         : i % 8 < 4               ? "pid"
+                                                                   : "lqg"});
+      trial::TrialRecord& r = trial.record;
+      r.seed = i;
+      r.docked = r.inserted = milk < 40;
+      r.outcome = r.docked ? trial::Outcome::kDocked : trial::Outcome::kCollision;
+      r.failure = r.docked ? trial::Failure::kNone : trial::Failure::kCollision;
+      r.time_s = 10 + static_cast<double>(i % 8);
+      r.final_error_true.y_m = 0.003;
+      store.Add(trial);
+    }
+    return store;
+  }
+  BatchSummary Summary(const ResultStore& store, const BatchReportOptions& options = {}) const {
+    return SummaryOf(store, file_, options);
+  }
+
+  const std::filesystem::path folder_ =
+      std::filesystem::temp_directory_path() /
+      (std::string("turbidock_batch_report_") +
+       ::testing::UnitTest::GetInstance()->current_test_info()->name() + "_" +
+       std::to_string(getpid()));
+  const std::string file_ = (folder_ / "b.db").string();
+};
+
+TEST_F(BatchReport, SaysHowFarItIsAndWhatCameOut) {
+  { const ResultStore written = Store(32, 24); }
+  const ResultStore store = ResultStore::Read(file_);
+  const std::string text = report::Text(ReportOf(Summary(store)));
+  EXPECT_THAT(text, HasSubstr("partial: murky\n"));
+  EXPECT_THAT(text, HasSubstr("written by test 1. Not running: start it again to finish it."));
+  EXPECT_THAT(text, ContainsRegex("trials +24 of 32\n"));
+  EXPECT_THAT(text, ContainsRegex("docked +50 % \\[31, 69\\]"));
+  EXPECT_THAT(text, ContainsRegex("true error when docked +y 3.0, z 0.0 mm"));
+  EXPECT_THAT(text, ContainsRegex("failures +12 collision\n"));
+  EXPECT_THAT(text, HasSubstr("pid falls to 50 % at 30 ["));
+  EXPECT_THAT(text, HasSubstr("All trials\n"));
+}
+
+TEST_F(BatchReport, KnowsWhenItIsCompleteRunningOrEmpty) {
+  EXPECT_EQ(ReportOf(Summary(Store(8, 8))).verdict.word, "complete");
+  std::filesystem::remove(file_);
+  const ResultStore store = Store(8, 0);
+  const report::Report report = ReportOf(Summary(store));
+  EXPECT_EQ(report.verdict.word, "running");
+  EXPECT_THAT(report.missing, ElementsAre("No trials: none was stored yet"));
+  EXPECT_TRUE(report.sections.empty());
+}
+
+TEST_F(BatchReport, DrawsOverItsFirstNumberByTheNextOfFewValues) {
+  const ResultStore store = Store(32, 32);
+  const BatchSummary summary = Summary(store);
+  EXPECT_EQ(summary.over, "water.milk_ml_m3");
+  EXPECT_THAT(summary.curves_by, ElementsAre("controller"));
+  EXPECT_EQ(summary.curves.size(), 2u);
+  EXPECT_TRUE(summary.keys.empty());
+  // what was asked for: the table has a row for each value, also of what it is drawn over
+  const BatchSummary over = Summary(store, {.over = "water.milk_ml_m3"});
+  EXPECT_EQ(over.curves.size(), 1u);
+  EXPECT_THAT(over.keys, ElementsAre("water.milk_ml_m3"));
+  EXPECT_EQ(over.groups.size(), 4u);
+  const BatchSummary both = Summary(store, {.by = {"water.milk_ml_m3", "controller"}});
+  EXPECT_EQ(both.groups.size(), 8u);
+  EXPECT_THAT(both.curves_by, ElementsAre("controller"));
+  // what is no parameter groups the table alone
+  const BatchSummary by_failure = Summary(store, {.by = {"failure"}});
+  EXPECT_EQ(by_failure.groups.size(), 2u);
+  EXPECT_THAT(by_failure.curves_by, ElementsAre("controller"));
+  EXPECT_THAT(testing::MessageOf([&] { Summary(store, {.over = "controller"}); }),
+              HasSubstr("is no number"));
+  EXPECT_THAT(testing::MessageOf([&] { Summary(store, {.by = {"nonsense"}}); }),
+              HasSubstr("cannot be grouped by this"));
+}
+
+TEST_F(BatchReport, WithoutANumberThatVariesNothingIsDrawn) {
+  const ResultStore store = Store(8, 8, {"controller"});
+  EXPECT_TRUE(Summary(store).curves.empty());
+  EXPECT_THAT(report::Text(ReportOf(Summary(store))), Not(HasSubstr("Success over")));
+}
+
+TEST_F(BatchReport, TheDocumentHasTheNumbersAndTheReport) {
+  const ResultStore store = Store(32, 32);
+  const BatchSummary summary = Summary(store, {.by = {"controller"}});
+  const report::Json json = report::Document(ReportOf(summary), ResultJson(summary));
+  EXPECT_EQ(json["kind"], "batch");
+  for (const char* key : {"schema_version", "plan_hash", "build", "shard", "trials", "done",
+                          "running", "groups", "success", "report"})
+    EXPECT_TRUE(json.contains(key)) << key;
+  EXPECT_FALSE(json.contains("precision"));
+  EXPECT_EQ(json["groups"][0]["group"]["controller"], "lqg");
+  EXPECT_EQ(json["success"]["over"], "water.milk_ml_m3");
+  EXPECT_EQ(json["success"]["curves"][1]["name"], "pid");
+}
+
+}  // namespace
+}  // namespace turbidock::farm
