@@ -73,9 +73,9 @@ export class Scene3d {
     sun.position.set(-2, -1.5, 4);
     this.world.add(new T.HemisphereLight(0xdff1ff, 0x30404a, 1.5), sun);
     this.vehicle = new T.Group();
-    this.berth = new T.Group(); // its geoms are in the marker's frame
-    this.place(this.berth, this.trial.scene.X_WM);
-    this.world.add(this.vehicle, this.berth);
+    this.station = new T.Group(); // its geoms are in the marker's frame
+    this.place(this.station, this.trial.scene.X_WM);
+    this.world.add(this.vehicle, this.station);
     for (const geom of this.trial.scene.geoms) this.addGeom(geom);
     this.ghost = this.makeGhost();
     this.world.add(this.ghost);
@@ -161,7 +161,7 @@ export class Scene3d {
     const mesh = new this.T.Mesh(geometry, this.material(geom));
     this.place(mesh, geom.pose);
     mesh.name = geom.name;
-    (({vehicle: this.vehicle, berth: this.berth})[geom.fixed_to] || this.world).add(mesh);
+    (({vehicle: this.vehicle, berth: this.station})[geom.fixed_to] || this.world).add(mesh);
   }
 
   place(object, [x, y, z, w, a, b, c]) {
@@ -220,7 +220,7 @@ export class Scene3d {
     this.place(this.vehicle, vehicle);
     this.pose = vehicle;
     const head = compose(vehicle, this.trial.scene.X_BH);
-    if (marker) this.place(this.berth, compose(head, marker));
+    if (marker) this.place(this.station, compose(head, marker));
     this.ghost.visible = Boolean(estimate);
     if (estimate) this.place(this.ghost, compose(head, estimate));
     if (this.current === 'Cameras') this.lookAhead();

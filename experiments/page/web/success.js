@@ -18,15 +18,16 @@ function axesOf(trials) {
   return [...trials.parameters, ...starts]
     .map(key => {
       const {label, unit, factor} = quantity(key);
-      const values = trials.values(key);
+      const count = trials.distinct(key).size;
       const isNumeric = trials.isNumeric(key);
-      const isDiscrete = !isNumeric || values.length <= kMostValues;
+      const isDiscrete = !isNumeric || count <= kMostValues;
+      const values = isDiscrete ? trials.values(key) : [];
       const shown = starts.includes(key)
         ? {label: `${label}, ${unit}`, factor}
         : {label: key, factor: 1};
-      return {key, ...shown, isNumeric, isDiscrete, values};
+      return {key, ...shown, isNumeric, isDiscrete, count, values};
     })
-    .filter(axis => axis.values.length > 1);
+    .filter(axis => axis.count > 1);
 }
 
 export class Success {

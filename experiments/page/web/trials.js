@@ -3,8 +3,8 @@
 import {groupsOf, stratified} from 'page/numbers.js';
 
 /** A column as a function of the row: a list, or numbers of words. */
-const unpacked = column => row =>
-  Array.isArray(column) ? column[row] : (column.words[column.of[row]] ?? null);
+const unpacked = column =>
+  Array.isArray(column) ? row => column[row] : row => column.words[column.of[row]] ?? null;
 
 export class Trials {
   constructor({rows, columns, parameters, grid = []}) {
@@ -23,10 +23,15 @@ export class Trials {
     return first !== undefined && typeof this.get[key](first) === 'number';
   }
 
-  /** Different values of a column, in order. */
+  /** Different values of a column, as a Set; or in order. */
+  distinct(key) {
+    const all = new Set(this.rows.map(this.get[key]));
+    all.delete(null);
+    return all;
+  }
   values(key) {
-    const all = [...new Set(this.rows.map(this.get[key]))].filter(value => value !== null);
-    return all.every(value => typeof value === 'number')
+    const all = [...this.distinct(key)];
+    return this.isNumeric(key)
       ? all.sort((a, b) => a - b)
       : all.sort((a, b) => String(a).localeCompare(String(b), 'en', {numeric: true}));
   }
