@@ -3,7 +3,7 @@
 import {h, button, fill, section} from 'page/dom.js';
 import {has} from 'page/data.js';
 import {clockText, fixed, number, percent, quantity, words} from 'page/format.js';
-import {bins, groupsOf, quantile} from 'page/numbers.js';
+import {bins, groupsOf} from 'page/numbers.js';
 import {reveal} from 'page/parts.js';
 import {Plot} from 'page/plot.js';
 import {drawHead, drawSections} from 'page/report.js';
@@ -148,13 +148,7 @@ class BatchView {
     const {tolerance_y_m = 0, tolerance_z_m = 0} = scenario?.limits || {};
     const rows = found.filter(row => Number.isFinite(y(row)) && Number.isFinite(z(row)));
     const won = rows.filter(isSuccess);
-    const far = of =>
-      quantile(
-        won.map(row => Math.abs(of(row))),
-        0.98,
-      ) || 0;
-    const allowed = 1600 * Math.max(tolerance_y_m, tolerance_z_m);
-    const reach = Math.max(allowed, 1.2 * far(y), 1.2 * far(z), 1);
+    const reach = 1600 * Math.max(tolerance_y_m, tolerance_z_m) || 100;
     const within = value => Math.min(Math.max(value, -0.98 * reach), 0.98 * reach);
     const points = (name, of, more) => ({
       name,

@@ -64,18 +64,3 @@ export function soon(draw, wait = requestAnimationFrame) {
     });
   };
 }
-
-/** Calls draw once the element comes near the view, and then never again. */
-export function whenVisible(element, draw) {
-  const drawOnce = () => {
-    observer.disconnect();
-    removeEventListener('beforeprint', drawOnce);
-    draw();
-  };
-  const observer = new IntersectionObserver(
-    entries => entries.some(entry => entry.isIntersecting) && drawOnce(),
-    {rootMargin: '600px'},
-  );
-  observer.observe(element);
-  addEventListener('beforeprint', drawOnce);
-}

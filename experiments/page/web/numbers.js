@@ -1,4 +1,4 @@
-// What a page counts itself, as filters change it: intervals, quantiles and bins; and places in lists.
+// What a page counts itself, as filters change it: intervals and bins; and places in lists.
 
 /** Wilson's 95 % interval of a share found in n trials. */
 function wilson(p, n) {
@@ -26,16 +26,6 @@ export function stratified(strata) {
   if (!trials) return [0, 1];
   const effect = Math.min(1, within / (rate * (1 - rate / trials)));
   return wilson(won / trials, trials / effect);
-}
-
-/** Quantile with linear interpolation between order statistics; NaN of nothing. */
-export function quantile(values, share) {
-  const sorted = values.filter(Number.isFinite).sort((a, b) => a - b);
-  if (!sorted.length) return NaN;
-  const at = share * (sorted.length - 1);
-  const low = Math.floor(at);
-  const high = Math.ceil(at);
-  return sorted[low] + (sorted[high] - sorted[low]) * (at - low);
 }
 
 /** Index of the last of ascending values that is at or before one; -1 where none is. */

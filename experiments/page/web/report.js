@@ -1,7 +1,7 @@
 // A report: verdict, facts, and sections of sentences, tables and plots that the program laid out
 // (experiments/report/report.h). Knows no study.
 
-import {h, section, whenVisible} from 'page/dom.js';
+import {h, section} from 'page/dom.js';
 import {badge, command, head, plainTable} from 'page/parts.js';
 import {Plot, Sync} from 'page/plot.js';
 import {openTrials} from 'page/trial.js';
@@ -65,11 +65,11 @@ function drawPanels(panels, {stacked, wide}, view) {
     {class: stacked ? 'traces' : isBroad ? 'plots two' : 'plots'},
     panels.map(panel => {
       const height = stacked ? Math.max(24, kHeight * 0.6 * (panel.height ?? 1)) : kHeight;
-      const cell = h('div', {style: {minHeight: `${height}px`}});
+      const cell = h('div');
       const onPick = panel.series.some(series => series.links)
         ? (series, i) => view.open(series.links?.[i])
         : null;
-      whenVisible(cell, () => view.plots.push(new Plot(cell, panel, {height, onPick, sync})));
+      view.plots.push(new Plot(cell, panel, {height, onPick, sync}));
       return cell;
     }),
   );

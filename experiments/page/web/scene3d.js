@@ -36,13 +36,12 @@ export class Scene3d {
     const views = Object.keys(kViews).map(name =>
       button(name, () => this.view(name), {title: `look from: ${name}`}),
     );
-    const dot = name => h('span', {class: `dot ${name}`});
     this.element = h(
       'div',
       {class: 'scene-box'},
       this.canvas,
       h('div', {class: 'line overlay-bar'}, views),
-      h('div', {class: 'scene-key'}, dot('truth'), 'truth ', dot('estimate'), 'estimated marker'),
+      h('div', {class: 'scene-key'}, 'blue: way of the cameras; wire: estimated marker'),
     );
     host.append(this.element);
     this.draw = soon(() => this.drawNow());
@@ -256,27 +255,27 @@ export class Scene3d {
   }
 
   key(event) {
-    const turns = {
-      ArrowLeft: [-0.1, 0],
-      ArrowRight: [0.1, 0],
-      ArrowUp: [0, -0.1],
-      ArrowDown: [0, 0.1],
-    };
-    const nearer = {'+': 0.9, '=': 0.9, '-': 1.1}[event.key];
-    if (!turns[event.key] && !nearer) return;
+    const act = {
+      ArrowLeft: [-0.1, 0, 1],
+      ArrowRight: [0.1, 0, 1],
+      ArrowUp: [0, -0.1, 1],
+      ArrowDown: [0, 0.1, 1],
+      '+': [0, 0, 0.9],
+      '=': [0, 0, 0.9],
+      '-': [0, 0, 1.1],
+    }[event.key];
+    if (!act) return;
     event.preventDefault();
     this.current = 'free';
-    const T = this.T;
-    const offset = this.camera.position.clone().sub(this.controls.target);
-    if (nearer) offset.multiplyScalar(nearer);
-    else {
-      const [across, up] = turns[event.key];
-      offset.applyAxisAngle(new T.Vector3(0, 0, 1), across);
-      const side = new T.Vector3().crossVectors(offset, new T.Vector3(0, 0, 1)).normalize();
-      const turned = offset.clone().applyAxisAngle(side, up);
-      if (Math.abs(turned.clone().normalize().z) < 0.98) offset.copy(turned);
-    }
-    this.camera.position.copy(this.controls.target).add(offset);
+    const [across, up, nearer] = act;
+    const {position} = this.camera;
+    const {target} = this.controls;
+    const z = new this.T.Vector3(0, 0, 1);
+    const offset = position.clone().sub(target).multiplyScalar(nearer).applyAxisAngle(z, across);
+    const side = offset.clone().cross(z).normalize();
+    const turned = offset.clone().applyAxisAngle(side, up);
+    const isSteep = Math.abs(turned.z) > 0.98 * turned.length();
+    position.copy(target).add(isSteep ? offset : turned);
     this.controls.update();
     this.draw();
   }

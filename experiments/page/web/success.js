@@ -1,5 +1,4 @@
-// Success of a batch's trials over anything that they differ in, by anything else: curves, or a map where those would
-// be too many.
+// Success of a batch's trials over anything that they differ in, by anything else.
 
 import {h, choice, fill, section} from 'page/dom.js';
 import {fixed, number, quantity, rate, words} from 'page/format.js';
@@ -7,25 +6,22 @@ import {bins, groupsOf} from 'page/numbers.js';
 import {Plot} from 'page/plot.js';
 import {curve} from 'page/theme.js';
 
-const kMostValues = 40; // of an axis that is not put into bins
-const kMostBins = 12;
-const kMostCurves = 8;
+// Numbers of more values than this are put into so many bins: across, and as curves.
+const kAcross = {values: 40, bins: 12};
+const kCurves = {values: 8, bins: 5};
 const kStarts = ['start_x_m', 'start_y_m', 'start_z_m', 'start_yaw_rad'];
 
-/** What trials can be told apart by: {key, label, factor to what is shown, isNumeric, isDiscrete, values}. */
+/** What trials can be told apart by: {key, label, factor to what is shown, isNumeric, count of values}. */
 function axesOf(trials) {
   const starts = kStarts.filter(key => trials.get[key]);
   return [...trials.parameters, ...starts]
     .map(key => {
       const {label, unit, factor} = quantity(key);
-      const count = trials.distinct(key).size;
-      const isNumeric = trials.isNumeric(key);
-      const isDiscrete = !isNumeric || count <= kMostValues;
-      const values = isDiscrete ? trials.values(key) : [];
       const shown = starts.includes(key)
         ? {label: `${label}, ${unit}`, factor}
         : {label: key, factor: 1};
-      return {key, ...shown, isNumeric, isDiscrete, count, values};
+      const count = trials.distinct(key).size;
+      return {key, ...shown, isNumeric: trials.isNumeric(key), count};
     })
     .filter(axis => axis.count > 1);
 }
@@ -43,8 +39,7 @@ export class Success {
       box.append(h('p', {class: 'note'}, 'Nothing varies between these trials but the seed.'));
       return;
     }
-    const isFew = ({isDiscrete, values, key}) =>
-      isDiscrete && values.length <= kMostCurves && key !== 'stratum';
+    const isFew = ({count, key}) => count <= kCurves.values && key !== 'stratum';
     const others = this.axes.filter(axis => axis !== first);
     const second = others.find(isFew) || (isStart(first) ? others[0] : null);
     this.over = first.key;
@@ -70,34 +65,31 @@ export class Success {
     this.draw();
   }
 
-  /** An axis's values, or bins of them: [{label, at, low, high, rows}]. */
-  groups({key, factor, isDiscrete, isNumeric, values}) {
-    const get = this.trials.get[key];
-    if (isDiscrete) {
-      const rows = groupsOf(this.trials.rows, get);
-      return values.map((value, k) => ({
-        label: isNumeric ? number(value * factor) : String(value),
-        at: isNumeric ? value * factor : k,
-        low: k - 0.5,
-        high: k + 0.5,
-        rows: rows.get(value),
+  /** An axis's values, or bins of them: [{label, at, rows}]. */
+  groups({key, factor, isNumeric, count}, most) {
+    const {trials} = this;
+    const get = trials.get[key];
+    if (isNumeric && count > most.values) {
+      const there = trials.rows.filter(row => Number.isFinite(get(row)));
+      return bins(there, row => get(row) * factor, most.bins).map(({low, high, rows}) => ({
+        label: `${number(low, 3)} to ${number(high, 3)}`,
+        at: (low + high) / 2,
+        rows,
       }));
     }
-    const there = this.trials.rows.filter(row => Number.isFinite(get(row)));
-    return bins(there, row => get(row) * factor, kMostBins).map(({low, high, rows}) => ({
-      label: `${number(low, 3)} to ${number(high, 3)}`,
-      at: (low + high) / 2,
-      low,
-      high,
-      rows,
+    const rows = groupsOf(trials.rows, get);
+    return trials.values(key).map((value, k) => ({
+      label: isNumeric ? number(value * factor) : String(value),
+      at: isNumeric ? value * factor : k,
+      rows: rows.get(value),
     }));
   }
 
   draw() {
     const over = this.axes.find(axis => axis.key === this.over);
     const by = this.axes.find(axis => axis.key === this.by && axis !== over);
-    const across = this.groups(over);
-    const lines = by ? this.groups(by) : [{label: 'docked', rows: this.trials.rows}];
+    const across = this.groups(over, kAcross);
+    const lines = by ? this.groups(by, kCurves) : [{label: 'docked', rows: this.trials.rows}];
     const placeOf = new Map(across.flatMap(({rows}, k) => rows.map(row => [row, k])));
     const keys = [over, by].filter(Boolean).map(axis => axis.key);
     // of each line, a cell for each value across that has trials in it
@@ -112,25 +104,17 @@ export class Success {
           label: `${over.label} ${across[k].label}${by ? `, ${by.label} ${line.label}` : ''}`,
         })),
     );
-    const isMap = by && (!by.isDiscrete || by.values.length > kMostCurves);
-    const panel = isMap
-      ? mapOf(cells, over, by, across, lines)
-      : curvesOf(cells, over, across, by ? lines : [{label: 'docked'}]);
     const what = `share docked over ${over.label}${by ? ` by ${by.label}` : ''}`;
     fill(this.ground);
-    new Plot(
-      this.ground,
-      {title: '', legend: 'none', ...panel},
-      {
-        height: isMap ? Math.max(280, Math.min(440, lines.length * 34 + 60)) : 260,
-        label: `${what}; arrow keys go from point to point, Enter lists its trials`,
-        readout: ({cells: own}, i) => {
-          const {won, all, share, low, high} = own[i].rate;
-          return `${own[i].label}\n${won} of ${all} docked: ${rate(share, low, high)}`;
-        },
-        onPick: ({cells: own}, i) => this.onPick(own[i].rows, own[i].label),
+    new Plot(this.ground, curvesOf(cells, over, across, lines), {
+      height: 260,
+      label: `${what}; arrow keys go from point to point, Enter lists its trials`,
+      readout: ({cells: own}, i) => {
+        const {won, all, share, low, high} = own[i].rate;
+        return `${own[i].label}\n${won} of ${all} docked: ${rate(share, low, high)}`;
       },
-    );
+      onPick: ({cells: own}, i) => this.onPick(own[i].rows, own[i].label),
+    });
   }
 }
 
@@ -153,41 +137,5 @@ function curvesOf(cells, over, across, lines) {
       low: cells[line].map(cell => 100 * cell.rate.low),
       high: cells[line].map(cell => 100 * cell.rate.high),
     })),
-  };
-}
-
-function mapOf(cells, over, by, across, up) {
-  const all = cells.flatMap((list, line) => list.map(cell => ({...cell, line})));
-  const axis = ({label, isDiscrete}, groups) => ({
-    label,
-    low: groups[0].low,
-    high: groups[groups.length - 1].high,
-    ...(isDiscrete ? {names: groups.map(group => group.label)} : {}),
-  });
-  const middle = ({low, high}) => (low + high) / 2;
-  return {
-    title: 'docked, % of the trials in each cell',
-    x: axis(over, across),
-    y: axis(by, up),
-    blocks: all.map(({k, line, rate: {share}}) => ({
-      name: fixed(100 * share, 0),
-      x0: across[k].low,
-      x1: across[k].high,
-      y0: up[line].low,
-      y1: up[line].high,
-      color: curve(0),
-      opacity: 0.04 + 0.5 * share,
-    })),
-    series: [
-      {
-        name: '',
-        color: [0, 60, 90],
-        mark: 'dots',
-        dot: 0.1,
-        cells: all,
-        x: all.map(({k}) => middle(across[k])),
-        y: all.map(({line}) => middle(up[line])),
-      },
-    ],
   };
 }
