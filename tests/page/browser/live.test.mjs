@@ -119,6 +119,9 @@ async function until(page, f, argument, timeout_ms = kLong_ms) {
   }
 }
 
+// What was changed while the trial ran.
+const kChanges = 'section[aria-label="Changed while it ran"] tbody tr';
+
 const pictures = page =>
   page.evaluate(() => Number(document.documentElement.dataset.pictures || 0));
 const morePictures = (page, than) =>
@@ -225,8 +228,8 @@ test('pause, step, speed, sliders, push, restart, and what the record says', asy
     [...document.querySelectorAll('.knob')].some(k => k.title === 'p_voltage.sway.kp_v_per_m'),
   );
   await press(page.getByRole('button', {name: 'left', exact: true}));
-  await until(page, () => document.querySelectorAll('[aria-label=changes] tr').length >= 5);
-  const changes = await page.locator('[aria-label=changes] tr').allInnerTexts();
+  await until(page, rows => document.querySelectorAll(rows).length >= 5, kChanges);
+  const changes = await page.locator(kChanges).allInnerTexts();
   for (const key of ['water.milk_ml_m3', 'lamps.enabled', 'controller', 'push'])
     assert.ok(
       changes.some(row => row.includes(key)),
@@ -267,7 +270,7 @@ test('pause, step, speed, sliders, push, restart, and what the record says', asy
   assert.deepEqual([...complaints, ...other.complaints], []);
   await other.close();
   await press(page.getByRole('button', {name: 'right', exact: true}));
-  await until(page, () => document.querySelectorAll('[aria-label=changes] tr').length >= 1);
+  await until(page, rows => document.querySelectorAll(rows).length >= 1, kChanges);
   assert.equal(await served.stop(), 130);
   // cut off by Ctrl-C, it has its record, too
   const last = JSON.parse(readFileSync(path.join(folder, 'live/result.json')));
@@ -284,7 +287,7 @@ test('the vehicle is pushed with the mouse', async () => {
   const served = await view(...kWaiting);
   const {page, complaints, close} = await open(served.url);
   await morePictures(page, 3);
-  await until(page, () => document.querySelector('.pushes'));
+  await until(page, () => document.querySelector('[aria-label="push the vehicle"]'));
   await press(page.locator('.play'));
   await state(page, 'paused');
   // where the vehicle is on the screen
@@ -301,9 +304,11 @@ test('the vehicle is pushed with the mouse', async () => {
   await page.waitForTimeout(200);
   await page.mouse.up();
   // the last first: let go at the end
-  const pushes = () => page.locator('[aria-label=changes] tr', {hasText: 'push'}).allInnerTexts();
-  await until(page, () =>
-    document.querySelector('[aria-label=changes] tr')?.textContent.endsWith('push[0, 0, 0] N'),
+  const pushes = () => page.locator(kChanges, {hasText: 'push'}).allInnerTexts();
+  await until(
+    page,
+    rows => document.querySelector(rows)?.textContent.endsWith('push[0, 0, 0] N'),
+    kChanges,
   );
   assert.ok((await pushes()).length >= 2);
   assert.ok((await pushes()).some(row => !row.includes('[0, 0, 0]')));
@@ -342,25 +347,16 @@ grid: {controller: [pid, lqg]}
   const served = await view('sweep.db');
   const {page, complaints, close} = await open(served.url);
   await page.waitForSelector('html[data-ready=true]', {timeout: kLong_ms});
-  const text = () => page.locator('p.now').innerText();
-  const done = async () => Number((await text()).match(/^(\d+) of 200 trials/)[1]);
-  await until(page, () => / of 200 trials/.test(document.querySelector('p.now')?.textContent));
-  const first = await done();
-  await until(
-    page,
-    n => Number.parseInt(document.querySelector('p.now')?.textContent, 10) > n,
-    first,
-  );
-  await until(
-    page,
-    () => document.querySelector('p.now')?.textContent.includes('complete'),
-    null,
-    2 * kLong_ms,
-  );
-  // and the page has drawn all of it by itself
-  await until(page, () =>
-    /^200 trials/.test(document.querySelector('.table-bar [role=status]')?.textContent),
-  );
+  const status = page.locator('#trials [role=status]');
+  const first = Number.parseInt(await status.innerText(), 10);
+  assert.ok(first < 200, `${first} of 200 trials at first`);
+  assert.match(await page.locator('.badge').first().innerText(), /running/);
+  // the page loads itself again, until all are there
+  const listed = n =>
+    Number.parseInt(document.querySelector('#trials [role=status]')?.textContent, 10) >= n;
+  await until(page, listed, first + 1);
+  await until(page, listed, 200, 2 * kLong_ms);
+  await until(page, () => document.querySelector('.badge')?.textContent.includes('complete'));
   assert.equal(await page.locator('#injected').count(), 0, 'HTML in a name is text');
   assert.deepEqual(complaints, []);
   await close();
@@ -406,7 +402,6 @@ proof: {held_out_seeds: 8, robustness_seeds: 0, sensitivity_seeds: 0, cameras: f
   await until(page, () =>
     document.querySelector('nav .kind')?.textContent.startsWith('tuning study: its trials'),
   );
-  await until(page, () => /^\d+ trials/.test(document.querySelector('p.now')?.textContent));
   await until(page, () => document.querySelector('section[aria-label="The search so far"] canvas'));
   let cost = [0];
   for (let look = 0; look < 30 && cost[0] < 4; ++look) {

@@ -236,7 +236,7 @@ test('a clock that is started again within a frame runs once', async () => {
 test('a batch: filter, sort, a point lists its trials, a trial shows its traces and command', async () => {
   const {page, complaints, close} = await open('batch', 1440);
   const rows = page.locator('.rows .row');
-  const status = page.locator('.table-bar [role=status]');
+  const status = page.locator('#trials [role=status]');
   assert.match(await status.innerText(), /^54 trials/);
   await page.getByLabel('filter failure').selectOption('none');
   assert.match(await status.innerText(), /^\d+ of 54 trials/);
@@ -249,7 +249,7 @@ test('a batch: filter, sort, a point lists its trials, a trial shows its traces 
   const without = await page.evaluate(() => {
     const {table} = globalThis.turbidock;
     const nothing = (column, i) => (column.value(i) ?? null) === null;
-    const column = table.columns.find(c => c.numeric && table.found.some(i => nothing(c, i)));
+    const column = table.columns.find(c => c.isNumeric && table.found.some(i => nothing(c, i)));
     table.filter(column.key, '-999999..999999');
     const count = table.found.filter(i => nothing(column, i)).length;
     table.filter(column.key, '');
@@ -310,16 +310,16 @@ test("intervals over strata are the program's", async () => {
   const {page, close} = await open('batch', 1440);
   const spans = await page.evaluate(() => {
     const view = globalThis.turbidock;
-    const rows = Array.from({length: view.n}, (_, i) => i);
+    const {rows} = view.trials;
     return ['p_voltage', 'pid', 'lqg'].map(law =>
-      view.span(
-        rows.filter(i => view.get.controller(i) === law),
-        [{key: 'controller'}],
+      view.trials.rate(
+        rows.filter(row => view.trials.get.controller(row) === law),
+        ['controller'],
       ),
     );
   });
   for (const [k, law] of ['p_voltage', 'pid', 'lqg'].entries())
-    near(spans[k], laws.find(l => l.group.controller === law).wilson);
+    near([spans[k].low, spans[k].high], laws.find(l => l.group.controller === law).wilson);
   await close();
 });
 
