@@ -26,6 +26,16 @@ def test_a_batch_is_a_frame_and_goes_on(tmp_path):
         assert alone.digest == row.digest
 
 
+def test_a_stored_series_has_the_rows_of_the_log(tmp_path):
+    out = str(tmp_path / "b.db")
+    trials = turbidock.batch(plan(series_every_frames=10), out, workers=2)
+    alone = turbidock.run("pool_active", seed=int(trials["seed"][1]),
+                          settings={**QUICK, "duration_s": 6}).trajectory
+    stored = turbidock.read_series(out, 1)
+    assert len(stored) > 1
+    assert stored.equals(alone[::10].reset_index(drop=True))
+
+
 def test_a_batch_with_a_law_in_python(tmp_path):
     trials = turbidock.batch(plan(), str(tmp_path / "b.db"), workers=2, controller=CopiedLaw)
     for row in trials.itertuples():

@@ -1,7 +1,9 @@
 """Trials from Python: the same digests as in C++, frames that stay, errors that name the thing."""
 
+import csv
 import multiprocessing
 import os
+import pickle
 import threading
 
 import numpy as np
@@ -17,6 +19,21 @@ def test_run_is_the_programs_own(program):
     assert ours.digest == theirs["digest"]
     assert ours.outcome == theirs["outcome"]
     assert len(ours.trajectory) == 8 * 30
+
+
+def test_the_log_has_every_digit(tmp_path):
+    ours = turbidock.run("pool_active", seed=3, settings={**QUICK, "duration_s": 1})
+    rows = ours.trajectory
+    assert rows["frame"].dtype == np.int64 and rows["est_x_m"].dtype == np.float64
+    assert rows["stage"][0] == "approach"
+    ours.save(str(tmp_path))
+    with open(tmp_path / "trajectory.csv", encoding="utf-8") as file:
+        names, *lines = csv.reader(file)
+    assert list(rows.columns) == names
+    for name in ("frame", "time_s", "est_x_m", "true_qz", "sway_v"):
+        at = names.index(name)
+        assert [float(line[at]) for line in lines] == list(rows[name])
+    assert pickle.loads(pickle.dumps(ours)).trajectory.equals(rows)
 
 
 def test_stepped_with_images_it_is_the_same_trial(program):

@@ -64,7 +64,8 @@ class Result:
         """Writes result.json, resolved.yaml and trajectory.csv, as `turbidock run --out` does."""
         os.makedirs(folder, exist_ok=True)
         for name, text in (("result.json", json.dumps(self.record, indent=2) + "\n"),
-                           ("resolved.yaml", self.scenario_yaml), ("trajectory.csv", self._series.csv())):
+                           ("resolved.yaml", self.scenario_yaml),
+                           ("trajectory.csv", self._series.csv())):
             with open(os.path.join(folder, name), "w", encoding="utf-8") as file:
                 file.write(text)
 
