@@ -13,6 +13,8 @@ const std::map<std::string, std::string> kReplaced = {
     {"slurm", "turbidock batch PLAN --out FILE --slurm TASKS, or --shard I/N and merge"},
     {"run --resolution", "--set rig.width_px=320 --set rig.height_px=240"},
     {"bench --resolution", "--set rig.width_px=320 --set rig.height_px=240"},
+    {"gate --simulate", "--plan-size, which is exact"},
+    {"gate --max-trials", "max_trials in the gate's file; --plan-size says how many it takes"},
 };
 
 }  // namespace

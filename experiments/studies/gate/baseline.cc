@@ -7,7 +7,7 @@
 #include <map>
 
 #include "experiments/config/yaml_fields.h"
-#include "experiments/studies/gate/gate_output.h"
+#include "experiments/studies/gate/gate_report.h"
 #include "experiments/system/output_path.h"
 #include "sim/base/check.h"
 #include "sim/base/digest.h"
