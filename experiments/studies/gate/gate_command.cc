@@ -124,8 +124,7 @@ int UpdateBaseline(const GateArguments& arguments, const GatePlan& plan) {
   const Baseline before = OldBaseline(plan.baseline, &progress);
   system::WriteWhole(plan.baseline, BaselineText(now));
   fs::remove(trials);
-  for (const std::string& line : DescribeChange(before, now)) progress.Say(line);
-  progress.Say("written to " + plan.baseline);
+  progress.Say(ChangeTable(before, now).Text() + "written to " + plan.baseline);
   return app::kExitDone;
 }
 

@@ -30,11 +30,13 @@
 namespace turbidock::gate {
 namespace {
 
+using ::testing::_;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using testing::MessageOf;
 using ::testing::Not;
+using ::testing::StartsWith;
 
 // How a build docks: from the seed alone, as a trial does.
 using Build = std::function<GateTrial(size_t condition, int64_t seed)>;
@@ -655,19 +657,25 @@ TEST_F(Gate, OnlyABaselineIsReplaced) {
   EXPECT_EQ(MessageOf([&] { Measure(plan, DocksAt(0.9)); }), "no error");
 }
 
-TEST_F(Gate, AnUpdateIsSaidInWords) {
+TEST_F(Gate, AnUpdateSaysWhatItChanges) {
   const GatePlan plan = Plan();
   const Baseline before = Measure(plan, DocksAt(0.95)),
                  after = Measure(plan, DocksAt(0.8, {.time_s = 3}));
-  std::string words;
-  for (const std::string& line : DescribeChange(before, after)) words += line + "\n";
-  EXPECT_THAT(words, HasSubstr(std::to_string(before.conditions[0].docked) + " of 200 docked"));
-  EXPECT_THAT(words, HasSubstr(std::to_string(after.conditions[0].docked) + " of 200 docked"));
-  EXPECT_THAT(words, HasSubstr("of 200 seeds in both"));
-  EXPECT_THAT(words, HasSubstr("no longer dock"));
-  EXPECT_THAT(words, HasSubstr("median time to dock 39.6 s -> 42.4 s (+2.9 s)"));
-  for (const std::string& line : DescribeChange(before, before)) words = line;
-  EXPECT_THAT(words, HasSubstr("calm: unchanged"));
+  const auto row = [](const Baseline& a, const Baseline& b) {
+    std::vector<std::string> texts;
+    for (const report::Cell& cell : ChangeTable(a, b).rows().at(0)) texts.push_back(cell.text);
+    return texts;
+  };
+  const int lost = before.conditions[0].docked - after.conditions[0].docked;
+  EXPECT_THAT(
+      row(before, after),
+      ElementsAre("calm", StartsWith(std::to_string(before.conditions[0].docked) + " of 200"),
+                  StartsWith(std::to_string(after.conditions[0].docked) + " of 200"),
+                  std::to_string(lost), "0", "0", "time to dock 39.6 s -> 42.4 s"));
+  EXPECT_THAT(row(after, before)[4], std::to_string(lost));
+  EXPECT_THAT(row(before, before), ElementsAre("calm", _, _, "0", "0", "200", ""));
+  EXPECT_THAT(row({}, after), ElementsAre("calm", "new", _, "", "", "", ""));
+  EXPECT_THAT(row(before, {}), ElementsAre("calm", _, "gone", "", "", "", ""));
 }
 
 // ---------------------------------------------------------------------------------------- reports
