@@ -10,6 +10,7 @@
 #include "experiments/app/commands.h"
 #include "experiments/app/farm_arguments.h"
 #include "experiments/app/plan_arguments.h"
+#include "experiments/app/print_report.h"
 #include "experiments/app/progress.h"
 #include "experiments/media/figure.h"
 #include "experiments/page/report_page.h"
@@ -60,15 +61,10 @@ std::string FailuresOf(const GateArguments& arguments) { return arguments.out + 
 std::string TrialsOf(const GateArguments& arguments) { return arguments.out + "/trials.db"; }
 
 // What every question ends with: the report on stdout and, where one is asked for, as a figure.
-// Returns it with all numbers.
-report::Json Show(const report::Report& report, const report::Json& result,
-                  const GateArguments& arguments) {
-  const report::Json document = report::Document(report, result);
-  const std::string text =
-      arguments.json ? report::JsonText(document) : system::Printable(report::Text(report));
-  std::fputs(text.c_str(), stdout);
+void Show(const report::Report& report, const report::Json& result,
+          const GateArguments& arguments) {
+  app::PrintReport(report, result, arguments.json);
   if (!arguments.figure.empty()) media::WriteFigure(arguments.figure, media::FigureOf(report));
-  return document;
 }
 
 // With what the gate reads.
@@ -167,11 +163,13 @@ void WriteBundles(const GateArguments& arguments, const GatePlan& plan, const Ga
 
 // The folder of --out, once the verdict is known.
 void WriteOut(const GateArguments& arguments, const GatePlan& plan, const GateReport& report,
-              const std::string& markdown, const report::Json& document, app::Progress* progress) {
+              app::Progress* progress) {
   const fs::path out(arguments.out);
+  const report::Report shown = ReportOf(report);
+  const report::Json document = report::Document(shown, report);
   system::WriteWhole(out / "summary.json", report::JsonText(document));
   system::WriteWhole(out / "junit.xml", Junit(report));
-  system::WriteWhole(out / "summary.md", markdown);
+  system::WriteWhole(out / "summary.md", report::Markdown(shown));
   progress->Say("summary.json, junit.xml and summary.md in " + arguments.out);
   WriteBundles(arguments, plan, report, progress);
   page::Page page = page::ReportPage(document, arguments.out);
@@ -222,10 +220,8 @@ int JudgeAgainstBaseline(const GateArguments& arguments, const GatePlan& plan) {
       MakeGateRunner(plan, arguments.assignments, RunOf(farm), store ? &*store : nullptr), options);
   report.build = system::BuildId();
   report.assignments = arguments.assignments;
-  const report::Report shown = ReportOf(report);
-  const report::Json document = Show(shown, report, arguments);
-  if (!arguments.out.empty())
-    WriteOut(arguments, plan, report, report::Markdown(shown), document, &progress);
+  Show(ReportOf(report), report, arguments);
+  if (!arguments.out.empty()) WriteOut(arguments, plan, report, &progress);
   return ExitCodeOf(report.verdict);
 }
 
@@ -268,12 +264,13 @@ int Design(const GateArguments& arguments) {
                               .workers = arguments.farm.workers.value_or(app::AvailableCores())};
   const std::vector<Candidate> candidates = CandidatesOf(plan, arguments.results);
   const GateDesign design = DesignGate(candidates, options);
-  const report::Json document = Show(ReportOf(design), design, arguments);
+  const report::Report report = ReportOf(design);
+  Show(report, design, arguments);
   if (arguments.out.empty()) return app::kExitDone;
   const fs::path out(arguments.out);
   system::WriteWhole(out / "gate.yaml",
                      GateYaml(design, candidates, "gate.baseline.yaml", arguments.out));
-  system::WriteWhole(out / "design.json", report::JsonText(document));
+  system::WriteWhole(out / "design.json", report::JsonText(report::Document(report, design)));
   if (!arguments.quiet)
     fmt::print(stderr,
                "gate.yaml and design.json in {0}; its baseline is next:\n"
