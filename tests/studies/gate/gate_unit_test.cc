@@ -242,7 +242,7 @@ TEST_F(Gate, TheReportNamesEverySeedThatChangedAndLinksThoseThatFail) {
   const GatePlan plan = Plan();
   const GateReport report = Judge(plan, Measure(plan, DocksAt(0.9)), [](size_t, int64_t seed) {
     const double u = Noise(seed, "docks").Uniform();  // as in the baseline: below 0.9
-    return DocksAt(u < 0.8 || u > 0.9 ? 1 : 0)(0, seed);
+    return DocksAt(u < 0.7 || u > 0.9 ? 1 : 0)(0, seed);
   });
   const ConditionReport& calm = report.conditions[0];
   ASSERT_THAT(calm.newly_failing_seeds, Not(IsEmpty()));
