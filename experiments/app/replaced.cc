@@ -14,6 +14,8 @@ const std::map<std::string, std::string> kReplaced = {
     {"curve", "turbidock status FILE --over KEY, report FILE --figure PNG --over KEY"},
     {"run --resolution", "--set rig.width_px=320 --set rig.height_px=240"},
     {"bench --resolution", "--set rig.width_px=320 --set rig.height_px=240"},
+    {"gate --simulate", "--plan-size, which is exact"},
+    {"gate --max-trials", "max_trials in the gate's file; --plan-size says how many it takes"},
 };
 
 }  // namespace

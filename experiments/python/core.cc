@@ -15,10 +15,11 @@
 #include "experiments/farm/plan.h"
 #include "experiments/python/bindings.h"
 #include "experiments/report/json.h"
+#include "experiments/report/report_json.h"
 #include "experiments/studies/gate/baseline.h"
 #include "experiments/studies/gate/gate.h"
-#include "experiments/studies/gate/gate_output.h"
 #include "experiments/studies/gate/gate_plan.h"
+#include "experiments/studies/gate/gate_report.h"
 #include "experiments/studies/gate/trial_runner.h"
 #include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"
@@ -244,7 +245,7 @@ std::string Gate(const std::string& file, const trial::Plugins& plugins,
             gate::RunGate(plan, gate::LoadBaseline(plan.baseline), plan.baseline, runner, options);
         report.build = system::BuildId();
         report.assignments = assignments;
-        text = gate::GateJson(report);
+        text = report::JsonText(report::Document(gate::ReportOf(report), report));
       }
     } catch (const farm::Stopped&) {
     }

@@ -2,10 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <boost/math/distributions/binomial.hpp>
 #include <cmath>
 #include <limits>
-#include <string>
 #include <utility>
 
 #include "sim/base/check.h"
@@ -16,11 +14,6 @@ namespace {
 constexpr double kSpentShare = 0.9;    // of a level; see HitTest
 constexpr double kNegligible = 1e-18;  // probability of paths that need not be followed
 constexpr int kMaxTrials = 1 << 14;
-
-[[noreturn]] void ThrowTooMany() {
-  throw ConfigError("that takes more than " + std::to_string(kMaxTrials) +
-                    " trials; give a larger margin or error rates");
-}
 
 bool IsProbability(double p) { return p > 0 && p < 1; }
 
@@ -49,23 +42,11 @@ class HitWalk {
     while (lowest_ < highest_ && At(highest_) < kNegligible) --highest_;
   }
 
-  // Takes out the paths with that many hits or more, or that many or fewer; returns their share.
+  // Takes out the paths with that many hits or more; returns their share.
   double TakeFrom(int hits) {
     double taken = 0;
     for (; highest_ >= std::max(hits, lowest_); --highest_) taken += Clear(highest_);
     return taken;
-  }
-  double TakeUpTo(int hits) {
-    double taken = 0;
-    for (; lowest_ <= std::min(hits, highest_); ++lowest_) taken += Clear(lowest_);
-    return taken;
-  }
-
-  double Remaining() const {
-    double sum = 0;
-    for (int hits = lowest_; hits <= highest_; ++hits)
-      sum += probability_[static_cast<size_t>(hits)];
-    return sum;
   }
 
  private:
@@ -161,23 +142,33 @@ std::optional<Verdict> PairedRateTest::Decide(int pairs, int losses, int gains) 
   return std::nullopt;
 }
 
-Characteristic PairedRateTest::AtLoss(double share) const {
-  // ways[l]: the probability of l losses and no verdict yet
-  std::vector<double> ways(static_cast<size_t>(max_pairs()) + 1, 0.0);
-  ways[0] = 1;
+Characteristic PairedRateTest::At(double loss, double gain) const {
+  // ways[losses][gains]: the probability of so many and no verdict yet
+  std::vector<std::vector<double>> ways = {{1.0}};
   Characteristic result;
   result.p_inconclusive = 1;
-  for (int pairs = 1; pairs <= max_pairs(); ++pairs) {
+  for (int pairs = 1; pairs <= max_pairs() && result.p_inconclusive > 0; ++pairs) {
     result.expected_trials += result.p_inconclusive;
-    for (int losses = pairs; losses >= 0; --losses) {
-      const auto l = static_cast<size_t>(losses);
-      ways[l] = (1 - share) * ways[l] + (losses > 0 ? share * ways[l - 1] : 0);
-      const auto verdict = Decide(pairs, losses, 0);
-      if (!verdict) continue;
-      (verdict == Verdict::kFail ? result.p_fail : result.p_pass) += ways[l];
-      result.p_inconclusive -= ways[l];
-      ways[l] = 0;
-    }
+    result.p_inconclusive = 0;
+    const size_t gains = ways[0].size() + (gain > 0 ? 1 : 0);
+    ways.emplace_back();
+    for (std::vector<double>& row : ways) row.resize(gains, 0.0);
+    size_t last_loss = 0, last_gain = 0;  // of those that count
+    for (size_t l = ways.size(); l-- > 0;)
+      for (size_t g = gains; g-- > 0;) {
+        double& p = ways[l][g];
+        p = (1 - loss - gain) * p + (l > 0 ? loss * ways[l - 1][g] : 0) +
+            (g > 0 ? gain * ways[l][g - 1] : 0);
+        if (p >= kNegligible)
+          if (const auto verdict = Decide(pairs, static_cast<int>(l), static_cast<int>(g)))
+            (verdict == Verdict::kFail ? result.p_fail : result.p_pass) += std::exchange(p, 0.0);
+        if (p < kNegligible) continue;
+        result.p_inconclusive += p;
+        last_loss = std::max(last_loss, l);
+        last_gain = std::max(last_gain, g);
+      }
+    ways.resize(last_loss + 1);
+    for (std::vector<double>& row : ways) row.resize(last_gain + 1);
   }
   return result;
 }
@@ -202,55 +193,6 @@ std::optional<Verdict> RateTest::Decide(int trials, int successes) const {
   if (fail_.Rejects(trials, trials - successes)) return Verdict::kFail;
   if (pass_.Rejects(trials, successes)) return Verdict::kPass;
   return std::nullopt;
-}
-
-RateTest::Characteristic RateTest::At(double true_rate) const {
-  HitWalk walk(max_trials(), true_rate);
-  Characteristic result;
-  double remaining = 1;
-  for (int n = 1; n <= max_trials(); ++n) {
-    result.expected_trials += remaining;
-    walk.Step();
-    const double fail = walk.TakeUpTo(n - fail_.least_hits(n));
-    const double pass = walk.TakeFrom(pass_.least_hits(n));
-    result.p_fail += fail;
-    result.p_pass += pass;
-    remaining = walk.Remaining();
-  }
-  result.p_inconclusive = remaining;
-  return result;
-}
-
-FixedTest FixedSampleTest(const RateTestDesign& design) {
-  using boost::math::cdf;
-  using boost::math::complement;
-  int fail_at_most = -1;  // a further trial never takes from it
-  for (int n = 1; n <= kMaxTrials; ++n) {
-    const boost::math::binomial no_worse(n, design.no_worse), worse(n, design.worse);
-    while (fail_at_most + 1 < n && cdf(no_worse, fail_at_most + 1) <= design.alpha) ++fail_at_most;
-    if (fail_at_most >= 0 && cdf(complement(worse, fail_at_most)) <= design.beta)
-      return {.trials = n, .fail_at_most = fail_at_most};
-  }
-  ThrowTooMany();
-}
-
-int TrialsToDecide(RateTestDesign design, double inconclusive) {
-  const auto undecided = [&](int trials) {
-    design.max_trials = trials;
-    const RateTest test(design);
-    return std::max(test.At(design.no_worse).p_inconclusive, test.At(design.worse).p_inconclusive);
-  };
-  int too_few = 0, enough = 16;
-  while (undecided(enough) > inconclusive) {
-    if (enough >= kMaxTrials) ThrowTooMany();
-    too_few = enough;
-    enough *= 2;
-  }
-  while (enough - too_few > 1) {
-    const int middle = (too_few + enough) / 2;
-    (undecided(middle) <= inconclusive ? enough : too_few) = middle;
-  }
-  return enough;
 }
 
 }  // namespace turbidock::statistics

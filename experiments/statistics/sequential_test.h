@@ -100,8 +100,10 @@ class PairedRateTest {
 
   // Nothing while both are possible.
   std::optional<Verdict> Decide(int pairs, int losses, int gains) const;
-  // Of a build that does as the old one, but for this share of the pairs, which it loses.
-  Characteristic AtLoss(double share) const;
+  // Of a build that loses and gains these shares of the pairs. One that does as the old build but
+  // for what it loses gains none; where the builds' trials have nothing to do with each other, the
+  // shares follow from both rates.
+  Characteristic At(double loss, double gain = 0) const;
   // After which it passes a build that does the same; more than max_pairs when it never does.
   int FewestPairs() const;
   int max_pairs() const { return fail_.max_trials(); }
@@ -126,26 +128,9 @@ class RateTest {
 
   // Nothing while both are possible.
   std::optional<Verdict> Decide(int trials, int successes) const;
-  int max_trials() const { return fail_.max_trials(); }
-
-  using Characteristic = statistics::Characteristic;
-  Characteristic At(double true_rate) const;
 
  private:
   HitTest fail_, pass_;
 };
-
-// The smallest test of fixed size with these rates and error rates (exact binomial): it fails when
-// `fail_at_most` or fewer of its trials succeed. ConfigError when that takes tens of thousands of
-// trials. `design.max_trials` is not read.
-struct FixedTest {
-  int trials = 0, fail_at_most = 0;
-};
-FixedTest FixedSampleTest(const RateTestDesign& design);
-
-// Fewest trials after which a sequential test with these rates leaves at most `inconclusive`
-// undecided at either of them. ConfigError when that takes tens of thousands of trials.
-// `design.max_trials` is not read.
-int TrialsToDecide(RateTestDesign design, double inconclusive);
 
 }  // namespace turbidock::statistics

@@ -318,8 +318,6 @@ TEST_F(BadInput, TheFirstSignalStopsWhateverRuns) {
                                 "random: {water.milk_ml_m3: {uniform: [0, 20]}}\n");
   const std::vector<std::vector<std::string>> commands = {
       {"batch", plan, "--out", Path("x.db")},
-      {"gate", "--simulate", "100000000"},
-      {"gate", "--plan-size", "--rate", "0.9", "--margin", "0.02"},
       {"compare-estimators", "--marker", "active"},
       {"recognize", "--marker", "active"}};
   for (const auto& command : commands)

@@ -5,11 +5,9 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <chrono>
 #include <cmath>
-
-#include "sim/base/check.h"
-#include "tests/support/binomial.h"
+#include <utility>
+#include <vector>
 
 namespace turbidock::statistics {
 namespace {
@@ -79,21 +77,30 @@ TEST(NetLossTest, RejectsWhenTheAverageOfItsStakesHasGrownEnough) {
   EXPECT_GT(kept, 300);
 }
 
-TEST(FixedSampleTest, FailsAtAsManyAsItsLevelAllows) {
-  for (const auto& [no_worse, worse, level] :
-       {std::array{0.95, 0.85, 0.05}, std::array{0.5, 0.4, 0.01}, std::array{0.3, 0.1, 0.2}}) {
-    const FixedTest fixed =
-        FixedSampleTest({.no_worse = no_worse, .worse = worse, .alpha = level, .beta = level});
-    EXPECT_LE(testing::BinomialAtMost(fixed.fail_at_most, fixed.trials, no_worse), level);
-    EXPECT_GT(testing::BinomialAtMost(fixed.fail_at_most + 1, fixed.trials, no_worse), level);
-    EXPECT_GE(testing::BinomialAtMost(fixed.fail_at_most, fixed.trials, worse), 1 - level);
-  }
+TEST(PairedRateTest, StandsAtTheLimitsOfWhatMayBeAsked) {
+  constexpr double kLeast = kLeastProbability;
+  for (const double margin : {kLeast, 0.5, 1 - kLeast})
+    for (const double level : {kLeast, 1 - kLeast})
+      for (const int max_pairs : {1, 300}) {
+        const PairedRateTest test(margin, level, level, max_pairs);
+        EXPECT_LE(test.At(margin).p_pass, level) << margin << ' ' << level;
+        EXPECT_LE(test.At(0.1, 0.1).p_fail, level) << margin << ' ' << level;
+      }
 }
 
-TEST(FixedSampleTest, SaysSoonThatItTakesTooManyTrials) {
-  const auto begin = std::chrono::steady_clock::now();
-  EXPECT_THROW(FixedSampleTest({.no_worse = 0.95, .worse = 0.95 - kLeastProbability}), ConfigError);
-  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(20));
+// The probabilities of both verdicts, by all counts of successes.
+std::array<double, 2> FailAndPass(const RateTest& test, double rate, int max_trials) {
+  std::vector<double> ways(static_cast<size_t>(max_trials) + 2, 0.0);  // by successes
+  ways[0] = 1;
+  std::array<double, 2> found{};
+  for (int n = 1; n <= max_trials; ++n)
+    for (int successes = n; successes >= 0; --successes) {
+      double& p = ways[static_cast<size_t>(successes)];
+      p = (1 - rate) * p + (successes > 0 ? rate * (&p)[-1] : 0);
+      if (const auto verdict = test.Decide(n, successes))
+        found[verdict == Verdict::kPass] += std::exchange(p, 0.0);
+    }
+  return found;
 }
 
 TEST(RateTest, StandsAtTheLimitsOfWhatMayBeAsked) {
@@ -107,8 +114,9 @@ TEST(RateTest, StandsAtTheLimitsOfWhatMayBeAsked) {
                                .alpha = level,
                                .beta = level,
                                .max_trials = max_trials});
-          EXPECT_LE(test.At(rate).p_fail, level) << rate << ' ' << margin;
-          EXPECT_LE(test.At(rate - margin).p_pass, level) << rate << ' ' << margin;
+          EXPECT_LE(FailAndPass(test, rate, max_trials)[0], level) << rate << ' ' << margin;
+          EXPECT_LE(FailAndPass(test, rate - margin, max_trials)[1], level)
+              << rate << ' ' << margin;
         }
 }
 

@@ -4,10 +4,9 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
-#include <map>
 
 #include "experiments/config/yaml_fields.h"
-#include "experiments/studies/gate/gate_output.h"
+#include "experiments/studies/gate/gate_report.h"
 #include "experiments/system/output_path.h"
 #include "sim/base/check.h"
 #include "sim/base/digest.h"
@@ -29,23 +28,22 @@ std::string JoinAssignments(const std::vector<std::string>& assignments) {
   return fmt::format("{}", fmt::join(assignments, " "));
 }
 
-std::string Percent(double share) { return fmt::format("{:.1f} %", 100 * share); }
-
-std::string Rate(const BaselineCondition& c) {
-  return fmt::format("{} of {} docked ({}, 95 % interval {} to {})", c.docked, c.trials,
-                     Percent(c.success_rate), Percent(c.interval_95.at(0)),
-                     Percent(c.interval_95.at(1)));
+// "184 of 200 (92.0 %)".
+std::string Docked(const BaselineCondition& c) {
+  return fmt::format("{} of {} ({})", c.docked, c.trials, ShownValue(c.success_rate, ""));
 }
 
-void DescribeMedian(const BaselineCondition& before, const BaselineCondition& after,
-                    const MedianMeasure& measure, std::vector<std::string>* lines) {
-  const auto old_median = statistics::Median(DockedValues(before.outcomes, measure.value)),
-             new_median = statistics::Median(DockedValues(after.outcomes, measure.value));
-  if (!old_median || !new_median || *old_median == *new_median) return;
-  const auto shown = [&](double value) { return ShownValue(value, measure.unit); };
-  lines->push_back(fmt::format("  median {} {} -> {} ({}{})", measure.name, shown(*old_median),
-                               shown(*new_median), *new_median > *old_median ? "+" : "",
-                               shown(*new_median - *old_median)));
+// "time to dock 39.6 s -> 42.4 s, ...": what differs.
+std::string MedianChanges(const BaselineCondition& before, const BaselineCondition& after) {
+  std::vector<std::string> changes;
+  for (const MedianMeasure& measure : kMedianMeasures) {
+    const auto was = statistics::Median(DockedValues(before.outcomes, measure.value)),
+               is = statistics::Median(DockedValues(after.outcomes, measure.value));
+    if (was && is && *was != *is)
+      changes.push_back(fmt::format("{} {} -> {}", measure.name, ShownValue(*was, measure.unit),
+                                    ShownValue(*is, measure.unit)));
+  }
+  return fmt::format("{}", fmt::join(changes, ", "));
 }
 
 // What its trials say, whatever its figures do: those are for people.
@@ -159,44 +157,29 @@ void RequireSamePlan(const GatePlan& plan, const Baseline& baseline, const std::
       fail("the gate has no condition '" + known.name + "'");
 }
 
-std::vector<std::string> DescribeChange(const Baseline& before, const Baseline& after) {
-  std::vector<std::string> lines;
-  const bool first = before.conditions.empty();
-  if (!first) lines.push_back(fmt::format("build {} -> {}", before.build, after.build));
-  if (!first && before.seed != after.seed)
-    lines.push_back(fmt::format("other seeds: {} -> {}", before.seed, after.seed));
+report::Table ChangeTable(const Baseline& before, const Baseline& after) {
+  report::Table table({"<condition", "<docked before", "<now", "no longer dock", "dock now",
+                       "bit for bit as before", "<medians"});
   for (const BaselineCondition& now : after.conditions) {
     const BaselineCondition* was = before.Find(now.name);
     if (!was) {
-      lines.push_back(fmt::format("{}: new, {}", now.name, Rate(now)));
+      table.Row({now.name, "new", Docked(now)});
       continue;
     }
-    std::map<int64_t, const GateTrial*> old_trials;
-    for (const GateTrial& trial : was->outcomes) old_trials[trial.seed] = &trial;
-    int shared = 0, lost = 0, gained = 0, same = 0;
+    int lost = 0, gained = 0, same = 0;
     for (const GateTrial& trial : now.outcomes) {
-      const auto found = old_trials.find(trial.seed);
-      if (found == old_trials.end()) continue;
-      ++shared;
-      lost += found->second->docked() && !trial.docked();
-      gained += !found->second->docked() && trial.docked();
-      same += found->second->digest == trial.digest;
+      const auto old = std::ranges::find(was->outcomes, trial.seed, &GateTrial::seed);
+      if (old == was->outcomes.end()) continue;
+      lost += old->docked() && !trial.docked();
+      gained += !old->docked() && trial.docked();
+      same += old->digest == trial.digest;
     }
-    const bool unchanged = same == now.trials && now.trials == was->trials;
-    lines.push_back(now.name + ": " + (unchanged ? "unchanged, " : "now ") + Rate(now) +
-                    (unchanged ? "" : ", before " + Rate(*was)));
-    if (was->scenario != now.scenario || was->settings != now.settings || was->digest != now.digest)
-      lines.push_back("  another condition than before: its scenario or settings changed");
-    if (unchanged) continue;
-    if (shared > 0)
-      lines.push_back(fmt::format(
-          "  of {} seeds in both, {} no longer dock, {} dock now, {} ran bit for bit as before",
-          shared, lost, gained, same));
-    for (const MedianMeasure& measure : kMedianMeasures) DescribeMedian(*was, now, measure, &lines);
+    table.Row({now.name, Docked(*was), Docked(now), std::to_string(lost), std::to_string(gained),
+               std::to_string(same), MedianChanges(*was, now)});
   }
   for (const BaselineCondition& was : before.conditions)
-    if (!after.Find(was.name)) lines.push_back(was.name + ": gone, had " + Rate(was));
-  return lines;
+    if (!after.Find(was.name)) table.Row({was.name, Docked(was), "gone"});
+  return table;
 }
 
 }  // namespace turbidock::gate

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cstdio>
 #include <filesystem>
 #include <optional>
@@ -11,16 +10,16 @@
 #include "experiments/app/commands.h"
 #include "experiments/app/farm_arguments.h"
 #include "experiments/app/plan_arguments.h"
+#include "experiments/app/print_report.h"
 #include "experiments/app/progress.h"
 #include "experiments/media/figure.h"
-#include "experiments/page/study_page.h"
-#include "experiments/report/json.h"
-#include "experiments/report/table.h"
-#include "experiments/studies/gate/error_rates.h"
+#include "experiments/page/report_page.h"
+#include "experiments/report/report_json.h"
+#include "experiments/report/text.h"
 #include "experiments/studies/gate/gate.h"
 #include "experiments/studies/gate/gate_design.h"
-#include "experiments/studies/gate/gate_figure.h"
-#include "experiments/studies/gate/gate_output.h"
+#include "experiments/studies/gate/gate_report.h"
+#include "experiments/studies/gate/gate_size.h"
 #include "experiments/studies/gate/trial_runner.h"
 #include "experiments/studies/run/shown_trial.h"
 #include "experiments/system/build_info.h"
@@ -32,8 +31,6 @@ namespace turbidock::gate {
 namespace {
 
 namespace fs = std::filesystem;
-using report::Fixed;
-using report::Json;
 
 struct GateArguments {
   trial::Plugins plugins;
@@ -47,9 +44,7 @@ struct GateArguments {
   std::string design, results;
   double budget_s = 240;
   bool plan_size = false;
-  int64_t simulate = 0;
   double rate = 0.95, margin = 0.1, alpha = 0.05, beta = 0.05;
-  int max_trials = 0;  // 0: as many as it takes
 };
 
 constexpr double kLogEvery_s = 10;
@@ -64,6 +59,13 @@ farm::FarmOptions FarmOf(const GateArguments& arguments, app::Progress* progress
 
 std::string FailuresOf(const GateArguments& arguments) { return arguments.out + "/failures"; }
 std::string TrialsOf(const GateArguments& arguments) { return arguments.out + "/trials.db"; }
+
+// What every question ends with: the report on stdout and, where one is asked for, as a figure.
+void Show(const report::Report& report, const report::Json& result,
+          const GateArguments& arguments) {
+  app::PrintReport(report, result, arguments.json);
+  if (!arguments.figure.empty()) media::WriteFigure(arguments.figure, media::FigureOf(report));
+}
 
 // With what the gate reads.
 system::OutputPlan OutputsOf(const GateArguments& arguments, const GatePlan& plan) {
@@ -118,23 +120,15 @@ int UpdateBaseline(const GateArguments& arguments, const GatePlan& plan) {
   const Baseline before = OldBaseline(plan.baseline, &progress);
   system::WriteWhole(plan.baseline, BaselineText(now));
   fs::remove(trials);
-  for (const std::string& line : DescribeChange(before, now)) progress.Say(line);
-  progress.Say("written to " + plan.baseline);
+  progress.Say(ChangeTable(before, now).Text() + "written to " + plan.baseline);
   return app::kExitDone;
-}
-
-// A name that is a good file name everywhere.
-std::string FileName(const std::string& name) {
-  std::string out;
-  for (const char c : name) out += std::isalnum(static_cast<unsigned char>(c)) ? c : '_';
-  return out;
 }
 
 // What it takes to look into a trial: it runs once more, with all files and, where there are
 // cameras, a video, into FOLDER/CONDITION_SEED/; replay.txt says how to run it again.
 void WriteBundle(const std::string& folder, const GateCondition& condition,
                  const std::vector<std::string>& assignments, const GateTrial& trial) {
-  const std::string bundle = fmt::format("{}/{}_{}", folder, FileName(condition.name), trial.seed);
+  const std::string bundle = folder + "/" + BundleName(condition.name, trial.seed);
   const trial::Scenario scenario = condition.Load(assignments, trial.seed);
   const bool films = scenario.pose_source == trial::PoseSource::kCameras;
   const trial::TrialResult again =
@@ -167,15 +161,44 @@ void WriteBundles(const GateArguments& arguments, const GatePlan& plan, const Ga
   }
 }
 
+// The folder of --out, once the verdict is known.
+void WriteOut(const GateArguments& arguments, const GatePlan& plan, const GateReport& report,
+              app::Progress* progress) {
+  const fs::path out(arguments.out);
+  const report::Report shown = ReportOf(report);
+  const report::Json document = report::Document(shown, report);
+  system::WriteWhole(out / "summary.json", report::JsonText(document));
+  system::WriteWhole(out / "junit.xml", Junit(report));
+  system::WriteWhole(out / "summary.md", report::Markdown(shown));
+  progress->Say("summary.json, junit.xml and summary.md in " + arguments.out);
+  WriteBundles(arguments, plan, report, progress);
+  page::Page page = page::ReportPage(document, arguments.out);
+  page::AddTrialsIn(FailuresOf(arguments), plan.plugins, &page);
+  page::WritePage((out / "report.html").string(), page);
+  progress->Say("a page to look at: " + (out / "report.html").string());
+}
+
 int ExitCodeOf(statistics::Verdict verdict) {
   if (verdict == statistics::Verdict::kPass) return app::kExitDone;
   return verdict == statistics::Verdict::kFail ? app::kExitCheckFailed : app::kExitInconclusive;
 }
 
+void ShowProgress(const std::vector<ConditionJudge>& judges, app::Progress* progress) {
+  int trials = 0, most = 0, known = 0;
+  for (const ConditionJudge& judge : judges) {
+    trials += judge.trials();
+    most += judge.done() ? judge.trials() : judge.max_trials();
+    known += judge.done();
+  }
+  progress->ShowOrSay(
+      static_cast<double>(trials) / most,
+      fmt::format("{} trials, {} of {} conditions known", trials, known, judges.size()),
+      kLogEvery_s);
+}
+
 int JudgeAgainstBaseline(const GateArguments& arguments, const GatePlan& plan) {
   const Baseline baseline = LoadBaseline(plan.baseline);
   RequireSamePlan(plan, baseline, plan.baseline);
-  if (!arguments.figure.empty()) media::RequireFigurePath(arguments.figure);
   system::OutputPlan outputs = OutputsOf(arguments, plan);
   outputs.Reads(plan.baseline).Writes(arguments.figure);
   if (!arguments.out.empty()) {
@@ -191,37 +214,14 @@ int JudgeAgainstBaseline(const GateArguments& arguments, const GatePlan& plan) {
   if (!arguments.out.empty())
     store.emplace(TrialsIn(TrialsOf(arguments), plan, arguments.assignments, &progress));
   GateOptions options{.at_once = AtOnce(farm)};
-  options.on_trial = [&](const std::vector<ConditionJudge>& judges) {
-    int trials = 0, most = 0, known = 0;
-    for (const ConditionJudge& judge : judges) {
-      trials += judge.trials();
-      most += judge.done() ? judge.trials() : judge.max_trials();
-      known += judge.done();
-    }
-    progress.ShowOrSay(
-        static_cast<double>(trials) / most,
-        fmt::format("{} trials, {} of {} conditions known", trials, known, judges.size()),
-        kLogEvery_s);
-  };
+  options.on_trial = [&](const auto& judges) { ShowProgress(judges, &progress); };
   GateReport report = RunGate(
       plan, baseline, plan.baseline,
       MakeGateRunner(plan, arguments.assignments, RunOf(farm), store ? &*store : nullptr), options);
   report.build = system::BuildId();
   report.assignments = arguments.assignments;
-  progress.Say(GateTable(report));
-  if (arguments.json) std::fputs(GateJson(report).c_str(), stdout);
-  if (!arguments.figure.empty()) media::WriteFigure(arguments.figure, GateFigure(report));
-  if (!arguments.out.empty()) {
-    const fs::path out(arguments.out);
-    system::WriteWhole(out / "summary.json", GateJson(report));
-    system::WriteWhole(out / "junit.xml", GateJunit(report));
-    system::WriteWhole(out / "summary.md", GateMarkdown(report));
-    progress.Say("summary.json, junit.xml and summary.md in " + arguments.out);
-    WriteBundles(arguments, plan, report, &progress);
-    page::WritePage((out / "report.html").string(),
-                    page::StudyFolderPage(arguments.out, plan.plugins));
-    progress.Say("a page to look at: " + (out / "report.html").string());
-  }
+  Show(ReportOf(report), report, arguments);
+  if (!arguments.out.empty()) WriteOut(arguments, plan, report, &progress);
   return ExitCodeOf(report.verdict);
 }
 
@@ -235,86 +235,14 @@ void RequireMargin(const GateArguments& arguments) {
                                   arguments.margin, most, arguments.rate));
 }
 
-constexpr uint64_t kSimulationSeed = 1;
-
 int PlanSize(const GateArguments& arguments) {
   RequireMargin(arguments);
-  if (!arguments.figure.empty()) media::RequireFigurePath(arguments.figure);
-  system::OutputPlan outputs;
-  outputs.Writes(arguments.figure);
-  if (!arguments.out.empty()) outputs.WritesInto(arguments.out, {"error_rates.png"});
-  outputs.Require();
-
-  statistics::RateTestDesign design{.no_worse = arguments.rate,
-                                    .worse = arguments.rate - arguments.margin,
-                                    .alpha = arguments.alpha,
-                                    .beta = arguments.beta,
-                                    .max_trials = arguments.max_trials};
-  // The first to know that no test is short enough.
-  const statistics::FixedTest fixed = statistics::FixedSampleTest(design);
-  if (design.max_trials == 0)
-    design.max_trials = statistics::TrialsToDecide(design, /*inconclusive=*/0.01);
-  const statistics::RateTest test(design);
-  const int64_t sequences = arguments.simulate > 0 ? arguments.simulate : 10000;
-  auto exact = Json::array(), counted = Json::array();
-  report::Table expected(
-      {"<known old rate, exact", "new rate", "fail", "pass", "inconclusive", "trials", "fewer by"});
-  for (const double p : {design.no_worse, (design.no_worse + design.worse) / 2, design.worse}) {
-    const statistics::RateTest::Characteristic c = test.At(p);
-    const double saving = 1 - c.expected_trials / fixed.trials;
-    exact.push_back({{"new_rate", p},
-                     {"fail", c.p_fail},
-                     {"pass", c.p_pass},
-                     {"inconclusive", c.p_inconclusive},
-                     {"expected_trials", c.expected_trials},
-                     {"saving", saving}});
-    expected.Row({"", fmt::format("{:.4g}", p), Fixed(c.p_fail, 4), Fixed(c.p_pass, 4),
-                  Fixed(c.p_inconclusive, 4), Fixed(c.expected_trials, 1),
-                  Fixed(100 * saving, 0) + " %"});
-  }
-  report::Table simulated({fmt::format("<{} sequences", sequences), "new rate", "fail", "pass",
-                           "inconclusive", "trials"});
-  for (const ErrorRateSetting& setting : StatedSettings(design)) {
-    const ErrorRates r = SimulateSequences(setting, design, sequences, kSimulationSeed);
-    const double inconclusive =
-        static_cast<double>(sequences - r.failed - r.passed) / static_cast<double>(sequences);
-    counted.push_back({{"setting", setting.coupling},
-                       {"old_rate", setting.old_rate},
-                       {"new_rate", setting.new_rate},
-                       {"sequences", sequences},
-                       {"fail", r.fail_rate()},
-                       {"pass", r.pass_rate()},
-                       {"inconclusive", inconclusive},
-                       {"mean_trials", r.mean_trials}});
-    simulated.Row({NameOf(setting.coupling), fmt::format("{:.4g}", setting.new_rate),
-                   Fixed(r.fail_rate(), 4), Fixed(r.pass_rate(), 4), Fixed(inconclusive, 4),
-                   Fixed(r.mean_trials, 1)});
-  }
-  if (arguments.json)
-    fmt::print("{}", report::JsonText({{"no_worse", design.no_worse},
-                                       {"worse", design.worse},
-                                       {"alpha", design.alpha},
-                                       {"beta", design.beta},
-                                       {"max_trials", design.max_trials},
-                                       {"fixed_size_trials", fixed.trials},
-                                       {"exact", exact},
-                                       {"simulated", counted}}));
-  else
-    fmt::print(
-        "success rate {:g} against {:g}, alpha {:g}, beta {:g}, at most {} trials\n"
-        "a test of fixed size takes {} trials and fails when {} or fewer succeed\n\n{}\n{}",
-        design.no_worse, design.worse, design.alpha, design.beta, design.max_trials, fixed.trials,
-        fixed.fail_at_most, expected.Text(), simulated.Text());
-  std::vector<std::string> figures;
-  if (!arguments.out.empty()) figures.push_back(arguments.out + "/error_rates.png");
-  if (!arguments.figure.empty()) figures.push_back(arguments.figure);
-  for (const std::string& path : figures) {
-    const double deviations = WriteErrorRateFigure(path, design, sequences, kSimulationSeed);
-    std::fprintf(
-        stderr,
-        "%s: counted rates differ from the exact ones by %.1f standard deviations at most\n",
-        system::Printable(path).c_str(), deviations);
-  }
+  system::OutputPlan().Writes(arguments.figure).Require();
+  const GateSize size = SizeOf({.no_worse = arguments.rate,
+                                .worse = arguments.rate - arguments.margin,
+                                .alpha = arguments.alpha,
+                                .beta = arguments.beta});
+  Show(ReportOf(size), size, arguments);
   return app::kExitDone;
 }
 
@@ -322,34 +250,30 @@ int PlanSize(const GateArguments& arguments) {
 
 int Design(const GateArguments& arguments) {
   RequireMargin(arguments);
-  if (!arguments.figure.empty()) media::RequireFigurePath(arguments.figure);
   const farm::Plan plan = farm::LoadPlan(
       arguments.design, {.assignments = arguments.assignments, .plugins = arguments.plugins});
   system::OutputPlan outputs;
   outputs.Reads(arguments.design).Reads(arguments.results).Writes(arguments.figure);
-  if (!arguments.out.empty())
-    outputs.WritesInto(arguments.out, {"gate.yaml", "design.json", "design.png"});
+  if (!arguments.out.empty()) outputs.WritesInto(arguments.out, {"gate.yaml", "design.json"});
   outputs.Require();
-  DesignOptions options{.from = arguments.rate,
-                        .to = arguments.rate - arguments.margin,
-                        .alpha = arguments.alpha,
-                        .beta = arguments.beta,
-                        .budget_s = arguments.budget_s,
-                        .workers = arguments.farm.workers.value_or(app::AvailableCores())};
-  if (arguments.max_trials > 0) options.most_trials = arguments.max_trials;
+  const DesignOptions options{.from = arguments.rate,
+                              .to = arguments.rate - arguments.margin,
+                              .alpha = arguments.alpha,
+                              .beta = arguments.beta,
+                              .budget_s = arguments.budget_s,
+                              .workers = arguments.farm.workers.value_or(app::AvailableCores())};
   const std::vector<Candidate> candidates = CandidatesOf(plan, arguments.results);
   const GateDesign design = DesignGate(candidates, options);
-  fmt::print("{}", arguments.json ? DesignJson(design, options) : DesignTable(design, options));
-  if (!arguments.figure.empty()) WriteDesignFigure(arguments.figure, design, options);
+  const report::Report report = ReportOf(design);
+  Show(report, design, arguments);
   if (arguments.out.empty()) return app::kExitDone;
   const fs::path out(arguments.out);
   system::WriteWhole(out / "gate.yaml",
-                     GateYaml(design, candidates, options, "gate.baseline.yaml", arguments.out));
-  system::WriteWhole(out / "design.json", DesignJson(design, options));
-  WriteDesignFigure((out / "design.png").string(), design, options);
+                     GateYaml(design, candidates, "gate.baseline.yaml", arguments.out));
+  system::WriteWhole(out / "design.json", report::JsonText(report::Document(report, design)));
   if (!arguments.quiet)
     fmt::print(stderr,
-               "gate.yaml, design.json and design.png in {0}; its baseline is next:\n"
+               "gate.yaml and design.json in {0}; its baseline is next:\n"
                "turbidock gate {0}/gate.yaml --update\n",
                system::Printable(arguments.out));
   return app::kExitDone;
@@ -357,7 +281,7 @@ int Design(const GateArguments& arguments) {
 
 int Gate(const GateArguments& arguments) {
   if (!arguments.design.empty()) return Design(arguments);
-  if (arguments.plan_size || arguments.simulate > 0) return PlanSize(arguments);
+  if (arguments.plan_size) return PlanSize(arguments);
   if (arguments.plan.empty()) throw ConfigError("gate: which gate? Give its file");
   GatePlan plan = LoadGatePlan(arguments.plan, arguments.plugins);
   if (!arguments.baseline.empty()) plan.baseline = arguments.baseline;
@@ -369,6 +293,46 @@ int Gate(const GateArguments& arguments) {
       std::fputs("stopped; the same command goes on\n", stderr);
     return app::kExitInconclusive;  // main makes it the signal's
   }
+}
+
+// Questions that need no gate.
+struct QuestionOptions {
+  app::Option design, plan_size;
+  std::vector<app::Option> numbers;
+};
+QuestionOptions AddQuestions(app::Subcommand* gate, GateArguments* arguments) {
+  const char* designs =
+      "Which conditions to watch (no gate needed; --rate, --margin, --alpha, --beta)";
+  app::Option design =
+      gate->Add("--design PLAN", arguments->design,
+                "Choose conditions, margins and numbers of trials among the cells of this plan;\n"
+                "--out: gate.yaml, design.json")
+          .Group(designs);
+  app::Option results =
+      gate->Add("--results FILE", arguments->results, "A batch of that plan").Group(designs);
+  app::Option budget = gate->Add("--budget", arguments->budget_s,
+                                 "Seconds that a build without change may take, by --workers")
+                           .Between(0.1, 1e7)
+                           .Group(designs);
+  const char* group = "How many trials it takes (no gate needed)";
+  app::Option plan_size = gate->Flag("--plan-size", arguments->plan_size,
+                                     "Print expected and most trials for these rates")
+                              .Group(group);
+  constexpr double kLeast = statistics::kLeastProbability;
+  const auto add = [&](const char* name, double& target, const char* doc, double low, double high) {
+    return gate->Add(name, target, doc).Between(low, high).Group(group);
+  };
+  for (app::Option option : {results, budget}) option.Needs(design);
+  design.Needs(results);
+  plan_size.Excludes(design);
+  return {
+      design,
+      plan_size,
+      {add("--rate", arguments->rate, "Success rate that is no worse", 2 * kLeast, 1 - kLeast),
+       add("--margin", arguments->margin, "Loss of success rate that matters", kLeast,
+           1 - 2 * kLeast),
+       add("--alpha", arguments->alpha, "Chance of a false alarm", kLeast, 1 - kLeast),
+       add("--beta", arguments->beta, "Chance to miss a loss of the margin", kLeast, 1 - kLeast)}};
 }
 
 }  // namespace
@@ -386,9 +350,7 @@ void AddGate(app::CommandLine& line) {
   const app::Option out =
       gate.Add("--out", arguments.out,
                "Folder for report.html, summary.json, junit.xml, summary.md, failures/");
-  const app::Option figure = gate.Add(
-      "--figure FILE", arguments.figure,
-      "Draw the tests' way to the verdict: .png, .svg or .pdf; with --plan-size error rates");
+  const app::Option figure = gate.AddFigure(arguments.figure, "Draw what the report shows");
   const app::FarmArguments::Options farm =
       arguments.farm.AddTo(&gate, "Processes that run trials", app::AvailableCores());
   const app::Option set = gate.AddSet(
@@ -398,57 +360,17 @@ void AddGate(app::CommandLine& line) {
                             .NotNegative();
   app::Option update = gate.Flag("--update", arguments.update,
                                  "Measure the baseline anew, write it, and say what changed");
-  const app::Option json = gate.Flag("--json", arguments.json, "Print summary.json on stdout");
+  const app::Option json =
+      gate.Flag("--json", arguments.json, "Print the report as JSON on stdout: summary.json");
   gate.AddQuiet(arguments.quiet);
-  const char* designs =
-      "Which conditions to watch (no gate needed; --rate, --margin, --alpha, --beta)";
-  app::Option design =
-      gate.Add("--design PLAN", arguments.design,
-               "Choose conditions, margins and numbers of trials among the cells of this plan;\n"
-               "--out: gate.yaml, design.json, design.png")
-          .Group(designs);
-  app::Option results =
-      gate.Add("--results FILE", arguments.results, "A batch of that plan").Group(designs);
-  app::Option budget = gate.Add("--budget", arguments.budget_s,
-                                "Seconds that a build without change may take, by --workers")
-                           .Between(0.1, 1e7)
-                           .Group(designs);
-  const char* group = "How many trials it takes (no gate needed)";
-  app::Option plan_size = gate.Flag("--plan-size", arguments.plan_size,
-                                    "Print expected and most trials for these rates")
-                              .Group(group);
-  app::Option simulate =
-      gate.Add("--simulate", arguments.simulate,
-               "The same, with this many simulated sequences a setting; --out: error_rates.png")
-          .Between(1, 100000000)
-          .Group(group);
-  constexpr double kLeast = statistics::kLeastProbability;
-  app::Option rate = gate.Add("--rate", arguments.rate, "Success rate that is no worse")
-                         .Between(2 * kLeast, 1 - kLeast)
-                         .Group(group);
-  app::Option margin = gate.Add("--margin", arguments.margin, "Loss of success rate that matters")
-                           .Between(kLeast, 1 - 2 * kLeast)
-                           .Group(group);
-  app::Option alpha = gate.Add("--alpha", arguments.alpha, "Chance of a false alarm")
-                          .Between(kLeast, 1 - kLeast)
-                          .Group(group);
-  app::Option beta = gate.Add("--beta", arguments.beta, "Chance to miss a loss of the margin")
-                         .Between(kLeast, 1 - kLeast)
-                         .Group(group);
-  app::Option max_trials = gate.Add("--max-trials", arguments.max_trials,
-                                    "Trials at most; else as many as leave 1 % undecided")
-                               .Between(1, 10000)
-                               .Group(group);
+  auto [design, plan_size, numbers] = AddQuestions(&gate, &arguments);
 
   // What goes with a gate's file, with a plan of candidates, with rates alone.
   for (app::Option option : {baseline, bundles, update}) option.Needs(plan);
-  for (app::Option option : {design, plan_size, simulate, rate, margin, alpha, beta, max_trials})
-    option.Excludes(plan);
-  for (app::Option option : {results, budget}) option.Needs(design);
-  design.Needs(results);
-  for (app::Option option : {plan_size, simulate})
-    option.Excludes(design).Excludes(set).Excludes(farm.workers).Excludes(farm.slurm);
-  design.Excludes(farm.slurm);  // it flies nothing
+  for (app::Option option : {design, plan_size}) option.Excludes(plan);
+  for (app::Option& option : numbers) option.Excludes(plan);
+  plan_size.Excludes(set).Excludes(out).Excludes(farm.workers).Excludes(farm.slurm);
+  design.Excludes(farm.slurm);  // it runs nothing
   for (const app::Option& option : {out, figure, set, bundles, json}) update.Excludes(option);
 }
 

@@ -12,12 +12,11 @@
 
 #include "experiments/config/yaml_node.h"
 #include "experiments/farm/result_store.h"
-#include "experiments/media/figure.h"
-#include "experiments/report/json.h"
 #include "experiments/report/table.h"
 #include "experiments/statistics/intervals.h"
 #include "experiments/statistics/sequential_test.h"
 #include "experiments/studies/gate/gate_plan.h"
+#include "experiments/studies/gate/gate_size.h"
 #include "sim/base/check.h"
 
 namespace turbidock::gate {
@@ -31,10 +30,8 @@ using statistics::PairedRateTest;
 constexpr double kEdgeLow = 0.8, kEdgeHigh = 0.975;
 // The easy condition is for what breaks docking altogether: the margin that such a gate has.
 constexpr double kEasyMargin = 0.2;
-constexpr double kUndecided = 0.01;  // at the last trial, after the loss
-constexpr double kHarmless = 0.99;   // of builds that only differ pass each median's test
-constexpr int kFewestTrials = 16;    // at most, of a condition
-constexpr double kAlike = 0.01;      // powers closer than this are one: no rate is known so well
+constexpr double kHarmless = 0.99;  // of builds that only differ pass each median's test
+constexpr double kAlike = 0.01;     // powers closer than this are one: no rate is known so well
 constexpr int kTestsOfCondition = 1 + static_cast<int>(kMedianMeasures.size());
 
 // No less, however alike the trials are: what nobody minds.
@@ -88,22 +85,13 @@ DesignedCondition Designed(const Candidate& candidate, const DesignOptions& opti
   designed.lost_rate = After(designed.rate, ShiftOf(options, options.to));
   const double lost = designed.rate - designed.lost_rate;
   designed.margins.success_rate = easy ? kEasyMargin : ReadableMargin(lost);
-  // as few trials at most as leave next to nothing undecided after the loss
-  int most = std::min(kFewestTrials, options.most_trials);
-  const auto test_of = [&](int max_trials) {
-    return PairedRateTest(designed.margins.success_rate, alpha, options.beta, max_trials);
-  };
-  while (most < options.most_trials) {
-    const PairedRateTest test = test_of(most);
-    if (test.FewestPairs() <= most && (easy || test.AtLoss(lost).p_inconclusive <= kUndecided))
-      break;
-    most = std::min(options.most_trials, most + std::max(4, most / 4));
-  }
-  const PairedRateTest test = test_of(most);
+  const int most = TrialsToDecide(designed.margins.success_rate, alpha, options.beta,
+                                  easy ? 0 : lost, options.most_trials);
+  const PairedRateTest test(designed.margins.success_rate, alpha, options.beta, most);
   designed.max_trials = most;
   designed.unchanged_trials = std::min(test.FewestPairs(), most);
   designed.unchanged_s = designed.unchanged_trials * candidate.trial_s;
-  designed.power = test.AtLoss(lost).p_fail;
+  designed.power = test.At(lost).p_fail;
   for (const MedianMeasure& measure : kMedianMeasures) {
     std::vector<double> values;
     for (const Quality& quality : candidate.docked_well)
@@ -121,7 +109,7 @@ double PowerOf(const std::vector<DesignedCondition>& some, const DesignOptions& 
   double none = 1;
   for (const DesignedCondition& c : some) {
     const PairedRateTest test(c.margins.success_rate, alpha, options.beta, c.max_trials);
-    none *= 1 - test.AtLoss(c.rate - After(c.rate, ShiftOf(options, to))).p_fail;
+    none *= 1 - test.At(c.rate - After(c.rate, ShiftOf(options, to))).p_fail;
   }
   return 1 - none;
 }
@@ -156,6 +144,8 @@ Offer BestOf(const std::vector<Offer>& offers, const std::vector<const Candidate
 }
 
 std::string Share(double share) { return fmt::format("{:.1f} %", 100 * share); }
+
+std::string ShownName(const DesignedCondition& c) { return c.name + (c.easy ? " (easy)" : ""); }
 
 // The scenario of a cell's trials, without their seeds.
 std::string CellText(const farm::Plan& plan, int64_t cell) {
@@ -237,7 +227,7 @@ GateDesign DesignGate(const std::vector<Candidate>& candidates, const DesignOpti
   TD_CHECK(!candidates.empty(), "a gate is chosen from candidates");
   const auto rate = [](const Candidate& c) { return -c.rate(); };
   const Candidate& easiest = *std::ranges::min_element(candidates, {}, rate);  // the first of them
-  GateDesign design;
+  GateDesign design{.options = options, .candidates = {}, .chosen = {}};
   for (const Candidate& candidate : candidates)
     design.candidates.push_back(Designed(candidate, options, 2, false));
 
@@ -295,8 +285,8 @@ GateDesign DesignGate(const std::vector<Candidate>& candidates, const DesignOpti
 }
 
 std::string GateYaml(const GateDesign& design, const std::vector<Candidate>& candidates,
-                     const DesignOptions& options, const std::string& baseline,
-                     const std::string& folder) {
+                     const std::string& baseline, const std::string& folder) {
+  const DesignOptions& options = design.options;
   const auto quoted = [](const std::string& word) { return config::TextNode(word, {}).OneLine(); };
   std::string text = fmt::format(
       "# Chosen by `turbidock gate --design` to notice what takes a success rate of {:g} to {:g}: "
@@ -324,52 +314,31 @@ std::string GateYaml(const GateDesign& design, const std::vector<Candidate>& can
   return text;
 }
 
-std::string DesignTable(const GateDesign& design, const DesignOptions& options) {
-  const auto table_of = [](const std::vector<DesignedCondition>& conditions) {
-    report::Table table({"<", "docks", "after", "margin", "s", "mm", "returns", "F", "V", "trials",
-                         "at most", "CPU s", "power"});
-    for (const DesignedCondition& c : conditions) {
-      const Quality& m = c.margins.median;
-      table.Row({c.name + (c.easy ? " (easy)" : ""), Share(c.rate), Share(c.lost_rate),
-                 fmt::format("{:.2f}", c.margins.success_rate), fmt::format("{:g}", m.time_s),
-                 fmt::format("{:g}", 1000 * m.final_error_m),
-                 fmt::format("{:g}", m.returns_to_servoing), fmt::format("{:g}", m.fitness),
-                 fmt::format("{:g}", m.effort_v), std::to_string(c.unchanged_trials),
-                 std::to_string(c.max_trials), Fixed(c.unchanged_s, 0), Fixed(c.power, 3)});
-    }
-    return table.Text();
-  };
-  return fmt::format(
-      "a loss that takes {:g} to {:g}; each candidate beside one other condition:\n\n{}\n"
-      "chosen, {:.0f} s by {} workers for a build without change, power {:.3f}:\n\n{}\n"
-      "After: the loss, as large everywhere in the probit of the rate. Margins of the success "
-      "rate, time\n"
-      "to dock, true error, returns to servoing, F, effort. Trials: of a build without change.\n",
-      options.from, options.to, table_of(design.candidates), design.unchanged_s, options.workers,
-      design.power, table_of(design.chosen));
+namespace {
+
+report::Table TableOf(const std::vector<DesignedCondition>& conditions) {
+  report::Table table({"<condition", "docks", "after", "margin", "s", "mm", "returns", "F", "V",
+                       "trials", "at most", "CPU s", "power"});
+  for (const DesignedCondition& c : conditions) {
+    const Quality& m = c.margins.median;
+    table.Row({ShownName(c), Share(c.rate), Share(c.lost_rate),
+               fmt::format("{:.2f}", c.margins.success_rate), fmt::format("{:g}", m.time_s),
+               fmt::format("{:g}", 1000 * m.final_error_m),
+               fmt::format("{:g}", m.returns_to_servoing), fmt::format("{:g}", m.fitness),
+               fmt::format("{:g}", m.effort_v), std::to_string(c.unchanged_trials),
+               std::to_string(c.max_trials), Fixed(c.unchanged_s, 0), Fixed(c.power, 3)});
+  }
+  return table;
 }
 
-std::string DesignJson(const GateDesign& design, const DesignOptions& options) {
-  return report::JsonText({{"from", options.from},
-                           {"to", options.to},
-                           {"alpha", options.alpha},
-                           {"beta", options.beta},
-                           {"budget_s", options.budget_s},
-                           {"workers", options.workers},
-                           {"unchanged_s", design.unchanged_s},
-                           {"power", design.power},
-                           {"candidates", design.candidates},
-                           {"chosen", design.chosen}});
-}
-
-void WriteDesignFigure(const std::string& path, const GateDesign& design,
-                       const DesignOptions& options) {
+// Power over the loss: of the chosen conditions together, and of each alone.
+report::Panel PowerPanel(const GateDesign& design) {
+  const DesignOptions& options = design.options;
   const double least = std::max(0.02, options.from - 3 * (options.from - options.to));
   report::Panel panel{.x = {fmt::format("what is left of a success rate of {:g}", options.from),
                             least, options.from},
                       .y = {"probability that the gate fails", 0, 1},
-                      .rules = {{.at = options.to, .is_up = true}},
-                      .legend = report::Legend::kAbove};
+                      .rules = {{.at = options.to, .is_up = true}}};
   const int of_all = static_cast<int>(std::ssize(design.chosen));  // which share alpha
   const auto draw = [&](const std::string& name, const std::vector<DesignedCondition>& conditions,
                         const Rgb& color) {
@@ -378,18 +347,37 @@ void WriteDesignFigure(const std::string& path, const GateDesign& design,
       samples.push_back({to, PowerOf(conditions, options, of_all, to)});
     panel.series.push_back({name, samples, color});
   };
-  const std::vector<DesignedCondition>& chosen = design.chosen;
-  draw("the gate", chosen, {0, 0, 0});
-  for (size_t i = 0; i < chosen.size(); ++i)
-    draw(chosen[i].name + (chosen[i].easy ? " (easy)" : ""), {chosen[i]},
-         chosen[i].easy ? report::kGrey : report::CurveColor(static_cast<int>(i)));
-  media::WriteFigure(
-      path, {.title = fmt::format("Designed gate: {:.0f} s without change, power {:.2f} at {:g}",
-                                  design.unchanged_s, design.power, options.to),
-             .columns = 1,
-             .width_px = 900,
-             .height_px = 650,
-             .panels = {panel}});
+  draw("the gate", design.chosen, {0, 0, 0});
+  size_t edge = 0;
+  for (const DesignedCondition& c : design.chosen)
+    draw(ShownName(c), {c}, c.easy ? report::kGrey : report::CurveColor(edge++));
+  return panel;
+}
+
+}  // namespace
+
+report::Report ReportOf(const GateDesign& design) {
+  const DesignOptions& options = design.options;
+  return {
+      .kind = "gate_design",
+      .title = fmt::format("a gate that notices a success rate of {:g} falling to {:g}",
+                           options.from, options.to),
+      .facts = {{"power", Fixed(design.power, 3), "probability that it fails after that loss"},
+                {"time", fmt::format("{:.0f} s", design.unchanged_s),
+                 fmt::format("of a build without change by {} workers; {:g} s allowed",
+                             options.workers, options.budget_s)},
+                {"alpha", fmt::format("{:g}", options.alpha), "of the gate"},
+                {"beta", fmt::format("{:g}", options.beta), "of each test"}},
+      .sections = {
+          {.title = "Chosen",
+           .note = "After: the loss, as large everywhere in the probit of the rate. Margins of the "
+                   "success rate, time to dock, true error, returns to servoing, F, effort. Trials "
+                   "and CPU time: of a build without change.",
+           .table = TableOf(design.chosen)},
+          {.title = "Candidates",
+           .note = "Each beside one other condition.",
+           .table = TableOf(design.candidates)},
+          {.title = "Power over the loss", .panels = {PowerPanel(design)}, .wide = true}}};
 }
 
 }  // namespace turbidock::gate

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "experiments/farm/plan.h"
+#include "experiments/report/report.h"
 #include "experiments/studies/gate/judge.h"
 #include "sim/base/result_fields.h"
 
@@ -39,6 +40,8 @@ struct DesignOptions {
   double budget_s = 240;            // of a build without change
   int workers = 2;                  // that share the processor time
   int most_trials = 400;            // of a condition
+
+  TURBIDOCK_FIELDS(from, to, alpha, beta, budget_s, workers)
 };
 
 // A condition as a gate would watch it.
@@ -60,10 +63,17 @@ struct DesignedCondition {
 inline constexpr int kMostConditions = 4;
 
 struct GateDesign {
+  DesignOptions options;
   std::vector<DesignedCondition> candidates;  // each by itself, in the plan's order
   std::vector<DesignedCondition> chosen;      // those at the edge first, at last an easy one
   double unchanged_s = 0;                     // wall time, by all workers
   double power = 0;                           // that at least one of them fails
+
+  static void Fields(auto& self, auto&& field) {
+    DesignOptions::Fields(self.options, field);
+    self.VisitFields(field);
+  }
+  TURBIDOCK_VISIT_FIELDS(unchanged_s, power, candidates, chosen)
 };
 
 // Chooses one by one whatever adds most power within the budget, of different kinds (keys that are
@@ -74,14 +84,9 @@ GateDesign DesignGate(const std::vector<Candidate>& candidates, const DesignOpti
 
 // The gate's file. Scenario files are named as seen from `folder`.
 std::string GateYaml(const GateDesign& design, const std::vector<Candidate>& candidates,
-                     const DesignOptions& options, const std::string& baseline,
-                     const std::string& folder);
+                     const std::string& baseline, const std::string& folder);
 
-std::string DesignTable(const GateDesign& design, const DesignOptions& options);
-std::string DesignJson(const GateDesign& design, const DesignOptions& options);
-
-// Power over the loss: of the chosen conditions together, and of each alone.
-void WriteDesignFigure(const std::string& path, const GateDesign& design,
-                       const DesignOptions& options);
+// Of kind "gate_design".
+report::Report ReportOf(const GateDesign& design);
 
 }  // namespace turbidock::gate

@@ -32,6 +32,7 @@ struct YamlNode;
 namespace turbidock::gate {
 
 inline constexpr int kGateSchema = 1;
+inline constexpr int kMaxTrials = 10000;  // of a condition
 
 // What may never fail by chance more often than alpha. Bonferroni: alpha is divided by the number
 // of tests in it.
@@ -57,7 +58,7 @@ struct GateCondition : GateDefaults {
     field("scenario", self.scenario, Finite(), "a bundled scenario, or a file beside the gate's");
     field("alpha", self.alpha, TestedProbability(), "chance of a false alarm");
     field("beta", self.beta, TestedProbability(), "chance to pass what is worse by a margin");
-    field("max_trials", self.max_trials, InRange(1, 10000), "trials at most");
+    field("max_trials", self.max_trials, InRange(1, kMaxTrials), "trials at most");
     field("margins", self.margins, Finite(), "changes for the worse that matter");
   }
 
@@ -92,7 +93,7 @@ struct GatePlan : GateDefaults {
           "chance that a measure that is worse by its margin passes");
     field("alpha_covers", self.alpha_covers, Finite(),
           "what alpha bounds the false alarms of: the whole gate, a condition, or one test");
-    field("max_trials", self.max_trials, InRange(1, 10000), "trials of a condition at most");
+    field("max_trials", self.max_trials, InRange(1, kMaxTrials), "trials of a condition at most");
     field("margins", self.margins, Finite(), "changes for the worse that matter");
     field("conditions", self.conditions, Finite(), "what must not get worse");
   }

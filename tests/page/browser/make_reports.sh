@@ -82,6 +82,7 @@ END
 "$program" gate gate.yaml --update --quiet
 # with a third of the time no trial docks any more
 "$program" gate gate.yaml --set duration_s=1.2 --bundles 2 --out gate --quiet || [ $? = 1 ]
+"$program" gate --plan-size --rate 0.95 --margin 0.2 --json >plan_size.json
 "$program" recognize --distances 400,1000 --milk 0,40,120 --seconds 1 --json --quiet >recognition.json
 "$program" compare-estimators --marker active --distances 600 --milk 0,20 --starts 3 --frames 10 \
   --estimators default,blobs --json --quiet >estimators.json
@@ -117,5 +118,6 @@ db.commit()
 END
 "$program" report many.db --out many.html
 "$program" report gate --out gate.html
+"$program" report plan_size.json --out plan_size.html
 "$program" report recognition.json --out recognition.html
 "$program" report estimators.json --out estimators.html

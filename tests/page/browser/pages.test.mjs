@@ -21,6 +21,7 @@ const kKinds = {
   compare: {plots: 3},
   tuning: {plots: 3},
   gate: {plots: 2},
+  plan_size: {plots: 2},
   recognition: {plots: 4},
   estimators: {plots: 4},
 };
@@ -409,11 +410,16 @@ test('a comparison: a seed that flipped is shown on both sides', async () => {
   await close();
 });
 
-test('a gate: a click on a failure shows its trial', async () => {
+test('a gate: a click on a seed that no longer docks shows its trial', async () => {
   const {page, complaints, close} = await open('gate', 1440);
   assert.match(await page.locator('.badge').first().innerText(), /fail/);
-  await page.locator('.failures button.link').first().click();
-  await page.waitForSelector('.traces canvas');
+  const seeds = page.getByRole('button', {name: /^\d{10,}$/});
+  assert.equal(await seeds.count(), 2, 'those that were run again');
+  const seed = await seeds.first().innerText();
+  await seeds.first().click();
+  await page.waitForSelector('#linked .traces canvas');
+  assert.match(await page.locator('#linked h2').first().innerText(), new RegExp(`^short_${seed}$`));
+  assert.match(await page.locator('#linked code').first().innerText(), /^turbidock run .*resolved/);
   await sceneDrawn(page);
   assert.deepEqual(complaints, []);
   await close();

@@ -16,9 +16,9 @@
 
 #include "experiments/config/yaml_node.h"
 #include "experiments/farm/result_store.h"
-#include "experiments/studies/gate/error_rates.h"
 #include "experiments/studies/gate/gate_plan.h"
 #include "sim/base/random.h"
+#include "tests/studies/gate/simulated_sequences.h"
 #include "tests/support/message_of.h"
 
 namespace turbidock::gate {
@@ -27,25 +27,66 @@ namespace {
 using ::testing::HasSubstr;
 using testing::MessageOf;
 
-TEST(PairedRateTest, AtLossIsWhatSequencesOfTrialsDo) {
-  const statistics::RateTestDesign design{
-      .no_worse = 0.9, .worse = 0.75, .alpha = 0.02, .beta = 0.1, .max_trials = 120};
+TEST(PairedRateTest, WhatItSaysOfABuildIsWhatSequencesOfTrialsDo) {
   const statistics::PairedRateTest test(0.15, 0.02, 0.1, 120);
-  constexpr int64_t kSequences = 20000;
-  for (const double to : {0.9, 0.8, 0.75, 0.6}) {
-    const ErrorRates counted = SimulateSequences(
-        {.coupling = Coupling::kIdentical, .old_rate = 0.9, .new_rate = to}, design, kSequences, 5);
-    const statistics::Characteristic exact = test.AtLoss(0.9 - to);
-    const double deviation = 0.5 / std::sqrt(static_cast<double>(kSequences));
-    EXPECT_NEAR(exact.p_fail, counted.fail_rate(), 4 * deviation) << to;
-    EXPECT_NEAR(exact.p_pass, counted.pass_rate(), 4 * deviation) << to;
-    EXPECT_NEAR(exact.p_fail + exact.p_pass + exact.p_inconclusive, 1, 1e-12);
-    EXPECT_NEAR(exact.expected_trials, counted.mean_trials, 0.02 * counted.mean_trials) << to;
-  }
-  EXPECT_EQ(test.AtLoss(0).expected_trials, test.FewestPairs());
-  EXPECT_EQ(test.AtLoss(0).p_pass, 1);
-  EXPECT_LE(test.AtLoss(0.15).p_pass, 0.1);
+  constexpr int kSequences = 20000;
+  for (const auto& [coupling, name] : EnumNames<Coupling>::kNames)
+    for (const double to : {0.9, 0.8, 0.75, 0.6}) {
+      const Counted counted = CountPairs(test, coupling, 0.9, to, kSequences, 5);
+      const auto [loss, gain] = SharesOf(coupling, 0.9, to);
+      const statistics::Characteristic exact = test.At(loss, gain);
+      const double deviation = 0.5 / std::sqrt(static_cast<double>(kSequences));
+      EXPECT_NEAR(exact.p_fail, counted.fail, 4 * deviation) << name << to;
+      EXPECT_NEAR(exact.p_pass, counted.pass, 4 * deviation) << name << to;
+      EXPECT_NEAR(exact.p_fail + exact.p_pass + exact.p_inconclusive, 1, 1e-12);
+      EXPECT_NEAR(exact.expected_trials, counted.mean_trials, 0.02 * counted.mean_trials) << to;
+    }
+  EXPECT_EQ(test.At(0).expected_trials, test.FewestPairs());
+  EXPECT_EQ(test.At(0).p_pass, 1);
+  EXPECT_LE(test.At(0.15).p_pass, 0.1);
   EXPECT_EQ(statistics::PairedRateTest(0.15, 0.02, 0.1, 5).FewestPairs(), 6) << "never";
+}
+
+// As in assets/measured/gate.md, where these were counted in 10,000 sequences.
+TEST(GateSize, IsWhatWasMeasured) {
+  const GateSize size = SizeOf({.no_worse = 0.95, .worse = 0.85, .alpha = 0.05, .beta = 0.05});
+  const statistics::PairedRateTest test(0.1, 0.05, 0.05, 169);
+  const auto at = [&](Coupling coupling, double rate) {
+    const auto [loss, gain] = SharesOf(coupling, 0.95, rate);
+    return test.At(loss, gain);
+  };
+  EXPECT_NEAR(at(Coupling::kIdentical, 0.95).expected_trials, 35, 1e-9);
+  EXPECT_NEAR(at(Coupling::kIdentical, 0.85).expected_trials, 77.9, 1);
+  EXPECT_NEAR(at(Coupling::kIndependent, 0.95).expected_trials, 79.8, 1);
+  EXPECT_NEAR(at(Coupling::kIndependent, 0.85).expected_trials, 93.5, 1);
+  EXPECT_NEAR(at(Coupling::kIndependent, 0.95).p_fail, 0.016, 0.004);
+
+  ASSERT_EQ(size.exact.size(), 6u);
+  EXPECT_EQ(size.exact[0].new_rate, 0.95);
+  EXPECT_EQ(size.exact[0].expected_trials, 35);
+  EXPECT_LE(size.exact[2].inconclusive, 0.01) << "after the loss, at the last trial";
+  EXPECT_LE(size.exact[2].pass, 0.05);
+  EXPECT_LE(size.exact[3].fail, 0.05);
+  EXPECT_LT(size.max_trials, 200);
+}
+
+TEST(GateSize, WhatTakesTooManyTrialsIsRefused) {
+  EXPECT_THAT(MessageOf([] { SizeOf({.no_worse = 0.95, .worse = 0.95 - 1e-6}); }),
+              HasSubstr("that takes more than 10000 trials; give a larger margin"));
+}
+
+TEST(GateSize, TheReportHasARowForEachBuildAndDotsForIndependentOnes) {
+  const report::Report report = ReportOf(SizeOf({}));
+  EXPECT_EQ(report.kind, "gate_plan_size");
+  EXPECT_EQ(report.sections[0].table->rows().size(), 6u);
+  const report::Panel& verdicts = report.sections[1].panels[0];
+  ASSERT_EQ(verdicts.series.size(), 6u);
+  for (size_t i = 0; i < verdicts.series[0].points.size(); ++i) {
+    double sum = 0;
+    for (const size_t curve : {0, 2, 4}) sum += verdicts.series[curve].points[i].y;
+    EXPECT_NEAR(sum, 1, 1e-9);
+  }
+  EXPECT_EQ(verdicts.series[1].points.size(), 3u);
 }
 
 Candidate Tried(const std::string& name, int docked, int trials, double trial_s = 2) {
@@ -230,7 +271,7 @@ TEST(GateDesign, TheEasiestAtTheEdgeIsNoEasyCondition) {
   ASSERT_EQ(design.chosen.size(), 2u);
   for (const DesignedCondition& condition : design.chosen) EXPECT_FALSE(condition.easy);
   const std::string file = ::testing::TempDir() + "edge.yaml";
-  std::ofstream(file) << GateYaml(design, candidates, options, "b.yaml", "");
+  std::ofstream(file) << GateYaml(design, candidates, "b.yaml", "");
   const GatePlan gate = LoadGatePlan(file);
   ASSERT_EQ(gate.conditions.size(), 2u);
   // alone it is a gate, too, and has all of alpha
@@ -256,7 +297,7 @@ TEST(GateDesign, AScenarioBesideThePlanIsNamedFromTheGate) {
   }
   const DesignOptions options{.budget_s = 600};
   const std::string file = (folder / "out/gate.yaml").string();
-  std::ofstream(file) << GateYaml(DesignGate(candidates, options), candidates, options, "b.yaml",
+  std::ofstream(file) << GateYaml(DesignGate(candidates, options), candidates, "b.yaml",
                                   (folder / "out").string());
   const GatePlan gate = LoadGatePlan(file);
   EXPECT_EQ(gate.conditions[0].scenario, "../own.yaml");
@@ -274,7 +315,7 @@ TEST(GateDesign, NamesAndValuesStayWhatTheyAre) {
                               {"procedure.servo_x_m", "0.65"}};
     const DesignOptions options{.budget_s = 600};
     const std::string file = ::testing::TempDir() + "awkward.yaml";
-    std::ofstream(file) << GateYaml(DesignGate(candidates, options), candidates, options,
+    std::ofstream(file) << GateYaml(DesignGate(candidates, options), candidates,
                                     "gate.baseline.yaml", "");
     const GatePlan plan = LoadGatePlan(file);
     EXPECT_EQ(plan.conditions[0].name, text);
@@ -292,7 +333,7 @@ TEST(GateDesign, TheGatesFileIsRead) {
   const DesignOptions options{.budget_s = 600};
   const GateDesign design = DesignGate(candidates, options);
   const std::string file = ::testing::TempDir() + "gate.yaml";
-  std::ofstream(file) << GateYaml(design, candidates, options, "gate.baseline.yaml", "");
+  std::ofstream(file) << GateYaml(design, candidates, "gate.baseline.yaml", "");
   const GatePlan plan = LoadGatePlan(file);
   ASSERT_EQ(plan.conditions.size(), 2u);
   EXPECT_EQ(plan.alpha, options.alpha);

@@ -80,7 +80,7 @@ class GateProgram : public ::testing::Test {
 TEST_F(GateProgram, AHalvedGainIsCaughtAndAChangedCommentIsNot) {
   const ProgramEnd update = RunProgram({"gate", gate_, "--update", "--workers", "2"});
   ASSERT_EQ(update.exit_code, 0) << update.err;
-  EXPECT_THAT(update.err, HasSubstr("short: new, 9 of 9 docked"));
+  EXPECT_THAT(update.err, HasSubstr("short      new            9 of 9 (100.0 %)"));
 
   const std::string comment = ChangedBuild(
       "comment", [](const std::string& text) { return "# gains, as they were\n" + text; });
@@ -101,7 +101,7 @@ TEST_F(GateProgram, AHalvedGainIsCaughtAndAChangedCommentIsNot) {
   const ProgramEnd fail = RunProgramAt(
       halved, {"gate", gate_, "--workers", "2", "--out", failed_out, "--bundles", "1"});
   EXPECT_EQ(fail.exit_code, 1) << fail.err;
-  EXPECT_THAT(TextOf(failed_out + "/summary.md"), HasSubstr("FAIL: short trials"));
+  EXPECT_THAT(TextOf(failed_out + "/summary.md"), HasSubstr("# fail: short trials"));
   EXPECT_THAT(TextOf(failed_out + "/junit.xml"), HasSubstr("<failure type=\"worse\""));
   const auto summary = nlohmann::json::parse(TextOf(failed_out + "/summary.json"));
   const auto failing = summary["conditions"][0]["newly_failing_seeds"];
@@ -150,7 +150,7 @@ TEST_F(GateProgram, FailuresWithoutCamerasAreRunAgainWithoutVideo) {
 // What would have no effect is refused, and nothing runs.
 TEST_F(GateProgram, OptionsThatDoNotGoTogetherAreRefused) {
   const std::vector<std::vector<std::string>> refused = {
-      {gate_, "--update", "--simulate", "3"},
+      {gate_, "--update", "--plan-size"},
       {gate_, "--plan-size"},
       {gate_, "--alpha", "0.01"},
       {gate_, "--update", "--set", "seed=1"},
@@ -162,7 +162,8 @@ TEST_F(GateProgram, OptionsThatDoNotGoTogetherAreRefused) {
       {"--plan-size", "--baseline", "b.yaml"},
       {"--plan-size", "--set", "duration_s=1"},
       {"--plan-size", "--workers", "2"},
-      {"--simulate", "9", "--slurm", "2"},
+      {"--plan-size", "--slurm", "2"},
+      {"--plan-size", "--out", "go"},
       {"--design", "smoke", "--results", "x.db", "--slurm", "2"},
       {"--update"}};
   for (std::vector<std::string> arguments : refused) {
@@ -219,15 +220,17 @@ TEST_F(GateProgram, WhatCannotBeJudgedNeverPasses) {
          "--margin = 0.99 must be at most 0.949999 for a --rate of 0.95");
   expect(2, {"gate", "--plan-size", "--alpha", "0"}, "--alpha");
   expect(2, {"gate", "--plan-size", "--beta", "1e-300"}, "--beta");
-  expect(2, {"gate", "--plan-size", "--max-trials", "10000", "--margin", "1e-6"}, "give a larger");
-  expect(2, {"gate", "--plan-size", "--max-trials", "0"}, "--max-trials");
+  expect(2, {"gate", "--plan-size", "--margin", "1e-6"}, "give a larger");
+  expect(2, {"gate", "--simulate", "3"}, "gate --simulate is gone; now: --plan-size");
 
   // a baseline of two trials, so that the rest is quick
   const std::string small = File("small.yaml",
                                  "schema_version: 1\nbaseline: small.baseline.yaml\nmax_trials: 2\n"
                                  "conditions:\n  - {name: short, scenario: short.yaml}\n");
   ASSERT_EQ(RunProgram({"gate", small, "--update"}).exit_code, 0);
-  expect(3, {"gate", small}, "INCONCLUSIVE");
+  const ProgramEnd unsure = RunProgram({"gate", small});
+  EXPECT_EQ(unsure.exit_code, 3) << unsure.err;
+  EXPECT_THAT(unsure.out, ::testing::StartsWith("inconclusive: docking gate\n"));
   expect(2, {"gate", small, "--set", "watr.milk_ml_m3=1"}, "water");
   expect(2, {"gate", small, "--set", "model=none.xml"}, "none.xml");
   // libraries of these names that are none hide the real ones

@@ -17,8 +17,10 @@
 #include <tuple>
 #include <vector>
 
-#include "experiments/studies/gate/gate_figure.h"
-#include "experiments/studies/gate/gate_output.h"
+#include "experiments/media/figure.h"
+#include "experiments/report/report_json.h"
+#include "experiments/report/text.h"
+#include "experiments/studies/gate/gate_report.h"
 #include "experiments/system/subprocess.h"
 #include "sim/base/check.h"
 #include "sim/base/digest.h"
@@ -28,11 +30,13 @@
 namespace turbidock::gate {
 namespace {
 
+using ::testing::_;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using testing::MessageOf;
 using ::testing::Not;
+using ::testing::StartsWith;
 
 // How a build docks: from the seed alone, as a trial does.
 using Build = std::function<GateTrial(size_t condition, int64_t seed)>;
@@ -108,6 +112,9 @@ class Gate : public ::testing::Test {
   static Baseline Measure(const GatePlan& plan, const Build& build) {
     return MeasureBaseline(plan, RunnerOf(plan, build), 7, nullptr);
   }
+  static std::string JsonOf(const GateReport& report) {
+    return report::JsonText(report::Document(ReportOf(report), report));
+  }
   static GateReport Judge(const GatePlan& plan, const Baseline& baseline, const Build& build,
                           int at_once = 3, int* trials = nullptr) {
     return RunGate(plan, baseline, "gate.baseline.yaml", RunnerOf(plan, build, trials),
@@ -170,22 +177,28 @@ TEST_F(Gate, ThePathReachesABorderWhereTheVerdictFalls) {
   }
 }
 
+const report::Section& SectionOf(const report::Report& report, const std::string& title) {
+  for (const report::Section& section : report.sections)
+    if (section.title == title) return section;
+  throw std::runtime_error("no section " + title);
+}
+
 // What is drawn is the test's way: it ends on the border of its verdict.
-TEST_F(Gate, TheFigureShowsTheWayToTheVerdict) {
+TEST_F(Gate, TheReportShowsTheWayToTheVerdict) {
   const GatePlan plan = Plan("  - name: rough\n    scenario: pool_active\n");
   const Baseline baseline = Measure(plan, DocksAt(0.95));
   GateReport report = Judge(plan, baseline, [](size_t condition, int64_t seed) {
     return DocksAt(condition == 0 ? 0.95 : 0.6)(condition, seed);
   });
   report.assignments = {"controller=pid"};
-  const report::Figure figure = GateFigure(report);
-  EXPECT_THAT(figure.title, HasSubstr("docking: fail (controller=pid)"));
-  ASSERT_EQ(figure.panels.size(), 3u);
+  const report::Report shown = ReportOf(report);
+  const auto& paths = SectionOf(shown, "How the test of the success rate went").panels;
+  ASSERT_EQ(paths.size(), 2u);
   for (size_t i = 0; i < 2; ++i) {
     const ConditionReport& condition = report.conditions[i];
-    EXPECT_THAT(figure.panels[i].title, HasSubstr(condition.name));
-    const auto& [fails, passes, so_far] = std::tie(
-        figure.panels[i].series[0], figure.panels[i].series[1], figure.panels[i].series[2]);
+    EXPECT_THAT(paths[i].title, HasSubstr(condition.name));
+    const auto& [fails, passes, so_far] =
+        std::tie(paths[i].series[0], paths[i].series[1], paths[i].series[2]);
     std::optional<report::Sample> last;
     size_t run = 0;
     for (const report::Sample& sample : so_far.points)
@@ -193,7 +206,7 @@ TEST_F(Gate, TheFigureShowsTheWayToTheVerdict) {
     ASSERT_TRUE(last);
     EXPECT_EQ(run, condition.trials.size());
     EXPECT_LT(run, so_far.points.size()) << "the borders go on";
-    EXPECT_LT(last->y, figure.panels[i].y.high);
+    EXPECT_LT(last->y, paths[i].y.high);
     const size_t end = run - 1;
     const statistics::Verdict verdict = condition.measures[0].verdict;
     if (verdict == statistics::Verdict::kFail) {
@@ -204,7 +217,7 @@ TEST_F(Gate, TheFigureShowsTheWayToTheVerdict) {
   }
   EXPECT_EQ(report.conditions[1].measures[0].verdict, statistics::Verdict::kFail);
 
-  const report::Panel& rates = figure.panels[2];
+  const report::Panel& rates = SectionOf(shown, "Docked, baseline and now").panels[0];
   EXPECT_THAT(rates.x.names, ElementsAre("calm", "rough"));
   ASSERT_EQ(rates.series[1].points.size(), 2u);
   const ConditionReport& rough = report.conditions[1];
@@ -212,13 +225,52 @@ TEST_F(Gate, TheFigureShowsTheWayToTheVerdict) {
   EXPECT_DOUBLE_EQ(now.y, 100. * rough.docked / static_cast<double>(rough.trials.size()));
   EXPECT_DOUBLE_EQ(now.low, 100 * rough.interval_95.low);
   EXPECT_DOUBLE_EQ(now.high, 100 * rough.interval_95.high);
+  const report::Panel& times = SectionOf(shown, "Time to dock now").panels[0];
+  EXPECT_EQ(std::ssize(times.series[0].points), report.conditions[0].docked + rough.docked);
 
   const std::string path = (folder_ / "gate.svg").string();
-  media::WriteFigure(path, figure);
+  media::WriteFigure(path, media::FigureOf(shown));
   std::ifstream file(path);
   const std::string svg{std::istreambuf_iterator<char>(file), {}};
+  EXPECT_THAT(svg, HasSubstr("fail: docking"));
   EXPECT_THAT(svg, HasSubstr("rough: fail after"));
   EXPECT_THAT(svg, HasSubstr("seeds that no longer dock"));
+  EXPECT_THAT(svg, HasSubstr("passes up to here"));
+}
+
+TEST_F(Gate, TheReportNamesEverySeedThatChangedAndLinksThoseThatFail) {
+  const GatePlan plan = Plan();
+  const GateReport report = Judge(plan, Measure(plan, DocksAt(0.9)), [](size_t, int64_t seed) {
+    const double u = Noise(seed, "docks").Uniform();  // as in the baseline: below 0.9
+    return DocksAt(u < 0.7 || u > 0.9 ? 1 : 0)(0, seed);
+  });
+  const ConditionReport& calm = report.conditions[0];
+  ASSERT_THAT(calm.newly_failing_seeds, Not(IsEmpty()));
+  ASSERT_THAT(calm.newly_docking_seeds, Not(IsEmpty()));
+  const report::Report shown = ReportOf(report);
+  std::vector<std::string> failing, docking;
+  for (const auto& row : SectionOf(shown, "Seeds that changed").table->rows()) {
+    EXPECT_EQ(row[1].link.empty(), row[2].text == "docks now");
+    if (row[1].link.empty()) {
+      docking.push_back(row[1].text);
+    } else {
+      EXPECT_EQ(row[1].link, "calm_" + row[1].text);
+      failing.push_back(row[1].text);
+    }
+  }
+  const auto texts = [](const std::vector<int64_t>& seeds) {
+    std::vector<std::string> list;
+    for (const int64_t seed : seeds) list.push_back(std::to_string(seed));
+    return list;
+  };
+  EXPECT_EQ(failing, texts(calm.newly_failing_seeds));
+  EXPECT_EQ(docking, texts(calm.newly_docking_seeds));
+  EXPECT_EQ(shown.facts[2].value, std::to_string(failing.size()));
+  // nothing changed, and nothing known
+  GateReport none = Judge(plan, Measure(plan, DocksAt(0.95)), DocksAt(0.95));
+  EXPECT_THAT(SectionOf(ReportOf(none), "Seeds that changed").lines[0], HasSubstr("None"));
+  none.paired = false;
+  EXPECT_THAT(SectionOf(ReportOf(none), "Seeds that changed").lines[0], HasSubstr("other seeds"));
 }
 
 TEST_F(Gate, EachMeasureFailsForItsOwnReason) {
@@ -294,9 +346,9 @@ TEST_F(Gate, TheVerdictDoesNotDependOnHowManyTrialsRunAtOnce) {
   const GatePlan plan = Plan("  - name: rough\n    scenario: sea_night_active\n");
   const Baseline baseline = Measure(plan, DocksAt(0.9));
   for (const Build& build : {DocksAt(0.88), DocksAt(0.7), DocksAt(0.9, {.time_s = 2})}) {
-    const std::string one = GateJson(Judge(plan, baseline, build, 1));
+    const std::string one = JsonOf(Judge(plan, baseline, build, 1));
     for (const int at_once : {2, 5, 64})
-      EXPECT_EQ(GateJson(Judge(plan, baseline, build, at_once)), one);
+      EXPECT_EQ(JsonOf(Judge(plan, baseline, build, at_once)), one);
   }
 }
 
@@ -512,8 +564,7 @@ TEST_F(Gate, ABaselineReadsBackAsItWasWritten) {
   EXPECT_EQ(read.conditions.at(0).outcomes.size(), 200u);
   // a line a trial
   EXPECT_LT(std::count(text.begin(), text.end(), '\n'), 200 + 20);
-  EXPECT_EQ(GateJson(Judge(plan, read, DocksAt(0.85))),
-            GateJson(Judge(plan, baseline, DocksAt(0.85))));
+  EXPECT_EQ(JsonOf(Judge(plan, read, DocksAt(0.85))), JsonOf(Judge(plan, baseline, DocksAt(0.85))));
 }
 
 TEST_F(Gate, AnyEditOfABaselineIsNoticed) {
@@ -606,19 +657,25 @@ TEST_F(Gate, OnlyABaselineIsReplaced) {
   EXPECT_EQ(MessageOf([&] { Measure(plan, DocksAt(0.9)); }), "no error");
 }
 
-TEST_F(Gate, AnUpdateIsSaidInWords) {
+TEST_F(Gate, AnUpdateSaysWhatItChanges) {
   const GatePlan plan = Plan();
   const Baseline before = Measure(plan, DocksAt(0.95)),
                  after = Measure(plan, DocksAt(0.8, {.time_s = 3}));
-  std::string words;
-  for (const std::string& line : DescribeChange(before, after)) words += line + "\n";
-  EXPECT_THAT(words, HasSubstr(std::to_string(before.conditions[0].docked) + " of 200 docked"));
-  EXPECT_THAT(words, HasSubstr(std::to_string(after.conditions[0].docked) + " of 200 docked"));
-  EXPECT_THAT(words, HasSubstr("of 200 seeds in both"));
-  EXPECT_THAT(words, HasSubstr("no longer dock"));
-  EXPECT_THAT(words, HasSubstr("median time to dock 39.6 s -> 42.4 s (+2.9 s)"));
-  for (const std::string& line : DescribeChange(before, before)) words = line;
-  EXPECT_THAT(words, HasSubstr("calm: unchanged"));
+  const auto row = [](const Baseline& a, const Baseline& b) {
+    std::vector<std::string> texts;
+    for (const report::Cell& cell : ChangeTable(a, b).rows().at(0)) texts.push_back(cell.text);
+    return texts;
+  };
+  const int lost = before.conditions[0].docked - after.conditions[0].docked;
+  EXPECT_THAT(
+      row(before, after),
+      ElementsAre("calm", StartsWith(std::to_string(before.conditions[0].docked) + " of 200"),
+                  StartsWith(std::to_string(after.conditions[0].docked) + " of 200"),
+                  std::to_string(lost), "0", "0", "time to dock 39.6 s -> 42.4 s"));
+  EXPECT_THAT(row(after, before)[4], std::to_string(lost));
+  EXPECT_THAT(row(before, before), ElementsAre("calm", _, _, "0", "0", "200", ""));
+  EXPECT_THAT(row({}, after), ElementsAre("calm", "new", _, "", "", "", ""));
+  EXPECT_THAT(row(before, {}), ElementsAre("calm", _, "gone", "", "", "", ""));
 }
 
 // ---------------------------------------------------------------------------------------- reports
@@ -651,7 +708,7 @@ GateReport AwkwardReport() {
 
 TEST_F(Gate, TheJunitFileIsValid) {
   const std::string schema = std::string(TURBIDOCK_TEST_DATA) + "/junit/jenkins-junit.xsd";
-  const std::string file = File("junit.xml", GateJunit(AwkwardReport()));
+  const std::string file = File("junit.xml", Junit(AwkwardReport()));
   system::Subprocess({"xmllint", "--noout", "--schema", schema, file}, "libxml2-utils").Finish();
   // the schema does say no
   const std::string broken =
@@ -673,20 +730,29 @@ TEST_F(Gate, TheJunitFileIsValid) {
   EXPECT_EQ(xpath("string(//testsuite[1]//property[@name='success_rate']/@value)"), "0.5000\n");
 }
 
-TEST_F(Gate, TheOtherReportsSayTheSame) {
-  const GateReport report = AwkwardReport();
-  const auto json = nlohmann::json::parse(GateJson(report));
+TEST_F(Gate, TheOtherRenderersSayTheSame) {
+  const GateReport gate = AwkwardReport();
+  const report::Report report = ReportOf(gate);
+  const auto json = nlohmann::json::parse(JsonOf(gate));
+  EXPECT_EQ(json["kind"], "gate");
+  EXPECT_EQ(json["schema_version"], 1);
   EXPECT_EQ(json["verdict"], "fail");
   EXPECT_EQ(json["conditions"].size(), 3u);
   EXPECT_EQ(json["conditions"][1]["newly_failing_seeds"][0], 9223372036854775807);
   EXPECT_EQ(json["conditions"][2]["measures"][0]["now"], 0.5);
+  EXPECT_EQ(json["report"]["verdict"]["tone"], "bad");
   EXPECT_EQ(ShownValue(0.51234, "F"), "0.512 F");
   EXPECT_EQ(ShownValue(0.0123, "m"), "12.3 mm");
   EXPECT_EQ(ShownValue(0.95, ""), "95.0 %");
-  const std::string markdown = GateMarkdown(report);
-  EXPECT_THAT(markdown, HasSubstr("FAIL"));
+  const std::string markdown = report::Markdown(report), text = report::Text(report);
+  for (const std::string& rendered : {markdown, text}) {
+    EXPECT_THAT(rendered, HasSubstr("fail: a <gate>"));
+    EXPECT_THAT(rendered, HasSubstr("At least one measure got worse. 50 % <milk> & | fail: success "
+                                    "rate 100.0 % -> 50.0 %"));
+    EXPECT_THAT(rendered, HasSubstr("inconclusive"));
+    EXPECT_THAT(rendered, HasSubstr("9223372036854775807"));
+  }
   EXPECT_THAT(markdown, HasSubstr("\\|"));
-  EXPECT_THAT(GateTable(report), HasSubstr("inconclusive"));
 }
 
 // -------------------------------------------------------------------------------------- bad input

@@ -5,10 +5,13 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <optional>
+#include <utility>
 #include <vector>
 
-#include "experiments/studies/gate/error_rates.h"
+#include "tests/studies/gate/simulated_sequences.h"
 #include "tests/support/binomial.h"
 
 namespace turbidock::gate {
@@ -113,84 +116,78 @@ TEST(NetLossTest, TheLargestStakeIsTheLimit) {
       EXPECT_LE(test.Rejects(pairs, losses, 0), test.Rejects(pairs, losses - 1, 0));
 }
 
-TEST(RateTest, ItsVerdictsAreTheSumOverAllSequences) {
-  const statistics::RateTest test(
-      {.no_worse = 0.8, .worse = 0.3, .alpha = 0.1, .beta = 0.2, .max_trials = 14});
-  for (const double p : {0.1, 0.3, 0.55, 0.8}) {
-    double fail = 0, pass = 0, trials = 0;
-    for (uint32_t sequence = 0; sequence < (1u << 14); ++sequence) {
-      const int all = __builtin_popcount(sequence);
-      const double probability = std::pow(p, all) * std::pow(1 - p, 14 - all);
-      int n = 0, successes = 0;
+TEST(PairedRateTest, WhatItSaysOfABuildIsTheSumOverAllSequences) {
+  constexpr int kPairs = 9;
+  const statistics::PairedRateTest test(0.5, 0.2, 0.25, kPairs);
+  for (const auto& [loss, gain] : {std::pair{0.0, 0.0}, {0.5, 0.0}, {0.2, 0.3}, {0.7, 0.1}}) {
+    const std::array<double, 3> p = {1 - loss - gain, loss, gain};
+    double fail = 0, pass = 0, trials = 0, undecided = 0;
+    for (int sequence = 0; sequence < static_cast<int>(std::pow(3, kPairs)); ++sequence) {
+      double probability = 1;
+      std::array<int, 3> counts{};
       std::optional<statistics::Verdict> verdict;
-      while (!verdict && n < 14) {
-        successes += (sequence >> n) & 1;
-        verdict = test.Decide(++n, successes);
+      int pairs = 0, decided_after = kPairs;
+      for (int rest = sequence; pairs < kPairs; rest /= 3) {
+        const auto kind = static_cast<size_t>(rest % 3);
+        probability *= p[kind];
+        ++counts[kind];
+        ++pairs;
+        if (verdict) continue;
+        verdict = test.Decide(pairs, counts[1], counts[2]);
+        if (verdict) decided_after = pairs;
       }
       fail += verdict == statistics::Verdict::kFail ? probability : 0;
       pass += verdict == statistics::Verdict::kPass ? probability : 0;
-      trials += n * probability;
+      undecided += verdict ? 0 : probability;
+      trials += decided_after * probability;
     }
-    const statistics::RateTest::Characteristic c = test.At(p);
-    EXPECT_NEAR(c.p_fail, fail, 1e-12);
-    EXPECT_NEAR(c.p_pass, pass, 1e-12);
-    EXPECT_NEAR(c.p_inconclusive, 1 - fail - pass, 1e-12);
-    EXPECT_NEAR(c.expected_trials, trials, 1e-10);
+    const statistics::Characteristic c = test.At(loss, gain);
+    EXPECT_NEAR(c.p_fail, fail, 1e-12) << loss;
+    EXPECT_NEAR(c.p_pass, pass, 1e-12) << loss;
+    EXPECT_NEAR(c.p_inconclusive, undecided, 1e-12) << loss;
+    EXPECT_NEAR(c.expected_trials, trials, 1e-10) << loss;
+    EXPECT_TRUE(loss != 0.2 || (fail > 0.001 && pass > 0.001 && undecided > 0.001));
   }
 }
 
-TEST(FixedSampleTest, IsTheSmallest) {
-  const statistics::RateTestDesign design{
-      .no_worse = 0.95, .worse = 0.85, .alpha = 0.05, .beta = 0.05};
-  const statistics::FixedTest fixed = statistics::FixedSampleTest(design);
-  EXPECT_LE(testing::BinomialAtMost(fixed.fail_at_most, fixed.trials, 0.95), 0.05);
-  EXPECT_LE(1 - testing::BinomialAtMost(fixed.fail_at_most, fixed.trials, 0.85), 0.05);
-  for (int n = 1; n < fixed.trials; ++n)
-    for (int k = 0; k < n; ++k)
-      EXPECT_FALSE(testing::BinomialAtMost(k, n, 0.95) <= 0.05 &&
-                   1 - testing::BinomialAtMost(k, n, 0.85) <= 0.05)
-          << n << " " << k;
+// The smallest test of fixed size with these error rates.
+int FixedSize(double no_worse, double worse, double error) {
+  int fail_at_most = -1;  // a further trial never takes from it
+  for (int n = 1;; ++n) {
+    while (testing::BinomialAtMost(fail_at_most + 1, n, no_worse) <= error) ++fail_at_most;
+    if (1 - testing::BinomialAtMost(fail_at_most, n, worse) <= error) return n;
+  }
 }
 
 TEST(RateTest, TakesAtLeastThirtyPercentFewerTrialsThanATestOfFixedSize) {
+  EXPECT_EQ(FixedSize(0.95, 0.85, 0.05), 93);
   for (const double error : {0.1, 0.05, 0.01}) {
-    statistics::RateTestDesign design{
-        .no_worse = 0.95, .worse = 0.85, .alpha = error, .beta = error};
-    design.max_trials = statistics::TrialsToDecide(design, 0.01);
-    const statistics::RateTest test(design);
-    const double fixed = statistics::FixedSampleTest(design).trials;
-    for (const double p : {0.95, 0.85}) {
-      EXPECT_LE(test.At(p).expected_trials, 0.7 * fixed) << error << " " << p;
-      EXPECT_LE(test.At(p).p_inconclusive, 0.01);
+    constexpr int kMost = 400, kSequences = 4000;
+    const statistics::RateTest test(
+        {.no_worse = 0.95, .worse = 0.85, .alpha = error, .beta = error, .max_trials = kMost});
+    const double fixed = FixedSize(0.95, 0.85, error);
+    for (const double rate : {0.95, 0.85}) {
+      const Counted counted =
+          CountSequences(Coupling::kIndependent, 1, rate, kMost, kSequences, 1,
+                         [&](int n, int docked, int, int) { return test.Decide(n, docked); });
+      EXPECT_LE(counted.mean_trials, 0.7 * fixed) << error << " " << rate;
+      EXPECT_GE(counted.pass + counted.fail, 0.99);
+      EXPECT_LE(rate == 0.95 ? counted.fail : counted.pass, error);
     }
-    EXPECT_LE(test.At(0.95).p_fail, error);
-    EXPECT_LE(test.At(0.85).p_pass, error);
-    design.max_trials -= 1;
-    const statistics::RateTest shorter(design);
-    EXPECT_GT(std::max(shorter.At(0.95).p_inconclusive, shorter.At(0.85).p_inconclusive), 0.01);
   }
 }
 
-TEST(ErrorRates, TenThousandSequencesKeepAlphaAndBetaInEverySetting) {
+TEST(PairedRateTest, TenThousandSequencesKeepAlphaAndBetaInEverySetting) {
   struct Case {
     double rate, margin, error;
   };
-  int settings = 0;
-  for (const Case& c : {Case{0.95, 0.1, 0.05}, Case{0.8, 0.2, 0.1}, Case{0.95, 0.1, 0.01}}) {
-    statistics::RateTestDesign design{
-        .no_worse = c.rate, .worse = c.rate - c.margin, .alpha = c.error, .beta = c.error};
-    design.max_trials = statistics::TrialsToDecide(design, 0.01);
-    for (const gate::ErrorRateSetting& setting : gate::StatedSettings(design)) {
-      const ErrorRates rates = gate::SimulateSequences(setting, design, 10000, 1);
-      if (setting.new_rate == design.no_worse)
-        EXPECT_LE(rates.fail_rate(), c.error) << NameOf(setting.coupling);
-      else
-        EXPECT_LE(rates.pass_rate(), c.error) << NameOf(setting.coupling);
-      EXPECT_LE(rates.mean_trials, design.max_trials);
-      ++settings;
+  for (const Case& c : {Case{0.95, 0.1, 0.05}, Case{0.8, 0.2, 0.1}, Case{0.95, 0.1, 0.01}})
+    for (const auto& [coupling, name] : EnumNames<Coupling>::kNames) {
+      const statistics::PairedRateTest test(c.margin, c.error, c.error, 200);
+      EXPECT_LE(CountPairs(test, coupling, c.rate, c.rate, 10000, 1).fail, c.error) << name;
+      EXPECT_LE(CountPairs(test, coupling, c.rate, c.rate - c.margin, 10000, 1).pass, c.error)
+          << name;
     }
-  }
-  EXPECT_EQ(settings, 18);
 }
 
 }  // namespace

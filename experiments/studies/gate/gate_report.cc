@@ -1,0 +1,326 @@
+#include "experiments/studies/gate/gate_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+
+#include "experiments/report/table.h"
+
+namespace turbidock::gate {
+namespace {
+
+using report::Fixed;
+using report::Mark;
+using report::Panel;
+using report::Sample;
+using report::Section;
+using report::Series;
+using report::Tone;
+using statistics::Verdict;
+
+Tone ToneOf(Verdict verdict) {
+  if (verdict == Verdict::kInconclusive) return Tone::kNone;
+  return verdict == Verdict::kPass ? Tone::kGood : Tone::kBad;
+}
+
+std::string Shown(const MeasureReport& measure, const std::optional<double>& value) {
+  return value ? ShownValue(*value, measure.unit) : "none";
+}
+
+std::string ShownMargin(const MeasureReport& measure) {
+  const char sign = measure.less_is_worse ? '-' : '+';
+  if (measure.unit.empty()) return fmt::format("{}{:g} %", sign, 100 * measure.margin);
+  if (measure.unit == "m") return fmt::format("{}{:g} mm", sign, 1000 * measure.margin);
+  return fmt::format("{}{:g} {}", sign, measure.margin, measure.unit);
+}
+
+// "success rate 95.0 % -> 80.0 %, worse in 6 of 31 trials, better in 0".
+std::string Described(const MeasureReport& m) {
+  return fmt::format("{} {} -> {}, worse in {} of {} trials, better in {}", m.measure,
+                     Shown(m, m.before), Shown(m, m.now), m.worse, m.compared, m.better);
+}
+
+// The measures that made the condition's verdict.
+std::string Reasons(const ConditionReport& condition) {
+  std::vector<std::string> reasons;
+  for (const MeasureReport& measure : condition.measures)
+    if (measure.verdict == condition.verdict) reasons.push_back(Described(measure));
+  return fmt::format("{}", fmt::join(reasons, "; "));
+}
+
+report::Verdict VerdictOf(const GateReport& report) {
+  std::string reason = "No measure got worse by its margin.";
+  if (report.verdict == Verdict::kFail) reason = "At least one measure got worse.";
+  if (report.verdict == Verdict::kInconclusive)
+    reason = "The trials allowed were spent before it was known.";
+  for (const ConditionReport& c : report.conditions)
+    if (c.verdict != Verdict::kPass) reason += fmt::format(" {}: {}.", c.name, Reasons(c));
+  return {NameOf(report.verdict), ToneOf(report.verdict), reason};
+}
+
+std::vector<report::Fact> FactsOf(const GateReport& report) {
+  size_t trials = 0, failing = 0;
+  for (const ConditionReport& c : report.conditions) {
+    trials += c.trials.size();
+    failing += c.newly_failing_seeds.size();
+  }
+  std::vector<report::Fact> facts = {
+      {"conditions", std::to_string(report.conditions.size())},
+      {"trials", std::to_string(trials), "that the verdict rests on"},
+      {"no longer dock", std::to_string(failing), "seeds that docked in the baseline"},
+      {"compared", report.paired ? "seed by seed" : "on other seeds"},
+      {"build", report.build},
+      {"baseline", report.baseline_build}};
+  if (!report.assignments.empty())
+    facts.push_back({"set", fmt::format("{}", fmt::join(report.assignments, ", ")),
+                     "in every condition, by --set"});
+  return facts;
+}
+
+Section Measures(const GateReport& report) {
+  report::Table table({"<condition", "<measure", "baseline", "now", "margin", "trials", "worse",
+                       "better", "<verdict", "after"});
+  for (const ConditionReport& c : report.conditions)
+    for (const MeasureReport& m : c.measures)
+      table.Row({c.name,
+                 m.measure,
+                 Shown(m, m.before),
+                 Shown(m, m.now),
+                 ShownMargin(m),
+                 std::to_string(m.compared),
+                 std::to_string(m.worse),
+                 std::to_string(m.better),
+                 {NameOf(m.verdict), ToneOf(m.verdict)},
+                 m.decided_after_trials ? std::to_string(*m.decided_after_trials) : "-"});
+  return {.title = "Measures",
+          .note =
+              "Margin: the change for the worse that matters. After: the trials of the "
+              "condition after which the verdict was known.",
+          .table = table};
+}
+
+// How the test of the success rate went, and some way beyond, to see where its borders lead.
+Panel PathPanel(const ConditionReport& condition) {
+  const MeasureReport& rate = condition.measures.front();
+  const size_t run = condition.trials.size();
+  const size_t shown = std::min(condition.path.size(), std::max(run + 12, run * 8 / 5));
+  const std::vector<Look> looks(condition.path.begin(),
+                                condition.path.begin() + static_cast<int64_t>(shown));
+  double top = 3;
+  const auto over_trials = [&](std::optional<int> Look::*count) {
+    return report::SamplesOf(looks, [&](const Look& look) {
+      const std::optional<int>& y = look.*count;
+      if (y) top = std::max(top, *y + 0.6);
+      return Sample{static_cast<double>(look.trials), y ? *y : report::kOpen};
+    });
+  };
+  Panel panel{
+      .title =
+          condition.name + ": " + NameOf(rate.verdict) +
+          (rate.decided_after_trials ? fmt::format(" after {} trials", *rate.decided_after_trials)
+                                     : ""),
+      .x = {.label = "trials", .low = 0, .whole = true},
+      .y = {.label = condition.paired ? "seeds that no longer dock" : "trials that did not dock",
+            .low = -0.4,
+            .whole = true},
+      .series = {{"fails from here", over_trials(&Look::fails_at), report::CurveColor(1),
+                  Mark::kDashedSteps},
+                 {"passes up to here", over_trials(&Look::passes_at), report::CurveColor(2),
+                  Mark::kDashedSteps},
+                 {"so far", over_trials(&Look::worse), report::CurveColor(0), Mark::kSteps, 3.5}}};
+  panel.y.high = top;
+  return panel;
+}
+
+Section Paths(const GateReport& report) {
+  Section section{.title = "How the test of the success rate went",
+                  .note =
+                      "The line is what was counted so far. Where it reaches the upper border "
+                      "the gate fails, at the lower one it passes; between them it asks for "
+                      "more trials.",
+                  .wide = true};
+  for (const ConditionReport& c : report.conditions)
+    if (!c.path.empty()) section.panels.push_back(PathPanel(c));
+  return section;
+}
+
+std::vector<std::string> NamesOf(const std::vector<ConditionReport>& conditions) {
+  std::vector<std::string> names;
+  for (const ConditionReport& c : conditions) names.push_back(c.name);
+  return names;
+}
+
+Section Rates(const std::vector<ConditionReport>& conditions) {
+  Series before{"baseline", {}, report::CurveColor(7), Mark::kBars};
+  Series now{"now", {}, report::CurveColor(0), Mark::kBars};
+  before.dot_px = now.dot_px = 9;
+  const auto add = [](Series* series, double at, int docked, size_t trials,
+                      const statistics::Interval& interval) {
+    if (trials > 0)
+      series->points.push_back(
+          report::SampleWithin(at, docked / static_cast<double>(trials), interval, 100));
+  };
+  for (size_t i = 0; i < conditions.size(); ++i) {
+    const ConditionReport& c = conditions[i];
+    const auto x = static_cast<double>(i);
+    add(&before, x - 0.1, c.baseline_docked, static_cast<size_t>(c.baseline_trials),
+        c.baseline_interval_95);
+    add(&now, x + 0.1, c.docked, c.trials.size(), c.interval_95);
+  }
+  return {.title = "Docked, baseline and now",
+          .note = "With 95 % intervals, which are not adjusted for stopping.",
+          .panels = {{.x = {.names = NamesOf(conditions)},
+                      .y = {"docked [%]", -3, 103},
+                      .series = {before, now}}}};
+}
+
+// Side by side about the condition's number.
+Section Times(const std::vector<ConditionReport>& conditions) {
+  Series dots{.color = report::CurveColor(0), .mark = Mark::kDots};
+  for (size_t i = 0; i < conditions.size(); ++i) {
+    const std::vector<GateTrial>& trials = conditions[i].trials;
+    const int docked = conditions[i].docked;
+    int number = 0;
+    for (const GateTrial& trial : trials)
+      if (trial.docked())
+        dots.points.push_back({static_cast<double>(i) - 0.25 + 0.5 * (number++ + 0.5) / docked,
+                               trial.quality.time_s});
+  }
+  return {.title = "Time to dock now",
+          .note = "Of the trials that docked, a dot a trial in their order.",
+          .panels = {{.x = {.names = NamesOf(conditions)},
+                      .y = {.label = "time to dock [s]", .low = 0},
+                      .series = {dots}}}};
+}
+
+Section ChangedSeeds(const GateReport& report) {
+  Section section{.title = "Seeds that changed"};
+  report::Table table({"<condition", "seed", "<change", "<outcome now", "time [s]"});
+  const auto has = [](const std::vector<int64_t>& seeds, int64_t seed) {
+    return std::find(seeds.begin(), seeds.end(), seed) != seeds.end();
+  };
+  for (const ConditionReport& c : report.conditions)
+    for (const GateTrial& trial : c.trials) {
+      const bool fails = has(c.newly_failing_seeds, trial.seed);
+      if (!fails && !has(c.newly_docking_seeds, trial.seed)) continue;
+      const std::string seed = std::to_string(trial.seed);
+      table.Row({c.name,
+                 fails ? report::Cell(seed, Tone::kNone, BundleName(c.name, trial.seed)) : seed,
+                 {fails ? "no longer docks" : "docks now", fails ? Tone::kBad : Tone::kGood},
+                 NameOf(trial.outcome),
+                 Fixed(trial.quality.time_s, 1)});
+    }
+  if (table.rows().empty())
+    section.lines = {report.paired ? "None: every seed ended as in the baseline."
+                                   : "Unknown: the baseline has other seeds."};
+  else
+    section.table = table;
+  return section;
+}
+
+std::string Escaped(std::string_view text) {
+  std::string out;
+  for (const char c : text) switch (c) {
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      default:  // XML 1.0 has no other control characters
+        out += static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\t' ? '?' : c;
+    }
+  return out;
+}
+
+std::string Properties(const GateReport& report, const ConditionReport& c) {
+  const auto interval = [](const statistics::Interval& i) {
+    return fmt::format("{:.4f} {:.4f}", i.low, i.high);
+  };
+  std::vector<int64_t> seeds;
+  for (const GateTrial& trial : c.trials) seeds.push_back(trial.seed);
+  const std::string rate =
+      seeds.empty() ? "" : fmt::format("{:.4f}", c.docked / static_cast<double>(seeds.size()));
+  std::string text;
+  for (const auto& [name, value] : std::initializer_list<std::pair<const char*, std::string>>{
+           {"verdict", NameOf(c.verdict)},
+           {"n", std::to_string(seeds.size())},
+           {"docked", std::to_string(c.docked)},
+           {"success_rate", rate},
+           {"interval_95", interval(c.interval_95)},
+           {"baseline_n", std::to_string(c.baseline_trials)},
+           {"baseline_docked", std::to_string(c.baseline_docked)},
+           {"baseline_interval_95", interval(c.baseline_interval_95)},
+           {"seeds", fmt::format("{}", fmt::join(seeds, " "))},
+           {"newly_failing_seeds", fmt::format("{}", fmt::join(c.newly_failing_seeds, " "))},
+           {"build", report.build},
+           {"baseline_build", report.baseline_build}})
+    if (!value.empty())
+      text += fmt::format("      <property name=\"{}\" value=\"{}\"/>\n", name, Escaped(value));
+  return "    <properties>\n" + text + "    </properties>\n";
+}
+
+}  // namespace
+
+std::string ShownValue(double value, const std::string& unit) {
+  if (unit.empty()) return fmt::format("{:.1f} %", 100 * value);
+  if (unit == "m") return fmt::format("{:.1f} mm", 1000 * value);
+  return fmt::format("{:.{}f} {}", value, unit == "F" ? 3 : unit == "V" ? 2 : 1, unit);
+}
+
+std::string BundleName(const std::string& condition, int64_t seed) {
+  std::string name;  // good for a file everywhere
+  for (const char c : condition) name += std::isalnum(static_cast<unsigned char>(c)) ? c : '_';
+  return fmt::format("{}_{}", name, seed);
+}
+
+report::Report ReportOf(const GateReport& report) {
+  report::Report shown{.kind = "gate",
+                       .title = report.description.empty() ? "docking gate" : report.description,
+                       .build = report.build,
+                       .verdict = VerdictOf(report),
+                       .facts = FactsOf(report),
+                       .sections = {Measures(report), ChangedSeeds(report), Paths(report),
+                                    Rates(report.conditions), Times(report.conditions)}};
+  std::erase_if(shown.sections, [](const Section& section) {  // nothing ran, nothing docked
+    return !section.table && section.lines.empty() &&
+           std::ranges::all_of(section.panels, [](const Panel& panel) {
+             return std::ranges::all_of(panel.series,
+                                        [](const Series& series) { return series.points.empty(); });
+           });
+  });
+  return shown;
+}
+
+std::string Junit(const GateReport& report) {
+  const auto count = [&](Verdict verdict) {
+    return std::ranges::count(report.conditions, verdict, &ConditionReport::verdict);
+  };
+  std::string text = fmt::format(
+      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
+      "<testsuites name=\"turbidock gate\" tests=\"{}\" failures=\"{}\" errors=\"{}\">\n",
+      report.conditions.size(), count(Verdict::kFail), count(Verdict::kInconclusive));
+  for (const ConditionReport& c : report.conditions) {
+    const bool failed = c.verdict == Verdict::kFail, unsure = c.verdict == Verdict::kInconclusive;
+    std::string problem;
+    if (failed || unsure)
+      problem =
+          fmt::format("      <{} type=\"{}\" message=\"{}\"/>\n", failed ? "failure" : "error",
+                      failed ? "worse" : "inconclusive", Escaped(Reasons(c)));
+    text += fmt::format(
+        "  <testsuite name=\"{0}\" tests=\"1\" failures=\"{1:d}\" errors=\"{2:d}\">\n{3}"
+        "    <testcase name=\"{0}\" classname=\"turbidock.gate\">\n{4}    </testcase>\n"
+        "  </testsuite>\n",
+        Escaped(c.name), failed, unsure, Properties(report, c), problem);
+  }
+  return text + "</testsuites>\n";
+}
+
+}  // namespace turbidock::gate
