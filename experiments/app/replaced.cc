@@ -16,6 +16,11 @@ const std::map<std::string, std::string> kReplaced = {
     {"bench --resolution", "--set rig.width_px=320 --set rig.height_px=240"},
     {"gate --simulate", "--plan-size, which is exact"},
     {"gate --max-trials", "max_trials in the gate's file; --plan-size says how many it takes"},
+    {"step-response --cameras", "--set pose_source=cameras"},
+    {"step-response --true-pose", "nothing: true poses are the default"},
+    {"step-response --no-noise", "--set true_pose.noise=[0, 0, 0, 0]"},
+    {"step-response --turn", "a step of 5 degrees, always"},
+    {"step-response --force", "a push of 1 N or 0.1 N m, always"},
 };
 
 }  // namespace
