@@ -13,6 +13,15 @@ const std::map<std::string, std::string> kReplaced = {
     {"slurm", "turbidock batch PLAN --out FILE --slurm TASKS, or --shard I/N and merge"},
     {"run --resolution", "--set rig.width_px=320 --set rig.height_px=240"},
     {"bench --resolution", "--set rig.width_px=320 --set rig.height_px=240"},
+    {"bench --workers",
+     "turbidock batch with --workers, which says how many trials an hour it makes"},
+    {"estimate --preset", "--set estimator.preset=published"},
+    {"estimate --fps", "30 frames a second"},
+    {"compare-estimators --marker", "scenarios: compare-estimators pool_active pool_passive"},
+    {"compare-estimators --task", "one task: cold starts with all balls in sight"},
+    {"compare-estimators --csv", "each start in --json, under cells.each"},
+    {"compare-estimators --found-mm", "--right-mm"},
+    {"compare-estimators --found-deg", "--right-deg"},
 };
 
 }  // namespace

@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <vector>
 
-#include "experiments/config/data_files.h"
 #include "experiments/farm/run_lock.h"
+#include "experiments/page/report_page.h"
 #include "experiments/page/trial_model.h"
 #include "experiments/page/trial_page.h"
 #include "experiments/system/output_path.h"
@@ -28,9 +28,7 @@ const std::vector<Kind>& Kinds() {
   static const std::vector<Kind> kinds = {
       {"gate", "gate", {"verdict", "conditions"}},
       {"tuning", "tuning study", {"pareto_front", "generations", "tuned"}},
-      {"compare", "comparison", {"groups", "a", "b", "pairs"}},
-      {"estimators", "comparison of estimators", {"cells", "fitness_bins"}},
-      {"recognition", "recognition experiment", {"cells"}}};
+      {"compare", "comparison", {"groups", "a", "b", "pairs"}}};
   return kinds;
 }
 
@@ -51,16 +49,6 @@ std::string TitleOf(const Json& result, const Kind& kind) {
     return fmt::format("{} against {}", result["b"].get<std::string>(),
                        result["a"].get<std::string>());
   return kind.title;
-}
-
-// The published tables, by marker, where the program's data has them.
-Json PublishedTables() {
-  Json tables = Json::object();
-  for (const char* marker : {"active", "passive"}) {
-    const std::string file = config::AssetPath(fmt::format("recognition_{}.csv", marker));
-    tables[marker] = TableModel(system::ReadWhole(file), file);
-  }
-  return tables;
 }
 
 bool HasFile(const std::string& folder, const char* name) {
@@ -98,6 +86,7 @@ void AddFailures(const fs::path& folder, const trial::Plugins& plugins, Page* pa
 }  // namespace
 
 Page StudyPage(const Json& result, const std::string& where) {
+  if (result.is_object() && result.contains("report")) return ReportPage(result, where);
   const auto kind = std::find_if(Kinds().begin(), Kinds().end(), [&](const Kind& k) {
     return result.is_object() && std::all_of(k.keys.begin(), k.keys.end(),
                                              [&](const char* key) { return result.contains(key); });
@@ -116,7 +105,6 @@ Page StudyPage(const Json& result, const std::string& where) {
                 {"result", result},
                 {"missing", Json::array()}};
   KeepDigits(&page.model["result"]);
-  if (page.model["kind"] == "recognition") page.model["published"] = PublishedTables();
   return page;
 }
 

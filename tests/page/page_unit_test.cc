@@ -403,8 +403,6 @@ TEST(StudyPage, KnowsEachKindByItsKeysAndNothingElse) {
   EXPECT_EQ(kind(R"({"verdict": "pass", "conditions": []})"), "gate");
   EXPECT_EQ(kind(R"({"pareto_front": [], "generations": [], "tuned": {}})"), "tuning");
   EXPECT_EQ(kind(R"({"a": "a.db", "b": "b.db", "pairs": 0, "groups": []})"), "compare");
-  EXPECT_EQ(kind(R"({"cells": [], "fitness_bins": []})"), "estimators");
-  EXPECT_EQ(kind(R"({"cells": []})"), "recognition");
   EXPECT_THAT(MessageOf([&] { kind(R"({"outcome": "docked"})"); }),
               HasSubstr("x.json: is one trial's result; give the folder"));
   EXPECT_THAT(MessageOf([&] { kind("[1]"); }), HasSubstr("x.json: is no result of gate"));

@@ -21,8 +21,8 @@ const kKinds = {
   compare: {plots: 2},
   tuning: {plots: 3},
   gate: {plots: 2},
-  recognition: {plots: 4},
-  estimators: {plots: 4},
+  recognition: {plots: 6},
+  estimators: {plots: 3},
 };
 
 let browser;
