@@ -164,8 +164,9 @@ void AddBlocks(const Panel& panel, double panel_px, Script* script) {
         at(b.from_x, 0), at(b.from_y, 0), at(b.to_x, 1), at(b.to_y, 1), b.opacity, Color(b.color));
     const double share = (b.to_x - b.from_x) / (panel.x.high - panel.x.low);
     if (b.name.empty() || share * panel_px < kLetter_px * (Letters(b.name) + 1)) continue;
-    script->Line("set label {} at first {},graph 0.5 center front textcolor rgb 'white'",
-                 Quoted(b.name), (b.from_x + b.to_x) / 2);
+    script->Line("set label {} at first {},{} center front textcolor rgb 'white'", Quoted(b.name),
+                 (b.from_x + b.to_x) / 2,
+                 std::isfinite(b.from_y + b.to_y) ? at((b.from_y + b.to_y) / 2, 0) : "graph 0.5");
     shown.insert(b.name);
   }
   for (const Block& b : panel.blocks)
@@ -337,14 +338,19 @@ Figure FigureOf(const report::Report& report) {
   Figure figure{.title = word.empty() ? report.title : word + ": " + report.title,
                 .width_px = 560,
                 .height_px = 460};
-  for (const report::Section& section : report.sections)
+  std::set<size_t> counts;  // of panels in a section
+  for (const report::Section& section : report.sections) {
+    if (!section.panels.empty()) counts.insert(section.panels.size());
     for (const Panel& panel : section.panels) {
       figure.panels.push_back(panel);
       if (panel.title.empty()) figure.panels.back().title = section.title;
       if (panel.legend == Legend::kNone && panel.series.size() > 1)
         figure.panels.back().legend = Legend::kAbove;
     }
-  figure.columns = std::clamp<size_t>(figure.panels.size(), 1, 3);
+  }
+  // a section a row, where all have as many
+  const bool alike = counts.size() == 1 && *counts.begin() > 1;
+  figure.columns = std::clamp<size_t>(alike ? *counts.begin() : figure.panels.size(), 1, 3);
   return figure;
 }
 

@@ -15,6 +15,7 @@
 #include "experiments/report/json.h"
 #include "experiments/search/optimiser.h"
 #include "experiments/studies/recognition/look.h"
+#include "experiments/studies/recognition/near_truth.h"
 #include "sim/base/random.h"
 #include "sim/base/units.h"
 
@@ -70,6 +71,13 @@ std::vector<RecognitionCell> PicturesOf(const std::vector<TableRow>& tables) {
   return cells;
 }
 
+std::vector<RecognitionCell> Joined(const std::vector<TableRow>& rows,
+                                    const std::vector<RecognitionCell>& more) {
+  std::vector<RecognitionCell> cells = CellsOf(rows);
+  cells.insert(cells.end(), more.begin(), more.end());
+  return cells;
+}
+
 }  // namespace
 
 void FreeParameter::Check(const std::string& path) const {
@@ -121,9 +129,8 @@ CalibrationExperiment::CalibrationExperiment(const CalibrationPlan& plan,
     : plan_(plan),
       text_(report::JsonLine({{"plan", plan}, {"tables", tables}})),
       rows_(ChosenRows(tables, plan.cell_share)),
-      recognition_(ScenariosOf(rows_, plan.Assignments(plan.Start())), CellsOf(rows_)),
-      near_truth_(recognition_, plan.frames),
-      pictures_(ScenariosOf(rows_, plan.Assignments(plan.Start())), PicturesOf(tables)) {
+      pictures_(PicturesOf(tables)),
+      recognition_(ScenariosOf(rows_, plan.Assignments(plan.Start())), Joined(rows_, pictures_)) {
   // what the search will write can be read
   trial::Scenario scenario;
   config::ReadFields(config::ParseYaml(CalibratedYaml(plan, plan.Start()), "what calibrate writes"),
@@ -166,19 +173,15 @@ double Misfit(const std::vector<Constraint>& constraints) {
 }
 
 Evaluation CalibrationExperiment::Evaluate(const std::vector<double>& values) {
-  const std::vector<CellResult> results = Run(plan_.Assignments(values));
-  Evaluation evaluation{.values = values, .constraints = ConstraintsOf(results), .fitness = {}};
-  for (const CellResult& result : results) evaluation.fitness.push_back(result.fitness_mean);
-  return evaluation;
-}
-
-std::vector<CellResult> CalibrationExperiment::Run(const std::vector<std::string>& assignments) {
-  recognition_.set_scenarios(ScenariosOf(rows_, assignments));
-  pictures_.set_scenarios(ScenariosOf(rows_, assignments));
-  near_truth_.Light();
+  recognition_.set_scenarios(ScenariosOf(rows_, plan_.Assignments(values)));
   std::vector<CellResult> results;
-  for (size_t i = 0; i < rows_.size(); ++i) results.push_back(near_truth_.RunCell(i));
-  return results;
+  Evaluation evaluation{.values = values, .constraints = {}, .fitness = {}};
+  for (const TableRow& row : rows_) {
+    results.push_back(RunNearTruth(recognition_, row.cell, plan_.frames));
+    evaluation.fitness.push_back(results.back().fitness_mean);
+  }
+  evaluation.constraints = ConstraintsOf(results);
+  return evaluation;
 }
 
 std::vector<Constraint> CalibrationExperiment::ConstraintsOf(
@@ -198,9 +201,9 @@ std::vector<Constraint> CalibrationExperiment::ConstraintsOf(
 
 std::vector<Constraint> CalibrationExperiment::PictureConstraints() const {
   std::vector<Constraint> constraints;
-  for (const RecognitionCell& cell : pictures_.cells()) {
-    const trial::Scenario& scenario = pictures_.scenario(cell.marker);
-    const Look look = LookOf(pictures_.Image(cell, 0).left, scenario.rig.MakeRig().left,
+  for (const RecognitionCell& cell : pictures_) {
+    const trial::Scenario& scenario = recognition_.scenario(cell.marker);
+    const Look look = LookOf(recognition_.Image(cell, 0).left, scenario.rig.MakeRig().left,
                              scenario.marker, Pose::Translation(cell.distance_m, 0, 0));
     const auto add = [&](const char* what, double value, double misfit) {
       constraints.push_back({fmt::format("{} {} at {:g} mm", NameOf(cell.marker), what,

@@ -20,7 +20,6 @@
 #include "experiments/farm/farm.h"
 #include "experiments/report/json.h"
 #include "experiments/report/report.h"
-#include "experiments/studies/recognition/near_truth.h"
 #include "experiments/studies/recognition/recognition.h"
 #include "experiments/studies/recognition/table.h"
 
@@ -149,9 +148,8 @@ class CalibrationExperiment {
 
   // Deterministic.
   Evaluation Evaluate(const std::vector<double>& values);
-  // Its parts: every row's result under these assignments, and what they, and pictures under the
-  // assignments that were run last, make of all that is known.
-  std::vector<CellResult> Run(const std::vector<std::string>& assignments);
+  // What these results of the rows, and pictures under the values evaluated last, make of all that
+  // is known.
   std::vector<Constraint> ConstraintsOf(const std::vector<CellResult>& results) const;
 
  private:
@@ -160,9 +158,8 @@ class CalibrationExperiment {
   CalibrationPlan plan_;
   std::string text_;
   std::vector<TableRow> rows_;
-  Recognition recognition_;
-  NearTruth near_truth_;  // of recognition_
-  Recognition pictures_;
+  std::vector<RecognitionCell> pictures_;
+  Recognition recognition_;  // of rows and pictures
 };
 
 // Evaluates sets of values: the work of a task. A worker that has drawn an experiment (or was given

@@ -101,7 +101,9 @@ class Recognition {
   // One cell, in this process.
   CellResult RunCell(const RecognitionCell& cell, const RecognitionOptions& options) const;
 
-  // What the cameras saw in a cell at a frame, counted from the first one of all.
+  // In front of a cell's view, which they hold.
+  camera::StereoCamera CamerasOf(const RecognitionCell& cell) const;
+  // What they see at a frame, counted from the first one of all.
   StereoImage Image(const RecognitionCell& cell, int64_t frame) const;
 
   const trial::Scenario& scenario(MarkerKind marker) const { return scenarios_.at(marker); }
@@ -116,8 +118,6 @@ class Recognition {
   }
 
  private:
-  camera::StereoCamera CamerasOf(const RecognitionCell& cell) const;
-
   std::map<MarkerKind, trial::Scenario> scenarios_;
   std::vector<RecognitionCell> cells_;
   std::map<std::pair<MarkerKind, double>, trial::FixedView> views_;  // by marker and distance
