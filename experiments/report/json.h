@@ -80,15 +80,6 @@ struct adl_serializer<T> {
 template <turbidock::report::HasNames E>
 struct adl_serializer<E> {
   static void to_json(ordered_json& json, E value) { json = turbidock::NameOf(value); }
-  static void from_json(const ordered_json& json, E& value) {
-    const auto& name = json.get_ref<const std::string&>();
-    for (const auto& [known, its_name] : turbidock::EnumNames<E>::kNames)
-      if (name == its_name) {
-        value = known;
-        return;
-      }
-    throw turbidock::ConfigError("'" + name + "' is no known name");
-  }
 };
 
 template <turbidock::report::HasAsList T>
@@ -100,9 +91,6 @@ template <class T>
 struct adl_serializer<std::optional<T>> {
   static void to_json(ordered_json& json, const std::optional<T>& value) {
     json = value ? ordered_json(*value) : ordered_json();
-  }
-  static void from_json(const ordered_json& json, std::optional<T>& value) {
-    value = json.is_null() ? std::nullopt : std::optional<T>(json.get<T>());
   }
 };
 

@@ -47,6 +47,16 @@ std::vector<TableRow> ChosenRows(const std::vector<TableRow>& tables, double sha
   return rows;
 }
 
+std::optional<double> NumberOf(const report::Json& json) {
+  return json.is_null() ? std::optional<double>() : json.get<double>();
+}
+
+TableRow RowOf(const report::Json& json) {
+  return {.cell = {MarkersOf(json["marker"]).front(), json["milk_ml_m3"], json["distance_m"]},
+          .fitness_mean = json["fitness_mean"],
+          .fitness_std = NumberOf(json["fitness_std"])};
+}
+
 struct Stopped {};
 
 // What a run that has nothing to measure counts as.
@@ -226,8 +236,10 @@ farm::Work CalibrationWork(std::shared_ptr<CalibrationExperiment> drawn) {
             const std::string text = input.substr(0, line);
             if (!drawn || drawn->text() != text) {
               const report::Json json = report::ParseJson(text, "a calibration");
-              drawn = std::make_shared<CalibrationExperiment>(
-                  json["plan"].get<CalibrationPlan>(), json["tables"].get<std::vector<TableRow>>());
+              std::vector<TableRow> tables;
+              for (const report::Json& row : json["tables"]) tables.push_back(RowOf(row));
+              drawn = std::make_shared<CalibrationExperiment>(json["plan"].get<CalibrationPlan>(),
+                                                              tables);
             }
             const report::Json values = report::ParseJson(input.substr(line), "a set of values");
             return report::JsonLine(drawn->Evaluate(values.get<std::vector<double>>()));
@@ -236,6 +248,16 @@ farm::Work CalibrationWork(std::shared_ptr<CalibrationExperiment> drawn) {
 
 std::string InputOf(const CalibrationExperiment& experiment, const std::vector<double>& values) {
   return experiment.text() + "\n" + report::JsonLine(values);
+}
+
+Evaluation EvaluationOf(const std::string& output) {
+  const report::Json json = report::ParseJson(output, "an evaluation");
+  Evaluation evaluation{.values = json["values"].get<std::vector<double>>(),
+                        .constraints = {},
+                        .fitness = json["fitness"].get<std::vector<double>>()};
+  for (const report::Json& c : json["constraints"])
+    evaluation.constraints.push_back({c["constraint"], NumberOf(c["value"]), c["misfit"]});
+  return evaluation;
 }
 
 std::string CalibratedYaml(const CalibrationPlan& plan, const std::vector<double>& values) {
@@ -287,7 +309,7 @@ CalibrationResult Calibrate(const CalibrationOptions& options,
     std::vector<std::optional<Evaluation>> evaluations(candidates.size());
     double best = result.misfit;
     const auto take = [&](size_t i, const std::string& output) {
-      evaluations[i] = report::ParseJson(output, "an evaluation").get<Evaluation>();
+      evaluations[i] = EvaluationOf(output);
       best = std::min(best, Misfit(evaluations[i]->constraints));
       if (options.on_progress) options.on_progress(++done, planned, best);
     };

@@ -166,8 +166,9 @@ class CalibrationExperiment {
 // one that is drawn) keeps it for its next job.
 farm::Work CalibrationWork(std::shared_ptr<CalibrationExperiment> drawn = nullptr);
 
-// A set of values as its input. The output is an Evaluation as JSON.
+// A set of values as its input, and what came out.
 std::string InputOf(const CalibrationExperiment& experiment, const std::vector<double>& values);
+Evaluation EvaluationOf(const std::string& output);
 
 struct CalibrationResult {
   Evaluation best;

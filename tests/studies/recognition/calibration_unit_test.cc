@@ -257,8 +257,7 @@ TEST(CalibrationWork, DoesWhatItsInputSays) {
     for (const double value : {0.002, 0.004}) {
       const std::string output = work.run(InputOf(*asked, {value}));
       EXPECT_EQ(output, report::JsonLine(asked->Evaluate({value})));
-      EXPECT_EQ(report::ParseJson(output, "an evaluation").get<Evaluation>().values,
-                std::vector<double>{value});
+      EXPECT_EQ(EvaluationOf(output).values, std::vector<double>{value});
     }
   EXPECT_NE(work.run(InputOf(*experiment, {0.002})), work.run(InputOf(*other, {0.002})));
 }
