@@ -21,6 +21,15 @@ const std::map<std::string, std::string> kReplaced = {
     {"step-response --no-noise", "--set true_pose.noise=[0, 0, 0, 0]"},
     {"step-response --turn", "a step of 5 degrees, always"},
     {"step-response --force", "a push of 1 N or 0.1 N m, always"},
+    {"bench --workers",
+     "turbidock batch with --workers, which says how many trials an hour it makes"},
+    {"estimate --preset", "--set estimator.preset=published"},
+    {"estimate --fps", "30 frames a second"},
+    {"compare-estimators --marker", "scenarios: compare-estimators pool_active pool_passive"},
+    {"compare-estimators --task", "one task: cold starts with all balls in sight"},
+    {"compare-estimators --csv", "each start in --json, under cells.each"},
+    {"compare-estimators --found-mm", "--right-mm"},
+    {"compare-estimators --found-deg", "--right-deg"},
 };
 
 }  // namespace

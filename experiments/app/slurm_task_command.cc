@@ -17,7 +17,7 @@ struct SlurmTaskArguments {
 int SlurmTask(const SlurmTaskArguments& arguments) {
   farm::RunSlurmTask(arguments.folder, arguments.task, arguments.workers,
                      {farm::TrialWork(arguments.plugins), recognition::CellWork(),
-                      recognition::CalibrationWork(), estimators::CompareWork(arguments.plugins)});
+                      recognition::CalibrationWork(), estimators::StartWork(arguments.plugins)});
   return kExitDone;
 }
 

@@ -164,8 +164,9 @@ void AddBlocks(const Panel& panel, double panel_px, Script* script) {
         at(b.from_x, 0), at(b.from_y, 0), at(b.to_x, 1), at(b.to_y, 1), b.opacity, Color(b.color));
     const double share = (b.to_x - b.from_x) / (panel.x.high - panel.x.low);
     if (b.name.empty() || share * panel_px < kLetter_px * (Letters(b.name) + 1)) continue;
-    script->Line("set label {} at first {},graph 0.5 center front textcolor rgb 'white'",
-                 Quoted(b.name), (b.from_x + b.to_x) / 2);
+    script->Line("set label {} at first {},{} center front textcolor rgb 'white'", Quoted(b.name),
+                 (b.from_x + b.to_x) / 2,
+                 std::isfinite(b.from_y + b.to_y) ? at((b.from_y + b.to_y) / 2, 0) : "graph 0.5");
     shown.insert(b.name);
   }
   for (const Block& b : panel.blocks)

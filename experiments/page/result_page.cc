@@ -4,7 +4,6 @@
 #include <fstream>
 
 #include "experiments/page/report_page.h"
-#include "experiments/page/study_page.h"
 #include "experiments/page/trial_page.h"
 #include "experiments/system/output_path.h"
 
@@ -29,8 +28,6 @@ Page DocumentPage(const std::string& file) try {
   const report::Json document = report::ParseJson(system::ReadWhole(file), file);
   if (document.is_object() && document.contains("outcome") && !document.contains("report"))
     throw ConfigError(file + ": is one trial's result; give the folder that it is in");
-  if (!document.contains("report"))
-    return StudyPage(document, file);  // of studies that have none yet
   return ReportPage(document, file);
 } catch (const report::Json::exception&) {  // text where a number should be, or the like
   throw ConfigError(file + ": is no result of this program, or a damaged one");
@@ -53,7 +50,6 @@ Page ResultPage(const std::string& path, const trial::Plugins& plugins) {
   const fs::path document = DocumentIn(path);
   if (document.empty()) return TrialPage(path, plugins);
   Page page = DocumentPage(document.string());
-  if (page.model["kind"] != "report") return StudyFolderPage(path, plugins);
   AddTrialsIn((fs::path(path) / "failures").string(), plugins, &page);
   return page;
 }

@@ -201,13 +201,6 @@ std::unique_ptr<vision::PoseEstimator> Plugins::MakeEstimator(const std::string&
       name, Guarded("estimator " + name + ", when made", [&] { return plugin.Make(setup); }));
 }
 
-void Plugins::SetEstimatorKey(const std::string& name, const std::string& assignment) {
-  const auto found = std::ranges::find(estimators_, name, &Named<EstimatorPlugin>::name);
-  TD_CHECK(found != estimators_.end(), "an estimator of the program's own");
-  config::internal::ApplySetToGroup(assignment, found->plugin->Group(), nullptr);
-  found->plugin->Check("");
-}
-
 config::EnumRef Plugins::ControllerChoice(const config::EnumRef& ours) {
   return Joined(ours, controllers(), &controller_);
 }

@@ -93,8 +93,6 @@ class Plugins {
   // not finite, a rotation that is none, a fitness outside [-1, 1].
   std::unique_ptr<vision::PoseEstimator> MakeEstimator(const std::string& name,
                                                        const EstimatorSetup& setup) const;
-  // Sets a key of one's group, as --set does. ConfigError.
-  void SetEstimatorKey(const std::string& name, const std::string& assignment);
 
   // For Scenario: choices that have our names and the plug-ins', and the plug-ins' groups.
   config::EnumRef ControllerChoice(const config::EnumRef& ours);

@@ -52,7 +52,11 @@ World::World(const Scenario& scenario, const TrialOptions& options)
     spectator_.emplace(*cameras_->context, scene_, kSpectatorWidth_px, kSpectatorHeight_px);
   }
   plant_.SetThrusterFaults(faults_.thrusters, "faults");
-  const Pose X_WH = plant_.X_WM() * DrawStart(scenario);
+  PlaceVehicle(DrawStart(scenario));
+}
+
+void World::PlaceVehicle(const Pose& X_MH) {
+  const Pose X_WH = plant_.X_WM() * X_MH;
   plant_.Reset(X_WH * scene_.X_BH.Inverse());
 }
 

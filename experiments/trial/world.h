@@ -36,6 +36,9 @@ class World {
   // or draws nothing to look at, SimulatorFault when this machine cannot draw.
   World(const Scenario& scenario, const TrialOptions& options);
 
+  // Puts the vehicle at rest with its camera head there in the marker's frame; time begins anew.
+  void PlaceVehicle(const Pose& X_MH);
+
   void Take(Snapshot* snapshot) const;
   // The images of a snapshot, or a region of them. A timer gets the stages up to kSensor.
   void Develop(const Snapshot& snapshot, int64_t number, const std::optional<StereoRegion>& region,

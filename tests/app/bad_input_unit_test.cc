@@ -105,7 +105,7 @@ TEST_F(BadInput, AnOutputIsNoInput) {
   const std::string plan = File("plan.yaml", "schema_version: 1\nscenario: pool_active\n");
   Refused({"batch", plan, "--out", plan}, plan + ":" + read);
   const std::string csv = Path("both.png");
-  Refused({"compare-estimators", "--csv", csv, "--figure", csv}, csv + ": is written by it twice");
+  Refused({"recognize", "--csv", csv, "--figure", csv}, csv + ": is written by it twice");
   // a result is not overwritten by the page that shows it
   const std::string page = Path("x.html");
   Refused({"batch", "smoke", "--out", page}, page + ": is written by it twice");
@@ -231,9 +231,6 @@ TEST_F(BadInput, WhatIsPrintedOfACommandLineIsOneLineOfText) {
 TEST_F(BadInput, AnOptionSaysWhatItSays) {
   Refused({"run", "pool_active", "--seed", "7 # x"}, "--seed: '7 # x' must be a whole number");
   Refused({"recognize", "--seed", "*a"}, "--seed: '*a' must be a whole number");
-  Refused({"estimate", "--left", Path("left.png"), "--right", Path("right.png"), "--preset",
-           "published # x"},
-          "--preset: 'published # x' must be one of default, published");
 }
 
 TEST_F(BadInput, AliasesEndInWords) {
@@ -318,7 +315,7 @@ TEST_F(BadInput, TheFirstSignalStopsWhateverRuns) {
                                 "random: {water.milk_ml_m3: {uniform: [0, 20]}}\n");
   const std::vector<std::vector<std::string>> commands = {
       {"batch", plan, "--out", Path("x.db")},
-      {"compare-estimators", "--marker", "active"},
+      {"compare-estimators", "pool_active"},
       {"recognize", "--marker", "active"}};
   for (const auto& command : commands)
     for (const int signal : {SIGINT, SIGTERM}) {

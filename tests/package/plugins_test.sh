@@ -24,7 +24,7 @@ grep -q 'did you mean gain_newton_per_m' error.txt
 "$program" replay batch.db 0 --out replay --no-video --quiet
 "$program" report batch.db --out batch.html
 "$program" step-response pool_active --set controller=damped_p --axis y --json --quiet | grep damped_p >/dev/null
-"$program" compare-estimators --estimators default,cautious/largest_jump_m=0.2 --marker active --distances 600 \
+"$program" compare-estimators pool_active --estimators rm_ga,cautious --set cautious.largest_jump_m=0.2 --distances 600 \
   --milk 0 --starts 2 --frames 5 --json --quiet | grep cautious >/dev/null
 
 cat >gate.yaml <<'GATE'

@@ -14,7 +14,6 @@
 #include "experiments/page/compress.h"
 #include "experiments/page/report_page.h"
 #include "experiments/page/result_page.h"
-#include "experiments/page/study_page.h"
 #include "experiments/page/trial_model.h"
 #include "experiments/page/trial_page.h"
 #include "experiments/page/web_files.h"
@@ -349,23 +348,6 @@ TEST_F(PageFiles, ADocumentIsShownByItselfOrInItsFolder) {
   File("list.json", "[1]");
   EXPECT_THAT(MessageOf([&] { ResultPage(Path("list.json")); }), HasSubstr("is no result"));
   EXPECT_THAT(MessageOf([&] { ResultPage(Path("none")); }), HasSubstr("none"));
-}
-
-TEST(StudyPage, KnowsEachKindByItsKeysAndNothingElse) {
-  const auto kind = [](const char* text) {
-    return StudyPage(Json::parse(text), "x.json").model["kind"].get<std::string>();
-  };
-  EXPECT_EQ(kind(R"({"verdict": "pass", "conditions": []})"), "gate");
-  EXPECT_EQ(kind(R"({"cells": [], "fitness_bins": []})"), "estimators");
-  EXPECT_EQ(kind(R"({"cells": []})"), "recognition");
-  EXPECT_THAT(MessageOf([&] { kind("[1]"); }), HasSubstr("x.json: is no result of this program"));
-}
-
-TEST(StudyPage, KeepsAllDigitsOfASeed) {
-  const Page page = StudyPage(
-      Json::parse(R"({"verdict": "fail", "conditions": [{"seeds": [9223372036854775807, 7]}]})"),
-      "x");
-  EXPECT_EQ(page.model["result"]["conditions"][0]["seeds"].dump(), R"(["9223372036854775807",7])");
 }
 
 }  // namespace

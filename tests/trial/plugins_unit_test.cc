@@ -182,13 +182,6 @@ TEST(Plugins, TheirKeysAreAsStrictAsOurs) {
   const auto keys = ScenarioKeys(Ours());
   EXPECT_EQ(std::ranges::count(keys, "copied.surge_v_per_m", &config::KeyDoc::key), 1);
   EXPECT_EQ(ScenarioKeys().size() + 18, keys.size());
-  // and those set for a comparison of estimators, which reads no scenario
-  Plugins plugins = Ours();
-  plugins.SetEstimatorKey("wrapped", "share=0.7");
-  EXPECT_THAT(MessageOf([&] { plugins.SetEstimatorKey("wrapped", "share=2"); }),
-              HasSubstr("share = 2, must be in (0, 1)"));
-  EXPECT_THAT(MessageOf([&] { plugins.SetEstimatorKey("wrapped", "share=0.95"); }),
-              HasSubstr("share: nothing is wrong"));
 }
 
 TEST(Plugins, RefusesNamesThatAreTakenOrNone) {

@@ -5,23 +5,23 @@
 
 namespace turbidock::bench {
 
-BareRenderer::BareRenderer(view::GlContext& context, const vehicle::Scene& scene,
-                           const Quality& quality)
-    : context_(context),
-      scene_(scene),
-      data_(mj_makeData(scene.model.get())),
-      viewport_{0, 0, scene.rig.left.width_px, scene.rig.left.height_px} {
-  context_.MakeCurrent();
-  const vehicle::MjModelPtr sized(mj_copyModel(nullptr, scene.model.get()));
+BareRenderer::BareRenderer(const trial::Scenario& scenario)
+    : scene_(vehicle::LoadScene(trial::SceneFilesOf(scenario), scenario.rig)),
+      context_(view::MakeGlContext(scenario.renderer)),
+      data_(mj_makeData(scene_.model.get())),
+      viewport_{0, 0, scene_.rig.left.width_px, scene_.rig.left.height_px} {
+  context_->MakeCurrent();
+  const vehicle::MjModelPtr sized(mj_copyModel(nullptr, scene_.model.get()));
   sized->vis.global.offwidth = viewport_.width;
   sized->vis.global.offheight = viewport_.height;
-  sized->vis.quality = quality;
+  sized->vis.quality.offsamples = 0;
+  sized->vis.quality.shadowsize = 0;
   mjr_defaultContext(&gl_);
   mjr_makeContext(sized.get(), &gl_, mjFONTSCALE_100);
   mjr_setBuffer(mjFB_OFFSCREEN, &gl_);
   for (mjvScene& drawn : drawn_) {
     mjv_defaultScene(&drawn);
-    mjv_makeScene(scene.model.get(), &drawn, 1000);
+    mjv_makeScene(scene_.model.get(), &drawn, 1000);
   }
   const size_t pixels = static_cast<size_t>(viewport_.width) * viewport_.height;
   rgb_.resize(3 * pixels);
@@ -29,7 +29,7 @@ BareRenderer::BareRenderer(view::GlContext& context, const vehicle::Scene& scene
 }
 
 BareRenderer::~BareRenderer() {
-  context_.MakeCurrent();
+  context_->MakeCurrent();
   mjr_freeContext(&gl_);
   for (mjvScene& drawn : drawn_) mjv_freeScene(&drawn);
 }
@@ -53,7 +53,7 @@ void BareRenderer::Place(const Pose& X_WB) {
 }
 
 void BareRenderer::Render() {
-  context_.MakeCurrent();
+  context_->MakeCurrent();
   mjr_setBuffer(mjFB_OFFSCREEN, &gl_);
   for (mjvScene& drawn : drawn_) {
     mjr_render(viewport_, &drawn, &gl_);

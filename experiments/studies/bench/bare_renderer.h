@@ -1,10 +1,13 @@
 #pragma once
 // MuJoCo's own pictures of the two cameras, drawn and read back as any program would: what the
-// closed loop's speed is measured against.
+// closed loop's speed is measured against. At its cheapest: one sample a pixel, no shadows.
 
 #include <cstdint>
+#include <memory>
+#include <string>
 #include <vector>
 
+#include "experiments/trial/scenario.h"
 #include "sim/vehicle/scene.h"
 #include "sim/view/gl_context.h"
 
@@ -12,10 +15,8 @@ namespace turbidock::bench {
 
 class BareRenderer {
  public:
-  using Quality = decltype(mjVisual::quality);
-
-  // Keeps references to the context and the scene, which must outlive it.
-  BareRenderer(view::GlContext& context, const vehicle::Scene& scene, const Quality& quality);
+  // Of the scenario's scene, in a context of its own.
+  explicit BareRenderer(const trial::Scenario& scenario);
   ~BareRenderer();
   BareRenderer(const BareRenderer&) = delete;
   BareRenderer& operator=(const BareRenderer&) = delete;
@@ -25,11 +26,11 @@ class BareRenderer {
   // mjr_render and mjr_readPixels of colour and depth of both cameras.
   void Render();
 
-  const std::vector<uint8_t>& rgb() const { return rgb_; }  // of the right camera, lowest row first
+  std::string description() const { return context_->description(); }
 
  private:
-  view::GlContext& context_;
-  const vehicle::Scene& scene_;
+  vehicle::Scene scene_;
+  std::unique_ptr<view::GlContext> context_;
   vehicle::MjDataPtr data_;
   mjvScene drawn_[2];  // left, right
   mjrContext gl_;

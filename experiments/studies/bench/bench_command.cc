@@ -1,10 +1,10 @@
 #include <fmt/format.h>
 
-#include <cstdio>
 #include <filesystem>
 #include <vector>
 
 #include "experiments/app/commands.h"
+#include "experiments/app/print_report.h"
 #include "experiments/app/progress.h"
 #include "experiments/studies/bench/bench.h"
 
@@ -16,7 +16,6 @@ const std::vector<std::string> kDefaultScenarios = {"sea_night_active", "pool_pa
 
 struct BenchArguments {
   std::vector<std::string> scenarios, assignments;
-  int workers = 0;
   BenchOptions options;
   bool json = false, quiet = false;
 };
@@ -31,7 +30,8 @@ int Bench(const BenchArguments& arguments) {
   const std::string program = std::filesystem::read_symlink("/proc/self/exe").string();
   app::Progress progress(arguments.quiet);
   BenchOptions options = arguments.options;
-  BenchReport report;
+  std::vector<BenchResult> results;
+  std::vector<WorkerCost> workers;
   for (size_t i = 0; i < scenarios.size(); ++i) {
     const auto count = static_cast<double>(scenarios.size());
     progress.Say(scenarios[i].description + ": start-up and memory of a worker");
@@ -40,20 +40,14 @@ int Bench(const BenchArguments& arguments) {
       as_run.emplace_back("--set");
       as_run.push_back(assignment);
     }
-    report.workers.push_back(MeasureWorker(program, as_run));
+    workers.push_back(MeasureWorker(program, as_run));
     progress.Say(scenarios[i].description + ": the loop and bare rendering by turns");
     options.progress = [&](double share, const std::string& words) {
       progress.Show((static_cast<double>(i) + share) / count, words);
     };
-    report.results.push_back(RunBench(scenarios[i], options));
-    if (arguments.workers == 0) continue;
-    progress.Say(fmt::format("{}: trials with 1 and {} workers", scenarios[i].description,
-                             arguments.workers));
-    for (const int workers : {1, arguments.workers})
-      report.throughputs.push_back(MeasureThroughput(program, as_run, workers));
+    results.push_back(RunBench(scenarios[i], options));
   }
-  const std::string text = arguments.json ? BenchJson(report) : BenchTable(report);
-  std::fputs(text.c_str(), stdout);
+  app::PrintReport(ReportOf(results, workers), ResultJson(results, workers), arguments.json);
   return app::kExitDone;
 }
 
@@ -70,10 +64,6 @@ void AddBench(app::CommandLine& line) {
   bench.Add("--frames", arguments.options.frames, "Frames of a trial").Between(2, 1000000);
   bench.Add("--repeats", arguments.options.repeats, "Times that each trial is run")
       .Between(1, 1000);
-  bench
-      .Add("--workers", arguments.workers,
-           "Also measure trials an hour, whole ones, with 1 and with N worker processes")
-      .Between(1, 1024);
   bench.AddJson(arguments.json);
   bench.AddQuiet(arguments.quiet);
 }

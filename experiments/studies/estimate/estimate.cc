@@ -7,7 +7,6 @@
 #include "experiments/config/yaml_fields.h"
 #include "experiments/media/draw_balls.h"
 #include "experiments/media/image_source.h"
-#include "experiments/report/json.h"
 #include "sim/base/random.h"
 #include "vision/overlay.h"
 #include "vision/undistort.h"
@@ -15,34 +14,12 @@
 namespace turbidock::estimate {
 namespace {
 
-using report::Json;
-
 constexpr int64_t kStillFrames = 30;
 
 void RequireSize(const Image3u8& image, const CameraIntrinsics& camera, const std::string& name) {
   if (image.width() == camera.width_px && image.height() == camera.height_px) return;
   throw ConfigError(name, fmt::format("{} x {} pixels, must be the rig's {} x {}", image.width(),
                                       image.height(), camera.width_px, camera.height_px));
-}
-
-// Standard deviations of three coordinates.
-std::optional<Eigen::Vector3d> DeviationsOf(const PoseEstimate& estimate, int first) {
-  if (!estimate.covariance) return std::nullopt;
-  return Eigen::Vector3d(estimate.covariance->diagonal().segment<3>(first).cwiseSqrt());
-}
-
-Json ToJson(const PoseEstimate& estimate, const EstimateSettings& settings) {
-  Json balls;
-  for (size_t b = 0; b < settings.marker.balls.size(); ++b)
-    balls[settings.marker.balls[b].name] = estimate.ball_fitness[b];
-  return {{"detected", estimate.detected},
-          {"position_m", estimate.X_HM.p},
-          {"quaternion_wxyz", estimate.X_HM.q},
-          {"fitness", estimate.fitness},
-          {"ball_fitness", balls},
-          {"position_deviation_m", DeviationsOf(estimate, 0)},
-          {"rotation_deviation_rad", DeviationsOf(estimate, 3)},
-          {"covariance", estimate.covariance}};
 }
 
 }  // namespace
@@ -126,51 +103,6 @@ EstimateSummary RunEstimate(const EstimateInput& input, const EstimateSettings& 
     if (!more_left || !more_right) break;
   }
   return summary;
-}
-
-std::string EstimateJson(const EstimateSummary& summary, const EstimateSettings& settings,
-                         const std::vector<std::string>& records) {
-  Json json = ToJson(summary.last, settings);
-  json["frames"] = summary.frames;
-  json["evaluations"] = summary.evaluations;
-  json["generations_least"] = summary.generations_least;
-  json["complete"] = summary.incomplete.empty();
-  json["incomplete_reason"] = summary.incomplete.empty() ? Json() : Json(summary.incomplete);
-  json["records"] = Json::array();
-  for (const std::string& record : records)
-    json["records"].push_back(report::ParseJson(record, "a record"));
-  return report::JsonText(json);
-}
-
-std::string EstimateRecordJson(const EstimatedFrame& frame, const EstimateSettings& settings) {
-  Json json = {{"frame", frame.estimate.frame}};
-  json.update(ToJson(frame.estimate, settings));
-  json.erase("covariance");
-  json["evaluations"] = frame.estimate.evaluations;
-  json["generations"] = frame.generations;
-  return report::JsonLine(json);
-}
-
-std::string EstimateCsvHeader(const EstimateSettings& settings) {
-  std::string header =
-      "frame,detected,x_m,y_m,z_m,qw,qx,qy,qz,fitness,x_deviation_m,y_deviation_m,z_deviation_m,"
-      "evaluations,generations";
-  for (const vision::BallParams& ball : settings.marker.balls) header += ",fitness_" + ball.name;
-  return header + "\n";
-}
-
-std::string EstimateCsvRow(const EstimatedFrame& frame) {
-  const PoseEstimate& e = frame.estimate;
-  std::string row = fmt::format("{},{:d}", e.frame, e.detected);
-  for (const double x : {e.X_HM.p.x(), e.X_HM.p.y(), e.X_HM.p.z(), e.X_HM.q.w(), e.X_HM.q.x(),
-                         e.X_HM.q.y(), e.X_HM.q.z(), e.fitness})
-    row.append(",").append(FormatNumber(x));
-  const std::optional<Eigen::Vector3d> deviations = DeviationsOf(e, 0);
-  for (int i = 0; i < 3; ++i)
-    row.append(",").append(deviations ? FormatNumber((*deviations)[i]) : "");
-  row += fmt::format(",{},{}", e.evaluations, frame.generations);
-  for (const double fitness : e.ball_fitness) row.append(",").append(FormatNumber(fitness));
-  return row += '\n';
 }
 
 media::Canvas DrawEstimate(const EstimatedFrame& frame, const vision::MarkerParams& marker) {

@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "experiments/media/canvas.h"
+#include "experiments/report/json.h"
+#include "experiments/report/report.h"
 #include "sim/base/camera.h"
 #include "sim/base/image.h"
 #include "sim/base/pose_estimate.h"
@@ -64,12 +66,14 @@ struct EstimateSummary {
 EstimateSummary RunEstimate(const EstimateInput& input, const EstimateSettings& settings,
                             const std::function<void(const EstimatedFrame&)>& observe);
 
-// One document: the last estimate, sums, and `records`, one for each of these lines of JSON.
-std::string EstimateJson(const EstimateSummary& summary, const EstimateSettings& settings,
-                         const std::vector<std::string>& records);
-std::string EstimateRecordJson(const EstimatedFrame& frame, const EstimateSettings& settings);
-std::string EstimateCsvHeader(const EstimateSettings& settings);
-std::string EstimateCsvRow(const EstimatedFrame& frame);
+// A frame as an object; of all frames' a CSV, its vectors a column for each element.
+report::Json RecordOf(const EstimatedFrame& frame, const EstimateSettings& settings);
+std::string CsvOf(const std::vector<report::Json>& records);
+
+// Kind "estimate", and the study's own keys: the last estimate, sums, and `records`.
+report::Report ReportOf(const EstimateSummary& summary, const std::vector<report::Json>& records);
+report::Json ResultJson(const EstimateSummary& summary, const EstimateSettings& settings,
+                        const std::vector<report::Json>& records);
 
 // Both images side by side with the estimate's circles and figures; its sides are even.
 media::Canvas DrawEstimate(const EstimatedFrame& frame, const vision::MarkerParams& marker);

@@ -1,28 +1,18 @@
 #include "experiments/studies/estimators/compare_estimators.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <ctime>
-#include <functional>
+#include <utility>
 
-#include "experiments/config/yaml_fields.h"
+#include "experiments/farm/fork_map.h"
 #include "experiments/report/json.h"
-#include "experiments/studies/estimators/pagmo_estimator.h"
-#include "experiments/trial/fixed_view.h"
-#include "sim/base/random.h"
-#include "vision/blob_estimator.h"
-#include "vision/fiducial_estimator.h"
-#include "vision/fitness.h"
-#include "vision/rm_ga.h"
+#include "experiments/trial/world.h"
 
 namespace turbidock::estimators {
 namespace {
 
 using report::Json;
-
-constexpr const char* kFiducialName = "fiducial";
 
 double ProcessorTime_s() {
   timespec time{};
@@ -30,350 +20,160 @@ double ProcessorTime_s() {
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
-// What one start shows: its frames, and where the marker is in them.
-struct Start {
-  std::vector<StereoImage> frames;
-  std::vector<Pose> true_X_HM;  // one, or one for each frame
+// The marker in the camera head, about a distance. All balls are in both of the published rig's
+// images.
+Pose DrawPose(double distance_m, Rng* rng) {
+  constexpr double kYaw_rad = 0.15, kPitch_rad = 0.1;
+  const auto within = [&](double half) { return rng->Uniform(-half, half); };
+  const double x_m = distance_m * (1 + within(0.05));
+  const double side_m = std::max(0.0, 0.4 * x_m - 0.12);
+  // in braces, for the order of arguments in parentheses is the compiler's
+  const Eigen::Vector3d yaw_pitch_roll{within(kYaw_rad), within(kPitch_rad), within(kPitch_rad)};
+  return {FromYawPitchRoll(yaw_pitch_roll[0], yaw_pitch_roll[1], yaw_pitch_roll[2]),
+          {x_m, within(side_m), within(0.75 * side_m)}};
+}
 
-  const Pose& TrueAt(size_t frame) const {
-    return true_X_HM[std::min(frame, true_X_HM.size() - 1)];
+// An estimator, and its scenario.
+using Choice = std::pair<std::string, trial::Scenario>;
+
+std::vector<Choice> ChoicesOf(const std::string& scenario, const CompareOptions& options) {
+  std::vector<Choice> choices;
+  const auto add = [&](const std::vector<std::string>& assignments) {
+    trial::Scenario one = trial::LoadScenario(scenario, assignments, "", options.plugins);
+    if (one.pose_source != trial::PoseSource::kCameras)
+      throw ConfigError("pose_source", "must be cameras: estimators are compared on images");
+    choices.emplace_back(one.estimator_name(), std::move(one));
+  };
+  for (const std::string& name : options.estimators) {
+    std::vector<std::string> assignments = options.assignments;
+    assignments.push_back("pose_estimator=" + name);
+    add(assignments);
   }
-};
-
-// What one estimator did with one start.
-struct OneRun {
-  double error_m = 0, rotation_rad = 0, detected = 0, fitness = 0, frame_s = 0, evaluations = 0;
-  int found_frame = 0;  // the first of those found without a break to the end, from 1; 0: none
-  Pose true_X_HM;       // at the end
-
-  TURBIDOCK_FIELDS(error_m, rotation_rad, detected, fitness, frame_s, evaluations, found_frame,
-                   true_X_HM.p, true_X_HM.q)
-};
-
-bool IsFound(const CompareOptions& options, double error_m, double rotation_rad) {
-  return error_m <= options.found_m && rotation_rad <= options.found_rad;
+  if (options.estimators.empty()) add(options.assignments);
+  return choices;
 }
 
-OneRun RunOne(const CompareOptions& options, vision::PoseEstimator* estimator, const Start& start) {
-  const CompareTask task = options.task;
-  const size_t frames = start.frames.size();
-  const size_t first_judged = task == CompareTask::kAbsent ? 0
-                              : task == CompareTask::kMoving
-                                  ? static_cast<size_t>(kMovingSettleFrames)
-                                  : frames - 1;
-  std::vector<double> times_s;
-  OneRun run;
-  for (size_t i = 0; i < frames; ++i) {
-    const double start_s = ProcessorTime_s();
-    const PoseEstimate& estimate = estimator->Update(start.frames[i]);
-    times_s.push_back(ProcessorTime_s() - start_s);
-    run.evaluations += static_cast<double>(estimate.evaluations) / static_cast<double>(frames);
-    run.fitness = estimate.fitness;
-    const Pose& true_X_HM = start.TrueAt(i);
-    const double error_m = (estimate.X_HM.p - true_X_HM.p).norm();
-    const double rotation_rad = AngleBetween(estimate.X_HM.q, true_X_HM.q);
-    if (!IsFound(options, error_m, rotation_rad))
-      run.found_frame = 0;
-    else if (run.found_frame == 0)
-      run.found_frame = static_cast<int>(i) + 1;
-    if (i < first_judged) continue;
-    run.error_m = std::max(run.error_m, error_m);
-    run.rotation_rad = std::max(run.rotation_rad, rotation_rad);
-    run.detected += estimate.detected ? 1.0 / static_cast<double>(frames - first_judged) : 0;
+// The scenarios differ in their estimators only.
+std::vector<StartResult> RunStart(const std::vector<Choice>& choices, double distance_m,
+                                  int frames) {
+  const trial::Scenario& scenario = choices.front().second;
+  trial::World world(scenario, {});
+  Rng rng = world.seeds().Stream("compare");
+  world.PlaceVehicle(DrawPose(distance_m, &rng).Inverse());
+  trial::Snapshot snapshot;
+  world.Take(&snapshot);
+  const Pose& X_HM = snapshot.true_X_HM;
+  std::vector<StereoImage> images(static_cast<size_t>(frames));
+  for (int frame = 0; frame < frames; ++frame) {
+    snapshot.time_s = scenario.image_clock().TimeOfFrame(frame);
+    StereoImage& image = images[static_cast<size_t>(frame)];
+    image.frame = frame;
+    world.Develop(snapshot, frame, std::nullopt, nullptr, &image);
   }
-  run.frame_s = *statistics::Median(times_s);
-  run.true_X_HM = start.true_X_HM.back();
-  return run;
-}
-
-// Whether the image recognises the marker at its true pose as well as docking needs.
-bool IsAreaI(const trial::Scenario& scenario, const StereoRig& rig, const Start& start) {
-  vision::HueLabeller labeller(scenario.hue, scenario.marker);
-  Stereo<Image1u8> labels;
-  for (const Side side : kSides) labeller.Label(start.frames.front()[side], &labels[side]);
-  const vision::Fitness fitness(scenario.marker, rig, labels);
-  return recognition::AreaOf(fitness.Evaluate(start.TrueAt(0))) == recognition::Area::kI;
-}
-
-// Some starts of a marker at a distance.
-struct Job {
-  recognition::MarkerKind marker = recognition::MarkerKind::kActive;
-  double distance_m = 0;  // 0: the task is not about one
-  int first = 0, count = 0;
-};
-
-trial::Scenario PoolScenario(recognition::MarkerKind marker, const CompareOptions& options) {
-  return trial::LoadScenario(fmt::format("pool_{}", NameOf(marker)), options.assignments, "",
-                             options.plugins);
-}
-
-// Those that can find this marker.
-std::vector<std::string> EstimatorsOf(recognition::MarkerKind marker,
-                                      const CompareOptions& options) {
-  std::vector<std::string> names = options.estimators;
-  if (marker != recognition::MarkerKind::kFiducial) std::erase(names, kFiducialName);
-  if (names.empty())
-    throw ConfigError(fmt::format("estimator '{}' needs tags, which the {} marker does not have",
-                                  kFiducialName, NameOf(marker)));
-  return names;
-}
-
-// All milks, estimators and starts of a job: [milk][estimator][start].
-std::string RunJob(const CompareOptions& options, const Job& job) {
-  trial::Scenario scenario = PoolScenario(job.marker, options);
-  const StereoRig rig = scenario.rig.MakeRig();
-  Rng rng = SeedTree(static_cast<uint64_t>(scenario.seed))
-                .Stream(std::string("compare.") + NameOf(job.marker) +
-                        FormatNumber(job.distance_m) + "." + FormatNumber(job.first));
-  const size_t milks = options.milk_ml_m3.size();
-  const std::vector<std::string> estimators = EstimatorsOf(job.marker, options);
-  std::vector<std::vector<std::vector<OneRun>>> out(
-      milks, std::vector<std::vector<OneRun>>(estimators.size()));
-  std::vector<int> done(milks, 0);
-  // Where too little of the range is Area I, there are fewer starts.
-  int candidates = 20 * job.count;
-  while (candidates > 0 && std::ranges::any_of(done, [&](int n) { return n < job.count; })) {
-    std::vector<std::vector<Pose>> starts;
-    std::vector<Pose> poses;
-    const int drawn = options.task == CompareTask::kMoving ? 1 : job.count;
-    for (int i = 0; i < drawn; ++i, --candidates) {
-      starts.push_back(
-          DrawStart(options.task, job.distance_m, options.frames, scenario, rig, &rng));
-      poses.insert(poses.end(), starts.back().begin(), starts.back().end());
+  std::vector<StartResult> results;
+  for (const auto& [name, with_keys] : choices) {
+    const auto estimator = with_keys.MakeEstimator(name, world.seeds().Stream("vision." + name));
+    StartResult result{.seed = scenario.seed};
+    std::vector<double> times_s;
+    for (const StereoImage& image : images) {
+      const double start_s = ProcessorTime_s();
+      const PoseEstimate& estimate = estimator->Update(image);
+      times_s.push_back(ProcessorTime_s() - start_s);
+      result.fitness = estimate.fitness;
+      result.error_m = (estimate.X_HM.p - X_HM.p).norm();
+      result.rotation_rad = AngleBetween(estimate.X_HM.q, X_HM.q);
     }
-    const std::vector<trial::FixedView> views = trial::DrawFixedViews(scenario, poses);
-    size_t first_view = 0;
-    for (const std::vector<Pose>& true_X_HM : starts) {
-      const uint64_t seed = rng.NextU64();
-      for (size_t m = 0; m < milks; ++m) {
-        if (done[m] == job.count) continue;
-        scenario.light.water.milk_ml_m3 = options.milk_ml_m3[m];
-        Start start{.frames = {}, .true_X_HM = true_X_HM};
-        std::optional<camera::StereoCamera> cameras;
-        for (int64_t frame = 0; frame < options.frames; ++frame) {
-          const auto view = static_cast<size_t>(frame);
-          if (view < true_X_HM.size())
-            cameras.emplace(trial::HoldView(views[first_view + view], scenario, SeedTree(seed)));
-          start.frames.emplace_back().frame = frame;
-          cameras->ExposeHeld(frame, &start.frames.back());
-          if (frame == 0 && options.task == CompareTask::kAnywhere &&
-              !IsAreaI(scenario, rig, start))
-            break;
-        }
-        if (start.frames.size() < static_cast<size_t>(options.frames)) continue;
-        ++done[m];
-        for (size_t e = 0; e < estimators.size(); ++e) {
-          const auto estimator = MakeEstimator(estimators[e], scenario, seed);
-          out[m][e].push_back(RunOne(options, estimator.get(), start));
-        }
-      }
-      first_view += true_X_HM.size();
-    }
+    result.is_sure = result.fitness >= scenario.procedure.lost_fitness;
+    result.frame_s = *statistics::Median(times_s);
+    results.push_back(result);
   }
-  return report::JsonLine(out);
+  return results;
 }
 
-// All that a task must know of a job.
-std::string InputOf(const CompareOptions& options, const Job& job) {
-  return report::JsonLine({{"task", options.task},
-                           {"milk_ml_m3", options.milk_ml_m3},
-                           {"estimators", options.estimators},
-                           {"frames", options.frames},
-                           {"found_m", options.found_m},
-                           {"found_rad", options.found_rad},
-                           {"assignments", options.assignments},
-                           {"marker", job.marker},
-                           {"distance_m", job.distance_m},
-                           {"first", job.first},
-                           {"count", job.count}});
-}
-
-// What jobs give, here or on a cluster.
-std::vector<std::string> TextsOf(const CompareOptions& options, const std::vector<Job>& jobs) {
-  if (!options.slurm)
-    return farm::ForkMap(
-        static_cast<int>(jobs.size()),
-        [&](int i) { return RunJob(options, jobs[static_cast<size_t>(i)]); }, options.run);
-  std::vector<std::string> inputs;
-  inputs.reserve(jobs.size());
-  for (const Job& job : jobs) inputs.push_back(InputOf(options, job));
-  return farm::SlurmMap(CompareWork(options.plugins), inputs, *options.slurm, options.run);
-}
-
-// Where there are too few for one, between all values.
-statistics::Interval MedianInterval(const std::vector<double>& values) {
-  const auto [least, most] = std::ranges::minmax(values);
-  return statistics::MedianInterval(values).value_or(statistics::Interval{least, most});
-}
-
-CompareRow RowOf(const recognition::RecognitionCell& cell, const std::string& estimator,
-                 const std::vector<OneRun>& runs, const CompareOptions& options) {
-  CompareRow row;
-  row.cell = cell;
-  row.estimator = estimator;
-  row.starts = static_cast<int>(runs.size());
-  std::vector<double> times_s;
-  std::vector<int> found_frames;
-  for (const OneRun& run : runs) {
-    row.errors_m.push_back(run.error_m);
-    row.rotations_rad.push_back(run.rotation_rad);
-    row.fitness.push_back(run.fitness);
-    row.detected += run.detected / row.starts;
-    row.fitness_mean += run.fitness / row.starts;
-    row.evaluations_per_frame += run.evaluations / row.starts;
-    times_s.push_back(run.frame_s);
-    const bool found = IsFound(options, run.error_m, run.rotation_rad);
-    row.found += found;
-    row.is_found.push_back(found);
-    if (run.found_frame > 0) found_frames.push_back(run.found_frame);
-    if (!found && options.task != CompareTask::kAbsent)
-      row.misses.push_back({run.true_X_HM, run.error_m, run.rotation_rad, run.fitness});
+// One start of a scenario as StartWork's input.
+std::string InputOf(const std::vector<Choice>& choices, const CompareCell& cell, int64_t start,
+                    int frames) {
+  Json scenarios = Json::array();
+  for (const auto& [name, scenario] : choices) {
+    trial::Scenario one = scenario;
+    one.light.water.milk_ml_m3 = cell.milk_ml_m3;
+    one.seed += start;
+    scenarios.push_back(trial::SaveScenario(one));
   }
-  if (row.starts == 0) return row;
-  row.found_interval = statistics::WilsonInterval(row.found, row.starts);
-  row.error_median_m = *statistics::Median(row.errors_m);
-  row.error_median_interval_m = MedianInterval(row.errors_m);
-  row.error_95_m = *statistics::Quantile(row.errors_m, 0.95);
-  row.error_worst_m = *std::ranges::max_element(row.errors_m);
-  row.rotation_median_rad = *statistics::Median(row.rotations_rad);
-  row.rotation_median_interval_rad = MedianInterval(row.rotations_rad);
-  row.rotation_95_rad = *statistics::Quantile(row.rotations_rad, 0.95);
-  if (options.task == CompareTask::kStill || options.task == CompareTask::kAnywhere) {
-    row.frames_median = FrameBy(0.5, found_frames, row.starts);
-    row.frames_95 = FrameBy(0.95, found_frames, row.starts);
-  }
-  row.frame_s = *statistics::Median(times_s);
-  return row;
+  return report::JsonLine(
+      {{"scenarios", scenarios}, {"distance_m", cell.distance_m}, {"frames", frames}});
 }
 
 }  // namespace
 
-farm::Work CompareWork(const trial::Plugins& plugins) {
-  return {"starts", [plugins](const std::string& input) {
-            const Json json = report::ParseJson(input, "starts");
-            CompareOptions options;
-            options.plugins = plugins;
-            for (const auto& [task, name] : EnumNames<CompareTask>::kNames)
-              if (json["task"] == name) options.task = task;
-            options.milk_ml_m3 = json["milk_ml_m3"].get<std::vector<double>>();
-            options.estimators = json["estimators"].get<std::vector<std::string>>();
-            options.frames = json["frames"];
-            options.found_m = json["found_m"];
-            options.found_rad = json["found_rad"];
-            options.assignments = json["assignments"].get<std::vector<std::string>>();
-            return RunJob(options, {.marker = recognition::MarkersOf(json["marker"]).front(),
-                                    .distance_m = json["distance_m"],
-                                    .first = json["first"],
-                                    .count = json["count"]});
+farm::Work StartWork(const trial::Plugins& plugins) {
+  return {"cold start", [plugins](const std::string& input) {
+            const Json json = report::ParseJson(input, "a start");
+            std::vector<Choice> choices;
+            for (const Json& text : json["scenarios"]) {
+              trial::Scenario scenario = trial::ParseScenario(text, "a start's scenario", plugins);
+              choices.emplace_back(scenario.estimator_name(), std::move(scenario));
+            }
+            return report::JsonLine(RunStart(choices, json["distance_m"], json["frames"]));
           }};
 }
 
-std::optional<int> FrameBy(double share, std::vector<int> found_frames, int starts) {
-  const auto rank = static_cast<size_t>(std::ceil(share * starts));
-  if (rank > found_frames.size()) return std::nullopt;
-  std::sort(found_frames.begin(), found_frames.end());
-  return found_frames[rank - 1];
-}
-
-std::vector<std::string> EstimatorNames() {
-  return {"default", "search", "published", "de", "pso", "cmaes", "blobs"};
-}
-
-std::unique_ptr<vision::PoseEstimator> MakeEstimator(const std::string& name,
-                                                     const trial::Scenario& scenario,
-                                                     uint64_t seed) {
-  const StereoRig rig = scenario.rig.MakeRig();
-  const size_t slash = name.find('/');
-  const std::string base = name.substr(0, slash);
-  // Hands each of the name's assignments to `set`.
-  const auto set_keys = [&](const std::function<void(const std::string&)>& set) {
-    for (size_t first = slash; first != std::string::npos;) {
-      const size_t end = name.find('/', first + 1);
-      try {
-        set(name.substr(first + 1, end - first - 1));
-      } catch (const ConfigError& error) {
-        throw ConfigError("estimator '" + name + "': " + error.what());
-      }
-      first = end;
+void Summarise(const CompareOptions& options, CompareCell* cell) {
+  std::vector<double> errors_m, rotations_rad, times_s;
+  cell->starts = static_cast<int>(cell->each.size());
+  cell->right = cell->wrong_and_sure = cell->not_found = 0;
+  for (const StartResult& one : cell->each) {
+    times_s.push_back(one.frame_s);
+    if (!one.is_sure) {
+      ++cell->not_found;
+      continue;
     }
-  };
-  const auto rm_ga = [&](vision::RmGaOptions options) {
-    set_keys([&](const std::string& key) { config::ApplySet(key, &options, nullptr); });
-    return std::make_unique<vision::RmGa>(options, scenario.marker, scenario.hue, rig,
-                                          SeedTree(seed).Stream("vision.rm_ga"));
-  };
-  if (base == "default") return rm_ga(scenario.estimator);
-  if (base == "search") {
-    vision::RmGaOptions options = scenario.estimator;
-    options.refine = false;
-    return rm_ga(options);
+    errors_m.push_back(one.error_m);
+    rotations_rad.push_back(one.rotation_rad);
+    const bool is_right = one.error_m <= options.right_m && one.rotation_rad <= options.right_rad;
+    ++(is_right ? cell->right : cell->wrong_and_sure);
   }
-  if (base == "published") {
-    vision::RmGaOptions options = vision::RmGaOptions::Published();
-    options.range = scenario.estimator.range;
-    return rm_ga(options);
-  }
-  for (const auto& [method, known] : EnumNames<PagmoMethod>::kNames)
-    if (name == known)
-      return MakePagmoEstimator({.method = method, .range = scenario.estimator.range},
-                                scenario.marker, scenario.hue, rig, static_cast<uint32_t>(seed));
-  if (name == "blobs")
-    return std::make_unique<vision::BlobEstimator>(vision::BlobParams{}, scenario.marker,
-                                                   scenario.hue, rig);
-  if (name == kFiducialName)
-    return std::make_unique<vision::FiducialEstimator>(scenario.fiducial, rig);
-  for (const std::string& own : scenario.plugins.estimators()) {
-    if (base != own) continue;
-    trial::Plugins plugins = scenario.plugins;
-    set_keys([&](const std::string& key) { plugins.SetEstimatorKey(own, key); });
-    return plugins.MakeEstimator(
-        own, {scenario.marker, scenario.hue, rig, SeedTree(seed).Stream("vision." + own)});
-  }
-  std::vector<std::string> names = EstimatorNames();
-  names.push_back(kFiducialName);
-  for (const std::string& own : scenario.plugins.estimators()) names.push_back(own);
-  throw ConfigError(fmt::format(
-      "estimator '{}' is not known; there are {}, the first three also with keys of the "
-      "search: default/creep_share=0",
-      name, fmt::join(names, ", ")));
+  cell->right_interval = statistics::WilsonInterval(cell->right, cell->starts);
+  cell->wrong_and_sure_interval = statistics::WilsonInterval(cell->wrong_and_sure, cell->starts);
+  cell->error_median_m = statistics::Median(errors_m);
+  cell->error_median_interval_m = statistics::MedianInterval(errors_m);
+  cell->rotation_median_rad = statistics::Median(rotations_rad);
+  cell->frame_s = statistics::Median(times_s);
 }
 
-std::vector<CompareRow> CompareEstimators(const CompareOptions& options) {
-  for (const recognition::MarkerKind marker : options.markers)  // bad names now, not in a worker
-    for (const std::string& name : EstimatorsOf(marker, options))
-      MakeEstimator(name, PoolScenario(marker, options), 0);
-  if (options.task == CompareTask::kMoving && options.frames <= kMovingSettleFrames)
-    throw ConfigError("frames " + FormatNumber(options.frames) + ", must be more than " +
-                      FormatNumber(kMovingSettleFrames) + " for a moving marker");
-  constexpr int kStartsOfJob = 25;
-  const std::vector<double> distances_m =
-      IsAboutDistance(options.task) ? options.distances_m : std::vector<double>{0};
-  std::vector<Job> jobs;
-  for (const recognition::MarkerKind marker : options.markers)
-    for (const double distance_m : distances_m)
-      for (int first = 0; first < options.starts; first += kStartsOfJob)
-        jobs.push_back({marker, distance_m, first, std::min(kStartsOfJob, options.starts - first)});
-  const std::vector<std::string> texts = TextsOf(options, jobs);
-  // The starts of a marker at a distance, from one job or several.
-  std::vector<CompareRow> rows;
-  for (size_t first = 0, end; first < texts.size(); first = end) {
-    std::vector<Json> parts;
-    const Job& job = jobs[first];
-    for (end = first; end < texts.size() && jobs[end].marker == job.marker &&
-                      jobs[end].distance_m == job.distance_m;
-         ++end)
-      parts.push_back(report::ParseJson(texts[end], "runs of a worker"));
-    const std::vector<std::string> estimators = EstimatorsOf(job.marker, options);
-    for (size_t m = 0; m < options.milk_ml_m3.size(); ++m)
-      for (size_t e = 0; e < estimators.size(); ++e) {
-        std::vector<OneRun> runs;
-        for (const Json& part : parts)
-          for (const Json& run : part[m][e]) runs.push_back(run.get<OneRun>());
-        rows.push_back(RowOf({job.marker, options.milk_ml_m3[m], job.distance_m}, estimators[e],
-                             runs, options));
+std::vector<CompareCell> CompareEstimators(const CompareOptions& options) {
+  std::vector<CompareCell> cells;
+  std::vector<std::string> inputs;
+  std::vector<size_t> first_cell_of;  // by input: of the first estimator; others follow
+  for (const std::string& scenario : options.scenarios) {
+    const std::vector<Choice> choices = ChoicesOf(scenario, options);
+    for (const double distance_m : options.distances_m)
+      for (const double milk : options.milk_ml_m3) {
+        const size_t first = cells.size();
+        for (const auto& [name, with_keys] : choices)
+          cells.push_back({.scenario = scenario,
+                           .distance_m = distance_m,
+                           .milk_ml_m3 = milk,
+                           .estimator = name});
+        for (int start = 0; start < options.starts; ++start) {
+          inputs.push_back(InputOf(choices, cells[first], start, options.frames));
+          first_cell_of.push_back(first);
+        }
       }
   }
-  return rows;
+  std::vector<Json> outputs(inputs.size());
+  int done = 0;
+  const auto take = [&](size_t i, const std::string& output) {
+    outputs[i] = report::ParseJson(output, "a start's result");
+    if (options.on_progress) options.on_progress(++done, static_cast<int>(inputs.size()));
+  };
+  const auto pool = farm::MakePool(options.farm, farm::kJobTimeLimit_s, StartWork(options.plugins));
+  if (!farm::MapEach(pool.get(), inputs, take, options.stop_requested)) return {};
+  for (size_t i = 0; i < outputs.size(); ++i)
+    for (size_t e = 0; e < outputs[i].size(); ++e)
+      cells[first_cell_of[i] + e].each.push_back(outputs[i][e].get<StartResult>());
+  for (CompareCell& cell : cells) Summarise(options, &cell);
+  return cells;
 }
 
 }  // namespace turbidock::estimators

@@ -1,149 +1,91 @@
 #pragma once
-// Estimators side by side on the same simulated frames and the same budget of evaluations, from a
-// cold start, over distance and milk: how often each finds the marker, how exactly, in what time,
-// and how well its fitness tells its error. Beside markers at rest: anywhere in the search range,
-// moving, absent (CompareTask).
+// How often an estimator is right, how often it is wrong and sure of it, and how often it finds
+// nothing: cold starts at random poses about some distances and in some turbidities, every
+// estimator on the same images.
+//
+// A start is the world of a trial (trial/world.h) in which nothing moves, with all of the marker's
+// balls in sight. An estimator gets its first frames, with whatever the scenario's faults do to
+// them, and is judged by its estimate of the last one.
 
-#include <array>
-#include <memory>
+#include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "experiments/farm/fork_map.h"
+#include "experiments/farm/farm.h"
+#include "experiments/report/report.h"
 #include "experiments/statistics/intervals.h"
-#include "experiments/studies/estimators/compare_task.h"
-#include "experiments/studies/recognition/recognition.h"
+#include "experiments/trial/plugins.h"
 #include "sim/base/result_fields.h"
 #include "sim/base/units.h"
-#include "vision/pose_estimator.h"
 
 namespace turbidock::estimators {
 
-// Names, in the order they are reported:
-//   default    RM-GA in the default preset
-//   search     the same without refinement
-//   published  RM-GA as published
-//   de, pso, cmaes   pagmo's optimisers on the same fitness
-//   blobs      colour segmentation, triangulation, absolute orientation
-// One more, `fiducial`, reads the tags of the fiducial marker; other markers it does not judge.
-// The first three may carry changed keys of RmGaOptions: default/creep_share=0/track=false. A
-// scenario's plug-ins come beside these, with keys of their own in the same way.
-std::vector<std::string> EstimatorNames();
-
-// ConfigError for what is unknown or wrong in a name. `scenario` gives marker, hue, rig and the
-// search's options.
-std::unique_ptr<vision::PoseEstimator> MakeEstimator(const std::string& name,
-                                                     const trial::Scenario& scenario,
-                                                     uint64_t seed);
-
 struct CompareOptions {
-  CompareTask task = CompareTask::kStill;
-  std::vector<recognition::MarkerKind> markers = recognition::MarkersOf("both");
-  std::vector<double> distances_m = {0.4, 0.6, 0.8, 1.0};  // of tasks about a distance
+  std::vector<std::string> scenarios = {"pool_active", "pool_passive"};
+  std::vector<std::string> assignments = {};  // to all of them
+  // Values of the key pose_estimator, plug-ins among them; none: what each scenario has.
+  std::vector<std::string> estimators = {};
+  std::vector<double> distances_m = {0.4, 0.6, 0.8, 1.0};
   std::vector<double> milk_ml_m3 = {0, 10, 20, 40, 80};
-  std::vector<std::string> estimators = EstimatorNames();
-  int starts = 20;  // in each cell, each with pose, noise and random numbers of its own
-  int frames = 30;  // each estimator sees of each start
-  // An estimate within both counts as found.
-  double found_m = 0.02, found_rad = 0.0873;
-  std::vector<std::string> assignments;         // to the scenarios
-  trial::Plugins plugins;                       // whose estimators can be named, too
-  farm::ForkMapOptions run;                     // a job is some starts of a marker at a distance
-  std::optional<farm::SlurmParams> slurm = {};  // jobs are run by its tasks; none: here
+  int starts = 20;  // a cell; their seeds are the scenario's own and those that follow
+  int frames = 30;  // a start
+  // A right estimate is within both.
+  double right_m = 0.02, right_rad = units::RadFromDeg(5);
+  trial::Plugins plugins = {};
+  farm::FarmOptions farm = {};
+  std::function<void(int done, int of)> on_progress = {};  // starts
+  std::function<bool()> stop_requested = {};
 };
 
-// Runs a job: the work of a task. `plugins`: as CompareOptions'.
-farm::Work CompareWork(const trial::Plugins& plugins);
+// What an estimator says of a start.
+struct StartResult {
+  int64_t seed = 0;
+  // F of the last estimate is at least the scenario's procedure.lost_fitness: docking would use it.
+  bool is_sure = false;
+  double error_m = 0, rotation_rad = 0;  // of that estimate
+  double fitness = 0;
+  double frame_s = 0;  // median processor time of a frame
 
-// A start that an estimator did not find.
-struct CompareMiss {
-  Pose true_X_HM;  // at the end
-  double error_m = 0, rotation_rad = 0, fitness = 0;
-
-  static void Fields(auto& self, auto&& field) {
-    field("position_m", self.true_X_HM.p);
-    field("quaternion_wxyz", self.true_X_HM.q);
-    self.VisitFields(field);
-  }
-  TURBIDOCK_VISIT_FIELDS(error_m, rotation_rad, fitness)
+  TURBIDOCK_FIELDS(seed, is_sure, error_m, rotation_rad, fitness, frame_s)
 };
 
-// One estimator in one cell. The error of a start, found or not, is the last frame's; that of a
-// moving marker the largest after kMovingSettleFrames.
-struct CompareRow {
-  recognition::RecognitionCell cell;  // distance 0: the task is not about one
+// One estimator at one distance in one turbidity.
+struct CompareCell {
+  std::string scenario;
+  double distance_m = 0, milk_ml_m3 = 0;
   std::string estimator;
-  int starts = 0, found = 0;
-  statistics::Interval found_interval;  // Wilson, 95 %
-  double error_median_m = 0;
-  statistics::Interval error_median_interval_m;  // from order statistics, 95 %
-  double error_95_m = 0, error_worst_m = 0;
-  double rotation_median_rad = 0;
-  statistics::Interval rotation_median_interval_rad;
-  double rotation_95_rad = 0;
-  // Of a marker at rest: the first frame, from 1, from which on the estimates are within what
-  // counts as found. By half of the starts, by 95 % of them; nothing where fewer are found.
-  std::optional<int> frames_median, frames_95;
-  double detected = 0;  // share of frames: of the last ones; moving: once settled; absent: of all
-  double fitness_mean = 0;
-  double frame_s = 0;  // median processor time of a frame, labels included
-  double evaluations_per_frame = 0;
-  std::vector<double> errors_m, rotations_rad, fitness;  // by start
-  std::vector<bool> is_found;
-  std::vector<CompareMiss> misses;
+  int starts = 0, right = 0, wrong_and_sure = 0, not_found = 0;
+  statistics::Interval right_interval = {}, wrong_and_sure_interval = {};  // Wilson, 95 %
+  // Of the estimates that are sure; intervals from order statistics, 95 %.
+  std::optional<double> error_median_m = {};
+  std::optional<statistics::Interval> error_median_interval_m = {};
+  std::optional<double> rotation_median_rad = {};
+  std::optional<double> frame_s = {};  // median over starts
+  std::vector<StartResult> each = {};
 
   static void Fields(auto& self, auto&& field) {
-    field("marker", self.cell.marker);
-    field("distance_mm", units::MmFromM(self.cell.distance_m));
-    field("milk_ml_m3", self.cell.milk_ml_m3);
+    field("scenario", self.scenario);
+    field("distance_mm", units::MmFromM(self.distance_m));
     self.VisitFields(field);
   }
-  TURBIDOCK_VISIT_FIELDS(estimator, starts, found, found_interval, error_median_m,
-                         error_median_interval_m, error_95_m, error_worst_m, rotation_median_rad,
-                         rotation_median_interval_rad, rotation_95_rad, detected, fitness_mean,
-                         frame_s, evaluations_per_frame, frames_median, frames_95, misses)
+  TURBIDOCK_VISIT_FIELDS(milk_ml_m3, estimator, starts, right, right_interval, wrong_and_sure,
+                         wrong_and_sure_interval, not_found, error_median_m,
+                         error_median_interval_m, rotation_median_rad, frame_s, each)
 };
 
-// The frame by which that share of the starts is found, given when each of those found was; nothing
-// where fewer are.
-std::optional<int> FrameBy(double share, std::vector<int> found_frames, int starts);
+// Makes one start: the work of a task. `plugins`: as CompareOptions'.
+farm::Work StartWork(const trial::Plugins& plugins);
 
-// Nothing when it was stopped. The same whatever the number of workers, but for the times.
-std::vector<CompareRow> CompareEstimators(const CompareOptions& options);
+// Nothing when it was stopped. The same for any number of workers, but for times. ConfigError for
+// what is wrong in a scenario or is no estimator of it.
+std::vector<CompareCell> CompareEstimators(const CompareOptions& options);
 
-// How well fitness orders the estimates by their error: Spearman's rank correlation, negative where
-// a higher fitness means a smaller error; over all rows of that marker and estimator.
-double FitnessErrorCorrelation(const std::vector<CompareRow>& rows, recognition::MarkerKind marker,
-                               const std::string& estimator);
+// Counts and medians of `each`.
+void Summarise(const CompareOptions& options, CompareCell* cell);
 
-// The estimates whose fitness lies in [low, high), over all rows of a marker and estimator.
-struct FitnessBin {
-  double low = 0, high = 0;
-  int starts = 0, found = 0;
-  statistics::Interval found_interval = {};  // Wilson, 95 %
-  double error_median_m = 0, error_95_m = 0;
-  double rotation_median_rad = 0, rotation_95_rad = 0;
-
-  static void Fields(auto& self, auto&& field) {
-    field("fitness", std::array{self.low, self.high});
-    self.VisitFields(field);
-  }
-  TURBIDOCK_VISIT_FIELDS(starts, found, found_interval, error_median_m, error_95_m,
-                         rotation_median_rad, rotation_95_rad)
-};
-
-// Areas III and II, and Area I in steps of 0.1; those that hold an estimate.
-std::vector<FitnessBin> FitnessBins(const std::vector<CompareRow>& rows,
-                                    recognition::MarkerKind marker, const std::string& estimator);
-
-std::string CompareText(const std::vector<CompareRow>& rows);
-// The cells' keys of the JSON in mm, degrees and ms; an interval is two columns.
-std::string CompareCsv(const std::vector<CompareRow>& rows);
-std::string CompareJson(const std::vector<CompareRow>& rows);
-// Share found, median error and median rotation error over milk: a row of panels for each marker
-// and distance with a line for each estimator; of one estimator a row for each marker with a line
-// for each distance.
-void WriteCompareFigure(const std::string& path, const std::vector<CompareRow>& rows);
+// Kind "estimators".
+report::Report ReportOf(const std::vector<CompareCell>& cells);
 
 }  // namespace turbidock::estimators

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 #include <utility>
 
 #include "experiments/config/data_files.h"
@@ -14,6 +15,7 @@
 #include "experiments/report/json.h"
 #include "experiments/search/optimiser.h"
 #include "experiments/studies/recognition/look.h"
+#include "experiments/studies/recognition/near_truth.h"
 #include "sim/base/random.h"
 #include "sim/base/units.h"
 
@@ -31,20 +33,16 @@ std::map<MarkerKind, trial::Scenario> ScenariosOf(const std::vector<TableRow>& r
 }
 
 // Evenly over each column's milk.
-std::vector<TableRow> ChosenRows(const TableByMarker& tables, double share) {
+std::vector<TableRow> ChosenRows(const std::vector<TableRow>& tables, double share) {
+  std::map<std::pair<MarkerKind, double>, std::vector<TableRow>> columns;
+  for (const TableRow& row : tables) columns[{row.cell.marker, row.cell.distance_m}].push_back(row);
   std::vector<TableRow> rows;
-  for (const auto& [marker, table] : tables) {
-    std::map<double, std::vector<TableRow>> columns;
-    for (const TableRow& row : table) columns[row.cell.distance_m].push_back(row);
-    for (auto& [distance_m, column] : columns) {
-      std::sort(column.begin(), column.end(), [](const TableRow& a, const TableRow& b) {
-        return a.cell.milk_ml_m3 < b.cell.milk_ml_m3;
-      });
-      const auto cells = static_cast<double>(column.size());
-      const int chosen = std::max(1, static_cast<int>(std::lround(share * cells)));
-      for (int i = 0; i < chosen; ++i)
-        rows.push_back(column[static_cast<size_t>((i + 0.5) * cells / chosen)]);
-    }
+  for (auto& [place, column] : columns) {
+    std::ranges::sort(column, {}, [](const TableRow& row) { return row.cell.milk_ml_m3; });
+    const auto cells = static_cast<double>(column.size());
+    const int chosen = std::max(1, static_cast<int>(std::lround(share * cells)));
+    for (int i = 0; i < chosen; ++i)
+      rows.push_back(column[static_cast<size_t>((i + 0.5) * cells / chosen)]);
   }
   return rows;
 }
@@ -53,28 +51,10 @@ std::optional<double> NumberOf(const report::Json& json) {
   return json.is_null() ? std::optional<double>() : json.get<double>();
 }
 
-std::string TextOf(const CalibrationPlan& plan, const TableByMarker& tables) {
-  report::Json rows = report::Json::array();
-  for (const auto& [marker, table] : tables)
-    for (const TableRow& row : table)
-      rows.push_back({{"marker", marker},
-                      {"milk_ml_m3", row.cell.milk_ml_m3},
-                      {"distance_m", row.cell.distance_m},
-                      {"fitness_mean", row.fitness_mean},
-                      {"fitness_std", row.fitness_std}});
-  return report::JsonLine({{"plan", plan}, {"rows", rows}});
-}
-
-std::shared_ptr<CalibrationExperiment> ExperimentOf(const std::string& text) {
-  const report::Json json = report::ParseJson(text, "a calibration");
-  TableByMarker tables;
-  for (const report::Json& row : json["rows"]) {
-    const MarkerKind marker = MarkersOf(row["marker"]).front();
-    tables[marker].push_back({.cell = {marker, row["milk_ml_m3"], row["distance_m"]},
-                              .fitness_mean = row["fitness_mean"],
-                              .fitness_std = NumberOf(row["fitness_std"])});
-  }
-  return std::make_shared<CalibrationExperiment>(json["plan"].get<CalibrationPlan>(), tables);
+TableRow RowOf(const report::Json& json) {
+  return {.cell = {MarkersOf(json["marker"]).front(), json["milk_ml_m3"], json["distance_m"]},
+          .fitness_mean = json["fitness_mean"],
+          .fitness_std = NumberOf(json["fitness_std"])};
 }
 
 struct Stopped {};
@@ -86,34 +66,26 @@ constexpr double kMisfitOfNothing = 3;
 double ShortOf(double bound, double value) { return std::max(0.0, 2 - value / bound); }
 
 // The pictures that are described in print: the balls in clear water; the passive marker's last.
-std::vector<RecognitionCell> PicturesOf(const TableByMarker& tables) {
+std::vector<RecognitionCell> PicturesOf(const std::vector<TableRow>& tables) {
   constexpr double kClearView_m = 0.6;
-  std::vector<RecognitionCell> cells;
-  for (const auto& [marker, table] : tables) {
-    cells.push_back({marker, 0, kClearView_m});
-    if (marker != MarkerKind::kPassive) continue;
-    std::map<double, double> last_milk;  // by distance
-    for (const TableRow& row : table) {
-      double& milk = last_milk[row.cell.distance_m];
-      milk = std::max(milk, row.cell.milk_ml_m3);
-    }
-    for (const auto& [distance_m, milk] : last_milk) cells.push_back({marker, milk, distance_m});
+  std::set<RecognitionCell> clear;
+  std::map<double, RecognitionCell> last;  // by distance
+  for (const auto& [cell, fitness_mean, fitness_std] : tables) {
+    clear.insert({cell.marker, 0, kClearView_m});
+    if (cell.marker != MarkerKind::kPassive) continue;
+    RecognitionCell& one = last.try_emplace(cell.distance_m, cell).first->second;
+    one = std::max(one, cell);
   }
+  std::vector<RecognitionCell> cells(clear.begin(), clear.end());
+  for (const auto& [distance_m, cell] : last) cells.push_back(cell);
   return cells;
 }
 
-// Whether a is at least as good as b in every constraint.
-bool Dominates(const Evaluation& a, const Evaluation& b) {
-  for (size_t i = 0; i < a.constraints.size(); ++i)
-    if (a.constraints[i].misfit > b.constraints[i].misfit) return false;
-  return true;
-}
-
-void AddToFront(const Evaluation& evaluation, std::vector<Evaluation>* front) {
-  for (const Evaluation& other : *front)
-    if (Dominates(other, evaluation)) return;
-  std::erase_if(*front, [&](const Evaluation& other) { return Dominates(evaluation, other); });
-  front->push_back(evaluation);
+std::vector<RecognitionCell> Joined(const std::vector<TableRow>& rows,
+                                    const std::vector<RecognitionCell>& more) {
+  std::vector<RecognitionCell> cells = CellsOf(rows);
+  cells.insert(cells.end(), more.begin(), more.end());
+  return cells;
 }
 
 }  // namespace
@@ -127,8 +99,7 @@ void FreeParameter::Check(const std::string& path) const {
 }
 
 double FreeParameter::ValueAt(double place) const {
-  const double value = logarithmic ? low * std::pow(high / low, place) : low + (high - low) * place;
-  return integer ? std::round(value) : value;
+  return logarithmic ? low * std::pow(high / low, place) : low + (high - low) * place;
 }
 
 double FreeParameter::PlaceOf(double value) const {
@@ -164,13 +135,12 @@ CalibrationPlan LoadCalibrationPlan(const std::string& path) {
 }
 
 CalibrationExperiment::CalibrationExperiment(const CalibrationPlan& plan,
-                                             const TableByMarker& tables)
+                                             const std::vector<TableRow>& tables)
     : plan_(plan),
-      text_(TextOf(plan, tables)),
+      text_(report::JsonLine({{"plan", plan}, {"tables", tables}})),
       rows_(ChosenRows(tables, plan.cell_share)),
-      recognition_(ScenariosOf(rows_, plan.Assignments(plan.Start())), CellsOf(rows_)),
-      near_truth_(recognition_, plan.frames),
-      pictures_(ScenariosOf(rows_, plan.Assignments(plan.Start())), PicturesOf(tables)) {
+      pictures_(PicturesOf(tables)),
+      recognition_(ScenariosOf(rows_, plan.Assignments(plan.Start())), Joined(rows_, pictures_)) {
   // what the search will write can be read
   trial::Scenario scenario;
   config::ReadFields(config::ParseYaml(CalibratedYaml(plan, plan.Start()), "what calibrate writes"),
@@ -213,19 +183,15 @@ double Misfit(const std::vector<Constraint>& constraints) {
 }
 
 Evaluation CalibrationExperiment::Evaluate(const std::vector<double>& values) {
-  const std::vector<CellResult> results = Run(plan_.Assignments(values));
-  Evaluation evaluation{.values = values, .constraints = ConstraintsOf(results), .fitness = {}};
-  for (const CellResult& result : results) evaluation.fitness.push_back(result.fitness_mean);
-  return evaluation;
-}
-
-std::vector<CellResult> CalibrationExperiment::Run(const std::vector<std::string>& assignments) {
-  recognition_.set_scenarios(ScenariosOf(rows_, assignments));
-  pictures_.set_scenarios(ScenariosOf(rows_, assignments));
-  near_truth_.Light();
+  recognition_.set_scenarios(ScenariosOf(rows_, plan_.Assignments(values)));
   std::vector<CellResult> results;
-  for (size_t i = 0; i < rows_.size(); ++i) results.push_back(near_truth_.RunCell(i));
-  return results;
+  Evaluation evaluation{.values = values, .constraints = {}, .fitness = {}};
+  for (const TableRow& row : rows_) {
+    results.push_back(RunNearTruth(recognition_, row.cell, plan_.frames));
+    evaluation.fitness.push_back(results.back().fitness_mean);
+  }
+  evaluation.constraints = ConstraintsOf(results);
+  return evaluation;
 }
 
 std::vector<Constraint> CalibrationExperiment::ConstraintsOf(
@@ -245,9 +211,9 @@ std::vector<Constraint> CalibrationExperiment::ConstraintsOf(
 
 std::vector<Constraint> CalibrationExperiment::PictureConstraints() const {
   std::vector<Constraint> constraints;
-  for (const RecognitionCell& cell : pictures_.cells()) {
-    const trial::Scenario& scenario = pictures_.scenario(cell.marker);
-    const Look look = LookOf(pictures_.Image(cell, 0).left, scenario.rig.MakeRig().left,
+  for (const RecognitionCell& cell : pictures_) {
+    const trial::Scenario& scenario = recognition_.scenario(cell.marker);
+    const Look look = LookOf(recognition_.Image(cell, 0).left, scenario.rig.MakeRig().left,
                              scenario.marker, Pose::Translation(cell.distance_m, 0, 0));
     const auto add = [&](const char* what, double value, double misfit) {
       constraints.push_back({fmt::format("{} {} at {:g} mm", NameOf(cell.marker), what,
@@ -268,12 +234,15 @@ farm::Work CalibrationWork(std::shared_ptr<CalibrationExperiment> drawn) {
   return {"set of values", [drawn = std::move(drawn)](const std::string& input) mutable {
             const size_t line = input.find('\n');
             const std::string text = input.substr(0, line);
-            if (!drawn || drawn->text() != text) drawn = ExperimentOf(text);
+            if (!drawn || drawn->text() != text) {
+              const report::Json json = report::ParseJson(text, "a calibration");
+              std::vector<TableRow> tables;
+              for (const report::Json& row : json["tables"]) tables.push_back(RowOf(row));
+              drawn = std::make_shared<CalibrationExperiment>(json["plan"].get<CalibrationPlan>(),
+                                                              tables);
+            }
             const report::Json values = report::ParseJson(input.substr(line), "a set of values");
-            const Evaluation evaluation = drawn->Evaluate(values.get<std::vector<double>>());
-            return report::JsonLine({{"values", evaluation.values},
-                                     {"constraints", evaluation.constraints},
-                                     {"fitness", evaluation.fitness}});
+            return report::JsonLine(drawn->Evaluate(values.get<std::vector<double>>()));
           }};
 }
 
@@ -311,34 +280,13 @@ std::string CalibratedYaml(const CalibrationPlan& plan, const std::vector<double
   return YAML::Dump(root) + "\n";
 }
 
-std::vector<Pull> PullsOf(const CalibrationResult& result) {
-  std::vector<Pull> pulls;
-  const std::vector<Constraint>& best = result.best.constraints;
-  for (size_t i = 0; i < best.size(); ++i) {
-    const auto least = std::min_element(result.front.begin(), result.front.end(),
-                                        [&](const Evaluation& a, const Evaluation& b) {
-                                          return a.constraints[i].misfit < b.constraints[i].misfit;
-                                        });
-    Pull pull{best[i].name, best[i].misfit, least->constraints[i].misfit, "", 0};
-    double most_worse = 0;
-    for (size_t j = 0; j < best.size(); ++j) {
-      const double worse = least->constraints[j].misfit - best[j].misfit;
-      if (worse <= most_worse) continue;
-      most_worse = worse;
-      pull.against = best[j].name;
-      pull.against_misfit = least->constraints[j].misfit;
-    }
-    pulls.push_back(std::move(pull));
-  }
-  return pulls;
-}
-
 CalibrationResult Calibrate(const CalibrationOptions& options,
                             const std::shared_ptr<CalibrationExperiment>& experiment) {
   const CalibrationPlan& plan = experiment->plan();
   const size_t n = plan.parameters.size();
   search::Candidate best_places;
   for (const FreeParameter& p : plan.parameters) best_places.push_back(p.PlaceOf(p.start));
+  const search::Candidate start = best_places;
   CalibrationResult result{.best = {.values = plan.Start(), .constraints = {}, .fitness = {}},
                            .misfit = std::numeric_limits<double>::infinity()};
   const search::OptimiserParams optimiser{
@@ -346,10 +294,7 @@ CalibrationResult Calibrate(const CalibrationOptions& options,
       .population = std::max(5, 4 + static_cast<int>(3 * std::log(static_cast<double>(n)))),
       .generations = options.generations,
       .initial_step = plan.spread};
-  // The start, and for a search others about it.
-  const int first_size = optimiser.generations > 0 ? optimiser.population : 1;
-  const int planned =
-      first_size + optimiser.population * optimiser.generations + 2 * static_cast<int>(n);
+  const int planned = 1 + optimiser.population * optimiser.generations + 2 * static_cast<int>(n);
   const auto pool =
       farm::MakePool(options.farm, farm::kJobTimeLimit_s, CalibrationWork(experiment));
   int done = 0;
@@ -372,14 +317,13 @@ CalibrationResult Calibrate(const CalibrationOptions& options,
     return evaluations;
   };
   // In the candidates' order, whichever ended first.
-  const auto evaluate = [&](const std::vector<search::Candidate>& candidates) {
+  const auto evaluate = [&](int, const std::vector<search::Candidate>& candidates) {
     const std::vector<std::optional<Evaluation>> evaluations = evaluations_at(candidates);
     std::vector<search::Worth> worths;
     for (size_t i = 0; i < evaluations.size(); ++i) {
       if (!evaluations[i]) continue;
       const double misfit = Misfit(evaluations[i]->constraints);
       ++result.evaluations;
-      AddToFront(*evaluations[i], &result.front);
       worths.push_back({misfit});
       if (misfit >= result.misfit) continue;
       result.misfit = misfit;
@@ -391,35 +335,19 @@ CalibrationResult Calibrate(const CalibrationOptions& options,
   };
 
   try {
-    std::vector<search::Candidate> first = {best_places};
-    Rng rng(options.seed, 0);
-    while (std::ssize(first) < first_size) {
-      first.push_back(first.front());
-      for (double& place : first.back())
-        place = std::clamp(place + plan.spread * rng.Normal(), 0.0, 1.0);
-    }
-    evaluate(first);
-    const search::Candidate start = best_places;  // which change
-    search::Optimise(
-        optimiser, options.seed, start, 1,
-        [&](int generation, const std::vector<search::Candidate>& candidates) {
-          return generation == 0 ? std::vector<search::Worth>{{result.misfit}}
-                                 : evaluate(candidates);
-        },
-        nullptr);
+    search::Optimise(optimiser, options.seed, start, 1, evaluate, nullptr);
     std::vector<search::Candidate> sides;
     for (size_t i = 0; i < n; ++i)
       for (const double step : {-0.05, 0.05}) {
         sides.push_back(best_places);
         sides.back()[i] = std::clamp(best_places[i] + step, 0.0, 1.0);
       }
-    std::vector<double> misfits;
-    for (const std::optional<Evaluation>& side : evaluations_at(sides)) {
-      if (!side) throw Stopped();
-      misfits.push_back(Misfit(side->constraints));
-    }
+    const std::vector<std::optional<Evaluation>> beside = evaluations_at(sides);
+    if (!std::ranges::all_of(beside, [](const auto& side) { return side.has_value(); }))
+      throw Stopped();
     for (size_t i = 0; i < n; ++i)
-      result.misfit_beside.emplace_back(misfits[2 * i], misfits[2 * i + 1]);
+      result.misfit_beside.emplace_back(Misfit(beside[2 * i]->constraints),
+                                        Misfit(beside[2 * i + 1]->constraints));
   } catch (const Stopped&) {
   }
   return result;

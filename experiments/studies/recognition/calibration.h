@@ -5,10 +5,9 @@
 //
 // That is the tables and how the pictures are described: constraints, each with a misfit in units
 // of what is accepted of it. CMA-ES searches the least root of the mean square of all misfits, a
-// generation at a time, whose sets of values a farm evaluates side by side. Constraints pull
-// against each other; the front of all evaluations of which none was better in everything tells
-// which. For the search F is looked for near the true pose only, in some of the tables' cells
-// (near_truth.h); the result is confirmed on all cells by searches that begin knowing nothing.
+// generation at a time, whose sets of values are evaluated side by side. For the search F is looked
+// for near the true pose only, in some of the tables' cells (near_truth.h); the result is confirmed
+// on all cells by searches that begin knowing nothing.
 
 #include <cstdint>
 #include <functional>
@@ -19,7 +18,8 @@
 #include <vector>
 
 #include "experiments/farm/farm.h"
-#include "experiments/studies/recognition/near_truth.h"
+#include "experiments/report/json.h"
+#include "experiments/report/report.h"
 #include "experiments/studies/recognition/recognition.h"
 #include "experiments/studies/recognition/table.h"
 
@@ -30,8 +30,7 @@ struct FreeParameter {
   std::string key;  // of the scenario, dotted; "group.list[0]" for an element
   double low = 0, high = 1, start = 0.5;
   bool logarithmic = false;  // searched by its logarithm
-  bool integer = false;
-  std::string source;  // where the range comes from
+  std::string source;        // where the range comes from
 
   static void Fields(auto& self, auto&& field) {
     field("key", self.key, Finite(), "key of the scenario");
@@ -39,7 +38,6 @@ struct FreeParameter {
     field("high", self.high, Finite(), "largest value that its source allows");
     field("start", self.start, Finite(), "where the search begins");
     field("logarithmic", self.logarithmic, Finite(), "searched by its logarithm");
-    field("integer", self.integer, Finite(), "whole numbers only");
     field("source", self.source, Finite(), "where the range comes from");
   }
   void Check(const std::string& path) const;
@@ -95,8 +93,6 @@ struct CalibrationPlan {
     field("spread", self.spread, InRange(0.001, 1),
           "standard deviation of the first generation, as a share of each range");
   }
-  static constexpr RetiredKey kRetired[] = {
-      {"seconds", "the search looks at F near the true pose only: give frames"}};
   void Check(const std::string& path) const;
 
   std::vector<double> Start() const;  // by parameter
@@ -105,8 +101,6 @@ struct CalibrationPlan {
 };
 
 CalibrationPlan LoadCalibrationPlan(const std::string& path);
-
-using TableByMarker = std::map<MarkerKind, std::vector<TableRow>>;
 
 // One thing that is known of the experiment and what a run makes of it. Misfit 1: as far off as is
 // accepted; 0: met in full.
@@ -134,13 +128,15 @@ struct Evaluation {
   std::vector<double> values;           // in the order of the plan's parameters
   std::vector<Constraint> constraints;  // of the cells that the search looks at
   std::vector<double> fitness;          // mean F of each of those cells
+
+  TURBIDOCK_FIELDS(values, constraints, fitness)
 };
 
 // The experiment as the search runs it. Drawing is done when it is made.
 class CalibrationExperiment {
  public:
   // ConfigError for a key, or an element of a list, that cannot be set or written.
-  CalibrationExperiment(const CalibrationPlan& plan, const TableByMarker& tables);
+  CalibrationExperiment(const CalibrationPlan& plan, const std::vector<TableRow>& tables);
   CalibrationExperiment(const CalibrationExperiment&) = delete;
   CalibrationExperiment& operator=(const CalibrationExperiment&) = delete;
 
@@ -152,9 +148,8 @@ class CalibrationExperiment {
 
   // Deterministic.
   Evaluation Evaluate(const std::vector<double>& values);
-  // Its parts: every row's result under these assignments, and what they, and pictures under the
-  // assignments that were run last, make of all that is known.
-  std::vector<CellResult> Run(const std::vector<std::string>& assignments);
+  // What these results of the rows, and pictures under the values evaluated last, make of all that
+  // is known.
   std::vector<Constraint> ConstraintsOf(const std::vector<CellResult>& results) const;
 
  private:
@@ -163,12 +158,11 @@ class CalibrationExperiment {
   CalibrationPlan plan_;
   std::string text_;
   std::vector<TableRow> rows_;
-  Recognition recognition_;
-  NearTruth near_truth_;  // of recognition_
-  Recognition pictures_;
+  std::vector<RecognitionCell> pictures_;
+  Recognition recognition_;  // of rows and pictures
 };
 
-// Evaluates sets of values: the work of a farm. A worker that has drawn an experiment (or was given
+// Evaluates sets of values: the work of a task. A worker that has drawn an experiment (or was given
 // one that is drawn) keeps it for its next job.
 farm::Work CalibrationWork(std::shared_ptr<CalibrationExperiment> drawn = nullptr);
 
@@ -180,29 +174,9 @@ struct CalibrationResult {
   Evaluation best;
   double misfit = 0;  // of the best
   int evaluations = 0;
-  // Those that none is better than, or as good as, in every constraint.
-  std::vector<Evaluation> front = {};
   // By parameter: misfit with it a twentieth of its range lower and higher.
   std::vector<std::pair<double, double>> misfit_beside = {};
 };
-
-// What pulls against a constraint: where on the front it is met best, and the other one that is
-// then worse by most than at the best evaluation.
-struct Pull {
-  std::string constraint;
-  double misfit = 0, least_misfit = 0;  // at the best evaluation, anywhere on the front
-  std::string against;                  // empty: nothing is worse there
-  double against_misfit = 0;            // there
-
-  static void Fields(auto& self, auto&& field) {
-    field("constraint", self.constraint);
-    field("misfit", self.misfit);
-    field("least_misfit", self.least_misfit);
-    field("against", self.against);
-    field("against_misfit", self.against_misfit);
-  }
-};
-std::vector<Pull> PullsOf(const CalibrationResult& result);
 
 struct CalibrationOptions {
   int generations = 30;  // 0: no search, only what the start and its sides are worth
@@ -217,10 +191,19 @@ struct CalibrationOptions {
 // their place. A key may be an element of a list that is there: "lamps.intensity_w_sr[0]".
 std::string CalibratedYaml(const CalibrationPlan& plan, const std::vector<double>& values);
 
-// Searches from the plan's start values, or the best of a generation about them; the result is the
-// same whoever evaluates. Stopped, which does not wait for evaluations under way, it returns the
-// best so far without what is beside.
+// Searches from the plan's start values; the result is the same whoever evaluates. Stopped, which
+// does not wait for evaluations under way, it returns the best so far without what is beside.
 CalibrationResult Calibrate(const CalibrationOptions& options,
                             const std::shared_ptr<CalibrationExperiment>& experiment);
+
+// How the whole experiment under the values found compares with its tables; a marker that was not
+// confirmed has none.
+using Confirmation = std::map<MarkerKind, TableComparison>;
+
+// Kind "calibration", and the study's own keys: README.md.
+report::Report ReportOf(const CalibrationExperiment& experiment, const CalibrationResult& result,
+                        const Confirmation& confirmed);
+report::Json ResultJson(const CalibrationExperiment& experiment, const CalibrationResult& result,
+                        const Confirmation& confirmed);
 
 }  // namespace turbidock::recognition

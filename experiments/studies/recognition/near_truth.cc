@@ -2,13 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
-#include "experiments/config/yaml_fields.h"
 #include "sim/base/random.h"
-#include "sim/camera/exposure.h"
-#include "sim/camera/image_sensor.h"
-#include "sim/camera/lens.h"
-#include "sim/light/water.h"
 #include "vision/fitness.h"
 #include "vision/hue_labels.h"
 
@@ -61,113 +58,31 @@ std::vector<Pose> PosesAbout(const Pose& X_HM, double focal_px, Rng rng) {
   return poses;
 }
 
-light::OpticsParams WithStrengths(light::OpticsParams params, double lamps, double rim,
-                                  double core) {
-  params.lamps.intensity_w_sr.setConstant(lamps);
-  params.ball_lights.rim_radiance_w_m2_sr = rim;
-  params.ball_lights.core_radiance_w_m2_sr = core;
-  return params;
-}
-
 }  // namespace
 
-NearTruth::NearTruth(const Recognition& recognition, int frames)
-    : recognition_(recognition), frames_(frames), lights_(recognition.cells().size()) {
-  for (const RecognitionCell& cell : recognition.cells()) {
-    const trial::FixedView& view = recognition.view(cell);
-    X_HM_.push_back(
-        PosesAbout(view.X_HM, view.rig.left.fx_px, recognition.SeedsOf(cell).Stream("near_truth")));
-  }
-}
-
-NearTruth::Source NearTruth::Shine(const trial::FixedView& view, const light::OpticsParams& params,
-                                   const StereoRegion& region) {
-  light::Water water(params, view.rig, view.surfaces, view.X_HE);
-  light::RadianceStereo radiance;
-  water.Apply(view.rendered, &radiance);
-  Source source;
-  source.mean = water.MeanRadiance(view.rendered);
-  for (const Side side : kSides)
-    source.rows[side] =
-        Eigen::Map<const Eigen::ArrayXf>(radiance[side].row(region[side].row_begin),
-                                         static_cast<ptrdiff_t>(3 * radiance[side].width()) *
-                                             (region[side].row_end - region[side].row_begin));
-  return source;
-}
-
-void NearTruth::Light() {
-  for (size_t i = 0; i < lights_.size(); ++i) {
-    const RecognitionCell& cell = recognition_.cells()[i];
-    const trial::Scenario& scenario = recognition_.scenario(cell.marker);
-    if (scenario.snow.flakes_per_m3 > 0) throw ConfigError("snow", "a calibration knows none");
-    if (camera::StereoLens(scenario.lens, recognition_.view(cell).rig).on())
-      throw ConfigError("lens", "a calibration knows ideal ones only");
-    light::OpticsParams params = scenario.light;
-    params.water.milk_ml_m3 = cell.milk_ml_m3;
-    const std::string of = config::SaveYaml(WithStrengths(params, 0, 0, 0));
-    CellLight& light = lights_[i];
-    if (light.of == of) continue;
-    const trial::FixedView& view = recognition_.view(cell);
-    light = {};
-    light.of = of;
-    light.region = RegionOf(view, scenario.marker);
-    if (params.lamps.enabled)
-      light.lamps = Shine(view, WithStrengths(params, 1, 0, 0), light.region);
-    if (params.ball_lights.enabled) {
-      light.rim = Shine(view, WithStrengths(params, 0, 1, 0), light.region);
-      light.core = Shine(view, WithStrengths(params, 0, 0, 1), light.region);
-    }
-  }
-}
-
-CellResult NearTruth::RunCell(size_t index) const {
-  const RecognitionCell& cell = recognition_.cells()[index];
-  const trial::Scenario& scenario = recognition_.scenario(cell.marker);
-  const trial::FixedView& view = recognition_.view(cell);
-  const CellLight& light = lights_[index];
-  const SeedTree seeds = recognition_.SeedsOf(cell);
-  camera::ImageSensor sensor(scenario.sensor, seeds.Stream("camera.left").NextU64(),
-                             seeds.Stream("camera.right").NextU64(), view.rig.left.width_px);
-
-  Stereo<Eigen::ArrayXf> radiance;
-  Eigen::Array3d mean = Eigen::Array3d::Zero();
-  const auto add = [&](const Source& source, const Eigen::Array3d& strength) {
-    mean += strength * source.mean;
-    for (const Side side : kSides) {
-      const Eigen::ArrayXf& rows = source.rows[side];
-      if (rows.size() == 0) continue;
-      const Eigen::ArrayXf factors = strength.cast<float>().replicate(rows.size() / 3, 1);
-      if (radiance[side].size() == 0) radiance[side].setZero(rows.size());
-      radiance[side] += factors * rows;
-    }
-  };
-  const light::BallLightParams& balls = scenario.light.ball_lights;
-  add(light.lamps, scenario.light.lamps.intensity_w_sr.array());
-  add(light.rim, Eigen::Array3d::Constant(balls.rim_radiance_w_m2_sr));
-  add(light.core, Eigen::Array3d::Constant(balls.core_radiance_w_m2_sr));
-  camera::AutoExposure exposure(scenario.sensor, scenario.image_clock().frame_s());
-  if (exposure.on()) sensor.Amplify(exposure.For(mean));
-
+CellResult RunNearTruth(const Recognition& recognition, const RecognitionCell& cell, int frames) {
+  const trial::FixedView& view = recognition.view(cell);
+  const trial::Scenario& scenario = recognition.scenario(cell.marker);
+  const StereoRegion region = RegionOf(view, scenario.marker);
+  const std::vector<Pose> X_HM =
+      PosesAbout(view.X_HM, view.rig.left.fx_px, recognition.SeedsOf(cell).Stream("near_truth"));
+  camera::StereoCamera cameras = recognition.CamerasOf(cell);
+  vision::HueLabeller labeller(scenario.hue, scenario.marker);
   Stereo<Image1u8> labels;
   StereoImage seen;
-  for (const Side side : kSides)
-    seen[side].Resize(view.rig[side].width_px, view.rig[side].height_px);
-  vision::HueLabeller labeller(scenario.hue, scenario.marker);
-  std::vector<double> fitness(X_HM_[index].size());
-  CellResult result{.cell = cell};
+  std::vector<double> fitness(X_HM.size());
   std::vector<float> best_of_frames;
-  for (int frame = 0; frame < frames_; ++frame) {
-    for (const Side side : kSides) {
-      sensor.DigitiseRegion(side, frame, light.region[side], radiance[side].data(), &seen[side]);
-      labeller.Label(seen[side], light.region[side], &labels[side]);
-    }
+  CellResult result{.cell = cell};
+  for (int frame = 0; frame < frames; ++frame) {
+    cameras.ExposeHeld(region, frame, &seen);
+    for (const Side side : kSides) labeller.Label(seen[side], region[side], &labels[side]);
     vision::Fitness evaluation(scenario.marker, view.rig, labels);
-    evaluation.Confine(light.region);
-    evaluation.EvaluateAll(X_HM_[index], fitness);
+    evaluation.Confine(region);
+    evaluation.EvaluateAll(X_HM, fitness);
     const auto best = std::max_element(fitness.begin(), fitness.end());
     best_of_frames.push_back(static_cast<float>(*best));
-    result.last_X_HM = X_HM_[index][static_cast<size_t>(best - fitness.begin())];
-    result.position_error_mean_m += (result.last_X_HM.p - view.X_HM.p).norm() / frames_;
+    result.last_X_HM = X_HM[static_cast<size_t>(best - fitness.begin())];
+    result.position_error_mean_m += (result.last_X_HM.p - view.X_HM.p).norm() / frames;
   }
   SetFitness(std::move(best_of_frames), &result);
   return result;

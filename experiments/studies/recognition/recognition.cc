@@ -6,6 +6,7 @@
 #include <optional>
 #include <set>
 
+#include "experiments/farm/fork_map.h"
 #include "experiments/report/json.h"
 #include "experiments/trial/trial_view.h"
 #include "sim/base/random.h"
@@ -17,31 +18,12 @@ namespace {
 // The experiment's own limits, beside those of the water's milk.
 constexpr double kNearest_m = 0.2, kFarthest_m = 10;
 
-// A cell's result as it comes from a worker, and back.
-std::string ToText(const CellResult& result) {
-  return report::JsonLine({{"error_m", result.position_error_mean_m},
-                           {"fitness", result.fitness},
-                           {"q", result.last_X_HM.q},
-                           {"p", result.last_X_HM.p}});
-}
-
-CellResult FromText(const RecognitionCell& cell, const std::string& text) {
-  const report::Json json = report::ParseJson(text, "a worker's result");
-  CellResult result{.cell = cell};
-  result.position_error_mean_m = json.at("error_m");
-  SetFitness(json.at("fitness").get<std::vector<float>>(), &result);
-  json.at("q").get_to(result.last_X_HM.q);
-  json.at("p").get_to(result.last_X_HM.p);
-  return result;
-}
-
 }  // namespace
 
 std::vector<MarkerKind> MarkersOf(const std::string& name) {
   std::vector<MarkerKind> markers;
   for (const auto& [marker, known] : EnumNames<MarkerKind>::kNames)
-    if (name == known || name == "all" || (name == "both" && marker != MarkerKind::kFiducial))
-      markers.push_back(marker);
+    if (name == known || name == "both") markers.push_back(marker);
   return markers;
 }
 
@@ -162,9 +144,9 @@ CellResult Recognition::RunCell(const RecognitionCell& cell,
   return result;
 }
 
-std::string Recognition::InputOf(const RecognitionCell& cell,
-                                 const RecognitionOptions& options) const {
-  return report::JsonLine({{"scenario", trial::SaveScenario(scenarios_.at(cell.marker))},
+std::string InputOf(const trial::Scenario& scenario, const RecognitionCell& cell,
+                    const RecognitionOptions& options) {
+  return report::JsonLine({{"scenario", trial::SaveScenario(scenario)},
                            {"marker", cell.marker},
                            {"milk_ml_m3", cell.milk_ml_m3},
                            {"distance_m", cell.distance_m},
@@ -172,44 +154,49 @@ std::string Recognition::InputOf(const RecognitionCell& cell,
                            {"settle_s", options.settle_s}});
 }
 
-CellResult Recognition::ResultOf(const RecognitionCell& cell, const std::string& output) {
-  return FromText(cell, output);
+CellResult ResultOf(const RecognitionCell& cell, const std::string& output) {
+  const report::Json json = report::ParseJson(output, "a worker's result");
+  CellResult result{.cell = cell, .position_error_mean_m = json.at("error_m")};
+  SetFitness(json.at("fitness").get<std::vector<float>>(), &result);
+  json.at("q").get_to(result.last_X_HM.q);
+  json.at("p").get_to(result.last_X_HM.p);
+  return result;
 }
 
-farm::Work CellWork() {
+farm::Work CellWork(const Recognition* drawn) {
   return {
-      "recognition cell", [](const std::string& input) {
+      "recognition cell", [drawn](const std::string& input) {
         const report::Json json = report::ParseJson(input, "a cell");
         const RecognitionCell cell{.marker = MarkersOf(json["marker"]).front(),
                                    .milk_ml_m3 = json["milk_ml_m3"],
                                    .distance_m = json["distance_m"]};
-        const Recognition recognition(
-            {{cell.marker, trial::ParseScenario(json["scenario"], "a cell's scenario")}}, {cell});
-        return ToText(
-            recognition.RunCell(cell, {.seconds = json["seconds"], .settle_s = json["settle_s"]}));
+        const RecognitionOptions options{.seconds = json["seconds"], .settle_s = json["settle_s"]};
+        const auto run = [&] {
+          if (drawn) return drawn->RunCell(cell, options);
+          const Recognition alone(
+              {{cell.marker, trial::ParseScenario(json["scenario"], "a cell's scenario")}}, {cell});
+          return alone.RunCell(cell, options);
+        };
+        const CellResult result = run();
+        return report::JsonLine({{"error_m", result.position_error_mean_m},
+                                 {"fitness", result.fitness},
+                                 {"q", result.last_X_HM.q},
+                                 {"p", result.last_X_HM.p}});
       }};
 }
 
 std::vector<CellResult> Recognition::Run(const RecognitionOptions& options) const {
-  if (!options.slurm)
-    return MapCells(
-        cells_, [&](size_t i) { return RunCell(cells_[i], options); }, options.run);
   std::vector<std::string> inputs;
-  for (const RecognitionCell& cell : cells_) inputs.push_back(InputOf(cell, options));
-  const auto outputs = farm::SlurmMap(CellWork(), inputs, *options.slurm, options.run);
-  std::vector<CellResult> results;
-  for (size_t i = 0; i < outputs.size(); ++i) results.push_back(ResultOf(cells_[i], outputs[i]));
-  return results;
-}
-
-std::vector<CellResult> MapCells(const std::vector<RecognitionCell>& cells,
-                                 const std::function<CellResult(size_t)>& run_cell,
-                                 const farm::ForkMapOptions& options) {
-  const std::vector<std::string> texts = farm::ForkMap(
-      static_cast<int>(cells.size()),
-      [&](int i) { return ToText(run_cell(static_cast<size_t>(i))); }, options);
-  std::vector<CellResult> results;
-  for (size_t i = 0; i < texts.size(); ++i) results.push_back(FromText(cells[i], texts[i]));
+  for (const RecognitionCell& cell : cells_)
+    inputs.push_back(InputOf(scenario(cell.marker), cell, options));
+  std::vector<CellResult> results(cells_.size());
+  int done = 0;
+  const auto take = [&](size_t i, const std::string& output) {
+    results[i] = ResultOf(cells_[i], output);
+    if (options.on_progress) options.on_progress(++done, static_cast<int>(cells_.size()));
+  };
+  const auto pool = farm::MakePool(options.farm, farm::kJobTimeLimit_s, CellWork(this));
+  if (!farm::MapEach(pool.get(), inputs, take, options.stop_requested)) return {};
   return results;
 }
 

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "experiments/farm/fork_map.h"
+#include "experiments/farm/farm.h"
 #include "experiments/trial/fixed_view.h"
 #include "experiments/trial/scenario.h"
 #include "sim/base/random.h"
@@ -21,18 +21,13 @@
 
 namespace turbidock::recognition {
 
-enum class MarkerKind {
-  kActive,
-  kPassive,
-  kFiducial,  // tags beside the painted balls; no part of the published experiment
-};
+enum class MarkerKind { kActive, kPassive };
 constexpr auto Names(MarkerKind) {
   using enum MarkerKind;
-  return EnumList<MarkerKind>(
-      {{kActive, "active"}, {kPassive, "passive"}, {kFiducial, "fiducial"}});
+  return EnumList<MarkerKind>({{kActive, "active"}, {kPassive, "passive"}});
 }
 
-// Of a marker's name, "both" (active and passive) or "all".
+// Of a marker's name or "both".
 std::vector<MarkerKind> MarkersOf(const std::string& name);
 
 // What a mean F allows: docking, recognition, nothing. Limits: ViewCriteria.
@@ -73,12 +68,10 @@ struct CellResult {
 struct RecognitionOptions {
   double seconds = 60;
   double settle_s = 5;  // before it counts: to find the marker from anywhere
-  farm::ForkMapOptions run = {};
-  std::optional<farm::SlurmParams> slurm = {};  // cells are run by its tasks; none: here
+  farm::FarmOptions farm = {};
+  std::function<void(int done, int of)> on_progress = {};  // cells
+  std::function<bool()> stop_requested = {};
 };
-
-// Runs a cell: the work of a task.
-farm::Work CellWork();
 
 // Sets mean, deviation, Area and the frames' F themselves. At least one frame.
 void SetFitness(std::vector<float> fitness, CellResult* result);
@@ -105,15 +98,12 @@ class Recognition {
   // randomness depends on the seed and on the cell only. Nothing when it was stopped.
   std::vector<CellResult> Run(const RecognitionOptions& options) const;
 
-  // A cell as CellWork's input, of the options those that matter to its result; and back from its
-  // output.
-  std::string InputOf(const RecognitionCell& cell, const RecognitionOptions& options) const;
-  static CellResult ResultOf(const RecognitionCell& cell, const std::string& output);
-
   // One cell, in this process.
   CellResult RunCell(const RecognitionCell& cell, const RecognitionOptions& options) const;
 
-  // What the cameras saw in a cell at a frame, counted from the first one of all.
+  // In front of a cell's view, which they hold.
+  camera::StereoCamera CamerasOf(const RecognitionCell& cell) const;
+  // What they see at a frame, counted from the first one of all.
   StereoImage Image(const RecognitionCell& cell, int64_t frame) const;
 
   const trial::Scenario& scenario(MarkerKind marker) const { return scenarios_.at(marker); }
@@ -128,16 +118,18 @@ class Recognition {
   }
 
  private:
-  camera::StereoCamera CamerasOf(const RecognitionCell& cell) const;
-
   std::map<MarkerKind, trial::Scenario> scenarios_;
   std::vector<RecognitionCell> cells_;
   std::map<std::pair<MarkerKind, double>, trial::FixedView> views_;  // by marker and distance
 };
 
-// Every cell's result, in order, made in workers; nothing when it was stopped.
-std::vector<CellResult> MapCells(const std::vector<RecognitionCell>& cells,
-                                 const std::function<CellResult(size_t)>& run_cell,
-                                 const farm::ForkMapOptions& options);
+// Runs a cell: the work of a task. `drawn`, if any, has the cells of all inputs, and must outlive
+// it; otherwise an input is all that is needed.
+farm::Work CellWork(const Recognition* drawn = nullptr);
+
+// A cell as its input, of the options those that matter to its result; and back from its output.
+std::string InputOf(const trial::Scenario& scenario, const RecognitionCell& cell,
+                    const RecognitionOptions& options);
+CellResult ResultOf(const RecognitionCell& cell, const std::string& output);
 
 }  // namespace turbidock::recognition

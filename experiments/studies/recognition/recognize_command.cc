@@ -1,17 +1,16 @@
 #include <fmt/format.h>
 
-#include <cstdio>
 #include <filesystem>
 #include <map>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "experiments/app/commands.h"
 #include "experiments/app/farm_arguments.h"
+#include "experiments/app/print_report.h"
 #include "experiments/app/progress.h"
 #include "experiments/media/figure.h"
-#include "experiments/studies/recognition/figure.h"
+#include "experiments/studies/recognition/image_sheet.h"
 #include "experiments/studies/recognition/recognition.h"
 #include "experiments/studies/recognition/report.h"
 #include "experiments/studies/recognition/table.h"
@@ -21,8 +20,7 @@
 namespace turbidock::recognition {
 namespace {
 
-// Steps of milk in a contact sheet.
-constexpr int kContactSheetColumns = 5;
+constexpr int kSheetColumns = 5;      // steps of milk in a sheet of images
 constexpr double kCellsEvery_s = 30;  // between two lines of progress off a terminal
 
 struct RecognizeArguments {
@@ -54,44 +52,20 @@ std::vector<RecognitionCell> Grid(const RecognizeArguments& arguments,
   return cells;
 }
 
-// "FILE.png" with words before the dot; without an extension of its own it is .png.
-std::string Beside(const std::string& figure, const std::string& words,
-                   const std::string& ending = "") {
+// FILE_images_MARKER.png beside FILE.
+std::string SheetFile(const std::string& figure, MarkerKind marker) {
   const std::filesystem::path path(figure);
-  const std::string own = path.has_extension() ? path.extension().string() : ".png";
-  return (path.parent_path() / (path.stem().string() + words + (ending.empty() ? own : ending)))
-      .string();
+  return path.parent_path() / fmt::format("{}_images_{}.png", path.stem().string(), NameOf(marker));
 }
 
-// F over milk, areas, F over time, and a contact sheet of each marker.
-std::vector<std::string> FigureFiles(const std::string& figure,
-                                     const std::vector<MarkerKind>& markers) {
-  std::vector<std::string> files = {Beside(figure, ""), Beside(figure, "_areas"),
-                                    Beside(figure, "_time")};
-  for (const MarkerKind marker : markers)
-    files.push_back(Beside(figure, fmt::format("_images_{}", NameOf(marker)), ".png"));
-  return files;
-}
-
-std::vector<std::string> WriteFigures(const std::string& figure, const Recognition& recognition,
-                                      const std::vector<CellResult>& results) {
+// All plots, and a sheet of images of each marker.
+void WriteFigures(const std::string& figure, const report::Report& report,
+                  const Recognition& recognition, const std::vector<CellResult>& results) {
+  media::WriteFigure(figure, media::FigureOf(report));
   std::map<MarkerKind, std::vector<CellResult>> by_marker;
   for (const CellResult& r : results) by_marker[r.cell.marker].push_back(r);
-  std::vector<TableRow> published;
   for (const auto& [marker, of_marker] : by_marker)
-    for (const TableRow& row : PublishedTable(marker)) published.push_back(row);
-
-  std::vector<MarkerKind> markers;
-  for (const auto& [marker, of_marker] : by_marker) markers.push_back(marker);
-  const std::vector<std::string> files = FigureFiles(figure, markers);
-  WriteFitnessFigure(files[0], results, published);
-  WriteAreaFigure(files[1], results, published);
-  WriteTimeFigure(files[2], results,
-                  recognition.scenario(results.front().cell.marker).clock.frames_per_second);
-  size_t sheet = files.size() - markers.size();
-  for (const auto& [marker, of_marker] : by_marker)
-    WriteContactSheet(files[sheet++], recognition, of_marker, kContactSheetColumns);
-  return files;
+    WriteImageSheet(SheetFile(figure, marker), recognition, of_marker, kSheetColumns);
 }
 
 int Recognize(const RecognizeArguments& arguments) {
@@ -111,9 +85,8 @@ int Recognize(const RecognizeArguments& arguments) {
   system::OutputPlan outputs;
   outputs.Reads(arguments.table).Writes(arguments.csv);
   if (!arguments.figure.empty()) {
-    const std::vector<std::string> files = FigureFiles(arguments.figure, markers);
-    media::RequireFigurePath(files.front());
-    for (const std::string& file : files) outputs.Writes(file);
+    outputs.Writes(arguments.figure);
+    for (const MarkerKind marker : markers) outputs.Writes(SheetFile(arguments.figure, marker));
   }
   outputs.Require();
 
@@ -127,22 +100,18 @@ int Recognize(const RecognizeArguments& arguments) {
       arguments.csv, [&](const std::string& text) { progress.Say("  " + text); });
   const std::vector<CellResult> results = recognition.Run(
       {.seconds = arguments.seconds,
-       .run = {.workers = farm.workers,
-               .on_progress = [&](int done,
-                                  int of) { progress.ShowDone(done, of, "cells", kCellsEvery_s); },
-               // whose tasks are to be cancelled
-               .stop_requested = farm.slurm ? app::CatchStopSignals() : nullptr},
-       .slurm = farm.slurm});
+       .farm = farm,
+       .on_progress = [&](int done,
+                          int of) { progress.ShowDone(done, of, "cells", kCellsEvery_s); },
+       // whose tasks are to be cancelled
+       .stop_requested = farm.slurm ? app::CatchStopSignals() : nullptr});
   if (app::StopSignal() != 0) return app::kExitDone;  // main makes the signal's code of it
 
-  std::optional<TableComparison> comparison;
-  if (!table.empty()) comparison = Compare(results, table);
-  progress.Say(RecognitionText(results, table, comparison));
+  const report::Report report =
+      ReportOf(results, table, recognition.scenario(markers.front()).clock.frames_per_second);
+  app::PrintReport(report, ResultJson(results, table), arguments.json);
   if (!arguments.csv.empty()) system::WriteWhole(arguments.csv, RecognitionCsv(results, table));
-  if (arguments.json) std::fputs(RecognitionJson(results, table, comparison).c_str(), stdout);
-  if (!arguments.figure.empty())
-    for (const std::string& file : WriteFigures(arguments.figure, recognition, results))
-      progress.Say("  " + file);
+  if (!arguments.figure.empty()) WriteFigures(arguments.figure, report, recognition, results);
   return app::kExitDone;
 }
 
@@ -171,9 +140,8 @@ void AddRecognize(app::CommandLine& line) {
                    "Set one key of the scenarios pool_active and pool_passive");
   recognize.AddSeed(arguments.seed);
   recognize.Add("--csv FILE", arguments.csv, "Write the cells to this file");
-  recognize.Add("--figure FILE", arguments.figure,
-                "Draw FILE (F over milk; .png, .svg or .pdf), FILE_areas, FILE_time and\n"
-                "FILE_images_MARKER.png");
+  recognize.AddFigure(arguments.figure,
+                      "Draw the plots into FILE, what the cameras see into FILE_images_MARKER.png");
   recognize.AddJson(arguments.json);
   recognize.AddQuiet(arguments.quiet);
 }

@@ -86,8 +86,8 @@ END
 "$program" gate gate.yaml --set duration_s=1.2 --bundles 2 --out gate --quiet || [ $? = 1 ]
 "$program" gate --plan-size --rate 0.95 --margin 0.2 --json >plan_size.json
 "$program" recognize --distances 400,1000 --milk 0,40,120 --seconds 1 --json --quiet >recognition.json
-"$program" compare-estimators --marker active --distances 600 --milk 0,20 --starts 3 --frames 10 \
-  --estimators default,blobs --json --quiet >estimators.json
+"$program" compare-estimators pool_active --distances 600 --milk 0,20 --starts 3 --frames 10 \
+  --estimators rm_ga,blobs --json --quiet >estimators.json
 
 "$program" report trial --out trial.html
 "$program" report still --out still.html

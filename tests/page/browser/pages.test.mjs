@@ -24,8 +24,8 @@ const kKinds = {
   vehicle: {plots: 3},
   gate: {plots: 2},
   plan_size: {plots: 2},
-  recognition: {plots: 4},
-  estimators: {plots: 4},
+  recognition: {plots: 6},
+  estimators: {plots: 3},
 };
 
 let browser;

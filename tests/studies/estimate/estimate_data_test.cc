@@ -110,9 +110,15 @@ TEST_F(Estimate, ASequenceGivesARecordAFrameAndAnOverlay) {
     EXPECT_NEAR(PoseOf(result["records"][frame]).p.y(), 0.02 + 0.004 * (frame + 1), 0.002);
   std::ifstream csv(Path("poses.csv"));
   std::string line;
+  std::getline(csv, line);
+  EXPECT_EQ(line,
+            "frame,detected,x_m,y_m,z_m,qw,qx,qy,qz,fitness,x_deviation_m,y_deviation_m,"
+            "z_deviation_m,evaluations,generations,fitness_red,fitness_green,fitness_blue");
   int lines = 0;
   while (std::getline(csv, line)) ++lines;
-  EXPECT_EQ(lines, 13);
+  EXPECT_EQ(lines, 12);
+  EXPECT_EQ(result.at("kind"), "estimate");
+  EXPECT_EQ(result["report"]["sections"][0]["panels"].size(), 2u);  // over frames
   // The overlay is a video of as many frames, and can be read as one.
   const auto video = media::OpenImages(Path("overlay.mp4"));
   Image3u8 image;
@@ -303,9 +309,10 @@ TEST_F(Estimate, AMarkerOfOnesOwnByFileAlone) {
 
 TEST_F(Estimate, ThePublishedPresetIsUnrefinedAndRepeats) {
   WritePair({}, RigParams{}.MakeRig(), kPose);
-  const std::vector<std::string> arguments = {
-      "--left",   Path("left.png"), "--right", Path("right.png"),
-      "--preset", "published",      "--seed",  "3"};
+  const std::vector<std::string> arguments = {"--left",  Path("left.png"),
+                                              "--right", Path("right.png"),
+                                              "--seed",  "3",
+                                              "--set",   "estimator.preset=published"};
   const Json result = Run(arguments);
   EXPECT_EQ(result.at("evaluations"), 30 * 276);
   EXPECT_TRUE(result.at("covariance").is_null());
@@ -351,8 +358,8 @@ TEST_F(Estimate, BadInputIsNamed) {
                  {"half.yml", "required"});
   ExpectBadInput({"--left", left, "--right", right, "--marker", File("marker.yaml", "bals: []\n")},
                  {"marker.yaml:1: bals", "balls"});
-  ExpectBadInput({"--left", left, "--right", right, "--preset", "best"},
-                 {"--preset", "'best' must be one of default, published"});
+  ExpectBadInput({"--left", left, "--right", right, "--set", "estimator.preset=best"},
+                 {"estimator.preset", "must be one of default, published"});
   ExpectBadInput({"--left", left, "--right", right, "--overlay", Path("film.avi")}, {"film.avi"});
 }
 

@@ -10,6 +10,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "experiments/studies/recognition/report.h"
 #include "experiments/studies/recognition/table.h"
 #include "tests/support/message_of.h"
 #include "tests/support/program.h"
@@ -144,7 +145,7 @@ TEST(Comparison, CountsByHand) {
 TEST(Recognition, CellsAreIndependent) {
   const RecognitionOptions brief{.seconds = 0.1, .settle_s = 0.1};
   RecognitionOptions shared = brief;
-  shared.run.workers = 3;
+  shared.farm.workers = 3;
   const RecognitionCell a{MarkerKind::kActive, 10, 0.6}, b{MarkerKind::kActive, 200, 0.6};
   const std::map<MarkerKind, trial::Scenario> scenarios = {
       {MarkerKind::kActive, RecognitionScenario(MarkerKind::kActive, {})}};
@@ -162,8 +163,8 @@ TEST(Recognition, CellsAreIndependent) {
   }
   EXPECT_NE(both[0].fitness, both[1].fitness);
   // and in a task of a cluster, which knows nothing but its input
-  const Recognition alone(scenarios, {a});
-  const CellResult task = Recognition::ResultOf(a, CellWork().run(alone.InputOf(a, brief)));
+  const CellResult task =
+      ResultOf(a, CellWork().run(InputOf(scenarios.at(MarkerKind::kActive), a, brief)));
   EXPECT_EQ(task.fitness, both[0].fitness);
   EXPECT_EQ(task.position_error_mean_m, both[0].position_error_mean_m);
   EXPECT_EQ(task.last_X_HM.q.coeffs(), both[0].last_X_HM.q.coeffs());
@@ -177,6 +178,59 @@ TEST(Recognition, RefusesWhatIsOutOfRange) {
   EXPECT_THROW(Recognition(scenarios, {{MarkerKind::kActive, 1, 0.1}}), ConfigError);
 }
 
+// The report says what the results say: limits and Areas worked out by hand.
+class RecognitionReport : public ::testing::Test {
+ protected:
+  static CellResult Result(double milk, double mean) {
+    CellResult result{.cell = {MarkerKind::kActive, milk, 0.4}};
+    SetFitness({static_cast<float>(mean), static_cast<float>(mean)}, &result);
+    return result;
+  }
+  static TableRow Row(double milk, double mean) {
+    return {{MarkerKind::kActive, milk, 0.4}, mean, {}};
+  }
+  const std::vector<CellResult> results_ = {Result(0, 0.8), Result(20, 0.7), Result(40, 0.3),
+                                            Result(100, -0.1)};
+};
+
+TEST_F(RecognitionReport, DrawsCurvesAndAreas) {
+  const std::vector<TableRow> table = {Row(0, 0.9), Row(20, 0.5), Row(40, 0.1), Row(100, 0)};
+  const report::Report report = ReportOf(results_, table, 30);
+  ASSERT_EQ(report.sections.size(), 4u);  // F over milk, Areas, F over time, the marker's table
+  const report::Panel& fitness = report.sections[0].panels.at(0);
+  ASSERT_EQ(fitness.series.size(), 2u);  // the run and the table
+  EXPECT_EQ(fitness.series[0].points[2].x, 40);
+  EXPECT_NEAR(fitness.series[0].points[2].y, 0.3, 1e-6);
+  EXPECT_EQ(fitness.series[1].points[2].y, 0.1);
+
+  // Area I to half way between 20 and 40, II to half way to 100, III as far beyond; so the table
+  const std::vector<report::Block>& areas = report.sections[1].panels.at(0).blocks;
+  ASSERT_EQ(areas.size(), 6u);
+  const std::vector<std::tuple<std::string, double, double>> expected = {
+      {"I", 0, 30}, {"II", 30, 70}, {"III", 70, 130}, {"", 0, 10}, {"", 10, 30}, {"", 30, 130}};
+  for (size_t i = 0; i < areas.size(); ++i)
+    EXPECT_EQ(std::tuple(areas[i].name, areas[i].from_x, areas[i].to_x), expected[i]) << i;
+
+  EXPECT_EQ(report.sections[2].panels.at(0).series.size(), 3u);  // a cell of each Area
+  EXPECT_NEAR(report.sections[2].panels[0].series[0].points[1].x, 1.0 / 30, 1e-12);
+  ASSERT_EQ(report.sections[3].table->rows().size(), 4u);
+  EXPECT_THAT(report.sections[3].table->Text(), HasSubstr("0.300 ± 0.000 II  ( 0.100)"));
+  EXPECT_EQ(report.facts[0].label, "RMSE of mean F");
+  EXPECT_EQ(report.facts[0].value, "0.158");  // root of (0.01 + 0.04 + 0.04 + 0.01) / 4
+}
+
+TEST_F(RecognitionReport, SaysHowTurbidItMayBe) {
+  const auto limit = [](const std::vector<CellResult>& results) {
+    return ReportOf(results, {Row(0, 0.9), Row(20, 0.5)}, 30).facts.back();
+  };
+  // three-point means 0.75, 0.6, 0.3, 0.1: 0.22 is 0.4 of the way from 40 to 100
+  EXPECT_EQ(ReportOf(results_, {}, 30).facts.at(0).value, "64 ml/m³");
+  EXPECT_THAT(ReportOf(results_, {}, 30).facts.at(0).note, HasSubstr("published: 216 ml/m³"));
+  EXPECT_EQ(limit({Result(0, 0.8), Result(20, 0.7)}).value, "beyond 20 ml/m³");
+  EXPECT_EQ(limit({Result(5, 0.1), Result(20, 0)}).value, "below 5 ml/m³");
+  EXPECT_EQ(limit({Result(0, 0.8), Result(20, 0.7)}).note, "the table: beyond 20 ml/m³");
+}
+
 TEST(RecognizeCommand, PrintsTheDocumentedKeys) {
   const std::string table =
       (std::filesystem::temp_directory_path() / "turbidock_recognize.csv").string();
@@ -186,7 +240,9 @@ TEST(RecognizeCommand, PrintsTheDocumentedKeys) {
   std::filesystem::remove(table);
   ASSERT_EQ(end.exit_code, 0) << end.err;
   const auto json = nlohmann::json::parse(end.out);
-  for (const char* key : {"cells", "rmse", "area_agreement", "loss_milk_ratio"})
+  EXPECT_EQ(json.at("kind"), "recognition");
+  for (const char* key : {"cells", "rmse", "area_agreement", "loss_milk_ratio", "loss_milk_ml_m3",
+                          "lost_fitness_error", "best_milk_ml_m3", "rise", "fitness_std", "report"})
     EXPECT_TRUE(json.contains(key)) << key;
   ASSERT_EQ(json["cells"].size(), 2u);
   for (const char* key : {"marker", "milk_ml_m3", "distance_mm", "fitness_mean", "fitness_std",

@@ -1,0 +1,127 @@
+#include <fmt/format.h>
+
+#include <array>
+#include <utility>
+
+#include "experiments/studies/estimate/estimate.h"
+#include "experiments/system/build_info.h"
+#include "sim/base/units.h"
+
+namespace turbidock::estimate {
+namespace {
+
+using report::Fixed;
+using report::Json;
+
+// Standard deviations of three coordinates.
+std::optional<Eigen::Vector3d> DeviationsOf(const PoseEstimate& estimate, int first) {
+  if (!estimate.covariance) return std::nullopt;
+  return Eigen::Vector3d(estimate.covariance->diagonal().segment<3>(first).cwiseSqrt());
+}
+
+Json ToJson(const PoseEstimate& estimate, const EstimateSettings& settings) {
+  Json balls;
+  for (size_t b = 0; b < settings.marker.balls.size(); ++b)
+    balls[settings.marker.balls[b].name] = estimate.ball_fitness[b];
+  return {{"detected", estimate.detected},
+          {"position_m", estimate.X_HM.p},
+          {"quaternion_wxyz", estimate.X_HM.q},
+          {"fitness", estimate.fitness},
+          {"ball_fitness", balls},
+          {"position_deviation_m", DeviationsOf(estimate, 0)},
+          {"rotation_deviation_rad", DeviationsOf(estimate, 3)}};
+}
+
+// Position and F over frames.
+report::Section OverFrames(const std::vector<Json>& records) {
+  report::Panel position{.x = {"frame"}, .y = {"mm"}, .legend = report::Legend::kAbove};
+  for (const char* axis : {"x", "y", "z"})
+    position.series.push_back({.name = axis, .color = report::CurveColor(position.series.size())});
+  report::Panel fitness{.x = {"frame"}, .y = {"F", -0.25, 1}, .series = {{}}};
+  for (const Json& record : records) {
+    const double frame = record["frame"];
+    for (size_t i = 0; i < position.series.size(); ++i)
+      position.series[i].points.push_back(
+          {frame, units::MmFromM(record["position_m"][i].get<double>())});
+    fitness.series[0].points.push_back({frame, record["fitness"]});
+  }
+  return {.title = "Marker in the camera head",
+          .panels = {position, fitness},
+          .stacked = true,
+          .wide = true};
+}
+
+}  // namespace
+
+Json RecordOf(const EstimatedFrame& frame, const EstimateSettings& settings) {
+  Json json = {{"frame", frame.estimate.frame}};
+  json.update(ToJson(frame.estimate, settings));
+  json["evaluations"] = frame.estimate.evaluations;
+  json["generations"] = frame.generations;
+  return json;
+}
+
+std::string CsvOf(const std::vector<Json>& records) {
+  std::string csv;
+  for (const Json& record : records) {
+    Json row = {{"frame", record["frame"]}, {"detected", record["detected"] ? 1 : 0}};
+    const auto add = [&](const Json& vector, const std::vector<const char*>& names) {
+      for (size_t i = 0; i < names.size(); ++i)
+        row[names[i]] = vector.is_null() ? vector : vector[i];
+    };
+    add(record["position_m"], {"x_m", "y_m", "z_m"});
+    add(record["quaternion_wxyz"], {"qw", "qx", "qy", "qz"});
+    row["fitness"] = record["fitness"];
+    add(record["position_deviation_m"], {"x_deviation_m", "y_deviation_m", "z_deviation_m"});
+    row["evaluations"] = record["evaluations"];
+    row["generations"] = record["generations"];
+    for (const auto& [ball, fitness] : record["ball_fitness"].items())
+      row["fitness_" + ball] = fitness;
+    report::AddCsv(row, &csv);
+  }
+  return csv;
+}
+
+report::Report ReportOf(const EstimateSummary& summary, const std::vector<Json>& records) {
+  const PoseEstimate& e = summary.last;
+  const Eigen::Vector3d p_mm = units::MmFromM(1) * e.X_HM.p;
+  report::Report report{
+      .kind = "estimate",
+      .title = "Pose of the marker in images",
+      .build = system::VersionAndCommit(),
+      .verdict = {e.detected ? "detected" : "not detected",
+                  e.detected ? report::Tone::kGood : report::Tone::kBad,
+                  fmt::format("F {:.3f} after {} frames and {} evaluations.", e.fitness,
+                              summary.frames, summary.evaluations)},
+      .facts = {{"position, mm",
+                 fmt::format("x {:.1f}, y {:.1f}, z {:.1f}", p_mm.x(), p_mm.y(), p_mm.z()),
+                 "in the camera head, of the last frame"},
+                {"quaternion, w x y z", fmt::format("{:.5f} {:.5f} {:.5f} {:.5f}", e.X_HM.q.w(),
+                                                    e.X_HM.q.x(), e.X_HM.q.y(), e.X_HM.q.z())}}};
+  if (const auto p_m = DeviationsOf(e, 0))
+    report.facts.push_back(
+        {"standard deviations",
+         fmt::format("{:.2f}, {:.2f}, {:.2f} mm", units::MmFromM(p_m->x()),
+                     units::MmFromM(p_m->y()), units::MmFromM(p_m->z())),
+         Fixed(units::DegFromRad(DeviationsOf(e, 3)->maxCoeff()), 2) + "° at most"});
+  report.facts.push_back(
+      {"generations in a frame", std::to_string(summary.generations_least), "at least"});
+  if (!summary.incomplete.empty()) report.missing = {"Incomplete: " + summary.incomplete + "."};
+  if (records.size() > 1) report.sections = {OverFrames(records)};
+  return report;
+}
+
+Json ResultJson(const EstimateSummary& summary, const EstimateSettings& settings,
+                const std::vector<Json>& records) {
+  Json json = ToJson(summary.last, settings);
+  json["covariance"] = summary.last.covariance;
+  json["frames"] = summary.frames;
+  json["evaluations"] = summary.evaluations;
+  json["generations_least"] = summary.generations_least;
+  json["complete"] = summary.incomplete.empty();
+  json["incomplete_reason"] = summary.incomplete.empty() ? Json() : Json(summary.incomplete);
+  json["records"] = records;
+  return json;
+}
+
+}  // namespace turbidock::estimate
