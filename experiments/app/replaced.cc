@@ -14,6 +14,11 @@ const std::map<std::string, std::string> kReplaced = {
     {"curve", "turbidock status FILE --over KEY, report FILE --figure PNG --over KEY"},
     {"run --resolution", "--set rig.width_px=320 --set rig.height_px=240"},
     {"bench --resolution", "--set rig.width_px=320 --set rig.height_px=240"},
+    {"step-response --cameras", "--set pose_source=cameras"},
+    {"step-response --true-pose", "nothing: true poses are the default"},
+    {"step-response --no-noise", "--set true_pose.noise=[0, 0, 0, 0]"},
+    {"step-response --turn", "a step of 5 degrees, always"},
+    {"step-response --force", "a push of 1 N or 0.1 N m, always"},
 };
 
 }  // namespace

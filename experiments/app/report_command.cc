@@ -40,9 +40,8 @@ struct Shown {
 };
 
 Shown ShowOne(const ReportArguments& arguments, bool with_page) {
-  const std::string& given = arguments.inputs[0];
-  const std::string file = page::TrialsOfUnfinishedStudy(given).value_or(given);
-  if (!page::IsFileOfTrials(file)) return {.page = page::ResultPage(given, arguments.plugins)};
+  const std::string& file = arguments.inputs[0];
+  if (!page::IsFileOfTrials(file)) return {.page = page::ResultPage(file, arguments.plugins)};
   const farm::ResultStore store = farm::ResultStore::Read(file);
   if (arguments.trial)
     return {.page = page::StoredTrialPage(store, file, *arguments.trial, arguments.plugins)};

@@ -9,7 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include "experiments/config/yaml_fields.h"
 #include "experiments/farm/plan.h"
 #include "experiments/farm/run_lock.h"
 #include "experiments/page/stored_trials.h"
@@ -28,8 +27,7 @@ using report::Json;
 Json Packed(const std::vector<Json>& values) {
   if (std::none_of(values.begin(), values.end(), [](const Json& v) { return v.is_string(); })) {
     Json list = Json::array();
-    for (const Json& value : values)
-      list.push_back(Rounded(value));
+    for (const Json& value : values) list.push_back(Rounded(value));
     return list;
   }
   std::map<std::string, size_t> known;
@@ -123,36 +121,6 @@ void AddSeries(const farm::ResultStore& store, const std::vector<StoredTrial>& t
     page->has_3d |= !page->parts.empty() && !trial["scene"].is_null();
 }
 
-// Of a tuning study's plan, what tells a candidate's cost and its place among the gains' ranges.
-Json SearchModel(const config::YamlNode& study) {
-  const auto number = [](const config::YamlNode& node, const char* key) {
-    const auto value = node.Find(key);
-    return value ? report::NumberIn(value->Text().value_or("")).value_or(0) : 0.0;
-  };
-  const auto text = [](const config::YamlNode& node, const char* key) {
-    const auto value = node.Find(key);
-    return value ? value->Text().value_or("") : std::string();
-  };
-  Json objective = Json::array(), gains = Json::array();
-  if (const auto terms = study.Find("objective"))
-    for (const config::YamlNode& term : terms->Elements())
-      objective.push_back({{"metric", text(term, "metric")},
-                           {"weight", number(term, "weight")},
-                           {"failed", number(term, "failed")}});
-  if (const auto ranges = study.Find("gains"))
-    for (const config::YamlNode& range : ranges->Elements())
-      gains.push_back({{"key", text(range, "key")},
-                       {"low", number(range, "low")},
-                       {"high", number(range, "high")},
-                       {"scale", text(range, "scale")}});
-  const auto optimiser = study.Find("optimiser");
-  return {{"objective", objective},
-          {"gains", gains},
-          {"success_at_least", number(study, "success_at_least")},
-          {"success_weight", number(study, "success_weight")},
-          {"generations", optimiser ? number(*optimiser, "generations") : 0}};
-}
-
 }  // namespace
 
 Page BatchPage(const farm::ResultStore& store, const std::string& file,
@@ -190,12 +158,6 @@ Page BatchPage(const farm::ResultStore& store, const std::string& file,
           fmt::format("This program does not understand all of the file's plan: {}", error.what()));
     }
     AddSeries(store, trials, options.series_bytes, &page);
-  } else if (header.kind == "tune") {
-    try {
-      model["search"] = SearchModel(config::ParseYaml(header.plan, file));
-    } catch (const ConfigError&) {
-      missing.emplace_back("How the search goes: the study in this file cannot be read");
-    }
   }
   const farm::BatchSummary summary = farm::SummaryOf(store, file, report);
   model["wanted"] = summary.scheduler.Expected();

@@ -3,7 +3,6 @@
 #include <filesystem>
 #include <fstream>
 
-#include "experiments/farm/run_lock.h"
 #include "experiments/page/report_page.h"
 #include "experiments/page/study_page.h"
 #include "experiments/page/trial_page.h"
@@ -59,11 +58,9 @@ Page ResultPage(const std::string& path, const trial::Plugins& plugins) {
   return page;
 }
 
-std::optional<std::string> TrialsOfUnfinishedStudy(const std::string& folder) {
+std::optional<std::string> TrialsOfStudy(const std::string& folder) {
   const fs::path trials = fs::path(folder) / "evaluations.sqlite";
-  if (!IsFile(trials) || (!DocumentIn(folder).empty() && !farm::IsLocked(trials.string())))
-    return std::nullopt;
-  return trials.string();
+  return IsFile(trials) ? std::optional(trials.string()) : std::nullopt;
 }
 
 }  // namespace turbidock::page

@@ -17,8 +17,8 @@ bool IsFileOfTrials(const std::string& path);
 // saved. ConfigError for anything else.
 Page ResultPage(const std::string& path, const trial::Plugins& plugins = {});
 
-// The file of trials in a folder of `tune --out` whose study has no report yet, or runs now.
-// Nothing for any other folder.
-std::optional<std::string> TrialsOfUnfinishedStudy(const std::string& folder);
+// The file of trials in a folder of `tune --out`, whose report is written anew as the study goes
+// on. Nothing for any other folder.
+std::optional<std::string> TrialsOfStudy(const std::string& folder);
 
 }  // namespace turbidock::page

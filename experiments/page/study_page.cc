@@ -26,7 +26,6 @@ struct Kind {
 const std::vector<Kind>& Kinds() {
   static const std::vector<Kind> kinds = {
       {"gate", "gate", {"verdict", "conditions"}},
-      {"tuning", "tuning study", {"pareto_front", "generations", "tuned"}},
       {"estimators", "comparison of estimators", {"cells", "fitness_bins"}},
       {"recognition", "recognition experiment", {"cells"}}};
   return kinds;

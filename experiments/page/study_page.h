@@ -1,5 +1,5 @@
 #pragma once
-// Reports of studies: a gate, tuned gains, a comparison, the recognition experiment, estimators.
+// Reports of studies: a gate, the recognition experiment, estimators.
 // They show the JSON that the study's command writes.
 
 #include <string>
@@ -9,11 +9,11 @@
 
 namespace turbidock::page {
 
-// Of a JSON document that `gate`, `tune`, `recognize --json`, `compare --json` or
+// Of a JSON document that `gate`, `recognize --json` or
 // `compare-estimators --json` wrote. `where` stands for it in messages. ConfigError for any other.
 Page StudyPage(const report::Json& result, const std::string& where);
 
-// Whether a folder is what `gate --out` or `tune --out` wrote, and its report: a gate's with the
+// Whether a folder is what `gate --out` wrote, and its report: a gate's with the
 // failures in it.
 bool IsStudyFolder(const std::string& folder);
 Page StudyFolderPage(const std::string& folder, const trial::Plugins& plugins = {});

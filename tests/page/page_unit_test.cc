@@ -316,37 +316,24 @@ TEST_F(PageFiles, ABatchHasItsTrialsAndTheirSeriesFailuresFirst) {
   EXPECT_THAT(StoredTrialPage(store, "b.db", 0).model["missing"].dump(), HasSubstr("No traces"));
 }
 
-TEST_F(PageFiles, AStudyThatIsNotDoneIsSeenByItsTrials) {
-  EXPECT_EQ(TrialsOfUnfinishedStudy(Path("")), std::nullopt);
-  const auto stored = [&](const std::string& plan) {
-    return farm::ResultStore::Write(Path("evaluations.sqlite"), {.kind = "tune",
-                                                                 .plan = plan,
-                                                                 .build = "none",
-                                                                 .shard = {},
-                                                                 .trials = 0,
-                                                                 .keys = {"phase", "lqg.a"}});
-  };
-  {
-    const farm::ResultStore store = stored(
-        "description: sway\ngains:\n  - {key: lqg.a, low: 0.2, high: 3, scale: log}\n"
-        "objective:\n  - {metric: time_s, weight: 2, failed: 60}\nsuccess_at_least: 0.5\n");
-    const Json model = BatchPage(store, "e.sqlite").model;
-    EXPECT_EQ(model["title"], "sway");
-    EXPECT_EQ(model["search"]["objective"].dump(),
-              R"([{"metric":"time_s","weight":2.0,"failed":60.0}])");
-    EXPECT_EQ(model["search"]["gains"][0]["scale"], "log");
-    EXPECT_EQ(model["search"]["success_at_least"], 0.5);
-    EXPECT_EQ(TrialsOfUnfinishedStudy(Path("")), Path("evaluations.sqlite"));
-    File("report.json", "{}");
-    EXPECT_EQ(TrialsOfUnfinishedStudy(Path("")), Path("evaluations.sqlite")) << "runs again";
-  }
-  EXPECT_EQ(TrialsOfUnfinishedStudy(Path("")), std::nullopt) << "has its report";
-  // a study that is no YAML
-  fs::remove(Path("evaluations.sqlite"));
-  const Json old = BatchPage(stored("trials: |\ntrials: |\n"), "e.sqlite").model;
-  EXPECT_EQ(old["title"], "tune");
-  EXPECT_THAT(old["missing"].dump(),
-              HasSubstr("How the search goes: the study in this file cannot be read"));
+// Its report is written anew while it goes on; its trials are a page of their own.
+TEST_F(PageFiles, AStudysFolderIsItsReportBesideItsTrials) {
+  EXPECT_EQ(TrialsOfStudy(Path("")), std::nullopt);
+  const farm::ResultStore store =
+      farm::ResultStore::Write(Path("evaluations.sqlite"), {.kind = "tune",
+                                                            .plan = "description: sway",
+                                                            .build = "none",
+                                                            .shard = {},
+                                                            .trials = 0,
+                                                            .keys = {"phase", "lqg.a"}});
+  EXPECT_EQ(TrialsOfStudy(Path("")), Path("evaluations.sqlite"));
+  EXPECT_EQ(BatchPage(store, "e.sqlite").model["title"], "sway");
+  File("report.json", report::JsonText(report::Document({.kind = "tuning", .title = "sway so far"},
+                                                        Json::object())));
+  const Json model = ResultPage(Path("")).model;
+  EXPECT_EQ(model["kind"], "report");
+  EXPECT_EQ(model["kind_title"], "tuning");
+  EXPECT_EQ(model["title"], "sway so far");
 }
 
 TEST_F(PageFiles, ADocumentIsShownByItselfOrInItsFolder) {
@@ -369,7 +356,6 @@ TEST(StudyPage, KnowsEachKindByItsKeysAndNothingElse) {
     return StudyPage(Json::parse(text), "x.json").model["kind"].get<std::string>();
   };
   EXPECT_EQ(kind(R"({"verdict": "pass", "conditions": []})"), "gate");
-  EXPECT_EQ(kind(R"({"pareto_front": [], "generations": [], "tuned": {}})"), "tuning");
   EXPECT_EQ(kind(R"({"cells": [], "fitness_bins": []})"), "estimators");
   EXPECT_EQ(kind(R"({"cells": []})"), "recognition");
   EXPECT_THAT(MessageOf([&] { kind("[1]"); }), HasSubstr("x.json: is no result of this program"));

@@ -153,16 +153,13 @@ PoleReport ReportPole(const trial::Scenario& scenario, const vehicle::Scene& sce
 std::vector<std::string> KeysLeftOut(const std::string& vehicle_model) {
   const bool is_path = vehicle_model.find('/') != std::string::npos;
   const std::filesystem::path mjcf = is_path ? vehicle_model : config::ModelPath(vehicle_model);
-  const config::YamlNode data =
-      config::LoadYaml(std::filesystem::path(mjcf).replace_extension(".yaml").string());
-  const auto holds = [](const auto& self, const config::YamlNode& node,
-                        const std::string& key) -> bool {
-    const size_t dot = key.find('.');
-    const auto child = node.Find(key.substr(0, dot));
-    return child && (dot == std::string::npos || self(self, *child, key.substr(dot + 1)));
-  };
+  vehicle::VehicleParams data;
+  config::Origins given;
+  config::ReadFields(
+      config::LoadYaml(std::filesystem::path(mjcf).replace_extension(".yaml").string()), &data,
+      &given);
   // A curve is given by its table or by four numbers; most vehicles have no couplings, no loads.
-  const bool has_table = holds(holds, data, "thrusters.table_volts");
+  const bool has_table = given.contains("thrusters.table_volts");
   const auto may_lack = [has_table](const std::string& key) {
     constexpr std::array kCurve = {"thrusters.max_thrust_newton", "thrusters.reverse_ratio",
                                    "thrusters.dead_band_volts", "thrusters.curve_exponent"};
@@ -174,7 +171,7 @@ std::vector<std::string> KeysLeftOut(const std::string& vehicle_model) {
   };
   std::vector<std::string> left_out;
   for (const config::KeyDoc& doc : config::ListKeys<vehicle::VehicleParams>())
-    if (!doc.value.empty() && !may_lack(doc.key) && !holds(holds, data, doc.key))
+    if (!doc.value.empty() && !may_lack(doc.key) && !given.contains(doc.key))
       left_out.push_back(doc.key);
   return left_out;
 }

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "experiments/app/commands.h"
-#include "experiments/media/figure.h"
+#include "experiments/app/report_output.h"
 #include "experiments/report/json.h"
 #include "experiments/studies/check_vehicle/check_vehicle.h"
 #include "experiments/studies/check_vehicle/check_vehicle_report.h"
@@ -20,8 +20,9 @@ struct CheckArguments {
   std::string file;
   std::string scenario = "sea_night_active";
   std::vector<std::string> assignments;
-  std::string figure, mjcf;
-  bool names = false, json = false;
+  std::string mjcf;
+  app::ReportOutput output;
+  bool names = false;
 };
 
 // What MuJoCo makes of a file that is no vehicle of this program yet.
@@ -69,19 +70,18 @@ std::string VehicleModel(const std::string& file) {
 
 int Check(const CheckArguments& arguments) {
   if (arguments.names) {
-    std::fputs(NamesTable(false).c_str(), stdout);
+    std::fputs(NamesTable(false).Text().c_str(), stdout);
     return app::kExitDone;
   }
   if (arguments.file.empty())
     throw ConfigError("check-vehicle", "name the vehicle's file: a bundled one or a path");
-  if (!arguments.figure.empty()) media::RequireFigurePath(arguments.figure);
-  system::OutputPlan()
-      .Reads(arguments.file)
+  system::OutputPlan outputs;
+  outputs.Reads(arguments.file)
       .Reads(std::filesystem::path(arguments.file).replace_extension(".yaml").string())
       .Reads(arguments.scenario)
-      .Writes(arguments.figure)
-      .Writes(arguments.mjcf)
-      .Require();
+      .Writes(arguments.mjcf);
+  arguments.output.Plan("check_vehicle", &outputs);
+  outputs.Require();
   if (IsForeign(arguments.file)) ReportForeign(arguments.file, arguments.mjcf);
   std::vector<std::string> assignments = {VehicleModel(arguments.file)};
   assignments.insert(assignments.end(), arguments.assignments.begin(), arguments.assignments.end());
@@ -90,8 +90,7 @@ int Check(const CheckArguments& arguments) {
     throw ConfigError("--mjcf " + arguments.mjcf,
                       arguments.file + " is MJCF already: there is nothing to convert");
   const VehicleCheck check = CheckVehicle(scenario);
-  if (!arguments.figure.empty()) WriteCheckFigure(arguments.figure, check);
-  std::fputs((arguments.json ? report::JsonText(check) : CheckText(check)).c_str(), stdout);
+  arguments.output.Write(ReportOf(check), check);
   return check.problems.empty() ? app::kExitDone : app::kExitCheckFailed;
 }
 
@@ -105,10 +104,9 @@ void AddCheckVehicle(app::CommandLine& line) {
             "The vehicle's MJCF, its data (NAME.yaml) beside it: a bundled one or a path");
   check.Add("--scenario", arguments.scenario, "In whose sea, before whose station");
   check.AddSet(arguments.assignments, "Set one key, such as vehicle.rigid_body.mass_kg=14");
-  check.Add("--figure FILE", arguments.figure, "Draw it: .png, .svg or .pdf");
   check.Add("--mjcf FILE", arguments.mjcf, "Write a URDF as the MJCF that MuJoCo makes of it");
   check.Flag("--names", arguments.names, "List what a vehicle, marker and station must name");
-  check.AddJson(arguments.json);
+  arguments.output.AddTo(&check, "Folder for the report: .json, .md, .html, check_vehicle.png");
   check.Footer("Exit code 1 when there is a problem with which it cannot dock.");
 }
 

@@ -1,19 +1,16 @@
 #pragma once
-// A vehicle's check in words, as a figure, and the names that a model must have.
+// A vehicle's check as a report, and the names that a model must have.
 
-#include <string>
-
+#include "experiments/report/report.h"
 #include "experiments/studies/check_vehicle/check_vehicle.h"
 
 namespace turbidock::check_vehicle {
 
-std::string CheckText(const VehicleCheck& check);
+// What is wrong, how it floats, what it sees; its thrusters, their forces and the speeds they
+// reach.
+report::Report ReportOf(const VehicleCheck& check);
 
-// The thrusters from above and from the side, their forces and the speeds they reach, and how the
-// vehicle swings. ConfigError for another kind of file than .png, .svg, .pdf.
-void WriteCheckFigure(const std::string& path, const VehicleCheck& check);
-
-// vehicle::ModelNames as a table: Markdown, as models/README.md shows it, or aligned.
-std::string NamesTable(bool markdown);
+// vehicle::ModelNames as a table. `quoted`: names as code in Markdown.
+report::Table NamesTable(bool quoted);
 
 }  // namespace turbidock::check_vehicle

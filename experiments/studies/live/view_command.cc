@@ -12,7 +12,6 @@
 #include "experiments/farm/run_lock.h"
 #include "experiments/page/batch_page.h"
 #include "experiments/page/result_page.h"
-#include "experiments/page/study_page.h"
 #include "experiments/studies/live/live_view.h"
 #include "experiments/studies/live/result_view.h"
 #include "experiments/system/output_path.h"
@@ -58,10 +57,11 @@ bool IsResult(const std::string& what) {
 constexpr double kAgain_s = 5;
 
 page::Page PageOf(const std::string& what, const trial::Plugins& plugins) {
-  const std::string file = page::TrialsOfUnfinishedStudy(what).value_or(what);
-  if (!page::IsFileOfTrials(file)) return page::ResultPage(what, plugins);
-  page::Page page = page::BatchPage(farm::ResultStore::Read(file), file, {.plugins = plugins});
-  if (farm::IsLocked(file)) page.model["again_s"] = kAgain_s;
+  page::Page page = page::IsFileOfTrials(what)
+                        ? page::BatchPage(farm::ResultStore::Read(what), what, {.plugins = plugins})
+                        : page::ResultPage(what, plugins);
+  const std::string file = page::TrialsOfStudy(what).value_or(what);
+  if (page::IsFileOfTrials(file) && farm::IsLocked(file)) page.model["again_s"] = kAgain_s;
   return page;
 }
 

@@ -8,6 +8,7 @@
 #include "experiments/trial/known_vehicle.h"
 #include "experiments/trial/trial.h"
 #include "sim/base/check.h"
+#include "sim/base/units.h"
 
 namespace turbidock::step_response {
 namespace {
@@ -20,6 +21,8 @@ constexpr double kWithin = 0.05;    // of the step: settled
 constexpr double kRecovered = 0.1;  // of the peak
 constexpr double kMinWatch_s = 8;   // a sinusoid is watched for at least this long ...
 constexpr int kMinPeriods = 4;      // ... and these periods, after as long to settle
+constexpr double kStep_rad = units::RadFromDeg(5);
+constexpr double kPush_newton = 1, kPush_newton_m = 0.1;
 
 // A trial that stands at the servoing pose for as long as it is left alone.
 trial::Scenario AtTheServoingPose(trial::Scenario scenario, const StepOptions& options) {
@@ -32,18 +35,8 @@ trial::Scenario AtTheServoingPose(trial::Scenario scenario, const StepOptions& o
   p.enter_hold_s = 600;  // longer than any of these trials
   p.found_hold_s = 0.2;
   scenario.true_pose.found_after_s = 0;
-  if (!options.noise) scenario.true_pose.noise.setZero();
   if (options.still_water) scenario.sea = {};
   return scenario;
-}
-
-Wrench Push(Axis axis, double size) {
-  Wrench F;
-  if (axis == control::kYaw)
-    F.tau.z() = size;
-  else
-    F.f[axis] = size;
-  return F;
 }
 
 // A trial was stopped: what there is of its log is no answer.
@@ -67,21 +60,18 @@ trial::TrialLog Run(trial::Scenario scenario, double duration_s, const StepOptio
 // The answer from frame `first` on; rest is what was there on average in the second before.
 Answer AnswerOf(const trial::TrialLog& log, const ClockParams& clock, int64_t first, Axis axis,
                 double wanted) {
-  Answer answer;
-  const auto place = [&](const trial::FrameRecord& f) {
-    return control::ToAxes(f.true_X_HM)[axis];
+  const auto place = [&](int64_t frame) {
+    return control::ToAxes(log.frames[static_cast<size_t>(frame)].true_X_HM)[axis];
   };
   const int64_t before = std::min<int64_t>(first, clock.frames_per_second);
   double rest = 0;
-  for (int64_t n = first - before; n < first; ++n)
-    rest += place(log.frames[static_cast<size_t>(n)]) / static_cast<double>(before);
+  for (int64_t n = first - before; n < first; ++n) rest += place(n) / static_cast<double>(before);
+  Answer answer{.wanted = wanted};
   for (int64_t n = first; n < std::ssize(log.frames); ++n) {
-    const trial::FrameRecord& f = log.frames[static_cast<size_t>(n)];
+    const double moved = place(n) - rest;
     answer.time_s.push_back(clock.TimeOfFrame(n - first));
-    answer.wanted.push_back(wanted);
-    const double moved = place(f) - rest;
     answer.actual.push_back(axis == control::kYaw ? WrapAngle(moved) : moved);
-    answer.demand.push_back(f.demand[axis]);
+    answer.demand.push_back(log.frames[static_cast<size_t>(n)].demand[axis]);
   }
   return answer;
 }
@@ -152,37 +142,35 @@ AxisResponse MeasureAxis(const trial::Scenario& scenario, const StepOptions& opt
                          const std::function<void()>& one_more) {
   const ClockParams& clock = scenario.clock;
   const int64_t first = clock.FramesFor(options.rest_s);
-  const double duration_s = options.rest_s + options.record_s;
-  const bool turn = axis == control::kYaw;
-  AxisResponse response;
-  response.axis = axis;
-  const double step = turn ? options.step_rad : options.step_m;
-  response.step.answer = AnswerOf(Run(scenario, duration_s, options,
-                                      [&](int64_t frame) {
-                                        trial::TrialExcitation excitation;
-                                        if (frame >= first) excitation.control.wanted[axis] = step;
-                                        return excitation;
-                                      }),
-                                  clock, first, axis, step);
-  JudgeStep(step, &response.step);
-  one_more();
-  const Wrench push = Push(axis, turn ? options.moment_newton_m : options.force_newton);
-  response.disturbance.answer = AnswerOf(
-      Run(scenario, duration_s, options,
-          [&](int64_t frame) {
-            return trial::TrialExcitation{.control = {}, .F_B_B = frame >= first ? push : Wrench()};
-          }),
-      clock, first, axis, 0);
+  const auto answer_to = [&](const trial::TrialExcitation& excitation) {
+    const trial::TrialLog log =
+        Run(scenario, options.rest_s + options.record_s, options,
+            [&](int64_t frame) { return frame >= first ? excitation : trial::TrialExcitation(); });
+    one_more();
+    return AnswerOf(log, clock, first, axis, excitation.control.wanted[axis]);
+  };
+  trial::TrialExcitation step, push;
+  if (axis == control::kYaw) {
+    step.control.wanted[axis] = kStep_rad;
+    push.F_B_B.tau.z() = kPush_newton_m;
+  } else {
+    step.control.wanted[axis] = options.step_m;
+    push.F_B_B.f[axis] = kPush_newton;
+  }
+  AxisResponse response{.axis = axis};
+  response.step.answer = answer_to(step);
+  JudgeStep(&response.step);
+  response.disturbance.answer = answer_to(push);
   JudgeDisturbance(&response.disturbance);
-  one_more();
   response.loop = MeasureLoops(scenario, options, axis, one_more);
   return response;
 }
 
 }  // namespace
 
-void JudgeStep(double step, StepResponse* response) {
+void JudgeStep(StepResponse* response) {
   const Answer& a = response->answer;
+  const double step = a.wanted;
   TD_CHECK(!a.actual.empty() && step != 0, "an answer to judge");
   const auto first_beyond = [&](double share) -> std::optional<double> {
     for (size_t i = 0; i < a.actual.size(); ++i)

@@ -15,51 +15,50 @@ namespace turbidock::step_response {
 struct StepOptions {
   std::vector<control::Axis> axes = {control::kSurge, control::kSway, control::kHeave,
                                      control::kYaw};
-  double step_m = 0.05, step_rad = 0.0873;  // 5 degrees
-  double force_newton = 1, moment_newton_m = 0.1;
+  double step_m = 0.05;  // that of yaw has 5 degrees
   double rest_s = 10;    // before anything happens
   double record_s = 20;  // of an answer
   double share = 0.12;   // amplitude of the sinusoids, of the vehicle's authority
   std::vector<double> frequencies_hz = {0.05, 0.08, 0.125, 0.18, 0.25, 0.35, 0.5,
                                         0.7,  1.0,  1.4,   2.0,  2.8,  4.0};
   bool still_water = true;  // no current, no waves, no tether
-  bool noise = true;        // of the true pose; the cameras have theirs
   std::function<void(double share)> on_progress;
   std::function<bool()> stop_requested;
 };
 
 // A row a frame from the beginning of the step.
 struct Answer {
-  std::vector<double> time_s;
-  std::vector<double> wanted;  // the marker's place less that at rest, m or rad
-  std::vector<double> actual;  // true
-  std::vector<double> demand;  // of the law, in its unit
+  double wanted = 0;  // size of the step, m or rad; 0 for a push
+  std::vector<double> time_s{};
+  std::vector<double> actual{};  // the marker's true place less that at rest, m or rad
+  std::vector<double> demand{};  // of the controller, in its unit
 };
 
 struct StepResponse {
-  Answer answer;
+  Answer answer{};
   // Nothing where the answer never gets there. Of the step's size:
-  std::optional<double> rise_time_s;      // from 10 % to 90 %
-  double overshoot = 0;                   // largest value beyond 1
-  std::optional<double> settling_time_s;  // until it stays within 5 %
-  double final_error = 0;                 // mean of the last fifth, m or rad
+  std::optional<double> rise_time_s{};      // from 10 % to 90 %
+  double overshoot = 0;                     // largest value beyond 1
+  std::optional<double> settling_time_s{};  // until it stays within 5 %
+  double final_error = 0;                   // mean of the last fifth, m or rad
 
   TURBIDOCK_FIELDS(rise_time_s, overshoot, settling_time_s, final_error)
 };
 
+// To a steady push of 1 N, or 0.1 N m about z.
 struct DisturbanceResponse {
-  Answer answer;
-  double peak = 0;                        // largest displacement, m or rad
-  std::optional<double> recovery_time_s;  // until it stays within a tenth of the peak
-  double final_error = 0;                 // mean of the last fifth
+  Answer answer{};
+  double peak = 0;                          // largest displacement, m or rad
+  std::optional<double> recovery_time_s{};  // until it stays within a tenth of the peak
+  double final_error = 0;                   // mean of the last fifth
 
   TURBIDOCK_FIELDS(peak, recovery_time_s, final_error)
 };
 
-// The loop opened at the law's output: with the sinusoid w added to the demand c, L = -c / (c + w),
-// each the Fourier coefficient at w's frequency over whole periods in Hann's window. The other axes
-// stay closed, and the true pose is without noise. Thrusters and allocation are not linear, so it
-// holds for the amplitude it was measured with.
+// The loop opened at the controller's output: with the sinusoid w added to the demand c, L = -c /
+// (c + w), each the Fourier coefficient at w's frequency over whole periods in Hann's window. The
+// other axes stay closed, and the true pose is without noise. Thrusters and allocation are not
+// linear, so it holds for the amplitude it was measured with.
 struct LoopPoint {
   double frequency_hz = 0;
   double gain = 0, phase_rad = 0;  // of L; phase unwrapped from the lowest frequency
@@ -68,7 +67,7 @@ struct LoopPoint {
 };
 
 struct LoopResponse {
-  std::vector<LoopPoint> points;
+  std::vector<LoopPoint> points{};
   // The smallest over all crossings, interpolated between the points; nothing without a crossing.
   std::optional<double> crossover_hz;      // of the smallest phase margin
   std::optional<double> phase_margin_rad;  // at gain 1
@@ -84,9 +83,9 @@ const char* AxisName(control::Axis axis);  // "x", "y", "z", "yaw"
 
 struct AxisResponse {
   control::Axis axis = control::kSurge;
-  StepResponse step;
-  DisturbanceResponse disturbance;
-  LoopResponse loop;
+  StepResponse step{};
+  DisturbanceResponse disturbance{};
+  LoopResponse loop{};
 
   static void Fields(auto& self, auto&& field) {
     field("axis", AxisName(self.axis));
@@ -100,8 +99,8 @@ struct AxisResponse {
 std::vector<AxisResponse> MeasureStepResponses(const trial::Scenario& scenario,
                                                const StepOptions& options = {});
 
-// From the series, apart for tests. `step` is its size, m or rad.
-void JudgeStep(double step, StepResponse* response);
+// From the series, apart for tests.
+void JudgeStep(StepResponse* response);
 void JudgeDisturbance(DisturbanceResponse* response);
 void JudgeLoop(LoopResponse* response);
 

@@ -6,9 +6,7 @@
 #include <numbers>
 #include <optional>
 
-#include "experiments/media/figure.h"
-#include "experiments/report/json.h"
-#include "experiments/report/table.h"
+#include "experiments/system/build_info.h"
 #include "experiments/trial/trial_view.h"
 #include "sim/base/pose.h"
 #include "sim/base/units.h"
@@ -22,32 +20,45 @@ double Shown(control::Axis axis, double value) {
 }
 const char* ShownUnit(control::Axis axis) { return axis == control::kYaw ? "deg" : "mm"; }
 
-std::string Text(const std::optional<double>& value, const char* format) {
-  return value ? fmt::format(fmt::runtime(format), *value) : "-";
+std::string Text(const std::optional<double>& value, const char* format, double unit = 1) {
+  return value ? fmt::format(fmt::runtime(format), unit * *value) : "-";
 }
 
-std::optional<double> Deg(const std::optional<double>& rad) {
-  if (!rad) return std::nullopt;
-  return units::DegFromRad(*rad);
+report::Table TableOf(const std::vector<AxisResponse>& responses) {
+  report::Table table({"<axis", "rise s", "overshoot", "settling s", "push moves", "recovery s",
+                       "crossover", "phase margin", "gain margin", "delay margin", "peak of S"});
+  for (const AxisResponse& r : responses) {
+    const StepResponse& step = r.step;
+    const LoopResponse& loop = r.loop;
+    table.Row(
+        {AxisName(r.axis), report::Fixed(step.rise_time_s, 2),
+         fmt::format("{:.0f} %", 100 * step.overshoot), report::Fixed(step.settling_time_s, 2),
+         fmt::format("{:.1f} {}", Shown(r.axis, r.disturbance.peak), ShownUnit(r.axis)),
+         report::Fixed(r.disturbance.recovery_time_s, 2), Text(loop.crossover_hz, "{:.2f} Hz"),
+         Text(loop.phase_margin_rad, "{:.0f} deg", units::DegFromRad(1)),
+         Text(loop.gain_margin, "x{:.2f}"), Text(loop.delay_margin_s, "{:.0f} ms", 1000),
+         report::Fixed(loop.sensitivity_peak, 2)});
+  }
+  return table;
 }
 
-// What was wanted, what came of it, and the demand.
+// How far it moved from rest, where it should be, and the demand.
 report::Panel TimePanel(const std::string& title, control::Axis axis, const Answer& a) {
-  std::vector<report::Sample> demand, wanted, actual;
+  std::vector<report::Sample> demand, actual;
   for (size_t i = 0; i < a.time_s.size(); ++i) {
     demand.push_back({a.time_s[i], a.demand[i]});
-    wanted.push_back({a.time_s[i], Shown(axis, a.wanted[i])});
     actual.push_back({a.time_s[i], Shown(axis, a.actual[i])});
   }
-  return {
-      .title = title,
-      .x = {.label = "time [s]", .tick_step = 5},
-      .y = {fmt::format("moved [{}]", ShownUnit(axis))},
-      .y2 = {"demand (grey)"},
-      .series = {
-          {.points = demand, .color = trial::kOnPaper.truth, .width_px = 1, .second_axis = true},
-          {"", wanted, trial::kOnPaper.desired, report::Mark::kDashes},
-          {"", actual, trial::kOnPaper.estimate}}};
+  return {.title = title,
+          .x = {.label = "time [s]", .tick_step = 5},
+          .y = {fmt::format("moved [{}]", ShownUnit(axis))},
+          .y2 = {"demand (grey)"},
+          .series = {{.points = demand,
+                      .color = trial::kOnPaper.truth,
+                      .width_px = 1,
+                      .second_axis = true},
+                     {"", actual, trial::kOnPaper.estimate}},
+          .rules = {{Shown(axis, a.wanted), "", trial::kOnPaper.desired}}};
 }
 
 // With the limit that the loop must not come near.
@@ -60,78 +71,44 @@ report::Panel LoopPanel(const std::string& title, const report::Axis& y, report:
           .rules = {{limit, "", trial::kOnPaper.limit, report::Mark::kLine}}};
 }
 
+report::Section SectionOf(const AxisResponse& r) {
+  const char* const name = AxisName(r.axis);
+  const auto gain_db = [](const LoopPoint& p) { return 20 * std::log10(p.gain); };
+  // within half a turn of the critical -180 deg
+  const auto phase_deg = [](const LoopPoint& p) {
+    return units::DegFromRad(WrapAngle(p.phase_rad + std::numbers::pi) - std::numbers::pi);
+  };
+  const auto over_frequency = [&](auto of) {
+    return report::SamplesOf(r.loop.points, &LoopPoint::frequency_hz, of);
+  };
+  return {.title = fmt::format("Axis {}", name),
+          .panels = {TimePanel(fmt::format("{}: step", name), r.axis, r.step.answer),
+                     TimePanel(fmt::format("{}: steady push", name), r.axis, r.disturbance.answer),
+                     LoopPanel(fmt::format("{}: gain of the loop", name), {"gain [dB]"},
+                               report::Mark::kLineWithDots, 0, over_frequency(gain_db)),
+                     LoopPanel(fmt::format("{}: phase of the loop", name),
+                               {.label = "phase [deg]", .low = -360, .high = 0, .tick_step = 90},
+                               report::Mark::kDots, -180, over_frequency(phase_deg))},
+          .wide = true};
+}
+
 }  // namespace
 
-std::string StepTable(const std::vector<AxisResponse>& responses) {
-  report::Table table({"<axis", "rise s", "overshoot", "settling s", "push moves", "recovery s",
-                       "crossover", "phase", "gain", "delay", "peak S"});
-  for (const AxisResponse& r : responses)
-    table.Row(
-        {AxisName(r.axis), Text(r.step.rise_time_s, "{:.2f}"),
-         fmt::format("{:.0f}%", 100 * r.step.overshoot), Text(r.step.settling_time_s, "{:.2f}"),
-         fmt::format("{:.1f} {}", Shown(r.axis, r.disturbance.peak), ShownUnit(r.axis)),
-         Text(r.disturbance.recovery_time_s, "{:.2f}"), Text(r.loop.crossover_hz, "{:.2f} Hz"),
-         Text(Deg(r.loop.phase_margin_rad), "{:.0f} deg"), Text(r.loop.gain_margin, "x{:.2f}"),
-         r.loop.delay_margin_s ? fmt::format("{:.0f} ms", 1000 * *r.loop.delay_margin_s) : "-",
-         report::Fixed(r.loop.sensitivity_peak, 2)});
-  return table.Text();
-}
-
-std::string StepJson(const trial::Scenario& scenario, const std::vector<AxisResponse>& responses) {
-  return report::JsonText({{"controller", scenario.controller_name()},
-                           {"estimator", scenario.pose_source},
-                           {"axes", responses}});
-}
-
-std::string StepCsv(const std::vector<AxisResponse>& responses) {
-  std::string csv = "axis,test,time_s,wanted,actual,demand\n";
-  for (const AxisResponse& r : responses) {
-    const auto add = [&](const char* test, const Answer& a) {
-      for (size_t i = 0; i < a.time_s.size(); ++i)
-        csv += fmt::format("{},{},{},{},{},{}\n", AxisName(r.axis), test, FormatNumber(a.time_s[i]),
-                           FormatNumber(a.wanted[i]), FormatNumber(a.actual[i]),
-                           FormatNumber(a.demand[i]));
-    };
-    add("step", r.step.answer);
-    add("disturbance", r.disturbance.answer);
-  }
-  return csv;
-}
-
-void WriteStepFigure(const std::string& path, const std::string& title,
-                     const std::vector<AxisResponse>& responses) {
-  // a column an axis; in its rows step, push, gain and phase
-  const size_t columns = responses.size();
-  std::vector<report::Panel> panels(4 * columns);
-  for (size_t i = 0; i < columns; ++i) {
-    const AxisResponse& r = responses[i];
-    panels[i] = TimePanel(fmt::format("{}: step, rise {} s, overshoot {:.0f} %", AxisName(r.axis),
-                                      Text(r.step.rise_time_s, "{:.1f}"), 100 * r.step.overshoot),
-                          r.axis, r.step.answer);
-    panels[columns + i] =
-        TimePanel(fmt::format("{}: steady push, moves {:.1f} {}", AxisName(r.axis),
-                              Shown(r.axis, r.disturbance.peak), ShownUnit(r.axis)),
-                  r.axis, r.disturbance.answer);
-    const auto gain_db = [](const LoopPoint& p) { return 20 * std::log10(p.gain); };
-    // within half a turn of the critical -180 deg
-    const auto phase_deg = [](const LoopPoint& p) {
-      return units::DegFromRad(WrapAngle(p.phase_rad + std::numbers::pi) - std::numbers::pi);
-    };
-    const auto over_frequency = [&](auto of) {
-      return report::SamplesOf(r.loop.points, &LoopPoint::frequency_hz, of);
-    };
-    panels[2 * columns + i] =
-        LoopPanel(fmt::format("loop: gain margin {}", Text(r.loop.gain_margin, "x{:.1f}")),
-                  {"gain [dB]"}, report::Mark::kLineWithDots, 0, over_frequency(gain_db));
-    panels[3 * columns + i] = LoopPanel(
-        fmt::format("phase margin {} deg at {} Hz", Text(Deg(r.loop.phase_margin_rad), "{:.0f}"),
-                    Text(r.loop.crossover_hz, "{:.2f}")),
-        {.label = "phase [deg]", .low = -360, .high = 0, .tick_step = 90}, report::Mark::kDots,
-        -180, over_frequency(phase_deg));
-  }
-  media::WriteFigure(
-      path,
-      {.title = title, .columns = columns, .width_px = 420, .height_px = 290, .panels = panels});
+report::Report ReportOf(const trial::Scenario& scenario,
+                        const std::vector<AxisResponse>& responses) {
+  report::Report report{
+      .kind = "step_response",
+      .title = fmt::format("{}: {}", scenario.description, scenario.controller_name()),
+      .build = system::VersionAndCommit(),
+      .facts = {{"controller", scenario.controller_name()},
+                {"poses from", NameOf(scenario.pose_source)}}};
+  report.sections = {{.title = "Answers and margins",
+                      .note =
+                          "Rise from 10 to 90 % of the step, settling to 5 % of it, recovery to "
+                          "a tenth of the peak. S is the sensitivity 1 / (1 + L).",
+                      .table = TableOf(responses)}};
+  for (const AxisResponse& response : responses) report.sections.push_back(SectionOf(response));
+  return report;
 }
 
 }  // namespace turbidock::step_response

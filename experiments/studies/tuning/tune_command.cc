@@ -7,8 +7,8 @@
 #include "experiments/app/farm_arguments.h"
 #include "experiments/app/plan_arguments.h"
 #include "experiments/app/progress.h"
-#include "experiments/media/figure.h"
-#include "experiments/page/study_page.h"
+#include "experiments/app/report_output.h"
+#include "experiments/report/report_json.h"
 #include "experiments/studies/tuning/tuner.h"
 #include "experiments/studies/tuning/tuning_report.h"
 #include "experiments/system/output_path.h"
@@ -21,25 +21,31 @@ constexpr double kLogEvery_s = 20;
 
 struct TuneArguments {
   trial::Plugins plugins;
-  std::string study, out, figure;
+  std::string study;
   app::FarmArguments farm;
-  bool json = false, quiet = false;
+  app::ReportOutput output;
+  bool quiet = false;
 };
+
+std::string Summary(const GenerationRecord& g) {
+  return fmt::format(
+      "  {:3}: best {:8.2f}, median {:8.2f}, incumbent {:8.2f} ({:.0f} % docked), {} of {} given "
+      "up, {} trials{}",
+      g.generation, g.best, g.median, g.incumbent, 100 * g.incumbent_success, g.given_up,
+      g.candidates, g.trials, g.replaced ? ", replaced" : "");
+}
 
 int Tune(const TuneArguments& arguments) {
   const Study study = LoadStudy(arguments.study, arguments.plugins);
-  if (!arguments.figure.empty()) media::RequireFigurePath(arguments.figure);
-  const std::string file = arguments.out + "/evaluations.sqlite";
-  system::OutputPlan()
-      .Reads(arguments.study)
+  const std::string& out = *arguments.output.out;
+  const std::string file = out + "/evaluations.sqlite";
+  system::OutputPlan outputs;
+  outputs.Reads(arguments.study)
       .Reads(study.TrialsOf(0, 1).files())
-      .Writes(arguments.figure)
       .Writes(file, system::kResultFile)
-      .Writes(arguments.out + "/gains.yaml", kGainsFile)
-      .Writes(arguments.out + "/report.html", page::kPageFile)
-      .WritesInto(arguments.out, {"report.json", "report.md", "tuning.png"})
-      .Require();
-  media::RequireFigures();
+      .Writes(out + "/gains.yaml", kGainsFile);
+  arguments.output.Plan("tuning", &outputs);
+  outputs.Require();
   app::Progress progress(arguments.quiet);
   const StudySettings& settings = study.settings();
   progress.Say(fmt::format("{}: {} gains, {}, {} generations of {}, study {}", settings.description,
@@ -47,7 +53,7 @@ int Tune(const TuneArguments& arguments) {
                            settings.optimiser.generations, settings.optimiser.population,
                            study.hash()));
   TuningOptions options;
-  options.farm = arguments.farm.For(arguments.out + "/trials",
+  options.farm = arguments.farm.For(out + "/trials",
                                     [&](const std::string& text) { progress.Say("  " + text); });
   options.stop_requested = app::CatchStopSignals();
   options.on_progress = [&](const TuningProgress& now) {
@@ -56,12 +62,18 @@ int Tune(const TuneArguments& arguments) {
                                    now.trials, now.best, 100 * now.best_success),
                        kLogEvery_s);
   };
-  options.on_generation = [&](const GenerationRecord& g) {
-    progress.Say(fmt::format(
-        "  {:3}: best {:8.2f}, median {:8.2f}, incumbent {:8.2f} ({:.0f} % docked), {} of {} given "
-        "up, {} trials{}",
-        g.generation, g.best, g.median, g.incumbent, 100 * g.incumbent_success, g.given_up,
-        g.candidates, g.trials, g.replaced ? ", replaced" : ""));
+  size_t said = 0;
+  options.on_result = [&](const TuningResult& so_far) {
+    const report::Report report = ReportOf(study, so_far);
+    const report::Json json = TuningJson(study, so_far);
+    if (so_far.finished) {
+      system::WriteWhole(out + "/gains.yaml", GainsYaml(study, so_far));
+      arguments.output.Write(report, json);
+    } else {
+      system::WriteWhole(out + "/report.json", report::JsonText(report::Document(report, json)));
+    }
+    for (; said < so_far.generations.size(); ++said)
+      progress.Say(Summary(so_far.generations[said]));
   };
   TuningResult result;
   try {
@@ -74,22 +86,12 @@ int Tune(const TuneArguments& arguments) {
     std::fprintf(stderr, "turbidock: %s\n", system::OneLineOf(error.what()).c_str());
     return app::kExitCheckFailed;
   }
-  system::WriteWhole(arguments.out + "/gains.yaml", GainsYaml(study, result));
-  system::WriteWhole(arguments.out + "/report.json", TuningJson(study, result));
-  system::WriteWhole(arguments.out + "/report.md", TuningMarkdown(study, result));
-  WriteTuningFigure(arguments.out + "/tuning.png", study, result);
-  if (!arguments.figure.empty()) WriteTuningFigure(arguments.figure, study, result);
-  page::WritePage(arguments.out + "/report.html", page::StudyFolderPage(arguments.out));
-  if (arguments.json)
-    std::fputs(TuningJson(study, result).c_str(), stdout);
-  else
-    std::fputs(TuningMarkdown(study, result).c_str(), stdout);
   const double busy = result.wall_time_s * options.farm.capacity();
   progress.Say(fmt::format(
       "{} trials, {} of them run now in {:.0f} s, workers busy {:.1f} % of the time; gains.yaml, "
       "report.md, report.json, report.html, tuning.png in {}",
       result.trials, result.trials_run, result.wall_time_s,
-      busy > 0 ? 100 * result.worker_time_s / busy : 0, arguments.out));
+      busy > 0 ? 100 * result.worker_time_s / busy : 0, out));
   return app::kExitDone;
 }
 
@@ -102,13 +104,12 @@ void AddTune(app::CommandLine& line) {
   tune.Add("study", arguments.study,
            "YAML file or the name of a bundled study (see `turbidock list studies`)")
       .Required();
-  tune.Add("--out", arguments.out,
-           "Folder for gains.yaml, report and every evaluation; one that holds a part of the "
-           "study is gone on with")
+  arguments.output
+      .AddTo(&tune,
+             "Folder for gains.yaml, the report and every evaluation; one that holds a part of the "
+             "study is gone on with")
       .Required();
   arguments.farm.AddTo(&tune, "Processes that run trials", app::AvailableCores());
-  tune.Add("--figure FILE", arguments.figure, "Draw tuning.png also here: .png, .svg or .pdf");
-  tune.Flag("--json", arguments.json, "Print the report as JSON on stdout");
   tune.AddQuiet(arguments.quiet);
 }
 

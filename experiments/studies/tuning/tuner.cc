@@ -82,6 +82,7 @@ class Tuning {
         progress_(*progress),
         result_(*result) {
     result_.start = result_.tuned = study.start();
+    Tell();
   }
 
   std::vector<search::Worth> Generation(int generation,
@@ -112,6 +113,27 @@ class Tuning {
     if (pareto()) KeepFront(done, worths);
     Record(generation, plan, done, worths);
     return worths;
+  }
+
+  // The tuned gains against what was there before, in variations, and each gain on its own.
+  void Prove() {
+    const ProofParams& proof = settings_.proof;
+    progress_.phase = "held out";
+    progress_.share = 0;
+    result_.held_out = RunBoth(kHeldOutSet, proof.held_out_seeds, proof.cameras, nullptr);
+    Tell();
+    if (proof.robustness_seeds > 0)
+      for (const Variation& variation : Variations()) {
+        progress_.phase = variation.name;
+        progress_.share = static_cast<double>(result_.robustness.size()) /
+                          static_cast<double>(Variations().size());
+        result_.robustness.push_back(RunBoth(kRobustnessSet, proof.robustness_seeds,
+                                             proof.robustness_cameras, variation.change));
+        Tell();
+      }
+    if (proof.sensitivity_seeds > 0) MeasureSensitivity();
+    result_.finished = true;
+    Tell();
   }
 
  private:
@@ -243,7 +265,54 @@ class Tuning {
     progress_.best = Sum(WorthOf(incumbent_));
     progress_.best_success = incumbent_.success_rate();
     result_.generations.push_back(record);
-    if (options_.on_generation) options_.on_generation(record);
+    Tell();
+  }
+
+  // What was there before, then the tuned gains, on the same trials.
+  Comparison RunBoth(uint64_t set, int seeds, bool cameras,
+                     const std::function<void(trial::Scenario*)>& change) {
+    const auto seen = [&](trial::Scenario* scenario) {
+      if (cameras) scenario->pose_source = trial::PoseSource::kCameras;
+      if (change) change(scenario);
+    };
+    const std::vector<Evaluation> before =
+        evaluations_.Run(progress_.phase, study_.TrialsAgainst(set, seeds),
+                         {{.gains = study_.against(), .change = seen}});
+    const std::vector<Evaluation> tuned = evaluations_.Run(
+        progress_.phase, study_.TrialsOf(set, seeds), {{.gains = result_.tuned, .change = seen}});
+    return Compare(study_, progress_.phase, before[0], tuned[0]);
+  }
+
+  void MeasureSensitivity() {
+    const ProofParams& proof = settings_.proof;
+    const farm::Plan plan = study_.TrialsOf(kSensitivitySet, proof.sensitivity_seeds);
+    progress_.phase = "sensitivity";
+    const auto costs = [&](const Evaluation& e) { return Costs(study_, e.records); };
+    const std::vector<double> base =
+        costs(evaluations_.Run("sensitivity", plan, {{.gains = result_.tuned}})[0]);
+    const search::Candidate center = study_.CandidateOf(result_.tuned);
+    for (size_t i = 0; i < center.size(); ++i) {
+      progress_.share = static_cast<double>(i) / static_cast<double>(center.size());
+      const auto moved = [&](double step) {
+        search::Candidate candidate = center;
+        candidate[i] = std::clamp(candidate[i] + step, 0.0, 1.0);
+        return study_.GainsAt(candidate);
+      };
+      const std::string& key = settings_.gains[i].key;
+      const std::vector<Evaluation> ends = evaluations_.Run(
+          "sensitivity: " + key, plan,
+          {{.gains = moved(-proof.sensitivity_step)}, {.gains = moved(proof.sensitivity_step)}});
+      result_.sensitivity.push_back({.key = key,
+                                     .down = ends[0].gains[i],
+                                     .up = ends[1].gains[i],
+                                     .cost_down = statistics::ComparePairs(base, costs(ends[0])),
+                                     .cost_up = statistics::ComparePairs(base, costs(ends[1]))});
+    }
+  }
+
+  void Tell() {
+    result_.trials = evaluations_.trials();
+    if (options_.on_result) options_.on_result(result_);
   }
 
   const Study& study_;
@@ -255,66 +324,6 @@ class Tuning {
   Evaluation incumbent_;
   std::vector<double> incumbent_costs_;
 };
-
-// The tuned gains against the start, in variations, and each gain on its own.
-void Prove(const Study& study, Evaluations* evaluations, TuningProgress* progress,
-           TuningResult* result) {
-  const ProofParams& proof = study.settings().proof;
-  // Through the cameras, whatever the search saw.
-  const auto seen = [](bool cameras, const std::function<void(trial::Scenario*)>& change) {
-    return [change, cameras](trial::Scenario* scenario) {
-      if (cameras) scenario->pose_source = trial::PoseSource::kCameras;
-      if (change) change(scenario);
-    };
-  };
-  progress->phase = "held out";
-  progress->share = 0;
-  // What was there before, then the tuned gains, on the same trials.
-  const auto run_both = [&](uint64_t set, int seeds,
-                            const std::function<void(trial::Scenario*)>& change) -> Comparison {
-    const std::vector<Evaluation> before =
-        evaluations->Run(progress->phase, study.TrialsAgainst(set, seeds),
-                         {{.gains = study.against(), .change = change}});
-    const std::vector<Evaluation> tuned = evaluations->Run(
-        progress->phase, study.TrialsOf(set, seeds), {{.gains = result->tuned, .change = change}});
-    return Compare(study, progress->phase, before[0], tuned[0]);
-  };
-  result->held_out = run_both(kHeldOutSet, proof.held_out_seeds, seen(proof.cameras, nullptr));
-
-  if (proof.robustness_seeds > 0) {
-    const std::vector<Variation>& variations = Variations();
-    for (size_t i = 0; i < variations.size(); ++i) {
-      progress->phase = variations[i].name;
-      progress->share = static_cast<double>(i) / static_cast<double>(variations.size());
-      result->robustness.push_back(run_both(kRobustnessSet, proof.robustness_seeds,
-                                            seen(proof.robustness_cameras, variations[i].change)));
-    }
-  }
-
-  if (proof.sensitivity_seeds == 0) return;
-  const farm::Plan plan = study.TrialsOf(kSensitivitySet, proof.sensitivity_seeds);
-  progress->phase = "sensitivity";
-  const std::vector<double> base =
-      Costs(study, evaluations->Run("sensitivity", plan, {{.gains = result->tuned}})[0].records);
-  const search::Candidate center = study.CandidateOf(result->tuned);
-  for (size_t i = 0; i < center.size(); ++i) {
-    progress->share = static_cast<double>(i) / static_cast<double>(center.size());
-    Sensitivity sensitivity{.key = study.settings().gains[i].key};
-    std::vector<Evaluations::Request> requests;
-    for (const double step : {-proof.sensitivity_step, proof.sensitivity_step}) {
-      search::Candidate moved = center;
-      moved[i] = std::clamp(moved[i] + step, 0.0, 1.0);
-      requests.push_back({.gains = study.GainsAt(moved)});
-    }
-    sensitivity.down = requests[0].gains[i];
-    sensitivity.up = requests[1].gains[i];
-    const std::vector<Evaluation> ends =
-        evaluations->Run("sensitivity: " + sensitivity.key, plan, requests);
-    sensitivity.cost_down = statistics::ComparePairs(base, Costs(study, ends[0].records));
-    sensitivity.cost_up = statistics::ComparePairs(base, Costs(study, ends[1].records));
-    result->sensitivity.push_back(sensitivity);
-  }
-}
 
 // The common kind and those of individual thrusters.
 void ForEachKind(vehicle::ThrusterParams* thrusters,
@@ -349,8 +358,7 @@ TuningResult Tune(const Study& study, const std::string& file, const TuningOptio
         return tuning.Generation(generation, candidates);
       },
       nullptr);
-  Prove(study, &evaluations, &progress, &result);
-  result.trials = evaluations.trials();
+  tuning.Prove();
   result.trials_run = evaluations.progress().done_now;
   result.worker_time_s = evaluations.progress().worker_time_s;
   result.wall_time_s =

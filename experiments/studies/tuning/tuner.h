@@ -1,6 +1,7 @@
 #pragma once
 // Tunes gains: optimiser, racing, the incumbent, and the proof at the end.
 
+#include <algorithm>
 #include <functional>
 #include <optional>
 #include <string>
@@ -90,13 +91,19 @@ struct ParetoPoint {
 
 struct TuningResult {
   Gains start, tuned;
-  std::vector<GenerationRecord> generations;
-  std::vector<ParetoPoint> front;  // nsga2
+  std::vector<GenerationRecord> generations;  // the start is the first
+  std::vector<ParetoPoint> front;             // nsga2
   std::optional<Comparison> held_out;
   std::vector<Comparison> robustness;
   std::vector<Sensitivity> sensitivity;
   int64_t trials = 0, trials_run = 0;
   double wall_time_s = 0, worker_time_s = 0;
+  bool finished = false;  // with the proof
+
+  // Those of the study's budget: the start is none.
+  int search_generations() const {
+    return std::max(0, static_cast<int>(std::ssize(generations)) - 1);
+  }
 };
 
 struct TuningProgress {
@@ -109,7 +116,9 @@ struct TuningProgress {
 struct TuningOptions {
   farm::FarmOptions farm = {};
   std::function<void(const TuningProgress&)> on_progress = nullptr;
-  std::function<void(const GenerationRecord&)> on_generation = nullptr;
+  // What was found so far: at the beginning, after each generation and each part of the proof, and
+  // at the end while the file of trials is still held.
+  std::function<void(const TuningResult&)> on_result = nullptr;
   std::function<bool()> stop_requested = nullptr;
 };
 

@@ -399,16 +399,14 @@ proof: {held_out_seeds: 8, robustness_seeds: 0, sensitivity_seeds: 0, cameras: f
   await new Promise(resolve => setTimeout(resolve, 1500));
   const served = await view('study');
   const {page, complaints, close} = await open(served.url);
-  await until(page, () =>
-    document.querySelector('nav .kind')?.textContent.startsWith('tuning study: its trials'),
-  );
-  await until(page, () => document.querySelector('section[aria-label="The search so far"] canvas'));
+  await until(page, () => document.querySelector('nav .kind')?.textContent === 'tuning');
+  await until(page, () => document.querySelector('section[aria-label="Convergence"] canvas'));
   let cost = [0];
   for (let look = 0; look < 30 && cost[0] < 4; ++look) {
     await page.waitForTimeout(300);
-    cost = await colours(page, 'section[aria-label="The search so far"] canvas');
+    cost = await colours(page, 'section[aria-label="Convergence"] canvas');
   }
-  assert.ok(!(cost[0] < 4), `the search shows ${cost} colours`);
+  assert.ok(!(cost[0] < 4), `its convergence shows ${cost} colours`);
   assert.equal(await ended, 0);
   // the same page becomes the report
   await until(

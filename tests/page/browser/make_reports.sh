@@ -79,6 +79,8 @@ END
 "$program" batch two.yaml --out a.db --quiet
 "$program" batch two.yaml --out b.db --set vehicle.rigid_body.mass_kg=17 --quiet
 "$program" tune study.yaml --out study --quiet >/dev/null
+"$program" step-response sea_night_active --out steps --quiet >/dev/null
+"$program" check-vehicle vehicle.xml --out vehicle >/dev/null
 "$program" gate gate.yaml --update --quiet
 # with a third of the time no trial docks any more
 "$program" gate gate.yaml --set duration_s=1.2 --bundles 2 --out gate --quiet || [ $? = 1 ]
@@ -92,6 +94,8 @@ END
 "$program" report batch.db --trial 3 --out one.html
 "$program" report a.db b.db --by controller --out compare.html
 "$program" report study --out tuning.html
+"$program" report steps/report.json --out steps.html
+"$program" report vehicle/report.json --out vehicle.html
 # ten thousand trials: those of the batch over and over, each figure a little different
 python3 - batch.db many.db 10000 <<'END'
 import random, shutil, sqlite3, sys

@@ -20,6 +20,8 @@ const kKinds = {
   batch: {plots: 3},
   compare: {plots: 3},
   tuning: {plots: 3},
+  steps: {plots: 16},
+  vehicle: {plots: 3},
   gate: {plots: 2},
   recognition: {plots: 4},
   estimators: {plots: 4},

@@ -141,7 +141,7 @@ TEST_F(CheckVehicleCommand, WarnsOfAPoleThatTouchesNothing) {
   std::ofstream(file) << text;
   const testing::ProgramEnd end = Run({file});
   EXPECT_EQ(end.exit_code, 0) << end.err;
-  EXPECT_THAT(end.out, HasSubstr("warning: nothing stops its pole at the dock"));
+  EXPECT_THAT(end.out, HasSubstr("Warnings\nnothing stops its pole at the dock"));
 }
 
 TEST_F(CheckVehicleCommand, WritesNothingOverTheVehicle) {
@@ -169,7 +169,7 @@ TEST(CheckVehicle, TheListOfNamesIsTheReadmes) {
   std::ifstream file(config::ModelPath("README.md"));
   std::ostringstream text;
   text << file.rdbuf();
-  EXPECT_THAT(text.str(), HasSubstr(NamesTable(true)));
+  EXPECT_THAT(text.str(), HasSubstr(NamesTable(true).Markdown()));
 }
 
 }  // namespace

@@ -18,7 +18,7 @@ using std::numbers::pi;
 // Second order, damping z and natural frequency w: overshoot exp(-pi z / sqrt(1 - z^2)).
 TEST(StepResponse, SecondOrderAnswerInClosedForm) {
   constexpr double kZ = 0.4, kOmega = 2, kStep = -0.05;
-  StepResponse response;
+  StepResponse response{.answer = {.wanted = kStep}};
   const double wd = kOmega * std::sqrt(1 - kZ * kZ);
   for (int n = 0; n < 30000; ++n) {
     const double t = n / 1000.0;
@@ -27,7 +27,7 @@ TEST(StepResponse, SecondOrderAnswerInClosedForm) {
     response.answer.time_s.push_back(t);
     response.answer.actual.push_back(kStep * y);
   }
-  JudgeStep(kStep, &response);
+  JudgeStep(&response);
   EXPECT_NEAR(response.overshoot, std::exp(-pi * kZ / std::sqrt(1 - kZ * kZ)), 1e-5);
   ASSERT_TRUE(response.rise_time_s && response.settling_time_s);
   // the envelope leaves the band of 5 % at -log(0.05 sqrt(1 - z^2)) / (z w) at the latest
@@ -37,21 +37,21 @@ TEST(StepResponse, SecondOrderAnswerInClosedForm) {
 }
 
 TEST(StepResponse, FirstOrderRiseIsLogNine) {
-  StepResponse response;
+  StepResponse response{.answer = {.wanted = 1}};
   for (int n = 0; n < 10000; ++n) {
     response.answer.time_s.push_back(n / 1000.0);
     response.answer.actual.push_back(1 - std::exp(-n / 1000.0));
   }
-  JudgeStep(1, &response);
+  JudgeStep(&response);
   EXPECT_NEAR(*response.rise_time_s, std::log(9.0), 2e-3);
   EXPECT_NEAR(*response.settling_time_s, -std::log(0.05), 2e-3);
   EXPECT_EQ(response.overshoot, 0);
 }
 
 TEST(StepResponse, AnAnswerThatNeverGetsThereHasNoRise) {
-  StepResponse response;
-  response.answer = {.time_s = {0, 1, 2}, .wanted = {}, .actual = {0, 0.02, 0.03}, .demand = {}};
-  JudgeStep(0.05, &response);
+  StepResponse response{
+      .answer = {.wanted = 0.05, .time_s = {0, 1, 2}, .actual = {0, 0.02, 0.03}, .demand = {}}};
+  JudgeStep(&response);
   EXPECT_FALSE(response.rise_time_s);
   EXPECT_FALSE(response.settling_time_s);
   EXPECT_NEAR(response.final_error, -0.02, 1e-12);

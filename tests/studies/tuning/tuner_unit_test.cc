@@ -19,6 +19,8 @@
 
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
+#include "experiments/report/report_json.h"
+#include "experiments/report/text.h"
 #include "experiments/studies/tuning/study.h"
 #include "experiments/studies/tuning/tuning_report.h"
 #include "sim/base/check.h"
@@ -235,7 +237,8 @@ class TunerTest : public ::testing::Test {
 
 // The result but for the time it took.
 std::string TextOf(const Study& study, TuningResult result) {
-  return TuningJson(study, result) + TuningMarkdown(study, result) + GainsYaml(study, result);
+  return report::JsonText(report::Document(ReportOf(study, result), TuningJson(study, result))) +
+         GainsYaml(study, result);
 }
 
 TEST_F(TunerTest, WorkersAndInterruptionsChangeNothing) {
@@ -264,7 +267,7 @@ TEST_F(TunerTest, WorkersAndInterruptionsChangeNothing) {
       result = Tune(study, File("stopped.sqlite"),
                     {.farm = {.workers = 2},
                      .on_progress = nullptr,
-                     .on_generation = nullptr,
+                     .on_result = nullptr,
                      .stop_requested = [&] { return ++polls > 9; }});
       break;
     } catch (const Stopped&) {
@@ -279,13 +282,36 @@ TEST_F(TunerTest, WorkersAndInterruptionsChangeNothing) {
   EXPECT_EQ(TextOf(study, again), expected);
 }
 
+// Whoever looks while it runs sees what the end will say, as far as it is known.
+TEST_F(TunerTest, WhatIsFoundSoFarIsABeginningOfWhatIsFound) {
+  const Study study(kHead + kTrials + kGains + kObjective + kFast, "study.yaml");
+  std::vector<TuningResult> told;
+  const TuningResult result =
+      Tune(study, File("told.sqlite"),
+           {.farm = {.workers = 2},
+            .on_progress = nullptr,
+            .on_result = [&](const TuningResult& so_far) { told.push_back(so_far); }});
+  ASSERT_EQ(told.size(), 7u) << "beginning, 3 generations, held out, 1 gain alone, end";
+  const std::string generations = TuningJson(study, result)["generations"].dump();
+  for (size_t i = 0; i < told.size(); ++i) {
+    EXPECT_EQ(told[i].generations.size(), std::min<size_t>(i, 3));
+    EXPECT_EQ(told[i].finished, i + 1 == told.size());
+    EXPECT_EQ(told[i].held_out.has_value(), i >= 4);
+    std::string begun = TuningJson(study, told[i])["generations"].dump();
+    begun.pop_back();  // the list's end
+    EXPECT_TRUE(generations.starts_with(begun)) << begun;
+    EXPECT_GE(told[i].trials, told[i > 0 ? i - 1 : 0].trials);
+  }
+  EXPECT_EQ(TextOf(study, told.back()), TextOf(study, result));
+}
+
 TEST_F(TunerTest, ADamagedFileOfTrialsIsNamed) {
   const Study study(kHead + kTrials + kGains + kObjective + kFast, "study.yaml");
   int polls = 0;
-  const TuningOptions options{.farm = {.workers = 1},
-                              .on_progress = nullptr,
-                              .on_generation = nullptr,
-                              .stop_requested = [&] { return ++polls > 9; }};
+  const TuningOptions options{
+      .farm = {.workers = 1}, .on_progress = nullptr, .on_result = nullptr, .stop_requested = [&] {
+        return ++polls > 9;
+      }};
   EXPECT_THROW(Tune(study, File("damaged.sqlite"), options), Stopped);
   SQLite::Database(File("damaged.sqlite"), SQLite::OPEN_READWRITE)
       .exec("UPDATE trials SET time_s = NULL");
@@ -344,6 +370,64 @@ TEST_F(TunerTest, TheGainsFileHoldsTheLawsGroupAndIsRead) {
   EXPECT_EQ(scenario.procedure.docking_rate_mps, 0.0625);
   EXPECT_EQ(config::SaveYaml(scenario.control.lqg.heave),
             config::SaveYaml(trial::LoadScenario("pool_active", {}).control.lqg.heave));
+}
+
+// A result of so many generations of the two that kFast asks for.
+TuningResult Found(const Study& study, int generations, double cost, double half_width) {
+  TuningResult result;
+  result.start = study.start();
+  result.tuned = {1.5};
+  for (int g = 0; g <= generations; ++g)
+    result.generations.push_back({.generation = g, .trials = 4 * g + 4, .gains = {1.5}});
+  Comparison held_out{.what = "held out"};
+  held_out.cost = {.pairs = 3, .mean = cost, .confidence = {cost - half_width, cost + half_width}};
+  held_out.time_s = {.pairs = 2, .mean = 0.35, .confidence = {0.1, 0.6}, .t_p = 0.002};
+  result.held_out = held_out;
+  result.finished = true;
+  return result;
+}
+
+std::string FactOf(const report::Report& report, const std::string& label) {
+  for (const report::Fact& fact : report.facts)
+    if (fact.label == label) return fact.value;
+  return "";
+}
+
+TEST(TuningReport, CountsTheGenerationsAfterTheStart) {
+  const Study study(kHead + kTrials + kGains + kObjective + kFast, "study.yaml");
+  TuningResult result = Found(study, 2, -1, 0.5);
+  EXPECT_EQ(FactOf(ReportOf(study, result), "generations"), "2");
+  result.finished = false;
+  result.generations.pop_back();
+  EXPECT_EQ(FactOf(ReportOf(study, result), "generations"), "1 of 2");
+  EXPECT_EQ(ReportOf(study, result).verdict.reason, "1 of 2 generations are done.");
+  result.generations.clear();
+  EXPECT_EQ(FactOf(ReportOf(study, result), "generations"), "0 of 2");
+}
+
+TEST(TuningReport, CallsADifferenceOneOnlyWhereItsIntervalLeavesZero) {
+  const Study study(kHead + kTrials + kGains + kObjective + kFast, "study.yaml");
+  const auto verdict = [&](double cost) {
+    return ReportOf(study, Found(study, 2, cost, 0.5)).verdict;
+  };
+  EXPECT_EQ(verdict(-1).word, "better on held-out seeds");
+  EXPECT_EQ(verdict(-1).tone, report::Tone::kGood);
+  EXPECT_EQ(verdict(1).word, "worse on held-out seeds");
+  EXPECT_EQ(verdict(1).tone, report::Tone::kBad);
+  for (const double cost : {-0.4, 0.0, 0.4}) {
+    EXPECT_EQ(verdict(cost).word, "no significant difference");
+    EXPECT_EQ(verdict(cost).tone, report::Tone::kNone);
+  }
+}
+
+TEST(TuningReport, SaysInEveryFormWhatTheTunedGainsTakeWhereBothDocked) {
+  const Study study(kHead + kTrials + kGains + kObjective + kFast, "study.yaml");
+  const TuningResult result = Found(study, 2, -1, 0.5);
+  const std::string said =
+      "Where both docked (2 pairs) the tuned gains take +0.35 s [+0.10, +0.60], p = 0.002 (t), ";
+  EXPECT_THAT(report::Text(ReportOf(study, result)), HasSubstr(said));
+  EXPECT_THAT(report::Markdown(ReportOf(study, result)), HasSubstr("- " + said));
+  EXPECT_THAT(report::Document(ReportOf(study, result), {})["report"].dump(), HasSubstr(said));
 }
 
 // A variation changes what its name says and nothing else: with the mass the inertia and the trim.
