@@ -337,14 +337,19 @@ Figure FigureOf(const report::Report& report) {
   Figure figure{.title = word.empty() ? report.title : word + ": " + report.title,
                 .width_px = 560,
                 .height_px = 460};
-  for (const report::Section& section : report.sections)
+  std::set<size_t> rows;  // how many plots a section has
+  for (const report::Section& section : report.sections) {
+    if (!section.panels.empty()) rows.insert(section.panels.size());
     for (const Panel& panel : section.panels) {
       figure.panels.push_back(panel);
       if (panel.title.empty()) figure.panels.back().title = section.title;
-      if (panel.legend == Legend::kNone && panel.series.size() > 1)
+      if (panel.legend == Legend::kNone &&
+          std::ranges::count_if(panel.series, [](const Series& s) { return !s.name.empty(); }) > 1)
         figure.panels.back().legend = Legend::kAbove;
     }
-  figure.columns = std::clamp<size_t>(figure.panels.size(), 1, 3);
+  }
+  const bool is_row = rows.size() == 1 && *rows.begin() > 1 && *rows.begin() <= 4;
+  figure.columns = is_row ? *rows.begin() : std::clamp<size_t>(figure.panels.size(), 1, 3);
   return figure;
 }
 

@@ -234,6 +234,23 @@ TEST(Plot, PanelsStandRowByRow) {
   }
 }
 
+TEST(Plot, AReportsSectionsAreRowsWhereTheyHaveAsManyPlots) {
+  const auto columns = [](const std::vector<size_t>& plots) {
+    report::Report report;
+    for (const size_t count : plots) {
+      report.sections.push_back({.title = "section"});
+      report.sections.back().panels.resize(count);
+    }
+    return FigureOf(report).columns;
+  };
+  EXPECT_EQ(columns({4, 4, 0, 4}), 4u);
+  EXPECT_EQ(columns({2}), 2u);
+  EXPECT_EQ(columns({2, 1}), 3u);
+  EXPECT_EQ(columns({1, 1}), 2u);
+  EXPECT_EQ(columns({5}), 3u);
+  EXPECT_EQ(columns({}), 1u);
+}
+
 TEST(Plot, DotsTakeTheirColourFromTheScale) {
   Series series{"", {{.x = 1, .y = 0.5, .shade = 10}, {.x = 3, .y = 0.5, .shade = 20}}};
   series.mark = Mark::kDots;
