@@ -52,7 +52,7 @@ class BatchView {
       onFound: rows => this.fill(rows),
     });
     // success over what the plan varies is above, where it can be clicked
-    report.sections = report.sections.filter(part => !part.panels);
+    report.sections = report.sections.map(part => ({...part, panels: null}));
     if (model.store_kind === 'batch') report.sections.push(next(model.file));
     drawSections(host, report);
   }
