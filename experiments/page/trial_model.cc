@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "experiments/config/yaml_fields.h"
-#include "experiments/report/table.h"
 #include "experiments/trial/trial_files.h"
 #include "experiments/trial/trial_view.h"
 
@@ -208,39 +207,5 @@ Json TrialModel(const trial::Scenario& scenario) {
 }
 
 Json SeriesModel(const trial::Series& series, int digits) { return Rounded(series, digits); }
-
-Json TableModel(std::string_view csv, const std::string& where, int digits) {
-  const auto split = [](std::string_view text, char separator) {
-    std::vector<std::string_view> parts;
-    while (true) {
-      const size_t end = text.find(separator);
-      parts.push_back(text.substr(0, end));
-      if (end == std::string_view::npos) return parts;
-      text.remove_prefix(end + 1);
-    }
-  };
-  std::vector<std::string_view> lines = split(csv, '\n');
-  if (!lines.empty() && lines.back().empty()) lines.pop_back();
-  if (lines.empty()) throw ConfigError(where + ": is empty");
-  const std::vector<std::string_view> names = split(lines[0], ',');
-  std::vector<Json> columns(names.size(), Json::array());
-  for (size_t row = 1; row < lines.size(); ++row) {
-    const std::vector<std::string_view> cells = split(lines[row], ',');
-    if (cells.size() != names.size())
-      throw ConfigError(fmt::format("{}:{}: has {} values, the header {}", where, row + 1,
-                                    cells.size(), names.size()));
-    for (size_t i = 0; i < cells.size(); ++i) {
-      const std::string text(cells[i]);
-      const std::optional<double> number = report::NumberIn(text);
-      if (number)
-        columns[i].push_back(std::isfinite(*number) ? Json(Rounded(*number, digits)) : Json());
-      else
-        columns[i].push_back(text.empty() || text == "nan" ? Json() : Json(text));
-    }
-  }
-  Json series = Json::object();
-  for (size_t i = 0; i < names.size(); ++i) series[std::string(names[i])] = columns[i];
-  return series;
-}
 
 }  // namespace turbidock::page

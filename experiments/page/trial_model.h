@@ -2,7 +2,6 @@
 // A trial as the page's modules know it (README.md: the model of a trial).
 
 #include <string>
-#include <string_view>
 
 #include "experiments/report/json.h"
 #include "experiments/trial/scenario.h"
@@ -25,8 +24,6 @@ report::Json SettingsModel(const trial::Scenario& scenario);
 
 // The columns of a log: numbers in so many digits, null where they are not finite.
 report::Json SeriesModel(const trial::Series& series, int digits = 6);
-// Those of a CSV without quotes. ConfigError, which begins with `where`, for a text that is none.
-report::Json TableModel(std::string_view csv, const std::string& where, int digits = 6);
 
 // x, y, z, qw, qx, qy, qz.
 report::Json PoseModel(const Pose& pose);
