@@ -113,9 +113,10 @@ TEST(Series, ReadsTheColumnsOfACsvInAnyOrder) {
     values += (names[i] == "stage" ? "docked" : std::to_string(i)) + (i > 0 ? "," : "\n");
   }
   const Series series = Series::FromCsv(header + values, "t.csv");
-  EXPECT_EQ(series.names(), names);
+  ASSERT_EQ(series.columns().size(), names.size());
   for (size_t i = 0; i < names.size(); ++i)
-    EXPECT_EQ(series.At(0, i), names[i] == "stage" ? Cell("docked") : Cell(i));
+    EXPECT_EQ(series.At(0, IndexOf(series, names[i])),
+              names[i] == "stage" ? Cell("docked") : Cell(i));
 }
 
 TEST(Series, SaysWhatIsWrongWithACsv) {
@@ -131,7 +132,7 @@ TEST(Series, SaysWhatIsWrongWithACsv) {
   EXPECT_EQ(said(""), "t.csv: is empty");
   EXPECT_EQ(said("a,b\n1,2\n"), "t.csv: is no trajectory: it has no column frame");
   EXPECT_EQ(said(header + ",more\n"), "t.csv: is no trajectory: no log has a column more");
-  EXPECT_EQ(said(header + "\n1,2\n"), "t.csv:2: has 2 values, the header 42");
+  EXPECT_EQ(said(header + "\n1,2\n"), "t.csv:2: has 2 values, the header 41");
   std::string other = csv;
   other.replace(other.find("approach"), 8, "lunch");
   EXPECT_EQ(said(other), "t.csv:2: stage: 'lunch' is no word of this program");
