@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "experiments/farm/plan.h"
-#include "experiments/farm/run_lock.h"
 #include "experiments/page/stored_trials.h"
 #include "experiments/page/trial_model.h"
 #include "experiments/report/report_json.h"
@@ -135,10 +134,7 @@ Page BatchPage(const farm::ResultStore& store, const std::string& file,
                                                   : header.kind + ": its trials"},
            {"build", header.build},
            {"file", file},
-           {"plan_hash", header.plan_hash()},
            {"store_kind", header.kind},
-           {"shard", header.shard.Text()},
-           {"running", farm::IsLocked(file)},
            {"rows", trials.size()},
            {"columns", ColumnsOf(trials)},
            {"parameters", ParametersOf(header.keys, trials)},
@@ -160,7 +156,6 @@ Page BatchPage(const farm::ResultStore& store, const std::string& file,
     AddSeries(store, trials, options.series_bytes, &page);
   }
   const farm::BatchSummary summary = farm::SummaryOf(store, file, report);
-  model["wanted"] = summary.scheduler.Expected();
   model["report"] = report::Document(farm::ReportOf(summary), Json::object())["report"];
   model["title"] = summary.title;
   model["missing"] = model["report"]["missing"];

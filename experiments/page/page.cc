@@ -8,10 +8,12 @@
 namespace turbidock::page {
 namespace {
 
-std::string_view FileNamed(std::span<const WebFile> files, std::string_view name) {
-  for (const WebFile& file : files)
-    if (file.name == name) return file.text;
-  TD_CHECK(false, "a file of the page");
+// The sheets, by name.
+std::string Style() {
+  std::string style = "<style>\n";
+  for (const WebFile& file : WebFiles())
+    if (file.name.ends_with(".css")) style += file.text;
+  return style + "</style>\n";
 }
 
 // An element that the browser does not read until a module asks for it.
@@ -52,9 +54,7 @@ constexpr const char* kStart =
 }  // namespace
 
 std::string Html(const Page& page) {
-  std::string html =
-      Head(page.model,
-           fmt::format("<style>\n{}</style>\n", FileNamed(WebFiles(), "page.css")) + ImportMap());
+  std::string html = Head(page.model, Style() + ImportMap());
   html += Packed("model", report::JsonLine(page.model));
   for (const auto& [name, text] : page.parts) html += Packed(name, text);
   for (const auto& [name, bytes] : page.files)

@@ -13,7 +13,7 @@ struct WebFile {
   std::string_view text;
 };
 
-// Modules (.js) and the style sheet (.css), by name.
+// Modules (.js) and style sheets (.css), by name.
 std::span<const WebFile> WebFiles();
 
 // Libraries from Debian's packages: classic scripts that make one global each.

@@ -64,7 +64,7 @@ function drawPanels(panels, {stacked, wide}, view) {
     'div',
     {class: stacked ? 'traces' : isBroad ? 'plots two' : 'plots'},
     panels.map(panel => {
-      const height = stacked ? Math.max(24, kHeight * 0.6 * (panel.height ?? 1)) : kHeight;
+      const height = panel.has_axes === false ? 24 : stacked ? 150 : kHeight;
       const cell = h('div');
       const onPick = panel.series.some(series => series.links)
         ? (series, i) => view.open(series.links?.[i])

@@ -28,7 +28,7 @@ export async function openTrials(element, {title, note, trials}) {
   const clock = new Clock();
   const box = h('div', {class: 'column'});
   element.replaceChildren(box);
-  if (trials.length !== 1) box.append(section(title, {note}));
+  if (title) box.append(section(title, {note}));
   const ends = [];
   for (const trial of trials) {
     box.append(
