@@ -230,7 +230,7 @@ void ResultStore::AddSeriesColumns(const std::vector<std::string>& columns) {
   const std::vector<std::string> there = OwnColumns(*db_, "series");
   for (const std::string& column : columns)
     if (std::ranges::find(there, column) == there.end())
-      db_->exec("ALTER TABLE series ADD COLUMN " + Quoted(column) + " REAL");
+      db_->exec("ALTER TABLE series ADD COLUMN " + Quoted(column));
 }
 
 void ResultStore::AddSeries(int64_t trial, const trial::Series& series) {

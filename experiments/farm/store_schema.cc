@@ -78,7 +78,8 @@ void CreateTables(const std::vector<std::string>& keys, SQLite::Database* db) {
   const trial::Series empty(trial::TrialLog().thrusters);
   for (const trial::Series::Column& column : empty.columns())
     series += fmt::format(", {} {}", Quoted(column.name),
-                          std::array{"INTEGER", "REAL", "TEXT"}[column.values.index()]);
+                          // of no type, not REAL, which loses the sign of zero
+                          std::array{"INTEGER", "", "TEXT"}[column.values.index()]);
   db->exec("CREATE TABLE series (trial INTEGER NOT NULL" + series +
            ", PRIMARY KEY (trial, frame)) WITHOUT ROWID");
   db->exec(
@@ -115,10 +116,11 @@ void RequireSchema(const SQLite::Database& db, const std::string& file) {
       if (column == columns.end()) fail(fmt::format("table {} has no column {}", table, name));
       if (column->second != type)
         fail(fmt::format("column {} of table {} is {}, must be {}", name, table,
-                         column->second.empty() ? "of no type" : column->second, type));
+                         column->second.empty() ? "of no type" : column->second,
+                         type.empty() ? "of no type" : type));
     }
     for (const auto& [name, type] : columns)
-      if (!wanted.contains(name) && !(table == "series" && name.ends_with("_v") && type == "REAL"))
+      if (!wanted.contains(name) && !(table == "series" && name.ends_with("_v") && type.empty()))
         fail(fmt::format("it knows no column {} of table {}", name, table));
   }
 }

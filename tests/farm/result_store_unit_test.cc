@@ -114,6 +114,7 @@ TEST_F(Store, GivesBackWhatItWasGiven) {
   log.frames.resize(2);
   log.frames[1].frame = 30;
   log.frames[1].time_s = 1.0 / 3;
+  log.frames[1].fitness = -0.0;
   StoredTrial with_series = Trial(1, "7", trial::Failure::kNone);
   with_series.series = trial::Series::Of(log);
   {
