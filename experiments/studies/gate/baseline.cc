@@ -39,9 +39,9 @@ std::string MedianChanges(const BaselineCondition& before, const BaselineConditi
   for (const MedianMeasure& measure : kMedianMeasures) {
     const auto was = statistics::Median(DockedValues(before.outcomes, measure.value)),
                is = statistics::Median(DockedValues(after.outcomes, measure.value));
-    if (was && is && *was != *is)
-      changes.push_back(fmt::format("{} {} -> {}", measure.name, ShownValue(*was, measure.unit),
-                                    ShownValue(*is, measure.unit)));
+    if (!was || !is) continue;
+    const std::string from = ShownValue(*was, measure.unit), to = ShownValue(*is, measure.unit);
+    if (from != to) changes.push_back(fmt::format("{} {} -> {}", measure.name, from, to));
   }
   return fmt::format("{}", fmt::join(changes, ", "));
 }

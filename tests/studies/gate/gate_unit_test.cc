@@ -663,7 +663,8 @@ TEST_F(Gate, AnUpdateSaysWhatItChanges) {
                  after = Measure(plan, DocksAt(0.8, {.time_s = 3}));
   const auto row = [](const Baseline& a, const Baseline& b) {
     std::vector<std::string> texts;
-    for (const report::Cell& cell : ChangeTable(a, b).rows().at(0)) texts.push_back(cell.text);
+    const report::Table table = ChangeTable(a, b);
+    for (const report::Cell& cell : table.rows().at(0)) texts.push_back(cell.text);
     return texts;
   };
   const int lost = before.conditions[0].docked - after.conditions[0].docked;
@@ -671,7 +672,8 @@ TEST_F(Gate, AnUpdateSaysWhatItChanges) {
       row(before, after),
       ElementsAre("calm", StartsWith(std::to_string(before.conditions[0].docked) + " of 200"),
                   StartsWith(std::to_string(after.conditions[0].docked) + " of 200"),
-                  std::to_string(lost), "0", "0", "time to dock 39.6 s -> 42.4 s"));
+                  std::to_string(lost), "0", "0",
+                  StartsWith("time to dock 39.6 s -> 42.4 s, fitness 0.592 F -> 0.589 F")));
   EXPECT_THAT(row(after, before)[4], std::to_string(lost));
   EXPECT_THAT(row(before, before), ElementsAre("calm", _, _, "0", "0", "200", ""));
   EXPECT_THAT(row({}, after), ElementsAre("calm", "new", _, "", "", "", ""));
