@@ -79,20 +79,20 @@ std::vector<report::Fact> FactsOf(const GateReport& report) {
 }
 
 Section Measures(const GateReport& report) {
-  report::Table table({"<condition", "<measure", "baseline", "now", "margin", "trials", "worse",
-                       "better", "<verdict", "after"});
+  report::Table table({"<condition", "<measure", "<verdict", "after", "baseline", "now", "margin",
+                       "trials", "worse", "better"});
   for (const ConditionReport& c : report.conditions)
     for (const MeasureReport& m : c.measures)
       table.Row({c.name,
                  m.measure,
+                 {NameOf(m.verdict), ToneOf(m.verdict)},
+                 m.decided_after_trials ? std::to_string(*m.decided_after_trials) : "-",
                  Shown(m, m.before),
                  Shown(m, m.now),
                  ShownMargin(m),
                  std::to_string(m.compared),
                  std::to_string(m.worse),
-                 std::to_string(m.better),
-                 {NameOf(m.verdict), ToneOf(m.verdict)},
-                 m.decided_after_trials ? std::to_string(*m.decided_after_trials) : "-"});
+                 std::to_string(m.better)});
   return {.title = "Measures",
           .note =
               "Margin: the change for the worse that matters. After: the trials of the "
@@ -207,7 +207,7 @@ Section ChangedSeeds(const GateReport& report) {
       const std::string seed = std::to_string(trial.seed);
       table.Row({c.name,
                  fails ? report::Cell(seed, Tone::kNone, BundleName(c.name, trial.seed)) : seed,
-                 {fails ? "no longer docks" : "docks now", fails ? Tone::kBad : Tone::kGood},
+                 {fails ? "fails now" : "docks now", fails ? Tone::kBad : Tone::kGood},
                  NameOf(trial.outcome),
                  Fixed(trial.quality.time_s, 1)});
     }
