@@ -420,7 +420,7 @@ test('a gate: a click on a seed that no longer docks shows its trial', async () 
   const seed = await seeds.first().innerText();
   await seeds.first().click();
   await page.waitForSelector('#linked .traces canvas');
-  assert.match(await page.locator('#linked h2').first().innerText(), new RegExp(`^short_${seed}$`));
+  assert.match(await page.locator('#linked h2').first().innerText(), new RegExp(`seed ${seed}$`));
   assert.match(await page.locator('#linked code').first().innerText(), /^turbidock run .*resolved/);
   await sceneDrawn(page);
   assert.deepEqual(complaints, []);
