@@ -5,7 +5,7 @@
 #include <ctime>
 #include <utility>
 
-#include "experiments/farm/fork_map.h"
+#include "experiments/farm/farm.h"
 #include "experiments/report/json.h"
 #include "experiments/trial/world.h"
 

@@ -11,7 +11,7 @@
 
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
-#include "experiments/farm/fork_map.h"
+#include "experiments/farm/farm.h"
 #include "experiments/report/json.h"
 #include "experiments/search/optimiser.h"
 #include "experiments/studies/recognition/look.h"

@@ -6,7 +6,7 @@
 #include <optional>
 #include <set>
 
-#include "experiments/farm/fork_map.h"
+#include "experiments/farm/farm.h"
 #include "experiments/report/json.h"
 #include "experiments/trial/trial_view.h"
 #include "sim/base/random.h"
