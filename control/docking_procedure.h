@@ -12,6 +12,7 @@
 #include "sim/base/fields.h"
 #include "sim/base/pose_estimate.h"
 #include "sim/base/published.h"
+#include "sim/base/units.h"
 
 namespace turbidock::control {
 
@@ -31,17 +32,17 @@ struct ProcedureParams {
   double servo_y_m = 0;
   double servo_z_m = 0;  // earlier: -0.067 in places
   double servo_yaw_rad = 0;
-  double enter_x_m = 0.05;                     // guess
-  double enter_y_m = 0.02;                     // earlier
-  double enter_z_m = 0.02;                     // earlier
-  double enter_yaw_rad = 0.12217304763960307;  // 7 degrees; earlier
-  double enter_hold_s = 0.165;                 // five cycles of 33 ms; earlier
+  double enter_x_m = 0.05;                      // guess
+  double enter_y_m = 0.02;                      // earlier
+  double enter_z_m = 0.02;                      // earlier
+  double enter_yaw_rad = units::RadFromDeg(7);  // earlier
+  double enter_hold_s = 0.165;                  // five cycles of 33 ms; earlier
   // docking: lower the desired x
   double docking_rate_mps = 0.03;  // earlier
   double docking_x_m = published::kDockDistance_m;
   double allowance_y_m = published::kDockTolerance_m;
   double allowance_z_m = published::kDockTolerance_m;
-  double allowance_yaw_rad = 0.2617993877991494;  // guess: 15 degrees
+  double allowance_yaw_rad = units::RadFromDeg(15);  // guess
   // docked
   double docked_x_m = published::kDockDistance_m;
   double docked_y_m = published::kDockTolerance_m;

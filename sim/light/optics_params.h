@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "sim/base/fields.h"
+#include "sim/base/units.h"
 
 namespace turbidock::light {
 
@@ -90,9 +91,9 @@ struct LampParams {
   // spectrum.
   Eigen::Vector3d intensity_w_sr{0.04, 0.04, 0.04};
   BeamShape beam = BeamShape::kCosine;
-  double cosine_exponent = 1;                       // 1: bare LED; 4 to 20: reflector
-  double cone_half_angle_rad = 0.8726646259971648;  // 50 degrees
-  double cone_soft_rad = 0.2181661564992912;        // 12.5 degrees
+  double cosine_exponent = 1;  // 1: bare LED; 4 to 20: reflector
+  double cone_half_angle_rad = units::RadFromDeg(50);
+  double cone_soft_rad = units::RadFromDeg(12.5);
 
   static void Fields(auto& self, auto&& field) {
     field("enabled", self.enabled, Finite(), "whether the vehicle's lamps shine");
