@@ -159,6 +159,8 @@ report::Table FitnessTable(const CurvesByDistance& curves) {
           fmt::format("{:.3f} ± {:.3f} {:<3}", r->fitness_mean, r->fitness_std, NameOf(r->area));
       if (const auto reference = curve.reference.find(milk); reference != curve.reference.end())
         text += fmt::format(" ({:6.3f})", reference->second);
+      else if (!curve.reference.empty())
+        text += std::string(9, ' ');
       constexpr std::array kTones = {report::Tone::kGood, report::Tone::kNone, report::Tone::kBad};
       rows[milk].back() = {text, kTones[static_cast<size_t>(r->area)]};
     }
@@ -171,9 +173,12 @@ report::Table FitnessTable(const CurvesByDistance& curves) {
 // Where F falls to 0.22.
 std::string LimitText(const std::vector<std::pair<double, double>>& fitness_over_milk) {
   if (const auto limit = MilkAtLoss(fitness_over_milk)) return fmt::format("{:.0f} ml/m³", *limit);
-  const auto& [milk, fitness] = fitness_over_milk.back();
-  return fmt::format("{} {:g} ml/m³", fitness > kLimits.detection_fitness ? "beyond" : "below",
-                     fitness > kLimits.detection_fitness ? milk : fitness_over_milk.front().first);
+  const auto is_lost = [](const auto& cell) { return cell.second <= kLimits.detection_fitness; };
+  const auto lost = std::ranges::find_if(fitness_over_milk, is_lost);
+  if (lost == fitness_over_milk.begin()) return fmt::format("below {:g} ml/m³", lost->first);
+  const double last = std::prev(lost)->first;
+  if (lost == fitness_over_milk.end()) return fmt::format("beyond {:g} ml/m³", last);
+  return fmt::format("{:g} to {:g} ml/m³", last, lost->first);  // too few cells for means of three
 }
 
 std::vector<report::Fact> LimitFacts(MarkerKind marker, const CurvesByDistance& curves,
@@ -278,7 +283,8 @@ report::Json ResultJson(const std::vector<CellResult>& results,
 std::string RecognitionCsv(const std::vector<CellResult>& results,
                            const std::vector<TableRow>& table) {
   std::string csv;
-  for (report::Json cell : ResultJson(results, table)["cells"]) {
+  const report::Json json = ResultJson(results, table);
+  for (report::Json cell : json["cells"]) {
     cell.erase("reference_area");
     report::AddCsv(cell, &csv);
   }

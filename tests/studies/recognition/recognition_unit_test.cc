@@ -229,6 +229,19 @@ TEST_F(RecognitionReport, SaysHowTurbidItMayBe) {
   EXPECT_EQ(limit({Result(0, 0.8), Result(20, 0.7)}).value, "beyond 20 ml/m³");
   EXPECT_EQ(limit({Result(5, 0.1), Result(20, 0)}).value, "below 5 ml/m³");
   EXPECT_EQ(limit({Result(0, 0.8), Result(20, 0.7)}).note, "the table: beyond 20 ml/m³");
+  // lost by its cells, not by their means of three
+  EXPECT_EQ(limit({Result(0, 0.85), Result(40, 0.53), Result(120, 0.04)}).value, "40 to 120 ml/m³");
+}
+
+// What is written reads back as a table.
+TEST_F(TableFile, IsWhatTheExperimentWrites) {
+  CellResult result{.cell = {MarkerKind::kActive, 20, 0.4}};
+  SetFitness({0.5F, 0.7F}, &result);
+  const std::vector<TableRow> rows = Read(RecognitionCsv({result}, {}));
+  ASSERT_EQ(rows.size(), 1u);
+  EXPECT_EQ(rows[0].cell, result.cell);
+  EXPECT_NEAR(rows[0].fitness_mean, 0.6, 1e-6);
+  EXPECT_NEAR(rows[0].fitness_std.value(), 0.1, 1e-6);
 }
 
 TEST(RecognizeCommand, PrintsTheDocumentedKeys) {
