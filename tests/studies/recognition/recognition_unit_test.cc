@@ -230,7 +230,8 @@ TEST_F(RecognitionReport, SaysHowTurbidItMayBe) {
   EXPECT_EQ(limit({Result(5, 0.1), Result(20, 0)}).value, "below 5 ml/m³");
   EXPECT_EQ(limit({Result(0, 0.8), Result(20, 0.7)}).note, "the table: beyond 20 ml/m³");
   // lost by its cells, not by their means of three
-  EXPECT_EQ(limit({Result(0, 0.85), Result(40, 0.53), Result(120, 0.04)}).value, "40 to 120 ml/m³");
+  const std::vector<CellResult> few = {Result(0, 0.85), Result(40, 0.53), Result(120, 0.04)};
+  EXPECT_EQ(ReportOf(few, {}, 30).facts.at(0).value, "40 to 120 ml/m³");
 }
 
 // What is written reads back as a table.
