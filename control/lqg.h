@@ -51,15 +51,6 @@ struct LqgParams {
       field("limit_share", self.limit_share, InRange(0, 1),
             "largest demand, as share of the vehicle's most force either way");
     }
-    static constexpr const char* kOfData = "it follows from the vehicle's data (known_vehicle)";
-    static constexpr RetiredKey kRetired[] = {
-        {"mass_kg", kOfData},
-        {"damping_newton_s_per_m", kOfData},
-        {"thrust_newton_per_v", kOfData},
-        {"effort_v", "give effort_share: volts over the 2.3 V that gave the most force"},
-        {"current_newton", "give current_mps2: newtons over the mass with the added mass"},
-        {"wave_newton", "give wave_mps2: newtons over the mass with the added mass"},
-        {"limit_v", "give limit_share"}};
   };
   struct Yaw {
     double drift_rad_s = 0.1;
@@ -90,14 +81,6 @@ struct LqgParams {
       field("limit_share", self.limit_share, InRange(0, 1),
             "largest demand, as share of the vehicle's most moment either way");
     }
-    static constexpr RetiredKey kRetired[] = {
-        {"inertia_kg_m2", Translation::kOfData},
-        {"damping_newton_m_s", Translation::kOfData},
-        {"moment_newton_m_per_v", Translation::kOfData},
-        {"effort_v", "give effort_share: volts over the 2.1 V that gave the most moment"},
-        {"current_newton_m", "give current_rad_s2: the moment over the inertia with the added one"},
-        {"wave_newton_m", "give wave_rad_s2: the moment over the inertia with the added one"},
-        {"limit_v", "give limit_share"}};
   };
 
   Translation surge{.noise_m = 0.003, .current_mps2 = 0.095, .wave_mps2 = 0};
@@ -132,10 +115,6 @@ struct LqgParams {
     field("setpoint", self.setpoint, Finite(), "how the desired pose moves");
     field("allocation", self.allocation, Finite(), "from axes to thrusters");
   }
-  static constexpr RetiredKey kRetired[] = {
-      {"head_offset_m", Translation::kOfData},
-      {"thruster_lag_s", Translation::kOfData},
-      {"unknown_acceleration", "give each axis its own: unknown_mps2, unknown_rad_s2"}};
 };
 
 // Surge and heave each by itself; sway and yaw together, because a turn by a degree moves the

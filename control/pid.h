@@ -32,11 +32,6 @@ struct PidParams {
       field("limit_share", self.limit_share, InRange(0, 1),
             "largest demand, as share of the vehicle's most force either way");
     }
-    static constexpr RetiredKey kRetired[] = {
-        {"kp_v_per_m", "give kp_per_s2: volts per metre times force per volt over the inertia"},
-        {"ki_v_per_m_s", "give ki_per_s3: likewise"},
-        {"kd_v_s_per_m", "give kd_per_s: likewise"},
-        {"limit_v", "give limit_share"}};
   };
   struct Yaw {
     double kp_per_s2 = 1.4;
@@ -58,11 +53,6 @@ struct PidParams {
             "share of the angle to a marker aside that counts as error of the heading: 1 turns to "
             "where the wanted place is, faster than sway can go there");
     }
-    static constexpr RetiredKey kRetired[] = {
-        {"kp_v_per_rad", "give kp_per_s2: volts per radian times moment per volt over the inertia"},
-        {"ki_v_per_rad_s", "give ki_per_s3: likewise"},
-        {"kd_v_s_per_rad", "give kd_per_s: likewise"},
-        {"limit_v", "give limit_share"}};
   };
 
   Translation surge{.kp_per_s2 = 1, .kd_per_s = 1.2};

@@ -45,10 +45,6 @@ struct ForceAllocationParams {
         "share of a thruster's full thrust below which the voltage is proportional to the thrust: "
         "it would jump over the dead band at once");
   }
-  static constexpr const char* kOfData =
-      "it follows from the vehicle's data (known_vehicle.thrusters)";
-  static constexpr RetiredKey kRetired[] = {
-      {"dead_band_v", kOfData}, {"curve_exponent", kOfData}, {"ramp_v", "give ramp_share"}};
 };
 
 // Forces [N] and the moment about z [N m] in B. With thrusters that push along the columns of a

@@ -40,10 +40,6 @@ struct HueParams {
         "own_chroma_image_share", self.own_chroma_image_share, InRange(0, 1),
         "share of the image's pixels, of the ball's hue, that reach what counts as its own chroma");
   }
-  static constexpr RetiredKey kRetired[] = {
-      {"own_chroma_pixels",
-       "give own_chroma_image_share, these pixels over all of the image (40 of 640 x 480 are its "
-       "default)"}};
 
   // That share as a number of pixels.
   int OwnChromaPixels(int width_px, int height_px) const;

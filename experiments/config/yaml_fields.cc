@@ -68,8 +68,6 @@ void FindByName(const GroupRef& group, const std::string& path, const std::strin
 
 [[noreturn]] void FailUnknown(const YamlNode& at, const std::string& key, const GroupRef& group,
                               const GroupRef& root, const std::string& root_path) {
-  for (const RetiredKey& retired : group.retired)
-    if (retired.key == key) at.Fail(std::string("is no longer a key: ") + retired.advice);
   std::vector<std::string> known;
   for (const auto& field : group.fields) known.push_back(field.key);
   if (const std::string nearest = DidYouMean(key, known); !nearest.empty())
@@ -361,8 +359,8 @@ void PeekValue(const Layers& layers, const std::string& key, const ValueRef& val
   // The key with the groups around it, and nothing else.
   const size_t dot = key.find('.');
   TD_CHECK(key.find('.', dot + 1) == std::string::npos, "a key, or one of a group");
-  GroupRef group{{{key.substr(dot + 1), {}, "", value}}, {}};
-  if (dot != std::string::npos) group = {{{key.substr(0, dot), {}, "", group}}, {}};
+  GroupRef group{{{key.substr(dot + 1), {}, "", value}}};
+  if (dot != std::string::npos) group = {{{key.substr(0, dot), {}, "", group}}};
   const Reader reader(group, "", nullptr, Unknown::kSkipped);
   for (const YamlNode& file : layers.files) reader.ReadGroup(file, group);
   for (const std::string& assignment : layers.assignments) ApplySet(assignment, group, reader);

@@ -60,7 +60,6 @@ struct Field;
 
 struct GroupRef {
   std::vector<Field> fields;
-  std::vector<RetiredKey> retired;
 };
 
 // Numbers, rows of numbers or structs; references to its elements are valid until the next resize.
@@ -158,8 +157,6 @@ GroupRef GroupOf(T* object) {
   T::Fields(*object, [&group](const char* key, auto& member, const Range& range, const char* doc) {
     internal::AddField(key, range, doc, internal::RefTo(&member), &group);
   });
-  if constexpr (requires { T::kRetired; })
-    group.retired.assign(std::begin(T::kRetired), std::end(T::kRetired));
   if constexpr (requires { object->MoreFields(&group); }) object->MoreFields(&group);
   return group;
 }

@@ -13,7 +13,7 @@
 // enum with EnumNames, Eigen vectors and matrices of double of fixed size, std::array<double, N>,
 // std::vector<double>, another such struct, or a std::vector of such structs. A struct may also
 // have `void Check(const std::string& path) const`, which throws ConfigError for what one range
-// cannot say, and `static constexpr RetiredKey kRetired[]`.
+// cannot say.
 
 #include <Eigen/Core>
 #include <array>
@@ -51,12 +51,6 @@ inline Range InRange(double low, double high) { return {.low = low, .high = high
 inline Range Between(double low, double high) {
   return {.low = low, .high = high, .low_open = true, .high_open = true};
 }
-
-// A key that a struct had once, and what whoever still gives it has to do: "give b_m, ...".
-struct RetiredKey {
-  const char* key;
-  const char* advice;
-};
 
 // Names of an enum's values as users write them. An enum has them by a function beside it:
 //

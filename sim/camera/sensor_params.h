@@ -80,10 +80,6 @@ struct SensorParams {
     field("video_noise_dn", self.video_noise_dn, InRange(0, 50),
           "standard deviation of the noise of line and digitiser, 8-bit steps");
   }
-  static constexpr RetiredKey kRetired[] = {
-      {"read_noise_dn",
-       "noise stands before the gain: give read_noise_electrons, which is these steps / 255 / the "
-       "curve's slope in the dark (sRGB 12.92) / gain * full_well_electrons"}};
 };
 
 }  // namespace turbidock::camera

@@ -445,20 +445,6 @@ TEST(YamlFields, EntriesAndElementsKnowWhereTheyAre) {
             "a.yaml:4: sweep.c[0]: must be a group of keys");
 }
 
-struct Renamed {
-  double share = 0;
-  static void Fields(auto& self, auto&& field) { field("share", self.share, Finite(), ""); }
-  static constexpr RetiredKey kRetired[] = {{"pixels", "give share, these over all pixels"}};
-};
-
-TEST(YamlFields, ARetiredKeyIsRefusedWithWhatToDo) {
-  Renamed object;
-  EXPECT_EQ(MessageOf([&] { ReadFields(ParseYaml("\npixels: 4\n", "a.yaml"), &object, nullptr); }),
-            "a.yaml:2: pixels: is no longer a key: give share, these over all pixels");
-  EXPECT_EQ(MessageOf([&] { ApplySet("pixels=4", &object, nullptr); }),
-            "--set pixels: is no longer a key: give share, these over all pixels");
-}
-
 TEST(YamlFields, APartOfADocumentKeepsItsPath) {
   const YamlNode root = ParseYaml("world:\n  medium:\n    milk: 1\n", "a.yaml");
   const auto medium = root.Find("world")->Find("medium");
