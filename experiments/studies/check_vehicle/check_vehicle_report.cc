@@ -39,7 +39,7 @@ std::vector<report::Fact> FactsOf(const VehicleCheck& check) {
                      fmt::format("period; damping ratio {:.2f}", Rounded(s.damping_ratio, 0.01))});
   for (const ViewReport& view : check.views)
     facts.push_back(
-        {view.place, fmt::format("{:.0f} px", view.margin_px),
+        {"margin, " + view.place, fmt::format("{:.0f} px", view.margin_px),
          fmt::format("from {} to its border, marker {:.2f} m ahead", view.nearest, view.x_m)});
   const PoleReport& p = check.pole;
   facts.push_back({"pole in the hole", fmt::format("{:.0f} mm", MmFromM(p.past_throat_m)),
