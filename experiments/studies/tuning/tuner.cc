@@ -287,6 +287,7 @@ class Tuning {
     const ProofParams& proof = settings_.proof;
     const farm::Plan plan = study_.TrialsOf(kSensitivitySet, proof.sensitivity_seeds);
     progress_.phase = "sensitivity";
+    progress_.share = 0;
     const auto costs = [&](const Evaluation& e) { return Costs(study_, e.records); };
     const std::vector<double> base =
         costs(evaluations_.Run("sensitivity", plan, {{.gains = result_.tuned}})[0]);

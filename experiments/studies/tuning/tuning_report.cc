@@ -74,10 +74,10 @@ report::Verdict VerdictOf(const Study& study, const TuningResult& result) {
                 ? fmt::format("{} of {} generations are done.", result.search_generations(), wanted)
                 : "The search is done; what it found is being compared on held-out seeds."};
   const statistics::PairedComparison& cost = result.held_out->cost;
-  const char* const before = study.has_against() ? "under `against`" : "with the starting gains";
   const std::string reason = fmt::format(
-      "On {} held-out seeds a trial with the tuned gains costs {} more than {}, p = {} (t).",
-      cost.pairs, Difference(cost), before, Probability(cost.t_p));
+      "On {} held-out seeds the cost of a trial changes by {} {}, p = {} (t).", cost.pairs,
+      Difference(cost), study.has_against() ? "from that under `against`" : "from the start",
+      Probability(cost.t_p));
   const report::Tone tone = ToneOf(cost);
   if (tone == report::Tone::kGood) return {"better on held-out seeds", tone, reason};
   if (tone == report::Tone::kBad) return {"worse on held-out seeds", tone, reason};
