@@ -49,8 +49,9 @@ report::Axis AxisOver(const std::string& over, const std::vector<SuccessCurve>& 
 }
 
 report::Panel SuccessPanel(const report::Axis& axis, const std::vector<SuccessCurve>& curves) {
-  report::Panel panel{.x = axis,
-                      .y = {"docked, % (95 % intervals)", -3, 103},
+  report::Panel panel{.title = "Docked",
+                      .x = axis,
+                      .y = {"docked, %", -3, 103},
                       .rules = {{50}},
                       .legend = report::Legend::kAbove};
   for (size_t i = 0; i < curves.size(); ++i) {
@@ -72,8 +73,9 @@ report::Panel SuccessPanel(const report::Axis& axis, const std::vector<SuccessCu
 }
 
 report::Panel ErrorPanel(const report::Axis& axis, const std::vector<SuccessCurve>& curves) {
-  report::Panel panel{.x = axis,
-                      .y = {"estimate off once docked, mm (median)", 0.3, 300, true},
+  report::Panel panel{.title = "Error of the estimated position once docked",
+                      .x = axis,
+                      .y = {.label = "median, mm", .logarithmic = true},
                       .legend = report::Legend::kAbove};
   for (size_t i = 0; i < curves.size(); ++i) {
     const auto sample = [&](const SuccessPoint& p) {

@@ -24,13 +24,11 @@ fs::path DocumentIn(const std::string& folder) {
   return {};
 }
 
-Page DocumentPage(const std::string& file) try {
+Page DocumentPage(const std::string& file) {
   const report::Json document = report::ParseJson(system::ReadWhole(file), file);
   if (document.is_object() && document.contains("outcome") && !document.contains("report"))
     throw ConfigError(file + ": is one trial's result; give the folder that it is in");
   return ReportPage(document, file);
-} catch (const report::Json::exception&) {  // text where a number should be, or the like
-  throw ConfigError(file + ": is no result of this program, or a damaged one");
 }
 
 }  // namespace

@@ -78,7 +78,10 @@ LinkedTrial TrialLinks::Of(int64_t number) {
                      .reason = trial.record.reason,
                      .facts = {{"failure", report::Words(NameOf(trial.record.failure))},
                                {"time", fmt::format("{:.1f} s", trial.record.time_s)}}};
-  for (const farm::Parameter& p : trial.parameters) linked.facts.push_back({p.key, p.value});
+  for (const farm::Parameter& p : trial.parameters) {
+    const std::optional<double> number = report::NumberIn(p.value);
+    linked.facts.push_back({p.key, number ? report::Digits(*number) : p.value});
+  }
   if (store_.header().kind == "batch")
     linked.commands = {
         {"The trial again, with film and all its files",

@@ -183,6 +183,7 @@ Comparison Compare(const ComparedFile& a, const ComparedFile& b, const Compariso
                         .b = b.file,
                         .build_a = a.store.header().build,
                         .build_b = b.store.header().build,
+                        .options = options,
                         .groups = GroupPairs(pairs, options.by),
                         .all = CompareRates(pairs)};
   for (ComparisonGroup& group : comparison.groups) {

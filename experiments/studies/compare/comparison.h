@@ -78,6 +78,7 @@ struct ComparisonGroup {
 
 struct Comparison {
   std::string a, b, build_a, build_b;  // files, and the programs that wrote them
+  ComparisonOptions options = {};
   std::vector<ComparisonGroup> groups;
   RateComparison all;  // of all pairs; where there are several groups, one row more
 

@@ -13,6 +13,7 @@ page::Page PageOf(const Comparison& comparison, const ComparedFile& a, const Com
                   const ComparisonPageOptions& options) {
   page::Page page = page::ReportPage(report::Document(ReportOf(comparison), ResultJson(comparison)),
                                      "comparison");
+  page.model["sections"].back().erase("commands");  // to this page
   const int64_t bytes = options.series_bytes / 2;
   page::TrialLinks in_a(a.store, a.file, "A", bytes, options.plugins, &page),
       in_b(b.store, b.file, "B", bytes, options.plugins, &page);

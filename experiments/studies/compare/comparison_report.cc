@@ -111,6 +111,11 @@ report::Section ChangeSection(const Comparison& comparison, const std::vector<Ch
           .table = table};
 }
 
+// " --by 'KEY,KEY'"; nothing without keys.
+std::string OptionText(const char* option, const std::vector<std::string>& keys) {
+  return keys.empty() ? "" : fmt::format(" {} '{}'", option, fmt::join(keys, ","));
+}
+
 report::Section FlippedSection(const Comparison& comparison) {
   const bool several = comparison.has_several();
   std::vector<std::string> titles = {"<seed", "<", "trial in A", "trial in B", "<why"};
@@ -135,7 +140,9 @@ report::Section FlippedSection(const Comparison& comparison) {
       "Lost: docked in A only. Gained: in B only. Why: the reason of the side that failed.";
   section.table = table;
   section.commands = {{"A page that shows each of them in both",
-                       fmt::format("turbidock report {} {}", comparison.a, comparison.b)}};
+                       fmt::format("turbidock report {} {}{}{}", comparison.a, comparison.b,
+                                   OptionText("--by", comparison.options.by),
+                                   OptionText("--ignore", comparison.options.ignore))}};
   return section;
 }
 
@@ -174,10 +181,7 @@ std::vector<report::Section> Plots(const Comparison& comparison) {
       longest_s = std::max({longest_s, pair.a.time_s, pair.b.time_s});
     }
   }
-  const double end_s = 1.05 * longest_s;
-  const report::Series equal{
-      .points = {{0, 0}, {end_s, end_s}}, .color = report::kGrey, .mark = report::Mark::kDashes};
-  return {
+  std::vector<report::Section> sections = {
       {.title = "Docked",
        .note = "Share of the pairs.",
        .panels = {{.x = axis, .y = {"docked, %", -3, 103}, .series = {in_a, in_b}}}},
@@ -186,10 +190,16 @@ std::vector<report::Section> Plots(const Comparison& comparison) {
        .panels = {{.x = axis,
                    .y = {"B less A, points", lowest - 4, highest + 4},
                    .series = {difference},
-                   .rules = {{.at = 0, .mark = report::Mark::kLine}}}}},
+                   .rules = {{.at = 0, .mark = report::Mark::kLine}}}}}};
+  if (both.points.empty()) return sections;
+  const double end_s = 1.05 * longest_s;
+  const report::Series equal{
+      .points = {{0, 0}, {end_s, end_s}}, .color = report::kGrey, .mark = report::Mark::kDashes};
+  sections.push_back(
       {.title = "Time to dock",
        .note = "Of the pairs that docked in both; on the line where it is the same.",
-       .panels = {{.x = {"A, s", 0, end_s}, .y = {"B, s", 0, end_s}, .series = {equal, both}}}}};
+       .panels = {{.x = {"A, s", 0, end_s}, .y = {"B, s", 0, end_s}, .series = {equal, both}}}});
+  return sections;
 }
 
 report::Verdict VerdictOf(const Comparison& comparison, int64_t less, int64_t more) {

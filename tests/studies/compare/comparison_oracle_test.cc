@@ -182,6 +182,7 @@ compare::Comparison Compared(const std::vector<TrialPair>& pairs,
                         .b = "b.db",
                         .build_a = "1",
                         .build_b = "2",
+                        .options = {.by = by},
                         .groups = GroupPairs(pairs, by),
                         .all = CompareRates(pairs)};
   for (ComparisonGroup& group : c.groups) {
@@ -234,6 +235,7 @@ TEST_F(Comparison, TheReportSaysWhatChangedAndWhichSeedsFlipped) {
       ContainsRegex("=20 +time, s +10.2[12] +11.2[12] +\\+1 \\[\\+1, \\+1\\] +14 .*significant"));
   EXPECT_THAT(text, Not(HasSubstr("jam time"))) << "no pair has one";
   EXPECT_THAT(text, ContainsRegex("\n14 +gained +water.milk_ml_m3=20 +29 +129 +timeout\n"));
+  EXPECT_THAT(text, HasSubstr("turbidock report a.db b.db --by 'water.milk_ml_m3'\n"));
   // significant rows first, docking before times
   EXPECT_LT(text.find("all together"), text.find("time, s"));
   // the seed opens its pair

@@ -58,6 +58,7 @@ TEST_F(ComparisonPage, HasTheTrialsThatFlippedOnBothSides) {
   const page::Page page = PageOf(comparison, in_a, in_b);
   EXPECT_EQ(page.model["kind"], "report");
   EXPECT_EQ(page.model["kind_title"], "comparison");
+  EXPECT_FALSE(page.model["sections"].back().contains("commands")) << "to make this page";
   ASSERT_EQ(page.model["links"].size(), 1u) << "of three seeds one flipped";
   const report::Json& link = page.model["links"]["1-1"];
   EXPECT_EQ(link["title"], "Seed 1");
