@@ -127,6 +127,11 @@ class Reporter {
   std::shared_ptr<py::error_already_set> error_;
 };
 
+template <class V>
+py::array Copied(const std::vector<V>& list) {
+  return View<V>({static_cast<py::ssize_t>(list.size())}, list.data(), py::handle());
+}
+
 // Arrays by a column's name, stages as text.
 py::dict ColumnsOf(const trial::Series& series) {
   py::dict columns;
@@ -134,7 +139,7 @@ py::dict ColumnsOf(const trial::Series& series) {
     columns[py::str(name)] = std::visit(
         []<class V>(const std::vector<V>& list) -> py::object {
           if constexpr (std::is_arithmetic_v<V>) {
-            return py::array_t<V>(static_cast<py::ssize_t>(list.size()), list.data());
+            return Copied(list);
           } else {
             py::list words;
             for (const V& value : list) words.append(NameOf(value));
