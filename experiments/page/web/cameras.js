@@ -29,7 +29,9 @@ export class Cameras {
     this.draw();
   }
 
-  /** pictures: {left, right} as images, bitmaps or canvases; estimate: theirs, {pose of M in H, isFound}; caption: text. */
+  /**
+   * pictures: {left, right} as images, bitmaps or canvases; estimate: theirs, {pose of M in H, isFound}; caption: text.
+   */
   show(pictures, estimate, caption) {
     Object.assign(this, {pictures, estimate});
     if (this.caption.textContent !== caption) this.caption.textContent = caption;

@@ -36,8 +36,7 @@ export async function start() {
 }
 
 /**
- * Loads a page again every so many seconds that is of what still runs, but not under the hands of somebody who works with
- * it: then a button does. What the program serves is the newest.
+ * Loads the page of what still runs again every so many seconds. Where somebody works with it, a button does instead.
  */
 function keepFresh(news, every_s) {
   let isTouched = false;

@@ -10,9 +10,9 @@ const kPrinted = 60; // rows
 
 export class Table {
   /**
-   * columns: [{key, label, title, width, value(row) → number, text or null, text(row) as it is shown, isNumeric, filtered(row)
-   * → number that a filter compares, choices: [text] for a filter of words}]; rows: how many; label: what they are;
-   * onPick(row), onFound(rows).
+   * columns: [{key, label, title, width, value(row) → number, text or null, text(row) as it is shown, isNumeric,
+   * filtered(row) → number that a filter compares, choices: [text] for a filter of words}]; rows: how many; label: what
+   * they are; onPick(row), onFound(rows).
    */
   constructor(host, columns, rows, {label, onPick, onFound}) {
     Object.assign(this, {columns, rows, label, onPick, onFound});

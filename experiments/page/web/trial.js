@@ -21,8 +21,9 @@ export function show(host, model) {
 }
 
 /**
- * Opens trials in an element: {title, outcome, reason, facts, note, commands, model, series}; model and series are names of
- * the page's parts, or what those hold. Their traces are on one clock, which stands where the first of them ends.
+ * Opens trials in an element: {title, outcome, reason, facts, note, commands, model, series}; model and series are
+ * names of the page's parts, or what those hold. Their traces are on one clock, which stands where the first of them
+ * ends.
  */
 export async function openTrials(element, {title, note, trials}) {
   const clock = new Clock();
