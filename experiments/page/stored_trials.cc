@@ -79,8 +79,8 @@ LinkedTrial TrialLinks::Of(int64_t number) {
                      .facts = {{"failure", report::Words(NameOf(trial.record.failure))},
                                {"time", fmt::format("{:.1f} s", trial.record.time_s)}}};
   for (const farm::Parameter& p : trial.parameters) {
-    const std::optional<double> number = report::NumberIn(p.value);
-    linked.facts.push_back({p.key, number ? report::Digits(*number) : p.value});
+    const std::optional<double> value = report::NumberIn(p.value);
+    linked.facts.push_back({p.key, value ? report::Digits(*value) : p.value});
   }
   if (store_.header().kind == "batch")
     linked.commands = {

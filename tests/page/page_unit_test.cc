@@ -264,7 +264,7 @@ TEST_F(PageFiles, ABatchWithoutTrialsSaysSo) {
       "schema_version: 1\ndescription: none yet\nscenario: sea_night_active\nseeds: 2\n", "plan");
   const farm::ResultStore store =
       farm::ResultStore::Write(Path("b.db"), farm::HeaderOf(plan, farm::Shard{}));
-  const Page page = BatchPage(store, "b.db");
+  const Page page = BatchPage(store, Path("b.db"));
   EXPECT_EQ(page.model["rows"], 0);
   EXPECT_EQ(page.model["title"], "none yet");
   EXPECT_EQ(page.model["report"]["verdict"]["word"], "running") << "by this test";

@@ -117,10 +117,10 @@ std::vector<Evaluation> Evaluations::Run(const std::string& phase, const farm::P
   };
   const auto scenario = [&](const farm::TrialSpec& of) {
     const Running& r = running_of(of.cell);
-    trial::Scenario scenario =
+    trial::Scenario changed =
         study_.ScenarioOf(plan, order[static_cast<size_t>(of.sample)], r.evaluation.gains);
-    if (r.request.change) r.request.change(&scenario);
-    return scenario;
+    if (r.request.change) r.request.change(&changed);
+    return changed;
   };
   if (!runner_.Run({.spec = spec, .scenario = scenario}, {.next = next, .add = add}))
     throw Stopped();

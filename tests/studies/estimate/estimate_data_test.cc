@@ -113,7 +113,7 @@ TEST_F(Estimate, ASequenceGivesARecordAFrameAndAnOverlay) {
   std::getline(csv, line);
   EXPECT_EQ(line,
             "frame,detected,x_m,y_m,z_m,qw,qx,qy,qz,fitness,x_deviation_m,y_deviation_m,"
-            "z_deviation_m,evaluations,generations,fitness_red,fitness_green,fitness_blue");
+            "z_deviation_m,evaluations,generations,fitness_green,fitness_red,fitness_blue");
   int lines = 0;
   while (std::getline(csv, line)) ++lines;
   EXPECT_EQ(lines, 12);
