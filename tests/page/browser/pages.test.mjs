@@ -18,7 +18,7 @@ const kKinds = {
   still: {plots: 9, scene: true},
   one: {plots: 9, scene: true},
   batch: {plots: 3},
-  compare: {plots: 3},
+  compare: {plots: 2},
   tuning: {plots: 3},
   steps: {plots: 16},
   vehicle: {plots: 3},
@@ -420,7 +420,7 @@ test('a gate: a click on a seed that no longer docks shows its trial', async () 
   const seed = await seeds.first().innerText();
   await seeds.first().click();
   await page.waitForSelector('#linked .traces canvas');
-  assert.match(await page.locator('#linked h2').first().innerText(), new RegExp(`seed ${seed}$`));
+  assert.match(await page.locator('#linked h2').first().innerText(), new RegExp(`${seed}$`));
   assert.match(await page.locator('#linked code').first().innerText(), /^turbidock run .*resolved/);
   await sceneDrawn(page);
   assert.deepEqual(complaints, []);
