@@ -212,7 +212,8 @@ export class Plot {
     const room = Math.min(width * 0.42, widest(texts) + 10 + (y.label ? 18 : 0));
     const names = this.namedRules().map(rule => rule.name);
     const left = isAligned ? 58 : hasAxes ? room : 0;
-    const right = width - (isAligned ? 42 : isSecond ? 46 : Math.max(8, widest(names) + 8));
+    const second = y2.label ? 62 : 46;
+    const right = width - (isAligned ? 42 : isSecond ? second : Math.max(8, widest(names) + 8));
     this.box = {left, right, top, bottom};
     this.X = new Scale(range, left, right, x);
   }
@@ -278,9 +279,10 @@ export class Plot {
       for (const value of Y2.ticks(40))
         this.text(number(value), box.right + 5, Y2.of(value), 40, 'left');
     c.fillStyle = variable('soft');
-    const middle = (box.top + box.bottom) / 2;
-    if (panel.y?.label)
-      this.text(panel.y.label, 9, middle, box.bottom - box.top, 'center', -Math.PI / 2);
+    const upright = (text, x) =>
+      this.text(text, x, (box.top + box.bottom) / 2, box.bottom - box.top, 'center', -Math.PI / 2);
+    if (panel.y?.label) upright(panel.y.label, 9);
+    if (Y2 !== Y && panel.y2?.label && !this.options.sync) upright(panel.y2.label, box.right + 55);
   }
 
   drawX(height) {

@@ -158,7 +158,7 @@ report::Table FitnessTable(const CurvesByDistance& curves) {
       std::string text =
           fmt::format("{:.3f} ± {:.3f} {:<3}", r->fitness_mean, r->fitness_std, NameOf(r->area));
       if (const auto reference = curve.reference.find(milk); reference != curve.reference.end())
-        text += fmt::format(" ({:6.3f})", reference->second);
+        text += fmt::format(" ({:.3f})", reference->second);
       else if (!curve.reference.empty())
         text += std::string(9, ' ');
       constexpr std::array kTones = {report::Tone::kGood, report::Tone::kNone, report::Tone::kBad};

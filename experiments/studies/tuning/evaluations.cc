@@ -122,8 +122,9 @@ std::vector<Evaluation> Evaluations::Run(const std::string& phase, const farm::P
     if (r.request.change) r.request.change(&changed);
     return changed;
   };
-  if (!runner_.Run({.spec = spec, .scenario = scenario}, {.next = next, .add = add}))
-    throw Stopped();
+  const farm::TrialSource source = {.spec = spec, .scenario = scenario};
+  const farm::TrialDecider decider = {.next = next, .add = add};
+  if (!runner_.Run(source, decider)) throw Stopped();
   std::vector<Evaluation> evaluations;
   evaluations.reserve(running.size());
   for (Running& r : running) evaluations.push_back(std::move(r.evaluation));
