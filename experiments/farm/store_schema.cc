@@ -113,8 +113,9 @@ void RequireSchema(const SQLite::Database& db, const std::string& file) {
     const auto wanted = TypesIn(model, table), columns = TypesIn(db, table);
     for (const auto& [name, type] : wanted) {
       const auto column = columns.find(name);
-      if (column == columns.end()) fail(fmt::format("table {} has no column {}", table, name));
-      if (column->second != type)
+      if (column == columns.end())
+        fail(fmt::format("table {} has no column {}", table, name));
+      else if (column->second != type)
         fail(fmt::format("column {} of table {} is {}, must be {}", name, table,
                          column->second.empty() ? "of no type" : column->second,
                          type.empty() ? "of no type" : type));
