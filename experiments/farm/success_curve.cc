@@ -120,7 +120,7 @@ std::vector<SuccessCurve> SuccessCurves(const std::vector<StoredTrial>& trials,
     std::vector<std::string> name;
     for (const GroupKey& key : by_keys) name.push_back(key.ValueOf(trial));
     const double x = Number(over, over_key.ValueOf(trial));
-    AtValue& there = all[name].try_emplace(x, SuccessCount(whole_cells)).first->second;
+    AtValue& there = all[name].emplace(x, AtValue{SuccessCount(whole_cells), {}}).first->second;
     there.count.Add(trial);
     if (trial.record.success()) there.errors_m.push_back(EstimateError_m(trial.record));
   }
