@@ -109,7 +109,7 @@ struct Axis {
   double low = kOpen, high = kOpen;  // downwards or leftwards where low > high
   bool logarithmic = false;
   double tick_step = kOpen;
-  bool whole = false;  // counts: no tick between two whole numbers
+  bool whole = false;                   // counts: no tick between two whole numbers
   std::vector<std::string> names = {};  // at 0, 1, 2, ... in place of numbers
 };
 
