@@ -214,7 +214,7 @@ TEST_F(RecognitionReport, DrawsCurvesAndAreas) {
   EXPECT_EQ(report.sections[2].panels.at(0).series.size(), 3u);  // a cell of each Area
   EXPECT_NEAR(report.sections[2].panels[0].series[0].points[1].x, 1.0 / 30, 1e-12);
   ASSERT_EQ(report.sections[3].table->rows().size(), 4u);
-  EXPECT_THAT(report.sections[3].table->Text(), HasSubstr("0.300 ± 0.000 II  ( 0.100)"));
+  EXPECT_THAT(report.sections[3].table->Text(), HasSubstr("0.300 ± 0.000 II  (0.100)"));
   EXPECT_EQ(report.facts[0].label, "RMSE of mean F");
   EXPECT_EQ(report.facts[0].value, "0.158");  // root of (0.01 + 0.04 + 0.04 + 0.01) / 4
 }
