@@ -21,7 +21,7 @@ std::string TitleOf(const StoreHeader& header) {
   try {
     const auto description = config::ParseYaml(header.plan, "plan").Find("description");
     return description ? description->Text().value_or(header.kind) : header.kind;
-  } catch (const ConfigError&) {  // a study's of an older program
+  } catch (const ConfigError&) {  // a study's that cannot be read
     return header.kind;
   }
 }

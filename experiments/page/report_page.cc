@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <set>
 
 #include "experiments/page/trial_page.h"
 #include "experiments/report/report_json.h"
@@ -21,6 +22,16 @@ Json TrialJson(const LinkedTrial& trial) {
   for (const report::Command& command : trial.commands)
     json["commands"].push_back({{"what", command.what}, {"command", command.command}});
   return json;
+}
+
+// What the cells of a report's tables open.
+std::set<std::string> LinksIn(const Json& model) {
+  std::set<std::string> links;
+  for (const Json& section : model["sections"])
+    for (const Json& row : section.value("table", Json::object()).value("rows", Json::array()))
+      for (const Json& cell : row)
+        if (cell.is_object() && cell.contains("link")) links.insert(cell["link"]);
+  return links;
 }
 
 }  // namespace
@@ -43,10 +54,13 @@ void AddLink(const std::string& id, const Link& link, Page* page) {
 
 void AddTrialsIn(const std::string& folder, const trial::Plugins& plugins, Page* page) {
   namespace fs = std::filesystem;
+  const std::set<std::string> links = LinksIn(page->model);
   std::vector<fs::path> trials;
   std::error_code none;
   for (const auto& entry : fs::directory_iterator(folder, none))
-    if (fs::is_regular_file(entry.path() / "result.json", none)) trials.push_back(entry.path());
+    if (links.contains(entry.path().filename().string()) &&
+        fs::is_regular_file(entry.path() / "result.json", none))
+      trials.push_back(entry.path());
   std::sort(trials.begin(), trials.end());
   for (const fs::path& path : trials) try {
       const std::string name = path.filename().string(), part = "trial-" + name;

@@ -35,8 +35,9 @@ Page ReportPage(const report::Json& document, const std::string& where);
 // Makes cells and points that name the link `id` open it.
 void AddLink(const std::string& id, const Link& link, Page* page);
 
-// Makes every trial's folder in `folder` a link whose id is that folder's name. What cannot be read
-// is said in the page. No such folder: no links.
+// Makes each trial's folder in `folder` that a cell of the report's tables names by its link what
+// that link opens; others, such as those of an earlier run, stay out. What cannot be read is said
+// in the page. No such folder: no links.
 void AddTrialsIn(const std::string& folder, const trial::Plugins& plugins, Page* page);
 
 // A part that linked trials name.

@@ -227,13 +227,20 @@ TEST_F(PageFiles, TrialsBesideAReportAreLinksByTheirFoldersNames) {
   trial::WriteRecords(Path("failures/calm_7"), scenario, result);
   File("failures/damaged_8/result.json", "{}");
   File("failures/notes.txt", "no trial");
-  Page page = ReportPage(
-      report::Document({.kind = "gate", .title = "night"}, {{"verdict", "fail"}}), "summary.json");
+  fs::copy(folder_ / "failures/calm_7", folder_ / "failures/of_an_earlier_run",
+           fs::copy_options::recursive);
+  report::Table seeds({"<seed"});
+  for (const char* name : {"calm_7", "damaged_8"})
+    seeds.Row({report::Cell(name, report::Tone::kBad, name)});
+  const report::Report night{
+      .kind = "gate", .title = "night", .sections = {{.title = "Seeds", .table = seeds}}};
+  Page page = ReportPage(report::Document(night, {{"verdict", "fail"}}), "summary.json");
   AddTrialsIn(Path("failures"), {}, &page);
   ASSERT_EQ(page.model["links"].size(), 1u);
   const Json& trial = page.model["links"]["calm_7"]["trials"][0];
   EXPECT_EQ(trial["outcome"], NameOf(result.outcome));
   EXPECT_EQ(trial["commands"].size(), 1u);
+  EXPECT_EQ(page.parts.size(), 1u) << "what no cell opens stays out";
   const Json part = report::ParseJson(page.parts.at(trial["model"]), "part");
   EXPECT_EQ(part["series"]["time_s"].size(), result.log.frames.size());
   EXPECT_TRUE(page.has_3d);
