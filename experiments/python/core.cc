@@ -20,7 +20,6 @@
 #include "experiments/studies/gate/gate.h"
 #include "experiments/studies/gate/gate_plan.h"
 #include "experiments/studies/gate/gate_report.h"
-#include "experiments/studies/gate/trial_runner.h"
 #include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"
 #include "experiments/trial/series.h"
@@ -221,35 +220,23 @@ std::string Gate(const std::string& file, const trial::Plugins& plugins,
   std::string text;
   {
     const py::gil_scoped_release free;
-    const gate::GatePlan plan = gate::LoadGatePlan(file, plugins);
+    gate::GatePlan plan = gate::LoadGatePlan(file, plugins);
+    plan.assignments = assignments;
     const gate::GateRunner runner =
-        gate::MakeGateRunner(plan, assignments,
-                             {.farm = {.workers = workers, .fork = ForkWithInterpreter},
-                              .time_limit_s = time_limit_s,
-                              .stop_requested = [&] { return reporter.stopped(); }});
+        gate::MakeGateRunner(plan, {.farm = {.workers = workers, .fork = ForkWithInterpreter},
+                                    .time_limit_s = time_limit_s,
+                                    .stop_requested = [&] { return reporter.stopped(); }});
+    const auto on_trial = [&](int done, int wanted) {
+      reporter.Show(static_cast<double>(done) / wanted, fmt::format("{} of {}", done, wanted));
+    };
     try {
       if (update) {
-        gate::Baseline now =
-            gate::MeasureBaseline(plan, runner, 2 * workers, [&](int done, int all) {
-              reporter.Show(static_cast<double>(done) / all, fmt::format("{} of {}", done, all));
-            });
-        now.build = system::BuildId();
+        const gate::Baseline now = gate::MeasureBaseline(plan, runner, on_trial);
         system::WriteWhole(plan.baseline, gate::BaselineText(now));
         text = plan.baseline;
       } else {
-        gate::GateOptions options{.at_once = 2 * workers};
-        options.on_trial = [&](const std::vector<gate::ConditionJudge>& judges) {
-          int trials = 0, most = 0;
-          for (const gate::ConditionJudge& judge : judges) {
-            trials += judge.trials();
-            most += judge.done() ? judge.trials() : judge.max_trials();
-          }
-          reporter.Show(static_cast<double>(trials) / most, fmt::format("{} trials", trials));
-        };
-        gate::GateReport report =
-            gate::RunGate(plan, gate::LoadBaseline(plan.baseline), plan.baseline, runner, options);
-        report.build = system::BuildId();
-        report.assignments = assignments;
+        const gate::GateReport report =
+            gate::RunGate(plan, gate::LoadBaseline(plan.baseline), runner, on_trial);
         text = report::JsonText(report::Document(gate::ReportOf(report), report));
       }
     } catch (const farm::Stopped&) {

@@ -101,19 +101,25 @@ std::optional<double> Quantile(std::vector<double> values, double share) {
   return values[below] + (at - static_cast<double>(below)) * (values[above] - values[below]);
 }
 
-std::optional<size_t> MedianRank(size_t values, double tail) {
-  if (values == 0) return std::nullopt;
-  const boost::math::binomial below(static_cast<double>(values), 0.5);
-  for (size_t k = values / 2 + 1; k <= values; ++k)
-    if (boost::math::cdf(below, static_cast<double>(k - 1)) >= 1 - tail) return k;
+std::optional<Interval> MedianInterval(std::vector<double> values, double confidence) {
+  if (values.empty()) return std::nullopt;
+  std::sort(values.begin(), values.end());
+  const boost::math::binomial below(static_cast<double>(values.size()), 0.5);
+  // The least rank above the median with that probability, and the same from the other end.
+  for (size_t k = values.size() / 2 + 1; k <= values.size(); ++k)
+    if (boost::math::cdf(below, static_cast<double>(k - 1)) >= (1 + confidence) / 2)
+      return Interval{values[values.size() - k], values[k - 1]};
   return std::nullopt;
 }
 
-std::optional<Interval> MedianInterval(std::vector<double> values, double confidence) {
-  const std::optional<size_t> rank = MedianRank(values.size(), (1 - confidence) / 2);
-  if (!rank) return std::nullopt;
-  std::sort(values.begin(), values.end());
-  return Interval{values[values.size() - *rank], values[*rank - 1]};
+std::optional<double> LeastReaching(double value, const std::function<double(double)>& function) {
+  double low = 0, high = 1;
+  if (function(high) < value) return std::nullopt;
+  while (high - low > 1e-4) {
+    const double middle = (low + high) / 2;
+    (function(middle) >= value ? high : low) = middle;
+  }
+  return high;
 }
 
 double LogisticFit::At(double dose) const { return Logistic(intercept + slope * dose); }

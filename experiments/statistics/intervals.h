@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
@@ -50,13 +51,12 @@ inline std::optional<double> Median(std::vector<double> values) {
   return Quantile(std::move(values), 0.5);
 }
 
-// The least rank k (from 1) for which the k-th smallest of that many values lies above the median
-// behind them with a probability of 1 - tail at least, the k-th largest below it: by the binomial
-// distribution, whatever the values' own. Nothing where there are too few.
-std::optional<size_t> MedianRank(size_t values, double tail);
 // The interval of the median behind the values, at that confidence at least, from order statistics.
 // Nothing where there are too few (95 %: fewer than 6).
 std::optional<Interval> MedianInterval(std::vector<double> values, double confidence = 0.95);
+
+// Where a function that rises over [0, 1] reaches a value, to 1e-4; nothing where it does not.
+std::optional<double> LeastReaching(double value, const std::function<double(double)>& function);
 
 // One condition of a study: successes of trials at a value of what was varied.
 struct DosePoint {

@@ -28,6 +28,30 @@ double ExactRankSumTail(size_t n, double w) {
   return tail / std::pow(2.0, static_cast<double>(n));
 }
 
+// That McNemar's test says so where these shares of the pairs succeed in one alone.
+double McNemarPower(int64_t pairs, double only_a, double only_b, double level) {
+  using boost::math::binomial;
+  const double differing = std::min(1.0, only_a + only_b);
+  const double expected = static_cast<double>(pairs) * differing;
+  const double far = 6 * std::sqrt(expected) + 10;  // what is farther off is too rare to count
+  const auto first = static_cast<int64_t>(std::max(1.0, expected - far));
+  const int64_t last = std::min(pairs, static_cast<int64_t>(expected + far));
+  const binomial differ(static_cast<double>(pairs), differing);
+  // The most on one side that are too few for chance; from below, since quantiles are rounded.
+  const double start = boost::math::quantile(binomial(static_cast<double>(first), 0.5), level / 2);
+  auto few = std::max<int64_t>(-1, static_cast<int64_t>(start) - 2);
+  double power = 0;
+  for (int64_t n = first; n <= last; ++n) {
+    while (2 * few + 2 < n && McNemarExactP(few + 1, n - few - 1) <= level) ++few;
+    if (few < 0) continue;
+    const binomial a(static_cast<double>(n), only_a / (only_a + only_b));
+    const auto at = static_cast<double>(few), above = static_cast<double>(n - few - 1);
+    power += boost::math::pdf(differ, static_cast<double>(n)) *
+             (boost::math::cdf(a, at) + boost::math::cdf(boost::math::complement(a, above)));
+  }
+  return power;
+}
+
 }  // namespace
 
 PairedComparison ComparePairs(const std::vector<double>& a, const std::vector<double>& b) {
@@ -94,6 +118,14 @@ double McNemarExactP(int64_t only_a, int64_t only_b) {
   if (n == 0) return 1;
   const boost::math::binomial half(static_cast<double>(n), 0.5);
   return TwoSided(boost::math::cdf(half, static_cast<double>(std::min(only_a, only_b))));
+}
+
+std::optional<double> LeastDifferenceSeen(int64_t pairs, double differing, double power,
+                                          double level) {
+  return LeastReaching(power, [&](double difference) {
+    const double gained = std::max(0.0, (differing - difference) / 2);
+    return McNemarPower(pairs, gained + difference, gained, level);
+  });
 }
 
 Interval RateDifferenceInterval(int64_t only_a, int64_t only_b, int64_t pairs) {

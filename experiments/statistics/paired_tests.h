@@ -2,6 +2,7 @@
 // Two treatments on the same trials: is one better, by how much, and how sure is that?
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "experiments/statistics/intervals.h"
@@ -34,6 +35,14 @@ double WilcoxonSignedRankP(const std::vector<double>& differences);
 // McNemar's exact test, two-sided: of pairs in which exactly one of both succeeded, `only_a` and
 // `only_b` times. It is the sign test, too: that a difference is as likely up as down.
 double McNemarExactP(int64_t only_a, int64_t only_b);
+
+// What a comparison of this size could have shown: the least difference of two success rates for
+// which McNemar's exact test has p <= `level` with a probability of `power`, on so many pairs of
+// which the share `differing` has another outcome by chance alone, as often one way as the other.
+// Nothing where no difference would do. Of two sets on other seeds whose rate is p, 2 p (1 - p)
+// differ by chance.
+std::optional<double> LeastDifferenceSeen(int64_t pairs, double differing, double power = 0.8,
+                                          double level = 0.05);
 
 // 95 % interval of the difference of the success rates, b's less a's, of so many pairs of which
 // `only_a` and `only_b` succeeded in one alone: Wald's with half a pair added to each cell (Agresti

@@ -150,7 +150,7 @@ TEST_F(CommandLine, NumbersOfOptionsAreFiniteAndWithinTheirRange) {
   ExpectBadInput({"step-response", "--amplitude", "nan"},
                  {"--amplitude", "nan is not a finite number"});
   ExpectBadInput({"compare-estimators", "--distances", "400,nan"}, {"--distances", "not a finite"});
-  ExpectBadInput({"gate", "--plan-size", "--rate", "inf"}, {"--rate", "not a finite number"});
+  ExpectBadInput({"step-response", "--amplitude", "inf"}, {"--amplitude", "not a finite number"});
   ExpectBadInput({"verify", "x.sqlite", "--workers", "0"},
                  {"--workers", "0 must be a number from 1 to 1024"});
   ExpectBadInput({"compare-estimators", "--distances", "400,9000"},

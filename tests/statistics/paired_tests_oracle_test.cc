@@ -80,6 +80,50 @@ TEST(PairedTests, RateDifferenceByHand) {
   EXPECT_EQ(RateDifferenceInterval(1, 0, 1).low, -1) << "no rate differs by more than all";
 }
 
+// The probability that McNemar's p is at most `level`, over every count of both kinds of pairs.
+double PowerByCounting(int pairs, double only_a, double only_b, double level) {
+  double power = 0;
+  for (int a = 0; a <= pairs; ++a)
+    for (int b = 0; a + b <= pairs; ++b) {
+      if (McNemarExactP(a, b) > level) continue;
+      const double ways = std::lgamma(pairs + 1) - std::lgamma(a + 1) - std::lgamma(b + 1) -
+                          std::lgamma(pairs - a - b + 1);
+      power += std::exp(ways) * std::pow(only_a, a) * std::pow(only_b, b) *
+               std::pow(1 - only_a - only_b, pairs - a - b);
+    }
+  return power;
+}
+
+// At the least difference that is seen the power is the one asked for, just below it is less.
+TEST(LeastDifferenceSeen, IsWhereThePowerIsReached) {
+  for (const int pairs : {20, 60, 150})
+    for (const double differing : {0.0, 0.05, 0.3})
+      for (const double power : {0.5, 0.8}) {
+        const auto least = LeastDifferenceSeen(pairs, differing, power);
+        ASSERT_TRUE(least);
+        const auto at = [&](double difference) {
+          const double gained = std::max(0.0, (differing - difference) / 2);
+          return PowerByCounting(pairs, gained + difference, gained, 0.05);
+        };
+        EXPECT_GE(at(*least), power - 1e-6) << pairs << ' ' << differing;
+        EXPECT_LT(at(*least - 2e-4), power) << pairs << ' ' << differing;
+      }
+}
+
+TEST(LeastDifferenceSeen, MorePairsSeeLessAndTooFewNothing) {
+  EXPECT_FALSE(LeastDifferenceSeen(0, 0));
+  EXPECT_FALSE(LeastDifferenceSeen(5, 0)) << "5 of 5 lost: p = 0.0625";
+  EXPECT_NEAR(*LeastDifferenceSeen(6, 0), std::pow(0.8, 1 / 6.), 1e-4) << "all six must be lost";
+  double last = 1;
+  for (const int64_t pairs : {50, 500, 5000, 50000}) {
+    const double least = *LeastDifferenceSeen(pairs, 0.2);
+    EXPECT_LT(least, last);
+    last = least;
+  }
+  // of many pairs as of normal differences: (1.96 + 0.8416) sqrt(0.2 / 50000)
+  EXPECT_NEAR(last, 2.8016 * std::sqrt(0.2 / 50000), 2e-4);
+}
+
 // R: p.adjust(c(0.01, 0.04, 0.03, 0.005), "holm") is 0.03, 0.06, 0.06, 0.02.
 TEST(Holm, StepsDownFromTheSmallest) {
   using ::testing::ElementsAre;

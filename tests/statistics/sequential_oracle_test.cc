@@ -12,41 +12,71 @@
 namespace turbidock::statistics {
 namespace {
 
-TEST(HitTest, RejectsAsOftenAsTheSequencesInWhichItEverDoes) {
-  constexpr int kTrials = 12;
-  for (const auto& [p_null, p_alternative, level] :
-       {std::array{0.5, 0.75, 0.2}, std::array{0.2, 0.4, 0.1}, std::array{0.05, 0.15, 0.05}}) {
-    const HitTest test({p_null, p_alternative, level, kTrials});
-    for (const double p : {p_null, p_alternative, 0.37, 0.9}) {
-      double rate = 0;
-      for (int sequence = 0; sequence < 1 << kTrials; ++sequence) {
-        int hits = 0;
-        bool rejects = false;
-        for (int n = 1; n <= kTrials; ++n) {
-          hits += sequence >> (n - 1) & 1;
-          rejects = rejects || test.Rejects(n, hits);
-        }
-        if (rejects) rate += std::pow(p, hits) * std::pow(1 - p, kTrials - hits);
-      }
-      EXPECT_NEAR(test.RejectionRate(p), rate, 1e-12) << p_null << ' ' << p;
+// The probability of ever rejecting when a hit has probability p: by all counts of hits.
+double RejectionRate(const SignTest& test, double p) {
+  std::vector<double> paths(static_cast<size_t>(test.max_trials()) + 1, 0.0);
+  paths[0] = 1;
+  double rate = 0;
+  for (int n = 1; n <= test.max_trials(); ++n)
+    for (int hits = n; hits >= 0; --hits) {
+      double& path = paths[static_cast<size_t>(hits)];
+      path = (1 - p) * path + (hits > 0 ? p * (&path)[-1] : 0);
+      if (test.Rejects(n, hits)) rate += std::exchange(path, 0.0);
     }
-    EXPECT_LE(test.RejectionRate(p_null), level);
+  return rate;
+}
+
+// Of all sequences of twelve fair hits, those in which it ever rejects are within the level and not
+// far from it.
+TEST(SignTest, RejectsAsOftenAsItsLevelAllows) {
+  constexpr int kTrials = 12;
+  for (const double level : {0.3, 0.2, 0.05, 0.01}) {
+    const SignTest test(level, kTrials);
+    int rejected = 0;
+    for (int sequence = 0; sequence < 1 << kTrials; ++sequence) {
+      int hits = 0;
+      bool rejects = false;
+      for (int n = 1; n <= kTrials; ++n) {
+        hits += sequence >> (n - 1) & 1;
+        rejects = rejects || test.Rejects(n, hits);
+      }
+      rejected += rejects;
+    }
+    const double rate = rejected / std::pow(2.0, kTrials);
+    EXPECT_NEAR(RejectionRate(test, 0.5), rate, 1e-12);
+    EXPECT_LE(rate, level);
+    EXPECT_GT(rate, 0.4 * level);
   }
 }
 
-// A sign test of a hundred pairs spends its level and sees what it is designed for.
-TEST(HitTest, SpendsItsLevelAndHasPower) {
-  const HitTest test = SignTest(0.05, 100);
-  EXPECT_GT(test.RejectionRate(0.5), 0.04);
-  EXPECT_LE(test.RejectionRate(0.5), 0.05);
-  EXPECT_GT(test.RejectionRate(0.75), 0.98);
+TEST(SignTest, NeverExceedsItsLevelAndIsNotIdle) {
+  for (const double level : {0.2, 0.05, 0.001})
+    for (const int max_trials : {1, 2, 7, 40, 500}) {
+      const SignTest test(level, max_trials);
+      const double rate = RejectionRate(test, 0.5);
+      EXPECT_LE(rate, level);
+      // a smaller probability of a hit is further from being rejected
+      EXPECT_LE(RejectionRate(test, 0.25), rate);
+      EXPECT_GE(RejectionRate(test, 0.75), rate);
+      // the least probable path alone, all hits, is worth rejecting as soon as it is rare enough
+      if (std::pow(0.5, max_trials) < 0.1 * level) {
+        EXPECT_GT(rate, 0);
+        EXPECT_TRUE(test.Rejects(max_trials, max_trials));
+      }
+    }
 }
 
-TEST(HitTestDeathTest, RefusesWhatIsNoDesign) {
-  for (const HitTest::Design& design :
-       {HitTest::Design{0, 0.5, 0.05, 10}, HitTest::Design{0.5, 1, 0.05, 10},
-        HitTest::Design{0.5, 0.75, 1, 10}, HitTest::Design{0.5, 0.75, 0.05, 0}})
-    EXPECT_DEATH(HitTest{design}, "design is impossible");
+// A sign test of a hundred pairs spends its level and sees what it is designed for.
+TEST(SignTest, SpendsItsLevelAndHasPower) {
+  const SignTest test(0.05, 100);
+  EXPECT_GT(RejectionRate(test, 0.5), 0.04);
+  EXPECT_LE(RejectionRate(test, 0.5), 0.05);
+  EXPECT_GT(RejectionRate(test, 0.75), 0.98);
+}
+
+TEST(SignTestDeathTest, RefusesWhatIsNoDesign) {
+  for (const double level : {0.0, 1.0}) EXPECT_DEATH(SignTest(level, 10), "design is impossible");
+  EXPECT_DEATH(SignTest(0.05, 0), "design is impossible");
 }
 
 // The wealth of a gambler who spreads it over four stakes, as products instead of logarithms.
@@ -77,47 +107,64 @@ TEST(NetLossTest, RejectsWhenTheAverageOfItsStakesHasGrownEnough) {
   EXPECT_GT(kept, 300);
 }
 
+// The shares of both verdicts, and the pairs until then, of a build that loses and gains these
+// shares: by all counts of losses and gains.
+struct Shares {
+  double fail = 0, pass = 0, pairs = 0;
+};
+Shares SharesOf(const PairedRateTest& test, double loss, double gain, int max_pairs) {
+  const auto size = static_cast<size_t>(max_pairs) + 1;
+  std::vector<std::vector<double>> paths(size, std::vector<double>(size, 0.0));
+  paths[0][0] = 1;
+  Shares shares;
+  double left = 1;
+  for (int n = 1; n <= max_pairs; ++n) {
+    shares.pairs += left;
+    left = 0;
+    for (size_t l = static_cast<size_t>(n) + 1; l-- > 0;)
+      for (size_t g = static_cast<size_t>(n) + 1 - l; g-- > 0;) {
+        double& p = paths[l][g];
+        p = (1 - loss - gain) * p + (l > 0 ? loss * paths[l - 1][g] : 0) +
+            (g > 0 ? gain * paths[l][g - 1] : 0);
+        if (const auto verdict = test.Decide(n, static_cast<int>(l), static_cast<int>(g)))
+          (*verdict == Verdict::kFail ? shares.fail : shares.pass) += std::exchange(p, 0.0);
+        left += p;
+      }
+  }
+  return shares;
+}
+
 TEST(PairedRateTest, StandsAtTheLimitsOfWhatMayBeAsked) {
   constexpr double kLeast = kLeastProbability;
   for (const double margin : {kLeast, 0.5, 1 - kLeast})
     for (const double level : {kLeast, 1 - kLeast})
-      for (const int max_pairs : {1, 300}) {
+      for (const int max_pairs : {1, 120}) {
         const PairedRateTest test(margin, level, level, max_pairs);
         EXPECT_LE(test.At(margin).p_pass, level) << margin << ' ' << level;
-        EXPECT_LE(test.At(0.1, 0.1).p_fail, level) << margin << ' ' << level;
+        EXPECT_LE(SharesOf(test, 0.1, 0.1, max_pairs).fail, level) << margin << ' ' << level;
       }
 }
 
-// The probabilities of both verdicts, by all counts of successes.
-std::array<double, 2> FailAndPass(const RateTest& test, double rate, int max_trials) {
-  std::vector<double> ways(static_cast<size_t>(max_trials) + 2, 0.0);  // by successes
-  ways[0] = 1;
-  std::array<double, 2> found{};
-  for (int n = 1; n <= max_trials; ++n)
-    for (int successes = n; successes >= 0; --successes) {
-      double& p = ways[static_cast<size_t>(successes)];
-      p = (1 - rate) * p + (successes > 0 ? rate * (&p)[-1] : 0);
-      if (const auto verdict = test.Decide(n, successes))
-        found[verdict == Verdict::kPass] += std::exchange(p, 0.0);
-    }
-  return found;
+TEST(PairedRateTest, WhatItSaysOfABuildIsTheSumOverAllCounts) {
+  const PairedRateTest test(0.15, 0.02, 0.1, 60);
+  for (const double loss : {0.0, 0.05, 0.15, 0.3, 1.0}) {
+    const Shares all = SharesOf(test, loss, 0, 60);
+    const PairedRateTest::Characteristic c = test.At(loss);
+    EXPECT_NEAR(c.p_fail, all.fail, 1e-12) << loss;
+    EXPECT_NEAR(c.p_pass, all.pass, 1e-12) << loss;
+    EXPECT_NEAR(c.expected_pairs, all.pairs, 1e-9) << loss;
+  }
+  EXPECT_LE(test.At(0.15).p_pass, 0.1);
 }
 
-TEST(RateTest, StandsAtTheLimitsOfWhatMayBeAsked) {
-  constexpr double kLeast = kLeastProbability;
-  for (const double rate : {2 * kLeast, 0.5, 1 - kLeast})
-    for (const double margin : {kLeast, rate - kLeast})
-      for (const double level : {kLeast, 1 - kLeast})
-        for (const int max_trials : {1, 300}) {
-          const RateTest test({.no_worse = rate,
-                               .worse = rate - margin,
-                               .alpha = level,
-                               .beta = level,
-                               .max_trials = max_trials});
-          EXPECT_LE(FailAndPass(test, rate, max_trials)[0], level) << rate << ' ' << margin;
-          EXPECT_LE(FailAndPass(test, rate - margin, max_trials)[1], level)
-              << rate << ' ' << margin;
-        }
+// What it fails with 80 %: a little less it fails less often.
+TEST(PairedRateTest, TheLeastLossThatItSees) {
+  const PairedRateTest test(0.15, 0.02, 0.1, 60);
+  const double loss = *test.LeastLossSeen(0.8);
+  EXPECT_NEAR(SharesOf(test, loss, 0, 60).fail, 0.8, 1e-3);
+  EXPECT_GT(loss, 0.1);
+  EXPECT_LT(loss, 0.3);
+  EXPECT_FALSE(PairedRateTest(0.15, 0.02, 0.1, 4).LeastLossSeen(0.8)) << "four cannot tell";
 }
 
 }  // namespace

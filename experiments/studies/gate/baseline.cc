@@ -37,8 +37,8 @@ std::string Docked(const BaselineCondition& c) {
 std::string MedianChanges(const BaselineCondition& before, const BaselineCondition& after) {
   std::vector<std::string> changes;
   for (const MedianMeasure& measure : kMedianMeasures) {
-    const auto was = statistics::Median(DockedValues(before.outcomes, measure.value)),
-               is = statistics::Median(DockedValues(after.outcomes, measure.value));
+    const auto was = DockedMedian(before.outcomes, measure.value),
+               is = DockedMedian(after.outcomes, measure.value);
     if (!was || !is) continue;
     const std::string from = ShownValue(*was, measure.unit), to = ShownValue(*is, measure.unit);
     if (from != to) changes.push_back(fmt::format("{} {} -> {}", measure.name, from, to));
@@ -51,8 +51,7 @@ void RequireWhole(const BaselineCondition& c, int64_t gate_seed, const std::stri
   const auto fail = [&](const std::string& why) {
     throw ConfigError(file + ": condition '" + c.name + "' " + why);
   };
-  const auto docked = std::count_if(c.outcomes.begin(), c.outcomes.end(),
-                                    [](const GateTrial& trial) { return trial.docked(); });
+  const auto docked = std::ranges::count_if(c.outcomes, &GateTrial::docked);
   if (c.trials != std::ssize(c.outcomes) || c.docked != docked || c.interval_95.size() != 2)
     fail("is incomplete");
   const SeedTree seeds(static_cast<uint64_t>(gate_seed));
@@ -65,26 +64,24 @@ void RequireWhole(const BaselineCondition& c, int64_t gate_seed, const std::stri
 }  // namespace
 
 const BaselineCondition* Baseline::Find(const std::string& name) const {
-  const auto found = std::find_if(conditions.begin(), conditions.end(),
-                                  [&](const BaselineCondition& c) { return c.name == name; });
+  const auto found = std::ranges::find(conditions, name, &BaselineCondition::name);
   return found == conditions.end() ? nullptr : &*found;
 }
 
 BaselineCondition MakeBaselineCondition(const GateCondition& condition,
                                         const std::vector<GateTrial>& outcomes) {
-  BaselineCondition made;
-  made.name = condition.name;
-  made.scenario = condition.scenario;
-  made.settings = JoinAssignments(condition.assignments);
-  made.digest = condition.digest;
-  made.trials = static_cast<int>(outcomes.size());
-  made.docked = static_cast<int>(
-      std::count_if(outcomes.begin(), outcomes.end(), [](const auto& t) { return t.docked(); }));
-  made.success_rate = made.trials > 0 ? static_cast<double>(made.docked) / made.trials : 0;
-  const statistics::Interval interval = statistics::WilsonInterval(made.docked, made.trials);
-  made.interval_95 = {interval.low, interval.high};
-  made.outcomes = outcomes;
-  return made;
+  const auto docked = std::ranges::count_if(outcomes, &GateTrial::docked);
+  const auto trials = std::ssize(outcomes);
+  const statistics::Interval interval = statistics::WilsonInterval(docked, trials);
+  return {.name = condition.name,
+          .scenario = condition.scenario,
+          .settings = JoinAssignments(condition.assignments),
+          .digest = condition.digest,
+          .trials = static_cast<int>(trials),
+          .docked = static_cast<int>(docked),
+          .success_rate = static_cast<double>(docked) / static_cast<double>(trials),
+          .interval_95 = {interval.low, interval.high},
+          .outcomes = outcomes};
 }
 
 std::string BaselineText(const Baseline& baseline) {
@@ -137,14 +134,17 @@ void RequireSamePlan(const GatePlan& plan, const Baseline& baseline, const std::
   const auto fail = [&file](const std::string& why) {
     throw ConfigError(file + ": is from another plan: " + why + "; measure it anew with --update");
   };
+  if (plan.seed != baseline.seed)
+    fail(fmt::format("its trials are those of seed {}, the gate's seed is {}", baseline.seed,
+                     plan.seed));
   for (const GateCondition& condition : plan.conditions) {
     const std::string of = "condition '" + condition.name + "'";
     const BaselineCondition* known = baseline.Find(condition.name);
     if (!known) return fail("it has no " + of);
+    const std::string settings = JoinAssignments(condition.assignments);
     if (known->scenario != condition.scenario)
       fail(fmt::format("{} was measured in scenario {}, the gate says {}", of, known->scenario,
                        condition.scenario));
-    const std::string settings = JoinAssignments(condition.assignments);
     if (known->settings != settings)
       fail(fmt::format("{} was measured with '{}', the gate sets '{}'", of, known->settings,
                        settings));
@@ -152,8 +152,7 @@ void RequireSamePlan(const GatePlan& plan, const Baseline& baseline, const std::
       fail(fmt::format("the scenario file {} of {} has changed", condition.scenario, of));
   }
   for (const BaselineCondition& known : baseline.conditions)
-    if (std::none_of(plan.conditions.begin(), plan.conditions.end(),
-                     [&](const GateCondition& c) { return c.name == known.name; }))
+    if (std::ranges::count(plan.conditions, known.name, &GateCondition::name) == 0)
       fail("the gate has no condition '" + known.name + "'");
 }
 

@@ -1,5 +1,6 @@
 #pragma once
-// Runs a gate: trials of every condition until its verdict is known.
+// Runs a gate: trials of every condition until its verdict is known. They run in worker processes,
+// and are kept in a file so that a gate that was stopped goes on.
 
 #include <cstdint>
 #include <functional>
@@ -8,11 +9,15 @@
 #include <string>
 #include <vector>
 
+#include "experiments/farm/runner.h"
 #include "experiments/studies/gate/baseline.h"
 #include "experiments/studies/gate/gate_plan.h"
 #include "experiments/studies/gate/judge.h"
 
 namespace turbidock::gate {
+
+// Called after every trial: how many there were, and how many there will be as far as is known.
+using GateProgress = std::function<void(int done, int wanted)>;
 
 // Which trials a gate runs: of the conditions in turn, the seeds of each in their order. Trial
 // `sample * conditions + condition` is the sample-th of its condition. Results may come in any
@@ -20,25 +25,25 @@ namespace turbidock::gate {
 // quicker.
 class GateTrials {
  public:
-  // `most_under_way`: trials to run at a time; it decides no verdict. `wanted`: of how many trials
-  // a condition consists as far as is known; `take` gets them, one after another.
-  GateTrials(const GatePlan& plan, int most_under_way, std::function<int(size_t condition)> wanted,
-             std::function<void(size_t condition, const GateTrial&)> take);
+  // `wanted`: of how many trials a condition consists as far as is known; `take` gets them, one
+  // after another, and maybe more that were under way.
+  GateTrials(const GatePlan& plan, std::function<int(size_t condition)> wanted,
+             std::function<void(size_t condition, const GateTrial&)> take, GateProgress on_trial);
 
-  // A trial to run; each once. Nothing when there is none or when results must come first.
+  // A trial to run; each once. Nothing when there is none.
   std::optional<int64_t> Next();
   // What came of one of these.
   void Add(int64_t trial, const GateTrial& result);
 
  private:
   struct Condition {
-    int64_t next = 0, taken = 0;              // samples
-    std::map<int64_t, GateTrial> early = {};  // results of samples that others come before
+    int next = 0, taken = 0;              // samples
+    std::map<int, GateTrial> early = {};  // results of samples that others come before
   };
 
-  int64_t most_under_way_, under_way_ = 0;
   std::function<int(size_t)> wanted_;
   std::function<void(size_t, const GateTrial&)> take_;
+  GateProgress on_trial_;
   std::vector<Condition> conditions_;
 };
 
@@ -46,31 +51,39 @@ class GateTrials {
 // verdict.
 using GateRunner = std::function<void(GateTrials* trials)>;
 
+// Runs them in worker processes. It throws Stopped when the options' stop_requested says so, and
+// SimulatorFault when a trial crashes or hangs or this machine cannot simulate: that is no verdict
+// on docking. `store`, where trials are kept, may be null; it and `plan` must outlive the runner.
+GateRunner MakeGateRunner(const GatePlan& plan, farm::RunOptions options,
+                          farm::ResultStore* store = nullptr);
+
+// The file of a gate's trials, to be gone on with when they are of the same program, conditions,
+// assignments and data. Trials of anything else say nothing about this build: the file is then
+// begun anew, which `say` tells. ConfigError when something else is in the way.
+farm::ResultStore OpenTrials(const std::string& file, const GatePlan& plan,
+                             const std::function<void(const std::string&)>& say);
+
 struct GateReport {
   statistics::Verdict verdict = statistics::Verdict::kInconclusive;
   std::string description;
-  std::string build, baseline_build;     // `build` is the caller's to fill in
-  std::vector<std::string> assignments;  // likewise: --set, not the build as it is
+  std::string build, baseline_build;
+  double alpha = 0;
+  AlphaCovers alpha_covers = AlphaCovers::kGate;
+  std::vector<std::string> assignments;  // by --set: not the build as it is
   std::vector<ConditionReport> conditions;
-  bool paired = true;
 
-  TURBIDOCK_FIELDS(verdict, description, build, baseline_build, assignments, conditions)
-};
-
-struct GateOptions {
-  int at_once = 2;  // trials under way at most; never decides a verdict
-  // Called after every trial that counts.
-  std::function<void(const std::vector<ConditionJudge>&)> on_trial = nullptr;
+  TURBIDOCK_FIELDS(verdict, description, build, baseline_build, alpha, alpha_covers, assignments,
+                   conditions)
 };
 
 // The verdict depends on the trials' results only: what was run beyond the last trial needed is
 // dropped. ConfigError for a baseline of another plan.
-GateReport RunGate(const GatePlan& plan, const Baseline& baseline, const std::string& baseline_file,
-                   const GateRunner& run, const GateOptions& options);
+GateReport RunGate(const GatePlan& plan, const Baseline& baseline, const GateRunner& run,
+                   const GateProgress& on_trial = {});
 
-// Runs max_trials trials of every condition. `build` is the caller's to fill in. ConfigError before
-// any of them where the plan's baseline must not be replaced.
-Baseline MeasureBaseline(const GatePlan& plan, const GateRunner& run, int at_once,
-                         const std::function<void(int done, int all)>& on_trial);
+// Runs max_trials trials of every condition. ConfigError before any of them where the plan's
+// baseline must not be replaced.
+Baseline MeasureBaseline(const GatePlan& plan, const GateRunner& run,
+                         const GateProgress& on_trial = {});
 
 }  // namespace turbidock::gate

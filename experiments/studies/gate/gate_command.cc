@@ -17,14 +17,9 @@
 #include "experiments/report/report_json.h"
 #include "experiments/report/text.h"
 #include "experiments/studies/gate/gate.h"
-#include "experiments/studies/gate/gate_design.h"
 #include "experiments/studies/gate/gate_report.h"
-#include "experiments/studies/gate/gate_size.h"
-#include "experiments/studies/gate/trial_runner.h"
 #include "experiments/studies/run/shown_trial.h"
-#include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"
-#include "experiments/system/plain_text.h"
 #include "sim/base/check.h"
 
 namespace turbidock::gate {
@@ -34,38 +29,14 @@ namespace fs = std::filesystem;
 
 struct GateArguments {
   trial::Plugins plugins;
-  std::string plan;
-  std::string baseline, out, figure;
+  std::string plan, baseline, out, figure;
   std::vector<std::string> assignments;
   app::FarmArguments farm;
   int bundles = 5;
-  bool update = false, json = false, quiet = false;
+  bool update = false, plan_size = false, json = false, quiet = false;
 
-  std::string design, results;
-  double budget_s = 240;
-  bool plan_size = false;
-  double rate = 0.95, margin = 0.1, alpha = 0.05, beta = 0.05;
+  std::string failures() const { return out + "/failures"; }
 };
-
-constexpr double kLogEvery_s = 10;
-
-// Trials asked for at once: enough that no worker waits for the slowest of a round for long.
-int AtOnce(const farm::FarmOptions& farm) { return 2 * farm.capacity(); }
-
-farm::FarmOptions FarmOf(const GateArguments& arguments, app::Progress* progress) {
-  return arguments.farm.For(arguments.out.empty() ? "" : arguments.out + "/trials",
-                            [progress](const std::string& text) { progress->Say("  " + text); });
-}
-
-std::string FailuresOf(const GateArguments& arguments) { return arguments.out + "/failures"; }
-std::string TrialsOf(const GateArguments& arguments) { return arguments.out + "/trials.db"; }
-
-// What every question ends with: the report on stdout and, where one is asked for, as a figure.
-void Show(const report::Report& report, const report::Json& result,
-          const GateArguments& arguments) {
-  app::PrintReport(report, result, arguments.json);
-  if (!arguments.figure.empty()) media::WriteFigure(arguments.figure, media::FigureOf(report));
-}
 
 // With what the gate reads.
 system::OutputPlan OutputsOf(const GateArguments& arguments, const GatePlan& plan) {
@@ -73,6 +44,36 @@ system::OutputPlan OutputsOf(const GateArguments& arguments, const GatePlan& pla
   outputs.Reads(arguments.plan);
   for (const GateCondition& condition : plan.conditions) outputs.Reads(condition.scenario_file);
   return outputs;
+}
+
+// The gate's trials in worker processes, and their file unless its name is empty.
+class Trials {
+ public:
+  Trials(const GateArguments& arguments, const GatePlan& plan, const std::string& file,
+         app::Progress* progress) {
+    if (!file.empty()) {
+      store_.emplace(OpenTrials(file, plan, [&](const std::string& text) { progress->Say(text); }));
+      if (const auto there = std::ssize(store_->Done()); there > 0)
+        progress->Say(fmt::format("  {} trials are in {} already", there, file));
+    }
+    const farm::FarmOptions farm =
+        arguments.farm.For(arguments.out.empty() ? "" : arguments.out + "/trials",
+                           [progress](const std::string& text) { progress->Say("  " + text); });
+    run_ = MakeGateRunner(plan, {.farm = farm, .stop_requested = app::CatchStopSignals()},
+                          store_ ? &*store_ : nullptr);
+  }
+
+  const GateRunner& run() const { return run_; }
+
+ private:
+  std::optional<farm::ResultStore> store_;
+  GateRunner run_;
+};
+
+GateProgress ShowOn(app::Progress* progress) {
+  return [progress](int done, int wanted) {
+    progress->ShowDone(done, wanted, "trials", /*every_s=*/10);
+  };
 }
 
 // The baseline that is replaced; an empty one where there is none, or none that can be read.
@@ -86,20 +87,6 @@ Baseline OldBaseline(const std::string& file, app::Progress* progress) {
   }
 }
 
-farm::RunOptions RunOf(const farm::FarmOptions& farm) {
-  return {.farm = farm, .stop_requested = app::CatchStopSignals()};
-}
-
-// The file of trials to go on with; `outputs` has been looked at.
-farm::ResultStore TrialsIn(const std::string& file, const GatePlan& plan,
-                           const std::vector<std::string>& assignments, app::Progress* progress) {
-  farm::ResultStore store =
-      OpenTrials(file, plan, assignments, [&](const std::string& text) { progress->Say(text); });
-  if (const auto there = std::ssize(store.Done()); there > 0)
-    progress->Say(fmt::format("  {} trials are in {} already", there, file));
-  return store;
-}
-
 int UpdateBaseline(const GateArguments& arguments, const GatePlan& plan) {
   // Until the baseline is written, its trials are beside it.
   const std::string trials = plan.baseline + ".trials.db";
@@ -108,15 +95,8 @@ int UpdateBaseline(const GateArguments& arguments, const GatePlan& plan) {
       .Writes(trials, system::kResultFile)
       .Require();
   app::Progress progress(arguments.quiet);
-  const farm::FarmOptions farm = FarmOf(arguments, &progress);
-  Baseline now;
-  {
-    farm::ResultStore store = TrialsIn(trials, plan, {}, &progress);
-    now = MeasureBaseline(
-        plan, MakeGateRunner(plan, {}, RunOf(farm), &store), AtOnce(farm),
-        [&](int done, int all) { progress.ShowDone(done, all, "trials", kLogEvery_s); });
-  }
-  now.build = system::BuildId();
+  const Baseline now =
+      MeasureBaseline(plan, Trials(arguments, plan, trials, &progress).run(), ShowOn(&progress));
   const Baseline before = OldBaseline(plan.baseline, &progress);
   system::WriteWhole(plan.baseline, BaselineText(now));
   fs::remove(trials);
@@ -148,17 +128,15 @@ void WriteBundle(const std::string& folder, const GateCondition& condition,
 void WriteBundles(const GateArguments& arguments, const GatePlan& plan, const GateReport& report,
                   app::Progress* progress) {
   int left = arguments.bundles;
-  for (size_t i = 0; i < report.conditions.size(); ++i) {
-    const ConditionReport& condition = report.conditions[i];
-    for (const GateTrial& trial : condition.trials) {
-      const auto& failing = condition.newly_failing_seeds;
-      if (std::find(failing.begin(), failing.end(), trial.seed) == failing.end()) continue;
+  for (size_t i = 0; i < report.conditions.size(); ++i)
+    for (const int64_t seed : report.conditions[i].newly_failing_seeds) {
       if (left-- <= 0) return;
-      WriteBundle(FailuresOf(arguments), plan.conditions[i], arguments.assignments, trial);
-      progress->Say(fmt::format("  {}, seed {}: {}; in {}", condition.name, trial.seed,
-                                NameOf(trial.outcome), FailuresOf(arguments)));
+      const ConditionReport& condition = report.conditions[i];
+      const GateTrial& trial = *std::ranges::find(condition.trials, seed, &GateTrial::seed);
+      WriteBundle(arguments.failures(), plan.conditions[i], plan.assignments, trial);
+      progress->Say(fmt::format("  {}, seed {}: {}; in {}", condition.name, seed,
+                                NameOf(trial.outcome), arguments.failures()));
     }
-  }
 }
 
 // The folder of --out, once the verdict is known.
@@ -173,27 +151,16 @@ void WriteOut(const GateArguments& arguments, const GatePlan& plan, const GateRe
   progress->Say("summary.json, junit.xml and summary.md in " + arguments.out);
   WriteBundles(arguments, plan, report, progress);
   page::Page page = page::ReportPage(document, arguments.out);
-  page::AddTrialsIn(FailuresOf(arguments), plan.plugins, &page);
+  page::AddTrialsIn(arguments.failures(), plan.plugins, &page);
   page::WritePage((out / "report.html").string(), page);
   progress->Say("a page to look at: " + (out / "report.html").string());
 }
 
-int ExitCodeOf(statistics::Verdict verdict) {
-  if (verdict == statistics::Verdict::kPass) return app::kExitDone;
-  return verdict == statistics::Verdict::kFail ? app::kExitCheckFailed : app::kExitInconclusive;
-}
-
-void ShowProgress(const std::vector<ConditionJudge>& judges, app::Progress* progress) {
-  int trials = 0, most = 0, known = 0;
-  for (const ConditionJudge& judge : judges) {
-    trials += judge.trials();
-    most += judge.done() ? judge.trials() : judge.max_trials();
-    known += judge.done();
-  }
-  progress->ShowOrSay(
-      static_cast<double>(trials) / most,
-      fmt::format("{} trials, {} of {} conditions known", trials, known, judges.size()),
-      kLogEvery_s);
+// A report on stdout and, where one is asked for, as a figure.
+void Show(const report::Report& report, const report::Json& result,
+          const GateArguments& arguments) {
+  app::PrintReport(report, result, arguments.json);
+  if (!arguments.figure.empty()) media::WriteFigure(arguments.figure, media::FigureOf(report));
 }
 
 int JudgeAgainstBaseline(const GateArguments& arguments, const GatePlan& plan) {
@@ -201,90 +168,33 @@ int JudgeAgainstBaseline(const GateArguments& arguments, const GatePlan& plan) {
   RequireSamePlan(plan, baseline, plan.baseline);
   system::OutputPlan outputs = OutputsOf(arguments, plan);
   outputs.Reads(plan.baseline).Writes(arguments.figure);
+  std::string trials;
   if (!arguments.out.empty()) {
+    trials = arguments.out + "/trials.db";
     outputs.WritesInto(arguments.out, {"summary.json", "junit.xml", "summary.md"})
         .Writes(arguments.out + "/report.html", page::kPageFile)
-        .Writes(TrialsOf(arguments), system::kResultFile);
-    if (arguments.bundles > 0) outputs.WritesInto(FailuresOf(arguments), {});
+        .Writes(trials, system::kResultFile);
+    if (arguments.bundles > 0) outputs.WritesInto(arguments.failures(), {});
   }
   outputs.Require();
   app::Progress progress(arguments.quiet);
-  const farm::FarmOptions farm = FarmOf(arguments, &progress);
-  std::optional<farm::ResultStore> store;
-  if (!arguments.out.empty())
-    store.emplace(TrialsIn(TrialsOf(arguments), plan, arguments.assignments, &progress));
-  GateOptions options{.at_once = AtOnce(farm)};
-  options.on_trial = [&](const auto& judges) { ShowProgress(judges, &progress); };
-  GateReport report = RunGate(
-      plan, baseline, plan.baseline,
-      MakeGateRunner(plan, arguments.assignments, RunOf(farm), store ? &*store : nullptr), options);
-  report.build = system::BuildId();
-  report.assignments = arguments.assignments;
+  const GateReport report =
+      RunGate(plan, baseline, Trials(arguments, plan, trials, &progress).run(), ShowOn(&progress));
   Show(ReportOf(report), report, arguments);
   if (!arguments.out.empty()) WriteOut(arguments, plan, report, &progress);
-  return ExitCodeOf(report.verdict);
-}
-
-// ----------------------------------------------------------------------- how many trials it takes
-
-// Beside the options' own ranges: the rate that is worse must be one, too.
-void RequireMargin(const GateArguments& arguments) {
-  const double most = arguments.rate - statistics::kLeastProbability;
-  if (arguments.margin > most)
-    throw ConfigError(fmt::format("--margin = {:g} must be at most {:g} for a --rate of {:g}",
-                                  arguments.margin, most, arguments.rate));
-}
-
-int PlanSize(const GateArguments& arguments) {
-  RequireMargin(arguments);
-  system::OutputPlan().Writes(arguments.figure).Require();
-  const GateSize size = SizeOf({.no_worse = arguments.rate,
-                                .worse = arguments.rate - arguments.margin,
-                                .alpha = arguments.alpha,
-                                .beta = arguments.beta});
-  Show(ReportOf(size), size, arguments);
-  return app::kExitDone;
-}
-
-// -------------------------------------------------------------------------- conditions to watch
-
-int Design(const GateArguments& arguments) {
-  RequireMargin(arguments);
-  const farm::Plan plan = farm::LoadPlan(
-      arguments.design, {.assignments = arguments.assignments, .plugins = arguments.plugins});
-  system::OutputPlan outputs;
-  outputs.Reads(arguments.design).Reads(arguments.results).Writes(arguments.figure);
-  if (!arguments.out.empty()) outputs.WritesInto(arguments.out, {"gate.yaml", "design.json"});
-  outputs.Require();
-  const DesignOptions options{.from = arguments.rate,
-                              .to = arguments.rate - arguments.margin,
-                              .alpha = arguments.alpha,
-                              .beta = arguments.beta,
-                              .budget_s = arguments.budget_s,
-                              .workers = arguments.farm.workers.value_or(app::AvailableCores())};
-  const std::vector<Candidate> candidates = CandidatesOf(plan, arguments.results);
-  const GateDesign design = DesignGate(candidates, options);
-  const report::Report report = ReportOf(design);
-  Show(report, design, arguments);
-  if (arguments.out.empty()) return app::kExitDone;
-  const fs::path out(arguments.out);
-  system::WriteWhole(out / "gate.yaml",
-                     GateYaml(design, candidates, "gate.baseline.yaml", arguments.out));
-  system::WriteWhole(out / "design.json", report::JsonText(report::Document(report, design)));
-  if (!arguments.quiet)
-    fmt::print(stderr,
-               "gate.yaml and design.json in {0}; its baseline is next:\n"
-               "turbidock gate {0}/gate.yaml --update\n",
-               system::Printable(arguments.out));
-  return app::kExitDone;
+  if (report.verdict == statistics::Verdict::kPass) return app::kExitDone;
+  return report.verdict == statistics::Verdict::kFail ? app::kExitCheckFailed
+                                                      : app::kExitInconclusive;
 }
 
 int Gate(const GateArguments& arguments) {
-  if (!arguments.design.empty()) return Design(arguments);
-  if (arguments.plan_size) return PlanSize(arguments);
-  if (arguments.plan.empty()) throw ConfigError("gate: which gate? Give its file");
   GatePlan plan = LoadGatePlan(arguments.plan, arguments.plugins);
+  plan.assignments = arguments.assignments;
   if (!arguments.baseline.empty()) plan.baseline = arguments.baseline;
+  if (arguments.plan_size) {
+    Show(SizeReport(plan), SizesOf(plan), arguments);
+    return app::kExitDone;
+  }
   try {
     return arguments.update ? UpdateBaseline(arguments, plan)
                             : JudgeAgainstBaseline(arguments, plan);
@@ -293,46 +203,6 @@ int Gate(const GateArguments& arguments) {
       std::fputs("stopped; the same command goes on\n", stderr);
     return app::kExitInconclusive;  // main makes it the signal's
   }
-}
-
-// Questions that need no gate.
-struct QuestionOptions {
-  app::Option design, plan_size;
-  std::vector<app::Option> numbers;
-};
-QuestionOptions AddQuestions(app::Subcommand* gate, GateArguments* arguments) {
-  const char* designs =
-      "Which conditions to watch (no gate needed; --rate, --margin, --alpha, --beta)";
-  app::Option design =
-      gate->Add("--design PLAN", arguments->design,
-                "Choose conditions, margins and numbers of trials among the cells of this plan;\n"
-                "--out: gate.yaml, design.json")
-          .Group(designs);
-  app::Option results =
-      gate->Add("--results FILE", arguments->results, "A batch of that plan").Group(designs);
-  app::Option budget = gate->Add("--budget", arguments->budget_s,
-                                 "Seconds that a build without change may take, by --workers")
-                           .Between(0.1, 1e7)
-                           .Group(designs);
-  const char* group = "How many trials it takes (no gate needed)";
-  app::Option plan_size = gate->Flag("--plan-size", arguments->plan_size,
-                                     "Print expected and most trials for these rates")
-                              .Group(group);
-  constexpr double kLeast = statistics::kLeastProbability;
-  const auto add = [&](const char* name, double& target, const char* doc, double low, double high) {
-    return gate->Add(name, target, doc).Between(low, high).Group(group);
-  };
-  for (app::Option option : {results, budget}) option.Needs(design);
-  design.Needs(results);
-  plan_size.Excludes(design);
-  return {
-      design,
-      plan_size,
-      {add("--rate", arguments->rate, "Success rate that is no worse", 2 * kLeast, 1 - kLeast),
-       add("--margin", arguments->margin, "Loss of success rate that matters", kLeast,
-           1 - 2 * kLeast),
-       add("--alpha", arguments->alpha, "Chance of a false alarm", kLeast, 1 - kLeast),
-       add("--beta", arguments->beta, "Chance to miss a loss of the margin", kLeast, 1 - kLeast)}};
 }
 
 }  // namespace
@@ -344,7 +214,7 @@ void AddGate(app::CommandLine& line) {
   gate.Footer(
       "Exit codes: 0 pass, 1 fail, 2 bad input, 3 inconclusive: the trials allowed are spent,\n"
       "4 a trial could not be run.");
-  const app::Option plan = gate.Add("gate", arguments.plan, "The gate's YAML file");
+  gate.Add("gate", arguments.plan, "The gate's YAML file").Required();
   app::Option baseline =
       gate.Add("--baseline", arguments.baseline, "Another baseline file than the gate's");
   const app::Option out =
@@ -355,23 +225,22 @@ void AddGate(app::CommandLine& line) {
       arguments.farm.AddTo(&gate, "Processes that run trials", app::AvailableCores());
   const app::Option set = gate.AddSet(
       arguments.assignments, "Set one scenario key in every condition, as if the build had it so");
-  app::Option bundles = gate.Add("--bundles", arguments.bundles,
-                                 "Trials with video of newly failing seeds in failures/, at most")
-                            .NotNegative();
+  const app::Option bundles =
+      gate.Add("--bundles", arguments.bundles,
+               "Trials with video of newly failing seeds in failures/, at most")
+          .NotNegative();
   app::Option update = gate.Flag("--update", arguments.update,
                                  "Measure the baseline anew, write it, and say what changed");
+  app::Option plan_size =
+      gate.Flag("--plan-size", arguments.plan_size,
+                "Run nothing: how many trials each condition takes, and which loss it notices");
   const app::Option json =
       gate.Flag("--json", arguments.json, "Print the report as JSON on stdout: summary.json");
   gate.AddQuiet(arguments.quiet);
-  auto [design, plan_size, numbers] = AddQuestions(&gate, &arguments);
-
-  // What goes with a gate's file, with a plan of candidates, with rates alone.
-  for (app::Option option : {baseline, bundles, update}) option.Needs(plan);
-  for (app::Option option : {design, plan_size}) option.Excludes(plan);
-  for (app::Option& option : numbers) option.Excludes(plan);
-  plan_size.Excludes(set).Excludes(out).Excludes(farm.workers).Excludes(farm.slurm);
-  design.Excludes(farm.slurm);  // it runs nothing
   for (const app::Option& option : {out, figure, set, bundles, json}) update.Excludes(option);
+  for (const app::Option& option :
+       {out, figure, set, bundles, update, baseline, farm.workers, farm.slurm})
+    plan_size.Excludes(option);
 }
 
 }  // namespace turbidock::gate

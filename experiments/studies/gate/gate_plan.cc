@@ -16,24 +16,18 @@ namespace fs = std::filesystem;
 
 constexpr const char* kSetKey = "set";
 
-void AddValues(const config::YamlNode& group, const std::string& prefix,
-               std::vector<std::pair<std::string, config::YamlNode>>* values) {
-  for (const auto& [key, value] : group.Entries())
-    if (value.IsMap())
-      AddValues(value, prefix + key + ".", values);
-    else
-      values->emplace_back(prefix + key, value);
-}
-
-// "a.b=1" for every value below a group.
-std::vector<std::string> AssignmentsIn(const config::YamlNode& set) {
-  std::vector<std::string> assignments;
-  std::set<std::string> keys;
-  for (const auto& [key, value] : ValuesBelow(set)) {
-    if (!keys.insert(key).second) value.Fail("this key is given twice");
-    assignments.push_back(key + "=" + value.OneLine());
+// Adds "a.b=1" for every value below a group of scenario keys.
+void AddAssignments(const config::YamlNode& group, const std::string& prefix,
+                    std::set<std::string>* keys, std::vector<std::string>* assignments) {
+  for (const auto& [name, value] : group.Entries()) {
+    const std::string key = JoinKey(prefix, name);
+    if (value.IsMap()) {
+      AddAssignments(value, key, keys, assignments);
+    } else {
+      if (!keys->insert(key).second) value.Fail("this key is given twice");
+      assignments->push_back(key + "=" + value.OneLine());
+    }
   }
-  return assignments;
 }
 
 GateCondition ReadCondition(const config::YamlNode& node, const GatePlan& plan,
@@ -45,7 +39,10 @@ GateCondition ReadCondition(const config::YamlNode& node, const GatePlan& plan,
   config::ReadFields(node, &condition, origins, {kSetKey});
   if (condition.name.empty()) node.Fail("a condition needs a name");
   if (condition.scenario.empty()) node.Fail("a condition needs a scenario");
-  if (const auto set = node.Find(kSetKey)) condition.assignments = AssignmentsIn(*set);
+  if (const auto set = node.Find(kSetKey)) {
+    std::set<std::string> keys;
+    AddAssignments(*set, "", &keys, &condition.assignments);
+  }
 
   std::error_code ignored;
   const fs::path beside = folder / condition.scenario;
@@ -87,7 +84,7 @@ void GatePlan::Check(const std::string&) const {
       throw ConfigError("conditions", "two conditions are named '" + condition.name + "'");
 }
 
-JudgeOptions GatePlan::OptionsFor(const GateCondition& condition, bool paired) const {
+JudgeOptions GatePlan::OptionsFor(const GateCondition& condition) const {
   int tests = 1;
   if (alpha_covers == AlphaCovers::kCondition) tests = condition.margins.tests();
   if (alpha_covers == AlphaCovers::kGate) {
@@ -97,18 +94,11 @@ JudgeOptions GatePlan::OptionsFor(const GateCondition& condition, bool paired) c
   return {.margins = condition.margins,
           .alpha = condition.alpha / tests,
           .beta = condition.beta,
-          .max_trials = condition.max_trials,
-          .paired = paired};
+          .max_trials = condition.max_trials};
 }
 
 int64_t GatePlan::SeedOf(int trial) const {
   return SeedTree(static_cast<uint64_t>(seed)).TrialSeed(trial);
-}
-
-std::vector<std::pair<std::string, config::YamlNode>> ValuesBelow(const config::YamlNode& group) {
-  std::vector<std::pair<std::string, config::YamlNode>> values;
-  AddValues(group, "", &values);
-  return values;
 }
 
 GatePlan LoadGatePlan(const std::string& file, const trial::Plugins& plugins) {

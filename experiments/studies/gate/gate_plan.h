@@ -18,16 +18,11 @@
 
 #include <cstdint>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "experiments/studies/gate/judge.h"
 #include "experiments/trial/scenario.h"
 #include "sim/base/fields.h"
-
-namespace turbidock::config {
-struct YamlNode;
-}
 
 namespace turbidock::gate {
 
@@ -79,14 +74,16 @@ struct GatePlan : GateDefaults {
   std::string baseline;
   AlphaCovers alpha_covers = AlphaCovers::kGate;
   std::vector<GateCondition> conditions;
-  trial::Plugins plugins;  // no key: the program's
+  // No keys: of the command line and the program.
+  std::vector<std::string> assignments;  // in every scenario, over the conditions' own
+  trial::Plugins plugins;
 
   static void Fields(auto& self, auto&& field) {
     field("schema_version", self.schema_version, InRange(kGateSchema, kGateSchema),
           "version of these keys");
     field("description", self.description, Finite(), "one line for people");
     field("seed", self.seed, AtLeast(0),
-          "root of the trials' seeds; another than the baseline's compares without pairs");
+          "root of the trials' seeds; the baseline must have the same");
     field("baseline", self.baseline, Finite(), "the baseline's file, beside the gate's");
     field("alpha", self.alpha, TestedProbability(), "chance of a false alarm");
     field("beta", self.beta, TestedProbability(),
@@ -99,16 +96,12 @@ struct GatePlan : GateDefaults {
   }
   void Check(const std::string& path) const;
 
-  // How to judge a condition; with the baseline's seeds or without.
-  JudgeOptions OptionsFor(const GateCondition& condition, bool paired) const;
+  JudgeOptions OptionsFor(const GateCondition& condition) const;  // how to judge it
   int64_t SeedOf(int trial) const;
 };
 
 // Reads a gate's file. ConfigError for whatever is wrong in it, also for a scenario that cannot be
 // loaded.
 GatePlan LoadGatePlan(const std::string& file, const trial::Plugins& plugins = {});
-
-// Every value below a group of scenario keys, with its dotted key.
-std::vector<std::pair<std::string, config::YamlNode>> ValuesBelow(const config::YamlNode& group);
 
 }  // namespace turbidock::gate

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cctype>
+#include <map>
+#include <utility>
 
 #include "experiments/report/table.h"
 
@@ -30,7 +32,7 @@ std::string Shown(const MeasureReport& measure, const std::optional<double>& val
 
 std::string ShownMargin(const MeasureReport& measure) {
   const char sign = measure.less_is_worse ? '-' : '+';
-  if (measure.unit.empty()) return fmt::format("{}{:g} %", sign, 100 * measure.margin);
+  if (measure.unit.empty()) return fmt::format("{}{:g} points", sign, 100 * measure.margin);
   if (measure.unit == "m") return fmt::format("{}{:g} mm", sign, 1000 * measure.margin);
   return fmt::format("{}{:g} {}", sign, measure.margin, measure.unit);
 }
@@ -59,6 +61,20 @@ report::Verdict VerdictOf(const GateReport& report) {
   return {NameOf(report.verdict), ToneOf(report.verdict), reason};
 }
 
+std::string Points(const std::optional<double>& share) {
+  return share ? fmt::format("{:.1f} points", 100 * *share) : "none";
+}
+
+// "8.1 to 13.4 points": the least loss of each condition.
+std::string LossesSeen(const std::vector<ConditionReport>& conditions) {
+  std::vector<double> losses;
+  for (const ConditionReport& c : conditions) losses.push_back(c.test.least_loss_seen.value_or(2));
+  if (losses.empty() || std::ranges::min(losses) > 1) return "none";
+  const double least = std::ranges::min(losses), most = std::ranges::max(losses);
+  if (most > 1) return "from " + Points(least) + "; in some conditions none";
+  return least == most ? Points(least) : fmt::format("{:.1f} to {}", 100 * least, Points(most));
+}
+
 std::vector<report::Fact> FactsOf(const GateReport& report) {
   size_t trials = 0, failing = 0;
   for (const ConditionReport& c : report.conditions) {
@@ -69,13 +85,35 @@ std::vector<report::Fact> FactsOf(const GateReport& report) {
       {"conditions", std::to_string(report.conditions.size())},
       {"trials", std::to_string(trials), "that the verdict rests on"},
       {"no longer dock", std::to_string(failing), "seeds that docked in the baseline"},
-      {"compared", report.paired ? "seed by seed" : "on other seeds"},
+      {"alpha", fmt::format("{:g}", report.alpha),
+       fmt::format("chance to fail by mistake, of each {}", NameOf(report.alpha_covers))},
+      {"would have seen", LossesSeen(report.conditions),
+       "a fall of the success rate in a condition, with 80 % power"},
+      {"not varied", "all scenario keys", "within a condition only the seed is"},
       {"build", report.build},
       {"baseline", report.baseline_build}};
   if (!report.assignments.empty())
     facts.push_back({"set", fmt::format("{}", fmt::join(report.assignments, ", ")),
                      "in every condition, by --set"});
   return facts;
+}
+
+// What the success rate's tests can tell.
+Section Sizes(const std::vector<std::pair<std::string, TestSize>>& tests) {
+  report::Table table({"<condition", "margin", "alpha", "beta", "trials at most", "without change",
+                       "worse fails", "fails with 80 %"});
+  for (const auto& [name, test] : tests)
+    table.Row({name, fmt::format("{:g} points", 100 * test.margin),
+               fmt::format("{:.2g}", test.alpha), fmt::format("{:.2g}", test.beta),
+               std::to_string(test.max_trials),
+               test.passes_unchanged ? Fixed(test.unchanged_trials, 0) : "never passes",
+               fmt::format("{:.1f} %", 100 * test.worse_fails), Points(test.least_loss_seen)});
+  return {.title = "What the success rate's tests can tell",
+          .note =
+              "Of a build that does as the baseline's but for what it loses, exactly. Without "
+              "change: the trials after which it passes. Worse: by the margin. Last: the "
+              "least loss that fails with a probability of 80 %. Alpha is this test's share.",
+          .table = table};
 }
 
 Section Measures(const GateReport& report) {
@@ -121,9 +159,7 @@ Panel PathPanel(const ConditionReport& condition) {
           (rate.decided_after_trials ? fmt::format(" after {} trials", *rate.decided_after_trials)
                                      : ""),
       .x = {.label = "trials", .low = 0, .whole = true},
-      .y = {.label = condition.paired ? "seeds that no longer dock" : "trials that did not dock",
-            .low = -0.4,
-            .whole = true},
+      .y = {.label = "seeds that no longer dock", .low = -0.4, .whole = true},
       .series = {{"fails from here", over_trials(&Look::fails_at), report::CurveColor(1),
                   Mark::kDashedSteps},
                  {"passes up to here", over_trials(&Look::passes_at), report::CurveColor(2),
@@ -145,65 +181,35 @@ Section Paths(const GateReport& report) {
   return section;
 }
 
-std::vector<std::string> NamesOf(const std::vector<ConditionReport>& conditions) {
-  std::vector<std::string> names;
-  for (const ConditionReport& c : conditions) names.push_back(c.name);
-  return names;
-}
-
 Section Rates(const std::vector<ConditionReport>& conditions) {
   Series before{"baseline", {}, report::CurveColor(7), Mark::kBars};
   Series now{"now", {}, report::CurveColor(0), Mark::kBars};
   before.dot_px = now.dot_px = 9;
-  const auto add = [](Series* series, double at, int docked, size_t trials,
-                      const statistics::Interval& interval) {
-    if (trials > 0)
-      series->points.push_back(
-          report::SampleWithin(at, docked / static_cast<double>(trials), interval, 100));
-  };
-  for (size_t i = 0; i < conditions.size(); ++i) {
-    const ConditionReport& c = conditions[i];
-    const auto x = static_cast<double>(i);
-    add(&before, x - 0.1, c.baseline_docked, static_cast<size_t>(c.baseline_trials),
-        c.baseline_interval_95);
-    add(&now, x + 0.1, c.docked, c.trials.size(), c.interval_95);
+  report::Axis x;
+  for (const ConditionReport& c : conditions) {
+    const auto at = static_cast<double>(x.names.size());
+    x.names.push_back(c.name);
+    if (c.trials.empty()) continue;
+    before.points.push_back(
+        report::SampleWithin(at - 0.1, static_cast<double>(c.baseline_docked) / c.baseline_trials,
+                             c.baseline_interval_95, 100));
+    now.points.push_back(report::SampleWithin(
+        at + 0.1, c.docked / static_cast<double>(c.trials.size()), c.interval_95, 100));
   }
-  return {.title = "Docked, baseline and now",
-          .note = "With 95 % intervals, which are not adjusted for stopping.",
-          .panels = {{.x = {.names = NamesOf(conditions)},
-                      .y = {"docked [%]", -3, 103},
-                      .series = {before, now}}}};
-}
-
-// Side by side about the condition's number.
-Section Times(const std::vector<ConditionReport>& conditions) {
-  Series dots{.color = report::CurveColor(0), .mark = Mark::kDots};
-  for (size_t i = 0; i < conditions.size(); ++i) {
-    const std::vector<GateTrial>& trials = conditions[i].trials;
-    const int docked = conditions[i].docked;
-    int number = 0;
-    for (const GateTrial& trial : trials)
-      if (trial.docked())
-        dots.points.push_back({static_cast<double>(i) - 0.25 + 0.5 * (number++ + 0.5) / docked,
-                               trial.quality.time_s});
-  }
-  return {.title = "Time to dock now",
-          .note = "Of the trials that docked, a dot a trial in their order.",
-          .panels = {{.x = {.names = NamesOf(conditions)},
-                      .y = {.label = "time to dock [s]", .low = 0},
-                      .series = {dots}}}};
+  Section section{.title = "Docked, baseline and now",
+                  .note = "With 95 % intervals, which are not adjusted for stopping."};
+  if (!now.points.empty())
+    section.panels = {{.x = x, .y = {"docked [%]", -3, 103}, .series = {before, now}}};
+  return section;
 }
 
 Section ChangedSeeds(const GateReport& report) {
   Section section{.title = "Seeds that changed"};
   report::Table table({"<condition", "seed", "<change", "<outcome now", "time [s]"});
-  const auto has = [](const std::vector<int64_t>& seeds, int64_t seed) {
-    return std::find(seeds.begin(), seeds.end(), seed) != seeds.end();
-  };
   for (const ConditionReport& c : report.conditions)
     for (const GateTrial& trial : c.trials) {
-      const bool fails = has(c.newly_failing_seeds, trial.seed);
-      if (!fails && !has(c.newly_docking_seeds, trial.seed)) continue;
+      const bool fails = std::ranges::count(c.newly_failing_seeds, trial.seed) > 0;
+      if (!fails && std::ranges::count(c.newly_docking_seeds, trial.seed) == 0) continue;
       const std::string seed = std::to_string(trial.seed);
       table.Row({c.name,
                  fails ? report::Cell(seed, Tone::kNone, BundleName(c.name, trial.seed)) : seed,
@@ -212,31 +218,23 @@ Section ChangedSeeds(const GateReport& report) {
                  Fixed(trial.quality.time_s, 1)});
     }
   if (table.rows().empty())
-    section.lines = {report.paired ? "None: every seed ended as in the baseline."
-                                   : "Unknown: the baseline has other seeds."};
+    section.lines = {"None: every seed ended as in the baseline."};
   else
     section.table = table;
   return section;
 }
 
 std::string Escaped(std::string_view text) {
+  static const std::map<char, std::string> kEntities = {
+      {'&', "&amp;"}, {'<', "&lt;"}, {'>', "&gt;"}, {'"', "&quot;"}, {'\n', "\n"}, {'\t', "\t"}};
   std::string out;
-  for (const char c : text) switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:  // XML 1.0 has no other control characters
-        out += static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\t' ? '?' : c;
-    }
+  for (const char c : text) {
+    const auto entity = kEntities.find(c);
+    if (entity != kEntities.end())
+      out += entity->second;
+    else  // XML 1.0 has no other control characters
+      out += static_cast<unsigned char>(c) < 0x20 ? '?' : c;
+  }
   return out;
 }
 
@@ -246,22 +244,22 @@ std::string Properties(const GateReport& report, const ConditionReport& c) {
   };
   std::vector<int64_t> seeds;
   for (const GateTrial& trial : c.trials) seeds.push_back(trial.seed);
-  const std::string rate =
-      seeds.empty() ? "" : fmt::format("{:.4f}", c.docked / static_cast<double>(seeds.size()));
+  const auto n = static_cast<double>(seeds.size());
+  const std::vector<std::pair<std::string, std::string>> properties = {
+      {"verdict", NameOf(c.verdict)},
+      {"n", std::to_string(seeds.size())},
+      {"docked", std::to_string(c.docked)},
+      {"success_rate", seeds.empty() ? "" : fmt::format("{:.4f}", c.docked / n)},
+      {"interval_95", interval(c.interval_95)},
+      {"baseline_n", std::to_string(c.baseline_trials)},
+      {"baseline_docked", std::to_string(c.baseline_docked)},
+      {"baseline_interval_95", interval(c.baseline_interval_95)},
+      {"seeds", fmt::format("{}", fmt::join(seeds, " "))},
+      {"newly_failing_seeds", fmt::format("{}", fmt::join(c.newly_failing_seeds, " "))},
+      {"build", report.build},
+      {"baseline_build", report.baseline_build}};
   std::string text;
-  for (const auto& [name, value] : std::initializer_list<std::pair<const char*, std::string>>{
-           {"verdict", NameOf(c.verdict)},
-           {"n", std::to_string(seeds.size())},
-           {"docked", std::to_string(c.docked)},
-           {"success_rate", rate},
-           {"interval_95", interval(c.interval_95)},
-           {"baseline_n", std::to_string(c.baseline_trials)},
-           {"baseline_docked", std::to_string(c.baseline_docked)},
-           {"baseline_interval_95", interval(c.baseline_interval_95)},
-           {"seeds", fmt::format("{}", fmt::join(seeds, " "))},
-           {"newly_failing_seeds", fmt::format("{}", fmt::join(c.newly_failing_seeds, " "))},
-           {"build", report.build},
-           {"baseline_build", report.baseline_build}})
+  for (const auto& [name, value] : properties)
     if (!value.empty())
       text += fmt::format("      <property name=\"{}\" value=\"{}\"/>\n", name, Escaped(value));
   return "    <properties>\n" + text + "    </properties>\n";
@@ -287,16 +285,31 @@ report::Report ReportOf(const GateReport& report) {
                        .build = report.build,
                        .verdict = VerdictOf(report),
                        .facts = FactsOf(report),
-                       .sections = {Measures(report), ChangedSeeds(report), Paths(report),
-                                    Rates(report.conditions), Times(report.conditions)}};
-  std::erase_if(shown.sections, [](const Section& section) {  // nothing ran, nothing docked
-    return !section.table && section.lines.empty() &&
-           std::ranges::all_of(section.panels, [](const Panel& panel) {
-             return std::ranges::all_of(panel.series,
-                                        [](const Series& series) { return series.points.empty(); });
-           });
-  });
+                       .sections = {Measures(report), ChangedSeeds(report)}};
+  std::vector<std::pair<std::string, TestSize>> tests;
+  for (const ConditionReport& c : report.conditions) tests.emplace_back(c.name, c.test);
+  for (const Section& section : {Paths(report), Rates(report.conditions)})
+    if (!section.panels.empty()) shown.sections.push_back(section);
+  shown.sections.push_back(Sizes(tests));
   return shown;
+}
+
+report::Report SizeReport(const GatePlan& plan) {
+  std::vector<std::pair<std::string, TestSize>> tests;
+  for (const GateCondition& condition : plan.conditions)
+    tests.emplace_back(condition.name, SizeOf(plan.OptionsFor(condition)));
+  return {.kind = "gate_plan_size",
+          .title = "trials of a gate" + (plan.description.empty() ? "" : ": " + plan.description),
+          .sections = {Sizes(tests)}};
+}
+
+report::Json SizesOf(const GatePlan& plan) {
+  report::Json conditions = report::Json::array();
+  for (const GateCondition& condition : plan.conditions) {
+    report::Json& size = conditions.emplace_back(SizeOf(plan.OptionsFor(condition)));
+    size["condition"] = condition.name;
+  }
+  return {{"conditions", conditions}};
 }
 
 std::string Junit(const GateReport& report) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 
+#include "experiments/report/json.h"
 #include "experiments/report/report.h"
 #include "experiments/studies/gate/gate.h"
 
@@ -11,6 +12,11 @@ namespace turbidock::gate {
 
 // Of kind "gate". Seeds that no longer dock are links to BundleName.
 report::Report ReportOf(const GateReport& report);
+
+// How many trials a gate takes and what it can tell, before any has run: of kind "gate_plan_size",
+// and as JSON.
+report::Report SizeReport(const GatePlan& plan);
+report::Json SizesOf(const GatePlan& plan);
 
 // junit.xml: a test suite a condition, whose properties are rate, interval, trials and seeds, with
 // one test case. A condition that fails is a failure, one that is inconclusive an error.

@@ -5,7 +5,7 @@
 // the change for the worse that matters, and two one-sided tests (sequential_test.h): one rejects
 // "no worse" and fails, the other rejects "worse by the margin" and passes.
 //
-// Against a baseline of the same seeds, trials are compared in pairs:
+// Trials are compared with the baseline's of the same seeds, in pairs:
 //  - success rate: of the pairs in which one build docked and the other did not, "no worse" says
 //    that at most half are losses (McNemar's test, sequential); NetLossTest passes;
 //  - the others, in pairs that docked in both: "no worse" says that of the pairs that differ at
@@ -13,13 +13,9 @@
 //    worse (two sequential sign tests, of the median difference). Where beta exceeds a test's share
 //    of alpha, as it does by default, the second needs fewer pairs: what makes every trial worse by
 //    less than the margin passes.
-// Against other seeds, the baseline's own uncertainty takes half of alpha and of beta: the rate
-// that is "no worse" is the lower Clopper-Pearson bound of the baseline's, that which is "worse by
-// the margin" the upper bound less the margin; likewise with bounds of the median.
 
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -45,7 +41,7 @@ struct Quality {
 // Of a trial that came to an end of its own.
 Quality QualityOf(const trial::TrialRecord& record);
 
-// What is judged of it: the list that margins, judge, baseline and design follow.
+// What is judged of it: the list that margins, judge and baseline follow.
 struct MedianMeasure {
   const char* name;
   const char* unit;
@@ -110,27 +106,41 @@ struct GateMargins {
   int tests() const;
 };
 
-// Of the trials that docked, ascending.
-std::vector<double> DockedValues(const std::vector<GateTrial>& trials, double Quality::*value);
+// Of the trials that docked.
+std::optional<double> DockedMedian(const std::vector<GateTrial>& trials, double Quality::*value);
 
 struct JudgeOptions {
   GateMargins margins;
   double alpha = 0.05, beta = 0.05;  // of each measure's test
   int max_trials = 200;
-  bool paired = true;  // compare by seed
 };
+
+// What the success rate's test can tell, exactly: of a build that does as the old one but for what
+// it loses.
+struct TestSize {
+  double margin = 0, alpha = 0, beta = 0;
+  int max_trials = 0;
+  double unchanged_trials = 0;              // after which a build without change passes
+  bool passes_unchanged = true;             // at all
+  double worse_fails = 0;                   // probability that one worse by the margin fails
+  std::optional<double> least_loss_seen{};  // of success rate: fails with a probability of 0.8
+
+  TURBIDOCK_FIELDS(margin, alpha, beta, max_trials, unchanged_trials, passes_unchanged, worse_fails,
+                   least_loss_seen)
+};
+TestSize SizeOf(const JudgeOptions& options);
 
 // One measure of a condition.
 struct MeasureReport {
   std::string measure;  // "success rate", or one of kMedianMeasures
   std::string unit;     // "" of the success rate
   statistics::Verdict verdict = statistics::Verdict::kInconclusive;
-  std::optional<int> decided_after_trials;
+  std::optional<int> decided_after_trials{};
   bool less_is_worse = false;
   double margin = 0;
-  std::optional<double> before, now;  // rate or median
-  int compared = 0;                   // pairs, or trials of this build
-  int worse = 0, better = 0;          // of these
+  std::optional<double> before{}, now{};  // rate or median
+  int compared = 0;                       // pairs
+  int worse = 0, better = 0;              // of these
 
   TURBIDOCK_FIELDS(measure, unit, verdict, decided_after_trials, less_is_worse, margin, before, now,
                    compared, worse, better)
@@ -140,73 +150,69 @@ struct MeasureReport {
 struct Look {
   int trials = 0;
   std::optional<int> worse = std::nullopt;  // counted; nothing of trials that were not run
-  // It fails at so many that are worse, or passes at so few, with the better ones that there are in
-  // pairs; nothing where no number would do.
+  // It fails at so many that are worse, or passes at so few, with the better ones that there are;
+  // nothing where no number would do.
   std::optional<int> fails_at = std::nullopt, passes_at = std::nullopt;
 
   TURBIDOCK_FIELDS(trials, worse, fails_at, passes_at)
 };
 
-// A quantity under test: what it counts of a trial, and how its two one-sided tests decide.
-struct Measure {
-  MeasureReport report;
-  int equal = 0, within_margin = 0;  // of a median: counted besides what is reported
-  // Of some trials: a rate, a median.
-  std::function<std::optional<double>(const std::vector<GateTrial>&)> summary;
-  // `before` is null without pairs.
-  std::function<void(const GateTrial& now, const GateTrial* before, Measure*)> count;
-  std::function<std::optional<statistics::Verdict>(const Measure&)> decide;
-};
-
 struct ConditionReport {
   std::string name;
   statistics::Verdict verdict = statistics::Verdict::kInconclusive;
-  bool paired = true;
   std::vector<GateTrial> trials;  // that the verdict rests on, in their order
   int docked = 0;
   statistics::Interval interval_95;  // of the success rate, Wilson, 95 %
   int baseline_trials = 0, baseline_docked = 0;
   statistics::Interval baseline_interval_95;
+  TestSize test;
   std::vector<MeasureReport> measures;
-  std::vector<int64_t> newly_failing_seeds, newly_docking_seeds;  // when paired
-  std::vector<Look> path;  // of the success rate's test; ConditionJudge::Path
+  std::vector<int64_t> newly_failing_seeds, newly_docking_seeds;
+  std::vector<Look> path;  // of the success rate's test, up to the last trial allowed
 
   static void Fields(auto& self, auto&& field) {
     field("condition", self.name);
     field("verdict", self.verdict);
-    field("paired", self.paired);
     field("trials", self.trials.size());
     self.VisitFields(field);
     field("outcomes", self.trials);
   }
   TURBIDOCK_VISIT_FIELDS(docked, interval_95, baseline_trials, baseline_docked,
-                         baseline_interval_95, measures, newly_failing_seeds, newly_docking_seeds,
-                         path)
+                         baseline_interval_95, test, measures, newly_failing_seeds,
+                         newly_docking_seeds, path)
 };
 
 class ConditionJudge {
  public:
-  // ConfigError when the baseline has too few trials for the margins, or docks too rarely to get
-  // worse by one.
+  // ConfigError when the baseline docks too rarely to get worse by the margin.
   ConditionJudge(std::string name, const JudgeOptions& options,
                  const std::vector<GateTrial>& baseline);
 
-  // Counts the next trial. With pairs its seed must be the baseline's. Ignored once done.
+  // Counts the next trial, whose seed must be one of the baseline's. Ignored once done.
   void Add(const GateTrial& trial);
   // Something is worse, everything is known, or the trials allowed are spent.
   bool done() const { return done_; }
   int trials() const { return static_cast<int>(report_.trials.size()); }
-  int max_trials() const { return options_.max_trials; }
-  // All but the path, which takes longer.
+  int wanted() const { return done_ ? trials() : options_.max_trials; }  // as far as is known
   ConditionReport Report() const;
-  // How the success rate's test went, trial by trial, and where it would decide up to the last
-  // trial allowed.
-  std::vector<Look> Path() const;
 
  private:
+  // A median under test.
+  struct Median {
+    MedianMeasure of;
+    MeasureReport report;
+    statistics::SignTest fail, pass;
+    int equal = 0, within_margin = 0;  // counted besides what is reported
+  };
+
+  void Count(const GateTrial& before, const GateTrial& now);
+  std::vector<Look> Path() const;
+
   JudgeOptions options_;
   std::map<int64_t, GateTrial> baseline_;  // by seed
-  std::vector<Measure> measures_;
+  statistics::PairedRateTest rate_test_;
+  MeasureReport rate_;
+  std::vector<Median> medians_;
   ConditionReport report_;
   bool done_ = false;
 };

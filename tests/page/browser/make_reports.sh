@@ -84,7 +84,7 @@ END
 "$program" gate gate.yaml --update --quiet
 # with a third of the time no trial docks any more
 "$program" gate gate.yaml --set duration_s=1.2 --bundles 2 --out gate --quiet || [ $? = 1 ]
-"$program" gate --plan-size --rate 0.95 --margin 0.2 --json >plan_size.json
+"$program" gate gate.yaml --plan-size --json >plan_size.json
 "$program" recognize --distances 400,1000 --milk 0,40,120 --seconds 1 --json --quiet >recognition.json
 "$program" compare-estimators pool_active --distances 600 --milk 0,20 --starts 3 --frames 10 \
   --estimators rm_ga,blobs --json --quiet >estimators.json

@@ -22,8 +22,8 @@ const kKinds = {
   tuning: {plots: 3},
   steps: {plots: 16},
   vehicle: {plots: 3},
-  gate: {plots: 2},
-  plan_size: {plots: 2},
+  gate: {plots: 1},
+  plan_size: {plots: 0},
   recognition: {plots: 6},
   estimators: {plots: 3},
 };

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "experiments/report/json.h"
-#include "experiments/studies/gate/trial_runner.h"
+#include "experiments/studies/gate/gate.h"
 #include "sim/base/check.h"
 
 namespace turbidock::gate {
@@ -49,14 +49,13 @@ class GateRepeat : public ::testing::Test {
     plan_ = LoadGatePlan(File("gate.yaml"));
   }
   farm::ResultStore Open(const std::string& name, const std::vector<std::string>& assignments) {
-    return OpenTrials(File(name), plan_, assignments,
-                      [&](const std::string& text) { said_ += text; });
+    plan_.assignments = assignments;
+    return OpenTrials(File(name), plan_, [&](const std::string& text) { said_ += text; });
   }
   std::string Judge(const Baseline& baseline, const std::vector<std::string>& assignments,
-                    const farm::RunOptions& options, farm::ResultStore* store) const {
-    return report::JsonText(RunGate(plan_, baseline, "gate.baseline.yaml",
-                                    MakeGateRunner(plan_, assignments, options, store),
-                                    {.at_once = 2 * options.farm.workers}));
+                    const farm::RunOptions& options, farm::ResultStore* store) {
+    plan_.assignments = assignments;
+    return report::JsonText(RunGate(plan_, baseline, MakeGateRunner(plan_, options, store)));
   }
 
   const fs::path folder_ =
@@ -66,7 +65,7 @@ class GateRepeat : public ::testing::Test {
 };
 
 TEST_F(GateRepeat, StopsAndWorkersDoNotShowInTheVerdict) {
-  const Baseline baseline = MeasureBaseline(plan_, MakeGateRunner(plan_, {}, {}), 2, nullptr);
+  const Baseline baseline = MeasureBaseline(plan_, MakeGateRunner(plan_, {}));
   for (const std::vector<std::string>& assignments :
        {std::vector<std::string>{}, std::vector<std::string>{"duration_s=2.7"}}) {
     const std::string expected = Judge(baseline, assignments, {.farm = {.workers = 1}}, nullptr);
@@ -97,21 +96,18 @@ TEST_F(GateRepeat, StopsAndWorkersDoNotShowInTheVerdict) {
 }
 
 TEST_F(GateRepeat, ABaselineGoesOnAfterAStop) {
-  const std::string whole =
-      BaselineText(MeasureBaseline(plan_, MakeGateRunner(plan_, {}, {}), 2, nullptr));
+  const std::string whole = BaselineText(MeasureBaseline(plan_, MakeGateRunner(plan_, {})));
   std::string text;
   while (text.empty()) {
     farm::ResultStore store = Open("baseline.db", {});
     int64_t run = 0;
     try {
-      text = BaselineText(
-          MeasureBaseline(plan_,
-                          MakeGateRunner(plan_, {},
-                                         {.farm = {.workers = 2},
-                                          .on_trial = [&](const farm::StoredTrial&) { ++run; },
-                                          .stop_requested = [&] { return run >= 7; }},
-                                         &store),
-                          4, nullptr));
+      text = BaselineText(MeasureBaseline(
+          plan_, MakeGateRunner(plan_,
+                                {.farm = {.workers = 2},
+                                 .on_trial = [&](const farm::StoredTrial&) { ++run; },
+                                 .stop_requested = [&] { return run >= 7; }},
+                                &store)));
     } catch (const farm::Stopped&) {
     }
   }
@@ -125,7 +121,7 @@ TEST_F(GateRepeat, TrialsOfAnotherGateAreBegunAnew) {
   };
   const auto fill = [&] {
     farm::ResultStore store = Open("trials.db", {});
-    MeasureBaseline(plan_, MakeGateRunner(plan_, {}, {.farm = {.workers = 2}}, &store), 4, nullptr);
+    MeasureBaseline(plan_, MakeGateRunner(plan_, {.farm = {.workers = 2}}, &store));
   };
   Gate(2);
   fill();
@@ -152,11 +148,8 @@ TEST_F(GateRepeat, TrialsOfAnotherGateAreBegunAnew) {
 }
 
 TEST_F(GateRepeat, ACrashIsNoVerdictAndRunsAgain) {
-  farm::ResultStore store = Open("trials.db", {});
-  EXPECT_THROW(MeasureBaseline(plan_,
-                               MakeGateRunner(plan_, {"duration_s=1000", "docked_hold_s=60"},
-                                              {.time_limit_s = 0.2}, &store),
-                               2, nullptr),
+  farm::ResultStore store = Open("trials.db", {"duration_s=1000", "docked_hold_s=60"});
+  EXPECT_THROW(MeasureBaseline(plan_, MakeGateRunner(plan_, {.time_limit_s = 0.2}, &store)),
                SimulatorFault);
   EXPECT_THAT(store.Done(), IsEmpty());
 }
