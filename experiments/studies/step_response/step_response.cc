@@ -4,11 +4,11 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <numeric>
 
 #include "experiments/trial/known_vehicle.h"
 #include "experiments/trial/trial.h"
 #include "sim/base/check.h"
-#include "sim/base/units.h"
 
 namespace turbidock::step_response {
 namespace {
@@ -21,8 +21,6 @@ constexpr double kWithin = 0.05;    // of the step: settled
 constexpr double kRecovered = 0.1;  // of the peak
 constexpr double kMinWatch_s = 8;   // a sinusoid is watched for at least this long ...
 constexpr int kMinPeriods = 4;      // ... and these periods, after as long to settle
-constexpr double kStep_rad = units::RadFromDeg(5);
-constexpr double kPush_newton = 1, kPush_newton_m = 0.1;
 
 // A trial that stands at the servoing pose for as long as it is left alone.
 trial::Scenario AtTheServoingPose(trial::Scenario scenario, const StepOptions& options) {
@@ -39,48 +37,45 @@ trial::Scenario AtTheServoingPose(trial::Scenario scenario, const StepOptions& o
   return scenario;
 }
 
-// A trial was stopped: what there is of its log is no answer.
-struct Stopped {};
-
-// Runs a trial with the excitation and hands over its log, which is whole. Throws Stopped.
-trial::TrialLog Run(trial::Scenario scenario, double duration_s, const StepOptions& options,
-                    const std::function<trial::TrialExcitation(int64_t)>& excite) {
+// The frames of a trial with the excitation.
+std::vector<trial::FrameRecord> Run(trial::Scenario scenario, double duration_s,
+                                    const std::function<trial::TrialExcitation(int64_t)>& excite) {
   scenario.duration_s = duration_s;
-  trial::TrialOptions trial;
-  trial.excite = excite;
-  trial.stop_requested = options.stop_requested;
-  trial::TrialResult result = trial::RunTrial(scenario, trial);
-  if (result.outcome == trial::Outcome::kInterrupted) throw Stopped();
+  trial::TrialOptions options;
+  options.excite = excite;
+  trial::TrialResult result = trial::RunTrial(scenario, options);
   if (result.outcome != trial::Outcome::kTimeout)
     throw ConfigError("step response",
                       "the vehicle does not stay in front of the marker: " + result.reason);
-  return std::move(result.log);
+  return std::move(result.log.frames);
 }
 
-// The answer from frame `first` on; rest is what was there on average in the second before.
-Answer AnswerOf(const trial::TrialLog& log, const ClockParams& clock, int64_t first, Axis axis,
-                double wanted) {
-  const auto place = [&](int64_t frame) {
-    return control::ToAxes(log.frames[static_cast<size_t>(frame)].true_X_HM)[axis];
-  };
-  const int64_t before = std::min<int64_t>(first, clock.frames_per_second);
+// The answer to what is done from `rest_s` on; rest is what was there on average in the second
+// before.
+Answer MeasureAnswer(const trial::Scenario& scenario, const StepOptions& options, Axis axis,
+                     const trial::TrialExcitation& excitation) {
+  const ClockParams& clock = scenario.clock;
+  const auto first = static_cast<size_t>(clock.FramesFor(options.rest_s));
+  const auto frames = Run(scenario, options.rest_s + options.record_s, [&](int64_t frame) {
+    return static_cast<size_t>(frame) >= first ? excitation : trial::TrialExcitation();
+  });
+  const auto place = [&](size_t n) { return control::ToAxes(frames[n].true_X_HM)[axis]; };
+  const size_t before = std::min(first, static_cast<size_t>(clock.frames_per_second));
   double rest = 0;
-  for (int64_t n = first - before; n < first; ++n) rest += place(n) / static_cast<double>(before);
-  Answer answer{.wanted = wanted};
-  for (int64_t n = first; n < std::ssize(log.frames); ++n) {
+  for (size_t n = first - before; n < first; ++n) rest += place(n) / static_cast<double>(before);
+  Answer answer{.wanted = excitation.control.wanted[axis]};
+  for (size_t n = first; n < frames.size(); ++n) {
     const double moved = place(n) - rest;
-    answer.time_s.push_back(clock.TimeOfFrame(n - first));
+    answer.time_s.push_back(clock.TimeOfFrame(static_cast<int64_t>(n - first)));
     answer.actual.push_back(axis == control::kYaw ? WrapAngle(moved) : moved);
-    answer.demand.push_back(log.frames[static_cast<size_t>(n)].demand[axis]);
+    answer.demand.push_back(frames[n].demand[axis]);
   }
   return answer;
 }
 
 double MeanOfTheEnd(const std::vector<double>& values) {
-  const size_t from = values.size() - std::max<size_t>(1, values.size() / 5);
-  double sum = 0;
-  for (size_t i = from; i < values.size(); ++i) sum += values[i];
-  return sum / static_cast<double>(values.size() - from);
+  const auto last = std::max<int64_t>(1, std::ssize(values) / 5);
+  return std::accumulate(values.end() - last, values.end(), 0.0) / static_cast<double>(last);
 }
 
 // When the values enter the band to stay, if they do.
@@ -95,60 +90,34 @@ std::optional<double> EntersToStay(const Answer& answer, double center, double b
 std::complex<double> MeasureLoop(const trial::Scenario& scenario, const StepOptions& options,
                                  Axis axis, double authority, double frequency_hz) {
   const ClockParams& clock = scenario.clock;
-  const double period_s = 1 / frequency_hz;
-  const double periods = std::max<double>(kMinPeriods, std::ceil(kMinWatch_s / period_s));
+  const double periods = std::max<double>(kMinPeriods, std::ceil(kMinWatch_s * frequency_hz));
   const int64_t first = clock.FramesFor(options.rest_s);
-  const int64_t watched_from = first + clock.FramesFor(periods * period_s);
-  const int64_t end = watched_from + clock.FramesFor(periods * period_s);
+  const int64_t watched_from = first + clock.FramesFor(periods / frequency_hz);
+  const int64_t end = watched_from + clock.FramesFor(periods / frequency_hz);
   const double omega = 2 * pi * frequency_hz;
   const auto added_share = [&](int64_t frame) {
     return options.share * std::sin(omega * clock.TimeOfFrame(frame - first));
   };
-  const trial::TrialLog log = Run(scenario, clock.TimeOfFrame(end), options, [&](int64_t frame) {
+  const auto frames = Run(scenario, clock.TimeOfFrame(end), [&](int64_t frame) {
     trial::TrialExcitation excitation;
     if (frame >= first) excitation.control.share[axis] = added_share(frame);
     return excitation;
   });
   std::complex<double> demand, total;
-  for (int64_t n = watched_from; n < std::min<int64_t>(end, std::ssize(log.frames)); ++n) {
+  for (int64_t n = watched_from; n < std::min<int64_t>(end, std::ssize(frames)); ++n) {
     // Hann's window: what is left of the beginning is slower and far larger at high frequencies
     const double share =
         static_cast<double>(n - watched_from) / static_cast<double>(end - watched_from);
     const auto turn = std::polar(1 - std::cos(2 * pi * share), -omega * clock.TimeOfFrame(n));
-    const double c = log.frames[static_cast<size_t>(n)].demand[axis];
+    const double c = frames[static_cast<size_t>(n)].demand[axis];
     demand += c * turn;
     total += (c + authority * added_share(n)) * turn;
   }
   return -demand / total;
 }
 
-LoopResponse MeasureLoops(trial::Scenario scenario, const StepOptions& options, Axis axis,
-                          const std::function<void()>& done) {
-  LoopResponse response;
-  const double authority =
-      control::MakeAllocation(scenario.control, trial::ModelOf(scenario))->authority()[axis];
-  scenario.true_pose.noise.setZero();
-  for (const double frequency_hz : options.frequencies_hz) {
-    if (frequency_hz >= 0.45 * scenario.clock.frames_per_second) break;
-    const std::complex<double> L = MeasureLoop(scenario, options, axis, authority, frequency_hz);
-    response.points.push_back({frequency_hz, std::abs(L), std::arg(L)});
-    done();
-  }
-  JudgeLoop(&response);
-  return response;
-}
-
-AxisResponse MeasureAxis(const trial::Scenario& scenario, const StepOptions& options, Axis axis,
+AxisResponse MeasureAxis(trial::Scenario scenario, const StepOptions& options, Axis axis,
                          const std::function<void()>& one_more) {
-  const ClockParams& clock = scenario.clock;
-  const int64_t first = clock.FramesFor(options.rest_s);
-  const auto answer_to = [&](const trial::TrialExcitation& excitation) {
-    const trial::TrialLog log =
-        Run(scenario, options.rest_s + options.record_s, options,
-            [&](int64_t frame) { return frame >= first ? excitation : trial::TrialExcitation(); });
-    one_more();
-    return AnswerOf(log, clock, first, axis, excitation.control.wanted[axis]);
-  };
   trial::TrialExcitation step, push;
   if (axis == control::kYaw) {
     step.control.wanted[axis] = kStep_rad;
@@ -158,11 +127,22 @@ AxisResponse MeasureAxis(const trial::Scenario& scenario, const StepOptions& opt
     push.F_B_B.f[axis] = kPush_newton;
   }
   AxisResponse response{.axis = axis};
-  response.step.answer = answer_to(step);
+  response.step.answer = MeasureAnswer(scenario, options, axis, step);
   JudgeStep(&response.step);
-  response.disturbance.answer = answer_to(push);
+  one_more();
+  response.disturbance.answer = MeasureAnswer(scenario, options, axis, push);
   JudgeDisturbance(&response.disturbance);
-  response.loop = MeasureLoops(scenario, options, axis, one_more);
+  one_more();
+  const double authority =
+      control::MakeAllocation(scenario.control, trial::ModelOf(scenario))->authority()[axis];
+  scenario.true_pose.noise.setZero();
+  for (const double frequency_hz : options.frequencies_hz) {
+    if (frequency_hz >= 0.45 * scenario.clock.frames_per_second) break;
+    const std::complex<double> L = MeasureLoop(scenario, options, axis, authority, frequency_hz);
+    response.loop.points.push_back({frequency_hz, std::abs(L), std::arg(L)});
+    one_more();
+  }
+  JudgeLoop(&response.loop);
   return response;
 }
 
@@ -250,11 +230,8 @@ std::vector<AxisResponse> MeasureStepResponses(const trial::Scenario& given,
     if (options.on_progress) options.on_progress(++done / runs);
   };
   std::vector<AxisResponse> responses;
-  try {
-    for (const Axis axis : options.axes)
-      responses.push_back(MeasureAxis(scenario, options, axis, one_more));
-  } catch (const Stopped&) {  // the axes before it are complete
-  }
+  for (const Axis axis : options.axes)
+    responses.push_back(MeasureAxis(scenario, options, axis, one_more));
   return responses;
 }
 

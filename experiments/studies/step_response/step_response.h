@@ -7,15 +7,20 @@
 #include <vector>
 
 #include "control/axes.h"
+#include "experiments/report/report.h"
 #include "experiments/trial/scenario.h"
 #include "sim/base/result_fields.h"
+#include "sim/base/units.h"
 
 namespace turbidock::step_response {
+
+inline constexpr double kStep_rad = units::RadFromDeg(5);        // of yaw
+inline constexpr double kPush_newton = 1, kPush_newton_m = 0.1;  // steady; the moment about z
 
 struct StepOptions {
   std::vector<control::Axis> axes = {control::kSurge, control::kSway, control::kHeave,
                                      control::kYaw};
-  double step_m = 0.05;  // that of yaw has 5 degrees
+  double step_m = 0.05;  // of x, y and z
   double rest_s = 10;    // before anything happens
   double record_s = 20;  // of an answer
   double share = 0.12;   // amplitude of the sinusoids, of the vehicle's authority
@@ -23,7 +28,6 @@ struct StepOptions {
                                         0.7,  1.0,  1.4,   2.0,  2.8,  4.0};
   bool still_water = true;  // no current, no waves, no tether
   std::function<void(double share)> on_progress;
-  std::function<bool()> stop_requested;
 };
 
 // A row a frame from the beginning of the step.
@@ -45,7 +49,6 @@ struct StepResponse {
   TURBIDOCK_FIELDS(rise_time_s, overshoot, settling_time_s, final_error)
 };
 
-// To a steady push of 1 N, or 0.1 N m about z.
 struct DisturbanceResponse {
   Answer answer{};
   double peak = 0;                          // largest displacement, m or rad
@@ -95,9 +98,13 @@ struct AxisResponse {
 };
 
 // ConfigError for a scenario that cannot run or an answer that is none (the marker was lost).
-// Stopped early it returns the axes that are complete.
 std::vector<AxisResponse> MeasureStepResponses(const trial::Scenario& scenario,
                                                const StepOptions& options = {});
+
+// A row an axis in mm and degrees; of each axis the answers to step and force, and the loop's gain
+// and phase.
+report::Report ReportOf(const trial::Scenario& scenario, const StepOptions& options,
+                        const std::vector<AxisResponse>& responses);
 
 // From the series, apart for tests.
 void JudgeStep(StepResponse* response);

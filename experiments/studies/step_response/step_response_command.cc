@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include <string>
 #include <vector>
 
@@ -7,7 +5,6 @@
 #include "experiments/app/progress.h"
 #include "experiments/app/report_output.h"
 #include "experiments/studies/step_response/step_response.h"
-#include "experiments/studies/step_response/step_response_report.h"
 #include "experiments/trial/scenario.h"
 
 namespace turbidock::step_response {
@@ -37,16 +34,12 @@ int Measure(const StepArguments& arguments) {
   arguments.output.Plan("step_response", &outputs);
   outputs.Require();
   app::Progress progress(arguments.quiet);
-  progress.Say(fmt::format("{}: {}, poses from {}, {}", scenario.description,
-                           scenario.controller_name(), NameOf(scenario.pose_source),
-                           arguments.sea ? "in its sea" : "in still water"));
   options.on_progress = [&](double share) { progress.Show(share, "measuring"); };
-  options.stop_requested = app::CatchStopSignals();
   const std::vector<AxisResponse> responses = MeasureStepResponses(scenario, options);
-  if (responses.empty()) return app::kExitDone;  // stopped: main makes the signal's code of it
-  arguments.output.Write(ReportOf(scenario, responses), {{"controller", scenario.controller_name()},
-                                                         {"estimator", scenario.pose_source},
-                                                         {"axes", responses}});
+  arguments.output.Write(ReportOf(scenario, options, responses),
+                         {{"controller", scenario.controller_name()},
+                          {"estimator", scenario.pose_source},
+                          {"axes", responses}});
   return app::kExitDone;
 }
 

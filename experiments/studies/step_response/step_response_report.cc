@@ -1,11 +1,10 @@
-#include "experiments/studies/step_response/step_response_report.h"
-
 #include <fmt/format.h>
 
 #include <cmath>
 #include <numbers>
 #include <optional>
 
+#include "experiments/studies/step_response/step_response.h"
 #include "experiments/system/build_info.h"
 #include "experiments/trial/trial_view.h"
 #include "sim/base/pose.h"
@@ -43,21 +42,19 @@ report::Table TableOf(const std::vector<AxisResponse>& responses) {
 }
 
 // How far it moved from rest, where it should be, and the demand.
-report::Panel TimePanel(const std::string& title, control::Axis axis, const Answer& a) {
-  std::vector<report::Sample> demand, actual;
+report::Panel TimePanel(const std::string& title, control::Axis axis, const Answer& a,
+                        const std::string& demand_unit) {
+  report::Series demand{.color = trial::kOnPaper.truth, .width_px = 1, .second_axis = true};
+  report::Series actual{.color = trial::kOnPaper.estimate};
   for (size_t i = 0; i < a.time_s.size(); ++i) {
-    demand.push_back({a.time_s[i], a.demand[i]});
-    actual.push_back({a.time_s[i], Shown(axis, a.actual[i])});
+    demand.points.push_back({a.time_s[i], a.demand[i]});
+    actual.points.push_back({a.time_s[i], Shown(axis, a.actual[i])});
   }
   return {.title = title,
           .x = {.label = "time [s]", .tick_step = 5},
-          .y = {fmt::format("moved [{}]", ShownUnit(axis))},
-          .y2 = {"demand (grey)"},
-          .series = {{.points = demand,
-                      .color = trial::kOnPaper.truth,
-                      .width_px = 1,
-                      .second_axis = true},
-                     {"", actual, trial::kOnPaper.estimate}},
+          .y = {fmt::format("moved from rest [{}]", ShownUnit(axis))},
+          .y2 = {fmt::format("demand [{}] (grey)", demand_unit)},
+          .series = {demand, actual},
           .rules = {{Shown(axis, a.wanted), "", trial::kOnPaper.desired}}};
 }
 
@@ -71,8 +68,17 @@ report::Panel LoopPanel(const std::string& title, const report::Axis& y, report:
           .rules = {{limit, "", trial::kOnPaper.limit, report::Mark::kLine}}};
 }
 
-report::Section SectionOf(const AxisResponse& r) {
-  const char* const name = AxisName(r.axis);
+// The published law's is volts, as of a plug-in that says so.
+bool DemandIsVolts(const control::ControlParams& control) {
+  return control.own
+             ? std::holds_alternative<control::VoltsAllocationParams>(control.own->allocation)
+             : control.controller == control::Law::kPVoltage;
+}
+
+report::Section SectionOf(const trial::Scenario& scenario, const AxisResponse& r) {
+  const std::string name = AxisName(r.axis);
+  const bool is_yaw = r.axis == control::kYaw;
+  const std::string demand = DemandIsVolts(scenario.control) ? "V" : is_yaw ? "N m" : "N";
   const auto gain_db = [](const LoopPoint& p) { return 20 * std::log10(p.gain); };
   // within half a turn of the critical -180 deg
   const auto phase_deg = [](const LoopPoint& p) {
@@ -81,33 +87,53 @@ report::Section SectionOf(const AxisResponse& r) {
   const auto over_frequency = [&](auto of) {
     return report::SamplesOf(r.loop.points, &LoopPoint::frequency_hz, of);
   };
-  return {.title = fmt::format("Axis {}", name),
-          .panels = {TimePanel(fmt::format("{}: step", name), r.axis, r.step.answer),
-                     TimePanel(fmt::format("{}: steady push", name), r.axis, r.disturbance.answer),
-                     LoopPanel(fmt::format("{}: gain of the loop", name), {"gain [dB]"},
+  const std::string step = fmt::format("{}: step of {:g} {}", name,
+                                       Shown(r.axis, r.step.answer.wanted), ShownUnit(r.axis));
+  const std::string push = is_yaw ? fmt::format("{}: steady push of {:g} N m", name, kPush_newton_m)
+                                  : fmt::format("{}: steady push of {:g} N", name, kPush_newton);
+  return {.title = "Axis " + name,
+          .panels = {TimePanel(step, r.axis, r.step.answer, demand),
+                     TimePanel(push, r.axis, r.disturbance.answer, demand),
+                     LoopPanel(name + ": gain of the loop", {"gain [dB]"},
                                report::Mark::kLineWithDots, 0, over_frequency(gain_db)),
-                     LoopPanel(fmt::format("{}: phase of the loop", name),
+                     LoopPanel(name + ": phase of the loop",
                                {.label = "phase [deg]", .low = -360, .high = 0, .tick_step = 90},
                                report::Mark::kDots, -180, over_frequency(phase_deg))},
           .wide = true};
 }
 
+// What the controller is told.
+report::Fact PosesOf(const trial::Scenario& scenario) {
+  if (scenario.pose_source == trial::PoseSource::kCameras)
+    return {"poses from", "the cameras", "through the estimator"};
+  const Eigen::Vector4d& noise = scenario.true_pose.noise;
+  return {"poses from", "the truth",
+          fmt::format("with noise of {:.2g}, {:.2g}, {:.2g} mm and {:.2g} deg (standard deviation "
+                      "of x, y, z, yaw at 0.6 m); without it where the loop is measured",
+                      units::MmFromM(noise[0]), units::MmFromM(noise[1]), units::MmFromM(noise[2]),
+                      units::DegFromRad(noise[3]))};
+}
+
 }  // namespace
 
-report::Report ReportOf(const trial::Scenario& scenario,
+report::Report ReportOf(const trial::Scenario& scenario, const StepOptions& options,
                         const std::vector<AxisResponse>& responses) {
   report::Report report{
       .kind = "step_response",
       .title = fmt::format("{}: {}", scenario.description, scenario.controller_name()),
       .build = system::VersionAndCommit(),
       .facts = {{"controller", scenario.controller_name()},
-                {"poses from", NameOf(scenario.pose_source)}}};
+                PosesOf(scenario),
+                {"water", options.still_water ? "still" : "the scenario's sea"},
+                {"sinusoids", fmt::format("{:g} %", 100 * options.share),
+                 "of what the vehicle can give, added to the demand to measure the loop"}}};
   report.sections = {{.title = "Answers and margins",
                       .note =
                           "Rise from 10 to 90 % of the step, settling to 5 % of it, recovery to "
                           "a tenth of the peak. S is the sensitivity 1 / (1 + L).",
                       .table = TableOf(responses)}};
-  for (const AxisResponse& response : responses) report.sections.push_back(SectionOf(response));
+  for (const AxisResponse& response : responses)
+    report.sections.push_back(SectionOf(scenario, response));
   return report;
 }
 

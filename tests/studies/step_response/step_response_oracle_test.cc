@@ -111,27 +111,5 @@ TEST(LoopResponse, IsWhatTheLinearModelSays) {
   }
 }
 
-// Whenever it is stopped, what is not complete is no answer.
-TEST(StepResponse, StoppedItReturnsTheAxesThatAreComplete) {
-  const trial::Scenario scenario =
-      trial::LoadScenario("pool_active", {"pose_source=true_pose", "controller=p_voltage"});
-  StepOptions options;
-  options.axes = {control::kHeave, control::kSway};
-  options.frequencies_hz = {1};
-  options.rest_s = 1;
-  options.record_s = 1;
-  constexpr int kTrialsOfAxis = 3;
-  for (int whole = 0; whole < 2 * kTrialsOfAxis; ++whole)
-    for (const int frames : {1, 40}) {  // before and after anything happens
-      int done = 0, polls = 0;
-      options.on_progress = [&](double) { ++done; };
-      options.stop_requested = [&] { return done == whole && ++polls >= frames; };
-      const std::vector<AxisResponse> responses = MeasureStepResponses(scenario, options);
-      EXPECT_EQ(done, whole);
-      ASSERT_EQ(std::ssize(responses), whole / kTrialsOfAxis) << whole << ' ' << frames;
-      for (const AxisResponse& response : responses) EXPECT_EQ(response.axis, control::kHeave);
-    }
-}
-
 }  // namespace
 }  // namespace turbidock::step_response
