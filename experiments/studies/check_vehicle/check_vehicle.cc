@@ -198,18 +198,15 @@ void Judge(const trial::Scenario& scenario, VehicleCheck* check) {
   if (std::max(std::abs(floating.roll_rad), std::abs(floating.pitch_rad)) > kMuchTrim_rad)
     warn(fmt::format("it floats askew: rolled by {:.1f} and pitched by {:.1f} degrees",
                      Deg(floating.roll_rad) + 0.0, Deg(floating.pitch_rad)));
-  for (const Swing& swing : check->swings)
-    if (swing.damping_ratio < 0.01)
-      warn(
-          fmt::format("nothing damps small swings in {} (period {:.2f} s): the linear damping is 0",
-                      swing.axis, swing.period_s));
-  for (size_t i = 0; i < check->axes.size(); ++i) {
-    const AxisReport& axis = check->axes[i];
-    if (std::max(std::abs(axis.roll_rad), std::abs(axis.pitch_rad)) > kMuchTilt_rad)
+  for (const auto& [dof, name] : {std::pair{Dof::kRoll, "roll"}, std::pair{Dof::kPitch, "pitch"}})
+    if (scenario.vehicle.hydrodynamics.linear_damping_diagonal[static_cast<int>(dof)] == 0)
+      warn(fmt::format("nothing damps small swings in {}: the linear damping is 0", name));
+  for (const AxisReport& axis : check->axes) {
+    if (axis.tilt_rad() > kMuchTilt_rad)
       warn(
           fmt::format("full {} tilts it by {:.0f} degrees: little rights it against thrusters off "
                       "its centre",
-                      axis.axis, Deg(std::max(std::abs(axis.roll_rad), std::abs(axis.pitch_rad)))));
+                      axis.axis, Deg(axis.tilt_rad())));
     const double most = std::min(axis.most, -axis.most_back);
     if (axis.load > most)
       problem(
@@ -272,7 +269,6 @@ VehicleCheck CheckVehicle(const trial::Scenario& scenario) {
                     FormatNumber(data.LoadedRigidBody().mass_kg),
                     FormatNumber(data.LoadedHydrodynamics().displaced_volume_m3),
                     buoyancy > 0 ? "rises" : "sinks", std::abs(buoyancy), against));
-  check.swings = SwingsOf(data, gravity_mps2);
   check.thrusters = ReportThrusters(data, scene.thrusters);
   const Vector3d load = LoadOfSea(scenario, scene);
   for (const Axis axis : kAxes) {

@@ -3,10 +3,13 @@
 // thruster push, how fast does it get, does it hold the scenario's current, does it see the marker
 // and does its pole reach the hole.
 
+#include <algorithm>
+#include <cmath>
 #include <string>
 #include <vector>
 
 #include "control/axes.h"
+#include "experiments/report/report.h"
 #include "experiments/studies/check_vehicle/vehicle_physics.h"
 #include "experiments/trial/scenario.h"
 #include "sim/base/result_fields.h"
@@ -30,6 +33,7 @@ struct AxisReport {
   double roll_rad = 0, pitch_rad = 0;  // at full speed ahead
   double load = 0;                     // most that the scenario's sea asks for; no figure for yaw
 
+  double tilt_rad() const { return std::max(std::abs(roll_rad), std::abs(pitch_rad)); }
   TURBIDOCK_FIELDS(axis, most, most_back, speed, speed_back, roll_rad, pitch_rad, load)
 };
 
@@ -57,7 +61,6 @@ struct PoleReport {
 struct VehicleCheck {
   std::string vehicle, scenario;
   Floating floating;
-  std::vector<Swing> swings;
   std::vector<ThrusterReport> thrusters;
   std::vector<AxisReport> axes;
   std::vector<ViewReport> views;
@@ -65,13 +68,16 @@ struct VehicleCheck {
   std::vector<std::string> problems;  // with which it cannot dock
   std::vector<std::string> warnings;
 
-  TURBIDOCK_FIELDS(vehicle, scenario, floating, swings, thrusters, axes, views, pole, problems,
-                   warnings)
+  TURBIDOCK_FIELDS(vehicle, scenario, floating, thrusters, axes, views, pole, problems, warnings)
 };
 
 // Of the scenario's vehicle as `vehicle` describes it, before its station and in its sea.
 // ConfigError for a vehicle that is none, cannot push along an axis that docking needs, or sinks
 // (rises) faster than its thrusters hold.
 VehicleCheck CheckVehicle(const trial::Scenario& scenario);
+
+// What is wrong, how it floats, what it sees; its thrusters, their forces and the speeds they
+// reach.
+report::Report ReportOf(const VehicleCheck& check);
 
 }  // namespace turbidock::check_vehicle

@@ -1,10 +1,9 @@
-#include "experiments/studies/check_vehicle/check_vehicle_report.h"
-
 #include <fmt/format.h>
 
 #include <cmath>
 #include <utility>
 
+#include "experiments/studies/check_vehicle/check_vehicle.h"
 #include "experiments/system/build_info.h"
 #include "sim/base/units.h"
 
@@ -34,9 +33,6 @@ std::vector<report::Fact> FactsOf(const VehicleCheck& check) {
                    Rounded(DegFromRad(f.pitch_rad), 0.1)),
        "rolled and pitched"},
       {"rights itself with", fmt::format("{:.2f} N m", f.righting_newton_m), "a radian"}};
-  for (const Swing& s : check.swings)
-    facts.push_back({"swings in " + s.axis, fmt::format("{:.2f} s", s.period_s),
-                     fmt::format("period; damping ratio {:.2f}", Rounded(s.damping_ratio, 0.01))});
   for (const ViewReport& view : check.views)
     facts.push_back(
         {"margin, " + view.place, fmt::format("{:.0f} px", view.margin_px),
@@ -103,8 +99,7 @@ report::Section AxisSection(const VehicleCheck& check) {
     const double unit = turns ? DegFromRad(1) : 1;
     table.Row({a.axis, Fixed(a.most, 1) + force, Fixed(a.most_back, 1) + force,
                Fixed(unit * a.speed, 2) + (turns ? " deg/s" : " m/s"),
-               Fixed(unit * a.speed_back, 2),
-               Fixed(DegFromRad(std::max(std::abs(a.roll_rad), std::abs(a.pitch_rad))), 1),
+               Fixed(unit * a.speed_back, 2), Fixed(DegFromRad(a.tilt_rad()), 1),
                turns ? "-" : Fixed(a.load, 1) + " N"});
     if (turns) continue;
     const auto x = static_cast<double>(panel.x.names.size());
@@ -138,14 +133,6 @@ report::Report ReportOf(const VehicleCheck& check) {
   report.sections.push_back(ThrusterSection(check));
   report.sections.push_back(AxisSection(check));
   return report;
-}
-
-report::Table NamesTable(bool quoted) {
-  report::Table table({"<part", "<kind", "<name", "<what it is"});
-  for (const vehicle::ModelName& name : vehicle::ModelNames())
-    table.Row(
-        {name.of, name.kind, quoted ? fmt::format("`{}`", name.name) : name.name, name.meaning});
-  return table;
 }
 
 }  // namespace turbidock::check_vehicle

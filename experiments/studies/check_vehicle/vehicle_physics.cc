@@ -3,17 +3,12 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <complex>
-#include <numbers>
 
 #include "sim/base/check.h"
 
 namespace turbidock::check_vehicle {
 namespace {
 
-using Eigen::Matrix3d;
-using Eigen::MatrixXd;
-using Eigen::Quaterniond;
 using Eigen::Vector3d;
 using vehicle::Matrix6d;
 using vehicle::Vector6d;
@@ -23,78 +18,23 @@ SteadyMotion MotionOf(const Vector6d& x) {
   return {.V_WB_B = {.w = {0, 0, x[5]}, .v = x.head<3>()}, .roll_rad = x[3], .pitch_rad = x[4]};
 }
 
-// Weight and buoyancy of the submerged vehicle at B's origin, in B, where `up_B` is up.
-Vector6d StaticWrench(const vehicle::RigidBodyParams& body,
-                      const vehicle::HydrodynamicsParams& hydro, double gravity_mps2,
-                      const Vector3d& up_B) {
-  const Vector3d weight = -body.mass_kg * gravity_mps2 * up_B;
-  const Vector3d buoyancy =
-      hydro.water_density_kg_m3 * hydro.displaced_volume_m3 * gravity_mps2 * up_B;
-  Vector6d wrench;
-  wrench << weight + buoyancy, body.p_BBcm_m.cross(weight) + hydro.p_BBcb_m.cross(buoyancy);
-  return wrench;
-}
-
-// What would lift the vehicle if only moments counted: it rests with this vector upwards.
-Vector3d RightingVector(const vehicle::RigidBodyParams& body,
-                        const vehicle::HydrodynamicsParams& hydro, double gravity_mps2) {
-  return gravity_mps2 * (hydro.water_density_kg_m3 * hydro.displaced_volume_m3 * hydro.p_BBcb_m -
-                         body.mass_kg * body.p_BBcm_m);
-}
-
 }  // namespace
 
 Floating FloatingOf(const vehicle::VehicleData& data, double gravity_mps2) {
   const vehicle::RigidBodyParams body = data.LoadedRigidBody();
   const vehicle::HydrodynamicsParams hydro = data.LoadedHydrodynamics();
-  const Vector3d righting = RightingVector(body, hydro, gravity_mps2);
+  const double displaced_kg = hydro.water_density_kg_m3 * hydro.displaced_volume_m3;
+  // What would lift the vehicle if only moments counted: it rests with this vector upwards.
+  const Vector3d righting =
+      gravity_mps2 * (displaced_kg * hydro.p_BBcb_m - body.mass_kg * body.p_BBcm_m);
   Floating floating;
-  floating.buoyancy_newton =
-      gravity_mps2 * (hydro.water_density_kg_m3 * hydro.displaced_volume_m3 - body.mass_kg);
+  floating.buoyancy_newton = gravity_mps2 * (displaced_kg - body.mass_kg);
   floating.righting_newton_m = righting.norm() * (righting.z() < 0 ? -1 : 1);
   if (righting.norm() > 0) {
     floating.roll_rad = std::atan2(righting.y(), righting.z());
     floating.pitch_rad = std::asin(std::clamp(-righting.x() / righting.norm(), -1.0, 1.0));
   }
   return floating;
-}
-
-std::vector<Swing> SwingsOf(const vehicle::VehicleData& data, double gravity_mps2) {
-  const vehicle::RigidBodyParams body = data.LoadedRigidBody();
-  const vehicle::HydrodynamicsParams hydro = data.LoadedHydrodynamics();
-  const vehicle::HydroModel model(hydro);
-  const Vector3d righting = RightingVector(body, hydro, gravity_mps2);
-  if (righting.z() <= 0) return {};
-  const Vector3d up_B = righting.normalized();
-
-  // A small turn of the vehicle by a about B's axes turns `up` in B by -a x up.
-  Matrix6d K = Matrix6d::Zero();
-  const Vector6d at_rest = StaticWrench(body, hydro, gravity_mps2, up_B);
-  for (int i = 0; i < 3; ++i) {
-    constexpr double kSmall_rad = 1e-6;
-    const Vector3d turned = up_B - kSmall_rad * Vector3d::Unit(i).cross(up_B);
-    K.col(3 + i) = -(StaticWrench(body, hydro, gravity_mps2, turned) - at_rest) / kSmall_rad;
-  }
-  const Matrix6d inverse = (vehicle::RigidBodyInertia(body) + model.added_mass).inverse();
-  MatrixXd A = MatrixXd::Zero(12, 12);
-  A.topRightCorner<6, 6>().setIdentity();
-  A.bottomLeftCorner<6, 6>() = -inverse * K;
-  A.bottomRightCorner<6, 6>() = -inverse * model.linear_damping;
-  const Eigen::EigenSolver<MatrixXd> solver(A);
-  const Eigen::MatrixXcd shapes = solver.eigenvectors();
-
-  std::vector<Swing> swings;
-  for (int i = 0; i < 12; ++i) {
-    const std::complex<double> value = solver.eigenvalues()[i];
-    if (value.imag() < 1e-3) continue;  // one of each pair
-    const auto shape = shapes.col(i);
-    swings.push_back({.axis = std::abs(shape[3]) > std::abs(shape[4]) ? "roll" : "pitch",
-                      .period_s = 2 * std::numbers::pi / value.imag(),
-                      .damping_ratio = -value.real() / std::abs(value)});
-  }
-  std::sort(swings.begin(), swings.end(),
-            [](const Swing& a, const Swing& b) { return a.axis > b.axis; });
-  return swings;
 }
 
 SteadyMotion SteadyMotionOf(const vehicle::VehicleData& data,

@@ -1,5 +1,5 @@
 #pragma once
-// What follows from a vehicle's data without a trial: how it floats, swings and how fast it gets.
+// What follows from a vehicle's data without a trial: how it floats and how fast it gets.
 // Deep in still water.
 
 #include <Eigen/Core>
@@ -25,18 +25,6 @@ struct Floating {
   TURBIDOCK_FIELDS(buoyancy_newton, roll_rad, pitch_rad, righting_newton_m)
 };
 Floating FloatingOf(const vehicle::VehicleData& data, double gravity_mps2);
-
-// A way of swinging about that rest, small: eigenvalues of M v' + D v + K x = 0, with M rigid and
-// added mass, D linear damping, K weight and buoyancy.
-struct Swing {
-  std::string axis;  // that moves most: "roll", "pitch"
-  double period_s = 0;
-  double damping_ratio = 0;
-
-  TURBIDOCK_FIELDS(axis, period_s, damping_ratio)
-};
-// By axis, roll first; none of a vehicle that does not right itself.
-std::vector<Swing> SwingsOf(const vehicle::VehicleData& data, double gravity_mps2);
 
 // How it goes in the end when the thrusters are commanded these volts: steady velocity and tilt at
 // which weight, buoyancy, drag, Coriolis forces and the thrust that the inflow leaves add up to

@@ -3,8 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <map>
-#include <numbers>
 #include <vector>
 
 #include "control/thrust_allocation.h"
@@ -101,42 +99,6 @@ TEST_P(EveryVehicle, PushesAsHardAsTheCheckSays) {
       const double said = ahead ? report.most : report.most_back;
       EXPECT_NEAR(got, said, kAgree * std::abs(said)) << report.axis << " " << ahead;
     }
-}
-
-// Let go a little off its rest, it swings with that period.
-TEST_P(EveryVehicle, SwingsAsTheCheckSays) {
-  ASSERT_EQ(check_.swings.size(), 2u);
-  for (const Swing& swing : check_.swings) {
-    const bool roll = swing.axis == "roll";
-    vehicle::Plant plant = MakePlant();
-    const double rest = roll ? check_.floating.roll_rad : check_.floating.pitch_rad;
-    constexpr double kOff_rad = 0.005;
-    const Eigen::Quaterniond trim =
-        FromYawPitchRoll(0, check_.floating.pitch_rad, check_.floating.roll_rad);
-    const Eigen::Vector3d about = roll ? Eigen::Vector3d::UnitX() : Eigen::Vector3d::UnitY();
-    plant.Reset({trim * Eigen::Quaterniond(Eigen::AngleAxisd(kOff_rad, about)), kFarBelow.p});
-    std::vector<double> crossings, extremes;  // half a swing apart
-    double before = kOff_rad, most = 0;
-    for (int tick = 0; tick < 10 * 480; ++tick) {
-      ASSERT_FALSE(plant.Step({}));
-      const Eigen::Vector3d up_B = plant.truth().X_WB.q.conjugate() * Eigen::Vector3d::UnitZ();
-      const double angle = (roll ? std::atan2(up_B.y(), up_B.z()) : std::asin(-up_B.x())) - rest;
-      most = std::max(most, std::abs(angle));
-      if ((before < 0) != (angle < 0)) {
-        crossings.push_back(plant.time_s() - scenario_.clock.dt_s() * angle / (angle - before));
-        extremes.push_back(most);
-        most = 0;
-      }
-      before = angle;
-    }
-    ASSERT_GE(crossings.size(), 4u) << swing.axis;
-    const double period_s = 2 * (crossings[3] - crossings[0]) / 3;
-    EXPECT_NEAR(period_s, swing.period_s, kAgree * swing.period_s) << swing.axis;
-    // Quadratic damping, of which so small a swing has little, is not in the ratio.
-    const double decrement = std::log(extremes[1] / extremes[2]);
-    const double ratio = decrement / std::hypot(std::numbers::pi, decrement);
-    EXPECT_NEAR(ratio, swing.damping_ratio, 0.01) << swing.axis;
-  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Bundled, EveryVehicle,
