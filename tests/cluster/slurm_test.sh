@@ -171,8 +171,8 @@ gains:
 objective:
   - {metric: time_s, weight: 1, failed: 60}
 success_at_least: 0.5
-optimiser: {algorithm: cma_es, population: 6, generations: 3}
-proof: {held_out_seeds: 12, robustness_seeds: 0, robustness_cameras: false, sensitivity_seeds: 0, cameras: false}
+optimiser: {population: 6, generations: 3}
+proof: {held_out_seeds: 12, cameras: false}
 STUDY
 cat >"$folder/gate.yaml" <<'GATE'
 schema_version: 1

@@ -54,8 +54,8 @@ objective:
   - {metric: final_error_true_y_m, weight: 500}
 success_at_least: 0
 start_may_fail: true
-optimiser: {algorithm: cma_es, population: 5, generations: 3}
-proof: {held_out_seeds: 2, robustness_seeds: 1, robustness_cameras: false, sensitivity_seeds: 1, cameras: false}
+optimiser: {population: 5, generations: 3}
+proof: {held_out_seeds: 2, cameras: false}
 """,
     'gate.yaml': """schema_version: 1
 description: short trials

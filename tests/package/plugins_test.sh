@@ -50,8 +50,8 @@ gains:
   - {key: damped_p.gain_newton_per_m, low: 10, high: 160, scale: log}
 objective:
   - {metric: time_s, weight: 1, failed: 60}
-optimiser: {algorithm: cma_es, population: 5, generations: 1}
-proof: {held_out_seeds: 2, robustness_seeds: 0, sensitivity_seeds: 0, cameras: false}
+optimiser: {population: 5, generations: 1}
+proof: {held_out_seeds: 2, cameras: false}
 STUDY
 "$program" tune study.yaml --out tune --workers 2 --quiet
 grep -q 'controller: damped_p' tune/gains.yaml

@@ -290,7 +290,6 @@ CalibrationResult Calibrate(const CalibrationOptions& options,
   CalibrationResult result{.best = {.values = plan.Start(), .constraints = {}, .fitness = {}},
                            .misfit = std::numeric_limits<double>::infinity()};
   const search::OptimiserParams optimiser{
-      .algorithm = search::Algorithm::kCmaEs,
       .population = std::max(5, 4 + static_cast<int>(3 * std::log(static_cast<double>(n)))),
       .generations = options.generations,
       .initial_step = plan.spread};
@@ -319,12 +318,12 @@ CalibrationResult Calibrate(const CalibrationOptions& options,
   // In the candidates' order, whichever ended first.
   const auto evaluate = [&](int, const std::vector<search::Candidate>& candidates) {
     const std::vector<std::optional<Evaluation>> evaluations = evaluations_at(candidates);
-    std::vector<search::Worth> worths;
+    std::vector<double> worths;
     for (size_t i = 0; i < evaluations.size(); ++i) {
       if (!evaluations[i]) continue;
       const double misfit = Misfit(evaluations[i]->constraints);
       ++result.evaluations;
-      worths.push_back({misfit});
+      worths.push_back(misfit);
       if (misfit >= result.misfit) continue;
       result.misfit = misfit;
       result.best = *evaluations[i];
@@ -335,7 +334,7 @@ CalibrationResult Calibrate(const CalibrationOptions& options,
   };
 
   try {
-    search::Optimise(optimiser, options.seed, start, 1, evaluate, nullptr);
+    search::Optimise(optimiser, options.seed, start, evaluate);
     std::vector<search::Candidate> sides;
     for (size_t i = 0; i < n; ++i)
       for (const double step : {-0.05, 0.05}) {

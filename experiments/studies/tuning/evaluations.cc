@@ -4,11 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <optional>
-#include <utility>
 
 #include "experiments/system/build_info.h"
-#include "sim/base/check.h"
 #include "sim/base/fields.h"
 
 namespace turbidock::tuning {
@@ -18,10 +17,8 @@ constexpr const char* kPhaseKey = "phase";
 
 // An evaluation whose trials are under way. Its records are those up to the next look.
 struct Running {
-  const Evaluations::Request& request;
   Evaluation evaluation;
-  size_t asked = 0;
-  size_t done = 0;
+  size_t asked = 0, done = 0;
   bool ended = false;
 };
 
@@ -36,50 +33,41 @@ farm::StoreHeader HeaderOf(const Study& study) {
   return header;
 }
 
+// The trials of a plan in the order in which they are run: cell by cell in turn, so that any
+// beginning of them is fair.
+std::vector<int64_t> FairOrder(const farm::Plan& plan) {
+  std::vector<int64_t> order(static_cast<size_t>(plan.trials()));
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_sort(order, {}, [&](int64_t trial) { return plan.Trial(trial).sample; });
+  return order;
+}
+
 }  // namespace
 
 double Evaluation::success_rate() const {
   if (records.empty()) return 0;
-  const auto successes = std::count_if(records.begin(), records.end(),
-                                       [](const trial::TrialRecord& r) { return r.success(); });
+  const auto successes = std::ranges::count_if(records, &trial::TrialRecord::success);
   return static_cast<double>(successes) / static_cast<double>(records.size());
 }
 
-Evaluations::Evaluations(const Study& study, const std::string& file, const Options& options)
+Evaluations::Evaluations(const Study& study, const std::string& file,
+                         const farm::RunOptions& options)
     : study_(study),
       file_(file),
       store_(farm::ResultStore::Write(file, HeaderOf(study))),
-      runner_({.farm = options.farm,
-               .time_limit_s = options.trial_time_limit_s,
-               .plugins = study.plugins(),
-               .on_progress =
-                   [this, report = options.on_trial](const farm::RunProgress&) {
-                     if (report) report(trials_);
-                   },
-               .stop_requested = options.stop_requested},
-              &store_) {}
-
-std::vector<farm::Parameter> Evaluations::ParametersOf(const std::string& phase,
-                                                       const Gains& gains) const {
-  std::vector<farm::Parameter> values = {{kPhaseKey, phase}};
-  for (size_t i = 0; i < gains.size(); ++i)
-    values.push_back({study_.settings().gains[i].key, FormatNumber(gains[i])});
-  return values;
-}
+      runner_(options, &store_) {}
 
 std::vector<Evaluation> Evaluations::Run(const std::string& phase, const farm::Plan& plan,
-                                         const std::vector<Request>& requests, const GoOn& go_on) {
-  TD_CHECK(plan.trials() <= kMostTrials, "an evaluation's trials have numbers of their own");
-  const std::vector<int64_t> order = Study::FairOrder(plan);
+                                         const std::vector<Gains>& candidates, bool cameras,
+                                         const GoOn& go_on) {
+  const std::vector<int64_t> order = FairOrder(plan);
   const RacingParams& racing = study_.settings().racing;
+  const auto first = go_on ? static_cast<size_t>(racing.first) : order.size();
   std::vector<Running> running;
-  running.reserve(requests.size());
-  for (const Request& request : requests) {
-    running.push_back({.request = request, .evaluation = {evaluations_++, request.gains}});
-    const size_t first = go_on ? static_cast<size_t>(racing.first) : order.size();
+  for (const Gains& gains : candidates) {
+    running.push_back({.evaluation = {evaluations_++, gains}});
     running.back().evaluation.records.resize(std::min(first, order.size()));
   }
-
   const auto running_of = [&](int64_t evaluation) -> Running& {
     return running[static_cast<size_t>(evaluation - running.front().evaluation.number)];
   };
@@ -107,26 +95,27 @@ std::vector<Evaluation> Evaluations::Run(const std::string& phase, const farm::P
       records.resize(std::min(records.size() + static_cast<size_t>(racing.every), order.size()));
     }
   };
-  const auto spec = [&](int64_t trial) -> farm::TrialSpec {
-    const int64_t evaluation = trial / kMostTrials, index = trial % kMostTrials;
-    return {.trial = trial,
-            .cell = evaluation,
-            .sample = index,
-            .seed = plan.Trial(order[static_cast<size_t>(index)]).seed,
-            .parameters = ParametersOf(phase, running_of(evaluation).evaluation.gains)};
+  const auto spec = [&](int64_t trial) {
+    farm::TrialSpec of;
+    of.trial = trial;
+    of.cell = trial / kMostTrials;
+    of.sample = trial % kMostTrials;
+    of.seed = plan.Trial(order[static_cast<size_t>(of.sample)]).seed;
+    of.parameters = {{kPhaseKey, phase}};
+    const Gains& gains = running_of(of.cell).evaluation.gains;
+    for (size_t i = 0; i < gains.size(); ++i)
+      of.parameters.push_back({study_.settings().gains[i].key, FormatNumber(gains[i])});
+    return of;
   };
   const auto scenario = [&](const farm::TrialSpec& of) {
-    const Running& r = running_of(of.cell);
-    trial::Scenario changed =
-        study_.ScenarioOf(plan, order[static_cast<size_t>(of.sample)], r.evaluation.gains);
-    if (r.request.change) r.request.change(&changed);
+    trial::Scenario changed = study_.ScenarioOf(plan, order[static_cast<size_t>(of.sample)],
+                                                running_of(of.cell).evaluation.gains);
+    if (cameras) changed.pose_source = trial::PoseSource::kCameras;
     return changed;
   };
-  const farm::TrialSource source = {.spec = spec, .scenario = scenario};
-  const farm::TrialDecider decider = {.next = next, .add = add};
-  if (!runner_.Run(source, decider)) throw Stopped();
+  if (!runner_.Run({.spec = spec, .scenario = scenario}, {.next = next, .add = add}))
+    throw Stopped();
   std::vector<Evaluation> evaluations;
-  evaluations.reserve(running.size());
   for (Running& r : running) evaluations.push_back(std::move(r.evaluation));
   return evaluations;
 }

@@ -18,7 +18,7 @@ using farm::Stopped;
 struct Evaluation {
   int64_t number = 0;  // in the order in which they were asked for
   Gains gains;
-  // In fair order; fewer than asked for where it was given up.
+  // Cell by cell in turn; fewer than asked for where it was given up.
   std::vector<trial::TrialRecord> records{};
   bool given_up = false;
 
@@ -29,35 +29,22 @@ struct Evaluation {
 // what is asked for must depend on nothing else.
 class Evaluations {
  public:
-  struct Options {
-    farm::FarmOptions farm = {};
-    double trial_time_limit_s = 3600;
-    // After every one that was run, and every second, with the trials evaluated so far.
-    std::function<void(int64_t trials)> on_trial = nullptr;
-    std::function<bool()> stop_requested = nullptr;
-  };
-
-  Evaluations(const Study& study, const std::string& file, const Options& options);
+  Evaluations(const Study& study, const std::string& file, const farm::RunOptions& options);
 
   // Decides after some of the trials whether to go on; asked at racing's looks only.
   using GoOn = std::function<bool(const Evaluation& so_far)>;
-  // What to evaluate, and what scenario to make of its trials.
-  struct Request {
-    Gains gains;
-    std::function<void(trial::Scenario*)> change = nullptr;  // besides the gains
-  };
 
-  // Evaluates side by side. `phase` names what for in the file. Stopped when asked to.
+  // Evaluates gains side by side, through the cameras whatever the study says if `cameras`. `phase`
+  // names what for in the file. Stopped when asked to.
   std::vector<Evaluation> Run(const std::string& phase, const farm::Plan& plan,
-                              const std::vector<Request>& requests, const GoOn& go_on = nullptr);
+                              const std::vector<Gains>& candidates, bool cameras = false,
+                              const GoOn& go_on = nullptr);
 
   int64_t trials() const { return trials_; }  // evaluated so far, run or found
   // Of this process.
   const farm::RunProgress& progress() const { return runner_.progress(); }
 
  private:
-  std::vector<farm::Parameter> ParametersOf(const std::string& phase, const Gains& gains) const;
-
   const Study& study_;
   std::string file_;
   farm::ResultStore store_;

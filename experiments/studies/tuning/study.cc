@@ -19,38 +19,21 @@
 namespace turbidock::tuning {
 namespace {
 
-// The number behind a dotted key.
-double* Find(const config::GroupRef& group, const std::string& key) {
-  const size_t dot = key.find('.');
-  for (const config::Field& field : group.fields) {
-    if (field.key != key.substr(0, dot)) continue;
-    if (dot == std::string::npos) {
-      double* const* number = std::get_if<double*>(&field.value);
-      return number ? *number : nullptr;
-    }
-    const config::GroupRef* inner = std::get_if<config::GroupRef>(&field.value);
-    return inner ? Find(*inner, key.substr(dot + 1)) : nullptr;
-  }
-  return nullptr;
-}
-
-double* NumberOf(const std::string& key, trial::Scenario* scenario) {
-  return Find(config::GroupOf(scenario), key);
-}
-
 // Keys of a scenario that may be tuned.
 std::vector<std::string> NumberKeys(const trial::Plugins& plugins) {
-  trial::Scenario scenario;
-  scenario.plugins = plugins;
   std::vector<std::string> keys;
   for (const config::KeyDoc& doc : trial::ScenarioKeys(plugins))
-    if (doc.key.find("[]") == std::string::npos && NumberOf(doc.key, &scenario))
+    if (doc.type.starts_with("number") && doc.key.find("[]") == std::string::npos)
       keys.push_back(doc.key);
   return keys;
 }
 
+double NumberIn(const trial::Scenario& scenario, const std::string& key) {
+  return std::stod(config::ValueOf(scenario, key));
+}
+
 // The metric of a term; ConfigError where no trial has it.
-const trial::Metric& FigureOf(const ObjectiveTerm& term, const std::string& key) {
+const trial::Metric& MetricOf(const ObjectiveTerm& term, const std::string& key) {
   std::vector<std::string> names;
   for (const trial::Metric& metric : trial::Metrics()) {
     if (metric.name == term.metric) return metric;
@@ -69,23 +52,16 @@ constexpr auto kNotInTrials = std::to_array<std::pair<const char*, const char*>>
     {"series_every_frames", "a study stores no series"},
 });
 
-// A study's `trials` as a plan of its own, with the settings of the map `also` if there is one.
-config::YamlNode PlanOf(const config::YamlNode& study, const std::string& description,
-                        const char* also = nullptr) {
+// A study's `trials` as a plan of its own.
+config::YamlNode PlanOf(const config::YamlNode& study, const std::string& description) {
   auto trials = study.Find("trials");
   if (!trials->IsMap()) trials->Fail("must be a group of keys, as a plan has");
   for (const auto& [key, why] : kNotInTrials)
     if (const auto given = trials->Find(key)) given->Fail(why);
   trials->path.clear();  // the plan's keys are its own
-  std::vector<std::pair<std::string, config::YamlNode>> more = {
-      {"schema_version", config::TextNode(std::to_string(farm::kPlanSchema), *trials)},
-      {"description", config::TextNode(description, *trials)}};
-  const auto other = also ? study.Find(also) : std::nullopt;
-  if (other) {
-    const auto set = trials->Find("set");
-    more.emplace_back("set", set ? set->With(other->Entries()) : *other);
-  }
-  return trials->With(more);
+  return trials->With(
+      {{"schema_version", config::TextNode(std::to_string(farm::kPlanSchema), *trials)},
+       {"description", config::TextNode(description, *trials)}});
 }
 
 StudySettings ReadSettings(const config::YamlNode& node, const trial::Plugins& plugins) {
@@ -93,7 +69,7 @@ StudySettings ReadSettings(const config::YamlNode& node, const trial::Plugins& p
     if (!node.Find(key)) throw ConfigError(node.file + ": " + key + ": this key is required");
   StudySettings settings;
   config::Origins origins;
-  config::ReadFields(node, &settings, &origins, {"trials", "against"});
+  config::ReadFields(node, &settings, &origins, {"trials"});
   config::CheckSettings(settings, origins);
   const std::vector<std::string> numbers = NumberKeys(plugins);
   for (size_t i = 0; i < settings.gains.size(); ++i) {
@@ -139,8 +115,6 @@ void RequireNumbers(const config::YamlNode& study, const StudySettings& settings
   };
   require("trials", "seeds", plan.settings().seeds);
   require("proof", "held_out_seeds", settings.proof.held_out_seeds);
-  require("proof", "robustness_seeds", settings.proof.robustness_seeds);
-  require("proof", "sensitivity_seeds", settings.proof.sensitivity_seeds);
 }
 
 }  // namespace
@@ -172,48 +146,34 @@ void StudySettings::Check(const std::string& path) const {
       throw ConfigError(key + ".low", FormatNumber(gain.low) + " must be > 0 on a log scale");
   }
   for (size_t i = 0; i < objective.size(); ++i)
-    FigureOf(objective[i], at("objective[" + std::to_string(i) + "].metric"));
-  const bool pareto = optimiser.algorithm == search::Algorithm::kNsga2;
-  if (pareto && objective.size() < 2)
-    throw ConfigError(at("objective"), "nsga2 needs at least two terms");
+    MetricOf(objective[i], at("objective[" + std::to_string(i) + "].metric"));
 }
 
 Study::Study(const std::string& text, const std::string& file, const trial::Plugins& plugins)
-    : Study(config::ParseYaml(text, file), plugins) {}
-
-Study::Study(const config::YamlNode& study, const trial::Plugins& plugins)
-    : plugins_(plugins),
-      settings_(ReadSettings(study, plugins)),
-      trials_(PlanOf(study, settings_.description)),
-      trials_against_(PlanOf(study, settings_.description, "against")),
-      file_(study.file),
-      plan_(trials_, {.plugins = plugins}) {
-  const std::string& file = file_;
+    : plugins_(plugins), file_(file) {
+  const config::YamlNode study = config::ParseYaml(text, file);
+  settings_ = ReadSettings(study, plugins);
+  trials_ = PlanOf(study, settings_.description);
+  const farm::Plan plan(trials_, {.plugins = plugins});
+  seeds_ = plan.settings().seeds;
+  master_seed_ = static_cast<uint64_t>(plan.settings().master_seed);
   RequireNotVaried(*study.Find("trials"), settings_.gains);
-  RequireNumbers(study, settings_, plan_);
-  for (const ObjectiveTerm& term : settings_.objective) objective_.push_back(FigureOf(term, ""));
-  trial::Scenario scenario = plan_.ScenarioOf(plan_.Trial(0));
+  RequireNumbers(study, settings_, plan);
+  for (const ObjectiveTerm& term : settings_.objective) objective_.push_back(MetricOf(term, ""));
+  const trial::Scenario scenario = plan.ScenarioOf(plan.Trial(0));
   for (size_t i = 0; i < settings_.gains.size(); ++i) {
     const GainRange& gain = settings_.gains[i];
-    const double value = *NumberOf(gain.key, &scenario);
+    const double value = NumberIn(scenario, gain.key);
     if (value < gain.low || value > gain.high)
-      throw ConfigError(file + ": gains[" + std::to_string(i) + "]",
-                        "the search begins at the scenario's " + gain.key + " = " +
-                            FormatNumber(value) + ", which must be in [" + FormatNumber(gain.low) +
-                            ", " + FormatNumber(gain.high) + "]");
+      throw ConfigError(fmt::format(
+          "{}: gains[{}]: the search begins at the scenario's {} = {}, which must be in [{}, {}]",
+          file, i, gain.key, FormatNumber(value), FormatNumber(gain.low), FormatNumber(gain.high)));
     start_.push_back(value);
   }
-  const farm::Plan against = TrialsAgainst(0, 1);
-  trial::Scenario compared = against.ScenarioOf(against.Trial(0));
-  for (const GainRange& gain : settings_.gains) against_.push_back(*NumberOf(gain.key, &compared));
   // Both ends must be allowed by the scenario too.
   for (const double end : {0.0, 1.0})
-    ScenarioOf(plan_, 0, GainsAt(search::Candidate(settings_.gains.size(), end)));
-  resolved_ =
-      config::SaveYaml(settings_) + "trials: |\n" + system::Indented(plan_.resolved(), "  ");
-  if (has_against())
-    resolved_ += "against: |\n" +
-                 system::Indented(TrialsAgainst(0, plan_.settings().seeds).resolved(), "  ");
+    ScenarioOf(plan, 0, GainsAt(search::Candidate(settings_.gains.size(), end)));
+  resolved_ = config::SaveYaml(settings_) + "trials: |\n" + system::Indented(plan.resolved(), "  ");
 }
 
 Gains Study::GainsAt(const search::Candidate& candidate) const {
@@ -231,29 +191,19 @@ search::Candidate Study::CandidateOf(const Gains& gains) const {
   return candidate;
 }
 
-farm::Plan Study::Trials(const config::YamlNode& trials, uint64_t set, int seeds) const {
-  const auto master = static_cast<uint64_t>(plan_.settings().master_seed);
-  farm::PlanOverrides overrides{.plugins = plugins_};
-  overrides.seeds = seeds;
+farm::Plan Study::TrialsOf(uint64_t set, int seeds) const {
+  farm::PlanOverrides overrides{.seeds = seeds, .plugins = plugins_};
   if (set > 0)
     overrides.master_seed = static_cast<int64_t>(
-        SeedTree(master).Stream("tuning.seeds." + std::to_string(set)).NextU64() >> 1);
-  return farm::Plan(trials, overrides);
-}
-
-std::vector<int64_t> Study::FairOrder(const farm::Plan& plan) {
-  std::vector<int64_t> order(static_cast<size_t>(plan.trials()));
-  for (int64_t i = 0; i < plan.trials(); ++i) order[static_cast<size_t>(i)] = i;
-  std::stable_sort(order.begin(), order.end(), [&](int64_t a, int64_t b) {
-    return plan.Trial(a).sample < plan.Trial(b).sample;
-  });
-  return order;
+        SeedTree(master_seed_).Stream("tuning.seeds." + std::to_string(set)).NextU64() >> 1);
+  return farm::Plan(trials_, overrides);
 }
 
 trial::Scenario Study::ScenarioOf(const farm::Plan& plan, int64_t trial, const Gains& gains) const {
   trial::Scenario scenario = plan.ScenarioOf(plan.Trial(trial));
-  for (size_t i = 0; i < gains.size(); ++i) *NumberOf(settings_.gains[i].key, &scenario) = gains[i];
   try {
+    for (size_t i = 0; i < gains.size(); ++i)
+      config::ApplySet(settings_.gains[i].key + "=" + FormatNumber(gains[i]), &scenario, nullptr);
     CheckFields(scenario, "");
   } catch (const ConfigError& error) {
     throw ConfigError(file_ + ": a range of the gains leads to", error.what());

@@ -13,9 +13,7 @@
 //   objective:                       # a trial costs the sum of weight * |metric|
 //     - {metric: time_s, weight: 1, failed: 60}
 //     - {metric: tracking_rms_m, weight: 500}
-//   optimiser: {algorithm: cma_es, population: 12, generations: 20}
-//   against: {controller: p_voltage}  # settings that the proof compares the tuned gains with, in
-//                                     # place of the starting gains
+//   optimiser: {population: 12, generations: 20}
 
 #include <cstdint>
 #include <string>
@@ -91,28 +89,15 @@ struct RacingParams {
   }
 };
 
-// What is done with the tuned gains once they are found, on seeds never used before.
+// What compares the tuned gains with the starting ones, on seeds never used before.
 struct ProofParams {
   int held_out_seeds = 200;
-  int robustness_seeds = 40;
-  int sensitivity_seeds = 24;
-  double sensitivity_step = 0.1;
   bool cameras = true;
-  bool robustness_cameras = true;
 
   static void Fields(auto& self, auto&& field) {
-    field("held_out_seeds", self.held_out_seeds, InRange(2, 1e6),
-          "trials in each cell to compare tuned and starting gains");
-    field("robustness_seeds", self.robustness_seeds, InRange(0, 1e6),
-          "trials in each cell for each line of the robustness table; 0: no table");
-    field("sensitivity_seeds", self.sensitivity_seeds, InRange(0, 1e6),
-          "trials in each cell for each gain a step up and down; 0: none");
-    field("sensitivity_step", self.sensitivity_step, InRange(0.001, 1),
-          "that step, as a share of the gain's range on its scale");
+    field("held_out_seeds", self.held_out_seeds, InRange(2, 1e6), "trials in each cell");
     field("cameras", self.cameras, Finite(),
-          "held-out trials see through the cameras, whatever the search saw");
-    field("robustness_cameras", self.robustness_cameras, Finite(),
-          "so do those of the robustness table, which takes many");
+          "they see through the cameras, whatever the search saw");
   }
 };
 
@@ -124,7 +109,6 @@ struct StudySettings {
   double success_at_least = 0;
   double success_weight = 1000;
   bool start_may_fail = false;
-  bool fresh_seeds = true;
   search::OptimiserParams optimiser;
   RacingParams racing;
   ProofParams proof;
@@ -134,19 +118,16 @@ struct StudySettings {
           "version of these keys");
     field("description", self.description, Finite(), "one line for people");
     field("gains", self.gains, Finite(), "what is tuned");
-    field("objective", self.objective, Finite(),
-          "what a trial costs: one sum, or with nsga2 one objective each");
+    field("objective", self.objective, Finite(), "what a trial costs: the sum of these");
     field("success_at_least", self.success_at_least, InRange(0, 1),
           "share of trials that must dock; below it a candidate pays success_weight for the rest");
     field("success_weight", self.success_weight, InRange(0, kMostCost),
           "cost of a share of 1 missing");
     field("start_may_fail", self.start_may_fail, Finite(),
           "go on though the starting gains fail in every trial");
-    field("fresh_seeds", self.fresh_seeds, Finite(),
-          "cma_es: other seeds in every generation, the same for all its candidates");
-    field("optimiser", self.optimiser, Finite(), "how candidates are chosen, and how many");
+    field("optimiser", self.optimiser, Finite(), "how many candidates, and how far apart");
     field("racing", self.racing, Finite(), "when a candidate is given up early");
-    field("proof", self.proof, Finite(), "what the tuned gains are put through at the end");
+    field("proof", self.proof, Finite(), "how the tuned gains are compared at the end");
   }
   void Check(const std::string& path) const;
 };
@@ -158,28 +139,18 @@ class Study {
  public:
   // The study in a text; `file` stands for it in messages. ConfigError for whatever is wrong in it.
   Study(const std::string& text, const std::string& file, const trial::Plugins& plugins = {});
-  explicit Study(const config::YamlNode& study, const trial::Plugins& plugins = {});
 
   const StudySettings& settings() const { return settings_; }
   const trial::Plugins& plugins() const { return plugins_; }
   const Gains& start() const { return start_; }  // the scenario's own values
-  // What the tuned gains are compared with, and under `against` its other settings.
-  const Gains& against() const { return against_; }
+  int seeds() const { return seeds_; }
+  uint64_t master_seed() const { return master_seed_; }
+
   Gains GainsAt(const search::Candidate& candidate) const;
   search::Candidate CandidateOf(const Gains& gains) const;
 
   // Trials of the study with seeds of their own: `set` 0 is the study's, every other one is drawn.
-  farm::Plan TrialsOf(uint64_t set, int seeds) const { return Trials(trials_, set, seeds); }
-  // The same trials under the settings that the tuned gains are compared with.
-  farm::Plan TrialsAgainst(uint64_t set, int seeds) const {
-    return Trials(trials_against_, set, seeds);
-  }
-  bool has_against() const { return trials_against_.OneLine() != trials_.OneLine(); }
-  int seeds() const { return plan_.settings().seeds; }
-  // The trials of a plan in the order in which they are run: cell by cell in turn, so that any
-  // beginning of them is fair.
-  static std::vector<int64_t> FairOrder(const farm::Plan& plan);
-
+  farm::Plan TrialsOf(uint64_t set, int seeds) const;
   // A trial's scenario under these gains.
   trial::Scenario ScenarioOf(const farm::Plan& plan, int64_t trial, const Gains& gains) const;
 
@@ -190,15 +161,14 @@ class Study {
   std::string hash() const { return DigestOf(resolved_); }
 
  private:
-  farm::Plan Trials(const config::YamlNode& trials, uint64_t set, int seeds) const;
-
   trial::Plugins plugins_;
   StudySettings settings_;
-  std::vector<trial::Metric> objective_;  // what its terms name
-  config::YamlNode trials_, trials_against_;
   std::string file_;
-  farm::Plan plan_;
-  Gains start_, against_;
+  std::vector<trial::Metric> objective_;  // what its terms name
+  config::YamlNode trials_;
+  int seeds_ = 1;
+  uint64_t master_seed_ = 1;
+  Gains start_;
   std::string resolved_;
 };
 

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <cstdio>
 #include <string>
 
 #include "experiments/app/commands.h"
@@ -10,9 +9,7 @@
 #include "experiments/app/report_output.h"
 #include "experiments/report/report_json.h"
 #include "experiments/studies/tuning/tuner.h"
-#include "experiments/studies/tuning/tuning_report.h"
 #include "experiments/system/output_path.h"
-#include "experiments/system/plain_text.h"
 
 namespace turbidock::tuning {
 namespace {
@@ -48,19 +45,15 @@ int Tune(const TuneArguments& arguments) {
   outputs.Require();
   app::Progress progress(arguments.quiet);
   const StudySettings& settings = study.settings();
-  progress.Say(fmt::format("{}: {} gains, {}, {} generations of {}, study {}", settings.description,
-                           settings.gains.size(), NameOf(settings.optimiser.algorithm),
-                           settings.optimiser.generations, settings.optimiser.population,
-                           study.hash()));
+  progress.Say(fmt::format("{}: {} gains, {} generations of {}, study {}", settings.description,
+                           settings.gains.size(), settings.optimiser.generations,
+                           settings.optimiser.population, study.hash()));
   TuningOptions options;
   options.farm = arguments.farm.For(out + "/trials",
                                     [&](const std::string& text) { progress.Say("  " + text); });
   options.stop_requested = app::CatchStopSignals();
-  options.on_progress = [&](const TuningProgress& now) {
-    progress.ShowOrSay(now.share,
-                       fmt::format("{}, {} trials, best {:.2f} ({:.0f} % docked)", now.phase,
-                                   now.trials, now.best, 100 * now.best_success),
-                       kLogEvery_s);
+  options.on_progress = [&](const std::string& phase, double share, int64_t trials) {
+    progress.ShowOrSay(share, fmt::format("{}, {} trials", phase, trials), kLogEvery_s);
   };
   size_t said = 0;
   options.on_result = [&](const TuningResult& so_far) {
@@ -75,23 +68,18 @@ int Tune(const TuneArguments& arguments) {
     for (; said < so_far.generations.size(); ++said)
       progress.Say(Summary(so_far.generations[said]));
   };
-  TuningResult result;
   try {
-    result = Tune(study, file, options);
-  } catch (const Stopped&) {
+    const TuningResult result = Tune(study, file, options);
+    const double busy = result.wall_time_s * options.farm.capacity();
+    progress.Say(
+        fmt::format("{} trials, {} of them run now in {:.0f} s, workers busy {:.1f} % of the time; "
+                    "gains.yaml, report.md, report.json, report.html, tuning.png in {}",
+                    result.trials, result.trials_run, result.wall_time_s,
+                    busy > 0 ? 100 * result.worker_time_s / busy : 0, out));
+  } catch (const Stopped&) {  // main makes the signal's code of it
     progress.Say(
         fmt::format("stopped: the trials so far are in {}; the same command goes on", file));
-    return app::kExitDone;  // main makes the signal's code of it
-  } catch (const HopelessStart& error) {
-    std::fprintf(stderr, "turbidock: %s\n", system::OneLineOf(error.what()).c_str());
-    return app::kExitCheckFailed;
   }
-  const double busy = result.wall_time_s * options.farm.capacity();
-  progress.Say(fmt::format(
-      "{} trials, {} of them run now in {:.0f} s, workers busy {:.1f} % of the time; gains.yaml, "
-      "report.md, report.json, report.html, tuning.png in {}",
-      result.trials, result.trials_run, result.wall_time_s,
-      busy > 0 ? 100 * result.worker_time_s / busy : 0, out));
   return app::kExitDone;
 }
 

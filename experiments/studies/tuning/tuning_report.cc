@@ -1,11 +1,11 @@
-#include "experiments/studies/tuning/tuning_report.h"
+// What a study leaves: its report, in numbers too, and the gains file.
 
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 
-#include "experiments/report/json.h"
+#include "experiments/studies/tuning/tuner.h"
 #include "experiments/system/build_info.h"
 #include "sim/base/units.h"
 
@@ -23,22 +23,9 @@ Json Named(const Study& study, const std::vector<double>& gains) {
   return json;
 }
 
-// Rows whose `gains` get their keys.
-Json NamedEach(const Study& study, Json rows) {
-  for (Json& row : rows) row["gains"] = Named(study, row["gains"]);
-  return rows;
-}
-
 std::string Rate(const TrialSummary& s) {
-  return fmt::format("{}/{} [{:.0f}, {:.0f}] %", s.successes, s.trials, 100 * s.success.low,
-                     100 * s.success.high);
-}
-
-std::string Medians(const TrialSummary& s) {
-  const auto mm = [](const std::optional<double>& m) {
-    return m ? Fixed(units::MmFromM(*m), 1) : "-";
-  };
-  return fmt::format("{} s, {} mm, {} mm", Fixed(s.time_s, 1), mm(s.error_y_m), mm(s.error_z_m));
+  return fmt::format("{}/{} [{:.0f}, {:.0f}] %", s.successes, s.trials, 100 * s.success_95.low,
+                     100 * s.success_95.high);
 }
 
 std::string Difference(const statistics::PairedComparison& c, const char* unit = "") {
@@ -55,14 +42,16 @@ report::Tone ToneOf(const statistics::PairedComparison& cost) {
 std::string Probability(double p) { return fmt::format("{:.2g}", p); }
 std::string GainText(double value) { return fmt::format("{:.4g}", value); }
 
-report::Table Comparisons(const std::vector<Comparison>& comparisons) {
-  report::Table table({"<trials", "<docked, before", "<docked, tuned", "<before: time, y, z",
-                       "<tuned: time, y, z", "<cost difference", "p (t)", "p (Wilcoxon)",
-                       "p (McNemar)"});
-  for (const Comparison& c : comparisons)
-    table.Row({c.what, Rate(c.start), Rate(c.tuned), Medians(c.start), Medians(c.tuned),
-               report::Cell(Difference(c.cost), ToneOf(c.cost)), Probability(c.cost.t_p),
-               Probability(c.cost.wilcoxon_p), Probability(c.mcnemar_p)});
+report::Table TableOf(const Comparison& c) {
+  report::Table table({"<", "<docked", "time s", "y mm", "z mm", "cost"});
+  const auto mm = [](const std::optional<double>& m) {
+    return m ? Fixed(units::MmFromM(*m), 1) : "-";
+  };
+  for (const auto& [name, s] : {std::pair{"before", &c.start}, std::pair{"tuned", &c.tuned}})
+    table.Row({name, Rate(*s), Fixed(s->time_s_median, 1), mm(s->final_error_true_y_m_median),
+               mm(s->final_error_true_z_m_median), Fixed(s->cost_mean, 2)});
+  table.Row({"difference", "", "", "", "",
+             report::Cell(Difference(c.cost_difference), ToneOf(c.cost_difference))});
   return table;
 }
 
@@ -73,11 +62,10 @@ report::Verdict VerdictOf(const Study& study, const TuningResult& result) {
             result.search_generations() < wanted
                 ? fmt::format("{} of {} generations are done.", result.search_generations(), wanted)
                 : "The search is done; what it found is being compared on held-out seeds."};
-  const statistics::PairedComparison& cost = result.held_out->cost;
+  const statistics::PairedComparison& cost = result.held_out->cost_difference;
   const std::string reason = fmt::format(
-      "On {} held-out seeds the cost of a trial changes by {} {}, p = {} (t).", cost.pairs,
-      Difference(cost), study.has_against() ? "from that under `against`" : "from the start",
-      Probability(cost.t_p));
+      "On {} held-out seeds the cost of a trial changes by {} from the start, p = {} (t).",
+      cost.pairs, Difference(cost), Probability(cost.t_p));
   const report::Tone tone = ToneOf(cost);
   if (tone == report::Tone::kGood) return {"better on held-out seeds", tone, reason};
   if (tone == report::Tone::kBad) return {"worse on held-out seeds", tone, reason};
@@ -94,7 +82,6 @@ std::vector<report::Fact> FactsOf(const Study& study, const TuningResult& result
        result.finished ? std::to_string(done)
                        : fmt::format("{} of {}", done, optimiser.generations),
        fmt::format("of {} candidates, after the start", optimiser.population)},
-      {"algorithm", NameOf(optimiser.algorithm)},
       {"study", study.hash(), "digest of all that decides its trials"}};
   if (const auto& c = result.held_out) {
     facts.push_back({"docked before", Rate(c->start), "on held-out seeds"});
@@ -110,12 +97,13 @@ report::Section HeldOutSection(const Study& study, const Comparison& held_out) {
       .note =
           "Differences are tuned less before on the same seeds, with 95 % intervals; docked "
           "with Wilson's; p of paired t, Wilcoxon's and McNemar's exact tests, all two-sided. "
-          "Time and true final errors are medians of the trials that docked.",
-      .table = Comparisons({held_out})};
-  if (study.has_against())
-    section.lines.emplace_back(
-        "Before is what the study's `against` says, not the starting gains.");
-  if (const statistics::PairedComparison& t = held_out.time_s; t.pairs > 0)
+          "Time and true final errors are medians of the trials that docked, the cost is a mean.",
+      .lines = {fmt::format("The cost: p = {} (t), {} (Wilcoxon). Docking: p = {} (McNemar).",
+                            Probability(held_out.cost_difference.t_p),
+                            Probability(held_out.cost_difference.wilcoxon_p),
+                            Probability(held_out.mcnemar_p))},
+      .table = TableOf(held_out)};
+  if (const statistics::PairedComparison& t = held_out.time_difference_s; t.pairs > 0)
     section.lines.push_back(fmt::format(
         "Where both docked ({} pairs) the tuned gains take {}, p = {} (t), {} (Wilcoxon).", t.pairs,
         Difference(t, " s"), Probability(t.t_p), Probability(t.wilcoxon_p)));
@@ -165,42 +153,6 @@ report::Section GainsSection(const Study& study, const TuningResult& result) {
   return {.title = "Gains", .table = table, .panels = {panel}};
 }
 
-report::Section SensitivitySection(const std::vector<Sensitivity>& sensitivity) {
-  report::Table table({"<gain", "down to", "<costs", "up to", "<costs"});
-  report::Series down{"a step down", {}, report::CurveColor(0), Mark::kBars};
-  report::Series up{"a step up", {}, report::CurveColor(1), Mark::kBars};
-  report::Panel panel{.y = {"added cost"}, .rules = {{0}}, .legend = report::Legend::kAbove};
-  for (const Sensitivity& s : sensitivity) {
-    const auto x = static_cast<double>(panel.x.names.size());
-    panel.x.names.push_back(s.key);
-    const auto &lower = s.cost_down, &higher = s.cost_up;
-    table.Row({s.key, GainText(s.down), Difference(lower), GainText(s.up), Difference(higher)});
-    down.points.push_back(report::SampleWithin(x - 0.1, lower.mean, lower.confidence));
-    up.points.push_back(report::SampleWithin(x + 0.1, higher.mean, higher.confidence));
-  }
-  panel.series = {down, up};
-  return {.title = "Each gain alone",
-          .note =
-              "Added cost when one gain leaves its tuned value by a step; above zero, the tuned "
-              "value is better.",
-          .table = table,
-          .panels = {panel}};
-}
-
-report::Section FrontSection(const Study& study, const std::vector<ParetoPoint>& points) {
-  report::Series front{.mark = Mark::kDots, .dot_px = 10};
-  // Light to dark, so that it is seen in grey.
-  front.scale = {"docked [%]", 0, 100, {236, 170, 60}, {0, 62, 120}};
-  for (const ParetoPoint& p : points)
-    front.points.push_back({.x = p.worth[0], .y = p.worth[1], .shade = 100 * p.success});
-  const std::vector<ObjectiveTerm>& objective = study.settings().objective;
-  return {.title = "Pareto front",
-          .note = "Gains that no others beat in every objective.",
-          .panels = {{.x = {objective[0].metric + ", weighted"},
-                      .y = {objective[1].metric + ", weighted"},
-                      .series = {front}}}};
-}
-
 report::Section CostSection(const StudySettings& settings) {
   report::Section section{.title = "What a trial costs", .note = "The sum of these terms."};
   for (const ObjectiveTerm& term : settings.objective)
@@ -211,38 +163,31 @@ report::Section CostSection(const StudySettings& settings) {
   return section;
 }
 
-// Of the map at `path` (dotted), making maps on the way.
-void Set(YAML::Node root, const std::string& path, const YAML::Node& value) {
-  const size_t dot = path.find('.');
-  if (dot == std::string::npos) {
-    root[path] = value;
-    return;
-  }
-  const std::string key = path.substr(0, dot);
-  if (!root[key]) root[key] = YAML::Node(YAML::NodeType::Map);
-  Set(root[key], path.substr(dot + 1), value);
-}
-
 }  // namespace
 
 std::string GainsYaml(const Study& study, const TuningResult& result) {
   const farm::Plan plan = study.TrialsOf(0, 1);
   const trial::Scenario scenario = study.ScenarioOf(plan, 0, result.tuned);
-  const YAML::Node all = YAML::Load(trial::SaveScenario(scenario));
   YAML::Node gains(YAML::NodeType::Map);
   const std::string law = scenario.controller_name();
   gains["controller"] = law;
-  gains[law] = all[law];
+  gains[law] = YAML::Load(trial::SaveScenario(scenario))[law];
   for (size_t i = 0; i < result.tuned.size(); ++i) {
     const std::string& key = study.settings().gains[i].key;
-    if (!key.starts_with(law + ".")) Set(gains, key, YAML::Node(FormatNumber(result.tuned[i])));
+    if (key.starts_with(law + ".")) continue;
+    YAML::Node at = gains;
+    size_t begin = 0;
+    for (size_t dot = 0; (dot = key.find('.', begin)) != std::string::npos; begin = dot + 1)
+      at.reset(at[key.substr(begin, dot - begin)]);
+    at[key.substr(begin)] = FormatNumber(result.tuned[i]);
   }
   std::string text = fmt::format("# {}\n{}, study {}, {}.\n", study.settings().description,
                                  kGainsFile.mark, study.hash(), system::VersionAndCommit());
   if (result.held_out) {
     const Comparison& c = *result.held_out;
-    text += fmt::format("# {} held-out trials: docked {} (before: {}), median {} s.\n",
-                        c.tuned.trials, Rate(c.tuned), Rate(c.start), Fixed(c.tuned.time_s, 1));
+    text +=
+        fmt::format("# {} held-out trials: docked {} (before: {}), median {} s.\n", c.tuned.trials,
+                    Rate(c.tuned), Rate(c.start), Fixed(c.tuned.time_s_median, 1));
   }
   return text + YAML::Dump(gains) + "\n";
 }
@@ -259,31 +204,23 @@ report::Report ReportOf(const Study& study, const TuningResult& result) {
   if (result.held_out) add(HeldOutSection(study, *result.held_out));
   if (!result.generations.empty()) add(ConvergenceSection(result));
   add(GainsSection(study, result));
-  if (!result.sensitivity.empty()) add(SensitivitySection(result.sensitivity));
-  if (!result.front.empty()) add(FrontSection(study, result.front));
-  if (!result.robustness.empty())
-    add({.title = fmt::format("When the vehicle or the sea is another{}",
-                              settings.proof.robustness_cameras ? ", through the cameras" : ""),
-         .table = Comparisons(result.robustness)});
   add(CostSection(settings));
   return report;
 }
 
 Json TuningJson(const Study& study, const TuningResult& result) {
+  Json generations = result.generations;
+  for (Json& row : generations) row["gains"] = Named(study, row["gains"]);
   return {{"description", study.settings().description},
           {"study_hash", study.hash()},
           {"version", system::VersionAndCommit()},
           {"finished", result.finished},
-          {"algorithm", study.settings().optimiser.algorithm},
           {"ranges", study.settings().gains},
           {"objective", study.settings().objective},
           {"start", Named(study, result.start)},
           {"tuned", Named(study, result.tuned)},
           {"held_out", result.held_out},
-          {"robustness", result.robustness},
-          {"sensitivity", result.sensitivity},
-          {"pareto_front", NamedEach(study, result.front)},
-          {"generations", NamedEach(study, result.generations)},
+          {"generations", generations},
           {"trials", result.trials}};
 }
 

@@ -377,8 +377,8 @@ gains:
   - {key: lqg.sway.effort_share, low: 0.09, high: 1.4, scale: log}
 objective:
   - {metric: time_s, weight: 1, failed: 60}
-optimiser: {algorithm: cma_es, population: 5, generations: 3}
-proof: {held_out_seeds: 8, robustness_seeds: 0, sensitivity_seeds: 0, cameras: false}
+optimiser: {population: 5, generations: 3}
+proof: {held_out_seeds: 8, cameras: false}
 `,
   );
   const tune = spawn(
