@@ -13,7 +13,7 @@ namespace turbidock::app {
 namespace {
 
 constexpr int kBarWidth = 30;
-constexpr double kRedrawShare = 0.002;  // finer steps cannot be seen
+constexpr double kRedraw_s = 0.2;
 
 }  // namespace
 
@@ -28,9 +28,12 @@ Progress::Progress(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_FILENO) 
 
 Progress::~Progress() { Clear(); }
 
-void Progress::Show(double share, const std::string& words) {
-  if (quiet_ || !terminal_ || share - last_share_ < kRedrawShare) return;
-  last_share_ = share;
+void Progress::ShowOrSay(double share, const std::string& words, double every_s) {
+  const auto now = Clock::now();
+  const double since_s = std::chrono::duration<double>(now - last_line_).count();
+  if (quiet_ || since_s < (terminal_ ? kRedraw_s : every_s)) return;
+  last_line_ = now;
+  if (!terminal_) return Say(fmt::format("{:3.0f} %  {}", 100 * share, words));
   const int filled = static_cast<int>(std::clamp(share, 0.0, 1.0) * kBarWidth);
   std::string bar;
   for (int i = 0; i < kBarWidth; ++i) bar += i < filled ? "█" : "░";
@@ -38,21 +41,6 @@ void Progress::Show(double share, const std::string& words) {
                system::OneLineOf(words).c_str());
   std::fflush(stderr);
   shown_ = true;
-}
-
-void Progress::ShowOrSay(double share, const std::string& words, double every_s) {
-  const auto now = Clock::now();
-  const double since_s = std::chrono::duration<double>(now - last_line_).count();
-  if (terminal_) {
-    constexpr double kRedraw_s = 0.5;  // a time that counts down is redrawn also without progress
-    if (since_s < kRedraw_s) return;
-    last_line_ = now;
-    last_share_ = -1;
-    Show(share, words);
-  } else if (since_s >= every_s) {
-    last_line_ = now;
-    Say(fmt::format("{:3.0f} %  {}", 100 * share, words));
-  }
 }
 
 void Progress::ShowDone(int done, int of, const std::string& what, double every_s) {

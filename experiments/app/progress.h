@@ -3,6 +3,7 @@
 // elsewhere.
 
 #include <chrono>
+#include <limits>
 #include <string>
 
 namespace turbidock::app {
@@ -16,11 +17,13 @@ class Progress {
   explicit Progress(bool quiet);
   ~Progress();  // clears the bar
 
-  // Redraws the bar: a share in [0, 1] and some words. Does nothing off a terminal, and little when
-  // called too often.
-  void Show(double share, const std::string& words);
-  // The same for hours of work: off a terminal, a plain line at most every `every_s`.
+  // Redraws the bar: a share in [0, 1] and some words; not when called too often. Off a terminal it
+  // is a plain line at most every `every_s`.
   void ShowOrSay(double share, const std::string& words, double every_s);
+  // The same without plain lines.
+  void Show(double share, const std::string& words) {
+    ShowOrSay(share, words, std::numeric_limits<double>::infinity());
+  }
   // The same of equal parts, of which the first was begun when this was made: "3 of 12 cells, 40 s
   // to go".
   void ShowDone(int done, int of, const std::string& what, double every_s);
@@ -34,7 +37,6 @@ class Progress {
 
   bool quiet_, terminal_;
   bool shown_ = false;
-  double last_share_ = -1;
   Clock::time_point start_ = Clock::now(), last_line_ = start_;
 };
 

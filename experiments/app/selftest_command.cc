@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 #include <mujoco/mujoco.h>
 
-#include <filesystem>
 #include <opencv2/core/version.hpp>
 #include <string>
 #include <vector>
@@ -34,16 +33,6 @@ std::string LoadEveryScenario() {
   return fmt::format("{} bundled scenarios and their models load", names.size());
 }
 
-// A choice, not a need. In a process of its own, because each keeps to one kind of context.
-std::string DrawWithEgl() {
-  const std::string program = std::filesystem::read_symlink("/proc/self/exe").string();
-  system::Subprocess run({program, "run", "pool_active", "--set", "renderer=egl", "--set",
-                          "duration_s=0.01", "--quiet", "--json"},
-                         "turbidock");
-  const std::string renderer = report::ParseJson(run.Finish(), "turbidock run").at("renderer");
-  return renderer.starts_with("EGL") ? renderer : "not usable here, would draw with " + renderer;
-}
-
 std::string RunOneSecond() {
   const trial::TrialResult result =
       trial::RunTrial(trial::LoadScenario("pool_active", {"duration_s=1", "docked_hold_s=0"}));
@@ -69,15 +58,14 @@ struct Checks {
   }
   // Passes with what `run` returns, unless it throws what is wrong.
   void AddRun(const std::string& name, std::string (*run)()) {
-    bool pass = true;
-    std::string saw;
+    const auto add = [&](bool pass, const std::string& saw) {
+      Add(pass, {name, saw}, {{"name", name}, {"saw", saw}});
+    };
     try {
-      saw = run();
+      add(true, run());
     } catch (const std::exception& error) {
-      pass = false;
-      saw = error.what();
+      add(false, error.what());
     }
-    Add(pass, {name, saw}, {{"name", name}, {"saw", saw}});
   }
 };
 
@@ -85,7 +73,6 @@ Checks CheckMachine() {
   Checks checks{report::Table({"<", "<check", "<saw"})};
   checks.AddRun("render",
                 [] { return view::MakeGlContext(view::GlBackend::kOsmesa)->description(); });
-  checks.AddRun("egl", DrawWithEgl);
   checks.AddRun("scenarios", LoadEveryScenario);
   checks.AddRun("trial", RunOneSecond);
   checks.AddRun("figures", [] { return FirstLine({"gnuplot", "--version"}, "gnuplot-nox"); });

@@ -1,11 +1,11 @@
 #include "experiments/config/field_text.h"
 
 #include <fmt/format.h>
+#include <yaml-cpp/emitter.h>
 
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 #include <map>
 #include <utility>
@@ -63,20 +63,9 @@ std::string TextAsYaml(const std::string& text) {
   if (!text.empty() && std::isalpha(static_cast<unsigned char>(text[0])) && !IsReserved(text) &&
       std::all_of(text.begin(), text.end(), is_plain))
     return text;
-  std::string quoted = "\"";
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (c == '"' || c == '\\') {
-      quoted += std::string("\\") + c;
-    } else if (byte < 0x20 || byte == 0x7f) {
-      char escape[8];
-      std::snprintf(escape, sizeof escape, "\\x%02x", byte);
-      quoted += escape;
-    } else {
-      quoted += c;
-    }
-  }
-  return quoted + "\"";
+  YAML::Emitter quoted;
+  quoted << YAML::DoubleQuoted << text;
+  return quoted.c_str();
 }
 
 }  // namespace

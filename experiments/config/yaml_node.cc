@@ -1,10 +1,10 @@
 #include "experiments/config/yaml_node.h"
 
+#include <fmt/format.h>
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <map>
 #include <sstream>
 
@@ -17,19 +17,10 @@ namespace turbidock::config {
 namespace {
 
 constexpr size_t kLongestText = size_t{16} << 20;
-constexpr size_t kMostWritten = size_t{64} << 20;  // bytes, roughly, with aliases written out
-constexpr size_t kBytesOfNode = 64;                // of its place in a tree
-constexpr int kDeepest = 64;
+constexpr size_t kMostValues = size_t{1} << 20;  // what a text makes is many times as large
+constexpr size_t kDeepest = 64;
 
 using Kind = YamlTree::Kind;
-using Tree = std::shared_ptr<const YamlTree>;
-
-// A finished part, with what an alias to it costs.
-struct Part {
-  Tree tree;
-  size_t written = kBytesOfNode;
-  int depth = 1;
-};
 
 // Makes the tree as the parser goes through the text.
 class TreeBuilder : public YAML::EventHandler {
@@ -38,9 +29,9 @@ class TreeBuilder : public YAML::EventHandler {
       : at_(std::move(at)), allowed_tag_(std::move(allowed_tag)) {}
 
   // Of the document, null if there was none; ConfigError when a key of it was no text.
-  const Tree& root() const {
+  std::shared_ptr<const YamlTree> root() const {
     if (bad_key_) FailAt(bad_key_->first, bad_key_->second, "a key must be plain text");
-    return root_.tree;
+    return root_;
   }
 
   void OnDocumentStart(const YAML::Mark& mark) override {
@@ -48,34 +39,33 @@ class TreeBuilder : public YAML::EventHandler {
   }
   void OnDocumentEnd() override {}
 
-  void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override {
+  void OnNull(const YAML::Mark& mark, YAML::anchor_t) override {
     if (WantsKey()) return TakeBadKey(mark);
-    Finish(Scalar(mark, Kind::kNothing, "", false), anchor, mark);
+    Add(NewTree(mark, Kind::kNothing));
   }
-  void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+  void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t,
                 const std::string& value) override {
     RefuseTag(mark, tag);
-    const bool plain = tag == "?";
     if (system::FirstNoText(value))
       FailAt(mark, WantsKey() ? open_.back().path : PathOfNext(),
              "holds a control character, '" + system::Shortened(system::Printable(value)) + "'");
-    if (WantsKey()) return TakeKey(mark, value, plain);
-    Finish(Scalar(mark, Kind::kText, value, plain), anchor, mark);
+    if (WantsKey()) return TakeKey(mark, value, /*plain=*/tag == "?");
+    const auto tree = NewTree(mark, Kind::kText);
+    tree->text = value;
+    tree->plain = tag == "?";
+    Add(tree);
   }
-  void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
-    if (WantsKey()) return TakeBadKey(mark);
-    const auto known = anchored_.find(anchor);
-    if (known == anchored_.end())
-      FailAt(mark, PathOfNext(), "an alias cannot stand inside what its anchor names");
-    Finish(known->second, 0, mark);
+  void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override {
+    FailAt(mark, WantsKey() ? open_.back().path : PathOfNext(),
+           "an alias (*) is not supported; write its value out");
   }
-  void OnSequenceStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+  void OnSequenceStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t,
                        YAML::EmitterStyle::value) override {
-    Begin(mark, tag, anchor, Kind::kList);
+    Begin(mark, tag, Kind::kList);
   }
-  void OnMapStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+  void OnMapStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t,
                   YAML::EmitterStyle::value) override {
-    Begin(mark, tag, anchor, Kind::kMap);
+    Begin(mark, tag, Kind::kMap);
   }
   void OnSequenceEnd() override { End(); }
   void OnMapEnd() override { End(); }
@@ -83,15 +73,12 @@ class TreeBuilder : public YAML::EventHandler {
  private:
   // A list or map that has not ended.
   struct Open {
-    YamlTree tree;
+    std::shared_ptr<YamlTree> tree;
     std::string path;
-    YAML::anchor_t anchor = 0;
     YAML::Mark mark;
-    bool is_key = false;                 // which no list or map can be
-    std::optional<YamlTree::Entry> key;  // of a map: given, its value not
-    std::map<std::string, int> lines{};  // of the keys so far
-    size_t written = kBytesOfNode;
-    int depth = 1;  // of what is in it
+    bool is_key = false;                   // which no list or map can be
+    std::optional<YamlTree::Entry> key{};  // of a map: given, its value not
+    std::map<std::string, int> lines{};    // of the keys so far
   };
 
   static int LineOf(const YAML::Mark& mark) { return mark.is_null() ? 1 : mark.line + 1; }
@@ -110,13 +97,13 @@ class TreeBuilder : public YAML::EventHandler {
   }
 
   bool WantsKey() const {
-    return !open_.empty() && open_.back().tree.kind == Kind::kMap && !open_.back().key;
+    return !open_.empty() && open_.back().tree->kind == Kind::kMap && !open_.back().key;
   }
   std::string PathOfNext() const {
     if (open_.empty()) return at_.path;
     const Open& parent = open_.back();
     return parent.key ? JoinKey(parent.path, parent.key->key)
-                      : ElementPath(parent.path, parent.tree.entries.size());
+                      : ElementPath(parent.path, parent.tree->entries.size());
   }
 
   void RefuseTag(const YAML::Mark& mark, const std::string& tag) const {
@@ -126,13 +113,14 @@ class TreeBuilder : public YAML::EventHandler {
     if (shown != allowed_tag_) FailAt(mark, PathOfNext(), "has a tag, " + shown + "; leave it out");
   }
 
-  Part Scalar(const YAML::Mark& mark, Kind kind, const std::string& text, bool plain) const {
-    YamlTree tree;
-    tree.kind = kind;
-    tree.text = text;
-    tree.plain = plain;
-    tree.line = LineOf(mark);
-    return {std::make_shared<const YamlTree>(std::move(tree)), kBytesOfNode + text.size(), 1};
+  std::shared_ptr<YamlTree> NewTree(const YAML::Mark& mark, Kind kind) {
+    if (++values_ > kMostValues)
+      FailAt(mark, "",
+             "is too large, must have at most " + std::to_string(kMostValues) + " values");
+    auto tree = std::make_shared<YamlTree>();
+    tree->kind = kind;
+    tree->line = LineOf(mark);
+    return tree;
   }
 
   void TakeKey(const YAML::Mark& mark, const std::string& key, bool plain) {
@@ -146,61 +134,42 @@ class TreeBuilder : public YAML::EventHandler {
                  ? "duplicate key"
                  : "duplicate key, first given in line " + std::to_string(first->second));
     map.key = {key, LineOf(mark), nullptr};
-    map.written += kBytesOfNode + key.size();
   }
 
-  void Begin(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor, Kind kind) {
+  void Begin(const YAML::Mark& mark, const std::string& tag, Kind kind) {
     RefuseTag(mark, tag);
-    if (open_.size() >= kDeepest) FailDepth(mark);
-    Open part{.tree = {},
-              .path = PathOfNext(),
-              .anchor = anchor,
-              .mark = mark,
-              .is_key = WantsKey(),
-              .key = {}};
-    part.tree.kind = kind;
-    part.tree.line = LineOf(mark);
-    open_.push_back(std::move(part));
+    if (open_.size() >= kDeepest)
+      FailAt(mark, "", "is nested deeper than " + std::to_string(kDeepest) + " levels");
+    open_.push_back({NewTree(mark, kind), PathOfNext(), mark, WantsKey()});
   }
 
   void End() {
-    Open part = std::move(open_.back());
+    const Open part = std::move(open_.back());
     open_.pop_back();
     if (part.is_key) return TakeBadKey(part.mark);
-    Finish({std::make_shared<const YamlTree>(std::move(part.tree)), part.written, part.depth + 1},
-           part.anchor, part.mark);
+    Add(part.tree);
   }
 
   // Puts a finished part where it belongs.
-  void Finish(const Part& part, YAML::anchor_t anchor, const YAML::Mark& mark) {
-    if (anchor != 0) anchored_[anchor] = part;
-    if (static_cast<int>(open_.size()) + part.depth > kDeepest + 1) FailDepth(mark);
+  void Add(const std::shared_ptr<const YamlTree>& tree) {
     if (open_.empty()) {
-      root_ = part;
+      root_ = tree;
       return;
     }
     Open& parent = open_.back();
-    parent.written += part.written;
-    if (parent.written > kMostWritten)
-      FailAt(mark, PathOfNext(), "is too large a document with every alias written out");
-    parent.depth = std::max(parent.depth, part.depth);
-    YamlTree::Entry entry = parent.key ? *parent.key : YamlTree::Entry{"", LineOf(mark), nullptr};
+    YamlTree::Entry entry = parent.key.value_or(YamlTree::Entry{"", tree->line, nullptr});
     parent.key.reset();
-    entry.value = part.tree;
-    parent.tree.entries.push_back(std::move(entry));
-  }
-
-  [[noreturn]] void FailDepth(const YAML::Mark& mark) const {
-    FailAt(mark, "", "is nested deeper than " + std::to_string(kDeepest) + " levels");
+    entry.value = tree;
+    parent.tree->entries.push_back(std::move(entry));
   }
 
   YamlNode at_;
   std::string allowed_tag_;
   int documents_ = 0;
-  Part root_;
+  size_t values_ = 0;
+  std::shared_ptr<const YamlTree> root_;
   std::optional<std::pair<YAML::Mark, std::string>> bad_key_;  // and the map that it is in
   std::vector<Open> open_;
-  std::map<YAML::anchor_t, Part> anchored_;
 };
 
 // A node of the kind "nothing" for text that holds no document.
@@ -229,28 +198,16 @@ void EmitText(const std::string& text, YAML::Emitter* out) {
 }
 
 void Emit(const YamlTree& tree, YAML::Emitter* out) {
-  switch (tree.kind) {
-    case Kind::kNothing:
-      *out << YAML::Null;
-      return;
-    case Kind::kText:
-      EmitText(tree.text, out);
-      return;
-    case Kind::kList:
-      *out << YAML::Flow << YAML::BeginSeq;
-      for (const YamlTree::Entry& entry : tree.entries) Emit(*entry.value, out);
-      *out << YAML::EndSeq;
-      return;
-    case Kind::kMap:
-      *out << YAML::Flow << YAML::BeginMap;
-      for (const YamlTree::Entry& entry : tree.entries) {
-        *out << YAML::Key;
-        EmitText(entry.key, out);
-        *out << YAML::Value;
-        Emit(*entry.value, out);
-      }
-      *out << YAML::EndMap;
+  if (tree.kind == Kind::kNothing) *out << YAML::Null;
+  if (tree.kind == Kind::kText) EmitText(tree.text, out);
+  if (tree.kind == Kind::kNothing || tree.kind == Kind::kText) return;
+  const bool is_map = tree.kind == Kind::kMap;
+  *out << YAML::Flow << (is_map ? YAML::BeginMap : YAML::BeginSeq);
+  for (const YamlTree::Entry& entry : tree.entries) {
+    if (is_map) EmitText(entry.key, out);
+    Emit(*entry.value, out);
   }
+  *out << (is_map ? YAML::EndMap : YAML::EndSeq);
 }
 
 }  // namespace
@@ -282,9 +239,9 @@ std::vector<YamlNode> YamlNode::Elements() const {
 
 std::optional<YamlNode> YamlNode::Find(const std::string& key) const {
   if (!IsMap()) return std::nullopt;
-  for (const YamlTree::Entry& entry : tree->entries)
-    if (entry.key == key) return YamlNode{entry.value, file, JoinKey(path, key), entry.line};
-  return std::nullopt;
+  const auto found = std::ranges::find(tree->entries, key, &YamlTree::Entry::key);
+  if (found == tree->entries.end()) return std::nullopt;
+  return YamlNode{found->value, file, JoinKey(path, key), found->line};
 }
 
 std::optional<std::string> YamlNode::Text() const {
@@ -295,12 +252,12 @@ YamlNode YamlNode::With(const std::vector<std::pair<std::string, YamlNode>>& mor
   if (!IsMap()) Fail("must be a group of keys");
   YamlTree merged = *tree;
   for (const auto& [key, value] : more) {
-    const auto same = [&name = key](const YamlTree::Entry& entry) { return entry.key == name; };
-    const auto found = std::find_if(merged.entries.begin(), merged.entries.end(), same);
+    const auto found = std::ranges::find(merged.entries, key, &YamlTree::Entry::key);
+    const YamlTree::Entry entry{key, value.line, value.tree};
     if (found == merged.entries.end())
-      merged.entries.push_back({key, value.line, value.tree});
+      merged.entries.push_back(entry);
     else
-      *found = {key, value.line, value.tree};
+      *found = entry;
   }
   YamlNode node = *this;
   node.tree = std::make_shared<const YamlTree>(std::move(merged));
@@ -308,13 +265,8 @@ YamlNode YamlNode::With(const std::vector<std::pair<std::string, YamlNode>>& mor
 }
 
 YamlNode TextNode(const std::string& text, const YamlNode& at) {
-  YamlTree tree;
-  tree.kind = Kind::kText;
-  tree.text = text;
-  tree.plain = true;
-  tree.line = at.line;
   YamlNode node = at;
-  node.tree = std::make_shared<const YamlTree>(std::move(tree));
+  node.tree = std::make_shared<const YamlTree>(YamlTree{Kind::kText, text, true, {}, at.line});
   return node;
 }
 
@@ -343,10 +295,8 @@ void RequireText(const std::string& text, YamlNode at) {
   if (!bad) return;
   at.line += static_cast<int>(std::count(text.data(), text.data() + *bad, '\n'));
   const auto byte = static_cast<unsigned char>(text[*bad]);
-  char hex[8];
-  std::snprintf(hex, sizeof hex, "0x%02x", byte);
-  at.Fail(byte < 0x80 ? std::string("holds a control character (") + hex + ")"
-                      : std::string("is no UTF-8 text (byte ") + hex + ")");
+  at.Fail(byte < 0x80 ? fmt::format("holds a control character (0x{:02x})", byte)
+                      : fmt::format("is no UTF-8 text (byte 0x{:02x})", byte));
 }
 
 YamlNode LoadYaml(const std::string& file) { return ParseYaml(system::ReadWhole(file), file); }

@@ -169,25 +169,19 @@ std::string ReadWhole(const fs::path& path, size_t most) {
   const auto fail = [&](const std::string& why) {
     throw ConfigError(path.string() + ": cannot be read: " + why);
   };
-  // A pipe without a writer would not open otherwise.
-  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  if (fd < 0) fail(std::strerror(errno));
-  struct Closer {
-    int fd;
-    ~Closer() { close(fd); }
-  } const closer{fd};
   struct stat found {};
-  if (fstat(fd, &found) != 0) fail(std::strerror(errno));
-  if (!KindOf(found).empty()) fail("it " + KindOf(found));
+  if (stat(path.c_str(), &found) != 0) fail(std::strerror(errno));
+  if (const std::string kind = KindOf(found); !kind.empty()) fail("it " + kind);
+  std::ifstream file(path, std::ios::binary);
+  if (!file) fail(std::strerror(errno));
   std::string text;
   char buffer[1 << 16];
-  for (;;) {
-    const ssize_t n = TEMP_FAILURE_RETRY(read(fd, buffer, sizeof buffer));
-    if (n < 0) fail(std::strerror(errno));
-    if (n == 0) return text;
-    text.append(buffer, static_cast<size_t>(n));
+  while (file.read(buffer, sizeof buffer), file.gcount() > 0) {
+    text.append(buffer, static_cast<size_t>(file.gcount()));
     if (text.size() > most) fail("it is larger than " + std::to_string(most >> 20U) + " MiB");
   }
+  if (file.bad()) fail(std::strerror(errno));
+  return text;
 }
 
 }  // namespace turbidock::system

@@ -1,8 +1,9 @@
 #include "experiments/system/plain_text.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstdint>
-#include <cstdio>
 
 namespace turbidock::system {
 namespace {
@@ -56,25 +57,17 @@ std::optional<size_t> FirstNoText(std::string_view text) {
 
 std::string Printable(std::string_view text) {
   std::string out;
+  const auto byte = [&](size_t at) { return static_cast<unsigned char>(text[at]); };
   for (size_t i = 0; i < text.size();) {
-    const size_t length = LetterAt(text.substr(i));
-    const auto byte = static_cast<unsigned char>(text[i]);
+    size_t length = LetterAt(text.substr(i));
     // C1 controls are two bytes, c2 80 to c2 9f
-    const bool is_c1 =
-        length == 2 && byte == 0xc2 && static_cast<unsigned char>(text[i + 1]) < 0xa0;
-    if (length > 0 && !is_c1 && !(length == 1 && IsControl(byte))) {
+    const bool is_c1 = length == 2 && byte(i) == 0xc2 && byte(i + 1) < 0xa0;
+    if (length > 0 && !is_c1 && !(length == 1 && IsControl(byte(i)))) {
       out += text.substr(i, length);
       i += length;
       continue;
     }
-    char hex[8];
-    std::snprintf(hex, sizeof hex, "\\x%02x", byte);
-    out += hex;
-    ++i;
-    if (is_c1) {
-      std::snprintf(hex, sizeof hex, "\\x%02x", static_cast<unsigned char>(text[i++]));
-      out += hex;
-    }
+    for (length = is_c1 ? 2 : 1; length > 0; --length) out += fmt::format("\\x{:02x}", byte(i++));
   }
   return out;
 }

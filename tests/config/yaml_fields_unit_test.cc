@@ -231,10 +231,9 @@ TEST(YamlFields, TextTakesAnyScalar) {
   EXPECT_EQ(Load("title: ''").title, "");
 }
 
-TEST(YamlFields, AnchorsAndFlowStyleAreYaml) {
-  const OneOfEverything o =
-      Load("{limits_v: &pair [1, 2], distances_m: *pair, gain: &g 3, count: *g}");
-  EXPECT_THAT(o.distances_m, ElementsAre(1, 2));
+TEST(YamlFields, FlowStyleIsYaml) {
+  const OneOfEverything o = Load("{limits_v: [1, 2], gain: 3, count: 3}");
+  EXPECT_EQ(o.limits_v[1], 2);
   EXPECT_EQ(o.count, 3);
 }
 
