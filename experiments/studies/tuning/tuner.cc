@@ -30,8 +30,12 @@ std::vector<double> Costs(const Study& study, const std::vector<trial::TrialReco
 
 TrialSummary Summarise(const Study& study, const std::vector<trial::TrialRecord>& records) {
   TrialSummary summary{.trials = std::ssize(records), .cost_mean = Mean(Costs(study, records))};
+  summary.cost_by_term.resize(study.settings().objective.size());
   std::vector<double> times, y, z;
   for (const trial::TrialRecord& record : records) {
+    const std::vector<double> costs = study.CostsOf(record);
+    for (size_t i = 0; i < costs.size(); ++i)
+      summary.cost_by_term[i] += costs[i] / static_cast<double>(records.size());
     if (!record.success()) continue;
     ++summary.successes;
     times.push_back(record.time_s);
@@ -207,7 +211,8 @@ class Tuning {
                             .best = costs[best],
                             .median = statistics::Median(costs).value_or(0),
                             .incumbent = CostOf(incumbent_),
-                            .incumbent_success = incumbent_.success_rate()};
+                            .incumbent_success = incumbent_.success_rate(),
+                            .incumbent_trials = Summarise(study_, incumbent_.records)};
     for (const Evaluation& evaluation : done) record.given_up += evaluation.given_up;
     if (!result_.generations.empty()) record.gained = result_.generations.back().gained;
     std::optional<double> gained;

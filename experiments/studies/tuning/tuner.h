@@ -18,6 +18,20 @@
 
 namespace turbidock::tuning {
 
+// Of the trials of one set of gains.
+struct TrialSummary {
+  int64_t trials = 0, successes = 0;
+  statistics::Interval success_95{};  // Wilson
+  double cost_mean = 0;
+  std::vector<double> cost_by_term{};  // means, in the objective's order
+  // Medians over the successes.
+  std::optional<double> time_s_median = std::nullopt, final_error_true_y_m_median = std::nullopt,
+                        final_error_true_z_m_median = std::nullopt;
+
+  TURBIDOCK_FIELDS(trials, successes, success_95, cost_mean, cost_by_term, time_s_median,
+                   final_error_true_y_m_median, final_error_true_z_m_median)
+};
+
 // What a generation brought.
 struct GenerationRecord {
   int generation = 0;
@@ -26,27 +40,15 @@ struct GenerationRecord {
   double best = 0, median = 0;   // cost of its candidates
   double incumbent = 0;          // cost on the same trials, before the generation
   double incumbent_success = 0;  // share
-  bool replaced = false;         // a candidate took the incumbent's place
+  TrialSummary incumbent_trials{};
+  bool replaced = false;  // a candidate took the incumbent's place
   // Sum over the replacements so far of how much less the new incumbent cost on the trials of its
   // challenge that were new to both: what the search gained, whichever seeds a generation had.
   double gained = 0;
   Gains gains{};  // the incumbent's after it
 
   TURBIDOCK_FIELDS(generation, candidates, given_up, trials, best, median, incumbent,
-                   incumbent_success, replaced, gained, gains)
-};
-
-// One side of the comparison on held-out trials.
-struct TrialSummary {
-  int64_t trials = 0, successes = 0;
-  statistics::Interval success_95{};  // Wilson
-  double cost_mean = 0;
-  // Medians over the successes.
-  std::optional<double> time_s_median = std::nullopt, final_error_true_y_m_median = std::nullopt,
-                        final_error_true_z_m_median = std::nullopt;
-
-  TURBIDOCK_FIELDS(trials, successes, success_95, cost_mean, time_s_median,
-                   final_error_true_y_m_median, final_error_true_z_m_median)
+                   incumbent_success, incumbent_trials, replaced, gained, gains)
 };
 
 struct Comparison {

@@ -42,16 +42,26 @@ report::Tone ToneOf(const statistics::PairedComparison& cost) {
 std::string Probability(double p) { return fmt::format("{:.2g}", p); }
 std::string GainText(double value) { return fmt::format("{:.4g}", value); }
 
-report::Table TableOf(const Comparison& c) {
-  report::Table table({"<", "<docked", "time s", "y mm", "z mm", "cost"});
+report::Table TableOf(const std::vector<ObjectiveTerm>& objective, const Comparison& c) {
+  std::vector<std::string> columns = {"<", "<docked", "time s", "y mm", "z mm"};
+  for (const ObjectiveTerm& term : objective) columns.push_back("cost of " + term.metric);
+  columns.emplace_back("cost");
+  report::Table table(columns);
   const auto mm = [](const std::optional<double>& m) {
     return m ? Fixed(units::MmFromM(*m), 1) : "-";
   };
-  for (const auto& [name, s] : {std::pair{"before", &c.start}, std::pair{"tuned", &c.tuned}})
-    table.Row({name, Rate(*s), Fixed(s->time_s_median, 1), mm(s->final_error_true_y_m_median),
-               mm(s->final_error_true_z_m_median), Fixed(s->cost_mean, 2)});
-  table.Row({"difference", "", "", "", "",
-             report::Cell(Difference(c.cost_difference), ToneOf(c.cost_difference))});
+  for (const auto& [name, s] : {std::pair{"before", &c.start}, std::pair{"tuned", &c.tuned}}) {
+    std::vector<report::Cell> row = {name, Rate(*s), Fixed(s->time_s_median, 1),
+                                     mm(s->final_error_true_y_m_median),
+                                     mm(s->final_error_true_z_m_median)};
+    for (const double cost : s->cost_by_term) row.emplace_back(Fixed(cost, 2));
+    row.emplace_back(Fixed(s->cost_mean, 2));
+    table.Row(row);
+  }
+  std::vector<report::Cell> last(columns.size());
+  last.front() = "difference";
+  last.back() = report::Cell(Difference(c.cost_difference), ToneOf(c.cost_difference));
+  table.Row(last);
   return table;
 }
 
@@ -102,7 +112,7 @@ report::Section HeldOutSection(const Study& study, const Comparison& held_out) {
                             Probability(held_out.cost_difference.t_p),
                             Probability(held_out.cost_difference.wilcoxon_p),
                             Probability(held_out.mcnemar_p))},
-      .table = TableOf(held_out)};
+      .table = TableOf(study.settings().objective, held_out)};
   if (const statistics::PairedComparison& t = held_out.time_difference_s; t.pairs > 0)
     section.lines.push_back(fmt::format(
         "Where both docked ({} pairs) the tuned gains take {}, p = {} (t), {} (Wilcoxon).", t.pairs,
@@ -114,25 +124,61 @@ std::vector<report::Sample> OverTrials(const TuningResult& result, auto of) {
   return report::SamplesOf(result.generations, &GenerationRecord::trials, of);
 }
 
-report::Section ConvergenceSection(const TuningResult& result) {
+// Where the search converges: as far as its bests and incumbents go, and the start where it is not
+// far above them.
+report::Axis CostAxis(const std::vector<GenerationRecord>& generations) {
+  const double start = generations.front().incumbent;
+  double low = start, high = start;
+  for (size_t i = 1; i < generations.size(); ++i) {
+    const GenerationRecord& g = generations[i];
+    low = std::min({low, g.best, g.incumbent});
+    high = std::max({i == 1 ? g.incumbent : high, g.best, g.incumbent});
+  }
+  if (start > high && start - low < 3 * (high - low)) high = start;
+  const double margin = 0.1 * (high - low);
+  return {.label = "cost of a trial", .low = low - margin, .high = high + margin};
+}
+
+report::Section ConvergenceSection(const Study& study, const TuningResult& result) {
   using G = GenerationRecord;
-  // A generation that went astray may leave the picture; what the search is about may not.
-  double top = 0;
-  for (const G& g : result.generations) top = std::max({top, 1.2 * g.best, 1.2 * g.incumbent});
+  const auto panel = [&](const char* title, const report::Axis& y) {
+    return report::Panel{.title = title, .x = {"trials"}, .y = y, .legend = report::Legend::kAbove};
+  };
+  const auto of_incumbent = [&](std::optional<double> TrialSummary::*value, double unit) {
+    return OverTrials(result, [value, unit](const G& g) {
+      return unit * (g.incumbent_trials.*value).value_or(report::kOpen);
+    });
+  };
   const auto replaced = [](const G& g) { return g.replaced ? g.best : report::kOpen; };
-  const auto left = [&](const G& g) { return result.generations.front().incumbent - g.gained; };
-  const std::vector<report::Series> series = {
+  const double start = result.generations.front().incumbent;
+  const auto left = [&](const G& g) { return start - g.gained; };
+  report::Panel cost = panel("cost", CostAxis(result.generations));
+  cost.series = {
       {"median of the generation", OverTrials(result, &G::median), report::kGrey},
       {"its best", OverTrials(result, &G::best), report::CurveColor(0), Mark::kLineWithDots},
       {"incumbent, same trials", OverTrials(result, &G::incumbent), report::CurveColor(2)},
       {"takes its place", OverTrials(result, replaced), report::CurveColor(1), Mark::kRings, 2, 11},
       {"start less gains on new trials", OverTrials(result, left), report::CurveColor(1),
        Mark::kDashedSteps}};
-  return {.title = "Convergence",
-          .panels = {{.x = {"trials"},
-                      .y = {.label = "cost of a trial", .high = top},
-                      .series = series,
-                      .legend = report::Legend::kAbove}}};
+  report::Panel terms = panel("the incumbent's cost by its terms", {.label = "cost", .low = 0});
+  for (size_t i = 0; i < study.settings().objective.size(); ++i) {
+    const auto term = [i](const G& g) { return g.incumbent_trials.cost_by_term[i]; };
+    terms.series.push_back({study.settings().objective[i].metric, OverTrials(result, term),
+                            report::CurveColor(i), Mark::kLineWithDots});
+  }
+  report::Panel time = panel("the incumbent's time to dock", {"median of what docked [s]"});
+  time.series = {{"", of_incumbent(&TrialSummary::time_s_median, 1), report::CurveColor(2),
+                  Mark::kLineWithDots}};
+  report::Panel error =
+      panel("the incumbent's final error", {.label = "median of what docked [mm]", .low = 0});
+  error.series = {{"|y|", of_incumbent(&TrialSummary::final_error_true_y_m_median, 1000),
+                   report::CurveColor(0), Mark::kLineWithDots},
+                  {"|z|", of_incumbent(&TrialSummary::final_error_true_z_m_median, 1000),
+                   report::CurveColor(1), Mark::kLineWithDots}};
+  report::Section section{.title = "Convergence", .panels = {cost, terms, time, error}};
+  if (start > cost.y.high)
+    section.note = fmt::format("The start cost {:.1f}, beyond the top of the first plot.", start);
+  return section;
 }
 
 report::Section GainsSection(const Study& study, const TuningResult& result) {
@@ -202,7 +248,7 @@ report::Report ReportOf(const Study& study, const TuningResult& result) {
       .facts = FactsOf(study, result)};
   const auto add = [&](report::Section section) { report.sections.push_back(std::move(section)); };
   if (result.held_out) add(HeldOutSection(study, *result.held_out));
-  if (!result.generations.empty()) add(ConvergenceSection(result));
+  if (!result.generations.empty()) add(ConvergenceSection(study, result));
   add(GainsSection(study, result));
   add(CostSection(settings));
   return report;

@@ -349,7 +349,11 @@ TuningResult Found(const Study& study, int generations, double cost, double half
   result.start = study.start();
   result.tuned = {1.5};
   for (int g = 0; g <= generations; ++g)
-    result.generations.push_back({.generation = g, .trials = 4 * g + 4, .gains = {1.5}});
+    result.generations.push_back(
+        {.generation = g,
+         .trials = 4 * g + 4,
+         .incumbent_trials = {.cost_by_term = {g + 0.5}, .time_s_median = 9},
+         .gains = {1.5}});
   Comparison held_out;
   held_out.cost_difference = {
       .pairs = 3, .mean = cost, .confidence = {cost - half_width, cost + half_width}};
@@ -390,6 +394,45 @@ TEST(TuningReport, CallsADifferenceOneOnlyWhereItsIntervalLeavesZero) {
     EXPECT_EQ(verdict(cost).word, "no significant difference");
     EXPECT_EQ(verdict(cost).tone, report::Tone::kNone);
   }
+}
+
+const report::Panel& PanelOf(const report::Section& section, const std::string& title) {
+  for (const report::Panel& panel : section.panels)
+    if (panel.title.find(title) != std::string::npos) return panel;
+  ADD_FAILURE() << "no panel " << title;
+  return section.panels.front();
+}
+
+TEST(TuningReport, ShowsTimeAndErrorBesideTheCostAndItsTerms) {
+  const Study study(kHead + kTrials + kGains + kObjective + kFast, "study.yaml");
+  const report::Report report = ReportOf(study, Found(study, 2, -1, 0.5));
+  const report::Section& convergence = report.sections[1];
+  ASSERT_EQ(convergence.title, "Convergence");
+  EXPECT_EQ(PanelOf(convergence, "time to dock").series[0].points[1].y, 9);
+  EXPECT_EQ(PanelOf(convergence, "final error").series.size(), 2u);
+  const report::Series& term = PanelOf(convergence, "by its terms").series[0];
+  EXPECT_EQ(term.name, "tracking_rms_m");
+  EXPECT_EQ(term.points[2].y, 2.5);
+}
+
+// A start that is far worse does not squeeze what the search is about.
+TEST(TuningReport, TheScaleIsWhereTheConvergenceIs) {
+  const Study study(kHead + kTrials + kGains + kObjective + kFast, "study.yaml");
+  TuningResult result = Found(study, 2, -1, 0.5);
+  const auto cost = [&](double start) {
+    result.generations[0].best = result.generations[0].incumbent = start;
+    for (const size_t g : {1u, 2u}) {
+      result.generations[g].incumbent = 20;
+      result.generations[g].best = 16;
+    }
+    const report::Report report = ReportOf(study, result);
+    return std::pair{report.sections[1].panels[0].y, report.sections[1].note};
+  };
+  EXPECT_LT(cost(400).first.high, 30);
+  EXPECT_GT(cost(400).first.low, 10);
+  EXPECT_EQ(cost(400).second, "The start cost 400.0, beyond the top of the first plot.");
+  EXPECT_GT(cost(22).first.high, 22);
+  EXPECT_EQ(cost(22).second, "");
 }
 
 TEST(TuningReport, SaysInEveryFormWhatTheTunedGainsTakeWhereBothDocked) {
