@@ -13,7 +13,7 @@
 #include "experiments/media/figure.h"
 #include "experiments/page/batch_page.h"
 #include "experiments/page/page.h"
-#include "experiments/page/result_page.h"
+#include "experiments/page/report_page.h"
 #include "experiments/studies/compare/comparison_page.h"
 #include "experiments/system/output_path.h"
 #include "experiments/system/plain_text.h"
@@ -33,34 +33,22 @@ struct ReportArguments {
   farm::BatchReportOptions batch() const { return {.by = by, .over = over}; }
 };
 
-// The page of what is given, or only its report.
-struct Shown {
-  std::optional<page::Page> page = {};
-  report::Report report = {};
-};
-
-Shown ShowOne(const ReportArguments& arguments, bool with_page) {
-  const std::string& file = arguments.inputs[0];
-  if (!page::IsFileOfTrials(file)) return {.page = page::ResultPage(file, arguments.plugins)};
-  const farm::ResultStore store = farm::ResultStore::Read(file);
-  if (arguments.trial)
-    return {.page = page::StoredTrialPage(store, file, *arguments.trial, arguments.plugins)};
-  Shown shown{.report = farm::ReportOf(farm::SummaryOf(store, file, arguments.batch()))};
-  if (with_page)
-    shown.page =
-        page::BatchPage(store, file, {.plugins = arguments.plugins, .report = arguments.batch()});
-  return shown;
-}
-
-Shown ShowTwo(const ReportArguments& arguments, bool with_page) {
+page::Page PageOfTwo(const ReportArguments& arguments) {
   const std::string &a = arguments.inputs[0], &b = arguments.inputs[1];
   const farm::ResultStore in_a = farm::ResultStore::Read(a), in_b = farm::ResultStore::Read(b);
-  const compare::Comparison comparison =
-      compare::Compare({in_a, a}, {in_b, b}, {.by = arguments.by, .ignore = arguments.ignore});
-  Shown shown{.report = compare::ReportOf(comparison)};
-  if (with_page)
-    shown.page = compare::PageOf(comparison, {in_a, a}, {in_b, b}, {.plugins = arguments.plugins});
-  return shown;
+  return compare::PageOf(
+      compare::Compare({in_a, a}, {in_b, b}, {.by = arguments.by, .ignore = arguments.ignore}),
+      {in_a, a}, {in_b, b}, {.plugins = arguments.plugins});
+}
+
+page::Page PageOf(const ReportArguments& arguments) {
+  if (arguments.are_two()) return PageOfTwo(arguments);
+  const std::string& file = arguments.inputs[0];
+  if (!page::IsFileOfTrials(file)) return page::ResultPage(file, arguments.plugins);
+  const farm::ResultStore store = farm::ResultStore::Read(file);
+  if (arguments.trial)
+    return page::StoredTrialPage(store, file, *arguments.trial, arguments.plugins);
+  return page::BatchPage(store, file, {.plugins = arguments.plugins, .report = arguments.batch()});
 }
 
 // ConfigError for inputs that are not there and for options that are not for these.
@@ -75,23 +63,24 @@ void RequireSense(const ReportArguments& arguments) {
     if (arguments.are_two() && !page::IsFileOfTrials(input))
       throw ConfigError(input + ": is no batch's file; two of them are compared");
   }
-  const bool is_batch = page::IsFileOfTrials(inputs[0]), is_one = is_batch && !arguments.are_two();
-  if (arguments.trial && !is_one) throw ConfigError("--trial is for one batch's file");
-  if (!arguments.over.empty() && (!is_one || arguments.trial))
-    throw ConfigError("--over is for one batch's file");
+  const bool is_batch = page::IsFileOfTrials(inputs[0]) && !arguments.trial;
+  const bool is_one = is_batch && !arguments.are_two();
+  if (arguments.trial && (!page::IsFileOfTrials(inputs[0]) || arguments.are_two()))
+    throw ConfigError("--trial is for one batch's file");
+  if (!arguments.over.empty() && !is_one) throw ConfigError("--over is for one batch's file");
   if (!arguments.ignore.empty() && !arguments.are_two())
     throw ConfigError("--ignore is for two batches");
-  if (!arguments.by.empty() && (!is_batch || arguments.trial))
-    throw ConfigError("--by is for a batch's file or two");
-  if (!arguments.figure.empty() && (!is_batch || arguments.trial))
-    throw ConfigError("--figure is for a batch's file or two");
+  if (!arguments.by.empty() && !is_batch) throw ConfigError("--by is for a batch's file or two");
+  if (!arguments.figure.empty() && !is_one)
+    throw ConfigError("--figure is for one batch's file; turbidock compare draws how two differ");
 }
 
-void DrawFigure(const ReportArguments& arguments, const report::Report& report) {
-  if (arguments.figure.empty()) return;
-  const report::Figure figure = media::FigureOf(report);
+void DrawFigure(const ReportArguments& arguments) {
+  const std::string& file = arguments.inputs[0];
+  const report::Figure figure = media::FigureOf(
+      farm::ReportOf(farm::SummaryOf(farm::ResultStore::Read(file), file, arguments.batch())));
   if (figure.panels.empty())
-    throw ConfigError(arguments.inputs[0] +
+    throw ConfigError(file +
                       ": has nothing to draw: none of its parameters is a number that varies");
   media::WriteFigure(arguments.figure, figure);
 }
@@ -109,15 +98,12 @@ int Report(const ReportArguments& arguments) {
       if (entry.path().extension() != ".html") plan.Reads(entry.path().string());
   }
   plan.Writes(out).Writes(arguments.figure).Require();
-  const bool with_page = !out.empty();
-  const Shown shown =
-      arguments.are_two() ? ShowTwo(arguments, with_page) : ShowOne(arguments, with_page);
-  DrawFigure(arguments, shown.report);
-  if (!with_page) return kExitDone;
-  page::WritePage(out, *shown.page);
+  if (!arguments.figure.empty()) DrawFigure(arguments);
+  if (out.empty()) return kExitDone;
+  const page::Page page = PageOf(arguments);
+  page::WritePage(out, page);
   Progress(/*quiet=*/false)
-      .Say(system::OneLineOf(fmt::format("{}: {}, {:.1f} MB", out,
-                                         shown.page->model.value("title", ""),
+      .Say(system::OneLineOf(fmt::format("{}: {}, {:.1f} MB", out, page.model.value("title", ""),
                                          static_cast<double>(fs::file_size(out)) / 1e6)));
   return kExitDone;
 }
@@ -138,7 +124,7 @@ void AddReport(CommandLine& line) {
   report.Add("--over KEY", arguments.over, "Of a batch, draw success over this parameter");
   report.Add("--ignore KEY,...", arguments.ignore,
              "Of two batches, parameters in which they are meant to differ");
-  report.AddFigure(arguments.figure, "Draw a batch's success, or how two differ");
+  report.AddFigure(arguments.figure, "Draw a batch's success");
   report.Add(
       "--out FILE.html", arguments.out,
       "The page: one file, to be opened in a browser [report.html, unless there is --figure]");

@@ -3,8 +3,9 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <memory>
 #include <span>
-#include <string_view>
+#include <string>
 
 #include "sim/base/image.h"
 
@@ -30,8 +31,6 @@ class Canvas {
  public:
   // Black, or transparent: a layer to be drawn over another canvas.
   Canvas(int width_px, int height_px, bool transparent = false);
-  ~Canvas();
-  Canvas(Canvas&&) noexcept;
 
   int width() const { return width_px_; }
   int height() const { return height_px_; }
@@ -45,8 +44,7 @@ class Canvas {
   void Clear();  // as it was made
   void FillRect(const PixelRect& rect, Rgb color, double alpha = 1);
   void FillRounded(const PixelRect& rect, double radius_px, Rgb color, double alpha = 1);
-  // Fills a convex or concave outline without anti-aliasing: neighbours that share an edge tile
-  // without seam or overlap.
+  // Without anti-aliasing: neighbours that share an edge tile without seam or overlap.
   void FillTile(std::span<const Eigen::Vector2d> outline_px, Rgb color, double alpha = 1);
   void Line(const Eigen::Vector2d& from_px, const Eigen::Vector2d& to_px, double width_px,
             Rgb color, double alpha = 1, bool round_ends = false);
@@ -57,9 +55,9 @@ class Canvas {
                     double diameter_px, Rgb color, double alpha = 1);
 
   // `at` is on the base line, at the left end, middle or right end of the text.
-  void Text(const Eigen::Vector2d& at_px, std::string_view text, double size_px, Rgb color,
+  void Text(const Eigen::Vector2d& at_px, const std::string& text, double size_px, Rgb color,
             Align align = Align::kLeft, bool bold = false);
-  double TextWidth(std::string_view text, double size_px, bool bold = false);
+  double TextWidth(const std::string& text, double size_px, bool bold = false);
 
   // The image fitted into the rectangle, centred, its shape kept. Returns the rectangle it fills.
   PixelRect DrawImage(const Image3u8& image, const PixelRect& into);
@@ -70,13 +68,13 @@ class Canvas {
   void Unclip();
 
  private:
+  void AddCircle(const Eigen::Vector2d& center_px, double radius_px);  // to the path
   void SetColor(Rgb color, double alpha);
   void SetFont(double size_px, bool bold);
 
   int width_px_, height_px_;
-  _cairo_surface* surface_;
-  _cairo* cairo_;
-  char text_[256] = {};  // text ended by a zero, as cairo wants it
+  std::unique_ptr<_cairo_surface, void (*)(_cairo_surface*)> surface_;
+  std::unique_ptr<_cairo, void (*)(_cairo*)> cairo_;
 };
 
 }  // namespace turbidock::media

@@ -30,7 +30,6 @@ using report::Series;
 
 constexpr double kLetter_px = 9.3;      // a letter's width, roughly
 constexpr double kDotOfSize1_px = 7.5;  // gnuplot's
-constexpr const char* kDashed = " dashtype (8,5)";
 // Around stacked panels.
 constexpr double kLeft_px = 112, kRight_px = 105, kHead_px = 126, kFoot_px = 72, kGap_px = 22;
 
@@ -48,32 +47,48 @@ std::string Color(const Rgb& rgb) {
   return fmt::format("'#{:02x}{:02x}{:02x}'", rgb[0], rgb[1], rgb[2]);
 }
 
-double Letters(std::string_view text) {
-  const auto begins = [](char c) { return (c & 0xc0) != 0x80; };  // in UTF-8
-  return static_cast<double>(std::count_if(text.begin(), text.end(), begins));
-}
+double Letters(const std::string& text) { return static_cast<double>(report::Letters(text)); }
 
-// How a mark is drawn: columns of the data and style, once or twice.
-using Layer = std::pair<const char*, std::string>;
+// How a mark is drawn: columns of the data and style, once or twice. {dashes} and {dot} are the
+// curve's own.
+using Layer = std::pair<const char*, const char*>;
 const std::vector<Layer>& LayersOf(Mark mark) {
-  static const Layer kLine{"1:2", "lines"}, kBars{"1:2:3:4", "yerrorbars pointtype 7"};
+  static const Layer kBars{"1:2:3:4", "yerrorbars pointtype {dot}"};
   static const Layer kBand{"1:3:4", "filledcurves fillstyle transparent solid 0.18 noborder"};
   static const std::map<Mark, std::vector<Layer>> kLayers = {
-      {Mark::kLine, {kLine}},
-      {Mark::kDashes, {{"1:2", std::string("lines") + kDashed}}},
-      {Mark::kSteps, {{"1:2", "steps"}}},
-      {Mark::kDashedSteps, {{"1:2", std::string("steps") + kDashed}}},
-      {Mark::kDots, {{"1:2", "points pointtype 7"}}},
+      {Mark::kLine, {{"1:2", "lines {dashes}"}}},
+      {Mark::kDashes, {{"1:2", "lines dashtype (8,5)"}}},
+      {Mark::kSteps, {{"1:2", "steps {dashes}"}}},
+      {Mark::kDashedSteps, {{"1:2", "steps dashtype (8,5)"}}},
+      {Mark::kDots, {{"1:2", "points pointtype {dot}"}}},
       {Mark::kRings, {{"1:2", "points pointtype 6"}}},
-      {Mark::kLineWithDots, {{"1:2", "linespoints pointtype 7"}}},
+      {Mark::kLineWithDots, {{"1:2", "linespoints pointtype {dot}"}}},
       {Mark::kBand, {kBand}},
-      {Mark::kLineWithBand, {kBand, kLine}},
+      {Mark::kLineWithBand, {kBand, {"1:2", "lines {dashes}"}}},
       {Mark::kBars, {kBars}},
-      {Mark::kLineWithBars, {kLine, kBars}},
-      {Mark::kBarsAlongX, {{"1:2:3:4", "xerrorbars pointtype 7"}}},
-      {Mark::kColumns, {{"1:2:3:4:(0):2", "boxxyerror fillstyle solid 0.7"}}},
+      {Mark::kLineWithBars, {{"1:2", "lines"}, kBars}},
       {Mark::kNone, {}}};
   return kLayers.at(mark);
+}
+
+// Curves differ in the shape of their dots, too, and those without dots in their dashes: in grey
+// their colours are alike.
+struct Shape {
+  int dot;
+  const char* dashes;
+};
+const Shape& ShapeOf(const Rgb& color) {
+  static constexpr std::array<Shape, kCurveColors.size()> kShapes = {
+      {{7, ""},
+       {5, "dashtype (14,3)"},
+       {9, "dashtype (3,3)"},
+       {13, "dashtype (14,3,3,3)"},
+       {11, "dashtype (20,3,3,3)"},
+       {15, "dashtype (9,3,9,3)"},
+       {6, "dashtype (3,3,3,3,14,3)"},
+       {4, "dashtype (1,3)"}}};
+  const auto number = std::ranges::find(kCurveColors, color) - kCurveColors.begin();
+  return kShapes[static_cast<size_t>(number) % kShapes.size()];  // any other: as the first
 }
 
 // A format of files, as gnuplot draws it: the same picture, in points where there are no pixels.
@@ -92,26 +107,6 @@ const Terminal& TerminalOf(const std::string& path) {
   for (const Terminal& terminal : kTerminals)
     if (path.ends_with(terminal.ending)) return terminal;
   throw ConfigError(path + ": a figure's file ends with .png, .svg or .pdf");
-}
-
-// The number of a curve's colour; 0 for any other colour.
-size_t NumberOf(const Rgb& color) {
-  const auto* const found = std::find(kCurveColors.begin(), kCurveColors.end(), color);
-  return found == kCurveColors.end() ? 0 : static_cast<size_t>(found - kCurveColors.begin());
-}
-
-// Curves differ in the shape of their dots, too, and those without dots in their dashes: in grey
-// their colours are alike.
-int DotShape(const Rgb& color) {
-  constexpr std::array<int, kCurveColors.size()> kShapes = {7, 5, 9, 13, 11, 15, 6, 4};
-  return kShapes[NumberOf(color)];
-}
-std::string Dashes(Mark mark, const Rgb& color) {
-  constexpr std::array<const char*, kCurveColors.size()> kDashes = {
-      "", "(14,3)", "(3,3)", "(14,3,3,3)", "(20,3,3,3)", "(9,3,9,3)", "(3,3,3,3,14,3)", "(1,3)"};
-  const bool is_plain = mark == Mark::kLine || mark == Mark::kSteps || mark == Mark::kLineWithBand;
-  const char* const dashes = kDashes[NumberOf(color)];
-  return is_plain && *dashes ? fmt::format(" dashtype {}", dashes) : "";
 }
 
 // What gnuplot is told.
@@ -176,14 +171,6 @@ void AddBlocks(const Panel& panel, double panel_px, Script* script) {
 
 bool IsPoint(const Sample& sample) { return std::isfinite(sample.x) && std::isfinite(sample.y); }
 
-// The style with the curve's own shape in place of a disc.
-std::string Shaped(std::string style, const Rgb& color) {
-  constexpr std::string_view kDisc = "pointtype 7";
-  if (const size_t at = style.find(kDisc); at != std::string::npos)
-    style.replace(at, kDisc.size(), fmt::format("pointtype {}", DotShape(color)));
-  return style;
-}
-
 void AddSeries(const Series& series, Script* script) {
   const std::string data = fmt::format("$data{}", script->data++);
   script->Line("{} << END", data);
@@ -194,14 +181,16 @@ void AddSeries(const Series& series, Script* script) {
       script->Line("");
   script->Line("NaN NaN NaN NaN NaN\nEND");  // a block without a row is an error
   const std::vector<Layer>& layers = LayersOf(series.mark);
+  const Shape& shape = ShapeOf(series.color);
   for (size_t i = 0; i < layers.size(); ++i) {
     const auto& [columns, style] = layers[i];
-    const bool dots = style.find("pointtype") != std::string::npos;
+    const std::string shaped = fmt::format(fmt::runtime(style), fmt::arg("dot", shape.dot),
+                                           fmt::arg("dashes", shape.dashes));
+    const bool dots = shaped.find("pointtype") != std::string::npos;
     script->Plot(
         fmt::format("{} using {}{} axes x1y{}", data, columns, series.scale ? ":5" : "",
                     series.second_axis ? 2 : 1),
-        fmt::format("{}{}{} linewidth {} linecolor {}", Shaped(style, series.color),
-                    style == "lines" || style == "steps" ? Dashes(series.mark, series.color) : "",
+        fmt::format("{}{} linewidth {} linecolor {}", shaped,
                     dots ? fmt::format(" pointsize {}", series.dot_px / kDotOfSize1_px) : "",
                     series.width_px, series.scale ? "palette" : "rgb " + Color(series.color)),
         i + 1 == layers.size() ? series.name : "");
@@ -213,9 +202,9 @@ void AddSeries(const Series& series, Script* script) {
 }
 
 void AddRule(const Rule& rule, Legend legend, Script* script) {
-  const std::string pen =
-      fmt::format("{} linewidth {} linecolor rgb {}", rule.mark == Mark::kDashes ? kDashed : "",
-                  rule.width_px, Color(rule.color));
+  const std::string pen = fmt::format("{} linewidth {} linecolor rgb {}",
+                                      rule.mark == Mark::kDashes ? " dashtype (8,5)" : "",
+                                      rule.width_px, Color(rule.color));
   if (rule.is_up) {
     script->Line("set arrow from {0},graph 0 to {0},graph 1 nohead{1}", rule.at, pen);
     return;
@@ -276,15 +265,7 @@ void AddPanel(const Figure& figure, size_t number, Script* script) {
 
   // panels above each other have the same margins
   if (panel.y.names.empty()) script->Line("set lmargin 10");
-  double letters = 0;
-  for (const Panel& each : figure.panels) {
-    for (const Series& series : each.series) letters = std::max(letters, Letters(series.name));
-    for (const Rule& rule : each.rules) letters = std::max(letters, Letters(rule.name));
-  }
-  if (panel.legend == Legend::kBeside) script->Line("set rmargin {}", letters + 7);
-  script->Line("set key {} Left reverse samplen 3", panel.legend == Legend::kAbove
-                                                        ? "tmargin left horizontal"
-                                                        : "at graph 1.01,1 left top");
+  script->Line("set key tmargin left horizontal Left reverse samplen 3");
   if (figure.stacked) Stack(figure, number, script);
   if (panel.legend == Legend::kNone) script->Line("unset key");
 

@@ -6,12 +6,12 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <charconv>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <optional>
 #include <vector>
 
+#include "experiments/media/mp4_writer.h"
 #include "experiments/media/png.h"
 #include "experiments/system/output_path.h"
 #include "experiments/system/subprocess.h"
@@ -47,34 +47,19 @@ class DecodedImages : public ImageSource {
  public:
   explicit DecodedImages(const std::string& file)
       : file_(file),
-        ffmpeg_({"ffmpeg",
-                 "-nostdin",
-                 "-hide_banner",
-                 "-loglevel",
-                 "error",
-                 "-max_pixels",
-                 std::to_string(int64_t{kLargestImage_px} * kLargestImage_px),
-                 "-i",
-                 "file:" + file,
-                 "-map",
-                 "0:v:0",
-                 "-f",
-                 "image2pipe",
-                 "-c:v",
-                 "ppm",
-                 "-pix_fmt",
-                 "rgb24",
-                 "-fps_mode",
-                 "passthrough",
-                 "pipe:1"},
-                "ffmpeg", system::Subprocess::Output::kStream) {}
+        ffmpeg_(
+            FfmpegCommand(fmt::format("-max_pixels {} -i FILE -map 0:v:0 -f image2pipe -c:v ppm "
+                                      "-pix_fmt rgb24 -fps_mode passthrough pipe:1",
+                                      int64_t{kLargestImage_px} * kLargestImage_px),
+                          file),
+            "ffmpeg", system::Subprocess::Output::kStream) {}
 
   bool Next(Image3u8* image) override {
     if (at_end_) return false;
-    const std::optional<std::array<int64_t, 2>> size = ReadHeader();
-    if (size) {
-      RequireImageSize((*size)[0], (*size)[1], file_);
-      image->Resize(static_cast<int>((*size)[0]), static_cast<int>((*size)[1]));
+    int64_t width_px = 0, height_px = 0;
+    if (ReadHeader(&width_px, &height_px)) {
+      RequireImageSize(width_px, height_px, file_);
+      image->Resize(static_cast<int>(width_px), static_cast<int>(height_px));
       const size_t bytes = 3 * image->pixels();
       if (ffmpeg_.Read(image->data(), bytes) == bytes) {
         ++count_;
@@ -94,22 +79,17 @@ class DecodedImages : public ImageSource {
   bool is_still() const override { return IsStill(file_); }
 
  private:
-  // "P6", width, height and largest value, each followed by one white space.
-  std::optional<std::array<int64_t, 2>> ReadHeader() {
+  // Of the next image: "P6", width, height and largest value, each followed by one white space.
+  bool ReadHeader(int64_t* width_px, int64_t* height_px) {
     std::array<std::string, 4> words;
     for (std::string& word : words)
       for (char c = 0; ffmpeg_.Read(&c, 1) == 1 && !std::isspace(static_cast<unsigned char>(c));)
         word += c;
-    if (words[0].empty()) return std::nullopt;
-    std::array<int64_t, 2> size{};
-    const auto read = [](const std::string& word, int64_t* number) {
-      const char* const end = word.data() + word.size();
-      const auto [stop, error] = std::from_chars(word.data(), end, *number);
-      return error == std::errc() && stop == end;
-    };
-    if (words[0] != "P6" || !read(words[1], &size[0]) || !read(words[2], &size[1]))
-      throw SimulatorFault(file_ + ": ffmpeg's output is not understood");
-    return size;
+    if (words[0].empty()) return false;
+    if (words[0] != "P6") throw SimulatorFault(file_ + ": ffmpeg's output is not understood");
+    *width_px = std::atoll(words[1].c_str());
+    *height_px = std::atoll(words[2].c_str());
+    return true;
   }
 
   std::string file_;
@@ -118,22 +98,19 @@ class DecodedImages : public ImageSource {
   bool at_end_ = false;
 };
 
-Image3u8 ReadStill(const std::string& file) {
-  RequireReadable(file);
-  if (ExtensionOf(file) == ".png") return ReadPng(file);
-  Image3u8 image;
-  DecodedImages(file).Next(&image);
-  return image;
-}
-
 class ImageFiles : public ImageSource {
  public:
-  explicit ImageFiles(std::vector<std::string> files, bool still)
+  ImageFiles(std::vector<std::string> files, bool still)
       : files_(std::move(files)), still_(still) {}
 
   bool Next(Image3u8* image) override {
     if (next_ == files_.size()) return false;
-    *image = ReadStill(files_[next_++]);
+    const std::string& file = files_[next_++];
+    RequireReadable(file);
+    if (ExtensionOf(file) == ".png")
+      *image = ReadPng(file);
+    else
+      DecodedImages(file).Next(image);
     return true;
   }
   bool is_still() const override { return still_; }
@@ -144,38 +121,13 @@ class ImageFiles : public ImageSource {
   size_t next_ = 0;
 };
 
-bool IsOneFile(const std::string& name, const std::vector<std::string>& files) {
-  return files.size() == 1 && files[0] == name;
-}
-
-// What a pattern leaves open of its files' names, of a folder their names; none of a file itself.
-std::vector<std::string> OpenPartsOf(const std::string& name,
-                                     const std::vector<std::string>& files) {
-  std::vector<std::string> parts;
-  if (IsOneFile(name, files)) return parts;
-  const bool is_folder = fs::is_directory(name);
-  const size_t first = name.find_first_of(kWild);
-  const size_t after = name.size() - name.find_last_of(kWild) - 1;
-  for (const std::string& file : files)
-    parts.push_back(is_folder ? fs::path(file).filename().string()
-                              : file.substr(first, file.size() - first - after));
-  return parts;
-}
-
-std::vector<std::string> FilesOfPattern(const std::string& pattern) {
-  std::vector<std::string> files;
-  glob_t found{};
-  if (glob(pattern.c_str(), 0, nullptr, &found) == 0)
-    files.assign(found.gl_pathv, found.gl_pathv + found.gl_pathc);
-  globfree(&found);
-  return files;
-}
-
-// 2 before 10, whether or not numbers are written with zeros before them.
-void SortByName(std::vector<std::string>* files) {
-  std::sort(files->begin(), files->end(), [](const std::string& a, const std::string& b) {
-    return strverscmp(a.c_str(), b.c_str()) < 0;
-  });
+// What tells a file from others of its side: the last number in its name, or else the name.
+std::string MomentOf(const std::string& file) {
+  const std::string name = fs::path(file).filename().string(), digits = "0123456789";
+  const size_t last = name.find_last_of(digits);
+  if (last == std::string::npos) return name;
+  const size_t before = name.find_last_not_of(digits, last);  // npos + 1 is 0
+  return name.substr(before + 1, last - before);
 }
 
 }  // namespace
@@ -188,9 +140,15 @@ std::vector<std::string> FilesOf(const std::string& name) {
   } else if (fs::exists(name)) {
     return {name};
   } else if (name.find_first_of(kWild) != std::string::npos) {
-    files = FilesOfPattern(name);
+    glob_t found{};
+    if (glob(name.c_str(), 0, nullptr, &found) == 0)
+      files.assign(found.gl_pathv, found.gl_pathv + found.gl_pathc);
+    globfree(&found);
   }
-  SortByName(&files);
+  // 2 before 10, whether or not numbers are written with zeros before them
+  std::ranges::sort(files, [](const std::string& a, const std::string& b) {
+    return strverscmp(a.c_str(), b.c_str()) < 0;
+  });
   return files;
 }
 
@@ -200,11 +158,11 @@ void RequirePairs(const std::string& left, const std::string& right) {
   for (size_t i = 0; i < pairs; ++i)
     if (std::error_code ignored; fs::equivalent(left_files[i], right_files[i], ignored))
       throw ConfigError(left_files[i] + ": is given for both sides");
-  const std::vector<std::string> left_parts = OpenPartsOf(left, left_files),
-                                 right_parts = OpenPartsOf(right, right_files);
-  if (std::ranges::find_first_of(left_parts, right_parts) == left_parts.end()) return;
+  if (std::ranges::find_first_of(left_files, right_files, {}, MomentOf, MomentOf) ==
+      left_files.end())
+    return;
   for (size_t i = 0; i < pairs; ++i)
-    if (left_parts[i] != right_parts[i])
+    if (MomentOf(left_files[i]) != MomentOf(right_files[i]))
       throw ConfigError(fmt::format("{} and {} are no pair: the file beside one of them is missing",
                                     left_files[i], right_files[i]));
 }
@@ -214,8 +172,8 @@ std::unique_ptr<ImageSource> OpenImages(const std::string& name) {
   if (files.empty())
     throw ConfigError(name + ": there is no such file or folder, and no such images" +
                       (name.find('%') == std::string::npos ? "" : "; write * for the numbers"));
-  if (!IsOneFile(name, files)) return std::make_unique<ImageFiles>(std::move(files), false);
-  if (IsStill(name)) return std::make_unique<ImageFiles>(std::move(files), true);
+  const bool is_one = files[0] == name;
+  if (!is_one || IsStill(name)) return std::make_unique<ImageFiles>(std::move(files), is_one);
   RequireReadable(name);
   return std::make_unique<DecodedImages>(name);
 }

@@ -22,8 +22,8 @@ class ImageSource {
 std::vector<std::string> FilesOf(const std::string& name);
 
 // ConfigError where the files of two names, taken in their order, are no pairs: the same file
-// twice, or, of sides that name some files alike (by what a pattern leaves open, by the names in a
-// folder), two that are not.
+// twice, or, of sides whose files have some numbers in common (or names, where they have none), two
+// with different ones.
 void RequirePairs(const std::string& left, const std::string& right);
 
 // Opens what the name means: a still image (PNG by libpng, others by ffmpeg), a folder or a shell

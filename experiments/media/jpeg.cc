@@ -41,19 +41,4 @@ std::string EncodeJpeg(const Image3u8& image, int quality) {
   return file;
 }
 
-Image3u8 HalfSize(const Image3u8& image) {
-  Image3u8 half(image.width() / 2, image.height() / 2);
-  const size_t stride = 3 * static_cast<size_t>(image.width());
-  uint8_t* out = half.data();
-  for (int v = 0; v < half.height(); ++v) {
-    const uint8_t* in = image.data() + 2 * static_cast<size_t>(v) * stride;
-    for (int u = 0; u < half.width(); ++u, in += 6)
-      for (int c = 0; c < 3; ++c)
-        *out++ = static_cast<uint8_t>((in[c] + in[c + 3] + in[c + static_cast<int>(stride)] +
-                                       in[c + 3 + static_cast<int>(stride)] + 2) /
-                                      4);
-  }
-  return half;
-}
-
 }  // namespace turbidock::media

@@ -7,12 +7,17 @@
 // core.
 
 #include <string>
+#include <vector>
 
 #include "experiments/media/canvas.h"
 #include "experiments/system/output_path.h"
 #include "experiments/system/subprocess.h"
 
 namespace turbidock::media {
+
+// A command for system::Subprocess: quiet, with these options, apart by spaces. FILE in them stands
+// for the file.
+std::vector<std::string> FfmpegCommand(const std::string& options, const std::string& file);
 
 // H.264, yuv420p, BT.709, with the index in front. The same frames give the same bytes.
 class Mp4Writer {

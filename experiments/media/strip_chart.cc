@@ -13,9 +13,8 @@ namespace {
 // The layout in pixels.
 constexpr int kGutterLeft = 40;  // tick labels
 constexpr int kGutterRight = 18;
-constexpr int kHeader = 20;             // title; the owner may write values to its right
-constexpr int kFooter = 15;             // time labels
-constexpr size_t kUsualSamples = 4096;  // two minutes and more
+constexpr int kHeader = 20;  // title; the owner may write values to its right
+constexpr int kFooter = 15;  // time labels
 constexpr double kLabelSize = 10;
 constexpr double kTitleSize = 12;
 
@@ -49,8 +48,6 @@ StripChart::StripChart(StripChartSpec spec, int width_px, int height_px)
   TD_CHECK(low_ < high_ && time_span_s_ > 0, "ranges");
   for (size_t i = 0; i < spec_.series.size(); ++i)
     layers_.emplace_back(width_px, height_px, /*transparent=*/true);
-  times_s_.reserve(kUsualSamples);
-  values_.reserve(kUsualSamples * spec_.series.size());
   DrawEmpty();
 }
 

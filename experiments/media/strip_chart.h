@@ -50,9 +50,6 @@ class StripChart {
   const PixelRect& plot() const { return plot_; }
   double RowOf(double value) const;
   double ColumnOf(double time_s) const;
-  double low() const { return low_; }
-  double high() const { return high_; }
-  double time_span_s() const { return time_span_s_; }
   int width() const { return ground_.width(); }
   int height() const { return ground_.height(); }
 

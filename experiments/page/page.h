@@ -4,6 +4,7 @@
 
 #include <map>
 #include <string>
+#include <string_view>
 
 #include "experiments/report/json.h"
 #include "experiments/system/output_path.h"
@@ -30,5 +31,12 @@ std::string Html(const Page& page);
 
 // Writes it, complete or not at all. ConfigError when it cannot be written.
 void WritePage(const std::string& path, const Page& page);
+
+// RFC 1952, the smallest that zlib makes: what a browser's DecompressionStream("gzip") reads. The
+// same bytes for the same text.
+std::string Gzip(std::string_view text);
+
+// RFC 4648, with padding.
+std::string Base64(std::string_view bytes);
 
 }  // namespace turbidock::page

@@ -1,37 +1,39 @@
 #include "experiments/page/report_page.h"
 
-#include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <set>
 
 #include "experiments/page/trial_page.h"
 #include "experiments/report/report_json.h"
 
 namespace turbidock::page {
-
-using report::Json;
-
 namespace {
 
-Json TrialJson(const LinkedTrial& trial) {
-  Json json = {{"title", trial.title},   {"outcome", trial.outcome}, {"reason", trial.reason},
-               {"note", trial.note},     {"model", trial.model},     {"series", trial.series},
-               {"facts", Json::array()}, {"commands", Json::array()}};
-  for (const report::Fact& fact : trial.facts)
-    json["facts"].push_back({{"label", fact.label}, {"value", fact.value}, {"note", fact.note}});
-  for (const report::Command& command : trial.commands)
-    json["commands"].push_back({{"what", command.what}, {"command", command.command}});
-  return json;
+namespace fs = std::filesystem;
+using report::Json;
+
+bool IsFile(const fs::path& path) {
+  std::error_code none;
+  return fs::is_regular_file(path, none);
 }
 
 // What the cells of a report's tables open.
 std::set<std::string> LinksIn(const Json& model) {
   std::set<std::string> links;
   for (const Json& section : model["sections"])
-    for (const Json& row : section.value("table", Json::object()).value("rows", Json::array()))
-      for (const Json& cell : row)
-        if (cell.is_object() && cell.contains("link")) links.insert(cell["link"]);
+    if (const Json table = section.value("table", Json()); table.is_object())
+      for (const Json& row : table.value("rows", Json::array()))
+        for (const Json& cell : row)
+          if (cell.is_object() && cell.contains("link")) links.insert(cell["link"]);
   return links;
+}
+
+Page DocumentPage(const std::string& file) {
+  const Json document = report::ParseJson(system::ReadWhole(file), file);
+  if (document.is_object() && document.contains("outcome") && !document.contains("report"))
+    throw ConfigError(file + ": is one trial's result; give the folder that it is in");
+  return ReportPage(document, file);
 }
 
 }  // namespace
@@ -46,42 +48,56 @@ Page ReportPage(const Json& document, const std::string& where) {
   return page;
 }
 
-void AddLink(const std::string& id, const Link& link, Page* page) {
-  Json trials = Json::array();
-  for (const LinkedTrial& trial : link.trials) trials.push_back(TrialJson(trial));
-  page->model["links"][id] = {{"title", link.title}, {"note", link.note}, {"trials", trials}};
-}
-
 void AddTrialsIn(const std::string& folder, const trial::Plugins& plugins, Page* page) {
-  namespace fs = std::filesystem;
-  const std::set<std::string> links = LinksIn(page->model);
-  std::vector<fs::path> trials;
-  std::error_code none;
-  for (const auto& entry : fs::directory_iterator(folder, none))
-    if (links.contains(entry.path().filename().string()) &&
-        fs::is_regular_file(entry.path() / "result.json", none))
-      trials.push_back(entry.path());
-  std::sort(trials.begin(), trials.end());
-  for (const fs::path& path : trials) try {
-      const std::string name = path.filename().string(), part = "trial-" + name;
+  for (const std::string& name : LinksIn(page->model)) {
+    const fs::path path = fs::path(folder) / name;
+    if (path.filename() != name || !IsFile(path / "result.json")) continue;
+    try {
       const Page trial = TrialPage(path.string(), plugins);
       const Json& record = trial.model["record"];
+      const std::string part = "trial-" + name;
       LinkedTrial linked{.title = trial.model.value("title", name),
                          .outcome = record["outcome"],
                          .reason = record.value("reason", ""),
                          .model = part};
       for (const Json& command : trial.model["commands"])
         linked.commands.push_back({command["what"], command["command"]});
-      AddLink(name, {.title = name, .trials = {linked}}, page);
+      page->model["links"][name] = Link{.title = name, .trials = {linked}};
       AddPart(part, trial.model, trial.has_3d, page);
     } catch (const ConfigError& error) {
       page->model["missing"].push_back(error.what());
     }
+  }
 }
 
 void AddPart(const std::string& name, const Json& part, bool has_3d, Page* page) {
   page->parts[name] = report::JsonLine(part);
   page->has_3d |= has_3d;
+}
+
+bool IsFileOfTrials(const std::string& path) {
+  if (fs::path(path).extension() == ".db") return true;
+  if (!system::WhyUnreadable(path).empty()) return false;  // opening a pipe would wait
+  std::ifstream stream(path, std::ios::binary);
+  std::string begin(6, '\0');
+  stream.read(begin.data(), std::ssize(begin));
+  return begin == "SQLite";
+}
+
+Page ResultPage(const std::string& path, const trial::Plugins& plugins) {
+  if (std::error_code none; !fs::is_directory(path, none)) return DocumentPage(path);
+  for (const char* name : {"summary.json", "report.json"})
+    if (const fs::path document = fs::path(path) / name; IsFile(document)) {
+      Page page = DocumentPage(document.string());
+      AddTrialsIn((fs::path(path) / "failures").string(), plugins, &page);
+      return page;
+    }
+  return TrialPage(path, plugins);
+}
+
+std::optional<std::string> TrialsOfStudy(const std::string& folder) {
+  const fs::path trials = fs::path(folder) / "evaluations.sqlite";
+  return IsFile(trials) ? std::optional(trials.string()) : std::nullopt;
 }
 
 }  // namespace turbidock::page

@@ -1,7 +1,8 @@
 #pragma once
-// The page of a report (report/report.h), whatever study it is of.
+// The page of a report (report/report.h), whatever study it is of, and of whatever a command left
+// behind.
 
-#include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,19 +22,19 @@ struct LinkedTrial {
   // Names of parts of the page: a trial's model (trial_model.h), and its series where the model has
   // none itself. Empty: no traces.
   std::string model = {}, series = {};
+  TURBIDOCK_FIELDS(title, outcome, reason, facts, note, commands, model, series)
 };
 
+// What cells and points of a report open that name its id: page.model["links"][id].
 struct Link {
   std::string title, note = {};
   std::vector<LinkedTrial> trials = {};
+  TURBIDOCK_FIELDS(title, note, trials)
 };
 
 // `document`: what report::Document made, or a file of it; `where` stands for it in messages.
 // ConfigError for any other JSON.
 Page ReportPage(const report::Json& document, const std::string& where);
-
-// Makes cells and points that name the link `id` open it.
-void AddLink(const std::string& id, const Link& link, Page* page);
 
 // Makes each trial's folder in `folder` that a cell of the report's tables names by its link what
 // that link opens; others, such as those of an earlier run, stay out. What cannot be read is said
@@ -42,5 +43,17 @@ void AddTrialsIn(const std::string& folder, const trial::Plugins& plugins, Page*
 
 // A part that linked trials name.
 void AddPart(const std::string& name, const report::Json& part, bool has_3d, Page* page);
+
+// Whether a path is to be read as a farm::ResultStore, whose page is in batch_page.h: by its
+// content, or, of a file that is not there or still empty, by its name.
+bool IsFileOfTrials(const std::string& path);
+
+// Of the folder of a trial, a gate or a tuning study, or of the JSON that a command printed or
+// saved. ConfigError for anything else.
+Page ResultPage(const std::string& path, const trial::Plugins& plugins = {});
+
+// The file of trials in a folder of `tune --out`, whose report is written anew as the study goes
+// on. Nothing for any other folder.
+std::optional<std::string> TrialsOfStudy(const std::string& folder);
 
 }  // namespace turbidock::page

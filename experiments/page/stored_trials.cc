@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "experiments/page/compress.h"
 #include "experiments/page/trial_model.h"
 #include "experiments/report/quantity.h"
 
@@ -19,40 +18,14 @@ constexpr int kStoredDigits = 4;
 
 }  // namespace
 
-SeriesPacker::SeriesPacker(const farm::ResultStore& store, int64_t bytes, Page* page)
-    : store_(store), bytes_left_(bytes), page_(page), stored_(store.TrialsWithSeries()) {}
-
-bool SeriesPacker::IsStored(int64_t trial) const {
-  return std::ranges::binary_search(stored_, trial);
-}
-
-bool SeriesPacker::Pack(int64_t trial, const std::string& name) {
-  if (bytes_left_ < 0 || !IsStored(trial)) return false;
-  const std::string text = report::JsonLine(SeriesModel(store_.SeriesOf(trial), kStoredDigits));
-  bytes_left_ -= static_cast<int64_t>(Gzip(text).size()) * 4 / 3;
-  if (bytes_left_ < 0) return false;
-  page_->parts[name] = text;
-  return true;
-}
-
-std::string ScenarioNameOf(const farm::StoredTrial& trial) {
-  const auto at = std::ranges::find(trial.parameters, "scenario", &farm::Parameter::key);
-  return at == trial.parameters.end() ? "" : at->value;
-}
-
-Json PictureModel(const farm::Plan& plan, const farm::StoredTrial& trial) {
-  Json model = TrialModel(plan.ScenarioOf(plan.Trial(trial.trial)));
-  model.erase("settings");
-  return model;
-}
-
-TrialLinks::TrialLinks(const farm::ResultStore& store, std::string file, std::string name,
-                       int64_t series_bytes, const trial::Plugins& plugins, Page* page)
+StoredTrials::StoredTrials(const farm::ResultStore& store, std::string file, std::string name,
+                           int64_t series_bytes, const trial::Plugins& plugins, Page* page)
     : store_(store),
       file_(std::move(file)),
       name_(std::move(name)),
+      bytes_left_(series_bytes),
       page_(page),
-      series_(store, series_bytes, page) {
+      stored_(store.TrialsWithSeries()) {
   if (store.header().kind != "batch") return;
   try {
     plan_.emplace(store.header().plan, file_, farm::PlanOverrides{.plugins = plugins});
@@ -62,16 +35,36 @@ TrialLinks::TrialLinks(const farm::ResultStore& store, std::string file, std::st
   }
 }
 
-std::string TrialLinks::ModelPart(const farm::StoredTrial& trial) {
+bool StoredTrials::Pack(int64_t trial, const std::string& part) {
+  if (bytes_left_ < 0 || !std::ranges::binary_search(stored_, trial)) return false;
+  const std::string text = report::JsonLine(SeriesModel(store_.SeriesOf(trial), kStoredDigits));
+  bytes_left_ -= static_cast<int64_t>(Gzip(text).size()) * 4 / 3;
+  if (bytes_left_ < 0) return false;
+  page_->parts[part] = text;
+  return true;
+}
+
+Json StoredTrials::PictureModel(const farm::StoredTrial& trial) const {
+  Json model = TrialModel(plan_->ScenarioOf(plan_->Trial(trial.trial)));
+  model.erase("settings");
+  return model;
+}
+
+std::string ScenarioNameOf(const farm::StoredTrial& trial) {
+  const auto at = std::ranges::find(trial.parameters, "scenario", &farm::Parameter::key);
+  return at == trial.parameters.end() ? "" : at->value;
+}
+
+std::string StoredTrials::ModelPart(const farm::StoredTrial& trial) {
   const std::string part = fmt::format("model-{}-{}", name_, ScenarioNameOf(trial));
   if (!page_->parts.contains(part)) {
-    const Json model = PictureModel(*plan_, trial);
+    const Json model = PictureModel(trial);
     AddPart(part, model, /*has_3d=*/!model["scene"].is_null(), page_);
   }
   return part;
 }
 
-LinkedTrial TrialLinks::Of(int64_t number) {
+LinkedTrial StoredTrials::Of(int64_t number) {
   const farm::StoredTrial trial = store_.Trial(number);
   LinkedTrial linked{.title = fmt::format("{}: trial {} of {}", name_, number, file_),
                      .outcome = NameOf(trial.record.outcome),
@@ -87,10 +80,10 @@ LinkedTrial TrialLinks::Of(int64_t number) {
         {"The trial again, with film and all its files",
          fmt::format("turbidock replay {} {} --out out/{}{}", file_, number, name_, number)}};
   const std::string part = fmt::format("series-{}-{}", name_, number);
-  if (plan_ && series_.Pack(number, part)) {
+  if (plan_ && Pack(number, part)) {
     linked.model = ModelPart(trial);
     linked.series = part;
-  } else if (!series_.IsStored(number)) {
+  } else if (!std::ranges::binary_search(stored_, number)) {
     linked.note =
         "Its traces were not stored (series_every_frames in the plan): replay makes them.";
   } else {

@@ -13,39 +13,27 @@
 
 namespace turbidock::page {
 
-// Packs series into a page until they have so many bytes.
-class SeriesPacker {
+class StoredTrials {
  public:
-  SeriesPacker(const farm::ResultStore& store, int64_t bytes, Page* page);
+  // `name` begins titles of trials ("A") and is part of the names of the page's parts. Series are
+  // packed until they have so many bytes. What cannot be shown is said in page.model["missing"].
+  StoredTrials(const farm::ResultStore& store, std::string file, std::string name,
+               int64_t series_bytes, const trial::Plugins& plugins, Page* page);
 
-  // Makes the trial's series the part `name` of the page. Not where none was stored, nor once there
+  // None of a file that is no batch's or that this program does not understand.
+  const std::optional<farm::Plan>& plan() const { return plan_; }
+
+  // How many trials have a series, packed or not.
+  size_t count() const { return stored_.size(); }
+
+  // Makes the trial's series the part `part` of the page. Not where none was stored, nor once there
   // was no room for one.
-  bool Pack(int64_t trial, const std::string& name);
+  bool Pack(int64_t trial, const std::string& part);
 
-  bool IsStored(int64_t trial) const;
-  size_t stored() const { return stored_.size(); }
+  // What pictures of the trial need (trial_model.h), which all of its scenario share.
+  report::Json PictureModel(const farm::StoredTrial& trial) const;
 
- private:
-  const farm::ResultStore& store_;
-  int64_t bytes_left_;
-  Page* page_;
-  std::vector<int64_t> stored_;  // ascending
-};
-
-// The scenario's name of a trial of a plan with several; empty where there is one.
-std::string ScenarioNameOf(const farm::StoredTrial& trial);
-
-// What pictures of the trial need (trial_model.h), which all of its scenario share.
-report::Json PictureModel(const farm::Plan& plan, const farm::StoredTrial& trial);
-
-// What links of a report open of a file's trials.
-class TrialLinks {
- public:
-  // `name` begins the titles ("A") and is part of the names of the page's parts. What cannot be
-  // shown is said on the page.
-  TrialLinks(const farm::ResultStore& store, std::string file, std::string name,
-             int64_t series_bytes, const trial::Plugins& plugins, Page* page);
-
+  // What a link of a report opens.
   LinkedTrial Of(int64_t trial);
 
  private:
@@ -54,9 +42,13 @@ class TrialLinks {
 
   const farm::ResultStore& store_;
   std::string file_, name_;
+  int64_t bytes_left_;
   Page* page_;
-  SeriesPacker series_;
-  std::optional<farm::Plan> plan_;  // none where this program does not understand it
+  std::vector<int64_t> stored_;  // ascending
+  std::optional<farm::Plan> plan_;
 };
+
+// The scenario's name of a trial of a plan with several; empty where there is one.
+std::string ScenarioNameOf(const farm::StoredTrial& trial);
 
 }  // namespace turbidock::page

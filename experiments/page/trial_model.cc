@@ -12,6 +12,7 @@
 #include "experiments/config/yaml_fields.h"
 #include "experiments/trial/trial_files.h"
 #include "experiments/trial/trial_view.h"
+#include "sim/light/scattering.h"
 
 namespace turbidock::page {
 namespace {
@@ -65,6 +66,19 @@ std::vector<std::pair<std::string, std::string>> ValuesOf(const trial::Scenario&
   return values;
 }
 
+Json LimitsModel(const trial::Scenario& scenario) {
+  Json limits = trial::CriteriaOf(scenario);
+  limits["enter_y_m"] = scenario.procedure.enter_y_m;
+  limits["enter_z_m"] = scenario.procedure.enter_z_m;
+  return limits;
+}
+
+// How far cameras could see: where green light has left 2 % of a contrast; null without cameras.
+Json SightModel(const trial::Scenario& scenario) {
+  if (scenario.pose_source != trial::PoseSource::kCameras) return nullptr;
+  return Rounded(std::log(50) / light::MakeMedium(scenario.light.water).extinction_per_m()[1], 3);
+}
+
 Json RigModel(const StereoRig& rig) {
   const auto camera = [](const MountedCamera& c) {
     return Json{{"fx_px", c.fx_px},
@@ -77,16 +91,6 @@ Json RigModel(const StereoRig& rig) {
           {"height_px", rig.left.height_px},
           {"left", camera(rig.left)},
           {"right", camera(rig.right)}};
-}
-
-Json MarkerModel(const vision::MarkerParams& marker) {
-  Json balls = Json::array();
-  for (const vision::BallParams& ball : marker.balls)
-    balls.push_back({{"name", ball.name},
-                     {"p_m", ball.p_MQ_m},
-                     {"radius_m", ball.radius_m},
-                     {"rgb", ball.display_rgb}});
-  return {{"balls", balls}, {"outer_ring_ratio", marker.outer_ring_ratio}};
 }
 
 }  // namespace
@@ -165,34 +169,26 @@ Json SettingsModel(const trial::Scenario& scenario) {
 }
 
 Json TrialModel(const trial::Scenario& scenario) {
-  const trial::ViewCriteria limits = trial::CriteriaOf(scenario);
-  const trial::ViewColors& colors = trial::kOnPaper;
   Json stages = Json::array();
   for (const auto& [stage, name] : EnumNames<control::Stage>::kNames) stages.push_back(name);
-  Json model = {{"kind", "trial"},
-                {"title", fmt::format("{}, seed {}", scenario.description, scenario.seed)},
-                {"description", scenario.description},
-                {"seed", std::to_string(scenario.seed)},
-                {"duration_s", scenario.duration_s},
-                {"frames_per_second", scenario.clock.frames_per_second},
-                {"stages", stages},
-                {"colors",
-                 {{"estimate", colors.estimate},
-                  {"truth", colors.truth},
-                  {"desired", colors.desired},
-                  {"limit", colors.limit},
-                  {"stages", colors.stages}}},
-                {"limits",
-                 {{"docking_fitness", limits.docking_fitness},
-                  {"detection_fitness", limits.detection_fitness},
-                  {"tolerance_y_m", limits.tolerance_y_m},
-                  {"tolerance_z_m", limits.tolerance_z_m},
-                  {"docked_x_m", limits.docked_x_m}}},
-                {"rig", RigModel(scenario.rig.MakeRig())},
-                {"marker", MarkerModel(scenario.marker)},
-                {"scene", nullptr},
-                {"settings", Json::array()},
-                {"missing", Json::array()}};
+  Json model = {
+      {"kind", "trial"},
+      {"title", fmt::format("{}, seed {}", scenario.description, scenario.seed)},
+      {"description", scenario.description},
+      {"seed", std::to_string(scenario.seed)},
+      {"duration_s", scenario.duration_s},
+      {"frames_per_second", scenario.clock.frames_per_second},
+      {"stages", stages},
+      {"colors", trial::kOnPaper},
+      {"limits", LimitsModel(scenario)},
+      {"sight_m", SightModel(scenario)},
+      {"night", scenario.faults.days.empty()},
+      {"rig", RigModel(scenario.rig.MakeRig())},
+      {"marker",
+       {{"balls", scenario.marker.balls}, {"outer_ring_ratio", scenario.marker.outer_ring_ratio}}},
+      {"scene", nullptr},
+      {"settings", Json::array()},
+      {"missing", Json::array()}};
   try {
     model["scene"] = SceneModel(vehicle::LoadScene(trial::SceneFilesOf(scenario), scenario.rig));
   } catch (const ConfigError& error) {

@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <vector>
 
-#include "experiments/page/compress.h"
 #include "experiments/page/trial_model.h"
 #include "experiments/system/output_path.h"
 #include "experiments/trial/trial_files.h"

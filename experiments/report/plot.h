@@ -11,6 +11,7 @@
 
 #include "sim/base/fields.h"
 #include "sim/base/image.h"
+#include "sim/base/result_fields.h"
 
 namespace turbidock::report {
 
@@ -43,8 +44,6 @@ enum class Mark {
   kLineWithBand,
   kBars,
   kLineWithBars,
-  kBarsAlongX,
-  kColumns,  // from low to high along x, up to y: a histogram
   kNone
 };
 constexpr auto Names(Mark) {
@@ -60,8 +59,6 @@ constexpr auto Names(Mark) {
                          {kLineWithBand, "line_with_band"},
                          {kBars, "bars"},
                          {kLineWithBars, "line_with_bars"},
-                         {kBarsAlongX, "bars_along_x"},
-                         {kColumns, "columns"},
                          {kNone, "none"}});
 }
 
@@ -70,6 +67,7 @@ struct ColorScale {
   std::string label = {};
   double low = 0, high = 1;
   Rgb from = {}, to = {};
+  TURBIDOCK_FIELDS(label, low, high, from, to)
 };
 
 struct Series {
@@ -93,15 +91,17 @@ struct Rule {
   Mark mark = Mark::kDashes;  // a line, dashes or none
   double width_px = 1.4;
   bool is_up = false;
+  TURBIDOCK_FIELDS(at, name, color, mark, is_up)
 };
 
-// A shaded rectangle behind all else. Its name stands in it, or in the legend where it is too
-// narrow and no other block of that name is wide enough.
+// A shaded rectangle behind all else. Its name stands in it, or in the legend where it is
+// too narrow and no other block of that name is wide enough.
 struct Block {
   std::string name = {};
   double from_x = kOpen, to_x = kOpen, from_y = kOpen, to_y = kOpen;
   Rgb color = kGrey;
   double opacity = 1;
+  TURBIDOCK_FIELDS(name, from_x, to_x, from_y, to_y, color, opacity)
 };
 
 struct Axis {
@@ -111,12 +111,13 @@ struct Axis {
   double tick_step = kOpen;
   bool whole = false;                   // counts: no tick between two whole numbers
   std::vector<std::string> names = {};  // at 0, 1, 2, ... in place of numbers
+  TURBIDOCK_FIELDS(label, low, high, logarithmic, whole, names)
 };
 
-enum class Legend { kNone, kBeside, kAbove };
+enum class Legend { kNone, kAbove };
 constexpr auto Names(Legend) {
   using enum Legend;
-  return EnumList<Legend>({{kNone, "none"}, {kBeside, "beside"}, {kAbove, "above"}});
+  return EnumList<Legend>({{kNone, "none"}, {kAbove, "above"}});
 }
 
 struct Panel {
@@ -128,6 +129,7 @@ struct Panel {
   Legend legend = Legend::kNone;
   bool has_axes = true;  // without: a bar of blocks
   double height = 1;     // relative to the others, where they are stacked
+  TURBIDOCK_FIELDS(title, x, y, y2, blocks, series, rules, legend, has_axes)
 };
 
 struct Figure {
@@ -161,6 +163,10 @@ Sample SampleWithin(double x, double y, const Interval& interval, double unit = 
 }
 
 // Both ends and what lies evenly between them, steps + 1 numbers.
-std::vector<double> Evenly(double from, double to, int steps);
+inline std::vector<double> Evenly(double from, double to, int steps) {
+  std::vector<double> values;
+  for (int i = 0; i <= steps; ++i) values.push_back(from + (to - from) * i / steps);
+  return values;
+}
 
 }  // namespace turbidock::report

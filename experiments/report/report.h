@@ -23,17 +23,20 @@ struct Verdict {
   std::string word = {};  // empty: there is nothing to decide
   Tone tone = Tone::kNone;
   std::string reason = {};
+  TURBIDOCK_FIELDS(word, tone, reason)
 };
 
 // A number that is looked for first, with its unit.
 struct Fact {
   std::string label, value;
   std::string note = {};  // how it is meant
+  TURBIDOCK_FIELDS(label, value, note)
 };
 
 struct Command {
   std::string what;  // it does
   std::string command;
+  TURBIDOCK_FIELDS(what, command)
 };
 
 // One of sentences, a table, plots or commands; or several that belong together.
@@ -46,6 +49,7 @@ struct Section {
   std::vector<Command> commands = {};
   bool stacked = false;  // its panels share one x axis
   bool wide = false;     // takes the page's whole width, as a section with a table does
+  TURBIDOCK_FIELDS(title, note, lines, table, panels, commands, stacked, wide)
 };
 
 struct Report {
@@ -57,6 +61,9 @@ struct Report {
   std::vector<Fact> facts = {};
   std::vector<std::string> missing = {};  // sentences: what is not shown, and why
   std::vector<Section> sections = {};
+
+  // kind and schema_version are beside it in a document
+  TURBIDOCK_FIELDS(title, build, verdict, facts, missing, sections)
 };
 
 }  // namespace turbidock::report

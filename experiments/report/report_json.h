@@ -16,7 +16,4 @@ Json Document(const Report& report, const Json& result);
 // JSON that is no document, or is one of a newer schema.
 Json ReportIn(const Json& document, const std::string& where);
 
-// Of a plot: series in columns, open numbers as null, and nothing that is as it is by default.
-Json PanelJson(const Panel& panel);
-
 }  // namespace turbidock::report

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <charconv>
-#include <string_view>
 
 namespace turbidock::report {
 namespace {
@@ -33,13 +32,12 @@ std::vector<std::vector<std::string>> Lines(const Table& table) {
   return lines;
 }
 
-// As many as are seen: bytes that go on with a letter of UTF-8 are none.
-size_t Letters(std::string_view text) {
-  const auto begins = [](char c) { return (c & 0xc0) != 0x80; };
-  return static_cast<size_t>(std::count_if(text.begin(), text.end(), begins));
-}
-
 }  // namespace
+
+size_t Letters(const std::string& text) {
+  const auto begins = [](char c) { return (c & 0xc0) != 0x80; };
+  return static_cast<size_t>(std::ranges::count_if(text, begins));
+}
 
 Table::Table(const std::vector<std::string>& titles) {
   for (const std::string& title : titles) {

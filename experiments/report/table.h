@@ -52,6 +52,9 @@ class Table {
   std::vector<std::vector<Cell>> rows_;
 };
 
+// As many as are seen: bytes that go on with a letter of UTF-8 are none.
+size_t Letters(const std::string& text);
+
 // The number that a text is as a whole, if it is one.
 std::optional<double> NumberIn(const std::string& text);
 

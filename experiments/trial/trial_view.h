@@ -10,6 +10,7 @@
 #include "sim/base/fields.h"
 #include "sim/base/image.h"
 #include "sim/base/published.h"
+#include "sim/base/result_fields.h"
 #include "sim/base/units.h"
 
 namespace turbidock::trial {
@@ -21,6 +22,7 @@ struct ViewCriteria {
   double tolerance_y_m = published::kDockTolerance_m;      // about the desired value
   double tolerance_z_m = published::kDockTolerance_m;
   double docked_x_m = published::kDockDistance_m;
+  TURBIDOCK_FIELDS(docking_fitness, detection_fitness, tolerance_y_m, tolerance_z_m, docked_x_m)
 };
 
 // "± 40 mm", or "± 40, 30 mm" where y and z differ.
@@ -48,6 +50,7 @@ inline std::string StageTitle(control::Stage stage) {
 struct ViewColors {
   Rgb estimate, truth, desired, limit;
   std::array<Rgb, 5> stages;  // in the order of Stage
+  TURBIDOCK_FIELDS(estimate, truth, desired, limit, stages)
 
   const Rgb& Of(control::Stage stage) const { return stages[static_cast<size_t>(stage)]; }
 };

@@ -170,7 +170,7 @@ TEST_F(BadInput, AnOptionThatSaysNothingHereIsRefused) {
           "--trial is for one batch's file");
   Refused({"report", json, "--by", "scenario", "--out", Path("x.html")},
           "--by is for a batch's file or two");
-  Refused({"report", json, "--figure", Path("x.png")}, "--figure is for a batch's file or two");
+  Refused({"report", json, "--figure", Path("x.png")}, "--figure is for one batch's file");
   Refused({"report", db, "--ignore", "scenario", "--out", Path("x.html")},
           "--ignore is for two batches");
   Refused({"report", db, "--trial", "0", "--over", "seed", "--out", Path("x.html")},

@@ -37,16 +37,5 @@ TEST(Jpeg, ComesBackNearlyAsItWas) {
   EXPECT_GT(EncodeJpeg(image, 95).size(), EncodeJpeg(image, 30).size());
 }
 
-TEST(Jpeg, HalfSizeIsTheMeanOfFour) {
-  Image3u8 image(3, 2);  // the third column is left out
-  const uint8_t values[2][3] = {{10, 20, 200}, {30, 41, 200}};
-  for (int v = 0; v < 2; ++v)
-    for (int u = 0; u < 3; ++u) std::fill_n(image.at(u, v), 3, values[v][u]);
-  const Image3u8 half = HalfSize(image);
-  ASSERT_EQ(half.width(), 1);
-  ASSERT_EQ(half.height(), 1);
-  for (int c = 0; c < 3; ++c) EXPECT_EQ(half.at(0, 0)[c], 25);  // 25.25
-}
-
 }  // namespace
 }  // namespace turbidock::media

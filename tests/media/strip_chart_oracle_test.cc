@@ -94,17 +94,19 @@ TEST(StripChart, GapsAreNotBridged) {
 
 TEST(StripChart, RangesDouble) {
   StripChart chart(OneSeries(-100, 100), 300, 120);
+  const auto expect_ends = [&](double time_s, double low, double high) {
+    EXPECT_DOUBLE_EQ(chart.ColumnOf(time_s), chart.plot().right() - 1);
+    EXPECT_DOUBLE_EQ(chart.RowOf(low), chart.plot().bottom() - 1);
+    EXPECT_DOUBLE_EQ(chart.RowOf(high), chart.plot().y);
+  };
   chart.Add(20, std::array{100.0});
-  EXPECT_EQ(chart.time_span_s(), 20);
-  EXPECT_EQ(chart.high(), 100);
+  expect_ends(20, -100, 100);
   chart.Add(20.01, std::array{-100.5});
-  EXPECT_EQ(chart.time_span_s(), 40);
-  EXPECT_EQ(chart.low(), -200);
-  EXPECT_EQ(chart.high(), 200);
+  expect_ends(40, -200, 200);
   chart.Add(170, std::array{kGap});
-  EXPECT_EQ(chart.time_span_s(), 320);
+  expect_ends(320, -200, 200);
   chart.Add(171, std::array{900.0});
-  EXPECT_EQ(chart.high(), 1600);
+  expect_ends(320, -1600, 1600);
 }
 
 TEST(StripChart, OnlyChosenSeriesWidenTheRange) {
@@ -112,7 +114,7 @@ TEST(StripChart, OnlyChosenSeriesWidenTheRange) {
   spec.series[0].drives_range = false;
   StripChart chart(spec, 300, 120);
   chart.Add(0, std::array{35.0});
-  EXPECT_EQ(chart.high(), 10);
+  EXPECT_DOUBLE_EQ(chart.RowOf(10), chart.plot().y);
 }
 
 // Two routes to one picture: growing on the way, and having had the final ranges from the

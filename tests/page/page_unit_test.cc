@@ -11,9 +11,7 @@
 #include "experiments/farm/plan.h"
 #include "experiments/farm/result_store.h"
 #include "experiments/page/batch_page.h"
-#include "experiments/page/compress.h"
 #include "experiments/page/report_page.h"
-#include "experiments/page/result_page.h"
 #include "experiments/page/trial_model.h"
 #include "experiments/page/trial_page.h"
 #include "experiments/page/web_files.h"
@@ -303,11 +301,9 @@ TEST_F(PageFiles, ABatchHasItsTrialsAndTheirSeriesFailuresFirst) {
   EXPECT_THAT(store.TrialsWithSeries(), ElementsAre(1, 2, 3));
   EXPECT_EQ(store.SeriesOf(1).Csv(), trial::Series::Of(result.log).Csv());
   const Page page = BatchPage(store, "b.db");
-  EXPECT_EQ(page.model["columns"]["seed"]["words"][0], "9223372036854775807");
-  EXPECT_EQ(page.model["columns"]["failure"].dump(),
-            "{\"words\":[\"none\",\"timeout\"],\"of\":[0,0,1,0]}");
-  EXPECT_EQ(page.model["parameters"]["controller"].dump(),
-            "{\"words\":[\"pid\",\"lqg\"],\"of\":[0,0,1,1]}");
+  EXPECT_EQ(page.model["columns"]["seed"][0], "9223372036854775807");
+  EXPECT_EQ(page.model["columns"]["failure"].dump(), "[\"none\",\"none\",\"timeout\",\"none\"]");
+  EXPECT_EQ(page.model["parameters"]["controller"].dump(), "[\"pid\",\"pid\",\"lqg\",\"lqg\"]");
   EXPECT_EQ(page.model["series_trials"].dump(), "[2,1,3]");
   EXPECT_TRUE(page.has_3d);
   // the report beside them: by the grid

@@ -84,10 +84,11 @@ TEST(Document, HasKindSchemaTheStudysOwnKeysAndTheReport) {
   EXPECT_FALSE(series.contains("low"));
 }
 
-TEST(PanelJson, AnAxisOfCountsSaysSo) {
-  const Json panel = PanelJson({.x = {.label = "trials", .whole = true}});
-  EXPECT_EQ(panel["x"], (Json{{"label", "trials"}, {"whole", true}}));
-  EXPECT_FALSE(panel["y"].contains("whole"));
+TEST(Document, AnAxisOfCountsSaysSoAndOpenEndsAreNothing) {
+  const Json axis = ParseJson(JsonText(Axis{.label = "trials", .high = 5, .whole = true}), "axis");
+  EXPECT_EQ(axis["whole"], true);
+  EXPECT_EQ(axis["low"], nullptr);
+  EXPECT_EQ(axis["high"], 5);
 }
 
 TEST(ReportIn, IsTheReportOfADocumentThatWasWrittenAndRead) {

@@ -2,7 +2,17 @@
 
 import {h, button, fill, section} from 'page/dom.js';
 import {has} from 'page/data.js';
-import {clockText, fixed, number, percent, quantity, words} from 'page/format.js';
+import {
+  clockText,
+  fixed,
+  number,
+  parameter,
+  percent,
+  quantity,
+  shown,
+  spoken,
+  words,
+} from 'page/format.js';
 import {bins, groupsOf} from 'page/numbers.js';
 import {reveal} from 'page/parts.js';
 import {Plot} from 'page/plot.js';
@@ -14,16 +24,7 @@ import {openTrials} from 'page/trial.js';
 import {Trials} from 'page/trials.js';
 
 const kMany = 2000; // points are smaller
-const kShownElsewhere = [
-  'trial',
-  'outcome',
-  'failure',
-  'time_s',
-  'reason',
-  'cell',
-  'sample',
-  'seed',
-];
+const kShownElsewhere = ['trial', 'outcome', 'failure', 'time_s', 'reason', 'seed'];
 
 export const show = (host, model) => new BatchView(host, model);
 
@@ -39,7 +40,9 @@ class BatchView {
     this.detail = h('div', {id: 'trial'});
     host.append(plots, this.tableBox, this.detail);
     new Success(plots, this.trials, (rows, why) => this.list(rows, why));
-    const failures = section('Why not', {note: 'Click a reason to list its trials.'});
+    const failures = section('Why not', {
+      note: 'Of the trials listed below. Click a reason to list its own.',
+    });
     this.failures = h('div', {class: 'bar-list'});
     failures.append(this.failures);
     plots.append(failures);
@@ -64,7 +67,8 @@ class BatchView {
   }
 
   drawTimes(host) {
-    const box = section('Time to dock', {note: 'Of the trials that docked.'});
+    this.noTimes = h('p', {}, 'None of these docked.');
+    const box = section('Time to dock', {note: 'Of the trials that docked.'}, this.noTimes);
     host.append(box);
     const span = ({low, high}, i) => `${number(low[i], 3)} to ${number(high[i], 3)} s`;
     return new Plot(
@@ -106,36 +110,40 @@ class BatchView {
     const {time_s} = this.trials.get;
     const timed = rows.filter(row => this.trials.isSuccess(row) && Number.isFinite(time_s(row)));
     this.times.set(timesOf(bins(timed, time_s, 28)));
+    this.noTimes.hidden = timed.length > 0;
     this.errors?.set(this.errorsOf(rows));
   }
 
   fillFailures(found) {
-    const isNone = ([failure]) => failure === 'none';
-    const counts = [...groupsOf(found, this.trials.get.failure)].sort(
-      (a, b) => isNone(a) - isNone(b) || b[1].length - a[1].length,
+    const failed = found.filter(row => !this.trials.isSuccess(row));
+    const counts = [...groupsOf(failed, this.trials.get.failure)].sort(
+      (a, b) => b[1].length - a[1].length,
     );
-    const most = Math.max(...counts.map(([, rows]) => rows.length), 1);
     const pick = failure => {
       this.table.filter('failure', failure);
       reveal(this.tableBox);
     };
+    if (!failed.length)
+      return fill(
+        this.failures,
+        h('p', {}, found.length ? 'All of them docked.' : 'None is listed.'),
+      );
+    const bar = share =>
+      h(
+        'div',
+        {class: 'bar', 'aria-hidden': 'true'},
+        h('span', {class: 'bad', style: {width: percent(share, 1).replace(' ', '')}}),
+      );
     fill(
       this.failures,
-      counts.map(([failure, rows]) => {
-        const tone = failure === 'none' ? 'good' : 'bad';
-        return [
-          button(failure === 'none' ? 'docked' : words(failure), () => pick(failure), {
-            class: 'link',
-            title: `list ${rows.length} trials: ${words(failure)}`,
-          }),
-          h(
-            'div',
-            {class: 'bar', 'aria-hidden': 'true'},
-            h('span', {class: tone, style: {width: percent(rows.length / most).replace(' ', '')}}),
-          ),
-          h('span', {}, `${rows.length} (${percent(rows.length / found.length, 1)})`),
-        ];
-      }),
+      counts.map(([failure, rows]) => [
+        button(words(failure), () => pick(failure), {
+          class: 'link',
+          title: `list ${rows.length} trials: ${words(failure)}`,
+        }),
+        bar(rows.length / found.length),
+        h('span', {}, `${rows.length} (${percent(rows.length / found.length, 1)})`),
+      ]),
     );
   }
 
@@ -159,13 +167,14 @@ class BatchView {
       ...more,
     });
     const square = {
-      x0: -1000 * tolerance_y_m,
-      x1: 1000 * tolerance_y_m,
-      y0: -1000 * tolerance_z_m,
-      y1: 1000 * tolerance_z_m,
+      from_x: -1000 * tolerance_y_m,
+      to_x: 1000 * tolerance_y_m,
+      from_y: -1000 * tolerance_z_m,
+      to_y: 1000 * tolerance_z_m,
     };
     const lost = rows.filter(row => !isSuccess(row));
     return {
+      equal: true,
       x: {label: 'y, mm', low: -reach, high: reach},
       y: {label: 'z, mm', low: -reach, high: reach},
       blocks: [{...square, color: [46, 139, 87], opacity: 0.16}],
@@ -188,7 +197,8 @@ class BatchView {
     };
     const word = (key, isChoice, text = row => String(get[key](row) ?? '–')) => ({
       key,
-      label: key,
+      label: parameter(key).label,
+      title: key,
       value: get[key],
       text,
       choices: isChoice ? trials.values(key) : null,
@@ -205,11 +215,11 @@ class BatchView {
       named('failure'),
       ...trials.parameters.map(key =>
         isNumeric(key)
-          ? numeric(key, {label: key}, width(key))
+          ? numeric(key, parameter(key), width(key))
           : word(key, trials.values(key).length < 30),
       ),
       numeric('time_s', quantity('time_s')),
-      {key: 'reason', label: 'reason', value: row => get.reason?.(row), width: '280px'},
+      {key: 'reason', label: 'reason', value: row => spoken(get.reason?.(row)), width: '280px'},
       ...trials.columns
         .filter(key => !kShownElsewhere.includes(key) && isNumeric(key))
         .map(key => numeric(key, quantity(key), '128px')),
@@ -245,7 +255,12 @@ class BatchView {
             fact('failure', words(get.failure(row))),
             fact('time', clockText(get.time_s?.(row))),
             fact('seed', get.seed(row)),
-            ...trials.parameters.map(key => fact(key, get[key](row))),
+            ...trials.parameters.map(key => {
+              const {label, unit, factor} = parameter(key);
+              const value = get[key](row);
+              const text = typeof value === 'number' ? shown(value * factor) : shown(value);
+              return {label, value: `${text} ${unit}`.trim(), note: key};
+            }),
           ],
           commands: model.store_kind === 'batch' ? [replay] : [],
           note: isThere ? '' : elsewhere,

@@ -43,14 +43,14 @@ export class Cameras {
     const {fx_px, fy_px, cx_px, cy_px, X_HC} = this.trial.rig[side];
     const {pose} = this.estimate;
     if (!pose) return [];
-    return this.trial.marker.balls.flatMap(({p_m, radius_m, rgb}) => {
-      const [x, y, z] = transform(inverse(X_HC), transform(pose, p_m));
+    return this.trial.marker.balls.flatMap(({p_MQ_m, radius_m, display_rgb}) => {
+      const [x, y, z] = transform(inverse(X_HC), transform(pose, p_MQ_m));
       if (z < 1e-3) return [];
       return {
         u: (fx_px * x) / z + cx_px,
         v: (fy_px * y) / z + cy_px,
         radius: (fx_px * radius_m) / z,
-        rgb,
+        rgb: display_rgb,
       };
     });
   }

@@ -30,11 +30,25 @@ export function quantity(name) {
   };
 }
 
+/**
+ * The same of a scenario's key, by its last word that is no index: "sea.current.surface_velocity_mps[1]" → "current
+ * surface velocity y", "m/s". `with unit` for an axis or a column.
+ */
+export function parameter(key) {
+  const index = key.match(/\[(\d)\]$/);
+  const parts = key.replace(/\[\d+\]/g, '').split('.');
+  const {label, unit, factor} = quantity(parts.pop());
+  const axis = index ? ` ${'xyz'[index[1]] ?? index[1]}` : '';
+  const group = parts.length ? `${words(parts.pop())} ` : '';
+  return {label: group + label + axis, unit, factor};
+}
+export const titled = ({label, unit}) => (unit ? `${label}, ${unit}` : label);
+
 /** A number in three or four digits, without needless zeros; "–" for none. */
 export function number(x, digits = 4) {
   if (x === null || x === undefined || !Number.isFinite(x)) return '–';
-  if (x === 0) return '0';
   const size = Math.abs(x);
+  if (size < 1e-9) return '0';
   if (size >= 1e6 || size < 1e-4) return x.toExponential(2).replace('e+', 'e');
   const decimals = Math.max(0, digits - 1 - Math.floor(Math.log10(size)));
   return String(Number(x.toFixed(Math.min(decimals, 6))));
@@ -52,6 +66,10 @@ export const rate = (share, low, high) =>
   `${percent(share)} [${fixed(100 * low, 0)}, ${fixed(100 * high, 0)}]`;
 
 export const words = name => String(name).replaceAll('_', ' ');
+
+/** A sentence of the program without the model's names of shapes: "hull_box" → "hull". */
+export const spoken = sentence =>
+  String(sentence ?? '').replace(/\b(hull|pole|station|dock|ball|marker)_\w+/g, '$1');
 
 /** A value of any kind as text. */
 export const shown = value =>

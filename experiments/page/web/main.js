@@ -2,7 +2,7 @@
 
 import {h, button, fill} from 'page/dom.js';
 import {load} from 'page/data.js';
-import {startTheme, toggleTheme} from 'page/theme.js';
+import {startTheme} from 'page/theme.js';
 
 export async function start() {
   startTheme();
@@ -18,7 +18,6 @@ export async function start() {
       h('span', {class: 'kind'}, model.kind_title || model.kind),
       news,
       model.build ? h('span', {class: 'note build'}, model.build) : null,
-      button('Light / dark', toggleTheme, {title: 'switch between light and dark'}),
     ),
     main,
   );

@@ -10,6 +10,7 @@ export function drawSeries(c, series, X, Y) {
   const {mark} = series;
   const is = (...words) => words.some(word => mark.includes(word));
   c.lineWidth = series.width || 1.6;
+  c.globalAlpha = series.opacity ?? 1;
   c.strokeStyle = c.fillStyle = ink(series.color);
   c.lineJoin = 'round';
   if (is('columns')) drawColumns(c, series, X, Y);
@@ -17,9 +18,10 @@ export function drawSeries(c, series, X, Y) {
   if (is('line', 'dash', 'steps')) drawLine(c, series, X, Y);
   if (is('bars')) drawBars(c, series, X, Y);
   if (is('dots', 'bars', 'rings')) drawDots(c, series, X, Y);
+  c.globalAlpha = 1;
 }
 
-function drawBand(c, {x, low, high, color}, X, Y) {
+function drawBand(c, {x, low = [], high = [], color}, X, Y) {
   c.fillStyle = ink(color, 0.2);
   let run = [];
   const close = () => {
@@ -75,21 +77,19 @@ function drawLine(c, {x, y, mark}, X, Y) {
   c.setLineDash([]);
 }
 
-function drawBars(c, {x, y, low, high, width, mark}, X, Y) {
-  const isAlongX = mark === 'bars_along_x';
-  const along = isAlongX ? X : Y;
+function drawBars(c, {x, y, low, high, width}, X, Y) {
   c.lineWidth = Math.min(2, width || 1.6);
   c.beginPath();
   const line = (from, to) => {
-    c.moveTo(...(isAlongX ? from : from.reverse()));
-    c.lineTo(...(isAlongX ? to : to.reverse()));
+    c.moveTo(...from);
+    c.lineTo(...to);
   };
   for (let i = 0; i < x.length; ++i) {
-    if (!finite(x[i]) || !finite(y[i]) || !finite(low[i])) continue;
-    const at = isAlongX ? Y.of(y[i]) : X.of(x[i]);
-    const ends = [along.of(low[i]), along.of(high[i])];
-    line([ends[0], at], [ends[1], at]);
-    for (const end of ends) line([end, at - 4], [end, at + 4]);
+    if (!finite(x[i]) || !finite(y[i]) || !finite(low?.[i])) continue;
+    const at = X.of(x[i]);
+    const ends = [Y.of(low[i]), Y.of(high[i])];
+    line([at, ends[0]], [at, ends[1]]);
+    for (const end of ends) line([at - 4, end], [at + 4, end]);
   }
   c.stroke();
 }

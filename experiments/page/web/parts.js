@@ -7,11 +7,27 @@ const kGood = new Set(['docked', 'pass', 'none']);
 const kNeutral = new Set(['interrupted', 'inconclusive']);
 const toneOf = word => (kGood.has(word) ? 'good' : kNeutral.has(word) ? 'none' : 'bad');
 
+/** What the outcomes of a trial mean. */
+const kMeaning = {
+  docked: 'the criterion was met and the pole is in the hole',
+  false_dock: 'the criterion was met on the estimate, but the pole is not in the hole',
+  timeout: 'the time was up',
+  marker_lost: 'the marker was found once and then lost for too long',
+  gave_up: 'all attempts to dock failed',
+  collision: 'the vehicle touched something other than the inside of the dock',
+  diverged: 'the physics gave no usable state',
+  interrupted: 'somebody stopped it',
+  crashed: 'its process ended',
+  hung: 'its process was stopped after its time limit',
+};
+export const kFitness =
+  'F, fitness: how well both images agree with the estimated pose, -1 to 1; 1 is a perfect match';
+
 /** A word with its tone, said by more than colour. */
 export const badge = (word, tone = toneOf(word)) =>
   h(
     'span',
-    {class: `badge ${tone}`},
+    {class: `badge ${tone}`, title: kMeaning[word]},
     h('span', {'aria-hidden': 'true'}, {good: '✓ ', bad: '✕ ', none: '• '}[tone]),
     words(word),
   );

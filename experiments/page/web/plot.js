@@ -7,7 +7,7 @@ import {drawSeries} from 'page/marks.js';
 import {lastAt} from 'page/numbers.js';
 import {listen} from 'page/pointing.js';
 import {Scale, span} from 'page/scale.js';
-import {ink, isLight, onTheme, variable} from 'page/theme.js';
+import {ink, isLight, isOnPaper, onTheme, variable} from 'page/theme.js';
 
 /** What plots of the same x axis share: the part that is shown, and the cursor. */
 export class Sync {
@@ -36,8 +36,9 @@ export class Sync {
   }
 }
 
+const kPaper_px = 690; // the width of a plot on A4
 const finite = Number.isFinite;
-const isAlongX = series => ['bars_along_x', 'columns'].includes(series.mark); // its low and high
+const isAlongX = series => series.mark === 'columns'; // its low and high
 
 export class Plot {
   /**
@@ -66,7 +67,7 @@ export class Plot {
     this.draw = soon(() => this.drawNow());
     this.set(panel);
     this.sync.listeners.add(this.draw);
-    onTheme(this.draw);
+    onTheme(() => (isOnPaper() ? this.drawNow() : this.draw()));
     new ResizeObserver(this.draw).observe(this.canvas);
     listen(this);
   }
@@ -115,7 +116,7 @@ export class Plot {
       const series = this.panel.series.find(s => s.name === name);
       chip.style.setProperty('--color', ink(series.color));
       if (!this.sync.onSeek) return;
-      const isRead = finite(at) && series.mark !== 'band';
+      const isRead = finite(at) && series.mark !== 'band' && !series.opacity;
       const y = isRead ? series.y[lastAt(series.x, at)] : NaN;
       const value = finite(y) ? number(y, 3) : '';
       if (chip.lastChild.textContent !== value) chip.lastChild.textContent = value;
@@ -129,7 +130,7 @@ export class Plot {
   /** Names of rules stand at the right where there is no legend. */
   namedRules() {
     const {rules = [], legend} = this.panel;
-    return rules.filter(rule => !rule.up && rule.name && legend === 'none');
+    return rules.filter(rule => !rule.is_up && rule.name && legend === 'none');
   }
 
   /** All that the x axis could show. */
@@ -159,17 +160,17 @@ export class Plot {
         }
       }
       if (!isSecond)
-        for (const rule of this.panel.rules || []) if (!rule.up && rule.name) hold(rule.at);
+        for (const rule of this.panel.rules || []) if (!rule.is_up && rule.name) hold(rule.at);
     };
     return span(isSecond ? this.panel.y2 : this.panel.y, visit, 0.07);
   }
 
   drawNow() {
     const {canvas, panel} = this;
-    const width = canvas.clientWidth;
+    const width = isOnPaper() ? kPaper_px : canvas.clientWidth;
     const height = canvas.clientHeight;
     if (!width || !height) return;
-    const ratio = Math.min(3, devicePixelRatio || 1);
+    const ratio = isOnPaper() ? 3 : Math.min(3, devicePixelRatio || 1);
     const size = {width: Math.round(width * ratio), height: Math.round(height * ratio)};
     if (canvas.width !== size.width || canvas.height !== size.height) Object.assign(canvas, size);
     const c = (this.c = canvas.getContext('2d'));
@@ -177,6 +178,7 @@ export class Plot {
     c.clearRect(0, 0, width, height);
     c.font = '12px system-ui, sans-serif';
     c.textBaseline = 'middle';
+    this.width = width;
     this.layOut(width, height);
     this.clipped(0, () => (panel.blocks || []).forEach(block => this.drawBlock(block)));
     if (panel.has_axes !== false) {
@@ -215,7 +217,13 @@ export class Plot {
     const second = y2.label ? 62 : 46;
     const right = width - (isAligned ? 42 : isSecond ? second : Math.max(8, widest(names) + 8));
     this.box = {left, right, top, bottom};
-    this.X = new Scale(range, left, right, x);
+    this.X = new Scale(this.equal(range, right - left, bottom - top), left, right, x);
+  }
+  /** The range of x; where both axes have one scale, as wide as that of y makes it. */
+  equal([low, high], width, height) {
+    if (!this.panel.equal) return [low, high];
+    const half = ((this.Y.high - this.Y.low) / 2) * (width / height);
+    return [(low + high) / 2 - half, (low + high) / 2 + half];
   }
   /** Height of what stands below the x axis; nothing does in a stack but at its end. */
   roomBelow({names, label}, width, widest) {
@@ -298,7 +306,7 @@ export class Plot {
     });
     for (const value of names.length ? [] : X.ticks(85)) {
       const x = Math.round(X.of(value)) + 0.5;
-      const most = this.canvas.clientWidth - c.measureText(number(value)).width / 2;
+      const most = this.width - c.measureText(number(value)).width / 2;
       this.line(x, null);
       if (isWritten) this.text(number(value), Math.min(x, most), box.bottom + 12, 85, 'center');
     }
@@ -307,10 +315,16 @@ export class Plot {
       this.text(label, (box.left + box.right) / 2, height - 8, box.right - box.left, 'center');
   }
 
-  drawBlock({x0, x1, y0, y1, color, opacity = 1, name}) {
+  drawBlock({from_x, to_x, from_y, to_y, color, opacity = 1, name}) {
     const {c, X, Y, box} = this;
-    const [a, b] = [finite(x0) ? X.of(x0) : box.left, finite(x1) ? X.of(x1) : box.right];
-    const [low, high] = [finite(y0) ? Y.of(y0) : box.bottom, finite(y1) ? Y.of(y1) : box.top];
+    const [a, b] = [
+      finite(from_x) ? X.of(from_x) : box.left,
+      finite(to_x) ? X.of(to_x) : box.right,
+    ];
+    const [low, high] = [
+      finite(from_y) ? Y.of(from_y) : box.bottom,
+      finite(to_y) ? Y.of(to_y) : box.top,
+    ];
     c.fillStyle = ink(color, opacity, opacity < 1 ? 1.6 : 1);
     c.fillRect(a, high, b - a, low - high);
     if (!name || Math.abs(b - a) <= c.measureText(name).width + 6) return;
@@ -326,7 +340,7 @@ export class Plot {
       c.strokeStyle = ink(rule.color, 0.9);
       c.lineWidth = rule.width || 1.2;
       c.setLineDash(rule.mark === 'dashes' ? [6, 4] : []);
-      rule.up ? this.line(X.of(rule.at), null) : this.line(null, Y.of(rule.at));
+      rule.is_up ? this.line(X.of(rule.at), null) : this.line(null, Y.of(rule.at));
     }
     c.setLineDash([]);
     for (const series of this.shownSeries()) drawSeries(c, series, X, series.second ? Y2 : Y);

@@ -71,9 +71,9 @@ function pick(plot) {
   if (plot.found) plot.options.onPick?.(plot.found.series, plot.found.i);
 }
 
-function zoom(plot, factor, around) {
+function zoom(plot, factor) {
   const {sync, X} = plot;
-  const at = around ?? sync.cursor ?? (X.low + X.high) / 2;
+  const at = sync.cursor ?? (X.low + X.high) / 2;
   const [least, most] = plot.fullRange();
   const low = Math.max(least, at - (at - X.low) * factor);
   const high = Math.min(most, at + (X.high - at) * factor);
@@ -82,8 +82,8 @@ function zoom(plot, factor, around) {
 
 export function listen(plot) {
   const {canvas, sync} = plot;
-  const on = (name, act, options) =>
-    canvas.addEventListener(name, event => plot.X && act(event, ...place(event)), options);
+  const on = (name, act) =>
+    canvas.addEventListener(name, event => plot.X && act(event, ...place(event)));
   const place = event => {
     const r = canvas.getBoundingClientRect();
     return [event.clientX - r.left, event.clientY - r.top];
@@ -120,15 +120,6 @@ export function listen(plot) {
   on('pointercancel', end);
   on('pointerleave', () => plot.drag || show(plot, null));
   on('dblclick', () => sync.setRange(null));
-  on(
-    'wheel',
-    (event, x) => {
-      if (!event.ctrlKey && !event.shiftKey) return; // the page scrolls
-      event.preventDefault();
-      zoom(plot, Math.exp((event.deltaY || event.deltaX) * 0.002), plot.X.back(x));
-    },
-    {passive: false},
-  );
   on('keydown', event => key(plot, event));
 }
 

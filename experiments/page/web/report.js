@@ -14,7 +14,7 @@ export function show(host, model) {
 }
 
 export function drawHead(host, {verdict, title, facts, missing}) {
-  const mark = verdict ? badge(verdict.word, verdict.tone) : null;
+  const mark = verdict?.word ? badge(verdict.word, verdict.tone) : null;
   host.append(...head({badge: mark, title, reason: verdict?.reason, facts, missing}));
 }
 
@@ -31,11 +31,13 @@ export function drawSections(host, model) {
   return view;
 }
 
-function drawSection({title, note, wide, lines, table, panels, stacked, commands = []}, view) {
+function drawSection(part, view) {
+  const {title, note, lines, table, panels, stacked, commands = []} = part;
+  const wide = part.wide || Boolean(table);
   return section(
     title,
     {note, wide},
-    lines
+    lines?.length
       ? h(
           'ul',
           {},
@@ -43,7 +45,7 @@ function drawSection({title, note, wide, lines, table, panels, stacked, commands
         )
       : null,
     table ? plainTable(linked(table, view)) : null,
-    panels ? drawPanels(panels, {stacked, wide}, view) : null,
+    panels?.length ? drawPanels(panels, {stacked, wide}, view) : null,
     commands.map(command),
   );
 }
@@ -66,7 +68,7 @@ function drawPanels(panels, {stacked, wide}, view) {
     panels.map(panel => {
       const height = panel.has_axes === false ? 24 : stacked ? 150 : kHeight;
       const cell = h('div');
-      const onPick = panel.series.some(series => series.links)
+      const onPick = panel.series.some(series => series.links?.length)
         ? (series, i) => view.open(series.links?.[i])
         : null;
       view.plots.push(new Plot(cell, panel, {height, onPick, sync}));

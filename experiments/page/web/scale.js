@@ -8,7 +8,7 @@ import {roundStep} from 'page/numbers.js';
  */
 export function span({low, high, names = [], logarithmic} = {}, visit, margin) {
   if (names.length) return [low ?? -0.6, high ?? names.length - 0.4];
-  if (low !== undefined && high !== undefined) return [low, high];
+  if (Number.isFinite(low) && Number.isFinite(high)) return [low, high];
   let least = Infinity;
   let most = -Infinity;
   visit(value => {

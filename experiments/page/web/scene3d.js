@@ -2,6 +2,7 @@
 
 import {h, button, fill, soon} from 'page/dom.js';
 import {library} from 'page/data.js';
+import {roundStep} from 'page/numbers.js';
 import {compose} from 'page/series.js';
 import {isDark, onTheme} from 'page/theme.js';
 
@@ -31,7 +32,7 @@ export class Scene3d {
       role: 'img',
       class: 'scene',
       'aria-label':
-        '3D replay: vehicle, station, marker and the estimated marker; arrow keys turn, + and - come nearer',
+        '3D replay: vehicle, station, marker and the estimated marker; drag turns, buttons choose a view',
     });
     const views = Object.keys(kViews).map(name =>
       button(name, () => this.view(name), {title: `look from: ${name}`}),
@@ -41,7 +42,12 @@ export class Scene3d {
       {class: 'scene-box'},
       this.canvas,
       h('div', {class: 'line overlay-bar'}, views),
-      h('div', {class: 'scene-key'}, 'blue: way of the cameras; wire: estimated marker'),
+      h(
+        'div',
+        {class: 'scene-key'},
+        'blue: way of the cameras, faint to come; wire: estimated marker',
+      ),
+      (this.bar = h('div', {class: 'scale-bar'})),
     );
     host.append(this.element);
     this.draw = soon(() => this.drawNow());
@@ -68,9 +74,10 @@ export class Scene3d {
     this.world = new T.Scene();
     this.camera = new T.PerspectiveCamera(40, 1, 0.02, 60);
     this.camera.up.set(0, 0, 1);
-    const sun = new T.DirectionalLight(0xffffff, 1.7);
-    sun.position.set(-2, -1.5, 4);
-    this.world.add(new T.HemisphereLight(0xdff1ff, 0x30404a, 1.5), sun);
+    this.sun = new T.DirectionalLight(0xffffff);
+    this.sun.position.set(-2, -1.5, 4);
+    this.sky = new T.HemisphereLight(0xdff1ff, 0x30404a);
+    this.world.add(this.sky, this.sun);
     this.vehicle = new T.Group();
     this.station = new T.Group(); // its geoms are in the marker's frame
     this.place(this.station, this.trial.scene.X_WM);
@@ -78,7 +85,8 @@ export class Scene3d {
     for (const geom of this.trial.scene.geoms) this.addGeom(geom);
     this.ghost = this.makeGhost();
     this.world.add(this.ghost);
-    this.trail = this.makeLine(0x4aa3e0);
+    this.trail = this.makeLine(0x4aa3e0, 1);
+    this.toCome = this.makeLine(0x4aa3e0, 0.3);
     this.controls = new T.OrbitControls(this.camera, canvas);
     this.controls.enableKeys = false;
     this.controls.enableZoom = false; // the page scrolls until the scene has the focus
@@ -86,7 +94,6 @@ export class Scene3d {
       canvas.addEventListener(name, () => {
         this.controls.enableZoom = name === 'focus';
       });
-    canvas.addEventListener('keydown', event => this.key(event));
     this.controls.addEventListener('change', this.draw);
     this.offTheme = onTheme(this.draw);
     this.sizes = new ResizeObserver(this.draw);
@@ -173,21 +180,22 @@ export class Scene3d {
     const T = this.T;
     const group = new T.Group();
     for (const ball of this.trial.marker.balls) {
-      const color = new T.Color(...ball.rgb);
+      const color = new T.Color(...ball.display_rgb);
       const shell = new T.Mesh(
         new T.SphereBufferGeometry(ball.radius_m * this.trial.marker.outer_ring_ratio, 14, 10),
         new T.MeshBasicMaterial({color, wireframe: true, transparent: true, opacity: 0.55}),
       );
-      shell.position.set(...ball.p_m);
+      shell.position.set(...ball.p_MQ_m);
       group.add(shell);
     }
     group.add(new T.AxesHelper(0.12));
     return group;
   }
 
-  makeLine(color) {
+  makeLine(color, opacity) {
     const T = this.T;
-    const line = new T.Line(new T.BufferGeometry(), new T.LineBasicMaterial({color}));
+    const material = new T.LineBasicMaterial({color, opacity, transparent: opacity < 1});
+    const line = new T.Line(new T.BufferGeometry(), material);
     line.frustumCulled = false;
     this.world.add(line);
     return line;
@@ -202,20 +210,24 @@ export class Scene3d {
       const pose = series.pose('vehicle', i);
       if (pose) heads.push(...compose(pose, this.trial.scene.X_BH).slice(0, 3));
     }
-    this.trail.geometry.setAttribute('position', new this.T.Float32BufferAttribute(heads, 3));
-    if (!this.first && heads.length) {
-      this.first = heads.slice(0, 3);
-      this.view('Side');
-    }
+    for (const line of [this.trail, this.toCome])
+      line.geometry.setAttribute('position', new this.T.Float32BufferAttribute(heads, 3));
+    this.step = step;
+    const hadNone = !this.way?.length;
+    this.way = heads;
+    if (hadNone && heads.length) this.view('Side');
     this.draw();
   }
 
   /**
    * vehicle: pose in the world; marker and estimate: true and estimated pose of the marker in the
-   * camera head, null for none.
+   * camera head, null for none; row: of the Series.
    */
-  update(vehicle, marker, estimate) {
+  update(vehicle, marker, estimate, row) {
     if (!this.renderer || !vehicle) return;
+    const gone = Math.floor(row / (this.step || 1)) + 1;
+    this.trail.geometry.setDrawRange(0, gone);
+    this.toCome.geometry.setDrawRange(gone - 1, Infinity);
     this.place(this.vehicle, vehicle);
     this.pose = vehicle;
     const head = compose(vehicle, this.trial.scene.X_BH);
@@ -240,43 +252,26 @@ export class Scene3d {
     if (!this.renderer) return;
     this.current = name;
     const T = this.T;
-    const [x, y, z] = this.trial.scene.X_WM;
-    const [fromX, fromY, fromZ] = this.first || [x - 1.4, y, z];
+    // the marker and the whole way
+    const marker = this.trial.scene.X_WM.slice(0, 3);
+    const way = this.way?.length ? this.way : [marker[0] - 1.4, marker[1], marker[2]];
+    const ends = marker.map((value, k) => {
+      const all = way.filter((_, i) => i % 3 === k);
+      return [
+        all.reduce((a, b) => Math.min(a, b), value),
+        all.reduce((a, b) => Math.max(a, b), value),
+      ];
+    });
     const wide = Math.max(1, 1 / this.camera.aspect);
-    const span = 1.05 * wide * Math.max(1.1, Math.hypot(x - fromX, y - fromY) + 0.75);
+    const size = Math.hypot(...ends.map(([low, high]) => high - low));
+    const span = 1.05 * wide * Math.max(1.1, size + 0.75);
     if (kViews[name]) {
-      const middle = [(x + fromX) / 2 - 0.12, (y + fromY) / 2, (z + fromZ) / 2 - 0.05];
+      const middle = ends.map(([low, high], k) => (low + high) / 2 - [0.12, 0, 0.05][k]);
       const offset = new T.Vector3(...kViews[name]).multiplyScalar(span);
       this.controls.target.set(...middle);
       this.camera.position.copy(this.controls.target).add(offset);
       this.controls.update();
     } else if (this.pose) this.lookAhead();
-    this.draw();
-  }
-
-  key(event) {
-    const act = {
-      ArrowLeft: [-0.1, 0, 1],
-      ArrowRight: [0.1, 0, 1],
-      ArrowUp: [0, -0.1, 1],
-      ArrowDown: [0, 0.1, 1],
-      '+': [0, 0, 0.9],
-      '=': [0, 0, 0.9],
-      '-': [0, 0, 1.1],
-    }[event.key];
-    if (!act) return;
-    event.preventDefault();
-    this.current = 'free';
-    const [across, up, nearer] = act;
-    const {position} = this.camera;
-    const {target} = this.controls;
-    const z = new this.T.Vector3(0, 0, 1);
-    const offset = position.clone().sub(target).multiplyScalar(nearer).applyAxisAngle(z, across);
-    const side = offset.clone().cross(z).normalize();
-    const turned = offset.clone().applyAxisAngle(side, up);
-    const isSteep = Math.abs(turned.z) > 0.98 * turned.length();
-    position.copy(target).add(isSteep ? offset : turned);
-    this.controls.update();
     this.draw();
   }
 
@@ -294,7 +289,20 @@ export class Scene3d {
       this.camera.updateProjectionMatrix();
       if (this.current in kViews) this.view(this.current);
     }
-    this.renderer.setClearColor(isDark() ? 0x0c1b25 : 0xdbe8ee);
+    const isNight = this.trial.night;
+    this.sun.intensity = isNight ? 0.5 : 1.7;
+    this.sky.intensity = isNight ? 0.55 : 1.5;
+    this.renderer.setClearColor(isNight ? 0x050d14 : isDark() ? 0x0c1b25 : 0xdbe8ee);
     this.renderer.render(this.world, this.camera);
+    this.drawBar(height);
+  }
+
+  /** A length at the distance of what is looked at. */
+  drawBar(height) {
+    const distance = this.camera.position.distanceTo(this.controls.target);
+    const px_per_m = height / (2 * distance * Math.tan((this.camera.fov * Math.PI) / 360));
+    const length_m = roundStep(50 / px_per_m);
+    this.bar.style.width = `${length_m * px_per_m}px`;
+    this.bar.textContent = length_m < 1 ? `${Math.round(100 * length_m)} cm` : `${length_m} m`;
   }
 }

@@ -1,7 +1,7 @@
 // Success of a batch's trials over anything that they differ in, by anything else.
 
 import {h, choice, fill, section} from 'page/dom.js';
-import {fixed, number, quantity, rate, words} from 'page/format.js';
+import {number, parameter, rate, titled} from 'page/format.js';
 import {bins, groupsOf} from 'page/numbers.js';
 import {Plot} from 'page/plot.js';
 import {curve} from 'page/theme.js';
@@ -16,12 +16,10 @@ function axesOf(trials) {
   const starts = kStarts.filter(key => trials.get[key]);
   return [...trials.parameters, ...starts]
     .map(key => {
-      const {label, unit, factor} = quantity(key);
-      const shown = starts.includes(key)
-        ? {label: `${label}, ${unit}`, factor}
-        : {label: key, factor: 1};
+      const named = parameter(key);
       const count = trials.distinct(key).size;
-      return {key, ...shown, isNumeric: trials.isNumeric(key), count};
+      const isNumeric = trials.isNumeric(key);
+      return {key, label: titled(named), factor: named.factor, isNumeric, count};
     })
     .filter(axis => axis.count > 1);
 }
@@ -39,9 +37,10 @@ export class Success {
       box.append(h('p', {class: 'note'}, 'Nothing varies between these trials but the seed.'));
       return;
     }
-    const isFew = ({count, key}) => count <= kCurves.values && key !== 'stratum';
-    const others = this.axes.filter(axis => axis !== first);
-    const second = others.find(isFew) || (isStart(first) ? others[0] : null);
+    // of the plan's own, not of what was drawn at random
+    const isCurve = axis =>
+      axis !== first && axis.key !== 'stratum' && trials.planned.has(axis.key);
+    const second = this.axes.find(axis => isCurve(axis) && axis.count <= kCurves.values);
     this.over = first.key;
     this.by = second?.key || '';
     const options = this.axes.map(({key, label}) => [key, label]);

@@ -2,17 +2,17 @@
 
 import {h, button, fill, soon} from 'page/dom.js';
 import {shown} from 'page/format.js';
+import {plainTable} from 'page/parts.js';
 
 const kRow_px = 30;
 const kHead_px = 64;
 const kHeight_px = 380;
-const kPrinted = 60; // rows
+const kPrinted = {rows: 60, columns: 7}; // on paper: the first rows, all columns, so many in a table
 
 export class Table {
   /**
    * columns: [{key, label, title, width, value(row) → number, text or null, text(row) as it is shown, isNumeric,
-   * filtered(row) → number that a filter compares, choices: [text] for a filter of words}]; rows: how many; label: what
-   * they are; onPick(row), onFound(rows).
+   * choices: [text] for a filter of words}]; rows: how many; label: what they are; onPick(row), onFound(rows).
    */
   constructor(host, columns, rows, {label, onPick, onFound}) {
     Object.assign(this, {columns, rows, label, onPick, onFound});
@@ -46,8 +46,10 @@ export class Table {
     const drawSoon = soon(() => this.draw());
     this.scroll.addEventListener('scroll', drawSoon);
     new ResizeObserver(drawSoon).observe(this.scroll);
-    addEventListener('beforeprint', () => this.draw(kPrinted));
-    addEventListener('afterprint', () => this.draw());
+    this.printed = h('div', {class: 'column'});
+    host.append(this.printed);
+    addEventListener('beforeprint', () => this.print());
+    addEventListener('afterprint', () => fill(this.printed));
     this.scroll.addEventListener('keydown', event => this.key(event));
     this.update();
   }
@@ -135,12 +137,26 @@ export class Table {
     this.onFound(found);
   }
 
-  /** The rows in view, or the first `most`. */
-  draw(most) {
+  /** Tables as wide as the paper, each beginning with the first column. */
+  print() {
+    const [first, ...others] = this.columns;
+    const rows = this.found.slice(0, kPrinted.rows);
+    const text = (column, row) => (column.text ? column.text(row) : shown(column.value(row)));
+    for (let from = 0; from < others.length; from += kPrinted.columns) {
+      const columns = [first, ...others.slice(from, from + kPrinted.columns)];
+      const cells = rows.map(row => columns.map(column => text(column, row)));
+      const labels = columns.map(({label, isNumeric}) => ({label, numeric: isNumeric}));
+      this.printed.append(plainTable({columns: labels, rows: cells}));
+    }
+    if (rows.length < this.found.length)
+      this.printed.append(h('p', {class: 'note'}, `The first ${rows.length} rows.`));
+  }
+
+  /** The rows in view. */
+  draw() {
     const first = Math.max(0, Math.floor((this.scroll.scrollTop - kHead_px) / kRow_px) - 4);
-    const room = most || Math.ceil(kHeight_px / kRow_px) + 10;
-    const drawn = this.found.slice(first, first + room);
-    this.body.style.height = `${(most ? drawn.length : this.found.length) * kRow_px}px`;
+    const drawn = this.found.slice(first, first + Math.ceil(kHeight_px / kRow_px) + 10);
+    this.body.style.height = `${this.found.length * kRow_px}px`;
     fill(
       this.body,
       drawn.map((row, k) => this.rowElement(row, first + k)),
@@ -216,6 +232,5 @@ function testOf(column, text) {
   const test = span
     ? v => v >= Number(span[1]) && v <= Number(span[2])
     : v => kTests[limit[1] || '='](v, Number(limit[2]));
-  const of = column.filtered || column.value;
-  return row => (of(row) ?? null) !== null && test(of(row));
+  return row => (column.value(row) ?? null) !== null && test(column.value(row));
 }

@@ -1,13 +1,13 @@
-// Light, dark and paper; colours that can be seen on all of them.
+// Light or dark as the system has it, and paper; colours that can be seen on all of them.
 
 const root = document.documentElement;
 const system = matchMedia('(prefers-color-scheme: dark)');
 const listeners = new Set();
-const kKey = 'turbidock-theme';
 let isPrinting = false;
-let chosen = null; // 'light', 'dark', or as the system has it
 
 export const isDark = () => root.dataset.theme === 'dark';
+/** While the page is being printed: what is drawn then is drawn at once, or it comes too late. */
+export const isOnPaper = () => isPrinting;
 /** Calls listener() whenever colours change; returns what ends that. */
 export const onTheme = listener => {
   listeners.add(listener);
@@ -15,21 +15,11 @@ export const onTheme = listener => {
 };
 
 function apply() {
-  root.dataset.theme = isPrinting ? 'light' : chosen || (system.matches ? 'dark' : 'light');
+  root.dataset.theme = system.matches && !isPrinting ? 'dark' : 'light';
   for (const listener of listeners) listener();
 }
 
-/** Where the browser keeps nothing, as in a private window, nothing is kept. */
-const storage = use => {
-  try {
-    return use(localStorage);
-  } catch {
-    return null;
-  }
-};
-
 export function startTheme() {
-  chosen = storage(store => store.getItem(kKey));
   system.addEventListener('change', apply);
   for (const [event, on] of [
     ['beforeprint', true],
@@ -39,12 +29,6 @@ export function startTheme() {
       isPrinting = on;
       apply();
     });
-  apply();
-}
-
-export function toggleTheme() {
-  chosen = isDark() ? 'light' : 'dark';
-  storage(store => store.setItem(kKey, chosen));
   apply();
 }
 

@@ -8,6 +8,7 @@ import {curve} from 'page/theme.js';
 
 const kDeg = 180 / Math.PI;
 const kNoStage = [128, 128, 128];
+const kSearch_s = 1; // a search that begins anywhere: where it is until then sets no scale
 const kHeight = {bar: 24, plot: 112, axis: 30}; // in pixels
 
 /** Stages as spans of time: [{name, from, to, index}]. */
@@ -26,7 +27,6 @@ function stageSpans(series, stages) {
 
 /** Multiplied, with its gaps. */
 const times = (values, factor) => values.map(v => (Number.isFinite(v) ? v * factor : null));
-const plus = (values, more) => values.map(v => (v === null ? null : v + more));
 
 /** [low, high] about all finite values, no closer together than `least`. */
 function spanOf(lists, least) {
@@ -76,8 +76,8 @@ export class Traces {
     const spans = stageSpans(this.series, this.trial.stages);
     this.blocks = spans.map(({name, from, to, index}) => ({
       name: words(name),
-      x0: from,
-      x1: to,
+      from_x: from,
+      to_x: to,
       color: this.trial.colors.stages[index] || kNoStage,
     }));
     this.time = this.series.column('time_s');
@@ -86,8 +86,8 @@ export class Traces {
     const panels = [
       this.fitness(),
       this.pose('x, mm', 'x', 1000, {least: 100, rule: 1000 * limits.docked_x_m}),
-      this.pose('y, mm', 'y', 1000, this.within(limits.tolerance_y_m)),
-      this.pose('z, mm', 'z', 1000, this.within(limits.tolerance_z_m)),
+      this.pose('y, mm', 'y', 1000, this.within(limits.enter_y_m, limits.tolerance_y_m)),
+      this.pose('z, mm', 'z', 1000, this.within(limits.enter_z_m, limits.tolerance_z_m)),
       this.pose('yaw, °', 'yaw', kDeg, {least: 10}),
       this.several('thrusters, V', voltages, name => words(name.slice(0, -2))),
       this.several('speed, mm/s', ['surge_mps', 'sway_mps', 'heave_mps'], shortName, 1000),
@@ -142,12 +142,19 @@ export class Traces {
     });
   }
 
-  within(tolerance_m) {
-    return {band: 1000 * tolerance_m, least: 3000 * tolerance_m};
+  /** What is allowed about the desired value, by row: servoing must be closer than docking may be. */
+  within(enter_m, tolerance_m) {
+    const allowed = {
+      visual_servoing: 1000 * enter_m,
+      docking: 1000 * tolerance_m,
+      docked: 1000 * tolerance_m,
+    };
+    const band = this.series.column('stage').map(stage => allowed[stage] ?? NaN);
+    return {band, least: 3000 * tolerance_m};
   }
 
-  /** band: allowed about the desired value; least: span of the axis; rule: a limit. */
-  pose(title, part, factor, {band = 0, least, rule}) {
+  /** band: allowed about the desired value, by row; least: span of the axis; rule: a limit. */
+  pose(title, part, factor, {band, least, rule}) {
     const {series, isFound, time} = this;
     const {colors} = this.trial;
     const controlled = series.column('controlled');
@@ -156,20 +163,30 @@ export class Traces {
     const truth = times(this.measured('true', part), factor);
     const all = times(this.measured('est', part), factor);
     const estimate = all.map((v, i) => (isFound[i] ? v : null));
-    const bounds = {low: plus(wanted, -band), high: plus(wanted, band)};
+    const bound = sign => wanted.map((v, i) => (v === null ? null : v + sign * band[i]));
+    const bounds = band && {low: bound(-1), high: bound(1)};
     const allowed = {name: 'allowed', x: time, y: wanted, ...bounds, color: colors.limit};
-    const lost = {name: 'not detected', x: time, color: colors.estimate, mark: 'dots', dot: 2.4};
+    const lost = {
+      name: 'not detected',
+      x: time,
+      color: colors.estimate,
+      mark: 'dots',
+      dot: 2,
+      opacity: 0.3,
+    };
+    const converged = estimate.filter((_, i) => time[i] >= kSearch_s);
     return this.panel(
       title,
       [
+        // below the truth: nothing acts on them
+        isFound.includes(false) ? {...lost, y: all.map((v, i) => (isFound[i] ? null : v))} : null,
         band ? {...allowed, mark: 'band'} : null,
         this.line('truth', truth, colors.truth, {width: 3.5}),
         this.line('desired', wanted, colors.desired, {mark: 'dashes'}),
         this.line('estimate', estimate, colors.estimate),
-        isFound.includes(false) ? {...lost, y: all.map((v, i) => (isFound[i] ? null : v))} : null,
       ].filter(Boolean),
       {
-        y: spanOf([truth, estimate, bounds.low, bounds.high, [rule]], least),
+        y: spanOf([truth, converged, bounds?.low ?? [], bounds?.high ?? [], [rule]], least),
         rules: rule === undefined ? [] : [this.rule(rule, String(Math.round(rule)))],
       },
     );

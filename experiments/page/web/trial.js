@@ -1,21 +1,21 @@
 // One trial: how it ended, what happened, in plots, pictures and 3D. The live page feeds the same view.
 
 import {h, button, choice, section, soon} from 'page/dom.js';
-import {addressOf, load} from 'page/data.js';
-import {clockText, fixed, number, quantity, shown, words} from 'page/format.js';
+import {addressOf, has, load} from 'page/data.js';
+import {clockText, fixed, number, quantity, shown, spoken, words} from 'page/format.js';
 import {Cameras} from 'page/cameras.js';
 import {Clock} from 'page/clock.js';
 import {Scene3d} from 'page/scene3d.js';
 import {Series} from 'page/series.js';
 import {Traces} from 'page/traces.js';
-import {badge, command, facts, head, plainTable, reveal, stages} from 'page/parts.js';
+import {badge, command, facts, head, kFitness, plainTable, reveal, stages} from 'page/parts.js';
 
 const kLiveEvery_ms = 150; // between two drawings of growing traces
 const kBeforeEnd_s = 0.5; // where a trial that has ended is shown
 
 /** What main.js calls for a trial's report. */
 export function show(host, model) {
-  const view = new TrialView(host, model, {video: addressOf('video', 'video/mp4')});
+  const view = new TrialView(host, model, {video: has('video')});
   view.clock.seek(view.series.end - kBeforeEnd_s);
   return view;
 }
@@ -36,7 +36,12 @@ export async function openTrials(element, {title, note, trials}) {
       section(
         trial.title,
         {},
-        h('div', {class: 'line'}, badge(trial.outcome), h('span', {class: 'reason'}, trial.reason)),
+        h(
+          'div',
+          {class: 'line'},
+          badge(trial.outcome),
+          h('span', {class: 'reason'}, spoken(trial.reason)),
+        ),
         facts(trial.facts),
         trial.commands.map(command),
         trial.note ? h('p', {class: 'note'}, trial.note) : null,
@@ -60,23 +65,28 @@ const held = part => (typeof part === 'string' ? load(part) : part);
 
 export class TrialView {
   /**
-   * model: of a trial; its record, if it has one, is shown, too. options: {video: a film's address, clock, controls:
-   * elements for the bar, live: rows and pictures come as the trial goes on}.
+   * model: of a trial; its record, if it has one, is shown, too. options: {video: the page brings a film along, which
+   * takes the pictures' place once it is played, clock, controls: elements for the bar, live: rows and pictures come as
+   * the trial goes on}.
    */
-  constructor(host, model, {video = null, clock = new Clock(), controls = [], live = false} = {}) {
+  constructor(host, model, {video = false, clock = new Clock(), controls = [], live = false} = {}) {
     const series = new Series(model.series);
     Object.assign(this, {model, series, clock, live});
     if (model.record) host.append(...head(heading(model)));
     this.transport(host, controls);
     this.left = h('div', {class: 'column view'});
-    const plots = section('What happened');
+    const {docking_fitness: I, detection_fitness: II} = model.limits;
+    const areas = `Area I, from ${fixed(I, 2)}: it may dock; Area II, from ${fixed(II, 2)}: detected; Area III: not.`;
+    const plots = section('What happened', {note: `${kFitness}. ${areas}`});
     const rest = h('div', {class: 'column rest'});
     host.append(h('div', {class: 'trial-grid'}, this.left, plots, rest));
     if (model.scene) this.addScene();
-    const box = section(video ? 'Cameras, filmed' : 'Cameras');
-    this.left.append(box);
-    if (video) this.addFilm(box, video);
-    else this.cameras = new Cameras(box, model);
+    this.cameraBox = section('Cameras', {
+      note: video ? 'The film is loaded when it is played.' : null,
+    });
+    this.left.append(this.cameraBox);
+    this.cameras = new Cameras(this.cameraBox, model);
+    this.hasFilm = video;
     this.traces = new Traces(plots, model, series, clock);
     this.updateSoon = soon(
       () => this.update(),
@@ -134,7 +144,7 @@ export class TrialView {
       ),
       section('Again', {}, model.commands.map(command)),
     );
-    host.append(section('All figures', {}, facts(flat(model.record))));
+    host.append(section('All figures', {}, facts(flat(withoutNoise(model)))));
   }
 
   transport(host, controls) {
@@ -183,13 +193,17 @@ export class TrialView {
     });
   }
 
-  addFilm(host, address) {
+  addFilm() {
+    this.hasFilm = false;
     const label = 'film: left and right camera with the estimated marker';
     const more = {playsinline: true, preload: 'auto', tabindex: -1, 'aria-label': label};
-    this.video = h('video', {src: address, ...more});
+    this.video = h('video', {src: addressOf('video', 'video/mp4'), ...more});
     this.video.muted = true;
     this.video.addEventListener('loadedmetadata', () => this.showFilm());
-    host.append(h('div', {class: 'film'}, this.video));
+    this.cameraBox.replaceChildren(
+      h('h2', {}, 'Cameras, filmed'),
+      h('div', {class: 'film'}, this.video),
+    );
   }
   showFilm() {
     const {video, clock} = this;
@@ -233,7 +247,9 @@ export class TrialView {
       series.pose('vehicle', row),
       series.pose('true', row),
       estimate.isFound ? estimate.pose : null,
+      row,
     );
+    if (this.hasFilm && clock.playing) this.addFilm();
     if (this.video) this.showFilm();
     else if (!this.live) this.showFrame(estimate);
   }
@@ -258,25 +274,45 @@ export class TrialView {
   }
 }
 
+/** The record without what is noise: the estimate where nothing is detected, and what never began, are null. */
+function withoutNoise({record, series, limits}) {
+  const rows = new Series(series);
+  const F = rows.at('fitness', rows.indexAt(record.time_s)) ?? record.fitness_best;
+  const hasServoed = record.transitions.some(({to}) => to === 'visual_servoing');
+  return {
+    ...record,
+    ...(F >= limits.detection_fitness ? {} : {final_error_estimated: null}),
+    ...(hasServoed ? {} : {tracking_rms_m: null, overshoot_m: null}),
+    ...(record.insertion_depth_m > 0 ? {} : {insertion_depth_m: null}),
+  };
+}
+
 /** What is looked for first in a trial's record. */
-function heading({description, seed, record, missing}) {
+function heading(model) {
+  const {description, seed, sight_m, missing} = model;
+  const record = withoutNoise(model);
   const e = record.final_error_true || {};
-  const error_mm = ['x_m', 'y_m', 'z_m'].map(key => fixed(1000 * e[key], 0)).join(', ');
+  const error_mm = ['x', 'y', 'z']
+    .map(axis => `${axis} ${fixed(1000 * e[`${axis}_m`], 0)}`)
+    .join(', ');
+  const depth_m = record.insertion_depth_m;
   const fact = (label, value, note) => ({label, value, note});
   return {
     badge: badge(record.outcome),
     title: description,
-    reason: record.reason,
-    note: `seed ${seed}`,
+    reason: spoken(record.reason),
+    note: [`seed ${seed}`, sight_m && `one could see ${number(sight_m, 2)} m`]
+      .filter(Boolean)
+      .join(', '),
     missing,
     facts: [
       fact('time', clockText(record.time_s)),
       fact('true error', `${error_mm} mm`, 'of x, y and z at that time'),
       fact('yaw', `${fixed((e.yaw_rad * 180) / Math.PI, 1)}°`, 'true error at that time'),
-      fact('F, mean', fixed(record.fitness_mean, 2), 'fitness over all frames'),
+      fact('F, mean', fixed(record.fitness_mean, 2), `over all frames. ${kFitness}`),
       fact(
         'pole in',
-        `${fixed(record.insertion_depth_m * 1000, 0)} mm`,
+        depth_m === null ? '–' : `${fixed(depth_m * 1000, 0)} mm`,
         'depth of the pole’s tip past the dock’s mouth, at the end',
       ),
       fact('returns', String(record.returns_to_servoing), 'from docking to visual servoing'),

@@ -2,19 +2,15 @@
 
 import {groupsOf, stratified} from 'page/numbers.js';
 
-/** A column as a function of the row: a list, or numbers of words. */
-const unpacked = column =>
-  Array.isArray(column) ? row => column[row] : row => column.words[column.of[row]] ?? null;
-
 export class Trials {
   constructor({rows, columns, parameters, grid = []}) {
     this.rows = Array.from({length: rows}, (_, row) => row);
     this.get = {};
     for (const [key, column] of Object.entries({...columns, ...parameters}))
-      this.get[key] = unpacked(column);
+      this.get[key] = row => column[row] ?? null;
     this.parameters = Object.keys(parameters);
     this.columns = Object.keys(columns);
-    this.planned = new Set(['stratum', ...grid]); // what tells cells or strata apart, not how trials went
+    this.planned = new Set(['case', 'stratum', ...grid]); // what tells cells or strata apart, not how trials went
     this.isSuccess = row => this.get.failure(row) === 'none';
   }
 

@@ -15,7 +15,7 @@ page::Page PageOf(const Comparison& comparison, const ComparedFile& a, const Com
                                      "comparison");
   page.model["sections"].back().erase("commands");  // to this page
   const int64_t bytes = options.series_bytes / 2;
-  page::TrialLinks in_a(a.store, a.file, "A", bytes, options.plugins, &page),
+  page::StoredTrials in_a(a.store, a.file, "A", bytes, options.plugins, &page),
       in_b(b.store, b.file, "B", bytes, options.plugins, &page);
   for (const ComparisonGroup& group : comparison.groups)
     for (const TrialPair& pair : group.pairs) {
@@ -23,11 +23,10 @@ page::Page PageOf(const Comparison& comparison, const ComparedFile& a, const Com
       const std::string note =
           fmt::format("Docked in {} only; in {}: {}.", pair.lost() ? "A" : "B",
                       pair.lost() ? "B" : "A", report::Words(NameOf(pair.failure())));
-      page::AddLink(LinkOf(pair),
-                    {.title = fmt::format("Seed {}", pair.a.seed),
+      page.model["links"][LinkOf(pair)] =
+          page::Link{.title = fmt::format("Seed {}", pair.a.seed),
                      .note = note,
-                     .trials = {in_a.Of(pair.trial_a), in_b.Of(pair.trial_b)}},
-                    &page);
+                     .trials = {in_a.Of(pair.trial_a), in_b.Of(pair.trial_b)}};
     }
   return page;
 }

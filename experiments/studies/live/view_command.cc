@@ -11,7 +11,7 @@
 #include "experiments/farm/result_store.h"
 #include "experiments/farm/run_lock.h"
 #include "experiments/page/batch_page.h"
-#include "experiments/page/result_page.h"
+#include "experiments/page/report_page.h"
 #include "experiments/studies/live/live_view.h"
 #include "experiments/studies/live/result_view.h"
 #include "experiments/system/output_path.h"

@@ -7,6 +7,7 @@
 #include <system_error>
 #include <utility>
 
+#include "experiments/media/canvas.h"
 #include "experiments/media/jpeg.h"
 #include "experiments/system/output_path.h"
 #include "sim/base/check.h"
@@ -17,14 +18,15 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kFirstStep_s = 0.5;
-constexpr size_t kMost = 80;           // pictures; then every second one goes
-constexpr int kLargestWidth_px = 400;  // halved until they are no wider
+constexpr size_t kMost = 80;  // pictures; then every second one goes
+constexpr int kLargestWidth_px = 320;
 constexpr int kQuality = 70;
 
 std::string Encoded(const Image3u8& image) {
-  Image3u8 small = image;
-  while (small.width() > kLargestWidth_px) small = media::HalfSize(small);
-  return media::EncodeJpeg(small, kQuality);
+  const int width = std::min(image.width(), kLargestWidth_px);
+  media::Canvas small(width, std::max(1, width * image.height() / image.width()));
+  small.DrawImage(image, small.area());
+  return media::EncodeJpeg(small.ToImage(), kQuality);
 }
 
 }  // namespace

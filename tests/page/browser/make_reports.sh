@@ -72,11 +72,17 @@ conditions:
 END
 
 "$program" run short.yaml --out trial --video --report --quiet
+# milk that nothing is seen through
+"$program" run short.yaml --out lost --seed 3 --set water.milk_ml_m3=400 --set duration_s=7 --video --quiet || [ $? = 1 ]
 "$program" run short.yaml --out still --set pose_source=true_pose --report --quiet
 "$program" batch plan.yaml --out batch.db --quiet
 "$program" status batch.db --by controller,stratum --json >batch_by_stratum.json
 "$program" status batch.db --by controller --json >batch_by_law.json
 "$program" batch two.yaml --out a.db --quiet
+sed '/controller:/d; s/seeds: 6/seeds: 4/' plan.yaml >few.yaml
+"$program" batch few.yaml --out none.db --set duration_s=1 --quiet
+sed '/^grid:/,$d; s/seeds: 6/seeds: 1/' plan.yaml >single.yaml
+"$program" batch single.yaml --out single.db --quiet
 "$program" batch two.yaml --out b.db --set vehicle.rigid_body.mass_kg=17 --quiet
 "$program" tune study.yaml --out study --quiet >/dev/null
 "$program" step-response sea_night_active --out steps --quiet >/dev/null
@@ -90,7 +96,10 @@ END
   --estimators rm_ga,blobs --json --quiet >estimators.json
 
 "$program" report trial --out trial.html
+"$program" report lost --out lost.html
 "$program" report still --out still.html
+"$program" report none.db --out none.html
+"$program" report single.db --out single.html
 "$program" report batch.db --out batch.html
 "$program" report batch.db --trial 3 --out one.html
 "$program" report a.db b.db --by controller --out compare.html

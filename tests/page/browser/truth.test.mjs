@@ -1,0 +1,152 @@
+// What pages say and show without an untruth: trials that saw nothing, batches that docked nothing, paper, forced
+// colours. Reports of make_reports.sh, as for pages.test.mjs.
+
+import assert from 'node:assert/strict';
+import {test} from 'node:test';
+import {open, sceneDrawn} from './opened.mjs';
+
+test('a trial that never saw the marker: no noise, the truth in sight, the vehicle in the picture', async () => {
+  const {page, complaints, close} = await open('lost', 1440);
+  assert.match(await page.locator('.head .note').innerText(), /seed 3, one could see 0\.\d+ m/);
+  const value = async (within, label) =>
+    (await page.locator(`${within} .facts div`).filter({hasText: label}).first().innerText())
+      .split('\n')
+      .pop();
+  assert.match(await value('.head', 'true error'), /^x -?\d+, y -?\d+, z -?\d+ mm$/);
+  assert.equal(await value('.head', 'pole in'), '–');
+  const all = 'section[aria-label="All figures"]';
+  for (const label of ['overshoot', 'tracking rms', 'insertion depth', 'final error estimated'])
+    assert.equal(await value(all, label), '–', label);
+  const y = await page.evaluate(() => {
+    const {series, y: axis} = globalThis.turbidock.traces.panels()[3];
+    const truth = series.find(s => s.name === 'truth').y;
+    return {
+      names: series.map(s => s.name),
+      axis,
+      low: Math.min(...truth),
+      high: Math.max(...truth),
+    };
+  });
+  assert.ok(y.names.indexOf('not detected') < y.names.indexOf('truth'), 'the truth is on top');
+  assert.ok(y.axis.low <= y.low && y.axis.high >= y.high);
+  await sceneDrawn(page);
+  const places = await page.evaluate(() => {
+    const {clock, scene, series} = globalThis.turbidock;
+    return [0, series.end / 2, series.end].map(time => {
+      clock.seek(time);
+      const {x, y} = scene.vehicle.position.clone().project(scene.camera);
+      return {x, y, gone: scene.trail.geometry.drawRange.count};
+    });
+  });
+  for (const {x, y} of places) assert.ok(Math.abs(x) < 0.9 && Math.abs(y) < 0.9, `at ${x}, ${y}`);
+  assert.ok(places[0].gone < places[1].gone && places[1].gone < places[2].gone, 'the way so far');
+  assert.match(await page.locator('.scale-bar').innerText(), /^\d+ (cm|m)$/);
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test("a trial: the band is the stage's own, and a search's first second sets no scale", async () => {
+  const {page, close} = await open('trial', 1440);
+  const {widths, axis} = await page.evaluate(() => {
+    const {traces, series} = globalThis.turbidock;
+    const stages = series.column('stage');
+    series.column('est_y_m')[3] = 5;
+    series.column('fitness')[3] = 0.9;
+    const panel = traces.panels()[3];
+    const {low, high} = panel.series.find(s => s.name === 'allowed');
+    const width = stage => {
+      const i = stages.findIndex((name, i) => name === stage && Number.isFinite(low[i]));
+      return i < 0 ? null : Math.round(high[i] - low[i]);
+    };
+    return {widths: ['visual_servoing', 'docking', 'approach'].map(width), axis: panel.y};
+  });
+  assert.deepEqual(widths, [40, 80, null]);
+  assert.ok(axis.high < 1000, `${axis.high} mm`);
+  await close();
+});
+
+test('a batch: names with units, bars of all, equal axes; none that docks, one trial', async () => {
+  const {page, close} = await open('batch', 1440);
+  const choices = await page.locator('section[aria-label=Success] option').allInnerTexts();
+  assert.ok(choices.includes('current surface velocity y, m/s'), choices.join('|'));
+  const bars = await page
+    .locator('.bar span')
+    .evaluateAll(list => list.map(span => Number.parseFloat(span.style.width)));
+  assert.ok(bars.length && bars.reduce((sum, width) => sum + width, 0) < 60, `${bars} % of all`);
+  assert.equal(await page.locator('.bar-list').getByText('docked').count(), 0);
+  const {X, Y} = await page.evaluate(() => {
+    const {X, Y} = globalThis.turbidock.errors;
+    return {X: Math.abs(X.of(1) - X.of(0)), Y: Math.abs(Y.of(1) - Y.of(0))};
+  });
+  assert.ok(Math.abs(X - Y) < 0.01 * Y, `${X} and ${Y} pixels a mm`);
+  await close();
+  const none = await open('none', 1440);
+  assert.match(await none.page.locator('main').innerText(), /None of these docked/);
+  const by = none.page.locator('section[aria-label=Success] select').last();
+  assert.equal(await by.inputValue(), '', 'no curves by what was drawn');
+  assert.deepEqual(none.complaints, []);
+  await none.close();
+  const single = await open('single', 1440);
+  assert.match(await single.page.locator('main').innerText(), /All of them docked/);
+  assert.match(
+    await single.page.locator('main').innerText(),
+    /Nothing varies between these trials/,
+  );
+  assert.deepEqual(single.complaints, []);
+  await single.close();
+});
+
+test('on paper: light charts drawn for its width, every column', async () => {
+  for (const name of ['batch', 'compare', 'lost']) {
+    const {page, close} = await open(name, 1440, {colorScheme: 'dark'});
+    // what a printer gets is what is drawn before the event's listeners return
+    const charts = await page.evaluate(() => {
+      dispatchEvent(new Event('beforeprint'));
+      return [...document.querySelectorAll('.plot canvas')].map(canvas => {
+        const {data} = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+        let dark = 0;
+        for (let i = 0; i < data.length; i += 4) dark += data[i + 3] > 128 && data[i] < 128;
+        return {width: canvas.width, dark};
+      });
+    });
+    for (const chart of charts) assert.equal(chart.width, 3 * 690);
+    assert.ok(
+      charts.filter(({dark}) => dark > 100).length >= charts.length - 1,
+      'with dark letters',
+    );
+    await page.emulateMedia({media: 'print', colorScheme: 'dark'});
+    await page.setViewportSize({width: 718, height: 1000});
+    assert.ok((await page.evaluate(() => document.documentElement.scrollWidth)) <= 718);
+    const cut = await page
+      .locator('.scroll')
+      .evaluateAll(
+        list => list.filter(({scrollWidth, clientWidth}) => scrollWidth > clientWidth).length,
+      );
+    assert.equal(cut, 0, 'no table is cut');
+    if (name === 'batch') {
+      const heads = await page.locator('.scroll thead th').allInnerTexts();
+      const columns = await page.evaluate(() =>
+        globalThis.turbidock.table.columns.map(c => c.label),
+      );
+      for (const column of columns) assert.ok(heads.includes(column), column);
+    }
+    await page.evaluate(() => dispatchEvent(new Event('afterprint')));
+    assert.ok((await page.pdf({format: 'A4'})).length > 20000, 'it prints');
+    await close();
+  }
+});
+
+test('dark, light and forced colours', async () => {
+  const {page, close} = await open('batch', 1440);
+  const ground = () => page.evaluate(() => getComputedStyle(document.body).backgroundColor);
+  const light = await ground();
+  await page.emulateMedia({colorScheme: 'dark'});
+  await page.waitForFunction(() => document.documentElement.dataset.theme === 'dark');
+  assert.notEqual(await ground(), light);
+  const swatches = () =>
+    page.locator('.swatch').evaluateAll(list => list.map(s => getComputedStyle(s).backgroundColor));
+  await page.emulateMedia({colorScheme: 'light', forcedColors: 'active'});
+  const colors = await swatches();
+  assert.ok(new Set(colors).size >= 3, `the legend has its colours: ${colors}`);
+  await close();
+});
