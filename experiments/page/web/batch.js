@@ -11,6 +11,7 @@ import {
   quantity,
   shown,
   spoken,
+  withoutKeys,
   words,
 } from 'page/format.js';
 import {bins, groupsOf} from 'page/numbers.js';
@@ -55,7 +56,16 @@ class BatchView {
       onFound: rows => this.fill(rows),
     });
     // success over what the plan varies is above, where it can be clicked
-    report.sections = report.sections.map(part => ({...part, panels: null}));
+    const named = text => withoutKeys(text, this.trials.parameters);
+    report.sections = report.sections.map(({title, table, ...part}) => ({
+      ...part,
+      title: named(title),
+      table: table && {
+        ...table,
+        columns: table.columns.map(column => ({...column, label: named(column.label)})),
+      },
+      panels: null,
+    }));
     if (model.store_kind === 'batch') report.sections.push(next(model.file));
     drawSections(host, report);
   }

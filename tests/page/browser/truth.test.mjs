@@ -74,6 +74,8 @@ test('a batch: names with units, bars of all, equal axes; none that docks, one t
     .evaluateAll(list => list.map(span => Number.parseFloat(span.style.width)));
   assert.ok(bars.length && bars.reduce((sum, width) => sum + width, 0) < 60, `${bars} % of all`);
   assert.equal(await page.locator('.bar-list').getByText('docked').count(), 0);
+  for (const title of await page.locator('h2, th').allInnerTexts())
+    assert.doesNotMatch(title, /\w_\w|\[\d\]/, 'no key is a title');
   const {X, Y} = await page.evaluate(() => {
     const {X, Y} = globalThis.turbidock.errors;
     return {X: Math.abs(X.of(1) - X.of(0)), Y: Math.abs(Y.of(1) - Y.of(0))};
@@ -94,6 +96,21 @@ test('a batch: names with units, bars of all, equal axes; none that docks, one t
   );
   assert.deepEqual(single.complaints, []);
   await single.close();
+});
+
+test('a collision is told without names of shapes', async () => {
+  const {page, close} = await open('compare', 1440);
+  const told = await page.evaluate(() => JSON.stringify(globalThis.turbidock.model.links));
+  assert.match(told, /hull_box/);
+  await page
+    .getByRole('button', {name: /^\d{10,}$/})
+    .first()
+    .dispatchEvent('click');
+  await page.waitForSelector('#linked .traces canvas');
+  const text = await page.locator('#linked').innerText();
+  assert.match(text, /hull/);
+  assert.doesNotMatch(text, /hull_box/);
+  await close();
 });
 
 test('on paper: light charts drawn for its width, every column', async () => {
