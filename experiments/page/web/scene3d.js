@@ -95,6 +95,7 @@ export class Scene3d {
         this.controls.enableZoom = name === 'focus';
       });
     this.controls.addEventListener('change', this.draw);
+    this.controls.addEventListener('start', () => (this.current = 'free'));
     this.offTheme = onTheme(this.draw);
     this.sizes = new ResizeObserver(this.draw);
     this.sizes.observe(canvas);
@@ -213,10 +214,8 @@ export class Scene3d {
     for (const line of [this.trail, this.toCome])
       line.geometry.setAttribute('position', new this.T.Float32BufferAttribute(heads, 3));
     this.step = step;
-    const hadNone = !this.way?.length;
     this.way = heads;
-    if (hadNone && heads.length) this.view('Side');
-    this.draw();
+    this.view(this.current); // it may have left the picture
   }
 
   /**
@@ -250,25 +249,18 @@ export class Scene3d {
 
   view(name) {
     if (!this.renderer) return;
+    if (!(name in kViews)) return this.draw();
     this.current = name;
     const T = this.T;
     // the marker and the whole way
     const marker = this.trial.scene.X_WM.slice(0, 3);
     const way = this.way?.length ? this.way : [marker[0] - 1.4, marker[1], marker[2]];
-    const ends = marker.map((value, k) => {
-      const all = way.filter((_, i) => i % 3 === k);
-      return [
-        all.reduce((a, b) => Math.min(a, b), value),
-        all.reduce((a, b) => Math.max(a, b), value),
-      ];
-    });
+    const box = new T.Box3().setFromArray([...marker, ...way]);
     const wide = Math.max(1, 1 / this.camera.aspect);
-    const size = Math.hypot(...ends.map(([low, high]) => high - low));
-    const span = 1.05 * wide * Math.max(1.1, size + 0.75);
+    const span = 1.05 * wide * Math.max(1.1, box.getSize(new T.Vector3()).length() + 0.75);
     if (kViews[name]) {
-      const middle = ends.map(([low, high], k) => (low + high) / 2 - [0.12, 0, 0.05][k]);
+      box.getCenter(this.controls.target).sub(new T.Vector3(0.12, 0, 0.05));
       const offset = new T.Vector3(...kViews[name]).multiplyScalar(span);
-      this.controls.target.set(...middle);
       this.camera.position.copy(this.controls.target).add(offset);
       this.controls.update();
     } else if (this.pose) this.lookAhead();
@@ -287,7 +279,7 @@ export class Scene3d {
       this.renderer.setSize(width, height, false);
       this.camera.aspect = width / height;
       this.camera.updateProjectionMatrix();
-      if (this.current in kViews) this.view(this.current);
+      this.view(this.current);
     }
     const isNight = this.trial.night;
     this.sun.intensity = isNight ? 0.5 : 1.7;

@@ -2,12 +2,17 @@
 
 import {groupsOf, stratified} from 'page/numbers.js';
 
+const kServed = /^(final_error_estimated|overshoot|tracking_rms|insertion_depth)_/; // noise where none began to servo
+
 export class Trials {
   constructor({rows, columns, parameters, grid = []}) {
     this.rows = Array.from({length: rows}, (_, row) => row);
     this.get = {};
-    for (const [key, column] of Object.entries({...columns, ...parameters}))
-      this.get[key] = row => column[row] ?? null;
+    for (const [key, column] of Object.entries({...columns, ...parameters})) {
+      const isNoise = kServed.test(key);
+      this.get[key] = row =>
+        isNoise && columns.failure[row] === 'never_found' ? null : (column[row] ?? null);
+    }
     this.parameters = Object.keys(parameters);
     this.columns = Object.keys(columns);
     this.planned = new Set(['case', 'stratum', ...grid]); // what tells cells or strata apart, not how trials went

@@ -80,7 +80,7 @@ END
 "$program" status batch.db --by controller --json >batch_by_law.json
 "$program" batch two.yaml --out a.db --quiet
 sed '/controller:/d; s/seeds: 6/seeds: 4/' plan.yaml >few.yaml
-"$program" batch few.yaml --out none.db --set duration_s=1 --quiet
+"$program" batch few.yaml --out none.db --set duration_s=0.3 --quiet
 sed '/^grid:/,$d; s/seeds: 6/seeds: 1/' plan.yaml >single.yaml
 "$program" batch single.yaml --out single.db --quiet
 "$program" batch two.yaml --out b.db --set vehicle.rigid_body.mass_kg=17 --quiet

@@ -84,6 +84,11 @@ test('a batch: names with units, bars of all, equal axes; none that docks, one t
   await close();
   const none = await open('none', 1440);
   assert.match(await none.page.locator('main').innerText(), /None of these docked/);
+  const columns = await none.page.evaluate(() =>
+    globalThis.turbidock.table.columns.map(c => c.label),
+  );
+  for (const label of columns)
+    assert.doesNotMatch(label, /estimated|overshoot/, 'noise has no column');
   const by = none.page.locator('section[aria-label=Success] select').last();
   assert.equal(await by.inputValue(), '', 'no curves by what was drawn');
   assert.deepEqual(none.complaints, []);
