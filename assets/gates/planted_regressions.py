@@ -142,11 +142,11 @@ def flown(out, name, assignments, seeds, workers, program):
          *sets(assignments)], out / f'{name}.batch.log')
     with sqlite3.connect(f'file:{file}?mode=ro', uri=True) as store:
         trials = {(case, seed): outcome == 'docked' for case, seed, outcome in store.execute(
-            'SELECT p."case", t.seed, t.outcome FROM trials t JOIN parameters p USING (trial)')}
+            'SELECT "case", seed, outcome FROM trials')}
         docked = store.execute(
-            "SELECT t.time_s, m.effort_v, m.fitness_mean,"
-            " m.final_error_true_x_m, m.final_error_true_y_m, m.final_error_true_z_m"
-            " FROM trials t JOIN metrics m USING (trial) WHERE t.outcome = 'docked'").fetchall()
+            "SELECT time_s, effort_v, fitness_mean,"
+            " final_error_true_x_m, final_error_true_y_m, final_error_true_z_m"
+            " FROM trials WHERE outcome = 'docked'").fetchall()
     if not docked:
         return trials, [''] * 4
     return trials, [f'{statistics.median(d[0] for d in docked):.1f}', f'{statistics.median(d[1] for d in docked):.2f}',

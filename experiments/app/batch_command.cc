@@ -33,7 +33,7 @@ struct BatchArguments {
 
 // "480 trials" or, of a plan with a precision, "up to 480 trials".
 std::string CountText(const farm::Plan& plan) {
-  return fmt::format("{}{} trials", plan.settings().precision ? "up to " : "", plan.trials());
+  return fmt::format("{}{} trials", plan.settings().precision > 0 ? "up to " : "", plan.trials());
 }
 
 std::string Words(const farm::BatchProgress& progress) {
@@ -74,7 +74,7 @@ void SayEnd(const farm::BatchProgress& end, int capacity, const std::string& out
 }
 
 int Batch(const BatchArguments& arguments) {
-  const farm::Plan plan = arguments.plan.Load(arguments.quiet);
+  const farm::Plan plan = arguments.plan.Load();
   const farm::Shard shard = farm::ParseShard(arguments.shard);
   // of a part of a batch there is no page
   const std::string page =
@@ -88,11 +88,11 @@ int Batch(const BatchArguments& arguments) {
   farm::ResultStore store = farm::ResultStore::Write(arguments.out, farm::HeaderOf(plan, shard));
   Progress progress(arguments.quiet);
   SayBeginning(plan, shard, arguments.out, std::ssize(store.Done()), &progress);
-  farm::BatchOptions options;
+  farm::RunOptions options;
   options.farm = arguments.farm.For(arguments.out,
                                     [&](const std::string& text) { progress.Say("  " + text); });
   options.stop_requested = CatchStopSignals();
-  options.on_progress = [&](const farm::BatchProgress& now) {
+  const auto on_progress = [&](const farm::BatchProgress& now) {
     progress.ShowOrSay(static_cast<double>(now.done) / static_cast<double>(now.total), Words(now),
                        kLogEvery_s);
   };
@@ -101,13 +101,13 @@ int Batch(const BatchArguments& arguments) {
     if (!r.ended())
       progress.Say(fmt::format("  trial {} {}: {}", trial.trial, NameOf(r.outcome), r.reason));
   };
-  const farm::BatchProgress end = farm::RunBatch(plan, options, &store);
+  const farm::BatchProgress end = farm::RunBatch(plan, options, on_progress, &store);
   if (end.done < end.total) {
     progress.Say(fmt::format("stopped: {} trials are in {}; the same command goes on",
                              farm::DoneText(end.done, end.total, end.most), arguments.out));
     return kExitDone;  // main makes the signal's code of it
   }
-  const farm::BatchSummary summary = farm::SummaryOf(store, arguments.out, farm::ByGrid(plan));
+  const farm::BatchSummary summary = farm::SummaryOf(store, arguments.out);
   progress.Say("\n" + report::Text(farm::ReportOf(summary)));
   SayEnd(end, options.farm.capacity(), arguments.out, &progress);
   if (!page.empty()) {

@@ -32,7 +32,7 @@ report::Json Described(const std::string& folder, const std::string& name) {
   return {{"name", name},
           {"description", plan.settings().description},
           {"trials", plan.trials()},
-          {"is_most", plan.settings().precision.has_value()}};
+          {"is_most", plan.settings().precision > 0}};
 }
 
 report::Json Bundled(const std::string& folder) {

@@ -2,8 +2,6 @@
 
 #include <sched.h>
 
-#include "experiments/app/progress.h"
-
 namespace turbidock::app {
 
 void PlanArguments::AddTo(Subcommand* command, const trial::Plugins& plugins) {
@@ -14,17 +12,6 @@ void PlanArguments::AddTo(Subcommand* command, const trial::Plugins& plugins) {
   command->Add("--seed", overrides.master_seed, "Root of every trial's seed (master_seed)");
   command->Add("--seeds", overrides.seeds,
                "Exactly so many trials in each cell of the grid, whatever precision the plan asks");
-}
-
-farm::Plan PlanArguments::Load(bool quiet) const {
-  constexpr double kSayEvery_s = 10;
-  Progress progress(quiet);
-  farm::PlanOverrides with_bar = overrides;
-  with_bar.on_look = [&progress](int64_t looked_at, int64_t of) {
-    progress.ShowDone(static_cast<int>(looked_at), static_cast<int>(of), "trials looked at",
-                      kSayEvery_s);
-  };
-  return farm::LoadPlan(plan, with_bar);
 }
 
 int AvailableCores() {

@@ -13,8 +13,7 @@ struct PlanArguments {
   farm::PlanOverrides overrides;
 
   void AddTo(Subcommand* command, const trial::Plugins& plugins);
-  // With a bar where the plan's trials take long to look at.
-  farm::Plan Load(bool quiet) const;
+  farm::Plan Load() const { return farm::LoadPlan(plan, overrides); }
 };
 
 // Cores that this process may use.

@@ -12,6 +12,7 @@ const std::map<std::string, std::string> kReplaced = {
     {"studies", "turbidock list studies"},
     {"slurm", "turbidock batch PLAN --out FILE --slurm TASKS, or --shard I/N and merge"},
     {"curve", "turbidock status FILE --over KEY, report FILE --figure PNG --over KEY"},
+    {"export --format", "CSV alone; as JSON: sqlite3 -json FILE 'SELECT * FROM results'"},
     {"run --resolution", "--set rig.width_px=320 --set rig.height_px=240"},
     {"bench --resolution", "--set rig.width_px=320 --set rig.height_px=240"},
     {"gate --simulate", "--plan-size, which is exact"},

@@ -7,9 +7,9 @@
 #include "experiments/app/commands.h"
 #include "experiments/app/plan_arguments.h"
 #include "experiments/app/progress.h"
-#include "experiments/farm/batch.h"
 #include "experiments/farm/export.h"
 #include "experiments/farm/result_store.h"
+#include "experiments/farm/runner.h"
 #include "experiments/farm/trial_scheduler.h"
 #include "experiments/studies/run/shown_trial.h"
 #include "experiments/system/build_info.h"
@@ -62,16 +62,13 @@ int Merge(const MergeArguments& arguments) {
 // ------------------------------------------------------------------------------------------ export
 
 struct ExportArguments {
-  std::string file, format = "csv";
+  std::string file;
   bool timing = false;
 };
 
 int Export(const ExportArguments& arguments) {
   const farm::ResultStore store = farm::ResultStore::Read(arguments.file);
-  std::fputs(farm::ExportText(store.Trials(),
-                              {.jsonl = arguments.format == "jsonl", .timing = arguments.timing})
-                 .c_str(),
-             stdout);
+  std::fputs(farm::ExportText(store.Trials(), arguments.timing).c_str(), stdout);
   return kExitDone;
 }
 
@@ -104,27 +101,34 @@ int Verify(const VerifyArguments& arguments) {
   if (trials.empty()) trials = Choose(store.Trials(), arguments.sample);
   for (const int64_t trial : trials) store.Trial(trial);  // all there, before any work
 
-  int64_t equal = 0, different = 0;
-  farm::BatchOptions options;
-  options.farm.workers = arguments.workers;
-  options.stop_requested = CatchStopSignals();
-  options.on_progress = [&](const farm::BatchProgress& now) {
-    progress.ShowOrSay(static_cast<double>(now.done) / static_cast<double>(now.total),
-                       fmt::format("{}/{} trials", now.done, now.total), 10);
-  };
-  options.on_trial = [&](const farm::StoredTrial& again) {
+  size_t next = 0, equal = 0, done = 0;
+  const auto compare = [&](const farm::StoredTrial& again) {
     const trial::TrialRecord before = store.Trial(again.trial).record;
     const bool same =
         before.digest == again.record.digest && before.outcome == again.record.outcome;
-    ++(same ? equal : different);
+    ++done;
+    equal += same;
     if (!same)
       progress.Say(fmt::format("trial {}: {} with digest {}, now {} with digest {}", again.trial,
                                NameOf(before.outcome), before.digest, NameOf(again.record.outcome),
                                again.record.digest));
   };
-  farm::RunTrials(plan, trials, options);
+  farm::TrialRunner runner({.farm = {.workers = arguments.workers},
+                            .time_limit_s = plan.settings().trial_time_limit_s,
+                            .plugins = plan.plugins(),
+                            .on_progress =
+                                [&](const auto&) {
+                                  progress.ShowDone(static_cast<int>(done),
+                                                    static_cast<int>(trials.size()), "trials", 10);
+                                },
+                            .stop_requested = CatchStopSignals()},
+                           nullptr);
+  runner.Run(
+      farm::SourceOf(plan),
+      {.next = [&] { return next < trials.size() ? std::optional(trials[next++]) : std::nullopt; },
+       .add = compare});
   progress.Say(fmt::format("{} of {} trials have the same digest again", equal, trials.size()));
-  return different > 0 ? kExitMismatch : kExitDone;
+  return equal < done ? kExitMismatch : kExitDone;
 }
 
 // ------------------------------------------------------------------------------------------ replay
@@ -166,9 +170,9 @@ void AddResults(CommandLine& line) {
   merge.Add("inputs", merge_arguments.inputs, "Files that batch wrote").Required();
   merge.Flag("--complete", merge_arguments.complete, "Exit with 1 when trials are missing");
 
-  auto [to_text, export_arguments] = line.Add("export", "Print one row a trial on stdout", &Export);
+  auto [to_text, export_arguments] =
+      line.Add("export", "Print one row a trial on stdout, as CSV", &Export);
   to_text.Add("results", export_arguments.file, "A batch's file").Required();
-  to_text.Add("--format", export_arguments.format, "csv or jsonl").OneOf({"csv", "jsonl"});
   to_text.Flag("--timing", export_arguments.timing,
                "Also wall time, CPU time and memory, which differ from run to run");
 

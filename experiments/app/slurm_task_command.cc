@@ -1,6 +1,6 @@
 #include "experiments/app/commands.h"
 #include "experiments/farm/slurm_pool.h"
-#include "experiments/farm/trial_pool.h"
+#include "experiments/farm/trial_job.h"
 #include "experiments/studies/estimators/compare_estimators.h"
 #include "experiments/studies/recognition/calibration.h"
 #include "experiments/studies/recognition/recognition.h"

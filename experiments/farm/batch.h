@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <functional>
-#include <vector>
 
 #include "experiments/farm/farm.h"
 #include "experiments/farm/plan.h"
@@ -18,18 +17,11 @@ struct BatchProgress : RunProgress {
   int64_t successes = 0;        // of `done`
 };
 
-struct BatchOptions {
-  FarmOptions farm = {};
-  std::function<void(const BatchProgress&)> on_progress;  // after every trial and every second
-  std::function<void(const StoredTrial&)> on_trial;       // once it is stored
-  std::function<bool()> stop_requested;                   // polled at least every second
-};
-
-// Runs until all trials of the store's shard are in it (see trial_scheduler.h), or stop_requested.
+// Runs until all trials of the store's shard are in it (see trial_scheduler.h), or it is stopped.
+// Of `options`, time limit and plugins are the plan's; `on_progress` takes the place of its own.
 // Errors as of TrialRunner::Run; what was stored stays.
-BatchProgress RunBatch(const Plan& plan, const BatchOptions& options, ResultStore* store);
-
-// Runs these trials of the plan again, in any order, without storing them.
-void RunTrials(const Plan& plan, const std::vector<int64_t>& trials, const BatchOptions& options);
+BatchProgress RunBatch(const Plan& plan, RunOptions options,
+                       const std::function<void(const BatchProgress&)>& on_progress,
+                       ResultStore* store);
 
 }  // namespace turbidock::farm

@@ -3,11 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <set>
+#include <optional>
 
 #include "experiments/config/yaml_fields.h"
 #include "experiments/farm/run_lock.h"
-#include "experiments/report/quantity.h"
 #include "experiments/system/plain_text.h"
 #include "sim/base/units.h"
 
@@ -16,38 +15,52 @@ namespace {
 
 using report::Json;
 
-// The description in a file's plan or study.
-std::string TitleOf(const StoreHeader& header) {
+// The file's plan or study; nothing where it cannot be read.
+std::optional<config::YamlNode> PlanIn(const StoreHeader& header) {
   try {
-    const auto description = config::ParseYaml(header.plan, "plan").Find("description");
-    return description ? description->Text().value_or(header.kind) : header.kind;
-  } catch (const ConfigError&) {  // a study's that cannot be read
-    return header.kind;
+    return config::ParseYaml(header.plan, "plan");
+  } catch (const ConfigError&) {
+    return std::nullopt;
   }
+}
+
+std::string TitleOf(const StoreHeader& header) {
+  const auto plan = PlanIn(header);
+  const auto description = plan ? plan->Find("description") : std::nullopt;
+  return description ? description->Text().value_or(header.kind) : header.kind;
+}
+
+// The keys that tell a batch's cells apart.
+std::vector<std::string> GridOf(const StoreHeader& header) {
+  std::vector<std::string> keys;
+  const auto plan = header.kind == "batch" ? PlanIn(header) : std::nullopt;
+  if (!plan) return keys;
+  if (plan->Find("cases")) keys.emplace_back("case");
+  if (const auto grid = plan->Find("grid"))
+    for (const auto& [key, values] : grid->Entries()) keys.push_back(key);
+  return keys;
 }
 
 bool IsBatch(const BatchSummary& summary) { return summary.header.kind == "batch"; }
 
-constexpr int64_t kMostCells = 60;
+constexpr size_t kMostCells = 60;
 constexpr size_t kMostOver = 40;   // values along an axis that are chosen without being asked for
 constexpr size_t kMostCurves = 8;  // that can be told apart
 
-// Draws success over the first parameter that varies and is a number, by what was asked for, or by
-// the next parameter of few values.
+// Draws success over the first key of the grid that is a number, by what was asked for, or by the
+// next one of few values.
 void ChooseAxes(const std::vector<StoredTrial>& trials, BatchSummary* summary) {
-  const std::vector<std::string>& keys = summary->header.keys;
   std::vector<std::string>& by = summary->curves_by;
   const bool is_by_given = !by.empty();
-  for (size_t k = 0; k < keys.size(); ++k) {
-    std::set<std::string> values;
-    for (const StoredTrial& trial : trials) values.insert(trial.parameters[k].value);
-    if (values.size() < 2 || keys[k] == kStratumKey) continue;
+  for (const std::string& key : GridOf(summary->header)) {
+    const std::vector<GroupSummary> values = Summarise(trials, {key});
     const bool is_number = std::ranges::all_of(
-        values, [](const auto& text) { return report::NumberIn(text).has_value(); });
+        values, [](const auto& group) { return report::NumberIn(group.group[0]).has_value(); });
+    if (values.size() < 2) continue;
     if (summary->over.empty() && is_number && values.size() <= kMostOver)
-      summary->over = keys[k];
+      summary->over = key;
     else if (by.empty() && values.size() <= kMostCurves)
-      by = {keys[k]};
+      by = {key};
   }
   if (is_by_given) std::erase(by, summary->over);
 }
@@ -56,7 +69,7 @@ void AddCurves(const std::vector<StoredTrial>& trials, const BatchReportOptions&
                BatchSummary* summary) {
   for (const std::string& key : options.by)
     if (std::ranges::count(summary->header.keys, key) > 0) summary->curves_by.push_back(key);
-  if (options.over.empty() && IsBatch(*summary)) ChooseAxes(trials, summary);
+  if (options.over.empty()) ChooseAxes(trials, summary);
   if (summary->over.empty()) return;
   summary->curves = SuccessCurves(trials, summary->over, summary->curves_by);
   if (options.over.empty() && summary->curves.size() > kMostCurves) summary->curves.clear();
@@ -88,9 +101,8 @@ std::string TrialsText(const BatchSummary& summary) {
 }
 
 std::string RateText(const GroupSummary& all) {
-  return fmt::format("{:.0f} % [{:.0f}, {:.0f}]",
-                     100 * static_cast<double>(all.successes) / static_cast<double>(all.trials),
-                     100 * all.wilson.low, 100 * all.wilson.high);
+  return fmt::format("{:.0f} % [{:.0f}, {:.0f}]", 100 * all.rate(), 100 * all.wilson.low,
+                     100 * all.wilson.high);
 }
 
 std::vector<report::Fact> FactsOf(const BatchSummary& summary) {
@@ -98,13 +110,9 @@ std::vector<report::Fact> FactsOf(const BatchSummary& summary) {
   const GroupSummary& all = summary.all;
   std::vector<report::Fact> facts = {{"trials", TrialsText(summary)}};
   if (summary.rule.precision)
-    facts.push_back({"precision",
-                     fmt::format("{:g} % in {} of {} cells", 100 * *summary.rule.precision,
-                                 scheduler.reached(), scheduler.cells()),
-                     scheduler.not_reached() == 0
-                         ? ""
-                         : fmt::format("not in {}: max_trials = {} came first",
-                                       scheduler.not_reached(), summary.rule.most)});
+    facts.push_back(
+        {"precision", fmt::format("{:g} % in {} of {} cells", 100 * *summary.rule.precision,
+                                  scheduler.reached(), scheduler.cells())});
   if (all.trials == 0) return facts;
   facts.push_back({"docked", RateText(all), "95 % interval, Wilson's over the plan's strata"});
   facts.push_back({"time to dock", report::Fixed(all.time_to_dock_s.median, 1) + " s", "median"});
@@ -114,23 +122,20 @@ std::vector<report::Fact> FactsOf(const BatchSummary& summary) {
   facts.push_back({"true error when docked",
                    fmt::format("y {}, z {} mm", mm(all.error_true_y_m), mm(all.error_true_z_m)),
                    "medians"});
-  facts.push_back({"failures", all.failures.empty() ? "none" : report::Words(FailureText(all))});
+  facts.push_back({"failures", all.failures.empty() ? "none" : FailureText(all)});
   return facts;
 }
 
 }  // namespace
 
-BatchReportOptions ByGrid(const Plan& plan) {
-  BatchReportOptions options;
-  if (plan.cells() <= kMostCells)
-    for (const GridAxis& axis : plan.grid()) options.by.push_back(axis.key);
-  return options;
-}
-
 BatchSummary SummaryOf(const ResultStore& store, const std::string& file,
                        const BatchReportOptions& options) {
   const std::vector<StoredTrial> trials = store.Trials();
   std::vector<std::string> keys = options.by;
+  if (keys.empty() && options.over.empty()) {
+    keys = GridOf(store.header());
+    if (Summarise(trials, keys).size() > kMostCells) keys.clear();
+  }
   if (!options.over.empty() && std::ranges::count(keys, options.over) == 0)
     keys.push_back(options.over);
   BatchSummary summary{.file = file,
@@ -174,11 +179,9 @@ Json ResultJson(const BatchSummary& summary) {
                {"done", summary.trials},          {"running", summary.running}};
   if (summary.rule.precision)
     json["precision"] = {{"half_width", *summary.rule.precision},
-                         {"max_trials", summary.rule.most},
                          {"cells", scheduler.cells()},
-                         {"reached", scheduler.reached()},
-                         {"not_reached", scheduler.not_reached()}};
-  json["groups"] = GroupsJson(summary.keys, summary.groups, summary.rule.precision);
+                         {"reached", scheduler.reached()}};
+  json["groups"] = GroupsJson(summary.keys, summary.groups);
   if (!summary.curves.empty())
     json["success"] = {{"over", summary.over},
                        {"by", summary.curves_by},

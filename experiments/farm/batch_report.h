@@ -17,16 +17,13 @@ namespace turbidock::farm {
 
 struct BatchReportOptions {
   // Parameters, or what else trials can be grouped by (summary.h): the table has a row for each of
-  // their values, also of `over`; of the parameters, success has a curve for each value. Empty: one
-  // row of all, and of a batch curves by its next parameter of few values.
+  // their values, also of `over`; of the parameters, success has a curve for each value. Empty: of
+  // a batch by its grid, as far as people look through its cells; never by what was drawn.
   std::vector<std::string> by = {};
-  // Success is drawn over this parameter. Empty: of a batch, over the first that varies and is a
-  // number, if there is one and the curves can be told apart.
+  // Success is drawn over this parameter. Empty: of a batch, over the first of its grid that is a
+  // number, by the next of few values, if the curves can be told apart.
   std::string over = {};
 };
-
-// By the plan's grid, as far as people look through its cells.
-BatchReportOptions ByGrid(const Plan& plan);
 
 struct BatchSummary {
   std::string file, title;  // the title: the plan's description

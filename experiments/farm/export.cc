@@ -1,42 +1,25 @@
 #include "experiments/farm/export.h"
 
-#include "experiments/trial/record_columns.h"
+#include "experiments/farm/store_sql.h"
 
 namespace turbidock::farm {
 namespace {
 
-using report::Json;
-
-Json RowOf(const StoredTrial& trial, bool timing) {
-  const std::vector<trial::Column>& columns = trial::Columns();
-  const std::vector<trial::Cell> cells = trial::CellsOf(trial.record);
-  Json row = {{"trial", trial.trial}};
-  const auto add = [&](trial::Place place) {
-    for (size_t i = 0; i < cells.size(); ++i)
-      if (columns[i].place == place) row[columns[i].name] = cells[i];
-  };
-  add(trial::Place::kKey);
-  row["cell"] = trial.cell;
-  row["sample"] = trial.sample;
-  add(trial::Place::kVerdict);
-  for (const Parameter& parameter : trial.parameters) row[parameter.key] = ValueOf(parameter);
-  add(trial::Place::kMetric);
-  add(trial::Place::kRemark);
-  if (timing) add(trial::Place::kRun);
+report::Json ExportRow(const StoredTrial& trial, bool timing) {
+  std::vector<std::string> keys;
+  for (const Parameter& parameter : trial.parameters) keys.push_back(parameter.key);
+  const std::map<std::string, trial::Cell> cells = RowOf(trial);
+  report::Json row = {{"trial", trial.trial}};
+  for (const TrialColumn& column : TrialColumns(keys))
+    if (column.is_result || (timing && !column.is_log)) row[column.name] = cells.at(column.name);
   return row;
 }
 
 }  // namespace
 
-std::string ExportText(const std::vector<StoredTrial>& trials, const ExportOptions& options) {
+std::string ExportText(const std::vector<StoredTrial>& trials, bool timing) {
   std::string text;
-  for (const StoredTrial& trial : trials) {
-    const Json row = RowOf(trial, options.timing);
-    if (options.jsonl)
-      text += report::JsonLine(row) + "\n";
-    else
-      report::AddCsv(row, &text);
-  }
+  for (const StoredTrial& trial : trials) report::AddCsv(ExportRow(trial, timing), &text);
   return text;
 }
 

@@ -8,14 +8,9 @@
 
 namespace turbidock::farm {
 
-struct ExportOptions {
-  bool jsonl = false;   // a JSON object a line in place of CSV
-  bool timing = false;  // also what differs from run to run
-};
-
-// Columns: trial and seed, cell and sample, the verdict, every parameter, every figure, the reason.
-// Equal results give equal text (without timing).
-// What a trial does not have is empty, in JSON null.
-std::string ExportText(const std::vector<StoredTrial>& trials, const ExportOptions& options);
+// CSV with the columns of the view `results`: trial and seed, cell and sample, the verdict, every
+// parameter, every figure, the reason; with `timing` also what differs from run to run. Equal
+// results give equal text without it. What a trial does not have is empty.
+std::string ExportText(const std::vector<StoredTrial>& trials, bool timing = false);
 
 }  // namespace turbidock::farm

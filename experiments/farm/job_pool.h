@@ -62,11 +62,11 @@ class JobPool {
 inline constexpr double kPoll_s = 1;  // how late progress and a stop may be
 
 // Runs until there is no job left to submit and none under way, or `go_on` says no; false then.
-// Pool: a JobPool or a TrialPool. `submit_one()` submits the next job, if there is one to submit
+// `submit_one()` submits the next job, if there is one to submit
 // now, and returns whether it did; `take(result)` gets each result, in whatever order they come;
 // `go_on()` is asked after each result and at least every second.
-template <class Pool, class SubmitOne, class Take, class GoOn>
-bool RunAll(Pool* pool, const SubmitOne& submit_one, const Take& take, const GoOn& go_on) {
+template <class SubmitOne, class Take, class GoOn>
+bool RunAll(JobPool* pool, const SubmitOne& submit_one, const Take& take, const GoOn& go_on) {
   for (;;) {
     while (pool->pending() < pool->max_in_flight() && submit_one()) {
     }

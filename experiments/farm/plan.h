@@ -24,7 +24,6 @@
 //     camera_delay_frames: {choice: [1, 2, 3]}
 
 #include <cstdint>
-#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -46,30 +45,16 @@ inline constexpr int kPlanSchema = 1;
 inline constexpr int64_t kMaxTrials = 10'000'000;      // of a plan
 inline constexpr const char* kStratumKey = "stratum";  // the parameter that `strata` make
 
-// Cells of as many trials as each of them needs: which ones is trial_scheduler.h's.
-struct Precision {
-  double precision = 0;
-  int max_trials = 0;
-
-  static void Fields(auto& self, auto&& field) {
-    field("precision", self.precision, InRange(0.001, 0.5),
-          "run a cell on, `seeds` trials at a time, until its success rate is known so well: half "
-          "the width of the 95 % Wilson interval, which strata make narrower");
-    field("max_trials", self.max_trials, InRange(1, 1e6), "trials in a cell at most");
-  }
-};
-
 struct PlanSettings {
   int schema_version = 0;
   std::string description;
   std::string scenario;
   int64_t master_seed = 1;
   int seeds = 1;
+  double precision = 0;
   bool common_seeds = true;
-  Design design = Design::kIndependent;
   double trial_time_limit_s = 3600;
   int series_every_frames = 0;
-  std::optional<Precision> precision;  // keys beside these, absent without it
 
   static void Fields(auto& self, auto&& field) {
     field("schema_version", self.schema_version, InRange(kPlanSchema, kPlanSchema),
@@ -78,9 +63,11 @@ struct PlanSettings {
     field("scenario", self.scenario, Finite(), "what the trials vary: a bundled one or a file");
     field("master_seed", self.master_seed, AtLeast(0), "root of every trial's seed and draws");
     field("seeds", self.seeds, InRange(1, 1e6), "trials in each cell of the grid");
+    field("precision", self.precision, InRange(0, 0.5),
+          "run a cell on, `seeds` trials at a time, until its success rate is known so well: half "
+          "the width of the 95 % Wilson interval, which strata make narrower; 0: `seeds` trials");
     field("common_seeds", self.common_seeds, Finite(),
           "use the same seeds and draws in every cell, so that cells compare pair by pair");
-    field("design", self.design, Finite(), "how random keys are spread over a cell's trials");
     field("trial_time_limit_s", self.trial_time_limit_s, InRange(0.1, 1e6),
           "wall time after which a trial counts as hung");
     field("series_every_frames", self.series_every_frames, InRange(0, 1e6),
@@ -121,16 +108,15 @@ struct TrialSpec {
 struct PlanOverrides {
   std::vector<std::string> assignments{};  // scenario keys, as in `set`: "water.milk_ml_m3=20"
   std::optional<int64_t> master_seed{};
-  std::optional<int> seeds{};  // exactly so many: `precision` is left out
+  std::optional<int> seeds{};  // exactly so many: the precision is 0
   trial::Plugins plugins{};    // what else its scenarios may choose
-  // Changes nothing: called before each trial but the first is looked at; a million take minutes.
-  std::function<void(int64_t looked_at, int64_t of)> on_look{};
 };
 
 class Plan {
  public:
   // The plan in a text; `file` stands for it in messages. ConfigError for whatever is wrong in it,
-  // also for a trial whose scenario would be wrong: all of them are looked at.
+  // also for a trial whose scenario would be wrong: of each cell, and of what is drawn, those of
+  // the first 10,000 are looked at.
   Plan(const std::string& text, const std::string& file, const PlanOverrides& overrides = {});
   explicit Plan(const config::YamlNode& plan, const PlanOverrides& overrides = {});
 
@@ -143,7 +129,7 @@ class Plan {
   std::vector<std::string> files() const;
   int64_t cells() const { return cells_; }
   // Of all cells; with a precision, at most.
-  int64_t trials() const { return cells_ * trials_of_cell(); }
+  int64_t trials() const { return cells_ * samples_; }
 
   TrialSpec Trial(int64_t trial) const;
   TrialSpec FirstOf(int64_t cell) const;  // its first trial
@@ -158,26 +144,25 @@ class Plan {
   trial::Scenario ScenarioOf(const TrialSpec& spec) const;
 
   // The plan with everything that decides its trials spelt out: the scenarios with every value, and
-  // a digest of the models' files. It is a plan itself, of the same trials.
+  // a digest of each file of their models. It is a plan itself, of the same trials.
   const std::string& resolved() const { return resolved_; }
   std::string hash() const { return DigestOf(resolved_); }
 
  private:
-  int64_t trials_of_cell() const {
-    return settings_.precision ? settings_.precision->max_trials : settings_.seeds;
-  }
-  void ReadPrecision(const config::YamlNode& plan);
+  int64_t NumberOf(int64_t cell, int64_t sample) const;
+  void ReadSet(const config::YamlNode& plan, const std::vector<std::string>& assignments);
   void ReadGrid(const config::YamlNode& node);
-  using Require = void (VariedKeys::*)(const std::string&, const config::YamlNode&) const;
-  std::vector<Case> CasesIn(const config::YamlNode& node, Require require);
+  std::vector<Case> CasesIn(const config::YamlNode& node);
+  void ReadCases(const config::YamlNode& node);
   void ReadStrata(const config::YamlNode& node);
   void ReadRandom(const config::YamlNode& node);
-  void ReadCases(const config::YamlNode& node);
-  void RequireNewKey(const config::YamlNode& at, const std::string& key) const;
   void LoadScenarios(const config::YamlNode& plan, const std::vector<std::string>& assignments);
-  void CheckTrials(const std::string& file, const PlanOverrides& overrides) const;
-  // Where what a trial's problem begins with stands in the plan, if it says so.
-  std::optional<std::string> PlaceOf(const TrialSpec& spec, const std::string& problem) const;
+  void CheckTrials(const std::string& file);
+  std::vector<Parameter> AssignmentsOf(const std::vector<Parameter>& parameters) const;
+  // Where the one of these that a problem begins with stands in the plan, if it stands there.
+  std::optional<std::string> PlaceOf(const std::vector<Parameter>& given,
+                                     const std::string& problem) const;
+  double DrawOf(const RandomKey& random, const TrialSpec& spec) const;
   std::string Resolve() const;
 
   PlanSettings settings_;
@@ -186,22 +171,29 @@ class Plan {
   std::vector<Case> cases_, strata_;
   std::vector<RandomKey> random_;
   std::vector<std::string> keys_;
-  VariedKeys varied_;
+  VariedKeys given_;
   // Where an Assignment(), or what a key is drawn from, stands in the plan.
   std::map<std::string, std::string> places_;
-  int64_t cells_ = 1;
+  int64_t cells_ = 1, samples_ = 1;                   // samples: trials of a cell, at most
   std::vector<Parameter> set_;                        // in every trial
   std::map<std::string, std::string> found_;          // by a scenario's name: where it was found
   std::map<std::string, trial::Scenario> scenarios_;  // by name, with `set`
-  std::vector<double> design_;  // numbers in (0, 1): a row a sample (of a cell), a column a key
+  std::map<std::string, trial::Scenario> models_;     // one of each set of models
   std::string resolved_;
 };
+
+// The trials that a cell runs at most: so many that any success rate is known to the precision, in
+// whole times `seeds`, and no more than a million.
+int64_t SamplesOf(int64_t seeds, double precision);
 
 // Reads a plan: a YAML file or the name of a bundled one.
 Plan LoadPlan(const std::string& name, const PlanOverrides& overrides = {});
 
-// Of the bundled models' files and of the scenarios' own MJCF files (not of what those include).
-std::string ModelsDigest(const std::map<std::string, trial::Scenario>& scenarios);
+// What the models of these scenarios are read from (MJCF, what it includes, meshes, pictures): a
+// digest of each file, by its path; and that as YAML under the key `model_files`.
+std::map<std::string, std::string> ModelFilesOf(
+    const std::map<std::string, trial::Scenario>& scenarios);
+std::string ModelFilesText(const std::map<std::string, trial::Scenario>& scenarios);
 
 // A text as YAML, with quotes where they are needed.
 std::string YamlText(const std::string& text);

@@ -1,7 +1,5 @@
 #include "experiments/farm/random_key.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <tuple>
@@ -22,16 +20,13 @@ std::pair<double, double> Pair(const config::YamlNode& at, const char* names) {
   }
 }
 
-std::string PairText(double first, double second) {
-  return FormatNumber(first) + ", " + FormatNumber(second);
-}
-
 }  // namespace
 
 RandomKey RandomKey::Read(const std::string& key, const config::YamlNode& distribution) {
   constexpr auto& kKinds = EnumNames<Kind>::kNames;
   RandomKey random;
   random.key = key;
+  random.text = distribution.OneLine();
   bool has_kind = false;
   for (const auto& [word, value] : distribution.Entries()) {
     if (word == "within") {
@@ -70,14 +65,6 @@ RandomKey RandomKey::Read(const std::string& key, const config::YamlNode& distri
   return random;
 }
 
-std::string RandomKey::Text() const {
-  std::string text = fmt::format("{{{}: [{}]", NameOf(kind),
-                                 kind == Kind::kChoice ? fmt::format("{}", fmt::join(choices, ", "))
-                                                       : PairText(first, second));
-  if (within) text += fmt::format(", within: [{}]", PairText(within->first, within->second));
-  return text + "}";
-}
-
 std::string RandomKey::ValueAt(double u) const {
   switch (kind) {
     case Kind::kUniform:
@@ -92,34 +79,6 @@ std::string RandomKey::ValueAt(double u) const {
       break;
   }
   return choices[static_cast<size_t>(u * static_cast<double>(choices.size()))];
-}
-
-std::vector<double> DrawDesign(Design design, const std::vector<RandomKey>& keys, int64_t groups,
-                               int64_t samples, const SeedTree& seeds) {
-  const int64_t columns = std::ssize(keys);
-  std::vector<double> draws(static_cast<size_t>(groups * samples * columns));
-  for (int64_t column = 0; column < columns; ++column) {
-    const std::string& key = keys[static_cast<size_t>(column)].key;
-    for (int64_t group = 0; group < groups; ++group) {
-      Rng rng = seeds.Stream("draw:" + key + ":" + std::to_string(group));
-      std::vector<double> u;
-      switch (design) {
-        case Design::kIndependent:
-          u = statistics::IndependentSamples(samples, &rng);
-          break;
-        case Design::kLatinHypercube:
-          u = statistics::StratifiedSamples(samples, &rng);
-          break;
-        case Design::kSobol:
-          u = statistics::SobolSamples(samples, static_cast<int>(column), &rng);
-          break;
-      }
-      for (int64_t sample = 0; sample < samples; ++sample)
-        draws[static_cast<size_t>((group * samples + sample) * columns + column)] =
-            u[static_cast<size_t>(sample)];
-    }
-  }
-  return draws;
 }
 
 }  // namespace turbidock::farm

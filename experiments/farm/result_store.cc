@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "experiments/config/yaml_fields.h"
-#include "experiments/farm/store_schema.h"
 #include "experiments/farm/store_sql.h"
 #include "experiments/farm/trial_scheduler.h"
 #include "experiments/report/table.h"
@@ -46,6 +45,14 @@ Cell ValueOf(const Parameter& parameter) {
   const std::optional<double> number = report::NumberIn(parameter.value);
   return number && std::isfinite(*number) && !texts.contains(parameter.key) ? Cell(*number)
                                                                             : Cell(parameter.value);
+}
+
+template <class Act>
+void ResultStore::ForEachRow(const std::string& query, const Act& act) const {
+  Guard(file_, [&] {
+    SQLite::Statement statement(*db_, query);
+    while (statement.executeStep()) act(statement);
+  });
 }
 
 ResultStore::ResultStore(ResultStore&&) noexcept = default;
@@ -140,23 +147,27 @@ void ResultStore::ReadHeader() {
                                   kStoreSchema));
   const std::string check = db_->execAndGet("PRAGMA quick_check(1)").getString();
   if (check != "ok") FailDamaged(system::OneLineOf(check));
-  RequireSchema(*db_, file_);
-  const auto get = [&](const std::string& key) {
-    SQLite::Statement query(*db_, "SELECT value FROM meta WHERE key = ?");
-    query.bind(1, key);
-    if (!query.executeStep()) FailDamaged("it has no " + key);
-    std::string value = query.getColumn(0).getString();
-    if (system::FirstNoText(value)) FailDamaged(key + " is no text");
-    return value;
+  // What reading these would do is their maker's choice.
+  ForEachRow(
+      "SELECT type || ' ' || name FROM sqlite_master WHERE sql LIKE 'CREATE VIRTUAL%' OR "
+      "(type NOT IN ('table', 'index') AND name <> 'results')",
+      [&](auto& row) {
+        throw ConfigError(file_ + ": is no result file of this program: it has a " +
+                          row.getColumn(0).getString());
+      });
+  std::map<std::string, std::string> meta;
+  ForEachRow("SELECT key, value FROM meta",
+             [&](auto& row) { meta[row.getColumn(0).getString()] = row.getColumn(1).getString(); });
+  const auto get = [&](const char* key) {
+    if (!meta.contains(key)) FailDamaged(std::string("it has no ") + key);
+    if (system::FirstNoText(meta[key])) FailDamaged(std::string(key) + " is no text");
+    return meta[key];
   };
-  header_.kind = get("kind");
-  header_.plan = get("plan");
-  header_.build = get("build");
-  try {
-    header_.shard = ParseShard(get("shard"));
-  } catch (const ConfigError&) {
-    FailDamaged("its shard is '" + get("shard") + "'");
-  }
+  header_ = {.kind = get("kind"),
+             .plan = get("plan"),
+             .build = get("build"),
+             .shard = {},
+             .keys = KeysIn(*db_)};
   const double trials = report::NumberIn(get("trials")).value_or(-1);
   if (!(trials >= 0 && trials <= kMaxTrials))
     FailDamaged("its number of trials is '" + get("trials") + "'");
@@ -164,34 +175,26 @@ void ResultStore::ReadHeader() {
   if (get("plan_hash") != header_.plan_hash())
     FailDamaged("its plan is not the one that it was begun with");
   try {
+    header_.shard = ParseShard(get("shard"));
     RuleOf(header_);
   } catch (const ConfigError& error) {
     FailDamaged(error.what());
   }
-  header_.keys = OwnColumns(*db_, "parameters");
   RequireRows();
 }
 
 void ResultStore::RequireRows() const {
-  for (const char* table : {"runs", "parameters", "metrics"}) {
-    SQLite::Statement query(*db_, fmt::format("SELECT trial FROM trials WHERE trial NOT IN "
-                                              "(SELECT trial FROM {}) LIMIT 1",
-                                              table));
-    if (query.executeStep())
-      FailDamaged(fmt::format("trial {} is not in table {}", query.getColumn(0).getInt64(), table));
-  }
   const bool is_batch = header_.kind == "batch";
   const TrialRule rule = RuleOf(header_);
-  SQLite::Statement query(*db_,
-                          "SELECT trial, typeof(cell) = 'integer' AND typeof(sample) = 'integer' "
-                          "FROM trials");
-  while (query.executeStep()) {
-    const int64_t trial = query.getColumn(0).getInt64();
-    if (trial < 0 || (is_batch && trial >= header_.trials) || query.getColumn(1).getInt() == 0)
-      FailDamaged(fmt::format("trial {} is none of its plan's", trial));
-    if (is_batch && !IsOf(header_.shard, rule, trial))
-      FailDamaged(fmt::format("trial {} is none of its shard's", trial));
-  }
+  ForEachRow(
+      "SELECT trial, typeof(cell) = 'integer' AND typeof(sample) = 'integer' FROM trials",
+      [&](auto& row) {
+        const int64_t trial = row.getColumn(0).getInt64();
+        if (trial < 0 || (is_batch && trial >= header_.trials) || row.getColumn(1).getInt() == 0)
+          FailDamaged(fmt::format("trial {} is none of its plan's", trial));
+        if (is_batch && !IsOf(header_.shard, rule, trial))
+          FailDamaged(fmt::format("trial {} is none of its shard's", trial));
+      });
 }
 
 void ResultStore::FailDamaged(const std::string& how) const {
@@ -199,48 +202,49 @@ void ResultStore::FailDamaged(const std::string& how) const {
                     "); `sqlite3 FILE .recover` may save some of it");
 }
 
+std::map<std::string, Cell> RowOf(const StoredTrial& trial) {
+  std::map<std::string, Cell> row = {
+      {"trial", trial.trial}, {"cell", trial.cell}, {"sample", trial.sample}};
+  const std::vector<Cell> cells = trial::CellsOf(trial.record);
+  for (size_t i = 0; i < cells.size(); ++i) row[trial::Columns()[i].name] = cells[i];
+  for (const Parameter& parameter : trial.parameters) row[parameter.key] = ValueOf(parameter);
+  return row;
+}
+
 void ResultStore::Add(const StoredTrial& trial) {
   TD_CHECK(lock_, "a store that was opened for writing");
   TD_CHECK(trial.parameters.size() == header_.keys.size(), "a value for each key");
   Guard(file_, [&] {
     SQLite::Transaction transaction(*db_, SQLite::TransactionBehavior::IMMEDIATE);
-    const std::vector<Cell> cells = trial::CellsOf(trial.record);
-    for (const RecordTable& table : RecordTables()) {
-      std::vector<std::string> columns;
-      std::vector<Cell> row;
-      if (table.name == kTrialsTable) {
-        columns = {"cell", "sample"};
-        row = {trial.cell, trial.sample};
-      }
-      for (const size_t i : table.columns) {
-        columns.push_back(trial::Columns()[i].name);
-        row.push_back(cells[i]);
-      }
-      TrialInsert(*db_, table.name, columns).Run(trial.trial, row);
+    std::map<std::string, Cell> row = RowOf(trial);
+    std::vector<std::string> columns;
+    std::vector<Cell> cells;
+    for (const auto& [name, cell] : row) {
+      columns.push_back(name);
+      cells.push_back(cell);
     }
-    std::vector<Cell> values;
-    for (const Parameter& parameter : trial.parameters) values.push_back(ValueOf(parameter));
-    TrialInsert(*db_, "parameters", header_.keys).Run(trial.trial, values);
+    Insert(*db_, "trials", columns).Run(cells);
     if (trial.series.rows() > 0) AddSeries(trial.trial, trial.series);
     transaction.commit();
   });
 }
 
 void ResultStore::AddSeriesColumns(const std::vector<std::string>& columns) {
-  const std::vector<std::string> there = OwnColumns(*db_, "series");
+  const std::vector<std::string> there = ColumnsIn(*db_, "series");
   for (const std::string& column : columns)
     if (std::ranges::find(there, column) == there.end())
       db_->exec("ALTER TABLE series ADD COLUMN " + Quoted(column));
 }
 
 void ResultStore::AddSeries(int64_t trial, const trial::Series& series) {
-  const std::vector<std::string> columns = series.names();
+  std::vector<std::string> columns = series.names();
   AddSeriesColumns(columns);
-  TrialInsert insert(*db_, "series", columns);
-  std::vector<Cell> row(columns.size());
+  columns.emplace_back("trial");
+  Insert insert(*db_, "series", columns);
+  std::vector<Cell> row(columns.size(), Cell(trial));
   for (size_t i = 0; i < series.rows(); ++i) {
-    for (size_t k = 0; k < columns.size(); ++k) row[k] = series.At(i, k);
-    insert.Run(trial, row);
+    for (size_t k = 0; k + 1 < columns.size(); ++k) row[k] = series.At(i, k);
+    insert.Run(row);
   }
 }
 
@@ -266,15 +270,15 @@ void ResultStore::Merge(const std::string& other_file) {
                         other_file, clash.getColumn(0).getInt64(), clash.getColumn(1).getString(),
                         clash.getColumn(2).getString(), clash.getColumn(3).getString(),
                         clash.getColumn(4).getString()));
-      // Children first: which trials are new shows in `trials`.
-      for (const std::string table : kTables) {
-        const std::vector<std::string> own = OwnColumns(*other.db_, table);
-        if (table == "series") AddSeriesColumns(own);
-        const std::string columns = "trial" + QuotedList(own);
+      // `series` first: which trials are new shows in `trials`.
+      for (const std::string table : {"series", "trials"}) {
+        std::vector<std::string> columns = ColumnsIn(*other.db_, table);
+        if (table == "series") AddSeriesColumns(columns);
+        columns.emplace_back("trial");
         db_->exec(
             fmt::format("INSERT INTO main.{0} ({1}) SELECT {1} FROM other.{0} "
                         "WHERE trial NOT IN (SELECT trial FROM main.trials)",
-                        table, columns));
+                        table, QuotedList(columns)));
       }
       transaction.commit();
     }
@@ -282,105 +286,85 @@ void ResultStore::Merge(const std::string& other_file) {
   });
 }
 
+std::vector<int64_t> ResultStore::Numbers(const std::string& query) const {
+  std::vector<int64_t> numbers;
+  ForEachRow(query, [&](auto& row) { numbers.push_back(row.getColumn(0).getInt64()); });
+  return numbers;
+}
+
 std::vector<int64_t> ResultStore::Done() const {
-  return Guard(file_, [&] {
-    std::vector<int64_t> done;
-    SQLite::Statement query(*db_, "SELECT trial FROM trials ORDER BY trial");
-    while (query.executeStep()) done.push_back(query.getColumn(0).getInt64());
-    return done;
-  });
+  return Numbers("SELECT trial FROM trials ORDER BY trial");
+}
+
+std::vector<int64_t> ResultStore::TrialsWithSeries() const {
+  return Numbers("SELECT DISTINCT trial FROM series ORDER BY trial");
 }
 
 std::vector<Verdict> ResultStore::Verdicts() const {
-  return Guard(file_, [&] {
-    std::vector<Verdict> verdicts;
-    SQLite::Statement query(*db_, "SELECT trial, failure = ? FROM trials ORDER BY trial");
-    query.bind(1, NameOf(trial::Failure::kNone));
-    while (query.executeStep())
-      verdicts.push_back({query.getColumn(0).getInt64(), query.getColumn(1).getInt() != 0});
-    return verdicts;
-  });
+  std::vector<Verdict> verdicts;
+  ForEachRow(fmt::format("SELECT trial, failure = '{}' FROM trials ORDER BY trial",
+                         NameOf(trial::Failure::kNone)),
+             [&](auto& row) {
+               verdicts.push_back({row.getColumn(0).getInt64(), row.getColumn(1).getInt() != 0});
+             });
+  return verdicts;
 }
 
 std::vector<StoredTrial> ResultStore::Trials() const { return Select(""); }
 
 StoredTrial ResultStore::Trial(int64_t trial) const {
-  std::vector<StoredTrial> found = Select(fmt::format("WHERE trials.trial = {}", trial));
+  std::vector<StoredTrial> found = Select(fmt::format("WHERE trial = {}", trial));
   if (found.empty()) throw ConfigError(fmt::format("{}: has no trial {}", file_, trial));
   return std::move(found[0]);
 }
 
-std::vector<int64_t> ResultStore::TrialsWithSeries() const {
-  return Guard(file_, [&] {
-    std::vector<int64_t> trials;
-    SQLite::Statement query(*db_, "SELECT DISTINCT trial FROM series ORDER BY trial");
-    while (query.executeStep()) trials.push_back(query.getColumn(0).getInt64());
-    return trials;
-  });
-}
-
 trial::Series ResultStore::SeriesOf(int64_t trial) const {
-  return Guard(file_, [&] {
-    std::vector<std::string> columns = OwnColumns(*db_, "series");
-    // Those of other vehicles' thrusters are empty.
-    std::erase_if(columns, [&](const std::string& column) {
-      if (!column.ends_with("_v")) return false;
-      SQLite::Statement any(
-          *db_,
-          fmt::format("SELECT count({}), count(*) FROM series WHERE trial = ?", Quoted(column)));
-      any.bind(1, trial);
-      any.executeStep();
-      return any.getColumn(0).getInt64() == 0 && any.getColumn(1).getInt64() > 0;
-    });
-    trial::Series series = trial::Series::WithColumns(columns);
-    columns = series.names();
-    SQLite::Statement query(
-        *db_, "SELECT trial" + QuotedList(columns) + " FROM series WHERE trial = ? ORDER BY frame");
-    query.bind(1, trial);
-    try {
-      while (query.executeStep())
-        for (size_t i = 0; i < columns.size(); ++i)
-          series.Add(i, CellIn(query.getColumn(static_cast<int>(i) + 1)));
-    } catch (const ConfigError& error) {
-      FailDamaged(fmt::format("series of trial {}: {}", trial, error.what()));
-    }
-    return series;
+  std::vector<std::string> columns = Guard(file_, [&] { return ColumnsIn(*db_, "series"); });
+  // Those of other vehicles' thrusters are empty.
+  std::erase_if(columns, [&](const std::string& column) {
+    return column.ends_with("_v") &&
+           !Numbers(fmt::format(
+                        "SELECT 1 FROM series WHERE trial = {} GROUP BY trial HAVING count({}) = 0",
+                        trial, Quoted(column)))
+                .empty();
   });
+  trial::Series series = trial::Series::WithColumns(columns);
+  columns = series.names();
+  try {
+    ForEachRow(fmt::format("SELECT {} FROM series WHERE trial = {} ORDER BY frame",
+                           QuotedList(columns), trial),
+               [&](auto& row) {
+                 for (size_t i = 0; i < columns.size(); ++i)
+                   series.Add(i, CellIn(row.getColumn(static_cast<int>(i))));
+               });
+  } catch (const ConfigError& error) {
+    FailDamaged(fmt::format("series of trial {}: {}", trial, error.what()));
+  }
+  return series;
 }
 
 std::vector<StoredTrial> ResultStore::Select(const std::string& where) const {
-  return Guard(file_, [&] {
-    std::string wanted = "trials.trial, trials.cell, trials.sample";
-    for (const std::string& key : header_.keys) wanted += ", parameters." + Quoted(key);
-    for (const RecordTable& table : RecordTables())
-      for (const size_t i : table.columns)
-        wanted += fmt::format(", {}.{}", table.name, Quoted(trial::Columns()[i].name));
-    SQLite::Statement query(*db_, "SELECT " + wanted +
-                                      " FROM trials JOIN runs USING (trial) JOIN parameters "
-                                      "USING (trial) JOIN metrics USING (trial) " +
-                                      where + " ORDER BY trials.trial");
-    std::vector<StoredTrial> trials;
-    while (query.executeStep()) {
-      StoredTrial stored;
-      int at = 0;
-      const auto next = [&] { return query.getColumn(at++); };
-      stored.trial = next().getInt64();
-      stored.cell = next().getInt64();
-      stored.sample = next().getInt64();
-      for (const std::string& key : header_.keys)
-        stored.parameters.push_back({key, TextOf(CellIn(next()))});
-      std::vector<Cell> cells(trial::Columns().size());
-      for (const RecordTable& table : RecordTables())
-        for (const size_t i : table.columns) cells[i] = CellIn(next());
-      try {
-        stored.record = trial::RecordOf(cells);
-      } catch (const ConfigError& error) {
-        FailDamaged(fmt::format("trial {}: {}", stored.trial, error.what()));
-      }
-      trials.push_back(std::move(stored));
-    }
-    return trials;
-  });
+  std::vector<std::string> columns = {"trial", "cell", "sample"};
+  columns.insert(columns.end(), header_.keys.begin(), header_.keys.end());
+  for (const trial::Column& column : trial::Columns()) columns.push_back(column.name);
+  std::vector<StoredTrial> trials;
+  ForEachRow(fmt::format("SELECT {} FROM trials {} ORDER BY trial", QuotedList(columns), where),
+             [&](SQLite::Statement& row) {
+               StoredTrial& stored = trials.emplace_back();
+               int at = 0;
+               for (int64_t* number : {&stored.trial, &stored.cell, &stored.sample})
+                 *number = row.getColumn(at++).getInt64();
+               for (const std::string& key : header_.keys)
+                 stored.parameters.push_back({key, TextOf(CellIn(row.getColumn(at++)))});
+               std::vector<Cell> cells(trial::Columns().size());
+               for (Cell& cell : cells) cell = CellIn(row.getColumn(at++));
+               try {
+                 stored.record = trial::RecordOf(cells);
+               } catch (const ConfigError& error) {
+                 FailDamaged(fmt::format("trial {}: {}", stored.trial, error.what()));
+               }
+             });
+  return trials;
 }
 
 }  // namespace turbidock::farm

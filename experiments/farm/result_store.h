@@ -6,6 +6,7 @@
 // or the power, costs the trials under way and nothing else.
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -14,7 +15,8 @@
 #include "experiments/farm/plan.h"
 #include "experiments/farm/run_lock.h"
 #include "experiments/farm/store_header.h"
-#include "experiments/farm/trial_pool.h"
+#include "experiments/trial/series.h"
+#include "experiments/trial/trial_record.h"
 #include "sim/base/check.h"
 
 namespace SQLite {
@@ -23,7 +25,7 @@ class Database;
 
 namespace turbidock::farm {
 
-inline constexpr int kStoreSchema = 2;
+inline constexpr int kStoreSchema = 3;
 
 // Results that should be equal or belong together and do not. Exit code 5.
 class MismatchError : public std::runtime_error {
@@ -52,6 +54,9 @@ struct StoredTrial {
 // A parameter's value as a file has it: a number, or text where its key is one of texts.
 trial::Cell ValueOf(const Parameter& parameter);
 
+// The cells of its row, by the columns' names.
+std::map<std::string, trial::Cell> RowOf(const StoredTrial& trial);
+
 struct Verdict {
   int64_t trial = 0;
   bool success = false;
@@ -59,8 +64,8 @@ struct Verdict {
 
 class ResultStore {
  public:
-  // Makes the file, or opens one whose header is the same but for a higher precision or maximum of
-  // trials (the file then has the new plan), and keeps other writers out. OtherResults when it is
+  // Makes the file, or opens one whose header is the same but for a higher precision (the file
+  // then has the new plan), and keeps other writers out. OtherResults when it is
   // another plan's, build's or shard's; ConfigError that says why when it is in use, damaged, of
   // another schema, no such file at all, or cannot be written.
   static ResultStore Write(const std::string& file, const StoreHeader& header);
@@ -97,6 +102,9 @@ class ResultStore {
   // Further columns of the series: a vehicle has its own thrusters.
   void AddSeriesColumns(const std::vector<std::string>& columns);
   void AddSeries(int64_t trial, const trial::Series& series);
+  template <class Act>
+  void ForEachRow(const std::string& query, const Act& act) const;
+  std::vector<int64_t> Numbers(const std::string& query) const;
   std::vector<StoredTrial> Select(const std::string& where) const;
 
   std::string file_;

@@ -5,17 +5,17 @@
 
 namespace turbidock::farm {
 
-// Holds FILE.lock, which ends with the process however that ends. Not inherited by workers.
+// Holds a lock on a file, which it makes if there is none. It ends with the process however that
+// ends, and is not inherited by workers.
 class RunLock {
  public:
   // ConfigError when another process holds it or the file cannot be made.
   explicit RunLock(const std::string& file);
-  ~RunLock();  // removes the lock file
+  ~RunLock();
   RunLock(const RunLock&) = delete;
   RunLock& operator=(const RunLock&) = delete;
 
  private:
-  std::string path_;
   int fd_ = -1;
 };
 

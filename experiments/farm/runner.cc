@@ -4,6 +4,8 @@
 
 #include <utility>
 
+#include "experiments/farm/trial_job.h"
+
 namespace turbidock::farm {
 
 TrialSource SourceOf(const Plan& plan) {
@@ -13,7 +15,9 @@ TrialSource SourceOf(const Plan& plan) {
 }
 
 TrialRunner::TrialRunner(const RunOptions& options, ResultStore* store)
-    : options_(options), store_(store), pool_(options.farm, options.time_limit_s, options.plugins) {
+    : options_(options),
+      store_(store),
+      pool_(MakePool(options.farm, options.time_limit_s, TrialWork(options.plugins))) {
   if (!store_) return;
   const std::vector<int64_t> done = store_->Done();
   stored_.insert(done.begin(), done.end());
@@ -41,16 +45,15 @@ bool TrialRunner::Run(const TrialSource& source, const TrialDecider& decider) {
         decider.add(*known);
         continue;
       }
-      pool_.Submit({.id = *trial,
-                    .scenario = source.scenario(spec),
-                    .series_every_frames = source.series_every_frames});
+      pool_->Submit(TrialJob(*trial, source.scenario(spec), source.series_every_frames));
       under_way.emplace(*trial, std::move(spec));
       return true;
     }
     return false;
   };
-  const auto take = [&](FinishedTrial finished) {
-    TrialSpec spec = std::move(under_way.extract(finished.id).mapped());
+  const auto take = [&](const JobResult& result) {
+    TrialSpec spec = std::move(under_way.extract(result.id).mapped());
+    FinishedTrial finished = FinishedTrialOf(result, spec.seed);
     const StoredTrial trial = {.trial = spec.trial,
                                .cell = spec.cell,
                                .sample = spec.sample,
@@ -63,7 +66,7 @@ bool TrialRunner::Run(const TrialSource& source, const TrialDecider& decider) {
     progress_.worker_time_s += trial.record.wall_time_s;
     if (options_.on_trial) options_.on_trial(trial);
   };
-  return RunAll(&pool_, submit_one, take, [&] {
+  return RunAll(pool_.get(), submit_one, take, [&] {
     progress_.wall_time_s =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
     if (options_.on_progress) options_.on_progress(progress_);

@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <set>
 #include <stdexcept>
@@ -21,7 +22,6 @@
 #include "experiments/farm/farm.h"
 #include "experiments/farm/plan.h"
 #include "experiments/farm/result_store.h"
-#include "experiments/farm/trial_pool.h"
 
 namespace turbidock::farm {
 
@@ -29,7 +29,7 @@ namespace turbidock::farm {
 struct TrialSource {
   std::function<TrialSpec(int64_t trial)> spec;  // what the store keeps of it
   std::function<trial::Scenario(const TrialSpec&)> scenario;
-  int series_every_frames = 0;  // as of TrialJob
+  int series_every_frames = 0;  // > 0: also a row of a trial's log every so many frames
 };
 TrialSource SourceOf(const Plan& plan);  // which must outlive it
 
@@ -69,7 +69,7 @@ class TrialRunner {
 
   // Runs until the decider has no trial and none is under way; false when it was stopped: the
   // trials under way are then lost, and the runner is good for nothing more. Errors as of
-  // TrialPool::Next, ResultStore::Add and the decider; MismatchError when a stored trial is not
+  // FinishedTrialOf, ResultStore::Add and the decider; MismatchError when a stored trial is not
   // what the source says.
   bool Run(const TrialSource& source, const TrialDecider& decider);
 
@@ -81,7 +81,7 @@ class TrialRunner {
 
   RunOptions options_;
   ResultStore* store_;
-  TrialPool pool_;
+  std::unique_ptr<JobPool> pool_;
   std::set<int64_t> stored_;                             // numbers, as the store was at first
   std::optional<std::map<int64_t, StoredTrial>> known_;  // these, read when the first is asked for
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();

@@ -1,17 +1,11 @@
 #include "experiments/farm/slurm_pool.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
+#include <poll.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cmath>
+#include <cctype>
 #include <cstdio>
-#include <cstdlib>
-#include <cstring>
-#include <ctime>
-#include <fstream>
-#include <memory>
 #include <sstream>
 
 #include "experiments/farm/worker_pool.h"
@@ -34,25 +28,23 @@ constexpr double kPatience_s = 600;  // with a controller that does not answer, 
 constexpr double kShortestPause_s = 0.05, kLongestPause_s = 1;  // between two looks at the files
 constexpr double kAsk_s = 3;  // between two questions to the controller
 constexpr int kTries = 3;     // of a job
+constexpr const char* kNoArray = "Slurm takes no array, trying again";
+constexpr const char* kNoAnswer = "Slurm does not answer, results are read all the same";
 
 // ------------------------------------------------------------------------ files of both processes
 
 std::string JobsFile(int task) { return fmt::format("jobs-{}.jsonl", task); }
-std::string ResultsPrefix(int task) { return fmt::format("results-{}.", task); }
+std::string RefusalFile(int task) { return fmt::format("refused-{}", task); }
+std::string ResultFile(int task, int64_t serial) {
+  return fmt::format("result-{}-{}.json", task, serial);
+}
 
-// The whole lines of a file from a place on, and where they end.
-std::pair<std::vector<std::string>, std::streamoff> LinesFrom(const fs::path& path,
-                                                              std::streamoff from) {
-  std::ifstream file(path, std::ios::binary);
-  file.seekg(from);
-  std::ostringstream rest;
-  rest << file.rdbuf();
-  const std::string text = rest.str();
+std::vector<std::string> LinesOf(const std::string& text) {
   std::vector<std::string> lines;
-  size_t begin = 0;
-  for (size_t end = 0; (end = text.find('\n', begin)) != std::string::npos; begin = end + 1)
-    lines.push_back(text.substr(begin, end - begin));
-  return {lines, from + static_cast<std::streamoff>(begin)};
+  std::istringstream rest(text);
+  for (std::string line; std::getline(rest, line);)
+    if (!line.empty()) lines.push_back(line);
+  return lines;
 }
 
 // Starts a program of Slurm's and returns what it prints. SimulatorFault when it is missing or
@@ -72,11 +64,6 @@ double SecondsSince(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-std::chrono::steady_clock::duration Seconds(double s) {
-  return std::chrono::duration_cast<std::chrono::steady_clock::duration>(
-      std::chrono::duration<double>(s));
-}
-
 }  // namespace
 
 // ------------------------------------------------------------------------------------ this process
@@ -85,17 +72,13 @@ SlurmPool::SlurmPool(const SlurmParams& params, int workers, double time_limit_s
     : params_(params), workers_(workers), time_limit_s_(time_limit_s), work_(std::move(work)) {
   TD_CHECK(params.tasks >= 1 && workers >= 1, "tasks and workers");
   params_.folder = fs::absolute(params_.folder).lexically_normal().string();
-  std::error_code error;
-  fs::create_directories(params_.folder, error);
-  if (error) throw ConfigError(params_.folder + ": cannot be made: " + error.message());
-  Digest digest;
-  digest.Add(params_.folder);
-  name_ = "turbidock-" + digest.Hex();
+  system::MakeFolder(params_.folder);
+  name_ = "turbidock-" + DigestOf(params_.folder);
   // Of a run that was killed: nobody waits for these any more.
   bool left = false;
   for (const auto& entry : fs::directory_iterator(params_.folder))
     if (entry.path().filename().string().starts_with("array-"))
-      left |= fs::remove_all(entry.path(), error) > 0;
+      left |= fs::remove_all(entry.path()) > 0;
   if (left) Cancel();
 }
 
@@ -104,10 +87,9 @@ SlurmPool::~SlurmPool() {
     if (!flights_.empty()) Cancel();
   } catch (const std::exception&) {  // what is left of them ends by itself
   }
-  std::error_code error;
-  for (const auto& [number, array] : arrays_)
-    if (!array.lost) fs::remove_all(FolderOf(number), error);
-  fs::remove(params_.folder, error);  // unless there is something in it
+  std::error_code ignored;
+  for (const auto& [number, job] : arrays_) fs::remove_all(FolderOf(number), ignored);
+  fs::remove(params_.folder, ignored);  // unless there is something in it
 }
 
 size_t SlurmPool::max_in_flight() const {
@@ -120,13 +102,10 @@ fs::path SlurmPool::FolderOf(int array) const {
 
 void SlurmPool::Cancel() const { AskSlurm({"scancel", "--name=" + name_}); }
 
-void SlurmPool::WaitOut(std::optional<Clock::time_point>* since, const std::string& what,
-                        const SimulatorFault& error) const {
-  if (!*since) {
-    *since = Clock::now();
-    if (params_.say) params_.say(what + ": " + error.what());
-  }
-  if (SecondsSince(**since) > kPatience_s) throw error;
+void SlurmPool::WaitOut(const std::string& what, const SimulatorFault& error) {
+  const auto [since, is_first] = failing_since_.emplace(what, Clock::now());
+  if (is_first && params_.say) params_.say(what + ": " + error.what());
+  if (SecondsSince(since->second) > kPatience_s) throw error;
 }
 
 void SlurmPool::Submit(Job job) {
@@ -142,24 +121,24 @@ std::set<SlurmPool::TaskId> SlurmPool::OpenTasks() const {
 void SlurmPool::Send() {
   // Not a task at a time: each array costs the controller something, and us a second.
   const size_t all = static_cast<size_t>(params_.tasks), busy = OpenTasks().size();
-  if (waiting_.empty() || 2 * busy > all || Clock::now() < try_again_) return;
+  if (waiting_.empty() || 2 * busy > all || SecondsSince(refused_) < kTryAgain_s) return;
   const auto workers = static_cast<size_t>(workers_);
   const size_t tasks = std::min(all - busy, (waiting_.size() + workers - 1) / workers);
   // A number a try: an array that was taken although sbatch failed finds no jobs.
   const int number = numbers_++;
   const fs::path folder = FolderOf(number);
-  fs::create_directories(folder);
-  const std::string head = report::JsonLine(
-      {{"work", work_}, {"time_limit_s", time_limit_s_}, {"build", system::BuildId()}});
-  for (size_t task = 0; task < tasks; ++task) {
-    std::string text = head + "\n";
-    for (size_t i = task; i < waiting_.size(); i += tasks) {
-      waiting_[i].task = {number, static_cast<int>(task)};
-      text += report::JsonLine({{"serial", waiting_[i].serial}, {"input", waiting_[i].job.input}}) +
-              "\n";
-    }
-    system::WriteWhole(folder / JobsFile(static_cast<int>(task)), text);
+  system::MakeFolder(folder.string());
+  const Json head = {
+      {"build", system::BuildId()}, {"work", work_}, {"time_limit_s", time_limit_s_}};
+  std::vector<std::string> jobs(tasks, report::JsonLine(head) + "\n");
+  for (size_t i = 0; i < waiting_.size(); ++i) {
+    Flight& flight = waiting_[i];
+    flight.task = {number, static_cast<int>(i % tasks)};
+    jobs[i % tasks] +=
+        report::JsonLine({{"serial", flight.serial}, {"input", flight.job.input}}) + "\n";
   }
+  for (size_t task = 0; task < tasks; ++task)
+    system::WriteWhole(folder / JobsFile(static_cast<int>(task)), jobs[task]);
   std::string script = "#!/bin/bash\n";
   std::vector<std::string> options = {"--job-name=" + name_,
                                       fmt::format("--array=0-{}", tasks - 1),
@@ -173,11 +152,10 @@ void SlurmPool::Send() {
                         ShellQuoted(fs::read_symlink("/proc/self/exe").string()),
                         ShellQuoted(folder.string()), workers_);
   system::WriteWhole(folder / "array.sh", script);
-  Array array{.job_id = {}, .read = {}, .open = waiting_.size()};
   try {
     // "JOB" or "JOB;CLUSTER"
     const std::string printed = AskSlurm({"sbatch", "--parsable", (folder / "array.sh").string()});
-    array.job_id = printed.substr(0, printed.find_first_of(";\n"));
+    arrays_[number] = printed.substr(0, printed.find_first_of(";\n"));
   } catch (const SimulatorFault& error) {
     std::error_code ignored;
     fs::remove_all(folder, ignored);
@@ -185,87 +163,63 @@ void SlurmPool::Send() {
     // pass: a controller that comes and goes has many words, so have limits on what a user may
     // submit.
     if (!accepted_) throw;
-    WaitOut(&refused_since_, "Slurm takes no array, trying again", error);
-    try_again_ = Clock::now() + Seconds(kTryAgain_s);
+    WaitOut(kNoArray, error);
+    refused_ = Clock::now();
     return;
   }
   accepted_ = true;
-  refused_since_.reset();
-  silent_since_.reset();
-  arrays_.emplace(number, std::move(array));
+  failing_since_.clear();
   for (Flight& flight : waiting_) flights_.emplace(flight.serial, std::move(flight));
   waiting_.clear();
   asked_ = Clock::now();
-  pause_s_ = kShortestPause_s;
-}
-
-void SlurmPool::Read(int number, Array* array) {
-  for (const auto& entry : fs::directory_iterator(FolderOf(number))) {
-    const std::string name = entry.path().filename().string();
-    if (!name.starts_with("results-")) continue;
-    std::streamoff& read = array->read[name];
-    if (static_cast<std::streamoff>(entry.file_size()) <= read) continue;
-    const auto [lines, end] = LinesFrom(entry.path(), read);
-    read = end;
-    for (const std::string& line : lines) {
-      const Json json = report::ParseJson(line, entry.path().string());
-      if (json.contains("refused"))
-        throw SimulatorFault(fmt::format("a task of Slurm's job {}: {}", array->job_id,
-                                         json["refused"].get<std::string>()));
-      auto result = json.get<JobResult>();
-      auto flight = flights_.extract(result.id);
-      if (!flight) continue;  // known from an earlier start of the task
-      result.id = flight.mapped().job.id;
-      ended_.push_back(std::move(result));
-      --array->open;
-      pause_s_ = kShortestPause_s;
-    }
-  }
-}
-
-void SlurmPool::Close(int number) {
-  const auto array = arrays_.find(number);
-  if (array->second.open > 0) return;
-  std::error_code error;
-  if (!array->second.lost) fs::remove_all(FolderOf(number), error);  // else its logs say why
-  arrays_.erase(array);
+  pause_s_ = 0;
 }
 
 void SlurmPool::Collect() {
-  std::vector<int> numbers;
-  for (auto& [number, array] : arrays_) {
-    Read(number, &array);
-    numbers.push_back(number);
-  }
-  for (const int number : numbers) Close(number);
-}
-
-std::set<SlurmPool::TaskId> SlurmPool::Queued() const {
-  std::istringstream rows(
-      AskSlurm({"squeue", "--noheader", "--array", "--name=" + name_, "--format=%F %K %t"}));
-  std::map<std::string, int> numbers;
-  for (const auto& [number, array] : arrays_) numbers[array.job_id] = number;
-  std::set<TaskId> queued;
-  std::string job, task, state;
-  while (rows >> job >> task >> state)
-    if (const auto array = numbers.find(job); array != numbers.end() && state != "CG" &&
-                                              std::isdigit(static_cast<unsigned char>(task[0])))
-      queued.emplace(array->second, std::stoi(task));
-  return queued;
+  for (const auto& [number, job] : arrays_)
+    for (const auto& entry : fs::directory_iterator(FolderOf(number))) {
+      const std::string name = entry.path().filename().string();
+      if (name.starts_with("refused-"))
+        throw SimulatorFault(
+            fmt::format("a task of Slurm's job {}: {}", job, system::ReadWhole(entry.path())));
+      int task = 0, end = 0;
+      long long serial = 0;
+      std::sscanf(name.c_str(), "result-%d-%lld.json%n", &task, &serial, &end);
+      if (end == 0 || name[static_cast<size_t>(end)] != '\0') continue;
+      const auto flight = flights_.extract(serial);
+      if (!flight) continue;  // it is known
+      const std::string text = system::ReadWhole(entry.path());
+      ended_.push_back(report::ParseJson(text, entry.path().string()).get<JobResult>());
+      ended_.back().id = flight.mapped().job.id;
+      pause_s_ = 0;
+    }
+  const std::set<TaskId> open = OpenTasks();
+  std::erase_if(arrays_, [&](const auto& array) {
+    const auto first = open.lower_bound({array.first, 0});
+    const bool is_over = first == open.end() || first->first != array.first;
+    std::error_code ignored;
+    if (is_over) fs::remove_all(FolderOf(array.first), ignored);
+    return is_over;
+  });
 }
 
 void SlurmPool::Ask() {
   if (flights_.empty() || SecondsSince(asked_) < kAsk_s) return;
   asked_ = Clock::now();
-  std::set<TaskId> queued;
+  std::istringstream rows;
   try {
-    queued = Queued();
+    rows.str(AskSlurm({"squeue", "--noheader", "--array", "--name=" + name_, "--format=%F %K %t"}));
   } catch (const SimulatorFault& error) {
-    WaitOut(&silent_since_, "Slurm does not answer, results are read all the same", error);
-    return;
+    return WaitOut(kNoAnswer, error);
   }
-  if (silent_since_ && params_.say) params_.say("Slurm answers again");
-  silent_since_.reset();
+  failing_since_.erase(kNoAnswer);
+  std::map<std::string, int> numbers;
+  for (const auto& [number, job] : arrays_) numbers[job] = number;
+  std::set<TaskId> queued;
+  std::string job, task, state;
+  while (rows >> job >> task >> state)
+    if (numbers.contains(job) && state != "CG" && std::isdigit(static_cast<unsigned char>(task[0])))
+      queued.emplace(numbers[job], std::stoi(task));
   // Twice gone is gone: a result may come after its task by as long as files take.
   std::set<TaskId> missing, gone;
   for (const TaskId& id : OpenTasks()) {
@@ -277,46 +231,36 @@ void SlurmPool::Ask() {
   if (!gone.empty()) Lose(gone);
 }
 
-std::string SlurmPool::LogOf(const TaskId& task) const {
-  std::ifstream file(FolderOf(task.first) / fmt::format("task-{}.log", task.second));
-  std::string line, last;
-  while (std::getline(file, line))
-    if (!line.empty()) last = line;
-  return last.empty() ? "it said nothing" : last;
+std::string SlurmPool::NameOf(const TaskId& task) const {
+  const fs::path log = FolderOf(task.first) / fmt::format("task-{}.log", task.second);
+  std::vector<std::string> lines;
+  if (fs::exists(log)) lines = LinesOf(system::ReadWhole(log));
+  return fmt::format("{}_{}: {}", arrays_.at(task.first), task.second,
+                     lines.empty() ? "it said nothing" : lines.back());
 }
 
 void SlurmPool::Lose(const std::set<TaskId>& gone) {
-  size_t jobs = 0;
-  std::set<int> numbers;
+  const size_t before = waiting_.size();
   for (auto it = flights_.begin(); it != flights_.end();) {
     Flight& flight = it->second;
     if (!gone.contains(flight.task)) {
       ++it;
       continue;
     }
-    const auto& [number, task] = flight.task;
-    Array& array = arrays_.at(number);
     if (++flight.losses == kTries)
-      throw SimulatorFault(fmt::format(
-          "Slurm's tasks ended {} times without a result of a job; the last one, {}_{}: {}", kTries,
-          array.job_id, task, LogOf(flight.task)));
-    --array.open;
-    array.lost = true;
-    numbers.insert(number);
-    ++jobs;
+      throw SimulatorFault(
+          fmt::format("Slurm's tasks ended {} times without a result of a job; the last one, {}",
+                      kTries, NameOf(flight.task)));
     waiting_.push_back(std::move(flight));
     it = flights_.erase(it);
   }
-  const TaskId& first = *gone.begin();
   if (params_.say)
-    params_.say(
-        fmt::format("{} tasks of Slurm's are gone without {} results, submitted again; {}_{}: {}",
-                    gone.size(), jobs, arrays_.at(first.first).job_id, first.second, LogOf(first)));
-  for (const int number : numbers) Close(number);
+    params_.say(fmt::format("{} tasks of Slurm's are gone without {} results, submitted again; {}",
+                            gone.size(), waiting_.size() - before, NameOf(*gone.begin())));
 }
 
 std::optional<JobResult> SlurmPool::Next(double timeout_s) {
-  const auto give_up = Clock::now() + Seconds(std::min(timeout_s, 1e6));
+  const auto start = Clock::now();
   while (pending() > 0) {
     if (ended_.empty()) {
       Send();
@@ -328,52 +272,29 @@ std::optional<JobResult> SlurmPool::Next(double timeout_s) {
       return result;
     }
     Ask();
-    const double left_s = std::chrono::duration<double>(give_up - Clock::now()).count();
+    const double left_s = timeout_s - SecondsSince(start);
     if (left_s <= 0) return std::nullopt;
-    const double sleep_s = std::min(left_s, pause_s_);
+    const int pause_ms = static_cast<int>(1000 * std::min(left_s, pause_s_)) + 1;
     pause_s_ = std::clamp(1.3 * pause_s_, kShortestPause_s, kLongestPause_s);
-    const timespec time{static_cast<time_t>(sleep_s),
-                        static_cast<long>(1e9 * (sleep_s - std::floor(sleep_s)))};
-    if (nanosleep(&time, nullptr) != 0) return std::nullopt;  // a signal
+    if (poll(nullptr, 0, pause_ms) != 0) return std::nullopt;  // a signal
   }
   return std::nullopt;
 }
 
-// -------------------------------------------------------------------------------------- in the
-// task
+// ------------------------------------------------------------------------------------- in the task
 
 void RunSlurmTask(const std::string& folder, int task, int workers,
                   const std::vector<Work>& works) {
-  const fs::path jobs_file = fs::path(folder) / JobsFile(task);
-  const std::vector<std::string> lines = LinesFrom(jobs_file, 0).first;
+  const fs::path array = folder, jobs_file = array / JobsFile(task);
+  const std::vector<std::string> lines = LinesOf(system::ReadWhole(jobs_file));
   if (lines.empty()) throw ConfigError(jobs_file.string() + ": is no list of jobs");
-  std::set<int64_t> done;
-  for (const auto& entry : fs::directory_iterator(folder))
-    if (entry.path().filename().string().starts_with(ResultsPrefix(task)))
-      for (const std::string& line : LinesFrom(entry.path(), 0).first)
-        if (const Json json = report::ParseJson(line, entry.path().string()); json.contains("id"))
-          done.insert(json["id"].get<int64_t>());
-
-  // A start a file: nobody appends behind a line that a lost node has torn, or still writes.
-  const char* const start = std::getenv("SLURM_RESTART_COUNT");
-  const fs::path path = fs::path(folder) / (ResultsPrefix(task) + (start ? start : "0") + ".jsonl");
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "ae"),
-                                                             &std::fclose);
-  // There when it returns, also for those who read on other machines.
-  const auto append = [&](const Json& json) {
-    const std::string line = report::JsonLine(json) + "\n";
-    if (!file || std::fputs(line.c_str(), file.get()) < 0 || std::fflush(file.get()) != 0 ||
-        fsync(fileno(file.get())) != 0)
-      throw SimulatorFault(path.string() + ": cannot be written: " + std::strerror(errno));
-  };
   const Json head = report::ParseJson(lines.front(), jobs_file.string());
-  const auto refuse = [&](const std::string& why) {
-    append({{"refused", why}});
+  if (head["build"] != system::BuildId()) {
+    const std::string why = fmt::format("the program there is {}, not {}", system::BuildId(),
+                                        head["build"].get<std::string>());
+    system::WriteWhole(array / RefusalFile(task), why);
     throw SimulatorFault(why);
-  };
-  if (head["build"] != system::BuildId())
-    refuse(fmt::format("the program there is {}, not {}", system::BuildId(),
-                       head["build"].get<std::string>()));
+  }
   const auto work = std::ranges::find(works, head["work"].get<std::string>(), &Work::name);
   TD_CHECK(work != works.end(), "every work of this build is known to it");
 
@@ -382,15 +303,17 @@ void RunSlurmTask(const std::string& folder, int task, int workers,
   const auto submit_one = [&] {
     for (; next < lines.size(); ++next) {
       const Json job = report::ParseJson(lines[next], jobs_file.string());
-      if (done.contains(job["serial"].get<int64_t>())) continue;
+      if (fs::exists(array / ResultFile(task, job["serial"]))) continue;
       pool.Submit({.id = job["serial"], .input = job["input"]});
       ++next;
       return true;
     }
     return false;
   };
-  RunAll(
-      &pool, submit_one, [&](const JobResult& result) { append(result); }, [] { return true; });
+  const auto take = [&](const JobResult& result) {
+    system::WriteWhole(array / ResultFile(task, result.id), report::JsonLine(result));
+  };
+  RunAll(&pool, submit_one, take, [] { return true; });
 }
 
 }  // namespace turbidock::farm

@@ -7,7 +7,7 @@
 // that nodes and this process see:
 //
 //   array-3/jobs-2.jsonl        what task 2 does: a line that says how, then a job a line
-//   array-3/results-2.1.jsonl   its results, of its second start (Slurm may start it again)
+//   array-3/result-2-17.json    what came of its job 17
 //   array-3/task-2.log          what it said
 //   array-3/array.sh            what sbatch got
 //
@@ -59,28 +59,18 @@ class SlurmPool : public JobPool {
     int losses = 0;
     TaskId task{};
   };
-  struct Array {
-    std::string job_id;                          // Slurm's
-    std::map<std::string, std::streamoff> read;  // of each file of results
-    size_t open = 0;                             // jobs without a result
-    bool lost = false;                           // some of them
-  };
 
   void Send();     // what waits, where tasks are free
   void Collect();  // results that have been written
   void Ask();      // which tasks have gone; what they left is sent again
-  std::set<TaskId> Queued() const;
-  void Read(int number, Array* array);
-  void Close(int number);  // an array that has no job any more
-  std::set<TaskId> OpenTasks() const;
   void Lose(const std::set<TaskId>& gone);
+  std::set<TaskId> OpenTasks() const;
   std::filesystem::path FolderOf(int array) const;
-  std::string LogOf(const TaskId& task) const;  // its last line
-  void Cancel() const;                          // all tasks of this folder
+  std::string NameOf(const TaskId& task) const;  // Slurm's, with the last line of its log
+  void Cancel() const;                           // all tasks of this folder
   // Slurm has failed, maybe not for long: says `what` the first time, throws the error when it has
-  // gone on for ten minutes. `since`: when it began.
-  void WaitOut(std::optional<Clock::time_point>* since, const std::string& what,
-               const SimulatorFault& error) const;
+  // gone on for ten minutes.
+  void WaitOut(const std::string& what, const SimulatorFault& error);
 
   SlurmParams params_;
   int workers_;
@@ -90,15 +80,14 @@ class SlurmPool : public JobPool {
   std::deque<Flight> waiting_;
   std::map<int64_t, Flight> flights_;  // by serial
   std::deque<JobResult> ended_;
-  std::map<int, Array> arrays_;
-  std::set<TaskId> missing_;  // not in Slurm's queue when it was last asked
+  std::map<int, std::string> arrays_;  // Slurm's number of each that has jobs under way
+  std::set<TaskId> missing_;           // not in Slurm's queue when it was last asked
   int64_t serials_ = 0;
   int numbers_ = 0;
-  Clock::time_point asked_{}, try_again_{};
-  bool accepted_ = false;                           // an array
-  std::optional<Clock::time_point> refused_since_;  // are arrays
-  std::optional<Clock::time_point> silent_since_;   // the controller does not answer
+  Clock::time_point asked_{}, refused_{};
   double pause_s_ = 0;
+  bool accepted_ = false;                                   // an array
+  std::map<std::string, Clock::time_point> failing_since_;  // by what is said of it
 };
 
 // What a task does: the jobs of FOLDER/jobs-TASK.jsonl that have no result yet, in `workers`

@@ -10,31 +10,30 @@
 namespace turbidock::farm {
 namespace {
 
-// The first line in which two texts differ.
+// The first line in which two plans differ, without its comment.
 std::string FirstDifference(const std::string& a, const std::string& b) {
   std::istringstream left(a), right(b);
-  for (;;) {
-    std::string x, y;
-    const bool more_left = static_cast<bool>(std::getline(left, x));
-    const bool more_right = static_cast<bool>(std::getline(right, y));
-    if (!more_left && !more_right) return "";
-    if (x == y && more_left == more_right) continue;
-    const auto shown = [](const std::string& line, bool is_there) {
-      std::string text = line.substr(0, line.find("  # "));  // without the key's description
-      text.erase(0, text.find_first_not_of(' '));
-      return is_there ? "'" + text + "'" : "nothing";
-    };
-    return shown(x, more_left) + " in one, " + shown(y, more_right) + " in the other";
-  }
+  const auto next = [](std::istringstream* lines) -> std::string {
+    std::string line;
+    if (!std::getline(*lines, line)) return "nothing";
+    line = line.substr(0, line.find("  # "));
+    return "'" + line.erase(0, line.find_first_not_of(' ')) + "'";
+  };
+  std::string x, y;
+  do {
+    x = next(&left);
+    y = next(&right);
+  } while (x == y && left);
+  const size_t content = x.find(": content ");  // of a file
+  if (content != std::string::npos && x.substr(0, content) == y.substr(0, content))
+    return "the model file " + x.substr(1, content - 1) + " has changed";
+  return "the plans differ: " + x + " in one, " + y + " in the other";
 }
 
-// A resolved plan less the two keys that say only how many trials a cell has.
-std::string WithoutPrecision(const std::string& plan) {
-  std::istringstream lines(plan);
-  std::string rest;
-  for (std::string line; std::getline(lines, line);)
-    if (!line.starts_with("precision: ") && !line.starts_with("max_trials: ")) rest += line + "\n";
-  return rest;
+// A resolved plan less the key that says only how many trials a cell has.
+std::string WithoutPrecision(std::string plan) {
+  const size_t begin = plan.find("\nprecision: ") + 1;
+  return begin == 0 ? plan : plan.erase(begin, plan.find('\n', begin) - begin);
 }
 
 }  // namespace
@@ -53,7 +52,7 @@ std::vector<std::string> Differences(const StoreHeader& a, const StoreHeader& b)
   if (a.kind != b.kind)
     differences.push_back("one was written by " + a.kind + ", the other by " + b.kind);
   if (a.plan != b.plan)
-    differences.push_back("the plans differ: " + FirstDifference(a.plan, b.plan));
+    differences.push_back(FirstDifference(a.plan, b.plan));
   else if (a.trials != b.trials)
     differences.push_back(fmt::format("one has {} trials, the other {}", a.trials, b.trials));
   if (a.build != b.build)
@@ -66,8 +65,7 @@ bool AsksForMore(const StoreHeader& now, const StoreHeader& before) {
       now.plan == before.plan || WithoutPrecision(now.plan) != WithoutPrecision(before.plan))
     return false;
   const TrialRule more = RuleOf(now), less = RuleOf(before);
-  return less.precision && more.precision && *more.precision <= *less.precision &&
-         more.most >= less.most;
+  return less.precision && more.precision && *more.precision <= *less.precision;
 }
 
 }  // namespace turbidock::farm

@@ -29,7 +29,7 @@ StoreHeader HeaderOf(const Plan& plan, const Shard& shard);
 std::vector<std::string> Differences(const StoreHeader& a, const StoreHeader& b);
 
 // Whether all trials of the one batch are trials of the other, which goes on where it ends: a cell
-// stops no earlier for a higher precision and maximum.
+// stops no earlier for a higher precision.
 bool AsksForMore(const StoreHeader& now, const StoreHeader& before);
 
 }  // namespace turbidock::farm

@@ -1,5 +1,5 @@
 #pragma once
-// SQLite for the file of results: its errors as ours, and cells as its values.
+// SQLite for the file of results: its tables (README.md), its errors as ours, cells as its values.
 
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <fmt/format.h>
@@ -11,6 +11,26 @@
 #include "sim/base/check.h"
 
 namespace turbidock::farm {
+
+// A column of the table `trials` beside the trial's number.
+struct TrialColumn {
+  std::string name, sql_type;  // a parameter is of no type
+  bool is_result = true;       // in the view `results`: not what differs from run to run
+  bool is_log = false;
+};
+// What a trial is, its parameters by these keys, what came of it.
+std::vector<TrialColumn> TrialColumns(const std::vector<std::string>& keys);
+
+// A name as SQL: keys such as water.milk_ml_m3 are column names. And several, with commas between.
+std::string Quoted(const std::string& name);
+std::string QuotedList(const std::vector<std::string>& names);
+
+// Columns of a table but the trial's number; of `trials` those of its parameters alone.
+std::vector<std::string> ColumnsIn(const SQLite::Database& db, const std::string& table);
+std::vector<std::string> KeysIn(const SQLite::Database& db);
+
+// Makes all tables in an empty database; `keys` are the parameters'.
+void CreateTables(const std::vector<std::string>& keys, SQLite::Database* db);
 
 // What an error says about a file: "is locked by another program".
 const char* ProblemOf(const SQLite::Exception& error);
@@ -31,13 +51,12 @@ void Harden(const SQLite::Database& db);
 
 trial::Cell CellIn(const SQLite::Column& column);
 
-// Adds rows of a trial to a table.
-class TrialInsert {
+// Adds rows to a table.
+class Insert {
  public:
-  // `columns` beside the trial's number.
-  TrialInsert(const SQLite::Database& db, const std::string& table,
-              const std::vector<std::string>& columns);
-  void Run(int64_t trial, const std::vector<trial::Cell>& cells);
+  Insert(const SQLite::Database& db, const std::string& table,
+         const std::vector<std::string>& columns);
+  void Run(const std::vector<trial::Cell>& cells);  // of the columns
 
  private:
   SQLite::Statement statement_;

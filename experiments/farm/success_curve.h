@@ -6,24 +6,14 @@
 #include <string>
 #include <vector>
 
-#include "experiments/farm/result_store.h"
-#include "experiments/report/json.h"
-#include "experiments/report/report.h"
-#include "experiments/statistics/intervals.h"
+#include "experiments/farm/summary.h"
 
 namespace turbidock::farm {
 
-// How far the estimate was from the true position when trials ended in success: median and its
-// 95 % interval (smallest and largest where there are too few).
-struct PositionError {
-  double median_m = 0;
-  statistics::Interval interval_m;
-};
-
 // The trials at one value.
-struct SuccessPoint : statistics::DosePoint {
-  statistics::Interval wilson;              // 95 %, of the success rate over the plan's strata
-  std::optional<PositionError> error = {};  // none without a success
+struct SuccessPoint {
+  double x = 0;
+  GroupSummary trials;
 };
 
 // The trials that share the values of other keys.
@@ -31,9 +21,6 @@ struct SuccessCurve {
   std::string name;                            // those values; empty when there is only one curve
   std::vector<SuccessPoint> points;            // ascending
   std::optional<statistics::LogisticFit> fit;  // none when success never crosses 1/2
-
-  // "falls to 50 % at 62.1 [58.3, 66]" or that it does not.
-  std::string CrossingText() const;
 };
 
 // `over` is a key whose values are numbers; a curve for each combination of the values of `by`.

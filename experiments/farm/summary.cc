@@ -6,7 +6,6 @@
 #include <cmath>
 #include <utility>
 
-#include "experiments/trial/record_columns.h"
 #include "sim/base/units.h"
 
 namespace turbidock::farm {
@@ -22,10 +21,6 @@ std::pair<bool, double> NumberFirst(const std::string& text) {
   return {!std::isfinite(number), std::isfinite(number) ? number : 0};
 }
 
-std::string PercentText(const statistics::Interval& interval) {
-  return fmt::format("{:.0f}-{:.0f}", 100 * interval.low, 100 * interval.high);
-}
-
 // "12 [3, 45]" in mm or whatever `unit` of them is one.
 std::string SpreadText(const Spread& spread, double unit, int digits = 0) {
   if (spread.count == 0) return "-";
@@ -33,18 +28,44 @@ std::string SpreadText(const Spread& spread, double unit, int digits = 0) {
                      unit * *spread.q10, digits, unit * *spread.q90, digits);
 }
 
+// Where a key is among a trial's parameters; at the end if it is none.
+auto Find(const StoredTrial& trial, const std::string& key) {
+  return std::ranges::find(trial.parameters, key, &Parameter::key);
+}
+
+std::string ValueIn(const StoredTrial& trial, const std::string& key) {
+  if (const auto at = Find(trial, key); at != trial.parameters.end()) return at->value;
+  if (key == "outcome") return NameOf(trial.record.outcome);
+  if (key == "failure") return NameOf(trial.record.failure);
+  if (key == "cell") return std::to_string(trial.cell);
+  std::string names = "outcome, failure, cell";
+  for (const Parameter& parameter : trial.parameters) names += ", " + parameter.key;
+  throw ConfigError(key + ": trials cannot be grouped by this; by " + names);
+}
+
+// Whether it tells cells or strata apart, not what their trials drew or how they went: the grid's
+// keys stand before `stratum`, those that are drawn behind it.
+bool IsPlanned(const StoredTrial& trial, const std::string& key) {
+  return key == "cell" ||
+         (key != "outcome" && key != "failure" && Find(trial, key) <= Find(trial, kStratumKey));
+}
+
 GroupSummary SummaryOf(std::vector<std::string> group, bool whole_cells,
                        const std::vector<const StoredTrial*>& members) {
   GroupSummary summary;
   summary.group = std::move(group);
-  SuccessCount count(whole_cells);
+  std::map<std::string, statistics::Count> strata;
   std::vector<double> times_s, errors_y_m, errors_z_m, estimate_errors_m;
   for (const StoredTrial* trial : members) {
     const trial::TrialRecord& r = trial->record;
-    count.Add(*trial);
+    const auto stratum = Find(*trial, kStratumKey);
+    const bool counts = whole_cells && stratum != trial->parameters.end();
+    statistics::Count& count = strata[counts ? stratum->value : ""];
+    ++count.trials;
+    count.successes += r.success();
     if (r.success()) {
       times_s.push_back(r.time_s);
-      estimate_errors_m.push_back(EstimateError_m(r));
+      estimate_errors_m.push_back((r.final_error_estimated - r.final_error_true).distance_m());
     } else {
       ++summary.failures[NameOf(r.failure)];
     }
@@ -52,10 +73,11 @@ GroupSummary SummaryOf(std::vector<std::string> group, bool whole_cells,
     errors_y_m.push_back(std::abs(r.final_error_true.y_m));
     errors_z_m.push_back(std::abs(r.final_error_true.z_m));
   }
-  summary.successes = count.all().successes;
-  summary.trials = count.all().trials;
-  summary.wilson = count.Wilson();
-  summary.clopper_pearson = statistics::ClopperPearsonInterval(summary.successes, summary.trials);
+  std::vector<statistics::Count> counts;
+  for (const auto& [name, count] : strata) counts.push_back(count);
+  summary.wilson = statistics::StratifiedInterval(counts);
+  summary.trials = std::ssize(members);
+  summary.successes = std::ssize(times_s);
   summary.time_to_dock_s = SpreadOf(times_s);
   summary.error_true_y_m = SpreadOf(errors_y_m);
   summary.error_true_z_m = SpreadOf(errors_z_m);
@@ -63,47 +85,15 @@ GroupSummary SummaryOf(std::vector<std::string> group, bool whole_cells,
   return summary;
 }
 
-bool IsReached(const GroupSummary& group, double precision) {
-  return group.wilson.half_width() <= precision;
-}
-
 }  // namespace
-
-void SuccessCount::Add(const StoredTrial& trial) {
-  const auto at = std::ranges::find(trial.parameters, kStratumKey, &Parameter::key);
-  const bool has_one = whole_cells_ && at != trial.parameters.end();
-  statistics::Count& stratum = strata_[has_one ? at->value : ""];
-  ++stratum.trials;
-  stratum.successes += trial.record.success();
-}
-
-statistics::Count SuccessCount::all() const {
-  statistics::Count all;
-  for (const auto& [name, stratum] : strata_) {
-    all.successes += stratum.successes;
-    all.trials += stratum.trials;
-  }
-  return all;
-}
-
-statistics::Interval SuccessCount::Wilson() const {
-  std::vector<statistics::Count> strata;
-  strata.reserve(strata_.size());
-  for (const auto& [name, stratum] : strata_) strata.push_back(stratum);
-  return statistics::StratifiedInterval(strata);
-}
 
 std::string FailureText(const GroupSummary& group) {
   std::vector<std::pair<std::string, int64_t>> sorted(group.failures.begin(), group.failures.end());
   std::ranges::stable_sort(sorted, std::greater(), &std::pair<std::string, int64_t>::second);
   std::string list;
   for (const auto& [name, count] : sorted)
-    list += fmt::format("{}{} {}", list.empty() ? "" : ", ", count, name);
+    list += fmt::format("{}{} {}", list.empty() ? "" : ", ", count, report::Words(name));
   return list;
-}
-
-double EstimateError_m(const trial::TrialRecord& record) {
-  return (record.final_error_estimated - record.final_error_true).distance_m();
 }
 
 bool LessByValue(const std::vector<std::string>& a, const std::vector<std::string>& b) {
@@ -111,103 +101,87 @@ bool LessByValue(const std::vector<std::string>& a, const std::vector<std::strin
   return std::ranges::lexicographical_compare(a, b, {}, place, place);
 }
 
-GroupKey::GroupKey(const std::string& name, const StoredTrial& example) {
-  // The grid's keys stand before `stratum`, those that are drawn behind it.
-  const auto stratum = std::ranges::find(example.parameters, kStratumKey, &Parameter::key);
-  is_planned_ = name == "cell";
-  for (size_t i = 0; i < example.parameters.size(); ++i)
-    if (example.parameters[i].key == name) {
-      is_planned_ = static_cast<std::ptrdiff_t>(i) <= stratum - example.parameters.begin();
-      value_ = [i](const StoredTrial& trial) { return trial.parameters[i].value; };
-      return;
-    }
-  using Known = std::pair<std::string, std::function<std::string(const StoredTrial&)>>;
-  std::vector<Known> known = {
-      {"outcome", [](const StoredTrial& trial) { return NameOf(trial.record.outcome); }},
-      {"failure", [](const StoredTrial& trial) { return NameOf(trial.record.failure); }},
-      {"cell", [](const StoredTrial& trial) { return std::to_string(trial.cell); }}};
-  for (const trial::Metric& metric : trial::Metrics())
-    known.emplace_back(metric.name, [&metric](const StoredTrial& trial) {
-      const std::optional<double> value = metric.of(trial.record);
-      return value ? FormatNumber(*value) : "none";
-    });
-  for (Known& candidate : known)
-    if (candidate.first == name) value_ = std::move(candidate.second);
-  if (value_) return;
-  std::string names = "outcome, failure, cell";
-  for (const Parameter& parameter : example.parameters) names += ", " + parameter.key;
-  throw ConfigError(name + ": trials cannot be grouped by this; by " + names + " or a metric");
-}
-
 std::vector<GroupSummary> Summarise(const std::vector<StoredTrial>& trials,
                                     const std::vector<std::string>& keys) {
   std::map<std::vector<std::string>, std::vector<const StoredTrial*>, decltype(&LessByValue)>
       groups(&LessByValue);
-  std::vector<GroupKey> group_keys;
-  if (!trials.empty())
-    for (const std::string& key : keys) group_keys.emplace_back(key, trials.front());
   for (const StoredTrial& trial : trials) {
     std::vector<std::string> values;
-    values.reserve(group_keys.size());
-    for (const GroupKey& key : group_keys) values.push_back(key.ValueOf(trial));
+    for (const std::string& key : keys) values.push_back(ValueIn(trial, key));
     groups[values].push_back(&trial);
   }
-  const bool whole_cells = std::ranges::all_of(group_keys, &GroupKey::is_planned);
+  const bool whole_cells = std::ranges::all_of(keys, [&](const std::string& key) {
+    return trials.empty() || IsPlanned(trials.front(), key);
+  });
   std::vector<GroupSummary> summaries;
   for (const auto& [values, members] : groups)
     summaries.push_back(SummaryOf(values, whole_cells, members));
   return summaries;
 }
 
+report::Quantity NameOfKey(const std::string& key) {
+  std::string dotted = key, rest;  // an element of a list: its unit stands before the brackets
+  if (const size_t at = key.find('['); at != std::string::npos) {
+    dotted = key.substr(0, at);
+    rest = " " + key.substr(at);
+  }
+  report::Quantity quantity = report::QuantityOf(dotted);
+  std::ranges::replace(quantity.label, '.', ' ');
+  quantity.label += rest;
+  return quantity;
+}
+
+std::string ValueText(const std::string& key, const std::string& value) {
+  const auto number = report::NumberIn(value);
+  const double factor = NameOfKey(key).factor;
+  return number && factor != 1 ? report::Digits(factor * *number) : value;
+}
+
 report::Section GroupSection(const std::vector<std::string>& keys,
                              const std::vector<GroupSummary>& groups,
                              const std::optional<double>& precision) {
-  std::vector<std::string> titles;
-  for (const std::string& key : keys) titles.push_back("<" + key);
+  std::vector<std::string> titles, names;
+  for (const std::string& key : keys) {
+    names.push_back(NameOfKey(key).label);
+    titles.push_back("<" + NameOfKey(key).Title());
+  }
   for (const char* title :
-       {"trials", "success %", "Wilson", "exact", "time to dock s", "|y| mm", "|z| mm", "off mm"})
+       {"trials", "success %", "interval", "time to dock s", "|y| mm", "|z| mm", "off mm"})
     titles.emplace_back(title);
   if (precision) titles.emplace_back("half width %");
   titles.emplace_back("<failures");
   report::Table table(titles);
   const double mm = units::MmFromM(1);
   for (const GroupSummary& group : groups) {
-    std::vector<report::Cell> row(group.group.begin(), group.group.end());
-    const auto rate = static_cast<double>(group.successes) / static_cast<double>(group.trials);
+    std::vector<report::Cell> row;
+    for (size_t i = 0; i < keys.size(); ++i) row.emplace_back(ValueText(keys[i], group.group[i]));
     for (const std::string& cell :
-         {std::to_string(group.trials), report::Fixed(100 * rate, 1), PercentText(group.wilson),
-          PercentText(group.clopper_pearson), SpreadText(group.time_to_dock_s, 1),
-          SpreadText(group.error_true_y_m, mm), SpreadText(group.error_true_z_m, mm),
-          SpreadText(group.estimate_error_m, mm, 1)})
+         {std::to_string(group.trials), report::Fixed(100 * group.rate(), 1),
+          fmt::format("{:.0f}-{:.0f}", 100 * group.wilson.low, 100 * group.wilson.high),
+          SpreadText(group.time_to_dock_s, 1), SpreadText(group.error_true_y_m, mm),
+          SpreadText(group.error_true_z_m, mm), SpreadText(group.estimate_error_m, mm, 1)})
       row.emplace_back(cell);
     if (precision)
       row.emplace_back(fmt::format("{:.1f}{}", 100 * group.wilson.half_width(),
-                                   IsReached(group, *precision) ? "" : " not reached"));
+                                   group.wilson.half_width() <= *precision ? "" : " not reached"));
     row.emplace_back(FailureText(group));
     table.Row(std::move(row));
   }
-  return {.title = keys.empty() ? "All trials" : fmt::format("By {}", fmt::join(keys, ", ")),
+  return {.title = keys.empty() ? "All trials" : fmt::format("By {}", fmt::join(names, ", ")),
           .note =
-              "Wilson (over the plan's strata, if any), exact (Clopper-Pearson, without them): "
-              "95 % intervals of the success rate in %. Off: distance of the estimated from "
-              "the true position once docked. Others: median [10 %, 90 %]." +
-              (precision ? fmt::format(" Half width: of Wilson's interval, to be at most {:g} "
-                                       "%.",
+              "Interval: 95 %, of the success rate in %, Wilson's over the plan's strata, if any. "
+              "Off: distance of the estimated from the true position once docked. Others: median "
+              "[10 %, 90 %]." +
+              (precision ? fmt::format(" Half width: of the interval, to be at most {:g} %.",
                                        100 * *precision)
                          : ""),
           .table = table};
 }
 
 report::Json GroupsJson(const std::vector<std::string>& keys,
-                        const std::vector<GroupSummary>& groups,
-                        const std::optional<double>& precision) {
+                        const std::vector<GroupSummary>& groups) {
   report::Json list = groups;
-  for (size_t g = 0; g < groups.size(); ++g) {
-    report::Json& group = list[g];
-    if (precision) {
-      group["half_width"] = groups[g].wilson.half_width();
-      group["precision_reached"] = IsReached(groups[g], *precision);
-    }
+  for (report::Json& group : list) {
     const report::Json values = std::exchange(group["group"], report::Json::object());
     for (size_t i = 0; i < keys.size(); ++i) group["group"][keys[i]] = values[i];
   }

@@ -28,25 +28,21 @@ TrialRule RuleOf(const StoreHeader& header) {
   TrialRule rule{.batch = header.trials, .most = header.trials, .precision = {}};
   if (header.kind != "batch") return rule;
   const config::Layers plan{.files = {config::ParseYaml(header.plan, "plan")}};
-  const int64_t cells = CellsOf(plan.files.front());
   if (const auto strata = plan.files.front().Find("strata"))
     rule.strata = std::max<int64_t>(1, std::ssize(strata->Entries()));
-  const int64_t seeds = config::Peek(plan, "seeds", 1);
-  Precision precision{.precision = 0, .max_trials = static_cast<int>(seeds)};
-  precision.max_trials = config::Peek(plan, "max_trials", precision.max_trials);
-  if (plan.files.front().Find("precision")) {
-    precision.precision = config::Peek(plan, "precision", precision.precision);
-    config::CheckSettings(precision, {});
-    rule.precision = precision.precision;
-    rule.batch = seeds;
-    rule.most = precision.max_trials;
-    rule.cells = cells;
-  }
-  if (seeds < 1 || precision.max_trials < seeds || seeds % rule.strata != 0 ||
-      precision.max_trials % rule.strata != 0 || header.trials != cells * precision.max_trials)
+  const int64_t cells = CellsOf(plan.files.front()), seeds = config::Peek(plan, "seeds", 1);
+  const double precision = config::Peek(plan, "precision", 0.0);
+  const int64_t samples = seeds < 1 ? 0 : SamplesOf(seeds, precision);
+  if (samples < 1 || seeds % rule.strata != 0 || header.trials != cells * samples)
     throw ConfigError(
-        "its plan's seeds, max_trials, strata and cells do not go together with its number of "
+        "its plan's seeds, precision, strata and cells do not go together with its number of "
         "trials");
+  if (precision > 0)
+    rule = {.cells = cells,
+            .batch = seeds,
+            .most = samples,
+            .precision = precision,
+            .strata = rule.strata};
   return rule;
 }
 
@@ -79,7 +75,7 @@ void TrialScheduler::Decide(int64_t cell) {
   const bool is_narrow = statistics::StratifiedInterval(c.strata).half_width() <= *rule_.precision;
   if (!is_narrow && c.counted < rule_.most) return WantMore(cell);
   c.decided = true;
-  ++(is_narrow ? reached_ : not_reached_);
+  reached_ += is_narrow;
 }
 
 void TrialScheduler::Add(int64_t trial, bool success) {

@@ -3,7 +3,7 @@
 //
 // Without a precision: all. With one, a cell runs `seeds` trials, then as many again, and so on,
 // until the 95 % interval of its success rate (Wilson's, over the plan's strata if it has any) is
-// narrow enough or it has run max_trials.
+// narrow enough.
 // That is decided after those numbers of trials only, and on the cell's first so many trials
 // whichever ended first: a batch consists of the same trials for any number of workers and shards,
 // also when it is interrupted.
@@ -56,11 +56,9 @@ class TrialScheduler {
   int64_t wanted() const { return wanted_; }  // as far as is known: the least there will be
   int64_t Expected() const;                   // guessed from the successes so far
   int64_t most() const;
-  // Cells: those of the shard, those whose precision is reached, those that ran all they may
-  // without reaching it.
+  // Cells: those of the shard, and those whose precision is reached.
   int64_t cells() const { return cells_of_shard_; }
   int64_t reached() const { return reached_; }
-  int64_t not_reached() const { return not_reached_; }
 
  private:
   enum class Result : uint8_t { kUnknown, kFailure, kSuccess };
@@ -82,7 +80,7 @@ class TrialScheduler {
   std::vector<Cell> cells_;
   std::deque<int64_t> open_;  // cells that may have samples to hand out
   int64_t done_ = 0, successes_ = 0, wanted_ = 0;
-  int64_t cells_of_shard_ = 0, reached_ = 0, not_reached_ = 0;
+  int64_t cells_of_shard_ = 0, reached_ = 0;
 };
 
 // The scheduler after the trials in a file.

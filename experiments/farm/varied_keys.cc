@@ -1,6 +1,5 @@
 #include "experiments/farm/varied_keys.h"
 
-#include "experiments/config/yaml_node.h"
 #include "sim/base/fields.h"
 
 namespace turbidock::farm {
@@ -20,37 +19,33 @@ void ForEachLeaf(const std::string& key, const config::YamlNode& value, const Do
   for (const auto& [name, part] : value.Entries()) ForEachLeaf(JoinKey(key, name), part, act);
 }
 
-[[noreturn]] void FailTwice(const config::YamlNode& at) {
-  at.Fail(at.file == config::kFromSet ? "the plan gives each trial its own"
-                                      : "this key is given twice");
-}
-
 }  // namespace
 
 void VariedKeys::Add(const std::string& key, const config::YamlNode& value) {
-  ForEachLeaf(key, value, [this](const std::string& leaf, const auto&) { leaves_.insert(leaf); });
+  ForEachLeaf(key, value, [this](const auto& leaf, const auto& at) { leaves_.emplace(leaf, at); });
+}
+
+const config::YamlNode* VariedKeys::Find(const std::string& leaf) const {
+  auto there = leaves_.find(leaf);
+  if (there == leaves_.end()) there = leaves_.lower_bound(leaf + ".");
+  const bool is_there =
+      there != leaves_.end() && (there->first == leaf || there->first.starts_with(leaf + "."));
+  return is_there ? &there->second : nullptr;
 }
 
 std::optional<config::YamlNode> VariedKeys::FirstThere(const std::string& key,
                                                        const config::YamlNode& value) const {
   std::optional<config::YamlNode> first;
   ForEachLeaf(key, value, [&](const std::string& leaf, const config::YamlNode& at) {
-    const auto part = leaves_.lower_bound(leaf + ".");
-    const bool has_part = part != leaves_.end() && part->starts_with(leaf + ".");
-    if (!first && (has_part || leaves_.contains(leaf))) first = at;
+    if (!first && Find(leaf)) first = at;
   });
   return first;
 }
 
 void VariedKeys::RequireNew(const std::string& key, const config::YamlNode& value) const {
-  if (const auto at = FirstThere(key, value)) FailTwice(*at);
-}
-
-void VariedKeys::RequireKept(const std::string& key, const config::YamlNode& value) const {
   ForEachLeaf(key, value, [this](const std::string& leaf, const config::YamlNode& at) {
-    for (size_t dot = leaf.find('.'); dot != std::string::npos; dot = leaf.find('.', dot + 1))
-      if (leaves_.contains(leaf.substr(0, dot))) FailTwice(at);
-    if (leaves_.contains(leaf)) FailTwice(at);
+    if (const config::YamlNode* before = Find(leaf))
+      at.Fail("this key is given twice, also by " + before->Where() + before->path);
   });
 }
 

@@ -1,14 +1,12 @@
 #pragma once
-// Which keys of the scenario a plan gives each trial, so that none is given twice: by the grid, the
-// strata, a draw.
+// Which keys of the scenario are given values, so that none is given them twice: by a plan's `set`,
+// its cases, grid, strata and draws, or by a study's gains.
 
+#include <map>
 #include <optional>
-#include <set>
 #include <string>
 
-namespace turbidock::config {
-struct YamlNode;
-}
+#include "experiments/config/yaml_node.h"
 
 namespace turbidock::farm {
 
@@ -21,14 +19,14 @@ class VariedKeys {
   // The first key of the value that is there already, or of which a part is.
   std::optional<config::YamlNode> FirstThere(const std::string& key,
                                              const config::YamlNode& value) const;
-  // ConfigError about that key.
+  // ConfigError about that key, which names where it is given before.
   void RequireNew(const std::string& key, const config::YamlNode& value) const;
-  // Of a value that is given before these, in `set` or a case: ConfigError about the first key of
-  // it that is there, or that is part of one.
-  void RequireKept(const std::string& key, const config::YamlNode& value) const;
 
  private:
-  std::set<std::string> leaves_;  // dotted
+  // What is there of a key in dots: the key, or its first part.
+  const config::YamlNode* Find(const std::string& leaf) const;
+
+  std::map<std::string, config::YamlNode> leaves_;  // by the key in dots
 };
 
 }  // namespace turbidock::farm

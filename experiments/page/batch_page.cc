@@ -101,15 +101,11 @@ Page BatchPage(const farm::ResultStore& store, const std::string& file,
            {"series_trials", Json::array()},
            {"series_stored", 0},
            {"missing", Json::array()}};
-  farm::BatchReportOptions options_of_report = options.report;
   StoredTrials stored(store, file, "", options.series_bytes, options.plugins, &page);
-  if (const std::optional<farm::Plan>& plan = stored.plan()) {
-    if (options.report.by.empty() && options.report.over.empty())
-      options_of_report = farm::ByGrid(*plan);
+  if (const std::optional<farm::Plan>& plan = stored.plan())
     for (const farm::GridAxis& axis : plan->grid()) model["grid"].push_back(axis.key);
-  }
   if (header.kind == "batch") AddPictures(trials, &stored, &page);
-  const farm::BatchSummary summary = farm::SummaryOf(store, file, options_of_report);
+  const farm::BatchSummary summary = farm::SummaryOf(store, file, options.report);
   model["report"] = report::Document(farm::ReportOf(summary), Json::object())["report"];
   model["title"] = summary.title;
   for (const Json& sentence : model["report"]["missing"]) model["missing"].push_back(sentence);

@@ -187,15 +187,15 @@ std::string Batch(const std::string& plan_text, const std::string& plan_name,
     const farm::Plan plan = plan_text.empty() ? farm::LoadPlan(plan_name, overrides)
                                               : farm::Plan(plan_text, plan_name, overrides);
     farm::ResultStore store = farm::ResultStore::Write(out, farm::HeaderOf(plan, {}));
-    farm::BatchOptions options;
+    farm::RunOptions options;
     options.farm = {.workers = workers, .fork = ForkWithInterpreter};
     options.stop_requested = [&] { return reporter.stopped(); };
-    options.on_progress = [&](const farm::BatchProgress& now) {
+    const auto show = [&](const farm::BatchProgress& now) {
       reporter.Show(static_cast<double>(now.done) / static_cast<double>(now.total),
                     fmt::format("{} of {} trials", now.done, now.total));
     };
-    farm::RunBatch(plan, options, &store);
-    csv = farm::ExportText(store.Trials(), {});
+    farm::RunBatch(plan, options, show, &store);
+    csv = farm::ExportText(store.Trials());
   }
   reporter.Rethrow();
   return csv;
@@ -203,7 +203,7 @@ std::string Batch(const std::string& plan_text, const std::string& plan_name,
 
 std::string ReadResults(const std::string& file, bool timing) {
   const py::gil_scoped_release free;
-  return farm::ExportText(farm::ResultStore::Read(file).Trials(), {.timing = timing});
+  return farm::ExportText(farm::ResultStore::Read(file).Trials(), timing);
 }
 
 trial::Series ReadSeries(const std::string& file, int64_t trial) {

@@ -176,18 +176,13 @@ const std::vector<Metric>& Metrics() {
 }
 
 std::string ResultKeyTable() {
-  const auto table_of = [](Place place) {
-    if (place == Place::kNowhere) return "";
-    if (place == Place::kMetric) return "metrics.";
-    return place == Place::kRun || place == Place::kLog ? "runs." : "trials.";
-  };
-  std::string table = "| `result.json` | batch's file | Meaning |\n|---|---|---|\n";
+  std::string table = "| `result.json` | batch's table `trials` | Meaning |\n|---|---|---|\n";
   const auto code = [](const std::string& name) { return name.empty() ? "" : "`" + name + "`"; };
   const TrialRecord record;
   VisitFields(record, [&](const Path& path, const auto&) {
-    const std::string in = table_of(path.shown.place);
+    const bool has_column = path.shown.place != Place::kNowhere;
     table += fmt::format("| {} | {} | {} |\n", code(path.shown.json ? path.Key() : ""),
-                         code(in.empty() ? "" : in + path.Column()), path.Doc());
+                         code(has_column ? path.Column() : ""), path.Doc());
   });
   return table;
 }

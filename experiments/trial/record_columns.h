@@ -34,7 +34,7 @@ struct Metric {
   // Reads that column alone; nothing where it is null.
   std::function<std::optional<double>(const TrialRecord&)> of;
 };
-// time_s, then every number of the table `metrics`.
+// time_s, then every metric.
 const std::vector<Metric>& Metrics();
 
 // Every field with its key in result.json, its column and its meaning, as a Markdown table.

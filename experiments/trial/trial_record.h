@@ -85,15 +85,15 @@ constexpr auto Names(Failure) {
                             {kHung, "hung"}});
 }
 
-// Which column of a batch's file a field has, if any.
+// Which column of a batch's file a field has, if any; in this order.
 enum class Place {
   kNowhere,
-  kKey,      // table `trials`, before the cell
-  kVerdict,  // table `trials`
-  kMetric,   // table `metrics`: a number, nothing when what it measures did not happen
-  kRemark,   // table `trials`, at the end of a row: text for people
-  kRun,      // table `runs`: differs from run to run
-  kLog,      // table `runs`, and not exported
+  kKey,      // before the cell
+  kVerdict,  // before the parameters
+  kMetric,   // a number, nothing when what it measures did not happen
+  kRemark,   // text for people
+  kRun,      // differs from run to run: not in the view `results`
+  kLog,      // the same, and not exported
 };
 
 // Where a field is found.

@@ -6,7 +6,6 @@
 #include <cstring>
 #include <filesystem>
 #include <new>
-#include <optional>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -14,7 +13,9 @@
 #include <vector>
 
 #include "sim/base/check.h"
+#include "sim/base/digest.h"
 #include "sim/vehicle/mjcf_tags.h"
+#include "sim/vehicle/model_contents.h"
 #include "sim/vehicle/model_limits.h"
 #include "sim/vehicle/mujoco_handlers.h"
 
@@ -23,8 +24,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string ReadXml(const fs::path& path) {
-  std::string xml = ReadModelFile(path);
+using Contents = std::map<std::string, std::string>;
+
+// A file's bytes, noted in `contents` unless that is null.
+std::string Read(const fs::path& path, Contents* contents) {
+  std::string bytes = ReadModelFile(path);
+  if (contents) (*contents)[path.lexically_normal().string()] = DigestOf(bytes);
+  return bytes;
+}
+
+std::string ReadXml(const fs::path& path, Contents* contents) {
+  std::string xml = Read(path, contents);
   if (xml.find('\0') != std::string::npos)  // where MuJoCo's texts end and ours do not
     throw ConfigError(path.string() + ": holds a null character, which no XML does");
   return xml;
@@ -88,19 +98,19 @@ std::string WhereIn(const fs::path& path, const Tag& tag) {
 // missing is MuJoCo's to say.
 using PlacedTags = std::vector<std::pair<fs::path, Tag>>;
 void GatherTags(const fs::path& path, const SceneFiles& scene, std::set<fs::path>* seen,
-                PlacedTags* tags) {
+                PlacedTags* tags, Contents* contents) {
   std::error_code ignored;
   if (!seen->insert(path).second || !fs::is_regular_file(path, ignored)) return;
-  for (const Tag& tag : TagsOf(ReadXml(path))) {
+  for (const Tag& tag : TagsOf(ReadXml(path, contents))) {
     tags->emplace_back(path, tag);
     const std::string included = tag.name == "include" ? tag.attribute("file") : "";
     if (!included.empty() && !scene.parts.contains(included) && !scene.shared.contains(included))
-      GatherTags(fs::path(scene.scene).parent_path() / included, scene, seen, tags);
+      GatherTags(fs::path(scene.scene).parent_path() / included, scene, seen, tags, contents);
   }
 }
 
 // The scene's own meshes and pictures, which are where its <compiler> says.
-void RequireFiles(const fs::path& scene, const PlacedTags& tags) {
+void RequireFiles(const fs::path& scene, const PlacedTags& tags, Contents* contents) {
   std::string meshes, textures;
   bool strips_paths = false;
   for (const auto& [path, tag] : tags) {
@@ -120,7 +130,7 @@ void RequireFiles(const fs::path& scene, const PlacedTags& tags) {
       if (!fs::exists(file, ignored)) continue;  // for MuJoCo to say
       // a pipe would be waited for
       if (!fs::is_regular_file(file, ignored)) SayNoFile(WhereIn(path, tag), tag, named, file);
-      RequireSound(file, ReadModelFile(file));
+      RequireSound(file, Read(file, contents));
     }
   }
 }
@@ -131,11 +141,11 @@ void RequireFiles(const fs::path& scene, const PlacedTags& tags) {
 class Additions {
  public:
   // `scene_includes`: the names of what the scene has of its own.
-  explicit Additions(std::set<std::string> scene_includes)
-      : scene_includes_(std::move(scene_includes)) {}
+  Additions(std::set<std::string> scene_includes, Contents* contents)
+      : scene_includes_(std::move(scene_includes)), contents_(contents) {}
 
   void Add(const std::string& name, const fs::path& path, bool is_part) {
-    const std::string model = ReadXml(path);
+    const std::string model = ReadXml(path, contents_);
     files_.Add(name, path, model);
     for (const Tag& tag : TagsOf(model)) {
       RequireModest(tag, WhereIn(path, tag));
@@ -165,12 +175,13 @@ class Additions {
     if (files_.Has(file.filename())) return;
     std::error_code ignored;
     if (!fs::is_regular_file(file, ignored)) SayNoFile(WhereIn(path, tag), tag, named, file);
-    const std::string bytes = ReadModelFile(file);
+    const std::string bytes = Read(file, contents_);
     RequireSound(file, bytes);
     files_.Add(file.filename(), file, bytes);
   }
 
   const std::set<std::string> scene_includes_;
+  Contents* const contents_;
   FilesInMemory files_;
 };
 
@@ -211,7 +222,29 @@ void RequirePlaces(const mjModel& m, const std::string& where) {
   places.Require(mjOBJ_CAMERA, m.ncam, "camera", "orientation", m.cam_quat, 4);
 }
 
+// Looks at all files of a scene. What MuJoCo is to take from memory, if there is any.
+std::unique_ptr<Additions> Gather(const SceneFiles& scene, Contents* contents) {
+  std::set<fs::path> own;
+  PlacedTags tags;
+  GatherTags(scene.scene, scene, &own, &tags, contents);
+  RequireFiles(scene.scene, tags, contents);
+  if (scene.parts.empty() && scene.shared.empty()) return nullptr;  // megabytes
+  std::set<std::string> names;
+  for (const fs::path& file : own) names.insert(file.filename());
+  auto files = std::make_unique<Additions>(std::move(names), contents);
+  for (const auto& [name, file] : scene.parts) files->Add(name, file, /*is_part=*/true);
+  for (const auto& [name, file] : scene.shared)
+    if (!files->Has(name)) files->Add(name, file, /*is_part=*/false);
+  return files;
+}
+
 }  // namespace
+
+std::map<std::string, std::string> ContentsOf(const SceneFiles& scene) {
+  Contents contents;
+  Gather(scene, &contents);
+  return contents;
+}
 
 std::string Where(const SceneFiles& files) {
   std::string where = files.scene;
@@ -222,19 +255,7 @@ std::string Where(const SceneFiles& files) {
 
 MjModelPtr ReadModel(const SceneFiles& scene) {
   const std::string& path = scene.scene;
-  std::set<fs::path> own;
-  PlacedTags tags;
-  GatherTags(path, scene, &own, &tags);
-  RequireFiles(path, tags);
-  std::optional<Additions> files;  // megabytes: only where it is needed
-  if (!scene.parts.empty() || !scene.shared.empty()) {
-    std::set<std::string> names;
-    for (const fs::path& file : own) names.insert(file.filename());
-    files.emplace(std::move(names));
-    for (const auto& [name, file] : scene.parts) files->Add(name, file, /*is_part=*/true);
-    for (const auto& [name, file] : scene.shared)
-      if (!files->Has(name)) files->Add(name, file, /*is_part=*/false);
-  }
+  const std::unique_ptr<Additions> files = Gather(scene, nullptr);
   std::string message;
   MjModelPtr model;
   try {

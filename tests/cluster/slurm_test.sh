@@ -127,7 +127,7 @@ catch_task() {
       caught=$(processes_of "$1")  # all of it: the task, or one of its workers, is what was stopped
       kill -STOP $caught
       jobs=$(($(wc -l <"${words[2]}/jobs-${words[4]}.jsonl") - 1))
-      results=$(cat "${words[2]}/results-${words[4]}".*.jsonl | wc -l)
+      results=$(find "${words[2]}" -name "result-${words[4]}-*.json" | wc -l)
       [ "$results" -ge "$2" ] && [ "$results" -lt "$jobs" ] && return 0
       kill -CONT $caught
     done

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -34,7 +35,14 @@ class BatchReport : public ::testing::Test {
   ResultStore Store(int64_t trials, int64_t stored,
                     const std::vector<std::string>& keys = {"water.milk_ml_m3", "controller"}) {
     StoreHeader header;
-    header.plan = fmt::format("description: murky\nseeds: {}\n", trials);
+    // no drawn key is in the grid
+    std::vector<std::string> grid;
+    if (std::ranges::count(keys, "water.milk_ml_m3") > 0)
+      grid.emplace_back("water.milk_ml_m3: [0, 20, 40, 60]");
+    if (std::ranges::count(keys, "controller") > 0) grid.emplace_back("controller: [pid, lqg]");
+    const int64_t cells = grid.size() == 2 ? 8 : grid.empty() ? 1 : 2;
+    header.plan = fmt::format("description: murky\nseeds: {}\ngrid: {{{}}}\n", trials / cells,
+                              fmt::join(grid, ", "));
     header.build = "test 1";
     header.trials = trials;
     header.keys = keys;
@@ -80,7 +88,7 @@ TEST_F(BatchReport, SaysHowFarItIsAndWhatCameOut) {
   EXPECT_THAT(text, ContainsRegex("true error when docked +y 3.0, z 0.0 mm"));
   EXPECT_THAT(text, ContainsRegex("failures +12 collision\n"));
   EXPECT_THAT(text, HasSubstr("pid falls to 50 % at 30 ["));
-  EXPECT_THAT(text, HasSubstr("All trials\n"));
+  EXPECT_THAT(text, HasSubstr("By water milk, controller\n"));
 }
 
 TEST_F(BatchReport, KnowsWhenItIsCompleteRunningOrEmpty) {
@@ -99,7 +107,7 @@ TEST_F(BatchReport, DrawsOverItsFirstNumberByTheNextOfFewValues) {
   EXPECT_EQ(summary.over, "water.milk_ml_m3");
   EXPECT_THAT(summary.curves_by, ElementsAre("controller"));
   EXPECT_EQ(summary.curves.size(), 2u);
-  EXPECT_TRUE(summary.keys.empty());
+  EXPECT_THAT(summary.keys, ElementsAre("water.milk_ml_m3", "controller"));
   // what was asked for: the table has a row for each value, also of what it is drawn over
   const BatchSummary over = Summary(store, {.over = "water.milk_ml_m3"});
   EXPECT_EQ(over.curves.size(), 1u);
@@ -116,6 +124,27 @@ TEST_F(BatchReport, DrawsOverItsFirstNumberByTheNextOfFewValues) {
               HasSubstr("is no number"));
   EXPECT_THAT(testing::MessageOf([&] { Summary(store, {.by = {"nonsense"}}); }),
               HasSubstr("cannot be grouped by this"));
+}
+
+// What each trial draws is no way to group them, however few its values.
+TEST_F(BatchReport, NeverGroupsByWhatWasDrawn) {
+  const ResultStore store = Store(12, 12, {"start.x_m"});
+  const BatchSummary summary = Summary(store);
+  EXPECT_TRUE(summary.keys.empty());
+  EXPECT_TRUE(summary.curves.empty());
+  EXPECT_EQ(summary.over, "");
+  EXPECT_EQ(Summary(store, {.by = {"start.x_m"}}).groups.size(), 2u) << "unless it is asked for";
+}
+
+TEST_F(BatchReport, NamesItsKeysAndTheirUnits) {
+  const std::string text = report::Text(ReportOf(Summary(Store(32, 32))));
+  EXPECT_THAT(text, HasSubstr("Success over water milk, by controller\n"));
+  EXPECT_THAT(text, HasSubstr("water milk, ml/m³"));
+  EXPECT_THAT(text, Not(HasSubstr("_ml_m3")));
+  EXPECT_EQ(NameOfKey("sea.current.surface_velocity_mps[1]").Title(),
+            "sea current surface velocity [1], m/s");
+  EXPECT_EQ(ValueText("start.distance_min_m", "0.6"), "600");
+  EXPECT_EQ(ValueText("scenario", "sea_night_active"), "sea_night_active");
 }
 
 TEST_F(BatchReport, WithoutANumberThatVariesNothingIsDrawn) {

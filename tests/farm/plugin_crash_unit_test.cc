@@ -8,7 +8,8 @@
 #include <cmath>
 #include <map>
 
-#include "experiments/farm/trial_pool.h"
+#include "experiments/farm/farm.h"
+#include "experiments/farm/trial_job.h"
 #include "experiments/trial/plugin_of.h"
 #include "experiments/trial/scenario.h"
 
@@ -43,16 +44,17 @@ TEST(PluginInWorker, ItsFailureIsTheTrialsOwn) {
   trial::Plugins plugins;
   plugins.AddController<OddLaw>("odd");
   const std::vector<std::string> does = {"nothing", "throw", "nan", "hang", "nothing"};
-  TrialPool pool({.workers = 1}, /*time_limit_s=*/4, plugins);
+  const auto pool = MakePool({.workers = 1}, /*time_limit_s=*/4, TrialWork(plugins));
   for (size_t i = 0; i < does.size(); ++i)
-    pool.Submit({.id = static_cast<int64_t>(i),
-                 .scenario = trial::LoadScenario("pool_active",
-                                                 {"pose_source=true_pose", "controller=odd",
-                                                  "odd.does=" + does[i], "duration_s=3", "seed=7"},
-                                                 "", plugins)});
+    pool->Submit(TrialJob(static_cast<int64_t>(i),
+                          trial::LoadScenario("pool_active",
+                                              {"pose_source=true_pose", "controller=odd",
+                                               "odd.does=" + does[i], "duration_s=3", "seed=7"},
+                                              "", plugins)));
   std::map<int64_t, trial::TrialRecord> records;
-  while (pool.pending() > 0)
-    if (const auto trial = pool.Next(10)) records[trial->id] = trial->record;
+  while (pool->pending() > 0)
+    if (const auto ended = pool->Next(10))
+      records[ended->id] = FinishedTrialOf(*ended, /*seed=*/7).record;
   ASSERT_EQ(records.size(), does.size());
   EXPECT_TRUE(records[0].ended());
   // also what our own code would take for bad input, which ends a batch

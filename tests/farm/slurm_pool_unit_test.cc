@@ -199,7 +199,7 @@ TEST_F(Slurm, ARefusalAfterTheFirstArrayIsWaitedOut) {
 // A run that was killed: its tasks are nobody's, its files are not read.
 TEST_F(Slurm, WhatAKilledRunLeftIsCancelled) {
   fs::create_directories(folder_ / "shared place/array-0");
-  Write("shared place/array-0/results-0.0.jsonl", "{\"id\": 0, torn");
+  Write("shared place/array-0/result-0-0.json", "{\"id\": 0, torn");
   SlurmPool pool(Params(1), 1, 60, "square");
   EXPECT_THAT(Read("cancelled"), HasSubstr("--name=turbidock-"));
   EXPECT_EQ(Squares(&pool, {2}).at(2).output, "4");
@@ -209,9 +209,10 @@ TEST_F(Slurm, ATaskGoesOnWhereItsFirstStartStopped) {
   SlurmPool pool(Params(1), 1, 60, "name");
   Program("sbatch", R"sh(
 array=$(dirname "$script")
-printf '%s\n%s' '{"end":0,"output":"the first start","error":"","cpu_time_s":0,"rss_bytes":0,"id":0,"log":"","wall_time_s":0}' \
-  '{"end":0,"output":"torn' >"$array/results-0.0.jsonl"
-SLURM_RESTART_COUNT=1 SLURM_ARRAY_TASK_ID=0 bash "$script" >/dev/null 2>&1
+printf '%s' '{"end":0,"output":"the first start","error":"","cpu_time_s":0,"rss_bytes":0,"id":0,"log":"","wall_time_s":0}' \
+  >"$array/result-0-0.json"
+printf '%s' '{"end":0,"output":"torn' >"$array/result-0-1.json.partial"
+SLURM_ARRAY_TASK_ID=0 bash "$script" >/dev/null 2>&1
 echo 7
 )sh");
   pool.Submit({.id = 10, .input = "a"});

@@ -55,24 +55,22 @@ TEST(SuccessCurve, CountsAndMediansByDose) {
   const SuccessCurve& active = curves[0];
   EXPECT_EQ(active.name, "active");
   ASSERT_EQ(active.points.size(), 3u);
-  EXPECT_EQ(active.points[0].successes, 3);
-  EXPECT_EQ(active.points[1].successes, 1);
-  EXPECT_EQ(active.points[1].trials, 2);
-  EXPECT_EQ(active.points[2].successes, 0);
-  ASSERT_TRUE(active.points[0].error);
-  EXPECT_NEAR(active.points[0].error->median_m, 0.002, 1e-15);
-  // too few for an interval: from the smallest to the largest
-  EXPECT_NEAR(active.points[0].error->interval_m.low, 0.001, 1e-15);
-  EXPECT_NEAR(active.points[0].error->interval_m.high, 0.005, 1e-15);
-  EXPECT_NEAR(active.points[1].error->median_m, 0.007, 1e-15);
-  EXPECT_FALSE(active.points[2].error) << "no success";
+  EXPECT_EQ(active.points[0].trials.successes, 3);
+  EXPECT_EQ(active.points[1].trials.successes, 1);
+  EXPECT_EQ(active.points[1].trials.trials, 2);
+  EXPECT_EQ(active.points[2].trials.successes, 0);
+  const Spread& error = active.points[0].trials.estimate_error_m;
+  EXPECT_NEAR(*error.median, 0.002, 1e-15);
+  EXPECT_NEAR(*error.q10, 0.0012, 1e-15);
+  EXPECT_NEAR(*error.q90, 0.0044, 1e-15);
+  EXPECT_EQ(active.points[2].trials.estimate_error_m.count, 0) << "no success";
 }
 
 TEST(SuccessCurve, SeveralKeysNameACurveTogether) {
   const auto curves = SuccessCurves(InStrata(), "water.milk_ml_m3", {"scenario", "stratum"});
   ASSERT_EQ(curves.size(), 2u);
   EXPECT_EQ(curves[0].name, "active, far");
-  EXPECT_EQ(curves[1].points[0].successes, 19);
+  EXPECT_EQ(curves[1].points[0].trials.successes, 19);
 }
 
 // Success that rises: 0 of 10, then 10 of 10.
@@ -83,17 +81,19 @@ TEST(SuccessCurve, SaysWhetherSuccessFallsOrRises) {
       trials.push_back(Trial(docks, "active", 0.001));
       trials.push_back(Trial(fails, "active", -1));
     }
-    return SuccessCurves(trials, "water.milk_ml_m3", {})[0].CrossingText();
+    const auto curves = SuccessCurves(trials, "water.milk_ml_m3", {});
+    return SuccessSection("water.milk_ml_m3", {}, curves).lines.at(0);
   };
-  EXPECT_THAT(text("0", "20"), HasSubstr("falls to 50 % at 10 ["));
+  EXPECT_THAT(text("0", "20"), HasSubstr("success falls to 50 % at 10 ["));
+  EXPECT_THAT(text("0", "20"), HasSubstr("] ml/m³"));
   EXPECT_THAT(text("20", "0"), HasSubstr("rises to 50 % at 10 ["));
-  EXPECT_EQ(text("20", "20"), "does not cross 50 % within the values tried");
+  EXPECT_EQ(text("20", "20"), "success does not cross 50 % within the values tried");
 }
 
 TEST(SuccessCurve, IntervalsAreOverTheStrataOfWholeCells) {
   const std::vector<statistics::Count> apart = {{19, 19}, {0, 19}};
   const auto interval = [](const std::string& over, const std::string& by) {
-    return SuccessCurves(InStrata(), over, {by})[0].points[0].wilson.AsList();
+    return SuccessCurves(InStrata(), over, {by})[0].points[0].trials.wilson.AsList();
   };
   EXPECT_EQ(interval("water.milk_ml_m3", "scenario"),
             statistics::StratifiedInterval(apart).AsList());
@@ -107,7 +107,7 @@ TEST(SuccessCurve, IntervalsAreOverTheStrataOfWholeCells) {
 TEST(SuccessCurve, TheSectionDrawsErrorsWhereThereAreAny) {
   std::vector<SuccessCurve> curves = SuccessCurves(kTrials, "water.milk_ml_m3", {"scenario"});
   const report::Section section = SuccessSection("water.milk_ml_m3", {"scenario"}, curves);
-  EXPECT_EQ(section.title, "Success over water.milk_ml_m3, by scenario");
+  EXPECT_EQ(section.title, "Success over water milk, by scenario");
   EXPECT_EQ(section.lines.size(), 2u);
   ASSERT_EQ(section.panels.size(), 2u);
   const report::Sample& first = section.panels[0].series[0].points[0];
@@ -115,7 +115,7 @@ TEST(SuccessCurve, TheSectionDrawsErrorsWhereThereAreAny) {
   EXPECT_EQ(first.low, 100 * statistics::WilsonInterval(3, 3).low);
   EXPECT_NEAR(section.panels[1].series[0].points[0].y, 2, 1e-12);
   for (SuccessCurve& curve : curves)
-    for (SuccessPoint& point : curve.points) point.error.reset();
+    for (SuccessPoint& point : curve.points) point.trials.estimate_error_m = {};
   EXPECT_EQ(SuccessSection("water.milk_ml_m3", {"scenario"}, curves).panels.size(), 1u);
 }
 
@@ -123,8 +123,8 @@ TEST(SuccessCurve, JsonHasTheErrorsOfSuccesses) {
   const report::Json json =
       SuccessJson("water.milk_ml_m3", SuccessCurves(kTrials, "water.milk_ml_m3", {"scenario"}));
   EXPECT_EQ(json[0]["points"][1]["water.milk_ml_m3"], 20);
-  EXPECT_NEAR(json[0]["points"][0]["position_error_m"]["median"].get<double>(), 0.002, 1e-12);
-  EXPECT_FALSE(json[0]["points"][2].contains("position_error_m"));
+  EXPECT_NEAR(json[0]["points"][0]["estimate_error_m"]["median"].get<double>(), 0.002, 1e-12);
+  EXPECT_EQ(json[0]["points"][2]["estimate_error_m"]["count"], 0);
 }
 
 TEST(SuccessCurve, RefusesAKeyThatIsNoNumber) {

@@ -366,7 +366,7 @@ class Faults(unittest.TestCase):
         self.assertNotRegex(err, r'-\d+(:\d+)* (h|min|s) left')
         self.assertEqual(trials_of(self.folder / 'a.db'), self.whole())
         with contextlib.closing(sqlite3.connect(self.folder / 'a.db')) as db:
-            self.assertGreaterEqual(db.execute('SELECT min(wall_time_s) FROM runs').fetchone()[0], 0)
+            self.assertGreaterEqual(db.execute('SELECT min(wall_time_s) FROM trials').fetchone()[0], 0)
 
     def test_comma_locale(self):
         """Where a decimal point is a comma the files are the same."""

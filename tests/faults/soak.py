@@ -69,7 +69,7 @@ def fly(folder, name, trials, arguments, on_done=lambda done: None):
     if process.returncode != 0:
         sys.exit(f'{arguments.program} ended with {process.returncode}: {log_file.read_text()}')
     with contextlib.closing(sqlite3.connect(file)) as db:
-        rows = db.execute('SELECT trial, rss_bytes, cpu_time_s FROM runs ORDER BY rowid').fetchall()
+        rows = db.execute('SELECT trial, rss_bytes, cpu_time_s FROM trials ORDER BY rowid').fetchall()
     return rows, watched
 
 

@@ -18,7 +18,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     const std::vector<farm::StoredTrial> trials = store.Trials();
     TD_CHECK(scheduler.done() <= std::ssize(trials), "no trial is counted that is not there");
     farm::ReportOf(farm::SummaryOf(store, file.path()));
-    farm::ExportText(trials, {});
+    farm::ExportText(trials);
     for (const int64_t trial : store.TrialsWithSeries()) store.SeriesOf(trial);
   } catch (const ConfigError&) {
   }

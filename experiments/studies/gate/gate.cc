@@ -39,7 +39,7 @@ std::string ResolvedTrials(const GatePlan& plan) {
     text += fmt::format("  {}: |\n{}", farm::YamlText(condition.name),
                         system::Indented(trial::SaveScenario(scenario), "    "));
   }
-  return text + "models_digest: \"" + farm::ModelsDigest(scenarios) + "\"\n";
+  return text + farm::ModelFilesText(scenarios);
 }
 
 }  // namespace

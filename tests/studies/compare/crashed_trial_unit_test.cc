@@ -11,8 +11,9 @@
 #include <fstream>
 #include <thread>
 
+#include "experiments/farm/farm.h"
 #include "experiments/farm/result_store.h"
-#include "experiments/farm/trial_pool.h"
+#include "experiments/farm/trial_job.h"
 #include "experiments/studies/compare/comparison.h"
 #include "experiments/trial/scenario.h"
 #include "sim/base/check.h"
@@ -30,25 +31,25 @@ void KillWorkers() {
   ASSERT_EQ(killed, 1);
 }
 
-farm::FinishedTrial RunOne(farm::TrialPool* pool, int64_t id, double duration_s, bool kill_it) {
-  pool->Submit({.id = id,
-                .scenario = trial::LoadScenario(
-                    "pool_active", {"pose_source=true_pose", "seed=" + std::to_string(70 + id),
-                                    "duration_s=" + std::to_string(duration_s)})});
+farm::FinishedTrial RunOne(farm::JobPool* pool, int64_t id, double duration_s, bool kill_it) {
+  const trial::Scenario scenario = trial::LoadScenario(
+      "pool_active", {"pose_source=true_pose", "seed=" + std::to_string(70 + id),
+                      "duration_s=" + std::to_string(duration_s)});
+  pool->Submit(farm::TrialJob(id, scenario));
   if (kill_it) {
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
     KillWorkers();
   }
-  std::optional<farm::FinishedTrial> finished;
-  while (!finished) finished = pool->Next(1);
-  return *finished;
+  std::optional<farm::JobResult> ended;
+  while (!ended) ended = pool->Next(1);
+  return farm::FinishedTrialOf(*ended, scenario.seed);
 }
 
 TEST(CrashedTrial, IsNoMeasurementAnywhere) {
-  farm::TrialPool pool({.workers = 1}, /*time_limit_s=*/300);
-  const farm::FinishedTrial whole = RunOne(&pool, 0, 1, false);
-  const farm::FinishedTrial crashed = RunOne(&pool, 1, 3000, true);
-  const farm::FinishedTrial after = RunOne(&pool, 2, 1, false);  // by a new worker
+  const auto pool = farm::MakePool({.workers = 1}, /*time_limit_s=*/300, farm::TrialWork());
+  const farm::FinishedTrial whole = RunOne(pool.get(), 0, 1, false);
+  const farm::FinishedTrial crashed = RunOne(pool.get(), 1, 3000, true);
+  const farm::FinishedTrial after = RunOne(pool.get(), 2, 1, false);  // by a new worker
   EXPECT_EQ(whole.record.outcome, trial::Outcome::kTimeout);
   EXPECT_EQ(after.record.outcome, trial::Outcome::kTimeout);
 
@@ -73,14 +74,12 @@ TEST(CrashedTrial, IsNoMeasurementAnywhere) {
     header.trials = 3;
     farm::ResultStore store = farm::ResultStore::Write(file, header);
     for (const farm::FinishedTrial& trial : trials)
-      store.Add({.trial = trial.id, .parameters = {}, .record = trial.record});
+      store.Add({.trial = trial.record.seed - 70, .parameters = {}, .record = trial.record});
     return file;
   };
   // In one set the second trial crashed, in the other the third did.
   farm::FinishedTrial swapped = crashed, fine = after;
-  swapped.id = 2;
   swapped.record.seed = 72;
-  fine.id = 1;
   fine.record.seed = 71;
   const std::string a = stored("a.db", {whole, crashed, after}),
                     b = stored("b.db", {whole, fine, swapped});
