@@ -3,11 +3,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
 #include <optional>
 
 #include "experiments/config/yaml_fields.h"
 #include "experiments/farm/run_lock.h"
+#include "experiments/report/quantity.h"
+#include "experiments/statistics/paired_tests.h"
 #include "experiments/system/plain_text.h"
+#include "experiments/trial/record_columns.h"
 #include "sim/base/units.h"
 
 namespace turbidock::farm {
@@ -46,6 +52,7 @@ bool IsBatch(const BatchSummary& summary) { return summary.header.kind == "batch
 constexpr size_t kMostCells = 60;
 constexpr size_t kMostOver = 40;   // values along an axis that are chosen without being asked for
 constexpr size_t kMostCurves = 8;  // that can be told apart
+constexpr size_t kFewest = 5;      // trials of a kind to say something of it
 
 // Draws success over the first key of the grid that is a number, by what was asked for, or by the
 // next one of few values.
@@ -126,6 +133,98 @@ std::vector<report::Fact> FactsOf(const BatchSummary& summary) {
   return facts;
 }
 
+// What trials drew, for one of them: its random parameters that are numbers, and how far from the
+// middle it started.
+std::map<std::string, double> DrawsOf(const StoredTrial& trial,
+                                      const std::vector<std::string>& grid) {
+  std::map<std::string, double> draws;
+  for (const Parameter& p : trial.parameters)
+    if (const auto number = report::NumberIn(p.value);
+        number && std::ranges::count(grid, p.key) == 0)
+      draws[p.key] = *number;
+  for (const trial::Metric& metric : trial::Metrics()) {
+    if (!metric.name.starts_with("start_")) continue;
+    if (const auto start = metric.of(trial.record)) draws[metric.name] = std::abs(*start);
+  }
+  return draws;
+}
+
+// Which of the draws tells trials that failed from those that docked best.
+std::optional<report::Section> FailuresSection(const std::vector<StoredTrial>& trials,
+                                               const StoreHeader& header) {
+  const std::vector<std::string> grid = GridOf(header);
+  std::map<std::string, std::array<std::vector<double>, 2>> draws;  // failed, docked
+  for (const StoredTrial& trial : trials)
+    for (const auto& [name, value] : DrawsOf(trial, grid))
+      draws[name][trial.record.success() ? 1 : 0].push_back(value);
+  std::erase_if(draws, [](const auto& draw) {
+    return draw.second[0].size() < kFewest || draw.second[1].size() < kFewest;
+  });
+  if (draws.empty()) return std::nullopt;
+  // So many are looked at that the best one is better by chance.
+  const double confidence = 1 - 0.05 / static_cast<double>(draws.size());
+  std::string best;
+  statistics::Separation by;
+  for (const auto& [name, values] : draws) {
+    const auto separation = statistics::SeparationOf(values[0], values[1], confidence);
+    if (!best.empty() && std::abs(separation.probability - 0.5) <= std::abs(by.probability - 0.5))
+      continue;
+    best = name;
+    by = separation;
+  }
+  const report::Quantity quantity = NameOfKey(best);
+  const auto median = [&](int kind) {
+    return report::Digits(quantity.factor * *statistics::Median(draws[best][kind]), 3);
+  };
+  const bool is_told = by.interval.low > 0.5 || by.interval.high < 0.5;
+  return report::Section{
+      .title = "What failures have in common",
+      .lines = {fmt::format(
+          "{} of {} that trials drew: {}, median {} {} where they failed and {} where they docked. "
+          "A failed trial's is the larger in {:.0f} % of pairs [{:.0f}, {:.0f}].",
+          is_told ? "Told apart best by one" : "Not told apart by any", draws.size(),
+          quantity.label, median(0), quantity.unit, median(1), 100 * by.probability,
+          100 * by.interval.low, 100 * by.interval.high)}};
+}
+
+// Of what a trial is made up of, the groups of keys that the plan leaves alone; starts and whatever
+// else a seed decides differ anyway.
+std::string NotVaried(const StoreHeader& header) {
+  std::vector<std::string> rest = {"water",       "snow",    "sea",    "lamps",
+                                   "ball_lights", "vehicle", "rig",    "sensor",
+                                   "lens",        "mooring", "faults", "controller"};
+  const auto vary = [&rest](const config::YamlNode& keys) {
+    for (const auto& [key, values] : keys.Entries())
+      std::erase(rest, key.substr(0, key.find_first_of(".[")));
+  };
+  const auto plan = PlanIn(header);
+  bool scenarios = false;
+  for (const char* part : {"grid", "random"})
+    if (const auto keys = plan->Find(part)) {
+      vary(*keys);
+      scenarios |= keys->Find("scenario").has_value();
+    }
+  for (const char* part : {"cases", "strata"})
+    if (const auto cases = plan->Find(part))
+      for (const auto& [name, keys] : cases->Entries()) vary(keys);
+  return report::Words(fmt::format("{}{}", fmt::join(rest, ", "),
+                                   scenarios ? ", but for what its scenarios differ in" : ""));
+}
+
+// What a batch of this size and plan could not have told.
+report::Section LimitsSection(const BatchSummary& summary) {
+  const GroupSummary& least = *std::ranges::min_element(summary.groups, {}, &GroupSummary::trials);
+  const double p = summary.all.rate();
+  const auto seen = statistics::LeastDifferenceSeen(least.trials, 2 * p * (1 - p));
+  return {.title = "What it could not tell",
+          .lines = {fmt::format("Two {} of {} trials must differ in success by {} to be told apart "
+                                "with 80 % power (McNemar's test at 5 %, other seeds).",
+                                summary.groups.size() > 1 ? "groups" : "such batches", least.trials,
+                                seen ? fmt::format("{:.0f} points of per cent", 100 * *seen)
+                                     : "more than is possible"),
+                    "Not varied: " + NotVaried(summary.header) + "."}};
+}
+
 }  // namespace
 
 BatchSummary SummaryOf(const ResultStore& store, const std::string& file,
@@ -150,9 +249,11 @@ BatchSummary SummaryOf(const ResultStore& store, const std::string& file,
                        .groups = Summarise(trials, keys),
                        .over = options.over,
                        .curves_by = {},
-                       .curves = {}};
+                       .curves = {},
+                       .failures = {}};
   if (trials.empty()) return summary;
   summary.all = Summarise(trials, {})[0];
+  if (IsBatch(summary)) summary.failures = FailuresSection(trials, summary.header);
   AddCurves(trials, options, &summary);
   return summary;
 }
@@ -168,6 +269,9 @@ report::Report ReportOf(const BatchSummary& summary) {
     report.sections.push_back(SuccessSection(summary.over, summary.curves_by, summary.curves));
   if (!summary.groups.empty())
     report.sections.push_back(GroupSection(summary.keys, summary.groups, summary.rule.precision));
+  if (summary.failures) report.sections.push_back(*summary.failures);
+  if (IsBatch(summary) && !summary.groups.empty())
+    report.sections.push_back(LimitsSection(summary));
   return report;
 }
 

@@ -12,7 +12,6 @@
 
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
-#include "experiments/report/table.h"
 #include "experiments/statistics/intervals.h"
 #include "experiments/statistics/sampling.h"
 #include "experiments/system/output_path.h"
@@ -28,20 +27,6 @@ namespace fs = std::filesystem;
 constexpr const char* kScenarioKey = "scenario";
 constexpr const char* kCaseKey = "case";
 constexpr std::string_view kBySet = "--set ";  // begins a message about an assignment
-
-// A value as what it says: 10, 1e1 and 10.0 are one number.
-std::string Compared(const config::YamlNode& value) {
-  std::string text;
-  for (const config::YamlNode& element : value.Elements()) text += Compared(element) + ", ";
-  if (value.IsList()) return "[" + text + "]";
-  if (value.IsMap()) {
-    for (const auto& [key, part] : value.Entries()) text += key + ": " + Compared(part) + ", ";
-    return "{" + text + "}";
-  }
-  const std::string scalar = value.Text().value_or("");
-  const std::optional<double> number = report::NumberIn(scalar);
-  return number ? FormatNumber(*number) : scalar;
-}
 
 const std::vector<Parameter>& ValuesOf(const std::vector<Case>& cases, const std::string& name) {
   return std::ranges::find(cases, name, &Case::name)->values;
@@ -61,6 +46,11 @@ void RequireGivable(const std::string& key, const config::YamlNode& at) {
   if (key == "model") at.Fail("vary `scenario` instead of its model");
   if (key == kCaseKey) at.Fail("is the key that `cases` makes; give those");
   if (key == kStratumKey) at.Fail("is the key that `strata` make; give those");
+}
+
+void AddCases(const config::YamlNode& cases, VariedKeys* given) {
+  for (const auto& [name, values] : cases.Entries())
+    for (const auto& [key, value] : values.Entries()) given->Add(key, value);
 }
 
 // As YAML under a key; nothing where there are none.
@@ -162,7 +152,7 @@ void Plan::ReadGrid(const config::YamlNode& node) {
       given_.RequireNew(key, value);
       std::string text = value.OneLine();
       if (key == kScenarioKey) text = value.Text().value_or(text);
-      if (!seen.insert(Compared(value)).second) value.Fail("'" + text + "' is given twice");
+      if (!seen.insert(text).second) value.Fail("'" + text + "' is given twice");
       axis.values.push_back(text);
       places_.try_emplace(Parameter{key, text}.Assignment(), value.Where());
     }
@@ -190,8 +180,7 @@ std::vector<Case> Plan::CasesIn(const config::YamlNode& node) {
 
 void Plan::ReadCases(const config::YamlNode& node) {
   cases_ = CasesIn(node);
-  for (const auto& [name, values] : node.Entries())
-    for (const auto& [key, value] : values.Entries()) given_.Add(key, value);
+  AddCases(node, &given_);
   GridAxis& axis = grid_.emplace_back(GridAxis{kCaseKey, {}});
   for (const Case& one : cases_) axis.values.push_back(one.name);
   keys_.emplace_back(kCaseKey);
@@ -206,8 +195,7 @@ void Plan::ReadStrata(const config::YamlNode& node) {
                     strata, settings_.seeds));
   for (const auto& [name, values] : node.Entries())
     for (const auto& [key, value] : values.Entries()) given_.RequireNew(key, value);
-  for (const auto& [name, values] : node.Entries())
-    for (const auto& [key, value] : values.Entries()) given_.Add(key, value);
+  AddCases(node, &given_);
   keys_.emplace_back(kStratumKey);
 }
 
@@ -307,7 +295,7 @@ double Plan::DrawOf(const RandomKey& random, const TrialSpec& spec) const {
   Rng rng = SeedTree(static_cast<uint64_t>(settings_.master_seed))
                 .Stream(fmt::format("draw:{}:{}", random.key, group));
   for (int64_t before = 0; before < spec.sample; ++before) rng.NextU64();
-  return statistics::IndependentSamples(1, &rng)[0];
+  return statistics::OpenUniform(&rng);
 }
 
 int64_t Plan::NumberOf(int64_t cell, int64_t sample) const {
@@ -414,12 +402,9 @@ std::string Plan::Resolve() const {
 
 int64_t SamplesOf(int64_t seeds, double precision) {
   if (!(precision > 0)) return seeds;
-  constexpr int64_t kMost = 1'000'000;
-  constexpr double kFinest = 0.001;  // which takes nearly as many
-  const int64_t needed =
-      precision < kFinest ? kMost : statistics::TrialsForHalfWidth(0.5, std::min(precision, 0.5));
-  return std::clamp((needed + seeds - 1) / seeds * seeds, seeds,
-                    std::max(seeds, kMost / seeds * seeds));
+  constexpr double kFinest = 0.001;  // a million trials
+  const int64_t needed = statistics::TrialsForHalfWidth(0.5, std::clamp(precision, kFinest, 0.5));
+  return (needed + seeds - 1) / seeds * seeds;
 }
 
 Plan LoadPlan(const std::string& name, const PlanOverrides& overrides) {

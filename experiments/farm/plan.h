@@ -182,8 +182,8 @@ class Plan {
   std::string resolved_;
 };
 
-// The trials that a cell runs at most: so many that any success rate is known to the precision, in
-// whole times `seeds`, and no more than a million.
+// The trials that a cell runs at most: so many that any success rate is known to the precision, or
+// to 0.001, in whole times `seeds`.
 int64_t SamplesOf(int64_t seeds, double precision);
 
 // Reads a plan: a YAML file or the name of a bundled one.

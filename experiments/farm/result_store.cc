@@ -328,9 +328,10 @@ trial::Series ResultStore::SeriesOf(int64_t trial) const {
                         trial, Quoted(column)))
                 .empty();
   });
-  trial::Series series = trial::Series::WithColumns(columns);
-  columns = series.names();
+  trial::Series series;
   try {
+    series = trial::Series::WithColumns(columns);
+    columns = series.names();
     ForEachRow(fmt::format("SELECT {} FROM series WHERE trial = {} ORDER BY frame",
                            QuotedList(columns), trial),
                [&](auto& row) {

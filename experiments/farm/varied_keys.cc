@@ -1,5 +1,6 @@
 #include "experiments/farm/varied_keys.h"
 
+#include "experiments/config/yaml_node.h"
 #include "sim/base/fields.h"
 
 namespace turbidock::farm {
@@ -22,10 +23,12 @@ void ForEachLeaf(const std::string& key, const config::YamlNode& value, const Do
 }  // namespace
 
 void VariedKeys::Add(const std::string& key, const config::YamlNode& value) {
-  ForEachLeaf(key, value, [this](const auto& leaf, const auto& at) { leaves_.emplace(leaf, at); });
+  ForEachLeaf(key, value, [this](const std::string& leaf, const config::YamlNode& at) {
+    leaves_.emplace(leaf, at.Where() + at.path);
+  });
 }
 
-const config::YamlNode* VariedKeys::Find(const std::string& leaf) const {
+const std::string* VariedKeys::Find(const std::string& leaf) const {
   auto there = leaves_.find(leaf);
   if (there == leaves_.end()) there = leaves_.lower_bound(leaf + ".");
   const bool is_there =
@@ -44,8 +47,8 @@ std::optional<config::YamlNode> VariedKeys::FirstThere(const std::string& key,
 
 void VariedKeys::RequireNew(const std::string& key, const config::YamlNode& value) const {
   ForEachLeaf(key, value, [this](const std::string& leaf, const config::YamlNode& at) {
-    if (const config::YamlNode* before = Find(leaf))
-      at.Fail("this key is given twice, also by " + before->Where() + before->path);
+    if (const std::string* before = Find(leaf))
+      at.Fail("this key is given twice, also by " + *before);
   });
 }
 

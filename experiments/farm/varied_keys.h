@@ -6,7 +6,9 @@
 #include <optional>
 #include <string>
 
-#include "experiments/config/yaml_node.h"
+namespace turbidock::config {
+struct YamlNode;
+}
 
 namespace turbidock::farm {
 
@@ -23,10 +25,10 @@ class VariedKeys {
   void RequireNew(const std::string& key, const config::YamlNode& value) const;
 
  private:
-  // What is there of a key in dots: the key, or its first part.
-  const config::YamlNode* Find(const std::string& leaf) const;
+  // Where a key in dots, or its first part, is given; null where it is not.
+  const std::string* Find(const std::string& leaf) const;
 
-  std::map<std::string, config::YamlNode> leaves_;  // by the key in dots
+  std::map<std::string, std::string> leaves_;  // by the key in dots, where it is given
 };
 
 }  // namespace turbidock::farm

@@ -182,4 +182,26 @@ std::optional<LogisticFit> FitLogistic(const std::vector<DosePoint>& points) {
                      .half_high = low + scale * (half + z * deviation)};
 }
 
+Separation SeparationOf(const std::vector<double>& a, const std::vector<double>& b,
+                        double confidence) {
+  TD_CHECK(!a.empty() && !b.empty(), "some of both kinds");
+  std::vector<double> sorted = b;
+  std::ranges::sort(sorted);
+  double larger = 0;
+  for (const double x : a) {
+    const auto [first, last] = std::ranges::equal_range(sorted, x);
+    larger += static_cast<double>(first - sorted.begin()) + 0.5 * static_cast<double>(last - first);
+  }
+  const auto n = static_cast<double>(a.size()), m = static_cast<double>(b.size());
+  const double p = larger / (n * m);
+  // Of kinds that are told apart altogether, as if half a pair were not.
+  const double q = std::clamp(p, 0.5 / (n * m), 1 - 0.5 / (n * m));
+  const double variance =
+      (q * (1 - q) + (n - 1) * (q / (2 - q) - q * q) + (m - 1) * (2 * q * q / (1 + q) - q * q)) /
+      (n * m);
+  const double logit = std::log(q / (1 - q));
+  const double half = TwoSidedZ(confidence) * std::sqrt(variance) / (q * (1 - q));
+  return {p, {Logistic(logit - half), Logistic(logit + half)}};
+}
+
 }  // namespace turbidock::statistics

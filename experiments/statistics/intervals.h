@@ -58,6 +58,16 @@ std::optional<Interval> MedianInterval(std::vector<double> values, double confid
 // Where a function that rises over [0, 1] reaches a value, to 1e-4; nothing where it does not.
 std::optional<double> LeastReaching(double value, const std::function<double(double)>& function);
 
+// How well a number tells two kinds apart: the probability that it is larger in one of `a` than in
+// one of `b`, where ties count half (the area under the ROC curve), and its interval, with Hanley and
+// McNeil's variance (Radiology 143 (1982) 29) of its logit. Neither may be empty.
+struct Separation {
+  double probability = 0.5;
+  Interval interval;
+};
+Separation SeparationOf(const std::vector<double>& a, const std::vector<double>& b,
+                        double confidence = 0.95);
+
 // One condition of a study: successes of trials at a value of what was varied.
 struct DosePoint {
   double dose = 0;

@@ -2,26 +2,15 @@
 
 #include <algorithm>
 #include <boost/math/distributions/normal.hpp>
-#include <boost/random/sobol.hpp>
 #include <cmath>
 #include <cstdint>
 #include <numeric>
 #include <utility>
 
-#include "sim/base/check.h"
-
 namespace turbidock::statistics {
-namespace {
-
 // The middle of one of 2^52 equal parts of (0, 1).
-double OpenUnit(uint64_t bits) { return (static_cast<double>(bits >> 12) + 0.5) * 0x1.0p-52; }
-
-}  // namespace
-
-std::vector<double> IndependentSamples(int n, Rng* rng) {
-  std::vector<double> samples(static_cast<size_t>(n));
-  for (double& u : samples) u = OpenUnit(rng->NextU64());
-  return samples;
+double OpenUniform(Rng* rng) {
+  return (static_cast<double>(rng->NextU64() >> 12) + 0.5) * 0x1.0p-52;
 }
 
 std::vector<double> StratifiedSamples(int n, Rng* rng) {
@@ -29,23 +18,8 @@ std::vector<double> StratifiedSamples(int n, Rng* rng) {
   std::iota(parts.begin(), parts.end(), 0.0);
   for (size_t i = parts.size(); i > 1; --i)  // Fisher and Yates
     std::swap(parts[i - 1], parts[rng->Below(static_cast<uint32_t>(i))]);
-  for (double& part : parts) part = (part + OpenUnit(rng->NextU64())) / n;
+  for (double& part : parts) part = (part + OpenUniform(rng)) / n;
   return parts;
-}
-
-std::vector<double> SobolSamples(int n, int dimension, Rng* rng) {
-  TD_CHECK(0 <= dimension && dimension < kMaxSobolDimensions, "a dimension of the sequence");
-  const auto dimensions = static_cast<size_t>(dimension) + 1;
-  boost::random::sobol sequence(dimensions);
-  const uint64_t shift = rng->NextU64();
-  std::vector<double> samples(static_cast<size_t>(n));
-  // Boost leaves out the sequence's first point, the origin; without it the points are no net.
-  if (n > 0) samples[0] = OpenUnit(shift);
-  for (size_t i = 1; i < samples.size(); ++i) {
-    sequence.discard(dimensions - 1);
-    samples[i] = OpenUnit(sequence() ^ shift);
-  }
-  return samples;
 }
 
 double UniformAt(double u, double low, double high) { return low + u * (high - low); }

@@ -214,7 +214,6 @@ TEST_F(BadInput, TextThatIsNoneIsRefusedAtTheBeginning) {
 TEST_F(BadInput, WhatIsPrintedOfACommandLineIsOneLineOfText) {
   const std::string red = "\x1b[31m\nx", plain = "\\x1b[31m x", out = Path("x");
   Refused({"batch", "smoke", "--out", out, "--seeds", red}, "--seeds: '" + plain + "' must be");
-  Refused({"export", "x.db", "--format", red}, "'" + plain + "' must be one of csv, jsonl");
   Refused({"run", "pool_active", "--expect", red}, "'" + plain + "' must be one of docked,");
   Refused({"run", "pool_active", red}, "not expected here: " + plain);
   Refused({red}, "not expected here: " + plain);

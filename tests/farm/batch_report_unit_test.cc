@@ -147,6 +147,39 @@ TEST_F(BatchReport, NamesItsKeysAndTheirUnits) {
   EXPECT_EQ(ValueText("scenario", "sea_night_active"), "sea_night_active");
 }
 
+TEST_F(BatchReport, SaysWhatItCouldNotTell) {
+  const std::string text = report::Text(ReportOf(Summary(Store(80, 80))));
+  // eight groups of ten, of which half dock: no change but one of nearly all is seen
+  EXPECT_THAT(text,
+              ContainsRegex("Two groups of 10 trials must differ in success by [0-9]+ points"));
+  EXPECT_THAT(text, HasSubstr("Not varied: snow, sea, lamps, ball lights, vehicle, rig, sensor, "
+                              "lens, mooring, faults.\n"));
+}
+
+// Of two that each trial draws, failures hang on one.
+TEST_F(BatchReport, NamesWhatFailuresHaveInCommon) {
+  StoreHeader header{.plan = "seeds: 40\nrandom: {start.lateral_m: 0, sea.depth_m: 0}\n",
+                     .build = "test 1",
+                     .shard = {},
+                     .trials = 40,
+                     .keys = {"start.lateral_m", "sea.depth_m"}};
+  ResultStore store = ResultStore::Write(file_, header);
+  for (int64_t i = 0; i < 40; ++i) {
+    StoredTrial trial{.trial = i,
+                      .parameters = {{"start.lateral_m", FormatNumber(0.01 * i)},
+                                     {"sea.depth_m", FormatNumber(i * 7 % 40)}},
+                      .record = {}};
+    const bool docked = i < 30;
+    trial.record.outcome = docked ? trial::Outcome::kDocked : trial::Outcome::kTimeout;
+    trial.record.failure = docked ? trial::Failure::kNone : trial::Failure::kTimeout;
+    trial.record.docked = trial.record.inserted = docked;
+    store.Add(trial);
+  }
+  EXPECT_THAT(report::Text(ReportOf(Summary(store))),
+              HasSubstr("start lateral, median 345 mm where they failed and 145 where they docked. "
+                        "A failed trial's is the larger in 100 % of pairs ["));
+}
+
 TEST_F(BatchReport, WithoutANumberThatVariesNothingIsDrawn) {
   const ResultStore store = Store(8, 8, {"controller"});
   EXPECT_TRUE(Summary(store).curves.empty());

@@ -88,7 +88,7 @@ TEST(Plan, RefusesCasesThatSayNothingOrTwice) {
   EXPECT_THAT(error("cases: {}\n"), HasSubstr("cases: must be a map of names"));
   EXPECT_THAT(error("cases: [1]\n"), HasSubstr("plan.yaml:3: cases"));
   EXPECT_THAT(error("cases: {a: {duration_s: 5}}\ngrid: {duration_s: [6]}\n"),
-              HasSubstr("duration_s: this key is given twice"));
+              HasSubstr("this key is given twice, also by plan.yaml:3: cases.a.duration_s"));
   EXPECT_THAT(error("cases: {a: {seed: 5}}\n"), HasSubstr("set master_seed"));
   EXPECT_THAT(error("cases: {a: {scenario: x}}\n"), HasSubstr("belongs in the grid"));
   EXPECT_THAT(error("cases: {a: {}, a: {}}\n"), HasSubstr("duplicate key"));
@@ -199,10 +199,9 @@ TEST(Plan, RefusesToSetWhatItGivesEachTrial) {
        {"grid: {duration_s: [5]}\n", "random: {duration_s: {uniform: [5, 6]}}\n",
         "strata: {a: {duration_s: 5}, b: {duration_s: 6}}\n"}) {
     EXPECT_THAT(error(varied + "set: {duration_s: 9}\n"),
-                HasSubstr("duration_s: this key is given twice, also by plan.yaml:5: "
-                          "set.duration_s"));
+                HasSubstr("this key is given twice, also by plan.yaml:5: set.duration_s"));
     EXPECT_THAT(error(varied, "duration_s=9"),
-                HasSubstr("duration_s: this key is given twice, also by --set duration_s"));
+                HasSubstr("this key is given twice, also by --set duration_s"));
   }
   EXPECT_THAT(error("grid: {start.heading_rad: [0, 1]}\nset: {start: {heading_rad: 0.1}}\n"),
               HasSubstr("given twice, also by plan.yaml:5: set.start.heading_rad"));
@@ -358,7 +357,7 @@ TEST(Plan, ReachesItsPrecisionWhateverTheRate) {
   const std::string text = "scenario: pool_active\nprecision: 0.03\n";
   EXPECT_EQ(Make(text + "seeds: 30\n").trials(), 1080);  // 1064 in whole batches
   EXPECT_EQ(Make(text + "seeds: 2000\n").trials(), 2000);
-  EXPECT_EQ(Make("scenario: pool_active\nprecision: 0.001\nseeds: 700000\n").trials(), 1000000);
+  EXPECT_EQ(Make("scenario: pool_active\nprecision: 0.001\nseeds: 700000\n").trials(), 1400000);
   EXPECT_EQ(Make("scenario: pool_active\nprecision: 0.5\nseeds: 1\n").trials(), 1);
   const Plan plan = Make(text), again(plan.resolved(), "resolved");
   EXPECT_EQ(again.resolved(), plan.resolved());
@@ -393,9 +392,6 @@ TEST(Plan, SaysWhatIsWrongAndWhere) {
        "plan.yaml:3: trial 1: water.milk_ml_m3 = -1"},
       {"scenario: pool_active\ngrid: {water.milk_ml_m3: [1, 2, 1]}\n",
        "plan.yaml:3: grid.water.milk_ml_m3[2]: '1' is given twice"},
-      {"scenario: pool_active\ngrid: {water.milk_ml_m3: [10, 1e1]}\n", "'1e1' is given twice"},
-      {"scenario: pool_active\ngrid: {water: [{milk_ml_m3: 1}, {milk_ml_m3: 1.0}]}\n",
-       "'{milk_ml_m3: 1.0}' is given twice"},
       {"scenario: pool_active\ngrid: {water.milk_ml_m3: 3}\n",
        "plan.yaml:3: grid.water.milk_ml_m3: must be a list of values"},
       {"scenario: pool_active\ngrid: {seed: [1]}\n", "set master_seed"},

@@ -119,6 +119,26 @@ TEST(SuccessCurve, TheSectionDrawsErrorsWhereThereAreAny) {
   EXPECT_EQ(SuccessSection("water.milk_ml_m3", {"scenario"}, curves).panels.size(), 1u);
 }
 
+// Only what was run is a mark; what is drawn between is said to be a fit, and errors have no line.
+TEST(SuccessCurve, NoLineGoesThroughValuesThatNobodyRan) {
+  std::vector<StoredTrial> trials;
+  for (int i = 0; i < 10; ++i) {
+    trials.push_back(Trial("0", "active", 0.001));
+    trials.push_back(Trial("10", "active", i < 5 ? 0.001 : -1));
+    trials.push_back(Trial("20", "active", -1));
+  }
+  const report::Section section =
+      SuccessSection("water.milk_ml_m3", {}, SuccessCurves(trials, "water.milk_ml_m3", {}));
+  ASSERT_EQ(section.panels[0].series.size(), 2u);
+  EXPECT_EQ(section.panels[0].series[0].mark, report::Mark::kBars);
+  EXPECT_EQ(section.panels[0].series[0].points.size(), 3u);
+  EXPECT_EQ(section.panels[0].series[1].mark, report::Mark::kDashes);
+  EXPECT_THAT(section.note, HasSubstr("Dashed, between them: a logistic curve fitted"));
+  for (const report::Series& series : section.panels[1].series)
+    EXPECT_EQ(series.mark, report::Mark::kBars);
+  EXPECT_EQ(section.panels[0].x.label, "water milk, ml/m³");
+}
+
 TEST(SuccessCurve, JsonHasTheErrorsOfSuccesses) {
   const report::Json json =
       SuccessJson("water.milk_ml_m3", SuccessCurves(kTrials, "water.milk_ml_m3", {"scenario"}));

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "experiments/statistics/intervals.h"
+#include "sim/base/random.h"
 
 namespace turbidock::statistics {
 namespace {
@@ -215,6 +216,33 @@ TEST(FitLogistic, SaysNothingWhereThereIsNothingToSay) {
   EXPECT_FALSE(FitLogistic({{0, 5, 10}}));                // one dose
   EXPECT_FALSE(FitLogistic({{0, 10, 10}, {9, 10, 10}}));  // never fails
   EXPECT_FALSE(FitLogistic({{0, 9, 10}, {9, 8, 10}}));    // half is outside
+}
+
+// 1 of 4 pairs the wrong way round, 1 tied; the interval worked out by hand.
+TEST(Separation, CountsPairsAndHasHanleyAndMcNeilsInterval) {
+  const Separation s = SeparationOf({2, 3}, {2, 2.5});
+  EXPECT_DOUBLE_EQ(s.probability, 2.5 / 4);
+  const double p = 0.625, q1 = p / (2 - p), q2 = 2 * p * p / (1 + p);
+  const double sd = std::sqrt((p * (1 - p) + (q1 - p * p) + (q2 - p * p)) / 4);
+  const double low = std::log(p / (1 - p)) - 1.959963984540054 * sd / (p * (1 - p));
+  EXPECT_NEAR(s.interval.low, 1 / (1 + std::exp(-low)), 1e-12);
+  const Separation apart = SeparationOf({3, 4, 5}, {1, 2});
+  EXPECT_EQ(apart.probability, 1);
+  EXPECT_LT(apart.interval.low, 1);
+}
+
+// Two kinds that do not differ: the interval holds one half about as often as it says.
+TEST(Separation, ItsIntervalHoldsOneHalfWhereNothingDiffers) {
+  Rng rng(11, 0);
+  int holds = 0;
+  for (int i = 0; i < 1000; ++i) {
+    std::vector<double> a(20), b(40);
+    for (double& x : a) x = rng.Normal();
+    for (double& x : b) x = rng.Normal();
+    const Interval interval = SeparationOf(a, b).interval;
+    holds += interval.low <= 0.5 && 0.5 <= interval.high;
+  }
+  EXPECT_GE(holds, 930);
 }
 
 }  // namespace
