@@ -404,7 +404,7 @@ int64_t SamplesOf(int64_t seeds, double precision) {
   if (!(precision > 0)) return seeds;
   constexpr double kFinest = 0.001;  // a million trials
   const int64_t needed = statistics::TrialsForHalfWidth(0.5, std::clamp(precision, kFinest, 0.5));
-  return (needed + seeds - 1) / seeds * seeds;
+  return (std::max(needed, seeds) + seeds - 1) / seeds * seeds;
 }
 
 Plan LoadPlan(const std::string& name, const PlanOverrides& overrides) {
