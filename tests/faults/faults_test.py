@@ -89,8 +89,7 @@ BLIND = ['run', 'sea_night_active', '--set', 'pose_source=true_pose', '--set', '
 def trials_of(file):
     """What a batch found, without what differs from run to run."""
     with contextlib.closing(sqlite3.connect(f'{pathlib.Path(file).as_uri()}?mode=ro', uri=True)) as db:
-        return [db.execute(f'SELECT * FROM {table} ORDER BY trial').fetchall()
-                for table in ('trials', 'parameters', 'metrics')]
+        return [db.execute('SELECT * FROM results ORDER BY trial').fetchall()]
 
 
 def text_of(file):

@@ -114,16 +114,16 @@ import random, shutil, sqlite3, sys
 shutil.copy(sys.argv[1], sys.argv[2])
 db, count = sqlite3.connect(sys.argv[2]), int(sys.argv[3])
 random.seed(1)
-for table in ('trials', 'parameters', 'metrics', 'runs'):
-    cursor = db.execute(f'SELECT * FROM {table} ORDER BY trial')
-    names, rows = [c[0] for c in cursor.description], cursor.fetchall()
-    for trial in range(len(rows), count):
-        row = list(rows[trial % len(rows)])
-        for i, (name, value) in enumerate(zip(names, row)):
-            if name == 'trial': row[i] = trial
-            elif name == 'seed': row[i] = random.getrandbits(62)
-            elif isinstance(value, float) and table != 'parameters': row[i] = value * random.gauss(1, 0.1)
-        db.execute(f'INSERT INTO {table} VALUES ({",".join("?" * len(row))})', row)
+parameters = {row[1] for row in db.execute('PRAGMA table_info(trials)') if row[2] == ''}
+cursor = db.execute('SELECT * FROM trials ORDER BY trial')
+names, rows = [c[0] for c in cursor.description], cursor.fetchall()
+for trial in range(len(rows), count):
+    row = list(rows[trial % len(rows)])
+    for i, (name, value) in enumerate(zip(names, row)):
+        if name == 'trial': row[i] = trial
+        elif name == 'seed': row[i] = random.getrandbits(62)
+        elif isinstance(value, float) and name not in parameters: row[i] = value * random.gauss(1, 0.1)
+    db.execute(f'INSERT INTO trials VALUES ({",".join("?" * len(row))})', row)
 db.execute('ATTACH ? AS begun', (sys.argv[4],))
 for key in ('trials', 'plan', 'plan_hash'):
     db.execute('UPDATE meta SET value = (SELECT value FROM begun.meta WHERE key = ?1) WHERE key = ?1', (key,))
