@@ -49,7 +49,7 @@ export class Success {
       this.draw();
     };
     const how = trials.get.stratum ? ', of whole cells over the strata' : '';
-    const note = `Bars are 95 % Wilson intervals${how}. Click a point to list its trials.`;
+    const note = `Bars are 95 % Wilson intervals${how}; lines join what was run. Click a point to list its trials.`;
     this.ground = h('div');
     box.append(
       h(
