@@ -32,6 +32,8 @@ const std::map<std::string, std::string> kReplaced = {
      "turbidock batch with --workers, which says how many trials an hour it makes"},
     {"estimate --preset", "--set estimator.preset=published"},
     {"estimate --fps", "30 frames a second"},
+    {"recognize --csv", "its cells in --json"},
+    {"calibrate --seconds", "turbidock recognize --table FILE with the values found"},
     {"compare-estimators --marker", "scenarios: compare-estimators pool_active pool_passive"},
     {"compare-estimators --task", "one task: cold starts with all balls in sight"},
     {"compare-estimators --csv", "each start in --json, under cells.each"},

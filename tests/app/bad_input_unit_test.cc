@@ -97,15 +97,15 @@ TEST_F(BadInput, AnOutputIsNoInput) {
   Refused({"estimate", "--left", Path("*.png"), "--right", right, "--csv", left},
           left + ":" + read);
   const std::string table = File("t.csv", "milk_ml_m3,distance_mm,fitness_mean\n0,400,0.9\n");
-  Refused({"recognize", "--marker", "active", "--table", table, "--csv", table},
-          table + ":" + read);
+  Refused({"calibrate", "--active", table, "--out", table}, table + ":" + read);
   const std::string scenario = File(
       "resolved.yaml", "schema_version: 1\nseed: 3\nduration_s: 0.2\nmodel: pool_active.xml\n");
   Refused({"run", scenario, "--out", folder_.string()}, scenario + ":" + read);
   const std::string plan = File("plan.yaml", "schema_version: 1\nscenario: pool_active\n");
   Refused({"batch", plan, "--out", plan}, plan + ":" + read);
-  const std::string csv = Path("both.png");
-  Refused({"recognize", "--csv", csv, "--figure", csv}, csv + ": is written by it twice");
+  const std::string both = Path("both.png");
+  Refused({"estimate", "--left", left, "--right", right, "--csv", both, "--overlay", both},
+          both + ": is written by it twice");
   // a result is not overwritten by the page that shows it
   const std::string page = Path("x.html");
   Refused({"batch", "smoke", "--out", page}, page + ": is written by it twice");
@@ -142,7 +142,7 @@ TEST_F(BadInput, ResultsAreReplacedByNothingElse) {
   const std::string db = Batch("x.db"), other = Batch("y.db");
   const std::string kept = other + ": is a result file and is not replaced by another kind";
   Refused({"report", db, "--out", other}, kept);
-  Refused({"recognize", "--marker", "active", "--csv", other}, kept);
+  Refused({"calibrate", "--out", other}, kept);
   fs::create_symlink(other, Path("x.png"));
   Refused({"report", db, "--figure", Path("x.png")}, "x.png: is a result file and is not replaced");
 }

@@ -81,7 +81,7 @@ parameters:
 }
 RECOGNIZE = ['recognize', '--marker', 'active', '--distances', '600', '--milk', '0,20', '--seconds', '0.5']
 CALIBRATE = ['calibrate', '--plan', 'calibration.yaml', '--active', 'table.csv', '--passive', 'table.csv',
-             '--generations', '1', '--seconds', '0.1']
+             '--generations', '1']
 SEEN = ['run', 'sea_night_active', '--set', 'duration_s=0.5']  # by cameras
 BLIND = ['run', 'sea_night_active', '--set', 'pose_source=true_pose', '--set', 'duration_s=2']
 

@@ -4,77 +4,127 @@
 
 #include <algorithm>
 #include <chrono>
+#include <memory>
 #include <numeric>
 #include <utility>
 
 #include "experiments/statistics/intervals.h"
-#include "experiments/studies/bench/bare_renderer.h"
-#include "experiments/system/subprocess.h"
 #include "experiments/trial/trial.h"
+#include "sim/vehicle/scene.h"
+#include "sim/view/gl_context.h"
 
 namespace turbidock::bench {
 namespace {
 
 constexpr int kBlockFrames = 30;  // a second of the trial
 constexpr int kBareStride = 3;    // every third state of a block is drawn bare
-constexpr int kStartUpRepeats = 5;
 
-template <class Work>
-double SecondsOf(Work&& work) {
-  using Clock = std::chrono::steady_clock;
-  const Clock::time_point start = Clock::now();
-  work();
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-// One trial in blocks, with bare rendering after each of them.
-class BlockRecorder {
+// MuJoCo's own pictures of the two cameras, drawn and read back as any program would: what the
+// closed loop's speed is measured against. At its cheapest: one sample a pixel, no shadows. In a
+// context of its own.
+class BareRenderer {
  public:
-  BlockRecorder(double frame_period_s, BareRenderer* bare, StageTimer* timer)
-      : frame_period_s_(frame_period_s), bare_(*bare), timer_(*timer) {}
-
-  void Add(const trial::TrialFrame& frame) {
-    states_.push_back(frame.record.true_X_WB);
-    evaluations_ += static_cast<double>(frame.evaluations);
-    if (std::ssize(states_) == kBlockFrames) Close();
-  }
-
-  // Ends the block, which is left out when it is of one frame.
-  void Close() {
-    if (states_.size() < 2) return;
-    const auto frames = static_cast<double>(states_.size());
-    Block block{.frames = static_cast<int>(states_.size()),
-                .frame_period_s = frame_period_s_,
-                .stages_s = timer_.Take(),
-                .evaluations = std::exchange(evaluations_, 0) / frames};
-    for (double& s : block.stages_s) s /= frames;
-    block.frame_s = std::accumulate(block.stages_s.begin(), block.stages_s.end(), 0.0);
-    int drawn = 0;
-    for (size_t i = 0; i < states_.size(); i += kBareStride, ++drawn) {
-      bare_.Place(states_[i]);
-      if (drawn == 0) bare_.Render();  // what the loop has pushed out of the caches comes back
-      block.bare_s += SecondsOf([&] { bare_.Render(); });
+  explicit BareRenderer(const trial::Scenario& scenario)
+      : scene_(vehicle::LoadScene(trial::SceneFilesOf(scenario), scenario.rig)),
+        context_(view::MakeGlContext(scenario.renderer)),
+        data_(mj_makeData(scene_.model.get())),
+        viewport_{0, 0, scene_.rig.left.width_px, scene_.rig.left.height_px} {
+    context_->MakeCurrent();
+    const vehicle::MjModelPtr sized(mj_copyModel(nullptr, scene_.model.get()));
+    sized->vis.global.offwidth = viewport_.width;
+    sized->vis.global.offheight = viewport_.height;
+    sized->vis.quality.offsamples = 0;
+    sized->vis.quality.shadowsize = 0;
+    mjr_defaultContext(&gl_);
+    mjr_makeContext(sized.get(), &gl_, mjFONTSCALE_100);
+    mjr_setBuffer(mjFB_OFFSCREEN, &gl_);
+    for (mjvScene& drawn : drawn_) {
+      mjv_defaultScene(&drawn);
+      mjv_makeScene(scene_.model.get(), &drawn, 1000);
     }
-    block.bare_s /= drawn;
-    blocks_.push_back(block);
-    states_.clear();
+    const size_t pixels = static_cast<size_t>(viewport_.width) * viewport_.height;
+    rgb_.resize(3 * pixels);
+    depth_.resize(pixels);
   }
 
-  const std::vector<Block>& blocks() const { return blocks_; }
+  ~BareRenderer() {
+    context_->MakeCurrent();
+    mjr_freeContext(&gl_);
+    for (mjvScene& drawn : drawn_) mjv_freeScene(&drawn);
+  }
+
+  BareRenderer(const BareRenderer&) = delete;
+  BareRenderer& operator=(const BareRenderer&) = delete;
+
+  // Puts the vehicle at X_WB and lists what there is to draw.
+  void Place(const Pose& X_WB) {
+    const mjModel& m = *scene_.model;
+    const std::array values = {X_WB.p.x(), X_WB.p.y(), X_WB.p.z(), X_WB.q.w(),
+                               X_WB.q.x(), X_WB.q.y(), X_WB.q.z()};
+    std::copy(values.begin(), values.end(),
+              data_->qpos + m.jnt_qposadr[m.body_jntadr[scene_.vehicle_body]]);
+    mj_forward(&m, data_.get());
+    mjvOption option;
+    mjv_defaultOption(&option);
+    mjvCamera camera;
+    mjv_defaultCamera(&camera);
+    camera.type = mjCAMERA_FIXED;
+    for (const bool right : {false, true}) {
+      camera.fixedcamid = right ? scene_.right_camera : scene_.left_camera;
+      mjv_updateScene(&m, data_.get(), &option, nullptr, &camera, mjCAT_ALL, &drawn_[right]);
+    }
+  }
+
+  // mjr_render and mjr_readPixels of colour and depth of both cameras.
+  void Render() {
+    context_->MakeCurrent();
+    mjr_setBuffer(mjFB_OFFSCREEN, &gl_);
+    for (mjvScene& drawn : drawn_) {
+      mjr_render(viewport_, &drawn, &gl_);
+      mjr_readPixels(rgb_.data(), depth_.data(), viewport_, &gl_);
+    }
+  }
+
+  std::string description() const { return context_->description(); }
 
  private:
-  double frame_period_s_;
-  BareRenderer& bare_;
-  StageTimer& timer_;
-  std::vector<Pose> states_;
-  double evaluations_ = 0;
-  std::vector<Block> blocks_;
+  vehicle::Scene scene_;
+  std::unique_ptr<view::GlContext> context_;
+  vehicle::MjDataPtr data_;
+  mjvScene drawn_[2];  // left, right
+  mjrContext gl_;
+  mjrRect viewport_;
+  std::vector<uint8_t> rgb_;
+  std::vector<float> depth_;
 };
+
+// Bare rendering of some of these states, as if of all of them.
+double BareSeconds(const std::vector<Pose>& states, BareRenderer* bare) {
+  using Clock = std::chrono::steady_clock;
+  std::chrono::duration<double> sum{};
+  size_t drawn = 0;
+  for (size_t i = 0; i < states.size(); i += kBareStride, ++drawn) {
+    bare->Place(states[i]);
+    if (drawn == 0) bare->Render();  // what the loop has pushed out of the caches comes back
+    const Clock::time_point start = Clock::now();
+    bare->Render();
+    sum += Clock::now() - start;
+  }
+  return sum.count() * static_cast<double>(states.size()) / static_cast<double>(drawn);
+}
 
 }  // namespace
 
+double Block::frame_s() const { return std::accumulate(stages_s.begin(), stages_s.end(), 0.0); }
+
+double Times::MsOf(double sum_s) const { return 1000 * sum_s / static_cast<double>(frames); }
+
+double Times::evaluations_per_s() const {
+  return evaluations / stages_s[static_cast<size_t>(LoopStage::kEstimate)];
+}
+
 Times TimesOf(const Repeats& repeats) {
-  Times times;
+  Times sum;
   std::vector<double> ratios;
   for (size_t i = 0; i < repeats.front().size(); ++i) {
     std::vector<Block> same;  // of each repeat
@@ -82,28 +132,20 @@ Times TimesOf(const Repeats& repeats) {
     for (const auto& blocks : repeats) {
       same.push_back(blocks[i]);
       bare_s.push_back(blocks[i].bare_s);
-      ratios.push_back(blocks[i].frame_s / blocks[i].bare_s);
+      ratios.push_back(blocks[i].frame_s() / blocks[i].bare_s);
     }
     // the one with the median time, whose stages add up to it; of two in the middle the slower
     std::ranges::sort(same, {}, &Block::frame_s);
     const Block& median = same[same.size() / 2];
-    const auto add = [&](double value, double* sum) { *sum += median.frames * value; };
-    times.frames += median.frames;
-    for (size_t k = 0; k < kLoopStages; ++k) add(median.stages_s[k], &times.stages_s[k]);
-    add(median.frame_s, &times.frame_s);
-    add(*statistics::Median(bare_s), &times.bare_s);
-    add(median.frame_period_s, &times.frame_period_s);
-    add(median.evaluations, &times.evaluations);
+    sum.frames += median.frames;
+    sum.simulated_s += median.simulated_s;
+    for (size_t k = 0; k < kLoopStages; ++k) sum.stages_s[k] += median.stages_s[k];
+    sum.bare_s += *statistics::Median(bare_s);
+    sum.evaluations += median.evaluations;
   }
-  const auto frames = static_cast<double>(times.frames);
-  for (double& sum : times.stages_s) sum /= frames;
-  for (double* sum : {&times.frame_s, &times.bare_s, &times.frame_period_s, &times.evaluations})
-    *sum /= frames;
-  times.ratio_to_bare = {*statistics::Quantile(ratios, 0.25), *statistics::Median(ratios),
-                         *statistics::Quantile(ratios, 0.75)};
-  times.evaluations_per_s =
-      times.evaluations / times.stages_s[static_cast<size_t>(LoopStage::kEstimate)];
-  return times;
+  for (size_t i = 0; i < 3; ++i)
+    sum.ratio_quartiles[i] = *statistics::Quantile(ratios, 0.25 * static_cast<double>(i + 1));
+  return sum;
 }
 
 BenchResult RunBench(const trial::Scenario& scenario, const BenchOptions& options) {
@@ -113,11 +155,25 @@ BenchResult RunBench(const trial::Scenario& scenario, const BenchOptions& option
   BenchResult result{.scenario = scenario.description, .renderer = bare.description()};
   for (int repeat = 0; repeat < options.repeats; ++repeat) {
     StageTimer timer;
-    BlockRecorder recorder(scenario.clock.frame_s(), &bare, &timer);
+    std::vector<Block> blocks;
+    std::vector<Pose> states;
+    double evaluations = 0;
+    const auto close_block = [&] {
+      if (states.size() < 2) return;  // a single frame is left out
+      blocks.push_back(
+          {.frames = std::ssize(states),
+           .simulated_s = static_cast<double>(states.size()) * scenario.clock.frame_s(),
+           .stages_s = timer.Take(),
+           .bare_s = BareSeconds(states, &bare),
+           .evaluations = std::exchange(evaluations, 0)});
+      states.clear();
+    };
     trial::TrialOptions trial;
     trial.timer = &timer;
     trial.observe = [&](const trial::TrialFrame& frame) {
-      recorder.Add(frame);
+      states.push_back(frame.record.true_X_WB);
+      evaluations += static_cast<double>(frame.evaluations);
+      if (std::ssize(states) == kBlockFrames) close_block();
       if (!options.progress) return;
       const double over_s = limited.clock.TimeOfFrame(frame.record.frame + 1);
       const double share = std::min(1.0, over_s / limited.duration_s);
@@ -125,31 +181,18 @@ BenchResult RunBench(const trial::Scenario& scenario, const BenchOptions& option
                        fmt::format("{}, repeat {}", scenario.description, repeat + 1));
     };
     const trial::TrialResult ended = trial::RunTrial(limited, trial);
-    recorder.Close();
+    close_block();
     if (repeat > 0 && ended.digest != result.digest)
       throw SimulatorFault(fmt::format("repeat {} of {} gives the digest {}, the first gave {}",
                                        repeat + 1, scenario.description, ended.digest,
                                        result.digest));
-    result.digest = ended.digest;
-    result.repeats.push_back(recorder.blocks());
-    if (result.repeats.back().empty())
+    if (blocks.empty())
       throw ConfigError(fmt::format("bench: {} ends after {} frame; timing it takes 2 at least",
                                     scenario.description, std::ssize(ended.log.frames)));
+    result.digest = ended.digest;
+    result.repeats.push_back(std::move(blocks));
   }
   return result;
-}
-
-WorkerCost MeasureWorker(const std::string& program, const std::vector<std::string>& arguments) {
-  const auto run = [&](const std::string& duration) {
-    std::vector<std::string> command = {program, "run", "--quiet", "--json"};
-    command.insert(command.end(), arguments.begin(), arguments.end());
-    command.insert(command.end(), {"--set", "duration_s=" + duration});
-    return report::ParseJson(system::Subprocess(command, "turbidock").Finish(), "turbidock run");
-  };
-  std::vector<double> seconds;
-  for (int i = 0; i < kStartUpRepeats; ++i) seconds.push_back(SecondsOf([&] { run("0.001"); }));
-  return {.start_up_s = *statistics::Median(seconds),
-          .peak_memory_mib = run("2").at("peak_memory_mib")};
 }
 
 }  // namespace turbidock::bench

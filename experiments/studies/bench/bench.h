@@ -30,40 +30,29 @@ struct BenchOptions {
   std::function<void(double share, const std::string& words)> progress;
 };
 
-// Neighbouring frames of a trial; times are of one of them.
+// Sums over neighbouring frames of a trial.
 struct Block {
-  int frames = 0;
-  double frame_period_s = 0;  // simulated
+  int64_t frames = 0;
+  double simulated_s = 0;
   StageTimer::Seconds stages_s{};
-  double frame_s = 0;  // both cameras' and everything that follows from it: all stages
-  double bare_s = 0;   // bare rendering of both views
+  double bare_s = 0;  // bare rendering of both views
   double evaluations = 0;
-};
 
-// Quartiles over all blocks of all repeats.
-struct Quartiles {
-  double low = 0, median = 0, high = 0;
-
-  std::array<double, 3> AsList() const { return {low, median, high}; }
-};
-
-// Times of a frame, as of Block.
-struct Times {
-  int64_t frames = 0;  // of the trials
-  double frame_s = 0;
-  StageTimer::Seconds stages_s{};  // add up to frame_s
-  double bare_s = 0;
-  Quartiles ratio_to_bare;  // of neighbouring blocks
-  double frame_period_s = 0;
-  double evaluations = 0;        // of the fitness
-  double evaluations_per_s = 0;  // while the search runs (stage estimate)
-
-  double ratio_to_bare_render() const { return frame_s / bare_s; }
-  double real_time_factor() const { return frame_period_s / frame_s; }
+  double frame_s() const;  // both cameras' and everything that follows from it: all stages
 };
 
 // By repeat, blocks in their order in the trial, or in the trials one after the other.
 using Repeats = std::vector<std::vector<Block>>;
+
+// Sums over the frames of the trials.
+struct Times : Block {
+  std::array<double, 3> ratio_quartiles{};  // loop over bare, of all blocks of all repeats
+
+  double MsOf(double sum_s) const;  // of a frame
+  double ratio_to_bare_render() const { return frame_s() / bare_s; }
+  double real_time_factor() const { return simulated_s / frame_s(); }
+  double evaluations_per_s() const;  // while the search runs (stage estimate)
+};
 Times TimesOf(const Repeats& repeats);
 
 struct BenchResult {
@@ -76,23 +65,10 @@ struct BenchResult {
 // Needs the machine for itself. SimulatorFault when the repeats' digests differ.
 BenchResult RunBench(const trial::Scenario& scenario, const BenchOptions& options);
 
-// What a worker process costs before and beside its trials.
-struct WorkerCost {
-  double start_up_s = 0;       // from starting the program to its end after the first frame; median
-  double peak_memory_mib = 0;  // resident, after two simulated seconds
-
-  TURBIDOCK_FIELDS(start_up_s, peak_memory_mib)
-};
-
-// `program` is the path of the turbidock executable, `arguments` the scenario with its settings as
-// `turbidock run` takes them.
-WorkerCost MeasureWorker(const std::string& program, const std::vector<std::string>& arguments);
-
-// Kind "bench", and the study's own keys: those of all scenarios together, every frame counting the
-// same, and of each in `scenarios`. `workers` are as many as results.
-report::Report ReportOf(const std::vector<BenchResult>& results,
-                        const std::vector<WorkerCost>& workers);
-report::Json ResultJson(const std::vector<BenchResult>& results,
-                        const std::vector<WorkerCost>& workers);
+// The study's own keys: those of all scenarios together, every frame counting the same, and of each
+// in `scenarios`.
+report::Json ResultJson(const std::vector<BenchResult>& results);
+// Kind "bench", of that.
+report::Report ReportOf(const report::Json& result);
 
 }  // namespace turbidock::bench

@@ -1,6 +1,4 @@
-#include <fmt/format.h>
-
-#include <filesystem>
+#include <string>
 #include <vector>
 
 #include "experiments/app/commands.h"
@@ -11,43 +9,31 @@
 namespace turbidock::bench {
 namespace {
 
-// The active and the passive marker: light from the balls, light from the lamps.
-const std::vector<std::string> kDefaultScenarios = {"sea_night_active", "pool_passive"};
-
 struct BenchArguments {
-  std::vector<std::string> scenarios, assignments;
+  // The active and the passive marker: light from the balls, light from the lamps.
+  std::vector<std::string> scenarios = {"sea_night_active", "pool_passive"}, assignments;
   BenchOptions options;
   bool json = false, quiet = false;
 };
 
 int Bench(const BenchArguments& arguments) {
-  const auto& names = arguments.scenarios.empty() ? kDefaultScenarios : arguments.scenarios;
-  const std::vector<std::string>& assignments = arguments.assignments;
   std::vector<trial::Scenario> scenarios;
-  scenarios.reserve(names.size());
-  for (const std::string& name : names) scenarios.push_back(trial::LoadScenario(name, assignments));
-
-  const std::string program = std::filesystem::read_symlink("/proc/self/exe").string();
+  for (const std::string& name : arguments.scenarios)
+    scenarios.push_back(trial::LoadScenario(name, arguments.assignments));
   app::Progress progress(arguments.quiet);
   BenchOptions options = arguments.options;
   std::vector<BenchResult> results;
-  std::vector<WorkerCost> workers;
-  for (size_t i = 0; i < scenarios.size(); ++i) {
-    const auto count = static_cast<double>(scenarios.size());
-    progress.Say(scenarios[i].description + ": start-up and memory of a worker");
-    std::vector<std::string> as_run = {names[i]};
-    for (const std::string& assignment : assignments) {
-      as_run.emplace_back("--set");
-      as_run.push_back(assignment);
-    }
-    workers.push_back(MeasureWorker(program, as_run));
-    progress.Say(scenarios[i].description + ": the loop and bare rendering by turns");
+  for (const trial::Scenario& scenario : scenarios) {
+    progress.Say(scenario.description + ": the loop and bare rendering by turns");
     options.progress = [&](double share, const std::string& words) {
-      progress.Show((static_cast<double>(i) + share) / count, words);
+      progress.Show(
+          (static_cast<double>(results.size()) + share) / static_cast<double>(scenarios.size()),
+          words);
     };
-    results.push_back(RunBench(scenarios[i], options));
+    results.push_back(RunBench(scenario, options));
   }
-  app::PrintReport(ReportOf(results, workers), ResultJson(results, workers), arguments.json);
+  const report::Json result = ResultJson(results);
+  app::PrintReport(ReportOf(result), result, arguments.json);
   return app::kExitDone;
 }
 
@@ -57,9 +43,7 @@ void AddBench(app::CommandLine& line) {
   auto [bench, arguments] = line.Add(
       "bench", "Time the closed loop, stage by stage, against bare rendering of the same views",
       &Bench);
-  bench.Add("scenario", arguments.scenarios,
-            "YAML files or names of bundled scenarios (default: sea_night_active and "
-            "pool_passive)");
+  bench.Add("scenario", arguments.scenarios, "YAML files or names of bundled scenarios");
   bench.AddSet(arguments.assignments, "Set one key in all of them, such as water.milk_ml_m3=20");
   bench.Add("--frames", arguments.options.frames, "Frames of a trial").Between(2, 1000000);
   bench.Add("--repeats", arguments.options.repeats, "Times that each trial is run")

@@ -16,12 +16,6 @@ namespace {
 
 constexpr int64_t kStillFrames = 30;
 
-void RequireSize(const Image3u8& image, const CameraIntrinsics& camera, const std::string& name) {
-  if (image.width() == camera.width_px && image.height() == camera.height_px) return;
-  throw ConfigError(name, fmt::format("{} x {} pixels, must be the rig's {} x {}", image.width(),
-                                      image.height(), camera.width_px, camera.height_px));
-}
-
 }  // namespace
 
 EstimateSettings LoadEstimateSettings(const std::string& marker_file,
@@ -45,18 +39,18 @@ EstimateSettings LoadEstimateSettings(const std::string& marker_file,
 
 EstimateSummary RunEstimate(const EstimateInput& input, const EstimateSettings& settings,
                             const std::function<void(const EstimatedFrame&)>& observe) {
-  const auto left = media::OpenImages(input.left), right = media::OpenImages(input.right);
-  media::RequirePairs(input.left, input.right);
-  if (left->is_still() != right->is_still())
-    throw ConfigError(fmt::format("{} and {}: one is a still image and the other is not",
-                                  input.left, input.right));
+  Stereo<std::unique_ptr<media::ImageSource>> sources;
   StereoImage seen;
-  if (!left->Next(&seen.left)) throw ConfigError(input.left + ": holds no images");
-  if (!right->Next(&seen.right)) throw ConfigError(input.right + ": holds no images");
-  if (seen.left.width() != seen.right.width() || seen.left.height() != seen.right.height())
-    throw ConfigError(fmt::format("{} has {} x {} pixels and {} has {} x {}", input.left,
-                                  seen.left.width(), seen.left.height(), input.right,
-                                  seen.right.width(), seen.right.height()));
+  for (const Side side : kSides) {
+    sources[side] = media::OpenImages(input.images[side]);
+    if (!sources[side]->Next(&seen[side]))
+      throw ConfigError(input.images[side] + ": holds no images");
+  }
+  media::RequirePairs(input.images.left, input.images.right);
+  const bool is_still = sources.left->is_still();
+  if (sources.right->is_still() != is_still)
+    throw ConfigError(fmt::format("{} and {}: one is a still image and the other is not",
+                                  input.images.left, input.images.right));
   const std::vector<std::string> rig_files =
       input.rig_files.empty() ? std::vector{config::AssetPath("rig_default.yaml")}
                               : input.rig_files;
@@ -72,21 +66,21 @@ EstimateSummary RunEstimate(const EstimateInput& input, const EstimateSettings& 
   estimator.set_frame_time(input.frame_time_s);
 
   EstimateSummary summary;
-  summary.stills = left->is_still();
-  const int64_t most = input.frames.value_or(summary.stills ? kStillFrames : INT64_MAX);
-  while (true) {
-    if (summary.frames == 0 || !summary.stills) {
-      RequireSize(seen.left, rig.left, input.left);
-      RequireSize(seen.right, rig.right, input.right);
-      for (const Side side : kSides)
-        if (undistorters[side]) undistorters[side]->Apply(&seen[side]);
+  const int64_t most = input.frames.value_or(is_still ? kStillFrames : INT64_MAX);
+  for (bool is_new = true; true; is_new = !is_still) {
+    for (const Side side : kSides) {
+      const MountedCamera& camera = rig[side];
+      if (seen[side].width() != camera.width_px || seen[side].height() != camera.height_px)
+        throw ConfigError(
+            input.images[side],
+            fmt::format("{} x {} pixels, must be the rig's {} x {}", seen[side].width(),
+                        seen[side].height(), camera.width_px, camera.height_px));
+      if (is_new && undistorters[side]) undistorters[side]->Apply(&seen[side]);
     }
     seen.frame = summary.frames++;
     const PoseEstimate& estimate = estimator.Update(seen);
     summary.evaluations += estimate.evaluations;
-    summary.generations_least = summary.frames == 1
-                                    ? estimator.generations()
-                                    : std::min(summary.generations_least, estimator.generations());
+    summary.generations_least = std::min(summary.generations_least, estimator.generations());
     summary.last = estimate;
     observe({estimate, estimator.generations(), seen, rig});
     if (summary.frames >= most) break;
@@ -94,13 +88,16 @@ EstimateSummary RunEstimate(const EstimateInput& input, const EstimateSettings& 
       summary.incomplete = fmt::format("stopped after {} frames", summary.frames);
       break;
     }
-    if (summary.stills) continue;
-    const bool more_left = left->Next(&seen.left), more_right = right->Next(&seen.right);
-    if (more_left != more_right)
+    if (is_still) continue;
+    const bool has_left = sources.left->Next(&seen.left),
+               has_right = sources.right->Next(&seen.right);
+    if (has_left && has_right) continue;
+    if (has_left || has_right)
       summary.incomplete =
-          fmt::format("{} ends after {} frames, {} goes on", more_left ? input.right : input.left,
-                      summary.frames, more_left ? input.left : input.right);
-    if (!more_left || !more_right) break;
+          fmt::format("{} ends after {} frames, {} goes on",
+                      input.images[has_left ? Side::kRight : Side::kLeft], summary.frames,
+                      input.images[has_left ? Side::kLeft : Side::kRight]);
+    break;
   }
   return summary;
 }

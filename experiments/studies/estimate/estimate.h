@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -38,7 +39,7 @@ EstimateSettings LoadEstimateSettings(const std::string& marker_file,
                                       const std::vector<std::string>& assignments);
 
 struct EstimateInput {
-  std::string left, right;             // see OpenImages
+  Stereo<std::string> images;          // see OpenImages
   std::vector<std::string> rig_files;  // see LoadRig; none: the default rig
   std::optional<int64_t> frames;       // stills: how often they are seen, 30; else at most so many
   uint64_t seed = 0;
@@ -57,8 +58,7 @@ struct EstimatedFrame {
 struct EstimateSummary {
   PoseEstimate last;
   int64_t frames = 0, evaluations = 0;
-  int generations_least = 0;
-  bool stills = false;
+  int generations_least = std::numeric_limits<int>::max();
   std::string incomplete;  // why the images ended before both sides did; empty when they did not
 };
 

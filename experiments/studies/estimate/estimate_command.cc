@@ -27,59 +27,42 @@ struct EstimateArguments {
   bool json = false, wall_clock = false, quiet = false;
 };
 
-// The pictures of the estimate: one file for a still pair, a video of a sequence.
-class Overlay {
- public:
-  explicit Overlay(const std::string& path) : path_(path), is_video_(path.ends_with(".mp4")) {
-    if (!is_video_ && !path.ends_with(".png"))
-      throw ConfigError("--overlay " + path + ": must end in .png (the last frame) or .mp4");
-  }
-  void Add(const EstimatedFrame& frame, const vision::MarkerParams& marker) {
-    media::Canvas canvas = DrawEstimate(frame, marker);
-    if (is_video_) {
-      if (!video_) video_.emplace(path_, canvas.width(), canvas.height(), kOverlayFramesPerSecond);
-      video_->Add(canvas);
-    } else {
-      last_.emplace(std::move(canvas));
-    }
-  }
-  void Finish() {
-    if (video_) video_->Finish();
-    if (last_) media::WritePng(path_, last_->ToImage());
-  }
-
- private:
-  std::string path_;
-  bool is_video_;
-  std::optional<media::Mp4Writer> video_;
-  std::optional<media::Canvas> last_;
-};
-
 int Estimate(const EstimateArguments& arguments) {
   EstimateInput input = arguments.input;
   const EstimateSettings settings = LoadEstimateSettings(arguments.marker, arguments.assignments);
   if (arguments.wall_clock) input.frame_time_s = kFrame_s;
   input.stop_requested = app::CatchStopSignals();
   system::OutputPlan outputs;
-  for (const std::string& images : {input.left, input.right})
-    for (const std::string& file : media::FilesOf(images)) outputs.Reads(file);
-  for (const std::string& file : input.rig_files) outputs.Reads(file);
-  outputs.Reads(arguments.marker).Writes(arguments.csv).Writes(arguments.overlay).Require();
-  std::optional<Overlay> overlay;
-  if (!arguments.overlay.empty()) overlay.emplace(arguments.overlay);
+  for (const Side side : kSides) outputs.Reads(media::FilesOf(input.images[side]));
+  outputs.Reads(input.rig_files)
+      .Reads(arguments.marker)
+      .Writes(arguments.csv)
+      .Writes(arguments.overlay)
+      .Require();
+  const std::string& overlay = arguments.overlay;
+  const bool is_video = overlay.ends_with(".mp4");
+  if (!overlay.empty() && !is_video && !overlay.ends_with(".png"))
+    throw ConfigError("--overlay " + overlay + ": must end in .png (the last frame) or .mp4");
 
   app::Progress progress(arguments.quiet);
   std::vector<report::Json> records;
+  std::optional<media::Mp4Writer> video;
+  std::optional<media::Canvas> last;
   const EstimateSummary summary = RunEstimate(input, settings, [&](const EstimatedFrame& frame) {
     records.push_back(RecordOf(frame, settings));
-    if (overlay) overlay->Add(frame, settings.marker);
+    if (overlay.empty()) return;
+    last.emplace(DrawEstimate(frame, settings.marker));
+    if (!is_video) return;
+    if (!video) video.emplace(overlay, last->width(), last->height(), kOverlayFramesPerSecond);
+    video->Add(*last);
   });
   if (arguments.json && !summary.incomplete.empty())
     progress.Say("incomplete: " + summary.incomplete);
   app::PrintReport(ReportOf(summary, records), ResultJson(summary, settings, records),
                    arguments.json);
   if (!arguments.csv.empty()) system::WriteWhole(arguments.csv, CsvOf(records));
-  if (overlay) overlay->Finish();
+  if (video) video->Finish();
+  if (last && !is_video) media::WritePng(overlay, last->ToImage());
   return app::kExitDone;
 }
 
@@ -90,8 +73,8 @@ void AddEstimate(app::CommandLine& line) {
       "estimate", "Estimate the marker's pose on images or video from disk", &Estimate);
   EstimateInput& input = arguments.input;
   const char* kinds = "image, folder, pattern ('left_*.png') or video";
-  estimate.Add("--left", input.left, std::string("Left camera: ") + kinds).Required();
-  estimate.Add("--right", input.right, "Right camera, likewise").Required();
+  estimate.Add("--left", input.images.left, std::string("Left camera: ") + kinds).Required();
+  estimate.Add("--right", input.images.right, "Right camera, likewise").Required();
   estimate.Add("--rig", input.rig_files,
                "Rig file, or OpenCV's stereo calibration (may be repeated: intrinsics, "
                "extrinsics; T in metres); the default rig unless given");

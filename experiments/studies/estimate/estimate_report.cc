@@ -40,9 +40,10 @@ report::Section OverFrames(const std::vector<Json>& records) {
   report::Panel fitness{.x = {"frame"}, .y = {"F", -0.25, 1}, .series = {{}}};
   for (const Json& record : records) {
     const double frame = record["frame"];
-    for (size_t i = 0; i < position.series.size(); ++i)
-      position.series[i].points.push_back(
-          {frame, units::MmFromM(record["position_m"][i].get<double>())});
+    for (size_t i = 0; i < position.series.size(); ++i) {
+      const double mm = units::MmFromM(record["position_m"][i].get<double>());
+      position.series[i].points.push_back({frame, record["detected"] ? mm : report::kOpen});
+    }
     fitness.series[0].points.push_back({frame, record["fitness"]});
   }
   return {.title = "Marker in the camera head",
@@ -106,7 +107,12 @@ report::Report ReportOf(const EstimateSummary& summary, const std::vector<Json>&
          Fixed(units::DegFromRad(DeviationsOf(e, 3)->maxCoeff()), 2) + "° at most"});
   report.facts.push_back(
       {"generations in a frame", std::to_string(summary.generations_least), "at least"});
-  if (!summary.incomplete.empty()) report.missing = {"Incomplete: " + summary.incomplete + "."};
+  if (!summary.incomplete.empty())
+    report.missing.push_back("Incomplete: " + summary.incomplete + ".");
+  if (!e.detected)
+    report.missing.push_back("The marker was not found: the position is a guess, and so is F.");
+  else if (!e.covariance)
+    report.missing.push_back("The last estimate was not refined: it has no standard deviations.");
   if (records.size() > 1) report.sections = {OverFrames(records)};
   return report;
 }

@@ -12,8 +12,6 @@
 namespace turbidock::estimators {
 namespace {
 
-using report::Json;
-
 double ProcessorTime_s() {
   timespec time{};
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
@@ -33,88 +31,66 @@ Pose DrawPose(double distance_m, Rng* rng) {
           {x_m, within(side_m), within(0.75 * side_m)}};
 }
 
-// An estimator, and its scenario.
-using Choice = std::pair<std::string, trial::Scenario>;
-
-std::vector<Choice> ChoicesOf(const std::string& scenario, const CompareOptions& options) {
-  std::vector<Choice> choices;
-  const auto add = [&](const std::vector<std::string>& assignments) {
-    trial::Scenario one = trial::LoadScenario(scenario, assignments, "", options.plugins);
-    if (one.pose_source != trial::PoseSource::kCameras)
-      throw ConfigError("pose_source", "must be cameras: estimators are compared on images");
-    choices.emplace_back(one.estimator_name(), std::move(one));
-  };
-  for (const std::string& name : options.estimators) {
+// The scenario with each estimator that is compared.
+std::vector<trial::Scenario> WithEstimators(const std::string& scenario,
+                                            const CompareOptions& options) {
+  std::vector<trial::Scenario> scenarios;
+  const bool has_names = !options.estimators.empty();
+  for (const std::string& name : has_names ? options.estimators : std::vector{std::string()}) {
     std::vector<std::string> assignments = options.assignments;
-    assignments.push_back("pose_estimator=" + name);
-    add(assignments);
+    if (has_names) assignments.push_back("pose_estimator=" + name);
+    scenarios.push_back(trial::LoadScenario(scenario, assignments, "", options.plugins));
+    if (scenarios.back().pose_source != trial::PoseSource::kCameras)
+      throw ConfigError("pose_source", "must be cameras: estimators are compared on images");
   }
-  if (options.estimators.empty()) add(options.assignments);
-  return choices;
+  return scenarios;
 }
 
-// The scenarios differ in their estimators only.
-std::vector<StartResult> RunStart(const std::vector<Choice>& choices, double distance_m,
-                                  int frames) {
-  const trial::Scenario& scenario = choices.front().second;
+// A start as the input of a task.
+struct Start {
+  std::string scenario;  // its text, with estimator, milk and seed
+  double distance_m = 0;
+  int frames = 0;
+
+  TURBIDOCK_FIELDS(scenario, distance_m, frames)
+};
+
+StartResult Run(const trial::Scenario& scenario, double distance_m, int frames) {
   trial::World world(scenario, {});
   Rng rng = world.seeds().Stream("compare");
   world.PlaceVehicle(DrawPose(distance_m, &rng).Inverse());
   trial::Snapshot snapshot;
   world.Take(&snapshot);
-  const Pose& X_HM = snapshot.true_X_HM;
-  std::vector<StereoImage> images(static_cast<size_t>(frames));
+  const std::string name = scenario.estimator_name();
+  const auto estimator = scenario.MakeEstimator(name, world.seeds().Stream("vision." + name));
+  PoseEstimate estimate;
+  std::vector<double> times_s;
   for (int frame = 0; frame < frames; ++frame) {
     snapshot.time_s = scenario.image_clock().TimeOfFrame(frame);
-    StereoImage& image = images[static_cast<size_t>(frame)];
+    StereoImage image;
     image.frame = frame;
     world.Develop(snapshot, frame, std::nullopt, nullptr, &image);
+    const double start_s = ProcessorTime_s();
+    estimate = estimator->Update(image);
+    times_s.push_back(ProcessorTime_s() - start_s);
   }
-  std::vector<StartResult> results;
-  for (const auto& [name, with_keys] : choices) {
-    const auto estimator = with_keys.MakeEstimator(name, world.seeds().Stream("vision." + name));
-    StartResult result{.seed = scenario.seed};
-    std::vector<double> times_s;
-    for (const StereoImage& image : images) {
-      const double start_s = ProcessorTime_s();
-      const PoseEstimate& estimate = estimator->Update(image);
-      times_s.push_back(ProcessorTime_s() - start_s);
-      result.fitness = estimate.fitness;
-      result.error_m = (estimate.X_HM.p - X_HM.p).norm();
-      result.rotation_rad = AngleBetween(estimate.X_HM.q, X_HM.q);
-    }
-    result.is_sure = result.fitness >= scenario.procedure.lost_fitness;
-    result.frame_s = *statistics::Median(times_s);
-    results.push_back(result);
-  }
-  return results;
-}
-
-// One start of a scenario as StartWork's input.
-std::string InputOf(const std::vector<Choice>& choices, const CompareCell& cell, int64_t start,
-                    int frames) {
-  Json scenarios = Json::array();
-  for (const auto& [name, scenario] : choices) {
-    trial::Scenario one = scenario;
-    one.light.water.milk_ml_m3 = cell.milk_ml_m3;
-    one.seed += start;
-    scenarios.push_back(trial::SaveScenario(one));
-  }
-  return report::JsonLine(
-      {{"scenarios", scenarios}, {"distance_m", cell.distance_m}, {"frames", frames}});
+  const Pose& X_HM = snapshot.true_X_HM;
+  return {.seed = scenario.seed,
+          .is_sure = estimate.fitness >= scenario.procedure.lost_fitness,
+          .error_m = (estimate.X_HM.p - X_HM.p).norm(),
+          .rotation_rad = AngleBetween(estimate.X_HM.q, X_HM.q),
+          .fitness = estimate.fitness,
+          .frame_s = *statistics::Median(times_s)};
 }
 
 }  // namespace
 
 farm::Work StartWork(const trial::Plugins& plugins) {
   return {"cold start", [plugins](const std::string& input) {
-            const Json json = report::ParseJson(input, "a start");
-            std::vector<Choice> choices;
-            for (const Json& text : json["scenarios"]) {
-              trial::Scenario scenario = trial::ParseScenario(text, "a start's scenario", plugins);
-              choices.emplace_back(scenario.estimator_name(), std::move(scenario));
-            }
-            return report::JsonLine(RunStart(choices, json["distance_m"], json["frames"]));
+            const auto start = report::ParseJson(input, "a start").get<Start>();
+            return report::JsonLine(
+                Run(trial::ParseScenario(start.scenario, "a start's scenario", plugins),
+                    start.distance_m, start.frames));
           }};
 }
 
@@ -130,7 +106,8 @@ void Summarise(const CompareOptions& options, CompareCell* cell) {
     }
     errors_m.push_back(one.error_m);
     rotations_rad.push_back(one.rotation_rad);
-    const bool is_right = one.error_m <= options.right_m && one.rotation_rad <= options.right_rad;
+    const bool is_right = units::MmFromM(one.error_m) <= options.right_mm &&
+                          units::DegFromRad(one.rotation_rad) <= options.right_deg;
     ++(is_right ? cell->right : cell->wrong_and_sure);
   }
   cell->right_interval = statistics::WilsonInterval(cell->right, cell->starts);
@@ -143,35 +120,33 @@ void Summarise(const CompareOptions& options, CompareCell* cell) {
 
 std::vector<CompareCell> CompareEstimators(const CompareOptions& options) {
   std::vector<CompareCell> cells;
-  std::vector<std::string> inputs;
-  std::vector<size_t> first_cell_of;  // by input: of the first estimator; others follow
-  for (const std::string& scenario : options.scenarios) {
-    const std::vector<Choice> choices = ChoicesOf(scenario, options);
-    for (const double distance_m : options.distances_m)
-      for (const double milk : options.milk_ml_m3) {
-        const size_t first = cells.size();
-        for (const auto& [name, with_keys] : choices)
-          cells.push_back({.scenario = scenario,
+  std::vector<std::string> inputs;  // so many starts of each cell
+  for (const std::string& name : options.scenarios) {
+    const std::vector<trial::Scenario> scenarios = WithEstimators(name, options);
+    for (const double distance_mm : options.distances_mm)
+      for (const double milk : options.milk_ml_m3)
+        for (trial::Scenario one : scenarios) {
+          const double distance_m = units::MFromMm(distance_mm);
+          cells.push_back({.scenario = name,
                            .distance_m = distance_m,
                            .milk_ml_m3 = milk,
-                           .estimator = name});
-        for (int start = 0; start < options.starts; ++start) {
-          inputs.push_back(InputOf(choices, cells[first], start, options.frames));
-          first_cell_of.push_back(first);
+                           .estimator = one.estimator_name()});
+          one.light.water.milk_ml_m3 = milk;
+          for (int start = 0; start < options.starts; ++start, ++one.seed)
+            inputs.push_back(
+                report::JsonLine(Start{trial::SaveScenario(one), distance_m, options.frames}));
         }
-      }
   }
-  std::vector<Json> outputs(inputs.size());
+  for (CompareCell& cell : cells) cell.each.resize(static_cast<size_t>(options.starts));
   int done = 0;
   const auto take = [&](size_t i, const std::string& output) {
-    outputs[i] = report::ParseJson(output, "a start's result");
+    const size_t starts = cells.front().each.size();
+    cells[i / starts].each[i % starts] =
+        report::ParseJson(output, "a start's result").get<StartResult>();
     if (options.on_progress) options.on_progress(++done, static_cast<int>(inputs.size()));
   };
   const auto pool = farm::MakePool(options.farm, farm::kJobTimeLimit_s, StartWork(options.plugins));
   if (!farm::MapEach(pool.get(), inputs, take, options.stop_requested)) return {};
-  for (size_t i = 0; i < outputs.size(); ++i)
-    for (size_t e = 0; e < outputs[i].size(); ++e)
-      cells[first_cell_of[i] + e].each.push_back(outputs[i][e].get<StartResult>());
   for (CompareCell& cell : cells) Summarise(options, &cell);
   return cells;
 }

@@ -1,7 +1,7 @@
 #pragma once
 // How often an estimator is right, how often it is wrong and sure of it, and how often it finds
 // nothing: cold starts at random poses about some distances and in some turbidities, every
-// estimator on the same images.
+// estimator on images of the same seeds, which are the same.
 //
 // A start is the world of a trial (trial/world.h) in which nothing moves, with all of the marker's
 // balls in sight. An estimator gets its first frames, with whatever the scenario's faults do to
@@ -27,12 +27,12 @@ struct CompareOptions {
   std::vector<std::string> assignments = {};  // to all of them
   // Values of the key pose_estimator, plug-ins among them; none: what each scenario has.
   std::vector<std::string> estimators = {};
-  std::vector<double> distances_m = {0.4, 0.6, 0.8, 1.0};
+  std::vector<double> distances_mm = {400, 600, 800, 1000};
   std::vector<double> milk_ml_m3 = {0, 10, 20, 40, 80};
   int starts = 20;  // a cell; their seeds are the scenario's own and those that follow
   int frames = 30;  // a start
   // A right estimate is within both.
-  double right_m = 0.02, right_rad = units::RadFromDeg(5);
+  double right_mm = 20, right_deg = 5;
   trial::Plugins plugins = {};
   farm::FarmOptions farm = {};
   std::function<void(int done, int of)> on_progress = {};  // starts
@@ -75,7 +75,7 @@ struct CompareCell {
                          error_median_interval_m, rotation_median_rad, frame_s, each)
 };
 
-// Makes one start: the work of a task. `plugins`: as CompareOptions'.
+// Makes one start of one estimator: the work of a task. `plugins`: as CompareOptions'.
 farm::Work StartWork(const trial::Plugins& plugins);
 
 // Nothing when it was stopped. The same for any number of workers, but for times. ConfigError for

@@ -15,8 +15,6 @@ namespace {
 
 struct CompareArguments {
   CompareOptions options;
-  std::vector<double> distances_mm;
-  double right_mm = 20, right_deg = 5;
   std::string seed, figure;
   app::FarmArguments farm;
   bool json = false, quiet = false;
@@ -25,10 +23,6 @@ struct CompareArguments {
 int Compare(const CompareArguments& arguments) {
   CompareOptions options = arguments.options;
   if (!arguments.seed.empty()) options.assignments.push_back("seed=" + arguments.seed);
-  if (!arguments.distances_mm.empty()) options.distances_m.clear();
-  for (const double mm : arguments.distances_mm) options.distances_m.push_back(units::MFromMm(mm));
-  options.right_m = units::MFromMm(arguments.right_mm);
-  options.right_rad = units::RadFromDeg(arguments.right_deg);
   system::OutputPlan().Writes(arguments.figure).Require();
 
   app::Progress progress(arguments.quiet);
@@ -58,18 +52,15 @@ void AddCompareEstimators(app::CommandLine& line) {
   compare.Add("scenario", options.scenarios, "YAML files or names of bundled scenarios");
   compare.Add("--estimators NAME,...", options.estimators,
               "Values of pose_estimator, plug-ins among them; the scenario's own unless given");
-  compare
-      .Add("--distances MM,...", arguments.distances_mm,
-           "Distances in mm; 400,600,800,1000 unless given")
-      .Between(200, 3000);
+  compare.Add("--distances MM,...", options.distances_mm, "Distances in mm").Between(200, 3000);
   compare.Add("--milk ML_M3,...", options.milk_ml_m3, "Milk in ml/m3")
       .Between(0, light::kMaxMilk_ml_m3);
   compare.Add("--starts", options.starts, "Poses at each distance and milk, each a cold start")
       .Between(1, 10000);
   compare.Add("--frames", options.frames, "Frames that each estimator gets of a pose")
       .Between(1, 1000);
-  compare.Add("--right-mm", arguments.right_mm, "Largest error of a right estimate").Positive();
-  compare.Add("--right-deg", arguments.right_deg, "The same for rotation").Positive();
+  compare.Add("--right-mm", options.right_mm, "Largest error of a right estimate").Positive();
+  compare.Add("--right-deg", options.right_deg, "The same for rotation").Positive();
   arguments.farm.AddTo(&compare, "Processes; the results are the same", 1);
   compare.AddSeed(arguments.seed);
   compare.AddSet(options.assignments, "Set one key of the scenarios, such as their faults");

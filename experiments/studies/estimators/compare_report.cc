@@ -12,65 +12,69 @@ namespace {
 using report::Fixed;
 using units::MmFromM;
 
-std::string Scaled(const std::optional<double>& value, double unit, int digits) {
-  return value ? Fixed(unit * *value, digits) : "-";
-}
-
-std::string Span(const statistics::Interval& interval, double unit, int digits) {
-  return Fixed(unit * interval.low, digits) + ".." + Fixed(unit * interval.high, digits);
-}
-
 report::Table TableOf(const std::vector<CompareCell>& cells) {
+  const auto span = [](const std::optional<statistics::Interval>& interval, double unit,
+                       int digits) {
+    return interval ? fmt::format("{:.{}f}..{:.{}f}", unit * interval->low, digits,
+                                  unit * interval->high, digits)
+                    : "";
+  };
+  const auto scaled = [](const std::optional<double>& value, double unit, int digits) {
+    return value ? Fixed(unit * *value, digits) : "-";
+  };
   report::Table table({"<scenario", "mm", "ml/m³", "<estimator", "right", "95 %", "wrong and sure",
                        "not found", "median error, mm", "95 %", "median error, °", "ms/frame"});
-  for (const CompareCell& cell : cells) {
-    const auto& error = cell.error_median_interval_m;
+  for (const CompareCell& cell : cells)
     table.Row({cell.scenario,
                FormatNumber(MmFromM(cell.distance_m)),
                FormatNumber(cell.milk_ml_m3),
                cell.estimator,
                fmt::format("{}/{}", cell.right, cell.starts),
-               Span(cell.right_interval, 1, 2),
+               span(cell.right_interval, 1, 2),
                {std::to_string(cell.wrong_and_sure),
                 cell.wrong_and_sure > 0 ? report::Tone::kBad : report::Tone::kNone},
                std::to_string(cell.not_found),
-               Scaled(cell.error_median_m, MmFromM(1), 1),
-               error ? Span(*error, MmFromM(1), 1) : "",
-               Scaled(cell.rotation_median_rad, units::kDegPerRad, 2),
-               Scaled(cell.frame_s, 1000, 2)});
-  }
+               scaled(cell.error_median_m, MmFromM(1), 1),
+               span(cell.error_median_interval_m, MmFromM(1), 1),
+               scaled(cell.rotation_median_rad, units::kDegPerRad, 2),
+               scaled(cell.frame_s, 1000, 2)});
   return table;
 }
 
-// Shares and error over milk, a line for each estimator and distance.
+// Shares and error over milk, a line for each estimator and distance. Lines stand a little apart
+// along x, so that those that coincide are seen.
 std::vector<report::Panel> PanelsOf(const std::vector<CompareCell>& cells,
                                     const std::string& scenario) {
+  std::map<std::string, std::vector<const CompareCell*>> lines;
+  double most = 0;
+  for (const CompareCell& cell : cells) {
+    if (cell.scenario != scenario) continue;
+    lines[fmt::format("{}, {:4g} mm", cell.estimator, MmFromM(cell.distance_m))].push_back(&cell);
+    most = std::max(most, cell.milk_ml_m3);
+  }
   report::Panel right{
       .x = {"milk, ml/m³"}, .y = {"right, %", -3, 103}, .legend = report::Legend::kAbove};
   report::Panel wrong = right, error = right;
   wrong.y.label = "wrong and sure, %";
   error.y = {.label = "median error, mm", .logarithmic = true};
-  for (const CompareCell& cell : cells) {
-    if (cell.scenario != scenario) continue;
-    const double milk = cell.milk_ml_m3, median_m = cell.error_median_m.value_or(report::kOpen);
-    const std::string line =
-        fmt::format("{}, {} mm", cell.estimator, FormatNumber(MmFromM(cell.distance_m)));
-    const auto add = [&](report::Panel* panel, const report::Sample& sample) {
-      auto& all = panel->series;
-      auto series = std::ranges::find(all, line, &report::Series::name);
-      if (series == all.end())
-        series = all.insert(
-            series, {line, {}, report::CurveColor(all.size()), report::Mark::kLineWithBars});
-      series->points.push_back(sample);
-    };
-    const auto share = [&](int count, const statistics::Interval& interval) {
-      return report::SampleWithin(milk, static_cast<double>(count) / cell.starts, interval, 100);
-    };
-    add(&right, share(cell.right, cell.right_interval));
-    add(&wrong, share(cell.wrong_and_sure, cell.wrong_and_sure_interval));
-    const statistics::Interval at_median{median_m, median_m};
-    add(&error, report::SampleWithin(milk, median_m,
-                                     cell.error_median_interval_m.value_or(at_median), MmFromM(1)));
+  for (const auto& [name, line] : lines) {
+    const auto number = static_cast<double>(right.series.size());
+    const double apart = 0.006 * most * (number - 0.5 * static_cast<double>(lines.size() - 1));
+    const report::Series empty{
+        name, {}, report::CurveColor(right.series.size()), report::Mark::kLineWithBars};
+    for (report::Panel* panel : {&right, &wrong, &error}) panel->series.push_back(empty);
+    for (const CompareCell* cell : line) {
+      const double x = cell->milk_ml_m3 + apart;
+      const double starts = cell->starts, median_m = cell->error_median_m.value_or(report::kOpen);
+      right.series.back().points.push_back(
+          report::SampleWithin(x, cell->right / starts, cell->right_interval, 100));
+      wrong.series.back().points.push_back(report::SampleWithin(
+          x, cell->wrong_and_sure / starts, cell->wrong_and_sure_interval, 100));
+      error.series.back().points.push_back(report::SampleWithin(
+          x, median_m,
+          cell->error_median_interval_m.value_or(statistics::Interval{median_m, median_m}),
+          MmFromM(1)));
+    }
   }
   return {right, wrong, error};
 }
@@ -82,16 +86,17 @@ report::Report ReportOf(const std::vector<CompareCell>& cells) {
                         .title = "Estimators from cold starts",
                         .build = system::VersionAndCommit()};
   std::map<std::string, CompareCell> sums;  // by estimator
-  std::string scenario;
   for (const CompareCell& cell : cells) {
     CompareCell& sum = sums[cell.estimator];
     for (auto count : {&CompareCell::starts, &CompareCell::right, &CompareCell::wrong_and_sure,
                        &CompareCell::not_found})
       sum.*count += cell.*count;
-    if (cell.scenario == scenario) continue;
-    scenario = cell.scenario;
-    report.sections.push_back(
-        {.title = scenario, .panels = PanelsOf(cells, scenario), .wide = true});
+    if (report.sections.empty() || report.sections.back().title != cell.scenario)
+      report.sections.push_back(
+          {.title = cell.scenario,
+           .note = fmt::format("n = {} starts a point; bars: 95 % intervals.", cell.starts),
+           .panels = PanelsOf(cells, cell.scenario),
+           .wide = true});
   }
   for (const auto& [name, sum] : sums)
     report.facts.push_back(

@@ -25,27 +25,8 @@ struct CalibrateArguments {
   int generations = 30;
   app::FarmArguments farm;
   uint32_t seed = 1;
-  double seconds = 5;
   bool json = false, quiet = false;
 };
-
-// The whole experiment on the tables' cells, under the values found.
-Confirmation Confirm(const std::vector<TableRow>& tables,
-                     const std::vector<std::string>& assignments, double seconds,
-                     const farm::FarmOptions& farm) {
-  Confirmation confirmed;
-  for (const MarkerKind marker : {MarkerKind::kActive, MarkerKind::kPassive}) {
-    std::vector<TableRow> table;
-    for (const TableRow& row : tables)
-      if (row.cell.marker == marker) table.push_back(row);
-    const Recognition recognition({{marker, RecognitionScenario(marker, assignments)}},
-                                  CellsOf(table));
-    const std::vector<CellResult> results = recognition.Run(
-        {.seconds = seconds, .farm = farm, .stop_requested = app::CatchStopSignals()});
-    if (!results.empty()) confirmed[marker] = Compare(results, table);
-  }
-  return confirmed;
-}
 
 int Calibrate(const CalibrateArguments& arguments) {
   const std::string plan_file =
@@ -58,9 +39,7 @@ int Calibrate(const CalibrateArguments& arguments) {
          path.empty() ? PublishedTable(marker) : ReadRecognitionTable(path, marker))
       tables.push_back(row);
   system::OutputPlan()
-      .Reads(plan_file)
-      .Reads(arguments.active)
-      .Reads(arguments.passive)
+      .Reads({plan_file, arguments.active, arguments.passive})
       .Writes(arguments.out)
       .Require();
   const auto experiment = [&] {
@@ -72,33 +51,27 @@ int Calibrate(const CalibrateArguments& arguments) {
   }();
   app::Progress progress(arguments.quiet);
   progress.Say(fmt::format("{} parameters, {} cells of two tables", plan.parameters.size(),
-                           experiment->rows().size()));
-  const farm::FarmOptions farm = arguments.farm.For(
-      arguments.out, [&](const std::string& text) { progress.Say("  " + text); });
-  const CalibrationResult result = Calibrate(
-      {.generations = arguments.generations,
-       .seed = arguments.seed,
-       .farm = farm,
-       .on_progress =
-           [&](int done, int of, double misfit) {
-             progress.ShowDone(done, of, fmt::format("evaluations, misfit {:.3f}", misfit),
-                               kLogEvery_s);
-           },
-       .stop_requested = app::CatchStopSignals()},
-      experiment);
+                           experiment->cells()));
+  const auto show = [&](int done, int of, double misfit) {
+    progress.ShowDone(done, of, fmt::format("evaluations, misfit {:.3f}", misfit), kLogEvery_s);
+  };
+  const CalibrationResult result =
+      Calibrate({.generations = arguments.generations,
+                 .seed = arguments.seed,
+                 .farm = arguments.farm.For(
+                     arguments.out, [&](const std::string& text) { progress.Say("  " + text); }),
+                 .on_progress = show,
+                 .stop_requested = app::CatchStopSignals()},
+                experiment);
   if (result.evaluations == 0) return app::kExitDone;  // stopped before there was anything to keep
   if (!arguments.out.empty())
     system::WriteWhole(
         arguments.out,
         fmt::format("# Result of `turbidock calibrate`: misfit {:.3f} of the searched cells, "
                     "evaluations: {}.\n",
-                    result.misfit, result.evaluations) +
+                    result.best.misfit, result.evaluations) +
             CalibratedYaml(plan, result.best.values));
-  Confirmation confirmed;
-  if (app::StopSignal() == 0 && arguments.seconds > 0)
-    confirmed = Confirm(tables, plan.Assignments(result.best.values), arguments.seconds, farm);
-  app::PrintReport(ReportOf(*experiment, result, confirmed),
-                   ResultJson(*experiment, result, confirmed), arguments.json);
+  app::PrintReport(ReportOf(plan, result), ResultJson(plan, result), arguments.json);
   return app::kExitDone;
 }
 
@@ -115,15 +88,10 @@ void AddCalibrate(app::CommandLine& line) {
   calibrate.Add("--passive FILE", arguments.passive, "The same of the passive marker");
   calibrate
       .Add("--generations", arguments.generations,
-           "Generations of CMA-ES, each evaluated side by side; 0: only what the start and "
-           "its\nsides are worth")
+           "Generations of CMA-ES, each evaluated side by side; 0: only what the start is worth")
       .Between(0, 10000);
   calibrate.Add("--seed", arguments.seed, "Of the search");
   arguments.farm.AddTo(&calibrate, "Processes; the result is the same", 1);
-  calibrate
-      .Add("--seconds", arguments.seconds,
-           "Time a cell of the full experiment that confirms the result; 0: none")
-      .Between(0, 3600);
   calibrate.Add("--out FILE", arguments.out, "Write the values found as a scenario's keys");
   calibrate.AddJson(arguments.json);
   calibrate.AddQuiet(arguments.quiet);

@@ -1,10 +1,9 @@
-#include "experiments/studies/recognition/near_truth.h"
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
 
+#include "experiments/studies/recognition/recognition.h"
 #include "sim/base/random.h"
 #include "vision/fitness.h"
 #include "vision/hue_labels.h"
@@ -12,26 +11,20 @@
 namespace turbidock::recognition {
 namespace {
 
-// Beyond the balls' outer rings, what is looked at of the images.
-constexpr double kReach = 1.5, kMargin_px = 25;
+// What is looked at of the images: a ball about the marker that holds its balls and this margin.
+constexpr double kMargin_m = 0.05;
 
 StereoRegion RegionOf(const trial::FixedView& view, const vision::MarkerParams& marker) {
+  double reach_m = 0;
+  for (const vision::BallParams& ball : marker.balls)
+    reach_m = std::max(reach_m, ball.p_MQ_m.norm() + ball.radius_m + kMargin_m);
   return view.rig.Each([&](const MountedCamera& camera) {
-    PixelRegion region{camera.width_px, camera.height_px, 0, 0};
-    for (const vision::BallParams& ball : marker.balls) {
-      const vision::BallCircle circle = vision::ProjectBall(
-          camera, camera.X_HC.Inverse() * (view.X_HM * ball.p_MQ_m), ball.radius_m);
-      const double reach = kReach * circle.radius_px + kMargin_px;
-      region.column_begin = std::min(region.column_begin, static_cast<int>(circle.u_px - reach));
-      region.column_end = std::max(region.column_end, static_cast<int>(circle.u_px + reach));
-      region.row_begin = std::min(region.row_begin, static_cast<int>(circle.v_px - reach));
-      region.row_end = std::max(region.row_end, static_cast<int>(circle.v_px + reach));
-    }
-    region.column_begin = std::max(region.column_begin, 0);
-    region.row_begin = std::max(region.row_begin, 0);
-    region.column_end = std::min(region.column_end, camera.width_px);
-    region.row_end = std::min(region.row_end, camera.height_px);
-    return region;
+    const auto [u, v, reach_px] =
+        vision::ProjectBall(camera, camera.X_HC.Inverse() * view.X_HM.p, reach_m);
+    return PixelRegion{std::max(0, static_cast<int>(u - reach_px)),
+                       std::max(0, static_cast<int>(v - reach_px)),
+                       std::min(camera.width_px, static_cast<int>(u + reach_px)),
+                       std::min(camera.height_px, static_cast<int>(v + reach_px))};
   });
 }
 
@@ -72,18 +65,15 @@ CellResult RunNearTruth(const Recognition& recognition, const RecognitionCell& c
   StereoImage seen;
   std::vector<double> fitness(X_HM.size());
   std::vector<float> best_of_frames;
-  CellResult result{.cell = cell};
   for (int frame = 0; frame < frames; ++frame) {
     cameras.ExposeHeld(region, frame, &seen);
     for (const Side side : kSides) labeller.Label(seen[side], region[side], &labels[side]);
     vision::Fitness evaluation(scenario.marker, view.rig, labels);
     evaluation.Confine(region);
     evaluation.EvaluateAll(X_HM, fitness);
-    const auto best = std::max_element(fitness.begin(), fitness.end());
-    best_of_frames.push_back(static_cast<float>(*best));
-    result.last_X_HM = X_HM[static_cast<size_t>(best - fitness.begin())];
-    result.position_error_mean_m += (result.last_X_HM.p - view.X_HM.p).norm() / frames;
+    best_of_frames.push_back(static_cast<float>(std::ranges::max(fitness)));
   }
+  CellResult result{.cell = cell};
   SetFitness(std::move(best_of_frames), &result);
   return result;
 }

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "experiments/farm/farm.h"
+#include "experiments/report/json.h"
 #include "experiments/trial/fixed_view.h"
 #include "experiments/trial/scenario.h"
 #include "sim/base/random.h"
@@ -26,9 +27,6 @@ constexpr auto Names(MarkerKind) {
   using enum MarkerKind;
   return EnumList<MarkerKind>({{kActive, "active"}, {kPassive, "passive"}});
 }
-
-// Of a marker's name or "both".
-std::vector<MarkerKind> MarkersOf(const std::string& name);
 
 // What a mean F allows: docking, recognition, nothing. Limits: ViewCriteria.
 enum class Area { kI, kII, kIII };
@@ -46,7 +44,10 @@ struct RecognitionCell {
 
   // NOLINTNEXTLINE(modernize-use-nullptr): what comparisons with it make of the default
   auto operator<=>(const RecognitionCell&) const = default;
+  TURBIDOCK_FIELDS(marker, milk_ml_m3, distance_m)
 };
+
+RecognitionCell CellOf(const report::Json& json);  // that was made of it
 
 struct CellResult {
   RecognitionCell cell;
@@ -76,10 +77,6 @@ struct RecognitionOptions {
 // Sets mean, deviation, Area and the frames' F themselves. At least one frame.
 void SetFitness(std::vector<float> fitness, CellResult* result);
 
-// The published steps: milk to 119 ml/m^3, and to 245 for the active marker; distances 0.4 to 1 m.
-std::vector<double> PublishedMilk(MarkerKind marker);
-std::vector<double> PublishedDistances();
-
 // The pool with that marker (bundled scenarios pool_active, pool_passive), without the station and
 // with the published optics, under these assignments.
 trial::Scenario RecognitionScenario(MarkerKind marker, const std::vector<std::string>& assignments);
@@ -91,8 +88,6 @@ class Recognition {
   // `scenarios` has every marker that occurs in the cells. ConfigError where milk or a distance is
   // out of range.
   Recognition(std::map<MarkerKind, trial::Scenario> scenarios, std::vector<RecognitionCell> cells);
-
-  const std::vector<RecognitionCell>& cells() const { return cells_; }
 
   // The results are in the cells' order, the same whatever the number of workers; each cell's
   // randomness depends on the seed and on the cell only. Nothing when it was stopped.
@@ -123,13 +118,18 @@ class Recognition {
   std::map<std::pair<MarkerKind, double>, trial::FixedView> views_;  // by marker and distance
 };
 
+// F near the true pose: what the search ends with, without the search, for a calibration, which
+// asks a thousand times. F of a frame is the best of some hundred poses, most of them about the
+// true one; the rest, farther away, find what noise happens to agree with when the marker is lost.
+// That is within 0.04 of F by the search. Deterministic.
+CellResult RunNearTruth(const Recognition& recognition, const RecognitionCell& cell, int frames);
+
+// A cell as the input of a task, of the options those that matter to its result.
+std::string InputOf(const trial::Scenario& scenario, const RecognitionCell& cell,
+                    const RecognitionOptions& options);
 // Runs a cell: the work of a task. `drawn`, if any, has the cells of all inputs, and must outlive
 // it; otherwise an input is all that is needed.
 farm::Work CellWork(const Recognition* drawn = nullptr);
-
-// A cell as its input, of the options those that matter to its result; and back from its output.
-std::string InputOf(const trial::Scenario& scenario, const RecognitionCell& cell,
-                    const RecognitionOptions& options);
 CellResult ResultOf(const RecognitionCell& cell, const std::string& output);
 
 }  // namespace turbidock::recognition

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -10,7 +11,6 @@
 #include "experiments/app/print_report.h"
 #include "experiments/app/progress.h"
 #include "experiments/media/figure.h"
-#include "experiments/studies/recognition/image_sheet.h"
 #include "experiments/studies/recognition/recognition.h"
 #include "experiments/studies/recognition/report.h"
 #include "experiments/studies/recognition/table.h"
@@ -20,35 +20,29 @@
 namespace turbidock::recognition {
 namespace {
 
-constexpr int kSheetColumns = 5;      // steps of milk in a sheet of images
+constexpr int kSheetColumns = 5;      // steps of milk in a sheet of images, at most
 constexpr double kCellsEvery_s = 30;  // between two lines of progress off a terminal
 
 struct RecognizeArguments {
   std::string marker = "both";
   std::string table;
-  std::vector<double> distances_mm, milk_ml_m3;
+  std::vector<double> distances_mm = {400, 600, 800, 1000}, milk_ml_m3;
   std::vector<std::string> assignments;
   std::string seed;
   double seconds = 60;
   app::FarmArguments farm;
-  std::string csv, figure;
+  std::string figure;
   bool json = false, quiet = false;
 };
 
-// Cells of the experiment as published, or of the command line.
-std::vector<RecognitionCell> Grid(const RecognizeArguments& arguments,
-                                  const std::vector<MarkerKind>& markers) {
-  std::vector<double> distances_m = PublishedDistances();
-  if (!arguments.distances_mm.empty()) {
-    distances_m.clear();
-    for (const double mm : arguments.distances_mm) distances_m.push_back(units::MFromMm(mm));
-  }
+// Cells of the command line, by default at the milk of the published table.
+std::vector<RecognitionCell> Grid(const RecognizeArguments& arguments, MarkerKind marker) {
+  std::set<double> milk(arguments.milk_ml_m3.begin(), arguments.milk_ml_m3.end());
+  if (milk.empty())
+    for (const TableRow& row : PublishedTable(marker)) milk.insert(row.cell.milk_ml_m3);
   std::vector<RecognitionCell> cells;
-  for (const MarkerKind marker : markers)
-    for (const double distance_m : distances_m)
-      for (const double milk :
-           arguments.milk_ml_m3.empty() ? PublishedMilk(marker) : arguments.milk_ml_m3)
-        cells.push_back({marker, milk, distance_m});
+  for (const double mm : arguments.distances_mm)
+    for (const double ml_m3 : milk) cells.push_back({marker, ml_m3, units::MFromMm(mm)});
   return cells;
 }
 
@@ -73,31 +67,26 @@ int Recognize(const RecognizeArguments& arguments) {
     throw ConfigError("--table needs --marker active or --marker passive: a table is of one");
   std::vector<std::string> assignments = arguments.assignments;
   if (!arguments.seed.empty()) assignments.push_back("seed=" + arguments.seed);
-  const std::vector<MarkerKind> markers = MarkersOf(arguments.marker);
-  std::vector<TableRow> table;
-  std::vector<RecognitionCell> cells;
-  if (arguments.table.empty()) {
-    cells = Grid(arguments, markers);
-  } else {
-    table = ReadRecognitionTable(arguments.table, markers.front());
-    cells = CellsOf(table);
-  }
   system::OutputPlan outputs;
-  outputs.Reads(arguments.table).Writes(arguments.csv);
-  if (!arguments.figure.empty()) {
-    outputs.Writes(arguments.figure);
-    for (const MarkerKind marker : markers) outputs.Writes(SheetFile(arguments.figure, marker));
+  outputs.Reads(arguments.table).Writes(arguments.figure);
+  std::map<MarkerKind, trial::Scenario> scenarios;
+  std::vector<RecognitionCell> cells;
+  std::vector<TableRow> table;
+  for (const auto& [marker, name] : EnumNames<MarkerKind>::kNames) {
+    if (arguments.marker != name && arguments.marker != "both") continue;
+    scenarios.emplace(marker, RecognitionScenario(marker, assignments));
+    if (!arguments.table.empty()) table = ReadRecognitionTable(arguments.table, marker);
+    for (const RecognitionCell& cell : table.empty() ? Grid(arguments, marker) : CellsOf(table))
+      cells.push_back(cell);
+    if (!arguments.figure.empty()) outputs.Writes(SheetFile(arguments.figure, marker));
   }
   outputs.Require();
 
-  std::map<MarkerKind, trial::Scenario> scenarios;
-  for (const MarkerKind marker : markers)
-    scenarios.emplace(marker, RecognitionScenario(marker, assignments));
   const Recognition recognition(std::move(scenarios), cells);
   app::Progress progress(arguments.quiet);
   progress.Say(fmt::format("{} cells of {:g} s", cells.size(), arguments.seconds));
-  const farm::FarmOptions farm = arguments.farm.For(
-      arguments.csv, [&](const std::string& text) { progress.Say("  " + text); });
+  const farm::FarmOptions farm =
+      arguments.farm.For("", [&](const std::string& text) { progress.Say("  " + text); });
   const std::vector<CellResult> results = recognition.Run(
       {.seconds = arguments.seconds,
        .farm = farm,
@@ -107,10 +96,8 @@ int Recognize(const RecognizeArguments& arguments) {
        .stop_requested = farm.slurm ? app::CatchStopSignals() : nullptr});
   if (app::StopSignal() != 0) return app::kExitDone;  // main makes the signal's code of it
 
-  const report::Report report =
-      ReportOf(results, table, recognition.scenario(markers.front()).clock.frames_per_second);
+  const report::Report report = ReportOf(results, table);
   app::PrintReport(report, ResultJson(results, table), arguments.json);
-  if (!arguments.csv.empty()) system::WriteWhole(arguments.csv, RecognitionCsv(results, table));
   if (!arguments.figure.empty()) WriteFigures(arguments.figure, report, recognition, results);
   return app::kExitDone;
 }
@@ -126,20 +113,19 @@ void AddRecognize(app::CommandLine& line) {
   const app::Option table = recognize.Add(
       "--table FILE", arguments.table,
       "CSV of one marker (milk_ml_m3,distance_mm,fitness_mean,...): run its cells and compare");
-  recognize
-      .Add("--distances MM,...", arguments.distances_mm,
-           "Distances in mm; 400,600,800,1000 unless given")
+  recognize.Add("--distances MM,...", arguments.distances_mm, "Distances in mm")
+      .Between(kNearest_mm, kFarthest_mm)
       .Excludes(table);
   recognize
       .Add("--milk ML_M3,...", arguments.milk_ml_m3,
            "Milk in ml/m3; the published steps unless given")
+      .Between(0, light::kMaxMilk_ml_m3)
       .Excludes(table);
   recognize.Add("--seconds", arguments.seconds, "Time a cell is watched").Between(0.02, 3600);
   arguments.farm.AddTo(&recognize, "Processes; the results are the same", 1);
   recognize.AddSet(arguments.assignments,
                    "Set one key of the scenarios pool_active and pool_passive");
   recognize.AddSeed(arguments.seed);
-  recognize.Add("--csv FILE", arguments.csv, "Write the cells to this file");
   recognize.AddFigure(arguments.figure,
                       "Draw the plots into FILE, what the cameras see into FILE_images_MARKER.png");
   recognize.AddJson(arguments.json);

@@ -12,22 +12,18 @@
 
 namespace turbidock::recognition {
 
-// Kind "recognition", after the published figures: F over milk, Areas, F over time, and F by milk
-// and distance; beside it the table or, without one, the published tables.
-report::Report ReportOf(const std::vector<CellResult>& results, const std::vector<TableRow>& table,
-                        double frames_per_second);
+// Kind "recognition", after the published figures: how far and how turbid it may be, F over milk,
+// Areas, and F by milk and distance; beside it the table or, without one, the published tables.
+report::Report ReportOf(const std::vector<CellResult>& results, const std::vector<TableRow>& table);
 
 // The study's own keys: README.md.
 report::Json ResultJson(const std::vector<CellResult>& results, const std::vector<TableRow>& table);
 
-// One row a cell, in the columns of the published tables and more.
-std::string RecognitionCsv(const std::vector<CellResult>& results,
-                           const std::vector<TableRow>& table);
-
-// Mean F over milk, a panel for each marker with a curve and its deviation for each distance; the
-// rows of `reference` at these distances as rings named `reference_name`.
-std::vector<report::Panel> FitnessPanels(const std::vector<CellResult>& results,
-                                         const std::vector<TableRow>& reference,
-                                         const std::string& reference_name);
+// What the cameras see, after the published Figs. 11 and 13: left and right images of a cell's last
+// frame with the estimated marker, distance down, milk across, as a PNG. One marker's results; at
+// most `columns` steps of milk. Contrast is stretched, of all images alike. ConfigError when the
+// path cannot be written.
+void WriteImageSheet(const std::string& path, const Recognition& recognition,
+                     const std::vector<CellResult>& results, int columns);
 
 }  // namespace turbidock::recognition

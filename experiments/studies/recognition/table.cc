@@ -3,8 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
+#include <boost/algorithm/string.hpp>
 #include <cmath>
+#include <numeric>
 #include <set>
 #include <sstream>
 
@@ -22,47 +23,28 @@ namespace {
 
 struct Column {
   const char* name;
-  bool needed;
   Range range;
 };
-enum { kMilk, kDistance, kMean, kStd };
-const std::array<Column, 4> kColumns = {{{"milk_ml_m3", true, InRange(0, light::kMaxMilk_ml_m3)},
-                                         {"distance_mm", true, InRange(200, 10000)},
-                                         {"fitness_mean", true, InRange(-1, 1)},
-                                         {"fitness_std", false, InRange(0, 1)}}};
+const Column kMilk = {"milk_ml_m3", InRange(0, light::kMaxMilk_ml_m3)},
+             kDistance = {"distance_mm", InRange(kNearest_mm, kFarthest_mm)},
+             kMean = {"fitness_mean", InRange(-1, 1)}, kStd = {"fitness_std", InRange(0, 1)};
 
 std::vector<std::string> SplitLine(const std::string& line) {
-  std::vector<std::string> fields(1);
-  for (const char c : line) {
-    if (c == ',')
-      fields.emplace_back();
-    else if (c != '\r')
-      fields.back() += c;
-  }
-  for (std::string& field : fields) {
-    const size_t first = field.find_first_not_of(" \t"), last = field.find_last_not_of(" \t");
-    field = first == std::string::npos ? "" : field.substr(first, last - first + 1);
-  }
+  std::vector<std::string> fields;
+  boost::split(fields, line, boost::is_any_of(","));
+  for (std::string& field : fields) boost::trim(field);
   return fields;
 }
 
-// Place of each column in the header; nothing where it is absent.
-std::array<std::optional<size_t>, 4> FindColumns(const std::string& where,
-                                                 const std::vector<std::string>& header) {
-  std::array<std::optional<size_t>, 4> places;
-  for (size_t c = 0; c < kColumns.size(); ++c) {
-    const auto found = std::find(header.begin(), header.end(), kColumns[c].name);
-    if (found != header.end()) {
-      places[c] = static_cast<size_t>(found - header.begin());
-      if (std::find(found + 1, header.end(), kColumns[c].name) != header.end())
-        throw ConfigError(where + kColumns[c].name + ": this column occurs twice");
-    } else if (kColumns[c].needed) {
-      const std::string nearest = config::NearestName(kColumns[c].name, header);
-      throw ConfigError(where + kColumns[c].name + ": this column is missing" +
-                        (nearest.empty() ? "" : "; is it " + nearest + "?"));
-    }
+void CheckHeader(const std::string& where, const std::vector<std::string>& header) {
+  for (const Column& column : {kMilk, kDistance, kMean, kStd}) {
+    const auto count = std::ranges::count(header, column.name);
+    if (count > 1) throw ConfigError(where + column.name + ": this column occurs twice");
+    if (count == 1 || column.name == kStd.name) continue;
+    const std::string nearest = config::NearestName(column.name, header);
+    throw ConfigError(where + column.name + ": this column is missing" +
+                      (nearest.empty() ? "" : "; is it " + nearest + "?"));
   }
-  return places;
 }
 
 double ReadNumber(const std::string& where, const Column& column, const std::string& text) {
@@ -81,30 +63,23 @@ constexpr double kSurelyLost = 1.2;
 // A little milk, at which the published F is best.
 constexpr double kLittleMilk_ml_m3[] = {2, 20};
 
-// Mean of what there is; nothing where there is none.
-template <typename ValueOf>
-std::optional<double> MeanOver(const std::vector<TableRow>& table, ValueOf&& value_of) {
-  double sum = 0;
-  int count = 0;
-  for (size_t i = 0; i < table.size(); ++i)
-    if (const std::optional<double> value = value_of(i)) sum += *value, ++count;
-  return count > 0 ? std::optional(sum / count) : std::nullopt;
-}
-
 // From simulated and published F by milk.
 void SetBest(const std::map<double, std::pair<double, double>>& curve,
              TableComparison* comparison) {
-  std::optional<double> best, best_little;
-  for (const auto& [milk, fitness] : curve) {
-    if (!best || fitness.first > *best) {
-      best = fitness.first;
-      comparison->best_milk_ml_m3 = milk;
-    }
-    if (milk >= kLittleMilk_ml_m3[0] && milk <= kLittleMilk_ml_m3[1])
-      best_little = std::max(best_little.value_or(-1), fitness.first);
-  }
-  if (best_little && curve.begin()->first == 0)
-    comparison->rise = *best_little - curve.begin()->second.first;
+  const auto is_worse = [](const auto& a, const auto& b) {
+    return a.second.first < b.second.first;
+  };
+  comparison->best_milk_ml_m3 = std::max_element(curve.begin(), curve.end(), is_worse)->first;
+  const auto little = curve.lower_bound(kLittleMilk_ml_m3[0]),
+             more = curve.upper_bound(kLittleMilk_ml_m3[1]);
+  if (little != more && curve.begin()->first == 0)
+    comparison->rise =
+        std::max_element(little, more, is_worse)->second.first - curve.begin()->second.first;
+}
+
+std::optional<double> MeanOf(const std::vector<double>& values) {
+  if (values.empty()) return std::nullopt;
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
 }  // namespace
@@ -118,7 +93,7 @@ std::vector<TableRow> ReadRecognitionTable(const std::string& path, MarkerKind m
   std::string line;
   if (!std::getline(file, line)) throw ConfigError(path + ": is empty");
   const std::vector<std::string> header = SplitLine(line);
-  const auto places = FindColumns(path + ":1: ", header);
+  CheckHeader(path + ":1: ", header);
 
   std::vector<TableRow> rows;
   std::set<RecognitionCell> known;
@@ -129,14 +104,13 @@ std::vector<TableRow> ReadRecognitionTable(const std::string& path, MarkerKind m
     if (fields.size() != header.size())
       throw ConfigError(
           fmt::format("{}{} columns, the header has {}", where, fields.size(), header.size()));
-    const auto read = [&](int c) {
-      const auto i = static_cast<size_t>(c);
-      return ReadNumber(where, kColumns[i], fields[*places[i]]);
+    const auto read = [&](const Column& column) -> std::optional<double> {
+      const auto place = std::ranges::find(header, column.name) - header.begin();
+      if (place == std::ssize(header)) return std::nullopt;
+      return ReadNumber(where, column, fields[static_cast<size_t>(place)]);
     };
-    TableRow row{.cell = {marker, read(kMilk), units::MFromMm(read(kDistance))},
-                 .fitness_mean = read(kMean),
-                 .fitness_std = {}};
-    if (places[kStd]) row.fitness_std = read(kStd);
+    const TableRow row{
+        {marker, *read(kMilk), units::MFromMm(*read(kDistance))}, *read(kMean), read(kStd)};
     if (!known.insert(row.cell).second)
       throw ConfigError(fmt::format("{}{} ml/m3 at {} mm occurs twice", where, row.cell.milk_ml_m3,
                                     units::MmFromM(row.cell.distance_m)));
@@ -204,16 +178,16 @@ TableComparison Compare(const std::vector<CellResult>& results,
     }
     comparison.loss_by_distance_m[distance_m] = {MilkAtLoss(simulated), MilkAtLoss(reference)};
   }
-  comparison.lost_fitness_error = MeanOver(table, [&](size_t i) -> std::optional<double> {
-    const auto& loss = comparison.loss_by_distance_m.at(table[i].cell.distance_m);
-    if (!loss.reference_ml_m3 || table[i].cell.milk_ml_m3 <= kSurelyLost * *loss.reference_ml_m3)
-      return std::nullopt;
-    return results[i].fitness_mean - table[i].fitness_mean;
-  });
-  comparison.fitness_std = MeanOver(table, [&](size_t i) -> std::optional<double> {
-    if (AreaOf(table[i].fitness_mean) == Area::kIII) return std::nullopt;
-    return results[i].fitness_std;
-  });
+  std::vector<double> lost_errors, deviations;
+  for (size_t i = 0; i < table.size(); ++i) {
+    const auto& [cell, reference, reference_std] = table[i];
+    const auto& loss = comparison.loss_by_distance_m.at(cell.distance_m).reference_ml_m3;
+    if (loss && cell.milk_ml_m3 > kSurelyLost * *loss)
+      lost_errors.push_back(results[i].fitness_mean - reference);
+    if (AreaOf(reference) != Area::kIII) deviations.push_back(results[i].fitness_std);
+  }
+  comparison.lost_fitness_error = MeanOf(lost_errors);
+  comparison.fitness_std = MeanOf(deviations);
   SetBest(curves.begin()->second, &comparison);
   return comparison;
 }

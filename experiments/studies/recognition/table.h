@@ -13,18 +13,15 @@
 
 namespace turbidock::recognition {
 
+// Distances of a cell.
+inline constexpr double kNearest_mm = 200, kFarthest_mm = 10000;
+
 struct TableRow {
   RecognitionCell cell;
   double fitness_mean = 0;
   std::optional<double> fitness_std;
 
-  static void Fields(auto& self, auto&& field) {
-    field("marker", self.cell.marker);
-    field("milk_ml_m3", self.cell.milk_ml_m3);
-    field("distance_m", self.cell.distance_m);
-    field("fitness_mean", self.fitness_mean);
-    field("fitness_std", self.fitness_std);
-  }
+  TURBIDOCK_FIELDS(cell, fitness_mean)
 };
 
 // ConfigError "FILE:LINE: COLUMN = '...', must be ..." for whatever is wrong: no file, no text, a

@@ -26,7 +26,7 @@ const kKinds = {
   vehicle: {plots: 3},
   gate: {plots: 1},
   plan_size: {plots: 0},
-  recognition: {plots: 6},
+  recognition: {plots: 2},
   estimators: {plots: 3},
 };
 

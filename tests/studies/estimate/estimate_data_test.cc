@@ -340,7 +340,7 @@ TEST_F(Estimate, BadInputIsNamed) {
                  {"no such images; write * for the numbers"});
   media::WritePng(Path("small.png"), Image3u8(320, 240));
   ExpectBadInput({"--left", left, "--right", Path("small.png")},
-                 {"left.png has 640 x 480", "small.png has 320 x 240"});
+                 {"small.png: 320 x 240 pixels, must be the rig's 640 x 480"});
   media::WritePng(Path("other.png"), Image3u8(320, 240));
   ExpectBadInput({"--left", Path("small.png"), "--right", Path("other.png")},
                  {"320 x 240 pixels, must be the rig's 640 x 480"});

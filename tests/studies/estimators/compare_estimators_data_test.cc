@@ -21,7 +21,7 @@ using ::testing::HasSubstr;
 CompareOptions Brief(const std::string& scenario, double milk_ml_m3) {
   CompareOptions options;
   options.scenarios = {scenario};
-  options.distances_m = {0.6};
+  options.distances_mm = {600};
   options.milk_ml_m3 = {milk_ml_m3};
   options.starts = 2;
   options.frames = 15;

@@ -1,6 +1,8 @@
-#include "experiments/studies/recognition/near_truth.h"
+// F near the true pose, which the calibration asks for instead of a search.
 
 #include <gtest/gtest.h>
+
+#include "experiments/studies/recognition/recognition.h"
 
 namespace turbidock::recognition {
 namespace {

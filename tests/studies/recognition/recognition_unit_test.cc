@@ -112,21 +112,6 @@ TEST(Areas, BeginAtThePublishedLimits) {
   EXPECT_EQ(AreaOf(std::nextafter(0.22, 0)), Area::kIII);
 }
 
-TEST(PublishedSteps, AreThoseOfTheTables) {
-  const std::vector<double> passive = PublishedMilk(MarkerKind::kPassive);
-  const std::vector<double> active = PublishedMilk(MarkerKind::kActive);
-  ASSERT_EQ(passive.size(), 33u);
-  ASSERT_EQ(active.size(), 46u);
-  size_t compared = 0;
-  for (const MarkerKind marker : {MarkerKind::kActive, MarkerKind::kPassive})
-    for (const TableRow& row : PublishedTable(marker)) {
-      const std::vector<double> steps = PublishedMilk(marker);
-      // the tables have three digits, cut off, and the steps are rounded
-      EXPECT_NEAR(row.cell.milk_ml_m3, steps[compared++ / 2 % steps.size()], 1.3);
-      if (compared == 2 * steps.size()) compared = 0;
-    }
-}
-
 TEST(Comparison, CountsByHand) {
   const auto row = [](double milk, double mean) {
     return TableRow{{MarkerKind::kActive, milk, 0.4}, mean, {}};
@@ -171,13 +156,6 @@ TEST(Recognition, CellsAreIndependent) {
   EXPECT_EQ(both[0].fitness.size(), 3u);
 }
 
-TEST(Recognition, RefusesWhatIsOutOfRange) {
-  const std::map<MarkerKind, trial::Scenario> scenarios = {
-      {MarkerKind::kActive, RecognitionScenario(MarkerKind::kActive, {})}};
-  EXPECT_THROW(Recognition(scenarios, {{MarkerKind::kActive, -1, 0.4}}), ConfigError);
-  EXPECT_THROW(Recognition(scenarios, {{MarkerKind::kActive, 1, 0.1}}), ConfigError);
-}
-
 // The report says what the results say: limits and Areas worked out by hand.
 class RecognitionReport : public ::testing::Test {
  protected:
@@ -193,56 +171,39 @@ class RecognitionReport : public ::testing::Test {
                                             Result(100, -0.1)};
 };
 
-TEST_F(RecognitionReport, DrawsCurvesAndAreas) {
+TEST_F(RecognitionReport, DrawsCurves) {
   const std::vector<TableRow> table = {Row(0, 0.9), Row(20, 0.5), Row(40, 0.1), Row(100, 0)};
-  const report::Report report = ReportOf(results_, table, 30);
-  ASSERT_EQ(report.sections.size(), 4u);  // F over milk, Areas, F over time, the marker's table
+  const report::Report report = ReportOf(results_, table);
+  ASSERT_EQ(report.sections.size(), 2u);  // F over milk, the marker's table
   const report::Panel& fitness = report.sections[0].panels.at(0);
   ASSERT_EQ(fitness.series.size(), 2u);  // the run and the table
   EXPECT_EQ(fitness.series[0].points[2].x, 40);
   EXPECT_NEAR(fitness.series[0].points[2].y, 0.3, 1e-6);
+  EXPECT_EQ(fitness.series[0].mark, report::Mark::kLineWithBars);  // which has dots where measured
   EXPECT_EQ(fitness.series[1].points[2].y, 0.1);
-
-  // Area I to half way between 20 and 40, II to half way to 100, III as far beyond; so the table
-  const std::vector<report::Block>& areas = report.sections[1].panels.at(0).blocks;
-  ASSERT_EQ(areas.size(), 6u);
-  const std::vector<std::tuple<std::string, double, double>> expected = {
-      {"I", 0, 30}, {"II", 30, 70}, {"III", 70, 130}, {"", 0, 10}, {"", 10, 30}, {"", 30, 130}};
-  for (size_t i = 0; i < areas.size(); ++i)
-    EXPECT_EQ(std::tuple(areas[i].name, areas[i].from_x, areas[i].to_x), expected[i]) << i;
-
-  EXPECT_EQ(report.sections[2].panels.at(0).series.size(), 3u);  // a cell of each Area
-  EXPECT_NEAR(report.sections[2].panels[0].series[0].points[1].x, 1.0 / 30, 1e-12);
-  ASSERT_EQ(report.sections[3].table->rows().size(), 4u);
-  EXPECT_THAT(report.sections[3].table->Text(), HasSubstr("0.300 ± 0.000 II  (0.100)"));
+  ASSERT_EQ(report.sections[1].table->rows().size(), 4u);
+  EXPECT_THAT(report.sections[1].table->Text(), HasSubstr("0.300 ± 0.000 II  (0.100)"));
   EXPECT_EQ(report.facts[0].label, "RMSE of mean F");
   EXPECT_EQ(report.facts[0].value, "0.158");  // root of (0.01 + 0.04 + 0.04 + 0.01) / 4
 }
 
 TEST_F(RecognitionReport, SaysHowTurbidItMayBe) {
   const auto limit = [](const std::vector<CellResult>& results) {
-    return ReportOf(results, {Row(0, 0.9), Row(20, 0.5)}, 30).facts.back();
+    return ReportOf(results, {Row(0, 0.9), Row(20, 0.5)}).facts.back();
   };
   // three-point means 0.75, 0.6, 0.3, 0.1: 0.22 is 0.4 of the way from 40 to 100
-  EXPECT_EQ(ReportOf(results_, {}, 30).facts.at(0).value, "64 ml/m³");
-  EXPECT_THAT(ReportOf(results_, {}, 30).facts.at(0).note, HasSubstr("published: 216 ml/m³"));
+  EXPECT_EQ(ReportOf(results_, {}).facts.at(0).value, "64 ml/m³");
+  EXPECT_THAT(ReportOf(results_, {}).facts.at(0).note, HasSubstr("published: 216 ml/m³"));
   EXPECT_EQ(limit({Result(0, 0.8), Result(20, 0.7)}).value, "beyond 20 ml/m³");
   EXPECT_EQ(limit({Result(5, 0.1), Result(20, 0)}).value, "below 5 ml/m³");
   EXPECT_EQ(limit({Result(0, 0.8), Result(20, 0.7)}).note, "the table: beyond 20 ml/m³");
+  // the headline, by distance
+  EXPECT_EQ(ReportOf(results_, {}).verdict.word, "recognised");
+  EXPECT_EQ(ReportOf(results_, {}).verdict.reason, "Turbidity limit: 64 ml/m³ (active at 400 mm).");
+  EXPECT_EQ(ReportOf({Result(5, 0.1)}, {}).verdict.word, "not recognised");
   // lost by its cells, not by their means of three
   const std::vector<CellResult> few = {Result(0, 0.85), Result(40, 0.53), Result(120, 0.04)};
-  EXPECT_EQ(ReportOf(few, {}, 30).facts.at(0).value, "40 to 120 ml/m³");
-}
-
-// What is written reads back as a table.
-TEST_F(TableFile, IsWhatTheExperimentWrites) {
-  CellResult result{.cell = {MarkerKind::kActive, 20, 0.4}};
-  SetFitness({0.5F, 0.7F}, &result);
-  const std::vector<TableRow> rows = Read(RecognitionCsv({result}, {}));
-  ASSERT_EQ(rows.size(), 1u);
-  EXPECT_EQ(rows[0].cell, result.cell);
-  EXPECT_NEAR(rows[0].fitness_mean, 0.6, 1e-6);
-  EXPECT_NEAR(rows[0].fitness_std.value(), 0.1, 1e-6);
+  EXPECT_EQ(ReportOf(few, {}).facts.at(0).value, "40 to 120 ml/m³");
 }
 
 TEST(RecognizeCommand, PrintsTheDocumentedKeys) {
@@ -269,8 +230,8 @@ TEST(RecognizeCommand, PrintsTheDocumentedKeys) {
 TEST(RecognizeCommand, RefusesBadInput) {
   for (const auto& [arguments, said] :
        std::vector<std::pair<std::vector<std::string>, std::string>>{
-           {{"--milk", "-5"}, "milk_ml_m3: -5 must be in [0, 2000]"},
-           {{"--distances", "5"}, "distance_mm"},
+           {{"--milk", "-5"}, "--milk"},
+           {{"--distances", "5"}, "--distances"},
            {{"--set", "water.scattering_scale=9"}, "must be in [0.1, 3]"},
            {{"--table", "no.csv"}, "--marker"},
            {{"--table", "no.csv", "--marker", "active"}, "no.csv: cannot be read"}}) {
