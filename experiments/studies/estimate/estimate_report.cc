@@ -47,6 +47,7 @@ report::Section OverFrames(const std::vector<Json>& records) {
     fitness.series[0].points.push_back({frame, record["fitness"]});
   }
   return {.title = "Marker in the camera head",
+          .note = "Where it was found; F: how well the pixels agree with it there, 1 at best.",
           .panels = {position, fitness},
           .stacked = true,
           .wide = true};

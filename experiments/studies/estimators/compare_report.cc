@@ -103,8 +103,9 @@ report::Report ReportOf(const std::vector<CompareCell>& cells) {
         {name, fmt::format("{} of {} right", sum.right, sum.starts),
          fmt::format("{} wrong and sure, {} not found", sum.wrong_and_sure, sum.not_found)});
   report.sections.push_back({.title = "Cells",
-                             .note = "Sure: F at least procedure.lost_fitness. Errors are of the "
-                                     "estimates that are sure; intervals 95 %.",
+                             .note = "F: how well the pixels agree with the marker at the pose "
+                                     "found, 1 at best. Sure: F at least procedure.lost_fitness. "
+                                     "Errors are of the estimates that are sure; intervals 95 %.",
                              .table = TableOf(cells)});
   return report;
 }

@@ -307,6 +307,16 @@ TEST_F(Estimate, AMarkerOfOnesOwnByFileAlone) {
                          kPose);
 }
 
+TEST_F(Estimate, SaysWhatIsMissing) {
+  media::WritePng(Path("left.png"), Image3u8(640, 480));
+  media::WritePng(Path("right.png"), Image3u8(640, 480));
+  const Json black = Run({"--left", Path("left.png"), "--right", Path("right.png")});
+  EXPECT_EQ(black.at("detected"), false);
+  EXPECT_THAT(black["report"]["missing"].dump(), HasSubstr("The marker was not found"));
+  for (const Json& x : black["report"]["sections"][0]["panels"][0]["series"][0]["y"])
+    EXPECT_TRUE(x.is_null()) << "a guess is drawn as a position";
+}
+
 TEST_F(Estimate, ThePublishedPresetIsUnrefinedAndRepeats) {
   WritePair({}, RigParams{}.MakeRig(), kPose);
   const std::vector<std::string> arguments = {"--left",  Path("left.png"),
@@ -316,6 +326,7 @@ TEST_F(Estimate, ThePublishedPresetIsUnrefinedAndRepeats) {
   const Json result = Run(arguments);
   EXPECT_EQ(result.at("evaluations"), 30 * 276);
   EXPECT_TRUE(result.at("covariance").is_null());
+  EXPECT_THAT(result["report"]["missing"].dump(), HasSubstr("no standard deviations"));
   EXPECT_EQ(Run(arguments), result);
 }
 

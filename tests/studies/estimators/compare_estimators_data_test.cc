@@ -55,6 +55,28 @@ TEST(CompareEstimators, CountsByHand) {
   EXPECT_FALSE(none.error_median_m);
 }
 
+// Two that are always right: their curves do not hide each other, and it is said of how many
+// starts.
+TEST(CompareEstimatorsReport, CurvesThatCoincideStandApart) {
+  std::vector<CompareCell> cells;
+  for (const char* estimator : {"blobs", "rm_ga"})
+    for (const double milk : {0.0, 50.0}) {
+      cells.push_back({.scenario = "pool_active", .distance_m = 0.6, .milk_ml_m3 = milk});
+      cells.back().estimator = estimator;
+      cells.back().each = std::vector<StartResult>(20, {.is_sure = true});
+      Summarise({}, &cells.back());
+    }
+  const report::Section section = ReportOf(cells).sections.at(0);
+  EXPECT_THAT(section.note, HasSubstr("n = 20 starts"));
+  const std::vector<report::Series>& right = section.panels.at(0).series;
+  ASSERT_EQ(right.size(), 2u);
+  for (const size_t i : {0, 1}) {
+    EXPECT_EQ(right[0].points[i].y, right[1].points[i].y);
+    EXPECT_NEAR(right[1].points[i].x - right[0].points[i].x, 0.3, 0.2);
+    EXPECT_NEAR(right[1].points[i].x, cells[i].milk_ml_m3, 1);
+  }
+}
+
 TEST(CompareEstimators, JudgesTheSameImages) {
   CompareOptions options = Brief("pool_active", 10);
   options.estimators = {"rm_ga", "blobs"};
