@@ -10,6 +10,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "experiments/media/png.h"
 #include "experiments/studies/recognition/report.h"
 #include "experiments/studies/recognition/table.h"
 #include "tests/support/message_of.h"
@@ -204,6 +205,33 @@ TEST_F(RecognitionReport, SaysHowTurbidItMayBe) {
   // lost by its cells, not by their means of three
   const std::vector<CellResult> few = {Result(0, 0.85), Result(40, 0.53), Result(120, 0.04)};
   EXPECT_EQ(ReportOf(few, {}).facts.at(0).value, "40 to 120 ml/m³");
+}
+
+// More milk is brighter, as the cameras see it: all images of a sheet have one contrast.
+TEST(ImageSheet, ImagesCanBeCompared) {
+  const std::string path =
+      (std::filesystem::temp_directory_path() / "turbidock_sheet.png").string();
+  std::vector<CellResult> results;
+  std::vector<RecognitionCell> cells;
+  for (const double milk : {40, 120}) {
+    cells.push_back({MarkerKind::kPassive, milk, 0.4});
+    results.push_back({.cell = cells.back()});
+    SetFitness({0.5F}, &results.back());
+  }
+  WriteImageSheet(
+      path,
+      Recognition({{MarkerKind::kPassive, RecognitionScenario(MarkerKind::kPassive, {})}}, cells),
+      results, 5);
+  const Image3u8 sheet = media::ReadPng(path);
+  std::filesystem::remove(path);
+  ASSERT_EQ(sheet.width(), 90 + 2 * 496);
+  const auto brightness = [&](int column) {
+    double sum = 0;
+    for (int v = 26; v < 26 + 180; ++v)
+      for (int u = 0; u < 240; ++u) sum += sheet.at(90 + 496 * column + u, v)[1];
+    return sum / (180 * 240);
+  };
+  EXPECT_GT(brightness(1), 1.1 * brightness(0));
 }
 
 TEST(RecognizeCommand, PrintsTheDocumentedKeys) {
