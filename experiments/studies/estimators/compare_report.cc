@@ -45,23 +45,27 @@ report::Table TableOf(const std::vector<CompareCell>& cells) {
 // along x, so that those that coincide are seen.
 std::vector<report::Panel> PanelsOf(const std::vector<CompareCell>& cells,
                                     const std::string& scenario) {
-  std::map<std::string, std::vector<const CompareCell*>> lines;
-  double most = 0;
+  std::map<std::pair<std::string, double>, std::vector<const CompareCell*>> lines;
+  double most = 1;
   for (const CompareCell& cell : cells) {
     if (cell.scenario != scenario) continue;
-    lines[fmt::format("{}, {:4g} mm", cell.estimator, MmFromM(cell.distance_m))].push_back(&cell);
+    lines[{cell.estimator, cell.distance_m}].push_back(&cell);
     most = std::max(most, cell.milk_ml_m3);
   }
-  report::Panel right{
-      .x = {"milk, ml/m³"}, .y = {"right, %", -3, 103}, .legend = report::Legend::kAbove};
+  report::Panel right{.x = {"milk, ml/m³", -0.05 * most, 1.05 * most},
+                      .y = {"right, %", -3, 103},
+                      .legend = report::Legend::kAbove};
   report::Panel wrong = right, error = right;
   wrong.y.label = "wrong and sure, %";
   error.y = {.label = "median error, mm", .logarithmic = true};
-  for (const auto& [name, line] : lines) {
+  for (const auto& [key, line] : lines) {
+    const auto& [estimator, distance_m] = key;
     const auto number = static_cast<double>(right.series.size());
-    const double apart = 0.006 * most * (number - 0.5 * static_cast<double>(lines.size() - 1));
-    const report::Series empty{
-        name, {}, report::CurveColor(right.series.size()), report::Mark::kLineWithBars};
+    const double apart = 0.01 * most * (number - 0.5 * static_cast<double>(lines.size() - 1));
+    const report::Series empty{fmt::format("{}, {:g} mm", estimator, MmFromM(distance_m)),
+                               {},
+                               report::CurveColor(right.series.size()),
+                               report::Mark::kLineWithBars};
     for (report::Panel* panel : {&right, &wrong, &error}) panel->series.push_back(empty);
     for (const CompareCell* cell : line) {
       const double x = cell->milk_ml_m3 + apart;
