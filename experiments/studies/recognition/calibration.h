@@ -6,8 +6,8 @@
 // What is known are constraints, each with a misfit in units of what is accepted of it. CMA-ES
 // searches the least root of the mean square of all misfits, a generation at a time, whose sets of
 // values are evaluated side by side. For the search F is looked for near the true pose only, in
-// some of the tables' cells (near_truth.h); the result is confirmed on all cells by searches that
-// begin knowing nothing.
+// some of the tables' cells (RunNearTruth); `turbidock recognize --table` confirms the result by
+// searches that begin knowing nothing.
 
 #include <cstdint>
 #include <functional>
