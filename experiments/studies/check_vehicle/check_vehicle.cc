@@ -16,6 +16,7 @@
 #include "sim/base/units.h"
 #include "sim/vehicle/plant.h"
 #include "sim/vehicle/sea.h"
+#include "sim/view/geom_mesh.h"
 
 namespace turbidock::check_vehicle {
 namespace {
@@ -62,6 +63,28 @@ std::vector<ThrusterReport> ReportThrusters(
                        .drives = drives});
   }
   return reports;
+}
+
+std::vector<HullReport> ReportHull(const vehicle::Scene& scene) {
+  std::vector<HullReport> hull;
+  const mjModel& m = *scene.model;
+  for (int geom = 0; geom < m.ngeom; ++geom) {
+    const vehicle::Part part = scene.geom_part[static_cast<size_t>(geom)];
+    if (part != vehicle::Part::kHull && part != vehicle::Part::kPole) continue;
+    const double *p = m.geom_pos + 3 * geom, *q = m.geom_quat + 4 * geom;
+    const Pose X_BG{Eigen::Quaterniond(q[0], q[1], q[2], q[3]), {p[0], p[1], p[2]}};
+    const Vector3d half = Vector3d::Constant(m.geom_size[3 * geom]);  // a sphere's
+    HullReport box{.low_m = X_BG.p, .high_m = X_BG.p};
+    const bool is_sphere = m.geom_type[geom] == mjGEOM_SPHERE;
+    for (const Vector3d& v :
+         is_sphere ? std::vector<Vector3d>{} : view::MeshOf(m, geom).vertices_m) {
+      box.low_m = box.low_m.cwiseMin(X_BG * v);
+      box.high_m = box.high_m.cwiseMax(X_BG * v);
+    }
+    if (is_sphere) box = {.low_m = X_BG.p - half, .high_m = X_BG.p + half};
+    hull.push_back(box);
+  }
+  return hull;
 }
 
 // The most that the sea asks for on surge, sway and heave of a vehicle that stands still, its bow
@@ -269,6 +292,7 @@ VehicleCheck CheckVehicle(const trial::Scenario& scenario) {
                     FormatNumber(data.LoadedRigidBody().mass_kg),
                     FormatNumber(data.LoadedHydrodynamics().displaced_volume_m3),
                     buoyancy > 0 ? "rises" : "sinks", std::abs(buoyancy), against));
+  check.hull = ReportHull(scene);
   check.thrusters = ReportThrusters(data, scene.thrusters);
   const Vector3d load = LoadOfSea(scenario, scene);
   for (const Axis axis : kAxes) {

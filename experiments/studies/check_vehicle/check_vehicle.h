@@ -25,6 +25,13 @@ struct ThrusterReport {
   TURBIDOCK_FIELDS(name, p_BT_m, axis_B, forward_newton, reverse_newton, drives)
 };
 
+// A box around a part of the hull or around the pole, in B.
+struct HullReport {
+  Eigen::Vector3d low_m, high_m;
+
+  TURBIDOCK_FIELDS(low_m, high_m)
+};
+
 // Ahead, left, up, counter-clockwise; and the other way, negative. N, N m, m/s, rad/s.
 struct AxisReport {
   std::string axis;
@@ -61,6 +68,7 @@ struct PoleReport {
 struct VehicleCheck {
   std::string vehicle, scenario;
   Floating floating;
+  std::vector<HullReport> hull;
   std::vector<ThrusterReport> thrusters;
   std::vector<AxisReport> axes;
   std::vector<ViewReport> views;
@@ -68,7 +76,8 @@ struct VehicleCheck {
   std::vector<std::string> problems;  // with which it cannot dock
   std::vector<std::string> warnings;
 
-  TURBIDOCK_FIELDS(vehicle, scenario, floating, thrusters, axes, views, pole, problems, warnings)
+  TURBIDOCK_FIELDS(vehicle, scenario, floating, hull, thrusters, axes, views, pole, problems,
+                   warnings)
 };
 
 // Of the scenario's vehicle as `vehicle` describes it, before its station and in its sea.

@@ -58,6 +58,9 @@ report::Panel Layout(const std::string& title, const VehicleCheck& check, int up
                       .x = {.label = "x, ahead [m]", .tick_step = 0.1},
                       .y = {.label = up_label, .tick_step = 0.1},
                       .legend = report::Legend::kAbove};
+  for (const HullReport& h : check.hull)
+    panel.blocks.push_back(
+        {"hull", h.low_m.x(), h.high_m.x(), h.low_m[up], h.high_m[up], report::kGrey, 0.3});
   for (size_t i = 0; i < check.thrusters.size(); ++i) {
     const ThrusterReport& t = check.thrusters[i];
     const double length_m = most > 0 ? kLongest_m * t.forward_newton / most : 0;
@@ -78,7 +81,9 @@ report::Section ThrusterSection(const VehicleCheck& check) {
     table.Row({t.name, Vector(t.p_BT_m, 3), Vector(t.axis_B, 2), Fixed(t.forward_newton, 1),
                Fixed(t.reverse_newton, 1), t.drives});
   return {.title = "Thrusters",
-          .note = "A line goes from a thruster to where it pushes; the longest is the strongest.",
+          .note =
+              "A line goes from a thruster to where it pushes; the longest is the strongest. Grey: "
+              "boxes around the parts of the hull and around the pole.",
           .table = table,
           .panels = {Layout("from above", check, 1, "y, left [m]"),
                      Layout("from the left", check, 2, "z, up [m]")}};

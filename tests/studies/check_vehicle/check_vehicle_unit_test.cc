@@ -54,6 +54,26 @@ TEST(CheckVehicle, ThePublishedVehicleIsAsItsDataSay) {
   EXPECT_NEAR(check.pole.clearance_m, 0.0175, 1e-9);
 }
 
+// The thrusters are drawn where they are on the hull.
+TEST(CheckVehicle, ShowsTheHullBehindTheThrusters) {
+  const VehicleCheck check = Check({});
+  const report::Report report = ReportOf(check);
+  const auto section = std::ranges::find(report.sections, "Thrusters", &report::Section::title);
+  ASSERT_NE(section, report.sections.end());
+  for (const report::Panel& panel : section->panels) {
+    ASSERT_EQ(panel.blocks.size(), check.hull.size());
+    double low = 0, high = 0;
+    for (const report::Block& block : panel.blocks) {
+      low = std::min(low, block.from_x);
+      high = std::max(high, block.to_x);
+    }
+    for (const ThrusterReport& thruster : check.thrusters) {
+      EXPECT_GE(thruster.p_BT_m.x(), low) << panel.title;
+      EXPECT_LE(thruster.p_BT_m.x(), high) << panel.title;
+    }
+  }
+}
+
 TEST(CheckVehicle, SaysInWordsWhatIsWrong) {
   EXPECT_THAT(Check({"vehicle.hydrodynamics.p_BBcb_m=[0, 0, -0.03]"}).problems,
               Contains(HasSubstr("does not stay upright")));
