@@ -92,6 +92,9 @@ report::Section SectionOf(const trial::Scenario& scenario, const AxisResponse& r
   const std::string push = is_yaw ? fmt::format("{}: steady push of {:g} N m", name, kPush_newton_m)
                                   : fmt::format("{}: steady push of {:g} N", name, kPush_newton);
   return {.title = "Axis " + name,
+          .note =
+              "Over time blue is the true place, red where it should be, grey the controller's "
+              "demand.",
           .panels = {TimePanel(step, r.axis, r.step.answer, demand),
                      TimePanel(push, r.axis, r.disturbance.answer, demand),
                      LoopPanel(name + ": gain of the loop", {"gain [dB]"},

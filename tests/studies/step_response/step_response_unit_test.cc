@@ -1,0 +1,40 @@
+// What the report of step responses says.
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "experiments/studies/step_response/step_response.h"
+#include "experiments/trial/scenario.h"
+
+namespace turbidock::step_response {
+namespace {
+
+// What was asked, of what, and in which unit, is said where it is drawn.
+TEST(StepReport, SaysStepPushNoiseAndUnits) {
+  const auto report_of = [](const std::string& controller) {
+    AxisResponse x{.axis = control::kSurge}, yaw{.axis = control::kYaw};
+    x.step.answer = {.wanted = 0.05, .time_s = {0}, .actual = {0}, .demand = {0}};
+    yaw.step.answer = {.wanted = kStep_rad, .time_s = {0}, .actual = {0}, .demand = {0}};
+    x.disturbance.answer = yaw.disturbance.answer = {.time_s = {0}, .actual = {0}, .demand = {0}};
+    return ReportOf(
+        trial::LoadScenario("pool_active", {"pose_source=true_pose", "controller=" + controller,
+                                            "true_pose.noise=[0.001, 0, 0, 0]"}),
+        {}, {x, yaw});
+  };
+  const report::Report report = report_of("lqg");
+  const std::vector<report::Panel>&x = report.sections[1].panels, &yaw = report.sections[2].panels;
+  EXPECT_EQ(x[0].title, "x: step of 50 mm");
+  EXPECT_EQ(x[0].y.label, "moved from rest [mm]");
+  EXPECT_EQ(x[0].y2.label, "demand [N] (grey)");
+  EXPECT_EQ(x[1].title, "x: steady push of 1 N");
+  EXPECT_EQ(yaw[0].title, "yaw: step of 5 deg");
+  EXPECT_EQ(yaw[0].y2.label, "demand [N m] (grey)");
+  EXPECT_EQ(yaw[1].title, "yaw: steady push of 0.1 N m");
+  EXPECT_EQ(report_of("p_voltage").sections[1].panels[0].y2.label, "demand [V] (grey)");
+  EXPECT_EQ(report.facts[1].note.substr(0, 32), "with noise of 1, 0, 0 mm and 0 d");
+}
+
+}  // namespace
+}  // namespace turbidock::step_response
