@@ -251,10 +251,6 @@ Subcommand CommandLine::AddCommand(const std::string& name, const std::string& d
   return Subcommand(app);
 }
 
-void CommandLine::Add(const std::string& name, const std::string& doc, int (*run)()) {
-  AddCommand(name, doc, run);
-}
-
 Subcommand CommandLine::Program() { return Subcommand(app_.get()); }
 
 std::string CommandLine::Help() const { return app_->help(); }

@@ -96,7 +96,6 @@ class CommandLine {
     auto arguments = std::make_shared<Arguments>();
     return {AddCommand(name, doc, [arguments, run] { return run(*arguments); }), *arguments};
   }
-  void Add(const std::string& name, const std::string& doc, int (*run)());
   Subcommand Program();  // for what stands before any subcommand
   std::string Help() const;
   const trial::Plugins& plugins() const { return plugins_; }

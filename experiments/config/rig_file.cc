@@ -14,42 +14,37 @@
 namespace turbidock::config {
 namespace {
 
-constexpr const char* kMatrixTag = "!!opencv-matrix";
-
 // OpenCV's own first line is not quite YAML's.
 bool IsOpenCv(const std::string& text) {
   return text.starts_with("%YAML:1.0") || text.starts_with("%YAML 1.0");
 }
 
-// The matrices of a calibration, whichever of the files holds them.
-class Calibration {
- public:
-  explicit Calibration(const std::vector<std::string>& files)
-      : names_(fmt::format("{}", fmt::join(files, ", "))) {
-    for (const std::string& file : files) {
-      std::string text = system::ReadWhole(file);
-      if (!IsOpenCv(text))
-        throw ConfigError(file + ": is no calibration that OpenCV wrote as YAML");
-      text[0] = '#';  // its lines keep their numbers
-      files_.push_back(ParseYaml(text, file, kMatrixTag));
-    }
-  }
+using Names = std::initializer_list<const char*>;
 
-  const std::string& names() const { return names_; }
+template <class V>
+V ValueOf(const YamlNode& at) {
+  V value{};
+  ReadValue(at, &value);
+  return value;
+}
+
+// The matrices of a calibration, whichever of the files holds them.
+struct Calibration {
+  std::string where;  // the files' names
+  std::vector<YamlNode> files;
 
   // The first of these names that is there.
-  std::optional<YamlNode> Find(std::initializer_list<const char*> names) const {
+  std::optional<YamlNode> Find(Names names) const {
     for (const char* name : names)
-      for (const YamlNode& file : files_)
+      for (const YamlNode& file : files)
         if (std::optional<YamlNode> node = file.Find(name)) return node;
     return std::nullopt;
   }
 
   // Row by row. `sizes`: the numbers of elements that are allowed.
-  std::vector<double> Matrix(std::initializer_list<const char*> names,
-                             std::initializer_list<size_t> sizes) const {
+  std::vector<double> Matrix(Names names, std::initializer_list<size_t> sizes) const {
     const std::optional<YamlNode> node = Find(names);
-    if (!node) throw ConfigError(names_ + ": " + *names.begin() + ": this key is required");
+    if (!node) throw ConfigError(where + ": " + *names.begin() + ": this key is required");
     const std::optional<YamlNode> data = node->IsMap() ? node->Find("data") : std::nullopt;
     if (!data) node->Fail("is no matrix: it has no data");
     std::vector<double> values = ValueOf<std::vector<double>>(*data);
@@ -61,18 +56,18 @@ class Calibration {
       node->Fail("has not as many elements as rows times cols");
     return values;
   }
-
-  template <class V>
-  static V ValueOf(const YamlNode& at) {
-    V value{};
-    ReadValue(at, &value);
-    return value;
-  }
-
- private:
-  std::string names_;
-  std::vector<YamlNode> files_;
 };
+
+Calibration LoadCalibration(const std::vector<std::string>& files) {
+  Calibration calibration{.where = fmt::format("{}", fmt::join(files, ", ")), .files = {}};
+  for (const std::string& file : files) {
+    std::string text = system::ReadWhole(file);
+    if (!IsOpenCv(text)) throw ConfigError(file + ": is no calibration that OpenCV wrote as YAML");
+    text[0] = '#';  // its lines keep their numbers
+    calibration.files.push_back(ParseYaml(text, file, "!!opencv-matrix"));
+  }
+  return calibration;
+}
 
 struct ImageSize {
   int width_px = 0, height_px = 0;
@@ -81,7 +76,7 @@ struct ImageSize {
 // Pixels of a side of the images; OpenCV may have written them as "640.".
 int SideIn(const YamlNode& at) {
   constexpr double kLargest_px = 8192;
-  const auto side_px = Calibration::ValueOf<double>(at);
+  const auto side_px = ValueOf<double>(at);
   if (!(side_px >= 1 && side_px <= kLargest_px) || side_px != std::floor(side_px))
     at.Fail(fmt::format("is {}, must be a whole number in [1, {}]", FormatNumber(side_px),
                         kLargest_px));
@@ -137,10 +132,9 @@ vision::LensDistortion DistortionOf(std::vector<double> d, const std::string& wh
 }
 
 RigFromFile RigOfCalibration(const Calibration& calibration, const ImageSize& images) {
-  const std::string& where = calibration.names();
+  const std::string& where = calibration.where;
   const ImageSize size = SizeIn(calibration).value_or(images);
   RigFromFile out;
-  using Names = std::initializer_list<const char*>;
   const auto key = [&](Names names) { return where + ": " + *names.begin(); };
   const auto camera = [&](Names names) -> MountedCamera {
     return {IntrinsicsOf(calibration.Matrix(names, {9}), key(names), size), Pose()};
@@ -184,7 +178,7 @@ RigFromFile RigOfCalibration(const Calibration& calibration, const ImageSize& im
 RigFromFile LoadRig(const std::vector<std::string>& files, int image_width_px,
                     int image_height_px) {
   if (!files.empty() && IsOpenCv(system::ReadWhole(files.front())))
-    return RigOfCalibration(Calibration(files), {image_width_px, image_height_px});
+    return RigOfCalibration(LoadCalibration(files), {image_width_px, image_height_px});
   RigFromFile out;
   out.rig = LoadLayers<RigParams>(files, {}).MakeRig();
   return out;

@@ -63,19 +63,23 @@ std::vector<Evaluation> Evaluations::Run(const std::string& phase, const farm::P
   const std::vector<int64_t> order = FairOrder(plan);
   const RacingParams& racing = study_.settings().racing;
   const auto first = go_on ? static_cast<size_t>(racing.first) : order.size();
+  // All trials of a candidate have a number, also those that racing leaves out.
+  const int64_t first_evaluation = evaluations_, first_number = numbers_, of_each = plan.trials();
+  numbers_ += of_each * std::ssize(candidates);
   std::vector<Running> running;
   for (const Gains& gains : candidates) {
     running.push_back({.evaluation = {evaluations_++, gains}});
     running.back().evaluation.records.resize(std::min(first, order.size()));
   }
   const auto running_of = [&](int64_t evaluation) -> Running& {
-    return running[static_cast<size_t>(evaluation - running.front().evaluation.number)];
+    return running[static_cast<size_t>(evaluation - first_evaluation)];
   };
   // The next trial of the first candidate that has one to ask for.
   const auto next = [&]() -> std::optional<int64_t> {
     for (Running& r : running)
       if (r.asked < r.evaluation.records.size() && !r.ended)
-        return r.evaluation.number * kMostTrials + static_cast<int64_t>(r.asked++);
+        return first_number + (r.evaluation.number - first_evaluation) * of_each +
+               static_cast<int64_t>(r.asked++);
     return std::nullopt;
   };
   // A look decides by the trials before it only, whatever else is known: the same whenever it is
@@ -98,8 +102,8 @@ std::vector<Evaluation> Evaluations::Run(const std::string& phase, const farm::P
   const auto spec = [&](int64_t trial) {
     farm::TrialSpec of;
     of.trial = trial;
-    of.cell = trial / kMostTrials;
-    of.sample = trial % kMostTrials;
+    of.cell = first_evaluation + (trial - first_number) / of_each;
+    of.sample = (trial - first_number) % of_each;
     of.seed = plan.Trial(order[static_cast<size_t>(of.sample)]).seed;
     of.parameters = {{kPhaseKey, phase}};
     const Gains& gains = running_of(of.cell).evaluation.gains;

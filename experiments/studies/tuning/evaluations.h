@@ -48,7 +48,8 @@ class Evaluations {
   const Study& study_;
   std::string file_;
   farm::ResultStore store_;
-  int64_t evaluations_ = 0, trials_ = 0;
+  int64_t evaluations_ = 0, numbers_ = 0;  // asked for so far, and trials that have a number
+  int64_t trials_ = 0;
   farm::TrialRunner runner_;
 };
 

@@ -102,21 +102,6 @@ void RequireNotVaried(const config::YamlNode& trials, const std::vector<GainRang
       require(key, config::TextNode("", distribution));
 }
 
-// That the trials of every evaluation can be numbered.
-void RequireNumbers(const config::YamlNode& study, const StudySettings& settings,
-                    const farm::Plan& plan) {
-  const auto require = [&](const char* group, const char* key, int64_t seeds) {
-    if (seeds <= kMostTrials / plan.cells()) return;
-    const auto in = study.Find(group);
-    config::YamlNode at = (in ? in->Find(key) : std::nullopt).value_or(study);
-    at.path = JoinKey(group, key);
-    at.Fail(fmt::format("{} trials in each of {} cells are {}, must be at most {}", seeds,
-                        plan.cells(), seeds * plan.cells(), kMostTrials));
-  };
-  require("trials", "seeds", plan.settings().seeds);
-  require("proof", "held_out_seeds", settings.proof.held_out_seeds);
-}
-
 }  // namespace
 
 double GainRange::ValueAt(double u) const {
@@ -158,7 +143,9 @@ Study::Study(const std::string& text, const std::string& file, const trial::Plug
   seeds_ = plan.settings().seeds;
   master_seed_ = static_cast<uint64_t>(plan.settings().master_seed);
   RequireNotVaried(*study.Find("trials"), settings_.gains);
-  RequireNumbers(study, settings_, plan);
+  if (settings_.proof.held_out_seeds > farm::kMaxTrials / plan.cells())
+    throw ConfigError(fmt::format("{}: proof.held_out_seeds: more than {} trials in {} cells", file,
+                                  farm::kMaxTrials, plan.cells()));
   for (const ObjectiveTerm& term : settings_.objective) objective_.push_back(MetricOf(term, ""));
   const trial::Scenario scenario = plan.ScenarioOf(plan.Trial(0));
   for (size_t i = 0; i < settings_.gains.size(); ++i) {

@@ -28,8 +28,6 @@
 namespace turbidock::tuning {
 
 inline constexpr int kStudySchema = 1;
-// Of an evaluation: its trials have numbers of their own in the file.
-inline constexpr int64_t kMostTrials = 1'000'000;
 // No weight is larger and no metric counts more: costs, their sums and the squares of their
 // differences are finite.
 inline constexpr double kMostCost = 1e9;
