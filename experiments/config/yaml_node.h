@@ -5,8 +5,8 @@
 //
 //  - UTF-8, without control characters but tab and line breaks, also escaped ones; one document;
 //  - keys are plain text, each once in its map; "<<" (a merge) is none;
-//  - no tags; an alias stands for a copy of what its anchor names, which must be complete;
-//  - at most 16 MiB, 64 levels, and 64 MiB with every alias written out.
+//  - no tags and no aliases;
+//  - at most 16 MiB, 64 levels and a million values.
 
 #include <memory>
 #include <optional>

@@ -58,9 +58,13 @@ report::Panel Layout(const std::string& title, const VehicleCheck& check, int up
                       .x = {.label = "x, ahead [m]", .tick_step = 0.1},
                       .y = {.label = up_label, .tick_step = 0.1},
                       .legend = report::Legend::kAbove};
-  for (const HullReport& h : check.hull)
-    panel.blocks.push_back(
-        {"hull", h.low_m.x(), h.high_m.x(), h.low_m[up], h.high_m[up], report::kGrey, 0.3});
+  for (const HullReport& h : check.hull) {
+    const report::Sample corner{h.low_m.x(), h.low_m[up]}, across{h.high_m.x(), h.high_m[up]};
+    panel.series.push_back(
+        {.points = {corner, {across.x, corner.y}, across, {corner.x, across.y}, corner},
+         .color = report::kGrey,
+         .width_px = 1});
+  }
   for (size_t i = 0; i < check.thrusters.size(); ++i) {
     const ThrusterReport& t = check.thrusters[i];
     const double length_m = most > 0 ? kLongest_m * t.forward_newton / most : 0;

@@ -21,7 +21,7 @@ const kKinds = {
   none: {plots: 2},
   single: {plots: 2},
   compare: {plots: 2},
-  tuning: {plots: 3},
+  tuning: {plots: 5},
   steps: {plots: 16},
   vehicle: {plots: 3},
   gate: {plots: 1},
