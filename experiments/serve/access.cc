@@ -5,30 +5,18 @@
 #include <boost/asio/ip/address.hpp>
 #include <optional>
 #include <random>
+#include <regex>
+#include <string>
 
 namespace turbidock::serve {
 namespace {
 
-namespace ip = boost::asio::ip;
+using boost::asio::ip::address;
 
-std::optional<ip::address> AddressOf(std::string_view text) {
+std::optional<address> AddressOf(std::string_view text) {
   boost::system::error_code error;
-  const ip::address address = ip::make_address(std::string(text), error);
-  return error ? std::nullopt : std::optional(address);
-}
-
-// A Host header without its port and, of an IPv6 address, its brackets. Nothing: no valid header.
-std::optional<std::string_view> NameIn(std::string_view host) {
-  const bool bracketed = host.starts_with('[');
-  const size_t end = bracketed ? host.find(']') : host.find(':');
-  if (bracketed && end == std::string_view::npos) return std::nullopt;
-  const std::string_view name = host.substr(bracketed ? 1 : 0, end - (bracketed ? 1 : 0));
-  const std::string_view rest =
-      end == std::string_view::npos ? "" : host.substr(end + (bracketed ? 1 : 0));
-  const bool is_port = rest.empty() || (rest.size() >= 2 && rest.size() <= 6 && rest[0] == ':' &&
-                                        rest.find_first_not_of("0123456789", 1) == rest.npos);
-  if (name.empty() || !is_port) return std::nullopt;
-  return name;
+  const address parsed = boost::asio::ip::make_address(std::string(text), error);
+  return error ? std::nullopt : std::optional(parsed);
 }
 
 }  // namespace
@@ -48,22 +36,21 @@ bool AreSame(std::string_view a, std::string_view b) {
   return difference == 0;
 }
 
-bool IsLoopback(std::string_view address) {
-  const auto parsed = AddressOf(address);
-  return parsed && parsed->is_loopback();
-}
-
 bool IsOwnHost(std::string_view host, std::string_view address) {
-  const auto name = NameIn(host);
-  if (!name) return false;
-  if (*name == "localhost") return true;
-  const auto literal = AddressOf(*name);
-  return literal && (literal->is_loopback() || !IsLoopback(address));
+  // a name, or an IPv6 address in brackets, and perhaps a port
+  static const std::regex form(R"((\[([^\]]+)\]|([^:]+))(:[0-9]{1,5})?)");
+  constexpr size_t kLongest = 300;  // of a name, and a bound for the expression's work
+  std::cmatch match;
+  if (host.size() > kLongest || !std::regex_match(host.begin(), host.end(), match, form))
+    return false;
+  const std::string name = match[2].matched ? match[2] : match[3];
+  if (name == "localhost") return true;
+  const auto literal = AddressOf(name), own = AddressOf(address);
+  return literal && (literal->is_loopback() || !(own && own->is_loopback()));
 }
 
 bool IsOwnOrigin(std::string_view origin, std::string_view host) {
-  constexpr std::string_view kScheme = "http://";
-  return origin.starts_with(kScheme) && origin.substr(kScheme.size()) == host;
+  return origin == fmt::format("http://{}", host);
 }
 
 }  // namespace turbidock::serve

@@ -21,6 +21,4 @@ bool IsOwnHost(std::string_view host, std::string_view address);
 // Whether an Origin header is that of a page that came from this host over HTTP.
 bool IsOwnOrigin(std::string_view origin, std::string_view host);
 
-bool IsLoopback(std::string_view address);
-
 }  // namespace turbidock::serve

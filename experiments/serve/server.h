@@ -6,7 +6,8 @@
 //   GET /SECRET/live   a WebSocket, where there are any
 //
 // Anything else is refused: another path or method (404, 405), a body (413), a foreign Host or
-// Origin (403), more connections than there is room for (503), a request that takes too long.
+// Origin (403), a request that takes too long. Of more requests or tabs than there is room for the
+// oldest unfinished one or the one silent longest is closed.
 
 #include <functional>
 #include <memory>
@@ -39,8 +40,8 @@ struct Place {
 
 class Server {
  public:
-  static constexpr int kMostConnections = 64;
-  static constexpr int kMostMessageBytes = 64 * 1024;  // that a tab may send
+  static constexpr size_t kMostRequests = 48, kMostTabs = 16;  // at once
+  static constexpr int kMostMessageBytes = 64 * 1024;          // that a tab may send
 
   // Listens and serves in a thread of its own from here on. ConfigError when it cannot listen
   // there: no such address, a port that is in use.
@@ -58,7 +59,7 @@ class Server {
   void Wake();
 
  private:
-  class Work;
+  struct Work;
   std::unique_ptr<Work> work_;
   std::string url_;
   int port_ = 0;
