@@ -15,6 +15,7 @@ const std::map<std::string, std::string> kReplaced = {
     {"export --format", "CSV alone; as JSON: sqlite3 -json FILE 'SELECT * FROM results'"},
     {"run --resolution", "--set rig.width_px=320 --set rig.height_px=240"},
     {"bench --resolution", "--set rig.width_px=320 --set rig.height_px=240"},
+    {"view --quality", "nothing: pictures have a JPEG quality of 80"},
     {"gate --simulate", "--plan-size, which is exact"},
     {"gate --max-trials", "max_trials in the gate's file; --plan-size says how many it takes"},
     {"gate --rate", "gate GATE.yaml --plan-size: margin, alpha and beta are those of the file"},

@@ -10,8 +10,11 @@ import {Line} from 'page/socket.js';
 import {TrialView} from 'page/trial.js';
 
 const kShownChanges = 40;
+const kKeepEvery_frames = 6; // of the pictures to look back at
+const kMostKept = 600; // some 50 MB
 const kHeadEvery_ms = 200; // it is text for people
 const kComplaint_ms = 6000;
+const kEnded = 'The trial has ended; Restart or Next seed begins another to step or push.';
 const kCutOff = 'The program has ended, or cannot be reached. What is shown is the last of it.';
 
 /** The program's time: play and pause are its, looking back is the page's own. */
@@ -22,15 +25,42 @@ class LiveClock extends Clock {
     this.follow = true;
   }
   toggle() {
-    // over again, from the page's own memory
-    if (this.ended) return this.playing ? super.pause() : super.play();
+    this.follow = !this.ended;
+    if (!this.ended) this.send({do: this.playing ? 'pause' : 'go'});
+    else if (this.playing) super.pause();
+    else this.play(); // over again, from the page's own memory
+  }
+  /** The program's time again. */
+  catchUp() {
+    if (this.ended) super.pause();
     this.follow = true;
-    this.send({do: this.playing ? 'pause' : 'go'});
+    this.seek(this.end);
   }
   pause() {} // looking back stops nothing
   setSpeed(factor) {
     super.setSpeed(factor);
     this.send({do: 'speed', factor});
+  }
+}
+
+/** Pictures of the trial so far, to look back at: a few a second, fewer of a long one. */
+class Film {
+  constructor() {
+    this.pictures = []; // {frame, files}
+    this.every_frames = kKeepEvery_frames;
+  }
+  add(picture) {
+    const last = this.pictures[this.pictures.length - 1];
+    if (last && picture.frame < last.frame + this.every_frames) return;
+    this.pictures.push(picture);
+    if (this.pictures.length < kMostKept) return;
+    this.pictures = this.pictures.filter((_, i) => i % 2 === 0);
+    this.every_frames *= 2;
+  }
+  /** The one nearest to a frame, or `other`. */
+  nearest(frame, other) {
+    const late = picture => Math.abs(picture.frame - frame);
+    return this.pictures.reduce((best, next) => (late(next) < late(best) ? next : best), other);
   }
 }
 
@@ -41,15 +71,16 @@ class LivePage {
     this.status = {};
     this.transitions = [];
     this.changes = [];
-    this.shown = []; // times at which pictures were shown, of the last second
+    this.came = []; // times at which pictures came, of the last second
     this.heading = h('div', {class: 'column', 'aria-live': 'off'});
     this.alert = h('p', {class: 'missing', role: 'alert', hidden: true});
-    const waiting = h('p', {class: 'note'}, 'Waiting for the first frame …');
+    const waiting = h('p', {class: 'note'}, 'Waiting for the program …');
     this.ground = h('div', {class: 'column'}, waiting);
     this.below = h('div', {class: 'column'});
     host.append(this.heading, this.alert, this.ground, this.below);
     const send = command => this.line.send(command);
     this.clock = new LiveClock(send);
+    this.clock.on(() => this.lookBack());
     this.knobs = new Knobs(send);
     this.drawHead = soon(
       () => this.drawHeadNow(),
@@ -71,7 +102,10 @@ class LivePage {
     this.drawHead();
   }
 
-  take({problem, trial, controls, transitions, changes, rows, status, pictures: of}, pictures) {
+  async take(
+    {problem, trial, controls, transitions, changes, rows, status, pictures: of},
+    pictures,
+  ) {
     if (problem) this.complain(problem);
     if (trial) this.begin(trial);
     if (controls) this.knobs.set(controls);
@@ -79,8 +113,8 @@ class LivePage {
     this.changes.push(...(changes || []));
     if (trial || transitions || changes) this.drawBelow();
     if (rows) this.append(rows);
-    if (pictures) this.showPictures(of.frame, pictures);
     if (status) this.setStatus(status);
+    if (pictures) await this.keep({frame: of.frame, files: pictures});
   }
 
   complain(problem) {
@@ -96,13 +130,17 @@ class LivePage {
     this.trial = trial;
     this.transitions = [];
     this.changes = [];
+    this.film = new Film();
+    this.last = this.shown = null;
     document.title = trial.title;
     if (!this.trialView) return;
+    this.clock.catchUp();
     this.trialView.restart(trial);
-    this.clock.follow = true;
+    this.trialView.cameras.show({}, {}, 'No picture yet.');
     if (document.activeElement !== this.seed) this.seed.value = trial.seed;
   }
 
+  /** Columns come with every trial, even if it has no row yet. */
   append(rows) {
     if (this.trialView) return this.trialView.append(rows);
     fill(this.ground);
@@ -114,12 +152,23 @@ class LivePage {
     view.left.append(this.knobs.element);
     view.scene?.ready.then(() => {
       if (!view.scene.renderer) return;
-      const push = new Push(view.scene, force_newton => this.line.send({do: 'push', force_newton}));
-      view.scene.element.after(push.element);
+      const send = force_newton => this.line.send({do: 'push', force_newton});
+      this.push = new Push(view.scene, send);
+      view.scene.element.after(this.push.element);
+      this.allowHands();
     });
   }
 
+  /** Hands off what has ended. */
+  allowHands() {
+    const {ended} = this.status;
+    this.push?.stop(ended ? kEnded : '');
+    this.stepButton.disabled = Boolean(ended);
+    this.stepButton.title = ended ? kEnded : 'let one frame pass (.)';
+  }
+
   step() {
+    if (this.status.ended) return this.complain(kEnded);
     this.clock.follow = true;
     this.line.send({do: 'step'});
   }
@@ -134,17 +183,14 @@ class LivePage {
       'aria-label': 'seed',
     });
     const restart = () => this.line.send({do: 'restart', seed: this.seed.value.trim()});
-    const follow = () => {
-      this.clock.follow = true;
-      this.clock.seek(this.clock.end);
-    };
     const next = () => {
       this.seed.value = String(BigInt(this.trial.seed) + 1n);
       restart();
     };
-    this.now = button('Now', follow, {title: 'follow the trial again'});
+    this.stepButton = button('Step', () => this.step());
+    this.now = button('Now', () => this.clock.catchUp(), {title: 'follow the trial again'});
     return [
-      button('Step', () => this.step(), {title: 'let one frame pass (.)'}),
+      this.stepButton,
       this.now,
       h(
         'span',
@@ -158,19 +204,37 @@ class LivePage {
     ];
   }
 
-  showPictures(frame, pictures) {
-    const view = this.trialView;
-    if (!view) return;
-    const before = view.cameras.pictures;
-    const time = clockText(frame / this.trial.frames_per_second);
-    view.cameras.show(pictures, view.estimateAt(frame), `Picture of ${time} with its estimate.`);
-    for (const picture of Object.values(before)) picture.close();
-    this.shown = [...this.shownLately(), performance.now()];
+  async keep(picture) {
+    this.film.add(picture);
+    this.last = picture;
+    this.came = [...this.cameLately(), performance.now()];
+    if (this.clock.follow) await this.show(picture);
     const count = Number(document.documentElement.dataset.pictures || 0);
     document.documentElement.dataset.pictures = String(count + 1);
   }
-  shownLately() {
-    return this.shown.filter(time => time > performance.now() - 1000);
+  cameLately() {
+    return this.came.filter(time => time > performance.now() - 1000);
+  }
+
+  /** The picture of the clock's time. */
+  lookBack() {
+    if (!this.last) return;
+    const frame = Math.round(this.clock.time * this.trial.frames_per_second);
+    this.show(this.clock.follow ? this.last : this.film.nearest(frame, this.last));
+  }
+  async show(picture) {
+    if (picture === this.shown) return;
+    this.shown = picture;
+    const [left, right] = await Promise.all(
+      [picture.files.left, picture.files.right].map(file => createImageBitmap(file)),
+    );
+    if (picture !== this.shown) return;
+    const {cameras} = this.trialView;
+    const before = cameras.pictures;
+    const time = clockText(picture.frame / this.trial.frames_per_second);
+    const estimate = this.trialView.estimateAt(picture.frame);
+    cameras.show({left, right}, estimate, `Picture of ${time} with its estimate.`);
+    for (const bitmap of Object.values(before)) bitmap.close();
   }
 
   setStatus(status) {
@@ -180,7 +244,8 @@ class LivePage {
     const isPlaying = ended ? clock.playing && clock.ended : status.going;
     if (ended !== clock.ended || isPlaying !== clock.playing || speed !== clock.speed) {
       Object.assign(clock, {ended, speed, playing: isPlaying});
-      this.trialView?.setSpeed(speed);
+      this.trialView.setSpeed(speed);
+      this.allowHands();
       clock.tell();
     }
     this.drawHead();
@@ -198,7 +263,7 @@ class LivePage {
     const facts = [
       fact('simulated', clockText(seconds)),
       fact('of real time', `${fixed(status.real_time_factor, 2)} ×`, passed),
-      fact('pictures', `${this.shownLately().length} /s`, 'pairs shown here in the last second'),
+      fact('pictures', `${this.cameLately().length} /s`, 'pairs that came here in the last second'),
       fact('changes', String(this.changes.length), 'settings changed and pushes while it ran'),
     ];
     if (status.digest) facts.push(fact('digest', status.digest, 'equal for equal trials'));

@@ -34,14 +34,21 @@ export class Push {
     canvas.addEventListener('pointermove', event => this.drag(event), {capture: true});
     for (const name of ['pointerup', 'pointercancel'])
       canvas.addEventListener(name, () => this.release(), {capture: true});
-    this.element = h(
-      'div',
-      {class: 'line', role: 'group', 'aria-label': 'push the vehicle'},
-      h('span', {class: 'note'}, 'Drag the vehicle, or push it:'),
-      Object.keys(kWays).map(name =>
-        button(name, () => this.nudge(kWays[name]), {title: `push ${name}, ${kButton_newton} N`}),
-      ),
+    this.note = h('span', {class: 'note'});
+    this.buttons = Object.keys(kWays).map(name =>
+      button(name, () => this.nudge(kWays[name]), {title: `push ${name}, ${kButton_newton} N`}),
     );
+    const label = {role: 'group', 'aria-label': 'push the vehicle'};
+    this.element = h('div', {class: 'line', ...label}, this.note, this.buttons);
+    this.stop('');
+  }
+
+  /** No pushing, for this reason; none: it may be pushed. */
+  stop(why) {
+    this.isStopped = Boolean(why);
+    this.note.textContent = why || 'Drag the vehicle, or push it:';
+    for (const one of this.buttons) one.disabled = this.isStopped;
+    if (why) this.letGo();
   }
 
   at(event) {
@@ -57,7 +64,7 @@ export class Push {
   }
 
   grab(event) {
-    if (event.button !== 0) return;
+    if (event.button !== 0 || this.isStopped) return;
     const hit = this.at(event).intersectObject(this.scene.vehicle, true)[0];
     if (!hit) return;
     const T = this.scene.T;
@@ -77,7 +84,9 @@ export class Push {
   drag(event) {
     if (!this.held) {
       const over =
-        event.buttons === 0 && this.at(event).intersectObject(this.scene.vehicle, true).length > 0;
+        event.buttons === 0 &&
+        !this.isStopped &&
+        this.at(event).intersectObject(this.scene.vehicle, true).length > 0;
       this.scene.canvas.style.cursor = over ? 'grab' : '';
       return;
     }
@@ -95,10 +104,14 @@ export class Push {
 
   release() {
     if (!this.held) return;
+    this.letGo();
+    this.push([0, 0, 0]);
+  }
+  letGo() {
+    clearTimeout(this.timer);
     this.held = null;
     this.scene.controls.enabled = true;
     this.show(null);
-    this.push([0, 0, 0]);
   }
 
   nudge(way) {

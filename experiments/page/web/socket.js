@@ -5,7 +5,7 @@ const kFirstWait_ms = 2000;
 const kLongestWait_ms = 30000; // to try again: a tunnel may come back
 
 export class Line {
-  /** onMessage(head, {left, right}: bitmaps or null) may take its time: the program waits for it. */
+  /** onMessage(head, {left, right}: files or null) may take its time: the program waits for it. */
   constructor({onMessage, onState}) {
     Object.assign(this, {onMessage, onState});
     this.work = Promise.resolve();
@@ -41,12 +41,11 @@ export class Line {
     if (head.pictures) {
       const {left, right} = head.pictures;
       const begin = 4 + length;
-      const bitmap = (from, size) =>
-        createImageBitmap(new Blob([new Uint8Array(data, from, size)], {type: 'image/jpeg'}));
-      const [l, r] = await Promise.all([bitmap(begin, left), bitmap(begin + left, right)]);
-      pictures = {left: l, right: r};
+      const file = (from, size) =>
+        new Blob([new Uint8Array(data, from, size)], {type: 'image/jpeg'});
+      pictures = {left: file(begin, left), right: file(begin + left, right)};
     }
-    this.onMessage(head, pictures);
+    await this.onMessage(head, pictures);
     if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify({do: 'got', n: head.n}));
   }
 

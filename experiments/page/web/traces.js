@@ -201,7 +201,7 @@ export class Traces {
 
   /** A line for each of these columns. */
   several(title, names, called, factor = 1) {
-    const there = names.filter(name => this.series.column(name).length);
+    const there = names.filter(name => name in this.series.columns); // without a row yet, too
     const lines = there.map((name, i) =>
       this.line(called(name), times(this.series.column(name), factor), curve(i)),
     );

@@ -12,6 +12,7 @@ namespace {
 
 using report::Json;
 
+constexpr int kJpegQuality = 80;
 // Messages on the way to a tab: one to be shown while the next travels.
 constexpr int64_t kMostUnderWay = 2;
 constexpr size_t kMostRows = 2000;        // in a message
@@ -23,18 +24,18 @@ void TakeNew(const std::vector<T>& from, std::vector<T>* to) {
   to->insert(to->end(), from.begin() + std::ssize(*to), from.end());
 }
 
+// The next elements of a list after those that a tab has had, which are counted.
 template <class T>
-std::vector<T> Part(const std::vector<T>& list, size_t begin, size_t most) {
-  const size_t end = std::min(list.size(), begin + most);
-  return {list.begin() + static_cast<ptrdiff_t>(begin), list.begin() + static_cast<ptrdiff_t>(end)};
+std::vector<T> TakeNext(const std::vector<T>& list, size_t* had) {
+  const auto begin = list.begin() + static_cast<ptrdiff_t>(*had);
+  *had = std::min(list.size(), *had + kMostRows);
+  return {begin, list.begin() + static_cast<ptrdiff_t>(*had)};
 }
 
 // A message (live_board.h).
-std::string Framed(const report::Json& head, const std::string& left = "",
-                   const std::string& right = "") {
+std::string Framed(const Json& head, const std::string& left, const std::string& right) {
   const std::string text = report::JsonLine(head);
   std::string message;
-  message.reserve(4 + text.size() + left.size() + right.size());
   for (int shift = 0; shift < 32; shift += 8)
     message += static_cast<char>(text.size() >> shift & 0xff);
   return message.append(text).append(left).append(right);
@@ -69,60 +70,53 @@ class LiveBoard::LiveTab : public serve::Tab {
   void Hear(std::string_view text) override;
 
  private:
+  // Under the lock: fills in what is new but pictures and rows, and gives the rows.
+  trial::TrialLog TakeNews(Json* head);
+
   LiveBoard& board_;
   int64_t number_;
-  int64_t sent_ = 0, got_ = 0;  // messages
-  int64_t trial_number_ = 0, settings_number_ = 0, status_number_ = 0;
+  int64_t sent_ = 0, got_ = 0;          // messages
+  std::map<std::string, int64_t> had_;  // numbers of parts
   size_t rows_ = 0, transitions_ = 0, changes_ = 0;
-  std::shared_ptr<const Picture> picture_;
+  std::shared_ptr<Picture> picture_;
 };
+
+trial::TrialLog LiveBoard::LiveTab::TakeNews(Json* head) {
+  for (const auto& [name, part] : board_.parts_)
+    if (std::exchange(had_[name], part.number) != part.number) (*head)[name] = part.value;
+  if (head->contains("trial")) rows_ = transitions_ = changes_ = 0;
+  if (transitions_ < board_.transitions_.size())
+    (*head)["transitions"] = TakeNext(board_.transitions_, &transitions_);
+  if (changes_ < board_.changes_.size()) (*head)["changes"] = TakeNext(board_.changes_, &changes_);
+  return {.thrusters = board_.log_.thrusters, .frames = TakeNext(board_.log_.frames, &rows_)};
+}
 
 std::optional<std::string> LiveBoard::LiveTab::Next() {
   Json head = Json::object();
   trial::TrialLog rows;
-  std::shared_ptr<const Picture> picture;
+  std::shared_ptr<Picture> picture;
   {
     const std::lock_guard lock(board_.mutex_);
     const auto problem = board_.problems_.extract(number_);
     if (!problem.empty()) head["problem"] = problem.mapped();
-    const bool is_late = sent_ - got_ >= kMostUnderWay;
-    if (is_late && problem.empty()) return std::nullopt;
-    if (!is_late) {
-      if (trial_number_ != board_.trial_number_) {
-        trial_number_ = board_.trial_number_;
-        head["trial"] = board_.trial_;
-        rows_ = transitions_ = changes_ = 0;
-      }
-      if (settings_number_ != board_.settings_number_) {
-        settings_number_ = board_.settings_number_;
-        head["controls"] = board_.controls_;
-      }
-      if (status_number_ != board_.status_number_) {
-        status_number_ = board_.status_number_;
-        head["status"] = board_.status_;
-      }
-      rows.thrusters = board_.thrusters_;
-      rows.frames = Part(board_.rows_, rows_, kMostRows);
-      if (transitions_ < board_.transitions_.size())
-        head["transitions"] = Part(board_.transitions_, transitions_, kMostRows);
-      if (changes_ < board_.changes_.size())
-        head["changes"] = Part(board_.changes_, changes_, kMostRows);
+    if (sent_ - got_ < kMostUnderWay) {
+      rows = TakeNews(&head);
       if (picture_ != board_.picture_) picture = picture_ = board_.picture_;
     }
   }
-  if (!rows.frames.empty()) {
+  // with a trial even if it has none yet: the page is built from its columns
+  if (!rows.frames.empty() || head.contains("trial"))
     head["rows"] = page::SeriesModel(trial::Series::Of(rows));
-    rows_ += rows.frames.size();
-  }
-  if (head.contains("transitions")) transitions_ += head["transitions"].size();
-  if (head.contains("changes")) changes_ += head["changes"].size();
   if (head.empty() && !picture) return std::nullopt;
   head["n"] = ++sent_;
-  if (!picture) return Framed(head);
-  const EncodedPicture& encoded = board_.Encode(picture);
+  if (!picture) return Framed(head, "", "");
+  if (picture->left.empty()) {
+    picture->left = media::EncodeJpeg(picture->images.left, kJpegQuality);
+    picture->right = media::EncodeJpeg(picture->images.right, kJpegQuality);
+  }
   head["pictures"] = {
-      {"frame", picture->frame}, {"left", encoded.left.size()}, {"right", encoded.right.size()}};
-  return Framed(head, encoded.left, encoded.right);
+      {"frame", picture->frame}, {"left", picture->left.size()}, {"right", picture->right.size()}};
+  return Framed(head, picture->left, picture->right);
 }
 
 void LiveBoard::LiveTab::Hear(std::string_view text) {
@@ -140,34 +134,28 @@ void LiveBoard::LiveTab::Hear(std::string_view text) {
 
 void LiveBoard::Show(const LiveSession& session, bool whole_images, double real_time_factor) {
   // outside the lock: the trial's model loads a scene
-  const bool is_other = session.trial_number() != trial_number_;
-  const bool are_other_settings = session.settings_number() != settings_number_;
-  Json trial, controls;
-  if (are_other_settings) controls = ControlsModel(session.settings());
-  if (is_other) trial = page::TrialModel(session.began());
-  std::shared_ptr<const Picture> picture;
+  std::map<std::string, Part> news;
+  const bool is_other = session.trial_number() != parts_.at("trial").number;
+  if (is_other) news["trial"] = {session.trial_number(), page::TrialModel(session.began())};
+  if (session.settings_number() != parts_.at("controls").number)
+    news["controls"] = {session.settings_number(), ControlsModel(session.settings())};
+  news["status"] = {parts_.at("status").number + 1, StatusOf(session, real_time_factor)};
+  std::shared_ptr<Picture> picture;
   const auto& frames = session.log().frames;
   if (whole_images && !frames.empty() && !session.seen().left.empty())
-    picture = std::make_shared<const Picture>(Picture{frames.back().frame, session.seen()});
+    picture = std::make_shared<Picture>(Picture{frames.back().frame, session.seen(), "", ""});
 
   const std::lock_guard lock(mutex_);
   if (is_other) {
-    trial_number_ = session.trial_number();
-    trial_ = std::move(trial);
-    thrusters_ = session.log().thrusters;
-    rows_.clear();
+    log_ = {.thrusters = session.log().thrusters, .frames = {}};
     transitions_.clear();
     changes_.clear();
+    picture_ = nullptr;
   }
-  if (are_other_settings) {
-    settings_number_ = session.settings_number();
-    controls_ = std::move(controls);
-  }
-  TakeNew(frames, &rows_);
+  for (auto& [name, part] : news) parts_[name] = std::move(part);
+  TakeNew(frames, &log_.frames);
   TakeNew(session.transitions(), &transitions_);
   TakeNew(session.changes(), &changes_);
-  status_ = StatusOf(session, real_time_factor);
-  ++status_number_;
   if (picture) picture_ = picture;
 }
 
@@ -185,23 +173,6 @@ void LiveBoard::Complain(int64_t tab, const std::string& problem) {
 std::unique_ptr<serve::Tab> LiveBoard::OpenTab() {
   const std::lock_guard lock(mutex_);
   return std::make_unique<LiveTab>(this, ++last_tab_);
-}
-
-const LiveBoard::EncodedPicture& LiveBoard::Encode(const std::shared_ptr<const Picture>& picture) {
-  if (encoded_.of == picture) return encoded_;
-  const Clock::time_point begin = Clock::now();
-  encoded_ = {picture, media::EncodeJpeg(picture->images.left, jpeg_quality_),
-              media::EncodeJpeg(picture->images.right, jpeg_quality_)};
-  const std::lock_guard lock(mutex_);
-  ++cost_.pictures;
-  cost_.encode_s += std::chrono::duration<double>(Clock::now() - begin).count();
-  cost_.bytes += static_cast<int64_t>(encoded_.left.size() + encoded_.right.size());
-  return encoded_;
-}
-
-ShowCost LiveBoard::cost() const {
-  const std::lock_guard lock(mutex_);
-  return cost_;
 }
 
 }  // namespace turbidock::live

@@ -19,13 +19,6 @@
 
 namespace turbidock::live {
 
-// What it cost to show pictures.
-struct ShowCost {
-  int64_t pictures = 0;  // pairs, each encoded once for all tabs
-  double encode_s = 0;
-  int64_t bytes = 0;
-};
-
 // Messages to a tab: the length of the head (4 bytes, least significant first), the head, which is
 // JSON, then the left and the right picture (JPEG). The head has, where there is something new,
 //   n            number of the message, to be given back as {"do": "got", "n": ...}
@@ -41,8 +34,6 @@ class LiveBoard {
  public:
   using Clock = std::chrono::steady_clock;
 
-  explicit LiveBoard(int jpeg_quality) : jpeg_quality_(jpeg_quality) {}
-
   // In the thread that simulates: the session as it is now; `whole_images`: its images are whole.
   void Show(const LiveSession& session, bool whole_images, double real_time_factor);
 
@@ -56,37 +47,30 @@ class LiveBoard {
 
   // In the thread that serves.
   std::unique_ptr<serve::Tab> OpenTab();
-  ShowCost cost() const;
 
  private:
   class LiveTab;
+  struct Part {
+    int64_t number = 0;  // counts its changes
+    report::Json value;
+  };
   struct Picture {
     int64_t frame = 0;
     StereoImage images;
-  };
-  struct EncodedPicture {
-    std::shared_ptr<const Picture> of;
-    std::string left, right;
+    std::string left, right;  // encoded by the serving thread, once for all tabs
   };
 
-  const EncodedPicture& Encode(const std::shared_ptr<const Picture>& picture);
-
-  const int jpeg_quality_;
-  mutable std::mutex mutex_;
+  std::mutex mutex_;
   std::condition_variable commanded_;
   std::vector<Command> commands_;
   std::map<int64_t, std::string> problems_;  // by tab
   int64_t last_tab_ = 0;
   // what the session showed last
-  int64_t trial_number_ = 0, settings_number_ = 0, status_number_ = 0;
-  report::Json trial_, controls_, status_;
-  std::vector<std::string> thrusters_;
-  std::vector<trial::FrameRecord> rows_;
+  std::map<std::string, Part> parts_ = {{"trial", {}}, {"controls", {}}, {"status", {}}};
+  trial::TrialLog log_;
   std::vector<control::Transition> transitions_;
   std::vector<trial::Change> changes_;
-  std::shared_ptr<const Picture> picture_;
-  ShowCost cost_;
-  EncodedPicture encoded_;  // of the serving thread
+  std::shared_ptr<Picture> picture_;
 };
 
 }  // namespace turbidock::live

@@ -18,42 +18,31 @@ constexpr double kSlowest = 0.05, kFastest = 100;  // times real time
 constexpr int kMostSteps = 1000;
 constexpr double kStrongestPush_newton = 50;
 
+// What a law's gains may be set to, of yaw or of each other axis: from nothing to far too much.
+struct GainRange {
+  control::Law law;
+  bool of_yaw;
+  const char *key, *label, *unit;
+  double low, high;
+};
+constexpr GainRange kGains[] = {
+    {control::Law::kPVoltage, false, "kp_v_per_m", "kp", "V/m", 0, 120},
+    {control::Law::kPVoltage, true, "kp_v", "kp", "V", 0, 20},
+    {control::Law::kPid, false, "kp_per_s2", "kp", "1/s²", 0, 20},
+    {control::Law::kPid, false, "ki_per_s3", "ki", "1/s³", 0, 20},
+    {control::Law::kPid, false, "kd_per_s", "kd", "1/s", 0, 20},
+    {control::Law::kPid, true, "kp_per_s2", "kp", "1/s²", 0, 45},
+    {control::Law::kPid, true, "kd_per_s", "kd", "1/s", 0, 15},
+    // the error that the law takes as seriously as effort_share: small is tight
+    {control::Law::kLqg, false, "error_m", "error weight", "m", 0.001, 0.1},
+    {control::Law::kLqg, true, "error_rad", "error weight", "rad", 0.005, 0.5}};
+
 template <class Enum>
 std::vector<std::string> NamesOf() {
   std::vector<std::string> names;
   names.reserve(std::size(EnumNames<Enum>::kNames));
   for (const auto& [value, name] : EnumNames<Enum>::kNames) names.emplace_back(name);
   return names;
-}
-
-// Gains from nothing to far too much.
-void AddGains(control::Law law, std::vector<Control>* controls) {
-  const auto add = [&](const std::string& key, const std::string& label, const std::string& unit,
-                       double high, double low = 0) {
-    controls->push_back({NameOf(law) + ("." + key), label, "control", unit, low, high});
-  };
-  switch (law) {
-    case control::Law::kPVoltage:
-      for (const char* axis : {"surge", "sway", "heave"})
-        add(axis + std::string(".kp_v_per_m"), std::string(axis) + " kp", "V/m", 120);
-      add("yaw.kp_v", "yaw kp", "V", 20);
-      return;
-    case control::Law::kPid:
-      for (const char* axis : {"surge", "sway", "heave"}) {
-        add(axis + std::string(".kp_per_s2"), std::string(axis) + " kp", "1/s²", 20);
-        add(axis + std::string(".ki_per_s3"), std::string(axis) + " ki", "1/s³", 20);
-        add(axis + std::string(".kd_per_s"), std::string(axis) + " kd", "1/s", 20);
-      }
-      add("yaw.kp_per_s2", "yaw kp", "1/s²", 45);
-      add("yaw.kd_per_s", "yaw kd", "1/s", 15);
-      return;
-    case control::Law::kLqg:
-      // the error that the law takes as seriously as effort_share: small is tight
-      for (const char* axis : {"surge", "sway", "heave"})
-        add(axis + std::string(".error_m"), std::string(axis) + " error weight", "m", 0.1, 0.001);
-      add("yaw.error_rad", "yaw error weight", "rad", 0.5, 0.005);
-      return;
-  }
 }
 
 // What is missing or wrong in a command.
@@ -86,81 +75,74 @@ std::string AssignmentIn(const Json& command) {
 
 Eigen::Vector3d ForceIn(const Json& command) {
   const Json& list = Member(command, "force_newton");
-  Eigen::Vector3d force = Eigen::Vector3d::Zero();
-  const auto fail = [] {
+  Eigen::Vector3d force = Eigen::Vector3d::Constant(std::nan(""));
+  if (list.is_array() && list.size() == 3)
+    for (int i = 0; i < 3; ++i)
+      if (const Json& component = list[static_cast<size_t>(i)]; component.is_number())
+        force[i] = component;
+  if (!(force.norm() <= kStrongestPush_newton))
     Fail(fmt::format("\"force_newton\" must be 3 numbers, together at most {} N",
                      kStrongestPush_newton));
-  };
-  if (!list.is_array() || list.size() != 3) fail();
-  for (int i = 0; i < 3; ++i) {
-    const Json& component = list[static_cast<size_t>(i)];
-    if (!component.is_number()) fail();
-    force[i] = component;
-  }
-  if (!(force.norm() <= kStrongestPush_newton)) fail();
   return force;
 }
 
+// Collects what the page offers to change.
+struct Controls {
+  const trial::Scenario& settings;
+  Json list = Json::array();
+
+  Json& Add(const char* group, const std::string& key, const std::string& label) {
+    list.push_back({{"key", key}, {"label", label}, {"group", group}});
+    return list.back();
+  }
+  void Slide(const char* group, const std::string& key, const std::string& label, const char* unit,
+             double low, double high) {
+    const Json value = Json::parse(config::ValueOf(settings, key));
+    Json& control = Add(group, key, label);
+    control.update({{"unit", unit}, {"low", low}, {"high", high}, {"value", value}});
+    if (!value.is_array()) return;
+    // a lamp's channels are shown as the first and set to equal ones
+    control["value"] = value[0];
+    control["list_of"] = value.size();
+  }
+  void Choose(const char* group, const std::string& key, const std::string& label,
+              const std::vector<std::string>& choices) {
+    Add(group, key, label)
+        .update({{"choices", choices}, {"value", config::ValueOf(settings, key)}});
+  }
+};
+
 }  // namespace
 
-std::vector<Control> ControlsOf(const trial::Scenario& settings) {
+report::Json ControlsModel(const trial::Scenario& settings) {
   const std::vector<std::string> off_on = {"false", "true"};
   std::vector<std::string> laws = NamesOf<control::Law>();
   for (const std::string& law : settings.plugins.controllers()) laws.push_back(law);
-  std::vector<Control> controls = {
-      {"water.milk_ml_m3", "milk", "water", "ml/m³", 0, 120},
-      {"sea.current.surface_velocity_mps[0]", "current along", "sea", "m/s", -0.3, 0.3},
-      {"sea.current.surface_velocity_mps[1]", "current across", "sea", "m/s", -0.3, 0.3},
-      {"sea.current.gust_std_mps", "gusts", "sea", "m/s", 0, 0.1},
-      {.key = "sea.state",
-       .label = "swell",
-       .group = "sea",
-       .choices = NamesOf<vehicle::SeaState>()},
-      {"sea.jonswap.significant_height_m", "irregular waves", "sea", "m", 0, 0.5},
-      {.key = "lamps.enabled", .label = "lamps", .group = "light", .choices = off_on},
-      {.key = "lamps.intensity_w_sr",
-       .label = "lamps' intensity",
-       .group = "light",
-       .unit = "W/sr",
-       .low = 0,
-       .high = 0.2,
-       .list_of = 3},
-      {.key = "ball_lights.enabled",
-       .label = "marker's own light",
-       .group = "light",
-       .choices = off_on},
-      {.key = "controller", .label = "law", .group = "control", .choices = laws}};
-  if (settings.plugins.controller().empty()) AddGains(settings.control.controller, &controls);
-  return controls;
-}
-
-report::Json ControlsModel(const trial::Scenario& settings) {
-  Json list = Json::array();
-  for (const Control& control : ControlsOf(settings)) {
-    const std::string first = control.list_of > 0 ? control.key + "[0]" : control.key;
-    const std::string value = config::ValueOf(settings, first);
-    Json entry = {{"key", control.key}, {"label", control.label}, {"group", control.group}};
-    if (!control.choices.empty()) {
-      entry["choices"] = control.choices;
-      entry["value"] = value;
-    } else {
-      entry["unit"] = control.unit;
-      entry["low"] = control.low;
-      entry["high"] = control.high;
-      entry["value"] = Json::parse(value);
-    }
-    if (control.list_of > 0) entry["list_of"] = control.list_of;
-    list.push_back(entry);
-  }
-  return list;
+  Controls controls{settings};
+  controls.Slide("water", "water.milk_ml_m3", "milk", "ml/m³", 0, 120);
+  for (const auto& [axis, label] : {std::pair{"[0]", "current along"}, {"[1]", "current across"}})
+    controls.Slide("sea", std::string("sea.current.surface_velocity_mps") + axis, label, "m/s",
+                   -0.3, 0.3);
+  controls.Slide("sea", "sea.current.gust_std_mps", "gusts", "m/s", 0, 0.1);
+  controls.Choose("sea", "sea.state", "swell", NamesOf<vehicle::SeaState>());
+  controls.Slide("sea", "sea.jonswap.significant_height_m", "irregular waves", "m", 0, 0.5);
+  controls.Choose("light", "lamps.enabled", "lamps", off_on);
+  controls.Slide("light", "lamps.intensity_w_sr", "lamps' intensity", "W/sr", 0, 0.2);
+  controls.Choose("light", "ball_lights.enabled", "marker's own light", off_on);
+  controls.Choose("control", "controller", "law", laws);
+  if (!settings.plugins.controller().empty()) return controls.list;
+  for (const std::string axis : {"surge", "sway", "heave", "yaw"})
+    for (const GainRange& gain : kGains)
+      if (gain.law == settings.control.controller && gain.of_yaw == (axis == "yaw"))
+        controls.Slide("control", NameOf(gain.law) + ("." + axis) + "." + gain.key,
+                       axis + " " + gain.label, gain.unit, gain.low, gain.high);
+  return controls.list;
 }
 
 LiveSession::LiveSession(const trial::Scenario& scenario, OnResult on_result)
     : on_result_(std::move(on_result)) {
   Restart(scenario);
 }
-
-LiveSession::~LiveSession() = default;
 
 void LiveSession::Restart(const trial::Scenario& scenario) {
   auto next = std::make_unique<trial::RunningTrial>(scenario);
@@ -171,6 +153,10 @@ void LiveSession::Restart(const trial::Scenario& scenario) {
   steps_left_ = 0;
   ++trial_number_;
   ++settings_number_;
+}
+
+void LiveSession::FailIfEnded() const {
+  if (result_) Fail("the trial has ended; restart it to step or push");
 }
 
 void LiveSession::Handle(const std::string& command) {
@@ -185,10 +171,9 @@ void LiveSession::Handle(const std::string& command) {
     going_ = false;
     steps_left_ = 0;
   } else if (verb == "step") {
-    const double frames = json.contains("frames") ? Number(json, "frames", 1, kMostSteps) : 1;
-    if (frames != std::floor(frames)) Fail("\"frames\" must be a whole number");
+    FailIfEnded();
     going_ = false;
-    steps_left_ = std::min(steps_left_ + static_cast<int>(frames), kMostSteps);
+    steps_left_ = std::min(steps_left_ + 1, kMostSteps);
   } else if (verb == "speed") {
     speed_ = Number(json, "factor", kSlowest, kFastest);
   } else if (verb == "set") {
@@ -198,8 +183,8 @@ void LiveSession::Handle(const std::string& command) {
     settings_ = std::move(settings);
     ++settings_number_;
   } else if (verb == "push") {
-    const Eigen::Vector3d force = ForceIn(json);
-    if (!result_) trial_->Push(force);
+    FailIfEnded();
+    trial_->Push(ForceIn(json));
   } else if (verb == "restart") {
     trial::Scenario scenario = settings_;
     if (json.contains("seed"))

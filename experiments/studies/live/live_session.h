@@ -15,22 +15,8 @@
 
 namespace turbidock::live {
 
-// A setting that the page offers to change.
-struct Control {
-  std::string key;    // of the scenario
-  std::string label;  // for people
-  std::string group;  // "water", "sea", "light", "control"
-  std::string unit = {};
-  // A number in this range or, of other kinds, nothing of these.
-  double low = 0, high = 0;
-  std::vector<std::string> choices = {};  // of an enum; "false" and "true" of a switch
-  // A list of numbers (a lamp's channels) is shown as its first and set to equal ones; 0: no list.
-  int list_of = 0;
-};
-
-// Those that fit the settings: the gains are those of the control law in force.
-std::vector<Control> ControlsOf(const trial::Scenario& settings);
-// The same with their values, as the page knows them.
+// What the page offers to change, each with its value and its range or choices; of gains those of
+// the control law in force.
 report::Json ControlsModel(const trial::Scenario& settings);
 
 // Pauses, steps and looks change nothing: a trial that nobody interfered with ends with the digest
@@ -41,15 +27,14 @@ class LiveSession {
   using OnResult = std::function<void(const trial::Scenario&, const trial::TrialResult&)>;
 
   explicit LiveSession(const trial::Scenario& scenario, OnResult on_result = nullptr);
-  ~LiveSession();  // cuts off without a result; see Close
 
   // What a page asks for, one of
-  //   {"do": "go"}, {"do": "pause"}, {"do": "step", "frames": 1},
+  //   {"do": "go"}, {"do": "pause"}, {"do": "step"},
   //   {"do": "speed", "factor": 0.5},       // of real time, 0.05 to 100
   //   {"do": "set", "key": "water.milk_ml_m3", "value": 20},
   //   {"do": "push", "force_newton": [0, 2, 0]},   // in W, at most 50 N, until the next
   //   {"do": "restart", "seed": 7}          // without a seed: the same; settings stay as they are
-  // ConfigError for anything else; nothing has changed then.
+  // ConfigError for anything else, and for a step or a push after the end; nothing has changed then.
   void Handle(const std::string& command);
 
   // Whether a frame shall pass: while it goes, or single steps are left.
@@ -77,6 +62,7 @@ class LiveSession {
   const std::optional<trial::TrialResult>& result() const { return result_; }  // of an ended trial
 
  private:
+  void FailIfEnded() const;
   void Restart(const trial::Scenario& scenario);
   void TakeResult();
 

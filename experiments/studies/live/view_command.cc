@@ -13,7 +13,6 @@
 #include "experiments/page/batch_page.h"
 #include "experiments/page/report_page.h"
 #include "experiments/studies/live/live_view.h"
-#include "experiments/studies/live/result_view.h"
 #include "experiments/system/output_path.h"
 #include "experiments/trial/scenario.h"
 #include "experiments/trial/trial_files.h"
@@ -30,20 +29,17 @@ struct ViewArguments {
   std::string what = "sea_night_active";
   std::vector<std::string> assignments;
   std::string gains, seed, listen = "127.0.0.1";
-  int port = kUsualPort, quality = 80;
+  int port = kUsualPort;
   std::optional<std::string> out;
   bool quiet = false;
 };
 
-std::string SummaryText(const ViewSummary& s) {
-  std::string text = fmt::format("{} frames", s.frames);
-  if (s.frames > 0)
-    text += fmt::format(", {:.1f} ms each", 1e3 * s.step_s / static_cast<double>(s.frames));
-  if (const auto pictures = static_cast<double>(s.shown.pictures); pictures > 0)
-    text += fmt::format("; {} pairs of pictures, {:.1f} ms and {:.0f} kB each", s.shown.pictures,
-                        1e3 * s.shown.encode_s / pictures,
-                        1e-3 * static_cast<double>(s.shown.bytes) / pictures);
-  return text;
+// What is said of a trial that has ended.
+std::string EndText(const trial::Scenario& began, const trial::TrialResult& result) {
+  const size_t changes = result.changes.size();
+  return fmt::format("seed {}: {}: {}, digest {}{}", began.seed, NameOf(result.outcome),
+                     result.reason, result.digest,
+                     changes == 0 ? "" : fmt::format(", {} settings changed on the way", changes));
 }
 
 // A folder, a JSON document and a file of trials are results; all else is a scenario.
@@ -78,8 +74,6 @@ void ViewScenario(const ViewArguments& arguments, const ServeOptions& served) {
   app::Progress progress(arguments.quiet);
   std::vector<std::string> assignments = arguments.assignments;
   if (!arguments.seed.empty()) assignments.push_back("seed=" + arguments.seed);
-  const ViewOptions options{served, arguments.quality, arguments.out,
-                            [&](const std::string& line) { progress.Say(line); }};
   const trial::Scenario scenario =
       trial::LoadScenario(arguments.what, assignments, arguments.gains, arguments.plugins);
   if (arguments.out)
@@ -89,7 +83,10 @@ void ViewScenario(const ViewArguments& arguments, const ServeOptions& served) {
         .WritesInto(*arguments.out, trial::kRecordFiles)
         .Require();
   progress.Say(fmt::format("{}, seed {}", scenario.description, scenario.seed));
-  progress.Say(SummaryText(ServeTrial(scenario, options)));
+  ServeTrial(scenario, served, [&](const trial::Scenario& began, const trial::TrialResult& result) {
+    progress.Say(EndText(began, result));
+    if (arguments.out) trial::WriteRecords(*arguments.out, began, result);
+  });
 }
 
 int View(const ViewArguments& arguments) {
@@ -129,7 +126,6 @@ void AddView(app::CommandLine& line) {
   view.Add("--listen ADDRESS", arguments.listen,
            "Address to listen at: another than this machine's own lets others in who know the "
            "secret in the address");
-  view.Add("--quality", arguments.quality, "Of the cameras' pictures (JPEG)").Between(1, 100);
   view.Add("--out FOLDER", arguments.out,
            "Folder for result.json, resolved.yaml and trajectory.csv of the last trial that ended");
   view.AddQuiet(arguments.quiet);

@@ -128,15 +128,18 @@ const morePictures = (page, than) =>
   until(page, n => Number(document.documentElement.dataset.pictures || 0) > n, than);
 const state = (page, word) =>
   until(page, w => document.querySelector('.head .badge')?.textContent.includes(w), word);
-const fact = (page, name) =>
-  page.evaluate(
-    n =>
-      [...document.querySelectorAll('.head .facts div')]
-        .find(div => div.querySelector('dt').textContent === n)
-        ?.querySelector('dd').textContent,
-    name,
-  );
-const simulated = async page => Number.parseFloat(await fact(page, 'simulated'));
+/** How many frames the program has simulated, and how many of their rows are here. */
+const frames = page =>
+  page.evaluate(() => {
+    const {status, trialView} = globalThis.turbidock;
+    return {simulated: status.frames, rows: trialView.series.length};
+  });
+/** Waits until the program stands still and all of it is here. Single frames always come with their picture. */
+const standsStill = page =>
+  until(page, () => {
+    const {status, trialView} = globalThis.turbidock;
+    return !status.going && trialView.series.length === status.frames;
+  });
 
 // Not click(): without a GPU, on a busy machine, a page that always moves is never still enough for it.
 const press = locator => locator.dispatchEvent('click');
@@ -206,18 +209,15 @@ test('pause, step, speed, sliders, push, restart, and what the record says', asy
   const {page, complaints, close} = await open(served.url);
   await morePictures(page, 3);
   await press(page.locator('.play'));
-  await state(page, 'paused');
-  await page.waitForTimeout(500);
-  const paused = await simulated(page);
-  const shown = await pictures(page);
+  await standsStill(page);
+  const paused = await frames(page);
   await page.waitForTimeout(700);
-  assert.equal(await simulated(page), paused, 'the time stands still');
-  assert.equal(await pictures(page), shown);
+  assert.equal((await frames(page)).simulated, paused.simulated, 'the time stands still');
   await press(page.getByRole('button', {name: 'Step'}));
-  await morePictures(page, shown);
-  await page.waitForTimeout(500);
-  assert.equal(await pictures(page), shown + 1, 'one frame');
-  assert.equal(await fact(page, 'changes'), '0');
+  await until(page, n => globalThis.turbidock.last.frame === n, paused.simulated);
+  await standsStill(page);
+  assert.equal((await frames(page)).simulated, paused.simulated + 1, 'one frame');
+  await until(page, () => document.querySelector('.head .facts').textContent.includes('changes0'));
 
   const milk = page.locator('.knob', {hasText: 'milk'});
   await milk.locator('input').fill('30');
@@ -236,10 +236,11 @@ test('pause, step, speed, sliders, push, restart, and what the record says', asy
       `${key} in ${changes}`,
     );
 
-  await page.locator('.transport select').selectOption('4');
+  await page.locator('.transport select').selectOption('0.5');
+  await until(page, () => globalThis.turbidock.status.speed === 0.5);
   await press(page.locator('.play'));
   await state(page, 'running');
-  await morePictures(page, shown + 3);
+  await morePictures(page, await pictures(page));
   // a second tab, and the first one loaded again
   const other = await open(served.url, 390);
   await morePictures(other.page, 0);
@@ -276,11 +277,106 @@ test('pause, step, speed, sliders, push, restart, and what the record says', asy
   const last = JSON.parse(readFileSync(path.join(folder, 'live/result.json')));
   assert.equal(last.outcome, 'interrupted');
   assert.equal(String(last.changes[0].key), 'push');
-  assert.match(served.said(), /pairs of pictures, [\d.]+ ms/);
+  assert.match(served.said(), /interrupted: .*, digest [0-9a-f]+, \d+ settings changed/);
   await until(page, () =>
     document.querySelector('[role=alert]:not([hidden])')?.textContent.includes('has ended'),
   );
   await close();
+});
+
+test('a page that opens before the first frame has all its controls', async () => {
+  const served = await view(...kWaiting);
+  const {page, complaints, close} = await open(served.url);
+  await morePictures(page, 0);
+  await press(page.locator('.play'));
+  await standsStill(page);
+  await press(page.getByRole('button', {name: 'Next seed'}));
+  await until(page, () => globalThis.turbidock.status.frames === 0);
+  const other = await open(served.url, 390);
+  await page.reload();
+  for (const one of [page, other.page]) {
+    await until(one, () => document.querySelector('.knobs fieldset'));
+    await until(one, () => document.querySelector('[aria-label="push the vehicle"]'));
+    assert.equal(await one.locator('.traces canvas').count(), 9);
+  }
+  await press(other.page.getByRole('button', {name: 'Step'}));
+  for (const one of [page, other.page]) {
+    await morePictures(one, 0);
+    assert.equal((await frames(one)).rows, 1);
+  }
+  await press(page.locator('.play'));
+  await until(page, () => globalThis.turbidock.trialView.series.length > 5);
+  assert.deepEqual([...complaints, ...other.complaints], []);
+  await other.close();
+  await close();
+  assert.equal(await served.stop(), 130);
+});
+
+test('a trial that has ended is shown again, and takes no hands', async () => {
+  const served = await view('pool_active', '--set', 'duration_s=4');
+  const {page, complaints, close} = await open(served.url);
+  await until(page, () => globalThis.turbidock?.status.ended);
+  await until(page, () => document.querySelector('[aria-label="push the vehicle"]'));
+  const hands = page.locator('[aria-label="push the vehicle"] button, .transport button', {
+    hasText: /^(ahead|up|Step)$/,
+  });
+  for (const one of await hands.all()) assert.ok(await one.isDisabled());
+  assert.equal(await hands.count(), 3);
+  for (const said of [
+    await page.locator('[aria-label="push the vehicle"] .note').innerText(),
+    await page.getByRole('button', {name: 'Step'}).getAttribute('title'),
+  ])
+    assert.match(said, /has ended/);
+  // what is not on the page is refused, too
+  await page.evaluate(() => globalThis.turbidock.line.send({do: 'step'}));
+  await until(page, () =>
+    document.querySelector('[role=alert]:not([hidden])')?.textContent.includes('has ended'),
+  );
+  const shown = () =>
+    page.evaluate(() => {
+      const {clock, trialView: view} = globalThis.turbidock;
+      return {
+        time: clock.time,
+        cursor: view.traces.sync.cursor,
+        now: view.now.textContent,
+        caption: view.cameras.caption.textContent,
+      };
+    });
+  const last = await shown();
+  await press(page.locator('.play'));
+  await until(page, () => {
+    const {time} = globalThis.turbidock.clock;
+    return time > 0.5 && time < 3;
+  });
+  await press(page.locator('.play'));
+  const during = await shown();
+  assert.ok(during.time > 0 && during.time < last.time, `${during.time} of ${last.time} s`);
+  assert.equal(during.cursor, during.time, 'the cursor');
+  assert.notEqual(during.now, last.now, 'the values');
+  await until(
+    page,
+    caption => {
+      const {cameras} = globalThis.turbidock.trialView;
+      return cameras.caption.textContent !== caption;
+    },
+    last.caption,
+  );
+  await press(page.getByRole('button', {name: 'Now'}));
+  await until(
+    page,
+    caption => {
+      const {cameras} = globalThis.turbidock.trialView;
+      return cameras.caption.textContent === caption;
+    },
+    last.caption,
+  );
+  // another trial: hands on again
+  await press(page.getByRole('button', {name: 'Restart'}));
+  await until(page, () => !globalThis.turbidock.status.ended);
+  for (const one of await hands.all()) assert.ok(await one.isEnabled());
+  assert.deepEqual(complaints, []);
+  await close();
+  assert.equal(await served.stop(), 130);
 });
 
 test('the vehicle is pushed with the mouse', async () => {
@@ -289,7 +385,7 @@ test('the vehicle is pushed with the mouse', async () => {
   await morePictures(page, 3);
   await until(page, () => document.querySelector('[aria-label="push the vehicle"]'));
   await press(page.locator('.play'));
-  await state(page, 'paused');
+  await standsStill(page);
   // where the vehicle is on the screen
   const at = await page.evaluate(() => {
     const {scene} = globalThis.turbidock.trialView;

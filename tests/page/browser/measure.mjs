@@ -57,17 +57,19 @@ async function report(file) {
 
 async function live(scenario) {
   const program = spawn(process.env.PROGRAM, ['view', scenario, '--port', '0'], {
-    stdio: ['ignore', 'pipe', 'pipe'],
-  });
-  let said = '';
-  program.stderr.on('data', data => {
-    said += data;
+    stdio: ['ignore', 'pipe', 'ignore'],
   });
   const ended = new Promise(resolve => program.on('close', resolve));
   const url = await new Promise(resolve =>
     program.stdout.on('data', data => resolve(String(data).trim())),
   );
   const page = await browser.newPage({viewport: {width: 1440, height: 900}});
+  let received = 0; // bytes; nearly all of them pictures
+  page.on('websocket', socket =>
+    socket.on('framereceived', ({payload}) => {
+      received += payload.length;
+    }),
+  );
   await page.goto(url);
   const pictures = () =>
     page.evaluate(() => Number(document.documentElement.dataset.pictures || 0));
@@ -88,9 +90,9 @@ async function live(scenario) {
       .slice(11, 13)
       .reduce((sum, ticks) => sum + ticks / 100, 0);
   const begin = performance.now();
-  const before = [await pictures(), await simulated(), cpu_s()];
+  const before = [await pictures(), await simulated(), cpu_s(), received];
   await new Promise(resolve => setTimeout(resolve, 1000 * kWatch_s));
-  const after = [await pictures(), await simulated(), cpu_s()];
+  const after = [await pictures(), await simulated(), cpu_s(), received];
   const passed_s = (performance.now() - begin) / 1000;
   program.kill('SIGINT');
   await ended;
@@ -99,7 +101,8 @@ async function live(scenario) {
     `${scenario}: ${((after[0] - before[0]) / passed_s).toFixed(1)} pairs of pictures a second, ` +
       `${((after[1] - before[1]) / passed_s).toFixed(2)} x real time, ` +
       `${((1000 * (after[2] - before[2])) / (30 * (after[1] - before[1]))).toFixed(1)} ms of processor time a frame, ` +
-      `load ${os.loadavg()[0].toFixed(1)}; ${said.trim().split('\n').pop()}`,
+      `load ${os.loadavg()[0].toFixed(1)}; ` +
+      `${((after[3] - before[3]) / (after[0] - before[0]) / 1000).toFixed(0)} kB a pair of pictures`,
   );
 }
 

@@ -12,15 +12,13 @@
 #include <boost/beast/core/buffers_to_string.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/websocket.hpp>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <future>
 #include <optional>
 #include <string>
 #include <thread>
 
 #include "experiments/report/json.h"
+#include "experiments/trial/series.h"
 #include "experiments/trial/trial.h"
 
 namespace turbidock::live {
@@ -109,16 +107,16 @@ bool SaysEnd(const Message& message) {
 // Serves in a thread of its own until it is destroyed.
 class Served {
  public:
-  explicit Served(const trial::Scenario& scenario, const std::optional<std::string>& out = {}) {
+  explicit Served(const trial::Scenario& scenario,
+                  const LiveSession::OnResult& on_result = nullptr) {
     std::promise<std::string> url;
     std::future<std::string> known = url.get_future();
-    thread_ = std::thread([this, scenario, out, url = std::move(url)]() mutable {
-      ViewOptions options;
-      options.out = out;
-      options.say = [](const std::string&) {};
-      options.on_served = [&](const std::string& address) { url.set_value(address); };
-      options.stop_requested = [this] { return stop_.load(); };
-      summary = ServeTrial(scenario, options);
+    thread_ = std::thread([this, scenario, on_result, url = std::move(url)]() mutable {
+      ServeTrial(scenario,
+                 {.place = {},
+                  .on_served = [&](const std::string& address) { url.set_value(address); },
+                  .stop_requested = [this] { return stop_.load(); }},
+                 on_result);
     });
     url_ = known.get();
   }
@@ -128,8 +126,6 @@ class Served {
     if (thread_.joinable()) thread_.join();
   }
   const std::string& url() const { return url_; }
-
-  ViewSummary summary;
 
  private:
   std::atomic<bool> stop_ = false;
@@ -151,7 +147,7 @@ TEST(LiveView, APageSeesAllOfATrialAndDoesNotDisturbIt) {
   page.Say({{"do", "pause"}});
   page.Until([&](const Message&) { return page.status["going"] == false; });
   const int64_t rows = page.status["frames"];
-  page.Say({{"do", "step"}, {"frames", 2}});
+  for (int i = 0; i < 2; ++i) page.Say({{"do", "step"}});
   page.Until([&](const Message&) { return page.rows == rows + 2; });
   EXPECT_EQ(page.status["going"], false);
   page.Say({{"do", "go"}});
@@ -211,24 +207,35 @@ TEST(LiveView, APageThatTakesNothingHoldsNobodyUp) {
   EXPECT_EQ(page.rows, 45);
 }
 
-TEST(LiveView, WhatWasChangedIsInTheFiles) {
-  const std::string folder =
-      (std::filesystem::temp_directory_path() / "turbidock_live_view_test").string();
-  std::filesystem::create_directories(folder);
-  Served served(Short(), folder);
+TEST(LiveView, WhatWasChangedIsInTheResultOfATrialThatIsCutOff) {
+  std::optional<trial::TrialResult> result;
+  Served served(Short(), [&](const auto&, const trial::TrialResult& r) { result = r; });
   Page page(served.url());
   page.Until([](const Message& m) { return m.head.contains("rows"); });
   page.Say({{"do", "push"}, {"force_newton", {0, 1, 0}}});
   page.Until([](const Message& m) { return m.head.contains("changes"); });
-  served.Stop();  // cuts the trial off
-  std::ifstream file(folder + "/result.json");
-  const Json result = Json::parse(file);
-  EXPECT_EQ(result["outcome"], "interrupted");
-  EXPECT_EQ(result["changes"][0]["key"], "push");
-  EXPECT_EQ(result["changes"][0]["value"], "[0, 1, 0]");
-  EXPECT_TRUE(std::filesystem::exists(folder + "/resolved.yaml"));
-  EXPECT_TRUE(std::filesystem::exists(folder + "/trajectory.csv"));
-  std::filesystem::remove_all(folder);
+  served.Stop();
+  ASSERT_TRUE(result);
+  EXPECT_EQ(result->outcome, trial::Outcome::kInterrupted);
+  EXPECT_EQ(result->changes[0].key, "push");
+  EXPECT_EQ(result->changes[0].value, "[0, 1, 0]");
+}
+
+// Paused before its first frame: a page that opens then has to have what it is built from.
+TEST(LiveView, APageOpenedBeforeTheFirstFrameGetsTheColumns) {
+  Served served(Short());
+  Page page(served.url());
+  page.Until([](const Message& m) { return !m.left.empty(); });
+  page.Say({{"do", "pause"}});
+  page.Say({{"do", "restart"}});
+  page.Until([&](const Message& m) { return m.head.contains("trial"); });
+  Page late(served.url());
+  const Message first = late.Until([](const Message& m) { return m.head.contains("trial"); });
+  ASSERT_TRUE(first.head.contains("rows"));
+  EXPECT_EQ(first.head["rows"]["time_s"], Json::array());
+  EXPECT_EQ(first.head["rows"].size(), trial::Series(trial::TrialLog().thrusters).names().size());
+  EXPECT_EQ(first.head["status"]["frames"], 0);
+  EXPECT_TRUE(first.left.empty()) << "a picture of the trial before";
 }
 
 }  // namespace

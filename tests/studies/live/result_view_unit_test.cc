@@ -1,6 +1,6 @@
 // The page of a result over real sockets, while the result grows.
 
-#include "experiments/studies/live/result_view.h"
+#include "experiments/studies/live/live_view.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
