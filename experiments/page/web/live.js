@@ -263,9 +263,11 @@ class LivePage {
     const facts = [
       fact('simulated', clockText(seconds)),
       fact('of real time', `${fixed(status.real_time_factor, 2)} ×`, passed),
-      fact('pictures', `${this.cameLately().length} /s`, 'pairs that came here in the last second'),
       fact('changes', String(this.changes.length), 'settings changed and pushes while it ran'),
     ];
+    const came = `${this.cameLately().length} /s`;
+    if (state === 'running')
+      facts.push(fact('pictures', came, 'pairs that came here in the last second'));
     if (status.digest) facts.push(fact('digest', status.digest, 'equal for equal trials'));
     const text = [state, status.reason, ...facts.map(({value}) => value)].join();
     if (text === this.headText) return;

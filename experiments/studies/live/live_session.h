@@ -34,7 +34,8 @@ class LiveSession {
   //   {"do": "set", "key": "water.milk_ml_m3", "value": 20},
   //   {"do": "push", "force_newton": [0, 2, 0]},   // in W, at most 50 N, until the next
   //   {"do": "restart", "seed": 7}          // without a seed: the same; settings stay as they are
-  // ConfigError for anything else, and for a step or a push after the end; nothing has changed then.
+  // ConfigError for anything else, and for a step or a push after the end; nothing has changed
+  // then.
   void Handle(const std::string& command);
 
   // Whether a frame shall pass: while it goes, or single steps are left.

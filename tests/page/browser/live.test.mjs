@@ -348,8 +348,8 @@ test('a trial that has ended is shown again, and takes no hands', async () => {
     const {time} = globalThis.turbidock.clock;
     return time > 0.5 && time < 3;
   });
+  const during = await shown(); // while it plays
   await press(page.locator('.play'));
-  const during = await shown();
   assert.ok(during.time > 0 && during.time < last.time, `${during.time} of ${last.time} s`);
   assert.equal(during.cursor, during.time, 'the cursor');
   assert.notEqual(during.now, last.now, 'the values');
