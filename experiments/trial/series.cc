@@ -72,9 +72,16 @@ Series::Series(const std::vector<std::string>& thrusters) {
 
 Series Series::Of(const TrialLog& log, int every_frames) {
   Series series(log.thrusters);
-  for (size_t i = 0; i < log.frames.size(); i += static_cast<size_t>(every_frames)) {
+  const auto step = static_cast<size_t>(every_frames);
+  for (size_t i = 0; i < log.frames.size(); i += step) {
+    FrameRecord row = log.frames[i];
+    for (size_t j = i + 1; j < std::min(i + step, log.frames.size()); ++j) {
+      row.dock_force_newton = std::max(row.dock_force_newton, log.frames[j].dock_force_newton);
+      row.collision_force_newton =
+          std::max(row.collision_force_newton, log.frames[j].collision_force_newton);
+    }
     size_t at = 0;
-    VisitColumns(log.frames[i], log.thrusters, [&]<class V>(const std::string&, const V& value) {
+    VisitColumns(row, log.thrusters, [&]<class V>(const std::string&, const V& value) {
       std::get<std::vector<V>>(series.columns_[at++].values).push_back(value);
     });
   }

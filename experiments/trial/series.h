@@ -30,7 +30,7 @@ class Series {
   Series() = default;  // without columns: of no log
   // Without rows, with a column for each thruster.
   explicit Series(const std::vector<std::string>& thrusters);
-  // A row for every n-th frame, from the first on.
+  // A row for every n-th frame, from the first on; its contacts are the strongest until the next.
   static Series Of(const TrialLog& log, int every_frames = 1);
   // Without rows, with the columns that somebody else names, in the log's order. ConfigError when
   // one of the log's is not among them or one of them is none of a log's.

@@ -95,6 +95,22 @@ TEST(Series, KeepsEveryNthFrameFromTheFirstOn) {
   EXPECT_EQ(Series::Of(AwkwardLog(), 1000).rows(), 1u);
 }
 
+// A short blow between two rows, as a collision that ends a trial, is in the row before it.
+TEST(Series, ARowHasTheStrongestContactUntilTheNext) {
+  TrialLog log = AwkwardLog();
+  log.frames[3].dock_force_newton = 5;
+  log.frames[4].dock_force_newton = 40;
+  log.frames[6].collision_force_newton = 933;
+  const Series series = Series::Of(log, 3), all = Series::Of(log);
+  const auto forces = [](const Series& of, const std::string& name) {
+    return std::get<std::vector<double>>(of.columns()[IndexOf(of, name)].values);
+  };
+  EXPECT_EQ(forces(series, "dock_force_newton"), (std::vector<double>{0, 40, 0}));
+  EXPECT_EQ(forces(series, "collision_force_newton"), (std::vector<double>{0, 0, 933}));
+  EXPECT_EQ(forces(Series::Of(log, 4), "collision_force_newton"), (std::vector<double>{0, 933}));
+  EXPECT_EQ(forces(all, "dock_force_newton"), (std::vector<double>{0, 0, 0, 5, 40, 0, 0}));
+}
+
 TEST(Series, JsonAndCsvGiveItBack) {
   const Series series = Series::Of(AwkwardLog());
   ExpectEqual(report::ParseJson(report::JsonLine(series), "a series").get<Series>(), series);
