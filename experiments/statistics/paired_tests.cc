@@ -13,20 +13,7 @@
 namespace turbidock::statistics {
 namespace {
 
-constexpr size_t kMaxExact = 25;
-
 double TwoSided(double tail) { return std::min(1.0, 2 * tail); }
-
-// P(W <= w) for the sum of the ranks 1..n of the positive ones of n fair signs.
-double ExactRankSumTail(size_t n, double w) {
-  std::vector<double> ways(n * (n + 1) / 2 + 1, 0);
-  ways[0] = 1;
-  for (size_t rank = 1; rank <= n; ++rank)
-    for (size_t sum = ways.size(); sum-- > rank;) ways[sum] += ways[sum - rank];
-  double tail = 0;
-  for (size_t sum = 0; sum < ways.size() && static_cast<double>(sum) <= w; ++sum) tail += ways[sum];
-  return tail / std::pow(2.0, static_cast<double>(n));
-}
 
 // That McNemar's test says so where these shares of the pairs succeed in one alone.
 double McNemarPower(int64_t pairs, double only_a, double only_b, double level) {
@@ -65,7 +52,7 @@ PairedComparison ComparePairs(const std::vector<double>& a, const std::vector<do
   for (size_t i = 0; i < a.size(); ++i) differences[i] = b[i] - a[i];
   const auto n = static_cast<double>(a.size());
   result.mean = std::accumulate(differences.begin(), differences.end(), 0.0) / n;
-  result.wilcoxon_p = WilcoxonSignedRankP(differences);
+  TD_CHECK(std::isfinite(result.mean), "differences are numbers");
   if (a.size() < 2) return result;
   double squares = 0;
   for (const double d : differences) squares += (d - result.mean) * (d - result.mean);
@@ -80,37 +67,6 @@ PairedComparison ComparePairs(const std::vector<double>& a, const std::vector<do
   result.confidence = {result.mean - half, result.mean + half};
   result.t_p = TwoSided(boost::math::cdf(t, -std::abs(result.mean / error)));
   return result;
-}
-
-double WilcoxonSignedRankP(const std::vector<double>& differences) {
-  std::vector<double> d;
-  for (const double x : differences) {
-    TD_CHECK(std::isfinite(x), "a difference that is a number has a rank");
-    if (x != 0) d.push_back(x);
-  }
-  if (d.empty()) return 1;
-  std::sort(d.begin(), d.end(), [](double x, double y) { return std::abs(x) < std::abs(y); });
-  // mean ranks of ties
-  double positive = 0, tie_term = 0;
-  bool ties = false;
-  for (size_t i = 0; i < d.size();) {
-    size_t j = i;
-    while (j < d.size() && std::abs(d[j]) == std::abs(d[i])) ++j;
-    const auto tied = static_cast<double>(j - i);
-    const double rank = (static_cast<double>(i + 1) + static_cast<double>(j)) / 2;
-    for (size_t k = i; k < j; ++k)
-      if (d[k] > 0) positive += rank;
-    tie_term += tied * tied * tied - tied;
-    ties |= j - i > 1;
-    i = j;
-  }
-  const auto n = static_cast<double>(d.size());
-  const double total = n * (n + 1) / 2;
-  if (!ties && d.size() <= kMaxExact)
-    return TwoSided(ExactRankSumTail(d.size(), std::min(positive, total - positive)));
-  const double variance = n * (n + 1) * (2 * n + 1) / 24 - tie_term / 48;
-  const double z = std::max(0.0, std::abs(positive - total / 2) - 0.5) / std::sqrt(variance);
-  return TwoSided(boost::math::cdf(boost::math::normal(), -z));
 }
 
 double McNemarExactP(int64_t only_a, int64_t only_b) {

@@ -15,22 +15,15 @@ struct PairedComparison {
   double mean = 0;        // of the differences
   Interval confidence{};  // 95 % of it, by Student's t
   double t_p = 1;         // two-sided p of Student's paired t test
-  double wilcoxon_p = 1;  // two-sided p of Wilcoxon's signed-rank test
 
   static void Fields(auto& self, auto&& field) {
     field("pairs", self.pairs);
     field("mean", self.mean);
     field("confidence_95", self.confidence);
     field("t_p", self.t_p);
-    field("wilcoxon_p", self.wilcoxon_p);
   }
 };
 PairedComparison ComparePairs(const std::vector<double>& a, const std::vector<double>& b);
-
-// Wilcoxon's (1945) signed-rank test, two-sided: exact for up to 25 differences without ties, else
-// the normal approximation with correction for ties and continuity. Zeros are left out. 1 without
-// differences, which are finite.
-double WilcoxonSignedRankP(const std::vector<double>& differences);
 
 // McNemar's exact test, two-sided: of pairs in which exactly one of both succeeded, `only_a` and
 // `only_b` times. It is the sign test, too: that a difference is as likely up as down.

@@ -9,59 +9,8 @@
 #include <limits>
 #include <vector>
 
-#include "sim/base/random.h"
-
 namespace turbidock::statistics {
 namespace {
-
-// All 2^n sign patterns counted out.
-double WilcoxonByEnumeration(const std::vector<double>& differences) {
-  const size_t n = differences.size();
-  std::vector<double> rank(n);
-  for (size_t i = 0; i < n; ++i)
-    for (size_t j = 0; j < n; ++j) rank[i] += std::abs(differences[j]) <= std::abs(differences[i]);
-  double observed = 0, total = 0;
-  for (size_t i = 0; i < n; ++i) {
-    if (differences[i] > 0) observed += rank[i];
-    total += rank[i];
-  }
-  const double far = std::abs(observed - total / 2);
-  int as_far = 0;
-  for (unsigned signs = 0; signs < 1u << n; ++signs) {
-    double sum = 0;
-    for (size_t i = 0; i < n; ++i)
-      if (signs >> i & 1u) sum += rank[i];
-    as_far += std::abs(sum - total / 2) >= far;
-  }
-  return as_far / std::pow(2.0, static_cast<double>(n));
-}
-
-TEST(PairedTests, WilcoxonIsWhatCountingGives) {
-  Rng rng = SeedTree(4).Stream("wilcoxon");
-  for (size_t n = 1; n <= 12; ++n) {
-    std::vector<double> differences(n);
-    for (double& d : differences) d = rng.Normal() + 0.5;
-    EXPECT_NEAR(WilcoxonSignedRankP(differences), WilcoxonByEnumeration(differences), 1e-12) << n;
-  }
-}
-
-// Exact and normal approximation meet where they take over from each other.
-TEST(PairedTests, WilcoxonsApproximationFitsTheExactTest) {
-  Rng rng = SeedTree(4).Stream("approximation");
-  std::vector<double> differences(25);
-  for (double& d : differences) d = rng.Normal() + 0.3;
-  const double exact = WilcoxonSignedRankP(differences);
-  differences.push_back(-1e-9);  // the least rank: 26 go to the approximation
-  EXPECT_NEAR(WilcoxonSignedRankP(differences), exact, 0.02);
-}
-
-TEST(PairedTests, WilcoxonLeavesOutZerosAndStandsTies) {
-  EXPECT_EQ(WilcoxonSignedRankP({}), 1);
-  EXPECT_EQ(WilcoxonSignedRankP({0, 0}), 1);
-  EXPECT_EQ(WilcoxonSignedRankP({0, 1, 2, 3}), WilcoxonSignedRankP({1, 2, 3}));
-  EXPECT_NEAR(WilcoxonSignedRankP({1, 1, -1, -1}), 1, 1e-9);
-  EXPECT_LT(WilcoxonSignedRankP(std::vector<double>(30, 2.0)), 1e-5);
-}
 
 TEST(PairedTests, McNemarByHand) {
   EXPECT_EQ(McNemarExactP(0, 0), 1);
@@ -158,20 +107,9 @@ TEST(PairedTests, NothingToCompareSaysNothing) {
   EXPECT_EQ(ComparePairs({1, 2}, {2, 3}).confidence.high, 1);
 }
 
-// Equal sizes share the mean of their ranks: 1.5 1.5 4 4 4 6 7 8.5 8.5 10. The positive ones sum up
-// to 47.5 of 55; the variance is 10 * 11 * 21 / 24 less (6 + 24 + 6) / 48.
-TEST(WilcoxonSignedRank, TiesShareTheMeanOfTheirRanks) {
-  const std::vector<double> differences = {1, -1, 2, 2, -2, 3, 4, 5, 5, 6};
-  const double z = (55 - 1.5 - 4 - 27.5 - 0.5) / std::sqrt(96.25 - 36.0 / 48);
-  EXPECT_NEAR(WilcoxonSignedRankP(differences), std::erfc(z / std::sqrt(2.0)), 1e-12);
-  // without ties ranks are whole; a tie of opposite signs tips nothing
-  EXPECT_NEAR(WilcoxonSignedRankP({1, -1}), 1, 1e-12);
-}
-
-TEST(WilcoxonSignedRankDeathTest, RefusesWhatHasNoRank) {
+TEST(PairedTestsDeathTest, RefusesWhatIsNoNumber) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  EXPECT_DEATH(WilcoxonSignedRankP({1, kInfinity - kInfinity}), "has a rank");
-  EXPECT_DEATH(ComparePairs({1, kInfinity}, {2, kInfinity}), "has a rank");
+  EXPECT_DEATH(ComparePairs({1, kInfinity}, {2, kInfinity}), "are numbers");
 }
 
 }  // namespace

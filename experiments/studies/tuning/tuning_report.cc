@@ -106,17 +106,16 @@ report::Section HeldOutSection(const Study& study, const Comparison& held_out) {
                            study.settings().proof.cameras ? ", through the cameras" : ""),
       .note =
           "Differences are tuned less before on the same seeds, with 95 % intervals; docked "
-          "with Wilson's; p of paired t, Wilcoxon's and McNemar's exact tests, all two-sided. "
+          "with Wilson's; p of paired t and McNemar's exact tests, all two-sided. "
           "Time and true final errors are medians of the trials that docked, the cost is a mean.",
-      .lines = {fmt::format("The cost: p = {} (t), {} (Wilcoxon). Docking: p = {} (McNemar).",
+      .lines = {fmt::format("The cost: p = {} (t). Docking: p = {} (McNemar).",
                             Probability(held_out.cost_difference.t_p),
-                            Probability(held_out.cost_difference.wilcoxon_p),
                             Probability(held_out.mcnemar_p))},
       .table = TableOf(study.settings().objective, held_out)};
   if (const statistics::PairedComparison& t = held_out.time_difference_s; t.pairs > 0)
-    section.lines.push_back(fmt::format(
-        "Where both docked ({} pairs) the tuned gains take {}, p = {} (t), {} (Wilcoxon).", t.pairs,
-        Difference(t, " s"), Probability(t.t_p), Probability(t.wilcoxon_p)));
+    section.lines.push_back(
+        fmt::format("Where both docked ({} pairs) the tuned gains take {}, p = {} (t).", t.pairs,
+                    Difference(t, " s"), Probability(t.t_p)));
   return section;
 }
 

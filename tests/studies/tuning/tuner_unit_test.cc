@@ -436,7 +436,7 @@ TEST(TuningReport, SaysInEveryFormWhatTheTunedGainsTakeWhereBothDocked) {
   const Study study(kHead + kTrials + kGains + kObjective + kFast, "study.yaml");
   const TuningResult result = Found(study, 2, -1, 0.5);
   const std::string said =
-      "Where both docked (2 pairs) the tuned gains take +0.35 s [+0.10, +0.60], p = 0.002 (t), ";
+      "Where both docked (2 pairs) the tuned gains take +0.35 s [+0.10, +0.60], p = 0.002 (t).";
   EXPECT_THAT(report::Text(ReportOf(study, result)), HasSubstr(said));
   EXPECT_THAT(report::Markdown(ReportOf(study, result)), HasSubstr("- " + said));
   EXPECT_THAT(report::Document(ReportOf(study, result), report::Json::object())["report"].dump(),
