@@ -14,7 +14,7 @@
 #include "experiments/page/batch_page.h"
 #include "experiments/page/page.h"
 #include "experiments/page/report_page.h"
-#include "experiments/studies/compare/comparison_page.h"
+#include "experiments/studies/compare/comparison.h"
 #include "experiments/system/output_path.h"
 #include "experiments/system/plain_text.h"
 
@@ -38,7 +38,7 @@ page::Page PageOfTwo(const ReportArguments& arguments) {
   const farm::ResultStore in_a = farm::ResultStore::Read(a), in_b = farm::ResultStore::Read(b);
   return compare::PageOf(
       compare::Compare({in_a, a}, {in_b, b}, {.by = arguments.by, .ignore = arguments.ignore}),
-      {in_a, a}, {in_b, b}, {.plugins = arguments.plugins});
+      {in_a, a}, {in_b, b}, arguments.plugins);
 }
 
 page::Page PageOf(const ReportArguments& arguments) {

@@ -21,7 +21,7 @@ int Run(const CompareArguments& arguments) {
                           b = farm::ResultStore::Read(arguments.b);
   const Comparison comparison = Compare({a, arguments.a}, {b, arguments.b}, arguments.options);
   const report::Report report = ReportOf(comparison);
-  app::PrintReport(report, ResultJson(comparison), arguments.json);
+  app::PrintReport(report, comparison, arguments.json);
   if (!arguments.figure.empty()) media::WriteFigure(arguments.figure, media::FigureOf(report));
   return app::kExitDone;
 }

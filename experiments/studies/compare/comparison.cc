@@ -3,19 +3,22 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <map>
+#include <set>
 #include <utility>
 
 #include "experiments/config/nearest_name.h"
+#include "experiments/config/yaml_node.h"
 #include "experiments/farm/summary.h"
 #include "experiments/statistics/paired_tests.h"
+#include "experiments/trial/record_columns.h"
 #include "sim/base/check.h"
+#include "sim/base/fields.h"
 
 namespace turbidock::compare {
 namespace {
 
 bool Has(const std::vector<std::string>& list, const std::string& word) {
-  return std::find(list.begin(), list.end(), word) != list.end();
+  return std::ranges::count(list, word) > 0;
 }
 
 void RequireKnown(const std::vector<std::string>& words, const std::vector<std::string>& known) {
@@ -52,59 +55,48 @@ std::map<Key, farm::StoredTrial> ByKey(const farm::ResultStore& store,
   return trials;
 }
 
-std::vector<trial::Metric> KnownMetrics() {
-  std::vector<trial::Metric> known = trial::Metrics();
+// The metrics of these names; all without a name.
+std::vector<trial::Metric> MetricsNamed(const std::vector<std::string>& names) {
+  std::vector<trial::Metric> known = trial::Metrics(), chosen;
   known.push_back({"final_error_m", [](const trial::TrialRecord& record) {
                      return std::optional(record.final_error_true.distance_m());
                    }});
-  return known;
-}
-
-}  // namespace
-
-std::vector<TrialPair> PairTrials(const farm::ResultStore& a, const farm::ResultStore& b,
-                                  const ComparisonOptions& options) {
-  std::vector<std::string> keys, shared;
-  for (const farm::ResultStore* store : {&a, &b})
-    for (const std::string& key : store->header().keys) keys.push_back(key);
-  RequireKnown(options.ignore, keys);
-  for (const std::string& key : a.header().keys)
-    if (Has(b.header().keys, key) && !Has(options.ignore, key)) shared.push_back(key);
-  RequireKnown(options.by, shared);
-
-  const std::map<Key, farm::StoredTrial> in_a = ByKey(a, shared), in_b = ByKey(b, shared);
-  std::vector<TrialPair> pairs;
-  for (const auto& [key, trial] : in_a)
-    if (const auto partner = in_b.find(key); partner != in_b.end())
-      pairs.push_back({trial.parameters, trial.record, partner->second.record, trial.trial,
-                       partner->second.trial});
-  if (pairs.empty())
-    throw ConfigError("no trial of one set has the seed and parameters of one of the other");
-  return pairs;
+  if (names.empty()) return known;
+  std::vector<std::string> known_names;
+  for (const trial::Metric& metric : known) known_names.push_back(metric.name);
+  for (const std::string& name : names) {
+    const auto found = std::ranges::find(known, name, &trial::Metric::name);
+    if (found == known.end())
+      throw ConfigError(name + ": is no metric of these results" +
+                        config::DidYouMean(name, known_names));
+    chosen.push_back(*found);
+  }
+  return chosen;
 }
 
 RateComparison CompareRates(const std::vector<TrialPair>& pairs) {
   RateComparison c;
   c.pairs = std::ssize(pairs);
-  c.lost = std::ranges::count_if(pairs, &TrialPair::lost);
-  c.gained = std::ranges::count_if(pairs, &TrialPair::gained);
   const auto n = static_cast<double>(c.pairs);
-  const auto in_a = std::ranges::count_if(pairs, [](const auto& p) { return p.a.success(); });
-  c.rate_a = static_cast<double>(in_a) / n;
-  c.rate_b = static_cast<double>(in_a - c.lost + c.gained) / n;
-  c.difference = c.rate_b - c.rate_a;
-  c.interval_95 = statistics::RateDifferenceInterval(c.lost, c.gained, c.pairs);
-  c.p_value = statistics::McNemarExactP(c.lost, c.gained);
-  return c;
-}
-
-trial::Metric MetricNamed(const std::string& name) {
-  std::vector<std::string> names;
-  for (const trial::Metric& figure : KnownMetrics()) {
-    if (figure.name == name) return figure;
-    names.push_back(figure.name);
+  for (const TrialPair& pair : pairs) {
+    const bool in_a = pair.a.success(), in_b = pair.b.success();
+    c.rate_a += in_a / n;
+    c.rate_b += in_b / n;
+    if (in_a == in_b) continue;
+    (in_a ? c.lost : c.gained)
+        .push_back({.seed = pair.a.seed,
+                    .trial_a = pair.trial_a,
+                    .trial_b = pair.trial_b,
+                    .failure = in_a ? pair.b.failure : pair.a.failure,
+                    .parameters = Text(pair.parameters)});
   }
-  throw ConfigError(name + ": is no metric of these results" + config::DidYouMean(name, names));
+  const int64_t lost = std::ssize(c.lost), gained = std::ssize(c.gained);
+  c.difference = static_cast<double>(gained - lost) / n;
+  c.interval_95 = statistics::RateDifferenceInterval(lost, gained, c.pairs);
+  c.p_value = statistics::McNemarExactP(lost, gained);
+  c.least_difference_seen =
+      statistics::LeastDifferenceSeen(c.pairs, static_cast<double>(lost + gained) / n);
+  return c;
 }
 
 MetricComparison CompareMetric(const std::vector<TrialPair>& pairs, const trial::Metric& metric) {
@@ -113,47 +105,44 @@ MetricComparison CompareMetric(const std::vector<TrialPair>& pairs, const trial:
   std::vector<double> in_a, in_b, differences;
   for (const TrialPair& pair : pairs) {
     const auto a = metric.of(pair.a), b = metric.of(pair.b);
-    if (!pair.a.success() || !pair.b.success() || !a || !b) continue;
+    if (!pair.docked() || !a || !b) continue;
     in_a.push_back(*a);
     in_b.push_back(*b);
     differences.push_back(*b - *a);
     c.larger += *b > *a;
     c.smaller += *b < *a;
   }
-  std::sort(differences.begin(), differences.end());
   c.pairs = std::ssize(differences);
   c.median_a = statistics::Median(std::move(in_a));
   c.median_b = statistics::Median(std::move(in_b));
   c.interval_95 = statistics::MedianInterval(differences);
   c.median_difference = statistics::Median(std::move(differences));
-  c.larger_share_interval_95 = statistics::WilsonInterval(c.larger, c.larger + c.smaller);
   c.p_value = statistics::McNemarExactP(c.larger, c.smaller);
   return c;
 }
 
 std::vector<ComparisonGroup> GroupPairs(const std::vector<TrialPair>& pairs,
                                         const std::vector<std::string>& by) {
-  std::vector<ComparisonGroup> groups;
-  std::map<std::string, size_t> index;
+  std::map<std::vector<std::string>, ComparisonGroup> groups;  // by values
   for (const TrialPair& pair : pairs) {
-    std::vector<farm::Parameter> key;
-    for (const std::string& name : by)
-      for (const farm::Parameter& parameter : pair.parameters)
-        if (parameter.key == name) key.push_back(parameter);
-    const auto [place, is_new] = index.emplace(Text(key), groups.size());
-    if (is_new) groups.push_back({.key = key, .pairs = {}});
-    groups[place->second].pairs.push_back(pair);
-  }
-  std::ranges::sort(groups, farm::LessByValue, [](const ComparisonGroup& group) {
+    std::map<std::string, std::string> key;
     std::vector<std::string> values;
-    for (const farm::Parameter& parameter : group.key) values.push_back(parameter.value);
-    return values;
-  });
-  return groups;
+    for (const std::string& name : by)
+      values.push_back(key[name] =
+                           std::ranges::find(pair.parameters, name, &farm::Parameter::key)->value);
+    ComparisonGroup& group = groups[values];
+    group.key = key;
+    group.pairs.push_back(pair);
+  }
+  std::vector<std::pair<std::vector<std::string>, ComparisonGroup>> order(groups.begin(),
+                                                                          groups.end());
+  std::ranges::stable_sort(order, farm::LessByValue, [](const auto& group) { return group.first; });
+  std::vector<ComparisonGroup> sorted;
+  for (auto& [values, group] : order) sorted.push_back(std::move(group));
+  return sorted;
 }
 
-std::string ComparisonGroup::Name() const { return key.empty() ? "all" : Text(key); }
-
+// Marks what is significant in each family of tests.
 void MarkSignificant(Comparison* comparison) {
   const auto mark = [](const auto& family) {
     std::vector<double> p_values;
@@ -174,24 +163,95 @@ void MarkSignificant(Comparison* comparison) {
   if (!comparison->has_several()) comparison->all = comparison->groups[0].docked;
 }
 
-Comparison Compare(const ComparedFile& a, const ComparedFile& b, const ComparisonOptions& options) {
-  std::vector<trial::Metric> metrics;
-  for (const std::string& name : options.metrics) metrics.push_back(MetricNamed(name));
-  if (metrics.empty()) metrics = KnownMetrics();
-  const std::vector<TrialPair> pairs = PairTrials(a.store, b.store, options);
-  Comparison comparison{.a = a.file,
-                        .b = b.file,
-                        .build_a = a.store.header().build,
-                        .build_b = b.store.header().build,
-                        .options = options,
-                        .groups = GroupPairs(pairs, options.by),
-                        .all = CompareRates(pairs)};
+// Notes every value below a node of one of two plans by its dotted key; those of a text of several
+// lines, which a scenario is, by their own.
+void Note(const config::YamlNode& node, const std::string& key, size_t side, Differences* values) {
+  if (node.IsMap()) {
+    const auto entries = node.Entries();
+    const bool is_scenario = key == "resolved_scenarios" && entries.size() == 1;
+    for (const auto& [name, child] : entries)
+      Note(child, is_scenario ? "scenario" : JoinKey(key, name), side, values);
+    return;
+  }
+  const std::string text = node.Text().value_or("");
+  if (text.find('\n') != std::string::npos) try {
+      return Note(config::ParseYaml(text, key), key, side, values);
+    } catch (const ConfigError&) {  // a text for people
+    }
+  values->try_emplace(key, std::array<std::string, 2>{"-", "-"}).first->second[side] =
+      node.OneLine();
+}
+
+}  // namespace
+
+std::string Flip::Link() const { return fmt::format("{}-{}", trial_a, trial_b); }
+
+std::string ComparisonGroup::Name() const {
+  std::string name;
+  for (const auto& [parameter, value] : key)
+    name += (name.empty() ? "" : " ") + parameter + "=" + value;
+  return name.empty() ? "all" : name;
+}
+
+std::vector<TrialPair> PairTrials(const farm::ResultStore& a, const farm::ResultStore& b,
+                                  const ComparisonOptions& options) {
+  std::vector<std::string> keys = a.header().keys, shared;
+  for (const std::string& key : keys)
+    if (Has(b.header().keys, key) && !Has(options.ignore, key)) shared.push_back(key);
+  keys.insert(keys.end(), b.header().keys.begin(), b.header().keys.end());
+  RequireKnown(options.ignore, keys);
+  RequireKnown(options.by, shared);
+
+  const std::map<Key, farm::StoredTrial> in_a = ByKey(a, shared), in_b = ByKey(b, shared);
+  std::vector<TrialPair> pairs;
+  std::set<int64_t> seeds;
+  for (const auto& [key, trial] : in_a) {
+    seeds.insert(key.second);
+    if (const auto partner = in_b.find(key); partner != in_b.end())
+      pairs.push_back({trial.parameters, trial.record, partner->second.record, trial.trial,
+                       partner->second.trial});
+  }
+  if (!pairs.empty()) return pairs;
+  for (const auto& [key, trial] : in_b)
+    if (seeds.contains(key.second))
+      throw ConfigError(
+          fmt::format("no trial of one set has the seed and parameters of one of the other; give "
+                      "--ignore those in which they are meant to differ, of {}",
+                      fmt::join(shared, ", ")));
+  throw ConfigError(
+      "no trial of one set has the seed of one of the other; run both with the same master_seed");
+}
+
+Differences PlanDifferences(const std::string& a, const std::string& b) {
+  Differences differences;
+  Note(config::ParseYaml(a, "plan"), "", 0, &differences);
+  Note(config::ParseYaml(b, "plan"), "", 1, &differences);
+  std::erase_if(differences, [](const auto& of) { return of.second[0] == of.second[1]; });
+  return differences;
+}
+
+Comparison ComparePairs(const std::vector<TrialPair>& pairs, const ComparisonOptions& options) {
+  const std::vector<trial::Metric> metrics = MetricsNamed(options.metrics);
+  Comparison comparison;
+  comparison.options = options;
+  comparison.groups = GroupPairs(pairs, options.by);
+  comparison.all = CompareRates(pairs);
   for (ComparisonGroup& group : comparison.groups) {
     group.docked = CompareRates(group.pairs);
     for (const trial::Metric& metric : metrics)
       group.metrics.push_back(CompareMetric(group.pairs, metric));
   }
   MarkSignificant(&comparison);
+  return comparison;
+}
+
+Comparison Compare(const ComparedFile& a, const ComparedFile& b, const ComparisonOptions& options) {
+  Comparison comparison = ComparePairs(PairTrials(a.store, b.store, options), options);
+  comparison.a = a.file;
+  comparison.b = b.file;
+  comparison.build_a = a.store.header().build;
+  comparison.build_b = b.store.header().build;
+  comparison.differences = PlanDifferences(a.store.header().plan, b.store.header().plan);
   return comparison;
 }
 

@@ -1,16 +1,18 @@
 #pragma once
 // Two result sets, pair by pair: trials of the same seed and parameters.
 
+#include <array>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "experiments/farm/result_store.h"
-#include "experiments/report/json.h"
+#include "experiments/page/page.h"
 #include "experiments/report/report.h"
 #include "experiments/statistics/intervals.h"
-#include "experiments/trial/record_columns.h"
+#include "experiments/trial/plugins.h"
 #include "sim/base/result_fields.h"
 
 namespace turbidock::compare {
@@ -22,9 +24,11 @@ struct ComparedFile {
 };
 
 struct ComparisonOptions {
-  std::vector<std::string> by = {};       // parameters: one group for each of their values
-  std::vector<std::string> ignore = {};   // parameters in which the sets are meant to differ
-  std::vector<std::string> metrics = {};  // what is compared where both docked; empty: all
+  std::vector<std::string> by = {};      // parameters: one group for each of their values
+  std::vector<std::string> ignore = {};  // parameters in which the sets are meant to differ
+  // What is compared where both docked: "final_error_m" (true distance from the desired pose) or
+  // one of trial::Metrics. Empty: all.
+  std::vector<std::string> metrics = {};
 };
 
 // A trial in both sets.
@@ -33,21 +37,33 @@ struct TrialPair {
   trial::TrialRecord a, b;
   int64_t trial_a = 0, trial_b = 0;  // their numbers
 
-  bool lost() const { return a.success() && !b.success(); }
-  bool gained() const { return !a.success() && b.success(); }
-  trial::Failure failure() const { return lost() ? b.failure : a.failure; }  // of one that flipped
+  bool docked() const { return a.success() && b.success(); }
+};
+
+// A pair of which one side docked alone.
+struct Flip {
+  int64_t seed = 0, trial_a = 0, trial_b = 0;
+  trial::Failure failure = trial::Failure::kNone;  // of the other side
+  std::string parameters;                          // "sea.state=calm water.milk_ml_m3=20"
+
+  std::string Link() const;  // what opens both in a page
+  TURBIDOCK_FIELDS(seed, trial_a, trial_b, failure, parameters)
 };
 
 // Success rates over pairs.
 struct RateComparison {
-  int64_t pairs = 0, lost = 0, gained = 0;  // success in a only, in b only
+  int64_t pairs = 0;
   double rate_a = 0, rate_b = 0;
   double difference = 0;             // of b less a
   statistics::Interval interval_95;  // of the difference
   double p_value = 1;                // exact McNemar test, two-sided
   bool significant = false;          // among all rates that are compared, by Holm at 0.05
+  // That such a test of as many pairs, as many of which differ by chance, shows with 80 % power.
+  std::optional<double> least_difference_seen;
+  std::vector<Flip> lost, gained;  // docked in a only, in b only
 
-  TURBIDOCK_FIELDS(pairs, rate_a, rate_b, difference, interval_95, p_value, significant)
+  TURBIDOCK_FIELDS(pairs, rate_a, rate_b, difference, interval_95, p_value, significant,
+                   least_difference_seen, lost, gained)
 };
 
 // A metric over the pairs that succeeded in both and have it.
@@ -57,32 +73,42 @@ struct MetricComparison {
   std::optional<double> median_a, median_b;
   std::optional<double> median_difference;          // median of b less a, pair by pair
   std::optional<statistics::Interval> interval_95;  // of that median, from order statistics
-  // Of the pairs that differ, of the share larger in b: Wilson's.
-  statistics::Interval larger_share_interval_95;
-  double p_value = 1;        // exact sign test, two-sided
+  double p_value = 1;                               // exact sign test, two-sided
   bool significant = false;  // among all metrics that are compared, by Holm at 0.05
 
   TURBIDOCK_FIELDS(metric, pairs, median_a, median_b, median_difference, interval_95, larger,
-                   smaller, larger_share_interval_95, p_value, significant)
+                   smaller, p_value, significant)
 };
 
 // Pairs that share the values of some parameters.
 struct ComparisonGroup {
-  std::vector<farm::Parameter> key;  // values of ComparisonOptions::by
+  std::map<std::string, std::string> key;  // values of ComparisonOptions::by
   std::vector<TrialPair> pairs;
   RateComparison docked = {};
   std::vector<MetricComparison> metrics = {};
 
   std::string Name() const;  // "sea.state=calm", or "all" without parameters
+
+  static void Fields(auto& self, auto&& field) {
+    field("group", self.key);
+    RateComparison::Fields(self.docked, field);
+    field("metrics", self.metrics);
+  }
 };
+
+// What the two plans have of each key in which they differ; "-" where it is not there.
+using Differences = std::map<std::string, std::array<std::string, 2>>;
 
 struct Comparison {
   std::string a, b, build_a, build_b;  // files, and the programs that wrote them
   ComparisonOptions options = {};
-  std::vector<ComparisonGroup> groups;
-  RateComparison all;  // of all pairs; where there are several groups, one row more
+  Differences differences = {};
+  std::vector<ComparisonGroup> groups = {};
+  RateComparison all = {};  // of all pairs; where there are several groups, one row more
 
   bool has_several() const { return groups.size() > 1; }
+
+  TURBIDOCK_FIELDS(a, b, build_a, build_b, differences, all, groups)
 };
 
 // Matches the trials that came to an end of their own and compares them. ConfigError when a trial
@@ -93,20 +119,16 @@ Comparison Compare(const ComparedFile& a, const ComparedFile& b, const Compariso
 // Its steps. The parameters of a pair are those that both sets have and options do not ignore.
 std::vector<TrialPair> PairTrials(const farm::ResultStore& a, const farm::ResultStore& b,
                                   const ComparisonOptions& options);
-std::vector<ComparisonGroup> GroupPairs(const std::vector<TrialPair>& pairs,
-                                        const std::vector<std::string>& by);
-RateComparison CompareRates(const std::vector<TrialPair>& pairs);
-MetricComparison CompareMetric(const std::vector<TrialPair>& pairs, const trial::Metric& metric);
-// "final_error_m" (true distance from the desired pose) or one of trial::Metrics. ConfigError for
-// any other name.
-trial::Metric MetricNamed(const std::string& name);
-// Rates are one family of tests, all metrics another: docking is what it is about.
-void MarkSignificant(Comparison* comparison);
+// Groups and what is significant: among all rates, which are one family of tests, and among all
+// metrics, another; docking is what it is about.
+Comparison ComparePairs(const std::vector<TrialPair>& pairs, const ComparisonOptions& options);
+// Of two resolved plans. A scenario in a plan counts as its keys.
+Differences PlanDifferences(const std::string& a, const std::string& b);
 
-// What it says to people. A seed that flipped is a link, LinkOf(its pair).
 report::Report ReportOf(const Comparison& comparison);
-std::string LinkOf(const TrialPair& pair);
-// The numbers, which stand beside the report in its document.
-report::Json ResultJson(const Comparison& comparison);
+// Its report, in which a seed that flipped opens its trials in both sets, with so many bytes of
+// their stored series. `plugins`: what their scenarios may choose besides ours.
+page::Page PageOf(const Comparison& comparison, const ComparedFile& a, const ComparedFile& b,
+                  const trial::Plugins& plugins = {}, int64_t series_bytes = 2'200'000);
 
 }  // namespace turbidock::compare

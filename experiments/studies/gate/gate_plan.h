@@ -42,6 +42,14 @@ struct GateDefaults {
   double alpha = 0.05, beta = 0.05;
   int max_trials = 100;
   GateMargins margins;
+
+  static void Fields(auto& self, auto&& field) {
+    field("alpha", self.alpha, TestedProbability(), "chance of a false alarm");
+    field("beta", self.beta, TestedProbability(),
+          "chance that a measure that is worse by its margin passes");
+    field("max_trials", self.max_trials, InRange(1, kMaxTrials), "trials of a condition at most");
+    field("margins", self.margins, Finite(), "changes for the worse that matter");
+  }
 };
 
 struct GateCondition : GateDefaults {
@@ -51,10 +59,7 @@ struct GateCondition : GateDefaults {
   static void Fields(auto& self, auto&& field) {
     field("name", self.name, Finite(), "what reports call it");
     field("scenario", self.scenario, Finite(), "a bundled scenario, or a file beside the gate's");
-    field("alpha", self.alpha, TestedProbability(), "chance of a false alarm");
-    field("beta", self.beta, TestedProbability(), "chance to pass what is worse by a margin");
-    field("max_trials", self.max_trials, InRange(1, kMaxTrials), "trials at most");
-    field("margins", self.margins, Finite(), "changes for the worse that matter");
+    GateDefaults::Fields(self, field);
   }
 
   // Read beside the fields.
@@ -85,13 +90,9 @@ struct GatePlan : GateDefaults {
     field("seed", self.seed, AtLeast(0),
           "root of the trials' seeds; the baseline must have the same");
     field("baseline", self.baseline, Finite(), "the baseline's file, beside the gate's");
-    field("alpha", self.alpha, TestedProbability(), "chance of a false alarm");
-    field("beta", self.beta, TestedProbability(),
-          "chance that a measure that is worse by its margin passes");
+    GateDefaults::Fields(self, field);
     field("alpha_covers", self.alpha_covers, Finite(),
           "what alpha bounds the false alarms of: the whole gate, a condition, or one test");
-    field("max_trials", self.max_trials, InRange(1, kMaxTrials), "trials of a condition at most");
-    field("margins", self.margins, Finite(), "changes for the worse that matter");
     field("conditions", self.conditions, Finite(), "what must not get worse");
   }
   void Check(const std::string& path) const;

@@ -181,28 +181,6 @@ Section Paths(const GateReport& report) {
   return section;
 }
 
-Section Rates(const std::vector<ConditionReport>& conditions) {
-  Series before{"baseline", {}, report::CurveColor(7), Mark::kBars};
-  Series now{"now", {}, report::CurveColor(0), Mark::kBars};
-  before.dot_px = now.dot_px = 9;
-  report::Axis x;
-  for (const ConditionReport& c : conditions) {
-    const auto at = static_cast<double>(x.names.size());
-    x.names.push_back(c.name);
-    if (c.trials.empty()) continue;
-    before.points.push_back(
-        report::SampleWithin(at - 0.1, static_cast<double>(c.baseline_docked) / c.baseline_trials,
-                             c.baseline_interval_95, 100));
-    now.points.push_back(report::SampleWithin(
-        at + 0.1, c.docked / static_cast<double>(c.trials.size()), c.interval_95, 100));
-  }
-  Section section{.title = "Docked, baseline and now",
-                  .note = "With 95 % intervals, which are not adjusted for stopping."};
-  if (!now.points.empty())
-    section.panels = {{.x = x, .y = {"docked [%]", -3, 103}, .series = {before, now}}};
-  return section;
-}
-
 Section ChangedSeeds(const GateReport& report) {
   Section section{.title = "Seeds that changed"};
   report::Table table({"<condition", "seed", "<change", "<outcome now", "time [s]"});
@@ -288,8 +266,7 @@ report::Report ReportOf(const GateReport& report) {
                        .sections = {Measures(report), ChangedSeeds(report)}};
   std::vector<std::pair<std::string, TestSize>> tests;
   for (const ConditionReport& c : report.conditions) tests.emplace_back(c.name, c.test);
-  for (const Section& section : {Paths(report), Rates(report.conditions)})
-    if (!section.panels.empty()) shown.sections.push_back(section);
+  if (const Section paths = Paths(report); !paths.panels.empty()) shown.sections.push_back(paths);
   shown.sections.push_back(Sizes(tests));
   return shown;
 }

@@ -9,6 +9,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -87,11 +88,15 @@ std::vector<TrialPair> TenPairs() {
   return pairs;
 }
 
+MetricComparison TimesOf(const std::vector<TrialPair>& pairs) {
+  return ComparePairs(pairs, {.metrics = {"time_s"}}).groups.at(0).metrics.at(0);
+}
+
 TEST_F(Comparison, RatesOfTenPairs) {
-  const RateComparison c = CompareRates(TenPairs());
+  const RateComparison c = ComparePairs(TenPairs(), {}).all;
   EXPECT_EQ(c.pairs, 10);
-  EXPECT_EQ(c.lost, 3);
-  EXPECT_EQ(c.gained, 1);
+  EXPECT_EQ(c.lost.size(), 3u);
+  EXPECT_EQ(c.gained.size(), 1u);
   EXPECT_DOUBLE_EQ(c.rate_a, 0.9);
   EXPECT_DOUBLE_EQ(c.rate_b, 0.7);
   EXPECT_NEAR(c.difference, -0.2, 1e-15);
@@ -103,7 +108,7 @@ TEST_F(Comparison, RatesOfTenPairs) {
 }
 
 TEST_F(Comparison, TimesOfTenPairs) {
-  const MetricComparison c = CompareMetric(TenPairs(), MetricNamed("time_s"));
+  const MetricComparison c = TimesOf(TenPairs());
   EXPECT_EQ(c.pairs, 6);
   EXPECT_EQ(c.larger, 4);
   EXPECT_EQ(c.smaller, 1);
@@ -114,22 +119,20 @@ TEST_F(Comparison, TimesOfTenPairs) {
   ASSERT_TRUE(c.interval_95);
   EXPECT_DOUBLE_EQ(c.interval_95->low, -1);
   EXPECT_DOUBLE_EQ(c.interval_95->high, 4);
-  EXPECT_THAT(MessageOf([] { MetricNamed("time"); }),
+  EXPECT_THAT(MessageOf([] { ComparePairs(TenPairs(), {.metrics = {"time"}}); }),
               AllOf(HasSubstr("no metric"), HasSubstr("did you mean time_s?")));
 }
 
 // Only pairs in which both docked and both have it are compared.
 TEST_F(Comparison, AMetricThatOneTrialOfAPairLacks) {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   std::vector<TrialPair> pairs = TenPairs();
-  const trial::Metric time{"time_s", [](const trial::TrialRecord& record) {
-                             return record.time_s < 0 ? std::nullopt : std::optional(record.time_s);
-                           }};
-  EXPECT_EQ(CompareMetric(pairs, time).pairs, 6);
-  pairs[0].b.time_s = -1;
-  EXPECT_EQ(CompareMetric(pairs, time).pairs, 5);
-  pairs[1].a.time_s = -1;
-  EXPECT_EQ(CompareMetric(pairs, time).pairs, 4);
-  EXPECT_DOUBLE_EQ(*CompareMetric(pairs, time).median_a, 10);
+  EXPECT_EQ(TimesOf(pairs).pairs, 6);
+  pairs[0].b.time_s = kNone;
+  EXPECT_EQ(TimesOf(pairs).pairs, 5);
+  pairs[1].a.time_s = kNone;
+  EXPECT_EQ(TimesOf(pairs).pairs, 4);
+  EXPECT_DOUBLE_EQ(*TimesOf(pairs).median_a, 10);
 }
 
 TEST_F(Comparison, TrialsPairBySeedAndParameters) {
@@ -137,18 +140,19 @@ TEST_F(Comparison, TrialsPairBySeedAndParameters) {
   const farm::ResultStore b = Store("b.db", {{1, false, 60, "20"}, {3, true, 1}, {1, true, 33}});
   const auto pairs = PairTrials(a, b, {});
   ASSERT_EQ(pairs.size(), 2u);
-  const auto groups = GroupPairs(pairs, {"water.milk_ml_m3"});
+  const auto groups = ComparePairs(pairs, {.by = {"water.milk_ml_m3"}}).groups;
   ASSERT_EQ(groups.size(), 2u);
   EXPECT_EQ(groups[0].Name(), "water.milk_ml_m3=10");
   EXPECT_EQ(groups[0].pairs.at(0).a.time_s, 30);
   EXPECT_EQ(groups[0].pairs.at(0).b.time_s, 33);
-  EXPECT_EQ(GroupPairs(pairs, {}).at(0).Name(), "all");
+  EXPECT_EQ(ComparePairs(pairs, {}).groups.at(0).Name(), "all");
 }
 
 TEST_F(Comparison, WhatDiffersOnPurposeIsIgnored) {
   const farm::ResultStore a = Store("a.db", {{1, true, 30}}),
                           b = Store("b.db", {{1, true, 30, "20"}});
-  EXPECT_THAT(MessageOf([&] { PairTrials(a, b, {}); }), HasSubstr("no trial of one set"));
+  EXPECT_THAT(MessageOf([&] { PairTrials(a, b, {}); }),
+              HasSubstr("--ignore those in which they are meant to differ, of water.milk_ml_m3"));
   EXPECT_EQ(PairTrials(a, b, {.by = {}, .ignore = {"water.milk_ml_m3"}}).size(), 1u);
   // a parameter of one set only, in which its trials differ
   const farm::ResultStore c = Store("c.db", {{1, true, 30}, {1, true, 30, "20"}});
@@ -178,24 +182,16 @@ std::vector<TrialPair> TwoGroups() {
 
 compare::Comparison Compared(const std::vector<TrialPair>& pairs,
                              const std::vector<std::string>& by) {
-  compare::Comparison c{.a = "a.db",
-                        .b = "b.db",
-                        .build_a = "1",
-                        .build_b = "2",
-                        .options = {.by = by},
-                        .groups = GroupPairs(pairs, by),
-                        .all = CompareRates(pairs)};
-  for (ComparisonGroup& group : c.groups) {
-    group.docked = CompareRates(group.pairs);
-    group.metrics = {CompareMetric(group.pairs, MetricNamed("time_s")),
-                     CompareMetric(group.pairs, MetricNamed("jam_time_s"))};
-  }
-  MarkSignificant(&c);
+  compare::Comparison c = ComparePairs(pairs, {.by = by, .metrics = {"time_s", "jam_time_s"}});
+  c.a = "a.db";
+  c.b = "b.db";
+  c.build_a = "1";
+  c.build_b = "2";
   return c;
 }
 
 TEST_F(Comparison, GroupsStandInTheOrderOfTheirNumbers) {
-  const auto groups = GroupPairs(TwoGroups(), {"water.milk_ml_m3"});
+  const auto groups = Compared(TwoGroups(), {"water.milk_ml_m3"}).groups;
   ASSERT_EQ(groups.size(), 2u);
   EXPECT_EQ(groups[0].Name(), "water.milk_ml_m3=20");
   EXPECT_EQ(groups[1].Name(), "water.milk_ml_m3=100");
@@ -241,8 +237,10 @@ TEST_F(Comparison, TheReportSaysWhatChangedAndWhichSeedsFlipped) {
   // the seed opens its pair
   const report::Table& flipped = *r.sections.back().table;
   ASSERT_EQ(flipped.rows().size(), 13u);
-  EXPECT_EQ(flipped.rows()[0][0].link, "29-129");
-  EXPECT_EQ(flipped.rows()[1][1].text, "lost");
+  EXPECT_EQ(flipped.rows()[0][0].link, "0-100");
+  EXPECT_EQ(flipped.rows()[0][1].text, "lost");
+  EXPECT_EQ(flipped.rows()[0][2].text, "water.milk_ml_m3=100");
+  EXPECT_EQ(flipped.rows()[12][0].link, "29-129");
 }
 
 TEST_F(Comparison, WithoutAChangeItSaysSo) {
@@ -252,6 +250,8 @@ TEST_F(Comparison, WithoutAChangeItSaysSo) {
   EXPECT_EQ(r.verdict.word, "no significant change in docking");
   EXPECT_THAT(report::Text(r), HasSubstr("None: every seed ended the same way in both."));
   EXPECT_THAT(report::Text(r), Not(HasSubstr("all together"))) << "there is one group";
+  // of 30 pairs of which none differs, with a probability of 80 % six are lost of so many
+  EXPECT_THAT(report::Text(r), ContainsRegex("would have seen +[23][0-9].[0-9] points"));
 }
 
 TEST_F(Comparison, OneGroupBetterAndOneWorseAreBothSaid) {
@@ -263,10 +263,10 @@ TEST_F(Comparison, OneGroupBetterAndOneWorseAreBothSaid) {
 
 TEST_F(Comparison, TheDocumentHasTheNumbersAndTheReport) {
   const compare::Comparison c = Compared(TwoGroups(), {"water.milk_ml_m3"});
-  const report::Json json = report::Document(ReportOf(c), ResultJson(c));
+  const report::Json json = report::Document(ReportOf(c), c);
   EXPECT_EQ(json["kind"], "comparison");
   EXPECT_EQ(json["schema_version"], 1);
-  for (const char* key : {"a", "b", "build_a", "build_b", "pairs", "all", "groups", "report"})
+  for (const char* key : {"a", "b", "build_a", "build_b", "differences", "all", "groups", "report"})
     EXPECT_TRUE(json.contains(key)) << key;
   const report::Json& much = json["groups"][1];
   EXPECT_EQ(much["group"]["water.milk_ml_m3"], "100");
@@ -276,6 +276,37 @@ TEST_F(Comparison, TheDocumentHasTheNumbersAndTheReport) {
   EXPECT_EQ(json["groups"][0]["gained"][0]["trial_b"], 129);
   EXPECT_EQ(much["metrics"][0]["metric"], "time_s");
   EXPECT_EQ(json["all"]["significant"], true);
+}
+
+// A reader sees first in what the two sides differ, and in what their pairs did.
+TEST_F(Comparison, BeginsWithWhatDiffers) {
+  const std::string plan = "seeds: 3\nset: {controller: pid}\nresolved_scenarios:\n  pool: |\n",
+                    tail = "models_digest: \"1\"\n";
+  const Differences differences =
+      PlanDifferences(plan + "    sea: {state: calm}\n    duration_s: 60\n" + tail,
+                      plan + "    sea: {state: rough}\n    duration_s: 60\n    day: true\n" + tail);
+  EXPECT_EQ(differences, (Differences{{"scenario.day", {"-", "true"}},
+                                      {"scenario.sea.state", {"calm", "rough"}}}));
+  compare::Comparison c = Compared(TwoGroups(), {});
+  c.differences = differences;
+  const report::Report r = ReportOf(c);
+  EXPECT_EQ(r.sections[0].title, "What differs");
+  const std::string text = report::Text(r);
+  EXPECT_THAT(text, ContainsRegex("file +a.db +b.db\nbuild +1 +2\n"));
+  EXPECT_THAT(text, ContainsRegex("scenario.sea.state +calm +rough\n"));
+  EXPECT_THAT(text, ContainsRegex("varied +seed .15., water.milk_ml_m3 .2. "));
+}
+
+// One trial, and batches that share no seed, say so.
+TEST_F(Comparison, OnePairAndNoneSayWhatIsMissing) {
+  const farm::ResultStore a = Store("a.db", {{1, true, 30}}), b = Store("b.db", {{1, false, 60}}),
+                          other = Store("other.db", {{2, true, 30}});
+  EXPECT_THAT(MessageOf([&] { PairTrials(a, other, {}); }),
+              HasSubstr("has the seed of one of the other; run both with the same master_seed"));
+  const std::string text = report::Text(ReportOf(Compare({a, "a.db"}, {b, "b.db"}, {})));
+  EXPECT_THAT(text, HasSubstr("no significant change in docking"));
+  EXPECT_THAT(text, ContainsRegex("would have seen +no difference"));
+  EXPECT_THAT(text, HasSubstr("No pair docked in both."));
 }
 
 TEST_F(Comparison, TheFigureIsDrawnAlsoWhereNothingDocks) {

@@ -1,6 +1,6 @@
 // The page of a comparison: seeds that flipped open their trials in both sets.
 
-#include "experiments/studies/compare/comparison_page.h"
+#include "experiments/studies/compare/comparison.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -83,7 +83,7 @@ TEST_F(ComparisonPage, HasTheTrialsThatFlippedOnBothSides) {
 TEST_F(ComparisonPage, WithoutRoomForTracesItSaysHowToSeeThem) {
   const farm::ResultStore a = Store("a.db", false), b = Store("b.db", true);
   const ComparedFile in_a{a, "a.db"}, in_b{b, "b.db"};
-  const page::Page page = PageOf(Compare(in_a, in_b, {}), in_a, in_b, {.series_bytes = 10});
+  const page::Page page = PageOf(Compare(in_a, in_b, {}), in_a, in_b, {}, /*series_bytes=*/10);
   EXPECT_TRUE(page.parts.empty());
   EXPECT_THAT(page.model["links"]["1-1"]["trials"][0]["note"].get<std::string>(),
               HasSubstr("turbidock report a.db --trial 1 shows them"));

@@ -15,6 +15,7 @@
 #include "experiments/farm/result_store.h"
 #include "experiments/farm/trial_job.h"
 #include "experiments/studies/compare/comparison.h"
+#include "experiments/trial/record_columns.h"
 #include "experiments/trial/scenario.h"
 #include "sim/base/check.h"
 
