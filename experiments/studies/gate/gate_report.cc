@@ -65,14 +65,11 @@ std::string Points(const std::optional<double>& share) {
   return share ? fmt::format("{:.1f} points", 100 * *share) : "none";
 }
 
-// "8.1 to 13.4 points": the least loss of each condition.
+// Of each condition in their order.
 std::string LossesSeen(const std::vector<ConditionReport>& conditions) {
-  std::vector<double> losses;
-  for (const ConditionReport& c : conditions) losses.push_back(c.test.least_loss_seen.value_or(2));
-  if (losses.empty() || std::ranges::min(losses) > 1) return "none";
-  const double least = std::ranges::min(losses), most = std::ranges::max(losses);
-  if (most > 1) return "from " + Points(least) + "; in some conditions none";
-  return least == most ? Points(least) : fmt::format("{:.1f} to {}", 100 * least, Points(most));
+  std::vector<std::string> losses;
+  for (const ConditionReport& c : conditions) losses.push_back(Points(c.test.least_loss_seen));
+  return fmt::format("{}", fmt::join(losses, ", "));
 }
 
 std::vector<report::Fact> FactsOf(const GateReport& report) {
@@ -88,7 +85,7 @@ std::vector<report::Fact> FactsOf(const GateReport& report) {
       {"alpha", fmt::format("{:g}", report.alpha),
        fmt::format("chance to fail by mistake, of each {}", NameOf(report.alpha_covers))},
       {"would have seen", LossesSeen(report.conditions),
-       "a fall of the success rate in a condition, with 80 % power"},
+       "less success, in the conditions' order, with 80 % power"},
       {"not varied", "all scenario keys", "within a condition only the seed is"},
       {"build", report.build},
       {"baseline", report.baseline_build}};
