@@ -82,15 +82,6 @@ int64_t TrialsForHalfWidth(double rate, double half_width, double confidence) {
   return std::max<int64_t>(0, std::llround(std::ceil(n)));
 }
 
-Interval ClopperPearsonInterval(int64_t successes, int64_t trials, double confidence) {
-  RequireCounts(successes, trials, confidence);
-  if (trials == 0) return {};
-  using Binomial = boost::math::binomial;
-  const auto n = static_cast<double>(trials), k = static_cast<double>(successes);
-  const double tail = (1 - confidence) / 2;
-  return {Binomial::find_lower_bound_on_p(n, k, tail), Binomial::find_upper_bound_on_p(n, k, tail)};
-}
-
 std::optional<double> Quantile(std::vector<double> values, double share) {
   TD_CHECK(0 <= share && share <= 1, "a share in [0, 1]");
   if (values.empty()) return std::nullopt;

@@ -41,8 +41,6 @@ double DesignEffect(std::span<const Count> strata);
 // freedom, with Wilson's as in Franco et al. (2019, J. Survey Stat. Methodol. 7:334). Of a single
 // stratum it is WilsonInterval.
 Interval StratifiedInterval(std::span<const Count> strata, double confidence = 0.95);
-// Clopper and Pearson (1934): exact, never below the stated confidence, hence wider.
-Interval ClopperPearsonInterval(int64_t successes, int64_t trials, double confidence = 0.95);
 
 // The quantile of a share in [0, 1] by linear interpolation between order statistics (Hyndman and
 // Fan's type 7, as in R and NumPy). Nothing without values.
@@ -59,8 +57,8 @@ std::optional<Interval> MedianInterval(std::vector<double> values, double confid
 std::optional<double> LeastReaching(double value, const std::function<double(double)>& function);
 
 // How well a number tells two kinds apart: the probability that it is larger in one of `a` than in
-// one of `b`, where ties count half (the area under the ROC curve), and its interval, with Hanley and
-// McNeil's variance (Radiology 143 (1982) 29) of its logit. Neither may be empty.
+// one of `b`, where ties count half (the area under the ROC curve), and its interval, with Hanley
+// and McNeil's variance (Radiology 143 (1982) 29) of its logit. Neither may be empty.
 struct Separation {
   double probability = 0.5;
   Interval interval;

@@ -13,15 +13,6 @@
 namespace turbidock::statistics {
 namespace {
 
-double BinomialAtLeast(int64_t k, int64_t n, double p) {
-  double sum = 0;
-  for (int64_t i = k; i <= n; ++i)
-    sum += std::exp(std::lgamma(n + 1) - std::lgamma(i + 1) - std::lgamma(n - i + 1) +
-                    static_cast<double>(i) * std::log(p) +
-                    static_cast<double>(n - i) * std::log1p(-p));
-  return sum;
-}
-
 TEST(WilsonInterval, SolvesTheScoreEquation) {
   // Its ends are where |p_hat - p| is z standard deviations of a binomial with that p.
   constexpr double kZ = 1.959963984540054;
@@ -131,29 +122,8 @@ TEST(TrialsForHalfWidth, IsTheLeastNumberThatGivesIt) {
   EXPECT_EQ(TrialsForHalfWidth(0.5, 0.5), 0);
 }
 
-TEST(ClopperPearsonInterval, LeavesTheStatedTailOnEachSide) {
-  int checked = 0;
-  for (const int64_t n : {1, 10, 30, 200}) {
-    for (const int64_t k : {int64_t{1}, n / 2 + 1, n}) {
-      for (const double confidence : {0.8, 0.95}) {
-        const Interval interval = ClopperPearsonInterval(k, n, confidence);
-        EXPECT_NEAR(BinomialAtLeast(k, n, interval.low), (1 - confidence) / 2, 1e-9);
-        if (k < n) {
-          EXPECT_NEAR(1 - BinomialAtLeast(k + 1, n, interval.high), (1 - confidence) / 2, 1e-9);
-        }
-        ++checked;
-      }
-    }
-  }
-  EXPECT_EQ(checked, 24);
-  EXPECT_EQ(ClopperPearsonInterval(0, 10).low, 0);
-  EXPECT_NEAR(ClopperPearsonInterval(0, 10).high, 1 - std::pow(0.025, 0.1), 1e-12);
-  EXPECT_EQ(ClopperPearsonInterval(10, 10).high, 1);
-}
-
 TEST(Intervals, KnowNothingWithoutTrials) {
   EXPECT_EQ(WilsonInterval(0, 0).high - WilsonInterval(0, 0).low, 1);
-  EXPECT_EQ(ClopperPearsonInterval(0, 0).high - ClopperPearsonInterval(0, 0).low, 1);
 }
 
 // Conover's tables: of ten values the second and the ninth, of five none.
