@@ -44,6 +44,9 @@ AnyAllocation AllocationFor(const std::string& asks_for);
 // follow such a law.
 control::Axes AuthorityOf(const AnyAllocation& allocation, const control::VehicleModel& vehicle);
 
+// So many numbers from whatever Python gave; ValueError "RULE, not ..." for anything else.
+Eigen::VectorXd NumbersOf(const py::object& given, int count, const std::string& rule);
+
 // A demand from whatever Python gave. ValueError that names `what` for another shape, for what is
 // no number, is not finite or larger than `most`.
 control::Axes DemandOf(const py::object& given, const std::string& what, double most);

@@ -60,18 +60,20 @@ control::Axes AuthorityOf(const AnyAllocation& allocation, const control::Vehicl
   }
 }
 
+Eigen::VectorXd NumbersOf(const py::object& given, int count, const std::string& rule) {
+  const auto array = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(given);
+  if (array && array.ndim() == 1 && array.shape(0) == count)
+    return Eigen::Map<const Eigen::VectorXd>(array.data(), count);
+  PyErr_Clear();
+  const std::string is =
+      array ? "an array of shape " + py::repr(array.attr("shape")).cast<std::string>()
+            : py::repr(given).cast<std::string>();
+  throw py::value_error(rule + ", not " + is);
+}
+
 control::Axes DemandOf(const py::object& given, const std::string& what, double most) {
-  const auto demand = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(given);
-  if (!demand) {
-    PyErr_Clear();
-    throw py::value_error(what + ": " + py::repr(given).cast<std::string>() +
-                          " must be four numbers: surge, sway, heave, yaw");
-  }
-  if (demand.ndim() != 1 || demand.shape(0) != control::kAxisCount)
-    throw py::value_error(
-        fmt::format("{}: an array of shape {}, must be four numbers: surge, sway, heave, yaw", what,
-                    py::repr(demand.attr("shape")).cast<std::string>()));
-  control::Axes axes = Eigen::Map<const control::Axes>(demand.data());
+  const control::Axes axes =
+      NumbersOf(given, control::kAxisCount, what + " takes four numbers, surge, sway, heave, yaw");
   for (int i = 0; i < control::kAxisCount; ++i)
     if (!(std::abs(axes[i]) <= most))
       throw py::value_error(fmt::format("{}: number {} is {:g}, must be in [{:g}, {:g}]", what, i,
@@ -126,9 +128,16 @@ class Reporter {
   std::shared_ptr<py::error_already_set> error_;
 };
 
-template <class V>
-py::array Copied(const std::vector<V>& list) {
-  return View<V>({static_cast<py::ssize_t>(list.size())}, list.data(), py::handle());
+// Does it without the interpreter's lock, then goes on with what stopped it.
+template <class Do>
+auto Reporting(const py::object& progress, const Do& act) {
+  Reporter reporter(progress);
+  const auto done = [&] {
+    const py::gil_scoped_release free;
+    return act(&reporter);
+  }();
+  reporter.Rethrow();
+  return done;
 }
 
 // Arrays by a column's name, stages as text.
@@ -138,7 +147,7 @@ py::dict ColumnsOf(const trial::Series& series) {
     columns[py::str(name)] = std::visit(
         []<class V>(const std::vector<V>& list) -> py::object {
           if constexpr (std::is_arithmetic_v<V>) {
-            return Copied(list);
+            return View<V>({static_cast<py::ssize_t>(list.size())}, list.data(), py::handle());
           } else {
             py::list words;
             for (const V& value : list) words.append(NameOf(value));
@@ -151,25 +160,24 @@ py::dict ColumnsOf(const trial::Series& series) {
 
 // Result as JSON, log and resolved scenario.
 py::tuple Run(const trial::Scenario& scenario, const py::object& progress) {
-  Reporter reporter(progress);
-  std::string result_json;
-  trial::Series series;
-  {
-    const py::gil_scoped_release free;
+  const trial::TrialResult result = Reporting(progress, [&](Reporter* reporter) {
     trial::TrialOptions options;
     options.observe = [&](const trial::TrialFrame& frame) {
       constexpr int64_t kEvery = 30;
       if (frame.record.frame % kEvery == 0)
-        reporter.Show(std::min(1.0, frame.record.time_s / scenario.duration_s),
-                      fmt::format("{:.1f} s {}", frame.record.time_s, NameOf(frame.record.stage)));
+        reporter->Show(std::min(1.0, frame.record.time_s / scenario.duration_s),
+                       fmt::format("{:.1f} s {}", frame.record.time_s, NameOf(frame.record.stage)));
     };
-    options.stop_requested = [&] { return reporter.stopped(); };
-    const trial::TrialResult result = trial::RunTrial(scenario, options);
-    result_json = trial::ResultJson(result);
-    series = trial::Series::Of(result.log);
-  }
-  reporter.Rethrow();
-  return py::make_tuple(result_json, series, trial::SaveScenario(scenario));
+    options.stop_requested = [&] { return reporter->stopped(); };
+    return trial::RunTrial(scenario, options);
+  });
+  return py::make_tuple(trial::ResultJson(result), trial::Series::Of(result.log),
+                        trial::SaveScenario(scenario));
+}
+
+farm::FarmOptions FarmOf(int workers) {
+  if (workers < 1) throw py::value_error("workers must be at least 1");
+  return {.workers = workers, .fork = ForkWithInterpreter};
 }
 
 // Runs a plan into a file; all rows of the file as CSV.
@@ -177,28 +185,22 @@ std::string Batch(const std::string& plan_text, const std::string& plan_name,
                   const std::string& out, const trial::Plugins& plugins,
                   const Assignments& assignments, std::optional<int64_t> seed,
                   std::optional<int> seeds, int workers, const py::object& progress) {
-  if (workers < 1) throw py::value_error("workers must be at least 1");
-  Reporter reporter(progress);
-  std::string csv;
-  {
-    const py::gil_scoped_release free;
-    const farm::PlanOverrides overrides{
-        .assignments = assignments, .master_seed = seed, .seeds = seeds, .plugins = plugins};
+  const farm::PlanOverrides overrides{
+      .assignments = assignments, .master_seed = seed, .seeds = seeds, .plugins = plugins};
+  farm::RunOptions options;
+  options.farm = FarmOf(workers);
+  return Reporting(progress, [&](Reporter* reporter) {
     const farm::Plan plan = plan_text.empty() ? farm::LoadPlan(plan_name, overrides)
                                               : farm::Plan(plan_text, plan_name, overrides);
     farm::ResultStore store = farm::ResultStore::Write(out, farm::HeaderOf(plan, {}));
-    farm::RunOptions options;
-    options.farm = {.workers = workers, .fork = ForkWithInterpreter};
-    options.stop_requested = [&] { return reporter.stopped(); };
+    options.stop_requested = [&] { return reporter->stopped(); };
     const auto show = [&](const farm::BatchProgress& now) {
-      reporter.Show(static_cast<double>(now.done) / static_cast<double>(now.total),
-                    fmt::format("{} of {} trials", now.done, now.total));
+      reporter->Show(static_cast<double>(now.done) / static_cast<double>(now.total),
+                     fmt::format("{} of {} trials", now.done, now.total));
     };
     farm::RunBatch(plan, options, show, &store);
-    csv = farm::ExportText(store.Trials());
-  }
-  reporter.Rethrow();
-  return csv;
+    return farm::ExportText(store.Trials());
+  });
 }
 
 std::string ReadResults(const std::string& file, bool timing) {
@@ -215,35 +217,30 @@ trial::Series ReadSeries(const std::string& file, int64_t trial) {
 std::string Gate(const std::string& file, const trial::Plugins& plugins,
                  const Assignments& assignments, int workers, bool update, double time_limit_s,
                  const py::object& progress) {
-  if (workers < 1) throw py::value_error("workers must be at least 1");
-  Reporter reporter(progress);
-  std::string text;
-  {
-    const py::gil_scoped_release free;
+  const farm::FarmOptions farm = FarmOf(workers);
+  return Reporting(progress, [&](Reporter* reporter) -> std::string {
     gate::GatePlan plan = gate::LoadGatePlan(file, plugins);
     plan.assignments = assignments;
-    const gate::GateRunner runner =
-        gate::MakeGateRunner(plan, {.farm = {.workers = workers, .fork = ForkWithInterpreter},
-                                    .time_limit_s = time_limit_s,
-                                    .stop_requested = [&] { return reporter.stopped(); }});
-    const auto on_trial = [&](int done, int wanted) {
-      reporter.Show(static_cast<double>(done) / wanted, fmt::format("{} of {}", done, wanted));
+    const gate::GateRunner runner = gate::MakeGateRunner(
+        plan, {.farm = farm, .time_limit_s = time_limit_s, .stop_requested = [=] {
+                 return reporter->stopped();
+               }});
+    const auto on_trial = [=](int done, int wanted) {
+      reporter->Show(static_cast<double>(done) / wanted, fmt::format("{} of {}", done, wanted));
     };
     try {
       if (update) {
         const gate::Baseline now = gate::MeasureBaseline(plan, runner, on_trial);
         system::WriteWhole(plan.baseline, gate::BaselineText(now));
-        text = plan.baseline;
-      } else {
-        const gate::GateReport report =
-            gate::RunGate(plan, gate::LoadBaseline(plan.baseline), runner, on_trial);
-        text = report::JsonText(report::Document(gate::ReportOf(report), report));
+        return plan.baseline;
       }
+      const gate::GateReport report =
+          gate::RunGate(plan, gate::LoadBaseline(plan.baseline), runner, on_trial);
+      return report::JsonText(report::Document(gate::ReportOf(report), report));
     } catch (const farm::Stopped&) {
+      return "";
     }
-  }
-  reporter.Rethrow();
-  return text;
+  });
 }
 
 }  // namespace

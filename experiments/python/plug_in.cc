@@ -1,11 +1,13 @@
 // Laws and estimators written in Python, as plug-ins of a scenario.
 
+#include <optional>
+#include <tuple>
 #include <variant>
 #include <vector>
 
 #include "experiments/config/yaml_fields.h"
 #include "experiments/python/bindings.h"
-#include "experiments/trial/plugins.h"
+#include "experiments/trial/plugin_of.h"
 
 namespace turbidock::python {
 namespace {
@@ -20,11 +22,13 @@ struct Key {
   std::string doc;
 };
 
+// The keys of a Python class, as a scenario sets them.
 struct Keys {
-  std::vector<Key> initial, now;
+  std::vector<Key> keys;
 
-  void AddTo(config::GroupRef* group) {
-    for (Key& key : now)
+  static void Fields(auto&, auto&&) {}
+  void MoreFields(config::GroupRef* group) {
+    for (Key& key : keys)
       std::visit(
           [&](auto& value) {
             group->fields.push_back({key.name, key.range, key.doc, &value});
@@ -32,10 +36,9 @@ struct Keys {
           key.value);
   }
   void Check(const std::string& path) const {
-    for (const Key& key : now)
+    for (const Key& key : keys)
       std::visit(
-          [&](const auto& value) {
-            using V = std::remove_cvref_t<decltype(value)>;
+          [&]<class V>(const V& value) {
             if constexpr (std::is_same_v<V, double> || std::is_same_v<V, int64_t>)
               if (!key.range.Contains(static_cast<double>(value)))
                 throw ConfigError(
@@ -44,18 +47,22 @@ struct Keys {
           },
           key.value);
   }
-  void SetOn(py::object* object) const {
-    for (const Key& key : now)
-      std::visit([&](const auto& value) { object->attr(key.name.c_str()) = value; }, key.value);
+  // An instance of the class with its keys set.
+  py::object Instance(const Held& cls) const {
+    py::object object = (*cls)();
+    for (const Key& key : keys)
+      std::visit([&](const auto& value) { object.attr(key.name.c_str()) = value; }, key.value);
+    return object;
   }
 };
 
 Keys KeysOf(const py::list& declared) {
   Keys keys;
   for (const py::handle& each : declared) {
-    const auto row = each.cast<py::tuple>();  // name, value, low, high, doc
-    Key key{.name = row[0].cast<std::string>(), .value = {}, .range = {}, .doc = {}};
-    const py::object value = row[1];
+    const auto [name, value, low, high, doc] =
+        each.cast<std::tuple<std::string, py::object, std::optional<double>, std::optional<double>,
+                             std::string>>();
+    Key& key = keys.keys.emplace_back(Key{.name = name, .value = {}, .range = {}, .doc = doc});
     if (py::isinstance<py::bool_>(value))
       key.value = value.cast<bool>();
     else if (py::isinstance<py::int_>(value))
@@ -65,13 +72,10 @@ Keys KeysOf(const py::list& declared) {
     else if (py::isinstance<py::str>(value))
       key.value = value.cast<std::string>();
     else
-      throw py::type_error("key " + key.name + ": its default must be a bool, a number or text");
-    if (!row[2].is_none()) key.range.low = row[2].cast<double>();
-    if (!row[3].is_none()) key.range.high = row[3].cast<double>();
-    key.doc = row[4].cast<std::string>();
-    keys.initial.push_back(key);
+      throw py::type_error("key " + name + ": its default must be a bool, a number or text");
+    if (low) key.range.low = *low;
+    if (high) key.range.high = *high;
   }
-  keys.now = keys.initial;
   return keys;
 }
 
@@ -104,8 +108,7 @@ class PythonLaw final : public control::Controller {
             const control::Axes& authority, double frame_s, bool observes, bool hears)
       : observes_(observes), hears_(hears) {
     Call([&] {
-      py::object self = (*cls)();
-      keys.SetOn(&self);
+      py::object self = keys.Instance(cls);
       self.attr("frame_s") = frame_s;
       self.attr("authority") = python::Copy(authority);
       self.attr("vehicle") =
@@ -139,76 +142,18 @@ class PythonLaw final : public control::Controller {
   bool observes_, hears_;
 };
 
-class PythonLawPlugin final : public trial::LawPlugin {
- public:
-  PythonLawPlugin(Held cls, Keys keys, const AnyAllocation& allocation, bool filter, bool setpoint,
-                  bool observes, bool hears)
-      : cls_(std::move(cls)),
-        keys_(std::move(keys)),
-        allocation_by_default_(allocation),
-        filter_by_default_(filter),
-        setpoint_by_default_(setpoint),
-        observes_(observes),
-        hears_(hears) {
-    Reset();
-  }
+// What a scenario says of a law in Python, besides its own keys.
+struct LawParams : Keys {
+  control::PoseFilterParams pose_filter;
+  control::SetpointParams setpoint;
+  AnyAllocation allocation;
 
-  config::GroupRef Group() override {
-    config::GroupRef group;
-    keys_.AddTo(&group);
-    group.fields.push_back(
-        {"pose_filter", Finite(), "between estimate and law", config::GroupOf(&filter_)});
-    group.fields.push_back(
-        {"setpoint", Finite(), "how the desired pose moves", config::GroupOf(&setpoint_)});
-    std::visit(
-        [&](auto& allocation) {
-          group.fields.push_back(
-              {"allocation", Finite(), "from axes to thrusters", config::GroupOf(&allocation)});
-        },
-        allocation_);
-    return group;
+  static void Fields(auto& self, auto&& field) {
+    field("pose_filter", self.pose_filter, Finite(), "between estimate and law");
+    field("setpoint", self.setpoint, Finite(), "how the desired pose moves");
+    std::visit([&](auto& of) { field("allocation", of, Finite(), "from axes to thrusters"); },
+               self.allocation);
   }
-  void Check(const std::string& path) const override {
-    keys_.Check(path);
-    CheckFields(filter_, JoinKey(path, "pose_filter"));
-    CheckFields(setpoint_, JoinKey(path, "setpoint"));
-    std::visit(
-        [&](const auto& allocation) { CheckFields(allocation, JoinKey(path, "allocation")); },
-        allocation_);
-  }
-  void Reset() override {
-    keys_.now = keys_.initial;
-    filter_ = {};
-    filter_.enabled = filter_by_default_;
-    setpoint_ = {};
-    setpoint_.enabled = setpoint_by_default_;
-    allocation_ = allocation_by_default_;
-  }
-  std::unique_ptr<trial::LawPlugin> Copy() const override {
-    return std::make_unique<PythonLawPlugin>(*this);
-  }
-  control::OwnLaw Law() const override {
-    control::OwnLaw law;
-    law.make = [cls = cls_, keys = keys_, allocation = allocation_, observes = observes_,
-                hears = hears_](const control::VehicleModel& vehicle,
-                                const ClockParams& clock) -> std::unique_ptr<control::Controller> {
-      return std::make_unique<PythonLaw>(cls, keys, vehicle, AuthorityOf(allocation, vehicle),
-                                         clock.frame_s(), observes, hears);
-    };
-    law.pose_filter = filter_;
-    law.setpoint = setpoint_;
-    law.allocation = allocation_;
-    return law;
-  }
-
- private:
-  Held cls_;
-  Keys keys_;
-  AnyAllocation allocation_by_default_;
-  bool filter_by_default_, setpoint_by_default_, observes_, hears_;
-  control::PoseFilterParams filter_;
-  control::SetpointParams setpoint_;
-  AnyAllocation allocation_;
 };
 
 // ---------------------------------------------------------------------------------- estimators
@@ -217,8 +162,7 @@ class PythonEstimator final : public vision::PoseEstimator {
  public:
   PythonEstimator(const Held& cls, const Keys& keys, trial::EstimatorSetup setup) {
     Call([&] {
-      py::object self = (*cls)();
-      keys.SetOn(&self);
+      py::object self = keys.Instance(cls);
       const MountedCamera& left = setup.rig.left;
       self.attr("rig") =
           py::dict(py::arg("width_px") = left.width_px, py::arg("height_px") = left.height_px,
@@ -245,8 +189,8 @@ class PythonEstimator final : public vision::PoseEstimator {
       const auto parts = result.cast<py::sequence>();
       if (parts.size() != 3)
         throw py::value_error("update() must return (position, quaternion_wxyz, fitness)");
-      estimate_.X_HM.p = Numbers<3>(parts[0], "position");
-      const Eigen::Vector4d q = Numbers<4>(parts[1], "quaternion_wxyz");
+      estimate_.X_HM.p = NumbersOf(parts[0], 3, "position must be 3 numbers");
+      const Eigen::Vector4d q = NumbersOf(parts[1], 4, "quaternion_wxyz must be 4 numbers");
       estimate_.X_HM.q = Eigen::Quaterniond(q[0], q[1], q[2], q[3]);
       estimate_.fitness = parts[2].cast<double>();
     });
@@ -260,42 +204,8 @@ class PythonEstimator final : public vision::PoseEstimator {
   std::string_view name() const override { return "python"; }
 
  private:
-  template <int kCount>
-  static Eigen::Matrix<double, kCount, 1> Numbers(const py::object& given, const char* what) {
-    const auto array =
-        py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(given);
-    if (!array || array.ndim() != 1 || array.shape(0) != kCount) {
-      PyErr_Clear();
-      throw py::value_error(std::string(what) + " must be " + std::to_string(kCount) + " numbers");
-    }
-    return Eigen::Map<const Eigen::Matrix<double, kCount, 1>>(array.data());
-  }
-
   Held self_;
   PoseEstimate estimate_;
-};
-
-class PythonEstimatorPlugin final : public trial::EstimatorPlugin {
- public:
-  PythonEstimatorPlugin(Held cls, Keys keys) : cls_(std::move(cls)), keys_(std::move(keys)) {}
-
-  config::GroupRef Group() override {
-    config::GroupRef group;
-    keys_.AddTo(&group);
-    return group;
-  }
-  void Check(const std::string& path) const override { keys_.Check(path); }
-  void Reset() override { keys_.now = keys_.initial; }
-  std::unique_ptr<trial::EstimatorPlugin> Copy() const override {
-    return std::make_unique<PythonEstimatorPlugin>(*this);
-  }
-  std::unique_ptr<vision::PoseEstimator> Make(const trial::EstimatorSetup& setup) const override {
-    return std::make_unique<PythonEstimator>(cls_, keys_, setup);
-  }
-
- private:
-  Held cls_;
-  Keys keys_;
 };
 
 }  // namespace
@@ -326,16 +236,32 @@ void AddPlugins(py::module_* module) {
       .def("add_controller",
            [](Plugins* plugins, const std::string& name, py::object cls, const py::list& keys,
               const std::string& asks_for, bool pose_filter, bool setpoint) {
+             LawParams defaults{KeysOf(keys), {}, {}, AllocationFor(asks_for)};
+             defaults.pose_filter.enabled = pose_filter;
+             defaults.setpoint.enabled = setpoint;
              const bool observes = Overrides(cls, "Controller", "observe");
              const bool hears = Overrides(cls, "Controller", "given");
-             plugins->Add(name, std::make_unique<PythonLawPlugin>(
-                                    Hold(std::move(cls)), KeysOf(keys), AllocationFor(asks_for),
-                                    pose_filter, setpoint, observes, hears));
+             plugins->AddController(
+                 name, defaults, [=, held = Hold(std::move(cls))](const LawParams& params) {
+                   return control::OwnLaw{
+                       .make =
+                           [=](const control::VehicleModel& vehicle, const ClockParams& clock) {
+                             return std::make_unique<PythonLaw>(
+                                 held, params, vehicle, AuthorityOf(params.allocation, vehicle),
+                                 clock.frame_s(), observes, hears);
+                           },
+                       .pose_filter = params.pose_filter,
+                       .setpoint = params.setpoint,
+                       .allocation = params.allocation};
+                 });
            })
       .def("add_estimator",
            [](Plugins* plugins, const std::string& name, py::object cls, const py::list& keys) {
-             plugins->Add(
-                 name, std::make_unique<PythonEstimatorPlugin>(Hold(std::move(cls)), KeysOf(keys)));
+             plugins->AddEstimator(name, KeysOf(keys),
+                                   [held = Hold(std::move(cls))](
+                                       const Keys& params, const trial::EstimatorSetup& setup) {
+                                     return std::make_unique<PythonEstimator>(held, params, setup);
+                                   });
            });
 }
 

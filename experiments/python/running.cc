@@ -5,20 +5,21 @@
 
 #include <unistd.h>
 
-#include <array>
 #include <optional>
 #include <thread>
 #include <utility>
 
 #include "experiments/config/yaml_fields.h"
 #include "experiments/python/bindings.h"
-#include "experiments/trial/plugins.h"
+#include "experiments/trial/plugin_of.h"
 #include "experiments/trial/running_trial.h"
 #include "experiments/trial/series.h"
 #include "experiments/trial/trial_files.h"
 
 namespace turbidock::python {
 namespace {
+
+using trial::FrameRecord;
 
 constexpr const char* kSteered = "steered";
 
@@ -53,58 +54,11 @@ class SteeredLaw final : public control::Controller {
   bool demanded_ = false;
 };
 
-class SteeredPlugin final : public trial::LawPlugin {
- public:
-  SteeredPlugin(std::shared_ptr<Hand> hand, const AnyAllocation& allocation)
-      : hand_(std::move(hand)), allocation_(allocation) {
-    Reset();
-  }
-  config::GroupRef Group() override {
-    config::GroupRef group;
-    group.fields.push_back(
-        {"pose_filter", Finite(), "between estimate and hand", config::GroupOf(&filter_)});
-    return group;
-  }
-  void Check(const std::string& path) const override {
-    CheckFields(filter_, JoinKey(path, "pose_filter"));
-  }
-  void Reset() override {
-    filter_ = {};
-    filter_.enabled = true;
-  }
-  std::unique_ptr<trial::LawPlugin> Copy() const override {
-    return std::make_unique<SteeredPlugin>(*this);
-  }
-  control::OwnLaw Law() const override {
-    control::OwnLaw law;
-    law.make = [hand = hand_, allocation = allocation_](const control::VehicleModel& vehicle,
-                                                        const ClockParams&) {
-      hand->authority = AuthorityOf(allocation, vehicle);
-      return std::make_unique<SteeredLaw>(hand);
-    };
-    law.pose_filter = filter_;
-    law.allocation = allocation_;
-    return law;
-  }
+struct SteeredParams {
+  control::PoseFilterParams pose_filter{.enabled = true};
 
- private:
-  std::shared_ptr<Hand> hand_;
-  AnyAllocation allocation_;
-  control::PoseFilterParams filter_;
-};
-
-// What is known of one frame, in arrays that point into it.
-struct Frame {
-  trial::FrameRecord record;
-  std::array<double, 4> est_q{}, true_q{}, world_q{}, desired{}, demand{};
-
-  explicit Frame(const trial::FrameRecord& of) : record(of) {
-    const auto wxyz = [](const Pose& X) { return std::array{X.q.w(), X.q.x(), X.q.y(), X.q.z()}; };
-    est_q = wxyz(of.est_X_HM);
-    true_q = wxyz(of.true_X_HM);
-    world_q = wxyz(of.true_X_WB);
-    desired = {of.desired.x_m, of.desired.y_m, of.desired.z_m, of.desired.yaw_rad};
-    std::copy(of.demand.begin(), of.demand.end(), demand.begin());
+  static void Fields(auto& self, auto&& field) {
+    field("pose_filter", self.pose_filter, Finite(), "between estimate and hand");
   }
 };
 
@@ -114,8 +68,18 @@ class Trial {
   Trial(trial::Scenario scenario, bool images, const std::string& steered)
       : images_(images), hand_(steered.empty() ? nullptr : std::make_shared<Hand>()) {
     if (hand_) {
-      scenario.plugins.Add(kSteered,
-                           std::make_unique<SteeredPlugin>(hand_, AllocationFor(steered)));
+      const AnyAllocation allocation = AllocationFor(steered);
+      const auto make = [hand = hand_, allocation](const SteeredParams& params) {
+        control::OwnLaw law;
+        law.pose_filter = params.pose_filter;
+        law.allocation = allocation;
+        law.make = [=](const control::VehicleModel& vehicle, const ClockParams&) {
+          hand->authority = AuthorityOf(allocation, vehicle);
+          return std::make_unique<SteeredLaw>(hand);
+        };
+        return law;
+      };
+      scenario.plugins.AddController(kSteered, SteeredParams(), make);
       if (steered == "volts") most_ = kNeutralVolts;
       config::ApplySet(std::string("controller=") + kSteered, &scenario, nullptr);
     }
@@ -135,15 +99,13 @@ class Trial {
     else if (!demand.is_none())
       throw py::value_error("step() takes a demand of a steered trial only");
     const py::gil_scoped_release free;
-    const std::shared_ptr<StereoImage> before = std::exchange(kept_, nullptr);
+    kept_ = nullptr;
     running_->Step();
-    const bool arrived = !running_->seen().left.empty();
-    if (before && !arrived) kept_ = before;
   }
 
   bool ended() const { return running_->ended(); }
 
-  Frame Now() const { return Frame(last_ ? *last_ : Last()); }
+  FrameRecord Now() const { return last_ ? *last_ : Last(); }
 
   // Left and right; the memory is theirs from now on.
   py::tuple Images() {
@@ -164,9 +126,11 @@ class Trial {
     RequireUnfinished();
     running_->Set(assignment);
   }
-  void Push(const Eigen::Vector3d& newton) {
+  void Push(const py::object& given) {
     RequireUnfinished();
-    if (!newton.allFinite()) throw py::value_error("push() takes three finite forces in N");
+    const std::string rule = "push() takes three finite forces in N";
+    const Eigen::Vector3d newton = NumbersOf(given, 3, rule);
+    if (!newton.allFinite()) throw py::value_error(rule);
     running_->Push(newton);
   }
 
@@ -200,7 +164,7 @@ class Trial {
     RequireHere();
     if (last_) throw py::value_error("this trial is finished: its result has been asked for");
   }
-  const trial::FrameRecord& Last() const {
+  const FrameRecord& Last() const {
     if (running_->log().frames.empty()) throw py::value_error("no frame yet: call step()");
     return running_->log().frames.back();
   }
@@ -210,76 +174,91 @@ class Trial {
   double most_ = 1e6;  // of a demand; the allocation limits it
   std::optional<trial::RunningTrial> running_;
   std::shared_ptr<StereoImage> kept_;
-  std::optional<trial::FrameRecord> last_;  // once it is finished
+  std::optional<FrameRecord> last_;  // once it is finished
   std::string saved_, result_;
   trial::Series series_;
   pid_t process_ = getpid();
   std::thread::id thread_ = std::this_thread::get_id();
 };
 
+Eigen::Vector4d Wxyz(const Pose& X) { return {X.q.w(), X.q.x(), X.q.y(), X.q.z()}; }
+
+// An array that is the frame's own.
 template <class Get>
-auto Part(const std::vector<py::ssize_t>& shape, const Get& get) {
-  return [=](const py::object& self) { return View(shape, get(*self.cast<Frame*>()), self); };
+auto Array(const Get& get) {
+  return [get](const FrameRecord& frame) { return Copy(get(frame)); };
+}
+
+void AddFrame(py::module_* module) {
+  using R = FrameRecord;
+  py::class_<R>(*module, "Frame", "What is known of one camera frame.")
+      .def_readonly("frame", &R::frame)
+      .def_readonly("time_s", &R::time_s)
+      .def_property_readonly("stage", [](const R& f) { return NameOf(f.stage); })
+      .def_readonly("fitness", &R::fitness)
+      .def_readonly("controlled", &R::controlled)
+      .def_readonly("insertion_depth_m", &R::insertion_depth_m)
+      .def_readonly("dock_force_newton", &R::dock_force_newton)
+      .def_property_readonly("estimated_position", Array([](const R& f) { return f.est_X_HM.p; }),
+                             "Of the marker in the camera head [m].")
+      .def_property_readonly("estimated_quaternion_wxyz",
+                             Array([](const R& f) { return Wxyz(f.est_X_HM); }))
+      .def_property_readonly("true_position", Array([](const R& f) { return f.true_X_HM.p; }))
+      .def_property_readonly("true_quaternion_wxyz",
+                             Array([](const R& f) { return Wxyz(f.true_X_HM); }))
+      .def_property_readonly("vehicle_position", Array([](const R& f) { return f.true_X_WB.p; }),
+                             "Of the vehicle in the world [m].")
+      .def_property_readonly("vehicle_quaternion_wxyz",
+                             Array([](const R& f) { return Wxyz(f.true_X_WB); }))
+      .def_property_readonly("velocity_mps", Array([](const R& f) { return f.true_V_WB_B.v; }),
+                             "Of the vehicle, in its own axes.")
+      .def_property_readonly("turn_rate_radps", Array([](const R& f) { return f.true_V_WB_B.w; }))
+      .def_property_readonly("desired",
+                             Array([](const R& f) { return control::ToAxes(f.desired); }),
+                             "x, y, z [m], yaw [rad] that the procedure wants.")
+      .def_property_readonly("demand", Array([](const R& f) { return f.demand; }),
+                             "Of the law, in its unit: surge, sway, heave, yaw.")
+      .def_property_readonly("command_v", [](const R& f) {
+        const auto& volts = f.command.volts;
+        return View({static_cast<py::ssize_t>(volts.size())}, volts.data(), py::handle());
+      });
 }
 
 }  // namespace
 
 void AddRunning(py::module_* module) {
-  py::class_<Frame>(*module, "Frame", "What is known of one camera frame.")
-      .def_property_readonly("frame", [](const Frame& f) { return f.record.frame; })
-      .def_property_readonly("time_s", [](const Frame& f) { return f.record.time_s; })
-      .def_property_readonly("stage", [](const Frame& f) { return NameOf(f.record.stage); })
-      .def_property_readonly("fitness", [](const Frame& f) { return f.record.fitness; })
-      .def_property_readonly("controlled", [](const Frame& f) { return f.record.controlled; })
-      .def_property_readonly("insertion_depth_m",
-                             [](const Frame& f) { return f.record.insertion_depth_m; })
-      .def_property_readonly("dock_force_newton",
-                             [](const Frame& f) { return f.record.dock_force_newton; })
-      .def_property_readonly("estimated_position",
-                             Part({3}, [](const Frame& f) { return f.record.est_X_HM.p.data(); }),
-                             "Of the marker in the camera head [m].")
-      .def_property_readonly("estimated_quaternion_wxyz",
-                             Part({4}, [](const Frame& f) { return f.est_q.data(); }))
-      .def_property_readonly("true_position",
-                             Part({3}, [](const Frame& f) { return f.record.true_X_HM.p.data(); }))
-      .def_property_readonly("true_quaternion_wxyz",
-                             Part({4}, [](const Frame& f) { return f.true_q.data(); }))
-      .def_property_readonly("vehicle_position",
-                             Part({3}, [](const Frame& f) { return f.record.true_X_WB.p.data(); }),
-                             "Of the vehicle in the world [m].")
-      .def_property_readonly("vehicle_quaternion_wxyz",
-                             Part({4}, [](const Frame& f) { return f.world_q.data(); }))
-      .def_property_readonly(
-          "velocity_mps", Part({3}, [](const Frame& f) { return f.record.true_V_WB_B.v.data(); }),
-          "Of the vehicle, in its own axes.")
-      .def_property_readonly(
-          "turn_rate_radps",
-          Part({3}, [](const Frame& f) { return f.record.true_V_WB_B.w.data(); }))
-      .def_property_readonly("desired", Part({4}, [](const Frame& f) { return f.desired.data(); }),
-                             "x, y, z [m], yaw [rad] that the procedure wants.")
-      .def_property_readonly("demand", Part({4}, [](const Frame& f) { return f.demand.data(); }),
-                             "Of the law, in its unit: surge, sway, heave, yaw.")
-      .def_property_readonly("command_v", [](const py::object& self) {
-        const auto& volts = self.cast<Frame*>()->record.command.volts;
-        return View({static_cast<py::ssize_t>(volts.size())}, volts.data(), self);
-      });
+  AddFrame(module);
   py::class_<Trial>(*module, "Trial")
       .def(py::init<trial::Scenario, bool, std::string>(), py::arg("scenario"), py::arg("images"),
            py::arg("steered"))
-      .def("step", &Trial::Step, py::arg("demand") = py::none())
+      .def("step", &Trial::Step, py::arg("demand") = py::none(),
+           "Lets the next frame's time pass. ValueError after the end.")
       .def_property_readonly("ended", &Trial::ended)
-      .def_property_readonly("frame", &Trial::Now)
-      .def_property_readonly("images", &Trial::Images)
-      .def("set", &Trial::Set)
-      .def("push",
-           [](Trial* trial, const std::array<double, 3>& newton) {
-             trial->Push({newton[0], newton[1], newton[2]});
-           })
-      .def_property_readonly("seen", [](const Trial& t) { return t.hand().seen; })
-      .def_property_readonly("wanted", [](const Trial& t) { return t.hand().wanted; })
-      .def_property_readonly("given", [](const Trial& t) { return Copy(t.hand().given); })
-      .def_property_readonly("authority", [](const Trial& t) { return Copy(t.hand().authority); })
-      .def_property_readonly("in_control", [](const Trial& t) { return t.hand().in_control; })
+      .def_property_readonly("frame", &Trial::Now, "The last frame: truth, estimate, commands.")
+      .def_property_readonly("images", &Trial::Images,
+                             "What the estimator saw last, left and right, (height, width, 3), "
+                             "RGB, without a copy.")
+      .def("assign", &Trial::Set)
+      .def("push", &Trial::Push,
+           "A steady force on the vehicle, in the world's axes, until another.")
+      .def_property_readonly(
+          "seen", [](const Trial& t) { return t.hand().seen; },
+          "Steered: the filtered pose that a law would see.")
+      .def_property_readonly(
+          "wanted", [](const Trial& t) { return t.hand().wanted; },
+          "Steered: where the procedure wants the marker.")
+      .def_property_readonly(
+          "given", [](const Trial& t) { return Copy(t.hand().given); },
+          "Steered: what came of your demand in the last frame: less where "
+          "thrusters saturate.")
+      .def_property_readonly(
+          "authority", [](const Trial& t) { return Copy(t.hand().authority); },
+          "Steered: all that the vehicle has on each axis alone, in the "
+          "demand's unit.")
+      .def_property_readonly(
+          "in_control", [](const Trial& t) { return t.hand().in_control; },
+          "Steered: whether your demand counted in the last frame; not while "
+          "the vehicle searches or drifts.")
       .def("finish", &Trial::Finish);
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// When a trial is over, and why.
+// When a trial is over, and why; and why it did not dock.
 
 #include <cstdint>
 #include <optional>
@@ -44,5 +44,16 @@ class EndingRules {
 // Why it ended, as a sentence for people. `result` is complete but for this; `directive` the last.
 std::string ReasonOf(const Ending& ending, const Scenario& scenario, const TrialResult& result,
                      const control::Directive& directive);
+
+// The verdict on a trial from its result and log.
+// False lock: a false dock, or more than half of the last kVerdictTime_s of servoing and docking
+// with a usable estimate whose position was off by more than kFalseLock_m.
+// Oscillation: in the last kVerdictTime_s under control the true y, z or yaw error changed sign at
+// least kSwings times beyond the limits at which docking may begin (procedure.enter_*).
+Failure FailureOf(const Scenario& scenario, const TrialResult& result);
+
+inline constexpr double kVerdictTime_s = 15;  // guess: a few periods of the sea
+inline constexpr double kFalseLock_m = 0.1;   // guess: the marker's own size
+inline constexpr int kSwings = 4;             // guess: two full swings are no accident
 
 }  // namespace turbidock::trial

@@ -23,7 +23,7 @@
 #include <concepts>
 #include <memory>
 #include <string>
-#include <type_traits>
+#include <utility>
 
 #include "experiments/config/yaml_fields.h"
 #include "experiments/trial/plugins.h"
@@ -32,78 +32,73 @@
 
 namespace turbidock::trial {
 
-template <class T>
-concept HasParams = HasFields<typename T::Params> && std::copyable<typename T::Params> &&
-    std::default_initializable<typename T::Params>;
+template <class Params, class Made, class... Args>
+void Plugins::Insert(Kind<Plugin<Made, Args...>>* kind, const std::string& name,
+                     const Params& defaults,
+                     const std::function<Made(const Params&, Args...)>& make) {
+  RequireNewName(name);
+  const auto in = [](const std::any& params) -> const Params& {
+    return *std::any_cast<Params>(&params);
+  };
+  kind->all.push_back(
+      {name, defaults, defaults,
+       [=](const std::any& params, Args... args) { return make(in(params), args...); },
+       [](std::any* params) { return config::GroupOf(std::any_cast<Params>(params)); },
+       [=](const std::any& params, const std::string& path) { CheckFields(in(params), path); }});
+}
 
-template <class T>
-concept OwnController = std::derived_from<T, control::Controller> && HasParams<T> &&
-    (std::constructible_from<T, const typename T::Params&, const control::VehicleModel&,
-                             const ClockParams&> ||
-     std::constructible_from<T, const typename T::Params&, const ClockParams&>);
+template <class Params>
+void Plugins::AddController(
+    const std::string& name, const Params& defaults,
+    std::type_identity_t<std::function<control::OwnLaw(const Params&)>> make) {
+  Insert(&controllers_, name, defaults, make);
+}
 
-template <class T>
-concept OwnEstimator = std::derived_from<T, vision::PoseEstimator> && HasParams<T> &&
-    std::constructible_from<T, const typename T::Params&, const EstimatorSetup&>;
-
-template <OwnController L>
-class LawPluginOf final : public LawPlugin {
- public:
-  config::GroupRef Group() override { return config::GroupOf(&params_); }
-  void Check(const std::string& path) const override { CheckFields(params_, path); }
-  void Reset() override { params_ = {}; }
-  std::unique_ptr<LawPlugin> Copy() const override { return std::make_unique<LawPluginOf>(*this); }
-  control::OwnLaw Law() const override {
-    control::OwnLaw law;
-    law.make = [params = params_]([[maybe_unused]] const control::VehicleModel& vehicle,
-                                  const ClockParams& clock) {
-      if constexpr (std::constructible_from<L, const typename L::Params&,
-                                            const control::VehicleModel&, const ClockParams&>)
-        return std::make_unique<L>(params, vehicle, clock);
-      else
-        return std::make_unique<L>(params, clock);
-    };
-    if constexpr (requires { law.pose_filter = params_.pose_filter; })
-      law.pose_filter = params_.pose_filter;
-    if constexpr (requires { law.setpoint = params_.setpoint; }) law.setpoint = params_.setpoint;
-    if constexpr (requires { law.allocation = params_.allocation; })
-      law.allocation = params_.allocation;
-    return law;
-  }
-
- private:
-  typename L::Params params_;
-};
-
-template <OwnEstimator E>
-class EstimatorPluginOf final : public EstimatorPlugin {
- public:
-  config::GroupRef Group() override { return config::GroupOf(&params_); }
-  void Check(const std::string& path) const override { CheckFields(params_, path); }
-  void Reset() override { params_ = {}; }
-  std::unique_ptr<EstimatorPlugin> Copy() const override {
-    return std::make_unique<EstimatorPluginOf>(*this);
-  }
-  std::unique_ptr<vision::PoseEstimator> Make(const EstimatorSetup& setup) const override {
-    return std::make_unique<E>(params_, setup);
-  }
-
- private:
-  typename E::Params params_;
-};
+template <class Params>
+void Plugins::AddEstimator(
+    const std::string& name, const Params& defaults,
+    std::type_identity_t<
+        std::function<std::unique_ptr<vision::PoseEstimator>(const Params&, const EstimatorSetup&)>>
+        make) {
+  Insert(&estimators_, name, defaults, make);
+}
 
 template <class Law>
 void Plugins::AddController(const std::string& name) {
-  static_assert(OwnController<Law>,
-                "a control::Controller with Params, made from (Params, VehicleModel, ClockParams)");
-  Add(name, std::make_unique<LawPluginOf<Law>>());
+  using Params = typename Law::Params;
+  constexpr bool kTakesVehicle =
+      std::constructible_from<Law, const Params&, const control::VehicleModel&, const ClockParams&>;
+  static_assert(
+      std::derived_from<Law, control::Controller> && HasFields<Params> &&
+          (kTakesVehicle || std::constructible_from<Law, const Params&, const ClockParams&>),
+      "a control::Controller with Params, made from (Params, VehicleModel, ClockParams)");
+  AddController(name, Params(), [](const Params& params) {
+    control::OwnLaw law;
+    law.make = [params]([[maybe_unused]] const control::VehicleModel& vehicle,
+                        const ClockParams& clock) {
+      if constexpr (kTakesVehicle)
+        return std::make_unique<Law>(params, vehicle, clock);
+      else
+        return std::make_unique<Law>(params, clock);
+    };
+    if constexpr (requires { law.pose_filter = params.pose_filter; })
+      law.pose_filter = params.pose_filter;
+    if constexpr (requires { law.setpoint = params.setpoint; }) law.setpoint = params.setpoint;
+    if constexpr (requires { law.allocation = params.allocation; })
+      law.allocation = params.allocation;
+    return law;
+  });
 }
 
 template <class Estimator>
 void Plugins::AddEstimator(const std::string& name) {
-  static_assert(OwnEstimator<Estimator>,
+  using Params = typename Estimator::Params;
+  static_assert(std::derived_from<Estimator, vision::PoseEstimator> && HasFields<Params> &&
+                    std::constructible_from<Estimator, const Params&, const EstimatorSetup&>,
                 "a vision::PoseEstimator with Params, made from (Params, EstimatorSetup)");
-  Add(name, std::make_unique<EstimatorPluginOf<Estimator>>());
+  AddEstimator(name, Params(), [](const Params& params, const EstimatorSetup& setup) {
+    return std::make_unique<Estimator>(params, setup);
+  });
 }
 
 }  // namespace turbidock::trial

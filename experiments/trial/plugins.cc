@@ -6,7 +6,6 @@
 #include <cmath>
 #include <utility>
 
-#include "experiments/config/nearest_name.h"
 #include "experiments/config/yaml_fields.h"
 
 namespace turbidock::trial {
@@ -95,13 +94,6 @@ class CheckedEstimator final : public vision::PoseEstimator {
   PoseEstimate estimate_;
 };
 
-template <class List>
-std::vector<std::string> NamesIn(const List& list) {
-  std::vector<std::string> names;
-  for (const auto& entry : list) names.push_back(entry.name);
-  return names;
-}
-
 // Our choice, or one of `names`, whose choice is kept in `chosen`.
 config::EnumRef Joined(const config::EnumRef& ours, const std::vector<std::string>& names,
                        std::string* chosen) {
@@ -114,117 +106,80 @@ config::EnumRef Joined(const config::EnumRef& ours, const std::vector<std::strin
     return found == names.end() ? ours.get() : own + static_cast<size_t>(found - names.begin());
   };
   both.set = [=](size_t i) {
-    if (i < own) {
-      chosen->clear();
-      ours.set(i);
-    } else {
-      *chosen = names[i - own];
-    }
+    *chosen = i < own ? "" : names[i - own];
+    if (i < own) ours.set(i);
   };
   return both;
 }
 
 }  // namespace
 
-Plugins::Plugins(const Plugins& other)
-    : controller_(other.controller_), estimator_(other.estimator_) {
-  for (const auto& [name, plugin] : other.laws_) laws_.push_back({name, plugin->Copy()});
-  for (const auto& [name, plugin] : other.estimators_)
-    estimators_.push_back({name, plugin->Copy()});
-}
-
-Plugins& Plugins::operator=(Plugins other) noexcept {
-  laws_.swap(other.laws_);
-  estimators_.swap(other.estimators_);
-  controller_.swap(other.controller_);
-  estimator_.swap(other.estimator_);
-  return *this;
+template <class P>
+auto Plugins::Kind<P>::Make(const std::string& name, const auto&... args) const {
+  const auto found = std::ranges::find(all, name, &P::name);
+  TD_CHECK(found != all.end(), "a plug-in of this name");
+  return found->make(found->params, args...);
 }
 
 Plugins Plugins::WithDefaults() const {
   Plugins fresh = *this;
-  for (const auto& [name, plugin] : fresh.laws_) plugin->Reset();
-  for (const auto& [name, plugin] : fresh.estimators_) plugin->Reset();
-  fresh.controller_.clear();
-  fresh.estimator_.clear();
+  const auto reset = [](auto* kind) {
+    for (auto& plugin : kind->all) plugin.params = plugin.defaults;
+    kind->chosen.clear();
+  };
+  reset(&fresh.controllers_);
+  reset(&fresh.estimators_);
   return fresh;
 }
 
 void Plugins::RequireNewName(const std::string& name) const {
-  const auto allowed = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_';
-  };
-  if (name.empty() || !(name[0] >= 'a' && name[0] <= 'z') || !std::ranges::all_of(name, allowed))
+  if (name.empty() || !(name[0] >= 'a' && name[0] <= 'z') ||
+      name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_") != std::string::npos)
     throw ConfigError("plug-in '" + name + "'",
                       "a name is of small letters, digits and underscores");
-  std::vector<std::string> taken = NamesIn(laws_);
-  for (const std::string& other : NamesIn(estimators_)) taken.push_back(other);
-  if (std::ranges::find(taken, name) != taken.end())
-    throw ConfigError("plug-in '" + name + "'", "there is one of this name already");
+  for (const auto& taken : {controllers(), estimators()})
+    if (std::ranges::find(taken, name) != taken.end())
+      throw ConfigError("plug-in '" + name + "'", "there is one of this name already");
 }
-
-void Plugins::Add(const std::string& name, std::unique_ptr<LawPlugin> law) {
-  RequireNewName(name);
-  laws_.push_back({name, std::move(law)});
-}
-
-void Plugins::Add(const std::string& name, std::unique_ptr<EstimatorPlugin> estimator) {
-  RequireNewName(name);
-  estimators_.push_back({name, std::move(estimator)});
-}
-
-std::vector<std::string> Plugins::controllers() const { return NamesIn(laws_); }
-std::vector<std::string> Plugins::estimators() const { return NamesIn(estimators_); }
 
 control::OwnLaw Plugins::Law() const {
-  const auto found = std::ranges::find(laws_, controller_, &Named<LawPlugin>::name);
-  TD_CHECK(found != laws_.end(), "a law of the program's own is chosen");
-  control::OwnLaw law = found->plugin->Law();
-  law.make = [make = law.make, name = controller_](const control::VehicleModel& vehicle,
-                                                   const ClockParams& clock) {
+  const std::string& name = controller();
+  control::OwnLaw law = controllers_.Make(name);
+  law.make = [make = law.make, name](const control::VehicleModel& vehicle,
+                                     const ClockParams& clock) {
     return std::make_unique<CheckedLaw>(
         name, Guarded("controller " + name + ", when made", [&] { return make(vehicle, clock); }));
   };
   return law;
 }
 
-const EstimatorPlugin& Plugins::EstimatorNamed(const std::string& name) const {
-  const auto found = std::ranges::find(estimators_, name, &Named<EstimatorPlugin>::name);
-  TD_CHECK(found != estimators_.end(), "an estimator of the program's own");
-  return *found->plugin;
-}
-
 std::unique_ptr<vision::PoseEstimator> Plugins::MakeEstimator(const std::string& name,
                                                               const EstimatorSetup& setup) const {
-  const EstimatorPlugin& plugin = EstimatorNamed(name);
-  return std::make_unique<CheckedEstimator>(
-      name, Guarded("estimator " + name + ", when made", [&] { return plugin.Make(setup); }));
+  return std::make_unique<CheckedEstimator>(name, Guarded("estimator " + name + ", when made", [&] {
+                                              return estimators_.Make(name, setup);
+                                            }));
 }
 
-config::EnumRef Plugins::ControllerChoice(const config::EnumRef& ours) {
-  return Joined(ours, controllers(), &controller_);
-}
-
-config::EnumRef Plugins::EstimatorChoice(const config::EnumRef& ours) {
-  return Joined(ours, estimators(), &estimator_);
-}
-
-void Plugins::AddGroups(config::GroupRef* scenario) {
-  const auto add = [&](const std::string& name, Plugin* plugin, const char* doc) {
-    for (const config::Field& field : scenario->fields)
-      if (field.key == name)
-        throw ConfigError("plug-in '" + name + "'", "a scenario has this key already");
-    scenario->fields.push_back({name, Finite(), doc, plugin->Group()});
+void Plugins::AddTo(config::GroupRef* scenario) {
+  const auto add = [&](const std::string& choice, auto* kind, const std::string& what) {
+    if (kind->all.empty()) return;
+    const auto ours = std::ranges::find(scenario->fields, choice, &config::Field::key);
+    ours->value = Joined(std::get<config::EnumRef>(ours->value), kind->Names(), &kind->chosen);
+    for (auto& plugin : kind->all) {
+      if (std::ranges::find(scenario->fields, plugin.name, &config::Field::key) !=
+          scenario->fields.end())
+        throw ConfigError("plug-in '" + plugin.name + "'", "a scenario has this key already");
+      scenario->fields.push_back({plugin.name, Finite(), "a " + what + " of this program's own",
+                                  plugin.group(&plugin.params)});
+    }
   };
-  for (const auto& [name, plugin] : laws_)
-    add(name, plugin.get(), "a control law of this program's own");
-  for (const auto& [name, plugin] : estimators_)
-    add(name, plugin.get(), "a pose estimator of this program's own");
+  add("controller", &controllers_, "control law");
+  add("pose_estimator", &estimators_, "pose estimator");
 }
 
 void Plugins::Check() const {
-  for (const auto& [name, plugin] : laws_) plugin->Check(name);
-  for (const auto& [name, plugin] : estimators_) plugin->Check(name);
+  for (const auto& plugin : controllers_.all) plugin.check(plugin.params, plugin.name);
+  for (const auto& plugin : estimators_.all) plugin.check(plugin.params, plugin.name);
 }
 
 }  // namespace turbidock::trial

@@ -4,9 +4,12 @@
 // plug-in's name. They are a value: the laws and estimators there are, which of them are chosen,
 // and their parameters, copied with the scenario that they belong to.
 
+#include <any>
+#include <functional>
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "control/autopilot.h"
@@ -17,7 +20,6 @@
 #include "vision/pose_estimator.h"
 
 namespace turbidock::config {
-struct EnumRef;
 struct GroupRef;
 }  // namespace turbidock::config
 
@@ -37,55 +39,35 @@ struct PluginError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// The parameters of one law or estimator.
-class Plugin {
- public:
-  virtual ~Plugin() = default;
-  virtual config::GroupRef Group() = 0;                   // of its keys; refers into it
-  virtual void Check(const std::string& path) const = 0;  // ConfigError
-  virtual void Reset() = 0;                               // all keys have their defaults
-};
-
-class LawPlugin : public Plugin {
- public:
-  virtual std::unique_ptr<LawPlugin> Copy() const = 0;
-  virtual control::OwnLaw Law() const = 0;  // with the parameters as they are now
-};
-
-class EstimatorPlugin : public Plugin {
- public:
-  virtual std::unique_ptr<EstimatorPlugin> Copy() const = 0;
-  virtual std::unique_ptr<vision::PoseEstimator> Make(const EstimatorSetup& setup) const = 0;
-};
-
 class Plugins {
  public:
-  Plugins() = default;
-  Plugins(const Plugins& other);
-  Plugins(Plugins&&) = default;
-  Plugins& operator=(Plugins other) noexcept;
-  ~Plugins() = default;
-
   // A class of one's own, see plugin_of.h. `name` is its group of keys in a scenario: small
   // letters, digits and underscores. ConfigError for a name that is taken or is none.
   template <class Law>
   void AddController(const std::string& name);
   template <class Estimator>
   void AddEstimator(const std::string& name);
-  void Add(const std::string& name, std::unique_ptr<LawPlugin> law);
-  void Add(const std::string& name, std::unique_ptr<EstimatorPlugin> estimator);
+
+  // The same of any parameters with Fields, and of what makes a law or an estimator of them.
+  template <class Params>
+  void AddController(const std::string& name, const Params& defaults,
+                     std::type_identity_t<std::function<control::OwnLaw(const Params&)>> make);
+  template <class Params>
+  void AddEstimator(const std::string& name, const Params& defaults,
+                    std::type_identity_t<std::function<std::unique_ptr<vision::PoseEstimator>(
+                        const Params&, const EstimatorSetup&)>>
+                        make);
 
   // The same ones with their defaults, and none of them chosen.
   Plugins WithDefaults() const;
 
   // Names in the order in which they were added.
-  std::vector<std::string> controllers() const;
-  std::vector<std::string> estimators() const;
-  bool empty() const { return laws_.empty() && estimators_.empty(); }
+  std::vector<std::string> controllers() const { return controllers_.Names(); }
+  std::vector<std::string> estimators() const { return estimators_.Names(); }
 
   // The chosen ones' names; empty: one of ours is chosen.
-  const std::string& controller() const { return controller_; }
-  const std::string& estimator() const { return estimator_; }
+  const std::string& controller() const { return controllers_.chosen; }
+  const std::string& estimator() const { return estimators_.chosen; }
 
   // The chosen law. Whatever it throws, and a demand that is not finite, becomes a PluginError.
   control::OwnLaw Law() const;
@@ -94,24 +76,40 @@ class Plugins {
   std::unique_ptr<vision::PoseEstimator> MakeEstimator(const std::string& name,
                                                        const EstimatorSetup& setup) const;
 
-  // For Scenario: choices that have our names and the plug-ins', and the plug-ins' groups.
-  config::EnumRef ControllerChoice(const config::EnumRef& ours);
-  config::EnumRef EstimatorChoice(const config::EnumRef& ours);
-  void AddGroups(config::GroupRef* scenario);
-  void Check() const;
+  // Makes them choices of `controller` and `pose_estimator` in a scenario's group of keys, and adds
+  // their own groups.
+  void AddTo(config::GroupRef* scenario);
+  void Check() const;  // ConfigError
 
  private:
-  template <class T>
-  struct Named {
+  // Parameters of any type, what is made of them as they are now, and what is done with them.
+  template <class Made, class... Args>
+  struct Plugin {
     std::string name;
-    std::unique_ptr<T> plugin;
+    std::any params, defaults;
+    std::function<Made(const std::any&, Args...)> make;
+    std::function<config::GroupRef(std::any*)> group;  // of its keys; refers into the parameters
+    std::function<void(const std::any&, const std::string& path)> check;
   };
-  void RequireNewName(const std::string& name) const;
-  const EstimatorPlugin& EstimatorNamed(const std::string& name) const;
+  template <class P>
+  struct Kind {
+    std::vector<P> all;
+    std::string chosen;
 
-  std::vector<Named<LawPlugin>> laws_;
-  std::vector<Named<EstimatorPlugin>> estimators_;
-  std::string controller_, estimator_;
+    std::vector<std::string> Names() const {
+      std::vector<std::string> names;
+      for (const P& each : all) names.push_back(each.name);
+      return names;
+    }
+    auto Make(const std::string& name, const auto&... args) const;
+  };
+  template <class Params, class Made, class... Args>
+  void Insert(Kind<Plugin<Made, Args...>>* kind, const std::string& name, const Params& defaults,
+              const std::function<Made(const Params&, Args...)>& make);
+  void RequireNewName(const std::string& name) const;
+
+  Kind<Plugin<control::OwnLaw>> controllers_;
+  Kind<Plugin<std::unique_ptr<vision::PoseEstimator>, const EstimatorSetup&>> estimators_;
 };
 
 }  // namespace turbidock::trial

@@ -7,8 +7,6 @@
 #include <map>
 #include <vector>
 
-#include "experiments/trial/failure.h"
-
 namespace turbidock::trial {
 namespace {
 

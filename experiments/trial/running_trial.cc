@@ -7,7 +7,6 @@
 
 #include "experiments/config/yaml_fields.h"
 #include "experiments/system/build_info.h"
-#include "experiments/trial/known_vehicle.h"
 
 namespace turbidock::trial {
 namespace {
@@ -161,6 +160,12 @@ void RunningTrial::AddChange(const std::string& key, const std::string& value) {
                        .time_s = scenario_.clock.TimeOfFrame(next_frame_),
                        .key = key,
                        .value = value});
+}
+
+TrialResult RunTrial(const Scenario& scenario, const TrialOptions& options) {
+  RunningTrial trial(scenario, options);
+  while (!trial.ended()) trial.Step();
+  return trial.Finish();
 }
 
 TrialResult RunningTrial::Finish() {

@@ -112,16 +112,7 @@ void StartParams::Check(const std::string& path) const {
                                                            FormatNumber(distance_max_m) + ")");
 }
 
-void Scenario::MoreFields(config::GroupRef* group) {
-  if (plugins.empty()) return;
-  for (config::Field& field : group->fields) {
-    if (field.key == "controller")
-      field.value = plugins.ControllerChoice(std::get<config::EnumRef>(field.value));
-    if (field.key == "pose_estimator")
-      field.value = plugins.EstimatorChoice(std::get<config::EnumRef>(field.value));
-  }
-  plugins.AddGroups(group);
-}
+void Scenario::MoreFields(config::GroupRef* group) { plugins.AddTo(group); }
 
 std::string Scenario::controller_name() const {
   return plugins.controller().empty() ? NameOf(control.controller) : plugins.controller();

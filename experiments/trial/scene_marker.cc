@@ -49,28 +49,33 @@ Eigen::Vector3d BoxOf(const vehicle::Scene& scene) {
   return Eigen::Vector3d::Zero();
 }
 
-std::string PlaceText(const Eigen::Vector3d& p) {
-  return fmt::format("[{:.4g}, {:.4g}, {:.4g}] m", p.x(), p.y(), p.z());
-}
+// A ball or a tag of a marker.
+struct Part {
+  std::string name;  // "ball red", "tag 3"
+  Eigen::Vector3d p_m;
+  double size_m;
+  Eigen::Quaterniond q = Eigen::Quaterniond::Identity();
 
-void CheckTags(const Scenario& scenario, const vehicle::Scene& scene) {
+  std::string Place() const {
+    return fmt::format("[{:.4g}, {:.4g}, {:.4g}] m with a size of {:.4g} m", p_m.x(), p_m.y(),
+                       p_m.z(), size_m);
+  }
+};
+
+// ConfigError naming the key when one that is known does not stand so in the scene.
+void RequireInScene(const std::vector<Part>& known, const std::vector<Part>& real,
+                    const std::string& key, const std::string& model) {
   constexpr double kTol_m = 1e-3, kTol_rad = 0.02;
-  const std::vector<vehicle::TagInScene> tags = vehicle::TagsOf(scene);
-  for (const vision::TagParams& known : scenario.fiducial.tags) {
+  for (const Part& part : known) {
     const auto fail = [&](const std::string& problem) {
-      throw ConfigError("fiducial.tags",
-                        fmt::format("tag {} {} ({}); set marker_may_differ to run all the same",
-                                    known.id, problem, scenario.model));
+      throw ConfigError(key, fmt::format("{} {} ({}); set marker_may_differ to run all the same",
+                                         part.name, problem, model));
     };
-    const auto real = std::ranges::find(tags, known.id, &vehicle::TagInScene::id);
-    if (real == tags.end()) fail("is not in the scene");
-    if ((real->X_MT.p - known.p_MT_m).norm() > kTol_m ||
-        std::abs(real->size_m - known.size_m) > kTol_m)
-      fail(fmt::format(
-          "is known at {} with edges of {:.4g} m, but in the scene it is at {} with "
-          "edges of {:.4g} m",
-          PlaceText(known.p_MT_m), known.size_m, PlaceText(real->X_MT.p), real->size_m));
-    if (const double off_rad = AngleBetween(real->X_MT.q, known.X_MT().q); off_rad > kTol_rad)
+    const auto found = std::ranges::find(real, part.name, &Part::name);
+    if (found == real.end()) fail("is not in the scene");
+    if ((found->p_m - part.p_m).norm() > kTol_m || std::abs(found->size_m - part.size_m) > kTol_m)
+      fail("is known at " + part.Place() + ", but in the scene it is at " + found->Place());
+    if (const double off_rad = AngleBetween(found->q, part.q); off_rad > kTol_rad)
       fail(fmt::format("is turned by {:.2g} rad from what is known", off_rad));
   }
 }
@@ -121,31 +126,25 @@ void TakeTags(const vehicle::Scene& scene, Scenario* scenario) {
 
 void CheckMarker(const Scenario& scenario, const vehicle::Scene& scene) {
   if (scenario.marker_may_differ) return;
-  constexpr double kTol_m = 1e-3;
-  const auto fail = [&](const std::string& ball, const std::string& problem) {
-    throw ConfigError("marker.balls", "ball " + ball + " " + problem + " (" + scenario.model +
-                                          "); set marker_may_differ to run all the same");
-  };
-  const auto text = [](const Eigen::Vector3d& p, double radius_m) {
-    return fmt::format("[{:.4g}, {:.4g}, {:.4g}] m with a radius of {:.4g} m", p.x(), p.y(), p.z(),
-                       radius_m);
-  };
-  for (const vision::BallParams& known : scenario.marker.balls) {
-    const auto real = std::find_if(scene.balls.begin(), scene.balls.end(),
-                                   [&](const auto& ball) { return ball.name == known.name; });
-    if (real == scene.balls.end()) fail(known.name, "is not in the scene");
-    if ((real->p_MQ - known.p_MQ_m).norm() > kTol_m ||
-        std::abs(real->radius_m - known.radius_m) > kTol_m)
-      fail(known.name, "is known at " + text(known.p_MQ_m, known.radius_m) +
-                           ", but in the scene it is at " + text(real->p_MQ, real->radius_m));
-  }
-  for (const vehicle::BallInScene& real : scene.balls) {
-    const auto& known = scenario.marker.balls;
-    if (std::none_of(known.begin(), known.end(),
-                     [&](const auto& ball) { return ball.name == real.name; }))
-      fail(real.name, "of the scene is not known");
-  }
-  if (scenario.pose_estimator == EstimatorKind::kFiducial) CheckTags(scenario, scene);
+  std::vector<Part> known, real;
+  for (const vision::BallParams& ball : scenario.marker.balls)
+    known.push_back({"ball " + ball.name, ball.p_MQ_m, ball.radius_m});
+  for (const vehicle::BallInScene& ball : scene.balls)
+    real.push_back({"ball " + ball.name, ball.p_MQ, ball.radius_m});
+  RequireInScene(known, real, "marker.balls", scenario.model);
+  for (const Part& ball : real)
+    if (std::ranges::find(known, ball.name, &Part::name) == known.end())
+      throw ConfigError("marker.balls", ball.name + " of the scene is not known (" +
+                                            scenario.model +
+                                            "); set marker_may_differ to run all the same");
+  if (scenario.pose_estimator != EstimatorKind::kFiducial) return;
+  known.clear();
+  real.clear();
+  for (const vision::TagParams& tag : scenario.fiducial.tags)
+    known.push_back({fmt::format("tag {}", tag.id), tag.p_MT_m, tag.size_m, tag.X_MT().q});
+  for (const vehicle::TagInScene& tag : vehicle::TagsOf(scene))
+    real.push_back({fmt::format("tag {}", tag.id), tag.X_MT.p, tag.size_m, tag.X_MT.q});
+  RequireInScene(known, real, "fiducial.tags", scenario.model);
 }
 
 }  // namespace turbidock::trial

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/algorithm/string/classification.hpp>
+#include <boost/algorithm/string/split.hpp>
 #include <string_view>
 #include <utility>
 
@@ -52,14 +54,9 @@ void VisitColumns(const FrameRecord& r, const std::vector<std::string>& thruster
   add("collision_force_newton", r.collision_force_newton);
 }
 
-std::vector<std::string> Split(std::string_view text, char separator) {
+std::vector<std::string> Split(const std::string& text, const char* separator) {
   std::vector<std::string> parts;
-  while (true) {
-    const size_t end = text.find(separator);
-    parts.emplace_back(text.substr(0, end));
-    if (end == std::string_view::npos) return parts;
-    text.remove_prefix(end + 1);
-  }
+  return boost::split(parts, text, boost::is_any_of(separator));
 }
 
 }  // namespace
@@ -141,10 +138,10 @@ std::string Series::Csv() const {
 }
 
 Series Series::FromCsv(const std::string& text, const std::string& where) {
-  std::vector<std::string> lines = Split(text, '\n');
+  std::vector<std::string> lines = Split(text, "\n");
   if (lines.back().empty()) lines.pop_back();
   if (lines.empty()) throw ConfigError(where + ": is empty");
-  const std::vector<std::string> names = Split(lines[0], ',');
+  const std::vector<std::string> names = Split(lines[0], ",");
   Series series;
   try {
     series = WithColumns(names);
@@ -156,7 +153,7 @@ Series Series::FromCsv(const std::string& text, const std::string& where) {
     place.push_back(static_cast<size_t>(std::ranges::find(names, column.name) - names.begin()));
   for (size_t row = 1; row < lines.size(); ++row) {
     const std::string line = fmt::format("{}:{}: ", where, row + 1);
-    const std::vector<std::string> values = Split(lines[row], ',');
+    const std::vector<std::string> values = Split(lines[row], ",");
     if (values.size() != names.size())
       throw ConfigError(
           fmt::format("{}has {} values, the header {}", line, values.size(), names.size()));

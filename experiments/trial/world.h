@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "control/vehicle_model.h"
 #include "experiments/trial/scenario.h"
 #include "experiments/trial/trial.h"
 #include "sim/base/image.h"
@@ -107,5 +108,13 @@ class World {
   std::optional<view::SpectatorRenderer> spectator_;
   Image3u8 spectator_image_;
 };
+
+// What the controller is told of the vehicle.
+// From nominal data, with the thrusters and the camera head where the scene has them. The data need
+// not be the vehicle's in the water: what that differs by, the controller does not know.
+control::VehicleModel ModelOf(const vehicle::VehicleData& known, const vehicle::Scene& scene);
+
+// The same of a scenario; reads its scene.
+control::VehicleModel ModelOf(const Scenario& scenario);
 
 }  // namespace turbidock::trial

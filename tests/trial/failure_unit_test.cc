@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "experiments/trial/failure.h"
+#include "experiments/trial/ending.h"
 
 namespace turbidock::trial {
 namespace {

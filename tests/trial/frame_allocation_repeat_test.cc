@@ -13,7 +13,7 @@
 
 #include "control/autopilot.h"
 #include "experiments/trial/eyes.h"
-#include "experiments/trial/known_vehicle.h"
+#include "experiments/trial/world.h"
 #include "experiments/trial/scenario.h"
 
 namespace {

@@ -7,7 +7,7 @@
 
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
-#include "experiments/trial/known_vehicle.h"
+#include "experiments/trial/world.h"
 #include "experiments/trial/scenario.h"
 #include "experiments/trial/trial.h"
 #include "sim/vehicle/scene.h"

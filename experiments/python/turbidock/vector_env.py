@@ -5,29 +5,29 @@
         observations, infos = envs.reset(seed=1)             # environment i: seed 1 + i
         observations, rewards, terminated, truncated, infos = envs.step(actions)
 
-A worker steps its share of the environments for one signal. Actions, observations, rewards and
-flags lie in memory that all share; only what is rare is sent: infos, resets, errors.
+A worker steps its share of the environments for one message. Observations lie in memory that all
+share, which images need; what is small is sent.
 """
 
 from __future__ import annotations
 
+import contextlib
+import copy
 import multiprocessing
 import os
 import pickle
 import signal
 import time
 import traceback
-from dataclasses import dataclass
 from typing import Any, Callable, Sequence
 
 import gymnasium
 import numpy as np
 from gymnasium.vector import AutoresetMode
-from gymnasium.vector.utils import batch_space, create_shared_memory, read_from_shared_memory
+from gymnasium.vector.utils import (batch_space, create_shared_memory, read_from_shared_memory,
+                                    write_to_shared_memory)
 
 from .docking_env import DockingEnv
-
-_STEP, _MESSAGE, _END = range(3)  # what a worker is told to do
 
 
 class DockingVectorEnv(gymnasium.vector.VectorEnv):
@@ -78,16 +78,14 @@ class DockingVectorEnv(gymnasium.vector.VectorEnv):
 
         # started anew, not forked: drawing may have begun here
         context: Any = multiprocessing.get_context("spawn")
-        shared = _Shared(
-            num_envs, self.single_observation_space, self.single_action_space,
-            create_shared_memory(self.single_observation_space, num_envs, context),
-            create_shared_memory(self.single_action_space, num_envs, context),
-            context.RawArray("d", num_envs), context.RawArray("b", 2 * num_envs))
-        self._arrays = _Arrays(shared)
-        shares = np.array_split(np.arange(num_envs), min(workers or _cores(), num_envs))
+        shared = create_shared_memory(self.single_observation_space, num_envs, context)
+        self._observations = read_from_shared_memory(self.single_observation_space, shared,
+                                                     num_envs)
+        shares = np.array_split(np.arange(num_envs),
+                                min(workers or len(os.sched_getaffinity(0)), num_envs))
         try:
             for share in shares:
-                self._workers.append(_Worker(context, range(share[0], share[-1] + 1), shared, mode,
+                self._workers.append(_Worker(context, range(share[0], share[-1] + 1), mode, shared,
                                              env, options))
             self._wait()
         except BaseException:
@@ -113,10 +111,9 @@ class DockingVectorEnv(gymnasium.vector.VectorEnv):
         mask = np.asarray(options.pop("reset_mask", np.ones(count, bool)))
         if mask.shape != (count,) or mask.dtype != np.bool_ or not mask.any():
             raise ValueError(f"reset_mask: must be {count} booleans, not all of them false")
-        self._tell([("reset", [seeds[i] if mask[i] else False for i in worker.share], options)
-                    for worker in self._workers])
+        self._tell("reset", lambda share: [[seeds[i] if mask[i] else False for i in share], options])
         infos = self._infos(self._wait())
-        return self._observations(), infos
+        return self._seen(), infos
 
     def step(self, actions: Any) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """Observations, rewards, terminated, truncated, infos, after one step of each."""
@@ -126,26 +123,21 @@ class DockingVectorEnv(gymnasium.vector.VectorEnv):
     def step_async(self, actions: Any) -> None:
         """Begins a step, which step_wait ends: something else may be done between them."""
         given = np.asarray(actions, np.float32)
-        if given.shape != self._arrays.actions.shape:
-            raise ValueError(f"actions: shape {given.shape}, must be {self._arrays.actions.shape}")
-        self._require_idle()
-        self._arrays.actions[:] = given
-        self._waits = True
-        for worker in self._workers:
-            worker.begin(_STEP)
+        if given.shape != self.action_space.shape:
+            raise ValueError(f"actions: shape {given.shape}, must be {self.action_space.shape}")
+        self._tell("step", lambda share: [given[share.start:share.stop]])
 
     def step_wait(self) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """Waits for what step_async began."""
         if not self._waits:
             raise RuntimeError("step_wait() before step_async()")
-        infos = self._infos(self._wait())
-        arrays = self._arrays
-        return (self._observations(), arrays.rewards.copy(), arrays.terminated.copy(),
-                arrays.truncated.copy(), infos)
+        rewards, terminated, truncated, infos = zip(*self._wait())
+        return (self._seen(), np.concatenate(rewards), np.concatenate(terminated),
+                np.concatenate(truncated), self._infos(infos))
 
     def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
         """Of each environment the attribute, or what its method gives."""
-        self._tell([("call", name, args, kwargs)] * len(self._workers))
+        self._tell("call", lambda share: [name, args, kwargs])
         return tuple(value for values in self._wait() for value in values)
 
     def get_attr(self, name: str) -> tuple[Any, ...]:
@@ -160,23 +152,26 @@ class DockingVectorEnv(gymnasium.vector.VectorEnv):
         """Ends the workers, also those that hang."""
         self._end()
 
-    def _tell(self, messages: Sequence[Any]) -> None:
-        self._require_idle()
-        self._waits = True
-        for worker, message in zip(self._workers, messages):
-            worker.begin(_MESSAGE, message)
-
-    def _require_idle(self) -> None:
+    def _tell(self, what: str, args_of: Callable[[range], list[Any]]) -> None:
         if not self._workers:
             raise RuntimeError("this environment is closed")
         if self._waits:
             raise RuntimeError("a step is under way: call step_wait()")
+        self._waits = True
+        for worker in self._workers:
+            with contextlib.suppress(OSError):  # it has ended, as _wait() will say
+                worker.pipe.send((what, args_of(worker.share)))
 
     def _wait(self) -> list[Any]:
         """What each worker says when it is done."""
-        limit = None if self._time_limit_s is None else time.monotonic() + self._time_limit_s
+        limit_s = self._time_limit_s
+        end = None if limit_s is None else time.monotonic() + limit_s
         try:
-            said = [worker.wait(limit, self._time_limit_s) for worker in self._workers]
+            said = []
+            for worker in self._workers:
+                if not worker.pipe.poll(None if end is None else max(0.0, end - time.monotonic())):
+                    raise TimeoutError(f"{worker} took longer than {limit_s:g} s")
+                said.append(worker.take())
         except BaseException:
             self._end()
             raise
@@ -185,67 +180,22 @@ class DockingVectorEnv(gymnasium.vector.VectorEnv):
 
     def _end(self) -> None:
         for worker in self._workers:
-            worker.end(asked=not self._waits)
+            worker.pipe.close()  # at which it ends, unless it hangs
+        for worker in self._workers:
+            for stop in (lambda: None, worker.process.terminate, worker.process.kill):
+                if worker.process.is_alive():
+                    stop()
+                    worker.process.join(1.0)
         self._workers, self._waits = [], False
 
-    def _observations(self) -> Any:
-        return _copy(self._arrays.observations) if self._copy else self._arrays.observations
+    def _seen(self) -> Any:
+        return copy.deepcopy(self._observations) if self._copy else self._observations
 
     def _infos(self, said: Sequence[Any]) -> dict[str, Any]:
         infos: dict[str, Any] = {}
-        for rows in said:
-            for i, info in rows or ():
-                infos = self._add_info(infos, info, i)
+        for i, info in (row for rows in said for row in rows):
+            infos = self._add_info(infos, info, i)
         return infos
-
-
-def _cores() -> int:
-    return len(os.sched_getaffinity(0))
-
-
-def _named(share: range) -> str:
-    return f"environments {share.start} to {share.stop - 1}"
-
-
-def _copy(arrays: Any) -> Any:
-    if isinstance(arrays, dict):
-        return {what: _copy(array) for what, array in arrays.items()}
-    return arrays.copy()
-
-
-def _put(arrays: Any, i: int, value: Any) -> None:
-    if isinstance(arrays, dict):
-        for what, array in arrays.items():
-            _put(array, i, value[what])
-    else:
-        arrays[i] = value
-
-
-@dataclass
-class _Shared:
-    """The memory that processes share, and what is in it."""
-
-    num_envs: int
-    observation_space: gymnasium.Space
-    action_space: gymnasium.Space
-    observations: Any
-    actions: Any
-    rewards: Any
-    flags: Any
-
-
-class _Arrays:
-    """The same as arrays, by environment."""
-
-    def __init__(self, shared: _Shared) -> None:
-        count = shared.num_envs
-        self.observations: Any = read_from_shared_memory(
-            shared.observation_space, shared.observations, count)
-        self.actions: Any = read_from_shared_memory(
-            shared.action_space, shared.actions, count)
-        self.rewards = np.frombuffer(shared.rewards)
-        flags = np.frombuffer(shared.flags, np.bool_)
-        self.terminated, self.truncated = flags[:count], flags[count:]
 
 
 class _Failure:
@@ -261,150 +211,86 @@ class _Failure:
 
 
 class _Worker:
-    """A worker as its owner sees it.
+    """A worker as its owner sees it."""
 
-    Two semaphores carry the signals, `go` and `done`: each takes a microsecond, a pipe's message
-    tens of them. What is said is behind the pipe where `says` is set.
-    """
-
-    def __init__(self, context: Any, share: range, shared: _Shared, mode: AutoresetMode,
-                 env: Callable[..., gymnasium.Env], options: dict[str, Any]) -> None:
+    def __init__(self, context: Any, share: range, *what: Any) -> None:
         self.share = share
-        self._go, self._done = context.Semaphore(0), context.Semaphore(0)
-        self._order, self._says = context.RawValue("b", _STEP), context.RawValue("b", 0)
-        self._pipe, theirs = context.Pipe()
-        self.process = context.Process(
-            target=_work, daemon=True,
-            args=(share, shared, mode, env, options, self._go, self._done, self._order, self._says,
-                  theirs))
+        self.pipe, theirs = context.Pipe()
+        self.process = context.Process(target=_work, daemon=True,
+                                       args=(str(self), theirs, share, *what))
         self.process.start()
         theirs.close()
 
-    def begin(self, order: int, message: Any = None) -> None:
-        self._order.value = order
-        self._go.release()
-        if order == _MESSAGE:
-            try:
-                self._pipe.send(message)
-            except OSError:  # it has ended, as wait() will say
-                pass
-
-    def wait(self, limit: float | None, limit_s: float | None) -> Any:
-        """What it says once it is done; limit: by the monotonic clock, limit_s after its begin."""
-        while not self._done.acquire(timeout=0.5):
-            if not self.process.is_alive() and not self._done.acquire(block=False):
-                raise RuntimeError(self._ended())
-            if limit is not None and time.monotonic() > limit:
-                raise TimeoutError(f"the worker of {_named(self.share)} took longer than {limit_s:g} s")
-        if not self._says.value:
-            return None
+    def take(self) -> Any:
+        """What it has sent."""
         try:
-            said = self._pipe.recv()
+            said = self.pipe.recv()
         except (EOFError, OSError):
-            raise RuntimeError(self._ended()) from None
+            self.process.join(1.0)
+            raise RuntimeError(f"{self} has ended, exit code {self.process.exitcode}") from None
         if isinstance(said, _Failure):
             raise said.error from RuntimeError(said.traceback)
         return said
 
-    def end(self, asked: bool) -> None:
-        """Ends its process; asked: it listens, so that it may end by itself."""
-        self._pipe.close()
-        if asked:
-            self.begin(_END)
-            self.process.join(1.0)
-        if self.process.is_alive():
-            self.process.terminate()
-            self.process.join(2.0)
-        if self.process.is_alive():
-            self.process.kill()
-            self.process.join()
-
-    def _ended(self) -> str:
-        self.process.join(1.0)
-        return f"the worker of {_named(self.share)} has ended, exit code {self.process.exitcode}"
+    def __str__(self) -> str:
+        return f"the worker of environments {self.share.start} to {self.share.stop - 1}"
 
 
-def _work(share: range, shared: _Shared, mode: AutoresetMode, env: Callable[..., gymnasium.Env],
-          options: dict[str, Any], go: Any, done: Any, order: Any, says: Any, pipe: Any) -> None:
+def _work(name: str, pipe: Any, *what: Any) -> None:
     """A worker's process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # its owner's to handle
-    owner = multiprocessing.parent_process()
     steps: _Steps | None = None
-    failed = False
-    while True:
-        said: Any = None
-        try:
-            if steps is None:
-                steps = _Steps(share, _Arrays(shared), mode, env, options)
-            elif order.value == _STEP:
-                said = steps.step()
-            else:
-                what, *args = pipe.recv()
-                said = getattr(steps, what)(*args)
-            message = None if said is None else pickle.dumps(said)
-        except EOFError:  # its owner has ended
-            return
-        except Exception as error:
-            at = "" if steps is None else f"environment {steps.at}, "
-            failure = _Failure(error, f"{at}worker of {_named(share)}")
-            failed, message = True, pickle.dumps(failure)
-        says.value = message is not None
-        done.release()  # first: whoever reads waits for it
-        if message is not None:
-            try:
-                pipe.send_bytes(message)
-            except OSError:  # its owner has ended
-                return
-        if failed:
-            return
-        while not go.acquire(timeout=5.0):
-            if owner is None or not owner.is_alive():
-                return
-        if order.value == _END:
-            return
+    try:
+        steps = _Steps(*what)
+        pipe.send(None)
+        while True:
+            order, args = pipe.recv()
+            pipe.send(getattr(steps, order)(*args))
+    except (EOFError, ConnectionError):  # its owner has ended
+        pass
+    except Exception as error:
+        at = f"environment {steps.at}, " if steps else ""
+        with contextlib.suppress(OSError):
+            pipe.send(_Failure(error, at + name.removeprefix("the ")))
 
 
 class _Steps:
     """A worker's environments."""
 
-    def __init__(self, share: range, arrays: _Arrays, mode: AutoresetMode,
+    def __init__(self, share: range, mode: AutoresetMode, shared: Any,
                  env: Callable[..., gymnasium.Env], options: dict[str, Any]) -> None:
-        self._arrays, self._mode = arrays, mode
+        self._mode, self._shared = mode, shared
+        self._envs = {i: env(**options) for i in share}
+        self._over = dict.fromkeys(share, False)
         self.at = share.start  # the environment at work
-        self._envs = {}
-        for self.at in share:
-            self._envs[self.at] = env(**options)
-        self._over = {i: False for i in share}
 
     def reset(self, seeds: Sequence[Any], options: dict[str, Any]) -> list[tuple[int, Any]]:
         """Infos by environment; a seed that is False: not that one."""
-        infos = []
-        for (self.at, env), seed in zip(self._envs.items(), seeds):
-            if seed is not False:
-                infos.append((self.at, self._reset(env, seed=seed, options=options)))
-        return infos
+        return [(self.at, self._reset(env, seed=seed, options=options))
+                for (self.at, env), seed in zip(self._envs.items(), seeds) if seed is not False]
 
-    def step(self) -> list[tuple[int, Any]] | None:
-        """Infos by environment where there are any."""
-        arrays, infos = self._arrays, []
-        for self.at, env in self._envs.items():
-            i = self.at
-            if self._over[i] and self._mode == AutoresetMode.NEXT_STEP:
-                infos.append((i, self._reset(env)))
+    def step(self, actions: np.ndarray
+             ) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[tuple[int, Any]]]:
+        """Rewards, terminated, truncated; infos by environment where there are any."""
+        rewards = np.zeros(len(actions))
+        terminated, truncated = np.zeros(len(actions), bool), np.zeros(len(actions), bool)
+        infos = []
+        for row, (self.at, env) in enumerate(self._envs.items()):
+            if self._over[self.at] and self._mode == AutoresetMode.NEXT_STEP:
+                infos.append((self.at, self._reset(env)))
                 continue
-            observation, arrays.rewards[i], terminated, truncated, info = env.step(
-                arrays.actions[i].copy())
-            arrays.terminated[i], arrays.truncated[i] = terminated, truncated
-            over = bool(terminated or truncated)
+            observation, rewards[row], terminated[row], truncated[row], info = env.step(
+                actions[row])
+            over = bool(terminated[row] or truncated[row])
             if over and self._mode == AutoresetMode.SAME_STEP:
-                infos.append((i, {"final_obs": observation, "final_info": info}))
-                info = self._reset(env, over=over)
+                infos.append((self.at, {"final_obs": observation, "final_info": info}))
+                info = self._reset(env)
             else:
-                _put(arrays.observations, i, observation)
-                self._over[i] = over
+                self._show(env, observation)
+                self._over[self.at] = over
             if info:
-                infos.append((i, info))
-        return infos or None
+                infos.append((self.at, info))
+        return rewards, terminated, truncated, infos
 
     def call(self, name: str, args: Sequence[Any], kwargs: dict[str, Any]) -> list[Any]:
         values = []
@@ -413,12 +299,11 @@ class _Steps:
             values.append(value(*args, **kwargs) if callable(value) else value)
         return values
 
-    def _reset(self, env: gymnasium.Env, over: bool = False, **how: Any) -> Any:
-        """Begins a trial; over: the flags still tell of the one before."""
+    def _reset(self, env: gymnasium.Env, **how: Any) -> Any:
         observation, info = env.reset(**how)
-        arrays, i = self._arrays, self.at
-        _put(arrays.observations, i, observation)
-        if not over:
-            arrays.rewards[i], arrays.terminated[i], arrays.truncated[i] = 0.0, False, False
-        self._over[i] = False
+        self._show(env, observation)
+        self._over[self.at] = False
         return info
+
+    def _show(self, env: gymnasium.Env, observation: Any) -> None:
+        write_to_shared_memory(env.observation_space, self.at, observation, self._shared)

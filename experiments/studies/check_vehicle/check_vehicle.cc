@@ -12,7 +12,7 @@
 #include "control/thrust_allocation.h"
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
-#include "experiments/trial/known_vehicle.h"
+#include "experiments/trial/world.h"
 #include "sim/base/units.h"
 #include "sim/vehicle/plant.h"
 #include "sim/vehicle/sea.h"

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <optional>
+#include <opencv2/core.hpp>
 #include <vector>
 
 #include "experiments/farm/farm.h"
@@ -29,33 +29,21 @@ constexpr int kMarkerId = 1;  // BOP's and COCO's number of the only object
 constexpr const char* kSplit = "train_pbr";
 constexpr uint8_t kInside = 255;
 
-// The least rectangle about all set pixels; nothing where there are none.
-struct Box {
-  int u = 0, v = 0, width = 0, height = 0;
-};
-
-std::optional<Box> BoxOf(const Image1u8& mask) {
-  int u0 = mask.width(), v0 = mask.height(), u1 = -1, v1 = -1;
-  for (int v = 0; v < mask.height(); ++v)
-    for (int u = 0; u < mask.width(); ++u)
-      if (*mask.at(u, v) != 0) {
-        u0 = std::min(u0, u);
-        u1 = std::max(u1, u);
-        v0 = std::min(v0, v);
-        v1 = std::max(v1, v);
-      }
-  if (u1 < 0) return std::nullopt;
-  return Box{u0, v0, u1 - u0 + 1, v1 - v0 + 1};
+cv::Mat MatOf(const Image1u8& mask) {
+  return {mask.height(), mask.width(), CV_8UC1, const_cast<uint8_t*>(mask.data())};
 }
 
-// BOP: x, y, width, height; -1 where there is nothing.
-Json ToJson(const std::optional<Box>& box) {
-  return box ? Json{box->u, box->v, box->width, box->height} : Json{-1, -1, -1, -1};
+// BOP: x, y, width, height of the least rectangle about all set pixels; -1 where there are none.
+Json BoxOf(const Image1u8& mask) {
+  std::vector<cv::Point> set;
+  cv::findNonZero(MatOf(mask), set);
+  if (set.empty()) return {-1, -1, -1, -1};
+  const auto [left, right] = std::ranges::minmax(set, {}, &cv::Point::x);
+  const auto [top, bottom] = std::ranges::minmax(set, {}, &cv::Point::y);
+  return {left.x, top.y, right.x - left.x + 1, bottom.y - top.y + 1};
 }
 
-int64_t CountOf(const Image1u8& mask) {
-  return std::count(mask.data(), mask.data() + mask.pixels(), kInside);
-}
+int CountOf(const Image1u8& mask) { return cv::countNonZero(MatOf(mask)); }
 
 // One camera's image with all that is known of it.
 struct Labelled {
@@ -154,15 +142,15 @@ void Add(const trial::Scenario& scenario, const farm::TrialSpec& spec, const tri
   for (int row = 0; row < 3; ++row) translation.push_back(units::MmFromM(labelled.X_CM.p[row]));
   shard->scene_gt[key] =
       Json::array({{{"cam_R_m2c", rotation}, {"cam_t_m2c", translation}, {"obj_id", kMarkerId}}});
-  const int64_t all = CountOf(labelled.whole), seen = CountOf(labelled.visible);
-  const std::optional<Box> box = BoxOf(labelled.visible);
-  shard->scene_gt_info[key] = Json::array(
-      {{{"bbox_obj", ToJson(BoxOf(labelled.whole))},
-        {"bbox_visib", ToJson(box)},
-        {"px_count_all", all},
-        {"px_count_valid", all},
-        {"px_count_visib", seen},
-        {"visib_fract", all > 0 ? static_cast<double>(seen) / static_cast<double>(all) : 0}}});
+  const int all = CountOf(labelled.whole), seen = CountOf(labelled.visible);
+  const Json box = BoxOf(labelled.visible);
+  shard->scene_gt_info[key] =
+      Json::array({{{"bbox_obj", BoxOf(labelled.whole)},
+                    {"bbox_visib", box},
+                    {"px_count_all", all},
+                    {"px_count_valid", all},
+                    {"px_count_visib", seen},
+                    {"visib_fract", all > 0 ? static_cast<double>(seen) / all : 0}}});
 
   shard->images.push_back({{"id", number},
                            {"file_name", "rgb/" + id + ".png"},
@@ -170,15 +158,16 @@ void Add(const trial::Scenario& scenario, const farm::TrialSpec& spec, const tri
                            {"height", camera.height_px}});
   int keypoints = 0;
   const Json points = KeypointsOf(scenario, camera, labelled, &keypoints);
-  if (!box) return;  // nothing of it is seen: an image without an annotation
-  const double left = box->u, top = box->v, right = left + box->width, bottom = top + box->height;
+  if (seen == 0) return;  // nothing of it is seen: an image without an annotation
+  const double left = box[0], top = box[1], right = left + box[2].get<double>(),
+               bottom = top + box[3].get<double>();
   shard->annotations.push_back(
       {{"id", number + 1},
        {"image_id", number},
        {"category_id", kMarkerId},
        {"iscrowd", 0},
        {"area", seen},
-       {"bbox", {left, top, box->width, box->height}},
+       {"bbox", box},
        {"segmentation", {{left, top, right, top, right, bottom, left, bottom}}},
        {"num_keypoints", keypoints},
        {"keypoints", points}});

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <optional>
 #include <vector>
 
 #include "experiments/app/commands.h"
@@ -17,10 +16,8 @@ struct RunArguments {
   std::string scenario;
   std::vector<std::string> assignments;
   std::string gains;
-  std::string seed;
-  std::optional<std::string> out;
-  std::string expect, figure;
-  bool json = false, video = false, report = false, quiet = false;
+  std::string seed, expect;
+  ShownTrialOptions shown;
 };
 
 int Run(const RunArguments& arguments) {
@@ -28,17 +25,12 @@ int Run(const RunArguments& arguments) {
   if (!arguments.seed.empty()) assignments.push_back("seed=" + arguments.seed);
   const trial::Scenario scenario =
       trial::LoadScenario(arguments.scenario, assignments, arguments.gains, arguments.plugins);
-  const trial::TrialResult result =
-      RunShownTrial(scenario, {.inputs = {arguments.scenario, arguments.gains},
-                               .out = arguments.out,
-                               .video = arguments.video,
-                               .report = arguments.report,
-                               .figure = arguments.figure,
-                               .json = arguments.json,
-                               .quiet = arguments.quiet});
+  ShownTrialOptions shown = arguments.shown;
+  shown.inputs = {arguments.scenario, arguments.gains};
+  const trial::TrialResult result = RunShownTrial(scenario, shown);
   const bool as_expected = arguments.expect.empty() || arguments.expect == NameOf(result.outcome);
   if (!as_expected)
-    app::Progress(arguments.quiet)
+    app::Progress(shown.quiet)
         .Say(fmt::format("expected {}, but the outcome is {}", arguments.expect,
                          NameOf(result.outcome)));
   return as_expected ? app::kExitDone : app::kExitCheckFailed;
@@ -56,16 +48,16 @@ void AddRun(app::CommandLine& line) {
   run.Add("--gains", arguments.gains,
           "Gains file, such as `turbidock tune` writes, read over the scenario");
   run.AddSeed(arguments.seed);
+  ShownTrialOptions& shown = arguments.shown;
   const app::Option out =
-      run.Add("--out FOLDER", arguments.out,
+      run.Add("--out FOLDER", shown.out,
               "Folder for result.json, resolved.yaml, trajectory.csv, figure.png and cameras/");
-  run.Flag("--video", arguments.video, "Also make video.mp4 in the folder").Needs(out);
-  run.Flag("--report", arguments.report,
-           "Also make report.html, one page to look at, in the folder")
+  run.Flag("--video", shown.video, "Also make video.mp4 in the folder").Needs(out);
+  run.Flag("--report", shown.report, "Also make report.html, one page to look at, in the folder")
       .Needs(out);
-  run.AddFigure(arguments.figure, "Draw the trial");
-  run.AddJson(arguments.json);
-  run.AddQuiet(arguments.quiet);
+  run.AddFigure(shown.figure, "Draw the trial");
+  run.AddJson(shown.json);
+  run.AddQuiet(shown.quiet);
   std::vector<std::string> outcomes;
   outcomes.reserve(EnumNames<trial::Outcome>::kNames.size());
   for (const auto& [outcome, name] : EnumNames<trial::Outcome>::kNames)

@@ -4,13 +4,15 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
 
 #include "experiments/app/commands.h"
 #include "experiments/app/progress.h"
+#include "experiments/media/canvas.h"
 #include "experiments/media/figure.h"
+#include "experiments/media/jpeg.h"
 #include "experiments/media/mp4_writer.h"
 #include "experiments/page/trial_page.h"
-#include "experiments/studies/run/key_frames.h"
 #include "experiments/studies/run/trial_figure.h"
 #include "experiments/studies/run/trial_video.h"
 #include "experiments/system/output_path.h"
@@ -20,6 +22,8 @@
 
 namespace turbidock::run {
 namespace {
+
+namespace fs = std::filesystem;
 
 std::string Summary(const trial::TrialResult& result) {
   const AxesPose& t = result.final_error_true;
@@ -32,23 +36,84 @@ std::string Summary(const trial::TrialResult& result) {
       result.fitness_mean, result.returns_to_servoing, result.real_time_factor, result.digest);
 }
 
-// What its page shows: all from memory, but for the film, which is a file only.
-page::TrialParts PartsOf(const trial::TrialResult& result, const std::optional<KeyFrames>& pictures,
-                         const std::string& out, bool filmed) {
-  page::TrialParts parts{.record = static_cast<const trial::TrialRecord&>(result),
-                         .series = trial::Series::Of(result.log),
-                         .commands = page::CommandsOf(out)};
-  if (pictures)
-    for (const KeyFrames::Pictures& p : pictures->pictures())
-      parts.pictures.push_back({p.frame, p.jpeg});
-  if (filmed) parts.video = system::ReadWhole(out + "/video.mp4");
-  return parts;
-}
+// Pictures of what both cameras saw, evenly over the trial; where there are too many, every second
+// one goes.
+class KeyFrames {
+ public:
+  explicit KeyFrames(int frames_per_second) : step_(std::max(1, frames_per_second / 2)) {}
 
-}  // namespace
+  int64_t step() const { return step_; }
 
-trial::TrialResult RunShownTrial(const trial::Scenario& scenario, const ShownTrialOptions& shown) {
-  // now, not after a minute of work
+  // Keeps the images of this frame if they are wanted. They must be whole.
+  void Add(int64_t frame, const StereoImage& images) {
+    constexpr size_t kMost = 80;
+    if (frame % step_ != 0) return;
+    pictures_.push_back({frame, images.Each([](const Image3u8& image) { return Jpeg(image); })});
+    if (pictures_.size() < kMost) return;
+    step_ *= 2;
+    std::erase_if(pictures_, [this](const auto& pair) { return pair.frame % step_ != 0; });
+  }
+
+  const std::vector<page::CameraPictures>& pictures() const { return pictures_; }
+
+  // Writes FRAME_left.jpg and FRAME_right.jpg in the place of an earlier trial's.
+  void Write(const std::string& folder) const {
+    std::vector<fs::path> old;
+    for (const auto& entry : fs::directory_iterator(folder))
+      if (entry.path().string().ends_with("_left.jpg") ||
+          entry.path().string().ends_with("_right.jpg"))
+        old.push_back(entry.path());
+    for (const fs::path& path : old) fs::remove(path);
+    for (const auto& [frame, jpeg] : pictures_) {
+      const std::string number = fmt::format("{}/{:06}", folder, frame);
+      system::WriteWhole(number + "_left.jpg", jpeg.left);
+      system::WriteWhole(number + "_right.jpg", jpeg.right);
+    }
+  }
+
+ private:
+  static std::string Jpeg(const Image3u8& image) {
+    constexpr int kLargestWidth_px = 320, kQuality = 70;
+    const int width = std::min(image.width(), kLargestWidth_px);
+    media::Canvas small(width, std::max(1, width * image.height() / image.width()));
+    small.DrawImage(image, small.area());
+    return media::EncodeJpeg(small.ToImage(), kQuality);
+  }
+
+  int64_t step_;
+  std::vector<page::CameraPictures> pictures_;
+};
+
+// The film of a trial, frame by frame.
+class Film {
+ public:
+  Film(const trial::Scenario& scenario, const std::string& path)
+      : marker_(scenario.marker),
+        rig_(scenario.rig.MakeRig()),
+        composer_(
+            {.envelope_ratio = marker_.outer_ring_ratio, .criteria = trial::CriteriaOf(scenario)}),
+        writer_(path, kVideoWidth, kVideoHeight, scenario.clock.frames_per_second) {}
+
+  void Add(const trial::TrialFrame& frame) {
+    const auto balls = rig_.Each([&](const MountedCamera& camera) {
+      return vision::ProjectBalls(marker_, camera, frame.record.est_X_HM);
+    });
+    writer_.Add(composer_.Compose({.images = frame.seen,
+                                   .balls = balls,
+                                   .record = frame.record,
+                                   .spectator = frame.spectator}));
+  }
+  void Finish() { writer_.Finish(); }
+
+ private:
+  vision::MarkerParams marker_;
+  StereoRig rig_;
+  VideoComposer composer_;
+  media::Mp4Writer writer_;
+};
+
+// Now, not after a minute of work.
+void RequireOutputs(const ShownTrialOptions& shown) {
   system::OutputPlan outputs;
   outputs.Reads(shown.inputs);
   if (shown.out) {
@@ -60,37 +125,46 @@ trial::TrialResult RunShownTrial(const trial::Scenario& scenario, const ShownTri
   }
   outputs.Writes(shown.figure).Require();
   if (shown.out) media::RequireFigures();
+}
 
+// What is drawn of a trial that has ended: its figure and its page.
+void WritePictures(const trial::Scenario& scenario, const trial::TrialResult& result,
+                   const std::vector<page::CameraPictures>& pictures,
+                   const ShownTrialOptions& shown) {
+  const FigureInfo figure{.title = fmt::format("{}, seed {}", scenario.description, scenario.seed),
+                          .outcome = fmt::format("{}: {}", NameOf(result.outcome), result.reason),
+                          .criteria = trial::CriteriaOf(scenario)};
+  if (!shown.figure.empty()) WriteTrialFigure(shown.figure, result.log, figure);
+  if (!shown.out) return;
+  WriteTrialFigure(*shown.out + "/figure.png", result.log, figure);
+  if (!shown.report) return;
+  page::TrialParts parts{.record = static_cast<const trial::TrialRecord&>(result),
+                         .series = trial::Series::Of(result.log),
+                         .pictures = pictures,
+                         .commands = page::CommandsOf(*shown.out)};
+  if (shown.video) parts.video = system::ReadWhole(*shown.out + "/video.mp4");
+  page::WritePage(*shown.out + "/report.html", page::TrialPage(scenario, parts));
+}
+
+}  // namespace
+
+trial::TrialResult RunShownTrial(const trial::Scenario& scenario, const ShownTrialOptions& shown) {
+  RequireOutputs(shown);
   app::Progress progress(shown.quiet);
   progress.Say(fmt::format("{}, seed {}", scenario.description, scenario.seed));
-  const StereoRig rig = scenario.rig.MakeRig();
-  std::optional<VideoComposer> composer;
-  std::optional<media::Mp4Writer> film;
-  if (shown.video) {
-    composer.emplace(VideoOptions{.envelope_ratio = scenario.marker.outer_ring_ratio,
-                                  .criteria = trial::CriteriaOf(scenario)});
-    film.emplace(*shown.out + "/video.mp4", kVideoWidth, kVideoHeight,
-                 scenario.clock.frames_per_second);
-  }
-
-  std::optional<KeyFrames> pictures;
-  if (shown.out && scenario.pose_source == trial::PoseSource::kCameras)
-    pictures.emplace(*shown.out + "/cameras", scenario.clock.frames_per_second);
+  std::optional<Film> film;
+  if (shown.video) film.emplace(scenario, *shown.out + "/video.mp4");
+  const bool keeps = shown.out && scenario.pose_source == trial::PoseSource::kCameras;
+  const std::string folder = shown.out.value_or("") + "/cameras";
+  KeyFrames pictures(scenario.clock.frames_per_second);
+  if (keeps) system::MakeFolder(folder);
 
   trial::TrialOptions options;
-  if (pictures) options.whole_images_every = pictures->first_step();
-  options.spectator = shown.video;
-  options.whole_images = shown.video;
+  if (keeps) options.whole_images_every = static_cast<int>(pictures.step());
+  options.spectator = options.whole_images = shown.video;
   options.observe = [&](const trial::TrialFrame& frame) {
-    if (pictures && frame.evaluations > 0) pictures->Add(frame.record.frame, frame.seen);
-    if (film)
-      film->Add(composer->Compose({.images = frame.seen,
-                                   .balls = rig.Each([&](const MountedCamera& camera) {
-                                     return ProjectBalls(scenario.marker, camera,
-                                                         frame.record.est_X_HM);
-                                   }),
-                                   .record = frame.record,
-                                   .spectator = frame.spectator}));
+    if (keeps && frame.evaluations > 0) pictures.Add(frame.record.frame, frame.seen);
+    if (film) film->Add(frame);
     progress.Show(std::min(1.0, frame.record.time_s / scenario.duration_s),
                   fmt::format("{:5.1f} s  {:15}  F {:+.2f}", frame.record.time_s,
                               NameOf(frame.record.stage), frame.record.fitness));
@@ -106,22 +180,13 @@ trial::TrialResult RunShownTrial(const trial::Scenario& scenario, const ShownTri
   // The numbers first: what fails later does not take them along.
   if (shown.out) trial::WriteRecords(*shown.out, scenario, result);
   if (shown.json) std::fputs(trial::ResultJson(result).c_str(), stdout);
-  if (pictures) pictures->Write();
+  if (keeps) pictures.Write(folder);
   if (film) film->Finish();
-  const FigureInfo figure{.title = fmt::format("{}, seed {}", scenario.description, scenario.seed),
-                          .outcome = fmt::format("{}: {}", NameOf(result.outcome), result.reason),
-                          .criteria = trial::CriteriaOf(scenario)};
-  if (!shown.figure.empty()) WriteTrialFigure(shown.figure, result.log, figure);
-  if (shown.out) {
-    WriteTrialFigure(*shown.out + "/figure.png", result.log, figure);
-    if (shown.report)
-      page::WritePage(
-          *shown.out + "/report.html",
-          page::TrialPage(scenario, PartsOf(result, pictures, *shown.out, shown.video)));
+  WritePictures(scenario, result, pictures.pictures(), shown);
+  if (shown.out)
     progress.Say(fmt::format("  result.json, resolved.yaml, trajectory.csv, figure.png{}{}{} in {}",
-                             pictures ? ", cameras/" : "", film ? ", video.mp4" : "",
+                             keeps ? ", cameras/" : "", film ? ", video.mp4" : "",
                              shown.report ? ", report.html" : "", *shown.out));
-  }
   return result;
 }
 

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <numeric>
 
-#include "experiments/trial/known_vehicle.h"
+#include "experiments/trial/world.h"
 #include "experiments/trial/trial.h"
 #include "sim/base/check.h"
 

@@ -7,7 +7,7 @@
 
 #include "control/thrust_allocation.h"
 #include "experiments/studies/check_vehicle/check_vehicle.h"
-#include "experiments/trial/known_vehicle.h"
+#include "experiments/trial/world.h"
 #include "sim/vehicle/plant.h"
 
 namespace turbidock::check_vehicle {
