@@ -38,11 +38,12 @@ inline const char* AreaTitle(double fitness, const ViewCriteria& criteria) {
   return fitness >= criteria.detection_fitness ? "Area II" : "Area III";
 }
 
-// "visual servoing".
-inline std::string StageTitle(control::Stage stage) {
-  std::string title = NameOf(stage);
-  std::ranges::replace(title, '_', ' ');
-  return title;
+// A name as words: "visual servoing", "marker lost".
+template <class E>
+std::string WordsOf(E value) {
+  std::string words = NameOf(value);
+  std::ranges::replace(words, '_', ' ');
+  return words;
 }
 
 // The same hues on paper (figure) and on dark ground (video), lighter there. The truth is grey:

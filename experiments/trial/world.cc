@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "experiments/trial/scene_marker.h"
+#include "sim/base/units.h"
 #include "sim/light/surfaces.h"
 #include "sim/vehicle/sea.h"
 
@@ -115,9 +116,26 @@ void World::SetOptics(const light::OpticsParams& optics) {
   if (cameras_) cameras_->camera.SetWater(WaterAt(plant_.time_s()));
 }
 
+// The scene's own view of the dock, from as much farther back as the vehicle needs to be in it.
 const Image3u8* World::DrawSpectator() {
   if (!spectator_) return nullptr;
-  spectator_->Render(plant_.data(), scene_.spectator_camera, &spectator_image_);
+  const mjModel& model = *scene_.model;
+  mjData* now = cameras_->then.get();
+  mju_copy(now->qpos, plant_.data().qpos, model.nq);
+  mj_kinematics(&model, now);
+  mj_camlight(&model, now);
+  const int camera = scene_.spectator_camera;
+  Eigen::Map<Eigen::Vector3d> p_WC(now->cam_xpos + 3 * camera);
+  const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> R_WC(now->cam_xmat +
+                                                                            9 * camera);
+  // MuJoCo's cameras look along -z
+  const Eigen::Vector3d p_CB = R_WC.transpose() * (plant_.truth().X_WB.p - p_WC);
+  constexpr double kVehicle_m = 0.35, kAspect = double{kSpectatorWidth_px} / kSpectatorHeight_px;
+  const double slope = std::tan(units::RadFromDeg(model.cam_fovy[camera]) / 2);
+  const double needed_m = std::max((std::abs(p_CB.x()) + kVehicle_m) / (slope * kAspect),
+                                   (std::abs(p_CB.y()) + kVehicle_m) / slope);
+  p_WC += std::max(0.0, needed_m + p_CB.z()) * R_WC.col(2);
+  spectator_->Render(*now, camera, &spectator_image_);
   return &spectator_image_;
 }
 

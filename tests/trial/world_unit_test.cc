@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <vector>
 
 #include "experiments/trial/scenario.h"
@@ -40,6 +41,22 @@ TEST(World, EachEyeAndEachFrameHasNoiseOfItsOwn) {
   EXPECT_LT(share_equal(first.left, first.right), 0.5);
   EXPECT_LT(share_equal(first.left, second.left), 0.5);
   EXPECT_LT(share_equal(first.right, second.right), 0.5);
+}
+
+TEST(World, TheVehicleStaysInTheOutsideView) {
+  TrialOptions options;
+  options.spectator = true;
+  World world(LoadScenario("pool_active", {"rig.width_px=64", "rig.height_px=48"}), options);
+  // Far to the side the picture shows how the vehicle is turned.
+  const auto seen_at = [&](double yaw_rad) {
+    world.PlaceVehicle({FromYawPitchRoll(yaw_rad, 0, 0), {-1.5, 2.5, 0.3}});
+    return *world.DrawSpectator();
+  };
+  const Image3u8 ahead = seen_at(0), across = seen_at(1.5);
+  size_t differing = 0;
+  for (size_t i = 0; i < 3 * ahead.pixels(); ++i)
+    differing += std::abs(ahead.data()[i] - across.data()[i]) > 10;
+  EXPECT_GT(differing, 300u);
 }
 
 TEST(World, AFramesContactsAreTheStrongestOfItsTicks) {

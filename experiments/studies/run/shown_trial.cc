@@ -36,6 +36,11 @@ std::string Summary(const trial::TrialResult& result) {
       result.fitness_mean, result.returns_to_servoing, result.real_time_factor, result.digest);
 }
 
+// "night sea, active marker, seed 1".
+std::string TitleOf(const trial::Scenario& scenario) {
+  return fmt::format("{}, seed {}", scenario.description, scenario.seed);
+}
+
 // Pictures of what both cameras saw, evenly over the trial; where there are too many, every second
 // one goes.
 class KeyFrames {
@@ -90,9 +95,12 @@ class Film {
   Film(const trial::Scenario& scenario, const std::string& path)
       : marker_(scenario.marker),
         rig_(scenario.rig.MakeRig()),
-        composer_(
-            {.envelope_ratio = marker_.outer_ring_ratio, .criteria = trial::CriteriaOf(scenario)}),
-        writer_(path, kVideoWidth, kVideoHeight, scenario.clock.frames_per_second) {}
+        composer_({.envelope_ratio = marker_.outer_ring_ratio,
+                   .criteria = trial::CriteriaOf(scenario),
+                   .title = TitleOf(scenario),
+                   .duration_s = scenario.duration_s + scenario.docked_hold_s}),
+        frames_per_second_(scenario.clock.frames_per_second),
+        writer_(path, kVideoWidth, kVideoHeight, frames_per_second_) {}
 
   void Add(const trial::TrialFrame& frame) {
     const auto balls = rig_.Each([&](const MountedCamera& camera) {
@@ -103,12 +111,20 @@ class Film {
                                    .record = frame.record,
                                    .spectator = frame.spectator}));
   }
-  void Finish() { writer_.Finish(); }
+  // Shows for a while how the trial ended.
+  void Finish(const trial::TrialRecord& record) {
+    constexpr int kVerdict_s = 3;
+    const media::Canvas& verdict =
+        composer_.Conclude(trial::WordsOf(record.outcome), record.reason);
+    for (int i = 0; i < kVerdict_s * frames_per_second_; ++i) writer_.Add(verdict);
+    writer_.Finish();
+  }
 
  private:
   vision::MarkerParams marker_;
   StereoRig rig_;
   VideoComposer composer_;
+  int frames_per_second_;
   media::Mp4Writer writer_;
 };
 
@@ -131,7 +147,7 @@ void RequireOutputs(const ShownTrialOptions& shown) {
 void WritePictures(const trial::Scenario& scenario, const trial::TrialResult& result,
                    const std::vector<page::CameraPictures>& pictures,
                    const ShownTrialOptions& shown) {
-  const FigureInfo figure{.title = fmt::format("{}, seed {}", scenario.description, scenario.seed),
+  const FigureInfo figure{.title = TitleOf(scenario),
                           .outcome = fmt::format("{}: {}", NameOf(result.outcome), result.reason),
                           .criteria = trial::CriteriaOf(scenario)};
   if (!shown.figure.empty()) WriteTrialFigure(shown.figure, result.log, figure);
@@ -151,7 +167,7 @@ void WritePictures(const trial::Scenario& scenario, const trial::TrialResult& re
 trial::TrialResult RunShownTrial(const trial::Scenario& scenario, const ShownTrialOptions& shown) {
   RequireOutputs(shown);
   app::Progress progress(shown.quiet);
-  progress.Say(fmt::format("{}, seed {}", scenario.description, scenario.seed));
+  progress.Say(TitleOf(scenario));
   std::optional<Film> film;
   if (shown.video) film.emplace(scenario, *shown.out + "/video.mp4");
   const bool keeps = shown.out && scenario.pose_source == trial::PoseSource::kCameras;
@@ -181,7 +197,7 @@ trial::TrialResult RunShownTrial(const trial::Scenario& scenario, const ShownTri
   if (shown.out) trial::WriteRecords(*shown.out, scenario, result);
   if (shown.json) std::fputs(trial::ResultJson(result).c_str(), stdout);
   if (keeps) pictures.Write(folder);
-  if (film) film->Finish();
+  if (film) film->Finish(result);
   WritePictures(scenario, result, pictures.pictures(), shown);
   if (shown.out)
     progress.Say(fmt::format("  result.json, resolved.yaml, trajectory.csv, figure.png{}{}{} in {}",

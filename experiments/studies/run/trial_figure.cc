@@ -33,7 +33,7 @@ struct Quantity {
 std::vector<report::Block> StageBlocks(const trial::TrialLog& log) {
   std::vector<report::Block> blocks;
   for (const FrameRecord& frame : log.frames) {
-    const std::string name = trial::StageTitle(frame.stage);
+    const std::string name = trial::WordsOf(frame.stage);
     if (!blocks.empty()) blocks.back().to_x = frame.time_s;
     if (blocks.empty() || blocks.back().name != name)
       blocks.push_back({.name = name,

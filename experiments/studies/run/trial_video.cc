@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <sstream>
+#include <utility>
 
 #include "experiments/media/draw_balls.h"
 #include "sim/base/units.h"
@@ -40,13 +42,14 @@ int DrawPlate(media::Canvas* canvas, int x, int y, const std::string& text, Rgb 
   return left + width;
 }
 
-media::StripChartSpec FitnessSpec(const trial::ViewCriteria& criteria) {
+media::StripChartSpec FitnessSpec(const trial::ViewCriteria& criteria, double duration_s) {
   const auto limit = [](double value) -> media::StripLimit {
     return {value, fmt::format("{:.2f}", value)};
   };
   return {.title = "F",
           .low = -0.2,
           .high = 1.0,
+          .time_span_s = duration_s,
           .tick_decimals = 1,
           .time_labels = false,
           .limits = {limit(criteria.docking_fitness), limit(criteria.detection_fitness)},
@@ -55,10 +58,11 @@ media::StripChartSpec FitnessSpec(const trial::ViewCriteria& criteria) {
 
 // Desired below, then truth, the estimate on top.
 media::StripChartSpec PositionSpec(const char* title, double low_mm, double high_mm, double band_mm,
-                                   bool time_labels) {
+                                   double duration_s, bool time_labels) {
   return {.title = title,
           .low = low_mm,
           .high = high_mm,
+          .time_span_s = duration_s,
           .time_labels = time_labels,
           .series = {{.color = trial::kOnDark.desired,
                       .width_px = 1.2,
@@ -66,6 +70,21 @@ media::StripChartSpec PositionSpec(const char* title, double low_mm, double high
                       .band_half_width = band_mm},
                      {.color = trial::kOnDark.truth, .width_px = 2.8, .drives_range = true},
                      {.color = trial::kOnDark.estimate, .width_px = 1.2}}};
+}
+
+// The text in lines no wider than that.
+std::vector<std::string> Wrapped(const std::string& text, double width_px, double size_px,
+                                 media::Canvas* canvas) {
+  std::vector<std::string> lines(1);
+  std::istringstream words(text);
+  for (std::string word; words >> word;) {
+    std::string longer = lines.back().empty() ? word : lines.back() + " " + word;
+    if (canvas->TextWidth(longer, size_px) > width_px)
+      lines.push_back(word);
+    else
+      lines.back() = std::move(longer);
+  }
+  return lines;
 }
 
 }  // namespace
@@ -88,26 +107,40 @@ const media::Canvas& VideoComposer::Compose(const VideoFrame& frame) {
   DrawStatus(record);
   if (charts_x_ > 0 && frame.spectator) {
     canvas_.DrawImage(*frame.spectator, kSpectatorPanel);
-    DrawPlate(&canvas_, 10, kSpectatorPanel.bottom() - 34, "spectator", kFaintText);
+    DrawPlate(&canvas_, 10, kSpectatorPanel.bottom() - 34, "from outside", kFaintText);
   }
   DrawCharts(record);
+  return canvas_;
+}
+
+const media::Canvas& VideoComposer::Conclude(const std::string& outcome,
+                                             const std::string& reason) {
+  constexpr double kOutcomeSize = 34, kReasonSize = 17, kLineHeight = 26;
+  constexpr int kTop = 180, kHead = 58;
+  const double middle = kVideoWidth / 2.0;
+  const std::vector<std::string> lines = Wrapped(reason, kVideoWidth - 160, kReasonSize, &canvas_);
+  const int height = kHead + static_cast<int>(kLineHeight * static_cast<double>(lines.size())) + 14;
+  canvas_.FillRect({0, kTop, kVideoWidth, height}, kGround, 0.88);
+  canvas_.Text({middle, kTop + 42.0}, outcome, kOutcomeSize, kText, media::Align::kCenter,
+               /*bold=*/true);
+  for (size_t i = 0; i < lines.size(); ++i)
+    canvas_.Text({middle, kTop + kHead + 16 + kLineHeight * static_cast<double>(i)}, lines[i],
+                 kReasonSize, kText, media::Align::kCenter);
   return canvas_;
 }
 
 void VideoComposer::MakeCharts(bool with_spectator) {
   charts_x_ = with_spectator ? kSpectatorPanel.right() : 0;
   const int width = (kVideoWidth - charts_x_) / 2;
-  media::StripChartSpec x = PositionSpec("x [mm]", 0, 800, 0, true);
-  x.limits = {{MmFromM(options_.criteria.docked_x_m),
-               std::to_string(std::lround(MmFromM(options_.criteria.docked_x_m)))}};
-  charts_.emplace_back(FitnessSpec(options_.criteria), width, kChartHeight);
-  charts_.emplace_back(std::move(x), width, kChartHeight);
-  charts_.emplace_back(
-      PositionSpec("y [mm]", -100, 100, MmFromM(options_.criteria.tolerance_y_m), false), width,
-      kChartHeight);
-  charts_.emplace_back(
-      PositionSpec("z [mm]", -100, 100, MmFromM(options_.criteria.tolerance_z_m), true), width,
-      kChartHeight);
+  const trial::ViewCriteria& criteria = options_.criteria;
+  const double duration_s = options_.duration_s, docked_mm = MmFromM(criteria.docked_x_m);
+  media::StripChartSpec x = PositionSpec("x [mm]", 0, 800, 0, duration_s, true);
+  x.limits = {{docked_mm, fmt::format("{:.0f}", docked_mm)}};
+  for (const media::StripChartSpec& spec :
+       {FitnessSpec(criteria, duration_s), x,
+        PositionSpec("y [mm]", -100, 100, MmFromM(criteria.tolerance_y_m), duration_s, false),
+        PositionSpec("z [mm]", -100, 100, MmFromM(criteria.tolerance_z_m), duration_s, true)})
+    charts_.emplace_back(spec, width, kChartHeight);
 }
 
 void VideoComposer::DrawCamera(const Image3u8& image,
@@ -121,12 +154,13 @@ void VideoComposer::DrawCamera(const Image3u8& image,
 }
 
 void VideoComposer::DrawStatus(const trial::FrameRecord& record) {
-  const int x = DrawPlate(&canvas_, 10, 10, trial::StageTitle(record.stage),
+  const int x = DrawPlate(&canvas_, 10, 10, trial::WordsOf(record.stage),
                           trial::kOnDark.Of(record.stage), media::Align::kLeft, /*bold=*/true);
   DrawPlate(&canvas_, x + 8, 10,
             fmt::format("F = {:.2f}   {}", record.fitness,
                         trial::AreaTitle(record.fitness, options_.criteria)),
             kText);
+  if (!options_.title.empty()) DrawPlate(&canvas_, kRightPanel.x + 10, 10, options_.title, kText);
   DrawPlate(&canvas_, kVideoWidth - 10, 10, fmt::format("{:.1f} s", record.time_s), kText,
             media::Align::kRight);
 }

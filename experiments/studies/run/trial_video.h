@@ -1,6 +1,7 @@
 #pragma once
 // The film of a trial: what the cameras saw, what the estimator made of it, and how it went so far.
 
+#include <string>
 #include <vector>
 
 #include "experiments/media/canvas.h"
@@ -17,6 +18,8 @@ inline constexpr int kVideoWidth = 1280, kVideoHeight = 720;
 struct VideoOptions {
   double envelope_ratio = 1.4;  // radius of the model's outer circle over that of the ball
   trial::ViewCriteria criteria = {};
+  std::string title = {};  // what it is of; nothing if empty
+  double duration_s = 20;  // of the charts' axis of time
 };
 
 // What one frame of the film shows. The balls are those of the estimated pose, in pixels of the
@@ -37,6 +40,8 @@ class VideoComposer {
 
   // The picture of the next frame; it stays valid until the next call.
   const media::Canvas& Compose(const VideoFrame& frame);
+  // The last picture with how it ended across it.
+  const media::Canvas& Conclude(const std::string& outcome, const std::string& reason);
 
  private:
   void MakeCharts(bool with_spectator);

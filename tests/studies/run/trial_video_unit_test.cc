@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -10,6 +11,7 @@
 #include <iterator>
 
 #include "experiments/media/mp4_writer.h"
+#include "sim/base/random.h"
 #include "tests/studies/run/synthetic_trial.h"
 
 namespace turbidock::run {
@@ -152,6 +154,66 @@ TEST(VideoComposer, FitnessRunsAtItsHeight) {
   EXPECT_NEAR(low - middle, middle - high, 1.0);
   // range 1.2 over the plot of the upper chart
   EXPECT_NEAR(low - high, 0.8 / 1.2 * 83, 3);
+}
+
+// The pixels that differ between two pictures, in columns and rows from there to there.
+int Differing(const Image3u8& a, const Image3u8& b, const media::PixelRect& in) {
+  int count = 0;
+  for (int v = in.y; v < in.bottom(); ++v)
+    for (int u = in.x; u < in.right(); ++u)
+      count += !std::equal(a.at(u, v), a.at(u, v) + 3, b.at(u, v));
+  return count;
+}
+
+TEST(VideoComposer, SaysWhatItIsOfAndHowItEnded) {
+  const StereoImage images{{Image3u8(640, 480), Image3u8(640, 480)}};
+  VideoComposer plain({}), titled({.title = "night sea, seed 7"});
+  const Image3u8 a = plain.Compose({images, kNone, Record(0, 0.8)}).ToImage();
+  const Image3u8 b = titled.Compose({images, kNone, Record(0, 0.8)}).ToImage();
+  EXPECT_GT(Differing(a, b, {650, 10, 200, 24}), 300);
+  EXPECT_EQ(Differing(a, b, {0, 40, 1280, 680}), 0);
+  std::string reason;
+  for (int i = 0; i < 40; ++i) reason += "the marker was lost ";
+  const Image3u8 end = titled.Conclude("marker lost", reason).ToImage();
+  EXPECT_GT(Differing(b, end, {540, 190, 200, 40}), 1000);   // the outcome
+  EXPECT_GT(Differing(b, end, {90, 240, 1100, 100}), 5000);  // the reason, in several lines
+  int bright_at_the_edge = 0;
+  for (int v = 180; v < 480; ++v) bright_at_the_edge += end.at(2, v)[0] > 100;
+  EXPECT_EQ(bright_at_the_edge, 0) << "a line is wider than the picture";
+}
+
+// What has been drawn stays where it is: the axis is that of the whole trial from the start.
+TEST(VideoComposer, TheAxisOfTimeIsTheWholeTrials) {
+  const StereoImage images{{Image3u8(640, 480), Image3u8(640, 480)}};
+  VideoComposer composer({.duration_s = 60});
+  Image3u8 early, late;
+  for (int i = 0; i < 300; ++i) {
+    const media::Canvas& canvas = composer.Compose({images, kNone, Record(0.1 * i, 0.8)});
+    if (i == 150) early = canvas.ToImage();
+    if (i == 299) late = canvas.ToImage();
+  }
+  EXPECT_EQ(Differing(early, late, {45, 525, 120, 80}), 0);
+  EXPECT_GT(Differing(early, late, {200, 525, 80, 80}), 50);
+}
+
+TEST(Mp4Writer, NoiseDoesNotMakeALargeFile) {
+  const std::string path = ::testing::TempDir() + "/noise.mp4";
+  constexpr int kSeconds = 4;
+  {
+    media::Mp4Writer writer(path, 640, 480, 30);
+    media::Canvas frame(640, 480);
+    Rng rng = SeedTree(3).Stream("noise");
+    for (int i = 0; i < 30 * kSeconds; ++i) {
+      Image3u8 noise(640, 480);
+      for (size_t k = 0; k < 3 * noise.pixels(); ++k)
+        noise.data()[k] = static_cast<uint8_t>(60 + (rng.NextU32() >> 27));
+      frame.DrawImage(noise, frame.area());
+      writer.Add(frame);
+    }
+    writer.Finish();
+  }
+  // 60 s of it and the rest of a report: at most 10 MB, of which base64 takes a quarter
+  EXPECT_LT(std::filesystem::file_size(path), 95000 * kSeconds + 250000);
 }
 
 TEST(Mp4Writer, UnwritablePathIsAConfigError) {
