@@ -5,8 +5,9 @@
         observations, infos = envs.reset(seed=1)             # environment i: seed 1 + i
         observations, rewards, terminated, truncated, infos = envs.step(actions)
 
-A worker steps its share of the environments for one message. Observations lie in memory that all
-share, which images need; what is small is sent.
+A worker steps its share of the environments for one message. Actions, observations, rewards and
+flags lie in memory that all share: to send them would cost as much as a step. Only what is rare is
+sent: infos, resets, errors.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import copy
 import multiprocessing
 import os
 import pickle
+import select
 import signal
 import time
 import traceback
@@ -78,9 +80,12 @@ class DockingVectorEnv(gymnasium.vector.VectorEnv):
 
         # started anew, not forked: drawing may have begun here
         context: Any = multiprocessing.get_context("spawn")
-        shared = create_shared_memory(self.single_observation_space, num_envs, context)
-        self._observations = read_from_shared_memory(self.single_observation_space, shared,
+        shared = (create_shared_memory(self.single_observation_space, num_envs, context),
+                  *(context.RawArray(kind, count) for kind, count in (
+                      ("f", 4 * num_envs), ("d", num_envs), ("b", num_envs), ("b", num_envs))))
+        self._observations = read_from_shared_memory(self.single_observation_space, shared[0],
                                                      num_envs)
+        self._actions, *self._ends = _arrays(shared)
         shares = np.array_split(np.arange(num_envs),
                                 min(workers or len(os.sched_getaffinity(0)), num_envs))
         try:
@@ -125,15 +130,17 @@ class DockingVectorEnv(gymnasium.vector.VectorEnv):
         given = np.asarray(actions, np.float32)
         if given.shape != self.action_space.shape:
             raise ValueError(f"actions: shape {given.shape}, must be {self.action_space.shape}")
-        self._tell("step", lambda share: [given[share.start:share.stop]])
+        self._require_idle()
+        self._actions[:] = given
+        self._tell()
 
     def step_wait(self) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """Waits for what step_async began."""
         if not self._waits:
             raise RuntimeError("step_wait() before step_async()")
-        rewards, terminated, truncated, infos = zip(*self._wait())
-        return (self._seen(), np.concatenate(rewards), np.concatenate(terminated),
-                np.concatenate(truncated), self._infos(infos))
+        infos = self._infos(self._wait())
+        rewards, terminated, truncated = (array.copy() for array in self._ends)
+        return self._seen(), rewards, terminated, truncated, infos
 
     def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
         """Of each environment the attribute, or what its method gives."""
@@ -152,15 +159,20 @@ class DockingVectorEnv(gymnasium.vector.VectorEnv):
         """Ends the workers, also those that hang."""
         self._end()
 
-    def _tell(self, what: str, args_of: Callable[[range], list[Any]]) -> None:
+    def _require_idle(self) -> None:
         if not self._workers:
             raise RuntimeError("this environment is closed")
         if self._waits:
             raise RuntimeError("a step is under way: call step_wait()")
+
+    def _tell(self, what: str = "", args_of: Callable[[range], list[Any]] | None = None) -> None:
+        """Has every worker do that; a step without any."""
+        self._require_idle()
         self._waits = True
         for worker in self._workers:
+            message = pickle.dumps((what, args_of(worker.share))) if args_of else b""
             with contextlib.suppress(OSError):  # it has ended, as _wait() will say
-                worker.pipe.send((what, args_of(worker.share)))
+                worker.pipe.send_bytes(message)
 
     def _wait(self) -> list[Any]:
         """What each worker says when it is done."""
@@ -169,7 +181,8 @@ class DockingVectorEnv(gymnasium.vector.VectorEnv):
         try:
             said = []
             for worker in self._workers:
-                if not worker.pipe.poll(None if end is None else max(0.0, end - time.monotonic())):
+                left_s = None if end is None else max(0.0, end - time.monotonic())
+                if not worker.ready.poll(None if left_s is None else 1000 * left_s):
                     raise TimeoutError(f"{worker} took longer than {limit_s:g} s")
                 said.append(worker.take())
         except BaseException:
@@ -193,9 +206,16 @@ class DockingVectorEnv(gymnasium.vector.VectorEnv):
 
     def _infos(self, said: Sequence[Any]) -> dict[str, Any]:
         infos: dict[str, Any] = {}
-        for i, info in (row for rows in said for row in rows):
+        for i, info in (row for rows in said for row in rows or ()):
             infos = self._add_info(infos, info, i)
         return infos
+
+
+def _arrays(shared: Sequence[Any]) -> tuple[np.ndarray, ...]:
+    """Of the shared memory but the observations: actions, rewards, terminated, truncated."""
+    _, actions, rewards, *flags = shared
+    return (np.frombuffer(actions, np.float32).reshape(-1, 4), np.frombuffer(rewards),
+            *(np.frombuffer(flag, np.bool_) for flag in flags))
 
 
 class _Failure:
@@ -220,14 +240,18 @@ class _Worker:
                                        args=(str(self), theirs, share, *what))
         self.process.start()
         theirs.close()
+        # a connection's own poll takes longer than a step
+        self.ready = select.poll()
+        self.ready.register(self.pipe, select.POLLIN)
 
     def take(self) -> Any:
         """What it has sent."""
         try:
-            said = self.pipe.recv()
+            message = self.pipe.recv_bytes()
         except (EOFError, OSError):
             self.process.join(1.0)
             raise RuntimeError(f"{self} has ended, exit code {self.process.exitcode}") from None
+        said = pickle.loads(message) if message else None
         if isinstance(said, _Failure):
             raise said.error from RuntimeError(said.traceback)
         return said
@@ -242,16 +266,18 @@ def _work(name: str, pipe: Any, *what: Any) -> None:
     steps: _Steps | None = None
     try:
         steps = _Steps(*what)
-        pipe.send(None)
+        said = None
         while True:
-            order, args = pipe.recv()
-            pipe.send(getattr(steps, order)(*args))
+            pipe.send_bytes(b"" if said is None else pickle.dumps(said))
+            message = pipe.recv_bytes()
+            order, args = pickle.loads(message) if message else ("step", ())
+            said = getattr(steps, order)(*args)
     except (EOFError, ConnectionError):  # its owner has ended
         pass
     except Exception as error:
         at = f"environment {steps.at}, " if steps else ""
         with contextlib.suppress(OSError):
-            pipe.send(_Failure(error, at + name.removeprefix("the ")))
+            pipe.send_bytes(pickle.dumps(_Failure(error, at + name.removeprefix("the "))))
 
 
 class _Steps:
@@ -259,7 +285,8 @@ class _Steps:
 
     def __init__(self, share: range, mode: AutoresetMode, shared: Any,
                  env: Callable[..., gymnasium.Env], options: dict[str, Any]) -> None:
-        self._mode, self._shared = mode, shared
+        self._mode, self._observations = mode, shared[0]
+        self._actions, self._rewards, self._terminated, self._truncated = _arrays(shared)
         self._envs = {i: env(**options) for i in share}
         self._over = dict.fromkeys(share, False)
         self.at = share.start  # the environment at work
@@ -269,28 +296,28 @@ class _Steps:
         return [(self.at, self._reset(env, seed=seed, options=options))
                 for (self.at, env), seed in zip(self._envs.items(), seeds) if seed is not False]
 
-    def step(self, actions: np.ndarray
-             ) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[tuple[int, Any]]]:
-        """Rewards, terminated, truncated; infos by environment where there are any."""
-        rewards = np.zeros(len(actions))
-        terminated, truncated = np.zeros(len(actions), bool), np.zeros(len(actions), bool)
+    def step(self) -> list[tuple[int, Any]] | None:
+        """Infos by environment where there are any."""
         infos = []
-        for row, (self.at, env) in enumerate(self._envs.items()):
-            if self._over[self.at] and self._mode == AutoresetMode.NEXT_STEP:
-                infos.append((self.at, self._reset(env)))
+        for self.at, env in self._envs.items():
+            i = self.at
+            if self._over[i] and self._mode == AutoresetMode.NEXT_STEP:
+                self._rewards[i], self._terminated[i], self._truncated[i] = 0.0, False, False
+                infos.append((i, self._reset(env)))
                 continue
-            observation, rewards[row], terminated[row], truncated[row], info = env.step(
-                actions[row])
-            over = bool(terminated[row] or truncated[row])
+            observation, self._rewards[i], terminated, truncated, info = env.step(
+                self._actions[i].copy())
+            self._terminated[i], self._truncated[i] = terminated, truncated
+            over = bool(terminated or truncated)
             if over and self._mode == AutoresetMode.SAME_STEP:
-                infos.append((self.at, {"final_obs": observation, "final_info": info}))
+                infos.append((i, {"final_obs": observation, "final_info": info}))
                 info = self._reset(env)
             else:
                 self._show(env, observation)
-                self._over[self.at] = over
+                self._over[i] = over
             if info:
-                infos.append((self.at, info))
-        return rewards, terminated, truncated, infos
+                infos.append((i, info))
+        return infos or None
 
     def call(self, name: str, args: Sequence[Any], kwargs: dict[str, Any]) -> list[Any]:
         values = []
@@ -306,4 +333,4 @@ class _Steps:
         return info
 
     def _show(self, env: gymnasium.Env, observation: Any) -> None:
-        write_to_shared_memory(env.observation_space, self.at, observation, self._shared)
+        write_to_shared_memory(env.observation_space, self.at, observation, self._observations)
