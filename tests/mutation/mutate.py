@@ -32,7 +32,7 @@ ROOT = HERE.parent.parent
 
 CORE = ['sim/vehicle', 'sim/light', 'sim/camera', 'vision', 'control', 'experiments/statistics',
         'experiments/studies/gate/judge.cc', 'experiments/studies/compare/comparison.cc', 'experiments/trial/recorder.cc',
-        'experiments/trial/failure.cc', 'experiments/trial/ending.cc', 'experiments/farm/trial_scheduler.cc',
+        'experiments/trial/ending.cc', 'experiments/farm/trial_scheduler.cc',
         'experiments/farm/result_store.cc']
 # Of these rooms the tests are run, whatever room the fault is in.
 ROOMS = 'base vehicle check view light camera vision control statistics search trial farm compare gate tuning'

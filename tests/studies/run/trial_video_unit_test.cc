@@ -11,7 +11,6 @@
 #include <iterator>
 
 #include "experiments/media/mp4_writer.h"
-#include "sim/base/random.h"
 #include "tests/studies/run/synthetic_trial.h"
 
 namespace turbidock::run {
@@ -194,26 +193,6 @@ TEST(VideoComposer, TheAxisOfTimeIsTheWholeTrials) {
   }
   EXPECT_EQ(Differing(early, late, {45, 525, 120, 80}), 0);
   EXPECT_GT(Differing(early, late, {200, 525, 80, 80}), 50);
-}
-
-TEST(Mp4Writer, NoiseDoesNotMakeALargeFile) {
-  const std::string path = ::testing::TempDir() + "/noise.mp4";
-  constexpr int kSeconds = 4;
-  {
-    media::Mp4Writer writer(path, 640, 480, 30);
-    media::Canvas frame(640, 480);
-    Rng rng = SeedTree(3).Stream("noise");
-    for (int i = 0; i < 30 * kSeconds; ++i) {
-      Image3u8 noise(640, 480);
-      for (size_t k = 0; k < 3 * noise.pixels(); ++k)
-        noise.data()[k] = static_cast<uint8_t>(60 + (rng.NextU32() >> 27));
-      frame.DrawImage(noise, frame.area());
-      writer.Add(frame);
-    }
-    writer.Finish();
-  }
-  // 60 s of it and the rest of a report: at most 10 MB, of which base64 takes a quarter
-  EXPECT_LT(std::filesystem::file_size(path), 95000 * kSeconds + 250000);
 }
 
 TEST(Mp4Writer, UnwritablePathIsAConfigError) {
