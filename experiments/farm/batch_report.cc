@@ -180,11 +180,12 @@ std::optional<report::Section> FailuresSection(const std::vector<StoredTrial>& t
   return report::Section{
       .title = "What failures have in common",
       .lines = {fmt::format(
-          "{} of {} that trials drew: {}, median {} {} where they failed and {} where they docked. "
-          "A failed trial's is the larger in {:.0f} % of pairs [{:.0f}, {:.0f}].",
-          is_told ? "Told apart best by one" : "Not told apart by any", draws.size(),
-          quantity.label, median(0), quantity.unit, median(1), 100 * by.probability,
-          100 * by.interval.low, 100 * by.interval.high)}};
+          "{} {} quantities that each trial drew: {}, median {} {} where they failed, {} {} where "
+          "they docked. A failed trial's is the larger in {:.0f} % of pairs [{:.0f}, {:.0f}].",
+          is_told ? "Best told from docked trials by one of"
+                  : "Not told from docked trials by any of",
+          draws.size(), quantity.label, median(0), quantity.unit, median(1), quantity.unit,
+          100 * by.probability, 100 * by.interval.low, 100 * by.interval.high)}};
 }
 
 // Of what a trial is made up of, the groups of keys that the plan leaves alone; starts and whatever

@@ -120,14 +120,19 @@ std::vector<GroupSummary> Summarise(const std::vector<StoredTrial>& trials,
 }
 
 report::Quantity NameOfKey(const std::string& key) {
-  std::string dotted = key, rest;  // an element of a list: its unit stands before the brackets
-  if (const size_t at = key.find('['); at != std::string::npos) {
-    dotted = key.substr(0, at);
-    rest = " " + key.substr(at);
+  std::string name = key, axis;
+  if (const size_t at = key.rfind('['); at != std::string::npos && key.ends_with(']')) {
+    const std::string index = key.substr(at + 1, key.size() - at - 2);
+    axis = " " + (index == "0" ? "x" : index == "1" ? "y" : index == "2" ? "z" : index);
+    name.erase(at);
   }
-  report::Quantity quantity = report::QuantityOf(dotted);
+  // its last word and the group around it
+  const size_t last = name.rfind('.');
+  const size_t group = last == std::string::npos || last == 0 ? last : name.rfind('.', last - 1);
+  report::Quantity quantity =
+      report::QuantityOf(group == std::string::npos ? name : name.substr(group + 1));
   std::ranges::replace(quantity.label, '.', ' ');
-  quantity.label += rest;
+  quantity.label += axis;
   return quantity;
 }
 

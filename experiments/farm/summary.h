@@ -54,7 +54,8 @@ bool LessByValue(const std::vector<std::string>& a, const std::vector<std::strin
 std::vector<GroupSummary> Summarise(const std::vector<StoredTrial>& trials,
                                     const std::vector<std::string>& keys);
 
-// A parameter's key as people read it: "water milk, ml/m³". And one of its values.
+// A parameter's key as people read it, by its last word and the group around that, as the page does
+// (format.js): "current surface velocity y" in "m/s". And one of its values.
 report::Quantity NameOfKey(const std::string& key);
 std::string ValueText(const std::string& key, const std::string& value);
 

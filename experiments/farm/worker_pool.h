@@ -50,7 +50,6 @@ class WorkerPool : public JobPool {
   size_t pending() const override;
   // One ahead for each worker: none waits while a result is stored.
   size_t max_in_flight() const override { return 2 * workers_.size(); }
-  int workers() const { return static_cast<int>(workers_.size()); }
 
  private:
   using Clock = std::chrono::steady_clock;

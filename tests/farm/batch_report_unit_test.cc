@@ -142,7 +142,7 @@ TEST_F(BatchReport, NamesItsKeysAndTheirUnits) {
   EXPECT_THAT(text, HasSubstr("water milk, ml/m³"));
   EXPECT_THAT(text, Not(HasSubstr("_ml_m3")));
   EXPECT_EQ(NameOfKey("sea.current.surface_velocity_mps[1]").Title(),
-            "sea current surface velocity [1], m/s");
+            "current surface velocity y, m/s");
   EXPECT_EQ(ValueText("start.distance_min_m", "0.6"), "600");
   EXPECT_EQ(ValueText("scenario", "sea_night_active"), "sea_night_active");
 }
@@ -176,7 +176,7 @@ TEST_F(BatchReport, NamesWhatFailuresHaveInCommon) {
     store.Add(trial);
   }
   EXPECT_THAT(report::Text(ReportOf(Summary(store))),
-              HasSubstr("start lateral, median 345 mm where they failed and 145 where they docked. "
+              HasSubstr("start lateral, median 345 mm where they failed, 145 mm where they docked. "
                         "A failed trial's is the larger in 100 % of pairs ["));
 }
 

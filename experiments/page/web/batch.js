@@ -288,7 +288,7 @@ const next = file => ({
     {what: 'How far it is and what came out so far', command: `turbidock status ${file}`},
     {
       what: 'Every figure of every trial',
-      command: `turbidock export ${file} --format csv > trials.csv`,
+      command: `turbidock export ${file} > trials.csv`,
     },
     {
       what: 'Run some again and compare their digests',
