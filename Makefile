@@ -9,7 +9,7 @@ TEST_PACKAGES := $(shell sed '/^\# python/,$$d; /^\#/d' apt-packages.txt)
 PYTHON_PACKAGES := $(RUN_PACKAGES) $(shell sed -n '/^\# python/,/^\# continuous/{/^\#/!p}' apt-packages.txt)
 CI_PACKAGES := $(shell sed '/^\#/d' apt-packages.txt)
 
-# From nothing a room's sources compile faster some at a time; who goes on to edit them may want
+# From nothing a module's sources compile faster some at a time; who goes on to edit them may want
 # CMAKE_ARGS=-DTURBIDOCK_UNITY=OFF.
 FROM_NOTHING := $(if $(wildcard build/CMakeCache.txt),,-DTURBIDOCK_UNITY=ON)
 

@@ -1,10 +1,10 @@
-# `cmake --install` and find_package(turbidock): the executable, the rooms as libraries with their headers,
+# `cmake --install` and find_package(turbidock): the executable, the modules as libraries with their headers,
 # and the data.
 include(CMakePackageConfigHelpers)
 
-get_property(rooms GLOBAL PROPERTY turbidock_rooms)
+get_property(modules GLOBAL PROPERTY turbidock_modules)
 install(TARGETS turbidock EXPORT turbidock RUNTIME COMPONENT program)
-install(TARGETS ${rooms} EXPORT turbidock ARCHIVE COMPONENT library)
+install(TARGETS ${modules} EXPORT turbidock ARCHIVE COMPONENT library)
 foreach(folder sim vision control experiments)
   install(DIRECTORY ${CMAKE_SOURCE_DIR}/${folder} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/turbidock
     COMPONENT library FILES_MATCHING PATTERN "*.h")

@@ -8,30 +8,30 @@ namespace turbidock::control {
 
 PoseFilterParams ControlParams::pose_filter() const {
   if (own) return own->pose_filter;
-  return controller == Law::kPVoltage ? p_voltage.pose_filter
-         : controller == Law::kPid    ? pid.pose_filter
-                                      : PoseFilterParams{.enabled = false};
+  return controller == ControllerType::kPVoltage ? p_voltage.pose_filter
+         : controller == ControllerType::kPid    ? pid.pose_filter
+                                                 : PoseFilterParams{.enabled = false};
 }
 
 const SetpointParams& ControlParams::setpoint() const {
   if (own) return own->setpoint;
-  return controller == Law::kPVoltage ? p_voltage.setpoint
-         : controller == Law::kPid    ? pid.setpoint
-                                      : lqg.setpoint;
+  return controller == ControllerType::kPVoltage ? p_voltage.setpoint
+         : controller == ControllerType::kPid    ? pid.setpoint
+                                                 : lqg.setpoint;
 }
 
 std::unique_ptr<Controller> MakeController(const ControlParams& params, const VehicleModel& vehicle,
                                            const ClockParams& clock) {
   if (params.own) return params.own->make(vehicle, clock);
   switch (params.controller) {
-    case Law::kPVoltage:
+    case ControllerType::kPVoltage:
       return std::make_unique<PVoltage>(params.p_voltage);
-    case Law::kPid:
+    case ControllerType::kPid:
       return std::make_unique<Pid>(params.pid, vehicle, clock);
-    case Law::kLqg:
+    case ControllerType::kLqg:
       return std::make_unique<Lqg>(params.lqg, vehicle, clock);
   }
-  TD_CHECK(false, "unknown control law");
+  TD_CHECK(false, "unknown controller");
 }
 
 std::unique_ptr<Allocation> MakeAllocation(const ControlParams& params,
@@ -43,14 +43,14 @@ std::unique_ptr<Allocation> MakeAllocation(const ControlParams& params,
         std::get<ForceAllocationParams>(params.own->allocation), vehicle);
   }
   switch (params.controller) {
-    case Law::kPVoltage:
+    case ControllerType::kPVoltage:
       return std::make_unique<VoltsAllocation>(params.p_voltage.allocation, vehicle);
-    case Law::kPid:
+    case ControllerType::kPid:
       return std::make_unique<ForceAllocation>(params.pid.allocation, vehicle);
-    case Law::kLqg:
+    case ControllerType::kLqg:
       return std::make_unique<ForceAllocation>(params.lqg.allocation, vehicle);
   }
-  TD_CHECK(false, "unknown control law");
+  TD_CHECK(false, "unknown controller");
 }
 
 Autopilot::Autopilot(const ControlParams& params, const ProcedureParams& procedure,
@@ -92,7 +92,7 @@ ThrusterCommand Autopilot::Update(const PoseEstimate& estimate, const Excitation
   }
   if (!directive_->control || !observed_) {
     setpoint_.Restart();
-    controller_->Given(estimate.frame, Axes::Zero());
+    controller_->OnCommandApplied(estimate.frame, Axes::Zero());
     const Axes share = ToAxes(directive_->open_loop) / kNeutralVolts + excitation.share;
     return allocation_->Share(allocation_->authority().cwiseProduct(share), level).command;
   }
@@ -101,7 +101,7 @@ ThrusterCommand Autopilot::Update(const PoseEstimate& estimate, const Excitation
   demand_ = controller_->Demand(reference_);
   const Axes added = allocation_->authority().cwiseProduct(excitation.share);
   const Allocated allocated = allocation_->Share(demand_ + added, level);
-  controller_->Given(estimate.frame, allocated.given - added);
+  controller_->OnCommandApplied(estimate.frame, allocated.given - added);
   return allocated.command;
 }
 

@@ -23,19 +23,19 @@
 
 namespace turbidock::control {
 
-enum class Law {
-  kPVoltage,  // the published law
+enum class ControllerType {
+  kPVoltage,  // the published controller
   kPid,
   kLqg,
 };
-constexpr auto Names(Law) {
-  using enum Law;
-  return EnumList<Law>({{kPVoltage, "p_voltage"}, {kPid, "pid"}, {kLqg, "lqg"}});
+constexpr auto Names(ControllerType) {
+  using enum ControllerType;
+  return EnumList<ControllerType>({{kPVoltage, "p_voltage"}, {kPid, "pid"}, {kLqg, "lqg"}});
 }
 
-// A law that is none of these, and what the autopilot does around it; the allocation says whether
-// it asks for forces or for the published vehicle's volts.
-struct OwnLaw {
+// A controller that is none of these, and what the autopilot does around it; the allocation says
+// whether it asks for forces or for the published vehicle's volts.
+struct CustomController {
   std::function<std::unique_ptr<Controller>(const VehicleModel& vehicle, const ClockParams& clock)>
       make;
   PoseFilterParams pose_filter{.enabled = false};
@@ -43,22 +43,22 @@ struct OwnLaw {
   std::variant<ForceAllocationParams, VoltsAllocationParams> allocation{};
 };
 
-// Which law, and the parameters of each; the others' are kept but not used.
+// Which controller, and the parameters of each; the others' are kept but not used.
 struct ControlParams {
-  Law controller = Law::kPVoltage;
+  ControllerType controller = ControllerType::kPVoltage;
   PVoltageParams p_voltage;
   PidParams pid;
   LqgParams lqg;
   LevellingParams levelling;
-  std::optional<OwnLaw> own;  // instead of `controller`
+  std::optional<CustomController> own;  // instead of `controller`
 
-  // Pose filter and setpoint of the chosen law; lqg has a filter of its own.
+  // Pose filter and setpoint of the chosen controller; lqg has a filter of its own.
   PoseFilterParams pose_filter() const;
   const SetpointParams& setpoint() const;
 };
 
-// The law, and what shares its demand out to the vehicle's thrusters. ConfigError for a law that
-// this vehicle cannot follow.
+// The controller, and what shares its demand out to the vehicle's thrusters. ConfigError for a
+// controller that this vehicle cannot follow.
 std::unique_ptr<Controller> MakeController(const ControlParams& params, const VehicleModel& vehicle,
                                            const ClockParams& clock);
 std::unique_ptr<Allocation> MakeAllocation(const ControlParams& params,
@@ -67,12 +67,13 @@ std::unique_ptr<Allocation> MakeAllocation(const ControlParams& params,
 // What a test of the loop adds to it at a frame.
 struct Excitation {
   Axes wanted = Axes::Zero();  // to the desired pose
-  Axes share = Axes::Zero();   // of the vehicle's authority, to the demand; the law is not told
+  Axes share =
+      Axes::Zero();  // of the vehicle's authority, to the demand; the controller is not told
 };
 
-// Docking procedure, pose filter, setpoint, law and allocation. The procedure judges the estimate
-// as it comes. The law sees every usable one, also while another is in charge, so that taking over
-// is no jump. A vehicle that can is kept level all the time.
+// Docking procedure, pose filter, setpoint, controller and allocation. The procedure judges the
+// estimate as it comes. The controller sees every usable one, also while another is in charge, so
+// that taking over is no jump. A vehicle that can is kept level all the time.
 class Autopilot {
  public:
   Autopilot(const ControlParams& params, const ProcedureParams& procedure,
@@ -82,14 +83,14 @@ class Autopilot {
   ThrusterCommand Update(const PoseEstimate& estimate, const Excitation& excitation = {},
                          const Attitude& attitude = {});
 
-  // Another law or other gains: law, filter and setpoint begin anew, the procedure goes on. Checked
-  // (ConfigError, and nothing has changed then).
+  // Another controller or other gains: controller, filter and setpoint begin anew, the procedure
+  // goes on. Checked (ConfigError, and nothing has changed then).
   void SetControl(const ControlParams& params);
 
   // Of the last frame.
   const Directive& directive() const { return *directive_; }
   const Reference& reference() const { return reference_; }
-  const Axes& demand() const { return demand_; }  // of the law, zero without control
+  const Axes& demand() const { return demand_; }  // of the controller, zero without control
   const Allocation& allocation() const { return *allocation_; }
 
  private:

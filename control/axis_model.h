@@ -1,5 +1,5 @@
 #pragma once
-// The linear model of the vehicle that the linear-quadratic law is designed on.
+// The linear model of the vehicle that the linear-quadratic controller is designed on.
 
 #include <Eigen/Core>
 #include <vector>

@@ -1,5 +1,5 @@
 #pragma once
-// What a control law says before it is shared out to the thrusters.
+// What a controller says before it is shared out to the thrusters.
 
 #include <cmath>
 

@@ -1,5 +1,5 @@
 #pragma once
-// What every control law offers the autopilot.
+// What every controller offers the autopilot.
 
 #include <cstdint>
 #include <optional>
@@ -22,12 +22,14 @@ struct Reference {
   Axes acceleration = Axes::Zero();
 };
 
-// A law from what is seen and what is wanted to a demand by axis: forces [N] ahead, left and up and
-// a moment [N m] counter-clockwise seen from above, in the vehicle's body frame. (The published
-// law's are volts, which only the published vehicle understands.) All signs are plus: a marker
-// farther, further left, higher or turned counter-clockwise than wanted means a positive demand.
+// A controller from what is seen and what is wanted to a demand by axis: forces [N] ahead, left and
+// up and a moment [N m] counter-clockwise seen from above, in the vehicle's body frame. (The
+// published controller's are volts, which only the published vehicle understands.) All signs are
+// plus: a marker farther, further left, higher or turned counter-clockwise than wanted means a
+// positive demand.
 //
-// A frame is: Observe (with a usable estimate only), Demand (while there is control), Given.
+// A frame is: Observe (with a usable estimate only), Demand (while there is control),
+// OnCommandApplied.
 class Controller {
  public:
   virtual ~Controller() = default;
@@ -40,7 +42,7 @@ class Controller {
 
   // What the thrusters were given at the frame, less than the demand where they saturate, zero
   // without control. Integrators and observers live on it.
-  virtual void Given(int64_t frame, const Axes& given) = 0;
+  virtual void OnCommandApplied(int64_t frame, const Axes& given) = 0;
 };
 
 }  // namespace turbidock::control

@@ -64,7 +64,7 @@ Lqg::Lqg(const LqgParams& params, const VehicleModel& vehicle, const ClockParams
     try {
       return LqgLoop(axes, levers, dt_s);
     } catch (const ConfigError& error) {
-      throw ConfigError(keys, "there is no law for these values: " + error.problem());
+      throw ConfigError(keys, "there is no controller for these values: " + error.problem());
     }
   };
   add(design("lqg.surge", {translation(kSurge, params_.surge)}, {0}), {kSurge});
@@ -150,7 +150,7 @@ Axes Lqg::Demand(const Reference& wanted) {
   return demand;
 }
 
-void Lqg::Given(int64_t frame, const Axes& given) {
+void Lqg::OnCommandApplied(int64_t frame, const Axes& given) {
   TD_CHECK(!last_given_ || frame > *last_given_, "frames must increase");
   if (!first_given_) first_given_ = frame;
   // Frames without a word: the last command stayed.

@@ -17,15 +17,16 @@
 namespace turbidock::control {
 
 struct LqgParams {
-  // The more of it, the less the law stands on its model: the loop's margins grow towards those of
-  // a law that is told the whole state (loop transfer recovery, Doyle and Stein 1979).
+  // The more of it, the less the controller stands on its model: the loop's margins grow towards
+  // those of a controller that is told the whole state (loop transfer recovery, Doyle and Stein
+  // 1979).
   static constexpr const char* kUnknown =
       "filter: white acceleration that no other part explains, per root of Hz";
   // The model is the vehicle's nominal data: rigid and added mass, damping linearised about the
   // speed below, thrusters' lag, camera head.
   struct Translation {
     double drift_mps = 0.05;      // relative to the water, in the task
-    double error_m = 0.01;        // the law takes this error, ...
+    double error_m = 0.01;        // the controller takes this error, ...
     double speed_mps = 0.1;       // ... this speed ...
     double effort_share = 0.273;  // ... and this deviation from the steady force for equally bad
     double noise_m = 0.001;       // a few times the estimator's in clear water
@@ -129,7 +130,7 @@ class Lqg final : public Controller {
 
   void Observe(const Observation& seen) override;
   Axes Demand(const Reference& wanted) override;
-  void Given(int64_t frame, const Axes& given) override;
+  void OnCommandApplied(int64_t frame, const Axes& given) override;
 
  private:
   // A loop and its axes; what goes in and out of it, gathered from all axes.

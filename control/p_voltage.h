@@ -32,8 +32,8 @@ struct PVoltageParams {
     }
   };
 
-  // guess: at full voltage the vehicle arrives too fast for an undamped law to stop it; 0.5 V take
-  // it to 0.08 m/s
+  // guess: at full voltage the vehicle arrives too fast for an undamped controller to stop it; 0.5
+  // V take it to 0.08 m/s
   Translation surge{.kp_v_per_m = 20, .limit_v = 0.5};
   Translation sway, heave;
   Yaw yaw;
@@ -46,7 +46,8 @@ struct PVoltageParams {
     field("sway", self.sway, Finite(), "marker's y in the camera head");
     field("heave", self.heave, Finite(), "marker's z in the camera head");
     field("yaw", self.yaw, Finite(), "marker's eps3 in the camera head");
-    field("pose_filter", self.pose_filter, Finite(), "between estimate and law; off as published");
+    field("pose_filter", self.pose_filter, Finite(),
+          "between estimate and controller; off as published");
     field("setpoint", self.setpoint, Finite(), "how the desired pose moves; off as published");
     field("allocation", self.allocation, Finite(), "from axes to thrusters");
   }
@@ -54,14 +55,14 @@ struct PVoltageParams {
 
 // surge = kp (x - xd), sway = kp (y - yd), heave = kp (z - zd), yaw = kp (eps3 - eps3d), each
 // limited to +-limit; eps3 is sin(heading / 2). The neutral 2.5 V is added by Allocate. On a
-// vehicle with little drag this law is nearly undamped.
+// vehicle with little drag this controller is nearly undamped.
 class PVoltage final : public Controller {
  public:
   explicit PVoltage(const PVoltageParams& params);  // checked: ConfigError
 
   void Observe(const Observation& seen) override;
   Axes Demand(const Reference& wanted) override;  // volts
-  void Given(int64_t, const Axes&) override {}
+  void OnCommandApplied(int64_t, const Axes&) override {}
 
  private:
   PVoltageParams params_;

@@ -63,7 +63,7 @@ Axes Pid::Demand(const Reference& wanted) {
   return limited;
 }
 
-void Pid::Given(int64_t, const Axes& given) {
+void Pid::OnCommandApplied(int64_t, const Axes& given) {
   if (!pending_) return;
   const Axes missing = given - pending_->wanted;
   // no more than all that is missing, whatever the frame rate

@@ -77,7 +77,7 @@ struct PidParams {
           "frames without an estimate for longer than this start the rate anew at zero");
     field("anti_windup_s", self.anti_windup_s, InRange(0.01, 100),
           "time in which an integral gives back what the thrusters could not give");
-    field("pose_filter", self.pose_filter, Finite(), "between estimate and law");
+    field("pose_filter", self.pose_filter, Finite(), "between estimate and controller");
     field("setpoint", self.setpoint, Finite(), "how the desired pose moves");
     field("allocation", self.allocation, Finite(), "from axes to thrusters");
   }
@@ -101,7 +101,7 @@ class Pid final : public Controller {
 
   void Observe(const Observation& seen) override;
   Axes Demand(const Reference& wanted) override;
-  void Given(int64_t frame, const Axes& given) override;
+  void OnCommandApplied(int64_t frame, const Axes& given) override;
 
  private:
   // In force per error, its integral and its rate.

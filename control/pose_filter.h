@@ -1,5 +1,5 @@
 #pragma once
-// Between estimator and control law: a Kalman filter of a vehicle that keeps its speed.
+// Between estimator and controller: a Kalman filter of a vehicle that keeps its speed.
 
 #include <array>
 #include <cstdint>

@@ -1,5 +1,5 @@
 #pragma once
-// From what a control law asks for on each axis to a voltage for each thruster.
+// From what a controller asks for on each axis to a voltage for each thruster.
 
 #include <Eigen/Core>
 #include <array>
@@ -19,8 +19,8 @@ struct Allocated {
   ThrusterCommand command;
 };
 
-// A demand on the four axes shared out to the thrusters. Its unit is the law's: forces and moments,
-// or the published law's volts.
+// A demand on the four axes shared out to the thrusters. Its unit is the controller's: forces and
+// moments, or the published controller's volts.
 class Allocation {
  public:
   virtual ~Allocation() = default;
@@ -110,7 +110,7 @@ AxisVolts Attainable(const VoltsAllocationParams& params, const AxisVolts& axes)
 // have one each. Every voltage of the result is in [0, 5].
 ThrusterCommand Allocate(const VoltsAllocationParams& params, const AxisVolts& axes);
 
-// The two above for a law that asks for volts.
+// The two above for a controller that asks for volts.
 class VoltsAllocation final : public Allocation {
  public:
   // ConfigError for a vehicle whose thrusters are not the published ones.

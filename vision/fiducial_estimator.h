@@ -1,6 +1,6 @@
 #pragma once
-// The rival that everyone uses: AprilTag's detector reads the marker's tags in each image, and the
-// pose is the one that puts their corners where both images have them.
+// What others use, to compare with: AprilTag's detector reads the marker's tags in each image, and
+// the pose is the one that puts their corners where both images have them.
 
 #include <array>
 #include <memory>
@@ -30,7 +30,7 @@ class FiducialEstimator : public PoseEstimator {
     estimate_ = {};
     region_.reset();
   }
-  std::optional<StereoRegion> Reach() const override { return region_; }
+  std::optional<StereoRegion> RegionOfInterest() const override { return region_; }
   std::string_view name() const override { return "fiducial"; }
 
   // A tag as it was read in an image. Corners: left and right at the bottom, right and left at the

@@ -44,7 +44,7 @@ void GeneticSearch::SearchIn(const GeneMap& range, const GeneMap::Values& motion
   range_ = range;
 }
 
-void GeneticSearch::Forget(const GeneMap& range) {
+void GeneticSearch::Reinitialize(const GeneMap& range) {
   range_ = range;
   started_ = false;
 }
@@ -74,7 +74,7 @@ void GeneticSearch::Sort() {
   });
 }
 
-void GeneticSearch::TakeIn(const Pose& X_HM) {
+void GeneticSearch::Insert(const Pose& X_HM) {
   population_.back().gene = range_.Encode(GeneMap::ValuesOf(X_HM));
 }
 
@@ -99,7 +99,7 @@ const Gene& GeneticSearch::Parent(Rng* rng) const {
 Gene GeneticSearch::Offspring(Rng* rng) const {
   // The published setting draws nothing here, so that its random stream is crossover's and
   // mutation's.
-  if (options_.creep_share > 0 && rng->Uniform() < options_.creep_share) {
+  if (options_.local_mutation_rate > 0 && rng->Uniform() < options_.local_mutation_rate) {
     const bool is_found = population_.front().fitness >= published::kReliableFitness;
     return is_found ? Moved(population_.front().gene, kMaxMoveFound_m, rng)
                     : Moved(Parent(rng), kMaxMove_m, rng);

@@ -26,14 +26,14 @@ class GeneticSearch {
   // Before a frame: searches another range from now on, the population moved by so much, ...
   void SearchIn(const GeneMap& range, const GeneMap::Values& motion);
   // ... or draws the whole population at random, in this range, when the frame begins.
-  void Forget(const GeneMap& range);
+  void Reinitialize(const GeneMap& range);
 
   // Evaluates the population on new images; `restart`: all but the best are drawn anew.
   void BeginFrame(bool restart, Rng* rng);
   // One generation. Evaluates so many less than it could; the worst stay then.
   void Breed(int evaluations_left, Rng* rng);
   // Takes this pose in place of the worst; the next frame evaluates it.
-  void TakeIn(const Pose& X_HM);
+  void Insert(const Pose& X_HM);
 
   Pose best_X_HM() const;
   int size() const { return static_cast<int>(population_.size()); }

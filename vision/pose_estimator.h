@@ -19,7 +19,7 @@ class PoseEstimator {
   virtual void Reset() = 0;
   // The pixels that the next Update can read at most; nothing: any. Whoever makes the images need
   // not fill the others: the estimate is the same whatever they hold.
-  virtual std::optional<StereoRegion> Reach() const { return std::nullopt; }
+  virtual std::optional<StereoRegion> RegionOfInterest() const { return std::nullopt; }
   virtual std::string_view name() const = 0;
 
   // Gets kLabels at each Update; the rest of it is the caller's to count. Must outlive it.

@@ -23,8 +23,8 @@ bool RefinementArbiter::IsHeldByTwo(std::span<const double> ball_fitness) {
 }
 
 // X_HM turned about the line of the two balls that are matched best, which stay where they are.
-Pose RefinementArbiter::Swung(const Pose& X_HM, std::span<const double> ball_fitness,
-                              Rng* rng) const {
+Pose RefinementArbiter::RotatedAboutBallAxis(const Pose& X_HM, std::span<const double> ball_fitness,
+                                             Rng* rng) const {
   size_t first = 0, second = 1;
   if (ball_fitness[second] > ball_fitness[first]) std::swap(first, second);
   for (size_t b = 2; b < ball_fitness.size(); ++b) {
@@ -49,7 +49,7 @@ RefinementArbiter::Verdict RefinementArbiter::Judge(const StereoImage& seen,
   int count = 1;
   if (IsHeldByTwo(found.ball_fitness)) {
     const auto add = [&](const Pose& X_HM) { candidates[static_cast<size_t>(count++)] = X_HM; };
-    if (count < most_evaluations) add(Swung(found.X_HM, found.ball_fitness, rng));
+    if (count < most_evaluations) add(RotatedAboutBallAxis(found.X_HM, found.ball_fitness, rng));
     if (count < most_evaluations && last_X_HM_) add(*last_X_HM_);
   }
   Verdict verdict;

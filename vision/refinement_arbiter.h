@@ -42,7 +42,7 @@ class RefinementArbiter {
   static constexpr int kMaxCandidates = 3;
 
   static bool IsHeldByTwo(std::span<const double> ball_fitness);
-  Pose Swung(const Pose& X_HM, std::span<const double> ball_fitness, Rng* rng) const;
+  Pose RotatedAboutBallAxis(const Pose& X_HM, std::span<const double> ball_fitness, Rng* rng) const;
 
   PoseRefiner refiner_;
   MarkerParams marker_;

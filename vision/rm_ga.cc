@@ -41,7 +41,7 @@ RmGa::RmGa(const RmGaOptions& options, const MarkerParams& marker, const HuePara
 
 void RmGa::Reset() {
   track_.Reset();
-  search_.Forget(track_.range());
+  search_.Reinitialize(track_.range());
   arbiter_.Reset();
   detection_ = {};
   std::ranges::fill(estimate_.ball_fitness, 0);
@@ -107,7 +107,7 @@ void RmGa::Refine(const StereoImage& seen, const StereoRegion& region, int most_
   if (!verdict.refined) return;
   estimate_.X_HM = verdict.refined->X_HM.Canonical();
   estimate_.covariance = verdict.refined->covariance;
-  search_.TakeIn(estimate_.X_HM);
+  search_.Insert(estimate_.X_HM);
 }
 
 }  // namespace turbidock::vision

@@ -39,7 +39,7 @@ class RmGa : public PoseEstimator {
   const PoseEstimate& Update(const StereoImage& seen) override;
   // The next frame starts from a random population.
   void Reset() override;
-  std::optional<StereoRegion> Reach() const override { return track_.region(); }
+  std::optional<StereoRegion> RegionOfInterest() const override { return track_.region(); }
   std::string_view name() const override { return "rm_ga"; }
 
   // For hardware, which has no more than a frame's time: generations go on until this much wall

@@ -30,7 +30,7 @@ struct RmGaOptions {
 
   // Our additions, off in the published setting; what each gains: assets/measured/estimator.md.
   // Creep is a small move of one individual.
-  double creep_share = 0.6;
+  double local_mutation_rate = 0.6;
   int restart_after_frames = 5;
   bool track = true;
   bool refine = true;
@@ -42,7 +42,7 @@ struct RmGaOptions {
     RmGaOptions options;
     options.preset = Preset::kPublished;
     options.generations_per_frame = 9;
-    options.creep_share = 0;
+    options.local_mutation_rate = 0;
     options.restart_after_frames = 0;
     options.track = false;
     options.refine = false;
@@ -62,7 +62,7 @@ struct RmGaOptions {
           "share of the population that is kept and bred from");
     field("mutation_rate", self.mutation_rate, InRange(0, 1),
           "probability that a bit of a child is flipped");
-    field("creep_share", self.creep_share, InRange(0, 1),
+    field("local_mutation_rate", self.local_mutation_rate, InRange(0, 1),
           "share of offspring by a small move of one individual; the others have two parents");
     field("restart_after_frames", self.restart_after_frames, InRange(0, 100000),
           "uncertain frames in a row before all but the best are drawn anew; 0: never");

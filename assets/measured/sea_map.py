@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """The map of a batch of `rough_sea`: docked trials over wave height and period, a panel for each law and current. Two
-lines are the thrusters' and no law's: the height up to which they can hold the vehicle still (`turbidock check-vehicle`),
+lines are the thrusters' and no controller's: the height up to which they can hold the vehicle still (`turbidock check-vehicle`),
 and that up to which they can keep it within the 40 mm allowed to either side, where it goes with the wave as far as
 that.
 

@@ -4,14 +4,14 @@
 #include <vector>
 
 #include "experiments/app/commands.h"
-#include "experiments/app/farm_arguments.h"
+#include "experiments/app/job_arguments.h"
 #include "experiments/app/plan_arguments.h"
 #include "experiments/app/print_report.h"
 #include "experiments/app/progress.h"
-#include "experiments/farm/batch.h"
-#include "experiments/farm/batch_report.h"
-#include "experiments/farm/plan.h"
-#include "experiments/farm/result_store.h"
+#include "experiments/batch/batch.h"
+#include "experiments/batch/batch_report.h"
+#include "experiments/batch/plan.h"
+#include "experiments/batch/result_store.h"
 #include "experiments/page/batch_page.h"
 #include "experiments/report/text.h"
 #include "experiments/system/build_info.h"
@@ -27,18 +27,18 @@ constexpr double kLogEvery_s = 10;
 struct BatchArguments {
   PlanArguments plan;
   std::string out, shard = "1/1";
-  FarmArguments farm;
+  JobArguments jobs;
   bool json = false, quiet = false;
 };
 
 // "480 trials" or, of a plan with a precision, "up to 480 trials".
-std::string CountText(const farm::Plan& plan) {
+std::string CountText(const batch::Plan& plan) {
   return fmt::format("{}{} trials", plan.settings().precision > 0 ? "up to " : "", plan.trials());
 }
 
-std::string Words(const farm::BatchProgress& progress) {
+std::string Words(const batch::BatchProgress& progress) {
   const statistics::Interval wilson = statistics::WilsonInterval(progress.successes, progress.done);
-  std::string words = farm::DoneText(progress.done, progress.total, progress.most) + " trials";
+  std::string words = batch::DoneText(progress.done, progress.total, progress.most) + " trials";
   if (progress.done > 0)
     words += fmt::format(
         ", success {:.0f} % [{:.0f}, {:.0f}]",
@@ -52,7 +52,7 @@ std::string Words(const farm::BatchProgress& progress) {
   return words;
 }
 
-void SayBeginning(const farm::Plan& plan, const farm::Shard& shard, const std::string& out,
+void SayBeginning(const batch::Plan& plan, const batch::Shard& shard, const std::string& out,
                   int64_t done_before, Progress* progress) {
   progress->Say(fmt::format("{}: {}{}, plan {}, {}", plan.settings().description, CountText(plan),
                             shard.count > 1 ? ", of which shard " + shard.Text() : "", plan.hash(),
@@ -62,7 +62,7 @@ void SayBeginning(const farm::Plan& plan, const farm::Shard& shard, const std::s
 }
 
 // How fast it was, if it ran anything.
-void SayEnd(const farm::BatchProgress& end, int capacity, const std::string& out,
+void SayEnd(const batch::BatchProgress& end, int capacity, const std::string& out,
             Progress* progress) {
   if (end.done_now == 0) return;
   const auto used = static_cast<double>(std::min<int64_t>(capacity, end.done_now));
@@ -74,8 +74,8 @@ void SayEnd(const farm::BatchProgress& end, int capacity, const std::string& out
 }
 
 int Batch(const BatchArguments& arguments) {
-  const farm::Plan plan = arguments.plan.Load();
-  const farm::Shard shard = farm::ParseShard(arguments.shard);
+  const batch::Plan plan = arguments.plan.Load();
+  const batch::Shard shard = batch::ParseShard(arguments.shard);
   // of a part of a batch there is no page
   const std::string page =
       shard.count == 1 ? fs::path(arguments.out).replace_extension(".html").string() : "";
@@ -85,49 +85,49 @@ int Batch(const BatchArguments& arguments) {
       .Writes(arguments.out, system::kResultFile)
       .Writes(page, page::kPageFile)
       .Require();
-  farm::ResultStore store = farm::ResultStore::Write(arguments.out, farm::HeaderOf(plan, shard));
+  batch::ResultStore store = batch::ResultStore::Write(arguments.out, batch::HeaderOf(plan, shard));
   Progress progress(arguments.quiet);
   SayBeginning(plan, shard, arguments.out, std::ssize(store.Done()), &progress);
-  farm::RunOptions options;
-  options.farm = arguments.farm.For(arguments.out,
+  batch::RunOptions options;
+  options.jobs = arguments.jobs.For(arguments.out,
                                     [&](const std::string& text) { progress.Say("  " + text); });
   options.stop_requested = CatchStopSignals();
-  const auto on_progress = [&](const farm::BatchProgress& now) {
+  const auto on_progress = [&](const batch::BatchProgress& now) {
     progress.ShowOrSay(static_cast<double>(now.done) / static_cast<double>(now.total), Words(now),
                        kLogEvery_s);
   };
-  options.on_trial = [&](const farm::StoredTrial& trial) {
+  options.on_trial = [&](const batch::StoredTrial& trial) {
     const trial::TrialRecord& r = trial.record;
     if (!r.ended())
       progress.Say(fmt::format("  trial {} {}: {}", trial.trial, NameOf(r.outcome), r.reason));
   };
-  const farm::BatchProgress end = farm::RunBatch(plan, options, on_progress, &store);
+  const batch::BatchProgress end = batch::RunBatch(plan, options, on_progress, &store);
   if (end.done < end.total) {
     progress.Say(fmt::format("stopped: {} trials are in {}; the same command goes on",
-                             farm::DoneText(end.done, end.total, end.most), arguments.out));
+                             batch::DoneText(end.done, end.total, end.most), arguments.out));
     return kExitDone;  // main makes the signal's code of it
   }
-  const farm::BatchSummary summary = farm::SummaryOf(store, arguments.out);
-  progress.Say("\n" + report::Text(farm::ReportOf(summary)));
-  SayEnd(end, options.farm.capacity(), arguments.out, &progress);
+  const batch::BatchSummary summary = batch::SummaryOf(store, arguments.out);
+  progress.Say("\n" + report::Text(batch::ReportOf(summary)));
+  SayEnd(end, options.jobs.capacity(), arguments.out, &progress);
   if (!page.empty()) {
     page::WritePage(page, page::BatchPage(store, arguments.out, {.plugins = plan.plugins()}));
     progress.Say("a page to look at: " + page);
   }
-  if (arguments.json) PrintReport(farm::ReportOf(summary), farm::ResultJson(summary), true);
+  if (arguments.json) PrintReport(batch::ReportOf(summary), batch::ResultJson(summary), true);
   return kExitDone;
 }
 
 struct StatusArguments {
   std::string file;
-  farm::BatchReportOptions report;
+  batch::BatchReportOptions report;
   bool json = false;
 };
 
 int Status(const StatusArguments& arguments) {
-  const farm::ResultStore store = farm::ResultStore::Read(arguments.file);
-  const farm::BatchSummary summary = farm::SummaryOf(store, arguments.file, arguments.report);
-  PrintReport(farm::ReportOf(summary), farm::ResultJson(summary), arguments.json);
+  const batch::ResultStore store = batch::ResultStore::Read(arguments.file);
+  const batch::BatchSummary summary = batch::SummaryOf(store, arguments.file, arguments.report);
+  PrintReport(batch::ReportOf(summary), batch::ResultJson(summary), arguments.json);
   return kExitDone;
 }
 
@@ -141,7 +141,7 @@ void AddBatch(CommandLine& line) {
       .Add("--out FILE", arguments.out,
            "SQLite file for the results; at the end a page beside it, .html, shows them")
       .Required();
-  arguments.farm.AddTo(&batch, "Processes; results do not depend on it", AvailableCores());
+  arguments.jobs.AddTo(&batch, "Processes; results do not depend on it", AvailableCores());
   batch.Add("--shard I/N", arguments.shard, "Run part I of N only; merge puts them together");
   batch.Flag("--json", arguments.json, "Print what status --json prints on stdout");
   batch.AddQuiet(arguments.quiet);

@@ -1,6 +1,6 @@
 #pragma once
-// The subcommands of the program. Each adds itself to the command line: those of the farm stand
-// beside this file, those of a study in its room.
+// The subcommands of the program. Each adds itself to the command line: those of batches stand
+// beside this file, those of a study in its module.
 
 #include "experiments/app/command_line.h"
 #include "experiments/app/stop_signal.h"

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "experiments/app/commands.h"
+#include "experiments/batch/plan.h"
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
-#include "experiments/farm/plan.h"
 #include "experiments/report/json.h"
 #include "experiments/studies/tuning/study.h"
 #include "experiments/trial/record_columns.h"
@@ -28,7 +28,7 @@ report::Json Described(const std::string& folder, const std::string& name) {
     return {{"name", name}, {"description", trial::LoadScenario(name, {}).description}};
   if (folder == "studies")
     return {{"name", name}, {"description", tuning::LoadStudy(name).settings().description}};
-  const farm::Plan plan = farm::LoadPlan(name);
+  const batch::Plan plan = batch::LoadPlan(name);
   return {{"name", name},
           {"description", plan.settings().description},
           {"trials", plan.trials()},

@@ -9,7 +9,7 @@
 
 #include "experiments/app/commands.h"
 #include "experiments/app/stop_signal.h"
-#include "experiments/farm/result_store.h"
+#include "experiments/batch/result_store.h"
 #include "experiments/system/plain_text.h"
 #include "sim/base/check.h"
 
@@ -66,7 +66,7 @@ int turbidock::Main(int argc, char** argv, const trial::Plugins& plugins) {
     return StopSignal() ? 128 + StopSignal() : code;
   } catch (const ConfigError& error) {
     return Complain(error.what(), kExitBadInput);
-  } catch (const farm::MismatchError& error) {
+  } catch (const batch::MismatchError& error) {
     return Complain(error.what(), kExitMismatch);
   } catch (const std::filesystem::filesystem_error& error) {
     // a name that is too long, a loop of links, a folder that may not be read

@@ -4,16 +4,16 @@
 #include <string>
 
 #include "experiments/app/command_line.h"
-#include "experiments/farm/plan.h"
+#include "experiments/batch/plan.h"
 
 namespace turbidock::app {
 
 struct PlanArguments {
   std::string plan;
-  farm::PlanOverrides overrides;
+  batch::PlanOverrides overrides;
 
   void AddTo(Subcommand* command, const trial::Plugins& plugins);
-  farm::Plan Load() const { return farm::LoadPlan(plan, overrides); }
+  batch::Plan Load() const { return batch::LoadPlan(plan, overrides); }
 };
 
 // Cores that this process may use.

@@ -8,8 +8,8 @@
 
 #include "experiments/app/commands.h"
 #include "experiments/app/progress.h"
-#include "experiments/farm/batch_report.h"
-#include "experiments/farm/result_store.h"
+#include "experiments/batch/batch_report.h"
+#include "experiments/batch/result_store.h"
 #include "experiments/media/figure.h"
 #include "experiments/page/batch_page.h"
 #include "experiments/page/page.h"
@@ -30,12 +30,12 @@ struct ReportArguments {
   std::optional<int64_t> trial;
 
   bool are_two() const { return inputs.size() == 2; }
-  farm::BatchReportOptions batch() const { return {.by = by, .over = over}; }
+  batch::BatchReportOptions batch() const { return {.by = by, .over = over}; }
 };
 
 page::Page PageOfTwo(const ReportArguments& arguments) {
   const std::string &a = arguments.inputs[0], &b = arguments.inputs[1];
-  const farm::ResultStore in_a = farm::ResultStore::Read(a), in_b = farm::ResultStore::Read(b);
+  const batch::ResultStore in_a = batch::ResultStore::Read(a), in_b = batch::ResultStore::Read(b);
   return compare::PageOf(
       compare::Compare({in_a, a}, {in_b, b}, {.by = arguments.by, .ignore = arguments.ignore}),
       {in_a, a}, {in_b, b}, arguments.plugins);
@@ -45,7 +45,7 @@ page::Page PageOf(const ReportArguments& arguments) {
   if (arguments.are_two()) return PageOfTwo(arguments);
   const std::string& file = arguments.inputs[0];
   if (!page::IsFileOfTrials(file)) return page::ResultPage(file, arguments.plugins);
-  const farm::ResultStore store = farm::ResultStore::Read(file);
+  const batch::ResultStore store = batch::ResultStore::Read(file);
   if (arguments.trial)
     return page::StoredTrialPage(store, file, *arguments.trial, arguments.plugins);
   return page::BatchPage(store, file, {.plugins = arguments.plugins, .report = arguments.batch()});
@@ -78,7 +78,7 @@ void RequireSense(const ReportArguments& arguments) {
 void DrawFigure(const ReportArguments& arguments) {
   const std::string& file = arguments.inputs[0];
   const report::Figure figure = media::FigureOf(
-      farm::ReportOf(farm::SummaryOf(farm::ResultStore::Read(file), file, arguments.batch())));
+      batch::ReportOf(batch::SummaryOf(batch::ResultStore::Read(file), file, arguments.batch())));
   if (figure.panels.empty())
     throw ConfigError(file +
                       ": has nothing to draw: none of its parameters is a number that varies");

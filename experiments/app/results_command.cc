@@ -7,10 +7,10 @@
 #include "experiments/app/commands.h"
 #include "experiments/app/plan_arguments.h"
 #include "experiments/app/progress.h"
-#include "experiments/farm/export.h"
-#include "experiments/farm/result_store.h"
-#include "experiments/farm/runner.h"
-#include "experiments/farm/trial_scheduler.h"
+#include "experiments/batch/export.h"
+#include "experiments/batch/result_store.h"
+#include "experiments/batch/runner.h"
+#include "experiments/batch/trial_scheduler.h"
 #include "experiments/studies/run/shown_trial.h"
 #include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"
@@ -20,14 +20,14 @@ namespace turbidock::app {
 namespace {
 
 // The plan that a file's trials follow.
-farm::Plan PlanOf(const std::string& file, const farm::ResultStore& store,
-                  const trial::Plugins& plugins) {
+batch::Plan PlanOf(const std::string& file, const batch::ResultStore& store,
+                   const trial::Plugins& plugins) {
   if (store.header().kind != "batch")
     throw ConfigError(file + ": was written by " + store.header().kind + ", not by batch");
-  return farm::Plan(store.header().plan, file, {.plugins = plugins});
+  return batch::Plan(store.header().plan, file, {.plugins = plugins});
 }
 
-void WarnOfOtherBuild(const farm::StoreHeader& header, Progress* progress) {
+void WarnOfOtherBuild(const batch::StoreHeader& header, Progress* progress) {
   if (header.build != system::BuildId())
     progress->Say("the results are of " + header.build + ", this is " + system::BuildId());
 }
@@ -44,16 +44,16 @@ int Merge(const MergeArguments& arguments) {
   system::OutputPlan outputs;
   outputs.Reads(arguments.inputs).Writes(arguments.out, system::kResultFile).Require();
   const std::string& first = arguments.inputs.front();
-  farm::StoreHeader header = farm::ResultStore::Read(first).header();
+  batch::StoreHeader header = batch::ResultStore::Read(first).header();
   header.shard = {};
   for (const std::string& input : arguments.inputs) {
-    const auto differences = farm::Differences(header, farm::ResultStore::Read(input).header());
+    const auto differences = batch::Differences(header, batch::ResultStore::Read(input).header());
     if (!differences.empty())
-      throw farm::MismatchError(fmt::format("{} and {}: {}", first, input, differences[0]));
+      throw batch::MismatchError(fmt::format("{} and {}: {}", first, input, differences[0]));
   }
-  farm::ResultStore store = farm::ResultStore::Write(arguments.out, header);
+  batch::ResultStore store = batch::ResultStore::Write(arguments.out, header);
   for (const std::string& input : arguments.inputs) store.Merge(input);
-  const farm::TrialScheduler scheduler = farm::SchedulerOf(store);
+  const batch::TrialScheduler scheduler = batch::SchedulerOf(store);
   fmt::print(stderr, "{}: {} of {} trials\n", system::OneLineOf(arguments.out),
              std::ssize(store.Done()), scheduler.wanted());
   return arguments.complete && !scheduler.complete() ? kExitCheckFailed : kExitDone;
@@ -67,8 +67,8 @@ struct ExportArguments {
 };
 
 int Export(const ExportArguments& arguments) {
-  const farm::ResultStore store = farm::ResultStore::Read(arguments.file);
-  std::fputs(farm::ExportText(store.Trials(), arguments.timing).c_str(), stdout);
+  const batch::ResultStore store = batch::ResultStore::Read(arguments.file);
+  std::fputs(batch::ExportText(store.Trials(), arguments.timing).c_str(), stdout);
   return kExitDone;
 }
 
@@ -82,9 +82,9 @@ struct VerifyArguments {
 };
 
 // Evenly spread over those that came to an end of their own.
-std::vector<int64_t> Choose(const std::vector<farm::StoredTrial>& stored, int sample) {
+std::vector<int64_t> Choose(const std::vector<batch::StoredTrial>& stored, int sample) {
   std::vector<int64_t> ended, chosen;
-  for (const farm::StoredTrial& trial : stored)
+  for (const batch::StoredTrial& trial : stored)
     if (trial.record.ended()) ended.push_back(trial.trial);
   const int64_t n = std::min<int64_t>(sample, std::ssize(ended));
   for (int64_t i = 0; i < n; ++i)
@@ -93,8 +93,8 @@ std::vector<int64_t> Choose(const std::vector<farm::StoredTrial>& stored, int sa
 }
 
 int Verify(const VerifyArguments& arguments) {
-  const farm::ResultStore store = farm::ResultStore::Read(arguments.file);
-  const farm::Plan plan = PlanOf(arguments.file, store, arguments.plugins);
+  const batch::ResultStore store = batch::ResultStore::Read(arguments.file);
+  const batch::Plan plan = PlanOf(arguments.file, store, arguments.plugins);
   Progress progress(/*quiet=*/false);
   WarnOfOtherBuild(store.header(), &progress);
   std::vector<int64_t> trials = arguments.trials;
@@ -102,7 +102,7 @@ int Verify(const VerifyArguments& arguments) {
   for (const int64_t trial : trials) store.Trial(trial);  // all there, before any work
 
   size_t next = 0, equal = 0, done = 0;
-  const auto compare = [&](const farm::StoredTrial& again) {
+  const auto compare = [&](const batch::StoredTrial& again) {
     const trial::TrialRecord before = store.Trial(again.trial).record;
     const bool same =
         before.digest == again.record.digest && before.outcome == again.record.outcome;
@@ -113,18 +113,18 @@ int Verify(const VerifyArguments& arguments) {
                                NameOf(before.outcome), before.digest, NameOf(again.record.outcome),
                                again.record.digest));
   };
-  farm::TrialRunner runner({.farm = {.workers = arguments.workers},
-                            .time_limit_s = plan.settings().trial_time_limit_s,
-                            .plugins = plan.plugins(),
-                            .on_progress =
-                                [&](const auto&) {
-                                  progress.ShowDone(static_cast<int>(done),
-                                                    static_cast<int>(trials.size()), "trials", 10);
-                                },
-                            .stop_requested = CatchStopSignals()},
-                           nullptr);
+  batch::TrialRunner runner({.jobs = {.workers = arguments.workers},
+                             .time_limit_s = plan.settings().trial_time_limit_s,
+                             .plugins = plan.plugins(),
+                             .on_progress =
+                                 [&](const auto&) {
+                                   progress.ShowDone(static_cast<int>(done),
+                                                     static_cast<int>(trials.size()), "trials", 10);
+                                 },
+                             .stop_requested = CatchStopSignals()},
+                            nullptr);
   runner.Run(
-      farm::SourceOf(plan),
+      batch::SourceOf(plan),
       {.next = [&] { return next < trials.size() ? std::optional(trials[next++]) : std::nullopt; },
        .add = compare});
   progress.Say(fmt::format("{} of {} trials have the same digest again", equal, trials.size()));
@@ -142,8 +142,8 @@ struct ReplayArguments {
 };
 
 int Replay(const ReplayArguments& arguments) {
-  const farm::ResultStore store = farm::ResultStore::Read(arguments.file);
-  const farm::Plan plan = PlanOf(arguments.file, store, arguments.plugins);
+  const batch::ResultStore store = batch::ResultStore::Read(arguments.file);
+  const batch::Plan plan = PlanOf(arguments.file, store, arguments.plugins);
   const trial::TrialRecord before = store.Trial(arguments.trial).record;
   Progress progress(arguments.quiet);
   WarnOfOtherBuild(store.header(), &progress);
@@ -156,9 +156,9 @@ int Replay(const ReplayArguments& arguments) {
                                                                   .json = arguments.json,
                                                                   .quiet = arguments.quiet});
   if (StopSignal() != 0 || result.digest == before.digest) return kExitDone;
-  throw farm::MismatchError(fmt::format("trial {} ended {} with digest {}, now {} with digest {}",
-                                        arguments.trial, NameOf(before.outcome), before.digest,
-                                        NameOf(result.outcome), result.digest));
+  throw batch::MismatchError(fmt::format("trial {} ended {} with digest {}, now {} with digest {}",
+                                         arguments.trial, NameOf(before.outcome), before.digest,
+                                         NameOf(result.outcome), result.digest));
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 #include "experiments/app/commands.h"
-#include "experiments/farm/slurm_pool.h"
-#include "experiments/farm/trial_job.h"
+#include "experiments/batch/slurm_pool.h"
+#include "experiments/batch/trial_job.h"
 #include "experiments/studies/estimators/compare_estimators.h"
 #include "experiments/studies/recognition/calibration.h"
 #include "experiments/studies/recognition/recognition.h"
@@ -15,9 +15,9 @@ struct SlurmTaskArguments {
 };
 
 int SlurmTask(const SlurmTaskArguments& arguments) {
-  farm::RunSlurmTask(arguments.folder, arguments.task, arguments.workers,
-                     {farm::TrialWork(arguments.plugins), recognition::CellWork(),
-                      recognition::CalibrationWork(), estimators::StartWork(arguments.plugins)});
+  batch::RunSlurmTask(arguments.folder, arguments.task, arguments.workers,
+                      {batch::TrialWork(arguments.plugins), recognition::CellWork(),
+                       recognition::CalibrationWork(), estimators::StartWork(arguments.plugins)});
   return kExitDone;
 }
 

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "experiments/farm/plan.h"
+#include "experiments/batch/plan.h"
 #include "experiments/page/stored_trials.h"
 #include "experiments/page/trial_model.h"
 #include "experiments/page/trial_page.h"
@@ -16,7 +16,7 @@
 namespace turbidock::page {
 namespace {
 
-using farm::StoredTrial;
+using batch::StoredTrial;
 using report::Json;
 
 // A column of values for each key.
@@ -25,14 +25,15 @@ Json ParametersOf(const std::vector<std::string>& keys, const std::vector<Stored
   for (size_t k = 0; k < keys.size(); ++k) {
     Json& values = parameters[keys[k]] = Json::array();
     for (const StoredTrial& trial : trials)
-      values.push_back(Rounded(farm::ValueOf(trial.parameters[k])));
+      values.push_back(Rounded(batch::ValueOf(trial.parameters[k])));
   }
   return parameters;
 }
 
 // Columns of the trials' records that a page shows.
 bool IsShown(const trial::Column& column) {
-  if (column.place == trial::Place::kLog || column.place == trial::Place::kNowhere) return false;
+  if (column.storage == trial::Storage::kLog || column.storage == trial::Storage::kNowhere)
+    return false;
   return column.name != "digest" && column.name != "seed" && column.name != "docked";
 }
 
@@ -81,9 +82,9 @@ void AddPictures(const std::vector<StoredTrial>& trials, StoredTrials* stored, P
 
 }  // namespace
 
-Page BatchPage(const farm::ResultStore& store, const std::string& file,
+Page BatchPage(const batch::ResultStore& store, const std::string& file,
                const BatchPageOptions& options) {
-  const farm::StoreHeader& header = store.header();
+  const batch::StoreHeader& header = store.header();
   const std::vector<StoredTrial> trials = store.Trials();
   Page page;
   Json& model = page.model;
@@ -102,24 +103,24 @@ Page BatchPage(const farm::ResultStore& store, const std::string& file,
            {"series_stored", 0},
            {"missing", Json::array()}};
   StoredTrials stored(store, file, "", options.series_bytes, options.plugins, &page);
-  if (const std::optional<farm::Plan>& plan = stored.plan())
-    for (const farm::GridAxis& axis : plan->grid()) model["grid"].push_back(axis.key);
+  if (const std::optional<batch::Plan>& plan = stored.plan())
+    for (const batch::GridAxis& axis : plan->grid()) model["grid"].push_back(axis.key);
   if (header.kind == "batch") AddPictures(trials, &stored, &page);
-  const farm::BatchSummary summary = farm::SummaryOf(store, file, options.report);
-  model["report"] = report::Document(farm::ReportOf(summary), Json::object())["report"];
+  const batch::BatchSummary summary = batch::SummaryOf(store, file, options.report);
+  model["report"] = report::Document(batch::ReportOf(summary), Json::object())["report"];
   model["title"] = summary.title;
   for (const Json& sentence : model["report"]["missing"]) model["missing"].push_back(sentence);
   return page;
 }
 
-Page StoredTrialPage(const farm::ResultStore& store, const std::string& file, int64_t number,
+Page StoredTrialPage(const batch::ResultStore& store, const std::string& file, int64_t number,
                      const trial::Plugins& plugins) {
   const StoredTrial trial = store.Trial(number);
-  const farm::StoreHeader& header = store.header();
+  const batch::StoreHeader& header = store.header();
   if (header.kind != "batch")
     throw ConfigError(
         fmt::format("{}: was written by {}: one of its trials cannot be shown", file, header.kind));
-  const farm::Plan plan(header.plan, file, {.plugins = plugins});
+  const batch::Plan plan(header.plan, file, {.plugins = plugins});
   Page page =
       TrialPage(plan.ScenarioOf(plan.Trial(number)),
                 {.record = trial.record,

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <string>
 
-#include "experiments/farm/batch_report.h"
-#include "experiments/farm/result_store.h"
+#include "experiments/batch/batch_report.h"
+#include "experiments/batch/result_store.h"
 #include "experiments/page/page.h"
 #include "experiments/trial/plugins.h"
 
@@ -14,17 +14,17 @@ namespace turbidock::page {
 struct BatchPageOptions {
   // Stored series are packed into the page, failures first, until they have this many bytes.
   int64_t series_bytes = 2'200'000;
-  trial::Plugins plugins{};           // what the trials' scenarios may choose besides ours
-  farm::BatchReportOptions report{};  // none of its keys: by the plan's grid
+  trial::Plugins plugins{};            // what the trials' scenarios may choose besides ours
+  batch::BatchReportOptions report{};  // none of its keys: by the plan's grid
 };
 
 // Of a file that `turbidock batch` (or tune) wrote or is writing. What is not there (no trials yet,
 // no series) is said in the page. `file` stands for it in commands.
-Page BatchPage(const farm::ResultStore& store, const std::string& file,
+Page BatchPage(const batch::ResultStore& store, const std::string& file,
                const BatchPageOptions& options = {});
 
 // Of one trial in such a file, as far as its series was stored. ConfigError when it is not there.
-Page StoredTrialPage(const farm::ResultStore& store, const std::string& file, int64_t trial,
+Page StoredTrialPage(const batch::ResultStore& store, const std::string& file, int64_t trial,
                      const trial::Plugins& plugins = {});
 
 }  // namespace turbidock::page

@@ -44,7 +44,7 @@ void AddTrialsIn(const std::string& folder, const trial::Plugins& plugins, Page*
 // A part that linked trials name.
 void AddPart(const std::string& name, const report::Json& part, bool has_3d, Page* page);
 
-// Whether a path is to be read as a farm::ResultStore, whose page is in batch_page.h: by its
+// Whether a path is to be read as a batch::ResultStore, whose page is in batch_page.h: by its
 // content, or, of a file that is not there or still empty, by its name.
 bool IsFileOfTrials(const std::string& path);
 

@@ -18,7 +18,7 @@ constexpr int kStoredDigits = 4;
 
 }  // namespace
 
-StoredTrials::StoredTrials(const farm::ResultStore& store, std::string file, std::string name,
+StoredTrials::StoredTrials(const batch::ResultStore& store, std::string file, std::string name,
                            int64_t series_bytes, const trial::Plugins& plugins, Page* page)
     : store_(store),
       file_(std::move(file)),
@@ -28,7 +28,7 @@ StoredTrials::StoredTrials(const farm::ResultStore& store, std::string file, std
       stored_(store.TrialsWithSeries()) {
   if (store.header().kind != "batch") return;
   try {
-    plan_.emplace(store.header().plan, file_, farm::PlanOverrides{.plugins = plugins});
+    plan_.emplace(store.header().plan, file_, batch::PlanOverrides{.plugins = plugins});
   } catch (const ConfigError& error) {
     page->model["missing"].push_back(fmt::format(
         "This program does not understand all of the plan of {}: {}", file_, error.what()));
@@ -44,18 +44,18 @@ bool StoredTrials::Pack(int64_t trial, const std::string& part) {
   return true;
 }
 
-Json StoredTrials::PictureModel(const farm::StoredTrial& trial) const {
+Json StoredTrials::PictureModel(const batch::StoredTrial& trial) const {
   Json model = TrialModel(plan_->ScenarioOf(plan_->Trial(trial.trial)));
   model.erase("settings");
   return model;
 }
 
-std::string ScenarioNameOf(const farm::StoredTrial& trial) {
-  const auto at = std::ranges::find(trial.parameters, "scenario", &farm::Parameter::key);
+std::string ScenarioNameOf(const batch::StoredTrial& trial) {
+  const auto at = std::ranges::find(trial.parameters, "scenario", &batch::Parameter::key);
   return at == trial.parameters.end() ? "" : at->value;
 }
 
-std::string StoredTrials::ModelPart(const farm::StoredTrial& trial) {
+std::string StoredTrials::ModelPart(const batch::StoredTrial& trial) {
   const std::string part = fmt::format("model-{}-{}", name_, ScenarioNameOf(trial));
   if (!page_->parts.contains(part)) {
     const Json model = PictureModel(trial);
@@ -65,13 +65,13 @@ std::string StoredTrials::ModelPart(const farm::StoredTrial& trial) {
 }
 
 LinkedTrial StoredTrials::Of(int64_t number) {
-  const farm::StoredTrial trial = store_.Trial(number);
+  const batch::StoredTrial trial = store_.Trial(number);
   LinkedTrial linked{.title = fmt::format("{}: trial {} of {}", name_, number, file_),
                      .outcome = NameOf(trial.record.outcome),
                      .reason = trial.record.reason,
                      .facts = {{"failure", report::Words(NameOf(trial.record.failure))},
                                {"time", fmt::format("{:.1f} s", trial.record.time_s)}}};
-  for (const farm::Parameter& p : trial.parameters) {
+  for (const batch::Parameter& p : trial.parameters) {
     const std::optional<double> value = report::NumberIn(p.value);
     linked.facts.push_back({p.key, value ? report::Digits(*value) : p.value});
   }

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "experiments/farm/plan.h"
-#include "experiments/farm/result_store.h"
+#include "experiments/batch/plan.h"
+#include "experiments/batch/result_store.h"
 #include "experiments/page/report_page.h"
 
 namespace turbidock::page {
@@ -17,11 +17,11 @@ class StoredTrials {
  public:
   // `name` begins titles of trials ("A") and is part of the names of the page's parts. Series are
   // packed until they have so many bytes. What cannot be shown is said in page.model["missing"].
-  StoredTrials(const farm::ResultStore& store, std::string file, std::string name,
+  StoredTrials(const batch::ResultStore& store, std::string file, std::string name,
                int64_t series_bytes, const trial::Plugins& plugins, Page* page);
 
   // None of a file that is no batch's or that this program does not understand.
-  const std::optional<farm::Plan>& plan() const { return plan_; }
+  const std::optional<batch::Plan>& plan() const { return plan_; }
 
   // How many trials have a series, packed or not.
   size_t count() const { return stored_.size(); }
@@ -31,24 +31,24 @@ class StoredTrials {
   bool Pack(int64_t trial, const std::string& part);
 
   // What pictures of the trial need (trial_model.h), which all of its scenario share.
-  report::Json PictureModel(const farm::StoredTrial& trial) const;
+  report::Json PictureModel(const batch::StoredTrial& trial) const;
 
   // What a link of a report opens.
   LinkedTrial Of(int64_t trial);
 
  private:
   // The name of the part with the model of the trial's scenario.
-  std::string ModelPart(const farm::StoredTrial& trial);
+  std::string ModelPart(const batch::StoredTrial& trial);
 
-  const farm::ResultStore& store_;
+  const batch::ResultStore& store_;
   std::string file_, name_;
   int64_t bytes_left_;
   Page* page_;
   std::vector<int64_t> stored_;  // ascending
-  std::optional<farm::Plan> plan_;
+  std::optional<batch::Plan> plan_;
 };
 
 // The scenario's name of a trial of a plan with several; empty where there is one.
-std::string ScenarioNameOf(const farm::StoredTrial& trial);
+std::string ScenarioNameOf(const batch::StoredTrial& trial);
 
 }  // namespace turbidock::page

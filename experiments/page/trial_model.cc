@@ -114,7 +114,7 @@ Json SceneModel(const vehicle::Scene& scene) {
   mj_kinematics(&m, data.get());
   const int vehicle = scene.vehicle_body;
   const Pose X_VW = vehicle::BodyPose(*data, vehicle).Inverse();
-  const Pose X_MW = scene.X_WM.Inverse();  // the berth's geoms are told in the marker's frame
+  const Pose X_MW = scene.X_WM.Inverse();  // the moored body's geoms are told in the marker's frame
   constexpr int kContactsOnly = 3;
   Json geoms = Json::array(), meshes = Json::array();
   for (int g = 0; g < m.ngeom; ++g) {
@@ -122,19 +122,19 @@ Json SceneModel(const vehicle::Scene& scene) {
     if (m.geom_group[g] == kContactsOnly || shape.empty()) continue;
     const int root = m.body_rootid[m.geom_bodyid[g]];
     const bool on_vehicle = root == m.body_rootid[vehicle];
-    const bool in_berth = root == scene.berth.body;
+    const bool in_moored_body = root == scene.moored_body.body;
     const Pose X_WG = PoseOf(data->geom_xpos + 3L * g, data->geom_xmat + 9L * g);
     const char* name = mj_id2name(&m, mjOBJ_GEOM, g);
     Json geom = {{"name", name ? name : ""},
                  {"part", kPartNames[static_cast<size_t>(scene.geom_part[static_cast<size_t>(g)])]},
-                 {"fixed_to", on_vehicle ? "vehicle"
-                              : in_berth ? "berth"
-                                         : "world"},
+                 {"fixed_to", on_vehicle       ? "vehicle"
+                              : in_moored_body ? "moored_body"
+                                               : "world"},
                  {"shape", shape},
                  {"size_m", Numbers(m.geom_size + 3L * g, 3)},
-                 {"pose", PoseModel(on_vehicle ? X_VW * X_WG
-                                    : in_berth ? X_MW * X_WG
-                                               : X_WG)},
+                 {"pose", PoseModel(on_vehicle       ? X_VW * X_WG
+                                    : in_moored_body ? X_MW * X_WG
+                                                     : X_WG)},
                  {"rgba", Numbers(m.geom_rgba + 4L * g, 4)}};
     if (shape == "mesh") {
       geom["mesh"] = meshes.size();

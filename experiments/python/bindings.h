@@ -36,12 +36,12 @@ py::array View(std::vector<py::ssize_t> shape, const T* data, py::handle owner) 
 py::array View(const Image3u8& image, py::handle owner);
 py::array Copy(const Eigen::Ref<const Eigen::VectorXd>& values);
 
-// What a law asks for: the type of its allocation.
+// What a controller asks for: the type of its allocation.
 using AnyAllocation = std::variant<control::ForceAllocationParams, control::VoltsAllocationParams>;
 // "forces" or "volts". ConfigError for what is neither.
 AnyAllocation AllocationFor(const std::string& asks_for);
 // The most of it by axis, the mean of both ways: N and N m, or volts. None on a vehicle that cannot
-// follow such a law.
+// follow such a controller.
 control::Axes AuthorityOf(const AnyAllocation& allocation, const control::VehicleModel& vehicle);
 
 // So many numbers from whatever Python gave; ValueError "RULE, not ..." for anything else.

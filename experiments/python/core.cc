@@ -8,11 +8,11 @@
 #include <cmath>
 
 #include "control/axes.h"
+#include "experiments/batch/batch.h"
+#include "experiments/batch/export.h"
+#include "experiments/batch/plan.h"
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
-#include "experiments/farm/batch.h"
-#include "experiments/farm/export.h"
-#include "experiments/farm/plan.h"
 #include "experiments/python/bindings.h"
 #include "experiments/report/json.h"
 #include "experiments/report/report_json.h"
@@ -55,7 +55,7 @@ control::Axes AuthorityOf(const AnyAllocation& allocation, const control::Vehicl
     if (forces) return control::ForceAllocation(*forces, vehicle).authority();
     return control::VoltsAllocation(std::get<control::VoltsAllocationParams>(allocation), vehicle)
         .authority();
-  } catch (const ConfigError&) {  // the autopilot says so, as of every law
+  } catch (const ConfigError&) {  // the autopilot says so, as of every controller
     return control::Axes::Zero();
   }
 }
@@ -175,7 +175,7 @@ py::tuple Run(const trial::Scenario& scenario, const py::object& progress) {
                         trial::SaveScenario(scenario));
 }
 
-farm::FarmOptions FarmOf(int workers) {
+batch::JobOptions JobsOf(int workers) {
   if (workers < 1) throw py::value_error("workers must be at least 1");
   return {.workers = workers, .fork = ForkWithInterpreter};
 }
@@ -185,44 +185,44 @@ std::string Batch(const std::string& plan_text, const std::string& plan_name,
                   const std::string& out, const trial::Plugins& plugins,
                   const Assignments& assignments, std::optional<int64_t> seed,
                   std::optional<int> seeds, int workers, const py::object& progress) {
-  const farm::PlanOverrides overrides{
+  const batch::PlanOverrides overrides{
       .assignments = assignments, .master_seed = seed, .seeds = seeds, .plugins = plugins};
-  farm::RunOptions options;
-  options.farm = FarmOf(workers);
+  batch::RunOptions options;
+  options.jobs = JobsOf(workers);
   return Reporting(progress, [&](Reporter* reporter) {
-    const farm::Plan plan = plan_text.empty() ? farm::LoadPlan(plan_name, overrides)
-                                              : farm::Plan(plan_text, plan_name, overrides);
-    farm::ResultStore store = farm::ResultStore::Write(out, farm::HeaderOf(plan, {}));
+    const batch::Plan plan = plan_text.empty() ? batch::LoadPlan(plan_name, overrides)
+                                               : batch::Plan(plan_text, plan_name, overrides);
+    batch::ResultStore store = batch::ResultStore::Write(out, batch::HeaderOf(plan, {}));
     options.stop_requested = [&] { return reporter->stopped(); };
-    const auto show = [&](const farm::BatchProgress& now) {
+    const auto show = [&](const batch::BatchProgress& now) {
       reporter->Show(static_cast<double>(now.done) / static_cast<double>(now.total),
                      fmt::format("{} of {} trials", now.done, now.total));
     };
-    farm::RunBatch(plan, options, show, &store);
-    return farm::ExportText(store.Trials());
+    batch::RunBatch(plan, options, show, &store);
+    return batch::ExportText(store.Trials());
   });
 }
 
 std::string ReadResults(const std::string& file, bool timing) {
   const py::gil_scoped_release free;
-  return farm::ExportText(farm::ResultStore::Read(file).Trials(), timing);
+  return batch::ExportText(batch::ResultStore::Read(file).Trials(), timing);
 }
 
 trial::Series ReadSeries(const std::string& file, int64_t trial) {
   const py::gil_scoped_release free;
-  return farm::ResultStore::Read(file).SeriesOf(trial);
+  return batch::ResultStore::Read(file).SeriesOf(trial);
 }
 
 // The gate's report as JSON, or, with `update`, what changed in its baseline.
 std::string Gate(const std::string& file, const trial::Plugins& plugins,
                  const Assignments& assignments, int workers, bool update, double time_limit_s,
                  const py::object& progress) {
-  const farm::FarmOptions farm = FarmOf(workers);
+  const batch::JobOptions jobs = JobsOf(workers);
   return Reporting(progress, [&](Reporter* reporter) -> std::string {
     gate::GatePlan plan = gate::LoadGatePlan(file, plugins);
     plan.assignments = assignments;
     const gate::GateRunner runner = gate::MakeGateRunner(
-        plan, {.farm = farm, .time_limit_s = time_limit_s, .stop_requested = [=] {
+        plan, {.jobs = jobs, .time_limit_s = time_limit_s, .stop_requested = [=] {
                  return reporter->stopped();
                }});
     const auto on_trial = [=](int done, int wanted) {
@@ -237,7 +237,7 @@ std::string Gate(const std::string& file, const trial::Plugins& plugins,
       const gate::GateReport report =
           gate::RunGate(plan, gate::LoadBaseline(plan.baseline), runner, on_trial);
       return report::JsonText(report::Document(gate::ReportOf(report), report));
-    } catch (const farm::Stopped&) {
+    } catch (const batch::Stopped&) {
       return "";
     }
   });

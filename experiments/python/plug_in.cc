@@ -100,7 +100,8 @@ bool Overrides(const py::object& cls, const char* base, const char* method) {
   return !py::object(cls.attr(method)).is(ours);
 }
 
-// ---------------------------------------------------------------------------------------- laws
+// ----------------------------------------------------------------------------------------
+// controllers
 
 class PythonLaw final : public control::Controller {
  public:
@@ -132,7 +133,7 @@ class PythonLaw final : public control::Controller {
       return DemandOf(self_->attr("demand")(seen_, wanted), "demand()", kMost);
     });
   }
-  void Given(int64_t frame, const control::Axes& given) override {
+  void OnCommandApplied(int64_t frame, const control::Axes& given) override {
     if (hears_) Call([&] { self_->attr("given")(frame, Copy(given)); });
   }
 
@@ -142,14 +143,14 @@ class PythonLaw final : public control::Controller {
   bool observes_, hears_;
 };
 
-// What a scenario says of a law in Python, besides its own keys.
+// What a scenario says of a controller in Python, besides its own keys.
 struct LawParams : Keys {
   control::PoseFilterParams pose_filter;
   control::SetpointParams setpoint;
   AnyAllocation allocation;
 
   static void Fields(auto& self, auto&& field) {
-    field("pose_filter", self.pose_filter, Finite(), "between estimate and law");
+    field("pose_filter", self.pose_filter, Finite(), "between estimate and controller");
     field("setpoint", self.setpoint, Finite(), "how the desired pose moves");
     std::visit([&](auto& of) { field("allocation", of, Finite(), "from axes to thrusters"); },
                self.allocation);
@@ -243,7 +244,7 @@ void AddPlugins(py::module_* module) {
              const bool hears = Overrides(cls, "Controller", "given");
              plugins->AddController(
                  name, defaults, [=, held = Hold(std::move(cls))](const LawParams& params) {
-                   return control::OwnLaw{
+                   return control::CustomController{
                        .make =
                            [=](const control::VehicleModel& vehicle, const ClockParams& clock) {
                              return std::make_unique<PythonLaw>(

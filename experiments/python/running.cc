@@ -23,7 +23,7 @@ using trial::FrameRecord;
 
 constexpr const char* kSteered = "steered";
 
-// Between whoever steers a trial by hand and the law that stands in for them.
+// Between whoever steers a trial by hand and the controller that stands in for them.
 struct Hand {
   control::Axes demand = control::Axes::Zero();
   control::Axes authority = control::Axes::Zero();
@@ -33,7 +33,7 @@ struct Hand {
   bool in_control = false;  // in the last frame
 };
 
-// The law of a trial that is steered from outside.
+// The controller of a trial that is steered from outside.
 class SteeredLaw final : public control::Controller {
  public:
   explicit SteeredLaw(std::shared_ptr<Hand> hand) : hand_(std::move(hand)) {}
@@ -43,7 +43,7 @@ class SteeredLaw final : public control::Controller {
     demanded_ = true;
     return hand_->demand;
   }
-  void Given(int64_t, const control::Axes& given) override {
+  void OnCommandApplied(int64_t, const control::Axes& given) override {
     hand_->given = given;
     hand_->in_control = demanded_;
     demanded_ = false;
@@ -64,20 +64,20 @@ struct SteeredParams {
 
 class Trial {
  public:
-  // `steered`: what is asked for by hand, forces or volts; empty: the scenario's law steers.
+  // `steered`: what is asked for by hand, forces or volts; empty: the scenario's controller steers.
   Trial(trial::Scenario scenario, bool images, const std::string& steered)
       : images_(images), hand_(steered.empty() ? nullptr : std::make_shared<Hand>()) {
     if (hand_) {
       const AnyAllocation allocation = AllocationFor(steered);
       const auto make = [hand = hand_, allocation](const SteeredParams& params) {
-        control::OwnLaw law;
-        law.pose_filter = params.pose_filter;
-        law.allocation = allocation;
-        law.make = [=](const control::VehicleModel& vehicle, const ClockParams&) {
+        control::CustomController controller;
+        controller.pose_filter = params.pose_filter;
+        controller.allocation = allocation;
+        controller.make = [=](const control::VehicleModel& vehicle, const ClockParams&) {
           hand->authority = AuthorityOf(allocation, vehicle);
           return std::make_unique<SteeredLaw>(hand);
         };
-        return law;
+        return controller;
       };
       scenario.plugins.AddController(kSteered, SteeredParams(), make);
       if (steered == "volts") most_ = kNeutralVolts;
@@ -113,7 +113,7 @@ class Trial {
     RequireHere();
     if (!kept_) {
       kept_ = std::make_shared<StereoImage>();
-      running_->CopySeen(kept_.get());
+      running_->CopyLatestImages(kept_.get());
     }
     if (kept_->left.empty()) throw py::value_error("no image yet: call step()");
     const py::capsule owner(new std::shared_ptr<StereoImage>(kept_), [](void* memory) {
@@ -217,7 +217,7 @@ void AddFrame(py::module_* module) {
                              Array([](const R& f) { return control::ToAxes(f.desired); }),
                              "x, y, z [m], yaw [rad] that the procedure wants.")
       .def_property_readonly("demand", Array([](const R& f) { return f.demand; }),
-                             "Of the law, in its unit: surge, sway, heave, yaw.")
+                             "Of the controller, in its unit: surge, sway, heave, yaw.")
       .def_property_readonly("command_v", [](const R& f) {
         const auto& volts = f.command.volts;
         return View({static_cast<py::ssize_t>(volts.size())}, volts.data(), py::handle());
@@ -243,7 +243,7 @@ void AddRunning(py::module_* module) {
            "A steady force on the vehicle, in the world's axes, until another.")
       .def_property_readonly(
           "seen", [](const Trial& t) { return t.hand().seen; },
-          "Steered: the filtered pose that a law would see.")
+          "Steered: the filtered pose that a controller would see.")
       .def_property_readonly(
           "wanted", [](const Trial& t) { return t.hand().wanted; },
           "Steered: where the procedure wants the marker.")

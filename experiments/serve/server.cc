@@ -72,9 +72,9 @@ struct Server::Work {
   class Connection;
   class Socket;
 
-  Work(const Place& place, Site the_site)
-      : site(std::move(the_site)), address(place.address), acceptor(io) {
-    Listen(place.port);
+  Work(const Endpoint& endpoint, Site the_site)
+      : site(std::move(the_site)), address(endpoint.address), acceptor(io) {
+    Listen(endpoint.port);
     Accept();
     thread = std::thread([this] { io.run(); });
   }
@@ -155,7 +155,7 @@ class Server::Work::Socket : public std::enable_shared_from_this<Socket> {
       if (error) return;  // the tab is gone, or talks too much
       self->heard_ = Clock::now();
       const auto data = self->buffer_.cdata();
-      self->tab_->Hear({static_cast<const char*>(data.data()), data.size()});
+      self->tab_->OnMessage({static_cast<const char*>(data.data()), data.size()});
       self->buffer_.consume(self->buffer_.size());
       self->Pump();
       self->Read();
@@ -285,7 +285,8 @@ void Server::Work::Accept() {
   });
 }
 
-// Where there is no room, in place of the oldest; one that is being answered is the last to go.
+// Where there is no module, in endpoint of the oldest; one that is being answered is the last to
+// go.
 void Server::Work::Admit(tcp::socket socket) {
   if (connections.size() >= kMostRequests) {
     auto oldest = std::ranges::find_if_not(connections, &Connection::is_answered);
@@ -296,8 +297,8 @@ void Server::Work::Admit(tcp::socket socket) {
   std::make_shared<Connection>(this, std::move(socket))->Start();
 }
 
-// Where there is no room, in place of the one that has been silent longest: a page says all the
-// time what it has got.
+// Where there is no module, in endpoint of the one that has been silent longest: a page says all
+// the time what it has got.
 void Server::Work::OpenSocket(beast::tcp_stream stream, const Request& request) {
   if (sockets.size() >= kMostTabs) (*std::ranges::min_element(sockets, {}, &Socket::heard))->Drop();
   error_code ignored;
@@ -306,11 +307,11 @@ void Server::Work::OpenSocket(beast::tcp_stream stream, const Request& request) 
   std::make_shared<Socket>(this, std::move(stream))->Start(request);
 }
 
-Server::Server(const Place& place, Site site)
-    : work_(std::make_unique<Work>(place, std::move(site))),
+Server::Server(const Endpoint& endpoint, Site site)
+    : work_(std::make_unique<Work>(endpoint, std::move(site))),
       port_(work_->acceptor.local_endpoint().port()) {
-  const bool is_v6 = place.address.find(':') != std::string::npos;
-  url_ = fmt::format("http://{}{}{}:{}/{}/", is_v6 ? "[" : "", place.address, is_v6 ? "]" : "",
+  const bool is_v6 = endpoint.address.find(':') != std::string::npos;
+  url_ = fmt::format("http://{}{}{}:{}/{}/", is_v6 ? "[" : "", endpoint.address, is_v6 ? "]" : "",
                      port_, work_->secret);
 }
 

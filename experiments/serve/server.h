@@ -24,7 +24,7 @@ class Tab {
   // The next message for it, asked for when it has taken the one before; nothing: nothing new until
   // Server::Wake or the tab's next message.
   virtual std::optional<std::string> Next() = 0;
-  virtual void Hear(std::string_view text) = 0;
+  virtual void OnMessage(std::string_view text) = 0;
 };
 
 struct Site {
@@ -33,7 +33,7 @@ struct Site {
   std::function<std::unique_ptr<Tab>()> open_tab;  // none: no sockets
 };
 
-struct Place {
+struct Endpoint {
   std::string address = "127.0.0.1";
   int port = 0;  // 0: any that is free
 };
@@ -45,7 +45,7 @@ class Server {
 
   // Listens and serves in a thread of its own from here on. ConfigError when it cannot listen
   // there: no such address, a port that is in use.
-  Server(const Place& place, Site site);
+  Server(const Endpoint& endpoint, Site site);
   ~Server();
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;

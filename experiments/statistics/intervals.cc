@@ -113,38 +113,38 @@ std::optional<double> LeastReaching(double value, const std::function<double(dou
   return high;
 }
 
-double LogisticFit::At(double dose) const { return Logistic(intercept + slope * dose); }
+double LogisticFit::At(double x) const { return Logistic(intercept + slope * x); }
 
-std::optional<LogisticFit> FitLogistic(const std::vector<DosePoint>& points) {
+std::optional<LogisticFit> FitLogistic(const std::vector<BinomialPoint>& points) {
   double low = std::numeric_limits<double>::infinity(), high = -low;
   int64_t successes = 0, trials = 0;
-  for (const DosePoint& point : points) {
+  for (const BinomialPoint& point : points) {
     if (point.trials == 0) continue;
-    low = std::min(low, point.dose);
-    high = std::max(high, point.dose);
+    low = std::min(low, point.x);
+    high = std::max(high, point.x);
     successes += point.successes;
     trials += point.trials;
   }
   if (!(low < high) || successes == 0 || successes == trials) return std::nullopt;
 
-  // Doses scaled to [0, 1], where the problem is well conditioned.
+  // Values of x scaled to [0, 1], where the problem is well conditioned.
   Eigen::Vector2d beta(std::log((successes + 0.5) / (trials - successes + 0.5)), 0);
   Eigen::Matrix2d covariance;
   constexpr int kMaxSteps = 200;
   bool converged = false;
   for (int step = 0; step < kMaxSteps && !converged; ++step) {
     Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
-    const auto row = [&](const DosePoint& point) {
-      return Eigen::Vector2d(1, (point.dose - low) / (high - low));
+    const auto row = [&](const BinomialPoint& point) {
+      return Eigen::Vector2d(1, (point.x - low) / (high - low));
     };
-    for (const DosePoint& point : points) {
+    for (const BinomialPoint& point : points) {
       const Eigen::Vector2d x = row(point);
       const double p = Logistic(beta.dot(x));
       information += static_cast<double>(point.trials) * p * (1 - p) * x * x.transpose();
     }
     covariance = information.inverse();
     Eigen::Vector2d score = Eigen::Vector2d::Zero();
-    for (const DosePoint& point : points) {
+    for (const BinomialPoint& point : points) {
       const Eigen::Vector2d x = row(point);
       const double p = Logistic(beta.dot(x));
       const auto n = static_cast<double>(point.trials);
@@ -168,7 +168,7 @@ std::optional<LogisticFit> FitLogistic(const std::vector<DosePoint>& points) {
   const double scale = high - low;
   return LogisticFit{.intercept = beta[0] - beta[1] * low / scale,
                      .slope = beta[1] / scale,
-                     .half_dose = low + scale * half,
+                     .half_x = low + scale * half,
                      .half_low = low + scale * (half - z * deviation),
                      .half_high = low + scale * (half + z * deviation)};
 }

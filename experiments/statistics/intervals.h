@@ -67,24 +67,24 @@ Separation SeparationOf(const std::vector<double>& a, const std::vector<double>&
                         double confidence = 0.95);
 
 // One condition of a study: successes of trials at a value of what was varied.
-struct DosePoint {
-  double dose = 0;
+struct BinomialPoint {
+  double x = 0;
   int64_t successes = 0, trials = 0;
 };
 
-// A logistic curve p = 1 / (1 + exp(-(intercept + slope dose))) through binomial data.
+// A logistic curve p = 1 / (1 + exp(-(intercept + slope x))) through binomial data.
 struct LogisticFit {
   double intercept = 0, slope = 0;
-  double half_dose = 0;  // where p = 1/2
-  double half_low = 0;   // 95 % interval of half_dose, from the curvature (delta method)
+  double half_x = 0;    // where p = 1/2
+  double half_low = 0;  // 95 % interval of half_x, from the curvature (delta method)
   double half_high = 0;
 
-  double At(double dose) const;
+  double At(double x) const;
 };
 
-// Maximum likelihood with Firth's (1993) correction, which is finite also when one dose separates
-// all successes from all failures. Nothing when the doses or the outcomes are all alike, or when
-// the fitted curve does not cross 1/2 within the doses.
-std::optional<LogisticFit> FitLogistic(const std::vector<DosePoint>& points);
+// Maximum likelihood with Firth's (1993) correction, which is finite also when one value of x
+// separates all successes from all failures. Nothing when the values of x or the outcomes are all
+// alike, or when the fitted curve does not cross 1/2 within the values of x.
+std::optional<LogisticFit> FitLogistic(const std::vector<BinomialPoint>& points);
 
 }  // namespace turbidock::statistics

@@ -1,7 +1,7 @@
 #pragma once
-// Any class as a plug-in: what a program with a law or an estimator of its own includes.
+// Any class as a plug-in: what a program with a controller or an estimator of its own includes.
 //
-//   class MyLaw : public control::Controller {
+//   class MyController : public control::Controller {
 //    public:
 //     struct Params {
 //       double gain_newton_per_m = 60;
@@ -9,16 +9,19 @@
 //         field("gain_newton_per_m", self.gain_newton_per_m, InRange(0, 1e3), "force a metre");
 //       }
 //     };
-//     MyLaw(const Params& params, const control::VehicleModel& vehicle, const ClockParams& clock);
+//     MyController(const Params& params, const control::VehicleModel& vehicle,
+//                  const ClockParams& clock);
 //     ...
 //
 //   Plugins plugins;
-//   plugins.AddController<MyLaw>("my_law");  // controller: my_law, my_law.gain_newton_per_m: 40
+//   plugins.AddController<MyController>("my_controller");
+//   // controller: my_controller, my_controller.gain_newton_per_m: 40
 //
-// If Params has members `pose_filter`, `setpoint` or `allocation` of the types that our laws have
-// (control/pid.h), the autopilot uses them; without, there is no filter and no lead. A law asks for
-// forces, unless its allocation is a VoltsAllocationParams, as the published law's. It may do
-// without the VehicleModel. An estimator is made from (Params, EstimatorSetup).
+// If Params has members `pose_filter`, `setpoint` or `allocation` of the types that our controllers
+// have (control/pid.h), the autopilot uses them; without, there is no filter and no lead. A
+// controller asks for forces, unless its allocation is a VoltsAllocationParams, as the published
+// controller's. It may do without the VehicleModel. An estimator is made from (Params,
+// EstimatorSetup).
 
 #include <concepts>
 #include <memory>
@@ -50,7 +53,7 @@ void Plugins::Insert(Kind<Plugin<Made, Args...>>* kind, const std::string& name,
 template <class Params>
 void Plugins::AddController(
     const std::string& name, const Params& defaults,
-    std::type_identity_t<std::function<control::OwnLaw(const Params&)>> make) {
+    std::type_identity_t<std::function<control::CustomController(const Params&)>> make) {
   Insert(&controllers_, name, defaults, make);
 }
 
@@ -63,30 +66,32 @@ void Plugins::AddEstimator(
   Insert(&estimators_, name, defaults, make);
 }
 
-template <class Law>
+template <class ControllerType>
 void Plugins::AddController(const std::string& name) {
-  using Params = typename Law::Params;
+  using Params = typename ControllerType::Params;
   constexpr bool kTakesVehicle =
-      std::constructible_from<Law, const Params&, const control::VehicleModel&, const ClockParams&>;
-  static_assert(
-      std::derived_from<Law, control::Controller> && HasFields<Params> &&
-          (kTakesVehicle || std::constructible_from<Law, const Params&, const ClockParams&>),
-      "a control::Controller with Params, made from (Params, VehicleModel, ClockParams)");
+      std::constructible_from<ControllerType, const Params&, const control::VehicleModel&,
+                              const ClockParams&>;
+  static_assert(std::derived_from<ControllerType, control::Controller> && HasFields<Params> &&
+                    (kTakesVehicle ||
+                     std::constructible_from<ControllerType, const Params&, const ClockParams&>),
+                "a control::Controller with Params, made from (Params, VehicleModel, ClockParams)");
   AddController(name, Params(), [](const Params& params) {
-    control::OwnLaw law;
-    law.make = [params]([[maybe_unused]] const control::VehicleModel& vehicle,
-                        const ClockParams& clock) {
+    control::CustomController controller;
+    controller.make = [params]([[maybe_unused]] const control::VehicleModel& vehicle,
+                               const ClockParams& clock) {
       if constexpr (kTakesVehicle)
-        return std::make_unique<Law>(params, vehicle, clock);
+        return std::make_unique<ControllerType>(params, vehicle, clock);
       else
-        return std::make_unique<Law>(params, clock);
+        return std::make_unique<ControllerType>(params, clock);
     };
-    if constexpr (requires { law.pose_filter = params.pose_filter; })
-      law.pose_filter = params.pose_filter;
-    if constexpr (requires { law.setpoint = params.setpoint; }) law.setpoint = params.setpoint;
-    if constexpr (requires { law.allocation = params.allocation; })
-      law.allocation = params.allocation;
-    return law;
+    if constexpr (requires { controller.pose_filter = params.pose_filter; })
+      controller.pose_filter = params.pose_filter;
+    if constexpr (requires { controller.setpoint = params.setpoint; })
+      controller.setpoint = params.setpoint;
+    if constexpr (requires { controller.allocation = params.allocation; })
+      controller.allocation = params.allocation;
+    return controller;
   });
 }
 

@@ -27,8 +27,8 @@ auto Guarded(const std::string& what, const Do& act) {
 
 class CheckedLaw final : public control::Controller {
  public:
-  CheckedLaw(std::string name, std::unique_ptr<control::Controller> law)
-      : what_("controller " + std::move(name)), law_(std::move(law)) {
+  CheckedLaw(std::string name, std::unique_ptr<control::Controller> controller)
+      : what_("controller " + std::move(name)), law_(std::move(controller)) {
     if (!law_) throw PluginError(what_ + " was not made");
   }
 
@@ -42,8 +42,8 @@ class CheckedLaw final : public control::Controller {
       throw PluginError(fmt::format("{} gave a demand that is not finite", At("Demand")));
     return demand;
   }
-  void Given(int64_t frame, const control::Axes& given) override {
-    Guarded(At("Given"), [&] { law_->Given(frame, given); });
+  void OnCommandApplied(int64_t frame, const control::Axes& given) override {
+    Guarded(At("OnCommandApplied"), [&] { law_->OnCommandApplied(frame, given); });
   }
 
  private:
@@ -83,8 +83,9 @@ class CheckedEstimator final : public vision::PoseEstimator {
   void Reset() override {
     Guarded("estimator " + name_ + ", Reset", [&] { estimator_->Reset(); });
   }
-  std::optional<StereoRegion> Reach() const override {
-    return Guarded("estimator " + name_ + ", Reach", [&] { return estimator_->Reach(); });
+  std::optional<StereoRegion> RegionOfInterest() const override {
+    return Guarded("estimator " + name_ + ", RegionOfInterest",
+                   [&] { return estimator_->RegionOfInterest(); });
   }
   std::string_view name() const override { return name_; }
 
@@ -142,15 +143,15 @@ void Plugins::RequireNewName(const std::string& name) const {
       throw ConfigError("plug-in '" + name + "'", "there is one of this name already");
 }
 
-control::OwnLaw Plugins::Law() const {
+control::CustomController Plugins::Spec() const {
   const std::string& name = controller();
-  control::OwnLaw law = controllers_.Make(name);
-  law.make = [make = law.make, name](const control::VehicleModel& vehicle,
-                                     const ClockParams& clock) {
+  control::CustomController controller = controllers_.Make(name);
+  controller.make = [make = controller.make, name](const control::VehicleModel& vehicle,
+                                                   const ClockParams& clock) {
     return std::make_unique<CheckedLaw>(
         name, Guarded("controller " + name + ", when made", [&] { return make(vehicle, clock); }));
   };
-  return law;
+  return controller;
 }
 
 std::unique_ptr<vision::PoseEstimator> Plugins::MakeEstimator(const std::string& name,
@@ -173,7 +174,7 @@ void Plugins::AddTo(config::GroupRef* scenario) {
                                   plugin.group(&plugin.params)});
     }
   };
-  add("controller", &controllers_, "control law");
+  add("controller", &controllers_, "controller");
   add("pose_estimator", &estimators_, "pose estimator");
 }
 

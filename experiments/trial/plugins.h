@@ -1,8 +1,8 @@
 #pragma once
-// Control laws and pose estimators that are not part of turbidock: written in a program of one's
+// Controllers and pose estimators that are not part of turbidock: written in a program of one's
 // own (plugin_of.h), chosen by `controller` and `pose_estimator`, with a group of keys under the
-// plug-in's name. They are a value: the laws and estimators there are, which of them are chosen,
-// and their parameters, copied with the scenario that they belong to.
+// plug-in's name. They are a value: the controllers and estimators there are, which of them are
+// chosen, and their parameters, copied with the scenario that they belong to.
 
 #include <any>
 #include <functional>
@@ -43,15 +43,16 @@ class Plugins {
  public:
   // A class of one's own, see plugin_of.h. `name` is its group of keys in a scenario: small
   // letters, digits and underscores. ConfigError for a name that is taken or is none.
-  template <class Law>
+  template <class ControllerType>
   void AddController(const std::string& name);
   template <class Estimator>
   void AddEstimator(const std::string& name);
 
-  // The same of any parameters with Fields, and of what makes a law or an estimator of them.
+  // The same of any parameters with Fields, and of what makes a controller or an estimator of them.
   template <class Params>
-  void AddController(const std::string& name, const Params& defaults,
-                     std::type_identity_t<std::function<control::OwnLaw(const Params&)>> make);
+  void AddController(
+      const std::string& name, const Params& defaults,
+      std::type_identity_t<std::function<control::CustomController(const Params&)>> make);
   template <class Params>
   void AddEstimator(const std::string& name, const Params& defaults,
                     std::type_identity_t<std::function<std::unique_ptr<vision::PoseEstimator>(
@@ -69,8 +70,9 @@ class Plugins {
   const std::string& controller() const { return controllers_.chosen; }
   const std::string& estimator() const { return estimators_.chosen; }
 
-  // The chosen law. Whatever it throws, and a demand that is not finite, becomes a PluginError.
-  control::OwnLaw Law() const;
+  // The chosen controller. Whatever it throws, and a demand that is not finite, becomes a
+  // PluginError.
+  control::CustomController Spec() const;
   // An estimator of that name; likewise, for estimates that no estimator may give: a pose that is
   // not finite, a rotation that is none, a fitness outside [-1, 1].
   std::unique_ptr<vision::PoseEstimator> MakeEstimator(const std::string& name,
@@ -108,7 +110,7 @@ class Plugins {
               const std::function<Made(const Params&, Args...)>& make);
   void RequireNewName(const std::string& name) const;
 
-  Kind<Plugin<control::OwnLaw>> controllers_;
+  Kind<Plugin<control::CustomController>> controllers_;
   Kind<Plugin<std::unique_ptr<vision::PoseEstimator>, const EstimatorSetup&>> estimators_;
 };
 

@@ -13,12 +13,12 @@ namespace {
 struct Path {
   const Path* group = nullptr;
   const char* key = "";
-  Shown shown;  // of the outermost group, but for the column's name
+  FieldPolicy policy;  // of the outermost group, but for the column's name
   const char* doc = "";
 
   std::string Key() const { return group ? group->Key() + "." + key : key; }
   std::string Column() const {
-    std::string own = shown.column[0] ? shown.column : key;
+    std::string own = policy.column[0] ? policy.column : key;
     if (!group) return own;
     std::string name = group->Column();
     return name.replace(name.find("{}"), 2, own);
@@ -27,7 +27,7 @@ struct Path {
     return group ? std::string(group->doc) + (doc[0] ? ", " : "") + doc : doc;
   }
   Path Inner(const char* inner_key, const char* inner_doc) const {
-    return {this, inner_key, {shown.place, "", shown.json}, inner_doc};
+    return {this, inner_key, {policy.storage, "", policy.json}, inner_doc};
   }
 };
 
@@ -70,10 +70,10 @@ void VisitMember(const Path& path, V& value, const Leaf& leaf) {
 
 template <class Record, class Leaf>
 void VisitFields(Record& record, const Leaf& leaf) {
-  TrialRecord::Fields(record,
-                      [&](const char* key, auto&& member, const Shown& shown, const char* doc) {
-                        VisitMember(Path{nullptr, key, shown, doc}, member, leaf);
-                      });
+  TrialRecord::Fields(
+      record, [&](const char* key, auto&& member, const FieldPolicy& policy, const char* doc) {
+        VisitMember(Path{nullptr, key, policy, doc}, member, leaf);
+      });
 }
 
 // The members that have a column.
@@ -81,29 +81,29 @@ template <class Record, class Leaf>
 void VisitColumns(Record& record, const Leaf& leaf) {
   VisitFields(record, [&](const Path& path, auto& value) {
     if constexpr (!IsVectorOfStructs<std::remove_cvref_t<decltype(value)>>::value)
-      if (path.shown.place != Place::kNowhere) leaf(path, value);
+      if (path.policy.storage != Storage::kNowhere) leaf(path, value);
   });
 }
 
 constexpr std::string_view kReal = "REAL";
 
 template <class V>
-constexpr const char* SqlType(Place place) {
-  if (place == Place::kMetric || std::is_same_v<V, double>) return kReal.data();
+constexpr const char* SqlType(Storage storage) {
+  if (storage == Storage::kMetric || std::is_same_v<V, double>) return kReal.data();
   return std::is_integral_v<V> ? "INTEGER NOT NULL" : "TEXT NOT NULL";
 }
 
 // Whether the column is a number that only a trial with an end of its own has.
 template <class V>
-constexpr bool IsMeasured(Place place) {
-  return place == Place::kMetric || (place == Place::kVerdict && std::is_same_v<V, double>);
+constexpr bool IsMeasured(Storage storage) {
+  return storage == Storage::kMetric || (storage == Storage::kVerdict && std::is_same_v<V, double>);
 }
 
 template <class V>
-Cell CellAt(const TrialRecord& record, Place place, const V& value) {
-  if (IsMeasured<V>(place) && !record.ended()) return {};
+Cell CellAt(const TrialRecord& record, Storage storage, const V& value) {
+  if (IsMeasured<V>(storage) && !record.ended()) return {};
   if constexpr (std::is_integral_v<V>)  // metrics are real numbers, whatever they count in
-    if (place == Place::kMetric) return static_cast<double>(value);
+    if (storage == Storage::kMetric) return static_cast<double>(value);
   return CellOf(value);
 }
 
@@ -129,7 +129,7 @@ const std::vector<Column>& Columns() {
     const TrialRecord record;
     VisitColumns(record, [&](const Path& path, const auto& value) {
       using V = std::remove_cvref_t<decltype(value)>;
-      list.push_back({path.Column(), path.shown.place, SqlType<V>(path.shown.place)});
+      list.push_back({path.Column(), path.policy.storage, SqlType<V>(path.policy.storage)});
     });
     return list;
   }();
@@ -140,7 +140,7 @@ std::vector<Cell> CellsOf(const TrialRecord& record) {
   std::vector<Cell> cells;
   cells.reserve(Columns().size());
   VisitColumns(record, [&](const Path& path, const auto& value) {
-    cells.push_back(CellAt(record, path.shown.place, value));
+    cells.push_back(CellAt(record, path.policy.storage, value));
   });
   return cells;
 }
@@ -166,8 +166,8 @@ const std::vector<Metric>& Metrics() {
   static const std::vector<Metric> metrics = [] {
     std::vector<Metric> list;
     for (size_t i = 0; i < Columns().size(); ++i) {
-      const auto& [name, place, sql_type] = Columns()[i];
-      if (place == Place::kMetric || (place == Place::kVerdict && sql_type == kReal))
+      const auto& [name, storage, sql_type] = Columns()[i];
+      if (storage == Storage::kMetric || (storage == Storage::kVerdict && sql_type == kReal))
         list.push_back({name, [i](const TrialRecord& record) { return NumberAt(record, i); }});
     }
     return list;
@@ -180,8 +180,8 @@ std::string ResultKeyTable() {
   const auto code = [](const std::string& name) { return name.empty() ? "" : "`" + name + "`"; };
   const TrialRecord record;
   VisitFields(record, [&](const Path& path, const auto&) {
-    const bool has_column = path.shown.place != Place::kNowhere;
-    table += fmt::format("| {} | {} | {} |\n", code(path.shown.json ? path.Key() : ""),
+    const bool has_column = path.policy.storage != Storage::kNowhere;
+    table += fmt::format("| {} | {} | {} |\n", code(path.policy.json ? path.Key() : ""),
                          code(has_column ? path.Column() : ""), path.Doc());
   });
   return table;

@@ -14,7 +14,7 @@ namespace turbidock::trial {
 
 struct Column {
   std::string name;  // in snake_case, with its unit; unique
-  Place place = Place::kMetric;
+  Storage storage = Storage::kMetric;
   const char* sql_type = "REAL";
 };
 

@@ -49,7 +49,7 @@ RunningTrial::RunningTrial(const Scenario& scenario, TrialOptions options)
       options_(std::move(options)),
       recorder_(scenario_),
       world_(scenario_, options_),
-      eyes_(scenario_, options_, &world_),
+      perception_(scenario_, options_, &world_),
       autopilot_(scenario_.ControlInUse(), scenario_.procedure,
                  ModelOf(scenario_.known_vehicle, world_.scene()), scenario_.image_clock()),
       rules_(scenario_),
@@ -62,7 +62,7 @@ RunningTrial::RunningTrial(const Scenario& scenario, TrialOptions options)
 FrameRecord RunningTrial::RecordOf(int64_t frame) const {
   const vehicle::VehicleTruth truth = world_.plant().truth();
   const control::Directive& directive = autopilot_.directive();
-  const PoseEstimate& estimate = eyes_.estimate();
+  const PoseEstimate& estimate = perception_.estimate();
   return {.frame = frame,
           .time_s = scenario_.clock.TimeOfFrame(frame),
           .stage = directive.stage,
@@ -82,14 +82,14 @@ void RunningTrial::Step() {
   TD_CHECK(!ended(), "a trial under way");
   const int64_t frame = next_frame_++;
   const TrialExcitation excitation = options_.excite ? options_.excite(frame) : TrialExcitation();
-  const bool arrives = eyes_.Update(frame);
+  const bool arrives = perception_.Update(frame);
   if (arrives) {
-    command_ = autopilot_.Update(eyes_.estimate(), excitation.control, world_.ReadAttitude());
+    command_ = autopilot_.Update(perception_.estimate(), excitation.control, world_.ReadAttitude());
     Lap(options_.timer, LoopStage::kControl);
   }
   Wrench outside_F_B = excitation.F_B_B;
   if (!push_f_W_.isZero(0)) outside_F_B.f += world_.plant().truth().X_WB.q.conjugate() * push_f_W_;
-  world_.Push(outside_F_B);
+  world_.ApplyWrench(outside_F_B);
   const control::Directive& directive = autopilot_.directive();
   FrameRecord record = RecordOf(frame);
   if (arrives && directive.transition) {
@@ -110,7 +110,8 @@ void RunningTrial::Step() {
   recorder_.Add(record, inserted);
   Lap(options_.timer, LoopStage::kLog);
   if (options_.observe)
-    options_.observe({record, eyes_.seen(), arrives ? eyes_.estimate().evaluations : 0, spectator});
+    options_.observe({record, perception_.latest_images(),
+                      arrives ? perception_.estimate().evaluations : 0, spectator});
   if (options_.timer) options_.timer->Skip();
 
   ending_ = rules_.After({.frame = frame,
@@ -174,9 +175,9 @@ TrialResult RunningTrial::Finish() {
     ending_ = Ending{Outcome::kInterrupted,
                      fmt::format("stopped at {:.1f} s", scenario_.clock.TimeOfFrame(next_frame_))};
   TrialResult result = recorder_.Finish(world_.plant(), autopilot_.directive(), *ending_);
-  result.reason += eyes_.RepeatRemark();
-  result.repeated_images = eyes_.repeated_images();
-  result.estimator = eyes_.name();
+  result.reason += perception_.RepeatRemark();
+  result.repeated_images = perception_.repeated_images();
+  result.estimator = perception_.name();
   result.version = system::VersionAndCommit();
   result.renderer = world_.renderer();
   return result;

@@ -7,7 +7,7 @@
 
 #include "control/autopilot.h"
 #include "experiments/trial/ending.h"
-#include "experiments/trial/eyes.h"
+#include "experiments/trial/perception.h"
 #include "experiments/trial/recorder.h"
 #include "experiments/trial/scenario.h"
 #include "experiments/trial/trial.h"
@@ -16,7 +16,7 @@
 namespace turbidock::trial {
 
 // The settings with one more key set, "water.milk_ml_m3=20": one of those that a running trial can
-// follow, all of water, lamps, ball_lights, sea and the control laws. ConfigError for another key
+// follow, all of water, lamps, ball_lights, sea and the controllers. ConfigError for another key
 // or for a value that is not allowed.
 Scenario Changed(const Scenario& settings, const std::string& assignment);
 
@@ -40,7 +40,7 @@ class RunningTrial {
   // likewise recorded.
   void Push(const Eigen::Vector3d& f_W_newton);
   // Whether the images are made whole from the next frame on; changes nothing else.
-  void SeeWhole(bool whole) { eyes_.SeeWhole(whole); }
+  void SetFullFrame(bool whole) { perception_.SetFullFrame(whole); }
 
   // As they are now.
   const Scenario& settings() const { return settings_; }
@@ -50,9 +50,9 @@ class RunningTrial {
   const std::vector<control::Transition>& transitions() const { return recorder_.transitions(); }
   const std::vector<Change>& changes() const { return recorder_.changes(); }
   // What the estimator saw last; empty when it saw the true pose.
-  const StereoImage& seen() const { return eyes_.seen(); }
+  const StereoImage& latest_images() const { return perception_.latest_images(); }
 
-  void CopySeen(StereoImage* to) const { eyes_.CopySeen(to); }
+  void CopyLatestImages(StereoImage* to) const { perception_.CopyLatestImages(to); }
 
   // The result; interrupted where it has not ended. To be called once, after a step.
   TrialResult Finish();
@@ -66,7 +66,7 @@ class RunningTrial {
   TrialOptions options_;
   TrialRecorder recorder_;
   World world_;
-  Eyes eyes_;
+  Perception perception_;
   control::Autopilot autopilot_;
   EndingRules rules_;
   ThrusterCommand command_;

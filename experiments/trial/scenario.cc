@@ -124,7 +124,7 @@ std::string Scenario::estimator_name() const {
 
 control::ControlParams Scenario::ControlInUse() const {
   control::ControlParams params = control;
-  if (!plugins.controller().empty()) params.own = plugins.Law();
+  if (!plugins.controller().empty()) params.own = plugins.Spec();
   return params;
 }
 
@@ -153,8 +153,8 @@ void Scenario::Check(const std::string& path) const {
   for (size_t i = 0; i < faults.lights.size(); ++i)
     faults.lights[i].CheckLight(config::ElementPath(lights, i), balls);
   CheckBrightness(faults.lights, light.ball_lights, lights);
-  for (size_t i = 0; i < faults.visitors.fish.size(); ++i)
-    CheckShine(faults.visitors.fish[i].shines_as, balls, config::ElementPath(fish, i));
+  for (size_t i = 0; i < faults.distractors.fish.size(); ++i)
+    CheckShine(faults.distractors.fish[i].shines_as, balls, config::ElementPath(fish, i));
   if (pose_source == PoseSource::kTruePose && faults.seen())
     throw ConfigError(JoinKey(path, "faults"),
                       "with pose_source = true_pose only thrusters can fail: nothing is seen");

@@ -182,8 +182,8 @@ struct Scenario {
         "what the autopilot sees: the cameras through the estimator, or the true pose with noise");
     field("true_pose", self.true_pose, Finite(), "the noise on the true pose");
     field("procedure", self.procedure, Finite(), "the steps of docking");
-    field("controller", self.control.controller, Finite(), "the control law");
-    field("p_voltage", self.control.p_voltage, Finite(), "the published proportional law");
+    field("controller", self.control.controller, Finite(), "the controller");
+    field("p_voltage", self.control.p_voltage, Finite(), "the published proportional controller");
     field("pid", self.control.pid, Finite(), "proportional, integral and derivative control");
     field("lqg", self.control.lqg, Finite(), "linear-quadratic control with a Kalman filter");
     field("levelling", self.control.levelling, Finite(), "roll and pitch, of a vehicle that can");
@@ -197,7 +197,7 @@ struct Scenario {
   void MoreFields(config::GroupRef* group);  // those of the plug-ins
   void Check(const std::string& path) const;
 
-  // The chosen law and estimator.
+  // The chosen controller and estimator.
   std::string controller_name() const;
   std::string estimator_name() const;
   control::ControlParams ControlInUse() const;
@@ -220,7 +220,7 @@ struct Scenario {
 // and (optics: published) optics.yaml, the file, the assignments ("water.milk_ml_m3=20"). `name` is
 // a file or a bundled scenario's name. ConfigError for whatever is wrong in them. A gains file, if
 // there is one, is read between file and assignments; it holds any keys of a scenario but commonly
-// those of the control law. `plugins` are what else `controller` and `pose_estimator` may name;
+// those of the controller. `plugins` are what else `controller` and `pose_estimator` may name;
 // they stay with the scenario. The marker's balls, where no layer gives them, are those of the
 // scene; so are the tags of the estimator that reads them.
 Scenario LoadScenario(const std::string& name, const std::vector<std::string>& assignments,

@@ -1,6 +1,6 @@
 #pragma once
-// One docking trial: the closed loop from water to water. world.h and eyes.h are the two sides of
-// the loop, ending.h says when it is over, recorder.h what is left of it.
+// One docking trial: the closed loop from water to water. world.h and perception.h are the two
+// sides of the loop, ending.h says when it is over, recorder.h what is left of it.
 
 #include <cstdint>
 #include <functional>

@@ -25,7 +25,7 @@ struct FrameRecord {
   Twist true_V_WB_B;
   AxesPose desired;
   bool controlled = false;  // false: the vehicle searches or drifts instead of following `desired`
-  control::Axes demand = control::Axes::Zero();  // of the control law; zero without control
+  control::Axes demand = control::Axes::Zero();  // of the controller; zero without control
   ThrusterCommand command;                       // a voltage for each thruster
   double insertion_depth_m = 0;                  // of the pole's tip past the dock's mouth
   double dock_force_newton = 0;

@@ -86,7 +86,7 @@ constexpr auto Names(Failure) {
 }
 
 // Which column of a batch's file a field has, if any; in this order.
-enum class Place {
+enum class Storage {
   kNowhere,
   kKey,      // before the cell
   kVerdict,  // before the parameters
@@ -97,18 +97,18 @@ enum class Place {
 };
 
 // Where a field is found.
-struct Shown {
-  Place place = Place::kNowhere;
+struct FieldPolicy {
+  Storage storage = Storage::kNowhere;
   // Its column's name, the same as its key if empty; of a group, {} stands for what is inside it.
   const char* column = "";
   bool json = true;  // in result.json
 
-  constexpr Shown As(const char* name) const { return {place, name, json}; }
-  constexpr Shown StoredOnly() const { return {place, column, false}; }
+  constexpr FieldPolicy As(const char* name) const { return {storage, name, json}; }
+  constexpr FieldPolicy StoredOnly() const { return {storage, column, false}; }
 };
-inline constexpr Shown kReport{};  // in result.json only
-inline constexpr Shown kKey{Place::kKey}, kVerdict{Place::kVerdict}, kMetric{Place::kMetric},
-    kRemark{Place::kRemark}, kRun{Place::kRun}, kLog{Place::kLog};
+inline constexpr FieldPolicy kReport{};  // in result.json only
+inline constexpr FieldPolicy kKey{Storage::kKey}, kVerdict{Storage::kVerdict},
+    kMetric{Storage::kMetric}, kRemark{Storage::kRemark}, kRun{Storage::kRun}, kLog{Storage::kLog};
 
 // A setting that somebody changed while the trial ran, from this frame on.
 struct Change {

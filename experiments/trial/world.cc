@@ -23,11 +23,11 @@ double HeadingOf(const Pose& X_WD) {
 }  // namespace
 
 World::Cameras::Cameras(const Scenario& scenario, const vehicle::Scene& scene,
-                        const std::vector<view::Visitor>& visitors, const SeedTree& seeds)
+                        const std::vector<view::Distractor>& distractors, const SeedTree& seeds)
     : context(view::MakeGlContext(scenario.renderer, &remark)),
-      renderer(*context, scene, visitors),
+      renderer(*context, scene, distractors),
       camera(scenario.cameras(), scenario.rig.MakeRig(),
-             light::SurfaceTable::FromScene(scene, visitors), light::LampPoses(scene),
+             light::SurfaceTable::FromScene(scene, distractors), light::LampPoses(scene),
              scenario.image_clock().frame_s(), seeds),
       then(mj_makeData(scene.model.get())),
       images(scenario.faults.images) {}
@@ -37,7 +37,8 @@ World::World(const Scenario& scenario, const TrialOptions& options)
       clock_(scenario.clock),
       scene_(vehicle::LoadScene(SceneFilesOf(scenario), scenario.rig)),
       faults_(scenario.faults),
-      visitors_(view::VisitorsOf(faults_.visitors, scene_, seeds_.Stream("faults").NextU64())),
+      distractors_(
+          view::DistractorsOf(faults_.distractors, scene_, seeds_.Stream("faults").NextU64())),
       optics_(scenario.light),
       rig_(scene_.rig),
       plant_(scene_, scenario.vehicle, clock_, vehicle::Sea(scenario.sea, seeds_.Stream("sea")),
@@ -45,7 +46,7 @@ World::World(const Scenario& scenario, const TrialOptions& options)
       attitude_sensor_(scenario.attitude_sensor, seeds_.Stream("attitude")) {
   CheckMarker(scenario, scene_);
   if (scenario.pose_source == PoseSource::kCameras)
-    cameras_.emplace(scenario, scene_, visitors_, seeds_);
+    cameras_.emplace(scenario, scene_, distractors_, seeds_);
   if (options.spectator) {
     if (!cameras_)
       throw ConfigError("pose_source",
@@ -61,16 +62,16 @@ void World::PlaceVehicle(const Pose& X_MH) {
   plant_.Reset(X_WH * scene_.X_BH.Inverse());
 }
 
-void World::Take(Snapshot* snapshot) const {
+void World::Capture(Snapshot* snapshot) const {
   const mjData& data = plant_.data();
   snapshot->time_s = plant_.time_s();
   snapshot->qpos.assign(data.qpos, data.qpos + scene_.model->nq);
   snapshot->true_X_HM = true_X_HM();
 }
 
-void World::Develop(const Snapshot& snapshot, int64_t number,
-                    const std::optional<StereoRegion>& region, StageTimer* timer,
-                    StereoImage* out) {
+void World::RenderImages(const Snapshot& snapshot, int64_t number,
+                         const std::optional<StereoRegion>& region, StageTimer* timer,
+                         StereoImage* out) {
   mjData* then = cameras_->then.get();
   std::copy(snapshot.qpos.begin(), snapshot.qpos.end(), then->qpos);
   mj_kinematics(scene_.model.get(), then);
@@ -87,26 +88,28 @@ light::Water World::WaterAt(double time_s) const {
   const light::LightsNow lights = light::LightsAt(optics_.ball_lights, faults_.lights, time_s);
   light::OpticsParams optics = optics_;
   optics.ball_lights = lights.balls;
-  return {optics, scene_.rig, light::SurfaceTable::FromScene(scene_, visitors_),
+  return {optics, scene_.rig, light::SurfaceTable::FromScene(scene_, distractors_),
           light::LampPoses(scene_), lights.lamp_factors};
 }
 
-// Lights, rig, ports and visitors as they are at an instant.
+// Lights, rig, ports and distractors as they are at an instant.
 void World::Disturb(double time_s) {
   Disturbance now;
   for (const light::LightFault& fault : faults_.lights)
     now.light_factors.push_back(light::FactorAt(fault, time_s));
-  for (const camera::KnockFault& fault : faults_.knocks) now.knocked.push_back(fault.Holds(time_s));
+  for (const camera::CameraMisalignment& fault : faults_.misalignments)
+    now.misaligned.push_back(fault.Holds(time_s));
   if (now != disturbance_) {
     disturbance_ = now;
-    scene_.rig = camera::Knocked(rig_, camera::HoldingAt(faults_.knocks, time_s));
+    scene_.rig = camera::Misaligned(rig_, camera::HoldingAt(faults_.misalignments, time_s));
     cameras_->camera.SetWater(WaterAt(time_s));
   }
-  if (!faults_.days.empty()) cameras_->camera.SetDaylight(light::DaylightAt(faults_.days, time_s));
+  if (!faults_.ambient_light.empty())
+    cameras_->camera.SetDaylight(light::DaylightAt(faults_.ambient_light, time_s));
   cameras_->camera.SetPortFaults({camera::HoldingAt(faults_.ports.dirt, time_s),
                                   camera::HoldingAt(faults_.ports.blurs, time_s)});
-  std::vector<view::PlacedVisitor> placed;
-  for (const view::Visitor& visitor : visitors_) placed.push_back(visitor.At(time_s));
+  std::vector<view::PlacedDistractor> placed;
+  for (const view::Distractor& distractor : distractors_) placed.push_back(distractor.At(time_s));
   cameras_->renderer.Place(std::move(placed));
 }
 

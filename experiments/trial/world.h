@@ -40,10 +40,10 @@ class World {
   // Puts the vehicle at rest with its camera head there in the marker's frame; time begins anew.
   void PlaceVehicle(const Pose& X_MH);
 
-  void Take(Snapshot* snapshot) const;
+  void Capture(Snapshot* snapshot) const;
   // The images of a snapshot, or a region of them. A timer gets the stages up to kSensor.
-  void Develop(const Snapshot& snapshot, int64_t number, const std::optional<StereoRegion>& region,
-               StageTimer* timer, StereoImage* out);
+  void RenderImages(const Snapshot& snapshot, int64_t number,
+                    const std::optional<StereoRegion>& region, StageTimer* timer, StereoImage* out);
   const Image3u8* DrawSpectator();  // null without one
 
   // Other water and lights from the next image on, another sea from the next tick on. Checked
@@ -52,7 +52,7 @@ class World {
   void SetSea(const vehicle::SeaParams& sea) { plant_.SetSea(sea); }
 
   // A steady wrench on the vehicle, until another.
-  void Push(const Wrench& F_B_B) { plant_.SetExtraWrench(F_B_B); }
+  void ApplyWrench(const Wrench& F_B_B) { plant_.SetExtraWrench(F_B_B); }
   // Lets a frame's time pass under a command. Contacts are the strongest of its ticks. Returns why
   // the physics failed, if it did.
   std::optional<std::string> Advance(const ThrusterCommand& command,
@@ -75,7 +75,7 @@ class World {
   // From the state of the world to images.
   struct Cameras {
     Cameras(const Scenario& scenario, const vehicle::Scene& scene,
-            const std::vector<view::Visitor>& visitors, const SeedTree& seeds);
+            const std::vector<view::Distractor>& distractors, const SeedTree& seeds);
 
     std::string remark;  // why the context is not the kind asked for, or empty
     std::unique_ptr<view::GlContext> context;
@@ -88,7 +88,7 @@ class World {
   // What is wrong with lights and rig at an instant.
   struct Disturbance {
     std::vector<double> light_factors;
-    std::vector<bool> knocked;
+    std::vector<bool> misaligned;
     bool operator==(const Disturbance&) const = default;
   };
   void Disturb(double time_s);
@@ -98,7 +98,7 @@ class World {
   ClockParams clock_;
   vehicle::Scene scene_;  // its rig as the cameras now stand
   Faults faults_;
-  std::vector<view::Visitor> visitors_;
+  std::vector<view::Distractor> distractors_;
   light::OpticsParams optics_;  // without faults
   StereoRig rig_;               // likewise
   Disturbance disturbance_;

@@ -1,8 +1,8 @@
 #pragma once
 // What all faults have in common: a time at which they begin, and one at which they are over.
 //
-// A fault is a value type in the room whose work it spoils, with FaultSpan as its base; the groups
-// of `faults` in a scenario are lists of them (experiments/trial/faults.h).
+// A fault is a value type in the module whose work it spoils, with FaultSpan as its base; the
+// groups of `faults` in a scenario are lists of them (experiments/trial/faults.h).
 
 #include <string>
 

@@ -16,7 +16,7 @@
 //  |        |                    | the normals through the balls' centres meet                 |
 //  | D      | dock               | x = direction of insertion, z up; origin in the lead-in's   |
 //  |        |                    | mouth                                                       |
-//  | K      | berth              | the body that holds marker and station, where it can move   |
+//  | K      | moored body        | the body that holds marker and station, where it can move   |
 //  | G      | MuJoCo camera      | x right, y up, looks along -z; only inside the renderer     |
 //
 // Quaternions are (w, x, y, z) in files and argument lists and are canonical (w >= 0) when logged,

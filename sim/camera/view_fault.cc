@@ -58,15 +58,15 @@ void Blur(double sigma_px, Image3f* image) {
 
 }  // namespace
 
-StereoRig Knocked(const StereoRig& rig, const std::vector<KnockFault>& faults) {
-  StereoRig knocked = rig;
-  for (const KnockFault& fault : faults)
+StereoRig Misaligned(const StereoRig& rig, const std::vector<CameraMisalignment>& faults) {
+  StereoRig misaligned = rig;
+  for (const CameraMisalignment& fault : faults)
     for (const Side side : kSides)
       if (Has(fault.camera, side)) {
         const Eigen::Vector3d& a = fault.yaw_pitch_roll_rad;
-        knocked[side].X_HC.q = FromYawPitchRoll(a[0], a[1], a[2]) * knocked[side].X_HC.q;
+        misaligned[side].X_HC.q = FromYawPitchRoll(a[0], a[1], a[2]) * misaligned[side].X_HC.q;
       }
-  return knocked;
+  return misaligned;
 }
 
 void PortFaults::Spoil(light::RadianceStereo* images) const {

@@ -1,6 +1,6 @@
 #pragma once
 // What goes wrong before the sensor: dirt on a camera's port, a lens out of focus, a camera that
-// was knocked aside. Light is linear there, so they act on radiance.
+// was turned aside. Light is linear there, so they act on radiance.
 
 #include <Eigen/Core>
 #include <vector>
@@ -39,7 +39,7 @@ struct DirtFault : FaultSpan {
   }
 };
 
-struct KnockFault : FaultSpan {
+struct CameraMisalignment : FaultSpan {
   FaultyCamera camera = FaultyCamera::kLeft;
   Eigen::Vector3d yaw_pitch_roll_rad{0.0349, 0, 0};  // 2 degrees aside
 
@@ -61,7 +61,7 @@ std::vector<Fault> HoldingAt(const std::vector<Fault>& faults, double time_s) {
 }
 
 // The rig with its cameras as they are turned by these.
-StereoRig Knocked(const StereoRig& rig, const std::vector<KnockFault>& faults);
+StereoRig Misaligned(const StereoRig& rig, const std::vector<CameraMisalignment>& faults);
 
 // Dirt, then blur. Beyond an image's edge it is as at the edge.
 struct PortFaults {

@@ -39,9 +39,9 @@ LightsNow LightsAt(const BallLightParams& balls, const std::vector<LightFault>& 
   return now;
 }
 
-Eigen::Array3d DaylightAt(const std::vector<DayFault>& faults, double time_s) {
+Eigen::Array3d DaylightAt(const std::vector<AmbientLightFault>& faults, double time_s) {
   Eigen::Array3d sum_w_m2 = Eigen::Array3d::Zero();
-  for (const DayFault& day : faults)
+  for (const AmbientLightFault& day : faults)
     if (day.Holds(time_s))
       sum_w_m2 += day.irradiance_w_m2.array() * std::min(1.0, (time_s - day.begin_s) / day.rise_s);
   return sum_w_m2;

@@ -40,7 +40,7 @@ LightsNow LightsAt(const BallLightParams& balls, const std::vector<LightFault>& 
                    double time_s);
 
 // Daylight that grows from nothing.
-struct DayFault : FaultSpan {
+struct AmbientLightFault : FaultSpan {
   double rise_s = 20;
   Eigen::Vector3d irradiance_w_m2{0.05, 0.05, 0.05};
 
@@ -52,6 +52,6 @@ struct DayFault : FaultSpan {
   }
 };
 
-Eigen::Array3d DaylightAt(const std::vector<DayFault>& faults, double time_s);
+Eigen::Array3d DaylightAt(const std::vector<AmbientLightFault>& faults, double time_s);
 
 }  // namespace turbidock::light

@@ -9,10 +9,10 @@
 namespace turbidock::light {
 namespace {
 
-// Flakes repeat themselves at this distance; they are seen to half of it.
+// Particles repeat themselves at this distance; they are seen to half of it.
 constexpr double kCube_m = 3;
 constexpr float kNearest_m = 0.08f;  // nearer ones would be out of any focus
-// Spread of a point's light over pixels, besides the flake's own size.
+// Spread of a point's light over pixels, besides the particle's own size.
 constexpr float kPointSpread_px = 0.4f;
 
 // The image nearest to the origin of a place that repeats itself.
@@ -24,7 +24,7 @@ MarineSnow::MarineSnow(const SnowParams& params, double frame_s, uint64_t key)
     : params_(params), frame_s_(frame_s) {
   CheckFields(params, "snow");
   const auto count =
-      static_cast<size_t>(std::lround(params.flakes_per_m3 * kCube_m * kCube_m * kCube_m));
+      static_cast<size_t>(std::lround(params.particles_per_m3 * kCube_m * kCube_m * kCube_m));
   Rng rng(key, 0);
   p_WF_.reserve(count);
   for (size_t i = 0; i < count; ++i) {

@@ -2,9 +2,9 @@
 // Marine snow: suspended particles large enough to be seen one by one, in the light of the lamps
 // and of the lit balls.
 //
-// The flakes fill space: a cube of random places that repeats itself. They rest in the water but
-// for their sinking. A flake scatters alike in all directions, so that its intensity is
-// albedo E R^2 / 4 for the irradiance E of lamps and balls. Left out: flakes out of focus.
+// The particles fill space: a cube of random places that repeats itself. They rest in the water but
+// for their sinking. A particle scatters alike in all directions, so that its intensity is
+// albedo E R^2 / 4 for the irradiance E of lamps and balls. Left out: particles out of focus.
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -21,14 +21,14 @@ namespace turbidock::light {
 class Water;
 
 struct SnowParams {
-  double flakes_per_m3 = 0;
+  double particles_per_m3 = 0;
   // Marine snow is larger than 0.5 mm and sinks some 50 to 100 m a day (Alldredge & Silver 1988).
   double diameter_m = 0.001;
   double sink_m_s = 0.001;
   double albedo = 0.3;  // a guess
 
   static void Fields(auto& self, auto&& field) {
-    field("flakes_per_m3", self.flakes_per_m3, InRange(0, 20000), "particles; 0: none");
+    field("particles_per_m3", self.particles_per_m3, InRange(0, 20000), "particles; 0: none");
     field("diameter_m", self.diameter_m, InRange(1e-4, 0.02), "diameter of a particle");
     field("sink_m_s", self.sink_m_s, InRange(0, 0.1), "speed of its sinking");
     field("albedo", self.albedo, InRange(0, 1), "share of light that a particle throws back");
@@ -42,7 +42,7 @@ class MarineSnow {
   MarineSnow(const SnowParams& params, double frame_s, uint64_t key);
 
   bool on() const { return !p_WF_.empty(); }
-  // Adds the flakes' light at a frame to what both cameras see. `water` has been prepared
+  // Adds the particles' light at a frame to what both cameras see. `water` has been prepared
   // for `seen`.
   void Fall(const view::RenderedStereo& seen, int64_t frame, Water* water, RadianceStereo* images);
 

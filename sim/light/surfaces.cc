@@ -182,12 +182,13 @@ SurfaceTable::SurfaceTable(std::vector<Surface> surfaces) : surfaces_(std::move(
 }
 
 SurfaceTable SurfaceTable::FromScene(const vehicle::Scene& scene,
-                                     const std::vector<view::Visitor>& visitors) {
+                                     const std::vector<view::Distractor>& distractors) {
   const mjModel& model = *scene.model;
   const vehicle::MjDataPtr data = AtRest(scene);
   const Pose X_HW = vehicle::SitePose(*data, scene.camera_head_site).Inverse();
-  const Pose X_KW =
-      scene.berth.body >= 0 ? vehicle::BodyPose(*data, scene.berth.body).Inverse() : Pose();
+  const Pose X_KW = scene.moored_body.body >= 0
+                        ? vehicle::BodyPose(*data, scene.moored_body.body).Inverse()
+                        : Pose();
   std::vector<Surface> surfaces(model.ngeom);
   for (int geom = 0; geom < model.ngeom; ++geom) {
     Surface& surface = surfaces[geom];
@@ -201,22 +202,22 @@ SurfaceTable SurfaceTable::FromScene(const vehicle::Scene& scene,
     if (root == model.body_rootid[scene.vehicle_body]) {
       surface.fixed_to = FixedTo::kVehicle;
       surface.X_AS = X_HW * X_WS;
-    } else if (root == scene.berth.body) {
-      surface.fixed_to = FixedTo::kBerth;
+    } else if (root == scene.moored_body.body) {
+      surface.fixed_to = FixedTo::kMooredBody;
       surface.X_AS = X_KW * X_WS;
     }
     surface.albedo = Eigen::Vector3f(model.geom_rgba + 4 * geom).cast<double>();
     surface.casts_shadow = scene.geom_part[geom] == vehicle::Part::kMarker;
   }
-  for (const view::Visitor& visitor : visitors)
-    surfaces.push_back({.name = visitor.name,
-                        .shape = visitor.ball ? Shape::kSphere : Shape::kBox,
-                        .size_m = visitor.half_size_m,
+  for (const view::Distractor& distractor : distractors)
+    surfaces.push_back({.name = distractor.name,
+                        .shape = distractor.ball ? Shape::kSphere : Shape::kBox,
+                        .size_m = distractor.half_size_m,
                         .fixed_to = FixedTo::kWorld,
-                        .X_AS = visitor.X_WV,
-                        .albedo = visitor.albedo,
+                        .X_AS = distractor.X_WV,
+                        .albedo = distractor.albedo,
                         .casts_shadow = false,
-                        .shines_as = visitor.shines_as});
+                        .shines_as = distractor.shines_as});
   return SurfaceTable(std::move(surfaces));
 }
 

@@ -9,15 +9,15 @@
 
 #include "sim/base/pose.h"
 #include "sim/vehicle/scene.h"
-#include "sim/view/visitors.h"
+#include "sim/view/distractors.h"
 
 namespace turbidock::light {
 
 // What a surface goes with, and A, the frame that it stands still in.
 enum class FixedTo {
-  kWorld,    // A = W
-  kVehicle,  // A = H
-  kBerth,    // A = K: marker and station, where they can move (vehicle::Berth)
+  kWorld,       // A = W
+  kVehicle,     // A = H
+  kMooredBody,  // A = K: marker and station, where they can move (vehicle::MooredBody)
 };
 
 enum class Shape { kPlane, kSphere, kCapsule, kEllipsoid, kCylinder, kBox };
@@ -32,7 +32,7 @@ struct Surface {
   Pose X_AS;
   Eigen::Vector3d albedo = Eigen::Vector3d::Constant(0.5);  // linear, diffuse
   bool casts_shadow = false;
-  std::string shines_as{};  // a visitor: the ball whose light it has; empty: none
+  std::string shines_as{};  // a distractor: the ball whose light it has; empty: none
 };
 
 // Unit normal, pointing outwards, at a point on (or within rounding of) the surface.
@@ -69,9 +69,9 @@ class SurfaceTable {
 
   // All geoms of a scene; the marker's cast shadows. Albedo is the geom's rgba (not its
   // material's). Throws ConfigError for a geom of another shape (mesh, height field). After them
-  // visitors, whose place is each picture's.
+  // distractors, whose place is each picture's.
   static SurfaceTable FromScene(const vehicle::Scene& scene,
-                                const std::vector<view::Visitor>& visitors = {});
+                                const std::vector<view::Distractor>& distractors = {});
 
   int size() const { return static_cast<int>(surfaces_.size()); }
   const Surface& operator[](int geom) const { return surfaces_[geom]; }

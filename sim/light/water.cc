@@ -236,18 +236,18 @@ void Water::Place(const view::RenderedStereo& rendered) {
   const Pose X_HW = rendered.X_WH.Inverse();
   const Pose X_HK = X_HW * rendered.X_WK;
   up_H_ = (X_HW.q * Eigen::Vector3d::UnitZ()).cast<float>();
-  const int visitors = static_cast<int>(rendered.visitors.size());
-  const int first_visitor = surfaces_.size() - visitors;
-  TD_CHECK(first_visitor >= 0, "visitors that the water does not know");
+  const int distractors = static_cast<int>(rendered.distractors.size());
+  const int first_distractor = surfaces_.size() - distractors;
+  TD_CHECK(first_distractor >= 0, "distractors that the water does not know");
   for (int geom = 0; geom < surfaces_.size(); ++geom) {
     const Surface& surface = surfaces_[geom];
     Pose X_HS = surface.X_AS;
     if (surface.fixed_to == FixedTo::kWorld) X_HS = X_HW * surface.X_AS;
-    if (surface.fixed_to == FixedTo::kBerth) X_HS = X_HK * surface.X_AS;
-    if (geom >= first_visitor) {
-      const auto& visitor = rendered.visitors[static_cast<size_t>(geom - first_visitor)];
-      X_HS = X_HW * visitor.X_WV;
-      present_[static_cast<size_t>(geom)] = visitor.present;
+    if (surface.fixed_to == FixedTo::kMooredBody) X_HS = X_HK * surface.X_AS;
+    if (geom >= first_distractor) {
+      const auto& distractor = rendered.distractors[static_cast<size_t>(geom - first_distractor)];
+      X_HS = X_HW * distractor.X_WV;
+      present_[static_cast<size_t>(geom)] = distractor.present;
     }
     placed_[static_cast<size_t>(geom)] = {X_HS.R().cast<float>(), X_HS.p.cast<float>()};
   }

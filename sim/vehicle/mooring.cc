@@ -59,7 +59,7 @@ void Mooring::Step(const Sea& sea, double time_s, double dt_s) {
       // |u| sin(psi_u - psi) is how far the flow's opposite is across the vane.
       const double across = heading_rad_ + yaw_rad_;
       const double turning_mps = std::sin(across) * u_mps.x() - std::cos(across) * u_mps.y();
-      yaw_rad_ += dt_s * turning_mps / params_.vane_length_m;
+      yaw_rad_ += dt_s * turning_mps / params_.weathervane_arm_m;
     }
   }
   Displace(time_s + dt_s);

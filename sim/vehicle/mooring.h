@@ -15,7 +15,7 @@ struct MooringParams {
   double swing_period_s = 8;  // guess: a sea's
   double natural_period_s = 0;
   double damping_ratio = 0.2;  // guess
-  double vane_length_m = 0;
+  double weathervane_arm_m = 0;
 
   static void Fields(auto& self, auto&& field) {
     field("swing_x_m", self.swing_x_m, InRange(0, 5),
@@ -27,7 +27,7 @@ struct MooringParams {
         "of the station on its mooring, on which current and waves draw it along; 0: they do not");
     field("damping_ratio", self.damping_ratio, InRange(0.01, 5),
           "of that motion, by the water's drag");
-    field("vane_length_m", self.vane_length_m, InRange(0, 100),
+    field("weathervane_arm_m", self.weathervane_arm_m, InRange(0, 100),
           "the station turns like a vane that the current trails at this length from its swivel, "
           "until the vehicle comes in against the current; 0: it does not turn");
   }
@@ -41,7 +41,7 @@ struct MooringParams {
   }
 
   bool drawn() const { return natural_period_s > 0; }
-  bool turns() const { return vane_length_m > 0; }
+  bool turns() const { return weathervane_arm_m > 0; }
 };
 
 // A value: copies run on independently and equally.

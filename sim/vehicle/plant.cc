@@ -47,7 +47,7 @@ Plant::Plant(const Scene& scene, const VehicleParams& params, const ClockParams&
   CheckFields(clock, "clock");
   TD_CHECK(scene.model && scene.vehicle_body > 0, "the scene has no vehicle");
   CheckModel();
-  CheckBerth();
+  CheckMooredBody();
 
   model_.reset(mj_copyModel(nullptr, scene.model.get()));
   data_.reset(mj_makeData(model_.get()));
@@ -58,7 +58,7 @@ Plant::Plant(const Scene& scene, const VehicleParams& params, const ClockParams&
   model_->opt.integrator = mjINT_EULER;
   OverwriteRigidBody();
   WeighConstraints();
-  HoldBerth();
+  HoldMooredBody();
   OverwriteContacts(params.contact);
   Reset({Eigen::Quaterniond(Eigen::Vector4d::Map(model_->qpos0 + qpos_adr_ + 3)({1, 2, 3, 0})),
          Vector3d::Map(model_->qpos0 + qpos_adr_)});
@@ -93,7 +93,7 @@ void Plant::CheckModel() const {
   }
 }
 
-void Plant::CheckBerth() const {
+void Plant::CheckMooredBody() const {
   const MooringParams& params = initial_mooring_.params();
   const auto require = [](bool moves, int joint, const char* key, const char* name) {
     if (moves && joint < 0)
@@ -101,24 +101,24 @@ void Plant::CheckBerth() const {
                         "needs a scene whose station stands on a joint " + std::string(name) +
                             ", such as sea_moored_active.xml");
   };
-  const auto [x, y, yaw] = scene_.berth.joints;
+  const auto [x, y, yaw] = scene_.moored_body.joints;
   require(params.swing_x_m > 0, x, "swing_x_m", "mooring_x");
   require(params.swing_y_m > 0, y, "swing_y_m", "mooring_y");
   require(params.drawn(), x, "natural_period_s", "mooring_x");
   require(params.drawn(), y, "natural_period_s", "mooring_y");
-  require(params.turns(), yaw, "vane_length_m", "mooring_yaw");
+  require(params.turns(), yaw, "weathervane_arm_m", "mooring_yaw");
 }
 
 // Nothing that touches the station moves it: contacts feel it as they feel the world, but for its
 // velocity.
-void Plant::HoldBerth() {
+void Plant::HoldMooredBody() {
   constexpr double kHeavy = 1e9;  // kg, kg m^2
   mjModel& m = *model_;
-  if (scene_.berth.body < 0) return;
+  if (scene_.moored_body.body < 0) return;
   for (int b = 0; b < m.nbody; ++b)
-    if (m.body_weldid[b] == scene_.berth.body)
+    if (m.body_weldid[b] == scene_.moored_body.body)
       m.body_invweight0[2 * b] = m.body_invweight0[2 * b + 1] = 0;
-  for (const int joint : scene_.berth.joints) {
+  for (const int joint : scene_.moored_body.joints) {
     if (joint < 0) continue;
     m.dof_armature[m.jnt_dofadr[joint]] = kHeavy;
     m.dof_invweight0[m.jnt_dofadr[joint]] = 0;
@@ -126,11 +126,11 @@ void Plant::HoldBerth() {
 }
 
 // Gives the station the velocity that takes it where the mooring has it at the end of the tick.
-void Plant::MoveBerth() {
-  if (scene_.berth.body < 0) return;
+void Plant::MoveMooredBody() {
+  if (scene_.moored_body.body < 0) return;
   mooring_.Step(sea_, time_s(), clock_.dt_s());
   for (int axis = 0; axis < 3; ++axis) {
-    const int joint = scene_.berth.joints[axis];
+    const int joint = scene_.moored_body.joints[axis];
     if (joint < 0) continue;
     const double now = data_->qpos[model_->jnt_qposadr[joint]];
     data_->qvel[model_->jnt_dofadr[joint]] = (mooring_.displacement()[axis] - now) / clock_.dt_s();
@@ -221,10 +221,10 @@ void Plant::Reset(const Pose& X_WB) {
   Eigen::Vector4d::Map(qpos + 3) << q.w(), q.x(), q.y(), q.z();
   sea_ = initial_sea_;
   mooring_ = initial_mooring_;
-  if (scene_.berth.body >= 0) {
-    mooring_.Reset(sea_, At3(model_->body_pos, scene_.berth.body));
+  if (scene_.moored_body.body >= 0) {
+    mooring_.Reset(sea_, At3(model_->body_pos, scene_.moored_body.body));
     for (int axis = 0; axis < 3; ++axis)
-      if (const int joint = scene_.berth.joints[axis]; joint >= 0)
+      if (const int joint = scene_.moored_body.joints[axis]; joint >= 0)
         data_->qpos[model_->jnt_qposadr[joint]] = mooring_.displacement()[axis];
   }
   thrusters_.Reset();
@@ -327,7 +327,7 @@ std::optional<std::string> Plant::Step(const ThrusterCommand& command) {
     tether_F_B.tau = p_BQ.cross(tether_F_B.f);
   }
 
-  MoveBerth();
+  MoveMooredBody();
 
   // all forces into MuJoCo
   const Wrench F_B = hydro.damping + hydro.buoyancy + hydro.inertial + tether_F_B + extra_F_B_;

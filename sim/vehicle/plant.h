@@ -97,9 +97,9 @@ class Plant {
 
  private:
   void CheckModel() const;
-  void CheckBerth() const;
-  void HoldBerth();
-  void MoveBerth();
+  void CheckMooredBody() const;
+  void HoldMooredBody();
+  void MoveMooredBody();
   void OverwriteRigidBody();
   void WeighConstraints();
   void OverwriteContacts(const ContactParams& contact);

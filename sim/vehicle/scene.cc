@@ -44,11 +44,11 @@ constexpr ModelName kModelNames[] = {
     {"tags", "site", "tag_*",
      "where there are any: a fiducial tag, fixed to the marker, named by its number; a box whose "
      "half sizes in y and z are those of its black square; x into it, z up as it is printed"},
-    {"berth", "joint", "mooring_x",
+    {"moored body", "joint", "mooring_x",
      "slides the body that holds station and marker along W's x, as mooring.* says; needed where "
      "it does"},
-    {"berth", "joint", "mooring_y", "likewise along W's y"},
-    {"berth", "joint", "mooring_yaw", "turns it about W's z; the last of its joints"},
+    {"moored body", "joint", "mooring_y", "likewise along W's y"},
+    {"moored body", "joint", "mooring_yaw", "turns it about W's z; the last of its joints"},
     {"world", "camera", "spectator", "the view from outside"},
     {"world", "geom", "*", "surroundings, such as floor and wall_left"},
 };
@@ -109,10 +109,10 @@ class Contract {
     return camera;
   }
 
-  // A body that stands still in the world or in the berth.
-  int FindBerthed(const std::string& name, const Berth& berth) const {
+  // A body that is fixed to the world or to the moored body.
+  int FindAttached(const std::string& name, const MooredBody& moored_body) const {
     const int body = Find(mjOBJ_BODY, name);
-    const int fixed_to = std::max(berth.body, 0);
+    const int fixed_to = std::max(moored_body.body, 0);
     Require(model_.body_weldid[body] == fixed_to,
             fixed_to == 0
                 ? "body \"" + name + "\" must not have joints"
@@ -121,20 +121,20 @@ class Contract {
   }
 
   // The body with the mooring's joints; none is allowed.
-  Berth FindBerth() const {
-    Berth berth;
+  MooredBody FindMooredBody() const {
+    MooredBody moored_body;
     constexpr const char* kNames[] = {"mooring_x", "mooring_y", "mooring_yaw"};
     int before = -1;
     for (int axis = 0; axis < 3; ++axis) {
       const char* name = kNames[axis];
       const int joint = mj_name2id(&model_, mjOBJ_JOINT, name);
       if (joint < 0) continue;
-      berth.joints[axis] = joint;
+      moored_body.joints[axis] = joint;
       const std::string called = "joint \"" + std::string(name) + "\"";
       const int body = model_.jnt_bodyid[joint];
-      Require(berth.body < 0 || berth.body == body,
+      Require(moored_body.body < 0 || moored_body.body == body,
               called + " must belong to the body of the mooring's other joints");
-      berth.body = body;
+      moored_body.body = body;
       Require(joint > before, called + " must come after the others: x, y, yaw");
       before = joint;
       Require(model_.body_parentid[body] == 0 &&
@@ -153,10 +153,11 @@ class Contract {
                   model_.qpos0[model_.jnt_qposadr[joint]] == 0,
               called + " must be free: no limits, stiffness, damping, friction or ref");
     }
-    Require(berth.body < 0 || model_.body_jntnum[berth.body] ==
-                                  std::ranges::count_if(berth.joints, [](int j) { return j >= 0; }),
+    Require(moored_body.body < 0 ||
+                model_.body_jntnum[moored_body.body] ==
+                    std::ranges::count_if(moored_body.joints, [](int j) { return j >= 0; }),
             "the body with the mooring's joints must have no others");
-    return berth;
+    return moored_body;
   }
 
   // What is fixed to it may have sites and a mass, which gives way to the data's; what moved or was
@@ -346,9 +347,9 @@ Scene LoadScene(const SceneFiles& files, const RigParams& rig) {
   const Contract contract(*m, where);
 
   scene.vehicle_body = contract.FindVehicle();
-  scene.berth = contract.FindBerth();
-  scene.marker_body = contract.FindBerthed("marker", scene.berth);
-  scene.station_body = contract.FindBerthed("station", scene.berth);
+  scene.moored_body = contract.FindMooredBody();
+  scene.marker_body = contract.FindAttached("marker", scene.moored_body);
+  scene.station_body = contract.FindAttached("station", scene.moored_body);
   scene.camera_head_site = contract.FindSite("camera_head", scene.vehicle_body);
   scene.pole_tip_site = contract.FindSite("pole_tip", scene.vehicle_body);
   scene.marker_site = contract.FindSite("marker", scene.marker_body);

@@ -58,7 +58,7 @@ ThrusterInScene ThrusterAt(const mjModel& m, int actuator);
 std::vector<std::string> NamesOf(const std::vector<ThrusterInScene>& thrusters);
 
 // The body that holds station and marker, where it can move: its joints, -1 for those it lacks.
-struct Berth {
+struct MooredBody {
   int body = -1;                             // -1: nothing moves
   std::array<int, 3> joints = {-1, -1, -1};  // mooring_x, mooring_y, mooring_yaw; -1: has none
 };
@@ -76,7 +76,7 @@ struct Scene {
   std::vector<Part> geom_part;  // by geom id
   std::vector<BallInScene> balls;
   Pose X_BH;  // camera head in the vehicle's body frame
-  Berth berth;
+  MooredBody moored_body;
   Pose X_WM;                       // marker in the world, undisplaced
   Pose X_WD;                       // dock's mouth in the world, undisplaced
   Eigen::Vector3d p_HQ_pole_tip;   // in H

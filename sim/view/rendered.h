@@ -14,13 +14,13 @@ namespace turbidock::view {
 
 // One camera's view.
 struct RenderedView {
-  // MuJoCo geom id + 1, after the geoms the number of a visitor; 0 where nothing was hit
+  // MuJoCo geom id + 1, after the geoms the number of a distractor; 0 where nothing was hit
   Image1u16 surface;
   Image1f depth_m;  // along the optical axis (not the range); +inf where nothing was hit
 };
 
-// Something that is no part of the model (sim/view/visitors.h): where it is, if it is there.
-struct PlacedVisitor {
+// Something that is no part of the model (sim/view/distractors.h): where it is, if it is there.
+struct PlacedDistractor {
   bool present = false;
   Pose X_WV;
 };
@@ -28,8 +28,8 @@ struct PlacedVisitor {
 // Both views of one instant.
 struct RenderedStereo : Stereo<RenderedView> {
   Pose X_WH;  // camera head in the world at that instant
-  Pose X_WK;  // body that holds marker and station, where it can move (vehicle::Berth)
-  std::vector<PlacedVisitor> visitors{};
+  Pose X_WK;  // body that holds marker and station, where it can move (vehicle::MooredBody)
+  std::vector<PlacedDistractor> distractors{};
 };
 
 }  // namespace turbidock::view

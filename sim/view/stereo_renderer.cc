@@ -25,12 +25,12 @@ TURBIDOCK_VECTOR_CLONES void DepthFromNearness(float near_m, int count, float* v
 }  // namespace
 
 StereoRenderer::StereoRenderer(GlContext& context, const vehicle::Scene& scene,
-                               const std::vector<Visitor>& visitors)
+                               const std::vector<Distractor>& distractors)
     : scene_(scene),
       near_m_(NearPlane(*scene.model)),
-      lister_(*scene.model, visitors, kHiddenGroup, near_m_),
+      lister_(*scene.model, distractors, kHiddenGroup, near_m_),
       canvas_(context, scene.rig.left.width_px, scene.rig.left.height_px, /*views=*/2, near_m_) {
-  TD_CHECK(static_cast<size_t>(scene.model->ngeom) + visitors.size() <
+  TD_CHECK(static_cast<size_t>(scene.model->ngeom) + distractors.size() <
                std::numeric_limits<uint16_t>::max(),
            "surface ids are 16 bits wide");
 }
@@ -42,8 +42,8 @@ void StereoRenderer::Render(const mjData& data, RenderedStereo* out, StageTimer*
 void StereoRenderer::Render(const mjData& data, const StereoRegion& region, RenderedStereo* out,
                             StageTimer* timer) {
   out->X_WH = vehicle::SitePose(data, scene_.camera_head_site);
-  if (scene_.berth.body >= 0) out->X_WK = vehicle::BodyPose(data, scene_.berth.body);
-  out->visitors = placed_;
+  if (scene_.moored_body.body >= 0) out->X_WK = vehicle::BodyPose(data, scene_.moored_body.body);
+  out->distractors = placed_;
   canvas_.Begin();
   for (const Side side : kSides) {
     if (region[side].empty()) continue;

@@ -12,23 +12,23 @@
 #include "sim/base/image.h"
 #include "sim/base/stage_timer.h"
 #include "sim/vehicle/scene.h"
+#include "sim/view/distractors.h"
 #include "sim/view/gl_context.h"
 #include "sim/view/rendered.h"
 #include "sim/view/surface_canvas.h"
 #include "sim/view/surface_list.h"
-#include "sim/view/visitors.h"
 
 namespace turbidock::view {
 
 // What the stereo rig's cameras see: which geom at each pixel, and how far.
 class StereoRenderer {
  public:
-  // The visitors' shapes; they are absent until they are placed.
+  // The distractors' shapes; they are absent until they are placed.
   StereoRenderer(GlContext& context, const vehicle::Scene& scene,
-                 const std::vector<Visitor>& visitors = {});
+                 const std::vector<Distractor>& distractors = {});
 
-  // Where visitors are in the next pictures, in their order.
-  void Place(std::vector<PlacedVisitor> visitors) { placed_ = std::move(visitors); }
+  // Where distractors are in the next pictures, in their order.
+  void Place(std::vector<PlacedDistractor> distractors) { placed_ = std::move(distractors); }
 
   // Draws both views at the computed positions in `data` (after mj_forward or a step's position
   // stage). The images in `out` keep their memory from one frame to the next. A timer gets kRender
@@ -46,7 +46,7 @@ class StereoRenderer {
   float near_m_;
   SurfaceLister lister_;
   SurfaceCanvas canvas_;
-  std::vector<PlacedVisitor> placed_;
+  std::vector<PlacedDistractor> placed_;
   SurfaceList list_;
 };
 

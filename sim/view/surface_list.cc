@@ -58,7 +58,7 @@ Extent OutlineOf(double h_m, double z_m, double radius_m) {
 
 }  // namespace
 
-SurfaceLister::SurfaceLister(const mjModel& model, const std::vector<Visitor>& visitors,
+SurfaceLister::SurfaceLister(const mjModel& model, const std::vector<Distractor>& distractors,
                              int hidden_group, float near_m)
     : near_m_(near_m) {
   for (int geom = 0; geom < model.ngeom; ++geom) {
@@ -68,15 +68,15 @@ SurfaceLister::SurfaceLister(const mjModel& model, const std::vector<Visitor>& v
     drawn_.push_back({geom, ball, type == mjGEOM_PLANE ? kInfinity : model.geom_rbound[geom],
                       ball ? GeomMesh{} : MeshOf(model, geom)});
   }
-  for (const Visitor& visitor : visitors) {
-    const Vector3d& half_m = visitor.half_size_m;
-    visitors_.push_back({model.ngeom + static_cast<int>(visitors_.size()), visitor.ball,
-                         visitor.ball ? half_m.x() : half_m.norm(),
-                         visitor.ball ? GeomMesh{} : BoxMesh(half_m)});
+  for (const Distractor& distractor : distractors) {
+    const Vector3d& half_m = distractor.half_size_m;
+    distractors_.push_back({model.ngeom + static_cast<int>(distractors_.size()), distractor.ball,
+                            distractor.ball ? half_m.x() : half_m.norm(),
+                            distractor.ball ? GeomMesh{} : BoxMesh(half_m)});
   }
 }
 
-void SurfaceLister::List(const mjData& data, std::span<const PlacedVisitor> visitors,
+void SurfaceLister::List(const mjData& data, std::span<const PlacedDistractor> distractors,
                          const CameraIntrinsics& camera, const Pose& X_WC,
                          const PixelRegion& region, SurfaceList* list) const {
   list->corners.clear();
@@ -147,9 +147,10 @@ void SurfaceLister::List(const mjData& data, std::span<const PlacedVisitor> visi
   for (const Drawn& drawn : drawn_)
     add(drawn, Vector3d::Map(data.geom_xpos + 3 * drawn.geom),
         [&]() -> Matrix3d { return RowMajor::Map(data.geom_xmat + 9 * drawn.geom); });
-  for (size_t i = 0; i < std::min(visitors.size(), visitors_.size()); ++i)
-    if (visitors[i].present)
-      add(visitors_[i], visitors[i].X_WV.p, [&]() -> Matrix3d { return visitors[i].X_WV.R(); });
+  for (size_t i = 0; i < std::min(distractors.size(), distractors_.size()); ++i)
+    if (distractors[i].present)
+      add(distractors_[i], distractors[i].X_WV.p,
+          [&]() -> Matrix3d { return distractors[i].X_WV.R(); });
 }
 
 }  // namespace turbidock::view

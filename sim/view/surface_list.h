@@ -12,8 +12,8 @@
 #include "sim/base/camera.h"
 #include "sim/base/image.h"
 #include "sim/base/pose.h"
+#include "sim/view/distractors.h"
 #include "sim/view/geom_mesh.h"
-#include "sim/view/visitors.h"
 
 namespace turbidock::view {
 
@@ -23,7 +23,7 @@ namespace turbidock::view {
 struct SurfaceList {
   struct Corner {
     std::array<float, 4> clip;
-    uint32_t surface;  // MuJoCo geom id + 1, visitors after the geoms
+    uint32_t surface;  // MuJoCo geom id + 1, distractors after the geoms
   };
   // A corner of a rectangle in the image that holds what is in view of a ball's outline.
   struct BallCorner {
@@ -42,13 +42,13 @@ struct SurfaceList {
 class SurfaceLister {
  public:
   // Keeps a reference to the model. Leaves out geoms of the hidden group and transparent ones.
-  SurfaceLister(const mjModel& model, const std::vector<Visitor>& visitors, int hidden_group,
+  SurfaceLister(const mjModel& model, const std::vector<Distractor>& distractors, int hidden_group,
                 float near_m);
 
-  // Lists, at the computed positions in `data`, every geom and every visitor of which something may
-  // lie in a region of the camera's image; what is listed of it does not depend on the region. Of
-  // fewer visitors than there are the others are absent.
-  void List(const mjData& data, std::span<const PlacedVisitor> visitors,
+  // Lists, at the computed positions in `data`, every geom and every distractor of which something
+  // may lie in a region of the camera's image; what is listed of it does not depend on the region.
+  // Of fewer distractors than there are the others are absent.
+  void List(const mjData& data, std::span<const PlacedDistractor> distractors,
             const CameraIntrinsics& camera, const Pose& X_WC, const PixelRegion& region,
             SurfaceList* list) const;
 
@@ -61,7 +61,7 @@ class SurfaceLister {
   };
 
   float near_m_;
-  std::vector<Drawn> drawn_, visitors_;
+  std::vector<Drawn> drawn_, distractors_;
 };
 
 }  // namespace turbidock::view

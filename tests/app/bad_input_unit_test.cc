@@ -268,7 +268,7 @@ TEST_F(BadInput, WhatIsNoFileIsNotRead) {
 TEST_F(BadInput, ANumberThatLeavesNoLawNamesItsKeys) {
   Refused({"run", "pool_active", "--set", "controller=lqg", "--set",
            "known_vehicle.rigid_body.mass_kg=1e300", "--set", "duration_s=0.1"},
-          "lqg.surge: there is no law for these values");
+          "lqg.surge: there is no controller for these values");
 }
 
 TEST_F(BadInput, AFullStandardOutputIsNoSuccess) {

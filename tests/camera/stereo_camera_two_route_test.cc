@@ -194,7 +194,7 @@ TEST(StereoCamera, ExposesARegionAsInTheWhole) {
     if (imperfect) {
       sensor.auto_level = 0.05;
       sensor.auto_time_s = 0;  // the gain does not remember
-      snow.flakes_per_m3 = 500;
+      snow.particles_per_m3 = 500;
       lens.k1 = -0.1;
     }
     constexpr double kFrame_s = 1.0 / 30;

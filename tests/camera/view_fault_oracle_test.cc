@@ -1,4 +1,4 @@
-// Dirt, blur and knocked cameras against closed forms.
+// Dirt, blur and misaligned cameras against closed forms.
 
 #include "sim/camera/view_fault.h"
 
@@ -77,19 +77,19 @@ TEST(BlurFault, SpreadsAPointAsAGaussianAndLeavesAnEvenImage) {
 }
 
 // A camera turned to the left by an angle sees what was straight ahead so much to the right.
-TEST(KnockFault, TurnsTheCameraAboutItsOpticalCentre) {
+TEST(CameraMisalignment, TurnsTheCameraAboutItsOpticalCentre) {
   const StereoRig rig = RigParams{}.MakeRig();
   const double angle_rad = 0.0349;
-  KnockFault aside, down;
+  CameraMisalignment aside, down;
   aside.camera = FaultyCamera::kLeft;
   aside.yaw_pitch_roll_rad = {angle_rad, 0, 0};
   down.camera = FaultyCamera::kRight;
   down.yaw_pitch_roll_rad = {0, angle_rad, 0};
-  const StereoRig knocked = Knocked(rig, {aside, down});
+  const StereoRig misaligned = Misaligned(rig, {aside, down});
   const auto seen = [&](Side side) -> Eigen::Vector2d {
-    EXPECT_EQ(knocked[side].X_HC.p, rig[side].X_HC.p);
+    EXPECT_EQ(misaligned[side].X_HC.p, rig[side].X_HC.p);
     const Eigen::Vector3d ahead_H = rig[side].X_HC.p + Eigen::Vector3d(0.8, 0, 0);
-    return knocked[side].Project(knocked[side].X_HC.Inverse() * ahead_H) -
+    return misaligned[side].Project(misaligned[side].X_HC.Inverse() * ahead_H) -
            rig[side].Project(rig[side].X_HC.Inverse() * ahead_H);
   };
   const double way_px = rig.left.fx_px * std::tan(angle_rad);

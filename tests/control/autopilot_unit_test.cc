@@ -1,4 +1,5 @@
-// The autopilot as a whole: what each law makes of a docking, and no jumps between its stages.
+// The autopilot as a whole: what each controller makes of a docking, and no jumps between its
+// stages.
 
 #include "control/autopilot.h"
 
@@ -13,9 +14,9 @@ namespace {
 
 constexpr ClockParams kClock;  // 30 frames a second
 
-ControlParams Params(Law law) {
+ControlParams Params(ControllerType controller) {
   ControlParams params;
-  params.controller = law;
+  params.controller = controller;
   params.pid.setpoint.enabled = params.lqg.setpoint.enabled = true;
   return params;
 }
@@ -32,21 +33,22 @@ TEST(Autopilot, EveryLawHasItsOwnFilterSetpointAndUnit) {
   ControlParams params;
   params.pid.setpoint.enabled = true;
   params.p_voltage.pose_filter.enabled = true;
-  params.controller = Law::kPVoltage;
+  params.controller = ControllerType::kPVoltage;
   EXPECT_FALSE(params.setpoint().enabled);
   EXPECT_TRUE(params.pose_filter().enabled);
   EXPECT_EQ(MakeAllocation(params, PublishedVehicle())->authority()[kSway], 2.5);  // volts
-  params.controller = Law::kPid;
+  params.controller = ControllerType::kPid;
   EXPECT_TRUE(params.setpoint().enabled);
   EXPECT_FALSE(params.pose_filter().enabled);
   EXPECT_EQ(MakeAllocation(params, PublishedVehicle())->authority()[kSway], 4.655);  // newtons
-  params.controller = Law::kLqg;
+  params.controller = ControllerType::kLqg;
   EXPECT_FALSE(params.pose_filter().enabled);
   EXPECT_EQ(MakeAllocation(params, PublishedVehicle())->authority()[kSway], 4.655);
 }
 
 TEST(Autopilot, ThePublishedLawIsThePublishedCommand) {
-  Autopilot autopilot(Params(Law::kPVoltage), {.found_hold_s = 0}, PublishedVehicle(), kClock);
+  Autopilot autopilot(Params(ControllerType::kPVoltage), {.found_hold_s = 0}, PublishedVehicle(),
+                      kClock);
   const ThrusterCommand command = autopilot.Update(Estimate(0, {0.62, 0.01, -0.02, 0.02}));
   const double yaw_v = 2 * std::sin(0.01);
   EXPECT_NEAR(command.volts[0], 2.5 + 20 * 0.02 - yaw_v, 1e-12);
@@ -56,8 +58,9 @@ TEST(Autopilot, ThePublishedLawIsThePublishedCommand) {
 }
 
 TEST(Autopilot, DriftsWithoutAUsableEstimateAndForgetsNothingDangerous) {
-  for (const Law law : {Law::kPVoltage, Law::kPid, Law::kLqg}) {
-    Autopilot autopilot(Params(law), {.found_hold_s = 0}, PublishedVehicle(), kClock);
+  for (const ControllerType controller :
+       {ControllerType::kPVoltage, ControllerType::kPid, ControllerType::kLqg}) {
+    Autopilot autopilot(Params(controller), {.found_hold_s = 0}, PublishedVehicle(), kClock);
     autopilot.Update(Estimate(0, {0.7, 0, 0, 0}));
     EXPECT_EQ(autopilot.Update(Estimate(1, {5, 3, 2, 1}, 0.1)).volts,
               ThrusterCommand::Neutral(4).volts);
@@ -67,12 +70,12 @@ TEST(Autopilot, DriftsWithoutAUsableEstimateAndForgetsNothingDangerous) {
 
 TEST(Autopilot, TheSearchTurnsByItsShareOfWhatThereIs) {
   const ProcedureParams procedure{.search_neutral_s = 0, .search_yaw_v = 0.5};
-  Autopilot published(Params(Law::kPVoltage), procedure, PublishedVehicle(), kClock);
+  Autopilot published(Params(ControllerType::kPVoltage), procedure, PublishedVehicle(), kClock);
   const ThrusterCommand volts = published.Update(Estimate(0, {1, 0, 0, 0}, -0.2));
   EXPECT_DOUBLE_EQ(volts.volts[0], 2.0);
   EXPECT_DOUBLE_EQ(volts.volts[1], 3.0);
   // a fifth of the most moment
-  Autopilot lqg(Params(Law::kLqg), procedure, PublishedVehicle(), kClock);
+  Autopilot lqg(Params(ControllerType::kLqg), procedure, PublishedVehicle(), kClock);
   const ThrusterCommand command = lqg.Update(Estimate(0, {1, 0, 0, 0}, -0.2));
   const ThrustCurve curve;
   EXPECT_NEAR(curve.Thrust(command.volts[1]), 0.2 * 4.41, 1e-12);
@@ -82,8 +85,8 @@ TEST(Autopilot, TheSearchTurnsByItsShareOfWhatThereIs) {
 // The vehicle's speed follows the voltages. Found half a metre off, led to the servoing pose,
 // docked: no change of stage shows in the demand.
 TEST(Autopilot, StagesChangeWithoutAJumpOfTheDemand) {
-  for (const Law law : {Law::kPid, Law::kLqg}) {
-    ControlParams params = Params(law);
+  for (const ControllerType controller : {ControllerType::kPid, ControllerType::kLqg}) {
+    ControlParams params = Params(controller);
     params.lqg.latency_frames = 0;
     Autopilot autopilot(params, {.docking_rate_mps = 0.05}, PublishedVehicle(), kClock);
     Axes marker(1.1, 0.05, -0.03, 0.02), speed = Axes::Zero();
@@ -104,15 +107,15 @@ TEST(Autopilot, StagesChangeWithoutAJumpOfTheDemand) {
       marker -= speed / 30;
       marker[kSway] -= speed[kYaw] * (marker[kSurge] + 0.19) / 30;
     }
-    EXPECT_GE(transitions, 2) << NameOf(law);  // servoing, docking
-    EXPECT_LT(at_transition, 0.04) << NameOf(law);
-    EXPECT_LT(marker[kSurge], 0.37) << NameOf(law);
+    EXPECT_GE(transitions, 2) << NameOf(controller);  // servoing, docking
+    EXPECT_LT(at_transition, 0.04) << NameOf(controller);
+    EXPECT_LT(marker[kSurge], 0.37) << NameOf(controller);
   }
 }
 
 TEST(Autopilot, AnExcitationIsHiddenFromTheLaw) {
-  Autopilot one(Params(Law::kLqg), {.found_hold_s = 0}, PublishedVehicle(), kClock);
-  Autopilot other(Params(Law::kLqg), {.found_hold_s = 0}, PublishedVehicle(), kClock);
+  Autopilot one(Params(ControllerType::kLqg), {.found_hold_s = 0}, PublishedVehicle(), kClock);
+  Autopilot other(Params(ControllerType::kLqg), {.found_hold_s = 0}, PublishedVehicle(), kClock);
   for (int n = 0; n < 30; ++n) {
     const PoseEstimate estimate = Estimate(n, {0.6, 0.005 * std::sin(n), 0, 0});
     const ThrusterCommand with =
@@ -125,7 +128,7 @@ TEST(Autopilot, AnExcitationIsHiddenFromTheLaw) {
 }
 
 TEST(Autopilot, OtherGainsTakeOverAndTheProcedureGoesOn) {
-  ControlParams params = Params(Law::kPVoltage);
+  ControlParams params = Params(ControllerType::kPVoltage);
   Autopilot autopilot(params, {.found_hold_s = 0}, PublishedVehicle(), kClock);
   const Axes marker(0.62, 0.01, -0.02, 0);
   autopilot.Update(Estimate(0, marker));
@@ -140,36 +143,38 @@ TEST(Autopilot, OtherGainsTakeOverAndTheProcedureGoesOn) {
   EXPECT_EQ(autopilot.directive().stage, stage);
   EXPECT_FALSE(autopilot.directive().transition);
 
-  for (const Law law : {Law::kPid, Law::kLqg}) {
-    autopilot.SetControl(Params(law));
-    Autopilot fresh(Params(law), {.found_hold_s = 0}, PublishedVehicle(), kClock);
+  for (const ControllerType controller : {ControllerType::kPid, ControllerType::kLqg}) {
+    autopilot.SetControl(Params(controller));
+    Autopilot fresh(Params(controller), {.found_hold_s = 0}, PublishedVehicle(), kClock);
     // some frames: a led setpoint begins where the vehicle is
-    const int64_t first = law == Law::kPid ? 3 : 20;
+    const int64_t first = controller == ControllerType::kPid ? 3 : 20;
     for (int64_t frame = first; frame < first + 10; ++frame) {
       const ThrusterCommand now = autopilot.Update(Estimate(frame, marker));
-      EXPECT_EQ(now.volts, fresh.Update(Estimate(frame, marker)).volts) << NameOf(law);
-      EXPECT_EQ(autopilot.demand(), fresh.demand()) << NameOf(law);
+      EXPECT_EQ(now.volts, fresh.Update(Estimate(frame, marker)).volts) << NameOf(controller);
+      EXPECT_EQ(autopilot.demand(), fresh.demand()) << NameOf(controller);
     }
-    EXPECT_GT(autopilot.demand().norm(), 0.01) << NameOf(law);
+    EXPECT_GT(autopilot.demand().norm(), 0.01) << NameOf(controller);
   }
 }
 
 TEST(Autopilot, ANewLawThatHasSeenNothingDrifts) {
-  for (const Law law : {Law::kPVoltage, Law::kPid, Law::kLqg}) {
-    Autopilot autopilot(Params(law), {.found_hold_s = 0}, PublishedVehicle(), kClock);
+  for (const ControllerType controller :
+       {ControllerType::kPVoltage, ControllerType::kPid, ControllerType::kLqg}) {
+    Autopilot autopilot(Params(controller), {.found_hold_s = 0}, PublishedVehicle(), kClock);
     autopilot.Update(Estimate(0, {0.9, 0.05, 0, 0}));
     ASSERT_EQ(autopilot.directive().stage, Stage::kVisualServoing);
-    autopilot.SetControl(Params(law));
+    autopilot.SetControl(Params(controller));
     const ThrusterCommand command = autopilot.Update(Estimate(1, {0.9, 0.05, 0, 0}, -0.2));
     EXPECT_EQ(autopilot.directive().stage, Stage::kVisualServoing);
-    EXPECT_EQ(autopilot.demand(), Axes(Axes::Zero())) << NameOf(law);
-    for (int i = 0; i < 4; ++i) EXPECT_NEAR(command.volts[i], 2.5, 1e-12) << NameOf(law);
+    EXPECT_EQ(autopilot.demand(), Axes(Axes::Zero())) << NameOf(controller);
+    for (int i = 0; i < 4; ++i) EXPECT_NEAR(command.volts[i], 2.5, 1e-12) << NameOf(controller);
   }
 }
 
 TEST(Autopilot, KeepsItsLawWhenTheOtherIsRefused) {
-  Autopilot autopilot(Params(Law::kPVoltage), {.found_hold_s = 0}, PublishedVehicle(), kClock);
-  ControlParams wrong = Params(Law::kPid);
+  Autopilot autopilot(Params(ControllerType::kPVoltage), {.found_hold_s = 0}, PublishedVehicle(),
+                      kClock);
+  ControlParams wrong = Params(ControllerType::kPid);
   wrong.pid.sway.kp_per_s2 = -1;
   EXPECT_THROW(autopilot.SetControl(wrong), ConfigError);
   const ThrusterCommand command = autopilot.Update(Estimate(0, {0.62, 0.01, 0, 0}));

@@ -27,7 +27,7 @@ PoseEstimate Nothing(int64_t frame) {
   return estimate;
 }
 
-// Also while nothing is seen and no law is in charge.
+// Also while nothing is seen and no controller is in charge.
 TEST(Levelling, GoesOnWithoutAMarker) {
   VehicleModel vehicle = PublishedVehicle();
   vehicle.thrusters.pop_back();
@@ -35,7 +35,7 @@ TEST(Levelling, GoesOnWithoutAMarker) {
     vehicle.thrusters.push_back(
         {.name = "upright", .p_BT = {0, y, 0}, .axis_B = {0, 0, 1}, .curve = {}});
   ControlParams params;
-  params.controller = Law::kPid;
+  params.controller = ControllerType::kPid;
   const Attitude rolled{.roll_pitch_rad = {0.1, 0}};
   Autopilot autopilot(params, {}, vehicle, {.frames_per_second = 30});
   const ThrusterCommand command = autopilot.Update(Nothing(0), {}, rolled);

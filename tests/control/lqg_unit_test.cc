@@ -1,4 +1,5 @@
-// The linear-quadratic law on vehicles that are what its model says, and on some that are not.
+// The linear-quadratic controller on vehicles that are what its model says, and on some that are
+// not.
 
 #include "control/lqg.h"
 
@@ -17,7 +18,7 @@ namespace {
 constexpr ClockParams kClock;  // 30 frames a second
 
 // A point mass on every axis with a lagging thruster, drag and a disturbing force, in small steps;
-// turning moves the marker aside. Not the law's code: simple Euler steps.
+// turning moves the marker aside. Not the controller's code: simple Euler steps.
 class Vehicle {
  public:
   explicit Vehicle(const Axes& marker) : marker_(marker) {
@@ -50,14 +51,14 @@ class Vehicle {
 // places.
 std::vector<Axes> RunLoop(const LqgParams& params, Vehicle vehicle, int frames, auto&& force,
                           auto&& noise, const Axes& wanted) {
-  Lqg law(params, PublishedVehicle(), kClock);
+  Lqg controller(params, PublishedVehicle(), kClock);
   std::vector<Axes> places;
   Axes before = vehicle.marker();
   for (int n = 0; n < frames; ++n) {
-    law.Observe({.frame = n - 1, .position = before + noise(n), .rate = std::nullopt});
+    controller.Observe({.frame = n - 1, .position = before + noise(n), .rate = std::nullopt});
     before = vehicle.marker();
-    const Axes demand = law.Demand({.position = wanted});
-    law.Given(n - 1, demand);
+    const Axes demand = controller.Demand({.position = wanted});
+    controller.OnCommandApplied(n - 1, demand);
     vehicle.Advance(demand, force(n));
     places.push_back(vehicle.marker());
   }
@@ -89,10 +90,10 @@ TEST(Lqg, ItsStiffnessIsTheEffortOverTheError) {
       LqgParams params;
       params.heave.effort_share = effort_share;
       params.heave.error_m = error_m;
-      Lqg law(params, PublishedVehicle(), kClock);
-      law.Observe(
+      Lqg controller(params, PublishedVehicle(), kClock);
+      controller.Observe(
           {.frame = 0, .position = wanted + offset_m * Axes::Unit(kHeave), .rate = std::nullopt});
-      const double stiffness = law.Demand({.position = wanted})[kHeave] / offset_m;
+      const double stiffness = controller.Demand({.position = wanted})[kHeave] / offset_m;
       const double effort =
           effort_share * ForceAllocation(params.allocation, PublishedVehicle()).authority()[kHeave];
       EXPECT_NEAR(stiffness, effort / error_m, 0.1 * effort / error_m)
@@ -147,7 +148,7 @@ TEST(Lqg, WavesOfTheExpectedPeriodAreCancelled) {
   const double broad_m = amplitude(3, 0.1), sharp_m = amplitude(3, 0.001);
   EXPECT_LT(broad_m, 0.012);
   EXPECT_LT(sharp_m, 0.001);
-  EXPECT_GT(amplitude(0, 0.1), 0.019);  // a law that knows of no waves makes it worse
+  EXPECT_GT(amplitude(0, 0.1), 0.019);  // a controller that knows of no waves makes it worse
 }
 
 // Sway cannot do it alone: its thruster is all but off. Turning keeps the marker in place.
@@ -190,8 +191,8 @@ TEST(Lqg, MissingFramesAreBridgedByTheModel) {
     if (n % 5 == 0) seldom.Observe({.frame = n, .position = b.marker(), .rate = std::nullopt});
     const Axes demand_a = every.Demand({.position = wanted});
     const Axes demand_b = n % 5 == 0 ? seldom.Demand({.position = wanted}) : Axes(Axes::Zero());
-    every.Given(n, demand_a);
-    seldom.Given(n, demand_b);
+    every.OnCommandApplied(n, demand_a);
+    seldom.OnCommandApplied(n, demand_b);
     a.Advance(demand_a, Axes::Zero());
     b.Advance(demand_b, Axes::Zero());
   }
@@ -200,9 +201,9 @@ TEST(Lqg, MissingFramesAreBridgedByTheModel) {
 }
 
 TEST(LqgDeathTest, RefusesFramesThatGoBack) {
-  Lqg law({}, PublishedVehicle(), kClock);
-  law.Observe({.frame = 3, .position = Axes::Zero(), .rate = std::nullopt});
-  EXPECT_DEATH(law.Observe({.frame = 3, .position = Axes::Zero(), .rate = std::nullopt}),
+  Lqg controller({}, PublishedVehicle(), kClock);
+  controller.Observe({.frame = 3, .position = Axes::Zero(), .rate = std::nullopt});
+  EXPECT_DEATH(controller.Observe({.frame = 3, .position = Axes::Zero(), .rate = std::nullopt}),
                "frames must increase");
 }
 

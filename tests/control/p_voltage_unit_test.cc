@@ -1,4 +1,4 @@
-// The published law: exact values, signs and limits.
+// The published controller: exact values, signs and limits.
 
 #include "control/p_voltage.h"
 
@@ -20,9 +20,9 @@ PVoltageParams Gains() {
 }
 
 Axes Answer(const PVoltageParams& params, const Axes& seen, const Axes& wanted) {
-  PVoltage law(params);
-  law.Observe({.frame = 0, .position = seen, .rate = std::nullopt});
-  return law.Demand({.position = wanted});
+  PVoltage controller(params);
+  controller.Observe({.frame = 0, .position = seen, .rate = std::nullopt});
+  return controller.Demand({.position = wanted});
 }
 
 TEST(PVoltage, DefaultsAreValidAndPublished) {

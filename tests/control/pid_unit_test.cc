@@ -1,4 +1,5 @@
-// PID control: exact values of the law, its rate filter, its integral and what saturation does.
+// PID control: exact values of the controller, its rate filter, its integral and what saturation
+// does.
 
 #include "control/pid.h"
 
@@ -34,11 +35,11 @@ Observation Seen(int64_t frame, const Axes& position) {
   return {.frame = frame, .position = position, .rate = std::nullopt};
 }
 
-// A frame of a law that gets what it asks for.
-Axes Frame(Pid* law, int64_t frame, const Axes& position, const Reference& wanted = {}) {
-  law->Observe(Seen(frame, position));
-  const Axes force = law->Demand(wanted);
-  law->Given(frame, force);
+// A frame of a controller that gets what it asks for.
+Axes Frame(Pid* controller, int64_t frame, const Axes& position, const Reference& wanted = {}) {
+  controller->Observe(Seen(frame, position));
+  const Axes force = controller->Demand(wanted);
+  controller->OnCommandApplied(frame, force);
   return force;
 }
 
@@ -51,9 +52,9 @@ TEST(Pid, RefusesParametersOutOfRange) {
 }
 
 TEST(Pid, ProportionalPartExactly) {
-  Pid law(Gains(3, 0, 0), Unit(), kClock);
+  Pid controller(Gains(3, 0, 0), Unit(), kClock);
   const Axes force =
-      Frame(&law, 0, {0.70, 0.03, -0.02, 0.1}, {.position = {0.60, 0.01, 0.01, -0.1}});
+      Frame(&controller, 0, {0.70, 0.03, -0.02, 0.1}, {.position = {0.60, 0.01, 0.01, -0.1}});
   EXPECT_DOUBLE_EQ(force[kSurge], 3 * (0.70 - 0.60));
   EXPECT_DOUBLE_EQ(force[kSway], 3 * (0.03 - 0.01));
   EXPECT_DOUBLE_EQ(force[kHeave], 3 * (-0.02 - 0.01));
@@ -67,21 +68,21 @@ TEST(Pid, ForcesFollowTheVehiclesDataAndItsLimits) {
   heavy.inertia *= 2;
   PidParams params = Gains(0.1, 0, 0);
   params.surge.limit_share = 0.5;
-  Pid law(params, PublishedVehicle(), kClock), of_heavy(params, heavy, kClock);
+  Pid controller(params, PublishedVehicle(), kClock), of_heavy(params, heavy, kClock);
   const Axes error(0.1, -0.1, 0.1, 0.1);
-  const Axes force = Frame(&law, 0, error), of_twice = Frame(&of_heavy, 0, error);
+  const Axes force = Frame(&controller, 0, error), of_twice = Frame(&of_heavy, 0, error);
   EXPECT_NEAR(force[kSway], -0.1 * 0.1 * 25, 1e-12);
   EXPECT_NEAR((of_twice - 2 * force).norm(), 0, 1e-12);
-  EXPECT_DOUBLE_EQ(Frame(&law, 1, {1e6, 0, 0, 0})[kSurge], 0.5 * 2 * 4.9);
-  EXPECT_DOUBLE_EQ(Frame(&law, 2, {-1e6, 0, 0, 0})[kSurge], -0.5 * 2 * 0.9 * 4.9);
+  EXPECT_DOUBLE_EQ(Frame(&controller, 1, {1e6, 0, 0, 0})[kSurge], 0.5 * 2 * 4.9);
+  EXPECT_DOUBLE_EQ(Frame(&controller, 2, {-1e6, 0, 0, 0})[kSurge], -0.5 * 2 * 0.9 * 4.9);
 }
 
 TEST(Pid, RateOfASteadilyMovingMarkerSettlesAtItsSpeed) {
   constexpr double kSpeed_mps = 0.06, kTau_s = 0.2;
-  Pid law(Gains(0, 0, 5, kTau_s), Unit(), kClock);
+  Pid controller(Gains(0, 0, 5, kTau_s), Unit(), kClock);
   for (int n = 0; n <= 60; ++n) {
     const double x_m = 0.6 + kSpeed_mps * n / 30;
-    const Axes force = Frame(&law, n, {x_m, -x_m, 2 * x_m, -x_m / 2});
+    const Axes force = Frame(&controller, n, {x_m, -x_m, 2 * x_m, -x_m / 2});
     // a first-order filter's answer to a step of the rate, n frames after it
     const double rate = kSpeed_mps * (1 - std::exp(-n / (30 * kTau_s)));
     EXPECT_NEAR(force[kSurge], 5 * rate, 1e-12) << n;
@@ -97,9 +98,9 @@ TEST(Pid, AimTurnsTowardsTheMarkerByItsAngleAndItsRate) {
   for (const bool by_rate : {false, true}) {
     PidParams params = Gains(by_rate ? 0 : 3, 0, by_rate ? 5 : 0);
     params.yaw.aim = 0.5;
-    Pid law(params, Unit(), kClock);
-    Frame(&law, 0, {0.8, 0.04, 0, 0.1}, {.position = {0.6, 0.01, 0, 0}});
-    const Axes force = Frame(&law, 1, {0.8, 0.07, 0, 0.1},
+    Pid controller(params, Unit(), kClock);
+    Frame(&controller, 0, {0.8, 0.04, 0, 0.1}, {.position = {0.6, 0.01, 0, 0}});
+    const Axes force = Frame(&controller, 1, {0.8, 0.07, 0, 0.1},
                              {.position = {0.6, 0.01, 0, 0}, .rate = {0, 0.3, 0, 0}});
     // 0.06 m aside at 0.8 m; 0.9 m/s there, of which 0.3 are wanted
     EXPECT_NEAR(force[kYaw], by_rate ? 5 * 0.5 * (0.9 - 0.3) / 0.8 : 3 * (0.1 + 0.5 * 0.06 / 0.8),
@@ -121,38 +122,39 @@ TEST(Pid, MissingFramesGiveTheMeanRateOverTheGap) {
 }
 
 TEST(Pid, NoKickAtTheFirstFrameNorAfterALongGapNorFromAMovedTarget) {
-  Pid law(Gains(0, 0, 50), Unit(), kClock);
-  EXPECT_EQ(Frame(&law, 100, {1.2, 0.3, 0.2, 0.1}), Axes(Axes::Zero()));
-  EXPECT_NE(Frame(&law, 101, {1.19, 0.3, 0.2, 0.1})[kSurge], 0);
+  Pid controller(Gains(0, 0, 50), Unit(), kClock);
+  EXPECT_EQ(Frame(&controller, 100, {1.2, 0.3, 0.2, 0.1}), Axes(Axes::Zero()));
+  EXPECT_NE(Frame(&controller, 101, {1.19, 0.3, 0.2, 0.1})[kSurge], 0);
   // nine frames missing are 0.3 s and still a gap; ten are longer and a new beginning
-  EXPECT_NE(Frame(&law, 111, {0.6, 0, 0, 0})[kSurge], 0);
-  EXPECT_EQ(Frame(&law, 122, {1.6, 0, 0, 0}), Axes(Axes::Zero()));
-  EXPECT_EQ(Frame(&law, 123, {1.6, 0, 0, 0}, {.position = {0.6, 0, 0, 0}}), Axes(Axes::Zero()));
+  EXPECT_NE(Frame(&controller, 111, {0.6, 0, 0, 0})[kSurge], 0);
+  EXPECT_EQ(Frame(&controller, 122, {1.6, 0, 0, 0}), Axes(Axes::Zero()));
+  EXPECT_EQ(Frame(&controller, 123, {1.6, 0, 0, 0}, {.position = {0.6, 0, 0, 0}}),
+            Axes(Axes::Zero()));
 }
 
 TEST(Pid, AHeadingThatWrapsHasASmallRate) {
-  Pid law(Gains(0, 0, 1), Unit(), kClock);
-  Frame(&law, 0, {0.6, 0, 0, 3.14});
-  EXPECT_NEAR(Frame(&law, 1, {0.6, 0, 0, -3.14})[kYaw], 30 * (2 * M_PI - 6.28), 1e-9);
+  Pid controller(Gains(0, 0, 1), Unit(), kClock);
+  Frame(&controller, 0, {0.6, 0, 0, 3.14});
+  EXPECT_NEAR(Frame(&controller, 1, {0.6, 0, 0, -3.14})[kYaw], 30 * (2 * M_PI - 6.28), 1e-9);
 }
 
 TEST(Pid, TheFiltersRateIsUsedWhereThereIsOneAndTheWantedRateIsTakenAway) {
-  Pid law(Gains(0, 0, 2), Unit(), kClock);
-  law.Observe({.frame = 0, .position = Axes::Zero(), .rate = Axes(0.1, 0.2, 0.3, 0.4)});
-  const Axes force = law.Demand({.rate = {0.05, 0, 0, 0.1}});
+  Pid controller(Gains(0, 0, 2), Unit(), kClock);
+  controller.Observe({.frame = 0, .position = Axes::Zero(), .rate = Axes(0.1, 0.2, 0.3, 0.4)});
+  const Axes force = controller.Demand({.rate = {0.05, 0, 0, 0.1}});
   EXPECT_DOUBLE_EQ(force[kSurge], 2 * (0.1 - 0.05));
   EXPECT_DOUBLE_EQ(force[kSway], 2 * 0.2);
   EXPECT_DOUBLE_EQ(force[kYaw], 2 * (0.4 - 0.1));
 }
 
 TEST(Pid, TheIntegralIsTheSumOfTheErrors) {
-  Pid law(Gains(0, 6, 0), Unit(), kClock);
+  Pid controller(Gains(0, 6, 0), Unit(), kClock);
   for (int n = 0; n < 10; ++n)
-    EXPECT_NEAR(Frame(&law, n, {0.02, 0, 0, 0})[kSurge], 6 * 0.02 * n / 30, 1e-12) << n;
+    EXPECT_NEAR(Frame(&controller, n, {0.02, 0, 0, 0})[kSurge], 6 * 0.02 * n / 30, 1e-12) << n;
   // without control it stands still
-  law.Observe(Seen(10, {0.02, 0, 0, 0}));
-  law.Given(10, Axes::Zero());
-  EXPECT_NEAR(Frame(&law, 11, {0.02, 0, 0, 0})[kSurge], 6 * 0.02 * 10 / 30, 1e-12);
+  controller.Observe(Seen(10, {0.02, 0, 0, 0}));
+  controller.OnCommandApplied(10, Axes::Zero());
+  EXPECT_NEAR(Frame(&controller, 11, {0.02, 0, 0, 0})[kSurge], 6 * 0.02 * 10 / 30, 1e-12);
 }
 
 // A thruster that gives at most 1 N while the error asks for far more: without back-calculation the
@@ -160,35 +162,35 @@ TEST(Pid, TheIntegralIsTheSumOfTheErrors) {
 TEST(Pid, TheIntegralDoesNotWindUpBehindALimit) {
   PidParams params = Gains(1, 2, 0);
   params.anti_windup_s = 0.5;
-  Pid law(params, Unit(), kClock);
+  Pid controller(params, Unit(), kClock);
   constexpr double kMost = 1, kError_m = 1;
   Axes demand = Axes::Zero();
   for (int n = 0; n < 300; ++n) {
-    law.Observe(Seen(n, {kError_m, 0, 0, 0}));
-    demand = law.Demand({});
-    law.Given(n, {std::min(kMost, demand[kSurge]), 0, 0, 0});
+    controller.Observe(Seen(n, {kError_m, 0, 0, 0}));
+    demand = controller.Demand({});
+    controller.OnCommandApplied(n, {std::min(kMost, demand[kSurge]), 0, 0, 0});
   }
   // at rest: ki e = (wanted - given) / anti_windup_s
   EXPECT_NEAR(demand[kSurge], kMost + 2 * kError_m * 0.5, 1e-6);
   // the error turns: the demand is out of the limit at once
-  law.Observe(Seen(300, {-kError_m, 0, 0, 0}));
-  EXPECT_LT(law.Demand({})[kSurge], kMost);
+  controller.Observe(Seen(300, {-kError_m, 0, 0, 0}));
+  EXPECT_LT(controller.Demand({})[kSurge], kMost);
 }
 
 TEST(Pid, AimTurnsTowardsAMarkerAside) {
   PidParams params = Gains(2, 0, 0);
   params.yaw.aim = 0.5;
-  Pid law(params, Unit(), kClock);
-  const Axes force = Frame(&law, 0, {0.5, 0.1, 0, 0.03}, {.position = {0.5, 0.02, 0, 0}});
+  Pid controller(params, Unit(), kClock);
+  const Axes force = Frame(&controller, 0, {0.5, 0.1, 0, 0.03}, {.position = {0.5, 0.02, 0, 0}});
   EXPECT_DOUBLE_EQ(force[kYaw], 2 * (0.03 + 0.5 * (0.1 - 0.02) / 0.5));
   EXPECT_DOUBLE_EQ(force[kSway], 2 * (0.1 - 0.02));
 }
 
 TEST(PidDeathTest, RefusesFramesThatGoBackAndADemandOutOfNothing) {
-  Pid law(Gains(1, 0, 0), Unit(), kClock);
-  EXPECT_DEATH(law.Demand({}), "nothing has been observed");
-  Frame(&law, 7, Axes::Zero());
-  EXPECT_DEATH(law.Observe(Seen(7, Axes::Zero())), "frames must increase");
+  Pid controller(Gains(1, 0, 0), Unit(), kClock);
+  EXPECT_DEATH(controller.Demand({}), "nothing has been observed");
+  Frame(&controller, 7, Axes::Zero());
+  EXPECT_DEATH(controller.Observe(Seen(7, Axes::Zero())), "frames must increase");
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 using namespace turbidock;  // NOLINT(google-build-using-namespace)
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  // the law whose making costs least: each input begins a trial
+  // the controller whose making costs least: each input begins a trial
   static const trial::Scenario scenario = trial::LoadScenario(
       "sea_night_active", {"pose_source=true_pose", "duration_s=5", "controller=p_voltage"});
   live::LiveSession session(scenario);

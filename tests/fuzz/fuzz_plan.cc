@@ -1,7 +1,7 @@
 // Any text as a plan of few trials: refused, or a plan whose resolved text is the same plan.
 
+#include "experiments/batch/plan.h"
 #include "experiments/config/yaml_fields.h"
-#include "experiments/farm/plan.h"
 #include "sim/base/check.h"
 
 using namespace turbidock;  // NOLINT(google-build-using-namespace)
@@ -10,9 +10,9 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const std::string text(reinterpret_cast<const char*>(data), size);
   try {
     // One trial a cell, or the checking of a million trials is what is timed.
-    const farm::PlanOverrides few{.assignments = {}, .master_seed = {}, .seeds = 6};
-    const farm::Plan plan(text, "input.yaml", few);
-    const farm::Plan again(plan.resolved(), "resolved.yaml");
+    const batch::PlanOverrides few{.assignments = {}, .master_seed = {}, .seeds = 6};
+    const batch::Plan plan(text, "input.yaml", few);
+    const batch::Plan again(plan.resolved(), "resolved.yaml");
     TD_CHECK(again.hash() == plan.hash(), "the same plan");
     TD_CHECK(again.trials() == plan.trials(), "of as many trials");
   } catch (const ConfigError&) {

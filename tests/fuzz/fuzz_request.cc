@@ -22,7 +22,7 @@ constexpr std::string_view kPage = "<!doctype html><title>what only who knows th
 class Echo : public serve::Tab {
  public:
   std::optional<std::string> Next() override { return std::exchange(heard_, std::nullopt); }
-  void Hear(std::string_view text) override {
+  void OnMessage(std::string_view text) override {
     TD_CHECK(text.size() <= serve::Server::kMostMessageBytes, "no more than a tab may say");
     heard_ = text;
   }

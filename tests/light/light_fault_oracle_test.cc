@@ -96,8 +96,8 @@ TEST(LampFactors, LeaveTheOtherLampsLight) {
   EXPECT_GT(compared, 1000);
 }
 
-TEST(DayFault, GrowsInProportionToTheFull) {
-  DayFault day;
+TEST(AmbientLightFault, GrowsInProportionToTheFull) {
+  AmbientLightFault day;
   day.begin_s = 5;
   day.end_s = 100;
   day.rise_s = 20;
@@ -193,7 +193,7 @@ TEST(ShinesAs, HasTheBallsLight) {
   balls[1].casts_shadow = false;
   balls[1].shines_as = "red";
   view::RenderedStereo seen = Cast(balls, rig);
-  seen.visitors = {{true, balls[1].X_AS}};
+  seen.distractors = {{true, balls[1].X_AS}};
   Water water(params, rig, SurfaceTable(balls), {});
   RadianceStereo images;
   water.Apply(seen, &images);
@@ -210,7 +210,7 @@ TEST(ShinesAs, HasTheBallsLight) {
 
   // One that is not there lights nothing.
   view::RenderedStereo gone = Cast({balls[0]}, rig);
-  gone.visitors = {{false, balls[1].X_AS}};
+  gone.distractors = {{false, balls[1].X_AS}};
   RadianceStereo alone, with_absent;
   Water(params, rig, SurfaceTable({balls[0]}), {}).Apply(Cast({balls[0]}, rig), &alone);
   water.Apply(gone, &with_absent);

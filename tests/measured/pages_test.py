@@ -25,8 +25,8 @@ TABLE = draw.read_table(ORIGIN + 'milk,"docked, of 30"\n0,\n20,"a|b"\n', "t.csv"
 
 
 def pages():
-    return [ROOT / "README.md"] + [page for room in ("assets", "control", "experiments", "models", "sim", "tests", "vision")
-                                   for page in (ROOT / room).rglob("*.md") if "node_modules" not in page.parts]
+    return [ROOT / "README.md"] + [page for module in ("assets", "control", "experiments", "models", "sim", "tests", "vision")
+                                   for page in (ROOT / module).rglob("*.md") if "node_modules" not in page.parts]
 
 
 class ResultFile(unittest.TestCase):

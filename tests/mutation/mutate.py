@@ -32,10 +32,10 @@ ROOT = HERE.parent.parent
 
 CORE = ['sim/vehicle', 'sim/light', 'sim/camera', 'vision', 'control', 'experiments/statistics',
         'experiments/studies/gate/judge.cc', 'experiments/studies/compare/comparison.cc', 'experiments/trial/recorder.cc',
-        'experiments/trial/ending.cc', 'experiments/farm/trial_scheduler.cc',
-        'experiments/farm/result_store.cc']
-# Of these rooms the tests are run, whatever room the fault is in.
-ROOMS = 'base vehicle check view light camera vision control statistics search trial farm compare gate tuning'
+        'experiments/trial/ending.cc', 'experiments/batch/trial_scheduler.cc',
+        'experiments/batch/result_store.cc']
+# Of these modules the tests are run, whatever module the fault is in.
+MODULES = 'base vehicle check view light camera vision control statistics search trial batch compare gate tuning'
 # Tests of a fault end at once after QUICK seconds of them in all; those that take longer are run one by one.
 QUICK = 2.0
 
@@ -80,12 +80,12 @@ def planted_faults(work, parts):
     return faults
 
 
-def compile_with(work, faults, rooms, without, jobs, log):
+def compile_with(work, faults, modules, without, jobs, log):
     """Writes the faults into the sources and builds; returns those that compile, by number."""
     numbered = dict(enumerate(faults))
     originals = {fault.file: (work / fault.file).read_bytes() for fault in faults}
     known = set(re.findall(r'^build (\w+_test): phony', (work / 'build/build.ninja').read_text(), re.M))
-    targets = sorted(t for t in known if t.split('_')[0] in rooms and not re.search(f'check_vehicle|{without}', t))
+    targets = sorted(t for t in known if t.split('_')[0] in modules and not re.search(f'check_vehicle|{without}', t))
     header = f'#include "{HERE}/mutation.h"\n'.encode()
     for _ in range(12):
         for file, text in originals.items():
@@ -205,8 +205,8 @@ def main():
     parser.add_argument('--jobs', type=int, default=2)
     parser.add_argument('--work', default='build-mutation', help='folder of the clone')
     parser.add_argument('--parts', nargs='+', help='files and folders of the core; all of it')
-    parser.add_argument('--rooms', default=ROOMS, help='whose tests are run')
-    parser.add_argument('--without', default='scenario|farm_repeat', help='programs of tests that are left out, a pattern')
+    parser.add_argument('--modules', default=MODULES, help='whose tests are run')
+    parser.add_argument('--without', default='scenario|batch_repeat', help='programs of tests that are left out, a pattern')
     parser.add_argument('--limit-s', type=float, default=120, help='of tests, for a fault that none of them notices')
     parser.add_argument('--csv', help='a row for each fault')
     arguments = parser.parse_args()
@@ -223,7 +223,7 @@ def main():
     planted = len(faults)
     if 'drawn' in arguments.kind:  # some more than asked: not all compile
         faults += drawn_faults(work, arguments.parts or CORE, arguments.seed, arguments.count * 11 // 10)
-    numbered, targets = compile_with(work, faults, arguments.rooms.split(), arguments.without, arguments.jobs, work / 'mutation.log')
+    numbered, targets = compile_with(work, faults, arguments.modules.split(), arguments.without, arguments.jobs, work / 'mutation.log')
     drawn = [number for number in numbered if number >= planted][arguments.count:]
     numbered = {number: fault for number, fault in numbered.items() if number not in drawn}
     reached = look_around(work, targets, numbered, arguments.jobs)
@@ -244,11 +244,11 @@ def main():
     if arguments.csv:
         with open(arguments.csv, 'w', newline='') as file:
             writer = csv.writer(file, lineterminator='\n')
-            writer.writerow(['room', 'place', 'kind', 'was', 'becomes', 'noticed by'])
+            writer.writerow(['module', 'place', 'kind', 'was', 'becomes', 'noticed by'])
             writer.writerows(rows)
-    for room in dict.fromkeys(row[0] for row in rows):
-        mine = [row for row in rows if row[0] == room]
-        print(f'{room:24} {sum(not row[5].startswith("no test") for row in mine):4} of {len(mine)}')
+    for module in dict.fromkeys(row[0] for row in rows):
+        mine = [row for row in rows if row[0] == module]
+        print(f'{module:24} {sum(not row[5].startswith("no test") for row in mine):4} of {len(mine)}')
     noticed = sum(not row[5].startswith('no test') for row in rows)
     print(f'{noticed} of {len(rows)} noticed')
     return 0 if noticed >= arguments.least * len(rows) else 1

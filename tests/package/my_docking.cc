@@ -1,4 +1,4 @@
-// turbidock with a control law and a pose estimator of one's own: every subcommand knows them.
+// turbidock with a controller and a pose estimator of one's own: every subcommand knows them.
 //
 //   my_docking run sea_night_active --set controller=damped_p --set damped_p.gain_newton_per_m=50
 //   my_docking list keys | grep damped_p
@@ -14,7 +14,7 @@ namespace {
 
 using namespace turbidock;
 
-// A proportional law with damping.
+// A proportional controller with damping.
 class DampedP final : public control::Controller {
  public:
   struct Params {
@@ -27,7 +27,7 @@ class DampedP final : public control::Controller {
             "force per speed");
       field("yaw_newton_m_per_rad", self.yaw_newton_m_per_rad, InRange(0, 50),
             "moment per error of the heading");
-      field("pose_filter", self.pose_filter, Finite(), "between estimate and law");
+      field("pose_filter", self.pose_filter, Finite(), "between estimate and controller");
     }
   };
   DampedP(const Params& params, const ClockParams&) : params_(params) {}
@@ -41,7 +41,7 @@ class DampedP final : public control::Controller {
     force[control::kYaw] = params_.yaw_newton_m_per_rad * error[control::kYaw];
     return force;
   }
-  void Given(int64_t, const control::Axes&) override {}
+  void OnCommandApplied(int64_t, const control::Axes&) override {}
 
  private:
   Params params_;
@@ -72,7 +72,9 @@ class Cautious final : public vision::PoseEstimator {
     search_.Reset();
     last_.reset();
   }
-  std::optional<StereoRegion> Reach() const override { return search_.Reach(); }
+  std::optional<StereoRegion> RegionOfInterest() const override {
+    return search_.RegionOfInterest();
+  }
   std::string_view name() const override { return "cautious"; }
 
  private:

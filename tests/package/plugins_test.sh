@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# plugins_test.sh PROGRAM FOLDER: a program with a law and an estimator of its own (my_docking.cc) does with them
+# plugins_test.sh PROGRAM FOLDER: a program with a controller and an estimator of its own (my_docking.cc) does with them
 # whatever turbidock does with its own.
 set -euo pipefail
 # A pipe is read to its end (grep without -q): a program whose reader has left fails.
@@ -55,4 +55,4 @@ proof: {held_out_seeds: 2, cameras: false}
 STUDY
 "$program" tune study.yaml --out tune --workers 2 --quiet
 grep -q 'controller: damped_p' tune/gains.yaml
-echo "a law and an estimator of one's own: run, batch, verify, replay, report, step-response, compare-estimators, gate, tune"
+echo "a controller and an estimator of one's own: run, batch, verify, replay, report, step-response, compare-estimators, gate, tune"

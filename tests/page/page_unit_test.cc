@@ -8,8 +8,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "experiments/farm/plan.h"
-#include "experiments/farm/result_store.h"
+#include "experiments/batch/plan.h"
+#include "experiments/batch/result_store.h"
 #include "experiments/page/batch_page.h"
 #include "experiments/page/report_page.h"
 #include "experiments/page/trial_model.h"
@@ -186,11 +186,11 @@ TEST(SceneModel, AStationOnItsMooringMovesWithTheMarker) {
     if (geom["part"] == "hull" || geom["part"] == "pole") {
       EXPECT_EQ(geom["fixed_to"], "vehicle");
     }
-    plates += geom["name"] == "station_plate" && geom["fixed_to"] == "berth";
+    plates += geom["name"] == "station_plate" && geom["fixed_to"] == "moored_body";
     for (const vehicle::BallInScene& ball : scene.balls) {
       if (geom["name"] != "ball_" + ball.name) continue;
       ++balls;
-      EXPECT_EQ(geom["fixed_to"], "berth");
+      EXPECT_EQ(geom["fixed_to"], "moored_body");
       for (int i = 0; i < 3; ++i)
         EXPECT_NEAR(geom["pose"][static_cast<size_t>(i)].get<double>(), ball.p_MQ(i), 1e-5);
     }
@@ -265,10 +265,10 @@ TEST_F(PageFiles, AModelThatIsGoneLeavesAPageWithoutReplay) {
 }
 
 TEST_F(PageFiles, ABatchWithoutTrialsSaysSo) {
-  const farm::Plan plan(
+  const batch::Plan plan(
       "schema_version: 1\ndescription: none yet\nscenario: sea_night_active\nseeds: 2\n", "plan");
-  const farm::ResultStore store =
-      farm::ResultStore::Write(Path("b.db"), farm::HeaderOf(plan, farm::Shard{}));
+  const batch::ResultStore store =
+      batch::ResultStore::Write(Path("b.db"), batch::HeaderOf(plan, batch::Shard{}));
   const Page page = BatchPage(store, Path("b.db"));
   EXPECT_EQ(page.model["rows"], 0);
   EXPECT_EQ(page.model["title"], "none yet");
@@ -278,15 +278,15 @@ TEST_F(PageFiles, ABatchWithoutTrialsSaysSo) {
 }
 
 TEST_F(PageFiles, ABatchHasItsTrialsAndTheirSeriesFailuresFirst) {
-  const farm::Plan plan(
+  const batch::Plan plan(
       "schema_version: 1\ndescription: '<b>two</b>'\nscenario: sea_night_active\nseeds: 2\n"
       "series_every_frames: 1\ngrid: {controller: [pid, lqg]}\n",
       "plan");
-  farm::ResultStore store =
-      farm::ResultStore::Write(Path("b.db"), farm::HeaderOf(plan, farm::Shard{}));
+  batch::ResultStore store =
+      batch::ResultStore::Write(Path("b.db"), batch::HeaderOf(plan, batch::Shard{}));
   const trial::TrialResult result = trial::RunTrial(WithoutCameras());
   for (int64_t i = 0; i < 4; ++i) {
-    farm::StoredTrial trial;
+    batch::StoredTrial trial;
     trial.trial = i;
     trial.cell = i / 2;
     trial.sample = i % 2;
@@ -321,13 +321,13 @@ TEST_F(PageFiles, ABatchHasItsTrialsAndTheirSeriesFailuresFirst) {
 // Its report is written anew while it goes on; its trials are a page of their own.
 TEST_F(PageFiles, AStudysFolderIsItsReportBesideItsTrials) {
   EXPECT_EQ(TrialsOfStudy(Path("")), std::nullopt);
-  const farm::ResultStore store =
-      farm::ResultStore::Write(Path("evaluations.sqlite"), {.kind = "tune",
-                                                            .plan = "description: sway",
-                                                            .build = "none",
-                                                            .shard = {},
-                                                            .trials = 0,
-                                                            .keys = {"phase", "lqg.a"}});
+  const batch::ResultStore store =
+      batch::ResultStore::Write(Path("evaluations.sqlite"), {.kind = "tune",
+                                                             .plan = "description: sway",
+                                                             .build = "none",
+                                                             .shard = {},
+                                                             .trials = 0,
+                                                             .keys = {"phase", "lqg.a"}});
   EXPECT_EQ(TrialsOfStudy(Path("")), Path("evaluations.sqlite"));
   EXPECT_EQ(BatchPage(store, "e.sqlite").model["title"], "sway");
   File("report.json", report::JsonText(report::Document({.kind = "tuning", .title = "sway so far"},

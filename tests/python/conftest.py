@@ -12,8 +12,8 @@ import turbidock
 QUICK = {"pose_source": "true_pose"}
 
 
-class CopiedLaw(turbidock.Controller):
-    """The published law once more, in Python."""
+class CopiedController(turbidock.Controller):
+    """The published controller once more, in Python."""
 
     asks_for = "volts"
     surge_v_per_m = turbidock.Key(20.0, 0, 1000, "volts a metre of x")
@@ -43,8 +43,8 @@ class CopiedPid(turbidock.Controller):
         return inertia * self.kp_per_s2 * error + inertia * self.kd_per_s * rate
 
 
-class OddLaw(turbidock.Controller):
-    """What may go wrong in a law."""
+class OddController(turbidock.Controller):
+    """What may go wrong in a controller."""
 
     does = turbidock.Key("nothing", doc="what it does instead of steering")
 

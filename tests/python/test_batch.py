@@ -5,7 +5,7 @@ import sqlite3
 import pytest
 
 import turbidock
-from conftest import QUICK, CopiedLaw, FixedEstimator, OddLaw
+from conftest import QUICK, CopiedController, FixedEstimator, OddController
 
 
 def plan(**more):
@@ -37,9 +37,9 @@ def test_a_stored_series_has_the_rows_of_the_log(tmp_path):
 
 
 def test_a_batch_with_a_law_in_python(tmp_path):
-    trials = turbidock.batch(plan(), str(tmp_path / "b.db"), workers=2, controller=CopiedLaw)
+    trials = turbidock.batch(plan(), str(tmp_path / "b.db"), workers=2, controller=CopiedController)
     for row in trials.itertuples():
-        alone = turbidock.run("pool_active", seed=int(row.seed), controller=CopiedLaw,
+        alone = turbidock.run("pool_active", seed=int(row.seed), controller=CopiedController,
                               settings={**QUICK, "duration_s": 6})
         assert alone.digest == row.digest
 
@@ -47,8 +47,8 @@ def test_a_batch_with_a_law_in_python(tmp_path):
 def test_a_batch_goes_on_when_a_law_raises_or_hangs(tmp_path):
     trials = turbidock.batch(
         plan(seeds=1, trial_time_limit_s=5,
-             grid={"odd_law.does": ["nothing", "raise", "hang", "nothing again"]}),
-        str(tmp_path / "b.db"), workers=2, controller=OddLaw)
+             grid={"odd_controller.does": ["nothing", "raise", "hang", "nothing again"]}),
+        str(tmp_path / "b.db"), workers=2, controller=OddController)
     assert list(trials["outcome"])[1:3] == ["crashed", "hung"]
     assert trials["outcome"][0] not in ("crashed", "hung")
 
@@ -87,11 +87,11 @@ conditions:
     turbidock.gate(str(gate), workers=2, update=True)
     assert turbidock.gate(str(gate), workers=2)["verdict"] == "pass"
     # it lets the vehicle drift
-    assert turbidock.gate(str(gate), workers=2, controller=OddLaw)["verdict"] == "fail"
+    assert turbidock.gate(str(gate), workers=2, controller=OddController)["verdict"] == "fail"
     with pytest.raises(turbidock.SimulatorFault, match="crashed"):
-        turbidock.gate(str(gate), workers=2, controller=OddLaw, settings={"odd_law.does": "raise"})
+        turbidock.gate(str(gate), workers=2, controller=OddController, settings={"odd_controller.does": "raise"})
     with pytest.raises(turbidock.SimulatorFault, match="hung"):
-        turbidock.gate(str(gate), workers=2, controller=OddLaw, settings={"odd_law.does": "hang"},
+        turbidock.gate(str(gate), workers=2, controller=OddController, settings={"odd_controller.does": "hang"},
                        time_limit_s=3)
 
 

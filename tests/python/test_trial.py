@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import turbidock
-from conftest import QUICK, CopiedLaw, CopiedPid, FixedEstimator, OddLaw
+from conftest import QUICK, CopiedController, CopiedPid, FixedEstimator, OddController
 
 
 def test_run_is_the_programs_own(program):
@@ -80,10 +80,10 @@ def test_a_python_copy_of_the_published_law_steers_the_same_trial(program):
     theirs = program("paper_sea_night_active", seed=3, pose_source="true_pose", duration_s=12)
     law = turbidock.Scenario("paper_sea_night_active").p_voltage
     ours = turbidock.run(
-        "paper_sea_night_active", seed=3, controller=CopiedLaw,
-        settings={**QUICK, "duration_s": 12, "copied_law.surge_v_per_m": law.surge.kp_v_per_m,
-                  "copied_law.across_v_per_m": law.sway.kp_v_per_m,
-                  "copied_law.yaw_v": law.yaw.kp_v})
+        "paper_sea_night_active", seed=3, controller=CopiedController,
+        settings={**QUICK, "duration_s": 12, "copied_controller.surge_v_per_m": law.surge.kp_v_per_m,
+                  "copied_controller.across_v_per_m": law.sway.kp_v_per_m,
+                  "copied_controller.yaw_v": law.yaw.kp_v})
     assert ours.digest == theirs["digest"]
 
 
@@ -106,7 +106,7 @@ def test_forces_steer_every_vehicle_and_volts_the_published_one():
     assert ended.outcome == "timeout"
     assert ended.trajectory.filter(like="_v").iloc[-1].nunique() > 4  # it steers
     with pytest.raises(turbidock.ConfigError, match="thruster"):
-        turbidock.run("bluerov2_sea_night", controller=CopiedLaw, settings=QUICK)
+        turbidock.run("bluerov2_sea_night", controller=CopiedController, settings=QUICK)
 
     class Odd(turbidock.Controller):
         asks_for = "watts"
@@ -131,17 +131,17 @@ def test_scenarios_have_the_keys_and_errors_of_yaml():
     with pytest.raises(ValueError, match="no bundled scenario"):
         turbidock.Scenario("sea_nigt_active")
     with pytest.raises(turbidock.ConfigError, match="did you mean across_v_per_m"):
-        turbidock.Scenario("pool_active", controller=CopiedLaw,
-                           settings={"copied_law.acros_v_per_m": 3})
+        turbidock.Scenario("pool_active", controller=CopiedController,
+                           settings={"copied_controller.acros_v_per_m": 3})
     with pytest.raises(turbidock.ConfigError, match="must be in"):
-        turbidock.Scenario("pool_active", controller=CopiedLaw, settings={"copied_law.yaw_v": -3})
+        turbidock.Scenario("pool_active", controller=CopiedController, settings={"copied_controller.yaw_v": -3})
 
 
 @pytest.mark.parametrize("does, problem", [
     ("raise", "no such gain"), ("nan", "number 2 is nan"), ("shape", r"shape \(3,\)")])
 def test_a_law_that_fails_is_named(does, problem):
-    with pytest.raises(turbidock.PluginError, match=rf"controller odd_law, Demand(.|\n)*{problem}"):
-        turbidock.run("pool_active", controller=OddLaw, settings={**QUICK, "odd_law.does": does})
+    with pytest.raises(turbidock.PluginError, match=rf"controller odd_controller, Demand(.|\n)*{problem}"):
+        turbidock.run("pool_active", controller=OddController, settings={**QUICK, "odd_controller.does": does})
 
 
 @pytest.mark.parametrize("does, problem", [

@@ -49,7 +49,7 @@ struct Counter {
       if (sent >= counter.allowed) return std::nullopt;
       return std::to_string(++sent);
     }
-    void Hear(std::string_view text) override {
+    void OnMessage(std::string_view text) override {
       const std::lock_guard lock(counter.mutex);
       counter.heard.emplace_back(text);
     }

@@ -17,7 +17,7 @@ MOST_WORDS_OF_README = 600
 LINK = re.compile(r'\]\(([^)\s]+)\)')
 FENCE = re.compile(r'^```sh\n(.*?)^```', re.S | re.M)
 FOLDERS = ('assets/', 'cmake/', 'control/', 'experiments/', 'models/', 'sim/', 'tests/', 'vision/')
-# `sim/base/frames.h`, `models/*.xml`, `farm/plan.{h,cc}`: a path, not a key or a command.
+# `sim/base/frames.h`, `models/*.xml`, `batch/plan.{h,cc}`: a path, not a key or a command.
 PATH = re.compile(r'`((?:[\w.-]+/)+[\w.*{},-]*)`')
 
 

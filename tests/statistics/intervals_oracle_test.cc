@@ -149,28 +149,28 @@ TEST(Quantile, InterpolatesBetweenOrderStatistics) {
 }
 
 TEST(FitLogistic, EqualsTheClosedFormOfTwoDoses) {
-  // Firth's estimate with one parameter a dose is (k + 1/2) / (n + 1).
+  // Firth's estimate with one parameter per value of x is (k + 1/2) / (n + 1).
   for (const int64_t k : {0, 3, 12}) {
     const auto fit = FitLogistic({{10, 18, 20}, {60, k, 30}});
     ASSERT_TRUE(fit);
     EXPECT_NEAR(fit->At(10), 18.5 / 21, 1e-9);
     EXPECT_NEAR(fit->At(60), (static_cast<double>(k) + 0.5) / 31, 1e-9);
-    EXPECT_NEAR(fit->At(fit->half_dose), 0.5, 1e-12);
-    EXPECT_LT(fit->half_low, fit->half_dose);
-    EXPECT_GT(fit->half_high, fit->half_dose);
+    EXPECT_NEAR(fit->At(fit->half_x), 0.5, 1e-12);
+    EXPECT_LT(fit->half_low, fit->half_x);
+    EXPECT_GT(fit->half_high, fit->half_x);
   }
 }
 
 TEST(FitLogistic, FindsTheCurveBehindManyTrials) {
-  std::vector<DosePoint> points;
-  for (int dose = 0; dose <= 80; dose += 10) {
+  std::vector<BinomialPoint> points;
+  for (int x = 0; x <= 80; x += 10) {
     constexpr int64_t kTrials = 1000000;
-    const double p = 1 / (1 + std::exp(-(4 - 0.1 * dose)));
-    points.push_back({static_cast<double>(dose), std::llround(p * kTrials), kTrials});
+    const double p = 1 / (1 + std::exp(-(4 - 0.1 * x)));
+    points.push_back({static_cast<double>(x), std::llround(p * kTrials), kTrials});
   }
   const auto fit = FitLogistic(points);
   ASSERT_TRUE(fit);
-  EXPECT_NEAR(fit->half_dose, 40, 1e-3);
+  EXPECT_NEAR(fit->half_x, 40, 1e-3);
   EXPECT_NEAR(fit->slope, -0.1, 1e-5);
   EXPECT_LT(fit->half_high - fit->half_low, 0.2);
 }
@@ -178,12 +178,12 @@ TEST(FitLogistic, FindsTheCurveBehindManyTrials) {
 TEST(FitLogistic, IsFiniteForSeparatedData) {
   const auto fit = FitLogistic({{0, 10, 10}, {10, 10, 10}, {20, 0, 10}, {30, 0, 10}});
   ASSERT_TRUE(fit);
-  EXPECT_NEAR(fit->half_dose, 15, 1e-9);
+  EXPECT_NEAR(fit->half_x, 15, 1e-9);
 }
 
 TEST(FitLogistic, SaysNothingWhereThereIsNothingToSay) {
   EXPECT_FALSE(FitLogistic({}));
-  EXPECT_FALSE(FitLogistic({{0, 5, 10}}));                // one dose
+  EXPECT_FALSE(FitLogistic({{0, 5, 10}}));                // one value of x
   EXPECT_FALSE(FitLogistic({{0, 10, 10}, {9, 10, 10}}));  // never fails
   EXPECT_FALSE(FitLogistic({{0, 9, 10}, {9, 8, 10}}));    // half is outside
 }

@@ -81,7 +81,7 @@ TEST(FaultsScenario, AFailingCameraEndsAsItShould) {
        "; the left camera has given the same image"},
       {"{images: [{kind: black, camera: both, begin_s: 4}]}", Outcome::kMarkerLost,
        Failure::kLostInDocking, "marker lost"},
-      {"{knocks: [{camera: both, yaw_pitch_roll_rad: [0.0349, 0, 0], begin_s: 6}]}",
+      {"{misalignments: [{camera: both, yaw_pitch_roll_rad: [0.0349, 0, 0], begin_s: 6}]}",
        Outcome::kDocked, Failure::kNone, "the pole is in the hole"}};
   for (const Cell& cell : cells) Expect(cell, Fly("sea_night_active", cell.faults));
   Expect({"{images: [{kind: swapped}]}", Outcome::kTimeout, Failure::kNeverFound, "never found"},

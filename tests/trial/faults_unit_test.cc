@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "experiments/trial/eyes.h"
+#include "experiments/trial/perception.h"
 #include "experiments/trial/scenario.h"
 #include "experiments/trial/world.h"
 
@@ -78,7 +78,7 @@ TEST(Faults, AreInTheResolvedScenario) {
   ASSERT_EQ(again.faults.images.size(), 1U);
   EXPECT_EQ(again.faults.images[0].camera, FaultyCamera::kRight);
   EXPECT_EQ(again.faults.images[0].begin_s, 3);
-  EXPECT_EQ(again.faults.visitors.fish.at(0).shines_as, "red");
+  EXPECT_EQ(again.faults.distractors.fish.at(0).shines_as, "red");
   EXPECT_EQ(SaveScenario(again), saved);
 }
 
@@ -93,9 +93,9 @@ std::vector<StereoImage> Film(const std::vector<std::string>& faults, int frames
   std::vector<StereoImage> film;
   for (int frame = 0; frame < frames; ++frame) {
     Snapshot snapshot;
-    world.Take(&snapshot);
+    world.Capture(&snapshot);
     EXPECT_NEAR(snapshot.time_s, frame * kFrame_s, 1e-9);
-    world.Develop(snapshot, frame, region, nullptr, &film.emplace_back());
+    world.RenderImages(snapshot, frame, region, nullptr, &film.emplace_back());
     vehicle::ContactReport contacts;
     EXPECT_FALSE(world.Advance({}, &contacts));
   }
@@ -128,22 +128,22 @@ TEST(EyesFaults, SeeNothingInWhatRepeats) {
                                              "sensor.shot_noise=false", "sensor.video_noise_dn=0"});
     const Scenario scenario = LoadScenario("sea_night_passive", assignments);
     World world(scenario, {});
-    Eyes eyes(scenario, {}, &world);
+    Perception perception(scenario, {}, &world);
     const Image3u8 black(160, 120);
     for (int frame = 0; frame < 6; ++frame) {
-      ASSERT_TRUE(eyes.Update(frame));
+      ASSERT_TRUE(perception.Update(frame));
       const bool still = noisy && (frame == 3 || frame == 4);
-      EXPECT_EQ(eyes.seen().left == black, still) << frame;
-      EXPECT_NE(eyes.seen().right, black) << frame;
-      EXPECT_EQ(eyes.seen().frame, frame);
-      EXPECT_EQ(eyes.RepeatRemark(), !still ? ""
-                                     : frame == 3
-                                         ? "; the left camera has given the same image for 0.0 s"
-                                         : "; the left camera has given the same image for 0.1 s");
+      EXPECT_EQ(perception.latest_images().left == black, still) << frame;
+      EXPECT_NE(perception.latest_images().right, black) << frame;
+      EXPECT_EQ(perception.latest_images().frame, frame);
+      EXPECT_EQ(perception.RepeatRemark(),
+                !still       ? ""
+                : frame == 3 ? "; the left camera has given the same image for 0.0 s"
+                             : "; the left camera has given the same image for 0.1 s");
       vehicle::ContactReport contacts;
       EXPECT_FALSE(world.Advance({}, &contacts));
     }
-    EXPECT_EQ(eyes.repeated_images(), noisy ? 2 : 0);
+    EXPECT_EQ(perception.repeated_images(), noisy ? 2 : 0);
   }
 }
 
@@ -162,8 +162,8 @@ TEST(WorldFaults, BeginWhenTheySayAndAreTheSameInARegion) {
   const std::string when = "begin_s: " + From(2) + "}]";
   int tried = 0;
   for (const std::string fault :
-       {"knocks=[{camera: both, ", "dirt=[{radius: 0.4, ", "blurs=[{sigma_px: 2, ",
-        "lights=[{light: lamp_left, ", "days=[{rise_s: 0.01, ", "screens=[{",
+       {"misalignments=[{camera: both, ", "dirt=[{radius: 0.4, ", "blurs=[{sigma_px: 2, ",
+        "lights=[{light: lamp_left, ", "ambient_light=[{rise_s: 0.01, ", "screens=[{",
         "fish=[{p_MQ_m: [-0.2, 0, 0], ", "second_markers=[{p_MQ_m: [-0.1, 0.1, 0], ",
         "mirrors=[{surface_above_m: 0.1, ", "bubbles=[{radius_m: 0.02, "}) {
     const std::vector<std::string> faults = {"faults." + fault + when};
@@ -188,7 +188,7 @@ TEST(WorldFaults, EndWhenTheySay) {
   const auto sound = Film({}, 4);
   const auto flickering = Film({"faults.lights=[{light: lamp_left, end_s: " + From(2) +
                                     "}, {light: lamp_right, end_s: " + From(1) + "}]",
-                                "faults.knocks=[{camera: right, end_s: " + From(3) + "}]"},
+                                "faults.misalignments=[{camera: right, end_s: " + From(3) + "}]"},
                                4);
   EXPECT_NE(flickering[0].left, flickering[1].left);
   EXPECT_NE(flickering[1].left, sound[1].left);

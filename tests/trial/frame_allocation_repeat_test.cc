@@ -12,9 +12,9 @@
 #include <string>
 
 #include "control/autopilot.h"
-#include "experiments/trial/eyes.h"
-#include "experiments/trial/world.h"
+#include "experiments/trial/perception.h"
 #include "experiments/trial/scenario.h"
+#include "experiments/trial/world.h"
 
 namespace {
 
@@ -52,7 +52,7 @@ int64_t AllocationsOfThirtyFrames(const std::string& name, bool region_of_intere
   World world(scenario, {});
   TrialOptions options;
   options.whole_images = !region_of_interest;
-  Eyes eyes(scenario, options, &world);
+  Perception perception(scenario, options, &world);
   control::Autopilot autopilot(scenario.control, scenario.procedure,
                                ModelOf(scenario.known_vehicle, world.scene()),
                                scenario.image_clock());
@@ -61,8 +61,8 @@ int64_t AllocationsOfThirtyFrames(const std::string& name, bool region_of_intere
   for (int frame = 0; frame < kWarmUp + kFrames; ++frame) {
     if (frame == kWarmUp) before = allocations;
     ThrusterCommand command;
-    if (eyes.Update(frame)) {
-      command = autopilot.Update(eyes.estimate());
+    if (perception.Update(frame)) {
+      command = autopilot.Update(perception.estimate());
       ++estimates;
     }
     vehicle::ContactReport contacts;

@@ -53,7 +53,7 @@ TEST(MooredScenario, ADockThatTurnsIntoTheCurrentIsReachedWhereAFixedOneIsNot) {
   const std::vector<std::string> across = {"sea.state=custom", "mooring.natural_period_s=0",
                                            "sea.current.surface_velocity_mps=[0, 0.2, 0]"};
   std::vector<std::string> turns = across;
-  turns.emplace_back("mooring.vane_length_m=1");
+  turns.emplace_back("mooring.weathervane_arm_m=1");
   EXPECT_EQ(Docked("sea_moored_active", across), 0);
   EXPECT_EQ(Docked("sea_moored_active", turns), 4);
 }

@@ -25,8 +25,8 @@ using turbidock::testing::MessageOf;
 
 constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN();
 
-// The published law once more, written apart from it.
-class CopiedLaw final : public control::Controller {
+// The published controller once more, written apart from it.
+class CopiedController final : public control::Controller {
  public:
   struct Params {
     double surge_v_per_m = 20, across_v_per_m = 30, yaw_v = 2;
@@ -37,11 +37,11 @@ class CopiedLaw final : public control::Controller {
       field("surge_v_per_m", self.surge_v_per_m, InRange(0, 100), "volts a metre of x");
       field("across_v_per_m", self.across_v_per_m, InRange(0, 100), "volts a metre of y and z");
       field("yaw_v", self.yaw_v, InRange(0, 100), "volts for eps3");
-      field("setpoint", self.setpoint, Finite(), "as our laws have it");
-      field("allocation", self.allocation, Finite(), "as the published law has it");
+      field("setpoint", self.setpoint, Finite(), "as our controllers have it");
+      field("allocation", self.allocation, Finite(), "as the published controller has it");
     }
   };
-  CopiedLaw(const Params& params, const ClockParams&) : params_(params) {}
+  CopiedController(const Params& params, const ClockParams&) : params_(params) {}
 
   void Observe(const control::Observation& seen) override { position_ = seen.position; }
   control::Axes Demand(const control::Reference& wanted) override {
@@ -52,7 +52,7 @@ class CopiedLaw final : public control::Controller {
             limit(params_.yaw_v * (std::sin(position_[3] / 2) - std::sin(wanted.position[3] / 2)),
                   2.5)};
   }
-  void Given(int64_t, const control::Axes&) override {}
+  void OnCommandApplied(int64_t, const control::Axes&) override {}
 
  private:
   Params params_;
@@ -99,7 +99,7 @@ class WrongLaw final : public control::Controller {
     Misbehave(params_.wrong, frame_);
     return {params_.wrong == Wrong::kNan ? kNotANumber : 0, 0, 0, 0};
   }
-  void Given(int64_t, const control::Axes&) override {}
+  void OnCommandApplied(int64_t, const control::Axes&) override {}
 
  private:
   Params params_;
@@ -131,7 +131,7 @@ class WrappedEstimator final : public vision::PoseEstimator {
 
 Plugins Ours() {
   Plugins plugins;
-  plugins.AddController<CopiedLaw>("copied");
+  plugins.AddController<CopiedController>("copied");
   plugins.AddController<WrongLaw>("wrong_law");
   plugins.AddEstimator<WrappedEstimator>("wrapped");
   return plugins;
@@ -187,8 +187,8 @@ TEST(Plugins, TheirKeysAreAsStrictAsOurs) {
 TEST(Plugins, RefusesNamesThatAreTakenOrNone) {
   Plugins plugins = Ours();
   for (const char* name : {"", "My_law", "2nd", "my-law", "copied", "wrapped"})
-    EXPECT_THROW(plugins.AddController<CopiedLaw>(name), ConfigError) << name;
-  plugins.AddController<CopiedLaw>("pid");
+    EXPECT_THROW(plugins.AddController<CopiedController>(name), ConfigError) << name;
+  plugins.AddController<CopiedController>("pid");
   EXPECT_THAT(MessageOf([&] { LoadScenario("pool_active", {}, "", plugins); }),
               HasSubstr("plug-in 'pid': a scenario has this key already"));
 }

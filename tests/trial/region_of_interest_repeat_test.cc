@@ -16,7 +16,7 @@ struct WatchedTrial {
 
 WatchedTrial WatchTrial(const std::string& scenario, bool region_of_interest) {
   WatchedTrial run;
-  Image3u8 last, before;  // the eyes have two buffers in turn
+  Image3u8 last, before;  // the perception have two buffers in turn
   TrialOptions options;
   options.observe = [&](const TrialFrame& frame) {
     constexpr int kCorner_px = 30;  // noise does not repeat itself in 30 pixels

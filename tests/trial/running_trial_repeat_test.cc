@@ -38,10 +38,10 @@ TEST(RunningTrial, ATrialThatIsLookedAtEndsAsOneThatIsNot) {
   const TrialResult alone = RunTrial(Short());
   RunningTrial watched(Short());
   for (int frame = 0; !watched.ended(); ++frame) {
-    watched.SeeWhole(frame % 3 == 0);
+    watched.SetFullFrame(frame % 3 == 0);
     watched.Step();
     EXPECT_EQ(std::ssize(watched.log().frames), frame + 1);
-    EXPECT_FALSE(watched.seen().left.empty());
+    EXPECT_FALSE(watched.latest_images().left.empty());
   }
   const TrialResult result = watched.Finish();
   EXPECT_EQ(result.digest, alone.digest);

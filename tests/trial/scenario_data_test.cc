@@ -7,9 +7,9 @@
 
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
-#include "experiments/trial/world.h"
 #include "experiments/trial/scenario.h"
 #include "experiments/trial/trial.h"
+#include "experiments/trial/world.h"
 #include "sim/vehicle/scene.h"
 #include "tests/control/published_vehicle.h"
 
@@ -197,7 +197,7 @@ TEST(PaperScenarios, DifferInTheMarkerOnly) {
 TEST(PaperScenarios, FlyThePublishedLawAndProcedure) {
   for (const char* name : {"paper_sea_night_active", "paper_sea_night_passive"}) {
     const Scenario scenario = LoadScenario(name, {});
-    EXPECT_EQ(scenario.control.controller, control::Law::kPVoltage);
+    EXPECT_EQ(scenario.control.controller, control::ControllerType::kPVoltage);
     EXPECT_EQ(config::SaveYaml(scenario.control.p_voltage),
               config::SaveYaml(control::PVoltageParams{}));
     EXPECT_EQ(scenario.procedure.servo_x_m, 0.6);

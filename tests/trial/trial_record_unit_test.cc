@@ -130,12 +130,12 @@ TEST(TrialRecord, EveryFieldIsInResultJsonAndAColumnUnlessItSaysSo) {
   for (const Field& field : fields) {
     EXPECT_TRUE(keys.insert(field.key).second) << field.key << " twice";
     EXPECT_NE(field.doc, "") << field.key;
-    EXPECT_TRUE(field.shown.json || field.shown.place != Place::kNowhere) << field.key;
+    EXPECT_TRUE(field.shown.json || field.shown.place != Storage::kNowhere) << field.key;
     EXPECT_EQ(json.contains(field.key), field.shown.json) << field.key;
     in_json += field.shown.json;
     const bool is_group = std::string(field.shown.column).find("{}") != std::string::npos;
     groups += is_group;
-    columns += field.shown.place != Place::kNowhere && !is_group;
+    columns += field.shown.place != Storage::kNowhere && !is_group;
   }
   EXPECT_EQ(json.size(), in_json);
   // A pose has four columns, the contact two, the stages one each.
@@ -184,8 +184,8 @@ TEST(TrialRecord, TheDocumentedTableIsThatOfTheProgram) {
     at = end;
   }
   for (const Column& column : Columns()) {
-    const bool is_metric = column.place == Place::kMetric,
-               is_run = column.place == Place::kRun || column.place == Place::kLog;
+    const bool is_metric = column.place == Storage::kMetric,
+               is_run = column.place == Storage::kRun || column.place == Storage::kLog;
     EXPECT_EQ(cells.count((is_metric ? "metrics."
                            : is_run  ? "runs."
                                      : "trials.") +

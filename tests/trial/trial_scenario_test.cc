@@ -54,8 +54,8 @@ TEST(TrialScenario, TheShippedLawDocksInWavesOfTwoToFourSeconds) {
   }
 }
 
-// The published law docks as published, in 20 to 50 s: twelve seeds on the true pose with the noise
-// of an estimator in bad water, one through the cameras.
+// The published controller docks as published, in 20 to 50 s: twelve seeds on the true pose with
+// the noise of an estimator in bad water, one through the cameras.
 TEST(TrialScenario, ThePublishedLawDocksInTheNightSea) {
   std::vector<double> times_s;
   for (int seed = 1; seed <= 12; ++seed) {

@@ -17,17 +17,17 @@ namespace turbidock::trial {
 namespace {
 
 TEST(World, EachEyeAndEachFrameHasNoiseOfItsOwn) {
-  // The passive marker without lamps: both eyes look into the dark and see their noise alone.
+  // The passive marker without lamps: both perception look into the dark and see their noise alone.
   const Scenario scenario =
       LoadScenario("pool_passive", {"lamps.enabled=false", "sensor.read_noise_electrons=50",
                                     "rig.width_px=64", "rig.height_px=48"});
   World world(scenario, {});
   Snapshot snapshot;
-  world.Take(&snapshot);
+  world.Capture(&snapshot);
   StereoImage first, second, again;
-  world.Develop(snapshot, 0, std::nullopt, nullptr, &first);
-  world.Develop(snapshot, 1, std::nullopt, nullptr, &second);
-  world.Develop(snapshot, 0, std::nullopt, nullptr, &again);
+  world.RenderImages(snapshot, 0, std::nullopt, nullptr, &first);
+  world.RenderImages(snapshot, 1, std::nullopt, nullptr, &second);
+  world.RenderImages(snapshot, 0, std::nullopt, nullptr, &again);
   const auto share_equal = [](const Image3u8& a, const Image3u8& b) {
     size_t equal = 0, lit = 0;
     for (size_t i = 0; i < 3 * a.pixels(); ++i) {
@@ -60,7 +60,7 @@ TEST(World, TheVehicleStaysInTheOutsideView) {
 }
 
 TEST(World, AFramesContactsAreTheStrongestOfItsTicks) {
-  // Full ahead from half a metre, until the pole knocks about in the dock.
+  // Full ahead from half a metre, until the pole rattles in the dock.
   const Scenario scenario =
       LoadScenario("pool_active", {"pose_source=true_pose", "seed=3", "start.distance_min_m=0.6",
                                    "start.distance_max_m=0.6", "start.lateral_m=0.02",

@@ -16,11 +16,11 @@ using Eigen::Vector3d;
 
 constexpr double kTwoPi = 2 * std::numbers::pi;
 constexpr double kDt_s = 0.002;
-const Vector3d kBerth(0.4, -0.3, -1);
+const Vector3d kMooredBody(0.4, -0.3, -1);
 
 Mooring Moored(const MooringParams& params, const Sea& sea, double heading_rad = 0) {
   Mooring mooring(params, heading_rad, SeedTree(1).Stream("mooring"));
-  mooring.Reset(sea, kBerth);
+  mooring.Reset(sea, kMooredBody);
   return mooring;
 }
 
@@ -51,7 +51,7 @@ TEST(Mooring, SwingsWithItsAmplitudesAndPeriod) {
   EXPECT_LT((mooring.displacement() - start).norm(), 1e-9);
   const Vector3d other = [&] {
     Mooring of_other_seed(params, 0, SeedTree(2).Stream("mooring"));
-    of_other_seed.Reset(Sea(), kBerth);
+    of_other_seed.Reset(Sea(), kMooredBody);
     return of_other_seed.displacement();
   }();
   EXPECT_GT((other - start).norm(), 0.01) << "the phase is the seed's";
@@ -63,7 +63,7 @@ TEST(Mooring, FollowsARegularWaveAsADampedOscillatorDoes) {
   sea_params.waves = {{.height_m = 0.02, .period_s = 4, .direction_rad = std::numbers::pi / 3}};
   const Sea sea(sea_params, SeedTree(3).Stream("sea"));
   const double w = kTwoPi / 4;
-  const double u_mps = 0.01 * w * std::exp(-w * w / 9.81);  // at the berth's depth of 1 m
+  const double u_mps = 0.01 * w * std::exp(-w * w / 9.81);  // at the moored body's depth of 1 m
   using namespace std::complex_literals;
   for (const double natural_period_s : {1.0, 4.0, 20.0})
     for (const double zeta : {0.1, 0.7}) {
@@ -78,16 +78,16 @@ TEST(Mooring, FollowsARegularWaveAsADampedOscillatorDoes) {
     }
 }
 
-// Where it has been taken: the water moves otherwise there than at its berth.
+// Where it has been taken: the water moves otherwise there than where it is moored.
 TEST(Mooring, FeelsTheWavesWhereItIs) {
-  const auto taken = [](Vector3d current_mps, double direction_rad, const Vector3d& berth) {
+  const auto taken = [](Vector3d current_mps, double direction_rad, const Vector3d& moored_body) {
     SeaParams sea_params;
     sea_params.current.surface_velocity_mps = current_mps;
     sea_params.waves = {{.height_m = 0.05, .period_s = 2, .direction_rad = direction_rad}};
     const Sea sea(sea_params, SeedTree(3).Stream("sea"));
     Mooring mooring({.natural_period_s = 20, .damping_ratio = 0.7}, 0,
                     SeedTree(1).Stream("mooring"));
-    mooring.Reset(sea, berth);
+    mooring.Reset(sea, moored_body);
     std::vector<Vector3d> way;
     for (int tick = 0; tick < 2000; ++tick) {
       mooring.Step(sea, tick * kDt_s, kDt_s);
@@ -96,7 +96,7 @@ TEST(Mooring, FeelsTheWavesWhereItIs) {
     return way;
   };
   // A current across the waves takes it along their crests and changes nothing else; one along
-  // them takes it to where a berth further on has its waves.
+  // them takes it to where a body further on has its waves.
   const auto farthest = [](const std::vector<Vector3d>& a, const std::vector<Vector3d>& b,
                            const Vector3d& apart) {
     double most = 0;
@@ -107,13 +107,15 @@ TEST(Mooring, FeelsTheWavesWhereItIs) {
   for (const int axis : {0, 1}) {
     const Vector3d along = Vector3d::Unit(axis), across = Vector3d::Unit(1 - axis);
     const double direction_rad = axis == 0 ? 0 : std::numbers::pi / 2;
-    const auto still = taken(Vector3d::Zero(), direction_rad, kBerth);
-    EXPECT_LT(farthest(taken(0.2 * across, direction_rad, kBerth), still, shift_m * across), 1e-9);
-    EXPECT_LT(
-        farthest(taken(0.2 * along, direction_rad, kBerth),
-                 taken(Vector3d::Zero(), direction_rad, kBerth + shift_m * along), shift_m * along),
-        1e-3);
-    EXPECT_GT(farthest(taken(0.2 * along, direction_rad, kBerth), still, shift_m * along), 5e-3);
+    const auto still = taken(Vector3d::Zero(), direction_rad, kMooredBody);
+    EXPECT_LT(farthest(taken(0.2 * across, direction_rad, kMooredBody), still, shift_m * across),
+              1e-9);
+    EXPECT_LT(farthest(taken(0.2 * along, direction_rad, kMooredBody),
+                       taken(Vector3d::Zero(), direction_rad, kMooredBody + shift_m * along),
+                       shift_m * along),
+              1e-3);
+    EXPECT_GT(farthest(taken(0.2 * along, direction_rad, kMooredBody), still, shift_m * along),
+              5e-3);
   }
 }
 
@@ -140,7 +142,7 @@ TEST(Mooring, AVaneTurnsIntoTheCurrent) {
   };
   sea_params.current.surface_velocity_mps = current_from(heading_rad + 1);
   Sea sea(sea_params, SeedTree(3).Stream("sea"));
-  Mooring mooring = Moored({.vane_length_m = 2}, sea, heading_rad);
+  Mooring mooring = Moored({.weathervane_arm_m = 2}, sea, heading_rad);
   EXPECT_NEAR(mooring.displacement().z(), 1, 1e-12) << "insertion against the current";
   sea_params.current.surface_velocity_mps = current_from(heading_rad - 1.5);
   sea.Become(sea_params);

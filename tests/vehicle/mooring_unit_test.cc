@@ -30,7 +30,7 @@ Scene StationBeforeVehicle() {
   std::ofstream(file) << R"(<mujoco>
     <include file="sea.xml"/>
     <worldbody>
-      <body name="berth" pos="0 0 -1">
+      <body name="moored_body" pos="0 0 -1">
         <inertial pos="0 0 0" mass="200" diaginertia="20 20 20"/>
         <joint name="mooring_x" type="slide" axis="1 0 0"/>
         <joint name="mooring_y" type="slide" axis="0 1 0"/>
@@ -124,12 +124,12 @@ TEST(MovingStation, NeedsItsJoints) {
   EXPECT_THAT(refusal({.swing_x_m = 0.1}), HasSubstr("mooring.swing_x_m"));
   EXPECT_THAT(refusal({.swing_y_m = 0.1}), HasSubstr("mooring_y"));
   EXPECT_THAT(refusal({.natural_period_s = 3}), HasSubstr("mooring.natural_period_s"));
-  EXPECT_THAT(refusal({.vane_length_m = 3}), HasSubstr("mooring_yaw"));
+  EXPECT_THAT(refusal({.weathervane_arm_m = 3}), HasSubstr("mooring_yaw"));
 }
 
 TEST(MovingStation, IsWhereTheMooringHasItAlsoBeforeTheVehicle) {
   const Scene scene = StationBeforeVehicle();
-  ASSERT_EQ(scene.berth.joints[0], 0);
+  ASSERT_EQ(scene.moored_body.joints[0], 0);
   Plant plant(scene, {}, {}, Sea(), WithParams({.swing_x_m = 0.2, .swing_y_m = 0.1}));
   plant.Reset(plant.truth().X_WB);
   const Vector3d displacement = plant.mooring().displacement();

@@ -459,32 +459,32 @@ INSTANTIATE_TEST_SUITE_P(
 constexpr const char* kMarkerBody = "<body name=\"marker\" pos=\"0.5 0 1\" euler=\"0 0 0.5\">";
 constexpr const char* kThroat = "type=\"box\" size=\"0.01 0.05 0.05\"/>\n    </body>";
 
-// The smallest scene with marker and station in a berth that has these joints.
-std::string Moored(const std::string& joints, const std::string& of_berth = "") {
+// The smallest scene with marker and station in a body that has these joints.
+std::string Moored(const std::string& joints, const std::string& of_body = "") {
   std::string text =
-      WithChange(kMarkerBody, "<body name=\"berth\"" + of_berth + ">" + joints + kMarkerBody);
+      WithChange(kMarkerBody, "<body name=\"moored_body\"" + of_body + ">" + joints + kMarkerBody);
   const size_t end = text.find(kThroat) + std::string(kThroat).size();
   return text.insert(end, "</body>");
 }
 
-TEST(LoadScene, FindsABerthThatMoves) {
+TEST(LoadScene, FindsAMooredBody) {
   const Scene scene =
       LoadScene({WriteModel(Moored("<joint name=\"mooring_x\" type=\"slide\" axis=\"1 0 0\"/>"
                                    "<joint name=\"mooring_yaw\" axis=\"0 0 1\"/>"))},
                 {});
-  EXPECT_GT(scene.berth.body, 0);
-  const auto [x, y, yaw] = scene.berth.joints;
+  EXPECT_GT(scene.moored_body.body, 0);
+  const auto [x, y, yaw] = scene.moored_body.joints;
   EXPECT_GE(x, 0);
   EXPECT_EQ(y, -1);
   EXPECT_GT(yaw, x);
-  EXPECT_EQ(LoadScene({WriteModel(kSmallest)}, {}).berth.body, -1);
+  EXPECT_EQ(LoadScene({WriteModel(kSmallest)}, {}).moored_body.body, -1);
 }
 
-TEST(LoadScene, RefusesABerthThatMovesOtherwise) {
+TEST(LoadScene, RefusesAMooredBodyOtherwise) {
   const std::string x = "<joint name=\"mooring_x\" type=\"slide\" axis=\"1 0 0\"/>";
   const std::string yaw = "<joint name=\"mooring_yaw\" axis=\"0 0 1\"/>";
-  const auto error = [](const std::string& joints, const std::string& of_berth = "") {
-    return ErrorOf(WriteModel(Moored(joints, of_berth)));
+  const auto error = [](const std::string& joints, const std::string& of_body = "") {
+    return ErrorOf(WriteModel(Moored(joints, of_body)));
   };
   EXPECT_EQ(error(x + yaw), "no error");
   EXPECT_THAT(error("<joint name=\"mooring_x\" type=\"slide\" axis=\"0 1 0\"/>"),
@@ -502,7 +502,7 @@ TEST(LoadScene, RefusesABerthThatMovesOtherwise) {
   apart.replace(apart.find(kMarkerBody), std::string(kMarkerBody).size(), in_marker);
   EXPECT_THAT(ErrorOf(WriteModel(apart)), HasSubstr("unturned"));
   std::string two = Moored(x);
-  two.insert(two.find("<body name=\"berth\""),
+  two.insert(two.find("<body name=\"moored_body\""),
              "<body><geom name=\"buoy\" size=\"0.1\" pos=\"3 0 0\"/>" + yaw + "</body>");
   EXPECT_THAT(ErrorOf(WriteModel(two)),
               HasSubstr("\"mooring_yaw\" must belong to the body of the mooring's other joints"));

@@ -16,7 +16,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-// The least that is a scene, with these sites in a body of the marker's berth.
+// The least that is a scene, with these sites in a body of the moored body.
 Scene SceneWith(const std::string& sites) {
   const std::string path = ::testing::TempDir() + "tags_unit_test.xml";
   std::ofstream(path) << R"(<mujoco>
@@ -31,7 +31,7 @@ Scene SceneWith(const std::string& sites) {
       <site name="pole_tip"/> <site name="push"/>
       <camera name="left"/> <camera name="right"/>
     </body>
-    <body name="berth" pos="1 2 3" euler="0 0 0.5">
+    <body name="moored_body" pos="1 2 3" euler="0 0 0.5">
       <body name="marker" pos="0 0 0.5">
         <site name="marker"/> <geom name="ball_pink" type="sphere" size="0.03"/>
       </body>
@@ -63,7 +63,7 @@ TEST(TagsOf, AreInTheMarkersFrameInTheOrderOfTheirNumbers) {
   EXPECT_EQ(tags[1].id, 12);
   EXPECT_NEAR(tags[0].size_m, 0.04, 1e-12);
   EXPECT_NEAR(tags[1].size_m, 0.08, 1e-12);
-  // the marker's origin is half a metre above the berth's
+  // the marker's origin is half a metre above the moored body's
   EXPECT_LT((tags[1].X_MT.p - Eigen::Vector3d(0.1, 0.2, -0.2)).norm(), 1e-12);
   EXPECT_LT(AngleBetween(tags[1].X_MT.q, Eigen::Quaterniond::Identity()), 1e-7);
   EXPECT_LT(AngleBetween(tags[0].X_MT.q,

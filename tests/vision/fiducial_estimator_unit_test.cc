@@ -130,11 +130,11 @@ TEST(FiducialEstimator, DropsATagThatDisagrees) {
 TEST(FiducialEstimator, OnceFoundItReadsAboutTheTagsAloneUntilTheyAreLost) {
   const StereoRig rig = RigParams{}.MakeRig();
   FiducialEstimator estimator(TwoTags(), rig), other(TwoTags(), rig);
-  EXPECT_FALSE(estimator.Reach());
+  EXPECT_FALSE(estimator.RegionOfInterest());
   const StereoImage first = Paint(TwoTags(), rig, kAhead);
   estimator.Update(first);
   other.Update(first);
-  const std::optional<StereoRegion> region = estimator.Reach();
+  const std::optional<StereoRegion> region = estimator.RegionOfInterest();
   ASSERT_TRUE(region);
   for (const Side side : kSides) {
     EXPECT_LT((*region)[side].width(), 500);
@@ -161,7 +161,7 @@ TEST(FiducialEstimator, OnceFoundItReadsAboutTheTagsAloneUntilTheyAreLost) {
   StereoImage dark;
   dark.left = dark.right = Image3u8(640, 480, 50);
   estimator.Update(dark);
-  EXPECT_FALSE(estimator.Reach());
+  EXPECT_FALSE(estimator.RegionOfInterest());
 }
 
 TEST(FiducialEstimator, TheSameImagesGiveTheSameBits) {

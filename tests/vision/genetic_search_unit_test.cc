@@ -58,7 +58,7 @@ TEST(GeneticSearch, TakesInAPose) {
   GeneticSearch search({}, MarkerParams{}, &view.fitness);
   search.BeginFrame(false, &rng);
   EXPECT_LT(view.fitness.Evaluate(search.best_X_HM()), 0.5);
-  search.TakeIn(kTrue);
+  search.Insert(kTrue);
   search.BeginFrame(false, &rng);
   EXPECT_LT((search.best_X_HM().p - kTrue.p).norm(), 0.001);
 }
@@ -68,7 +68,7 @@ TEST(GeneticSearch, MovesItsPopulationIntoAnotherRange) {
   GeneticSearch search({}, MarkerParams{}, &view.fitness);
   Rng rng = SeedTree(4).Stream("ga");
   search.BeginFrame(false, &rng);
-  search.TakeIn(kTrue);
+  search.Insert(kTrue);
   search.BeginFrame(false, &rng);
   const Pose before = search.best_X_HM();
   const GeneMap whole{SearchRange{}};

@@ -72,7 +72,7 @@ TEST(RmGaOptions, PublishedPresetHasThePublishedNumbers) {
   EXPECT_EQ(options.generations_per_frame, 9);
   EXPECT_EQ(options.selection_rate, 0.6);
   EXPECT_EQ(options.mutation_rate, 0.1);
-  EXPECT_EQ(options.creep_share, 0);
+  EXPECT_EQ(options.local_mutation_rate, 0);
   EXPECT_EQ(options.restart_after_frames, 0);
   EXPECT_FALSE(options.track);
   EXPECT_FALSE(options.refine);
@@ -83,8 +83,8 @@ TEST(RmGaOptions, RefusesWhatCannotWork) {
   options.population = 2;
   EXPECT_THAT(ProblemOf(options), HasSubstr("estimator.population"));
   options = {};
-  options.creep_share = 1.1;
-  EXPECT_THAT(ProblemOf(options), HasSubstr("estimator.creep_share"));
+  options.local_mutation_rate = 1.1;
+  EXPECT_THAT(ProblemOf(options), HasSubstr("estimator.local_mutation_rate"));
   options = {};
   options.range.x_min_m = 2;
   EXPECT_THAT(ProblemOf(options), HasSubstr("estimator.range.x_max_m"));

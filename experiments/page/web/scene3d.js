@@ -168,7 +168,7 @@ export class Scene3d {
     const mesh = new this.T.Mesh(geometry, this.material(geom));
     this.place(mesh, geom.pose);
     mesh.name = geom.name;
-    (({vehicle: this.vehicle, berth: this.station})[geom.fixed_to] || this.world).add(mesh);
+    (({vehicle: this.vehicle, moored_body: this.station})[geom.fixed_to] || this.world).add(mesh);
   }
 
   place(object, [x, y, z, w, a, b, c]) {

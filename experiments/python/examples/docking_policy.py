@@ -1,4 +1,4 @@
-"""A policy written by hand in the Gymnasium environment, then as a control law through the cameras.
+"""A policy written by hand in the Gymnasium environment, then as a controller through the cameras.
 
     python docking_policy.py [episodes]
 """

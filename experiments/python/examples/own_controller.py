@@ -1,5 +1,5 @@
-"""A control law of ten lines: one docking with a picture; with a gate's file, the gate's verdict on
-the law.
+"""A controller of ten lines: one docking with a picture; with a gate's file, the gate's verdict on
+the controller.
 
     python own_controller.py [gate.yaml]
 """
@@ -9,7 +9,7 @@ import sys
 import turbidock
 
 
-class MyLaw(turbidock.Controller):
+class MyController(turbidock.Controller):
     pose_filter = True  # gives seen.rate
     gain = turbidock.Key(60.0, 0, 1000, "newtons a metre")
     damping = turbidock.Key(30.0, 0, 1000, "newtons for a metre a second")
@@ -23,8 +23,8 @@ class MyLaw(turbidock.Controller):
 
 
 if __name__ == "__main__":
-    result = turbidock.run("sea_night_active", seed=77, controller=MyLaw, progress=True)
+    result = turbidock.run("sea_night_active", seed=77, controller=MyController, progress=True)
     print(f"\n{result}")
-    result.plot().savefig("my_law.png")
+    result.plot().savefig("my_controller.png")
     if len(sys.argv) > 1:
-        print(turbidock.gate(sys.argv[1], controller=MyLaw, progress=True)["verdict"])
+        print(turbidock.gate(sys.argv[1], controller=MyController, progress=True)["verdict"])

@@ -1,7 +1,7 @@
 """Trains a policy to dock from the true pose with PPO (stable-baselines3), and has it judged.
 
     python train_docking.py --minutes 30 --out learnt            # learnt/curve.csv, learnt/curve.png
-    python train_docking.py --judge learnt --gate gate.yaml      # the same gate as every law's
+    python train_docking.py --judge learnt --gate gate.yaml      # the same gate as every controller's
     python train_docking.py --judge learnt --seeds 20 --cameras  # through the cameras
 """
 
@@ -38,7 +38,7 @@ class _Weights:
 
 
 def learnt(folder):
-    """A control law of what was learnt into a folder."""
+    """A controller of what was learnt into a folder."""
 
     class Learnt(PolicyController):
         weights = _Weights(folder)
@@ -132,9 +132,9 @@ def plot(folder):
 
 
 def judge(arguments):
-    law = learnt(arguments.judge)
+    controller = learnt(arguments.judge)
     if arguments.gate:
-        report = turbidock.gate(arguments.gate, controller=law, workers=arguments.workers,
+        report = turbidock.gate(arguments.gate, controller=controller, workers=arguments.workers,
                                 progress=True)
         print()
         print("verdict:", report["verdict"])
@@ -143,12 +143,12 @@ def judge(arguments):
             "seeds": arguments.seeds, "master_seed": 4242,
             "set": {} if arguments.cameras else QUICK}
     seen = "cameras" if arguments.cameras else "true_pose"
-    for name, controller in (("learnt", law), ("own", None)):  # own: the scenario's
+    for name, controller in (("learnt", controller), ("own", None)):  # own: the scenario's
         file = os.path.join(arguments.judge, f"{seen}_{name}.db")
         trials = turbidock.batch(plan, file, controller=controller, workers=arguments.workers,
                                  progress=True)
         times = trials["time_s"][trials["outcome"] == "docked"]
-        print(f"\n{name} law: {trials['outcome'].value_counts().to_dict()}, docked after "
+        print(f"\n{name} controller: {trials['outcome'].value_counts().to_dict()}, docked after "
               f"{times.median():.1f} s (median), {times.max():.1f} s (longest)")
 
 

@@ -41,7 +41,7 @@ _WAY = (0.5, 0.2, 0.2, 0.5)  # m, m, m, rad: about those at the beginning
 
 def features(position: np.ndarray, rate: np.ndarray, wanted: np.ndarray,
              given: np.ndarray) -> np.ndarray:
-    """The observation of a law: error, rate, and of the action what the thrusters could give."""
+    """The observation of a controller: error, rate, and of the action what the thrusters could give."""
     error = position - wanted
     error[3] = (float(error[3]) + math.pi) % (2 * math.pi) - math.pi
     numbers = np.concatenate((error / _SCALE, rate / _RATE_SCALE, given))
@@ -53,7 +53,7 @@ class DockingEnv(gymnasium.Env):
     """See the module.
 
     scenario, settings: as of turbidock.Scenario; each reset draws another seed.
-    observe: "estimate" (what a law sees: error, rate and given share by axis, 12 numbers),
+    observe: "estimate" (what a controller sees: error, rate and given share by axis, 12 numbers),
         "truth" (the same of the true pose), "images" (2, height, width, 3), or several of them,
         which make a dict.
     """
@@ -201,7 +201,7 @@ class DockingEnv(gymnasium.Env):
 
 
 class PolicyController(Controller):
-    """A learnt policy as a control law, for run, batch and gate: it sees the observation
+    """A learnt policy as a controller, for run, batch and gate: it sees the observation
     "estimate" and acts every `frames_per_action` frames, as in the environment. Make a class of it
     whose `act` is the policy:
 

@@ -1,4 +1,4 @@
-"""Control laws and estimators of your own."""
+"""Controllers and estimators of your own."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class _PlugIn:
 
     @classmethod
     def plugin_name(cls) -> str:
-        """What scenarios call it: MyLaw is my_law."""
+        """What scenarios call it: MyController is my_controller."""
         return cls.name or re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower()
 
     @classmethod
@@ -46,7 +46,7 @@ class _PlugIn:
 
 
 class Controller(_PlugIn):
-    """A law from what is seen and what is wanted to forces. An instance is made for each trial;
+    """A controller from what is seen and what is wanted to forces. An instance is made for each trial;
     only `demand` must be written.
 
         class Mine(turbidock.Controller):
@@ -105,7 +105,7 @@ class Estimator(_PlugIn):
 
 
 def plugins_of(classes: Iterable[type]) -> _core.Plugins:
-    """A registry of these classes. TypeError for one that is neither law nor estimator."""
+    """A registry of these classes. TypeError for one that is neither controller nor estimator."""
     plugins = _core.Plugins()
     for cls in classes:
         if isinstance(cls, type) and issubclass(cls, Controller):

@@ -95,7 +95,7 @@ def run(scenario: Scenario | str = "sea_night_active", *, seed: int | None = Non
         settings: Mapping[str, Any] | Iterable[str] | None = None, gains: str = "",
         controller: type | str | None = None, estimator: type | str | None = None,
         plugins: Iterable[type] = (), progress: Progress = None) -> Result:
-    """Runs one trial. With a Scenario object, `seed` and `settings` change a copy of it; laws and
+    """Runs one trial. With a Scenario object, `seed` and `settings` change a copy of it; controllers and
     estimators are then those that it was made with."""
     if isinstance(scenario, Scenario):
         if controller is not None or estimator is not None or plugins or gains:
@@ -118,7 +118,7 @@ def batch(plan: str | Mapping[str, Any], out: str, *, workers: int | None = None
           plugins: Iterable[type] = (), progress: Progress = None) -> Any:
     """Runs the trials of a plan (a bundled one, a YAML file or a dict of the same keys) in worker
     processes into the file `out`; what is in there already is not run again. Returns all its
-    trials as a pandas frame, a row a trial. A law or an estimator that raises is an outcome
+    trials as a pandas frame, a row a trial. A controller or an estimator that raises is an outcome
     `crashed`, one that never returns `hung`: the others go on."""
     registry, choices = chosen(controller, estimator, plugins)
     text, name = ("", plan) if isinstance(plan, str) else (json.dumps(plan), "plan")

@@ -18,7 +18,7 @@ class Trial(_core.Trial):
             print(frame.time_s, frame.true_position, frame.estimated_position)
         print(trial.result().digest)              # that of turbidock.run
 
-    With `steered`, you are the control law: `trial.step([surge, sway, heave, yaw])` in N, N, N and
+    With `steered`, you are the controller: `trial.step([surge, sway, heave, yaw])` in N, N, N and
     N m (steered="volts": in volts, from -2.5 to 2.5), while the docking procedure says what is
     wanted (`trial.wanted`). A trial belongs to the thread and the process that made it.
     """
@@ -33,7 +33,7 @@ class Trial(_core.Trial):
         self._result: Result | None = None
 
     def set(self, key: str, value: Any) -> None:
-        """Changes water, lamps, sea or a law's key from the next frame on."""
+        """Changes water, lamps, sea or a controller's key from the next frame on."""
         self.assign(f"{key}={as_yaml(value)}")
 
     def result(self) -> Result:

@@ -17,8 +17,8 @@ struct CompareArguments {
 
 int Run(const CompareArguments& arguments) {
   system::OutputPlan().Reads(arguments.a).Reads(arguments.b).Writes(arguments.figure).Require();
-  const farm::ResultStore a = farm::ResultStore::Read(arguments.a),
-                          b = farm::ResultStore::Read(arguments.b);
+  const batch::ResultStore a = batch::ResultStore::Read(arguments.a),
+                           b = batch::ResultStore::Read(arguments.b);
   const Comparison comparison = Compare({a, arguments.a}, {b, arguments.b}, arguments.options);
   const report::Report report = ReportOf(comparison);
   app::PrintReport(report, comparison, arguments.json);

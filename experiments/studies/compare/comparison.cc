@@ -6,9 +6,9 @@
 #include <set>
 #include <utility>
 
+#include "experiments/batch/summary.h"
 #include "experiments/config/nearest_name.h"
 #include "experiments/config/yaml_node.h"
-#include "experiments/farm/summary.h"
 #include "experiments/statistics/paired_tests.h"
 #include "experiments/trial/record_columns.h"
 #include "sim/base/check.h"
@@ -28,9 +28,9 @@ void RequireKnown(const std::vector<std::string>& words, const std::vector<std::
                         config::DidYouMean(word, known));
 }
 
-std::string Text(const std::vector<farm::Parameter>& parameters) {
+std::string Text(const std::vector<batch::Parameter>& parameters) {
   std::vector<std::string> assignments;
-  for (const farm::Parameter& p : parameters) assignments.push_back(p.Assignment());
+  for (const batch::Parameter& p : parameters) assignments.push_back(p.Assignment());
   return fmt::format("{}", fmt::join(assignments, " "));
 }
 
@@ -38,13 +38,13 @@ std::string Text(const std::vector<farm::Parameter>& parameters) {
 using Key = std::pair<std::string, int64_t>;  // parameters, seed
 
 // With those of their parameters that have these keys.
-std::map<Key, farm::StoredTrial> ByKey(const farm::ResultStore& store,
-                                       const std::vector<std::string>& keys) {
-  std::map<Key, farm::StoredTrial> trials;
-  for (farm::StoredTrial& trial : store.Trials()) {
+std::map<Key, batch::StoredTrial> ByKey(const batch::ResultStore& store,
+                                        const std::vector<std::string>& keys) {
+  std::map<Key, batch::StoredTrial> trials;
+  for (batch::StoredTrial& trial : store.Trials()) {
     if (!trial.record.ended()) continue;
-    std::erase_if(trial.parameters, [&](const farm::Parameter& p) { return !Has(keys, p.key); });
-    std::ranges::sort(trial.parameters, {}, &farm::Parameter::key);
+    std::erase_if(trial.parameters, [&](const batch::Parameter& p) { return !Has(keys, p.key); });
+    std::ranges::sort(trial.parameters, {}, &batch::Parameter::key);
     const Key key{Text(trial.parameters), trial.record.seed};
     if (!trials.emplace(key, std::move(trial)).second)
       throw ConfigError(
@@ -129,14 +129,15 @@ std::vector<ComparisonGroup> GroupPairs(const std::vector<TrialPair>& pairs,
     std::vector<std::string> values;
     for (const std::string& name : by)
       values.push_back(key[name] =
-                           std::ranges::find(pair.parameters, name, &farm::Parameter::key)->value);
+                           std::ranges::find(pair.parameters, name, &batch::Parameter::key)->value);
     ComparisonGroup& group = groups[values];
     group.key = key;
     group.pairs.push_back(pair);
   }
   std::vector<std::pair<std::vector<std::string>, ComparisonGroup>> order(groups.begin(),
                                                                           groups.end());
-  std::ranges::stable_sort(order, farm::LessByValue, [](const auto& group) { return group.first; });
+  std::ranges::stable_sort(order, batch::LessByValue,
+                           [](const auto& group) { return group.first; });
   std::vector<ComparisonGroup> sorted;
   for (auto& [values, group] : order) sorted.push_back(std::move(group));
   return sorted;
@@ -193,7 +194,7 @@ std::string ComparisonGroup::Name() const {
   return name.empty() ? "all" : name;
 }
 
-std::vector<TrialPair> PairTrials(const farm::ResultStore& a, const farm::ResultStore& b,
+std::vector<TrialPair> PairTrials(const batch::ResultStore& a, const batch::ResultStore& b,
                                   const ComparisonOptions& options) {
   std::vector<std::string> keys = a.header().keys, shared;
   for (const std::string& key : keys)
@@ -202,7 +203,7 @@ std::vector<TrialPair> PairTrials(const farm::ResultStore& a, const farm::Result
   RequireKnown(options.ignore, keys);
   RequireKnown(options.by, shared);
 
-  const std::map<Key, farm::StoredTrial> in_a = ByKey(a, shared), in_b = ByKey(b, shared);
+  const std::map<Key, batch::StoredTrial> in_a = ByKey(a, shared), in_b = ByKey(b, shared);
   std::vector<TrialPair> pairs;
   std::set<int64_t> seeds;
   for (const auto& [key, trial] : in_a) {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "experiments/farm/result_store.h"
+#include "experiments/batch/result_store.h"
 #include "experiments/page/page.h"
 #include "experiments/report/report.h"
 #include "experiments/statistics/intervals.h"
@@ -19,7 +19,7 @@ namespace turbidock::compare {
 
 // One of the sets; `file` stands for it in commands.
 struct ComparedFile {
-  const farm::ResultStore& store;
+  const batch::ResultStore& store;
   std::string file;
 };
 
@@ -33,7 +33,7 @@ struct ComparisonOptions {
 
 // A trial in both sets.
 struct TrialPair {
-  std::vector<farm::Parameter> parameters;  // that both sets have
+  std::vector<batch::Parameter> parameters;  // that both sets have
   trial::TrialRecord a, b;
   int64_t trial_a = 0, trial_b = 0;  // their numbers
 
@@ -117,7 +117,7 @@ struct Comparison {
 Comparison Compare(const ComparedFile& a, const ComparedFile& b, const ComparisonOptions& options);
 
 // Its steps. The parameters of a pair are those that both sets have and options do not ignore.
-std::vector<TrialPair> PairTrials(const farm::ResultStore& a, const farm::ResultStore& b,
+std::vector<TrialPair> PairTrials(const batch::ResultStore& a, const batch::ResultStore& b,
                                   const ComparisonOptions& options);
 // Groups and what is significant: among all rates, which are one family of tests, and among all
 // metrics, another; docking is what it is about.

@@ -194,7 +194,7 @@ std::string Varied(const Comparison& comparison) {
   for (const ComparisonGroup& group : comparison.groups)
     for (const TrialPair& pair : group.pairs) {
       seeds.insert(pair.a.seed);
-      for (const farm::Parameter& p : pair.parameters) values[p.key].insert(p.value);
+      for (const batch::Parameter& p : pair.parameters) values[p.key].insert(p.value);
     }
   std::string text = fmt::format("seed ({})", seeds.size());
   for (const auto& [key, of] : values)

@@ -8,7 +8,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "experiments/farm/farm.h"
+#include "experiments/batch/job_options.h"
 #include "experiments/media/canvas.h"
 #include "experiments/media/png.h"
 #include "experiments/report/json.h"
@@ -69,9 +69,9 @@ Labelled Label(const trial::Scenario& scenario, const trial::FixedView& view, Si
     if (!surface.name.starts_with("marker_") && !surface.name.starts_with("ball_")) continue;
     is_marker[static_cast<size_t>(geom) + 1] = true;
     // The whole of it by rays, one a pixel, as if nothing else were there.
-    const bool berthed = surface.fixed_to == light::FixedTo::kBerth;
+    const bool moored = surface.fixed_to == light::FixedTo::kMooredBody;
     const Pose X_SC =
-        surface.X_AS.Inverse() * (berthed ? view.rendered.X_WK.Inverse() * X_WC : X_WC);
+        surface.X_AS.Inverse() * (moored ? view.rendered.X_WK.Inverse() * X_WC : X_WC);
     for (int v = 0; v < camera.height_px; ++v)
       for (int u = 0; u < camera.width_px; ++u) {
         if (*out.whole.at(u, v) != 0) continue;
@@ -121,8 +121,9 @@ struct Shard {
   Json images = Json::array(), annotations = Json::array();
 };
 
-void Add(const trial::Scenario& scenario, const farm::TrialSpec& spec, const trial::FixedView& view,
-         Side side, const Image3u8& image, int number, const fs::path& folder, Shard* shard) {
+void Add(const trial::Scenario& scenario, const batch::TrialSpec& spec,
+         const trial::FixedView& view, Side side, const Image3u8& image, int number,
+         const fs::path& folder, Shard* shard) {
   const MountedCamera& camera = view.rig[side];
   const Labelled labelled = Label(scenario, view, side);
   const std::string id = fmt::format("{:06}", number), key = std::to_string(number);
@@ -174,14 +175,14 @@ void Add(const trial::Scenario& scenario, const farm::TrialSpec& spec, const tri
        {"keypoints", points}});
 }
 
-void MakeShard(const farm::Plan& plan, const fs::path& folder, int64_t first, int64_t count) {
+void MakeShard(const batch::Plan& plan, const fs::path& folder, int64_t first, int64_t count) {
   const fs::path part = folder.parent_path() / (".part-" + folder.filename().string());
   fs::remove_all(part);
   for (const char* kind : {"rgb", "mask", "mask_visib"}) fs::create_directories(part / kind);
   Shard shard;
   Json names = Json::array();
   for (int64_t i = 0; i < count; ++i) {
-    const farm::TrialSpec spec = plan.Trial(first + i);
+    const batch::TrialSpec spec = plan.Trial(first + i);
     const trial::Scenario scenario = plan.ScenarioOf(spec);
     const Pose X_HM = trial::DrawStart(scenario).Inverse();
     const std::vector<trial::FixedView> views = trial::DrawFixedViews(scenario, {X_HM});
@@ -213,7 +214,7 @@ void MakeShard(const farm::Plan& plan, const fs::path& folder, int64_t first, in
 }
 
 // What a folder's shards all have in common, and must have when it is gone on with.
-Json HeaderOf(const farm::Plan& plan, const DatasetOptions& options) {
+Json HeaderOf(const batch::Plan& plan, const DatasetOptions& options) {
   return {{"description", plan.settings().description},
           {"plan_hash", plan.hash()},
           {"build", system::BuildId()},
@@ -231,7 +232,7 @@ void RequireSame(const fs::path& file, const Json& header) {
           before.is_object() ? before.value(key, Json()).dump() : "", header[key].dump()));
 }
 
-void WriteCommon(const farm::Plan& plan, const fs::path& folder) {
+void WriteCommon(const batch::Plan& plan, const fs::path& folder) {
   const trial::Scenario scenario = plan.ScenarioOf(plan.Trial(0));
   const MountedCamera camera = scenario.rig.MakeRig().left;
   system::WriteWhole(folder / "camera.json", report::JsonText({{"cx", camera.cx_px},
@@ -313,7 +314,7 @@ void WriteContactSheet(const fs::path& file, const std::string& title,
 
 }  // namespace
 
-DatasetSummary MakeDataset(const farm::Plan& plan, const std::string& folder,
+DatasetSummary MakeDataset(const batch::Plan& plan, const std::string& folder,
                            const DatasetOptions& options) {
   const fs::path root(folder), split = root / kSplit, header_file = root / "dataset.json";
   const Json header = HeaderOf(plan, options);
@@ -338,12 +339,12 @@ DatasetSummary MakeDataset(const farm::Plan& plan, const std::string& folder,
     MakeShard(plan, folder_of(shard), first, std::min(per_shard, plan.trials() - first));
     return "";
   };
-  farm::WorkerPool pool(options.workers, {.time_limit_s = farm::kJobTimeLimit_s}, make);
+  batch::WorkerPool pool(options.workers, {.time_limit_s = batch::kJobTimeLimit_s}, make);
   int done = 0;
   const auto count = [&](size_t, const std::string&) {
     if (options.on_progress) options.on_progress(++done, static_cast<int>(missing.size()));
   };
-  summary.complete = farm::MapEach(&pool, missing, count, options.stop_requested);
+  summary.complete = batch::MapEach(&pool, missing, count, options.stop_requested);
   if (summary.complete)
     WriteContactSheet(root / "contact_sheet.png", plan.settings().description, folder_of,
                       summary.images, 2 * per_shard);

@@ -19,7 +19,7 @@
 #include <functional>
 #include <string>
 
-#include "experiments/farm/plan.h"
+#include "experiments/batch/plan.h"
 
 namespace turbidock::dataset {
 
@@ -37,7 +37,7 @@ struct DatasetSummary {
 
 // Makes what is missing. ConfigError for what is wrong in the plan or cannot be drawn or written,
 // ConfigError for a folder whose dataset is of another plan, size of shards or build.
-DatasetSummary MakeDataset(const farm::Plan& plan, const std::string& folder,
+DatasetSummary MakeDataset(const batch::Plan& plan, const std::string& folder,
                            const DatasetOptions& options);
 
 }  // namespace turbidock::dataset

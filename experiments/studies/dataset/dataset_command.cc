@@ -19,7 +19,7 @@ struct DatasetArguments {
 
 int Make(const DatasetArguments& arguments) {
   DatasetOptions options = arguments.options;
-  const farm::Plan plan = arguments.plan.Load();
+  const batch::Plan plan = arguments.plan.Load();
   app::Progress progress(arguments.quiet);
   progress.Say(fmt::format("{}: {} images", plan.settings().description, 2 * plan.trials()));
   options.on_progress = [&](int done, int of) { progress.ShowDone(done, of, "shards", 30); };

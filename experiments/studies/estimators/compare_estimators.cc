@@ -5,7 +5,7 @@
 #include <ctime>
 #include <utility>
 
-#include "experiments/farm/farm.h"
+#include "experiments/batch/job_options.h"
 #include "experiments/report/json.h"
 #include "experiments/trial/world.h"
 
@@ -60,7 +60,7 @@ StartResult Run(const trial::Scenario& scenario, double distance_m, int frames) 
   Rng rng = world.seeds().Stream("compare");
   world.PlaceVehicle(DrawPose(distance_m, &rng).Inverse());
   trial::Snapshot snapshot;
-  world.Take(&snapshot);
+  world.Capture(&snapshot);
   const std::string name = scenario.estimator_name();
   const auto estimator = scenario.MakeEstimator(name, world.seeds().Stream("vision." + name));
   PoseEstimate estimate;
@@ -69,7 +69,7 @@ StartResult Run(const trial::Scenario& scenario, double distance_m, int frames) 
     snapshot.time_s = scenario.image_clock().TimeOfFrame(frame);
     StereoImage image;
     image.frame = frame;
-    world.Develop(snapshot, frame, std::nullopt, nullptr, &image);
+    world.RenderImages(snapshot, frame, std::nullopt, nullptr, &image);
     const double start_s = ProcessorTime_s();
     estimate = estimator->Update(image);
     times_s.push_back(ProcessorTime_s() - start_s);
@@ -85,7 +85,7 @@ StartResult Run(const trial::Scenario& scenario, double distance_m, int frames) 
 
 }  // namespace
 
-farm::Work StartWork(const trial::Plugins& plugins) {
+batch::Work StartWork(const trial::Plugins& plugins) {
   return {"cold start", [plugins](const std::string& input) {
             const auto start = report::ParseJson(input, "a start").get<Start>();
             return report::JsonLine(
@@ -145,8 +145,9 @@ std::vector<CompareCell> CompareEstimators(const CompareOptions& options) {
         report::ParseJson(output, "a start's result").get<StartResult>();
     if (options.on_progress) options.on_progress(++done, static_cast<int>(inputs.size()));
   };
-  const auto pool = farm::MakePool(options.farm, farm::kJobTimeLimit_s, StartWork(options.plugins));
-  if (!farm::MapEach(pool.get(), inputs, take, options.stop_requested)) return {};
+  const auto pool =
+      batch::MakePool(options.jobs, batch::kJobTimeLimit_s, StartWork(options.plugins));
+  if (!batch::MapEach(pool.get(), inputs, take, options.stop_requested)) return {};
   for (CompareCell& cell : cells) Summarise(options, &cell);
   return cells;
 }

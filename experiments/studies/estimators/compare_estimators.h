@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "experiments/farm/farm.h"
+#include "experiments/batch/job_options.h"
 #include "experiments/report/report.h"
 #include "experiments/statistics/intervals.h"
 #include "experiments/trial/plugins.h"
@@ -34,7 +34,7 @@ struct CompareOptions {
   // A right estimate is within both.
   double right_mm = 20, right_deg = 5;
   trial::Plugins plugins = {};
-  farm::FarmOptions farm = {};
+  batch::JobOptions jobs = {};
   std::function<void(int done, int of)> on_progress = {};  // starts
   std::function<bool()> stop_requested = {};
 };
@@ -76,7 +76,7 @@ struct CompareCell {
 };
 
 // Makes one start of one estimator: the work of a task. `plugins`: as CompareOptions'.
-farm::Work StartWork(const trial::Plugins& plugins);
+batch::Work StartWork(const trial::Plugins& plugins);
 
 // Nothing when it was stopped. The same for any number of workers, but for times. ConfigError for
 // what is wrong in a scenario or is no estimator of it.

@@ -2,7 +2,7 @@
 #include <vector>
 
 #include "experiments/app/commands.h"
-#include "experiments/app/farm_arguments.h"
+#include "experiments/app/job_arguments.h"
 #include "experiments/app/print_report.h"
 #include "experiments/app/progress.h"
 #include "experiments/media/figure.h"
@@ -16,7 +16,7 @@ namespace {
 struct CompareArguments {
   CompareOptions options;
   std::string seed, figure;
-  app::FarmArguments farm;
+  app::JobArguments jobs;
   bool json = false, quiet = false;
 };
 
@@ -27,10 +27,10 @@ int Compare(const CompareArguments& arguments) {
 
   app::Progress progress(arguments.quiet);
   options.on_progress = [&](int done, int of) { progress.ShowDone(done, of, "starts", 30); };
-  options.farm =
-      arguments.farm.For("", [&](const std::string& text) { progress.Say("  " + text); });
+  options.jobs =
+      arguments.jobs.For("", [&](const std::string& text) { progress.Say("  " + text); });
   // whose tasks are to be cancelled
-  if (options.farm.slurm) options.stop_requested = app::CatchStopSignals();
+  if (options.jobs.slurm) options.stop_requested = app::CatchStopSignals();
   const std::vector<CompareCell> cells = CompareEstimators(options);
   if (app::StopSignal() != 0) return app::kExitDone;  // main makes the signal's code of it
   const report::Report report = ReportOf(cells);
@@ -61,7 +61,7 @@ void AddCompareEstimators(app::CommandLine& line) {
       .Between(1, 1000);
   compare.Add("--right-mm", options.right_mm, "Largest error of a right estimate").Positive();
   compare.Add("--right-deg", options.right_deg, "The same for rotation").Positive();
-  arguments.farm.AddTo(&compare, "Processes; the results are the same", 1);
+  arguments.jobs.AddTo(&compare, "Processes; the results are the same", 1);
   compare.AddSeed(arguments.seed);
   compare.AddSet(options.assignments, "Set one key of the scenarios, such as their faults");
   compare.AddFigure(arguments.figure, "Draw shares and errors over milk");

@@ -16,7 +16,7 @@ namespace {
 
 constexpr const char* kConditionKey = "case";  // as of the named cells of a batch
 
-GateTrial GateTrialOf(const farm::StoredTrial& stored) {
+GateTrial GateTrialOf(const batch::StoredTrial& stored) {
   const trial::TrialRecord& record = stored.record;
   if (!record.ended())
     throw SimulatorFault(fmt::format("condition '{}', seed {}: the trial {}: {}\n{}",
@@ -36,10 +36,10 @@ std::string ResolvedTrials(const GatePlan& plan) {
   for (const GateCondition& condition : plan.conditions) {
     const trial::Scenario& scenario = scenarios[condition.name] =
         condition.Load(plan.assignments, plan.SeedOf(0));
-    text += fmt::format("  {}: |\n{}", farm::YamlText(condition.name),
+    text += fmt::format("  {}: |\n{}", batch::YamlText(condition.name),
                         system::Indented(trial::SaveScenario(scenario), "    "));
   }
-  return text + farm::ModelFilesText(scenarios);
+  return text + batch::ModelFilesText(scenarios);
 }
 
 }  // namespace
@@ -79,11 +79,11 @@ void GateTrials::Add(int64_t trial, const GateTrial& result) {
   on_trial_(done, wanted);
 }
 
-GateRunner MakeGateRunner(const GatePlan& plan, farm::RunOptions options,
-                          farm::ResultStore* store) {
+GateRunner MakeGateRunner(const GatePlan& plan, batch::RunOptions options,
+                          batch::ResultStore* store) {
   options.plugins = plan.plugins;
-  const auto runner = std::make_shared<farm::TrialRunner>(options, store);
-  const auto spec = [&plan](int64_t trial) -> farm::TrialSpec {
+  const auto runner = std::make_shared<batch::TrialRunner>(options, store);
+  const auto spec = [&plan](int64_t trial) -> batch::TrialSpec {
     const int64_t conditions = std::ssize(plan.conditions);
     const int64_t condition = trial % conditions, sample = trial / conditions;
     return {.trial = trial,
@@ -92,34 +92,34 @@ GateRunner MakeGateRunner(const GatePlan& plan, farm::RunOptions options,
             .seed = plan.SeedOf(static_cast<int>(sample)),
             .parameters = {{kConditionKey, plan.conditions[static_cast<size_t>(condition)].name}}};
   };
-  const auto scenario = [&plan](const farm::TrialSpec& of) {
+  const auto scenario = [&plan](const batch::TrialSpec& of) {
     return plan.conditions[static_cast<size_t>(of.cell)].Load(plan.assignments, of.seed);
   };
   return [=](GateTrials* trials) {
-    const auto add = [=](const farm::StoredTrial& trial) {
+    const auto add = [=](const batch::StoredTrial& trial) {
       trials->Add(trial.trial, GateTrialOf(trial));
     };
     if (!runner->Run({.spec = spec, .scenario = scenario},
                      {.next = [=] { return trials->Next(); }, .add = add}))
-      throw farm::Stopped();
+      throw batch::Stopped();
   };
 }
 
-farm::ResultStore OpenTrials(const std::string& file, const GatePlan& plan,
-                             const std::function<void(const std::string&)>& say) {
-  const farm::StoreHeader header{.kind = "gate",
-                                 .plan = ResolvedTrials(plan),
-                                 .build = system::BuildId(),
-                                 .shard = {},
-                                 .trials = 0,
-                                 .keys = {kConditionKey}};
+batch::ResultStore OpenTrials(const std::string& file, const GatePlan& plan,
+                              const std::function<void(const std::string&)>& say) {
+  const batch::StoreHeader header{.kind = "gate",
+                                  .plan = ResolvedTrials(plan),
+                                  .build = system::BuildId(),
+                                  .shard = {},
+                                  .trials = 0,
+                                  .keys = {kConditionKey}};
   try {
-    return farm::ResultStore::Write(file, header);
-  } catch (const farm::OtherResults& other) {
+    return batch::ResultStore::Write(file, header);
+  } catch (const batch::OtherResults& other) {
     say(fmt::format("{}: has trials of another gate or build ({}): begun anew", file,
                     other.difference));
     std::filesystem::remove(file);
-    return farm::ResultStore::Write(file, header);
+    return batch::ResultStore::Write(file, header);
   }
 }
 

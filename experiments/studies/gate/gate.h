@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "experiments/farm/runner.h"
+#include "experiments/batch/runner.h"
 #include "experiments/studies/gate/baseline.h"
 #include "experiments/studies/gate/gate_plan.h"
 #include "experiments/studies/gate/judge.h"
@@ -54,14 +54,14 @@ using GateRunner = std::function<void(GateTrials* trials)>;
 // Runs them in worker processes. It throws Stopped when the options' stop_requested says so, and
 // SimulatorFault when a trial crashes or hangs or this machine cannot simulate: that is no verdict
 // on docking. `store`, where trials are kept, may be null; it and `plan` must outlive the runner.
-GateRunner MakeGateRunner(const GatePlan& plan, farm::RunOptions options,
-                          farm::ResultStore* store = nullptr);
+GateRunner MakeGateRunner(const GatePlan& plan, batch::RunOptions options,
+                          batch::ResultStore* store = nullptr);
 
 // The file of a gate's trials, to be gone on with when they are of the same program, conditions,
 // assignments and data. Trials of anything else say nothing about this build: the file is then
 // begun anew, which `say` tells. ConfigError when something else is in the way.
-farm::ResultStore OpenTrials(const std::string& file, const GatePlan& plan,
-                             const std::function<void(const std::string&)>& say);
+batch::ResultStore OpenTrials(const std::string& file, const GatePlan& plan,
+                              const std::function<void(const std::string&)>& say);
 
 struct GateReport {
   statistics::Verdict verdict = statistics::Verdict::kInconclusive;

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "experiments/app/commands.h"
-#include "experiments/app/farm_arguments.h"
+#include "experiments/app/job_arguments.h"
 #include "experiments/app/plan_arguments.h"
 #include "experiments/app/print_report.h"
 #include "experiments/app/progress.h"
@@ -31,7 +31,7 @@ struct GateArguments {
   trial::Plugins plugins;
   std::string plan, baseline, out, figure;
   std::vector<std::string> assignments;
-  app::FarmArguments farm;
+  app::JobArguments jobs;
   int bundles = 5;
   bool update = false, plan_size = false, json = false, quiet = false;
 
@@ -56,17 +56,17 @@ class Trials {
       if (const auto there = std::ssize(store_->Done()); there > 0)
         progress->Say(fmt::format("  {} trials are in {} already", there, file));
     }
-    const farm::FarmOptions farm =
-        arguments.farm.For(arguments.out.empty() ? "" : arguments.out + "/trials",
+    const batch::JobOptions jobs =
+        arguments.jobs.For(arguments.out.empty() ? "" : arguments.out + "/trials",
                            [progress](const std::string& text) { progress->Say("  " + text); });
-    run_ = MakeGateRunner(plan, {.farm = farm, .stop_requested = app::CatchStopSignals()},
+    run_ = MakeGateRunner(plan, {.jobs = jobs, .stop_requested = app::CatchStopSignals()},
                           store_ ? &*store_ : nullptr);
   }
 
   const GateRunner& run() const { return run_; }
 
  private:
-  std::optional<farm::ResultStore> store_;
+  std::optional<batch::ResultStore> store_;
   GateRunner run_;
 };
 
@@ -113,7 +113,7 @@ void WriteBundle(const std::string& folder, const GateCondition& condition,
   const bool films = scenario.pose_source == trial::PoseSource::kCameras;
   const trial::TrialResult again =
       run::RunShownTrial(scenario, {.out = bundle, .video = films, .quiet = true});
-  if (app::StopSignal() != 0) throw farm::Stopped();
+  if (app::StopSignal() != 0) throw batch::Stopped();
   if (again.digest != trial.digest)
     throw SimulatorFault(fmt::format("{}: the trial does not repeat: digest {}, in the gate {}",
                                      bundle, again.digest, trial.digest));
@@ -198,7 +198,7 @@ int Gate(const GateArguments& arguments) {
   try {
     return arguments.update ? UpdateBaseline(arguments, plan)
                             : JudgeAgainstBaseline(arguments, plan);
-  } catch (const farm::Stopped&) {
+  } catch (const batch::Stopped&) {
     if (!arguments.quiet && (arguments.update || !arguments.out.empty()))
       std::fputs("stopped; the same command goes on\n", stderr);
     return app::kExitInconclusive;  // main makes it the signal's
@@ -221,8 +221,8 @@ void AddGate(app::CommandLine& line) {
       gate.Add("--out", arguments.out,
                "Folder for report.html, summary.json, junit.xml, summary.md, failures/");
   const app::Option figure = gate.AddFigure(arguments.figure, "Draw what the report shows");
-  const app::FarmArguments::Options farm =
-      arguments.farm.AddTo(&gate, "Processes that run trials", app::AvailableCores());
+  const app::JobArguments::Options jobs =
+      arguments.jobs.AddTo(&gate, "Processes that run trials", app::AvailableCores());
   const app::Option set = gate.AddSet(
       arguments.assignments, "Set one scenario key in every condition, as if the build had it so");
   const app::Option bundles =
@@ -239,7 +239,7 @@ void AddGate(app::CommandLine& line) {
   gate.AddQuiet(arguments.quiet);
   for (const app::Option& option : {out, figure, set, bundles, json}) update.Excludes(option);
   for (const app::Option& option :
-       {out, figure, set, bundles, update, baseline, farm.workers, farm.slurm})
+       {out, figure, set, bundles, update, baseline, jobs.workers, jobs.slurm})
     plan_size.Excludes(option);
 }
 

@@ -67,7 +67,7 @@ class LiveBoard::LiveTab : public serve::Tab {
   }
 
   std::optional<std::string> Next() override;
-  void Hear(std::string_view text) override;
+  void OnMessage(std::string_view text) override;
 
  private:
   // Under the lock: fills in what is new but pictures and rows, and gives the rows.
@@ -119,7 +119,7 @@ std::optional<std::string> LiveBoard::LiveTab::Next() {
   return Framed(head, picture->left, picture->right);
 }
 
-void LiveBoard::LiveTab::Hear(std::string_view text) {
+void LiveBoard::LiveTab::OnMessage(std::string_view text) {
   const auto json = Json::parse(text, nullptr, false);
   if (json.is_object() && json.value("do", Json()) == "got") {
     const Json n = json.value("n", Json());
@@ -142,8 +142,9 @@ void LiveBoard::Show(const LiveSession& session, bool whole_images, double real_
   news["status"] = {parts_.at("status").number + 1, StatusOf(session, real_time_factor)};
   std::shared_ptr<Picture> picture;
   const auto& frames = session.log().frames;
-  if (whole_images && !frames.empty() && !session.seen().left.empty())
-    picture = std::make_shared<Picture>(Picture{frames.back().frame, session.seen(), "", ""});
+  if (whole_images && !frames.empty() && !session.latest_images().left.empty())
+    picture =
+        std::make_shared<Picture>(Picture{frames.back().frame, session.latest_images(), "", ""});
 
   const std::lock_guard lock(mutex_);
   if (is_other) {

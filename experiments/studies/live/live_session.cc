@@ -18,24 +18,25 @@ constexpr double kSlowest = 0.05, kFastest = 100;  // times real time
 constexpr int kMostSteps = 1000;
 constexpr double kStrongestPush_newton = 50;
 
-// What a law's gains may be set to, of yaw or of each other axis: from nothing to far too much.
+// What a controller's gains may be set to, of yaw or of each other axis: from nothing to far too
+// much.
 struct GainRange {
-  control::Law law;
+  control::ControllerType controller;
   bool of_yaw;
   const char *key, *label, *unit;
   double low, high;
 };
 constexpr GainRange kGains[] = {
-    {control::Law::kPVoltage, false, "kp_v_per_m", "kp", "V/m", 0, 120},
-    {control::Law::kPVoltage, true, "kp_v", "kp", "V", 0, 20},
-    {control::Law::kPid, false, "kp_per_s2", "kp", "1/s²", 0, 20},
-    {control::Law::kPid, false, "ki_per_s3", "ki", "1/s³", 0, 20},
-    {control::Law::kPid, false, "kd_per_s", "kd", "1/s", 0, 20},
-    {control::Law::kPid, true, "kp_per_s2", "kp", "1/s²", 0, 45},
-    {control::Law::kPid, true, "kd_per_s", "kd", "1/s", 0, 15},
-    // the error that the law takes as seriously as effort_share: small is tight
-    {control::Law::kLqg, false, "error_m", "error weight", "m", 0.001, 0.1},
-    {control::Law::kLqg, true, "error_rad", "error weight", "rad", 0.005, 0.5}};
+    {control::ControllerType::kPVoltage, false, "kp_v_per_m", "kp", "V/m", 0, 120},
+    {control::ControllerType::kPVoltage, true, "kp_v", "kp", "V", 0, 20},
+    {control::ControllerType::kPid, false, "kp_per_s2", "kp", "1/s²", 0, 20},
+    {control::ControllerType::kPid, false, "ki_per_s3", "ki", "1/s³", 0, 20},
+    {control::ControllerType::kPid, false, "kd_per_s", "kd", "1/s", 0, 20},
+    {control::ControllerType::kPid, true, "kp_per_s2", "kp", "1/s²", 0, 45},
+    {control::ControllerType::kPid, true, "kd_per_s", "kd", "1/s", 0, 15},
+    // the error that the controller takes as seriously as effort_share: small is tight
+    {control::ControllerType::kLqg, false, "error_m", "error weight", "m", 0.001, 0.1},
+    {control::ControllerType::kLqg, true, "error_rad", "error weight", "rad", 0.005, 0.5}};
 
 template <class Enum>
 std::vector<std::string> NamesOf() {
@@ -116,8 +117,9 @@ struct Controls {
 
 report::Json ControlsModel(const trial::Scenario& settings) {
   const std::vector<std::string> off_on = {"false", "true"};
-  std::vector<std::string> laws = NamesOf<control::Law>();
-  for (const std::string& law : settings.plugins.controllers()) laws.push_back(law);
+  std::vector<std::string> controllers = NamesOf<control::ControllerType>();
+  for (const std::string& controller : settings.plugins.controllers())
+    controllers.push_back(controller);
   Controls controls{settings};
   controls.Slide("water", "water.milk_ml_m3", "milk", "ml/m³", 0, 120);
   for (const auto& [axis, label] : {std::pair{"[0]", "current along"}, {"[1]", "current across"}})
@@ -129,12 +131,12 @@ report::Json ControlsModel(const trial::Scenario& settings) {
   controls.Choose("light", "lamps.enabled", "lamps", off_on);
   controls.Slide("light", "lamps.intensity_w_sr", "lamps' intensity", "W/sr", 0, 0.2);
   controls.Choose("light", "ball_lights.enabled", "marker's own light", off_on);
-  controls.Choose("control", "controller", "law", laws);
+  controls.Choose("control", "controller", "controller", controllers);
   if (!settings.plugins.controller().empty()) return controls.list;
   for (const std::string axis : {"surge", "sway", "heave", "yaw"})
     for (const GainRange& gain : kGains)
-      if (gain.law == settings.control.controller && gain.of_yaw == (axis == "yaw"))
-        controls.Slide("control", NameOf(gain.law) + ("." + axis) + "." + gain.key,
+      if (gain.controller == settings.control.controller && gain.of_yaw == (axis == "yaw"))
+        controls.Slide("control", NameOf(gain.controller) + ("." + axis) + "." + gain.key,
                        axis + " " + gain.label, gain.unit, gain.low, gain.high);
   return controls.list;
 }
@@ -197,7 +199,7 @@ void LiveSession::Handle(const std::string& command) {
 
 void LiveSession::Step(bool whole_images) {
   TD_CHECK(!result_, "a trial under way");
-  trial_->SeeWhole(whole_images);
+  trial_->SetFullFrame(whole_images);
   trial_->Step();
   if (steps_left_ > 0) --steps_left_;
   if (trial_->ended()) TakeResult();

@@ -16,7 +16,7 @@
 namespace turbidock::live {
 
 // What the page offers to change, each with its value and its range or choices; of gains those of
-// the control law in force.
+// the controller in force.
 report::Json ControlsModel(const trial::Scenario& settings);
 
 // Pauses, steps and looks change nothing: a trial that nobody interfered with ends with the digest
@@ -40,7 +40,7 @@ class LiveSession {
 
   // Whether a frame shall pass: while it goes, or single steps are left.
   bool wants_step() const { return !result_ && (going_ || steps_left_ > 0); }
-  // One frame passes; `whole_images`: seen() is to be looked at.
+  // One frame passes; `whole_images`: latest_images() is to be looked at.
   void Step(bool whole_images);
   // The end: a trial under way is cut off, with a result if it has a frame.
   void Close();
@@ -59,7 +59,7 @@ class LiveSession {
     return result_ ? result_->changes : trial_->changes();
   }
   const Eigen::Vector3d& push_newton() const { return trial_->push_newton(); }
-  const StereoImage& seen() const { return trial_->seen(); }
+  const StereoImage& latest_images() const { return trial_->latest_images(); }
   const std::optional<trial::TrialResult>& result() const { return result_; }  // of an ended trial
 
  private:

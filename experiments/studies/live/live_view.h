@@ -12,7 +12,7 @@
 namespace turbidock::live {
 
 struct ServeOptions {
-  serve::Place place;
+  serve::Endpoint place;
   std::function<void(const std::string& url)> on_served;
   std::function<bool()> stop_requested;
 };

@@ -8,8 +8,8 @@
 
 #include "experiments/app/commands.h"
 #include "experiments/app/progress.h"
-#include "experiments/farm/result_store.h"
-#include "experiments/farm/run_lock.h"
+#include "experiments/batch/result_store.h"
+#include "experiments/batch/run_lock.h"
 #include "experiments/page/batch_page.h"
 #include "experiments/page/report_page.h"
 #include "experiments/studies/live/live_view.h"
@@ -53,11 +53,11 @@ bool IsResult(const std::string& what) {
 constexpr double kAgain_s = 5;
 
 page::Page PageOf(const std::string& what, const trial::Plugins& plugins) {
-  page::Page page = page::IsFileOfTrials(what)
-                        ? page::BatchPage(farm::ResultStore::Read(what), what, {.plugins = plugins})
-                        : page::ResultPage(what, plugins);
+  page::Page page = page::IsFileOfTrials(what) ? page::BatchPage(batch::ResultStore::Read(what),
+                                                                 what, {.plugins = plugins})
+                                               : page::ResultPage(what, plugins);
   const std::string file = page::TrialsOfStudy(what).value_or(what);
-  if (page::IsFileOfTrials(file) && farm::IsLocked(file)) page.model["again_s"] = kAgain_s;
+  if (page::IsFileOfTrials(file) && batch::IsLocked(file)) page.model["again_s"] = kAgain_s;
   return page;
 }
 

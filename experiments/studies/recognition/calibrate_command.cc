@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "experiments/app/commands.h"
-#include "experiments/app/farm_arguments.h"
+#include "experiments/app/job_arguments.h"
 #include "experiments/app/print_report.h"
 #include "experiments/app/progress.h"
 #include "experiments/config/data_files.h"
@@ -23,7 +23,7 @@ constexpr double kLogEvery_s = 60;
 struct CalibrateArguments {
   std::string plan, active, passive, out;
   int generations = 30;
-  app::FarmArguments farm;
+  app::JobArguments jobs;
   uint32_t seed = 1;
   bool json = false, quiet = false;
 };
@@ -58,7 +58,7 @@ int Calibrate(const CalibrateArguments& arguments) {
   const CalibrationResult result =
       Calibrate({.generations = arguments.generations,
                  .seed = arguments.seed,
-                 .farm = arguments.farm.For(
+                 .jobs = arguments.jobs.For(
                      arguments.out, [&](const std::string& text) { progress.Say("  " + text); }),
                  .on_progress = show,
                  .stop_requested = app::CatchStopSignals()},
@@ -91,7 +91,7 @@ void AddCalibrate(app::CommandLine& line) {
            "Generations of CMA-ES, each evaluated side by side; 0: only what the start is worth")
       .Between(0, 10000);
   calibrate.Add("--seed", arguments.seed, "Of the search");
-  arguments.farm.AddTo(&calibrate, "Processes; the result is the same", 1);
+  arguments.jobs.AddTo(&calibrate, "Processes; the result is the same", 1);
   calibrate.Add("--out FILE", arguments.out, "Write the values found as a scenario's keys");
   calibrate.AddJson(arguments.json);
   calibrate.AddQuiet(arguments.quiet);

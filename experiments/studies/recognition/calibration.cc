@@ -173,7 +173,7 @@ std::string InputOf(const CalibrationExperiment& experiment, const std::vector<d
   return experiment.text() + "\n" + report::JsonLine(values);
 }
 
-farm::Work CalibrationWork(std::shared_ptr<CalibrationExperiment> drawn) {
+batch::Work CalibrationWork(std::shared_ptr<CalibrationExperiment> drawn) {
   return {"set of values", [drawn = std::move(drawn)](const std::string& input) mutable {
             const size_t line = input.find('\n');
             const std::string text = input.substr(0, line);
@@ -234,7 +234,7 @@ CalibrationResult Calibrate(const CalibrationOptions& options,
       .generations = options.generations,
       .initial_step = plan.spread};
   const auto pool =
-      farm::MakePool(options.farm, farm::kJobTimeLimit_s, CalibrationWork(experiment));
+      batch::MakePool(options.jobs, batch::kJobTimeLimit_s, CalibrationWork(experiment));
   CalibrationResult result{.best = {.values = plan.Start()}};
   int done = 0;
   const auto evaluate = [&](int, const std::vector<search::Candidate>& candidates) {
@@ -249,7 +249,7 @@ CalibrationResult Calibrate(const CalibrationOptions& options,
       if (options.on_progress)
         options.on_progress(++done, 1 + optimiser.population * optimiser.generations, best);
     };
-    const bool is_whole = farm::MapEach(pool.get(), inputs, take, options.stop_requested);
+    const bool is_whole = batch::MapEach(pool.get(), inputs, take, options.stop_requested);
     std::vector<double> misfits;
     for (const std::optional<Evaluation>& one : evaluations) {
       if (!one) continue;  // prevented by a stop

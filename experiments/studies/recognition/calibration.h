@@ -18,7 +18,7 @@
 #include <string>
 #include <vector>
 
-#include "experiments/farm/farm.h"
+#include "experiments/batch/job_options.h"
 #include "experiments/report/json.h"
 #include "experiments/report/report.h"
 #include "experiments/studies/recognition/recognition.h"
@@ -93,7 +93,7 @@ std::vector<Constraint> TableConstraints(MarkerKind marker, const TableCompariso
 // Root of the mean square.
 double Misfit(const std::vector<Constraint>& constraints);
 
-// One set of values and what it is worth.
+// One set of values and its objective value.
 struct Evaluation {
   std::vector<double> values = {};           // in the order of the plan's parameters
   std::vector<Constraint> constraints = {};  // of the cells that the search looks at
@@ -131,7 +131,7 @@ class CalibrationExperiment {
 std::string InputOf(const CalibrationExperiment& experiment, const std::vector<double>& values);
 // Evaluates sets of values: the work of a task. A worker that has drawn an experiment (or was given
 // one that is drawn) keeps it for its next job.
-farm::Work CalibrationWork(std::shared_ptr<CalibrationExperiment> drawn = nullptr);
+batch::Work CalibrationWork(std::shared_ptr<CalibrationExperiment> drawn = nullptr);
 Evaluation EvaluationOf(const std::string& output);
 
 struct CalibrationResult {
@@ -143,7 +143,7 @@ struct CalibrationResult {
 struct CalibrationOptions {
   int generations = 30;  // 0: only what the start is worth
   uint32_t seed = 1;
-  farm::FarmOptions farm = {};
+  batch::JobOptions jobs = {};
   // After each evaluation; `of` is how many there will be at most.
   std::function<void(int done, int of, double best_misfit)> on_progress = {};
   std::function<bool()> stop_requested = {};

@@ -6,7 +6,7 @@
 #include <optional>
 #include <set>
 
-#include "experiments/farm/farm.h"
+#include "experiments/batch/job_options.h"
 #include "experiments/trial/trial_view.h"
 #include "sim/base/random.h"
 #include "vision/rm_ga.h"
@@ -96,7 +96,7 @@ CellResult Recognition::RunCell(const RecognitionCell& cell,
   CellResult result{.cell = cell};
   std::vector<float> fitness;
   for (int64_t frame = 0; frame < last; ++frame) {
-    cameras.ExposeHeld(estimator.Reach().value_or(WholeImages(view.rig)), frame, &seen);
+    cameras.ExposeHeld(estimator.RegionOfInterest().value_or(WholeImages(view.rig)), frame, &seen);
     const PoseEstimate& estimate = estimator.Update(seen);
     if (frame < settled) continue;
     fitness.push_back(static_cast<float>(estimate.fitness));
@@ -116,7 +116,7 @@ std::string InputOf(const trial::Scenario& scenario, const RecognitionCell& cell
                            {"settle_s", options.settle_s}});
 }
 
-farm::Work CellWork(const Recognition* drawn) {
+batch::Work CellWork(const Recognition* drawn) {
   return {
       "recognition cell", [drawn](const std::string& input) {
         const report::Json json = report::ParseJson(input, "a cell");
@@ -154,8 +154,8 @@ std::vector<CellResult> Recognition::Run(const RecognitionOptions& options) cons
     results[i] = ResultOf(cells_[i], output);
     if (options.on_progress) options.on_progress(++done, static_cast<int>(cells_.size()));
   };
-  const auto pool = farm::MakePool(options.farm, farm::kJobTimeLimit_s, CellWork(this));
-  if (!farm::MapEach(pool.get(), inputs, take, options.stop_requested)) return {};
+  const auto pool = batch::MakePool(options.jobs, batch::kJobTimeLimit_s, CellWork(this));
+  if (!batch::MapEach(pool.get(), inputs, take, options.stop_requested)) return {};
   return results;
 }
 

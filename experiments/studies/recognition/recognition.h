@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "experiments/farm/farm.h"
+#include "experiments/batch/job_options.h"
 #include "experiments/report/json.h"
 #include "experiments/trial/fixed_view.h"
 #include "experiments/trial/scenario.h"
@@ -69,7 +69,7 @@ struct CellResult {
 struct RecognitionOptions {
   double seconds = 60;
   double settle_s = 5;  // before it counts: to find the marker from anywhere
-  farm::FarmOptions farm = {};
+  batch::JobOptions jobs = {};
   std::function<void(int done, int of)> on_progress = {};  // cells
   std::function<bool()> stop_requested = {};
 };
@@ -129,7 +129,7 @@ std::string InputOf(const trial::Scenario& scenario, const RecognitionCell& cell
                     const RecognitionOptions& options);
 // Runs a cell: the work of a task. `drawn`, if any, has the cells of all inputs, and must outlive
 // it; otherwise an input is all that is needed.
-farm::Work CellWork(const Recognition* drawn = nullptr);
+batch::Work CellWork(const Recognition* drawn = nullptr);
 CellResult ResultOf(const RecognitionCell& cell, const std::string& output);
 
 }  // namespace turbidock::recognition

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "experiments/app/commands.h"
-#include "experiments/app/farm_arguments.h"
+#include "experiments/app/job_arguments.h"
 #include "experiments/app/print_report.h"
 #include "experiments/app/progress.h"
 #include "experiments/media/figure.h"
@@ -30,7 +30,7 @@ struct RecognizeArguments {
   std::vector<std::string> assignments;
   std::string seed;
   double seconds = 60;
-  app::FarmArguments farm;
+  app::JobArguments jobs;
   std::string figure;
   bool json = false, quiet = false;
 };
@@ -85,15 +85,15 @@ int Recognize(const RecognizeArguments& arguments) {
   const Recognition recognition(std::move(scenarios), cells);
   app::Progress progress(arguments.quiet);
   progress.Say(fmt::format("{} cells of {:g} s", cells.size(), arguments.seconds));
-  const farm::FarmOptions farm =
-      arguments.farm.For("", [&](const std::string& text) { progress.Say("  " + text); });
+  const batch::JobOptions jobs =
+      arguments.jobs.For("", [&](const std::string& text) { progress.Say("  " + text); });
   const std::vector<CellResult> results = recognition.Run(
       {.seconds = arguments.seconds,
-       .farm = farm,
+       .jobs = jobs,
        .on_progress = [&](int done,
                           int of) { progress.ShowDone(done, of, "cells", kCellsEvery_s); },
        // whose tasks are to be cancelled
-       .stop_requested = farm.slurm ? app::CatchStopSignals() : nullptr});
+       .stop_requested = jobs.slurm ? app::CatchStopSignals() : nullptr});
   if (app::StopSignal() != 0) return app::kExitDone;  // main makes the signal's code of it
 
   const report::Report report = ReportOf(results, table);
@@ -122,7 +122,7 @@ void AddRecognize(app::CommandLine& line) {
       .Between(0, light::kMaxMilk_ml_m3)
       .Excludes(table);
   recognize.Add("--seconds", arguments.seconds, "Time a cell is watched").Between(0.02, 3600);
-  arguments.farm.AddTo(&recognize, "Processes; the results are the same", 1);
+  arguments.jobs.AddTo(&recognize, "Processes; the results are the same", 1);
   recognize.AddSet(arguments.assignments,
                    "Set one key of the scenarios pool_active and pool_passive");
   recognize.AddSeed(arguments.seed);

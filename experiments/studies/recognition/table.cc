@@ -58,7 +58,7 @@ double ReadNumber(const std::string& where, const Column& column, const std::str
   return *value;
 }
 
-// Over the milk of loss; nearer to it F comes and goes.
+// Over the turbidity limit; nearer to it F comes and goes.
 constexpr double kSurelyLost = 1.2;
 // A little milk, at which the published F is best.
 constexpr double kLittleMilk_ml_m3[] = {2, 20};

@@ -49,7 +49,7 @@ struct TableComparison {
   };
   std::map<double, Loss> loss_by_distance_m;
   // Simulated minus published mean F where the published marker is lost for certain: at more than
-  // 1.2 times its milk of loss. Nothing where there is no such cell.
+  // 1.2 times its turbidity limit. Nothing where there is no such cell.
   std::optional<double> lost_fitness_error;
   // At the nearest distance: the milk of the best F, and how much better than in clear water F gets
   // by a little of it, 2 to 20 ml/m^3. Nothing without such cells.

@@ -6,8 +6,8 @@
 #include <numbers>
 #include <numeric>
 
-#include "experiments/trial/world.h"
 #include "experiments/trial/trial.h"
+#include "experiments/trial/world.h"
 #include "sim/base/check.h"
 
 namespace turbidock::step_response {

@@ -68,11 +68,11 @@ report::Panel LoopPanel(const std::string& title, const report::Axis& y, report:
           .rules = {{limit, "", trial::kOnPaper.limit, report::Mark::kLine}}};
 }
 
-// The published law's is volts, as of a plug-in that says so.
+// The published controller's is volts, as of a plug-in that says so.
 bool DemandIsVolts(const control::ControlParams& control) {
   return control.own
              ? std::holds_alternative<control::VoltsAllocationParams>(control.own->allocation)
-             : control.controller == control::Law::kPVoltage;
+             : control.controller == control::ControllerType::kPVoltage;
 }
 
 report::Section SectionOf(const trial::Scenario& scenario, const AxisResponse& r) {

@@ -22,20 +22,20 @@ struct Running {
   bool ended = false;
 };
 
-farm::StoreHeader HeaderOf(const Study& study) {
-  farm::StoreHeader header{.kind = "tune",
-                           .plan = study.resolved(),
-                           .build = system::BuildId(),
-                           .shard = {},
-                           .trials = 0,
-                           .keys = {kPhaseKey}};
+batch::StoreHeader HeaderOf(const Study& study) {
+  batch::StoreHeader header{.kind = "tune",
+                            .plan = study.resolved(),
+                            .build = system::BuildId(),
+                            .shard = {},
+                            .trials = 0,
+                            .keys = {kPhaseKey}};
   for (const GainRange& gain : study.settings().gains) header.keys.push_back(gain.key);
   return header;
 }
 
 // The trials of a plan in the order in which they are run: cell by cell in turn, so that any
 // beginning of them is fair.
-std::vector<int64_t> FairOrder(const farm::Plan& plan) {
+std::vector<int64_t> FairOrder(const batch::Plan& plan) {
   std::vector<int64_t> order(static_cast<size_t>(plan.trials()));
   std::iota(order.begin(), order.end(), 0);
   std::ranges::stable_sort(order, {}, [&](int64_t trial) { return plan.Trial(trial).sample; });
@@ -51,13 +51,13 @@ double Evaluation::success_rate() const {
 }
 
 Evaluations::Evaluations(const Study& study, const std::string& file,
-                         const farm::RunOptions& options)
+                         const batch::RunOptions& options)
     : study_(study),
       file_(file),
-      store_(farm::ResultStore::Write(file, HeaderOf(study))),
+      store_(batch::ResultStore::Write(file, HeaderOf(study))),
       runner_(options, &store_) {}
 
-std::vector<Evaluation> Evaluations::Run(const std::string& phase, const farm::Plan& plan,
+std::vector<Evaluation> Evaluations::Run(const std::string& phase, const batch::Plan& plan,
                                          const std::vector<Gains>& candidates, bool cameras,
                                          const GoOn& go_on) {
   const std::vector<int64_t> order = FairOrder(plan);
@@ -84,7 +84,7 @@ std::vector<Evaluation> Evaluations::Run(const std::string& phase, const farm::P
   };
   // A look decides by the trials before it only, whatever else is known: the same whenever it is
   // taken.
-  const auto add = [&](const farm::StoredTrial& trial) {
+  const auto add = [&](const batch::StoredTrial& trial) {
     if (!std::isfinite(trial.record.time_s))
       throw ConfigError(file_ + fmt::format(": is damaged (trial {} has no time)", trial.trial));
     Running& r = running_of(trial.cell);
@@ -100,7 +100,7 @@ std::vector<Evaluation> Evaluations::Run(const std::string& phase, const farm::P
     }
   };
   const auto spec = [&](int64_t trial) {
-    farm::TrialSpec of;
+    batch::TrialSpec of;
     of.trial = trial;
     of.cell = first_evaluation + (trial - first_number) / of_each;
     of.sample = (trial - first_number) % of_each;
@@ -111,7 +111,7 @@ std::vector<Evaluation> Evaluations::Run(const std::string& phase, const farm::P
       of.parameters.push_back({study_.settings().gains[i].key, FormatNumber(gains[i])});
     return of;
   };
-  const auto scenario = [&](const farm::TrialSpec& of) {
+  const auto scenario = [&](const batch::TrialSpec& of) {
     trial::Scenario changed = study_.ScenarioOf(plan, order[static_cast<size_t>(of.sample)],
                                                 running_of(of.cell).evaluation.gains);
     if (cameras) changed.pose_source = trial::PoseSource::kCameras;

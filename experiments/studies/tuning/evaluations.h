@@ -6,13 +6,13 @@
 #include <string>
 #include <vector>
 
-#include "experiments/farm/result_store.h"
-#include "experiments/farm/runner.h"
+#include "experiments/batch/result_store.h"
+#include "experiments/batch/runner.h"
 #include "experiments/studies/tuning/study.h"
 
 namespace turbidock::tuning {
 
-using farm::Stopped;
+using batch::Stopped;
 
 // One candidate's trials on one set of seeds.
 struct Evaluation {
@@ -29,28 +29,28 @@ struct Evaluation {
 // what is asked for must depend on nothing else.
 class Evaluations {
  public:
-  Evaluations(const Study& study, const std::string& file, const farm::RunOptions& options);
+  Evaluations(const Study& study, const std::string& file, const batch::RunOptions& options);
 
   // Decides after some of the trials whether to go on; asked at racing's looks only.
   using GoOn = std::function<bool(const Evaluation& so_far)>;
 
   // Evaluates gains side by side, through the cameras whatever the study says if `cameras`. `phase`
   // names what for in the file. Stopped when asked to.
-  std::vector<Evaluation> Run(const std::string& phase, const farm::Plan& plan,
+  std::vector<Evaluation> Run(const std::string& phase, const batch::Plan& plan,
                               const std::vector<Gains>& candidates, bool cameras = false,
                               const GoOn& go_on = nullptr);
 
   int64_t trials() const { return trials_; }  // evaluated so far, run or found
   // Of this process.
-  const farm::RunProgress& progress() const { return runner_.progress(); }
+  const batch::RunProgress& progress() const { return runner_.progress(); }
 
  private:
   const Study& study_;
   std::string file_;
-  farm::ResultStore store_;
+  batch::ResultStore store_;
   int64_t evaluations_ = 0, numbers_ = 0;  // asked for so far, and trials that have a number
   int64_t trials_ = 0;
-  farm::TrialRunner runner_;
+  batch::TrialRunner runner_;
 };
 
 }  // namespace turbidock::tuning

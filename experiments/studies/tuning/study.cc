@@ -7,10 +7,10 @@
 #include <cmath>
 #include <set>
 
+#include "experiments/batch/varied_keys.h"
 #include "experiments/config/data_files.h"
 #include "experiments/config/nearest_name.h"
 #include "experiments/config/yaml_fields.h"
-#include "experiments/farm/varied_keys.h"
 #include "experiments/system/output_path.h"
 #include "experiments/system/plain_text.h"
 #include "sim/base/check.h"
@@ -60,7 +60,7 @@ config::YamlNode PlanOf(const config::YamlNode& study, const std::string& descri
     if (const auto given = trials->Find(key)) given->Fail(why);
   trials->path.clear();  // the plan's keys are its own
   return trials->With(
-      {{"schema_version", config::TextNode(std::to_string(farm::kPlanSchema), *trials)},
+      {{"schema_version", config::TextNode(std::to_string(batch::kPlanSchema), *trials)},
        {"description", config::TextNode(description, *trials)}});
 }
 
@@ -85,7 +85,7 @@ StudySettings ReadSettings(const config::YamlNode& node, const trial::Plugins& p
 
 // A candidate has one value of each gain in all of its trials.
 void RequireNotVaried(const config::YamlNode& trials, const std::vector<GainRange>& gains) {
-  farm::VariedKeys tuned;
+  batch::VariedKeys tuned;
   for (const GainRange& gain : gains) tuned.Add(gain.key, config::TextNode("", trials));
   const auto require = [&tuned](const std::string& key, const config::YamlNode& value) {
     if (const auto at = tuned.FirstThere(key, value))
@@ -139,13 +139,13 @@ Study::Study(const std::string& text, const std::string& file, const trial::Plug
   const config::YamlNode study = config::ParseYaml(text, file);
   settings_ = ReadSettings(study, plugins);
   trials_ = PlanOf(study, settings_.description);
-  const farm::Plan plan(trials_, {.plugins = plugins});
+  const batch::Plan plan(trials_, {.plugins = plugins});
   seeds_ = plan.settings().seeds;
   master_seed_ = static_cast<uint64_t>(plan.settings().master_seed);
   RequireNotVaried(*study.Find("trials"), settings_.gains);
-  if (settings_.proof.held_out_seeds > farm::kMaxTrials / plan.cells())
+  if (settings_.proof.held_out_seeds > batch::kMaxTrials / plan.cells())
     throw ConfigError(fmt::format("{}: proof.held_out_seeds: more than {} trials in {} cells", file,
-                                  farm::kMaxTrials, plan.cells()));
+                                  batch::kMaxTrials, plan.cells()));
   for (const ObjectiveTerm& term : settings_.objective) objective_.push_back(MetricOf(term, ""));
   const trial::Scenario scenario = plan.ScenarioOf(plan.Trial(0));
   for (size_t i = 0; i < settings_.gains.size(); ++i) {
@@ -178,15 +178,16 @@ search::Candidate Study::CandidateOf(const Gains& gains) const {
   return candidate;
 }
 
-farm::Plan Study::TrialsOf(uint64_t set, int seeds) const {
-  farm::PlanOverrides overrides{.seeds = seeds, .plugins = plugins_};
+batch::Plan Study::TrialsOf(uint64_t set, int seeds) const {
+  batch::PlanOverrides overrides{.seeds = seeds, .plugins = plugins_};
   if (set > 0)
     overrides.master_seed = static_cast<int64_t>(
         SeedTree(master_seed_).Stream("tuning.seeds." + std::to_string(set)).NextU64() >> 1);
-  return farm::Plan(trials_, overrides);
+  return batch::Plan(trials_, overrides);
 }
 
-trial::Scenario Study::ScenarioOf(const farm::Plan& plan, int64_t trial, const Gains& gains) const {
+trial::Scenario Study::ScenarioOf(const batch::Plan& plan, int64_t trial,
+                                  const Gains& gains) const {
   trial::Scenario scenario = plan.ScenarioOf(plan.Trial(trial));
   try {
     for (size_t i = 0; i < gains.size(); ++i)

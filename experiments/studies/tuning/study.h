@@ -19,8 +19,8 @@
 #include <string>
 #include <vector>
 
+#include "experiments/batch/plan.h"
 #include "experiments/config/yaml_node.h"
-#include "experiments/farm/plan.h"
 #include "experiments/search/optimiser.h"
 #include "experiments/trial/record_columns.h"
 #include "sim/base/fields.h"
@@ -148,9 +148,9 @@ class Study {
   search::Candidate CandidateOf(const Gains& gains) const;
 
   // Trials of the study with seeds of their own: `set` 0 is the study's, every other one is drawn.
-  farm::Plan TrialsOf(uint64_t set, int seeds) const;
+  batch::Plan TrialsOf(uint64_t set, int seeds) const;
   // A trial's scenario under these gains.
-  trial::Scenario ScenarioOf(const farm::Plan& plan, int64_t trial, const Gains& gains) const;
+  trial::Scenario ScenarioOf(const batch::Plan& plan, int64_t trial, const Gains& gains) const;
 
   // Cost of a trial, term by term, weighted.
   std::vector<double> CostsOf(const trial::TrialRecord& record) const;

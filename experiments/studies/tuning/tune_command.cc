@@ -3,7 +3,7 @@
 #include <string>
 
 #include "experiments/app/commands.h"
-#include "experiments/app/farm_arguments.h"
+#include "experiments/app/job_arguments.h"
 #include "experiments/app/plan_arguments.h"
 #include "experiments/app/progress.h"
 #include "experiments/app/report_output.h"
@@ -19,7 +19,7 @@ constexpr double kLogEvery_s = 20;
 struct TuneArguments {
   trial::Plugins plugins;
   std::string study;
-  app::FarmArguments farm;
+  app::JobArguments jobs;
   app::ReportOutput output;
   bool quiet = false;
 };
@@ -49,7 +49,7 @@ int Tune(const TuneArguments& arguments) {
                            settings.gains.size(), settings.optimiser.generations,
                            settings.optimiser.population, study.hash()));
   TuningOptions options;
-  options.farm = arguments.farm.For(out + "/trials",
+  options.jobs = arguments.jobs.For(out + "/trials",
                                     [&](const std::string& text) { progress.Say("  " + text); });
   options.stop_requested = app::CatchStopSignals();
   options.on_progress = [&](const std::string& phase, double share, int64_t trials) {
@@ -70,7 +70,7 @@ int Tune(const TuneArguments& arguments) {
   };
   try {
     const TuningResult result = Tune(study, file, options);
-    const double busy = result.wall_time_s * options.farm.capacity();
+    const double busy = result.wall_time_s * options.jobs.capacity();
     progress.Say(
         fmt::format("{} trials, {} of them run now in {:.0f} s, workers busy {:.1f} % of the time; "
                     "gains.yaml, report.md, report.json, report.html, tuning.png in {}",
@@ -97,7 +97,7 @@ void AddTune(app::CommandLine& line) {
              "Folder for gains.yaml, the report and every evaluation; one that holds a part of the "
              "study is gone on with")
       .Required();
-  arguments.farm.AddTo(&tune, "Processes that run trials", app::AvailableCores());
+  arguments.jobs.AddTo(&tune, "Processes that run trials", app::AvailableCores());
   tune.AddQuiet(arguments.quiet);
 }
 

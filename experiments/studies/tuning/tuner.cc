@@ -76,11 +76,11 @@ class Tuning {
         settings_(study.settings()),
         options_(options),
         evaluations_(study, file,
-                     {.farm = options.farm,
+                     {.jobs = options.jobs,
                       .time_limit_s = study.TrialsOf(0, 1).settings().trial_time_limit_s,
                       .plugins = study.plugins(),
                       .on_progress =
-                          [this](const farm::RunProgress&) {
+                          [this](const batch::RunProgress&) {
                             if (options_.on_progress)
                               options_.on_progress(phase_, share_, evaluations_.trials());
                           },
@@ -102,7 +102,7 @@ class Tuning {
                          {study_.start(), result_.tuned}, proof.cameras);
     result_.held_out = Compare(study_, both[0], both[1]);
     result_.finished = true;
-    const farm::RunProgress& progress = evaluations_.progress();
+    const batch::RunProgress& progress = evaluations_.progress();
     result_.trials_run = progress.done_now;
     result_.worker_time_s = progress.worker_time_s;
     result_.wall_time_s = progress.wall_time_s;
@@ -117,7 +117,7 @@ class Tuning {
     phase_ = fmt::format("generation {}", generation);
     share_ = static_cast<double>(generation) / (settings_.optimiser.generations + 1);
     const auto set = static_cast<uint64_t>(generation == 0 ? 0 : generation + 1);
-    const farm::Plan plan = study_.TrialsOf(set, study_.seeds());
+    const batch::Plan plan = study_.TrialsOf(set, study_.seeds());
     incumbent_ = evaluations_.Run(phase_ + " incumbent", plan, {result_.tuned})[0];
     incumbent_costs_ = Costs(study_, incumbent_.records);
     std::vector<Evaluation> done = {incumbent_};
@@ -187,7 +187,7 @@ class Tuning {
   // new ones together: one set of seeds alone would prefer who is lucky on it. What it gains on the
   // new ones, when it does.
   std::optional<double> Challenge(int generation, const Evaluation& best) {
-    const farm::Plan plan =
+    const batch::Plan plan =
         study_.TrialsOf(kFirstChallengeSet + static_cast<uint64_t>(generation), study_.seeds());
     const std::vector<Evaluation> both = evaluations_.Run(fmt::format("challenge {}", generation),
                                                           plan, {incumbent_.gains, best.gains});

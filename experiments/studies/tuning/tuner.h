@@ -77,7 +77,7 @@ struct TuningResult {
 };
 
 struct TuningOptions {
-  farm::FarmOptions farm = {};
+  batch::JobOptions jobs = {};
   // A share of the generations, and the trials so far.
   std::function<void(const std::string& phase, double share, int64_t trials)> on_progress = nullptr;
   // What was found so far: at the beginning, after each generation, and

@@ -211,15 +211,15 @@ report::Section CostSection(const StudySettings& settings) {
 }  // namespace
 
 std::string GainsYaml(const Study& study, const TuningResult& result) {
-  const farm::Plan plan = study.TrialsOf(0, 1);
+  const batch::Plan plan = study.TrialsOf(0, 1);
   const trial::Scenario scenario = study.ScenarioOf(plan, 0, result.tuned);
   YAML::Node gains(YAML::NodeType::Map);
-  const std::string law = scenario.controller_name();
-  gains["controller"] = law;
-  gains[law] = YAML::Load(trial::SaveScenario(scenario))[law];
+  const std::string controller = scenario.controller_name();
+  gains["controller"] = controller;
+  gains[controller] = YAML::Load(trial::SaveScenario(scenario))[controller];
   for (size_t i = 0; i < result.tuned.size(); ++i) {
     const std::string& key = study.settings().gains[i].key;
-    if (key.starts_with(law + ".")) continue;
+    if (key.starts_with(controller + ".")) continue;
     YAML::Node at = gains;
     size_t begin = 0;
     for (size_t dot = 0; (dot = key.find('.', begin)) != std::string::npos; begin = dot + 1)

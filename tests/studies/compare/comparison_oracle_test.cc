@@ -39,18 +39,18 @@ class Comparison : public ::testing::Test {
     std::string milk = "10";
   };
 
-  farm::ResultStore Store(const std::string& name, const std::vector<Row>& rows,
-                          const std::vector<std::string>& keys = {"water.milk_ml_m3"}) const {
+  batch::ResultStore Store(const std::string& name, const std::vector<Row>& rows,
+                           const std::vector<std::string>& keys = {"water.milk_ml_m3"}) const {
     const std::string file = (folder_ / name).string();
     {
-      farm::StoreHeader header;
+      batch::StoreHeader header;
       header.plan = fmt::format("seeds: {}\nset: {}\n", rows.size(), name);
       header.build = "test";
       header.trials = std::ssize(rows);
       header.keys = keys;
-      farm::ResultStore store = farm::ResultStore::Write(file, header);
+      batch::ResultStore store = batch::ResultStore::Write(file, header);
       for (size_t i = 0; i < rows.size(); ++i) {
-        farm::StoredTrial trial;
+        batch::StoredTrial trial;
         for (const std::string& key : keys)
           trial.parameters.push_back({key, key == "water.milk_ml_m3" ? rows[i].milk : "1"});
         trial.trial = static_cast<int64_t>(i);
@@ -64,7 +64,7 @@ class Comparison : public ::testing::Test {
         store.Add(trial);
       }
     }
-    return farm::ResultStore::Read(file);
+    return batch::ResultStore::Read(file);
   }
 
   const std::filesystem::path folder_ =
@@ -136,8 +136,8 @@ TEST_F(Comparison, AMetricThatOneTrialOfAPairLacks) {
 }
 
 TEST_F(Comparison, TrialsPairBySeedAndParameters) {
-  const farm::ResultStore a = Store("a.db", {{1, true, 30}, {2, true, 31}, {1, false, 60, "20"}});
-  const farm::ResultStore b = Store("b.db", {{1, false, 60, "20"}, {3, true, 1}, {1, true, 33}});
+  const batch::ResultStore a = Store("a.db", {{1, true, 30}, {2, true, 31}, {1, false, 60, "20"}});
+  const batch::ResultStore b = Store("b.db", {{1, false, 60, "20"}, {3, true, 1}, {1, true, 33}});
   const auto pairs = PairTrials(a, b, {});
   ASSERT_EQ(pairs.size(), 2u);
   const auto groups = ComparePairs(pairs, {.by = {"water.milk_ml_m3"}}).groups;
@@ -149,14 +149,14 @@ TEST_F(Comparison, TrialsPairBySeedAndParameters) {
 }
 
 TEST_F(Comparison, WhatDiffersOnPurposeIsIgnored) {
-  const farm::ResultStore a = Store("a.db", {{1, true, 30}}),
-                          b = Store("b.db", {{1, true, 30, "20"}});
+  const batch::ResultStore a = Store("a.db", {{1, true, 30}}),
+                           b = Store("b.db", {{1, true, 30, "20"}});
   EXPECT_THAT(MessageOf([&] { PairTrials(a, b, {}); }),
               HasSubstr("--ignore those in which they are meant to differ, of water.milk_ml_m3"));
   EXPECT_EQ(PairTrials(a, b, {.by = {}, .ignore = {"water.milk_ml_m3"}}).size(), 1u);
   // a parameter of one set only, in which its trials differ
-  const farm::ResultStore c = Store("c.db", {{1, true, 30}, {1, true, 30, "20"}});
-  const farm::ResultStore plain = Store("plain.db", {{1, true, 30}}, {});
+  const batch::ResultStore c = Store("c.db", {{1, true, 30}, {1, true, 30, "20"}});
+  const batch::ResultStore plain = Store("plain.db", {{1, true, 30}}, {});
   EXPECT_THAT(MessageOf([&] { PairTrials(c, plain, {}); }), HasSubstr("several trials"));
   EXPECT_THAT(MessageOf([&] { PairTrials(a, b, {.by = {"water.milk"}, .ignore = {}}); }),
               HasSubstr("did you mean water.milk_ml_m3?"));
@@ -299,8 +299,8 @@ TEST_F(Comparison, BeginsWithWhatDiffers) {
 
 // One trial, and batches that share no seed, say so.
 TEST_F(Comparison, OnePairAndNoneSayWhatIsMissing) {
-  const farm::ResultStore a = Store("a.db", {{1, true, 30}}), b = Store("b.db", {{1, false, 60}}),
-                          other = Store("other.db", {{2, true, 30}});
+  const batch::ResultStore a = Store("a.db", {{1, true, 30}}), b = Store("b.db", {{1, false, 60}}),
+                           other = Store("other.db", {{2, true, 30}});
   EXPECT_THAT(MessageOf([&] { PairTrials(a, other, {}); }),
               HasSubstr("has the seed of one of the other; run both with the same master_seed"));
   const std::string text = report::Text(ReportOf(Compare({a, "a.db"}, {b, "b.db"}, {})));

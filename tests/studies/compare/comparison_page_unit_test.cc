@@ -8,7 +8,7 @@
 
 #include <filesystem>
 
-#include "experiments/farm/plan.h"
+#include "experiments/batch/plan.h"
 #include "experiments/trial/scenario.h"
 #include "experiments/trial/trial.h"
 
@@ -23,8 +23,8 @@ class ComparisonPage : public ::testing::Test {
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
   // Of three seeds the second is lost from a to b, which stored no series of it.
-  farm::ResultStore Store(const std::string& name, bool is_b) const {
-    const farm::Plan plan(
+  batch::ResultStore Store(const std::string& name, bool is_b) const {
+    const batch::Plan plan(
         "schema_version: 1\ndescription: two\nscenario: sea_night_active\nseeds: 3\n"
         "series_every_frames: 1\n",
         "plan");
@@ -32,10 +32,10 @@ class ComparisonPage : public ::testing::Test {
         trial::RunTrial(
             trial::LoadScenario("sea_night_active", {"pose_source=true_pose", "duration_s=2"}))
             .log);
-    farm::ResultStore store =
-        farm::ResultStore::Write((folder_ / name).string(), farm::HeaderOf(plan, farm::Shard{}));
+    batch::ResultStore store =
+        batch::ResultStore::Write((folder_ / name).string(), batch::HeaderOf(plan, batch::Shard{}));
     for (int64_t i = 0; i < 3; ++i) {
-      farm::StoredTrial trial{.trial = i, .sample = i, .parameters = {}, .record = {}};
+      batch::StoredTrial trial{.trial = i, .sample = i, .parameters = {}, .record = {}};
       const bool lost = is_b && i == 1;
       trial.record.seed = i;
       trial.record.reason = lost ? "<b>lost</b>" : "docked";
@@ -52,7 +52,7 @@ class ComparisonPage : public ::testing::Test {
 };
 
 TEST_F(ComparisonPage, HasTheTrialsThatFlippedOnBothSides) {
-  const farm::ResultStore a = Store("a.db", false), b = Store("b.db", true);
+  const batch::ResultStore a = Store("a.db", false), b = Store("b.db", true);
   const ComparedFile in_a{a, "a.db"}, in_b{b, "sub/b.db"};
   const Comparison comparison = Compare(in_a, in_b, {});
   const page::Page page = PageOf(comparison, in_a, in_b);
@@ -81,7 +81,7 @@ TEST_F(ComparisonPage, HasTheTrialsThatFlippedOnBothSides) {
 }
 
 TEST_F(ComparisonPage, WithoutRoomForTracesItSaysHowToSeeThem) {
-  const farm::ResultStore a = Store("a.db", false), b = Store("b.db", true);
+  const batch::ResultStore a = Store("a.db", false), b = Store("b.db", true);
   const ComparedFile in_a{a, "a.db"}, in_b{b, "b.db"};
   const page::Page page = PageOf(Compare(in_a, in_b, {}), in_a, in_b, {}, /*series_bytes=*/10);
   EXPECT_TRUE(page.parts.empty());

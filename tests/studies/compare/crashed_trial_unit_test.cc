@@ -11,9 +11,9 @@
 #include <fstream>
 #include <thread>
 
-#include "experiments/farm/farm.h"
-#include "experiments/farm/result_store.h"
-#include "experiments/farm/trial_job.h"
+#include "experiments/batch/job_options.h"
+#include "experiments/batch/result_store.h"
+#include "experiments/batch/trial_job.h"
 #include "experiments/studies/compare/comparison.h"
 #include "experiments/trial/record_columns.h"
 #include "experiments/trial/scenario.h"
@@ -32,25 +32,25 @@ void KillWorkers() {
   ASSERT_EQ(killed, 1);
 }
 
-farm::FinishedTrial RunOne(farm::JobPool* pool, int64_t id, double duration_s, bool kill_it) {
+batch::FinishedTrial RunOne(batch::JobPool* pool, int64_t id, double duration_s, bool kill_it) {
   const trial::Scenario scenario = trial::LoadScenario(
       "pool_active", {"pose_source=true_pose", "seed=" + std::to_string(70 + id),
                       "duration_s=" + std::to_string(duration_s)});
-  pool->Submit(farm::TrialJob(id, scenario));
+  pool->Submit(batch::TrialJob(id, scenario));
   if (kill_it) {
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
     KillWorkers();
   }
-  std::optional<farm::JobResult> ended;
+  std::optional<batch::JobResult> ended;
   while (!ended) ended = pool->Next(1);
-  return farm::FinishedTrialOf(*ended, scenario.seed);
+  return batch::FinishedTrialOf(*ended, scenario.seed);
 }
 
 TEST(CrashedTrial, IsNoMeasurementAnywhere) {
-  const auto pool = farm::MakePool({.workers = 1}, /*time_limit_s=*/300, farm::TrialWork());
-  const farm::FinishedTrial whole = RunOne(pool.get(), 0, 1, false);
-  const farm::FinishedTrial crashed = RunOne(pool.get(), 1, 3000, true);
-  const farm::FinishedTrial after = RunOne(pool.get(), 2, 1, false);  // by a new worker
+  const auto pool = batch::MakePool({.workers = 1}, /*time_limit_s=*/300, batch::TrialWork());
+  const batch::FinishedTrial whole = RunOne(pool.get(), 0, 1, false);
+  const batch::FinishedTrial crashed = RunOne(pool.get(), 1, 3000, true);
+  const batch::FinishedTrial after = RunOne(pool.get(), 2, 1, false);  // by a new worker
   EXPECT_EQ(whole.record.outcome, trial::Outcome::kTimeout);
   EXPECT_EQ(after.record.outcome, trial::Outcome::kTimeout);
 
@@ -67,19 +67,19 @@ TEST(CrashedTrial, IsNoMeasurementAnywhere) {
   const fs::path folder =
       fs::temp_directory_path() / ("turbidock_crashed_" + std::to_string(getpid()));
   fs::create_directories(folder);
-  const auto stored = [&](const char* name, const std::vector<farm::FinishedTrial>& trials) {
+  const auto stored = [&](const char* name, const std::vector<batch::FinishedTrial>& trials) {
     const std::string file = (folder / name).string();
-    farm::StoreHeader header;
+    batch::StoreHeader header;
     header.plan = "seeds: 3\n";
     header.build = "test";
     header.trials = 3;
-    farm::ResultStore store = farm::ResultStore::Write(file, header);
-    for (const farm::FinishedTrial& trial : trials)
+    batch::ResultStore store = batch::ResultStore::Write(file, header);
+    for (const batch::FinishedTrial& trial : trials)
       store.Add({.trial = trial.record.seed - 70, .parameters = {}, .record = trial.record});
     return file;
   };
   // In one set the second trial crashed, in the other the third did.
-  farm::FinishedTrial swapped = crashed, fine = after;
+  batch::FinishedTrial swapped = crashed, fine = after;
   swapped.record.seed = 72;
   fine.record.seed = 71;
   const std::string a = stored("a.db", {whole, crashed, after}),
@@ -96,11 +96,11 @@ TEST(CrashedTrial, IsNoMeasurementAnywhere) {
     }
     EXPECT_GT(numbers, 20);
   }
-  const farm::ResultStore in_a = farm::ResultStore::Read(a), in_b = farm::ResultStore::Read(b);
-  const farm::StoredTrial again = in_a.Trial(1);
+  const batch::ResultStore in_a = batch::ResultStore::Read(a), in_b = batch::ResultStore::Read(b);
+  const batch::StoredTrial again = in_a.Trial(1);
   EXPECT_EQ(again.record.outcome, trial::Outcome::kCrashed);
   EXPECT_EQ(again.record.seed, 71);
-  const std::vector<farm::Verdict> verdicts = in_a.Verdicts();
+  const std::vector<batch::Verdict> verdicts = in_a.Verdicts();
   ASSERT_EQ(verdicts.size(), 3u);
   EXPECT_FALSE(verdicts[1].success);
   // Neither is paired: what it would have come to is not known.

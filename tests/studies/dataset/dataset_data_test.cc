@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using report::Json;
 
-farm::Plan SmallPlan(int seeds) {
+batch::Plan SmallPlan(int seeds) {
   return {"schema_version: 1\ndescription: near the marker\nscenario: pool_active\nseeds: " +
               std::to_string(seeds) +
               "\nset: {rig.width_px: 160, rig.height_px: 120, start.distance_min_m: 0.5, "

@@ -93,7 +93,7 @@ TEST(CompareEstimators, JudgesTheSameImages) {
   EXPECT_NE(cells[0].each[1].error_m, cells[0].each[0].error_m);
 
   // whoever makes them: the same but for the times, and alone as beside others
-  options.farm.workers = 2;
+  options.jobs.workers = 2;
   options.estimators = {"rm_ga"};
   const std::vector<CompareCell> again = CompareEstimators(options);
   ASSERT_EQ(again.size(), 1u);
@@ -125,14 +125,14 @@ TEST(CompareEstimators, SaysWhatIsNotFound) {
   EXPECT_FALSE(cells[0].error_median_m);
 }
 
-// A camera that has been knocked aside since the calibration: every estimate is off.
+// A camera that has been turned aside since the calibration: every estimate is off.
 TEST(CompareEstimators, FaultsOfTheScenarioAreInTheImages) {
   CompareOptions options = Brief("pool_active", 0);
   EXPECT_EQ(CompareEstimators(options)[0].right, 2);
-  options.assignments = {"faults.knocks=[{camera: left, yaw_pitch_roll_rad: [0.02, 0, 0]}]"};
-  const CompareCell knocked = CompareEstimators(options)[0];
-  EXPECT_EQ(knocked.right, 0);
-  EXPECT_EQ(knocked.wrong_and_sure, 2);
+  options.assignments = {"faults.misalignments=[{camera: left, yaw_pitch_roll_rad: [0.02, 0, 0]}]"};
+  const CompareCell misaligned = CompareEstimators(options)[0];
+  EXPECT_EQ(misaligned.right, 0);
+  EXPECT_EQ(misaligned.wrong_and_sure, 2);
 }
 
 TEST(CompareEstimators, ReadsTagsWhereThereAreAny) {

@@ -48,12 +48,12 @@ class GateRepeat : public ::testing::Test {
            "  - {name: '10', scenario: short.yaml, set: {start.lateral_m: 0.03}}\n";
     plan_ = LoadGatePlan(File("gate.yaml"));
   }
-  farm::ResultStore Open(const std::string& name, const std::vector<std::string>& assignments) {
+  batch::ResultStore Open(const std::string& name, const std::vector<std::string>& assignments) {
     plan_.assignments = assignments;
     return OpenTrials(File(name), plan_, [&](const std::string& text) { said_ += text; });
   }
   std::string Judge(const Baseline& baseline, const std::vector<std::string>& assignments,
-                    const farm::RunOptions& options, farm::ResultStore* store) {
+                    const batch::RunOptions& options, batch::ResultStore* store) {
     plan_.assignments = assignments;
     return report::JsonText(RunGate(plan_, baseline, MakeGateRunner(plan_, options, store)));
   }
@@ -68,7 +68,7 @@ TEST_F(GateRepeat, StopsAndWorkersDoNotShowInTheVerdict) {
   const Baseline baseline = MeasureBaseline(plan_, MakeGateRunner(plan_, {}));
   for (const std::vector<std::string>& assignments :
        {std::vector<std::string>{}, std::vector<std::string>{"duration_s=2.7"}}) {
-    const std::string expected = Judge(baseline, assignments, {.farm = {.workers = 1}}, nullptr);
+    const std::string expected = Judge(baseline, assignments, {.jobs = {.workers = 1}}, nullptr);
     EXPECT_THAT(expected, StartsWith(assignments.empty() ? "{\n  \"verdict\": \"pass\""
                                                          : "{\n  \"verdict\": \"fail\""));
     for (const int workers : {1, 2})
@@ -76,15 +76,15 @@ TEST_F(GateRepeat, StopsAndWorkersDoNotShowInTheVerdict) {
         std::string judged;
         for (int rounds = 0; judged.empty(); ++rounds) {
           ASSERT_LT(rounds, 60);
-          farm::ResultStore store = Open("trials.db", assignments);
+          batch::ResultStore store = Open("trials.db", assignments);
           int64_t run = 0;
           try {
             judged = Judge(baseline, assignments,
-                           {.farm = {.workers = workers},
-                            .on_trial = [&](const farm::StoredTrial&) { ++run; },
+                           {.jobs = {.workers = workers},
+                            .on_trial = [&](const batch::StoredTrial&) { ++run; },
                             .stop_requested = [&] { return run >= stop_after; }},
                            &store);
-          } catch (const farm::Stopped&) {
+          } catch (const batch::Stopped&) {
             EXPECT_GE(run, stop_after);
           }
         }
@@ -99,16 +99,16 @@ TEST_F(GateRepeat, ABaselineGoesOnAfterAStop) {
   const std::string whole = BaselineText(MeasureBaseline(plan_, MakeGateRunner(plan_, {})));
   std::string text;
   while (text.empty()) {
-    farm::ResultStore store = Open("baseline.db", {});
+    batch::ResultStore store = Open("baseline.db", {});
     int64_t run = 0;
     try {
       text = BaselineText(MeasureBaseline(
           plan_, MakeGateRunner(plan_,
-                                {.farm = {.workers = 2},
-                                 .on_trial = [&](const farm::StoredTrial&) { ++run; },
+                                {.jobs = {.workers = 2},
+                                 .on_trial = [&](const batch::StoredTrial&) { ++run; },
                                  .stop_requested = [&] { return run >= 7; }},
                                 &store)));
-    } catch (const farm::Stopped&) {
+    } catch (const batch::Stopped&) {
     }
   }
   EXPECT_EQ(text, whole);
@@ -120,8 +120,8 @@ TEST_F(GateRepeat, TrialsOfAnotherGateAreBegunAnew) {
     return std::ssize(Open("trials.db", assignments).Done());
   };
   const auto fill = [&] {
-    farm::ResultStore store = Open("trials.db", {});
-    MeasureBaseline(plan_, MakeGateRunner(plan_, {.farm = {.workers = 2}}, &store));
+    batch::ResultStore store = Open("trials.db", {});
+    MeasureBaseline(plan_, MakeGateRunner(plan_, {.jobs = {.workers = 2}}, &store));
   };
   Gate(2);
   fill();
@@ -148,7 +148,7 @@ TEST_F(GateRepeat, TrialsOfAnotherGateAreBegunAnew) {
 }
 
 TEST_F(GateRepeat, ACrashIsNoVerdictAndRunsAgain) {
-  farm::ResultStore store = Open("trials.db", {"duration_s=1000", "docked_hold_s=60"});
+  batch::ResultStore store = Open("trials.db", {"duration_s=1000", "docked_hold_s=60"});
   EXPECT_THROW(MeasureBaseline(plan_, MakeGateRunner(plan_, {.time_limit_s = 0.2}, &store)),
                SimulatorFault);
   EXPECT_THAT(store.Done(), IsEmpty());

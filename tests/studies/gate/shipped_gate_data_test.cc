@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include "experiments/batch/plan.h"
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
-#include "experiments/farm/plan.h"
 #include "experiments/studies/gate/gate_plan.h"
 
 namespace turbidock::gate {
@@ -12,11 +12,11 @@ namespace {
 
 TEST(ShippedGate, ItsConditionsAreFlownOnOtherSeeds) {
   const GatePlan gate = LoadGatePlan(config::AssetPath("gates/docking.yaml"));
-  const farm::Plan plan = farm::LoadPlan(config::AssetPath("gates/conditions.yaml"));
+  const batch::Plan plan = batch::LoadPlan(config::AssetPath("gates/conditions.yaml"));
   ASSERT_EQ(plan.cells(), 4);  // without the pool, the few trials beside
   for (int64_t cell = 0; cell < plan.cells(); ++cell) {
     const GateCondition& condition = gate.conditions[static_cast<size_t>(cell)];
-    const farm::TrialSpec spec = plan.FirstOf(cell);
+    const batch::TrialSpec spec = plan.FirstOf(cell);
     EXPECT_EQ(plan.CellOf(cell).name, condition.name);
     EXPECT_EQ(config::SaveYaml(plan.ScenarioOf(spec)),
               config::SaveYaml(condition.Load({}, spec.seed)));

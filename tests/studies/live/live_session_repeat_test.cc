@@ -42,7 +42,7 @@ TEST(LiveSession, APausedTrialThatGoesOnEndsAsOneThatWasNeverWatched) {
   EXPECT_TRUE(session.wants_step());
   session.Step(true);
   EXPECT_FALSE(session.wants_step());
-  EXPECT_EQ(session.seen().left.width(), 640);
+  EXPECT_EQ(session.latest_images().left.width(), 640);
   for (int i = 0; i < 3; ++i) session.Handle(R"({"do": "step"})");
   for (int i = 0; i < 3; ++i) session.Step(true);
   EXPECT_FALSE(session.wants_step());
@@ -150,7 +150,7 @@ TEST(LiveSession, WhatThePageOffersCanBeSet) {
       EXPECT_GE(values.size(), 2u);
       for (report::Json value : values) {
         if (control.contains("list_of")) value = {value, value, value};
-        // the law last: it changes what is offered
+        // the controller last: it changes what is offered
         if (control["key"] == "controller") continue;
         EXPECT_EQ(
             ProblemOf(&session,

@@ -198,7 +198,7 @@ TEST(Calibrate, IsTheSameForAnyNumberOfWorkers) {
     if (pid == 0 && late) std::this_thread::sleep_for(std::chrono::milliseconds(500));
     return pid;
   };
-  EXPECT_EQ(TextOf(Calibrate({.generations = 2, .farm = {.workers = 2, .fork = fork_second_late}},
+  EXPECT_EQ(TextOf(Calibrate({.generations = 2, .jobs = {.workers = 2, .fork = fork_second_late}},
                              experiment)),
             alone);
   EXPECT_NE(TextOf(Calibrate({.generations = 2, .seed = 2}, experiment)), alone);
@@ -243,7 +243,7 @@ TEST(Calibrate, DoesNotWaitForAnEvaluationWhenItIsStopped) {
 
 // What a task on another machine does, which knows nothing but its jobs' texts.
 TEST(CalibrationWork, DoesWhatItsInputSays) {
-  const farm::Work work = CalibrationWork();
+  const batch::Work work = CalibrationWork();
   const auto experiment = OneCell(RimPlan(), 0.5), other = OneCell(RimPlan(), 0.7);
   for (const auto& asked : {experiment, experiment, other})
     for (const double value : {0.002, 0.004}) {
@@ -259,7 +259,7 @@ TEST(CalibrationWork, KeepsWhatIsDrawnUntilAnotherExperimentIsAskedFor) {
   const std::string same = InputOf(*drawn, {0.002}),
                     other = InputOf(*OneCell(RimPlan(), 0.7), {0.002});
   const std::weak_ptr<CalibrationExperiment> kept = drawn;
-  const farm::Work work = CalibrationWork(std::move(drawn));
+  const batch::Work work = CalibrationWork(std::move(drawn));
   work.run(same);
   work.run(same);
   EXPECT_FALSE(kept.expired());

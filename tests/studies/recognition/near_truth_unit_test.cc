@@ -21,7 +21,7 @@ const std::vector<RecognitionCell> kCells = {{MarkerKind::kActive, 20, 0.6},
 // Recognised well, poorly and not at all.
 TEST(NearTruth, IsWhatTheSearchEndsWith) {
   const Recognition recognition(With({}), kCells);
-  const std::vector<CellResult> searched = recognition.Run({.seconds = 1, .farm = {.workers = 2}});
+  const std::vector<CellResult> searched = recognition.Run({.seconds = 1, .jobs = {.workers = 2}});
   for (size_t i = 0; i < kCells.size(); ++i)
     EXPECT_NEAR(RunNearTruth(recognition, kCells[i], 10).fitness_mean, searched[i].fitness_mean,
                 0.04)

@@ -13,7 +13,7 @@ namespace {
 TableComparison CompareWithPublished(MarkerKind marker) {
   const std::vector<TableRow> rows = PublishedTable(marker);
   const Recognition experiment({{marker, RecognitionScenario(marker, {})}}, CellsOf(rows));
-  return Compare(experiment.Run({.seconds = 1, .farm = {.workers = 2}}), rows);
+  return Compare(experiment.Run({.seconds = 1, .jobs = {.workers = 2}}), rows);
 }
 
 void ExpectAreasAndLoss(const TableComparison& c) {

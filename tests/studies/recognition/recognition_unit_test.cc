@@ -131,7 +131,7 @@ TEST(Comparison, CountsByHand) {
 TEST(Recognition, CellsAreIndependent) {
   const RecognitionOptions brief{.seconds = 0.1, .settle_s = 0.1};
   RecognitionOptions shared = brief;
-  shared.farm.workers = 3;
+  shared.jobs.workers = 3;
   const RecognitionCell a{MarkerKind::kActive, 10, 0.6}, b{MarkerKind::kActive, 200, 0.6};
   const std::map<MarkerKind, trial::Scenario> scenarios = {
       {MarkerKind::kActive, RecognitionScenario(MarkerKind::kActive, {})}};

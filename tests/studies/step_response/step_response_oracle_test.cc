@@ -76,8 +76,8 @@ TEST(LoopResponse, AnIntegratorWithDelayHasTheseMargins) {
   EXPECT_GT(response.sensitivity_peak, 1);
 }
 
-// The proportional law on the heave axis, where everything about the loop is known: K gain, thrust
-// per volt, lag, mass, drag, a frame of delay and half a frame of holding.
+// The proportional controller on the heave axis, where everything about the loop is known: K gain,
+// thrust per volt, lag, mass, drag, a frame of delay and half a frame of holding.
 TEST(LoopResponse, IsWhatTheLinearModelSays) {
   const trial::Scenario scenario = trial::LoadScenario(
       "pool_active",

@@ -62,7 +62,7 @@ TEST(Study, TheExampleIsReadAndStartsAtTheScenariosGains) {
   EXPECT_EQ(study.GainsAt({0}), (Gains{0.2}));
   EXPECT_EQ(study.GainsAt({1}), (Gains{3}));
   EXPECT_NEAR(study.GainsAt({0.5})[0], std::sqrt(0.2 * 3), 1e-12);
-  const farm::Plan plan = study.TrialsOf(0, 4);
+  const batch::Plan plan = study.TrialsOf(0, 4);
   EXPECT_EQ(study.ScenarioOf(plan, 1, {1.5}).control.lqg.sway.effort_share, 1.5);
   EXPECT_EQ(study.hash(), Study(kHead + kTrials + kGains + kObjective, "other.yaml").hash());
 }
@@ -212,7 +212,7 @@ std::string TextOf(const Study& study, TuningResult result) {
 
 TEST_F(TunerTest, WorkersAndInterruptionsChangeNothing) {
   const Study study(kHead + kTrials + kGains + kObjective + kFast, "study.yaml");
-  const TuningResult alone = Tune(study, File("one.sqlite"), {.farm = {.workers = 1}});
+  const TuningResult alone = Tune(study, File("one.sqlite"), {.jobs = {.workers = 1}});
   EXPECT_EQ(alone.generations.size(), 3u);
   EXPECT_EQ(alone.trials, alone.trials_run);
   double gained = 0;
@@ -224,7 +224,7 @@ TEST_F(TunerTest, WorkersAndInterruptionsChangeNothing) {
   }
   EXPECT_GT(replaced, 0) << "nothing was seen of what a replacement gains";
   const std::string expected = TextOf(study, alone);
-  EXPECT_EQ(TextOf(study, Tune(study, File("three.sqlite"), {.farm = {.workers = 3}})), expected);
+  EXPECT_EQ(TextOf(study, Tune(study, File("three.sqlite"), {.jobs = {.workers = 3}})), expected);
 
   // stopped again and again after a few trials
   TuningResult result;
@@ -233,7 +233,7 @@ TEST_F(TunerTest, WorkersAndInterruptionsChangeNothing) {
     int polls = 0;
     try {
       result = Tune(study, File("stopped.sqlite"),
-                    {.farm = {.workers = 2},
+                    {.jobs = {.workers = 2},
                      .on_progress = nullptr,
                      .on_result = nullptr,
                      .stop_requested = [&] { return ++polls > 9; }});
@@ -245,7 +245,7 @@ TEST_F(TunerTest, WorkersAndInterruptionsChangeNothing) {
   EXPECT_EQ(TextOf(study, result), expected);
 
   // and once more over a complete file: nothing runs
-  const TuningResult again = Tune(study, File("one.sqlite"), {.farm = {.workers = 1}});
+  const TuningResult again = Tune(study, File("one.sqlite"), {.jobs = {.workers = 1}});
   EXPECT_EQ(again.trials_run, 0);
   EXPECT_EQ(TextOf(study, again), expected);
 }
@@ -256,7 +256,7 @@ TEST_F(TunerTest, WhatIsFoundSoFarIsABeginningOfWhatIsFound) {
   std::vector<TuningResult> told;
   const TuningResult result =
       Tune(study, File("told.sqlite"),
-           {.farm = {.workers = 2},
+           {.jobs = {.workers = 2},
             .on_progress = nullptr,
             .on_result = [&](const TuningResult& so_far) { told.push_back(so_far); }});
   ASSERT_EQ(told.size(), 5u) << "beginning, 3 generations, end";
@@ -277,7 +277,7 @@ TEST_F(TunerTest, ADamagedFileOfTrialsIsNamed) {
   const Study study(kHead + kTrials + kGains + kObjective + kFast, "study.yaml");
   int polls = 0;
   const TuningOptions options{
-      .farm = {.workers = 1}, .on_progress = nullptr, .on_result = nullptr, .stop_requested = [&] {
+      .jobs = {.workers = 1}, .on_progress = nullptr, .on_result = nullptr, .stop_requested = [&] {
         return ++polls > 9;
       }};
   EXPECT_THROW(Tune(study, File("damaged.sqlite"), options), Stopped);
@@ -297,7 +297,7 @@ TEST_F(TunerTest, HopelessCandidatesAreGivenUp) {
                         "gains: [{key: lqg.sway.error_m, low: 0.005, high: 50, scale: log}]\n" +
                         kObjective + kFast,
                     "study.yaml");
-  const TuningResult result = Tune(study, File("race.sqlite"), {.farm = {.workers = 2}});
+  const TuningResult result = Tune(study, File("race.sqlite"), {.jobs = {.workers = 2}});
   int given_up = 0, candidates = 0;
   for (const GenerationRecord& generation : result.generations) {
     given_up += generation.given_up;
@@ -312,7 +312,7 @@ TEST_F(TunerTest, AHopelessStartIsSaidWithTheEvidence) {
   const std::string text = kHead + kTrials + kGains + kObjective;
   const Study study(text, "study.yaml");
   try {
-    Tune(study, File("hopeless.sqlite"), {.farm = {.workers = 2}});
+    Tune(study, File("hopeless.sqlite"), {.jobs = {.workers = 2}});
     FAIL() << "2.5 s are too short to dock";
   } catch (const ConfigError& error) {
     EXPECT_THAT(error.what(), HasSubstr("fail in every one of 4 trials"));
@@ -333,7 +333,7 @@ TEST_F(TunerTest, TheGainsFileHoldsTheLawsGroupAndIsRead) {
   const std::string file = File("gains.yaml");
   std::ofstream(file) << GainsYaml(study, result);
   const trial::Scenario scenario = trial::LoadScenario("sea_night_active", {}, file);
-  EXPECT_EQ(scenario.control.controller, control::Law::kLqg);
+  EXPECT_EQ(scenario.control.controller, control::ControllerType::kLqg);
   EXPECT_EQ(scenario.control.lqg.sway.effort_share, 1.25);
   EXPECT_EQ(scenario.procedure.docking_rate_mps, 0.0625);
   EXPECT_EQ(config::SaveYaml(scenario.control.lqg.heave),

@@ -1,0 +1,302 @@
+#include "experiments/batch/batch_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <optional>
+
+#include "experiments/batch/run_lock.h"
+#include "experiments/config/yaml_fields.h"
+#include "experiments/report/quantity.h"
+#include "experiments/statistics/paired_tests.h"
+#include "experiments/system/plain_text.h"
+#include "experiments/trial/record_columns.h"
+#include "sim/base/units.h"
+
+namespace turbidock::batch {
+namespace {
+
+using report::Json;
+
+// The file's plan or study; nothing where it cannot be read.
+std::optional<config::YamlNode> PlanIn(const StoreHeader& header) {
+  try {
+    return config::ParseYaml(header.plan, "plan");
+  } catch (const ConfigError&) {
+    return std::nullopt;
+  }
+}
+
+std::string TitleOf(const StoreHeader& header) {
+  const auto plan = PlanIn(header);
+  const auto description = plan ? plan->Find("description") : std::nullopt;
+  return description ? description->Text().value_or(header.kind) : header.kind;
+}
+
+// The keys that tell a batch's cells apart.
+std::vector<std::string> GridOf(const StoreHeader& header) {
+  std::vector<std::string> keys;
+  const auto plan = header.kind == "batch" ? PlanIn(header) : std::nullopt;
+  if (!plan) return keys;
+  if (plan->Find("cases")) keys.emplace_back("case");
+  if (const auto grid = plan->Find("grid"))
+    for (const auto& [key, values] : grid->Entries()) keys.push_back(key);
+  return keys;
+}
+
+bool IsBatch(const BatchSummary& summary) { return summary.header.kind == "batch"; }
+
+constexpr size_t kMostCells = 60;
+constexpr size_t kMostOver = 40;   // values along an axis that are chosen without being asked for
+constexpr size_t kMostCurves = 8;  // that can be told apart
+constexpr size_t kFewest = 5;      // trials of a kind to say something of it
+
+// Draws success over the first key of the grid that is a number, by what was asked for, or by the
+// next one of few values.
+void ChooseAxes(const std::vector<StoredTrial>& trials, BatchSummary* summary) {
+  std::vector<std::string>& by = summary->curves_by;
+  const bool is_by_given = !by.empty();
+  for (const std::string& key : GridOf(summary->header)) {
+    const std::vector<GroupSummary> values = Summarise(trials, {key});
+    const bool is_number = std::ranges::all_of(
+        values, [](const auto& group) { return report::NumberIn(group.group[0]).has_value(); });
+    if (values.size() < 2) continue;
+    if (summary->over.empty() && is_number && values.size() <= kMostOver)
+      summary->over = key;
+    else if (by.empty() && values.size() <= kMostCurves)
+      by = {key};
+  }
+  if (is_by_given) std::erase(by, summary->over);
+}
+
+void AddCurves(const std::vector<StoredTrial>& trials, const BatchReportOptions& options,
+               BatchSummary* summary) {
+  for (const std::string& key : options.by)
+    if (std::ranges::count(summary->header.keys, key) > 0) summary->curves_by.push_back(key);
+  if (options.over.empty()) ChooseAxes(trials, summary);
+  if (summary->over.empty()) return;
+  summary->curves = SuccessCurves(trials, summary->over, summary->curves_by);
+  if (options.over.empty() && summary->curves.size() > kMostCurves) summary->curves.clear();
+}
+
+// How many trials a gate or a tuning run will have, its file does not say.
+bool IsComplete(const BatchSummary& summary) {
+  return IsBatch(summary) && summary.trials > 0 && summary.trials == summary.scheduler.wanted();
+}
+
+report::Verdict StateOf(const BatchSummary& summary) {
+  const StoreHeader& header = summary.header;
+  std::string reason =
+      fmt::format("{}: {}, plan {}, written by {}{}.", system::OneLineOf(summary.file), header.kind,
+                  header.plan_hash(), header.build,
+                  header.shard.count > 1 ? ", shard " + header.shard.Text() : "");
+  if (IsComplete(summary)) return {"complete", report::Tone::kGood, reason};
+  if (summary.running) return {"running", report::Tone::kNone, reason};
+  if (!IsBatch(summary)) return {"not running", report::Tone::kNone, reason};
+  return {summary.trials == 0 ? "empty" : "partial", report::Tone::kNone,
+          reason + " Not running: start it again to finish it."};
+}
+
+std::string TrialsText(const BatchSummary& summary) {
+  const TrialScheduler& scheduler = summary.scheduler;
+  if (!IsBatch(summary)) return std::to_string(summary.trials);
+  if (IsComplete(summary)) return DoneText(summary.trials, summary.trials, summary.trials);
+  return DoneText(summary.trials, scheduler.Expected(), scheduler.most());
+}
+
+std::string RateText(const GroupSummary& all) {
+  return fmt::format("{:.0f} % [{:.0f}, {:.0f}]", 100 * all.rate(), 100 * all.wilson.low,
+                     100 * all.wilson.high);
+}
+
+std::vector<report::Fact> FactsOf(const BatchSummary& summary) {
+  const TrialScheduler& scheduler = summary.scheduler;
+  const GroupSummary& all = summary.all;
+  std::vector<report::Fact> facts = {{"trials", TrialsText(summary)}};
+  if (summary.rule.precision)
+    facts.push_back(
+        {"precision", fmt::format("{:g} % in {} of {} cells", 100 * *summary.rule.precision,
+                                  scheduler.reached(), scheduler.cells())});
+  if (all.trials == 0) return facts;
+  facts.push_back({"docked", RateText(all), "95 % interval, Wilson's over the plan's strata"});
+  facts.push_back({"time to dock", report::Fixed(all.time_to_dock_s.median, 1) + " s", "median"});
+  const auto mm = [](const Spread& spread) {
+    return report::Fixed(spread.median ? units::MmFromM(*spread.median) : spread.median, 1);
+  };
+  facts.push_back({"true error when docked",
+                   fmt::format("y {}, z {} mm", mm(all.error_true_y_m), mm(all.error_true_z_m)),
+                   "medians"});
+  facts.push_back({"failures", all.failures.empty() ? "none" : FailureText(all)});
+  return facts;
+}
+
+// What trials drew, for one of them: its random parameters that are numbers, and how far from the
+// middle it started.
+std::map<std::string, double> DrawsOf(const StoredTrial& trial,
+                                      const std::vector<std::string>& grid) {
+  std::map<std::string, double> draws;
+  for (const Parameter& p : trial.parameters)
+    if (const auto number = report::NumberIn(p.value);
+        number && std::ranges::count(grid, p.key) == 0)
+      draws[p.key] = *number;
+  for (const trial::Metric& metric : trial::Metrics()) {
+    if (!metric.name.starts_with("start_")) continue;
+    if (const auto start = metric.of(trial.record)) draws[metric.name] = std::abs(*start);
+  }
+  return draws;
+}
+
+// Which of the draws tells trials that failed from those that docked best.
+std::optional<report::Section> FailuresSection(const std::vector<StoredTrial>& trials,
+                                               const StoreHeader& header) {
+  const std::vector<std::string> grid = GridOf(header);
+  std::map<std::string, std::array<std::vector<double>, 2>> draws;  // failed, docked
+  for (const StoredTrial& trial : trials)
+    for (const auto& [name, value] : DrawsOf(trial, grid))
+      draws[name][trial.record.success() ? 1 : 0].push_back(value);
+  std::erase_if(draws, [](const auto& draw) {
+    return draw.second[0].size() < kFewest || draw.second[1].size() < kFewest;
+  });
+  if (draws.empty()) return std::nullopt;
+  // So many are looked at that the best one is better by chance.
+  const double confidence = 1 - 0.05 / static_cast<double>(draws.size());
+  std::string best;
+  statistics::Separation by;
+  for (const auto& [name, values] : draws) {
+    const auto separation = statistics::SeparationOf(values[0], values[1], confidence);
+    if (!best.empty() && std::abs(separation.probability - 0.5) <= std::abs(by.probability - 0.5))
+      continue;
+    best = name;
+    by = separation;
+  }
+  const report::Quantity quantity = NameOfKey(best);
+  const auto median = [&](int kind) {
+    return report::Digits(quantity.factor * *statistics::Median(draws[best][kind]), 3);
+  };
+  const bool is_told = by.interval.low > 0.5 || by.interval.high < 0.5;
+  return report::Section{
+      .title = "What failures have in common",
+      .lines = {fmt::format(
+          "{} {} quantities that each trial drew: {}, median {} {} where they failed, {} {} where "
+          "they docked. A failed trial's is the larger in {:.0f} % of pairs [{:.0f}, {:.0f}].",
+          is_told ? "Best told from docked trials by one of"
+                  : "Not told from docked trials by any of",
+          draws.size(), quantity.label, median(0), quantity.unit, median(1), quantity.unit,
+          100 * by.probability, 100 * by.interval.low, 100 * by.interval.high)}};
+}
+
+// Of what a trial is made up of, the groups of keys that the plan leaves alone; starts and whatever
+// else a seed decides differ anyway.
+std::string NotVaried(const StoreHeader& header) {
+  std::vector<std::string> rest = {"water",       "snow",    "sea",    "lamps",
+                                   "ball_lights", "vehicle", "rig",    "sensor",
+                                   "lens",        "mooring", "faults", "controller"};
+  const auto vary = [&rest](const config::YamlNode& keys) {
+    for (const auto& [key, values] : keys.Entries())
+      std::erase(rest, key.substr(0, key.find_first_of(".[")));
+  };
+  const auto plan = PlanIn(header);
+  bool scenarios = false;
+  for (const char* part : {"grid", "random"})
+    if (const auto keys = plan->Find(part)) {
+      vary(*keys);
+      scenarios |= keys->Find("scenario").has_value();
+    }
+  for (const char* part : {"cases", "strata"})
+    if (const auto cases = plan->Find(part))
+      for (const auto& [name, keys] : cases->Entries()) vary(keys);
+  return report::Words(fmt::format("{}{}", fmt::join(rest, ", "),
+                                   scenarios ? ", but for what its scenarios differ in" : ""));
+}
+
+// What a batch of this size and plan could not have told.
+report::Section LimitsSection(const BatchSummary& summary) {
+  const GroupSummary& least = *std::ranges::min_element(summary.groups, {}, &GroupSummary::trials);
+  const double p = summary.all.rate();
+  const auto seen = statistics::LeastDifferenceSeen(least.trials, 2 * p * (1 - p));
+  return {.title = "What it could not tell",
+          .lines = {fmt::format("Two {} of {} trials must differ in success by {} to be told apart "
+                                "with 80 % power (McNemar's test at 5 %, other seeds).",
+                                summary.groups.size() > 1 ? "groups" : "such batches", least.trials,
+                                seen ? fmt::format("{:.0f} points of per cent", 100 * *seen)
+                                     : "more than is possible"),
+                    "Not varied: " + NotVaried(summary.header) + "."}};
+}
+
+}  // namespace
+
+BatchSummary SummaryOf(const ResultStore& store, const std::string& file,
+                       const BatchReportOptions& options) {
+  const std::vector<StoredTrial> trials = store.Trials();
+  std::vector<std::string> keys = options.by;
+  if (keys.empty() && options.over.empty()) {
+    keys = GridOf(store.header());
+    if (Summarise(trials, keys).size() > kMostCells) keys.clear();
+  }
+  if (!options.over.empty() && std::ranges::count(keys, options.over) == 0)
+    keys.push_back(options.over);
+  BatchSummary summary{.file = file,
+                       .title = TitleOf(store.header()),
+                       .header = store.header(),
+                       .running = IsLocked(file),
+                       .rule = RuleOf(store.header()),
+                       .scheduler = SchedulerOf(store),
+                       .trials = std::ssize(trials),
+                       .all = {},
+                       .keys = keys,
+                       .groups = Summarise(trials, keys),
+                       .over = options.over,
+                       .curves_by = {},
+                       .curves = {},
+                       .failures = {}};
+  if (trials.empty()) return summary;
+  summary.all = Summarise(trials, {})[0];
+  if (IsBatch(summary)) summary.failures = FailuresSection(trials, summary.header);
+  AddCurves(trials, options, &summary);
+  return summary;
+}
+
+report::Report ReportOf(const BatchSummary& summary) {
+  report::Report report{.kind = summary.header.kind,
+                        .title = summary.title,
+                        .build = summary.header.build,
+                        .verdict = StateOf(summary),
+                        .facts = FactsOf(summary)};
+  if (summary.trials == 0) report.missing.emplace_back("No trials: none was stored yet");
+  if (!summary.curves.empty())
+    report.sections.push_back(SuccessSection(summary.over, summary.curves_by, summary.curves));
+  if (!summary.groups.empty())
+    report.sections.push_back(GroupSection(summary.keys, summary.groups, summary.rule.precision));
+  if (summary.failures) report.sections.push_back(*summary.failures);
+  if (IsBatch(summary) && !summary.groups.empty())
+    report.sections.push_back(LimitsSection(summary));
+  return report;
+}
+
+Json ResultJson(const BatchSummary& summary) {
+  const StoreHeader& header = summary.header;
+  const TrialScheduler& scheduler = summary.scheduler;
+  Json json = {{"plan_hash", header.plan_hash()}, {"build", header.build},
+               {"shard", header.shard.Text()},    {"trials", scheduler.wanted()},
+               {"done", summary.trials},          {"running", summary.running}};
+  if (summary.rule.precision)
+    json["precision"] = {{"half_width", *summary.rule.precision},
+                         {"cells", scheduler.cells()},
+                         {"reached", scheduler.reached()}};
+  json["groups"] = GroupsJson(summary.keys, summary.groups);
+  if (!summary.curves.empty())
+    json["success"] = {{"over", summary.over},
+                       {"by", summary.curves_by},
+                       {"curves", SuccessJson(summary.over, summary.curves)}};
+  return json;
+}
+
+std::string DoneText(int64_t done, int64_t total, int64_t most) {
+  return total == most ? fmt::format("{} of {}", done, total)
+                       : fmt::format("{} of about {} (at most {})", done, total, most);
+}
+
+}  // namespace turbidock::batch

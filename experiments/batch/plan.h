@@ -1,0 +1,214 @@
+#pragma once
+// A plan: which trials a batch consists of. Every trial follows from the plan and its number alone,
+// wherever, whenever and in whatever order it runs.
+//
+//   schema_version: 1
+//   description: docking over turbidity
+//   scenario: sea_night_active         # a bundled scenario or a file
+//   seeds: 30                          # trials in each cell of the grid
+//   precision: 0.03                    # or more of them, until its success rate is known so well
+//   set: {duration_s: 90}              # in every trial
+//   grid:                              # every combination is a cell; `scenario` may be a key here
+//     water.milk_ml_m3: [0, 10, 20]
+//     sea.state: [calm, moderate]
+//   cases:                             # cells by name, each with keys of its own; in every cell
+//     as planned: {}                   # of the grid
+//     one thruster weak: {vehicle.thrusters.effectiveness: [0.6, 1, 1, 1]}
+//   strata:                            # equally likely parts of the draws, met in turn by a cell
+//     near: {start.distance_min_m: 0.6, start.distance_max_m: 1}
+//     far: {start.distance_min_m: 1, start.distance_max_m: 1.4}
+//   random:                            # drawn for each trial, and stored with it
+//     start.heading_rad: {uniform: [0, 0.2]}
+//     vehicle.rigid_body.mass_kg: {normal: [15, 0.5], within: [13, 17]}
+//     sensor.read_noise_electrons: {log_uniform: [2, 20]}
+//     camera_delay_frames: {choice: [1, 2, 3]}
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "experiments/batch/random_key.h"
+#include "experiments/batch/varied_keys.h"
+#include "experiments/trial/scenario.h"
+#include "sim/base/digest.h"
+#include "sim/base/fields.h"
+
+namespace turbidock::config {
+struct YamlNode;
+}
+
+namespace turbidock::batch {
+
+inline constexpr int kPlanSchema = 1;
+inline constexpr int64_t kMaxTrials = 10'000'000;      // of a plan
+inline constexpr const char* kStratumKey = "stratum";  // the parameter that `strata` make
+
+struct PlanSettings {
+  int schema_version = 0;
+  std::string description;
+  std::string scenario;
+  int64_t master_seed = 1;
+  int seeds = 1;
+  double precision = 0;
+  bool common_seeds = true;
+  double trial_time_limit_s = 3600;
+  int series_every_frames = 0;
+
+  static void Fields(auto& self, auto&& field) {
+    field("schema_version", self.schema_version, InRange(kPlanSchema, kPlanSchema),
+          "version of these keys");
+    field("description", self.description, Finite(), "one line for people");
+    field("scenario", self.scenario, Finite(), "what the trials vary: a bundled one or a file");
+    field("master_seed", self.master_seed, AtLeast(0), "root of every trial's seed and draws");
+    field("seeds", self.seeds, InRange(1, 1e6), "trials in each cell of the grid");
+    field("precision", self.precision, InRange(0, 0.5),
+          "run a cell on, `seeds` trials at a time, until its success rate is known so well: half "
+          "the width of the 95 % Wilson interval, which strata make narrower; 0: `seeds` trials");
+    field("common_seeds", self.common_seeds, Finite(),
+          "use the same seeds and draws in every cell, so that cells compare pair by pair");
+    field("trial_time_limit_s", self.trial_time_limit_s, InRange(0.1, 1e6),
+          "wall time after which a trial counts as hung");
+    field("series_every_frames", self.series_every_frames, InRange(0, 1e6),
+          "store a row of the trial's log every so many frames; 0 stores none");
+  }
+};
+
+// A key of the scenario and its value as YAML in one line.
+struct Parameter {
+  std::string key, value;
+
+  std::string Assignment() const { return key + "=" + value; }
+  bool operator==(const Parameter&) const = default;
+};
+
+// Keys that change together. In the grid it is a value of the key `case`, of a stratum one of the
+// key `stratum`.
+struct Case {
+  std::string name;
+  std::vector<Parameter> values;
+};
+
+struct GridAxis {
+  std::string key;
+  std::vector<std::string> values;
+};
+
+struct TrialSpec {
+  int64_t trial = 0;   // in [0, Plan::trials())
+  int64_t cell = 0;    // of the grid; the last key of the grid varies fastest
+  int64_t sample = 0;  // within the cell
+  int64_t seed = 0;    // the scenario's
+  // The grid's keys (`case` first), `stratum`, then the random ones.
+  std::vector<Parameter> parameters;
+};
+
+// What the command line and the program around it may change in a plan.
+struct PlanOverrides {
+  std::vector<std::string> assignments{};  // scenario keys, as in `set`: "water.milk_ml_m3=20"
+  std::optional<int64_t> master_seed{};
+  std::optional<int> seeds{};  // exactly so many: the precision is 0
+  trial::Plugins plugins{};    // what else its scenarios may choose
+};
+
+class Plan {
+ public:
+  // The plan in a text; `file` stands for it in messages. ConfigError for whatever is wrong in it,
+  // also for a trial whose scenario would be wrong: of each cell, and of what is drawn, those of
+  // the first 10,000 are looked at.
+  Plan(const std::string& text, const std::string& file, const PlanOverrides& overrides = {});
+  explicit Plan(const config::YamlNode& plan, const PlanOverrides& overrides = {});
+
+  const PlanSettings& settings() const { return settings_; }
+  const trial::Plugins& plugins() const { return plugins_; }
+  const std::vector<GridAxis>& grid() const { return grid_; }
+  // Keys of a trial's parameters, in their order.
+  const std::vector<std::string>& keys() const { return keys_; }
+  // What its scenarios were read from and their models: files, or names of bundled ones.
+  std::vector<std::string> files() const;
+  int64_t cells() const { return cells_; }
+  // Of all cells; with a precision, at most.
+  int64_t trials() const { return cells_ * samples_; }
+
+  TrialSpec Trial(int64_t trial) const;
+  TrialSpec FirstOf(int64_t cell) const;  // its first trial
+  // What a cell sets over its scenario: the plan's `set` and the command line's, its case, its
+  // grid.
+  struct Cell {
+    std::string name;      // of its case and grid, for people; empty where it has neither
+    std::string scenario;  // a bundled one's name or a file, as a command line names it
+    std::vector<Parameter> values;
+  };
+  Cell CellOf(int64_t cell) const;
+  trial::Scenario ScenarioOf(const TrialSpec& spec) const;
+
+  // The plan with everything that decides its trials spelt out: the scenarios with every value, and
+  // a digest of each file of their models. It is a plan itself, of the same trials.
+  const std::string& resolved() const { return resolved_; }
+  std::string hash() const { return DigestOf(resolved_); }
+
+ private:
+  int64_t NumberOf(int64_t cell, int64_t sample) const;
+  void ReadSet(const config::YamlNode& plan, const std::vector<std::string>& assignments);
+  void ReadGrid(const config::YamlNode& node);
+  std::vector<Case> CasesIn(const config::YamlNode& node);
+  void ReadCases(const config::YamlNode& node);
+  void ReadStrata(const config::YamlNode& node);
+  void ReadRandom(const config::YamlNode& node);
+  void LoadScenarios(const config::YamlNode& plan, const std::vector<std::string>& assignments);
+  void CheckTrials(const std::string& file);
+  std::vector<Parameter> AssignmentsOf(const std::vector<Parameter>& parameters) const;
+  // Where the one of these that a problem begins with stands in the plan, if it stands there.
+  std::optional<std::string> PlaceOf(const std::vector<Parameter>& given,
+                                     const std::string& problem) const;
+  double DrawOf(const RandomKey& random, const TrialSpec& spec) const;
+  std::string Resolve() const;
+
+  PlanSettings settings_;
+  trial::Plugins plugins_;
+  std::vector<GridAxis> grid_;
+  std::vector<Case> cases_, strata_;
+  std::vector<RandomKey> random_;
+  std::vector<std::string> keys_;
+  VariedKeys given_;
+  // Where an Assignment(), or what a key is drawn from, stands in the plan.
+  std::map<std::string, std::string> places_;
+  int64_t cells_ = 1, samples_ = 1;                   // samples: trials of a cell, at most
+  std::vector<Parameter> set_;                        // in every trial
+  std::map<std::string, std::string> found_;          // by a scenario's name: where it was found
+  std::map<std::string, trial::Scenario> scenarios_;  // by name, with `set`
+  std::map<std::string, trial::Scenario> models_;     // one of each set of models
+  std::string resolved_;
+};
+
+// The trials that a cell runs at most: so many that any success rate is known to the precision, or
+// to 0.001, in whole times `seeds`.
+int64_t SamplesOf(int64_t seeds, double precision);
+
+// Reads a plan: a YAML file or the name of a bundled one.
+Plan LoadPlan(const std::string& name, const PlanOverrides& overrides = {});
+
+// What the models of these scenarios are read from (MJCF, what it includes, meshes, pictures): a
+// digest of each file, by its path; and that as YAML under the key `model_files`.
+std::map<std::string, std::string> ModelFilesOf(
+    const std::map<std::string, trial::Scenario>& scenarios);
+std::string ModelFilesText(const std::map<std::string, trial::Scenario>& scenarios);
+
+// A text as YAML, with quotes where they are needed.
+std::string YamlText(const std::string& text);
+
+// One of `count` parts of a batch that together do every trial once: number `index`, from 1. With a
+// precision a cell's trials are all in the same part, with strata one of each.
+struct Shard {
+  int index = 1, count = 1;
+
+  bool Has(int64_t number) const { return number % count == index - 1; }  // of a trial or a cell
+  std::string Text() const { return std::to_string(index) + "/" + std::to_string(count); }
+  bool operator==(const Shard&) const = default;
+};
+
+// "2/4". ConfigError for anything else.
+Shard ParseShard(const std::string& text);
+
+}  // namespace turbidock::batch

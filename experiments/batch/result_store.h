@@ -1,0 +1,116 @@
+#pragma once
+// The results of many trials in one SQLite file. The tables are documented in README.md of this
+// folder: pandas and the sqlite3 shell read them directly.
+//
+// A trial is one transaction that is on the disk when Add returns: a process killed at any moment,
+// or the power, costs the trials under way and nothing else.
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "experiments/batch/plan.h"
+#include "experiments/batch/run_lock.h"
+#include "experiments/batch/store_header.h"
+#include "experiments/trial/series.h"
+#include "experiments/trial/trial_record.h"
+#include "sim/base/check.h"
+
+namespace SQLite {
+class Database;
+}  // namespace SQLite
+
+namespace turbidock::batch {
+
+inline constexpr int kStoreSchema = 3;
+
+// Results that should be equal or belong together and do not. Exit code 5.
+class MismatchError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+// A file that was begun with another plan, build or shard than the one that is to be written.
+class OtherResults : public ConfigError {
+ public:
+  OtherResults(const std::string& file, const std::string& how)
+      : ConfigError(file + ": was begun with something else: " + how +
+                    ". Give another --out, or finish it as it was begun"),
+        difference(how) {}
+
+  std::string difference;  // a sentence
+};
+
+struct StoredTrial {
+  int64_t trial = 0, cell = 0, sample = 0;
+  std::vector<Parameter> parameters;  // values of StoreHeader::keys
+  trial::TrialRecord record;
+  trial::Series series = {};  // to be stored; reading does not fill it
+};
+
+// A parameter's value as a file has it: a number, or text where its key is one of texts.
+trial::Cell ValueOf(const Parameter& parameter);
+
+// The cells of its row, by the columns' names.
+std::map<std::string, trial::Cell> RowOf(const StoredTrial& trial);
+
+struct Verdict {
+  int64_t trial = 0;
+  bool success = false;
+};
+
+class ResultStore {
+ public:
+  // Makes the file, or opens one whose header is the same but for a higher precision (the file
+  // then has the new plan), and keeps other writers out. OtherResults when it is
+  // another plan's, build's or shard's; ConfigError that says why when it is in use, damaged, of
+  // another schema, no such file at all, or cannot be written.
+  static ResultStore Write(const std::string& file, const StoreHeader& header);
+  // Opens a file that exists, also while another process writes to it.
+  static ResultStore Read(const std::string& file);
+  ResultStore(ResultStore&&) noexcept;
+  ~ResultStore();
+
+  const StoreHeader& header() const { return header_; }
+
+  // Stores a trial; ConfigError when it cannot be (a full disk): the file is then as it was.
+  void Add(const StoredTrial& trial);
+
+  // Takes over every trial of another file of the same plan and build. MismatchError when a trial
+  // is in both and differs; the file is then as it was.
+  void Merge(const std::string& other_file);
+
+  std::vector<int64_t> Done() const;        // the numbers of the stored trials, ascending
+  std::vector<Verdict> Verdicts() const;    // the same with what came of them
+  std::vector<StoredTrial> Trials() const;  // ascending
+  StoredTrial Trial(int64_t trial) const;   // ConfigError when it is not there
+
+  std::vector<int64_t> TrialsWithSeries() const;  // whose series was stored, ascending
+  trial::Series SeriesOf(int64_t trial) const;    // the rows that were stored, if any
+
+ private:
+  ResultStore(std::string file, bool writes);
+
+  void Create(const StoreHeader& header);
+  void WriteHeader(const StoreHeader& header);
+  void ReadHeader();  // with all that is asked of a file before anything in it is used
+  void RequireRows() const;
+  [[noreturn]] void FailDamaged(const std::string& how) const;
+  // Further columns of the series: a vehicle has its own thrusters.
+  void AddSeriesColumns(const std::vector<std::string>& columns);
+  void AddSeries(int64_t trial, const trial::Series& series);
+  template <class Act>
+  void ForEachRow(const std::string& query, const Act& act) const;
+  std::vector<int64_t> Numbers(const std::string& query) const;
+  std::vector<StoredTrial> Select(const std::string& where) const;
+
+  std::string file_;
+  std::unique_ptr<RunLock> lock_;
+  std::unique_ptr<SQLite::Database> db_;
+  StoreHeader header_;
+};
+
+}  // namespace turbidock::batch

@@ -1,0 +1,91 @@
+#pragma once
+// The one engine that runs trials: of a batch, of a gate, of a tuning run.
+//
+//   TrialRunner runner({.jobs = {.workers = 2}}, &store);
+//   const bool ended = runner.Run(SourceOf(plan), {.next = ..., .add = ...});
+//
+// Who has trials run says three things: what a number stands for (TrialSource), where results go (a
+// ResultStore, or none), and which trial runs next (TrialDecider). A trial that the store has is
+// handed to the decider without being run: whatever stops a run, also kill -9 or the power, it goes
+// on where it was. It ends the same, for any number of workers and after any interruption, as long
+// as the decider looks at results in an order of its own, never in that in which they come.
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <stdexcept>
+
+#include "experiments/batch/job_options.h"
+#include "experiments/batch/plan.h"
+#include "experiments/batch/result_store.h"
+
+namespace turbidock::batch {
+
+// What the trials of a run are.
+struct TrialSource {
+  std::function<TrialSpec(int64_t trial)> spec;  // what the store keeps of it
+  std::function<trial::Scenario(const TrialSpec&)> scenario;
+  int series_every_frames = 0;  // > 0: also a row of a trial's log every so many frames
+};
+TrialSource SourceOf(const Plan& plan);  // which must outlive it
+
+// Which trials run, and when it is enough.
+struct TrialDecider {
+  // A trial to run; each once. Nothing when it is enough, or when results must come first.
+  std::function<std::optional<int64_t>()> next;
+  // What came of one of these. If it throws, the trial is not stored, and runs again next time.
+  std::function<void(const StoredTrial&)> add = {};
+};
+
+// Of this process: trials that the store had are not in it.
+struct RunProgress {
+  int64_t done_now = 0;      // trials
+  double wall_time_s = 0;    // since the runner was made
+  double worker_time_s = 0;  // sum over the trials
+};
+
+struct RunOptions {
+  JobOptions jobs = {};
+  double time_limit_s = 3600;                             // of a trial
+  trial::Plugins plugins = {};                            // what scenarios may choose besides ours
+  std::function<void(const StoredTrial&)> on_trial = {};  // once it has run and is stored
+  std::function<void(const RunProgress&)> on_progress = {};  // after every trial and every second
+  std::function<bool()> stop_requested = {};                 // polled at least every second
+};
+
+// Thrown by a study whose run was stopped. What was stored stays.
+struct Stopped : std::runtime_error {
+  Stopped() : std::runtime_error("stopped") {}
+};
+
+class TrialRunner {
+ public:
+  // `store`: null for none.
+  TrialRunner(const RunOptions& options, ResultStore* store);
+
+  // Runs until the decider has no trial and none is under way; false when it was stopped: the
+  // trials under way are then lost, and the runner is good for nothing more. Errors as of
+  // FinishedTrialOf, ResultStore::Add and the decider; MismatchError when a stored trial is not
+  // what the source says.
+  bool Run(const TrialSource& source, const TrialDecider& decider);
+
+  const RunProgress& progress() const { return progress_; }
+
+ private:
+  // The stored trial; null when there is none.
+  const StoredTrial* Find(const TrialSpec& spec);
+
+  RunOptions options_;
+  ResultStore* store_;
+  std::unique_ptr<JobPool> pool_;
+  std::set<int64_t> stored_;                             // numbers, as the store was at first
+  std::optional<std::map<int64_t, StoredTrial>> known_;  // these, read when the first is asked for
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  RunProgress progress_;
+};
+
+}  // namespace turbidock::batch

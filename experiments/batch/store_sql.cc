@@ -1,0 +1,154 @@
+#include "experiments/batch/store_sql.h"
+
+#include <sqlite3.h>
+
+#include <array>
+
+#include "experiments/trial/record_columns.h"
+#include "experiments/trial/series.h"
+
+namespace turbidock::batch {
+
+namespace {
+
+std::vector<std::string> NamesIn(const SQLite::Database& db, const std::string& table,
+                                 const std::string& where) {
+  std::vector<std::string> names;
+  SQLite::Statement query(
+      db, fmt::format("SELECT name FROM pragma_table_info('{}') WHERE {}", table, where));
+  while (query.executeStep()) names.push_back(query.getColumn(0).getString());
+  return names;
+}
+
+}  // namespace
+
+std::vector<TrialColumn> TrialColumns(const std::vector<std::string>& keys) {
+  using trial::Storage;
+  std::vector<TrialColumn> columns;
+  const auto add = [&](Storage storage) {
+    for (const trial::Column& column : trial::Columns())
+      if (column.storage == storage)
+        columns.push_back({column.name, column.sql_type,
+                           storage != Storage::kRun && storage != Storage::kLog,
+                           storage == Storage::kLog});
+  };
+  add(Storage::kKey);
+  for (const char* name : {"cell", "sample"}) columns.push_back({name, "INTEGER NOT NULL"});
+  add(Storage::kVerdict);
+  for (const std::string& key : keys) columns.push_back({key, ""});
+  for (const Storage storage : {Storage::kMetric, Storage::kRemark, Storage::kRun, Storage::kLog})
+    add(storage);
+  return columns;
+}
+
+std::string Quoted(const std::string& name) {
+  std::string quoted = "\"";
+  for (const char c : name) quoted += c == '"' ? "\"\"" : std::string(1, c);
+  return quoted + "\"";
+}
+
+std::string QuotedList(const std::vector<std::string>& names) {
+  std::string list;
+  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + Quoted(name);
+  return list;
+}
+
+std::vector<std::string> ColumnsIn(const SQLite::Database& db, const std::string& table) {
+  return NamesIn(db, table, "name <> 'trial'");
+}
+
+std::vector<std::string> KeysIn(const SQLite::Database& db) {
+  return NamesIn(db, "trials", "type = ''");
+}
+
+void CreateTables(const std::vector<std::string>& keys, SQLite::Database* db) {
+  std::string columns = "trial INTEGER PRIMARY KEY", results = "trial";
+  for (const TrialColumn& column : TrialColumns(keys)) {
+    columns += ", " + Quoted(column.name) + " " + column.sql_type;
+    if (column.is_result) results += ", " + Quoted(column.name);
+  }
+  std::string series;
+  const trial::Series empty(trial::TrialLog().thrusters);
+  for (const trial::Series::Column& column : empty.columns())
+    series += fmt::format(", {} {}", Quoted(column.name),
+                          // of no type, not REAL, which loses the sign of zero
+                          std::array{"INTEGER", "", "TEXT"}[column.values.index()]);
+  db->exec("CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID");
+  db->exec(fmt::format("CREATE TABLE trials ({})", columns));
+  db->exec(
+      fmt::format("CREATE TABLE series (trial INTEGER NOT NULL{}, PRIMARY KEY (trial, frame)) "
+                  "WITHOUT ROWID",
+                  series));
+  db->exec(fmt::format("CREATE VIEW results AS SELECT {} FROM trials", results));
+}
+
+const char* ProblemOf(const SQLite::Exception& error) {
+  if (error.getExtendedErrorCode() == SQLITE_READONLY_DBMOVED)
+    return "was removed or renamed while trials were being stored; nothing more is stored";
+  switch (error.getErrorCode()) {
+    case SQLITE_FULL:
+      return "cannot be written, the disk is full; the trials stored so far are safe, and starting "
+             "again goes on from there";
+    case SQLITE_IOERR:
+      return "cannot be read or written; the trials stored so far are safe";
+    case SQLITE_READONLY:
+    case SQLITE_PERM:
+      return "cannot be written, it is read-only";
+    case SQLITE_CANTOPEN:
+      return "cannot be opened";
+    case SQLITE_NOTADB:
+      return "is no result file";
+    case SQLITE_ERROR:  // "no such column"
+      return "is no result file of this program";
+    case SQLITE_CORRUPT:
+      return "is damaged; `sqlite3 FILE .recover` may save some of it";
+    case SQLITE_BUSY:
+      return "is locked by another program";
+    default:
+      return "a database error";
+  }
+}
+
+void Harden(const SQLite::Database& db) {
+  constexpr int kLongestValue = 256 << 20;  // bytes, of a plan
+  sqlite3* const handle = db.getHandle();
+  sqlite3_db_config(handle, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
+  sqlite3_db_config(handle, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
+  sqlite3_db_config(handle, SQLITE_DBCONFIG_DQS_DML, 0, nullptr);  // "no_column" is no text
+  sqlite3_db_config(handle, SQLITE_DBCONFIG_ENABLE_TRIGGER, 0, nullptr);
+  sqlite3_limit(handle, SQLITE_LIMIT_LENGTH, kLongestValue);
+  sqlite3_exec(handle, "PRAGMA cell_size_check = ON; PRAGMA mmap_size = 0", nullptr, nullptr,
+               nullptr);
+}
+
+trial::Cell CellIn(const SQLite::Column& column) {
+  if (column.isInteger()) return column.getInt64();
+  if (column.isFloat()) return column.getDouble();
+  return column.isNull() ? trial::Cell() : trial::Cell(column.getString());
+}
+
+Insert::Insert(const SQLite::Database& db, const std::string& table,
+               const std::vector<std::string>& columns)
+    : statement_(db, fmt::format("INSERT INTO {} ({}) VALUES ({})", table, QuotedList(columns),
+                                 fmt::join(std::vector<const char*>(columns.size(), "?"), ", "))) {}
+
+void Insert::Run(const std::vector<trial::Cell>& cells) {
+  statement_.reset();
+  int at = 0;
+  for (const trial::Cell& cell : cells) {
+    ++at;
+    if (cell.is_number_float())
+      statement_.bind(at, cell.get<double>());
+    else if (cell.is_boolean())
+      statement_.bind(at, cell.get<bool>() ? 1 : 0);
+    else if (cell.is_number())
+      statement_.bind(at, cell.get<int64_t>());
+    else if (cell.is_string())
+      statement_.bind(at, cell.get_ref<const std::string&>());
+    else
+      statement_.bind(at);
+  }
+  statement_.exec();
+}
+
+}  // namespace turbidock::batch

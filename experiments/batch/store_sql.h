@@ -1,0 +1,65 @@
+#pragma once
+// SQLite for the file of results: its tables (README.md), its errors as ours, cells as its values.
+
+#include <SQLiteCpp/SQLiteCpp.h>
+#include <fmt/format.h>
+
+#include <string>
+#include <vector>
+
+#include "experiments/trial/cell.h"
+#include "sim/base/check.h"
+
+namespace turbidock::batch {
+
+// A column of the table `trials` beside the trial's number.
+struct TrialColumn {
+  std::string name, sql_type;  // a parameter is of no type
+  bool is_result = true;       // in the view `results`: not what differs from run to run
+  bool is_log = false;
+};
+// What a trial is, its parameters by these keys, what came of it.
+std::vector<TrialColumn> TrialColumns(const std::vector<std::string>& keys);
+
+// A name as SQL: keys such as water.milk_ml_m3 are column names. And several, with commas between.
+std::string Quoted(const std::string& name);
+std::string QuotedList(const std::vector<std::string>& names);
+
+// Columns of a table but the trial's number; of `trials` those of its parameters alone.
+std::vector<std::string> ColumnsIn(const SQLite::Database& db, const std::string& table);
+std::vector<std::string> KeysIn(const SQLite::Database& db);
+
+// Makes all tables in an empty database; `keys` are the parameters'.
+void CreateTables(const std::vector<std::string>& keys, SQLite::Database* db);
+
+// What an error says about a file: "is locked by another program".
+const char* ProblemOf(const SQLite::Exception& error);
+
+// Does `act`; an error of SQLite's becomes a ConfigError that names the file.
+template <class Do>
+auto Guard(const std::string& file, const Do& act) {
+  try {
+    return act();
+  } catch (const SQLite::Exception& error) {
+    throw ConfigError(fmt::format("{}: {} ({})", file, ProblemOf(error), error.what()));
+  }
+}
+
+// For a file that may come from anywhere: what its schema says is not done, and nothing in it is
+// believed to be of a sensible size.
+void Harden(const SQLite::Database& db);
+
+trial::Cell CellIn(const SQLite::Column& column);
+
+// Adds rows to a table.
+class Insert {
+ public:
+  Insert(const SQLite::Database& db, const std::string& table,
+         const std::vector<std::string>& columns);
+  void Run(const std::vector<trial::Cell>& cells);  // of the columns
+
+ private:
+  SQLite::Statement statement_;
+};
+
+}  // namespace turbidock::batch

@@ -1,0 +1,196 @@
+#include "experiments/batch/summary.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "sim/base/units.h"
+
+namespace turbidock::batch {
+namespace {
+
+Spread SpreadOf(const std::vector<double>& values) {
+  return {statistics::Quantile(values, 0.1), statistics::Quantile(values, 0.5),
+          statistics::Quantile(values, 0.9), std::ssize(values)};
+}
+
+std::pair<bool, double> NumberFirst(const std::string& text) {
+  const double number = report::NumberIn(text).value_or(std::nan(""));
+  return {!std::isfinite(number), std::isfinite(number) ? number : 0};
+}
+
+// "12 [3, 45]" in mm or whatever `unit` of them is one.
+std::string SpreadText(const Spread& spread, double unit, int digits = 0) {
+  if (spread.count == 0) return "-";
+  return fmt::format("{:.{}f} [{:.{}f}, {:.{}f}]", unit * *spread.median, digits,
+                     unit * *spread.q10, digits, unit * *spread.q90, digits);
+}
+
+// Where a key is among a trial's parameters; at the end if it is none.
+auto Find(const StoredTrial& trial, const std::string& key) {
+  return std::ranges::find(trial.parameters, key, &Parameter::key);
+}
+
+std::string ValueIn(const StoredTrial& trial, const std::string& key) {
+  if (const auto at = Find(trial, key); at != trial.parameters.end()) return at->value;
+  if (key == "outcome") return NameOf(trial.record.outcome);
+  if (key == "failure") return NameOf(trial.record.failure);
+  if (key == "cell") return std::to_string(trial.cell);
+  std::string names = "outcome, failure, cell";
+  for (const Parameter& parameter : trial.parameters) names += ", " + parameter.key;
+  throw ConfigError(key + ": trials cannot be grouped by this; by " + names);
+}
+
+// Whether it tells cells or strata apart, not what their trials drew or how they went: the grid's
+// keys stand before `stratum`, those that are drawn behind it.
+bool IsPlanned(const StoredTrial& trial, const std::string& key) {
+  return key == "cell" ||
+         (key != "outcome" && key != "failure" && Find(trial, key) <= Find(trial, kStratumKey));
+}
+
+GroupSummary SummaryOf(std::vector<std::string> group, bool whole_cells,
+                       const std::vector<const StoredTrial*>& members) {
+  GroupSummary summary;
+  summary.group = std::move(group);
+  std::map<std::string, statistics::Count> strata;
+  std::vector<double> times_s, errors_y_m, errors_z_m, estimate_errors_m;
+  for (const StoredTrial* trial : members) {
+    const trial::TrialRecord& r = trial->record;
+    const auto stratum = Find(*trial, kStratumKey);
+    const bool counts = whole_cells && stratum != trial->parameters.end();
+    statistics::Count& count = strata[counts ? stratum->value : ""];
+    ++count.trials;
+    count.successes += r.success();
+    if (r.success()) {
+      times_s.push_back(r.time_s);
+      estimate_errors_m.push_back((r.final_error_estimated - r.final_error_true).distance_m());
+    } else {
+      ++summary.failures[NameOf(r.failure)];
+    }
+    if (!r.docked) continue;
+    errors_y_m.push_back(std::abs(r.final_error_true.y_m));
+    errors_z_m.push_back(std::abs(r.final_error_true.z_m));
+  }
+  std::vector<statistics::Count> counts;
+  for (const auto& [name, count] : strata) counts.push_back(count);
+  summary.wilson = statistics::StratifiedInterval(counts);
+  summary.trials = std::ssize(members);
+  summary.successes = std::ssize(times_s);
+  summary.time_to_dock_s = SpreadOf(times_s);
+  summary.error_true_y_m = SpreadOf(errors_y_m);
+  summary.error_true_z_m = SpreadOf(errors_z_m);
+  summary.estimate_error_m = SpreadOf(estimate_errors_m);
+  return summary;
+}
+
+}  // namespace
+
+std::string FailureText(const GroupSummary& group) {
+  std::vector<std::pair<std::string, int64_t>> sorted(group.failures.begin(), group.failures.end());
+  std::ranges::stable_sort(sorted, std::greater(), &std::pair<std::string, int64_t>::second);
+  std::string list;
+  for (const auto& [name, count] : sorted)
+    list += fmt::format("{}{} {}", list.empty() ? "" : ", ", count, report::Words(name));
+  return list;
+}
+
+bool LessByValue(const std::vector<std::string>& a, const std::vector<std::string>& b) {
+  const auto place = [](const std::string& text) { return std::pair(NumberFirst(text), text); };
+  return std::ranges::lexicographical_compare(a, b, {}, place, place);
+}
+
+std::vector<GroupSummary> Summarise(const std::vector<StoredTrial>& trials,
+                                    const std::vector<std::string>& keys) {
+  std::map<std::vector<std::string>, std::vector<const StoredTrial*>, decltype(&LessByValue)>
+      groups(&LessByValue);
+  for (const StoredTrial& trial : trials) {
+    std::vector<std::string> values;
+    for (const std::string& key : keys) values.push_back(ValueIn(trial, key));
+    groups[values].push_back(&trial);
+  }
+  const bool whole_cells = std::ranges::all_of(keys, [&](const std::string& key) {
+    return trials.empty() || IsPlanned(trials.front(), key);
+  });
+  std::vector<GroupSummary> summaries;
+  for (const auto& [values, members] : groups)
+    summaries.push_back(SummaryOf(values, whole_cells, members));
+  return summaries;
+}
+
+report::Quantity NameOfKey(const std::string& key) {
+  std::string name = key, axis;
+  if (const size_t at = key.rfind('['); at != std::string::npos && key.ends_with(']')) {
+    const std::string index = key.substr(at + 1, key.size() - at - 2);
+    axis = " " + (index == "0" ? "x" : index == "1" ? "y" : index == "2" ? "z" : index);
+    name.erase(at);
+  }
+  // its last word and the group around it
+  const size_t last = name.rfind('.');
+  const size_t group = last == std::string::npos || last == 0 ? last : name.rfind('.', last - 1);
+  report::Quantity quantity =
+      report::QuantityOf(group == std::string::npos ? name : name.substr(group + 1));
+  std::ranges::replace(quantity.label, '.', ' ');
+  quantity.label += axis;
+  return quantity;
+}
+
+std::string ValueText(const std::string& key, const std::string& value) {
+  const auto number = report::NumberIn(value);
+  const double factor = NameOfKey(key).factor;
+  return number && factor != 1 ? report::Digits(factor * *number) : value;
+}
+
+report::Section GroupSection(const std::vector<std::string>& keys,
+                             const std::vector<GroupSummary>& groups,
+                             const std::optional<double>& precision) {
+  std::vector<std::string> titles, names;
+  for (const std::string& key : keys) {
+    names.push_back(NameOfKey(key).label);
+    titles.push_back("<" + NameOfKey(key).Title());
+  }
+  for (const char* title :
+       {"trials", "success %", "interval", "time to dock s", "|y| mm", "|z| mm", "off mm"})
+    titles.emplace_back(title);
+  if (precision) titles.emplace_back("half width %");
+  titles.emplace_back("<failures");
+  report::Table table(titles);
+  const double mm = units::MmFromM(1);
+  for (const GroupSummary& group : groups) {
+    std::vector<report::Cell> row;
+    for (size_t i = 0; i < keys.size(); ++i) row.emplace_back(ValueText(keys[i], group.group[i]));
+    for (const std::string& cell :
+         {std::to_string(group.trials), report::Fixed(100 * group.rate(), 1),
+          fmt::format("{:.0f}-{:.0f}", 100 * group.wilson.low, 100 * group.wilson.high),
+          SpreadText(group.time_to_dock_s, 1), SpreadText(group.error_true_y_m, mm),
+          SpreadText(group.error_true_z_m, mm), SpreadText(group.estimate_error_m, mm, 1)})
+      row.emplace_back(cell);
+    if (precision)
+      row.emplace_back(fmt::format("{:.1f}{}", 100 * group.wilson.half_width(),
+                                   group.wilson.half_width() <= *precision ? "" : " not reached"));
+    row.emplace_back(FailureText(group));
+    table.Row(std::move(row));
+  }
+  return {.title = keys.empty() ? "All trials" : fmt::format("By {}", fmt::join(names, ", ")),
+          .note =
+              "Interval: 95 %, of the success rate in %, Wilson's over the plan's strata, if any. "
+              "Off: distance of the estimated from the true position once docked. Others: median "
+              "[10 %, 90 %]." +
+              (precision ? fmt::format(" Half width: of the interval, to be at most {:g} %.",
+                                       100 * *precision)
+                         : ""),
+          .table = table};
+}
+
+report::Json GroupsJson(const std::vector<std::string>& keys,
+                        const std::vector<GroupSummary>& groups) {
+  report::Json list = groups;
+  for (report::Json& group : list) {
+    const report::Json values = std::exchange(group["group"], report::Json::object());
+    for (size_t i = 0; i < keys.size(); ++i) group["group"][keys[i]] = values[i];
+  }
+  return list;
+}
+
+}  // namespace turbidock::batch

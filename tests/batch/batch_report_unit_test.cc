@@ -1,0 +1,204 @@
+// The report of a file of trials: its state, its axes, its groups.
+
+#include "experiments/batch/batch_report.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "experiments/report/report_json.h"
+#include "experiments/report/text.h"
+#include "sim/base/check.h"
+#include "tests/support/message_of.h"
+
+namespace turbidock::batch {
+namespace {
+
+using ::testing::ContainsRegex;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+class BatchReport : public ::testing::Test {
+ protected:
+  void SetUp() override { std::filesystem::create_directories(folder_); }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  // A batch of so many trials, of which some are stored: two controllers over four values of milk,
+  // of which no trial docks from 40 on.
+  ResultStore Store(int64_t trials, int64_t stored,
+                    const std::vector<std::string>& keys = {"water.milk_ml_m3", "controller"}) {
+    StoreHeader header;
+    // no drawn key is in the grid
+    std::vector<std::string> grid;
+    if (std::ranges::count(keys, "water.milk_ml_m3") > 0)
+      grid.emplace_back("water.milk_ml_m3: [0, 20, 40, 60]");
+    if (std::ranges::count(keys, "controller") > 0) grid.emplace_back("controller: [pid, lqg]");
+    const int64_t cells = grid.size() == 2 ? 8 : grid.empty() ? 1 : 2;
+    header.plan = fmt::format("description: murky\nseeds: {}\ngrid: {{{}}}\n", trials / cells,
+                              fmt::join(grid, ", "));
+    header.build = "test 1";
+    header.trials = trials;
+    header.keys = keys;
+    ResultStore store = ResultStore::Write(file_, header);
+    for (int64_t i = 0; i < stored; ++i) {
+      const int64_t milk = 20 * (i % 4);
+      StoredTrial trial{.trial = i, .parameters = {}, .record = {}};
+      for (const std::string& key : keys)
+        trial.parameters.push_back({key, key == "water.milk_ml_m3" ? std::to_string(milk)
+                                         : i % 8 < 4               ? "pid"
+                                                                   : "lqg"});
+      trial::TrialRecord& r = trial.record;
+      r.seed = i;
+      r.docked = r.inserted = milk < 40;
+      r.outcome = r.docked ? trial::Outcome::kDocked : trial::Outcome::kCollision;
+      r.failure = r.docked ? trial::Failure::kNone : trial::Failure::kCollision;
+      r.time_s = 10 + static_cast<double>(i % 8);
+      r.final_error_true.y_m = 0.003;
+      store.Add(trial);
+    }
+    return store;
+  }
+  BatchSummary Summary(const ResultStore& store, const BatchReportOptions& options = {}) const {
+    return SummaryOf(store, file_, options);
+  }
+
+  const std::filesystem::path folder_ =
+      std::filesystem::temp_directory_path() /
+      (std::string("turbidock_batch_report_") +
+       ::testing::UnitTest::GetInstance()->current_test_info()->name() + "_" +
+       std::to_string(getpid()));
+  const std::string file_ = (folder_ / "b.db").string();
+};
+
+TEST_F(BatchReport, SaysHowFarItIsAndWhatCameOut) {
+  { const ResultStore written = Store(32, 24); }
+  const ResultStore store = ResultStore::Read(file_);
+  const std::string text = report::Text(ReportOf(Summary(store)));
+  EXPECT_THAT(text, HasSubstr("partial: murky\n"));
+  EXPECT_THAT(text, HasSubstr("written by test 1. Not running: start it again to finish it."));
+  EXPECT_THAT(text, ContainsRegex("trials +24 of 32\n"));
+  EXPECT_THAT(text, ContainsRegex("docked +50 % \\[31, 69\\]"));
+  EXPECT_THAT(text, ContainsRegex("true error when docked +y 3.0, z 0.0 mm"));
+  EXPECT_THAT(text, ContainsRegex("failures +12 collision\n"));
+  EXPECT_THAT(text, HasSubstr("pid falls to 50 % at 30 ["));
+  EXPECT_THAT(text, HasSubstr("By water milk, controller\n"));
+}
+
+TEST_F(BatchReport, KnowsWhenItIsCompleteRunningOrEmpty) {
+  EXPECT_EQ(ReportOf(Summary(Store(8, 8))).verdict.word, "complete");
+  std::filesystem::remove(file_);
+  const ResultStore store = Store(8, 0);
+  const report::Report report = ReportOf(Summary(store));
+  EXPECT_EQ(report.verdict.word, "running");
+  EXPECT_THAT(report.missing, ElementsAre("No trials: none was stored yet"));
+  EXPECT_TRUE(report.sections.empty());
+}
+
+TEST_F(BatchReport, DrawsOverItsFirstNumberByTheNextOfFewValues) {
+  const ResultStore store = Store(32, 32);
+  const BatchSummary summary = Summary(store);
+  EXPECT_EQ(summary.over, "water.milk_ml_m3");
+  EXPECT_THAT(summary.curves_by, ElementsAre("controller"));
+  EXPECT_EQ(summary.curves.size(), 2u);
+  EXPECT_THAT(summary.keys, ElementsAre("water.milk_ml_m3", "controller"));
+  // what was asked for: the table has a row for each value, also of what it is drawn over
+  const BatchSummary over = Summary(store, {.over = "water.milk_ml_m3"});
+  EXPECT_EQ(over.curves.size(), 1u);
+  EXPECT_THAT(over.keys, ElementsAre("water.milk_ml_m3"));
+  EXPECT_EQ(over.groups.size(), 4u);
+  const BatchSummary both = Summary(store, {.by = {"water.milk_ml_m3", "controller"}});
+  EXPECT_EQ(both.groups.size(), 8u);
+  EXPECT_THAT(both.curves_by, ElementsAre("controller"));
+  // what is no parameter groups the table alone
+  const BatchSummary by_failure = Summary(store, {.by = {"failure"}});
+  EXPECT_EQ(by_failure.groups.size(), 2u);
+  EXPECT_THAT(by_failure.curves_by, ElementsAre("controller"));
+  EXPECT_THAT(testing::MessageOf([&] { Summary(store, {.over = "controller"}); }),
+              HasSubstr("is no number"));
+  EXPECT_THAT(testing::MessageOf([&] { Summary(store, {.by = {"nonsense"}}); }),
+              HasSubstr("cannot be grouped by this"));
+}
+
+// What each trial draws is no way to group them, however few its values.
+TEST_F(BatchReport, NeverGroupsByWhatWasDrawn) {
+  const ResultStore store = Store(12, 12, {"start.x_m"});
+  const BatchSummary summary = Summary(store);
+  EXPECT_TRUE(summary.keys.empty());
+  EXPECT_TRUE(summary.curves.empty());
+  EXPECT_EQ(summary.over, "");
+  EXPECT_EQ(Summary(store, {.by = {"start.x_m"}}).groups.size(), 2u) << "unless it is asked for";
+}
+
+TEST_F(BatchReport, NamesItsKeysAndTheirUnits) {
+  const std::string text = report::Text(ReportOf(Summary(Store(32, 32))));
+  EXPECT_THAT(text, HasSubstr("Success over water milk, by controller\n"));
+  EXPECT_THAT(text, HasSubstr("water milk, ml/m³"));
+  EXPECT_THAT(text, Not(HasSubstr("_ml_m3")));
+  EXPECT_EQ(NameOfKey("sea.current.surface_velocity_mps[1]").Title(),
+            "current surface velocity y, m/s");
+  EXPECT_EQ(ValueText("start.distance_min_m", "0.6"), "600");
+  EXPECT_EQ(ValueText("scenario", "sea_night_active"), "sea_night_active");
+}
+
+TEST_F(BatchReport, SaysWhatItCouldNotTell) {
+  const std::string text = report::Text(ReportOf(Summary(Store(80, 80))));
+  // eight groups of ten, of which half dock: no change but one of nearly all is seen
+  EXPECT_THAT(text,
+              ContainsRegex("Two groups of 10 trials must differ in success by [0-9]+ points"));
+  EXPECT_THAT(text, HasSubstr("Not varied: snow, sea, lamps, ball lights, vehicle, rig, sensor, "
+                              "lens, mooring, faults.\n"));
+}
+
+// Of two that each trial draws, failures hang on one.
+TEST_F(BatchReport, NamesWhatFailuresHaveInCommon) {
+  StoreHeader header{.plan = "seeds: 40\nrandom: {start.lateral_m: 0, sea.depth_m: 0}\n",
+                     .build = "test 1",
+                     .shard = {},
+                     .trials = 40,
+                     .keys = {"start.lateral_m", "sea.depth_m"}};
+  ResultStore store = ResultStore::Write(file_, header);
+  for (int64_t i = 0; i < 40; ++i) {
+    StoredTrial trial{.trial = i,
+                      .parameters = {{"start.lateral_m", FormatNumber(0.01 * i)},
+                                     {"sea.depth_m", FormatNumber(i * 7 % 40)}},
+                      .record = {}};
+    const bool docked = i < 30;
+    trial.record.outcome = docked ? trial::Outcome::kDocked : trial::Outcome::kTimeout;
+    trial.record.failure = docked ? trial::Failure::kNone : trial::Failure::kTimeout;
+    trial.record.docked = trial.record.inserted = docked;
+    store.Add(trial);
+  }
+  EXPECT_THAT(report::Text(ReportOf(Summary(store))),
+              HasSubstr("start lateral, median 345 mm where they failed, 145 mm where they docked. "
+                        "A failed trial's is the larger in 100 % of pairs ["));
+}
+
+TEST_F(BatchReport, WithoutANumberThatVariesNothingIsDrawn) {
+  const ResultStore store = Store(8, 8, {"controller"});
+  EXPECT_TRUE(Summary(store).curves.empty());
+  EXPECT_THAT(report::Text(ReportOf(Summary(store))), Not(HasSubstr("Success over")));
+}
+
+TEST_F(BatchReport, TheDocumentHasTheNumbersAndTheReport) {
+  const ResultStore store = Store(32, 32);
+  const BatchSummary summary = Summary(store, {.by = {"controller"}});
+  const report::Json json = report::Document(ReportOf(summary), ResultJson(summary));
+  EXPECT_EQ(json["kind"], "batch");
+  for (const char* key : {"schema_version", "plan_hash", "build", "shard", "trials", "done",
+                          "running", "groups", "success", "report"})
+    EXPECT_TRUE(json.contains(key)) << key;
+  EXPECT_FALSE(json.contains("precision"));
+  EXPECT_EQ(json["groups"][0]["group"]["controller"], "lqg");
+  EXPECT_EQ(json["success"]["over"], "water.milk_ml_m3");
+  EXPECT_EQ(json["success"]["curves"][1]["name"], "pid");
+}
+
+}  // namespace
+}  // namespace turbidock::batch

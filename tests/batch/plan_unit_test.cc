@@ -1,0 +1,473 @@
+// Plans: which trials they name, how draws are spread, and what is said of bad ones.
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "experiments/batch/plan.h"
+#include "experiments/config/data_files.h"
+#include "experiments/config/yaml_fields.h"
+#include "tests/support/message_of.h"
+
+namespace turbidock::batch {
+namespace {
+
+using ::testing::HasSubstr;
+
+const std::string kHead = "schema_version: 1\n";
+
+Plan Make(const std::string& text, const PlanOverrides& overrides = {}) {
+  return Plan(kHead + text, "plan.yaml", overrides);
+}
+
+std::vector<double> Draws(const Plan& plan, size_t parameter, int64_t first, int64_t count) {
+  std::vector<double> draws;
+  for (int64_t trial = first; trial < first + count; ++trial)
+    draws.push_back(std::stod(plan.Trial(trial).parameters[parameter].value));
+  return draws;
+}
+
+TEST(Plan, NamesEveryCombinationOfTheGrid) {
+  const Plan plan = Make(
+      "seeds: 2\n"
+      "set: {duration_s: 12}\n"
+      "grid:\n"
+      "  scenario: [pool_active, sea_night_passive]\n"
+      "  sea.state: [calm, rough]\n"
+      "  sea.current.surface_velocity_mps: [[0, 0.05, 0], [0, 0.1, 0], [0, 0.15, 0]]\n");
+  EXPECT_EQ(plan.cells(), 12);
+  ASSERT_EQ(plan.trials(), 24);
+  const TrialSpec spec = plan.Trial(2 * (1 * 6 + 0 * 3 + 2) + 1);
+  EXPECT_EQ(spec.cell, 8);
+  EXPECT_EQ(spec.sample, 1);
+  EXPECT_EQ(spec.parameters[0].value, "sea_night_passive");
+  const trial::Scenario scenario = plan.ScenarioOf(spec);
+  EXPECT_EQ(scenario.model, "sea_passive.xml");
+  EXPECT_EQ(scenario.duration_s, 12);
+  EXPECT_EQ(scenario.sea.state, vehicle::SeaState::kCalm);
+  EXPECT_EQ(scenario.sea.current.surface_velocity_mps.y(), 0.15);
+  EXPECT_EQ(scenario.seed, spec.seed);
+}
+
+TEST(Plan, CasesAreCellsOfSeveralKeys) {
+  const std::string text =
+      "scenario: sea_night_active\nseeds: 2\n"
+      "cases:\n"
+      "  as planned: {}\n"
+      "  'heavier, 30 %': {vehicle.rigid_body.mass_kg: 19.5, camera_delay_frames: 2}\n"
+      "  \"12\": {faults: {misalignments: [{camera: both}]}}\n"
+      "grid: {sea.state: [calm, moderate]}\n";
+  const Plan plan = Make(text);
+  EXPECT_EQ(plan.cells(), 6);
+  EXPECT_EQ(plan.keys(), (std::vector<std::string>{"case", "sea.state"}));
+  const TrialSpec heavier = plan.Trial(2 * (1 * 2 + 1));
+  EXPECT_EQ(heavier.parameters[0].value, "heavier, 30 %");
+  const trial::Scenario scenario = plan.ScenarioOf(heavier);
+  EXPECT_EQ(scenario.vehicle.rigid_body.mass_kg, 19.5);
+  EXPECT_EQ(scenario.camera_delay_frames, 2);
+  EXPECT_EQ(scenario.sea.state, vehicle::SeaState::kModerate);
+  EXPECT_EQ(plan.ScenarioOf(plan.Trial(0)).vehicle.rigid_body.mass_kg, 15);
+  EXPECT_EQ(plan.ScenarioOf(plan.Trial(8)).faults.misalignments.size(), 1u);
+  // resolved, it is the same plan
+  const Plan again(plan.resolved(), "resolved");
+  EXPECT_EQ(again.resolved(), plan.resolved());
+  for (int64_t trial = 0; trial < plan.trials(); ++trial)
+    EXPECT_EQ(trial::SaveScenario(again.ScenarioOf(again.Trial(trial))),
+              trial::SaveScenario(plan.ScenarioOf(plan.Trial(trial))));
+}
+
+TEST(Plan, RefusesCasesThatSayNothingOrTwice) {
+  const auto error = [](const std::string& text) {
+    return testing::MessageOf([&] { Make("scenario: pool_active\n" + text); });
+  };
+  EXPECT_THAT(error("cases: {}\n"), HasSubstr("cases: must be a map of names"));
+  EXPECT_THAT(error("cases: [1]\n"), HasSubstr("plan.yaml:3: cases"));
+  EXPECT_THAT(error("cases: {a: {duration_s: 5}}\ngrid: {duration_s: [6]}\n"),
+              HasSubstr("this key is given twice, also by plan.yaml:3: cases.a.duration_s"));
+  EXPECT_THAT(error("cases: {a: {seed: 5}}\n"), HasSubstr("set master_seed"));
+  EXPECT_THAT(error("cases: {a: {scenario: x}}\n"), HasSubstr("belongs in the grid"));
+  EXPECT_THAT(error("cases: {a: {}, a: {}}\n"), HasSubstr("duplicate key"));
+  EXPECT_THAT(error("cases: {a: {duration: 5}}\n"), HasSubstr("duration_s"));
+  EXPECT_THAT(error("grid: {case: [a]}\n"), HasSubstr("`cases` makes"));
+  EXPECT_THAT(error("random: {case: {choice: [a]}}\n"), HasSubstr("`cases` makes"));
+}
+
+TEST(Plan, ResolvedIsItselfWhateverItsTextsHold) {
+  const Plan plan = Make(
+      "seeds: 2\n"
+      "grid: {scenario: [pool_active], description: ['a, b', 'c]', '- d #1: x']}\n"
+      "cases: {'<<': {vehicle_model: 'vehicle.xml'}, 'x}, y: {': {station_model: 'station.xml'}}\n"
+      "strata: {'~': {duration_s: 5}, 'a, b': {duration_s: 6}}\n");
+  EXPECT_EQ(plan.cells(), 6);
+  const Plan again(plan.resolved(), "resolved");
+  EXPECT_EQ(again.resolved(), plan.resolved());
+  for (int64_t trial = 0; trial < plan.trials(); ++trial) {
+    EXPECT_EQ(again.Trial(trial).parameters, plan.Trial(trial).parameters);
+    EXPECT_EQ(trial::SaveScenario(again.ScenarioOf(again.Trial(trial))),
+              trial::SaveScenario(plan.ScenarioOf(plan.Trial(trial))));
+  }
+  EXPECT_EQ(plan.ScenarioOf(plan.Trial(2)).description, "c]");
+}
+
+TEST(Plan, RefusesNamesThatAreNone) {
+  const auto error = [](const std::string& text) {
+    return testing::MessageOf([&] { Make("scenario: pool_active\n" + text); });
+  };
+  const std::string must = "must be a name of one line and at most 1000 bytes";
+  EXPECT_THAT(error("cases: {'': {}}\n"), HasSubstr(must));
+  EXPECT_THAT(error("strata: {\"a\\nb\": {}}\n"), HasSubstr(must));
+  EXPECT_THAT(error("cases:\n  ? " + std::string(1001, 'x') + "\n  : {}\n"), HasSubstr(must));
+  EXPECT_NO_THROW(Make("scenario: pool_active\ncases: {" + std::string(1000, 'x') + ": {}}\n"));
+}
+
+TEST(Plan, SaysWhereAWrongValueStands) {
+  const auto error = [](const std::string& text) {
+    return testing::MessageOf([&] { Make("scenario: pool_active\n" + text); });
+  };
+  EXPECT_THAT(error("grid:\n  duration_s:\n    - 5\n    - -5\n"),
+              HasSubstr("plan.yaml:6: trial 1: duration_s = -5"));
+  EXPECT_THAT(error("cases:\n  a: {duration_s: 5}\n  b: {duration_s: -5}\n"),
+              HasSubstr("plan.yaml:5: trial 1: duration_s = -5"));
+  EXPECT_THAT(error("seeds: 2\nstrata:\n  a: {duration_s: 5}\n  b: {duration_s: -5}\n"),
+              HasSubstr("plan.yaml:6: trial 1: duration_s = -5"));
+  EXPECT_THAT(error("random:\n  duration_s: {uniform: [-2, -1]}\n"),
+              HasSubstr("plan.yaml:4: trial 0: duration_s = -"));
+}
+
+TEST(Plan, MeetsItsStrataInTurnWithinEveryCell) {
+  const std::string text =
+      "scenario: pool_active\nseeds: 4\n"
+      "strata:\n"
+      "  near: {start.distance_min_m: 0.6, start.distance_max_m: 0.9}\n"
+      "  \"12\": {start.distance_min_m: 0.9, start.distance_max_m: 1.2}\n"
+      "grid: {water.milk_ml_m3: [1, 2, 3]}\n"
+      "random: {duration_s: {uniform: [5, 6]}}\n";
+  for (const std::string more : {"", "precision: 0.1\n"}) {
+    const Plan plan = Make(text + more);
+    EXPECT_EQ(plan.cells(), 3);
+    EXPECT_EQ(plan.keys(), (std::vector<std::string>{"water.milk_ml_m3", "stratum", "duration_s"}));
+    const Plan again(plan.resolved(), "resolved");
+    EXPECT_EQ(again.resolved(), plan.resolved());
+    for (int64_t trial = 0; trial < plan.trials(); ++trial) {
+      const TrialSpec spec = plan.Trial(trial);
+      const bool is_near = spec.sample % 2 == 0;
+      EXPECT_EQ(spec.parameters[1], (Parameter{"stratum", is_near ? "near" : "12"}));
+      const trial::Scenario scenario = plan.ScenarioOf(spec);
+      EXPECT_EQ(scenario.start.distance_min_m, is_near ? 0.6 : 0.9);
+      EXPECT_EQ(scenario.start.distance_max_m, is_near ? 0.9 : 1.2);
+      EXPECT_EQ(scenario.light.water.milk_ml_m3, static_cast<double>(spec.cell + 1));
+      EXPECT_EQ(trial::SaveScenario(again.ScenarioOf(again.Trial(trial))),
+                trial::SaveScenario(scenario));
+    }
+  }
+  EXPECT_EQ(Make(text, {.seeds = 6}).Trial(5).parameters[1].value, "12");
+}
+
+TEST(Plan, RefusesStrataThatAreNotMetEquallyOftenOrNameAKeyTwice) {
+  const auto error = [](const std::string& text, const PlanOverrides& overrides = {}) {
+    return testing::MessageOf([&] { Make("scenario: pool_active\nseeds: 4\n" + text, overrides); });
+  };
+  const std::string strata = "strata: {a: {duration_s: 5}, b: {duration_s: 6}}\n";
+  EXPECT_NO_THROW(Make("scenario: pool_active\nseeds: 4\n" + strata));
+  EXPECT_THAT(error(strata, {.seeds = 5}),
+              HasSubstr("plan.yaml:4: strata: of 2 strata each is met equally often, so seeds = 5 "
+                        "must be a multiple"));
+  EXPECT_THAT(error("strata: {}\n"), HasSubstr("strata: must be a map of names"));
+  EXPECT_THAT(error("strata: {a: {duration: 5}}\n"), HasSubstr("duration_s"));
+  EXPECT_THAT(error("strata: {a: {duration_s: 5}, b: {duration_s: -5}}\n"),
+              HasSubstr("duration_s"));
+  EXPECT_THAT(error("strata: {a: {scenario: x}}\n"), HasSubstr("belongs in the grid"));
+  for (const std::string other :
+       {"grid: {duration_s: [6]}\n", "random: {duration_s: {uniform: [5, 6]}}\n",
+        "cases: {c: {duration_s: 6}}\n"})
+    EXPECT_THAT(error(strata + other), HasSubstr("duration_s: this key is given twice"));
+  EXPECT_THAT(error("grid: {stratum: [a]}\n"), HasSubstr("`strata` make"));
+}
+
+TEST(Plan, RefusesToSetWhatItGivesEachTrial) {
+  const auto error = [](const std::string& text,
+                        const std::string& assignment = "lamps.enabled=true") {
+    return testing::MessageOf(
+        [&] { Make("scenario: pool_active\nseeds: 2\n" + text, {.assignments = {assignment}}); });
+  };
+  for (const std::string varied :
+       {"grid: {duration_s: [5]}\n", "random: {duration_s: {uniform: [5, 6]}}\n",
+        "strata: {a: {duration_s: 5}, b: {duration_s: 6}}\n"}) {
+    EXPECT_THAT(error(varied + "set: {duration_s: 9}\n"),
+                HasSubstr("this key is given twice, also by plan.yaml:5: set.duration_s"));
+    EXPECT_THAT(error(varied, "duration_s=9"),
+                HasSubstr("this key is given twice, also by --set duration_s"));
+  }
+  EXPECT_THAT(error("grid: {start.heading_rad: [0, 1]}\nset: {start: {heading_rad: 0.1}}\n"),
+              HasSubstr("given twice, also by plan.yaml:5: set.start.heading_rad"));
+  EXPECT_THAT(error("grid: {sea.current.surface_velocity_mps: [[0, 0, 0]]}\n",
+                    "sea.current.surface_velocity_mps[1]=0.1"),
+              HasSubstr("given twice, also by --set sea.current.surface_velocity_mps[1]"));
+  EXPECT_THAT(error("grid: {water.milk_ml_m3: [1]}\n"
+                    "strata: {a: {water: {milk_ml_m3: 3}}, b: {duration_s: 6}}\n"),
+              HasSubstr("plan.yaml:5: strata.a.water.milk_ml_m3: this key is given twice"));
+  EXPECT_THAT(error("grid: {'lamps.intensity_w_sr[0]': [1], lamps.intensity_w_sr.0: [2]}\n"),
+              HasSubstr("this key is given twice"));
+  EXPECT_NO_THROW(Make(
+      "scenario: pool_active\nset: {start: {lateral_m: 0.1}}\ngrid: {start.heading_rad: [0]}\n"));
+  EXPECT_THAT(error("", "seed=7"), HasSubstr("--set seed: the plan gives each trial its seed"));
+  // A part of what is set before.
+  EXPECT_NO_THROW(
+      Make("scenario: pool_active\nset: {lamps.intensity_w_sr: [1, 2, 3]}\n"
+           "grid: {'lamps.intensity_w_sr[0]': [4]}\n"));
+  // A case may say otherwise than the rest.
+  EXPECT_NO_THROW(
+      Make("scenario: pool_active\nset: {duration_s: 9}\ncases: {a: {}, b: {duration_s: 5}}\n"));
+}
+
+TEST(Plan, CommonSeedsAreTheSameInEveryCellAndOthersAreAllDifferent) {
+  const std::string text =
+      "scenario: pool_active\nseeds: 5\n"
+      "grid: {water.milk_ml_m3: [0, 10, 20]}\n"
+      "random: {sensor.read_noise_electrons: {uniform: [1, 2]}}\n";
+  const Plan common = Make(text), own = Make(text + "common_seeds: false\n");
+  std::set<int64_t> common_seeds, own_seeds;
+  std::set<std::string> common_draws, own_draws;
+  for (int64_t trial = 0; trial < 15; ++trial) {
+    common_seeds.insert(common.Trial(trial).seed);
+    own_seeds.insert(own.Trial(trial).seed);
+    common_draws.insert(common.Trial(trial).parameters[1].value);
+    own_draws.insert(own.Trial(trial).parameters[1].value);
+  }
+  EXPECT_EQ(common_seeds.size(), 5u);
+  EXPECT_EQ(own_seeds.size(), 15u);
+  EXPECT_EQ(common_draws.size(), 5u);
+  EXPECT_EQ(own_draws.size(), 15u);
+  EXPECT_GE(*own_seeds.begin(), 0);
+  EXPECT_EQ(common.Trial(7).seed, common.Trial(12).seed);
+}
+
+TEST(Plan, MoreSeedsAndKeysLeaveTheFirstTrialsAlone) {
+  const std::string text =
+      "scenario: pool_active\nrandom:\n  sensor.read_noise_electrons: {uniform: [1, 2]}\n";
+  const Plan few = Make(text + "seeds: 3\n"), many = Make(text + "seeds: 30\n");
+  const Plan wider = Make(text + "  start.lateral_m: {uniform: [0, 1]}\nseeds: 3\n");
+  for (int64_t trial = 0; trial < 3; ++trial) {
+    EXPECT_EQ(few.Trial(trial).seed, many.Trial(trial).seed);
+    EXPECT_EQ(few.Trial(trial).parameters[0], many.Trial(trial).parameters[0]);
+    EXPECT_EQ(few.Trial(trial).parameters[0], wider.Trial(trial).parameters[0]);
+  }
+}
+
+TEST(Plan, EachDistributionKeepsToItsLimitsAndItsMedian) {
+  const Plan plan = Make(
+      "scenario: pool_active\nseeds: 4000\n"
+      "random:\n"
+      "  start.lateral_m: {uniform: [0.2, 0.6]}\n"
+      "  sensor.read_noise_electrons: {log_uniform: [0.1, 10]}\n"
+      "  vehicle.rigid_body.mass_kg: {normal: [15, 1]}\n"
+      "  start.vertical_m: {normal: [0, 1], within: [0.5, 3]}\n"
+      "  camera_delay_frames: {choice: [0, 2, 5, 7]}\n");
+  const auto quantile = [&](size_t parameter, double share) {
+    std::vector<double> draws = Draws(plan, parameter, 0, 4000);
+    std::sort(draws.begin(), draws.end());
+    return draws[static_cast<size_t>(share * 4000)];
+  };
+  // The median of 4000 is known to a standard deviation of 0.008 in share.
+  EXPECT_GE(quantile(0, 0), 0.2);
+  EXPECT_LE(quantile(0, 0.9999), 0.6);
+  EXPECT_NEAR(quantile(0, 0.5), 0.4, 0.01);
+  EXPECT_NEAR(quantile(1, 0.5), 1, 0.12);
+  EXPECT_NEAR(quantile(2, 0.5), 15, 0.06);
+  EXPECT_NEAR(quantile(2, 0.8413447), 16, 0.1);
+  EXPECT_GE(quantile(3, 0), 0.5);
+  EXPECT_LE(quantile(3, 0.9999), 3);
+  EXPECT_NEAR(quantile(3, 0.5), 1.0159, 0.04);  // Phi^-1 half way from Phi(0.5) to Phi(3)
+  std::map<double, int> counts;
+  for (const double choice : Draws(plan, 4, 0, 4000)) ++counts[choice];
+  EXPECT_EQ(counts.size(), 4u);
+  for (const auto& [choice, count] : counts) EXPECT_NEAR(count, 1000, 110) << choice;
+}
+
+TEST(Plan, ResolvedIsAPlanOfTheSameTrials) {
+  const Plan plan = Make(
+      "description: \"it's: odd\"\nseeds: 3\n"
+      "set: {duration_s: 12}\n"
+      "grid:\n  scenario: [pool_active, pool_passive]\n  sea.state: [calm]\n"
+      "random:\n  start.vertical_m: {normal: [0, 1], within: [0.5, 3]}\n"
+      "  camera_delay_frames: {choice: [1, 2]}\n",
+      {.assignments = {"water.milk_ml_m3=7"}, .master_seed = 99, .seeds = 4});
+  const Plan again(plan.resolved(), "resolved");
+  EXPECT_EQ(again.resolved(), plan.resolved());
+  EXPECT_EQ(again.hash(), plan.hash());
+  ASSERT_EQ(again.trials(), 8);
+  for (int64_t trial = 0; trial < 8; ++trial) {
+    const trial::Scenario a = plan.ScenarioOf(plan.Trial(trial)),
+                          b = again.ScenarioOf(again.Trial(trial));
+    EXPECT_EQ(config::SaveYaml(a), config::SaveYaml(b));
+    EXPECT_EQ(b.light.water.milk_ml_m3, 7);
+  }
+}
+
+TEST(Plan, ItsHashSeesWhateverChangesATrial) {
+  const std::string text = "scenario: pool_active\n";
+  std::set<std::string> hashes = {Make(text).hash()};
+  for (const char* more :
+       {"seeds: 2\n", "master_seed: 2\n", "set: {duration_s: 12}\n", "precision: 0.1\n",
+        "precision: 0.2\n", "grid: {water.milk_ml_m3: [1]}\n",
+        "random: {start.lateral_m: {uniform: [0, 1]}}\n"})
+    EXPECT_TRUE(hashes.insert(Make(text + more).hash()).second) << more;
+  EXPECT_FALSE(hashes.insert(Make(text).hash()).second);
+}
+
+TEST(Plan, NumbersItsTrialsTheSameForAnyPrecision) {
+  const std::string text =
+      "scenario: pool_active\nseeds: 5\ngrid: {water.milk_ml_m3: [0, 10, 20]}\n"
+      "random: {sensor.read_noise_electrons: {uniform: [1, 2]}}\n";
+  for (const std::string more : {"", "common_seeds: false\n"}) {
+    const Plan few = Make(text + more + "precision: 0.15\n"),
+               many = Make(text + more + "precision: 0.05\n");
+    ASSERT_EQ(few.trials(), 120);
+    ASSERT_EQ(many.trials(), 1155);
+    std::set<std::pair<int64_t, int64_t>> places;
+    for (int64_t trial = 0; trial < 120; ++trial) {
+      const TrialSpec a = few.Trial(trial), b = many.Trial(trial);
+      EXPECT_EQ(a.cell, b.cell);
+      EXPECT_EQ(a.sample, b.sample);
+      EXPECT_EQ(a.seed, b.seed);
+      EXPECT_EQ(a.parameters, b.parameters);
+      EXPECT_EQ(a.parameters[0].value, std::to_string(10 * a.cell));
+      places.emplace(a.cell, a.sample);
+    }
+    EXPECT_EQ(places.size(), 120u);
+  }
+  // The k-th trials of all cells share a seed, and it is that of a plan without a precision.
+  const Plan plan = Make(text + "precision: 0.05\n"),
+             plain = Make(text, {.assignments = {}, .master_seed = {}, .seeds = 5});
+  EXPECT_EQ(plain.trials(), 15);
+  for (int64_t cell = 0; cell < 3; ++cell)
+    for (int64_t sample = 0; sample < 5; ++sample) {
+      EXPECT_EQ(plan.Trial(3 * sample + cell).seed, plain.Trial(5 * cell + sample).seed);
+      EXPECT_EQ(plan.Trial(3 * sample + cell).parameters,
+                plain.Trial(5 * cell + sample).parameters);
+    }
+}
+
+TEST(Plan, ReachesItsPrecisionWhateverTheRate) {
+  const std::string text = "scenario: pool_active\nprecision: 0.03\n";
+  EXPECT_EQ(Make(text + "seeds: 30\n").trials(), 1080);  // 1064 in whole batches
+  EXPECT_EQ(Make(text + "seeds: 2000\n").trials(), 2000);
+  EXPECT_EQ(Make("scenario: pool_active\nprecision: 0.001\nseeds: 700000\n").trials(), 1400000);
+  EXPECT_EQ(Make("scenario: pool_active\nprecision: 0.5\nseeds: 1\n").trials(), 1);
+  const Plan plan = Make(text), again(plan.resolved(), "resolved");
+  EXPECT_EQ(again.resolved(), plan.resolved());
+  EXPECT_EQ(again.trials(), 1064);
+  EXPECT_EQ(again.settings().precision, 0.03);
+}
+
+TEST(Plan, ForSoManySeedsHasNoPrecision) {
+  EXPECT_EQ(Make("scenario: pool_active\nprecision: 0.03\n",
+                 {.assignments = {}, .master_seed = {}, .seeds = 1})
+                .resolved(),
+            Make("scenario: pool_active\n").resolved());
+}
+
+TEST(Plan, SaysWhatIsWrongAndWhere) {
+  struct Case {
+    const char* text;
+    const char* said;
+  };
+  const Case cases[] = {
+      {"", "plan.yaml: scenario: this key is required"},
+      {"scenario: pool_activ\n", "did you mean pool_active?"},
+      {"scenario: pool_active\nseed: 3\n", "plan.yaml:3: seed: unknown key; did you mean seeds?"},
+      {"scenario: pool_active\nseeds: 0\n", "plan.yaml:3: seeds = 0, must be in [1, 1e+06]"},
+      {"scenario: pool_active\nset:\n  water.milk_ml_m4: 1\n",
+       "plan.yaml:4: set.water.milk_ml_m4: unknown key; did you mean milk_ml_m3?"},
+      {"scenario: pool_active\nset: {start.distance_min_m: -1}\n",
+       "plan.yaml:3: set.start.distance_min_m = -1, must be in"},
+      {"scenario: pool_active\ngrid: {water.milk_ml_m4: [1]}\n",
+       "plan.yaml:3: trial 0: water.milk_ml_m4: unknown key; did you mean milk_ml_m3?"},
+      {"scenario: pool_active\ngrid: {water.milk_ml_m3: [1, -1]}\n",
+       "plan.yaml:3: trial 1: water.milk_ml_m3 = -1"},
+      {"scenario: pool_active\ngrid: {water.milk_ml_m3: [1, 2, 1]}\n",
+       "plan.yaml:3: grid.water.milk_ml_m3[2]: '1' is given twice"},
+      {"scenario: pool_active\ngrid: {water.milk_ml_m3: 3}\n",
+       "plan.yaml:3: grid.water.milk_ml_m3: must be a list of values"},
+      {"scenario: pool_active\ngrid: {seed: [1]}\n", "set master_seed"},
+      {"scenario: pool_active\ngrid: {scenario: [pool_passive]}\n", "leave one out"},
+      {"scenario: pool_active\ngrid: {start.lateral_m: [1]}\n"
+       "random: {start.lateral_m: {uniform: [0, 1]}}\n",
+       "plan.yaml:4: random.start.lateral_m: this key is given twice"},
+      {"scenario: pool_active\nrandom: {start.lateral_m: {uniform: [1, 0]}}\n",
+       "low must be below high"},
+      {"scenario: pool_active\nrandom: {start.lateral_m: {uniform: [1]}}\n",
+       "must be two numbers, [low, high]"},
+      {"scenario: pool_active\nrandom: {start.lateral_m: {log_uniform: [0, 1]}}\n",
+       "low must be > 0"},
+      {"scenario: pool_active\nrandom: {start.lateral_m: {normal: [1, 0]}}\n",
+       "the standard deviation must be > 0"},
+      {"scenario: pool_active\nrandom: {start.lateral_m: {normal: [38, 0.5], within: [13, 17]}}\n",
+       "plan.yaml:3: random.start.lateral_m: `within` is more than 5 standard deviations"},
+      {"scenario: pool_active\nrandom: {start.lateral_m: {normal: [-9, 1], within: [0, 1]}}\n",
+       "more than 5 standard deviations"},
+      {"scenario: pool_active\nrandom: {start.lateral_m: {gamma: [1, 2]}}\n",
+       "must be one of uniform, normal, log_uniform, choice"},
+      {"scenario: pool_active\nseeds: 50\nrandom: {start.lateral_m: {normal: [0.5, 1]}}\n",
+       "start.lateral_m = -"},
+      {"scenario: pool_active\nprecision: 0.6\n",
+       "plan.yaml:3: precision = 0.6, must be in [0, 0.5]"},
+      {"scenario: pool_active\nprecision: .nan\n", "plan.yaml:3: precision"},
+      {"scenario: pool_active\nprecision: high\n", "plan.yaml:3: precision = 'high', must be"},
+      {"scenario: pool_active\nprecision: 0.1\nmax_trials: 40\n",
+       "plan.yaml:4: max_trials: unknown key"},
+      {"scenario: pool_active\nprecision: 0.001\n"
+       "grid: {water.milk_ml_m3: [0,1,2,3,4,5,6,7,8,9,10]}\n",
+       "more than 10000000 trials"},
+      {"scenario: pool_active\nseeds: 1000000\n"
+       "grid: {water.milk_ml_m3: [0,1,2,3,4,5,6,7,8,9,10]}\n",
+       "more than 10000000 trials"},
+  };
+  for (const Case& c : cases) {
+    try {
+      Make(c.text);
+      ADD_FAILURE() << "accepted: " << c.text;
+    } catch (const ConfigError& error) {
+      EXPECT_THAT(error.what(), HasSubstr(c.said)) << c.text;
+    }
+  }
+}
+
+TEST(Plan, LooksAtTheFirstTenThousandOfItsDraws) {
+  const std::string text =
+      "scenario: pool_active\nseeds: 10002\nrandom: {duration_s: {normal: [5, 1]}}\n";
+  const Plan plan = Make(text);
+  const trial::Scenario last = plan.ScenarioOf(plan.Trial(10001));
+  EXPECT_EQ(FormatNumber(last.duration_s), plan.Trial(10001).parameters[0].value);
+  EXPECT_THAT(testing::MessageOf([&] {
+                Make(
+                    "scenario: pool_active\nseeds: 9999\nrandom: "
+                    "{duration_s: {normal: [2, 1]}}\n");
+              }),
+              HasSubstr("duration_s = -"));
+}
+
+TEST(Shard, PartsTogetherHaveEveryTrialOnce) {
+  for (int64_t trial = 0; trial < 20; ++trial) {
+    int owners = 0;
+    for (int index = 1; index <= 3; ++index) owners += Shard{index, 3}.Has(trial);
+    EXPECT_EQ(owners, 1);
+  }
+  EXPECT_EQ(ParseShard("2/4"), (Shard{2, 4}));
+  for (const char* bad : {"", "1", "0/4", "5/4", "1/0", "a/b", "1/4x", "-1/4"})
+    EXPECT_THROW(ParseShard(bad), ConfigError) << bad;
+}
+
+TEST(BundledPlans, AllLoad) {
+  const auto names = config::BundledNames("plans");
+  EXPECT_GE(names.size(), 4u);
+  for (const std::string& name : names) EXPECT_GT(LoadPlan(name).trials(), 0) << name;
+}
+
+}  // namespace
+}  // namespace turbidock::batch

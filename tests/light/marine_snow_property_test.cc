@@ -1,0 +1,150 @@
+// Marine snow: its light, its places, and that there is none by default.
+
+#include "sim/light/marine_snow.h"
+#include "sim/light/water.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "sim/base/random.h"
+#include "tests/light/optics_scene.h"
+
+namespace turbidock::light {
+namespace {
+
+constexpr double kFrame_s = 1.0 / 30;
+
+// Nothing before the cameras but water that takes nothing away.
+view::RenderedStereo Nothing(const Pose& X_WH) {
+  view::RenderedStereo seen;
+  seen.X_WH = X_WH;
+  for (view::RenderedView* view : {&seen.left, &seen.right}) {
+    view->surface.Resize(640, 480, 0);
+    view->depth_m.Resize(640, 480, std::numeric_limits<float>::infinity());
+  }
+  return seen;
+}
+
+OpticsParams OneLamp(double absorption_per_m) {
+  OpticsParams optics;
+  optics.water.background = Background::kCustom;
+  optics.water.absorption_per_m.setConstant(absorption_per_m);
+  optics.water.scattering_per_m.setZero();
+  optics.ball_lights.enabled = false;
+  optics.lamps.enabled = true;
+  optics.lamps.beam = BeamShape::kIsotropic;
+  optics.lamps.intensity_w_sr = {1, 2, 3};
+  return optics;
+}
+
+struct Snowfall {
+  RadianceStereo images;
+  explicit Snowfall(const SnowParams& params, const Pose& X_WH = {}, int64_t frame = 0,
+                    double absorption_per_m = 0, uint64_t key = 5) {
+    const StereoRig rig = RigParams{}.MakeRig();
+    Water water(OneLamp(absorption_per_m), rig, SurfaceTable(std::vector<Surface>{}), {Pose()});
+    images = {Image3f(640, 480), Image3f(640, 480)};
+    MarineSnow(params, kFrame_s, key).Fall(Nothing(X_WH), frame, &water, &images);
+  }
+  double Sum(int channel) const {
+    double sum = 0;
+    for (size_t i = 0; i < images.left.pixels(); ++i)
+      sum += static_cast<double>(images.left.data()[3 * i + static_cast<size_t>(channel)]);
+    return sum;
+  }
+};
+
+// The mean radiance over the picture is that of a cloud of scatterers by integral over its volume:
+// density x albedo R^2 / 4 x I Int Int dr dOmega / s^2, s the way from the lamp at the head.
+TEST(MarineSnow, ShinesAsACloudOfItsDensity) {
+  SnowParams params;
+  params.particles_per_m3 = 5000;
+  params.albedo = 0.5;
+  constexpr int kFalls = 24;
+  double got = 0;
+  for (uint64_t key = 1; key <= kFalls; ++key)
+    got += Snowfall(params, {}, 0, 0, key).Sum(0) / kFalls;
+  const StereoRig rig = RigParams{}.MakeRig();
+  const double strength =
+      params.particles_per_m3 * params.albedo * std::pow(params.diameter_m / 2, 2) / 4;
+  double expected = 0;
+  constexpr double kStep_m = 0.004;
+  const Eigen::Matrix3d R_HC = rig.left.X_HC.R();
+  for (int v = 4; v < 480; v += 8)
+    for (int u = 4; u < 640; u += 8) {
+      const Eigen::Vector3d ray_C = rig.left.RayAt(u, v);
+      for (double z = kStep_m / 2; z < 2; z += kStep_m) {
+        const Eigen::Vector3d p_H = rig.left.X_HC.p + R_HC * (z * ray_C);
+        if (p_H.x() < 0.08 || p_H.cwiseAbs().maxCoeff() > 1.5) continue;
+        expected += 64 * strength * ray_C.norm() * kStep_m / p_H.squaredNorm();
+      }
+    }
+  // most of the light is that of the nearest thousand particles
+  EXPECT_NEAR(got / expected, 1, 0.06);
+  const Snowfall snow(params);
+  EXPECT_NEAR(snow.Sum(2) / snow.Sum(0), 3, 1e-3);
+  // absorption only takes away
+  const Snowfall absorbed(params, {}, 0, 1);
+  EXPECT_LT(absorbed.Sum(0), 0.7 * snow.Sum(0));
+  EXPECT_GT(absorbed.Sum(0), 0.05 * snow.Sum(0));
+}
+
+// The particles stay where they are in the world, but for their sinking.
+TEST(MarineSnow, RestsInTheWater) {
+  SnowParams params;
+  params.particles_per_m3 = 500;
+  params.sink_m_s = 0.06;
+  const Snowfall start(params);
+  EXPECT_GT(start.Sum(0), 0);
+  // the vehicle sinks as the snow does: 0.06 m/s for 30 frames
+  EXPECT_NEAR(Snowfall(params, Pose::Translation(0, 0, -0.06), 30).Sum(0) / start.Sum(0), 1, 1e-4);
+  EXPECT_NE(Snowfall(params, {}, 30).images.left, start.images.left);
+  // places repeat themselves after the cube's side
+  EXPECT_NEAR(Snowfall(params, Pose::Translation(3, -3, 6)).Sum(0) / start.Sum(0), 1, 1e-4);
+}
+
+// A small particle is a Gaussian of 0.4 pixels, wherever between the pixels it lies: along a row
+// the logarithm of its light bends by -1 / 0.4^2.
+TEST(MarineSnow, IsAsSharpAsTheLens) {
+  SnowParams params;
+  params.particles_per_m3 = 20;
+  params.diameter_m = 1e-4;
+  const Snowfall snow(params);
+  const Image3f& image = snow.images.left;
+  int particles = 0;
+  for (int v = 1; v < 479; ++v)
+    for (int u = 1; u < 639; ++u) {
+      const auto at = [&](int du, int dv) { return double{image.at(u + du, v + dv)[0]}; };
+      if (!(at(0, 0) > at(-1, 0) && at(0, 0) >= at(1, 0) && at(0, 0) > at(0, -1) &&
+            at(0, 0) >= at(0, 1)))
+        continue;
+      EXPECT_NEAR(std::log(at(-1, 0) * at(1, 0) / std::pow(at(0, 0), 2)), -1 / 0.16, 0.4);
+      EXPECT_NEAR(std::log(at(0, -1) * at(0, 1) / std::pow(at(0, 0), 2)), -1 / 0.16, 0.4);
+      ++particles;
+    }
+  EXPECT_GT(particles, 10);
+}
+
+TEST(MarineSnow, IsHiddenBySurfaces) {
+  SnowParams params;
+  params.particles_per_m3 = 2000;
+  const StereoRig rig = RigParams{}.MakeRig();
+  Water water(OneLamp(0), rig, SurfaceTable(std::vector<Surface>{}), {Pose()});
+  view::RenderedStereo wall = Nothing({});
+  wall.left.depth_m = Image1f(640, 480, 0.05f);
+  RadianceStereo images{Image3f(640, 480), Image3f(640, 480)};
+  MarineSnow(params, kFrame_s, 5).Fall(wall, 0, &water, &images);
+  EXPECT_EQ(images.left, Image3f(640, 480));
+  EXPECT_NE(images.right, Image3f(640, 480));
+}
+
+TEST(MarineSnow, IsNoneUnlessSet) {
+  EXPECT_FALSE(MarineSnow({}, kFrame_s, 5).on());
+  EXPECT_EQ(Snowfall({}).Sum(0), 0);
+}
+
+}  // namespace
+}  // namespace turbidock::light
