@@ -111,10 +111,10 @@ std::vector<SuccessCurve> SuccessCurves(const std::vector<StoredTrial>& trials,
     curves.back().points.push_back({*x, std::move(group)});
   }
   for (SuccessCurve& curve : curves) {
-    std::vector<statistics::BinomialPoint> values of x;
+    std::vector<statistics::BinomialPoint> counts;
     for (const SuccessPoint& p : curve.points)
-      values of x.push_back({p.x, p.trials.successes, p.trials.trials});
-    curve.fit = statistics::FitLogistic(values of x);
+      counts.push_back({p.x, p.trials.successes, p.trials.trials});
+    curve.fit = statistics::FitLogistic(counts);
   }
   return curves;
 }

@@ -182,7 +182,7 @@ Json TrialModel(const trial::Scenario& scenario) {
       {"colors", trial::kOnPaper},
       {"limits", LimitsModel(scenario)},
       {"sight_m", SightModel(scenario)},
-      {"night", scenario.faults.days.empty()},
+      {"night", scenario.faults.ambient_light.empty()},
       {"rig", RigModel(scenario.rig.MakeRig())},
       {"marker",
        {{"balls", scenario.marker.balls}, {"outer_ring_ratio", scenario.marker.outer_ring_ratio}}},

@@ -50,7 +50,7 @@ Eigen::Vector3d BoxOf(const vehicle::Scene& scene) {
 }
 
 // A ball or a tag of a marker.
-struct Part {
+struct MarkerPart {
   std::string name;  // "ball red", "tag 3"
   Eigen::Vector3d p_m;
   double size_m;
@@ -63,15 +63,15 @@ struct Part {
 };
 
 // ConfigError naming the key when one that is known does not stand so in the scene.
-void RequireInScene(const std::vector<Part>& known, const std::vector<Part>& real,
+void RequireInScene(const std::vector<MarkerPart>& known, const std::vector<MarkerPart>& real,
                     const std::string& key, const std::string& model) {
   constexpr double kTol_m = 1e-3, kTol_rad = 0.02;
-  for (const Part& part : known) {
+  for (const MarkerPart& part : known) {
     const auto fail = [&](const std::string& problem) {
       throw ConfigError(key, fmt::format("{} {} ({}); set marker_may_differ to run all the same",
                                          part.name, problem, model));
     };
-    const auto found = std::ranges::find(real, part.name, &Part::name);
+    const auto found = std::ranges::find(real, part.name, &MarkerPart::name);
     if (found == real.end()) fail("is not in the scene");
     if ((found->p_m - part.p_m).norm() > kTol_m || std::abs(found->size_m - part.size_m) > kTol_m)
       fail("is known at " + part.Place() + ", but in the scene it is at " + found->Place());
@@ -126,14 +126,14 @@ void TakeTags(const vehicle::Scene& scene, Scenario* scenario) {
 
 void CheckMarker(const Scenario& scenario, const vehicle::Scene& scene) {
   if (scenario.marker_may_differ) return;
-  std::vector<Part> known, real;
+  std::vector<MarkerPart> known, real;
   for (const vision::BallParams& ball : scenario.marker.balls)
     known.push_back({"ball " + ball.name, ball.p_MQ_m, ball.radius_m});
   for (const vehicle::BallInScene& ball : scene.balls)
     real.push_back({"ball " + ball.name, ball.p_MQ, ball.radius_m});
   RequireInScene(known, real, "marker.balls", scenario.model);
-  for (const Part& ball : real)
-    if (std::ranges::find(known, ball.name, &Part::name) == known.end())
+  for (const MarkerPart& ball : real)
+    if (std::ranges::find(known, ball.name, &MarkerPart::name) == known.end())
       throw ConfigError("marker.balls", ball.name + " of the scene is not known (" +
                                             scenario.model +
                                             "); set marker_may_differ to run all the same");

@@ -410,7 +410,7 @@ TEST_F(Store, AWorkerReturnsTheRecord) {
   size_t compared = 0;
   for (size_t i = 0; i < here.size(); ++i) {
     const trial::Column& column = trial::Columns()[i];
-    if (column.place == trial::Storage::kRun || column.place == trial::Storage::kLog) continue;
+    if (column.storage == trial::Storage::kRun || column.storage == trial::Storage::kLog) continue;
     EXPECT_TRUE(there[i] == here[i]) << column.name;
     ++compared;
   }

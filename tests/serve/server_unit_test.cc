@@ -279,8 +279,8 @@ TEST_F(ServerTest, SocketsOfOtherPagesAreRefused) {
 TEST(Server, SaysWhenItCannotListen) {
   Counter counter;
   const Server server({}, counter.site());
-  const auto message = [&](const Place& place) {
-    return testing::MessageOf([&] { const Server other(place, counter.site()); });
+  const auto message = [&](const Endpoint& endpoint) {
+    return testing::MessageOf([&] { const Server other(endpoint, counter.site()); });
   };
   EXPECT_EQ(message({.port = server.port()}),
             "127.0.0.1:" + std::to_string(server.port()) +
@@ -313,7 +313,7 @@ TEST(Server, APageMayHaveNoSocketsAndMayFail) {
 
 TEST(Server, EndsWithTabsOpen) {
   Counter counter;
-  auto server = std::make_unique<Server>(Place{}, counter.site());
+  auto server = std::make_unique<Server>(Endpoint{}, counter.site());
   Client client(server->port());
   WebSocket tab = client.Open(server->url().substr(server->url().find('/', 8)) + "live");
   tcp::socket silent = client.Connect();

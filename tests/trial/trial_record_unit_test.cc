@@ -26,16 +26,16 @@ using Json = nlohmann::ordered_json;
 
 struct Field {
   std::string key, doc;
-  Shown shown;
+  FieldPolicy policy;
 };
 
 std::vector<Field> FieldsOfARecord() {
   std::vector<Field> fields;
   const TrialRecord record;
-  TrialRecord::Fields(record,
-                      [&](const char* key, const auto&, const Shown& shown, const char* doc) {
-                        fields.push_back({key, doc, shown});
-                      });
+  TrialRecord::Fields(
+      record, [&](const char* key, const auto&, const FieldPolicy& policy, const char* doc) {
+        fields.push_back({key, doc, policy});
+      });
   return fields;
 }
 
@@ -130,12 +130,12 @@ TEST(TrialRecord, EveryFieldIsInResultJsonAndAColumnUnlessItSaysSo) {
   for (const Field& field : fields) {
     EXPECT_TRUE(keys.insert(field.key).second) << field.key << " twice";
     EXPECT_NE(field.doc, "") << field.key;
-    EXPECT_TRUE(field.shown.json || field.shown.place != Storage::kNowhere) << field.key;
-    EXPECT_EQ(json.contains(field.key), field.shown.json) << field.key;
-    in_json += field.shown.json;
-    const bool is_group = std::string(field.shown.column).find("{}") != std::string::npos;
+    EXPECT_TRUE(field.policy.json || field.policy.storage != Storage::kNowhere) << field.key;
+    EXPECT_EQ(json.contains(field.key), field.policy.json) << field.key;
+    in_json += field.policy.json;
+    const bool is_group = std::string(field.policy.column).find("{}") != std::string::npos;
     groups += is_group;
-    columns += field.shown.place != Storage::kNowhere && !is_group;
+    columns += field.policy.storage != Storage::kNowhere && !is_group;
   }
   EXPECT_EQ(json.size(), in_json);
   // A pose has four columns, the contact two, the stages one each.
@@ -184,8 +184,8 @@ TEST(TrialRecord, TheDocumentedTableIsThatOfTheProgram) {
     at = end;
   }
   for (const Column& column : Columns()) {
-    const bool is_metric = column.place == Storage::kMetric,
-               is_run = column.place == Storage::kRun || column.place == Storage::kLog;
+    const bool is_metric = column.storage == Storage::kMetric,
+               is_run = column.storage == Storage::kRun || column.storage == Storage::kLog;
     EXPECT_EQ(cells.count((is_metric ? "metrics."
                            : is_run  ? "runs."
                                      : "trials.") +

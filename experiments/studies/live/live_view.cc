@@ -70,7 +70,7 @@ void ServeTrial(const trial::Scenario& scenario, const ServeOptions& options,
   board.Show(session, false, 0);
   const std::string html =
       page::Html({.model = {{"kind", "live"}, {"title", scenario.description}}, .has_3d = true});
-  serve::Server server(options.place,
+  serve::Server server(options.endpoint,
                        {.page = [&] { return html; }, .open_tab = [&] { return board.OpenTab(); }});
   options.on_served(server.url());
 
@@ -112,7 +112,7 @@ void ServeResult(const std::function<page::Page()>& make_page, const ServeOption
     return html;
   };
   fresh_html();  // what is wrong with it is said now; from here on only the server asks for it
-  const serve::Server server(options.place, {.page = fresh_html, .open_tab = {}});
+  const serve::Server server(options.endpoint, {.page = fresh_html, .open_tab = {}});
   options.on_served(server.url());
   while (!options.stop_requested()) std::this_thread::sleep_for(kPoll);
 }

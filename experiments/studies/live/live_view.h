@@ -12,7 +12,7 @@
 namespace turbidock::live {
 
 struct ServeOptions {
-  serve::Endpoint place;
+  serve::Endpoint endpoint;
   std::function<void(const std::string& url)> on_served;
   std::function<bool()> stop_requested;
 };

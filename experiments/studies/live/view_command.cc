@@ -91,7 +91,7 @@ void ViewScenario(const ViewArguments& arguments, const ServeOptions& served) {
 
 int View(const ViewArguments& arguments) {
   const ServeOptions options{
-      .place = {.address = arguments.listen, .port = arguments.port},
+      .endpoint = {.address = arguments.listen, .port = arguments.port},
       .on_served =
           [&](const std::string& url) {
             std::printf("%s\n", url.c_str());

@@ -61,8 +61,10 @@ TEST(CompareEstimatorsReport, CurvesThatCoincideStandApart) {
   std::vector<CompareCell> cells;
   for (const char* estimator : {"blobs", "rm_ga"})
     for (const double milk : {0.0, 50.0}) {
-      cells.push_back({.scenario = "pool_active", .distance_m = 0.6, .milk_ml_m3 = milk});
-      cells.back().estimator = estimator;
+      cells.push_back({.scenario = "pool_active",
+                       .distance_m = 0.6,
+                       .milk_ml_m3 = milk,
+                       .estimator = estimator});
       cells.back().each = std::vector<StartResult>(20, {.is_sure = true});
       Summarise({}, &cells.back());
     }

@@ -113,7 +113,7 @@ class Served {
     std::future<std::string> known = url.get_future();
     thread_ = std::thread([this, scenario, on_result, url = std::move(url)]() mutable {
       ServeTrial(scenario,
-                 {.place = {},
+                 {.endpoint = {},
                   .on_served = [&](const std::string& address) { url.set_value(address); },
                   .stop_requested = [this] { return stop_.load(); }},
                  on_result);

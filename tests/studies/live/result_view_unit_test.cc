@@ -52,7 +52,7 @@ TEST(ServeResult, MakesThePageAnewAndSaysWhyItCannot) {
           if (is_gone) throw ConfigError("sweep.db: no such file");
           return page::Page{.model = {{"kind", "batch"}, {"title", std::to_string(++made)}}};
         },
-        {.place = {},
+        {.endpoint = {},
          .on_served = [&](const std::string& address) { url.set_value(address); },
          .stop_requested = [&] { return stop.load(); }});
   });
@@ -72,7 +72,7 @@ TEST(ServeResult, MakesThePageAnewAndSaysWhyItCannot) {
 }
 
 TEST(ServeResult, EndsWhereThereIsNothingToServe) {
-  const ServeOptions options{.place = {},
+  const ServeOptions options{.endpoint = {},
                              .on_served = [](const std::string&) { FAIL() << "nothing is served"; },
                              .stop_requested = [] { return false; }};
   const auto make = []() -> page::Page { throw ConfigError("nowhere.db: no such file"); };
