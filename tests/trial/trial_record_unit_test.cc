@@ -12,6 +12,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -177,22 +178,13 @@ TEST(TrialRecord, TheDocumentedTableIsThatOfTheProgram) {
   EXPECT_NE(page.find(ResultKeyTable()), std::string::npos)
       << "write the output of `turbidock list result-keys` into "
          "experiments/trial/result_keys.md";
-  std::multiset<std::string> cells;
-  for (size_t at = page.find('`'); at != std::string::npos; at = page.find('`', at + 1)) {
-    const size_t end = page.find('`', at + 1);
-    cells.insert(page.substr(at + 1, end - at - 1));
-    at = end;
-  }
-  for (const Column& column : Columns()) {
-    const bool is_metric = column.storage == Storage::kMetric,
-               is_run = column.storage == Storage::kRun || column.storage == Storage::kLog;
-    EXPECT_EQ(cells.count((is_metric ? "metrics."
-                           : is_run  ? "runs."
-                                     : "trials.") +
-                          column.name),
-              1u)
-        << column.name;
-  }
+  std::multiset<std::string> documented;  // the cells of the table's second column
+  std::istringstream lines(page);
+  for (std::string line; std::getline(lines, line);)
+    if (const size_t begin = line.find('|', 1); begin != std::string::npos)
+      documented.insert(line.substr(begin + 1, line.find('|', begin + 1) - begin - 1));
+  for (const Column& column : Columns())
+    EXPECT_EQ(documented.count(" `" + std::string(column.name) + "` "), 1u) << column.name;
 }
 
 }  // namespace
