@@ -223,7 +223,7 @@ test('pause, step, speed, sliders, push, restart, and what the record says', asy
   await milk.locator('input').fill('30');
   assert.equal(await milk.locator('output').innerText(), '30 ml/m³');
   await press(page.locator('.knob', {hasText: 'lamps'}).locator('input[type=checkbox]'));
-  await page.locator('.knob', {hasText: 'law'}).locator('select').selectOption('p_voltage');
+  await page.locator('.knob', {hasText: 'controller'}).locator('select').selectOption('p_voltage');
   await until(page, () =>
     [...document.querySelectorAll('.knob')].some(k => k.title === 'p_voltage.sway.kp_v_per_m'),
   );

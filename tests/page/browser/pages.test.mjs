@@ -20,7 +20,7 @@ const kKinds = {
   batch: {plots: 3},
   none: {plots: 2},
   single: {plots: 2},
-  compare: {plots: 2},
+  compare: {plots: 1},
   tuning: {plots: 5},
   steps: {plots: 16},
   vehicle: {plots: 3},
