@@ -1,6 +1,7 @@
 #include "experiments/batch/store_header.h"
 
 #include <fmt/format.h>
+#include <algorithm>
 
 #include <sstream>
 
@@ -16,7 +17,7 @@ std::string FirstDifference(const std::string& a, const std::string& b) {
   const auto next = [](std::istringstream* lines) -> std::string {
     std::string line;
     if (!std::getline(*lines, line)) return "nothing";
-    line = line.substr(0, line.find("  # "));
+    line.resize(std::min(line.size(), line.find("  # ")));
     return "'" + line.erase(0, line.find_first_not_of(' ')) + "'";
   };
   std::string x, y;

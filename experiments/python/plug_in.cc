@@ -36,16 +36,16 @@ struct Keys {
           key.value);
   }
   void Check(const std::string& path) const {
-    for (const Key& key : keys)
-      std::visit(
-          [&]<class V>(const V& value) {
-            if constexpr (std::is_same_v<V, double> || std::is_same_v<V, int64_t>)
-              if (!key.range.Contains(static_cast<double>(value)))
-                throw ConfigError(
-                    JoinKey(path, key.name),
-                    FormatNumber(static_cast<double>(value)) + ", " + key.range.Sentence());
-          },
-          key.value);
+    for (const Key& key : keys) {
+      const auto check = [&](const auto& value) {
+        using V = std::decay_t<decltype(value)>;
+        if constexpr (std::is_same_v<V, double> || std::is_same_v<V, int64_t>)
+          if (const auto number = static_cast<double>(value); !key.range.Contains(number))
+            throw ConfigError(JoinKey(path, key.name),
+                              FormatNumber(number) + ", " + key.range.Sentence());
+      };
+      std::visit(check, key.value);
+    }
   }
   // An instance of the class with its keys set.
   py::object Instance(const Held& cls) const {

@@ -180,7 +180,7 @@ Separation SeparationOf(const std::vector<double>& a, const std::vector<double>&
   std::ranges::sort(sorted);
   double larger = 0;
   for (const double x : a) {
-    const auto [first, last] = std::ranges::equal_range(sorted, x);
+    const auto [first, last] = std::equal_range(sorted.begin(), sorted.end(), x);
     larger += static_cast<double>(first - sorted.begin()) + 0.5 * static_cast<double>(last - first);
   }
   const auto n = static_cast<double>(a.size()), m = static_cast<double>(b.size());

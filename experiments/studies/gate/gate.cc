@@ -99,9 +99,9 @@ GateRunner MakeGateRunner(const GatePlan& plan, batch::RunOptions options,
     const auto add = [=](const batch::StoredTrial& trial) {
       trials->Add(trial.trial, GateTrialOf(trial));
     };
-    if (!runner->Run({.spec = spec, .scenario = scenario},
-                     {.next = [=] { return trials->Next(); }, .add = add}))
-      throw batch::Stopped();
+    const bool ended = runner->Run({.spec = spec, .scenario = scenario},
+                                   {.next = [=] { return trials->Next(); }, .add = add});
+    if (!ended) throw batch::Stopped();
   };
 }
 

@@ -117,8 +117,8 @@ std::vector<Evaluation> Evaluations::Run(const std::string& phase, const batch::
     if (cameras) changed.pose_source = trial::PoseSource::kCameras;
     return changed;
   };
-  if (!runner_.Run({.spec = spec, .scenario = scenario}, {.next = next, .add = add}))
-    throw Stopped();
+  const bool ended = runner_.Run({.spec = spec, .scenario = scenario}, {.next = next, .add = add});
+  if (!ended) throw Stopped();
   std::vector<Evaluation> evaluations;
   for (Running& r : running) evaluations.push_back(std::move(r.evaluation));
   return evaluations;
