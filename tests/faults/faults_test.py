@@ -250,8 +250,7 @@ class Faults(unittest.TestCase):
     def test_others_killed(self):
         """What is written is there whole or not at all, and what stood there before until then."""
         self.run_program(['gate', 'gate.yaml', '--update', '--quiet'])
-        for words, out in (([*RECOGNIZE, '--csv', 'result', '--quiet'], 'result'),
-                           ([*CALIBRATE, '--out', 'result.yaml', '--quiet'], 'result.yaml'),
+        for words, out in (([*CALIBRATE, '--out', 'result.yaml', '--quiet'], 'result.yaml'),
                            (['gate', 'gate.yaml', '--update', '--quiet'], 'gate.baseline.yaml'),
                            (['gate', 'gate.yaml', '--out', 'judged', '--quiet'], 'judged/junit.xml')):
             with self.subTest(words[0], out=out):
@@ -304,10 +303,10 @@ class Faults(unittest.TestCase):
     def test_full_disk(self):
         """Every command that writes says so, leaves nothing half done, and a batch goes on elsewhere."""
         self.whole()
-        for words, room in ((['batch', 'plan.yaml', '--out', 'small/a.db', '--quiet'], '96k'),
+        for words, room in ((['batch', 'plan.yaml', '--out', 'small/a.db', '--quiet'], '64k'),
                             ([*BLIND, '--out', 'small/run', '--quiet'], '16k'),
                             (['tune', 'study.yaml', '--out', 'small/tuned', '--quiet'], '80k'),
-                            ([*RECOGNIZE, '--csv', 'small/cells.csv', '--quiet'], '4k'),
+                            ([*RECOGNIZE, '--figure', 'small/cells.png', '--quiet'], '4k'),
                             (['report', 'whole.db', '--out', 'small/page.html'], '80k'),
                             ([*BLIND, '--figure', 'small/figure.png', '--quiet'], '16k')):
             with self.subTest(words):
@@ -375,12 +374,13 @@ class Faults(unittest.TestCase):
         self.assertEqual(printf.stdout, '1,5', 'the locale is in force')
         self.batch('a.db', env=german)
         self.assertEqual(trials_of(self.folder / 'a.db'), self.whole())
+        said = []
         for name, environment in (('german', german), ('plain', None)):
             self.run_program([*SEEN, '--out', name, '--quiet'], env=environment)
-            self.run_program([*RECOGNIZE, '--csv', f'{name}.csv', '--quiet'], env=environment)
+            said.append(self.run_program([*RECOGNIZE, '--json', '--quiet'], env=environment))
         for file in ('trajectory.csv', 'resolved.yaml'):
             self.assertEqual((self.folder / 'german' / file).read_text(), (self.folder / 'plain' / file).read_text())
-        self.assertEqual((self.folder / 'german.csv').read_text(), (self.folder / 'plain.csv').read_text())
+        self.assertEqual(*said)
 
     def test_closed_streams(self):
         """A file that is opened does not become standard output."""
