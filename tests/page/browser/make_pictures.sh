@@ -10,7 +10,7 @@ cd "$2"
 # Without cameras: a tenth of a second a trial.
 cat >currents.yaml <<'END'
 schema_version: 1
-description: docking at night over current, three laws
+description: docking at night over current, three controllers
 scenario: sea_night_active
 seeds: 20
 series_every_frames: 6
