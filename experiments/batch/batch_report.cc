@@ -188,9 +188,9 @@ std::optional<report::Section> FailuresSection(const std::vector<StoredTrial>& t
           100 * by.probability, 100 * by.interval.low, 100 * by.interval.high)}};
 }
 
-// Of what a trial is made up of, the groups of keys that the plan leaves alone; starts and whatever
+// Of what a trial is made of, the groups of keys that the plan leaves alone; starts and whatever
 // else a seed decides differ anyway.
-std::string NotVaried(const StoreHeader& header) {
+std::string NotVaried(const config::YamlNode& plan) {
   std::vector<std::string> rest = {"water",       "snow",    "sea",    "lamps",
                                    "ball_lights", "vehicle", "rig",    "sensor",
                                    "lens",        "mooring", "faults", "controller"};
@@ -198,15 +198,14 @@ std::string NotVaried(const StoreHeader& header) {
     for (const auto& [key, values] : keys.Entries())
       std::erase(rest, key.substr(0, key.find_first_of(".[")));
   };
-  const auto plan = PlanIn(header);
   bool scenarios = false;
   for (const char* part : {"grid", "random"})
-    if (const auto keys = plan->Find(part)) {
+    if (const auto keys = plan.Find(part)) {
       vary(*keys);
       scenarios |= keys->Find("scenario").has_value();
     }
   for (const char* part : {"cases", "strata"})
-    if (const auto cases = plan->Find(part))
+    if (const auto cases = plan.Find(part))
       for (const auto& [name, keys] : cases->Entries()) vary(keys);
   return report::Words(fmt::format("{}{}", fmt::join(rest, ", "),
                                    scenarios ? ", but for what its scenarios differ in" : ""));
@@ -217,13 +216,16 @@ report::Section LimitsSection(const BatchSummary& summary) {
   const GroupSummary& least = *std::ranges::min_element(summary.groups, {}, &GroupSummary::trials);
   const double p = summary.all.rate();
   const auto seen = statistics::LeastDifferenceSeen(least.trials, 2 * p * (1 - p));
-  return {.title = "What it could not tell",
-          .lines = {fmt::format("Two {} of {} trials must differ in success by {} to be told apart "
-                                "with 80 % power (McNemar's test at 5 %, other seeds).",
-                                summary.groups.size() > 1 ? "groups" : "such batches", least.trials,
-                                seen ? fmt::format("{:.0f} points of per cent", 100 * *seen)
-                                     : "more than is possible"),
-                    "Not varied: " + NotVaried(summary.header) + "."}};
+  report::Section section{
+      .title = "What it could not tell",
+      .lines = {fmt::format(
+          "Two {} of {} trials must differ in success by {} to be told apart "
+          "with 80 % power (McNemar's test at 5 %, other seeds).",
+          summary.groups.size() > 1 ? "groups" : "such batches", least.trials,
+          seen ? fmt::format("{:.0f} points of per cent", 100 * *seen) : "more than is possible")}};
+  if (const auto plan = PlanIn(summary.header))
+    section.lines.push_back("Not varied: " + NotVaried(*plan) + ".");
+  return section;
 }
 
 }  // namespace

@@ -294,7 +294,7 @@ double Plan::DrawOf(const RandomKey& random, const TrialSpec& spec) const {
   const int64_t group = settings_.common_seeds ? 0 : spec.cell;
   Rng rng = SeedTree(static_cast<uint64_t>(settings_.master_seed))
                 .Stream(fmt::format("draw:{}:{}", random.key, group));
-  for (int64_t before = 0; before < spec.sample; ++before) rng.NextU64();
+  rng.SkipU64(static_cast<uint64_t>(spec.sample));
   return statistics::OpenUniform(&rng);
 }
 
@@ -416,7 +416,7 @@ Shard ParseShard(const std::string& text) {
   Shard shard;
   int read = 0;
   std::sscanf(text.c_str(), "%d/%d%n", &shard.index, &shard.count, &read);
-  if (read == 0 || text.substr(static_cast<size_t>(read)) != "" || shard.index < 1 ||
+  if (read == 0 || static_cast<size_t>(read) != text.size() || shard.index < 1 ||
       shard.index > shard.count)
     throw ConfigError("--shard " + text + ": must be I/N with I from 1 to N");
   return shard;

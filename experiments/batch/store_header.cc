@@ -1,8 +1,8 @@
 #include "experiments/batch/store_header.h"
 
 #include <fmt/format.h>
-#include <algorithm>
 
+#include <algorithm>
 #include <sstream>
 
 #include "experiments/batch/trial_scheduler.h"

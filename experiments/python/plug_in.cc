@@ -103,10 +103,10 @@ bool Overrides(const py::object& cls, const char* base, const char* method) {
 // ----------------------------------------------------------------------------------------
 // controllers
 
-class PythonLaw final : public control::Controller {
+class PythonController final : public control::Controller {
  public:
-  PythonLaw(const Held& cls, const Keys& keys, const control::VehicleModel& vehicle,
-            const control::Axes& authority, double frame_s, bool observes, bool hears)
+  PythonController(const Held& cls, const Keys& keys, const control::VehicleModel& vehicle,
+                   const control::Axes& authority, double frame_s, bool observes, bool hears)
       : observes_(observes), hears_(hears) {
     Call([&] {
       py::object self = keys.Instance(cls);
@@ -247,7 +247,7 @@ void AddPlugins(py::module_* module) {
                    return control::CustomController{
                        .make =
                            [=](const control::VehicleModel& vehicle, const ClockParams& clock) {
-                             return std::make_unique<PythonLaw>(
+                             return std::make_unique<PythonController>(
                                  held, params, vehicle, AuthorityOf(params.allocation, vehicle),
                                  clock.frame_s(), observes, hears);
                            },

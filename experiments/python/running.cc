@@ -34,9 +34,9 @@ struct Hand {
 };
 
 // The controller of a trial that is steered from outside.
-class SteeredLaw final : public control::Controller {
+class SteeredController final : public control::Controller {
  public:
-  explicit SteeredLaw(std::shared_ptr<Hand> hand) : hand_(std::move(hand)) {}
+  explicit SteeredController(std::shared_ptr<Hand> hand) : hand_(std::move(hand)) {}
   void Observe(const control::Observation& seen) override { hand_->seen = seen; }
   control::Axes Demand(const control::Reference& wanted) override {
     hand_->wanted = wanted;
@@ -75,7 +75,7 @@ class Trial {
         controller.allocation = allocation;
         controller.make = [=](const control::VehicleModel& vehicle, const ClockParams&) {
           hand->authority = AuthorityOf(allocation, vehicle);
-          return std::make_unique<SteeredLaw>(hand);
+          return std::make_unique<SteeredController>(hand);
         };
         return controller;
       };

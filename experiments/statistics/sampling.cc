@@ -3,23 +3,12 @@
 #include <algorithm>
 #include <boost/math/distributions/normal.hpp>
 #include <cmath>
-#include <cstdint>
-#include <numeric>
-#include <utility>
 
 namespace turbidock::statistics {
+
 // The middle of one of 2^52 equal parts of (0, 1).
 double OpenUniform(Rng* rng) {
   return (static_cast<double>(rng->NextU64() >> 12) + 0.5) * 0x1.0p-52;
-}
-
-std::vector<double> StratifiedSamples(int n, Rng* rng) {
-  std::vector<double> parts(static_cast<size_t>(n));
-  std::iota(parts.begin(), parts.end(), 0.0);
-  for (size_t i = parts.size(); i > 1; --i)  // Fisher and Yates
-    std::swap(parts[i - 1], parts[rng->Below(static_cast<uint32_t>(i))]);
-  for (double& part : parts) part = (part + OpenUniform(rng)) / n;
-  return parts;
 }
 
 double UniformAt(double u, double low, double high) { return low + u * (high - low); }

@@ -1,7 +1,5 @@
 #pragma once
-// Numbers in (0, 1) for the trials of a study, and the distributions that they become.
-
-#include <vector>
+// A number in (0, 1) that a trial draws, and the distributions that it becomes one of.
 
 #include "sim/base/random.h"
 
@@ -9,9 +7,6 @@ namespace turbidock::statistics {
 
 // A number in (0, 1), never 0 or 1.
 double OpenUniform(Rng* rng);
-// One in each of n equal parts of (0, 1), in random order: a column of a Latin hypercube (McKay,
-// Beckman and Conover 1979).
-std::vector<double> StratifiedSamples(int n, Rng* rng);
 
 // Quantile functions: the value below which lies the share u of a distribution.
 double UniformAt(double u, double low, double high);

@@ -25,25 +25,25 @@ auto Guarded(const std::string& what, const Do& act) {
   }
 }
 
-class CheckedLaw final : public control::Controller {
+class CheckedController final : public control::Controller {
  public:
-  CheckedLaw(std::string name, std::unique_ptr<control::Controller> controller)
-      : what_("controller " + std::move(name)), law_(std::move(controller)) {
-    if (!law_) throw PluginError(what_ + " was not made");
+  CheckedController(std::string name, std::unique_ptr<control::Controller> controller)
+      : what_("controller " + std::move(name)), controller_(std::move(controller)) {
+    if (!controller_) throw PluginError(what_ + " was not made");
   }
 
   void Observe(const control::Observation& seen) override {
     frame_ = seen.frame;
-    Guarded(At("Observe"), [&] { law_->Observe(seen); });
+    Guarded(At("Observe"), [&] { controller_->Observe(seen); });
   }
   control::Axes Demand(const control::Reference& wanted) override {
-    const control::Axes demand = Guarded(At("Demand"), [&] { return law_->Demand(wanted); });
+    const control::Axes demand = Guarded(At("Demand"), [&] { return controller_->Demand(wanted); });
     if (!demand.allFinite())
       throw PluginError(fmt::format("{} gave a demand that is not finite", At("Demand")));
     return demand;
   }
   void OnCommandApplied(int64_t frame, const control::Axes& given) override {
-    Guarded(At("OnCommandApplied"), [&] { law_->OnCommandApplied(frame, given); });
+    Guarded(At("OnCommandApplied"), [&] { controller_->OnCommandApplied(frame, given); });
   }
 
  private:
@@ -52,7 +52,7 @@ class CheckedLaw final : public control::Controller {
   }
 
   std::string what_;
-  std::unique_ptr<control::Controller> law_;
+  std::unique_ptr<control::Controller> controller_;
   int64_t frame_ = 0;
 };
 
@@ -148,7 +148,7 @@ control::CustomController Plugins::Spec() const {
   control::CustomController controller = controllers_.Make(name);
   controller.make = [make = controller.make, name](const control::VehicleModel& vehicle,
                                                    const ClockParams& clock) {
-    return std::make_unique<CheckedLaw>(
+    return std::make_unique<CheckedController>(
         name, Guarded("controller " + name + ", when made", [&] { return make(vehicle, clock); }));
   };
   return controller;

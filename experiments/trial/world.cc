@@ -133,6 +133,7 @@ const Image3u8* World::DrawSpectator() {
                                                                             9 * camera);
   // MuJoCo's cameras look along -z
   const Eigen::Vector3d p_CB = R_WC.transpose() * (plant_.truth().X_WB.p - p_WC);
+  // Half the published hull's diagonal is 0.28 m; the rest is water around it.
   constexpr double kVehicle_m = 0.35, kAspect = double{kSpectatorWidth_px} / kSpectatorHeight_px;
   const double slope = std::tan(units::RadFromDeg(model.cam_fovy[camera]) / 2);
   const double needed_m = std::max((std::abs(p_CB.x()) + kVehicle_m) / (slope * kAspect),

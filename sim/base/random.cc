@@ -26,6 +26,12 @@ uint32_t Rng::NextU32() {
   return block_[used_++];
 }
 
+void Rng::SkipU64(uint64_t count) {
+  for (; count > 0 && used_ != 4; --count) NextU64();
+  counter_ += count / 2;  // a block holds two
+  if (count % 2 == 1) NextU64();
+}
+
 double Rng::Uniform() { return static_cast<double>(NextU64() >> 11) * 0x1.0p-53; }
 
 uint32_t Rng::Below(uint32_t n) {

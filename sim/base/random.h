@@ -16,6 +16,8 @@ class Rng {
 
   uint32_t NextU32();
   uint64_t NextU64() { return (static_cast<uint64_t>(NextU32()) << 32) | NextU32(); }
+  // As so many calls of NextU64, at the cost of two at most from the stream's beginning.
+  void SkipU64(uint64_t count);
   double Uniform();  // [0, 1), 53 bits
   double Uniform(double low, double high) { return low + (high - low) * Uniform(); }
   uint32_t Below(uint32_t n);  // {0, ..., n - 1}, unbiased; n > 0

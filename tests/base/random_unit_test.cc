@@ -34,6 +34,17 @@ TEST(Random, StreamsOfTheSameNameRepeatAndOthersDiffer) {
   EXPECT_EQ(equal_d, 0);
 }
 
+TEST(Random, SkippingIsDrawing) {
+  for (const int drawn : {0, 1, 2, 3})  // 32 bits each, before it skips
+    for (const uint64_t count : {0, 1, 2, 3, 4, 7, 100}) {
+      Rng skips = SeedTree(7).Stream("skip"), draws = skips;
+      for (int i = 0; i < drawn; ++i) EXPECT_EQ(skips.NextU32(), draws.NextU32());
+      skips.SkipU64(count);
+      for (uint64_t i = 0; i < count; ++i) draws.NextU64();
+      for (int i = 0; i < 5; ++i) EXPECT_EQ(skips.NextU32(), draws.NextU32()) << drawn << count;
+    }
+}
+
 TEST(Random, UniformMomentsAndRange) {
   Rng rng = SeedTree(1).Stream("uniform");
   double sum = 0, squares = 0;

@@ -157,6 +157,14 @@ TEST_F(BatchReport, SaysWhatItCouldNotTell) {
 }
 
 // Of two that each trial draws, failures hang on one.
+TEST_F(BatchReport, APlanThatCannotBeReadHindersNothing) {
+  BatchSummary summary = Summary(Store(80, 80));
+  summary.header.plan = "{";
+  const std::string text = report::Text(ReportOf(summary));
+  EXPECT_THAT(text, HasSubstr("points of per cent"));
+  EXPECT_THAT(text, Not(HasSubstr("Not varied")));
+}
+
 TEST_F(BatchReport, NamesWhatFailuresHaveInCommon) {
   StoreHeader header{.plan = "seeds: 40\nrandom: {start.lateral_m: 0, sea.depth_m: 0}\n",
                      .build = "test 1",

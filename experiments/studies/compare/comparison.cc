@@ -30,6 +30,7 @@ void RequireKnown(const std::vector<std::string>& words, const std::vector<std::
 
 std::string Text(const std::vector<batch::Parameter>& parameters) {
   std::vector<std::string> assignments;
+  assignments.reserve(parameters.size());
   for (const batch::Parameter& p : parameters) assignments.push_back(p.Assignment());
   return fmt::format("{}", fmt::join(assignments, " "));
 }
@@ -63,6 +64,7 @@ std::vector<trial::Metric> MetricsNamed(const std::vector<std::string>& names) {
                    }});
   if (names.empty()) return known;
   std::vector<std::string> known_names;
+  known_names.reserve(known.size());
   for (const trial::Metric& metric : known) known_names.push_back(metric.name);
   for (const std::string& name : names) {
     const auto found = std::ranges::find(known, name, &trial::Metric::name);
@@ -127,6 +129,7 @@ std::vector<ComparisonGroup> GroupPairs(const std::vector<TrialPair>& pairs,
   for (const TrialPair& pair : pairs) {
     std::map<std::string, std::string> key;
     std::vector<std::string> values;
+    values.reserve(by.size());
     for (const std::string& name : by)
       values.push_back(key[name] =
                            std::ranges::find(pair.parameters, name, &batch::Parameter::key)->value);
@@ -139,6 +142,7 @@ std::vector<ComparisonGroup> GroupPairs(const std::vector<TrialPair>& pairs,
   std::ranges::stable_sort(order, batch::LessByValue,
                            [](const auto& group) { return group.first; });
   std::vector<ComparisonGroup> sorted;
+  sorted.reserve(order.size());
   for (auto& [values, group] : order) sorted.push_back(std::move(group));
   return sorted;
 }
@@ -147,6 +151,7 @@ std::vector<ComparisonGroup> GroupPairs(const std::vector<TrialPair>& pairs,
 void MarkSignificant(Comparison* comparison) {
   const auto mark = [](const auto& family) {
     std::vector<double> p_values;
+    p_values.reserve(family.size());
     for (const auto* test : family) p_values.push_back(test->p_value);
     const std::vector<bool> significant = statistics::HolmSignificant(p_values);
     for (size_t i = 0; i < family.size(); ++i) family[i]->significant = significant[i];
@@ -175,10 +180,13 @@ void Note(const config::YamlNode& node, const std::string& key, size_t side, Dif
     return;
   }
   const std::string text = node.Text().value_or("");
-  if (text.find('\n') != std::string::npos) try {
+  if (text.find('\n') != std::string::npos) {
+    try {
       return Note(config::ParseYaml(text, key), key, side, values);
-    } catch (const ConfigError&) {  // a text for people
+    } catch (const ConfigError&) {
+      // a text for people
     }
+  }
   values->try_emplace(key, std::array<std::string, 2>{"-", "-"}).first->second[side] =
       node.OneLine();
 }
@@ -190,7 +198,7 @@ std::string Flip::Link() const { return fmt::format("{}-{}", trial_a, trial_b); 
 std::string ComparisonGroup::Name() const {
   std::string name;
   for (const auto& [parameter, value] : key)
-    name += (name.empty() ? "" : " ") + parameter + "=" + value;
+    name += fmt::format("{}{}={}", name.empty() ? "" : " ", parameter, value);
   return name.empty() ? "all" : name;
 }
 

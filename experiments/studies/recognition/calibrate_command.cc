@@ -88,7 +88,7 @@ void AddCalibrate(app::CommandLine& line) {
   calibrate.Add("--passive FILE", arguments.passive, "The same of the passive marker");
   calibrate
       .Add("--generations", arguments.generations,
-           "Generations of CMA-ES, each evaluated side by side; 0: only what the start is worth")
+           "Generations of CMA-ES, each evaluated side by side; 0: only the start")
       .Between(0, 10000);
   calibrate.Add("--seed", arguments.seed, "Of the search");
   arguments.jobs.AddTo(&calibrate, "Processes; the result is the same", 1);

@@ -141,7 +141,7 @@ struct CalibrationResult {
 };
 
 struct CalibrationOptions {
-  int generations = 30;  // 0: only what the start is worth
+  int generations = 30;  // 0: only the start is evaluated
   uint32_t seed = 1;
   batch::JobOptions jobs = {};
   // After each evaluation; `of` is how many there will be at most.

@@ -125,12 +125,14 @@ class Tuning {
       RequireAStart();  // which is the incumbent
     } else {
       std::vector<Gains> gains;
+      gains.reserve(candidates.size());
       for (const search::Candidate& c : candidates) gains.push_back(study_.GainsAt(c));
       Evaluations::GoOn go_on;
       if (settings_.racing.enabled) go_on = [this](const Evaluation& e) { return MayWin(e); };
       done = evaluations_.Run(phase_, plan, gains, false, go_on);
     }
     std::vector<double> costs;
+    costs.reserve(done.size());
     for (const Evaluation& evaluation : done) costs.push_back(CostOf(evaluation));
     Record(generation, done, costs);
     return costs;
@@ -141,6 +143,7 @@ class Tuning {
     std::map<std::string, int> failures;
     for (const trial::TrialRecord& record : incumbent_.records) ++failures[NameOf(record.failure)];
     std::vector<std::string> list;
+    list.reserve(failures.size());
     for (const auto& [failure, count] : failures)
       list.push_back(fmt::format("{} {}", count, failure));
     throw ConfigError(fmt::format(
