@@ -285,8 +285,7 @@ void Server::Work::Accept() {
   });
 }
 
-// Where there is no module, in endpoint of the oldest; one that is being answered is the last to
-// go.
+// Where there is no room, in place of the oldest; one that is being answered is the last to go.
 void Server::Work::Admit(tcp::socket socket) {
   if (connections.size() >= kMostRequests) {
     auto oldest = std::ranges::find_if_not(connections, &Connection::is_answered);
@@ -297,8 +296,8 @@ void Server::Work::Admit(tcp::socket socket) {
   std::make_shared<Connection>(this, std::move(socket))->Start();
 }
 
-// Where there is no module, in endpoint of the one that has been silent longest: a page says all
-// the time what it has got.
+// Where there is no room, in place of the one that has been silent longest: a page says all the
+// time what it has got.
 void Server::Work::OpenSocket(beast::tcp_stream stream, const Request& request) {
   if (sockets.size() >= kMostTabs) (*std::ranges::min_element(sockets, {}, &Socket::heard))->Drop();
   error_code ignored;
