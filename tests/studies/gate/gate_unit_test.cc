@@ -2,6 +2,7 @@
 
 #include "experiments/studies/gate/gate.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -195,6 +196,12 @@ TEST_F(Gate, TheReportShowsTheWayToTheVerdict) {
   });
   report.assignments = {"controller=pid"};
   const report::Report shown = ReportOf(report);
+  EXPECT_THAT(SectionOf(shown, "Measures").table->Text(), HasSubstr("-10 points"));
+  const auto seen = std::ranges::find(shown.facts, "would have seen", &report::Fact::label);
+  ASSERT_NE(seen, shown.facts.end());
+  EXPECT_EQ(seen->value, fmt::format("{:.1f} points, {:.1f} points",
+                                     100 * *report.conditions[0].test.least_loss_seen,
+                                     100 * *report.conditions[1].test.least_loss_seen));
   const auto& paths = SectionOf(shown, "How the test of the success rate went").panels;
   ASSERT_EQ(paths.size(), 2u);
   for (size_t i = 0; i < 2; ++i) {

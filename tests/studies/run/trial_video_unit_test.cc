@@ -170,6 +170,10 @@ TEST(VideoComposer, SaysWhatItIsOfAndHowItEnded) {
   const Image3u8 a = plain.Compose({images, kNone, Record(0, 0.8)}).ToImage();
   const Image3u8 b = titled.Compose({images, kNone, Record(0, 0.8)}).ToImage();
   EXPECT_GT(Differing(a, b, {650, 10, 200, 24}), 300);
+  int written = 0;
+  for (int u = 650; u < 850; ++u)
+    for (int v = 10; v < 34; ++v) written += b.at(u, v)[0] > 150 && a.at(u, v)[0] < 50;
+  EXPECT_GT(written, 100) << "the title, in bright letters";
   EXPECT_EQ(Differing(a, b, {0, 40, 1280, 680}), 0);
   std::string reason;
   for (int i = 0; i < 40; ++i) reason += "the marker was lost ";
