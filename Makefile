@@ -14,7 +14,7 @@ CI_PACKAGES := $(shell sed '/^\#/d' apt-packages.txt)
 FROM_NOTHING := $(if $(wildcard build/CMakeCache.txt),,-DTURBIDOCK_UNITY=ON)
 
 .PHONY: run test build build-tests bench fuzz faults mutation soak package tarball container format clean ci-setup \
-  python-setup help
+  python-setup help docs
 
 run: build  ## builds, then runs the published docking trial at night, filmed, to out/run/
 	@echo "== trial: the published docking at night, filmed, to out/run/ (about a minute)"
@@ -94,6 +94,12 @@ container: package  ## an image for podman or docker
 # Also what .ci/run needs beyond the tests.
 ci-setup:  ## packages that `bash .ci/run` needs
 	@$(call install,$(CI_PACKAGES))
+
+# READMEs, the C++ reference and the Python package's, as pages that can be searched.
+docs:  ## the manual, to out/docs/index.html
+	@$(call install,doxygen)
+	python3 cmake/manual.py out/docs
+	@echo "== manual: out/docs/index.html"
 
 format:  ## clang-format and prettier over all files
 	git ls-files '*.cc' '*.h' | xargs clang-format -i
