@@ -109,20 +109,26 @@ format:  ## clang-format and prettier over all files
 clean:  ## removes all build folders and out/
 	rm -rf build build-* out
 
-# Installs those of $(1) that are missing. Without root and without sudo it says what an administrator has to type.
+# Installs those of $(1) that are missing; without root and without sudo it says what an administrator has to type.
+# libosmesa6 is left out where Debian has none any more: EGL draws instead.
 define install
-missing=$$(for p in $(1); do \
-  dpkg-query -W -f='$${Status}' $$p 2>/dev/null | grep -q 'ok installed' || echo $$p; done | xargs); \
-if [ -n "$$missing" ]; then \
+missing() { \
+  for p in $(1); do \
+    dpkg-query -W -f='$${Status}' $$p 2>/dev/null | grep -q 'ok installed' && continue; \
+    [ $$p = libosmesa6 ] && ! apt-cache show $$p >/dev/null 2>&1 && continue; \
+    echo $$p; \
+  done | xargs; \
+}; \
+if [ -n "$$(missing)" ]; then \
   if [ "$$(id -u)" != 0 ] && ! command -v sudo >/dev/null; then \
     echo "== packages are missing, and there is neither root nor sudo. An administrator installs them by"; \
-    echo "apt-get install --no-install-recommends $$missing"; \
+    echo "apt-get install --no-install-recommends $$(missing)"; \
     exit 2; \
   fi; \
-  echo "== packages: installs $$(echo $$missing | wc -w) of Debian (some minutes): $$missing"; \
+  echo "== packages: installs $$(missing | wc -w) of Debian (some minutes): $$(missing)"; \
   mkdir -p out; \
   { $(SUDO) apt-get update -q && \
-    $(SUDO) env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends $$missing; } \
+    $(SUDO) env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends $$(missing); } \
     >out/packages.log 2>&1 || { tail -20 out/packages.log; echo "== packages: failed; see out/packages.log"; exit 2; }; \
 fi
 endef

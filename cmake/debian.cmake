@@ -26,8 +26,8 @@ set(CPACK_DEBIAN_PACKAGE_DESCRIPTION "docking trials of a stereo-vision ROV in t
  Simulates, without a display or a GPU, an underwater vehicle that finds its
  dock with two cameras, from single trials with video to batches of thousands,
  controller tuning and a gate for continuous integration.")
-# OSMesa is opened while the program runs.
-set(CPACK_DEBIAN_PACKAGE_DEPENDS libosmesa6)
+# What draws is opened while the program runs: OSMesa, or EGL where there is none.
+set(CPACK_DEBIAN_PACKAGE_DEPENDS "libosmesa6 | libegl1")
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "ffmpeg, gnuplot-nox, fonts-dejavu-core")
 include(CPack)

@@ -1,5 +1,3 @@
-#include <GL/osmesa.h>
-
 #include <array>
 
 #include "sim/base/check.h"
@@ -9,14 +7,21 @@
 namespace turbidock::view {
 namespace {
 
-// The functions of libOSMesa that we call.
+struct OsmesaHandle;
+using GlFunction = void (*)();
+constexpr unsigned int kRgba = 0x1908, kUnsignedByte = 0x1401;
+
+// The functions of libOSMesa that we call, declared here because Debian 14 has no header of it.
 struct OsmesaLibrary {
   GlLibrary library{{"libOSMesa.so.8", "libOSMesa.so"}, "OSMesa", "libosmesa6"};
-  decltype(&OSMesaCreateContextExt) CreateContextExt = library["OSMesaCreateContextExt"];
-  decltype(&OSMesaDestroyContext) DestroyContext = library["OSMesaDestroyContext"];
-  decltype(&OSMesaMakeCurrent) MakeCurrent = library["OSMesaMakeCurrent"];
-  decltype(&OSMesaGetCurrentContext) GetCurrentContext = library["OSMesaGetCurrentContext"];
-  decltype(&OSMesaGetProcAddress) GetProcAddress = library["OSMesaGetProcAddress"];
+  OsmesaHandle* (*CreateContextExt)(unsigned int format, int depth_bits, int stencil_bits,
+                                    int accumulation_bits,
+                                    OsmesaHandle* shared) = library["OSMesaCreateContextExt"];
+  void (*DestroyContext)(OsmesaHandle*) = library["OSMesaDestroyContext"];
+  unsigned char (*MakeCurrent)(OsmesaHandle*, void* window, unsigned int type, int width,
+                               int height) = library["OSMesaMakeCurrent"];
+  OsmesaHandle* (*GetCurrentContext)() = library["OSMesaGetCurrentContext"];
+  GlFunction (*GetProcAddress)(const char* name) = library["OSMesaGetProcAddress"];
 };
 
 class OsmesaContext final : public GlContext {
@@ -24,7 +29,7 @@ class OsmesaContext final : public GlContext {
   OsmesaContext() {
     constexpr int kDepthBits = 24, kStencilBits = 8, kAccumulationBits = 0;
     context_ =
-        osmesa_.CreateContextExt(OSMESA_RGBA, kDepthBits, kStencilBits, kAccumulationBits, nullptr);
+        osmesa_.CreateContextExt(kRgba, kDepthBits, kStencilBits, kAccumulationBits, nullptr);
     if (context_ == nullptr) throw SimulatorFault("OSMesa cannot create an OpenGL context");
     try {
       MakeCurrent();
@@ -39,7 +44,7 @@ class OsmesaContext final : public GlContext {
 
   void MakeCurrent() override {
     if (osmesa_.GetCurrentContext() == context_) return;
-    if (!osmesa_.MakeCurrent(context_, window_.data(), GL_UNSIGNED_BYTE, kWindowPx, kWindowPx))
+    if (!osmesa_.MakeCurrent(context_, window_.data(), kUnsignedByte, kWindowPx, kWindowPx))
       throw SimulatorFault("OSMesa cannot make its OpenGL context current");
   }
   void (*Function(const char* name) const)() override { return osmesa_.GetProcAddress(name); }
@@ -49,7 +54,7 @@ class OsmesaContext final : public GlContext {
   static constexpr int kWindowPx = 16;
 
   OsmesaLibrary osmesa_;
-  OSMesaContext context_ = nullptr;
+  OsmesaHandle* context_ = nullptr;
   std::array<unsigned char, 4 * kWindowPx * kWindowPx> window_{};
 };
 
