@@ -28,7 +28,7 @@ const std::map<std::string, std::string> kReplaced = {
     {"step-response --no-noise", "--set true_pose.noise=[0, 0, 0, 0]"},
     {"step-response --turn", "a step of 5 degrees, always"},
     {"step-response --force", "a push of 1 N or 0.1 N m, always"},
-    {"check-vehicle --names", "the table in models/README.md"},
+    {"check-vehicle --names", "the table in models/names.md"},
     {"bench --workers",
      "turbidock batch with --workers, which says how many trials an hour it makes"},
     {"estimate --preset", "--set estimator.preset=published"},

@@ -187,7 +187,7 @@ TEST_F(CheckVehicleCommand, SaysThatMjcfNeedsNoConversion) {
 }
 
 TEST(CheckVehicle, TheListOfNamesIsTheReadmes) {
-  std::ifstream file(config::ModelPath("README.md"));
+  std::ifstream file(config::ModelPath("names.md"));
   std::ostringstream text;
   text << file.rdbuf();
   report::Table names({"<part", "<kind", "<name", "<what it is"});
