@@ -13,7 +13,7 @@ CI_PACKAGES := $(shell sed '/^\#/d' apt-packages.txt)
 # CMAKE_ARGS=-DTURBIDOCK_UNITY=OFF.
 FROM_NOTHING := $(if $(wildcard build/CMakeCache.txt),,-DTURBIDOCK_UNITY=ON)
 
-.PHONY: run test build build-tests bench fuzz faults mutation soak package tarball container format clean ci-setup \
+.PHONY: run test build build-tests bench fuzz faults mutation soak package tarball wheel container format clean ci-setup \
   python-setup help docs
 
 run: build  ## builds, then runs the published docking trial at night, filmed, to out/run/
@@ -87,6 +87,13 @@ package:  ## a Debian package, to out/deb/
 tarball: build  ## the program with its libraries, to out/tarball/
 	@$(call install,patchelf)
 	bash cmake/tarball.sh build out/tarball
+
+# The Python package with the program and all libraries but the C library's, to out/wheel/, for this Python.
+wheel:  ## a wheel that needs no compiler, to out/wheel/
+	@$(call install,$(PYTHON_PACKAGES) python3-venv patchelf)
+	cmake --preset release -DTURBIDOCK_PYTHON=ON $(CMAKE_ARGS) >/dev/null
+	cmake --build --preset release -j $(JOBS) --target turbidock turbidock_python
+	bash cmake/wheel.sh build out/wheel
 
 container: package  ## an image for podman or docker
 	podman build -f Containerfile -t turbidock out/deb

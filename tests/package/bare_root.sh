@@ -19,6 +19,7 @@ if [ -e /etc/resolv.conf ]; then cp -L /etc/resolv.conf "$root/etc/"; fi
 rm -f "$root/etc/apt/sources.list"
 cp -r /etc/apt/. "$root/etc/apt/"
 if [ -e /usr/share/ca-certificates ]; then
+  rm -rf "$root/etc/ssl/certs"
   mkdir -p "$root/etc/ssl"
   cp -rL /etc/ssl/certs "$root/etc/ssl/"
 fi
