@@ -19,7 +19,6 @@
 #include "experiments/studies/gate/baseline.h"
 #include "experiments/studies/gate/gate.h"
 #include "experiments/studies/gate/gate_plan.h"
-#include "experiments/studies/gate/gate_report.h"
 #include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"
 #include "experiments/trial/series.h"

@@ -97,29 +97,25 @@ std::optional<Verdict> PairedRateTest::Decide(int pairs, int losses, int gains) 
   return std::nullopt;
 }
 
-PairedRateTest::Characteristic PairedRateTest::At(double loss) const {
+double PairedRateTest::FailRate(double loss) const {
   std::vector<double> paths = {1.0};  // by losses so far, of those without a verdict
-  Characteristic result;
-  double left = 1;
-  for (int pairs = 1; pairs <= fail_.max_trials() && left > 0; ++pairs) {
-    result.expected_pairs += left;
-    left = 0;
+  double failed = 0;
+  for (int pairs = 1; pairs <= fail_.max_trials(); ++pairs) {
     paths.push_back(0);
     for (size_t losses = paths.size(); losses-- > 0;) {
       double& p = paths[losses];
       p = (1 - loss) * p + (losses > 0 ? loss * paths[losses - 1] : 0);
       if (p < kNegligible) p = 0;
-      if (p == 0) continue;
-      if (const auto verdict = Decide(pairs, static_cast<int>(losses), 0))
-        (verdict == Verdict::kFail ? result.p_fail : result.p_pass) += std::exchange(p, 0.0);
-      left += p;
+      const auto verdict = Decide(pairs, static_cast<int>(losses), 0);
+      if (verdict == Verdict::kFail) failed += p;
+      if (verdict) p = 0;
     }
   }
-  return result;
+  return failed;
 }
 
 std::optional<double> PairedRateTest::LeastLossSeen(double power) const {
-  return LeastReaching(power, [this](double loss) { return At(loss).p_fail; });
+  return LeastReaching(power, [this](double loss) { return FailRate(loss); });
 }
 
 }  // namespace turbidock::statistics

@@ -81,13 +81,9 @@ class PairedRateTest {
 
   // Nothing while both are possible.
   std::optional<Verdict> Decide(int pairs, int losses, int gains) const;
-  // How often, and after how many pairs on average, it ends with a build that does as the old one
-  // but for this share of the pairs, which it loses. Exact.
-  struct Characteristic {
-    double p_fail = 0, p_pass = 0;
-    double expected_pairs = 0;
-  };
-  Characteristic At(double loss) const;
+  // How often it fails a build that does as the old one but for this share of the pairs, which it
+  // loses. Exact.
+  double FailRate(double loss) const;
   // The least such loss that it fails with this probability, if there is one.
   std::optional<double> LeastLossSeen(double power) const;
 

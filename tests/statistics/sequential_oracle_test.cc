@@ -140,7 +140,7 @@ TEST(PairedRateTest, StandsAtTheLimitsOfWhatMayBeAsked) {
     for (const double level : {kLeast, 1 - kLeast})
       for (const int max_pairs : {1, 120}) {
         const PairedRateTest test(margin, level, level, max_pairs);
-        EXPECT_LE(test.At(margin).p_pass, level) << margin << ' ' << level;
+        EXPECT_LE(SharesOf(test, margin, 0, max_pairs).pass, level) << margin << ' ' << level;
         EXPECT_LE(SharesOf(test, 0.1, 0.1, max_pairs).fail, level) << margin << ' ' << level;
       }
 }
@@ -149,12 +149,18 @@ TEST(PairedRateTest, WhatItSaysOfABuildIsTheSumOverAllCounts) {
   const PairedRateTest test(0.15, 0.02, 0.1, 60);
   for (const double loss : {0.0, 0.05, 0.15, 0.3, 1.0}) {
     const Shares all = SharesOf(test, loss, 0, 60);
-    const PairedRateTest::Characteristic c = test.At(loss);
-    EXPECT_NEAR(c.p_fail, all.fail, 1e-12) << loss;
-    EXPECT_NEAR(c.p_pass, all.pass, 1e-12) << loss;
-    EXPECT_NEAR(c.expected_pairs, all.pairs, 1e-9) << loss;
+    EXPECT_NEAR(test.FailRate(loss), all.fail, 1e-12) << loss;
   }
-  EXPECT_LE(test.At(0.15).p_pass, 0.1);
+  EXPECT_LE(SharesOf(test, 0.15, 0, 60).pass, 0.1);
+}
+
+// As in assets/measured/gate.md, where these were counted in 10,000 sequences.
+TEST(PairedRateTest, TakesAsManyTrialsAsWasMeasured) {
+  const PairedRateTest test(0.1, 0.05, 0.05, 169);
+  EXPECT_NEAR(SharesOf(test, 0, 0, 169).pairs, 35, 1e-9);
+  const Shares worse = SharesOf(test, 0.1, 0, 169);
+  EXPECT_NEAR(worse.pairs, 77.9, 1);
+  EXPECT_LE(worse.pass, 0.05);
 }
 
 // What it fails with 80 %: a little less it fails less often.

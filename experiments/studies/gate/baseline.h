@@ -3,13 +3,13 @@
 // committed. It is made by a gate run with --update and never by hand: a checksum over the text
 // ends the file.
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "experiments/report/table.h"
 #include "experiments/studies/gate/gate_plan.h"
-#include "experiments/studies/gate/judge.h"
 #include "experiments/system/output_path.h"
 
 namespace turbidock::gate {
@@ -19,6 +19,24 @@ inline constexpr int kBaselineSchema = 2;
 inline constexpr system::FileKind kBaselineFile = {
     "baseline of a gate", "# A gate's baseline, written by `turbidock gate"};
 
+// What the gate needs of a trial.
+struct GateTrial {
+  int64_t seed = 0;
+  trial::Outcome outcome = trial::Outcome::kTimeout;
+  MedianValues values{};  // of kMedianMeasures
+  std::string digest;
+
+  bool docked() const { return outcome == trial::Outcome::kDocked; }
+
+  static void Fields(auto& self, auto&& field) {
+    field("seed", self.seed, AtLeast(0), "");
+    field("outcome", self.outcome, Finite(), "");
+    for (size_t i = 0; i < kMedianMeasures.size(); ++i)
+      field(kMedianMeasures[i].key, self.values[i], Finite(), "");
+    field("digest", self.digest, Finite(), "");
+  }
+};
+
 struct BaselineCondition {
   std::string name;
   std::string scenario;
@@ -26,8 +44,8 @@ struct BaselineCondition {
   std::string digest;    // of scenario file and settings: what GateCondition::digest must be
   int trials = 0, docked = 0;
   double success_rate = 0;
-  std::vector<double> interval_95;  // Wilson
-  std::vector<GateTrial> outcomes;  // in the order of the gate's seeds
+  std::array<double, 2> interval_95{};  // Wilson
+  std::vector<GateTrial> outcomes{};    // in the order of the gate's seeds
 
   static void Fields(auto& self, auto&& field) {
     field("name", self.name, Finite(), "");
@@ -43,15 +61,14 @@ struct BaselineCondition {
 };
 
 struct Baseline {
-  int schema_version = 0;
+  int schema_version = kBaselineSchema;
   std::string build;  // BuildId of the program that measured it
   int64_t seed = 0;   // the gate's
   std::vector<BaselineCondition> conditions;
   std::string checksum;
 
   static void Fields(auto& self, auto&& field) {
-    field("schema_version", self.schema_version, InRange(kBaselineSchema, kBaselineSchema),
-          "version of these keys");
+    field("schema_version", self.schema_version, InRange(kBaselineSchema, kBaselineSchema), "");
     field("build", self.build, Finite(), "");
     field("seed", self.seed, AtLeast(0), "");
     field("conditions", self.conditions, Finite(), "");
@@ -60,10 +77,6 @@ struct Baseline {
 
   const BaselineCondition* Find(const std::string& name) const;  // null when there is none
 };
-
-// What a condition's trials say about it.
-BaselineCondition MakeBaselineCondition(const GateCondition& condition,
-                                        const std::vector<GateTrial>& outcomes);
 
 // The file's text, with its checksum.
 std::string BaselineText(const Baseline& baseline);

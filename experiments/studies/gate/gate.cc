@@ -22,10 +22,10 @@ GateTrial GateTrialOf(const batch::StoredTrial& stored) {
     throw SimulatorFault(fmt::format("condition '{}', seed {}: the trial {}: {}\n{}",
                                      stored.parameters.front().value, record.seed,
                                      NameOf(record.outcome), record.reason, record.printed));
-  return {.seed = record.seed,
-          .outcome = record.outcome,
-          .quality = QualityOf(record),
-          .digest = record.digest};
+  GateTrial trial{.seed = record.seed, .outcome = record.outcome, .digest = record.digest};
+  for (size_t i = 0; i < kMedianMeasures.size(); ++i)
+    trial.values[i] = kMedianMeasures[i].of(record);
+  return trial;
 }
 
 // Everything that decides the gate's trials. Margins and the like do not, nor does the baseline.
@@ -35,49 +35,53 @@ std::string ResolvedTrials(const GatePlan& plan) {
   std::map<std::string, trial::Scenario> scenarios;
   for (const GateCondition& condition : plan.conditions) {
     const trial::Scenario& scenario = scenarios[condition.name] =
-        condition.Load(plan.assignments, plan.SeedOf(0));
+        plan.ScenarioOf(condition, plan.SeedOf(0));
     text += fmt::format("  {}: |\n{}", batch::YamlText(condition.name),
                         system::Indented(trial::SaveScenario(scenario), "    "));
   }
   return text + batch::ModelFilesText(scenarios);
 }
 
+// Trials of the conditions in turn. `wanted`: of how many trials one consists as far as is known;
+// `take` gets them, one after another, and maybe more that were under way.
+GateTrials TrialsOf(const GatePlan& plan, const std::function<int(size_t condition)>& wanted,
+                    const std::function<void(size_t condition, const GateTrial&)>& take,
+                    const GateProgress& on_trial) {
+  struct State {
+    int64_t next = 0;                    // trial
+    std::vector<int64_t> taken;          // of each condition
+    std::map<int64_t, GateTrial> early;  // results of trials that others come before
+  };
+  const auto state = std::make_shared<State>();
+  const auto conditions = std::ssize(plan.conditions);
+  state->taken.resize(plan.conditions.size());
+  const int most = std::ranges::max(plan.conditions, {}, &GateCondition::max_trials).max_trials;
+  const auto next = [=]() -> std::optional<int64_t> {
+    while (state->next < most * conditions) {
+      const int64_t trial = state->next++;
+      if (trial / conditions < wanted(static_cast<size_t>(trial % conditions))) return trial;
+    }
+    return std::nullopt;
+  };
+  const auto add = [=](int64_t trial, const GateTrial& result) {
+    const int64_t at = trial % conditions;
+    state->early.emplace(trial, result);
+    int64_t& taken = state->taken[static_cast<size_t>(at)];
+    while (const auto found = state->early.extract(taken * conditions + at)) {
+      ++taken;
+      take(static_cast<size_t>(at), found.mapped());
+    }
+    int64_t done = 0, all = 0;
+    for (size_t i = 0; i < state->taken.size(); ++i) {
+      all += wanted(i);
+      done += std::min<int64_t>(state->taken[i], wanted(i));
+    }
+    if (on_trial) on_trial(done, all);
+  };
+  return {.next = next, .add = add};
+}
+
 }  // namespace
-
-GateTrials::GateTrials(const GatePlan& plan, std::function<int(size_t condition)> wanted,
-                       std::function<void(size_t condition, const GateTrial&)> take,
-                       GateProgress on_trial)
-    : wanted_(std::move(wanted)),
-      take_(std::move(take)),
-      on_trial_(std::move(on_trial)),
-      conditions_(plan.conditions.size()) {}
-
-std::optional<int64_t> GateTrials::Next() {
-  std::optional<size_t> first;  // of those that go on, who has begun the fewest
-  for (size_t i = 0; i < conditions_.size(); ++i)
-    if (conditions_[i].next < wanted_(i) &&
-        (!first || conditions_[i].next < conditions_[*first].next))
-      first = i;
-  if (!first) return std::nullopt;
-  return conditions_[*first].next++ * std::ssize(conditions_) + static_cast<int64_t>(*first);
-}
-
-void GateTrials::Add(int64_t trial, const GateTrial& result) {
-  const auto at = static_cast<size_t>(trial % std::ssize(conditions_));
-  Condition& condition = conditions_[at];
-  condition.early.emplace(static_cast<int>(trial / std::ssize(conditions_)), result);
-  while (const auto next = condition.early.extract(condition.taken)) {
-    ++condition.taken;
-    take_(at, next.mapped());
-  }
-  if (!on_trial_) return;
-  int done = 0, wanted = 0;
-  for (size_t i = 0; i < conditions_.size(); ++i) {
-    wanted += wanted_(i);
-    done += std::min(conditions_[i].taken, wanted_(i));
-  }
-  on_trial_(done, wanted);
-}
 
 GateRunner MakeGateRunner(const GatePlan& plan, batch::RunOptions options,
                           batch::ResultStore* store) {
@@ -93,14 +97,14 @@ GateRunner MakeGateRunner(const GatePlan& plan, batch::RunOptions options,
             .parameters = {{kConditionKey, plan.conditions[static_cast<size_t>(condition)].name}}};
   };
   const auto scenario = [&plan](const batch::TrialSpec& of) {
-    return plan.conditions[static_cast<size_t>(of.cell)].Load(plan.assignments, of.seed);
+    return plan.ScenarioOf(plan.conditions[static_cast<size_t>(of.cell)], of.seed);
   };
-  return [=](GateTrials* trials) {
-    const auto add = [=](const batch::StoredTrial& trial) {
-      trials->Add(trial.trial, GateTrialOf(trial));
+  return [=](const GateTrials& trials) {
+    const auto add = [&trials](const batch::StoredTrial& trial) {
+      trials.add(trial.trial, GateTrialOf(trial));
     };
-    const bool ended = runner->Run({.spec = spec, .scenario = scenario},
-                                   {.next = [=] { return trials->Next(); }, .add = add});
+    const bool ended =
+        runner->Run({.spec = spec, .scenario = scenario}, {.next = trials.next, .add = add});
     if (!ended) throw batch::Stopped();
   };
 }
@@ -129,21 +133,17 @@ GateReport RunGate(const GatePlan& plan, const Baseline& baseline, const GateRun
   std::vector<ConditionJudge> judges;
   judges.reserve(plan.conditions.size());
   for (const GateCondition& condition : plan.conditions)
-    judges.emplace_back(condition.name, plan.OptionsFor(condition),
-                        baseline.Find(condition.name)->outcomes);
-  GateTrials trials(
+    judges.emplace_back(*baseline.Find(condition.name), plan.OptionsFor(condition));
+  run(TrialsOf(
       plan, [&](size_t i) { return judges[i].wanted(); },
-      [&](size_t i, const GateTrial& trial) { judges[i].Add(trial); }, on_trial);
-  run(&trials);
-
-  GateReport report{.verdict = statistics::Verdict::kPass,
-                    .description = plan.description,
-                    .build = system::BuildId(),
-                    .baseline_build = baseline.build,
-                    .alpha = plan.alpha,
-                    .alpha_covers = plan.alpha_covers,
-                    .assignments = plan.assignments,
-                    .conditions = {}};
+      [&](size_t i, const GateTrial& trial) { judges[i].Add(trial); }, on_trial));
+  GateReport report;
+  report.description = plan.description;
+  report.build = system::BuildId();
+  report.baseline_build = baseline.build;
+  report.alpha = plan.alpha;
+  report.alpha_covers = plan.alpha_covers;
+  report.assignments = plan.assignments;
   for (const ConditionJudge& judge : judges) {
     report.conditions.push_back(judge.Report());
     report.verdict = std::min(report.verdict, report.conditions.back().verdict);
@@ -154,18 +154,24 @@ GateReport RunGate(const GatePlan& plan, const Baseline& baseline, const GateRun
 Baseline MeasureBaseline(const GatePlan& plan, const GateRunner& run,
                          const GateProgress& on_trial) {
   system::RequireReplaceable(plan.baseline, kBaselineFile);
-  std::vector<std::vector<GateTrial>> outcomes(plan.conditions.size());
-  GateTrials trials(
+  Baseline baseline;
+  baseline.build = system::BuildId();
+  baseline.seed = plan.seed;
+  for (const GateCondition& condition : plan.conditions)
+    baseline.conditions.push_back({.name = condition.name,
+                                   .scenario = condition.scenario,
+                                   .settings = condition.settings,
+                                   .digest = condition.digest});
+  run(TrialsOf(
       plan, [&](size_t i) { return plan.conditions[i].max_trials; },
-      [&](size_t i, const GateTrial& trial) { outcomes[i].push_back(trial); }, on_trial);
-  run(&trials);
-  Baseline baseline{.schema_version = kBaselineSchema,
-                    .build = system::BuildId(),
-                    .seed = plan.seed,
-                    .conditions = {},
-                    .checksum = {}};
-  for (size_t i = 0; i < plan.conditions.size(); ++i)
-    baseline.conditions.push_back(MakeBaselineCondition(plan.conditions[i], outcomes[i]));
+      [&](size_t i, const GateTrial& trial) { baseline.conditions[i].outcomes.push_back(trial); },
+      on_trial));
+  for (BaselineCondition& c : baseline.conditions) {
+    c.trials = static_cast<int>(std::ssize(c.outcomes));
+    c.docked = static_cast<int>(std::ranges::count_if(c.outcomes, &GateTrial::docked));
+    c.success_rate = static_cast<double>(c.docked) / c.trials;
+    c.interval_95 = statistics::WilsonInterval(c.docked, c.trials).AsList();
+  }
   return baseline;
 }
 

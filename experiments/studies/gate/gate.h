@@ -1,15 +1,15 @@
 #pragma once
-// Runs a gate: trials of every condition until its verdict is known. They run in worker processes,
-// and are kept in a file so that a gate that was stopped goes on.
+// Runs a gate: trials of every condition until its verdict is known, and says it for people and CI.
+// They run in worker processes, and are kept in a file so that a gate that was stopped goes on.
 
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "experiments/batch/runner.h"
+#include "experiments/report/report.h"
 #include "experiments/studies/gate/baseline.h"
 #include "experiments/studies/gate/gate_plan.h"
 #include "experiments/studies/gate/judge.h"
@@ -17,39 +17,19 @@
 namespace turbidock::gate {
 
 // Called after every trial: how many there were, and how many there will be as far as is known.
-using GateProgress = std::function<void(int done, int wanted)>;
+using GateProgress = std::function<void(int64_t done, int64_t wanted)>;
 
-// Which trials a gate runs: of the conditions in turn, the seeds of each in their order. Trial
-// `sample * conditions + condition` is the sample-th of its condition. Results may come in any
-// order; each condition's are handed on in that of its seeds, so that nothing depends on who was
-// quicker.
-class GateTrials {
- public:
-  // `wanted`: of how many trials a condition consists as far as is known; `take` gets them, one
-  // after another, and maybe more that were under way.
-  GateTrials(const GatePlan& plan, std::function<int(size_t condition)> wanted,
-             std::function<void(size_t condition, const GateTrial&)> take, GateProgress on_trial);
-
-  // A trial to run; each once. Nothing when there is none.
-  std::optional<int64_t> Next();
-  // What came of one of these.
-  void Add(int64_t trial, const GateTrial& result);
-
- private:
-  struct Condition {
-    int next = 0, taken = 0;              // samples
-    std::map<int, GateTrial> early = {};  // results of samples that others come before
-  };
-
-  std::function<int(size_t)> wanted_;
-  std::function<void(size_t, const GateTrial&)> take_;
-  GateProgress on_trial_;
-  std::vector<Condition> conditions_;
+// Which trials a gate runs. Trial `sample * conditions + condition` is the sample-th of its
+// condition. Results may come in any order: each condition's are looked at in that of its seeds, so
+// that nothing depends on who was quicker.
+struct GateTrials {
+  std::function<std::optional<int64_t>()> next;  // one to run; each once. Nothing: no more
+  std::function<void(int64_t trial, const GateTrial&)> add;  // what came of one of these
 };
 
-// Has trials run until `trials` asks for none. It throws when one gives no result: a crash is no
+// Runs trials until there is none to ask for. It throws when one gives no result: a crash is no
 // verdict.
-using GateRunner = std::function<void(GateTrials* trials)>;
+using GateRunner = std::function<void(const GateTrials& trials)>;
 
 // Runs them in worker processes. It throws Stopped when the options' stop_requested says so, and
 // SimulatorFault when a trial crashes or hangs or this machine cannot simulate: that is no verdict
@@ -64,7 +44,7 @@ batch::ResultStore OpenTrials(const std::string& file, const GatePlan& plan,
                               const std::function<void(const std::string&)>& say);
 
 struct GateReport {
-  statistics::Verdict verdict = statistics::Verdict::kInconclusive;
+  statistics::Verdict verdict = statistics::Verdict::kPass;  // the worst of the conditions'
   std::string description;
   std::string build, baseline_build;
   double alpha = 0;
@@ -85,5 +65,15 @@ GateReport RunGate(const GatePlan& plan, const Baseline& baseline, const GateRun
 // baseline must not be replaced.
 Baseline MeasureBaseline(const GatePlan& plan, const GateRunner& run,
                          const GateProgress& on_trial = {});
+
+// Of kind "gate". Seeds that no longer dock are links to BundleName.
+report::Report ReportOf(const GateReport& report);
+
+// junit.xml: a test suite a condition, with one test case. A condition that fails is a failure, one
+// that is inconclusive an error.
+std::string Junit(const GateReport& report);
+
+// The folder in failures/ of a trial that is run again.
+std::string BundleName(const std::string& condition, int64_t seed);
 
 }  // namespace turbidock::gate

@@ -1,8 +1,11 @@
 #include "experiments/studies/gate/gate_plan.h"
 
+#include <fmt/format.h>
+
 #include <filesystem>
 #include <set>
 
+#include "experiments/batch/varied_keys.h"
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
 #include "sim/base/check.h"
@@ -16,32 +19,22 @@ namespace fs = std::filesystem;
 
 constexpr const char* kSetKey = "set";
 
-// Adds "a.b=1" for every value below a group of scenario keys.
-void AddAssignments(const config::YamlNode& group, const std::string& prefix,
-                    std::set<std::string>* keys, std::vector<std::string>* assignments) {
-  for (const auto& [name, value] : group.Entries()) {
-    const std::string key = JoinKey(prefix, name);
-    if (value.IsMap()) {
-      AddAssignments(value, key, keys, assignments);
-    } else {
-      if (!keys->insert(key).second) value.Fail("this key is given twice");
-      assignments->push_back(key + "=" + value.OneLine());
-    }
-  }
-}
-
 GateCondition ReadCondition(const config::YamlNode& node, const GatePlan& plan,
                             const fs::path& folder, config::Origins* origins) {
   if (!node.IsMap()) node.Fail("must be a group of keys");
   GateCondition condition;
-  static_cast<GateDefaults&>(condition) = plan;
-  condition.plugins = plan.plugins;
+  static_cast<JudgeOptions&>(condition) = plan;
   config::ReadFields(node, &condition, origins, {kSetKey});
   if (condition.name.empty()) node.Fail("a condition needs a name");
   if (condition.scenario.empty()) node.Fail("a condition needs a scenario");
   if (const auto set = node.Find(kSetKey)) {
-    std::set<std::string> keys;
-    AddAssignments(*set, "", &keys, &condition.assignments);
+    batch::VariedKeys keys;
+    for (const auto& [key, value] : set->Entries()) {
+      keys.RequireNew(key, value);
+      keys.Add(key, value);
+      condition.assignments.push_back(key + "=" + value.OneLine());
+    }
+    condition.settings = fmt::format("{}", fmt::join(condition.assignments, " "));
   }
 
   std::error_code ignored;
@@ -55,7 +48,7 @@ GateCondition ReadCondition(const config::YamlNode& node, const GatePlan& plan,
     digest.Add(config::LoadYaml(condition.scenario_file).OneLine());
     for (const std::string& assignment : condition.assignments) digest.Add(assignment);
     condition.digest = digest.Hex();
-    condition.Load({}, plan.SeedOf(0));
+    plan.ScenarioOf(condition, plan.SeedOf(0));
   } catch (const ConfigError& error) {
     node.Fail(error.what());
   }
@@ -63,18 +56,6 @@ GateCondition ReadCondition(const config::YamlNode& node, const GatePlan& plan,
 }
 
 }  // namespace
-
-trial::Scenario GateCondition::Load(const std::vector<std::string>& more_assignments,
-                                    int64_t seed) const {
-  std::vector<std::string> all = assignments;
-  all.insert(all.end(), more_assignments.begin(), more_assignments.end());
-  for (const std::string& assignment : all)
-    if (assignment.starts_with("seed="))
-      throw ConfigError("--set " + assignment +
-                        ": the gate gives each trial its seed; set the gate's own `seed`");
-  all.push_back("seed=" + std::to_string(seed));
-  return trial::LoadScenario(scenario_file, all, "", plugins);
-}
 
 void GatePlan::Check(const std::string&) const {
   if (conditions.empty()) throw ConfigError("conditions", "a gate needs a condition");
@@ -85,20 +66,29 @@ void GatePlan::Check(const std::string&) const {
 }
 
 JudgeOptions GatePlan::OptionsFor(const GateCondition& condition) const {
-  int tests = 1;
-  if (alpha_covers == AlphaCovers::kCondition) tests = condition.margins.tests();
+  int tests = alpha_covers == AlphaCovers::kCondition ? condition.margins.tests() : 1;
   if (alpha_covers == AlphaCovers::kGate) {
     tests = 0;
     for (const GateCondition& each : conditions) tests += each.margins.tests();
   }
-  return {.margins = condition.margins,
-          .alpha = condition.alpha / tests,
-          .beta = condition.beta,
-          .max_trials = condition.max_trials};
+  JudgeOptions options = condition;
+  options.alpha /= tests;
+  return options;
 }
 
 int64_t GatePlan::SeedOf(int trial) const {
   return SeedTree(static_cast<uint64_t>(seed)).TrialSeed(trial);
+}
+
+trial::Scenario GatePlan::ScenarioOf(const GateCondition& condition, int64_t trial_seed) const {
+  std::vector<std::string> all = condition.assignments;
+  all.insert(all.end(), assignments.begin(), assignments.end());
+  for (const std::string& assignment : all)
+    if (assignment.starts_with("seed="))
+      throw ConfigError("--set " + assignment +
+                        ": the gate gives each trial its seed; set the gate's own `seed`");
+  all.push_back("seed=" + std::to_string(trial_seed));
+  return trial::LoadScenario(condition.scenario_file, all, "", plugins);
 }
 
 GatePlan LoadGatePlan(const std::string& file, const trial::Plugins& plugins) {

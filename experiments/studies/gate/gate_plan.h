@@ -16,18 +16,63 @@
 //       set: {sea.state: moderate}        # scenario keys
 //       margins: {success_rate: 0.15}     # alpha, beta, max_trials, margins: else the gate's
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
 
-#include "experiments/studies/gate/judge.h"
+#include "experiments/statistics/sequential_test.h"
 #include "experiments/trial/scenario.h"
+#include "experiments/trial/trial_record.h"
 #include "sim/base/fields.h"
 
 namespace turbidock::gate {
 
 inline constexpr int kGateSchema = 1;
 inline constexpr int kMaxTrials = 10000;  // of a condition
+
+// What is judged besides the success rate, of trials that docked: the list that margins, baseline
+// and judge follow.
+struct MedianMeasure {
+  const char* key;  // in margins and baselines
+  const char* name;
+  const char* unit;
+  double (*of)(const trial::TrialRecord& record);
+  double sign = 1;  // of a change for the worse: -1 where less is worse
+};
+inline constexpr auto kMedianMeasures = std::to_array<MedianMeasure>(
+    {{"time_s", "time to dock", "s", [](const auto& r) { return r.time_s; }},
+     {"final_error_m", "final true error", "m",
+      [](const auto& r) { return r.final_error_true.distance_m(); }},
+     {"returns_to_servoing", "returns to servoing", "times",
+      [](const auto& r) { return static_cast<double>(r.returns_to_servoing); }},
+     {"fitness", "fitness", "F", [](const auto& r) { return r.fitness_mean; }, -1},
+     {"effort_v", "effort", "V", [](const auto& r) { return r.effort_v; }}});
+using MedianValues = std::array<double, kMedianMeasures.size()>;
+
+// Of error rates and of what a success rate may lose: what the tests are exact for.
+inline Range TestedProbability() {
+  return InRange(statistics::kLeastProbability, 1 - statistics::kLeastProbability);
+}
+
+// The changes for the worse that matter. Zero: not judged.
+struct GateMargins {
+  double success_rate = 0.1;
+  MedianValues medians{};  // none negative, also where less is worse
+
+  static void Fields(auto& self, auto&& field) {
+    field("success_rate", self.success_rate, TestedProbability(),
+          "loss of success rate that matters");
+    for (size_t i = 0; i < kMedianMeasures.size(); ++i)
+      field(kMedianMeasures[i].key, self.medians[i], AtLeast(0),
+            "change of its median for the worse that matters; 0: not judged");
+  }
+
+  int tests() const {
+    return 1 + static_cast<int>(medians.size() - std::ranges::count(medians, 0));
+  }
+};
 
 // What may never fail by chance more often than alpha. Bonferroni: alpha is divided by the number
 // of tests in it.
@@ -37,8 +82,8 @@ constexpr auto Names(AlphaCovers) {
   return EnumList<AlphaCovers>({{kGate, "gate"}, {kCondition, "condition"}, {kTest, "test"}});
 }
 
-// The keys that a condition takes from the gate unless it has its own.
-struct GateDefaults {
+// How a condition is judged: keys that it takes from the gate unless it has its own.
+struct JudgeOptions {
   double alpha = 0.05, beta = 0.05;
   int max_trials = 100;
   GateMargins margins;
@@ -52,27 +97,24 @@ struct GateDefaults {
   }
 };
 
-struct GateCondition : GateDefaults {
+struct GateCondition : JudgeOptions {
   std::string name;
   std::string scenario;
 
   static void Fields(auto& self, auto&& field) {
     field("name", self.name, Finite(), "what reports call it");
     field("scenario", self.scenario, Finite(), "a bundled scenario, or a file beside the gate's");
-    GateDefaults::Fields(self, field);
+    JudgeOptions::Fields(self, field);
   }
 
   // Read beside the fields.
   std::vector<std::string> assignments;  // from `set`: "water.milk_ml_m3=20"
+  std::string settings;                  // these, for people
   std::string scenario_file;             // where it was found
   std::string digest;                    // of the scenario file's content and the assignments
-  trial::Plugins plugins;                // what else the scenario may choose
-
-  // ConfigError for a scenario that cannot be loaded, or a seed among the assignments.
-  trial::Scenario Load(const std::vector<std::string>& more_assignments, int64_t seed) const;
 };
 
-struct GatePlan : GateDefaults {
+struct GatePlan : JudgeOptions {
   int schema_version = 0;
   std::string description;
   int64_t seed = 1;
@@ -81,7 +123,7 @@ struct GatePlan : GateDefaults {
   std::vector<GateCondition> conditions;
   // No keys: of the command line and the program.
   std::vector<std::string> assignments;  // in every scenario, over the conditions' own
-  trial::Plugins plugins;
+  trial::Plugins plugins;                // what else the scenarios may choose
 
   static void Fields(auto& self, auto&& field) {
     field("schema_version", self.schema_version, InRange(kGateSchema, kGateSchema),
@@ -90,15 +132,18 @@ struct GatePlan : GateDefaults {
     field("seed", self.seed, AtLeast(0),
           "root of the trials' seeds; the baseline must have the same");
     field("baseline", self.baseline, Finite(), "the baseline's file, beside the gate's");
-    GateDefaults::Fields(self, field);
+    JudgeOptions::Fields(self, field);
     field("alpha_covers", self.alpha_covers, Finite(),
           "what alpha bounds the false alarms of: the whole gate, a condition, or one test");
     field("conditions", self.conditions, Finite(), "what must not get worse");
   }
   void Check(const std::string& path) const;
 
-  JudgeOptions OptionsFor(const GateCondition& condition) const;  // how to judge it
+  // How to judge it, with its tests' share of alpha.
+  JudgeOptions OptionsFor(const GateCondition& condition) const;
   int64_t SeedOf(int trial) const;
+  // ConfigError for a scenario that cannot be loaded, or a seed among the assignments.
+  trial::Scenario ScenarioOf(const GateCondition& condition, int64_t trial_seed) const;
 };
 
 // Reads a gate's file. ConfigError for whatever is wrong in it, also for a scenario that cannot be

@@ -1,23 +1,20 @@
-#include "experiments/studies/gate/gate_report.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/property_tree/ptree.hpp>
+#include <boost/property_tree/xml_parser.hpp>
 #include <cctype>
-#include <map>
+#include <sstream>
 #include <utility>
 
+#include "experiments/report/quantity.h"
 #include "experiments/report/table.h"
+#include "experiments/studies/gate/gate.h"
 
 namespace turbidock::gate {
 namespace {
 
-using report::Fixed;
-using report::Mark;
-using report::Panel;
-using report::Sample;
 using report::Section;
-using report::Series;
 using report::Tone;
 using statistics::Verdict;
 
@@ -26,28 +23,31 @@ Tone ToneOf(Verdict verdict) {
   return verdict == Verdict::kPass ? Tone::kGood : Tone::kBad;
 }
 
+std::string Points(const std::optional<double>& share) {
+  return share ? fmt::format("{:.1f} points", 100 * *share) : "none";
+}
+
+// A measure's value for people: "12.3 s", 0.0045 m as "4.5 mm", a rate of 0.95 as "95 %".
 std::string Shown(const MeasureReport& measure, const std::optional<double>& value) {
-  return value ? ShownValue(*value, measure.unit) : "none";
+  if (!value) return "none";
+  if (measure.unit.empty()) return report::Digits(100 * *value) + " %";
+  if (measure.unit == "m") return report::Digits(1000 * *value) + " mm";
+  return report::Digits(*value) + " " + measure.unit;
 }
 
-std::string ShownMargin(const MeasureReport& measure) {
-  const char sign = measure.less_is_worse ? '-' : '+';
-  if (measure.unit.empty()) return fmt::format("{}{:g} points", sign, 100 * measure.margin);
-  if (measure.unit == "m") return fmt::format("{}{:g} mm", sign, 1000 * measure.margin);
-  return fmt::format("{}{:g} {}", sign, measure.margin, measure.unit);
+std::string ShownMargin(const MeasureReport& m) {
+  return (m.less_is_worse ? "-" : "+") + (m.unit.empty() ? Points(m.margin) : Shown(m, m.margin));
 }
 
-// "success rate 95.0 % -> 80.0 %, worse in 6 of 31 trials, better in 0".
-std::string Described(const MeasureReport& m) {
-  return fmt::format("{} {} -> {}, worse in {} of {} trials, better in {}", m.measure,
-                     Shown(m, m.before), Shown(m, m.now), m.worse, m.compared, m.better);
-}
-
-// The measures that made the condition's verdict.
+// The measures that made the condition's verdict: "success rate 95 % -> 80 %, worse in 6 of 31
+// trials, better in 0".
 std::string Reasons(const ConditionReport& condition) {
   std::vector<std::string> reasons;
-  for (const MeasureReport& measure : condition.measures)
-    if (measure.verdict == condition.verdict) reasons.push_back(Described(measure));
+  for (const MeasureReport& m : condition.measures)
+    if (m.verdict == condition.verdict)
+      reasons.push_back(fmt::format("{} {} -> {}, worse in {} of {} trials, better in {}",
+                                    m.measure, Shown(m, m.before), Shown(m, m.now), m.worse,
+                                    m.compared, m.better));
   return fmt::format("{}", fmt::join(reasons, "; "));
 }
 
@@ -57,34 +57,25 @@ report::Verdict VerdictOf(const GateReport& report) {
   if (report.verdict == Verdict::kInconclusive)
     reason = "The trials allowed were spent before it was known.";
   for (const ConditionReport& c : report.conditions)
-    if (c.verdict != Verdict::kPass) reason += fmt::format(" {}: {}.", c.name, Reasons(c));
+    if (c.verdict != Verdict::kPass) reason += fmt::format(" {}: {}.", c.condition, Reasons(c));
   return {NameOf(report.verdict), ToneOf(report.verdict), reason};
 }
 
-std::string Points(const std::optional<double>& share) {
-  return share ? fmt::format("{:.1f} points", 100 * *share) : "none";
-}
-
-// Of each condition in their order.
-std::string LossesSeen(const std::vector<ConditionReport>& conditions) {
-  std::vector<std::string> losses;
-  for (const ConditionReport& c : conditions) losses.push_back(Points(c.test.least_loss_seen));
-  return fmt::format("{}", fmt::join(losses, ", "));
-}
-
 std::vector<report::Fact> FactsOf(const GateReport& report) {
-  size_t trials = 0, failing = 0;
+  int trials = 0;
+  size_t failing = 0;
+  std::vector<std::string> losses;
   for (const ConditionReport& c : report.conditions) {
-    trials += c.trials.size();
+    trials += c.trials;
     failing += c.newly_failing_seeds.size();
+    losses.push_back(Points(c.least_loss_seen));
   }
   std::vector<report::Fact> facts = {
-      {"conditions", std::to_string(report.conditions.size())},
       {"trials", std::to_string(trials), "that the verdict rests on"},
       {"no longer dock", std::to_string(failing), "seeds that docked in the baseline"},
       {"alpha", fmt::format("{:g}", report.alpha),
        fmt::format("chance to fail by mistake, of each {}", NameOf(report.alpha_covers))},
-      {"would have seen", LossesSeen(report.conditions),
+      {"would have seen", fmt::format("{}", fmt::join(losses, ", ")),
        "less success, in the conditions' order, with 80 % power"},
       {"not varied", "all scenario keys", "within a condition only the seed is"},
       {"build", report.build},
@@ -95,30 +86,12 @@ std::vector<report::Fact> FactsOf(const GateReport& report) {
   return facts;
 }
 
-// What the success rate's tests can tell.
-Section Sizes(const std::vector<std::pair<std::string, TestSize>>& tests) {
-  report::Table table({"<condition", "margin", "alpha", "beta", "trials at most", "without change",
-                       "worse fails", "fails with 80 %"});
-  for (const auto& [name, test] : tests)
-    table.Row({name, fmt::format("{:g} points", 100 * test.margin),
-               fmt::format("{:.2g}", test.alpha), fmt::format("{:.2g}", test.beta),
-               std::to_string(test.max_trials),
-               test.passes_unchanged ? Fixed(test.unchanged_trials, 0) : "never passes",
-               fmt::format("{:.1f} %", 100 * test.worse_fails), Points(test.least_loss_seen)});
-  return {.title = "What the success rate's tests can tell",
-          .note =
-              "Of a build that does as the baseline's but for what it loses, exactly. Without "
-              "change: the trials after which it passes. Worse: by the margin. Last: the "
-              "least loss that fails with a probability of 80 %. Alpha is this test's share.",
-          .table = table};
-}
-
 Section Measures(const GateReport& report) {
   report::Table table({"<condition", "<measure", "<verdict", "after", "baseline", "now", "margin",
                        "trials", "worse", "better"});
   for (const ConditionReport& c : report.conditions)
     for (const MeasureReport& m : c.measures)
-      table.Row({c.name,
+      table.Row({c.condition,
                  m.measure,
                  {NameOf(m.verdict), ToneOf(m.verdict)},
                  m.decided_after_trials ? std::to_string(*m.decided_after_trials) : "-",
@@ -135,62 +108,19 @@ Section Measures(const GateReport& report) {
           .table = table};
 }
 
-// How the test of the success rate went, and some way beyond, to see where its borders lead.
-Panel PathPanel(const ConditionReport& condition) {
-  const MeasureReport& rate = condition.measures.front();
-  const size_t run = condition.trials.size();
-  const size_t shown = std::min(condition.path.size(), std::max(run + 12, run * 8 / 5));
-  const std::vector<Look> looks(condition.path.begin(),
-                                condition.path.begin() + static_cast<int64_t>(shown));
-  double top = 3;
-  const auto over_trials = [&](std::optional<int> Look::*count) {
-    return report::SamplesOf(looks, [&](const Look& look) {
-      const std::optional<int>& y = look.*count;
-      if (y) top = std::max(top, *y + 0.6);
-      return Sample{static_cast<double>(look.trials), y ? *y : report::kOpen};
-    });
-  };
-  Panel panel{
-      .title =
-          condition.name + ": " + NameOf(rate.verdict) +
-          (rate.decided_after_trials ? fmt::format(" after {} trials", *rate.decided_after_trials)
-                                     : ""),
-      .x = {.label = "trials", .low = 0, .whole = true},
-      .y = {.label = "seeds that no longer dock", .low = -0.4, .whole = true},
-      .series = {{"fails from here", over_trials(&Look::fails_at), report::CurveColor(1),
-                  Mark::kDashedSteps},
-                 {"passes up to here", over_trials(&Look::passes_at), report::CurveColor(2),
-                  Mark::kDashedSteps},
-                 {"so far", over_trials(&Look::worse), report::CurveColor(0), Mark::kSteps, 3.5}}};
-  panel.y.high = top;
-  return panel;
-}
-
-Section Paths(const GateReport& report) {
-  Section section{.title = "How the test of the success rate went",
-                  .note =
-                      "The line is what was counted so far. Where it reaches the upper border "
-                      "the gate fails, at the lower one it passes; between them it asks for "
-                      "more trials.",
-                  .wide = true};
-  for (const ConditionReport& c : report.conditions)
-    if (!c.path.empty()) section.panels.push_back(PathPanel(c));
-  return section;
-}
-
 Section ChangedSeeds(const GateReport& report) {
   Section section{.title = "Seeds that changed"};
-  report::Table table({"<condition", "seed", "<change", "<outcome now", "time [s]"});
+  report::Table table({"<condition", "seed", "<change", "<outcome now"});
   for (const ConditionReport& c : report.conditions)
-    for (const GateTrial& trial : c.trials) {
-      const bool fails = std::ranges::count(c.newly_failing_seeds, trial.seed) > 0;
-      if (!fails && std::ranges::count(c.newly_docking_seeds, trial.seed) == 0) continue;
+    for (const GateTrial& trial : c.outcomes) {
       const std::string seed = std::to_string(trial.seed);
-      table.Row({c.name,
-                 fails ? report::Cell(seed, Tone::kNone, BundleName(c.name, trial.seed)) : seed,
-                 {fails ? "fails now" : "docks now", fails ? Tone::kBad : Tone::kGood},
-                 NameOf(trial.outcome),
-                 Fixed(trial.quality.time_s, 1)});
+      if (std::ranges::count(c.newly_failing_seeds, trial.seed) > 0)
+        table.Row({c.condition,
+                   {seed, Tone::kNone, BundleName(c.condition, trial.seed)},
+                   {"fails now", Tone::kBad},
+                   NameOf(trial.outcome)});
+      else if (std::ranges::count(c.newly_docking_seeds, trial.seed) > 0)
+        table.Row({c.condition, seed, {"docks now", Tone::kGood}, NameOf(trial.outcome)});
     }
   if (table.rows().empty())
     section.lines = {"None: every seed ended as in the baseline."};
@@ -199,115 +129,60 @@ Section ChangedSeeds(const GateReport& report) {
   return section;
 }
 
-std::string Escaped(std::string_view text) {
-  static const std::map<char, std::string> kEntities = {
-      {'&', "&amp;"}, {'<', "&lt;"}, {'>', "&gt;"}, {'"', "&quot;"}, {'\n', "\n"}, {'\t', "\t"}};
-  std::string out;
-  for (const char c : text) {
-    const auto entity = kEntities.find(c);
-    if (entity != kEntities.end())
-      out += entity->second;
-    else  // XML 1.0 has no other control characters
-      out += static_cast<unsigned char>(c) < 0x20 ? '?' : c;
-  }
-  return out;
-}
-
-std::string Properties(const GateReport& report, const ConditionReport& c) {
-  const auto interval = [](const statistics::Interval& i) {
-    return fmt::format("{:.4f} {:.4f}", i.low, i.high);
-  };
-  std::vector<int64_t> seeds;
-  for (const GateTrial& trial : c.trials) seeds.push_back(trial.seed);
-  const auto n = static_cast<double>(seeds.size());
-  const std::vector<std::pair<std::string, std::string>> properties = {
-      {"verdict", NameOf(c.verdict)},
-      {"n", std::to_string(seeds.size())},
-      {"docked", std::to_string(c.docked)},
-      {"success_rate", seeds.empty() ? "" : fmt::format("{:.4f}", c.docked / n)},
-      {"interval_95", interval(c.interval_95)},
-      {"baseline_n", std::to_string(c.baseline_trials)},
-      {"baseline_docked", std::to_string(c.baseline_docked)},
-      {"baseline_interval_95", interval(c.baseline_interval_95)},
-      {"seeds", fmt::format("{}", fmt::join(seeds, " "))},
-      {"newly_failing_seeds", fmt::format("{}", fmt::join(c.newly_failing_seeds, " "))},
-      {"build", report.build},
-      {"baseline_build", report.baseline_build}};
-  std::string text;
-  for (const auto& [name, value] : properties)
-    if (!value.empty())
-      text += fmt::format("      <property name=\"{}\" value=\"{}\"/>\n", name, Escaped(value));
-  return "    <properties>\n" + text + "    </properties>\n";
-}
-
 }  // namespace
 
-std::string ShownValue(double value, const std::string& unit) {
-  if (unit.empty()) return fmt::format("{:.1f} %", 100 * value);
-  if (unit == "m") return fmt::format("{:.1f} mm", 1000 * value);
-  return fmt::format("{:.{}f} {}", value, unit == "F" ? 3 : unit == "V" ? 2 : 1, unit);
-}
-
 std::string BundleName(const std::string& condition, int64_t seed) {
-  std::string name;  // good for a file everywhere
-  for (const char c : condition) name += std::isalnum(static_cast<unsigned char>(c)) ? c : '_';
+  std::string name = condition;  // good for a file everywhere
+  std::ranges::replace_if(
+      name, [](char c) { return !std::isalnum(static_cast<unsigned char>(c)); }, '_');
   return fmt::format("{}_{}", name, seed);
 }
 
 report::Report ReportOf(const GateReport& report) {
-  report::Report shown{.kind = "gate",
-                       .title = report.description.empty() ? "docking gate" : report.description,
-                       .build = report.build,
-                       .verdict = VerdictOf(report),
-                       .facts = FactsOf(report),
-                       .sections = {Measures(report), ChangedSeeds(report)}};
-  std::vector<std::pair<std::string, TestSize>> tests;
-  for (const ConditionReport& c : report.conditions) tests.emplace_back(c.name, c.test);
-  if (const Section paths = Paths(report); !paths.panels.empty()) shown.sections.push_back(paths);
-  shown.sections.push_back(Sizes(tests));
-  return shown;
-}
-
-report::Report SizeReport(const GatePlan& plan) {
-  std::vector<std::pair<std::string, TestSize>> tests;
-  for (const GateCondition& condition : plan.conditions)
-    tests.emplace_back(condition.name, SizeOf(plan.OptionsFor(condition)));
-  return {.kind = "gate_plan_size",
-          .title = "trials of a gate" + (plan.description.empty() ? "" : ": " + plan.description),
-          .sections = {Sizes(tests)}};
-}
-
-report::Json SizesOf(const GatePlan& plan) {
-  report::Json conditions = report::Json::array();
-  for (const GateCondition& condition : plan.conditions) {
-    report::Json& size = conditions.emplace_back(SizeOf(plan.OptionsFor(condition)));
-    size["condition"] = condition.name;
-  }
-  return {{"conditions", conditions}};
+  return {.kind = "gate",
+          .title = report.description.empty() ? "docking gate" : report.description,
+          .build = report.build,
+          .verdict = VerdictOf(report),
+          .facts = FactsOf(report),
+          .sections = {Measures(report), ChangedSeeds(report)}};
 }
 
 std::string Junit(const GateReport& report) {
-  const auto count = [&](Verdict verdict) {
-    return std::ranges::count(report.conditions, verdict, &ConditionReport::verdict);
+  using boost::property_tree::ptree;
+  const auto add = [](ptree* parent, const char* path,
+                      std::vector<std::pair<std::string, std::string>> attributes) {
+    ptree& element = parent->add(path, "");
+    for (auto& [name, value] : attributes) {
+      std::ranges::replace_if(
+          value, [](unsigned char c) { return std::iscntrl(c); }, '?');  // XML has none
+      element.put("<xmlattr>." + name, value);
+    }
+    return &element;
   };
-  std::string text = fmt::format(
-      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
-      "<testsuites name=\"turbidock gate\" tests=\"{}\" failures=\"{}\" errors=\"{}\">\n",
-      report.conditions.size(), count(Verdict::kFail), count(Verdict::kInconclusive));
+  const auto count = [&](Verdict verdict) {
+    return std::to_string(
+        std::ranges::count(report.conditions, verdict, &ConditionReport::verdict));
+  };
+  ptree document;
+  ptree* suites = add(&document, "testsuites",
+                      {{"name", "turbidock gate"},
+                       {"tests", std::to_string(report.conditions.size())},
+                       {"failures", count(Verdict::kFail)},
+                       {"errors", count(Verdict::kInconclusive)}});
   for (const ConditionReport& c : report.conditions) {
     const bool failed = c.verdict == Verdict::kFail, unsure = c.verdict == Verdict::kInconclusive;
-    std::string problem;
-    if (failed || unsure)
-      problem =
-          fmt::format("      <{} type=\"{}\" message=\"{}\"/>\n", failed ? "failure" : "error",
-                      failed ? "worse" : "inconclusive", Escaped(Reasons(c)));
-    text += fmt::format(
-        "  <testsuite name=\"{0}\" tests=\"1\" failures=\"{1:d}\" errors=\"{2:d}\">\n{3}"
-        "    <testcase name=\"{0}\" classname=\"turbidock.gate\">\n{4}    </testcase>\n"
-        "  </testsuite>\n",
-        Escaped(c.name), failed, unsure, Properties(report, c), problem);
+    ptree* suite = add(suites, "testsuite",
+                       {{"name", c.condition},
+                        {"tests", "1"},
+                        {"failures", failed ? "1" : "0"},
+                        {"errors", unsure ? "1" : "0"}});
+    ptree* test = add(suite, "testcase", {{"name", c.condition}, {"classname", "turbidock.gate"}});
+    if (failed) add(test, "failure", {{"type", "worse"}, {"message", Reasons(c)}});
+    if (unsure) add(test, "error", {{"type", "inconclusive"}, {"message", Reasons(c)}});
   }
-  return text + "</testsuites>\n";
+  std::ostringstream text;
+  write_xml(text, document, boost::property_tree::xml_writer_settings<std::string>(' ', 2));
+  return text.str();
 }
 
 }  // namespace turbidock::gate

@@ -90,7 +90,6 @@ sed '/^grid:/,$d; s/seeds: 6/seeds: 1/' plan.yaml >single.yaml
 "$program" gate gate.yaml --update --quiet
 # with a third of the time no trial docks any more
 "$program" gate gate.yaml --set duration_s=1.2 --bundles 2 --out gate --quiet || [ $? = 1 ]
-"$program" gate gate.yaml --plan-size --json >plan_size.json
 "$program" recognize --distances 400,1000 --milk 0,40,120 --seconds 1 --json --quiet >recognition.json
 "$program" compare-estimators pool_active --distances 600 --milk 0,20 --starts 3 --frames 10 \
   --estimators rm_ga,blobs --json --quiet >estimators.json
@@ -132,6 +131,5 @@ db.commit()
 END
 "$program" report many.db --out many.html
 "$program" report gate --out gate.html
-"$program" report plan_size.json --out plan_size.html
 "$program" report recognition.json --out recognition.html
 "$program" report estimators.json --out estimators.html

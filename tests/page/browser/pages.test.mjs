@@ -21,11 +21,10 @@ const kKinds = {
   none: {plots: 2},
   single: {plots: 2},
   compare: {plots: 1},
-  tuning: {plots: 5},
+  tuning: {plots: 1},
   steps: {plots: 16},
   vehicle: {plots: 3},
-  gate: {plots: 1},
-  plan_size: {plots: 0},
+  gate: {plots: 0},
   recognition: {plots: 2},
   estimators: {plots: 3},
 };

@@ -12,16 +12,14 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
-#include <tuple>
 #include <vector>
 
-#include "experiments/media/figure.h"
 #include "experiments/report/report_json.h"
 #include "experiments/report/text.h"
-#include "experiments/studies/gate/gate_report.h"
 #include "experiments/system/subprocess.h"
 #include "sim/base/check.h"
 #include "sim/base/digest.h"
@@ -46,6 +44,15 @@ Rng Noise(int64_t seed, const char* what) {
   return SeedTree(static_cast<uint64_t>(seed)).Stream(what);
 }
 
+// What a trial docks with, in the order of kMedianMeasures.
+struct Quality {
+  double time_s = 0, final_error_m = 0, returns_to_servoing = 0, fitness = 0, effort_v = 0;
+
+  MedianValues Values() const {
+    return {time_s, final_error_m, returns_to_servoing, fitness, effort_v};
+  }
+};
+
 // Docks at a rate, after about 40 s; so much worse.
 Build DocksAt(double rate, const Quality& more = {}) {
   return [=](size_t, int64_t seed) {
@@ -59,11 +66,11 @@ Build DocksAt(double rate, const Quality& more = {}) {
         .effort_v = 1 + 0.1 * Noise(seed, "effort").Uniform() + more.effort_v};
     GateTrial trial{.seed = seed,
                     .outcome = docks ? trial::Outcome::kDocked : trial::Outcome::kTimeout,
-                    .quality = quality,
+                    .values = quality.Values(),
                     .digest = ""};
     Digest digest;
     digest.Add(std::string(NameOf(trial.outcome)));
-    for (const MedianMeasure& measure : kMedianMeasures) digest.Add(quality.*measure.value);
+    for (const double value : trial.values) digest.Add(value);
     trial.digest = digest.Hex();
     return trial;
   };
@@ -72,19 +79,19 @@ Build DocksAt(double rate, const Quality& more = {}) {
 // Gives results as a build would; of those under way the last one that was asked for comes first.
 GateRunner RunnerOf(const GatePlan& plan, const Build& build, size_t at_once = 3,
                     int* trials_run = nullptr) {
-  return [=, &plan](GateTrials* trials) {
+  return [=, &plan](const GateTrials& trials) {
     std::vector<int64_t> under_way;
     for (;;) {
       while (under_way.size() < at_once) {
-        const auto trial = trials->Next();
+        const auto trial = trials.next();
         if (!trial) break;
         under_way.push_back(*trial);
       }
       if (under_way.empty()) return;
       const int64_t trial = under_way.back(), conditions = std::ssize(plan.conditions);
       under_way.pop_back();
-      trials->Add(trial, build(static_cast<size_t>(trial % conditions),
-                               plan.SeedOf(static_cast<int>(trial / conditions))));
+      trials.add(trial, build(static_cast<size_t>(trial % conditions),
+                              plan.SeedOf(static_cast<int>(trial / conditions))));
       if (trials_run) ++*trials_run;
     }
   };
@@ -143,7 +150,8 @@ TEST_F(Gate, TheSameBuildPassesWithFewTrials) {
   EXPECT_EQ(report.verdict, statistics::Verdict::kPass);
   EXPECT_LT(trials, 45);
   const ConditionReport& calm = report.conditions.at(0);
-  EXPECT_EQ(std::ssize(calm.trials), trials);
+  EXPECT_EQ(calm.trials, trials);
+  EXPECT_EQ(std::ssize(calm.outcomes), trials);
   EXPECT_THAT(calm.newly_failing_seeds, IsEmpty());
   ASSERT_EQ(calm.measures.size(), 3u);
   for (const MeasureReport& measure : calm.measures) {
@@ -153,88 +161,29 @@ TEST_F(Gate, TheSameBuildPassesWithFewTrials) {
   }
 }
 
-TEST_F(Gate, ThePathReachesABorderWhereTheVerdictFalls) {
-  const GatePlan plan = Plan();
-  const Baseline baseline = Measure(plan, DocksAt(0.95));
-  for (const double rate : {0.95, 0.6}) {
-    const ConditionReport calm = Judge(plan, baseline, DocksAt(rate), /*at_once=*/1).conditions[0];
-    const MeasureReport& success = calm.measures[0];
-    ASSERT_TRUE(success.decided_after_trials);
-    ASSERT_EQ(calm.path.size(), 200u);
-    int decided = 0;
-    for (const Look& look : calm.path) {
-      const bool run = look.trials <= std::ssize(calm.trials);
-      ASSERT_EQ(look.worse.has_value(), run) << look.trials;
-      if (!run) continue;
-      const bool fails = look.fails_at && *look.worse >= *look.fails_at;
-      const bool passes = look.passes_at && *look.worse <= *look.passes_at;
-      EXPECT_FALSE(fails && passes);
-      if (decided == 0 && (fails || passes)) {
-        decided = look.trials;
-        EXPECT_EQ(fails, success.verdict == statistics::Verdict::kFail);
-      }
-    }
-    EXPECT_EQ(decided, *success.decided_after_trials);
-    // the last border leaves no room that the trials allowed could not have used
-    EXPECT_TRUE(calm.path.back().passes_at);
-    EXPECT_TRUE(calm.path.back().fails_at);
-  }
-}
-
 const report::Section& SectionOf(const report::Report& report, const std::string& title) {
   for (const report::Section& section : report.sections)
     if (section.title == title) return section;
   throw std::runtime_error("no section " + title);
 }
 
-// What is drawn is the test's way: it ends on the border of its verdict.
-TEST_F(Gate, TheReportShowsTheWayToTheVerdict) {
-  const GatePlan plan = Plan("  - name: rough\n    scenario: pool_active\n");
+TEST_F(Gate, TheReportSaysWhichLossEachConditionWouldHaveShown) {
+  const GatePlan plan =
+      Plan("  - {name: rough, scenario: pool_active, margins: {success_rate: 0.3}}\n");
   const Baseline baseline = Measure(plan, DocksAt(0.95));
-  GateReport report = Judge(plan, baseline, [](size_t condition, int64_t seed) {
-    return DocksAt(condition == 0 ? 0.95 : 0.6)(condition, seed);
-  });
+  GateReport report = Judge(plan, baseline, DocksAt(0.95));
   report.assignments = {"controller=pid"};
   const report::Report shown = ReportOf(report);
-  EXPECT_THAT(SectionOf(shown, "Measures").table->Text(), HasSubstr("-10 points"));
+  EXPECT_THAT(SectionOf(shown, "Measures").table->Text(), HasSubstr("-10.0 points"));
   const auto seen = std::ranges::find(shown.facts, "would have seen", &report::Fact::label);
   ASSERT_NE(seen, shown.facts.end());
-  EXPECT_EQ(seen->value, fmt::format("{:.1f} points, {:.1f} points",
-                                     100 * *report.conditions[0].test.least_loss_seen,
-                                     100 * *report.conditions[1].test.least_loss_seen));
-  const auto& paths = SectionOf(shown, "How the test of the success rate went").panels;
-  ASSERT_EQ(paths.size(), 2u);
-  for (size_t i = 0; i < 2; ++i) {
-    const ConditionReport& condition = report.conditions[i];
-    EXPECT_THAT(paths[i].title, HasSubstr(condition.name));
-    const auto& [fails, passes, so_far] =
-        std::tie(paths[i].series[0], paths[i].series[1], paths[i].series[2]);
-    std::optional<report::Sample> last;
-    size_t run = 0;
-    for (const report::Sample& sample : so_far.points)
-      if (std::isfinite(sample.y)) last = sample, ++run;
-    ASSERT_TRUE(last);
-    EXPECT_EQ(run, condition.trials.size());
-    EXPECT_LT(run, so_far.points.size()) << "the borders go on";
-    EXPECT_LT(last->y, paths[i].y.high);
-    const size_t end = run - 1;
-    const statistics::Verdict verdict = condition.measures[0].verdict;
-    if (verdict == statistics::Verdict::kFail) {
-      EXPECT_GE(last->y, fails.points[end].y) << condition.name;
-    } else if (verdict == statistics::Verdict::kPass) {
-      EXPECT_LE(last->y, passes.points[end].y) << condition.name;
-    }
-  }
-  EXPECT_EQ(report.conditions[1].measures[0].verdict, statistics::Verdict::kFail);
-
-  const std::string path = (folder_ / "gate.svg").string();
-  media::WriteFigure(path, media::FigureOf(shown));
-  std::ifstream file(path);
-  const std::string svg{std::istreambuf_iterator<char>(file), {}};
-  EXPECT_THAT(svg, HasSubstr("fail: docking"));
-  EXPECT_THAT(svg, HasSubstr("rough: fail after"));
-  EXPECT_THAT(svg, HasSubstr("seeds that no longer dock"));
-  EXPECT_THAT(svg, HasSubstr("passes up to here"));
+  EXPECT_EQ(seen->value,
+            fmt::format("{:.1f} points, {:.1f} points", 100 * *report.conditions[0].least_loss_seen,
+                        100 * *report.conditions[1].least_loss_seen));
+  // as by the test itself, with its share of alpha: of three tests of either condition
+  const statistics::PairedRateTest test(0.1, 0.05 / 6, 0.05, 200);
+  EXPECT_NEAR(test.FailRate(*report.conditions[0].least_loss_seen), 0.8, 0.01);
+  EXPECT_EQ(shown.facts.back().value, "controller=pid");
 }
 
 TEST_F(Gate, TheReportNamesEverySeedThatChangedAndLinksThoseThatFail) {
@@ -264,16 +213,14 @@ TEST_F(Gate, TheReportNamesEverySeedThatChangedAndLinksThoseThatFail) {
   };
   EXPECT_EQ(failing, texts(calm.newly_failing_seeds));
   EXPECT_EQ(docking, texts(calm.newly_docking_seeds));
-  EXPECT_EQ(shown.facts[2].value, std::to_string(failing.size()));
+  EXPECT_EQ(shown.facts[1].value, std::to_string(failing.size()));
   const GateReport none = Judge(plan, Measure(plan, DocksAt(0.95)), DocksAt(0.95));
   EXPECT_THAT(SectionOf(ReportOf(none), "Seeds that changed").lines[0], HasSubstr("None"));
 }
 
 TEST_F(Gate, EachMeasureFailsForItsOwnReason) {
   GatePlan plan = Plan();
-  plan.conditions[0].margins.median.returns_to_servoing = 1;
-  plan.conditions[0].margins.median.fitness = 0.05;
-  plan.conditions[0].margins.median.effort_v = 0.1;
+  plan.conditions[0].margins.medians = {5, 0.01, 1, 0.05, 0.1};
   const Baseline baseline = Measure(plan, DocksAt(0.95));
   EXPECT_EQ(Judge(plan, baseline, DocksAt(0.95)).verdict, statistics::Verdict::kPass);
   const auto failed = [&](const Build& build) {
@@ -293,7 +240,7 @@ TEST_F(Gate, EachMeasureFailsForItsOwnReason) {
   EXPECT_THAT(failed(DocksAt(0.95, {.effort_v = 0.1})), ElementsAre("effort"));
 }
 
-TEST(Quality, IsThatOfTheRecord) {
+TEST(MedianMeasures, AreThoseOfTheRecord) {
   trial::TrialRecord record;
   record.time_s = 12;
   record.final_error_true.x_m = 0.3;
@@ -302,12 +249,13 @@ TEST(Quality, IsThatOfTheRecord) {
   record.fitness_mean = 0.7;
   record.fitness_best = 0.9;
   record.effort_v = 1.5;
-  const Quality quality = QualityOf(record);
-  EXPECT_EQ(quality.time_s, 12);
-  EXPECT_DOUBLE_EQ(quality.final_error_m, 0.5);
-  EXPECT_EQ(quality.returns_to_servoing, 2);
-  EXPECT_EQ(quality.fitness, 0.7);
-  EXPECT_EQ(quality.effort_v, 1.5);
+  std::map<std::string, double> values;
+  for (const MedianMeasure& measure : kMedianMeasures) values[measure.key] = measure.of(record);
+  EXPECT_EQ(values, (std::map<std::string, double>{{"time_s", 12},
+                                                   {"final_error_m", 0.5},
+                                                   {"returns_to_servoing", 2},
+                                                   {"fitness", 0.7},
+                                                   {"effort_v", 1.5}}));
 }
 
 TEST_F(Gate, BetterIsNoFailure) {
@@ -335,7 +283,7 @@ TEST_F(Gate, TooFewTrialsAreInconclusive) {
   const GatePlan plan = Plan("    max_trials: 10\n");
   const GateReport report = Judge(plan, Measure(plan, DocksAt(0.95)), DocksAt(0.95));
   EXPECT_EQ(report.verdict, statistics::Verdict::kInconclusive);
-  EXPECT_EQ(report.conditions.at(0).trials.size(), 10u);
+  EXPECT_EQ(report.conditions.at(0).trials, 10);
 }
 
 TEST_F(Gate, TheVerdictDoesNotDependOnHowManyTrialsRunAtOnce) {
@@ -371,20 +319,22 @@ TEST_F(Gate, ABaselineOfOtherSeedsIsRefused) {
 
 // What did not dock has no time to dock and is not compared, and a rate is the share that docked.
 TEST_F(Gate, OnlyWhatDockedHasATimeToDock) {
-  std::vector<GateTrial> baseline;
+  BaselineCondition baseline;
+  baseline.trials = 40;
+  baseline.docked = 30;
   for (int i = 0; i < 40; ++i)
-    baseline.push_back({.seed = i,
-                        .outcome = i % 4 ? trial::Outcome::kDocked : trial::Outcome::kTimeout,
-                        .quality = {.time_s = 20 + 0.1 * i},
-                        .digest = ""});
-  ConditionJudge judge("calm", {.margins = {.success_rate = 0.6, .median = {.time_s = 5}}},
-                       baseline);
+    baseline.outcomes.push_back(
+        {.seed = i,
+         .outcome = i % 4 ? trial::Outcome::kDocked : trial::Outcome::kTimeout,
+         .values = {20 + 0.1 * i},
+         .digest = ""});
+  ConditionJudge judge(baseline, {.margins = {.success_rate = 0.6, .medians = {5}}});
   // Every second one docks, slower; the others give up at once. Of the seeds from 0 to 7 four
   // dock now, and all of these but none of seed 0 and 4 docked before.
   for (int i = 0; i < 8; ++i)
     judge.Add({.seed = i,
                .outcome = i % 2 ? trial::Outcome::kDocked : trial::Outcome::kMarkerLost,
-               .quality = {.time_s = i % 2 ? 30.0 : 1.0},
+               .values = {i % 2 ? 30.0 : 1.0},
                .digest = ""});
   const ConditionReport report = judge.Report();
   EXPECT_EQ(report.measures.at(0).now, 0.5);
@@ -397,16 +347,16 @@ TEST_F(Gate, OnlyWhatDockedHasATimeToDock) {
 
 // One failure is enough: it does not wait for what the other measures would say.
 TEST_F(Gate, AConditionEndsWithItsFirstFailure) {
-  std::vector<GateTrial> baseline;
+  BaselineCondition baseline;
+  baseline.trials = baseline.docked = 60;
   for (int i = 0; i < 60; ++i)
-    baseline.push_back(
-        {.seed = i, .outcome = trial::Outcome::kDocked, .quality = {.time_s = 20}, .digest = ""});
-  const JudgeOptions options{.margins = {.success_rate = 0.6, .median = {.time_s = 5}},
-                             .max_trials = 60};
-  ConditionJudge judge("calm", options, baseline);
+    baseline.outcomes.push_back(
+        {.seed = i, .outcome = trial::Outcome::kDocked, .values = {20}, .digest = ""});
+  ConditionJudge judge(baseline,
+                       {.max_trials = 60, .margins = {.success_rate = 0.6, .medians = {5}}});
   int added = 0;  // none docks: there is no time to compare
   while (!judge.done() && added < 60)
-    judge.Add({.seed = added++, .outcome = trial::Outcome::kTimeout, .quality = {}, .digest = ""});
+    judge.Add({.seed = added++, .outcome = trial::Outcome::kTimeout, .digest = ""});
   EXPECT_LT(added, 20);
   EXPECT_EQ(judge.Report().verdict, statistics::Verdict::kFail);
   EXPECT_FALSE(judge.Report().measures.at(1).decided_after_trials);
@@ -417,11 +367,10 @@ Build ChanceBuild(const std::string& stream, double rate) {
   return [=](size_t, int64_t seed) {
     Rng rng = Noise(seed, stream.c_str());
     const bool docks = rng.Uniform() < rate;
-    return GateTrial{
-        .seed = seed,
-        .outcome = docks ? trial::Outcome::kDocked : trial::Outcome::kTimeout,
-        .quality = {.time_s = 40 + 4 * rng.Normal(), .final_error_m = 0.01 + 0.002 * rng.Normal()},
-        .digest = "0"};
+    return GateTrial{.seed = seed,
+                     .outcome = docks ? trial::Outcome::kDocked : trial::Outcome::kTimeout,
+                     .values = {40 + 4 * rng.Normal(), 0.01 + 0.002 * rng.Normal()},
+                     .digest = "0"};
   };
 }
 
@@ -453,29 +402,6 @@ TEST_F(Gate, AlphaIsSharedByAllTestsOfAGateUnlessToldOtherwise) {
   EXPECT_DOUBLE_EQ(alpha(), 0.05 / 3);
   plan.alpha_covers = AlphaCovers::kTest;
   EXPECT_DOUBLE_EQ(alpha(), 0.05);
-}
-
-// The numbers of a gate that has not run are those of the test that it will run.
-TEST_F(Gate, ItsSizeIsKnownBeforeItRuns) {
-  const GatePlan plan = Plan("  - {name: short, scenario: pool_active, max_trials: 9}\n");
-  const report::Json sizes = SizesOf(plan)["conditions"];
-  ASSERT_EQ(sizes.size(), 2u);
-  EXPECT_EQ(sizes[0]["condition"], "calm");
-  EXPECT_DOUBLE_EQ(sizes[0]["alpha"], 0.05 / 6);
-  EXPECT_EQ(sizes[0]["max_trials"], 200);
-  // a build that does the same passes after as many trials as it is said to take
-  int trials = 0;
-  const GatePlan one = Plan();
-  Judge(one, Measure(one, DocksAt(1)), DocksAt(1), 1, &trials);
-  EXPECT_EQ(sizes[0]["unchanged_trials"], trials);
-  EXPECT_NEAR(
-      statistics::PairedRateTest(0.1, 0.05 / 6, 0.05, 200).At(sizes[0]["least_loss_seen"]).p_fail,
-      0.8, 0.01);
-  EXPECT_EQ(sizes[1]["passes_unchanged"], false);
-  EXPECT_TRUE(sizes[1]["least_loss_seen"].is_number());
-  const std::string text = report::Text(SizeReport(plan));
-  EXPECT_THAT(text, ::testing::ContainsRegex("calm +10 points +0.0083 +0.05 +200 +3[0-9] "));
-  EXPECT_THAT(text, ::testing::ContainsRegex("short .* 9 +never passes "));
 }
 
 // -------------------------------------------------------------------------------------- baselines
@@ -512,25 +438,6 @@ TEST_F(Gate, AnyEditOfABaselineIsNoticed) {
               HasSubstr("there is no baseline"));
 }
 
-// Whoever edits a baseline can compute its checksum too.
-TEST_F(Gate, ABaselineThatContradictsItselfIsRefused) {
-  const GatePlan plan = Plan();
-  const Baseline good = Measure(plan, DocksAt(0.9));
-  const auto refused = [&](const std::function<void(BaselineCondition*)>& edit) {
-    Baseline edited = good;
-    edit(&edited.conditions[0]);
-    return MessageOf([&] { LoadBaseline(File("edited.yaml", BaselineText(edited))); });
-  };
-  EXPECT_EQ(refused([](BaselineCondition*) {}), "no error");
-  EXPECT_THAT(refused([](BaselineCondition* c) { c->outcomes[3].seed = 7; }),
-              HasSubstr("condition 'calm' has a trial of seed 7, which is none of the gate's"));
-  EXPECT_THAT(refused([](BaselineCondition* c) { c->outcomes[1] = c->outcomes[0]; }),
-              HasSubstr("which is none of the gate's"));
-  EXPECT_THAT(refused([](BaselineCondition* c) { c->outcomes.pop_back(); }),
-              HasSubstr("is incomplete"));
-  EXPECT_THAT(refused([](BaselineCondition* c) { ++c->docked; }), HasSubstr("is incomplete"));
-}
-
 TEST_F(Gate, ABaselineOfAnotherPlanIsRefusedWithTheReason) {
   const GatePlan plan = Plan();
   const Baseline baseline = Measure(plan, DocksAt(0.9));
@@ -544,8 +451,10 @@ TEST_F(Gate, ABaselineOfAnotherPlanIsRefusedWithTheReason) {
   other.conditions[0].scenario = "pool_passive";
   EXPECT_THAT(refused(other), HasSubstr("was measured in scenario pool_active"));
   other = plan;
-  other.conditions[0].assignments[0] = "water.milk_ml_m3=30";
-  EXPECT_THAT(refused(other), HasSubstr("was measured with 'water.milk_ml_m3=20 sea.state=calm'"));
+  other.conditions[0].settings = "water.milk_ml_m3=30";
+  EXPECT_THAT(refused(other),
+              HasSubstr("with 'water.milk_ml_m3=20 sea={state: calm}', the gate says pool_active "
+                        "with 'water.milk_ml_m3=30'"));
   other = plan;
   other.conditions[0].digest = "0";
   EXPECT_THAT(refused(other), HasSubstr("the scenario file pool_active"));
@@ -597,12 +506,10 @@ TEST_F(Gate, AnUpdateSaysWhatItChanges) {
       row(before, after),
       ElementsAre("calm", StartsWith(std::to_string(before.conditions[0].docked) + " of 200"),
                   StartsWith(std::to_string(after.conditions[0].docked) + " of 200"),
-                  std::to_string(lost), "0", "0",
-                  StartsWith("time to dock 39.6 s -> 42.4 s, fitness 0.592 F -> 0.589 F")));
+                  std::to_string(lost), "0"));
   EXPECT_THAT(row(after, before)[4], std::to_string(lost));
-  EXPECT_THAT(row(before, before), ElementsAre("calm", _, _, "0", "0", "200", ""));
-  EXPECT_THAT(row({}, after), ElementsAre("calm", "new", _, "", "", "", ""));
-  EXPECT_THAT(row(before, {}), ElementsAre("calm", _, "gone", "", "", "", ""));
+  EXPECT_THAT(row(before, before), ElementsAre("calm", _, _, "0", "0"));
+  EXPECT_THAT(row({}, after), ElementsAre("calm", "new", _, "0", "0"));
 }
 
 // ---------------------------------------------------------------------------------------- reports
@@ -614,11 +521,12 @@ GateReport AwkwardReport() {
   for (const statistics::Verdict verdict : {statistics::Verdict::kPass, statistics::Verdict::kFail,
                                             statistics::Verdict::kInconclusive}) {
     ConditionReport condition;
-    condition.name = "50 % <milk> & | " + std::string(NameOf(verdict));
+    condition.condition = "50 % <milk> & | " + std::string(NameOf(verdict));
     condition.verdict = verdict;
-    condition.trials.resize(2);
-    condition.trials[0].seed = 1;
-    condition.trials[1].seed = 9223372036854775807;
+    condition.outcomes.resize(2);
+    condition.outcomes[0].seed = 1;
+    condition.outcomes[1].seed = 9223372036854775807;
+    condition.trials = 2;
     condition.docked = 1;
     condition.newly_failing_seeds = {9223372036854775807};
     MeasureReport measure;
@@ -651,10 +559,9 @@ TEST_F(Gate, TheJunitFileIsValid) {
   EXPECT_EQ(xpath("count(//testcase)"), "3\n");
   EXPECT_EQ(xpath("count(//failure)"), "1\n");
   EXPECT_EQ(xpath("count(//error)"), "1\n");
-  EXPECT_EQ(xpath("string(//testsuite[2]//property[@name='seeds']/@value)"),
-            "1 9223372036854775807\n");
+  EXPECT_EQ(xpath("string(//failure/@message)"),
+            "success rate 100 % -> 50 %, worse in 0 of 0 trials, better in 0\n");
   EXPECT_EQ(xpath("string(//testsuite[2]/@name)"), "50 % <milk> & | fail\n");
-  EXPECT_EQ(xpath("string(//testsuite[1]//property[@name='success_rate']/@value)"), "0.5000\n");
 }
 
 TEST_F(Gate, TheOtherRenderersSayTheSame) {
@@ -668,14 +575,11 @@ TEST_F(Gate, TheOtherRenderersSayTheSame) {
   EXPECT_EQ(json["conditions"][1]["newly_failing_seeds"][0], 9223372036854775807);
   EXPECT_EQ(json["conditions"][2]["measures"][0]["now"], 0.5);
   EXPECT_EQ(json["report"]["verdict"]["tone"], "bad");
-  EXPECT_EQ(ShownValue(0.51234, "F"), "0.512 F");
-  EXPECT_EQ(ShownValue(0.0123, "m"), "12.3 mm");
-  EXPECT_EQ(ShownValue(0.95, ""), "95.0 %");
   const std::string markdown = report::Markdown(report), text = report::Text(report);
   for (const std::string& rendered : {markdown, text}) {
     EXPECT_THAT(rendered, HasSubstr("fail: a <gate>"));
     EXPECT_THAT(rendered, HasSubstr("At least one measure got worse. 50 % <milk> & | fail: success "
-                                    "rate 100.0 % -> 50.0 %"));
+                                    "rate 100 % -> 50 %"));
     EXPECT_THAT(rendered, HasSubstr("inconclusive"));
     EXPECT_THAT(rendered, HasSubstr("9223372036854775807"));
   }
@@ -732,8 +636,9 @@ TEST_F(Gate, AConditionsSettingsAllCount) {
               HasSubstr("bad.yaml:6: conditions[0].set.water.milk_ml_m3: this key is given twice"));
   EXPECT_THAT(refused("{seed: 77}"), HasSubstr("conditions[0]: --set seed=77: the gate gives each "
                                                "trial its seed; set the gate's own `seed`"));
-  const GatePlan plan = Plan();
-  EXPECT_THAT(MessageOf([&] { plan.conditions[0].Load({"seed=77"}, 1); }),
+  GatePlan plan = Plan();
+  plan.assignments = {"seed=77"};
+  EXPECT_THAT(MessageOf([&] { plan.ScenarioOf(plan.conditions[0], 1); }),
               HasSubstr("--set seed=77: the gate gives each trial its seed"));
 }
 

@@ -19,7 +19,7 @@ TEST(ShippedGate, ItsConditionsAreFlownOnOtherSeeds) {
     const batch::TrialSpec spec = plan.FirstOf(cell);
     EXPECT_EQ(plan.CellOf(cell).name, condition.name);
     EXPECT_EQ(config::SaveYaml(plan.ScenarioOf(spec)),
-              config::SaveYaml(condition.Load({}, spec.seed)));
+              config::SaveYaml(gate.ScenarioOf(condition, spec.seed)));
   }
 }
 
