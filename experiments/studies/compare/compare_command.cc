@@ -11,7 +11,7 @@ namespace {
 
 struct CompareArguments {
   std::string a, b, figure;
-  ComparisonOptions options{.metrics = {"time_s", "final_error_m"}};
+  ComparisonOptions options;
   bool json = false;
 };
 
@@ -36,7 +36,6 @@ void AddCompare(app::CommandLine& line) {
   compare.Add("--by KEY,...", arguments.options.by, "One group for each value of these parameters");
   compare.Add("--ignore KEY,...", arguments.options.ignore,
               "Parameters in which the sets are meant to differ");
-  compare.Add("--metrics NAME,...", arguments.options.metrics, "What to compare where both docked");
   compare.AddFigure(arguments.figure, "Also draw it");
   compare.Flag("--json", arguments.json, "As JSON");
 }

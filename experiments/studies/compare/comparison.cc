@@ -56,54 +56,46 @@ std::map<Key, batch::StoredTrial> ByKey(const batch::ResultStore& store,
   return trials;
 }
 
-// The metrics of these names; all without a name.
-std::vector<trial::Metric> MetricsNamed(const std::vector<std::string>& names) {
-  std::vector<trial::Metric> known = trial::Metrics(), chosen;
-  known.push_back({"final_error_m", [](const trial::TrialRecord& record) {
-                     return std::optional(record.final_error_true.distance_m());
-                   }});
-  if (names.empty()) return known;
-  std::vector<std::string> known_names;
-  known_names.reserve(known.size());
-  for (const trial::Metric& metric : known) known_names.push_back(metric.name);
-  for (const std::string& name : names) {
-    const auto found = std::ranges::find(known, name, &trial::Metric::name);
-    if (found == known.end())
-      throw ConfigError(name + ": is no metric of these results" +
-                        config::DidYouMean(name, known_names));
-    chosen.push_back(*found);
-  }
-  return chosen;
+// What is compared of pairs that docked in both, but for how they end.
+std::vector<trial::Metric> ComparedMetrics() {
+  std::vector<trial::Metric> metrics;
+  for (const trial::Metric& metric : trial::Metrics())
+    if (Has({"time_s", "tracking_rms_m", "effort_v"}, metric.name)) metrics.push_back(metric);
+  metrics.push_back({"final_error_m", [](const trial::TrialRecord& record) {
+                       return std::optional(record.final_error_true.distance_m());
+                     }});
+  return metrics;
 }
 
-RateComparison CompareRates(const std::vector<TrialPair>& pairs) {
-  RateComparison c;
-  c.pairs = std::ssize(pairs);
-  const auto n = static_cast<double>(c.pairs);
-  for (const TrialPair& pair : pairs) {
+// Counts who docked, and compares it.
+void CompareDocking(ComparisonGroup* group) {
+  Change c{.metric = kDocked, .pairs = std::ssize(group->pairs)};
+  int64_t docked_a = 0;
+  for (const TrialPair& pair : group->pairs) {
     const bool in_a = pair.a.success(), in_b = pair.b.success();
-    c.rate_a += in_a / n;
-    c.rate_b += in_b / n;
+    docked_a += in_a;
     if (in_a == in_b) continue;
-    (in_a ? c.lost : c.gained)
+    (in_a ? group->lost : group->gained)
         .push_back({.seed = pair.a.seed,
                     .trial_a = pair.trial_a,
                     .trial_b = pair.trial_b,
                     .failure = in_a ? pair.b.failure : pair.a.failure,
                     .parameters = Text(pair.parameters)});
   }
-  const int64_t lost = std::ssize(c.lost), gained = std::ssize(c.gained);
-  c.difference = static_cast<double>(gained - lost) / n;
+  const int64_t lost = std::ssize(group->lost), gained = std::ssize(group->gained);
+  const auto share = [n = static_cast<double>(c.pairs)](int64_t count) {
+    return static_cast<double>(count) / n;
+  };
+  c.a = share(docked_a);
+  c.b = share(docked_a - lost + gained);
+  c.difference = share(gained - lost);
   c.interval_95 = statistics::RateDifferenceInterval(lost, gained, c.pairs);
   c.p_value = statistics::McNemarExactP(lost, gained);
-  c.least_difference_seen =
-      statistics::LeastDifferenceSeen(c.pairs, static_cast<double>(lost + gained) / n);
-  return c;
+  group->least_difference_seen = statistics::LeastDifferenceSeen(c.pairs, share(lost + gained));
+  group->changes = {c};
 }
 
-MetricComparison CompareMetric(const std::vector<TrialPair>& pairs, const trial::Metric& metric) {
-  MetricComparison c;
-  c.metric = metric.name;
+Change CompareMetric(const std::vector<TrialPair>& pairs, const trial::Metric& metric) {
   std::vector<double> in_a, in_b, differences;
   for (const TrialPair& pair : pairs) {
     const auto a = metric.of(pair.a), b = metric.of(pair.b);
@@ -111,62 +103,49 @@ MetricComparison CompareMetric(const std::vector<TrialPair>& pairs, const trial:
     in_a.push_back(*a);
     in_b.push_back(*b);
     differences.push_back(*b - *a);
-    c.larger += *b > *a;
-    c.smaller += *b < *a;
   }
-  c.pairs = std::ssize(differences);
-  c.median_a = statistics::Median(std::move(in_a));
-  c.median_b = statistics::Median(std::move(in_b));
-  c.interval_95 = statistics::MedianInterval(differences);
-  c.median_difference = statistics::Median(std::move(differences));
-  c.p_value = statistics::McNemarExactP(c.larger, c.smaller);
-  return c;
+  return {.metric = metric.name,
+          .pairs = std::ssize(differences),
+          .a = statistics::Median(in_a),
+          .b = statistics::Median(in_b),
+          .difference = statistics::Median(differences),
+          .interval_95 = statistics::MedianInterval(differences),
+          .p_value = statistics::McNemarExactP(
+              std::ranges::count_if(differences, [](double d) { return d > 0; }),
+              std::ranges::count_if(differences, [](double d) { return d < 0; }))};
 }
 
 std::vector<ComparisonGroup> GroupPairs(const std::vector<TrialPair>& pairs,
                                         const std::vector<std::string>& by) {
-  std::map<std::vector<std::string>, ComparisonGroup> groups;  // by values
+  std::map<std::vector<std::string>, ComparisonGroup, decltype(&batch::LessByValue)> groups(
+      &batch::LessByValue);
   for (const TrialPair& pair : pairs) {
-    std::map<std::string, std::string> key;
     std::vector<std::string> values;
-    values.reserve(by.size());
     for (const std::string& name : by)
-      values.push_back(key[name] =
-                           std::ranges::find(pair.parameters, name, &batch::Parameter::key)->value);
+      values.push_back(std::ranges::find(pair.parameters, name, &batch::Parameter::key)->value);
     ComparisonGroup& group = groups[values];
-    group.key = key;
+    for (size_t i = 0; i < by.size(); ++i) group.group[by[i]] = values[i];
     group.pairs.push_back(pair);
   }
-  std::vector<std::pair<std::vector<std::string>, ComparisonGroup>> order(groups.begin(),
-                                                                          groups.end());
-  std::ranges::stable_sort(order, batch::LessByValue,
-                           [](const auto& group) { return group.first; });
   std::vector<ComparisonGroup> sorted;
-  sorted.reserve(order.size());
-  for (auto& [values, group] : order) sorted.push_back(std::move(group));
+  for (auto& [values, group] : groups) sorted.push_back(std::move(group));
   return sorted;
 }
 
-// Marks what is significant in each family of tests.
+// Marks what is significant in each family of tests: docking, and all metrics.
 void MarkSignificant(Comparison* comparison) {
-  const auto mark = [](const auto& family) {
+  std::array<std::vector<Change*>, 2> families;
+  for (ComparisonGroup& group : comparison->groups)
+    for (Change& change : group.changes)
+      if (change.pairs > 0) families[change.metric == kDocked ? 0 : 1].push_back(&change);
+  if (comparison->has_several()) families[0].push_back(&comparison->all.changes[0]);
+  for (const std::vector<Change*>& family : families) {
     std::vector<double> p_values;
-    p_values.reserve(family.size());
-    for (const auto* test : family) p_values.push_back(test->p_value);
+    for (const Change* change : family) p_values.push_back(change->p_value);
     const std::vector<bool> significant = statistics::HolmSignificant(p_values);
     for (size_t i = 0; i < family.size(); ++i) family[i]->significant = significant[i];
-  };
-  std::vector<RateComparison*> rates;
-  std::vector<MetricComparison*> metrics;
-  for (ComparisonGroup& group : comparison->groups) {
-    rates.push_back(&group.docked);
-    for (MetricComparison& metric : group.metrics)
-      if (metric.pairs > 0) metrics.push_back(&metric);
   }
-  if (comparison->has_several()) rates.push_back(&comparison->all);
-  mark(rates);
-  mark(metrics);
-  if (!comparison->has_several()) comparison->all = comparison->groups[0].docked;
+  if (!comparison->has_several()) comparison->all.changes = {comparison->groups[0].changes[0]};
 }
 
 // Notes every value below a node of one of two plans by its dotted key; those of a text of several
@@ -197,7 +176,7 @@ std::string Flip::Link() const { return fmt::format("{}-{}", trial_a, trial_b); 
 
 std::string ComparisonGroup::Name() const {
   std::string name;
-  for (const auto& [parameter, value] : key)
+  for (const auto& [parameter, value] : group)
     name += fmt::format("{}{}={}", name.empty() ? "" : " ", parameter, value);
   return name.empty() ? "all" : name;
 }
@@ -240,15 +219,16 @@ Differences PlanDifferences(const std::string& a, const std::string& b) {
 }
 
 Comparison ComparePairs(const std::vector<TrialPair>& pairs, const ComparisonOptions& options) {
-  const std::vector<trial::Metric> metrics = MetricsNamed(options.metrics);
   Comparison comparison;
   comparison.options = options;
   comparison.groups = GroupPairs(pairs, options.by);
-  comparison.all = CompareRates(pairs);
+  const std::vector<trial::Metric> metrics = ComparedMetrics();
+  comparison.all.pairs = pairs;
+  CompareDocking(&comparison.all);
   for (ComparisonGroup& group : comparison.groups) {
-    group.docked = CompareRates(group.pairs);
+    CompareDocking(&group);
     for (const trial::Metric& metric : metrics)
-      group.metrics.push_back(CompareMetric(group.pairs, metric));
+      group.changes.push_back(CompareMetric(group.pairs, metric));
   }
   MarkSignificant(&comparison);
   return comparison;

@@ -26,9 +26,6 @@ struct ComparedFile {
 struct ComparisonOptions {
   std::vector<std::string> by = {};      // parameters: one group for each of their values
   std::vector<std::string> ignore = {};  // parameters in which the sets are meant to differ
-  // What is compared where both docked: "final_error_m" (true distance from the desired pose) or
-  // one of trial::Metrics. Empty: all.
-  std::vector<std::string> metrics = {};
 };
 
 // A trial in both sets.
@@ -50,50 +47,33 @@ struct Flip {
   TURBIDOCK_FIELDS(seed, trial_a, trial_b, failure, parameters)
 };
 
-// Success rates over pairs.
-struct RateComparison {
+// One quantity over pairs: docking itself, a rate of all of them, or a metric of those that docked
+// in both and have it.
+struct Change {
+  std::string metric;  // kDocked, or a metric's name
   int64_t pairs = 0;
-  double rate_a = 0, rate_b = 0;
-  double difference = 0;             // of b less a
-  statistics::Interval interval_95;  // of the difference
-  double p_value = 1;                // exact McNemar test, two-sided
-  bool significant = false;          // among all rates that are compared, by Holm at 0.05
-  // That such a test of as many pairs, as many of which differ by chance, shows with 80 % power.
-  std::optional<double> least_difference_seen;
-  std::vector<Flip> lost, gained;  // docked in a only, in b only
+  std::optional<double> a{}, b{};                     // rate or median
+  std::optional<double> difference{};                 // of b less a; the median of the pairs'
+  std::optional<statistics::Interval> interval_95{};  // of the difference
+  double p_value = 1;        // two-sided: McNemar's exact test, or the sign test, which is the same
+  bool significant = false;  // among all rates, or all metrics, that are compared: Holm at 0.05
 
-  TURBIDOCK_FIELDS(pairs, rate_a, rate_b, difference, interval_95, p_value, significant,
-                   least_difference_seen, lost, gained)
+  TURBIDOCK_FIELDS(metric, pairs, a, b, difference, interval_95, p_value, significant)
 };
-
-// A metric over the pairs that succeeded in both and have it.
-struct MetricComparison {
-  std::string metric;
-  int64_t pairs = 0, larger = 0, smaller = 0;  // in b
-  std::optional<double> median_a, median_b;
-  std::optional<double> median_difference;          // median of b less a, pair by pair
-  std::optional<statistics::Interval> interval_95;  // of that median, from order statistics
-  double p_value = 1;                               // exact sign test, two-sided
-  bool significant = false;  // among all metrics that are compared, by Holm at 0.05
-
-  TURBIDOCK_FIELDS(metric, pairs, median_a, median_b, median_difference, interval_95, larger,
-                   smaller, p_value, significant)
-};
+inline constexpr const char* kDocked = "docked";
 
 // Pairs that share the values of some parameters.
 struct ComparisonGroup {
-  std::map<std::string, std::string> key;  // values of ComparisonOptions::by
-  std::vector<TrialPair> pairs;
-  RateComparison docked = {};
-  std::vector<MetricComparison> metrics = {};
+  std::map<std::string, std::string> group = {};  // values of ComparisonOptions::by
+  std::vector<TrialPair> pairs = {};
+  std::vector<Change> changes = {};  // docking first
+  // Of docking, that such a test of as many pairs, as many of which differ by chance, shows with
+  // 80 % power.
+  std::optional<double> least_difference_seen = {};
+  std::vector<Flip> lost = {}, gained = {};  // docked in a only, in b only
 
   std::string Name() const;  // "sea.state=calm", or "all" without parameters
-
-  static void Fields(auto& self, auto&& field) {
-    field("group", self.key);
-    RateComparison::Fields(self.docked, field);
-    field("metrics", self.metrics);
-  }
+  TURBIDOCK_FIELDS(group, changes, least_difference_seen, lost, gained)
 };
 
 // What the two plans have of each key in which they differ; "-" where it is not there.
@@ -104,7 +84,7 @@ struct Comparison {
   ComparisonOptions options = {};
   Differences differences = {};
   std::vector<ComparisonGroup> groups = {};
-  RateComparison all = {};  // of all pairs; where there are several groups, one row more
+  ComparisonGroup all = {};  // docking of all pairs; where there are several groups, one row more
 
   bool has_several() const { return groups.size() > 1; }
 
@@ -112,8 +92,7 @@ struct Comparison {
 };
 
 // Matches the trials that came to an end of their own and compares them. ConfigError when a trial
-// would have several partners, when no trial has one, or for a parameter or metric that is not
-// there.
+// would have several partners, when no trial has one, or for a parameter that is not there.
 Comparison Compare(const ComparedFile& a, const ComparedFile& b, const ComparisonOptions& options);
 
 // Its steps. The parameters of a pair are those that both sets have and options do not ignore.
@@ -126,6 +105,7 @@ Comparison ComparePairs(const std::vector<TrialPair>& pairs, const ComparisonOpt
 Differences PlanDifferences(const std::string& a, const std::string& b);
 
 report::Report ReportOf(const Comparison& comparison);
+report::Section ChangeSection(const Comparison& comparison);  // of it
 // Its report, in which a seed that flipped opens its trials in both sets, with so many bytes of
 // their stored series. `plugins`: what their scenarios may choose besides ours.
 page::Page PageOf(const Comparison& comparison, const ComparedFile& a, const ComparedFile& b,
