@@ -7,6 +7,7 @@
 #include <pagmo/population.hpp>
 #include <pagmo/problem.hpp>
 
+#include "sim/base/check.h"
 #include "sim/base/random.h"
 
 namespace turbidock::search {
@@ -14,27 +15,22 @@ namespace {
 
 constexpr double kUnknown = 1e30;  // the objective of what was not evaluated
 
-// What pagmo's problem asks; shared by its copies.
-struct Oracle {
-  int generation = 0;
-  bool collecting = false;
-  std::vector<Candidate> wanted;      // while collecting: what was asked and is not known
-  std::map<Candidate, double> known;  // of this generation
-  const Evaluate* evaluate = nullptr;
+// What the objective was of the candidates of a generation, and which it was asked of without being
+// known. Shared by the copies that pagmo makes of a problem.
+struct Generation {
+  std::map<Candidate, double> known;
+  std::vector<Candidate> wanted;
 };
 
 struct Problem {
-  std::shared_ptr<Oracle> oracle = std::make_shared<Oracle>();
+  std::shared_ptr<Generation> generation = std::make_shared<Generation>();
   size_t dimensions = 1;
 
   pagmo::vector_double fitness(const pagmo::vector_double& x) const {
-    if (const auto found = oracle->known.find(x); found != oracle->known.end())
+    if (const auto found = generation->known.find(x); found != generation->known.end())
       return {found->second};
-    if (oracle->collecting) {
-      oracle->wanted.push_back(x);
-      return {kUnknown};
-    }
-    return {oracle->known[x] = (*oracle->evaluate)(oracle->generation, {x})[0]};
+    generation->wanted.push_back(x);
+    return {kUnknown};
   }
   std::pair<pagmo::vector_double, pagmo::vector_double> get_bounds() const {
     return {Candidate(dimensions, 0.0), Candidate(dimensions, 1.0)};
@@ -49,8 +45,6 @@ void Optimise(const OptimiserParams& params, uint64_t seed, const Candidate& sta
               const Evaluate& evaluate) {
   Problem problem;
   problem.dimensions = start.size();
-  const std::shared_ptr<Oracle> oracle = problem.oracle;
-  oracle->evaluate = &evaluate;
   Rng rng = SeedTree(seed).Stream("tuning.algorithm");
   pagmo::population population(pagmo::problem(problem), 0, rng.NextU32());
   // One generation a call, keeping what it has learnt; it never stops by itself.
@@ -63,19 +57,16 @@ void Optimise(const OptimiserParams& params, uint64_t seed, const Candidate& sta
     population.push_back(start, {kUnknown});
 
   for (int generation = 1; generation <= params.generations; ++generation) {
-    oracle->generation = generation;
-    oracle->known.clear();
     // A rehearsal on copies says which candidates the generation will ask for, because they do not
-    // depend on each other's objective. Should one do so after all, it is evaluated when asked.
-    oracle->wanted.clear();
-    oracle->collecting = true;
+    // depend on each other's objective.
+    *problem.generation = {};
     const pagmo::algorithm rehearsal = algorithm;
     rehearsal.evolve(population);
-    oracle->collecting = false;
-    const std::vector<Candidate> wanted = oracle->wanted;
+    const std::vector<Candidate> wanted = problem.generation->wanted;
     const std::vector<double> answers = evaluate(generation, wanted);
-    for (size_t i = 0; i < wanted.size(); ++i) oracle->known[wanted[i]] = answers[i];
+    for (size_t i = 0; i < wanted.size(); ++i) problem.generation->known[wanted[i]] = answers[i];
     population = algorithm.evolve(population);
+    TD_CHECK(problem.generation->wanted.size() == wanted.size(), "the rehearsal was the same");
   }
 }
 

@@ -5,7 +5,6 @@
 #include <boost/math/distributions/binomial.hpp>
 #include <boost/math/distributions/normal.hpp>
 #include <cmath>
-#include <limits>
 
 #include "sim/base/check.h"
 
@@ -116,42 +115,35 @@ std::optional<double> LeastReaching(double value, const std::function<double(dou
 double LogisticFit::At(double x) const { return Logistic(intercept + slope * x); }
 
 std::optional<LogisticFit> FitLogistic(const std::vector<BinomialPoint>& points) {
-  double low = std::numeric_limits<double>::infinity(), high = -low;
-  int64_t successes = 0, trials = 0;
-  for (const BinomialPoint& point : points) {
-    if (point.trials == 0) continue;
-    low = std::min(low, point.x);
-    high = std::max(high, point.x);
-    successes += point.successes;
-    trials += point.trials;
+  std::vector<BinomialPoint> run = points;
+  std::erase_if(run, [](const BinomialPoint& point) { return point.trials == 0; });
+  if (run.empty()) return std::nullopt;
+  Eigen::ArrayXd x(std::ssize(run)), successes(x.size()), trials(x.size());
+  for (Eigen::Index i = 0; i < x.size(); ++i) {
+    const BinomialPoint& point = run[static_cast<size_t>(i)];
+    x(i) = point.x;
+    successes(i) = static_cast<double>(point.successes);
+    trials(i) = static_cast<double>(point.trials);
   }
-  if (!(low < high) || successes == 0 || successes == trials) return std::nullopt;
+  const double low = x.minCoeff(), scale = x.maxCoeff() - low;
+  const double won = successes.sum(), lost = trials.sum() - won;
+  if (!(scale > 0) || won == 0 || lost == 0) return std::nullopt;
 
   // Values of x scaled to [0, 1], where the problem is well conditioned.
-  Eigen::Vector2d beta(std::log((successes + 0.5) / (trials - successes + 0.5)), 0);
+  Eigen::MatrixX2d design(x.size(), 2);
+  design << Eigen::ArrayXd::Ones(x.size()), (x - low) / scale;
+  Eigen::Vector2d beta(std::log((won + 0.5) / (lost + 0.5)), 0);
   Eigen::Matrix2d covariance;
   constexpr int kMaxSteps = 200;
   bool converged = false;
   for (int step = 0; step < kMaxSteps && !converged; ++step) {
-    Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
-    const auto row = [&](const BinomialPoint& point) {
-      return Eigen::Vector2d(1, (point.x - low) / (high - low));
-    };
-    for (const BinomialPoint& point : points) {
-      const Eigen::Vector2d x = row(point);
-      const double p = Logistic(beta.dot(x));
-      information += static_cast<double>(point.trials) * p * (1 - p) * x * x.transpose();
-    }
-    covariance = information.inverse();
-    Eigen::Vector2d score = Eigen::Vector2d::Zero();
-    for (const BinomialPoint& point : points) {
-      const Eigen::Vector2d x = row(point);
-      const double p = Logistic(beta.dot(x));
-      const auto n = static_cast<double>(point.trials);
-      const double leverage = p * (1 - p) * x.dot(covariance * x);  // of one trial
-      score += (static_cast<double>(point.successes) - n * p + n * leverage * (0.5 - p)) * x;
-    }
-    Eigen::Vector2d change = covariance * score;
+    const Eigen::ArrayXd p = (design * beta).unaryExpr(&Logistic), variance = p * (1 - p);
+    covariance =
+        (design.transpose() * (trials * variance).matrix().asDiagonal() * design).inverse();
+    const Eigen::ArrayXd leverage =  // of one trial
+        variance * (design * covariance).cwiseProduct(design).rowwise().sum().array();
+    Eigen::Vector2d change = covariance * design.transpose() *
+                             (successes - trials * p + trials * leverage * (0.5 - p)).matrix();
     const double largest = change.cwiseAbs().maxCoeff();
     if (!std::isfinite(largest)) return std::nullopt;
     if (largest > 2) change *= 2 / largest;
@@ -163,14 +155,12 @@ std::optional<LogisticFit> FitLogistic(const std::vector<BinomialPoint>& points)
   const double half = -beta[0] / beta[1];
   if (half < 0 || half > 1) return std::nullopt;
   const Eigen::Vector2d gradient(-1 / beta[1], beta[0] / (beta[1] * beta[1]));
-  const double deviation = std::sqrt(gradient.dot(covariance * gradient));
-  const double z = boost::math::quantile(boost::math::normal(), 0.975);
-  const double scale = high - low;
+  const double margin = TwoSidedZ(0.95) * std::sqrt(gradient.dot(covariance * gradient));
   return LogisticFit{.intercept = beta[0] - beta[1] * low / scale,
                      .slope = beta[1] / scale,
                      .half_x = low + scale * half,
-                     .half_low = low + scale * (half - z * deviation),
-                     .half_high = low + scale * (half + z * deviation)};
+                     .half_low = low + scale * (half - margin),
+                     .half_high = low + scale * (half + margin)};
 }
 
 Separation SeparationOf(const std::vector<double>& a, const std::vector<double>& b,

@@ -11,7 +11,6 @@
 #include "experiments/config/data_files.h"
 #include "experiments/config/nearest_name.h"
 #include "experiments/config/yaml_fields.h"
-#include "experiments/system/output_path.h"
 #include "experiments/system/plain_text.h"
 #include "sim/base/check.h"
 #include "sim/base/random.h"
@@ -26,21 +25,6 @@ std::vector<std::string> NumberKeys(const trial::Plugins& plugins) {
     if (doc.type.starts_with("number") && doc.key.find("[]") == std::string::npos)
       keys.push_back(doc.key);
   return keys;
-}
-
-double NumberIn(const trial::Scenario& scenario, const std::string& key) {
-  return std::stod(config::ValueOf(scenario, key));
-}
-
-// The metric of a term; ConfigError where no trial has it.
-const trial::Metric& MetricOf(const ObjectiveTerm& term, const std::string& key) {
-  std::vector<std::string> names;
-  for (const trial::Metric& metric : trial::Metrics()) {
-    if (metric.name == term.metric) return metric;
-    names.push_back(metric.name);
-  }
-  throw ConfigError(key, "'" + term.metric + "' is produced by no trial" +
-                             config::DidYouMean(term.metric, names));
 }
 
 // Keys of a plan that mean nothing in a study's `trials`, and what is said of them.
@@ -72,14 +56,11 @@ StudySettings ReadSettings(const config::YamlNode& node, const trial::Plugins& p
   config::ReadFields(node, &settings, &origins, {"trials"});
   config::CheckSettings(settings, origins);
   const std::vector<std::string> numbers = NumberKeys(plugins);
-  for (size_t i = 0; i < settings.gains.size(); ++i) {
-    const std::string& key = settings.gains[i].key;
-    if (std::find(numbers.begin(), numbers.end(), key) == numbers.end())
-      config::internal::ThrowWithOrigin(ConfigError("gains[" + std::to_string(i) + "].key",
-                                                    "'" + key + "' is no number of a scenario" +
-                                                        config::DidYouMean(key, numbers)),
-                                        origins);
-  }
+  const std::vector<config::YamlNode> gains = node.Find("gains")->Elements();
+  for (size_t i = 0; i < gains.size(); ++i)
+    if (const std::string& key = settings.gains[i].key; std::ranges::count(numbers, key) == 0)
+      gains[i].Find("key").value_or(gains[i]).Fail("'" + key + "' is no number of a scenario" +
+                                                   config::DidYouMean(key, numbers));
   return settings;
 }
 
@@ -95,8 +76,7 @@ void RequireNotVaried(const config::YamlNode& trials, const std::vector<GainRang
     for (const auto& [key, values] : grid->Entries())
       for (const config::YamlNode& value : values.Elements()) require(key, value);
   if (const auto cases = trials.Find("cases"))
-    for (const auto& [name, values] : cases->Entries())
-      for (const auto& [key, value] : values.Entries()) require(key, value);
+    for (const auto& [name, values] : cases->Entries()) require("", values);
   if (const auto random = trials.Find("random"))
     for (const auto& [key, distribution] : random->Entries())
       require(key, config::TextNode("", distribution));
@@ -105,13 +85,16 @@ void RequireNotVaried(const config::YamlNode& trials, const std::vector<GainRang
 }  // namespace
 
 double GainRange::ValueAt(double u) const {
-  if (scale == Scale::kLinear) return low + u * (high - low);
-  return std::exp(std::log(low) + u * (std::log(high) - std::log(low)));
+  const double value = scale == Scale::kLinear
+                           ? low + u * (high - low)
+                           : std::exp(std::log(low) + u * (std::log(high) - std::log(low)));
+  return std::clamp(value, low, high);
 }
 
 double GainRange::ShareOf(double value) const {
-  if (scale == Scale::kLinear) return (value - low) / (high - low);
-  return (std::log(value) - std::log(low)) / (std::log(high) - std::log(low));
+  const double share = scale == Scale::kLinear ? (value - low) / (high - low)
+                                               : std::log(value / low) / std::log(high / low);
+  return std::clamp(share, 0.0, 1.0);
 }
 
 void StudySettings::Check(const std::string& path) const {
@@ -130,59 +113,64 @@ void StudySettings::Check(const std::string& path) const {
     if (gain.scale == Scale::kLog && gain.low <= 0)
       throw ConfigError(key + ".low", FormatNumber(gain.low) + " must be > 0 on a log scale");
   }
-  for (size_t i = 0; i < objective.size(); ++i)
-    MetricOf(objective[i], at("objective[" + std::to_string(i) + "].metric"));
 }
 
-Study::Study(const std::string& text, const std::string& file, const trial::Plugins& plugins)
-    : plugins_(plugins), file_(file) {
-  const config::YamlNode study = config::ParseYaml(text, file);
-  settings_ = ReadSettings(study, plugins);
-  trials_ = PlanOf(study, settings_.description);
-  const batch::Plan plan(trials_, {.plugins = plugins});
-  seeds_ = plan.settings().seeds;
-  master_seed_ = static_cast<uint64_t>(plan.settings().master_seed);
+Study::Study(const config::YamlNode& study, const trial::Plugins& plugins)
+    : file_(study.file),
+      plugins_(plugins),
+      settings_(ReadSettings(study, plugins)),
+      trials_(PlanOf(study, settings_.description)),
+      plan_(trials_, {.plugins = plugins}) {
   RequireNotVaried(*study.Find("trials"), settings_.gains);
-  if (settings_.proof.held_out_seeds > batch::kMaxTrials / plan.cells())
-    throw ConfigError(fmt::format("{}: proof.held_out_seeds: more than {} trials in {} cells", file,
-                                  batch::kMaxTrials, plan.cells()));
-  for (const ObjectiveTerm& term : settings_.objective) objective_.push_back(MetricOf(term, ""));
-  const trial::Scenario scenario = plan.ScenarioOf(plan.Trial(0));
+  if (settings_.proof.held_out_seeds > batch::kMaxTrials / plan_.cells())
+    throw ConfigError(fmt::format("{}: proof.held_out_seeds: more than {} trials in {} cells",
+                                  file_, batch::kMaxTrials, plan_.cells()));
+  std::vector<std::string> names;
+  for (const trial::Metric& metric : trial::Metrics()) names.push_back(metric.name);
+  for (const config::YamlNode& term : study.Find("objective")->Elements()) {
+    const std::string& name = settings_.objective[objective_.size()].metric;
+    const auto found = std::ranges::find(trial::Metrics(), name, &trial::Metric::name);
+    if (found == trial::Metrics().end())
+      term.Fail("'" + name + "' is produced by no trial" + config::DidYouMean(name, names));
+    objective_.push_back(*found);
+  }
+  const trial::Scenario scenario = plan_.ScenarioOf(plan_.Trial(0));
   for (size_t i = 0; i < settings_.gains.size(); ++i) {
     const GainRange& gain = settings_.gains[i];
-    const double value = NumberIn(scenario, gain.key);
+    const double value = std::stod(config::ValueOf(scenario, gain.key));
     if (value < gain.low || value > gain.high)
       throw ConfigError(fmt::format(
           "{}: gains[{}]: the search begins at the scenario's {} = {}, which must be in [{}, {}]",
-          file, i, gain.key, FormatNumber(value), FormatNumber(gain.low), FormatNumber(gain.high)));
+          file_, i, gain.key, value, gain.low, gain.high));
     start_.push_back(value);
   }
   // Both ends must be allowed by the scenario too.
   for (const double end : {0.0, 1.0})
-    ScenarioOf(plan, 0, GainsAt(search::Candidate(settings_.gains.size(), end)));
-  resolved_ = config::SaveYaml(settings_) + "trials: |\n" + system::Indented(plan.resolved(), "  ");
+    ScenarioOf(plan_, 0, GainsAt(search::Candidate(settings_.gains.size(), end)));
+  resolved_ =
+      config::SaveYaml(settings_) + "trials: |\n" + system::Indented(plan_.resolved(), "  ");
 }
 
 Gains Study::GainsAt(const search::Candidate& candidate) const {
-  Gains gains(candidate.size());
-  for (size_t i = 0; i < gains.size(); ++i)
-    gains[i] = std::clamp(settings_.gains[i].ValueAt(candidate[i]), settings_.gains[i].low,
-                          settings_.gains[i].high);
+  Gains gains;
+  for (size_t i = 0; i < candidate.size(); ++i)
+    gains.push_back(settings_.gains[i].ValueAt(candidate[i]));
   return gains;
 }
 
 search::Candidate Study::CandidateOf(const Gains& gains) const {
-  search::Candidate candidate(gains.size());
+  search::Candidate candidate;
   for (size_t i = 0; i < gains.size(); ++i)
-    candidate[i] = std::clamp(settings_.gains[i].ShareOf(gains[i]), 0.0, 1.0);
+    candidate.push_back(settings_.gains[i].ShareOf(gains[i]));
   return candidate;
 }
 
 batch::Plan Study::TrialsOf(uint64_t set, int seeds) const {
   batch::PlanOverrides overrides{.seeds = seeds, .plugins = plugins_};
+  const SeedTree root(static_cast<uint64_t>(plan_.settings().master_seed));
   if (set > 0)
-    overrides.master_seed = static_cast<int64_t>(
-        SeedTree(master_seed_).Stream("tuning.seeds." + std::to_string(set)).NextU64() >> 1);
+    overrides.master_seed =
+        static_cast<int64_t>(root.Stream("tuning.seeds." + std::to_string(set)).NextU64() >> 1);
   return batch::Plan(trials_, overrides);
 }
 
@@ -210,8 +198,7 @@ std::vector<double> Study::CostsOf(const trial::TrialRecord& record) const {
 }
 
 Study LoadStudy(const std::string& name, const trial::Plugins& plugins) {
-  const std::string path = config::FindBundled("studies", "study", name);
-  return Study(system::ReadWhole(path), path, plugins);
+  return Study(config::LoadYaml(config::FindBundled("studies", "study", name)), plugins);
 }
 
 }  // namespace turbidock::tuning

@@ -73,13 +73,11 @@ struct ObjectiveTerm {
 // than the incumbent's on the same trials with this confidence: one-sided paired t test, divided
 // among the looks (Bonferroni).
 struct RacingParams {
-  bool enabled = true;
   int first = 4;
   int every = 4;
   double confidence = 0.99;
 
   static void Fields(auto& self, auto&& field) {
-    field("enabled", self.enabled, Finite(), "whether hopeless candidates stop early");
     field("first", self.first, InRange(2, 1e6), "trials before the first look");
     field("every", self.every, InRange(1, 1e6), "trials between looks");
     field("confidence", self.confidence, InRange(0.5, 0.999999),
@@ -135,14 +133,13 @@ using Gains = std::vector<double>;
 
 class Study {
  public:
-  // The study in a text; `file` stands for it in messages. ConfigError for whatever is wrong in it.
-  Study(const std::string& text, const std::string& file, const trial::Plugins& plugins = {});
+  // ConfigError for whatever is wrong in it.
+  explicit Study(const config::YamlNode& study, const trial::Plugins& plugins = {});
 
   const StudySettings& settings() const { return settings_; }
   const trial::Plugins& plugins() const { return plugins_; }
   const Gains& start() const { return start_; }  // the scenario's own values
-  int seeds() const { return seeds_; }
-  uint64_t master_seed() const { return master_seed_; }
+  const batch::Plan& plan() const { return plan_; }
 
   Gains GainsAt(const search::Candidate& candidate) const;
   search::Candidate CandidateOf(const Gains& gains) const;
@@ -159,13 +156,12 @@ class Study {
   std::string hash() const { return DigestOf(resolved_); }
 
  private:
+  std::string file_;
   trial::Plugins plugins_;
   StudySettings settings_;
-  std::string file_;
   std::vector<trial::Metric> objective_;  // what its terms name
   config::YamlNode trials_;
-  int seeds_ = 1;
-  uint64_t master_seed_ = 1;
+  batch::Plan plan_;
   Gains start_;
   std::string resolved_;
 };

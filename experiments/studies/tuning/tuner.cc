@@ -3,16 +3,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
-#include <map>
 #include <numeric>
+
+#include "experiments/system/build_info.h"
 
 namespace turbidock::tuning {
 namespace {
 
 // Sets of seeds: the generations' are the first.
 constexpr uint64_t kFirstChallengeSet = 500'001, kHeldOutSet = 1'000'001;
+constexpr const char* kPhaseKey = "phase";
 
 double Sum(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0);
@@ -21,52 +22,164 @@ double Mean(const std::vector<double>& values) {
   return Sum(values) / static_cast<double>(values.size());
 }
 
-std::vector<double> Costs(const Study& study, const std::vector<trial::TrialRecord>& records) {
-  std::vector<double> costs;
-  costs.reserve(records.size());
-  for (const trial::TrialRecord& record : records) costs.push_back(Sum(study.CostsOf(record)));
-  return costs;
+// One candidate's trials on one set of seeds, cell by cell in turn: fewer than asked for where it
+// was given up.
+struct Evaluation {
+  Gains gains;
+  std::vector<trial::TrialRecord> records{};
+  std::vector<double> costs{};
+  bool given_up = false;
+
+  double success_rate() const {
+    const auto successes = std::ranges::count_if(records, &trial::TrialRecord::success);
+    return static_cast<double>(successes) / static_cast<double>(records.size());
+  }
+};
+
+// Of both, one after the other.
+Evaluation Joined(Evaluation a, const Evaluation& b) {
+  a.records.insert(a.records.end(), b.records.begin(), b.records.end());
+  a.costs.insert(a.costs.end(), b.costs.begin(), b.costs.end());
+  return a;
 }
 
-TrialSummary Summarise(const Study& study, const std::vector<trial::TrialRecord>& records) {
-  TrialSummary summary{.trials = std::ssize(records), .cost_mean = Mean(Costs(study, records))};
-  summary.cost_by_term.resize(study.settings().objective.size());
-  std::vector<double> times, y, z;
-  for (const trial::TrialRecord& record : records) {
-    const std::vector<double> costs = study.CostsOf(record);
-    for (size_t i = 0; i < costs.size(); ++i)
-      summary.cost_by_term[i] += costs[i] / static_cast<double>(records.size());
-    if (!record.success()) continue;
-    ++summary.successes;
-    times.push_back(record.time_s);
-    y.push_back(std::abs(record.final_error_true.y_m));
-    z.push_back(std::abs(record.final_error_true.z_m));
-  }
-  summary.success_95 = statistics::WilsonInterval(summary.successes, summary.trials);
-  summary.time_s_median = statistics::Median(times);
-  summary.final_error_true_y_m_median = statistics::Median(y);
-  summary.final_error_true_z_m_median = statistics::Median(z);
-  return summary;
-}
-
-Comparison Compare(const Study& study, const Evaluation& start, const Evaluation& tuned) {
-  Comparison result{.start = Summarise(study, start.records),
-                    .tuned = Summarise(study, tuned.records)};
-  result.cost_difference =
-      statistics::ComparePairs(Costs(study, start.records), Costs(study, tuned.records));
-  std::vector<double> start_s, tuned_s;
-  for (size_t i = 0; i < start.records.size(); ++i) {
-    const trial::TrialRecord &a = start.records[i], &b = tuned.records[i];
-    result.only_start_docked += a.success() && !b.success();
-    result.only_tuned_docked += b.success() && !a.success();
-    if (!a.success() || !b.success()) continue;
-    start_s.push_back(a.time_s);
-    tuned_s.push_back(b.time_s);
-  }
-  result.time_difference_s = statistics::ComparePairs(start_s, tuned_s);
-  result.mcnemar_p = statistics::McNemarExactP(result.only_start_docked, result.only_tuned_docked);
+HeldOut Compare(const Evaluation& start, const Evaluation& tuned) {
+  std::vector<compare::TrialPair> pairs;
+  for (size_t i = 0; i < start.records.size(); ++i)
+    pairs.push_back({.parameters = {}, .a = start.records[i], .b = tuned.records[i]});
+  HeldOut result{.cost_difference = statistics::ComparePairs(start.costs, tuned.costs),
+                 .trials = compare::ComparePairs(pairs, {})};
+  result.trials.a = "before";
+  result.trials.b = "tuned";
   return result;
 }
+
+// ------------------------------------------------------------------------------------- evaluations
+
+batch::StoreHeader HeaderOf(const Study& study) {
+  batch::StoreHeader header{.kind = "tune",
+                            .plan = study.resolved(),
+                            .build = system::BuildId(),
+                            .shard = {},
+                            .trials = 0,
+                            .keys = {kPhaseKey}};
+  for (const GainRange& gain : study.settings().gains) header.keys.push_back(gain.key);
+  return header;
+}
+
+// The trials of a plan in the order in which they are run: cell by cell in turn, so that any
+// beginning of them is fair.
+std::vector<int64_t> FairOrder(const batch::Plan& plan) {
+  std::vector<int64_t> order(static_cast<size_t>(plan.trials()));
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_sort(order, {}, [&](int64_t trial) { return plan.Trial(trial).sample; });
+  return order;
+}
+
+// Runs the trials of candidates in worker processes and keeps every one of them. Numbers follow
+// from the study alone, so that a run that is started again finds its trials: what is asked for
+// must depend on nothing else.
+class Evaluations {
+ public:
+  Evaluations(const Study& study, const std::string& file, const batch::RunOptions& options)
+      : study_(study),
+        file_(file),
+        store_(batch::ResultStore::Write(file, HeaderOf(study))),
+        runner_(options, &store_) {}
+
+  // Decides after some of the trials whether to go on; asked at racing's looks only.
+  using GoOn = std::function<bool(const Evaluation& so_far)>;
+
+  // Evaluates gains side by side, through the cameras whatever the study says if `cameras`. `phase`
+  // names what for in the file. Stopped when asked to.
+  std::vector<Evaluation> Run(const std::string& phase, const batch::Plan& plan,
+                              const std::vector<Gains>& candidates, bool cameras = false,
+                              const GoOn& go_on = nullptr) {
+    // Whose records are those up to the next look.
+    struct Running {
+      Evaluation evaluation;
+      size_t asked = 0, done = 0;
+      bool ended = false;
+    };
+    const std::vector<int64_t> order = FairOrder(plan);
+    const RacingParams& racing = study_.settings().racing;
+    const auto first = go_on ? static_cast<size_t>(racing.first) : order.size();
+    // All trials of a candidate have a number, also those that racing leaves out.
+    const int64_t first_evaluation = evaluations_, first_number = numbers_, of_each = plan.trials();
+    evaluations_ += std::ssize(candidates);
+    numbers_ += of_each * std::ssize(candidates);
+    std::vector<Running> running;
+    const auto set_next_look = [&](Evaluation* evaluation, size_t look) {
+      evaluation->records.resize(std::min(look, order.size()));
+      evaluation->costs.resize(evaluation->records.size());
+    };
+    for (const Gains& gains : candidates)
+      set_next_look(&running.emplace_back(Running{.evaluation = {.gains = gains}}).evaluation,
+                    first);
+    const auto running_of = [&](const auto& trial) -> Running& {
+      return running[static_cast<size_t>(trial.cell - first_evaluation)];
+    };
+    // The next trial of the first candidate that has one to ask for.
+    const auto next = [&]() -> std::optional<int64_t> {
+      for (size_t i = 0; i < running.size(); ++i)
+        if (Running& r = running[i]; r.asked < r.evaluation.records.size() && !r.ended)
+          return first_number + static_cast<int64_t>(i) * of_each + static_cast<int64_t>(r.asked++);
+      return std::nullopt;
+    };
+    // A look decides by the trials before it only, whatever else is known: the same whenever it is
+    // taken.
+    const auto add = [&](const batch::StoredTrial& trial) {
+      if (!std::isfinite(trial.record.time_s))
+        throw ConfigError(file_ + fmt::format(": is damaged (trial {} has no time)", trial.trial));
+      Running& r = running_of(trial);
+      Evaluation& evaluation = r.evaluation;
+      evaluation.records[static_cast<size_t>(trial.sample)] = trial.record;
+      evaluation.costs[static_cast<size_t>(trial.sample)] = Sum(study_.CostsOf(trial.record));
+      ++trials_;
+      if (++r.done < evaluation.records.size()) return;
+      r.ended = r.done == order.size() || !go_on(evaluation);
+      evaluation.given_up = r.ended && r.done < order.size();
+      if (!r.ended) set_next_look(&evaluation, r.done + static_cast<size_t>(racing.every));
+    };
+    const auto spec = [&](int64_t trial) {
+      batch::TrialSpec of;
+      of.trial = trial;
+      of.cell = first_evaluation + (trial - first_number) / of_each;
+      of.sample = (trial - first_number) % of_each;
+      of.seed = plan.Trial(order[static_cast<size_t>(of.sample)]).seed;
+      of.parameters = {{kPhaseKey, phase}};
+      const Gains& gains = running_of(of).evaluation.gains;
+      for (size_t i = 0; i < gains.size(); ++i)
+        of.parameters.push_back({study_.settings().gains[i].key, FormatNumber(gains[i])});
+      return of;
+    };
+    const auto scenario = [&](const batch::TrialSpec& of) {
+      trial::Scenario changed = study_.ScenarioOf(plan, order[static_cast<size_t>(of.sample)],
+                                                  running_of(of).evaluation.gains);
+      if (cameras) changed.pose_source = trial::PoseSource::kCameras;
+      return changed;
+    };
+    const bool ended =
+        runner_.Run({.spec = spec, .scenario = scenario}, {.next = next, .add = add});
+    if (!ended) throw batch::Stopped();
+    std::vector<Evaluation> evaluations;
+    for (Running& r : running) evaluations.push_back(std::move(r.evaluation));
+    return evaluations;
+  }
+
+  int64_t trials() const { return trials_; }  // evaluated so far, run or found
+  int64_t trials_run() const { return runner_.progress().done_now; }
+
+ private:
+  const Study& study_;
+  std::string file_;
+  batch::ResultStore store_;
+  int64_t evaluations_ = 0, numbers_ = 0;  // asked for so far, and trials that have a number
+  int64_t trials_ = 0;
+  batch::TrialRunner runner_;
+};
+
+// ------------------------------------------------------------------------------------------ search
 
 // Everything that happens between the optimiser's question and its answer.
 class Tuning {
@@ -77,7 +190,7 @@ class Tuning {
         options_(options),
         evaluations_(study, file,
                      {.jobs = options.jobs,
-                      .time_limit_s = study.TrialsOf(0, 1).settings().trial_time_limit_s,
+                      .time_limit_s = study.plan().settings().trial_time_limit_s,
                       .plugins = study.plugins(),
                       .on_progress =
                           [this](const batch::RunProgress&) {
@@ -89,23 +202,20 @@ class Tuning {
   TuningResult Run() {
     result_.start = result_.tuned = study_.start();
     Tell();
-    search::Optimise(settings_.optimiser, study_.master_seed(), study_.CandidateOf(study_.start()),
+    search::Optimise(settings_.optimiser,
+                     static_cast<uint64_t>(study_.plan().settings().master_seed),
+                     study_.CandidateOf(study_.start()),
                      [this](int generation, const std::vector<search::Candidate>& candidates) {
                        return Generation(generation, candidates);
                      });
     // The tuned gains against those that were there before, on the same trials.
-    const ProofParams& proof = settings_.proof;
     phase_ = "held out";
     share_ = 0;
     const std::vector<Evaluation> both =
-        evaluations_.Run(phase_, study_.TrialsOf(kHeldOutSet, proof.held_out_seeds),
-                         {study_.start(), result_.tuned}, proof.cameras);
-    result_.held_out = Compare(study_, both[0], both[1]);
+        evaluations_.Run(phase_, study_.TrialsOf(kHeldOutSet, settings_.proof.held_out_seeds),
+                         {study_.start(), result_.tuned}, settings_.proof.cameras);
+    result_.held_out = Compare(both[0], both[1]);
     result_.finished = true;
-    const batch::RunProgress& progress = evaluations_.progress();
-    result_.trials_run = progress.done_now;
-    result_.worker_time_s = progress.worker_time_s;
-    result_.wall_time_s = progress.wall_time_s;
     Tell();
     return result_;
   }
@@ -116,41 +226,34 @@ class Tuning {
   std::vector<double> Generation(int generation, const std::vector<search::Candidate>& candidates) {
     phase_ = fmt::format("generation {}", generation);
     share_ = static_cast<double>(generation) / (settings_.optimiser.generations + 1);
-    const auto set = static_cast<uint64_t>(generation == 0 ? 0 : generation + 1);
-    const batch::Plan plan = study_.TrialsOf(set, study_.seeds());
+    const batch::Plan plan = TrialsOf(generation == 0 ? 0 : generation + 1);
     incumbent_ = evaluations_.Run(phase_ + " incumbent", plan, {result_.tuned})[0];
-    incumbent_costs_ = Costs(study_, incumbent_.records);
     std::vector<Evaluation> done = {incumbent_};
     if (generation == 0) {
       RequireAStart();  // which is the incumbent
     } else {
       std::vector<Gains> gains;
-      gains.reserve(candidates.size());
       for (const search::Candidate& c : candidates) gains.push_back(study_.GainsAt(c));
-      Evaluations::GoOn go_on;
-      if (settings_.racing.enabled) go_on = [this](const Evaluation& e) { return MayWin(e); };
-      done = evaluations_.Run(phase_, plan, gains, false, go_on);
+      done = evaluations_.Run(phase_, plan, gains, /*cameras=*/false,
+                              [this](const Evaluation& e) { return MayWin(e); });
     }
     std::vector<double> costs;
-    costs.reserve(done.size());
     for (const Evaluation& evaluation : done) costs.push_back(CostOf(evaluation));
     Record(generation, done, costs);
     return costs;
   }
 
+  batch::Plan TrialsOf(uint64_t set) const {
+    return study_.TrialsOf(set, study_.plan().settings().seeds);
+  }
+
   void RequireAStart() const {
     if (settings_.start_may_fail || incumbent_.success_rate() > 0) return;
-    std::map<std::string, int> failures;
-    for (const trial::TrialRecord& record : incumbent_.records) ++failures[NameOf(record.failure)];
-    std::vector<std::string> list;
-    list.reserve(failures.size());
-    for (const auto& [failure, count] : failures)
-      list.push_back(fmt::format("{} {}", count, failure));
+    const trial::TrialRecord& first = incumbent_.records[0];
     throw ConfigError(fmt::format(
-        "the starting gains fail in every one of {} trials ({}); for instance seed {}: {}. Give "
-        "better ones, or set start_may_fail: true in the study",
-        incumbent_.records.size(), fmt::join(list, ", "), incumbent_.records[0].seed,
-        incumbent_.records[0].reason));
+        "the starting gains fail in every one of {} trials; for instance seed {}: {}. Give better "
+        "ones, or set start_may_fail: true in the study",
+        incumbent_.records.size(), first.seed, first.reason));
   }
 
   // What is missing in successes costs.
@@ -159,74 +262,51 @@ class Tuning {
            std::max(0.0, settings_.success_at_least - evaluation.success_rate());
   }
 
+  // The incumbent's costs on the trials that a candidate has run.
+  std::vector<double> SameCosts(const Evaluation& evaluation) const {
+    return {incumbent_.costs.begin(), incumbent_.costs.begin() + std::ssize(evaluation.costs)};
+  }
+
   // Of a candidate given up: the incumbent's cost on all trials and the difference so far.
   double CostOf(const Evaluation& evaluation) const {
-    const std::vector<double> costs = Costs(study_, evaluation.records);
-    const std::vector<double> same(incumbent_costs_.begin(),
-                                   incumbent_costs_.begin() + std::ssize(costs));
-    return Mean(incumbent_costs_) + Mean(costs) - Mean(same) + Penalty(evaluation);
+    return Mean(incumbent_.costs) + Mean(evaluation.costs) - Mean(SameCosts(evaluation)) +
+           Penalty(evaluation);
   }
 
   // Racing's rule (RacingParams).
   bool MayWin(const Evaluation& so_far) const {
-    const std::vector<double> costs = Costs(study_, so_far.records);
-    const auto n = static_cast<double>(costs.size());
-    std::vector<double> differences(costs.size());
-    for (size_t i = 0; i < costs.size(); ++i) differences[i] = costs[i] - incumbent_costs_[i];
-    const double mean = Mean(differences);
-    if (mean <= 0) return true;
-    double squares = 0;
-    for (const double d : differences) squares += (d - mean) * (d - mean);
-    const double error = std::sqrt(squares / (n - 1) / n);
-    const auto total = static_cast<double>(incumbent_costs_.size());
-    const double looks =
-        std::max(1.0, std::ceil((total - settings_.racing.first) / settings_.racing.every));
-    const double alpha = (1 - settings_.racing.confidence) / looks;
-    return mean <= error * boost::math::quantile(
-                               boost::math::complement(boost::math::students_t(n - 1), alpha));
+    const RacingParams& racing = settings_.racing;
+    const auto total = static_cast<double>(incumbent_.costs.size());
+    const double looks = std::max(1.0, std::ceil((total - racing.first) / racing.every));
+    const auto worse = statistics::ComparePairs(SameCosts(so_far), so_far.costs);
+    return worse.mean <= 0 || worse.t_p / 2 >= (1 - racing.confidence) / looks;
   }
 
-  // The best candidate takes the incumbent's place when it is better on these trials and on as many
-  // new ones together: one set of seeds alone would prefer who is lucky on it. What it gains on the
-  // new ones, when it does.
-  std::optional<double> Challenge(int generation, const Evaluation& best) {
-    const batch::Plan plan =
-        study_.TrialsOf(kFirstChallengeSet + static_cast<uint64_t>(generation), study_.seeds());
-    const std::vector<Evaluation> both = evaluations_.Run(fmt::format("challenge {}", generation),
-                                                          plan, {incumbent_.gains, best.gains});
-    const auto joined = [](Evaluation a, const Evaluation& b) {
-      a.records.insert(a.records.end(), b.records.begin(), b.records.end());
-      return a;
-    };
-    const auto cost = [this](const Evaluation& e) {
-      return Mean(Costs(study_, e.records)) + Penalty(e);
-    };
-    if (cost(joined(best, both[1])) >= cost(joined(incumbent_, both[0]))) return {};
-    return cost(both[0]) - cost(both[1]);
+  // Whether the best candidate takes the incumbent's place: when it is better on these trials and
+  // on as many new ones together. One set of seeds alone would prefer who is lucky on it.
+  bool Replaces(int generation, const Evaluation& best) {
+    const std::vector<Evaluation> both =
+        evaluations_.Run(fmt::format("challenge {}", generation),
+                         TrialsOf(kFirstChallengeSet + static_cast<uint64_t>(generation)),
+                         {incumbent_.gains, best.gains});
+    const auto cost = [this](const Evaluation& e) { return Mean(e.costs) + Penalty(e); };
+    return cost(Joined(best, both[1])) < cost(Joined(incumbent_, both[0]));
   }
 
   void Record(int generation, const std::vector<Evaluation>& done,
               const std::vector<double>& costs) {
-    const auto best =
-        static_cast<size_t>(std::min_element(costs.begin(), costs.end()) - costs.begin());
-    GenerationRecord record{.generation = generation,
-                            .candidates = static_cast<int>(std::ssize(done)),
-                            .best = costs[best],
-                            .median = statistics::Median(costs).value_or(0),
-                            .incumbent = CostOf(incumbent_),
-                            .incumbent_success = incumbent_.success_rate(),
-                            .incumbent_trials = Summarise(study_, incumbent_.records)};
-    for (const Evaluation& evaluation : done) record.given_up += evaluation.given_up;
-    if (!result_.generations.empty()) record.gained = result_.generations.back().gained;
-    std::optional<double> gained;
-    if (!done[best].given_up && costs[best] < record.incumbent &&
-        done[best].gains != incumbent_.gains)
-      gained = Challenge(generation, done[best]);
-    if (gained) {
-      record.replaced = true;
-      record.gained += *gained;
-      result_.tuned = done[best].gains;
-    }
+    const auto best = static_cast<size_t>(std::ranges::min_element(costs) - costs.begin());
+    GenerationRecord record{
+        .generation = generation,
+        .candidates = static_cast<int>(std::ssize(done)),
+        .given_up = static_cast<int>(std::ranges::count_if(done, &Evaluation::given_up)),
+        .best = costs[best],
+        .median = statistics::Median(costs).value_or(0),
+        .incumbent = CostOf(incumbent_),
+        .incumbent_success = incumbent_.success_rate()};
+    record.replaced = !done[best].given_up && costs[best] < record.incumbent &&
+                      done[best].gains != incumbent_.gains && Replaces(generation, done[best]);
+    if (record.replaced) result_.tuned = done[best].gains;
     record.trials = evaluations_.trials();
     record.gains = result_.tuned;
     result_.generations.push_back(record);
@@ -235,6 +315,7 @@ class Tuning {
 
   void Tell() {
     result_.trials = evaluations_.trials();
+    result_.trials_run = evaluations_.trials_run();
     if (options_.on_result) options_.on_result(result_);
   }
 
@@ -246,7 +327,6 @@ class Tuning {
   Evaluations evaluations_;
   TuningResult result_;
   Evaluation incumbent_;
-  std::vector<double> incumbent_costs_;
 };
 
 }  // namespace
