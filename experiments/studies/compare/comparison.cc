@@ -67,35 +67,28 @@ std::vector<trial::Metric> ComparedMetrics() {
   return metrics;
 }
 
-// Counts who docked, and compares it.
-void CompareDocking(ComparisonGroup* group) {
-  Change c{.metric = kDocked, .pairs = std::ssize(group->pairs)};
-  int64_t docked_a = 0;
-  for (const TrialPair& pair : group->pairs) {
-    const bool in_a = pair.a.success(), in_b = pair.b.success();
-    docked_a += in_a;
-    if (in_a == in_b) continue;
-    (in_a ? group->lost : group->gained)
-        .push_back({.seed = pair.a.seed,
-                    .trial_a = pair.trial_a,
-                    .trial_b = pair.trial_b,
-                    .failure = in_a ? pair.b.failure : pair.a.failure,
-                    .parameters = Text(pair.parameters)});
+Change CompareDocking(const std::string& group, const std::vector<TrialPair>& pairs) {
+  const auto n = static_cast<double>(pairs.size());
+  int64_t in_a = 0, in_b = 0, in_both = 0;
+  for (const TrialPair& pair : pairs) {
+    in_a += pair.a.success();
+    in_b += pair.b.success();
+    in_both += pair.docked();
   }
-  const int64_t lost = std::ssize(group->lost), gained = std::ssize(group->gained);
-  const auto share = [n = static_cast<double>(c.pairs)](int64_t count) {
-    return static_cast<double>(count) / n;
-  };
-  c.a = share(docked_a);
-  c.b = share(docked_a - lost + gained);
-  c.difference = share(gained - lost);
-  c.interval_95 = statistics::RateDifferenceInterval(lost, gained, c.pairs);
-  c.p_value = statistics::McNemarExactP(lost, gained);
-  group->least_difference_seen = statistics::LeastDifferenceSeen(c.pairs, share(lost + gained));
-  group->changes = {c};
+  const int64_t lost = in_a - in_both, gained = in_b - in_both;
+  return {.group = group,
+          .metric = kDocked,
+          .pairs = std::ssize(pairs),
+          .a = static_cast<double>(in_a) / n,
+          .b = static_cast<double>(in_b) / n,
+          .difference = static_cast<double>(gained - lost) / n,
+          .interval_95 = statistics::RateDifferenceInterval(lost, gained, std::ssize(pairs)),
+          .p_value = statistics::McNemarExactP(lost, gained)};
 }
 
-Change CompareMetric(const std::vector<TrialPair>& pairs, const trial::Metric& metric) {
+// Nothing without pairs.
+std::optional<Change> CompareMetric(const std::string& group, const std::vector<TrialPair>& pairs,
+                                    const trial::Metric& metric) {
   std::vector<double> in_a, in_b, differences;
   for (const TrialPair& pair : pairs) {
     const auto a = metric.of(pair.a), b = metric.of(pair.b);
@@ -104,48 +97,45 @@ Change CompareMetric(const std::vector<TrialPair>& pairs, const trial::Metric& m
     in_b.push_back(*b);
     differences.push_back(*b - *a);
   }
-  return {.metric = metric.name,
-          .pairs = std::ssize(differences),
-          .a = statistics::Median(in_a),
-          .b = statistics::Median(in_b),
-          .difference = statistics::Median(differences),
-          .interval_95 = statistics::MedianInterval(differences),
-          .p_value = statistics::McNemarExactP(
-              std::ranges::count_if(differences, [](double d) { return d > 0; }),
-              std::ranges::count_if(differences, [](double d) { return d < 0; }))};
+  if (differences.empty()) return std::nullopt;
+  return Change{.group = group,
+                .metric = metric.name,
+                .pairs = std::ssize(differences),
+                .a = *statistics::Median(in_a),
+                .b = *statistics::Median(in_b),
+                .difference = *statistics::Median(differences),
+                .interval_95 = statistics::MedianInterval(differences),
+                .p_value = statistics::McNemarExactP(
+                    std::ranges::count_if(differences, [](double d) { return d > 0; }),
+                    std::ranges::count_if(differences, [](double d) { return d < 0; }))};
 }
 
-std::vector<ComparisonGroup> GroupPairs(const std::vector<TrialPair>& pairs,
-                                        const std::vector<std::string>& by) {
-  std::map<std::vector<std::string>, ComparisonGroup, decltype(&batch::LessByValue)> groups(
+// By the values of these parameters.
+auto GroupPairs(const std::vector<TrialPair>& pairs, const std::vector<std::string>& by) {
+  std::map<std::vector<std::string>, std::vector<TrialPair>, decltype(&batch::LessByValue)> groups(
       &batch::LessByValue);
   for (const TrialPair& pair : pairs) {
     std::vector<std::string> values;
     for (const std::string& name : by)
       values.push_back(std::ranges::find(pair.parameters, name, &batch::Parameter::key)->value);
-    ComparisonGroup& group = groups[values];
-    for (size_t i = 0; i < by.size(); ++i) group.group[by[i]] = values[i];
-    group.pairs.push_back(pair);
+    groups[values].push_back(pair);
   }
-  std::vector<ComparisonGroup> sorted;
-  for (auto& [values, group] : groups) sorted.push_back(std::move(group));
-  return sorted;
+  return groups;
 }
 
 // Marks what is significant in each family of tests: docking, and all metrics.
-void MarkSignificant(Comparison* comparison) {
-  std::array<std::vector<Change*>, 2> families;
-  for (ComparisonGroup& group : comparison->groups)
-    for (Change& change : group.changes)
-      if (change.pairs > 0) families[change.metric == kDocked ? 0 : 1].push_back(&change);
-  if (comparison->has_several()) families[0].push_back(&comparison->all.changes[0]);
-  for (const std::vector<Change*>& family : families) {
+void MarkSignificant(std::vector<Change>* changes) {
+  for (const bool is_rate : {true, false}) {
+    std::vector<Change*> family;
     std::vector<double> p_values;
-    for (const Change* change : family) p_values.push_back(change->p_value);
+    for (Change& change : *changes)
+      if (change.is_rate() == is_rate) {
+        family.push_back(&change);
+        p_values.push_back(change.p_value);
+      }
     const std::vector<bool> significant = statistics::HolmSignificant(p_values);
     for (size_t i = 0; i < family.size(); ++i) family[i]->significant = significant[i];
   }
-  if (!comparison->has_several()) comparison->all.changes = {comparison->groups[0].changes[0]};
 }
 
 // Notes every value below a node of one of two plans by its dotted key; those of a text of several
@@ -173,13 +163,6 @@ void Note(const config::YamlNode& node, const std::string& key, size_t side, Dif
 }  // namespace
 
 std::string Flip::Link() const { return fmt::format("{}-{}", trial_a, trial_b); }
-
-std::string ComparisonGroup::Name() const {
-  std::string name;
-  for (const auto& [parameter, value] : group)
-    name += fmt::format("{}{}={}", name.empty() ? "" : " ", parameter, value);
-  return name.empty() ? "all" : name;
-}
 
 std::vector<TrialPair> PairTrials(const batch::ResultStore& a, const batch::ResultStore& b,
                                   const ComparisonOptions& options) {
@@ -221,16 +204,32 @@ Differences PlanDifferences(const std::string& a, const std::string& b) {
 Comparison ComparePairs(const std::vector<TrialPair>& pairs, const ComparisonOptions& options) {
   Comparison comparison;
   comparison.options = options;
-  comparison.groups = GroupPairs(pairs, options.by);
-  const std::vector<trial::Metric> metrics = ComparedMetrics();
-  comparison.all.pairs = pairs;
-  CompareDocking(&comparison.all);
-  for (ComparisonGroup& group : comparison.groups) {
-    CompareDocking(&group);
-    for (const trial::Metric& metric : metrics)
-      group.changes.push_back(CompareMetric(group.pairs, metric));
+  for (const TrialPair& pair : pairs) {
+    const bool in_a = pair.a.success();
+    if (in_a == pair.b.success()) continue;
+    (in_a ? comparison.lost : comparison.gained)
+        .push_back({.seed = pair.a.seed,
+                    .trial_a = pair.trial_a,
+                    .trial_b = pair.trial_b,
+                    .failure = in_a ? pair.b.failure : pair.a.failure,
+                    .parameters = Text(pair.parameters)});
   }
-  MarkSignificant(&comparison);
+  const auto differing = static_cast<double>(comparison.lost.size() + comparison.gained.size());
+  comparison.least_difference_seen = statistics::LeastDifferenceSeen(
+      std::ssize(pairs), differing / static_cast<double>(pairs.size()));
+  const auto groups = GroupPairs(pairs, options.by);
+  for (const auto& [values, of] : groups) {
+    std::vector<batch::Parameter> shared;
+    for (size_t i = 0; i < values.size(); ++i) shared.push_back({options.by[i], values[i]});
+    const std::string name = shared.empty() ? "all" : Text(shared);
+    comparison.changes.push_back(CompareDocking(name, of));
+    for (const trial::Metric& metric : ComparedMetrics())
+      if (const auto change = CompareMetric(name, of, metric))
+        comparison.changes.push_back(*change);
+  }
+  if (groups.size() > 1) comparison.changes.push_back(CompareDocking("all together", pairs));
+  MarkSignificant(&comparison.changes);
+  comparison.all = groups.size() > 1 ? comparison.changes.back() : comparison.changes.front();
   return comparison;
 }
 

@@ -47,33 +47,22 @@ struct Flip {
   TURBIDOCK_FIELDS(seed, trial_a, trial_b, failure, parameters)
 };
 
-// One quantity over pairs: docking itself, a rate of all of them, or a metric of those that docked
-// in both and have it.
+inline constexpr const char* kDocked = "docked";
+
+// One quantity over the pairs that share the values of some parameters: docking itself, a rate of
+// all of them, or a metric of those that docked in both and have it.
 struct Change {
+  std::string group;   // "sea.state=calm", or "all" without parameters
   std::string metric;  // kDocked, or a metric's name
   int64_t pairs = 0;
-  std::optional<double> a{}, b{};                     // rate or median
-  std::optional<double> difference{};                 // of b less a; the median of the pairs'
+  double a = 0, b = 0;                                // rate or median
+  double difference = 0;                              // of b less a; the median of the pairs'
   std::optional<statistics::Interval> interval_95{};  // of the difference
   double p_value = 1;        // two-sided: McNemar's exact test, or the sign test, which is the same
   bool significant = false;  // among all rates, or all metrics, that are compared: Holm at 0.05
 
-  TURBIDOCK_FIELDS(metric, pairs, a, b, difference, interval_95, p_value, significant)
-};
-inline constexpr const char* kDocked = "docked";
-
-// Pairs that share the values of some parameters.
-struct ComparisonGroup {
-  std::map<std::string, std::string> group = {};  // values of ComparisonOptions::by
-  std::vector<TrialPair> pairs = {};
-  std::vector<Change> changes = {};  // docking first
-  // Of docking, that such a test of as many pairs, as many of which differ by chance, shows with
-  // 80 % power.
-  std::optional<double> least_difference_seen = {};
-  std::vector<Flip> lost = {}, gained = {};  // docked in a only, in b only
-
-  std::string Name() const;  // "sea.state=calm", or "all" without parameters
-  TURBIDOCK_FIELDS(group, changes, least_difference_seen, lost, gained)
+  bool is_rate() const { return metric == kDocked; }
+  TURBIDOCK_FIELDS(group, metric, pairs, a, b, difference, interval_95, p_value, significant)
 };
 
 // What the two plans have of each key in which they differ; "-" where it is not there.
@@ -83,12 +72,15 @@ struct Comparison {
   std::string a, b, build_a, build_b;  // files, and the programs that wrote them
   ComparisonOptions options = {};
   Differences differences = {};
-  std::vector<ComparisonGroup> groups = {};
-  ComparisonGroup all = {};  // docking of all pairs; where there are several groups, one row more
+  // Group by group, docking first; where there are several, at last the docking of all pairs.
+  std::vector<Change> changes = {};
+  Change all = {};  // that, also where there is one group
+  // That such a test of as many pairs, as many of which differ by chance, shows with 80 % power.
+  std::optional<double> least_difference_seen = {};
+  std::vector<Flip> lost = {}, gained = {};  // docked in a only, in b only
 
-  bool has_several() const { return groups.size() > 1; }
-
-  TURBIDOCK_FIELDS(a, b, build_a, build_b, differences, all, groups)
+  TURBIDOCK_FIELDS(a, b, build_a, build_b, differences, changes, all, least_difference_seen, lost,
+                   gained)
 };
 
 // Matches the trials that came to an end of their own and compares them. ConfigError when a trial

@@ -35,29 +35,9 @@ report::Section DifferencesSection(const Comparison& comparison) {
   return {.title = "What differs", .note = note, .table = table};
 }
 
-// What is said of a group.
-struct GroupChange {
-  std::string group;
-  Change change;
-
-  bool is_rate() const { return change.metric == kDocked; }
-  Tone tone() const {
-    if (!change.significant || !is_rate()) return Tone::kNone;
-    return *change.difference > 0 ? Tone::kGood : Tone::kBad;
-  }
-};
-
-// Significant ones first, docking before all else.
-std::vector<GroupChange> ChangesOf(const Comparison& comparison) {
-  std::vector<GroupChange> changes;
-  for (const ComparisonGroup& group : comparison.groups)
-    for (const Change& change : group.changes)
-      if (change.pairs > 0) changes.push_back({group.Name(), change});
-  if (comparison.has_several()) changes.push_back({"all together", comparison.all.changes[0]});
-  std::ranges::stable_sort(changes, {}, [](const GroupChange& c) {
-    return std::tuple(!c.change.significant, !c.is_rate(), c.change.p_value);
-  });
-  return changes;
+Tone ToneOf(const Change& change) {
+  if (!change.significant || !change.is_rate()) return Tone::kNone;
+  return change.difference > 0 ? Tone::kGood : Tone::kBad;
 }
 
 // " --by 'KEY,KEY'"; nothing without keys.
@@ -73,8 +53,8 @@ report::Section FlippedSection(const Comparison& comparison) {
                  std::to_string(flip.trial_a), std::to_string(flip.trial_b),
                  report::Words(NameOf(flip.failure))});
   };
-  add(comparison.all.lost, Cell("lost", Tone::kBad));
-  add(comparison.all.gained, Cell("gained", Tone::kGood));
+  add(comparison.lost, Cell("lost", Tone::kBad));
+  add(comparison.gained, Cell("gained", Tone::kGood));
   if (table.rows().empty())
     return {.title = "Seeds that flipped",
             .lines = {"None: every seed ended the same way in both."}};
@@ -90,17 +70,17 @@ report::Section FlippedSection(const Comparison& comparison) {
 }
 
 // A place on the axis for each group. One parameter says itself under the axis.
-report::Section DifferencePlot(const std::vector<ComparisonGroup>& groups) {
-  report::Axis x;
+report::Section DifferencePlot(const Comparison& comparison) {
+  const std::vector<std::string>& by = comparison.options.by;
+  report::Axis x{.label = by.size() == 1 ? by[0] : ""};
+  const std::string prefix = x.label + "=";
   report::Series series{.color = report::CurveColor(2), .mark = report::Mark::kBars, .dot_px = 8};
   double lowest = 0, highest = 0;
-  for (const ComparisonGroup& group : groups) {
-    const bool is_one = group.group.size() == 1;
-    if (is_one) x.label = group.group.begin()->first;
+  for (const Change& c : comparison.changes) {
+    if (!c.is_rate()) continue;
     const auto at = static_cast<double>(x.names.size());
-    x.names.push_back(is_one ? group.group.begin()->second : group.Name());
-    const Change& c = group.changes[0];
-    series.points.push_back(report::SampleWithin(at, *c.difference, *c.interval_95, /*unit=*/100));
+    x.names.push_back(c.group.substr(c.group.starts_with(prefix) ? prefix.size() : 0));
+    series.points.push_back(report::SampleWithin(at, c.difference, *c.interval_95, /*unit=*/100));
     lowest = std::min(lowest, series.points.back().low);
     highest = std::max(highest, series.points.back().high);
   }
@@ -112,10 +92,8 @@ report::Section DifferencePlot(const std::vector<ComparisonGroup>& groups) {
                       .rules = {{.at = 0, .mark = report::Mark::kLine}}}}};
 }
 
-report::Verdict VerdictOf(const std::vector<GroupChange>& changes) {
-  const auto has = [&](Tone tone) {
-    return std::ranges::count(changes, tone, &GroupChange::tone) > 0;
-  };
+report::Verdict VerdictOf(const std::vector<Change>& changes) {
+  const auto has = [&](Tone tone) { return std::ranges::count(changes, tone, &ToneOf) > 0; };
   const std::string reason = "B against A, pair by pair on the same seeds.";
   if (has(Tone::kBad))
     return {has(Tone::kGood) ? "docks less here and more there" : "docks less", Tone::kBad, reason};
@@ -123,14 +101,15 @@ report::Verdict VerdictOf(const std::vector<GroupChange>& changes) {
   return {"no significant change in docking", Tone::kNone, reason};
 }
 
-std::vector<report::Fact> FactsOf(const ComparisonGroup& all) {
-  const auto& least = all.least_difference_seen;
+std::vector<report::Fact> FactsOf(const Comparison& comparison) {
+  const Change& all = comparison.all;
+  const auto& least = comparison.least_difference_seen;
   const auto percent = [](double rate) { return report::Digits(100 * rate) + " %"; };
-  return {{"pairs", std::to_string(all.pairs.size())},
-          {"A docked", percent(*all.changes[0].a)},
-          {"B docked", percent(*all.changes[0].b)},
-          {"lost", std::to_string(all.lost.size()), "docked in A only"},
-          {"gained", std::to_string(all.gained.size()), "docked in B only"},
+  return {{"pairs", std::to_string(all.pairs)},
+          {"A docked", percent(all.a)},
+          {"B docked", percent(all.b)},
+          {"lost", std::to_string(comparison.lost.size()), "docked in A only"},
+          {"gained", std::to_string(comparison.gained.size()), "docked in B only"},
           {"would have seen", least ? fmt::format("{:.1f} points", 100 * *least) : "no difference",
            "of success rate over all pairs, with 80 % power at p = 0.05"}};
 }
@@ -139,21 +118,23 @@ std::vector<report::Fact> FactsOf(const ComparisonGroup& all) {
 
 report::Section ChangeSection(const Comparison& comparison) {
   report::Table table({"<parameters", "<what", "A", "B", "difference [95 %]", "pairs", "p", "<"});
-  for (const GroupChange& of : ChangesOf(comparison)) {
-    const Change& c = of.change;
+  std::vector<Change> changes = comparison.changes;  // significant ones first, docking before all
+  std::ranges::stable_sort(changes, {}, [](const Change& c) {
+    return std::tuple(!c.significant, !c.is_rate(), c.p_value);
+  });
+  for (const Change& c : changes) {
     const report::Quantity quantity =
-        of.is_rate() ? report::Quantity{"docked", "%", 100} : report::QuantityOf(c.metric);
+        c.is_rate() ? report::Quantity{"docked", "%", 100} : report::QuantityOf(c.metric);
     const auto text = [&](double value) { return report::Digits(value * quantity.factor); };
     const auto change = [&](double value) {
       return fmt::format("{:+.3g}", value * quantity.factor + 0.0);
     };
-    std::string difference = change(*c.difference);
+    std::string difference = change(c.difference);
     if (c.interval_95)
       difference +=
           fmt::format(" [{}, {}]", change(c.interval_95->low), change(c.interval_95->high));
-    table.Row({of.group, quantity.Title(), text(*c.a), text(*c.b), difference,
-               std::to_string(c.pairs), report::PValue(c.p_value),
-               c.significant ? Cell("significant", of.tone()) : Cell()});
+    table.Row({c.group, quantity.Title(), text(c.a), text(c.b), difference, std::to_string(c.pairs),
+               report::PValue(c.p_value), c.significant ? Cell("significant", ToneOf(c)) : Cell()});
   }
   return {.title = "What changed",
           .note =
@@ -166,9 +147,9 @@ report::Section ChangeSection(const Comparison& comparison) {
 report::Report ReportOf(const Comparison& comparison) {
   return {.kind = "comparison",
           .title = fmt::format("{} against {}", comparison.b, comparison.a),
-          .verdict = VerdictOf(ChangesOf(comparison)),
-          .facts = FactsOf(comparison.all),
-          .sections = {DifferencesSection(comparison), DifferencePlot(comparison.groups),
+          .verdict = VerdictOf(comparison.changes),
+          .facts = FactsOf(comparison),
+          .sections = {DifferencesSection(comparison), DifferencePlot(comparison),
                        ChangeSection(comparison), FlippedSection(comparison)}};
 }
 
@@ -187,8 +168,8 @@ page::Page PageOf(const Comparison& comparison, const ComparedFile& a, const Com
                                          report::Words(NameOf(flip.failure))),
                      .trials = {in_a.Of(flip.trial_a), in_b.Of(flip.trial_b)}};
   };
-  add(comparison.all.lost, "A", "B");
-  add(comparison.all.gained, "B", "A");
+  add(comparison.lost, "A", "B");
+  add(comparison.gained, "B", "A");
   return page;
 }
 

@@ -130,9 +130,9 @@ std::string GainsYaml(const Study& study, const TuningResult& result) {
   std::string text = fmt::format("# {}\n{}, study {}, {}.\n", study.settings().description,
                                  kGainsFile.mark, study.hash(), system::VersionAndCommit());
   if (result.held_out) {
-    const compare::Change& docked = result.held_out->trials.all.changes[0];
+    const compare::Change& docked = result.held_out->trials.all;
     text += fmt::format("# {} held-out trials: docked {:.1f} % (before: {:.1f} %).\n", docked.pairs,
-                        100 * *docked.b, 100 * *docked.a);
+                        100 * docked.b, 100 * docked.a);
   }
   return text + YAML::Dump(gains) + "\n";
 }

@@ -89,18 +89,18 @@ std::vector<TrialPair> TenPairs() {
 }
 
 Change TimesOf(const std::vector<TrialPair>& pairs) {
-  return ComparePairs(pairs, {}).groups.at(0).changes.at(1);
+  return ComparePairs(pairs, {}).changes.at(1);
 }
 
 TEST_F(Comparison, RatesOfTenPairs) {
-  const ComparisonGroup all = ComparePairs(TenPairs(), {}).all;
+  const compare::Comparison all = ComparePairs(TenPairs(), {});
   EXPECT_EQ(all.lost.size(), 3u);
   EXPECT_EQ(all.gained.size(), 1u);
-  const Change& c = all.changes.at(0);
+  const Change& c = all.all;
   EXPECT_EQ(c.pairs, 10);
-  EXPECT_DOUBLE_EQ(*c.a, 0.9);
-  EXPECT_DOUBLE_EQ(*c.b, 0.7);
-  EXPECT_NEAR(*c.difference, -0.2, 1e-15);
+  EXPECT_DOUBLE_EQ(c.a, 0.9);
+  EXPECT_DOUBLE_EQ(c.b, 0.7);
+  EXPECT_NEAR(c.difference, -0.2, 1e-15);
   // P(at most 1 of 4 fair flips), twice: 2 (1 + 4) / 16
   EXPECT_DOUBLE_EQ(c.p_value, 0.625);
   // (1.5 - 3.5) / 12 and 1.959964 sqrt(5 - 4 / 12) / 12
@@ -111,8 +111,8 @@ TEST_F(Comparison, RatesOfTenPairs) {
 TEST_F(Comparison, TimesOfTenPairs) {
   const Change c = TimesOf(TenPairs());
   EXPECT_EQ(c.pairs, 6);
-  EXPECT_DOUBLE_EQ(*c.a, 10);
-  EXPECT_DOUBLE_EQ(*c.difference, 1.5);
+  EXPECT_DOUBLE_EQ(c.a, 10);
+  EXPECT_DOUBLE_EQ(c.difference, 1.5);
   // four slower and one faster: P(at most 1 of 5 fair flips), twice
   EXPECT_DOUBLE_EQ(c.p_value, 2 * (1.0 + 5) / 32);
   // of six values only the outermost two bound the median with 95 %: 2 / 64 are outside
@@ -130,7 +130,7 @@ TEST_F(Comparison, AMetricThatOneTrialOfAPairLacks) {
   EXPECT_EQ(TimesOf(pairs).pairs, 5);
   pairs[1].a.time_s = kNone;
   EXPECT_EQ(TimesOf(pairs).pairs, 4);
-  EXPECT_DOUBLE_EQ(*TimesOf(pairs).a, 10);
+  EXPECT_DOUBLE_EQ(TimesOf(pairs).a, 10);
 }
 
 TEST_F(Comparison, TrialsPairBySeedAndParameters) {
@@ -138,12 +138,17 @@ TEST_F(Comparison, TrialsPairBySeedAndParameters) {
   const batch::ResultStore b = Store("b.db", {{1, false, 60, "20"}, {3, true, 1}, {1, true, 33}});
   const auto pairs = PairTrials(a, b, {});
   ASSERT_EQ(pairs.size(), 2u);
-  const auto groups = ComparePairs(pairs, {.by = {"water.milk_ml_m3"}}).groups;
-  ASSERT_EQ(groups.size(), 2u);
-  EXPECT_EQ(groups[0].Name(), "water.milk_ml_m3=10");
-  EXPECT_EQ(groups[0].pairs.at(0).a.time_s, 30);
-  EXPECT_EQ(groups[0].pairs.at(0).b.time_s, 33);
-  EXPECT_EQ(ComparePairs(pairs, {}).groups.at(0).Name(), "all");
+  const std::vector<Change> changes = ComparePairs(pairs, {.by = {"water.milk_ml_m3"}}).changes;
+  EXPECT_EQ(changes[0].group, "water.milk_ml_m3=10");
+  EXPECT_EQ(changes[0].pairs, 1);
+  EXPECT_EQ(changes[1].metric, "time_s");
+  EXPECT_EQ(changes[1].a, 30);
+  EXPECT_EQ(changes[1].b, 33);
+  const Change& other = *std::ranges::find(changes, "water.milk_ml_m3=20", &Change::group);
+  EXPECT_EQ(other.metric, "docked");
+  EXPECT_EQ(changes.back().group, "all together");
+  EXPECT_EQ(ComparePairs(pairs, {}).changes.at(0).group, "all");
+  EXPECT_EQ(ComparePairs(pairs, {}).all.pairs, 2);
 }
 
 TEST_F(Comparison, WhatDiffersOnPurposeIsIgnored) {
@@ -190,28 +195,33 @@ compare::Comparison Compared(const std::vector<TrialPair>& pairs,
 }
 
 TEST_F(Comparison, GroupsStandInTheOrderOfTheirNumbers) {
-  const auto groups = Compared(TwoGroups(), {"water.milk_ml_m3"}).groups;
-  ASSERT_EQ(groups.size(), 2u);
-  EXPECT_EQ(groups[0].Name(), "water.milk_ml_m3=20");
-  EXPECT_EQ(groups[1].Name(), "water.milk_ml_m3=100");
+  std::vector<std::string> names;
+  for (const Change& change : Compared(TwoGroups(), {"water.milk_ml_m3"}).changes)
+    if (change.is_rate()) names.push_back(change.group);
+  EXPECT_THAT(
+      names, ::testing::ElementsAre("water.milk_ml_m3=20", "water.milk_ml_m3=100", "all together"));
 }
 
 // Docking is a family of three rows (two groups and all), the metrics that there are another.
 TEST_F(Comparison, SignificantByHolmInTwoFamilies) {
   const compare::Comparison c = Compared(TwoGroups(), {"water.milk_ml_m3"});
-  const std::vector<Change>&little = c.groups[0].changes, &much = c.groups[1].changes;
-  EXPECT_DOUBLE_EQ(much[0].p_value, 2.0 / 4096);
-  EXPECT_TRUE(much[0].significant);
-  EXPECT_EQ(little[0].p_value, 1);
-  EXPECT_FALSE(little[0].significant);
+  const auto change = [&](const std::string& group, const std::string& metric) {
+    for (const Change& of : c.changes)
+      if (of.group == group && of.metric == metric) return of;
+    throw std::runtime_error("no " + metric + " of " + group);
+  };
+  const std::string little = "water.milk_ml_m3=20", much = "water.milk_ml_m3=100";
+  EXPECT_DOUBLE_EQ(change(much, "docked").p_value, 2.0 / 4096);
+  EXPECT_TRUE(change(much, "docked").significant);
+  EXPECT_EQ(change(little, "docked").p_value, 1);
+  EXPECT_FALSE(change(little, "docked").significant);
   // 12 lost and 1 gained: 2 (1 + 13) / 2^13
-  EXPECT_DOUBLE_EQ(c.all.changes[0].p_value, 28.0 / 8192);
-  EXPECT_TRUE(c.all.changes[0].significant);
+  EXPECT_DOUBLE_EQ(c.all.p_value, 28.0 / 8192);
+  EXPECT_TRUE(c.all.significant);
   // 14 of 14 slower, but 3 of 3 only where much is lost
-  EXPECT_TRUE(little[1].significant);
-  EXPECT_FALSE(much[1].significant);
-  EXPECT_EQ(much[2].pairs, 0);
-  EXPECT_FALSE(much[2].significant);
+  EXPECT_TRUE(change(little, "time_s").significant);
+  EXPECT_FALSE(change(much, "time_s").significant);
+  EXPECT_THROW(change(much, "tracking_rms_m"), std::runtime_error) << "no pair has one";
 }
 
 TEST_F(Comparison, TheReportSaysWhatChangedAndWhichSeedsFlipped) {
@@ -265,17 +275,18 @@ TEST_F(Comparison, TheDocumentHasTheNumbersAndTheReport) {
   const report::Json json = report::Document(ReportOf(c), c);
   EXPECT_EQ(json["kind"], "comparison");
   EXPECT_EQ(json["schema_version"], 1);
-  for (const char* key : {"a", "b", "build_a", "build_b", "differences", "all", "groups", "report"})
+  for (const char* key :
+       {"a", "b", "build_a", "build_b", "differences", "changes", "all", "report"})
     EXPECT_TRUE(json.contains(key)) << key;
-  const report::Json& much = json["groups"][1];
-  EXPECT_EQ(much["group"]["water.milk_ml_m3"], "100");
-  EXPECT_EQ(much["changes"][0]["metric"], "docked");
-  EXPECT_EQ(much["changes"][0]["significant"], true);
-  EXPECT_EQ(much["lost"].size(), 12u);
-  EXPECT_EQ(much["lost"][0]["failure"], "collision");
-  EXPECT_EQ(json["groups"][0]["gained"][0]["trial_b"], 129);
-  EXPECT_EQ(much["changes"][1]["metric"], "time_s");
-  EXPECT_EQ(json["all"]["changes"][0]["significant"], true);
+  const report::Json& little = json["changes"][0];
+  EXPECT_EQ(little["group"], "water.milk_ml_m3=20");
+  EXPECT_EQ(little["metric"], "docked");
+  EXPECT_EQ(little["significant"], false);
+  EXPECT_EQ(json["changes"][1]["metric"], "time_s");
+  EXPECT_EQ(json["lost"].size(), 12u);
+  EXPECT_EQ(json["lost"][0]["failure"], "collision");
+  EXPECT_EQ(json["gained"][0]["trial_b"], 129);
+  EXPECT_EQ(json["all"]["significant"], true);
 }
 
 // A reader sees first in what the two sides differ, and in what their pairs did.
