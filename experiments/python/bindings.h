@@ -4,18 +4,14 @@
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
-#include <sys/types.h>
 
 #include <Eigen/Core>
 #include <memory>
 #include <string>
 #include <utility>
-#include <variant>
 #include <vector>
 
-#include "control/axes.h"
-#include "control/thrust_allocation.h"
-#include "control/vehicle_model.h"
+#include "experiments/trial/trial.h"
 #include "sim/base/image.h"
 
 namespace turbidock::python {
@@ -36,23 +32,12 @@ py::array View(std::vector<py::ssize_t> shape, const T* data, py::handle owner) 
 py::array View(const Image3u8& image, py::handle owner);
 py::array Copy(const Eigen::Ref<const Eigen::VectorXd>& values);
 
-// What a controller asks for: the type of its allocation.
-using AnyAllocation = std::variant<control::ForceAllocationParams, control::VoltsAllocationParams>;
-// "forces" or "volts". ConfigError for what is neither.
-AnyAllocation AllocationFor(const std::string& asks_for);
-// The most of it by axis, the mean of both ways: N and N m, or volts. None on a vehicle that cannot
-// follow such a controller.
-control::Axes AuthorityOf(const AnyAllocation& allocation, const control::VehicleModel& vehicle);
-
-// So many numbers from whatever Python gave; ValueError "RULE, not ..." for anything else.
+// So many numbers up to 1e6 from whatever Python gave; ValueError "RULE, not ..." for anything
+// else.
 Eigen::VectorXd NumbersOf(const py::object& given, int count, const std::string& rule);
 
-// A demand from whatever Python gave. ValueError that names `what` for another shape, for what is
-// no number, is not finite or larger than `most`.
-control::Axes DemandOf(const py::object& given, const std::string& what, double most);
-
-// Forks with the interpreter told of it; the calling thread must not hold its lock.
-pid_t ForkWithInterpreter();
+// A result as JSON, its log and the scenario that it began with.
+py::tuple TupleOf(const trial::TrialResult& result, const trial::Scenario& scenario);
 
 void AddPlugins(py::module_* module);  // Plugins, Observation, Reference
 void AddRunning(py::module_* module);  // Trial, Frame

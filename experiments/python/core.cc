@@ -4,10 +4,8 @@
 #include "experiments/trial/scenario.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
-#include <cmath>
-
-#include "control/axes.h"
 #include "experiments/batch/batch.h"
 #include "experiments/batch/export.h"
 #include "experiments/batch/plan.h"
@@ -22,8 +20,6 @@
 #include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"
 #include "experiments/trial/series.h"
-#include "experiments/trial/trial.h"
-#include "experiments/trial/trial_files.h"
 
 namespace turbidock::python {
 
@@ -42,44 +38,22 @@ py::array Copy(const Eigen::Ref<const Eigen::VectorXd>& values) {
   return View<double>({values.size()}, values.data(), py::handle());
 }
 
-AnyAllocation AllocationFor(const std::string& asks_for) {
-  if (asks_for == "forces") return control::ForceAllocationParams();
-  if (asks_for == "volts") return control::VoltsAllocationParams();
-  throw ConfigError("asks_for", asks_for + ", must be forces or volts");
-}
-
-control::Axes AuthorityOf(const AnyAllocation& allocation, const control::VehicleModel& vehicle) {
-  try {
-    const auto* forces = std::get_if<control::ForceAllocationParams>(&allocation);
-    if (forces) return control::ForceAllocation(*forces, vehicle).authority();
-    return control::VoltsAllocation(std::get<control::VoltsAllocationParams>(allocation), vehicle)
-        .authority();
-  } catch (const ConfigError&) {  // the autopilot says so, as of every controller
-    return control::Axes::Zero();
-  }
-}
-
 Eigen::VectorXd NumbersOf(const py::object& given, int count, const std::string& rule) {
   const auto array = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(given);
-  if (array && array.ndim() == 1 && array.shape(0) == count)
-    return Eigen::Map<const Eigen::VectorXd>(array.data(), count);
+  constexpr double kMost = 1e6;
+  if (array && array.ndim() == 1 && array.shape(0) == count) {
+    const Eigen::Map<const Eigen::VectorXd> numbers(array.data(), count);
+    if ((numbers.array().abs() <= kMost).all()) return numbers;
+  }
   PyErr_Clear();
-  const std::string is =
-      array ? "an array of shape " + py::repr(array.attr("shape")).cast<std::string>()
-            : py::repr(given).cast<std::string>();
-  throw py::value_error(rule + ", not " + is);
+  throw py::value_error(rule + ", not " + py::repr(given).cast<std::string>());
 }
 
-control::Axes DemandOf(const py::object& given, const std::string& what, double most) {
-  const control::Axes axes =
-      NumbersOf(given, control::kAxisCount, what + " takes four numbers, surge, sway, heave, yaw");
-  for (int i = 0; i < control::kAxisCount; ++i)
-    if (!(std::abs(axes[i]) <= most))
-      throw py::value_error(fmt::format("{}: number {} is {:g}, must be in [{:g}, {:g}]", what, i,
-                                        axes[i], -most, most));
-  return axes;
-}
+namespace {
 
+using Assignments = std::vector<std::string>;
+
+// With the interpreter told of it; the calling thread must not hold its lock.
 pid_t ForkWithInterpreter() {
   const py::gil_scoped_acquire lock;
   PyOS_BeforeFork();
@@ -90,10 +64,6 @@ pid_t ForkWithInterpreter() {
     PyOS_AfterFork_Parent();
   return pid;
 }
-
-namespace {
-
-using Assignments = std::vector<std::string>;
 
 // Tells Python how far something is, and hears from it whether to stop.
 class Reporter {
@@ -157,7 +127,6 @@ py::dict ColumnsOf(const trial::Series& series) {
   return columns;
 }
 
-// Result as JSON, log and resolved scenario.
 py::tuple Run(const trial::Scenario& scenario, const py::object& progress) {
   const trial::TrialResult result = Reporting(progress, [&](Reporter* reporter) {
     trial::TrialOptions options;
@@ -170,8 +139,7 @@ py::tuple Run(const trial::Scenario& scenario, const py::object& progress) {
     options.stop_requested = [&] { return reporter->stopped(); };
     return trial::RunTrial(scenario, options);
   });
-  return py::make_tuple(trial::ResultJson(result), trial::Series::Of(result.log),
-                        trial::SaveScenario(scenario));
+  return TupleOf(result, scenario);
 }
 
 batch::JobOptions JobsOf(int workers) {
@@ -267,6 +235,7 @@ PYBIND11_MODULE(_core, module) {
            })
       .def("get", [](const trial::Scenario& scenario,
                      const std::string& key) { return config::ValueOf(scenario, key); })
+      .def_readwrite("plugins", &trial::Scenario::plugins)
       .def("copy", [](const trial::Scenario& scenario) { return scenario; })
       .def("yaml", &trial::SaveScenario);
   py::class_<trial::Series>(module, "Series")

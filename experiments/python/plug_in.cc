@@ -1,10 +1,11 @@
-// Laws and estimators written in Python, as plug-ins of a scenario.
+// Controllers and estimators written in Python, as plug-ins of a scenario.
 
 #include <optional>
 #include <tuple>
 #include <variant>
 #include <vector>
 
+#include "control/autopilot.h"
 #include "experiments/config/yaml_fields.h"
 #include "experiments/python/bindings.h"
 #include "experiments/trial/plugin_of.h"
@@ -15,9 +16,10 @@ namespace {
 using trial::Plugins;
 
 // A key that a Python class declares.
+using Value = std::variant<bool, int64_t, double, std::string>;
 struct Key {
   std::string name;
-  std::variant<bool, int64_t, double, std::string> value;
+  Value value;
   Range range;
   std::string doc;
 };
@@ -37,44 +39,33 @@ struct Keys {
   }
   void Check(const std::string& path) const {
     for (const Key& key : keys) {
-      const auto check = [&](const auto& value) {
-        using V = std::decay_t<decltype(value)>;
-        if constexpr (std::is_same_v<V, double> || std::is_same_v<V, int64_t>)
-          if (const auto number = static_cast<double>(value); !key.range.Contains(number))
-            throw ConfigError(JoinKey(path, key.name),
-                              FormatNumber(number) + ", " + key.range.Sentence());
+      const auto check = [&]<class V>(const V& value) {
+        if constexpr (std::is_same_v<V, double> || std::is_same_v<V, int64_t>) {
+          const auto number = static_cast<double>(value);
+          internal::CheckNumbers(&number, 1, key.range, path, key.name.c_str());
+        }
       };
       std::visit(check, key.value);
     }
   }
-  // An instance of the class with its keys set.
-  py::object Instance(const Held& cls) const {
-    py::object object = (*cls)();
-    for (const Key& key : keys)
-      std::visit([&](const auto& value) { object.attr(key.name.c_str()) = value; }, key.value);
+  // What a class, or a function, makes, with its keys set.
+  py::object Instance(const Held& make) const {
+    py::object object = (*make)();
+    for (const Key& key : keys) object.attr(key.name.c_str()) = key.value;
     return object;
   }
 };
 
 Keys KeysOf(const py::list& declared) {
+  using Row =
+      std::tuple<std::string, Value, std::optional<double>, std::optional<double>, std::string>;
   Keys keys;
   for (const py::handle& each : declared) {
-    const auto [name, value, low, high, doc] =
-        each.cast<std::tuple<std::string, py::object, std::optional<double>, std::optional<double>,
-                             std::string>>();
-    Key& key = keys.keys.emplace_back(Key{.name = name, .value = {}, .range = {}, .doc = doc});
-    if (py::isinstance<py::bool_>(value))
-      key.value = value.cast<bool>();
-    else if (py::isinstance<py::int_>(value))
-      key.value = value.cast<int64_t>();
-    else if (py::isinstance<py::float_>(value))
-      key.value = value.cast<double>();
-    else if (py::isinstance<py::str>(value))
-      key.value = value.cast<std::string>();
-    else
-      throw py::type_error("key " + name + ": its default must be a bool, a number or text");
-    if (low) key.range.low = *low;
-    if (high) key.range.high = *high;
+    const auto [name, value, low, high, doc] = each.cast<Row>();
+    Range range;
+    range.low = low.value_or(range.low);
+    range.high = high.value_or(range.high);
+    keys.keys.push_back({name, value, range, doc});
   }
   return keys;
 }
@@ -95,23 +86,51 @@ auto Call(const Do& act) {
   throw std::runtime_error(problem);
 }
 
-bool Overrides(const py::object& cls, const char* base, const char* method) {
-  const py::object ours = py::module_::import("turbidock").attr(base).attr(method);
-  return !py::object(cls.attr(method)).is(ours);
+// ------------------------------------------------------------------------------------ controllers
+
+// "forces" or "volts": the type of a controller's allocation. ConfigError for what is neither.
+using AnyAllocation = decltype(control::CustomController::allocation);
+AnyAllocation AllocationFor(const std::string& asks_for) {
+  if (asks_for == "forces") return control::ForceAllocationParams();
+  if (asks_for == "volts") return control::VoltsAllocationParams();
+  throw ConfigError("asks_for", asks_for + ", must be forces or volts");
 }
 
-// ----------------------------------------------------------------------------------------
-// controllers
+// The most of it by axis, the mean of both ways: N and N m, or volts. None on a vehicle that cannot
+// follow such a controller: the autopilot says so, as of every controller.
+control::Axes AuthorityOf(const AnyAllocation& allocation,
+                          const control::VehicleModel& vehicle) try {
+  if (const auto* forces = std::get_if<control::ForceAllocationParams>(&allocation))
+    return control::ForceAllocation(*forces, vehicle).authority();
+  return control::VoltsAllocation(std::get<control::VoltsAllocationParams>(allocation), vehicle)
+      .authority();
+} catch (const ConfigError&) {
+  return control::Axes::Zero();
+}
+
+// What a scenario says of a controller in Python, besides its own keys.
+struct ControllerParams : Keys {
+  control::PoseFilterParams pose_filter;
+  control::SetpointParams setpoint;
+  AnyAllocation allocation;
+
+  static void Fields(auto& self, auto&& field) {
+    field("pose_filter", self.pose_filter, Finite(), "between estimate and controller");
+    field("setpoint", self.setpoint, Finite(), "how the desired pose moves");
+    std::visit([&](auto& of) { field("allocation", of, Finite(), "from axes to thrusters"); },
+               self.allocation);
+  }
+};
 
 class PythonController final : public control::Controller {
  public:
-  PythonController(const Held& cls, const Keys& keys, const control::VehicleModel& vehicle,
-                   const control::Axes& authority, double frame_s, bool observes, bool hears)
+  PythonController(const Held& make, const ControllerParams& params,
+                   const control::VehicleModel& vehicle, double frame_s, bool observes, bool hears)
       : observes_(observes), hears_(hears) {
     Call([&] {
-      py::object self = keys.Instance(cls);
+      py::object self = params.Instance(make);
       self.attr("frame_s") = frame_s;
-      self.attr("authority") = python::Copy(authority);
+      self.attr("authority") = python::Copy(AuthorityOf(params.allocation, vehicle));
       self.attr("vehicle") =
           py::dict(py::arg("inertia") = python::Copy(vehicle.inertia),
                    py::arg("linear_damping") = python::Copy(vehicle.linear_damping),
@@ -128,9 +147,9 @@ class PythonController final : public control::Controller {
     if (observes_) Call([&] { self_->attr("observe")(seen); });
   }
   control::Axes Demand(const control::Reference& wanted) override {
-    return Call([&] {
-      constexpr double kMost = 1e6;  // the allocation limits it
-      return DemandOf(self_->attr("demand")(seen_, wanted), "demand()", kMost);
+    return Call([&]() -> control::Axes {
+      return NumbersOf(self_->attr("demand")(seen_, wanted), control::kAxisCount,
+                       "demand() must give four numbers up to 1e6, surge, sway, heave, yaw");
     });
   }
   void OnCommandApplied(int64_t frame, const control::Axes& given) override {
@@ -143,27 +162,13 @@ class PythonController final : public control::Controller {
   bool observes_, hears_;
 };
 
-// What a scenario says of a controller in Python, besides its own keys.
-struct LawParams : Keys {
-  control::PoseFilterParams pose_filter;
-  control::SetpointParams setpoint;
-  AnyAllocation allocation;
-
-  static void Fields(auto& self, auto&& field) {
-    field("pose_filter", self.pose_filter, Finite(), "between estimate and controller");
-    field("setpoint", self.setpoint, Finite(), "how the desired pose moves");
-    std::visit([&](auto& of) { field("allocation", of, Finite(), "from axes to thrusters"); },
-               self.allocation);
-  }
-};
-
 // ---------------------------------------------------------------------------------- estimators
 
 class PythonEstimator final : public vision::PoseEstimator {
  public:
-  PythonEstimator(const Held& cls, const Keys& keys, trial::EstimatorSetup setup) {
+  PythonEstimator(const Held& make, const Keys& keys, trial::EstimatorSetup setup) {
     Call([&] {
-      py::object self = keys.Instance(cls);
+      py::object self = keys.Instance(make);
       const MountedCamera& left = setup.rig.left;
       self.attr("rig") =
           py::dict(py::arg("width_px") = left.width_px, py::arg("height_px") = left.height_px,
@@ -190,8 +195,9 @@ class PythonEstimator final : public vision::PoseEstimator {
       const auto parts = result.cast<py::sequence>();
       if (parts.size() != 3)
         throw py::value_error("update() must return (position, quaternion_wxyz, fitness)");
-      estimate_.X_HM.p = NumbersOf(parts[0], 3, "position must be 3 numbers");
-      const Eigen::Vector4d q = NumbersOf(parts[1], 4, "quaternion_wxyz must be 4 numbers");
+      estimate_.X_HM.p = NumbersOf(parts[0], 3, "position must be 3 numbers up to 1e6");
+      const Eigen::Vector4d q =
+          NumbersOf(parts[1], 4, "quaternion_wxyz must be 4 numbers up to 1e6");
       estimate_.X_HM.q = Eigen::Quaterniond(q[0], q[1], q[2], q[3]);
       estimate_.fitness = parts[2].cast<double>();
     });
@@ -214,6 +220,7 @@ class PythonEstimator final : public vision::PoseEstimator {
 void AddPlugins(py::module_* module) {
   py::class_<control::Observation>(*module, "Observation",
                                    "Where the marker is in the camera head, as far as it is known.")
+      .def(py::init<>())
       .def_readonly("frame", &control::Observation::frame, "Of the image.")
       .def_property_readonly(
           "position", [](const control::Observation& seen) { return Copy(seen.position); },
@@ -225,6 +232,7 @@ void AddPlugins(py::module_* module) {
           },
           "The same per second; None without a pose filter.");
   py::class_<control::Reference>(*module, "Reference", "Where the marker shall be.")
+      .def(py::init<>())
       .def_property_readonly("position",
                              [](const control::Reference& wanted) { return Copy(wanted.position); })
       .def_property_readonly("rate",
@@ -232,24 +240,22 @@ void AddPlugins(py::module_* module) {
       .def_property_readonly("acceleration", [](const control::Reference& wanted) {
         return Copy(wanted.acceleration);
       });
-  py::class_<Plugins>(*module, "Plugins", "Laws and estimators besides turbidock's own.")
+  py::class_<Plugins>(*module, "Plugins", "Controllers and estimators besides turbidock's own.")
       .def(py::init<>())
       .def("add_controller",
-           [](Plugins* plugins, const std::string& name, py::object cls, const py::list& keys,
-              const std::string& asks_for, bool pose_filter, bool setpoint) {
-             LawParams defaults{KeysOf(keys), {}, {}, AllocationFor(asks_for)};
+           [](Plugins* plugins, const std::string& name, py::object make, const py::list& keys,
+              const std::string& asks_for, bool pose_filter, bool setpoint, bool observes,
+              bool hears) {
+             ControllerParams defaults{KeysOf(keys), {}, {}, AllocationFor(asks_for)};
              defaults.pose_filter.enabled = pose_filter;
              defaults.setpoint.enabled = setpoint;
-             const bool observes = Overrides(cls, "Controller", "observe");
-             const bool hears = Overrides(cls, "Controller", "given");
              plugins->AddController(
-                 name, defaults, [=, held = Hold(std::move(cls))](const LawParams& params) {
+                 name, defaults, [=, held = Hold(std::move(make))](const ControllerParams& params) {
                    return control::CustomController{
                        .make =
                            [=](const control::VehicleModel& vehicle, const ClockParams& clock) {
                              return std::make_unique<PythonController>(
-                                 held, params, vehicle, AuthorityOf(params.allocation, vehicle),
-                                 clock.frame_s(), observes, hears);
+                                 held, params, vehicle, clock.frame_s(), observes, hears);
                            },
                        .pose_filter = params.pose_filter,
                        .setpoint = params.setpoint,
@@ -257,9 +263,9 @@ void AddPlugins(py::module_* module) {
                  });
            })
       .def("add_estimator",
-           [](Plugins* plugins, const std::string& name, py::object cls, const py::list& keys) {
+           [](Plugins* plugins, const std::string& name, py::object make, const py::list& keys) {
              plugins->AddEstimator(name, KeysOf(keys),
-                                   [held = Hold(std::move(cls))](
+                                   [held = Hold(std::move(make))](
                                        const Keys& params, const trial::EstimatorSetup& setup) {
                                      return std::make_unique<PythonEstimator>(held, params, setup);
                                    });

@@ -1,103 +1,40 @@
 // A trial under way, stepped from Python.
 
-// first: it declares what yaml_fields.h defines
-#include "experiments/trial/scenario.h"
-
 #include <unistd.h>
 
 #include <optional>
 #include <thread>
-#include <utility>
 
-#include "experiments/config/yaml_fields.h"
+#include "control/axes.h"
 #include "experiments/python/bindings.h"
-#include "experiments/trial/plugin_of.h"
 #include "experiments/trial/running_trial.h"
 #include "experiments/trial/series.h"
 #include "experiments/trial/trial_files.h"
 
 namespace turbidock::python {
+
+py::tuple TupleOf(const trial::TrialResult& result, const trial::Scenario& scenario) {
+  return py::make_tuple(trial::ResultJson(result), trial::Series::Of(result.log),
+                        trial::SaveScenario(scenario));
+}
+
 namespace {
 
 using trial::FrameRecord;
 
-constexpr const char* kSteered = "steered";
-
-// Between whoever steers a trial by hand and the controller that stands in for them.
-struct Hand {
-  control::Axes demand = control::Axes::Zero();
-  control::Axes authority = control::Axes::Zero();
-  control::Observation seen;
-  control::Reference wanted;
-  control::Axes given = control::Axes::Zero();
-  bool in_control = false;  // in the last frame
-};
-
-// The controller of a trial that is steered from outside.
-class SteeredController final : public control::Controller {
- public:
-  explicit SteeredController(std::shared_ptr<Hand> hand) : hand_(std::move(hand)) {}
-  void Observe(const control::Observation& seen) override { hand_->seen = seen; }
-  control::Axes Demand(const control::Reference& wanted) override {
-    hand_->wanted = wanted;
-    demanded_ = true;
-    return hand_->demand;
-  }
-  void OnCommandApplied(int64_t, const control::Axes& given) override {
-    hand_->given = given;
-    hand_->in_control = demanded_;
-    demanded_ = false;
-  }
-
- private:
-  std::shared_ptr<Hand> hand_;
-  bool demanded_ = false;
-};
-
-struct SteeredParams {
-  control::PoseFilterParams pose_filter{.enabled = true};
-
-  static void Fields(auto& self, auto&& field) {
-    field("pose_filter", self.pose_filter, Finite(), "between estimate and hand");
-  }
-};
-
 class Trial {
  public:
-  // `steered`: what is asked for by hand, forces or volts; empty: the scenario's controller steers.
-  Trial(trial::Scenario scenario, bool images, const std::string& steered)
-      : images_(images), hand_(steered.empty() ? nullptr : std::make_shared<Hand>()) {
-    if (hand_) {
-      const AnyAllocation allocation = AllocationFor(steered);
-      const auto make = [hand = hand_, allocation](const SteeredParams& params) {
-        control::CustomController controller;
-        controller.pose_filter = params.pose_filter;
-        controller.allocation = allocation;
-        controller.make = [=](const control::VehicleModel& vehicle, const ClockParams&) {
-          hand->authority = AuthorityOf(allocation, vehicle);
-          return std::make_unique<SteeredController>(hand);
-        };
-        return controller;
-      };
-      scenario.plugins.AddController(kSteered, SteeredParams(), make);
-      if (steered == "volts") most_ = kNeutralVolts;
-      config::ApplySet(std::string("controller=") + kSteered, &scenario, nullptr);
-    }
+  Trial(const trial::Scenario& scenario, bool images) : images_(images), scenario_(scenario) {
     if (images && scenario.pose_source == trial::PoseSource::kTruePose)
       throw ConfigError("images", "with pose_source = true_pose nothing is drawn");
-    saved_ = trial::SaveScenario(scenario);
     trial::TrialOptions options;
     options.whole_images = images;
     running_.emplace(scenario, options);
   }
 
-  void Step(const py::object& demand) {
+  void Step() {
     RequireUnfinished();
     if (running_->ended()) throw py::value_error("this trial has ended: ask for its result()");
-    if (hand_)
-      hand_->demand = DemandOf(demand, "step()", most_);
-    else if (!demand.is_none())
-      throw py::value_error("step() takes a demand of a steered trial only");
     const py::gil_scoped_release free;
     kept_ = nullptr;
     running_->Step();
@@ -128,27 +65,14 @@ class Trial {
   }
   void Push(const py::object& given) {
     RequireUnfinished();
-    const std::string rule = "push() takes three finite forces in N";
-    const Eigen::Vector3d newton = NumbersOf(given, 3, rule);
-    if (!newton.allFinite()) throw py::value_error(rule);
-    running_->Push(newton);
+    running_->Push(NumbersOf(given, 3, "push() takes three forces in N, up to 1e6"));
   }
 
-  const Hand& hand() const {
-    if (!hand_) throw py::value_error("of a steered trial only");
-    return *hand_;
-  }
-
-  // Result as JSON, log and scenario. Its last frame and images remain.
+  // Once. Its last frame and images remain.
   py::tuple Finish() {
-    RequireHere();
-    if (result_.empty()) {
-      last_ = Last();
-      const trial::TrialResult result = running_->Finish();
-      series_ = trial::Series::Of(result.log);
-      result_ = trial::ResultJson(result);
-    }
-    return py::make_tuple(result_, series_, saved_);
+    RequireUnfinished();
+    last_ = Last();
+    return TupleOf(running_->Finish(), scenario_);
   }
 
  private:
@@ -170,13 +94,10 @@ class Trial {
   }
 
   bool images_;
-  std::shared_ptr<Hand> hand_;
-  double most_ = 1e6;  // of a demand; the allocation limits it
+  trial::Scenario scenario_;  // as it began
   std::optional<trial::RunningTrial> running_;
   std::shared_ptr<StereoImage> kept_;
   std::optional<FrameRecord> last_;  // once it is finished
-  std::string saved_, result_;
-  trial::Series series_;
   pid_t process_ = getpid();
   std::thread::id thread_ = std::this_thread::get_id();
 };
@@ -229,10 +150,8 @@ void AddFrame(py::module_* module) {
 void AddRunning(py::module_* module) {
   AddFrame(module);
   py::class_<Trial>(*module, "Trial")
-      .def(py::init<trial::Scenario, bool, std::string>(), py::arg("scenario"), py::arg("images"),
-           py::arg("steered"))
-      .def("step", &Trial::Step, py::arg("demand") = py::none(),
-           "Lets the next frame's time pass. ValueError after the end.")
+      .def(py::init<const trial::Scenario&, bool>(), py::arg("scenario"), py::arg("images"))
+      .def("advance", &Trial::Step)
       .def_property_readonly("ended", &Trial::ended)
       .def_property_readonly("frame", &Trial::Now, "The last frame: truth, estimate, commands.")
       .def_property_readonly("images", &Trial::Images,
@@ -241,24 +160,6 @@ void AddRunning(py::module_* module) {
       .def("assign", &Trial::Set)
       .def("push", &Trial::Push,
            "A steady force on the vehicle, in the world's axes, until another.")
-      .def_property_readonly(
-          "seen", [](const Trial& t) { return t.hand().seen; },
-          "Steered: the filtered pose that a controller would see.")
-      .def_property_readonly(
-          "wanted", [](const Trial& t) { return t.hand().wanted; },
-          "Steered: where the procedure wants the marker.")
-      .def_property_readonly(
-          "given", [](const Trial& t) { return Copy(t.hand().given); },
-          "Steered: what came of your demand in the last frame: less where "
-          "thrusters saturate.")
-      .def_property_readonly(
-          "authority", [](const Trial& t) { return Copy(t.hand().authority); },
-          "Steered: all that the vehicle has on each axis alone, in the "
-          "demand's unit.")
-      .def_property_readonly(
-          "in_control", [](const Trial& t) { return t.hand().in_control; },
-          "Steered: whether your demand counted in the last frame; not while "
-          "the vehicle searches or drifts.")
       .def("finish", &Trial::Finish);
 }
 

@@ -118,3 +118,26 @@ def test_a_policy_is_the_same_as_a_law():
     law = turbidock.run("pool_active", seed=end["seed"], controller=Policy, settings=settings)
     assert law.outcome == end["outcome"]
     assert law.digest == end["digest"]
+
+
+def test_gymnasiums_vector_environment_runs_it_in_processes():
+    def make(mode):
+        return gymnasium.make_vec(
+            "turbidock/Docking-v0", num_envs=3, vectorization_mode=mode,
+            wrappers=[lambda env: gymnasium.wrappers.TransformReward(env, lambda reward: 2 * reward)],
+            settings={**QUICK, "duration_s": 3})  # control begins earlier
+
+    ours, theirs = make("async"), make("sync")
+    before, after = ours.reset(seed=7), theirs.reset(seed=7)
+    np.testing.assert_equal(before, after)
+    ends, twice = 0, gymnasium.make("turbidock/Docking-v0", settings={**QUICK, "duration_s": 3})
+    twice.reset(seed=8)
+    for given in np.random.default_rng(3).uniform(-1, 1, (40, 3, 4)).astype(np.float32):
+        one, other = ours.step(given), theirs.step(given)
+        for got, wanted in zip(one[:4], other[:4]):
+            np.testing.assert_array_equal(got, wanted)
+        if not ends:
+            assert one[1][1] == 2 * twice.step(given[1])[1]
+        ends += int((one[2] | one[3]).sum())
+    assert ends >= 3
+    ours.close()

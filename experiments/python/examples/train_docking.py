@@ -1,6 +1,6 @@
 """Trains a policy to dock from the true pose with PPO (stable-baselines3), and has it judged.
 
-    python train_docking.py --minutes 30 --out learnt            # learnt/curve.csv, learnt/curve.png
+    python train_docking.py --minutes 30 --out learnt            # learnt/curve.csv
     python train_docking.py --judge learnt --gate gate.yaml      # the same gate as every controller's
     python train_docking.py --judge learnt --seeds 20 --cameras  # through the cameras
 """
@@ -115,20 +115,6 @@ def train(arguments):
     spent = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
     print(f"{minutes:.1f} minutes, {sum(s.ru_utime + s.ru_stime for s in spent) / 60:.1f} of a "
           f"processor; {model.num_timesteps} steps")
-    plot(arguments.out)
-
-
-def plot(folder):
-    """curve.csv as a picture: how many of the last 100 episodes docked, and their reward."""
-    import matplotlib.pyplot as plt
-
-    rows = np.genfromtxt(os.path.join(folder, "curve.csv"), delimiter=",", names=True)
-    figure, axes = plt.subplots(2, 1, sharex=True, figsize=(7, 5), layout="constrained")
-    axes[0].plot(rows["minutes"], 100 * rows["success_rate"])
-    axes[0].set(ylabel="docked, %", ylim=(0, 105), title="the last 100 episodes, exploring")
-    axes[1].plot(rows["minutes"], rows["reward_mean"])
-    axes[1].set(ylabel="reward, mean", xlabel="minutes of training")
-    figure.savefig(os.path.join(folder, "curve.png"), dpi=120)
 
 
 def judge(arguments):

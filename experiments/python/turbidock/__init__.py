@@ -26,9 +26,5 @@ try:
 except ImportError:  # the environment is for those who have it
     pass
 else:
-    _gymnasium.register(
-        id="turbidock/Docking-v0",
-        entry_point="turbidock.docking_env:DockingEnv",
-        vector_entry_point="turbidock.vector_env:DockingVectorEnv",
-    )
+    _gymnasium.register(id="turbidock/Docking-v0", entry_point="turbidock.docking_env:DockingEnv")
     del _gymnasium

@@ -23,6 +23,10 @@ class Key:
     high: float | None = None
     doc: str = ""
 
+    def __post_init__(self) -> None:
+        if not isinstance(self.default, (bool, int, float, str)):
+            raise TypeError(f"a key's default must be a bool, a number or text, not {self.default!r}")
+
     def __get__(self, instance: Any, owner: type) -> Any:
         return self if instance is None else self.default
 
@@ -109,8 +113,9 @@ def plugins_of(classes: Iterable[type]) -> _core.Plugins:
     plugins = _core.Plugins()
     for cls in classes:
         if isinstance(cls, type) and issubclass(cls, Controller):
-            plugins.add_controller(cls.plugin_name(), cls, cls._keys(), cls.asks_for,
-                                   cls.pose_filter, cls.setpoint)
+            plugins.add_controller(
+                cls.plugin_name(), cls, cls._keys(), cls.asks_for, cls.pose_filter, cls.setpoint,
+                cls.observe is not Controller.observe, cls.given is not Controller.given)
         elif isinstance(cls, type) and issubclass(cls, Estimator):
             plugins.add_estimator(cls.plugin_name(), cls, cls._keys())
         else:
@@ -122,16 +127,10 @@ def plugins_of(classes: Iterable[type]) -> _core.Plugins:
 def chosen(controller: type | str | None, estimator: type | str | None, plugins: Iterable[type]
            ) -> tuple[_core.Plugins, list[str]]:
     """The registry with these two, and the assignments that choose them."""
-    classes = list(plugins)
-    assignments = []
+    classes, assignments = list(plugins), []
     for choice, key in ((controller, "controller"), (estimator, "pose_estimator")):
-        if choice is None:
-            continue
-        if isinstance(choice, str):
-            assignments.append(f"{key}={choice}")
-            continue
-        if choice not in classes:
+        if choice is not None and not isinstance(choice, str) and choice not in classes:
             classes.append(choice)
-        registry_name = choice.plugin_name() if hasattr(choice, "plugin_name") else choice
-        assignments.append(f"{key}={registry_name}")
+        if choice is not None:
+            assignments.append(f"{key}={getattr(choice, 'plugin_name', lambda: choice)()}")
     return plugins_of(classes), assignments

@@ -10,28 +10,19 @@ from typing import Any, Callable, Iterable, Mapping, Union
 
 from . import _core
 from .plug_in import chosen
-from .scenario import Scenario, assignments_of
+from .scenario import Scenario, assignments_of, scenario_of
 
 # Called with the share that is done and a few words; True: a line on stderr.
 Progress = Union[Callable[[float, str], Any], bool, None]
 
 
-class _Line:
-    """A line on stderr, written again where it changes."""
-
-    def __init__(self) -> None:
-        self._shown = ""
-
-    def __call__(self, share: float, words: str) -> None:
-        line = f"{100 * share:3.0f} %  {words}"
-        if line != self._shown:
-            sys.stderr.write(f"\r{line}\033[K")
-            sys.stderr.flush()
-            self._shown = line
+def _line(share: float, words: str) -> None:
+    """A line on stderr, written over the one before."""
+    print(f"\r{100 * share:3.0f} %  {words}\033[K", end="", file=sys.stderr, flush=True)
 
 
 def _reporter(progress: Progress) -> Callable[[float, str], Any] | None:
-    return _Line() if progress is True else progress or None
+    return _line if progress is True else progress or None
 
 
 class Result:
@@ -97,17 +88,8 @@ def run(scenario: Scenario | str = "sea_night_active", *, seed: int | None = Non
         plugins: Iterable[type] = (), progress: Progress = None) -> Result:
     """Runs one trial. With a Scenario object, `seed` and `settings` change a copy of it; controllers and
     estimators are then those that it was made with."""
-    if isinstance(scenario, Scenario):
-        if controller is not None or estimator is not None or plugins or gains:
-            raise TypeError("give controller, estimator, plugins and gains to the Scenario")
-        made = scenario.copy()
-        for assignment in assignments_of(settings):
-            made._core.set(assignment)
-        if seed is not None:
-            made["seed"] = seed
-    else:
-        made = Scenario(scenario, seed=seed, settings=settings, gains=gains, controller=controller,
-                        estimator=estimator, plugins=plugins)
+    made = scenario_of(scenario, seed=seed, settings=settings, gains=gains, controller=controller,
+                       estimator=estimator, plugins=plugins)
     return Result(*_core.run(made._core, _reporter(progress)))
 
 

@@ -118,6 +118,21 @@ class Scenario:
         return f"<Scenario {self['description']!r}, seed {self['seed']}>"
 
 
+def scenario_of(scenario: Scenario | str, *, seed: int | None, gains: str,
+                settings: Mapping[str, Any] | Iterable[str] | None, **choices: Any) -> Scenario:
+    """A scenario by its name, or a copy of one, with these changes."""
+    if isinstance(scenario, str):
+        return Scenario(scenario, seed=seed, settings=settings, gains=gains, **choices)
+    if gains or any(choices.values()):
+        raise TypeError("give controller, estimator, plugins and gains to the Scenario")
+    made = scenario.copy()
+    for assignment in assignments_of(settings):
+        made._core.set(assignment)
+    if seed is not None:
+        made["seed"] = seed
+    return made
+
+
 def keys(plugins: Iterable[type] = ()) -> Any:
     """Every key of a scenario as a pandas frame: key, type, default, range, doc."""
     import pandas

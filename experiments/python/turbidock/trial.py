@@ -2,11 +2,32 @@
 
 from __future__ import annotations
 
-from typing import Any, Iterator
+from typing import Any, Iterable, Iterator, Mapping, Sequence
+
+import numpy as np
 
 from . import _core
+from .plug_in import Controller
 from .results import Result
-from .scenario import Scenario, as_yaml
+from .scenario import Scenario, as_yaml, scenario_of
+
+
+class _Hand(Controller):
+    """The controller of a trial that is steered by hand."""
+
+    seen, wanted = _core.Observation(), _core.Reference()
+    next = came = np.zeros(4)
+    in_control = asked = False
+
+    def observe(self, seen: _core.Observation) -> None:
+        self.seen = seen
+
+    def demand(self, seen: _core.Observation, wanted: _core.Reference) -> np.ndarray:
+        self.wanted, self.asked = wanted, True
+        return self.next
+
+    def given(self, frame: int, given: np.ndarray) -> None:
+        self.came, self.in_control, self.asked = given, self.asked, False
 
 
 class Trial(_core.Trial):
@@ -19,18 +40,69 @@ class Trial(_core.Trial):
         print(trial.result().digest)              # that of turbidock.run
 
     With `steered`, you are the controller: `trial.step([surge, sway, heave, yaw])` in N, N, N and
-    N m (steered="volts": in volts, from -2.5 to 2.5), while the docking procedure says what is
-    wanted (`trial.wanted`). A trial belongs to the thread and the process that made it.
+    N m (steered="volts": in volts), while the docking procedure says what is wanted. A trial belongs
+    to the thread and the process that made it.
     """
 
-    def __init__(self, scenario: Scenario | str = "sea_night_active", *, images: bool = False,
-                 steered: bool | str = False, **options: Any) -> None:
-        made = scenario if isinstance(scenario, Scenario) else Scenario(scenario, **options)
-        if isinstance(scenario, Scenario) and options:
-            raise TypeError(f"give {', '.join(options)} to the Scenario")
-        unit = ("forces" if steered else "") if isinstance(steered, bool) else steered
-        super().__init__(made._core, images, unit)
+    def __init__(self, scenario: Scenario | str = "sea_night_active", *, seed: int | None = None,
+                 settings: Mapping[str, Any] | Iterable[str] | None = None, gains: str = "",
+                 controller: type | str | None = None, estimator: type | str | None = None,
+                 plugins: Iterable[type] = (), images: bool = False,
+                 steered: bool | str = False) -> None:
+        made = scenario_of(scenario, seed=seed, settings=settings, gains=gains,
+                           controller=controller, estimator=estimator, plugins=plugins)
+        self._by_hand: _Hand | None = None
+        if steered:
+            self._by_hand = hand = _Hand()
+            made._core.plugins.add_controller(
+                "steered", lambda: hand, [], "forces" if steered is True else steered,
+                True, False, True, True)
+            made["controller"] = "steered"
+        super().__init__(made._core, images)
         self._result: Result | None = None
+
+    @property
+    def _hand(self) -> _Hand:
+        if self._by_hand is None:
+            raise ValueError("of a trial with `steered` only")
+        return self._by_hand
+
+    @property
+    def seen(self) -> _core.Observation:
+        """Steered: the filtered pose that a controller would see."""
+        return self._hand.seen
+
+    @property
+    def wanted(self) -> _core.Reference:
+        """Steered: where the procedure wants the marker."""
+        return self._hand.wanted
+
+    @property
+    def given(self) -> np.ndarray:
+        """Steered: what came of your demand in the last frame: less where thrusters saturate."""
+        return self._hand.came
+
+    @property
+    def authority(self) -> np.ndarray:
+        """Steered: all that the vehicle has on each axis alone, in the demand's unit."""
+        return self._hand.authority
+
+    @property
+    def in_control(self) -> bool:
+        """Steered: whether your demand counted in the last frame; not while the vehicle searches
+        or drifts."""
+        return self._hand.in_control
+
+    def step(self, demand: Sequence[float] | np.ndarray | None = None) -> None:
+        """Lets the next frame's time pass. ValueError after the end."""
+        if self._by_hand:
+            asked = np.array(demand, float) if np.shape(demand) == (4,) else np.array(np.nan)
+            if not np.isfinite(asked).all():
+                raise ValueError(f"step() takes four numbers, surge, sway, heave, yaw, not {demand!r}")
+            self._by_hand.next = asked
+        elif demand is not None:
+            raise ValueError("step() takes a demand of a steered trial only")
+        self.advance()
 
     def set(self, key: str, value: Any) -> None:
         """Changes water, lamps, sea or a controller's key from the next frame on."""
