@@ -217,8 +217,6 @@ PYBIND11_MODULE(_core, module) {
   module.doc() = "The C++ side of the package turbidock.";
   py::register_exception<ConfigError>(module, "ConfigError", PyExc_ValueError);
   py::register_exception<SimulatorFault>(module, "SimulatorFault", PyExc_RuntimeError);
-  py::register_exception<trial::PluginError>(module, "PluginError", PyExc_RuntimeError);
-
   AddPlugins(&module);
   py::class_<trial::Scenario>(module, "Scenario")
       .def(py::init(&trial::LoadScenario), py::arg("name"), py::arg("assignments"),

@@ -1,7 +1,9 @@
 // Controllers and estimators written in Python, as plug-ins of a scenario.
 
+#include <exception>
 #include <optional>
 #include <tuple>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -70,20 +72,43 @@ Keys KeysOf(const py::list& declared) {
   return keys;
 }
 
+// What Python raised in the last call of a plug-in; nothing where it returned. Not destroyed with
+// its thread, when there may be no interpreter any more.
+thread_local PyObject* raised = nullptr;
+
 // Calls Python from C++ code that runs without the lock. What Python raises is a C++ error of the
 // same text.
 template <class Do>
 auto Call(const Do& act) {
   const py::gil_scoped_acquire lock;
+  Py_CLEAR(raised);
   std::string problem;
   try {
     return act();
   } catch (const py::error_already_set& error) {
     problem = error.what();
+    raised = error.value().inc_ref().ptr();
+    PyException_SetTraceback(raised, error.trace() ? error.trace().ptr() : Py_None);
   } catch (const py::cast_error& error) {
     problem = error.what();
   }
   throw std::runtime_error(problem);
+}
+
+// A PluginError caused by what Python raised; what is no Exception (KeyboardInterrupt, SystemExit)
+// goes on as it is.
+void Translate(std::exception_ptr thrown) {
+  try {
+    std::rethrow_exception(std::move(thrown));
+  } catch (const trial::PluginError& error) {
+    const auto cause = py::reinterpret_steal<py::object>(std::exchange(raised, nullptr));
+    py::object made = py::module_::import("turbidock").attr("PluginError")(error.what());
+    if (cause && !py::isinstance(cause, PyExc_Exception))
+      made = cause;
+    else
+      PyException_SetCause(made.ptr(), py::object(cause).release().ptr());
+    PyErr_SetObject(py::type::handle_of(made).ptr(), made.ptr());
+  }
 }
 
 // ------------------------------------------------------------------------------------ controllers
@@ -218,6 +243,8 @@ class PythonEstimator final : public vision::PoseEstimator {
 }  // namespace
 
 void AddPlugins(py::module_* module) {
+  py::register_exception<trial::PluginError>(*module, "PluginError", PyExc_RuntimeError);
+  py::register_exception_translator(&Translate);
   py::class_<control::Observation>(*module, "Observation",
                                    "Where the marker is in the camera head, as far as it is known.")
       .def(py::init<>())

@@ -2,6 +2,7 @@
 
 import json
 import os
+import signal
 import subprocess
 
 import numpy as np
@@ -51,6 +52,8 @@ class OddController(turbidock.Controller):
     def demand(self, seen, wanted):
         if self.does == "raise":
             raise KeyError("no such gain")
+        if self.does == "interrupt":  # what Ctrl-C does
+            signal.raise_signal(signal.SIGINT)
         if self.does == "nan":
             return [0, 0, float("nan"), 0]
         if self.does == "shape":
@@ -68,6 +71,8 @@ class FixedEstimator(turbidock.Estimator):
     def update(self, left, right):
         if self.does == "raise":
             raise RuntimeError("no such ball")
+        if self.does == "interrupt":
+            signal.raise_signal(signal.SIGINT)
         if self.does == "write":
             left[0, 0, 0] = 1
         while self.does == "hang":

@@ -5,6 +5,7 @@ import multiprocessing
 import os
 import pickle
 import threading
+import traceback
 
 import numpy as np
 import pytest
@@ -151,6 +152,31 @@ def test_an_estimator_that_fails_is_named(does, problem):
     with pytest.raises(turbidock.PluginError, match=rf"estimator fixed_estimator(.|\n)*{problem}"):
         turbidock.run("pool_active", estimator=FixedEstimator,
                       settings={"duration_s": 0.5, "fixed_estimator.does": does})
+
+
+@pytest.mark.parametrize("plug_in", [{"controller": OddController}, {"estimator": FixedEstimator}])
+def test_ctrl_c_in_a_plug_in_is_a_keyboard_interrupt(plug_in):
+    (cls,) = plug_in.values()
+    settings = {"duration_s": 1, f"{cls.plugin_name()}.does": "interrupt",
+                "pose_source": "true_pose" if "controller" in plug_in else "cameras"}
+    with pytest.raises(KeyboardInterrupt):
+        turbidock.run("pool_active", settings=settings, **plug_in)
+    with pytest.raises(KeyboardInterrupt):
+        for _ in turbidock.Trial("pool_active", settings=settings, **plug_in):
+            pass
+
+
+def test_what_a_plug_in_raises_is_the_cause():
+    settings = {**QUICK, "odd_controller.does": "raise"}
+    with pytest.raises(turbidock.PluginError) as error:
+        turbidock.run("pool_active", controller=OddController, settings=settings)
+    assert isinstance(error.value.__cause__, KeyError)
+    assert error.value.__cause__.args == ("no such gain",)
+    assert traceback.extract_tb(error.value.__cause__.__traceback__)[-1].name == "demand"
+    with pytest.raises(turbidock.PluginError) as error:  # and not that of an earlier trial
+        turbidock.run("pool_active", controller=OddController,
+                      settings={**QUICK, "odd_controller.does": "shape"})
+    assert error.value.__cause__ is None
 
 
 def test_what_is_no_plug_in_is_refused():
