@@ -9,17 +9,20 @@
 #include "experiments/batch/batch.h"
 #include "experiments/batch/export.h"
 #include "experiments/batch/plan.h"
+#include "experiments/batch/random_key.h"
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
 #include "experiments/python/bindings.h"
 #include "experiments/report/json.h"
 #include "experiments/report/report_json.h"
+#include "experiments/statistics/sampling.h"
 #include "experiments/studies/gate/baseline.h"
 #include "experiments/studies/gate/gate.h"
 #include "experiments/studies/gate/gate_plan.h"
 #include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"
 #include "experiments/trial/series.h"
+#include "sim/base/random.h"
 
 namespace turbidock::python {
 
@@ -170,6 +173,20 @@ std::string Batch(const std::string& plan_text, const std::string& plan_name,
   });
 }
 
+// What a plan's `random` draws for these keys, as assignments: of a plan whose master_seed is this,
+// the first trial's.
+Assignments Draw(const std::map<std::string, std::string>& random, int64_t seed) {
+  Assignments drawn;
+  for (const auto& [key, distribution] : random) {
+    const config::YamlNode node =
+        config::ParseYamlValue(distribution, {nullptr, config::kFromSet, key});
+    Rng rng = SeedTree(static_cast<uint64_t>(seed)).Stream("draw:" + key + ":0");
+    drawn.push_back(key + "=" +
+                    batch::RandomKey::Read(key, node).ValueAt(statistics::OpenUniform(&rng)));
+  }
+  return drawn;
+}
+
 std::string ReadResults(const std::string& file, bool timing) {
   const py::gil_scoped_release free;
   return batch::ExportText(batch::ResultStore::Read(file).Trials(), timing);
@@ -224,11 +241,9 @@ PYBIND11_MODULE(_core, module) {
       .def_static("parse", &trial::ParseScenario, py::arg("text"), py::arg("name"),
                   py::arg("plugins"))
       .def("set",
-           [](trial::Scenario* scenario, const std::string& assignment) {
+           [](trial::Scenario* scenario, const Assignments& assignments) {
              trial::Scenario next = *scenario;
-             config::Origins origins;
-             config::ApplySet(assignment, &next, &origins);
-             config::CheckSettings(next, origins);
+             config::ReadLayers({.assignments = assignments}, &next);
              *scenario = next;
            })
       .def("get", [](const trial::Scenario& scenario,
@@ -254,6 +269,7 @@ PYBIND11_MODULE(_core, module) {
   module.def("names", [](const std::string& folder) { return config::BundledNames(folder); });
   module.def("version", &system::VersionAndCommit);
   module.def("data_dir", &config::DataDir);
+  module.def("draw", &Draw);
   module.def("run", &Run);
   module.def("batch", &Batch);
   module.def("read_results", &ReadResults);

@@ -25,8 +25,6 @@ using trial::FrameRecord;
 class Trial {
  public:
   Trial(const trial::Scenario& scenario, bool images) : images_(images), scenario_(scenario) {
-    if (images && scenario.pose_source == trial::PoseSource::kTruePose)
-      throw ConfigError("images", "with pose_source = true_pose nothing is drawn");
     trial::TrialOptions options;
     options.whole_images = images;
     running_.emplace(scenario, options);

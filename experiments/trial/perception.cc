@@ -14,6 +14,7 @@ Perception::Perception(const Scenario& scenario, const TrialOptions& options, Wo
       region_of_interest_(scenario.region_of_interest),
       whole_images_(options.whole_images || !scenario.region_of_interest),
       whole_every_(options.whole_images_every),
+      shows_true_pose_(options.whole_images && scenario.pose_source == PoseSource::kTruePose),
       drop_probability_(scenario.camera_drop_probability),
       drops_(world->seeds().Stream("camera.drops")),
       snapshots_(static_cast<size_t>(schedule_.under_way()) + 1),
@@ -42,6 +43,8 @@ bool Perception::Update(int64_t frame) {
   if (estimator_) {
     ProcessImages(number, whole);
   } else {
+    if (shows_true_pose_)
+      world_.RenderImages(*Slot(number), number, std::nullopt, timer_, &latest_);
     estimate_ = &true_pose_->Update(number, Slot(number)->true_X_HM);
   }
   Lap(timer_, LoopStage::kEstimate);

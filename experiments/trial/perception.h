@@ -39,7 +39,7 @@ class Perception {
   void SetFullFrame(bool whole) { whole_images_ = whole || !region_of_interest_; }
 
   const PoseEstimate& estimate() const { return *estimate_; }   // the latest
-  const StereoImage& latest_images() const { return *seen_; }   // what it was made of, if of images
+  const StereoImage& latest_images() const { return *seen_; }   // what it was made of, if drawn
   int64_t repeated_images() const { return repeated_images_; }  // so far, of both cameras
   // A copy of it, for whoever wants to keep the images.
   void CopyLatestImages(StereoImage* to) const { *to = *seen_; }
@@ -56,7 +56,8 @@ class Perception {
   StageTimer* timer_;
   CameraSchedule schedule_;
   bool region_of_interest_, whole_images_;
-  int whole_every_;  // frames; 0: never
+  int whole_every_;       // frames; 0: never
+  bool shows_true_pose_;  // in images for an observer
   double drop_probability_;
   Rng drops_;
   // The latest snapshots by their images' numbers: those under way from the sensor to the

@@ -45,14 +45,10 @@ World::World(const Scenario& scenario, const TrialOptions& options)
              {scenario.mooring, HeadingOf(scene_.X_WD), seeds_.Stream("mooring")}),
       attitude_sensor_(scenario.attitude_sensor, seeds_.Stream("attitude")) {
   CheckMarker(scenario, scene_);
-  if (scenario.pose_source == PoseSource::kCameras)
+  if (scenario.pose_source == PoseSource::kCameras || options.whole_images || options.spectator)
     cameras_.emplace(scenario, scene_, distractors_, seeds_);
-  if (options.spectator) {
-    if (!cameras_)
-      throw ConfigError("pose_source",
-                        "true_pose draws nothing; a video needs pose_source = cameras");
+  if (options.spectator)
     spectator_.emplace(*cameras_->context, scene_, kSpectatorWidth_px, kSpectatorHeight_px);
-  }
   plant_.SetThrusterFaults(faults_.thrusters, "faults");
   PlaceVehicle(DrawStart(scenario));
 }

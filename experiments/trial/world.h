@@ -33,8 +33,8 @@ struct Snapshot {
 // The vehicle in the water, and its cameras where something looks through them.
 class World {
  public:
-  // Draws the outside view, too, if the options want it. ConfigError when the scenario cannot run
-  // or draws nothing to look at, SimulatorFault when this machine cannot draw.
+  // Draws the outside view, too, if the options want it. ConfigError when the scenario cannot run,
+  // SimulatorFault when this machine cannot draw.
   World(const Scenario& scenario, const TrialOptions& options);
 
   // Puts the vehicle at rest with its camera head there in the marker's frame; time begins anew.

@@ -85,9 +85,9 @@ class BadInput : public ::testing::Test {
 
 TEST_F(BadInput, ARefusedCommandDestroysNothing) {
   File("o/video.mp4", "precious");
-  Refused(
-      {"run", "sea_night_active", "--set", "pose_source=true_pose", "--out", Path("o"), "--video"},
-      "pose_source: true_pose draws nothing");
+  Refused({"run", "sea_night_active", "--set", "marker.balls[0].radius_m=0.05", "--out", Path("o"),
+           "--video"},
+          "marker.balls");
 }
 
 TEST_F(BadInput, AnOutputIsNoInput) {

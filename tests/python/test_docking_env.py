@@ -10,12 +10,83 @@ from turbidock.docking_env import PolicyController
 from conftest import QUICK
 
 
+SMALL = {"rig.width_px": 160, "rig.height_px": 120}
+
+
 @pytest.mark.parametrize("observe, settings", [
-    ("estimate", QUICK), ("truth", QUICK), (("estimate", "truth"), QUICK),
-    (("estimate", "images"), {"rig.width_px": 160, "rig.height_px": 120})])
+    ("estimate", QUICK), ("truth", {**QUICK, **SMALL}), (("estimate", "truth"), {**QUICK, **SMALL}),
+    ("images", {**QUICK, **SMALL}), (("estimate", "images"), SMALL)])
 def test_passes_the_checker(observe, settings):
     env = gymnasium.make("turbidock/Docking-v0", observe=observe, settings=settings)
-    check_env(env.unwrapped, skip_render_check=True)
+    assert env.spec is not None  # else rendering is not checked
+    check_env(env.unwrapped)
+
+
+def test_a_film_of_the_true_pose_is_the_same_trial():
+    def make(**options):
+        env = gymnasium.make("turbidock/Docking-v0", frames_per_action=6, **options,
+                             settings={**QUICK, **SMALL, "duration_s": 3})
+        return env, episode(env, act, options={"seed": 4})
+
+    env, end = make(render_mode="rgb_array", observe=("estimate", "images"))[0], None
+    observation, _ = env.reset(options={"seed": 4})
+    seen, over = [env.render()], False
+    while not over:
+        observation, _, terminated, truncated, end = env.step(act(observation["estimate"]))
+        np.testing.assert_array_equal(env.render(), np.concatenate(observation["images"], axis=1))
+        seen.append(env.render())
+        over = terminated or truncated
+    assert end["digest"] == make()[1]["digest"]
+    assert seen[0].shape == (120, 320, 3) and seen[0].max() > 60
+    assert all((a != b).any() for a, b in zip(seen, seen[1:]))
+    assert env.metadata["render_fps"] == 5  # of 30 frames
+
+
+def test_info_has_the_parts_of_the_reward():
+    env = gymnasium.make("turbidock/Docking-v0", scenario="pool_active",
+                         settings={**QUICK, "duration_s": 30})
+    observation, info = env.reset(options={"seed": 2})
+    assert info["in_control"] and info["stage"] == "servoing" and info["settings"] == {}
+    over, stages = False, set()
+    while not over:
+        observation, reward, terminated, truncated, info = env.step(act(observation))
+        assert reward == pytest.approx(sum(info[f"reward_{part}"] for part in (
+            "progress", "effort", "time", "end")))
+        assert info["reward_effort"] <= 0 and info["reward_time"] == -0.01
+        stages.add(info["stage"])
+        over = terminated or truncated
+        assert info["reward_end"] == (10 if over else 0)
+    assert {"servoing", "docking"} <= stages
+
+
+def test_settings_of_one_trial():
+    env = gymnasium.make("turbidock/Docking-v0", settings={**QUICK, "duration_s": 30})
+    observation, info = env.reset(seed=1, options={"seed": 3, "settings": {"duration_s": 2}})
+    assert info["settings"] == {"duration_s": 2}
+    end = episode(env, act, options={"seed": 3, "settings": {"duration_s": 2}})
+    assert end["outcome"] == "timeout" and end["time_s"] == pytest.approx(2)
+    assert episode(env, act, options={"seed": 3})["time_s"] > 2
+    with pytest.raises(ValueError, match="options: sead: unknown; there are seed and settings"):
+        env.reset(options={"sead": 3})
+    with pytest.raises(turbidock.ConfigError, match="did you mean duration_s"):
+        env.reset(options={"settings": {"durations_s": 3}})
+
+
+def test_domain_randomisation_draws_as_plans_do(tmp_path):
+    random = {"start.heading_rad": {"uniform": [0.0, 0.2]}, "camera_delay_frames": {"choice": [1, 2]}}
+    env = gymnasium.make("turbidock/Docking-v0", random=random, settings={**QUICK, "duration_s": 2})
+    env.reset(seed=1)
+    drawn = [env.reset(options={"seed": seed})[1]["settings"] for seed in (5, 5, 6, 7, 8)]
+    assert drawn[0] == drawn[1] != drawn[2]
+    assert {each["camera_delay_frames"] for each in drawn} == {1, 2}
+    plan = {"schema_version": 1, "description": "one", "scenario": "sea_night_active", "seeds": 1,
+            "master_seed": 5, "set": {**QUICK, "duration_s": 0.1}, "random": random}
+    trials = turbidock.batch(plan, str(tmp_path / "b.db"), workers=1)
+    assert {key: trials[key][0] for key in random} == drawn[0]
+    with pytest.raises(turbidock.ConfigError, match="start.heading_rad: must be one of uniform"):
+        gymnasium.make("turbidock/Docking-v0", random={"start.heading_rad": {"unifrom": [0, 1]}})
+    with pytest.raises(turbidock.ConfigError, match="did you mean heading_rad"):
+        gymnasium.make("turbidock/Docking-v0", random={"start.heading_rd": {"uniform": [0, 1]}})
 
 
 def test_the_same_seed_is_the_same_episode():

@@ -14,6 +14,20 @@ action. Signs are such that an action of plus the error steers towards the dock;
 
 Weaker in surge, it does not overcome what the pole meets in the dock; much stronger in yaw, it
 swings, for images are older than the vehicle's motion and actions are held.
+
+The reward of a step is the sum of four parts, which `info` has by these names:
+
+    reward_progress  10 times what a potential gained: by the true pose, less the errors by axis in
+                     units of 0.5 m, 0.2 m, 0.2 m and 0.5 rad (each 5 at most), less 4 times the x [m]
+                     that is wanted, which gets smaller as the procedure goes on
+    reward_effort    -0.01 times the mean square of the action
+    reward_time      -0.01
+    reward_end       10 for `docked`, 0 where the time is up, which truncates, -10 for any other end
+
+At every step `info` also has `stage` (of the procedure) and `in_control`: false while the vehicle has
+lost the marker, and drifts or searches, whatever the action. The last step adds outcome, reason,
+time_s, digest and is_success. That of `reset` has the trial's seed and `settings`: those drawn or
+given for it. There is no render mode "human": the simulator has no window.
 """
 
 from __future__ import annotations
@@ -25,8 +39,9 @@ import gymnasium
 import numpy as np
 from gymnasium import spaces
 
+from . import _core
 from .plug_in import Controller, Key
-from .scenario import Scenario
+from .scenario import Scenario, as_python, as_yaml, scenario_of
 from .trial import Trial
 
 OBSERVATIONS = ("estimate", "truth", "images")
@@ -53,15 +68,19 @@ class DockingEnv(gymnasium.Env):
     """See the module.
 
     scenario, settings: as of turbidock.Scenario; each reset draws another seed.
+    random: keys of the scenario that are drawn for each trial, as in a plan, from the trial's seed:
+        {"water.milk_ml_m3": {"uniform": [0, 20]}}.
     observe: "estimate" (what a controller sees: error, rate and given share by axis, 12 numbers),
         "truth" (the same of the true pose), "images" (2, height, width, 3), or several of them,
-        which make a dict.
+        which make a dict. Images are those of the cameras, whatever the scenario's pose_source:
+        with true_pose there is no estimator, and a trial takes no more time than they do.
     """
 
-    metadata = {"render_modes": ["rgb_array"], "render_fps": 30}
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array"]}
 
     def __init__(self, scenario: str = "sea_night_active", *,
                  settings: Mapping[str, Any] | None = None,
+                 random: Mapping[str, Mapping[str, Any]] | None = None,
                  observe: str | Sequence[str] = "estimate", frames_per_action: int = 3,
                  render_mode: str | None = None) -> None:
         self._observe = (observe,) if isinstance(observe, str) else tuple(observe)
@@ -77,6 +96,10 @@ class DockingEnv(gymnasium.Env):
         self.render_mode = render_mode
         self._frames_per_action = frames_per_action
         self._scenario = Scenario(scenario, settings=settings)
+        self._random = {key: as_yaml(value) for key, value in (random or {}).items()}
+        scenario_of(self._scenario, settings=self._settings_of(0, {}))  # mistakes are best told here
+        self.metadata = {**self.metadata, "render_fps":
+                         self._scenario["clock.frames_per_second"] / frames_per_action}
         self._draws = "images" in self._observe or render_mode is not None
         self._trial: Trial | None = None
         self._last_true: tuple[float, np.ndarray] | None = None
@@ -95,15 +118,18 @@ class DockingEnv(gymnasium.Env):
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None
               ) -> tuple[Any, dict[str, Any]]:
-        """A new trial. `options={"seed": n}` runs that trial; else its seed is drawn from ours."""
+        """A new trial. Options: "seed" is that of the trial, which else is drawn from ours; "settings",
+        keys of the scenario for this trial alone."""
         super().reset(seed=seed)
         options = options or {}
+        if unknown := ", ".join(sorted(options.keys() - {"seed", "settings"})):
+            raise ValueError(f"options: {unknown}: unknown; there are seed and settings")
         for _ in range(20):
-            number = options.get("seed", None)
-            if number is None:
-                number = int(self.np_random.integers(2**31))
-            self._scenario["seed"] = int(number)
-            self._trial = Trial(self._scenario, images=self._draws, steered=True)
+            number = options.get("seed")
+            number = int(self.np_random.integers(2**31) if number is None else number)
+            settings = self._settings_of(number, options.get("settings") or {})
+            self._trial = Trial(self._scenario, seed=number, settings=settings,
+                                images=self._draws, steered=True)
             while not self._trial.ended and not self._trial.in_control:
                 self._trial.step(np.zeros(4))
             if not self._trial.ended:
@@ -115,7 +141,15 @@ class DockingEnv(gymnasium.Env):
         self._last_true = None
         self._most = MOST * self._trial.authority
         self._potential = self._potential_now()
-        return self._observation(), {"seed": int(number)}
+        return self._observation(), {**self._info(), "seed": number, "settings": settings}
+
+    def _settings_of(self, seed: int, given: Mapping[str, Any]) -> dict[str, Any]:
+        drawn = (each.partition("=") for each in _core.draw(self._random, seed))
+        return {**{key: as_python(value) for key, _, value in drawn}, **given}
+
+    def _info(self) -> dict[str, Any]:
+        assert self._trial is not None
+        return {"in_control": self._trial.in_control, "stage": self._trial.frame.stage}
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         trial = self._trial
@@ -135,20 +169,20 @@ class DockingEnv(gymnasium.Env):
             if trial.ended:
                 break
         potential = self._potential_now()
-        # less effort, and the way to the wanted pose: the latter sums up to where it ends
-        effort = sum(share * share for share in shares) / 4
-        reward = 10 * (potential - self._potential) - 0.01 * effort - 0.01
+        parts = {"reward_progress": 10 * (potential - self._potential),  # sums up to where it ends
+                 "reward_effort": -0.01 * sum(share * share for share in shares) / 4,
+                 "reward_time": -0.01, "reward_end": 0.0}
         self._potential = potential
-        info: dict[str, Any] = {}
+        info = self._info()
         terminated = truncated = False
         if trial.ended:
             result = trial.result()
-            info = {"outcome": result.outcome, "reason": result.reason, "time_s": result.time_s,
-                    "digest": result.digest, "is_success": result.outcome == "docked"}
+            info |= {"outcome": result.outcome, "reason": result.reason, "time_s": result.time_s,
+                     "digest": result.digest, "is_success": result.outcome == "docked"}
             truncated = result.outcome == "timeout"
             terminated = not truncated
-            reward += 10.0 if info["is_success"] else (0.0 if truncated else -10.0)
-        return self._observation(), float(reward), terminated, truncated, info
+            parts["reward_end"] = 10.0 if info["is_success"] else 0.0 if truncated else -10.0
+        return self._observation(), sum(parts.values()), terminated, truncated, info | parts
 
     def render(self) -> np.ndarray | None:
         """Both cameras side by side."""

@@ -86,7 +86,7 @@ class Scenario:
         return as_python(self._core.get(key))
 
     def __setitem__(self, key: str, value: Any) -> None:
-        self._core.set(f"{key}={as_yaml(value)}")
+        self._core.set([f"{key}={as_yaml(value)}"])
 
     def _value(self, key: str) -> Any:
         try:
@@ -118,18 +118,16 @@ class Scenario:
         return f"<Scenario {self['description']!r}, seed {self['seed']}>"
 
 
-def scenario_of(scenario: Scenario | str, *, seed: int | None, gains: str,
-                settings: Mapping[str, Any] | Iterable[str] | None, **choices: Any) -> Scenario:
+def scenario_of(scenario: Scenario | str, *, seed: int | None = None, gains: str = "",
+                settings: Mapping[str, Any] | Iterable[str] | None = None,
+                **choices: Any) -> Scenario:
     """A scenario by its name, or a copy of one, with these changes."""
     if isinstance(scenario, str):
         return Scenario(scenario, seed=seed, settings=settings, gains=gains, **choices)
     if gains or any(choices.values()):
         raise TypeError("give controller, estimator, plugins and gains to the Scenario")
     made = scenario.copy()
-    for assignment in assignments_of(settings):
-        made._core.set(assignment)
-    if seed is not None:
-        made["seed"] = seed
+    made._core.set(assignments_of(settings) + ([] if seed is None else [f"seed={seed}"]))
     return made
 
 
