@@ -39,7 +39,8 @@ Eigen::VectorXd NumbersOf(const py::object& given, int count, const std::string&
 // A result as JSON, its log and the scenario that it began with.
 py::tuple TupleOf(const trial::TrialResult& result, const trial::Scenario& scenario);
 
-void AddPlugins(py::module_* module);  // Plugins, Observation, Reference
-void AddRunning(py::module_* module);  // Trial, Frame
+void AddScenario(py::module_* module);  // Scenario, keys
+void AddPlugins(py::module_* module);   // Plugins, Observation, Reference
+void AddRunning(py::module_* module);   // Trial, Frame
 
 }  // namespace turbidock::python

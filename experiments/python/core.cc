@@ -1,17 +1,15 @@
 // turbidock from Python: the module `_core` behind the package.
 
-// first: it declares what yaml_fields.h defines
-#include "experiments/trial/scenario.h"
-
 #include <fmt/format.h>
 #include <unistd.h>
+#include <boost/algorithm/string/replace.hpp>
 
 #include "experiments/batch/batch.h"
 #include "experiments/batch/export.h"
 #include "experiments/batch/plan.h"
 #include "experiments/batch/random_key.h"
 #include "experiments/config/data_files.h"
-#include "experiments/config/yaml_fields.h"
+#include "experiments/config/yaml_node.h"
 #include "experiments/python/bindings.h"
 #include "experiments/report/json.h"
 #include "experiments/report/report_json.h"
@@ -21,6 +19,7 @@
 #include "experiments/studies/gate/gate_plan.h"
 #include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"
+#include "experiments/trial/scenario.h"
 #include "experiments/trial/series.h"
 #include "sim/base/random.h"
 
@@ -233,24 +232,17 @@ std::string Gate(const std::string& file, const trial::Plugins& plugins,
 PYBIND11_MODULE(_core, module) {
   module.doc() = "The C++ side of the package turbidock.";
   py::register_exception<ConfigError>(module, "ConfigError", PyExc_ValueError);
+  py::register_exception_translator([](std::exception_ptr thrown) {
+    try {
+      std::rethrow_exception(std::move(thrown));
+    } catch (const ConfigError& error) {  // nobody gave an option here
+      const std::string words = boost::replace_all_copy<std::string>(error.what(), "--set ", "");
+      PyErr_SetString(py::module_::import("turbidock").attr("ConfigError").ptr(), words.c_str());
+    }
+  });
   py::register_exception<SimulatorFault>(module, "SimulatorFault", PyExc_RuntimeError);
   AddPlugins(&module);
-  py::class_<trial::Scenario>(module, "Scenario")
-      .def(py::init(&trial::LoadScenario), py::arg("name"), py::arg("assignments"),
-           py::arg("gains"), py::arg("plugins"))
-      .def_static("parse", &trial::ParseScenario, py::arg("text"), py::arg("name"),
-                  py::arg("plugins"))
-      .def("set",
-           [](trial::Scenario* scenario, const Assignments& assignments) {
-             trial::Scenario next = *scenario;
-             config::ReadLayers({.assignments = assignments}, &next);
-             *scenario = next;
-           })
-      .def("get", [](const trial::Scenario& scenario,
-                     const std::string& key) { return config::ValueOf(scenario, key); })
-      .def_readwrite("plugins", &trial::Scenario::plugins)
-      .def("copy", [](const trial::Scenario& scenario) { return scenario; })
-      .def("yaml", &trial::SaveScenario);
+  AddScenario(&module);
   py::class_<trial::Series>(module, "Series")
       .def("columns", &ColumnsOf)
       .def("csv", &trial::Series::Csv)
@@ -260,12 +252,6 @@ PYBIND11_MODULE(_core, module) {
                       }));
   AddRunning(&module);
 
-  module.def("keys", [](const trial::Plugins& plugins) {
-    py::list rows;
-    for (const config::KeyDoc& key : trial::ScenarioKeys(plugins))
-      rows.append(py::make_tuple(key.key, key.type, key.value, key.range, key.doc));
-    return rows;
-  });
   module.def("names", [](const std::string& folder) { return config::BundledNames(folder); });
   module.def("version", &system::VersionAndCommit);
   module.def("data_dir", &config::DataDir);

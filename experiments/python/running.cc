@@ -1,5 +1,6 @@
 // A trial under way, stepped from Python.
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <optional>
@@ -38,7 +39,11 @@ class Trial {
     running_->Step();
   }
 
-  bool ended() const { return running_->ended(); }
+  bool ended() const { return !running_ || running_->ended(); }
+  void Close() {
+    RequireHere();
+    running_.reset();
+  }
 
   FrameRecord Now() const { return last_ ? *last_ : Last(); }
 
@@ -46,11 +51,11 @@ class Trial {
   py::tuple Images() {
     if (!images_) throw py::value_error("images are made with images=True only");
     RequireHere();
-    if (!kept_) {
+    if (!kept_ && running_) {
       kept_ = std::make_shared<StereoImage>();
       running_->CopyLatestImages(kept_.get());
     }
-    if (kept_->left.empty()) throw py::value_error("no image yet: call step()");
+    if (!kept_ || kept_->left.empty()) throw py::value_error("no image yet: call step()");
     const py::capsule owner(new std::shared_ptr<StereoImage>(kept_), [](void* memory) {
       delete static_cast<std::shared_ptr<StereoImage>*>(memory);
     });
@@ -85,9 +90,11 @@ class Trial {
   void RequireUnfinished() const {
     RequireHere();
     if (last_) throw py::value_error("this trial is finished: its result has been asked for");
+    if (!running_) throw py::value_error("this trial is closed");
   }
   const FrameRecord& Last() const {
-    if (running_->log().frames.empty()) throw py::value_error("no frame yet: call step()");
+    if (!running_ || running_->log().frames.empty())
+      throw py::value_error("no frame yet: call step()");
     return running_->log().frames.back();
   }
 
@@ -111,13 +118,20 @@ auto Array(const Get& get) {
 void AddFrame(py::module_* module) {
   using R = FrameRecord;
   py::class_<R>(*module, "Frame", "What is known of one camera frame.")
-      .def_readonly("frame", &R::frame)
-      .def_readonly("time_s", &R::time_s)
-      .def_property_readonly("stage", [](const R& f) { return NameOf(f.stage); })
-      .def_readonly("fitness", &R::fitness)
-      .def_readonly("controlled", &R::controlled)
-      .def_readonly("insertion_depth_m", &R::insertion_depth_m)
-      .def_readonly("dock_force_newton", &R::dock_force_newton)
+      .def("__repr__",
+           [](const R& f) {
+             return fmt::format("<Frame {} at {:.2f} s: {}, F {:.2f}>", f.frame, f.time_s,
+                                NameOf(f.stage), f.fitness);
+           })
+      .def_readonly("frame", &R::frame, "Its number, from 0.")
+      .def_readonly("time_s", &R::time_s, "Simulated, at its beginning.")
+      .def_property_readonly(
+          "stage", [](const R& f) { return NameOf(f.stage); }, "Of the procedure.")
+      .def_readonly("fitness", &R::fitness, "F of the estimate, in [-1, 1].")
+      .def_readonly("controlled", &R::controlled, "Whether a controller steered.")
+      .def_readonly("insertion_depth_m", &R::insertion_depth_m,
+                    "Of the pole's tip past the dock's mouth.")
+      .def_readonly("dock_force_newton", &R::dock_force_newton, "Between pole and dock.")
       .def_property_readonly("estimated_position", Array([](const R& f) { return f.est_X_HM.p; }),
                              "Of the marker in the camera head [m].")
       .def_property_readonly("estimated_quaternion_wxyz",
@@ -158,6 +172,8 @@ void AddRunning(py::module_* module) {
       .def("assign", &Trial::Set)
       .def("push", &Trial::Push,
            "A steady force on the vehicle, in the world's axes, until another.")
+      .def("close", &Trial::Close,
+           "Frees its memory; its result remains, if it has been asked for.")
       .def("finish", &Trial::Finish);
 }
 

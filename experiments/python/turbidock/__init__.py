@@ -15,6 +15,8 @@ from .results import Result, batch, gate, read_results, read_series, run
 from .scenario import Scenario, keys, plans, scenarios, version
 from .trial import Trial
 
+__version__ = version().split()[0]
+
 __all__ = [
     "ConfigError", "Controller", "Estimator", "Frame", "Key", "Observation", "PluginError",
     "Reference", "Result", "Scenario", "SimulatorFault", "Trial", "batch", "gate", "keys", "plans",

@@ -41,7 +41,7 @@ from gymnasium import spaces
 
 from . import _core
 from .plug_in import Controller, Key
-from .scenario import Scenario, as_python, as_yaml, scenario_of
+from .scenario import Scenario, as_yaml, assignments_of, scenario_of
 from .trial import Trial
 
 OBSERVATIONS = ("estimate", "truth", "images")
@@ -97,7 +97,7 @@ class DockingEnv(gymnasium.Env):
         self._frames_per_action = frames_per_action
         self._scenario = Scenario(scenario, settings=settings)
         self._random = {key: as_yaml(value) for key, value in (random or {}).items()}
-        scenario_of(self._scenario, settings=self._settings_of(0, {}))  # mistakes are best told here
+        self._draw(0, {})  # mistakes are best told here
         self.metadata = {**self.metadata, "render_fps":
                          self._scenario["clock.frames_per_second"] / frames_per_action}
         self._draws = "images" in self._observe or render_mode is not None
@@ -127,9 +127,8 @@ class DockingEnv(gymnasium.Env):
         for _ in range(20):
             number = options.get("seed")
             number = int(self.np_random.integers(2**31) if number is None else number)
-            settings = self._settings_of(number, options.get("settings") or {})
-            self._trial = Trial(self._scenario, seed=number, settings=settings,
-                                images=self._draws, steered=True)
+            scenario, settings = self._draw(number, options.get("settings") or {})
+            self._trial = Trial(scenario, images=self._draws, steered=True)
             while not self._trial.ended and not self._trial.in_control:
                 self._trial.step(np.zeros(4))
             if not self._trial.ended:
@@ -143,9 +142,10 @@ class DockingEnv(gymnasium.Env):
         self._potential = self._potential_now()
         return self._observation(), {**self._info(), "seed": number, "settings": settings}
 
-    def _settings_of(self, seed: int, given: Mapping[str, Any]) -> dict[str, Any]:
-        drawn = (each.partition("=") for each in _core.draw(self._random, seed))
-        return {**{key: as_python(value) for key, _, value in drawn}, **given}
+    def _draw(self, seed: int, given: Mapping[str, Any]) -> tuple[Scenario, dict[str, Any]]:
+        made = scenario_of(self._scenario, seed=seed,
+                           settings=_core.draw(self._random, seed) + assignments_of(given))
+        return made, {key: made[key] for key in {**self._random, **given}}
 
     def _info(self) -> dict[str, Any]:
         assert self._trial is not None

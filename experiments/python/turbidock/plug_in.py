@@ -125,12 +125,12 @@ def plugins_of(classes: Iterable[type]) -> _core.Plugins:
 
 
 def chosen(controller: type | str | None, estimator: type | str | None, plugins: Iterable[type]
-           ) -> tuple[_core.Plugins, list[str]]:
-    """The registry with these two, and the assignments that choose them."""
+           ) -> tuple[list[type], list[str]]:
+    """All classes, with these two, and the assignments that choose them."""
     classes, assignments = list(plugins), []
     for choice, key in ((controller, "controller"), (estimator, "pose_estimator")):
         if choice is not None and not isinstance(choice, str) and choice not in classes:
             classes.append(choice)
         if choice is not None:
             assignments.append(f"{key}={getattr(choice, 'plugin_name', lambda: choice)()}")
-    return plugins_of(classes), assignments
+    return classes, assignments

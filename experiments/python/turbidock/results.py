@@ -6,11 +6,19 @@ import io
 import json
 import os
 import sys
-from typing import Any, Callable, Iterable, Mapping, Union
+from typing import TYPE_CHECKING, Any, Callable, Iterable, Mapping, Union
 
 from . import _core
-from .plug_in import chosen
-from .scenario import Scenario, assignments_of, scenario_of
+from .plug_in import chosen, plugins_of
+from .scenario import Path, Scenario, Settings, assignments_of, scenario_of
+
+if TYPE_CHECKING:
+    import matplotlib.figure
+    import pandas
+
+    from ._keys import ResultKeys
+else:
+    ResultKeys = object
 
 # Called with the share that is done and a few words; True: a line on stderr.
 Progress = Union[Callable[[float, str], Any], bool, None]
@@ -25,7 +33,7 @@ def _reporter(progress: Progress) -> Callable[[float, str], Any] | None:
     return _line if progress is True else progress or None
 
 
-class Result:
+class Result(ResultKeys):
     """What came of a trial: `result.outcome`, `result.time_s`, every key of result.json."""
 
     def __init__(self, record: str, series: _core.Series, scenario: str) -> None:
@@ -33,25 +41,19 @@ class Result:
         self.scenario_yaml = scenario
         self._series = series
 
-    def __getattr__(self, name: str) -> Any:
-        record = self.__dict__.get("record", {})
-        if name in record:
-            return record[name]
-        raise AttributeError(f"a result has no {name!r}; it has {', '.join(record)}")
-
     @property
     def success(self) -> bool:
         """The criterion was met and the pole is in the hole."""
-        return self.record["outcome"] == "docked"
+        return self.outcome == "docked"
 
     @property
-    def trajectory(self) -> Any:
-        """A pandas frame with a row a camera frame; columns name their units."""
+    def trajectory(self) -> pandas.DataFrame:
+        """A frame with a row a camera frame; columns name their units."""
         import pandas
 
         return pandas.DataFrame(self._series.columns())
 
-    def save(self, folder: str) -> None:
+    def save(self, folder: Path) -> None:
         """Writes result.json, resolved.yaml and trajectory.csv, as `turbidock run --out` does."""
         os.makedirs(folder, exist_ok=True)
         for name, text in (("result.json", json.dumps(self.record, indent=2) + "\n"),
@@ -60,7 +62,7 @@ class Result:
             with open(os.path.join(folder, name), "w", encoding="utf-8") as file:
                 file.write(text)
 
-    def plot(self) -> Any:
+    def plot(self) -> matplotlib.figure.Figure:
         """A matplotlib figure of how it went: F, x, y, z over time, desired and true."""
         import matplotlib.pyplot as plt
 
@@ -82,48 +84,50 @@ class Result:
         return f"<Result {self.outcome} after {self.time_s:.1f} s: {self.reason}>"
 
 
-def run(scenario: Scenario | str = "sea_night_active", *, seed: int | None = None,
-        settings: Mapping[str, Any] | Iterable[str] | None = None, gains: str = "",
-        controller: type | str | None = None, estimator: type | str | None = None,
-        plugins: Iterable[type] = (), progress: Progress = None) -> Result:
+for _key, _, _doc in _core.result_keys():
+    if not TYPE_CHECKING:
+        setattr(Result, _key, property(lambda self, key=_key: self.record[key], doc=_doc))
+
+
+def run(scenario: Scenario | Path = "sea_night_active", *, seed: int | None = None,
+        settings: Settings = None, gains: Path = "", controller: type | str | None = None,
+        estimator: type | str | None = None, plugins: Iterable[type] = (), progress: Progress = None
+        ) -> Result:
     """Runs one trial. With a Scenario object, `seed` and `settings` change a copy of it; controllers and
     estimators are then those that it was made with."""
     made = scenario_of(scenario, seed=seed, settings=settings, gains=gains, controller=controller,
                        estimator=estimator, plugins=plugins)
-    return Result(*_core.run(made._core, _reporter(progress)))
+    return Result(*_core.run(made._cpp, _reporter(progress)))
 
 
-def batch(plan: str | Mapping[str, Any], out: str, *, workers: int | None = None,
-          seed: int | None = None, seeds: int | None = None,
-          settings: Mapping[str, Any] | Iterable[str] | None = None,
+def batch(plan: Path | Mapping[str, Any], out: Path, *, workers: int | None = None,
+          seed: int | None = None, seeds: int | None = None, settings: Settings = None,
           controller: type | str | None = None, estimator: type | str | None = None,
-          plugins: Iterable[type] = (), progress: Progress = None) -> Any:
+          plugins: Iterable[type] = (), progress: Progress = None) -> pandas.DataFrame:
     """Runs the trials of a plan (a bundled one, a YAML file or a dict of the same keys) in worker
     processes into the file `out`; what is in there already is not run again. Returns all its
     trials as a pandas frame, a row a trial. A controller or an estimator that raises is an outcome
     `crashed`, one that never returns `hung`: the others go on."""
-    registry, choices = chosen(controller, estimator, plugins)
-    text, name = ("", plan) if isinstance(plan, str) else (json.dumps(plan), "plan")
-    csv = _core.batch(text, name, out, registry, choices + assignments_of(settings), seed, seeds,
-                      workers or len(os.sched_getaffinity(0)), _reporter(progress))
-    return _frame(csv)
+    classes, choices = chosen(controller, estimator, plugins)
+    text, name = (json.dumps(plan), "plan") if isinstance(plan, Mapping) else ("", os.fspath(plan))
+    return _frame(_core.batch(text, name, os.fspath(out), plugins_of(classes),
+                              choices + assignments_of(settings), seed, seeds, _count(workers),
+                              _reporter(progress)))
 
 
-def read_results(file: str, *, timing: bool = False) -> Any:
-    """The trials in a batch's file as a pandas frame; with `timing` also what differs from run to
-    run."""
-    return _frame(_core.read_results(file, timing))
+def read_results(file: Path, *, timing: bool = False) -> pandas.DataFrame:
+    """The trials in a batch's file; with `timing` also what differs from run to run."""
+    return _frame(_core.read_results(os.fspath(file), timing))
 
 
-def read_series(file: str, trial: int) -> Any:
-    """A trial's stored rows as a pandas frame; no rows where its plan stored none."""
+def read_series(file: Path, trial: int) -> pandas.DataFrame:
+    """A trial's stored rows; none where its plan stored none."""
     import pandas
 
-    return pandas.DataFrame(_core.read_series(file, trial).columns())
+    return pandas.DataFrame(_core.read_series(os.fspath(file), trial).columns())
 
 
-def gate(file: str, *, workers: int | None = None,
-         settings: Mapping[str, Any] | Iterable[str] | None = None,
+def gate(file: Path, *, workers: int | None = None, settings: Settings = None,
          controller: type | str | None = None, estimator: type | str | None = None,
          plugins: Iterable[type] = (), update: bool = False, time_limit_s: float = 3600,
          progress: Progress = None) -> dict[str, Any]:
@@ -131,14 +135,17 @@ def gate(file: str, *, workers: int | None = None,
     `verdict` is pass, fail or inconclusive. `controller` and `estimator` are judged in place of the
     scenarios' own. With `update` it measures the baseline anew instead. A trial that crashes or
     hangs is no verdict but a SimulatorFault."""
-    registry, choices = chosen(controller, estimator, plugins)
-    text = _core.gate(file, registry, choices + assignments_of(settings),
-                      workers or len(os.sched_getaffinity(0)), update, time_limit_s,
-                      _reporter(progress))
+    classes, choices = chosen(controller, estimator, plugins)
+    text = _core.gate(os.fspath(file), plugins_of(classes), choices + assignments_of(settings),
+                      _count(workers), update, time_limit_s, _reporter(progress))
     return {"baseline": text} if update else json.loads(text)
 
 
-def _frame(csv: str) -> Any:
+def _count(workers: int | None) -> int:
+    return len(os.sched_getaffinity(0)) if workers is None else workers
+
+
+def _frame(csv: str) -> pandas.DataFrame:
     import pandas
 
     return pandas.read_csv(io.StringIO(csv)) if csv.strip() else pandas.DataFrame()

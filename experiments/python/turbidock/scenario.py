@@ -3,10 +3,23 @@
 from __future__ import annotations
 
 import json
-from typing import Any, Iterable, Mapping
+import os
+import re
+from typing import TYPE_CHECKING, Any, Iterable, Mapping, Union
 
 from . import _core
-from .plug_in import chosen
+from .plug_in import chosen, plugins_of
+
+if TYPE_CHECKING:
+    import pandas
+
+    from ._keys import ScenarioKeys
+else:
+    ScenarioKeys = object
+
+Path = Union[str, "os.PathLike[str]"]
+# {"water.milk_ml_m3": 20}, or ["water.milk_ml_m3=20"] as the command line's --set has them
+Settings = Union[Mapping[str, Any], Iterable[str], None]
 
 
 def as_yaml(value: Any) -> str:
@@ -16,16 +29,8 @@ def as_yaml(value: Any) -> str:
     return value if isinstance(value, str) else json.dumps(value)
 
 
-def as_python(text: str) -> Any:
-    """YAML in one line as a Python value; what is no number, bool or list stays text."""
-    try:
-        return json.loads(text)
-    except ValueError:
-        return text
-
-
-def assignments_of(settings: Mapping[str, Any] | Iterable[str] | None) -> list[str]:
-    """{"water.milk_ml_m3": 20} or ["water.milk_ml_m3=20"] as the command line's --set has them."""
+def assignments_of(settings: Settings) -> list[str]:
+    """Settings as the command line's --set has them."""
     if settings is None:
         return []
     if isinstance(settings, Mapping):
@@ -33,110 +38,128 @@ def assignments_of(settings: Mapping[str, Any] | Iterable[str] | None) -> list[s
     return list(settings)
 
 
-class _Group:
-    """A group of keys: scenario.water.milk_ml_m3."""
+class Group:
+    """A group of a scenario's keys: scenario.water.milk_ml_m3. dir() lists them, dict() has the values."""
 
-    def __init__(self, scenario: Scenario, path: str) -> None:
-        object.__setattr__(self, "_scenario", scenario)
+    _cpp: _core.Scenario
+    _path: str
+
+    def __init__(self, core: _core.Scenario, path: str) -> None:
+        object.__setattr__(self, "_cpp", core)
         object.__setattr__(self, "_path", path)
 
-    def __getattr__(self, name: str) -> Any:
-        if name.startswith("__"):
-            raise AttributeError(name)
-        return self._scenario._value(f"{self._path}.{name}")
+    def _found(self, key: str = "") -> Any:
+        return self._cpp.get([word for word in re.split(r"[.\[\]]+", self._path + key) if word])
 
-    def __setattr__(self, name: str, value: Any) -> None:
-        self._scenario[f"{self._path}.{name}"] = value
+    def __getitem__(self, key: str) -> Any:
+        found, path = self._found(key), self._path + key
+        if isinstance(found, list):
+            return [Group(self._cpp, f"{path}.{i}.") for i in range(len(found))]
+        return Group(self._cpp, path + ".") if isinstance(found, dict) else found
+
+    def __setitem__(self, key: str, value: Any) -> None:
+        self._cpp.set([f"{self._path}{key}={as_yaml(value)}"])
+
+    if not TYPE_CHECKING:  # which knows the keys, by _keys.pyi
+
+        def __getattr__(self, name: str) -> Any:
+            if name.startswith("_"):
+                raise AttributeError(name)
+            try:
+                return self[name]
+            except _core.ConfigError as error:
+                raise AttributeError(str(error)) from None
+
+        def __setattr__(self, name: str, value: Any) -> None:
+            self[name] = value
+
+    def keys(self) -> list[str]:
+        """Names of the keys in this group."""
+        return list(self._found())
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self.keys()]
 
     def __repr__(self) -> str:
-        return f"<group {self._path}>"
+        return f"<{self._path.rstrip('.')}: {', '.join(f'{key}={self[key]!r}' for key in self.keys())}>"
 
 
-class Scenario:
+class Scenario(Group, ScenarioKeys):
     """Everything that decides a trial.
 
         s = turbidock.Scenario("sea_night_active", seed=77, settings={"water.milk_ml_m3": 20})
         s.water.milk_ml_m3 = 25      # or s["water.milk_ml_m3"] = 25
 
     `name`: a bundled scenario or a YAML file. Whatever is wrong is a ConfigError (a ValueError)
-    that names the key.
+    that names the key. Scenarios can be copied and pickled, with their plug-ins.
     """
 
-    _core: _core.Scenario
+    _classes: list[type]
 
-    def __init__(self, name: str = "sea_night_active", *, seed: int | None = None,
-                 settings: Mapping[str, Any] | Iterable[str] | None = None, gains: str = "",
-                 controller: type | str | None = None, estimator: type | str | None = None,
-                 plugins: Iterable[type] = ()) -> None:
-        registry, choices = chosen(controller, estimator, plugins)
-        assignments = choices + assignments_of(settings)
-        if seed is not None:
-            assignments.append(f"seed={seed}")
-        object.__setattr__(self, "_core", _core.Scenario(name, assignments, gains, registry))
+    def __init__(self, name: Path = "sea_night_active", *, seed: int | None = None,
+                 settings: Settings = None, gains: Path = "", controller: type | str | None = None,
+                 estimator: type | str | None = None, plugins: Iterable[type] = ()) -> None:
+        classes, choices = chosen(controller, estimator, plugins)
+        assignments = choices + assignments_of(settings) + _seed(seed)
+        self._take(_core.Scenario(os.fspath(name), assignments, os.fspath(gains),
+                                  plugins_of(classes)), classes)
+
+    def _take(self, core: _core.Scenario, classes: list[type]) -> None:
+        super().__init__(core, "")
+        object.__setattr__(self, "_classes", classes)
 
     @staticmethod
     def parse(text: str, name: str = "text", plugins: Iterable[type] = ()) -> Scenario:
         """A resolved scenario, as `to_yaml` gives it."""
-        made = Scenario.__new__(Scenario)
-        registry, _ = chosen(None, None, plugins)
-        object.__setattr__(made, "_core", _core.Scenario.parse(text, name, registry))
+        made, classes = Scenario.__new__(Scenario), list(plugins)
+        made._take(_core.Scenario.parse(text, name, plugins_of(classes)), classes)
         return made
-
-    def __getitem__(self, key: str) -> Any:
-        return as_python(self._core.get(key))
-
-    def __setitem__(self, key: str, value: Any) -> None:
-        self._core.set([f"{key}={as_yaml(value)}"])
-
-    def _value(self, key: str) -> Any:
-        try:
-            return self[key]
-        except _core.ConfigError as error:
-            if "is a group" in str(error):
-                return _Group(self, key)
-            raise AttributeError(str(error)) from None
-
-    def __getattr__(self, name: str) -> Any:
-        if name.startswith("__"):
-            raise AttributeError(name)
-        return self._value(name)
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        self[name] = value
 
     def copy(self) -> Scenario:
         """Another one with the same values."""
         made = Scenario.__new__(Scenario)
-        object.__setattr__(made, "_core", self._core.copy())
+        made._take(self._cpp.copy(), self._classes)
         return made
+
+    def __copy__(self) -> Scenario:
+        return self.copy()
+
+    def __deepcopy__(self, memo: Any) -> Scenario:
+        return self.copy()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Scenario.parse, (self.to_yaml(), "pickle", self._classes)
 
     def to_yaml(self) -> str:
         """Every value, with its description as a comment."""
-        return self._core.yaml()
+        return self._cpp.yaml()
 
     def __repr__(self) -> str:
         return f"<Scenario {self['description']!r}, seed {self['seed']}>"
 
 
-def scenario_of(scenario: Scenario | str, *, seed: int | None = None, gains: str = "",
-                settings: Mapping[str, Any] | Iterable[str] | None = None,
-                **choices: Any) -> Scenario:
+def scenario_of(scenario: Scenario | Path, *, seed: int | None = None, settings: Settings = None,
+                gains: Path = "", **choices: Any) -> Scenario:
     """A scenario by its name, or a copy of one, with these changes."""
-    if isinstance(scenario, str):
+    if not isinstance(scenario, Scenario):
         return Scenario(scenario, seed=seed, settings=settings, gains=gains, **choices)
     if gains or any(choices.values()):
         raise TypeError("give controller, estimator, plugins and gains to the Scenario")
     made = scenario.copy()
-    made._core.set(assignments_of(settings) + ([] if seed is None else [f"seed={seed}"]))
+    made._cpp.set(assignments_of(settings) + _seed(seed))
     return made
 
 
-def keys(plugins: Iterable[type] = ()) -> Any:
-    """Every key of a scenario as a pandas frame: key, type, default, range, doc."""
+def _seed(seed: int | None) -> list[str]:
+    return [] if seed is None else [f"seed={seed}"]
+
+
+def keys(plugins: Iterable[type] = ()) -> pandas.DataFrame:
+    """Every key of a scenario: key, type, default, range, doc."""
     import pandas
 
-    registry, _ = chosen(None, None, plugins)
-    return pandas.DataFrame(_core.keys(registry), columns=["key", "type", "default", "range", "doc"])
+    return pandas.DataFrame(_core.keys(plugins_of(plugins)),
+                            columns=["key", "type", "default", "range", "doc"])
 
 
 def scenarios() -> list[str]:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, Iterable, Iterator, Mapping, Sequence
+from typing import Any, Iterable, Iterator, Sequence
 
 import numpy as np
 
 from . import _core
 from .plug_in import Controller
 from .results import Result
-from .scenario import Scenario, as_yaml, scenario_of
+from .scenario import Path, Scenario, Settings, as_yaml, scenario_of
 
 
 class _Hand(Controller):
@@ -41,24 +41,24 @@ class Trial(_core.Trial):
 
     With `steered`, you are the controller: `trial.step([surge, sway, heave, yaw])` in N, N, N and
     N m (steered="volts": in volts), while the docking procedure says what is wanted. A trial belongs
-    to the thread and the process that made it.
+    to the thread and the process that made it. `with turbidock.Trial(...) as trial:` frees its memory
+    at the end.
     """
 
-    def __init__(self, scenario: Scenario | str = "sea_night_active", *, seed: int | None = None,
-                 settings: Mapping[str, Any] | Iterable[str] | None = None, gains: str = "",
-                 controller: type | str | None = None, estimator: type | str | None = None,
-                 plugins: Iterable[type] = (), images: bool = False,
-                 steered: bool | str = False) -> None:
+    def __init__(self, scenario: Scenario | Path = "sea_night_active", *, seed: int | None = None,
+                 settings: Settings = None, gains: Path = "", controller: type | str | None = None,
+                 estimator: type | str | None = None, plugins: Iterable[type] = (),
+                 images: bool = False, steered: bool | str = False) -> None:
         made = scenario_of(scenario, seed=seed, settings=settings, gains=gains,
                            controller=controller, estimator=estimator, plugins=plugins)
         self._by_hand: _Hand | None = None
         if steered:
             self._by_hand = hand = _Hand()
-            made._core.plugins.add_controller(
+            made._cpp.plugins.add_controller(
                 "steered", lambda: hand, [], "forces" if steered is True else steered,
                 True, False, True, True)
             made["controller"] = "steered"
-        super().__init__(made._core, images)
+        super().__init__(made._cpp, images)
         self._result: Result | None = None
 
     @property
@@ -96,7 +96,8 @@ class Trial(_core.Trial):
     def step(self, demand: Sequence[float] | np.ndarray | None = None) -> None:
         """Lets the next frame's time pass. ValueError after the end."""
         if self._by_hand:
-            asked = np.array(demand, float) if np.shape(demand) == (4,) else np.array(np.nan)
+            given: Any = demand
+            asked = np.array(given, float) if np.shape(given) == (4,) else np.array(np.nan)
             if not np.isfinite(asked).all():
                 raise ValueError(f"step() takes four numbers, surge, sway, heave, yaw, not {demand!r}")
             self._by_hand.next = asked
@@ -113,6 +114,15 @@ class Trial(_core.Trial):
         if self._result is None:
             self._result = Result(*self.finish())
         return self._result
+
+    def __enter__(self) -> Trial:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return f"<Trial, {'ended' if self.ended else 'under way'}, steered: {self._by_hand is not None}>"
 
     def __iter__(self) -> Iterator[_core.Frame]:
         while not self.ended:
