@@ -18,15 +18,6 @@
 namespace turbidock::tuning {
 namespace {
 
-// Keys of a scenario that may be tuned.
-std::vector<std::string> NumberKeys(const trial::Plugins& plugins) {
-  std::vector<std::string> keys;
-  for (const config::KeyDoc& doc : trial::ScenarioKeys(plugins))
-    if (doc.type.starts_with("number") && doc.key.find("[]") == std::string::npos)
-      keys.push_back(doc.key);
-  return keys;
-}
-
 // Keys of a plan that mean nothing in a study's `trials`, and what is said of them.
 constexpr auto kNotInTrials = std::to_array<std::pair<const char*, const char*>>({
     {"schema_version", "belongs to the study, not here"},
@@ -55,7 +46,10 @@ StudySettings ReadSettings(const config::YamlNode& node, const trial::Plugins& p
   config::Origins origins;
   config::ReadFields(node, &settings, &origins, {"trials"});
   config::CheckSettings(settings, origins);
-  const std::vector<std::string> numbers = NumberKeys(plugins);
+  std::vector<std::string> numbers;  // the keys of a scenario that may be tuned
+  for (const config::KeyDoc& doc : trial::ScenarioKeys(plugins))
+    if (doc.type.starts_with("number") && doc.key.find("[]") == std::string::npos)
+      numbers.push_back(doc.key);
   const std::vector<config::YamlNode> gains = node.Find("gains")->Elements();
   for (size_t i = 0; i < gains.size(); ++i)
     if (const std::string& key = settings.gains[i].key; std::ranges::count(numbers, key) == 0)
@@ -117,7 +111,6 @@ void StudySettings::Check(const std::string& path) const {
 
 Study::Study(const config::YamlNode& study, const trial::Plugins& plugins)
     : file_(study.file),
-      plugins_(plugins),
       settings_(ReadSettings(study, plugins)),
       trials_(PlanOf(study, settings_.description)),
       plan_(trials_, {.plugins = plugins}) {
@@ -166,7 +159,7 @@ search::Candidate Study::CandidateOf(const Gains& gains) const {
 }
 
 batch::Plan Study::TrialsOf(uint64_t set, int seeds) const {
-  batch::PlanOverrides overrides{.seeds = seeds, .plugins = plugins_};
+  batch::PlanOverrides overrides{.seeds = seeds, .plugins = plan_.plugins()};
   const SeedTree root(static_cast<uint64_t>(plan_.settings().master_seed));
   if (set > 0)
     overrides.master_seed =

@@ -137,7 +137,6 @@ class Study {
   explicit Study(const config::YamlNode& study, const trial::Plugins& plugins = {});
 
   const StudySettings& settings() const { return settings_; }
-  const trial::Plugins& plugins() const { return plugins_; }
   const Gains& start() const { return start_; }  // the scenario's own values
   const batch::Plan& plan() const { return plan_; }
 
@@ -157,7 +156,6 @@ class Study {
 
  private:
   std::string file_;
-  trial::Plugins plugins_;
   StudySettings settings_;
   std::vector<trial::Metric> objective_;  // what its terms name
   config::YamlNode trials_;

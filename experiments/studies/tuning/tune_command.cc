@@ -14,8 +14,6 @@
 namespace turbidock::tuning {
 namespace {
 
-constexpr double kLogEvery_s = 20;
-
 struct TuneArguments {
   trial::Plugins plugins;
   std::string study;
@@ -43,7 +41,7 @@ int Tune(const TuneArguments& arguments) {
                                     [&](const std::string& text) { progress.Say("  " + text); });
   options.stop_requested = app::CatchStopSignals();
   options.on_progress = [&](const std::string& phase, double share, int64_t trials) {
-    progress.ShowOrSay(share, fmt::format("{}, {} trials", phase, trials), kLogEvery_s);
+    progress.ShowOrSay(share, fmt::format("{}, {} trials", phase, trials), /*every_s=*/20);
   };
   options.on_result = [&](const TuningResult& so_far) {
     const report::Report report = ReportOf(study, so_far);

@@ -191,7 +191,7 @@ class Tuning {
         evaluations_(study, file,
                      {.jobs = options.jobs,
                       .time_limit_s = study.plan().settings().trial_time_limit_s,
-                      .plugins = study.plugins(),
+                      .plugins = study.plan().plugins(),
                       .on_progress =
                           [this](const batch::RunProgress&) {
                             if (options_.on_progress)

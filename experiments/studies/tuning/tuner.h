@@ -59,8 +59,8 @@ struct TuningOptions {
   batch::JobOptions jobs = {};
   // A share of the generations, and the trials so far.
   std::function<void(const std::string& phase, double share, int64_t trials)> on_progress = nullptr;
-  // What was found so far: at the beginning, after each generation, and
-  // at the end while the file of trials is still held.
+  // What was found so far: at the beginning, after each generation, and at the end while the file
+  // of trials is still held.
   std::function<void(const TuningResult&)> on_result = nullptr;
   std::function<bool()> stop_requested = nullptr;
 };
