@@ -29,10 +29,9 @@ void RequireKnown(const std::vector<std::string>& words, const std::vector<std::
 }
 
 std::string Text(const std::vector<batch::Parameter>& parameters) {
-  std::vector<std::string> assignments;
-  assignments.reserve(parameters.size());
-  for (const batch::Parameter& p : parameters) assignments.push_back(p.Assignment());
-  return fmt::format("{}", fmt::join(assignments, " "));
+  std::string text;
+  for (const batch::Parameter& p : parameters) text += (text.empty() ? "" : " ") + p.Assignment();
+  return text;
 }
 
 // Trials by what a partner must share.

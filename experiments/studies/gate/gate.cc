@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <memory>
-#include <utility>
 
 #include "experiments/system/build_info.h"
 #include "experiments/system/plain_text.h"
