@@ -41,7 +41,8 @@ struct Keys {
   }
   void Check(const std::string& path) const {
     for (const Key& key : keys) {
-      const auto check = [&]<class V>(const V& value) {
+      const auto check = [&](const auto& value) {
+        using V = std::decay_t<decltype(value)>;
         if constexpr (std::is_same_v<V, double> || std::is_same_v<V, int64_t>) {
           const auto number = static_cast<double>(value);
           internal::CheckNumbers(&number, 1, key.range, path, key.name.c_str());
