@@ -61,7 +61,8 @@ def features(position: np.ndarray, rate: np.ndarray, wanted: np.ndarray,
     error[3] = (float(error[3]) + math.pi) % (2 * math.pi) - math.pi
     numbers = np.concatenate((error / _SCALE, rate / _RATE_SCALE, given))
     # np.clip takes several times as long
-    return np.minimum(np.maximum(numbers, -_LIMIT), _LIMIT).astype(np.float32)
+    limited: np.ndarray = np.minimum(np.maximum(numbers, -_LIMIT), _LIMIT).astype(np.float32)
+    return limited
 
 
 class DockingEnv(gymnasium.Env):
@@ -200,7 +201,7 @@ class DockingEnv(gymnasium.Env):
         wanted = frame.desired.tolist()
         error = sum(min(abs(true - want) / way, 5.0)
                     for true, want, way in zip(self._true_axes(frame), wanted, _WAY))
-        return -error - 4 * wanted[0]
+        return float(-error - 4 * wanted[0])
 
     @staticmethod
     def _true_axes(frame: Any) -> list[float]:
