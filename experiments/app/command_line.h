@@ -20,7 +20,7 @@ namespace turbidock::app {
 
 enum ExitCode {
   kExitDone = 0,
-  kExitCheckFailed = 1,     // --expect, selftest --physics, gate
+  kExitCheckFailed = 1,     // --expect, gate
   kExitBadInput = 2,        // command line, file, key
   kExitInconclusive = 3,    // gate: its trials are spent
   kExitSimulatorFault = 4,  // this machine cannot simulate or draw

@@ -12,11 +12,6 @@ void AddResults(CommandLine& line);  // merge, export, verify, replay
 void AddReport(CommandLine& line);
 void AddSlurmTask(CommandLine& line);
 void AddList(CommandLine& line);
-void AddSelftest(CommandLine& line);
-
-// What this program was built from and runs on, as rows of name and value: turbidock, git,
-// compiler, build, MuJoCo, Mesa (asked by a GL context; why not, where there is none), OpenCV.
-std::vector<std::pair<std::string, std::string>> BuildTable();
 
 }  // namespace turbidock::app
 

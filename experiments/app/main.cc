@@ -1,20 +1,38 @@
 #include "experiments/app/main.h"
 
+#include <mujoco/mujoco.h>
+
 #include <csignal>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
 #include <new>
+#include <opencv2/core/version.hpp>
 #include <string>
 
 #include "experiments/app/commands.h"
 #include "experiments/app/stop_signal.h"
 #include "experiments/batch/result_store.h"
+#include "experiments/system/build_info.h"
 #include "experiments/system/plain_text.h"
 #include "sim/base/check.h"
+#include "sim/view/gl_context.h"
 
 namespace turbidock::app {
 namespace {
+
+// What this program was built from and runs on.
+void PrintVersions() {
+  std::string mesa;
+  try {
+    mesa = view::MakeGlContext(view::GlBackend::kOsmesa)->description();
+  } catch (const std::exception& error) {
+    mesa = error.what();
+  }
+  std::printf("turbidock %s\ngit %s\ncompiler %s\nbuild %s\nMuJoCo %s\nMesa %s\nOpenCV %s\n",
+              system::Version().c_str(), system::Commit().c_str(), system::Compiler().c_str(),
+              system::BuildType().c_str(), mj_versionString(), mesa.c_str(), CV_VERSION);
+}
 
 int ParseAndRun(int argc, char** argv, const trial::Plugins& plugins) {
   CommandLine line("turbidock",
@@ -31,12 +49,11 @@ int ParseAndRun(int argc, char** argv, const trial::Plugins& plugins) {
         compare::AddCompare, estimate::AddEstimate, dataset::AddDataset,
         estimators::AddCompareEstimators, recognition::AddRecognize, recognition::AddCalibrate,
         AddSlurmTask, tuning::AddTune, check_vehicle::AddCheckVehicle,
-        step_response::AddStepResponse, AddList, AddSelftest})
+        step_response::AddStepResponse, AddList})
     add(line);
   if (const std::optional<int> code = line.Parse(argc, argv)) return *code;
   if (version) {
-    for (const auto& [name, value] : BuildTable())
-      std::printf("%s %s\n", name.c_str(), value.c_str());
+    PrintVersions();
     return kExitDone;
   }
   std::signal(SIGINT, SIG_DFL);   // also where a shell's script started it with &

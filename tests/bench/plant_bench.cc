@@ -7,8 +7,8 @@
 
 #include <cstring>
 
-#include "sim/check/simple_scene.h"
 #include "sim/vehicle/plant.h"
+#include "tests/check/simple_scene.h"
 
 namespace turbidock::sim {
 namespace {

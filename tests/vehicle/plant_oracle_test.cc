@@ -1,5 +1,5 @@
 // The plant against closed forms. The free vehicle's (inertia, drag, righting, currents, waves) are
-// the self-test's: physics_selftest_oracle_test.cc.
+// in tests/check.
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "sim/check/simple_scene.h"
 #include "sim/vehicle/plant.h"
+#include "tests/check/simple_scene.h"
 
 namespace turbidock::vehicle {
 namespace {

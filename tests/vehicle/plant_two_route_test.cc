@@ -6,8 +6,8 @@
 #include <cstring>
 #include <vector>
 
-#include "sim/check/simple_scene.h"
 #include "sim/vehicle/plant.h"
+#include "tests/check/simple_scene.h"
 
 namespace turbidock::vehicle {
 namespace {

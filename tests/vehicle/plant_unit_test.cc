@@ -8,7 +8,7 @@
 #include <limits>
 #include <numbers>
 
-#include "sim/check/simple_scene.h"
+#include "tests/check/simple_scene.h"
 
 namespace turbidock::vehicle {
 namespace {

@@ -4,8 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include "sim/check/simple_scene.h"
 #include "sim/vehicle/plant.h"
+#include "tests/check/simple_scene.h"
 
 namespace turbidock::vehicle {
 namespace {

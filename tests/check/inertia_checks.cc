@@ -3,9 +3,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "sim/check/fossen_reference.h"
-#include "sim/check/physics_cases.h"
-#include "sim/check/simple_scene.h"
+#include "tests/check/fossen_reference.h"
+#include "tests/check/physics_cases.h"
+#include "tests/check/simple_scene.h"
 
 namespace turbidock::check {
 

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "sim/check/physics_checks.h"
-#include "sim/check/simple_scene.h"
 #include "sim/vehicle/plant.h"
+#include "tests/check/physics_checks.h"
+#include "tests/check/simple_scene.h"
 
 namespace turbidock::check {
 

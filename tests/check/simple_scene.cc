@@ -1,4 +1,4 @@
-#include "sim/check/simple_scene.h"
+#include "tests/check/simple_scene.h"
 
 #include <cstring>
 #include <string_view>

@@ -1,4 +1,4 @@
-#include "sim/check/fossen_reference.h"
+#include "tests/check/fossen_reference.h"
 
 #include <Eigen/Dense>
 #include <cmath>

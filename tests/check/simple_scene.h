@@ -1,5 +1,5 @@
 #pragma once
-// Small scenes from MJCF text, for whoever checks the plant: self-test, tests, benchmarks.
+// Small scenes from MJCF text, for whoever checks the plant: tests and benchmarks.
 
 #include <string>
 
