@@ -28,7 +28,9 @@ class BareRenderer {
       : scene_(vehicle::LoadScene(trial::SceneFilesOf(scenario), scenario.rig)),
         context_(view::MakeGlContext(scenario.renderer)),
         data_(mj_makeData(scene_.model.get())),
-        viewport_{0, 0, scene_.rig.left.width_px, scene_.rig.left.height_px} {
+        viewport_{0, 0, scene_.rig.left.width_px, scene_.rig.left.height_px},
+        depth_(static_cast<size_t>(viewport_.width) * viewport_.height),
+        rgb_(3 * depth_.size()) {
     context_->MakeCurrent();
     const vehicle::MjModelPtr sized(mj_copyModel(nullptr, scene_.model.get()));
     sized->vis.global.offwidth = viewport_.width;
@@ -42,9 +44,6 @@ class BareRenderer {
       mjv_defaultScene(&drawn);
       mjv_makeScene(scene_.model.get(), &drawn, 1000);
     }
-    const size_t pixels = static_cast<size_t>(viewport_.width) * viewport_.height;
-    rgb_.resize(3 * pixels);
-    depth_.resize(pixels);
   }
 
   ~BareRenderer() {
@@ -61,8 +60,7 @@ class BareRenderer {
     const mjModel& m = *scene_.model;
     const std::array values = {X_WB.p.x(), X_WB.p.y(), X_WB.p.z(), X_WB.q.w(),
                                X_WB.q.x(), X_WB.q.y(), X_WB.q.z()};
-    std::copy(values.begin(), values.end(),
-              data_->qpos + m.jnt_qposadr[m.body_jntadr[scene_.vehicle_body]]);
+    std::ranges::copy(values, data_->qpos + m.jnt_qposadr[m.body_jntadr[scene_.vehicle_body]]);
     mj_forward(&m, data_.get());
     mjvOption option;
     mjv_defaultOption(&option);
@@ -94,8 +92,8 @@ class BareRenderer {
   mjvScene drawn_[2];  // left, right
   mjrContext gl_;
   mjrRect viewport_;
-  std::vector<uint8_t> rgb_;
   std::vector<float> depth_;
+  std::vector<uint8_t> rgb_;
 };
 
 // Bare rendering of some of these states, as if of all of them.
@@ -115,36 +113,26 @@ double BareSeconds(const std::vector<Pose>& states, BareRenderer* bare) {
 
 }  // namespace
 
-double Block::frame_s() const { return std::accumulate(stages_s.begin(), stages_s.end(), 0.0); }
+double Times::frame_s() const { return std::accumulate(stages_s.begin(), stages_s.end(), 0.0); }
 
-double Times::MsOf(double sum_s) const { return 1000 * sum_s / static_cast<double>(frames); }
-
-double Times::evaluations_per_s() const {
-  return evaluations / stages_s[static_cast<size_t>(LoopStage::kEstimate)];
-}
-
-Times TimesOf(const Repeats& repeats) {
+Times MedianTimes(const Repeats& repeats) {
   Times sum;
-  std::vector<double> ratios;
   for (size_t i = 0; i < repeats.front().size(); ++i) {
-    std::vector<Block> same;  // of each repeat
+    std::vector<Times> same;  // of each repeat
     std::vector<double> bare_s;
     for (const auto& blocks : repeats) {
       same.push_back(blocks[i]);
       bare_s.push_back(blocks[i].bare_s);
-      ratios.push_back(blocks[i].frame_s() / blocks[i].bare_s);
     }
     // the one with the median time, whose stages add up to it; of two in the middle the slower
-    std::ranges::sort(same, {}, &Block::frame_s);
-    const Block& median = same[same.size() / 2];
+    std::ranges::sort(same, {}, &Times::frame_s);
+    const Times& median = same[same.size() / 2];
     sum.frames += median.frames;
     sum.simulated_s += median.simulated_s;
     for (size_t k = 0; k < kLoopStages; ++k) sum.stages_s[k] += median.stages_s[k];
     sum.bare_s += *statistics::Median(bare_s);
     sum.evaluations += median.evaluations;
   }
-  for (size_t i = 0; i < 3; ++i)
-    sum.ratio_quartiles[i] = *statistics::Quantile(ratios, 0.25 * static_cast<double>(i + 1));
   return sum;
 }
 
@@ -155,7 +143,7 @@ BenchResult RunBench(const trial::Scenario& scenario, const BenchOptions& option
   BenchResult result{.scenario = scenario.description, .renderer = bare.description()};
   for (int repeat = 0; repeat < options.repeats; ++repeat) {
     StageTimer timer;
-    std::vector<Block> blocks;
+    std::vector<Times> blocks;
     std::vector<Pose> states;
     double evaluations = 0;
     const auto close_block = [&] {
@@ -174,11 +162,6 @@ BenchResult RunBench(const trial::Scenario& scenario, const BenchOptions& option
       states.push_back(frame.record.true_X_WB);
       evaluations += static_cast<double>(frame.evaluations);
       if (std::ssize(states) == kBlockFrames) close_block();
-      if (!options.progress) return;
-      const double over_s = limited.clock.TimeOfFrame(frame.record.frame + 1);
-      const double share = std::min(1.0, over_s / limited.duration_s);
-      options.progress((repeat + share) / options.repeats,
-                       fmt::format("{}, repeat {}", scenario.description, repeat + 1));
     };
     const trial::TrialResult ended = trial::RunTrial(limited, trial);
     close_block();
@@ -191,6 +174,7 @@ BenchResult RunBench(const trial::Scenario& scenario, const BenchOptions& option
                                     scenario.description, std::ssize(ended.log.frames)));
     result.digest = ended.digest;
     result.repeats.push_back(std::move(blocks));
+    if (options.on_repeat) options.on_repeat(repeat + 1);
   }
   return result;
 }

@@ -9,7 +9,6 @@
 // Statistics against noise: of each block, the repeat with the median time; of a trial, the mean
 // over its blocks.
 
-#include <array>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -18,7 +17,6 @@
 #include "experiments/report/json.h"
 #include "experiments/report/report.h"
 #include "experiments/trial/scenario.h"
-#include "sim/base/result_fields.h"
 #include "sim/base/stage_timer.h"
 
 namespace turbidock::bench {
@@ -26,12 +24,11 @@ namespace turbidock::bench {
 struct BenchOptions {
   int frames = 600;  // of a trial, which may end earlier
   int repeats = 3;   // of the trial
-  // Called every block, with the share done and words.
-  std::function<void(double share, const std::string& words)> progress;
+  std::function<void(int done)> on_repeat = {};
 };
 
-// Sums over neighbouring frames of a trial.
-struct Block {
+// Sums over frames of a trial.
+struct Times {
   int64_t frames = 0;
   double simulated_s = 0;
   StageTimer::Seconds stages_s{};
@@ -42,18 +39,10 @@ struct Block {
 };
 
 // By repeat, blocks in their order in the trial, or in the trials one after the other.
-using Repeats = std::vector<std::vector<Block>>;
+using Repeats = std::vector<std::vector<Times>>;
 
-// Sums over the frames of the trials.
-struct Times : Block {
-  std::array<double, 3> ratio_quartiles{};  // loop over bare, of all blocks of all repeats
-
-  double MsOf(double sum_s) const;  // of a frame
-  double ratio_to_bare_render() const { return frame_s() / bare_s; }
-  double real_time_factor() const { return simulated_s / frame_s(); }
-  double evaluations_per_s() const;  // while the search runs (stage estimate)
-};
-Times TimesOf(const Repeats& repeats);
+// Of all frames, each block as in its median repeat.
+Times MedianTimes(const Repeats& repeats);
 
 struct BenchResult {
   std::string scenario;  // its description

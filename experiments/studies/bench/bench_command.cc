@@ -25,10 +25,9 @@ int Bench(const BenchArguments& arguments) {
   std::vector<BenchResult> results;
   for (const trial::Scenario& scenario : scenarios) {
     progress.Say(scenario.description + ": the loop and bare rendering by turns");
-    options.progress = [&](double share, const std::string& words) {
-      progress.Show(
-          (static_cast<double>(results.size()) + share) / static_cast<double>(scenarios.size()),
-          words);
+    options.on_repeat = [&](int done) {
+      progress.ShowDone(static_cast<int>(results.size()) * options.repeats + done,
+                        static_cast<int>(scenarios.size()) * options.repeats, "trials", 10);
     };
     results.push_back(RunBench(scenario, options));
   }

@@ -9,39 +9,32 @@ namespace {
 using report::Fixed;
 using report::Json;
 
-// All scenarios as one workload.
-Repeats Together(const std::vector<BenchResult>& results) {
-  Repeats all(results.front().repeats.size());
-  for (const BenchResult& one : results)
-    for (size_t repeat = 0; repeat < all.size(); ++repeat)
-      all[repeat].insert(all[repeat].end(), one.repeats[repeat].begin(), one.repeats[repeat].end());
-  return all;
-}
-
 Json ToJson(const Repeats& repeats) {
-  const Times times = TimesOf(repeats);
+  const Times times = MedianTimes(repeats);
+  const auto frames = static_cast<double>(times.frames);
+  const auto ms = [&](double sum_s) { return 1000 * sum_s / frames; };  // of a frame
   Json stages = Json::object();
   for (const auto& [stage, name] : EnumNames<LoopStage>::kNames)
-    stages[name] = times.MsOf(times.stages_s[static_cast<size_t>(stage)]);
-  return {{"frame_ms", times.MsOf(times.frame_s())},
-          {"bare_render_ms", times.MsOf(times.bare_s)},
-          {"ratio_to_bare_render", times.ratio_to_bare_render()},
-          {"ratio_quartiles", times.ratio_quartiles},
+    stages[name] = ms(times.stages_s[static_cast<size_t>(stage)]);
+  const double search_s = times.stages_s[static_cast<size_t>(LoopStage::kEstimate)];
+  return {{"frame_ms", ms(times.frame_s())},
+          {"bare_render_ms", ms(times.bare_s)},
+          {"ratio_to_bare_render", times.frame_s() / times.bare_s},
           {"stages_ms", stages},
-          {"real_time_factor", times.real_time_factor()},
-          {"evaluations_per_frame", times.evaluations / static_cast<double>(times.frames)},
-          {"evaluations_per_s", times.evaluations_per_s()},
+          {"real_time_factor", times.simulated_s / times.frame_s()},
+          {"evaluations_per_frame", times.evaluations / frames},
+          {"evaluations_per_s", times.evaluations / search_s},
           {"frames", times.frames},
           {"repeats", repeats.size()}};
 }
 
-report::Table TableOf(const Json& result) {
+report::Table TableOf(const Json& scenarios) {
   std::vector<std::string> heads = {"<"};
-  for (const Json& one : result["scenarios"]) heads.push_back(one["scenario"]);
+  for (const Json& one : scenarios) heads.push_back(one["scenario"]);
   report::Table table(heads);
   const auto row = [&](const std::string& name, const std::string& place, int digits) {
     std::vector<report::Cell> cells = {name};
-    for (const Json& one : result["scenarios"])
+    for (const Json& one : scenarios)
       cells.emplace_back(Fixed(one.at(Json::json_pointer(place)).get<double>(), digits));
     table.Row(std::move(cells));
   };
@@ -50,8 +43,6 @@ report::Table TableOf(const Json& result) {
   row("frame, ms", "/frame_ms", 2);
   row("bare rendering, ms", "/bare_render_ms", 2);
   row("ratio to bare rendering", "/ratio_to_bare_render", 2);
-  row("  lower quartile", "/ratio_quartiles/0", 2);
-  row("  upper quartile", "/ratio_quartiles/2", 2);
   row("real-time factor", "/real_time_factor", 2);
   row("evaluations a frame", "/evaluations_per_frame", 0);
   row("evaluations a second", "/evaluations_per_s", 0);
@@ -71,19 +62,23 @@ report::Report ReportOf(const Json& result) {
                      Fixed(result["ratio_to_bare_render"].get<double>(), 2), result["renderer"]}},
           .sections = {{.title = "Times of a frame",
                         .note = fmt::format("Median of {} repeats.", result["repeats"].get<int>()),
-                        .table = TableOf(result)}}};
+                        .table = TableOf(result["scenarios"])}}};
 }
 
 Json ResultJson(const std::vector<BenchResult>& results) {
-  Json json = ToJson(Together(results));
-  json["version"] = system::VersionAndCommit();
-  json["renderer"] = results.front().renderer;
-  for (const BenchResult& result : results) {
-    Json one = {{"scenario", result.scenario}};
-    one.update(ToJson(result.repeats));
-    one["digest"] = result.digest;
-    json["scenarios"].push_back(one);
+  Repeats all(results.front().repeats.size());  // all scenarios as one workload
+  Json scenarios;
+  for (const BenchResult& one : results) {
+    for (size_t repeat = 0; repeat < all.size(); ++repeat)
+      all[repeat].insert(all[repeat].end(), one.repeats[repeat].begin(), one.repeats[repeat].end());
+    scenarios.push_back({{"scenario", one.scenario}});
+    scenarios.back().update(ToJson(one.repeats));
+    scenarios.back()["digest"] = one.digest;
   }
+  Json json = ToJson(all);
+  json.update({{"version", system::VersionAndCommit()},
+               {"renderer", results.front().renderer},
+               {"scenarios", scenarios}});
   return json;
 }
 

@@ -42,27 +42,22 @@ TEST(Bench, ATrialOfOneFrameIsRefused) {
 TEST(Bench, TimesTheTrialItself) {
   const trial::Scenario scenario = trial::LoadScenario(
       "pool_passive", {"rig.width_px=160", "rig.height_px=120", "duration_s=3"});
-  double share = 0;
+  std::vector<int> done;
   BenchOptions options;
   options.frames = 40;
   options.repeats = 2;
-  options.progress = [&](double now, const std::string&) {
-    EXPECT_GE(now, share);
-    share = now;
-  };
+  options.on_repeat = [&](int now) { done.push_back(now); };
   const BenchResult result = RunBench(scenario, options);
-  EXPECT_EQ(share, 1);
+  EXPECT_EQ(done, (std::vector{1, 2}));
   ASSERT_EQ(result.repeats.size(), 2u);
-  const Times times = TimesOf(result.repeats);
+  const Times times = MedianTimes(result.repeats);
   EXPECT_EQ(times.frames, 40);
   EXPECT_LE(times.evaluations / 40, 540);  // 60 + 20 * 24, refinement included
   EXPECT_GE(times.evaluations / 40, 537);  // three refined poses at most
 
   for (size_t k = 0; k < kLoopStages; ++k) EXPECT_GT(times.stages_s[k], 0) << k;
   EXPECT_GT(times.bare_s, 0);
-  EXPECT_LE(times.ratio_quartiles[0], times.ratio_quartiles[1]);
-  EXPECT_LE(times.ratio_quartiles[1], times.ratio_quartiles[2]);
-  EXPECT_NEAR(times.real_time_factor() * times.MsOf(times.frame_s()), 1000 / 30.0, 1e-9);
+  EXPECT_NEAR(times.simulated_s, 40 / 30.0, 1e-9);
 
   // Without a stopwatch it is the same trial.
   trial::Scenario as_long = scenario;
@@ -71,27 +66,30 @@ TEST(Bench, TimesTheTrialItself) {
 }
 
 // By hand: of each block the repeat with the median time, of the trial the sum of its blocks.
-TEST(Times, AreMediansOfRepeatsAndSumsOfBlocks) {
+TEST(Bench, ResultsAreMediansOfRepeatsAndSumsOfBlocks) {
   const auto block = [](int frames, double frame_s, double bare_s) {
-    Block one{.frames = frames,
+    Times one{.frames = frames,
               .simulated_s = 0.05 * frames,
               .bare_s = bare_s * frames,
               .evaluations = 100.0 * frames};
     one.stages_s.fill(frame_s * frames / kLoopStages);
     return one;
   };
-  const Times times = TimesOf({{block(30, 0.01, 0.01), block(10, 0.04, 0.01)},
+  const report::Json json =
+      ResultJson({{.scenario = "made up",
+                   .renderer = "none",
+                   .repeats = {{block(30, 0.01, 0.01), block(10, 0.04, 0.01)},
                                {block(30, 0.02, 0.02), block(10, 0.03, 0.03)},
-                               {block(30, 0.09, 0.03), block(10, 0.02, 0.02)}});
-  EXPECT_EQ(times.frames, 40);
-  EXPECT_NEAR(times.MsOf(times.frame_s()), 1000 * (30 * 0.02 + 10 * 0.03) / 40, 1e-9);
-  EXPECT_NEAR(times.MsOf(times.bare_s), 20, 1e-9);
-  EXPECT_NEAR(times.real_time_factor(), 0.05 / 0.0225, 1e-12);
-  EXPECT_NEAR(times.evaluations_per_s(), 100 / (0.0225 / kLoopStages), 1e-6);
-  // ratios 1, 1, 3 and 4, 1, 1
-  EXPECT_NEAR(times.ratio_quartiles[0], 1, 1e-12);
-  EXPECT_NEAR(times.ratio_quartiles[1], 1, 1e-12);
-  EXPECT_NEAR(times.ratio_quartiles[2], 2.5, 1e-12);
+                               {block(30, 0.09, 0.03), block(10, 0.02, 0.02)}}}});
+  EXPECT_EQ(json["frames"], 40);
+  const double frame_ms = 1000 * (30 * 0.02 + 10 * 0.03) / 40;
+  EXPECT_NEAR(json["frame_ms"], frame_ms, 1e-9);
+  EXPECT_NEAR(json["bare_render_ms"], 20, 1e-9);
+  EXPECT_NEAR(json["ratio_to_bare_render"], frame_ms / 20, 1e-9);
+  EXPECT_NEAR(json["real_time_factor"], 50 / frame_ms, 1e-9);
+  EXPECT_NEAR(json["evaluations_per_frame"], 100, 1e-9);
+  EXPECT_NEAR(json["evaluations_per_s"], 1e5 * kLoopStages / frame_ms, 1e-6);
+  EXPECT_EQ(json["scenarios"][0]["frame_ms"], json["frame_ms"]);
 }
 
 TEST(BenchCommand, PrintsTheContractsKeys) {
