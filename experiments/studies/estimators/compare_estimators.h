@@ -31,8 +31,7 @@ struct CompareOptions {
   std::vector<double> milk_ml_m3 = {0, 10, 20, 40, 80};
   int starts = 20;  // a cell; their seeds are the scenario's own and those that follow
   int frames = 30;  // a start
-  // A right estimate is within both.
-  double right_mm = 20, right_deg = 5;
+  double right_mm = 20, right_deg = 5;  // a right estimate is within both
   trial::Plugins plugins = {};
   batch::JobOptions jobs = {};
   std::function<void(int done, int of)> on_progress = {};  // starts
@@ -54,25 +53,17 @@ struct StartResult {
 // One estimator at one distance in one turbidity.
 struct CompareCell {
   std::string scenario;
-  double distance_m = 0, milk_ml_m3 = 0;
+  double distance_mm = 0, milk_ml_m3 = 0;
   std::string estimator;
   int starts = 0, right = 0, wrong_and_sure = 0, not_found = 0;
   statistics::Interval right_interval = {}, wrong_and_sure_interval = {};  // Wilson, 95 %
-  // Of the estimates that are sure; intervals from order statistics, 95 %.
-  std::optional<double> error_median_m = {};
-  std::optional<statistics::Interval> error_median_interval_m = {};
-  std::optional<double> rotation_median_rad = {};
-  std::optional<double> frame_s = {};  // median over starts
+  // Medians of the estimates that are sure; of the time, over all starts.
+  std::optional<double> error_median_m = {}, rotation_median_rad = {}, frame_s = {};
   std::vector<StartResult> each = {};
 
-  static void Fields(auto& self, auto&& field) {
-    field("scenario", self.scenario);
-    field("distance_mm", units::MmFromM(self.distance_m));
-    self.VisitFields(field);
-  }
-  TURBIDOCK_VISIT_FIELDS(milk_ml_m3, estimator, starts, right, right_interval, wrong_and_sure,
-                         wrong_and_sure_interval, not_found, error_median_m,
-                         error_median_interval_m, rotation_median_rad, frame_s, each)
+  TURBIDOCK_FIELDS(scenario, distance_mm, milk_ml_m3, estimator, starts, right, right_interval,
+                   wrong_and_sure, wrong_and_sure_interval, not_found, error_median_m,
+                   rotation_median_rad, frame_s, each)
 };
 
 // Makes one start of one estimator: the work of a task. `plugins`: as CompareOptions'.

@@ -5,9 +5,7 @@
 #include "experiments/app/job_arguments.h"
 #include "experiments/app/print_report.h"
 #include "experiments/app/progress.h"
-#include "experiments/media/figure.h"
 #include "experiments/studies/estimators/compare_estimators.h"
-#include "experiments/system/output_path.h"
 #include "sim/light/optics_params.h"
 
 namespace turbidock::estimators {
@@ -15,7 +13,7 @@ namespace {
 
 struct CompareArguments {
   CompareOptions options;
-  std::string seed, figure;
+  std::string seed;
   app::JobArguments jobs;
   bool json = false, quiet = false;
 };
@@ -23,8 +21,6 @@ struct CompareArguments {
 int Compare(const CompareArguments& arguments) {
   CompareOptions options = arguments.options;
   if (!arguments.seed.empty()) options.assignments.push_back("seed=" + arguments.seed);
-  system::OutputPlan().Writes(arguments.figure).Require();
-
   app::Progress progress(arguments.quiet);
   options.on_progress = [&](int done, int of) { progress.ShowDone(done, of, "starts", 30); };
   options.jobs =
@@ -33,9 +29,7 @@ int Compare(const CompareArguments& arguments) {
   if (options.jobs.slurm) options.stop_requested = app::CatchStopSignals();
   const std::vector<CompareCell> cells = CompareEstimators(options);
   if (app::StopSignal() != 0) return app::kExitDone;  // main makes the signal's code of it
-  const report::Report report = ReportOf(cells);
-  app::PrintReport(report, {{"cells", cells}}, arguments.json);
-  if (!arguments.figure.empty()) media::WriteFigure(arguments.figure, media::FigureOf(report));
+  app::PrintReport(ReportOf(cells), {{"cells", cells}}, arguments.json);
   return app::kExitDone;
 }
 
@@ -64,7 +58,6 @@ void AddCompareEstimators(app::CommandLine& line) {
   arguments.jobs.AddTo(&compare, "Processes; the results are the same", 1);
   compare.AddSeed(arguments.seed);
   compare.AddSet(options.assignments, "Set one key of the scenarios, such as their faults");
-  compare.AddFigure(arguments.figure, "Draw shares and errors over milk");
   compare.AddJson(arguments.json);
   compare.AddQuiet(arguments.quiet);
 }
