@@ -41,90 +41,68 @@ std::string TitleOf(const trial::Scenario& scenario) {
   return fmt::format("{}, seed {}", scenario.description, scenario.seed);
 }
 
-// Pictures of what both cameras saw, evenly over the trial; where there are too many, every second
-// one goes.
-class KeyFrames {
- public:
-  explicit KeyFrames(int frames_per_second) : step_(std::max(1, frames_per_second / 2)) {}
+// Every how many frames a picture of what both cameras saw is kept: two a second, fewer in a long trial.
+int KeyFrameStep(const trial::Scenario& scenario) {
+  constexpr int kMost = 120;
+  const auto frames = static_cast<int>(scenario.clock.FramesFor(scenario.duration_s));
+  return std::max({1, scenario.clock.frames_per_second / 2, frames / kMost});
+}
 
-  int64_t step() const { return step_; }
+std::string SmallJpeg(const Image3u8& image) {
+  constexpr int kLargestWidth_px = 320, kQuality = 70;
+  const int width = std::min(image.width(), kLargestWidth_px);
+  media::Canvas small(width, std::max(1, width * image.height() / image.width()));
+  small.DrawImage(image, small.area());
+  return media::EncodeJpeg(small.ToImage(), kQuality);
+}
 
-  // Keeps the images of this frame if they are wanted. They must be whole.
-  void Add(int64_t frame, const StereoImage& images) {
-    constexpr size_t kMost = 80;
-    if (frame % step_ != 0) return;
-    pictures_.push_back({frame, images.Each([](const Image3u8& image) { return Jpeg(image); })});
-    if (pictures_.size() < kMost) return;
-    step_ *= 2;
-    std::erase_if(pictures_, [this](const auto& pair) { return pair.frame % step_ != 0; });
+// Writes FRAME_left.jpg and FRAME_right.jpg in the place of an earlier trial's.
+void WriteKeyFrames(const std::string& folder, const std::vector<page::CameraPictures>& pictures) {
+  std::vector<fs::path> old;
+  for (const auto& entry : fs::directory_iterator(folder))
+    if (entry.path().string().ends_with("_left.jpg") ||
+        entry.path().string().ends_with("_right.jpg"))
+      old.push_back(entry.path());
+  for (const fs::path& path : old) fs::remove(path);
+  for (const auto& [frame, jpeg] : pictures) {
+    const std::string number = fmt::format("{}/{:06}", folder, frame);
+    system::WriteWhole(number + "_left.jpg", jpeg.left);
+    system::WriteWhole(number + "_right.jpg", jpeg.right);
   }
-
-  const std::vector<page::CameraPictures>& pictures() const { return pictures_; }
-
-  // Writes FRAME_left.jpg and FRAME_right.jpg in the place of an earlier trial's.
-  void Write(const std::string& folder) const {
-    std::vector<fs::path> old;
-    for (const auto& entry : fs::directory_iterator(folder))
-      if (entry.path().string().ends_with("_left.jpg") ||
-          entry.path().string().ends_with("_right.jpg"))
-        old.push_back(entry.path());
-    for (const fs::path& path : old) fs::remove(path);
-    for (const auto& [frame, jpeg] : pictures_) {
-      const std::string number = fmt::format("{}/{:06}", folder, frame);
-      system::WriteWhole(number + "_left.jpg", jpeg.left);
-      system::WriteWhole(number + "_right.jpg", jpeg.right);
-    }
-  }
-
- private:
-  static std::string Jpeg(const Image3u8& image) {
-    constexpr int kLargestWidth_px = 320, kQuality = 70;
-    const int width = std::min(image.width(), kLargestWidth_px);
-    media::Canvas small(width, std::max(1, width * image.height() / image.width()));
-    small.DrawImage(image, small.area());
-    return media::EncodeJpeg(small.ToImage(), kQuality);
-  }
-
-  int64_t step_;
-  std::vector<page::CameraPictures> pictures_;
-};
+}
 
 // The film of a trial, frame by frame.
 class Film {
  public:
-  Film(const trial::Scenario& scenario, const std::string& path)
-      : marker_(scenario.marker),
-        rig_(scenario.rig.MakeRig()),
-        composer_({.envelope_ratio = marker_.outer_ring_ratio,
-                   .criteria = trial::CriteriaOf(scenario),
-                   .title = TitleOf(scenario),
-                   .duration_s = scenario.duration_s + scenario.docked_hold_s}),
-        frames_per_second_(scenario.clock.frames_per_second),
-        writer_(path, kVideoWidth, kVideoHeight, frames_per_second_) {}
+  // `of` must live as long.
+  Film(const trial::Scenario& of, const std::string& path)
+      : scenario_(of),
+        rig_(of.rig.MakeRig()),
+        composer_({.envelope_ratio = of.marker.outer_ring_ratio,
+                   .criteria = trial::CriteriaOf(of),
+                   .title = TitleOf(of),
+                   .duration_s = of.duration_s + of.docked_hold_s}),
+        writer_(path, kVideoWidth, kVideoHeight, of.clock.frames_per_second) {}
 
   void Add(const trial::TrialFrame& frame) {
     const auto balls = rig_.Each([&](const MountedCamera& camera) {
-      return vision::ProjectBalls(marker_, camera, frame.record.est_X_HM);
+      return vision::ProjectBalls(scenario_.marker, camera, frame.record.est_X_HM);
     });
-    writer_.Add(composer_.Compose({.images = frame.seen,
-                                   .balls = balls,
-                                   .record = frame.record,
-                                   .spectator = frame.spectator}));
+    writer_.Add(composer_.Compose({frame.seen, balls, frame.record, frame.spectator}));
   }
   // Shows for a while how the trial ended.
   void Finish(const trial::TrialRecord& record) {
     constexpr int kVerdict_s = 3;
     const media::Canvas& verdict =
         composer_.Conclude(trial::WordsOf(record.outcome), record.reason);
-    for (int i = 0; i < kVerdict_s * frames_per_second_; ++i) writer_.Add(verdict);
+    for (int i = 0; i < kVerdict_s * scenario_.clock.frames_per_second; ++i) writer_.Add(verdict);
     writer_.Finish();
   }
 
  private:
-  vision::MarkerParams marker_;
+  const trial::Scenario& scenario_;
   StereoRig rig_;
   VideoComposer composer_;
-  int frames_per_second_;
   media::Mp4Writer writer_;
 };
 
@@ -172,14 +150,16 @@ trial::TrialResult RunShownTrial(const trial::Scenario& scenario, const ShownTri
   if (shown.video) film.emplace(scenario, *shown.out + "/video.mp4");
   const bool keeps = shown.out && scenario.pose_source == trial::PoseSource::kCameras;
   const std::string folder = shown.out.value_or("") + "/cameras";
-  KeyFrames pictures(scenario.clock.frames_per_second);
+  const int step = KeyFrameStep(scenario);
+  std::vector<page::CameraPictures> pictures;
   if (keeps) system::MakeFolder(folder);
 
   trial::TrialOptions options;
-  if (keeps) options.whole_images_every = static_cast<int>(pictures.step());
+  if (keeps) options.whole_images_every = step;
   options.spectator = options.whole_images = shown.video;
   options.observe = [&](const trial::TrialFrame& frame) {
-    if (keeps && frame.evaluations > 0) pictures.Add(frame.record.frame, frame.seen);
+    if (keeps && frame.evaluations > 0 && frame.record.frame % step == 0)
+      pictures.push_back({frame.record.frame, frame.seen.Each(SmallJpeg)});
     if (film) film->Add(frame);
     progress.Show(std::min(1.0, frame.record.time_s / scenario.duration_s),
                   fmt::format("{:5.1f} s  {:15}  F {:+.2f}", frame.record.time_s,
@@ -196,13 +176,10 @@ trial::TrialResult RunShownTrial(const trial::Scenario& scenario, const ShownTri
   // The numbers first: what fails later does not take them along.
   if (shown.out) trial::WriteRecords(*shown.out, scenario, result);
   if (shown.json) std::fputs(trial::ResultJson(result).c_str(), stdout);
-  if (keeps) pictures.Write(folder);
+  if (keeps) WriteKeyFrames(folder, pictures);
   if (film) film->Finish(result);
-  WritePictures(scenario, result, pictures.pictures(), shown);
-  if (shown.out)
-    progress.Say(fmt::format("  result.json, resolved.yaml, trajectory.csv, figure.png{}{}{} in {}",
-                             keeps ? ", cameras/" : "", film ? ", video.mp4" : "",
-                             shown.report ? ", report.html" : "", *shown.out));
+  WritePictures(scenario, result, pictures, shown);
+  if (shown.out) progress.Say("  all of it in " + *shown.out);
   return result;
 }
 

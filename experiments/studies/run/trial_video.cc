@@ -8,6 +8,7 @@
 #include <sstream>
 #include <utility>
 
+#include "control/axes.h"
 #include "experiments/media/draw_balls.h"
 #include "sim/base/units.h"
 
@@ -20,6 +21,7 @@ constexpr media::PixelRect kLeftPanel{0, 0, 640, 480}, kRightPanel{640, 0, 640, 
 constexpr media::PixelRect kSpectatorPanel{0, 480, 320, 240};
 constexpr int kChartsTop = 480;
 constexpr int kLegendHeight = 22;
+constexpr int kChartWidth = (kVideoWidth - kSpectatorPanel.width) / 2;
 constexpr int kChartHeight = (kVideoHeight - kChartsTop - kLegendHeight) / 2;
 
 constexpr Rgb kGround{15, 20, 26};
@@ -90,11 +92,20 @@ std::vector<std::string> Wrapped(const std::string& text, double width_px, doubl
 }  // namespace
 
 VideoComposer::VideoComposer(const VideoOptions& options)
-    : options_(options), canvas_(kVideoWidth, kVideoHeight) {}
+    : options_(options), canvas_(kVideoWidth, kVideoHeight) {
+  const trial::ViewCriteria& criteria = options_.criteria;
+  const double duration_s = options_.duration_s, docked_mm = MmFromM(criteria.docked_x_m);
+  media::StripChartSpec x = PositionSpec("x [mm]", 0, 800, 0, duration_s, true);
+  x.limits = {{docked_mm, fmt::format("{:.0f}", docked_mm)}};
+  for (const media::StripChartSpec& spec :
+       {FitnessSpec(criteria, duration_s), x,
+        PositionSpec("y [mm]", -100, 100, MmFromM(criteria.tolerance_y_m), duration_s, false),
+        PositionSpec("z [mm]", -100, 100, MmFromM(criteria.tolerance_z_m), duration_s, true)})
+    charts_.emplace_back(spec, kChartWidth, kChartHeight);
+}
 
 const media::Canvas& VideoComposer::Compose(const VideoFrame& frame) {
   const trial::FrameRecord& record = frame.record;
-  if (charts_.empty()) MakeCharts(frame.spectator != nullptr);
   canvas_.FillRect(canvas_.area(), kGround);
   const bool trusted = record.fitness >= options_.criteria.detection_fitness;
   DrawCamera(frame.images.left, frame.balls.left, trusted, kLeftPanel);
@@ -105,11 +116,10 @@ const media::Canvas& VideoComposer::Compose(const VideoFrame& frame) {
   DrawPlate(&canvas_, 10, kLeftPanel.bottom() - 34, "left camera", kFaintText);
   DrawPlate(&canvas_, kRightPanel.x + 10, kRightPanel.bottom() - 34, "right camera", kFaintText);
   DrawStatus(record);
-  if (charts_x_ > 0 && frame.spectator) {
-    canvas_.DrawImage(*frame.spectator, kSpectatorPanel);
-    DrawPlate(&canvas_, 10, kSpectatorPanel.bottom() - 34, "from outside", kFaintText);
-  }
+  if (frame.spectator) canvas_.DrawImage(*frame.spectator, kSpectatorPanel);
+  DrawPlate(&canvas_, 10, kSpectatorPanel.bottom() - 34, "from outside", kFaintText);
   DrawCharts(record);
+  DrawLegend();
   return canvas_;
 }
 
@@ -127,20 +137,6 @@ const media::Canvas& VideoComposer::Conclude(const std::string& outcome,
     canvas_.Text({middle, kTop + kHead + 16 + kLineHeight * static_cast<double>(i)}, lines[i],
                  kReasonSize, kText, media::Align::kCenter);
   return canvas_;
-}
-
-void VideoComposer::MakeCharts(bool with_spectator) {
-  charts_x_ = with_spectator ? kSpectatorPanel.right() : 0;
-  const int width = (kVideoWidth - charts_x_) / 2;
-  const trial::ViewCriteria& criteria = options_.criteria;
-  const double duration_s = options_.duration_s, docked_mm = MmFromM(criteria.docked_x_m);
-  media::StripChartSpec x = PositionSpec("x [mm]", 0, 800, 0, duration_s, true);
-  x.limits = {{docked_mm, fmt::format("{:.0f}", docked_mm)}};
-  for (const media::StripChartSpec& spec :
-       {FitnessSpec(criteria, duration_s), x,
-        PositionSpec("y [mm]", -100, 100, MmFromM(criteria.tolerance_y_m), duration_s, false),
-        PositionSpec("z [mm]", -100, 100, MmFromM(criteria.tolerance_z_m), duration_s, true)})
-    charts_.emplace_back(spec, width, kChartHeight);
 }
 
 void VideoComposer::DrawCamera(const Image3u8& image,
@@ -166,42 +162,38 @@ void VideoComposer::DrawStatus(const trial::FrameRecord& record) {
 }
 
 void VideoComposer::DrawCharts(const trial::FrameRecord& record) {
-  const AxesPose& desired = record.desired;
-  const double desired_m[3] = {desired.x_m, desired.y_m, desired.z_m};
   const bool detected = record.fitness >= options_.criteria.detection_fitness;
-  charts_[0].Add(record.time_s, std::array{record.fitness});
-  for (size_t i = 0; i < 3; ++i) {
-    const auto axis = static_cast<Eigen::Index>(i);
-    // where nothing is followed there is nothing desired; what is not detected has no position
-    charts_[i + 1].Add(record.time_s,
-                       std::array{record.controlled ? MmFromM(desired_m[i]) : kGap,
-                                  MmFromM(record.true_X_HM.p[axis]),
-                                  detected ? MmFromM(record.est_X_HM.p[axis]) : kGap});
-  }
-
   for (size_t i = 0; i < charts_.size(); ++i) {
-    const media::StripChart& chart = charts_[i];
-    const int x = charts_x_ + static_cast<int>(i / 2) * chart.width();
+    media::StripChart& chart = charts_[i];
+    const int x = kSpectatorPanel.width + static_cast<int>(i / 2) * kChartWidth;
     const int y = kChartsTop + kLegendHeight + static_cast<int>(i % 2) * kChartHeight;
-    chart.DrawTo(&canvas_, x, y);
     // the values of now, in columns above the chart's right end
     const auto write = [&](double from_right, const std::string& text, Rgb color) {
       canvas_.Text({x + chart.plot().right() - from_right, y + 14.0}, text, kSmallSize, color,
                    media::Align::kRight);
     };
-    const auto mm = [&](const Pose& X_HM) {
-      return fmt::format("{:.0f}", MmFromM(X_HM.p[static_cast<Eigen::Index>(i - 1)]));
-    };
     if (i == 0) {
+      chart.Add(record.time_s, std::array{record.fitness});
+      chart.DrawTo(&canvas_, x, y);
       write(0, fmt::format("{:.2f}", record.fitness), trial::kOnDark.estimate);
       continue;
     }
-    write(0, mm(record.true_X_HM), trial::kOnDark.truth);
-    write(44, detected ? mm(record.est_X_HM) : "lost", trial::kOnDark.estimate);
+    const auto mm = [&](const auto& pose) {
+      return MmFromM(control::ToAxes(pose)[static_cast<Eigen::Index>(i - 1)]);
+    };
+    // where nothing is followed there is nothing desired; what is not detected has no position
+    const double desired = record.controlled ? mm(record.desired) : kGap;
+    const double truth = mm(record.true_X_HM), estimate = detected ? mm(record.est_X_HM) : kGap;
+    chart.Add(record.time_s, std::array{desired, truth, estimate});
+    chart.DrawTo(&canvas_, x, y);
+    write(0, fmt::format("{:.0f}", truth), trial::kOnDark.truth);
+    write(44, detected ? fmt::format("{:.0f}", estimate) : "lost", trial::kOnDark.estimate);
   }
+}
 
-  // the legend, right to left
-  double x = charts_x_ + 2.0 * charts_[0].width() - 18;
+// Right to left.
+void VideoComposer::DrawLegend() {
+  double x = kVideoWidth - 18;
   const double y = kChartsTop + 16;
   const std::string band = trial::BandText(options_.criteria);
   const std::pair<std::string, Rgb> entries[] = {{band, trial::kOnDark.limit},

@@ -28,7 +28,7 @@ struct VideoFrame {
   const StereoImage& images;
   const Stereo<std::vector<vision::ProjectedBall>>& balls;
   const trial::FrameRecord& record;
-  const Image3u8* spectator = nullptr;  // the scene from outside; may be left out of the whole film
+  const Image3u8* spectator = nullptr;  // the scene from outside
 };
 
 // Composes the pictures, 1280 x 720: both camera images with the estimated marker as circles (the
@@ -44,16 +44,15 @@ class VideoComposer {
   const media::Canvas& Conclude(const std::string& outcome, const std::string& reason);
 
  private:
-  void MakeCharts(bool with_spectator);
   void DrawCamera(const Image3u8& image, const std::vector<vision::ProjectedBall>& balls,
                   bool trusted, const media::PixelRect& panel);
   void DrawStatus(const trial::FrameRecord& record);
   void DrawCharts(const trial::FrameRecord& record);
+  void DrawLegend();
 
   VideoOptions options_;
   media::Canvas canvas_;
-  int charts_x_ = 0;
-  std::vector<media::StripChart> charts_;  // F, x, y, z; made with the first frame
+  std::vector<media::StripChart> charts_;  // F, x, y, z
 };
 
 }  // namespace turbidock::run

@@ -116,7 +116,7 @@ TEST(VideoComposer, OtherImageSizesAreScaledWithTheirCircles) {
   EXPECT_LE(Difference(picture.at(261, 241), {255, 0, 0}), 40);
 }
 
-TEST(VideoComposer, ChartsMakeRoomForTheSpectator) {
+TEST(VideoComposer, TheViewFromOutsideIsBesideTheCharts) {
   const StereoImage images = Gradients(640, 480);
   Image3u8 spectator(320, 240);
   for (size_t i = 0; i < spectator.pixels(); ++i) spectator.data()[3 * i] = 200;
@@ -141,7 +141,7 @@ TEST(VideoComposer, FitnessRunsAtItsHeight) {
     const Image3u8 picture = canvas->ToImage();
     double weight = 0, moment = 0;
     for (int v = 520; v < 606; ++v) {
-      const uint8_t* p = picture.at(120, v);
+      const uint8_t* p = picture.at(430, v);
       const double blue = p[2] - p[0] - 40.0;
       if (blue <= 0) continue;
       weight += blue;
@@ -195,8 +195,8 @@ TEST(VideoComposer, TheAxisOfTimeIsTheWholeTrials) {
     if (i == 150) early = canvas.ToImage();
     if (i == 299) late = canvas.ToImage();
   }
-  EXPECT_EQ(Differing(early, late, {45, 525, 120, 80}), 0);
-  EXPECT_GT(Differing(early, late, {200, 525, 80, 80}), 50);
+  EXPECT_EQ(Differing(early, late, {365, 525, 90, 80}), 0);
+  EXPECT_GT(Differing(early, late, {480, 525, 80, 80}), 50);
 }
 
 TEST(Mp4Writer, UnwritablePathIsAConfigError) {
