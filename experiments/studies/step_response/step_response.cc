@@ -4,7 +4,6 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
-#include <numeric>
 
 #include "experiments/trial/trial.h"
 #include "experiments/trial/world.h"
@@ -23,7 +22,7 @@ constexpr double kMinWatch_s = 8;   // a sinusoid is watched for at least this l
 constexpr int kMinPeriods = 4;      // ... and these periods, after as long to settle
 
 // A trial that stands at the servoing pose for as long as it is left alone.
-trial::Scenario AtTheServoingPose(trial::Scenario scenario, const StepOptions& options) {
+trial::Scenario AtTheServoingPose(trial::Scenario scenario) {
   control::ProcedureParams& p = scenario.procedure;
   scenario.start = {.distance_min_m = p.servo_x_m,
                     .distance_max_m = p.servo_x_m,
@@ -33,7 +32,7 @@ trial::Scenario AtTheServoingPose(trial::Scenario scenario, const StepOptions& o
   p.enter_hold_s = 600;  // longer than any of these trials
   p.found_hold_s = 0.2;
   scenario.true_pose.found_after_s = 0;
-  if (options.still_water) scenario.sea = {};
+  scenario.sea = {};
   return scenario;
 }
 
@@ -73,11 +72,6 @@ Answer MeasureAnswer(const trial::Scenario& scenario, const StepOptions& options
   return answer;
 }
 
-double MeanOfTheEnd(const std::vector<double>& values) {
-  const auto last = std::max<int64_t>(1, std::ssize(values) / 5);
-  return std::accumulate(values.end() - last, values.end(), 0.0) / static_cast<double>(last);
-}
-
 // When the values enter the band to stay, if they do.
 std::optional<double> EntersToStay(const Answer& answer, double center, double band) {
   size_t i = answer.actual.size();
@@ -96,7 +90,7 @@ std::complex<double> MeasureLoop(const trial::Scenario& scenario, const StepOpti
   const int64_t end = watched_from + clock.FramesFor(periods / frequency_hz);
   const double omega = 2 * pi * frequency_hz;
   const auto added_share = [&](int64_t frame) {
-    return options.share * std::sin(omega * clock.TimeOfFrame(frame - first));
+    return kAddedShare * std::sin(omega * clock.TimeOfFrame(frame - first));
   };
   const auto frames = Run(scenario, clock.TimeOfFrame(end), [&](int64_t frame) {
     trial::TrialExcitation excitation;
@@ -123,7 +117,7 @@ AxisResponse MeasureAxis(trial::Scenario scenario, const StepOptions& options, A
     step.control.wanted[axis] = kStep_rad;
     push.F_B_B.tau.z() = kPush_newton_m;
   } else {
-    step.control.wanted[axis] = options.step_m;
+    step.control.wanted[axis] = kStep_m;
     push.F_B_B.f[axis] = kPush_newton;
   }
   AxisResponse response{.axis = axis};
@@ -163,7 +157,6 @@ void JudgeStep(StepResponse* response) {
   for (const double actual : a.actual) most = std::max(most, actual / step);
   response->overshoot = std::max(0.0, most - 1);
   response->settling_time_s = EntersToStay(a, step, kWithin * std::abs(step));
-  response->final_error = MeanOfTheEnd(a.actual) - step;
 }
 
 void JudgeDisturbance(DisturbanceResponse* response) {
@@ -172,22 +165,16 @@ void JudgeDisturbance(DisturbanceResponse* response) {
   for (const double actual : a.actual)
     if (std::abs(actual) > std::abs(response->peak)) response->peak = actual;
   response->recovery_time_s = EntersToStay(a, 0, kRecovered * std::abs(response->peak));
-  response->final_error = MeanOfTheEnd(a.actual);
 }
 
 void JudgeLoop(LoopResponse* response) {
   std::vector<LoopPoint>& points = response->points;
-  response->sensitivity_peak = 0;
-  for (size_t i = 0; i < points.size(); ++i) {
-    if (i == 0) {
-      // a loop with integrators begins between -360 and 0 degrees
-      if (points[i].phase_rad > 0) points[i].phase_rad -= 2 * pi;
-    } else {
-      points[i].phase_rad =
-          points[i - 1].phase_rad + WrapAngle(points[i].phase_rad - points[i - 1].phase_rad);
-    }
-    const double s = 1 / std::abs(1.0 + std::polar(points[i].gain, points[i].phase_rad));
-    response->sensitivity_peak = std::max(response->sensitivity_peak, s);
+  double phase = -pi;  // a loop with integrators begins between -360 and 0 degrees
+  for (LoopPoint& point : points) {
+    phase += WrapAngle(point.phase_rad - phase);
+    point.phase_rad = phase;
+    response->sensitivity_peak =
+        std::max(response->sensitivity_peak, 1 / std::abs(1.0 + std::polar(point.gain, phase)));
   }
   // straight lines in log gain and phase over log frequency
   for (size_t i = 1; i < points.size(); ++i) {
@@ -195,21 +182,19 @@ void JudgeLoop(LoopResponse* response) {
     const double log_a = std::log(a.gain), log_b = std::log(b.gain);
     if ((log_a > 0) != (log_b > 0)) {
       const double share = log_a / (log_a - log_b);
-      const double phase = a.phase_rad + share * (b.phase_rad - a.phase_rad);
-      const double margin = WrapAngle(phase + pi);
-      const double frequency_hz = a.frequency_hz * std::pow(b.frequency_hz / a.frequency_hz, share);
+      const double margin = WrapAngle(std::lerp(a.phase_rad, b.phase_rad, share) + pi);
       if (!response->phase_margin_rad || std::abs(margin) < std::abs(*response->phase_margin_rad)) {
         response->phase_margin_rad = margin;
-        response->crossover_hz = frequency_hz;
-        response->delay_margin_s = std::max(0.0, margin) / (2 * pi * frequency_hz);
+        response->crossover_hz = a.frequency_hz * std::pow(b.frequency_hz / a.frequency_hz, share);
+        response->delay_margin_s = std::max(0.0, margin) / (2 * pi * *response->crossover_hz);
       }
     }
     // any odd multiple of 180 degrees
-    const double from = std::min(a.phase_rad, b.phase_rad), to = std::max(a.phase_rad, b.phase_rad);
+    const auto [from, to] = std::minmax(a.phase_rad, b.phase_rad);
     const double odd = 2 * std::ceil((from / pi - 1) / 2) + 1;
     if (from == to || odd * pi > to) continue;
     const double share = (odd * pi - a.phase_rad) / (b.phase_rad - a.phase_rad);
-    const double margin = std::exp(-(log_a + share * (log_b - log_a)));
+    const double margin = std::exp(-std::lerp(log_a, log_b, share));
     if (margin > 1 && (!response->gain_margin || margin < *response->gain_margin))
       response->gain_margin = margin;
   }
@@ -222,7 +207,7 @@ const char* AxisName(Axis axis) {
 
 std::vector<AxisResponse> MeasureStepResponses(const trial::Scenario& given,
                                                const StepOptions& options) {
-  const trial::Scenario scenario = AtTheServoingPose(given, options);
+  const trial::Scenario scenario = AtTheServoingPose(given);
   const double runs =
       static_cast<double>(options.axes.size() * (2 + options.frequencies_hz.size()));
   double done = 0;

@@ -1,6 +1,7 @@
 #pragma once
-// How the closed loop answers: steps of the desired pose, steps of force, and the gain of the loop
-// over frequency. Each measurement is a trial that begins at the servoing pose and never docks.
+// How the closed loop answers in still water: steps of the desired pose, steps of force, and the
+// gain of the loop over frequency. Each measurement is a trial that begins at the servoing pose and
+// never docks.
 
 #include <functional>
 #include <optional>
@@ -14,20 +15,18 @@
 
 namespace turbidock::step_response {
 
-inline constexpr double kStep_rad = units::RadFromDeg(5);        // of yaw
+inline constexpr double kStep_m = 0.05, kStep_rad = units::RadFromDeg(5);  // of yaw
 inline constexpr double kPush_newton = 1, kPush_newton_m = 0.1;  // steady; the moment about z
+inline constexpr double kAddedShare = 0.12;  // amplitude of the sinusoids, of the authority
 
 struct StepOptions {
   std::vector<control::Axis> axes = {control::kSurge, control::kSway, control::kHeave,
                                      control::kYaw};
-  double step_m = 0.05;  // of x, y and z
   double rest_s = 10;    // before anything happens
   double record_s = 20;  // of an answer
-  double share = 0.12;   // amplitude of the sinusoids, of the vehicle's authority
   std::vector<double> frequencies_hz = {0.05, 0.08, 0.125, 0.18, 0.25, 0.35, 0.5,
                                         0.7,  1.0,  1.4,   2.0,  2.8,  4.0};
-  bool still_water = true;  // no current, no waves, no tether
-  std::function<void(double share)> on_progress;
+  std::function<void(double share)> on_progress = {};
 };
 
 // A row a frame from the beginning of the step.
@@ -44,18 +43,16 @@ struct StepResponse {
   std::optional<double> rise_time_s{};      // from 10 % to 90 %
   double overshoot = 0;                     // largest value beyond 1
   std::optional<double> settling_time_s{};  // until it stays within 5 %
-  double final_error = 0;                   // mean of the last fifth, m or rad
 
-  TURBIDOCK_FIELDS(rise_time_s, overshoot, settling_time_s, final_error)
+  TURBIDOCK_FIELDS(rise_time_s, overshoot, settling_time_s)
 };
 
 struct DisturbanceResponse {
   Answer answer{};
   double peak = 0;                          // largest displacement, m or rad
   std::optional<double> recovery_time_s{};  // until it stays within a tenth of the peak
-  double final_error = 0;                   // mean of the last fifth
 
-  TURBIDOCK_FIELDS(peak, recovery_time_s, final_error)
+  TURBIDOCK_FIELDS(peak, recovery_time_s)
 };
 
 // The loop opened at the controller's output: with the sinusoid w added to the demand c, L = -c /
@@ -103,7 +100,7 @@ std::vector<AxisResponse> MeasureStepResponses(const trial::Scenario& scenario,
 
 // A row an axis in mm and degrees; of each axis the answers to step and force, and the loop's gain
 // and phase.
-report::Report ReportOf(const trial::Scenario& scenario, const StepOptions& options,
+report::Report ReportOf(const trial::Scenario& scenario,
                         const std::vector<AxisResponse>& responses);
 
 // From the series, apart for tests.

@@ -15,9 +15,8 @@ struct StepArguments {
   std::string scenario = "sea_night_active";
   std::vector<std::string> assignments;
   std::string gains, axis = "all";
-  StepOptions options;
   app::ReportOutput output;
-  bool sea = false, quiet = false;
+  bool quiet = false;
 };
 
 int Measure(const StepArguments& arguments) {
@@ -25,8 +24,7 @@ int Measure(const StepArguments& arguments) {
   assignments.insert(assignments.end(), arguments.assignments.begin(), arguments.assignments.end());
   const trial::Scenario scenario =
       trial::LoadScenario(arguments.scenario, assignments, arguments.gains, arguments.plugins);
-  StepOptions options = arguments.options;
-  options.still_water = !arguments.sea;
+  StepOptions options;
   for (const control::Axis axis : StepOptions().axes)
     if (arguments.axis == AxisName(axis)) options.axes = {axis};
   system::OutputPlan outputs;
@@ -36,10 +34,9 @@ int Measure(const StepArguments& arguments) {
   app::Progress progress(arguments.quiet);
   options.on_progress = [&](double share) { progress.Show(share, "measuring"); };
   const std::vector<AxisResponse> responses = MeasureStepResponses(scenario, options);
-  arguments.output.Write(ReportOf(scenario, options, responses),
-                         {{"controller", scenario.controller_name()},
-                          {"estimator", scenario.pose_source},
-                          {"axes", responses}});
+  arguments.output.Write(ReportOf(scenario, responses), {{"controller", scenario.controller_name()},
+                                                         {"estimator", scenario.pose_source},
+                                                         {"axes", responses}});
   return app::kExitDone;
 }
 
@@ -47,7 +44,8 @@ int Measure(const StepArguments& arguments) {
 
 void AddStepResponse(app::CommandLine& line) {
   auto [step, arguments] = line.Add(
-      "step-response", "Measure how the closed loop answers steps, forces and sinusoids", &Measure);
+      "step-response",
+      "Measure how the closed loop answers steps, forces and sinusoids in still water", &Measure);
   arguments.plugins = line.plugins();
   step.Add("scenario", arguments.scenario,
            "YAML file or the name of a bundled scenario (see `turbidock list`)");
@@ -56,12 +54,6 @@ void AddStepResponse(app::CommandLine& line) {
               "unless\nit is pose_source=cameras");
   step.Add("--gains", arguments.gains, "Gains file, read over the scenario");
   step.Add("--axis", arguments.axis, "Which axis").OneOf({"all", "x", "y", "z", "yaw"});
-  step.Flag("--sea", arguments.sea, "In the scenario's current and waves, not in still water");
-  StepOptions& options = arguments.options;
-  step.Add("--step", options.step_m, "Step of x, y and z in m").Between(0.001, 0.5);
-  step.Add("--amplitude", options.share,
-           "Of the sinusoids that measure the loop, as share of what the vehicle can give")
-      .Between(0.004, 1.0);
   arguments.output.AddTo(&step, "Folder for the report: .json, .md, .html, step_response.png");
   step.AddQuiet(arguments.quiet);
 }

@@ -105,35 +105,29 @@ report::Section SectionOf(const trial::Scenario& scenario, const AxisResponse& r
           .wide = true};
 }
 
-// What the controller is told.
-report::Fact PosesOf(const trial::Scenario& scenario) {
-  if (scenario.pose_source == trial::PoseSource::kCameras)
-    return {"poses from", "the cameras", "through the estimator"};
-  const Eigen::Vector4d& noise = scenario.true_pose.noise;
-  return {"poses from", "the truth",
-          fmt::format("with noise of {:.2g}, {:.2g}, {:.2g} mm and {:.2g} deg (standard deviation "
-                      "of x, y, z, yaw at 0.6 m); without it where the loop is measured",
-                      units::MmFromM(noise[0]), units::MmFromM(noise[1]), units::MmFromM(noise[2]),
-                      units::DegFromRad(noise[3]))};
-}
-
 }  // namespace
 
-report::Report ReportOf(const trial::Scenario& scenario, const StepOptions& options,
+report::Report ReportOf(const trial::Scenario& scenario,
                         const std::vector<AxisResponse>& responses) {
+  const Eigen::Vector4d& noise = scenario.true_pose.noise;
+  const bool by_cameras = scenario.pose_source == trial::PoseSource::kCameras;
   report::Report report{
       .kind = "step_response",
       .title = fmt::format("{}: {}", scenario.description, scenario.controller_name()),
       .build = system::VersionAndCommit(),
       .facts = {{"controller", scenario.controller_name()},
-                PosesOf(scenario),
-                {"water", options.still_water ? "still" : "the scenario's sea"},
-                {"sinusoids", fmt::format("{:g} %", 100 * options.share),
+                {"poses from", by_cameras ? "the cameras" : "the truth",
+                 by_cameras ? ""
+                            : fmt::format("with noise of {:.2g} mm and {:.2g} deg (x and yaw at "
+                                          "0.6 m), without it where the loop is measured",
+                                          units::MmFromM(noise[0]), units::DegFromRad(noise[3]))},
+                {"sinusoids", fmt::format("{:g} %", 100 * kAddedShare),
                  "of what the vehicle can give, added to the demand to measure the loop"}}};
   report.sections = {{.title = "Answers and margins",
                       .note =
-                          "Rise from 10 to 90 % of the step, settling to 5 % of it, recovery to "
-                          "a tenth of the peak. S is the sensitivity 1 / (1 + L).",
+                          "In still water. Rise from 10 to 90 % of the step, settling to 5 % of "
+                          "it, recovery to a tenth of the peak. S is the sensitivity 1 / (1 + "
+                          "L).",
                       .table = TableOf(responses)}};
   for (const AxisResponse& response : responses)
     report.sections.push_back(SectionOf(scenario, response));

@@ -12,8 +12,7 @@ namespace {
 TEST(ShippedGains, KeepTheirMargins) {
   const trial::Scenario scenario =
       trial::LoadScenario("sea_night_active", {"controller=lqg", "pose_source=true_pose"});
-  for (const AxisResponse& axis :
-       MeasureStepResponses(scenario, {.rest_s = 2, .record_s = 2, .on_progress = nullptr})) {
+  for (const AxisResponse& axis : MeasureStepResponses(scenario, {.rest_s = 2, .record_s = 2})) {
     ASSERT_TRUE(axis.loop.phase_margin_rad && axis.loop.gain_margin) << AxisName(axis.axis);
     EXPECT_GE(units::DegFromRad(*axis.loop.phase_margin_rad), 35) << AxisName(axis.axis);
     EXPECT_GE(*axis.loop.gain_margin, 2) << AxisName(axis.axis);

@@ -21,7 +21,7 @@ TEST(StepReport, SaysStepPushNoiseAndUnits) {
     return ReportOf(
         trial::LoadScenario("pool_active", {"pose_source=true_pose", "controller=" + controller,
                                             "true_pose.noise=[0.001, 0, 0, 0]"}),
-        {}, {x, yaw});
+        {x, yaw});
   };
   const report::Report report = report_of("lqg");
   const std::vector<report::Panel>&x = report.sections[1].panels, &yaw = report.sections[2].panels;
@@ -33,7 +33,7 @@ TEST(StepReport, SaysStepPushNoiseAndUnits) {
   EXPECT_EQ(yaw[0].y2.label, "demand [N m] (grey)");
   EXPECT_EQ(yaw[1].title, "yaw: steady push of 0.1 N m");
   EXPECT_EQ(report_of("p_voltage").sections[1].panels[0].y2.label, "demand [V] (grey)");
-  EXPECT_EQ(report.facts[1].note.substr(0, 32), "with noise of 1, 0, 0 mm and 0 d");
+  EXPECT_EQ(report.facts[1].note.substr(0, 27), "with noise of 1 mm and 0 de");
 }
 
 }  // namespace
