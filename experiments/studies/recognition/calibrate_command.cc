@@ -50,8 +50,7 @@ int Calibrate(const CalibrateArguments& arguments) {
     }
   }();
   app::Progress progress(arguments.quiet);
-  progress.Say(fmt::format("{} parameters, {} cells of two tables", plan.parameters.size(),
-                           experiment->cells()));
+  progress.Say(fmt::format("{} parameters, two tables", plan.parameters.size()));
   const auto show = [&](int done, int of, double misfit) {
     progress.ShowDone(done, of, fmt::format("evaluations, misfit {:.3f}", misfit), kLogEvery_s);
   };

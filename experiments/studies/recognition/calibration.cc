@@ -1,6 +1,7 @@
 #include "experiments/studies/recognition/calibration.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
@@ -9,15 +10,14 @@
 
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
-#include "experiments/report/json.h"
 #include "experiments/search/optimiser.h"
-#include "sim/base/random.h"
+#include "experiments/system/build_info.h"
 #include "sim/base/units.h"
 
 namespace turbidock::recognition {
 namespace {
 
-std::map<MarkerKind, trial::Scenario> ScenariosUnder(const std::vector<std::string>& assignments) {
+Scenarios ScenariosUnder(const std::vector<std::string>& assignments) {
   return {{MarkerKind::kActive, RecognitionScenario(MarkerKind::kActive, assignments)},
           {MarkerKind::kPassive, RecognitionScenario(MarkerKind::kPassive, assignments)}};
 }
@@ -38,22 +38,26 @@ std::map<MarkerKind, std::vector<TableRow>> ChosenRows(const std::vector<TableRo
   return rows;
 }
 
-std::vector<RecognitionCell> CellsOf(const std::map<MarkerKind, std::vector<TableRow>>& rows) {
-  std::vector<RecognitionCell> cells;
-  for (const auto& [marker, of_marker] : rows)
-    for (const TableRow& row : of_marker) cells.push_back(row.cell);
-  return cells;
-}
-
 // How far a run may be from what is known: misfit 1. What a run that has nothing to measure counts
 // as.
 constexpr double kAcceptedRmse[] = {0.05, 0.075};  // by marker; the passive one's F scatters more
 constexpr double kAcceptedOtherArea = 0.08, kAcceptedLoss = 0.1, kAcceptedLostFitness = 0.03;
-constexpr double kLeastRise = 0.03, kLeastStd = 0.02, kLargestStd = 0.06;
+constexpr double kLeastStd = 0.02, kLargestStd = 0.06;
 constexpr double kMisfitOfNothing = 3;
 
-// Of a value that is to reach at least a bound: 1 there, 2 at zero.
-double ShortOf(double bound, double value) { return std::max(0.0, 2 - value / bound); }
+// That a task has written.
+Evaluation EvaluationOf(const std::string& output) {
+  const report::Json json = report::ParseJson(output, "an evaluation");
+  Evaluation evaluation{
+      .values = json["values"], .fitness = json["fitness"], .misfit = json["misfit"]};
+  for (const report::Json& c : json["constraints"]) {
+    const report::Json& value = c["value"];
+    evaluation.constraints.push_back({c["constraint"],
+                                      value.is_null() ? std::nullopt : std::optional<double>(value),
+                                      c["misfit"]});
+  }
+  return evaluation;
+}
 
 }  // namespace
 
@@ -73,10 +77,6 @@ double FreeParameter::PlaceOf(double value) const {
   const double place =
       logarithmic ? std::log(value / low) / std::log(high / low) : (value - low) / (high - low);
   return std::clamp(place, 0.0, 1.0);
-}
-
-std::string FreeParameter::Assignment(double value) const {
-  return fmt::format("{}={:.5g}", key, value);
 }
 
 void CalibrationPlan::Check(const std::string& path) const {
@@ -99,7 +99,7 @@ std::vector<double> CalibrationPlan::ValuesAt(const std::vector<double>& places)
 std::vector<std::string> CalibrationPlan::Assignments(const std::vector<double>& values) const {
   std::vector<std::string> assignments;
   for (size_t i = 0; i < parameters.size(); ++i)
-    assignments.push_back(parameters[i].Assignment(values[i]));
+    assignments.push_back(fmt::format("{}={:.5g}", parameters[i].key, values[i]));
   return assignments;
 }
 
@@ -111,19 +111,22 @@ CalibrationExperiment::CalibrationExperiment(const CalibrationPlan& plan,
                                              const std::vector<TableRow>& tables)
     : plan_(plan),
       text_(report::JsonLine({{"plan", plan}, {"tables", tables}})),
-      rows_(ChosenRows(tables, plan.cell_share)),
-      cells_(CellsOf(rows_)),
-      recognition_(ScenariosUnder(plan.Assignments(plan.Start())), cells_) {
+      rows_(ChosenRows(tables, plan.cell_share)) {
+  const Scenarios scenarios = ScenariosUnder(plan.Assignments(plan.Start()));
   // what the search will write can be read
   trial::Scenario scenario;
   config::ReadFields(config::ParseYaml(CalibratedYaml(plan, plan.Start()), "what calibrate writes"),
                      &scenario, nullptr);
+  for (const auto& [marker, rows] : rows_)
+    for (const TableRow& row : rows)
+      if (const std::pair place{marker, row.cell.distance_m}; !views_.contains(place))
+        views_.emplace(place, ViewOf(scenarios.at(marker), row.cell));
 }
 
 std::vector<Constraint> TableConstraints(MarkerKind marker, const TableComparison& comparison) {
   std::vector<Constraint> constraints;
   const auto add = [&](const std::string& what, std::optional<double> value, auto&& misfit_of) {
-    constraints.push_back({.name = fmt::format("{} {}", NameOf(marker), what),
+    constraints.push_back({.constraint = fmt::format("{} {}", NameOf(marker), what),
                            .value = value,
                            .misfit = value ? misfit_of(*value) : kMisfitOfNothing});
   };
@@ -138,11 +141,9 @@ std::vector<Constraint> TableConstraints(MarkerKind marker, const TableCompariso
           [](double ratio) { return std::abs(ratio - 1) / kAcceptedLoss; });
   if (comparison.lost_fitness_error)
     add("lost F", comparison.lost_fitness_error, within(kAcceptedLostFitness));
-  if (comparison.rise)
-    add("rise", comparison.rise, [](double rise) { return ShortOf(kLeastRise, rise); });
   if (comparison.fitness_std)
     add("deviation", comparison.fitness_std, [](double deviation) {
-      return std::max(ShortOf(kLeastStd, deviation), deviation / kLargestStd);
+      return std::max(2 - deviation / kLeastStd, deviation / kLargestStd);  // 1 at both bounds
     });
   return constraints;
 }
@@ -153,13 +154,14 @@ double Misfit(const std::vector<Constraint>& constraints) {
   return std::sqrt(squares / static_cast<double>(constraints.size()));
 }
 
-Evaluation CalibrationExperiment::Evaluate(const std::vector<double>& values) {
-  recognition_.set_scenarios(ScenariosUnder(plan_.Assignments(values)));
+Evaluation CalibrationExperiment::Evaluate(const std::vector<double>& values) const {
+  const Scenarios scenarios = ScenariosUnder(plan_.Assignments(values));
   Evaluation evaluation{.values = values};
   for (const auto& [marker, rows] : rows_) {
     std::vector<CellResult> results;
     for (const TableRow& row : rows) {
-      results.push_back(RunNearTruth(recognition_, row.cell, plan_.frames));
+      results.push_back(RunNearTruth(views_.at({marker, row.cell.distance_m}), scenarios.at(marker),
+                                     row.cell, plan_.frames));
       evaluation.fitness.push_back(results.back().fitness_mean);
     }
     for (const Constraint& c : TableConstraints(marker, Compare(results, rows)))
@@ -181,25 +183,12 @@ batch::Work CalibrationWork(std::shared_ptr<CalibrationExperiment> drawn) {
               const report::Json json = report::ParseJson(text, "a calibration");
               std::vector<TableRow> tables;
               for (const report::Json& row : json["tables"])
-                tables.push_back({CellOf(row["cell"]), row["fitness_mean"], {}});
+                tables.push_back({CellOf(row["cell"]), row["fitness_mean"]});
               drawn = std::make_shared<CalibrationExperiment>(json["plan"], tables);
             }
             const report::Json values = report::ParseJson(input.substr(line), "a set of values");
             return report::JsonLine(drawn->Evaluate(values));
           }};
-}
-
-Evaluation EvaluationOf(const std::string& output) {
-  const report::Json json = report::ParseJson(output, "an evaluation");
-  Evaluation evaluation{
-      .values = json["values"], .fitness = json["fitness"], .misfit = json["misfit"]};
-  for (const report::Json& c : json["constraints"]) {
-    const report::Json& value = c["value"];
-    evaluation.constraints.push_back({c["constraint"],
-                                      value.is_null() ? std::nullopt : std::optional<double>(value),
-                                      c["misfit"]});
-  }
-  return evaluation;
 }
 
 std::string CalibratedYaml(const CalibrationPlan& plan, const std::vector<double>& values) {
@@ -267,6 +256,47 @@ CalibrationResult Calibrate(const CalibrationOptions& options,
   } catch (const Stopped&) {
   }
   return result;
+}
+
+report::Report ReportOf(const CalibrationPlan& plan, const CalibrationResult& result) {
+  using report::Fixed;
+  const Evaluation& best = result.best;
+  report::Table parameters({"<parameter", "value", "range"});
+  for (size_t i = 0; i < plan.parameters.size(); ++i) {
+    const FreeParameter& p = plan.parameters[i];
+    parameters.Row(
+        {p.key, fmt::format("{:.5g}", best.values[i]), fmt::format("{:g} to {:g}", p.low, p.high)});
+  }
+  report::Table constraints({"<constraint", "value", "misfit"});
+  for (const auto& [constraint, value, misfit] : best.constraints)
+    constraints.Row(
+        {constraint, Fixed(value, 3),
+         report::Cell(Fixed(misfit, 2), misfit > 1 ? report::Tone::kBad : report::Tone::kNone)});
+  const std::string confirm = fmt::format(
+      "turbidock recognize --marker passive --table assets/recognition_passive.csv --set '{}'",
+      fmt::join(plan.Assignments(best.values), "' --set '"));
+  report::Report report{
+      .kind = "calibration",
+      .title = "Calibration of water, lights and cameras",
+      .build = system::VersionAndCommit(),
+      .facts = {{"misfit", Fixed(best.misfit, 3), "1: as far off as is accepted"},
+                {"evaluations", std::to_string(result.evaluations)}},
+      .sections = {{.title = "Parameters", .table = parameters},
+                   {.title = "Constraints",
+                    .note = "Of the searched cells, F near the true pose.",
+                    .table = constraints,
+                    .commands = {{"the whole experiment, whose search knows nothing", confirm}}}}};
+  if (!result.is_complete) report.missing = {"It was stopped: the best so far."};
+  return report;
+}
+
+report::Json ResultJson(const CalibrationPlan& plan, const CalibrationResult& result) {
+  report::Json parameters = plan.parameters;
+  for (size_t i = 0; i < parameters.size(); ++i) parameters[i]["value"] = result.best.values[i];
+  return {{"parameters", parameters},
+          {"misfit", result.best.misfit},
+          {"evaluations", result.evaluations},
+          {"constraints", result.best.constraints}};
 }
 
 }  // namespace turbidock::recognition

@@ -16,6 +16,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "experiments/batch/job_options.h"
@@ -45,7 +46,6 @@ struct FreeParameter {
 
   double ValueAt(double place) const;  // of a place in [0, 1] between low and high
   double PlaceOf(double value) const;
-  std::string Assignment(double value) const;  // "key=value" for --set
 };
 
 // What is searched, as a data file describes it.
@@ -76,15 +76,11 @@ CalibrationPlan LoadCalibrationPlan(const std::string& path);
 // One thing that is known of the experiment and what a run makes of it. Misfit 1: as far off as is
 // accepted; 0: met in full.
 struct Constraint {
-  std::string name;
+  std::string constraint;
   std::optional<double> value;  // nothing: the run has none, as of a marker that is never lost
   double misfit = 0;
 
-  static void Fields(auto& self, auto&& field) {
-    field("constraint", self.name);
-    field("value", self.value);
-    field("misfit", self.misfit);
-  }
+  TURBIDOCK_FIELDS(constraint, value, misfit)
 };
 
 // Those of a run against its table. A distance at which the table's marker is not lost has none.
@@ -112,19 +108,17 @@ class CalibrationExperiment {
   CalibrationExperiment& operator=(const CalibrationExperiment&) = delete;
 
   const CalibrationPlan& plan() const { return plan_; }
-  size_t cells() const { return cells_.size(); }  // the chosen ones, evenly over each column's milk
-  // In a line: plan and tables.
+  // Plan and tables in a line: what a task must know of it beside a set of values.
   const std::string& text() const { return text_; }
 
   // Deterministic.
-  Evaluation Evaluate(const std::vector<double>& values);
+  Evaluation Evaluate(const std::vector<double>& values) const;
 
  private:
   CalibrationPlan plan_;
   std::string text_;
-  std::map<MarkerKind, std::vector<TableRow>> rows_;
-  std::vector<RecognitionCell> cells_;  // of the rows
-  Recognition recognition_;
+  std::map<MarkerKind, std::vector<TableRow>> rows_;  // evenly over each column's milk
+  std::map<std::pair<MarkerKind, double>, trial::FixedView> views_;  // by marker and distance
 };
 
 // A set of values as the input of a task.
@@ -132,7 +126,6 @@ std::string InputOf(const CalibrationExperiment& experiment, const std::vector<d
 // Evaluates sets of values: the work of a task. A worker that has drawn an experiment (or was given
 // one that is drawn) keeps it for its next job.
 batch::Work CalibrationWork(std::shared_ptr<CalibrationExperiment> drawn = nullptr);
-Evaluation EvaluationOf(const std::string& output);
 
 struct CalibrationResult {
   Evaluation best = {};

@@ -53,13 +53,12 @@ std::vector<Pose> PosesAbout(const Pose& X_HM, double focal_px, Rng rng) {
 
 }  // namespace
 
-CellResult RunNearTruth(const Recognition& recognition, const RecognitionCell& cell, int frames) {
-  const trial::FixedView& view = recognition.view(cell);
-  const trial::Scenario& scenario = recognition.scenario(cell.marker);
+CellResult RunNearTruth(const trial::FixedView& view, const trial::Scenario& scenario,
+                        const RecognitionCell& cell, int frames) {
   const StereoRegion region = RegionOf(view, scenario.marker);
   const std::vector<Pose> X_HM =
-      PosesAbout(view.X_HM, view.rig.left.fx_px, recognition.SeedsOf(cell).Stream("near_truth"));
-  camera::StereoCamera cameras = recognition.CamerasOf(cell);
+      PosesAbout(view.X_HM, view.rig.left.fx_px, SeedsOf(scenario, cell).Stream("near_truth"));
+  camera::StereoCamera cameras = CamerasOf(view, scenario, cell);
   vision::HueLabeller labeller(scenario.hue, scenario.marker);
   Stereo<Image1u8> labels;
   StereoImage seen;

@@ -9,7 +9,6 @@
 #include <functional>
 #include <map>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "experiments/batch/job_options.h"
@@ -66,6 +65,22 @@ struct CellResult {
   TURBIDOCK_VISIT_FIELDS(fitness_mean, fitness_std, area, position_error_mean_m)
 };
 
+// Sets mean, deviation, Area and the frames' F themselves. At least one frame.
+void SetFitness(std::vector<float> fitness, CellResult* result);
+
+using Scenarios = std::map<MarkerKind, trial::Scenario>;
+
+// The pool with that marker (bundled scenarios pool_active, pool_passive), without the station and
+// with the published optics, under these assignments.
+trial::Scenario RecognitionScenario(MarkerKind marker, const std::vector<std::string>& assignments);
+
+// What the cameras have before them in a cell, without light, and the cameras in front of it, which
+// hold it. Randomness depends on the scenario's seed and the cell only.
+trial::FixedView ViewOf(const trial::Scenario& scenario, const RecognitionCell& cell);
+SeedTree SeedsOf(const trial::Scenario& scenario, const RecognitionCell& cell);
+camera::StereoCamera CamerasOf(const trial::FixedView& view, trial::Scenario scenario,
+                               const RecognitionCell& cell);
+
 struct RecognitionOptions {
   double seconds = 60;
   double settle_s = 5;  // before it counts: to find the marker from anywhere
@@ -74,62 +89,20 @@ struct RecognitionOptions {
   std::function<bool()> stop_requested = {};
 };
 
-// Sets mean, deviation, Area and the frames' F themselves. At least one frame.
-void SetFitness(std::vector<float> fitness, CellResult* result);
+// The results are in the cells' order, the same whatever the number of workers. Nothing when it was
+// stopped. `scenarios` has every marker that occurs in the cells.
+std::vector<CellResult> RunCells(const Scenarios& scenarios,
+                                 const std::vector<RecognitionCell>& cells,
+                                 const RecognitionOptions& options);
 
-// The pool with that marker (bundled scenarios pool_active, pool_passive), without the station and
-// with the published optics, under these assignments.
-trial::Scenario RecognitionScenario(MarkerKind marker, const std::vector<std::string>& assignments);
-
-// The experiment on some cells. Drawing is done when it is made, so that it can then run in
-// workers, and more than once.
-class Recognition {
- public:
-  // `scenarios` has every marker that occurs in the cells. ConfigError where milk or a distance is
-  // out of range.
-  Recognition(std::map<MarkerKind, trial::Scenario> scenarios, std::vector<RecognitionCell> cells);
-
-  // The results are in the cells' order, the same whatever the number of workers; each cell's
-  // randomness depends on the seed and on the cell only. Nothing when it was stopped.
-  std::vector<CellResult> Run(const RecognitionOptions& options) const;
-
-  // One cell, in this process.
-  CellResult RunCell(const RecognitionCell& cell, const RecognitionOptions& options) const;
-
-  // In front of a cell's view, which they hold.
-  camera::StereoCamera CamerasOf(const RecognitionCell& cell) const;
-  // What they see at a frame, counted from the first one of all.
-  StereoImage Image(const RecognitionCell& cell, int64_t frame) const;
-
-  const trial::Scenario& scenario(MarkerKind marker) const { return scenarios_.at(marker); }
-  // What the cameras have before them in a cell, without light.
-  const trial::FixedView& view(const RecognitionCell& cell) const {
-    return views_.at({cell.marker, cell.distance_m});
-  }
-  SeedTree SeedsOf(const RecognitionCell& cell) const;
-  // Others for the same scene and cameras: what was drawn stays.
-  void set_scenarios(std::map<MarkerKind, trial::Scenario> scenarios) {
-    scenarios_ = std::move(scenarios);
-  }
-
- private:
-  std::map<MarkerKind, trial::Scenario> scenarios_;
-  std::vector<RecognitionCell> cells_;
-  std::map<std::pair<MarkerKind, double>, trial::FixedView> views_;  // by marker and distance
-};
+// Runs a cell: the work of a task.
+batch::Work CellWork();
 
 // F near the true pose: what the search ends with, without the search, for a calibration, which
 // asks a thousand times. F of a frame is the best of some hundred poses, most of them about the
 // true one; the rest, farther away, find what noise happens to agree with when the marker is lost.
-// That is within 0.04 of F by the search. Deterministic.
-CellResult RunNearTruth(const Recognition& recognition, const RecognitionCell& cell, int frames);
-
-// A cell as the input of a task, of the options those that matter to its result.
-std::string InputOf(const trial::Scenario& scenario, const RecognitionCell& cell,
-                    const RecognitionOptions& options);
-// Runs a cell: the work of a task. `drawn`, if any, has the cells of all inputs, and must outlive
-// it; otherwise an input is all that is needed.
-batch::Work CellWork(const Recognition* drawn = nullptr);
-CellResult ResultOf(const RecognitionCell& cell, const std::string& output);
+// That is within 0.04 of F by the search. Deterministic. `view` is the cell's.
+CellResult RunNearTruth(const trial::FixedView& view, const trial::Scenario& scenario,
+                        const RecognitionCell& cell, int frames);
 
 }  // namespace turbidock::recognition

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <map>
 #include <set>
 #include <string>
 #include <vector>
@@ -19,9 +18,6 @@
 
 namespace turbidock::recognition {
 namespace {
-
-constexpr int kSheetColumns = 5;      // steps of milk in a sheet of images, at most
-constexpr double kCellsEvery_s = 30;  // between two lines of progress off a terminal
 
 struct RecognizeArguments {
   std::string marker = "both";
@@ -46,20 +42,11 @@ std::vector<RecognitionCell> Grid(const RecognizeArguments& arguments, MarkerKin
   return cells;
 }
 
-// FILE_images_MARKER.png beside FILE.
-std::string SheetFile(const std::string& figure, MarkerKind marker) {
-  const std::filesystem::path path(figure);
-  return path.parent_path() / fmt::format("{}_images_{}.png", path.stem().string(), NameOf(marker));
-}
-
-// All plots, and a sheet of images of each marker.
-void WriteFigures(const std::string& figure, const report::Report& report,
-                  const Recognition& recognition, const std::vector<CellResult>& results) {
-  media::WriteFigure(figure, media::FigureOf(report));
-  std::map<MarkerKind, std::vector<CellResult>> by_marker;
-  for (const CellResult& r : results) by_marker[r.cell.marker].push_back(r);
-  for (const auto& [marker, of_marker] : by_marker)
-    WriteImageSheet(SheetFile(figure, marker), recognition, of_marker, kSheetColumns);
+// FILE_images_MARKER.png beside FILE; nothing where there is no figure.
+std::string SheetFile(const std::filesystem::path& figure, MarkerKind marker) {
+  if (figure.empty()) return "";
+  return figure.parent_path() /
+         fmt::format("{}_images_{}.png", figure.stem().string(), NameOf(marker));
 }
 
 int Recognize(const RecognizeArguments& arguments) {
@@ -69,36 +56,39 @@ int Recognize(const RecognizeArguments& arguments) {
   if (!arguments.seed.empty()) assignments.push_back("seed=" + arguments.seed);
   system::OutputPlan outputs;
   outputs.Reads(arguments.table).Writes(arguments.figure);
-  std::map<MarkerKind, trial::Scenario> scenarios;
+  Scenarios scenarios;
   std::vector<RecognitionCell> cells;
   std::vector<TableRow> table;
   for (const auto& [marker, name] : EnumNames<MarkerKind>::kNames) {
     if (arguments.marker != name && arguments.marker != "both") continue;
     scenarios.emplace(marker, RecognitionScenario(marker, assignments));
-    if (!arguments.table.empty()) table = ReadRecognitionTable(arguments.table, marker);
-    for (const RecognitionCell& cell : table.empty() ? Grid(arguments, marker) : CellsOf(table))
-      cells.push_back(cell);
-    if (!arguments.figure.empty()) outputs.Writes(SheetFile(arguments.figure, marker));
+    outputs.Writes(SheetFile(arguments.figure, marker));
+    if (!arguments.table.empty()) {
+      table = ReadRecognitionTable(arguments.table, marker);
+      for (const TableRow& row : table) cells.push_back(row.cell);
+      continue;
+    }
+    for (const RecognitionCell& cell : Grid(arguments, marker)) cells.push_back(cell);
   }
   outputs.Require();
 
-  const Recognition recognition(std::move(scenarios), cells);
   app::Progress progress(arguments.quiet);
   progress.Say(fmt::format("{} cells of {:g} s", cells.size(), arguments.seconds));
-  const batch::JobOptions jobs =
+  RecognitionOptions options{.seconds = arguments.seconds};
+  options.jobs =
       arguments.jobs.For("", [&](const std::string& text) { progress.Say("  " + text); });
-  const std::vector<CellResult> results = recognition.Run(
-      {.seconds = arguments.seconds,
-       .jobs = jobs,
-       .on_progress = [&](int done,
-                          int of) { progress.ShowDone(done, of, "cells", kCellsEvery_s); },
-       // whose tasks are to be cancelled
-       .stop_requested = jobs.slurm ? app::CatchStopSignals() : nullptr});
+  options.on_progress = [&](int done, int of) { progress.ShowDone(done, of, "cells", 30); };
+  // whose tasks are to be cancelled
+  if (options.jobs.slurm) options.stop_requested = app::CatchStopSignals();
+  const std::vector<CellResult> results = RunCells(scenarios, cells, options);
   if (app::StopSignal() != 0) return app::kExitDone;  // main makes the signal's code of it
 
   const report::Report report = ReportOf(results, table);
   app::PrintReport(report, ResultJson(results, table), arguments.json);
-  if (!arguments.figure.empty()) WriteFigures(arguments.figure, report, recognition, results);
+  if (arguments.figure.empty()) return app::kExitDone;
+  media::WriteFigure(arguments.figure, media::FigureOf(report));
+  for (const auto& [marker, scenario] : scenarios)
+    WriteImageSheet(SheetFile(arguments.figure, marker), scenario, marker, results);
   return app::kExitDone;
 }
 

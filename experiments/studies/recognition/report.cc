@@ -20,31 +20,7 @@ using units::MmFromM;
 
 constexpr trial::ViewCriteria kLimits;
 
-constexpr std::array<Rgb, 3> kAreaColors{{{60, 168, 110}, {200, 150, 30}, {140, 148, 156}}};
-const Rgb& ColorOf(Area area) { return kAreaColors[static_cast<size_t>(area)]; }
-
-// One marker at one distance, by milk.
-struct Column {
-  std::map<double, const CellResult*> cells;
-  std::map<double, double> simulated, reference;  // mean F
-};
-using Columns = std::map<double, Column>;  // by distance
-
-std::map<MarkerKind, Columns> ColumnsOf(const std::vector<CellResult>& results,
-                                        const std::vector<TableRow>& reference) {
-  std::map<MarkerKind, Columns> columns;
-  for (const CellResult& r : results) {
-    Column& column = columns[r.cell.marker][r.cell.distance_m];
-    column.cells[r.cell.milk_ml_m3] = &r;
-    column.simulated[r.cell.milk_ml_m3] = r.fitness_mean;
-  }
-  for (const auto& [cell, fitness_mean, fitness_std] : reference)
-    if (const auto of_marker = columns.find(cell.marker); of_marker != columns.end())
-      if (const auto column = of_marker->second.find(cell.distance_m);
-          column != of_marker->second.end())
-        column->second.reference[cell.milk_ml_m3] = fitness_mean;
-  return columns;
-}
+constexpr Rgb kDocking{60, 168, 110}, kRecognised{200, 150, 30};
 
 std::string MarkerTitle(MarkerKind marker) { return fmt::format("{} marker", NameOf(marker)); }
 
@@ -55,8 +31,8 @@ report::Panel FitnessPanel(MarkerKind marker, const Columns& columns,
   report::Panel panel{.title = MarkerTitle(marker),
                       .x = {"milk, ml/m³", 0},
                       .y = {"mean F", -0.25, 1},
-                      .rules = {{kLimits.docking_fitness, "0.60", ColorOf(Area::kI)},
-                                {kLimits.detection_fitness, "0.22", ColorOf(Area::kII)}},
+                      .rules = {{kLimits.docking_fitness, "0.60", kDocking},
+                                {kLimits.detection_fitness, "0.22", kRecognised}},
                       .legend = report::Legend::kAbove};
   std::string name_once = reference_name;  // in the legend
   for (const auto& [distance_m, column] : columns) {
@@ -97,9 +73,8 @@ report::Table FitnessTable(const Columns& columns) {
 }
 
 // Where F falls to 0.22.
-std::string LimitText(const std::map<double, double>& fitness_over_milk) {
-  if (const auto limit = MilkAtLoss({fitness_over_milk.begin(), fitness_over_milk.end()}))
-    return fmt::format("{:.0f} ml/m³", *limit);
+std::string LimitText(const Curve& fitness_over_milk) {
+  if (const auto limit = MilkAtLoss(fitness_over_milk)) return fmt::format("{:.0f} ml/m³", *limit);
   const auto lost = std::ranges::find_if(
       fitness_over_milk, [](const auto& cell) { return AreaOf(cell.second) == Area::kIII; });
   if (lost == fitness_over_milk.begin()) return fmt::format("below {:g} ml/m³", lost->first);
@@ -111,8 +86,6 @@ std::string LimitText(const std::map<double, double>& fitness_over_milk) {
 std::vector<report::Fact> ComparisonFacts(const TableComparison& c) {
   return {{"RMSE of mean F", Fixed(c.rmse, 3), "against the table"},
           {"same Area", fmt::format("{:.0f} %", 100 * c.area_agreement), "of the table's cells"},
-          {"best F", Fixed(c.best_milk_ml_m3, 1) + " ml/m³",
-           Fixed(c.rise, 3) + " above clear water, at the nearest distance"},
           {"F of a lost marker", Fixed(c.lost_fitness_error, 3), "above the table's"},
           {"deviation of F in a cell", Fixed(c.fitness_std, 3), "mean of cells not lost"}};
 }
@@ -130,7 +103,6 @@ report::Report ReportOf(const std::vector<CellResult>& results,
                         .title = "Recognition of the marker over milk and distance",
                         .build = system::VersionAndCommit()};
   if (!table.empty()) report.facts = ComparisonFacts(Compare(results, table));
-  std::string limits;
   report.sections = {
       {.title = "F over milk",
        .note = "F: how well the pixels agree with the marker at the pose found, 1 at "
@@ -141,35 +113,25 @@ report::Report ReportOf(const std::vector<CellResult>& results,
        .wide = true}};
   for (const auto& [marker, columns] : ColumnsOf(results, reference)) {
     for (const auto& [distance_m, column] : columns) {
-      const std::string where = fmt::format("{} at {}", NameOf(marker), Mm(distance_m));
-      const std::string limit = LimitText(column.simulated);
+      const bool has_reference = !column.reference.empty();
       report.facts.push_back(
-          {"turbidity limit, " + where, limit,
-           column.reference.empty() ? "" : name + ": " + LimitText(column.reference)});
-      limits += fmt::format("{}{} ({})", limits.empty() ? "" : ", ", limit, where);
+          {fmt::format("turbidity limit, {} at {}", NameOf(marker), Mm(distance_m)),
+           LimitText(column.simulated),
+           has_reference ? name + ": " + LimitText(column.reference) : ""});
     }
     report.sections.front().panels.push_back(FitnessPanel(marker, columns, name));
     report.sections.push_back({.title = MarkerTitle(marker),
                                .note = "Mean F ± deviation, Area (F, " + name + ").",
                                .table = FitnessTable(columns)});
   }
-  const bool is_seen =
-      std::ranges::any_of(results, [](const CellResult& r) { return r.area != Area::kIII; });
-  report.verdict = {is_seen ? "recognised" : "not recognised",
-                    is_seen ? report::Tone::kGood : report::Tone::kBad,
-                    "Turbidity limit: " + limits + "."};
   return report;
 }
 
 report::Json ResultJson(const std::vector<CellResult>& results,
                         const std::vector<TableRow>& table) {
   report::Json json = {{"cells", results}};
-  for (size_t i = 0; i < table.size(); ++i) {
-    report::Json& cell = json["cells"][i];
-    cell["reference_mean"] = table[i].fitness_mean;
-    cell["reference_std"] = table[i].fitness_std;
-    cell["reference_area"] = AreaOf(table[i].fitness_mean);
-  }
+  for (size_t i = 0; i < table.size(); ++i)
+    json["cells"][i]["reference_mean"] = table[i].fitness_mean;
   if (table.empty()) return json;
   const TableComparison c = Compare(results, table);
   report::Json ratios, simulated, reference;
@@ -184,8 +146,6 @@ report::Json ResultJson(const std::vector<CellResult>& results,
                {"loss_milk_ratio", ratios},
                {"loss_milk_ml_m3", {{"simulated", simulated}, {"reference", reference}}},
                {"lost_fitness_error", c.lost_fitness_error},
-               {"best_milk_ml_m3", c.best_milk_ml_m3},
-               {"rise", c.rise},
                {"fitness_std", c.fitness_std}});
   return json;
 }

@@ -20,10 +20,10 @@ report::Report ReportOf(const std::vector<CellResult>& results, const std::vecto
 report::Json ResultJson(const std::vector<CellResult>& results, const std::vector<TableRow>& table);
 
 // What the cameras see, after the published Figs. 11 and 13: left and right images of a cell's last
-// frame with the estimated marker, distance down, milk across, as a PNG. One marker's results; at
-// most `columns` steps of milk. Contrast is stretched, of all images alike. ConfigError when the
-// path cannot be written.
-void WriteImageSheet(const std::string& path, const Recognition& recognition,
-                     const std::vector<CellResult>& results, int columns);
+// frame with the estimated marker, distance down, five steps of milk across at most, as a PNG. The
+// marker's results only. Contrast is stretched, of all images alike. ConfigError when the path
+// cannot be written.
+void WriteImageSheet(const std::string& path, const trial::Scenario& scenario, MarkerKind marker,
+                     const std::vector<CellResult>& results);
 
 }  // namespace turbidock::recognition

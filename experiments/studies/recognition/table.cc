@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <boost/algorithm/string.hpp>
 #include <cmath>
 #include <numeric>
@@ -21,13 +22,12 @@
 namespace turbidock::recognition {
 namespace {
 
-struct Column {
+const struct {
   const char* name;
   Range range;
-};
-const Column kMilk = {"milk_ml_m3", InRange(0, light::kMaxMilk_ml_m3)},
-             kDistance = {"distance_mm", InRange(kNearest_mm, kFarthest_mm)},
-             kMean = {"fitness_mean", InRange(-1, 1)}, kStd = {"fitness_std", InRange(0, 1)};
+} kColumns[] = {{"milk_ml_m3", InRange(0, light::kMaxMilk_ml_m3)},
+                {"distance_mm", InRange(kNearest_mm, kFarthest_mm)},
+                {"fitness_mean", InRange(-1, 1)}};
 
 std::vector<std::string> SplitLine(const std::string& line) {
   std::vector<std::string> fields;
@@ -36,46 +36,32 @@ std::vector<std::string> SplitLine(const std::string& line) {
   return fields;
 }
 
-void CheckHeader(const std::string& where, const std::vector<std::string>& header) {
-  for (const Column& column : {kMilk, kDistance, kMean, kStd}) {
-    const auto count = std::ranges::count(header, column.name);
-    if (count > 1) throw ConfigError(where + column.name + ": this column occurs twice");
-    if (count == 1 || column.name == kStd.name) continue;
-    const std::string nearest = config::NearestName(column.name, header);
-    throw ConfigError(where + column.name + ": this column is missing" +
-                      (nearest.empty() ? "" : "; is it " + nearest + "?"));
-  }
+// Where a column is in a line.
+size_t PlaceOf(const std::string& column, const std::vector<std::string>& header,
+               const std::string& where) {
+  const auto place = std::ranges::find(header, column);
+  if (std::count(place, header.end(), column) > 1)
+    throw ConfigError(where + column + ": this column occurs twice");
+  if (place != header.end()) return static_cast<size_t>(place - header.begin());
+  const std::string nearest = config::NearestName(column, header);
+  throw ConfigError(where + column + ": this column is missing" +
+                    (nearest.empty() ? "" : "; is it " + nearest + "?"));
 }
 
-double ReadNumber(const std::string& where, const Column& column, const std::string& text) {
+double ReadNumber(const std::string& text, const char* name, const Range& range,
+                  const std::string& where) {
   const std::optional<double> value = report::NumberIn(text);
   if (!value)
     throw ConfigError(
-        fmt::format("{}{} = '{}', must be a number", where, column.name, system::Shortened(text)));
-  if (!column.range.Contains(*value))
-    throw ConfigError(fmt::format("{}{} = {}, {}", where, column.name, system::Shortened(text),
-                                  column.range.Sentence()));
+        fmt::format("{}{} = '{}', must be a number", where, name, system::Shortened(text)));
+  if (!range.Contains(*value))
+    throw ConfigError(
+        fmt::format("{}{} = {}, {}", where, name, system::Shortened(text), range.Sentence()));
   return *value;
 }
 
 // Over the turbidity limit; nearer to it F comes and goes.
 constexpr double kSurelyLost = 1.2;
-// A little milk, at which the published F is best.
-constexpr double kLittleMilk_ml_m3[] = {2, 20};
-
-// From simulated and published F by milk.
-void SetBest(const std::map<double, std::pair<double, double>>& curve,
-             TableComparison* comparison) {
-  const auto is_worse = [](const auto& a, const auto& b) {
-    return a.second.first < b.second.first;
-  };
-  comparison->best_milk_ml_m3 = std::max_element(curve.begin(), curve.end(), is_worse)->first;
-  const auto little = curve.lower_bound(kLittleMilk_ml_m3[0]),
-             more = curve.upper_bound(kLittleMilk_ml_m3[1]);
-  if (little != more && curve.begin()->first == 0)
-    comparison->rise =
-        std::max_element(little, more, is_worse)->second.first - curve.begin()->second.first;
-}
 
 std::optional<double> MeanOf(const std::vector<double>& values) {
   if (values.empty()) return std::nullopt;
@@ -93,7 +79,9 @@ std::vector<TableRow> ReadRecognitionTable(const std::string& path, MarkerKind m
   std::string line;
   if (!std::getline(file, line)) throw ConfigError(path + ": is empty");
   const std::vector<std::string> header = SplitLine(line);
-  CheckHeader(path + ":1: ", header);
+  std::array<size_t, std::size(kColumns)> places{};
+  for (size_t i = 0; i < places.size(); ++i)
+    places[i] = PlaceOf(kColumns[i].name, header, path + ":1: ");
 
   std::vector<TableRow> rows;
   std::set<RecognitionCell> known;
@@ -104,17 +92,14 @@ std::vector<TableRow> ReadRecognitionTable(const std::string& path, MarkerKind m
     if (fields.size() != header.size())
       throw ConfigError(
           fmt::format("{}{} columns, the header has {}", where, fields.size(), header.size()));
-    const auto read = [&](const Column& column) -> std::optional<double> {
-      const auto place = std::ranges::find(header, column.name) - header.begin();
-      if (place == std::ssize(header)) return std::nullopt;
-      return ReadNumber(where, column, fields[static_cast<size_t>(place)]);
-    };
-    const TableRow row{
-        {marker, *read(kMilk), units::MFromMm(*read(kDistance))}, *read(kMean), read(kStd)};
-    if (!known.insert(row.cell).second)
-      throw ConfigError(fmt::format("{}{} ml/m3 at {} mm occurs twice", where, row.cell.milk_ml_m3,
-                                    units::MmFromM(row.cell.distance_m)));
-    rows.push_back(row);
+    std::array<double, std::size(kColumns)> values{};
+    for (size_t i = 0; i < places.size(); ++i)
+      values[i] = ReadNumber(fields[places[i]], kColumns[i].name, kColumns[i].range, where);
+    const auto [milk_ml_m3, distance_mm, fitness_mean] = values;
+    rows.push_back({{marker, milk_ml_m3, units::MFromMm(distance_mm)}, fitness_mean});
+    if (!known.insert(rows.back().cell).second)
+      throw ConfigError(
+          fmt::format("{}{} ml/m3 at {} mm occurs twice", where, milk_ml_m3, distance_mm));
   }
   if (rows.empty()) throw ConfigError(path + ": has a header but no rows");
   return rows;
@@ -125,28 +110,34 @@ std::vector<TableRow> PublishedTable(MarkerKind marker) {
                               marker);
 }
 
-std::vector<RecognitionCell> CellsOf(const std::vector<TableRow>& rows) {
-  std::vector<RecognitionCell> cells;
-  cells.reserve(rows.size());
-  for (const TableRow& row : rows) cells.push_back(row.cell);
-  return cells;
+std::map<MarkerKind, Columns> ColumnsOf(const std::vector<CellResult>& results,
+                                        const std::vector<TableRow>& table) {
+  std::map<MarkerKind, Columns> columns;
+  for (const CellResult& r : results) {
+    Column& column = columns[r.cell.marker][r.cell.distance_m];
+    column.cells[r.cell.milk_ml_m3] = &r;
+    column.simulated[r.cell.milk_ml_m3] = r.fitness_mean;
+  }
+  for (const auto& [cell, fitness_mean] : table)
+    if (columns.contains(cell.marker) && columns[cell.marker].contains(cell.distance_m))
+      columns[cell.marker][cell.distance_m].reference[cell.milk_ml_m3] = fitness_mean;
+  return columns;
 }
 
-std::optional<double> MilkAtLoss(const std::vector<std::pair<double, double>>& fitness_over_milk) {
+std::optional<double> MilkAtLoss(const Curve& fitness_over_milk) {
+  const std::vector<std::pair<double, double>> points(fitness_over_milk.begin(),
+                                                      fitness_over_milk.end());
   const auto smooth = [&](size_t i) {
-    const size_t first = i == 0 ? 0 : i - 1;
-    const size_t last = std::min(i + 1, fitness_over_milk.size() - 1);
+    const size_t first = i == 0 ? 0 : i - 1, last = std::min(i + 1, points.size() - 1);
     double sum = 0;
-    for (size_t j = first; j <= last; ++j) sum += fitness_over_milk[j].second;
+    for (size_t j = first; j <= last; ++j) sum += points[j].second;
     return sum / static_cast<double>(last - first + 1);
   };
   constexpr double kLimit = trial::ViewCriteria{}.detection_fitness;
-  for (size_t i = 1; i < fitness_over_milk.size(); ++i) {
+  for (size_t i = 1; i < points.size(); ++i) {
     const double before = smooth(i - 1), after = smooth(i);
-    if (before <= kLimit || after > kLimit) continue;
-    const double share = (before - kLimit) / (before - after);
-    const double from = fitness_over_milk[i - 1].first, to = fitness_over_milk[i].first;
-    return from + share * (to - from);
+    if (before > kLimit && after <= kLimit)
+      return std::lerp(points[i - 1].first, points[i].first, (before - kLimit) / (before - after));
   }
   return std::nullopt;
 }
@@ -160,35 +151,23 @@ TableComparison Compare(const std::vector<CellResult>& results,
                         const std::vector<TableRow>& table) {
   TD_CHECK(results.size() == table.size() && !table.empty(), "results of another table");
   TableComparison comparison;
-  std::map<double, std::map<double, std::pair<double, double>>> curves;  // by distance and milk
+  for (const auto& [distance_m, column] : ColumnsOf(results, table).begin()->second)
+    comparison.loss_by_distance_m[distance_m] = {MilkAtLoss(column.simulated),
+                                                 MilkAtLoss(column.reference)};
+  std::vector<double> squares, agreements, lost_errors, deviations;
   for (size_t i = 0; i < table.size(); ++i) {
-    const double simulated = results[i].fitness_mean, reference = table[i].fitness_mean;
-    comparison.rmse += (simulated - reference) * (simulated - reference);
-    comparison.area_agreement += AreaOf(simulated) == AreaOf(reference);
-    curves[table[i].cell.distance_m][table[i].cell.milk_ml_m3] = {simulated, reference};
-  }
-  const auto cells = static_cast<double>(table.size());
-  comparison.rmse = std::sqrt(comparison.rmse / cells);
-  comparison.area_agreement /= cells;
-  for (const auto& [distance_m, curve] : curves) {
-    std::vector<std::pair<double, double>> simulated, reference;
-    for (const auto& [milk, fitness] : curve) {
-      simulated.emplace_back(milk, fitness.first);
-      reference.emplace_back(milk, fitness.second);
-    }
-    comparison.loss_by_distance_m[distance_m] = {MilkAtLoss(simulated), MilkAtLoss(reference)};
-  }
-  std::vector<double> lost_errors, deviations;
-  for (size_t i = 0; i < table.size(); ++i) {
-    const auto& [cell, reference, reference_std] = table[i];
+    const auto& [cell, reference] = table[i];
+    const double error = results[i].fitness_mean - reference;
+    squares.push_back(error * error);
+    agreements.push_back(AreaOf(results[i].fitness_mean) == AreaOf(reference));
     const auto& loss = comparison.loss_by_distance_m.at(cell.distance_m).reference_ml_m3;
-    if (loss && cell.milk_ml_m3 > kSurelyLost * *loss)
-      lost_errors.push_back(results[i].fitness_mean - reference);
+    if (loss && cell.milk_ml_m3 > kSurelyLost * *loss) lost_errors.push_back(error);
     if (AreaOf(reference) != Area::kIII) deviations.push_back(results[i].fitness_std);
   }
+  comparison.rmse = std::sqrt(*MeanOf(squares));
+  comparison.area_agreement = *MeanOf(agreements);
   comparison.lost_fitness_error = MeanOf(lost_errors);
   comparison.fitness_std = MeanOf(deviations);
-  SetBest(curves.begin()->second, &comparison);
   return comparison;
 }
 

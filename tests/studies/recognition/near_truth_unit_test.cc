@@ -7,7 +7,7 @@
 namespace turbidock::recognition {
 namespace {
 
-std::map<MarkerKind, trial::Scenario> With(const std::vector<std::string>& assignments) {
+Scenarios With(const std::vector<std::string>& assignments) {
   return {{MarkerKind::kActive, RecognitionScenario(MarkerKind::kActive, assignments)},
           {MarkerKind::kPassive, RecognitionScenario(MarkerKind::kPassive, assignments)}};
 }
@@ -20,29 +20,34 @@ const std::vector<RecognitionCell> kCells = {{MarkerKind::kActive, 20, 0.6},
 
 // Recognised well, poorly and not at all.
 TEST(NearTruth, IsWhatTheSearchEndsWith) {
-  const Recognition recognition(With({}), kCells);
-  const std::vector<CellResult> searched = recognition.Run({.seconds = 1, .jobs = {.workers = 2}});
-  for (size_t i = 0; i < kCells.size(); ++i)
-    EXPECT_NEAR(RunNearTruth(recognition, kCells[i], 10).fitness_mean, searched[i].fitness_mean,
+  const Scenarios scenarios = With({});
+  const std::vector<CellResult> searched =
+      RunCells(scenarios, kCells, {.seconds = 1, .jobs = {.workers = 2}});
+  for (size_t i = 0; i < kCells.size(); ++i) {
+    const trial::Scenario& scenario = scenarios.at(kCells[i].marker);
+    const trial::FixedView view = ViewOf(scenario, kCells[i]);
+    EXPECT_NEAR(RunNearTruth(view, scenario, kCells[i], 10).fitness_mean, searched[i].fitness_mean,
                 0.04)
         << i;
+  }
 }
 
 TEST(NearTruth, FollowsItsScenarios) {
-  Recognition recognition(With({}), kCells);
-  const auto fitness = [&] {
+  std::vector<trial::FixedView> views;
+  for (const RecognitionCell& cell : kCells)
+    views.push_back(ViewOf(With({}).at(cell.marker), cell));
+  const auto fitness = [&](const std::vector<std::string>& assignments) {
     std::vector<std::vector<float>> of_cells;
-    for (const RecognitionCell& cell : kCells)
-      of_cells.push_back(RunNearTruth(recognition, cell, 2).fitness);
+    for (size_t i = 0; i < kCells.size(); ++i)
+      of_cells.push_back(
+          RunNearTruth(views[i], With(assignments).at(kCells[i].marker), kCells[i], 2).fitness);
     return of_cells;
   };
-  const auto before = fitness();
-  EXPECT_EQ(fitness(), before);
+  const auto before = fitness({});
+  EXPECT_EQ(fitness({}), before);
   for (const char* change : {"ball_lights.rim_radiance_w_m2_sr=0.004", "water.scattering_scale=0.8",
-                             "sensor.gain=40", "hue.window_rad=0.5"}) {
-    recognition.set_scenarios(With({change}));
-    EXPECT_NE(fitness(), before) << change;
-  }
+                             "sensor.gain=40", "hue.window_rad=0.5"})
+    EXPECT_NE(fitness({change}), before) << change;
 }
 
 }  // namespace

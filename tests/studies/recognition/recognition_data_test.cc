@@ -12,8 +12,11 @@ namespace {
 
 TableComparison CompareWithPublished(MarkerKind marker) {
   const std::vector<TableRow> rows = PublishedTable(marker);
-  const Recognition experiment({{marker, RecognitionScenario(marker, {})}}, CellsOf(rows));
-  return Compare(experiment.Run({.seconds = 1, .jobs = {.workers = 2}}), rows);
+  std::vector<RecognitionCell> cells;
+  for (const TableRow& row : rows) cells.push_back(row.cell);
+  return Compare(RunCells({{marker, RecognitionScenario(marker, {})}}, cells,
+                          {.seconds = 1, .jobs = {.workers = 2}}),
+                 rows);
 }
 
 void ExpectAreasAndLoss(const TableComparison& c) {
