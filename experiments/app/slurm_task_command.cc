@@ -17,7 +17,7 @@ struct SlurmTaskArguments {
 int SlurmTask(const SlurmTaskArguments& arguments) {
   batch::RunSlurmTask(arguments.folder, arguments.task, arguments.workers,
                       {batch::TrialWork(arguments.plugins), recognition::CellWork(),
-                       recognition::CalibrationWork(), estimators::StartWork(arguments.plugins)});
+                       recognition::EvaluationWork(), estimators::StartWork(arguments.plugins)});
   return kExitDone;
 }
 

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -42,9 +41,9 @@ int Calibrate(const CalibrateArguments& arguments) {
       .Reads({plan_file, arguments.active, arguments.passive})
       .Writes(arguments.out)
       .Require();
-  const auto experiment = [&] {
+  const CalibrationExperiment experiment = [&] {
     try {
-      return std::make_shared<CalibrationExperiment>(plan, tables);
+      return ExperimentOf(plan, tables);
     } catch (const ConfigError& error) {  // of a key that the plan names
       throw ConfigError(plan_file + ": " + error.what());
     }

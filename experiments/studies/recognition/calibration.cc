@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include "experiments/config/data_files.h"
@@ -16,27 +17,6 @@
 
 namespace turbidock::recognition {
 namespace {
-
-Scenarios ScenariosUnder(const std::vector<std::string>& assignments) {
-  return {{MarkerKind::kActive, RecognitionScenario(MarkerKind::kActive, assignments)},
-          {MarkerKind::kPassive, RecognitionScenario(MarkerKind::kPassive, assignments)}};
-}
-
-// Evenly over each column's milk.
-std::map<MarkerKind, std::vector<TableRow>> ChosenRows(const std::vector<TableRow>& tables,
-                                                       double share) {
-  std::map<std::pair<MarkerKind, double>, std::vector<TableRow>> columns;
-  for (const TableRow& row : tables) columns[{row.cell.marker, row.cell.distance_m}].push_back(row);
-  std::map<MarkerKind, std::vector<TableRow>> rows;
-  for (auto& [place, column] : columns) {
-    std::ranges::sort(column, {}, &TableRow::cell);
-    const auto cells = static_cast<double>(column.size());
-    const int chosen = std::max(1, static_cast<int>(std::lround(share * cells)));
-    for (int i = 0; i < chosen; ++i)
-      rows[place.first].push_back(column[static_cast<size_t>((i + 0.5) * cells / chosen)]);
-  }
-  return rows;
-}
 
 // How far a run may be from what is known: misfit 1. What a run that has nothing to measure counts
 // as.
@@ -107,20 +87,25 @@ CalibrationPlan LoadCalibrationPlan(const std::string& path) {
   return config::LoadLayers<CalibrationPlan>({path}, {});
 }
 
-CalibrationExperiment::CalibrationExperiment(const CalibrationPlan& plan,
-                                             const std::vector<TableRow>& tables)
-    : plan_(plan),
-      text_(report::JsonLine({{"plan", plan}, {"tables", tables}})),
-      rows_(ChosenRows(tables, plan.cell_share)) {
-  const Scenarios scenarios = ScenariosUnder(plan.Assignments(plan.Start()));
-  // what the search will write can be read
+CalibrationExperiment ExperimentOf(const CalibrationPlan& plan,
+                                   const std::vector<TableRow>& tables) {
+  // what the search will set and write can be read
+  for (const auto& [marker, name] : EnumNames<MarkerKind>::kNames)
+    RecognitionScenario(marker, plan.Assignments(plan.Start()));
   trial::Scenario scenario;
   config::ReadFields(config::ParseYaml(CalibratedYaml(plan, plan.Start()), "what calibrate writes"),
                      &scenario, nullptr);
-  for (const auto& [marker, rows] : rows_)
-    for (const TableRow& row : rows)
-      if (const std::pair place{marker, row.cell.distance_m}; !views_.contains(place))
-        views_.emplace(place, ViewOf(scenarios.at(marker), row.cell));
+  std::map<std::pair<MarkerKind, double>, std::vector<TableRow>> columns;
+  for (const TableRow& row : tables) columns[{row.cell.marker, row.cell.distance_m}].push_back(row);
+  CalibrationExperiment experiment{.plan = plan, .rows = {}};
+  for (auto& [place, column] : columns) {
+    std::ranges::sort(column, {}, &TableRow::cell);
+    const auto cells = static_cast<double>(column.size());
+    const int chosen = std::max(1, static_cast<int>(std::lround(plan.cell_share * cells)));
+    for (int i = 0; i < chosen; ++i)
+      experiment.rows.push_back(column[static_cast<size_t>((i + 0.5) * cells / chosen)]);
+  }
+  return experiment;
 }
 
 std::vector<Constraint> TableConstraints(MarkerKind marker, const TableComparison& comparison) {
@@ -154,16 +139,24 @@ double Misfit(const std::vector<Constraint>& constraints) {
   return std::sqrt(squares / static_cast<double>(constraints.size()));
 }
 
-Evaluation CalibrationExperiment::Evaluate(const std::vector<double>& values) const {
-  const Scenarios scenarios = ScenariosUnder(plan_.Assignments(values));
+Evaluation Evaluate(const CalibrationExperiment& experiment, const std::vector<double>& values) {
   Evaluation evaluation{.values = values};
-  for (const auto& [marker, rows] : rows_) {
+  for (const auto& [marker, name] : EnumNames<MarkerKind>::kNames) {
+    const trial::Scenario scenario =
+        RecognitionScenario(marker, experiment.plan.Assignments(values));
+    std::map<double, trial::FixedView> views;  // by distance
+    std::vector<TableRow> rows;
     std::vector<CellResult> results;
-    for (const TableRow& row : rows) {
-      results.push_back(RunNearTruth(views_.at({marker, row.cell.distance_m}), scenarios.at(marker),
-                                     row.cell, plan_.frames));
+    for (const TableRow& row : experiment.rows) {
+      const auto& [of_marker, milk_ml_m3, distance_m] = row.cell;
+      if (of_marker != marker) continue;
+      if (!views.contains(distance_m)) views.emplace(distance_m, ViewOf(scenario, row.cell));
+      rows.push_back(row);
+      results.push_back(
+          RunNearTruth(views.at(distance_m), scenario, row.cell, experiment.plan.frames));
       evaluation.fitness.push_back(results.back().fitness_mean);
     }
+    if (rows.empty()) continue;
     for (const Constraint& c : TableConstraints(marker, Compare(results, rows)))
       evaluation.constraints.push_back(c);
   }
@@ -172,22 +165,17 @@ Evaluation CalibrationExperiment::Evaluate(const std::vector<double>& values) co
 }
 
 std::string InputOf(const CalibrationExperiment& experiment, const std::vector<double>& values) {
-  return experiment.text() + "\n" + report::JsonLine(values);
+  return report::JsonLine({{"experiment", experiment}, {"values", values}});
 }
 
-batch::Work CalibrationWork(std::shared_ptr<CalibrationExperiment> drawn) {
-  return {"set of values", [drawn = std::move(drawn)](const std::string& input) mutable {
-            const size_t line = input.find('\n');
-            const std::string text = input.substr(0, line);
-            if (!drawn || drawn->text() != text) {
-              const report::Json json = report::ParseJson(text, "a calibration");
-              std::vector<TableRow> tables;
-              for (const report::Json& row : json["tables"])
-                tables.push_back({CellOf(row["cell"]), row["fitness_mean"]});
-              drawn = std::make_shared<CalibrationExperiment>(json["plan"], tables);
-            }
-            const report::Json values = report::ParseJson(input.substr(line), "a set of values");
-            return report::JsonLine(drawn->Evaluate(values));
+batch::Work EvaluationWork() {
+  return {"set of values", [](const std::string& input) {
+            const report::Json json = report::ParseJson(input, "a set of values");
+            const report::Json& given = json["experiment"];
+            CalibrationExperiment experiment{.plan = given["plan"], .rows = {}};
+            for (const report::Json& row : given["rows"])
+              experiment.rows.push_back({CellOf(row["cell"]), row["fitness_mean"]});
+            return report::JsonLine(Evaluate(experiment, json["values"]));
           }};
 }
 
@@ -212,9 +200,9 @@ std::string CalibratedYaml(const CalibrationPlan& plan, const std::vector<double
 }
 
 CalibrationResult Calibrate(const CalibrationOptions& options,
-                            const std::shared_ptr<CalibrationExperiment>& experiment) {
+                            const CalibrationExperiment& experiment) {
   struct Stopped {};
-  const CalibrationPlan& plan = experiment->plan();
+  const CalibrationPlan& plan = experiment.plan;
   search::Candidate start;
   for (const FreeParameter& p : plan.parameters) start.push_back(p.PlaceOf(p.start));
   const auto n = static_cast<double>(start.size());
@@ -222,14 +210,13 @@ CalibrationResult Calibrate(const CalibrationOptions& options,
       .population = std::max(5, 4 + static_cast<int>(3 * std::log(n))),
       .generations = options.generations,
       .initial_step = plan.spread};
-  const auto pool =
-      batch::MakePool(options.jobs, batch::kJobTimeLimit_s, CalibrationWork(experiment));
+  const auto pool = batch::MakePool(options.jobs, batch::kJobTimeLimit_s, EvaluationWork());
   CalibrationResult result{.best = {.values = plan.Start()}};
   int done = 0;
   const auto evaluate = [&](int, const std::vector<search::Candidate>& candidates) {
     std::vector<std::string> inputs;
     for (const search::Candidate& places : candidates)
-      inputs.push_back(InputOf(*experiment, plan.ValuesAt(places)));
+      inputs.push_back(InputOf(experiment, plan.ValuesAt(places)));
     std::vector<std::optional<Evaluation>> evaluations(inputs.size());
     double best = result.best.misfit;
     const auto take = [&](size_t i, const std::string& output) {

@@ -12,11 +12,8 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
-#include <map>
-#include <memory>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "experiments/batch/job_options.h"
@@ -99,33 +96,24 @@ struct Evaluation {
   TURBIDOCK_FIELDS(values, constraints, fitness, misfit)
 };
 
-// The experiment as the search runs it. Drawing is done when it is made.
-class CalibrationExperiment {
- public:
-  // ConfigError for a key, or an element of a list, that cannot be set or written.
-  CalibrationExperiment(const CalibrationPlan& plan, const std::vector<TableRow>& tables);
-  CalibrationExperiment(const CalibrationExperiment&) = delete;
-  CalibrationExperiment& operator=(const CalibrationExperiment&) = delete;
+// The experiment as the search runs it.
+struct CalibrationExperiment {
+  CalibrationPlan plan;
+  std::vector<TableRow> rows;  // that it looks at: evenly over each column's milk
 
-  const CalibrationPlan& plan() const { return plan_; }
-  // Plan and tables in a line: what a task must know of it beside a set of values.
-  const std::string& text() const { return text_; }
-
-  // Deterministic.
-  Evaluation Evaluate(const std::vector<double>& values) const;
-
- private:
-  CalibrationPlan plan_;
-  std::string text_;
-  std::map<MarkerKind, std::vector<TableRow>> rows_;  // evenly over each column's milk
-  std::map<std::pair<MarkerKind, double>, trial::FixedView> views_;  // by marker and distance
+  TURBIDOCK_FIELDS(plan, rows)
 };
 
-// A set of values as the input of a task.
+// ConfigError for a key, or an element of a list, that cannot be set or written.
+CalibrationExperiment ExperimentOf(const CalibrationPlan& plan,
+                                   const std::vector<TableRow>& tables);
+
+// Deterministic. What the cameras have before them is drawn anew: values may move lamps.
+Evaluation Evaluate(const CalibrationExperiment& experiment, const std::vector<double>& values);
+
+// Evaluates a set of values: the work of a task.
+batch::Work EvaluationWork();
 std::string InputOf(const CalibrationExperiment& experiment, const std::vector<double>& values);
-// Evaluates sets of values: the work of a task. A worker that has drawn an experiment (or was given
-// one that is drawn) keeps it for its next job.
-batch::Work CalibrationWork(std::shared_ptr<CalibrationExperiment> drawn = nullptr);
 
 struct CalibrationResult {
   Evaluation best = {};
@@ -149,7 +137,7 @@ std::string CalibratedYaml(const CalibrationPlan& plan, const std::vector<double
 // Searches from the plan's start values; the result is the same whoever evaluates. Stopped, which
 // does not wait for evaluations under way, it returns the best so far.
 CalibrationResult Calibrate(const CalibrationOptions& options,
-                            const std::shared_ptr<CalibrationExperiment>& experiment);
+                            const CalibrationExperiment& experiment);
 
 // Kind "calibration", and the study's own keys: README.md.
 report::Report ReportOf(const CalibrationPlan& plan, const CalibrationResult& result);

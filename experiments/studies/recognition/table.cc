@@ -151,7 +151,8 @@ TableComparison Compare(const std::vector<CellResult>& results,
                         const std::vector<TableRow>& table) {
   TD_CHECK(results.size() == table.size() && !table.empty(), "results of another table");
   TableComparison comparison;
-  for (const auto& [distance_m, column] : ColumnsOf(results, table).begin()->second)
+  const std::map<MarkerKind, Columns> columns = ColumnsOf(results, table);
+  for (const auto& [distance_m, column] : columns.begin()->second)
     comparison.loss_by_distance_m[distance_m] = {MilkAtLoss(column.simulated),
                                                  MilkAtLoss(column.reference)};
   std::vector<double> squares, agreements, lost_errors, deviations;

@@ -76,7 +76,7 @@ TEST(CalibrationExperiment, RefusesAnElementOfAListThatIsNotThere) {
   TableRow row;
   row.cell = {MarkerKind::kActive, 80, 0.6};
   try {
-    CalibrationExperiment experiment(plan, {row});
+    ExperimentOf(plan, {row});
     FAIL();
   } catch (const ConfigError& error) {
     EXPECT_NE(std::string(error.what()).find("white_balance"), std::string::npos) << error.what();
@@ -129,7 +129,7 @@ TEST(CalibrationExperiment, BothTablesCount) {
   const RecognitionCell active{MarkerKind::kActive, 80, 0.6}, passive{MarkerKind::kPassive, 5, 0.6};
   CalibrationPlan plan;
   plan.parameters = {Parameter(0.5, 2, false)};
-  const Evaluation one = CalibrationExperiment(plan, {{passive, 0.2}, {active, 0.5}}).Evaluate({1});
+  const Evaluation one = Evaluate(ExperimentOf(plan, {{passive, 0.2}, {active, 0.5}}), {1});
   ASSERT_EQ(one.fitness.size(), 2u);
   EXPECT_NEAR(MisfitOf(one.constraints, "active rmse"), std::abs(one.fitness[0] - 0.5) / 0.05,
               1e-9);
@@ -153,16 +153,16 @@ CalibrationPlan RimPlan() {
   return plan;
 }
 
-std::shared_ptr<CalibrationExperiment> OneCell(const CalibrationPlan& plan, double fitness_mean) {
+CalibrationExperiment OneCell(const CalibrationPlan& plan, double fitness_mean) {
   const TableRow row{{MarkerKind::kActive, 80, 0.6}, fitness_mean};
-  return std::make_shared<CalibrationExperiment>(plan, std::vector{row});
+  return ExperimentOf(plan, {row});
 }
 
 // A known change of one parameter is found again from the table that it makes.
 TEST(Calibrate, FindsWhatMadeTheTable) {
   const CalibrationPlan plan = RimPlan();
   const double truth = 0.0022;
-  const auto known = OneCell(plan, OneCell(plan, 0)->Evaluate({truth}).fitness.at(0));
+  const auto known = OneCell(plan, Evaluate(OneCell(plan, 0), {truth}).fitness.at(0));
   const CalibrationResult result = Calibrate({.generations = 10}, known);
   EXPECT_NEAR(std::log(result.best.values[0] / truth), 0, 0.15);
   EXPECT_LT(result.best.misfit, 0.6);  // F within 0.03, the same Area
@@ -232,42 +232,28 @@ TEST(Calibrate, DoesNotWaitForAnEvaluationWhenItIsStopped) {
   EXPECT_EQ(result.evaluations, 0);
 }
 
-// What a task on another machine does, which knows nothing but its jobs' texts.
-TEST(CalibrationWork, DoesWhatItsInputSays) {
-  const batch::Work work = CalibrationWork();
-  const auto experiment = OneCell(RimPlan(), 0.5), other = OneCell(RimPlan(), 0.7);
-  for (const auto& asked : {experiment, experiment, other})
-    for (const double value : {0.002, 0.004}) {
-      const std::string output = work.run(InputOf(*asked, {value}));
-      EXPECT_EQ(output, report::JsonLine(asked->Evaluate({value})));
-      EXPECT_EQ(report::ParseJson(output, "")["values"], report::Json({value}));
-    }
-  EXPECT_NE(work.run(InputOf(*experiment, {0.002})), work.run(InputOf(*other, {0.002})));
-}
-
-TEST(CalibrationWork, KeepsWhatIsDrawnUntilAnotherExperimentIsAskedFor) {
-  auto drawn = OneCell(RimPlan(), 0.5);
-  const std::string same = InputOf(*drawn, {0.002}),
-                    other = InputOf(*OneCell(RimPlan(), 0.7), {0.002});
-  const std::weak_ptr<CalibrationExperiment> kept = drawn;
-  const batch::Work work = CalibrationWork(std::move(drawn));
-  work.run(same);
-  work.run(same);
-  EXPECT_FALSE(kept.expired());
-  work.run(other);
-  EXPECT_TRUE(kept.expired());
-}
-
-// All that an experiment is made of reaches the node: the bundled plan, both tables.
-TEST(CalibrationWork, TellsTheWholeExperiment) {
+// What a task on another machine does, which knows nothing but its job's text: of the bundled plan,
+// both tables.
+TEST(EvaluationWork, DoesWhatItsInputSays) {
   CalibrationPlan plan = LoadCalibrationPlan(config::AssetPath("calibration.yaml"));
   plan.cell_share = 0.03;
   plan.frames = 1;
   std::vector<TableRow> tables = PublishedTable(MarkerKind::kActive);
   for (const TableRow& row : PublishedTable(MarkerKind::kPassive)) tables.push_back(row);
-  CalibrationExperiment experiment(plan, tables);
-  EXPECT_EQ(CalibrationWork().run(InputOf(experiment, plan.Start())),
-            report::JsonLine(experiment.Evaluate(plan.Start())));
+  const CalibrationExperiment experiment = ExperimentOf(plan, tables);
+  ASSERT_EQ(experiment.rows.size(), 4u);  // one of each column
+  const std::string output = EvaluationWork().run(InputOf(experiment, plan.Start()));
+  EXPECT_EQ(output, report::JsonLine(Evaluate(experiment, plan.Start())));
+  EXPECT_EQ(report::ParseJson(output, "")["values"], report::Json(plan.Start()));
+}
+
+// Keys of the scene, too: what is drawn follows the values.
+TEST(Evaluate, DrawsWhatTheValuesSay) {
+  CalibrationPlan plan = RimPlan();
+  plan.parameters = {Parameter(0.08, 0.2, false)};
+  plan.parameters[0].key = "rig.baseline_m";
+  const CalibrationExperiment experiment = OneCell(plan, 0.5);
+  EXPECT_NE(Evaluate(experiment, {0.12}).fitness, Evaluate(experiment, {0.14}).fitness);
 }
 
 }  // namespace
