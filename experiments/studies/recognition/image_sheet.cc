@@ -7,7 +7,7 @@
 
 #include "experiments/media/canvas.h"
 #include "experiments/media/png.h"
-#include "experiments/studies/recognition/report.h"
+#include "experiments/studies/recognition/recognition.h"
 #include "sim/base/units.h"
 #include "vision/overlay.h"
 

@@ -11,7 +11,6 @@
 #include "experiments/app/progress.h"
 #include "experiments/media/figure.h"
 #include "experiments/studies/recognition/recognition.h"
-#include "experiments/studies/recognition/report.h"
 #include "experiments/studies/recognition/table.h"
 #include "experiments/system/output_path.h"
 #include "sim/base/units.h"

@@ -1,5 +1,3 @@
-#include "experiments/studies/recognition/report.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "experiments/studies/recognition/table.h"
 #include "experiments/system/build_info.h"
 #include "experiments/trial/trial_view.h"
 #include "sim/base/units.h"

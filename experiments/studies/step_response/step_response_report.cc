@@ -19,25 +19,21 @@ double Shown(control::Axis axis, double value) {
 }
 const char* ShownUnit(control::Axis axis) { return axis == control::kYaw ? "deg" : "mm"; }
 
-std::string Text(const std::optional<double>& value, const char* format, double unit = 1) {
-  return value ? fmt::format(fmt::runtime(format), unit * *value) : "-";
-}
-
 report::Table TableOf(const std::vector<AxisResponse>& responses) {
-  report::Table table({"<axis", "rise s", "overshoot", "settling s", "push moves", "recovery s",
-                       "crossover", "phase margin", "gain margin", "delay margin", "peak of S"});
-  for (const AxisResponse& r : responses) {
-    const StepResponse& step = r.step;
-    const LoopResponse& loop = r.loop;
-    table.Row(
-        {AxisName(r.axis), report::Fixed(step.rise_time_s, 2),
-         fmt::format("{:.0f} %", 100 * step.overshoot), report::Fixed(step.settling_time_s, 2),
-         fmt::format("{:.1f} {}", Shown(r.axis, r.disturbance.peak), ShownUnit(r.axis)),
-         report::Fixed(r.disturbance.recovery_time_s, 2), Text(loop.crossover_hz, "{:.2f} Hz"),
-         Text(loop.phase_margin_rad, "{:.0f} deg", units::DegFromRad(1)),
-         Text(loop.gain_margin, "x{:.2f}"), Text(loop.delay_margin_s, "{:.0f} ms", 1000),
-         report::Fixed(loop.sensitivity_peak, 2)});
-  }
+  const auto scaled = [](const std::optional<double>& value, double unit, int digits) {
+    return value ? report::Fixed(unit * *value, digits) : "-";
+  };
+  report::Table table({"<axis", "rise, s", "overshoot, %", "settling, s", "push moves",
+                       "recovery, s", "crossover, Hz", "phase margin, °", "gain margin, times",
+                       "delay margin, ms", "peak of S"});
+  for (const auto& [axis, step, disturbance, loop] : responses)
+    table.Row({AxisName(axis), report::Fixed(step.rise_time_s, 2),
+               report::Fixed(100 * step.overshoot, 0), report::Fixed(step.settling_time_s, 2),
+               fmt::format("{:.1f} {}", Shown(axis, disturbance.peak), ShownUnit(axis)),
+               report::Fixed(disturbance.recovery_time_s, 2), report::Fixed(loop.crossover_hz, 2),
+               scaled(loop.phase_margin_rad, units::DegFromRad(1), 0),
+               report::Fixed(loop.gain_margin, 2), scaled(loop.delay_margin_s, 1000, 0),
+               report::Fixed(loop.sensitivity_peak, 2)});
   return table;
 }
 

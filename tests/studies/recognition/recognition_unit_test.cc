@@ -14,7 +14,6 @@
 
 #include "experiments/media/png.h"
 #include "experiments/statistics/intervals.h"
-#include "experiments/studies/recognition/report.h"
 #include "experiments/studies/recognition/table.h"
 #include "tests/support/message_of.h"
 #include "tests/support/program.h"
