@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "experiments/batch/job_options.h"
+#include "experiments/media/canvas.h"
 #include "experiments/media/png.h"
 #include "experiments/report/json.h"
 #include "experiments/system/build_info.h"
@@ -266,6 +267,51 @@ void WriteCommon(const batch::Plan& plan, const fs::path& folder) {
                                          {"balls", balls}}}}));
 }
 
+// An image with what is seen of the marker tinted and the balls' centres circled.
+void DrawLabelled(const fs::path& shard, size_t image, const media::PixelRect& into,
+                  media::Canvas* sheet) {
+  constexpr Rgb kSeen{80, 255, 120}, kHidden{255, 150, 60};
+  const fs::path file = shard / "coco_keypoints.json";
+  const Json coco = report::ParseJson(system::ReadWhole(file), file.string());
+  Image3u8 picture = media::ReadPng(shard / coco["images"][image]["file_name"].get<std::string>());
+  const Image3u8 mask = media::ReadPng(shard / fmt::format("mask_visib/{:06}_000000.png", image));
+  for (size_t i = 0; i < 3 * picture.pixels(); ++i)
+    if (mask.data()[i] != 0)
+      picture.data()[i] = static_cast<uint8_t>((2 * picture.data()[i] + kSeen[i % 3]) / 3);
+  const media::PixelRect drawn = sheet->DrawImage(picture, into);
+  const double scale = static_cast<double>(drawn.width) / picture.width();
+  for (const Json& annotation : coco["annotations"]) {
+    if (annotation["image_id"] != image) continue;
+    const auto points = annotation["keypoints"].get<std::vector<double>>();
+    for (size_t k = 0; k < points.size(); k += 3) {
+      if (points[k + 2] == 0) continue;
+      const Eigen::Vector2d at(drawn.x + scale * points[k] - 0.5,
+                               drawn.y + scale * points[k + 1] - 0.5);
+      sheet->Circle(at, 5, 1.5, points[k + 2] == 2 ? kSeen : kHidden);
+    }
+  }
+}
+
+// A few images, evenly over all, as a person would check them.
+void WriteContactSheet(const fs::path& file, const std::string& title,
+                       const std::function<fs::path(int64_t)>& folder_of, int64_t images,
+                       int64_t images_per_shard) {
+  constexpr int kColumns = 4, kMost = 24, kWidth = 320, kHeight = 240, kText = 22;
+  const auto shown = static_cast<int>(std::min<int64_t>(images, kMost));
+  media::Canvas sheet(kColumns * kWidth, kText + (kHeight + kText) * ((shown - 1) / kColumns + 1));
+  constexpr Rgb kInk{225, 230, 235};
+  sheet.Text({8, 16}, title + ": seen of the marker green, hidden balls orange", 14, kInk);
+  for (int i = 0; i < shown; ++i) {
+    const int64_t image = i * images / shown, shard = image / images_per_shard;
+    const int x = i % kColumns * kWidth, y = kText + i / kColumns * (kHeight + kText);
+    DrawLabelled(folder_of(shard), static_cast<size_t>(image % images_per_shard),
+                 {x, y, kWidth, kHeight}, &sheet);
+    sheet.Text({x + 8.0, y + kHeight + 16.0},
+               fmt::format("{:06}/rgb/{:06}.png", shard, image % images_per_shard), 12, kInk);
+  }
+  media::WritePng(file.string(), sheet.ToImage());
+}
+
 }  // namespace
 
 DatasetSummary MakeDataset(const batch::Plan& plan, const std::string& folder,
@@ -299,6 +345,9 @@ DatasetSummary MakeDataset(const batch::Plan& plan, const std::string& folder,
     if (options.on_progress) options.on_progress(++done, static_cast<int>(missing.size()));
   };
   summary.complete = batch::MapEach(&pool, missing, count, options.stop_requested);
+  if (summary.complete)
+    WriteContactSheet(root / "contact_sheet.png", plan.settings().description, folder_of,
+                      summary.images, 2 * per_shard);
   return summary;
 }
 

@@ -5,6 +5,7 @@
 //   FOLDER/
 //     camera.json, dataset.json              of all images; what they were made of
 //     models/models_info.json                the marker's size
+//     contact_sheet.png                      a few of the images with mask and keypoints drawn in
 //     train_pbr/000000/                      a shard, in BOP's layout:
 //       rgb/000000.png                       left camera; 000001.png the right one, and so on
 //       mask/000000_000000.png               the whole marker, whatever hides it

@@ -53,6 +53,15 @@ TEST_F(Dataset, MasksByRaysAndByOpenGlAgreeWhereNothingHidesTheMarker) {
     const Image3u8 image = media::ReadPng((shard / "rgb" / ("00000" + id + ".png")).string());
     EXPECT_EQ(image.width(), 160);
   }
+  // the masks' tint makes the sheet greener than the images it is made of
+  const Image3u8 sheet = media::ReadPng((folder_ / "contact_sheet.png").string());
+  EXPECT_EQ(sheet.width(), 4 * 320);
+  int tinted = 0;
+  for (size_t i = 0; i < sheet.pixels(); ++i) {
+    const uint8_t* p = sheet.data() + 3 * i;
+    tinted += p[1] > p[0] + 20 && p[1] > p[2] + 15;
+  }
+  EXPECT_GT(tinted, 4 * 4 * 300);  // four images at twice their size
 }
 
 TEST_F(Dataset, GoesOnWithWhatIsThereAndMixesNothing) {
