@@ -13,7 +13,7 @@ namespace turbidock::trial {
 
 enum class PoseSource {
   kCameras,   // images, estimator
-  kTruePose,  // the true pose with noise and the same delay; nothing is rendered
+  kTruePose,  // the true pose with noise and the same delay; nothing need be drawn
 };
 constexpr auto Names(PoseSource) {
   using enum PoseSource;

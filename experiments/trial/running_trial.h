@@ -49,7 +49,8 @@ class RunningTrial {
   const TrialLog& log() const { return recorder_.log(); }
   const std::vector<control::Transition>& transitions() const { return recorder_.transitions(); }
   const std::vector<Change>& changes() const { return recorder_.changes(); }
-  // What the estimator saw last; empty when it saw the true pose.
+  // What the estimator saw last; empty when it saw the true pose, without
+  // TrialOptions::whole_images.
   const StereoImage& latest_images() const { return perception_.latest_images(); }
 
   void CopyLatestImages(StereoImage* to) const { perception_.CopyLatestImages(to); }

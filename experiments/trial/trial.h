@@ -22,8 +22,8 @@ struct TrialResult : TrialRecord {
 // What an observer sees of a frame, once the frame's time has passed.
 struct TrialFrame {
   const FrameRecord& record;
-  // What the estimator saw: sure to be whole with whole_images only, empty when it saw the true
-  // pose.
+  // What the estimator saw: sure to be whole with whole_images only, without them empty when it saw
+  // the true pose.
   const StereoImage& seen;
   int64_t evaluations = 0;  // of the fitness, spent on it
   // The outside view at the frame's beginning; with TrialOptions::spectator only.
@@ -37,8 +37,8 @@ struct TrialExcitation {
 };
 
 struct TrialOptions {
-  // Make also the pixels that the estimator cannot read, for an observer: always, or every so many
-  // frames (0: never).
+  // Make also the pixels that the estimator cannot read, for an observer: always (also where it
+  // sees the true pose), or every so many frames (0: never).
   bool whole_images = false;
   int whole_images_every = 0;
   bool spectator = false;  // also draw the outside view, for a video

@@ -215,7 +215,7 @@ struct TrialRecord {
     field("seed", self.seed, kKey, "of the scenario");
     field("version", self.version, kReport, "of the program, with its commit");
     field("renderer", self.renderer, kReport,
-          "GL context and what draws in it; empty for true_pose");
+          "GL context and what draws in it; empty where nothing is drawn");
     field("digest", self.digest, kVerdict,
           "of states, estimates and commands; equal for equal runs; empty without an end");
     field("wall_time_s", self.wall_time_s, kRun, "of the trial; in a batch's file of its job");
