@@ -27,7 +27,6 @@ struct ReportArguments {
   trial::Plugins plugins;
   std::vector<std::string> inputs, by, ignore;
   std::string out, figure, over;
-  std::optional<int64_t> trial;
 
   bool are_two() const { return inputs.size() == 2; }
   batch::BatchReportOptions batch() const { return {.by = by, .over = over}; }
@@ -45,10 +44,8 @@ page::Page PageOf(const ReportArguments& arguments) {
   if (arguments.are_two()) return PageOfTwo(arguments);
   const std::string& file = arguments.inputs[0];
   if (!page::IsFileOfTrials(file)) return page::ResultPage(file, arguments.plugins);
-  const batch::ResultStore store = batch::ResultStore::Read(file);
-  if (arguments.trial)
-    return page::StoredTrialPage(store, file, *arguments.trial, arguments.plugins);
-  return page::BatchPage(store, file, {.plugins = arguments.plugins, .report = arguments.batch()});
+  return page::BatchPage(batch::ResultStore::Read(file), file,
+                         {.plugins = arguments.plugins, .report = arguments.batch()});
 }
 
 // ConfigError for inputs that are not there and for options that are not for these.
@@ -63,10 +60,8 @@ void RequireSense(const ReportArguments& arguments) {
     if (arguments.are_two() && !page::IsFileOfTrials(input))
       throw ConfigError(input + ": is no batch's file; two of them are compared");
   }
-  const bool is_batch = page::IsFileOfTrials(inputs[0]) && !arguments.trial;
+  const bool is_batch = page::IsFileOfTrials(inputs[0]);
   const bool is_one = is_batch && !arguments.are_two();
-  if (arguments.trial && (!page::IsFileOfTrials(inputs[0]) || arguments.are_two()))
-    throw ConfigError("--trial is for one batch's file");
   if (!arguments.over.empty() && !is_one) throw ConfigError("--over is for one batch's file");
   if (!arguments.ignore.empty() && !arguments.are_two())
     throw ConfigError("--ignore is for two batches");
@@ -118,7 +113,6 @@ void AddReport(CommandLine& line) {
            "What to show: the folder of a trial, a gate or a tuning study; a batch's file; two of\n"
            "them, to compare; the JSON that a study printed with --json")
       .Required();
-  report.Add("--trial", arguments.trial, "Of a batch, this trial alone");
   report.Add("--by KEY,...", arguments.by,
              "A curve, or a group of two batches, for each value of these parameters");
   report.Add("--over KEY", arguments.over, "Of a batch, draw success over this parameter");

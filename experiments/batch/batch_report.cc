@@ -122,13 +122,15 @@ std::vector<report::Fact> FactsOf(const BatchSummary& summary) {
                                   scheduler.reached(), scheduler.cells())});
   if (all.trials == 0) return facts;
   facts.push_back({"docked", RateText(all), "95 % interval, Wilson's over the plan's strata"});
-  facts.push_back({"time to dock", report::Fixed(all.time_to_dock_s.median, 1) + " s", "median"});
+  if (all.successes > 0)
+    facts.push_back({"time to dock", report::Fixed(all.time_to_dock_s.median, 1) + " s", "median"});
   const auto mm = [](const Spread& spread) {
     return report::Fixed(spread.median ? units::MmFromM(*spread.median) : spread.median, 1);
   };
-  facts.push_back({"true error when docked",
-                   fmt::format("y {}, z {} mm", mm(all.error_true_y_m), mm(all.error_true_z_m)),
-                   "medians"});
+  if (all.error_true_y_m.median)
+    facts.push_back({"true error when docked",
+                     fmt::format("y {}, z {} mm", mm(all.error_true_y_m), mm(all.error_true_z_m)),
+                     "medians"});
   facts.push_back({"failures", all.failures.empty() ? "none" : FailureText(all)});
   return facts;
 }

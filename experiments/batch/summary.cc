@@ -138,8 +138,9 @@ report::Quantity NameOfKey(const std::string& key) {
 
 std::string ValueText(const std::string& key, const std::string& value) {
   const auto number = report::NumberIn(value);
-  const double factor = NameOfKey(key).factor;
-  return number && factor != 1 ? report::Digits(factor * *number) : value;
+  return number && (*number != std::round(*number) || NameOfKey(key).factor != 1)
+             ? report::Digits(NameOfKey(key).factor * *number)
+             : value;
 }
 
 report::Section GroupSection(const std::vector<std::string>& keys,

@@ -176,10 +176,10 @@ void AddSeries(const Series& series, Script* script) {
   script->Line("{} << END", data);
   for (const Sample& s : series.points)
     if (IsPoint(s))
-      script->Line("{} {} {} {} {}", s.x, s.y, s.low, s.high, s.shade);
+      script->Line("{} {} {} {}", s.x, s.y, s.low, s.high);
     else
       script->Line("");
-  script->Line("NaN NaN NaN NaN NaN\nEND");  // a block without a row is an error
+  script->Line("NaN NaN NaN NaN\nEND");  // a block without a row is an error
   const std::vector<Layer>& layers = LayersOf(series.mark);
   const Shape& shape = ShapeOf(series.color);
   for (size_t i = 0; i < layers.size(); ++i) {
@@ -188,17 +188,12 @@ void AddSeries(const Series& series, Script* script) {
                                            fmt::arg("dashes", shape.dashes));
     const bool dots = shaped.find("pointtype") != std::string::npos;
     script->Plot(
-        fmt::format("{} using {}{} axes x1y{}", data, columns, series.scale ? ":5" : "",
-                    series.second_axis ? 2 : 1),
-        fmt::format("{}{} linewidth {} linecolor {}", shaped,
+        fmt::format("{} using {} axes x1y{}", data, columns, series.second_axis ? 2 : 1),
+        fmt::format("{}{} linewidth {} linecolor rgb {}", shaped,
                     dots ? fmt::format(" pointsize {}", series.dot_px / kDotOfSize1_px) : "",
-                    series.width_px, series.scale ? "palette" : "rgb " + Color(series.color)),
+                    series.width_px, Color(series.color)),
         i + 1 == layers.size() ? series.name : "");
   }
-  if (!series.scale) return;
-  const auto& [label, low, high, from, to] = *series.scale;
-  script->Line("set palette defined (0 {}, 1 {})", Color(from), Color(to));
-  script->Line("set cblabel {}; set cbrange [{}:{}]", Quoted(label), low, high);
 }
 
 void AddRule(const Rule& rule, Legend legend, Script* script) {
@@ -261,6 +256,7 @@ void AddPanel(const Figure& figure, size_t number, Script* script) {
   AddAxis("y", panel.y, has_data(false), script);
   AddAxis("y2", panel.y2, has_data(true), script);
   if (has_data(true)) script->Line("set y2tics; set rmargin 9");
+  if (panel.equal) script->Line("set size ratio -1");
   if (!panel.has_axes) script->Line("unset border; unset tics; unset grid");
 
   // panels above each other have the same margins

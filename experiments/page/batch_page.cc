@@ -1,15 +1,11 @@
 #include "experiments/page/batch_page.h"
 
-#include <fmt/format.h>
-
 #include <optional>
-#include <utility>
 #include <vector>
 
 #include "experiments/batch/plan.h"
 #include "experiments/page/stored_trials.h"
 #include "experiments/page/trial_model.h"
-#include "experiments/page/trial_page.h"
 #include "experiments/report/report_json.h"
 #include "experiments/trial/record_columns.h"
 
@@ -39,45 +35,18 @@ bool IsShown(const trial::Column& column) {
 
 Json ColumnsOf(const std::vector<StoredTrial>& trials) {
   const std::vector<trial::Column>& columns = trial::Columns();
-  std::vector<Json> values(columns.size(), Json::array());
-  Json numbers = Json::array(), seeds = Json::array();
+  Json all = {{"trial", Json::array()}, {"seed", Json::array()}};
   for (const StoredTrial& trial : trials) {
     const std::vector<trial::Cell> row = trial::CellsOf(trial.record);
     for (size_t i = 0; i < row.size(); ++i)
-      if (IsShown(columns[i])) values[i].push_back(Rounded(row[i]));
-    numbers.push_back(trial.trial);
-    seeds.push_back(std::to_string(trial.record.seed));
+      if (IsShown(columns[i])) all[columns[i].name].push_back(Rounded(row[i]));
+    all["trial"].push_back(trial.trial);
+    all["seed"].push_back(std::to_string(trial.record.seed));
   }
-  Json all = {{"trial", numbers}, {"seed", seeds}};
-  for (size_t i = 0; i < columns.size(); ++i)  // none of which nothing is known
-    if (IsShown(columns[i]) && values[i] != Json(trials.size(), Json()))
-      all[columns[i].name] = std::move(values[i]);
+  for (const trial::Column& column : columns)  // of which nothing is known
+    if (all.contains(column.name) && all[column.name] == Json(trials.size(), Json()))
+      all.erase(column.name);
   return all;
-}
-
-// Failures first, then the others, each in their order.
-std::vector<int64_t> InOrderOfInterest(const std::vector<StoredTrial>& trials) {
-  std::vector<int64_t> order;
-  for (const bool success : {false, true})
-    for (const StoredTrial& trial : trials)
-      if (trial.record.success() == success) order.push_back(trial.trial);
-  return order;
-}
-
-// What pictures of the trials need, for each scenario that occurs, of which the first trial stands
-// for all; and stored series, failures first, with a note of which trials.
-void AddPictures(const std::vector<StoredTrial>& trials, StoredTrials* stored, Page* page) {
-  Json& model = page->model;
-  for (const StoredTrial& trial : trials)
-    if (const std::string name = ScenarioNameOf(trial);
-        stored->plan() && !model["models"].contains(name))
-      model["models"][name] = stored->PictureModel(trial);
-  for (const int64_t trial : InOrderOfInterest(trials))
-    if (stored->Pack(trial, fmt::format("series-{}", trial)))
-      model["series_trials"].push_back(trial);
-  model["series_stored"] = stored->count();
-  for (const auto& [name, trial] : model["models"].items())
-    page->has_3d |= !page->parts.empty() && !trial["scene"].is_null();
 }
 
 }  // namespace
@@ -89,48 +58,29 @@ Page BatchPage(const batch::ResultStore& store, const std::string& file,
   Page page;
   Json& model = page.model;
   model = {{"kind", "batch"},
-           {"kind_title", header.kind == "batch"  ? "batch"
-                          : header.kind == "tune" ? "tuning study: its trials"
-                                                  : header.kind + ": its trials"},
+           {"kind_title", header.kind == "batch" ? "batch" : header.kind + ": its trials"},
            {"build", header.build},
            {"file", file},
            {"store_kind", header.kind},
            {"rows", trials.size()},
            {"columns", ColumnsOf(trials)},
            {"parameters", ParametersOf(header.keys, trials)},
-           {"models", Json::object()},
            {"series_trials", Json::array()},
-           {"series_stored", 0},
            {"missing", Json::array()}};
   StoredTrials stored(store, file, "", options.series_bytes, options.plugins, &page);
   if (const std::optional<batch::Plan>& plan = stored.plan())
     for (const batch::GridAxis& axis : plan->grid()) model["grid"].push_back(axis.key);
-  if (header.kind == "batch") AddPictures(trials, &stored, &page);
+  if (stored.plan() && !trials.empty())
+    model["limits"] = LimitsModel(stored.plan()->ScenarioOf(stored.plan()->Trial(trials[0].trial)));
+  for (const bool success : {false, true})
+    for (const StoredTrial& trial : trials)
+      if (trial.record.success() == success && stored.Pack(trial))
+        model["series_trials"].push_back(trial.trial);
+  model["series_stored"] = stored.count();
   const batch::BatchSummary summary = batch::SummaryOf(store, file, options.report);
   model["report"] = report::Document(batch::ReportOf(summary), Json::object())["report"];
   model["title"] = summary.title;
   for (const Json& sentence : model["report"]["missing"]) model["missing"].push_back(sentence);
-  return page;
-}
-
-Page StoredTrialPage(const batch::ResultStore& store, const std::string& file, int64_t number,
-                     const trial::Plugins& plugins) {
-  const StoredTrial trial = store.Trial(number);
-  const batch::StoreHeader& header = store.header();
-  if (header.kind != "batch")
-    throw ConfigError(
-        fmt::format("{}: was written by {}: one of its trials cannot be shown", file, header.kind));
-  const batch::Plan plan(header.plan, file, {.plugins = plugins});
-  Page page =
-      TrialPage(plan.ScenarioOf(plan.Trial(number)),
-                {.record = trial.record,
-                 .series = store.SeriesOf(number),
-                 .commands = {{{"what", "The trial again, with film and all files"},
-                               {"command", fmt::format("turbidock replay {} {}", file, number)}}}});
-  page.model["build"] = header.build;
-  if (page.model["series"]["time_s"].empty())
-    page.model["missing"].push_back(
-        "No traces and no replay: the batch stored no series (series_every_frames in its plan)");
   return page;
 }
 

@@ -23,8 +23,4 @@ struct BatchPageOptions {
 Page BatchPage(const batch::ResultStore& store, const std::string& file,
                const BatchPageOptions& options = {});
 
-// Of one trial in such a file, as far as its series was stored. ConfigError when it is not there.
-Page StoredTrialPage(const batch::ResultStore& store, const std::string& file, int64_t trial,
-                     const trial::Plugins& plugins = {});
-
 }  // namespace turbidock::page

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 #include <zlib.h>
 
+#include <boost/algorithm/string/replace.hpp>
 #include <cstdint>
+#include <utility>
 
 #include "experiments/page/web_files.h"
 #include "sim/base/check.h"
@@ -12,16 +14,11 @@ namespace turbidock::page {
 namespace {
 
 // Text as it may stand between tags and in attributes with double quotes.
-std::string EscapeHtml(std::string_view text) {
-  static const std::map<char, std::string> kEscaped = {
-      {'&', "&amp;"}, {'<', "&lt;"}, {'>', "&gt;"}, {'"', "&quot;"}};
-  std::string out;
-  for (const char c : text)
-    if (const auto found = kEscaped.find(c); found != kEscaped.end())
-      out += found->second;
-    else
-      out += c;
-  return out;
+std::string EscapeHtml(std::string text) {
+  for (const auto& [from, to] :
+       {std::pair{"&", "&amp;"}, {"<", "&lt;"}, {">", "&gt;"}, {"\"", "&quot;"}})
+    boost::replace_all(text, from, to);
+  return text;
 }
 
 // The sheets, by name.

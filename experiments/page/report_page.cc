@@ -1,9 +1,13 @@
 #include "experiments/page/report_page.h"
 
+#include <fmt/format.h>
+
 #include <filesystem>
 #include <fstream>
-#include <set>
+#include <map>
 
+#include "experiments/media/jpeg.h"
+#include "experiments/media/png.h"
 #include "experiments/page/trial_page.h"
 #include "experiments/report/report_json.h"
 
@@ -18,22 +22,27 @@ bool IsFile(const fs::path& path) {
   return fs::is_regular_file(path, none);
 }
 
-// What the cells of a report's tables open.
-std::set<std::string> LinksIn(const Json& model) {
-  std::set<std::string> links;
-  for (const Json& section : model["sections"])
-    if (const Json table = section.value("table", Json()); table.is_object())
-      for (const Json& row : table.value("rows", Json::array()))
-        for (const Json& cell : row)
-          if (cell.is_object() && cell.contains("link")) links.insert(cell["link"]);
-  return links;
+// Sheets of images that a study drew beside its document: STEM_images_NAME.png.
+Json PicturesBeside(const fs::path& file) {
+  constexpr int kQuality = 80;
+  const std::string begin = file.stem().string() + "_images_";
+  std::map<std::string, std::string> sheets;  // by name
+  std::error_code none;
+  for (const auto& entry : fs::directory_iterator(fs::absolute(file).parent_path(), none))
+    if (const std::string name = entry.path().stem().string();
+        name.starts_with(begin) && entry.path().extension() == ".png")
+      sheets[name.substr(begin.size())] =
+          Base64(media::EncodeJpeg(media::ReadPng(entry.path().string()), kQuality));
+  return sheets;
 }
 
 Page DocumentPage(const std::string& file) {
   const Json document = report::ParseJson(system::ReadWhole(file), file);
   if (document.is_object() && document.contains("outcome") && !document.contains("report"))
     throw ConfigError(file + ": is one trial's result; give the folder that it is in");
-  return ReportPage(document, file);
+  Page page = ReportPage(document, file);
+  page.model["pictures"] = PicturesBeside(file);
+  return page;
 }
 
 }  // namespace
@@ -44,12 +53,17 @@ Page ReportPage(const Json& document, const std::string& where) {
   model = report::ReportIn(document, where);
   model["kind_title"] = model["kind"];
   model["kind"] = "report";  // the module that shows it
-  model["links"] = Json::object();
+  try {
+    model["links"] = document.value("links", Json::object()).get<std::map<std::string, Link>>();
+  } catch (const Json::exception& error) {
+    throw ConfigError(fmt::format("{}: links: {}", where, error.what()));
+  }
   return page;
 }
 
 void AddTrialsIn(const std::string& folder, const trial::Plugins& plugins, Page* page) {
-  for (const std::string& name : LinksIn(page->model)) {
+  std::map<std::string, Link> links = page->model["links"];
+  for (auto& [name, link] : links) {
     const fs::path path = fs::path(folder) / name;
     if (path.filename() != name || !IsFile(path / "result.json")) continue;
     try {
@@ -62,12 +76,13 @@ void AddTrialsIn(const std::string& folder, const trial::Plugins& plugins, Page*
                          .model = part};
       for (const Json& command : trial.model["commands"])
         linked.commands.push_back({command["what"], command["command"]});
-      page->model["links"][name] = Link{.title = name, .trials = {linked}};
+      link = {.title = name, .trials = {linked}};
       AddPart(part, trial.model, trial.has_3d, page);
     } catch (const ConfigError& error) {
       page->model["missing"].push_back(error.what());
     }
   }
+  page->model["links"] = links;
 }
 
 void AddPart(const std::string& name, const Json& part, bool has_3d, Page* page) {

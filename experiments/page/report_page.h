@@ -36,9 +36,8 @@ struct Link {
 // ConfigError for any other JSON.
 Page ReportPage(const report::Json& document, const std::string& where);
 
-// Makes each trial's folder in `folder` that a cell of the report's tables names by its link what
-// that link opens; others, such as those of an earlier run, stay out. What cannot be read is said
-// in the page. No such folder: no links.
+// Makes each trial's folder in `folder` that has a link's name what that link opens; others, such
+// as those of an earlier run, stay out. What cannot be read is said in the page.
 void AddTrialsIn(const std::string& folder, const trial::Plugins& plugins, Page* page);
 
 // A part that linked trials name.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "experiments/batch/summary.h"
 #include "experiments/page/trial_model.h"
 #include "experiments/report/quantity.h"
 
@@ -35,33 +36,26 @@ StoredTrials::StoredTrials(const batch::ResultStore& store, std::string file, st
   }
 }
 
-bool StoredTrials::Pack(int64_t trial, const std::string& part) {
-  if (bytes_left_ < 0 || !std::ranges::binary_search(stored_, trial)) return false;
-  const std::string text = report::JsonLine(SeriesModel(store_.SeriesOf(trial), kStoredDigits));
+std::string StoredTrials::SeriesPart(const batch::StoredTrial& trial) const {
+  return fmt::format("series-{}-{}", name_, trial.trial);
+}
+
+std::string StoredTrials::ModelPart(const batch::StoredTrial& trial) const {
+  const auto at = std::ranges::find(trial.parameters, "scenario", &batch::Parameter::key);
+  return fmt::format("model-{}-{}", name_, at == trial.parameters.end() ? "" : at->value);
+}
+
+bool StoredTrials::Pack(const batch::StoredTrial& trial) {
+  if (!plan_ || bytes_left_ < 0 || !std::ranges::binary_search(stored_, trial.trial)) return false;
+  const std::string text = report::JsonLine(Rounded(store_.SeriesOf(trial.trial), kStoredDigits));
   bytes_left_ -= static_cast<int64_t>(Gzip(text).size()) * 4 / 3;
   if (bytes_left_ < 0) return false;
-  page_->parts[part] = text;
-  return true;
-}
-
-Json StoredTrials::PictureModel(const batch::StoredTrial& trial) const {
+  page_->parts[SeriesPart(trial)] = text;
+  if (page_->parts.contains(ModelPart(trial))) return true;
   Json model = TrialModel(plan_->ScenarioOf(plan_->Trial(trial.trial)));
   model.erase("settings");
-  return model;
-}
-
-std::string ScenarioNameOf(const batch::StoredTrial& trial) {
-  const auto at = std::ranges::find(trial.parameters, "scenario", &batch::Parameter::key);
-  return at == trial.parameters.end() ? "" : at->value;
-}
-
-std::string StoredTrials::ModelPart(const batch::StoredTrial& trial) {
-  const std::string part = fmt::format("model-{}-{}", name_, ScenarioNameOf(trial));
-  if (!page_->parts.contains(part)) {
-    const Json model = PictureModel(trial);
-    AddPart(part, model, /*has_3d=*/!model["scene"].is_null(), page_);
-  }
-  return part;
+  AddPart(ModelPart(trial), model, /*has_3d=*/!model["scene"].is_null(), page_);
+  return true;
 }
 
 LinkedTrial StoredTrials::Of(int64_t number) {
@@ -72,24 +66,21 @@ LinkedTrial StoredTrials::Of(int64_t number) {
                      .facts = {{"failure", report::Words(NameOf(trial.record.failure))},
                                {"time", fmt::format("{:.1f} s", trial.record.time_s)}}};
   for (const batch::Parameter& p : trial.parameters) {
-    const std::optional<double> value = report::NumberIn(p.value);
-    linked.facts.push_back({p.key, value ? report::Digits(*value) : p.value});
+    const report::Quantity name = batch::NameOfKey(p.key);
+    linked.facts.push_back({name.Title(), batch::ValueText(p.key, p.value), p.key});
   }
   if (store_.header().kind == "batch")
     linked.commands = {
         {"The trial again, with film and all its files",
          fmt::format("turbidock replay {} {} --out out/{}{}", file_, number, name_, number)}};
-  const std::string part = fmt::format("series-{}-{}", name_, number);
-  if (plan_ && Pack(number, part)) {
+  if (Pack(trial)) {
     linked.model = ModelPart(trial);
-    linked.series = part;
-  } else if (!std::ranges::binary_search(stored_, number)) {
-    linked.note =
-        "Its traces were not stored (series_every_frames in the plan): replay makes them.";
+    linked.series = SeriesPart(trial);
   } else {
-    linked.note =
-        fmt::format("Its traces are not in this page: turbidock report {} --trial {} shows them.",
-                    file_, number);
+    const bool is_stored = std::ranges::binary_search(stored_, number);
+    linked.note = fmt::format(
+        "Its traces {}: the command above makes them.",
+        is_stored ? "are not in this page" : "were not stored (series_every_frames in the plan)");
   }
   return linked;
 }

@@ -26,19 +26,17 @@ class StoredTrials {
   // How many trials have a series, packed or not.
   size_t count() const { return stored_.size(); }
 
-  // Makes the trial's series the part `part` of the page. Not where none was stored, nor once there
-  // was no room for one.
-  bool Pack(int64_t trial, const std::string& part);
-
-  // What pictures of the trial need (trial_model.h), which all of its scenario share.
-  report::Json PictureModel(const batch::StoredTrial& trial) const;
+  // Makes the trial's series the part "series-NAME-TRIAL" of the page and, once, what pictures of
+  // its scenario need (trial_model.h) "model-NAME-SCENARIO". Not where none was stored, nor once
+  // there was no room for one.
+  bool Pack(const batch::StoredTrial& trial);
 
   // What a link of a report opens.
   LinkedTrial Of(int64_t trial);
 
  private:
-  // The name of the part with the model of the trial's scenario.
-  std::string ModelPart(const batch::StoredTrial& trial);
+  std::string SeriesPart(const batch::StoredTrial& trial) const;
+  std::string ModelPart(const batch::StoredTrial& trial) const;
 
   const batch::ResultStore& store_;
   std::string file_, name_;
@@ -47,8 +45,5 @@ class StoredTrials {
   std::vector<int64_t> stored_;  // ascending
   std::optional<batch::Plan> plan_;
 };
-
-// The scenario's name of a trial of a plan with several; empty where there is one.
-std::string ScenarioNameOf(const batch::StoredTrial& trial);
 
 }  // namespace turbidock::page

@@ -66,13 +66,6 @@ std::vector<std::pair<std::string, std::string>> ValuesOf(const trial::Scenario&
   return values;
 }
 
-Json LimitsModel(const trial::Scenario& scenario) {
-  Json limits = trial::CriteriaOf(scenario);
-  limits["enter_y_m"] = scenario.procedure.enter_y_m;
-  limits["enter_z_m"] = scenario.procedure.enter_z_m;
-  return limits;
-}
-
 // How far cameras could see: where green light has left 2 % of a contrast; null without cameras.
 Json SightModel(const trial::Scenario& scenario) {
   if (scenario.pose_source != trial::PoseSource::kCameras) return nullptr;
@@ -94,6 +87,13 @@ Json RigModel(const StereoRig& rig) {
 }
 
 }  // namespace
+
+Json LimitsModel(const trial::Scenario& scenario) {
+  Json limits = trial::CriteriaOf(scenario);
+  limits["enter_y_m"] = scenario.procedure.enter_y_m;
+  limits["enter_z_m"] = scenario.procedure.enter_z_m;
+  return limits;
+}
 
 Json Rounded(Json json, int digits) {
   if (json.is_structured())
@@ -154,16 +154,13 @@ Json SettingsModel(const trial::Scenario& scenario) {
                                                        scenario.vehicle_model, scenario.plugins);
   std::map<std::string, std::string> defaults;
   for (const auto& [key, value] : ValuesOf(before)) defaults[key] = value;
-  std::map<std::string, std::string> docs;
-  for (const config::KeyDoc& doc : trial::ScenarioKeys(scenario.plugins)) docs[doc.key] = doc.doc;
   Json list = Json::array();
   for (const auto& [key, value] : ValuesOf(scenario)) {
     // no scenario is without these: they have no default
     if (key == "schema_version" || key == "description" || key == "seed") continue;
     if (key == "duration_s" || key == "model") defaults[key].clear();
     if (defaults[key] != value)
-      list.push_back(
-          {{"key", key}, {"value", value}, {"default", defaults[key]}, {"doc", docs[key]}});
+      list.push_back({{"key", key}, {"value", value}, {"default", defaults[key]}});
   }
   return list;
 }
@@ -201,7 +198,5 @@ Json TrialModel(const trial::Scenario& scenario) {
   }
   return model;
 }
-
-Json SeriesModel(const trial::Series& series, int digits) { return Rounded(series, digits); }
 
 }  // namespace turbidock::page

@@ -5,7 +5,6 @@
 
 #include "experiments/report/json.h"
 #include "experiments/trial/scenario.h"
-#include "experiments/trial/series.h"
 #include "sim/vehicle/scene.h"
 
 namespace turbidock::page {
@@ -19,16 +18,16 @@ report::Json TrialModel(const trial::Scenario& scenario);
 // or in the world, and colour.
 report::Json SceneModel(const vehicle::Scene& scene);
 
+// What docking asks for, which pictures draw.
+report::Json LimitsModel(const trial::Scenario& scenario);
+
 // The keys whose values differ from what every scenario with these presets begins with.
 report::Json SettingsModel(const trial::Scenario& scenario);
-
-// The columns of a log: numbers in so many digits, null where they are not finite.
-report::Json SeriesModel(const trial::Series& series, int digits = 6);
 
 // x, y, z, qw, qx, qy, qz.
 report::Json PoseModel(const Pose& pose);
 
-// All its numbers in so many digits.
+// All its numbers, such as a trial::Series's, in so many digits.
 report::Json Rounded(report::Json json, int digits = 6);
 
 }  // namespace turbidock::page

@@ -2,12 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <filesystem>
-#include <vector>
+#include <map>
+#include <utility>
 
 #include "experiments/page/trial_model.h"
 #include "experiments/system/output_path.h"
+#include "experiments/trial/series.h"
 #include "experiments/trial/trial_files.h"
 
 namespace turbidock::page {
@@ -17,8 +18,8 @@ namespace fs = std::filesystem;
 using report::Json;
 
 // Key frames, "cameras/000090_left.jpg" beside "000090_right.jpg": of frame 90.
-std::vector<CameraPictures> PicturesIn(const fs::path& folder) {
-  std::vector<CameraPictures> pictures;
+Json PicturesIn(const fs::path& folder, const trial::Scenario& scenario) {
+  std::map<int, Json> pictures;  // by frame
   std::error_code none;
   for (const auto& entry : fs::directory_iterator(folder, none)) {
     const std::string name = entry.path().filename().string(), number = name.substr(0, 6);
@@ -26,38 +27,17 @@ std::vector<CameraPictures> PicturesIn(const fs::path& folder) {
     if (!name.ends_with("_left.jpg") || !fs::exists(right) ||
         number.find_first_not_of("0123456789") != std::string::npos)
       continue;
-    pictures.push_back(
-        {std::stoi(number), {system::ReadWhole(entry.path()), system::ReadWhole(right)}});
+    const int frame = std::stoi(number);
+    pictures[frame] = {{"time_s", Rounded(scenario.clock.TimeOfFrame(frame))},
+                       {"left", Base64(system::ReadWhole(entry.path()))},
+                       {"right", Base64(system::ReadWhole(right))}};
   }
-  std::ranges::sort(pictures, {}, &CameraPictures::frame);
-  return pictures;
+  Json list = Json::array();
+  for (auto& [frame, picture] : pictures) list.push_back(std::move(picture));
+  return list;
 }
 
 }  // namespace
-
-Page TrialPage(const trial::Scenario& scenario, const TrialParts& parts) {
-  Page page;
-  Json& model = page.model;
-  model = TrialModel(scenario);
-  model["record"] = parts.record;
-  model["build"] = parts.record.value("version", "");
-  model["series"] = SeriesModel(parts.series);
-  model["frames"] = Json::array();
-  for (const auto& [frame, jpeg] : parts.pictures)
-    model["frames"].push_back({{"time_s", Rounded(scenario.clock.TimeOfFrame(frame))},
-                               {"left", Base64(jpeg.left)},
-                               {"right", Base64(jpeg.right)}});
-  if (!parts.video.empty()) page.files["video"] = parts.video;
-  model["commands"] = parts.commands;
-  page.has_3d = !model["scene"].is_null();
-  return page;
-}
-
-Json CommandsOf(const std::string& folder) {
-  return {{{"what", "The same trial again, filmed"},
-           {"command", fmt::format("turbidock run {} --out again --video",
-                                   (fs::path(folder) / "resolved.yaml").string())}}};
-}
 
 Page TrialPage(const std::string& folder, const trial::Plugins& plugins) {
   const fs::path in(folder);
@@ -74,12 +54,19 @@ Page TrialPage(const std::string& folder, const trial::Plugins& plugins) {
   const Json record = report::ParseJson(system::ReadWhole(result), result);
   if (!record.is_object() || !record.contains("outcome"))
     throw ConfigError(result + ": is no trial's result");
-  return TrialPage(scenario,
-                   {.record = record,
-                    .series = trial::Series::FromCsv(system::ReadWhole(trajectory), trajectory),
-                    .pictures = PicturesIn(in / "cameras"),
-                    .video = fs::is_regular_file(video, none) ? system::ReadWhole(video) : "",
-                    .commands = CommandsOf(folder)});
+  Page page;
+  page.model = TrialModel(scenario);
+  page.model.update(
+      {{"record", record},
+       {"build", record.value("version", "")},
+       {"series", Rounded(trial::Series::FromCsv(system::ReadWhole(trajectory), trajectory))},
+       {"frames", PicturesIn(in / "cameras", scenario)},
+       {"commands",
+        {{{"what", "The same trial again, filmed"},
+          {"command", fmt::format("turbidock run {} --out again --video", resolved)}}}}});
+  if (fs::is_regular_file(video, none)) page.files["video"] = system::ReadWhole(video);
+  page.has_3d = !page.model["scene"].is_null();
+  return page;
 }
 
 }  // namespace turbidock::page

@@ -5,7 +5,6 @@
 #include <array>
 #include <functional>
 #include <limits>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,7 +27,6 @@ inline constexpr const Rgb& CurveColor(size_t i) { return kCurveColors[i % kCurv
 struct Sample {
   double x = kOpen, y = kOpen;
   double low = kOpen, high = kOpen;  // ends of a band or bar
-  double shade = kOpen;              // on the series' scale
 };
 
 // Bars are of y unless they say otherwise, and have a dot at y.
@@ -62,22 +60,13 @@ constexpr auto Names(Mark) {
                          {kNone, "none"}});
 }
 
-// What colours between two others mean, shown beside the panel.
-struct ColorScale {
-  std::string label = {};
-  double low = 0, high = 1;
-  Rgb from = {}, to = {};
-  TURBIDOCK_FIELDS(label, low, high, from, to)
-};
-
 struct Series {
   std::string name = {};            // in the legend, unless empty
   std::vector<Sample> points = {};  // a gap where x or y is not finite
   Rgb color = kCurveColors[0];
   Mark mark = Mark::kLine;
   double width_px = 2, dot_px = 6;
-  bool second_axis = false;              // y belongs to the panel's y2
-  std::optional<ColorScale> scale = {};  // dots have its colours
+  bool second_axis = false;  // y belongs to the panel's y2
   // Empty, or for each point what it opens in a page: the id of a link (report.h).
   std::vector<std::string> links = {};
 };
@@ -129,7 +118,8 @@ struct Panel {
   Legend legend = Legend::kNone;
   bool has_axes = true;  // without: a bar of blocks
   double height = 1;     // relative to the others, where they are stacked
-  TURBIDOCK_FIELDS(title, x, y, y2, blocks, series, rules, legend, has_axes)
+  bool equal = false;    // a length is as long on x as on y
+  TURBIDOCK_FIELDS(title, x, y, y2, blocks, series, rules, legend, has_axes, equal)
 };
 
 struct Figure {

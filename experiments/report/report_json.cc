@@ -33,7 +33,7 @@ void to_json(Json& json, const Table& table) {
   json = {{"columns", columns}, {"rows", table.rows()}};
 }
 
-// In columns; those of a band and of shades only where there are any.
+// In columns; those of a band only where there are any.
 void to_json(Json& json, const Series& series) {
   json = {{"name", series.name},
           {"color", series.color},
@@ -44,11 +44,9 @@ void to_json(Json& json, const Series& series) {
           {"x", ColumnOf(series.points, &Sample::x)},
           {"y", ColumnOf(series.points, &Sample::y)},
           {"links", series.links}};
-  for (const auto& [key, value] :
-       {std::pair{"low", &Sample::low}, {"high", &Sample::high}, {"shade", &Sample::shade}})
+  for (const auto& [key, value] : {std::pair{"low", &Sample::low}, {"high", &Sample::high}})
     if (Json column = ColumnOf(series.points, value); column != Json(column.size(), Json()))
       json[key] = std::move(column);
-  if (series.scale) json["scale"] = *series.scale;
 }
 
 Json Document(const Report& report, const Json& result) {

@@ -1,24 +1,55 @@
 #pragma once
 // Who may talk to a server of this program: whoever knows its secret, from a page of its own.
 
+#include <fmt/format.h>
+
+#include <boost/asio/ip/address.hpp>
+#include <random>
+#include <regex>
 #include <string>
 #include <string_view>
 
 namespace turbidock::serve {
 
 // 128 random bits as 32 hexadecimal digits.
-std::string NewSecret();
+inline std::string NewSecret() {
+  std::random_device device;  // the kernel's generator
+  std::string secret;
+  for (int i = 0; i < 4; ++i) secret += fmt::format("{:08x}", device());
+  return secret;
+}
 
 // Whether two texts are equal, in a time that does not tell where they differ.
-bool AreSame(std::string_view a, std::string_view b);
+inline bool AreSame(std::string_view a, std::string_view b) {
+  if (a.size() != b.size()) return false;
+  unsigned char difference = 0;
+  for (size_t i = 0; i < a.size(); ++i)
+    difference |= static_cast<unsigned char>(a[i]) ^ static_cast<unsigned char>(b[i]);
+  return difference == 0;
+}
 
 // Whether a Host header ("localhost:8137") is how a browser may address a server that listens at
 // `address`. Only a name can be made to point here by a stranger (DNS rebinding), so of all names
 // only localhost is; and addresses: the loopback ones, any of them where it does not listen on
 // loopback. The port may be that of a tunnel.
-bool IsOwnHost(std::string_view host, std::string_view address);
+inline bool IsOwnHost(std::string_view host, std::string_view address) {
+  // a name, or an IPv6 address in brackets, and perhaps a port
+  static const std::regex form(R"((\[([^\]]+)\]|([^:]+))(:[0-9]{1,5})?)");
+  constexpr size_t kLongest = 300;  // of a name, and a bound for the expression's work
+  std::cmatch match;
+  if (host.size() > kLongest || !std::regex_match(host.begin(), host.end(), match, form))
+    return false;
+  const std::string name = match[2].matched ? match[2] : match[3];
+  if (name == "localhost") return true;
+  boost::system::error_code none, other;
+  const auto literal = boost::asio::ip::make_address(name, none),
+             own = boost::asio::ip::make_address(std::string(address), other);
+  return !none && (literal.is_loopback() || !own.is_loopback());
+}
 
 // Whether an Origin header is that of a page that came from this host over HTTP.
-bool IsOwnOrigin(std::string_view origin, std::string_view host);
+inline bool IsOwnOrigin(std::string_view origin, std::string_view host) {
+  return origin == fmt::format("http://{}", host);
+}
 
 }  // namespace turbidock::serve

@@ -167,14 +167,12 @@ TEST_F(BadInput, AResultOfAnotherShapeIsNoFault) {
 TEST_F(BadInput, AnOptionThatSaysNothingHereIsRefused) {
   const std::string db = Batch("x.db"), json = File("x.json", R"({"cells": []})");
   Refused({"report", json, "--trial", "3", "--out", Path("x.html")},
-          "--trial is for one batch's file");
+          "report --trial is gone; now: turbidock replay FILE TRIAL --out FOLDER, report FOLDER");
   Refused({"report", json, "--by", "scenario", "--out", Path("x.html")},
           "--by is for a batch's file or two");
   Refused({"report", json, "--figure", Path("x.png")}, "--figure is for one batch's file");
   Refused({"report", db, "--ignore", "scenario", "--out", Path("x.html")},
           "--ignore is for two batches");
-  Refused({"report", db, "--trial", "0", "--over", "seed", "--out", Path("x.html")},
-          "--over is for one batch's file");
   Refused({"report", db, "--over", "seed", "--out", Path("x.html")},
           "seed: trials cannot be grouped by this");
   Refused({"report", db, "--figure", Path("x.png")}, "has nothing to draw");

@@ -114,14 +114,14 @@ TEST(Page, AsksForNothingElsewhere) {
   EXPECT_THAT(Html({.model = {{"kind", "gate"}}}), Not(HasSubstr("data-name=\"three.min.js\"")));
 }
 
-TEST(SeriesModel, HasColumnsOfNumbersInSixDigitsAndWords) {
+TEST(Rounded, ASeriesHasColumnsOfNumbersInSixDigitsAndWords) {
   trial::TrialLog log;
   log.frames.resize(2);
   log.frames[0].fitness = 0.123456789;
   log.frames[1].time_s = 0.5;
   log.frames[1].stage = control::Stage::kDocking;
   log.frames[1].fitness = std::nan("");
-  const Json series = SeriesModel(trial::Series::Of(log));
+  const Json series = Rounded(trial::Series::Of(log));
   EXPECT_EQ(series["time_s"].dump(), "[0.0,0.5]");
   EXPECT_EQ(series["stage"].dump(), "[\"approach\",\"docking\"]");
   EXPECT_EQ(series["fitness"].dump(), "[0.123457,null]");
@@ -232,9 +232,14 @@ TEST_F(PageFiles, TrialsBesideAReportAreLinksByTheirFoldersNames) {
     seeds.Row({report::Cell(name, report::Tone::kBad, name)});
   const report::Report night{
       .kind = "gate", .title = "night", .sections = {{.title = "Seeds", .table = seeds}}};
-  Page page = ReportPage(report::Document(night, {{"verdict", "fail"}}), "summary.json");
+  const Link again{.title = "again",
+                   .trials = {{.title = "fails now", .outcome = "timeout", .reason = ""}}};
+  Json document = report::Document(night, {{"verdict", "fail"}});
+  document["links"] = {{"calm_7", again}, {"damaged_8", again}};
+  Page page = ReportPage(document, "summary.json");
   AddTrialsIn(Path("failures"), {}, &page);
-  ASSERT_EQ(page.model["links"].size(), 1u);
+  ASSERT_EQ(page.model["links"].size(), 2u);
+  EXPECT_EQ(page.model["links"]["damaged_8"]["title"], "again") << "as the document has it";
   const Json& trial = page.model["links"]["calm_7"]["trials"][0];
   EXPECT_EQ(trial["outcome"], NameOf(result.outcome));
   EXPECT_EQ(trial["commands"].size(), 1u);
@@ -245,7 +250,10 @@ TEST_F(PageFiles, TrialsBesideAReportAreLinksByTheirFoldersNames) {
   ASSERT_EQ(page.model["missing"].size(), 1u);
   EXPECT_THAT(page.model["missing"][0].get<std::string>(), HasSubstr("damaged_8: is no trial's"));
   AddTrialsIn(Path("none"), {}, &page);
-  EXPECT_EQ(page.model["links"].size(), 1u);
+  EXPECT_EQ(page.model["links"].size(), 2u);
+  document["links"] = {{"calm_7", 3}};
+  EXPECT_THAT(MessageOf([&] { ReportPage(document, "summary.json"); }),
+              HasSubstr("summary.json: links: "));
 }
 
 TEST_F(PageFiles, AFolderThatIsNoTrialIsNamed) {
@@ -313,9 +321,6 @@ TEST_F(PageFiles, ABatchHasItsTrialsAndTheirSeriesFailuresFirst) {
   const Page small = BatchPage(store, "b.db", {.series_bytes = 10});
   EXPECT_TRUE(small.parts.empty());
   EXPECT_EQ(small.model["series_stored"], 3);
-  EXPECT_EQ(StoredTrialPage(store, "b.db", 1).model["series"]["time_s"].size(),
-            result.log.frames.size());
-  EXPECT_THAT(StoredTrialPage(store, "b.db", 0).model["missing"].dump(), HasSubstr("No traces"));
 }
 
 // Its report is written anew while it goes on; its trials are a page of their own.

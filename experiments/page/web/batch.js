@@ -11,7 +11,6 @@ import {
   quantity,
   shown,
   spoken,
-  withoutKeys,
   words,
 } from 'page/format.js';
 import {bins, groupsOf} from 'page/numbers.js';
@@ -55,18 +54,6 @@ class BatchView {
       onPick: row => this.pick(row),
       onFound: rows => this.fill(rows),
     });
-    // success over what the plan varies is above, where it can be clicked
-    const named = text => withoutKeys(text, this.trials.parameters);
-    report.sections = report.sections.map(({title, table, ...part}) => ({
-      ...part,
-      title: named(title),
-      table: table && {
-        ...table,
-        columns: table.columns.map(column => ({...column, label: named(column.label)})),
-      },
-      panels: null,
-    }));
-    if (model.store_kind === 'batch') report.sections.push(next(model.file));
     drawSections(host, report);
   }
 
@@ -162,8 +149,7 @@ class BatchView {
     const y = row => 1000 * (get.final_error_true_y_m(row) ?? NaN);
     const z = row => 1000 * (get.final_error_true_z_m(row) ?? NaN);
     // of a plan that this program does not understand nothing is known
-    const [scenario] = Object.values(this.model.models);
-    const {tolerance_y_m = 0, tolerance_z_m = 0} = scenario?.limits || {};
+    const {tolerance_y_m = 0, tolerance_z_m = 0} = this.model.limits || {};
     const rows = found.filter(row => Number.isFinite(y(row)) && Number.isFinite(z(row)));
     const won = rows.filter(isSuccess);
     const reach = 1600 * Math.max(tolerance_y_m, tolerance_z_m) || 100;
@@ -242,18 +228,16 @@ class BatchView {
     const {model, trials} = this;
     const {get} = trials;
     const trial = get.trial(row);
-    const scenario = get.scenario ? get.scenario(row) : '';
-    const series = `series-${trial}`;
-    const pictured = model.models[scenario];
-    const isThere = has(series) && pictured;
+    const series = `series--${trial}`;
+    const isThere = has(series);
     const fact = (label, value) => ({label, value: String(value ?? '–')});
     const replay = {
       what: 'The trial again, with film and all its files',
       command: `turbidock replay ${model.file} ${trial} --out out/${trial}`,
     };
     const elsewhere = model.series_stored
-      ? `Its traces are not in this page, which has those of ${model.series_trials.length} of ` +
-        `${model.series_stored} trials, failures first: turbidock report ${model.file} --trial ${trial} shows them.`
+      ? `This page has the traces of ${model.series_trials.length} of ${model.series_stored} trials, failures first: ` +
+        'the command above makes its own.'
       : 'The batch stored no traces (series_every_frames in its plan): the command above makes them.';
     return openTrials(this.detail, {
       trials: [
@@ -274,28 +258,12 @@ class BatchView {
           ],
           commands: model.store_kind === 'batch' ? [replay] : [],
           note: isThere ? '' : elsewhere,
-          ...(isThere ? {model: pictured, series} : {}),
+          ...(isThere ? {model: `model--${get.scenario?.(row) ?? ''}`, series} : {}),
         },
       ],
     });
   }
 }
-
-/** A section of what to do with a file of trials. */
-const next = file => ({
-  title: 'Go on from here',
-  commands: [
-    {what: 'How far it is and what came out so far', command: `turbidock status ${file}`},
-    {
-      what: 'Every figure of every trial',
-      command: `turbidock export ${file} > trials.csv`,
-    },
-    {
-      what: 'Run some again and compare their digests',
-      command: `turbidock verify ${file} --sample 10`,
-    },
-  ],
-});
 
 const timesOf = groups => ({
   x: {label: 'time to dock, s'},

@@ -2,7 +2,6 @@
 
 import {h, soon} from 'page/dom.js';
 import {inverse, transform} from 'page/series.js';
-import {onTheme} from 'page/theme.js';
 
 const kSides = ['left', 'right'];
 
@@ -25,7 +24,6 @@ export class Cameras {
     );
     host.append(h('div', {class: 'cameras'}, figures), this.caption);
     this.draw = soon(() => kSides.forEach((side, k) => this.drawSide(side, this.views[k])));
-    onTheme(this.draw);
     this.draw();
   }
 

@@ -42,13 +42,6 @@ export function parameter(key) {
   const group = parts.length ? `${words(parts.pop())} ` : '';
   return {label: group + label + axis, unit, factor};
 }
-/** A text with such keys by their labels and the units that they are stored in. */
-export const withoutKeys = (text, keys) =>
-  keys.reduce((all, key) => {
-    const {label, unit, factor} = parameter(key);
-    const stored = factor === 1 ? unit : {mm: 'm', '°': 'rad', '°/s': 'rad/s'}[unit];
-    return all.replaceAll(key, titled({label, unit: stored}));
-  }, text);
 export const titled = ({label, unit}) => (unit ? `${label}, ${unit}` : label);
 
 /** A number in three or four digits, without needless zeros; "–" for none. */

@@ -43,19 +43,16 @@ class LiveClock extends Clock {
   }
 }
 
-/** Pictures of the trial so far, to look back at: a few a second, fewer of a long one. */
+/** The last pictures of the trial, to look back at: a few a second. */
 class Film {
   constructor() {
     this.pictures = []; // {frame, files}
-    this.every_frames = kKeepEvery_frames;
   }
   add(picture) {
     const last = this.pictures[this.pictures.length - 1];
-    if (last && picture.frame < last.frame + this.every_frames) return;
+    if (last && picture.frame < last.frame + kKeepEvery_frames) return;
     this.pictures.push(picture);
-    if (this.pictures.length < kMostKept) return;
-    this.pictures = this.pictures.filter((_, i) => i % 2 === 0);
-    this.every_frames *= 2;
+    if (this.pictures.length > kMostKept) this.pictures.shift();
   }
   /** The one nearest to a frame, or `other`. */
   nearest(frame, other) {
@@ -71,7 +68,6 @@ class LivePage {
     this.status = {};
     this.transitions = [];
     this.changes = [];
-    this.came = []; // times at which pictures came, of the last second
     this.heading = h('div', {class: 'column', 'aria-live': 'off'});
     this.alert = h('p', {class: 'missing', role: 'alert', hidden: true});
     const waiting = h('p', {class: 'note'}, 'Waiting for the program …');
@@ -150,13 +146,13 @@ class LivePage {
       {clock: this.clock, controls: this.controls(), live: true},
     ));
     view.left.append(this.knobs.element);
-    view.scene?.ready.then(() => {
-      if (!view.scene.renderer) return;
-      const send = force_newton => this.line.send({do: 'push', force_newton});
-      this.push = new Push(view.scene, send);
-      view.scene.element.after(this.push.element);
-      this.allowHands();
-    });
+    this.push = new Push(
+      () => view.series.pose('vehicle', view.series.length - 1),
+      force_newton => this.line.send({do: 'push', force_newton}),
+    );
+    view.left.prepend(this.push.element);
+    if (view.scene) view.scene.element.after(this.push.element);
+    this.allowHands();
   }
 
   /** Hands off what has ended. */
@@ -207,13 +203,9 @@ class LivePage {
   async keep(picture) {
     this.film.add(picture);
     this.last = picture;
-    this.came = [...this.cameLately(), performance.now()];
     if (this.clock.follow) await this.show(picture);
     const count = Number(document.documentElement.dataset.pictures || 0);
     document.documentElement.dataset.pictures = String(count + 1);
-  }
-  cameLately() {
-    return this.came.filter(time => time > performance.now() - 1000);
   }
 
   /** The picture of the clock's time. */
@@ -265,9 +257,6 @@ class LivePage {
       fact('of real time', `${fixed(status.real_time_factor, 2)} ×`, passed),
       fact('changes', String(this.changes.length), 'settings changed and pushes while it ran'),
     ];
-    const came = `${this.cameLately().length} /s`;
-    if (state === 'running')
-      facts.push(fact('pictures', came, 'pairs that came here in the last second'));
     if (status.digest) facts.push(fact('digest', status.digest, 'equal for equal trials'));
     const text = [state, status.reason, ...facts.map(({value}) => value)].join();
     if (text === this.headText) return;

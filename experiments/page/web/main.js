@@ -2,6 +2,7 @@
 
 import {h, button, fill} from 'page/dom.js';
 import {load} from 'page/data.js';
+import {words} from 'page/format.js';
 import {startTheme} from 'page/theme.js';
 
 export async function start() {
@@ -10,12 +11,11 @@ export async function start() {
   const main = h('main', {id: 'main'});
   const news = h('span', {class: 'news', role: 'status'});
   document.body.append(
-    h('a', {class: 'skip', href: '#main'}, 'To the content'),
     h(
       'nav',
       {class: 'line top', 'aria-label': 'page'},
       h('strong', {}, 'turbidock'),
-      h('span', {class: 'kind'}, model.kind_title || model.kind),
+      h('span', {class: 'kind'}, words(model.kind_title || model.kind)),
       news,
       model.build ? h('span', {class: 'note build'}, model.build) : null,
     ),

@@ -1,7 +1,7 @@
 // The marks of a plot's series on its canvas: bands, columns, lines, bars, dots. `c` is the canvas's context, X and Y
 // are the axes as Scale; y, low and high of a series may have gaps.
 
-import {ink, isDark} from 'page/theme.js';
+import {ink} from 'page/theme.js';
 
 const finite = Number.isFinite;
 
@@ -94,16 +94,14 @@ function drawBars(c, {x, y, low, high, width}, X, Y) {
   c.stroke();
 }
 
-function drawDots(c, {x, y, dot = 6, mark, scale, shade}, X, Y) {
+function drawDots(c, {x, y, dot = 6, mark}, X, Y) {
   const isRing = mark === 'rings';
   const radius = dot / 2 + (isRing ? 1 : 0);
   const isMany = x.length > 2000; // squares: circles would take ten times as long
-  const between = scale && mixer(scale);
   for (let i = 0; i < x.length; ++i) {
     if (!finite(x[i]) || !finite(y[i])) continue;
     const px = X.of(x[i]);
     const py = Y.of(y[i]);
-    if (between) c.fillStyle = between(shade[i]);
     if (isMany) {
       const box = [px - dot / 2, py - dot / 2, dot, dot];
       isRing ? c.strokeRect(...box) : c.fillRect(...box);
@@ -113,12 +111,4 @@ function drawDots(c, {x, y, dot = 6, mark, scale, shade}, X, Y) {
     c.arc(px, py, radius, 0, 2 * Math.PI);
     isRing ? c.stroke() : c.fill();
   }
-}
-
-/** share → colour between the two of a scale. */
-function mixer({low, high, from, to}) {
-  return value => {
-    const share = Math.min(1, Math.max(0, (value - low) / (high - low || 1)));
-    return ink(from.map((c, k) => c + (to[k] - c) * share).map(Math.round), 1, isDark() ? 2 : 1.5);
-  };
 }

@@ -7,7 +7,7 @@ import {drawSeries} from 'page/marks.js';
 import {lastAt} from 'page/numbers.js';
 import {listen} from 'page/pointing.js';
 import {Scale, span} from 'page/scale.js';
-import {ink, isLight, isOnPaper, onTheme, variable} from 'page/theme.js';
+import {ink, isLight, isOnPaper, kPaper_px, onTheme, variable} from 'page/theme.js';
 
 /** What plots of the same x axis share: the part that is shown, and the cursor. */
 export class Sync {
@@ -36,7 +36,6 @@ export class Sync {
   }
 }
 
-const kPaper_px = 690; // the width of a plot on A4
 const finite = Number.isFinite;
 const isAlongX = series => series.mark === 'columns'; // its low and high
 
@@ -127,10 +126,9 @@ export class Plot {
     return this.panel.series.filter(series => !this.hidden.has(series.name));
   }
 
-  /** Names of rules stand at the right where there is no legend. */
+  /** Names of rules stand at the right. */
   namedRules() {
-    const {rules = [], legend} = this.panel;
-    return rules.filter(rule => !rule.is_up && rule.name && legend === 'none');
+    return (this.panel.rules || []).filter(rule => !rule.is_up && rule.name);
   }
 
   /** All that the x axis could show. */
@@ -217,13 +215,19 @@ export class Plot {
     const second = y2.label ? 62 : 46;
     const right = width - (isAligned ? 42 : isSecond ? second : Math.max(8, widest(names) + 8));
     this.box = {left, right, top, bottom};
-    this.X = new Scale(this.equal(range, right - left, bottom - top), left, right, x);
+    this.X = new Scale(range, left, right, x);
+    if (panel.equal) this.makeEqual();
   }
-  /** The range of x; where both axes have one scale, as wide as that of y makes it. */
-  equal([low, high], width, height) {
-    if (!this.panel.equal) return [low, high];
-    const half = ((this.Y.high - this.Y.low) / 2) * (width / height);
-    return [(low + high) / 2 - half, (low + high) / 2 + half];
+  /** Widens the axis on which a length is drawn longer. */
+  makeEqual() {
+    const perPixel = ({low, high, from, to}) => (high - low) / Math.abs(to - from);
+    const scale = Math.max(perPixel(this.X), perPixel(this.Y));
+    const widened = ({low, high, from, to}) => {
+      const half = (scale * Math.abs(to - from)) / 2;
+      return new Scale([(low + high) / 2 - half, (low + high) / 2 + half], from, to);
+    };
+    [this.X, this.Y] = [widened(this.X), widened(this.Y)];
+    this.yTicks = this.Y.ticks(32);
   }
   /** Height of what stands below the x axis; nothing does in a stack but at its end. */
   roomBelow({names, label}, width, widest) {

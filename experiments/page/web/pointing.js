@@ -71,15 +71,6 @@ function pick(plot) {
   if (plot.found) plot.options.onPick?.(plot.found.series, plot.found.i);
 }
 
-function zoom(plot, factor) {
-  const {sync, X} = plot;
-  const at = sync.cursor ?? (X.low + X.high) / 2;
-  const [least, most] = plot.fullRange();
-  const low = Math.max(least, at - (at - X.low) * factor);
-  const high = Math.min(most, at + (X.high - at) * factor);
-  sync.setRange(low <= least && high >= most ? null : [low, high]);
-}
-
 export function listen(plot) {
   const {canvas, sync} = plot;
   const on = (name, act) =>
@@ -123,7 +114,7 @@ export function listen(plot) {
   on('keydown', event => key(plot, event));
 }
 
-/** Arrows move the cursor or go from point to point, + and - zoom, 0 shows all, Enter picks. */
+/** Arrows move the cursor or go from point to point, 0 shows all, Enter picks. */
 function key(plot, event) {
   if (event.ctrlKey || event.altKey || event.metaKey) return;
   const {sync, X, tip} = plot;
@@ -137,9 +128,6 @@ function key(plot, event) {
   const actions = {
     ArrowRight: () => move(many),
     ArrowLeft: () => move(-many),
-    '+': () => zoom(plot, 0.7),
-    '=': () => zoom(plot, 0.7),
-    '-': () => zoom(plot, 1.4),
     0: () => sync.setRange(null),
     Home: () => seek(X.low),
     End: () => seek(X.high),

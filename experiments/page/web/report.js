@@ -27,6 +27,14 @@ export function drawSections(host, model) {
     open: id => model.links[id] && openTrials(detail, model.links[id]),
   };
   const sections = model.sections.map(part => drawSection(part, view));
+  for (const [name, jpeg] of Object.entries(model.pictures || {}))
+    sections.push(
+      section(
+        `What the cameras saw: ${name}`,
+        {wide: true},
+        h('img', {src: `data:image/jpeg;base64,${jpeg}`, alt: `sheet of images, ${name}`}),
+      ),
+    );
   host.append(h('div', {class: 'cards'}, sections), detail);
   return view;
 }

@@ -2,16 +2,16 @@
 
 import {h, button, fill, soon} from 'page/dom.js';
 import {library} from 'page/data.js';
+import {number} from 'page/format.js';
 import {roundStep} from 'page/numbers.js';
 import {compose} from 'page/series.js';
-import {isDark, onTheme} from 'page/theme.js';
+import {isDark, isOnPaper, kPaper_px, onTheme} from 'page/theme.js';
 
-// Where from, in spans of the scene; from the cameras: with the vehicle.
+// Where from, in spans of the scene.
 const kViews = {
   Side: [-0.25, -1, 0.35],
   Above: [-0.02, -0.001, 1.15],
   Behind: [-1.2, -0.32, 0.42],
-  Cameras: null,
 };
 
 const painted = () =>
@@ -22,6 +22,10 @@ const painted = () =>
 
 // A browser has 16 of them: those of trials that are shown no longer are given back.
 const scenes = new Set();
+
+/** How far one could see, which stands in the picture as a grey sector where it is not far. */
+const sightText = ({sight_m}) => (sight_m ? `; one could see ${number(sight_m, 2)} m` : '');
+const kNear_m = 3;
 
 export class Scene3d {
   /** trial: the model of a trial; await ready before update. */
@@ -41,11 +45,13 @@ export class Scene3d {
       'div',
       {class: 'scene-box'},
       this.canvas,
+      (this.paper = h('canvas', {class: 'paper', 'aria-hidden': 'true'})), // WebGL prints what it drew before
       h('div', {class: 'line overlay-bar'}, views),
       h(
         'div',
         {class: 'scene-key'},
-        'blue: way of the cameras, faint to come; wire: estimated marker',
+        'blue: way of the cameras; wire: estimated marker',
+        sightText(trial),
       ),
       (this.bar = h('div', {class: 'scale-bar'})),
     );
@@ -87,6 +93,7 @@ export class Scene3d {
     this.world.add(this.ghost);
     this.trail = this.makeLine(0x4aa3e0, 1);
     this.toCome = this.makeLine(0x4aa3e0, 0.3);
+    this.sight = this.makeSight();
     this.controls = new T.OrbitControls(this.camera, canvas);
     this.controls.enableKeys = false;
     this.controls.enableZoom = false; // the page scrolls until the scene has the focus
@@ -96,7 +103,7 @@ export class Scene3d {
       });
     this.controls.addEventListener('change', this.draw);
     this.controls.addEventListener('start', () => (this.current = 'free'));
-    this.offTheme = onTheme(this.draw);
+    this.offTheme = onTheme(() => (isOnPaper() ? this.drawNow() : this.draw()));
     this.sizes = new ResizeObserver(this.draw);
     this.sizes.observe(canvas);
     this.view('Side');
@@ -202,6 +209,21 @@ export class Scene3d {
     return line;
   }
 
+  /** The sector that a camera sees, as far as one could see in this water. */
+  makeSight() {
+    const {sight_m, rig} = this.trial;
+    const line = this.makeLine(0x9fb4bf, 0.7);
+    line.visible = Boolean(sight_m) && sight_m < kNear_m;
+    const half = Math.atan(rig.width_px / 2 / rig.left.fx_px);
+    const points = Array.from({length: 17}, (_, i) => {
+      const angle = half * (i / 8 - 1);
+      return [sight_m * Math.cos(angle), sight_m * Math.sin(angle), 0];
+    });
+    const around = [[0, 0, 0], ...points, [0, 0, 0]].flat();
+    line.geometry.setAttribute('position', new this.T.Float32BufferAttribute(around, 3));
+    return line;
+  }
+
   /** Ways of the camera head and of the estimated marker, from a Series. */
   setSeries(series) {
     if (!this.renderer) return;
@@ -228,23 +250,12 @@ export class Scene3d {
     this.trail.geometry.setDrawRange(0, gone);
     this.toCome.geometry.setDrawRange(gone - 1, Infinity);
     this.place(this.vehicle, vehicle);
-    this.pose = vehicle;
     const head = compose(vehicle, this.trial.scene.X_BH);
+    this.place(this.sight, head);
     if (marker) this.place(this.station, compose(head, marker));
     this.ghost.visible = Boolean(estimate);
     if (estimate) this.place(this.ghost, compose(head, estimate));
-    if (this.current === 'Cameras') this.lookAhead();
     this.draw();
-  }
-
-  lookAhead() {
-    const T = this.T;
-    const [x, y, z, w, a, b, c] = compose(this.pose, this.trial.scene.X_BH);
-    const turn = new T.Quaternion(a, b, c, w);
-    const from = new T.Vector3(x, y, z);
-    this.camera.position.copy(from);
-    this.controls.target.copy(from).add(new T.Vector3(0.6, 0, 0).applyQuaternion(turn));
-    this.controls.update();
   }
 
   view(name) {
@@ -258,19 +269,17 @@ export class Scene3d {
     const box = new T.Box3().setFromArray([...marker, ...way]);
     const wide = Math.max(1, 1 / this.camera.aspect);
     const span = 1.05 * wide * Math.max(1.1, box.getSize(new T.Vector3()).length() + 0.75);
-    if (kViews[name]) {
-      box.getCenter(this.controls.target).sub(new T.Vector3(0.12, 0, 0.05));
-      const offset = new T.Vector3(...kViews[name]).multiplyScalar(span);
-      this.camera.position.copy(this.controls.target).add(offset);
-      this.controls.update();
-    } else if (this.pose) this.lookAhead();
+    box.getCenter(this.controls.target).sub(new T.Vector3(0.12, 0, 0.05));
+    const offset = new T.Vector3(...kViews[name]).multiplyScalar(span);
+    this.camera.position.copy(this.controls.target).add(offset);
+    this.controls.update();
     this.draw();
   }
 
   drawNow() {
     if (!this.renderer) return;
     const canvas = this.canvas;
-    const width = canvas.clientWidth;
+    const width = isOnPaper() ? kPaper_px : canvas.clientWidth;
     const height = canvas.clientHeight;
     if (!width || !height) return;
     const size = this.renderer.getSize(new this.T.Vector2());
@@ -281,11 +290,15 @@ export class Scene3d {
       this.camera.updateProjectionMatrix();
       this.view(this.current);
     }
-    const isNight = this.trial.night;
-    this.sun.intensity = isNight ? 0.5 : 1.7;
-    this.sky.intensity = isNight ? 0.55 : 1.5;
-    this.renderer.setClearColor(isNight ? 0x050d14 : isDark() ? 0x0c1b25 : 0xdbe8ee);
+    const isNight = this.trial.night && !isOnPaper();
+    this.sun.intensity = isNight ? 0.22 : 1.7;
+    this.sky.intensity = isNight ? 0.16 : 1.5;
+    this.renderer.setClearColor(isNight ? 0x010306 : isDark() ? 0x0c1b25 : 0xdbe8ee);
     this.renderer.render(this.world, this.camera);
+    if (isOnPaper()) {
+      Object.assign(this.paper, {width: canvas.width, height: canvas.height});
+      this.paper.getContext('2d').drawImage(canvas, 0, 0);
+    }
     this.drawBar(height);
   }
 

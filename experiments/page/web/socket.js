@@ -1,15 +1,13 @@
 // The live page's line to the program: messages with pictures in, commands out.
 // What a message holds is in experiments/studies/live/live_board.h.
 
-const kFirstWait_ms = 2000;
-const kLongestWait_ms = 30000; // to try again: a tunnel may come back
+const kAgain_ms = 5000; // a tunnel may come back
 
 export class Line {
   /** onMessage(head, {left, right}: files or null) may take its time: the program waits for it. */
   constructor({onMessage, onState}) {
     Object.assign(this, {onMessage, onState});
     this.work = Promise.resolve();
-    this.wait_ms = kFirstWait_ms;
     this.open();
   }
 
@@ -18,10 +16,7 @@ export class Line {
     address.protocol = address.protocol.replace('http', 'ws');
     const socket = (this.socket = new WebSocket(address));
     socket.binaryType = 'arraybuffer';
-    socket.onopen = () => {
-      this.wait_ms = kFirstWait_ms;
-      this.onState(true);
-    };
+    socket.onopen = () => this.onState(true);
     socket.onmessage = ({data}) => {
       this.work = this.work
         .then(() => this.take(socket, data))
@@ -29,8 +24,7 @@ export class Line {
     };
     socket.onclose = () => {
       this.onState(false);
-      setTimeout(() => this.open(), this.wait_ms);
-      this.wait_ms = Math.min(2 * this.wait_ms, kLongestWait_ms);
+      setTimeout(() => this.open(), kAgain_ms);
     };
   }
 

@@ -50,7 +50,6 @@ export class Table {
     host.append(this.printed);
     addEventListener('beforeprint', () => this.print());
     addEventListener('afterprint', () => fill(this.printed));
-    this.scroll.addEventListener('keydown', event => this.key(event));
     this.update();
   }
 
@@ -69,7 +68,7 @@ export class Table {
           size: 4,
           spellcheck: 'false',
           placeholder: isNumeric ? '> 5' : 'text',
-          title: isNumeric ? 'such as 12, > 5, <= 0.3, 2..4' : 'rows that have this text',
+          title: isNumeric ? 'such as 12, > 5, <= 0.3' : 'rows that have this text',
           oninput: set,
         });
     column.field.setAttribute('aria-label', `filter ${label}`);
@@ -187,15 +186,6 @@ export class Table {
     this.draw();
     this.onPick(row);
   }
-  key(event) {
-    const step = {ArrowDown: 1, ArrowUp: -1}[event.key];
-    if (event.target !== this.scroll || !step || !this.found.length) return;
-    event.preventDefault();
-    const at = this.found.indexOf(this.picked);
-    const next = Math.min(Math.max(at + step, 0), this.found.length - 1);
-    this.scroll.scrollTop = Math.max(0, next * kRow_px - 120);
-    this.pick(this.found[next]);
-  }
 }
 
 /** By a column's values; rows without one come last. */
@@ -226,11 +216,8 @@ function testOf(column, text) {
     const of = row => String((column.text ? column.text(row) : column.value(row)) ?? '');
     return row => of(row).toLowerCase().includes(text.toLowerCase());
   }
-  const span = text.match(/^(-?[\d.]+)\s*\.\.\s*(-?[\d.]+)$/);
   const limit = text.match(/^(<=|>=|<|>|=)?\s*(-?[\d.]+(?:e-?\d+)?)$/i);
-  if (!span && !limit) return undefined;
-  const test = span
-    ? v => v >= Number(span[1]) && v <= Number(span[2])
-    : v => kTests[limit[1] || '='](v, Number(limit[2]));
-  return row => (column.value(row) ?? null) !== null && test(column.value(row));
+  if (!limit) return undefined;
+  const test = kTests[limit[1] || '='];
+  return row => (column.value(row) ?? null) !== null && test(column.value(row), Number(limit[2]));
 }

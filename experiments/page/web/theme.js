@@ -5,6 +5,8 @@ const system = matchMedia('(prefers-color-scheme: dark)');
 const listeners = new Set();
 let isPrinting = false;
 
+export const kPaper_px = 690; // the width of a plot on A4
+
 export const isDark = () => root.dataset.theme === 'dark';
 /** While the page is being printed: what is drawn then is drawn at once, or it comes too late. */
 export const isOnPaper = () => isPrinting;

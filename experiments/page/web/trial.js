@@ -134,8 +134,8 @@ export class TrialView {
         model.settings?.length
           ? plainTable({
               columns: [{label: 'key'}, {label: 'here'}, {label: 'default'}],
-              rows: model.settings.map(({key, value, default: usual, doc}) => [
-                {text: key, title: doc},
+              rows: model.settings.map(({key, value, default: usual}) => [
+                key,
                 value,
                 usual || '–',
               ]),

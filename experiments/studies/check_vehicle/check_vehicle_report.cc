@@ -57,7 +57,8 @@ report::Panel Layout(const std::string& title, const VehicleCheck& check, int up
   report::Panel panel{.title = title,
                       .x = {.label = "x, ahead [m]", .tick_step = 0.1},
                       .y = {.label = up_label, .tick_step = 0.1},
-                      .legend = report::Legend::kAbove};
+                      .legend = report::Legend::kAbove,
+                      .equal = true};
   for (const HullReport& h : check.hull) {
     const report::Sample corner{h.low_m.x(), h.low_m[up]}, across{h.high_m.x(), h.high_m[up]};
     panel.series.push_back(

@@ -1,10 +1,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <map>
-#include <set>
+#include <regex>
 #include <tuple>
 
+#include "experiments/batch/summary.h"
 #include "experiments/page/report_page.h"
 #include "experiments/page/stored_trials.h"
 #include "experiments/report/quantity.h"
@@ -18,16 +18,33 @@ namespace {
 using report::Cell;
 using report::Tone;
 
+// "water milk 20 ml/m³, controller lqg" of "water.milk_ml_m3=20 controller=lqg"; itself of a word.
+std::string Named(const std::string& parameters) {
+  static const std::regex kAssignment("([^ =]+)=(.*?)(?= [^ =]+=|$)");
+  std::string text;
+  for (std::sregex_iterator at(parameters.begin(), parameters.end(), kAssignment), end; at != end;
+       ++at) {
+    const std::string key = at->str(1);
+    const report::Quantity name = batch::NameOfKey(key);
+    text += fmt::format("{}{} {}{}{}", text.empty() ? "" : ", ", name.label,
+                        batch::ValueText(key, at->str(2)), name.unit.empty() ? "" : " ", name.unit);
+  }
+  return text.empty() ? parameters : text;
+}
+
 report::Section DifferencesSection(const Comparison& comparison) {
   constexpr size_t kMost = 40;
-  report::Table table({"<key", "<A", "<B"});
+  report::Table table({"<what", "<A", "<B", "<key"});
   table.Row({"file", comparison.a, comparison.b});
   if (comparison.build_a != comparison.build_b)
     table.Row({"build", comparison.build_a, comparison.build_b});
   size_t left = comparison.differences.size();
   for (const auto& [key, sides] : comparison.differences) {
     if (table.rows().size() >= kMost) break;
-    table.Row({key, system::Shortened(sides[0]), system::Shortened(sides[1])});
+    const auto value = [&key = key](const std::string& side) {
+      return system::Shortened(batch::ValueText(key, side));
+    };
+    table.Row({batch::NameOfKey(key).Title(), value(sides[0]), value(sides[1]), key});
     --left;
   }
   std::string note = comparison.differences.empty() ? "The plans are the same." : "";
@@ -49,8 +66,8 @@ report::Section FlippedSection(const Comparison& comparison) {
   report::Table table({"<seed", "<", "<parameters", "trial in A", "trial in B", "<why"});
   const auto add = [&](const std::vector<Flip>& flips, const Cell& what) {
     for (const Flip& flip : flips)
-      table.Row({Cell(std::to_string(flip.seed), Tone::kNone, flip.Link()), what, flip.parameters,
-                 std::to_string(flip.trial_a), std::to_string(flip.trial_b),
+      table.Row({Cell(std::to_string(flip.seed), Tone::kNone, flip.Link()), what,
+                 Named(flip.parameters), std::to_string(flip.trial_a), std::to_string(flip.trial_b),
                  report::Words(NameOf(flip.failure))});
   };
   add(comparison.lost, Cell("lost", Tone::kBad));
@@ -72,14 +89,16 @@ report::Section FlippedSection(const Comparison& comparison) {
 // A place on the axis for each group. One parameter says itself under the axis.
 report::Section DifferencePlot(const Comparison& comparison) {
   const std::vector<std::string>& by = comparison.options.by;
-  report::Axis x{.label = by.size() == 1 ? by[0] : ""};
-  const std::string prefix = x.label + "=";
+  const bool is_one = by.size() == 1;
+  report::Axis x{.label = is_one ? batch::NameOfKey(by[0]).Title() : ""};
   report::Series series{.color = report::CurveColor(2), .mark = report::Mark::kBars, .dot_px = 8};
   double lowest = 0, highest = 0;
   for (const Change& c : comparison.changes) {
     if (!c.is_rate()) continue;
     const auto at = static_cast<double>(x.names.size());
-    x.names.push_back(c.group.substr(c.group.starts_with(prefix) ? prefix.size() : 0));
+    x.names.push_back(is_one && c.group.starts_with(by[0])
+                          ? batch::ValueText(by[0], c.group.substr(by[0].size() + 1))
+                          : Named(c.group));
     series.points.push_back(report::SampleWithin(at, c.difference, *c.interval_95, /*unit=*/100));
     lowest = std::min(lowest, series.points.back().low);
     highest = std::max(highest, series.points.back().high);
@@ -133,8 +152,9 @@ report::Section ChangeSection(const Comparison& comparison) {
     if (c.interval_95)
       difference +=
           fmt::format(" [{}, {}]", change(c.interval_95->low), change(c.interval_95->high));
-    table.Row({c.group, quantity.Title(), text(c.a), text(c.b), difference, std::to_string(c.pairs),
-               report::PValue(c.p_value), c.significant ? Cell("significant", ToneOf(c)) : Cell()});
+    table.Row({Named(c.group), quantity.Title(), text(c.a), text(c.b), difference,
+               std::to_string(c.pairs), report::PValue(c.p_value),
+               c.significant ? Cell("significant", ToneOf(c)) : Cell()});
   }
   return {.title = "What changed",
           .note =

@@ -106,12 +106,40 @@ void WriteBundles(const GateArguments& arguments, const GatePlan& plan, const Ga
     }
 }
 
+// What a seed that changed opens in the page: how to run it, unless a bundle takes its place.
+report::Json LinksOf(const GatePlan& plan, const GateReport& report) {
+  report::Json links = report::Json::object();
+  for (size_t i = 0; i < report.conditions.size(); ++i) {
+    const ConditionReport& condition = report.conditions[i];
+    std::string set;
+    for (const auto& list : {plan.conditions[i].assignments, plan.assignments})
+      for (const std::string& assignment : list) set += fmt::format(" --set '{}'", assignment);
+    for (const GateTrial& trial : condition.outcomes) {
+      const bool fails = std::ranges::count(condition.newly_failing_seeds, trial.seed) > 0;
+      if (!fails && std::ranges::count(condition.newly_docking_seeds, trial.seed) == 0) continue;
+      const std::string name = BundleName(condition.condition, trial.seed);
+      links[name] = page::Link{
+          .title = fmt::format("{}, seed {}", condition.condition, trial.seed),
+          .trials = {{.title = fails ? "fails now" : "docks now",
+                      .outcome = NameOf(trial.outcome),
+                      .reason = "",
+                      .note = "Its traces are not kept: the gate ran it without (--bundles).",
+                      .commands = {{"The trial again, with film and all its files",
+                                    fmt::format("turbidock run {} --seed {}{} --video --out out/{}",
+                                                plan.conditions[i].scenario_file, trial.seed, set,
+                                                name)}}}}};
+    }
+  }
+  return links;
+}
+
 // The folder of --out, once the verdict is known.
 void WriteOut(const GateArguments& arguments, const GatePlan& plan, const GateReport& report,
               app::Progress* progress) {
   const fs::path out(arguments.out);
   const report::Report shown = ReportOf(report);
-  const report::Json document = report::Document(shown, report);
+  report::Json document = report::Document(shown, report);
+  document["links"] = LinksOf(plan, report);
   system::WriteWhole(out / "summary.json", report::JsonText(document));
   system::WriteWhole(out / "junit.xml", Junit(report));
   system::WriteWhole(out / "summary.md", report::Markdown(shown));

@@ -113,12 +113,10 @@ Section ChangedSeeds(const GateReport& report) {
   report::Table table({"<condition", "seed", "<change", "<outcome now"});
   for (const ConditionReport& c : report.conditions)
     for (const GateTrial& trial : c.outcomes) {
-      const std::string seed = std::to_string(trial.seed);
+      const report::Cell seed(std::to_string(trial.seed), Tone::kNone,
+                              BundleName(c.condition, trial.seed));
       if (std::ranges::count(c.newly_failing_seeds, trial.seed) > 0)
-        table.Row({c.condition,
-                   {seed, Tone::kNone, BundleName(c.condition, trial.seed)},
-                   {"fails now", Tone::kBad},
-                   NameOf(trial.outcome)});
+        table.Row({c.condition, seed, {"fails now", Tone::kBad}, NameOf(trial.outcome)});
       else if (std::ranges::count(c.newly_docking_seeds, trial.seed) > 0)
         table.Row({c.condition, seed, {"docks now", Tone::kGood}, NameOf(trial.outcome)});
     }

@@ -1,6 +1,5 @@
 #include "experiments/studies/live/live_board.h"
 
-#include <algorithm>
 #include <utility>
 
 #include "experiments/media/jpeg.h"
@@ -15,7 +14,6 @@ using report::Json;
 constexpr int kJpegQuality = 80;
 // Messages on the way to a tab: one to be shown while the next travels.
 constexpr int64_t kMostUnderWay = 2;
-constexpr size_t kMostRows = 2000;        // in a message
 constexpr size_t kMostCommands = 10'000;  // that nobody has looked at
 
 // Takes over what is new at the end of a list that only grows.
@@ -27,9 +25,7 @@ void TakeNew(const std::vector<T>& from, std::vector<T>* to) {
 // The next elements of a list after those that a tab has had, which are counted.
 template <class T>
 std::vector<T> TakeNext(const std::vector<T>& list, size_t* had) {
-  const auto begin = list.begin() + static_cast<ptrdiff_t>(*had);
-  *had = std::min(list.size(), *had + kMostRows);
-  return {begin, list.begin() + static_cast<ptrdiff_t>(*had)};
+  return {list.begin() + static_cast<ptrdiff_t>(std::exchange(*had, list.size())), list.end()};
 }
 
 // A message (live_board.h).
@@ -66,13 +62,56 @@ class LiveBoard::LiveTab : public serve::Tab {
     board_.problems_.erase(number_);
   }
 
-  std::optional<std::string> Next() override;
-  void OnMessage(std::string_view text) override;
+  std::optional<std::string> Next() override {
+    Json head = Json::object();
+    trial::TrialLog rows;
+    std::shared_ptr<Picture> picture;
+    {
+      const std::lock_guard lock(board_.mutex_);
+      const auto problem = board_.problems_.extract(number_);
+      if (!problem.empty()) head["problem"] = problem.mapped();
+      if (sent_ - got_ < kMostUnderWay) {
+        for (const auto& [name, part] : board_.parts_)
+          if (std::exchange(had_[name], part.number) != part.number) head[name] = part.value;
+        if (head.contains("trial")) rows_ = transitions_ = changes_ = 0;
+        if (transitions_ < board_.transitions_.size())
+          head["transitions"] = TakeNext(board_.transitions_, &transitions_);
+        if (changes_ < board_.changes_.size())
+          head["changes"] = TakeNext(board_.changes_, &changes_);
+        rows = {board_.log_.thrusters, TakeNext(board_.log_.frames, &rows_)};
+        if (picture_ != board_.picture_) picture = picture_ = board_.picture_;
+      }
+    }
+    // with a trial even if it has none yet: the page is built from its columns
+    if (!rows.frames.empty() || head.contains("trial"))
+      head["rows"] = page::Rounded(trial::Series::Of(rows));
+    if (head.empty() && !picture) return std::nullopt;
+    head["n"] = ++sent_;
+    if (!picture) return Framed(head, "", "");
+    if (picture->left.empty()) {
+      picture->left = media::EncodeJpeg(picture->images.left, kJpegQuality);
+      picture->right = media::EncodeJpeg(picture->images.right, kJpegQuality);
+    }
+    head["pictures"] = {{"frame", picture->frame},
+                        {"left", picture->left.size()},
+                        {"right", picture->right.size()}};
+    return Framed(head, picture->left, picture->right);
+  }
+
+  void OnMessage(std::string_view text) override {
+    const auto json = Json::parse(text, nullptr, false);
+    if (json.is_object() && json.value("do", Json()) == "got") {
+      const Json n = json.value("n", Json());
+      if (n.is_number_integer() && n > got_ && n <= sent_) got_ = n;
+      return;
+    }
+    const std::lock_guard lock(board_.mutex_);
+    if (board_.commands_.size() >= kMostCommands) return;
+    board_.commands_.push_back({number_, std::string(text)});
+    board_.commanded_.notify_one();
+  }
 
  private:
-  // Under the lock: fills in what is new but pictures and rows, and gives the rows.
-  trial::TrialLog TakeNews(Json* head);
-
   LiveBoard& board_;
   int64_t number_;
   int64_t sent_ = 0, got_ = 0;          // messages
@@ -80,57 +119,6 @@ class LiveBoard::LiveTab : public serve::Tab {
   size_t rows_ = 0, transitions_ = 0, changes_ = 0;
   std::shared_ptr<Picture> picture_;
 };
-
-trial::TrialLog LiveBoard::LiveTab::TakeNews(Json* head) {
-  for (const auto& [name, part] : board_.parts_)
-    if (std::exchange(had_[name], part.number) != part.number) (*head)[name] = part.value;
-  if (head->contains("trial")) rows_ = transitions_ = changes_ = 0;
-  if (transitions_ < board_.transitions_.size())
-    (*head)["transitions"] = TakeNext(board_.transitions_, &transitions_);
-  if (changes_ < board_.changes_.size()) (*head)["changes"] = TakeNext(board_.changes_, &changes_);
-  return {.thrusters = board_.log_.thrusters, .frames = TakeNext(board_.log_.frames, &rows_)};
-}
-
-std::optional<std::string> LiveBoard::LiveTab::Next() {
-  Json head = Json::object();
-  trial::TrialLog rows;
-  std::shared_ptr<Picture> picture;
-  {
-    const std::lock_guard lock(board_.mutex_);
-    const auto problem = board_.problems_.extract(number_);
-    if (!problem.empty()) head["problem"] = problem.mapped();
-    if (sent_ - got_ < kMostUnderWay) {
-      rows = TakeNews(&head);
-      if (picture_ != board_.picture_) picture = picture_ = board_.picture_;
-    }
-  }
-  // with a trial even if it has none yet: the page is built from its columns
-  if (!rows.frames.empty() || head.contains("trial"))
-    head["rows"] = page::SeriesModel(trial::Series::Of(rows));
-  if (head.empty() && !picture) return std::nullopt;
-  head["n"] = ++sent_;
-  if (!picture) return Framed(head, "", "");
-  if (picture->left.empty()) {
-    picture->left = media::EncodeJpeg(picture->images.left, kJpegQuality);
-    picture->right = media::EncodeJpeg(picture->images.right, kJpegQuality);
-  }
-  head["pictures"] = {
-      {"frame", picture->frame}, {"left", picture->left.size()}, {"right", picture->right.size()}};
-  return Framed(head, picture->left, picture->right);
-}
-
-void LiveBoard::LiveTab::OnMessage(std::string_view text) {
-  const auto json = Json::parse(text, nullptr, false);
-  if (json.is_object() && json.value("do", Json()) == "got") {
-    const Json n = json.value("n", Json());
-    if (n.is_number_integer() && n > got_ && n <= sent_) got_ = n;
-    return;
-  }
-  const std::lock_guard lock(board_.mutex_);
-  if (board_.commands_.size() >= kMostCommands) return;
-  board_.commands_.push_back({number_, std::string(text)});
-  board_.commanded_.notify_one();
-}
 
 void LiveBoard::Show(const LiveSession& session, bool whole_images, double real_time_factor) {
   // outside the lock: the trial's model loads a scene

@@ -18,26 +18,6 @@ constexpr double kSlowest = 0.05, kFastest = 100;  // times real time
 constexpr int kMostSteps = 1000;
 constexpr double kStrongestPush_newton = 50;
 
-// What a controller's gains may be set to, of yaw or of each other axis: from nothing to far too
-// much.
-struct GainRange {
-  control::ControllerType controller;
-  bool of_yaw;
-  const char *key, *label, *unit;
-  double low, high;
-};
-constexpr GainRange kGains[] = {
-    {control::ControllerType::kPVoltage, false, "kp_v_per_m", "kp", "V/m", 0, 120},
-    {control::ControllerType::kPVoltage, true, "kp_v", "kp", "V", 0, 20},
-    {control::ControllerType::kPid, false, "kp_per_s2", "kp", "1/s²", 0, 20},
-    {control::ControllerType::kPid, false, "ki_per_s3", "ki", "1/s³", 0, 20},
-    {control::ControllerType::kPid, false, "kd_per_s", "kd", "1/s", 0, 20},
-    {control::ControllerType::kPid, true, "kp_per_s2", "kp", "1/s²", 0, 45},
-    {control::ControllerType::kPid, true, "kd_per_s", "kd", "1/s", 0, 15},
-    // the error that the controller takes as seriously as effort_share: small is tight
-    {control::ControllerType::kLqg, false, "error_m", "error weight", "m", 0.001, 0.1},
-    {control::ControllerType::kLqg, true, "error_rad", "error weight", "rad", 0.005, 0.5}};
-
 template <class Enum>
 std::vector<std::string> NamesOf() {
   std::vector<std::string> names;
@@ -132,12 +112,14 @@ report::Json ControlsModel(const trial::Scenario& settings) {
   controls.Slide("light", "lamps.intensity_w_sr", "lamps' intensity", "W/sr", 0, 0.2);
   controls.Choose("light", "ball_lights.enabled", "marker's own light", off_on);
   controls.Choose("control", "controller", "controller", controllers);
-  if (!settings.plugins.controller().empty()) return controls.list;
-  for (const std::string axis : {"surge", "sway", "heave", "yaw"})
-    for (const GainRange& gain : kGains)
-      if (gain.controller == settings.control.controller && gain.of_yaw == (axis == "yaw"))
-        controls.Slide("control", NameOf(gain.controller) + ("." + axis) + "." + gain.key,
-                       axis + " " + gain.label, gain.unit, gain.low, gain.high);
+  // the gains of the controller, from a tenth to four times what they are
+  const std::string gains = settings.controller_name() + ".";
+  for (const config::KeyDoc& doc : trial::ScenarioKeys(settings.plugins)) {
+    if (!doc.key.starts_with(gains) || doc.type == "group") continue;
+    const Json value = Json::parse(config::ValueOf(settings, doc.key), nullptr, false);
+    if (const double gain = value.is_number() ? value.get<double>() : 0; gain > 0)
+      controls.Slide("control", doc.key, doc.key.substr(gains.size()), "", 0.1 * gain, 4 * gain);
+  }
   return controls.list;
 }
 

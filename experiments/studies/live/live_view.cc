@@ -15,38 +15,10 @@ using Clock = std::chrono::steady_clock;
 using Seconds = std::chrono::duration<double>;
 
 constexpr auto kPoll = 50ms;  // at most between two looks at signals and the first tab
-constexpr auto kPictureEvery = 20ms, kUnwatchedPictureEvery = 1000ms;
+constexpr auto kPictureEvery = 20ms;
 constexpr auto kMostLate = 100ms;  // what is later than this is not caught up with
 constexpr auto kLeastRest = 2s;    // of a result's page
 constexpr int kRest = 10;          // in times that it took to make it
-
-// When frames are due, and how fast they pass.
-class Pace {
- public:
-  explicit Pace(double frame_s) : frame_(frame_s) {}
-
-  Clock::time_point due() const { return due_; }
-  double real_time_factor() const { return factor_; }  // of the last second or so
-  // From here on, after a pause.
-  void Begin(Clock::time_point now) {
-    due_ = begin_ = now;
-    simulated_ = 0s;
-  }
-  void Stepped(Clock::time_point now, double speed) {
-    due_ = std::max(due_ + duration_cast<Clock::duration>(frame_ / speed), now - kMostLate);
-    simulated_ += frame_;
-    if (now - begin_ < 1s) return;
-    factor_ = simulated_ / (now - begin_);
-    begin_ = now;
-    simulated_ = 0s;
-  }
-
- private:
-  const Seconds frame_;
-  Clock::time_point due_ = Clock::now(), begin_ = due_;
-  Seconds simulated_ = 0s;
-  double factor_ = 0;
-};
 
 // Does what the tabs ask for until then. Returns whether they asked for anything.
 bool HandleCommands(Clock::time_point until, LiveBoard* board, LiveSession* session) {
@@ -74,27 +46,37 @@ void ServeTrial(const trial::Scenario& scenario, const ServeOptions& options,
                        {.page = [&] { return html; }, .open_tab = [&] { return board.OpenTab(); }});
   options.on_served(server.url());
 
-  Pace pace(scenario.clock.frame_s());
-  Clock::time_point next_picture = Clock::now();
+  const Seconds frame(scenario.clock.frame_s());
+  Clock::time_point next_picture = Clock::now(), due = next_picture, begin = due;
+  Seconds simulated = 0s;  // since `begin`
+  double real_time_factor = 0;
   bool was_watched = false, goes_on = false;
   while (!options.stop_requested()) {
     const auto poll = Clock::now() + kPoll;
-    const bool were_asked =
-        HandleCommands(goes_on ? std::min(pace.due(), poll) : poll, &board, &session);
+    const bool were_asked = HandleCommands(goes_on ? std::min(due, poll) : poll, &board, &session);
     was_watched = was_watched || server.tabs() > 0;
     const auto now = Clock::now();
-    if (const bool went_on = goes_on; (goes_on = was_watched && session.wants_step()) && !went_on)
-      pace.Begin(now);
-    const bool is_due = goes_on && now >= pace.due();
+    if (const bool went_on = goes_on; (goes_on = was_watched && session.wants_step()) && !went_on) {
+      due = begin = now;
+      simulated = 0s;
+    }
+    const bool is_due = goes_on && now >= due;
     const bool whole_images = is_due && (now >= next_picture || !session.going());
-    if (whole_images)
-      next_picture = now + (server.tabs() > 0 ? kPictureEvery : kUnwatchedPictureEvery);
+    if (whole_images) next_picture = now + kPictureEvery;
     if (is_due) {
       session.Step(whole_images);
-      pace.Stepped(Clock::now(), session.speed());
+      const auto then = Clock::now();
+      due =
+          std::max(due + duration_cast<Clock::duration>(frame / session.speed()), then - kMostLate);
+      simulated += frame;
+      if (then - begin >= 1s) {
+        real_time_factor = simulated / (then - begin);
+        begin = then;
+        simulated = 0s;
+      }
     }
     if (!is_due && !were_asked) continue;
-    board.Show(session, whole_images, pace.real_time_factor());
+    board.Show(session, whole_images, real_time_factor);
     server.Wake();
   }
   session.Close();

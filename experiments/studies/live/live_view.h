@@ -18,8 +18,8 @@ struct ServeOptions {
 };
 
 // Simulates in the calling thread, in step with real time, and serves in another. The trial waits
-// for the first page to open; it goes on when all are closed, with a picture a second. ConfigError
-// and SimulatorFault as of a trial and of a server.
+// for the first page to open and goes on when all are closed. ConfigError and SimulatorFault as of
+// a trial and of a server.
 void ServeTrial(const trial::Scenario& scenario, const ServeOptions& options,
                 const LiveSession::OnResult& on_result);
 

@@ -34,14 +34,6 @@ struct ViewArguments {
   bool quiet = false;
 };
 
-// What is said of a trial that has ended.
-std::string EndText(const trial::Scenario& began, const trial::TrialResult& result) {
-  const size_t changes = result.changes.size();
-  return fmt::format("seed {}: {}: {}, digest {}{}", began.seed, NameOf(result.outcome),
-                     result.reason, result.digest,
-                     changes == 0 ? "" : fmt::format(", {} settings changed on the way", changes));
-}
-
 // A folder, a JSON document and a file of trials are results; all else is a scenario.
 bool IsResult(const std::string& what) {
   std::error_code none;
@@ -61,14 +53,6 @@ page::Page PageOf(const std::string& what, const trial::Plugins& plugins) {
   return page;
 }
 
-// What only a scenario can follow. ConfigError for what was given besides a result.
-void RefuseScenarioOptions(const ViewArguments& arguments) {
-  if (!arguments.assignments.empty() || !arguments.gains.empty() || !arguments.seed.empty() ||
-      arguments.out)
-    throw ConfigError(arguments.what +
-                      ": is a result; --set, --gains, --seed and --out are for scenarios");
-}
-
 // Serves a trial that runs now.
 void ViewScenario(const ViewArguments& arguments, const ServeOptions& served) {
   app::Progress progress(arguments.quiet);
@@ -84,7 +68,9 @@ void ViewScenario(const ViewArguments& arguments, const ServeOptions& served) {
         .Require();
   progress.Say(fmt::format("{}, seed {}", scenario.description, scenario.seed));
   ServeTrial(scenario, served, [&](const trial::Scenario& began, const trial::TrialResult& result) {
-    progress.Say(EndText(began, result));
+    progress.Say(fmt::format("seed {}: {}: {}, digest {}, {} settings changed on the way",
+                             began.seed, NameOf(result.outcome), result.reason, result.digest,
+                             result.changes.size()));
     if (arguments.out) trial::WriteRecords(*arguments.out, began, result);
   });
 }
@@ -100,7 +86,10 @@ int View(const ViewArguments& arguments) {
           },
       .stop_requested = app::CatchStopSignals()};  // a trial that is cut off has its record
   if (IsResult(arguments.what)) {
-    RefuseScenarioOptions(arguments);
+    if (!arguments.assignments.empty() || !arguments.gains.empty() || !arguments.seed.empty() ||
+        arguments.out)
+      throw ConfigError(arguments.what +
+                        ": is a result; --set, --gains, --seed and --out are for scenarios");
     ServeResult([&] { return PageOf(arguments.what, arguments.plugins); }, options);
   } else {
     ViewScenario(arguments, options);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <map>
 
 #include "experiments/app/commands.h"
 #include "experiments/app/progress.h"
@@ -41,7 +42,8 @@ std::string TitleOf(const trial::Scenario& scenario) {
   return fmt::format("{}, seed {}", scenario.description, scenario.seed);
 }
 
-// Every how many frames a picture of what both cameras saw is kept: two a second, fewer in a long trial.
+// Every how many frames a picture of what both cameras saw is kept: two a second, fewer in a long
+// trial.
 int KeyFrameStep(const trial::Scenario& scenario) {
   constexpr int kMost = 120;
   const auto frames = static_cast<int>(scenario.clock.FramesFor(scenario.duration_s));
@@ -56,10 +58,13 @@ std::string SmallJpeg(const Image3u8& image) {
   return media::EncodeJpeg(small.ToImage(), kQuality);
 }
 
+using Pictures = std::map<int64_t, Stereo<std::string>>;  // JPEG, by frame
+
 // Writes FRAME_left.jpg and FRAME_right.jpg in the place of an earlier trial's.
-void WriteKeyFrames(const std::string& folder, const std::vector<page::CameraPictures>& pictures) {
+void WriteKeyFrames(const std::string& folder, const Pictures& pictures) {
   std::vector<fs::path> old;
-  for (const auto& entry : fs::directory_iterator(folder))
+  std::error_code none;
+  for (const auto& entry : fs::directory_iterator(folder, none))
     if (entry.path().string().ends_with("_left.jpg") ||
         entry.path().string().ends_with("_right.jpg"))
       old.push_back(entry.path());
@@ -123,7 +128,6 @@ void RequireOutputs(const ShownTrialOptions& shown) {
 
 // What is drawn of a trial that has ended: its figure and its page.
 void WritePictures(const trial::Scenario& scenario, const trial::TrialResult& result,
-                   const std::vector<page::CameraPictures>& pictures,
                    const ShownTrialOptions& shown) {
   const FigureInfo figure{.title = TitleOf(scenario),
                           .outcome = fmt::format("{}: {}", NameOf(result.outcome), result.reason),
@@ -132,12 +136,7 @@ void WritePictures(const trial::Scenario& scenario, const trial::TrialResult& re
   if (!shown.out) return;
   WriteTrialFigure(*shown.out + "/figure.png", result.log, figure);
   if (!shown.report) return;
-  page::TrialParts parts{.record = static_cast<const trial::TrialRecord&>(result),
-                         .series = trial::Series::Of(result.log),
-                         .pictures = pictures,
-                         .commands = page::CommandsOf(*shown.out)};
-  if (shown.video) parts.video = system::ReadWhole(*shown.out + "/video.mp4");
-  page::WritePage(*shown.out + "/report.html", page::TrialPage(scenario, parts));
+  page::WritePage(*shown.out + "/report.html", page::TrialPage(*shown.out, scenario.plugins));
 }
 
 }  // namespace
@@ -151,7 +150,7 @@ trial::TrialResult RunShownTrial(const trial::Scenario& scenario, const ShownTri
   const bool keeps = shown.out && scenario.pose_source == trial::PoseSource::kCameras;
   const std::string folder = shown.out.value_or("") + "/cameras";
   const int step = KeyFrameStep(scenario);
-  std::vector<page::CameraPictures> pictures;
+  Pictures pictures;
   if (keeps) system::MakeFolder(folder);
 
   trial::TrialOptions options;
@@ -159,7 +158,7 @@ trial::TrialResult RunShownTrial(const trial::Scenario& scenario, const ShownTri
   options.spectator = options.whole_images = shown.video;
   options.observe = [&](const trial::TrialFrame& frame) {
     if (keeps && frame.evaluations > 0 && frame.record.frame % step == 0)
-      pictures.push_back({frame.record.frame, frame.seen.Each(SmallJpeg)});
+      pictures[frame.record.frame] = frame.seen.Each(SmallJpeg);
     if (film) film->Add(frame);
     progress.Show(std::min(1.0, frame.record.time_s / scenario.duration_s),
                   fmt::format("{:5.1f} s  {:15}  F {:+.2f}", frame.record.time_s,
@@ -176,9 +175,12 @@ trial::TrialResult RunShownTrial(const trial::Scenario& scenario, const ShownTri
   // The numbers first: what fails later does not take them along.
   if (shown.out) trial::WriteRecords(*shown.out, scenario, result);
   if (shown.json) std::fputs(trial::ResultJson(result).c_str(), stdout);
-  if (keeps) WriteKeyFrames(folder, pictures);
-  if (film) film->Finish(result);
-  WritePictures(scenario, result, pictures, shown);
+  if (shown.out) WriteKeyFrames(folder, pictures);
+  if (film)
+    film->Finish(result);
+  else if (shown.out)
+    fs::remove(*shown.out + "/video.mp4");  // of an earlier trial
+  WritePictures(scenario, result, shown);
   if (shown.out) progress.Say("  all of it in " + *shown.out);
   return result;
 }

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "experiments/batch/summary.h"
 #include "experiments/report/quantity.h"
 #include "experiments/studies/tuning/tuner.h"
 #include "experiments/system/build_info.h"
@@ -81,7 +82,7 @@ report::Section ConvergenceSection(const StudySettings& settings, const TuningRe
   std::vector<std::string> terms;
   for (const ObjectiveTerm& term : settings.objective)
     terms.push_back(fmt::format(
-        "{:g} x |{}|{}", term.weight, term.metric,
+        "{:g} x |{}|{}", term.weight, report::QuantityOf(term.metric).label,
         term.failed > 0 ? fmt::format(" ({:g} more where it fails)", term.failed) : ""));
   return {
       .title = "Convergence",
@@ -100,12 +101,15 @@ report::Section ConvergenceSection(const StudySettings& settings, const TuningRe
 }
 
 report::Section GainsSection(const Study& study, const TuningResult& result) {
-  report::Table table({"<gain", "<range", "start", result.finished ? "tuned" : "so far"});
+  report::Table table({"<gain", "<range", "start", result.finished ? "tuned" : "so far", "<key"});
   for (size_t i = 0; i < result.start.size(); ++i) {
     const GainRange& g = study.settings().gains[i];
-    table.Row({g.key,
-               fmt::format("{:g} to {:g}{}", g.low, g.high, g.scale == Scale::kLog ? ", log" : ""),
-               report::Digits(result.start[i]), report::Digits(result.tuned[i])});
+    const report::Quantity name = batch::NameOfKey(g.key);
+    table.Row({name.Title(),
+               fmt::format("{:.3g} to {:.3g}{}", name.factor * g.low, name.factor * g.high,
+                           g.scale == Scale::kLog ? ", log" : ""),
+               report::Digits(name.factor * result.start[i]),
+               report::Digits(name.factor * result.tuned[i]), g.key});
   }
   return {.title = "Gains", .table = table};
 }

@@ -90,7 +90,8 @@ sed '/^grid:/,$d; s/seeds: 6/seeds: 1/' plan.yaml >single.yaml
 "$program" gate gate.yaml --update --quiet
 # with a third of the time no trial docks any more
 "$program" gate gate.yaml --set duration_s=1.2 --bundles 2 --out gate --quiet || [ $? = 1 ]
-"$program" recognize --distances 400,1000 --milk 0,40,120 --seconds 1 --json --quiet >recognition.json
+"$program" recognize --distances 400,1000 --milk 0,40,120 --seconds 1 --json --figure recognition.png \
+  --quiet >recognition.json
 "$program" compare-estimators pool_active --distances 600 --milk 0,20 --starts 3 --frames 10 \
   --estimators rm_ga,blobs --json --quiet >estimators.json
 
@@ -100,7 +101,6 @@ sed '/^grid:/,$d; s/seeds: 6/seeds: 1/' plan.yaml >single.yaml
 "$program" report none.db --out none.html
 "$program" report single.db --out single.html
 "$program" report batch.db --out batch.html
-"$program" report batch.db --trial 3 --out one.html
 "$program" report a.db b.db --by controller --out compare.html
 "$program" report study --out tuning.html
 "$program" report steps/report.json --out steps.html

@@ -41,6 +41,8 @@ test('a trial that never saw the marker: no noise, the truth in sight, the vehic
   for (const {x, y} of places) assert.ok(Math.abs(x) < 0.9 && Math.abs(y) < 0.9, `at ${x}, ${y}`);
   assert.ok(places[0].gone < places[1].gone && places[1].gone < places[2].gone, 'the way so far');
   assert.match(await page.locator('.scale-bar').innerText(), /^\d+ (cm|m)$/);
+  assert.match(await page.locator('.scene-key').innerText(), /one could see 0\.\d+ m/);
+  assert.ok(await page.evaluate(() => globalThis.turbidock.scene.sight.visible), 'and where to');
   assert.deepEqual(complaints, []);
   await close();
 });
@@ -84,6 +86,7 @@ test('a batch: names with units, bars of all, equal axes; none that docks, one t
   await close();
   const none = await open('none', 1440);
   assert.match(await none.page.locator('main').innerText(), /None of these docked/);
+  assert.doesNotMatch(await none.page.locator('.head').innerText(), /- (s|mm)/, 'no time of none');
   const columns = await none.page.evaluate(() =>
     globalThis.turbidock.table.columns.map(c => c.label),
   );
@@ -145,6 +148,18 @@ test('on paper: light charts drawn for its width, every column', async () => {
         list => list.filter(({scrollWidth, clientWidth}) => scrollWidth > clientWidth).length,
       );
     assert.equal(cut, 0, 'no table is cut');
+    const broken = await page.locator('.plain td').evaluateAll(cells =>
+      cells
+        .map(cell => cell.firstChild)
+        .filter(text => text?.nodeType === 3 && /^[a-z]+$/.test(text.data))
+        .filter(text => {
+          const range = document.createRange();
+          range.selectNodeContents(text);
+          return range.getClientRects().length > 1;
+        })
+        .map(text => text.data),
+    );
+    assert.deepEqual(broken, [], 'no word is broken');
     if (name === 'batch') {
       const heads = await page.locator('.scroll thead th').allInnerTexts();
       const columns = await page.evaluate(() =>
@@ -154,6 +169,85 @@ test('on paper: light charts drawn for its width, every column', async () => {
     }
     await page.evaluate(() => dispatchEvent(new Event('afterprint')));
     assert.ok((await page.pdf({format: 'A4'})).length > 20000, 'it prints');
+    await close();
+  }
+});
+
+test('3D is dark at night, and light on paper', async () => {
+  const {page, close} = await open('lost', 1440);
+  await sceneDrawn(page);
+  const brightness = (name, isPrinted) =>
+    page.evaluate(
+      ([selector, event]) => {
+        if (event) dispatchEvent(new Event(event));
+        const canvas = document.querySelector(selector);
+        const copy = Object.assign(document.createElement('canvas'), {width: 40, height: 20});
+        const c = copy.getContext('2d');
+        c.drawImage(canvas, 0, 0, 40, 20);
+        const {data} = c.getImageData(0, 0, 40, 20);
+        return data.reduce((sum, value, i) => sum + (i % 4 === 3 ? 0 : value), 0) / (3 * 800);
+      },
+      [name, isPrinted],
+    );
+  assert.ok((await brightness('.scene', '')) < 60, 'night');
+  assert.ok((await brightness('.paper', 'beforeprint')) > 150, 'paper');
+  await page.emulateMedia({media: 'print'});
+  assert.ok(await page.locator('.paper').isVisible());
+  assert.ok(!(await page.locator('.scene').isVisible()), 'which prints black');
+  await close();
+});
+
+test('no key is a title, a label or a name of a curve', async () => {
+  for (const name of ['compare', 'tuning', 'steps', 'vehicle', 'plan_size']) {
+    const {page, close} = await open(name, 1440);
+    const said = await page
+      .locator('nav .kind, h2, th[scope=col], .facts dd, .chip')
+      .allInnerTexts();
+    const axes = await page.evaluate(() =>
+      globalThis.turbidock.plots.flatMap(({panel}) => [panel.title, panel.x.label, panel.y.label]),
+    );
+    for (const text of [...said, ...axes])
+      assert.doesNotMatch(
+        text.replace(/surge_\w+/, ''),
+        /[a-z]\w*_[a-z]|\w\.\w+\.\w/,
+        `${name}: ${text}`,
+      );
+    if (name === 'compare')
+      assert.match(
+        await page.locator('tr', {hasText: 'lost'}).first().innerText(),
+        /current surface velocity y 0\.?\d* m\/s, start heading [\d.]+ °/,
+      );
+    await close();
+  }
+});
+
+test('recognition: the images, and the limits by name', async () => {
+  const {page, complaints, close} = await open('recognition', 1440);
+  const widths = await page
+    .locator('section[aria-label^="What the cameras saw"] img')
+    .evaluateAll(list => list.map(image => image.naturalWidth));
+  assert.equal(widths.length, 2);
+  assert.ok(Math.min(...widths) > 1000, `${widths}`);
+  const named = await page.evaluate(() => globalThis.turbidock.plots[0].namedRules().length);
+  assert.equal(named, 2, '0.60 and 0.22, beside a legend, too');
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('the hull has its shape', async () => {
+  for (const width of [1440, 390]) {
+    const {page, close} = await open('vehicle', width);
+    const {x, y, seen} = await page.evaluate(() => {
+      const {X, Y, panel} = globalThis.turbidock.plots[0];
+      const xs = panel.series.flatMap(series => series.x);
+      return {
+        x: X.of(1) - X.of(0),
+        y: Y.of(0) - Y.of(1),
+        seen: X.low <= Math.min(...xs) && X.high >= Math.max(...xs),
+      };
+    });
+    assert.ok(Math.abs(x - y) < 0.01 * x, `${x} and ${y} pixels a m`);
+    assert.ok(seen, 'all of it');
     await close();
   }
 });

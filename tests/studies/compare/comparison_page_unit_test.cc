@@ -86,7 +86,7 @@ TEST_F(ComparisonPage, WithoutRoomForTracesItSaysHowToSeeThem) {
   const page::Page page = PageOf(Compare(in_a, in_b, {}), in_a, in_b, {}, /*series_bytes=*/10);
   EXPECT_TRUE(page.parts.empty());
   EXPECT_THAT(page.model["links"]["1-1"]["trials"][0]["note"].get<std::string>(),
-              HasSubstr("turbidock report a.db --trial 1 shows them"));
+              HasSubstr("Its traces are not in this page: the command above makes them"));
 }
 
 }  // namespace
