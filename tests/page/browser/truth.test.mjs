@@ -198,7 +198,7 @@ test('3D is dark at night, and light on paper', async () => {
 });
 
 test('no key is a title, a label or a name of a curve', async () => {
-  for (const name of ['compare', 'tuning', 'steps', 'vehicle', 'plan_size']) {
+  for (const name of ['compare', 'tuning', 'steps', 'vehicle']) {
     const {page, close} = await open(name, 1440);
     const said = await page
       .locator('nav .kind, h2, th[scope=col], .facts dd, .chip')

@@ -232,14 +232,14 @@ TEST_F(Comparison, TheReportSaysWhatChangedAndWhichSeedsFlipped) {
   const std::string text = report::Text(r);
   EXPECT_THAT(text, HasSubstr("docks less: b.db against a.db"));
   EXPECT_THAT(text, ContainsRegex("pairs +30\n"));
-  EXPECT_THAT(text, ContainsRegex("milk_ml_m3=100 +docked, % +100 +20 +-80 .-.* 15 "
+  EXPECT_THAT(text, ContainsRegex("water milk 100 ml/m³ +docked, % +100 +20 +-80 .-.* 15 "
                                   "+4.9e-04 +significant"));
   EXPECT_THAT(text, ContainsRegex("all together +docked, % .* 0.003 +significant"));
   EXPECT_THAT(
-      text,
-      ContainsRegex("=20 +time, s +10.2[12] +11.2[12] +\\+1 \\[\\+1, \\+1\\] +14 .*significant"));
+      text, ContainsRegex(
+                "20 ml/m³ +time, s +10.2[12] +11.2[12] +\\+1 \\[\\+1, \\+1\\] +14 .*significant"));
   EXPECT_THAT(text, Not(HasSubstr("tracking"))) << "no pair has one";
-  EXPECT_THAT(text, ContainsRegex("\n14 +gained +water.milk_ml_m3=20 +29 +129 +timeout\n"));
+  EXPECT_THAT(text, ContainsRegex("\n14 +gained +water milk 20 ml/m³ +29 +129 +timeout\n"));
   EXPECT_THAT(text, HasSubstr("turbidock report a.db b.db --by 'water.milk_ml_m3'\n"));
   // significant rows first, docking before times
   EXPECT_LT(text.find("all together"), text.find("time, s"));
@@ -248,7 +248,7 @@ TEST_F(Comparison, TheReportSaysWhatChangedAndWhichSeedsFlipped) {
   ASSERT_EQ(flipped.rows().size(), 13u);
   EXPECT_EQ(flipped.rows()[0][0].link, "0-100");
   EXPECT_EQ(flipped.rows()[0][1].text, "lost");
-  EXPECT_EQ(flipped.rows()[0][2].text, "water.milk_ml_m3=100");
+  EXPECT_EQ(flipped.rows()[0][2].text, "water milk 100 ml/m³");
   EXPECT_EQ(flipped.rows()[12][0].link, "29-129");
 }
 
@@ -304,7 +304,7 @@ TEST_F(Comparison, BeginsWithWhatDiffers) {
   EXPECT_EQ(r.sections[0].title, "What differs");
   const std::string text = report::Text(r);
   EXPECT_THAT(text, ContainsRegex("file +a.db +b.db\nbuild +1 +2\n"));
-  EXPECT_THAT(text, ContainsRegex("scenario.sea.state +calm +rough\n"));
+  EXPECT_THAT(text, ContainsRegex("sea state +calm +rough +scenario.sea.state\n"));
 }
 
 // One trial, and batches that share no seed, say so.
