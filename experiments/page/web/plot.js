@@ -226,7 +226,8 @@ export class Plot {
       const half = (scale * Math.abs(to - from)) / 2;
       return new Scale([(low + high) / 2 - half, (low + high) / 2 + half], from, to);
     };
-    [this.X, this.Y] = [widened(this.X), widened(this.Y)];
+    this.X = widened(this.X);
+    this.Y = this.Y2 = widened(this.Y);
     this.yTicks = this.Y.ticks(32);
   }
   /** Height of what stands below the x axis; nothing does in a stack but at its end. */

@@ -83,6 +83,9 @@ test('a batch: names with units, bars of all, equal axes; none that docks, one t
     return {X: Math.abs(X.of(1) - X.of(0)), Y: Math.abs(Y.of(1) - Y.of(0))};
   });
   assert.ok(Math.abs(X - Y) < 0.01 * Y, `${X} and ${Y} pixels a mm`);
+  assert.ok(
+    await page.evaluate(() => globalThis.turbidock.errors.Y2 === globalThis.turbidock.errors.Y),
+  );
   await close();
   const none = await open('none', 1440);
   assert.match(await none.page.locator('main').innerText(), /None of these docked/);
