@@ -245,19 +245,6 @@ TEST(Plot, AReportsSectionsAreRowsWhereTheyHaveAsManyPlots) {
   EXPECT_EQ(columns({}), 1u);
 }
 
-TEST(Plot, DotsTakeTheirColourFromTheScale) {
-  Series series{"", {{.x = 1, .y = 0.5, .shade = 10}, {.x = 3, .y = 0.5, .shade = 20}}};
-  series.mark = Mark::kDots;
-  series.dot_px = 12;
-  series.scale = {"shade", 10, 20, kRed, kInk};
-  const Image3u8 image = Drawn(Paper(series));
-  const int middle = static_cast<int>(Column(image, 2)), end = Find(image, kPaper).right;
-  EXPECT_GT(Find(image, kRed, 0, middle).pixels, 20);
-  EXPECT_EQ(Find(image, kInk, 0, middle).pixels, 0);
-  EXPECT_GT(Find(image, kInk, middle, end).pixels, 20);
-  EXPECT_EQ(Find(image, kRed, middle, end).pixels, 0);
-}
-
 // An axis that is to follow the data, and no data, or only some that is no number.
 TEST(Plot, AFigureWithoutDataCanBeDrawn) {
   for (const bool logarithmic : {false, true}) {

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "experiments/config/yaml_fields.h"
+#include "experiments/report/table.h"
 
 namespace turbidock::live {
 namespace {
@@ -115,9 +116,8 @@ report::Json ControlsModel(const trial::Scenario& settings) {
   // the gains of the controller, from a tenth to four times what they are
   const std::string gains = settings.controller_name() + ".";
   for (const config::KeyDoc& doc : trial::ScenarioKeys(settings.plugins)) {
-    if (!doc.key.starts_with(gains) || doc.type == "group") continue;
-    const Json value = Json::parse(config::ValueOf(settings, doc.key), nullptr, false);
-    if (const double gain = value.is_number() ? value.get<double>() : 0; gain > 0)
+    if (!doc.key.starts_with(gains) || !report::NumberIn(doc.value)) continue;
+    if (const double gain = Json::parse(config::ValueOf(settings, doc.key)); gain > 0)
       controls.Slide("control", doc.key, doc.key.substr(gains.size()), "", 0.1 * gain, 4 * gain);
   }
   return controls.list;

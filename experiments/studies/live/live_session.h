@@ -58,6 +58,7 @@ class LiveSession {
   const std::vector<trial::Change>& changes() const {
     return result_ ? result_->changes : trial_->changes();
   }
+  const Eigen::Vector3d& push_newton() const { return trial_->push_newton(); }
   const StereoImage& latest_images() const { return trial_->latest_images(); }
   const std::optional<trial::TrialResult>& result() const { return result_; }  // of an ended trial
 
