@@ -1,7 +1,6 @@
 #include "vision/rm_ga.h"
 
 #include <algorithm>
-#include <chrono>
 #include <string>
 
 namespace turbidock::vision {
@@ -48,11 +47,6 @@ void RmGa::Reset() {
 }
 
 const PoseEstimate& RmGa::Update(const StereoImage& seen) {
-  using Clock = std::chrono::steady_clock;
-  const Clock::time_point start = frame_time_s_ ? Clock::now() : Clock::time_point();
-  const auto time_is_up = [&] {
-    return std::chrono::duration<double>(Clock::now() - start).count() >= *frame_time_s_;
-  };
   CheckSize(seen.left, rig_.left, "left");
   CheckSize(seen.right, rig_.right, "right");
   const StereoRegion& region = track_.region() ? *track_.region() : whole_;
@@ -69,12 +63,8 @@ const PoseEstimate& RmGa::Update(const StereoImage& seen) {
                                           search_.size() - search_.kept())
                                : 0;
   search_.BeginFrame(restart, &rng_);
-  generations_ = 0;
-  for (bool last = false; !last;) {
-    ++generations_;
-    last = frame_time_s_ ? time_is_up() : generations_ == options_.generations_per_frame;
-    search_.Breed(last ? most_refined : 0, &rng_);
-  }
+  for (int left = options_.generations_per_frame - 1; left >= 0; --left)
+    search_.Breed(left == 0 ? most_refined : 0, &rng_);
 
   Report(seen.frame);
   if (options_.refine) Refine(seen, region, most_refined);

@@ -42,12 +42,6 @@ class RmGa : public PoseEstimator {
   std::optional<StereoRegion> RegionOfInterest() const override { return track_.region(); }
   std::string_view name() const override { return "rm_ga"; }
 
-  // For hardware, which has no more than a frame's time: generations go on until this much wall
-  // time has passed since Update was called, at least one of them, instead of a fixed number.
-  // Nothing is reproducible then. Nothing: as the options say.
-  void set_frame_time(std::optional<double> seconds) { frame_time_s_ = seconds; }
-  int generations() const { return generations_; }  // of the last frame
-
  private:
   void Report(int64_t frame);
   void Refine(const StereoImage& seen, const StereoRegion& region, int most_evaluations);
@@ -63,8 +57,6 @@ class RmGa : public PoseEstimator {
   RefinementArbiter arbiter_;
   Detection detection_;
   Track track_;
-  std::optional<double> frame_time_s_;
-  int generations_ = 0;
   PoseEstimate estimate_;
 };
 

@@ -1,12 +1,18 @@
 #include "vision/undistort.h"
 
+#include <cmath>
+
 namespace turbidock::vision {
 
 Eigen::Vector2d LensDistortion::Apply(const Eigen::Vector2d& point) const {
   const double x = point.x(), y = point.y(), r2 = x * x + y * y;
+  if (equidistant) {
+    const double r = std::sqrt(r2), t = std::atan(r), t2 = t * t;
+    return r < 1e-9 ? point : point * (t / r * (1 + t2 * (k1 + t2 * (k2 + t2 * (k3 + t2 * k4)))));
+  }
   const double gain = (1 + r2 * (k1 + r2 * (k2 + r2 * k3))) / (1 + r2 * (k4 + r2 * (k5 + r2 * k6)));
-  return {x * gain + 2 * p1 * x * y + p2 * (r2 + 2 * x * x),
-          y * gain + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y};
+  return {x * gain + 2 * p1 * x * y + p2 * (r2 + 2 * x * x) + r2 * (s1 + r2 * s2),
+          y * gain + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y + r2 * (s3 + r2 * s4)};
 }
 
 Undistorter::Undistorter(const CameraIntrinsics& camera, const LensDistortion& distortion)

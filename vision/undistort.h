@@ -9,12 +9,17 @@
 
 namespace turbidock::vision {
 
-// Brown's lens model as OpenCV numbers its coefficients: k1, k2, p1, p2, k3 and the denominators
-// k4, k5, k6. A point (x, y) at depth 1 is seen where the undistorted camera sees (x', y'):
-//   x' = x g + 2 p1 x y + p2 (r2 + 2 x2),  y' = y g + p1 (r2 + 2 y2) + 2 p2 x y,
+// A lens as OpenCV numbers its coefficients. A point (x, y) at depth 1 is seen where the
+// undistorted camera sees (x', y'). Brown's model, with thin prisms (s1 to s4):
+//   x' = x g + 2 p1 x y + p2 (r2 + 2 x2) + s1 r2 + s2 r4,
+//   y' = y g + p1 (r2 + 2 y2) + 2 p2 x y + s3 r2 + s4 r4,
 //   g = (1 + k1 r2 + k2 r4 + k3 r6) / (1 + k4 r2 + k5 r4 + k6 r6).
+// An equidistant lens (cv::fisheye, Kannala and Brandt): (x', y') = (x, y) / r times
+//   t (1 + k1 t2 + k2 t4 + k3 t6 + k4 t8), t = atan r.
 struct LensDistortion {
-  double k1 = 0, k2 = 0, p1 = 0, p2 = 0, k3 = 0, k4 = 0, k5 = 0, k6 = 0;
+  bool equidistant = false;
+  double k1 = 0, k2 = 0, k3 = 0, k4 = 0, k5 = 0, k6 = 0, p1 = 0, p2 = 0;
+  double s1 = 0, s2 = 0, s3 = 0, s4 = 0;
 
   Eigen::Vector2d Apply(const Eigen::Vector2d& point) const;
   bool is_none() const { return *this == LensDistortion{}; }

@@ -43,6 +43,8 @@ const std::map<std::string, std::string> kReplaced = {
      "turbidock batch with --workers, which says how many trials an hour it makes"},
     {"estimate --preset", "--set estimator.preset=published"},
     {"estimate --fps", "30 frames a second"},
+    {"estimate --csv", "its records in --json, one a frame"},
+    {"estimate --wall-clock", "--set estimator.generations_per_frame=20"},
     {"recognize --csv", "its cells in --json"},
     {"calibrate --seconds", "turbidock recognize --table FILE with the values found"},
     {"compare-estimators --marker", "scenarios: compare-estimators pool_active pool_passive"},

@@ -14,13 +14,12 @@ struct RigFromFile {
   Stereo<vision::LensDistortion> distortion;
 };
 
-// Reads our own rig file (keys of RigParams), or OpenCV's stereo calibration: files of
-// cv::FileStorage that together hold M1, D1, M2, D2, R and T (also K1/K2, cameraMatrix1/2,
-// distCoeffs1/2), as its sample stereo_calib writes them; T in metres. The size of the images is
-// read from image_width and image_height or imageSize; where a calibration does not say it, the
-// images' own is taken. The head frame H then sits midway between the optical centres, y along the
-// baseline to the left, x along the mean of both optical axes. ConfigError for what is missing or
-// cannot be, a baseline of zero for instance.
+// Reads our own rig file (keys of RigParams) or a stereo calibration (calibration_file.h), lengths
+// in metres. Where a calibration does not say the size of its images, it is that of the images
+// given, which the principal point must then agree with. The head frame H sits midway between the
+// optical centres, x along the mean of both optical axes, y along the baseline to the left; where
+// the baseline is nearer to vertical, y is the left image's left. ConfigError for what is missing
+// or cannot be, a baseline of zero for instance.
 RigFromFile LoadRig(const std::vector<std::string>& files, int image_width_px, int image_height_px);
 
 }  // namespace turbidock::config

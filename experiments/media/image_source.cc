@@ -6,10 +6,12 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <vector>
+#include <nlohmann/json.hpp>
+#include <string_view>
 
 #include "experiments/media/mp4_writer.h"
 #include "experiments/media/png.h"
@@ -31,8 +33,8 @@ std::string ExtensionOf(const fs::path& path) {
 }
 
 bool IsStill(const fs::path& path) {
-  constexpr std::array kStills = {".png", ".jpg", ".jpeg", ".bmp",
-                                  ".ppm", ".tif", ".tiff", ".webp"};
+  constexpr std::array kStills = {".png", ".jpg", ".jpeg", ".jpe", ".jp2",  ".bmp", ".ppm",
+                                  ".pgm", ".pnm", ".pam",  ".tif", ".tiff", ".tga", ".webp"};
   return std::find(kStills.begin(), kStills.end(), ExtensionOf(path)) != kStills.end();
 }
 
@@ -40,6 +42,64 @@ bool IsStill(const fs::path& path) {
 void RequireReadable(const std::string& file) {
   if (const std::string why = system::WhyUnreadable(file); !why.empty())
     throw ConfigError(file + ": " + why);
+}
+
+// The middle one of the steps between numbers in their order; 0 where there are none.
+double StepOf(const std::vector<double>& numbers) {
+  std::vector<double> steps;
+  for (size_t i = 1; i < numbers.size(); ++i) steps.push_back(numbers[i] - numbers[i - 1]);
+  std::ranges::sort(steps);
+  return steps.empty() ? 0 : steps[steps.size() / 2];
+}
+
+// Some readers turn an image as its EXIF asks for, others do not.
+void RequireUpright(const std::string& file) {
+  using namespace std::string_view_literals;
+  const std::string bytes = system::ReadWhole(file);
+  const size_t exif = std::min(bytes.find("eXIf"), bytes.find("Exif"));
+  if (exif == std::string::npos) return;
+  for (const std::string_view tag : {"\x12\1\3\0\1\0\0\0"sv, "\1\x12\0\3\0\0\0\1\0"sv}) {
+    const size_t at = bytes.find(tag, exif), value = at + tag.size();
+    if (at < exif + 4096 && value < bytes.size() && bytes[value] >= 2 && bytes[value] <= 8)
+      throw ConfigError(
+          fmt::format("{}: is stored turned (EXIF orientation {}), which not every "
+                      "program heeds; turn its pixels (mogrify -auto-orient)",
+                      file, int{bytes[value]}));
+  }
+}
+
+VideoTimes TimesOf(const std::string& file) {
+  using Json = nlohmann::json;
+  VideoTimes out;
+  Json said;
+  try {
+    system::Subprocess ffprobe(
+        {"ffprobe", "-v", "error", "-select_streams", "v:0", "-of", "json", "-show_entries",
+         "packet=pts_time,flags:stream=nb_frames:format=duration,nb_streams", "file:" + file},
+        "ffmpeg");
+    said = Json::parse(ffprobe.Finish());
+  } catch (const SimulatorFault&) {
+    return out;  // ffmpeg will say why
+  }
+  size_t shown = 0;
+  for (const Json& packet : said["packets"]) {
+    ++shown;
+    if (packet.contains("pts_time") && packet.value("flags", "").find('D') == std::string::npos)
+      out.times_s.push_back(std::stod(packet["pts_time"].get<std::string>()));
+  }
+  std::ranges::sort(out.times_s);
+  const auto number = [](const Json& of, const char* key) {
+    return of.contains(key) ? std::atof(of[key].get<std::string>().c_str()) : 0;
+  };
+  const double promised = number(said["streams"][0], "nb_frames"),
+               length_s = number(said["format"], "duration");
+  if (promised > static_cast<double>(shown))
+    out.cut_off = fmt::format("{} is cut off: it has {} of {} images", file, shown, promised);
+  else if (promised == 0 && out.times_s.size() > 1 && said["format"]["nb_streams"] == 1 &&
+           length_s > out.times_s.back() + 2.5 * StepOf(out.times_s))
+    out.cut_off = fmt::format("{} is cut off: it ends at {:.2f} of {:.2f} s", file,
+                              out.times_s.back(), length_s);
+  return out;
 }
 
 // Whatever ffmpeg can decode, as a stream of PPM images: each says its own size.
@@ -52,7 +112,9 @@ class DecodedImages : public ImageSource {
                                       "-pix_fmt rgb24 -fps_mode passthrough pipe:1",
                                       int64_t{kLargestImage_px} * kLargestImage_px),
                           file),
-            "ffmpeg", system::Subprocess::Output::kStream) {}
+            "ffmpeg", system::Subprocess::Output::kStream) {
+    if (!IsStill(file)) said_ = TimesOf(file);
+  }
 
   bool Next(Image3u8* image) override {
     if (at_end_) return false;
@@ -71,12 +133,15 @@ class DecodedImages : public ImageSource {
       ffmpeg_.Finish();
     } catch (const SimulatorFault& fault) {
       // What could be read before stays; a file of which nothing can be read is bad input.
-      if (count_ == 0) throw ConfigError(file_ + ": cannot be read: " + fault.what());
+      const std::string why = file_ + ": cannot be read: " + fault.what();
+      if (count_ == 0) throw ConfigError(why);
+      said_.cut_off = why;
     }
     if (count_ == 0) throw ConfigError(file_ + ": holds no images");
     return false;
   }
   bool is_still() const override { return IsStill(file_); }
+  VideoTimes times() const override { return said_; }
 
  private:
   // Of the next image: "P6", width, height and largest value, each followed by one white space.
@@ -94,6 +159,7 @@ class DecodedImages : public ImageSource {
 
   std::string file_;
   system::Subprocess ffmpeg_;
+  VideoTimes said_;
   int64_t count_ = 0;
   bool at_end_ = false;
 };
@@ -107,6 +173,7 @@ class ImageFiles : public ImageSource {
     if (next_ == files_.size()) return false;
     const std::string& file = files_[next_++];
     RequireReadable(file);
+    RequireUpright(file);
     if (ExtensionOf(file) == ".png")
       *image = ReadPng(file);
     else
@@ -122,12 +189,51 @@ class ImageFiles : public ImageSource {
 };
 
 // What tells a file from others of its side: the last number in its name, or else the name.
-std::string MomentOf(const std::string& file) {
+std::pair<double, std::string> MomentOf(const std::string& file) {
   const std::string name = fs::path(file).filename().string(), digits = "0123456789";
   const size_t last = name.find_last_of(digits);
-  if (last == std::string::npos) return name;
+  if (last == std::string::npos) return {0, name};
   const size_t before = name.find_last_not_of(digits, last);  // npos + 1 is 0
-  return name.substr(before + 1, last - before);
+  return {std::stod(name.substr(before + 1, last - before)), ""};
+}
+
+std::vector<double> NumbersOf(const std::vector<std::string>& files) {
+  std::vector<double> numbers;
+  for (const std::string& file : files) numbers.push_back(MomentOf(file).first);
+  return numbers;
+}
+
+// The first place where files that are numbered in equal steps lack some; empty if there is none.
+std::string GapIn(const std::vector<std::string>& files) {
+  const std::vector<double> numbers = NumbersOf(files);
+  const double step = StepOf(numbers);
+  std::string gap;
+  for (size_t i = 1; i < files.size(); ++i) {
+    const double steps = (numbers[i] - numbers[i - 1]) / step;
+    if (!(steps >= 1) || steps != std::floor(steps)) return "";
+    if (steps > 1 && gap.empty())
+      gap = fmt::format("{} follows {}: what was between them is missing.", files[i], files[i - 1]);
+  }
+  return gap;
+}
+
+void RequirePairs(const Stereo<std::vector<std::string>>& files) {
+  const auto& [left_files, right_files] = files;
+  const size_t pairs = std::min(left_files.size(), right_files.size());
+  for (size_t i = 0; i < pairs; ++i)
+    if (std::error_code ignored; fs::equivalent(left_files[i], right_files[i], ignored))
+      throw ConfigError(left_files[i] + ": is given for both sides");
+  const double step = std::min(StepOf(NumbersOf(left_files)), StepOf(NumbersOf(right_files)));
+  const auto are_near = [&](const auto& a, const auto& b) {
+    return a.second == b.second && std::abs(a.first - b.first) <= std::max(0., 0.5 * step);
+  };
+  if (std::ranges::find_first_of(left_files, right_files, are_near, MomentOf, MomentOf) ==
+      left_files.end())
+    return;
+  for (size_t i = 0; i < pairs; ++i)
+    if (!are_near(MomentOf(left_files[i]), MomentOf(right_files[i])))
+      throw ConfigError(fmt::format("{} and {} are no pair: the file beside one of them is missing",
+                                    left_files[i], right_files[i]));
 }
 
 }  // namespace
@@ -136,7 +242,8 @@ std::vector<std::string> FilesOf(const std::string& name) {
   std::vector<std::string> files;
   if (fs::is_directory(name)) {
     for (const auto& entry : fs::directory_iterator(name))
-      if (IsStill(entry.path())) files.push_back(entry.path().string());
+      if (IsStill(entry.path()) && !entry.path().filename().string().starts_with('.'))
+        files.push_back(entry.path().string());
   } else if (fs::exists(name)) {
     return {name};
   } else if (name.find_first_of(kWild) != std::string::npos) {
@@ -152,21 +259,6 @@ std::vector<std::string> FilesOf(const std::string& name) {
   return files;
 }
 
-void RequirePairs(const std::string& left, const std::string& right) {
-  const std::vector<std::string> left_files = FilesOf(left), right_files = FilesOf(right);
-  const size_t pairs = std::min(left_files.size(), right_files.size());
-  for (size_t i = 0; i < pairs; ++i)
-    if (std::error_code ignored; fs::equivalent(left_files[i], right_files[i], ignored))
-      throw ConfigError(left_files[i] + ": is given for both sides");
-  if (std::ranges::find_first_of(left_files, right_files, {}, MomentOf, MomentOf) ==
-      left_files.end())
-    return;
-  for (size_t i = 0; i < pairs; ++i)
-    if (MomentOf(left_files[i]) != MomentOf(right_files[i]))
-      throw ConfigError(fmt::format("{} and {} are no pair: the file beside one of them is missing",
-                                    left_files[i], right_files[i]));
-}
-
 std::unique_ptr<ImageSource> OpenImages(const std::string& name) {
   std::vector<std::string> files = FilesOf(name);
   if (files.empty())
@@ -176,6 +268,58 @@ std::unique_ptr<ImageSource> OpenImages(const std::string& name) {
   if (!is_one || IsStill(name)) return std::make_unique<ImageFiles>(std::move(files), is_one);
   RequireReadable(name);
   return std::make_unique<DecodedImages>(name);
+}
+
+ImagePairs::ImagePairs(const Stereo<std::string>& names) : names_(names) {
+  for (const Side side : kSides) {
+    sources_[side] = OpenImages(names[side]);
+    times_s_[side] = sources_[side]->times().times_s;
+  }
+  if (sources_.left->is_still() != sources_.right->is_still())
+    throw ConfigError(fmt::format("{} and {}: one is a still image and the other is not",
+                                  names.left, names.right));
+  const Stereo<std::vector<std::string>> files = names.Each(FilesOf);
+  RequirePairs(files);
+  if (const std::string gap = GapIn(files.left); !gap.empty()) notes_.push_back(gap);
+  const auto& [left, right] = times_s_;
+  tolerance_s_ = 0.5 * std::min(StepOf(left), StepOf(right));
+  const bool are_apart =
+      tolerance_s_ > 0 && (left.back() < right.front() || right.back() < left.front());
+  if (are_apart)
+    notes_.push_back("The videos have no time in common: their images are paired in their order.");
+  if (are_apart || tolerance_s_ <= 0) times_s_ = {};
+}
+
+bool ImagePairs::Next(StereoImage* pair) {
+  const auto has_next = [&](Side side) {
+    const bool has = sources_[side]->Next(&(*pair)[side]);
+    seen_[side] += has;
+    return has;
+  };
+  const auto time_s = [&](Side side) {  // none once a video has more images than times
+    const size_t count = seen_[side];
+    return count <= times_s_[side].size() ? times_s_[side][count - 1] : NAN;
+  };
+  Stereo<bool> has{has_next(Side::kLeft), has_next(Side::kRight)};
+  while (has.left && has.right) {
+    const double left_s = time_s(Side::kLeft), right_s = time_s(Side::kRight);
+    if (!(std::abs(left_s - right_s) > tolerance_s_)) return true;
+    const Side early = left_s < right_s ? Side::kLeft : Side::kRight;
+    if (!std::exchange(has_left_out_[early], true))
+      notes_.push_back(
+          fmt::format("{}: the image at {:.3f} s is left out, and others like it; the other side "
+                      "has none of that time.",
+                      names_[early], std::min(left_s, right_s)));
+    has[early] = has_next(early);
+  }
+  for (const Side side : kSides)
+    if (incomplete_.empty()) incomplete_ = sources_[side]->times().cut_off;
+  const Side ended = has.left ? Side::kRight : Side::kLeft,
+             other = has.left ? Side::kLeft : Side::kRight;
+  if (incomplete_.empty() && (has.left || has.right))
+    incomplete_ = fmt::format("{} ends after {} frames, {} goes on", names_[ended], seen_[ended],
+                              names_[other]);
+  return false;
 }
 
 }  // namespace turbidock::media

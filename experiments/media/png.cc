@@ -35,6 +35,21 @@ void Write(const std::string& path, const auto& image, png_uint_32 format) {
   system::WriteWhole(path, bytes);
 }
 
+// Takes out what libpng would convert the values by: they count as they stand in the file, as other
+// programs read them.
+void RemoveColourSpace(std::string* png) {
+  for (size_t at = 8; at + 12 <= png->size();) {
+    size_t bytes = 12;  // of a chunk: its length, name and checksum, and as many as its length says
+    for (int i = 0, shift = 24; i < 4; ++i, shift -= 8)
+      bytes += size_t{static_cast<unsigned char>((*png)[at + static_cast<size_t>(i)])} << shift;
+    const std::string name = png->substr(at + 4, 4);
+    if (name == "gAMA" || name == "sRGB" || name == "cHRM" || name == "iCCP")
+      png->erase(at, bytes);
+    else
+      at += bytes;
+  }
+}
+
 }  // namespace
 
 void WritePng(const std::string& path, const Image3u8& image) {
@@ -45,13 +60,15 @@ void WritePng(const std::string& path, const Image1u8& image) {
 }
 
 Image3u8 ReadPng(const std::string& path) {
-  const std::string bytes = system::ReadWhole(path);
+  std::string bytes = system::ReadWhole(path);
   if (bytes.empty()) throw ConfigError(path, "is empty");
+  RemoveColourSpace(&bytes);
   png_image png{};
   png.version = PNG_IMAGE_VERSION;
   if (!png_image_begin_read_from_memory(&png, bytes.data(), bytes.size()))
     throw ConfigError(path, png.message);
   png.format = PNG_FORMAT_RGB;
+  png.flags |= PNG_IMAGE_FLAG_16BIT_sRGB;  // 16 bits are not linear
   try {
     RequireImageSize(png.width, png.height, path);
   } catch (const ConfigError&) {

@@ -19,7 +19,8 @@ void RequireImageSize(int64_t width_px, int64_t height_px, const std::string& fi
 void WritePng(const std::string& path, const Image3u8& image);
 void WritePng(const std::string& path, const Image1u8& image);  // grey
 
-// Any PNG, as 8-bit RGB (an alpha channel is laid over black). ConfigError when it cannot be read.
+// Any PNG, as 8-bit RGB (an alpha channel is laid over black), whatever it says of its colour
+// space. ConfigError when it cannot be read.
 Image3u8 ReadPng(const std::string& path);
 
 }  // namespace turbidock::media

@@ -94,7 +94,7 @@ TEST_F(BadInput, AnOutputIsNoInput) {
   const std::string left = Path("left.png"), right = Path("right.png");
   const std::string read = " is read by this command";
   Refused({"estimate", "--left", left, "--right", right, "--overlay", left}, left + ":" + read);
-  Refused({"estimate", "--left", Path("*.png"), "--right", right, "--csv", left},
+  Refused({"estimate", "--left", Path("*.png"), "--right", right, "--overlay", left},
           left + ":" + read);
   const std::string table = File("t.csv", "milk_ml_m3,distance_mm,fitness_mean\n0,400,0.9\n");
   Refused({"calibrate", "--active", table, "--out", table}, table + ":" + read);
@@ -103,9 +103,6 @@ TEST_F(BadInput, AnOutputIsNoInput) {
   Refused({"run", scenario, "--out", folder_.string()}, scenario + ":" + read);
   const std::string plan = File("plan.yaml", "schema_version: 1\nscenario: pool_active\n");
   Refused({"batch", plan, "--out", plan}, plan + ":" + read);
-  const std::string both = Path("both.png");
-  Refused({"estimate", "--left", left, "--right", right, "--csv", both, "--overlay", both},
-          both + ": is written by it twice");
   // a result is not overwritten by the page that shows it
   const std::string page = Path("x.html");
   Refused({"batch", "smoke", "--out", page}, page + ": is written by it twice");

@@ -60,13 +60,16 @@ TEST(RigFile, ACameraThatCannotBeIsRefused) {
                     HasSubstr("must be in [0.1, 2.6]")));
   EXPECT_THAT(camera("560.", "1e9", "160."), HasSubstr("M1: a focal length of 1e+09 pixels: "));
   // one of images of 1280 x 960
-  EXPECT_EQ(camera("1100.", "1100.", "640."),
-            "size.yml: M1: the principal point (640, 120) is not in an image of 320 x 240");
-  EXPECT_EQ(camera("560.", "560.", "-1."),
-            "size.yml: M1: the principal point (-1, 120) is not in an image of 320 x 240");
+  EXPECT_EQ(
+      camera("1100.", "1100.", "640."),
+      "size.yml:3: M1: the principal point (640, 120) is not near the middle of the images, 320 "
+      "x 240, as if of images 2.5 times as large; give such images, or say in the file which "
+      "image_width and image_height were calibrated");
+  EXPECT_EQ(SizeOf("size: [ 320, 240 ]\n", "560., 0., -1., 0., 560., 120., 0., 0., 1."),
+            "size.yml:4: M1: the principal point (-1, 120) is not in an image of 320 x 240");
   const std::string matrix = "560., 0., 160., 0., 560., 120., 0., 0., 1.";
   EXPECT_EQ(SizeOf("", matrix, "0.1, 1e9, 0., 0., 0."),
-            "size.yml: D1: a distortion of 1e+09 must be in [-1000, 1000]");
+            "size.yml:8: D1: a distortion of 1e+09 must be in [-1000, 1000]");
   EXPECT_EQ(SizeOf("", matrix, "-0.3, 40., 0.001, 0., -900."), "320 x 240");
 }
 

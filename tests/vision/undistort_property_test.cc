@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "vision/undistort.h"
 
@@ -22,6 +23,22 @@ TEST(LensDistortion, HasOpenCvsValues) {
   const Eigen::Vector2d p2(0.1 * (r2 + 2 * 0.09), 0.1 * 2 * 0.3 * -0.2);
   EXPECT_NEAR((LensDistortion{.p1 = 0.1}.Apply(at) - at - p1).norm(), 0, 1e-15);
   EXPECT_NEAR((LensDistortion{.p2 = 0.1}.Apply(at) - at - p2).norm(), 0, 1e-15);
+  const Eigen::Vector2d s(0.1 * r2 + 0.2 * r2 * r2, 0.3 * r2 + 0.4 * r2 * r2);
+  EXPECT_NEAR(
+      (LensDistortion{.s1 = 0.1, .s2 = 0.2, .s3 = 0.3, .s4 = 0.4}.Apply(at) - at - s).norm(), 0,
+      1e-15);
+}
+
+// As cv::fisheye::distortPoints has it: 45 degrees off the axis are seen at pi / 4 times a
+// polynomial.
+TEST(LensDistortion, EquidistantLensHasOpenCvsValues) {
+  const double t = std::numbers::pi / 4, t2 = t * t;
+  const LensDistortion lens{.equidistant = true, .k1 = 0.1, .k2 = 0.2, .k3 = 0.3, .k4 = 0.4};
+  const double seen =
+      t * (1 + 0.1 * t2 + 0.2 * t2 * t2 + 0.3 * t2 * t2 * t2 + 0.4 * t2 * t2 * t2 * t2);
+  EXPECT_NEAR((lens.Apply({0.6, -0.8}) - seen * Eigen::Vector2d(0.6, -0.8)).norm(), 0, 1e-15);
+  EXPECT_EQ(lens.Apply({0, 0}), Eigen::Vector2d(0, 0));
+  EXPECT_FALSE(LensDistortion{.equidistant = true}.is_none());
 }
 
 TEST(Undistorter, BringsAPictureOfSmoothColoursBack) {

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "experiments/config/data_files.h"
 #include "experiments/config/rig_file.h"
 #include "experiments/config/yaml_fields.h"
@@ -16,6 +18,50 @@ namespace {
 
 constexpr int64_t kStillFrames = 30;
 
+// Of the range in which the marker is looked for.
+double ShareSeenByBoth(const StereoRig& rig, const vision::SearchRange& range) {
+  constexpr int kSteps = 20;
+  int seen = 0;
+  for (int i = 0; i < kSteps * kSteps * kSteps; ++i) {
+    const Eigen::Array3d share =
+        (Eigen::Array3d(i % kSteps, i / kSteps % kSteps, i / (kSteps * kSteps)) + 0.5) / kSteps;
+    const Eigen::Vector3d p_HM(range.x_min_m + share.x() * (range.x_max_m - range.x_min_m),
+                               range.y_max_m * (2 * share.y() - 1),
+                               range.z_max_m * (2 * share.z() - 1));
+    seen += std::ranges::all_of(kSides, [&](Side side) {
+      const Eigen::Vector3d p_CM = rig[side].X_HC.Inverse() * p_HM;
+      if (p_CM.z() <= 0) return false;
+      const Eigen::Vector2d at = rig[side].Project(p_CM);
+      return at.x() >= 0 && at.y() >= 0 && at.x() < rig[side].width_px &&
+             at.y() < rig[side].height_px;
+    });
+  }
+  return static_cast<double>(seen) / (kSteps * kSteps * kSteps);
+}
+
+// What can be told of an image that the estimator does not tolerate (vision/README.md).
+void AddNotes(const std::string& name, const Image3u8& image, std::vector<std::string>* notes) {
+  int brightest = 0, most_colour = 0;
+  size_t white = 0;
+  for (size_t i = 0; i < image.pixels(); ++i) {
+    const auto [least, most] =
+        std::minmax({image.data()[3 * i], image.data()[3 * i + 1], image.data()[3 * i + 2]});
+    brightest = std::max<int>(brightest, most);
+    most_colour = std::max(most_colour, most - least);
+    white += least >= 250;
+  }
+  if (brightest < 32)
+    notes->push_back(fmt::format(
+        "{}: the brightest value is {} of 255; if it holds 10 or 12 bits in 16, multiply them.",
+        name, brightest));
+  else if (most_colour < 16)
+    notes->push_back(name + ": is grey; the marker is found by its colours.");
+  if (10 * white > image.pixels())
+    notes->push_back(fmt::format(
+        "{}: {:.0f} % of it is white; with a shorter exposure the balls keep their colours.", name,
+        100. * static_cast<double>(white) / static_cast<double>(image.pixels())));
+}
+
 }  // namespace
 
 EstimateSettings LoadEstimateSettings(const std::string& marker_file,
@@ -23,12 +69,9 @@ EstimateSettings LoadEstimateSettings(const std::string& marker_file,
   EstimateSettings settings;
   if (!marker_file.empty()) {
     settings.marker.box_m.setZero();
-    config::ReadFields(config::LoadYaml(marker_file), &settings.marker, nullptr);
-    try {
-      CheckFields(settings.marker, "");
-    } catch (const ConfigError& error) {
-      throw ConfigError(marker_file + ": " + error.what());
-    }
+    config::Origins origins;
+    config::ReadFields(config::LoadYaml(marker_file), &settings.marker, &origins);
+    config::CheckSettings(settings.marker, origins);
   }
   const config::Layers layers{.assignments = assignments};
   settings.estimator =
@@ -39,35 +82,35 @@ EstimateSettings LoadEstimateSettings(const std::string& marker_file,
 
 EstimateSummary RunEstimate(const EstimateInput& input, const EstimateSettings& settings,
                             const std::function<void(const EstimatedFrame&)>& observe) {
-  Stereo<std::unique_ptr<media::ImageSource>> sources;
+  media::ImagePairs pairs(input.images);
   StereoImage seen;
-  for (const Side side : kSides) {
-    sources[side] = media::OpenImages(input.images[side]);
-    if (!sources[side]->Next(&seen[side]))
-      throw ConfigError(input.images[side] + ": holds no images");
-  }
-  media::RequirePairs(input.images.left, input.images.right);
-  const bool is_still = sources.left->is_still();
-  if (sources.right->is_still() != is_still)
-    throw ConfigError(fmt::format("{} and {}: one is a still image and the other is not",
-                                  input.images.left, input.images.right));
+  if (!pairs.Next(&seen)) throw ConfigError(pairs.incomplete() + ": there are no pairs of images");
   const std::vector<std::string> rig_files =
       input.rig_files.empty() ? std::vector{config::AssetPath("rig_default.yaml")}
                               : input.rig_files;
   const config::RigFromFile from_file =
       config::LoadRig(rig_files, seen.left.width(), seen.left.height());
   const StereoRig& rig = from_file.rig;
+  EstimateSummary summary;
+  summary.baseline_m = (rig.left.X_HC.p - rig.right.X_HC.p).norm();
+  summary.range_seen = ShareSeenByBoth(rig, settings.estimator.range);
+  if (summary.range_seen == 0)
+    throw ConfigError(fmt::format(
+        "{}: both cameras see no part of where the marker is looked for, {} to {} m ahead; the "
+        "baseline is {:.3g} m: T must be in metres (or set estimator.range)",
+        fmt::join(rig_files, ", "), settings.estimator.range.x_min_m,
+        settings.estimator.range.x_max_m, summary.baseline_m));
   Stereo<std::optional<vision::Undistorter>> undistorters;
-  for (const Side side : kSides)
+  for (const Side side : kSides) {
+    AddNotes(input.images[side], seen[side], &summary.notes);
     if (!from_file.distortion[side].is_none())
       undistorters[side].emplace(rig[side], from_file.distortion[side]);
+  }
   vision::RmGa estimator(settings.estimator, settings.marker, settings.hue, rig,
                          SeedTree(input.seed).Stream("vision.rm_ga"));
-  estimator.set_frame_time(input.frame_time_s);
 
-  EstimateSummary summary;
-  const int64_t most = input.frames.value_or(is_still ? kStillFrames : INT64_MAX);
-  for (bool is_new = true; true; is_new = !is_still) {
+  const int64_t most = input.frames.value_or(pairs.is_still() ? kStillFrames : INT64_MAX);
+  for (bool is_new = true; true; is_new = !pairs.is_still()) {
     for (const Side side : kSides) {
       const MountedCamera& camera = rig[side];
       if (seen[side].width() != camera.width_px || seen[side].height() != camera.height_px)
@@ -80,25 +123,19 @@ EstimateSummary RunEstimate(const EstimateInput& input, const EstimateSettings& 
     seen.frame = summary.frames++;
     const PoseEstimate& estimate = estimator.Update(seen);
     summary.evaluations += estimate.evaluations;
-    summary.generations_least = std::min(summary.generations_least, estimator.generations());
     summary.last = estimate;
-    observe({estimate, estimator.generations(), seen, rig});
+    observe({estimate, seen, rig});
     if (summary.frames >= most) break;
     if (input.stop_requested && input.stop_requested()) {
       summary.incomplete = fmt::format("stopped after {} frames", summary.frames);
       break;
     }
-    if (is_still) continue;
-    const bool has_left = sources.left->Next(&seen.left),
-               has_right = sources.right->Next(&seen.right);
-    if (has_left && has_right) continue;
-    if (has_left || has_right)
-      summary.incomplete =
-          fmt::format("{} ends after {} frames, {} goes on",
-                      input.images[has_left ? Side::kRight : Side::kLeft], summary.frames,
-                      input.images[has_left ? Side::kLeft : Side::kRight]);
-    break;
+    if (!pairs.is_still() && !pairs.Next(&seen)) {
+      summary.incomplete = pairs.incomplete();
+      break;
+    }
   }
+  std::ranges::copy(pairs.notes(), std::back_inserter(summary.notes));
   return summary;
 }
 

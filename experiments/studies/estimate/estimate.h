@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <functional>
-#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -39,18 +38,16 @@ EstimateSettings LoadEstimateSettings(const std::string& marker_file,
                                       const std::vector<std::string>& assignments);
 
 struct EstimateInput {
-  Stereo<std::string> images;          // see OpenImages
+  Stereo<std::string> images;          // see ImagePairs
   std::vector<std::string> rig_files;  // see LoadRig; none: the default rig
   std::optional<int64_t> frames;       // stills: how often they are seen, 30; else at most so many
   uint64_t seed = 0;
-  std::optional<double> frame_time_s;         // wall clock, see RmGa::set_frame_time
   std::function<bool()> stop_requested = {};  // polled every frame
 };
 
 // One frame, as an observer sees it.
 struct EstimatedFrame {
   const PoseEstimate& estimate;
-  int generations = 0;
   const StereoImage& seen;  // undistorted
   const StereoRig& rig;
 };
@@ -58,17 +55,18 @@ struct EstimatedFrame {
 struct EstimateSummary {
   PoseEstimate last;
   int64_t frames = 0, evaluations = 0;
-  int generations_least = std::numeric_limits<int>::max();
-  std::string incomplete;  // why the images ended before both sides did; empty when they did not
+  double baseline_m = 0;
+  double range_seen = 0;   // by both cameras, of the range in which the marker is looked for
+  std::string incomplete;  // why there should be more images; empty when there should not
+  std::vector<std::string> notes;  // sentences: what may be wrong with the images
 };
 
 // Runs the estimator over the images. ConfigError for images or a rig that cannot be used.
 EstimateSummary RunEstimate(const EstimateInput& input, const EstimateSettings& settings,
                             const std::function<void(const EstimatedFrame&)>& observe);
 
-// A frame as an object; of all frames' a CSV, its vectors a column for each element.
+// A frame as an object.
 report::Json RecordOf(const EstimatedFrame& frame, const EstimateSettings& settings);
-std::string CsvOf(const std::vector<report::Json>& records);
 
 // Kind "estimate", and the study's own keys: the last estimate, sums, and `records`.
 report::Report ReportOf(const EstimateSummary& summary, const std::vector<report::Json>& records);

@@ -17,28 +17,22 @@
 namespace turbidock::estimate {
 namespace {
 
-constexpr double kFrame_s = 0.033;  // the published time of a frame
 constexpr int kOverlayFramesPerSecond = 30;
 
 struct EstimateArguments {
   EstimateInput input;
-  std::string marker, csv, overlay;
+  std::string marker, overlay;
   std::vector<std::string> assignments;
-  bool json = false, wall_clock = false, quiet = false;
+  bool json = false, quiet = false;
 };
 
 int Estimate(const EstimateArguments& arguments) {
   EstimateInput input = arguments.input;
   const EstimateSettings settings = LoadEstimateSettings(arguments.marker, arguments.assignments);
-  if (arguments.wall_clock) input.frame_time_s = kFrame_s;
   input.stop_requested = app::CatchStopSignals();
   system::OutputPlan outputs;
   for (const Side side : kSides) outputs.Reads(media::FilesOf(input.images[side]));
-  outputs.Reads(input.rig_files)
-      .Reads(arguments.marker)
-      .Writes(arguments.csv)
-      .Writes(arguments.overlay)
-      .Require();
+  outputs.Reads(input.rig_files).Reads(arguments.marker).Writes(arguments.overlay).Require();
   const std::string& overlay = arguments.overlay;
   const bool is_video = overlay.ends_with(".mp4");
   if (!overlay.empty() && !is_video && !overlay.ends_with(".png"))
@@ -56,11 +50,12 @@ int Estimate(const EstimateArguments& arguments) {
     if (!video) video.emplace(overlay, last->width(), last->height(), kOverlayFramesPerSecond);
     video->Add(*last);
   });
-  if (arguments.json && !summary.incomplete.empty())
-    progress.Say("incomplete: " + summary.incomplete);
+  if (arguments.json) {
+    if (!summary.incomplete.empty()) progress.Say("incomplete: " + summary.incomplete);
+    for (const std::string& note : summary.notes) progress.Say(note);
+  }
   app::PrintReport(ReportOf(summary, records), ResultJson(summary, settings, records),
                    arguments.json);
-  if (!arguments.csv.empty()) system::WriteWhole(arguments.csv, CsvOf(records));
   if (video) video->Finish();
   if (last && !is_video) media::WritePng(overlay, last->ToImage());
   return app::kExitDone;
@@ -76,8 +71,8 @@ void AddEstimate(app::CommandLine& line) {
   estimate.Add("--left", input.images.left, std::string("Left camera: ") + kinds).Required();
   estimate.Add("--right", input.images.right, "Right camera, likewise").Required();
   estimate.Add("--rig", input.rig_files,
-               "Rig file, or OpenCV's stereo calibration (may be repeated: intrinsics, "
-               "extrinsics; T in metres); the default rig unless given");
+               "Rig file, or a stereo calibration of OpenCV, ROS or Kalibr (may be repeated: its "
+               "files; lengths in metres); the default rig unless given");
   estimate.Add("--marker", arguments.marker, "Marker file; the default marker unless given");
   estimate
       .Add("--frames", input.frames,
@@ -86,9 +81,6 @@ void AddEstimate(app::CommandLine& line) {
   estimate.Add("--seed", input.seed, "Root of all randomness");
   estimate.AddSet(arguments.assignments,
                   "Set one key of marker, hue or estimator, such as estimator.range.x_max_m=3");
-  estimate.Flag("--wall-clock", arguments.wall_clock,
-                "As many generations as 33 ms of this machine's time allow; not reproducible");
-  estimate.Add("--csv", arguments.csv, "Write a line for each frame");
   estimate.Add("--overlay", arguments.overlay,
                "Draw the estimate on the images: FILE.mp4, or FILE.png of the last frame");
   estimate.AddJson(arguments.json);

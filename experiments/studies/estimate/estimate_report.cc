@@ -59,29 +59,7 @@ Json RecordOf(const EstimatedFrame& frame, const EstimateSettings& settings) {
   Json json = {{"frame", frame.estimate.frame}};
   json.update(ToJson(frame.estimate, settings));
   json["evaluations"] = frame.estimate.evaluations;
-  json["generations"] = frame.generations;
   return json;
-}
-
-std::string CsvOf(const std::vector<Json>& records) {
-  std::string csv;
-  for (const Json& record : records) {
-    Json row = {{"frame", record["frame"]}, {"detected", record["detected"] ? 1 : 0}};
-    const auto add = [&](const Json& vector, const std::vector<const char*>& names) {
-      for (size_t i = 0; i < names.size(); ++i)
-        row[names[i]] = vector.is_null() ? vector : vector[i];
-    };
-    add(record["position_m"], {"x_m", "y_m", "z_m"});
-    add(record["quaternion_wxyz"], {"qw", "qx", "qy", "qz"});
-    row["fitness"] = record["fitness"];
-    add(record["position_deviation_m"], {"x_deviation_m", "y_deviation_m", "z_deviation_m"});
-    row["evaluations"] = record["evaluations"];
-    row["generations"] = record["generations"];
-    for (const auto& [ball, fitness] : record["ball_fitness"].items())
-      row["fitness_" + ball] = fitness;
-    report::AddCsv(row, &csv);
-  }
-  return csv;
 }
 
 report::Report ReportOf(const EstimateSummary& summary, const std::vector<Json>& records) {
@@ -106,10 +84,12 @@ report::Report ReportOf(const EstimateSummary& summary, const std::vector<Json>&
          fmt::format("{:.2f}, {:.2f}, {:.2f} mm", units::MmFromM(p_m->x()),
                      units::MmFromM(p_m->y()), units::MmFromM(p_m->z())),
          Fixed(units::DegFromRad(DeviationsOf(e, 3)->maxCoeff()), 2) + "° at most"});
-  report.facts.push_back(
-      {"generations in a frame", std::to_string(summary.generations_least), "at least"});
+  report.facts.push_back({"baseline, mm", Fixed(units::MmFromM(summary.baseline_m), 1),
+                          fmt::format("both cameras see {:.0f} % of where the marker is looked for",
+                                      100 * summary.range_seen)});
   if (!summary.incomplete.empty())
     report.missing.push_back("Incomplete: " + summary.incomplete + ".");
+  for (const std::string& note : summary.notes) report.missing.push_back(note);
   if (!e.detected)
     report.missing.push_back("The marker was not found: the position is a guess, and so is F.");
   else if (!e.covariance)
@@ -124,7 +104,9 @@ Json ResultJson(const EstimateSummary& summary, const EstimateSettings& settings
   json["covariance"] = summary.last.covariance;
   json["frames"] = summary.frames;
   json["evaluations"] = summary.evaluations;
-  json["generations_least"] = summary.generations_least;
+  json["baseline_m"] = summary.baseline_m;
+  json["range_seen"] = summary.range_seen;
+  json["notes"] = summary.notes;
   json["complete"] = summary.incomplete.empty();
   json["incomplete_reason"] = summary.incomplete.empty() ? Json() : Json(summary.incomplete);
   json["records"] = records;
