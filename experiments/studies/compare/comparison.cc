@@ -57,9 +57,10 @@ std::map<Key, batch::StoredTrial> ByKey(const batch::ResultStore& store,
 
 // What is compared of pairs that docked in both, but for how they end.
 std::vector<trial::Metric> ComparedMetrics() {
+  const std::vector<std::string> names = {"time_s", "tracking_rms_m", "effort_v"};
   std::vector<trial::Metric> metrics;
   for (const trial::Metric& metric : trial::Metrics())
-    if (Has({"time_s", "tracking_rms_m", "effort_v"}, metric.name)) metrics.push_back(metric);
+    if (Has(names, metric.name)) metrics.push_back(metric);
   metrics.push_back({"final_error_m", [](const trial::TrialRecord& record) {
                        return std::optional(record.final_error_true.distance_m());
                      }});

@@ -124,7 +124,8 @@ Study::Study(const config::YamlNode& study, const trial::Plugins& plugins)
     const std::string& name = settings_.objective[objective_.size()].metric;
     const auto found = std::ranges::find(trial::Metrics(), name, &trial::Metric::name);
     if (found == trial::Metrics().end())
-      term.Fail("'" + name + "' is produced by no trial" + config::DidYouMean(name, names));
+      term.Find("metric").value_or(term).Fail("'" + name + "' is produced by no trial" +
+                                              config::DidYouMean(name, names));
     objective_.push_back(*found);
   }
   const trial::Scenario scenario = plan_.ScenarioOf(plan_.Trial(0));

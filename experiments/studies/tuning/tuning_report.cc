@@ -70,15 +70,24 @@ report::Section HeldOutSection(const StudySettings& settings, const HeldOut& hel
   return section;
 }
 
-// How the cost came down. On a logarithmic axis a start that is far worse does not squeeze it.
+// As far as the search goes: a start that is far worse does not squeeze it.
+report::Axis CostAxis(const std::vector<GenerationRecord>& generations) {
+  double low = generations.back().incumbent, high = low;
+  for (size_t i = 1; i < generations.size(); ++i) {
+    low = std::min({low, generations[i].best, generations[i].incumbent});
+    high = std::max({high, generations[i].best, generations[i].incumbent});
+  }
+  if (low == high) return {.label = "cost of a trial"};
+  const double margin = 0.1 * (high - low);
+  return {.label = "cost of a trial", .low = low - margin, .high = high + margin};
+}
+
 report::Section ConvergenceSection(const StudySettings& settings, const TuningResult& result) {
   using G = GenerationRecord;
   const auto over_trials = [&](auto of) {
     return report::SamplesOf(result.generations, &G::trials, of);
   };
   const auto replaced = [](const G& g) { return g.replaced ? g.best : report::kOpen; };
-  const bool is_positive =
-      std::ranges::all_of(result.generations, [](const G& g) { return g.best > 0; });
   std::vector<std::string> terms;
   for (const ObjectiveTerm& term : settings.objective)
     terms.push_back(fmt::format(
@@ -90,7 +99,7 @@ report::Section ConvergenceSection(const StudySettings& settings, const TuningRe
       .panels = {
           {.title = "cost",
            .x = {"trials"},
-           .y = {.label = "cost of a trial", .logarithmic = is_positive},
+           .y = CostAxis(result.generations),
            .series = {{"median of the generation", over_trials(&G::median), report::kGrey},
                       {"its best", over_trials(&G::best), report::CurveColor(0),
                        Mark::kLineWithDots},

@@ -398,10 +398,11 @@ TEST(TuningReport, ShowsTheCostOverTheTrialsAndWhatItIs) {
   EXPECT_EQ(series[1].points[1].y, 16);
   EXPECT_FALSE(std::isfinite(series[3].points[1].y)) << "nothing was replaced";
   EXPECT_EQ(series[3].points[2].y, 16);
-  // a logarithm has no place for a trial that costs nothing
-  EXPECT_TRUE(convergence().panels[0].y.logarithmic);
-  result.generations[1].best = 0;
-  EXPECT_FALSE(convergence().panels[0].y.logarithmic);
+  // a start that is far worse does not squeeze it
+  for (const size_t g : {1u, 2u}) result.generations[g].incumbent = 20;
+  result.generations[0].best = result.generations[0].incumbent = 400;
+  EXPECT_LT(convergence().panels[0].y.high, 30);
+  EXPECT_GT(convergence().panels[0].y.low, 10);
 }
 
 TEST(TuningReport, SaysInEveryFormWhatTheTunedGainsDoOnHeldOutSeeds) {
