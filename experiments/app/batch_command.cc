@@ -5,15 +5,14 @@
 
 #include "experiments/app/commands.h"
 #include "experiments/app/job_arguments.h"
-#include "experiments/app/plan_arguments.h"
-#include "experiments/app/print_report.h"
 #include "experiments/app/progress.h"
+#include "experiments/app/report_output.h"
 #include "experiments/batch/batch.h"
 #include "experiments/batch/batch_report.h"
 #include "experiments/batch/plan.h"
 #include "experiments/batch/result_store.h"
 #include "experiments/page/batch_page.h"
-#include "experiments/report/text.h"
+#include "experiments/report/report.h"
 #include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"
 

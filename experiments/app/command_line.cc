@@ -4,13 +4,14 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cctype>
+#include <boost/algorithm/string/split.hpp>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 
 #include "experiments/app/replaced.h"
+#include "experiments/config/nearest_name.h"
 #include "experiments/media/figure.h"
 #include "sim/base/fields.h"
 
@@ -65,12 +66,7 @@ std::string Problem(const std::string& text) {
 std::vector<std::string> ValuesIn(const std::string& argument, bool has_commas) {
   if (!has_commas) return {argument};
   std::vector<std::string> values;
-  for (size_t begin = 0; begin <= argument.size();) {
-    const size_t end = std::min(argument.find(',', begin), argument.size());
-    values.push_back(argument.substr(begin, end - begin));
-    begin = end + 1;
-  }
-  return values;
+  return boost::split(values, argument, [](char c) { return c == ','; });
 }
 
 // What is wrong with a number that is not in a range, which is so in words.
@@ -81,6 +77,14 @@ auto NotIn(const Range& range, const std::string& words) {
     return is_in ? "" : value + " must be " + words;
   };
 }
+
+// CLI11's help without what an option excludes: that is said of a line that has both.
+class HelpFormat : public CLI::Formatter {
+  std::string make_option_opts(const CLI::Option* option) const override {
+    const std::string text = CLI::Formatter::make_option_opts(option);
+    return text.substr(0, text.find(" Excludes:"));
+  }
+};
 
 }  // namespace
 
@@ -155,8 +159,10 @@ Option Subcommand::Add(const std::string& name, T& target, const std::string& do
   CLI::Option* const option =
       app_->add_option(flag, read, doc, /*defaulted=*/target != T{},
                        [&target] { return CLI::detail::checked_to_string<T, T>(target); });
-  option->type_name(space == std::string::npos ? CLI::detail::type_name<T>()
-                                               : name.substr(space + 1));
+  const std::string type = CLI::detail::type_name<T>();
+  option->type_name(space != std::string::npos ? name.substr(space + 1)
+                    : type == "UINT"           ? "INT"
+                                               : type);
   if constexpr (kIsList<T>) {
     option->expected(CLI::detail::expected_max_vector_size);
     option->allow_extra_args(!name.starts_with("-"));
@@ -185,7 +191,9 @@ Option Subcommand::Flag(const std::string& name, bool& target, const std::string
   return Option(app_->add_flag(name, target, doc)->disable_flag_override());
 }
 
-void Subcommand::Footer(const std::string& text) { app_->footer(text); }
+void Subcommand::Footer(const std::string& text) {
+  app_->footer(text + "\n\n" + app_->get_footer());
+}
 
 void Subcommand::Hidden() { app_->group(""); }
 
@@ -194,25 +202,13 @@ Option Subcommand::AddSet(std::vector<std::string>& assignments, const std::stri
 }
 
 Option Subcommand::AddSeed(std::string& seed) {
-  return Add("--seed", seed, "Root of all randomness; as --set seed=N").Check(Problem<int64_t>);
+  return Add("--seed INT", seed, "Root of all randomness; as --set seed=N")
+      .Check(Problem<int64_t>)
+      .NotNegative();
 }
 
 Option Subcommand::AddWorkers(int& workers, const std::string& doc) {
   return Add("--workers", workers, doc).Between(1, 1024);
-}
-
-// Each is a line of a script.
-Option Subcommand::AddSbatch(std::vector<std::string>& options) {
-  const auto problem = [](const std::string& value) {
-    const bool is_line = std::ranges::none_of(
-        value, [](char c) { return std::iscntrl(static_cast<unsigned char>(c)) != 0; });
-    return value.starts_with('-') && is_line
-               ? ""
-               : fmt::format("'{}' must be one line that begins with -", value);
-  };
-  return Add("--sbatch OPTION", options,
-             "A further option of sbatch, such as --sbatch=--time=2:00:00; may be repeated")
-      .Check(problem);
 }
 
 Option Subcommand::AddFigure(std::string& file, const std::string& doc) {
@@ -239,6 +235,7 @@ CommandLine::CommandLine(const std::string& name, const std::string& description
     : plugins_(plugins), app_(std::make_unique<CLI::App>(description)) {
   app_->name(name);
   app_->set_help_all_flag("--help-all", "Help of every subcommand");
+  app_->formatter(std::make_shared<HelpFormat>());
   app_->require_subcommand(0, 1);
 }
 
@@ -248,6 +245,7 @@ Subcommand CommandLine::AddCommand(const std::string& name, const std::string& d
                                    std::function<int()> run) {
   CLI::App* const app = app_->add_subcommand(name, doc);
   app->callback([this, run = std::move(run)] { chosen_ = run; });
+  app->footer(ExamplesOf(name));
   return Subcommand(app);
 }
 
@@ -264,11 +262,24 @@ std::optional<int> CommandLine::Parse(int argc, char** argv) {
   } catch (const CLI::Success& help) {
     return app_->exit(help);
   } catch (const CLI::ExtrasError&) {  // which has them in the wrong order
-    throw ConfigError(fmt::format("not expected here: {}; see --help",
-                                  fmt::join(app_->remaining(/*recurse=*/true), " ")));
+    const std::vector<std::string> extra = app_->remaining(/*recurse=*/true);
+    const std::string meant = config::DidYouMean(extra[0], Known());
+    throw ConfigError(fmt::format("not expected here: {}{}", fmt::join(extra, " "),
+                                  meant.empty() ? "; see --help" : meant));
   } catch (const CLI::ParseError& error) {
     throw ConfigError(std::string(error.what()) + "; see --help");
   }
+}
+
+// What the line's first word, or a word after that, may be.
+std::vector<std::string> CommandLine::Known() const {
+  std::vector<std::string> names;
+  for (const CLI::App* chosen : app_->get_subcommands())
+    for (const CLI::Option* option : chosen->get_options()) names.push_back(option->get_name());
+  if (names.empty())
+    for (const CLI::App* one : app_->get_subcommands([](const CLI::App*) { return true; }))
+      names.push_back(one->get_name());
+  return names;
 }
 
 std::optional<int> CommandLine::Run() const {

@@ -67,9 +67,8 @@ class Subcommand {
 
   // Options that many subcommands have.
   Option AddSet(std::vector<std::string>& assignments, const std::string& doc);
-  Option AddSeed(std::string& seed);  // a whole number, as written: its reader has the range
+  Option AddSeed(std::string& seed);  // a whole number, as written
   Option AddWorkers(int& workers, const std::string& doc);
-  Option AddSbatch(std::vector<std::string>& options);
   // --figure: a file that can be one, on a machine that can draw (both asked while the line is
   // read). `doc` says what is drawn.
   Option AddFigure(std::string& file, const std::string& doc);
@@ -107,11 +106,15 @@ class CommandLine {
   std::optional<int> Run() const;
 
  private:
+  std::vector<std::string> Known() const;
   Subcommand AddCommand(const std::string& name, const std::string& doc, std::function<int()> run);
 
   trial::Plugins plugins_;
   std::unique_ptr<CLI::App> app_;
   std::function<int()> chosen_;
 };
+
+// Two lines that use a command, for the end of its help; nothing for one that is not known.
+std::string ExamplesOf(const std::string& command);
 
 }  // namespace turbidock::app

@@ -3,7 +3,7 @@
 // beside this file, those of a study in its module.
 
 #include "experiments/app/command_line.h"
-#include "experiments/app/stop_signal.h"
+#include "experiments/app/progress.h"
 
 namespace turbidock::app {
 
@@ -15,44 +15,21 @@ void AddList(CommandLine& line);
 
 }  // namespace turbidock::app
 
-namespace turbidock {
-
-namespace bench {
-void AddBench(app::CommandLine& line);
-}
-namespace check_vehicle {
-void AddCheckVehicle(app::CommandLine& line);
-}
-namespace compare {
-void AddCompare(app::CommandLine& line);
-}
-namespace dataset {
-void AddDataset(app::CommandLine& line);
-}
-namespace estimate {
-void AddEstimate(app::CommandLine& line);
-}
-namespace estimators {
-void AddCompareEstimators(app::CommandLine& line);
-}
-namespace gate {
-void AddGate(app::CommandLine& line);
-}
-namespace live {
-void AddView(app::CommandLine& line);
-}
-namespace recognition {
-void AddCalibrate(app::CommandLine& line);
-void AddRecognize(app::CommandLine& line);
-}  // namespace recognition
-namespace run {
-void AddRun(app::CommandLine& line);
-}
-namespace step_response {
-void AddStepResponse(app::CommandLine& line);
-}
-namespace tuning {
-void AddTune(app::CommandLine& line);
-}
-
-}  // namespace turbidock
+#define TURBIDOCK_COMMAND(study, Add) \
+  namespace turbidock::study {        \
+  void Add(app::CommandLine& line);   \
+  }
+TURBIDOCK_COMMAND(bench, AddBench)
+TURBIDOCK_COMMAND(check_vehicle, AddCheckVehicle)
+TURBIDOCK_COMMAND(compare, AddCompare)
+TURBIDOCK_COMMAND(dataset, AddDataset)
+TURBIDOCK_COMMAND(estimate, AddEstimate)
+TURBIDOCK_COMMAND(estimators, AddCompareEstimators)
+TURBIDOCK_COMMAND(gate, AddGate)
+TURBIDOCK_COMMAND(live, AddView)
+TURBIDOCK_COMMAND(recognition, AddCalibrate)
+TURBIDOCK_COMMAND(recognition, AddRecognize)
+TURBIDOCK_COMMAND(run, AddRun)
+TURBIDOCK_COMMAND(step_response, AddStepResponse)
+TURBIDOCK_COMMAND(tuning, AddTune)
+#undef TURBIDOCK_COMMAND

@@ -1,9 +1,28 @@
 #include "experiments/app/job_arguments.h"
 
 #include <fmt/format.h>
+#include <sched.h>
 #include <unistd.h>
 
 namespace turbidock::app {
+
+void PlanArguments::AddTo(Subcommand* command, const trial::Plugins& plugins) {
+  overrides.plugins = plugins;
+  command->Add("plan", plan, "YAML file or the name of a bundled plan (see `turbidock list plans`)")
+      .Required();
+  command->AddSet(overrides.assignments, "Set one key of every trial, such as duration_s=30");
+  command->Add("--seed", overrides.master_seed, "Root of every trial's seed (master_seed)")
+      .NotNegative();
+  command
+      ->Add("--seeds", overrides.seeds,
+            "Exactly so many trials in each cell of the grid, whatever precision the plan asks")
+      .Between(1, 1000000);
+}
+
+int AvailableCores() {
+  cpu_set_t cores;
+  return sched_getaffinity(0, sizeof cores, &cores) == 0 ? CPU_COUNT(&cores) : 1;
+}
 
 JobArguments::Options JobArguments::AddTo(Subcommand* command, const std::string& doc,
                                           int alone_now) {
@@ -18,7 +37,16 @@ JobArguments::Options JobArguments::AddTo(Subcommand* command, const std::string
                 "Run as job arrays of at most so many tasks at a time, with --workers cores each")
           .Between(1, 100000)
           .Group(group);
-  command->AddSbatch(sbatch).Group(group).Needs(tasks);
+  const auto problem = [](const std::string& value) {  // each is a line of a script
+    const bool is_line = value.starts_with('-') && value.find_first_of("\r\n") == std::string::npos;
+    return is_line ? "" : fmt::format("'{}' must be one line that begins with -", value);
+  };
+  command
+      ->Add("--sbatch OPTION", sbatch,
+            "A further option of sbatch, such as --sbatch=--time=2:00:00; may be repeated")
+      .Check(problem)
+      .Group(group)
+      .Needs(tasks);
   return {processes, tasks};
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// Who does a long command's jobs, on a command line.
+// The plan on a command line and what changes it; and who does a long command's jobs.
 
 #include <functional>
 #include <optional>
@@ -8,8 +8,19 @@
 
 #include "experiments/app/command_line.h"
 #include "experiments/batch/job_options.h"
+#include "experiments/batch/plan.h"
 
 namespace turbidock::app {
+
+struct PlanArguments {
+  std::string plan;
+  batch::PlanOverrides overrides;
+
+  void AddTo(Subcommand* command, const trial::Plugins& plugins);
+  batch::Plan Load() const { return batch::LoadPlan(plan, overrides); }
+};
+
+int AvailableCores();  // to this process
 
 struct JobArguments {
   std::optional<int> workers;  // none: `alone` on this machine, one in a task of Slurm's

@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -64,19 +66,43 @@ void ListAll(bool json) {
   if (json) fmt::print("{}", report::JsonText(all));
 }
 
-void ListKeys(bool json, const trial::Plugins& plugins) {
-  auto list = report::Json::array();
-  for (const config::KeyDoc& key : trial::ScenarioKeys(plugins)) {
-    if (json)
-      list.push_back({{"key", key.key},
-                      {"type", key.type},
-                      {"default", key.value},
-                      {"range", key.range},
-                      {"doc", key.doc}});
-    else
-      fmt::print("{:45} {:22} {:24} {}\n", key.key, key.value, key.range, key.doc);
+// "[1, 0, ..." of a text that is longer than that.
+std::string Short(const std::string& text, size_t most) {
+  return text.size() <= most ? text : text.substr(0, most - 3) + "...";
+}
+
+// A line for each group and two for each key, none wider than 100 columns.
+void PrintKeys(const std::vector<config::KeyDoc>& keys) {
+  fmt::print("{:46} {:20} ALLOWED\n    MEANING\n", "KEY", "DEFAULT");
+  for (const config::KeyDoc& key : keys) {
+    const bool is_group = key.type == "group of keys" || key.type == "list of groups";
+    if (is_group) fmt::print("\n{} ({})\n", key.key, key.type);
+    const std::string name = fmt::format("{:46} {}", key.key, Short(key.value, 20));
+    const std::string allowed = key.range.empty() ? key.type : key.range;
+    if (!is_group)
+      fmt::print("{:67} {}\n", name, Short(allowed, 99 - std::max<size_t>(67, name.size())));
+    std::istringstream words(key.doc);
+    std::string line = "   ";
+    for (std::string word; words >> word; line += " " + word)
+      if (line.size() + word.size() >= 100) {
+        fmt::print("{}\n", line);
+        line = "   ";
+      }
+    fmt::print("{}\n", line);
   }
-  if (json) fmt::print("{}", report::JsonText(list));
+}
+
+void ListKeys(bool json, const trial::Plugins& plugins) {
+  const std::vector<config::KeyDoc> keys = trial::ScenarioKeys(plugins);
+  if (!json) return PrintKeys(keys);
+  auto list = report::Json::array();
+  for (const config::KeyDoc& key : keys)
+    list.push_back({{"key", key.key},
+                    {"type", key.type},
+                    {"default", key.value},
+                    {"range", key.range},
+                    {"doc", key.doc}});
+  fmt::print("{}", report::JsonText(list));
 }
 
 int List(const ListArguments& arguments) {

@@ -8,11 +8,12 @@
 #include <filesystem>
 #include <new>
 #include <opencv2/core/version.hpp>
+#include <sstream>
 #include <string>
 
 #include "experiments/app/commands.h"
-#include "experiments/app/stop_signal.h"
 #include "experiments/batch/result_store.h"
+#include "experiments/config/yaml_fields.h"
 #include "experiments/system/build_info.h"
 #include "experiments/system/plain_text.h"
 #include "sim/base/check.h"
@@ -81,6 +82,10 @@ int turbidock::Main(int argc, char** argv, const trial::Plugins& plugins) {
     const int code = ParseAndRun(argc, argv, plugins);
     if (std::fflush(stdout) != 0 || std::ferror(stdout)) return ComplainOfOutput();
     return StopSignal() ? 128 + StopSignal() : code;
+  } catch (const config::ConfigErrors& errors) {
+    std::istringstream lines(errors.what());
+    for (std::string line; std::getline(lines, line);) Complain(line, kExitBadInput);
+    return kExitBadInput;
   } catch (const ConfigError& error) {
     return Complain(error.what(), kExitBadInput);
   } catch (const batch::MismatchError& error) {

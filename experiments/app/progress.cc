@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
 
 #include "experiments/system/plain_text.h"
@@ -14,6 +15,14 @@ namespace {
 
 constexpr int kBarWidth = 30;
 constexpr double kRedraw_s = 0.2;
+
+// Written by the signal handler, which may touch nothing else.
+volatile std::sig_atomic_t stop_signal = 0;
+
+void OnSignal(int signal) {
+  stop_signal = signal;
+  std::signal(signal, SIG_DFL);
+}
 
 }  // namespace
 
@@ -61,5 +70,13 @@ void Progress::Clear() {
   if (shown_) std::fputs("\r\033[K", stderr);
   shown_ = false;
 }
+
+std::function<bool()> CatchStopSignals() {
+  std::signal(SIGINT, OnSignal);
+  std::signal(SIGTERM, OnSignal);
+  return [] { return stop_signal != 0; };
+}
+
+int StopSignal() { return stop_signal; }
 
 }  // namespace turbidock::app

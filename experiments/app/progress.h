@@ -1,8 +1,9 @@
 #pragma once
-// How long work shows itself on stderr: one line that is redrawn on a terminal, plain lines
-// elsewhere.
+// How long work shows itself on stderr, one line that is redrawn on a terminal, plain lines
+// elsewhere; and how it is stopped.
 
 #include <chrono>
+#include <functional>
 #include <limits>
 #include <string>
 
@@ -39,5 +40,13 @@ class Progress {
   bool shown_ = false;
   Clock::time_point start_ = Clock::now(), last_line_ = start_;
 };
+
+// Ctrl-C and kill end the program at once, as any other, but for work that has something to save:
+// from here on SIGINT and SIGTERM only ask the program to stop; whether they did is what is
+// returned. A second one does not wait.
+std::function<bool()> CatchStopSignals();
+
+// The signal that asked the program to stop, or 0.
+int StopSignal();
 
 }  // namespace turbidock::app

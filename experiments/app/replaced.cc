@@ -1,12 +1,13 @@
 #include "experiments/app/replaced.h"
 
-#include <map>
+#include <string>
+#include <utility>
 
 namespace turbidock::app {
 namespace {
 
-// "command" or "command --option", and what took its place.
-const std::map<std::string, std::string> kReplaced = {
+// "command" or "command --option --option", and what took its place.
+const std::pair<std::string, const char*> kReplaced[] = {
     {"scenarios", "turbidock list scenarios, list keys, list --show SCENARIO"},
     {"plans", "turbidock list plans"},
     {"studies", "turbidock list studies"},
@@ -20,27 +21,22 @@ const std::map<std::string, std::string> kReplaced = {
     {"run --resolution", "--set rig.width_px=320 --set rig.height_px=240"},
     {"bench --resolution", "--set rig.width_px=320 --set rig.height_px=240"},
     {"view --quality", "nothing: pictures have a JPEG quality of 80"},
-    {"gate --simulate", "gate GATE.yaml, whose report says exactly which loss it would have seen"},
     {"gate --max-trials", "max_trials in the gate's file"},
-    {"gate --rate", "gate GATE.yaml: margin, alpha and beta are those of the file"},
-    {"gate --margin", "gate GATE.yaml, with the file's margins.success_rate"},
-    {"gate --alpha", "gate GATE.yaml, with the file's alpha"},
-    {"gate --beta", "gate GATE.yaml, with the file's beta"},
-    {"gate --design", "gate GATE.yaml, whose report says which loss each condition would have seen"},
-    {"gate --plan-size", "gate GATE.yaml, whose report says which loss it would have seen"},
+    {"gate --rate --margin --alpha --beta",
+     "margins.success_rate, alpha and beta in the gate's file"},
+    {"gate --simulate --design --plan-size",
+     "gate GATE.yaml, whose report says exactly which loss each condition would have seen"},
     {"gate --figure", "gate --out FOLDER, whose report.html has the verdict; nothing is drawn"},
     {"compare --metrics", "time, tracking error, effort and final error, always"},
     {"step-response --cameras", "--set pose_source=cameras"},
     {"step-response --true-pose", "nothing: true poses are the default"},
     {"step-response --no-noise", "--set true_pose.noise=[0, 0, 0, 0]"},
-    {"step-response --turn", "a step of 5 degrees, always"},
-    {"step-response --step", "a step of 5 cm, always"},
+    {"step-response --turn --step --force",
+     "a step of 5 degrees and of 5 cm, a push of 1 N or 0.1 N m, always"},
     {"step-response --amplitude", "sinusoids of 12 % of what the vehicle can give, always"},
     {"step-response --sea", "nothing: it is measured in still water"},
-    {"step-response --force", "a push of 1 N or 0.1 N m, always"},
     {"check-vehicle --names", "the table in models/names.md"},
-    {"bench --workers",
-     "turbidock batch with --workers, which says how many trials an hour it makes"},
+    {"bench --workers", "turbidock batch with --workers, which says its trials an hour"},
     {"estimate --preset", "--set estimator.preset=published"},
     {"estimate --fps", "30 frames a second"},
     {"estimate --csv", "its records in --json, one a frame"},
@@ -59,9 +55,13 @@ const std::map<std::string, std::string> kReplaced = {
 
 std::string ReplacedOn(int argc, const char* const* argv) {
   for (int i = 1; i < argc; ++i) {
-    const std::string word = argv[i], option = word.substr(0, word.find('='));
-    const auto found = kReplaced.find(i == 1 ? word : argv[1] + (" " + option));
-    if (found != kReplaced.end()) return found->first + " is gone; now: " + found->second;
+    const std::string word = argv[i], option = " " + word.substr(0, word.find('=')) + " ";
+    for (const auto& [gone, now] : kReplaced) {
+      const bool is_option = gone.starts_with(std::string(argv[1]) + " --");
+      if (i == 1 ? gone == word : is_option && (gone + " ").find(option) != std::string::npos)
+        return (i == 1 ? word : argv[1] + option.substr(0, option.size() - 1)) +
+               " is gone; now: " + now;
+    }
   }
   return "";
 }

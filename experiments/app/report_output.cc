@@ -1,12 +1,20 @@
 #include "experiments/app/report_output.h"
 
-#include "experiments/app/print_report.h"
+#include <cstdio>
+
 #include "experiments/media/figure.h"
 #include "experiments/page/report_page.h"
+#include "experiments/report/report.h"
 #include "experiments/report/report_json.h"
-#include "experiments/report/text.h"
+#include "experiments/system/plain_text.h"
 
 namespace turbidock::app {
+
+void PrintReport(const report::Report& report, const report::Json& result, bool json) {
+  const std::string text = json ? report::JsonText(report::Document(report, result))
+                                : system::Printable(report::Text(report));
+  std::fputs(text.c_str(), stdout);
+}
 
 Option ReportOutput::AddTo(Subcommand* command, const std::string& folder_doc) {
   command->AddJson(json);

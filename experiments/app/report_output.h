@@ -11,6 +11,10 @@
 
 namespace turbidock::app {
 
+// On stdout: for people the report, with `json` the document of it and of the study's `result`
+// (report/report_json.h).
+void PrintReport(const report::Report& report, const report::Json& result, bool json);
+
 struct ReportOutput {
   bool json = false;  // print the document, not the text
   std::string figure = {};

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "experiments/app/commands.h"
-#include "experiments/app/plan_arguments.h"
+#include "experiments/app/job_arguments.h"
 #include "experiments/app/progress.h"
 #include "experiments/batch/export.h"
 #include "experiments/batch/result_store.h"

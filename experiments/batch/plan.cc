@@ -106,6 +106,10 @@ Plan::Plan(const config::YamlNode& plan, const PlanOverrides& overrides)
   if (const auto cases = plan.Find("cases")) ReadCases(*cases);
   if (const auto grid = plan.Find("grid")) ReadGrid(*grid);
   if (const auto strata = plan.Find("strata")) ReadStrata(*strata);
+  if (!strata_.empty() && settings_.seeds % std::ssize(strata_) != 0)
+    throw ConfigError(overrides.seeds ? "--seeds" : file + ": seeds",
+                      fmt::format("{} must be a multiple of {}: each stratum is met equally often",
+                                  settings_.seeds, strata_.size()));
   if (const auto random = plan.Find("random")) ReadRandom(*random);
   for (const GridAxis& axis : grid_) {
     cells_ *= std::ssize(axis.values);
@@ -188,11 +192,6 @@ void Plan::ReadCases(const config::YamlNode& node) {
 
 void Plan::ReadStrata(const config::YamlNode& node) {
   strata_ = CasesIn(node);
-  const int64_t strata = std::ssize(strata_);
-  if (settings_.seeds % strata != 0)
-    node.Fail(
-        fmt::format("of {} strata each is met equally often, so seeds = {} must be a multiple",
-                    strata, settings_.seeds));
   for (const auto& [name, values] : node.Entries())
     for (const auto& [key, value] : values.Entries()) given_.RequireNew(key, value);
   AddCases(node, &given_);

@@ -15,8 +15,8 @@ std::string ModelPath(const std::string& file);  // DataDir()/models/file
 std::string AssetPath(const std::string& file);  // DataDir()/assets/file
 
 // The names of assets/folder/NAME.yaml, sorted; and such a file, or `name` itself when it names
-// a file. Throws ConfigError that lists the bundled names and suggests the nearest; `what` is the
-// word for one of them.
+// a file. Throws ConfigError that lists the bundled names and suggests the nearest, or the command
+// for what is bundled elsewhere; `what` is the word for one of them.
 std::vector<std::string> BundledNames(const std::string& folder);
 std::string FindBundled(const std::string& folder, const std::string& what,
                         const std::string& name);

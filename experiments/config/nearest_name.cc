@@ -27,7 +27,7 @@ int EditDistance(const std::string& a, const std::string& b) {
 
 std::string NearestName(const std::string& word, const std::vector<std::string>& known) {
   std::string best, longer;
-  int best_distance = std::numeric_limits<int>::max(), longer_count = 0;
+  int best_distance = std::numeric_limits<int>::max();
   for (const auto& candidate : known) {
     const int distance = EditDistance(word, candidate);
     const int allowed = std::max(1, static_cast<int>(std::min(word.size(), candidate.size())) / 3);
@@ -35,12 +35,10 @@ std::string NearestName(const std::string& word, const std::vector<std::string>&
       best = candidate;
       best_distance = distance;
     }
-    if (!word.empty() && candidate.starts_with(word + "_")) {
-      longer = candidate;
-      ++longer_count;
-    }
+    const bool is_longer = !word.empty() && candidate.starts_with(word + "_");
+    if (is_longer && (longer.empty() || candidate.size() < longer.size())) longer = candidate;
   }
-  return best.empty() && longer_count == 1 ? longer : best;
+  return best.empty() ? longer : best;
 }
 
 std::string DidYouMean(const std::string& word, const std::vector<std::string>& known) {

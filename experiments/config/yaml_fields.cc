@@ -1,47 +1,60 @@
 #include "experiments/config/yaml_fields.h"
 
 #include <fmt/format.h>
+#include <yaml-cpp/emitter.h>
 
 #include <algorithm>
+#include <boost/algorithm/string/split.hpp>
 #include <cctype>
 #include <charconv>
+#include <cmath>
+#include <cstring>
 #include <limits>
 
-#include "experiments/config/field_text.h"
 #include "experiments/config/nearest_name.h"
+#include "experiments/config/overloaded.h"
 #include "experiments/system/plain_text.h"
 #include "sim/base/check.h"
 
 namespace turbidock::config {
 namespace {
 
-using internal::Commas;
-using internal::InUnit;
 using internal::Overloaded;
-using internal::TypeName;
-using internal::WithArticle;
 
 // ---------------------------------------------------------------------------------------- messages
 
-// The value as the user wrote it: quoted if it is text.
-std::string Written(const YamlNode& at, const char* quote) {
-  switch (at.tree->kind) {
-    case YamlTree::Kind::kList:
-      return "a list";
-    case YamlTree::Kind::kMap:
-      return "a group of keys";
-    case YamlTree::Kind::kText:
-      return quote + system::Shortened(at.tree->text) + quote;
-    case YamlTree::Kind::kNothing:
-      break;
-  }
-  return "";
+std::string Commas(const std::vector<std::string>& parts) {
+  return fmt::format("{}", fmt::join(parts, ", "));
 }
 
+// What a value of the field is: "number", "one of active, passive".
+std::string TypeName(const Field& field) {
+  constexpr const char* kSimple[] = {"true or false", "whole number", "whole number", "number",
+                                     "text"};
+  if (field.value.index() < std::size(kSimple)) return kSimple[field.value.index()];
+  if (const auto* one = std::get_if<EnumRef>(&field.value)) return "one of " + Commas(one->names);
+  const auto* list = std::get_if<ListRef>(&field.value);
+  if (!list) return "group of keys";
+  if (list->of_groups) return "list of groups";
+  if (list->resize) return "list of numbers";
+  const Field first = list->element(0);
+  const auto* row = std::get_if<ListRef>(&first.value);
+  return row ? fmt::format("list of {} rows of {} numbers", list->size(), row->size())
+             : fmt::format("list of {} numbers", list->size());
+}
+
+std::string WithArticle(const std::string& type) {
+  const bool bare = type.starts_with("true") || type == "text" || type.starts_with("one of");
+  return bare ? type : "a " + type;
+}
+
+// A text is quoted unless it is a number.
 [[noreturn]] void FailValue(const YamlNode& at, const std::string& problem,
                             const char* quote = "'") {
-  const std::string written = Written(at, quote);
-  if (written.empty()) at.Fail("has no value, " + problem);
+  if (at.tree->kind == YamlTree::Kind::kNothing) at.Fail("has no value, " + problem);
+  const std::string written = at.IsList()  ? "a list"
+                              : at.IsMap() ? "a group of keys"
+                                           : quote + system::Shortened(at.tree->text) + quote;
   throw ConfigError(at.Where() + at.path + " = " + written + ", " + problem);
 }
 
@@ -50,8 +63,7 @@ std::string Written(const YamlNode& at, const char* quote) {
 }
 
 const Field* FindField(const GroupRef& group, const std::string& key) {
-  const auto found = std::find_if(group.fields.begin(), group.fields.end(),
-                                  [&](const Field& field) { return field.key == key; });
+  const auto found = std::ranges::find(group.fields, key, &Field::key);
   return found == group.fields.end() ? nullptr : &*found;
 }
 
@@ -68,18 +80,14 @@ void FindByName(const GroupRef& group, const std::string& path, const std::strin
 
 [[noreturn]] void FailUnknown(const YamlNode& at, const std::string& key, const GroupRef& group,
                               const GroupRef& root, const std::string& root_path) {
-  std::vector<std::string> known;
+  std::vector<std::string> known, elsewhere;
   for (const auto& field : group.fields) known.push_back(field.key);
-  if (const std::string nearest = DidYouMean(key, known); !nearest.empty())
-    at.Fail("unknown key" + nearest);
-  std::vector<std::string> elsewhere;
+  const std::string nearest = DidYouMean(key, known);
+  if (!nearest.empty()) at.Fail("unknown key" + nearest);
   FindByName(root, root_path, key, &elsewhere);
-  if (elsewhere.size() == 1) {
-    const bool is_path = elsewhere[0] == key;
-    at.Fail(is_path ? "unknown key; a file nests its keys, one level a line"
-                    : "unknown key; did you mean " + elsewhere[0] + "?");
-  }
-  at.Fail("unknown key; allowed: " + Commas(known));
+  if (elsewhere.size() != 1) at.Fail("unknown key; allowed: " + Commas(known));
+  at.Fail(elsewhere[0] == key ? "unknown key; a file nests its keys, one level a line"
+                              : "unknown key; did you mean " + elsewhere[0] + "?");
 }
 
 // ----------------------------------------------------------------------------------------- reading
@@ -88,67 +96,71 @@ void FindByName(const GroupRef& group, const std::string& path, const std::strin
 struct Parsed {
   double value = 0;
   std::errc error{};
-  std::string_view rest;
+  std::string_view rest{};
 };
 
 Parsed ParseDouble(std::string_view text) {
-  std::string_view digits = text;
-  const bool negative = digits.starts_with('-');
-  if (digits.starts_with('+') || negative) digits.remove_prefix(1);
+  const double sign = text.starts_with('-') ? -1 : 1;
+  const std::string_view digits = text.substr(sign < 0 || text.starts_with('+') ? 1 : 0);
   // YAML's own spellings of what the ranges refuse
+  for (const std::string_view name : {".inf", ".Inf", ".INF", ".nan", ".NaN", ".NAN"})
+    if (digits == name) return {.value = std::numeric_limits<double>::quiet_NaN()};
+  if (digits.find_first_of("0123456789.") != 0) return {0, std::errc::invalid_argument, text};
   Parsed parsed;
-  for (const std::string_view name : {".inf", ".Inf", ".INF"})
-    if (digits == name) parsed.value = std::numeric_limits<double>::infinity();
-  for (const std::string_view name : {".nan", ".NaN", ".NAN"})
-    if (digits == name) parsed.value = std::numeric_limits<double>::quiet_NaN();
-  if (parsed.value != 0) {
-    if (negative) parsed.value = -parsed.value;
-    return parsed;
-  }
-
-  const bool begins_like_number =
-      !digits.empty() && (std::isdigit(static_cast<unsigned char>(digits[0])) || digits[0] == '.');
-  if (!begins_like_number) return {0, std::errc::invalid_argument, text};
   const char* const end = digits.data() + digits.size();
-  const auto result = std::from_chars(digits.data(), end, parsed.value);
-  if (negative) parsed.value = -parsed.value;
-  parsed.error = result.ec;
-  parsed.rest = {result.ptr, static_cast<size_t>(end - result.ptr)};
-  return parsed;
+  const auto [stop, error] = std::from_chars(digits.data(), end, parsed.value);
+  return {sign * parsed.value, error, {stop, static_cast<size_t>(end - stop)}};
 }
 
-// What a layer's keys that the group does not have are.
-enum class Unknown { kMistake, kSkipped };
-
+// Reads values into fields.
 class Reader {
  public:
-  Reader(const GroupRef& root, std::string root_path, Origins* origins,
-         Unknown unknown = Unknown::kMistake)
-      : root_(root), root_path_(std::move(root_path)), origins_(origins), unknown_(unknown) {}
+  // `skips`: keys that the group does not have are no mistake.
+  Reader(const GroupRef& root, std::string root_path, Origins* origins, bool skips = false,
+         std::initializer_list<std::string_view> read_elsewhere = {})
+      : root_(root),
+        root_path_(std::move(root_path)),
+        origins_(origins),
+        skips_(skips),
+        read_elsewhere_(read_elsewhere) {}
 
-  Unknown unknown() const { return unknown_; }
+  // Reads a value, and throws for all mistakes in it.
+  void Read(const YamlNode& at, const Field& field) {
+    ReadValue(at, field);
+    constexpr size_t kMostSaid = 10;
+    const size_t count = mistakes_.size();
+    if (count == 1) throw ConfigError(mistakes_[0]);
+    if (count > kMostSaid) {
+      mistakes_.resize(kMostSaid);
+      mistakes_.push_back(fmt::format("and {} mistakes more", count - kMostSaid));
+    }
+    if (count > 1) throw ConfigErrors(fmt::format("{}", fmt::join(mistakes_, "\n")));
+  }
 
-  void ReadGroup(const YamlNode& at, const GroupRef& group,
-                 std::initializer_list<std::string_view> read_elsewhere = {}) const {
+ private:
+  // A mistake in one key keeps no other from being read.
+  void ReadGroup(const YamlNode& at, const GroupRef& group) {
     for (const auto& [key, child] : at.Entries()) {
-      if (std::find(read_elsewhere.begin(), read_elsewhere.end(), key) != read_elsewhere.end())
-        continue;
-      if (const Field* field = FindField(group, key))
-        ReadValue(child, *field);
-      else if (unknown_ == Unknown::kMistake)
-        FailUnknown(child, key, group, root_, root_path_);
+      if (at.path == root_path_ && std::ranges::count(read_elsewhere_, key) > 0) continue;
+      try {
+        if (const Field* field = FindField(group, key))
+          ReadValue(child, *field);
+        else if (!skips_)
+          FailUnknown(child, key, group, root_, root_path_);
+      } catch (const ConfigError& error) {
+        mistakes_.push_back(system::OneLineOf(error.what()));
+      }
     }
   }
 
   // Notes where the value was set, and reads it.
-  void ReadValue(const YamlNode& at, const Field& field) const {
+  void ReadValue(const YamlNode& at, const Field& field) {
     if (origins_) (*origins_)[at.path] = at.Where();
     std::visit(Overloaded{
                    [&](bool* value) {
-                     const bool is_true = at.tree->plain && at.tree->text == "true";
-                     if (!is_true && !(at.tree->plain && at.tree->text == "false"))
+                     *value = at.tree->plain && at.tree->text == "true";
+                     if (!*value && !(at.tree->plain && at.tree->text == "false"))
                        FailType(at, field);
-                     *value = is_true;
                    },
                    [&](int* value) { ReadInt(at, field, value); },
                    [&](int64_t* value) { ReadInt(at, field, value); },
@@ -158,8 +170,7 @@ class Reader {
                      *value = at.tree->text;
                    },
                    [&](const EnumRef& value) {
-                     const auto found =
-                         std::find(value.names.begin(), value.names.end(), at.Text());
+                     const auto found = std::ranges::find(value.names, at.Text());
                      if (found == value.names.end()) FailType(at, field);
                      value.set(static_cast<size_t>(found - value.names.begin()));
                    },
@@ -172,49 +183,44 @@ class Reader {
                field.value);
   }
 
- private:
-  static const std::string& NumberText(const YamlNode& at, const std::string& number) {
-    if (!at.Text()) FailValue(at, "must be a " + number);
-    if (!at.tree->plain) FailValue(at, "must be a " + number + ", without quotes");
+  static const std::string& NumberText(const YamlNode& at, const Field& field) {
+    if (!at.Text()) FailType(at, field);
+    if (!at.tree->plain) FailValue(at, "must be a " + TypeName(field) + ", without quotes");
     return at.tree->text;
   }
 
-  void ReadDouble(const YamlNode& at, const Field& field, double* value) const {
-    const std::string number = "number" + InUnit(field.key);
-    const Parsed parsed = ParseDouble(NumberText(at, number));
+  static void ReadDouble(const YamlNode& at, const Field& field, double* value) {
+    const Parsed parsed = ParseDouble(NumberText(at, field));
     if (parsed.error == std::errc::result_out_of_range)
       FailValue(at, "is too large or too small a number", "");
-    if (parsed.error != std::errc{}) FailValue(at, "must be a " + number);
-    if (!parsed.rest.empty()) FailValue(at, "give a plain " + number);
+    if (parsed.error != std::errc{}) FailType(at, field);
+    if (!parsed.rest.empty()) FailValue(at, "give a plain " + TypeName(field));
     if (!field.range.Contains(parsed.value)) FailValue(at, field.range.Sentence(), "");
     *value = parsed.value;
   }
 
   template <class Int>
-  void ReadInt(const YamlNode& at, const Field& field, Int* value) const {
-    const std::string number = "whole number" + InUnit(field.key);
-    const std::string& text = NumberText(at, number);
-    const char* const begin = text.data() + (text.starts_with('+') ? 1 : 0);
+  static void ReadInt(const YamlNode& at, const Field& field, Int* value) {
+    using Limits = std::numeric_limits<Int>;
+    const std::string& text = NumberText(at, field);
     const char* const end = text.data() + text.size();
     Int parsed = 0;
-    const auto result = std::from_chars(begin, end, parsed);
-    if (result.ec == std::errc::result_out_of_range && result.ptr == end)
-      FailValue(at,
-                fmt::format("must be in [{}, {}]", std::numeric_limits<Int>::min(),
-                            std::numeric_limits<Int>::max()),
-                "");
-    if (result.ec != std::errc{} || result.ptr != end) {
-      const Parsed as_double = ParseDouble(text);
-      const bool is_number = as_double.error == std::errc{} && as_double.rest.empty();
-      if (is_number) FailValue(at, "must be a " + number, "");
-      FailValue(at, (as_double.error == std::errc{} ? "give a plain " : "must be a ") + number);
+    const auto [stop, error] =
+        std::from_chars(text.data() + (text.starts_with('+') ? 1 : 0), end, parsed);
+    if (error == std::errc::result_out_of_range && stop == end)
+      FailValue(at, fmt::format("must be in [{}, {}]", Limits::min(), Limits::max()), "");
+    if (error != std::errc{} || stop != end) {
+      const Parsed number = ParseDouble(text);  // 1.5, or 5 pieces
+      if (number.error != std::errc{}) FailType(at, field);
+      if (number.rest.empty()) FailValue(at, "must be a " + TypeName(field), "");
+      FailValue(at, "give a plain " + TypeName(field));
     }
     if (!field.range.Contains(static_cast<double>(parsed)))
       FailValue(at, field.range.Sentence(), "");
     *value = parsed;
   }
 
-  void ReadList(const YamlNode& at, const Field& field, const ListRef& list) const {
+  void ReadList(const YamlNode& at, const Field& field, const ListRef& list) {
     if (!at.IsList()) FailType(at, field);
     if (origins_)
       std::erase_if(*origins_,
@@ -235,34 +241,25 @@ class Reader {
   const GroupRef& root_;
   std::string root_path_;
   Origins* origins_;
-  Unknown unknown_;
+  bool skips_;
+  std::initializer_list<std::string_view> read_elsewhere_;
+  std::vector<std::string> mistakes_;
 };
 
 // ------------------------------------------------------------------------------------- --set paths
 
-// "a.b[0].c" or "a.b.0.c" -> a, b, 0, c. Nothing if it is no path.
-std::optional<std::vector<std::string>> SplitPath(const std::string& text) {
-  std::string path;  // with dots only
-  for (size_t i = 0; i < text.size();) {
-    if (text[i] != '[') {
-      path += text[i++];
-      continue;
-    }
-    const size_t close = text.find_first_not_of("0123456789", i + 1);
-    if (close == std::string::npos || text[close] != ']' || close == i + 1) return std::nullopt;
-    const bool ends = close + 1 == text.size() || text[close + 1] == '.' || text[close + 1] == '[';
-    if (!ends) return std::nullopt;
-    path += '.' + text.substr(i + 1, close - i - 1);
-    i = close + 1;
+// "a.b[0].c" or "a.b.0.c" -> a, b, 0, c; a word is empty where it is no path.
+std::vector<std::string> SplitPath(std::string path) {
+  for (size_t i = path.find('['); i != std::string::npos; i = path.find('[', i)) {
+    const size_t close = path.find_first_not_of("0123456789", i + 1);
+    if (close == std::string::npos || path[close] != ']' ||
+        std::string_view("[.", 3).find(path.c_str()[close + 1]) == std::string_view::npos)
+      return {""};
+    path.erase(close, 1);
+    path[i] = '.';
   }
   std::vector<std::string> words;
-  for (size_t begin = 0; begin <= path.size();) {
-    const size_t end = std::min(path.find('.', begin), path.size());
-    if (end == begin) return std::nullopt;
-    words.push_back(path.substr(begin, end - begin));
-    begin = end + 1;
-  }
-  return words;
+  return boost::split(words, path, [](char c) { return c == '.'; });
 }
 
 // The part of a field that one more word of a path names; `at` is the path so far and grows by it.
@@ -288,29 +285,115 @@ Field Descend(const Field& field, const std::string& word, const GroupRef& root,
 
 // The field that `at->path` names, element by element; nothing where a group does not have it and
 // that is no mistake.
-std::optional<Field> FieldAt(const GroupRef& group, Unknown unknown, YamlNode* at) {
-  const auto words = SplitPath(at->path);
-  if (!words) at->Fail("is no key; write group.key=value");
+std::optional<Field> FieldAt(const GroupRef& group, bool skips, YamlNode* at) {
+  const std::vector<std::string> words = SplitPath(at->path);
+  if (std::ranges::count(words, "") > 0) at->Fail("is no key; write group.key=value");
   at->path.clear();
   Field field{"", {}, "", group};
-  for (const auto& word : *words) {
+  for (const auto& word : words) {
     const auto* inside = std::get_if<GroupRef>(&field.value);
-    if (unknown == Unknown::kSkipped && inside && !FindField(*inside, word)) return std::nullopt;
+    if (skips && inside && !FindField(*inside, word)) return std::nullopt;
     field = Descend(field, word, group, at);
   }
   return field;
 }
 
-void ApplySet(const std::string& assignment, const GroupRef& group, const Reader& reader) {
+void ApplySet(const std::string& assignment, const GroupRef& group, Origins* origins,
+              bool skips = false) {
   const size_t equals = assignment.find('=');
   YamlNode at{nullptr, kFromSet, assignment.substr(0, equals)};
   if (equals == std::string::npos) at.Fail("must be KEY=VALUE");
-  const std::optional<Field> field = FieldAt(group, reader.unknown(), &at);
+  const std::optional<Field> field = FieldAt(group, skips, &at);
   if (!field) return;
   std::string value = assignment.substr(equals + 1);
   // a shell takes the quotes off
   if (value.empty() && std::holds_alternative<std::string*>(field->value)) value = "''";
-  reader.ReadValue(ParseYamlValue(value, at), *field);
+  Reader(group, "", origins, skips).Read(ParseYamlValue(value, at), *field);
+}
+
+// ----------------------------------------------------------------------------------------- saving
+
+// In quotes where YAML or people might read something else than text.
+void EmitText(const std::string& text, YAML::Emitter* out) {
+  constexpr const char* kReserved[] = {"null", "true", "false", "yes", "no", "on", "off", "y", "n"};
+  const bool is_plain =
+      !text.empty() && std::isalpha(static_cast<unsigned char>(text[0])) &&
+      std::ranges::all_of(text,
+                          [](unsigned char c) {
+                            return std::isalnum(c) || c == '_' || c == '.' || c == '/' || c == '-';
+                          }) &&
+      std::ranges::none_of(kReserved,
+                           [&](const char* word) { return strcasecmp(text.c_str(), word) == 0; });
+  if (!is_plain) *out << YAML::DoubleQuoted;
+  *out << text;
+}
+
+// 2.0e-04: to YAML 1.1 a number with an exponent has a point.
+std::string NumberAsYaml(double number) {
+  std::string text = FormatNumber(number);
+  const size_t exponent = text.find('e');
+  if (exponent != std::string::npos && text.find('.') == std::string::npos)
+    text.insert(exponent, ".0");
+  return text;
+}
+
+bool IsBlock(const Field& field) {
+  if (const auto* group = std::get_if<GroupRef>(&field.value)) return !group->fields.empty();
+  const auto* list = std::get_if<ListRef>(&field.value);
+  return list && list->of_groups && list->size() > 0;
+}
+
+// In a group each value has its description as a comment.
+void Emit(const Field& field, YAML::Emitter* out) {
+  const auto emit_group = [out](const GroupRef& group) {
+    if (group.fields.empty()) *out << YAML::Flow;
+    *out << YAML::BeginMap;
+    for (const Field& inner : group.fields) {
+      const bool is_block = IsBlock(inner);
+      *out << YAML::Key << inner.key;
+      if (is_block && !inner.doc.empty()) *out << YAML::Comment(inner.doc);
+      *out << YAML::Value;
+      Emit(inner, out);
+      if (!is_block && !inner.doc.empty()) *out << YAML::Comment(inner.doc);
+    }
+    *out << YAML::EndMap;
+  };
+  const auto emit_list = [&](const ListRef& list) {
+    if (!IsBlock(field)) *out << YAML::Flow;
+    *out << YAML::BeginSeq;
+    for (size_t i = 0; i < list.size(); ++i) Emit(list.element(i), out);
+    *out << YAML::EndSeq;
+  };
+  std::visit(Overloaded{[&](const auto* value) { *out << *value; },
+                        [&](const double* value) { *out << NumberAsYaml(*value); },
+                        [&](const std::string* value) { EmitText(*value, out); },
+                        [&](const EnumRef& value) { EmitText(value.names[value.get()], out); },
+                        emit_group, emit_list},
+             field.value);
+}
+
+// A value that fits on its key's line; nothing for a group or a list of groups that has elements.
+std::optional<std::string> ValueAsYaml(const Field& field) {
+  if (IsBlock(field)) return std::nullopt;
+  YAML::Emitter out;
+  Emit(field, &out);
+  return out.c_str();
+}
+
+void AppendKeys(const GroupRef& group, const std::string& path, std::vector<KeyDoc>* docs) {
+  for (const auto& field : group.fields) {
+    KeyDoc doc{JoinKey(path, field.key), TypeName(field), ValueAsYaml(field).value_or(""), "",
+               field.doc};
+    if (std::isfinite(field.range.low) || std::isfinite(field.range.high))
+      doc.range = field.range.Sentence().substr(std::strlen("must be "));
+    docs->push_back(doc);
+    if (const auto* inner = std::get_if<GroupRef>(&field.value)) AppendKeys(*inner, doc.key, docs);
+    if (const auto* list = std::get_if<ListRef>(&field.value); list && list->of_groups) {
+      list->resize(0);
+      list->resize(1);
+      AppendKeys(std::get<GroupRef>(list->element(0).value), doc.key + "[]", docs);
+    }
+  }
 }
 
 }  // namespace
@@ -342,17 +425,16 @@ void AddField(const char* key, const Range& range, const char* doc, ValueRef val
 
 void ReadGroup(const YamlNode& node, const GroupRef& group, Origins* origins,
                std::initializer_list<std::string_view> read_elsewhere) {
-  if (!node.IsMap()) FailValue(node, "must be a group of keys");
-  Reader(group, node.path, origins).ReadGroup(node, group, read_elsewhere);
+  Reader(group, node.path, origins, false, read_elsewhere).Read(node, {"", {}, "", group});
 }
 
 void ReadOne(const YamlNode& node, const ValueRef& value) {
   const GroupRef nothing;
-  Reader(nothing, "", nullptr).ReadValue(node, {"", Finite(), "", value});
+  Reader(nothing, "", nullptr).Read(node, {"", Finite(), "", value});
 }
 
 void ApplySetToGroup(const std::string& assignment, const GroupRef& group, Origins* origins) {
-  ApplySet(assignment, group, Reader(group, "", origins));
+  ApplySet(assignment, group, origins);
 }
 
 void PeekValue(const Layers& layers, const std::string& key, const ValueRef& value) {
@@ -361,9 +443,10 @@ void PeekValue(const Layers& layers, const std::string& key, const ValueRef& val
   TD_CHECK(key.find('.', dot + 1) == std::string::npos, "a key, or one of a group");
   GroupRef group{{{key.substr(dot + 1), {}, "", value}}};
   if (dot != std::string::npos) group = {{{key.substr(0, dot), {}, "", group}}};
-  const Reader reader(group, "", nullptr, Unknown::kSkipped);
-  for (const YamlNode& file : layers.files) reader.ReadGroup(file, group);
-  for (const std::string& assignment : layers.assignments) ApplySet(assignment, group, reader);
+  for (const YamlNode& file : layers.files)
+    Reader(group, "", nullptr, /*skips=*/true).Read(file, {"", {}, "", group});
+  for (const std::string& assignment : layers.assignments)
+    ApplySet(assignment, group, nullptr, /*skips=*/true);
 }
 
 void ThrowWithOrigin(const ConfigError& error, const Origins& origins) {
@@ -378,9 +461,21 @@ void ThrowWithOrigin(const ConfigError& error, const Origins& origins) {
 
 std::string ValueIn(const GroupRef& group, const std::string& key) {
   YamlNode at{nullptr, kFromSet, key};
-  const std::optional<std::string> value = ValueAsYaml(*FieldAt(group, Unknown::kMistake, &at));
+  const std::optional<std::string> value = ValueAsYaml(*FieldAt(group, /*skips=*/false, &at));
   if (!value) throw ConfigError(key, "is a group");
   return *value;
+}
+
+std::string SaveGroup(const GroupRef& group) {
+  YAML::Emitter out;
+  Emit({.value = group}, &out);
+  return std::string(out.c_str()) + "\n";
+}
+
+std::vector<KeyDoc> ListGroupKeys(const GroupRef& group) {
+  std::vector<KeyDoc> docs;
+  AppendKeys(group, "", &docs);
+  return docs;
 }
 
 }  // namespace internal

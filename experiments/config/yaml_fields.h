@@ -6,9 +6,10 @@
 //   ReadLayers({.files = {LoadYaml("night_sea.yaml")}, .assignments = {"water.milk_ml_m3=20"}},
 //              &scenario);
 //
-// Whatever is wrong is a ConfigError with the file and line of the offending key:
+// Whatever is wrong is a ConfigError with the file and line of the offending key, a line for each
+// mistake in a file:
 //
-//   night_sea.yaml:12: camera.baseline_m = 'abc', must be a number in m
+//   night_sea.yaml:12: camera.baseline_m = 'abc', must be a number
 //   night_sea.yaml:14: water.milk_ml_m4: unknown key; did you mean milk_ml_m3?
 //   --set camera.baseline_m = -0.1, must be in [0.01, 1]
 
@@ -41,10 +42,15 @@ struct Layers {
   std::vector<std::string> assignments{};  // of --set
 };
 
+// Several mistakes, a line each.
+struct ConfigErrors : ConfigError {
+  using ConfigError::ConfigError;
+};
+
 // One line of the table of keys.
 struct KeyDoc {
   std::string key;    // dotted; elements of a list of groups are written key[]
-  std::string type;   // "number in m", "3 numbers", "one of active, passive", "group"
+  std::string type;   // "number", "list of 3 numbers", "one of active, passive"
   std::string value;  // the default as YAML; empty for groups
   std::string range;  // "in [0, 1]"; empty where any value will do
   std::string doc;

@@ -29,8 +29,8 @@ class TreeBuilder : public YAML::EventHandler {
       : at_(std::move(at)), allowed_tag_(std::move(allowed_tag)) {}
 
   // Of the document, null if there was none; ConfigError when a key of it was no text.
-  std::shared_ptr<const YamlTree> root() const {
-    if (bad_key_) FailAt(bad_key_->first, bad_key_->second, "a key must be plain text");
+  const std::shared_ptr<const YamlTree>& root() const {
+    if (bad_key_) bad_key_->Fail("a key must be plain text");
     return root_;
   }
 
@@ -40,32 +40,29 @@ class TreeBuilder : public YAML::EventHandler {
   void OnDocumentEnd() override {}
 
   void OnNull(const YAML::Mark& mark, YAML::anchor_t) override {
-    if (WantsKey()) return TakeBadKey(mark);
-    Add(NewTree(mark, Kind::kNothing));
+    Add(NewTree(mark, "", Kind::kNothing));
   }
   void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t,
                 const std::string& value) override {
-    RefuseTag(mark, tag);
     if (system::FirstNoText(value))
-      FailAt(mark, WantsKey() ? open_.back().path : PathOfNext(),
+      FailAt(mark, Path(),
              "holds a control character, '" + system::Shortened(system::Printable(value)) + "'");
-    if (WantsKey()) return TakeKey(mark, value, /*plain=*/tag == "?");
-    const auto tree = NewTree(mark, Kind::kText);
+    if (WantsKey()) return TakeKey(mark, value, tag);
+    const auto tree = NewTree(mark, tag, Kind::kText);
     tree->text = value;
     tree->plain = tag == "?";
     Add(tree);
   }
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override {
-    FailAt(mark, WantsKey() ? open_.back().path : PathOfNext(),
-           "an alias (*) is not supported; write its value out");
+    FailAt(mark, Path(), "an alias (*) is not supported; write its value out");
   }
   void OnSequenceStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t,
                        YAML::EmitterStyle::value) override {
-    Begin(mark, tag, Kind::kList);
+    open_.push_back({.tree = NewTree(mark, tag, Kind::kList)});
   }
   void OnMapStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t,
                   YAML::EmitterStyle::value) override {
-    Begin(mark, tag, Kind::kMap);
+    open_.push_back({.tree = NewTree(mark, tag, Kind::kMap)});
   }
   void OnSequenceEnd() override { End(); }
   void OnMapEnd() override { End(); }
@@ -74,80 +71,70 @@ class TreeBuilder : public YAML::EventHandler {
   // A list or map that has not ended.
   struct Open {
     std::shared_ptr<YamlTree> tree;
-    std::string path;
-    YAML::Mark mark;
-    bool is_key = false;                   // which no list or map can be
     std::optional<YamlTree::Entry> key{};  // of a map: given, its value not
     std::map<std::string, int> lines{};    // of the keys so far
   };
 
   static int LineOf(const YAML::Mark& mark) { return mark.is_null() ? 1 : mark.line + 1; }
 
+  YamlNode NodeAt(const YAML::Mark& mark, const std::string& path) const {
+    return {nullptr, at_.file, path, LineOf(mark)};
+  }
   [[noreturn]] void FailAt(const YAML::Mark& mark, const std::string& path,
                            const std::string& problem) const {
-    YamlNode at = at_;
-    at.path = path;
-    at.line = LineOf(mark);
-    at.Fail(problem);
-  }
-  // Not an error yet: the parser may take an unfinished list for a key, and will say so.
-  void TakeBadKey(const YAML::Mark& mark) {
-    if (!bad_key_) bad_key_ = {mark, open_.back().path};
-    open_.back().key = {"", LineOf(mark), nullptr};
+    NodeAt(mark, path).Fail(problem);
   }
 
   bool WantsKey() const {
     return !open_.empty() && open_.back().tree->kind == Kind::kMap && !open_.back().key;
   }
-  std::string PathOfNext() const {
-    if (open_.empty()) return at_.path;
-    const Open& parent = open_.back();
-    return parent.key ? JoinKey(parent.path, parent.key->key)
-                      : ElementPath(parent.path, parent.tree->entries.size());
+  // Of what comes next; of a key: of its map.
+  std::string Path() const {
+    std::string path = at_.path;
+    for (const Open& part : open_)
+      if (part.tree->kind == Kind::kList)
+        path = ElementPath(path, part.tree->entries.size());
+      else if (part.key)
+        path = JoinKey(path, part.key->key);
+    return path;
   }
 
   void RefuseTag(const YAML::Mark& mark, const std::string& tag) const {
     const std::string standard = "tag:yaml.org,2002:";
     if (tag.empty() || tag == "?" || tag == "!") return;  // none; none, quoted
     const std::string shown = tag.starts_with(standard) ? "!!" + tag.substr(standard.size()) : tag;
-    if (shown != allowed_tag_) FailAt(mark, PathOfNext(), "has a tag, " + shown + "; leave it out");
+    if (shown != allowed_tag_) FailAt(mark, Path(), "has a tag, " + shown + "; leave it out");
   }
 
-  std::shared_ptr<YamlTree> NewTree(const YAML::Mark& mark, Kind kind) {
+  std::shared_ptr<YamlTree> NewTree(const YAML::Mark& mark, const std::string& tag, Kind kind) {
+    // Not an error yet: the parser may take an unfinished list for a key, and will say so.
+    if (WantsKey() && !bad_key_) bad_key_ = NodeAt(mark, Path());
     if (++values_ > kMostValues)
-      FailAt(mark, "",
-             "is too large, must have at most " + std::to_string(kMostValues) + " values");
-    auto tree = std::make_shared<YamlTree>();
-    tree->kind = kind;
-    tree->line = LineOf(mark);
-    return tree;
+      FailAt(mark, "", fmt::format("is too large, must have at most {} values", kMostValues));
+    if (kind > Kind::kText && open_.size() >= kDeepest)
+      FailAt(mark, "", fmt::format("is nested deeper than {} levels", kDeepest));
+    RefuseTag(mark, tag);
+    return std::make_shared<YamlTree>(YamlTree{.kind = kind, .line = LineOf(mark)});
   }
 
-  void TakeKey(const YAML::Mark& mark, const std::string& key, bool plain) {
+  void TakeKey(const YAML::Mark& mark, const std::string& key, const std::string& tag) {
+    RefuseTag(mark, tag);
     Open& map = open_.back();
-    if (key == "<<" && plain)
-      FailAt(mark, map.path, "a merge (<<) is not supported; write the keys out");
+    if (key == "<<" && tag == "?")
+      FailAt(mark, Path(), "a merge (<<) is not supported; write the keys out");
     const auto [first, is_new] = map.lines.emplace(key, LineOf(mark));
     if (!is_new)
-      FailAt(mark, JoinKey(map.path, key),
+      FailAt(mark, JoinKey(Path(), key),
              at_.file == kFromSet
                  ? "duplicate key"
                  : "duplicate key, first given in line " + std::to_string(first->second));
     map.key = {key, LineOf(mark), nullptr};
   }
 
-  void Begin(const YAML::Mark& mark, const std::string& tag, Kind kind) {
-    RefuseTag(mark, tag);
-    if (open_.size() >= kDeepest)
-      FailAt(mark, "", "is nested deeper than " + std::to_string(kDeepest) + " levels");
-    open_.push_back({NewTree(mark, kind), PathOfNext(), mark, WantsKey()});
-  }
-
   void End() {
-    const Open part = std::move(open_.back());
+    const std::shared_ptr<YamlTree> tree = std::move(open_.back().tree);
     open_.pop_back();
-    if (part.is_key) return TakeBadKey(part.mark);
-    Add(part.tree);
+    Add(tree);
   }
 
   // Puts a finished part where it belongs.
@@ -157,10 +144,13 @@ class TreeBuilder : public YAML::EventHandler {
       return;
     }
     Open& parent = open_.back();
-    YamlTree::Entry entry = parent.key.value_or(YamlTree::Entry{"", tree->line, nullptr});
+    if (WantsKey()) {
+      parent.key = {"", tree->line, nullptr};
+      return;
+    }
+    parent.tree->entries.push_back(parent.key.value_or(YamlTree::Entry{"", tree->line, nullptr}));
+    parent.tree->entries.back().value = tree;
     parent.key.reset();
-    entry.value = tree;
-    parent.tree->entries.push_back(std::move(entry));
   }
 
   YamlNode at_;
@@ -168,9 +158,19 @@ class TreeBuilder : public YAML::EventHandler {
   int documents_ = 0;
   size_t values_ = 0;
   std::shared_ptr<const YamlTree> root_;
-  std::optional<std::pair<YAML::Mark, std::string>> bad_key_;  // and the map that it is in
+  std::optional<YamlNode> bad_key_;
   std::vector<Open> open_;
 };
+
+// Whether one of the first `lines` lines is indented with a tab, and which.
+std::optional<int> TabIn(const std::string& text, int lines) {
+  std::istringstream stream(text);
+  std::string line;
+  for (int i = 1; i <= lines && std::getline(stream, line); ++i)
+    if (const size_t end = line.find_first_not_of(' '); end < line.size() && line[end] == '\t')
+      return i;
+  return std::nullopt;
+}
 
 // A node of the kind "nothing" for text that holds no document.
 YamlNode Parse(const std::string& text, YamlNode at, const std::string& allowed_tag) {
@@ -187,6 +187,10 @@ YamlNode Parse(const std::string& text, YamlNode at, const std::string& allowed_
     return at;
   } catch (const YAML::Exception& error) {
     if (!error.mark.is_null()) at.line = error.mark.line + 1;
+    if (const std::optional<int> line = TabIn(text, at.line)) {
+      at.line = *line;
+      at.Fail("begins with a tab; YAML indents with spaces");
+    }
     at.Fail("not valid YAML: " + error.msg);
   }
 }
@@ -198,9 +202,11 @@ void EmitText(const std::string& text, YAML::Emitter* out) {
 }
 
 void Emit(const YamlTree& tree, YAML::Emitter* out) {
-  if (tree.kind == Kind::kNothing) *out << YAML::Null;
-  if (tree.kind == Kind::kText) EmitText(tree.text, out);
-  if (tree.kind == Kind::kNothing || tree.kind == Kind::kText) return;
+  if (tree.kind == Kind::kText) return EmitText(tree.text, out);
+  if (tree.kind == Kind::kNothing) {
+    *out << YAML::Null;
+    return;
+  }
   const bool is_map = tree.kind == Kind::kMap;
   *out << YAML::Flow << (is_map ? YAML::BeginMap : YAML::BeginSeq);
   for (const YamlTree::Entry& entry : tree.entries) {

@@ -26,9 +26,9 @@ struct YamlTree {
   };
 
   Kind kind = Kind::kNothing;
-  std::string text;            // of kText
-  bool plain = false;          // of kText: written without quotes
-  std::vector<Entry> entries;  // of kList and kMap, in their order
+  std::string text{};            // of kText
+  bool plain = false;            // of kText: written without quotes
+  std::vector<Entry> entries{};  // of kList and kMap, in their order
   int line = 1;
 };
 

@@ -22,11 +22,10 @@ void CopyPixels(const uint8_t* from, int from_bytes, uint8_t* to, int to_bytes, 
 
 }  // namespace
 
-Canvas::Canvas(int width_px, int height_px, bool transparent)
+Canvas::Canvas(int width_px, int height_px)
     : width_px_(width_px),
       height_px_(height_px),
-      surface_(cairo_image_surface_create(transparent ? CAIRO_FORMAT_ARGB32 : CAIRO_FORMAT_RGB24,
-                                          width_px, height_px),
+      surface_(cairo_image_surface_create(CAIRO_FORMAT_RGB24, width_px, height_px),
                cairo_surface_destroy),
       cairo_(cairo_create(surface_.get()), cairo_destroy) {
   TD_CHECK(cairo_status(cairo_.get()) == CAIRO_STATUS_SUCCESS, "a canvas of usable size");
@@ -44,40 +43,10 @@ Image3u8 Canvas::ToImage() const {
   return image;
 }
 
-void Canvas::Clear() {
-  cairo_set_operator(cairo_.get(), CAIRO_OPERATOR_CLEAR);
-  cairo_paint(cairo_.get());
-  cairo_set_operator(cairo_.get(), CAIRO_OPERATOR_OVER);
-}
-
 void Canvas::FillRect(const PixelRect& rect, Rgb color, double alpha) {
   SetColor(color, alpha);
   cairo_rectangle(cairo_.get(), rect.x, rect.y, rect.width, rect.height);
   cairo_fill(cairo_.get());
-}
-
-void Canvas::FillRounded(const PixelRect& rect, double radius_px, Rgb color, double alpha) {
-  SetColor(color, alpha);
-  cairo_new_path(cairo_.get());
-  const double left = rect.x + radius_px, right = rect.right() - radius_px;
-  const double top = rect.y + radius_px, bottom = rect.bottom() - radius_px;
-  const Eigen::Vector2d corners[] = {{right, top}, {right, bottom}, {left, bottom}, {left, top}};
-  double angle_rad = -kCircle / 4;
-  for (const Eigen::Vector2d& corner : corners) {
-    cairo_arc(cairo_.get(), corner.x(), corner.y(), radius_px, angle_rad, angle_rad + kCircle / 4);
-    angle_rad += kCircle / 4;
-  }
-  cairo_fill(cairo_.get());
-}
-
-void Canvas::FillTile(std::span<const Eigen::Vector2d> outline_px, Rgb color, double alpha) {
-  SetColor(color, alpha);
-  cairo_set_antialias(cairo_.get(), CAIRO_ANTIALIAS_NONE);
-  cairo_new_path(cairo_.get());
-  for (const Eigen::Vector2d& p : outline_px)
-    cairo_line_to(cairo_.get(), p.x() + kHalf, p.y() + kHalf);
-  cairo_fill(cairo_.get());
-  cairo_set_antialias(cairo_.get(), CAIRO_ANTIALIAS_DEFAULT);
 }
 
 void Canvas::Line(const Eigen::Vector2d& from_px, const Eigen::Vector2d& to_px, double width_px,

@@ -4,7 +4,6 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <memory>
-#include <span>
 #include <string>
 
 #include "sim/base/image.h"
@@ -29,8 +28,7 @@ enum class Align { kLeft, kCenter, kRight };
 // line of width 1 along a whole row fills exactly that row. `alpha` is opacity in [0, 1].
 class Canvas {
  public:
-  // Black, or transparent: a layer to be drawn over another canvas.
-  Canvas(int width_px, int height_px, bool transparent = false);
+  Canvas(int width_px, int height_px);  // black
 
   int width() const { return width_px_; }
   int height() const { return height_px_; }
@@ -41,11 +39,7 @@ class Canvas {
   size_t bytes() const { return 4 * static_cast<size_t>(width_px_) * height_px_; }
   Image3u8 ToImage() const;
 
-  void Clear();  // as it was made
   void FillRect(const PixelRect& rect, Rgb color, double alpha = 1);
-  void FillRounded(const PixelRect& rect, double radius_px, Rgb color, double alpha = 1);
-  // Without anti-aliasing: neighbours that share an edge tile without seam or overlap.
-  void FillTile(std::span<const Eigen::Vector2d> outline_px, Rgb color, double alpha = 1);
   void Line(const Eigen::Vector2d& from_px, const Eigen::Vector2d& to_px, double width_px,
             Rgb color, double alpha = 1, bool round_ends = false);
   void Circle(const Eigen::Vector2d& center_px, double radius_px, double width_px, Rgb color,

@@ -28,10 +28,7 @@ using report::Rule;
 using report::Sample;
 using report::Series;
 
-constexpr double kLetter_px = 9.3;      // a letter's width, roughly
 constexpr double kDotOfSize1_px = 7.5;  // gnuplot's
-// Around stacked panels.
-constexpr double kLeft_px = 112, kRight_px = 105, kHead_px = 126, kFoot_px = 72, kGap_px = 22;
 
 // Single quotes know no escapes but the doubled quote; names of ticks double '%', too.
 std::string Quoted(std::string_view text, char doubled = '\'') {
@@ -46,8 +43,6 @@ std::string Quoted(std::string_view text, char doubled = '\'') {
 std::string Color(const Rgb& rgb) {
   return fmt::format("'#{:02x}{:02x}{:02x}'", rgb[0], rgb[1], rgb[2]);
 }
-
-double Letters(const std::string& text) { return static_cast<double>(report::Letters(text)); }
 
 // How a mark is drawn: columns of the data and style, once or twice. {dashes} and {dot} are the
 // curve's own.
@@ -147,26 +142,19 @@ void AddAxis(const std::string& name, const Axis& axis, bool has_data, Script* s
   script->Line("set grid no{}tics", name);
 }
 
-void AddBlocks(const Panel& panel, double panel_px, Script* script) {
+void AddBlocks(const Panel& panel, Script* script) {
   const auto at = [](double value, int end) {
     return std::isfinite(value) ? fmt::format("first {}", value) : fmt::format("graph {}", end);
   };
-  std::set<std::string> shown{""};
+  std::set<std::string> named{""};
   for (const Block& b : panel.blocks) {
     script->Line(
         "set object rectangle from {},{} to {},{} behind fillstyle solid {} noborder "
         "fillcolor rgb {}",
         at(b.from_x, 0), at(b.from_y, 0), at(b.to_x, 1), at(b.to_y, 1), b.opacity, Color(b.color));
-    const double share = (b.to_x - b.from_x) / (panel.x.high - panel.x.low);
-    if (b.name.empty() || share * panel_px < kLetter_px * (Letters(b.name) + 1)) continue;
-    script->Line("set label {} at first {},{} center front textcolor rgb 'white'", Quoted(b.name),
-                 (b.from_x + b.to_x) / 2,
-                 std::isfinite(b.from_y + b.to_y) ? at((b.from_y + b.to_y) / 2, 0) : "graph 0.5");
-    shown.insert(b.name);
-  }
-  for (const Block& b : panel.blocks)
-    if (shown.insert(b.name).second)
+    if (named.insert(b.name).second)
       script->Plot("NaN", "boxes fillstyle solid linecolor rgb " + Color(b.color), b.name);
+  }
 }
 
 bool IsPoint(const Sample& sample) { return std::isfinite(sample.x) && std::isfinite(sample.y); }
@@ -210,33 +198,14 @@ void AddRule(const Rule& rule, Legend legend, Script* script) {
                  Quoted(rule.name), rule.at, Color(rule.color));
 }
 
-// Between the margins of a stack, each below the one before; above the first what is on top of all.
+// Below the panels before, all of the same size.
 void Stack(const Figure& figure, size_t number, Script* script) {
-  const double width = figure.width_px, height = figure.height_px;
-  double all = 0, above = 0;
-  for (size_t i = 0; i < figure.panels.size(); ++i) {
-    all += figure.panels[i].height;
-    if (i < number) above += figure.panels[i].height;
-  }
-  const auto gaps = static_cast<double>(figure.panels.size() - 1);
-  const double unit_px = (height - kHead_px - kFoot_px - gaps * kGap_px) / all;
-  const double top_px = kHead_px + unit_px * above + kGap_px * static_cast<double>(number);
-  const double bottom_px = top_px + unit_px * figure.panels[number].height;
-  script->Line("set lmargin at screen {}; set rmargin at screen {}", kLeft_px / width,
-               1 - kRight_px / width);
-  script->Line("set tmargin at screen {}; set bmargin at screen {}", 1 - top_px / height,
-               1 - bottom_px / height);
+  constexpr double kTop = 0.88, kBottom = 0.05, kGap = 0.015;  // of the figure's height
+  const double step = (kTop - kBottom) / static_cast<double>(figure.panels.size());
+  const double top = kTop - step * static_cast<double>(number);
+  script->Line("set lmargin at screen 0.08; set rmargin at screen 0.925");
+  script->Line("set tmargin at screen {}; set bmargin at screen {}", top, top - step + kGap);
   if (number + 1 < figure.panels.size()) script->Line("set format x ''; unset xlabel");
-  if (number > 0) return;
-  const auto line = [&](const std::string& text, double row_px, const char* font, double size) {
-    const double most = (width - kLeft_px - 7) / (kLetter_px * Letters(text) / 11);
-    script->Line("set label {} at screen {},{} left font '{},{}'", Quoted(text), kLeft_px / width,
-                 1 - row_px / height, font, std::min(size, most));
-  };
-  line(figure.title, 29, "Sans Bold", 17);
-  line(figure.subtitle, 59, "Sans", 13);
-  script->Line("set key bottom at screen {},{} width -3", kLeft_px / width,
-               1 - (kHead_px - 8) / height);
 }
 
 void AddPanel(const Figure& figure, size_t number, Script* script) {
@@ -268,7 +237,7 @@ void AddPanel(const Figure& figure, size_t number, Script* script) {
   script->plots.clear();
   for (const Series& series : panel.series) AddSeries(series, script);
   for (const Rule& rule : panel.rules) AddRule(rule, panel.legend, script);
-  AddBlocks(panel, figure.width_px - kLeft_px - kRight_px, script);
+  AddBlocks(panel, script);
   script->Line("plot {}NaN notitle", script->plots);
 }
 
@@ -282,10 +251,14 @@ void WriteFigure(const std::string& path, const Figure& figure) {
   const Terminal& terminal = TerminalOf(path);
   system::WholeFile file(path);
   const size_t columns = figure.columns;
-  const size_t rows = figure.stacked ? 1 : (figure.panels.size() + columns - 1) / columns;
-  const std::string title = figure.title.empty() || figure.stacked
-                                ? ""
-                                : fmt::format("title {} font 'Sans Bold,15'", Quoted(figure.title));
+  const size_t rows = (figure.panels.size() + columns - 1) / columns;
+  // as large as fits
+  const double most = 1.2 * static_cast<double>(columns) * figure.width_px /
+                      static_cast<double>(report::Letters(figure.title) + 1);
+  const std::string title =
+      figure.title.empty()
+          ? ""
+          : fmt::format("title {} font 'Sans Bold,{}'", Quoted(figure.title), std::min(15.0, most));
   Script script;
   const auto size = [&](size_t px) { return static_cast<double>(px) / terminal.px_per_unit; };
   script.Line("set terminal {} noenhanced size {}{},{}{} font 'Sans,13'", terminal.name,
@@ -294,8 +267,7 @@ void WriteFigure(const std::string& path, const Figure& figure) {
               terminal.unit);
   script.Line("set output {}", Quoted(file.partial()));
   script.Line("set encoding utf8");
-  script.Line("set multiplot {}",
-              figure.stacked ? "" : fmt::format("layout {},{} {}", rows, columns, title));
+  script.Line("set multiplot layout {},{} {}", rows, columns, title);
   for (size_t i = 0; i < figure.panels.size(); ++i) AddPanel(figure, i, &script);
   script.Line("unset multiplot; set output");
   // default settings: no start-up file of the user changes a figure

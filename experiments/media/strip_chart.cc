@@ -38,30 +38,20 @@ double TickStep(double range, int most) {
 
 StripChart::StripChart(StripChartSpec spec, int width_px, int height_px)
     : spec_(std::move(spec)),
-      ground_(width_px, height_px),
+      canvas_(width_px, height_px),
       plot_{kGutterLeft, kHeader, width_px - kGutterLeft - kGutterRight,
-            height_px - kHeader - (spec_.time_labels ? kFooter : 5)},
-      low_(spec_.low),
-      high_(spec_.high),
-      time_span_s_(spec_.time_span_s) {
+            height_px - kHeader - (spec_.time_labels ? kFooter : 5)} {
   TD_CHECK(plot_.width > 1 && plot_.height > 1, "room for a chart");
-  TD_CHECK(low_ < high_ && time_span_s_ > 0, "ranges");
-  for (size_t i = 0; i < spec_.series.size(); ++i)
-    layers_.emplace_back(width_px, height_px, /*transparent=*/true);
+  TD_CHECK(spec_.low < spec_.high && spec_.time_span_s > 0, "ranges");
   DrawEmpty();
 }
 
-void StripChart::DrawTo(Canvas* target, int x, int y) const {
-  target->DrawCanvas(ground_, x, y);
-  for (const Canvas& layer : layers_) target->DrawCanvas(layer, x, y);
-}
-
 double StripChart::RowOf(double value) const {
-  return plot_.y + (plot_.height - 1) * (high_ - value) / (high_ - low_);
+  return plot_.y + (plot_.height - 1) * (spec_.high - value) / (spec_.high - spec_.low);
 }
 
 double StripChart::ColumnOf(double time_s) const {
-  return plot_.x + (plot_.width - 1) * time_s / time_span_s_;
+  return plot_.x + (plot_.width - 1) * time_s / spec_.time_span_s;
 }
 
 void StripChart::Add(double time_s, std::span<const double> values) {
@@ -70,85 +60,74 @@ void StripChart::Add(double time_s, std::span<const double> values) {
   times_s_.push_back(time_s);
   values_.insert(values_.end(), values.begin(), values.end());
 
-  bool redraw = false;
-  for (; time_s > time_span_s_; redraw = true) time_span_s_ *= 2;
-  if (low_ <= 0 && high_ >= 0) {
-    for (size_t i = 0; i < values.size(); ++i) {
-      if (!spec_.series[i].drives_range || !std::isfinite(values[i])) continue;
-      for (; values[i] < low_ && low_ < 0; redraw = true) low_ *= 2, high_ *= 2;
-      for (; values[i] > high_ && high_ > 0; redraw = true) low_ *= 2, high_ *= 2;
-    }
+  bool grows = false;
+  for (size_t i = 0; i < values.size() && spec_.low <= 0 && spec_.high >= 0; ++i) {
+    const double value = spec_.series[i].drives_range ? values[i] : 0;
+    if (!std::isfinite(value) || (value < 0 ? spec_.low : spec_.high) == 0) continue;
+    for (; value < spec_.low || value > spec_.high; grows = true) spec_.low *= 2, spec_.high *= 2;
   }
-  if (!redraw) return DrawStep(times_s_.size() - 1);
+  if (!grows) return DrawStep(times_s_.size() - 1);
   DrawEmpty();
   for (size_t sample = 0; sample < times_s_.size(); ++sample) DrawStep(sample);
 }
 
 void StripChart::DrawEmpty() {
-  for (Canvas& layer : layers_) layer.Clear();
-  ground_.FillRect(ground_.area(), kGround);
-  ground_.FillRect(plot_, kPlotGround);
-  ground_.Text({static_cast<double>(plot_.x), kHeader - 6.0}, spec_.title, kTitleSize, kTitle,
+  canvas_.FillRect(canvas_.area(), kGround);
+  canvas_.FillRect(plot_, kPlotGround);
+  canvas_.Text({static_cast<double>(plot_.x), kHeader - 6.0}, spec_.title, kTitleSize, kTitle,
                Align::kLeft, /*bold=*/true);
   const double left = plot_.x - 0.5, right = plot_.right() - 0.5;
   const double top = plot_.y - 0.5, bottom = plot_.bottom() - 0.5;
 
-  const double time_step_s = TickStep(time_span_s_, plot_.width / 60);
-  for (int i = 0; i * time_step_s <= time_span_s_ * (1 + 1e-9); ++i) {
+  const double time_step_s = TickStep(spec_.time_span_s, plot_.width / 60);
+  for (int i = 0; i * time_step_s <= spec_.time_span_s * (1 + 1e-9); ++i) {
     const double u = std::round(ColumnOf(i * time_step_s));
-    ground_.Line({u, top}, {u, bottom}, 1, kGrid);
+    canvas_.Line({u, top}, {u, bottom}, 1, kGrid);
     if (!spec_.time_labels) continue;
-    ground_.Text({u, plot_.bottom() + 11.0}, fmt::format("{:g} s", i * time_step_s), kLabelSize,
+    canvas_.Text({u, plot_.bottom() + 11.0}, fmt::format("{:g} s", i * time_step_s), kLabelSize,
                  kLabel, Align::kCenter);
   }
 
   // limits take the place of the ticks next to them
-  const double step = TickStep(high_ - low_, std::max(2, plot_.height / 18));
-  for (double tick = std::ceil(low_ / step - 1e-9); tick * step <= high_ + 1e-9 * step; ++tick) {
+  const double step = TickStep(spec_.high - spec_.low, std::max(2, plot_.height / 18));
+  for (double tick = std::ceil(spec_.low / step - 1e-9); tick * step <= spec_.high + 1e-9 * step;
+       ++tick) {
     const double v = std::round(RowOf(tick * step));
-    ground_.Line({left, v}, {right, v}, 1, kGrid);
+    canvas_.Line({left, v}, {right, v}, 1, kGrid);
     const bool hidden = std::any_of(
         spec_.limits.begin(), spec_.limits.end(),
         [&](const StripLimit& limit) { return std::abs(RowOf(limit.value) - v) < kLabelSize + 1; });
     if (hidden) continue;
     const std::string label = fmt::format("{:.{}f}", tick * step + 0.0, spec_.tick_decimals);
     // the lowest label stays clear of the time labels
-    ground_.Text({left - 5, std::min(v + 4, bottom)}, label, kLabelSize, kLabel, Align::kRight);
+    canvas_.Text({left - 5, std::min(v + 4, bottom)}, label, kLabelSize, kLabel, Align::kRight);
   }
   for (const StripLimit& limit : spec_.limits) {
     const double v = std::round(RowOf(limit.value));
-    ground_.Line({left, v}, {right, v}, 1, kLimitColor, 0.65);
-    ground_.Text({left - 5, v + 4}, limit.label, kLabelSize, kLimitColor, Align::kRight);
+    canvas_.Line({left, v}, {right, v}, 1, kLimitColor, 0.65);
+    canvas_.Text({left - 5, v + 4}, limit.label, kLabelSize, kLimitColor, Align::kRight);
   }
 }
 
 void StripChart::DrawStep(size_t sample) {
   const size_t n = spec_.series.size();
   const double u = ColumnOf(times_s_[sample]);
-  const double u_before = sample > 0 ? ColumnOf(times_s_[sample - 1]) : u;
+  canvas_.Clip(plot_);
   for (size_t i = 0; i < n; ++i) {
     const StripSeries& series = spec_.series[i];
     const double now = values_[sample * n + i];
-    const double before = sample > 0 ? values_[(sample - 1) * n + i] : now;
     if (!std::isfinite(now)) continue;
-    const bool joined = std::isfinite(before);
-    if (joined && series.band_half_width > 0) {
-      const double half = series.band_half_width;
-      const Eigen::Vector2d outline[] = {{u_before, RowOf(before - half)},
-                                         {u_before, RowOf(before + half)},
-                                         {u, RowOf(now + half)},
-                                         {u, RowOf(now - half)}};
-      ground_.Clip(plot_);
-      ground_.FillTile(outline, kLimitColor, 0.16);
-      ground_.Unclip();
-    }
     // without a value before it, a line of no length: a dot
-    const Eigen::Vector2d end(u, RowOf(now));
-    const Eigen::Vector2d start = joined ? Eigen::Vector2d(u_before, RowOf(before)) : end;
-    layers_[i].Clip(plot_);
-    layers_[i].Line(start, end, series.width_px, series.color, 1, /*round_ends=*/true);
-    layers_[i].Unclip();
+    const bool joined = sample > 0 && std::isfinite(values_[(sample - 1) * n + i]);
+    const double before = joined ? values_[(sample - 1) * n + i] : now;
+    const double u_before = joined ? ColumnOf(times_s_[sample - 1]) : u;
+    if (const double half = series.band_half_width; half > 0)
+      for (const double side : {-half, half})
+        canvas_.Line({u_before, RowOf(before + side)}, {u, RowOf(now + side)}, 1, kLimitColor, 0.6);
+    canvas_.Line({u_before, RowOf(before)}, {u, RowOf(now)}, series.width_px, series.color, 1,
+                 /*round_ends=*/true);
   }
+  canvas_.Unclip();
 }
 
 }  // namespace turbidock::media

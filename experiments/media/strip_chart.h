@@ -13,7 +13,7 @@ struct StripSeries {
   Rgb color{255, 255, 255};
   double width_px = 1.6;
   bool drives_range = false;   // a value outside the vertical range doubles it
-  double band_half_width = 0;  // > 0: shades value +- this much
+  double band_half_width = 0;  // > 0: thin lines at value +- this much
 };
 
 // A horizontal line across the whole chart.
@@ -25,15 +25,14 @@ struct StripLimit {
 struct StripChartSpec {
   std::string title;
   double low = 0, high = 1;  // vertical range to begin with; it doubles about 0
-  double time_span_s = 20;   // to begin with
+  double time_span_s = 20;
   int tick_decimals = 0;
   bool time_labels = true;
   std::vector<StripLimit> limits = {};
   std::vector<StripSeries> series = {};  // drawn in this order, later ones on top
 };
 
-// Draws each new value once, every series on a layer of its own; only when the time span or the
-// vertical range has to double are all values drawn again.
+// Draws each new value once; only when the vertical range has to double are all drawn again.
 class StripChart {
  public:
   StripChart(StripChartSpec spec, int width_px, int height_px);
@@ -43,25 +42,23 @@ class StripChart {
   void Add(double time_s, std::span<const double> values);
 
   // Copies the chart to `target` with its top-left corner at (x, y).
-  void DrawTo(Canvas* target, int x, int y) const;
+  void DrawTo(Canvas* target, int x, int y) const { target->DrawCanvas(canvas_, x, y); }
 
   // Where the values are drawn, and where a value and a time are in it (from the chart's corner;
   // the first and last pixel centres are the ends of the ranges).
   const PixelRect& plot() const { return plot_; }
   double RowOf(double value) const;
   double ColumnOf(double time_s) const;
-  int width() const { return ground_.width(); }
-  int height() const { return ground_.height(); }
+  int width() const { return canvas_.width(); }
+  int height() const { return canvas_.height(); }
 
  private:
   void DrawEmpty();
   void DrawStep(size_t sample);  // from the sample before to this one
 
   StripChartSpec spec_;
-  Canvas ground_;               // axes, limits, bands
-  std::vector<Canvas> layers_;  // one a series
+  Canvas canvas_;
   PixelRect plot_;
-  double low_, high_, time_span_s_;
   std::vector<double> times_s_;
   std::vector<double> values_;  // samples x series
 };

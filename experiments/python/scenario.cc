@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "experiments/config/field_text.h"
+#include "experiments/config/overloaded.h"
 #include "experiments/config/yaml_fields.h"
 #include "experiments/python/bindings.h"
 #include "experiments/trial/trial_record.h"

@@ -83,8 +83,7 @@ struct Rule {
   TURBIDOCK_FIELDS(at, name, color, mark, is_up)
 };
 
-// A shaded rectangle behind all else. Its name stands in it, or in the legend where it is
-// too narrow and no other block of that name is wide enough.
+// A shaded rectangle behind all else. Its name stands in the legend.
 struct Block {
   std::string name = {};
   double from_x = kOpen, to_x = kOpen, from_y = kOpen, to_y = kOpen;
@@ -117,16 +116,15 @@ struct Panel {
   std::vector<Rule> rules = {};
   Legend legend = Legend::kNone;
   bool has_axes = true;  // without: a bar of blocks
-  double height = 1;     // relative to the others, where they are stacked
   bool equal = false;    // a length is as long on x as on y
   TURBIDOCK_FIELDS(title, x, y, y2, blocks, series, rules, legend, has_axes, equal)
 };
 
 struct Figure {
-  std::string title = {}, subtitle = {};  // a subtitle only over stacked panels
+  std::string title = {};
   size_t columns = 1;
   bool stacked = false;                  // in one column close together, over one x axis
-  int width_px = 1100, height_px = 700;  // of a column and of a row, or of a stack
+  int width_px = 1100, height_px = 700;  // of a column and of a row
   std::vector<Panel> panels = {};        // row by row
 };
 

@@ -1,7 +1,7 @@
 #pragma once
 // What a study found, said once: every renderer draws this, and knows no study.
 //
-//   study -> Report -> text.h          terminal, Markdown
+//   study -> Report -> Text, Markdown   terminal, files
 //                      report_json.h   JSON, with the study's own result beside it
 //                      media/figure.h  PNG, SVG, PDF of its plots
 //                      page/report_page.h   HTML
@@ -65,5 +65,9 @@ struct Report {
   // kind and schema_version are beside it in a document
   TURBIDOCK_FIELDS(title, build, verdict, facts, missing, sections)
 };
+
+// For people, without plots.
+std::string Text(const Report& report);
+std::string Markdown(const Report& report);
 
 }  // namespace turbidock::report

@@ -57,27 +57,23 @@ Json Document(const Report& report, const Json& result) {
 }
 
 Json ReportIn(const Json& document, const std::string& where) {
-  const auto is_text = [](const Json& json, const char* key) {
-    return json.contains(key) && json[key].is_string();
-  };
-  const auto is_list = [](const Json& json, const char* key) {
-    return json.contains(key) && json[key].is_array();
-  };
-  if (!document.is_object() || !is_text(document, "kind") || !document.contains("report"))
+  if (!document.is_object() || !document.contains("kind") || !document.contains("report"))
     throw ConfigError(where + ": is no result that this program wrote with --json or --out");
-  const Json& version = document.value("schema_version", Json());
-  if (!version.is_number_integer() || version.get<int64_t>() > kNewestSchema)
+  const Json version = document.value("schema_version", Json());
+  if (!version.is_number_integer() || version > kNewestSchema)
     throw ConfigError(where + ": schema_version: must be " + std::to_string(kNewestSchema) +
                       ": a newer program wrote it");
-  Json report = document["report"];
-  if (!report.is_object() || !is_text(report, "title") || !is_list(report, "facts") ||
-      !is_list(report, "sections"))
-    throw ConfigError(where + ": its report is damaged");
-  for (const Json& section : report["sections"])
-    if (!section.is_object() || !is_text(section, "title"))
-      throw ConfigError(where + ": its report is damaged: a section has no title");
-  report["kind"] = document["kind"];
-  return report;
+  try {
+    Json report = document["report"];
+    report["kind"] = document["kind"].get<std::string>();
+    report.at("title").get_ref<const std::string&>();
+    report.at("facts").get_ref<const Json::array_t&>();
+    for (const Json& section : report.at("sections").get_ref<const Json::array_t&>())
+      section.at("title").get_ref<const std::string&>();
+    return report;
+  } catch (const Json::exception& error) {
+    throw ConfigError(where + ": its report is damaged: " + error.what());
+  }
 }
 
 }  // namespace turbidock::report

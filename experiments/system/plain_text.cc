@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdint>
+#include <boost/algorithm/string/split.hpp>
+#include <boost/locale/utf.hpp>
+#include <vector>
 
 namespace turbidock::system {
 namespace {
@@ -14,19 +16,9 @@ bool IsControl(unsigned char c) {
 
 // Bytes of the UTF-8 letter that the text begins with; 0 if it begins with none.
 size_t LetterAt(std::string_view text) {
-  const auto byte = [&](size_t i) { return static_cast<unsigned char>(text[i]); };
-  const unsigned char first = byte(0);
-  if (first < 0x80) return 1;
-  const size_t length = first >= 0xf0 ? 4 : first >= 0xe0 ? 3 : 2;
-  if (first < 0xc2 || first > 0xf4 || text.size() < length) return 0;
-  uint32_t letter = first & (0xffU >> (length + 1));
-  for (size_t i = 1; i < length; ++i) {
-    if ((byte(i) & 0xc0U) != 0x80) return 0;
-    letter = letter << 6U | (byte(i) & 0x3fU);
-  }
-  const bool too_long = (length == 3 && letter < 0x800) || (length == 4 && letter < 0x10000);
-  const bool surrogate = letter >= 0xd800 && letter < 0xe000;
-  return too_long || surrogate || letter > 0x10ffff ? 0 : length;
+  const char* next = text.data();
+  const auto letter = boost::locale::utf::utf_traits<char>::decode(next, text.data() + text.size());
+  return letter > 0x10ffff ? 0 : static_cast<size_t>(next - text.data());
 }
 
 // Where the letter begins that the byte at `i` is part of.
@@ -77,14 +69,10 @@ std::string OneLineOf(std::string_view text) {
   std::string plain = Printable(text);
   std::erase(plain, '\r');
   plain.resize(plain.find_last_not_of(" \t\n") + 1);  // to nothing where there is nothing else
-  std::string line;
-  for (size_t begin = 0; begin < plain.size();) {
-    const size_t end = std::min(plain.find_first_of(" \n", begin), plain.size());
-    line += WithoutMiddle(plain.substr(begin, end - begin), kLongestWord);
-    if (end < plain.size()) line += ' ';
-    begin = end + 1;
-  }
-  return WithoutMiddle(line, kLongestLine);
+  std::vector<std::string> words;
+  boost::split(words, plain, [](char c) { return c == ' ' || c == '\n'; });
+  for (std::string& word : words) word = WithoutMiddle(word, kLongestWord);
+  return WithoutMiddle(fmt::format("{}", fmt::join(words, " ")), kLongestLine);
 }
 
 std::string Shortened(const std::string& text) {

@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <csignal>
 #include <cstring>
 
 #include "experiments/system/plain_text.h"
@@ -17,8 +16,6 @@
 
 namespace turbidock::system {
 namespace {
-
-constexpr size_t kLongestReport = 2000;  // characters of standard error in a message
 
 void Close(int* fd) {
   if (*fd >= 0) close(*fd);
@@ -32,29 +29,17 @@ std::string Contents(int fd) {
   return text;
 }
 
-// In one line.
-std::string LastWords(std::string text) {
-  text = OneLineOf(text);
-  const size_t first = text.find_first_not_of(" \t");
-  text.erase(0, first == std::string::npos ? text.size() : first);
-  if (text.size() > kLongestReport) text = "..." + text.substr(text.size() - kLongestReport);
-  return text;
-}
-
 }  // namespace
 
 Subprocess::Subprocess(const std::vector<std::string>& command, const std::string& package,
                        Output output)
-    : kind_(output) {
-  TD_CHECK(!command.empty(), "a program to start");
-  name_ = command[0];
+    : name_(command.at(0)), kind_(output) {
   // A socket instead of a pipe: writing to a closed one can be an error without the signal.
-  int ends[2] = {-1, -1};
-  const bool connected = socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) == 0;
+  int ends[2] = {-1, -1}, stream[2] = {-1, -1};
+  const bool connected = socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) == 0 &&
+                         (output == Output::kMemory || pipe2(stream, O_CLOEXEC) == 0);
   input_ = ends[0];
-  int stream[2] = {-1, -1};
-  if (output == Output::kStream && pipe2(stream, O_CLOEXEC) == 0) output_ = stream[0];
-  if (output == Output::kMemory) output_ = memfd_create("stdout", MFD_CLOEXEC);
+  output_ = output == Output::kStream ? stream[0] : memfd_create("stdout", MFD_CLOEXEC);
   errors_ = memfd_create("stderr", MFD_CLOEXEC);
   int problem = connected && output_ >= 0 && errors_ >= 0 ? 0 : errno;
   if (problem == 0) {
@@ -63,37 +48,24 @@ Subprocess::Subprocess(const std::vector<std::string>& command, const std::strin
     for (const std::string& argument : command)
       arguments.push_back(const_cast<char*>(argument.c_str()));
     arguments.push_back(nullptr);
-
     posix_spawn_file_actions_t files;
     posix_spawn_file_actions_init(&files);
     posix_spawn_file_actions_adddup2(&files, ends[1], STDIN_FILENO);
     posix_spawn_file_actions_adddup2(&files, stream[1] >= 0 ? stream[1] : output_, STDOUT_FILENO);
     posix_spawn_file_actions_adddup2(&files, errors_, STDERR_FILENO);
-    // the program starts with every signal as a shell would give it
     posix_spawnattr_t attributes;
     posix_spawnattr_init(&attributes);
-    sigset_t signals;
-    sigemptyset(&signals);
-    posix_spawnattr_setsigmask(&attributes, &signals);
-    sigfillset(&signals);
-    posix_spawnattr_setsigdefault(&attributes, &signals);
-    posix_spawnattr_setflags(
-        &attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
-    problem =
-        posix_spawnp(&pid_, command[0].c_str(), &files, &attributes, arguments.data(), environ);
+    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
+    problem = posix_spawnp(&pid_, name_.c_str(), &files, &attributes, arguments.data(), environ);
     posix_spawnattr_destroy(&attributes);
     posix_spawn_file_actions_destroy(&files);
   }
   Close(&ends[1]);
   Close(&stream[1]);
-  if (problem != 0) {
-    pid_ = -1;
-    Close(&input_);
-    Close(&output_);
-    Close(&errors_);
-    throw SimulatorFault("cannot start " + name_ + ": " + std::strerror(problem) +
-                         (problem == ENOENT ? "; install the package " + package : ""));
-  }
+  if (problem == 0) return;
+  for (int* fd : {&input_, &output_, &errors_}) Close(fd);
+  throw SimulatorFault("cannot start " + name_ + ": " + std::strerror(problem) +
+                       (problem == ENOENT ? "; install the package " + package : ""));
 }
 
 Subprocess::~Subprocess() {
@@ -133,7 +105,7 @@ std::string Subprocess::Finish() {
   const std::string end = WIFSIGNALED(status)
                               ? "was killed by signal " + std::to_string(WTERMSIG(status))
                               : "ended with exit status " + std::to_string(WEXITSTATUS(status));
-  const std::string report = LastWords(Contents(errors_));
+  const std::string report = OneLineOf(Contents(errors_));
   throw SimulatorFault(name_ + " " + end + (report.empty() ? "" : ": " + report));
 }
 

@@ -184,6 +184,8 @@ Scenario LoadScenario(const std::string& name, const std::vector<std::string>& a
       .files = {config::LoadYaml(config::FindBundled("scenarios", "scenario", name))},
       .assignments = assignments};
   const config::YamlNode file = layers.files[0];
+  if (file.Find("scenario"))
+    throw ConfigError(file.file + ": is a plan, no scenario; turbidock batch runs it");
   for (const char* key : kRequired)
     if (!file.Find(key)) throw ConfigError(file.file + ": " + key + ": this key is required");
   if (!gains_file.empty()) layers.files.push_back(config::LoadYaml(gains_file));

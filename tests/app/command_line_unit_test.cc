@@ -7,6 +7,7 @@
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "tests/support/program.h"
 
@@ -75,6 +76,22 @@ TEST_F(CommandLine, RunLeavesItsFiles) {
     EXPECT_GT(std::filesystem::file_size(std::filesystem::path(out) / name), 100u) << name;
 }
 
+TEST_F(CommandLine, AFolderHoldsTheFilesOfOneTrial) {
+  const std::filesystem::path out = folder_ / "out";
+  const std::vector<std::string> run = {"run", ScenarioFile(""), "--out", out.string()};
+  std::vector<std::string> with_all = run;
+  with_all.insert(with_all.end(), {"--video", "--report"});
+  ASSERT_EQ(RunProgram(with_all).exit_code, 0);
+  EXPECT_TRUE(std::filesystem::exists(out / "video.mp4"));
+  ASSERT_EQ(RunProgram(run).exit_code, 0);
+  for (const char* name : {"video.mp4", "report.html"})
+    EXPECT_FALSE(std::filesystem::exists(out / name)) << name;
+  EXPECT_TRUE(std::filesystem::exists(out / "figure.png"));
+  // what is nobody's page stays
+  std::ofstream(out / "report.html") << "mine";
+  ExpectBadInput(run, {"report.html", "is no page of this program"});
+}
+
 TEST_F(CommandLine, ExpectDecidesTheExitCode) {
   EXPECT_EQ(RunProgram({"run", ScenarioFile(""), "--expect", "timeout"}).exit_code, 0);
   EXPECT_EQ(RunProgram({"run", ScenarioFile(""), "--expect", "docked"}).exit_code, 1);
@@ -130,12 +147,49 @@ TEST_F(CommandLine, WhatIsGoneSaysWhatTookItsPlace) {
 
 TEST_F(CommandLine, BadUsage) {
   EXPECT_EQ(RunProgram({}).exit_code, 2);
-  EXPECT_EQ(RunProgram({"rnu"}).exit_code, 2);
   EXPECT_EQ(RunProgram({"run"}).exit_code, 2);
   EXPECT_EQ(RunProgram({"run", "pool_active", "--video"}).exit_code, 2);  // needs --out
   EXPECT_EQ(RunProgram({"run", "pool_active", "--expect", "luck"}).exit_code, 2);
   EXPECT_EQ(RunProgram({"--help"}).exit_code, 0);
   EXPECT_EQ(RunProgram({"run", "--help"}).exit_code, 0);
+}
+
+TEST_F(CommandLine, WhatWasMeantIsSuggested) {
+  ExpectBadInput({"rnu"}, {"did you mean run?"});
+  ExpectBadInput({"runn", "pool_active"}, {"not expected here: runn", "did you mean run?"});
+  ExpectBadInput({"run", "pool_active", "--sede", "3"}, {"did you mean --seed?"});
+  ExpectBadInput({"run", "pool_active", "--set", "water.milk=3"}, {"did you mean milk_ml_m3?"});
+  ExpectBadInput({"run", "turbidity_sweep"}, {"bundled plans", "turbidock batch turbidity_sweep"});
+  ExpectBadInput({"batch", "pool_active", "--out", (folder_ / "x.db").string()},
+                 {"bundled scenarios", "turbidock run pool_active"});
+  ExpectBadInput({"run", File("plan.yaml", "schema_version: 1\nscenario: pool_active\n")},
+                 {"plan.yaml: is a plan", "turbidock batch"});
+}
+
+// What the user typed is named, and no file or option that the program made of it.
+TEST_F(CommandLine, WhatIsBlamedIsWhatWasTyped) {
+  const std::string out = (folder_ / "x.db").string();
+  ExpectBadInput({"batch", "turbidity_sweep", "--seeds", "0", "--out", out},
+                 {"turbidock: --seeds: 0 must be a number from 1"});
+  ExpectBadInput({"batch", "turbidity_sweep", "--seed", "-1", "--out", out}, {"--seed: "});
+  const std::string plan = File("strata.yaml",
+                                "schema_version: 1\nscenario: pool_active\nseeds: 4\nstrata:\n"
+                                "  near: {start.distance_max_m: 1}\n"
+                                "  far: {start.distance_max_m: 1.2}\n");
+  ExpectBadInput({"batch", plan, "--seeds", "7", "--out", out}, {"turbidock: --seeds: 7 must be"});
+  ExpectBadInput({"check-vehicle", "nothere"},
+                 {"turbidock: nothere: no such file", "bluerov2_heavy.xml, vehicle.xml"});
+  ExpectBadInput({"check-vehicle"}, {"bluerov2_heavy.xml, vehicle.xml"});
+  ExpectBadInput({"run", "pool_active", "--seed", "-3"}, {"--seed: -3 must be at least 0"});
+}
+
+TEST_F(CommandLine, SeveralMistakesInAFileAreSaidAtOnce) {
+  const ProgramEnd end =
+      RunProgram({"run", ScenarioFile("water:\n  milk_ml_m4: 3\nsea:\n  state: wild\n")});
+  EXPECT_EQ(end.exit_code, 2);
+  EXPECT_THAT(end.err, HasSubstr("scenario.yaml:6: water.milk_ml_m4: unknown key"));
+  EXPECT_THAT(end.err, HasSubstr("scenario.yaml:8: sea.state = 'wild', must be one of"));
+  EXPECT_EQ(std::count(end.err.begin(), end.err.end(), '\n'), 2);
 }
 
 TEST_F(CommandLine, NumbersOfOptionsAreFiniteAndWithinTheirRange) {
@@ -155,6 +209,52 @@ TEST_F(CommandLine, HelpShowsValuesRangesAndDefaults) {
   EXPECT_THAT(help, Not(HasSubstr("=0")));
 }
 
+TEST_F(CommandLine, EachHelpEndsWithTwoExamplesThatCouldBeRun) {
+  const std::string all = RunProgram({"--help"}).out;
+  std::istringstream lines(all.substr(all.find("Subcommands:")));
+  std::string line;
+  int commands = 0;
+  for (std::getline(lines, line); std::getline(lines, line) && line.starts_with("  ");) {
+    const std::string name = line.substr(2, line.find(' ', 2) - 2);
+    if (name.empty()) continue;  // a description goes on
+    ++commands;
+    const std::string help = RunProgram({name, "--help"}).out;
+    EXPECT_THAT(help, Not(HasSubstr("Excludes:"))) << name;
+    EXPECT_THAT(help, Not(HasSubstr("--seed TEXT"))) << name;
+    EXPECT_THAT(help, Not(HasSubstr("--seed UINT"))) << name;
+    const size_t examples = help.find("Examples:\n");
+    ASSERT_NE(examples, std::string::npos) << name;
+    std::istringstream words(help.substr(examples));
+    int count = 0;
+    for (std::string word; words >> word;) {
+      if (word == "turbidock") {
+        ++count;
+        words >> word;
+        EXPECT_EQ(word, name);
+      }
+      if (word.starts_with("--")) {
+        EXPECT_THAT(help.substr(0, examples), HasSubstr(word)) << name;
+      }
+    }
+    EXPECT_EQ(count, 2) << name;
+  }
+  EXPECT_GE(commands, 15);
+}
+
+TEST_F(CommandLine, TheListOfKeysHasAHeadingGroupsAndFits100Columns) {
+  std::istringstream lines(RunProgram({"list", "keys"}).out);
+  std::string line, all;
+  for (bool first = true; std::getline(lines, line); first = false) {
+    if (first) {
+      EXPECT_THAT(line, ::testing::StartsWith("KEY"));
+    }
+    EXPECT_LE(line.size(), 100u) << line;
+    all += line + "\n";
+  }
+  EXPECT_THAT(all, HasSubstr("\n\nwater (group of keys)\n"));
+  EXPECT_THAT(all, HasSubstr("\nwater.milk_ml_m3  "));
+}
+
 TEST_F(CommandLine, BadScenarioFiles) {
   ExpectBadInput({"run", "no_such_file.yaml"}, {"no_such_file.yaml", "no such file"});
   ExpectBadInput({"run", "sea_nigth_active"}, {"did you mean sea_night_active?"});
@@ -168,7 +268,7 @@ TEST_F(CommandLine, BadScenarioFiles) {
   ExpectBadInput({"run", ScenarioFile("rig:\n  baseline_m: 120 mm\n")},
                  {"scenario.yaml:6", "rig.baseline_m", "120 mm"});
   ExpectBadInput({"run", ScenarioFile("rig:\n  baseline_m: wide\n")},
-                 {"scenario.yaml:6", "rig.baseline_m", "number in m"});
+                 {"scenario.yaml:6", "rig.baseline_m", "must be a number"});
   ExpectBadInput({"run", ScenarioFile("water:\n  milk_ml_m3: .nan\n")},
                  {"scenario.yaml:6", "water.milk_ml_m3"});
   ExpectBadInput({"run", ScenarioFile("vehicle:\n  rigid_body:\n    mass_kg: -15\n")},

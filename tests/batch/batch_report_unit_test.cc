@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "experiments/report/report.h"
 #include "experiments/report/report_json.h"
-#include "experiments/report/text.h"
 #include "experiments/statistics/paired_tests.h"
 #include "sim/base/check.h"
 #include "tests/support/message_of.h"

@@ -175,8 +175,9 @@ TEST(Plan, RefusesStrataThatAreNotMetEquallyOftenOrNameAKeyTwice) {
   const std::string strata = "strata: {a: {duration_s: 5}, b: {duration_s: 6}}\n";
   EXPECT_NO_THROW(Make("scenario: pool_active\nseeds: 4\n" + strata));
   EXPECT_THAT(error(strata, {.seeds = 5}),
-              HasSubstr("plan.yaml:4: strata: of 2 strata each is met equally often, so seeds = 5 "
-                        "must be a multiple"));
+              HasSubstr("--seeds: 5 must be a multiple of 2: each stratum is met equally often"));
+  EXPECT_THAT(error("strata: {a: {duration_s: 5}, b: {duration_s: 6}, c: {duration_s: 7}}\n"),
+              HasSubstr("plan.yaml: seeds: 4 must be a multiple of 3"));
   EXPECT_THAT(error("strata: {}\n"), HasSubstr("strata: must be a map of names"));
   EXPECT_THAT(error("strata: {a: {duration: 5}}\n"), HasSubstr("duration_s"));
   EXPECT_THAT(error("strata: {a: {duration_s: 5}, b: {duration_s: -5}}\n"),

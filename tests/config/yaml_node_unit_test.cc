@@ -103,6 +103,13 @@ TEST(YamlNode, LargeTextIsRefused) {
             "a.yaml:1: is too large, must be at most 16 MiB");
 }
 
+TEST(YamlNode, ATabIsCalledATab) {
+  const std::string tab = ": begins with a tab; YAML indents with spaces";
+  EXPECT_EQ(ErrorOf("a: 1\nb:\n\tc: 2\n"), "a.yaml:3" + tab);
+  EXPECT_EQ(ErrorOf("b:\n  c: 2\n \td: 3\n"), "a.yaml:3" + tab);
+  EXPECT_EQ(ErrorOf("a: 1\t\nb: {c:\t2}\n"), "no error");
+}
+
 TEST(YamlNode, MergesAndTagsAreRefused) {
   EXPECT_EQ(ErrorOf("a: &x {b: 1}\nc:\n  <<: *x\n"),
             "a.yaml:3: c: a merge (<<) is not supported; write the keys out");

@@ -105,34 +105,6 @@ TEST(Canvas, ImageKeepsItsShape) {
   EXPECT_EQ(small.height, 100);
 }
 
-// Half transparent tiles side by side: one even surface, no darker or brighter seam.
-TEST(Canvas, TilesNeitherOverlapNorLeaveASeam) {
-  Canvas canvas(50, 10);
-  double left = 2;
-  for (int i = 0; left < 45; ++i) {
-    const double right = left + 0.37 + 0.1 * (i % 5);
-    const Eigen::Vector2d outline[] = {{left, 2}, {left, 8}, {right, 8}, {right, 2}};
-    canvas.FillTile(outline, kRed, 0.5);
-    left = right;
-  }
-  const Image3u8 image = canvas.ToImage();
-  for (int u = 3; u < 44; ++u) ASSERT_NEAR(Red(image, u, 5), 128, 1) << u;
-}
-
-TEST(Canvas, LayersShowWhatIsUnderThem) {
-  Canvas ground(8, 8);
-  ground.FillRect(ground.area(), {0, 0, 200});
-  Canvas layer(8, 8, /*transparent=*/true);
-  layer.FillRect({0, 0, 4, 8}, kRed);
-  ground.DrawCanvas(layer, 0, 0);
-  EXPECT_EQ(ground.ToImage().at(1, 4)[0], 255);
-  EXPECT_EQ(ground.ToImage().at(6, 4)[2], 200);
-  layer.Clear();
-  ground.FillRect(ground.area(), {0, 0, 100});
-  ground.DrawCanvas(layer, 0, 0);
-  EXPECT_EQ(ground.ToImage().at(1, 4)[2], 100);
-}
-
 TEST(Canvas, TextStandsWhereItIsAligned) {
   const auto columns = [](Align align) {
     Canvas canvas(200, 40);

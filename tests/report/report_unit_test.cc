@@ -1,8 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "experiments/report/report.h"
 #include "experiments/report/report_json.h"
-#include "experiments/report/text.h"
 
 namespace turbidock::report {
 namespace {
@@ -127,7 +127,8 @@ TEST(ReportIn, RefusesWhatAPageCouldNotDraw) {
   }
   Json untitled = sound;
   untitled["report"]["sections"][0].erase("title");
-  EXPECT_THAT(ProblemOf(untitled), HasSubstr("a section has no title"));
+  EXPECT_THAT(ProblemOf(untitled),
+              HasSubstr("damaged: [json.exception.out_of_range.403] key 'title'"));
   untitled["report"] = "text";
   EXPECT_THAT(ProblemOf(untitled), HasSubstr("damaged"));
 }

@@ -2,7 +2,7 @@
 #include <vector>
 
 #include "experiments/app/commands.h"
-#include "experiments/app/print_report.h"
+#include "experiments/app/report_output.h"
 #include "experiments/app/progress.h"
 #include "experiments/studies/bench/bench.h"
 

@@ -1,11 +1,13 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "experiments/app/commands.h"
 #include "experiments/app/report_output.h"
+#include "experiments/config/data_files.h"
 #include "experiments/report/json.h"
 #include "experiments/studies/check_vehicle/check_vehicle.h"
 #include "experiments/system/output_path.h"
@@ -13,6 +15,8 @@
 
 namespace turbidock::check_vehicle {
 namespace {
+
+namespace fs = std::filesystem;
 
 struct CheckArguments {
   std::string file;
@@ -39,12 +43,24 @@ struct CheckArguments {
                    : ". " + mjcf + " is it as MJCF"));
 }
 
+// Those with data beside their MJCF.
+std::string BundledVehicles() {
+  std::set<std::string> names;
+  for (const auto& entry : fs::directory_iterator(config::ModelPath("")))
+    if (entry.path().extension() == ".yaml") names.insert(entry.path().stem().string() + ".xml");
+  return fmt::format("bundled: {}", fmt::join(names, ", "));
+}
+
 // A URDF, and what has no data beside it, must be a vehicle by itself to go on.
 void RequireVehicle(const std::string& file, const std::string& mjcf) {
-  namespace fs = std::filesystem;
   std::error_code ignored;
   const bool is_urdf = fs::path(file).extension() == ".urdf";
-  if (!fs::is_regular_file(file, ignored)) return;
+  if (file.empty()) throw ConfigError("give the vehicle's MJCF (" + BundledVehicles() + ")");
+  if (!fs::is_regular_file(file, ignored)) {
+    if (fs::is_regular_file(config::ModelPath(file), ignored)) return;
+    throw ConfigError(file + ": no such file, and no bundled vehicle of that name (" +
+                      BundledVehicles() + ")");
+  }
   if (!is_urdf && fs::is_regular_file(fs::path(file).replace_extension(".yaml"), ignored)) return;
   vehicle::MjModelPtr model;
   try {
@@ -87,10 +103,9 @@ void AddCheckVehicle(app::CommandLine& line) {
   auto [check, arguments] =
       line.Add("check-vehicle",
                "Tell a vehicle's builder how it floats, moves, sees and fits the dock", &Check);
-  check
-      .Add("file", arguments.file,
-           "The vehicle's MJCF, its data (NAME.yaml) beside it: a bundled one or a path")
-      .Required();
+  check.Add("file", arguments.file,
+            "The vehicle's MJCF, its data (NAME.yaml) beside it: a path, or a bundled one, which "
+            "are\nlisted without it");
   check.Add("--scenario", arguments.scenario, "In whose sea, before whose station");
   check.AddSet(arguments.assignments, "Set one key, such as vehicle.rigid_body.mass_kg=14");
   check.Add("--mjcf FILE", arguments.mjcf, "Write a URDF as the MJCF that MuJoCo makes of it");

@@ -1,7 +1,7 @@
 #include <string>
 
 #include "experiments/app/commands.h"
-#include "experiments/app/print_report.h"
+#include "experiments/app/report_output.h"
 #include "experiments/media/figure.h"
 #include "experiments/studies/compare/comparison.h"
 #include "experiments/system/output_path.h"

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "experiments/app/commands.h"
-#include "experiments/app/plan_arguments.h"
+#include "experiments/app/job_arguments.h"
 #include "experiments/app/progress.h"
 #include "experiments/studies/dataset/dataset.h"
 

@@ -156,8 +156,7 @@ media::Canvas DrawEstimate(const EstimatedFrame& frame, const vision::MarkerPara
       "frame {}   F = {:.2f}   {}   x {:.0f}  y {:.0f}  z {:.0f} mm", frame.estimate.frame,
       frame.estimate.fitness, frame.estimate.detected ? "detected" : "not detected", p_mm.x(),
       p_mm.y(), p_mm.z());
-  canvas.FillRounded({8, 8, static_cast<int>(canvas.TextWidth(text, 16)) + 20, 28}, 5, {0, 0, 0},
-                     0.55);
+  canvas.FillRect({8, 8, static_cast<int>(canvas.TextWidth(text, 16)) + 20, 28}, {0, 0, 0}, 0.55);
   canvas.Text({18, 27}, text, 16, {240, 240, 240});
   return canvas;
 }

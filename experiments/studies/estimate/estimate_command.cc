@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "experiments/app/commands.h"
-#include "experiments/app/print_report.h"
+#include "experiments/app/report_output.h"
 #include "experiments/app/progress.h"
 #include "experiments/media/image_source.h"
 #include "experiments/media/mp4_writer.h"

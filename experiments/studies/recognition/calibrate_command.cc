@@ -6,7 +6,7 @@
 
 #include "experiments/app/commands.h"
 #include "experiments/app/job_arguments.h"
-#include "experiments/app/print_report.h"
+#include "experiments/app/report_output.h"
 #include "experiments/app/progress.h"
 #include "experiments/config/data_files.h"
 #include "experiments/studies/recognition/calibration.h"

@@ -7,7 +7,7 @@
 
 #include "experiments/app/commands.h"
 #include "experiments/app/job_arguments.h"
-#include "experiments/app/print_report.h"
+#include "experiments/app/report_output.h"
 #include "experiments/app/progress.h"
 #include "experiments/media/figure.h"
 #include "experiments/studies/recognition/recognition.h"

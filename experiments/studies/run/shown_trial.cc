@@ -120,7 +120,7 @@ void RequireOutputs(const ShownTrialOptions& shown) {
     files.emplace_back("figure.png");
     if (shown.video) files.emplace_back("video.mp4");
     outputs.WritesInto(*shown.out, files);
-    if (shown.report) outputs.Writes(*shown.out + "/report.html", page::kPageFile);
+    outputs.Writes(*shown.out + "/report.html", page::kPageFile);
   }
   outputs.Writes(shown.figure).Require();
   if (shown.out) media::RequireFigures();
@@ -180,6 +180,7 @@ trial::TrialResult RunShownTrial(const trial::Scenario& scenario, const ShownTri
     film->Finish(result);
   else if (shown.out)
     fs::remove(*shown.out + "/video.mp4");  // of an earlier trial
+  if (shown.out && !shown.report) fs::remove(*shown.out + "/report.html");
   WritePictures(scenario, result, shown);
   if (shown.out) progress.Say("  all of it in " + *shown.out);
   return result;

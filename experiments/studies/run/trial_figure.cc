@@ -52,7 +52,6 @@ report::Panel EmptyPanel(const trial::TrialLog& log) {
   for (report::Block& block : panel.blocks) {
     if (block.from_x > panel.blocks.front().from_x)
       panel.rules.push_back({block.from_x, "", block.color, Mark::kLine, 1, true});
-    block.name.clear();
     block.opacity = 0.1;
   }
   return panel;
@@ -127,27 +126,22 @@ void WriteTrialFigure(const std::string& path, const trial::TrialLog& log, const
   const double z_mm = MmFromM(info.criteria.tolerance_z_m);
   const double docked_mm = MmFromM(info.criteria.docked_x_m);
   const double mm = MmFromM(1), deg = DegFromRad(1);
-  report::Panel bar{.blocks = StageBlocks(log),
-                    .legend = report::Legend::kAbove,
-                    .has_axes = false,
-                    .height = 0.125};
-  std::vector<report::Panel> panels = {bar, FitnessPanel(log, info.criteria)};
+  std::vector<report::Panel> panels;
   for (const Quantity& quantity : {Quantity{"x [mm]", control::kSurge, mm, 100, 0, docked_mm},
                                    Quantity{"y [mm]", control::kSway, mm, 3 * y_mm, y_mm},
                                    Quantity{"z [mm]", control::kHeave, mm, 3 * z_mm, z_mm},
                                    Quantity{"yaw [deg]", control::kYaw, deg, 10}})
     panels.push_back(PosePanel(log, info.criteria, quantity));
-  // the bar's legend tells what the curves of all are
-  panels[0].x = panels[3].x;
-  for (report::Series series : panels[3].series) {
-    series.points.clear();
-    panels[0].series.insert(panels[0].series.begin(), series);
-  }
-  media::WriteFigure(path, {.title = info.title,
-                            .subtitle = info.outcome,
+  // the first one's legend tells what the colours of all are
+  panels[0].legend = report::Legend::kAbove;
+  const report::Series band = panels[1].series[0];
+  panels[0].series.insert(panels[0].series.begin(),
+                          {band.name, {}, band.color, band.mark, band.width_px});
+  panels.push_back(FitnessPanel(log, info.criteria));
+  media::WriteFigure(path, {.title = info.title + "\n" + info.outcome,
                             .stacked = true,
                             .width_px = kFigureWidth,
-                            .height_px = kFigureHeight,
+                            .height_px = (kFigureHeight - 40) / 5,
                             .panels = panels});
 }
 

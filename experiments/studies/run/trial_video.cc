@@ -38,7 +38,7 @@ int DrawPlate(media::Canvas* canvas, int x, int y, const std::string& text, Rgb 
   const int width =
       static_cast<int>(std::ceil(canvas->TextWidth(text, kTextSize, bold))) + 2 * kPadding;
   const int left = align == media::Align::kRight ? x - width : x;
-  canvas->FillRounded({left, y, width, kHeight}, 5, kGround, 0.8);
+  canvas->FillRect({left, y, width, kHeight}, kGround, 0.8);
   canvas->Text({static_cast<double>(left + kPadding), y + 17.0}, text, kTextSize, color,
                media::Align::kLeft, bold);
   return left + width;

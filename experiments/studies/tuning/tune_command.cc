@@ -4,7 +4,6 @@
 
 #include "experiments/app/commands.h"
 #include "experiments/app/job_arguments.h"
-#include "experiments/app/plan_arguments.h"
 #include "experiments/app/progress.h"
 #include "experiments/app/report_output.h"
 #include "experiments/report/report_json.h"

@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "experiments/media/figure.h"
+#include "experiments/report/report.h"
 #include "experiments/report/report_json.h"
-#include "experiments/report/text.h"
 #include "sim/base/check.h"
 #include "tests/support/message_of.h"
 

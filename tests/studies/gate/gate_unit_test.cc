@@ -18,8 +18,8 @@
 #include <string>
 #include <vector>
 
+#include "experiments/report/report.h"
 #include "experiments/report/report_json.h"
-#include "experiments/report/text.h"
 #include "experiments/system/subprocess.h"
 #include "sim/base/check.h"
 #include "sim/base/digest.h"

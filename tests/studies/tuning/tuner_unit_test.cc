@@ -17,8 +17,8 @@
 
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
+#include "experiments/report/report.h"
 #include "experiments/report/report_json.h"
-#include "experiments/report/text.h"
 #include "experiments/studies/tuning/study.h"
 #include "sim/base/check.h"
 

@@ -1,0 +1,50 @@
+#include "experiments/report/report.h"
+
+#include <fmt/format.h>
+
+namespace turbidock::report {
+namespace {
+
+// "pass: docking at night".
+std::string Heading(const Report& report) {
+  return report.verdict.word.empty() ? report.title : report.verdict.word + ": " + report.title;
+}
+
+std::string Facts(const Report& report, bool markdown) {
+  std::string list;
+  Table table({"<", "<", "<"});
+  for (const Fact& fact : report.facts) {
+    list += fmt::format("- {}: **{}**{}{}\n", fact.label, fact.value, fact.note.empty() ? "" : ", ",
+                        fact.note);
+    table.Row({fact.label, fact.value, fact.note});
+  }
+  if (markdown) return list;
+  const std::string text = table.Text();
+  return text.substr(text.find('\n') + 1);  // without the line of its empty titles
+}
+
+std::string Rendered(const Report& report, bool markdown) {
+  const std::string gap = markdown ? "\n" : "", item = markdown ? "- " : "";
+  std::string text = (markdown ? "# " : "") + Heading(report) + "\n";
+  if (!report.verdict.reason.empty()) text += gap + report.verdict.reason + "\n";
+  if (!report.facts.empty()) text += "\n" + Facts(report, markdown);
+  for (const std::string& sentence : report.missing) text += gap + sentence + "\n";
+  for (const Section& section : report.sections) {
+    if (!section.table && section.lines.empty() && section.commands.empty()) continue;
+    text += (markdown ? "\n## " : "\n") + section.title + "\n" + gap;
+    if (!section.note.empty()) text += section.note + "\n" + gap;
+    if (section.table) text += markdown ? section.table->Markdown() : section.table->Text();
+    for (const std::string& line : section.lines) text += item + line + "\n";
+    for (const Command& command : section.commands)
+      text += item + command.what + (markdown ? ": `" : ":\n  ") + command.command +
+              (markdown ? "`\n" : "\n");
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string Text(const Report& report) { return Rendered(report, /*markdown=*/false); }
+std::string Markdown(const Report& report) { return Rendered(report, /*markdown=*/true); }
+
+}  // namespace turbidock::report
