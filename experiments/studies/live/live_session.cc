@@ -94,6 +94,16 @@ struct Controls {
   }
 };
 
+// Whether a key may have this value while a trial runs.
+bool IsAllowed(const trial::Scenario& settings, const std::string& key, double value) {
+  try {
+    static_cast<void>(trial::Changed(settings, fmt::format("{}={}", key, value)));
+    return true;
+  } catch (const ConfigError&) {
+    return false;
+  }
+}
+
 }  // namespace
 
 report::Json ControlsModel(const trial::Scenario& settings) {
@@ -117,7 +127,9 @@ report::Json ControlsModel(const trial::Scenario& settings) {
   const std::string gains = settings.controller_name() + ".";
   for (const config::KeyDoc& doc : trial::ScenarioKeys(settings.plugins)) {
     if (!doc.key.starts_with(gains) || !report::NumberIn(doc.value)) continue;
-    if (const double gain = Json::parse(config::ValueOf(settings, doc.key)); gain > 0)
+    const double gain = Json::parse(config::ValueOf(settings, doc.key));
+    if (gain > 0 && IsAllowed(settings, doc.key, 0.1 * gain) &&
+        IsAllowed(settings, doc.key, 4 * gain))
       controls.Slide("control", doc.key, doc.key.substr(gains.size()), "", 0.1 * gain, 4 * gain);
   }
   return controls.list;
