@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "experiments/app/command_line.h"
-#include "experiments/batch/job_options.h"
+#include "experiments/batch/job_pool.h"
 #include "experiments/batch/plan.h"
 
 namespace turbidock::app {

@@ -17,7 +17,7 @@ const std::pair<std::string, const char*> kReplaced[] = {
     {"slurm", "turbidock batch PLAN --out FILE --slurm TASKS, or --shard I/N and merge"},
     {"curve", "turbidock status FILE --over KEY, report FILE --figure PNG --over KEY"},
     {"report --trial", "turbidock replay FILE TRIAL --out FOLDER, report FOLDER"},
-    {"export --format", "CSV alone; as JSON: sqlite3 -json FILE 'SELECT * FROM results'"},
+    {"export", "sqlite3 -header -csv FILE 'SELECT * FROM results'; Python: turbidock.read_results"},
     {"run --resolution", "--set rig.width_px=320 --set rig.height_px=240"},
     {"bench --resolution", "--set rig.width_px=320 --set rig.height_px=240"},
     {"view --quality", "nothing: pictures have a JPEG quality of 80"},

@@ -1,16 +1,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <vector>
 
 #include "experiments/app/commands.h"
 #include "experiments/app/job_arguments.h"
 #include "experiments/app/progress.h"
-#include "experiments/batch/export.h"
+#include "experiments/batch/batch.h"
 #include "experiments/batch/result_store.h"
 #include "experiments/batch/runner.h"
-#include "experiments/batch/trial_scheduler.h"
 #include "experiments/studies/run/shown_trial.h"
 #include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"
@@ -57,19 +55,6 @@ int Merge(const MergeArguments& arguments) {
   fmt::print(stderr, "{}: {} of {} trials\n", system::OneLineOf(arguments.out),
              std::ssize(store.Done()), scheduler.wanted());
   return arguments.complete && !scheduler.complete() ? kExitCheckFailed : kExitDone;
-}
-
-// ------------------------------------------------------------------------------------------ export
-
-struct ExportArguments {
-  std::string file;
-  bool timing = false;
-};
-
-int Export(const ExportArguments& arguments) {
-  const batch::ResultStore store = batch::ResultStore::Read(arguments.file);
-  std::fputs(batch::ExportText(store.Trials(), arguments.timing).c_str(), stdout);
-  return kExitDone;
 }
 
 // ------------------------------------------------------------------------------------------ verify
@@ -169,12 +154,6 @@ void AddResults(CommandLine& line) {
   merge.Add("out", merge_arguments.out, "The file to make or to add to").Required();
   merge.Add("inputs", merge_arguments.inputs, "Files that batch wrote").Required();
   merge.Flag("--complete", merge_arguments.complete, "Exit with 1 when trials are missing");
-
-  auto [to_text, export_arguments] =
-      line.Add("export", "Print one row a trial on stdout, as CSV", &Export);
-  to_text.Add("results", export_arguments.file, "A batch's file").Required();
-  to_text.Flag("--timing", export_arguments.timing,
-               "Also wall time, CPU time and memory, which differ from run to run");
 
   auto [verify, verify_arguments] =
       line.Add("verify", "Run trials again and compare their digests with the stored", &Verify);

@@ -1,6 +1,6 @@
 #include "experiments/app/commands.h"
-#include "experiments/batch/slurm_pool.h"
-#include "experiments/batch/trial_job.h"
+#include "experiments/batch/job_pool.h"
+#include "experiments/batch/runner.h"
 #include "experiments/studies/estimators/compare_estimators.h"
 #include "experiments/studies/recognition/calibration.h"
 #include "experiments/studies/recognition/recognition.h"

@@ -8,7 +8,6 @@
 #include <map>
 #include <optional>
 
-#include "experiments/batch/run_lock.h"
 #include "experiments/config/yaml_fields.h"
 #include "experiments/report/quantity.h"
 #include "experiments/statistics/paired_tests.h"

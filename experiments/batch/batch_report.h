@@ -6,10 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "experiments/batch/batch.h"
 #include "experiments/batch/result_store.h"
-#include "experiments/batch/success_curve.h"
 #include "experiments/batch/summary.h"
-#include "experiments/batch/trial_scheduler.h"
 #include "experiments/report/json.h"
 #include "experiments/report/report.h"
 

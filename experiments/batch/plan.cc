@@ -17,7 +17,6 @@
 #include "experiments/system/output_path.h"
 #include "experiments/system/plain_text.h"
 #include "sim/base/random.h"
-#include "sim/vehicle/model_contents.h"
 
 namespace turbidock::batch {
 namespace {
@@ -69,10 +68,9 @@ std::string TextOf(const char* key, const std::vector<Case>& cases) {
 std::map<std::string, std::string> ModelFilesOf(
     const std::map<std::string, trial::Scenario>& scenarios) {
   std::map<std::string, std::string> files;
-  const std::string bundled = config::ModelPath("");
   for (const auto& [name, scenario] : scenarios)
-    for (const auto& [path, digest] : vehicle::ContentsOf(trial::SceneFilesOf(scenario)))
-      files[path.starts_with(bundled) ? path.substr(bundled.size()) : path] = digest;
+    for (const trial::ModelFile& file : trial::ModelFilesOf(scenario))
+      files[file.file] = file.content;
   return files;
 }
 
@@ -342,6 +340,21 @@ trial::Scenario Plan::ScenarioOf(const TrialSpec& spec) const {
   return scenario;
 }
 
+// Of a trial, and whatever else it may draw in their place.
+void Plan::AddModels(const trial::Scenario& scenario) {
+  const std::string models =
+      fmt::format("{}\n{}\n{}", scenario.model, scenario.vehicle_model, scenario.station_model);
+  if (!models_.try_emplace(models, scenario).second) return;
+  for (const RandomKey& random : random_) {
+    if (random.key != "vehicle_model" && random.key != "station_model") continue;
+    for (const std::string& choice : random.choices) {
+      trial::Scenario other = scenario;
+      config::ApplySet(random.key + "=" + choice, &other, nullptr);
+      AddModels(other);
+    }
+  }
+}
+
 void Plan::CheckTrials(const std::string& file) {
   // Without draws the trials of a cell's stratum differ in nothing but the seed.
   constexpr int64_t kMostDrawn = 10'000;  // a second's work
@@ -351,10 +364,7 @@ void Plan::CheckTrials(const std::string& file) {
     for (int64_t sample = 0; sample < std::max(strata, drawn); ++sample) {
       const TrialSpec spec = Trial(NumberOf(cell, sample));
       try {
-        const trial::Scenario scenario = ScenarioOf(spec);
-        models_.try_emplace(fmt::format("{}\n{}\n{}", scenario.model, scenario.vehicle_model,
-                                        scenario.station_model),
-                            scenario);
+        AddModels(ScenarioOf(spec));
       } catch (const ConfigError& error) {
         std::string what = error.what();
         if (what.starts_with(kBySet)) what.erase(0, kBySet.size());

@@ -29,8 +29,7 @@
 #include <string>
 #include <vector>
 
-#include "experiments/batch/random_key.h"
-#include "experiments/batch/varied_keys.h"
+#include "experiments/batch/plan_keys.h"
 #include "experiments/trial/scenario.h"
 #include "sim/base/digest.h"
 #include "sim/base/fields.h"
@@ -101,7 +100,7 @@ struct TrialSpec {
   int64_t sample = 0;  // within the cell
   int64_t seed = 0;    // the scenario's
   // The grid's keys (`case` first), `stratum`, then the random ones.
-  std::vector<Parameter> parameters;
+  std::vector<Parameter> parameters{};
 };
 
 // What the command line and the program around it may change in a plan.
@@ -157,6 +156,7 @@ class Plan {
   void ReadStrata(const config::YamlNode& node);
   void ReadRandom(const config::YamlNode& node);
   void LoadScenarios(const config::YamlNode& plan, const std::vector<std::string>& assignments);
+  void AddModels(const trial::Scenario& scenario);
   void CheckTrials(const std::string& file);
   std::vector<Parameter> AssignmentsOf(const std::vector<Parameter>& parameters) const;
   // Where the one of these that a problem begins with stands in the plan, if it stands there.

@@ -6,12 +6,12 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
 #include <map>
 #include <set>
 #include <utility>
 
 #include "experiments/batch/store_sql.h"
-#include "experiments/batch/trial_scheduler.h"
 #include "experiments/config/yaml_fields.h"
 #include "experiments/report/table.h"
 #include "experiments/system/output_path.h"
@@ -88,11 +88,6 @@ ResultStore ResultStore::Write(const std::string& file, const StoreHeader& heade
     const int tables = store.db_->execAndGet("SELECT count(*) FROM sqlite_master").getInt();
     if (tables == 0) store.Create(header);
     store.ReadHeader();
-    if (!AsksForMore(header, store.header_)) return;
-    SQLite::Transaction transaction(*store.db_, SQLite::TransactionBehavior::IMMEDIATE);
-    store.WriteHeader(header);
-    transaction.commit();
-    store.ReadHeader();
   });
   std::vector<std::string> differences = Differences(store.header_, header);
   if (store.header_.shard != header.shard)
@@ -115,12 +110,7 @@ void ResultStore::Create(const StoreHeader& header) {
   db_->exec(fmt::format("PRAGMA application_id = {}; PRAGMA user_version = {}", kApplicationId,
                         kStoreSchema));
   CreateTables(header.keys, db_.get());
-  WriteHeader(header);
-  transaction.commit();
-}
-
-void ResultStore::WriteHeader(const StoreHeader& header) {
-  SQLite::Statement replace(*db_, "REPLACE INTO meta (key, value) VALUES (?, ?)");
+  RowInsert insert(*db_, "meta", {"key", "value"});
   for (const auto& [key, value] :
        std::map<std::string, std::string>{{"schema_version", std::to_string(kStoreSchema)},
                                           {"kind", header.kind},
@@ -128,12 +118,9 @@ void ResultStore::WriteHeader(const StoreHeader& header) {
                                           {"plan_hash", header.plan_hash()},
                                           {"build", header.build},
                                           {"shard", header.shard.Text()},
-                                          {"trials", std::to_string(header.trials)}}) {
-    replace.reset();
-    replace.bind(1, key);
-    replace.bind(2, value);
-    replace.exec();
-  }
+                                          {"trials", std::to_string(header.trials)}})
+    insert.Run({key, value});
+  transaction.commit();
 }
 
 void ResultStore::ReadHeader() {
@@ -202,87 +189,66 @@ void ResultStore::FailDamaged(const std::string& how) const {
                     "); `sqlite3 FILE .recover` may save some of it");
 }
 
-std::map<std::string, Cell> RowOf(const StoredTrial& trial) {
-  std::map<std::string, Cell> row = {
-      {"trial", trial.trial}, {"cell", trial.cell}, {"sample", trial.sample}};
-  const std::vector<Cell> cells = trial::CellsOf(trial.record);
-  for (size_t i = 0; i < cells.size(); ++i) row[trial::Columns()[i].name] = cells[i];
-  for (const Parameter& parameter : trial.parameters) row[parameter.key] = ValueOf(parameter);
-  return row;
+// Of the table `trials`, as this program reads and writes them.
+std::vector<std::string> ResultStore::TrialColumns() const {
+  std::vector<std::string> columns = {"trial", "cell", "sample"};
+  columns.insert(columns.end(), header_.keys.begin(), header_.keys.end());
+  for (const trial::Column& column : trial::Columns()) columns.push_back(column.name);
+  return columns;
 }
 
-void ResultStore::Add(const StoredTrial& trial) {
+void ResultStore::Insert(const StoredTrial& trial) {
   TD_CHECK(lock_, "a store that was opened for writing");
   TD_CHECK(trial.parameters.size() == header_.keys.size(), "a value for each key");
-  Guard(file_, [&] {
-    SQLite::Transaction transaction(*db_, SQLite::TransactionBehavior::IMMEDIATE);
-    std::map<std::string, Cell> row = RowOf(trial);
-    std::vector<std::string> columns;
-    std::vector<Cell> cells;
-    for (const auto& [name, cell] : row) {
-      columns.push_back(name);
-      cells.push_back(cell);
-    }
-    Insert(*db_, "trials", columns).Run(cells);
-    if (trial.series.rows() > 0) AddSeries(trial.trial, trial.series);
-    transaction.commit();
-  });
-}
-
-void ResultStore::AddSeriesColumns(const std::vector<std::string>& columns) {
+  std::vector<Cell> row = {trial.trial, trial.cell, trial.sample};
+  for (const Parameter& parameter : trial.parameters) row.push_back(ValueOf(parameter));
+  std::ranges::copy(trial::CellsOf(trial.record), std::back_inserter(row));
+  RowInsert(*db_, "trials", TrialColumns()).Run(row);
+  if (trial.series.rows() == 0) return;
+  // A vehicle has its own thrusters.
+  std::vector<std::string> columns = trial.series.names();
   const std::vector<std::string> there = ColumnsIn(*db_, "series");
   for (const std::string& column : columns)
     if (std::ranges::find(there, column) == there.end())
       db_->exec("ALTER TABLE series ADD COLUMN " + Quoted(column));
-}
-
-void ResultStore::AddSeries(int64_t trial, const trial::Series& series) {
-  std::vector<std::string> columns = series.names();
-  AddSeriesColumns(columns);
   columns.emplace_back("trial");
-  Insert insert(*db_, "series", columns);
-  std::vector<Cell> row(columns.size(), Cell(trial));
-  for (size_t i = 0; i < series.rows(); ++i) {
-    for (size_t k = 0; k + 1 < columns.size(); ++k) row[k] = series.At(i, k);
+  RowInsert insert(*db_, "series", columns);
+  row.assign(columns.size(), Cell(trial.trial));
+  for (size_t i = 0; i < trial.series.rows(); ++i) {
+    for (size_t k = 0; k + 1 < columns.size(); ++k) row[k] = trial.series.At(i, k);
     insert.Run(row);
   }
 }
 
+void ResultStore::Add(const StoredTrial& trial) {
+  Guard(file_, [&] {
+    SQLite::Transaction transaction(*db_, SQLite::TransactionBehavior::IMMEDIATE);
+    Insert(trial);
+    transaction.commit();
+  });
+}
+
 void ResultStore::Merge(const std::string& other_file) {
-  TD_CHECK(lock_, "a store that was opened for writing");
   const ResultStore other = Read(other_file);
   const std::vector<std::string> differences = Differences(header_, other.header());
   if (!differences.empty()) throw MismatchError(other_file + ": " + differences[0]);
+  std::map<int64_t, trial::TrialRecord> known;
+  for (StoredTrial& trial : Trials()) known.emplace(trial.trial, std::move(trial.record));
   Guard(file_, [&] {
-    SQLite::Statement attach(*db_, "ATTACH DATABASE ? AS other");
-    attach.bind(1, other_file);
-    attach.exec();
-    {
-      SQLite::Transaction transaction(*db_, SQLite::TransactionBehavior::IMMEDIATE);
-      SQLite::Statement clash(
-          *db_,
-          "SELECT a.trial, a.outcome, a.digest, b.outcome, b.digest FROM main.trials a "
-          "JOIN other.trials b USING (trial) "
-          "WHERE a.digest <> b.digest OR a.outcome <> b.outcome LIMIT 1");
-      if (clash.executeStep())
+    SQLite::Transaction transaction(*db_, SQLite::TransactionBehavior::IMMEDIATE);
+    for (StoredTrial& trial : other.Trials()) {
+      const trial::TrialRecord& there = trial.record;
+      if (const auto here = known.find(trial.trial); here == known.end()) {
+        trial.series = other.SeriesOf(trial.trial);
+        Insert(trial);
+      } else if (here->second.digest != there.digest || here->second.outcome != there.outcome) {
         throw MismatchError(
             fmt::format("{}: trial {} ended {} with digest {} here and {} with digest {} there",
-                        other_file, clash.getColumn(0).getInt64(), clash.getColumn(1).getString(),
-                        clash.getColumn(2).getString(), clash.getColumn(3).getString(),
-                        clash.getColumn(4).getString()));
-      // `series` first: which trials are new shows in `trials`.
-      for (const std::string table : {"series", "trials"}) {
-        std::vector<std::string> columns = ColumnsIn(*other.db_, table);
-        if (table == "series") AddSeriesColumns(columns);
-        columns.emplace_back("trial");
-        db_->exec(
-            fmt::format("INSERT INTO main.{0} ({1}) SELECT {1} FROM other.{0} "
-                        "WHERE trial NOT IN (SELECT trial FROM main.trials)",
-                        table, QuotedList(columns)));
+                        other_file, trial.trial, NameOf(here->second.outcome), here->second.digest,
+                        NameOf(there.outcome), there.digest));
       }
-      transaction.commit();
     }
-    db_->exec("DETACH DATABASE other");
+    transaction.commit();
   });
 }
 
@@ -300,14 +266,24 @@ std::vector<int64_t> ResultStore::TrialsWithSeries() const {
   return Numbers("SELECT DISTINCT trial FROM series ORDER BY trial");
 }
 
-std::vector<Verdict> ResultStore::Verdicts() const {
-  std::vector<Verdict> verdicts;
-  ForEachRow(fmt::format("SELECT trial, failure = '{}' FROM trials ORDER BY trial",
-                         NameOf(trial::Failure::kNone)),
-             [&](auto& row) {
-               verdicts.push_back({row.getColumn(0).getInt64(), row.getColumn(1).getInt() != 0});
+std::map<int64_t, bool> ResultStore::Successes() const {
+  std::map<int64_t, bool> successes;
+  ForEachRow(
+      fmt::format("SELECT trial, failure = '{}' FROM trials", NameOf(trial::Failure::kNone)),
+      [&](auto& row) { successes[row.getColumn(0).getInt64()] = row.getColumn(1).getInt() != 0; });
+  return successes;
+}
+
+std::string ResultStore::Csv(bool timing) const {
+  std::string text;
+  ForEachRow(fmt::format("SELECT * FROM {} ORDER BY trial", timing ? "trials" : "results"),
+             [&](SQLite::Statement& row) {
+               report::Json cells;
+               for (int i = 0; i < row.getColumnCount(); ++i)
+                 cells[row.getColumnName(i)] = CellIn(row.getColumn(i));
+               report::AddCsv(cells, &text);
              });
-  return verdicts;
+  return text;
 }
 
 std::vector<StoredTrial> ResultStore::Trials() const { return Select(""); }
@@ -345,26 +321,24 @@ trial::Series ResultStore::SeriesOf(int64_t trial) const {
 }
 
 std::vector<StoredTrial> ResultStore::Select(const std::string& where) const {
-  std::vector<std::string> columns = {"trial", "cell", "sample"};
-  columns.insert(columns.end(), header_.keys.begin(), header_.keys.end());
-  for (const trial::Column& column : trial::Columns()) columns.push_back(column.name);
   std::vector<StoredTrial> trials;
-  ForEachRow(fmt::format("SELECT {} FROM trials {} ORDER BY trial", QuotedList(columns), where),
-             [&](SQLite::Statement& row) {
-               StoredTrial& stored = trials.emplace_back();
-               int at = 0;
-               for (int64_t* number : {&stored.trial, &stored.cell, &stored.sample})
-                 *number = row.getColumn(at++).getInt64();
-               for (const std::string& key : header_.keys)
-                 stored.parameters.push_back({key, TextOf(CellIn(row.getColumn(at++)))});
-               std::vector<Cell> cells(trial::Columns().size());
-               for (Cell& cell : cells) cell = CellIn(row.getColumn(at++));
-               try {
-                 stored.record = trial::RecordOf(cells);
-               } catch (const ConfigError& error) {
-                 FailDamaged(fmt::format("trial {}: {}", stored.trial, error.what()));
-               }
-             });
+  ForEachRow(
+      fmt::format("SELECT {} FROM trials {} ORDER BY trial", QuotedList(TrialColumns()), where),
+      [&](SQLite::Statement& row) {
+        StoredTrial& stored = trials.emplace_back();
+        int at = 0;
+        for (int64_t* number : {&stored.trial, &stored.cell, &stored.sample})
+          *number = row.getColumn(at++).getInt64();
+        for (const std::string& key : header_.keys)
+          stored.parameters.push_back({key, TextOf(CellIn(row.getColumn(at++)))});
+        std::vector<Cell> cells(trial::Columns().size());
+        for (Cell& cell : cells) cell = CellIn(row.getColumn(at++));
+        try {
+          stored.record = trial::RecordOf(cells);
+        } catch (const ConfigError& error) {
+          FailDamaged(fmt::format("trial {}: {}", stored.trial, error.what()));
+        }
+      });
   return trials;
 }
 

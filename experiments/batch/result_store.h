@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "experiments/batch/plan.h"
-#include "experiments/batch/run_lock.h"
 #include "experiments/batch/store_header.h"
 #include "experiments/trial/series.h"
 #include "experiments/trial/trial_record.h"
@@ -24,6 +23,8 @@ class Database;
 }  // namespace SQLite
 
 namespace turbidock::batch {
+
+class RunLock;
 
 inline constexpr int kStoreSchema = 3;
 
@@ -54,20 +55,11 @@ struct StoredTrial {
 // A parameter's value as a file has it: a number, or text where its key is one of texts.
 trial::Cell ValueOf(const Parameter& parameter);
 
-// The cells of its row, by the columns' names.
-std::map<std::string, trial::Cell> RowOf(const StoredTrial& trial);
-
-struct Verdict {
-  int64_t trial = 0;
-  bool success = false;
-};
-
 class ResultStore {
  public:
-  // Makes the file, or opens one whose header is the same but for a higher precision (the file
-  // then has the new plan), and keeps other writers out. OtherResults when it is
-  // another plan's, build's or shard's; ConfigError that says why when it is in use, damaged, of
-  // another schema, no such file at all, or cannot be written.
+  // Makes the file, or opens one whose header is the same, and keeps other writers out.
+  // OtherResults when it is another plan's, build's or shard's; ConfigError that says why when it
+  // is in use, damaged, of another schema, no such file at all, or cannot be written.
   static ResultStore Write(const std::string& file, const StoreHeader& header);
   // Opens a file that exists, also while another process writes to it.
   static ResultStore Read(const std::string& file);
@@ -83,10 +75,13 @@ class ResultStore {
   // is in both and differs; the file is then as it was.
   void Merge(const std::string& other_file);
 
-  std::vector<int64_t> Done() const;        // the numbers of the stored trials, ascending
-  std::vector<Verdict> Verdicts() const;    // the same with what came of them
-  std::vector<StoredTrial> Trials() const;  // ascending
-  StoredTrial Trial(int64_t trial) const;   // ConfigError when it is not there
+  std::vector<int64_t> Done() const;          // the numbers of the stored trials, ascending
+  std::map<int64_t, bool> Successes() const;  // the same, and whether each succeeded
+  std::vector<StoredTrial> Trials() const;    // ascending
+  StoredTrial Trial(int64_t trial) const;     // ConfigError when it is not there
+  // The view `results`, or the table `trials`, which also has what differs from run to run; empty
+  // without trials.
+  std::string Csv(bool timing = false) const;
 
   std::vector<int64_t> TrialsWithSeries() const;  // whose series was stored, ascending
   trial::Series SeriesOf(int64_t trial) const;    // the rows that were stored, if any
@@ -95,15 +90,13 @@ class ResultStore {
   ResultStore(std::string file, bool writes);
 
   void Create(const StoreHeader& header);
-  void WriteHeader(const StoreHeader& header);
   void ReadHeader();  // with all that is asked of a file before anything in it is used
   void RequireRows() const;
   [[noreturn]] void FailDamaged(const std::string& how) const;
-  // Further columns of the series: a vehicle has its own thrusters.
-  void AddSeriesColumns(const std::vector<std::string>& columns);
-  void AddSeries(int64_t trial, const trial::Series& series);
+  void Insert(const StoredTrial& trial);
   template <class Act>
   void ForEachRow(const std::string& query, const Act& act) const;
+  std::vector<std::string> TrialColumns() const;
   std::vector<int64_t> Numbers(const std::string& query) const;
   std::vector<StoredTrial> Select(const std::string& where) const;
 
@@ -112,5 +105,8 @@ class ResultStore {
   std::unique_ptr<SQLite::Database> db_;
   StoreHeader header_;
 };
+
+// Whether a process writes to the file now.
+bool IsLocked(const std::string& file);
 
 }  // namespace turbidock::batch

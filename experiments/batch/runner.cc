@@ -2,9 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <map>
 #include <utility>
 
-#include "experiments/batch/trial_job.h"
+#include "experiments/report/json.h"
+#include "experiments/trial/record_columns.h"
+#include "experiments/trial/trial.h"
+#include "sim/base/check.h"
 
 namespace turbidock::batch {
 
@@ -12,6 +16,53 @@ TrialSource SourceOf(const Plan& plan) {
   return {.spec = [&plan](int64_t trial) { return plan.Trial(trial); },
           .scenario = [&plan](const TrialSpec& spec) { return plan.ScenarioOf(spec); },
           .series_every_frames = plan.settings().series_every_frames};
+}
+
+Work TrialWork(const trial::Plugins& plugins) {
+  return {"trial", [plugins](const std::string& input) {
+            const report::Json job = report::ParseJson(input, "a worker's job");
+            const trial::TrialResult result = trial::RunTrial(
+                trial::ParseScenario(job["scenario"], "resolved scenario", plugins));
+            const int every_frames = job["series_every_frames"];
+            const auto series =
+                every_frames > 0 ? trial::Series::Of(result.log, every_frames) : trial::Series();
+            return report::JsonLine({{"cells", trial::CellsOf(result)}, {"series", series}});
+          }};
+}
+
+Job TrialJob(int64_t id, const trial::Scenario& scenario, int series_every_frames) {
+  return {.id = id,
+          .input = report::JsonLine({{"scenario", trial::SaveScenario(scenario)},
+                                     {"series_every_frames", series_every_frames}})};
+}
+
+StoredTrial FinishedTrialOf(const JobResult& result, TrialSpec spec) {
+  if (result.end == JobEnd::kBadInput)
+    throw ConfigError(fmt::format("trial {}: {}", result.id, result.error));
+  if (result.end == JobEnd::kFault)
+    throw SimulatorFault(fmt::format("trial {}: {}", result.id, result.error));
+  StoredTrial trial{.trial = spec.trial,
+                    .cell = spec.cell,
+                    .sample = spec.sample,
+                    .parameters = std::move(spec.parameters),
+                    .record = {}};
+  trial::TrialRecord& record = trial.record;
+  if (result.end == JobEnd::kDone) {
+    const report::Json json = report::ParseJson(result.output, "a worker's trial");
+    record = trial::RecordOf(json["cells"].get<std::vector<trial::Cell>>());
+    trial.series = json["series"].get<trial::Series>();
+  } else {
+    const bool hung = result.end == JobEnd::kHung;
+    record.outcome = hung ? trial::Outcome::kHung : trial::Outcome::kCrashed;
+    record.failure = hung ? trial::Failure::kHung : trial::Failure::kCrashed;
+    record.seed = spec.seed;
+    record.reason = result.error;
+    record.printed = result.log;
+  }
+  record.wall_time_s = result.wall_time_s;
+  record.cpu_time_s = result.cpu_time_s;
+  record.rss_bytes = result.rss_bytes;
+  return trial;
 }
 
 TrialRunner::TrialRunner(const RunOptions& options, ResultStore* store)
@@ -23,17 +74,13 @@ TrialRunner::TrialRunner(const RunOptions& options, ResultStore* store)
   stored_.insert(done.begin(), done.end());
 }
 
-const StoredTrial* TrialRunner::Find(const TrialSpec& spec) {
-  if (!stored_.contains(spec.trial)) return nullptr;
-  if (!known_) {
-    known_.emplace();
-    for (StoredTrial& trial : store_->Trials()) known_->emplace(trial.trial, std::move(trial));
-  }
-  const StoredTrial& known = known_->at(spec.trial);
+std::optional<StoredTrial> TrialRunner::Find(const TrialSpec& spec) const {
+  if (!stored_.contains(spec.trial)) return std::nullopt;
+  StoredTrial known = store_->Trial(spec.trial);
   if (known.parameters != spec.parameters || known.record.seed != spec.seed)
     throw MismatchError(
         fmt::format("trial {} in the file is not the one that this program would run", spec.trial));
-  return &known;
+  return known;
 }
 
 bool TrialRunner::Run(const TrialSource& source, const TrialDecider& decider) {
@@ -41,7 +88,7 @@ bool TrialRunner::Run(const TrialSource& source, const TrialDecider& decider) {
   const auto submit_one = [&] {
     while (const std::optional<int64_t> trial = decider.next()) {
       TrialSpec spec = source.spec(*trial);
-      if (const StoredTrial* known = Find(spec)) {
+      if (const auto known = Find(spec)) {
         decider.add(*known);
         continue;
       }
@@ -52,14 +99,8 @@ bool TrialRunner::Run(const TrialSource& source, const TrialDecider& decider) {
     return false;
   };
   const auto take = [&](const JobResult& result) {
-    TrialSpec spec = std::move(under_way.extract(result.id).mapped());
-    FinishedTrial finished = FinishedTrialOf(result, spec.seed);
-    const StoredTrial trial = {.trial = spec.trial,
-                               .cell = spec.cell,
-                               .sample = spec.sample,
-                               .parameters = std::move(spec.parameters),
-                               .record = std::move(finished.record),
-                               .series = std::move(finished.series)};
+    const StoredTrial trial =
+        FinishedTrialOf(result, std::move(under_way.extract(result.id).mapped()));
     decider.add(trial);
     if (store_) store_->Add(trial);
     ++progress_.done_now;

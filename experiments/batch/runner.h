@@ -13,15 +13,15 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <memory>
 #include <optional>
 #include <set>
 #include <stdexcept>
 
-#include "experiments/batch/job_options.h"
+#include "experiments/batch/job_pool.h"
 #include "experiments/batch/plan.h"
 #include "experiments/batch/result_store.h"
+#include "experiments/trial/scenario.h"
 
 namespace turbidock::batch {
 
@@ -57,6 +57,17 @@ struct RunOptions {
   std::function<bool()> stop_requested = {};                 // polled at least every second
 };
 
+// Runs a trial: what a pool of them does with its jobs. `plugins`: what the scenarios' controllers
+// and estimators may be besides ours.
+Work TrialWork(const trial::Plugins& plugins = {});
+
+// The job of this number. `series_every_frames` > 0: also a row of its log every so many frames.
+Job TrialJob(int64_t id, const trial::Scenario& scenario, int series_every_frames = 0);
+
+// What came of a trial's job. A crash or a hang is a record; ConfigError when its scenario cannot
+// run (names the trial), SimulatorFault when this machine cannot draw.
+StoredTrial FinishedTrialOf(const JobResult& result, TrialSpec spec);
+
 // Thrown by a study whose run was stopped. What was stored stays.
 struct Stopped : std::runtime_error {
   Stopped() : std::runtime_error("stopped") {}
@@ -76,14 +87,12 @@ class TrialRunner {
   const RunProgress& progress() const { return progress_; }
 
  private:
-  // The stored trial; null when there is none.
-  const StoredTrial* Find(const TrialSpec& spec);
+  std::optional<StoredTrial> Find(const TrialSpec& spec) const;  // in the store
 
   RunOptions options_;
   ResultStore* store_;
   std::unique_ptr<JobPool> pool_;
-  std::set<int64_t> stored_;                             // numbers, as the store was at first
-  std::optional<std::map<int64_t, StoredTrial>> known_;  // these, read when the first is asked for
+  std::set<int64_t> stored_;  // numbers, as the store was at first
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   RunProgress progress_;
 };

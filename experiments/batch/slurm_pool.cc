@@ -1,14 +1,34 @@
-#include "experiments/batch/slurm_pool.h"
+// Jobs as tasks of Slurm job arrays.
+//
+// Jobs wait until tasks are free, then all that wait are submitted as one array: a generation of a
+// search is an array. A task gets its share as a file, does it in worker processes and writes every
+// result as it comes; this process reads them where the nodes put them. All of this is in a folder
+// that nodes and this process see:
+//
+//   array-3/jobs-2.jsonl        what task 2 does: a line that says how, then a job a line
+//   array-3/result-2-17.json    what came of its job 17
+//   array-3/task-2.log          what it said
+//   array-3/array.sh            what sbatch got
+//
+// Whoever loses a task (a node that dies, a limit, scancel, a file system that is full) loses time
+// only: what has no result when its task is gone is submitted again, three times at most. A task
+// that Slurm itself starts again goes on where it stopped. While the controller does not answer,
+// results are read all the same; it is waited for, also when it refuses an array after it took one.
 
 #include <fmt/format.h>
 #include <poll.h>
 
 #include <algorithm>
 #include <cctype>
+#include <chrono>
 #include <cstdio>
+#include <filesystem>
+#include <map>
+#include <set>
 #include <sstream>
+#include <utility>
 
-#include "experiments/batch/worker_pool.h"
+#include "experiments/batch/job_pool.h"
 #include "experiments/report/json.h"
 #include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"
@@ -28,13 +48,10 @@ constexpr double kPatience_s = 600;  // with a controller that does not answer, 
 constexpr double kShortestPause_s = 0.05, kLongestPause_s = 1;  // between two looks at the files
 constexpr double kAsk_s = 3;  // between two questions to the controller
 constexpr int kTries = 3;     // of a job
-constexpr const char* kNoArray = "Slurm takes no array, trying again";
-constexpr const char* kNoAnswer = "Slurm does not answer, results are read all the same";
 
 // ------------------------------------------------------------------------ files of both processes
 
 std::string JobsFile(int task) { return fmt::format("jobs-{}.jsonl", task); }
-std::string RefusalFile(int task) { return fmt::format("refused-{}", task); }
 std::string ResultFile(int task, int64_t serial) {
   return fmt::format("result-{}-{}.json", task, serial);
 }
@@ -64,221 +81,246 @@ double SecondsSince(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-}  // namespace
-
 // ------------------------------------------------------------------------------------ this process
 
-SlurmPool::SlurmPool(const SlurmParams& params, int workers, double time_limit_s, std::string work)
-    : params_(params), workers_(workers), time_limit_s_(time_limit_s), work_(std::move(work)) {
-  TD_CHECK(params.tasks >= 1 && workers >= 1, "tasks and workers");
-  params_.folder = fs::absolute(params_.folder).lexically_normal().string();
-  system::MakeFolder(params_.folder);
-  name_ = "turbidock-" + DigestOf(params_.folder);
-  // Of a run that was killed: nobody waits for these any more.
-  bool left = false;
-  for (const auto& entry : fs::directory_iterator(params_.folder))
-    if (entry.path().filename().string().starts_with("array-"))
-      left |= fs::remove_all(entry.path()) > 0;
-  if (left) Cancel();
-}
-
-SlurmPool::~SlurmPool() {
-  try {
-    if (!flights_.empty()) Cancel();
-  } catch (const std::exception&) {  // what is left of them ends by itself
+class SlurmPool final : public JobPool {
+ public:
+  SlurmPool(const JobOptions& options, double time_limit_s, std::string work)
+      : params_(*options.slurm),
+        workers_(static_cast<size_t>(options.workers)),
+        time_limit_s_(time_limit_s),
+        work_(std::move(work)) {
+    params_.folder = fs::absolute(params_.folder).lexically_normal().string();
+    system::MakeFolder(params_.folder);
+    name_ = "turbidock-" + DigestOf(params_.folder);
+    // Of a run that was killed: nobody waits for these any more.
+    bool left = false;
+    for (const auto& entry : fs::directory_iterator(params_.folder))
+      if (entry.path().filename().string().starts_with("array-"))
+        left |= fs::remove_all(entry.path()) > 0;
+    if (left) Cancel();
   }
-  std::error_code ignored;
-  for (const auto& [number, job] : arrays_) fs::remove_all(FolderOf(number), ignored);
-  fs::remove(params_.folder, ignored);  // unless there is something in it
-}
 
-size_t SlurmPool::max_in_flight() const {
-  return kAhead * static_cast<size_t>(params_.tasks) * static_cast<size_t>(workers_);
-}
-
-fs::path SlurmPool::FolderOf(int array) const {
-  return fs::path(params_.folder) / fmt::format("array-{}", array);
-}
-
-void SlurmPool::Cancel() const { AskSlurm({"scancel", "--name=" + name_}); }
-
-void SlurmPool::WaitOut(const std::string& what, const SimulatorFault& error) {
-  const auto [since, is_first] = failing_since_.emplace(what, Clock::now());
-  if (is_first && params_.say) params_.say(what + ": " + error.what());
-  if (SecondsSince(since->second) > kPatience_s) throw error;
-}
-
-void SlurmPool::Submit(Job job) {
-  waiting_.push_back({.job = std::move(job), .serial = serials_++});
-}
-
-std::set<SlurmPool::TaskId> SlurmPool::OpenTasks() const {
-  std::set<TaskId> open;
-  for (const auto& [serial, flight] : flights_) open.insert(flight.task);
-  return open;
-}
-
-void SlurmPool::Send() {
-  // Not a task at a time: each array costs the controller something, and us a second.
-  const size_t all = static_cast<size_t>(params_.tasks), busy = OpenTasks().size();
-  if (waiting_.empty() || 2 * busy > all || SecondsSince(refused_) < kTryAgain_s) return;
-  const auto workers = static_cast<size_t>(workers_);
-  const size_t tasks = std::min(all - busy, (waiting_.size() + workers - 1) / workers);
-  // A number a try: an array that was taken although sbatch failed finds no jobs.
-  const int number = numbers_++;
-  const fs::path folder = FolderOf(number);
-  system::MakeFolder(folder.string());
-  const Json head = {
-      {"build", system::BuildId()}, {"work", work_}, {"time_limit_s", time_limit_s_}};
-  std::vector<std::string> jobs(tasks, report::JsonLine(head) + "\n");
-  for (size_t i = 0; i < waiting_.size(); ++i) {
-    Flight& flight = waiting_[i];
-    flight.task = {number, static_cast<int>(i % tasks)};
-    jobs[i % tasks] +=
-        report::JsonLine({{"serial", flight.serial}, {"input", flight.job.input}}) + "\n";
-  }
-  for (size_t task = 0; task < tasks; ++task)
-    system::WriteWhole(folder / JobsFile(static_cast<int>(task)), jobs[task]);
-  std::string script = "#!/bin/bash\n";
-  std::vector<std::string> options = {"--job-name=" + name_,
-                                      fmt::format("--array=0-{}", tasks - 1),
-                                      fmt::format("--cpus-per-task={}", workers_),
-                                      "--no-requeue",
-                                      "--open-mode=append",
-                                      fmt::format("--output=\"{}/task-%a.log\"", folder.string())};
-  options.insert(options.end(), params_.options.begin(), params_.options.end());
-  for (const std::string& option : options) script += "#SBATCH " + option + "\n";
-  script += fmt::format("exec {} slurm-task {} --task \"$SLURM_ARRAY_TASK_ID\" --workers {}\n",
-                        ShellQuoted(fs::read_symlink("/proc/self/exe").string()),
-                        ShellQuoted(folder.string()), workers_);
-  system::WriteWhole(folder / "array.sh", script);
-  try {
-    // "JOB" or "JOB;CLUSTER"
-    const std::string printed = AskSlurm({"sbatch", "--parsable", (folder / "array.sh").string()});
-    arrays_[number] = printed.substr(0, printed.find_first_of(";\n"));
-  } catch (const SimulatorFault& error) {
+  ~SlurmPool() override {
+    try {
+      if (!tasks_.empty()) Cancel();
+    } catch (const std::exception&) {  // what is left of them ends by itself
+    }
     std::error_code ignored;
-    fs::remove_all(folder, ignored);
-    // The first one shows whether there is a cluster and what options it takes. Later refusals
-    // pass: a controller that comes and goes has many words, so have limits on what a user may
-    // submit.
-    if (!accepted_) throw;
-    WaitOut(kNoArray, error);
-    refused_ = Clock::now();
-    return;
+    for (const auto& [number, job] : arrays_) fs::remove_all(FolderOf(number), ignored);
+    fs::remove(params_.folder, ignored);  // unless there is something in it
   }
-  accepted_ = true;
-  failing_since_.clear();
-  for (Flight& flight : waiting_) flights_.emplace(flight.serial, std::move(flight));
-  waiting_.clear();
-  asked_ = Clock::now();
-  pause_s_ = 0;
-}
 
-void SlurmPool::Collect() {
-  for (const auto& [number, job] : arrays_)
-    for (const auto& entry : fs::directory_iterator(FolderOf(number))) {
-      const std::string name = entry.path().filename().string();
-      if (name.starts_with("refused-"))
-        throw SimulatorFault(
-            fmt::format("a task of Slurm's job {}: {}", job, system::ReadWhole(entry.path())));
-      int task = 0, end = 0;
-      long long serial = 0;
-      std::sscanf(name.c_str(), "result-%d-%lld.json%n", &task, &serial, &end);
-      if (end == 0 || name[static_cast<size_t>(end)] != '\0') continue;
-      const auto flight = flights_.extract(serial);
-      if (!flight) continue;  // it is known
-      const std::string text = system::ReadWhole(entry.path());
-      ended_.push_back(report::ParseJson(text, entry.path().string()).get<JobResult>());
-      ended_.back().id = flight.mapped().job.id;
-      pause_s_ = 0;
-    }
-  const std::set<TaskId> open = OpenTasks();
-  std::erase_if(arrays_, [&](const auto& array) {
-    const auto first = open.lower_bound({array.first, 0});
-    const bool is_over = first == open.end() || first->first != array.first;
-    std::error_code ignored;
-    if (is_over) fs::remove_all(FolderOf(array.first), ignored);
-    return is_over;
-  });
-}
-
-void SlurmPool::Ask() {
-  if (flights_.empty() || SecondsSince(asked_) < kAsk_s) return;
-  asked_ = Clock::now();
-  std::istringstream rows;
-  try {
-    rows.str(AskSlurm({"squeue", "--noheader", "--array", "--name=" + name_, "--format=%F %K %t"}));
-  } catch (const SimulatorFault& error) {
-    return WaitOut(kNoAnswer, error);
+  size_t max_in_flight() const override {
+    return kAhead * static_cast<size_t>(params_.tasks) * workers_;
   }
-  failing_since_.erase(kNoAnswer);
-  std::map<std::string, int> numbers;
-  for (const auto& [number, job] : arrays_) numbers[job] = number;
-  std::set<TaskId> queued;
-  std::string job, task, state;
-  while (rows >> job >> task >> state)
-    if (numbers.contains(job) && state != "CG" && std::isdigit(static_cast<unsigned char>(task[0])))
-      queued.emplace(numbers[job], std::stoi(task));
-  // Twice gone is gone: a result may come after its task by as long as files take.
-  std::set<TaskId> missing, gone;
-  for (const TaskId& id : OpenTasks()) {
-    if (queued.contains(id)) continue;
-    missing.insert(id);
-    if (missing_.contains(id)) gone.insert(id);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  using TaskId = std::pair<int, int>;  // array and task
+
+  size_t under_way() const override {
+    size_t jobs = 0;
+    for (const auto& [id, left] : tasks_) jobs += left.size();
+    return jobs;
   }
-  missing_ = missing;
-  if (!gone.empty()) Lose(gone);
-}
 
-std::string SlurmPool::NameOf(const TaskId& task) const {
-  const fs::path log = FolderOf(task.first) / fmt::format("task-{}.log", task.second);
-  std::vector<std::string> lines;
-  if (fs::exists(log)) lines = LinesOf(system::ReadWhole(log));
-  return fmt::format("{}_{}: {}", arrays_.at(task.first), task.second,
-                     lines.empty() ? "it said nothing" : lines.back());
-}
-
-void SlurmPool::Lose(const std::set<TaskId>& gone) {
-  const size_t before = waiting_.size();
-  for (auto it = flights_.begin(); it != flights_.end();) {
-    Flight& flight = it->second;
-    if (!gone.contains(flight.task)) {
-      ++it;
-      continue;
-    }
-    if (++flight.losses == kTries)
-      throw SimulatorFault(
-          fmt::format("Slurm's tasks ended {} times without a result of a job; the last one, {}",
-                      kTries, NameOf(flight.task)));
-    waiting_.push_back(std::move(flight));
-    it = flights_.erase(it);
+  fs::path FolderOf(int array) const {
+    return fs::path(params_.folder) / fmt::format("array-{}", array);
   }
-  if (params_.say)
-    params_.say(fmt::format("{} tasks of Slurm's are gone without {} results, submitted again; {}",
-                            gone.size(), waiting_.size() - before, NameOf(*gone.begin())));
-}
 
-std::optional<JobResult> SlurmPool::Next(double timeout_s) {
-  const auto start = Clock::now();
-  while (pending() > 0) {
-    if (ended_.empty()) {
-      Send();
-      Collect();
+  // All tasks of this folder.
+  void Cancel() const { AskSlurm({"scancel", "--name=" + name_}); }
+
+  // Slurm has failed, maybe not for long: says `what` the first time, throws the error when it has
+  // gone on for ten minutes.
+  void WaitOut(const std::string& what, const SimulatorFault& error) {
+    const auto [since, is_first] = failing_since_.emplace(what, Clock::now());
+    if (is_first && params_.say) params_.say(what + ": " + error.what());
+    if (SecondsSince(since->second) > kPatience_s) throw error;
+  }
+
+  // What an array's tasks do, and its script.
+  void WriteArray(const fs::path& folder, size_t tasks) const {
+    system::MakeFolder(folder.string());
+    const Json head = {
+        {"build", system::BuildId()}, {"work", work_}, {"time_limit_s", time_limit_s_}};
+    std::vector<std::string> jobs(tasks, report::JsonLine(head) + "\n");
+    for (size_t i = 0; i < waiting_.size(); ++i)
+      jobs[i % tasks] +=
+          report::JsonLine({{"serial", waiting_[i].serial}, {"input", waiting_[i].job.input}}) +
+          "\n";
+    for (size_t task = 0; task < tasks; ++task)
+      system::WriteWhole(folder / JobsFile(static_cast<int>(task)), jobs[task]);
+    std::vector<std::string> options = {
+        "--job-name=" + name_,
+        fmt::format("--array=0-{}", tasks - 1),
+        fmt::format("--cpus-per-task={}", workers_),
+        "--no-requeue",
+        "--open-mode=append",
+        fmt::format("--output=\"{}/task-%a.log\"", folder.string())};
+    options.insert(options.end(), params_.options.begin(), params_.options.end());
+    std::string script = "#!/bin/bash\n";
+    for (const std::string& option : options) script += "#SBATCH " + option + "\n";
+    script += fmt::format("exec {} slurm-task {} --task \"$SLURM_ARRAY_TASK_ID\" --workers {}\n",
+                          ShellQuoted(fs::read_symlink("/proc/self/exe").string()),
+                          ShellQuoted(folder.string()), workers_);
+    system::WriteWhole(folder / "array.sh", script);
+  }
+
+  // Submits what waits, where tasks are free.
+  void SubmitArray() {
+    // Not a task at a time: each array costs the controller something, and us a second.
+    const size_t all = static_cast<size_t>(params_.tasks), busy = tasks_.size();
+    if (waiting_.empty() || 2 * busy > all || SecondsSince(refused_) < kTryAgain_s) return;
+    const size_t tasks = std::min(all - busy, (waiting_.size() + workers_ - 1) / workers_);
+    // A number a try: an array that was taken although sbatch failed finds no jobs.
+    const int number = numbers_++;
+    const fs::path folder = FolderOf(number);
+    WriteArray(folder, tasks);
+    try {
+      // "JOB" or "JOB;CLUSTER"
+      const std::string printed =
+          AskSlurm({"sbatch", "--parsable", (folder / "array.sh").string()});
+      arrays_[number] = printed.substr(0, printed.find_first_of(";\n"));
+    } catch (const SimulatorFault& error) {
+      std::error_code ignored;
+      fs::remove_all(folder, ignored);
+      // The first one shows whether there is a cluster and what options it takes. Later refusals
+      // pass: a controller that comes and goes has many words, so have limits on what a user may
+      // submit.
+      if (!accepted_) throw;
+      WaitOut("Slurm takes no array, trying again", error);
+      refused_ = Clock::now();
+      return;
     }
-    if (!ended_.empty()) {
-      JobResult result = std::move(ended_.front());
-      ended_.pop_front();
-      return result;
+    accepted_ = true;
+    failing_since_.clear();
+    for (size_t i = 0; i < waiting_.size(); ++i) {
+      const int64_t serial = waiting_[i].serial;
+      tasks_[{number, static_cast<int>(i % tasks)}].emplace(serial, std::move(waiting_[i]));
     }
+    waiting_.clear();
+    asked_ = Clock::now();
+    pause_s_ = 0;
+  }
+
+  // Reads what has been written. A result that is known, or of a task that was lost, is no more.
+  void CollectFrom(int array, const fs::path& file) {
+    const std::string name = file.filename().string();
+    int task = 0, end = 0;
+    long long serial = 0;
+    std::sscanf(name.c_str(), "result-%d-%lld.json%n", &task, &serial, &end);
+    if (end == 0 || name[static_cast<size_t>(end)] != '\0') return;
+    const auto open = tasks_.find({array, task});
+    if (open == tasks_.end()) return;
+    const auto done = open->second.extract(serial);
+    if (!done) return;
+    if (open->second.empty()) tasks_.erase(open);
+    ended_.push_back(report::ParseJson(system::ReadWhole(file), file.string()).get<JobResult>());
+    ended_.back().id = done.mapped().job.id;
+    pause_s_ = 0;
+  }
+
+  void Collect() {
+    for (const auto& [number, job] : arrays_)
+      for (const auto& entry : fs::directory_iterator(FolderOf(number)))
+        CollectFrom(number, entry.path());
+    std::erase_if(arrays_, [&](const auto& array) {
+      const auto first = tasks_.lower_bound({array.first, 0});
+      const bool is_over = first == tasks_.end() || first->first.first != array.first;
+      std::error_code ignored;
+      if (is_over) fs::remove_all(FolderOf(array.first), ignored);
+      return is_over;
+    });
+  }
+
+  // Which tasks have gone; what they left is sent again.
+  void Ask() {
+    if (tasks_.empty() || SecondsSince(asked_) < kAsk_s) return;
+    asked_ = Clock::now();
+    const std::string kNoAnswer = "Slurm does not answer, results are read all the same";
+    std::istringstream rows;
+    try {
+      rows.str(
+          AskSlurm({"squeue", "--noheader", "--array", "--name=" + name_, "--format=%F %K %t"}));
+    } catch (const SimulatorFault& error) {
+      return WaitOut(kNoAnswer, error);
+    }
+    failing_since_.erase(kNoAnswer);
+    std::map<std::string, std::set<int>> queued;  // tasks by Slurm's job
+    std::string job, task, state;
+    while (rows >> job >> task >> state)
+      if (state != "CG" && std::isdigit(static_cast<unsigned char>(task[0])))
+        queued[job].insert(std::stoi(task));
+    // Twice gone is gone: a result may come after its task by as long as files take.
+    const std::set<TaskId> before = std::exchange(missing_, {});
+    std::vector<TaskId> gone;
+    for (const auto& [id, left] : tasks_) {
+      if (queued[arrays_.at(id.first)].contains(id.second)) continue;
+      missing_.insert(id);
+      if (before.contains(id)) gone.push_back(id);
+    }
+    if (!gone.empty()) Lose(gone);
+  }
+
+  // Slurm's name of it, with the last line of its log.
+  std::string NameOf(const TaskId& task) const {
+    const fs::path log = FolderOf(task.first) / fmt::format("task-{}.log", task.second);
+    std::vector<std::string> lines;
+    if (fs::exists(log)) lines = LinesOf(system::ReadWhole(log));
+    return fmt::format("{}_{}: {}", arrays_.at(task.first), task.second,
+                       lines.empty() ? "it said nothing" : lines.back());
+  }
+
+  void Lose(const std::vector<TaskId>& gone) {
+    const size_t before = waiting_.size();
+    for (const TaskId& id : gone) {
+      auto lost = tasks_.extract(id);
+      for (auto& [serial, left] : lost.mapped()) {
+        if (++left.losses == kTries)
+          throw SimulatorFault(fmt::format(
+              "Slurm's tasks ended {} times without a result of a job; the last one, {}", kTries,
+              NameOf(id)));
+        waiting_.push_back(std::move(left));
+      }
+    }
+    if (params_.say)
+      params_.say(
+          fmt::format("{} tasks of Slurm's are gone without {} results, submitted again; {}",
+                      gone.size(), waiting_.size() - before, NameOf(gone.front())));
+  }
+
+  bool Wait(double longest_s) override {
+    SubmitArray();
+    Collect();
+    if (!ended_.empty()) return true;
     Ask();
-    const double left_s = timeout_s - SecondsSince(start);
-    if (left_s <= 0) return std::nullopt;
-    const int pause_ms = static_cast<int>(1000 * std::min(left_s, pause_s_)) + 1;
+    const int pause_ms = static_cast<int>(1000 * std::min(longest_s, pause_s_)) + 1;
     pause_s_ = std::clamp(1.3 * pause_s_, kShortestPause_s, kLongestPause_s);
-    if (poll(nullptr, 0, pause_ms) != 0) return std::nullopt;  // a signal
+    return poll(nullptr, 0, pause_ms) == 0;  // else a signal
   }
-  return std::nullopt;
+
+  SlurmParams params_;
+  size_t workers_;
+  double time_limit_s_;
+  std::string work_;
+  std::string name_;  // of the jobs in Slurm: of this folder, so that those left over are known
+  std::map<TaskId, std::map<int64_t, Waiting>> tasks_;  // jobs by serial, of those that have any
+  std::map<int, std::string> arrays_;                   // Slurm's number of each that has tasks
+  std::set<TaskId> missing_;  // not in Slurm's queue when it was last asked
+  int numbers_ = 0;
+  Clock::time_point asked_{}, refused_{};
+  double pause_s_ = 0;
+  bool accepted_ = false;                                   // an array
+  std::map<std::string, Clock::time_point> failing_since_;  // by what is said of it
+};
+
+}  // namespace
+
+std::unique_ptr<JobPool> internal::MakeSlurmPool(const JobOptions& options, double time_limit_s,
+                                                 const std::string& work) {
+  return std::make_unique<SlurmPool>(options, time_limit_s, work);
 }
 
 // ------------------------------------------------------------------------------------- in the task
@@ -289,22 +331,20 @@ void RunSlurmTask(const std::string& folder, int task, int workers,
   const std::vector<std::string> lines = LinesOf(system::ReadWhole(jobs_file));
   if (lines.empty()) throw ConfigError(jobs_file.string() + ": is no list of jobs");
   const Json head = report::ParseJson(lines.front(), jobs_file.string());
-  if (head["build"] != system::BuildId()) {
-    const std::string why = fmt::format("the program there is {}, not {}", system::BuildId(),
-                                        head["build"].get<std::string>());
-    system::WriteWhole(array / RefusalFile(task), why);
-    throw SimulatorFault(why);
-  }
+  const Work refuse = {
+      "", [&head](const std::string&) -> std::string {
+        throw SimulatorFault(fmt::format("the program there is {}, not {}", system::BuildId(),
+                                         head["build"].get<std::string>()));
+      }};
   const auto work = std::ranges::find(works, head["work"].get<std::string>(), &Work::name);
-  TD_CHECK(work != works.end(), "every work of this build is known to it");
-
-  WorkerPool pool(workers, {.time_limit_s = head["time_limit_s"]}, work->run);
+  const bool is_known = head["build"] == system::BuildId() && work != works.end();
+  const auto pool = MakePool({.workers = workers}, head["time_limit_s"], is_known ? *work : refuse);
   size_t next = 1;
   const auto submit_one = [&] {
     for (; next < lines.size(); ++next) {
       const Json job = report::ParseJson(lines[next], jobs_file.string());
       if (fs::exists(array / ResultFile(task, job["serial"]))) continue;
-      pool.Submit({.id = job["serial"], .input = job["input"]});
+      pool->Submit({.id = job["serial"], .input = job["input"]});
       ++next;
       return true;
     }
@@ -313,7 +353,7 @@ void RunSlurmTask(const std::string& folder, int task, int workers,
   const auto take = [&](const JobResult& result) {
     system::WriteWhole(array / ResultFile(task, result.id), report::JsonLine(result));
   };
-  RunAll(&pool, submit_one, take, [] { return true; });
+  RunAll(pool.get(), submit_one, take, [] { return true; });
 }
 
 }  // namespace turbidock::batch

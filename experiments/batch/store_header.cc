@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <sstream>
 
-#include "experiments/batch/trial_scheduler.h"
+#include "experiments/config/yaml_fields.h"
 #include "experiments/system/build_info.h"
 
 namespace turbidock::batch {
@@ -31,10 +31,16 @@ std::string FirstDifference(const std::string& a, const std::string& b) {
   return "the plans differ: " + x + " in one, " + y + " in the other";
 }
 
-// A resolved plan less the key that says only how many trials a cell has.
-std::string WithoutPrecision(std::string plan) {
-  const size_t begin = plan.find("\nprecision: ") + 1;
-  return begin == 0 ? plan : plan.erase(begin, plan.find('\n', begin) - begin);
+// Of a resolved plan.
+int64_t CellsOf(const config::YamlNode& plan) {
+  int64_t cells = 1;
+  const auto multiply = [&cells](int64_t values) {
+    if (values > 0 && cells <= kMaxTrials) cells *= values;
+  };
+  if (const auto grid = plan.Find("grid"))
+    for (const auto& [key, values] : grid->Entries()) multiply(std::ssize(values.Elements()));
+  if (const auto cases = plan.Find("cases")) multiply(std::ssize(cases->Entries()));
+  return cells;
 }
 
 }  // namespace
@@ -48,6 +54,32 @@ StoreHeader HeaderOf(const Plan& plan, const Shard& shard) {
           .keys = plan.keys()};
 }
 
+TrialRule RuleOf(const StoreHeader& header) {
+  TrialRule rule{.batch = header.trials, .most = header.trials, .precision = {}};
+  if (header.kind != "batch") return rule;
+  const config::Layers plan{.files = {config::ParseYaml(header.plan, "plan")}};
+  if (const auto strata = plan.files.front().Find("strata"))
+    rule.strata = std::max<int64_t>(1, std::ssize(strata->Entries()));
+  const int64_t cells = CellsOf(plan.files.front()), seeds = config::Peek(plan, "seeds", 1);
+  const double precision = config::Peek(plan, "precision", 0.0);
+  const int64_t samples = seeds < 1 ? 0 : SamplesOf(seeds, precision);
+  if (samples < 1 || seeds % rule.strata != 0 || header.trials != cells * samples)
+    throw ConfigError(
+        "its plan's seeds, precision, strata and cells do not go together with its number of "
+        "trials");
+  if (precision > 0)
+    rule = {.cells = cells,
+            .batch = seeds,
+            .most = samples,
+            .precision = precision,
+            .strata = rule.strata};
+  return rule;
+}
+
+bool IsOf(const Shard& shard, const TrialRule& rule, int64_t trial) {
+  return shard.Has(rule.precision ? trial % rule.cells : trial / rule.strata);
+}
+
 std::vector<std::string> Differences(const StoreHeader& a, const StoreHeader& b) {
   std::vector<std::string> differences;
   if (a.kind != b.kind)
@@ -59,14 +91,6 @@ std::vector<std::string> Differences(const StoreHeader& a, const StoreHeader& b)
   if (a.build != b.build)
     differences.push_back("the builds differ: " + a.build + " and " + b.build);
   return differences;
-}
-
-bool AsksForMore(const StoreHeader& now, const StoreHeader& before) {
-  if (now.kind != before.kind || now.build != before.build || now.shard != before.shard ||
-      now.plan == before.plan || WithoutPrecision(now.plan) != WithoutPrecision(before.plan))
-    return false;
-  const TrialRule more = RuleOf(now), less = RuleOf(before);
-  return less.precision && more.precision && *more.precision <= *less.precision;
 }
 
 }  // namespace turbidock::batch

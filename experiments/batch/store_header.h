@@ -2,6 +2,7 @@
 // What the trials of a result file are results of, and whether two files belong together.
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,12 +25,23 @@ struct StoreHeader {
 
 StoreHeader HeaderOf(const Plan& plan, const Shard& shard);
 
+struct TrialRule {
+  int64_t cells = 1;
+  int64_t batch = 1;                // trials of a cell after which it is looked at
+  int64_t most = 1;                 // trials of a cell
+  std::optional<double> precision;  // half width of a cell's interval; none: every trial is to run
+  int64_t strata = 1;               // a cell's samples are of each in turn
+};
+
+// Whether the shard runs this trial: without a precision a shard takes whole rounds of strata, with
+// one whole cells, which it decides about alone.
+bool IsOf(const Shard& shard, const TrialRule& rule, int64_t trial);
+
+// The rule that a file's trials follow. Without a precision it knows of no cells.
+TrialRule RuleOf(const StoreHeader& header);
+
 // How two headers differ, a sentence each; empty when results of both belong together. Shards may
 // differ.
 std::vector<std::string> Differences(const StoreHeader& a, const StoreHeader& b);
-
-// Whether all trials of the one batch are trials of the other, which goes on where it ends: a cell
-// stops no earlier for a higher precision.
-bool AsksForMore(const StoreHeader& now, const StoreHeader& before);
 
 }  // namespace turbidock::batch

@@ -1,8 +1,12 @@
 #include "experiments/batch/store_sql.h"
 
+#include <fcntl.h>
 #include <sqlite3.h>
+#include <unistd.h>
 
 #include <array>
+#include <cerrno>
+#include <cstring>
 
 #include "experiments/trial/record_columns.h"
 #include "experiments/trial/series.h"
@@ -20,25 +24,41 @@ std::vector<std::string> NamesIn(const SQLite::Database& db, const std::string& 
   return names;
 }
 
+// A lock of the open file description: it ends when the last process that has the file open does.
+// Unlike flock's, it works on network file systems and can be asked for without taking it. It is on
+// a byte far behind those that SQLite locks.
+struct flock FarByte() {
+  struct flock lock {};
+  lock.l_type = F_WRLCK;
+  lock.l_whence = SEEK_SET;
+  lock.l_start = off_t{1} << 62;
+  lock.l_len = 1;
+  return lock;
+}
+
 }  // namespace
 
-std::vector<TrialColumn> TrialColumns(const std::vector<std::string>& keys) {
-  using trial::Storage;
-  std::vector<TrialColumn> columns;
-  const auto add = [&](Storage storage) {
-    for (const trial::Column& column : trial::Columns())
-      if (column.storage == storage)
-        columns.push_back({column.name, column.sql_type,
-                           storage != Storage::kRun && storage != Storage::kLog,
-                           storage == Storage::kLog});
-  };
-  add(Storage::kKey);
-  for (const char* name : {"cell", "sample"}) columns.push_back({name, "INTEGER NOT NULL"});
-  add(Storage::kVerdict);
-  for (const std::string& key : keys) columns.push_back({key, ""});
-  for (const Storage storage : {Storage::kMetric, Storage::kRemark, Storage::kRun, Storage::kLog})
-    add(storage);
-  return columns;
+RunLock::RunLock(const std::string& file)
+    : fd_(open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666)) {
+  if (fd_ < 0) throw ConfigError(file + ": cannot be written: " + std::strerror(errno));
+  struct flock lock = FarByte();
+  if (fcntl(fd_, F_OFD_SETLK, &lock) == 0) return;
+  const int problem = errno;
+  close(fd_);
+  throw ConfigError(file + (problem == EAGAIN || problem == EACCES
+                                ? ": another run is writing to this file"
+                                : std::string(": cannot be locked: ") + std::strerror(problem)));
+}
+
+RunLock::~RunLock() { close(fd_); }
+
+bool IsLocked(const std::string& file) {
+  const int fd = open(file.c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd < 0) return false;
+  struct flock lock = FarByte();
+  const bool locked = fcntl(fd, F_OFD_GETLK, &lock) == 0 && lock.l_type != F_UNLCK;
+  close(fd);
+  return locked;
 }
 
 std::string Quoted(const std::string& name) {
@@ -62,11 +82,15 @@ std::vector<std::string> KeysIn(const SQLite::Database& db) {
 }
 
 void CreateTables(const std::vector<std::string>& keys, SQLite::Database* db) {
-  std::string columns = "trial INTEGER PRIMARY KEY", results = "trial";
-  for (const TrialColumn& column : TrialColumns(keys)) {
-    columns += ", " + Quoted(column.name) + " " + column.sql_type;
-    if (column.is_result) results += ", " + Quoted(column.name);
-  }
+  std::string columns = "trial INTEGER PRIMARY KEY, cell INTEGER NOT NULL, sample INTEGER NOT NULL";
+  std::string results = "trial, cell, sample";
+  const auto add = [&](const std::string& name, const char* type, bool is_result) {
+    columns += ", " + Quoted(name) + " " + type;
+    if (is_result) results += ", " + Quoted(name);
+  };
+  for (const std::string& key : keys) add(key, "", true);  // of no type
+  for (const trial::Column& column : trial::Columns())
+    add(column.name, column.sql_type, column.storage != trial::Storage::kRun);
   std::string series;
   const trial::Series empty(trial::TrialLog().thrusters);
   for (const trial::Series::Column& column : empty.columns())
@@ -127,12 +151,12 @@ trial::Cell CellIn(const SQLite::Column& column) {
   return column.isNull() ? trial::Cell() : trial::Cell(column.getString());
 }
 
-Insert::Insert(const SQLite::Database& db, const std::string& table,
-               const std::vector<std::string>& columns)
+RowInsert::RowInsert(const SQLite::Database& db, const std::string& table,
+                     const std::vector<std::string>& columns)
     : statement_(db, fmt::format("INSERT INTO {} ({}) VALUES ({})", table, QuotedList(columns),
                                  fmt::join(std::vector<const char*>(columns.size(), "?"), ", "))) {}
 
-void Insert::Run(const std::vector<trial::Cell>& cells) {
+void RowInsert::Run(const std::vector<trial::Cell>& cells) {
   statement_.reset();
   int at = 0;
   for (const trial::Cell& cell : cells) {

@@ -1,5 +1,6 @@
 #pragma once
-// SQLite for the file of results: its tables (README.md), its errors as ours, cells as its values.
+// SQLite for the file of results: its tables (README.md), its errors as ours, cells as its
+// values; and the lock of who writes it.
 
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <fmt/format.h>
@@ -12,14 +13,19 @@
 
 namespace turbidock::batch {
 
-// A column of the table `trials` beside the trial's number.
-struct TrialColumn {
-  std::string name, sql_type;  // a parameter is of no type
-  bool is_result = true;       // in the view `results`: not what differs from run to run
-  bool is_log = false;
+// Holds a lock on a file, which it makes if there is none. It ends with the process however that
+// ends, and is not inherited by workers.
+class RunLock {
+ public:
+  // ConfigError when another process holds it or the file cannot be made.
+  explicit RunLock(const std::string& file);
+  ~RunLock();
+  RunLock(const RunLock&) = delete;
+  RunLock& operator=(const RunLock&) = delete;
+
+ private:
+  int fd_ = -1;
 };
-// What a trial is, its parameters by these keys, what came of it.
-std::vector<TrialColumn> TrialColumns(const std::vector<std::string>& keys);
 
 // A name as SQL: keys such as water.milk_ml_m3 are column names. And several, with commas between.
 std::string Quoted(const std::string& name);
@@ -52,10 +58,10 @@ void Harden(const SQLite::Database& db);
 trial::Cell CellIn(const SQLite::Column& column);
 
 // Adds rows to a table.
-class Insert {
+class RowInsert {
  public:
-  Insert(const SQLite::Database& db, const std::string& table,
-         const std::vector<std::string>& columns);
+  RowInsert(const SQLite::Database& db, const std::string& table,
+            const std::vector<std::string>& columns);
   void Run(const std::vector<trial::Cell>& cells);  // of the columns
 
  private:

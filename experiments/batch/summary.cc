@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "sim/base/units.h"
@@ -190,6 +191,153 @@ report::Json GroupsJson(const std::vector<std::string>& keys,
   for (report::Json& group : list) {
     const report::Json values = std::exchange(group["group"], report::Json::object());
     for (size_t i = 0; i < keys.size(); ++i) group["group"][keys[i]] = values[i];
+  }
+  return list;
+}
+
+// ------------------------------------------------------------------------------ success over a key
+
+namespace {
+
+// "falls to 50 % at 62.1 [58.3, 66] ml/m³", or that it does not.
+std::string CrossingText(const SuccessCurve& curve, const report::Quantity& x) {
+  if (!curve.fit) return "does not cross 50 % within the values tried";
+  return fmt::format("{} to 50 % at {:.3g} [{:.3g}, {:.3g}] {}",
+                     curve.fit->slope < 0 ? "falls" : "rises", x.factor * curve.fit->half_x,
+                     x.factor * curve.fit->half_low, x.factor * curve.fit->half_high, x.unit);
+}
+
+// A dot with a bar for each point of each curve, over x in a person's unit. Points stand side by
+// side where curves share a value, or their intervals would hide each other.
+report::Panel PanelOver(const report::Quantity& x, const std::vector<SuccessCurve>& curves,
+                        const std::function<report::Sample(const GroupSummary&)>& sample_of) {
+  double low = 1e300, high = -1e300;
+  for (const SuccessCurve& curve : curves) {
+    low = std::min(low, x.factor * curve.points.front().x);
+    high = std::max(high, x.factor * curve.points.back().x);
+  }
+  const double margin = high > low ? 0.03 * (high - low) : 1;
+  report::Panel panel{.x = {x.Title(), low - margin, high + margin},
+                      .legend = report::Legend::kAbove};
+  const double middle = (static_cast<double>(curves.size()) - 1) / 2;
+  for (size_t i = 0; i < curves.size(); ++i) {
+    const double shift = 0.005 * (high - low) * (static_cast<double>(i) - middle);
+    const auto sample = [&](const SuccessPoint& p) {
+      report::Sample at = sample_of(p.trials);
+      at.x = x.factor * p.x + shift;
+      return at;
+    };
+    panel.series.push_back({curves[i].name, report::SamplesOf(curves[i].points, sample),
+                            report::CurveColor(i), report::Mark::kBars});
+  }
+  return panel;
+}
+
+report::Panel SuccessPanel(const report::Quantity& x, const std::vector<SuccessCurve>& curves) {
+  report::Panel panel = PanelOver(x, curves, [](const GroupSummary& g) {
+    return report::SampleWithin(0, g.rate(), g.wilson, 100);
+  });
+  panel.title = "Docked";
+  panel.y = {"docked, %", -3, 103};
+  panel.rules = {{50}};
+  for (size_t i = 0; i < curves.size(); ++i) {
+    const SuccessCurve& curve = curves[i];
+    if (curve.name.empty()) panel.series[i].name = "docked";
+    if (!curve.fit) continue;
+    const auto fitted = [&](double at) {
+      return report::Sample{x.factor * at, 100 * curve.fit->At(at)};
+    };
+    const auto xs = report::Evenly(curve.points.front().x, curve.points.back().x, 100);
+    panel.series.push_back(
+        {"", report::SamplesOf(xs, fitted), report::CurveColor(i), report::Mark::kDashes});
+  }
+  return panel;
+}
+
+report::Panel ErrorPanel(const report::Quantity& x, const std::vector<SuccessCurve>& curves) {
+  report::Panel panel = PanelOver(x, curves, [](const GroupSummary& g) {
+    const Spread& error = g.estimate_error_m;
+    if (error.count == 0) return report::Sample{};
+    return report::SampleWithin(0, *error.median, statistics::Interval{*error.q10, *error.q90},
+                                units::MmFromM(1));
+  });
+  panel.title = "Error of the estimated position once docked";
+  panel.y = {.label = "median, 10 % and 90 %, mm", .logarithmic = true};
+  return panel;
+}
+
+}  // namespace
+
+std::vector<SuccessCurve> SuccessCurves(const std::vector<StoredTrial>& trials,
+                                        const std::string& over,
+                                        const std::vector<std::string>& by) {
+  std::vector<std::string> keys = by;
+  keys.push_back(over);
+  std::vector<SuccessCurve> curves;
+  std::vector<std::string> values;
+  for (GroupSummary& group : Summarise(trials, keys)) {
+    const auto x = report::NumberIn(group.group.back());
+    if (!x)
+      throw ConfigError(over + ": '" + group.group.back() +
+                        "' is no number, so nothing can be drawn over it");
+    group.group.pop_back();
+    if (curves.empty() || group.group != values) {
+      values = group.group;
+      curves.push_back(
+          {.name = fmt::format("{}", fmt::join(values, ", ")), .points = {}, .fit = {}});
+    }
+    curves.back().points.push_back({*x, std::move(group)});
+  }
+  for (SuccessCurve& curve : curves) {
+    std::vector<statistics::BinomialPoint> counts;
+    for (const SuccessPoint& p : curve.points)
+      counts.push_back({p.x, p.trials.successes, p.trials.trials});
+    curve.fit = statistics::FitLogistic(counts);
+  }
+  return curves;
+}
+
+report::Section SuccessSection(const std::string& over, const std::vector<std::string>& by,
+                               const std::vector<SuccessCurve>& curves) {
+  const report::Quantity x = NameOfKey(over);
+  std::vector<std::string> names;
+  for (const std::string& key : by) names.push_back(NameOfKey(key).label);
+  report::Section section{
+      .title = fmt::format("Success over {}{}", x.label,
+                           by.empty() ? "" : fmt::format(", by {}", fmt::join(names, ", "))),
+      .note =
+          "Points: the values that were run, with 95 % intervals (Wilson's, over the plan's "
+          "strata, if any). Dashed, between them: a logistic curve fitted with Firth's "
+          "correction, of which the 50 % point is."};
+  if (curves.empty()) return section;
+  for (const SuccessCurve& curve : curves)
+    section.lines.push_back(
+        fmt::format("{} {}", curve.name.empty() ? "success" : curve.name, CrossingText(curve, x)));
+  section.panels.push_back(SuccessPanel(x, curves));
+  const auto has_errors = [](const SuccessCurve& curve) {
+    return std::ranges::any_of(curve.points, [](const SuccessPoint& p) {
+      return p.trials.estimate_error_m.median.value_or(0) > 0;
+    });
+  };
+  if (std::ranges::any_of(curves, has_errors)) section.panels.push_back(ErrorPanel(x, curves));
+  return section;
+}
+
+report::Json SuccessJson(const std::string& over, const std::vector<SuccessCurve>& curves) {
+  report::Json list = report::Json::array();
+  for (const SuccessCurve& curve : curves) {
+    report::Json points = report::Json::array();
+    for (const SuccessPoint& p : curve.points) {
+      report::Json point = {{over, p.x}};
+      point.update(report::Json(p.trials));
+      point.erase("group");
+      points.push_back(point);
+    }
+    report::Json half;
+    if (curve.fit)
+      half = {
+          {"at", curve.fit->half_x}, {"low", curve.fit->half_low}, {"high", curve.fit->half_high}};
+    list.push_back({{"name", curve.name}, {"points", points}, {"half", half}});
   }
   return list;
 }

@@ -1,4 +1,5 @@
-#include "experiments/batch/worker_pool.h"
+// Work in child processes: what crashes, hangs or runs out of memory takes its own process along
+// and nothing else.
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -12,6 +13,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
@@ -20,6 +22,7 @@
 #include <fstream>
 #include <utility>
 
+#include "experiments/batch/job_pool.h"
 #include "experiments/report/json.h"
 #include "experiments/system/plain_text.h"
 #include "sim/base/check.h"
@@ -29,7 +32,7 @@ namespace {
 
 constexpr size_t kLongestLog = 4000;  // bytes of a job's output that are kept
 constexpr int kExitByException = 70;
-constexpr auto kLongestSleep = std::chrono::milliseconds(200);
+constexpr double kLongestSleep_s = 0.2;
 
 // ------------------------------------------------------------------------------- in both processes
 
@@ -83,7 +86,7 @@ void PinThreads() {
 // When memory runs out, the kernel is to take a worker and not the process that keeps the results.
 void OfferToOomKiller() { std::ofstream("/proc/self/oom_score_adj") << 500; }
 
-JobResult DoJob(const WorkerPool::Work& work, const std::string& input) {
+JobResult DoJob(const Work& work, const std::string& input) {
   JobResult result;
   const double cpu_start_s = CpuTime();
   const auto fail = [&result](JobEnd end, const std::exception& error) {
@@ -91,7 +94,7 @@ JobResult DoJob(const WorkerPool::Work& work, const std::string& input) {
     result.error = error.what();
   };
   try {
-    result.output = work(input);
+    result.output = work.run(input);
   } catch (const ConfigError& error) {
     fail(JobEnd::kBadInput, error);
   } catch (const SimulatorFault& error) {
@@ -106,17 +109,31 @@ JobResult DoJob(const WorkerPool::Work& work, const std::string& input) {
   return result;
 }
 
-[[noreturn]] void RunWorker(int socket, const WorkerPool::Work& work) {
+[[noreturn]] void RunWorker(pid_t parent, int socket, int log, const Work& work) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (getppid() != parent) _exit(0);  // it died before the line above
+  std::signal(SIGINT, SIG_IGN);
+  std::signal(SIGTERM, SIG_DFL);
+  dup2(log, STDOUT_FILENO);
+  dup2(log, STDERR_FILENO);
+  std::setvbuf(stdout, nullptr, _IOLBF, 0);  // a crash leaves every line that came before it
+  dup2(open("/dev/null", O_RDONLY | O_CLOEXEC), STDIN_FILENO);
+  // Nothing else of the parent's: a lock on a file must end with the process that took it.
+  constexpr int kSocket = STDERR_FILENO + 1;
+  dup2(socket, kSocket);
+  close_range(kSocket + 1, ~0U, 0);
+  PinThreads();
+  OfferToOomKiller();
   std::string received;
   for (;;) {
     size_t end = 0;
     while ((end = received.find('\n')) == std::string::npos)
-      if (!ReceiveSome(socket, &received)) _exit(0);
+      if (!ReceiveSome(kSocket, &received)) _exit(0);
     const std::string input = report::ParseJson(received.substr(0, end), "a worker's job");
     received.erase(0, end + 1);
     const JobResult reply = DoJob(work, input);
     std::fflush(nullptr);  // what the work wrote belongs to this job's log
-    if (!Send(socket, Line(reply))) _exit(0);
+    if (!Send(kSocket, Line(reply))) _exit(0);
   }
 }
 
@@ -142,168 +159,164 @@ std::string EndText(int status) {
                                   : fmt::format("the process ended with exit status {}", code);
 }
 
+double SecondsBetween(std::chrono::steady_clock::time_point start,
+                      std::chrono::steady_clock::time_point end) {
+  return std::chrono::duration<double>(end - start).count();
+}
+
 std::string SystemError(const char* what) { return std::string(what) + ": " + strerror(errno); }
 
-}  // namespace
+class WorkerPool final : public JobPool {
+ public:
+  WorkerPool(const JobOptions& options, double time_limit_s, Work work)
+      : fork_(options.fork),
+        time_limit_s_(time_limit_s),
+        work_(std::move(work)),
+        workers_(static_cast<size_t>(options.workers)) {}
 
-WorkerPool::WorkerPool(int workers, const WorkerOptions& options, Work work)
-    : options_(options), work_(std::move(work)), workers_(static_cast<size_t>(workers)) {
-  TD_CHECK(workers >= 1 && options.time_limit_s > 0, "workers and a time limit");
-}
-
-WorkerPool::~WorkerPool() {
-  for (Worker& worker : workers_) Stop(&worker);
-}
-
-void WorkerPool::Start(Worker* worker) {
-  int ends[2] = {-1, -1};
-  if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
-    throw SimulatorFault(SystemError("cannot connect a worker process"));
-  worker->log = memfd_create("worker", MFD_CLOEXEC);
-  if (worker->log < 0) throw SimulatorFault(SystemError("cannot make a worker's log"));
-  fcntl(worker->log, F_SETFL, O_APPEND);
-  std::fflush(nullptr);  // or the child would write it again
-  const pid_t parent = getpid();
-  const pid_t pid = options_.fork();
-  if (pid < 0) throw SimulatorFault(SystemError("cannot start a worker process"));
-  if (pid == 0) {
-    prctl(PR_SET_PDEATHSIG, SIGKILL);
-    if (getppid() != parent) _exit(0);  // it died before the line above
-    std::signal(SIGINT, SIG_IGN);
-    std::signal(SIGTERM, SIG_DFL);
-    dup2(worker->log, STDOUT_FILENO);
-    dup2(worker->log, STDERR_FILENO);
-    std::setvbuf(stdout, nullptr, _IOLBF, 0);  // a crash leaves every line that came before it
-    const int null = open("/dev/null", O_RDONLY | O_CLOEXEC);
-    dup2(null, STDIN_FILENO);
-    // Nothing else of the parent's: a lock on a file must end with the process that took it.
-    constexpr int kSocket = STDERR_FILENO + 1;
-    dup2(ends[1], kSocket);
-    close_range(kSocket + 1, ~0U, 0);
-    PinThreads();
-    OfferToOomKiller();
-    RunWorker(kSocket, work_);
+  ~WorkerPool() override {
+    for (Worker& worker : workers_) Stop(&worker);
   }
-  close(ends[1]);
-  worker->pid = pid;
-  worker->socket = ends[0];
-  worker->job.reset();
-  worker->received.clear();
-}
 
-void WorkerPool::Stop(Worker* worker) {
-  if (worker->pid > 0) {
-    kill(worker->pid, SIGKILL);
-    TEMP_FAILURE_RETRY(waitpid(worker->pid, nullptr, 0));
-  }
-  worker->pid = -1;
-  for (int* fd : {&worker->socket, &worker->log}) {
-    if (*fd >= 0) close(*fd);
-    *fd = -1;
-  }
-}
+  // One ahead for each worker: none waits while a result is stored.
+  size_t max_in_flight() const override { return 2 * workers_.size(); }
 
-void WorkerPool::Submit(Job job) {
-  waiting_.push_back(std::move(job));
-  HandOut();
-}
+ private:
+  using Clock = std::chrono::steady_clock;
 
-size_t WorkerPool::pending() const {
-  const auto busy = std::count_if(workers_.begin(), workers_.end(),
-                                  [](const Worker& worker) { return worker.job.has_value(); });
-  return waiting_.size() + ended_.size() + static_cast<size_t>(busy);
-}
-
-void WorkerPool::HandOut() {
-  for (Worker& worker : workers_) {
-    if (waiting_.empty()) return;
-    if (worker.job) continue;
-    const Job& job = waiting_.front();
-    if (worker.pid < 0) Start(&worker);
-    if (ftruncate(worker.log, 0) != 0) throw SimulatorFault(SystemError("cannot clear a log"));
-    const std::string line = Line(job.input);
-    if (!Send(worker.socket, line)) {  // somebody killed it while it had nothing to do
-      Stop(&worker);
-      Start(&worker);
-      Send(worker.socket, line);
-    }
-    worker.job = job.id;
-    worker.started = Clock::now();
-    worker.worked = {};
-    waiting_.pop_front();
-  }
-}
-
-void WorkerPool::Ended(Worker* worker, JobResult result) {
-  result.id = *worker->job;
-  result.log = LogText(worker->log);
-  result.wall_time_s = std::chrono::duration<double>(Clock::now() - worker->started).count();
-  worker->job.reset();
-  ended_.push_back(std::move(result));
-}
-
-void WorkerPool::Receive(Worker* worker) {
-  if (!ReceiveSome(worker->socket, &worker->received)) {
-    int status = 0;
-    TEMP_FAILURE_RETRY(waitpid(worker->pid, &status, 0));
-    worker->pid = -1;
-    if (worker->job) Ended(worker, {.end = JobEnd::kCrashed, .error = EndText(status)});
-    Stop(worker);
-    return;
-  }
-  if (!worker->received.ends_with('\n')) return;
-  Ended(worker, report::ParseJson(worker->received, "a worker's reply").get<JobResult>());
-  worker->received.clear();
-}
-
-void WorkerPool::CountTime() {
-  const auto now = Clock::now();
-  for (Worker& worker : workers_)
-    if (worker.job)
-      worker.worked +=
-          std::min<Clock::duration>(now - std::max(looked_, worker.started), kLongestSleep);
-  looked_ = now;
-}
-
-std::optional<JobResult> WorkerPool::Next(double timeout_s) {
-  const auto seconds = [](double s) {
-    return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(s));
+  struct Worker {
+    pid_t pid = -1;
+    int socket = -1;  // jobs go in, results come out
+    int log = -1;     // a memory file: its stdout and stderr
+    std::optional<int64_t> job{};
+    Clock::time_point started{};
+    double worked_s = 0;     // of the time limit
+    std::string received{};  // the beginning of a result
   };
-  const auto limit = seconds(options_.time_limit_s);
-  const auto give_up = Clock::now() + seconds(std::min(timeout_s, 1e6));
-  while (ended_.empty() && pending() > 0) {
+
+  size_t under_way() const override {
+    return static_cast<size_t>(std::ranges::count_if(
+        workers_, [](const Worker& worker) { return worker.job.has_value(); }));
+  }
+
+  void Start(Worker* worker) {
+    int ends[2] = {-1, -1};
+    if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
+      throw SimulatorFault(SystemError("cannot connect a worker process"));
+    worker->socket = ends[0];
+    worker->log = memfd_create("worker", MFD_CLOEXEC);
+    if (worker->log < 0) throw SimulatorFault(SystemError("cannot make a worker's log"));
+    fcntl(worker->log, F_SETFL, O_APPEND);
+    std::fflush(nullptr);  // or the child would write it again
+    const pid_t parent = getpid();
+    worker->pid = fork_();
+    if (worker->pid < 0) throw SimulatorFault(SystemError("cannot start a worker process"));
+    if (worker->pid == 0) RunWorker(parent, ends[1], worker->log, work_);
+    close(ends[1]);
+  }
+
+  // Kills and reaps it.
+  static void Stop(Worker* worker) {
+    if (worker->pid > 0) {
+      kill(worker->pid, SIGKILL);
+      TEMP_FAILURE_RETRY(waitpid(worker->pid, nullptr, 0));
+    }
+    for (const int fd : {worker->socket, worker->log})
+      if (fd >= 0) close(fd);
+    *worker = {};
+  }
+
+  // Workers are started when needed.
+  void HandOut() override {
+    for (Worker& worker : workers_) {
+      if (waiting_.empty()) return;
+      if (worker.job) continue;
+      const Job job = std::move(waiting_.front().job);
+      waiting_.pop_front();
+      if (worker.pid < 0) Start(&worker);
+      if (ftruncate(worker.log, 0) != 0) throw SimulatorFault(SystemError("cannot clear a log"));
+      const std::string line = Line(job.input);
+      if (!Send(worker.socket, line)) {  // somebody killed it while it had nothing to do
+        Stop(&worker);
+        Start(&worker);
+        Send(worker.socket, line);
+      }
+      worker.job = job.id;
+      worker.started = Clock::now();
+      worker.worked_s = 0;
+    }
+  }
+
+  // Notes how its job ended.
+  void Ended(Worker* worker, JobResult result) {
+    result.id = *std::exchange(worker->job, {});
+    result.log = LogText(worker->log);
+    result.wall_time_s = SecondsBetween(worker->started, Clock::now());
+    ended_.push_back(std::move(result));
+  }
+
+  // What it sent, or its death.
+  void Receive(Worker* worker) {
+    if (!ReceiveSome(worker->socket, &worker->received)) {
+      int status = 0;
+      TEMP_FAILURE_RETRY(waitpid(std::exchange(worker->pid, -1), &status, 0));
+      if (worker->job) Ended(worker, {.end = JobEnd::kCrashed, .error = EndText(status)});
+      Stop(worker);
+    } else if (worker->received.ends_with('\n')) {
+      const std::string reply = std::exchange(worker->received, {});
+      Ended(worker, report::ParseJson(reply, "a worker's reply").get<JobResult>());
+    }
+  }
+
+  // Counts the time since the last look against the time limits. More than a sleep has passed only
+  // where this process was paused, and its workers with it: that does not count.
+  void CountTime() {
+    const auto now = Clock::now();
+    for (Worker& worker : workers_)
+      if (worker.job)
+        worker.worked_s +=
+            std::min(SecondsBetween(std::max(looked_, worker.started), now), kLongestSleep_s);
+    looked_ = now;
+  }
+
+  bool Wait(double longest_s) override {
     HandOut();
-    // Sleeps until a worker says something, the first time limit, the caller's timeout, or long
-    // enough: see CountTime.
-    auto sleep = std::min<Clock::duration>(give_up - Clock::now(), kLongestSleep);
+    double sleep_s = std::min(longest_s, kLongestSleep_s);
     std::vector<pollfd> sockets;
     for (const Worker& worker : workers_) {
       sockets.push_back({worker.socket, POLLIN, 0});
-      if (worker.job) sleep = std::min(sleep, limit - worker.worked);
+      if (worker.job) sleep_s = std::min(sleep_s, time_limit_s_ - worker.worked_s);
     }
-    const double sleep_s = std::chrono::duration<double>(sleep).count();
     const int ready = poll(sockets.data(), sockets.size(),
                            static_cast<int>(std::ceil(1000 * std::max(sleep_s, 0.0))));
     CountTime();
-    if (ready < 0 && errno == EINTR) return std::nullopt;
+    if (ready < 0 && errno == EINTR) return false;
     for (size_t i = 0; i < workers_.size(); ++i) {
       Worker& worker = workers_[i];
       if (ready > 0 && sockets[i].revents != 0) {
         Receive(&worker);
-      } else if (worker.job && worker.worked >= limit) {
+      } else if (worker.job && worker.worked_s >= time_limit_s_) {
         Ended(&worker,
               {.end = JobEnd::kHung,
-               .error = fmt::format("no end after {:g} s, the time limit", options_.time_limit_s)});
+               .error = fmt::format("no end after {:g} s, the time limit", time_limit_s_)});
         Stop(&worker);
       }
     }
-    if (ended_.empty() && Clock::now() >= give_up) return std::nullopt;
+    return true;
   }
-  if (ended_.empty()) return std::nullopt;
-  HandOut();  // before the caller stores the result: no worker waits for that
-  JobResult result = std::move(ended_.front());
-  ended_.pop_front();
-  return result;
+
+  std::function<pid_t()> fork_;
+  double time_limit_s_;
+  Work work_;
+  std::vector<Worker> workers_;
+  Clock::time_point looked_ = Clock::now();
+};
+
+}  // namespace
+
+std::unique_ptr<JobPool> internal::MakeWorkerPool(const JobOptions& options, double time_limit_s,
+                                                  Work work) {
+  return std::make_unique<WorkerPool>(options, time_limit_s, std::move(work));
 }
 
 }  // namespace turbidock::batch

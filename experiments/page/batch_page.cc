@@ -28,9 +28,8 @@ Json ParametersOf(const std::vector<std::string>& keys, const std::vector<Stored
 
 // Columns of the trials' records that a page shows.
 bool IsShown(const trial::Column& column) {
-  if (column.storage == trial::Storage::kLog || column.storage == trial::Storage::kNowhere)
-    return false;
-  return column.name != "digest" && column.name != "seed" && column.name != "docked";
+  return column.name != "digest" && column.name != "seed" && column.name != "docked" &&
+         column.name != "log";
 }
 
 Json ColumnsOf(const std::vector<StoredTrial>& trials) {

@@ -5,9 +5,8 @@
 #include <boost/algorithm/string/replace.hpp>
 
 #include "experiments/batch/batch.h"
-#include "experiments/batch/export.h"
 #include "experiments/batch/plan.h"
-#include "experiments/batch/random_key.h"
+#include "experiments/batch/plan_keys.h"
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_node.h"
 #include "experiments/python/bindings.h"
@@ -168,7 +167,7 @@ std::string Batch(const std::string& plan_text, const std::string& plan_name,
                      fmt::format("{} of {} trials", now.done, now.total));
     };
     batch::RunBatch(plan, options, show, &store);
-    return batch::ExportText(store.Trials());
+    return store.Csv();
   });
 }
 
@@ -188,7 +187,7 @@ Assignments Draw(const std::map<std::string, std::string>& random, int64_t seed)
 
 std::string ReadResults(const std::string& file, bool timing) {
   const py::gil_scoped_release free;
-  return batch::ExportText(batch::ResultStore::Read(file).Trials(), timing);
+  return batch::ResultStore::Read(file).Csv(timing);
 }
 
 trial::Series ReadSeries(const std::string& file, int64_t trial) {

@@ -53,7 +53,7 @@ class Trial {
     RequireHere();
     if (!kept_ && running_) {
       kept_ = std::make_shared<StereoImage>();
-      running_->CopyLatestImages(kept_.get());
+      *kept_ = running_->latest_images();
     }
     if (!kept_ || kept_->left.empty()) throw py::value_error("no image yet: call step()");
     const py::capsule owner(new std::shared_ptr<StereoImage>(kept_), [](void* memory) {

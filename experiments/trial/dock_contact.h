@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "experiments/trial/trial_log.h"
 #include "sim/base/fields.h"
 
 namespace turbidock::trial {
@@ -33,20 +34,11 @@ struct Contact {
   }
 };
 
-// One camera frame of the truth: where the pole was when it began, and the largest force on it
-// until the next.
-struct DockSample {
-  double time_s = 0;
-  double insertion_depth_m = 0;  // of the pole's tip past the dock's mouth
-  bool inserted = false;         // the tip is inside the straight hole
-  double dock_force_newton = 0;
-};
-
 class DockContact {
  public:
   explicit DockContact(const JamParams& jam) : jam_(jam) {}
 
-  void Update(const DockSample& sample);
+  void Update(const FrameRecord& frame);
 
   // Nothing when it has not happened. Each is the first time only.
   std::optional<Contact> first_contact() const { return first_contact_; }

@@ -82,33 +82,23 @@ bool IsFalseLock(std::span<const FrameRecord> frames) {
   return 2 * wrong > std::ssize(frames);
 }
 
-// How often a value went from beyond one limit to beyond the other.
-class SwingCounter {
- public:
-  explicit SwingCounter(double limit) : limit_(limit) {}
-  void Add(double error) {
-    const int side = error > limit_ ? 1 : error < -limit_ ? -1 : 0;
-    if (side == 0) return;
-    if (side == -side_) ++swings_;
-    side_ = side;
-  }
-  int swings() const { return swings_; }
-
- private:
-  double limit_;
-  int side_ = 0, swings_ = 0;
-};
-
-bool IsOscillation(const Scenario& scenario, std::span<const FrameRecord> frames) {
-  const control::ProcedureParams& p = scenario.procedure;
-  SwingCounter y(p.enter_y_m), z(p.enter_z_m), yaw(p.enter_yaw_rad);
+// How often a true error went from beyond one limit to beyond the other.
+int SwingsOf(double AxesPose::*axis, double limit, std::span<const FrameRecord> frames) {
+  int side = 0, swings = 0;
   for (const FrameRecord& frame : frames) {
-    const AxesPose error = AxesPose::Of(frame.true_X_HM) - frame.desired;
-    y.Add(error.y_m);
-    z.Add(error.z_m);
-    yaw.Add(error.yaw_rad);
+    const double error = (AxesPose::Of(frame.true_X_HM) - frame.desired).*axis;
+    if (!(std::abs(error) > limit)) continue;
+    const int now = error > 0 ? 1 : -1;
+    swings += now == -side;
+    side = now;
   }
-  return std::max({y.swings(), z.swings(), yaw.swings()}) >= kSwings;
+  return swings;
+}
+
+bool IsOscillation(const control::ProcedureParams& p, std::span<const FrameRecord> frames) {
+  return std::max({SwingsOf(&AxesPose::y_m, p.enter_y_m, frames),
+                   SwingsOf(&AxesPose::z_m, p.enter_z_m, frames),
+                   SwingsOf(&AxesPose::yaw_rad, p.enter_yaw_rad, frames)}) >= kSwings;
 }
 
 bool IsLost(const Scenario& scenario, const TrialResult& result) {
@@ -174,7 +164,7 @@ Failure FailureOf(const Scenario& scenario, const TrialResult& result) {
   if (IsLost(scenario, result))
     return !usable.empty() && usable.back().stage == Stage::kDocking ? Failure::kLostInDocking
                                                                      : Failure::kLostInServoing;
-  if (IsOscillation(scenario, last)) return Failure::kOscillation;
+  if (IsOscillation(scenario.procedure, last)) return Failure::kOscillation;
   return result.outcome == Outcome::kGaveUp ? Failure::kGaveUp : Failure::kTimeout;
 }
 

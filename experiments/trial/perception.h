@@ -41,8 +41,6 @@ class Perception {
   const PoseEstimate& estimate() const { return *estimate_; }   // the latest
   const StereoImage& latest_images() const { return *seen_; }   // what it was made of, if drawn
   int64_t repeated_images() const { return repeated_images_; }  // so far, of both cameras
-  // A copy of it, for whoever wants to keep the images.
-  void CopyLatestImages(StereoImage* to) const { *to = *seen_; }
   // What to add to a sentence on the trial: cameras that repeat an image by now; empty without any.
   std::string RepeatRemark() const;
   std::string name() const;

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <string_view>
 #include <type_traits>
 
 namespace turbidock::trial {
@@ -85,23 +84,15 @@ void VisitColumns(Record& record, const Leaf& leaf) {
   });
 }
 
-constexpr std::string_view kReal = "REAL";
-
 template <class V>
 constexpr const char* SqlType(Storage storage) {
-  if (storage == Storage::kMetric || std::is_same_v<V, double>) return kReal.data();
+  if (storage == Storage::kMetric || std::is_same_v<V, double>) return "REAL";
   return std::is_integral_v<V> ? "INTEGER NOT NULL" : "TEXT NOT NULL";
-}
-
-// Whether the column is a number that only a trial with an end of its own has.
-template <class V>
-constexpr bool IsMeasured(Storage storage) {
-  return storage == Storage::kMetric || (storage == Storage::kVerdict && std::is_same_v<V, double>);
 }
 
 template <class V>
 Cell CellAt(const TrialRecord& record, Storage storage, const V& value) {
-  if (IsMeasured<V>(storage) && !record.ended()) return {};
+  if (storage == Storage::kMetric && !record.ended()) return {};
   if constexpr (std::is_integral_v<V>)  // metrics are real numbers, whatever they count in
     if (storage == Storage::kMetric) return static_cast<double>(value);
   return CellOf(value);
@@ -166,9 +157,9 @@ const std::vector<Metric>& Metrics() {
   static const std::vector<Metric> metrics = [] {
     std::vector<Metric> list;
     for (size_t i = 0; i < Columns().size(); ++i) {
-      const auto& [name, storage, sql_type] = Columns()[i];
-      if (storage == Storage::kMetric || (storage == Storage::kVerdict && sql_type == kReal))
-        list.push_back({name, [i](const TrialRecord& record) { return NumberAt(record, i); }});
+      if (Columns()[i].storage == Storage::kMetric)
+        list.push_back(
+            {Columns()[i].name, [i](const TrialRecord& record) { return NumberAt(record, i); }});
     }
     return list;
   }();

@@ -1,6 +1,6 @@
 #pragma once
-// A trial's record as a row of named cells: what the pipe from a worker, a batch's file and its
-// export have in common. All from TrialRecord::Fields.
+// A trial's record as a row of named cells: what the pipe from a worker and a batch's
+// file have in common. All from TrialRecord::Fields.
 
 #include <functional>
 #include <optional>

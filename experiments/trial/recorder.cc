@@ -50,7 +50,7 @@ void TrialRecorder::Add(const Change& change) {
   result_.changes.push_back(change);
 }
 
-void TrialRecorder::Add(const FrameRecord& record, bool inserted) {
+void TrialRecorder::Add(const FrameRecord& record) {
   if (record.stage == Stage::kUndocking) docked_frame_.reset();
   if (record.stage == Stage::kDocked && !docked_frame_) docked_frame_ = record.frame;
   if (!docked_frame_ || docked_frame_ == record.frame) {
@@ -58,10 +58,7 @@ void TrialRecorder::Add(const FrameRecord& record, bool inserted) {
     result_.final_error_true = AxesPose::Of(record.true_X_HM) - record.desired;
     result_.final_error_estimated = AxesPose::Of(record.est_X_HM) - record.desired;
   }
-  dock_contact_.Update({.time_s = record.time_s,
-                        .insertion_depth_m = record.insertion_depth_m,
-                        .inserted = inserted,
-                        .dock_force_newton = record.dock_force_newton});
+  dock_contact_.Update(record);
   AddToDigest(record, &digest_);
   result_.log.frames.push_back(record);
 }
@@ -117,8 +114,11 @@ TrialResult TrialRecorder::Finish(const vehicle::Plant& plant, const control::Di
   digest_.Add(truth.X_WB);
   digest_.Add(truth.V_WB_B.w);
   digest_.Add(truth.V_WB_B.v);
-  dock_contact_.Update(
-      {.time_s = end_s, .insertion_depth_m = pole.insertion_depth_m, .inserted = pole.inserted});
+  FrameRecord end;
+  end.time_s = end_s;
+  end.insertion_depth_m = pole.insertion_depth_m;
+  end.inserted = pole.inserted;
+  dock_contact_.Update(end);
   result_.docked = docked_frame_.has_value() && directive.done;
   if (!result_.docked) result_.time_s = end_s;
   result_.inserted = pole.inserted;

@@ -26,8 +26,7 @@ class TrialRecorder {
   void Add(const control::Transition& change) { result_.transitions.push_back(change); }
   // A setting that was changed; part of the digest.
   void Add(const Change& change);
-  // A frame, once its time has passed. `inserted`: the pole was in the hole when it began.
-  void Add(const FrameRecord& record, bool inserted);
+  void Add(const FrameRecord& record);  // once its time has passed
 
   // The result of the frames so far, of the plant as it is now and of the last directive. To be
   // called once. What was simulated with (renderer, estimator) is left to the caller.

@@ -55,7 +55,9 @@ RunningTrial::RunningTrial(const Scenario& scenario, TrialOptions options)
       rules_(scenario_),
       command_(ThrusterCommand::Neutral(world_.scene().thrusters.size())) {
   recorder_.SetThrusters(vehicle::NamesOf(world_.scene().thrusters));
-  if (options_.on_remark && !world_.remark().empty()) options_.on_remark(world_.remark());
+  if (options_.on_remark)
+    for (const std::string& remark : {ChangedModels(scenario_), world_.remark()})
+      if (!remark.empty()) options_.on_remark(remark);
   if (options_.timer) options_.timer->Skip();
 }
 
@@ -75,7 +77,8 @@ FrameRecord RunningTrial::RecordOf(int64_t frame) const {
           .controlled = directive.control,
           .demand = autopilot_.demand(),
           .command = command_,
-          .insertion_depth_m = world_.plant().pole().insertion_depth_m};
+          .insertion_depth_m = world_.plant().pole().insertion_depth_m,
+          .inserted = world_.plant().pole().inserted};
 }
 
 void RunningTrial::Step() {
@@ -99,7 +102,6 @@ void RunningTrial::Step() {
     if (options_.on_transition) options_.on_transition(change);
   }
   const Image3u8* spectator = world_.DrawSpectator();
-  const bool inserted = world_.plant().pole().inserted;
   Lap(options_.timer, LoopStage::kLog);
 
   vehicle::ContactReport contacts;
@@ -107,7 +109,7 @@ void RunningTrial::Step() {
   Lap(options_.timer, LoopStage::kPhysics);
   record.dock_force_newton = contacts.dock_force_newton;
   record.collision_force_newton = contacts.collision_force_newton;
-  recorder_.Add(record, inserted);
+  recorder_.Add(record);
   Lap(options_.timer, LoopStage::kLog);
   if (options_.observe)
     options_.observe({record, perception_.latest_images(),

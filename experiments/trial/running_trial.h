@@ -53,8 +53,6 @@ class RunningTrial {
   // TrialOptions::whole_images.
   const StereoImage& latest_images() const { return perception_.latest_images(); }
 
-  void CopyLatestImages(StereoImage* to) const { perception_.CopyLatestImages(to); }
-
   // The result; interrupted where it has not ended. To be called once, after a step.
   TrialResult Finish();
 

@@ -13,6 +13,7 @@
 #include "experiments/system/output_path.h"
 #include "experiments/trial/scene_marker.h"
 #include "sim/base/random.h"
+#include "sim/vehicle/model_contents.h"
 #include "vision/blob_estimator.h"
 #include "vision/fiducial_estimator.h"
 #include "vision/rm_ga.h"
@@ -244,6 +245,27 @@ vehicle::SceneFiles SceneFilesOf(const Scenario& scenario) {
   take_for("vehicle_model", defaults.vehicle_model, scenario.vehicle_model);
   take_for("station_model", defaults.station_model, scenario.station_model);
   return files;
+}
+
+std::vector<ModelFile> ModelFilesOf(const Scenario& scenario) {
+  std::vector<ModelFile> files;
+  const std::string bundled = config::ModelPath("");
+  for (const auto& [path, digest] : vehicle::ContentsOf(SceneFilesOf(scenario)))
+    files.push_back({path.starts_with(bundled) ? path.substr(bundled.size()) : path, digest});
+  return files;
+}
+
+std::string ChangedModels(const Scenario& scenario) {
+  if (scenario.model_files.empty()) return "";
+  std::vector<std::string> names;
+  for (const ModelFile& now : ModelFilesOf(scenario)) {
+    const auto before = std::ranges::find(scenario.model_files, now.file, &ModelFile::file);
+    if (before != scenario.model_files.end() && before->content != now.content)
+      names.push_back(now.file);
+  }
+  return names.empty() ? ""
+                       : fmt::format("{} {} changed since the scenario was written",
+                                     fmt::join(names, ", "), names.size() > 1 ? "have" : "has");
 }
 
 std::string SaveScenario(const Scenario& scenario) { return config::SaveYaml(scenario); }

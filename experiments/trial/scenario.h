@@ -84,6 +84,17 @@ constexpr auto Names(EstimatorKind) {
   return EnumList<EstimatorKind>({{kRmGa, "rm_ga"}, {kBlobs, "blobs"}, {kFiducial, "fiducial"}});
 }
 
+// A file that models are read from (MJCF, what it includes, a mesh, a picture).
+struct ModelFile {
+  std::string file;     // a bundled one's name, or a path
+  std::string content;  // a digest
+
+  static void Fields(auto& self, auto&& field) {
+    field("file", self.file, Finite(), "a bundled one's name, or a path");
+    field("content", self.content, Finite(), "a digest of what is in it");
+  }
+};
+
 struct Scenario {
   int schema_version = 0;
   std::string description;
@@ -93,6 +104,7 @@ struct Scenario {
   std::string model;
   std::string vehicle_model = "vehicle.xml";
   std::string station_model = "station.xml";
+  std::vector<ModelFile> model_files;  // as they were when it was resolved; else empty
   int camera_period_frames = 1;
   int camera_delay_frames = 1;
   double camera_drop_probability = 0;
@@ -141,6 +153,8 @@ struct Scenario {
           "bundled one, or a path as above");
     field("station_model", self.station_model, Finite(),
           "MJCF file to be taken for the scene's station.xml: a bundled one, or a path as above");
+    field("model_files", self.model_files, Finite(),
+          "of a resolved scenario: what its models were read from");
     field("camera_period_frames", self.camera_period_frames, InRange(1, 240),
           "frames from one exposure to the next; the command holds in between");
     field("camera_drop_probability", self.camera_drop_probability, InRange(0, 0.99),
@@ -243,6 +257,11 @@ std::vector<config::KeyDoc> ScenarioKeys(const Plugins& plugins = {});
 // The scenario's MJCF files. What a scene includes and does not have beside it is the bundled one.
 // ConfigError for a scene without a vehicle.xml (station.xml) that another could be taken for.
 vehicle::SceneFiles SceneFilesOf(const Scenario& scenario);
+
+// What its models are read from now. ConfigError as of vehicle::ContentsOf.
+std::vector<ModelFile> ModelFilesOf(const Scenario& scenario);
+// A sentence that names those that its `model_files` have otherwise; empty where there are none.
+std::string ChangedModels(const Scenario& scenario);
 
 // Where the camera head begins, in the marker's frame, drawn from the scenario's seed.
 Pose DrawStart(const Scenario& scenario);

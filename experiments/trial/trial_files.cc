@@ -20,7 +20,9 @@ std::string ResultJson(const TrialRecord& record) { return report::JsonText(reco
 
 void WriteRecords(const std::string& folder, const Scenario& scenario, const TrialResult& result) {
   const std::filesystem::path out(folder);
-  system::WriteWhole(out / "resolved.yaml", SaveScenario(scenario));
+  Scenario resolved = scenario;
+  resolved.model_files = ModelFilesOf(scenario);
+  system::WriteWhole(out / "resolved.yaml", SaveScenario(resolved));
   system::WriteWhole(out / "trajectory.csv", Series::Of(result.log).Csv());
   system::WriteWhole(out / "result.json", ResultJson(result));
 }

@@ -28,7 +28,8 @@ struct FrameRecord {
   control::Axes demand = control::Axes::Zero();  // of the controller; zero without control
   ThrusterCommand command;                       // a voltage for each thruster
   double insertion_depth_m = 0;                  // of the pole's tip past the dock's mouth
-  double dock_force_newton = 0;
+  bool inserted = false;                         // the tip is inside the straight hole
+  double dock_force_newton = 0;                  // the largest until the next frame
   double collision_force_newton = 0;
 };
 

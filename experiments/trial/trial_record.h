@@ -85,15 +85,12 @@ constexpr auto Names(Failure) {
                             {kHung, "hung"}});
 }
 
-// Which column of a batch's file a field has, if any; in this order.
+// Which column of a batch's file a field has, if any.
 enum class Storage {
   kNowhere,
-  kKey,      // before the cell
-  kVerdict,  // before the parameters
-  kMetric,   // a number, nothing when what it measures did not happen
-  kRemark,   // text for people
-  kRun,      // differs from run to run: not in the view `results`
-  kLog,      // the same, and not exported
+  kFact,    // text or a whole number
+  kMetric,  // a number, nothing when what it measures did not happen
+  kRun,     // differs from run to run: not in the view `results`
 };
 
 // Where a field is found.
@@ -107,8 +104,7 @@ struct FieldPolicy {
   constexpr FieldPolicy StoredOnly() const { return {storage, column, false}; }
 };
 inline constexpr FieldPolicy kReport{};  // in result.json only
-inline constexpr FieldPolicy kKey{Storage::kKey}, kVerdict{Storage::kVerdict},
-    kMetric{Storage::kMetric}, kRemark{Storage::kRemark}, kRun{Storage::kRun}, kLog{Storage::kLog};
+inline constexpr FieldPolicy kFact{Storage::kFact}, kMetric{Storage::kMetric}, kRun{Storage::kRun};
 
 // A setting that somebody changed while the trial ran, from this frame on.
 struct Change {
@@ -163,13 +159,13 @@ struct TrialRecord {
   bool operator==(const TrialRecord&) const = default;
 
   static void Fields(auto& self, auto&& field) {
-    field("outcome", self.outcome, kVerdict, "how it ended");
-    field("failure", self.failure, kVerdict.StoredOnly(), "why it did not dock; none if it did");
-    field("reason", self.reason, kRemark, "the outcome as a sentence");
-    field("docked", self.docked, kVerdict, "the criterion was met on the estimate");
-    field("inserted", self.inserted, kVerdict,
+    field("outcome", self.outcome, kFact, "how it ended");
+    field("failure", self.failure, kFact.StoredOnly(), "why it did not dock; none if it did");
+    field("reason", self.reason, kFact, "the outcome as a sentence");
+    field("docked", self.docked, kFact, "the criterion was met on the estimate");
+    field("inserted", self.inserted, kFact,
           "truth, at the end: the pole's tip is inside the straight hole");
-    field("time_s", self.time_s, kVerdict,
+    field("time_s", self.time_s, kMetric,
           "simulated, when the criterion was met for the last time, else the end");
     field("start", self.start, kMetric.As("start_{}").StoredOnly(),
           "camera head in the marker's frame at the beginning");
@@ -212,11 +208,11 @@ struct TrialRecord {
     field("transitions", self.transitions, kReport, "from stage to stage: frame, from, to, reason");
     field("changes", self.changes, kReport,
           "settings that somebody changed while it ran: frame, time_s, key, value");
-    field("seed", self.seed, kKey, "of the scenario");
+    field("seed", self.seed, kFact, "of the scenario");
     field("version", self.version, kReport, "of the program, with its commit");
     field("renderer", self.renderer, kReport,
           "GL context and what draws in it; empty where nothing is drawn");
-    field("digest", self.digest, kVerdict,
+    field("digest", self.digest, kFact,
           "of states, estimates and commands; equal for equal runs; empty without an end");
     field("wall_time_s", self.wall_time_s, kRun, "of the trial; in a batch's file of its job");
     field("real_time_factor", self.real_time_factor, kReport, "simulated over wall time");
@@ -224,7 +220,7 @@ struct TrialRecord {
           "resident memory of the process until the trial's end, at most");
     field("cpu_time_s", self.cpu_time_s, kRun.StoredOnly(), "of the worker in this job");
     field("rss_bytes", self.rss_bytes, kRun.StoredOnly(), "memory of the worker after the job");
-    field("log", self.printed, kLog.StoredOnly(),
+    field("log", self.printed, kRun.StoredOnly(),
           "of a trial without an end of its own: the last of what it printed");
   }
 };

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "experiments/batch/job_options.h"
+#include "experiments/batch/job_pool.h"
 #include "sim/base/check.h"
 
 namespace turbidock::batch {

@@ -4,7 +4,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <unistd.h>
+
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <set>
 #include <utility>
 #include <vector>
@@ -321,6 +325,31 @@ TEST(Plan, ItsHashSeesWhateverChangesATrial) {
   EXPECT_FALSE(hashes.insert(Make(text).hash()).second);
 }
 
+// Also one that none of the trials that are looked at has drawn.
+TEST(Plan, ItsHashSeesEveryModelThatMayBeDrawn) {
+  const auto folder = std::filesystem::temp_directory_path() /
+                      ("turbidock_plan_models_" + std::to_string(getpid()));
+  std::filesystem::create_directories(folder);
+  std::string choices;
+  std::vector<std::string> models;
+  for (const char* name : {"a", "b", "c"}) {
+    models.push_back((folder / (std::string(name) + ".xml")).string());
+    std::filesystem::copy_file(config::ModelPath("vehicle.xml"), models.back());
+    choices += (choices.empty() ? "'" : ", '") + models.back() + "'";
+  }
+  const auto plan = [&] {
+    return Make("scenario: pool_active\nseeds: 1\nrandom: {vehicle_model: {choice: [" + choices +
+                "]}}\n");
+  };
+  const Plan before = plan();
+  for (const std::string& model : models) {
+    EXPECT_THAT(before.resolved(), HasSubstr(YamlText(model) + ": content "));
+    std::ofstream(model, std::ios::app) << "<!-- heavier -->\n";
+    EXPECT_NE(plan().hash(), before.hash()) << model;
+  }
+  std::filesystem::remove_all(folder);
+}
+
 TEST(Plan, NumbersItsTrialsTheSameForAnyPrecision) {
   const std::string text =
       "scenario: pool_active\nseeds: 5\ngrid: {water.milk_ml_m3: [0, 10, 20]}\n"
@@ -403,7 +432,7 @@ TEST(Plan, SaysWhatIsWrongAndWhere) {
       {"scenario: pool_active\nrandom: {start.lateral_m: {uniform: [1, 0]}}\n",
        "low must be below high"},
       {"scenario: pool_active\nrandom: {start.lateral_m: {uniform: [1]}}\n",
-       "must be two numbers, [low, high]"},
+       "plan.yaml:3: random.start.lateral_m.uniform has 1 element, must be a list of 2 numbers"},
       {"scenario: pool_active\nrandom: {start.lateral_m: {log_uniform: [0, 1]}}\n",
        "low must be > 0"},
       {"scenario: pool_active\nrandom: {start.lateral_m: {normal: [1, 0]}}\n",

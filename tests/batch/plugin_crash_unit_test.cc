@@ -8,8 +8,8 @@
 #include <cmath>
 #include <map>
 
-#include "experiments/batch/job_options.h"
-#include "experiments/batch/trial_job.h"
+#include "experiments/batch/job_pool.h"
+#include "experiments/batch/runner.h"
 #include "experiments/trial/plugin_of.h"
 #include "experiments/trial/scenario.h"
 
@@ -54,7 +54,7 @@ TEST(PluginInWorker, ItsFailureIsTheTrialsOwn) {
   std::map<int64_t, trial::TrialRecord> records;
   while (pool->pending() > 0)
     if (const auto ended = pool->Next(10))
-      records[ended->id] = FinishedTrialOf(*ended, /*seed=*/7).record;
+      records[ended->id] = FinishedTrialOf(*ended, {.seed = 7, .parameters = {}}).record;
   ASSERT_EQ(records.size(), does.size());
   EXPECT_TRUE(records[0].ended());
   // also what our own code would take for bad input, which ends a batch

@@ -12,11 +12,10 @@
 #include <filesystem>
 #include <fstream>
 
-#include "experiments/batch/export.h"
-#include "experiments/batch/job_options.h"
+#include "experiments/batch/job_pool.h"
 #include "experiments/batch/result_store.h"
+#include "experiments/batch/runner.h"
 #include "experiments/batch/summary.h"
-#include "experiments/batch/trial_job.h"
 #include "experiments/system/build_info.h"
 #include "experiments/trial/record_columns.h"
 #include "experiments/trial/trial.h"
@@ -128,10 +127,7 @@ TEST_F(Store, GivesBackWhatItWasGiven) {
   EXPECT_EQ(store.header().plan, Header().plan);
   EXPECT_EQ(store.header().trials, 10);
   EXPECT_EQ(store.Done(), (std::vector<int64_t>{1, 4}));
-  const std::vector<Verdict> verdicts = store.Verdicts();
-  ASSERT_EQ(verdicts.size(), 2u);
-  EXPECT_TRUE(verdicts[0].trial == 1 && verdicts[0].success);
-  EXPECT_TRUE(verdicts[1].trial == 4 && !verdicts[1].success);
+  EXPECT_EQ(store.Successes(), (std::map<int64_t, bool>{{1, true}, {4, false}}));
   EXPECT_EQ(store.SeriesOf(1).Csv(), with_series.series.Csv());
   EXPECT_EQ(store.SeriesOf(4).rows(), 0u);
   odd.parameters[0].value = "0.0025";
@@ -161,24 +157,6 @@ TEST_F(Store, RefusesWhatWasBegunAsSomethingElse) {
   EXPECT_THAT(Refusal(file, other), HasSubstr("one was written by batch, the other by tune"));
   EXPECT_EQ(Refusal(file, Header()), "accepted");
   EXPECT_EQ(ResultStore::Read(file).Done().size(), 1u);
-}
-
-TEST_F(Store, TakesThePlanThatAsksForMore) {
-  const auto of = [](const std::string& precision, int64_t most) {
-    StoreHeader header = Header();
-    header.plan = fmt::format("seeds: 10\nprecision: {}  # of it\nset: a\n", precision);
-    header.trials = most;
-    return header;
-  };
-  const std::string file = File("a.db");
-  ResultStore::Write(file, of("0.2", 30)).Add(Trial(1, "7", trial::Failure::kNone));
-  const StoreHeader more = of("0.1", 100);
-  ResultStore::Write(file, more);
-  const ResultStore read = ResultStore::Read(file);
-  EXPECT_EQ(read.header().plan, more.plan);
-  EXPECT_EQ(read.header().trials, 100);
-  EXPECT_EQ(read.Done().size(), 1u);
-  EXPECT_THAT(Refusal(file, of("0.2", 30)), HasSubstr("the plans differ"));  // for less
 }
 
 TEST_F(Store, KeepsOtherWritersOutAndReadersIn) {
@@ -401,7 +379,7 @@ TEST_F(Store, AWorkerReturnsTheRecord) {
   std::optional<JobResult> ended;
   while (!ended) ended = pool->Next(/*timeout_s=*/10);
   EXPECT_EQ(ended->id, 17);
-  const FinishedTrial trial = FinishedTrialOf(*ended, scenario.seed);
+  const StoredTrial trial = FinishedTrialOf(*ended, {.seed = scenario.seed, .parameters = {}});
   const trial::TrialResult result = trial::RunTrial(scenario);
   EXPECT_EQ(trial.series.rows(), 2u);
   EXPECT_EQ(trial.series.Csv(), trial::Series::Of(result.log, 30).Csv());
@@ -410,7 +388,7 @@ TEST_F(Store, AWorkerReturnsTheRecord) {
   size_t compared = 0;
   for (size_t i = 0; i < here.size(); ++i) {
     const trial::Column& column = trial::Columns()[i];
-    if (column.storage == trial::Storage::kRun || column.storage == trial::Storage::kLog) continue;
+    if (column.storage == trial::Storage::kRun) continue;
     EXPECT_TRUE(there[i] == here[i]) << column.name;
     ++compared;
   }
@@ -418,17 +396,18 @@ TEST_F(Store, AWorkerReturnsTheRecord) {
   EXPECT_GT(trial.record.rss_bytes, 0);
 }
 
-TEST_F(Store, ExportsOneRowATrial) {
-  const std::vector<StoredTrial> trials = {Trial(1, "7", trial::Failure::kNone),
-                                           Trial(2, "[0, 1]", trial::Failure::kTimeout)};
-  const std::string csv = ExportText(trials);
-  EXPECT_THAT(csv, ::testing::StartsWith("trial,seed,cell,sample,outcome,failure,docked,inserted,"
-                                         "time_s,digest,water.milk_ml_m3,sea.state,"));
-  EXPECT_THAT(csv, HasSubstr("\n1,9223372036854775806,0,1,docked,none,true,true,"));
-  EXPECT_THAT(csv, HasSubstr(",\"[0, 1]\",calm,"));
-  EXPECT_THAT(csv, HasSubstr("\"said \"\"why\"\", and\nhow\""));
+TEST_F(Store, AsCsvItHasOneRowATrial) {
+  ResultStore store = ResultStore::Write(File("a.db"), Header());
+  EXPECT_EQ(store.Csv(), "");
+  store.Add(Trial(2, "[0, 1]", trial::Failure::kTimeout));
+  store.Add(Trial(1, "7", trial::Failure::kNone));
+  const std::string csv = store.Csv();
+  EXPECT_THAT(csv, ::testing::StartsWith("trial,cell,sample,water.milk_ml_m3,sea.state,outcome,"
+                                         "failure,reason,docked,inserted,time_s,"));
+  EXPECT_THAT(csv, HasSubstr("\n1,0,1,7,calm,docked,none,\"said \"\"why\"\", and\nhow\",1,1,1.3"));
+  EXPECT_THAT(csv, HasSubstr(",9223372036854775806,d1\n2,1,0,\"[0, 1]\",calm,timeout,timeout,"));
   EXPECT_THAT(csv, Not(HasSubstr("wall_time_s")));
-  EXPECT_THAT(ExportText(trials, /*timing=*/true), HasSubstr(",wall_time_s,cpu_time_s,rss_bytes"));
+  EXPECT_THAT(store.Csv(/*timing=*/true), HasSubstr(",wall_time_s,cpu_time_s,rss_bytes,log"));
 }
 
 TEST_F(Store, SummarisesByAnyKey) {

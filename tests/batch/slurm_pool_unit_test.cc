@@ -1,7 +1,7 @@
 // Jobs as tasks of a Slurm that is a few lines of shell: what the pool does with results, losses
 // and refusals. The real one is tests/cluster/slurm_test.sh.
 
-#include "experiments/batch/slurm_pool.h"
+#include "experiments/batch/job_pool.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <memory>
 #include <set>
 #include <sstream>
 #include <string>
@@ -102,14 +103,16 @@ cat queue.* 2>/dev/null || true
     std::ifstream file(folder_ / name);
     return {std::istreambuf_iterator<char>(file), {}};
   }
-  SlurmParams Params(int tasks) {
-    return {.tasks = tasks,
-            .options = {"--time=10"},
-            .folder = (folder_ / "shared place").string(),
-            .say = [this](const std::string& text) { said_ += text + "\n"; }};
+  // Of tasks that do this work with one worker each.
+  std::unique_ptr<JobPool> Pool(int tasks, const std::string& work) {
+    const SlurmParams slurm = {.tasks = tasks,
+                               .options = {"--time=10"},
+                               .folder = (folder_ / "shared place").string(),
+                               .say = [this](const std::string& text) { said_ += text + "\n"; }};
+    return MakePool({.slurm = slurm}, /*time_limit_s=*/60, {work, nullptr});
   }
   // What comes of the numbers, by job.
-  std::map<int64_t, JobResult> Squares(SlurmPool* pool, const std::vector<int>& numbers) {
+  std::map<int64_t, JobResult> Squares(JobPool* pool, const std::vector<int>& numbers) {
     for (const int x : numbers) pool->Submit({.id = x, .input = std::to_string(x)});
     std::map<int64_t, JobResult> results;
     while (pool->pending() > 0)
@@ -126,8 +129,8 @@ cat queue.* 2>/dev/null || true
 
 TEST_F(Slurm, EveryEndIsAResultAndAnArrayIsWhatWaits) {
   {
-    SlurmPool pool(Params(3), 1, 60, "square");
-    const auto results = Squares(&pool, {0, 1, 2, 3, 4, 5, 6, 7, 99, -1});
+    const auto pool = Pool(3, "square");
+    const auto results = Squares(pool.get(), {0, 1, 2, 3, 4, 5, 6, 7, 99, -1});
     ASSERT_EQ(results.size(), 10u);
     for (int x = 0; x < 8; ++x) EXPECT_EQ(results.at(x).output, std::to_string(x * x));
     EXPECT_EQ(results.at(99).end, JobEnd::kCrashed);
@@ -135,7 +138,7 @@ TEST_F(Slurm, EveryEndIsAResultAndAnArrayIsWhatWaits) {
     EXPECT_EQ(results.at(-1).end, JobEnd::kBadInput);
     EXPECT_EQ(results.at(-1).error, "negative");
     EXPECT_EQ(Read("sent"), "3\n");
-    EXPECT_EQ(Squares(&pool, {5}).at(5).output, "25");
+    EXPECT_EQ(Squares(pool.get(), {5}).at(5).output, "25");
     EXPECT_EQ(Read("sent"), "3\n1\n");
   }
   EXPECT_FALSE(fs::exists(folder_ / "shared place"));
@@ -145,8 +148,8 @@ TEST_F(Slurm, EveryEndIsAResultAndAnArrayIsWhatWaits) {
 
 TEST_F(Slurm, WhatALostTaskLeftIsSentAgain) {
   Write("lose", "1");
-  SlurmPool pool(Params(2), 1, 60, "square");
-  const auto results = Squares(&pool, {1, 2, 3, 4});
+  const auto pool = Pool(2, "square");
+  const auto results = Squares(pool.get(), {1, 2, 3, 4});
   ASSERT_EQ(results.size(), 4u);
   EXPECT_EQ(results.at(4).output, "16");
   EXPECT_THAT(said_,
@@ -155,36 +158,36 @@ TEST_F(Slurm, WhatALostTaskLeftIsSentAgain) {
 
 TEST_F(Slurm, AJobThatLosesItsTaskThreeTimesIsAFault) {
   Write("lose", "9");
-  SlurmPool pool(Params(1), 1, 60, "square");
-  EXPECT_THAT(FaultOf([&] { Squares(&pool, {1}); }),
+  const auto pool = Pool(1, "square");
+  EXPECT_THAT(FaultOf([&] { Squares(pool.get(), {1}); }),
               HasSubstr("ended 3 times without a result of a job; the last one, 103_0"));
 }
 
 TEST_F(Slurm, ARefusalIsSaidAtOnce) {
   Write("refuse", "sbatch: error: invalid partition specified: nowhere");
-  SlurmPool pool(Params(1), 1, 60, "square");
-  EXPECT_THAT(FaultOf([&] { Squares(&pool, {1}); }), HasSubstr("nowhere"));
+  const auto pool = Pool(1, "square");
+  EXPECT_THAT(FaultOf([&] { Squares(pool.get(), {1}); }), HasSubstr("nowhere"));
 }
 
 TEST_F(Slurm, ResultsAreReadWhileTheControllerIsAway) {
-  SlurmPool pool(Params(1), 1, 60, "square");
-  EXPECT_EQ(Squares(&pool, {2}).at(2).output, "4");
+  const auto pool = Pool(1, "square");
+  EXPECT_EQ(Squares(pool.get(), {2}).at(2).output, "4");
   Write("away", "");
-  EXPECT_EQ(Squares(&pool, {3}).at(3).output, "9");
+  EXPECT_EQ(Squares(pool.get(), {3}).at(3).output, "9");
 }
 
 TEST_F(Slurm, ARefusalAfterTheFirstArrayIsWaitedOut) {
-  SlurmPool pool(Params(1), 1, 60, "square");
-  EXPECT_EQ(Squares(&pool, {2}).at(2).output, "4");
+  const auto pool = Pool(1, "square");
+  EXPECT_EQ(Squares(pool.get(), {2}).at(2).output, "4");
   Write("refuse",
         "sbatch: error: Batch job submission failed: Transport endpoint is not connected");
-  pool.Submit({.id = 4, .input = "4"});
+  pool->Submit({.id = 4, .input = "4"});
   // on a busy machine sbatch takes its time
-  for (int i = 0; i < 400 && said_.empty(); ++i) EXPECT_FALSE(pool.Next(0.3));
-  EXPECT_EQ(pool.pending(), 1u);
+  for (int i = 0; i < 400 && said_.empty(); ++i) EXPECT_FALSE(pool->Next(0.3));
+  EXPECT_EQ(pool->pending(), 1u);
   EXPECT_THAT(said_, HasSubstr("Slurm takes no array, trying again: sbatch ended with"));
   fs::remove(folder_ / "refuse");
-  const auto result = pool.Next(60);
+  const auto result = pool->Next(60);
   ASSERT_TRUE(result);
   EXPECT_EQ(result->output, "16");
   // each try has a folder of its own
@@ -200,13 +203,13 @@ TEST_F(Slurm, ARefusalAfterTheFirstArrayIsWaitedOut) {
 TEST_F(Slurm, WhatAKilledRunLeftIsCancelled) {
   fs::create_directories(folder_ / "shared place/array-0");
   Write("shared place/array-0/result-0-0.json", "{\"id\": 0, torn");
-  SlurmPool pool(Params(1), 1, 60, "square");
+  const auto pool = Pool(1, "square");
   EXPECT_THAT(Read("cancelled"), HasSubstr("--name=turbidock-"));
-  EXPECT_EQ(Squares(&pool, {2}).at(2).output, "4");
+  EXPECT_EQ(Squares(pool.get(), {2}).at(2).output, "4");
 }
 
 TEST_F(Slurm, ATaskGoesOnWhereItsFirstStartStopped) {
-  SlurmPool pool(Params(1), 1, 60, "name");
+  const auto pool = Pool(1, "name");
   Program("sbatch", R"sh(
 array=$(dirname "$script")
 printf '%s' '{"end":0,"output":"the first start","error":"","cpu_time_s":0,"rss_bytes":0,"id":0,"log":"","wall_time_s":0}' \
@@ -215,23 +218,25 @@ printf '%s' '{"end":0,"output":"torn' >"$array/result-0-1.json.partial"
 SLURM_ARRAY_TASK_ID=0 bash "$script" >/dev/null 2>&1
 echo 7
 )sh");
-  pool.Submit({.id = 10, .input = "a"});
-  pool.Submit({.id = 11, .input = "b"});
+  pool->Submit({.id = 10, .input = "a"});
+  pool->Submit({.id = 11, .input = "b"});
   std::map<int64_t, std::string> outputs;
-  while (pool.pending() > 0)
-    if (auto result = pool.Next(10)) outputs[result->id] = result->output;
+  while (pool->pending() > 0)
+    if (auto result = pool->Next(10)) outputs[result->id] = result->output;
   EXPECT_THAT(outputs, ElementsAre(std::pair(10, "the first start"), std::pair(11, "I am b")));
 }
 
 TEST_F(Slurm, ATaskOfAnotherProgramIsRefused) {
-  SlurmPool pool(Params(1), 1, 60, "square");
+  const auto pool = Pool(1, "square");
   Program("sbatch", R"sh(
 cd "$(dirname "$script")"
 sed -i '1s/"build":"[^"]*"/"build":"0.0.9 other"/' jobs-0.jsonl
 SLURM_ARRAY_TASK_ID=0 bash "$script" >/dev/null 2>&1
 echo 7
 )sh");
-  EXPECT_THAT(FaultOf([&] { Squares(&pool, {1}); }), HasSubstr("0.0.9 other"));
+  const auto results = Squares(pool.get(), {1});
+  EXPECT_EQ(results.at(1).end, JobEnd::kFault);
+  EXPECT_THAT(results.at(1).error, HasSubstr("0.0.9 other"));
 }
 
 TEST_F(Slurm, ATaskWithoutAListOfJobsSaysSo) {

@@ -1,6 +1,6 @@
 // Success and the estimate's error over one key, against numbers worked out by hand.
 
-#include "experiments/batch/success_curve.h"
+#include "experiments/batch/summary.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

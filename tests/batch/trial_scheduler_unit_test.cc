@@ -12,7 +12,7 @@
 #include <map>
 #include <set>
 
-#include "experiments/batch/trial_scheduler.h"
+#include "experiments/batch/batch.h"
 #include "experiments/statistics/intervals.h"
 #include "sim/base/random.h"
 

@@ -9,10 +9,13 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <functional>
 #include <map>
+#include <memory>
 #include <new>
+#include <utility>
 
-#include "experiments/batch/worker_pool.h"
+#include "experiments/batch/job_pool.h"
 #include "sim/base/check.h"
 
 #ifndef __has_feature  // clang's
@@ -46,15 +49,21 @@ std::string Act(const std::string& what) {
   return "did " + what;
 }
 
+std::unique_ptr<JobPool> Pool(const JobOptions& options,
+                              std::function<std::string(const std::string&)> work,
+                              double time_limit_s = 600) {
+  return MakePool(options, time_limit_s, {"test", std::move(work)});
+}
+
 // Runs the jobs and returns their results by number.
-std::map<int64_t, JobResult> RunAll(int workers, const std::vector<std::string>& inputs,
-                                    double time_limit_s = 600) {
-  WorkerPool pool(workers, {.time_limit_s = time_limit_s}, Act);
+std::map<int64_t, JobResult> ResultsOf(int workers, const std::vector<std::string>& inputs,
+                                       double time_limit_s = 600) {
+  const auto pool = Pool({.workers = workers}, Act, time_limit_s);
   for (size_t i = 0; i < inputs.size(); ++i)
-    pool.Submit({.id = static_cast<int64_t>(i), .input = inputs[i]});
+    pool->Submit({.id = static_cast<int64_t>(i), .input = inputs[i]});
   std::map<int64_t, JobResult> results;
-  while (pool.pending() > 0)
-    if (auto result = pool.Next(60)) {
+  while (pool->pending() > 0)
+    if (auto result = pool->Next(60)) {
       EXPECT_FALSE(results.contains(result->id));
       results[result->id] = *result;
     }
@@ -64,8 +73,8 @@ std::map<int64_t, JobResult> RunAll(int workers, const std::vector<std::string>&
 
 TEST(WorkerPool, EveryEndIsAResultAndTheOthersGoOn) {
   for (const int workers : {1, 3}) {
-    const auto results = RunAll(workers, {"a", "abort", "b", "exit", "throw", "c", "bad input",
-                                          "fault", "run out of memory", "be killed", "d"});
+    const auto results = ResultsOf(workers, {"a", "abort", "b", "exit", "throw", "c", "bad input",
+                                             "fault", "run out of memory", "be killed", "d"});
     for (const int64_t id : {0, 2, 5, 10}) EXPECT_EQ(results.at(id).end, JobEnd::kDone);
     EXPECT_EQ(results.at(10).output, "did d");
     EXPECT_GT(results.at(10).rss_bytes, 100000);
@@ -86,7 +95,7 @@ TEST(WorkerPool, EveryEndIsAResultAndTheOthersGoOn) {
 }
 
 TEST(WorkerPool, AHangIsStoppedAfterItsTimeLimit) {
-  const auto results = RunAll(2, {"hang", "a", "b", "c"}, 0.5);
+  const auto results = ResultsOf(2, {"hang", "a", "b", "c"}, 0.5);
   EXPECT_EQ(results.at(0).end, JobEnd::kHung);
   EXPECT_THAT(results.at(0).error, HasSubstr("no end after 0.5 s"));
   EXPECT_GE(results.at(0).wall_time_s, 0.5);
@@ -98,13 +107,14 @@ TEST(WorkerPool, APauseOfTheWholeProgramIsNoHang) {
   const pid_t program = fork();
   if (program == 0) {
     setpgid(0, 0);
-    WorkerPool pool(1, {.time_limit_s = 1}, [](const std::string&) {
+    const auto work = [](const std::string&) {
       for (int i = 0; i < 40; ++i) usleep(10'000);  // one long sleep would go on in the pause
       return std::string("done");
-    });
-    pool.Submit({.id = 1, .input = ""});
+    };
+    const auto pool = Pool({}, work, /*time_limit_s=*/1);
+    pool->Submit({.id = 1, .input = ""});
     std::optional<JobResult> result;
-    while (!result) result = pool.Next(60);
+    while (!result) result = pool->Next(60);
     _exit(result->end == JobEnd::kDone ? 0 : 1);
   }
   setpgid(program, program);
@@ -122,17 +132,17 @@ TEST(WorkerPool, CarriesAnyTextAndSaysEachJobsOwnWords) {
   std::string odd = "line\nline\0\"\\\xc3\xa9";
   odd.push_back('\0');
   odd += std::string(1 << 20, 'y');
-  const auto results = RunAll(1, {odd, "b"});
+  const auto results = ResultsOf(1, {odd, "b"});
   EXPECT_EQ(results.at(0).output, "did " + odd);
   EXPECT_EQ(results.at(1).log, "about to b\n");
 }
 
 TEST(WorkerPool, NextReturnsAtItsTimeoutAndWithoutJobsAtOnce) {
-  WorkerPool pool(1, {}, Act);
-  EXPECT_FALSE(pool.Next(600));
-  pool.Submit({.id = 1, .input = "hang"});
-  EXPECT_FALSE(pool.Next(0.05));
-  EXPECT_EQ(pool.pending(), 1u);
+  const auto pool = Pool({}, Act);
+  EXPECT_FALSE(pool->Next(600));
+  pool->Submit({.id = 1, .input = "hang"});
+  EXPECT_FALSE(pool->Next(0.05));
+  EXPECT_EQ(pool->pending(), 1u);
 }  // and ends, though the job does not
 
 TEST(WorkerPool, StartsNoMoreProcessesThanThereAreJobs) {
@@ -141,22 +151,22 @@ TEST(WorkerPool, StartsNoMoreProcessesThanThereAreJobs) {
     ++started;
     return fork();
   };
-  WorkerPool pool(5, {.fork = count}, Act);
+  const auto pool = Pool({.workers = 5, .fork = count}, Act);
   EXPECT_EQ(started, 0);
-  for (const int64_t id : {1, 2}) pool.Submit({.id = id, .input = "a"});
-  while (pool.pending() > 0) pool.Next(60);
+  for (const int64_t id : {1, 2}) pool->Submit({.id = id, .input = "a"});
+  while (pool->pending() > 0) pool->Next(60);
   EXPECT_EQ(started, 2);
 }
 
 TEST(WorkerPool, ReplacesAWorkerThatDiedWithoutAJob) {
-  WorkerPool pool(1, {}, [](const std::string&) { return std::to_string(getpid()); });
-  pool.Submit({.id = 1, .input = ""});
-  const pid_t first = std::stoi(pool.Next(60)->output);
+  const auto pool = Pool({}, [](const std::string&) { return std::to_string(getpid()); });
+  pool->Submit({.id = 1, .input = ""});
+  const pid_t first = std::stoi(pool->Next(60)->output);
   kill(first, SIGKILL);
   while (kill(first, 0) == 0 && waitid(P_PID, first, nullptr, WEXITED | WNOWAIT) != 0) {
   }
-  pool.Submit({.id = 2, .input = ""});
-  const auto result = pool.Next(60);
+  pool->Submit({.id = 2, .input = ""});
+  const auto result = pool->Next(60);
   EXPECT_EQ(result->end, JobEnd::kDone);
   EXPECT_NE(std::stoi(result->output), first);
 }

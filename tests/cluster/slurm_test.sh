@@ -202,13 +202,14 @@ ends() {
   wait_for 60 "$1 leaves jobs" queue_is_empty
 }
 same() { cmp "$1" "$2" || fail "$3: not what comes out on one machine"; }
-rows_of() { "$turbidock" export "$1"; }
+rows_of() { python3 -c 'import sqlite3, sys
+print(*sqlite3.connect(sys.argv[1]).execute("SELECT * FROM results ORDER BY trial"), sep="\n")' "$1"; }
 
 began=$(date +%s.%N)
 "$turbidock" batch "$folder/plan.yaml" --out "$folder/batch_alone.db" --quiet --workers 2 || fail "turbidock batch"
 alone_s=$(awk -v a="$began" -v b="$(date +%s.%N)" 'BEGIN {printf "%.1f", b - a}')
 rows_of "$folder/batch_alone.db" >"$folder/batch_alone.csv"
-[ "$(wc -l <"$folder/batch_alone.csv")" = 81 ] || fail "80 trials make 81 lines"
+[ "$(wc -l <"$folder/batch_alone.csv")" = 80 ] || fail "80 trials make 80 lines"
 on_slurm batch batch "$folder/plan.yaml" --out "$folder/batch.db"
 ends batch 0
 rows_of "$folder/batch.db" >"$folder/batch.csv"
@@ -229,7 +230,7 @@ done
 rows_of "$folder/study/evaluations.sqlite" >"$folder/study.csv"
 rows_of "$folder/study_alone/evaluations.sqlite" >"$folder/study_alone.csv"
 same "$folder/study.csv" "$folder/study_alone.csv" "tune --slurm with a lost node"
-echo "tune: $(($(wc -l <"$folder/study.csv") - 1)) trials as on one machine, a node lost in mid-flight ($took s)"
+echo "tune: $(wc -l <"$folder/study.csv") trials as on one machine, a node lost in mid-flight ($took s)"
 start_node n2
 wait_for 60 "node n2 does not come back" nodes_are_idle
 

@@ -2,9 +2,7 @@
 // written out.
 
 #include "experiments/batch/batch_report.h"
-#include "experiments/batch/export.h"
 #include "experiments/batch/result_store.h"
-#include "experiments/batch/trial_scheduler.h"
 #include "sim/base/check.h"
 #include "tests/fuzz/input_file.h"
 
@@ -18,7 +16,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     const std::vector<batch::StoredTrial> trials = store.Trials();
     TD_CHECK(scheduler.done() <= std::ssize(trials), "no trial is counted that is not there");
     batch::ReportOf(batch::SummaryOf(store, file.path()));
-    batch::ExportText(trials);
+    store.Csv(/*timing=*/true);
     for (const int64_t trial : store.TrialsWithSeries()) store.SeriesOf(trial);
   } catch (const ConfigError&) {
   }

@@ -10,10 +10,11 @@ namespace {
 constexpr JamParams kJam{.force_newton = 2, .time_s = 1, .progress_m = 0.005};
 
 // `frames` frames at 10 Hz of a script that says what each is like.
-DockContact Played(int frames, const std::function<void(int, DockSample*)>& script) {
+DockContact Played(int frames, const std::function<void(int, FrameRecord*)>& script) {
   DockContact contact(kJam);
   for (int i = 0; i < frames; ++i) {
-    DockSample sample{.time_s = 0.1 * i};
+    FrameRecord sample;
+    sample.time_s = 0.1 * i;
     script(i, &sample);
     contact.Update(sample);
   }
@@ -22,7 +23,7 @@ DockContact Played(int frames, const std::function<void(int, DockSample*)>& scri
 
 TEST(DockContact, NothingHappensWithoutTouching) {
   const DockContact contact =
-      Played(50, [](int i, DockSample* s) { s->insertion_depth_m = -0.5 + 0.001 * i; });
+      Played(50, [](int i, FrameRecord* s) { s->insertion_depth_m = -0.5 + 0.001 * i; });
   EXPECT_FALSE(contact.first_contact().has_value());
   EXPECT_FALSE(contact.insertion_time_s().has_value());
   EXPECT_FALSE(contact.jam_time_s().has_value());
@@ -30,7 +31,7 @@ TEST(DockContact, NothingHappensWithoutTouching) {
 }
 
 TEST(DockContact, FirstTimesAndLargestForceAreKept) {
-  const DockContact contact = Played(50, [](int i, DockSample* s) {
+  const DockContact contact = Played(50, [](int i, FrameRecord* s) {
     s->dock_force_newton = i == 7 ? 1.5 : i == 20 ? 4 : 0;
     s->inserted = i == 30 || i > 40;
   });
@@ -43,7 +44,7 @@ TEST(DockContact, FirstTimesAndLargestForceAreKept) {
 
 TEST(DockContact, HeldInPlaceForLongEnoughIsAJam) {
   // Pushing from frame 5 on, creeping by less than the progress that would count.
-  const auto script = [](int i, DockSample* s) {
+  const auto script = [](int i, FrameRecord* s) {
     s->dock_force_newton = i >= 5 ? 2.1 : 0;
     s->insertion_depth_m = 0.03 + 0.0001 * i;
   };
@@ -54,7 +55,7 @@ TEST(DockContact, HeldInPlaceForLongEnoughIsAJam) {
 
 TEST(DockContact, NoJamWhileThePoleMovesOnOrBack) {
   for (const double per_frame_m : {0.001, -0.001}) {
-    const DockContact contact = Played(80, [&](int i, DockSample* s) {
+    const DockContact contact = Played(80, [&](int i, FrameRecord* s) {
       s->dock_force_newton = 5;
       s->insertion_depth_m = per_frame_m * i;
     });
@@ -64,14 +65,14 @@ TEST(DockContact, NoJamWhileThePoleMovesOnOrBack) {
 
 TEST(DockContact, NoJamWhenThePushIsWeakOrInterrupted) {
   EXPECT_FALSE(
-      Played(80, [](int, DockSample* s) { s->dock_force_newton = 2; }).jam_time_s().has_value());
-  EXPECT_FALSE(Played(80, [](int i, DockSample* s) { s->dock_force_newton = i % 9 ? 5 : 0; })
+      Played(80, [](int, FrameRecord* s) { s->dock_force_newton = 2; }).jam_time_s().has_value());
+  EXPECT_FALSE(Played(80, [](int i, FrameRecord* s) { s->dock_force_newton = i % 9 ? 5 : 0; })
                    .jam_time_s()
                    .has_value());
 }
 
 TEST(DockContact, NoJamInTheHole) {
-  const DockContact contact = Played(80, [](int, DockSample* s) {
+  const DockContact contact = Played(80, [](int, FrameRecord* s) {
     s->dock_force_newton = 5;
     s->inserted = true;
   });
@@ -80,7 +81,7 @@ TEST(DockContact, NoJamInTheHole) {
 
 TEST(DockContact, ProgressOnlyPutsTheJamOff) {
   // A slip of 6 mm at frame 5 begins the wait anew.
-  const DockContact contact = Played(80, [](int i, DockSample* s) {
+  const DockContact contact = Played(80, [](int i, FrameRecord* s) {
     s->dock_force_newton = 5;
     s->insertion_depth_m = i < 5 ? 0 : 0.006;
   });

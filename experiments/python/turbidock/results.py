@@ -148,4 +148,6 @@ def _count(workers: int | None) -> int:
 def _frame(csv: str) -> pandas.DataFrame:
     import pandas
 
-    return pandas.read_csv(io.StringIO(csv)) if csv.strip() else pandas.DataFrame()
+    if not csv.strip():
+        return pandas.DataFrame()
+    return pandas.read_csv(io.StringIO(csv)).astype({"docked": bool, "inserted": bool})

@@ -8,7 +8,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "experiments/batch/job_options.h"
+#include "experiments/batch/job_pool.h"
 #include "experiments/media/canvas.h"
 #include "experiments/media/png.h"
 #include "experiments/report/json.h"
@@ -339,12 +339,13 @@ DatasetSummary MakeDataset(const batch::Plan& plan, const std::string& folder,
     MakeShard(plan, folder_of(shard), first, std::min(per_shard, plan.trials() - first));
     return "";
   };
-  batch::WorkerPool pool(options.workers, {.time_limit_s = batch::kJobTimeLimit_s}, make);
+  const auto pool =
+      batch::MakePool({.workers = options.workers}, batch::kJobTimeLimit_s, {"dataset", make});
   int done = 0;
   const auto count = [&](size_t, const std::string&) {
     if (options.on_progress) options.on_progress(++done, static_cast<int>(missing.size()));
   };
-  summary.complete = batch::MapEach(&pool, missing, count, options.stop_requested);
+  summary.complete = batch::MapEach(pool.get(), missing, count, options.stop_requested);
   if (summary.complete)
     WriteContactSheet(root / "contact_sheet.png", plan.settings().description, folder_of,
                       summary.images, 2 * per_shard);

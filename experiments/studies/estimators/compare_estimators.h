@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "experiments/batch/job_options.h"
+#include "experiments/batch/job_pool.h"
 #include "experiments/report/report.h"
 #include "experiments/statistics/intervals.h"
 #include "experiments/trial/plugins.h"

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <set>
 
-#include "experiments/batch/varied_keys.h"
+#include "experiments/batch/plan_keys.h"
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
 #include "sim/base/check.h"

@@ -9,7 +9,6 @@
 #include "experiments/app/commands.h"
 #include "experiments/app/progress.h"
 #include "experiments/batch/result_store.h"
-#include "experiments/batch/run_lock.h"
 #include "experiments/page/batch_page.h"
 #include "experiments/page/report_page.h"
 #include "experiments/studies/live/live_view.h"

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "experiments/batch/job_options.h"
+#include "experiments/batch/job_pool.h"
 #include "experiments/report/json.h"
 #include "experiments/report/report.h"
 #include "experiments/trial/fixed_view.h"

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <set>
 
-#include "experiments/batch/varied_keys.h"
+#include "experiments/batch/plan_keys.h"
 #include "experiments/config/data_files.h"
 #include "experiments/config/nearest_name.h"
 #include "experiments/config/yaml_fields.h"

@@ -11,9 +11,9 @@
 #include <fstream>
 #include <thread>
 
-#include "experiments/batch/job_options.h"
+#include "experiments/batch/job_pool.h"
 #include "experiments/batch/result_store.h"
-#include "experiments/batch/trial_job.h"
+#include "experiments/batch/runner.h"
 #include "experiments/studies/compare/comparison.h"
 #include "experiments/trial/record_columns.h"
 #include "experiments/trial/scenario.h"
@@ -32,7 +32,7 @@ void KillWorkers() {
   ASSERT_EQ(killed, 1);
 }
 
-batch::FinishedTrial RunOne(batch::JobPool* pool, int64_t id, double duration_s, bool kill_it) {
+batch::StoredTrial RunOne(batch::JobPool* pool, int64_t id, double duration_s, bool kill_it) {
   const trial::Scenario scenario = trial::LoadScenario(
       "pool_active", {"pose_source=true_pose", "seed=" + std::to_string(70 + id),
                       "duration_s=" + std::to_string(duration_s)});
@@ -43,14 +43,14 @@ batch::FinishedTrial RunOne(batch::JobPool* pool, int64_t id, double duration_s,
   }
   std::optional<batch::JobResult> ended;
   while (!ended) ended = pool->Next(1);
-  return batch::FinishedTrialOf(*ended, scenario.seed);
+  return batch::FinishedTrialOf(*ended, {.seed = scenario.seed, .parameters = {}});
 }
 
 TEST(CrashedTrial, IsNoMeasurementAnywhere) {
   const auto pool = batch::MakePool({.workers = 1}, /*time_limit_s=*/300, batch::TrialWork());
-  const batch::FinishedTrial whole = RunOne(pool.get(), 0, 1, false);
-  const batch::FinishedTrial crashed = RunOne(pool.get(), 1, 3000, true);
-  const batch::FinishedTrial after = RunOne(pool.get(), 2, 1, false);  // by a new worker
+  const batch::StoredTrial whole = RunOne(pool.get(), 0, 1, false);
+  const batch::StoredTrial crashed = RunOne(pool.get(), 1, 3000, true);
+  const batch::StoredTrial after = RunOne(pool.get(), 2, 1, false);  // by a new worker
   EXPECT_EQ(whole.record.outcome, trial::Outcome::kTimeout);
   EXPECT_EQ(after.record.outcome, trial::Outcome::kTimeout);
 
@@ -67,19 +67,19 @@ TEST(CrashedTrial, IsNoMeasurementAnywhere) {
   const fs::path folder =
       fs::temp_directory_path() / ("turbidock_crashed_" + std::to_string(getpid()));
   fs::create_directories(folder);
-  const auto stored = [&](const char* name, const std::vector<batch::FinishedTrial>& trials) {
+  const auto stored = [&](const char* name, const std::vector<batch::StoredTrial>& trials) {
     const std::string file = (folder / name).string();
     batch::StoreHeader header;
     header.plan = "seeds: 3\n";
     header.build = "test";
     header.trials = 3;
     batch::ResultStore store = batch::ResultStore::Write(file, header);
-    for (const batch::FinishedTrial& trial : trials)
+    for (const batch::StoredTrial& trial : trials)
       store.Add({.trial = trial.record.seed - 70, .parameters = {}, .record = trial.record});
     return file;
   };
   // In one set the second trial crashed, in the other the third did.
-  batch::FinishedTrial swapped = crashed, fine = after;
+  batch::StoredTrial swapped = crashed, fine = after;
   swapped.record.seed = 72;
   fine.record.seed = 71;
   const std::string a = stored("a.db", {whole, crashed, after}),
@@ -100,9 +100,9 @@ TEST(CrashedTrial, IsNoMeasurementAnywhere) {
   const batch::StoredTrial again = in_a.Trial(1);
   EXPECT_EQ(again.record.outcome, trial::Outcome::kCrashed);
   EXPECT_EQ(again.record.seed, 71);
-  const std::vector<batch::Verdict> verdicts = in_a.Verdicts();
-  ASSERT_EQ(verdicts.size(), 3u);
-  EXPECT_FALSE(verdicts[1].success);
+  const std::map<int64_t, bool> successes = in_a.Successes();
+  ASSERT_EQ(successes.size(), 3u);
+  EXPECT_FALSE(successes.at(1));
   // Neither is paired: what it would have come to is not known.
   const std::vector<TrialPair> pairs = PairTrials(in_a, in_b, {});
   ASSERT_EQ(pairs.size(), 1u);

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "experiments/config/data_files.h"
 #include "experiments/report/json.h"
 #include "experiments/studies/gate/gate.h"
 #include "sim/base/check.h"
@@ -145,6 +146,24 @@ TEST_F(GateRepeat, TrialsOfAnotherGateAreBegunAnew) {
 
   std::ofstream(File("notes.db")) << "what I noted";
   EXPECT_THROW(Open("notes.db", {}), ConfigError);
+}
+
+// What a trial reads counts by its content: no verdict is on two vehicles.
+TEST_F(GateRepeat, TrialsOfAVehicleThatHasChangedAreBegunAnew) {
+  const std::string own = File("own.xml");
+  fs::copy_file(config::ModelPath("vehicle.xml"), own);
+  fs::copy_file(config::ModelPath("vehicle.yaml"), File("own.yaml"));
+  const std::vector<std::string> assignments = {"vehicle_model=" + own};
+  Gate(1);
+  {
+    batch::ResultStore store = Open("trials.db", assignments);
+    MeasureBaseline(plan_, MakeGateRunner(plan_, {}, &store));
+  }
+  EXPECT_EQ(std::ssize(Open("trials.db", assignments).Done()), 2);
+  EXPECT_THAT(said_, IsEmpty());
+  std::ofstream(own, std::ios::app) << "<!-- heavier -->\n";
+  EXPECT_THAT(Open("trials.db", assignments).Done(), IsEmpty());
+  EXPECT_THAT(said_, HasSubstr("the model file " + own + " has changed"));
 }
 
 TEST_F(GateRepeat, ACrashIsNoVerdictAndRunsAgain) {

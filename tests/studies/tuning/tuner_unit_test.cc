@@ -21,6 +21,7 @@
 #include "experiments/report/report_json.h"
 #include "experiments/studies/tuning/study.h"
 #include "sim/base/check.h"
+#include "tests/support/message_of.h"
 
 namespace turbidock::tuning {
 namespace {
@@ -56,6 +57,33 @@ std::string MessageOf(const std::string& text) {
     return error.what();
   }
   return "";
+}
+
+// What a trial reads counts by its content: a run never goes on with another vehicle.
+TEST(Tuning, IsNotResumedWhenAModelFileHasChanged) {
+  namespace fs = std::filesystem;
+  const fs::path folder =
+      fs::temp_directory_path() / ("turbidock_tune_model_" + std::to_string(getpid()));
+  fs::create_directories(folder);
+  const std::string own = (folder / "own.xml").string();
+  fs::copy_file(config::ModelPath("vehicle.xml"), own);
+  fs::copy_file(config::ModelPath("vehicle.yaml"), folder / "own.yaml");
+  std::string trials = kTrials;
+  trials.insert(trials.find("pose_source"), "vehicle_model: '" + own + "', ");
+  const auto begin = [&] {
+    const Study study(kHead + trials + kGains + kObjective, "study.yaml");
+    TuningOptions options;
+    options.stop_requested = [] { return true; };
+    try {
+      Tune(study, (folder / "evaluations.sqlite").string(), options);
+    } catch (const batch::Stopped&) {
+    }
+  };
+  begin();
+  begin();
+  std::ofstream(own, std::ios::app) << "<!-- heavier -->\n";
+  EXPECT_THAT(testing::MessageOf(begin), HasSubstr("the model file " + own + " has changed"));
+  fs::remove_all(folder);
 }
 
 TEST(Study, TheExampleIsReadAndStartsAtTheScenariosGains) {

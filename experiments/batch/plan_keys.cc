@@ -1,0 +1,114 @@
+#include "experiments/batch/plan_keys.h"
+
+#include <algorithm>
+
+#include "experiments/config/yaml_fields.h"
+#include "experiments/statistics/sampling.h"
+
+namespace turbidock::batch {
+namespace {
+
+std::array<double, 2> Bounds(const config::YamlNode& at) {
+  std::array<double, 2> bounds{};
+  config::ReadValue(at, &bounds);
+  if (bounds[0] >= bounds[1]) at.Fail("low must be below high");
+  return bounds;
+}
+
+// "a[1].b" as "a.1.b".
+std::string Dotted(const std::string& key) {
+  std::string dotted;
+  for (const char c : key)
+    if (c != ']') dotted += c == '[' ? '.' : c;
+  return dotted;
+}
+
+template <class Do>
+void ForEachLeaf(const std::string& key, const config::YamlNode& value, const Do& act) {
+  if (!value.IsMap()) return act(Dotted(key), value);
+  for (const auto& [name, part] : value.Entries()) ForEachLeaf(JoinKey(key, name), part, act);
+}
+
+}  // namespace
+
+RandomKey RandomKey::Read(const std::string& key, const config::YamlNode& distribution) {
+  constexpr auto& kKinds = EnumNames<Kind>::kNames;
+  RandomKey random;
+  random.key = key;
+  random.text = distribution.OneLine();
+  int kinds = 0;
+  for (const auto& [word, value] : distribution.Entries()) {
+    if (word == "within") {
+      random.within = Bounds(value);
+      continue;
+    }
+    const auto kind = std::ranges::find(
+        kKinds, word, [](const auto& known) -> std::string { return known.second; });
+    if (kind == kKinds.end() || ++kinds > 1)
+      value.Fail("must be one of uniform, normal, log_uniform, choice");
+    random.kind = kind->first;
+    if (random.kind == Kind::kChoice) {
+      for (const config::YamlNode& choice : value.Elements())
+        random.choices.push_back(choice.OneLine());
+      if (random.choices.empty()) value.Fail("must be a list of values");
+    } else if (random.kind == Kind::kNormal) {
+      config::ReadValue(value, &random.numbers);
+      if (random.numbers[1] <= 0) value.Fail("the standard deviation must be > 0");
+    } else {
+      random.numbers = Bounds(value);
+      if (random.kind == Kind::kLogUniform && random.numbers[0] <= 0) value.Fail("low must be > 0");
+    }
+  }
+  if (kinds == 0) distribution.Fail("must be one of uniform, normal, log_uniform, choice");
+  if (!random.within) return random;
+  if (random.kind != Kind::kNormal) distribution.Fail("only a normal distribution has `within`");
+  // beyond that next to nothing is left to draw from
+  constexpr double kFarthest = 5;  // standard deviations
+  const auto [mean, deviation] = random.numbers;
+  if ((*random.within)[0] > mean + kFarthest * deviation ||
+      (*random.within)[1] < mean - kFarthest * deviation)
+    distribution.Fail("`within` is more than 5 standard deviations from the mean");
+  return random;
+}
+
+std::string RandomKey::ValueAt(double u) const {
+  const auto [a, b] = numbers;
+  if (kind == Kind::kUniform) return FormatNumber(statistics::UniformAt(u, a, b));
+  if (kind == Kind::kLogUniform) return FormatNumber(statistics::LogUniformAt(u, a, b));
+  if (kind == Kind::kNormal)
+    return FormatNumber(within ? statistics::NormalAt(u, a, b, (*within)[0], (*within)[1])
+                               : statistics::NormalAt(u, a, b));
+  return choices[static_cast<size_t>(u * static_cast<double>(choices.size()))];
+}
+
+void VariedKeys::Add(const std::string& key, const config::YamlNode& value) {
+  ForEachLeaf(key, value, [this](const std::string& leaf, const config::YamlNode& at) {
+    leaves_.emplace(leaf, at.Where() + at.path);
+  });
+}
+
+const std::string* VariedKeys::Find(const std::string& leaf) const {
+  auto there = leaves_.find(leaf);
+  if (there == leaves_.end()) there = leaves_.lower_bound(leaf + ".");
+  const bool is_there =
+      there != leaves_.end() && (there->first == leaf || there->first.starts_with(leaf + "."));
+  return is_there ? &there->second : nullptr;
+}
+
+std::optional<config::YamlNode> VariedKeys::FirstThere(const std::string& key,
+                                                       const config::YamlNode& value) const {
+  std::optional<config::YamlNode> first;
+  ForEachLeaf(key, value, [&](const std::string& leaf, const config::YamlNode& at) {
+    if (!first && Find(leaf)) first = at;
+  });
+  return first;
+}
+
+void VariedKeys::RequireNew(const std::string& key, const config::YamlNode& value) const {
+  ForEachLeaf(key, value, [this](const std::string& leaf, const config::YamlNode& at) {
+    if (const std::string* before = Find(leaf))
+      at.Fail("this key is given twice, also by " + *before);
+  });
+}
+
+}  // namespace turbidock::batch
