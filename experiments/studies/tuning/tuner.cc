@@ -43,12 +43,22 @@ Evaluation Joined(Evaluation a, const Evaluation& b) {
   return a;
 }
 
-HeldOut Compare(const Evaluation& start, const Evaluation& tuned) {
+HeldOut Compare(const Study& study, const Evaluation& start, const Evaluation& tuned) {
   std::vector<compare::TrialPair> pairs;
   for (size_t i = 0; i < start.records.size(); ++i)
     pairs.push_back({.parameters = {}, .a = start.records[i], .b = tuned.records[i]});
   HeldOut result{.cost_difference = statistics::ComparePairs(start.costs, tuned.costs),
+                 .terms = {},
                  .trials = compare::ComparePairs(pairs, {})};
+  const std::vector<ObjectiveTerm>& objective = study.settings().objective;
+  for (size_t i = 0; i < objective.size(); ++i) {
+    const auto mean = [&](const Evaluation& of) {
+      double sum = 0;
+      for (const trial::TrialRecord& record : of.records) sum += study.CostsOf(record)[i];
+      return sum / static_cast<double>(of.records.size());
+    };
+    result.terms.push_back({objective[i].metric, mean(start), mean(tuned)});
+  }
   result.trials.a = "before";
   result.trials.b = "tuned";
   return result;
@@ -214,7 +224,7 @@ class Tuning {
     const std::vector<Evaluation> both =
         evaluations_.Run(phase_, study_.TrialsOf(kHeldOutSet, settings_.proof.held_out_seeds),
                          {study_.start(), result_.tuned}, settings_.proof.cameras);
-    result_.held_out = Compare(both[0], both[1]);
+    result_.held_out = Compare(study_, both[0], both[1]);
     result_.finished = true;
     Tell();
     return result_;

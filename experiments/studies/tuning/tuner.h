@@ -34,12 +34,21 @@ struct GenerationRecord {
                    incumbent_success, replaced, gains)
 };
 
+// A term of the objective: what it costs a trial on average.
+struct TermCost {
+  std::string metric;
+  double before = 0, tuned = 0;
+
+  TURBIDOCK_FIELDS(metric, before, tuned)
+};
+
 // The tuned gains (b) against those that were there before (a), on held-out seeds.
 struct HeldOut {
   statistics::PairedComparison cost_difference{};  // tuned less start
+  std::vector<TermCost> terms{};
   compare::Comparison trials{};
 
-  TURBIDOCK_FIELDS(cost_difference, trials)
+  TURBIDOCK_FIELDS(cost_difference, terms, trials)
 };
 
 struct TuningResult {

@@ -82,20 +82,14 @@ report::Axis CostAxis(const std::vector<GenerationRecord>& generations) {
   return {.label = "cost of a trial", .low = low - margin, .high = high + margin};
 }
 
-report::Section ConvergenceSection(const StudySettings& settings, const TuningResult& result) {
+report::Section ConvergenceSection(const TuningResult& result) {
   using G = GenerationRecord;
   const auto over_trials = [&](auto of) {
     return report::SamplesOf(result.generations, &G::trials, of);
   };
   const auto replaced = [](const G& g) { return g.replaced ? g.best : report::kOpen; };
-  std::vector<std::string> terms;
-  for (const ObjectiveTerm& term : settings.objective)
-    terms.push_back(fmt::format(
-        "{:g} x |{}|{}", term.weight, report::QuantityOf(term.metric).label,
-        term.failed > 0 ? fmt::format(" ({:g} more where it fails)", term.failed) : ""));
   return {
       .title = "Convergence",
-      .note = fmt::format("A trial costs {}.", fmt::join(terms, " + ")),
       .panels = {
           {.title = "cost",
            .x = {"trials"},
@@ -107,6 +101,26 @@ report::Section ConvergenceSection(const StudySettings& settings, const TuningRe
                       {"takes its place", over_trials(replaced), report::CurveColor(1),
                        Mark::kRings, 2, 11}},
            .legend = report::Legend::kAbove}}};
+}
+
+report::Section CostSection(const StudySettings& settings, const std::optional<HeldOut>& held_out) {
+  std::vector<std::string> columns = {"<term", "weight", "more where it fails"};
+  if (held_out) columns.insert(columns.end(), {"cost before", "tuned"});
+  report::Table table(columns);
+  for (size_t i = 0; i < settings.objective.size(); ++i) {
+    const ObjectiveTerm& term = settings.objective[i];
+    std::vector<report::Cell> row = {fmt::format("|{}|", report::QuantityOf(term.metric).label),
+                                     fmt::format("{:g}", term.weight),
+                                     fmt::format("{:g}", term.failed)};
+    if (held_out)
+      for (const double cost : {held_out->terms[i].before, held_out->terms[i].tuned})
+        row.push_back(fmt::format("{:.2f}", cost));
+    table.Row(row);
+  }
+  return {.title = "What a trial costs",
+          .note = held_out ? "The sum of these terms; means over the held-out trials."
+                           : "The sum of these terms.",
+          .table = table};
 }
 
 report::Section GainsSection(const Study& study, const TuningResult& result) {
@@ -159,8 +173,9 @@ report::Report ReportOf(const Study& study, const TuningResult& result) {
       .verdict = VerdictOf(study, result),
       .facts = FactsOf(study, result)};
   if (result.held_out) report.sections.push_back(HeldOutSection(settings, *result.held_out));
-  if (!result.generations.empty()) report.sections.push_back(ConvergenceSection(settings, result));
+  if (!result.generations.empty()) report.sections.push_back(ConvergenceSection(result));
   report.sections.push_back(GainsSection(study, result));
+  report.sections.push_back(CostSection(settings, result.held_out));
   return report;
 }
 
