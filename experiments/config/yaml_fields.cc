@@ -314,7 +314,7 @@ void ApplySet(const std::string& assignment, const GroupRef& group, Origins* ori
 // ----------------------------------------------------------------------------------------- saving
 
 // In quotes where YAML or people might read something else than text.
-void EmitText(const std::string& text, YAML::Emitter* out) {
+void EmitSaved(const std::string& text, YAML::Emitter* out) {
   constexpr const char* kReserved[] = {"null", "true", "false", "yes", "no", "on", "off", "y", "n"};
   const bool is_plain =
       !text.empty() && std::isalpha(static_cast<unsigned char>(text[0])) &&
@@ -366,8 +366,8 @@ void Emit(const Field& field, YAML::Emitter* out) {
   };
   std::visit(Overloaded{[&](const auto* value) { *out << *value; },
                         [&](const double* value) { *out << NumberAsYaml(*value); },
-                        [&](const std::string* value) { EmitText(*value, out); },
-                        [&](const EnumRef& value) { EmitText(value.names[value.get()], out); },
+                        [&](const std::string* value) { EmitSaved(*value, out); },
+                        [&](const EnumRef& value) { EmitSaved(value.names[value.get()], out); },
                         emit_group, emit_list},
              field.value);
 }
