@@ -24,7 +24,6 @@ const std::map<std::string, std::pair<const char*, const char*>> kExamples = {
     {"estimate",
      {"estimate --left left.mp4 --right right.mp4 --rig rig.yaml --csv poses.csv",
       "estimate --left 'left_*.png' --right 'right_*.png' --overlay seen.mp4 --json"}},
-    {"export", {"export sweep.db > sweep.csv", "export sweep.db --timing"}},
     {"gate", {"gate gate.yaml --out report", "gate gate.yaml --set controller=lqg --json"}},
     {"list", {"list", "list keys | grep milk"}},
     {"merge",

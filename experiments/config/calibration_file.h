@@ -31,7 +31,7 @@ struct Calibration {
   Eigen::Vector3d p_RL;
 };
 
-// Reads the calibration that the files together hold, told by what is in them (calibrations.md):
+// Reads the calibration that the files together hold, told by what is in them:
 // OpenCV's matrices as YAML, XML or JSON, two files of ROS's camera_info, the left camera's first,
 // or Kalibr's camchain. Nothing for files of our own; ConfigError for what is missing or unknown.
 std::optional<Calibration> ReadCalibration(const std::vector<std::string>& files);

@@ -14,7 +14,7 @@ namespace turbidock::trial {
 ViewCriteria CriteriaOf(const Scenario& scenario);
 
 // The record as one JSON document, two spaces indented, with a final newline; keys as in
-// result_keys.md. All units SI.
+// `list result-keys`. All units SI.
 std::string ResultJson(const TrialRecord& record);
 
 // What WriteRecords writes.

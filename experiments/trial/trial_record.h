@@ -1,8 +1,7 @@
 #pragma once
 // What is kept of a trial. Each part of it is one line in TrialRecord::Fields: result.json, the
-// columns of a batch's file, its export, the pipe from a worker and the table of result keys
-// (result_keys.md) are made of that list. To add one, add a member and its line there, and compute
-// it in recorder.cc.
+// columns of a batch's file, the pipe from a worker and `list result-keys` are made of that list.
+// To add one, add a member and its line there, and compute it in recorder.cc.
 
 #include <cstdint>
 #include <map>

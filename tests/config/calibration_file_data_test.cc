@@ -1,5 +1,5 @@
 // Which calibrations of other programs are read, and what is said of the others: the table
-// experiments/config/calibrations.md is drawn from the variants below and compared with the
+// assets/measured/calibrations.md is drawn from the variants below and compared with the
 // committed one.
 
 #include "experiments/config/calibration_file.h"
@@ -279,7 +279,7 @@ TEST(Calibrations, AreReadOrRefusedAsTheTableSays) {
     for (const Variant& variant : variants)
       table += "| " + variant.format + " | " + variant.name + " | " + OutcomeOf(variant, folder) +
                " |\n";
-  std::ifstream committed(TURBIDOCK_TEST_DATA "/../../experiments/config/calibrations.md");
+  std::ifstream committed(TURBIDOCK_TEST_DATA "/../../assets/measured/calibrations.md");
   const std::string text(std::istreambuf_iterator<char>(committed), {});
   const std::string drawn = ::testing::TempDir() + "/calibrations.md";
   std::ofstream(drawn) << text.substr(0, text.find("| Format")) << table;

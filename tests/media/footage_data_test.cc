@@ -1,5 +1,5 @@
 // Which images and recordings are read, and what is said of the others: the table
-// experiments/media/footage.md is drawn from the variants below and compared with the committed
+// assets/measured/footage.md is drawn from the variants below and compared with the committed
 // one.
 
 #include <gtest/gtest.h>
@@ -247,7 +247,7 @@ TEST(Footage, IsReadOrRefusedAsTheTableSays) {
   std::string table = "| Kind | Variant | Outcome |\n|---|---|---|\n";
   for (const std::vector<std::string>& rows : {Stills(), Sequences(), Videos()})
     for (const std::string& row : rows) table += row;
-  std::ifstream committed(TURBIDOCK_TEST_DATA "/../../experiments/media/footage.md");
+  std::ifstream committed(TURBIDOCK_TEST_DATA "/../../assets/measured/footage.md");
   const std::string text(std::istreambuf_iterator<char>(committed), {});
   const std::string drawn = ::testing::TempDir() + "/footage.md";
   std::ofstream(drawn) << text.substr(0, text.find("| Kind")) << table;
