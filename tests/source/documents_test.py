@@ -12,7 +12,8 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 PROGRAM = None
 # What the program wrote or was like at the time: dated records, and the list of what is gone.
 RECORDS = ('assets/measured/', 'CHANGELOG.md')
-MOST_WORDS_OF_README = 600
+# Of each README, and of all documents but the dated records.
+MOST_WORDS_OF_README, MOST_WORDS = 600, 12000
 
 LINK = re.compile(r'\]\(([^)\s]+)\)')
 FENCE = re.compile(r'^```sh\n(.*?)^```', re.S | re.M)
@@ -88,9 +89,16 @@ class Documents(unittest.TestCase):
         self.assertGreater(seen, 30)  # else the blocks are no longer found
         self.assertEqual(wrong, [])
 
-    def test_the_first_page_is_short(self):
-        words = [word for word in (ROOT / 'README.md').read_text().split() if re.search(r'\w', word)]
-        self.assertLessEqual(len(words), MOST_WORDS_OF_README)
+    def test_are_short(self):
+        words = {}
+        for document in documents():
+            name = str(document.relative_to(ROOT))
+            if not name.startswith(RECORDS[0]):
+                words[name] = sum(1 for word in document.read_text().split() if re.search(r'\w', word))
+        long = {name: count for name, count in words.items() if name.endswith('README.md') and count > MOST_WORDS_OF_README}
+        self.assertEqual(long, {})
+        self.assertLessEqual(sum(words.values()), MOST_WORDS)
+
 
 
 if __name__ == '__main__':
