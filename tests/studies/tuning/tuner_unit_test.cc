@@ -71,7 +71,7 @@ TEST(Tuning, IsNotResumedWhenAModelFileHasChanged) {
   std::string trials = kTrials;
   trials.insert(trials.find("pose_source"), "vehicle_model: '" + own + "', ");
   const auto begin = [&] {
-    const Study study(kHead + trials + kGains + kObjective, "study.yaml");
+    const Study study = StudyOf(kHead + trials + kGains + kObjective);
     TuningOptions options;
     options.stop_requested = [] { return true; };
     try {
