@@ -22,7 +22,7 @@ const std::map<std::string, std::pair<const char*, const char*>> kExamples = {
      {"dataset detector_images --seeds 2 --out images",
       "dataset detector_images --workers 4 --out images"}},
     {"estimate",
-     {"estimate --left left.mp4 --right right.mp4 --rig rig.yaml --csv poses.csv",
+     {"estimate --left left.mp4 --right right.mp4 --rig rig.yaml",
       "estimate --left 'left_*.png' --right 'right_*.png' --overlay seen.mp4 --json"}},
     {"gate", {"gate gate.yaml --out report", "gate gate.yaml --set controller=lqg --json"}},
     {"list", {"list", "list keys | grep milk"}},

@@ -2,8 +2,8 @@
 #include <vector>
 
 #include "experiments/app/commands.h"
-#include "experiments/app/report_output.h"
 #include "experiments/app/progress.h"
+#include "experiments/app/report_output.h"
 #include "experiments/studies/bench/bench.h"
 
 namespace turbidock::bench {

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "experiments/app/commands.h"
-#include "experiments/app/report_output.h"
 #include "experiments/app/progress.h"
+#include "experiments/app/report_output.h"
 #include "experiments/media/image_source.h"
 #include "experiments/media/mp4_writer.h"
 #include "experiments/media/png.h"

@@ -3,8 +3,8 @@
 
 #include "experiments/app/commands.h"
 #include "experiments/app/job_arguments.h"
-#include "experiments/app/report_output.h"
 #include "experiments/app/progress.h"
+#include "experiments/app/report_output.h"
 #include "experiments/studies/estimators/compare_estimators.h"
 #include "sim/light/optics_params.h"
 

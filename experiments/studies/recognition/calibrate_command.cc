@@ -6,8 +6,8 @@
 
 #include "experiments/app/commands.h"
 #include "experiments/app/job_arguments.h"
-#include "experiments/app/report_output.h"
 #include "experiments/app/progress.h"
+#include "experiments/app/report_output.h"
 #include "experiments/config/data_files.h"
 #include "experiments/studies/recognition/calibration.h"
 #include "experiments/studies/recognition/table.h"

