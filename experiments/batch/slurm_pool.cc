@@ -198,7 +198,8 @@ class SlurmPool final : public JobPool {
     failing_since_.clear();
     for (size_t i = 0; i < waiting_.size(); ++i) {
       const int64_t serial = waiting_[i].serial;
-      tasks_[{number, static_cast<int>(i % tasks)}].emplace(serial, std::move(waiting_[i]));
+      const std::pair task(number, static_cast<int>(i % tasks));
+      tasks_[task].emplace(serial, std::move(waiting_[i]));
     }
     waiting_.clear();
     asked_ = Clock::now();

@@ -148,8 +148,9 @@ std::optional<bool> IsEquidistant(const Values& values, Side side) {
   const std::string model = Plain(at->Text().value_or(""));
   for (const std::string known : {"plumbbob", "radtan", "rationalpolynomial"})
     if (model == known) return false;
-  if (model == "equidistant" || model == "fisheye") return true;
-  at->Fail("must be plumb_bob, radtan, rational_polynomial or equidistant to be read");
+  if (model != "equidistant" && model != "fisheye")
+    at->Fail("must be plumb_bob, radtan, rational_polynomial or equidistant to be read");
+  return true;
 }
 
 vision::LensDistortion LensIn(const Values& values, Side side, const std::string& files) {

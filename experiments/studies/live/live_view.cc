@@ -48,7 +48,7 @@ void ServeTrial(const trial::Scenario& scenario, const ServeOptions& options,
 
   const Seconds frame(scenario.clock.frame_s());
   Clock::time_point next_picture = Clock::now(), due = next_picture, begin = due;
-  Seconds simulated = 0s;  // since `begin`
+  Seconds simulated{};  // since `begin`
   double real_time_factor = 0;
   bool was_watched = false, goes_on = false;
   while (!options.stop_requested()) {
@@ -58,7 +58,7 @@ void ServeTrial(const trial::Scenario& scenario, const ServeOptions& options,
     const auto now = Clock::now();
     if (const bool went_on = goes_on; (goes_on = was_watched && session.wants_step()) && !went_on) {
       due = begin = now;
-      simulated = 0s;
+      simulated = Seconds{};
     }
     const bool is_due = goes_on && now >= due;
     const bool whole_images = is_due && (now >= next_picture || !session.going());
@@ -69,10 +69,10 @@ void ServeTrial(const trial::Scenario& scenario, const ServeOptions& options,
       due =
           std::max(due + duration_cast<Clock::duration>(frame / session.speed()), then - kMostLate);
       simulated += frame;
-      if (then - begin >= 1s) {
+      if (then - begin >= Seconds(1)) {
         real_time_factor = simulated / (then - begin);
         begin = then;
-        simulated = 0s;
+        simulated = Seconds{};
       }
     }
     if (!is_due && !were_asked) continue;

@@ -123,10 +123,11 @@ Study::Study(const config::YamlNode& study, const trial::Plugins& plugins)
   for (const config::YamlNode& term : study.Find("objective")->Elements()) {
     const std::string& name = settings_.objective[objective_.size()].metric;
     const auto found = std::ranges::find(trial::Metrics(), name, &trial::Metric::name);
-    if (found == trial::Metrics().end())
+    if (found != trial::Metrics().end())
+      objective_.push_back(*found);
+    else
       term.Find("metric").value_or(term).Fail("'" + name + "' is produced by no trial" +
                                               config::DidYouMean(name, names));
-    objective_.push_back(*found);
   }
   const trial::Scenario scenario = plan_.ScenarioOf(plan_.Trial(0));
   for (size_t i = 0; i < settings_.gains.size(); ++i) {
