@@ -18,9 +18,8 @@ void RequireSameScale(const CalibratedCamera& camera, const ImageSize& images) {
   if (camera.size || std::max(std::abs(u - 0.5), std::abs(v - 0.5)) <= kMost) return;
   camera.at.Fail(fmt::format(
       "the principal point ({:.0f}, {:.0f}) is not near the middle of the images, {} x {}, as if "
-      "of "
-      "images {:.2g} times as large; give such images, or say in the file which image_width and "
-      "image_height were calibrated",
+      "of images {:.2g} times as large; give such images, or say in the file which image_width "
+      "and image_height were calibrated",
       camera.K(0, 2), camera.K(1, 2), images.width_px, images.height_px, u + v));
 }
 

@@ -142,6 +142,7 @@ GateReport RunGate(const GatePlan& plan, const Baseline& baseline, const GateRun
   report.build = system::BuildId();
   report.baseline_build = baseline.build;
   report.alpha = plan.alpha;
+  report.beta = plan.beta;
   report.alpha_covers = plan.alpha_covers;
   report.assignments = plan.assignments;
   for (const ConditionJudge& judge : judges) {

@@ -47,13 +47,13 @@ struct GateReport {
   statistics::Verdict verdict = statistics::Verdict::kPass;  // the worst of the conditions'
   std::string description;
   std::string build, baseline_build;
-  double alpha = 0;
+  double alpha = 0, beta = 0;
   AlphaCovers alpha_covers = AlphaCovers::kGate;
   std::vector<std::string> assignments;  // by --set: not the build as it is
   std::vector<ConditionReport> conditions;
 
-  TURBIDOCK_FIELDS(verdict, description, build, baseline_build, alpha, alpha_covers, assignments,
-                   conditions)
+  TURBIDOCK_FIELDS(verdict, description, build, baseline_build, alpha, beta, alpha_covers,
+                   assignments, conditions)
 };
 
 // The verdict depends on the trials' results only: what was run beyond the last trial needed is

@@ -75,6 +75,8 @@ std::vector<report::Fact> FactsOf(const GateReport& report) {
       {"no longer dock", std::to_string(failing), "seeds that docked in the baseline"},
       {"alpha", fmt::format("{:g}", report.alpha),
        fmt::format("chance to fail by mistake, of each {}", NameOf(report.alpha_covers))},
+      {"beta", fmt::format("{:g}", report.beta),
+       "chance to pass by mistake a condition that is worse by its margin"},
       {"would have seen", fmt::format("{}", fmt::join(losses, ", ")),
        "less success, in the conditions' order, with 80 % power"},
       {"not varied", "all scenario keys", "within a condition only the seed is"},

@@ -175,6 +175,9 @@ TEST_F(Gate, TheReportSaysWhichLossEachConditionWouldHaveShown) {
   report.assignments = {"controller=pid"};
   const report::Report shown = ReportOf(report);
   EXPECT_THAT(SectionOf(shown, "Measures").table->Text(), HasSubstr("-10.0 points"));
+  const auto beta = std::ranges::find(shown.facts, "beta", &report::Fact::label);
+  ASSERT_NE(beta, shown.facts.end());
+  EXPECT_EQ(beta->value, "0.05");
   const auto seen = std::ranges::find(shown.facts, "would have seen", &report::Fact::label);
   ASSERT_NE(seen, shown.facts.end());
   EXPECT_EQ(seen->value,
