@@ -83,7 +83,11 @@ TEST_F(CommandLine, AFolderHoldsTheFilesOfOneTrial) {
   with_all.insert(with_all.end(), {"--video", "--report"});
   ASSERT_EQ(RunProgram(with_all).exit_code, 0);
   EXPECT_TRUE(std::filesystem::exists(out / "video.mp4"));
+  for (const char* name : {"999999_left.jpg", "mine_left.jpg"})
+    std::ofstream(out / "cameras" / name) << name;
   ASSERT_EQ(RunProgram(run).exit_code, 0);
+  EXPECT_FALSE(std::filesystem::exists(out / "cameras/999999_left.jpg")) << "of another trial";
+  EXPECT_TRUE(std::filesystem::exists(out / "cameras/mine_left.jpg"));
   for (const char* name : {"video.mp4", "report.html"})
     EXPECT_FALSE(std::filesystem::exists(out / name)) << name;
   EXPECT_TRUE(std::filesystem::exists(out / "figure.png"));

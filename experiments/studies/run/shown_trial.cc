@@ -64,10 +64,12 @@ using Pictures = std::map<int64_t, Stereo<std::string>>;  // JPEG, by frame
 void WriteKeyFrames(const std::string& folder, const Pictures& pictures) {
   std::vector<fs::path> old;
   std::error_code none;
-  for (const auto& entry : fs::directory_iterator(folder, none))
-    if (entry.path().string().ends_with("_left.jpg") ||
-        entry.path().string().ends_with("_right.jpg"))
-      old.push_back(entry.path());
+  for (const auto& entry : fs::directory_iterator(folder, none)) {
+    const std::string name = entry.path().filename().string();
+    const size_t digits = std::min(name.find_first_not_of("0123456789"), name.size());
+    const std::string rest = name.substr(digits);
+    if (digits > 0 && (rest == "_left.jpg" || rest == "_right.jpg")) old.push_back(entry.path());
+  }
   for (const fs::path& path : old) fs::remove(path);
   for (const auto& [frame, jpeg] : pictures) {
     const std::string number = fmt::format("{}/{:06}", folder, frame);
