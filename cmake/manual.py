@@ -42,6 +42,8 @@ def page(text, folder):
         return f'[{words.replace("`", "")}]({os.path.normpath(folder / path)})' if path.endswith('.md') else words
 
     text = re.sub(r'\A# turbidock$', '# turbidock {#mainpage}', text, flags=re.M)
+    # Of a word in angle brackets it makes HTML, but for those in code.
+    text = re.sub(r'^[^`\n]*<[a-z][^`\n]*$', lambda line: re.sub(r'<(?=[a-z])', r'\\<', line[0]), text, flags=re.M)
     # Doxygen takes `it's` for the end of a quotation unless its marks are double.
     text = re.sub(r"(?<!`)`([^`\n]*'[^`\n]*)`(?!`)", r'``\1``', text)
     return re.sub(r'\[([^\]]*)\]\(([^)\s]*)\)', linked, text)
