@@ -88,7 +88,8 @@ BLIND = ['run', 'sea_night_active', '--set', 'pose_source=true_pose', '--set', '
 
 def trials_of(file):
     """What a batch found, without what differs from run to run."""
-    with contextlib.closing(sqlite3.connect(f'{pathlib.Path(file).as_uri()}?mode=ro', uri=True)) as db:
+    # for writing, too: SQLite then undoes what a killed program left half done
+    with contextlib.closing(sqlite3.connect(f'{pathlib.Path(file).as_uri()}?mode=rw', uri=True)) as db:
         return [db.execute('SELECT * FROM results ORDER BY trial').fetchall()]
 
 
