@@ -47,9 +47,8 @@ int ParseAndRun(int argc, char** argv, const trial::Plugins& plugins) {
   line.Program().Flag("--version", version, "Versions of the program and of what it runs on");
   for (const auto add :
        {bench::AddBench, run::AddRun, live::AddView, AddBatch, AddResults, AddReport, gate::AddGate,
-        compare::AddCompare, estimate::AddEstimate, dataset::AddDataset,
-        estimators::AddCompareEstimators, recognition::AddRecognize, recognition::AddCalibrate,
-        AddSlurmTask, tuning::AddTune, check_vehicle::AddCheckVehicle,
+        compare::AddCompare, estimate::AddEstimate, dataset::AddDataset, recognition::AddRecognize,
+        recognition::AddCalibrate, AddSlurmTask, tuning::AddTune, check_vehicle::AddCheckVehicle,
         step_response::AddStepResponse, AddList})
     add(line);
   if (const std::optional<int> code = line.Parse(argc, argv)) return *code;

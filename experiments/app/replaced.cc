@@ -43,12 +43,8 @@ const std::pair<std::string, const char*> kReplaced[] = {
     {"estimate --wall-clock", "--set estimator.generations_per_frame=20"},
     {"recognize --csv", "its cells in --json"},
     {"calibrate --seconds", "turbidock recognize --table FILE with the values found"},
-    {"compare-estimators --marker", "scenarios: compare-estimators pool_active pool_passive"},
-    {"compare-estimators --task", "one task: cold starts with all balls in sight"},
-    {"compare-estimators --figure", "its table; cells in --json"},
-    {"compare-estimators --csv", "each start in --json, under cells.each"},
-    {"compare-estimators --found-mm", "--right-mm"},
-    {"compare-estimators --found-deg", "--right-deg"},
+    {"compare-estimators",
+     "turbidock recognize --set pose_estimator=NAME, once for each; right and wrong_and_sure in --json"},
 };
 
 }  // namespace

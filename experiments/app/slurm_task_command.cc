@@ -1,7 +1,6 @@
 #include "experiments/app/commands.h"
 #include "experiments/batch/job_pool.h"
 #include "experiments/batch/runner.h"
-#include "experiments/studies/estimators/compare_estimators.h"
 #include "experiments/studies/recognition/calibration.h"
 #include "experiments/studies/recognition/recognition.h"
 
@@ -16,8 +15,8 @@ struct SlurmTaskArguments {
 
 int SlurmTask(const SlurmTaskArguments& arguments) {
   batch::RunSlurmTask(arguments.folder, arguments.task, arguments.workers,
-                      {batch::TrialWork(arguments.plugins), recognition::CellWork(),
-                       recognition::EvaluationWork(), estimators::StartWork(arguments.plugins)});
+                      {batch::TrialWork(arguments.plugins), recognition::CellWork(arguments.plugins),
+                       recognition::EvaluationWork()});
   return kExitDone;
 }
 

@@ -218,7 +218,7 @@ report::Panel PanelOver(const report::Quantity& x, const std::vector<SuccessCurv
   }
   const double margin = high > low ? 0.03 * (high - low) : 1;
   report::Panel panel{.x = {x.Title(), low - margin, high + margin},
-                      .legend = report::Legend::kAbove};
+                      .legend = true};
   const double middle = (static_cast<double>(curves.size()) - 1) / 2;
   for (size_t i = 0; i < curves.size(); ++i) {
     const double shift = 0.005 * (high - low) * (static_cast<double>(i) - middle);

@@ -21,7 +21,6 @@ using report::Axis;
 using report::Block;
 using report::Figure;
 using report::kCurveColors;
-using report::Legend;
 using report::Mark;
 using report::Panel;
 using report::Rule;
@@ -49,17 +48,13 @@ std::string Color(const Rgb& rgb) {
 using Layer = std::pair<const char*, const char*>;
 const std::vector<Layer>& LayersOf(Mark mark) {
   static const Layer kBars{"1:2:3:4", "yerrorbars pointtype {dot}"};
-  static const Layer kBand{"1:3:4", "filledcurves fillstyle transparent solid 0.18 noborder"};
   static const std::map<Mark, std::vector<Layer>> kLayers = {
       {Mark::kLine, {{"1:2", "lines {dashes}"}}},
       {Mark::kDashes, {{"1:2", "lines dashtype (8,5)"}}},
-      {Mark::kSteps, {{"1:2", "steps {dashes}"}}},
-      {Mark::kDashedSteps, {{"1:2", "steps dashtype (8,5)"}}},
       {Mark::kDots, {{"1:2", "points pointtype {dot}"}}},
       {Mark::kRings, {{"1:2", "points pointtype 6"}}},
       {Mark::kLineWithDots, {{"1:2", "linespoints pointtype {dot}"}}},
-      {Mark::kBand, {kBand}},
-      {Mark::kLineWithBand, {kBand, {"1:2", "lines {dashes}"}}},
+      {Mark::kBand, {{"1:3:4", "filledcurves fillstyle transparent solid 0.18 noborder"}}},
       {Mark::kBars, {kBars}},
       {Mark::kLineWithBars, {{"1:2", "lines"}, kBars}},
       {Mark::kNone, {}}};
@@ -132,8 +127,6 @@ void AddAxis(const std::string& name, const Axis& axis, bool has_data, Script* s
   script->Line("set {}label {}", name, Quoted(axis.label));
   if (axis.logarithmic) script->Line("set logscale {}", name);
   if (std::isfinite(axis.tick_step)) script->Line("set {}tics {}", name, axis.tick_step);
-  if (axis.whole && std::isfinite(high - low))  // about eight
-    script->Line("set {}tics {}", name, std::max(1.0, std::ceil((high - low) / 8)));
   if (!named) return;
   std::string ticks;
   for (size_t i = 0; i < axis.names.size(); ++i)
@@ -184,7 +177,7 @@ void AddSeries(const Series& series, Script* script) {
   }
 }
 
-void AddRule(const Rule& rule, Legend legend, Script* script) {
+void AddRule(const Rule& rule, bool has_legend, Script* script) {
   const std::string pen = fmt::format("{} linewidth {} linecolor rgb {}",
                                       rule.mark == Mark::kDashes ? " dashtype (8,5)" : "",
                                       rule.width_px, Color(rule.color));
@@ -193,7 +186,7 @@ void AddRule(const Rule& rule, Legend legend, Script* script) {
     return;
   }
   if (rule.mark != Mark::kNone) script->Plot(fmt::format("{}", rule.at), "lines" + pen, rule.name);
-  if (legend == Legend::kNone)
+  if (!has_legend)
     script->Line("set label {} at graph 1,first {} left offset 0.8,0 textcolor rgb {}",
                  Quoted(rule.name), rule.at, Color(rule.color));
 }
@@ -226,13 +219,12 @@ void AddPanel(const Figure& figure, size_t number, Script* script) {
   AddAxis("y2", panel.y2, has_data(true), script);
   if (has_data(true)) script->Line("set y2tics; set rmargin 9");
   if (panel.equal) script->Line("set size ratio -1");
-  if (!panel.has_axes) script->Line("unset border; unset tics; unset grid");
 
   // panels above each other have the same margins
   if (panel.y.names.empty()) script->Line("set lmargin 10");
   script->Line("set key tmargin left horizontal Left reverse samplen 3");
   if (figure.stacked) Stack(figure, number, script);
-  if (panel.legend == Legend::kNone) script->Line("unset key");
+  if (!panel.legend) script->Line("unset key");
 
   script->plots.clear();
   for (const Series& series : panel.series) AddSeries(series, script);
@@ -293,9 +285,8 @@ Figure FigureOf(const report::Report& report) {
     for (const Panel& panel : section.panels) {
       figure.panels.push_back(panel);
       if (panel.title.empty()) figure.panels.back().title = section.title;
-      if (panel.legend == Legend::kNone &&
-          std::ranges::count_if(panel.series, [](const Series& s) { return !s.name.empty(); }) > 1)
-        figure.panels.back().legend = Legend::kAbove;
+      figure.panels.back().legend |=
+          std::ranges::count_if(panel.series, [](const Series& s) { return !s.name.empty(); }) > 1;
     }
   }
   const bool is_row = rows.size() == 1 && *rows.begin() > 1 && *rows.begin() <= 4;

@@ -4,10 +4,12 @@
 #include <vector>
 
 #include "experiments/batch/plan.h"
+#include "experiments/batch/summary.h"
 #include "experiments/page/stored_trials.h"
 #include "experiments/page/trial_model.h"
 #include "experiments/report/report_json.h"
 #include "experiments/trial/record_columns.h"
+#include "experiments/trial/trial_files.h"
 
 namespace turbidock::page {
 namespace {
@@ -64,13 +66,17 @@ Page BatchPage(const batch::ResultStore& store, const std::string& file,
            {"rows", trials.size()},
            {"columns", ColumnsOf(trials)},
            {"parameters", ParametersOf(header.keys, trials)},
+           {"names", Json::object()},
            {"series_trials", Json::array()},
            {"missing", Json::array()}};
+  for (const char* of : {"columns", "parameters"})
+    for (const auto& [key, values] : model[of].items()) model["names"][key] = batch::NameOfKey(key);
   StoredTrials stored(store, file, "", options.series_bytes, options.plugins, &page);
   if (const std::optional<batch::Plan>& plan = stored.plan())
     for (const batch::GridAxis& axis : plan->grid()) model["grid"].push_back(axis.key);
   if (stored.plan() && !trials.empty())
-    model["limits"] = LimitsModel(stored.plan()->ScenarioOf(stored.plan()->Trial(trials[0].trial)));
+    model["limits"] =
+        trial::CriteriaOf(stored.plan()->ScenarioOf(stored.plan()->Trial(trials[0].trial)));
   for (const bool success : {false, true})
     for (const StoredTrial& trial : trials)
       if (trial.record.success() == success && stored.Pack(trial))

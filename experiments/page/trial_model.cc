@@ -88,13 +88,6 @@ Json RigModel(const StereoRig& rig) {
 
 }  // namespace
 
-Json LimitsModel(const trial::Scenario& scenario) {
-  Json limits = trial::CriteriaOf(scenario);
-  limits["enter_y_m"] = scenario.procedure.enter_y_m;
-  limits["enter_z_m"] = scenario.procedure.enter_z_m;
-  return limits;
-}
-
 Json Rounded(Json json, int digits) {
   if (json.is_structured())
     for (Json& inner : json) inner = Rounded(std::move(inner), digits);
@@ -156,8 +149,9 @@ Json SettingsModel(const trial::Scenario& scenario) {
   for (const auto& [key, value] : ValuesOf(before)) defaults[key] = value;
   Json list = Json::array();
   for (const auto& [key, value] : ValuesOf(scenario)) {
-    // no scenario is without these: they have no default
-    if (key == "schema_version" || key == "description" || key == "seed") continue;
+    // no scenario is without these: they have no default; of files a digest says nothing to people
+    if (key == "schema_version" || key == "description" || key == "seed" || key == "model_files")
+      continue;
     if (key == "duration_s" || key == "model") defaults[key].clear();
     if (defaults[key] != value)
       list.push_back({{"key", key}, {"value", value}, {"default", defaults[key]}});
@@ -177,7 +171,7 @@ Json TrialModel(const trial::Scenario& scenario) {
       {"frames_per_second", scenario.clock.frames_per_second},
       {"stages", stages},
       {"colors", trial::kOnPaper},
-      {"limits", LimitsModel(scenario)},
+      {"limits", trial::CriteriaOf(scenario)},
       {"sight_m", SightModel(scenario)},
       {"night", scenario.faults.ambient_light.empty()},
       {"rig", RigModel(scenario.rig.MakeRig())},

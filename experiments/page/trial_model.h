@@ -18,9 +18,6 @@ report::Json TrialModel(const trial::Scenario& scenario);
 // or in the world, and colour.
 report::Json SceneModel(const vehicle::Scene& scene);
 
-// What docking asks for, which pictures draw.
-report::Json LimitsModel(const trial::Scenario& scenario);
-
 // The keys whose values differ from what every scenario with these presets begins with.
 report::Json SettingsModel(const trial::Scenario& scenario);
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "experiments/page/trial_model.h"
+#include "experiments/report/quantity.h"
 #include "experiments/system/output_path.h"
 #include "experiments/trial/series.h"
 #include "experiments/trial/trial_files.h"
@@ -37,6 +38,21 @@ Json PicturesIn(const fs::path& folder, const trial::Scenario& scenario) {
   return list;
 }
 
+// Names and units of a record's figures by their dotted keys.
+Json NamesIn(const Json& record, const std::string& path = "") {
+  Json names = Json::object();
+  const report::Quantity group = report::QuantityOf(path);
+  for (const auto& [key, value] : record.items()) {
+    const std::string name = JoinKey(path, key);
+    report::Quantity of = report::QuantityOf(key);
+    if (!path.empty()) of.label = group.label + ", " + of.label;
+    if (of.unit.empty()) of.unit = group.unit;  // stage_time_s.docking
+    names[name] = of;
+    if (value.is_object()) names.update(NamesIn(value, name));
+  }
+  return names;
+}
+
 }  // namespace
 
 Page TrialPage(const std::string& folder, const trial::Plugins& plugins) {
@@ -58,6 +74,7 @@ Page TrialPage(const std::string& folder, const trial::Plugins& plugins) {
   page.model = TrialModel(scenario);
   page.model.update(
       {{"record", record},
+       {"names", NamesIn(record)},
        {"build", record.value("version", "")},
        {"series", Rounded(trial::Series::FromCsv(system::ReadWhole(trajectory), trajectory))},
        {"frames", PicturesIn(in / "cameras", scenario)},

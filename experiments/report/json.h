@@ -80,6 +80,10 @@ struct adl_serializer<T> {
 template <turbidock::report::HasNames E>
 struct adl_serializer<E> {
   static void to_json(ordered_json& json, E value) { json = turbidock::NameOf(value); }
+  static void from_json(const ordered_json& json, E& value) {
+    for (const auto& [known, name] : turbidock::EnumNames<E>::kNames)
+      if (json.get_ref<const std::string&>() == name) value = known;
+  }
 };
 
 template <turbidock::report::HasAsList T>
@@ -91,6 +95,9 @@ template <class T>
 struct adl_serializer<std::optional<T>> {
   static void to_json(ordered_json& json, const std::optional<T>& value) {
     json = value ? ordered_json(*value) : ordered_json();
+  }
+  static void from_json(const ordered_json& json, std::optional<T>& value) {
+    value = json.is_null() ? std::nullopt : std::optional(json.get<T>());
   }
 };
 

@@ -33,13 +33,10 @@ struct Sample {
 enum class Mark {
   kLine,
   kDashes,
-  kSteps,
-  kDashedSteps,
   kDots,
   kRings,
   kLineWithDots,
   kBand,
-  kLineWithBand,
   kBars,
   kLineWithBars,
   kNone
@@ -48,13 +45,10 @@ constexpr auto Names(Mark) {
   using enum Mark;
   return EnumList<Mark>({{kLine, "line"},
                          {kDashes, "dashes"},
-                         {kSteps, "steps"},
-                         {kDashedSteps, "dashed_steps"},
                          {kDots, "dots"},
                          {kRings, "rings"},
                          {kLineWithDots, "line_with_dots"},
                          {kBand, "band"},
-                         {kLineWithBand, "line_with_band"},
                          {kBars, "bars"},
                          {kLineWithBars, "line_with_bars"},
                          {kNone, "none"}});
@@ -97,16 +91,9 @@ struct Axis {
   double low = kOpen, high = kOpen;  // downwards or leftwards where low > high
   bool logarithmic = false;
   double tick_step = kOpen;
-  bool whole = false;                   // counts: no tick between two whole numbers
   std::vector<std::string> names = {};  // at 0, 1, 2, ... in place of numbers
-  TURBIDOCK_FIELDS(label, low, high, logarithmic, whole, names)
+  TURBIDOCK_FIELDS(label, low, high, logarithmic, names)
 };
-
-enum class Legend { kNone, kAbove };
-constexpr auto Names(Legend) {
-  using enum Legend;
-  return EnumList<Legend>({{kNone, "none"}, {kAbove, "above"}});
-}
 
 struct Panel {
   std::string title = {};
@@ -114,10 +101,9 @@ struct Panel {
   std::vector<Block> blocks = {};
   std::vector<Series> series = {};  // later ones on top
   std::vector<Rule> rules = {};
-  Legend legend = Legend::kNone;
-  bool has_axes = true;  // without: a bar of blocks
-  bool equal = false;    // a length is as long on x as on y
-  TURBIDOCK_FIELDS(title, x, y, y2, blocks, series, rules, legend, has_axes, equal)
+  bool legend = false;
+  bool equal = false;  // a length is as long on x as on y
+  TURBIDOCK_FIELDS(title, x, y, y2, blocks, series, rules, legend, equal)
 };
 
 struct Figure {

@@ -4,12 +4,15 @@
 
 #include <string>
 
+#include "sim/base/result_fields.h"
+
 namespace turbidock::report {
 
 struct Quantity {
   std::string label;  // "final error true y"
   std::string unit;   // "mm"; empty where the name has none
   double factor = 1;  // of what is shown to what is stored
+  TURBIDOCK_FIELDS(label, unit, factor)
 
   std::string Title() const { return unit.empty() ? label : label + ", " + unit; }
 };

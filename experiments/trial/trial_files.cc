@@ -13,7 +13,9 @@ ViewCriteria CriteriaOf(const Scenario& scenario) {
           .detection_fitness = scenario.procedure.lost_fitness,
           .tolerance_y_m = scenario.procedure.allowance_y_m,
           .tolerance_z_m = scenario.procedure.allowance_z_m,
-          .docked_x_m = scenario.procedure.docked_x_m};
+          .docked_x_m = scenario.procedure.docked_x_m,
+          .enter_y_m = scenario.procedure.enter_y_m,
+          .enter_z_m = scenario.procedure.enter_z_m};
 }
 
 std::string ResultJson(const TrialRecord& record) { return report::JsonText(record); }

@@ -15,22 +15,25 @@
 
 namespace turbidock::trial {
 
-// The lines to draw: published limits (section "Fitness" and the docking criterion of the paper).
+// The lines to draw: published limits (section "Fitness" and the docking criterion of the paper);
+// those of y and z are about the desired value.
 struct ViewCriteria {
   double docking_fitness = published::kReliableFitness;    // Area I from here
   double detection_fitness = published::kDetectedFitness;  // Area II from here, Area III below
-  double tolerance_y_m = published::kDockTolerance_m;      // about the desired value
-  double tolerance_z_m = published::kDockTolerance_m;
+  double tolerance_y_m = published::kDockTolerance_m, tolerance_z_m = tolerance_y_m;
   double docked_x_m = published::kDockDistance_m;
-  TURBIDOCK_FIELDS(docking_fitness, detection_fitness, tolerance_y_m, tolerance_z_m, docked_x_m)
-};
+  double enter_y_m = 0.02, enter_z_m = 0.02;  // servoing must be closer than docking may be
+  TURBIDOCK_FIELDS(docking_fitness, detection_fitness, tolerance_y_m, tolerance_z_m, docked_x_m,
+                   enter_y_m, enter_z_m)
 
-// "± 40 mm", or "± 40, 30 mm" where y and z differ.
-inline std::string BandText(const ViewCriteria& criteria) {
-  const auto mm = [](double m) { return FormatNumber(std::round(units::MmFromM(m))); };
-  const std::string y = mm(criteria.tolerance_y_m), z = mm(criteria.tolerance_z_m);
-  return "\u00b1 " + (y == z ? y : y + ", " + z) + " mm";
-}
+  // What a stage allows of y and z; not a number where it allows anything.
+  std::array<double, 2> Allowed_m(control::Stage stage) const {
+    if (stage == control::Stage::kVisualServoing) return {enter_y_m, enter_z_m};
+    if (stage == control::Stage::kDocking || stage == control::Stage::kDocked)
+      return {tolerance_y_m, tolerance_z_m};
+    return {NAN, NAN};
+  }
+};
 
 // "Area I", "Area II", "Area III".
 inline const char* AreaTitle(double fitness, const ViewCriteria& criteria) {

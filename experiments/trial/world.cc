@@ -115,7 +115,8 @@ void World::SetOptics(const light::OpticsParams& optics) {
   if (cameras_) cameras_->camera.SetWater(WaterAt(plant_.time_s()));
 }
 
-// The scene's own view of the dock, from as much farther back as the vehicle needs to be in it.
+// The scene's own view of the dock, from as much farther back as the vehicle needs to be in it, and
+// through the walls that are then in the way.
 const Image3u8* World::DrawSpectator() {
   if (!spectator_) return nullptr;
   const mjModel& model = *scene_.model;
@@ -124,7 +125,7 @@ const Image3u8* World::DrawSpectator() {
   mj_kinematics(&model, now);
   mj_camlight(&model, now);
   const int camera = scene_.spectator_camera;
-  Eigen::Map<Eigen::Vector3d> p_WC(now->cam_xpos + 3 * camera);
+  const Eigen::Map<const Eigen::Vector3d> p_WC(now->cam_xpos + 3 * camera);
   const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> R_WC(now->cam_xmat +
                                                                             9 * camera);
   // MuJoCo's cameras look along -z
@@ -134,8 +135,9 @@ const Image3u8* World::DrawSpectator() {
   const double slope = std::tan(units::RadFromDeg(model.cam_fovy[camera]) / 2);
   const double needed_m = std::max((std::abs(p_CB.x()) + kVehicle_m) / (slope * kAspect),
                                    (std::abs(p_CB.y()) + kVehicle_m) / slope);
-  p_WC += std::max(0.0, needed_m + p_CB.z()) * R_WC.col(2);
-  spectator_->Render(*now, camera, &spectator_image_);
+  const double back_m = std::max(0.0, needed_m + p_CB.z());
+  spectator_->Render(*now, camera, &spectator_image_, back_m,
+                     std::min(back_m, back_m - p_CB.z() - kVehicle_m));
   return &spectator_image_;
 }
 

@@ -106,7 +106,8 @@ SpectatorRenderer::~SpectatorRenderer() {
   mjv_freeScene(&scene_);
 }
 
-void SpectatorRenderer::Render(const mjData& data, int camera, Image3u8* out) {
+void SpectatorRenderer::Render(const mjData& data, int camera, Image3u8* out, double back_m,
+                               double cut_m) {
   mjvCamera fixed;
   mjv_defaultCamera(&fixed);
   fixed.type = mjCAMERA_FIXED;
@@ -114,6 +115,12 @@ void SpectatorRenderer::Render(const mjData& data, int camera, Image3u8* out) {
   // MuJoCo asks for mutable data only to borrow its stack and give it back.
   mjv_updateScene(&model_, const_cast<mjData*>(&data), &option_, nullptr, &fixed, mjCAT_ALL,
                   &scene_);
+  for (mjvGLCamera& c : scene_.camera) {
+    for (int i = 0; i < 3; ++i) c.pos[i] -= static_cast<float>(back_m) * c.forward[i];
+    const float wider = std::max(1.0F, static_cast<float>(cut_m) / c.frustum_near);
+    for (float* at : {&c.frustum_near, &c.frustum_center, &c.frustum_bottom, &c.frustum_top})
+      *at *= wider;
+  }
   context_.MakeCurrent();
   mjr_setBuffer(mjFB_OFFSCREEN, &gl_);
   mjr_render(viewport_, &scene_, &gl_);

@@ -59,8 +59,9 @@ class SpectatorRenderer {
   SpectatorRenderer(const SpectatorRenderer&) = delete;
   SpectatorRenderer& operator=(const SpectatorRenderer&) = delete;
 
-  // Draws what `camera` (a MuJoCo camera id, such as scene.spectator_camera) sees.
-  void Render(const mjData& data, int camera, Image3u8* out);
+  // Draws what `camera` (a MuJoCo camera id, such as scene.spectator_camera) sees from so much
+  // farther back; what is nearer to it than `cut_m`, such as a wall, is cut away.
+  void Render(const mjData& data, int camera, Image3u8* out, double back_m = 0, double cut_m = 0);
 
  private:
   GlContext& context_;

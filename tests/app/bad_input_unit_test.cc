@@ -299,7 +299,6 @@ TEST_F(BadInput, TheFirstSignalStopsWhateverRuns) {
                                 "schema_version: 1\nscenario: pool_active\nseeds: 100000\n"
                                 "random: {water.milk_ml_m3: {uniform: [0, 20]}}\n");
   const std::vector<std::vector<std::string>> commands = {{"batch", plan, "--out", Path("x.db")},
-                                                          {"compare-estimators", "pool_active"},
                                                           {"recognize", "--marker", "active"}};
   for (const auto& command : commands)
     for (const int signal : {SIGINT, SIGTERM}) {

@@ -198,12 +198,12 @@ TEST_F(CommandLine, SeveralMistakesInAFileAreSaidAtOnce) {
 
 TEST_F(CommandLine, NumbersOfOptionsAreFiniteAndWithinTheirRange) {
   ExpectBadInput({"recognize", "--seconds", "nan"}, {"--seconds", "nan is not a finite number"});
-  ExpectBadInput({"compare-estimators", "--distances", "400,nan"}, {"--distances", "not a finite"});
+  ExpectBadInput({"recognize", "--distances", "400,nan"}, {"--distances", "not a finite"});
   ExpectBadInput({"recognize", "--seconds", "inf"}, {"--seconds", "not a finite number"});
   ExpectBadInput({"verify", "x.sqlite", "--workers", "0"},
                  {"--workers", "0 must be a number from 1 to 1024"});
-  ExpectBadInput({"compare-estimators", "--distances", "400,9000"},
-                 {"--distances", "9000 must be a number from 200 to 3000"});
+  ExpectBadInput({"recognize", "--distances", "400,19000"},
+                 {"--distances", "19000 must be a number from 200 to 10000"});
 }
 
 TEST_F(CommandLine, HelpShowsValuesRangesAndDefaults) {

@@ -284,7 +284,7 @@ rows_of "$folder/again.db" >"$folder/again.csv"
 same "$folder/again.csv" "$folder/batch_alone.csv" "batch --slurm with a requeued task"
 echo "batch: a requeued task went on ($took s, with the two minutes that Slurm makes it wait)"
 
-# cells, sets of values and starts instead of trials
+# cells and sets of values instead of trials
 cells=(recognize --marker active --distances 600 --milk 0,40,80 --seconds 0.2 --json --quiet)
 "$turbidock" "${cells[@]}" >"$folder/cells_alone.json" || fail "turbidock recognize"
 cd "$folder" || exit 1
@@ -309,17 +309,8 @@ same "$folder/fit.out" "$folder/fit_alone.json" "calibrate --slurm"
 same "$folder/fit.yaml" "$folder/fit_alone.yaml" "calibrate --slurm"
 [ ! -e "$folder/fit.yaml.slurm" ] || fail "calibrate --slurm leaves its folder"
 echo "calibrate: as on one machine ($took s)"
-starts=(compare-estimators pool_active --distances 600,800 --milk 0 --starts 2 --frames 5 --estimators rm_ga,blobs)
-errors_of() { grep -E '"(seed|error_m|rotation_rad|fitness)"' "$1"; }  # without times
-"$turbidock" "${starts[@]}" --json --quiet >"$folder/starts_alone.out"
-errors_of "$folder/starts_alone.out" >"$folder/starts_alone.json"
-on_slurm starts "${starts[@]}" --json --quiet
-ends starts 0
-errors_of "$folder/starts.out" >"$folder/starts.json"
-[ -s "$folder/starts.json" ] || fail "compare-estimators prints nothing"
-same "$folder/starts.json" "$folder/starts_alone.json" "compare-estimators --slurm"
 [ -z "$(ls -d "$folder"/turbidock-*.slurm 2>/dev/null)" ] || fail "a folder is left"
-echo "recognize, compare-estimators: as on one machine, but for the times"
+echo "recognize: as on one machine"
 
 # What an array costs: three trials of a tenth of a second, five times, here and there.
 sed 's/seeds: 40/seeds: 3/; s/duration_s: 60/duration_s: 0.1/; /^grid/d' "$folder/plan.yaml" >"$folder/short.yaml"

@@ -41,13 +41,9 @@ Found Find(const Image3u8& image, const Rgb& rgb, int from_column = 0, int to_co
   return found;
 }
 
-// A panel of yellow paper without axes, over [0, 4] x [0, 1].
+// A panel of yellow paper over [0, 4] x [0, 1].
 Panel Paper(const Series& series = {}) {
-  return {.x = {"", 0, 4},
-          .y = {"", 0, 1},
-          .blocks = {{.color = kPaper}},
-          .series = {series},
-          .has_axes = false};
+  return {.x = {"", 0, 4}, .y = {"", 0, 1}, .blocks = {{.color = kPaper}}, .series = {series}};
 }
 
 Image3u8 Drawn(const Panel& panel) {
@@ -92,25 +88,14 @@ TEST(Plot, NumbersKeepTheirValue) {
 }
 
 TEST(Plot, BandsAndBarsReachFromLowToHigh) {
-  for (const Mark mark : {Mark::kBand, Mark::kBars, Mark::kLineWithBars, Mark::kLineWithBand}) {
+  for (const Mark mark : {Mark::kBand, Mark::kBars, Mark::kLineWithBars}) {
     Image3u8 image =
         Drawn(Paper({"", {{0.5, 0.5, 0.25, 0.75}, {3.5, 0.5, 0.25, 0.75}}, kRed, mark}));
     // a band lets the paper through
-    const bool band = mark == Mark::kBand || mark == Mark::kLineWithBand;
-    const Rgb color = band ? Rgb{255, 209, 0} : kRed;
+    const Rgb color = mark == Mark::kBand ? Rgb{255, 209, 0} : kRed;
     EXPECT_NEAR(Find(image, color).top, Row(image, 0.75), 3);
     EXPECT_NEAR(Find(image, color).bottom, Row(image, 0.25), 3);
   }
-}
-
-// Along the lower value and up at the next one, but no slope between.
-TEST(Plot, AStepHoldsItsValueUntilTheNext) {
-  const Image3u8 image = Drawn(Paper({"", {{1, 0.25}, {3, 0.75}}, kRed, Mark::kSteps}));
-  const int left = static_cast<int>(Column(image, 1.2)),
-            right = static_cast<int>(Column(image, 2.8));
-  EXPECT_NEAR(Find(image, kRed, left, right).top, Row(image, 0.25), 3);
-  EXPECT_NEAR(Find(image, kRed, left, right).bottom, Row(image, 0.25), 3);
-  EXPECT_NEAR(Find(image, kRed).top, Row(image, 0.75), 3);
 }
 
 TEST(Plot, TheSecondAxisHasItsOwnScale) {
@@ -149,7 +134,7 @@ TEST(Plot, ARuleIsNamedBesideThePanelOrInTheLegend) {
   EXPECT_GT(Find(beside, kRed).left, Find(beside, kPaper).right);
   EXPECT_NEAR((Find(beside, kRed).top + Find(beside, kRed).bottom) / 2.0, Row(beside, 0.75), 8);
   panel.rules[0].mark = Mark::kLine;
-  panel.legend = Legend::kAbove;
+  panel.legend = true;
   const Image3u8 above = Drawn(panel);
   EXPECT_LT(Find(above, kRed).top, Find(above, kPaper).top);
   EXPECT_LE(Find(above, kRed).right, Find(above, kPaper).right + 1);
@@ -157,7 +142,7 @@ TEST(Plot, ARuleIsNamedBesideThePanelOrInTheLegend) {
 
 TEST(Plot, TheLegendNamesSeriesAlsoWithoutData) {
   Panel panel = Paper({"nothing yet", {}, kRed});
-  panel.legend = Legend::kAbove;
+  panel.legend = true;
   const Image3u8 image = Drawn(panel);
   EXPECT_GT(Find(image, kRed).pixels, 10);
   EXPECT_LT(Find(image, kRed).bottom, Find(image, kPaper).top);
@@ -167,7 +152,7 @@ TEST(Plot, TheLegendNamesSeriesAlsoWithoutData) {
 
 TEST(Plot, BlocksAreNamedInTheLegend) {
   Panel panel = Paper();
-  panel.legend = Legend::kAbove;
+  panel.legend = true;
   panel.blocks.push_back({.name = "half", .from_x = 3, .to_x = 4, .color = kRed});
   const Image3u8 image = Drawn(panel);
   EXPECT_GT(Find(image, kRed, static_cast<int>(Column(image, 3)) + 2).pixels, 500);
@@ -250,7 +235,7 @@ TEST(Plot, TextStandsForItself) {
                                    .blocks = {{.name = text, .from_x = 0, .to_x = 1}},
                                    .series = {{text}},
                                    .rules = {{0.5, text}},
-                                   .legend = Legend::kAbove}}});
+                                   .legend = true}}});
     const Image3u8 image = ReadPng(path);
     return std::vector<uint8_t>(image.data(), image.data() + 3 * image.width() * image.height());
   };

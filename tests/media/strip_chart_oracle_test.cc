@@ -20,7 +20,7 @@ StripChartSpec OneSeries(double low, double high) {
 }
 
 Image3u8 Picture(const StripChart& chart) {
-  Canvas canvas(chart.width(), chart.height());
+  Canvas canvas(400, 160);  // as large as any of them
   chart.DrawTo(&canvas, 0, 0);
   return canvas.ToImage();
 }
@@ -57,7 +57,7 @@ TEST(StripChart, RampIsTheDiagonal) {
   StripChartSpec spec = OneSeries(0, 10);
   spec.time_span_s = 20;
   StripChart chart(spec, 400, 160);
-  for (int i = 0; i <= 200; ++i) chart.Add(0.1 * i, std::array{0.05 * i});
+  for (int i = 0; i <= 200; ++i) chart.Add({0.1 * i, {0.05 * i}});
   const Image3u8 image = Picture(chart);
   const PixelRect& plot = chart.plot();
   int checked = 0;
@@ -70,7 +70,7 @@ TEST(StripChart, RampIsTheDiagonal) {
 
 TEST(StripChart, CurveEndsAtTheLastTime) {
   StripChart chart(OneSeries(0, 10), 400, 160);
-  for (int i = 0; i <= 50; ++i) chart.Add(0.1 * i, std::array{4.0});
+  for (int i = 0; i <= 50; ++i) chart.Add({0.1 * i, {4.0}});
   const Image3u8 image = Picture(chart);
   const int last = static_cast<int>(chart.ColumnOf(5));
   EXPECT_NEAR(CurveRow(image, last - 1), chart.RowOf(4), 0.6);
@@ -81,7 +81,7 @@ TEST(StripChart, GapsAreNotBridged) {
   StripChart chart(OneSeries(0, 10), 400, 160);
   for (int i = 0; i <= 150; ++i) {
     const bool gap = i > 50 && i < 100;
-    chart.Add(0.1 * i, std::array{i == 75 ? 9.0 : gap ? kGap : 4.0});
+    chart.Add({0.1 * i, {i == 75 ? 9.0 : gap ? kGap : 4.0}});
   }
   const Image3u8 image = Picture(chart);
   for (const double t_s : {6.0, 7.0, 8.0, 9.5})
@@ -98,13 +98,13 @@ TEST(StripChart, RangesDouble) {
     EXPECT_DOUBLE_EQ(chart.RowOf(low), chart.plot().bottom() - 1);
     EXPECT_DOUBLE_EQ(chart.RowOf(high), chart.plot().y);
   };
-  chart.Add(1, std::array{100.0});
+  chart.Add({1, {100.0}});
   expect_ends(-100, 100);
-  chart.Add(2, std::array{-100.5});
+  chart.Add({2, {-100.5}});
   expect_ends(-200, 200);
-  chart.Add(3, std::array{kGap});
+  chart.Add({3, {kGap}});
   expect_ends(-200, 200);
-  chart.Add(4, std::array{900.0});
+  chart.Add({4, {900.0}});
   expect_ends(-1600, 1600);
 }
 
@@ -112,7 +112,7 @@ TEST(StripChart, OnlyChosenSeriesWidenTheRange) {
   StripChartSpec spec = OneSeries(0, 10);
   spec.series[0].drives_range = false;
   StripChart chart(spec, 300, 120);
-  chart.Add(0, std::array{35.0});
+  chart.Add({0, {35.0}});
   EXPECT_DOUBLE_EQ(chart.RowOf(10), chart.plot().y);
 }
 
@@ -120,16 +120,17 @@ TEST(StripChart, OnlyChosenSeriesWidenTheRange) {
 // beginning.
 TEST(StripChart, GrownChartEqualsOneOfThatSize) {
   StripChartSpec spec = OneSeries(-10, 10);
-  spec.series.push_back({.color = {0, 0, 255}, .band_half_width = 4});
+  spec.series.push_back({.color = {0, 0, 255}});
   spec.time_span_s = 80;
   StripChart grown(spec, 300, 120);
   spec.low = -40;
   spec.high = 40;
   StripChart large(spec, 300, 120);
   for (int i = 0; i < 700; ++i) {
-    const std::array values = {30 * std::sin(0.01 * i), i % 97 == 0 ? kGap : 0.02 * i};
-    grown.Add(0.1 * i, values);
-    large.Add(0.1 * i, values);
+    const double value = i % 97 == 0 ? kGap : 0.02 * i;
+    const StripValues row{0.1 * i, {30 * std::sin(0.01 * i), value}, value - 4, value + 4};
+    grown.Add(row);
+    large.Add(row);
     if (i == 20) {
       EXPECT_FALSE(Picture(grown) == Picture(large));
     }
@@ -137,31 +138,30 @@ TEST(StripChart, GrownChartEqualsOneOfThatSize) {
   EXPECT_TRUE(Picture(grown) == Picture(large));
 }
 
-TEST(StripChart, BandIsAsHighAsItsWidth) {
-  StripChartSpec spec = OneSeries(-100, 100);
-  spec.series[0].band_half_width = 40;
-  StripChart with(spec, 300, 140);
-  spec.series[0].band_half_width = 0;
-  StripChart without(spec, 300, 140);
+TEST(StripChart, BandIsFilledBetweenItsEnds) {
+  const StripChartSpec spec = OneSeries(-100, 100);
+  StripChart with(spec, 300, 140), without(spec, 300, 140);
   for (int i = 0; i <= 100; ++i) {
-    with.Add(0.1 * i, std::array{10.0});
-    without.Add(0.1 * i, std::array{10.0});
+    with.Add({0.1 * i, {10.0}, -30, 50});
+    without.Add({0.1 * i, {10.0}});
   }
   const Image3u8 a = Picture(with), b = Picture(without);
   const int u = static_cast<int>(with.ColumnOf(4));
-  int first = -1, last = -1;
+  int first = -1, last = -1, count = 0;
   for (int v = 0; v < a.height(); ++v) {
     if (a.at(u, v)[1] == b.at(u, v)[1]) continue;
     if (first < 0) first = v;
     last = v;
+    ++count;
   }
+  EXPECT_GE(count, last - first - 3);  // but for the curve
   EXPECT_NEAR(first, with.RowOf(50), 1);
   EXPECT_NEAR(last, with.RowOf(-30), 1);
 }
 
 TEST(StripChart, LimitIsALineAcrossThePlot) {
   StripChartSpec spec = OneSeries(0, 1);
-  spec.limits = {{0.6, "0.60"}};
+  spec.limits = {0.6};
   const StripChart chart(spec, 300, 140);
   const Image3u8 image = Picture(chart);
   const int row = static_cast<int>(std::lround(chart.RowOf(0.6)));
@@ -185,8 +185,8 @@ TEST(TickStep, IsRoundAndBigEnough) {
 
 TEST(StripChartDeath, TimesDoNotDecrease) {
   StripChart chart(OneSeries(0, 1), 300, 140);
-  chart.Add(2, std::array{0.5});
-  EXPECT_DEATH(chart.Add(1, std::array{0.5}), "times do not decrease");
+  chart.Add({2, {0.5}});
+  EXPECT_DEATH(chart.Add({1, {0.5}}), "times do not decrease");
 }
 
 }  // namespace

@@ -24,8 +24,8 @@ grep -q 'did you mean gain_newton_per_m' error.txt
 "$program" replay batch.db 0 --out replay --no-video --quiet
 "$program" report batch.db --out batch.html
 "$program" step-response pool_active --set controller=damped_p --axis y --json --quiet | grep damped_p >/dev/null
-"$program" compare-estimators pool_active --estimators rm_ga,cautious --set cautious.largest_jump_m=0.2 --distances 600 \
-  --milk 0 --starts 2 --frames 5 --json --quiet | grep cautious >/dev/null
+"$program" recognize --marker active --set pose_estimator=cautious --set cautious.largest_jump_m=0.2 --distances 600 \
+  --milk 0 --seconds 0.2 --json --quiet | grep '"right": 1' >/dev/null
 
 cat >gate.yaml <<'GATE'
 schema_version: 1
@@ -55,4 +55,4 @@ proof: {held_out_seeds: 2, cameras: false}
 STUDY
 "$program" tune study.yaml --out tune --workers 2 --quiet
 grep -q 'controller: damped_p' tune/gains.yaml
-echo "a controller and an estimator of one's own: run, batch, verify, replay, report, step-response, compare-estimators, gate, tune"
+echo "a controller and an estimator of one's own: run, batch, verify, replay, report, step-response, recognize, gate, tune"

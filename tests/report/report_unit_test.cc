@@ -84,9 +84,8 @@ TEST(Document, HasKindSchemaTheStudysOwnKeysAndTheReport) {
   EXPECT_FALSE(series.contains("low"));
 }
 
-TEST(Document, AnAxisOfCountsSaysSoAndOpenEndsAreNothing) {
-  const Json axis = ParseJson(JsonText(Axis{.label = "trials", .high = 5, .whole = true}), "axis");
-  EXPECT_EQ(axis["whole"], true);
+TEST(Document, OpenEndsOfAnAxisAreNothing) {
+  const Json axis = ParseJson(JsonText(Axis{.label = "trials", .high = 5}), "axis");
   EXPECT_EQ(axis["low"], nullptr);
   EXPECT_EQ(axis["high"], 5);
 }

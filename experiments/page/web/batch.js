@@ -2,17 +2,7 @@
 
 import {h, button, fill, section} from 'page/dom.js';
 import {has} from 'page/data.js';
-import {
-  clockText,
-  fixed,
-  number,
-  parameter,
-  percent,
-  quantity,
-  shown,
-  spoken,
-  words,
-} from 'page/format.js';
+import {clockText, fixed, number, percent, shown, spoken, titled, words} from 'page/format.js';
 import {bins, groupsOf} from 'page/numbers.js';
 import {reveal} from 'page/parts.js';
 import {Plot} from 'page/plot.js';
@@ -186,14 +176,13 @@ class BatchView {
     const {trials} = this;
     const {get} = trials;
     const isNumeric = key => trials.isNumeric(key);
-    const numeric = (key, {label, unit = '', factor = 1}, width) => {
-      const value = row => (get[key](row) === null ? null : get[key](row) * factor);
-      const named = unit ? `${label}, ${unit}` : label;
-      return {key, label: named, title: key, width, isNumeric: true, value};
+    const numeric = (key, name, width) => {
+      const value = row => (get[key](row) === null ? null : get[key](row) * name.factor);
+      return {key, label: titled(name), title: key, width, isNumeric: true, value};
     };
     const word = (key, isChoice, text = row => String(get[key](row) ?? '–')) => ({
       key,
-      label: parameter(key).label,
+      label: trials.names[key].label,
       title: key,
       value: get[key],
       text,
@@ -204,21 +193,21 @@ class BatchView {
     const width = key => `${Math.min(290, Math.max(130, 8 * key.length + 20))}px`;
     return [
       {
-        ...numeric('trial', {label: 'trial'}, `${Math.max(74, 9 * digits + 20)}px`),
+        ...numeric('trial', trials.names.trial, `${Math.max(74, 9 * digits + 20)}px`),
         text: row => String(get.trial(row)),
       },
       named('outcome'),
       named('failure'),
       ...trials.parameters.map(key =>
         isNumeric(key)
-          ? numeric(key, parameter(key), width(key))
+          ? numeric(key, trials.names[key], width(key))
           : word(key, trials.values(key).length < 30),
       ),
-      numeric('time_s', quantity('time_s')),
+      numeric('time_s', trials.names.time_s),
       {key: 'reason', label: 'reason', value: row => spoken(get.reason?.(row)), width: '280px'},
       ...trials.columns
         .filter(key => !kShownElsewhere.includes(key) && isNumeric(key))
-        .map(key => numeric(key, quantity(key), '128px')),
+        .map(key => numeric(key, trials.names[key], '128px')),
       {key: 'seed', label: 'seed', value: get.seed, width: '190px'},
     ];
   }
@@ -250,7 +239,7 @@ class BatchView {
             fact('time', clockText(get.time_s?.(row))),
             fact('seed', get.seed(row)),
             ...trials.parameters.map(key => {
-              const {label, unit, factor} = parameter(key);
+              const {label, unit, factor} = trials.names[key];
               const value = get[key](row);
               const text = typeof value === 'number' ? shown(value * factor) : shown(value);
               return {label, value: `${text} ${unit}`.trim(), note: key};

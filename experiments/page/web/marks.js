@@ -15,7 +15,7 @@ export function drawSeries(c, series, X, Y) {
   c.lineJoin = 'round';
   if (is('columns')) drawColumns(c, series, X, Y);
   if (is('band')) drawBand(c, series, X, Y);
-  if (is('line', 'dash', 'steps')) drawLine(c, series, X, Y);
+  if (is('line', 'dash')) drawLine(c, series, X, Y);
   if (is('bars')) drawBars(c, series, X, Y);
   if (is('dots', 'bars', 'rings')) drawDots(c, series, X, Y);
   c.globalAlpha = 1;
@@ -64,7 +64,6 @@ function drawLine(c, {x, y, mark}, X, Y) {
       last = py;
       continue;
     } else {
-      if (mark.includes('steps')) c.lineTo(px, last);
       c.lineTo(px, py);
     }
     const isNew = !(Math.abs(px - column) < 0.5);

@@ -236,7 +236,7 @@ export class Plot {
     if (!names?.length) return label ? 38 : 22;
     const most = widest(names);
     this.isTurned = most > (width - 60) / names.length - 6;
-    return this.isTurned ? Math.min(110, 14 + most * 0.62) : 22;
+    return (this.isTurned ? Math.min(110, 14 + most * 0.62) : 22) + (label ? 16 : 0);
   }
 
   /** Draws inside the axes, or a little beyond them. */

@@ -1,7 +1,7 @@
 // Success of a batch's trials over anything that they differ in, by anything else.
 
 import {h, choice, fill, section} from 'page/dom.js';
-import {number, parameter, rate, titled} from 'page/format.js';
+import {number, rate, titled} from 'page/format.js';
 import {bins, groupsOf} from 'page/numbers.js';
 import {Plot} from 'page/plot.js';
 import {curve} from 'page/theme.js';
@@ -16,7 +16,7 @@ function axesOf(trials) {
   const starts = kStarts.filter(key => trials.get[key]);
   return [...trials.parameters, ...starts]
     .map(key => {
-      const named = parameter(key);
+      const named = trials.names[key];
       const count = trials.distinct(key).size;
       const isNumeric = trials.isNumeric(key);
       return {key, label: titled(named), factor: named.factor, isNumeric, count};

@@ -7,7 +7,7 @@ import {plainTable} from 'page/parts.js';
 const kRow_px = 30;
 const kHead_px = 64;
 const kHeight_px = 380;
-const kPrinted = {rows: 60, columns: 7}; // on paper: the first rows, all columns, so many in a table
+const kPrinted = {rows: 12, columns: 9}; // on paper: the first rows, all columns, so many in a table
 
 export class Table {
   /**
@@ -148,7 +148,9 @@ export class Table {
       this.printed.append(plainTable({columns: labels, rows: cells}));
     }
     if (rows.length < this.found.length)
-      this.printed.append(h('p', {class: 'note'}, `The first ${rows.length} rows.`));
+      this.printed.append(
+        h('p', {class: 'note'}, `The first ${rows.length} of ${this.found.length} rows.`),
+      );
   }
 
   /** The rows in view. */

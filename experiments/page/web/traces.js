@@ -105,7 +105,6 @@ export class Traces {
       title,
       x: {low: 0, high: end},
       y: {},
-      legend: 'none',
       height: kHeight.plot,
       blocks: this.blocks.map(block => ({...block, name: '', opacity: 0.1})),
       rules: [],

@@ -2,7 +2,7 @@
 
 import {h, button, choice, section, soon} from 'page/dom.js';
 import {addressOf, has, load} from 'page/data.js';
-import {clockText, fixed, number, quantity, shown, spoken, words} from 'page/format.js';
+import {clockText, fixed, number, shown, spoken, words} from 'page/format.js';
 import {Cameras} from 'page/cameras.js';
 import {Clock} from 'page/clock.js';
 import {Scene3d} from 'page/scene3d.js';
@@ -144,7 +144,7 @@ export class TrialView {
       ),
       section('Again', {}, model.commands.map(command)),
     );
-    host.append(section('All figures', {}, facts(flat(withoutNoise(model)))));
+    host.append(section('All figures', {}, facts(flat(withoutNoise(model), model.names))));
   }
 
   transport(host, controls) {
@@ -321,19 +321,19 @@ function heading(model) {
 }
 
 /** A record's values with their keys dotted: [{label, value, note: key}]. */
-function flat(record, path = '') {
+function flat(record, names, path = '') {
   return Object.entries(record).flatMap(([key, value]) => {
     const name = path ? `${path}.${key}` : key;
     if (['transitions', 'reason', 'log'].includes(key)) return [];
-    if (value && typeof value === 'object' && !Array.isArray(value)) return flat(value, name);
-    const {unit, factor} = quantity(path.endsWith('_s') ? path : key); // stage_time_s.docking
+    if (value && typeof value === 'object' && !Array.isArray(value))
+      return flat(value, names, name);
+    const {label, unit, factor} = names[name];
     const text =
       typeof value === 'number'
         ? `${number(value * factor)} ${unit}`.trim()
         : Array.isArray(value)
           ? value.map(shown).join(', ') || 'none'
           : shown(value);
-    const label = name.replace(/_(m|s|rad|v|newton|joule)(?=\.|$)/g, '').replaceAll('.', ', ');
-    return {label: words(label), value: text, note: name};
+    return {label, value: text, note: name};
   });
 }

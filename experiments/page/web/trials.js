@@ -5,7 +5,8 @@ import {groupsOf, stratified} from 'page/numbers.js';
 const kServed = /^(final_error_estimated|overshoot|tracking_rms|insertion_depth)_/; // noise where none began to servo
 
 export class Trials {
-  constructor({rows, columns, parameters, grid = []}) {
+  constructor({rows, columns, parameters, names, grid = []}) {
+    this.names = names; // key → {label, unit, factor to what is shown}
     this.rows = Array.from({length: rows}, (_, row) => row);
     this.get = {};
     for (const [key, column] of Object.entries({...columns, ...parameters})) {

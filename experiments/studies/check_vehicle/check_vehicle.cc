@@ -8,6 +8,7 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <numbers>
 
 #include "control/thrust_allocation.h"
 #include "experiments/config/data_files.h"
@@ -66,24 +67,33 @@ std::vector<ThrusterReport> ReportThrusters(
 }
 
 std::vector<HullReport> ReportHull(const vehicle::Scene& scene) {
-  std::vector<HullReport> hull;
+  std::vector<HullReport> hull = {{.part = "hull"}, {.part = "pole"}};
   const mjModel& m = *scene.model;
   for (int geom = 0; geom < m.ngeom; ++geom) {
     const vehicle::Part part = scene.geom_part[static_cast<size_t>(geom)];
     if (part != vehicle::Part::kHull && part != vehicle::Part::kPole) continue;
     const double *p = m.geom_pos + 3 * geom, *q = m.geom_quat + 4 * geom;
     const Pose X_BG{Eigen::Quaterniond(q[0], q[1], q[2], q[3]), {p[0], p[1], p[2]}};
-    const Vector3d half = Vector3d::Constant(m.geom_size[3 * geom]);  // a sphere's
-    HullReport box{.low_m = X_BG.p, .high_m = X_BG.p};
-    const bool is_sphere = m.geom_type[geom] == mjGEOM_SPHERE;
-    for (const Vector3d& v :
-         is_sphere ? std::vector<Vector3d>{} : view::MeshOf(m, geom).vertices_m) {
-      box.low_m = box.low_m.cwiseMin(X_BG * v);
-      box.high_m = box.high_m.cwiseMax(X_BG * v);
+    HullReport& of = hull[part == vehicle::Part::kPole];
+    const auto add = [&](const Vector3d& p_BQ_m) {
+      of.points_m.push_back(p_BQ_m);
+      of.low_m = of.low_m.cwiseMin(p_BQ_m);
+      of.high_m = of.high_m.cwiseMax(p_BQ_m);
+    };
+    if (m.geom_type[geom] != mjGEOM_SPHERE) {
+      for (const Vector3d& v : view::MeshOf(m, geom).vertices_m) add(X_BG * v);
+      continue;
     }
-    if (is_sphere) box = {.low_m = X_BG.p - half, .high_m = X_BG.p + half};
-    hull.push_back(box);
+    constexpr int kSides = 32;  // great circles, as seen along each axis
+    for (int i = 0; i < 3 * kSides; ++i) {
+      const double angle_rad = 2 * std::numbers::pi * i / kSides, r = m.geom_size[3 * geom];
+      Vector3d edge = Vector3d::Zero();
+      edge[i / kSides] = r * std::cos(angle_rad);
+      edge[(i / kSides + 1) % 3] = r * std::sin(angle_rad);
+      add(X_BG.p + edge);
+    }
   }
+  std::erase_if(hull, [](const HullReport& of) { return of.points_m.empty(); });
   return hull;
 }
 

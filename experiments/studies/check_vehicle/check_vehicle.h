@@ -25,11 +25,14 @@ struct ThrusterReport {
   TURBIDOCK_FIELDS(name, p_BT_m, axis_B, forward_newton, reverse_newton, drives)
 };
 
-// A box around a part of the hull or around the pole, in B.
+// What can touch of the hull, or the pole, in B: points that its convex hull goes through, and the
+// box around them.
 struct HullReport {
-  Eigen::Vector3d low_m, high_m;
+  std::string part;
+  std::vector<Eigen::Vector3d> points_m = {};
+  Eigen::Vector3d low_m = Eigen::Vector3d::Constant(INFINITY), high_m = -low_m;
 
-  TURBIDOCK_FIELDS(low_m, high_m)
+  TURBIDOCK_FIELDS(part, low_m, high_m)
 };
 
 // Ahead, left, up, counter-clockwise; and the other way, negative. N, N m, m/s, rad/s.

@@ -1,8 +1,10 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "experiments/report/quantity.h"
 #include "experiments/studies/check_vehicle/check_vehicle.h"
 #include "experiments/system/build_info.h"
 #include "sim/base/units.h"
@@ -29,7 +31,7 @@ std::vector<report::Fact> FactsOf(const VehicleCheck& check) {
       {f.buoyancy_newton >= 0 ? "rises with" : "sinks with",
        fmt::format("{:.1f} N", std::abs(f.buoyancy_newton)), "thrusters off"},
       {"rests",
-       fmt::format("{:.1f} and {:.1f} deg", Rounded(DegFromRad(f.roll_rad), 0.1),
+       fmt::format("{:.1f}° and {:.1f}°", Rounded(DegFromRad(f.roll_rad), 0.1),
                    Rounded(DegFromRad(f.pitch_rad), 0.1)),
        "rolled and pitched"},
       {"rights itself with", fmt::format("{:.2f} N m", f.righting_newton_m), "a radian"}};
@@ -48,6 +50,29 @@ std::vector<report::Fact> FactsOf(const VehicleCheck& check) {
   return facts;
 }
 
+// The convex hull of points, projected on x and another axis: an outline that ends where it begins.
+std::vector<report::Sample> OutlineOf(const std::vector<Eigen::Vector3d>& points_m, int up) {
+  std::vector<report::Sample> points = report::SamplesOf(points_m, [up](const Eigen::Vector3d& p) {
+    return report::Sample{p.x(), p[up]};
+  });
+  std::ranges::sort(points, {}, [](const report::Sample& p) { return std::pair(p.x, p.y); });
+  std::vector<report::Sample> outline;
+  for (const bool is_back : {false, true}) {  // below from left to right, above from right to left
+    const size_t begin = outline.size();
+    for (const report::Sample& p : points) {
+      const auto turns_left = [&p](const report::Sample& a, const report::Sample& b) {
+        return (b.x - a.x) * (p.y - a.y) > (b.y - a.y) * (p.x - a.x);
+      };
+      while (outline.size() >= begin + 2 && !turns_left(*(outline.end() - 2), outline.back()))
+        outline.pop_back();
+      outline.push_back(p);
+    }
+    if (!is_back) outline.pop_back();  // it begins the way back
+    std::ranges::reverse(points);
+  }
+  return outline;
+}
+
 // The thrusters as arrows in a plane of B, with what they are called.
 report::Panel Layout(const std::string& title, const VehicleCheck& check, int up,
                      const std::string& up_label) {
@@ -55,25 +80,25 @@ report::Panel Layout(const std::string& title, const VehicleCheck& check, int up
   double most = 0;
   for (const ThrusterReport& t : check.thrusters) most = std::max(most, t.forward_newton);
   report::Panel panel{.title = title,
-                      .x = {.label = "x, ahead [m]", .tick_step = 0.1},
+                      .x = {.label = "x (ahead), m", .tick_step = 0.1},
                       .y = {.label = up_label, .tick_step = 0.1},
-                      .legend = report::Legend::kAbove,
+                      .legend = true,
                       .equal = true};
-  for (const HullReport& h : check.hull) {
-    const report::Sample corner{h.low_m.x(), h.low_m[up]}, across{h.high_m.x(), h.high_m[up]};
-    panel.series.push_back(
-        {.points = {corner, {across.x, corner.y}, across, {corner.x, across.y}, corner},
-         .color = report::kGrey,
-         .width_px = 1});
-  }
+  for (const HullReport& h : check.hull)
+    panel.series.push_back({.name = h.part,
+                            .points = OutlineOf(h.points_m, up),
+                            .color = report::kGrey,
+                            .width_px = h.part == "hull" ? 1.6 : 1});
   for (size_t i = 0; i < check.thrusters.size(); ++i) {
     const ThrusterReport& t = check.thrusters[i];
     const double length_m = most > 0 ? kLongest_m * t.forward_newton / most : 0;
     const Eigen::Vector3d tip = t.p_BT_m + length_m * t.axis_B;
     const report::Sample at{t.p_BT_m.x(), t.p_BT_m[up]};
     const Rgb& color = report::CurveColor(i);
-    panel.series.push_back(
-        {.name = t.name, .points = {at, {tip.x(), tip[up]}}, .color = color, .width_px = 3});
+    panel.series.push_back({.name = report::Words(t.name),
+                            .points = {at, {tip.x(), tip[up]}},
+                            .color = color,
+                            .width_px = 3});
     panel.series.push_back(
         {.points = {at}, .color = color, .mark = report::Mark::kDots, .dot_px = 12});
   }
@@ -81,36 +106,36 @@ report::Panel Layout(const std::string& title, const VehicleCheck& check, int up
 }
 
 report::Section ThrusterSection(const VehicleCheck& check) {
-  report::Table table({"<thruster", "<at (x, y, z) m", "<pushes along", "N", "back N", "<drives"});
+  report::Table table(
+      {"<thruster", "<at (x, y, z), m", "<pushes along", "ahead, N", "back, N", "<drives"});
   for (const ThrusterReport& t : check.thrusters)
-    table.Row({t.name, Vector(t.p_BT_m, 3), Vector(t.axis_B, 2), Fixed(t.forward_newton, 1),
-               Fixed(t.reverse_newton, 1), t.drives});
+    table.Row({report::Words(t.name), Vector(t.p_BT_m, 3), Vector(t.axis_B, 2),
+               Fixed(t.forward_newton, 1), Fixed(t.reverse_newton, 1), t.drives});
   return {.title = "Thrusters",
           .note =
               "A line goes from a thruster to where it pushes; the longest is the strongest. Grey: "
-              "boxes around the parts of the hull and around the pole.",
+              "outlines of what can touch of the hull, and of the pole.",
           .table = table,
-          .panels = {Layout("from above", check, 1, "y, left [m]"),
-                     Layout("from the left", check, 2, "z, up [m]")}};
+          .panels = {Layout("from above", check, 1, "y (left), m"),
+                     Layout("from the left", check, 2, "z (up), m")}};
 }
 
 // What the thrusters have along each axis, and what the sea takes of it.
 report::Section AxisSection(const VehicleCheck& check) {
-  report::Table table({"<axis", "most", "back", "speed", "back", "tilts deg", "the sea asks"});
+  report::Table table({"<axis", "most", "back", "speed", "back", "tilts, °", "the sea asks"});
   report::Series have{"most force", {}, report::CurveColor(0), report::Mark::kBars, 8};
   report::Series asked{"the sea asks", {}, report::CurveColor(1), report::Mark::kRings, 2, 10};
   report::Panel panel{.title = "force, and what the sea asks for",
-                      .y = {.label = "N"},
+                      .y = {.label = "force, N"},
                       .rules = {{0}},
-                      .legend = report::Legend::kAbove};
+                      .legend = true};
   for (const AxisReport& a : check.axes) {
     const bool turns = a.axis == "yaw";
     const std::string force = turns ? " N m" : " N";
     const double unit = turns ? DegFromRad(1) : 1;
     table.Row({a.axis, Fixed(a.most, 1) + force, Fixed(a.most_back, 1) + force,
-               Fixed(unit * a.speed, 2) + (turns ? " deg/s" : " m/s"),
-               Fixed(unit * a.speed_back, 2), Fixed(DegFromRad(a.tilt_rad()), 1),
-               turns ? "-" : Fixed(a.load, 1) + " N"});
+               Fixed(unit * a.speed, 2) + (turns ? "°/s" : " m/s"), Fixed(unit * a.speed_back, 2),
+               Fixed(DegFromRad(a.tilt_rad()), 1), turns ? "-" : Fixed(a.load, 1) + " N"});
     if (turns) continue;
     const auto x = static_cast<double>(panel.x.names.size());
     panel.x.names.push_back(a.axis);

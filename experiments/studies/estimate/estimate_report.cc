@@ -34,7 +34,7 @@ Json ToJson(const PoseEstimate& estimate, const EstimateSettings& settings) {
 
 // Position and F over frames.
 report::Section OverFrames(const std::vector<Json>& records) {
-  report::Panel position{.x = {"frame"}, .y = {"mm"}, .legend = report::Legend::kAbove};
+  report::Panel position{.x = {"frame"}, .y = {"position, mm"}, .legend = true};
   for (const char* axis : {"x", "y", "z"})
     position.series.push_back({.name = axis, .color = report::CurveColor(position.series.size())});
   report::Panel fitness{.x = {"frame"}, .y = {"F", -0.25, 1}, .series = {{}}};

@@ -4,7 +4,6 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
-#include <map>
 
 #include "experiments/config/yaml_fields.h"
 #include "experiments/system/output_path.h"
@@ -25,11 +24,6 @@ std::string Quoted(const std::string& text) {
   YAML::Emitter out;
   out << YAML::DoubleQuoted << text;
   return out.c_str();
-}
-
-// "184 of 200 (92.0 %)".
-std::string Docked(const BaselineCondition& c) {
-  return fmt::format("{} of {} ({:.1f} %)", c.docked, c.trials, 100 * c.success_rate);
 }
 
 }  // namespace
@@ -100,25 +94,6 @@ void RequireSamePlan(const GatePlan& plan, const Baseline& baseline, const std::
   for (const BaselineCondition& known : baseline.conditions)
     if (std::ranges::count(plan.conditions, known.name, &GateCondition::name) == 0)
       fail("the gate has no condition '" + known.name + "'");
-}
-
-report::Table ChangeTable(const Baseline& before, const Baseline& after) {
-  report::Table table({"<condition", "<docked before", "<now", "no longer dock", "dock now"});
-  for (const BaselineCondition& now : after.conditions) {
-    const BaselineCondition* was = before.Find(now.name);
-    std::map<int64_t, bool> docked;  // before, by seed
-    if (was)
-      for (const GateTrial& trial : was->outcomes) docked[trial.seed] = trial.docked();
-    int lost = 0, gained = 0;
-    for (const GateTrial& trial : now.outcomes)
-      if (const auto old = docked.find(trial.seed); old != docked.end()) {
-        lost += old->second && !trial.docked();
-        gained += !old->second && trial.docked();
-      }
-    table.Row({now.name, was ? Docked(*was) : "new", Docked(now), std::to_string(lost),
-               std::to_string(gained)});
-  }
-  return table;
 }
 
 }  // namespace turbidock::gate

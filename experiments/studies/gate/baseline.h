@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "experiments/report/table.h"
 #include "experiments/studies/gate/gate_plan.h"
 #include "experiments/system/output_path.h"
 
@@ -87,8 +86,5 @@ Baseline LoadBaseline(const std::string& file);
 
 // Throws ConfigError with the reason when the baseline measured other conditions than the gate's.
 void RequireSamePlan(const GatePlan& plan, const Baseline& baseline, const std::string& file);
-
-// What changes from one baseline to the next, a row a condition.
-report::Table ChangeTable(const Baseline& before, const Baseline& after);
 
 }  // namespace turbidock::gate

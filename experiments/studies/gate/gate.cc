@@ -42,43 +42,40 @@ std::string ResolvedTrials(const GatePlan& plan) {
   return text + batch::ModelFilesText(scenarios);
 }
 
-// Trials of the conditions in turn. `wanted`: of how many trials one consists as far as is known;
-// `take` gets them, one after another, and maybe more that were under way.
-GateTrials TrialsOf(const GatePlan& plan, const std::function<int(size_t condition)>& wanted,
-                    const std::function<void(size_t condition, const GateTrial&)>& take,
-                    const GateProgress& on_trial) {
-  struct State {
-    int64_t next = 0;                    // trial
-    std::vector<int64_t> taken;          // of each condition
-    std::map<int64_t, GateTrial> early;  // results of trials that others come before
-  };
-  const auto state = std::make_shared<State>();
+// Runs trials of the conditions in turn. `wanted`: of how many trials one consists as far as is
+// known; `take` gets them, one after another, and maybe more that were under way.
+void RunTrials(const GatePlan& plan, const GateRunner& run,
+               const std::function<int(size_t condition)>& wanted,
+               const std::function<void(size_t condition, const GateTrial&)>& take,
+               const GateProgress& on_trial) {
+  int64_t next_trial = 0;
+  std::vector<int64_t> taken(plan.conditions.size());
+  std::map<int64_t, GateTrial> early;  // results of trials that others come before
   const auto conditions = std::ssize(plan.conditions);
-  state->taken.resize(plan.conditions.size());
   const int most = std::ranges::max(plan.conditions, {}, &GateCondition::max_trials).max_trials;
-  const auto next = [=]() -> std::optional<int64_t> {
-    while (state->next < most * conditions) {
-      const int64_t trial = state->next++;
+  const auto next = [&]() -> std::optional<int64_t> {
+    while (next_trial < most * conditions) {
+      const int64_t trial = next_trial++;
       if (trial / conditions < wanted(static_cast<size_t>(trial % conditions))) return trial;
     }
     return std::nullopt;
   };
-  const auto add = [=](int64_t trial, const GateTrial& result) {
+  const auto add = [&](int64_t trial, const GateTrial& result) {
     const int64_t at = trial % conditions;
-    state->early.emplace(trial, result);
-    int64_t& taken = state->taken[static_cast<size_t>(at)];
-    while (const auto found = state->early.extract(taken * conditions + at)) {
-      ++taken;
+    early.emplace(trial, result);
+    int64_t& so_far = taken[static_cast<size_t>(at)];
+    while (const auto found = early.extract(so_far * conditions + at)) {
+      ++so_far;
       take(static_cast<size_t>(at), found.mapped());
     }
     int64_t done = 0, all = 0;
-    for (size_t i = 0; i < state->taken.size(); ++i) {
+    for (size_t i = 0; i < taken.size(); ++i) {
       all += wanted(i);
-      done += std::min<int64_t>(state->taken[i], wanted(i));
+      done += std::min<int64_t>(taken[i], wanted(i));
     }
     if (on_trial) on_trial(done, all);
   };
-  return {.next = next, .add = add};
+  run({.next = next, .add = add});
 }
 
 }  // namespace
@@ -134,17 +131,16 @@ GateReport RunGate(const GatePlan& plan, const Baseline& baseline, const GateRun
   judges.reserve(plan.conditions.size());
   for (const GateCondition& condition : plan.conditions)
     judges.emplace_back(*baseline.Find(condition.name), plan.OptionsFor(condition));
-  run(TrialsOf(
-      plan, [&](size_t i) { return judges[i].wanted(); },
-      [&](size_t i, const GateTrial& trial) { judges[i].Add(trial); }, on_trial));
-  GateReport report;
-  report.description = plan.description;
-  report.build = system::BuildId();
-  report.baseline_build = baseline.build;
-  report.alpha = plan.alpha;
-  report.beta = plan.beta;
-  report.alpha_covers = plan.alpha_covers;
-  report.assignments = plan.assignments;
+  RunTrials(
+      plan, run, [&](size_t i) { return judges[i].wanted(); },
+      [&](size_t i, const GateTrial& trial) { judges[i].Add(trial); }, on_trial);
+  GateReport report{.description = plan.description,
+                    .build = system::BuildId(),
+                    .baseline_build = baseline.build,
+                    .alpha = plan.alpha,
+                    .beta = plan.beta,
+                    .alpha_covers = plan.alpha_covers,
+                    .assignments = plan.assignments};
   for (const ConditionJudge& judge : judges) {
     report.conditions.push_back(judge.Report());
     report.verdict = std::min(report.verdict, report.conditions.back().verdict);
@@ -163,10 +159,10 @@ Baseline MeasureBaseline(const GatePlan& plan, const GateRunner& run,
                                    .scenario = condition.scenario,
                                    .settings = condition.settings,
                                    .digest = condition.digest});
-  run(TrialsOf(
-      plan, [&](size_t i) { return plan.conditions[i].max_trials; },
+  RunTrials(
+      plan, run, [&](size_t i) { return plan.conditions[i].max_trials; },
       [&](size_t i, const GateTrial& trial) { baseline.conditions[i].outcomes.push_back(trial); },
-      on_trial));
+      on_trial);
   for (BaselineCondition& c : baseline.conditions) {
     c.trials = static_cast<int>(std::ssize(c.outcomes));
     c.docked = static_cast<int>(std::ranges::count_if(c.outcomes, &GateTrial::docked));

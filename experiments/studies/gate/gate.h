@@ -50,7 +50,7 @@ struct GateReport {
   double alpha = 0, beta = 0;
   AlphaCovers alpha_covers = AlphaCovers::kGate;
   std::vector<std::string> assignments;  // by --set: not the build as it is
-  std::vector<ConditionReport> conditions;
+  std::vector<ConditionReport> conditions = {};
 
   TURBIDOCK_FIELDS(verdict, description, build, baseline_build, alpha, beta, alpha_covers,
                    assignments, conditions)

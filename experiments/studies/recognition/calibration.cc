@@ -25,20 +25,6 @@ constexpr double kAcceptedOtherArea = 0.08, kAcceptedLoss = 0.1, kAcceptedLostFi
 constexpr double kLeastStd = 0.02, kLargestStd = 0.06;
 constexpr double kMisfitOfNothing = 3;
 
-// That a task has written.
-Evaluation EvaluationOf(const std::string& output) {
-  const report::Json json = report::ParseJson(output, "an evaluation");
-  Evaluation evaluation{
-      .values = json["values"], .fitness = json["fitness"], .misfit = json["misfit"]};
-  for (const report::Json& c : json["constraints"]) {
-    const report::Json& value = c["value"];
-    evaluation.constraints.push_back({c["constraint"],
-                                      value.is_null() ? std::nullopt : std::optional<double>(value),
-                                      c["misfit"]});
-  }
-  return evaluation;
-}
-
 }  // namespace
 
 void FreeParameter::Check(const std::string& path) const {
@@ -171,11 +157,8 @@ std::string InputOf(const CalibrationExperiment& experiment, const std::vector<d
 batch::Work EvaluationWork() {
   return {"set of values", [](const std::string& input) {
             const report::Json json = report::ParseJson(input, "a set of values");
-            const report::Json& given = json["experiment"];
-            CalibrationExperiment experiment{.plan = given["plan"], .rows = {}};
-            for (const report::Json& row : given["rows"])
-              experiment.rows.push_back({CellOf(row["cell"]), row["fitness_mean"]});
-            return report::JsonLine(Evaluate(experiment, json["values"]));
+            return report::JsonLine(
+                Evaluate(json["experiment"].get<CalibrationExperiment>(), json["values"]));
           }};
 }
 
@@ -220,7 +203,7 @@ CalibrationResult Calibrate(const CalibrationOptions& options,
     std::vector<std::optional<Evaluation>> evaluations(inputs.size());
     double best = result.best.misfit;
     const auto take = [&](size_t i, const std::string& output) {
-      evaluations[i] = EvaluationOf(output);
+      evaluations[i] = report::ParseJson(output, "an evaluation").get<Evaluation>();
       best = std::min(best, evaluations[i]->misfit);
       if (options.on_progress)
         options.on_progress(++done, 1 + optimiser.population * optimiser.generations, best);

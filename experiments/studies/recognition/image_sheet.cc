@@ -91,7 +91,7 @@ void WriteImageSheet(const std::string& path, const trial::Scenario& scenario, M
   Stretch(&images);
 
   media::Canvas sheet(width, height);
-  sheet.Text({8, 18}, "one contrast", 12, kText);
+  sheet.Text({8, 18}, "same contrast", 12, kText);
   for (const auto& [milk, x] : left)
     sheet.Text({x + kCellWidth / 2.0, 18}, fmt::format("{:g} ml/m³", milk), 16, kText,
                media::Align::kCenter, true);

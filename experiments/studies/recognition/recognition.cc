@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "experiments/trial/trial_view.h"
-#include "vision/rm_ga.h"
 
 namespace turbidock::recognition {
 namespace {
@@ -16,22 +15,29 @@ CellResult RunCell(const trial::Scenario& scenario, const RecognitionCell& cell,
                    double settle_s) {
   const trial::FixedView view = ViewOf(scenario, cell);
   camera::StereoCamera cameras = CamerasOf(view, scenario, cell);
-  vision::RmGa estimator(scenario.estimator, scenario.marker, scenario.hue, view.rig,
-                         SeedsOf(scenario, cell).Stream("vision.rm_ga"));
+  const std::string name = scenario.estimator_name();
+  const auto estimator =
+      scenario.MakeEstimator(name, SeedsOf(scenario, cell).Stream("vision." + name));
   const int64_t settled = scenario.clock.FramesFor(settle_s);
   const int64_t last = settled + std::max<int64_t>(1, scenario.clock.FramesFor(seconds));
   StereoImage seen;
   CellResult result{.cell = cell};
   std::vector<float> fitness;
   for (int64_t frame = 0; frame < last; ++frame) {
-    cameras.ExposeHeld(estimator.RegionOfInterest().value_or(WholeImages(view.rig)), frame, &seen);
-    const PoseEstimate& estimate = estimator.Update(seen);
+    cameras.ExposeHeld(estimator->RegionOfInterest().value_or(WholeImages(view.rig)), frame, &seen);
+    const PoseEstimate& estimate = estimator->Update(seen);
     if (frame < settled) continue;
     fitness.push_back(static_cast<float>(estimate.fitness));
-    result.position_error_mean_m += (estimate.X_HM.p - view.X_HM.p).norm();
+    const double error_m = (estimate.X_HM.p - view.X_HM.p).norm();
+    const bool is_right =
+        error_m <= 0.02 && AngleBetween(estimate.X_HM.q, view.X_HM.q) <= units::RadFromDeg(5);
+    if (estimate.fitness >= scenario.procedure.lost_fitness)
+      ++(is_right ? result.right : result.wrong_and_sure);
+    result.position_error_mean_m += error_m;
     result.last_X_HM = estimate.X_HM;
   }
-  result.position_error_mean_m /= static_cast<double>(last - settled);
+  for (double* mean : {&result.position_error_mean_m, &result.right, &result.wrong_and_sure})
+    *mean /= static_cast<double>(last - settled);
   SetFitness(std::move(fitness), &result);
   return result;
 }
@@ -44,12 +50,6 @@ Area AreaOf(double fitness_mean) {
   return fitness_mean >= kPublished.detection_fitness ? Area::kII : Area::kIII;
 }
 
-RecognitionCell CellOf(const report::Json& json) {
-  const bool is_active = json["marker"] == NameOf(MarkerKind::kActive);
-  return {is_active ? MarkerKind::kActive : MarkerKind::kPassive, json["milk_ml_m3"],
-          json["distance_m"]};
-}
-
 void SetFitness(std::vector<float> fitness, CellResult* result) {
   const Eigen::ArrayXd f =
       Eigen::Map<const Eigen::ArrayXf>(fitness.data(), std::ssize(fitness)).cast<double>();
@@ -59,12 +59,16 @@ void SetFitness(std::vector<float> fitness, CellResult* result) {
   result->fitness = std::move(fitness);
 }
 
-trial::Scenario RecognitionScenario(MarkerKind marker,
-                                    const std::vector<std::string>& assignments) {
+trial::Scenario RecognitionScenario(MarkerKind marker, const std::vector<std::string>& assignments,
+                                    const trial::Plugins& plugins) {
   std::vector<std::string> all = {fmt::format("model=tank_{}.xml", NameOf(marker)),
                                   "optics=published"};
   all.insert(all.end(), assignments.begin(), assignments.end());
-  return trial::LoadScenario(fmt::format("pool_{}", NameOf(marker)), all);
+  const trial::Scenario scenario =
+      trial::LoadScenario(fmt::format("pool_{}", NameOf(marker)), all, "", plugins);
+  if (scenario.pose_source != trial::PoseSource::kCameras)
+    throw ConfigError("pose_source", "must be cameras: the marker is recognised in images");
+  return scenario;
 }
 
 trial::FixedView ViewOf(const trial::Scenario& scenario, const RecognitionCell& cell) {
@@ -85,13 +89,15 @@ camera::StereoCamera CamerasOf(const trial::FixedView& view, trial::Scenario sce
   return trial::HoldView(view, scenario, SeedsOf(scenario, cell));
 }
 
-batch::Work CellWork() {
-  return {"recognition cell", [](const std::string& input) {
+batch::Work CellWork(const trial::Plugins& plugins) {
+  return {"recognition cell", [plugins](const std::string& input) {
             const report::Json json = report::ParseJson(input, "a cell");
             const CellResult result =
-                RunCell(trial::ParseScenario(json["scenario"], "a cell"), CellOf(json["cell"]),
-                        json["seconds"], json["settle_s"]);
+                RunCell(trial::ParseScenario(json["scenario"], "a cell", plugins),
+                        json["cell"].get<RecognitionCell>(), json["seconds"], json["settle_s"]);
             return report::JsonLine({{"error_m", result.position_error_mean_m},
+                                     {"right", result.right},
+                                     {"wrong_and_sure", result.wrong_and_sure},
                                      {"fitness", result.fitness},
                                      {"q", result.last_X_HM.q},
                                      {"p", result.last_X_HM.p}});
@@ -112,13 +118,17 @@ std::vector<CellResult> RunCells(const Scenarios& scenarios,
   const auto take = [&](size_t i, const std::string& output) {
     const report::Json json = report::ParseJson(output, "a worker's result");
     CellResult& result = results[i];
-    result = {.cell = cells[i], .position_error_mean_m = json["error_m"]};
+    result = {.cell = cells[i],
+              .position_error_mean_m = json["error_m"],
+              .right = json["right"],
+              .wrong_and_sure = json["wrong_and_sure"]};
     SetFitness(json["fitness"], &result);
     json["q"].get_to(result.last_X_HM.q);
     json["p"].get_to(result.last_X_HM.p);
     if (options.on_progress) options.on_progress(++done, static_cast<int>(cells.size()));
   };
-  const auto pool = batch::MakePool(options.jobs, batch::kJobTimeLimit_s, CellWork());
+  const auto pool = batch::MakePool(options.jobs, batch::kJobTimeLimit_s,
+                                    CellWork(scenarios.begin()->second.plugins));
   if (!batch::MapEach(pool.get(), inputs, take, options.stop_requested)) return {};
   return results;
 }

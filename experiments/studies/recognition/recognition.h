@@ -2,9 +2,10 @@
 // The recognition experiment: a vehicle at rest looks at the marker straight ahead while milk is
 // added step by step; how well the marker is recognised is the mean of F over a minute.
 //
-// F is that of the scenario's estimator as it tracks: of the best individual after the generations
-// of one frame, as in the published rig, whose search runs on the stream of images without end. It
-// has run for `settle_s` before a cell's first frame counts, and begins knowing nothing.
+// F is that of the scenario's estimator as it tracks, by default of the best individual after the
+// generations of one frame, as in the published rig, whose search runs on the stream of images
+// without end. It has run for `settle_s` before a cell's first frame counts, and begins knowing
+// nothing.
 
 #include <functional>
 #include <map>
@@ -47,15 +48,16 @@ struct RecognitionCell {
   TURBIDOCK_FIELDS(marker, milk_ml_m3, distance_m)
 };
 
-RecognitionCell CellOf(const report::Json& json);  // that was made of it
-
 struct CellResult {
   RecognitionCell cell;
   double fitness_mean = 0, fitness_std = 0;
   Area area = Area::kIII;
   double position_error_mean_m = 0;  // distance of the estimated origin from the true one
-  std::vector<float> fitness = {};   // of every frame that counts
-  Pose last_X_HM = {};               // the last frame's estimate
+  // Shares of the frames that docking would use (F at least procedure.lost_fitness): within 20 mm
+  // and 5 degrees, or not.
+  double right = 0, wrong_and_sure = 0;
+  std::vector<float> fitness = {};  // of every frame that counts
+  Pose last_X_HM = {};              // the last frame's estimate
 
   static void Fields(auto& self, auto&& field) {
     field("marker", self.cell.marker);
@@ -63,7 +65,8 @@ struct CellResult {
     field("distance_mm", units::MmFromM(self.cell.distance_m));
     self.VisitFields(field);
   }
-  TURBIDOCK_VISIT_FIELDS(fitness_mean, fitness_std, area, position_error_mean_m)
+  TURBIDOCK_VISIT_FIELDS(fitness_mean, fitness_std, area, position_error_mean_m, right,
+                         wrong_and_sure)
 };
 
 // Sets mean, deviation, Area and the frames' F themselves. At least one frame.
@@ -72,8 +75,9 @@ void SetFitness(std::vector<float> fitness, CellResult* result);
 using Scenarios = std::map<MarkerKind, trial::Scenario>;
 
 // The pool with that marker (bundled scenarios pool_active, pool_passive), without the station and
-// with the published optics, under these assignments.
-trial::Scenario RecognitionScenario(MarkerKind marker, const std::vector<std::string>& assignments);
+// with the published optics, under these assignments. ConfigError where it has no cameras.
+trial::Scenario RecognitionScenario(MarkerKind marker, const std::vector<std::string>& assignments,
+                                    const trial::Plugins& plugins = {});
 
 // What the cameras have before them in a cell, without light, and the cameras in front of it, which
 // hold it. Randomness depends on the scenario's seed and the cell only.
@@ -96,8 +100,8 @@ std::vector<CellResult> RunCells(const Scenarios& scenarios,
                                  const std::vector<RecognitionCell>& cells,
                                  const RecognitionOptions& options);
 
-// Runs a cell: the work of a task.
-batch::Work CellWork();
+// Runs a cell: the work of a task. `plugins`: the scenario's.
+batch::Work CellWork(const trial::Plugins& plugins);
 
 // F near the true pose: what the search ends with, without the search, for a calibration, which
 // asks a thousand times. F of a frame is the best of some hundred poses, most of them about the

@@ -19,6 +19,7 @@ namespace turbidock::recognition {
 namespace {
 
 struct RecognizeArguments {
+  trial::Plugins plugins;
   std::string marker = "both";
   std::string table;
   std::vector<double> distances_mm = {400, 600, 800, 1000}, milk_ml_m3;
@@ -60,7 +61,7 @@ int Recognize(const RecognizeArguments& arguments) {
   std::vector<TableRow> table;
   for (const auto& [marker, name] : EnumNames<MarkerKind>::kNames) {
     if (arguments.marker != name && arguments.marker != "both") continue;
-    scenarios.emplace(marker, RecognitionScenario(marker, assignments));
+    scenarios.emplace(marker, RecognitionScenario(marker, assignments, arguments.plugins));
     outputs.Writes(SheetFile(arguments.figure, marker));
     if (!arguments.table.empty()) {
       table = ReadRecognitionTable(arguments.table, marker);
@@ -97,6 +98,7 @@ void AddRecognize(app::CommandLine& line) {
   auto [recognize, arguments] = line.Add(
       "recognize", "Run the recognition experiment: a vehicle at rest, milk added step by step",
       &Recognize);
+  arguments.plugins = line.plugins();
   recognize.Add("--marker", arguments.marker, "active, passive or both")
       .OneOf({"active", "passive", "both"});
   const app::Option table = recognize.Add(
@@ -112,8 +114,9 @@ void AddRecognize(app::CommandLine& line) {
       .Excludes(table);
   recognize.Add("--seconds", arguments.seconds, "Time a cell is watched").Between(0.02, 3600);
   arguments.jobs.AddTo(&recognize, "Processes; the results are the same", 1);
-  recognize.AddSet(arguments.assignments,
-                   "Set one key of the scenarios pool_active and pool_passive");
+  recognize.AddSet(
+      arguments.assignments,
+      "Set one key of the scenarios pool_active and pool_passive, such as pose_estimator");
   recognize.AddSeed(arguments.seed);
   recognize.AddFigure(arguments.figure,
                       "Draw the plots into FILE, what the cameras see into FILE_images_MARKER.png");

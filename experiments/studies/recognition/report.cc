@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <map>
 #include <optional>
 #include <utility>
@@ -32,7 +33,7 @@ report::Panel FitnessPanel(MarkerKind marker, const Columns& columns,
                       .y = {"mean F", -0.25, 1},
                       .rules = {{kLimits.docking_fitness, "0.60", kDocking},
                                 {kLimits.detection_fitness, "0.22", kRecognised}},
-                      .legend = report::Legend::kAbove};
+                      .legend = true};
   std::string name_once = reference_name;  // in the legend
   for (const auto& [distance_m, column] : columns) {
     const Rgb& color = report::CurveColor(panel.series.size() / 2);
@@ -50,7 +51,9 @@ report::Panel FitnessPanel(MarkerKind marker, const Columns& columns,
   return panel;
 }
 
-report::Table FitnessTable(const Columns& columns) {
+// A row for each milk, a column for each distance.
+report::Table TableOf(const Columns& columns,
+                      const std::function<report::Cell(const Column&, const CellResult&)>& cell) {
   std::vector<std::string> heads = {"ml/m³"};
   std::map<double, std::vector<report::Cell>> rows;  // by milk
   for (const auto& [distance_m, column] : columns) {
@@ -58,17 +61,26 @@ report::Table FitnessTable(const Columns& columns) {
     for (const auto& [milk, r] : column.cells) {
       rows[milk].resize(heads.size());
       rows[milk][0] = Fixed(milk, 1);
-      std::string text =
-          fmt::format("{:.3f} ± {:.3f} {:<3}", r->fitness_mean, r->fitness_std, NameOf(r->area));
-      if (const auto found = column.reference.find(milk); found != column.reference.end())
-        text += fmt::format(" ({:.3f})", found->second);
-      constexpr std::array kTones = {report::Tone::kGood, report::Tone::kNone, report::Tone::kBad};
-      rows[milk].back() = {text, kTones[static_cast<size_t>(r->area)]};
+      rows[milk].back() = cell(column, *r);
     }
   }
   report::Table table(heads);
   for (auto& [milk, row] : rows) table.Row(std::move(row));
   return table;
+}
+
+report::Cell FitnessCell(const Column& column, const CellResult& r) {
+  std::string text =
+      fmt::format("{:.3f} ± {:.3f} {:<3}", r.fitness_mean, r.fitness_std, NameOf(r.area));
+  const auto found = column.reference.find(r.cell.milk_ml_m3);
+  if (found != column.reference.end()) text += fmt::format(" ({:.3f})", found->second);
+  constexpr std::array kTones = {report::Tone::kGood, report::Tone::kNone, report::Tone::kBad};
+  return {text, kTones[static_cast<size_t>(r.area)]};
+}
+
+report::Cell RightCell(const Column&, const CellResult& r) {
+  return {fmt::format("{:.0f} % right, {:.0f} % wrong", 100 * r.right, 100 * r.wrong_and_sure),
+          r.wrong_and_sure > 0 ? report::Tone::kBad : report::Tone::kNone};
 }
 
 // Where F falls to 0.22.
@@ -121,7 +133,12 @@ report::Report ReportOf(const std::vector<CellResult>& results,
     report.sections.front().panels.push_back(FitnessPanel(marker, columns, name));
     report.sections.push_back({.title = MarkerTitle(marker),
                                .note = "Mean F ± deviation, Area (F, " + name + ").",
-                               .table = FitnessTable(columns)});
+                               .table = TableOf(columns, FitnessCell)});
+    report.sections.push_back(
+        {.title = MarkerTitle(marker) + ": right, or wrong and sure of it",
+         .note = "Of the frames. Sure: F at least procedure.lost_fitness; right: sure, and within "
+                 "20 mm and 5°.",
+         .table = TableOf(columns, RightCell)});
   }
   return report;
 }

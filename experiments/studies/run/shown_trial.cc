@@ -37,11 +37,6 @@ std::string Summary(const trial::TrialResult& result) {
       result.fitness_mean, result.returns_to_servoing, result.real_time_factor, result.digest);
 }
 
-// "night sea, active marker, seed 1".
-std::string TitleOf(const trial::Scenario& scenario) {
-  return fmt::format("{}, seed {}", scenario.description, scenario.seed);
-}
-
 // Every how many frames a picture of what both cameras saw is kept: two a second, fewer in a long
 // trial.
 int KeyFrameStep(const trial::Scenario& scenario) {
@@ -85,10 +80,7 @@ class Film {
   Film(const trial::Scenario& of, const std::string& path)
       : scenario_(of),
         rig_(of.rig.MakeRig()),
-        composer_({.envelope_ratio = of.marker.outer_ring_ratio,
-                   .criteria = trial::CriteriaOf(of),
-                   .title = TitleOf(of),
-                   .duration_s = of.duration_s + of.docked_hold_s}),
+        composer_(of),
         writer_(path, kVideoWidth, kVideoHeight, of.clock.frames_per_second) {}
 
   void Add(const trial::TrialFrame& frame) {

@@ -26,7 +26,6 @@ struct Quantity {
   control::Axis axis;
   double unit;                   // in one m or rad
   double least_span;             // of the vertical axis
-  double band = 0;               // > 0: shaded about the desired value
   double limit = report::kOpen;  // a line across
 };
 
@@ -47,7 +46,7 @@ std::vector<report::Block> StageBlocks(const trial::TrialLog& log) {
 // The axes of time with the stages behind.
 report::Panel EmptyPanel(const trial::TrialLog& log) {
   // a trial of one frame has a time axis, too
-  report::Panel panel{.x = {"time [s]", 0, std::max(log.frames.back().time_s, 1.0)},
+  report::Panel panel{.x = {"time, s", 0, std::max(log.frames.back().time_s, 1.0)},
                       .blocks = StageBlocks(log)};
   for (report::Block& block : panel.blocks) {
     if (block.from_x > panel.blocks.front().from_x)
@@ -91,7 +90,11 @@ report::Panel PosePanel(const trial::TrialLog& log, const trial::ViewCriteria& c
     };
     const double seen = shown(f.est_X_HM), is = shown(f.true_X_HM);
     const double wanted = f.controlled ? shown(f.desired) : report::kOpen;
-    desired.push_back({f.time_s, wanted, wanted - quantity.band, wanted + quantity.band});
+    const auto [y_m, z_m] = criteria.Allowed_m(f.stage);
+    const double allowed = quantity.axis == control::kSway    ? MmFromM(y_m)
+                           : quantity.axis == control::kHeave ? MmFromM(z_m)
+                                                              : report::kOpen;
+    desired.push_back({f.time_s, wanted, wanted - allowed, wanted + allowed});
     truth.push_back({f.time_s, is});
     weak.push_back({f.time_s, detected ? report::kOpen : seen});
     estimate.push_back({f.time_s, detected ? seen : report::kOpen});
@@ -105,13 +108,12 @@ report::Panel PosePanel(const trial::TrialLog& log, const trial::ViewCriteria& c
   report::Panel panel = EmptyPanel(log);
   panel.y = {quantity.label, (low + high) / 2 - half, (low + high) / 2 + half};
   // the truth is broad, so that it shows on both sides of a good estimate
-  panel.series = {{"desired " + trial::BandText(criteria), desired, kOnPaper.limit, Mark::kBand},
+  panel.series = {{"allowed", desired, kOnPaper.limit, Mark::kBand},
                   {"desired", desired, kOnPaper.desired, Mark::kDashes, 1.8},
                   {"truth", truth, kOnPaper.truth, Mark::kLine, 4},
                   {fmt::format("estimate, F < {:.2f}", criteria.detection_fitness), weak,
                    kOnPaper.estimate, Mark::kDots, 1, 3},
                   {"estimate", estimate, kOnPaper.estimate, Mark::kLine, 1.4}};
-  if (quantity.band == 0) panel.series.erase(panel.series.begin());
   if (std::isfinite(quantity.limit))
     panel.rules.push_back(
         {quantity.limit, fmt::format("{:.0f} mm", quantity.limit), kOnPaper.limit, Mark::kLine});
@@ -127,16 +129,13 @@ void WriteTrialFigure(const std::string& path, const trial::TrialLog& log, const
   const double docked_mm = MmFromM(info.criteria.docked_x_m);
   const double mm = MmFromM(1), deg = DegFromRad(1);
   std::vector<report::Panel> panels;
-  for (const Quantity& quantity : {Quantity{"x [mm]", control::kSurge, mm, 100, 0, docked_mm},
-                                   Quantity{"y [mm]", control::kSway, mm, 3 * y_mm, y_mm},
-                                   Quantity{"z [mm]", control::kHeave, mm, 3 * z_mm, z_mm},
-                                   Quantity{"yaw [deg]", control::kYaw, deg, 10}})
+  for (const Quantity& quantity : {Quantity{"x, mm", control::kSurge, mm, 100, docked_mm},
+                                   Quantity{"y, mm", control::kSway, mm, 3 * y_mm},
+                                   Quantity{"z, mm", control::kHeave, mm, 3 * z_mm},
+                                   Quantity{"yaw, °", control::kYaw, deg, 10}})
     panels.push_back(PosePanel(log, info.criteria, quantity));
   // the first one's legend tells what the colours of all are
-  panels[0].legend = report::Legend::kAbove;
-  const report::Series band = panels[1].series[0];
-  panels[0].series.insert(panels[0].series.begin(),
-                          {band.name, {}, band.color, band.mark, band.width_px});
+  panels[0].legend = true;
   panels.push_back(FitnessPanel(log, info.criteria));
   media::WriteFigure(path, {.title = info.title + "\n" + info.outcome,
                             .stacked = true,

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <cmath>
 #include <limits>
 #include <sstream>
@@ -10,6 +9,7 @@
 
 #include "control/axes.h"
 #include "experiments/media/draw_balls.h"
+#include "experiments/trial/trial_files.h"
 #include "sim/base/units.h"
 
 namespace turbidock::run {
@@ -44,32 +44,14 @@ int DrawPlate(media::Canvas* canvas, int x, int y, const std::string& text, Rgb 
   return left + width;
 }
 
-media::StripChartSpec FitnessSpec(const trial::ViewCriteria& criteria, double duration_s) {
-  const auto limit = [](double value) -> media::StripLimit {
-    return {value, fmt::format("{:.2f}", value)};
-  };
-  return {.title = "F",
-          .low = -0.2,
-          .high = 1.0,
-          .time_span_s = duration_s,
-          .tick_decimals = 1,
-          .time_labels = false,
-          .limits = {limit(criteria.docking_fitness), limit(criteria.detection_fitness)},
-          .series = {{.color = trial::kOnDark.estimate}}};
-}
-
 // Desired below, then truth, the estimate on top.
-media::StripChartSpec PositionSpec(const char* title, double low_mm, double high_mm, double band_mm,
-                                   double duration_s, bool time_labels) {
+media::StripChartSpec PositionSpec(const char* title, double low_mm, double high_mm,
+                                   double duration_s) {
   return {.title = title,
           .low = low_mm,
           .high = high_mm,
           .time_span_s = duration_s,
-          .time_labels = time_labels,
-          .series = {{.color = trial::kOnDark.desired,
-                      .width_px = 1.2,
-                      .drives_range = true,
-                      .band_half_width = band_mm},
+          .series = {{.color = trial::kOnDark.desired, .width_px = 1.2, .drives_range = true},
                      {.color = trial::kOnDark.truth, .width_px = 2.8, .drives_range = true},
                      {.color = trial::kOnDark.estimate, .width_px = 1.2}}};
 }
@@ -91,23 +73,34 @@ std::vector<std::string> Wrapped(const std::string& text, double width_px, doubl
 
 }  // namespace
 
-VideoComposer::VideoComposer(const VideoOptions& options)
-    : options_(options), canvas_(kVideoWidth, kVideoHeight) {
-  const trial::ViewCriteria& criteria = options_.criteria;
-  const double duration_s = options_.duration_s, docked_mm = MmFromM(criteria.docked_x_m);
-  media::StripChartSpec x = PositionSpec("x [mm]", 0, 800, 0, duration_s, true);
-  x.limits = {{docked_mm, fmt::format("{:.0f}", docked_mm)}};
+std::string TitleOf(const trial::Scenario& scenario) {
+  return fmt::format("{}, seed {}", scenario.description, scenario.seed);
+}
+
+VideoComposer::VideoComposer(const trial::Scenario& scenario)
+    : criteria_(trial::CriteriaOf(scenario)),
+      title_(TitleOf(scenario)),
+      envelope_ratio_(scenario.marker.outer_ring_ratio),
+      canvas_(kVideoWidth, kVideoHeight) {
+  const double duration_s = scenario.duration_s + scenario.docked_hold_s;
+  media::StripChartSpec fitness{.title = "F",
+                                .low = -0.2,
+                                .time_span_s = duration_s,
+                                .decimals = 2,
+                                .limits = {criteria_.docking_fitness, criteria_.detection_fitness},
+                                .series = {{.color = trial::kOnDark.estimate}}};
+  media::StripChartSpec x = PositionSpec("x, mm", 0, 800, duration_s);
+  x.limits = {MmFromM(criteria_.docked_x_m)};
   for (const media::StripChartSpec& spec :
-       {FitnessSpec(criteria, duration_s), x,
-        PositionSpec("y [mm]", -100, 100, MmFromM(criteria.tolerance_y_m), duration_s, false),
-        PositionSpec("z [mm]", -100, 100, MmFromM(criteria.tolerance_z_m), duration_s, true)})
+       {fitness, x, PositionSpec("y, mm", -100, 100, duration_s),
+        PositionSpec("z, mm", -100, 100, duration_s)})
     charts_.emplace_back(spec, kChartWidth, kChartHeight);
 }
 
 const media::Canvas& VideoComposer::Compose(const VideoFrame& frame) {
   const trial::FrameRecord& record = frame.record;
   canvas_.FillRect(canvas_.area(), kGround);
-  const bool trusted = record.fitness >= options_.criteria.detection_fitness;
+  const bool trusted = record.fitness >= criteria_.detection_fitness;
   DrawCamera(frame.images.left, frame.balls.left, trusted, kLeftPanel);
   DrawCamera(frame.images.right, frame.balls.right, trusted, kRightPanel);
   // a seam between the two images, which may both be black
@@ -145,24 +138,24 @@ void VideoComposer::DrawCamera(const Image3u8& image,
   const media::PixelRect shown = canvas_.DrawImage(image, panel);
   const double scale = static_cast<double>(shown.width) / image.width();
   canvas_.Clip(shown);
-  media::DrawBalls(balls, shown, scale, options_.envelope_ratio, trusted ? 1.0 : 0.4, &canvas_);
+  media::DrawBalls(balls, shown, scale, envelope_ratio_, trusted ? 1.0 : 0.4, &canvas_);
   canvas_.Unclip();
 }
 
 void VideoComposer::DrawStatus(const trial::FrameRecord& record) {
   const int x = DrawPlate(&canvas_, 10, 10, trial::WordsOf(record.stage),
                           trial::kOnDark.Of(record.stage), media::Align::kLeft, /*bold=*/true);
-  DrawPlate(&canvas_, x + 8, 10,
-            fmt::format("F = {:.2f}   {}", record.fitness,
-                        trial::AreaTitle(record.fitness, options_.criteria)),
-            kText);
-  if (!options_.title.empty()) DrawPlate(&canvas_, kRightPanel.x + 10, 10, options_.title, kText);
+  DrawPlate(
+      &canvas_, x + 8, 10,
+      fmt::format("F = {:.2f}   {}", record.fitness, trial::AreaTitle(record.fitness, criteria_)),
+      kText);
+  DrawPlate(&canvas_, kRightPanel.x + 10, 10, title_, kText);
   DrawPlate(&canvas_, kVideoWidth - 10, 10, fmt::format("{:.1f} s", record.time_s), kText,
             media::Align::kRight);
 }
 
 void VideoComposer::DrawCharts(const trial::FrameRecord& record) {
-  const bool detected = record.fitness >= options_.criteria.detection_fitness;
+  const bool detected = record.fitness >= criteria_.detection_fitness;
   for (size_t i = 0; i < charts_.size(); ++i) {
     media::StripChart& chart = charts_[i];
     const int x = kSpectatorPanel.width + static_cast<int>(i / 2) * kChartWidth;
@@ -172,22 +165,25 @@ void VideoComposer::DrawCharts(const trial::FrameRecord& record) {
       canvas_.Text({x + chart.plot().right() - from_right, y + 14.0}, text, kSmallSize, color,
                    media::Align::kRight);
     };
+    media::StripValues row{.time_s = record.time_s, .values = {record.fitness}};
     if (i == 0) {
-      chart.Add(record.time_s, std::array{record.fitness});
-      chart.DrawTo(&canvas_, x, y);
       write(0, fmt::format("{:.2f}", record.fitness), trial::kOnDark.estimate);
-      continue;
+    } else {
+      const auto mm = [&](const auto& pose) {
+        return MmFromM(control::ToAxes(pose)[static_cast<Eigen::Index>(i - 1)]);
+      };
+      // where nothing is followed there is nothing desired; what is not detected has no position
+      const double desired = record.controlled ? mm(record.desired) : kGap;
+      const double truth = mm(record.true_X_HM), estimate = detected ? mm(record.est_X_HM) : kGap;
+      row.values = {desired, truth, estimate};
+      const double allowed = i == 1 ? kGap : MmFromM(criteria_.Allowed_m(record.stage)[i - 2]);
+      row.band_low = desired - allowed;
+      row.band_high = desired + allowed;
+      write(0, fmt::format("{:.0f}", truth), trial::kOnDark.truth);
+      write(44, detected ? fmt::format("{:.0f}", estimate) : "lost", trial::kOnDark.estimate);
     }
-    const auto mm = [&](const auto& pose) {
-      return MmFromM(control::ToAxes(pose)[static_cast<Eigen::Index>(i - 1)]);
-    };
-    // where nothing is followed there is nothing desired; what is not detected has no position
-    const double desired = record.controlled ? mm(record.desired) : kGap;
-    const double truth = mm(record.true_X_HM), estimate = detected ? mm(record.est_X_HM) : kGap;
-    chart.Add(record.time_s, std::array{desired, truth, estimate});
+    chart.Add(row);
     chart.DrawTo(&canvas_, x, y);
-    write(0, fmt::format("{:.0f}", truth), trial::kOnDark.truth);
-    write(44, detected ? fmt::format("{:.0f}", estimate) : "lost", trial::kOnDark.estimate);
   }
 }
 
@@ -195,7 +191,7 @@ void VideoComposer::DrawCharts(const trial::FrameRecord& record) {
 void VideoComposer::DrawLegend() {
   double x = kVideoWidth - 18;
   const double y = kChartsTop + 16;
-  const std::string band = trial::BandText(options_.criteria);
+  const std::string band = "allowed";
   const std::pair<std::string, Rgb> entries[] = {{band, trial::kOnDark.limit},
                                                  {"desired", trial::kOnDark.desired},
                                                  {"truth", trial::kOnDark.truth},

@@ -6,6 +6,7 @@
 
 #include "experiments/media/canvas.h"
 #include "experiments/media/strip_chart.h"
+#include "experiments/trial/scenario.h"
 #include "experiments/trial/trial_log.h"
 #include "experiments/trial/trial_view.h"
 #include "sim/base/image.h"
@@ -15,12 +16,8 @@ namespace turbidock::run {
 
 inline constexpr int kVideoWidth = 1280, kVideoHeight = 720;
 
-struct VideoOptions {
-  double envelope_ratio = 1.4;  // radius of the model's outer circle over that of the ball
-  trial::ViewCriteria criteria = {};
-  std::string title = {};  // what it is of; nothing if empty
-  double duration_s = 20;  // of the charts' axis of time
-};
+// "night sea, active marker, seed 1".
+std::string TitleOf(const trial::Scenario& scenario);
 
 // What one frame of the film shows. The balls are those of the estimated pose, in pixels of the
 // images.
@@ -36,7 +33,7 @@ struct VideoFrame {
 // x, y and z.
 class VideoComposer {
  public:
-  explicit VideoComposer(const VideoOptions& options);
+  explicit VideoComposer(const trial::Scenario& scenario);
 
   // The picture of the next frame; it stays valid until the next call.
   const media::Canvas& Compose(const VideoFrame& frame);
@@ -50,7 +47,9 @@ class VideoComposer {
   void DrawCharts(const trial::FrameRecord& record);
   void DrawLegend();
 
-  VideoOptions options_;
+  trial::ViewCriteria criteria_;
+  std::string title_;
+  double envelope_ratio_;  // radius of the model's outer circle over that of the ball
   media::Canvas canvas_;
   std::vector<media::StripChart> charts_;  // F, x, y, z
 };

@@ -17,7 +17,7 @@ namespace {
 double Shown(control::Axis axis, double value) {
   return axis == control::kYaw ? units::DegFromRad(value) : units::MmFromM(value);
 }
-const char* ShownUnit(control::Axis axis) { return axis == control::kYaw ? "deg" : "mm"; }
+const char* ShownUnit(control::Axis axis) { return axis == control::kYaw ? "°" : "mm"; }
 
 report::Table TableOf(const std::vector<AxisResponse>& responses) {
   const auto scaled = [](const std::optional<double>& value, double unit, int digits) {
@@ -47,9 +47,9 @@ report::Panel TimePanel(const std::string& title, control::Axis axis, const Answ
     actual.points.push_back({a.time_s[i], Shown(axis, a.actual[i])});
   }
   return {.title = title,
-          .x = {.label = "time [s]", .tick_step = 5},
-          .y = {fmt::format("moved from rest [{}]", ShownUnit(axis))},
-          .y2 = {fmt::format("demand [{}] (grey)", demand_unit)},
+          .x = {.label = "time, s", .tick_step = 5},
+          .y = {fmt::format("moved from rest, {}", ShownUnit(axis))},
+          .y2 = {fmt::format("demand (grey), {}", demand_unit)},
           .series = {demand, actual},
           .rules = {{Shown(axis, a.wanted), "", trial::kOnPaper.desired}}};
 }
@@ -58,7 +58,7 @@ report::Panel TimePanel(const std::string& title, control::Axis axis, const Answ
 report::Panel LoopPanel(const std::string& title, const report::Axis& y, report::Mark mark,
                         double limit, std::vector<report::Sample> points) {
   return {.title = title,
-          .x = {.label = "frequency [Hz]", .logarithmic = true},
+          .x = {.label = "frequency, Hz", .logarithmic = true},
           .y = y,
           .series = {{"", std::move(points), trial::kOnPaper.estimate, mark}},
           .rules = {{limit, "", trial::kOnPaper.limit, report::Mark::kLine}}};
@@ -93,10 +93,10 @@ report::Section SectionOf(const trial::Scenario& scenario, const AxisResponse& r
               "demand.",
           .panels = {TimePanel(step, r.axis, r.step.answer, demand),
                      TimePanel(push, r.axis, r.disturbance.answer, demand),
-                     LoopPanel(name + ": gain of the loop", {"gain [dB]"},
+                     LoopPanel(name + ": gain of the loop", {"gain, dB"},
                                report::Mark::kLineWithDots, 0, over_frequency(gain_db)),
                      LoopPanel(name + ": phase of the loop",
-                               {.label = "phase [deg]", .low = -360, .high = 0, .tick_step = 90},
+                               {.label = "phase, °", .low = -360, .high = 0, .tick_step = 90},
                                report::Mark::kDots, -180, over_frequency(phase_deg))},
           .wide = true};
 }
@@ -112,18 +112,21 @@ report::Report ReportOf(const trial::Scenario& scenario,
       .title = fmt::format("{}: {}", scenario.description, scenario.controller_name()),
       .build = system::VersionAndCommit(),
       .facts = {{"controller", scenario.controller_name()},
-                {"poses from", by_cameras ? "the cameras" : "the truth",
-                 by_cameras ? ""
-                            : fmt::format("with noise of {:.2g} mm and {:.2g} deg (x and yaw at "
-                                          "0.6 m), without it where the loop is measured",
-                                          units::MmFromM(noise[0]), units::DegFromRad(noise[3]))},
+                {"poses from", by_cameras ? "the cameras" : "the truth"},
+                {"push", fmt::format("{:g} N", kPush_newton), "steady; of yaw 0.1 N m"},
                 {"sinusoids", fmt::format("{:g} %", 100 * kAddedShare),
                  "of what the vehicle can give, added to the demand to measure the loop"}}};
+  const std::string poses =
+      by_cameras ? "Poses are estimates."
+                 : fmt::format(
+                       "Poses are true ones with noise of {:.2g} mm and {:.2g}° (x and yaw "
+                       "at 0.6 m), without it where the loop is measured.",
+                       units::MmFromM(noise[0]), units::DegFromRad(noise[3]));
   report.sections = {{.title = "Answers and margins",
-                      .note =
-                          "In still water. Rise from 10 to 90 % of the step, settling to 5 % of "
-                          "it, recovery to a tenth of the peak. S is the sensitivity 1 / (1 + "
-                          "L).",
+                      .note = "In still water. Rise from 10 to 90 % of the step, settling to 5 % "
+                              "of it, recovery to a tenth of the peak. S is the sensitivity "
+                              "1 / (1 + L). " +
+                              poses,
                       .table = TableOf(responses)}};
   for (const AxisResponse& response : responses)
     report.sections.push_back(SectionOf(scenario, response));

@@ -39,8 +39,8 @@ int Tune(const TuneArguments& arguments) {
   options.jobs = arguments.jobs.For(out + "/trials",
                                     [&](const std::string& text) { progress.Say("  " + text); });
   options.stop_requested = app::CatchStopSignals();
-  options.on_progress = [&](const std::string& phase, double share, int64_t trials) {
-    progress.ShowOrSay(share, fmt::format("{}, {} trials", phase, trials), /*every_s=*/20);
+  options.on_progress = [&](const std::string& what, double share) {
+    progress.ShowOrSay(share, what, /*every_s=*/20);
   };
   options.on_result = [&](const TuningResult& so_far) {
     const report::Report report = ReportOf(study, so_far);

@@ -202,11 +202,7 @@ class Tuning {
                      {.jobs = options.jobs,
                       .time_limit_s = study.plan().settings().trial_time_limit_s,
                       .plugins = study.plan().plugins(),
-                      .on_progress =
-                          [this](const batch::RunProgress&) {
-                            if (options_.on_progress)
-                              options_.on_progress(phase_, share_, evaluations_.trials());
-                          },
+                      .on_progress = [this](const batch::RunProgress&) { ShowProgress(); },
                       .stop_requested = options.stop_requested}) {}
 
   TuningResult Run() {
@@ -219,11 +215,10 @@ class Tuning {
                        return Generation(generation, candidates);
                      });
     // The tuned gains against those that were there before, on the same trials.
-    phase_ = "held out";
-    share_ = 0;
+    const batch::Plan proof = study_.TrialsOf(kHeldOutSet, settings_.proof.held_out_seeds);
+    Begin("held out", 2 * proof.trials(), 0, 1);
     const std::vector<Evaluation> both =
-        evaluations_.Run(phase_, study_.TrialsOf(kHeldOutSet, settings_.proof.held_out_seeds),
-                         {study_.start(), result_.tuned}, settings_.proof.cameras);
+        evaluations_.Run(phase_, proof, {study_.start(), result_.tuned}, settings_.proof.cameras);
     result_.held_out = Compare(study_, both[0], both[1]);
     result_.finished = true;
     Tell();
@@ -234,9 +229,11 @@ class Tuning {
   // Costs of the candidates. All of them run the same trials as the incumbent, of seeds of their
   // own in every generation.
   std::vector<double> Generation(int generation, const std::vector<search::Candidate>& candidates) {
-    phase_ = fmt::format("generation {}", generation);
-    share_ = static_cast<double>(generation) / (settings_.optimiser.generations + 1);
     const batch::Plan plan = TrialsOf(generation == 0 ? 0 : generation + 1);
+    const double step = 1.0 / (settings_.optimiser.generations + 1);
+    Begin(fmt::format("generation {}", generation),
+          plan.trials() * (generation == 0 ? 1 : 1 + std::ssize(candidates)), generation * step,
+          step);
     incumbent_ = evaluations_.Run(phase_ + " incumbent", plan, {result_.tuned})[0];
     std::vector<Evaluation> done = {incumbent_};
     if (generation == 0) {
@@ -251,6 +248,20 @@ class Tuning {
     for (const Evaluation& evaluation : done) costs.push_back(CostOf(evaluation));
     Record(generation, done, costs);
     return costs;
+  }
+
+  // What follows is a part of the bar, of so many trials at most but for a challenge.
+  void Begin(const std::string& phase, int64_t trials, double from, double part) {
+    phase_ = phase;
+    bar_ = {.from = from, .part = part, .trials = trials, .before = evaluations_.trials()};
+  }
+
+  void ShowProgress() const {
+    if (!options_.on_progress) return;
+    const int64_t done = evaluations_.trials() - bar_.before, most = std::max(done, bar_.trials);
+    options_.on_progress(fmt::format("{}: {} of at most {} trials", phase_, done, most),
+                         bar_.from + bar_.part * static_cast<double>(done) /
+                                         static_cast<double>(std::max<int64_t>(most, 1)));
   }
 
   batch::Plan TrialsOf(uint64_t set) const {
@@ -333,7 +344,10 @@ class Tuning {
   const StudySettings& settings_;
   const TuningOptions& options_;
   std::string phase_;
-  double share_ = 0;
+  struct {
+    double from = 0, part = 0;
+    int64_t trials = 0, before = 0;
+  } bar_;
   Evaluations evaluations_;
   TuningResult result_;
   Evaluation incumbent_;

@@ -66,8 +66,8 @@ struct TuningResult {
 
 struct TuningOptions {
   batch::JobOptions jobs = {};
-  // A share of the generations, and the trials so far.
-  std::function<void(const std::string& phase, double share, int64_t trials)> on_progress = nullptr;
+  // After every trial: what is done, in words, and its share of the search or of the proof.
+  std::function<void(const std::string& what, double share)> on_progress = nullptr;
   // What was found so far: at the beginning, after each generation, and at the end while the file
   // of trials is still held.
   std::function<void(const TuningResult&)> on_result = nullptr;

@@ -90,6 +90,7 @@ report::Section ConvergenceSection(const TuningResult& result) {
   const auto replaced = [](const G& g) { return g.replaced ? g.best : report::kOpen; };
   return {
       .title = "Convergence",
+      .note = fmt::format("The start costs {:.2f}.", result.generations.front().incumbent),
       .panels = {
           {.title = "cost",
            .x = {"trials"},
@@ -100,7 +101,7 @@ report::Section ConvergenceSection(const TuningResult& result) {
                       {"incumbent, same trials", over_trials(&G::incumbent), report::CurveColor(2)},
                       {"takes its place", over_trials(replaced), report::CurveColor(1),
                        Mark::kRings, 2, 11}},
-           .legend = report::Legend::kAbove}}};
+           .legend = true}}};
 }
 
 report::Section CostSection(const StudySettings& settings, const std::optional<HeldOut>& held_out) {

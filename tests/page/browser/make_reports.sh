@@ -92,8 +92,6 @@ sed '/^grid:/,$d; s/seeds: 6/seeds: 1/' plan.yaml >single.yaml
 "$program" gate gate.yaml --set duration_s=1.2 --bundles 2 --out gate --quiet || [ $? = 1 ]
 "$program" recognize --distances 400,1000 --milk 0,40,120 --seconds 1 --json --figure recognition.png \
   --quiet >recognition.json
-"$program" compare-estimators pool_active --distances 600 --milk 0,20 --starts 3 --frames 10 \
-  --estimators rm_ga,blobs --json --quiet >estimators.json
 
 "$program" report trial --out trial.html
 "$program" report lost --out lost.html
@@ -132,4 +130,3 @@ END
 "$program" report many.db --out many.html
 "$program" report gate --out gate.html
 "$program" report recognition.json --out recognition.html
-"$program" report estimators.json --out estimators.html

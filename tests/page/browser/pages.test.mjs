@@ -25,7 +25,6 @@ const kKinds = {
   vehicle: {plots: 3},
   gate: {plots: 0},
   recognition: {plots: 2},
-  estimators: {plots: 0},
 };
 
 for (const [name, expected] of Object.entries(kKinds))

@@ -60,14 +60,27 @@ TEST(CheckVehicle, ShowsTheHullBehindTheThrusters) {
   const report::Report report = ReportOf(check);
   const auto section = std::ranges::find(report.sections, "Thrusters", &report::Section::title);
   ASSERT_NE(section, report.sections.end());
-  ASSERT_FALSE(check.hull.empty());
+  ASSERT_EQ(check.hull.size(), 2u);
   for (const report::Panel& panel : section->panels) {
     double low = 0, high = 0;
-    for (size_t i = 0; i < check.hull.size(); ++i)
-      for (const report::Sample& corner : panel.series[i].points) {
-        low = std::min(low, corner.x);
-        high = std::max(high, corner.x);
+    for (size_t i = 0; i < check.hull.size(); ++i) {
+      const std::vector<report::Sample>& outline = panel.series[i].points;
+      ASSERT_GE(outline.size(), 4u);  // ends where it begins
+      EXPECT_EQ(outline.front().x, outline.back().x);
+      EXPECT_EQ(outline.front().y, outline.back().y);
+      double most = -INFINITY;
+      for (size_t k = 0; k < outline.size(); ++k) {
+        const report::Sample &a = outline[k], &b = outline[(k + 1) % outline.size()],
+                             &c = outline[(k + 2) % outline.size()];
+        if (k + 2 < outline.size()) {  // convex
+          EXPECT_GT((b.x - a.x) * (c.y - a.y), (b.y - a.y) * (c.x - a.x));
+        }
+        low = std::min(low, a.x);
+        most = std::max(most, a.x);
       }
+      high = std::max(high, most);
+      EXPECT_DOUBLE_EQ(most, check.hull[i].high_m.x());
+    }
     for (const ThrusterReport& thruster : check.thrusters) {
       EXPECT_GE(thruster.p_BT_m.x(), low) << panel.title;
       EXPECT_LE(thruster.p_BT_m.x(), high) << panel.title;

@@ -29,13 +29,11 @@
 namespace turbidock::gate {
 namespace {
 
-using ::testing::_;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using testing::MessageOf;
 using ::testing::Not;
-using ::testing::StartsWith;
 
 // How a build docks: from the seed alone, as a trial does.
 using Build = std::function<GateTrial(size_t condition, int64_t seed)>;
@@ -487,27 +485,6 @@ TEST_F(Gate, OnlyABaselineIsReplaced) {
               HasSubstr("is no baseline"));
   plan.baseline = (folder_ / "none.yaml").string();
   EXPECT_EQ(MessageOf([&] { Measure(plan, DocksAt(0.9)); }), "no error");
-}
-
-TEST_F(Gate, AnUpdateSaysWhatItChanges) {
-  const GatePlan plan = Plan();
-  const Baseline before = Measure(plan, DocksAt(0.95)),
-                 after = Measure(plan, DocksAt(0.8, {.time_s = 3}));
-  const auto row = [](const Baseline& a, const Baseline& b) {
-    std::vector<std::string> texts;
-    const report::Table table = ChangeTable(a, b);
-    for (const report::Cell& cell : table.rows().at(0)) texts.push_back(cell.text);
-    return texts;
-  };
-  const int lost = before.conditions[0].docked - after.conditions[0].docked;
-  EXPECT_THAT(
-      row(before, after),
-      ElementsAre("calm", StartsWith(std::to_string(before.conditions[0].docked) + " of 200"),
-                  StartsWith(std::to_string(after.conditions[0].docked) + " of 200"),
-                  std::to_string(lost), "0"));
-  EXPECT_THAT(row(after, before)[4], std::to_string(lost));
-  EXPECT_THAT(row(before, before), ElementsAre("calm", _, _, "0", "0"));
-  EXPECT_THAT(row({}, after), ElementsAre("calm", "new", _, "0", "0"));
 }
 
 // ---------------------------------------------------------------------------------------- reports

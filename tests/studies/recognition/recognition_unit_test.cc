@@ -151,6 +151,23 @@ TEST(Recognition, CellsAreIndependent) {
   EXPECT_EQ(both[0].fitness.size(), 3u);
 }
 
+// Any estimator of a scenario: who is right, and who is wrong and sure of it.
+TEST(Recognition, ComparesEstimators) {
+  const auto run = [](const std::vector<std::string>& assignments, double milk) {
+    const Scenarios scenarios = {
+        {MarkerKind::kActive, RecognitionScenario(MarkerKind::kActive, assignments)}};
+    return RunCells(scenarios, {{MarkerKind::kActive, milk, 0.6}},
+                    {.seconds = 0.2, .settle_s = 0.5})[0];
+  };
+  const CellResult search = run({}, 10), blobs = run({"pose_estimator=blobs"}, 10),
+                   blind = run({}, 1000);
+  EXPECT_EQ(search.right, 1);
+  EXPECT_EQ(search.wrong_and_sure, 0);
+  EXPECT_LT(search.position_error_mean_m, 0.001);
+  EXPECT_GT(blobs.position_error_mean_m, search.position_error_mean_m);
+  EXPECT_EQ(blind.right + blind.wrong_and_sure, 0);  // not found
+}
+
 // The report says what the results say: limits and Areas worked out by hand.
 class RecognitionReport : public ::testing::Test {
  protected:
@@ -167,7 +184,7 @@ class RecognitionReport : public ::testing::Test {
 TEST_F(RecognitionReport, DrawsCurves) {
   const std::vector<TableRow> table = {Row(0, 0.9), Row(20, 0.5), Row(40, 0.1), Row(100, 0)};
   const report::Report report = ReportOf(results_, table);
-  ASSERT_EQ(report.sections.size(), 2u);  // F over milk, the marker's table
+  ASSERT_EQ(report.sections.size(), 3u);  // F over milk, the marker's tables
   const report::Panel& fitness = report.sections[0].panels.at(0);
   ASSERT_EQ(fitness.series.size(), 2u);  // the run and the table
   EXPECT_EQ(fitness.series[0].points[2].x, 40);
@@ -234,8 +251,9 @@ TEST(RecognizeCommand, PrintsTheDocumentedKeys) {
                           "lost_fitness_error", "fitness_std", "report"})
     EXPECT_TRUE(json.contains(key)) << key;
   ASSERT_EQ(json["cells"].size(), 2u);
-  for (const char* key : {"marker", "milk_ml_m3", "distance_mm", "fitness_mean", "fitness_std",
-                          "area", "position_error_mean_m", "reference_mean"})
+  for (const char* key :
+       {"marker", "milk_ml_m3", "distance_mm", "fitness_mean", "fitness_std", "area",
+        "position_error_mean_m", "right", "wrong_and_sure", "reference_mean"})
     EXPECT_TRUE(json["cells"][0].contains(key)) << key;
   EXPECT_EQ(json["cells"][0]["distance_mm"], 600);
   EXPECT_TRUE(json["loss_milk_ratio"].contains("600"));
@@ -247,6 +265,8 @@ TEST(RecognizeCommand, RefusesBadInput) {
            {{"--milk", "-5"}, "--milk"},
            {{"--distances", "5"}, "--distances"},
            {{"--set", "water.scattering_scale=9"}, "must be in [0.1, 3]"},
+           {{"--set", "pose_source=true_pose"}, "pose_source: must be cameras"},
+           {{"--set", "pose_estimator=best"}, "must be one of rm_ga, blobs, fiducial"},
            {{"--table", "no.csv"}, "--marker"},
            {{"--table", "no.csv", "--marker", "active"}, "no.csv: cannot be read"}}) {
     std::vector<std::string> all = {"recognize"};

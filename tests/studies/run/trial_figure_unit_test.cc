@@ -63,7 +63,7 @@ constexpr int kYTop = static_cast<int>(0.12 * kFigureHeight + kStep) + 3,
               kFTop = static_cast<int>(kYTop + 3 * kStep),
               kFBottom = static_cast<int>(kYBottom + 3 * kStep);
 
-// The marker holds still at y = 40 mm, the edge of the band about the desired 0; nothing is
+// The marker holds still at y = 40 mm, the edge of docking's band about the desired 0; nothing is
 // detected, so no estimate covers it.
 trial::TrialLog OnTheEdge() {
   trial::TrialLog log;
@@ -71,7 +71,7 @@ trial::TrialLog OnTheEdge() {
     trial::FrameRecord f;
     f.frame = k;
     f.time_s = k / 30.0;
-    f.stage = Stage::kVisualServoing;
+    f.stage = Stage::kDocking;
     f.controlled = true;
     f.fitness = 0;
     f.true_X_HM.p = {0.6, 0.040, -0.040};
@@ -113,7 +113,7 @@ TEST(Figure, ColoursShowTheStages) {
 TEST(Figure, TruthOnTheEdgeOfTheBandIsDrawnThere) {
   const Image3u8 image = Figure("edge.png", OnTheEdge());
   constexpr int kColumn = 700;
-  const Rgb band = BandColor(Stage::kVisualServoing);
+  const Rgb band = BandColor(Stage::kDocking);
   // rows of the panels of y (truth on the upper edge) and z (on the lower edge)
   const std::vector<int> y_band = Rows(image, kColumn, band, kYTop, kYBottom);
   const std::vector<int> y_truth = Rows(image, kColumn, trial::kOnPaper.truth, kYTop, kYBottom);
@@ -133,7 +133,7 @@ TEST(Figure, BandsAreTheirOwnTolerances) {
   info.criteria.tolerance_z_m = 0.020;
   const Image3u8 image = Figure("bands.png", OnTheEdge(), info);
   constexpr int kColumn = 700;
-  const Rgb band = BandColor(Stage::kVisualServoing);
+  const Rgb band = BandColor(Stage::kDocking);
   const std::vector<int> y_band = Rows(image, kColumn, band, kYTop, kYBottom);
   const std::vector<int> z_band = Rows(image, kColumn, band, kZTop, kZBottom);
   ASSERT_GT(y_band.size(), 50u);
@@ -142,8 +142,17 @@ TEST(Figure, BandsAreTheirOwnTolerances) {
   const std::vector<int> z_truth = Rows(image, kColumn, trial::kOnPaper.truth, kZTop, kZBottom);
   ASSERT_GE(z_truth.size(), 2u);
   EXPECT_GT(z_truth.front(), z_band.back() + 20);
-  EXPECT_EQ(trial::BandText(info.criteria), "\u00b1 40, 20 mm");
-  EXPECT_EQ(trial::BandText({}), "\u00b1 40 mm");
+}
+
+// Servoing must be closer than docking may be.
+TEST(Figure, BandsAreThoseOfTheStage) {
+  trial::TrialLog log = OnTheEdge();
+  for (trial::FrameRecord& frame : log.frames) frame.stage = Stage::kVisualServoing;
+  const auto band = [](const Image3u8& image, Stage stage) {
+    return static_cast<double>(Rows(image, 700, BandColor(stage), kYTop, kYBottom).size());
+  };
+  const double docking = band(Figure("docking.png", OnTheEdge()), Stage::kDocking);
+  EXPECT_NEAR(band(Figure("servoing.png", log), Stage::kVisualServoing), docking / 2, 12);
 }
 
 // A sentence as long as a false dock's ends within the figure.

@@ -278,11 +278,19 @@ TEST_F(TunerTest, WorkersAndInterruptionsChangeNothing) {
 TEST_F(TunerTest, WhatIsFoundSoFarIsABeginningOfWhatIsFound) {
   const Study study = StudyOf(kHead + kTrials + kGains + kObjective + kFast);
   std::vector<TuningResult> told;
+  std::set<double> shares;  // of the search
+  const auto on_progress = [&](const std::string& what, double share) {
+    if (what.starts_with("held out")) return;
+    EXPECT_GE(share, (shares.empty() ? 0 : *shares.rbegin()) - 1e-9) << what;
+    EXPECT_LE(share, 1 + 1e-9) << what;
+    shares.insert(share);
+  };
   const TuningResult result =
       Tune(study, File("told.sqlite"),
            {.jobs = {.workers = 2},
-            .on_progress = nullptr,
+            .on_progress = on_progress,
             .on_result = [&](const TuningResult& so_far) { told.push_back(so_far); }});
+  EXPECT_GT(shares.size(), 10u) << "the bar stands still within a generation";
   ASSERT_EQ(told.size(), 5u) << "beginning, 3 generations, end";
   const std::string generations = TuningJson(study, result)["generations"].dump();
   for (size_t i = 0; i < told.size(); ++i) {
