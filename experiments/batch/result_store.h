@@ -26,7 +26,7 @@ namespace turbidock::batch {
 
 class RunLock;
 
-inline constexpr int kStoreSchema = 3;
+inline constexpr int kStoreSchema = 4;
 
 // Results that should be equal or belong together and do not. Exit code 5.
 class MismatchError : public std::runtime_error {

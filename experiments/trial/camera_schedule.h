@@ -17,6 +17,7 @@ class CameraSchedule {
   int64_t first_frame() const { return -delay_; }  // of the exposures
   bool ExposesAt(int64_t frame) const { return (frame + delay_) % period_ == 0; }
   bool ArrivesAt(int64_t frame) const { return frame % period_ == 0; }
+  int64_t ExposureOf(int64_t frame) const { return frame - delay_; }  // of what arrives at it
   // Number of the image exposed at this frame, of the one that arrived last.
   int64_t ExposedAt(int64_t frame) const { return (frame + delay_) / period_ - delay_; }
   int64_t LatestAt(int64_t frame) const { return frame / period_ - delay_; }

@@ -77,7 +77,7 @@ std::span<const FrameRecord> Last(const Scenario& scenario, double seconds,
 
 bool IsFalseLock(std::span<const FrameRecord> frames) {
   const auto wrong = std::count_if(frames.begin(), frames.end(), [](const FrameRecord& frame) {
-    return (frame.est_X_HM.p - frame.true_X_HM.p).norm() > kFalseLock_m;
+    return (frame.est_X_HM.p - frame.true_at_image_X_HM.p).norm() > kFalseLock_m;
   });
   return 2 * wrong > std::ssize(frames);
 }

@@ -10,6 +10,7 @@ namespace turbidock::trial {
 Perception::Perception(const Scenario& scenario, const TrialOptions& options, World* world)
     : world_(*world),
       timer_(options.timer),
+      clock_(scenario.clock),
       schedule_(scenario.camera_period_frames, scenario.camera_delay_frames),
       region_of_interest_(scenario.region_of_interest),
       whole_images_(options.whole_images || !scenario.region_of_interest),
@@ -47,6 +48,8 @@ bool Perception::Update(int64_t frame) {
       world_.RenderImages(*Slot(number), number, std::nullopt, timer_, &latest_);
     estimate_ = &true_pose_->Update(number, Slot(number)->true_X_HM);
   }
+  image_time_s_ = clock_.TimeOfFrame(std::max<int64_t>(0, schedule_.ExposureOf(frame)));
+  true_at_image_X_HM_ = Slot(number)->true_X_HM;
   Lap(timer_, LoopStage::kEstimate);
   return true;
 }

@@ -38,7 +38,9 @@ class Perception {
   // Whether to make also the pixels that the estimator cannot read.
   void SetFullFrame(bool whole) { whole_images_ = whole || !region_of_interest_; }
 
-  const PoseEstimate& estimate() const { return *estimate_; }   // the latest
+  const PoseEstimate& estimate() const { return *estimate_; }  // the latest
+  double image_time_s() const { return image_time_s_; }        // when its image was exposed
+  const Pose& true_at_image_X_HM() const { return true_at_image_X_HM_; }  // and the marker then
   const StereoImage& latest_images() const { return *seen_; }   // what it was made of, if drawn
   int64_t repeated_images() const { return repeated_images_; }  // so far, of both cameras
   // What to add to a sentence on the trial: cameras that repeat an image by now; empty without any.
@@ -52,6 +54,7 @@ class Perception {
 
   World& world_;
   StageTimer* timer_;
+  ClockParams clock_;
   CameraSchedule schedule_;
   bool region_of_interest_, whole_images_;
   int whole_every_;       // frames; 0: never
@@ -65,6 +68,8 @@ class Perception {
   std::unique_ptr<vision::PoseEstimator> estimator_;
   std::optional<TruePose> true_pose_;
   const PoseEstimate* estimate_ = nullptr;
+  double image_time_s_ = 0;
+  Pose true_at_image_X_HM_;
   bool noisy_;
   double image_s_;           // from one image to the next
   Stereo<int64_t> repeats_;  // in a row, up to the latest

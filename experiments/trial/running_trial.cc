@@ -70,6 +70,8 @@ FrameRecord RunningTrial::RecordOf(int64_t frame) const {
           .stage = directive.stage,
           .est_X_HM = estimate.X_HM,
           .fitness = estimate.fitness,
+          .image_time_s = perception_.image_time_s(),
+          .true_at_image_X_HM = perception_.true_at_image_X_HM(),
           .true_X_HM = world_.true_X_HM(),
           .true_X_WB = truth.X_WB,
           .true_V_WB_B = truth.V_WB_B,

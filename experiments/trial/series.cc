@@ -34,6 +34,8 @@ void VisitColumns(const FrameRecord& r, const std::vector<std::string>& thruster
   add("controlled", int64_t{r.controlled});
   add("fitness", r.fitness);
   add_pose("est", r.est_X_HM);
+  add("image_time_s", r.image_time_s);
+  add_pose("true_at_image", r.true_at_image_X_HM);
   add_pose("true", r.true_X_HM);
   add("desired_x_m", r.desired.x_m);
   add("desired_y_m", r.desired.y_m);

@@ -13,13 +13,16 @@
 namespace turbidock::trial {
 
 // What is known of one camera frame. Time and truth are of the moment the vehicle acts; the
-// estimate is of the image that arrived last, exposed camera_delay_frames before that.
+// estimate is of the image that arrived last, exposed camera_delay_frames before that. An estimate
+// is compared with the truth of its image, whatever is steered with the truth of the frame.
 struct FrameRecord {
   int64_t frame = 0;
   double time_s = 0;
   control::Stage stage = control::Stage::kApproach;
-  Pose est_X_HM;        // the estimator's best pose
-  double fitness = -1;  // and its F
+  Pose est_X_HM;            // the estimator's best pose
+  double fitness = -1;      // and its F
+  double image_time_s = 0;  // when its image was exposed; 0 for what was exposed before the trial
+  Pose true_at_image_X_HM;  // the marker then
   Pose true_X_HM;
   Pose true_X_WB;
   Twist true_V_WB_B;

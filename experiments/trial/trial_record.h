@@ -171,7 +171,8 @@ struct TrialRecord {
     field("final_error_true", self.final_error_true, kMetric.As("final_error_true_{}"),
           "marker in the camera head less the desired pose, at time_s");
     field("final_error_estimated", self.final_error_estimated,
-          kMetric.As("final_error_estimated_{}"), "the same of the estimate");
+          kMetric.As("final_error_estimated_{}"),
+          "the same of the estimate, which is of an image camera_delay_frames older");
     field("estimator", self.estimator, kReport,
           "what made the estimates: an estimator's name, or true_pose");
     field("fitness_mean", self.fitness_mean, kMetric, "F, over all frames");

@@ -23,7 +23,7 @@ TrialResult Trial(Outcome outcome, const std::vector<Stage>& stages) {
       frame.fitness = stage == Stage::kApproach ? 0.1 : 0.8;
       frame.desired = {0.6, 0, 0, 0};
       frame.true_X_HM.p = {0.6, 0, 0};
-      frame.est_X_HM = frame.true_X_HM;
+      frame.est_X_HM = frame.true_at_image_X_HM = frame.true_X_HM;
       result.log.frames.push_back(frame);
     }
   }
@@ -85,6 +85,8 @@ TEST(FailureOf, AWrongEstimateThatWasActedOnIsAFalseLock) {
   EXPECT_EQ(FailureOf({}, result), Failure::kFalseLock);
   result.outcome = Outcome::kMarkerLost;
   EXPECT_EQ(FailureOf({}, result), Failure::kFalseLock);
+  for (FrameRecord& frame : frames) frame.true_at_image_X_HM = frame.est_X_HM;  // an old image
+  EXPECT_NE(FailureOf({}, result), Failure::kFalseLock);
 }
 
 TEST(FailureOf, SwingsBeyondTheLimitsOfEntryAreAnOscillation) {
@@ -93,7 +95,7 @@ TEST(FailureOf, SwingsBeyondTheLimitsOfEntryAreAnOscillation) {
     for (FrameRecord& frame : result.log.frames) {
       const double t_s = static_cast<double>(frame.frame) / 30;
       frame.true_X_HM.p.z() = about_m + amplitude_m * std::cos(2 * M_PI * t_s / period_s);
-      frame.est_X_HM = frame.true_X_HM;
+      frame.est_X_HM = frame.true_at_image_X_HM = frame.true_X_HM;
     }
     return FailureOf({}, result);
   };
@@ -114,7 +116,7 @@ TEST(FailureOf, EachAxisSwingsBeyondItsOwnLimit) {
     for (FrameRecord& frame : result.log.frames) {
       const double wave = std::cos(2 * M_PI * static_cast<double>(frame.frame) / 150);
       frame.true_X_HM = {FromYawPitchRoll(yaw_rad * wave, 0, 0), {0.6, y_m * wave, z_m * wave}};
-      frame.est_X_HM = frame.true_X_HM;
+      frame.est_X_HM = frame.true_at_image_X_HM = frame.true_X_HM;
     }
     return FailureOf(scenario, result);
   };

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "experiments/trial/scenario.h"
@@ -115,6 +116,38 @@ TEST(ReportedFigures, OfATrialThatDocksAndHolds) {
   const AxesPose at_end = ErrorOf(result.log.frames.back(), result.log.frames.back().true_X_HM);
   ASSERT_GT(std::abs(at_end.y_m - result.final_error_true.y_m), 1e-4);
   ExpectReportedAsLogged(result, 30);
+}
+
+// An estimate without noise is the truth of its image, which is that of the frame when the image
+// was exposed: also where images are rare, late or lost on the way.
+TEST(ReportedFigures, AnEstimateIsComparedWithTheTruthOfItsImage) {
+  for (const auto& [delay, period, drops] :
+       {std::tuple{0, 1, "0"}, {1, 1, "0"}, {3, 1, "0"}, {2, 3, "0"}, {1, 1, "0.4"}}) {
+    SCOPED_TRACE(::testing::Message() << delay << " " << period << " " << drops);
+    const TrialResult result = RunTrial(LoadScenario(
+        "sea_night_active",
+        {"seed=3", "pose_source=true_pose", "duration_s=4", "true_pose.noise=[0, 0, 0, 0]",
+         "camera_delay_frames=" + std::to_string(delay),
+         "camera_period_frames=" + std::to_string(period),
+         "camera_drop_probability=" + std::string(drops)}));
+    const std::vector<FrameRecord>& log = result.log.frames;
+    int old = 0;
+    for (const FrameRecord& frame : log) {
+      const Pose& truth = frame.true_at_image_X_HM;
+      EXPECT_NEAR((frame.est_X_HM.p - truth.p).norm(), 0, 1e-12);
+      EXPECT_NEAR(AngleBetween(frame.est_X_HM.q, truth.q), 0, 1e-7);
+      const auto exposed = std::ranges::find(log, frame.image_time_s, &FrameRecord::time_s);
+      ASSERT_NE(exposed, log.end());
+      const int64_t age = frame.frame - exposed->frame;
+      EXPECT_EQ(exposed->true_X_HM.p, truth.p);
+      EXPECT_GE(age, std::min<int64_t>(delay, frame.frame));
+      if (drops[1] == 0) {
+        EXPECT_LE(age, delay + period - 1);
+      }
+      old += truth.p != frame.true_X_HM.p;
+    }
+    EXPECT_GT(old + (delay + period == 1), 0);
+  }
 }
 
 TEST(ReportedFigures, OfATrialThatIsLate) {

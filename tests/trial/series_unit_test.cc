@@ -66,6 +66,8 @@ TEST(Series, HasTheFramesInTheColumnsOfTrajectoryCsv) {
       series.Csv(),
       StartsWith("frame,time_s,stage,controlled,fitness,"
                  "est_x_m,est_y_m,est_z_m,est_qw,est_qx,est_qy,est_qz,"
+                 "image_time_s,true_at_image_x_m,true_at_image_y_m,true_at_image_z_m,"
+                 "true_at_image_qw,true_at_image_qx,true_at_image_qy,true_at_image_qz,"
                  "true_x_m,true_y_m,true_z_m,true_qw,true_qx,true_qy,true_qz,"
                  "desired_x_m,desired_y_m,desired_z_m,desired_yaw_rad,port_v,starboard_v,"
                  "vehicle_x_m,vehicle_y_m,vehicle_z_m,vehicle_qw,vehicle_qx,vehicle_qy,vehicle_qz,"
@@ -148,7 +150,7 @@ TEST(Series, SaysWhatIsWrongWithACsv) {
   EXPECT_EQ(said(""), "t.csv: is empty");
   EXPECT_EQ(said("a,b\n1,2\n"), "t.csv: is no trajectory: it has no column frame");
   EXPECT_EQ(said(header + ",more\n"), "t.csv: is no trajectory: no log has a column more");
-  EXPECT_EQ(said(header + "\n1,2\n"), "t.csv:2: has 2 values, the header 41");
+  EXPECT_EQ(said(header + "\n1,2\n"), "t.csv:2: has 2 values, the header 49");
   std::string other = csv;
   other.replace(other.find("approach"), 8, "lunch");
   EXPECT_EQ(said(other), "t.csv:2: stage: 'lunch' is no word of this program");

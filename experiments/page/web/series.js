@@ -41,7 +41,7 @@ export class Series {
     return times.length ? Math.max(0, lastAt(times, time)) : -1;
   }
 
-  /** Pose of "est", "true" or "vehicle" in a row as [x, y, z, qw, qx, qy, qz]; null if not there. */
+  /** Pose of "est", "true", "true_at_image" or "vehicle" in a row as [x, y, z, qw, qx, qy, qz]; null if not there. */
   pose(which, i) {
     const pose = ['x_m', 'y_m', 'z_m', 'qw', 'qx', 'qy', 'qz'].map(part =>
       this.at(`${which}_${part}`, i),

@@ -81,6 +81,7 @@ export class Traces {
       color: this.trial.colors.stages[index] || kNoStage,
     }));
     this.time = this.series.column('time_s');
+    this.imageTime = this.series.column('image_time_s'); // of the estimate
     this.isFound = this.series.column('fitness').map(F => F >= limits.detection_fitness);
     const voltages = Object.keys(columns).filter(name => name.endsWith('_v'));
     const panels = [
@@ -154,7 +155,7 @@ export class Traces {
 
   /** band: allowed about the desired value, by row; least: span of the axis; rule: a limit. */
   pose(title, part, factor, {band, least, rule}) {
-    const {series, isFound, time} = this;
+    const {series, isFound, time, imageTime} = this;
     const {colors} = this.trial;
     const controlled = series.column('controlled');
     const desired = series.column(part === 'yaw' ? 'desired_yaw_rad' : `desired_${part}_m`);
@@ -167,7 +168,7 @@ export class Traces {
     const allowed = {name: 'allowed', x: time, y: wanted, ...bounds, color: colors.limit};
     const lost = {
       name: 'not detected',
-      x: time,
+      x: imageTime,
       color: colors.estimate,
       mark: 'dots',
       dot: 2,
@@ -182,7 +183,7 @@ export class Traces {
         band ? {...allowed, mark: 'band'} : null,
         this.line('truth', truth, colors.truth, {width: 3.5}),
         this.line('desired', wanted, colors.desired, {mark: 'dashes'}),
-        this.line('estimate', estimate, colors.estimate),
+        this.line('estimate', estimate, colors.estimate, {x: imageTime}),
       ].filter(Boolean),
       {
         y: spanOf([truth, converged, bounds?.low ?? [], bounds?.high ?? [], [rule]], least),

@@ -6,7 +6,7 @@ import {clockText, fixed, number, shown, spoken, words} from 'page/format.js';
 import {Cameras} from 'page/cameras.js';
 import {Clock} from 'page/clock.js';
 import {Scene3d} from 'page/scene3d.js';
-import {Series} from 'page/series.js';
+import {Series, compose, inverse} from 'page/series.js';
 import {Traces} from 'page/traces.js';
 import {badge, command, facts, head, kFitness, plainTable, reveal, stages} from 'page/parts.js';
 
@@ -227,6 +227,12 @@ export class TrialView {
     };
   }
 
+  /** The estimate at the row's time: as far from the truth as it was from that of its image. */
+  estimateNow(row, estimate) {
+    const [truth, atImage] = ['true', 'true_at_image'].map(which => this.series.pose(which, row));
+    return truth && atImage ? compose(truth, compose(inverse(atImage), estimate)) : estimate;
+  }
+
   /** Everything at the clock's time. */
   show() {
     const {clock, series} = this;
@@ -246,7 +252,7 @@ export class TrialView {
     this.scene?.update(
       series.pose('vehicle', row),
       series.pose('true', row),
-      estimate.isFound ? estimate.pose : null,
+      estimate.isFound ? this.estimateNow(row, estimate.pose) : null,
       row,
     );
     if (this.hasFilm && clock.playing) this.addFilm();

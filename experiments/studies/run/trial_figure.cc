@@ -96,8 +96,8 @@ report::Panel PosePanel(const trial::TrialLog& log, const trial::ViewCriteria& c
                                                               : report::kOpen;
     desired.push_back({f.time_s, wanted, wanted - allowed, wanted + allowed});
     truth.push_back({f.time_s, is});
-    weak.push_back({f.time_s, detected ? report::kOpen : seen});
-    estimate.push_back({f.time_s, detected ? seen : report::kOpen});
+    weak.push_back({f.image_time_s, detected ? report::kOpen : seen});
+    estimate.push_back({f.image_time_s, detected ? seen : report::kOpen});
     for (const double value : {is, estimate.back().y, desired.back().low, desired.back().high})
       hold(value);
   }

@@ -174,7 +174,8 @@ void VideoComposer::DrawCharts(const trial::FrameRecord& record) {
       };
       // where nothing is followed there is nothing desired; what is not detected has no position
       const double desired = record.controlled ? mm(record.desired) : kGap;
-      const double truth = mm(record.true_X_HM), estimate = detected ? mm(record.est_X_HM) : kGap;
+      const double truth = mm(record.true_at_image_X_HM),  // as the pictures show it
+          estimate = detected ? mm(record.est_X_HM) : kGap;
       row.values = {desired, truth, estimate};
       const double allowed = i == 1 ? kGap : MmFromM(criteria_.Allowed_m(record.stage)[i - 2]);
       row.band_low = desired - allowed;

@@ -48,6 +48,8 @@ inline trial::TrialLog SyntheticTrial(double seconds) {
     f.true_X_HM.p = {x_m, 0.2 * settle * std::cos(20 * s) + sway_m + bump_m,
                      -0.14 * settle + 0.012 * std::sin(2 * std::numbers::pi * f.time_s / 3.1)};
     f.true_X_HM.q = FromYawPitchRoll(0.15 * settle + 0.5 * sway_m, 0, 0);
+    f.image_time_s = f.time_s;
+    f.true_at_image_X_HM = f.true_X_HM;
     const bool lost = (s > 0.04 && s < 0.12) || (s > 0.335 && s < 0.35);
     f.fitness = lost ? 0.08 + 0.05 * rng.Uniform()
                      : std::clamp(0.83 - 0.25 * (x_m - 0.4) + 0.03 * rng.Normal(), -0.2, 1.0);

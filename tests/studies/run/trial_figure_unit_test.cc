@@ -70,7 +70,7 @@ trial::TrialLog OnTheEdge() {
   for (int k = 0; k < 60; ++k) {
     trial::FrameRecord f;
     f.frame = k;
-    f.time_s = k / 30.0;
+    f.time_s = f.image_time_s = k / 30.0;
     f.stage = Stage::kDocking;
     f.controlled = true;
     f.fitness = 0;

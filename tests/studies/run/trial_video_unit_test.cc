@@ -26,7 +26,7 @@ trial::FrameRecord Record(double time_s, double fitness) {
   trial::FrameRecord record;
   record.time_s = time_s;
   record.fitness = fitness;
-  record.true_X_HM.p = record.est_X_HM.p = {0.6, 0.01, -0.02};
+  record.true_X_HM.p = record.true_at_image_X_HM.p = record.est_X_HM.p = {0.6, 0.01, -0.02};
   return record;
 }
 
