@@ -44,7 +44,8 @@ const std::pair<std::string, const char*> kReplaced[] = {
     {"recognize --csv", "its cells in --json"},
     {"calibrate --seconds", "turbidock recognize --table FILE with the values found"},
     {"compare-estimators",
-     "turbidock recognize --set pose_estimator=NAME, once for each; right and wrong_and_sure in --json"},
+     "turbidock recognize --set pose_estimator=NAME, once for each; right and wrong_and_sure in "
+     "--json"},
 };
 
 }  // namespace

@@ -15,8 +15,8 @@ struct SlurmTaskArguments {
 
 int SlurmTask(const SlurmTaskArguments& arguments) {
   batch::RunSlurmTask(arguments.folder, arguments.task, arguments.workers,
-                      {batch::TrialWork(arguments.plugins), recognition::CellWork(arguments.plugins),
-                       recognition::EvaluationWork()});
+                      {batch::TrialWork(arguments.plugins),
+                       recognition::CellWork(arguments.plugins), recognition::EvaluationWork()});
   return kExitDone;
 }
 
