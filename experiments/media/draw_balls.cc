@@ -5,9 +5,13 @@
 
 namespace turbidock::media {
 
-void DrawBalls(const std::vector<vision::ProjectedBall>& balls, const PixelRect& shown,
-               double scale, double envelope_ratio, double alpha, Canvas* canvas) {
+void DrawBalls(const Image3u8& image, const std::vector<vision::ProjectedBall>& balls,
+               bool is_detected, double envelope_ratio, const PixelRect& panel, Canvas* canvas) {
   constexpr Rgb kBlack = {0, 0, 0}, kWhite = {255, 255, 255};
+  const PixelRect shown = canvas->DrawImage(image, panel);
+  const double scale = static_cast<double>(shown.width) / image.width();
+  const double alpha = is_detected ? 1 : 0.4;
+  canvas->Clip(shown);
   for (const vision::ProjectedBall& ball : balls) {
     if (!ball.center_px.allFinite() || !(ball.radius_px > 0)) continue;
     // pixel centres to pixel centres: the corner of the image is half a pixel before the first one
@@ -23,6 +27,7 @@ void DrawBalls(const std::vector<vision::ProjectedBall>& balls, const PixelRect&
     canvas->DottedCircle(center, radius, dots, 5.0, kWhite, alpha);
     canvas->DottedCircle(center, radius, dots, 3.2, ball.rgb, alpha);
   }
+  canvas->Unclip();
 }
 
 }  // namespace turbidock::media

@@ -8,9 +8,10 @@
 
 namespace turbidock::media {
 
-// Draws the balls' outlines as dots and their envelopes as lines over an image that fills `shown`
-// at that scale. `envelope_ratio`: the envelope's radius over the ball's.
-void DrawBalls(const std::vector<vision::ProjectedBall>& balls, const PixelRect& shown,
-               double scale, double envelope_ratio, double alpha, Canvas* canvas);
+// Draws the image into the panel and over it the balls, which are in its pixels: their outlines as
+// dots, their envelopes as lines, faint where nothing is detected. `envelope_ratio`: the envelope's
+// radius over the ball's.
+void DrawBalls(const Image3u8& image, const std::vector<vision::ProjectedBall>& balls,
+               bool is_detected, double envelope_ratio, const PixelRect& panel, Canvas* canvas);
 
 }  // namespace turbidock::media

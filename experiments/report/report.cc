@@ -11,23 +11,21 @@ std::string Heading(const Report& report) {
 }
 
 std::string Facts(const Report& report, bool markdown) {
-  std::string list;
+  std::string list = "\n";
   Table table({"<", "<", "<"});
   for (const Fact& fact : report.facts) {
     list += fmt::format("- {}: **{}**{}{}\n", fact.label, fact.value, fact.note.empty() ? "" : ", ",
                         fact.note);
     table.Row({fact.label, fact.value, fact.note});
   }
-  if (markdown) return list;
-  const std::string text = table.Text();
-  return text.substr(text.find('\n') + 1);  // without the line of its empty titles
+  return markdown ? list : table.Text();  // both begin with an empty line
 }
 
 std::string Rendered(const Report& report, bool markdown) {
   const std::string gap = markdown ? "\n" : "", item = markdown ? "- " : "";
   std::string text = (markdown ? "# " : "") + Heading(report) + "\n";
   if (!report.verdict.reason.empty()) text += gap + report.verdict.reason + "\n";
-  if (!report.facts.empty()) text += "\n" + Facts(report, markdown);
+  if (!report.facts.empty()) text += Facts(report, markdown);
   for (const std::string& sentence : report.missing) text += gap + sentence + "\n";
   for (const Section& section : report.sections) {
     if (!section.table && section.lines.empty() && section.commands.empty()) continue;

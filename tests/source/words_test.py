@@ -30,6 +30,7 @@ WORDS = {
     r'turbidock_room|\broom:[a-z]|\bthe rooms\b|\b[Aa] room of\b': 'module',
     r'milk of loss': 'turbidity limit',
     r'\b(are|is) not stood\b|\bnot stood are\b': 'the estimator fails when ...',
+    r'(?<!")"[^"\n]*[a-z)] \[(mm|deg|°|Hz|dB|V|N|N m)\]': 'a comma before the unit: "x, mm"',
 }
 
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "experiments/report/quantity.h"
@@ -50,27 +51,17 @@ std::vector<report::Fact> FactsOf(const VehicleCheck& check) {
   return facts;
 }
 
-// The convex hull of points, projected on x and another axis: an outline that ends where it begins.
+// The convex hull of points, projected on x and another axis: the farthest in each direction, of
+// which none is along an axis, where two may be equally far.
 std::vector<report::Sample> OutlineOf(const std::vector<Eigen::Vector3d>& points_m, int up) {
-  std::vector<report::Sample> points = report::SamplesOf(points_m, [up](const Eigen::Vector3d& p) {
-    return report::Sample{p.x(), p[up]};
-  });
-  std::ranges::sort(points, {}, [](const report::Sample& p) { return std::pair(p.x, p.y); });
-  std::vector<report::Sample> outline;
-  for (const bool is_back : {false, true}) {  // below from left to right, above from right to left
-    const size_t begin = outline.size();
-    for (const report::Sample& p : points) {
-      const auto turns_left = [&p](const report::Sample& a, const report::Sample& b) {
-        return (b.x - a.x) * (p.y - a.y) > (b.y - a.y) * (p.x - a.x);
-      };
-      while (outline.size() >= begin + 2 && !turns_left(*(outline.end() - 2), outline.back()))
-        outline.pop_back();
-      outline.push_back(p);
-    }
-    if (!is_back) outline.pop_back();  // it begins the way back
-    std::ranges::reverse(points);
-  }
-  return outline;
+  return report::SamplesOf(
+      report::Evenly(0.001, 0.001 + 2 * std::numbers::pi, 720), [&](double angle_rad) {
+        const auto reach = [&](const Eigen::Vector3d& p) {
+          return p.x() * std::cos(angle_rad) + p[up] * std::sin(angle_rad);
+        };
+        const Eigen::Vector3d& farthest = *std::ranges::max_element(points_m, {}, reach);
+        return report::Sample{farthest.x(), farthest[up]};
+      });
 }
 
 // The thrusters as arrows in a plane of B, with what they are called.

@@ -142,15 +142,11 @@ EstimateSummary RunEstimate(const EstimateInput& input, const EstimateSettings& 
 media::Canvas DrawEstimate(const EstimatedFrame& frame, const vision::MarkerParams& marker) {
   const int width = frame.seen.left.width(), height = frame.seen.left.height();
   media::Canvas canvas(2 * width, height + height % 2);
-  const double alpha = frame.estimate.detected ? 1 : 0.4;
-  for (const Side side : kSides) {
-    const media::PixelRect panel{side == Side::kLeft ? 0 : width, 0, width, height};
-    canvas.DrawImage(frame.seen[side], panel);
-    canvas.Clip(panel);
-    media::DrawBalls(vision::ProjectBalls(marker, frame.rig[side], frame.estimate.X_HM), panel, 1,
-                     marker.outer_ring_ratio, alpha, &canvas);
-    canvas.Unclip();
-  }
+  for (const Side side : kSides)
+    media::DrawBalls(frame.seen[side],
+                     vision::ProjectBalls(marker, frame.rig[side], frame.estimate.X_HM),
+                     frame.estimate.detected, marker.outer_ring_ratio,
+                     {side == Side::kLeft ? 0 : width, 0, width, height}, &canvas);
   const Eigen::Vector3d p_mm = 1000 * frame.estimate.X_HM.p;
   const std::string text = fmt::format(
       "frame {}   F = {:.2f}   {}   x {:.0f}  y {:.0f}  z {:.0f} mm", frame.estimate.frame,

@@ -150,10 +150,6 @@ Evaluation Evaluate(const CalibrationExperiment& experiment, const std::vector<d
   return evaluation;
 }
 
-std::string InputOf(const CalibrationExperiment& experiment, const std::vector<double>& values) {
-  return report::JsonLine({{"experiment", experiment}, {"values", values}});
-}
-
 batch::Work EvaluationWork() {
   return {"set of values", [](const std::string& input) {
             const report::Json json = report::ParseJson(input, "a set of values");
@@ -199,7 +195,8 @@ CalibrationResult Calibrate(const CalibrationOptions& options,
   const auto evaluate = [&](int, const std::vector<search::Candidate>& candidates) {
     std::vector<std::string> inputs;
     for (const search::Candidate& places : candidates)
-      inputs.push_back(InputOf(experiment, plan.ValuesAt(places)));
+      inputs.push_back(
+          report::JsonLine({{"experiment", experiment}, {"values", plan.ValuesAt(places)}}));
     std::vector<std::optional<Evaluation>> evaluations(inputs.size());
     double best = result.best.misfit;
     const auto take = [&](size_t i, const std::string& output) {

@@ -111,9 +111,8 @@ CalibrationExperiment ExperimentOf(const CalibrationPlan& plan,
 // Deterministic. What the cameras have before them is drawn anew: values may move lamps.
 Evaluation Evaluate(const CalibrationExperiment& experiment, const std::vector<double>& values);
 
-// Evaluates a set of values: the work of a task.
+// Evaluates {"experiment", "values"}: the work of a task.
 batch::Work EvaluationWork();
-std::string InputOf(const CalibrationExperiment& experiment, const std::vector<double>& values);
 
 struct CalibrationResult {
   Evaluation best = {};

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <functional>
 #include <map>
 #include <optional>
 #include <utility>
@@ -52,8 +51,7 @@ report::Panel FitnessPanel(MarkerKind marker, const Columns& columns,
 }
 
 // A row for each milk, a column for each distance.
-report::Table TableOf(const Columns& columns,
-                      const std::function<report::Cell(const Column&, const CellResult&)>& cell) {
+report::Table FitnessTable(const Columns& columns) {
   std::vector<std::string> heads = {"ml/m³"};
   std::map<double, std::vector<report::Cell>> rows;  // by milk
   for (const auto& [distance_m, column] : columns) {
@@ -61,26 +59,18 @@ report::Table TableOf(const Columns& columns,
     for (const auto& [milk, r] : column.cells) {
       rows[milk].resize(heads.size());
       rows[milk][0] = Fixed(milk, 1);
-      rows[milk].back() = cell(column, *r);
+      std::string text =
+          fmt::format("{:.3f} ± {:.3f} {:<3}", r->fitness_mean, r->fitness_std, NameOf(r->area));
+      if (const auto found = column.reference.find(milk); found != column.reference.end())
+        text += fmt::format(" ({:.3f})", found->second);
+      text += fmt::format("  {:3.0f}, {:.0f} %", 100 * r->right, 100 * r->wrong_and_sure);
+      constexpr std::array kTones = {report::Tone::kGood, report::Tone::kNone, report::Tone::kBad};
+      rows[milk].back() = {text, kTones[static_cast<size_t>(r->area)]};
     }
   }
   report::Table table(heads);
   for (auto& [milk, row] : rows) table.Row(std::move(row));
   return table;
-}
-
-report::Cell FitnessCell(const Column& column, const CellResult& r) {
-  std::string text =
-      fmt::format("{:.3f} ± {:.3f} {:<3}", r.fitness_mean, r.fitness_std, NameOf(r.area));
-  const auto found = column.reference.find(r.cell.milk_ml_m3);
-  if (found != column.reference.end()) text += fmt::format(" ({:.3f})", found->second);
-  constexpr std::array kTones = {report::Tone::kGood, report::Tone::kNone, report::Tone::kBad};
-  return {text, kTones[static_cast<size_t>(r.area)]};
-}
-
-report::Cell RightCell(const Column&, const CellResult& r) {
-  return {fmt::format("{:.0f} % right, {:.0f} % wrong", 100 * r.right, 100 * r.wrong_and_sure),
-          r.wrong_and_sure > 0 ? report::Tone::kBad : report::Tone::kNone};
 }
 
 // Where F falls to 0.22.
@@ -132,13 +122,11 @@ report::Report ReportOf(const std::vector<CellResult>& results,
     }
     report.sections.front().panels.push_back(FitnessPanel(marker, columns, name));
     report.sections.push_back({.title = MarkerTitle(marker),
-                               .note = "Mean F ± deviation, Area (F, " + name + ").",
-                               .table = TableOf(columns, FitnessCell)});
-    report.sections.push_back(
-        {.title = MarkerTitle(marker) + ": right, or wrong and sure of it",
-         .note = "Of the frames. Sure: F at least procedure.lost_fitness; right: sure, and within "
-                 "20 mm and 5°.",
-         .table = TableOf(columns, RightCell)});
+                               .note = "Mean F ± deviation, Area (F, " + name +
+                                       "); frames that are right, and that are wrong and sure of "
+                                       "it. Sure: F at least procedure.lost_fitness; right: sure, "
+                                       "and within 20 mm and 5°.",
+                               .table = FitnessTable(columns)});
   }
   return report;
 }

@@ -101,8 +101,9 @@ const media::Canvas& VideoComposer::Compose(const VideoFrame& frame) {
   const trial::FrameRecord& record = frame.record;
   canvas_.FillRect(canvas_.area(), kGround);
   const bool trusted = record.fitness >= criteria_.detection_fitness;
-  DrawCamera(frame.images.left, frame.balls.left, trusted, kLeftPanel);
-  DrawCamera(frame.images.right, frame.balls.right, trusted, kRightPanel);
+  for (const Side side : kSides)
+    media::DrawBalls(frame.images[side], frame.balls[side], trusted, envelope_ratio_,
+                     side == Side::kLeft ? kLeftPanel : kRightPanel, &canvas_);
   // a seam between the two images, which may both be black
   canvas_.FillRect({kRightPanel.x - 1, 0, 2, kRightPanel.height}, kGround);
   canvas_.FillRect({0, kChartsTop - 1, kVideoWidth, 2}, kGround);
@@ -132,16 +133,6 @@ const media::Canvas& VideoComposer::Conclude(const std::string& outcome,
   return canvas_;
 }
 
-void VideoComposer::DrawCamera(const Image3u8& image,
-                               const std::vector<vision::ProjectedBall>& balls, bool trusted,
-                               const media::PixelRect& panel) {
-  const media::PixelRect shown = canvas_.DrawImage(image, panel);
-  const double scale = static_cast<double>(shown.width) / image.width();
-  canvas_.Clip(shown);
-  media::DrawBalls(balls, shown, scale, envelope_ratio_, trusted ? 1.0 : 0.4, &canvas_);
-  canvas_.Unclip();
-}
-
 void VideoComposer::DrawStatus(const trial::FrameRecord& record) {
   const int x = DrawPlate(&canvas_, 10, 10, trial::WordsOf(record.stage),
                           trial::kOnDark.Of(record.stage), media::Align::kLeft, /*bold=*/true);
@@ -160,31 +151,32 @@ void VideoComposer::DrawCharts(const trial::FrameRecord& record) {
     media::StripChart& chart = charts_[i];
     const int x = kSpectatorPanel.width + static_cast<int>(i / 2) * kChartWidth;
     const int y = kChartsTop + kLegendHeight + static_cast<int>(i % 2) * kChartHeight;
-    // the values of now, in columns above the chart's right end
-    const auto write = [&](double from_right, const std::string& text, Rgb color) {
-      canvas_.Text({x + chart.plot().right() - from_right, y + 14.0}, text, kSmallSize, color,
-                   media::Align::kRight);
-    };
     media::StripValues row{.time_s = record.time_s, .values = {record.fitness}};
-    if (i == 0) {
-      write(0, fmt::format("{:.2f}", record.fitness), trial::kOnDark.estimate);
-    } else {
+    if (i > 0) {
       const auto mm = [&](const auto& pose) {
         return MmFromM(control::ToAxes(pose)[static_cast<Eigen::Index>(i - 1)]);
       };
       // where nothing is followed there is nothing desired; what is not detected has no position
       const double desired = record.controlled ? mm(record.desired) : kGap;
-      const double truth = mm(record.true_at_image_X_HM),  // as the pictures show it
-          estimate = detected ? mm(record.est_X_HM) : kGap;
-      row.values = {desired, truth, estimate};
+      row.values = {desired, mm(record.true_at_image_X_HM),  // as the pictures show it
+                    detected ? mm(record.est_X_HM) : kGap};
       const double allowed = i == 1 ? kGap : MmFromM(criteria_.Allowed_m(record.stage)[i - 2]);
       row.band_low = desired - allowed;
       row.band_high = desired + allowed;
-      write(0, fmt::format("{:.0f}", truth), trial::kOnDark.truth);
-      write(44, detected ? fmt::format("{:.0f}", estimate) : "lost", trial::kOnDark.estimate);
     }
     chart.Add(row);
     chart.DrawTo(&canvas_, x, y);
+    // the values of now, in columns above the chart's right end
+    const auto write = [&](double from_right, const std::string& text, Rgb color) {
+      canvas_.Text({x + chart.plot().right() - from_right, y + 14.0}, text, kSmallSize, color,
+                   media::Align::kRight);
+    };
+    if (i > 0) write(0, fmt::format("{:.0f}", row.values[1]), trial::kOnDark.truth);
+    write(i == 0 ? 0 : 44,
+          i == 0     ? fmt::format("{:.2f}", record.fitness)
+          : detected ? fmt::format("{:.0f}", row.values[2])
+                     : "lost",
+          trial::kOnDark.estimate);
   }
 }
 

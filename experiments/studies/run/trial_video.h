@@ -41,8 +41,6 @@ class VideoComposer {
   const media::Canvas& Conclude(const std::string& outcome, const std::string& reason);
 
  private:
-  void DrawCamera(const Image3u8& image, const std::vector<vision::ProjectedBall>& balls,
-                  bool trusted, const media::PixelRect& panel);
   void DrawStatus(const trial::FrameRecord& record);
   void DrawCharts(const trial::FrameRecord& record);
   void DrawLegend();

@@ -169,9 +169,17 @@ test('on paper: light charts drawn for its width, every column', async () => {
         globalThis.turbidock.table.columns.map(c => c.label),
       );
       for (const column of columns) assert.ok(heads.includes(column), column);
+      const rows = await page
+        .locator('#trials table')
+        .evaluateAll(tables => tables.map(table => table.rows.length - 1));
+      assert.ok(Math.max(...rows) <= 12, `nobody reads ${rows} rows on paper`);
+      assert.match(await page.locator('#trials').innerText(), /The first 12 of 54 rows\./);
     }
     await page.evaluate(() => dispatchEvent(new Event('afterprint')));
-    assert.ok((await page.pdf({format: 'A4'})).length > 20000, 'it prints');
+    const pdf = await page.pdf({format: 'A4'});
+    assert.ok(pdf.length > 20000, 'it prints');
+    const pages = pdf.toString('latin1').match(/\/Type \/Page\b/g).length;
+    assert.ok(pages <= 6, `${name}: ${pages} pages`);
     await close();
   }
 });
@@ -220,6 +228,20 @@ test('no key is a title, a label or a name of a curve', async () => {
         await page.locator('tr', {hasText: 'lost'}).first().innerText(),
         /current surface velocity y 0\.?\d* m\/s, start heading [\d.]+ °/,
       );
+    await close();
+  }
+});
+
+test('what stands at an axis has room: names, ticks and a label', async () => {
+  for (const name of ['compare', 'steps']) {
+    const {page, close} = await open(name, 390);
+    const rooms = await page.evaluate(() =>
+      globalThis.turbidock.plots
+        .filter(({panel}) => panel.x.label)
+        .map(({canvas, box}) => canvas.clientHeight - box.bottom),
+    );
+    assert.ok(rooms.length > 0);
+    for (const room of rooms) assert.ok(room >= 36, `${name}: ${room} pixels`);
     await close();
   }
 });

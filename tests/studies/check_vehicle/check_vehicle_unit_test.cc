@@ -72,9 +72,8 @@ TEST(CheckVehicle, ShowsTheHullBehindTheThrusters) {
       for (size_t k = 0; k < outline.size(); ++k) {
         const report::Sample &a = outline[k], &b = outline[(k + 1) % outline.size()],
                              &c = outline[(k + 2) % outline.size()];
-        if (k + 2 < outline.size()) {  // convex
-          EXPECT_GT((b.x - a.x) * (c.y - a.y), (b.y - a.y) * (c.x - a.x));
-        }
+        const double turn = (b.x - a.x) * (c.y - b.y) - (b.y - a.y) * (c.x - b.x);
+        EXPECT_GE(turn, -1e-12);  // convex: only to the left
         low = std::min(low, a.x);
         most = std::max(most, a.x);
       }

@@ -242,7 +242,8 @@ TEST(EvaluationWork, DoesWhatItsInputSays) {
   for (const TableRow& row : PublishedTable(MarkerKind::kPassive)) tables.push_back(row);
   const CalibrationExperiment experiment = ExperimentOf(plan, tables);
   ASSERT_EQ(experiment.rows.size(), 4u);  // one of each column
-  const std::string output = EvaluationWork().run(InputOf(experiment, plan.Start()));
+  const std::string output = EvaluationWork().run(
+      report::JsonLine({{"experiment", experiment}, {"values", plan.Start()}}));
   EXPECT_EQ(output, report::JsonLine(Evaluate(experiment, plan.Start())));
   EXPECT_EQ(report::ParseJson(output, "")["values"], report::Json(plan.Start()));
 }

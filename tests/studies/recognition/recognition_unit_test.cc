@@ -184,7 +184,7 @@ class RecognitionReport : public ::testing::Test {
 TEST_F(RecognitionReport, DrawsCurves) {
   const std::vector<TableRow> table = {Row(0, 0.9), Row(20, 0.5), Row(40, 0.1), Row(100, 0)};
   const report::Report report = ReportOf(results_, table);
-  ASSERT_EQ(report.sections.size(), 3u);  // F over milk, the marker's tables
+  ASSERT_EQ(report.sections.size(), 2u);  // F over milk, the marker's table
   const report::Panel& fitness = report.sections[0].panels.at(0);
   ASSERT_EQ(fitness.series.size(), 2u);  // the run and the table
   EXPECT_EQ(fitness.series[0].points[2].x, 40);

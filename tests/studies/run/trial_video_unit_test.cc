@@ -206,6 +206,23 @@ TEST(VideoComposer, TheAxisOfTimeIsTheWholeTrials) {
   EXPECT_GT(Differing(early, late, {480, 525, 80, 80}), 50);
 }
 
+// The values of now stand above the right ends of the charts: of F one, of x truth and estimate.
+TEST(VideoComposer, WritesTheValuesOfNow) {
+  const StereoImage images{{Image3u8(640, 480), Image3u8(640, 480)}};
+  VideoComposer composer({});
+  const Image3u8 picture = composer.Compose({images, kNone, Record(0, 0.8)}).ToImage();
+  const auto letters = [&](const media::PixelRect& in) {
+    int count = 0;
+    for (int v = in.y; v < in.bottom(); ++v)
+      for (int u = in.x; u < in.right(); ++u) count += picture.at(u, v)[2] > 150;
+    return count;
+  };
+  EXPECT_GT(letters({750, 505, 32, 14}), 20);
+  EXPECT_GT(letters({750, 614, 32, 14}), 20);
+  EXPECT_GT(letters({700, 614, 40, 14}), 20);
+  EXPECT_EQ(letters({500, 614, 150, 14}), 0);
+}
+
 // Servoing must be closer than docking may be: the chart of y has green ground as high as that.
 TEST(VideoComposer, TheBandIsThatOfTheStage) {
   const StereoImage images{{Image3u8(640, 480), Image3u8(640, 480)}};

@@ -1,5 +1,6 @@
 // What the report of step responses says.
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <string>
@@ -26,14 +27,14 @@ TEST(StepReport, SaysStepPushNoiseAndUnits) {
   const report::Report report = report_of("lqg");
   const std::vector<report::Panel>&x = report.sections[1].panels, &yaw = report.sections[2].panels;
   EXPECT_EQ(x[0].title, "x: step of 50 mm");
-  EXPECT_EQ(x[0].y.label, "moved from rest [mm]");
-  EXPECT_EQ(x[0].y2.label, "demand [N] (grey)");
+  EXPECT_EQ(x[0].y.label, "moved from rest, mm");
+  EXPECT_EQ(x[0].y2.label, "demand (grey), N");
   EXPECT_EQ(x[1].title, "x: steady push of 1 N");
-  EXPECT_EQ(yaw[0].title, "yaw: step of 5 deg");
-  EXPECT_EQ(yaw[0].y2.label, "demand [N m] (grey)");
+  EXPECT_EQ(yaw[0].title, "yaw: step of 5 °");
+  EXPECT_EQ(yaw[0].y2.label, "demand (grey), N m");
   EXPECT_EQ(yaw[1].title, "yaw: steady push of 0.1 N m");
-  EXPECT_EQ(report_of("p_voltage").sections[1].panels[0].y2.label, "demand [V] (grey)");
-  EXPECT_EQ(report.facts[1].note.substr(0, 27), "with noise of 1 mm and 0 de");
+  EXPECT_EQ(report_of("p_voltage").sections[1].panels[0].y2.label, "demand (grey), V");
+  EXPECT_THAT(report.sections[0].note, ::testing::HasSubstr("with noise of 1 mm and 0°"));
 }
 
 }  // namespace
