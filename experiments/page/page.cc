@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "experiments/page/web_files.h"
+#include "experiments/report/plot.h"
 #include "sim/base/check.h"
 
 namespace turbidock::page {
@@ -102,7 +103,9 @@ std::string Base64(std::string_view bytes) {
 
 std::string Html(const Page& page) {
   std::string html = Head(page.model, Style() + ImportMap());
-  html += Packed("model", report::JsonLine(page.model));
+  report::Json model = page.model;
+  model["curves"] = report::kCurveColors;
+  html += Packed("model", report::JsonLine(model));
   for (const auto& [name, text] : page.parts) html += Packed(name, text);
   for (const auto& [name, bytes] : page.files)
     html += Data(name, "application/octet-stream", bytes);

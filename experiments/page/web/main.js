@@ -3,11 +3,12 @@
 import {h, button, fill} from 'page/dom.js';
 import {load} from 'page/data.js';
 import {words} from 'page/format.js';
-import {startTheme} from 'page/theme.js';
+import {setCurves, startTheme} from 'page/theme.js';
 
 export async function start() {
   startTheme();
   const model = await load('model');
+  setCurves(model.curves);
   const main = h('main', {id: 'main'});
   const news = h('span', {class: 'news', role: 'status'});
   document.body.append(

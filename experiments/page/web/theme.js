@@ -63,15 +63,7 @@ export function ink(rgb, opacity = 1, least = 3.1) {
   return `rgb(${known.get(key)} / ${opacity})`;
 }
 
-/** Colours of curves in their order, told apart without red and green, too: kCurveColors of report/plot.h. */
-const kCurves = [
-  [0, 114, 178],
-  [213, 94, 0],
-  [0, 158, 115],
-  [204, 121, 167],
-  [230, 159, 0],
-  [86, 180, 233],
-  [122, 79, 176],
-  [70, 78, 86],
-];
-export const curve = i => kCurves[i % kCurves.length];
+/** Colours of curves in their order, told apart without red and green, too: the program's. */
+let curves = [];
+export const setCurves = list => (curves = list);
+export const curve = i => curves[i % curves.length];
