@@ -2,6 +2,7 @@
 `//` comments are its own and links are those that it knows; a warning of it or a dead link is an error."""
 
 import html.parser
+import json
 import os
 import pathlib
 import re
@@ -39,6 +40,7 @@ def page(text, folder):
         if '://' in target:
             return match[0]
         # Doxygen 1.9.4 shows the marks of code in a link's words.
+        path += '.md' if path.endswith('.ipynb') else ''
         return f'[{words.replace("`", "")}]({os.path.normpath(folder / path)})' if path.endswith('.md') else words
 
     text = re.sub(r'\A# turbidock$', '# turbidock {#mainpage}', text, flags=re.M)
@@ -49,15 +51,24 @@ def page(text, folder):
     return re.sub(r'\[([^\]]*)\]\(([^)\s]*)\)', linked, text)
 
 
+def notebook(text):
+    """A notebook as a page: its texts and its code."""
+    cells = [(cell['cell_type'], ''.join(cell['source'])) for cell in json.loads(text)['cells']]
+    return '\n\n'.join(f'```py\n{source}\n```' if kind == 'code' else source for kind, source in cells) + '\n'
+
+
 def copy_sources(out):
-    names = subprocess.run(['git', 'ls-files', '*.md', *(f'{p}/*.h' for p in PARTS), 'experiments/python/turbidock/*.py'],
-                           cwd=ROOT, capture_output=True, text=True, check=True).stdout.split()
+    names = subprocess.run(['git', 'ls-files', '*.md', '*.ipynb', *(f'{p}/*.h' for p in PARTS),
+                            'experiments/python/turbidock/*.py'], cwd=ROOT, capture_output=True, text=True, check=True).stdout.split()
     for name in names:
         if name.startswith('.'):
             continue
         target = out / name
         target.parent.mkdir(parents=True, exist_ok=True)
         text = (ROOT / name).read_text()
+        if name.endswith('.ipynb'):
+            name += '.md'
+            target, text = out / name, notebook(text)
         target.write_text(header(text) if name.endswith('.h') else page(text, pathlib.Path(name).parent) if name.endswith('.md') else text)
 
 

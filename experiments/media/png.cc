@@ -18,23 +18,6 @@ void RequireImageSize(int64_t width_px, int64_t height_px, const std::string& fi
 
 namespace {
 
-void Write(const std::string& path, const auto& image, png_uint_32 format) {
-  TD_CHECK(!image.empty(), "an image to write");
-  system::RequireWritable(path);  // before the work of compressing it
-  png_image png{};
-  png.version = PNG_IMAGE_VERSION;
-  png.width = static_cast<png_uint_32>(image.width());
-  png.height = static_cast<png_uint_32>(image.height());
-  png.format = format;
-  std::string bytes(PNG_IMAGE_PNG_SIZE_MAX(png), '\0');
-  png_alloc_size_t size = bytes.size();
-  if (!png_image_write_to_memory(&png, bytes.data(), &size, /*convert_to_8_bit=*/0, image.data(),
-                                 /*row_stride=*/0, /*colormap=*/nullptr))
-    throw SimulatorFault(path + ": " + png.message);
-  bytes.resize(size);
-  system::WriteWhole(path, bytes);
-}
-
 // Takes out what libpng would convert the values by: they count as they stand in the file, as other
 // programs read them.
 void RemoveColourSpace(std::string* png) {
@@ -50,6 +33,24 @@ void RemoveColourSpace(std::string* png) {
   }
 }
 
+void Write(const std::string& path, const auto& image, png_uint_32 format) {
+  TD_CHECK(!image.empty(), "an image to write");
+  system::RequireWritable(path);  // before the work of compressing it
+  png_image png{};
+  png.version = PNG_IMAGE_VERSION;
+  png.width = static_cast<png_uint_32>(image.width());
+  png.height = static_cast<png_uint_32>(image.height());
+  png.format = format;
+  std::string bytes(PNG_IMAGE_PNG_SIZE_MAX(png), '\0');
+  png_alloc_size_t size = bytes.size();
+  if (!png_image_write_to_memory(&png, bytes.data(), &size, /*convert_to_8_bit=*/0, image.data(),
+                                 /*row_stride=*/0, /*colormap=*/nullptr))
+    throw SimulatorFault(path + ": " + png.message);
+  bytes.resize(size);
+  if (format == PNG_FORMAT_LINEAR_Y) RemoveColourSpace(&bytes);  // as other readers take them
+  system::WriteWhole(path, bytes);
+}
+
 }  // namespace
 
 void WritePng(const std::string& path, const Image3u8& image) {
@@ -57,6 +58,9 @@ void WritePng(const std::string& path, const Image3u8& image) {
 }
 void WritePng(const std::string& path, const Image1u8& image) {
   Write(path, image, PNG_FORMAT_GRAY);
+}
+void WritePng(const std::string& path, const Image1u16& image) {
+  Write(path, image, PNG_FORMAT_LINEAR_Y);
 }
 
 Image3u8 ReadPng(const std::string& path) {

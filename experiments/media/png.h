@@ -17,7 +17,8 @@ void RequireImageSize(int64_t width_px, int64_t height_px, const std::string& fi
 
 // 8-bit RGB, complete or not at all. ConfigError when the path cannot be written.
 void WritePng(const std::string& path, const Image3u8& image);
-void WritePng(const std::string& path, const Image1u8& image);  // grey
+void WritePng(const std::string& path, const Image1u8& image);   // grey
+void WritePng(const std::string& path, const Image1u16& image);  // grey of 16 bits, as they are
 
 // Any PNG, as 8-bit RGB (an alpha channel is laid over black), whatever it says of its colour
 // space. ConfigError when it cannot be read.

@@ -36,6 +36,10 @@ py::array Copy(const Eigen::Ref<const Eigen::VectorXd>& values);
 // else.
 Eigen::VectorXd NumbersOf(const py::object& given, int count, const std::string& rule);
 
+// turbidock.frames.Rig of a rig; name, position_m and radius_m of each ball.
+py::object RigOf(const StereoRig& rig);
+py::list BallsOf(const vision::MarkerParams& marker);
+
 // A result as JSON, its log and the scenario that it began with.
 py::tuple TupleOf(const trial::TrialResult& result, const trial::Scenario& scenario);
 

@@ -13,6 +13,7 @@
 #include "experiments/report/json.h"
 #include "experiments/report/report_json.h"
 #include "experiments/statistics/sampling.h"
+#include "experiments/studies/dataset/dataset.h"
 #include "experiments/studies/gate/baseline.h"
 #include "experiments/studies/gate/gate.h"
 #include "experiments/studies/gate/gate_plan.h"
@@ -148,18 +149,29 @@ batch::JobOptions JobsOf(int workers) {
   return {.workers = workers, .fork = ForkWithInterpreter};
 }
 
+// A plan by its text, or where there is none by its name.
+struct GivenPlan {
+  std::string text, name;
+  batch::PlanOverrides overrides;
+
+  GivenPlan(std::string text_, std::string name_, const trial::Plugins& plugins,
+            const Assignments& assignments, std::optional<int64_t> seed, std::optional<int> seeds)
+      : text(std::move(text_)),
+        name(std::move(name_)),
+        overrides{
+            .assignments = assignments, .master_seed = seed, .seeds = seeds, .plugins = plugins} {}
+  batch::Plan Load() const {
+    return text.empty() ? batch::LoadPlan(name, overrides) : batch::Plan(text, name, overrides);
+  }
+};
+
 // Runs a plan into a file; all rows of the file as CSV.
-std::string Batch(const std::string& plan_text, const std::string& plan_name,
-                  const std::string& out, const trial::Plugins& plugins,
-                  const Assignments& assignments, std::optional<int64_t> seed,
-                  std::optional<int> seeds, int workers, const py::object& progress) {
-  const batch::PlanOverrides overrides{
-      .assignments = assignments, .master_seed = seed, .seeds = seeds, .plugins = plugins};
+std::string Batch(const GivenPlan& given, const std::string& out, int workers,
+                  const py::object& progress) {
   batch::RunOptions options;
   options.jobs = JobsOf(workers);
   return Reporting(progress, [&](Reporter* reporter) {
-    const batch::Plan plan = plan_text.empty() ? batch::LoadPlan(plan_name, overrides)
-                                               : batch::Plan(plan_text, plan_name, overrides);
+    const batch::Plan plan = given.Load();
     batch::ResultStore store = batch::ResultStore::Write(out, batch::HeaderOf(plan, {}));
     options.stop_requested = [&] { return reporter->stopped(); };
     const auto show = [&](const batch::BatchProgress& now) {
@@ -168,6 +180,23 @@ std::string Batch(const std::string& plan_text, const std::string& plan_name,
     };
     batch::RunBatch(plan, options, show, &store);
     return store.Csv();
+  });
+}
+
+// How many images are in the folder.
+int64_t Dataset(const GivenPlan& given, const std::string& out, int64_t pairs_per_shard, bool depth,
+                int workers, const py::object& progress) {
+  if (pairs_per_shard < 1) throw py::value_error("pairs_per_shard must be at least 1");
+  dataset::DatasetOptions options{
+      .pairs_per_shard = pairs_per_shard, .depth = depth, .jobs = JobsOf(workers)};
+  return Reporting(progress, [&](Reporter* reporter) {
+    double share = 0;
+    options.on_progress = [&](int done, int of) { share = static_cast<double>(done) / of; };
+    options.stop_requested = [&] {
+      reporter->Show(share, "images");
+      return reporter->stopped();
+    };
+    return dataset::MakeDataset(given.Load(), out, options).images;
   });
 }
 
@@ -256,7 +285,11 @@ PYBIND11_MODULE(_core, module) {
   module.def("data_dir", &config::DataDir);
   module.def("draw", &Draw);
   module.def("run", &Run);
+  py::class_<GivenPlan>(module, "Plan")
+      .def(py::init<std::string, std::string, const trial::Plugins&, const Assignments&,
+                    std::optional<int64_t>, std::optional<int>>());
   module.def("batch", &Batch);
+  module.def("dataset", &Dataset);
   module.def("read_results", &ReadResults);
   module.def("read_series", &ReadSeries);
   module.def("gate", &Gate);

@@ -195,18 +195,8 @@ class PythonEstimator final : public vision::PoseEstimator {
   PythonEstimator(const Held& make, const Keys& keys, trial::EstimatorSetup setup) {
     Call([&] {
       py::object self = keys.Instance(make);
-      const MountedCamera& left = setup.rig.left;
-      self.attr("rig") =
-          py::dict(py::arg("width_px") = left.width_px, py::arg("height_px") = left.height_px,
-                   py::arg("fx_px") = left.fx_px, py::arg("fy_px") = left.fy_px,
-                   py::arg("cx_px") = left.cx_px, py::arg("cy_px") = left.cy_px,
-                   py::arg("baseline_m") = (setup.rig.right.X_HC.p - left.X_HC.p).norm());
-      py::list balls;
-      for (const vision::BallParams& ball : setup.marker.balls)
-        balls.append(py::dict(py::arg("name") = ball.name,
-                              py::arg("position_m") = python::Copy(ball.p_MQ_m),
-                              py::arg("radius_m") = ball.radius_m));
-      self.attr("balls") = balls;
+      self.attr("rig") = RigOf(setup.rig);
+      self.attr("balls") = BallsOf(setup.marker);
       self.attr("seed") = setup.rng.NextU64();
       self.attr("start")();
       self_ = Hold(std::move(self));

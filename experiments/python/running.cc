@@ -14,6 +14,22 @@
 
 namespace turbidock::python {
 
+py::object RigOf(const StereoRig& rig) {
+  const MountedCamera& left = rig.left;
+  return py::module_::import("turbidock.frames")
+      .attr("Rig")(left.width_px, left.height_px, left.fx_px, left.fy_px, left.cx_px, left.cy_px,
+                   (rig.right.X_HC.p - left.X_HC.p).norm());
+}
+
+py::list BallsOf(const vision::MarkerParams& marker) {
+  py::list balls;
+  for (const vision::BallParams& ball : marker.balls)
+    balls.append(py::dict(py::arg("name") = ball.name,
+                          py::arg("position_m") = python::Copy(ball.p_MQ_m),
+                          py::arg("radius_m") = ball.radius_m));
+  return balls;
+}
+
 py::tuple TupleOf(const trial::TrialResult& result, const trial::Scenario& scenario) {
   return py::make_tuple(trial::ResultJson(result), trial::Series::Of(result.log),
                         trial::SaveScenario(scenario));
@@ -61,6 +77,9 @@ class Trial {
     });
     return py::make_tuple(View(kept_->left, owner), View(kept_->right, owner));
   }
+
+  py::object Rig() const { return RigOf(scenario_.rig.MakeRig()); }
+  py::list Balls() const { return BallsOf(scenario_.marker); }
 
   void Set(const std::string& assignment) {
     RequireUnfinished();
@@ -136,9 +155,17 @@ void AddFrame(py::module_* module) {
                              "Of the marker in the camera head [m].")
       .def_property_readonly("estimated_quaternion_wxyz",
                              Array([](const R& f) { return Wxyz(f.est_X_HM); }))
-      .def_property_readonly("true_position", Array([](const R& f) { return f.true_X_HM.p; }))
+      .def_property_readonly("true_position", Array([](const R& f) { return f.true_X_HM.p; }),
+                             "Of the marker in the camera head at time_s [m].")
       .def_property_readonly("true_quaternion_wxyz",
                              Array([](const R& f) { return Wxyz(f.true_X_HM); }))
+      .def_readonly("image_time_s", &R::image_time_s,
+                    "When the image of the estimate was exposed: camera_delay_frames ago.")
+      .def_property_readonly("true_position_at_image",
+                             Array([](const R& f) { return f.true_at_image_X_HM.p; }),
+                             "Of the marker in the camera head then: what the image shows.")
+      .def_property_readonly("true_quaternion_at_image_wxyz",
+                             Array([](const R& f) { return Wxyz(f.true_at_image_X_HM); }))
       .def_property_readonly("vehicle_position", Array([](const R& f) { return f.true_X_WB.p; }),
                              "Of the vehicle in the world [m].")
       .def_property_readonly("vehicle_quaternion_wxyz",
@@ -169,6 +196,9 @@ void AddRunning(py::module_* module) {
       .def_property_readonly("images", &Trial::Images,
                              "What the estimator saw last, left and right, (height, width, 3), "
                              "RGB, without a copy.")
+      .def_property_readonly("rig", &Trial::Rig, "Its cameras, as the estimator knows them.")
+      .def_property_readonly("balls", &Trial::Balls,
+                             "Of the marker: name, position_m in its frame, radius_m.")
       .def("assign", &Trial::Set)
       .def("push", &Trial::Push,
            "A steady force on the vehicle, in the world's axes, until another.")

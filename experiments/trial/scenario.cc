@@ -283,7 +283,9 @@ Pose DrawStart(const Scenario& scenario) {
   const double y_m = rng.Uniform(-s.lateral_m, s.lateral_m);
   const double z_m = rng.Uniform(-s.vertical_m, s.vertical_m);
   const double yaw_rad = rng.Uniform(-s.heading_rad, s.heading_rad);
-  return {FromYawPitchRoll(yaw_rad, 0, 0), {-distance_m, y_m, z_m}};
+  const double pitch_rad = rng.Uniform(-s.pitch_rad, s.pitch_rad);
+  const double roll_rad = rng.Uniform(-s.roll_rad, s.roll_rad);
+  return {FromYawPitchRoll(yaw_rad, pitch_rad, roll_rad), {-distance_m, y_m, z_m}};
 }
 
 }  // namespace turbidock::trial

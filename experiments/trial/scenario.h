@@ -51,6 +51,7 @@ struct StartParams {
   double lateral_m = 0.2;       // guess: what a pilot achieves
   double vertical_m = 0.1;
   double heading_rad = 0.14;  // 8 degrees
+  double roll_rad = 0, pitch_rad = 0;
 
   static void Fields(auto& self, auto&& field) {
     field("distance_min_m", self.distance_min_m, InRange(0.2, 10), "nearest start");
@@ -58,6 +59,8 @@ struct StartParams {
     field("lateral_m", self.lateral_m, InRange(0, 5), "largest offset to either side");
     field("vertical_m", self.vertical_m, InRange(0, 5), "largest offset up or down");
     field("heading_rad", self.heading_rad, InRange(0, 3.2), "largest heading error to either side");
+    field("roll_rad", self.roll_rad, InRange(0, 1.5), "largest roll to either side");
+    field("pitch_rad", self.pitch_rad, InRange(0, 1.5), "largest pitch to either side");
   }
   void Check(const std::string& path) const;
 };

@@ -54,6 +54,8 @@ def main():
              ("true pose, stepped, every frame looked at", step_and_look, run, TRUE_POSE,
               TRUE_POSE),
              ("cameras, stepped", step, run, CAMERAS, CAMERAS),
+             ("cameras, stepped, images handed out, beside a run that makes them in parts", step_with_images, run,
+              CAMERAS, CAMERAS),
              ("cameras, stepped, images handed out", step_with_images, run, CAMERAS,
               {**CAMERAS, "region_of_interest": False})]
     print("what,ratio")

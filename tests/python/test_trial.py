@@ -54,6 +54,75 @@ def test_stepped_with_images_it_is_the_same_trial(program):
     assert any((a != b).any() for a, b in zip(kept, kept[1:]))
 
 
+def centre(image, channel, near, radius):
+    """Of the patch of this colour about there, in pixels (u, v)."""
+    v, u = np.mgrid[:image.shape[0], :image.shape[1]]
+    excess = image[:, :, channel].astype(float) - np.delete(image, channel, axis=2).max(2)
+    excess[np.hypot(u - near[0], v - near[1]) > radius] = 0
+    weights = np.maximum(excess - 0.3 * excess.max(), 0)
+    return np.array([(u * weights).sum(), (v * weights).sum()]) / weights.sum()
+
+
+@pytest.mark.parametrize("delay", [0, 1, 3])
+def test_the_truth_of_an_image_is_where_it_shows_the_balls(delay):
+    trial = turbidock.Trial("pool_active", seed=5, images=True, settings={
+        "duration_s": 1.5, "camera_delay_frames": delay, "start.lateral_m": 0.1})
+    trial.push([0, 12, 0])
+    off, off_now = [], []
+    balls = {ball["name"]: ball["position_m"] for ball in trial.balls}
+    shown = [balls["red"], balls["green"]]  # nothing hides a part of these
+    for frame in trial:
+        assert frame.image_time_s == max(0, frame.frame - delay) / 30
+        now = trial.rig.project(shown, frame.true_position, frame.true_quaternion_wxyz)
+        for image, places, places_now in zip(trial.images, trial.project(shown), now):
+            radius = 3 * trial.rig.fx * 0.02 / frame.true_position_at_image[0]
+            seen = [centre(image, channel, place, radius) for channel, place in enumerate(places)]
+            off.append(places - seen)
+            off_now.append(places_now - seen)
+    def rms(of):
+        return np.sqrt((np.square(of).sum(-1)).mean())
+    speed = np.linalg.norm(frame.velocity_mps)
+    assert len(off) == 90 and speed > 0.1
+    assert rms(off) < 0.5, rms(off)
+    assert delay == 0 or rms(off_now) > delay, rms(off_now)
+
+
+def test_the_rig_projects_as_its_axes_say():
+    rig = turbidock.Trial("pool_active", settings=QUICK).rig
+    assert (rig.width, rig.height, rig.cx, rig.cy) == (640, 480, 319.5, 239.5)
+    assert rig.baseline_m == pytest.approx(0.12)
+    (left, right) = rig.project([1, 0.06, 0.1])  # straight ahead of the left camera
+    np.testing.assert_allclose(left, [rig.cx, rig.cy - 0.1 * rig.fy])
+    np.testing.assert_allclose(right, left - [0.12 * rig.fx, 0])
+    turned = rig.project([[0, 0, 0], [0, 0.2, 0]], [1, 0, 0], [np.cos(np.pi / 4), 0, 0, np.sin(np.pi / 4)])
+    assert turned.shape == (2, 2, 2)  # turned to the left, its left is behind it: nearer
+    np.testing.assert_allclose(turned[0, 1], rig.project([0.8, 0, 0])[0], atol=1e-9)
+    assert np.isnan(rig.project([-1, 0, 0])).all()
+
+
+def test_overlays_and_films(tmp_path):
+    settings = {"duration_s": 0.4, "rig.width_px": 320, "rig.height_px": 240, "start.distance_max_m": 0.9}
+    with turbidock.Trial("pool_active", settings=settings, images=True) as trial:
+        for _ in range(8):
+            trial.step()
+        picture, plain = trial.overlay(), np.concatenate(trial.images, axis=1)
+        assert picture.shape == (240, 640, 3)
+        ring = (picture != plain).any(2)
+        v, u = np.nonzero(ring[:, :320])
+        for (at_u, at_v), ball in zip(trial.project(estimate=True)[0], trial.balls):
+            radius = trial.rig.fx * ball["radius_m"] / trial.frame.estimated_position[0]
+            near = np.hypot(u - at_u, v - at_v)
+            assert np.count_nonzero(abs(near - radius) < 1.01) > 3 * radius
+        film = tmp_path / "film.mp4"
+        trial.save_video(film)
+        assert trial.ended and film.stat().st_size > 5000
+    with pytest.raises(ValueError, match="images=True only"):
+        turbidock.Trial("pool_active", settings={**QUICK, "duration_s": 1}).save_video(tmp_path / "none.mp4")
+    with turbidock.Trial("pool_active", settings=settings, images=True) as trial:
+        with pytest.raises(RuntimeError, match="ffmpeg wrote no .*film.txt"):
+            trial.save_video(tmp_path / "film.txt")
+
+
 def test_images_are_without_a_copy_and_read_only():
     trial = turbidock.Trial("pool_active", settings={"duration_s": 1}, images=True)
     trial.step()

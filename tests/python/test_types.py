@@ -1,9 +1,12 @@
 """What type checkers know of the package: README's ways pass, mistakes do not."""
 
+import json
 import subprocess
 import sys
 
-RIGHT = '''
+import pytest
+
+RIGHT = '''# pyright: reportUnnecessaryComparison=true
 import pathlib
 
 import gymnasium
@@ -38,6 +41,10 @@ with turbidock.Trial("a", seed=3, images=True, steered="volts") as trial:
     print(left.shape, trial.frame.true_position[0] + 1, trial.seen.position)
 for frame in trial:
     print(frame.stage.upper())
+print(trial.rig.fx + 1, trial.project([[0, 0, 0.07]]).shape, trial.overlay().shape, trial.frame.image_time_s + 1)
+print(trial.frame.estimated_position - trial.frame.true_position_at_image)
+trial.save_video(pathlib.Path("film.mp4"))
+print(turbidock.dataset("detector_images", pathlib.Path("images"), depth=True, seeds=3) + 1)
 trials = turbidock.batch({"seeds": 6}, "sweep.db", workers=2, seeds=6)
 print(trials.groupby("water.milk_ml_m3")["outcome"].value_counts())
 '''
@@ -56,24 +63,29 @@ turbidock.batch("turbidity_sweep", "sweep.db", workerz=2)
 '''
 
 
-def errors(tmp_path, text):
-    """Lines with an error."""
-    file = tmp_path / "check.py"
-    file.write_text(text)
+def mypy(file):
+    """Lines with an error, what it said."""
     found = subprocess.run(
-        [sys.executable, "-m", "mypy", "--strict", "--strict-equality", "--cache-dir", str(tmp_path.parent / "mypy"),
-         file.name], cwd=tmp_path, capture_output=True, text=True)
+        [sys.executable, "-m", "mypy", "--strict", "--strict-equality", "--cache-dir", str(file.parents[1] / "mypy"), file.name],
+        cwd=file.parent, capture_output=True, text=True)
     assert not found.stderr, found.stderr
-    return sorted({int(line.split(":")[1]) for line in found.stdout.splitlines()
-                   if ": error:" in line}), found.stdout
+    return [int(line.split(":")[1]) for line in found.stdout.splitlines() if ": error:" in line], found.stdout
 
 
-def test_the_documented_ways_pass(tmp_path):
-    assert errors(tmp_path, RIGHT) == ([], "Success: no issues found in 1 source file\n")
+def pyright(file):
+    found = subprocess.run([sys.executable, "-m", "pyright", "--outputjson", "--pythonpath", sys.executable, file.name],
+                           cwd=file.parent, capture_output=True, text=True)
+    said = json.loads(found.stdout)["generalDiagnostics"]
+    return [each["range"]["start"]["line"] + 1 for each in said if each["severity"] == "error"], found.stdout
 
 
-def test_mistakes_do_not(tmp_path):
-    first = RIGHT.count("\n") + 1
-    wrong = WRONG.strip().splitlines()
-    lines, said = errors(tmp_path, RIGHT + "\n".join(wrong) + "\n")
-    assert lines == list(range(first, first + len(wrong))), said
+@pytest.mark.parametrize("check", [mypy, pyright])
+def test_the_documented_ways_pass_and_mistakes_do_not(check, tmp_path):
+    first, wrong = RIGHT.count("\n") + 1, WRONG.strip().splitlines()
+    file = tmp_path / "check.py"
+    file.write_text(RIGHT)
+    lines, said = check(file)
+    assert lines == [], said
+    file.write_text(RIGHT + "\n".join(wrong) + "\n")
+    lines, said = check(file)
+    assert sorted(set(lines)) == list(range(first, first + len(wrong))), said

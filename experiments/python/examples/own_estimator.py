@@ -39,10 +39,10 @@ class Patches(turbidock.Estimator):
             if None in patches or patches[0][0][0] <= patches[1][0][0]:
                 return [1, 0, 0], [1, 0, 0, 0], 0.0  # not seen
             ((ul, v), area), ((ur, _), _) = patches
-            x = rig["fx_px"] * rig["baseline_m"] / (ul - ur)
-            seen.append([x, (rig["cx_px"] - (ul + ur) / 2) * x / rig["fx_px"],
-                         (rig["cy_px"] - v) * x / rig["fy_px"]])
-            fit.append(area / (np.pi * (rig["fx_px"] * ball["radius_m"] / x) ** 2))
+            x = rig.fx * rig.baseline_m / (ul - ur)
+            seen.append([x, (rig.cx - (ul + ur) / 2) * x / rig.fx,
+                         (rig.cy - v) * x / rig.fy])
+            fit.append(area / (np.pi * (rig.fx * ball["radius_m"] / x) ** 2))
         # the rotation that takes the balls of the marker nearest to those that are seen
         model, seen = np.array([ball["position_m"] for ball in self.balls]), np.array(seen)
         u, _, vt = np.linalg.svd((model - model.mean(0)).T @ (seen - seen.mean(0)))

@@ -11,7 +11,8 @@ See README.md of experiments/python for the first ten minutes.
 from ._core import ConfigError, PluginError, SimulatorFault
 from ._core import Frame, Observation, Reference
 from .plug_in import Controller, Estimator, Key
-from .results import Result, batch, gate, read_results, read_series, run
+from .frames import Rig
+from .results import Result, batch, dataset, gate, read_results, read_series, run
 from .scenario import Scenario, keys, plans, scenarios, version
 from .trial import Trial
 
@@ -19,7 +20,7 @@ __version__ = version().split()[0]
 
 __all__ = [
     "ConfigError", "Controller", "Estimator", "Frame", "Key", "Observation", "PluginError",
-    "Reference", "Result", "Scenario", "SimulatorFault", "Trial", "batch", "gate", "keys", "plans",
+    "Reference", "Result", "Rig", "Scenario", "SimulatorFault", "Trial", "batch", "dataset", "gate", "keys", "plans",
     "read_results", "read_series", "run", "scenarios", "version",
 ]
 

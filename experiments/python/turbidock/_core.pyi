@@ -5,6 +5,8 @@ from typing import Any, Callable, Final, Sequence
 import numpy as np
 import numpy.typing as npt
 
+from .frames import Rig
+
 Numbers = npt.NDArray[np.float64]
 Pixels = npt.NDArray[np.uint8]
 
@@ -34,6 +36,9 @@ class Frame:
     estimated_quaternion_wxyz: Final[Numbers]
     true_position: Final[Numbers]
     true_quaternion_wxyz: Final[Numbers]
+    image_time_s: Final[float]
+    true_position_at_image: Final[Numbers]
+    true_quaternion_at_image_wxyz: Final[Numbers]
     vehicle_position: Final[Numbers]
     vehicle_quaternion_wxyz: Final[Numbers]
     velocity_mps: Final[Numbers]
@@ -69,6 +74,8 @@ class Trial:
     ended: Final[bool]
     frame: Final[Frame]
     images: Final[tuple[Pixels, Pixels]]
+    rig: Final[Rig]
+    balls: Final[list[dict[str, Any]]]
     def assign(self, assignment: str) -> None: ...
     def push(self, newton: Sequence[float]) -> None: ...
     def close(self) -> None: ...
@@ -83,8 +90,13 @@ def version() -> str: ...
 def data_dir() -> str: ...
 def draw(random: dict[str, str], seed: int) -> list[str]: ...
 def run(scenario: Scenario, progress: Report) -> tuple[str, Series, str]: ...
-def batch(plan_text: str, plan_name: str, out: str, plugins: Plugins, assignments: Sequence[str],
-          seed: int | None, seeds: int | None, workers: int, progress: Report) -> str: ...
+class Plan:
+    def __init__(self, text: str, name: str, plugins: Plugins, assignments: Sequence[str],
+                 seed: int | None, seeds: int | None) -> None: ...
+
+def batch(plan: Plan, out: str, workers: int, progress: Report) -> str: ...
+def dataset(plan: Plan, out: str, pairs_per_shard: int, depth: bool, workers: int,
+            progress: Report) -> int: ...
 def read_results(file: str, timing: bool) -> str: ...
 def read_series(file: str, trial: int) -> Series: ...
 def gate(file: str, plugins: Plugins, assignments: Sequence[str], workers: int, update: bool,

@@ -9,6 +9,7 @@ from typing import Any, Iterable, Sequence, Union
 import numpy as np
 
 from . import _core
+from .frames import Rig
 
 Value = Union[bool, int, float, str]
 
@@ -94,7 +95,7 @@ class Controller(_PlugIn):
 class Estimator(_PlugIn):
     """Where the marker is, from a pair of images. An instance is made for each trial."""
 
-    rig: dict[str, float]  # width_px, height_px, fx_px, fy_px, cx_px, cy_px, baseline_m
+    rig: Rig  # its cameras: width, height, fx, fy, cx, cy [px], baseline_m
     balls: list[dict[str, Any]]  # of the marker: name, position_m, radius_m
     seed: int  # for its own random numbers: the same in the same trial
 

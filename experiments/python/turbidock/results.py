@@ -63,7 +63,8 @@ class Result(ResultKeys):
                 file.write(text)
 
     def plot(self) -> matplotlib.figure.Figure:
-        """A matplotlib figure of how it went: F, x, y, z over time, desired and true."""
+        """A matplotlib figure of how it went: F, x, y, z over time, desired, true and estimated, each at its own time. A
+        notebook shows it once, as the cell's value."""
         import matplotlib.pyplot as plt
 
         rows = self.trajectory
@@ -72,12 +73,14 @@ class Result(ResultKeys):
         axes[0].set_ylabel("F")
         for axis, name in zip(axes[1:], "xyz"):
             axis.plot(rows["time_s"], 1000 * rows[f"true_{name}_m"], "0.6", label="true")
-            axis.plot(rows["time_s"], 1000 * rows[f"est_{name}_m"], label="estimated")
+            axis.plot(rows["image_time_s"], 1000 * rows[f"est_{name}_m"], label="estimated")
             axis.plot(rows["time_s"], 1000 * rows[f"desired_{name}_m"], "--", label="desired")
             axis.set_ylabel(f"{name} / mm")
         axes[1].legend()
         axes[3].set_xlabel("time / s")
         figure.suptitle(f"{self.outcome}: {self.reason}", fontsize="medium", wrap=True)
+        if "inline" in plt.get_backend():  # a notebook's, which would show it a second time at the cell's end
+            plt.close(figure)
         return figure
 
     def __repr__(self) -> str:
@@ -108,11 +111,26 @@ def batch(plan: Path | Mapping[str, Any], out: Path, *, workers: int | None = No
     processes into the file `out`; what is in there already is not run again. Returns all its
     trials as a pandas frame, a row a trial. A controller or an estimator that raises is an outcome
     `crashed`, one that never returns `hung`: the others go on."""
+    return _frame(_core.batch(_plan(plan, seed, seeds, settings, controller, estimator, plugins), os.fspath(out),
+                              _count(workers), _reporter(progress)))
+
+
+def dataset(plan: Path | Mapping[str, Any], out: Path, *, pairs_per_shard: int = 250, depth: bool = False,
+            workers: int | None = None, seed: int | None = None, seeds: int | None = None,
+            settings: Settings = None, progress: Progress = None) -> int:
+    """Makes images with poses, masks, keypoints and, with `depth`, depth images into a folder: a pair for each trial of a
+    plan, from where it begins. In BOP's layout, with COCO's annotations beside it. What is in there already is kept; returns
+    how many images there are."""
+    return _core.dataset(_plan(plan, seed, seeds, settings), os.fspath(out), pairs_per_shard, depth, _count(workers),
+                         _reporter(progress))
+
+
+def _plan(plan: Path | Mapping[str, Any], seed: int | None, seeds: int | None, settings: Settings,
+          controller: type | str | None = None, estimator: type | str | None = None,
+          plugins: Iterable[type] = ()) -> _core.Plan:
     classes, choices = chosen(controller, estimator, plugins)
     text, name = (json.dumps(plan), "plan") if isinstance(plan, Mapping) else ("", os.fspath(plan))
-    return _frame(_core.batch(text, name, os.fspath(out), plugins_of(classes),
-                              choices + assignments_of(settings), seed, seeds, _count(workers),
-                              _reporter(progress)))
+    return _core.Plan(text, name, plugins_of(classes), choices + assignments_of(settings), seed, seeds)
 
 
 def read_results(file: Path, *, timing: bool = False) -> pandas.DataFrame:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any, Iterable, Iterator, Sequence
+import os
+import subprocess
+from typing import Any, Callable, Iterable, Iterator, Sequence
 
 import numpy as np
 
@@ -59,6 +61,7 @@ class Trial(_core.Trial):
                 True, False, True, True)
             made["controller"] = "steered"
         super().__init__(made._cpp, images)
+        self._scenario = made
         self._result: Result | None = None
 
     @property
@@ -108,6 +111,50 @@ class Trial(_core.Trial):
     def set(self, key: str, value: Any) -> None:
         """Changes water, lamps, sea or a controller's key from the next frame on."""
         self.assign(f"{key}={as_yaml(value)}")
+
+    def project(self, points: Any = None, *, estimate: bool = False) -> np.ndarray:
+        """Pixels in the left and the right image, (2, n, 2), of points [m] in the marker's frame, (n, 3); without any of the
+        balls' centres. Where they truly were at the image, or where the estimate has them."""
+        frame = self.frame
+        pose = ((frame.estimated_position, frame.estimated_quaternion_wxyz) if estimate else
+                (frame.true_position_at_image, frame.true_quaternion_at_image_wxyz))
+        if points is None:
+            points = [ball["position_m"] for ball in self.balls]
+        return self.rig.project(points, *pose)
+
+    def overlay(self) -> np.ndarray:
+        """Both images side by side, (height, 2 width, 3), with a ring where the estimate has each ball: white where it is
+        detected, else grey."""
+        rig, frame = self.rig, self.frame
+        picture = np.concatenate(self.images, axis=1)
+        color = 255 if frame.fitness >= self._scenario["procedure.lost_fitness"] else 128
+        depth = max(float(frame.estimated_position[0]), 0.1)
+        for side, places in enumerate(self.project(estimate=True)):
+            image = picture[:, side * rig.width:(side + 1) * rig.width]
+            v, u = np.mgrid[:rig.height, :rig.width]
+            for (at_u, at_v), ball in zip(places, self.balls):
+                off = np.hypot(u - at_u, v - at_v) - rig.fx * ball["radius_m"] / depth
+                image[np.abs(off) < 1] = color
+        return picture
+
+    def save_video(self, file: Path, step: Callable[[], Any] | None = None) -> None:
+        """Lets the trial go on to its end, by `step` or else by itself, and films `overlay` of each frame (by ffmpeg)."""
+        fps = self._scenario["clock.frames_per_second"]
+        size = f"{2 * self.rig.width}x{self.rig.height}"
+        command = ["ffmpeg", "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", size, "-r", str(fps),
+                   "-i", "-", "-pix_fmt", "yuv420p", os.fspath(file)]
+        film = subprocess.Popen(command, stdin=subprocess.PIPE)
+        try:
+            assert film.stdin
+            while not self.ended:
+                (step or self.step)()
+                film.stdin.write(self.overlay().tobytes())
+        except BrokenPipeError:  # it says below why
+            pass
+        finally:
+            film.communicate()
+        if film.returncode:
+            raise RuntimeError(f"save_video(): ffmpeg wrote no {file}")
 
     def result(self) -> Result:
         """The result, interrupted where the trial has not ended; it cannot be stepped after that."""

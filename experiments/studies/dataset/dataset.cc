@@ -3,12 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
-#include <opencv2/core.hpp>
+#include <span>
+#include <utility>
 #include <vector>
 
-#include "experiments/batch/job_pool.h"
 #include "experiments/media/canvas.h"
 #include "experiments/media/png.h"
 #include "experiments/report/json.h"
@@ -30,73 +31,120 @@ constexpr int kMarkerId = 1;  // BOP's and COCO's number of the only object
 constexpr const char* kSplit = "train_pbr";
 constexpr uint8_t kInside = 255;
 
-cv::Mat MatOf(const Image1u8& mask) {
-  return {mask.height(), mask.width(), CV_8UC1, const_cast<uint8_t*>(mask.data())};
+constexpr double kDepthUnit_mm = 0.1;  // of a depth image: up to 6.5 m
+
+// Of masks, nonzero inside.
+int CountOf(const Image1u8& mask) {
+  return static_cast<int>(std::ranges::count_if(std::span(mask.data(), mask.pixels()),
+                                                [](uint8_t v) { return v != 0; }));
 }
 
 // BOP: x, y, width, height of the least rectangle about all set pixels; -1 where there are none.
-Json BoxOf(const Image1u8& mask) {
-  std::vector<cv::Point> set;
-  cv::findNonZero(MatOf(mask), set);
-  if (set.empty()) return {-1, -1, -1, -1};
-  const auto [left, right] = std::ranges::minmax(set, {}, &cv::Point::x);
-  const auto [top, bottom] = std::ranges::minmax(set, {}, &cv::Point::y);
-  return {left.x, top.y, right.x - left.x + 1, bottom.y - top.y + 1};
+// Pixel (0, 0) of the image is the mask's (left, top).
+Json BoxOf(const Image1u8& mask, int left = 0, int top = 0) {
+  int low_u = mask.width(), low_v = mask.height(), high_u = -1, high_v = -1;
+  for (int v = 0; v < mask.height(); ++v)
+    for (int u = 0; u < mask.width(); ++u) {
+      if (*mask.at(u, v) == 0) continue;
+      low_u = std::min(low_u, u), high_u = std::max(high_u, u);
+      low_v = std::min(low_v, v), high_v = v;
+    }
+  if (high_u < 0) return {-1, -1, -1, -1};
+  return {low_u - left, low_v - top, high_u - low_u + 1, high_v - low_v + 1};
 }
 
-int CountOf(const Image1u8& mask) { return cv::countNonZero(MatOf(mask)); }
+// COCO's run lengths of a mask: down its columns, outside first.
+Json RunsOf(const Image1u8& mask) {
+  Json counts = Json::array();
+  bool inside = false;
+  int run = 0;
+  for (int u = 0; u < mask.width(); ++u)
+    for (int v = 0; v < mask.height(); ++v, ++run) {
+      if ((*mask.at(u, v) != 0) == inside) continue;
+      counts.push_back(std::exchange(run, 0));
+      inside = !inside;
+    }
+  counts.push_back(run);
+  return {{"counts", counts}, {"size", {mask.height(), mask.width()}}};
+}
 
 // One camera's image with all that is known of it.
 struct Labelled {
   Pose X_CM;
-  Image1u8 whole, visible;
-  std::vector<int64_t> ball_pixels;  // seen of each ball, in the marker's order
+  // The marker as if nothing else were there: as far as an image of three times the width and
+  // height about this one reaches, as BOP counts it, and in the image.
+  Image1u8 silhouette, whole;
+  Image1u8 visible;
+  std::vector<int> ball_geoms;  // in the marker's order
 };
+
+// From low to high, both included, of where a body of this radius about p_C may be seen.
+std::pair<int, int> SpanOf(double across, double along, double radius, double f_px, double c_px,
+                           int least, int most) {
+  if (along - radius < vision::kNearestDepth_m) return {least, most};
+  const auto at = [&](double side, double depth) {
+    return c_px + f_px * (across + side * radius) / (along + depth * radius);
+  };
+  return {std::max(least, static_cast<int>(std::floor(std::min(at(-1, -1), at(-1, 1))))),
+          std::min(most, static_cast<int>(std::ceil(std::max(at(1, -1), at(1, 1)))))};
+}
+
+// Adds a surface to the silhouette, by rays, one a pixel.
+void AddSilhouette(const light::Surface& surface, const Pose& X_SC, const MountedCamera& camera,
+                   Image1u8* silhouette) {
+  const Eigen::Vector3d p_CS = X_SC.Inverse().p;
+  const double radius = surface.size_m.sum(), far_m = 2 * (p_CS.norm() + radius);
+  const int w = camera.width_px, h = camera.height_px;
+  const auto [left, right] =
+      SpanOf(p_CS.x(), p_CS.z(), radius, camera.fx_px, camera.cx_px, -w, 2 * w - 1);
+  const auto [top, bottom] =
+      SpanOf(p_CS.y(), p_CS.z(), radius, camera.fy_px, camera.cy_px, -h, 2 * h - 1);
+  for (int v = top; v <= bottom; ++v)
+    for (int u = left; u <= right; ++u) {
+      uint8_t& pixel = *silhouette->at(u + w, v + h);
+      const Eigen::Vector3d ray_C((u - camera.cx_px) / camera.fx_px,
+                                  (v - camera.cy_px) / camera.fy_px, 1);
+      if (pixel == 0 && light::SegmentHits(surface, X_SC.p, X_SC * (far_m * ray_C)))
+        pixel = kInside;
+    }
+}
 
 Labelled Label(const trial::Scenario& scenario, const trial::FixedView& view, Side side) {
   const MountedCamera& camera = view.rig[side];
-  const Image1u16& surface_at = view.rendered[side].surface;
+  const int w = camera.width_px, h = camera.height_px;
   Labelled out{.X_CM = camera.X_HC.Inverse() * view.X_HM,
-               .whole = Image1u8(camera.width_px, camera.height_px),
-               .visible = Image1u8(camera.width_px, camera.height_px),
-               .ball_pixels = {}};
+               .silhouette = Image1u8(3 * w, 3 * h),
+               .whole = Image1u8(w, h),
+               .visible = Image1u8(w, h),
+               .ball_geoms = {}};
 
   const Pose X_WC = view.rendered.X_WH * camera.X_HC;
   std::vector<bool> is_marker(static_cast<size_t>(view.surfaces.size()) + 1, false);
-  const double far_m = 2 * out.X_CM.p.norm() + 1;
   for (int geom = 0; geom < view.surfaces.size(); ++geom) {
     const light::Surface& surface = view.surfaces[geom];
     if (!surface.name.starts_with("marker_") && !surface.name.starts_with("ball_")) continue;
     is_marker[static_cast<size_t>(geom) + 1] = true;
-    // The whole of it by rays, one a pixel, as if nothing else were there.
     const bool moored = surface.fixed_to == light::FixedTo::kMooredBody;
-    const Pose X_SC =
-        surface.X_AS.Inverse() * (moored ? view.rendered.X_WK.Inverse() * X_WC : X_WC);
-    for (int v = 0; v < camera.height_px; ++v)
-      for (int u = 0; u < camera.width_px; ++u) {
-        if (*out.whole.at(u, v) != 0) continue;
-        const Eigen::Vector3d ray_C((u - camera.cx_px) / camera.fx_px,
-                                    (v - camera.cy_px) / camera.fy_px, 1);
-        if (light::SegmentHits(surface, X_SC.p, X_SC * (far_m * ray_C)))
-          *out.whole.at(u, v) = kInside;
-      }
+    AddSilhouette(surface,
+                  surface.X_AS.Inverse() * (moored ? view.rendered.X_WK.Inverse() * X_WC : X_WC),
+                  camera, &out.silhouette);
   }
-  for (const vision::BallParams& ball : scenario.marker.balls) {
-    const int geom = view.surfaces.Find("ball_" + ball.name);
-    out.ball_pixels.push_back(
-        geom < 0
-            ? 0
-            : std::count(surface_at.data(), surface_at.data() + surface_at.pixels(), geom + 1));
-  }
-  for (size_t i = 0; i < surface_at.pixels(); ++i)
-    if (is_marker[surface_at.data()[i]]) out.visible.data()[i] = kInside;
+  for (const vision::BallParams& ball : scenario.marker.balls)
+    out.ball_geoms.push_back(view.surfaces.Find("ball_" + ball.name));
+  for (int v = 0; v < h; ++v)
+    for (int u = 0; u < w; ++u) {
+      uint8_t& all = *out.silhouette.at(u + w, v + h);
+      // OpenGL and rays differ in pixels that the outline cuts
+      if (is_marker[*view.rendered[side].surface.at(u, v)]) all = *out.visible.at(u, v) = kInside;
+      *out.whole.at(u, v) = all;
+    }
   return out;
 }
 
-// The balls' centres: x, y, and 2 where some of the ball is seen, 1 where it is hidden, 0 (and no
-// place) outside the image.
+// The balls' centres: x, y, and 2 where the image shows the ball there, 1 where something hides it,
+// 0 (and no place) outside the image.
 Json KeypointsOf(const trial::Scenario& scenario, const MountedCamera& camera,
-                 const Labelled& labelled, int* seen) {
+                 const Image1u16& surface, const Labelled& labelled, int* seen) {
   Json points = Json::array();
   *seen = 0;
   for (size_t b = 0; b < scenario.marker.balls.size(); ++b) {
@@ -105,7 +153,10 @@ Json KeypointsOf(const trial::Scenario& scenario, const MountedCamera& camera,
     const Eigen::Vector2d at = in_front ? camera.Project(p_CQ) : Eigen::Vector2d(-1, -1);
     const bool inside = in_front && at.x() >= -0.5 && at.y() >= -0.5 &&
                         at.x() < camera.width_px - 0.5 && at.y() < camera.height_px - 0.5;
-    const int visibility = !inside ? 0 : labelled.ball_pixels[b] > 0 ? 2 : 1;
+    const bool shown =
+        inside && *surface.at(static_cast<int>(std::lround(at.x())),
+                              static_cast<int>(std::lround(at.y()))) == labelled.ball_geoms[b] + 1;
+    const int visibility = !inside ? 0 : shown ? 2 : 1;
     // COCO counts from the corner of the first pixel
     points.push_back(inside ? at.x() + 0.5 : 0);
     points.push_back(inside ? at.y() + 0.5 : 0);
@@ -113,6 +164,16 @@ Json KeypointsOf(const trial::Scenario& scenario, const MountedCamera& camera,
     *seen += visibility > 0;
   }
   return points;
+}
+
+// In units of kDepthUnit_mm; 0 where there is nothing or it is too far.
+Image1u16 DepthOf(const Image1f& depth_m) {
+  Image1u16 depth(depth_m.width(), depth_m.height());
+  for (size_t i = 0; i < depth.pixels(); ++i) {
+    const double units = std::round(units::MmFromM(depth_m.data()[i]) / kDepthUnit_mm);
+    depth.data()[i] = units <= UINT16_MAX ? static_cast<uint16_t>(units) : 0;
+  }
+  return depth;
 }
 
 // The files of a shard's images, as far as they are made.
@@ -123,17 +184,20 @@ struct Shard {
 
 void Add(const trial::Scenario& scenario, const batch::TrialSpec& spec,
          const trial::FixedView& view, Side side, const Image3u8& image, int number,
-         const fs::path& folder, Shard* shard) {
+         const fs::path& folder, bool depth, Shard* shard) {
   const MountedCamera& camera = view.rig[side];
   const Labelled labelled = Label(scenario, view, side);
   const std::string id = fmt::format("{:06}", number), key = std::to_string(number);
   media::WritePng((folder / "rgb" / (id + ".png")).string(), image);
   media::WritePng((folder / "mask" / (id + "_000000.png")).string(), labelled.whole);
   media::WritePng((folder / "mask_visib" / (id + "_000000.png")).string(), labelled.visible);
+  if (depth)
+    media::WritePng((folder / "depth" / (id + ".png")).string(),
+                    DepthOf(view.rendered[side].depth_m));
 
   shard->scene_camera[key] = {
       {"cam_K", {camera.fx_px, 0, camera.cx_px, 0, camera.fy_px, camera.cy_px, 0, 0, 1}},
-      {"depth_scale", 1},
+      {"depth_scale", kDepthUnit_mm},
       {"camera", side == Side::kLeft ? "left" : "right"},
       {"trial", spec.trial},
       {"seed", spec.seed}};
@@ -144,13 +208,13 @@ void Add(const trial::Scenario& scenario, const batch::TrialSpec& spec,
   for (int row = 0; row < 3; ++row) translation.push_back(units::MmFromM(labelled.X_CM.p[row]));
   shard->scene_gt[key] =
       Json::array({{{"cam_R_m2c", rotation}, {"cam_t_m2c", translation}, {"obj_id", kMarkerId}}});
-  const int all = CountOf(labelled.whole), seen = CountOf(labelled.visible);
+  const int all = CountOf(labelled.silhouette), seen = CountOf(labelled.visible);
   const Json box = BoxOf(labelled.visible);
   shard->scene_gt_info[key] =
-      Json::array({{{"bbox_obj", BoxOf(labelled.whole)},
+      Json::array({{{"bbox_obj", BoxOf(labelled.silhouette, camera.width_px, camera.height_px)},
                     {"bbox_visib", box},
                     {"px_count_all", all},
-                    {"px_count_valid", all},
+                    {"px_count_valid", CountOf(labelled.whole)},
                     {"px_count_visib", seen},
                     {"visib_fract", all > 0 ? static_cast<double>(seen) / all : 0}}});
 
@@ -159,31 +223,33 @@ void Add(const trial::Scenario& scenario, const batch::TrialSpec& spec,
                            {"width", camera.width_px},
                            {"height", camera.height_px}});
   int keypoints = 0;
-  const Json points = KeypointsOf(scenario, camera, labelled, &keypoints);
+  const Json points =
+      KeypointsOf(scenario, camera, view.rendered[side].surface, labelled, &keypoints);
   if (seen == 0) return;  // nothing of it is seen: an image without an annotation
-  const double left = box[0], top = box[1], right = left + box[2].get<double>(),
-               bottom = top + box[3].get<double>();
-  shard->annotations.push_back(
-      {{"id", number + 1},
-       {"image_id", number},
-       {"category_id", kMarkerId},
-       {"iscrowd", 0},
-       {"area", seen},
-       {"bbox", box},
-       {"segmentation", {{left, top, right, top, right, bottom, left, bottom}}},
-       {"num_keypoints", keypoints},
-       {"keypoints", points}});
+  shard->annotations.push_back({{"id", number + 1},
+                                {"image_id", number},
+                                {"category_id", kMarkerId},
+                                {"iscrowd", 0},
+                                {"area", seen},
+                                {"bbox", box},
+                                {"segmentation", RunsOf(labelled.visible)},
+                                {"num_keypoints", keypoints},
+                                {"keypoints", points}});
 }
 
-void MakeShard(const batch::Plan& plan, const fs::path& folder, int64_t first, int64_t count) {
+void MakeShard(const batch::Plan& plan, const fs::path& folder, int64_t first, int64_t count,
+               bool depth) {
   const fs::path part = folder.parent_path() / (".part-" + folder.filename().string());
   fs::remove_all(part);
   for (const char* kind : {"rgb", "mask", "mask_visib"}) fs::create_directories(part / kind);
+  if (depth) fs::create_directories(part / "depth");
   Shard shard;
   Json names = Json::array();
   for (int64_t i = 0; i < count; ++i) {
     const batch::TrialSpec spec = plan.Trial(first + i);
     const trial::Scenario scenario = plan.ScenarioOf(spec);
+    if (scenario.lens.k1 != 0 || scenario.lens.k2 != 0)
+      throw ConfigError("lens", "must be 0: labels are those of pinhole cameras");
     const Pose X_HM = trial::DrawStart(scenario).Inverse();
     const std::vector<trial::FixedView> views = trial::DrawFixedViews(scenario, {X_HM});
     StereoImage seen;
@@ -191,7 +257,7 @@ void MakeShard(const batch::Plan& plan, const fs::path& folder, int64_t first, i
         .ExposeHeld(0, &seen);
     for (const Side side : kSides)
       Add(scenario, spec, views[0], side, seen[side],
-          static_cast<int>(2 * i) + (side == Side::kRight), part, &shard);
+          static_cast<int>(2 * i) + (side == Side::kRight), part, depth, &shard);
     if (names.empty())
       for (const vision::BallParams& ball : scenario.marker.balls) names.push_back(ball.name);
   }
@@ -220,16 +286,117 @@ Json HeaderOf(const batch::Plan& plan, const DatasetOptions& options) {
           {"build", system::BuildId()},
           {"pairs", plan.trials()},
           {"pairs_per_shard", options.pairs_per_shard},
+          {"depth", options.depth},
           {"plan", plan.resolved()}};
 }
 
 void RequireSame(const fs::path& file, const Json& header) {
   const Json before = report::ParseJson(system::ReadWhole(file), file.string());
-  for (const char* key : {"plan_hash", "pairs_per_shard", "build"})
+  for (const char* key : {"plan_hash", "pairs_per_shard", "depth", "build"})
     if (!before.is_object() || !before.contains(key) || before[key] != header[key])
       throw ConfigError(fmt::format(
           "{}: {} differs: the images there are of {}, these would be of {}", file.string(), key,
           before.is_object() ? before.value(key, Json()).dump() : "", header[key].dump()));
+}
+
+// The marker as triangles, in mm about its origin.
+class Mesh {
+ public:
+  explicit Mesh(const vision::MarkerParams& marker) {
+    if (marker.box_m.minCoeff() > 0) AddBox(units::MmFromM(1) * marker.box_m / 2);
+    for (const vision::BallParams& ball : marker.balls) AddBall(ball);
+  }
+
+  // ASCII, as BOP's readers have it.
+  std::string Ply() const {
+    std::string text = fmt::format(
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\n"
+        "property float z\nproperty float nx\nproperty float ny\nproperty float nz\n"
+        "property uchar red\nproperty uchar green\nproperty uchar blue\nelement face {}\n"
+        "property list uchar int vertex_indices\nend_header\n",
+        vertices_.size(), faces_.size());
+    for (const Vertex& v : vertices_)
+      text += fmt::format("{:.4f} {:.4f} {:.4f} {:.4f} {:.4f} {:.4f} {} {} {}\n", v.p.x(), v.p.y(),
+                          v.p.z(), v.n.x(), v.n.y(), v.n.z(), v.color[0], v.color[1], v.color[2]);
+    for (const auto& [a, b, c] : faces_) text += fmt::format("3 {} {} {}\n", a, b, c);
+    return text;
+  }
+
+  // BOP: the least box along the axes, and the largest distance between two vertices.
+  Json Info() const {
+    Eigen::Vector3d low = vertices_[0].p, high = low;
+    double diameter = 0;
+    for (const Vertex& a : vertices_) {
+      low = low.cwiseMin(a.p);
+      high = high.cwiseMax(a.p);
+      for (const Vertex& b : vertices_) diameter = std::max(diameter, (a.p - b.p).norm());
+    }
+    Json info = {{"diameter", diameter}};
+    for (int i = 0; i < 3; ++i) {
+      info[fmt::format("min_{}", "xyz"[i])] = low[i];
+      info[fmt::format("size_{}", "xyz"[i])] = high[i] - low[i];
+    }
+    return info;
+  }
+
+ private:
+  struct Vertex {
+    Eigen::Vector3d p, n;
+    std::array<int, 3> color;
+  };
+
+  void AddQuad(int a, int b, int c, int d) {
+    faces_.push_back({a, b, c});
+    faces_.push_back({a, c, d});
+  }
+  void AddBox(const Eigen::Vector3d& half) {
+    for (int axis = 0; axis < 3; ++axis)
+      for (const double side : {-1.0, 1.0}) {
+        const Eigen::Vector3d n = side * Eigen::Vector3d::Unit(axis),
+                              e = Eigen::Vector3d::Unit((axis + 1) % 3), f = n.cross(e);
+        const int at = static_cast<int>(vertices_.size());
+        for (const auto& [s, t] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}})
+          vertices_.push_back({half.cwiseProduct(n + s * e + t * f), n, {128, 128, 128}});
+        AddQuad(at, at + 1, at + 2, at + 3);
+      }
+  }
+  void AddBall(const vision::BallParams& ball) {
+    constexpr int kRings = 12, kAround = 24;
+    const int at = static_cast<int>(vertices_.size());
+    std::array<int, 3> color{};
+    for (size_t i = 0; i < 3; ++i)
+      color[i] = static_cast<int>(std::lround(255 * ball.display_rgb[i]));
+    for (int ring = 0; ring <= kRings; ++ring)
+      for (int step = 0; step < kAround; ++step) {
+        const double down = M_PI * ring / kRings, around = 2 * M_PI * step / kAround;
+        const Eigen::Vector3d n(std::sin(down) * std::cos(around),
+                                std::sin(down) * std::sin(around), std::cos(down));
+        vertices_.push_back({units::MmFromM(1) * (ball.p_MQ_m + ball.radius_m * n), n, color});
+      }
+    for (int ring = 0; ring < kRings; ++ring)
+      for (int step = 0; step < kAround; ++step) {
+        const int here = at + ring * kAround + step,
+                  next = at + ring * kAround + (step + 1) % kAround;
+        AddQuad(here, here + kAround, next + kAround, next);
+      }
+  }
+
+  std::vector<Vertex> vertices_;
+  std::vector<std::array<int, 3>> faces_;
+};
+
+void WriteModel(const vision::MarkerParams& marker, const fs::path& folder) {
+  const Mesh mesh(marker);
+  Json info = mesh.Info();
+  info["balls"] = Json::array();
+  for (const vision::BallParams& ball : marker.balls)
+    info["balls"].push_back({{"name", ball.name},
+                             {"center", Eigen::Vector3d(1000 * ball.p_MQ_m)},
+                             {"radius", units::MmFromM(ball.radius_m)}});
+  fs::create_directories(folder);
+  system::WriteWhole(folder / fmt::format("obj_{:06}.ply", kMarkerId), mesh.Ply());
+  system::WriteWhole(folder / "models_info.json",
+                     report::JsonText({{std::to_string(kMarkerId), info}}));
 }
 
 void WriteCommon(const batch::Plan& plan, const fs::path& folder) {
@@ -237,34 +404,12 @@ void WriteCommon(const batch::Plan& plan, const fs::path& folder) {
   const MountedCamera camera = scenario.rig.MakeRig().left;
   system::WriteWhole(folder / "camera.json", report::JsonText({{"cx", camera.cx_px},
                                                                {"cy", camera.cy_px},
-                                                               {"depth_scale", 1},
+                                                               {"depth_scale", kDepthUnit_mm},
                                                                {"fx", camera.fx_px},
                                                                {"fy", camera.fy_px},
                                                                {"height", camera.height_px},
                                                                {"width", camera.width_px}}));
-  // The box of the box and the balls, in mm about the marker's origin.
-  Eigen::Vector3d low = Eigen::Vector3d::Constant(-0.05), high = -low;
-  for (const vision::BallParams& ball : scenario.marker.balls) {
-    low = low.cwiseMin((ball.p_MQ_m.array() - ball.radius_m).matrix());
-    high = high.cwiseMax((ball.p_MQ_m.array() + ball.radius_m).matrix());
-  }
-  const Eigen::Vector3d size = high - low;
-  Json balls = Json::array();
-  for (const vision::BallParams& ball : scenario.marker.balls)
-    balls.push_back({{"name", ball.name},
-                     {"center", Eigen::Vector3d(1000 * ball.p_MQ_m)},
-                     {"radius", units::MmFromM(ball.radius_m)}});
-  fs::create_directories(folder / "models");
-  system::WriteWhole(folder / "models/models_info.json",
-                     report::JsonText({{std::to_string(kMarkerId),
-                                        {{"diameter", units::MmFromM(size.norm())},
-                                         {"min_x", units::MmFromM(low.x())},
-                                         {"min_y", units::MmFromM(low.y())},
-                                         {"min_z", units::MmFromM(low.z())},
-                                         {"size_x", units::MmFromM(size.x())},
-                                         {"size_y", units::MmFromM(size.y())},
-                                         {"size_z", units::MmFromM(size.z())},
-                                         {"balls", balls}}}}));
+  WriteModel(scenario.marker, folder / "models");
 }
 
 // An image with what is seen of the marker tinted and the balls' centres circled.
@@ -336,11 +481,11 @@ DatasetSummary MakeDataset(const batch::Plan& plan, const std::string& folder,
   summary.shards_before = summary.shards - std::ssize(missing);
   const auto make = [&](const std::string& input) -> std::string {
     const int64_t shard = std::stoll(input), first = shard * per_shard;
-    MakeShard(plan, folder_of(shard), first, std::min(per_shard, plan.trials() - first));
+    MakeShard(plan, folder_of(shard), first, std::min(per_shard, plan.trials() - first),
+              options.depth);
     return "";
   };
-  const auto pool =
-      batch::MakePool({.workers = options.workers}, batch::kJobTimeLimit_s, {"dataset", make});
+  const auto pool = batch::MakePool(options.jobs, batch::kJobTimeLimit_s, {"dataset", make});
   int done = 0;
   const auto count = [&](size_t, const std::string&) {
     if (options.on_progress) options.on_progress(++done, static_cast<int>(missing.size()));

@@ -4,14 +4,19 @@
 //
 //   FOLDER/
 //     camera.json, dataset.json              of all images; what they were made of
-//     models/models_info.json                the marker's size
+//     models/obj_000001.ply, models_info.json   the marker and its size, in mm
 //     contact_sheet.png                      a few of the images with mask and keypoints drawn in
 //     train_pbr/000000/                      a shard, in BOP's layout:
 //       rgb/000000.png                       left camera; 000001.png the right one, and so on
+//       depth/000000.png                     on request: along the optical axis, 16 bits, 0.1 mm
 //       mask/000000_000000.png               the whole marker, whatever hides it
 //       mask_visib/000000_000000.png         what is seen of it
 //       scene_camera.json, scene_gt.json, scene_gt_info.json
-//       coco_keypoints.json                  the same images as COCO keypoints: the balls' centres
+//       coco_keypoints.json                  the same images as COCO keypoints, the balls' centres,
+//                                            with the visible mask as run lengths
+//
+// Image and pose are of one moment. `visib_fract` is the share that is seen of the whole
+// silhouette, beyond the image's edge too; a keypoint that something hides has visibility 1.
 //
 // A shard is written whole or not at all, by a worker of its own; one that is there is not made
 // again.
@@ -19,13 +24,15 @@
 #include <functional>
 #include <string>
 
+#include "experiments/batch/job_pool.h"
 #include "experiments/batch/plan.h"
 
 namespace turbidock::dataset {
 
 struct DatasetOptions {
   int64_t pairs_per_shard = 250;
-  int workers = 1;                                         // each makes a shard at a time
+  bool depth = false;                                      // depth images, too
+  batch::JobOptions jobs = {};                             // each makes a shard at a time
   std::function<void(int done, int of)> on_progress = {};  // after each shard that was missing
   std::function<bool()> stop_requested = {};               // asked every second
 };
@@ -36,7 +43,7 @@ struct DatasetSummary {
 };
 
 // Makes what is missing. ConfigError for what is wrong in the plan or cannot be drawn or written,
-// ConfigError for a folder whose dataset is of another plan, size of shards or build.
+// ConfigError for a folder whose dataset is of another plan, size of shards, depth or build.
 DatasetSummary MakeDataset(const batch::Plan& plan, const std::string& folder,
                            const DatasetOptions& options);
 

@@ -47,7 +47,8 @@ void AddDataset(app::CommandLine& line) {
       .Required();
   dataset.Add("--pairs-per-shard", arguments.options.pairs_per_shard, "Pairs of images in a folder")
       .Between(1, 100000);
-  dataset.AddWorkers(arguments.options.workers, "Processes, a shard each");
+  dataset.Flag("--depth", arguments.options.depth, "Depth images, too");
+  dataset.AddWorkers(arguments.options.jobs.workers, "Processes, a shard each");
   dataset.AddQuiet(arguments.quiet);
 }
 

@@ -49,7 +49,7 @@ test('a trial that never saw the marker: no noise, the truth in sight, the vehic
 
 test("a trial: the band is the stage's own, and a search's first second sets no scale", async () => {
   const {page, close} = await open('trial', 1440);
-  const {widths, axis} = await page.evaluate(() => {
+  const {widths, axis, late_s} = await page.evaluate(() => {
     const {traces, series} = globalThis.turbidock;
     const stages = series.column('stage');
     series.column('est_y_m')[3] = 5;
@@ -60,10 +60,16 @@ test("a trial: the band is the stage's own, and a search's first second sets no 
       const i = stages.findIndex((name, i) => name === stage && Number.isFinite(low[i]));
       return i < 0 ? null : Math.round(high[i] - low[i]);
     };
-    return {widths: ['visual_servoing', 'docking', 'approach'].map(width), axis: panel.y};
+    const estimate = panel.series.find(s => s.name === 'estimate');
+    const late_s = series.column('time_s')[40] - estimate.x[40];
+    return {widths: ['visual_servoing', 'docking', 'approach'].map(width), axis: panel.y, late_s};
   });
   assert.deepEqual(widths, [40, 80, null]);
   assert.ok(axis.high < 1000, `${axis.high} mm`);
+  assert.ok(
+    Math.abs(late_s - 1 / 30) < 1e-3,
+    `an estimate is drawn at its image's time, ${late_s} s ago`,
+  );
   await close();
 });
 
