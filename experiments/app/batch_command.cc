@@ -30,11 +30,6 @@ struct BatchArguments {
   bool json = false, quiet = false;
 };
 
-// "480 trials" or, of a plan with a precision, "up to 480 trials".
-std::string CountText(const batch::Plan& plan) {
-  return fmt::format("{}{} trials", plan.settings().precision > 0 ? "up to " : "", plan.trials());
-}
-
 std::string Words(const batch::BatchProgress& progress) {
   const statistics::Interval wilson = statistics::WilsonInterval(progress.successes, progress.done);
   std::string words = batch::DoneText(progress.done, progress.total, progress.most) + " trials";
@@ -45,31 +40,11 @@ std::string Words(const batch::BatchProgress& progress) {
         100 * wilson.low, 100 * wilson.high);
   if (progress.done_now > 0) {
     const double per_s = static_cast<double>(progress.done_now) / progress.wall_time_s;
-    words += fmt::format(", {:.0f} an hour, {} left", 3600 * per_s,
+    words += fmt::format(", {:.0f} an hour, {}{} left", 3600 * per_s,
+                         progress.total < progress.most ? "at least " : "",
                          Duration(static_cast<double>(progress.total - progress.done) / per_s));
   }
   return words;
-}
-
-void SayBeginning(const batch::Plan& plan, const batch::Shard& shard, const std::string& out,
-                  int64_t done_before, Progress* progress) {
-  progress->Say(fmt::format("{}: {}{}, plan {}, {}", plan.settings().description, CountText(plan),
-                            shard.count > 1 ? ", of which shard " + shard.Text() : "", plan.hash(),
-                            system::VersionAndCommit()));
-  if (done_before > 0)
-    progress->Say(fmt::format("  {} of them are in {} already", done_before, out));
-}
-
-// How fast it was, if it ran anything.
-void SayEnd(const batch::BatchProgress& end, int capacity, const std::string& out,
-            Progress* progress) {
-  if (end.done_now == 0) return;
-  const auto used = static_cast<double>(std::min<int64_t>(capacity, end.done_now));
-  progress->Say(fmt::format(
-      "{} trials in {}, {:.0f} an hour, workers busy {:.1f} % of the time; results in {}",
-      end.done_now, Duration(end.wall_time_s),
-      3600 * static_cast<double>(end.done_now) / end.wall_time_s,
-      100 * end.worker_time_s / (end.wall_time_s * used), out));
 }
 
 int Batch(const BatchArguments& arguments) {
@@ -86,7 +61,12 @@ int Batch(const BatchArguments& arguments) {
       .Require();
   batch::ResultStore store = batch::ResultStore::Write(arguments.out, batch::HeaderOf(plan, shard));
   Progress progress(arguments.quiet);
-  SayBeginning(plan, shard, arguments.out, std::ssize(store.Done()), &progress);
+  progress.Say(fmt::format("{}: {}{} trials{}, plan {}, {}", plan.settings().description,
+                           plan.settings().precision > 0 ? "up to " : "", plan.trials(),
+                           shard.count > 1 ? ", of which shard " + shard.Text() : "", plan.hash(),
+                           system::VersionAndCommit()));
+  if (const auto done = std::ssize(store.Done()); done > 0)
+    progress.Say(fmt::format("  {} of them are in {} already", done, arguments.out));
   batch::RunOptions options;
   options.jobs = arguments.jobs.For(arguments.out,
                                     [&](const std::string& text) { progress.Say("  " + text); });
@@ -108,7 +88,10 @@ int Batch(const BatchArguments& arguments) {
   }
   const batch::BatchSummary summary = batch::SummaryOf(store, arguments.out);
   progress.Say("\n" + report::Text(batch::ReportOf(summary)));
-  SayEnd(end, options.jobs.capacity(), arguments.out, &progress);
+  if (end.done_now > 0)
+    progress.Say(fmt::format(
+        "{} trials in {}, {:.0f} an hour; results in {}", end.done_now, Duration(end.wall_time_s),
+        3600 * static_cast<double>(end.done_now) / end.wall_time_s, arguments.out));
   if (!page.empty()) {
     page::WritePage(page, page::BatchPage(store, arguments.out, {.plugins = plan.plugins()}));
     progress.Say("a page to look at: " + page);
@@ -140,7 +123,7 @@ void AddBatch(CommandLine& line) {
       .Add("--out FILE", arguments.out,
            "SQLite file for the results; at the end a page beside it, .html, shows them")
       .Required();
-  arguments.jobs.AddTo(&batch, "Processes; results do not depend on it", AvailableCores());
+  arguments.jobs.AddTo(&batch, "Processes; results do not depend on it");
   batch.Add("--shard I/N", arguments.shard, "Run part I of N only; merge puts them together");
   batch.Flag("--json", arguments.json, "Print what status --json prints on stdout");
   batch.AddQuiet(arguments.quiet);

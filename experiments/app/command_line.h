@@ -24,7 +24,7 @@ enum ExitCode {
   kExitBadInput = 2,        // command line, file, key
   kExitInconclusive = 3,    // gate: its trials are spent
   kExitSimulatorFault = 4,  // this machine cannot simulate or draw
-  kExitMismatch = 5         // merge, verify, replay: results differ that should not
+  kExitMismatch = 5         // merge, replay: results differ that should not
 };
 
 // An option, a flag or a positional argument. Each call returns the option, to go on with.

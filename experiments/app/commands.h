@@ -8,7 +8,7 @@
 namespace turbidock::app {
 
 void AddBatch(CommandLine& line);    // batch, status
-void AddResults(CommandLine& line);  // merge, verify, replay
+void AddResults(CommandLine& line);  // merge, replay
 void AddReport(CommandLine& line);
 void AddSlurmTask(CommandLine& line);
 void AddList(CommandLine& line);

@@ -36,7 +36,6 @@ const std::map<std::string, std::pair<const char*, const char*>> kExamples = {
     {"status", {"status sweep.db", "status sweep.db --by sea.state --over water.milk_ml_m3"}},
     {"step-response", {"step-response", "step-response pool_active --axis yaw --out response"}},
     {"tune", {"tune tryout --out tuned", "tune mine.yaml --out tuned --workers 4"}},
-    {"verify", {"verify sweep.db --sample 5", "verify sweep.db --trials 3,17 --workers 2"}},
     {"view", {"view pool_active", "view sea_night_active --set water.milk_ml_m3=20 --port 8080"}},
 };
 

@@ -5,6 +5,15 @@
 #include <unistd.h>
 
 namespace turbidock::app {
+namespace {
+
+// That this process may use.
+int AvailableCores() {
+  cpu_set_t cores;
+  return sched_getaffinity(0, sizeof cores, &cores) == 0 ? CPU_COUNT(&cores) : 1;
+}
+
+}  // namespace
 
 void PlanArguments::AddTo(Subcommand* command, const trial::Plugins& plugins) {
   overrides.plugins = plugins;
@@ -19,17 +28,10 @@ void PlanArguments::AddTo(Subcommand* command, const trial::Plugins& plugins) {
       .Between(1, 1000000);
 }
 
-int AvailableCores() {
-  cpu_set_t cores;
-  return sched_getaffinity(0, sizeof cores, &cores) == 0 ? CPU_COUNT(&cores) : 1;
-}
-
-JobArguments::Options JobArguments::AddTo(Subcommand* command, const std::string& doc,
-                                          int alone_now) {
-  alone = alone_now;
-  const Option processes =
-      command->Add("--workers", workers, fmt::format("{} [{}]; of a Slurm task [1]", doc, alone))
-          .Between(1, 1024);
+void JobArguments::AddTo(Subcommand* command, const std::string& doc) {
+  const int cores = AvailableCores();
+  command->Add("--workers", workers, fmt::format("{} [{}]; of a Slurm task [1]", doc, cores))
+      .Between(1, 1024);
   const char* group = "On a Slurm cluster";
   const Option tasks =
       command
@@ -47,12 +49,11 @@ JobArguments::Options JobArguments::AddTo(Subcommand* command, const std::string
       .Check(problem)
       .Group(group)
       .Needs(tasks);
-  return {processes, tasks};
 }
 
 batch::JobOptions JobArguments::For(const std::string& out,
                                     const std::function<void(const std::string&)>& say) const {
-  if (!slurm) return {.workers = workers.value_or(alone), .slurm = {}};
+  if (!slurm) return {.workers = workers.value_or(AvailableCores()), .slurm = {}};
   const std::string folder =
       out.empty() ? fmt::format("turbidock-{}.slurm", getpid()) : out + ".slurm";
   return {.workers = workers.value_or(1),

@@ -20,19 +20,12 @@ struct PlanArguments {
   batch::Plan Load() const { return batch::LoadPlan(plan, overrides); }
 };
 
-int AvailableCores();  // to this process
-
 struct JobArguments {
-  std::optional<int> workers;  // none: `alone` on this machine, one in a task of Slurm's
+  std::optional<int> workers;  // none: all cores of this machine, one in a task of Slurm's
   std::optional<int> slurm;    // tasks
   std::vector<std::string> sbatch;
-  int alone = 1;
 
-  struct Options {
-    Option workers, slurm;
-  };
-  // `alone`: how many processes without --workers.
-  Options AddTo(Subcommand* command, const std::string& doc, int alone);
+  void AddTo(Subcommand* command, const std::string& doc);
 
   // `out` is the file or folder that the command writes, beside which nodes find their work; empty
   // where there is none.

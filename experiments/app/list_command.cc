@@ -10,7 +10,6 @@
 #include "experiments/batch/plan.h"
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
-#include "experiments/report/json.h"
 #include "experiments/studies/tuning/study.h"
 #include "experiments/trial/record_columns.h"
 #include "experiments/trial/scenario.h"
@@ -21,49 +20,27 @@ namespace {
 struct ListArguments {
   trial::Plugins plugins;
   std::string what = "all", show;
-  bool json = false;
 };
 
 // What a bundled file says of itself.
-report::Json Described(const std::string& folder, const std::string& name) {
-  if (folder == "scenarios")
-    return {{"name", name}, {"description", trial::LoadScenario(name, {}).description}};
-  if (folder == "studies")
-    return {{"name", name}, {"description", tuning::LoadStudy(name).settings().description}};
+std::string Described(const std::string& folder, const std::string& name) {
+  if (folder == "scenarios") return trial::LoadScenario(name, {}).description;
+  if (folder == "studies") return tuning::LoadStudy(name).settings().description;
   const batch::Plan plan = batch::LoadPlan(name);
-  return {{"name", name},
-          {"description", plan.settings().description},
-          {"trials", plan.trials()},
-          {"is_most", plan.settings().precision > 0}};
+  return fmt::format("{} {:>5} trials  {}", plan.settings().precision > 0 ? "up to" : "     ",
+                     plan.trials(), plan.settings().description);
 }
 
-report::Json Bundled(const std::string& folder) {
-  auto list = report::Json::array();
+void PrintBundled(const std::string& folder) {
   for (const std::string& name : config::BundledNames(folder))
-    list.push_back(Described(folder, name));
-  return list;
+    fmt::print("{:24} {}\n", name, Described(folder, name));
 }
 
-void PrintBundled(const report::Json& list) {
-  for (const report::Json& entry : list) {
-    std::string trials;
-    if (entry.contains("trials"))
-      trials = fmt::format("{} {:>5} trials  ", entry.at("is_most").get<bool>() ? "up to" : "     ",
-                           entry.at("trials").get<int64_t>());
-    fmt::print("{:24} {}{}\n", entry.at("name").get<std::string>(), trials,
-               entry.at("description").get<std::string>());
-  }
-}
-
-void ListAll(bool json) {
-  report::Json all;
+void PrintAll() {
   for (const char* folder : {"scenarios", "plans", "studies"}) {
-    all[folder] = Bundled(folder);
-    if (json) continue;
-    fmt::print("{}{}\n", all.size() > 1 ? "\n" : "", folder);
-    PrintBundled(all[folder]);
+    fmt::print("{}{}\n", std::string(folder) == "scenarios" ? "" : "\n", folder);
+    PrintBundled(folder);
   }
-  if (json) fmt::print("{}", report::JsonText(all));
 }
 
 // "[1, 0, ..." of a text that is longer than that.
@@ -92,33 +69,18 @@ void PrintKeys(const std::vector<config::KeyDoc>& keys) {
   }
 }
 
-void ListKeys(bool json, const trial::Plugins& plugins) {
-  const std::vector<config::KeyDoc> keys = trial::ScenarioKeys(plugins);
-  if (!json) return PrintKeys(keys);
-  auto list = report::Json::array();
-  for (const config::KeyDoc& key : keys)
-    list.push_back({{"key", key.key},
-                    {"type", key.type},
-                    {"default", key.value},
-                    {"range", key.range},
-                    {"doc", key.doc}});
-  fmt::print("{}", report::JsonText(list));
-}
-
 int List(const ListArguments& arguments) {
-  const auto& [plugins, what, show, json] = arguments;
+  const auto& [plugins, what, show] = arguments;
   if (!show.empty())
     std::fputs(trial::SaveScenario(trial::LoadScenario(show, {}, "", plugins)).c_str(), stdout);
   else if (what == "all")
-    ListAll(json);
+    PrintAll();
   else if (what == "keys")
-    ListKeys(json, plugins);
+    PrintKeys(trial::ScenarioKeys(plugins));
   else if (what == "result-keys")
     std::fputs(trial::ResultKeyTable().c_str(), stdout);
-  else if (json)
-    fmt::print("{}", report::JsonText(Bundled(what)));
   else
-    PrintBundled(Bundled(what));
+    PrintBundled(what);
   return kExitDone;
 }
 
@@ -133,10 +95,9 @@ void AddList(CommandLine& line) {
                "scenarios, plans, studies; keys: every key of a scenario with default, range and\n"
                "meaning; result-keys: every key of a result with its column in a batch's file")
           .OneOf({"all", "scenarios", "plans", "studies", "keys", "result-keys"});
-  Option show = list.Add("--show SCENARIO", arguments.show,
-                         "Instead: a scenario, bundled or a file, with every default spelt out");
-  const Option json = list.Flag("--json", arguments.json, "As JSON; result-keys are Markdown");
-  show.Excludes(what).Excludes(json);
+  list.Add("--show SCENARIO", arguments.show,
+           "Instead: a scenario, bundled or a file, with every default spelt out")
+      .Excludes(what);
 }
 
 }  // namespace turbidock::app

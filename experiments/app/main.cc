@@ -30,9 +30,8 @@ void PrintVersions() {
   } catch (const std::exception& error) {
     mesa = error.what();
   }
-  std::printf("turbidock %s\ngit %s\ncompiler %s\nbuild %s\nMuJoCo %s\nMesa %s\nOpenCV %s\n",
-              system::Version().c_str(), system::Commit().c_str(), system::Compiler().c_str(),
-              system::BuildType().c_str(), mj_versionString(), mesa.c_str(), CV_VERSION);
+  std::printf("%sMuJoCo %s\nMesa %s\nOpenCV %s\n", system::BuiltFrom().c_str(), mj_versionString(),
+              mesa.c_str(), CV_VERSION);
 }
 
 int ParseAndRun(int argc, char** argv, const trial::Plugins& plugins) {

@@ -35,6 +35,7 @@ void ReportOutput::Write(const report::Report& report, const report::Json& resul
   if (!figure.empty()) media::WriteFigure(figure, media::FigureOf(report));
   if (!out) return;
   const report::Json document = report::Document(report, result);
+  system::MakeFolder(*out);
   media::WriteFigure(*out + "/" + report.kind + ".png", media::FigureOf(report));
   system::WriteWhole(*out + "/report.md", report::Markdown(report));
   system::WriteWhole(*out + "/report.json", report::JsonText(document));

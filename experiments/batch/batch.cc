@@ -1,7 +1,6 @@
 #include "experiments/batch/batch.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 namespace turbidock::batch {
@@ -20,8 +19,7 @@ void TrialScheduler::WantMore(int64_t cell) {
   const int64_t before = std::exchange(c.wanted, std::min(c.wanted + rule_.batch, rule_.most));
   for (int64_t sample = before; sample < c.wanted; ++sample) {
     wanted_ += Owns(sample * rule_.cells + cell);
-    done_ += sample < std::ssize(c.results) &&
-             c.results[static_cast<size_t>(sample)] != Result::kUnknown;
+    done_ += c.Of(sample) != Result::kUnknown;
   }
   open_.push_back(cell);
 }
@@ -44,9 +42,8 @@ void TrialScheduler::Add(int64_t trial, bool success) {
   successes_ += success;
   done_ += sample < c.wanted;
   if (!rule_.precision) return;
-  while (!c.decided && c.counted < std::ssize(c.results)) {
-    const Result result = c.results[static_cast<size_t>(c.counted)];
-    if (result == Result::kUnknown) break;
+  while (!c.decided && c.Of(c.counted) != Result::kUnknown) {
+    const Result result = c.Of(c.counted);
     statistics::Count& stratum = c.strata[static_cast<size_t>(c.counted % rule_.strata)];
     ++c.counted;
     ++stratum.trials;
@@ -61,34 +58,10 @@ std::optional<int64_t> TrialScheduler::Next() {
     Cell& c = cells_[static_cast<size_t>(cell)];
     while (c.next < c.wanted) {
       const int64_t sample = c.next++, trial = sample * rule_.cells + cell;
-      const bool is_known = sample < std::ssize(c.results) &&
-                            c.results[static_cast<size_t>(sample)] != Result::kUnknown;
-      if (!is_known && Owns(trial)) return trial;
+      if (c.Of(sample) == Result::kUnknown && Owns(trial)) return trial;
     }
   }
   return std::nullopt;
-}
-
-int64_t TrialScheduler::Expected() const {
-  if (!rule_.precision) return wanted_;
-  int64_t expected = 0;
-  for (int64_t cell = 0; cell < rule_.cells; ++cell) {
-    if (!Owns(cell)) continue;
-    const Cell& c = cells_[static_cast<size_t>(cell)];
-    if (c.decided) {
-      expected += c.wanted;
-      continue;
-    }
-    int64_t successes = 0;
-    for (const statistics::Count& stratum : c.strata) successes += stratum.successes;
-    const double rate = static_cast<double>(successes + 1) / static_cast<double>(c.counted + 2);
-    const auto without_strata =
-        static_cast<double>(statistics::TrialsForHalfWidth(rate, *rule_.precision));
-    const int64_t needed = std::llround(statistics::DesignEffect(c.strata) * without_strata);
-    const int64_t in_batches = (needed + rule_.batch - 1) / rule_.batch * rule_.batch;
-    expected += std::clamp(in_batches, c.wanted, rule_.most);
-  }
-  return expected;
 }
 
 int64_t TrialScheduler::most() const {
@@ -106,7 +79,7 @@ BatchProgress RunBatch(const Plan& plan, RunOptions options,
                        ResultStore* store) {
   TrialScheduler scheduler = SchedulerOf(*store);
   const auto after = [&](const RunProgress& run) {
-    return BatchProgress{run, scheduler.done(), scheduler.Expected(), scheduler.most(),
+    return BatchProgress{run, scheduler.done(), scheduler.wanted(), scheduler.most(),
                          scheduler.successes()};
   };
   if (scheduler.complete()) return after({});

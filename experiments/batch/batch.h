@@ -41,7 +41,6 @@ class TrialScheduler {
   int64_t done() const { return done_; }
   int64_t successes() const { return successes_; }
   int64_t wanted() const { return wanted_; }  // as far as is known: the least there will be
-  int64_t Expected() const;                   // guessed from the successes so far
   int64_t most() const;
   // Cells: those of the shard, and those whose precision is reached.
   int64_t cells() const { return cells_of_shard_; }
@@ -56,6 +55,10 @@ class TrialScheduler {
     int64_t counted = 0;                    // the first samples, up to one without a result
     std::vector<statistics::Count> strata;  // of those that are counted
     bool decided = false;
+
+    Result Of(int64_t sample) const {
+      return sample < std::ssize(results) ? results[static_cast<size_t>(sample)] : Result::kUnknown;
+    }
   };
 
   bool Owns(int64_t trial) const { return IsOf(shard_, rule_, trial); }
@@ -75,8 +78,8 @@ TrialScheduler SchedulerOf(const ResultStore& store);
 
 struct BatchProgress : RunProgress {
   int64_t done = 0, total = 0;  // of the shard; `done` has those of earlier runs
-  int64_t most = 0;             // with a precision `total` is a guess, and this what it can become
-  int64_t successes = 0;        // of `done`
+  int64_t most = 0;       // with a precision `total` is the least, and this what it can become
+  int64_t successes = 0;  // of `done`
 };
 
 // Runs until all trials of the store's shard are in it , or it is stopped.

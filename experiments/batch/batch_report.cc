@@ -102,8 +102,7 @@ report::Verdict StateOf(const BatchSummary& summary) {
 std::string TrialsText(const BatchSummary& summary) {
   const TrialScheduler& scheduler = summary.scheduler;
   if (!IsBatch(summary)) return std::to_string(summary.trials);
-  if (IsComplete(summary)) return DoneText(summary.trials, summary.trials, summary.trials);
-  return DoneText(summary.trials, scheduler.Expected(), scheduler.most());
+  return DoneText(summary.trials, scheduler.wanted(), scheduler.most());
 }
 
 std::string RateText(const GroupSummary& all) {
@@ -248,13 +247,9 @@ BatchSummary SummaryOf(const ResultStore& store, const std::string& file,
                        .rule = RuleOf(store.header()),
                        .scheduler = SchedulerOf(store),
                        .trials = std::ssize(trials),
-                       .all = {},
                        .keys = keys,
                        .groups = Summarise(trials, keys),
-                       .over = options.over,
-                       .curves_by = {},
-                       .curves = {},
-                       .failures = {}};
+                       .over = options.over};
   if (trials.empty()) return summary;
   summary.all = Summarise(trials, {})[0];
   if (IsBatch(summary)) summary.failures = FailuresSection(trials, summary.header);
@@ -291,15 +286,15 @@ Json ResultJson(const BatchSummary& summary) {
                          {"reached", scheduler.reached()}};
   json["groups"] = GroupsJson(summary.keys, summary.groups);
   if (!summary.curves.empty())
-    json["success"] = {{"over", summary.over},
-                       {"by", summary.curves_by},
-                       {"curves", SuccessJson(summary.over, summary.curves)}};
+    json["success"] = {
+        {"over", summary.over}, {"by", summary.curves_by}, {"curves", summary.curves}};
   return json;
 }
 
 std::string DoneText(int64_t done, int64_t total, int64_t most) {
-  return total == most ? fmt::format("{} of {}", done, total)
-                       : fmt::format("{} of about {} (at most {})", done, total, most);
+  return total == most || done == total
+             ? fmt::format("{} of {}", done, total)
+             : fmt::format("{} of at least {} (at most {})", done, total, most);
 }
 
 }  // namespace turbidock::batch

@@ -31,13 +31,13 @@ struct BatchSummary {
   TrialRule rule;
   TrialScheduler scheduler;  // what is to run yet
   int64_t trials = 0;        // in the file
-  GroupSummary all;          // of all of them
+  GroupSummary all = {};     // of all of them
   std::vector<std::string> keys;
   std::vector<GroupSummary> groups;  // by these keys
   std::string over;
-  std::vector<std::string> curves_by;
-  std::vector<SuccessCurve> curves;         // may be none
-  std::optional<report::Section> failures;  // what they have in common, of enough of them
+  std::vector<std::string> curves_by = {};
+  std::vector<SuccessCurve> curves = {};         // may be none
+  std::optional<report::Section> failures = {};  // what they have in common, of enough of them
 };
 
 // `file` is the store's. ConfigError for a key that its trials do not have, or to draw over one
@@ -49,7 +49,7 @@ report::Report ReportOf(const BatchSummary& summary);
 // The numbers, which stand beside the report in its document.
 report::Json ResultJson(const BatchSummary& summary);
 
-// "17 of 480" or, where the total is a guess, "17 of about 320 (at most 480)".
+// "17 of 480" or, where the total is not known yet, "17 of at least 320 (at most 480)".
 std::string DoneText(int64_t done, int64_t total, int64_t most);
 
 }  // namespace turbidock::batch

@@ -23,7 +23,7 @@ std::optional<JobResult> JobPool::Next(double timeout_s) {
 }
 
 std::unique_ptr<JobPool> MakePool(const JobOptions& options, double time_limit_s, Work work) {
-  TD_CHECK(options.capacity() >= 1 && time_limit_s > 0, "workers, tasks and a time limit");
+  TD_CHECK(options.workers >= 1 && time_limit_s > 0, "workers and a time limit");
   return options.slurm ? internal::MakeSlurmPool(options, time_limit_s, work.name)
                        : internal::MakeWorkerPool(options, time_limit_s, std::move(work));
 }

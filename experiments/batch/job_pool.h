@@ -117,9 +117,6 @@ struct JobOptions {
   // Processes begin when there is a job for them, and see the memory as it was then; the caller
   // must not have threads of its own at that time.
   std::function<pid_t()> fork = ::fork;
-
-  // Jobs that can be under way at a time.
-  int capacity() const { return slurm ? slurm->tasks * workers : workers; }
 };
 
 // `time_limit_s`: wall time of a job, counted while the caller waits for it and this process runs:

@@ -47,24 +47,6 @@ void RequireGivable(const std::string& key, const config::YamlNode& at) {
   if (key == kStratumKey) at.Fail("is the key that `strata` make; give those");
 }
 
-void AddCases(const config::YamlNode& cases, VariedKeys* given) {
-  for (const auto& [name, values] : cases.Entries())
-    for (const auto& [key, value] : values.Entries()) given->Add(key, value);
-}
-
-// As YAML under a key; nothing where there are none.
-std::string TextOf(const char* key, const std::vector<Case>& cases) {
-  std::string text = cases.empty() ? "" : std::string(key) + ":\n";
-  for (const Case& one : cases) {
-    std::vector<std::string> values;
-    for (const Parameter& p : one.values) values.push_back(p.key + ": " + p.value);
-    text += fmt::format("  {}: {{{}}}\n", YamlText(one.name), fmt::join(values, ", "));
-  }
-  return text;
-}
-
-}  // namespace
-
 std::map<std::string, std::string> ModelFilesOf(
     const std::map<std::string, trial::Scenario>& scenarios) {
   std::map<std::string, std::string> files;
@@ -73,6 +55,8 @@ std::map<std::string, std::string> ModelFilesOf(
       files[file.file] = file.content;
   return files;
 }
+
+}  // namespace
 
 std::string ModelFilesText(const std::map<std::string, trial::Scenario>& scenarios) {
   std::string text = "model_files:\n";
@@ -101,9 +85,13 @@ Plan::Plan(const config::YamlNode& plan, const PlanOverrides& overrides)
   samples_ = SamplesOf(settings_.seeds, settings_.precision);
   // In the order in which a trial takes their values. A case may say otherwise than `set`.
   ReadSet(plan, overrides.assignments);
-  if (const auto cases = plan.Find("cases")) ReadCases(*cases);
+  if (const auto cases = plan.Find("cases")) {
+    cases_ = CasesIn(*cases, kCaseKey);
+    GridAxis& axis = grid_.emplace_back(GridAxis{kCaseKey, {}});
+    for (const Case& one : cases_) axis.values.push_back(one.name);
+  }
   if (const auto grid = plan.Find("grid")) ReadGrid(*grid);
-  if (const auto strata = plan.Find("strata")) ReadStrata(*strata);
+  if (const auto strata = plan.Find("strata")) strata_ = CasesIn(*strata, kStratumKey);
   if (!strata_.empty() && settings_.seeds % std::ssize(strata_) != 0)
     throw ConfigError(overrides.seeds ? "--seeds" : file + ": seeds",
                       fmt::format("{} must be a multiple of {}: each stratum is met equally often",
@@ -114,7 +102,7 @@ Plan::Plan(const config::YamlNode& plan, const PlanOverrides& overrides)
     if (trials() > kMaxTrials)
       throw ConfigError(file + ": grid: more than " + std::to_string(kMaxTrials) + " trials");
   }
-  LoadScenarios(plan, overrides.assignments);
+  LoadScenarios(plan);
   CheckTrials(file);
   if (const auto files = plan.Find("model_files"))
     for (const auto& [path, digest] : ModelFilesOf(models_)) {
@@ -122,7 +110,7 @@ Plan::Plan(const config::YamlNode& plan, const PlanOverrides& overrides)
       if (!before || before->Text() != "content " + digest)
         files->Fail(path + " is not what it was when the plan began");
     }
-  resolved_ = Resolve();
+  resolved_ = Resolve(plan);
 }
 
 void Plan::ReadSet(const config::YamlNode& plan, const std::vector<std::string>& assignments) {
@@ -136,11 +124,12 @@ void Plan::ReadSet(const config::YamlNode& plan, const std::vector<std::string>&
       add(key, value);
       places_.try_emplace(set_.back().Assignment(), value.Where());
     }
-  for (const std::string& assignment : assignments)
-    if (const size_t at = assignment.find('='); at != std::string::npos) {
-      const std::string key = assignment.substr(0, at);
-      add(key, config::ParseYamlValue(assignment.substr(at + 1), {nullptr, config::kFromSet, key}));
-    }
+  for (const std::string& assignment : assignments) {
+    const size_t at = assignment.find('=');
+    const config::YamlNode place{nullptr, config::kFromSet, assignment.substr(0, at)};
+    if (at == std::string::npos) place.Fail("must be KEY=VALUE");
+    add(place.path, config::ParseYamlValue(assignment.substr(at + 1), place));
+  }
 }
 
 void Plan::ReadGrid(const config::YamlNode& node) {
@@ -164,36 +153,25 @@ void Plan::ReadGrid(const config::YamlNode& node) {
   }
 }
 
-std::vector<Case> Plan::CasesIn(const config::YamlNode& node) {
+std::vector<Case> Plan::CasesIn(const config::YamlNode& node, const std::string& parameter) {
   std::vector<Case> cases;
+  std::vector<std::pair<std::string, config::YamlNode>> given;
   for (const auto& [name, values] : node.Entries()) {
     RequireName(name, values);
     Case& read = cases.emplace_back(Case{.name = name, .values = {}});
     for (const auto& [key, value] : values.Entries()) {
       RequireGivable(key, value);
       if (key == kScenarioKey) value.Fail("belongs in the grid");
+      if (parameter == kStratumKey) given_.RequireNew(key, value);
       read.values.push_back({key, value.OneLine()});
       places_.try_emplace(read.values.back().Assignment(), value.Where());
+      given.emplace_back(key, value);
     }
   }
   if (cases.empty()) node.Fail("must be a map of names, each with keys of the scenario");
+  for (const auto& [key, value] : given) given_.Add(key, value);
+  keys_.emplace_back(parameter);
   return cases;
-}
-
-void Plan::ReadCases(const config::YamlNode& node) {
-  cases_ = CasesIn(node);
-  AddCases(node, &given_);
-  GridAxis& axis = grid_.emplace_back(GridAxis{kCaseKey, {}});
-  for (const Case& one : cases_) axis.values.push_back(one.name);
-  keys_.emplace_back(kCaseKey);
-}
-
-void Plan::ReadStrata(const config::YamlNode& node) {
-  strata_ = CasesIn(node);
-  for (const auto& [name, values] : node.Entries())
-    for (const auto& [key, value] : values.Entries()) given_.RequireNew(key, value);
-  AddCases(node, &given_);
-  keys_.emplace_back(kStratumKey);
 }
 
 void Plan::ReadRandom(const config::YamlNode& node) {
@@ -209,8 +187,7 @@ void Plan::ReadRandom(const config::YamlNode& node) {
   }
 }
 
-void Plan::LoadScenarios(const config::YamlNode& plan,
-                         const std::vector<std::string>& assignments) {
+void Plan::LoadScenarios(const config::YamlNode& plan) {
   std::vector<std::string> names;
   for (const GridAxis& axis : grid_)
     if (axis.key == kScenarioKey) names = axis.values;
@@ -222,9 +199,7 @@ void Plan::LoadScenarios(const config::YamlNode& plan,
     plan.Find("scenario")->Fail("is given here and in the grid; leave one out");
   }
   std::vector<std::string> sets;
-  if (const auto set = plan.Find("set"))
-    for (const auto& [key, value] : set->Entries()) sets.push_back(key + "=" + value.OneLine());
-  sets.insert(sets.end(), assignments.begin(), assignments.end());
+  for (const Parameter& given : set_) sets.push_back(given.Assignment());
   const auto resolved = plan.Find("resolved_scenarios");
   const fs::path folder = fs::path(plan.file).parent_path();
   for (const std::string& name : names) {
@@ -234,7 +209,7 @@ void Plan::LoadScenarios(const config::YamlNode& plan,
       if (!text || !text->Text()) resolved->Fail("has no scenario " + name);
       scenarios_[name] =
           trial::ParseScenario(*text->Text(), plan.file + " (" + name + ")", plugins_);
-      config::ReadLayers({.assignments = assignments}, &scenarios_[name]);
+      config::ReadLayers({.assignments = sets}, &scenarios_[name]);
     } else {
       // A file beside the plan, else whatever a command line would mean by it.
       const fs::path beside = folder / name;
@@ -389,19 +364,14 @@ std::optional<std::string> Plan::PlaceOf(const std::vector<Parameter>& given,
   return std::nullopt;
 }
 
-std::string Plan::Resolve() const {
+std::string Plan::Resolve(const config::YamlNode& plan) const {
   std::string text = config::SaveYaml(settings_);
-  text += TextOf("cases", cases_) + TextOf("strata", strata_);
-  if (grid_.size() > (cases_.empty() ? 0 : 1)) text += "grid:\n";
-  for (const GridAxis& axis : grid_) {
-    std::vector<std::string> values = axis.values;
-    if (axis.key == kScenarioKey) std::ranges::transform(values, values.begin(), YamlText);
-    if (axis.key != kCaseKey)
-      text += fmt::format("  {}: [{}]\n", axis.key, fmt::join(values, ", "));
-  }
-  if (!random_.empty()) text += "random:\n";
-  for (const RandomKey& random : random_)
-    text += fmt::format("  {}: {}\n", random.key, random.text);
+  for (const std::string part : {"cases", "strata", "grid", "random"})
+    if (const auto given = plan.Find(part); given && !given->Entries().empty()) {
+      text += part + ":\n";
+      for (const auto& [name, value] : given->Entries())
+        text += fmt::format("  {}: {}\n", YamlText(name), value.OneLine());
+    }
   text += "resolved_scenarios:\n";
   for (const auto& [name, scenario] : scenarios_)
     text +=
@@ -412,7 +382,7 @@ std::string Plan::Resolve() const {
 int64_t SamplesOf(int64_t seeds, double precision) {
   if (!(precision > 0)) return seeds;
   constexpr double kFinest = 0.001;  // a million trials
-  const int64_t needed = statistics::TrialsForHalfWidth(0.5, std::clamp(precision, kFinest, 0.5));
+  const int64_t needed = statistics::TrialsForHalfWidth(std::clamp(precision, kFinest, 0.5));
   return (std::max(needed, seeds) + seeds - 1) / seeds * seeds;
 }
 

@@ -151,11 +151,10 @@ class Plan {
   int64_t NumberOf(int64_t cell, int64_t sample) const;
   void ReadSet(const config::YamlNode& plan, const std::vector<std::string>& assignments);
   void ReadGrid(const config::YamlNode& node);
-  std::vector<Case> CasesIn(const config::YamlNode& node);
-  void ReadCases(const config::YamlNode& node);
-  void ReadStrata(const config::YamlNode& node);
+  // Those of a key of the plan, and the parameter that they are values of: kCaseKey, kStratumKey.
+  std::vector<Case> CasesIn(const config::YamlNode& node, const std::string& parameter);
   void ReadRandom(const config::YamlNode& node);
-  void LoadScenarios(const config::YamlNode& plan, const std::vector<std::string>& assignments);
+  void LoadScenarios(const config::YamlNode& plan);
   void AddModels(const trial::Scenario& scenario);
   void CheckTrials(const std::string& file);
   std::vector<Parameter> AssignmentsOf(const std::vector<Parameter>& parameters) const;
@@ -163,7 +162,7 @@ class Plan {
   std::optional<std::string> PlaceOf(const std::vector<Parameter>& given,
                                      const std::string& problem) const;
   double DrawOf(const RandomKey& random, const TrialSpec& spec) const;
-  std::string Resolve() const;
+  std::string Resolve(const config::YamlNode& plan) const;
 
   PlanSettings settings_;
   trial::Plugins plugins_;
@@ -190,9 +189,7 @@ int64_t SamplesOf(int64_t seeds, double precision);
 Plan LoadPlan(const std::string& name, const PlanOverrides& overrides = {});
 
 // What the models of these scenarios are read from (MJCF, what it includes, meshes, pictures): a
-// digest of each file, by its path; and that as YAML under the key `model_files`.
-std::map<std::string, std::string> ModelFilesOf(
-    const std::map<std::string, trial::Scenario>& scenarios);
+// digest of each file, by its path, as YAML under the key `model_files`.
 std::string ModelFilesText(const std::map<std::string, trial::Scenario>& scenarios);
 
 // A text as YAML, with quotes where they are needed.

@@ -35,7 +35,6 @@ RandomKey RandomKey::Read(const std::string& key, const config::YamlNode& distri
   constexpr auto& kKinds = EnumNames<Kind>::kNames;
   RandomKey random;
   random.key = key;
-  random.text = distribution.OneLine();
   int kinds = 0;
   for (const auto& [word, value] : distribution.Entries()) {
     if (word == "within") {
@@ -95,19 +94,11 @@ const std::string* VariedKeys::Find(const std::string& leaf) const {
   return is_there ? &there->second : nullptr;
 }
 
-std::optional<config::YamlNode> VariedKeys::FirstThere(const std::string& key,
-                                                       const config::YamlNode& value) const {
-  std::optional<config::YamlNode> first;
+void VariedKeys::RequireNew(const std::string& key, const config::YamlNode& value,
+                            const std::string& problem) const {
   ForEachLeaf(key, value, [&](const std::string& leaf, const config::YamlNode& at) {
-    if (!first && Find(leaf)) first = at;
-  });
-  return first;
-}
-
-void VariedKeys::RequireNew(const std::string& key, const config::YamlNode& value) const {
-  ForEachLeaf(key, value, [this](const std::string& leaf, const config::YamlNode& at) {
     if (const std::string* before = Find(leaf))
-      at.Fail("this key is given twice, also by " + *before);
+      at.Fail(problem.empty() ? "this key is given twice, also by " + *before : problem);
   });
 }
 

@@ -20,7 +20,6 @@ struct RandomKey {
   enum class Kind { kUniform, kNormal, kLogUniform, kChoice };
 
   std::string key;
-  std::string text;  // the distribution as Read takes it, in one line
   Kind kind = Kind::kUniform;
   std::array<double, 2> numbers{};              // low, high; mean, standard deviation
   std::optional<std::array<double, 2>> within;  // of a normal distribution: cut off there
@@ -50,11 +49,10 @@ constexpr auto Names(RandomKey::Kind) {
 class VariedKeys {
  public:
   void Add(const std::string& key, const config::YamlNode& value);
-  // The first key of the value that is there already, or of which a part is.
-  std::optional<config::YamlNode> FirstThere(const std::string& key,
-                                             const config::YamlNode& value) const;
-  // ConfigError about that key, which names where it is given before.
-  void RequireNew(const std::string& key, const config::YamlNode& value) const;
+  // ConfigError about the first key of the value that is there already, or of which a part is:
+  // where it is given before, or another problem with that.
+  void RequireNew(const std::string& key, const config::YamlNode& value,
+                  const std::string& problem = "") const;
 
  private:
   // Where a key in dots, or its first part, is given; null where it is not.

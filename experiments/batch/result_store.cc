@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <iterator>
 #include <map>
 #include <set>
@@ -21,7 +20,6 @@
 namespace turbidock::batch {
 namespace {
 
-namespace fs = std::filesystem;
 using trial::Cell;
 
 constexpr int kApplicationId = 0x54444f4b;  // "TDOK": tells our files from other SQLite databases
@@ -64,15 +62,9 @@ ResultStore::ResultStore(std::string file, bool writes) : file_(std::move(file))
     lock_ = std::make_unique<RunLock>(file_);
   }
   Guard(file_, [&] {
-    int mode = SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE;
     // Reading, too, must be able to undo what a killed writer left half done; else nothing is
-    // written.
-    std::error_code ignored;
-    const fs::path real = fs::weakly_canonical(file_, ignored);
-    if (!writes)
-      mode = fs::exists((ignored ? file_ : real.string()) + "-journal", ignored)
-                 ? SQLite::OPEN_READWRITE
-                 : SQLite::OPEN_READONLY;
+    // written. Where that is not allowed SQLite opens a file for reading.
+    const int mode = SQLite::OPEN_READWRITE | (writes ? SQLite::OPEN_CREATE : 0);
     db_ = std::make_unique<SQLite::Database>(file_, mode, kBusyTimeout_ms);
     Harden(*db_);
     if (!writes) return;
@@ -110,7 +102,6 @@ void ResultStore::Create(const StoreHeader& header) {
   db_->exec(fmt::format("PRAGMA application_id = {}; PRAGMA user_version = {}", kApplicationId,
                         kStoreSchema));
   CreateTables(header.keys, db_.get());
-  RowInsert insert(*db_, "meta", {"key", "value"});
   for (const auto& [key, value] :
        std::map<std::string, std::string>{{"schema_version", std::to_string(kStoreSchema)},
                                           {"kind", header.kind},
@@ -119,7 +110,7 @@ void ResultStore::Create(const StoreHeader& header) {
                                           {"build", header.build},
                                           {"shard", header.shard.Text()},
                                           {"trials", std::to_string(header.trials)}})
-    insert.Run({key, value});
+    InsertRow(*db_, "meta", {"key", "value"}, {key, value});
   transaction.commit();
 }
 
@@ -173,15 +164,14 @@ void ResultStore::ReadHeader() {
 void ResultStore::RequireRows() const {
   const bool is_batch = header_.kind == "batch";
   const TrialRule rule = RuleOf(header_);
-  ForEachRow(
-      "SELECT trial, typeof(cell) = 'integer' AND typeof(sample) = 'integer' FROM trials",
-      [&](auto& row) {
-        const int64_t trial = row.getColumn(0).getInt64();
-        if (trial < 0 || (is_batch && trial >= header_.trials) || row.getColumn(1).getInt() == 0)
-          FailDamaged(fmt::format("trial {} is none of its plan's", trial));
-        if (is_batch && !IsOf(header_.shard, rule, trial))
-          FailDamaged(fmt::format("trial {} is none of its shard's", trial));
-      });
+  ForEachRow("SELECT trial, typeof(cell) = 'integer' AND typeof(sample) = 'integer' FROM trials",
+             [&](auto& row) {
+               const int64_t trial = row.getColumn(0).getInt64();
+               const bool is_planned =
+                   !is_batch || (trial < header_.trials && IsOf(header_.shard, rule, trial));
+               if (trial < 0 || !is_planned || row.getColumn(1).getInt() == 0)
+                 FailDamaged(fmt::format("trial {} is none of its plan's and shard's", trial));
+             });
 }
 
 void ResultStore::FailDamaged(const std::string& how) const {
@@ -203,21 +193,9 @@ void ResultStore::Insert(const StoredTrial& trial) {
   std::vector<Cell> row = {trial.trial, trial.cell, trial.sample};
   for (const Parameter& parameter : trial.parameters) row.push_back(ValueOf(parameter));
   std::ranges::copy(trial::CellsOf(trial.record), std::back_inserter(row));
-  RowInsert(*db_, "trials", TrialColumns()).Run(row);
-  if (trial.series.rows() == 0) return;
-  // A vehicle has its own thrusters.
-  std::vector<std::string> columns = trial.series.names();
-  const std::vector<std::string> there = ColumnsIn(*db_, "series");
-  for (const std::string& column : columns)
-    if (std::ranges::find(there, column) == there.end())
-      db_->exec("ALTER TABLE series ADD COLUMN " + Quoted(column));
-  columns.emplace_back("trial");
-  RowInsert insert(*db_, "series", columns);
-  row.assign(columns.size(), Cell(trial.trial));
-  for (size_t i = 0; i < trial.series.rows(); ++i) {
-    for (size_t k = 0; k + 1 < columns.size(); ++k) row[k] = trial.series.At(i, k);
-    insert.Run(row);
-  }
+  InsertRow(*db_, "trials", TrialColumns(), row);
+  if (trial.series.rows() > 0)
+    InsertRow(*db_, "series", {"trial", "columns"}, {trial.trial, report::JsonLine(trial.series)});
 }
 
 void ResultStore::Add(const StoredTrial& trial) {
@@ -263,7 +241,7 @@ std::vector<int64_t> ResultStore::Done() const {
 }
 
 std::vector<int64_t> ResultStore::TrialsWithSeries() const {
-  return Numbers("SELECT DISTINCT trial FROM series ORDER BY trial");
+  return Numbers("SELECT trial FROM series ORDER BY trial");
 }
 
 std::map<int64_t, bool> ResultStore::Successes() const {
@@ -288,35 +266,25 @@ std::string ResultStore::Csv(bool timing) const {
 
 std::vector<StoredTrial> ResultStore::Trials() const { return Select(""); }
 
-StoredTrial ResultStore::Trial(int64_t trial) const {
+std::optional<StoredTrial> ResultStore::Find(int64_t trial) const {
   std::vector<StoredTrial> found = Select(fmt::format("WHERE trial = {}", trial));
-  if (found.empty()) throw ConfigError(fmt::format("{}: has no trial {}", file_, trial));
-  return std::move(found[0]);
+  return found.empty() ? std::nullopt : std::optional(std::move(found[0]));
+}
+
+StoredTrial ResultStore::Trial(int64_t trial) const {
+  if (auto found = Find(trial)) return *std::move(found);
+  throw ConfigError(fmt::format("{}: has no trial {}", file_, trial));
 }
 
 trial::Series ResultStore::SeriesOf(int64_t trial) const {
-  std::vector<std::string> columns = Guard(file_, [&] { return ColumnsIn(*db_, "series"); });
-  // Those of other vehicles' thrusters are empty.
-  std::erase_if(columns, [&](const std::string& column) {
-    return column.ends_with("_v") &&
-           !Numbers(fmt::format(
-                        "SELECT 1 FROM series WHERE trial = {} GROUP BY trial HAVING count({}) = 0",
-                        trial, Quoted(column)))
-                .empty();
-  });
   trial::Series series;
-  try {
-    series = trial::Series::WithColumns(columns);
-    columns = series.names();
-    ForEachRow(fmt::format("SELECT {} FROM series WHERE trial = {} ORDER BY frame",
-                           QuotedList(columns), trial),
-               [&](auto& row) {
-                 for (size_t i = 0; i < columns.size(); ++i)
-                   series.Add(i, CellIn(row.getColumn(static_cast<int>(i))));
-               });
-  } catch (const ConfigError& error) {
-    FailDamaged(fmt::format("series of trial {}: {}", trial, error.what()));
-  }
+  ForEachRow(fmt::format("SELECT columns FROM series WHERE trial = {}", trial), [&](auto& row) {
+    try {
+      report::ParseJson(row.getColumn(0).getString(), "columns").get_to(series);
+    } catch (const ConfigError& error) {
+      FailDamaged(fmt::format("series of trial {}: {}", trial, error.what()));
+    }
+  });
   return series;
 }
 

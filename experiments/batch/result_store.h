@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -78,7 +79,8 @@ class ResultStore {
   std::vector<int64_t> Done() const;          // the numbers of the stored trials, ascending
   std::map<int64_t, bool> Successes() const;  // the same, and whether each succeeded
   std::vector<StoredTrial> Trials() const;    // ascending
-  StoredTrial Trial(int64_t trial) const;     // ConfigError when it is not there
+  std::optional<StoredTrial> Find(int64_t trial) const;
+  StoredTrial Trial(int64_t trial) const;  // ConfigError when it is not there
   // The view `results`, or the table `trials`, which also has what differs from run to run; empty
   // without trials.
   std::string Csv(bool timing = false) const;

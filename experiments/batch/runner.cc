@@ -68,16 +68,12 @@ StoredTrial FinishedTrialOf(const JobResult& result, TrialSpec spec) {
 TrialRunner::TrialRunner(const RunOptions& options, ResultStore* store)
     : options_(options),
       store_(store),
-      pool_(MakePool(options.jobs, options.time_limit_s, TrialWork(options.plugins))) {
-  if (!store_) return;
-  const std::vector<int64_t> done = store_->Done();
-  stored_.insert(done.begin(), done.end());
-}
+      pool_(MakePool(options.jobs, options.time_limit_s, TrialWork(options.plugins))) {}
 
 std::optional<StoredTrial> TrialRunner::Find(const TrialSpec& spec) const {
-  if (!stored_.contains(spec.trial)) return std::nullopt;
-  StoredTrial known = store_->Trial(spec.trial);
-  if (known.parameters != spec.parameters || known.record.seed != spec.seed)
+  if (!store_) return std::nullopt;
+  const std::optional<StoredTrial> known = store_->Find(spec.trial);
+  if (known && (known->parameters != spec.parameters || known->record.seed != spec.seed))
     throw MismatchError(
         fmt::format("trial {} in the file is not the one that this program would run", spec.trial));
   return known;
@@ -104,7 +100,6 @@ bool TrialRunner::Run(const TrialSource& source, const TrialDecider& decider) {
     decider.add(trial);
     if (store_) store_->Add(trial);
     ++progress_.done_now;
-    progress_.worker_time_s += trial.record.wall_time_s;
     if (options_.on_trial) options_.on_trial(trial);
   };
   return RunAll(pool_.get(), submit_one, take, [&] {

@@ -15,7 +15,6 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <set>
 #include <stdexcept>
 
 #include "experiments/batch/job_pool.h"
@@ -43,9 +42,8 @@ struct TrialDecider {
 
 // Of this process: trials that the store had are not in it.
 struct RunProgress {
-  int64_t done_now = 0;      // trials
-  double wall_time_s = 0;    // since the runner was made
-  double worker_time_s = 0;  // sum over the trials
+  int64_t done_now = 0;    // trials
+  double wall_time_s = 0;  // since the runner was made
 };
 
 struct RunOptions {
@@ -92,7 +90,6 @@ class TrialRunner {
   RunOptions options_;
   ResultStore* store_;
   std::unique_ptr<JobPool> pool_;
-  std::set<int64_t> stored_;  // numbers, as the store was at first
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   RunProgress progress_;
 };

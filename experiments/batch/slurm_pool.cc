@@ -19,6 +19,7 @@
 #include <poll.h>
 
 #include <algorithm>
+#include <boost/algorithm/string/replace.hpp>
 #include <cctype>
 #include <chrono>
 #include <cstdio>
@@ -72,9 +73,7 @@ std::string AskSlurm(const std::vector<std::string>& command) {
 
 // A word of the shell that means exactly this text.
 std::string ShellQuoted(const std::string& text) {
-  std::string quoted = "'";
-  for (const char c : text) quoted += c == '\'' ? "'\\''" : std::string(1, c);
-  return quoted + "'";
+  return "'" + boost::replace_all_copy(text, "'", "'\\''") + "'";
 }
 
 double SecondsSince(std::chrono::steady_clock::time_point start) {
@@ -132,12 +131,22 @@ class SlurmPool final : public JobPool {
   // All tasks of this folder.
   void Cancel() const { AskSlurm({"scancel", "--name=" + name_}); }
 
-  // Slurm has failed, maybe not for long: says `what` the first time, throws the error when it has
-  // gone on for ten minutes.
-  void WaitOut(const std::string& what, const SimulatorFault& error) {
-    const auto [since, is_first] = failing_since_.emplace(what, Clock::now());
-    if (is_first && params_.say) params_.say(what + ": " + error.what());
-    if (SecondsSince(since->second) > kPatience_s) throw error;
+  // What a program of Slurm's prints. Nothing where it fails, maybe not for long: that is said the
+  // first time, and an error when it has gone on for ten minutes, or with the first array, which
+  // shows whether there is a cluster and what options it takes. A controller that comes and goes
+  // has many words, so have limits on what a user may submit.
+  std::optional<std::string> Try(const std::vector<std::string>& command) {
+    try {
+      std::string printed = AskSlurm(command);
+      failing_since_.erase(command[0]);
+      return printed;
+    } catch (const SimulatorFault& error) {
+      const auto [since, is_first] = failing_since_.emplace(command[0], Clock::now());
+      if (!accepted_ || SecondsSince(since->second) > kPatience_s) throw;
+      if (is_first && params_.say)
+        params_.say(std::string("Slurm fails, trying again: ") + error.what());
+      return std::nullopt;
+    }
   }
 
   // What an array's tasks do, and its script.
@@ -152,16 +161,11 @@ class SlurmPool final : public JobPool {
           "\n";
     for (size_t task = 0; task < tasks; ++task)
       system::WriteWhole(folder / JobsFile(static_cast<int>(task)), jobs[task]);
-    std::vector<std::string> options = {
-        "--job-name=" + name_,
-        fmt::format("--array=0-{}", tasks - 1),
-        fmt::format("--cpus-per-task={}", workers_),
-        "--no-requeue",
-        "--open-mode=append",
-        fmt::format("--output=\"{}/task-%a.log\"", folder.string())};
-    options.insert(options.end(), params_.options.begin(), params_.options.end());
-    std::string script = "#!/bin/bash\n";
-    for (const std::string& option : options) script += "#SBATCH " + option + "\n";
+    std::string script = fmt::format(
+        "#!/bin/bash\n#SBATCH --job-name={}\n#SBATCH --array=0-{}\n#SBATCH --cpus-per-task={}\n"
+        "#SBATCH --no-requeue\n#SBATCH --open-mode=append\n#SBATCH --output=\"{}/task-%a.log\"\n",
+        name_, tasks - 1, workers_, folder.string());
+    for (const std::string& option : params_.options) script += "#SBATCH " + option + "\n";
     script += fmt::format("exec {} slurm-task {} --task \"$SLURM_ARRAY_TASK_ID\" --workers {}\n",
                           ShellQuoted(fs::read_symlink("/proc/self/exe").string()),
                           ShellQuoted(folder.string()), workers_);
@@ -177,25 +181,15 @@ class SlurmPool final : public JobPool {
     // A number a try: an array that was taken although sbatch failed finds no jobs.
     const int number = numbers_++;
     const fs::path folder = FolderOf(number);
+    std::string& job = arrays_[number];  // without tasks it goes again
     WriteArray(folder, tasks);
-    try {
-      // "JOB" or "JOB;CLUSTER"
-      const std::string printed =
-          AskSlurm({"sbatch", "--parsable", (folder / "array.sh").string()});
-      arrays_[number] = printed.substr(0, printed.find_first_of(";\n"));
-    } catch (const SimulatorFault& error) {
-      std::error_code ignored;
-      fs::remove_all(folder, ignored);
-      // The first one shows whether there is a cluster and what options it takes. Later refusals
-      // pass: a controller that comes and goes has many words, so have limits on what a user may
-      // submit.
-      if (!accepted_) throw;
-      WaitOut("Slurm takes no array, trying again", error);
+    const auto printed = Try({"sbatch", "--parsable", (folder / "array.sh").string()});
+    if (!printed) {
       refused_ = Clock::now();
       return;
     }
+    job = printed->substr(0, printed->find_first_of(";\n"));  // "JOB" or "JOB;CLUSTER"
     accepted_ = true;
-    failing_since_.clear();
     for (size_t i = 0; i < waiting_.size(); ++i) {
       const int64_t serial = waiting_[i].serial;
       const std::pair task(number, static_cast<int>(i % tasks));
@@ -240,15 +234,10 @@ class SlurmPool final : public JobPool {
   void Ask() {
     if (tasks_.empty() || SecondsSince(asked_) < kAsk_s) return;
     asked_ = Clock::now();
-    const std::string kNoAnswer = "Slurm does not answer, results are read all the same";
-    std::istringstream rows;
-    try {
-      rows.str(
-          AskSlurm({"squeue", "--noheader", "--array", "--name=" + name_, "--format=%F %K %t"}));
-    } catch (const SimulatorFault& error) {
-      return WaitOut(kNoAnswer, error);
-    }
-    failing_since_.erase(kNoAnswer);
+    const auto printed =
+        Try({"squeue", "--noheader", "--array", "--name=" + name_, "--format=%F %K %t"});
+    if (!printed) return;
+    std::istringstream rows(*printed);
     std::map<std::string, std::set<int>> queued;  // tasks by Slurm's job
     std::string job, task, state;
     while (rows >> job >> task >> state)
@@ -314,7 +303,7 @@ class SlurmPool final : public JobPool {
   Clock::time_point asked_{}, refused_{};
   double pause_s_ = 0;
   bool accepted_ = false;                                   // an array
-  std::map<std::string, Clock::time_point> failing_since_;  // by what is said of it
+  std::map<std::string, Clock::time_point> failing_since_;  // by program
 };
 
 }  // namespace
@@ -332,14 +321,12 @@ void RunSlurmTask(const std::string& folder, int task, int workers,
   const std::vector<std::string> lines = LinesOf(system::ReadWhole(jobs_file));
   if (lines.empty()) throw ConfigError(jobs_file.string() + ": is no list of jobs");
   const Json head = report::ParseJson(lines.front(), jobs_file.string());
-  const Work refuse = {
-      "", [&head](const std::string&) -> std::string {
-        throw SimulatorFault(fmt::format("the program there is {}, not {}", system::BuildId(),
-                                         head["build"].get<std::string>()));
-      }};
+  if (head["build"] != system::BuildId())
+    throw SimulatorFault(fmt::format("the program there is {}, not {}", system::BuildId(),
+                                     head["build"].get<std::string>()));
   const auto work = std::ranges::find(works, head["work"].get<std::string>(), &Work::name);
-  const bool is_known = head["build"] == system::BuildId() && work != works.end();
-  const auto pool = MakePool({.workers = workers}, head["time_limit_s"], is_known ? *work : refuse);
+  TD_CHECK(work != works.end(), "work that a task knows");
+  const auto pool = MakePool({.workers = workers}, head["time_limit_s"], *work);
   size_t next = 1;
   const auto submit_one = [&] {
     for (; next < lines.size(); ++next) {

@@ -31,18 +31,6 @@ std::string FirstDifference(const std::string& a, const std::string& b) {
   return "the plans differ: " + x + " in one, " + y + " in the other";
 }
 
-// Of a resolved plan.
-int64_t CellsOf(const config::YamlNode& plan) {
-  int64_t cells = 1;
-  const auto multiply = [&cells](int64_t values) {
-    if (values > 0 && cells <= kMaxTrials) cells *= values;
-  };
-  if (const auto grid = plan.Find("grid"))
-    for (const auto& [key, values] : grid->Entries()) multiply(std::ssize(values.Elements()));
-  if (const auto cases = plan.Find("cases")) multiply(std::ssize(cases->Entries()));
-  return cells;
-}
-
 }  // namespace
 
 StoreHeader HeaderOf(const Plan& plan, const Shard& shard) {
@@ -60,15 +48,15 @@ TrialRule RuleOf(const StoreHeader& header) {
   const config::Layers plan{.files = {config::ParseYaml(header.plan, "plan")}};
   if (const auto strata = plan.files.front().Find("strata"))
     rule.strata = std::max<int64_t>(1, std::ssize(strata->Entries()));
-  const int64_t cells = CellsOf(plan.files.front()), seeds = config::Peek(plan, "seeds", 1);
+  const int64_t seeds = config::Peek(plan, "seeds", 1);
   const double precision = config::Peek(plan, "precision", 0.0);
   const int64_t samples = seeds < 1 ? 0 : SamplesOf(seeds, precision);
-  if (samples < 1 || seeds % rule.strata != 0 || header.trials != cells * samples)
+  if (samples < 1 || seeds % rule.strata != 0 || header.trials < samples ||
+      header.trials % samples != 0)
     throw ConfigError(
-        "its plan's seeds, precision, strata and cells do not go together with its number of "
-        "trials");
+        "its plan's seeds, precision and strata do not go together with its number of trials");
   if (precision > 0)
-    rule = {.cells = cells,
+    rule = {.cells = header.trials / samples,
             .batch = seeds,
             .most = samples,
             .precision = precision,

@@ -4,25 +4,14 @@
 #include <sqlite3.h>
 #include <unistd.h>
 
-#include <array>
+#include <boost/algorithm/string/replace.hpp>
 #include <cerrno>
 #include <cstring>
 
 #include "experiments/trial/record_columns.h"
-#include "experiments/trial/series.h"
 
 namespace turbidock::batch {
-
 namespace {
-
-std::vector<std::string> NamesIn(const SQLite::Database& db, const std::string& table,
-                                 const std::string& where) {
-  std::vector<std::string> names;
-  SQLite::Statement query(
-      db, fmt::format("SELECT name FROM pragma_table_info('{}') WHERE {}", table, where));
-  while (query.executeStep()) names.push_back(query.getColumn(0).getString());
-  return names;
-}
 
 // A lock of the open file description: it ends when the last process that has the file open does.
 // Unlike flock's, it works on network file systems and can be asked for without taking it. It is on
@@ -62,9 +51,7 @@ bool IsLocked(const std::string& file) {
 }
 
 std::string Quoted(const std::string& name) {
-  std::string quoted = "\"";
-  for (const char c : name) quoted += c == '"' ? "\"\"" : std::string(1, c);
-  return quoted + "\"";
+  return "\"" + boost::replace_all_copy(name, "\"", "\"\"") + "\"";
 }
 
 std::string QuotedList(const std::vector<std::string>& names) {
@@ -73,12 +60,11 @@ std::string QuotedList(const std::vector<std::string>& names) {
   return list;
 }
 
-std::vector<std::string> ColumnsIn(const SQLite::Database& db, const std::string& table) {
-  return NamesIn(db, table, "name <> 'trial'");
-}
-
 std::vector<std::string> KeysIn(const SQLite::Database& db) {
-  return NamesIn(db, "trials", "type = ''");
+  std::vector<std::string> names;
+  SQLite::Statement query(db, "SELECT name FROM pragma_table_info('trials') WHERE type = ''");
+  while (query.executeStep()) names.push_back(query.getColumn(0).getString());
+  return names;
 }
 
 void CreateTables(const std::vector<std::string>& keys, SQLite::Database* db) {
@@ -91,18 +77,9 @@ void CreateTables(const std::vector<std::string>& keys, SQLite::Database* db) {
   for (const std::string& key : keys) add(key, "", true);  // of no type
   for (const trial::Column& column : trial::Columns())
     add(column.name, column.sql_type, column.storage != trial::Storage::kRun);
-  std::string series;
-  const trial::Series empty(trial::TrialLog().thrusters);
-  for (const trial::Series::Column& column : empty.columns())
-    series += fmt::format(", {} {}", Quoted(column.name),
-                          // of no type, not REAL, which loses the sign of zero
-                          std::array{"INTEGER", "", "TEXT"}[column.values.index()]);
   db->exec("CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID");
   db->exec(fmt::format("CREATE TABLE trials ({})", columns));
-  db->exec(
-      fmt::format("CREATE TABLE series (trial INTEGER NOT NULL{}, PRIMARY KEY (trial, frame)) "
-                  "WITHOUT ROWID",
-                  series));
+  db->exec("CREATE TABLE series (trial INTEGER PRIMARY KEY, columns TEXT NOT NULL)");
   db->exec(fmt::format("CREATE VIEW results AS SELECT {} FROM trials", results));
 }
 
@@ -151,28 +128,26 @@ trial::Cell CellIn(const SQLite::Column& column) {
   return column.isNull() ? trial::Cell() : trial::Cell(column.getString());
 }
 
-RowInsert::RowInsert(const SQLite::Database& db, const std::string& table,
-                     const std::vector<std::string>& columns)
-    : statement_(db, fmt::format("INSERT INTO {} ({}) VALUES ({})", table, QuotedList(columns),
-                                 fmt::join(std::vector<const char*>(columns.size(), "?"), ", "))) {}
-
-void RowInsert::Run(const std::vector<trial::Cell>& cells) {
-  statement_.reset();
+void InsertRow(const SQLite::Database& db, const std::string& table,
+               const std::vector<std::string>& columns, const std::vector<trial::Cell>& cells) {
+  SQLite::Statement insert(
+      db, fmt::format("INSERT INTO {} ({}) VALUES ({})", table, QuotedList(columns),
+                      fmt::join(std::vector<const char*>(columns.size(), "?"), ", ")));
   int at = 0;
   for (const trial::Cell& cell : cells) {
     ++at;
     if (cell.is_number_float())
-      statement_.bind(at, cell.get<double>());
+      insert.bind(at, cell.get<double>());
     else if (cell.is_boolean())
-      statement_.bind(at, cell.get<bool>() ? 1 : 0);
+      insert.bind(at, cell.get<bool>() ? 1 : 0);
     else if (cell.is_number())
-      statement_.bind(at, cell.get<int64_t>());
+      insert.bind(at, cell.get<int64_t>());
     else if (cell.is_string())
-      statement_.bind(at, cell.get_ref<const std::string&>());
+      insert.bind(at, cell.get_ref<const std::string&>());
     else
-      statement_.bind(at);
+      insert.bind(at);
   }
-  statement_.exec();
+  insert.exec();
 }
 
 }  // namespace turbidock::batch

@@ -31,8 +31,7 @@ class RunLock {
 std::string Quoted(const std::string& name);
 std::string QuotedList(const std::vector<std::string>& names);
 
-// Columns of a table but the trial's number; of `trials` those of its parameters alone.
-std::vector<std::string> ColumnsIn(const SQLite::Database& db, const std::string& table);
+// The columns of `trials` that are parameters.
 std::vector<std::string> KeysIn(const SQLite::Database& db);
 
 // Makes all tables in an empty database; `keys` are the parameters'.
@@ -57,15 +56,8 @@ void Harden(const SQLite::Database& db);
 
 trial::Cell CellIn(const SQLite::Column& column);
 
-// Adds rows to a table.
-class RowInsert {
- public:
-  RowInsert(const SQLite::Database& db, const std::string& table,
-            const std::vector<std::string>& columns);
-  void Run(const std::vector<trial::Cell>& cells);  // of the columns
-
- private:
-  SQLite::Statement statement_;
-};
+// Adds a row with these values in these columns.
+void InsertRow(const SQLite::Database& db, const std::string& table,
+               const std::vector<std::string>& columns, const std::vector<trial::Cell>& cells);
 
 }  // namespace turbidock::batch

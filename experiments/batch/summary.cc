@@ -207,42 +207,33 @@ std::string CrossingText(const SuccessCurve& curve, const report::Quantity& x) {
                      x.factor * curve.fit->half_low, x.factor * curve.fit->half_high, x.unit);
 }
 
-// A dot with a bar for each point of each curve, over x in a person's unit. Points stand side by
-// side where curves share a value, or their intervals would hide each other.
-report::Panel PanelOver(const report::Quantity& x, const std::vector<SuccessCurve>& curves,
-                        const std::function<report::Sample(const GroupSummary&)>& sample_of) {
+// A dot with a bar for each point of each curve, over x in a person's unit, and the fitted curve.
+// Points stand side by side where curves share a value, or their intervals would hide each other.
+report::Panel SuccessPanel(const report::Quantity& x, const std::vector<SuccessCurve>& curves) {
   double low = 1e300, high = -1e300;
   for (const SuccessCurve& curve : curves) {
     low = std::min(low, x.factor * curve.points.front().x);
     high = std::max(high, x.factor * curve.points.back().x);
   }
   const double margin = high > low ? 0.03 * (high - low) : 1;
-  report::Panel panel{.x = {x.Title(), low - margin, high + margin},
+  report::Panel panel{.title = "Docked",
+                      .x = {x.Title(), low - margin, high + margin},
+                      .y = {"docked, %", -3, 103},
+                      .rules = {{50}},
                       .legend = true};
   const double middle = (static_cast<double>(curves.size()) - 1) / 2;
   for (size_t i = 0; i < curves.size(); ++i) {
+    const SuccessCurve& curve = curves[i];
     const double shift = 0.005 * (high - low) * (static_cast<double>(i) - middle);
-    const auto sample = [&](const SuccessPoint& p) {
-      report::Sample at = sample_of(p.trials);
-      at.x = x.factor * p.x + shift;
-      return at;
+    const auto rate = [&](const SuccessPoint& p) {
+      return report::SampleWithin(x.factor * p.x + shift, p.trials.rate(), p.trials.wilson, 100);
     };
-    panel.series.push_back({curves[i].name, report::SamplesOf(curves[i].points, sample),
-                            report::CurveColor(i), report::Mark::kBars});
+    panel.series.push_back({curve.name.empty() ? "docked" : curve.name,
+                            report::SamplesOf(curve.points, rate), report::CurveColor(i),
+                            report::Mark::kBars});
   }
-  return panel;
-}
-
-report::Panel SuccessPanel(const report::Quantity& x, const std::vector<SuccessCurve>& curves) {
-  report::Panel panel = PanelOver(x, curves, [](const GroupSummary& g) {
-    return report::SampleWithin(0, g.rate(), g.wilson, 100);
-  });
-  panel.title = "Docked";
-  panel.y = {"docked, %", -3, 103};
-  panel.rules = {{50}};
   for (size_t i = 0; i < curves.size(); ++i) {
     const SuccessCurve& curve = curves[i];
-    if (curve.name.empty()) panel.series[i].name = "docked";
     if (!curve.fit) continue;
     const auto fitted = [&](double at) {
       return report::Sample{x.factor * at, 100 * curve.fit->At(at)};
@@ -251,18 +242,6 @@ report::Panel SuccessPanel(const report::Quantity& x, const std::vector<SuccessC
     panel.series.push_back(
         {"", report::SamplesOf(xs, fitted), report::CurveColor(i), report::Mark::kDashes});
   }
-  return panel;
-}
-
-report::Panel ErrorPanel(const report::Quantity& x, const std::vector<SuccessCurve>& curves) {
-  report::Panel panel = PanelOver(x, curves, [](const GroupSummary& g) {
-    const Spread& error = g.estimate_error_m;
-    if (error.count == 0) return report::Sample{};
-    return report::SampleWithin(0, *error.median, statistics::Interval{*error.q10, *error.q90},
-                                units::MmFromM(1));
-  });
-  panel.title = "Error of the estimated position once docked";
-  panel.y = {.label = "median, 10 % and 90 %, mm", .logarithmic = true};
   return panel;
 }
 
@@ -283,8 +262,7 @@ std::vector<SuccessCurve> SuccessCurves(const std::vector<StoredTrial>& trials,
     group.group.pop_back();
     if (curves.empty() || group.group != values) {
       values = group.group;
-      curves.push_back(
-          {.name = fmt::format("{}", fmt::join(values, ", ")), .points = {}, .fit = {}});
+      curves.push_back({.name = fmt::format("{}", fmt::join(values, ", "))});
     }
     curves.back().points.push_back({*x, std::move(group)});
   }
@@ -314,32 +292,7 @@ report::Section SuccessSection(const std::string& over, const std::vector<std::s
     section.lines.push_back(
         fmt::format("{} {}", curve.name.empty() ? "success" : curve.name, CrossingText(curve, x)));
   section.panels.push_back(SuccessPanel(x, curves));
-  const auto has_errors = [](const SuccessCurve& curve) {
-    return std::ranges::any_of(curve.points, [](const SuccessPoint& p) {
-      return p.trials.estimate_error_m.median.value_or(0) > 0;
-    });
-  };
-  if (std::ranges::any_of(curves, has_errors)) section.panels.push_back(ErrorPanel(x, curves));
   return section;
-}
-
-report::Json SuccessJson(const std::string& over, const std::vector<SuccessCurve>& curves) {
-  report::Json list = report::Json::array();
-  for (const SuccessCurve& curve : curves) {
-    report::Json points = report::Json::array();
-    for (const SuccessPoint& p : curve.points) {
-      report::Json point = {{over, p.x}};
-      point.update(report::Json(p.trials));
-      point.erase("group");
-      points.push_back(point);
-    }
-    report::Json half;
-    if (curve.fit)
-      half = {
-          {"at", curve.fit->half_x}, {"low", curve.fit->half_low}, {"high", curve.fit->half_high}};
-    list.push_back({{"name", curve.name}, {"points", points}, {"half", half}});
-  }
-  return list;
 }
 
 }  // namespace turbidock::batch

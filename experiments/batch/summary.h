@@ -72,13 +72,17 @@ report::Json GroupsJson(const std::vector<std::string>& keys,
 struct SuccessPoint {
   double x = 0;
   GroupSummary trials;
+
+  TURBIDOCK_FIELDS(x, trials)
 };
 
 // The trials that share the values of other keys.
 struct SuccessCurve {
-  std::string name;                            // those values; empty when there is only one curve
-  std::vector<SuccessPoint> points;            // ascending
-  std::optional<statistics::LogisticFit> fit;  // none when success never crosses 1/2
+  std::string name;                       // those values; empty when there is only one curve
+  std::vector<SuccessPoint> points = {};  // ascending
+  std::optional<statistics::LogisticFit> fit = {};  // none when success never crosses 1/2
+
+  TURBIDOCK_FIELDS(name, points, fit)
 };
 
 // `over` is a key whose values are numbers; a curve for each combination of the values of `by`.
@@ -87,10 +91,8 @@ std::vector<SuccessCurve> SuccessCurves(const std::vector<StoredTrial>& trials,
                                         const std::string& over,
                                         const std::vector<std::string>& by);
 
-// Where each crosses one half, and a plot: rates with intervals and the fitted curves. Beside it
-// the estimate's errors, if it has any.
+// Where each crosses one half, and a plot: rates with intervals and the fitted curves.
 report::Section SuccessSection(const std::string& over, const std::vector<std::string>& by,
                                const std::vector<SuccessCurve>& curves);
-report::Json SuccessJson(const std::string& over, const std::vector<SuccessCurve>& curves);
 
 }  // namespace turbidock::batch

@@ -124,17 +124,16 @@ JobResult DoJob(const Work& work, const std::string& input) {
   close_range(kSocket + 1, ~0U, 0);
   PinThreads();
   OfferToOomKiller();
-  std::string received;
-  for (;;) {
-    size_t end = 0;
-    while ((end = received.find('\n')) == std::string::npos)
-      if (!ReceiveSome(kSocket, &received)) _exit(0);
-    const std::string input = report::ParseJson(received.substr(0, end), "a worker's job");
-    received.erase(0, end + 1);
+  FILE* const jobs = fdopen(kSocket, "r");
+  char* line = nullptr;
+  size_t size = 0;
+  while (getline(&line, &size, jobs) > 0) {
+    const std::string input = report::ParseJson(line, "a worker's job");
     const JobResult reply = DoJob(work, input);
     std::fflush(nullptr);  // what the work wrote belongs to this job's log
-    if (!Send(kSocket, Line(reply))) _exit(0);
+    if (!Send(kSocket, Line(reply))) break;
   }
+  _exit(0);
 }
 
 // ----------------------------------------------------------------------------------- in the parent

@@ -20,10 +20,6 @@ bool IsDataDir(const fs::path& dir) {
   return fs::is_directory(dir / "models", ignored) && fs::is_directory(dir / "assets", ignored);
 }
 
-bool Has(const std::vector<std::string>& names, const std::string& name) {
-  return std::find(names.begin(), names.end(), name) != names.end();
-}
-
 }  // namespace
 
 std::string DataDir() {
@@ -57,10 +53,10 @@ std::string FindBundled(const std::string& folder, const std::string& what,
   const std::string why = system::WhyUnreadable(name);
   if (why.empty()) return name;
   const std::vector<std::string> bundled = BundledNames(folder);
-  if (Has(bundled, name)) return AssetPath(folder + "/" + name + ".yaml");
+  if (std::ranges::count(bundled, name) > 0) return AssetPath(folder + "/" + name + ".yaml");
   for (const auto& [other, command] :
        {std::pair{"scenarios", "run"}, {"plans", "batch"}, {"studies", "tune"}})
-    if (Has(BundledNames(other), name))
+    if (std::ranges::count(BundledNames(other), name) > 0)
       throw ConfigError(fmt::format("{}: is one of the bundled {}, not of the {}: turbidock {} {}",
                                     name, other, folder, command, name));
   throw ConfigError(fmt::format("{}: {}, and no bundled {} of that name{} (bundled: {})", name, why,

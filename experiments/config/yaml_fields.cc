@@ -115,13 +115,11 @@ Parsed ParseDouble(std::string_view text) {
 // Reads values into fields.
 class Reader {
  public:
-  // `skips`: keys that the group does not have are no mistake.
-  Reader(const GroupRef& root, std::string root_path, Origins* origins, bool skips = false,
+  Reader(const GroupRef& root, std::string root_path, Origins* origins,
          std::initializer_list<std::string_view> read_elsewhere = {})
       : root_(root),
         root_path_(std::move(root_path)),
         origins_(origins),
-        skips_(skips),
         read_elsewhere_(read_elsewhere) {}
 
   // Reads a value, and throws for all mistakes in it.
@@ -145,7 +143,7 @@ class Reader {
       try {
         if (const Field* field = FindField(group, key))
           ReadValue(child, *field);
-        else if (!skips_)
+        else
           FailUnknown(child, key, group, root_, root_path_);
       } catch (const ConfigError& error) {
         mistakes_.push_back(system::OneLineOf(error.what()));
@@ -241,7 +239,6 @@ class Reader {
   const GroupRef& root_;
   std::string root_path_;
   Origins* origins_;
-  bool skips_;
   std::initializer_list<std::string_view> read_elsewhere_;
   std::vector<std::string> mistakes_;
 };
@@ -283,32 +280,14 @@ Field Descend(const Field& field, const std::string& word, const GroupRef& root,
   return {field.key, field.range, field.doc, list->element(index).value};
 }
 
-// The field that `at->path` names, element by element; nothing where a group does not have it and
-// that is no mistake.
-std::optional<Field> FieldAt(const GroupRef& group, bool skips, YamlNode* at) {
+// The field that `at->path` names, element by element.
+Field FieldAt(const GroupRef& group, YamlNode* at) {
   const std::vector<std::string> words = SplitPath(at->path);
   if (std::ranges::count(words, "") > 0) at->Fail("is no key; write group.key=value");
   at->path.clear();
   Field field{"", {}, "", group};
-  for (const auto& word : words) {
-    const auto* inside = std::get_if<GroupRef>(&field.value);
-    if (skips && inside && !FindField(*inside, word)) return std::nullopt;
-    field = Descend(field, word, group, at);
-  }
+  for (const auto& word : words) field = Descend(field, word, group, at);
   return field;
-}
-
-void ApplySet(const std::string& assignment, const GroupRef& group, Origins* origins,
-              bool skips = false) {
-  const size_t equals = assignment.find('=');
-  YamlNode at{nullptr, kFromSet, assignment.substr(0, equals)};
-  if (equals == std::string::npos) at.Fail("must be KEY=VALUE");
-  const std::optional<Field> field = FieldAt(group, skips, &at);
-  if (!field) return;
-  std::string value = assignment.substr(equals + 1);
-  // a shell takes the quotes off
-  if (value.empty() && std::holds_alternative<std::string*>(field->value)) value = "''";
-  Reader(group, "", origins, skips).Read(ParseYamlValue(value, at), *field);
 }
 
 // ----------------------------------------------------------------------------------------- saving
@@ -425,7 +404,7 @@ void AddField(const char* key, const Range& range, const char* doc, ValueRef val
 
 void ReadGroup(const YamlNode& node, const GroupRef& group, Origins* origins,
                std::initializer_list<std::string_view> read_elsewhere) {
-  Reader(group, node.path, origins, false, read_elsewhere).Read(node, {"", {}, "", group});
+  Reader(group, node.path, origins, read_elsewhere).Read(node, {"", {}, "", group});
 }
 
 void ReadOne(const YamlNode& node, const ValueRef& value) {
@@ -434,19 +413,33 @@ void ReadOne(const YamlNode& node, const ValueRef& value) {
 }
 
 void ApplySetToGroup(const std::string& assignment, const GroupRef& group, Origins* origins) {
-  ApplySet(assignment, group, origins);
+  const size_t equals = assignment.find('=');
+  YamlNode at{nullptr, kFromSet, assignment.substr(0, equals)};
+  if (equals == std::string::npos) at.Fail("must be KEY=VALUE");
+  const Field field = FieldAt(group, &at);
+  std::string value = assignment.substr(equals + 1);
+  // a shell takes the quotes off
+  if (value.empty() && std::holds_alternative<std::string*>(field.value)) value = "''";
+  Reader(group, "", origins).Read(ParseYamlValue(value, at), field);
 }
 
-void PeekValue(const Layers& layers, const std::string& key, const ValueRef& value) {
-  // The key with the groups around it, and nothing else.
-  const size_t dot = key.find('.');
-  TD_CHECK(key.find('.', dot + 1) == std::string::npos, "a key, or one of a group");
-  GroupRef group{{{key.substr(dot + 1), {}, "", value}}};
-  if (dot != std::string::npos) group = {{{key.substr(0, dot), {}, "", group}}};
-  for (const YamlNode& file : layers.files)
-    Reader(group, "", nullptr, /*skips=*/true).Read(file, {"", {}, "", group});
-  for (const std::string& assignment : layers.assignments)
-    ApplySet(assignment, group, nullptr, /*skips=*/true);
+std::optional<YamlNode> LastOf(const Layers& layers, const std::string& key) {
+  std::optional<YamlNode> last;
+  // Looks for the rest of the key, after a dot, in what is before it.
+  const auto look = [&](std::optional<YamlNode> node, const std::string& rest) {
+    const std::vector<std::string> words = SplitPath(rest);
+    for (size_t i = 1; node && i < words.size(); ++i) node = node->Find(words[i]);
+    if (node) last = node;
+  };
+  for (const YamlNode& file : layers.files) look(file, "." + key);
+  for (const std::string& assignment : layers.assignments) {
+    const size_t equals = assignment.find('=');
+    const std::string name = assignment.substr(0, equals);
+    if (equals != std::string::npos && (key + ".").starts_with(name + "."))
+      look(ParseYamlValue(assignment.substr(equals + 1), {nullptr, kFromSet, name}),
+           key.substr(name.size()));
+  }
+  return last;
 }
 
 void ThrowWithOrigin(const ConfigError& error, const Origins& origins) {
@@ -461,7 +454,7 @@ void ThrowWithOrigin(const ConfigError& error, const Origins& origins) {
 
 std::string ValueIn(const GroupRef& group, const std::string& key) {
   YamlNode at{nullptr, kFromSet, key};
-  const std::optional<std::string> value = ValueAsYaml(*FieldAt(group, /*skips=*/false, &at));
+  const std::optional<std::string> value = ValueAsYaml(FieldAt(group, &at));
   if (!value) throw ConfigError(key, "is a group");
   return *value;
 }

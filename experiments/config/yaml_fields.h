@@ -105,7 +105,7 @@ void ReadGroup(const YamlNode& node, const GroupRef& group, Origins* origins,
                std::initializer_list<std::string_view> read_elsewhere);
 void ApplySetToGroup(const std::string& assignment, const GroupRef& group, Origins* origins);
 void ReadOne(const YamlNode& node, const ValueRef& value);
-void PeekValue(const Layers& layers, const std::string& key, const ValueRef& value);
+std::optional<YamlNode> LastOf(const Layers& layers, const std::string& key);
 // Rethrows `error` with the origin of its key, or of the group around it, in front.
 [[noreturn]] void ThrowWithOrigin(const ConfigError& error, const Origins& origins);
 std::string SaveGroup(const GroupRef& group);
@@ -213,12 +213,11 @@ void ReadValue(const YamlNode& node, V* value) {
   internal::ReadOne(node, internal::RefTo(value));
 }
 
-// What the layers give for this one key (no deeper than in one group), or `otherwise`: for a
-// preset, which others begin with and which must be known before they are read. Nothing else in the
-// layers is looked at.
+// What the layers give for this one key, or `otherwise`: for a preset, which others begin with and
+// which must be known before they are read. Nothing else in the layers is looked at.
 template <class V>
 V Peek(const Layers& layers, const std::string& key, V otherwise) {
-  internal::PeekValue(layers, key, internal::RefTo(&otherwise));
+  if (const auto last = internal::LastOf(layers, key)) ReadValue(*last, &otherwise);
   return otherwise;
 }
 

@@ -172,29 +172,6 @@ std::optional<int> TabIn(const std::string& text, int lines) {
   return std::nullopt;
 }
 
-// A node of the kind "nothing" for text that holds no document.
-YamlNode Parse(const std::string& text, YamlNode at, const std::string& allowed_tag) {
-  RequireText(text, at);
-  if (text.size() > kLongestText) at.Fail("is too large, must be at most 16 MiB");
-  try {
-    TreeBuilder builder(at, allowed_tag);
-    std::istringstream stream(text);
-    YAML::Parser parser(stream);
-    // The parser stays where it cannot go on (text that begins with a comma): no more than the
-    // beginning of a second document is asked for.
-    if (parser.HandleNextDocument(builder)) parser.HandleNextDocument(builder);
-    at.tree = builder.root() ? builder.root() : std::make_shared<const YamlTree>();
-    return at;
-  } catch (const YAML::Exception& error) {
-    if (!error.mark.is_null()) at.line = error.mark.line + 1;
-    if (const std::optional<int> line = TabIn(text, at.line)) {
-      at.line = *line;
-      at.Fail("begins with a tab; YAML indents with spaces");
-    }
-    at.Fail("not valid YAML: " + error.msg);
-  }
-}
-
 // Plain where it stays what it is.
 void EmitText(const std::string& text, YAML::Emitter* out) {
   if (text == "<<") *out << YAML::DoubleQuoted;  // not a merge
@@ -305,22 +282,39 @@ void RequireText(const std::string& text, YamlNode at) {
                       : fmt::format("is no UTF-8 text (byte 0x{:02x})", byte));
 }
 
+YamlNode ParseYamlValue(const std::string& text, YamlNode at, const std::string& allowed_tag) {
+  RequireText(text, at);
+  if (text.size() > kLongestText) at.Fail("is too large, must be at most 16 MiB");
+  try {
+    TreeBuilder builder(at, allowed_tag);
+    std::istringstream stream(text);
+    YAML::Parser parser(stream);
+    // The parser stays where it cannot go on (text that begins with a comma): no more than the
+    // beginning of a second document is asked for.
+    if (parser.HandleNextDocument(builder)) parser.HandleNextDocument(builder);
+    at.tree = builder.root() ? builder.root() : std::make_shared<const YamlTree>();
+    return at;
+  } catch (const YAML::Exception& error) {
+    if (!error.mark.is_null()) at.line = error.mark.line + 1;
+    if (const std::optional<int> line = TabIn(text, at.line)) {
+      at.line = *line;
+      at.Fail("begins with a tab; YAML indents with spaces");
+    }
+    at.Fail("not valid YAML: " + error.msg);
+  }
+}
+
 YamlNode LoadYaml(const std::string& file) { return ParseYaml(system::ReadWhole(file), file); }
 
 YamlNode ParseYaml(const std::string& text, const std::string& file,
                    const std::string& allowed_tag) {
-  YamlNode root = Parse(text, {nullptr, file, ""}, allowed_tag);
+  YamlNode root = ParseYamlValue(text, {nullptr, file, ""}, allowed_tag);
   if (root.tree->kind == Kind::kNothing) throw ConfigError(file + ": is empty");
   root.line = root.tree->line;
   if (!root.IsMap())
     root.Fail("is " + (root.IsList() ? "a list" : "'" + system::Shortened(root.tree->text) + "'") +
               ", must be a group of keys");
   return root;
-}
-
-YamlNode ParseYamlValue(const std::string& text, const YamlNode& at,
-                        const std::string& allowed_tag) {
-  return Parse(text, at, allowed_tag);
 }
 
 }  // namespace turbidock::config

@@ -73,9 +73,9 @@ YamlNode ParseYaml(const std::string& text, const std::string& file,
 // A value that stands in no file.
 YamlNode TextNode(const std::string& text, const YamlNode& at);
 
-// Any value, for what `at` names; its file, path and line are those of messages.
-YamlNode ParseYamlValue(const std::string& text, const YamlNode& at,
-                        const std::string& allowed_tag = "");
+// Any value, for what `at` names; its file, path and line are those of messages. Of the kind
+// "nothing" for text that holds no document.
+YamlNode ParseYamlValue(const std::string& text, YamlNode at, const std::string& allowed_tag = "");
 
 // ConfigError about `at`, with the line, unless the text is UTF-8 without control characters but
 // tab and line breaks.

@@ -8,6 +8,7 @@
 
 #include "control/axes.h"
 #include "experiments/python/bindings.h"
+#include "experiments/report/json.h"
 #include "experiments/trial/running_trial.h"
 #include "experiments/trial/series.h"
 #include "experiments/trial/trial_files.h"
@@ -31,7 +32,7 @@ py::list BallsOf(const vision::MarkerParams& marker) {
 }
 
 py::tuple TupleOf(const trial::TrialResult& result, const trial::Scenario& scenario) {
-  return py::make_tuple(trial::ResultJson(result), trial::Series::Of(result.log),
+  return py::make_tuple(report::JsonText(result), trial::Series::Of(result.log),
                         trial::SaveScenario(scenario));
 }
 

@@ -291,8 +291,7 @@ struct Server::Work {
 };
 
 Server::Server(const Endpoint& endpoint, Site site)
-    : work_(std::make_unique<Work>(endpoint, std::move(site))),
-      port_(work_->acceptor.local_endpoint().port()) {
+    : work_(std::make_unique<Work>(endpoint, std::move(site))) {
   url_ = fmt::format("http://{}/{}/",
                      boost::lexical_cast<std::string>(work_->acceptor.local_endpoint()),
                      work_->secret);

@@ -52,7 +52,6 @@ class Server {
 
   // Where to find the page, with the secret.
   const std::string& url() const { return url_; }
-  int port() const { return port_; }
   int tabs() const;  // that are open
 
   // There is something new for the tabs. From any thread; cheap.
@@ -62,7 +61,6 @@ class Server {
   struct Work;
   std::unique_ptr<Work> work_;
   std::string url_;
-  int port_ = 0;
 };
 
 }  // namespace turbidock::serve

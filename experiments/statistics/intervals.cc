@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <boost/math/distributions/binomial.hpp>
 #include <boost/math/distributions/normal.hpp>
 #include <cmath>
@@ -10,11 +11,6 @@
 
 namespace turbidock::statistics {
 namespace {
-
-void RequireCounts(int64_t successes, int64_t trials, double confidence) {
-  TD_CHECK(0 <= successes && successes <= trials, "no more successes than trials");
-  TD_CHECK(0 < confidence && confidence < 1, "a confidence in (0, 1)");
-}
 
 double TwoSidedZ(double confidence) {
   return boost::math::quantile(boost::math::normal(), (1 + confidence) / 2);
@@ -31,24 +27,10 @@ Count Sum(std::span<const Count> strata) {
   return all;
 }
 
-// Of these counts, as if there were so many trials.
-Interval WilsonOf(const Count& count, double n, double confidence) {
-  const auto [successes, trials] = count;
-  const double z = TwoSidedZ(confidence);
-  const double p = static_cast<double>(successes) / static_cast<double>(trials);
-  const double middle = (p + z * z / (2 * n)) / (1 + z * z / n);
-  const double half = z / (1 + z * z / n) * std::sqrt(p * (1 - p) / n + z * z / (4 * n * n));
-  // At the ends the formula gives 0 and 1 but for rounding.
-  return {successes == 0 ? 0 : std::max(0.0, middle - half),
-          successes == trials ? 1 : std::min(1.0, middle + half)};
-}
-
 }  // namespace
 
 Interval WilsonInterval(int64_t successes, int64_t trials, double confidence) {
-  RequireCounts(successes, trials, confidence);
-  if (trials == 0) return {};
-  return WilsonOf({successes, trials}, static_cast<double>(trials), confidence);
+  return StratifiedInterval(std::array{Count{successes, trials}}, confidence);
 }
 
 double DesignEffect(std::span<const Count> strata) {
@@ -65,20 +47,26 @@ double DesignEffect(std::span<const Count> strata) {
 }
 
 Interval StratifiedInterval(std::span<const Count> strata, double confidence) {
-  for (const auto& [successes, trials] : strata) RequireCounts(successes, trials, confidence);
+  TD_CHECK(0 < confidence && confidence < 1, "a confidence in (0, 1)");
+  for (const auto& [successes, trials] : strata)
+    TD_CHECK(0 <= successes && successes <= trials, "no more successes than trials");
   const Count all = Sum(strata);
   if (all.trials == 0) return {};
-  return WilsonOf(all, static_cast<double>(all.trials) / DesignEffect(strata), confidence);
+  // Of these counts, as if there were so many trials.
+  const auto trials = static_cast<double>(all.trials);
+  const double n = trials / DesignEffect(strata);
+  const double z = TwoSidedZ(confidence), p = static_cast<double>(all.successes) / trials;
+  const double middle = (p + z * z / (2 * n)) / (1 + z * z / n);
+  const double half = z / (1 + z * z / n) * std::sqrt(p * (1 - p) / n + z * z / (4 * n * n));
+  // At the ends the formula gives 0 and 1 but for rounding.
+  return {all.successes == 0 ? 0 : std::max(0.0, middle - half),
+          all.successes == all.trials ? 1 : std::min(1.0, middle + half)};
 }
 
-int64_t TrialsForHalfWidth(double rate, double half_width, double confidence) {
-  TD_CHECK(0 <= rate && rate <= 1, "a rate");
+int64_t TrialsForHalfWidth(double half_width, double confidence) {
   TD_CHECK(0 < half_width && half_width <= 0.5, "a half width in (0, 1/2]");
-  TD_CHECK(0 < confidence && confidence < 1, "a confidence in (0, 1)");
-  // Wilson's half width is h where (n + z^2)^2 h^2 = z^2 (p (1 - p) n + z^2 / 4).
-  const double z = TwoSidedZ(confidence), pq = rate * (1 - rate), h2 = half_width * half_width;
-  const double n = z * z * ((pq + std::sqrt(pq * pq + h2 * (1 - 4 * pq))) / (2 * h2) - 1);
-  return std::max<int64_t>(0, std::llround(std::ceil(n)));
+  const double z = TwoSidedZ(confidence);
+  return std::llround(std::ceil(z * z * (1 / (4 * half_width * half_width) - 1)));
 }
 
 std::optional<double> Quantile(std::vector<double> values, double share) {

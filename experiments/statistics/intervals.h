@@ -8,6 +8,8 @@
 #include <span>
 #include <vector>
 
+#include "sim/base/result_fields.h"
+
 namespace turbidock::statistics {
 
 // Bounds of a probability.
@@ -23,8 +25,8 @@ struct Interval {
 // Wilson (1927): the score interval, close to the stated confidence on average.
 Interval WilsonInterval(int64_t successes, int64_t trials, double confidence = 0.95);
 // The least number of trials whose Wilson interval has no more than this half width (in (0, 1/2])
-// where that share of them succeeds. The widest is that of 1/2, the narrowest that of 0 and 1.
-int64_t TrialsForHalfWidth(double rate, double half_width, double confidence = 0.95);
+// where half of them succeed, which makes it the widest.
+int64_t TrialsForHalfWidth(double half_width, double confidence = 0.95);
 
 // Successes of trials.
 struct Count {
@@ -79,6 +81,7 @@ struct LogisticFit {
   double half_low = 0;  // 95 % interval of half_x, from the curvature (delta method)
   double half_high = 0;
 
+  TURBIDOCK_FIELDS(intercept, slope, half_x, half_low, half_high)
   double At(double x) const;
 };
 

@@ -26,9 +26,9 @@ std::string ProgramDigest() {
   return fmt::format("{:016x}", XXH64(program.data(), program.size(), 0));
 }
 
-std::string Version() { return TURBIDOCK_VERSION; }
-std::string Commit() { return kGitHash; }
-std::string Compiler() { return TURBIDOCK_COMPILER; }
-std::string BuildType() { return TURBIDOCK_BUILD_TYPE; }
+std::string BuiltFrom() {
+  return fmt::format("turbidock {}\ngit {}\ncompiler {}\nbuild {}\n", TURBIDOCK_VERSION, kGitHash,
+                     TURBIDOCK_COMPILER, TURBIDOCK_BUILD_TYPE);
+}
 
 }  // namespace turbidock::system

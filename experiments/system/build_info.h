@@ -15,9 +15,8 @@ std::string BuildId();
 // Of the content of this program's file.
 std::string ProgramDigest();
 
-std::string Version();    // "0.1.0"
-std::string Commit();     // "1a2b3c4d5e6f", "-dirty" behind it for files that are in no commit
-std::string Compiler();   // "GNU 12.2.0"
-std::string BuildType();  // "Release"
+// Version, commit (with "-dirty" behind it for files that are in no commit), compiler and build
+// type, a line each.
+std::string BuiltFrom();
 
 }  // namespace turbidock::system

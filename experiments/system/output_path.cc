@@ -4,11 +4,14 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <boost/scope_exit.hpp>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <fstream>
+#include <functional>
 #include <map>
+#include <set>
 #include <system_error>
 
 #include "sim/base/check.h"
@@ -51,6 +54,17 @@ std::string BeginningOf(const std::string& path) {
   file.read(begin.data(), std::ssize(begin));
   begin.resize(static_cast<size_t>(file.gcount()));
   return begin;
+}
+
+// Folders that are not there yet, with those around them: what is inside comes first.
+std::set<fs::path, std::greater<>> MissingOf(const std::vector<std::string>& folders) {
+  std::set<fs::path, std::greater<>> missing;
+  std::error_code error;
+  for (const std::string& folder : folders)
+    for (fs::path path = fs::absolute(folder); !fs::exists(path, error) && !error;
+         path = path.parent_path())
+      missing.insert(path);
+  return missing;
 }
 
 [[noreturn]] void FailWriting(const std::string& path, const std::string& why) {
@@ -128,6 +142,11 @@ void OutputPlan::Require() const {
     if (!is_free) throw ConfigError(path, by->second + "; give another file to write");
   }
   for (const auto& [path, kind] : outputs_) RequireReplaceable(path, kind);  // with no folder made
+  const auto missing = MissingOf(folders_);
+  BOOST_SCOPE_EXIT_ALL(&) {
+    std::error_code ignored;
+    for (const fs::path& folder : missing) fs::remove(folder, ignored);
+  };
   for (const std::string& folder : folders_) MakeFolder(folder);
   for (const auto& [path, kind] : outputs_) RequireWritable(path, kind);
 }

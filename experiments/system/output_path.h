@@ -37,10 +37,10 @@ class OutputPlan {
   OutputPlan& Reads(const std::vector<std::string>& paths);
   // Nothing if empty. What is not asked for by its name has a kind.
   OutputPlan& Writes(const std::string& path, const FileKind& kind = kAnyFile);
-  // Files of a folder, which Require makes when needed.
+  // Files of a folder, which whoever writes them makes when needed.
   OutputPlan& WritesInto(const std::string& folder, const std::vector<std::string>& names);
   // ConfigError for an output that cannot be written, is an input (under whatever name), is written
-  // twice, or would replace what it must not.
+  // twice, or would replace what it must not. Leaves the file system as it was.
   void Require() const;
 
  private:

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/algorithm/string/replace.hpp>
 #include <boost/algorithm/string/split.hpp>
 #include <boost/locale/utf.hpp>
 #include <vector>
@@ -81,14 +82,8 @@ std::string Shortened(const std::string& text) {
   return plain.size() <= kLongest ? plain : plain.substr(0, LetterBegin(plain, kLongest)) + "...";
 }
 
-std::string Indented(const std::string& text, const std::string& by) {
-  std::string out;
-  for (size_t begin = 0; begin < text.size();) {
-    const size_t end = std::min(text.find('\n', begin), text.size());
-    out += by + text.substr(begin, end - begin) + "\n";
-    begin = end + 1;
-  }
-  return out;
+std::string Indented(const std::string& lines, const std::string& by) {
+  return by + boost::replace_all_copy(lines.substr(0, lines.size() - 1), "\n", "\n" + by) + "\n";
 }
 
 }  // namespace turbidock::system

@@ -23,7 +23,7 @@ std::string OneLineOf(std::string_view text);
 // more.
 std::string Shortened(const std::string& text);
 
-// The text with `by` before each of its lines, as a block of YAML has it.
-std::string Indented(const std::string& text, const std::string& by);
+// Whole lines with `by` before each, as a block of YAML has them.
+std::string Indented(const std::string& lines, const std::string& by);
 
 }  // namespace turbidock::system

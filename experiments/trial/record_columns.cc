@@ -98,20 +98,6 @@ Cell CellAt(const TrialRecord& record, Storage storage, const V& value) {
   return CellOf(value);
 }
 
-// The number in the column of this index.
-std::optional<double> NumberAt(const TrialRecord& record, size_t column) {
-  std::optional<double> number;
-  size_t at = 0;
-  VisitColumns(record, [&]<class V>(const Path&, const V& value) {
-    if (at++ != column || !record.ended()) return;
-    if constexpr (std::is_arithmetic_v<V>)
-      number = static_cast<double>(value);
-    else if constexpr (std::is_same_v<V, std::optional<double>>)
-      number = value;
-  });
-  return number && std::isfinite(*number) ? number : std::nullopt;
-}
-
 }  // namespace
 
 const std::vector<Column>& Columns() {
@@ -158,8 +144,10 @@ const std::vector<Metric>& Metrics() {
     std::vector<Metric> list;
     for (size_t i = 0; i < Columns().size(); ++i) {
       if (Columns()[i].storage == Storage::kMetric)
-        list.push_back(
-            {Columns()[i].name, [i](const TrialRecord& record) { return NumberAt(record, i); }});
+        list.push_back({Columns()[i].name, [i](const TrialRecord& record) {
+                          const Cell cell = CellsOf(record)[i];
+                          return cell.is_null() ? std::nullopt : std::optional(cell.get<double>());
+                        }});
     }
     return list;
   }();

@@ -87,21 +87,6 @@ Series Series::Of(const TrialLog& log, int every_frames) {
   return series;
 }
 
-Series Series::WithColumns(const std::vector<std::string>& names) {
-  std::vector<std::string> thrusters;
-  for (const std::string& name : names)
-    if (name.ends_with(kVolts)) thrusters.push_back(name.substr(0, name.size() - kVolts.size()));
-  Series series(thrusters);
-  const std::vector<std::string> known = series.names();
-  for (const std::string& name : known)
-    if (std::ranges::find(names, name) == names.end())
-      throw ConfigError("it has no column " + name);
-  for (const std::string& name : names)
-    if (std::ranges::find(known, name) == known.end())
-      throw ConfigError("no log has a column " + name);
-  return series;
-}
-
 std::vector<std::string> Series::names() const {
   std::vector<std::string> names;
   for (const Column& column : columns_) names.push_back(column.name);
@@ -118,19 +103,6 @@ Cell Series::At(size_t row, size_t column) const {
                     columns_[column].values);
 }
 
-void Series::Add(size_t column, const Cell& cell) {
-  try {
-    std::visit(
-        [&cell]<class V>(std::vector<V>& values) {
-          if (cell.is_null() && !std::is_same_v<V, double>) throw ConfigError("is missing");
-          ReadCell(cell, &values.emplace_back());
-        },
-        columns_[column].values);
-  } catch (const ConfigError& error) {
-    throw ConfigError(columns_[column].name, error.what());
-  }
-}
-
 std::string Series::Csv() const {
   std::string csv = fmt::format("{}\n", fmt::join(names(), ","));
   for (size_t row = 0; row < rows(); ++row)
@@ -144,28 +116,53 @@ Series Series::FromCsv(const std::string& text, const std::string& where) {
   if (lines.back().empty()) lines.pop_back();
   if (lines.empty()) throw ConfigError(where + ": is empty");
   const std::vector<std::string> names = Split(lines[0], ",");
-  Series series;
+  std::vector<report::Json> columns(names.size(), report::Json::array());
+  for (size_t row = 1; row < lines.size(); ++row) {
+    const std::vector<std::string> values = Split(lines[row], ",");
+    if (values.size() != names.size())
+      throw ConfigError(fmt::format("{}:{}: has {} values, the header {}", where, row + 1,
+                                    values.size(), names.size()));
+    for (size_t i = 0; i < names.size(); ++i) {
+      const std::optional<double> number = report::NumberIn(values[i]);
+      const Cell word = values[i].empty() ? Cell() : Cell(values[i]);
+      columns[i].push_back(number ? Cell(*number) : word);
+    }
+  }
+  report::Json json;
+  for (size_t i = 0; i < names.size(); ++i) json[names[i]] = std::move(columns[i]);
   try {
-    series = WithColumns(names);
+    return FromJson(json);
   } catch (const ConfigError& error) {
     throw ConfigError(where + ": is no trajectory: " + error.what());
   }
-  std::vector<size_t> place;  // of each column in a line
-  for (const Column& column : series.columns_)
-    place.push_back(static_cast<size_t>(std::ranges::find(names, column.name) - names.begin()));
-  for (size_t row = 1; row < lines.size(); ++row) {
-    const std::string line = fmt::format("{}:{}: ", where, row + 1);
-    const std::vector<std::string> values = Split(lines[row], ",");
-    if (values.size() != names.size())
-      throw ConfigError(
-          fmt::format("{}has {} values, the header {}", line, values.size(), names.size()));
-    for (size_t i = 0; i < place.size(); ++i) {
-      const std::string& value = values[place[i]];
-      const std::optional<double> number = report::NumberIn(value);
+}
+
+Series Series::FromJson(const report::Json& json) {
+  if (json.empty()) return {};
+  std::vector<std::string> thrusters;
+  for (const auto& [name, values] : json.items())
+    if (name.ends_with(kVolts)) thrusters.push_back(name.substr(0, name.size() - kVolts.size()));
+  Series series(thrusters);
+  const std::vector<std::string> known = series.names();
+  for (const auto& [name, values] : json.items())
+    if (std::ranges::find(known, name) == known.end())
+      throw ConfigError("no log has a column " + name);
+  for (Column& column : series.columns_) {
+    const auto cells = json.find(column.name);
+    if (cells == json.end() || !cells->is_array())
+      throw ConfigError("it has no column " + column.name);
+    if (cells->size() != json.front().size())
+      throw ConfigError(column.name, "has another number of rows than the others");
+    for (size_t row = 0; row < cells->size(); ++row) {
+      const auto add = [&cell = (*cells)[row]](auto& values) {
+        using V = typename std::decay_t<decltype(values)>::value_type;
+        if (cell.is_null() && !std::is_same_v<V, double>) throw ConfigError("is missing");
+        ReadCell(cell, &values.emplace_back());
+      };
       try {
-        series.Add(i, number ? Cell(*number) : value.empty() ? Cell() : Cell(value));
+        std::visit(add, column.values);
       } catch (const ConfigError& error) {
-        throw ConfigError(line + error.what());
+        throw ConfigError(fmt::format("{} in row {}", column.name, row + 1), error.what());
       }
     }
   }
@@ -177,14 +174,6 @@ void to_json(report::Json& json, const Series& series) {
   for (const Series::Column& column : series.columns())
     json[column.name] =
         std::visit([](const auto& values) { return report::Json(values); }, column.values);
-}
-
-void from_json(const report::Json& json, Series& series) {
-  std::vector<std::string> names;
-  for (const auto& [name, values] : json.items()) names.push_back(name);
-  series = names.empty() ? Series() : Series::WithColumns(names);
-  for (size_t i = 0; i < series.columns().size(); ++i)
-    for (const Cell& cell : json[series.columns()[i].name]) series.Add(i, cell);
 }
 
 }  // namespace turbidock::trial

@@ -32,29 +32,24 @@ class Series {
   explicit Series(const std::vector<std::string>& thrusters);
   // A row for every n-th frame, from the first on; its contacts are the strongest until the next.
   static Series Of(const TrialLog& log, int every_frames = 1);
-  // Without rows, with the columns that somebody else names, in the log's order. ConfigError when
-  // one of the log's is not among them or one of them is none of a log's.
-  static Series WithColumns(const std::vector<std::string>& names);
-
   const std::vector<Column>& columns() const { return columns_; }
   std::vector<std::string> names() const;
   size_t rows() const;
   Cell At(size_t row, size_t column) const;
-  // One more value of a column; a row is complete with a value in each. ConfigError for one of
-  // another type.
-  void Add(size_t column, const Cell& cell);
 
   // As trajectory.csv has it: names, then a line a row. Numbers read back exactly.
   std::string Csv() const;
   // ConfigError "WHERE: ..." for a text that is none.
   static Series FromCsv(const std::string& text, const std::string& where);
+  // Of an object that has a list of values for each column, in any order; of an empty one, that of
+  // no log. ConfigError for what no log has.
+  static Series FromJson(const report::Json& json);
 
  private:
   std::vector<Column> columns_;
 };
 
-// An object that has a list of values for each column.
 void to_json(report::Json& json, const Series& series);
-void from_json(const report::Json& json, Series& series);
+inline void from_json(const report::Json& json, Series& series) { series = Series::FromJson(json); }
 
 }  // namespace turbidock::trial

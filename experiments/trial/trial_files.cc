@@ -18,15 +18,14 @@ ViewCriteria CriteriaOf(const Scenario& scenario) {
           .enter_z_m = scenario.procedure.enter_z_m};
 }
 
-std::string ResultJson(const TrialRecord& record) { return report::JsonText(record); }
-
 void WriteRecords(const std::string& folder, const Scenario& scenario, const TrialResult& result) {
   const std::filesystem::path out(folder);
+  system::MakeFolder(folder);
   Scenario resolved = scenario;
   resolved.model_files = ModelFilesOf(scenario);
   system::WriteWhole(out / "resolved.yaml", SaveScenario(resolved));
   system::WriteWhole(out / "trajectory.csv", Series::Of(result.log).Csv());
-  system::WriteWhole(out / "result.json", ResultJson(result));
+  system::WriteWhole(out / "result.json", report::JsonText(result));
 }
 
 }  // namespace turbidock::trial

@@ -13,16 +13,12 @@ namespace turbidock::trial {
 // The limits to draw in a scenario's pictures.
 ViewCriteria CriteriaOf(const Scenario& scenario);
 
-// The record as one JSON document, two spaces indented, with a final newline; keys as in
-// `list result-keys`. All units SI.
-std::string ResultJson(const TrialRecord& record);
-
 // What WriteRecords writes.
 inline const std::vector<std::string> kRecordFiles = {"result.json", "resolved.yaml",
                                                       "trajectory.csv"};
 
-// Writes result.json, resolved.yaml and trajectory.csv into an existing folder, each complete or
-// not at all.
+// Writes result.json (keys as in `list result-keys`), resolved.yaml and trajectory.csv into a
+// folder, which it makes when needed, each complete or not at all.
 void WriteRecords(const std::string& folder, const Scenario& scenario, const TrialResult& result);
 
 }  // namespace turbidock::trial

@@ -45,10 +45,6 @@ constexpr auto Names(Outcome) {
                             {kHung, "hung"}});
 }
 
-inline bool IsOwnEnd(Outcome outcome) {
-  return outcome != Outcome::kCrashed && outcome != Outcome::kHung;
-}
-
 // Why a trial did not dock: one word a trial, for tables of many. A trial succeeds when its outcome
 // is `docked`: the criterion was met and the pole is in the hole. Otherwise the first of these that
 // applies, in this order.
@@ -153,7 +149,7 @@ struct TrialRecord {
   int64_t rss_bytes = 0;
   std::string printed;
 
-  bool ended() const { return IsOwnEnd(outcome); }
+  bool ended() const { return outcome != Outcome::kCrashed && outcome != Outcome::kHung; }
   bool success() const { return failure == Failure::kNone; }
   bool operator==(const TrialRecord&) const = default;
 

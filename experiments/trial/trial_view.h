@@ -1,7 +1,6 @@
 #pragma once
 // How a trial is shown: what the video and the figure have in common.
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <string>
@@ -39,14 +38,6 @@ struct ViewCriteria {
 inline const char* AreaTitle(double fitness, const ViewCriteria& criteria) {
   if (fitness >= criteria.docking_fitness) return "Area I";
   return fitness >= criteria.detection_fitness ? "Area II" : "Area III";
-}
-
-// A name as words: "visual servoing", "marker lost".
-template <class E>
-std::string WordsOf(E value) {
-  std::string words = NameOf(value);
-  std::ranges::replace(words, '_', ' ');
-  return words;
 }
 
 // The same hues on paper (figure) and on dark ground (video), lighter there. The truth is grey:

@@ -166,17 +166,21 @@ TEST_F(BadInput, AnOptionThatSaysNothingHereIsRefused) {
   Refused({"report", json, "--trial", "3", "--out", Path("x.html")},
           "report --trial is gone; now: turbidock replay FILE TRIAL --out FOLDER, report FOLDER");
   Refused({"report", json, "--by", "scenario", "--out", Path("x.html")},
-          "--by is for a batch's file or two");
-  Refused({"report", json, "--figure", Path("x.png")}, "--figure is for one batch's file");
+          "x.json: --by, --over and --figure are for a batch's file");
+  Refused({"report", json, "--figure", Path("x.png")}, "--figure are for a batch's file");
   Refused({"report", db, "--ignore", "scenario", "--out", Path("x.html")},
-          "--ignore is for two batches");
+          "report --ignore is gone; now: turbidock compare A B --ignore KEY --out FILE.html");
+  Refused({"report", db, db, "--out", Path("x.html")},
+          "report shows one result; turbidock compare A B --out FILE.html shows two");
   Refused({"report", db, "--over", "seed", "--out", Path("x.html")},
           "seed: trials cannot be grouped by this");
   Refused({"report", db, "--figure", Path("x.png")}, "has nothing to draw");
   EXPECT_FALSE(fs::exists(Path("x.png")));
-  Refused({"verify", db, "--trials", "1", "--sample", "5"}, "excludes");
+  Refused({"verify", db},
+          "verify is gone; now: turbidock replay FILE TRIAL, which compares digests");
   Refused({"list", "keys", "--show", "pool_active"}, "excludes");
-  Refused({"list", "--show", "pool_active", "--json"}, "excludes");
+  Refused({"list", "--show", "pool_active", "--json"},
+          "list --json is gone; now: the same as text");
   Refused({"list", "scenario"}, "'scenario' must be one of all, scenarios, plans, studies, keys");
   Refused({"batch", "smoke", "--out", Path("new.db"), "--sbatch=--time=1"},
           "--sbatch requires --slurm");
@@ -299,13 +303,37 @@ TEST_F(BadInput, TheFirstSignalStopsWhateverRuns) {
                                 "schema_version: 1\nscenario: pool_active\nseeds: 100000\n"
                                 "random: {water.milk_ml_m3: {uniform: [0, 20]}}\n");
   const std::vector<std::vector<std::string>> commands = {{"batch", plan, "--out", Path("x.db")},
-                                                          {"recognize", "--marker", "active"}};
+                                                          {"recognize", "--marker", "active"},
+                                                          {"step-response", "--out", Path("new")}};
   for (const auto& command : commands)
     for (const int signal : {SIGINT, SIGTERM}) {
       const int status = Stop(command, signal);
       EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == signal)
           << command[0] << " " << command[1] << ": " << status;
     }
+  EXPECT_FALSE(fs::exists(Path("new")));  // no folder with nothing in it
+}
+
+TEST_F(BadInput, AStoppedStudySaysWhatIsKeptAndHowToGoOn) {
+  const std::string gate = File("gate.yaml",
+                                "schema_version: 1\nbaseline: base.yaml\nmax_trials: 100\n"
+                                "margins: {success_rate: 0.5}\n"
+                                "conditions: [{name: pool, scenario: pool_active}]\n");
+  const std::pair<std::vector<std::string>, std::string> studies[] = {
+      {{"gate", gate, "--update"}, Path("base.yaml.trials.db")},
+      {{"tune", "tryout", "--out", Path("tuned")}, Path("tuned/evaluations.sqlite")}};
+  for (const auto& [command, file] : studies) {
+    const pid_t pid = StartProgram(command, Path("err"));
+    while (!fs::exists(file)) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    std::this_thread::sleep_for(std::chrono::milliseconds(700));
+    kill(pid, SIGINT);
+    int status = 0;
+    ASSERT_EQ(waitpid(pid, &status, 0), pid);
+    EXPECT_EQ(WEXITSTATUS(status), 130) << command[0];
+    EXPECT_THAT(Read(Path("err")), HasSubstr("stopped: the trials so far are in " + file +
+                                             "; the same command goes on\n"));
+    fs::remove(Path("err"));
+  }
 }
 
 }  // namespace

@@ -123,17 +123,6 @@ TEST_F(CommandLine, ListHasALineForEveryBundledFile) {
     all += (all.empty() ? "" : "\n") + std::string(kind) + "\n" + end.out;
   }
   EXPECT_EQ(RunProgram({"list"}).out, all);
-}
-
-TEST_F(CommandLine, ListAsJsonHasNamesAndDescriptions) {
-  const auto all = nlohmann::json::parse(RunProgram({"list", "--json"}).out);
-  ASSERT_EQ(all.size(), 3u);
-  for (const char* kind : {"scenarios", "plans", "studies"}) {
-    EXPECT_EQ(nlohmann::json::parse(RunProgram({"list", kind, "--json"}).out), all.at(kind));
-    for (const auto& entry : all.at(kind)) EXPECT_NE(entry.at("description"), "") << entry;
-  }
-  const auto keys = nlohmann::json::parse(RunProgram({"list", "keys", "--json"}).out);
-  EXPECT_GT(keys.size(), 100u);
   EXPECT_THAT(RunProgram({"list", "--show", "pool_active"}).out, HasSubstr("milk_ml_m3: "));
   EXPECT_THAT(RunProgram({"list", "result-keys"}).out, HasSubstr("| `outcome`"));
 }
@@ -200,7 +189,7 @@ TEST_F(CommandLine, NumbersOfOptionsAreFiniteAndWithinTheirRange) {
   ExpectBadInput({"recognize", "--seconds", "nan"}, {"--seconds", "nan is not a finite number"});
   ExpectBadInput({"recognize", "--distances", "400,nan"}, {"--distances", "not a finite"});
   ExpectBadInput({"recognize", "--seconds", "inf"}, {"--seconds", "not a finite number"});
-  ExpectBadInput({"verify", "x.sqlite", "--workers", "0"},
+  ExpectBadInput({"dataset", "smoke", "--workers", "0"},
                  {"--workers", "0 must be a number from 1 to 1024"});
   ExpectBadInput({"recognize", "--distances", "400,19000"},
                  {"--distances", "19000 must be a number from 200 to 10000"});

@@ -196,8 +196,7 @@ TEST_F(Store, RefusesTablesThatAreNotItsOwn) {
        "it has a view trials"},
       {"DROP VIEW results; DROP TABLE trials; CREATE VIRTUAL TABLE trials USING rtree(a, b, c)",
        "it has a table trials"},
-      {"CREATE TRIGGER t AFTER INSERT ON trials BEGIN DELETE FROM series; END",
-       "it has a trigger t"},
+      {"CREATE TRIGGER t AFTER INSERT ON trials BEGIN DELETE FROM meta; END", "it has a trigger t"},
       {"DROP VIEW results; ALTER TABLE trials DROP COLUMN digest", "no such column: digest"},
       {"DROP VIEW results; ALTER TABLE trials RENAME COLUMN cell TO sell", "no such column: cell"},
       {"DROP VIEW results; ALTER TABLE trials DROP COLUMN jam_time_s",
@@ -246,16 +245,27 @@ TEST_F(Store, RefusesSeriesThatCannotBe) {
     }
     return "accepted";
   };
-  EXPECT_EQ(said_after("UPDATE series SET fitness = NULL"), "accepted");
-  EXPECT_TRUE(std::isnan(ResultStore::Read(file).SeriesOf(1).At(1, 4).get<double>()));
-  EXPECT_THAT(said_after("UPDATE series SET fitness = 'high'"),
-              HasSubstr("is damaged (series of trial 1: fitness: 'high' is no number)"));
-  EXPECT_THAT(said_after("UPDATE series SET fitness = 1, stage = 'lunch'"),
-              HasSubstr("series of trial 1: stage: 'lunch' is no word"));
-  EXPECT_THAT(said_after("UPDATE series SET stage = NULL"),
-              HasSubstr("series of trial 1: stage: is missing"));
-  EXPECT_THAT(said_after("DROP TABLE series"),
-              HasSubstr("is damaged (series of trial 1: it has no column frame)"));
+  const auto with = [](const std::string& column, const std::string& values) {
+    return fmt::format("UPDATE series SET columns = json_set(columns, '$.{}', json('{}'))", column,
+                       values);
+  };
+  EXPECT_EQ(said_after(with("fitness", "[null, 1]")), "accepted");
+  EXPECT_TRUE(std::isnan(ResultStore::Read(file).SeriesOf(1).At(0, 4).get<double>()));
+  EXPECT_THAT(said_after(with("fitness", "[1]")),
+              HasSubstr("series of trial 1: fitness: has another number of rows"));
+  EXPECT_THAT(said_after(with("fitness", "[\"high\", 1]")),
+              HasSubstr("is damaged (series of trial 1: fitness in row 1: 'high' is no number)"));
+  EXPECT_THAT(said_after(with("fitness", "[1, 1]") + ";" + with("stage", "[\"lunch\", null]")),
+              HasSubstr("series of trial 1: stage in row 1: 'lunch' is no word"));
+  EXPECT_THAT(said_after(with("stage", "[null, null]")),
+              HasSubstr("series of trial 1: stage in row 1: is missing"));
+  for (const char* none : {"{}", "[]", "7", "\"x\"", "{\"frame\": 7}"})
+    EXPECT_THAT(
+        said_after(fmt::format("UPDATE series SET columns = '{}'", none)),
+        HasSubstr(std::string(none) == "{}" || std::string(none) == "[]" ? "accepted" : "column"))
+        << none;
+  EXPECT_THAT(said_after("UPDATE series SET columns = '{'"), HasSubstr("columns: is no JSON"));
+  EXPECT_THAT(said_after("DROP TABLE series"), HasSubstr("no such table: series"));
 }
 
 TEST_F(Store, RefusesValuesThatCannotBe) {
@@ -277,12 +287,13 @@ TEST_F(Store, RefusesValuesThatCannotBe) {
       {"UPDATE meta SET value = '3' WHERE key = 'shard'", "--shard 3: must be I/N"},
       {"DELETE FROM meta WHERE key = 'build'", "it has no build"},
       {"UPDATE meta SET value = x'ff00' WHERE key = 'plan'", "plan is no text"},
-      {plan("seeds: 2"), "its plan's seeds, precision, strata and cells do not go together"},
+      {plan("seeds: 3"), "its plan's seeds, precision and strata do not go together"},
       {"UPDATE meta SET value = 'seeds: 10' WHERE key = 'plan'", "its plan is not the one"},
       {plan("seeds: 10\nprecision: 0.1"), "its plan's seeds, precision"},
       {plan("seeds: 10\nstrata: 3"), "plan:2: strata: must be a group of keys"},
-      {"UPDATE meta SET value = '20' WHERE key = 'trials'",
-       "its plan's seeds, precision, strata and cells do not go together"},
+      {plan("seeds: 20"), "its plan's seeds, precision and strata do not go together"},
+      {"UPDATE meta SET value = '15' WHERE key = 'trials'",
+       "its plan's seeds, precision and strata do not go together"},
       {"UPDATE trials SET time_s = 'soon'", "trial 1: time_s: 'soon' is no number"},
       {"UPDATE trials SET docked = 7", "trial 1: docked: is out of range"},
       {"UPDATE trials SET returns_to_servoing = 1e300",
@@ -290,7 +301,8 @@ TEST_F(Store, RefusesValuesThatCannotBe) {
       {"UPDATE trials SET outcome = 'well'", "trial 1: outcome: 'well' is no word of this program"},
       {"UPDATE trials SET trial = 77", "trial 77 is none of its plan's"},
       {"UPDATE trials SET cell = 'x'", "trial 1 is none of its plan's"},
-      {"UPDATE meta SET value = '1/3' WHERE key = 'shard'", "trial 1 is none of its shard's"},
+      {"UPDATE meta SET value = '1/3' WHERE key = 'shard'",
+       "trial 1 is none of its plan's and shard's"},
   };
   for (const Case& c : cases) {
     const std::string file = File("a.db");

@@ -61,6 +61,10 @@ struct Counter {
   }
 };
 
+int PortOf(const Server& server) {
+  return std::stoi(server.url().substr(server.url().rfind(':') + 1));
+}
+
 class Client {
  public:
   explicit Client(int port) : port_(port) {}
@@ -114,7 +118,7 @@ class ServerTest : public ::testing::Test {
 
   Counter counter_;
   Server server_{{}, counter_.site()};
-  Client client_{server_.port()};
+  Client client_{PortOf(server_)};
 };
 
 TEST_F(ServerTest, GivesThePageToWhoKnowsTheSecretOnly) {
@@ -144,7 +148,7 @@ TEST_F(ServerTest, RefusesForeignHostsAndOrigins) {
   };
   for (const std::string& headers :
        std::vector<std::string>{"", "Host: evil.example\r\n",
-                                "Host: evil.example:" + std::to_string(server_.port()) + "\r\n",
+                                "Host: evil.example:" + std::to_string(PortOf(server_)) + "\r\n",
                                 "Host: " + client_.host() + "\r\nHost: evil.example\r\n",
                                 "Host: " + client_.host() + "\r\nOrigin: http://evil.example\r\n",
                                 "Host: " + client_.host() + "\r\nOrigin: null\r\n"})
@@ -178,7 +182,7 @@ TEST_F(ServerTest, SurvivesAThousandAtOnce) {
   std::atomic<int> served = 0, refused = 0;
   for (int i = 0; i < 20; ++i)
     crowd.emplace_back([&] {
-      Client client(server_.port());
+      Client client(PortOf(server_));
       for (int k = 0; k < 50; ++k) {
         try {
           const std::string answer = client.Get(root());
@@ -282,8 +286,8 @@ TEST(Server, SaysWhenItCannotListen) {
   const auto message = [&](const Endpoint& endpoint) {
     return testing::MessageOf([&] { const Server other(endpoint, counter.site()); });
   };
-  EXPECT_EQ(message({.port = server.port()}),
-            "127.0.0.1:" + std::to_string(server.port()) +
+  EXPECT_EQ(message({.port = PortOf(server)}),
+            "127.0.0.1:" + std::to_string(PortOf(server)) +
                 " is in use; give another --port, or 0 for any that is free");
   EXPECT_THAT(message({.address = "nowhere"}), HasSubstr("is no address"));
   EXPECT_THAT(message({.address = "203.0.113.7"}), HasSubstr("cannot listen there"));
@@ -297,7 +301,7 @@ TEST(Server, APageMayHaveNoSocketsAndMayFail) {
                              return "first";
                            },
                            .open_tab = {}});
-  Client client(server.port());
+  Client client(PortOf(server));
   const std::string root = server.url().substr(server.url().find('/', 8));
   EXPECT_THAT(client.Get(root), ::testing::EndsWith("first"));
   const std::string failed = client.Get(root);
@@ -314,7 +318,7 @@ TEST(Server, APageMayHaveNoSocketsAndMayFail) {
 TEST(Server, EndsWithTabsOpen) {
   Counter counter;
   auto server = std::make_unique<Server>(Endpoint{}, counter.site());
-  Client client(server->port());
+  Client client(PortOf(*server));
   WebSocket tab = client.Open(server->url().substr(server->url().find('/', 8)) + "live");
   tcp::socket silent = client.Connect();
   EXPECT_TRUE(Soon([&] { return counter.open == 1; }));

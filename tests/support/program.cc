@@ -46,11 +46,12 @@ ProgramEnd RunProgram(const std::vector<std::string>& arguments,
   return RunProgramAt(ProgramPath(), arguments, environment);
 }
 
-pid_t StartProgram(const std::vector<std::string>& arguments) {
+pid_t StartProgram(const std::vector<std::string>& arguments, const std::string& errors) {
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
-  for (const int fd : {STDOUT_FILENO, STDERR_FILENO})
-    posix_spawn_file_actions_addopen(&actions, fd, "/dev/null", O_WRONLY, 0);
+  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, errors.c_str(), O_WRONLY | O_CREAT,
+                                   0666);
   const pid_t pid = Spawn(ProgramPath(), arguments, actions, environ);
   posix_spawn_file_actions_destroy(&actions);
   return pid;

@@ -24,7 +24,9 @@ ProgramEnd RunProgram(const std::vector<std::string>& arguments,
 ProgramEnd RunProgramAt(const std::string& path, const std::vector<std::string>& arguments,
                         const std::vector<std::string>& environment = {});
 
-// Starts the program, which prints to nobody, and returns its process: the caller waits for it.
-pid_t StartProgram(const std::vector<std::string>& arguments);
+// Starts the program and returns its process: the caller waits for it. It prints to nobody, or what
+// goes to stderr into a file.
+pid_t StartProgram(const std::vector<std::string>& arguments,
+                   const std::string& errors = "/dev/null");
 
 }  // namespace turbidock::testing

@@ -70,7 +70,7 @@ TEST_F(OutputPath, TwoOutputsAreTwoFiles) {
       File("d/a") + twice);
 }
 
-TEST_F(OutputPath, NothingIsMadeUnlessAllCanBe) {
+TEST_F(OutputPath, NothingIsMadeBeforeSomethingIsWritten) {
   Make("in", "");
   EXPECT_NE(
       MessageOf([&] {
@@ -78,9 +78,11 @@ TEST_F(OutputPath, NothingIsMadeUnlessAllCanBe) {
       }),
       "no error");
   EXPECT_FALSE(fs::exists(File("new")));
-  OutputPlan().WritesInto(File("new/deep"), {"a"}).Require();
-  EXPECT_TRUE(fs::is_directory(File("new/deep")));
-  EXPECT_TRUE(fs::is_empty(File("new/deep")));
+  OutputPlan().WritesInto(File("new/deep"), {"a"}).WritesInto(File("new"), {"b"}).Require();
+  EXPECT_FALSE(fs::exists(File("new")));
+  fs::create_directory(File("there"));
+  OutputPlan().WritesInto(File("there"), {"a"}).Require();
+  EXPECT_TRUE(fs::is_directory(File("there")));
 }
 
 TEST_F(OutputPath, OnlyFilesAreWritten) {

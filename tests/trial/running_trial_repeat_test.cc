@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "experiments/report/json.h"
 #include "experiments/trial/trial_files.h"
 #include "tests/support/message_of.h"
 
@@ -100,7 +101,7 @@ TEST(RunningTrial, APushMovesTheVehicleThere) {
   }
   const TrialResult result = pushed({0.5, -1, 2});
   EXPECT_EQ(result.changes[0].value, "[0.5, -1, 2]");
-  EXPECT_THAT(ResultJson(result), HasSubstr("\"key\": \"push\""));
+  EXPECT_THAT(report::JsonText(result), HasSubstr("\"key\": \"push\""));
 }
 
 TEST(RunningTrial, RefusesWhatItCannotFollow) {

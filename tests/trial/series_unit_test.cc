@@ -148,17 +148,19 @@ TEST(Series, SaysWhatIsWrongWithACsv) {
   };
   const std::string csv = Series::Of(AwkwardLog(0)).Csv(), header = csv.substr(0, csv.find('\n'));
   EXPECT_EQ(said(""), "t.csv: is empty");
-  EXPECT_EQ(said("a,b\n1,2\n"), "t.csv: is no trajectory: it has no column frame");
+  EXPECT_EQ(said("a,b\n1,2\n"), "t.csv: is no trajectory: no log has a column a");
   EXPECT_EQ(said(header + ",more\n"), "t.csv: is no trajectory: no log has a column more");
   EXPECT_EQ(said(header + "\n1,2\n"), "t.csv:2: has 2 values, the header 49");
+  EXPECT_EQ(said("frame\n1\n"), "t.csv: is no trajectory: it has no column time_s");
+  const std::string none = "t.csv: is no trajectory: ";
   std::string other = csv;
   other.replace(other.find("approach"), 8, "lunch");
-  EXPECT_EQ(said(other), "t.csv:2: stage: 'lunch' is no word of this program");
+  EXPECT_EQ(said(other), none + "stage in row 1: 'lunch' is no word of this program");
   other.replace(other.find("lunch"), 5, "");
-  EXPECT_EQ(said(other), "t.csv:2: stage: is missing");
+  EXPECT_EQ(said(other), none + "stage in row 1: is missing");
   other = csv;
   other.replace(other.find("\n0,") + 1, 1, "first");
-  EXPECT_EQ(said(other), "t.csv:2: frame: 'first' is no number");
+  EXPECT_EQ(said(other), none + "frame in row 1: 'first' is no number");
 }
 
 }  // namespace

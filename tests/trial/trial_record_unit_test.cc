@@ -1,6 +1,7 @@
 // One list of fields: JSON, rows and the documented table have each of them, and give back what
 // went in.
 
+#include "experiments/report/json.h"
 #include "experiments/trial/trial_record.h"
 
 #include <gmock/gmock.h>
@@ -117,7 +118,7 @@ TEST(TrialRecord, AnUnknownWordIsAnError) {
 }
 
 TEST(TrialRecord, EveryFieldIsInResultJsonAndAColumnUnlessItSaysSo) {
-  const Json json = Json::parse(ResultJson([] {
+  const Json json = Json::parse(report::JsonText([] {
     TrialRecord record = AwkwardRecord();
     record.reason = "\"quotes\",\nlines";
     record.fitness_mean = std::nan("");

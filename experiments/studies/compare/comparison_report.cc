@@ -81,8 +81,8 @@ report::Section FlippedSection(const Comparison& comparison) {
               "failed.",
           .table = table,
           .commands = {{"A page that shows each of them in both",
-                        fmt::format("turbidock report {} {}{}{}", comparison.a, comparison.b,
-                                    OptionText("--by", comparison.options.by),
+                        fmt::format("turbidock compare {} {}{}{} --out compare.html", comparison.a,
+                                    comparison.b, OptionText("--by", comparison.options.by),
                                     OptionText("--ignore", comparison.options.ignore))}}};
 }
 

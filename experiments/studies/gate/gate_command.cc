@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -35,6 +34,12 @@ struct GateArguments {
   std::string failures() const { return out + "/failures"; }
 };
 
+// The file that keeps the trials until there is a baseline or, of --out, for good; else none.
+std::string TrialsFile(const GateArguments& arguments, const GatePlan& plan) {
+  if (arguments.update) return plan.baseline + ".trials.db";
+  return arguments.out.empty() ? "" : arguments.out + "/trials.db";
+}
+
 // Runs the gate's trials in worker processes and keeps them in a file, unless its name is empty.
 GateRunner RunnerOf(const GateArguments& arguments, const GatePlan& plan, const std::string& file,
                     app::Progress* progress) {
@@ -61,8 +66,7 @@ GateProgress ShowOn(app::Progress* progress) {
 
 int UpdateBaseline(const GateArguments& arguments, const GatePlan& plan,
                    system::OutputPlan outputs) {
-  // Until the baseline is written, its trials are beside it.
-  const std::string trials = plan.baseline + ".trials.db";
+  const std::string trials = TrialsFile(arguments, plan);
   outputs.Writes(plan.baseline, kBaselineFile).Writes(trials, system::kResultFile).Require();
   app::Progress progress(arguments.quiet);
   const Baseline now =
@@ -150,15 +154,15 @@ int JudgeAgainstBaseline(const GateArguments& arguments, const GatePlan& plan,
   const Baseline baseline = LoadBaseline(plan.baseline);
   RequireSamePlan(plan, baseline, plan.baseline);
   outputs.Reads(plan.baseline);
-  std::string trials;
+  const std::string trials = TrialsFile(arguments, plan);
   if (!arguments.out.empty()) {
-    trials = arguments.out + "/trials.db";
     outputs.WritesInto(arguments.out, {"summary.json", "junit.xml", "summary.md"})
         .Writes(arguments.out + "/report.html", page::kPageFile)
         .Writes(trials, system::kResultFile);
     if (arguments.bundles > 0) outputs.WritesInto(arguments.failures(), {});
   }
   outputs.Require();
+  if (!arguments.out.empty()) system::MakeFolder(arguments.out);
   app::Progress progress(arguments.quiet);
   const GateReport report =
       RunGate(plan, baseline, RunnerOf(arguments, plan, trials, &progress), ShowOn(&progress));
@@ -180,8 +184,11 @@ int Gate(const GateArguments& arguments) {
     return arguments.update ? UpdateBaseline(arguments, plan, outputs)
                             : JudgeAgainstBaseline(arguments, plan, outputs);
   } catch (const batch::Stopped&) {
-    if (!arguments.quiet && (arguments.update || !arguments.out.empty()))
-      std::fputs("stopped; the same command goes on\n", stderr);
+    const std::string trials = TrialsFile(arguments, plan);
+    app::Progress(arguments.quiet)
+        .Say(trials.empty()
+                 ? "stopped: without --out no trial is kept"
+                 : "stopped: the trials so far are in " + trials + "; the same command goes on");
     return app::kExitInconclusive;  // main makes it the signal's
   }
 }
@@ -200,7 +207,7 @@ void AddGate(app::CommandLine& line) {
   const app::Option out =
       gate.Add("--out", arguments.out,
                "Folder for report.html, summary.json, junit.xml, summary.md, failures/");
-  arguments.jobs.AddTo(&gate, "Processes that run trials", app::AvailableCores());
+  arguments.jobs.AddTo(&gate, "Processes that run trials");
   const app::Option set = gate.AddSet(
       arguments.assignments, "Set one scenario key in every condition, as if the build had it so");
   const app::Option bundles =

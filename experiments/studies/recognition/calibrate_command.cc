@@ -89,7 +89,7 @@ void AddCalibrate(app::CommandLine& line) {
            "Generations of CMA-ES, each evaluated side by side; 0: only the start")
       .Between(0, 10000);
   calibrate.Add("--seed", arguments.seed, "Of the search");
-  arguments.jobs.AddTo(&calibrate, "Processes; the result is the same", 1);
+  arguments.jobs.AddTo(&calibrate, "Processes; the result is the same");
   calibrate.Add("--out FILE", arguments.out, "Write the values found as a scenario's keys");
   calibrate.AddJson(arguments.json);
   calibrate.AddQuiet(arguments.quiet);

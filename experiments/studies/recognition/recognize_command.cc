@@ -113,7 +113,7 @@ void AddRecognize(app::CommandLine& line) {
       .Between(0, light::kMaxMilk_ml_m3)
       .Excludes(table);
   recognize.Add("--seconds", arguments.seconds, "Time a cell is watched").Between(0.02, 3600);
-  arguments.jobs.AddTo(&recognize, "Processes; the results are the same", 1);
+  arguments.jobs.AddTo(&recognize, "Processes; the results are the same");
   recognize.AddSet(
       arguments.assignments,
       "Set one key of the scenarios pool_active and pool_passive, such as pose_estimator");

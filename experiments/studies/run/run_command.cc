@@ -61,7 +61,8 @@ void AddRun(app::CommandLine& line) {
   std::vector<std::string> outcomes;
   outcomes.reserve(EnumNames<trial::Outcome>::kNames.size());
   for (const auto& [outcome, name] : EnumNames<trial::Outcome>::kNames)
-    if (trial::IsOwnEnd(outcome)) outcomes.push_back(name);
+    if (outcome != trial::Outcome::kCrashed && outcome != trial::Outcome::kHung)
+      outcomes.push_back(name);
   run.Add("--expect", arguments.expect, "Exit with 1 when the trial ends otherwise")
       .OneOf(outcomes);
 }

@@ -14,6 +14,8 @@
 #include "experiments/media/jpeg.h"
 #include "experiments/media/mp4_writer.h"
 #include "experiments/page/trial_page.h"
+#include "experiments/report/json.h"
+#include "experiments/report/quantity.h"
 #include "experiments/studies/run/trial_figure.h"
 #include "experiments/studies/run/trial_video.h"
 #include "experiments/system/output_path.h"
@@ -93,7 +95,7 @@ class Film {
   void Finish(const trial::TrialRecord& record) {
     constexpr int kVerdict_s = 3;
     const media::Canvas& verdict =
-        composer_.Conclude(trial::WordsOf(record.outcome), record.reason);
+        composer_.Conclude(report::Words(NameOf(record.outcome)), record.reason);
     for (int i = 0; i < kVerdict_s * scenario_.clock.frames_per_second; ++i) writer_.Add(verdict);
     writer_.Finish();
   }
@@ -139,6 +141,7 @@ trial::TrialResult RunShownTrial(const trial::Scenario& scenario, const ShownTri
   RequireOutputs(shown);
   app::Progress progress(shown.quiet);
   progress.Say(TitleOf(scenario));
+  if (shown.out) system::MakeFolder(*shown.out);
   std::optional<Film> film;
   if (shown.video) film.emplace(scenario, *shown.out + "/video.mp4");
   const bool keeps = shown.out && scenario.pose_source == trial::PoseSource::kCameras;
@@ -168,7 +171,7 @@ trial::TrialResult RunShownTrial(const trial::Scenario& scenario, const ShownTri
   progress.Say(Summary(result));
   // The numbers first: what fails later does not take them along.
   if (shown.out) trial::WriteRecords(*shown.out, scenario, result);
-  if (shown.json) std::fputs(trial::ResultJson(result).c_str(), stdout);
+  if (shown.json) std::fputs(report::JsonText(result).c_str(), stdout);
   if (shown.out) WriteKeyFrames(folder, pictures);
   if (film)
     film->Finish(result);

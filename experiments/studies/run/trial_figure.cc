@@ -8,6 +8,7 @@
 
 #include "control/axes.h"
 #include "experiments/media/figure.h"
+#include "experiments/report/quantity.h"
 #include "sim/base/check.h"
 #include "sim/base/units.h"
 
@@ -32,7 +33,7 @@ struct Quantity {
 std::vector<report::Block> StageBlocks(const trial::TrialLog& log) {
   std::vector<report::Block> blocks;
   for (const FrameRecord& frame : log.frames) {
-    const std::string name = trial::WordsOf(frame.stage);
+    const std::string name = report::Words(NameOf(frame.stage));
     if (!blocks.empty()) blocks.back().to_x = frame.time_s;
     if (blocks.empty() || blocks.back().name != name)
       blocks.push_back({.name = name,

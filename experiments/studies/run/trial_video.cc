@@ -9,6 +9,7 @@
 
 #include "control/axes.h"
 #include "experiments/media/draw_balls.h"
+#include "experiments/report/quantity.h"
 #include "experiments/trial/trial_files.h"
 #include "sim/base/units.h"
 
@@ -134,7 +135,7 @@ const media::Canvas& VideoComposer::Conclude(const std::string& outcome,
 }
 
 void VideoComposer::DrawStatus(const trial::FrameRecord& record) {
-  const int x = DrawPlate(&canvas_, 10, 10, trial::WordsOf(record.stage),
+  const int x = DrawPlate(&canvas_, 10, 10, report::Words(NameOf(record.stage)),
                           trial::kOnDark.Of(record.stage), media::Align::kLeft, /*bold=*/true);
   DrawPlate(
       &canvas_, x + 8, 10,

@@ -63,8 +63,7 @@ void RequireNotVaried(const config::YamlNode& trials, const std::vector<GainRang
   batch::VariedKeys tuned;
   for (const GainRange& gain : gains) tuned.Add(gain.key, config::TextNode("", trials));
   const auto require = [&tuned](const std::string& key, const config::YamlNode& value) {
-    if (const auto at = tuned.FirstThere(key, value))
-      at->Fail("is tuned: it has one value in all trials");
+    tuned.RequireNew(key, value, "is tuned: it has one value in all trials");
   };
   if (const auto grid = trials.Find("grid"))
     for (const auto& [key, values] : grid->Entries())

@@ -32,6 +32,7 @@ int Tune(const TuneArguments& arguments) {
       .Writes(out + "/gains.yaml", kGainsFile);
   arguments.output.Plan("tuning", &outputs);
   outputs.Require();
+  system::MakeFolder(out);
   app::Progress progress(arguments.quiet);
   progress.Say(fmt::format("{}: {} gains, study {}", study.settings().description,
                            study.start().size(), study.hash()));
@@ -83,7 +84,7 @@ void AddTune(app::CommandLine& line) {
              "Folder for gains.yaml, the report and every evaluation; one that holds a part of the "
              "study is gone on with")
       .Required();
-  arguments.jobs.AddTo(&tune, "Processes that run trials", app::AvailableCores());
+  arguments.jobs.AddTo(&tune, "Processes that run trials");
   tune.AddQuiet(arguments.quiet);
 }
 

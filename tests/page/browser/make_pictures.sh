@@ -49,7 +49,7 @@ END
 
 "$program" report trial --out trial.html
 "$program" report currents.db --out batch.html
-"$program" report p_voltage.db lqg.db --by 'sea.current.surface_velocity_mps[1]' --out compare.html
+"$program" compare p_voltage.db lqg.db --by 'sea.current.surface_velocity_mps[1]' --out compare.html >compare.txt
 "$program" report study --out tuning.html
 "$program" report gate --out gate.html
 "$program" report cells.json --out recognition.html

@@ -99,7 +99,7 @@ sed '/^grid:/,$d; s/seeds: 6/seeds: 1/' plan.yaml >single.yaml
 "$program" report none.db --out none.html
 "$program" report single.db --out single.html
 "$program" report batch.db --out batch.html
-"$program" report a.db b.db --by controller --out compare.html
+"$program" compare a.db b.db --by controller --out compare.html >compare.txt
 "$program" report study --out tuning.html
 "$program" report steps/report.json --out steps.html
 "$program" report vehicle/report.json --out vehicle.html

@@ -240,7 +240,8 @@ TEST_F(Comparison, TheReportSaysWhatChangedAndWhichSeedsFlipped) {
                 "20 ml/m³ +time, s +10.2[12] +11.2[12] +\\+1 \\[\\+1, \\+1\\] +14 .*significant"));
   EXPECT_THAT(text, Not(HasSubstr("tracking"))) << "no pair has one";
   EXPECT_THAT(text, ContainsRegex("\n14 +gained +water milk 20 ml/m³ +29 +129 +timeout\n"));
-  EXPECT_THAT(text, HasSubstr("turbidock report a.db b.db --by 'water.milk_ml_m3'\n"));
+  EXPECT_THAT(
+      text, HasSubstr("turbidock compare a.db b.db --by 'water.milk_ml_m3' --out compare.html\n"));
   // significant rows first, docking before times
   EXPECT_LT(text.find("all together"), text.find("time, s"));
   // the seed opens its pair
