@@ -153,9 +153,9 @@ report::Section GroupSection(const std::vector<std::string>& keys,
     titles.push_back("<" + NameOfKey(key).Title());
   }
   for (const char* title :
-       {"trials", "success %", "interval", "time to dock s", "|y| mm", "|z| mm", "off mm"})
+       {"trials", "success, %", "interval", "time to dock, s", "|y|, mm", "|z|, mm", "off, mm"})
     titles.emplace_back(title);
-  if (precision) titles.emplace_back("half width %");
+  if (precision) titles.emplace_back("half width, %");
   titles.emplace_back("<failures");
   report::Table table(titles);
   const double mm = units::MmFromM(1);
