@@ -5,7 +5,9 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <functional>
 #include <new>
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -18,6 +20,7 @@
 #include "sim/vehicle/model_contents.h"
 #include "sim/vehicle/model_limits.h"
 #include "sim/vehicle/mujoco_handlers.h"
+#include "sim/vehicle/part_angles.h"
 
 namespace turbidock::vehicle {
 namespace {
@@ -50,12 +53,17 @@ void RequireOfPart(const Tag& tag, const std::string& where) {
     throw ConfigError(where + "<composite> is many bodies, a part is one");
   if (tag.name != "compiler") return;
   for (const auto& [key, value] : tag.attributes) {
-    // as MuJoCo writes them when it makes MJCF of a URDF; no limits are allowed that it would ask
-    const bool is_harmless = (key == "angle" && value == "radian") || key == "autolimits";
-    if (is_harmless) continue;
+    // angles are turned into the scene's; no limits are allowed that autolimits would ask
+    if (key == "angle" || key == "eulerseq" || key == "autolimits") continue;
     std::string said = where;
-    said.append("<compiler ").append(key).append("=\"").append(value);
-    throw ConfigError(said + "\"> is the scene's, whose angles are radians: leave it out");
+    said.append("<compiler ")
+        .append(key)
+        .append("=\"")
+        .append(value)
+        .append("\"> is the scene's: ");
+    throw ConfigError(said + (key == "meshdir" || key == "texturedir"
+                                  ? "leave it out, and write the folder into each file=\"...\""
+                                  : "leave it out"));
   }
 }
 
@@ -144,14 +152,17 @@ class Additions {
   Additions(std::set<std::string> scene_includes, Contents* contents)
       : scene_includes_(std::move(scene_includes)), contents_(contents) {}
 
-  void Add(const std::string& name, const fs::path& path, bool is_part) {
+  // What the scene lacks has no angles of its own.
+  void Add(const std::string& name, const fs::path& path,
+           const std::optional<Angles>& part = std::nullopt) {
     const std::string model = ReadXml(path, contents_);
-    files_.Add(name, path, model);
+    files_.Add(name, path, part ? WithSceneAngles(model, *part) : model);
     for (const Tag& tag : TagsOf(model)) {
       RequireModest(tag, WhereIn(path, tag));
-      if (is_part) RequireOfPart(tag, WhereIn(path, tag));
+      if (part) RequireOfPart(tag, WhereIn(path, tag));
+      if (part) RequireTurns(tag, *part, WhereIn(path, tag));
       // what the scene lacks includes the scene's files first, which MuJoCo finds
-      if (is_part && tag.name == "include") AddIncluded(path, tag);
+      if (part && tag.name == "include") AddIncluded(path, tag, *part);
       for (const std::string& named : FilesOf(tag)) AddNamed(path, tag, named);
     }
   }
@@ -160,14 +171,14 @@ class Additions {
 
  private:
   // One that is not beside it may be the scene's.
-  void AddIncluded(const fs::path& path, const Tag& tag) {
+  void AddIncluded(const fs::path& path, const Tag& tag, const Angles& part) {
     const fs::path file = path.parent_path() / tag.attribute("file");
     std::error_code ignored;
     if (files_.Has(file.filename()) || !fs::is_regular_file(file, ignored)) return;
     if (scene_includes_.contains(file.filename()))
       throw ConfigError(WhereIn(path, tag) + "<include file=\"" + tag.attribute("file") +
                         "\"> has the name of a file that the scene includes: rename it");
-    Add(file.filename(), file, /*is_part=*/true);
+    Add(file.filename(), file, part);
   }
 
   void AddNamed(const fs::path& path, const Tag& tag, const std::string& named) {
@@ -222,6 +233,36 @@ void RequirePlaces(const mjModel& m, const std::string& where) {
   places.Require(mjOBJ_CAMERA, m.ncam, "camera", "orientation", m.cam_quat, 4);
 }
 
+// How the compilers of a scene or part and of what it includes say that angles are given; the last
+// one counts, as to MuJoCo.
+Angles AnglesOf(const SceneFiles& files, Angles angles) {
+  std::set<fs::path> seen;
+  const std::function<void(const fs::path&)> read = [&](const fs::path& path) {
+    std::error_code ignored;
+    if (!seen.insert(path).second || !fs::is_regular_file(path, ignored)) return;
+    for (const Tag& tag : TagsOf(ReadXml(path, nullptr))) {
+      if (tag.name == "compiler") angles.Read(tag, WhereIn(path, tag));
+      const std::string included = tag.name == "include" ? tag.attribute("file") : "";
+      if (included.empty() || files.parts.contains(included)) continue;
+      const auto shared = files.shared.find(included);
+      read(shared != files.shared.end() ? fs::path(shared->second)
+                                        : fs::path(files.scene).parent_path() / included);
+    }
+  };
+  read(files.scene);
+  return angles;
+}
+
+// Parts and bundled files have their angles in radians: in a scene of other angles each would mean
+// another place.
+void RequireRadians(const SceneFiles& scene) {
+  const Angles angles = AnglesOf(scene, {.in_degrees = true});  // MuJoCo's default
+  if (angles.in_degrees || angles.eulerseq != Angles().eulerseq)
+    throw ConfigError(scene.scene +
+                      ": its parts give angles in radians, about x, y and z in turn; so must it: "
+                      "say <compiler angle=\"radian\"/>, without eulerseq");
+}
+
 // Looks at all files of a scene. What MuJoCo is to take from memory, if there is any.
 std::unique_ptr<Additions> Gather(const SceneFiles& scene, Contents* contents) {
   std::set<fs::path> own;
@@ -229,12 +270,13 @@ std::unique_ptr<Additions> Gather(const SceneFiles& scene, Contents* contents) {
   GatherTags(scene.scene, scene, &own, &tags, contents);
   RequireFiles(scene.scene, tags, contents);
   if (scene.parts.empty() && scene.shared.empty()) return nullptr;  // megabytes
+  RequireRadians(scene);
   std::set<std::string> names;
   for (const fs::path& file : own) names.insert(file.filename());
   auto files = std::make_unique<Additions>(std::move(names), contents);
-  for (const auto& [name, file] : scene.parts) files->Add(name, file, /*is_part=*/true);
+  for (const auto& [name, file] : scene.parts) files->Add(name, file, AnglesOf({file}, {}));
   for (const auto& [name, file] : scene.shared)
-    if (!files->Has(name)) files->Add(name, file, /*is_part=*/false);
+    if (!files->Has(name)) files->Add(name, file);
   return files;
 }
 

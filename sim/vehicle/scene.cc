@@ -176,6 +176,9 @@ class Contract {
     Require(model_.body_jntnum[body] == 1 && model_.body_parentid[body] == 0 &&
                 model_.jnt_type[model_.body_jntadr[body]] == mjJNT_FREE,
             "body \"vehicle\" must have one free joint");
+    Require(model_.jnt_stiffness[model_.body_jntadr[body]] == 0,
+            "the vehicle's free joint must have no stiffness, a spring to the world's origin: "
+            "leave it out");
     return body;
   }
 

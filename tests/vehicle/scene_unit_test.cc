@@ -171,12 +171,59 @@ TEST_F(APart, SaysNothingForTheWholeScene) {
   for (const char* tag : {"option", "statistic", "visual", "equality", "contact"})
     EXPECT_THAT(said("<!-- <a> -->\n<" + std::string(tag) + " a='>'\n b=\"1\"/>"),
                 HasSubstr("mine.xml:3: <" + std::string(tag) + "> is the scene's"));
-  EXPECT_THAT(said("<compiler angle=\"degree\"/>"),
-              HasSubstr("mine.xml:2: <compiler angle=\"degree\"> is the scene's"));
+  EXPECT_THAT(said("<compiler boundmass=\"1\"/>"),
+              HasSubstr("mine.xml:2: <compiler boundmass=\"1\"> is the scene's: leave it out"));
+  EXPECT_THAT(said("<compiler meshdir=\"m\"/>"), HasSubstr("write the folder into each file="));
   EXPECT_THAT(said("<worldbody><composite type=\"box\"/></worldbody>"),
               HasSubstr("<composite> is many bodies"));
   EXPECT_THAT(said("<asset><skin file=\"s.skn\"/></asset>"), HasSubstr("mine.xml:2: <skin> bends"));
   EXPECT_THAT(said("<!-- <option gravity=\"0 0 0\"/> -->"), Not(HasSubstr("option")));
+}
+
+// Each turns x to where the first one does.
+TEST_F(APart, HasAnglesOfItsOwn) {
+  const auto axis = [&](const std::string& compiler, const std::string& angles) {
+    const std::string said =
+        With(compiler, "<site name=\"turned\" " + angles + "/>\n<!-- euler=\"0 0 9\" -->");
+    EXPECT_EQ(said, "no error") << compiler << angles;
+    const Scene scene =
+        LoadScene({folder_ + "scene.xml", {{"vehicle.xml", folder_ + vehicle_}}}, {});
+    const int site = mj_name2id(scene.model.get(), mjOBJ_SITE, "turned");
+    const mjtNum* q = scene.model->site_quat + 4 * site;
+    return Eigen::Vector3d(Eigen::Quaterniond(q[0], q[1], q[2], q[3]) * Eigen::Vector3d(1, 2, 3));
+  };
+  const std::string degree = "<compiler angle=\"degree\"/>";
+  const Eigen::Vector3d wanted = axis("", "euler=\"0.1 0.2 0.3\"");
+  for (const auto& [compiler, angles] : std::initializer_list<std::pair<std::string, std::string>>{
+           {degree, "euler=\"5.729577951308232 11.459155902616464 17.188733853924695\""},
+           {degree, "euler = '5.729577951308232 11.459155902616464\n17.188733853924695'"},
+           {"<compiler eulerseq=\"ZYX\"/>", "euler=\"0.3 0.2 0.1\""},
+           {"<compiler angle=\"degree\" eulerseq=\"ZYX\"/>",
+            "euler=\"17.188733853924695 11.459155902616464 5.729577951308232\""},
+           {"<compiler angle=\"radian\" autolimits=\"true\"/>", "euler=\"0.1 0.2 0.3\""}})
+    EXPECT_TRUE(axis(compiler, angles).isApprox(wanted, 1e-9)) << compiler << angles;
+  EXPECT_TRUE(axis(degree, "axisangle=\"0 0 2 90\"").isApprox(Eigen::Vector3d(-2, 1, 3), 1e-9));
+  // of a file that it includes
+  Write("angles.xml", "<mujoco>" + degree + "</mujoco>");
+  EXPECT_TRUE(axis("<include file=\"angles.xml\"/>", "euler=\"0 0 90\"")
+                  .isApprox(Eigen::Vector3d(-2, 1, 3), 1e-9));
+  EXPECT_THAT(With("", "<site\neuler=\"0 0 45\"/>"),
+              HasSubstr("mine.xml:3: <site euler=\"0 0 45\">: is more than a turn"));
+  EXPECT_THAT(With("<compiler angle=\"deg\"/>"), HasSubstr("must be degree or radian"));
+  EXPECT_THAT(With("<compiler eulerseq=\"abc\"/>"), HasSubstr("must be three of x, y, z"));
+}
+
+// Its parts would be read as the scene's compiler says.
+TEST_F(APart, HasASceneInRadians) {
+  std::ifstream file(folder_ + "scene.xml");
+  const std::string scene(std::istreambuf_iterator<char>(file), {});
+  for (const char* compiler : {"<compiler/>", "<compiler angle=\"degree\"/>",
+                               "<compiler angle=\"radian\" eulerseq=\"zyx\"/>"}) {
+    std::string changed = scene;
+    const std::string radian = "<compiler angle=\"radian\"/>";
+    Write("scene.xml", changed.replace(changed.find(radian), radian.size(), compiler));
+    EXPECT_THAT(With(""), HasSubstr("say <compiler angle=\"radian\"/>, without eulerseq"));
+  }
 }
 
 TEST_F(APart, NamesFilesThatStandBesideIt) {
@@ -394,6 +441,7 @@ INSTANTIATE_TEST_SUITE_P(
         Breach{"name=\"vehicle\"", "name=\"boat\"", "no body named \"vehicle\""},
         Breach{"<freejoint/>", "<joint/>", "one free joint"},
         Breach{"<freejoint/>", "", "one free joint"},
+        Breach{"<freejoint/>", "<joint type='free' stiffness='5'/>", "no stiffness"},
         Breach{"name=\"hull_box\"", "name=\"box\"", "must not have a geom named \"box\""},
         Breach{"name=\"hull_box\"", "", "must not have a geom named \"\""},
         Breach{"name=\"pole\"", "name=\"hull_pole\"", "no geom \"pole\""},
