@@ -50,7 +50,11 @@ Sharing SharingOf(const std::vector<ThrusterModel>& thrusters, const VectorXd& s
   MatrixXd shares = PseudoInverse(wanted);
   // What changes nothing on the four axes is free to level the vehicle.
   const MatrixXd free = MatrixXd::Identity(all.cols(), all.cols()) - shares * wanted;
-  MatrixXd level = free * PseudoInverse(unwanted * free);
+  // Angles of six digits leave a millionth of a moment: that is none.
+  MatrixXd moments_left = unwanted * free;
+  for (Eigen::Index i = 0; i < 2; ++i)
+    if (moments_left.row(i).norm() < 1e-3 * unwanted.row(i).norm()) moments_left.row(i).setZero();
+  MatrixXd level = free * PseudoInverse(moments_left);
   shares -= level * unwanted * shares;
   const MatrixXd moments = unwanted * level;
   for (Eigen::Index axis = 0; axis < 2; ++axis)
@@ -80,7 +84,8 @@ double Bound(const VoltsAllocationParams& params) {
 
 }  // namespace
 
-ForceAllocation::ForceAllocation(const ForceAllocationParams& params, const VehicleModel& vehicle)
+ForceAllocation::ForceAllocation(const ForceAllocationParams& params, const VehicleModel& vehicle,
+                                 bool may_lack_axes)
     : params_(params), thrusters_(vehicle.thrusters) {
   CheckFields(params_, "allocation");
   const auto count = std::ssize(thrusters_);
@@ -108,10 +113,11 @@ ForceAllocation::ForceAllocation(const ForceAllocationParams& params, const Vehi
     const auto reached = [&](const MatrixXd& thrust) {
       return std::abs(wrenches.row(kRows[at]).dot(thrust.col(axis)) - 1) < 1e-6;
     };
-    if (!reached(of_sound))
+    if (!reached(of_sound) && !may_lack_axes)
       throw ConfigError("the vehicle's thrusters cannot push along " + std::string(kAxisNames[at]) +
                         " by itself, which docking needs");
     reached_[at] = reached(thrust_per_demand_);
+    if (!reached(of_sound)) continue;
     // A long step, of which as much is possible as the first limit allows.
     const double long_step = 1e6;
     most_[axis] =

@@ -56,8 +56,10 @@ struct ForceAllocationParams {
 class ForceAllocation final : public Allocation {
  public:
   // ConfigError for a vehicle that cannot push along one of the axes even when all its thrusters
-  // are sound. One that cannot because of failed thrusters gives nothing there.
-  ForceAllocation(const ForceAllocationParams& params, const VehicleModel& vehicle);
+  // are sound, unless it may lack some: it gives nothing there. So does one that cannot because of
+  // failed thrusters.
+  ForceAllocation(const ForceAllocationParams& params, const VehicleModel& vehicle,
+                  bool may_lack_axes = false);
 
   using Allocation::Share;
   Allocated Share(const Axes& demand, const RollPitch& level) const override;
@@ -66,6 +68,8 @@ class ForceAllocation final : public Allocation {
   const Axes& most() const { return most_; }
   const Axes& most_back() const { return most_back_; }
   Axes authority() const override { return (most_ - most_back_) / 2; }
+  // Whether the thrusters that are left can roll and pitch it without moving it along an axis.
+  bool levels() const { return thrust_per_level_.col(0).any() && thrust_per_level_.col(1).any(); }
 
  private:
   using ByThruster = Eigen::Matrix<double, Eigen::Dynamic, kAxisCount, 0, kMaxThrusters>;

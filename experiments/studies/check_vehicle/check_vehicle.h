@@ -1,7 +1,7 @@
 #pragma once
 // What a vehicle's builder wants to know before the first trial: does it float, which way does each
-// thruster push, how fast does it get, does it hold the scenario's current, does it see the marker
-// and does its pole reach the hole.
+// thruster push, how fast does it get, does it hold the scenario's current, does it see the marker,
+// does its pole reach the hole, and would `run` run it.
 
 #include <algorithm>
 #include <cmath>
@@ -13,6 +13,7 @@
 #include "experiments/studies/check_vehicle/vehicle_physics.h"
 #include "experiments/trial/scenario.h"
 #include "sim/base/result_fields.h"
+#include "sim/vehicle/plant.h"
 
 namespace turbidock::check_vehicle {
 
@@ -47,14 +48,26 @@ struct AxisReport {
   TURBIDOCK_FIELDS(axis, most, most_back, speed, speed_back, roll_rad, pitch_rad, load)
 };
 
-// The marker in the images where the vehicle stands in front of it.
+// The marker in the images where the procedure has the vehicle in front of it.
 struct ViewReport {
   std::string place;     // "servoing", "docked"
-  double x_m = 0;        // of the marker in the camera head
+  Pose X_HM;             // as `procedure.servo_*` and `docked_x_m` say
+  double x_m = 0;        // of it
   double margin_px = 0;  // from the nearest ball's edge to the nearest image border; negative: out
   std::string nearest;   // "blue in the left image"
+  double hidden = 0;     // most of a ball that is behind a part of the vehicle, as a share of it
+  std::string hides;     // "hull_arm hides red in the left image"
 
-  TURBIDOCK_FIELDS(place, x_m, margin_px, nearest)
+  TURBIDOCK_FIELDS(place, x_m, margin_px, nearest, hidden, hides)
+};
+
+// The first thing that the vehicle touches on its straight way from servoing to docked, but for the
+// pole in the dock.
+struct CollisionReport {
+  std::string what;  // "hull_box against dock_lead_right"; empty: nothing
+  double x_m = 0;    // of the marker in the camera head
+
+  TURBIDOCK_FIELDS(what, x_m)
 };
 
 // The pole's tip at the docked pose, in the dock's frame.
@@ -70,23 +83,40 @@ struct PoleReport {
 
 struct VehicleCheck {
   std::string vehicle, scenario;
+  std::string mjcf, data;  // its files
+  double mass_kg = 0;      // with its loads
+  bool levels = false;     // its thrusters roll and pitch it
+  std::string refusal;     // what `run` says of it, if it refuses
   Floating floating;
   std::vector<HullReport> hull;
   std::vector<ThrusterReport> thrusters;
   std::vector<AxisReport> axes;
   std::vector<ViewReport> views;
   PoleReport pole;
+  CollisionReport collision;
   std::vector<std::string> problems;  // with which it cannot dock
   std::vector<std::string> warnings;
 
-  TURBIDOCK_FIELDS(vehicle, scenario, floating, hull, thrusters, axes, views, pole, problems,
-                   warnings)
+  Eigen::Vector3d hull_size_m() const { return hull[0].high_m - hull[0].low_m; }
+  TURBIDOCK_FIELDS(vehicle, scenario, mjcf, data, mass_kg, levels, refusal, floating, hull,
+                   thrusters, axes, views, pole, collision, problems, warnings)
 };
 
 // Of the scenario's vehicle as `vehicle` describes it, before its station and in its sea.
-// ConfigError for a vehicle that is none, cannot push along an axis that docking needs, or sinks
-// (rises) faster than its thrusters hold.
+// ConfigError for a vehicle that is none, or sinks (rises) faster than its thrusters hold;
+// SimulatorFault when nothing can be drawn.
 VehicleCheck CheckVehicle(const trial::Scenario& scenario);
+
+// Its parts: at_dock.cc. `plant` is moved about.
+std::vector<ViewReport> ReportViews(const trial::Scenario& scenario, const vehicle::Scene& scene,
+                                    vehicle::Plant* plant);
+PoleReport ReportPole(const vehicle::Scene& scene, const Pose& X_HM_docked);
+CollisionReport ReportCollision(const vehicle::Scene& scene, const Pose& X_HM_servoing,
+                                const Pose& X_HM_docked, vehicle::Plant* plant);
+// judge.cc: in words, from all the rest.
+void Judge(const trial::Scenario& scenario, const vehicle::Scene& scene, VehicleCheck* check);
+// "5 mm to the left and 0 mm above".
+std::string BesideText(double aside_m, double above_m);
 
 // What is wrong, how it floats, what it sees; its thrusters, their forces and the speeds they
 // reach.

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <set>
 #include <string>
@@ -8,10 +10,14 @@
 #include "experiments/app/commands.h"
 #include "experiments/app/report_output.h"
 #include "experiments/config/data_files.h"
+#include "experiments/config/yaml_fields.h"
 #include "experiments/report/json.h"
 #include "experiments/studies/check_vehicle/check_vehicle.h"
+#include "experiments/studies/check_vehicle/urdf.h"
 #include "experiments/system/output_path.h"
+#include "experiments/system/plain_text.h"
 #include "experiments/trial/scenario.h"
+#include "sim/vehicle/model_files.h"
 
 namespace turbidock::check_vehicle {
 namespace {
@@ -26,21 +32,11 @@ struct CheckArguments {
   app::ReportOutput output;
 };
 
-// What MuJoCo makes of a URDF or a whole MJCF model that is no vehicle of this program yet, and
-// what it lacks.
-[[noreturn]] void RefuseForeign(const std::string& file, const mjModel& model,
-                                const std::string& mjcf) {
-  char message[500] = "";
-  if (!mjcf.empty() && !mj_saveLastXML(mjcf.c_str(), &model, message, sizeof message))
-    throw ConfigError(mjcf + ": " + message);
+std::string Lacking(const mjModel& model) {
   std::vector<std::string> lacking;
   for (const vehicle::ModelName& name : vehicle::LackingVehicleNames(model))
     lacking.push_back(fmt::format("{} {} ({})", name.kind, name.name, name.meaning));
-  throw ConfigError(fmt::format(
-      "{}: MuJoCo reads it ({} bodies, {} geoms), but it is no vehicle yet: it lacks {}{}", file,
-      model.nbody - 1, model.ngeom, fmt::join(lacking, "; "),
-      mjcf.empty() ? ". --mjcf FILE writes it as MJCF, to go on from"
-                   : ". " + mjcf + " is it as MJCF"));
+  return fmt::format("{}", fmt::join(lacking, "; "));
 }
 
 // Those with data beside their MJCF.
@@ -51,25 +47,71 @@ std::string BundledVehicles() {
   return fmt::format("bundled: {}", fmt::join(names, ", "));
 }
 
-// A URDF, and what has no data beside it, must be a vehicle by itself to go on.
-void RequireVehicle(const std::string& file, const std::string& mjcf) {
+// Any other file than a bundled vehicle's or one with data beside it. What MuJoCo says of a whole
+// model, or of a part in the scene of this program, is said.
+[[noreturn]] void RefuseForeign(const std::string& file) {
+  const std::string data = fs::path(file).replace_extension(".yaml");
+  try {
+    if (const std::string lacking = Lacking(*vehicle::LoadModel(file)); !lacking.empty())
+      throw ConfigError(
+          fmt::format("{}: MuJoCo reads it, but it is no vehicle yet: it lacks {}", file, lacking));
+  } catch (const ConfigError& alone) {
+    const std::string said = alone.what();
+    if (said.find("MuJoCo reads it") != std::string::npos) throw;
+    try {
+      vehicle::ReadModel({.scene = config::ModelPath("sea_active.xml"),
+                          .parts = {{"vehicle.xml", file}},
+                          .shared = {}});
+    } catch (const ConfigError& as_part) {
+      throw ConfigError(
+          fmt::format("{} (MuJoCo {}, by itself; as a part of a scene: {}); and {} is not there",
+                      said, mj_versionString(), as_part.what(), data));
+    }
+  }
+  throw ConfigError(file + ": has no data beside it: " + data);
+}
+
+void RequireVehicle(const std::string& file) {
   std::error_code ignored;
-  const bool is_urdf = fs::path(file).extension() == ".urdf";
   if (file.empty()) throw ConfigError("give the vehicle's MJCF (" + BundledVehicles() + ")");
   if (!fs::is_regular_file(file, ignored)) {
     if (fs::is_regular_file(config::ModelPath(file), ignored)) return;
     throw ConfigError(file + ": no such file, and no bundled vehicle of that name (" +
                       BundledVehicles() + ")");
   }
-  if (!is_urdf && fs::is_regular_file(fs::path(file).replace_extension(".yaml"), ignored)) return;
-  vehicle::MjModelPtr model;
-  try {
-    model = vehicle::LoadModel(file);
-  } catch (const ConfigError&) {
-    if (is_urdf) throw;
-    return;  // part of a scene
+  if (!fs::is_regular_file(fs::path(file).replace_extension(".yaml"), ignored)) RefuseForeign(file);
+}
+
+// Writes a URDF as MJCF and, unless there are such, the data that it has. Says what it is and what
+// it lacks; false where it is no vehicle yet.
+bool Convert(const std::string& urdf, const fs::path& mjcf) {
+  const UrdfVehicle vehicle = ReadUrdf(urdf, fs::absolute(mjcf).parent_path());
+  const fs::path data = fs::path(mjcf).replace_extension(".yaml");
+  system::WriteWhole(mjcf, vehicle.mjcf);
+  const vehicle::MjModelPtr model =
+      vehicle::ReadModel({.scene = config::ModelPath("sea_active.xml"),
+                          .parts = {{"vehicle.xml", mjcf}},
+                          .shared = {}});
+  const int body = mj_name2id(model.get(), mjOBJ_BODY, "vehicle");
+  const double kg = model->body_subtreemass[body], kTol = 1e-6;
+  if (std::abs(kg - vehicle.body.mass_kg) > kTol * kg)
+    throw ConfigError(fmt::format("{}: its links weigh {} kg, {} {} kg", urdf,
+                                  FormatNumber(vehicle.body.mass_kg), mjcf.string(),
+                                  FormatNumber(kg)));
+  fmt::print(stderr, "{}: {:.4g} kg, as {} has in {} link{}; {} thruster{}\n", mjcf.string(), kg,
+             urdf, vehicle.links, vehicle.links == 1 ? "" : "s", vehicle.thrusters.size(),
+             vehicle.thrusters.size() == 1 ? "" : "s");
+  std::error_code ignored;
+  if (!fs::exists(data, ignored)) {
+    std::string text = "rigid_body:  # of the URDF\n";
+    system::WriteWhole(data, text + system::Indented(config::SaveYaml(vehicle.body), "  "));
+    fmt::print(stderr, "{}: mass and inertia; the rest is yours to give\n", data.string());
   }
-  if (!vehicle::LackingVehicleNames(*model).empty()) RefuseForeign(file, *model, mjcf);
+  if (!vehicle.held.empty())
+    fmt::print(stderr, "joints that are held as they stand: {}\n", fmt::join(vehicle.held, ", "));
+  const std::string lacking = Lacking(*model);
+  if (!lacking.empty()) fmt::print(stderr, "{} still lacks {}\n", mjcf.string(), lacking);
+  return lacking.empty();
 }
 
 // A file's name is any text: as JSON it is the same in YAML.
@@ -85,13 +127,18 @@ int Check(const CheckArguments& arguments) {
       .Writes(arguments.mjcf);
   arguments.output.Plan("check_vehicle", &outputs);
   outputs.Require();
-  RequireVehicle(arguments.file, arguments.mjcf);
+  const bool is_urdf = IsUrdf(arguments.file);
+  if (is_urdf && arguments.mjcf.empty())
+    throw ConfigError(arguments.file + ": is a URDF; --mjcf NAME.xml makes a vehicle of it");
+  if (!is_urdf && !arguments.mjcf.empty())
+    throw ConfigError("--mjcf " + arguments.mjcf,
+                      arguments.file + " is no URDF: there is nothing to convert");
+  if (is_urdf)
+    return Convert(arguments.file, arguments.mjcf) ? app::kExitDone : app::kExitCheckFailed;
+  RequireVehicle(arguments.file);
   std::vector<std::string> assignments = {VehicleModel(arguments.file)};
   assignments.insert(assignments.end(), arguments.assignments.begin(), arguments.assignments.end());
   const trial::Scenario scenario = trial::LoadScenario(arguments.scenario, assignments);
-  if (!arguments.mjcf.empty())
-    throw ConfigError("--mjcf " + arguments.mjcf,
-                      arguments.file + " is MJCF already: there is nothing to convert");
   const VehicleCheck check = CheckVehicle(scenario);
   arguments.output.Write(ReportOf(check), check);
   return check.problems.empty() ? app::kExitDone : app::kExitCheckFailed;
@@ -105,10 +152,12 @@ void AddCheckVehicle(app::CommandLine& line) {
                "Tell a vehicle's builder how it floats, moves, sees and fits the dock", &Check);
   check.Add("file", arguments.file,
             "The vehicle's MJCF, its data (NAME.yaml) beside it: a path, or a bundled one, which "
-            "are\nlisted without it");
+            "are\nlisted without it; or a URDF");
   check.Add("--scenario", arguments.scenario, "In whose sea, before whose station");
   check.AddSet(arguments.assignments, "Set one key, such as vehicle.rigid_body.mass_kg=14");
-  check.Add("--mjcf FILE", arguments.mjcf, "Write a URDF as the MJCF that MuJoCo makes of it");
+  check.Add(
+      "--mjcf FILE", arguments.mjcf,
+      "Write a URDF as such a vehicle, with its data beside it; exit code 1 where it lacks a part");
   arguments.output.AddTo(&check, "Folder for the report: .json, .md, .html, check_vehicle.png");
   check.Footer("Exit code 1 when there is a problem with which it cannot dock.");
 }

@@ -28,14 +28,19 @@ std::string Vector(const Eigen::Vector3d& p, int digits) {
 
 std::vector<report::Fact> FactsOf(const VehicleCheck& check) {
   const Floating& f = check.floating;
+  const Eigen::Vector3d size_mm = 1000 * check.hull_size_m();
   std::vector<report::Fact> facts = {
+      {"mass", fmt::format("{:.2f} kg", check.mass_kg), "from " + check.data},
+      {"hull", fmt::format("{:.0f} x {:.0f} x {:.0f} mm", size_mm.x(), size_mm.y(), size_mm.z()),
+       "long, wide and high, from " + check.mjcf},
       {f.buoyancy_newton >= 0 ? "rises with" : "sinks with",
        fmt::format("{:.1f} N", std::abs(f.buoyancy_newton)), "thrusters off"},
       {"rests",
        fmt::format("{:.1f}° and {:.1f}°", Rounded(DegFromRad(f.roll_rad), 0.1),
                    Rounded(DegFromRad(f.pitch_rad), 0.1)),
        "rolled and pitched"},
-      {"rights itself with", fmt::format("{:.2f} N m", f.righting_newton_m), "a radian"}};
+      {"rights itself with", fmt::format("{:.2f} N m", f.righting_newton_m), "a radian"},
+      {"levelled by", check.levels ? "its thrusters" : "its weight alone", "in roll and pitch"}};
   for (const ViewReport& view : check.views)
     facts.push_back(
         {"margin, " + view.place, fmt::format("{:.0f} px", view.margin_px),
@@ -43,11 +48,8 @@ std::vector<report::Fact> FactsOf(const VehicleCheck& check) {
   const PoleReport& p = check.pole;
   facts.push_back({"pole in the hole", fmt::format("{:.0f} mm", MmFromM(p.past_throat_m)),
                    fmt::format("docked, {:.0f} mm past the mouth", MmFromM(p.depth_m))});
-  facts.push_back(
-      {"pole off its axis",
-       fmt::format("{:.0f} and {:.0f} mm", Rounded(MmFromM(p.aside_m), 1),
-                   Rounded(MmFromM(p.above_m), 1)),
-       fmt::format("left and above, with {:.0f} mm free around it", MmFromM(p.clearance_m))});
+  facts.push_back({"pole off its axis", BesideText(p.aside_m, p.above_m),
+                   fmt::format("with {:.0f} mm free around it", MmFromM(p.clearance_m))});
   return facts;
 }
 

@@ -188,13 +188,22 @@ TEST_F(CheckVehicleCommand, WritesNothingOverTheVehicle) {
   }
 }
 
+TEST_F(CheckVehicleCommand, RunSaysWhatMakesAVehicleOfAUrdf) {
+  const std::string file = (folder_ / "rov.urdf").string();
+  std::ofstream(file) << "<robot/>";
+  const testing::ProgramEnd end =
+      testing::RunProgram({"run", "pool_active", "--set", "vehicle_model=" + file});
+  EXPECT_EQ(end.exit_code, 2);
+  EXPECT_THAT(end.err, HasSubstr("is a URDF; `turbidock check-vehicle FILE --mjcf NAME.xml`"));
+}
+
 TEST_F(CheckVehicleCommand, SaysThatMjcfNeedsNoConversion) {
   const std::string file = Vehicle("own"), out = (folder_ / "new.xml").string();
   const testing::ProgramEnd end = Run({file, "--mjcf", out});
   EXPECT_EQ(end.exit_code, 2);
   EXPECT_EQ(end.out, "");
   EXPECT_EQ(end.err, "turbidock: --mjcf " + out + ": " + file +
-                         " is MJCF already: there is nothing to convert\n");
+                         " is no URDF: there is nothing to convert\n");
   EXPECT_FALSE(std::filesystem::exists(out));
 }
 
