@@ -201,6 +201,10 @@ Option Subcommand::AddSet(std::vector<std::string>& assignments, const std::stri
   return Add("--set KEY=VALUE", assignments, doc + "; may be repeated");
 }
 
+Option Subcommand::AddGains(std::string& file) {
+  return Add("--gains", file, "Gains file, read over the scenarios; --set says otherwise");
+}
+
 Option Subcommand::AddSeed(std::string& seed) {
   return Add("--seed INT", seed, "Root of all randomness; as --set seed=N")
       .Check(Problem<int64_t>)

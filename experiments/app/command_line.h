@@ -67,6 +67,7 @@ class Subcommand {
 
   // Options that many subcommands have.
   Option AddSet(std::vector<std::string>& assignments, const std::string& doc);
+  Option AddGains(std::string& file);
   Option AddSeed(std::string& seed);  // a whole number, as written
   Option AddWorkers(int& workers, const std::string& doc);
   // --figure: a file that can be one, on a machine that can draw (both asked while the line is

@@ -20,12 +20,21 @@ void PlanArguments::AddTo(Subcommand* command, const trial::Plugins& plugins) {
   command->Add("plan", plan, "YAML file or the name of a bundled plan (see `turbidock list plans`)")
       .Required();
   command->AddSet(overrides.assignments, "Set one key of every trial, such as duration_s=30");
+  command->AddGains(gains);
   command->Add("--seed", overrides.master_seed, "Root of every trial's seed (master_seed)")
       .NotNegative();
   command
       ->Add("--seeds", overrides.seeds,
             "Exactly so many trials in each cell of the grid, whatever precision the plan asks")
       .Between(1, 1000000);
+}
+
+batch::Plan PlanArguments::Load() const {
+  batch::PlanOverrides all = overrides;
+  all.assignments = trial::GainAssignments(gains, overrides.plugins);
+  all.assignments.insert(all.assignments.end(), overrides.assignments.begin(),
+                         overrides.assignments.end());
+  return batch::LoadPlan(plan, all);
 }
 
 void JobArguments::AddTo(Subcommand* command, const std::string& doc) {

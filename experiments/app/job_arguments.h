@@ -13,11 +13,11 @@
 namespace turbidock::app {
 
 struct PlanArguments {
-  std::string plan;
+  std::string plan, gains;
   batch::PlanOverrides overrides;
 
   void AddTo(Subcommand* command, const trial::Plugins& plugins);
-  batch::Plan Load() const { return batch::LoadPlan(plan, overrides); }
+  batch::Plan Load() const;
 };
 
 struct JobArguments {

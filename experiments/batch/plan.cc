@@ -117,7 +117,7 @@ void Plan::ReadSet(const config::YamlNode& plan, const std::vector<std::string>&
   const auto add = [this](const std::string& key, const config::YamlNode& value) {
     if (key == "seed") RequireGivable(key, value);
     given_.Add(key, value);
-    set_.push_back({key, value.OneLine()});
+    set_.push_back({key, PlanValue(key, value)});
   };
   if (const auto set = plan.Find("set"))
     for (const auto& [key, value] : set->Entries()) {
@@ -141,7 +141,7 @@ void Plan::ReadGrid(const config::YamlNode& node) {
     std::set<std::string> seen;
     for (const config::YamlNode& value : elements) {
       given_.RequireNew(key, value);
-      std::string text = value.OneLine();
+      std::string text = PlanValue(key, value);
       if (key == kScenarioKey) text = value.Text().value_or(text);
       if (!seen.insert(text).second) value.Fail("'" + text + "' is given twice");
       axis.values.push_back(text);
@@ -163,7 +163,7 @@ std::vector<Case> Plan::CasesIn(const config::YamlNode& node, const std::string&
       RequireGivable(key, value);
       if (key == kScenarioKey) value.Fail("belongs in the grid");
       if (parameter == kStratumKey) given_.RequireNew(key, value);
-      read.values.push_back({key, value.OneLine()});
+      read.values.push_back({key, PlanValue(key, value)});
       places_.try_emplace(read.values.back().Assignment(), value.Where());
       given.emplace_back(key, value);
     }

@@ -4,11 +4,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 
 #include "experiments/config/nearest_name.h"
 #include "experiments/system/output_path.h"
 #include "sim/base/check.h"
+
+// In a program that is linked with the installed package (cmake/turbidockConfig.cmake.in), the
+// package's data.
+extern "C" __attribute__((weak)) const char turbidock_package_data[];
 
 namespace turbidock::config {
 namespace {
@@ -30,10 +35,17 @@ std::string DataDir() {
   dladdr(reinterpret_cast<const void*>(&DataDir), &library);
   const fs::path with_library =
       fs::path(library.dli_fname ? library.dli_fname : "").parent_path() / "share/turbidock";
-  for (const fs::path& dir : {beside, with_library, fs::path(TURBIDOCK_INSTALLED_DATA)})
+  if (const char* given = std::getenv("TURBIDOCK_DATA")) {
+    if (IsDataDir(given)) return given;
+    throw ConfigError(std::string("TURBIDOCK_DATA=") + given + ": holds no models/ and assets/");
+  }
+  const char* const package = turbidock_package_data;
+  for (const fs::path& dir :
+       {beside, with_library, fs::path(package ? package : ""), fs::path(TURBIDOCK_INSTALLED_DATA)})
     if (IsDataDir(dir)) return dir.string();
   throw ConfigError("the program's data (models/, assets/) is neither in " + beside.string() +
-                    " nor in " + TURBIDOCK_INSTALLED_DATA);
+                    " nor in " + TURBIDOCK_INSTALLED_DATA +
+                    "; set TURBIDOCK_DATA to PREFIX/share/turbidock of the installed package");
 }
 
 std::string ModelPath(const std::string& file) { return DataDir() + "/models/" + file; }

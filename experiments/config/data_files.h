@@ -6,9 +6,10 @@
 
 namespace turbidock::config {
 
-// The folder that holds models/ and assets/: share/turbidock beside the executable's bin/ or beside
-// the library that this is part of (a Python module), or the installed one. Throws ConfigError when
-// neither is there.
+// The folder that holds models/ and assets/: the environment's TURBIDOCK_DATA, else
+// share/turbidock beside the executable's bin/ or beside the library that this is part of (a Python
+// module), or of the package that the program is linked with, or the installed one. Throws
+// ConfigError when none is there.
 std::string DataDir();
 
 std::string ModelPath(const std::string& file);  // DataDir()/models/file

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <utility>
 
 #include "experiments/config/data_files.h"
@@ -66,9 +67,14 @@ std::string VehicleModelIn(const config::Layers& layers, const std::string& scen
 // The vehicle's data, beside its MJCF.
 std::string VehicleDataFile(const std::string& vehicle_model) {
   const fs::path data = fs::path(PathOfModel(vehicle_model)).replace_extension(".yaml");
+  if (vehicle_model.ends_with(".urdf") || vehicle_model.ends_with(".xacro"))
+    throw ConfigError("vehicle_model", "'" + vehicle_model +
+                                           "' is a URDF; `turbidock check-vehicle FILE --mjcf "
+                                           "NAME.xml` makes a vehicle of it");
   if (!IsFile(data))
-    throw ConfigError("vehicle_model",
-                      "'" + vehicle_model + "' has no data beside it: " + data.string());
+    throw ConfigError("vehicle_model", "'" + vehicle_model +
+                                           "' has no data beside it: " + data.string() +
+                                           "; `turbidock check-vehicle` says what it is");
   return data.string();
 }
 
@@ -215,6 +221,21 @@ Scenario LoadScenario(const std::string& name, const std::vector<std::string>& a
     CheckFields(scenario, "");
   }
   return scenario;
+}
+
+std::vector<std::string> GainAssignments(const std::string& gains_file, const Plugins& plugins) {
+  std::vector<std::string> assignments;
+  if (gains_file.empty()) return assignments;
+  const config::YamlNode file = config::LoadYaml(gains_file);
+  Scenario any;
+  any.plugins = plugins.WithDefaults();
+  config::ReadFields(file, &any, nullptr);  // what is wrong is said with its line
+  const std::function<void(const config::YamlNode&)> add = [&](const config::YamlNode& node) {
+    if (!node.IsMap()) return assignments.push_back(node.path + "=" + node.OneLine());
+    for (const auto& [key, value] : node.Entries()) add(value);
+  };
+  add(file);
+  return assignments;
 }
 
 Scenario ParseScenario(const std::string& text, const std::string& name, const Plugins& plugins) {

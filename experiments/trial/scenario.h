@@ -243,6 +243,10 @@ struct Scenario {
 Scenario LoadScenario(const std::string& name, const std::vector<std::string>& assignments,
                       const std::string& gains_file = "", const Plugins& plugins = {});
 
+// A gains file as assignments, "lqg.position_noise_m=0.01": for many scenarios. ConfigError as
+// above.
+std::vector<std::string> GainAssignments(const std::string& gains_file, const Plugins& plugins);
+
 // What a scenario's file is read over, given its presets and the file of its vehicle: struct
 // defaults and the data files above.
 Scenario ScenarioBefore(vision::Preset estimator, OpticsPreset optics,

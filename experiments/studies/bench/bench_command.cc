@@ -12,6 +12,7 @@ namespace {
 struct BenchArguments {
   // The active and the passive marker: light from the balls, light from the lamps.
   std::vector<std::string> scenarios = {"sea_night_active", "pool_passive"}, assignments;
+  std::string gains;
   BenchOptions options;
   bool json = false, quiet = false;
 };
@@ -19,7 +20,7 @@ struct BenchArguments {
 int Bench(const BenchArguments& arguments) {
   std::vector<trial::Scenario> scenarios;
   for (const std::string& name : arguments.scenarios)
-    scenarios.push_back(trial::LoadScenario(name, arguments.assignments));
+    scenarios.push_back(trial::LoadScenario(name, arguments.assignments, arguments.gains));
   app::Progress progress(arguments.quiet);
   BenchOptions options = arguments.options;
   std::vector<BenchResult> results;
@@ -44,6 +45,7 @@ void AddBench(app::CommandLine& line) {
       &Bench);
   bench.Add("scenario", arguments.scenarios, "YAML files or names of bundled scenarios");
   bench.AddSet(arguments.assignments, "Set one key in all of them, such as water.milk_ml_m3=20");
+  bench.AddGains(arguments.gains);
   bench.Add("--frames", arguments.options.frames, "Frames of a trial").Between(2, 1000000);
   bench.Add("--repeats", arguments.options.repeats, "Times that each trial is run")
       .Between(1, 1000);

@@ -234,7 +234,10 @@ Comparison ComparePairs(const std::vector<TrialPair>& pairs, const ComparisonOpt
 }
 
 Comparison Compare(const ComparedFile& a, const ComparedFile& b, const ComparisonOptions& options) {
-  Comparison comparison = ComparePairs(PairTrials(a.store, b.store, options), options);
+  const std::vector<TrialPair> pairs = PairTrials(a.store, b.store, options);
+  Comparison comparison = ComparePairs(pairs, options);
+  comparison.left_out_a = std::ssize(a.store.Trials()) - std::ssize(pairs);
+  comparison.left_out_b = std::ssize(b.store.Trials()) - std::ssize(pairs);
   comparison.a = a.file;
   comparison.b = b.file;
   comparison.build_a = a.store.header().build;

@@ -72,6 +72,8 @@ struct Comparison {
   std::string a, b, build_a, build_b;  // files, and the programs that wrote them
   ComparisonOptions options = {};
   Differences differences = {};
+  int64_t left_out_a = 0,
+          left_out_b = 0;  // trials without a partner, or without an end of their own
   // Group by group, docking first; where there are several, at last the docking of all pairs.
   std::vector<Change> changes = {};
   Change all = {};  // that, also where there is one group
@@ -79,8 +81,8 @@ struct Comparison {
   std::optional<double> least_difference_seen = {};
   std::vector<Flip> lost = {}, gained = {};  // docked in a only, in b only
 
-  TURBIDOCK_FIELDS(a, b, build_a, build_b, differences, changes, all, least_difference_seen, lost,
-                   gained)
+  TURBIDOCK_FIELDS(a, b, build_a, build_b, differences, left_out_a, left_out_b, changes, all,
+                   least_difference_seen, lost, gained)
 };
 
 // Matches the trials that came to an end of their own and compares them. ConfigError when a trial

@@ -49,6 +49,10 @@ report::Section DifferencesSection(const Comparison& comparison) {
   }
   std::string note = comparison.differences.empty() ? "The plans are the same." : "";
   if (left > 0) note = fmt::format("And {} more keys.", left);
+  if (comparison.left_out_a > 0 || comparison.left_out_b > 0)
+    note += fmt::format(
+        "{}{} trials of A and {} of B are left out: they have no partner, or did not end.",
+        note.empty() ? "" : " ", comparison.left_out_a, comparison.left_out_b);
   return {.title = "What differs", .note = note, .table = table};
 }
 

@@ -27,6 +27,7 @@ struct GateArguments {
   trial::Plugins plugins;
   std::string plan, baseline, out;
   std::vector<std::string> assignments;
+  std::string gains;
   app::JobArguments jobs;
   int bundles = 5;
   bool update = false, json = false, quiet = false;
@@ -175,7 +176,9 @@ int JudgeAgainstBaseline(const GateArguments& arguments, const GatePlan& plan,
 
 int Gate(const GateArguments& arguments) {
   GatePlan plan = LoadGatePlan(arguments.plan, arguments.plugins);
-  plan.assignments = arguments.assignments;
+  plan.assignments = trial::GainAssignments(arguments.gains, arguments.plugins);
+  plan.assignments.insert(plan.assignments.end(), arguments.assignments.begin(),
+                          arguments.assignments.end());
   if (!arguments.baseline.empty()) plan.baseline = arguments.baseline;
   system::OutputPlan outputs;  // with what the gate reads
   outputs.Reads(arguments.plan);
@@ -210,6 +213,7 @@ void AddGate(app::CommandLine& line) {
   arguments.jobs.AddTo(&gate, "Processes that run trials");
   const app::Option set = gate.AddSet(
       arguments.assignments, "Set one scenario key in every condition, as if the build had it so");
+  const app::Option gains = gate.AddGains(arguments.gains);
   const app::Option bundles =
       gate.Add("--bundles", arguments.bundles,
                "Trials with video of newly failing seeds in failures/, at most")
@@ -219,7 +223,7 @@ void AddGate(app::CommandLine& line) {
   const app::Option json =
       gate.Flag("--json", arguments.json, "Print the report as JSON on stdout: summary.json");
   gate.AddQuiet(arguments.quiet);
-  for (const app::Option& option : {out, set, bundles, json}) update.Excludes(option);
+  for (const app::Option& option : {out, set, gains, bundles, json}) update.Excludes(option);
 }
 
 }  // namespace turbidock::gate

@@ -27,14 +27,16 @@ GateCondition ReadCondition(const config::YamlNode& node, const GatePlan& plan,
   config::ReadFields(node, &condition, origins, {kSetKey});
   if (condition.name.empty()) node.Fail("a condition needs a name");
   if (condition.scenario.empty()) node.Fail("a condition needs a scenario");
+  std::vector<std::string> settings;
   if (const auto set = node.Find(kSetKey)) {
     batch::VariedKeys keys;
     for (const auto& [key, value] : set->Entries()) {
       keys.RequireNew(key, value);
       keys.Add(key, value);
-      condition.assignments.push_back(key + "=" + value.OneLine());
+      condition.assignments.push_back(key + "=" + batch::PlanValue(key, value));
+      settings.push_back(key + "=" + value.OneLine());
     }
-    condition.settings = fmt::format("{}", fmt::join(condition.assignments, " "));
+    condition.settings = fmt::format("{}", fmt::join(settings, " "));
   }
 
   std::error_code ignored;
@@ -46,7 +48,7 @@ GateCondition ReadCondition(const config::YamlNode& node, const GatePlan& plan,
             : config::FindBundled("scenarios", "scenario", condition.scenario);
     Digest digest;
     digest.Add(config::LoadYaml(condition.scenario_file).OneLine());
-    for (const std::string& assignment : condition.assignments) digest.Add(assignment);
+    for (const std::string& setting : settings) digest.Add(setting);
     condition.digest = digest.Hex();
     plan.ScenarioOf(condition, plan.SeedOf(0));
   } catch (const ConfigError& error) {

@@ -107,7 +107,7 @@ void AddView(app::CommandLine& line) {
            "A scenario (YAML file or a bundled one's name), which runs; or a result: a trial's, a\n"
            "gate's or a study's folder, a file of trials; batches and studies also while they run");
   view.AddSet(arguments.assignments, "Set one key, such as water.milk_ml_m3=20");
-  view.Add("--gains", arguments.gains, "Gains file, read over the scenario");
+  view.AddGains(arguments.gains);
   view.AddSeed(arguments.seed);
   view.Add("--port", arguments.port, "Where to listen; 0 for any port that is free")
       .Between(0, 65535);

@@ -37,7 +37,7 @@ trial::Scenario AtTheServoingPose(trial::Scenario scenario) {
 }
 
 // The frames of a trial with the excitation.
-std::vector<trial::FrameRecord> Run(trial::Scenario scenario, double duration_s,
+std::vector<trial::FrameRecord> Run(trial::Scenario scenario, Axis axis, double duration_s,
                                     const std::function<trial::TrialExcitation(int64_t)>& excite) {
   scenario.duration_s = duration_s;
   trial::TrialOptions options;
@@ -45,7 +45,8 @@ std::vector<trial::FrameRecord> Run(trial::Scenario scenario, double duration_s,
   trial::TrialResult result = trial::RunTrial(scenario, options);
   if (result.outcome != trial::Outcome::kTimeout)
     throw ConfigError("step response",
-                      "the vehicle does not stay in front of the marker: " + result.reason);
+                      std::string("excited in ") + AxisName(axis) +
+                          ", the vehicle does not stay in front of the marker: " + result.reason);
   return std::move(result.log.frames);
 }
 
@@ -55,7 +56,7 @@ Answer MeasureAnswer(const trial::Scenario& scenario, const StepOptions& options
                      const trial::TrialExcitation& excitation) {
   const ClockParams& clock = scenario.clock;
   const auto first = static_cast<size_t>(clock.FramesFor(options.rest_s));
-  const auto frames = Run(scenario, options.rest_s + options.record_s, [&](int64_t frame) {
+  const auto frames = Run(scenario, axis, options.rest_s + options.record_s, [&](int64_t frame) {
     return static_cast<size_t>(frame) >= first ? excitation : trial::TrialExcitation();
   });
   const auto place = [&](size_t n) { return control::ToAxes(frames[n].true_X_HM)[axis]; };
@@ -92,7 +93,7 @@ std::complex<double> MeasureLoop(const trial::Scenario& scenario, const StepOpti
   const auto added_share = [&](int64_t frame) {
     return kAddedShare * std::sin(omega * clock.TimeOfFrame(frame - first));
   };
-  const auto frames = Run(scenario, clock.TimeOfFrame(end), [&](int64_t frame) {
+  const auto frames = Run(scenario, axis, clock.TimeOfFrame(end), [&](int64_t frame) {
     trial::TrialExcitation excitation;
     if (frame >= first) excitation.control.share[axis] = added_share(frame);
     return excitation;

@@ -52,7 +52,7 @@ void AddStepResponse(app::CommandLine& line) {
   step.AddSet(arguments.assignments,
               "Set one key, such as controller=lqg; poses are true ones with noise and delay "
               "unless\nit is pose_source=cameras");
-  step.Add("--gains", arguments.gains, "Gains file, read over the scenario");
+  step.AddGains(arguments.gains);
   step.Add("--axis", arguments.axis, "Which axis").OneOf({"all", "x", "y", "z", "yaw"});
   arguments.output.AddTo(&step, "Folder for the report: .json, .md, .html, step_response.png");
   step.AddQuiet(arguments.quiet);

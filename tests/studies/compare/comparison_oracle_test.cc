@@ -149,6 +149,8 @@ TEST_F(Comparison, TrialsPairBySeedAndParameters) {
   EXPECT_EQ(changes.back().group, "all together");
   EXPECT_EQ(ComparePairs(pairs, {}).changes.at(0).group, "all");
   EXPECT_EQ(ComparePairs(pairs, {}).all.pairs, 2);
+  EXPECT_THAT(report::Text(ReportOf(Compare({a, "a.db"}, {b, "b.db"}, {}))),
+              HasSubstr("1 trials of A and 1 of B are left out"));
 }
 
 TEST_F(Comparison, WhatDiffersOnPurposeIsIgnored) {

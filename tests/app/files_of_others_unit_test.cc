@@ -1,0 +1,84 @@
+// Where commands look for files that a user's files name, for gains and for the program's own data.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "experiments/app/job_arguments.h"
+#include "experiments/config/data_files.h"
+#include "tests/support/message_of.h"
+#include "tests/support/program.h"
+
+namespace turbidock::app {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+class FilesOfOthers : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    fs::remove_all(folder_);
+    fs::create_directories(folder_ / "bin");
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+  std::string File(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name) << text;
+    return (folder_ / name).string();
+  }
+
+  const fs::path folder_ = fs::path(::testing::TempDir()) / "files_of_others";
+};
+
+TEST_F(FilesOfOthers, APlanNamesModelsThatStandBesideIt) {
+  for (const char* kind : {".xml", ".yaml"})
+    fs::copy_file(config::ModelPath(std::string("vehicle") + kind),
+                  folder_ / (std::string("mine") + kind));
+  PlanArguments arguments;
+  for (const std::string keys :
+       {"set: {vehicle_model: mine.xml}\n", "cases: {ours: {vehicle_model: mine.xml}}\n",
+        "grid: {vehicle_model: [mine.xml]}\n"}) {
+    arguments.plan = File("plan.yaml", "schema_version: 1\nscenario: pool_active\n" + keys);
+    const batch::Plan plan = arguments.Load();
+    EXPECT_EQ(plan.ScenarioOf(plan.Trial(0)).vehicle_model, (folder_ / "mine.xml").string());
+  }
+  arguments.plan = File("plan.yaml",
+                        "schema_version: 1\nscenario: pool_active\n"
+                        "set: {vehicle_model: bluerov2_heavy.xml, controller: lqg}\n");
+  EXPECT_EQ(arguments.Load().CellOf(0).values[0].value, "bluerov2_heavy.xml");
+}
+
+TEST_F(FilesOfOthers, GainsAreReadOverAPlanAndUnderSet) {
+  PlanArguments arguments{.plan = "smoke",
+                          .gains = File("g.yaml",
+                                        "procedure:\n  docking_rate_mps: 0.02\n"
+                                        "  enter_x_m: 0.04\n")};
+  arguments.overrides.assignments = {"procedure.enter_x_m=0.03"};
+  const batch::Plan plan = arguments.Load();
+  const trial::Scenario scenario = plan.ScenarioOf(plan.Trial(0));
+  EXPECT_EQ(scenario.procedure.docking_rate_mps, 0.02);
+  EXPECT_EQ(scenario.procedure.enter_x_m, 0.03);
+  arguments.gains = File("g.yaml", "procedure:\n  docking_rate_mps: fast\n");
+  EXPECT_THAT(testing::MessageOf([&] { arguments.Load(); }),
+              HasSubstr("g.yaml:2: procedure.docking_rate_mps = 'fast', must be a number"));
+  for (const char* command : {"run", "view", "batch", "gate", "bench", "dataset", "step-response"})
+    EXPECT_THAT(testing::RunProgram({command, "--help"}).out, HasSubstr("--gains")) << command;
+}
+
+TEST_F(FilesOfOthers, TheEnvironmentSaysWhereTheDataAre) {
+  const std::string program = (folder_ / "bin/elsewhere").string();
+  fs::copy_file(testing::ProgramPath(), program);
+  const testing::ProgramEnd given =
+      testing::RunProgramAt(program, {"list"}, {"TURBIDOCK_DATA=" + config::DataDir()});
+  EXPECT_EQ(given.exit_code, 0) << given.err;
+  EXPECT_THAT(given.out, HasSubstr("sea_night_active"));
+  const testing::ProgramEnd wrong =
+      testing::RunProgramAt(program, {"list"}, {"TURBIDOCK_DATA=/nowhere"});
+  EXPECT_EQ(wrong.exit_code, 2);
+  EXPECT_EQ(wrong.err, "turbidock: TURBIDOCK_DATA=/nowhere: holds no models/ and assets/\n");
+}
+
+}  // namespace
+}  // namespace turbidock::app
