@@ -15,8 +15,9 @@ are of `image_time_s`, which is `camera_delay_frames` earlier. An estimate is co
 
     error = frame.estimated_position - frame.true_position_at_image
 
-and so do the program's own figures. `final_error_estimated` is what the docking criterion saw: the latest estimate less the
-desired pose.
+and so do the program's own figures. In two trials of sea_night_active that is 0.34 mm (median); beside the truth of now it
+would be 1.84 mm, with a delay of three frames 6.31. `final_error_estimated` is what the docking criterion saw: the latest
+estimate less the desired pose.
 """
 
 from __future__ import annotations
