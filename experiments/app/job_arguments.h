@@ -14,7 +14,7 @@ namespace turbidock::app {
 
 struct PlanArguments {
   std::string plan, gains;
-  batch::PlanOverrides overrides;
+  batch::PlanOverrides overrides = {};
 
   void AddTo(Subcommand* command, const trial::Plugins& plugins);
   batch::Plan Load() const;
