@@ -4,14 +4,19 @@
 
 namespace turbidock::vision {
 
-void Detection::Update(double fitness, std::span<const double> ball_fitness, bool is_tracked) {
-  const bool is_certain =
-      fitness >= published::kReliableFitness &&
-      (is_tracked || *std::ranges::min_element(ball_fitness) >= kMatchedBallFitness);
+void Detection::Update(const Evidence& evidence) {
+  const auto seen = static_cast<size_t>(std::ranges::count_if(
+      evidence.ball_support, [](double support) { return support >= kSeenSupport; }));
+  const size_t balls = evidence.ball_support.size();
+  const bool is_seen = seen >= (evidence.is_tracked ? std::min<size_t>(balls, 2) : balls);
+  const double fitness = evidence.fitness;
+  const bool is_certain = is_seen && fitness >= published::kReliableFitness &&
+                          (evidence.is_tracked ||
+                           *std::ranges::min_element(evidence.ball_fitness) >= kMatchedBallFitness);
   frames_certain_ = is_certain ? frames_certain_ + 1 : 0;
   frames_uncertain_ = is_certain ? 0 : frames_uncertain_ + 1;
-  frames_on_ = fitness >= kOnFitness ? frames_on_ + 1 : 0;
-  frames_off_ = fitness < kOffFitness ? frames_off_ + 1 : 0;
+  frames_on_ = is_seen && fitness >= kOnFitness ? frames_on_ + 1 : 0;
+  frames_off_ = !is_seen || fitness < kOffFitness ? frames_off_ + 1 : 0;
   if (frames_on_ >= kOnFrames) detected_ = true;
   if (frames_off_ >= kOffFrames) detected_ = false;
 }

@@ -17,10 +17,24 @@ class Detection {
   // F of one ball from which it counts as matched: a third of its inner points, net.
   static constexpr double kMatchedBallFitness = 0.2;
 
-  // Takes up a frame: F and its part of each ball. The pose is certain where F is reliable and,
-  // unless the marker is tracked, every ball matched: F of two balls of three reaches 0.6 wherever
-  // the third is. A track has told the third's place before.
-  void Update(double fitness, std::span<const double> ball_fitness, bool is_tracked);
+  // Least support of a ball (Refined::support) that counts as seen. Of altered pairs' estimates
+  // with less on a ball, 3 in 4 are wrong.
+  static constexpr double kSeenSupport = 0.3;
+
+  // What a frame's estimate rests on.
+  struct Evidence {
+    double fitness = -1;
+    std::span<const double> ball_fitness;
+    // Of each ball; empty where refinement is off. All balls must be seen; two, while the marker is
+    // tracked.
+    std::span<const double> ball_support;
+    bool is_tracked = false;
+  };
+
+  // Takes up a frame. The pose is certain where F is reliable and, unless the marker is tracked,
+  // every ball matched: F of two balls of three reaches 0.6 wherever the third is. A track has told
+  // the third's place before.
+  void Update(const Evidence& evidence);
 
   bool detected() const { return detected_; }
   // Frames in a row, up to the last one, in which the pose was certain or was not; one of them 0.

@@ -1,11 +1,12 @@
 #pragma once
 // Which refined pose to believe, if any.
 //
-// Mostly the search's best pose is refined, and believed unless what refinement found contradicts
-// the search: then the edges were of something else. Where two balls only are matched, the third
-// hidden by the box or another ball, a turn about the line of the two costs the search next to
-// nothing, but the outlines tell it: the pose refined in the last frame and the search's own,
-// turned at random, then compete.
+// The search's best pose is refined. Where every ball has its outlines there (Refined::support),
+// that is it. Else what passes for one of the balls may be something else, such as a side of the
+// box that an overexposed ball lights, or a ball may be hidden: F is then largest at a pose that is
+// turned about the line of the two others. The pose refined in the last frame and the search's own,
+// turned at random about that line, compete with it, and the one with the most support is believed.
+// F does not decide: at the true pose it may be less by 0.1.
 
 #include <optional>
 #include <span>
@@ -27,26 +28,27 @@ class RefinementArbiter {
   RefinementArbiter(const MarkerParams& marker, const StereoRig& rig)
       : refiner_(marker, rig), marker_(marker) {}
 
-  // Evaluations that Judge may need where the balls are matched like this.
-  int MostEvaluations(std::span<const double> ball_fitness) const {
-    return IsHeldByTwo(ball_fitness) ? kMaxCandidates : 1;
-  }
+  // Evaluations that Judge may need in the next frame.
+  int MostEvaluations() const { return found_was_supported_ ? 1 : kMaxCandidates; }
   // Refines `found`, the search's best, with at most so many evaluations. Reads pixels of `region`
   // only. Allocates nothing.
   Verdict Judge(const StereoImage& seen, const StereoRegion& region, const Fitness& fitness,
                 const PoseEstimate& found, int most_evaluations, Rng* rng);
   // There was no refined pose in the last frame.
-  void Reset() { last_X_HM_.reset(); }
+  void Reset() {
+    last_X_HM_.reset();
+    found_was_supported_ = true;
+  }
 
  private:
   static constexpr int kMaxCandidates = 3;
 
-  static bool IsHeldByTwo(std::span<const double> ball_fitness);
-  Pose RotatedAboutBallAxis(const Pose& X_HM, std::span<const double> ball_fitness, Rng* rng) const;
+  Pose RotatedAboutBallAxis(const Pose& X_HM, std::span<const double> match, Rng* rng) const;
 
   PoseRefiner refiner_;
   MarkerParams marker_;
-  std::optional<Pose> last_X_HM_;  // refined in the last frame
+  std::optional<Pose> last_X_HM_;    // refined in the last frame
+  bool found_was_supported_ = true;  // the search's own pose of the last frame, with every ball
 };
 
 }  // namespace turbidock::vision

@@ -19,6 +19,10 @@ constexpr double kMinContrast_dn = 6;     // of an edge: four times a noise of 1
 constexpr double kEdgeNoise_px = 0.15;    // of one edge, what small errors of the model do included
 constexpr double kPriorPosition_m = 0.1;  // how well the search alone is trusted
 constexpr double kPriorRotation_rad = 0.2;
+// Of 2,100 altered pairs, 1,600 were called detected and 131 of those wrong. The least support of a
+// ball tells these apart about as well (area under the curve 0.95 to 0.97) with 0.5, 1 or 1.5 px,
+// or 6 or 10 % of the ball's radius.
+constexpr double kAgreed_px = 1;
 constexpr double kBloom_px = 2;  // how much all outlines may be wider or narrower
 
 struct Step {
@@ -182,6 +186,7 @@ void PoseRefiner::FindEdges(const Image3u8& image, const PixelRegion& region, Si
         return p.x() >= left && p.y() >= top && p.x() < right && p.y() < bottom;
       };
       if (!inside(first) || !inside(last)) continue;
+      ++in_sight_[static_cast<size_t>(b)];
       std::array<float, kMaxSamples> signal;
       for (int i = 0; i < count; ++i) {
         const Eigen::Vector2f at = first + static_cast<float>(i) * step;
@@ -209,6 +214,7 @@ std::optional<Refined> PoseRefiner::Refine(const StereoImage& seen, const Stereo
       Eigen::Vector3d::Constant(std::pow(kPriorRotation_rad, -2)), std::pow(kBloom_px, -2);
   for (int iteration = 0; iteration < kSteps; ++iteration) {
     edges_.clear();
+    in_sight_ = {};
     const double shrink = iteration == 0 ? 1 : 0.5;  // close by now
     for (const Side side : kSides) FindEdges(seen[side], region[side], side, refined.X_HM, shrink);
     if (edges_.size() < kMinEdges) return std::nullopt;
@@ -270,7 +276,19 @@ std::optional<Refined> PoseRefiner::Refine(const StereoImage& seen, const Stereo
     refined.bloom_px = bloom_px;
     if (iteration > 0 && delta.head<3>().norm() < 5e-5 && turn.norm() < 3e-4) break;
   }
+  refined.support = Support();
   return refined;
+}
+
+// By the edges and residuals of the last step.
+std::array<double, kMaxBalls> PoseRefiner::Support() const {
+  constexpr int kLeastPlaces = 8;
+  std::array<double, kMaxBalls> support{};
+  for (size_t i = 0; i < edges_.size(); ++i)
+    if (std::abs(residuals_px_[i]) < kAgreed_px) ++support[static_cast<size_t>(edges_[i].ball)];
+  for (size_t b = 0; b < marker_.balls.size(); ++b)
+    support[b] /= std::max(in_sight_[b], kLeastPlaces);
+  return support;
 }
 
 }  // namespace turbidock::vision

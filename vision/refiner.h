@@ -26,6 +26,10 @@ struct Refined {
   Pose X_HM;
   // Of (position in H, rotation vector in H): 3 x metres, 3 x radians.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+  // Of each ball, the share of the places across its outline, in both images together, that have an
+  // edge where the pose predicts one. Places that are hidden or out of sight do not count; a ball
+  // with few others has little support.
+  std::array<double, kMaxBalls> support{};
   int edges = 0;           // that took part
   double residual_px = 0;  // root mean square over them
   double bloom_px = 0;     // how much wider all outlines look than they are
@@ -57,6 +61,7 @@ class PoseRefiner {
 
   void FindEdges(const Image3u8& image, const PixelRegion& region, Side side, const Pose& X_HM,
                  double shrink);
+  std::array<double, kMaxBalls> Support() const;
   bool IsHidden(int ball, const Eigen::Vector3d& p_MC, const Eigen::Vector3d& ray_M,
                 double distance_m) const;
 
@@ -65,6 +70,7 @@ class PoseRefiner {
   std::array<Eigen::Vector3d, kMaxBalls> hue_axis_;  // signal = axis . rgb, 0 for greys
   std::vector<Eigen::Vector2d> circle_;              // unit vectors
   std::vector<Edge> edges_;
+  std::array<int, kMaxBalls> in_sight_{};  // places across each ball's outline, both images
   std::vector<double> residuals_px_, sorted_;
 };
 

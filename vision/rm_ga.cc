@@ -36,6 +36,7 @@ RmGa::RmGa(const RmGaOptions& options, const MarkerParams& marker, const HuePara
       arbiter_(marker, rig),
       track_(options.range, marker, rig) {
   estimate_.ball_fitness.resize(marker.balls.size());
+  if (options.refine) estimate_.ball_support.resize(marker.balls.size());
 }
 
 void RmGa::Reset() {
@@ -44,6 +45,7 @@ void RmGa::Reset() {
   arbiter_.Reset();
   detection_ = {};
   std::ranges::fill(estimate_.ball_fitness, 0);
+  std::ranges::fill(estimate_.ball_support, 0);
 }
 
 const PoseEstimate& RmGa::Update(const StereoImage& seen) {
@@ -58,17 +60,18 @@ const PoseEstimate& RmGa::Update(const StereoImage& seen) {
   const bool restart = options_.restart_after_frames > 0 && uncertain > 0 &&
                        uncertain % options_.restart_after_frames == 0;
   // The last generation leaves the evaluations that refinement may need.
-  const int most_refined = options_.refine
-                               ? std::min(arbiter_.MostEvaluations(estimate_.ball_fitness),
-                                          search_.size() - search_.kept())
-                               : 0;
+  const int most_refined =
+      options_.refine ? std::min(arbiter_.MostEvaluations(), search_.size() - search_.kept()) : 0;
   search_.BeginFrame(restart, &rng_);
   for (int left = options_.generations_per_frame - 1; left >= 0; --left)
     search_.Breed(left == 0 ? most_refined : 0, &rng_);
 
   Report(seen.frame);
   if (options_.refine) Refine(seen, region, most_refined);
-  detection_.Update(estimate_.fitness, estimate_.ball_fitness, track_.region().has_value());
+  detection_.Update({.fitness = estimate_.fitness,
+                     .ball_fitness = estimate_.ball_fitness,
+                     .ball_support = estimate_.ball_support,
+                     .is_tracked = track_.region().has_value()});
   estimate_.detected = detection_.detected();
   if (options_.track && track_.Update(estimate_, detection_))
     search_.SearchIn(track_.range(), track_.motion());
@@ -82,6 +85,7 @@ void RmGa::Report(int64_t frame) {
   estimate_.frame = frame;
   estimate_.X_HM = X_HM.Canonical();
   estimate_.covariance.reset();
+  std::ranges::fill(estimate_.ball_support, 0);
   estimate_.fitness = by_ball.fitness;
   for (int b = 0; b < fitness_.ball_count(); ++b)
     estimate_.ball_fitness[static_cast<size_t>(b)] = by_ball.ball(b);
@@ -97,6 +101,8 @@ void RmGa::Refine(const StereoImage& seen, const StereoRegion& region, int most_
   if (!verdict.refined) return;
   estimate_.X_HM = verdict.refined->X_HM.Canonical();
   estimate_.covariance = verdict.refined->covariance;
+  std::ranges::copy_n(verdict.refined->support.begin(), std::ssize(estimate_.ball_support),
+                      estimate_.ball_support.begin());
   search_.Insert(estimate_.X_HM);
 }
 

@@ -18,8 +18,11 @@ struct PoseEstimate {
   Pose X_HM;                         // marker in the camera head, canonical quaternion
   double fitness = -1;               // F in [-1, 1] of the best pose the search found in this frame
   std::vector<double> ball_fitness;  // per ball, mean of both cameras; their mean is the fitness
-  int64_t evaluations = 0;           // fitness evaluations spent on this frame
-  bool detected = false;  // the marker is in sight (with hysteresis); else X_HM is a guess
+  // Per ball, the share of its outline in sight that has an edge where X_HM predicts it; 0 where
+  // X_HM was not refined, empty where the estimator does not refine.
+  std::vector<double> ball_support;
+  int64_t evaluations = 0;  // fitness evaluations spent on this frame
+  bool detected = false;    // the marker is in sight (with hysteresis); else X_HM is a guess
   // When X_HM was refined to a fraction of a pixel; nothing when it is the search's alone.
   std::optional<PoseCovariance> covariance;
 };

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <span>
 
 namespace turbidock::vision {
 namespace {
@@ -12,7 +13,7 @@ constexpr std::array<double, 3> kAllMatched = {0.8, 0.8, 0.8}, kTwoMatched = {0.
 TEST(Detection, NeedsFramesInARowOnTheWayInAndOut) {
   Detection detection;
   const auto after = [&](double fitness) {
-    detection.Update(fitness, kAllMatched, false);
+    detection.Update({.fitness = fitness, .ball_fitness = kAllMatched});
     return detection.detected();
   };
   EXPECT_FALSE(after(0.5));
@@ -32,12 +33,12 @@ TEST(Detection, NeedsFramesInARowOnTheWayInAndOut) {
 TEST(Detection, IsCertainFromAreaIOn) {
   Detection detection;
   for (int frames = 1; frames <= 3; ++frames) {
-    detection.Update(0.6, kAllMatched, false);
+    detection.Update({.fitness = 0.6, .ball_fitness = kAllMatched});
     EXPECT_EQ(detection.frames_certain(), frames);
     EXPECT_EQ(detection.frames_uncertain(), 0);
   }
   for (int frames = 1; frames <= 3; ++frames) {
-    detection.Update(0.59, kAllMatched, false);
+    detection.Update({.fitness = 0.59, .ball_fitness = kAllMatched});
     EXPECT_EQ(detection.frames_certain(), 0);
     EXPECT_EQ(detection.frames_uncertain(), frames);
   }
@@ -45,10 +46,29 @@ TEST(Detection, IsCertainFromAreaIOn) {
 
 TEST(Detection, TwoBallsAreCertainOnATrackOnly) {
   Detection detection;
-  detection.Update(0.63, kTwoMatched, false);
+  detection.Update({.fitness = 0.63, .ball_fitness = kTwoMatched});
   EXPECT_EQ(detection.frames_uncertain(), 1);
-  detection.Update(0.63, kTwoMatched, true);
+  detection.Update({.fitness = 0.63, .ball_fitness = kTwoMatched, .is_tracked = true});
   EXPECT_EQ(detection.frames_certain(), 1);
+}
+
+TEST(Detection, AsksForTheOutlinesOfEachBallAndOfTwoOnATrack) {
+  constexpr std::array<double, 3> kAllSeen = {0.9, 0.3, 0.9}, kTwoSeen = {0.9, 0.29, 0.9},
+                                  kOneSeen = {0.9, 0.1, 0.29};
+  Detection detection;
+  const auto after = [&](std::span<const double> support, bool is_tracked) {
+    for (int frame = 0; frame < 3; ++frame)
+      detection.Update({.fitness = 0.8,
+                        .ball_fitness = kAllMatched,
+                        .ball_support = support,
+                        .is_tracked = is_tracked});
+    return detection.detected() && detection.frames_certain() >= 3;
+  };
+  EXPECT_FALSE(after(kTwoSeen, false));
+  EXPECT_TRUE(after(kAllSeen, false));
+  EXPECT_FALSE(after(kTwoSeen, false));
+  EXPECT_TRUE(after(kTwoSeen, true));
+  EXPECT_FALSE(after(kOneSeen, true));
 }
 
 }  // namespace

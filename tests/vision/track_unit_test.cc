@@ -16,7 +16,8 @@ struct Seen {
     estimate.X_HM = X_HM;
     estimate.fitness = fitness;
     estimate.ball_fitness = {fitness, fitness, fitness};
-    detection.Update(fitness, estimate.ball_fitness, is_tracked);
+    detection.Update(
+        {.fitness = fitness, .ball_fitness = estimate.ball_fitness, .is_tracked = is_tracked});
   }
 };
 

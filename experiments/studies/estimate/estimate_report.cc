@@ -20,14 +20,17 @@ std::optional<Eigen::Vector3d> DeviationsOf(const PoseEstimate& estimate, int fi
 }
 
 Json ToJson(const PoseEstimate& estimate, const EstimateSettings& settings) {
-  Json balls;
-  for (size_t b = 0; b < settings.marker.balls.size(); ++b)
-    balls[settings.marker.balls[b].name] = estimate.ball_fitness[b];
+  const auto by_ball = [&](const std::vector<double>& values) {
+    Json balls;
+    for (size_t b = 0; b < values.size(); ++b) balls[settings.marker.balls[b].name] = values[b];
+    return balls;
+  };
   return {{"detected", estimate.detected},
           {"position_m", estimate.X_HM.p},
           {"quaternion_wxyz", estimate.X_HM.q},
           {"fitness", estimate.fitness},
-          {"ball_fitness", balls},
+          {"ball_fitness", by_ball(estimate.ball_fitness)},
+          {"ball_support", by_ball(estimate.ball_support)},
           {"position_deviation_m", DeviationsOf(estimate, 0)},
           {"rotation_deviation_rad", DeviationsOf(estimate, 3)}};
 }
