@@ -43,6 +43,9 @@ void RequireName(const std::string& name, const config::YamlNode& at) {
 void RequireGivable(const std::string& key, const config::YamlNode& at) {
   if (key == "seed") at.Fail("the plan gives each trial its seed; set master_seed");
   if (key == "model") at.Fail("vary `scenario` instead of its model");
+  if (key == "vehicle_model")
+    at.Fail(
+        "its data are read with a scenario: give each vehicle one of its own and vary `scenario`");
   if (key == kCaseKey) at.Fail("is the key that `cases` makes; give those");
   if (key == kStratumKey) at.Fail("is the key that `strata` make; give those");
 }
@@ -321,7 +324,7 @@ void Plan::AddModels(const trial::Scenario& scenario) {
       fmt::format("{}\n{}\n{}", scenario.model, scenario.vehicle_model, scenario.station_model);
   if (!models_.try_emplace(models, scenario).second) return;
   for (const RandomKey& random : random_) {
-    if (random.key != "vehicle_model" && random.key != "station_model") continue;
+    if (random.key != "station_model") continue;
     for (const std::string& choice : random.choices) {
       trial::Scenario other = scenario;
       config::ApplySet(random.key + "=" + choice, &other, nullptr);

@@ -33,16 +33,14 @@ class FilesOfOthers : public ::testing::Test {
 };
 
 TEST_F(FilesOfOthers, APlanNamesModelsThatStandBesideIt) {
-  for (const char* kind : {".xml", ".yaml"})
-    fs::copy_file(config::ModelPath(std::string("vehicle") + kind),
-                  folder_ / (std::string("mine") + kind));
+  fs::copy_file(config::ModelPath("station.xml"), folder_ / "mine.xml");
   PlanArguments arguments;
   for (const std::string keys :
-       {"set: {vehicle_model: mine.xml}\n", "cases: {ours: {vehicle_model: mine.xml}}\n",
-        "grid: {vehicle_model: [mine.xml]}\n"}) {
+       {"set: {station_model: mine.xml}\n", "cases: {ours: {station_model: mine.xml}}\n",
+        "grid: {station_model: [mine.xml]}\n"}) {
     arguments.plan = File("plan.yaml", "schema_version: 1\nscenario: pool_active\n" + keys);
     const batch::Plan plan = arguments.Load();
-    EXPECT_EQ(plan.ScenarioOf(plan.Trial(0)).vehicle_model, (folder_ / "mine.xml").string());
+    EXPECT_EQ(plan.ScenarioOf(plan.Trial(0)).station_model, (folder_ / "mine.xml").string());
   }
   arguments.plan = File("plan.yaml",
                         "schema_version: 1\nscenario: pool_active\n"

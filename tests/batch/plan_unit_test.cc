@@ -99,13 +99,17 @@ TEST(Plan, RefusesCasesThatSayNothingOrTwice) {
   EXPECT_THAT(error("cases: {a: {duration: 5}}\n"), HasSubstr("duration_s"));
   EXPECT_THAT(error("grid: {case: [a]}\n"), HasSubstr("`cases` makes"));
   EXPECT_THAT(error("random: {case: {choice: [a]}}\n"), HasSubstr("`cases` makes"));
+  for (const char* varied :
+       {"grid: {vehicle_model: [vehicle.xml]}\n", "cases: {a: {vehicle_model: vehicle.xml}}\n",
+        "random: {vehicle_model: {choice: [vehicle.xml]}}\n"})
+    EXPECT_THAT(error(varied), HasSubstr("give each vehicle one of its own"));
 }
 
 TEST(Plan, ResolvedIsItselfWhateverItsTextsHold) {
   const Plan plan = Make(
       "seeds: 2\n"
       "grid: {scenario: [pool_active], description: ['a, b', 'c]', '- d #1: x']}\n"
-      "cases: {'<<': {vehicle_model: 'vehicle.xml'}, 'x}, y: {': {station_model: 'station.xml'}}\n"
+      "cases: {'<<': {controller: pid}, 'x}, y: {': {station_model: 'station.xml'}}\n"
       "strata: {'~': {duration_s: 5}, 'a, b': {duration_s: 6}}\n");
   EXPECT_EQ(plan.cells(), 6);
   const Plan again(plan.resolved(), "resolved");
@@ -334,11 +338,11 @@ TEST(Plan, ItsHashSeesEveryModelThatMayBeDrawn) {
   std::vector<std::string> models;
   for (const char* name : {"a", "b", "c"}) {
     models.push_back((folder / (std::string(name) + ".xml")).string());
-    std::filesystem::copy_file(config::ModelPath("vehicle.xml"), models.back());
+    std::filesystem::copy_file(config::ModelPath("station.xml"), models.back());
     choices += (choices.empty() ? "'" : ", '") + models.back() + "'";
   }
   const auto plan = [&] {
-    return Make("scenario: pool_active\nseeds: 1\nrandom: {vehicle_model: {choice: [" + choices +
+    return Make("scenario: pool_active\nseeds: 1\nrandom: {station_model: {choice: [" + choices +
                 "]}}\n");
   };
   const Plan before = plan();
