@@ -256,6 +256,8 @@ Angles AnglesOf(const SceneFiles& files, Angles angles) {
 // Parts and bundled files have their angles in radians: in a scene of other angles each would mean
 // another place.
 void RequireRadians(const SceneFiles& scene) {
+  const std::vector<Tag> tags = TagsOf(ReadXml(scene.scene, nullptr));
+  if (std::ranges::find(tags, "include", &Tag::name) == tags.end()) return;
   const Angles angles = AnglesOf(scene, {.in_degrees = true});  // MuJoCo's default
   if (angles.in_degrees || angles.eulerseq != Angles().eulerseq)
     throw ConfigError(scene.scene +
