@@ -212,7 +212,7 @@ void Judgement::OfDocking() {
                     "the straight hole",
                     scenario_.procedure.docked_x_m, -1000 * pole.past_throat_m));
   if (std::max(std::abs(pole.aside_m), std::abs(pole.above_m)) > pole.clearance_m)
-    Problem(fmt::format("docked, the pole's tip is {} of the hole's axis; {:.0f} mm are free",
+    Problem(fmt::format("docked, the pole's tip is off the hole's axis: {}; {:.0f} mm are free",
                         BesideText(pole.aside_m, pole.above_m), 1000 * pole.clearance_m));
   if (const CollisionReport& hit = check_.collision; !hit.what.empty())
     Problem(
