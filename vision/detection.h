@@ -24,10 +24,10 @@ class Detection {
   // What a frame's estimate rests on.
   struct Evidence {
     double fitness = -1;
-    std::span<const double> ball_fitness;
+    std::span<const double> ball_fitness = {};
     // Of each ball; empty where refinement is off. All balls must be seen; two, while the marker is
     // tracked.
-    std::span<const double> ball_support;
+    std::span<const double> ball_support = {};
     bool is_tracked = false;
   };
 
