@@ -89,6 +89,10 @@ class Documents(unittest.TestCase):
         self.assertGreater(seen, 30)  # else the blocks are no longer found
         self.assertEqual(wrong, [])
 
+    def test_headings_are_headings(self):
+        # "#heading" is what clang-format makes of "# heading"
+        self.assertEqual([str(document) for document in documents() if re.match(r'#+[^# ]', document.read_text())], [])
+
     def test_are_short(self):
         words = {}
         for document in documents():
@@ -98,7 +102,6 @@ class Documents(unittest.TestCase):
         long = {name: count for name, count in words.items() if name.endswith('README.md') and count > MOST_WORDS_OF_README}
         self.assertEqual(long, {})
         self.assertLessEqual(sum(words.values()), MOST_WORDS)
-
 
 
 if __name__ == '__main__':

@@ -240,6 +240,8 @@ std::string OutcomeOf(const Variant& variant, const std::filesystem::path& folde
       outcome + folder.string() + "/turbidock: " + "\n" + config::ModelPath(""),
       {{folder.string() + "/", ""}, {"turbidock: ", ""}, {"\n", " "}, {config::ModelPath(""), ""}});
   while (outcome.ends_with(' ')) outcome.pop_back();
+  // no tag of the page's
+  for (size_t at; (at = outcome.find('<')) != std::string::npos;) outcome.replace(at, 1, "&lt;");
   EXPECT_NE(end.exit_code, 4) << end.err;
   return std::to_string(end.exit_code) + " | " + outcome;
 }
