@@ -76,13 +76,13 @@ std::string WithSceneAngles(const std::string& xml, const Angles& part) {
 }
 
 void RequireTurns(const Tag& tag, const Angles& part, const std::string& where) {
-  constexpr double kTurn_rad = 6.29;  // 2 pi, as people round it
+  constexpr double kMostTurn_rad = 6.29;  // 2 pi, as people round it
   for (const char* key : {"euler", "axisangle"}) {
     const std::string text = tag.attribute(key);
     std::vector<double> angles = NumbersIn(text);
     if (std::string(key) == "axisangle" && angles.size() == 4) angles = {angles[3]};
     for (const double angle : angles)
-      if (std::abs(part.in_degrees ? units::RadFromDeg(angle) : angle) > kTurn_rad)
+      if (std::abs(part.in_degrees ? units::RadFromDeg(angle) : angle) > kMostTurn_rad)
         throw ConfigError(where + "<" + tag.name + " " + key + "=\"" + text +
                           "\">: is more than a turn: a part's angles are radians unless it says "
                           "<compiler angle=\"degree\"/>");
