@@ -17,8 +17,9 @@ class Detection {
   // F of one ball from which it counts as matched: a third of its inner points, net.
   static constexpr double kMatchedBallFitness = 0.2;
 
-  // Least support of a ball (Refined::support) that counts as seen. Of altered pairs' estimates
-  // with less on a ball, 3 in 4 are wrong.
+  // Least support of a ball (Refined::support) that counts as seen. With 0.3, 99 % of the right
+  // poses of the altered pairs of refiner.cc stay detected and 24 % of the wrong ones; with 0.5,
+  // 89 and 14 %.
   static constexpr double kSeenSupport = 0.3;
 
   // What a frame's estimate rests on.

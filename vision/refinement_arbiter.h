@@ -5,8 +5,8 @@
 // that is it. Else what passes for one of the balls may be something else, such as a side of the
 // box that an overexposed ball lights, or a ball may be hidden: F is then largest at a pose that is
 // turned about the line of the two others. The pose refined in the last frame and the search's own,
-// turned at random about that line, compete with it, and the one with the most support is believed.
-// F does not decide: at the true pose it may be less by 0.1.
+// turned at random about that line, compete with it. Support counts more than F, which may be less
+// at the true pose.
 
 #include <optional>
 #include <span>

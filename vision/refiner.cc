@@ -19,9 +19,10 @@ constexpr double kMinContrast_dn = 6;     // of an edge: four times a noise of 1
 constexpr double kEdgeNoise_px = 0.15;    // of one edge, what small errors of the model do included
 constexpr double kPriorPosition_m = 0.1;  // how well the search alone is trusted
 constexpr double kPriorRotation_rad = 0.2;
-// Of 2,100 altered pairs, 1,600 were called detected and 131 of those wrong. The least support of a
-// ball tells these apart about as well (area under the curve 0.95 to 0.97) with 0.5, 1 or 1.5 px,
-// or 6 or 10 % of the ball's radius.
+// Of 2,100 pairs altered at random (not kept; tests/vision/altered_pairs_data_test.cc draws such),
+// 1,600 were called detected and 131 of those wrong. The least support of a ball tells these apart
+// about as well (area under the curve 0.95 to 0.97) with 0.5, 1 or 1.5 px, or 6 or 10 % of the
+// ball's radius.
 constexpr double kAgreed_px = 1;
 constexpr double kBloom_px = 2;  // how much all outlines may be wider or narrower
 
@@ -282,7 +283,7 @@ std::optional<Refined> PoseRefiner::Refine(const StereoImage& seen, const Stereo
 
 // By the edges and residuals of the last step.
 std::array<double, kMaxBalls> PoseRefiner::Support() const {
-  constexpr int kLeastPlaces = 8;
+  constexpr int kLeastPlaces = 8;  // one or two edges that agree by chance are no support
   std::array<double, kMaxBalls> support{};
   for (size_t i = 0; i < edges_.size(); ++i)
     if (std::abs(residuals_px_[i]) < kAgreed_px) ++support[static_cast<size_t>(edges_[i].ball)];

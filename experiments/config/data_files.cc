@@ -41,8 +41,7 @@ std::string DataDir() {
   }
   const char* const package = turbidock_package_data;
   for (const fs::path& dir :
-       {beside, with_library, fs::path(package ? package : TURBIDOCK_INSTALLED_DATA),
-        fs::path(TURBIDOCK_INSTALLED_DATA)})
+       {beside, with_library, fs::path(package ? package : TURBIDOCK_INSTALLED_DATA)})
     if (IsDataDir(dir)) return dir.string();
   throw ConfigError("the program's data (models/, assets/) is neither in " + beside.string() +
                     " nor in " + TURBIDOCK_INSTALLED_DATA +

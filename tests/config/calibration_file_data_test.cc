@@ -13,25 +13,18 @@
 
 #include "experiments/config/rig_file.h"
 #include "sim/base/check.h"
+#include "tests/support/drawn_table.h"
 
 namespace turbidock::config {
 namespace {
 
-using Swaps = std::vector<std::pair<std::string, std::string>>;
+using testing::Swaps;
+using testing::With;
 
 struct Variant {
   std::string format, name;
   std::vector<std::string> files;
 };
-
-std::string With(std::string text, const Swaps& swaps) {
-  for (const auto& [from, to] : swaps) {
-    EXPECT_NE(text.find(from), std::string::npos) << from << " in\n" << text;
-    for (size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
-      text.replace(at, from.size(), to);
-  }
-  return text;
-}
 
 std::string Matrix(const std::string& name, int rows, int cols, const std::string& numbers) {
   return name + ": !!opencv-matrix\n   rows: " + std::to_string(rows) +
@@ -279,12 +272,7 @@ TEST(Calibrations, AreReadOrRefusedAsTheTableSays) {
     for (const Variant& variant : variants)
       table += "| " + variant.format + " | " + variant.name + " | " + OutcomeOf(variant, folder) +
                " |\n";
-  std::ifstream committed(TURBIDOCK_TEST_DATA "/../../assets/measured/calibrations.md");
-  const std::string text(std::istreambuf_iterator<char>(committed), {});
-  const std::string drawn = ::testing::TempDir() + "/calibrations.md";
-  std::ofstream(drawn) << text.substr(0, text.find("| Format")) << table;
-  EXPECT_EQ(text.substr(std::min(text.find("| Format"), text.size())), table)
-      << "drawn anew: " << drawn;
+  testing::ExpectDrawn("calibrations.md", table);
 }
 
 }  // namespace

@@ -15,6 +15,7 @@
 #include "experiments/media/png.h"
 #include "experiments/system/subprocess.h"
 #include "sim/base/check.h"
+#include "tests/support/drawn_table.h"
 
 namespace turbidock::media {
 namespace {
@@ -247,12 +248,7 @@ TEST(Footage, IsReadOrRefusedAsTheTableSays) {
   std::string table = "| Kind | Variant | Outcome |\n|---|---|---|\n";
   for (const std::vector<std::string>& rows : {Stills(), Sequences(), Videos()})
     for (const std::string& row : rows) table += row;
-  std::ifstream committed(TURBIDOCK_TEST_DATA "/../../assets/measured/footage.md");
-  const std::string text(std::istreambuf_iterator<char>(committed), {});
-  const std::string drawn = ::testing::TempDir() + "/footage.md";
-  std::ofstream(drawn) << text.substr(0, text.find("| Kind")) << table;
-  EXPECT_EQ(text.substr(std::min(text.find("| Kind"), text.size())), table)
-      << "drawn anew: " << drawn;
+  testing::ExpectDrawn("footage.md", table);
   fs::remove_all(Folder());
 }
 

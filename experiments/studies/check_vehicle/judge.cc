@@ -17,7 +17,7 @@ namespace {
 using Eigen::Vector3d;
 using vehicle::Dof;
 
-// Beyond these it is worth a word.
+// Beyond these there is a warning.
 constexpr double kMuchTrim_rad = 0.05, kMuchTilt_rad = 0.09;
 constexpr double kMuchBuoyancy = 0.3, kMuchLoad = 0.7;  // of the thrusters' most force
 constexpr double kLittleMargin_px = 20;

@@ -10,21 +10,14 @@
 
 #include "experiments/config/data_files.h"
 #include "experiments/system/output_path.h"
+#include "tests/support/drawn_table.h"
 #include "tests/support/program.h"
 
 namespace turbidock::check_vehicle {
 namespace {
 
-using Swaps = std::vector<std::pair<std::string, std::string>>;
-
-std::string With(std::string text, const Swaps& swaps) {
-  for (const auto& [from, to] : swaps) {
-    EXPECT_NE(text.find(from), std::string::npos) << from << " in\n" << text;
-    for (size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
-      text.replace(at, from.size(), to);
-  }
-  return text;
-}
+using testing::Swaps;
+using testing::With;
 
 struct Variant {
   std::string kind, name;
@@ -254,12 +247,7 @@ TEST(VehicleFiles, AreTakenOrRefusedAsTheTableSays) {
           "| " + variant.kind + " | " + variant.name + " | " + OutcomeOf(variant, folder) + " |\n";
   // no tags of the page
   for (size_t at; (at = table.find('<')) != std::string::npos;) table.replace(at, 1, "&lt;");
-  std::ifstream committed(TURBIDOCK_TEST_DATA "/../../assets/measured/vehicles.md");
-  const std::string text(std::istreambuf_iterator<char>(committed), {});
-  const std::string drawn = ::testing::TempDir() + "/vehicles.md";
-  std::ofstream(drawn) << text.substr(0, text.find("| What")) << table;
-  EXPECT_EQ(text.substr(std::min(text.find("| What"), text.size())), table)
-      << "drawn anew: " << drawn;
+  testing::ExpectDrawn("vehicles.md", table);
   std::filesystem::remove_all(folder);
 }
 
