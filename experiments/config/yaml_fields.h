@@ -27,6 +27,7 @@
 #include <variant>
 #include <vector>
 
+#include "experiments/config/group_ref.h"
 #include "experiments/config/yaml_node.h"
 #include "sim/base/fields.h"
 
@@ -91,10 +92,6 @@ struct Field {
   std::string doc{};
   ValueRef value;
 };
-
-// References to the members of `object`, which must outlive them.
-template <HasFields T>
-GroupRef GroupOf(T* object);  // NOLINT(readability-redundant-declaration): RefTo, below, needs it
 
 namespace internal {
 

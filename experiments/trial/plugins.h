@@ -13,15 +13,12 @@
 #include <vector>
 
 #include "control/autopilot.h"
+#include "experiments/config/group_ref.h"
 #include "sim/base/camera.h"
 #include "sim/base/random.h"
 #include "vision/hue_labels.h"
 #include "vision/marker_model.h"
 #include "vision/pose_estimator.h"
-
-namespace turbidock::config {
-struct GroupRef;
-}  // namespace turbidock::config
 
 namespace turbidock::trial {
 

@@ -10,6 +10,7 @@
 
 #include "control/autopilot.h"
 #include "control/docking_procedure.h"
+#include "experiments/config/group_ref.h"
 #include "experiments/trial/dock_contact.h"
 #include "experiments/trial/faults.h"
 #include "experiments/trial/plugins.h"
@@ -31,13 +32,6 @@
 #include "vision/hue_labels.h"
 #include "vision/marker_model.h"
 #include "vision/rm_ga_options.h"
-
-namespace turbidock::config {
-struct GroupRef;
-struct KeyDoc;
-template <HasFields T>
-GroupRef GroupOf(T* object);
-}  // namespace turbidock::config
 
 namespace turbidock::trial {
 
