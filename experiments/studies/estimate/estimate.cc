@@ -116,8 +116,13 @@ EstimateSummary RunEstimate(const EstimateInput& input, const EstimateSettings& 
       if (seen[side].width() != camera.width_px || seen[side].height() != camera.height_px)
         throw ConfigError(
             input.images[side],
-            fmt::format("{} x {} pixels, must be the rig's {} x {}", seen[side].width(),
-                        seen[side].height(), camera.width_px, camera.height_px));
+            fmt::format(
+                "{} x {} pixels, must be the rig's {} x {}{}", seen[side].width(),
+                seen[side].height(), camera.width_px, camera.height_px,
+                2 * seen[side].width() == camera.width_px
+                    ? "; a trial's own pictures are half the size: make_footage.py (examples "
+                      "of Python) films whole ones"
+                    : ""));
       if (is_new && undistorters[side]) undistorters[side]->Apply(&seen[side]);
     }
     seen.frame = summary.frames++;

@@ -4,10 +4,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "experiments/config/rig_file.h"
 #include "experiments/media/canvas.h"
@@ -392,6 +394,29 @@ TEST_F(Estimate, ThePublishedPresetIsUnrefinedAndRepeats) {
   EXPECT_EQ(Run(arguments), result);
 }
 
+// Films of a trial, compressed as a camera's are, and the truth at each image (make_footage.py).
+TEST_F(Estimate, ShippedFilmsAreFollowed) {
+  const std::string folder = std::string(TURBIDOCK_TEST_DATA) + "/../../assets/footage/";
+  const Json result = Run({"--left", folder + "left.mp4", "--right", folder + "right.mp4"});
+  EXPECT_EQ(result["notes"].size(), 0) << result["notes"];
+  std::ifstream truth(folder + "truth.csv");
+  std::string line;
+  std::getline(truth, line);
+  int followed = 0, images = 0;
+  for (const Json& record : result["records"]) {
+    ASSERT_TRUE(std::getline(truth, line)) << ++images;
+    std::replace(line.begin(), line.end(), ',', ' ');
+    double time_s;
+    Eigen::Vector3d p_HM;
+    std::istringstream(line) >> time_s >> p_HM.x() >> p_HM.y() >> p_HM.z();
+    followed += record["detected"] && (PoseOf(record).p - p_HM).norm() < 0.015;
+    ++images;
+  }
+  EXPECT_FALSE(std::getline(truth, line)) << line;
+  EXPECT_EQ(images, 60);
+  EXPECT_GE(followed, 55);
+}
+
 TEST_F(Estimate, BadInputIsNamed) {
   const StereoRig rig = RigParams{}.MakeRig();
   WritePair({}, rig, kPose);
@@ -405,7 +430,7 @@ TEST_F(Estimate, BadInputIsNamed) {
                  {"no such images; write * for the numbers"});
   media::WritePng(Path("small.png"), Image3u8(320, 240));
   ExpectBadInput({"--left", left, "--right", Path("small.png")},
-                 {"small.png: 320 x 240 pixels, must be the rig's 640 x 480"});
+                 {"small.png: 320 x 240 pixels, must be the rig's 640 x 480", "make_footage.py"});
   media::WritePng(Path("other.png"), Image3u8(320, 240));
   ExpectBadInput({"--left", Path("small.png"), "--right", Path("other.png")},
                  {"320 x 240 pixels, must be the rig's 640 x 480"});
