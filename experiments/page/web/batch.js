@@ -2,7 +2,17 @@
 
 import {h, button, fill, section} from 'page/dom.js';
 import {has} from 'page/data.js';
-import {clockText, fixed, number, percent, shown, spoken, titled, words} from 'page/format.js';
+import {
+  clockText,
+  fixed,
+  measured,
+  number,
+  percent,
+  shown,
+  spoken,
+  titled,
+  words,
+} from 'page/format.js';
 import {bins, groupsOf} from 'page/numbers.js';
 import {reveal} from 'page/parts.js';
 import {Plot} from 'page/plot.js';
@@ -98,6 +108,7 @@ class BatchView {
     const timed = rows.filter(row => this.trials.isSuccess(row) && Number.isFinite(time_s(row)));
     this.times.set(timesOf(bins(timed, time_s, 28)));
     this.noTimes.hidden = timed.length > 0;
+    this.times.element.hidden = !timed.length;
     this.errors?.set(this.errorsOf(rows));
   }
 
@@ -143,13 +154,12 @@ class BatchView {
     const rows = found.filter(row => Number.isFinite(y(row)) && Number.isFinite(z(row)));
     const won = rows.filter(isSuccess);
     const reach = 1600 * Math.max(tolerance_y_m, tolerance_z_m) || 100;
-    const within = value => Math.min(Math.max(value, -0.98 * reach), 0.98 * reach);
     const points = (name, of, more) => ({
       name,
       rows: of,
       dot: found.length > kMany ? 2 : 4,
-      x: of.map(row => within(y(row))),
-      y: of.map(row => within(z(row))),
+      x: of.map(y),
+      y: of.map(z),
       ...more,
     });
     const square = {
@@ -161,8 +171,8 @@ class BatchView {
     const lost = rows.filter(row => !isSuccess(row));
     return {
       equal: true,
-      x: {label: 'y, mm', low: -reach, high: reach},
-      y: {label: 'z, mm', low: -reach, high: reach},
+      x: {label: 'y, mm', low: -reach, high: reach, clamped: true},
+      y: {label: 'z, mm', low: -reach, high: reach, clamped: true},
       blocks: [{...square, color: [46, 139, 87], opacity: 0.16}],
       series: [
         points('not docked', lost, {color: curve(1), mark: 'rings'}),
@@ -190,7 +200,7 @@ class BatchView {
     });
     const named = key => word(key, true, row => words(get[key](row) ?? '–'));
     const digits = String(get.trial(this.model.rows - 1)).length;
-    const width = key => `${Math.min(290, Math.max(130, 8 * key.length + 20))}px`;
+    const width = key => `${Math.max(96, 8 * titled(trials.names[key]).length + 24)}px`;
     return [
       {
         ...numeric('trial', trials.names.trial, `${Math.max(74, 9 * digits + 20)}px`),
@@ -207,7 +217,7 @@ class BatchView {
       {key: 'reason', label: 'reason', value: row => spoken(get.reason?.(row)), width: '280px'},
       ...trials.columns
         .filter(key => !kShownElsewhere.includes(key) && isNumeric(key))
-        .map(key => numeric(key, trials.names[key], '128px')),
+        .map(key => numeric(key, trials.names[key], width(key))),
       {key: 'seed', label: 'seed', value: get.seed, width: '190px'},
     ];
   }
@@ -242,7 +252,7 @@ class BatchView {
               const {label, unit, factor} = trials.names[key];
               const value = get[key](row);
               const text = typeof value === 'number' ? shown(value * factor) : shown(value);
-              return {label, value: `${text} ${unit}`.trim(), note: key};
+              return {label, value: measured(text, unit), note: key};
             }),
           ],
           commands: model.store_kind === 'batch' ? [replay] : [],

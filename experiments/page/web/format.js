@@ -3,6 +3,9 @@
 /** Of a quantity, {label, unit, factor}, for an axis or a column: "final error true y, mm". */
 export const titled = ({label, unit}) => (unit ? `${label}, ${unit}` : label);
 
+/** A value with its unit: "12 mm", but "5°". */
+export const measured = (text, unit) => `${text}${!unit || unit.startsWith('°') ? '' : ' '}${unit}`;
+
 /** A number in three or four digits, without needless zeros; "–" for none. */
 export function number(x, digits = 4) {
   if (x === null || x === undefined || !Number.isFinite(x)) return '–';
@@ -26,15 +29,15 @@ export const rate = (share, low, high) =>
 
 export const words = name => String(name).replaceAll('_', ' ');
 
-/** A sentence of the program without the model's names of shapes: "hull_box" → "hull". */
+/** A sentence of the program without names of shapes, "hull_box" → "hull", and keys, "visual_servoing". */
 export const spoken = sentence =>
-  String(sentence ?? '').replace(/\b(hull|pole|station|dock|ball|marker)_\w+/g, '$1');
+  words(String(sentence ?? '').replace(/\b(hull|pole|station|dock|ball|marker)_\w+/g, '$1'));
 
 /** A value of any kind as text. */
 export const shown = value =>
   typeof value === 'number'
     ? number(value)
-    : value === null || value === undefined
+    : [null, undefined, ''].includes(value)
       ? '–'
       : String(value);
 

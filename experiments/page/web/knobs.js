@@ -1,7 +1,7 @@
 // What can be set while a trial runs: sliders, switches and choices, as the program offers them.
 
 import {h, choice, fill, section} from 'page/dom.js';
-import {number, words} from 'page/format.js';
+import {measured, number, words} from 'page/format.js';
 
 const kSteps = 200; // of a slider: values that a person can say again
 
@@ -79,7 +79,7 @@ function slider({label, unit, low, high}, set) {
   let isHeld = false;
   const output = h('output');
   const say = now => {
-    fill(output, `${number(now, 3)} ${unit}`);
+    fill(output, measured(number(now, 3), unit));
     input.setAttribute('aria-valuetext', output.textContent);
   };
   const oninput = () => {

@@ -7,7 +7,7 @@ import {Knobs} from 'page/knobs.js';
 import {badge, head, plainTable, stages} from 'page/parts.js';
 import {Push} from 'page/push.js';
 import {Line} from 'page/socket.js';
-import {TrialView} from 'page/trial.js';
+import {circlesOf, TrialView} from 'page/trial.js';
 
 const kShownChanges = 40;
 const kKeepEvery_frames = 6; // of the pictures to look back at
@@ -225,7 +225,7 @@ class LivePage {
     const before = cameras.pictures;
     const time = clockText(picture.frame / this.trial.frames_per_second);
     const estimate = this.trialView.estimateAt(picture.frame);
-    cameras.show({left, right}, estimate, `Picture of ${time} with its estimate.`);
+    cameras.show({left, right}, estimate, `Picture of ${time} ${circlesOf(estimate)}.`);
     for (const bitmap of Object.values(before)) bitmap.close();
   }
 

@@ -75,7 +75,7 @@ export function command({what, command: text}) {
 }
 
 /** What can be scrolled, also by keys. */
-const scrolled = (label, ...children) =>
+export const scrolled = (label, ...children) =>
   h('div', {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': label}, children);
 
 /** A small table: {columns: [{label, numeric}], rows: [[text or {text, tone, title, onclick}]]}. */

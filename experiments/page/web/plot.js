@@ -36,6 +36,7 @@ export class Sync {
   }
 }
 
+const kPaperHeight = 0.8; // of that on the screen
 const finite = Number.isFinite;
 const isAlongX = series => series.mark === 'columns'; // its low and high
 
@@ -48,10 +49,11 @@ export class Plot {
     this.options = options;
     this.hidden = new Set(); // names of series
     this.sync = options.sync || new Sync();
+    this.height = options.height || 250;
     this.canvas = h('canvas', {
       tabindex: 0,
       role: 'img',
-      style: {height: `${options.height || 250}px`},
+      style: {height: `${this.height}px`},
     });
     this.legend = h('div', {class: 'line legend'});
     this.title = h('div', {class: 'plot-title'});
@@ -89,9 +91,9 @@ export class Plot {
     fill(
       this.legend,
       names.map(name => {
-        const {mark} = this.panel.series.find(series => series.name === name);
+        const {mark, opacity} = this.panel.series.find(series => series.name === name);
         const parts = [
-          h('span', {class: `swatch ${mark}`}),
+          h('span', {class: `swatch ${mark}${opacity < 1 ? ' faint' : ''}`}),
           h('span', {}, name),
           this.sync.onSeek ? h('span', {class: 'value'}) : null,
         ];
@@ -166,7 +168,7 @@ export class Plot {
   drawNow() {
     const {canvas, panel} = this;
     const width = isOnPaper() ? kPaper_px : canvas.clientWidth;
-    const height = canvas.clientHeight;
+    const height = isOnPaper() ? kPaperHeight * this.height : canvas.clientHeight;
     if (!width || !height) return;
     const ratio = isOnPaper() ? 3 : Math.min(3, devicePixelRatio || 1);
     const size = {width: Math.round(width * ratio), height: Math.round(height * ratio)};
@@ -222,9 +224,10 @@ export class Plot {
   makeEqual() {
     const perPixel = ({low, high, from, to}) => (high - low) / Math.abs(to - from);
     const scale = Math.max(perPixel(this.X), perPixel(this.Y));
-    const widened = ({low, high, from, to}) => {
+    const widened = axis => {
+      const {low, high, from, to} = axis;
       const half = (scale * Math.abs(to - from)) / 2;
-      return new Scale([(low + high) / 2 - half, (low + high) / 2 + half], from, to);
+      return new Scale([(low + high) / 2 - half, (low + high) / 2 + half], from, to, axis);
     };
     this.X = widened(this.X);
     this.Y = this.Y2 = widened(this.Y);
@@ -348,7 +351,10 @@ export class Plot {
       rule.is_up ? this.line(X.of(rule.at), null) : this.line(null, Y.of(rule.at));
     }
     c.setLineDash([]);
-    for (const series of this.shownSeries()) drawSeries(c, series, X, series.second ? Y2 : Y);
+    this.shownSeries().forEach((series, k) => {
+      c.lineDashOffset = 4 * k; // where curves coincide, each has dashes of its own
+      drawSeries(c, series, X, series.second ? Y2 : Y);
+    });
     c.strokeStyle = variable('accent');
     c.lineWidth = 1;
     if (finite(sync.cursor)) this.line(X.of(sync.cursor), null);

@@ -2,7 +2,7 @@
 // (experiments/report/report.h). Knows no study.
 
 import {h, section} from 'page/dom.js';
-import {badge, command, head, plainTable} from 'page/parts.js';
+import {badge, command, head, plainTable, scrolled} from 'page/parts.js';
 import {Plot, Sync} from 'page/plot.js';
 import {openTrials} from 'page/trial.js';
 
@@ -32,7 +32,10 @@ export function drawSections(host, model) {
       section(
         `What the cameras saw: ${name}`,
         {wide: true},
-        h('img', {src: `data:image/jpeg;base64,${jpeg}`, alt: `sheet of images, ${name}`}),
+        scrolled(
+          `images, ${name}`,
+          h('img', {src: `data:image/jpeg;base64,${jpeg}`, alt: `sheet of images, ${name}`}),
+        ),
       ),
     );
   host.append(h('div', {class: 'cards'}, sections), detail);

@@ -22,18 +22,22 @@ export function span({low, high, names = [], logarithmic} = {}, visit, margin) {
   return [low ?? least - room, high ?? most + room];
 }
 
+const clamp = (x, low, high) => Math.min(Math.max(x, low), high);
+
 /** Values from low to high on pixels between two ends. */
 export class Scale {
   /** axis: of the panel's model. */
-  constructor([low, high], from, to, {logarithmic, whole} = {}) {
-    Object.assign(this, {low, high, from, to, logarithmic, whole});
+  constructor([low, high], from, to, {logarithmic, whole, clamped} = {}) {
+    Object.assign(this, {low, high, from, to, logarithmic, whole, clamped});
     this.a = logarithmic ? Math.log(low) : low;
     this.b = logarithmic ? Math.log(high) : high;
     if (this.a === this.b) this.b = this.a + 1;
   }
   of(x) {
     const value = this.logarithmic ? Math.log(Math.max(x, 1e-300)) : x;
-    return this.from + ((value - this.a) / (this.b - this.a)) * (this.to - this.from);
+    const share = (value - this.a) / (this.b - this.a);
+    // what lies beyond stands at the edge
+    return this.from + (this.clamped ? clamp(share, 0.01, 0.99) : share) * (this.to - this.from);
   }
   back(p) {
     const value = this.a + ((p - this.from) / (this.to - this.from)) * (this.b - this.a);

@@ -129,8 +129,9 @@ export class Table {
     const isAll = found.length === rows;
     this.reset.hidden = isAll && !only;
     const count = isAll ? rows : `${found.length} of ${rows}`;
+    const label = rows === 1 ? this.label.replace(/s$/, '') : this.label;
     const why = only ? `: ${only.why}` : '';
-    fill(this.count, `${count} ${this.label}${why}. Click one to see it`);
+    fill(this.count, `${count} ${label}${why}. Click one to see it.`);
     this.scroll.scrollTop = 0;
     this.draw();
     this.onFound(found);

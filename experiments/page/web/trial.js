@@ -2,7 +2,7 @@
 
 import {h, button, choice, section, soon} from 'page/dom.js';
 import {addressOf, has, load} from 'page/data.js';
-import {clockText, fixed, number, shown, spoken, words} from 'page/format.js';
+import {clockText, fixed, measured, number, shown, spoken, words} from 'page/format.js';
 import {Cameras} from 'page/cameras.js';
 import {Clock} from 'page/clock.js';
 import {Scene3d} from 'page/scene3d.js';
@@ -270,15 +270,19 @@ export class TrialView {
     const frame = frames.reduce((best, other) => (late_s(other) < late_s(best) ? other : best));
     if (frame === this.frame) return;
     this.frame = frame;
-    const caption = `Picture of ${clockText(frame.time_s)} with its estimate; ${frames.length} pictures kept.`;
     const image = base64 => Object.assign(new Image(), {src: `data:image/jpeg;base64,${base64}`});
     const pictures = {left: image(frame.left), right: image(frame.right)};
     const own = this.estimateAt(series.indexAt(frame.time_s));
+    const caption = `Picture of ${clockText(frame.time_s)} ${circlesOf(own)}; ${frames.length} pictures kept.`;
     Promise.all(Object.values(pictures).map(picture => picture.decode())).then(
       () => this.frame === frame && cameras.show(pictures, own, caption),
     );
   }
 }
+
+/** What the circles in a picture are. */
+export const circlesOf = ({isFound}) =>
+  isFound ? 'with its estimate' : 'in which nothing was detected: the faint circles are a guess';
 
 /** The record without what is noise: the estimate where nothing is detected, and what never began, are null. */
 function withoutNoise({record, series, limits}) {
@@ -336,7 +340,7 @@ function flat(record, names, path = '') {
     const {label, unit, factor} = names[name];
     const text =
       typeof value === 'number'
-        ? `${number(value * factor)} ${unit}`.trim()
+        ? measured(number(value * factor), unit)
         : Array.isArray(value)
           ? value.map(shown).join(', ') || 'none'
           : shown(value);

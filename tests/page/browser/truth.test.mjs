@@ -43,6 +43,14 @@ test('a trial that never saw the marker: no noise, the truth in sight, the vehic
   assert.match(await page.locator('.scale-bar').innerText(), /^\d+ (cm|m)$/);
   assert.match(await page.locator('.scene-key').innerText(), /one could see 0\.\d+ m/);
   assert.ok(await page.evaluate(() => globalThis.turbidock.scene.sight.visible), 'and where to');
+  await page.waitForFunction(() => /nothing was detected/.test(document.body.innerText));
+  const [guess, estimate] = await page.evaluate(() =>
+    ['not detected', 'estimate'].map(name => {
+      const chip = [...document.querySelectorAll('.chip')].find(c => c.innerText.startsWith(name));
+      return Number(getComputedStyle(chip.firstChild).opacity);
+    }),
+  );
+  assert.ok(guess < 0.8 && estimate === 1, 'the legend is as faint as its dots');
   assert.deepEqual(complaints, []);
   await close();
 });
@@ -95,6 +103,25 @@ test('a batch: names with units, bars of all, equal axes; none that docks, one t
   await close();
   const none = await open('none', 1440);
   assert.match(await none.page.locator('main').innerText(), /None of these docked/);
+  const {places, farthest_mm} = await none.page.evaluate(() => {
+    const {X, Y, box, panel} = globalThis.turbidock.errors;
+    const {x, y} = panel.series[0];
+    const share = (value, from, to) => (value - from) / (to - from);
+    return {
+      places: x.map((_, i) => [
+        share(X.of(x[i]), box.left, box.right),
+        share(Y.of(y[i]), box.bottom, box.top),
+      ]),
+      farthest_mm: x.reduce((most, value) => Math.max(most, Math.abs(value)), 0),
+    };
+  });
+  assert.ok(farthest_mm > 200, `${farthest_mm} mm: as far as it is`);
+  for (const share of places.flat()) assert.ok(share > 0 && share < 1, `${share}`);
+  assert.ok(
+    places.flat().some(share => share > 0.98 || share < 0.02),
+    'at the edge',
+  );
+  assert.ok(!(await none.page.evaluate(() => globalThis.turbidock.times.canvas.offsetParent)));
   assert.doesNotMatch(await none.page.locator('.head').innerText(), /- (s|mm)/, 'no time of none');
   const columns = await none.page.evaluate(() =>
     globalThis.turbidock.table.columns.map(c => c.label),
@@ -107,12 +134,51 @@ test('a batch: names with units, bars of all, equal axes; none that docks, one t
   await none.close();
   const single = await open('single', 1440);
   assert.match(await single.page.locator('main').innerText(), /All of them docked/);
+  assert.match(await single.page.locator('#trials [role=status]').innerText(), /^1 trial\./);
   assert.match(
     await single.page.locator('main').innerText(),
     /Nothing varies between these trials/,
   );
   assert.deepEqual(single.complaints, []);
   await single.close();
+});
+
+test('curves that coincide are both seen', async () => {
+  const {page, close} = await open('batch', 1440);
+  const seen = await page.evaluate(() => {
+    const canvas = [...document.querySelectorAll('.cards .plot canvas')][0];
+    const c = canvas.getContext('2d');
+    const {width, height} = canvas;
+    // between the values that were run
+    const {data} = c.getImageData(0.58 * width, 0, 0.34 * width, height);
+    const near = ([r, g, b]) => {
+      let count = 0;
+      for (let i = 0; i < data.length; i += 4)
+        count += Math.abs(data[i] - r) + Math.abs(data[i + 1] - g) + Math.abs(data[i + 2] - b) < 60;
+      return count;
+    };
+    return [near([0, 114, 178]), near([0, 158, 115])];
+  });
+  for (const count of seen) assert.ok(count > 60, `${seen} pixels of lqg and of pid`);
+  await close();
+});
+
+test('what a trial says of itself is words', async () => {
+  const {page, close} = await open('batch', 1440);
+  const reasons = await page.evaluate(() => {
+    const {table} = globalThis.turbidock;
+    const {value} = table.columns.find(column => column.key === 'reason');
+    return table.found.map(value);
+  });
+  assert.ok(reasons.some(reason => /visual servoing/.test(reason)));
+  for (const reason of reasons) assert.doesNotMatch(reason, /_/);
+  await close();
+  const still = await open('still', 1440);
+  const empty = await still.page
+    .locator('.facts dd')
+    .evaluateAll(list => list.filter(value => !value.innerText.trim()).length);
+  assert.equal(empty, 0, 'what has no value has a dash');
+  await still.close();
 });
 
 test('a collision is told without names of shapes', async () => {
@@ -131,7 +197,7 @@ test('a collision is told without names of shapes', async () => {
 });
 
 test('on paper: light charts drawn for its width, every column', async () => {
-  for (const name of ['batch', 'compare', 'lost']) {
+  for (const name of ['batch', 'compare', 'lost', 'steps']) {
     const {page, close} = await open(name, 1440, {colorScheme: 'dark'});
     // what a printer gets is what is drawn before the event's listeners return
     const charts = await page.evaluate(() => {
@@ -217,6 +283,7 @@ test('3D is dark at night, and light on paper', async () => {
 test('no key is a title, a label or a name of a curve', async () => {
   for (const name of ['compare', 'tuning', 'steps', 'vehicle']) {
     const {page, close} = await open(name, 1440);
+    assert.doesNotMatch(await page.locator('main').innerText(), /\d °/, `${name}: 5°, not 5 °`);
     const said = await page
       .locator('nav .kind, h2, th[scope=col], .facts dd, .chip')
       .allInnerTexts();
@@ -232,7 +299,7 @@ test('no key is a title, a label or a name of a curve', async () => {
     if (name === 'compare')
       assert.match(
         await page.locator('tr', {hasText: 'lost'}).first().innerText(),
-        /current surface velocity y 0\.?\d* m\/s, start heading [\d.]+ °/,
+        /current surface velocity y 0\.?\d* m\/s, start heading [\d.]+°/,
       );
     await close();
   }
@@ -259,6 +326,12 @@ test('recognition: the images, and the limits by name', async () => {
     .evaluateAll(list => list.map(image => image.naturalWidth));
   assert.equal(widths.length, 2);
   assert.ok(Math.min(...widths) > 1000, `${widths}`);
+  const narrow = await open('recognition', 390);
+  const drawn = await narrow.page
+    .locator('section[aria-label^="What the cameras saw"] img')
+    .evaluateAll(list => list.map(image => image.clientWidth));
+  assert.ok(Math.min(...drawn) > 700, `large enough to see something: ${drawn}`);
+  await narrow.close();
   const named = await page.evaluate(() => globalThis.turbidock.plots[0].namedRules().length);
   assert.equal(named, 2, '0.60 and 0.22, beside a legend, too');
   assert.deepEqual(complaints, []);
