@@ -174,23 +174,47 @@ std::optional<report::Section> FailuresSection(const std::vector<StoredTrial>& t
   }
   const report::Quantity quantity = NameOfKey(best);
   const auto median = [&](int kind) {
-    return report::Digits(quantity.factor * *statistics::Median(draws[best][kind]), 3);
+    return quantity.Text(
+        report::Digits(quantity.factor * *statistics::Median(draws[best][kind]), 3));
   };
   const bool is_told = by.interval.low > 0.5 || by.interval.high < 0.5;
   return report::Section{
       .title = "What failures have in common",
       .lines = {fmt::format(
-          "{} {} quantities that each trial drew: {}, median {} {} where they failed, {} {} where "
-          "they docked. A failed trial's is the larger in {:.0f} % of pairs [{:.0f}, {:.0f}].",
+          "{} {} quantities that each trial drew: {}, median {} where they failed, {} where they "
+          "docked. A failed trial's is the larger in {:.0f} % of pairs [{:.0f}, {:.0f}].",
           is_told ? "Best told from docked trials by one of"
                   : "Not told from docked trials by any of",
-          draws.size(), quantity.label, median(0), quantity.unit, median(1), quantity.unit,
-          100 * by.probability, 100 * by.interval.low, 100 * by.interval.high)}};
+          draws.size(), quantity.label, median(0), median(1), 100 * by.probability,
+          100 * by.interval.low, 100 * by.interval.high)}};
 }
 
-// Of what a trial is made of, the groups of keys that the plan leaves alone; starts and whatever
-// else a seed decides differ anyway.
-std::string NotVaried(const config::YamlNode& plan) {
+// What a batch of this size and plan could not have told.
+report::Section LimitsSection(const BatchSummary& summary) {
+  const GroupSummary& least = *std::ranges::min_element(summary.groups, {}, &GroupSummary::trials);
+  const double p = summary.all.rate();
+  const auto seen = statistics::LeastDifferenceSeen(least.trials, 2 * p * (1 - p));
+  const std::string two =
+      fmt::format("Two {} of {} trial{}", summary.groups.size() > 1 ? "groups" : "such batches",
+                  least.trials, least.trials == 1 ? "" : "s");
+  report::Section section{
+      .title = "What it could not tell",
+      .lines = {fmt::format(
+          "{} with 80 % power (McNemar's test at 5 %, other seeds).",
+          seen ? fmt::format(
+                     "{} must differ in success by {:.0f} points of per cent to be told apart", two,
+                     100 * *seen)
+               : fmt::format("{} cannot be told apart by success", two))}};
+  if (const auto rest = NotVaried(summary.header); !rest.empty())
+    section.lines.push_back(fmt::format("Not varied: {}.", fmt::join(rest, ", ")));
+  return section;
+}
+
+}  // namespace
+
+std::vector<std::string> NotVaried(const StoreHeader& header) {
+  const auto plan = PlanIn(header);
+  if (!plan) return {};
   std::vector<std::string> rest = {"water",       "snow",    "sea",    "lamps",
                                    "ball_lights", "vehicle", "rig",    "sensor",
                                    "lens",        "mooring", "faults", "controller"};
@@ -200,35 +224,17 @@ std::string NotVaried(const config::YamlNode& plan) {
   };
   bool scenarios = false;
   for (const char* part : {"grid", "random"})
-    if (const auto keys = plan.Find(part)) {
+    if (const auto keys = plan->Find(part)) {
       vary(*keys);
       scenarios |= keys->Find("scenario").has_value();
     }
   for (const char* part : {"cases", "strata"})
-    if (const auto cases = plan.Find(part))
+    if (const auto cases = plan->Find(part))
       for (const auto& [name, keys] : cases->Entries()) vary(keys);
-  return report::Words(fmt::format("{}{}", fmt::join(rest, ", "),
-                                   scenarios ? ", but for what its scenarios differ in" : ""));
+  if (scenarios) rest.emplace_back("but for what its scenarios differ in");
+  for (std::string& name : rest) name = report::Words(name);
+  return rest;
 }
-
-// What a batch of this size and plan could not have told.
-report::Section LimitsSection(const BatchSummary& summary) {
-  const GroupSummary& least = *std::ranges::min_element(summary.groups, {}, &GroupSummary::trials);
-  const double p = summary.all.rate();
-  const auto seen = statistics::LeastDifferenceSeen(least.trials, 2 * p * (1 - p));
-  report::Section section{
-      .title = "What it could not tell",
-      .lines = {fmt::format(
-          "Two {} of {} trials must differ in success by {} to be told apart "
-          "with 80 % power (McNemar's test at 5 %, other seeds).",
-          summary.groups.size() > 1 ? "groups" : "such batches", least.trials,
-          seen ? fmt::format("{:.0f} points of per cent", 100 * *seen) : "more than is possible")}};
-  if (const auto plan = PlanIn(summary.header))
-    section.lines.push_back("Not varied: " + NotVaried(*plan) + ".");
-  return section;
-}
-
-}  // namespace
 
 BatchSummary SummaryOf(const ResultStore& store, const std::string& file,
                        const BatchReportOptions& options) {

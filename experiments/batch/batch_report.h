@@ -49,6 +49,10 @@ report::Report ReportOf(const BatchSummary& summary);
 // The numbers, which stand beside the report in its document.
 report::Json ResultJson(const BatchSummary& summary);
 
+// Of what a trial is made of, the groups of keys that the plan leaves alone, as words; starts and
+// whatever else a seed decides differ anyway. Empty where the plan cannot be read.
+std::vector<std::string> NotVaried(const StoreHeader& header);
+
 // "17 of 480" or, where the total is not known yet, "17 of at least 320 (at most 480)".
 std::string DoneText(int64_t done, int64_t total, int64_t most);
 

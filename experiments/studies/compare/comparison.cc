@@ -6,9 +6,11 @@
 #include <set>
 #include <utility>
 
+#include "experiments/batch/batch_report.h"
 #include "experiments/batch/summary.h"
 #include "experiments/config/nearest_name.h"
 #include "experiments/config/yaml_node.h"
+#include "experiments/report/quantity.h"
 #include "experiments/statistics/paired_tests.h"
 #include "experiments/trial/record_columns.h"
 #include "sim/base/check.h"
@@ -16,6 +18,13 @@
 
 namespace turbidock::compare {
 namespace {
+
+// Whether a dotted key is of a group: "scenario.ball_lights.enabled" of "ball lights".
+bool IsIn(const std::string& key, const std::string& group) {
+  std::string dotted = report::Words("." + key + ".");
+  std::ranges::replace(dotted, '[', '.');
+  return dotted.find("." + group + ".") != std::string::npos;
+}
 
 bool Has(const std::vector<std::string>& list, const std::string& word) {
   return std::ranges::count(list, word) > 0;
@@ -243,6 +252,12 @@ Comparison Compare(const ComparedFile& a, const ComparedFile& b, const Compariso
   comparison.build_a = a.store.header().build;
   comparison.build_b = b.store.header().build;
   comparison.differences = PlanDifferences(a.store.header().plan, b.store.header().plan);
+  const std::vector<std::string> not_varied_b = batch::NotVaried(b.store.header());
+  for (const std::string& group : batch::NotVaried(a.store.header()))
+    if (Has(not_varied_b, group) &&
+        std::ranges::none_of(comparison.differences,
+                             [&](const auto& of) { return IsIn(of.first, group); }))
+      comparison.not_varied.push_back(group);
   return comparison;
 }
 

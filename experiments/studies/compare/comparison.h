@@ -79,10 +79,11 @@ struct Comparison {
   Change all = {};  // that, also where there is one group
   // That such a test of as many pairs, as many of which differ by chance, shows with 80 % power.
   std::optional<double> least_difference_seen = {};
+  std::vector<std::string> not_varied = {};  // groups of keys, in neither set nor between them
   std::vector<Flip> lost = {}, gained = {};  // docked in a only, in b only
 
   TURBIDOCK_FIELDS(a, b, build_a, build_b, differences, left_out_a, left_out_b, changes, all,
-                   least_difference_seen, lost, gained)
+                   least_difference_seen, not_varied, lost, gained)
 };
 
 // Matches the trials that came to an end of their own and compares them. ConfigError when a trial

@@ -26,8 +26,8 @@ std::string Named(const std::string& parameters) {
        ++at) {
     const std::string key = at->str(1);
     const report::Quantity name = batch::NameOfKey(key);
-    text += fmt::format("{}{} {}{}{}", text.empty() ? "" : ", ", name.label,
-                        batch::ValueText(key, at->str(2)), name.unit.empty() ? "" : " ", name.unit);
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", name.label,
+                        name.Text(batch::ValueText(key, at->str(2))));
   }
   return text.empty() ? parameters : text;
 }
@@ -128,13 +128,18 @@ std::vector<report::Fact> FactsOf(const Comparison& comparison) {
   const Change& all = comparison.all;
   const auto& least = comparison.least_difference_seen;
   const auto percent = [](double rate) { return report::Digits(100 * rate) + " %"; };
-  return {{"pairs", std::to_string(all.pairs)},
-          {"A docked", percent(all.a)},
-          {"B docked", percent(all.b)},
-          {"lost", std::to_string(comparison.lost.size()), "docked in A only"},
-          {"gained", std::to_string(comparison.gained.size()), "docked in B only"},
-          {"would have seen", least ? fmt::format("{:.1f} points", 100 * *least) : "no difference",
-           "of success rate over all pairs, with 80 % power at p = 0.05"}};
+  std::vector<report::Fact> facts = {
+      {"pairs", std::to_string(all.pairs)},
+      {"A docked", percent(all.a)},
+      {"B docked", percent(all.b)},
+      {"lost", std::to_string(comparison.lost.size()), "docked in A only"},
+      {"gained", std::to_string(comparison.gained.size()), "docked in B only"},
+      {"would have seen", least ? fmt::format("{:.1f} points", 100 * *least) : "no difference",
+       "of success rate over all pairs, with 80 % power at p = 0.05"}};
+  if (!comparison.not_varied.empty())
+    facts.push_back({"not varied", fmt::format("{}", fmt::join(comparison.not_varied, ", ")),
+                     "neither within a set nor between the two"});
+  return facts;
 }
 
 }  // namespace

@@ -44,7 +44,9 @@ class Comparison : public ::testing::Test {
     const std::string file = (folder_ / name).string();
     {
       batch::StoreHeader header;
-      header.plan = fmt::format("seeds: {}\nset: {}\n", rows.size(), name);
+      header.plan =
+          fmt::format("seeds: {}\ngrid: {{water.milk_ml_m3: [10, 20]}}\nset: {{sea.state: {}}}\n",
+                      rows.size(), name);
       header.build = "test";
       header.trials = std::ssize(rows);
       header.keys = keys;
@@ -319,6 +321,10 @@ TEST_F(Comparison, OnePairAndNoneSayWhatIsMissing) {
   const std::string text = report::Text(ReportOf(Compare({a, "a.db"}, {b, "b.db"}, {})));
   EXPECT_THAT(text, HasSubstr("no significant change in docking"));
   EXPECT_THAT(text, ContainsRegex("would have seen +no difference"));
+  EXPECT_THAT(text,
+              ContainsRegex("not varied +snow, lamps, ball lights, vehicle, rig, sensor, lens, "
+                            "mooring, faults, controller"))
+      << "water is within each, the sea between the two";
 }
 
 TEST_F(Comparison, TheFigureIsDrawnAlsoWhereNothingDocks) {
