@@ -126,7 +126,7 @@ void DockingProcedure::Servo(const PoseEstimate& estimate) {
   Enter(
       Stage::kDocking, estimate.frame,
       fmt::format("stable in {} successive estimates: errors x {:+.1f} mm, y {:+.1f} mm, z {:+.1f} "
-                  "mm, yaw {:+.1f} deg, allowed {:.0f}, {:.0f}, {:.0f} mm and {:.1f} deg",
+                  "mm, yaw {:+.1f}°, allowed {:.0f}, {:.0f}, {:.0f} mm and {:.1f}°",
                   held_, Mm(e.x_m), Mm(e.y_m), Mm(e.z_m), Deg(e.yaw_rad), Mm(params_.enter_x_m),
                   Mm(params_.enter_y_m), Mm(params_.enter_z_m), Deg(params_.enter_yaw_rad)));
 }
@@ -140,14 +140,14 @@ void DockingProcedure::Dock(const PoseEstimate& estimate) {
     double error, allowed;
     const char* unit;
   } limits[] = {
-      {"y", Mm(e.y_m), Mm(params_.allowance_y_m), "mm"},
-      {"z", Mm(e.z_m), Mm(params_.allowance_z_m), "mm"},
-      {"yaw", Deg(e.yaw_rad), Deg(params_.allowance_yaw_rad), "deg"},
+      {"y", Mm(e.y_m), Mm(params_.allowance_y_m), " mm"},
+      {"z", Mm(e.z_m), Mm(params_.allowance_z_m), " mm"},
+      {"yaw", Deg(e.yaw_rad), Deg(params_.allowance_yaw_rad), "°"},
   };
   for (const auto& limit : limits) {
     if (std::abs(limit.error) <= limit.allowed) continue;
     BackOff(estimate.frame,
-            fmt::format("error exceeds the allowance: {0} {1:+.1f} {3}, allowed {2:.1f} {3}",
+            fmt::format("error exceeds the allowance: {0} {1:+.1f}{3}, allowed {2:.1f}{3}",
                         limit.axis, limit.error, limit.allowed, limit.unit));
     return;
   }

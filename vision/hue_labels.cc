@@ -116,7 +116,7 @@ void CheckHues(const MarkerParams& marker, const HueParams& hue) {
       if (apart_rad < hue.window_rad)
         throw ConfigError("marker.balls", "balls " + a.name + " and " + b.name +
                                               " cannot be told apart: their hues differ by " +
-                                              degrees(apart_rad) + " degrees, less than the " +
+                                              degrees(apart_rad) + "°, less than the " +
                                               degrees(hue.window_rad) + " of hue.window_rad");
     }
 }

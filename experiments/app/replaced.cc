@@ -35,7 +35,7 @@ const std::pair<std::string, const char*> kReplaced[] = {
     {"step-response --true-pose", "nothing: true poses are the default"},
     {"step-response --no-noise", "--set true_pose.noise=[0, 0, 0, 0]"},
     {"step-response --turn --step --force",
-     "a step of 5 degrees and of 5 cm, a push of 1 N or 0.1 N m, always"},
+     "a step of 5° and of 5 cm, a push of 1 N or 0.1 N m, always"},
     {"step-response --amplitude", "sinusoids of 12 % of what the vehicle can give, always"},
     {"step-response --sea", "nothing: it is measured in still water"},
     {"check-vehicle --names", "the table in models/names.md"},

@@ -202,9 +202,10 @@ namespace {
 // "falls to 50 % at 62.1 [58.3, 66] ml/m³", or that it does not.
 std::string CrossingText(const SuccessCurve& curve, const report::Quantity& x) {
   if (!curve.fit) return "does not cross 50 % within the values tried";
-  return fmt::format("{} to 50 % at {:.3g} [{:.3g}, {:.3g}] {}",
-                     curve.fit->slope < 0 ? "falls" : "rises", x.factor * curve.fit->half_x,
-                     x.factor * curve.fit->half_low, x.factor * curve.fit->half_high, x.unit);
+  return fmt::format(
+      "{} to 50 % at {}", curve.fit->slope < 0 ? "falls" : "rises",
+      x.Text(fmt::format("{:.3g} [{:.3g}, {:.3g}]", x.factor * curve.fit->half_x,
+                         x.factor * curve.fit->half_low, x.factor * curve.fit->half_high)));
 }
 
 // A dot with a bar for each point of each curve, over x in a person's unit, and the fitted curve.

@@ -21,7 +21,8 @@ constexpr std::array kUnits = {Unit{"_ml_m3", "ml/m³"}, Unit{"_rad_s", "°/s", 
                                Unit{"_mps", "m/s"},     Unit{"_rad", "°", kDegrees},
                                Unit{"_deg", "°"},       Unit{"_mm", "mm"},
                                Unit{"_kg", "kg"},       Unit{"_m", "mm", 1000},
-                               Unit{"_s", "s"},         Unit{"_v", "V"}};
+                               Unit{"_s", "s"},         Unit{"_v", "V"},
+                               Unit{"_mib", "MiB"},     Unit{"_bytes", "MB", 1e-6}};
 
 }  // namespace
 

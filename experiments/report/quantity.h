@@ -15,6 +15,10 @@ struct Quantity {
   TURBIDOCK_FIELDS(label, unit, factor)
 
   std::string Title() const { return unit.empty() ? label : label + ", " + unit; }
+  // A value with its unit: "12 mm", but "5°".
+  std::string Text(const std::string& value) const {
+    return value + (unit.empty() || unit.starts_with("°") ? "" : " ") + unit;
+  }
 };
 
 // Of a name such as "final_error_true_y_m": lengths in mm, angles in degrees.

@@ -34,7 +34,7 @@ std::string TimeoutReason(const Scenario& scenario, const TrialResult& result,
         scenario.procedure.found_hold_s);
   const AxesPose& e = result.final_error_estimated;
   return fmt::format(
-             "{} in {} with the marker estimated {:.0f} mm, {:.0f} mm, {:.0f} mm and {:.1f} deg "
+             "{} in {} with the marker estimated {:.0f} mm, {:.0f} mm, {:.0f} mm and {:.1f}° "
              "from the desired pose",
              after, NameOf(directive.stage), units::MmFromM(e.x_m), units::MmFromM(e.y_m),
              units::MmFromM(e.z_m), units::DegFromRad(e.yaw_rad)) +

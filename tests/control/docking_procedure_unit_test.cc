@@ -186,7 +186,7 @@ TEST(DockingProcedure, StableForFiveFramesBeginsDocking) {
   ExpectTransition(script, Stage::kVisualServoing, Stage::kDocking);
   EXPECT_THAT(script.directive().transition->reason,
               AllOf(HasSubstr("5 successive"), HasSubstr("x -49.0 mm"), HasSubstr("y +19.9 mm"),
-                    HasSubstr("z -19.9 mm"), HasSubstr("yaw +6.9 deg"), HasSubstr("7.0 deg")));
+                    HasSubstr("z -19.9 mm"), HasSubstr("yaw +6.9°"), HasSubstr("7.0°")));
   EXPECT_EQ(script.directive().desired.x_m, 0.6);  // lowered from the next frame on
 }
 
@@ -365,7 +365,7 @@ TEST(DockingProcedure, AnErrorBeyondTheAllowanceFallsBackToServoing) {
   } const outside[] = {
       {0.0401, 0, 0, "y +40.1 mm, allowed 40.0 mm"},    {-0.0401, 0, 0, "y -40.1 mm"},
       {0, 0.0401, 0, "z +40.1 mm, allowed 40.0 mm"},    {0, -0.0401, 0, "z -40.1 mm"},
-      {0, 0, 0.263, "yaw +15.1 deg, allowed 15.0 deg"}, {0, 0, -0.263, "yaw -15.1 deg"}};
+      {0, 0, 0.263, "yaw +15.1°, allowed 15.0°"}, {0, 0, -0.263, "yaw -15.1°"}};
   for (const auto& e : outside) {
     Script script;
     script.ToDocking();

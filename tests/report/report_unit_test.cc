@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "experiments/report/quantity.h"
 #include "experiments/report/report.h"
 #include "experiments/report/report_json.h"
 
@@ -95,6 +96,15 @@ TEST(ReportIn, IsTheReportOfADocumentThatWasWrittenAndRead) {
   const Json report = ReportIn(document, "gate.json");
   EXPECT_EQ(report["kind"], "gate");
   EXPECT_EQ(report["title"], "night");
+}
+
+TEST(Quantity, HasAPersonsUnit) {
+  EXPECT_EQ(QuantityOf("time_s").Text("5"), "5 s");
+  EXPECT_EQ(QuantityOf("yaw_rad").Text("5"), "5°");
+  EXPECT_EQ(QuantityOf("yaw_rad_s").Text("5"), "5°/s");
+  EXPECT_EQ(QuantityOf("attempts").Text("5"), "5");
+  EXPECT_EQ(QuantityOf("peak_memory_mib").Title(), "peak memory, MiB");
+  EXPECT_EQ(QuantityOf("rss_bytes").Title(), "rss, MB");
 }
 
 std::string ProblemOf(const Json& document) {

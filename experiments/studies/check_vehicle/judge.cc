@@ -150,7 +150,7 @@ void Judgement::OfFloating() {
         floating.buoyancy_newton > 0 ? "rises" : "sinks", std::abs(floating.buoyancy_newton),
         100 * std::abs(floating.buoyancy_newton) / against));
   if (std::max(std::abs(floating.roll_rad), std::abs(floating.pitch_rad)) > kMuchTrim_rad)
-    Warn(fmt::format("it floats askew: rolled by {:.1f} and pitched by {:.1f} degrees",
+    Warn(fmt::format("it floats askew: rolled by {:.1f}° and pitched by {:.1f}°",
                      Deg(floating.roll_rad) + 0.0, Deg(floating.pitch_rad)));
   for (const auto& [dof, name] : {std::pair{Dof::kRoll, "roll"}, std::pair{Dof::kPitch, "pitch"}})
     if (!check_.levels &&
@@ -169,7 +169,7 @@ void Judgement::OfAxes() {
     }
     if (!check_.levels && axis.tilt_rad() > kMuchTilt_rad)
       Warn(
-          fmt::format("full {} tilts it by {:.0f} degrees: little rights it against thrusters off "
+          fmt::format("full {} tilts it by {:.0f}°: little rights it against thrusters off "
                       "its centre",
                       axis.axis, Deg(axis.tilt_rad())));
     const double most = std::min(axis.most, -axis.most_back);

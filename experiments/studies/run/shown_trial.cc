@@ -32,7 +32,7 @@ std::string Summary(const trial::TrialResult& result) {
   const AxesPose& t = result.final_error_true;
   return fmt::format(
       "{}: {}\n"
-      "  true error at {:.1f} s: x {:+.0f} mm, y {:+.0f} mm, z {:+.0f} mm, yaw {:+.1f} deg\n"
+      "  true error at {:.1f} s: x {:+.0f} mm, y {:+.0f} mm, z {:+.0f} mm, yaw {:+.1f}°\n"
       "  fitness {:.2f} on average, {} returns to servoing, {:.1f} x real time, digest {}",
       NameOf(result.outcome), result.reason, result.time_s, units::MmFromM(t.x_m),
       units::MmFromM(t.y_m), units::MmFromM(t.z_m), units::DegFromRad(t.yaw_rad),

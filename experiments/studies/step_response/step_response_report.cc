@@ -4,6 +4,7 @@
 #include <numbers>
 #include <optional>
 
+#include "experiments/report/quantity.h"
 #include "experiments/studies/step_response/step_response.h"
 #include "experiments/system/build_info.h"
 #include "experiments/trial/trial_view.h"
@@ -18,6 +19,9 @@ double Shown(control::Axis axis, double value) {
   return axis == control::kYaw ? units::DegFromRad(value) : units::MmFromM(value);
 }
 const char* ShownUnit(control::Axis axis) { return axis == control::kYaw ? "°" : "mm"; }
+std::string Text(control::Axis axis, const std::string& value) {
+  return report::Quantity{"", ShownUnit(axis)}.Text(value);
+}
 
 report::Table TableOf(const std::vector<AxisResponse>& responses) {
   const auto scaled = [](const std::optional<double>& value, double unit, int digits) {
@@ -29,7 +33,7 @@ report::Table TableOf(const std::vector<AxisResponse>& responses) {
   for (const auto& [axis, step, disturbance, loop] : responses)
     table.Row({AxisName(axis), report::Fixed(step.rise_time_s, 2),
                report::Fixed(100 * step.overshoot, 0), report::Fixed(step.settling_time_s, 2),
-               fmt::format("{:.1f} {}", Shown(axis, disturbance.peak), ShownUnit(axis)),
+               Text(axis, report::Fixed(Shown(axis, disturbance.peak), 1)),
                report::Fixed(disturbance.recovery_time_s, 2), report::Fixed(loop.crossover_hz, 2),
                scaled(loop.phase_margin_rad, units::DegFromRad(1), 0),
                report::Fixed(loop.gain_margin, 2), scaled(loop.delay_margin_s, 1000, 0),
@@ -83,8 +87,9 @@ report::Section SectionOf(const trial::Scenario& scenario, const AxisResponse& r
   const auto over_frequency = [&](auto of) {
     return report::SamplesOf(r.loop.points, &LoopPoint::frequency_hz, of);
   };
-  const std::string step = fmt::format("{}: step of {:g} {}", name,
-                                       Shown(r.axis, r.step.answer.wanted), ShownUnit(r.axis));
+  const std::string step =
+      fmt::format("{}: step of {}", name,
+                  Text(r.axis, fmt::format("{:g}", Shown(r.axis, r.step.answer.wanted))));
   const std::string push = is_yaw ? fmt::format("{}: steady push of {:g} N m", name, kPush_newton_m)
                                   : fmt::format("{}: steady push of {:g} N", name, kPush_newton);
   return {.title = "Axis " + name,

@@ -91,7 +91,7 @@ TEST(CheckVehicle, SaysInWordsWhatIsWrong) {
   EXPECT_THAT(Check({"vehicle.hydrodynamics.p_BBcb_m=[0, 0, -0.03]"}).problems,
               Contains(HasSubstr("does not stay upright")));
   EXPECT_THAT(Check({"vehicle.hydrodynamics.p_BBcb_m=[0.01, 0, 0.03]"}).warnings,
-              Contains(HasSubstr("floats askew: rolled by 0.0 and pitched by -18.4")));
+              Contains(HasSubstr("floats askew: rolled by 0.0° and pitched by -18.4°")));
   EXPECT_THAT(Check({"vehicle.rigid_body.mass_kg=15.2"}).warnings,
               Contains(HasSubstr("it sinks with 1.8 N")));
   EXPECT_THAT(

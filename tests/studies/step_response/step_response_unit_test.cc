@@ -30,7 +30,7 @@ TEST(StepReport, SaysStepPushNoiseAndUnits) {
   EXPECT_EQ(x[0].y.label, "moved from rest, mm");
   EXPECT_EQ(x[0].y2.label, "demand (grey), N");
   EXPECT_EQ(x[1].title, "x: steady push of 1 N");
-  EXPECT_EQ(yaw[0].title, "yaw: step of 5 °");
+  EXPECT_EQ(yaw[0].title, "yaw: step of 5°");
   EXPECT_EQ(yaw[0].y2.label, "demand (grey), N m");
   EXPECT_EQ(yaw[1].title, "yaw: steady push of 0.1 N m");
   EXPECT_EQ(report_of("p_voltage").sections[1].panels[0].y2.label, "demand (grey), V");
