@@ -157,8 +157,11 @@ TEST_F(BatchReport, SaysWhatItCouldNotTell) {
                                   100 * seen)));
   EXPECT_THAT(text, HasSubstr("Not varied: snow, sea, lamps, ball lights, vehicle, rig, sensor, "
                               "lens, mooring, faults.\n"));
-  EXPECT_THAT(report::Text(ReportOf(Summary(Store(1, 1)))),
-              HasSubstr("Two such batches of 1 trial cannot be told apart by success with 80 %"));
+}
+
+TEST_F(BatchReport, SaysWhereItCouldTellNothing) {
+  EXPECT_THAT(report::Text(ReportOf(Summary(Store(8, 8)))),
+              HasSubstr("Two groups of 1 trial cannot be told apart by success with 80 %"));
 }
 
 // Of two that each trial draws, failures hang on one.
