@@ -18,14 +18,16 @@
 
 #include "sim/base/camera.h"
 #include "sim/base/image.h"
+#include "sim/base/pose_estimate.h"
 #include "vision/marker_model.h"
 
 namespace turbidock::vision {
 
 struct Refined {
   Pose X_HM;
-  // Of (position in H, rotation vector in H): 3 x metres, 3 x radians.
-  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+  // Of (position in H, rotation vector in H): 3 x metres, 3 x radians. Edges of one ball in one
+  // image are off together, mostly: see PoseRefiner::Covariance.
+  PoseCovariance covariance = PoseCovariance::Zero();
   // Of each ball, the share of the places across its outline, in both images together, that have an
   // edge where the pose predicts one. Places that are hidden or out of sight do not count; a ball
   // with few others has little support.
@@ -51,17 +53,25 @@ class PoseRefiner {
 
  private:
   static constexpr double kReachRatio = 0.6, kMinReach_px = 4;
+  using Vector7d = Eigen::Matrix<double, 7, 1>;
+  using Matrix7d = Eigen::Matrix<double, 7, 7>;
 
   // One edge: its viewing ray touches the ball's sphere.
   struct Edge {
     int ball = 0;
     Side side = Side::kLeft;
     Eigen::Vector3d ray_C;  // unit
+    double width_px = 0;    // over which the signal falls, by its slope there
+    // In the last step: Tukey's weight, and how the residual follows position, rotation and bloom.
+    double weight = 0;
+    Vector7d row = Vector7d::Zero();
   };
 
   void FindEdges(const Image3u8& image, const PixelRegion& region, Side side, const Pose& X_HM,
                  double shrink);
   std::array<double, kMaxBalls> Support() const;
+  PoseCovariance Covariance(const Refined& refined, const Vector7d& prior_weight,
+                            const Matrix7d& information, double scale_px);
   bool IsHidden(int ball, const Eigen::Vector3d& p_MC, const Eigen::Vector3d& ray_M,
                 double distance_m) const;
 
