@@ -27,6 +27,9 @@ Quantity QuantityOf(const std::string& name);
 // "false lock" of the program's name "false_lock".
 std::string Words(std::string name);
 
+// A sentence about a trial without names of shapes, "hull_box" -> "hull", and keys.
+std::string Spoken(const std::string& sentence);
+
 // A number in so many significant digits at most.
 std::string Digits(double value, int digits = 4);
 

@@ -105,6 +105,14 @@ TEST(Quantity, HasAPersonsUnit) {
   EXPECT_EQ(QuantityOf("attempts").Text("5"), "5");
   EXPECT_EQ(QuantityOf("peak_memory_mib").Title(), "peak memory, MiB");
   EXPECT_EQ(QuantityOf("rss_bytes").Title(), "rss, MB");
+  EXPECT_EQ(QuantityOf("drift_mps2").Title(), "drift, m/s²");
+  EXPECT_EQ(QuantityOf("kp_v_per_m").Title(), "kp v per m");
+  EXPECT_EQ(QuantityOf("kp_v_per_m").factor, 1);
+}
+
+TEST(Spoken, NamesNoShapeAndNoKey) {
+  EXPECT_EQ(Spoken("hull_box touched station_wall_2 in visual_servoing"),
+            "hull touched station in visual servoing");
 }
 
 std::string ProblemOf(const Json& document) {

@@ -75,11 +75,11 @@ function menu({label, choices, value}, set) {
   };
 }
 
-function slider({label, unit, low, high}, set) {
+function slider({label, unit, low, high, factor = 1}, set) {
   let isHeld = false;
   const output = h('output');
   const say = now => {
-    fill(output, measured(number(now, 3), unit));
+    fill(output, measured(number(factor * now, 3), unit));
     input.setAttribute('aria-valuetext', output.textContent);
   };
   const oninput = () => {

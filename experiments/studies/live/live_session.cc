@@ -7,7 +7,9 @@
 #include <iterator>
 #include <utility>
 
+#include "experiments/batch/summary.h"
 #include "experiments/config/yaml_fields.h"
+#include "experiments/report/quantity.h"
 #include "experiments/report/table.h"
 
 namespace turbidock::live {
@@ -129,8 +131,11 @@ report::Json ControlsModel(const trial::Scenario& settings) {
     if (!doc.key.starts_with(gains) || !report::NumberIn(doc.value)) continue;
     const double gain = Json::parse(config::ValueOf(settings, doc.key));
     if (gain > 0 && IsAllowed(settings, doc.key, 0.1 * gain) &&
-        IsAllowed(settings, doc.key, 4 * gain))
-      controls.Slide("control", doc.key, doc.key.substr(gains.size()), "", 0.1 * gain, 4 * gain);
+        IsAllowed(settings, doc.key, 4 * gain)) {
+      const report::Quantity name = batch::NameOfKey(doc.key.substr(gains.size()));
+      controls.Slide("control", doc.key, name.label, name.unit.c_str(), 0.1 * gain, 4 * gain);
+      controls.list.back()["factor"] = name.factor;
+    }
   }
   return controls.list;
 }

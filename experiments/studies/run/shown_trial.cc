@@ -34,7 +34,7 @@ std::string Summary(const trial::TrialResult& result) {
       "{}: {}\n"
       "  true error at {:.1f} s: x {:+.0f} mm, y {:+.0f} mm, z {:+.0f} mm, yaw {:+.1f}°\n"
       "  fitness {:.2f} on average, {} returns to servoing, {:.1f} x real time, digest {}",
-      NameOf(result.outcome), result.reason, result.time_s, units::MmFromM(t.x_m),
+      NameOf(result.outcome), report::Spoken(result.reason), result.time_s, units::MmFromM(t.x_m),
       units::MmFromM(t.y_m), units::MmFromM(t.z_m), units::DegFromRad(t.yaw_rad),
       result.fitness_mean, result.returns_to_servoing, result.real_time_factor, result.digest);
 }
@@ -95,7 +95,7 @@ class Film {
   void Finish(const trial::TrialRecord& record) {
     constexpr int kVerdict_s = 3;
     const media::Canvas& verdict =
-        composer_.Conclude(report::Words(NameOf(record.outcome)), record.reason);
+        composer_.Conclude(report::Words(NameOf(record.outcome)), report::Spoken(record.reason));
     for (int i = 0; i < kVerdict_s * scenario_.clock.frames_per_second; ++i) writer_.Add(verdict);
     writer_.Finish();
   }
@@ -126,7 +126,8 @@ void RequireOutputs(const ShownTrialOptions& shown) {
 void WritePictures(const trial::Scenario& scenario, const trial::TrialResult& result,
                    const ShownTrialOptions& shown) {
   const FigureInfo figure{.title = TitleOf(scenario),
-                          .outcome = fmt::format("{}: {}", NameOf(result.outcome), result.reason),
+                          .outcome = fmt::format("{}: {}", report::Words(NameOf(result.outcome)),
+                                                 report::Spoken(result.reason)),
                           .criteria = trial::CriteriaOf(scenario)};
   if (!shown.figure.empty()) WriteTrialFigure(shown.figure, result.log, figure);
   if (!shown.out) return;

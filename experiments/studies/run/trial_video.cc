@@ -172,10 +172,11 @@ void VideoComposer::DrawCharts(const trial::FrameRecord& record) {
       canvas_.Text({x + chart.plot().right() - from_right, y + 14.0}, text, kSmallSize, color,
                    media::Align::kRight);
     };
-    if (i > 0) write(0, fmt::format("{:.0f}", row.values[1]), trial::kOnDark.truth);
+    const auto whole = [](double mm) { return fmt::format("{:.0f}", std::round(mm) + 0.0); };
+    if (i > 0) write(0, whole(row.values[1]), trial::kOnDark.truth);
     write(i == 0 ? 0 : 44,
           i == 0     ? fmt::format("{:.2f}", record.fitness)
-          : detected ? fmt::format("{:.0f}", row.values[2])
+          : detected ? whole(row.values[2])
                      : "lost",
           trial::kOnDark.estimate);
   }

@@ -227,6 +227,16 @@ test('pause, step, speed, sliders, push, restart, and what the record says', asy
   await until(page, () =>
     [...document.querySelectorAll('.knob')].some(k => k.title === 'p_voltage.sway.kp_v_per_m'),
   );
+  const labels = await page.locator('.knob > span').evaluateAll(list =>
+    list.map(({innerText, scrollWidth, clientWidth}) => ({
+      innerText,
+      isCut: scrollWidth > clientWidth,
+    })),
+  );
+  for (const {innerText, isCut} of labels) {
+    assert.doesNotMatch(innerText, /[_.]/, 'no key is a label');
+    assert.ok(!isCut, `${innerText} has room beside its slider`);
+  }
   await press(page.getByRole('button', {name: 'left', exact: true}));
   await until(page, rows => document.querySelectorAll(rows).length >= 5, kChanges);
   const changes = await page.locator(kChanges).allInnerTexts();

@@ -142,6 +142,7 @@ TEST(LiveSession, WhatThePageOffersCanBeSet) {
     EXPECT_GT(controls.size(), 12u);
     for (const report::Json& control : controls) {
       SCOPED_TRACE(control["key"]);
+      EXPECT_EQ(control["label"].get<std::string>().find_first_of("_."), std::string::npos);
       std::vector<report::Json> values;
       if (control.contains("choices"))
         values = {control["choices"].begin(), control["choices"].end()};

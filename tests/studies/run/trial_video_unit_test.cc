@@ -206,6 +206,17 @@ TEST(VideoComposer, TheAxisOfTimeIsTheWholeTrials) {
   EXPECT_GT(Differing(early, late, {480, 525, 80, 80}), 50);
 }
 
+TEST(VideoComposer, ZeroHasNoSign) {
+  const StereoImage images{{Image3u8(640, 480), Image3u8(640, 480)}};
+  const auto at = [&](double y_m) {
+    trial::FrameRecord record = Record(0, 0.8);
+    record.true_at_image_X_HM.p.y() = record.est_X_HM.p.y() = y_m;
+    return VideoComposer({}).Compose({images, kNone, record}).ToImage();
+  };
+  EXPECT_EQ(Differing(at(-0.0003), at(0.0003), {1160, 502, 110, 16}), 0);
+  EXPECT_GT(Differing(at(-0.003), at(0.0003), {1160, 502, 110, 16}), 10);
+}
+
 // The values of now stand above the right ends of the charts: of F one, of x truth and estimate.
 TEST(VideoComposer, WritesTheValuesOfNow) {
   const StereoImage images{{Image3u8(640, 480), Image3u8(640, 480)}};
