@@ -43,7 +43,7 @@ END
 [ -e gate.baseline.yaml ] || "$program" gate gate.yaml --update --quiet
 [ -e gate/report.html ] || "$program" gate gate.yaml --set vehicle.rigid_body.mass_kg=15.35 --bundles 2 --out gate --quiet || [ $? = 1 ]
 [ -e cells.json ] || {
-  "$program" recognize --milk 0,20,40,60,80,100,120,160,200,240 --seconds 1 --json --quiet >cells.part
+  "$program" recognize --distances 400,600,1000 --milk 0,20,40,60,80,120,200 --seconds 0.5 --json --quiet >cells.part
   mv cells.part cells.json
 }
 
