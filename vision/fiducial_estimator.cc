@@ -1,9 +1,6 @@
 #include "vision/fiducial_estimator.h"
 
 #include <apriltag/apriltag.h>
-#include <apriltag/tag16h5.h>
-#include <apriltag/tag25h9.h>
-#include <apriltag/tag36h11.h>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
@@ -14,22 +11,6 @@
 
 namespace turbidock::vision {
 namespace {
-
-struct FamilyCode {
-  TagFamily family;
-  apriltag_family_t* (*create)();
-  void (*destroy)(apriltag_family_t*);
-  int codes;
-};
-constexpr FamilyCode kFamilies[] = {
-    {TagFamily::k16h5, tag16h5_create, tag16h5_destroy, 30},
-    {TagFamily::k25h9, tag25h9_create, tag25h9_destroy, 35},
-    {TagFamily::k36h11, tag36h11_create, tag36h11_destroy, 587},
-};
-
-const FamilyCode& CodeOf(TagFamily family) {
-  return *std::ranges::find(kFamilies, family, &FamilyCode::family);
-}
 
 // Parameters that passed their checks, for the members that are made from them.
 const FiducialParams& Checked(const FiducialParams& params) {
@@ -68,7 +49,7 @@ Pose TagParams::X_MT() const {
 }
 
 void FiducialParams::Check(const std::string& path) const {
-  const int codes = CodeOf(family).codes;
+  const int codes = TagCount(family);
   for (size_t i = 0; i < tags.size(); ++i) {
     const std::string key = JoinKey(path, "tags[" + std::to_string(i) + "].id");
     if (tags[i].id >= codes)
@@ -85,16 +66,12 @@ void FiducialEstimator::DestroyDetector::operator()(apriltag_detector* detector)
   apriltag_detector_destroy(detector);
 }
 
-void FiducialEstimator::DestroyFamily::operator()(apriltag_family* codes) const {
-  CodeOf(family).destroy(codes);
-}
-
 FiducialEstimator::FiducialEstimator(const FiducialParams& params, const StereoRig& rig)
     : params_(Checked(params)),
       rig_(rig),
-      codes_(CodeOf(params.family).create(), DestroyFamily{params.family}),
+      codes_(MakeFamily(params.family)),
       detector_(apriltag_detector_create()) {
-  apriltag_detector_add_family(detector_.get(), codes_.get());
+  apriltag_detector_add_family_bits(detector_.get(), codes_.get(), CorrectedCells(params.family));
   detector_->nthreads = 1;       // works in the calling thread
   detector_->quad_decimate = 1;  // every pixel counts
   detector_->quad_sigma = static_cast<float>(params.blur_px);

@@ -1,6 +1,7 @@
 #pragma once
-// What others use, to compare with: AprilTag's detector reads the marker's tags in each image, and
-// the pose is the one that puts their corners where both images have them.
+// What others use, to compare with: AprilTag's detector reads the marker's tags, AprilTag's or
+// ArUco's, in each image, and the pose is the one that puts their corners where both images have
+// them.
 
 #include <array>
 #include <memory>
@@ -10,9 +11,9 @@
 #include "sim/base/camera.h"
 #include "vision/fiducial_marker.h"
 #include "vision/pose_estimator.h"
+#include "vision/tag_codes.h"
 
 struct apriltag_detector;  // of libapriltag
-struct apriltag_family;
 
 namespace turbidock::vision {
 
@@ -47,10 +48,6 @@ class FiducialEstimator : public PoseEstimator {
   struct DestroyDetector {
     void operator()(apriltag_detector* detector) const;
   };
-  struct DestroyFamily {
-    TagFamily family = TagFamily::k16h5;
-    void operator()(apriltag_family* codes) const;
-  };
 
   void Read(const Image3u8& image, const PixelRegion& region, Side side);
   // Where the tags are in the next frame, with room for what the vehicle moves until then.
@@ -63,7 +60,7 @@ class FiducialEstimator : public PoseEstimator {
 
   FiducialParams params_;
   StereoRig rig_;
-  std::unique_ptr<apriltag_family, DestroyFamily> codes_;
+  FamilyPtr codes_;
   std::unique_ptr<apriltag_detector, DestroyDetector> detector_;
   Image1u8 grey_;
   std::vector<Reading> readings_;

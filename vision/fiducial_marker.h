@@ -1,6 +1,7 @@
 #pragma once
-// A marker of fiducial tags, square black and white codes (Olson 2011), as a data file describes
-// it: which tag sits where in the marker frame M.
+// A marker of fiducial tags, square black and white codes (AprilTag: Olson 2011; ArUco:
+// Garrido-Jurado et al. 2014), as a data file describes it: which tag sits where in the marker
+// frame M.
 
 #include <Eigen/Core>
 #include <string>
@@ -11,12 +12,20 @@
 
 namespace turbidock::vision {
 
-// Families of AprilTag. The first number is how many cells carry the code, the second in how many
-// of them two codes differ at least.
-enum class TagFamily { k16h5, k25h9, k36h11 };
+// Families of AprilTag: the first number is how many cells carry the code, the second in how many
+// of them two codes differ at least. ArUco's dictionaries as OpenCV has them, by their cells: tags
+// 0 to 249 of DICT_4X4_*, DICT_5X5_* and DICT_6X6_* (larger ones begin with the smaller), and
+// DICT_ARUCO_ORIGINAL.
+enum class TagFamily { k16h5, k25h9, k36h11, kAruco4x4, kAruco5x5, kAruco6x6, kArucoOriginal };
 constexpr auto Names(TagFamily) {
   using enum TagFamily;
-  return EnumList<TagFamily>({{k16h5, "16h5"}, {k25h9, "25h9"}, {k36h11, "36h11"}});
+  return EnumList<TagFamily>({{k16h5, "16h5"},
+                              {k25h9, "25h9"},
+                              {k36h11, "36h11"},
+                              {kAruco4x4, "aruco_4x4"},
+                              {kAruco5x5, "aruco_5x5"},
+                              {kAruco6x6, "aruco_6x6"},
+                              {kArucoOriginal, "aruco_original"}});
 }
 
 // One tag. Its frame T has the tag's middle as its origin, x into the tag, y to the left and z up
@@ -41,12 +50,13 @@ struct TagParams {
 
 struct FiducialParams {
   TagFamily family = TagFamily::k16h5;
-  std::vector<TagParams> tags;
+  std::vector<TagParams> tags = {};
   double blur_px = 0.8;
   double max_error_px = 1.5;
 
   static void Fields(auto& self, auto&& field) {
-    field("family", self.family, Range{}, "the tags' family of AprilTag");
+    field("family", self.family, Range{},
+          "the tags' family, of AprilTag or of OpenCV's ArUco dictionaries");
     field("tags", self.tags, Range{}, "the marker's tags; none: those of the scene (sites tag_*)");
     field("blur_px", self.blur_px, InRange(0, 5),
           "standard deviation of the blur before tags are looked for; steadies noisy images");

@@ -13,13 +13,14 @@
 #include "experiments/studies/tuning/study.h"
 #include "experiments/trial/record_columns.h"
 #include "experiments/trial/scenario.h"
+#include "experiments/trial/scene_marker.h"
 
 namespace turbidock::app {
 namespace {
 
 struct ListArguments {
   trial::Plugins plugins;
-  std::string what = "all", show;
+  std::string what = "all", show, tags;
 };
 
 // What a bundled file says of itself.
@@ -69,10 +70,18 @@ void PrintKeys(const std::vector<config::KeyDoc>& keys) {
   }
 }
 
+void PrintTags(const std::string& file) {
+  const auto fiducial = config::LoadLayers<vision::FiducialParams>({file}, {});
+  if (fiducial.tags.empty()) throw ConfigError(file + ": tags: must name at least one tag");
+  std::fputs(trial::TagsMjcf(fiducial).c_str(), stdout);
+}
+
 int List(const ListArguments& arguments) {
-  const auto& [plugins, what, show] = arguments;
+  const auto& [plugins, what, show, tags] = arguments;
   if (!show.empty())
     std::fputs(trial::SaveScenario(trial::LoadScenario(show, {}, "", plugins)).c_str(), stdout);
+  else if (!tags.empty())
+    PrintTags(tags);
   else if (what == "all")
     PrintAll();
   else if (what == "keys")
@@ -97,6 +106,9 @@ void AddList(CommandLine& line) {
           .OneOf({"all", "scenarios", "plans", "studies", "keys", "result-keys"});
   list.Add("--show SCENARIO", arguments.show,
            "Instead: a scenario, bundled or a file, with every default spelt out")
+      .Excludes(what);
+  list.Add("--tags FILE", arguments.tags,
+           "Instead: MJCF that draws fiducial tags; FILE has the keys of fiducial: family, tags")
       .Excludes(what);
 }
 

@@ -7,6 +7,8 @@
 #include <numbers>
 
 #include "sim/vehicle/tags.h"
+#include "vision/hue_labels.h"
+#include "vision/tag_codes.h"
 
 namespace turbidock::trial {
 namespace {
@@ -86,6 +88,8 @@ void TakeBalls(const vehicle::Scene& scene, Scenario* scenario) {
   const vision::MarkerParams before = scenario->marker;
   vision::MarkerParams& marker = scenario->marker;
   marker.balls.clear();
+  const light::BallLightParams& lights = scenario->light.ball_lights;
+  std::vector<std::string> unlit;
   for (const vehicle::BallInScene& real : scene.balls) {
     vision::BallParams& ball = marker.balls.emplace_back();
     const auto known = std::ranges::find(before.balls, real.name, &vision::BallParams::name);
@@ -94,9 +98,9 @@ void TakeBalls(const vehicle::Scene& scene, Scenario* scenario) {
     } else {
       const float* rgba = scene.model->geom_rgba + 4 * real.geom;
       Eigen::Vector3d color(rgba[0], rgba[1], rgba[2]);
-      const light::BallLightParams& lights = scenario->light.ball_lights;
       const auto lit = std::ranges::find(lights.balls, real.name, &light::BallLight::name);
       if (lights.enabled && lit != lights.balls.end()) color = lit->color;
+      if (lights.enabled && lit == lights.balls.end()) unlit.push_back(real.name);
       ball.name = real.name;
       ball.hue_rad = HueOf(color, real.name);
       for (size_t k = 0; k < 3; ++k)
@@ -106,6 +110,14 @@ void TakeBalls(const vehicle::Scene& scene, Scenario* scenario) {
     ball.radius_m = std::round(real.radius_m * 1e6) / 1e6;
   }
   marker.box_m = BoxOf(scene);
+  if (unlit.empty()) return;
+  try {
+    vision::CheckHues(marker, scenario->hue);
+  } catch (const ConfigError& error) {
+    throw ConfigError("ball_lights.balls",
+                      fmt::format("has no light for {}, which is known by its paint: {}",
+                                  fmt::join(unlit, ", "), error.problem()));
+  }
 }
 
 void TakeTags(const vehicle::Scene& scene, Scenario* scenario) {
@@ -122,6 +134,40 @@ void TakeTags(const vehicle::Scene& scene, Scenario* scenario) {
   if (scenario->fiducial.tags.empty())
     throw ConfigError("fiducial.tags", "there is no tag to read in " + scenario->model +
                                            ": it has no site tag_*, as fiducial.xml has them");
+}
+
+std::string TagsMjcf(const vision::FiducialParams& fiducial) {
+  constexpr const char *kWhite = "0.896 0.896 0.888 1", *kBlack = "0.034 0.034 0.034 1";
+  std::string bodies;
+  for (const vision::TagParams& tag : fiducial.tags) {
+    const vision::TagCells cells = vision::CellsOf(fiducial.family, tag.id);
+    const double cell_m = tag.size_m / (cells.across - 2);
+    const auto geom = [&](const std::string& name, double x_m, double thick_m, double column,
+                          double row, double width, double height, const char* rgba) {
+      bodies += fmt::format(
+          "      <geom name=\"tag_{}_{}\" type=\"box\" size=\"{:.6g} {:.6g} {:.6g}\" "
+          "pos=\"{:.6g} {:.6g} {:.6g}\" material=\"paint\" rgba=\"{}\"/>\n",
+          tag.id, name, thick_m / 2, width * cell_m / 2, height * cell_m / 2, x_m,
+          (cells.across / 2.0 - column - width / 2) * cell_m,
+          (cells.across / 2.0 - row - height / 2) * cell_m, rgba);
+    };
+    bodies += fmt::format(
+        "    <body name=\"tag_{0}\" pos=\"{1}\" quat=\"{2}\">\n"
+        "      <site name=\"tag_{0}\" type=\"box\" size=\"0.00025 {3} {3}\"/>\n",
+        tag.id, fmt::join(tag.p_MT_m, " "), fmt::join(tag.q_MT_wxyz, " "), tag.size_m / 2);
+    geom("plate", 0.003, 0.004, 0, 0, cells.across, cells.across, kWhite);
+    geom("black", 0.00075, 0.0005, 1, 1, cells.across - 2, cells.across - 2, kBlack);
+    for (int row = 2; row < cells.across - 2; ++row)
+      for (int column = 2; column < cells.across - 2; ++column) {
+        const int first = column;
+        while (cells(row, column)) ++column;  // as far as the black border
+        if (column > first)
+          geom(fmt::format("white_{}_{}", row, first), 0.00025, 0.0005, first, row, column - first,
+               1, kWhite);
+      }
+    bodies += "    </body>\n";
+  }
+  return "<mujoco>\n  <body name=\"tags\">\n" + bodies + "  </body>\n</mujoco>\n";
 }
 
 void CheckMarker(const Scenario& scenario, const vehicle::Scene& scene) {

@@ -14,6 +14,10 @@ void TakeBalls(const vehicle::Scene& scene, Scenario* scenario);
 // Takes the scene's tags as those that the estimator `fiducial` knows. ConfigError without any.
 void TakeTags(const vehicle::Scene& scene, Scenario* scenario);
 
+// MJCF that draws a marker's tags, for inclusion where the marker frame M is: of each a site, as
+// TakeTags wants it, and matt black and white sheets on a plate, as models/fiducial.xml has them.
+std::string TagsMjcf(const vision::FiducialParams& fiducial);
+
 // ConfigError when a ball of the marker as the estimator knows it is not where the scene has it, to
 // a millimetre, or one of the two has no such ball; unless the scenario says that they may differ.
 // Likewise for tags, where the estimator reads them.

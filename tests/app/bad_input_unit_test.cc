@@ -181,6 +181,13 @@ TEST_F(BadInput, AnOptionThatSaysNothingHereIsRefused) {
   Refused({"list", "keys", "--show", "pool_active"}, "excludes");
   Refused({"list", "--show", "pool_active", "--json"},
           "list --json is gone; now: the same as text");
+  for (const auto& [text, words] :
+       {std::pair{"family: aruco_7x7\ntags: [{id: 1}]\n",
+                  "tags.yaml:1: family = 'aruco_7x7', must be"},
+        {"family: aruco_4x4\ntags: [{id: 250}]\n",
+         "is not in family aruco_4x4, which has 0 to 249"},
+        {"family: aruco_4x4\n", "tags.yaml: tags: must name at least one tag"}})
+    Refused({"list", "--tags", File("tags.yaml", text)}, words);
   Refused({"list", "scenario"}, "'scenario' must be one of all, scenarios, plans, studies, keys");
   Refused({"batch", "smoke", "--out", Path("new.db"), "--sbatch=--time=1"},
           "--sbatch requires --slurm");

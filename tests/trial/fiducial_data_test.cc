@@ -1,18 +1,21 @@
 // The bundled tags: what stands in the MJCF is the family's code, and it is in sight where it must
 // be; the estimator finds the marker by it in the simulated cameras' images.
 
-#include <apriltag/apriltag.h>
-#include <apriltag/tag16h5.h>
 #include <gtest/gtest.h>
 
-#include <array>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
 #include <string>
 
+#include "experiments/config/data_files.h"
 #include "experiments/trial/fixed_view.h"
 #include "experiments/trial/scenario.h"
+#include "experiments/trial/scene_marker.h"
 #include "sim/vehicle/scene.h"
 #include "sim/vehicle/tags.h"
 #include "vision/fiducial_estimator.h"
+#include "vision/tag_codes.h"
 
 namespace turbidock::trial {
 namespace {
@@ -51,17 +54,10 @@ class Tags : public ::testing::TestWithParam<const char*> {
 TEST_P(Tags, StandInTheSceneAsTheFamilyHasThem) {
   const std::vector<vehicle::TagInScene> tags = vehicle::TagsOf(scene_);
   ASSERT_EQ(tags.size(), 2u);
-  apriltag_family_t* family = tag16h5_create();
   int compared = 0;
   for (const vehicle::TagInScene& tag : tags) {
-    // a white border, a black one, and in it the code's bits
-    std::array<std::array<bool, kAcross>, kAcross> white{};
-    for (size_t i = 0; i < kAcross; ++i)
-      white[0][i] = white[kAcross - 1][i] = white[i][0] = white[i][kAcross - 1] = true;
-    ASSERT_EQ(family->width_at_border, kAcross - 2);
-    for (uint32_t bit = 0; bit < family->nbits; ++bit)
-      if (family->codes[tag.id] >> (family->nbits - 1 - bit) & 1)
-        white[family->bit_y[bit] + 1][family->bit_x[bit] + 1] = true;
+    const vision::TagCells cells = vision::CellsOf(scenario_.fiducial.family, tag.id);
+    ASSERT_EQ(cells.across, kAcross);
     const double cell_m = tag.size_m / (kAcross - 2);
     for (int row = 0; row < kAcross; ++row)
       for (int column = 0; column < kAcross; ++column) {
@@ -70,12 +66,11 @@ TEST_P(Tags, StandInTheSceneAsTheFamilyHasThem) {
         const int geom = SeenFrom(p_MQ - Eigen::Vector3d(0.05, 0, 0), p_MQ);
         ASSERT_GE(geom, 0);
         const float albedo = scene_.model->geom_rgba[4 * geom];
-        EXPECT_EQ(albedo > 0.5F, white[static_cast<size_t>(row)][static_cast<size_t>(column)])
+        EXPECT_EQ(albedo > 0.5F, cells(row, column))
             << tag.id << ", row " << row << ", column " << column;
         ++compared;
       }
   }
-  tag16h5_destroy(family);
   EXPECT_EQ(compared, 2 * kAcross * kAcross);
 }
 
@@ -127,6 +122,48 @@ TEST_P(Tags, AreWhatTheEstimatorFindsTheMarkerBy) {
     EXPECT_LT((estimate.X_HM.p - view.X_HM.p).norm(), 0.015 * view.X_HM.p.x());
     EXPECT_LT(AngleBetween(estimate.X_HM.q, view.X_HM.q), 0.03);
   }
+}
+
+// Tags as `turbidock list --tags` draws them, in the place of the bundled ones.
+TEST(DrawnTags, OfEachFamilyAreReadWithTheRightPose) {
+  const std::filesystem::path folder = std::filesystem::path(::testing::TempDir()) / "drawn_tags";
+  std::filesystem::create_directories(folder);
+  std::ostringstream scene;
+  scene << std::ifstream(config::ModelPath("sea_fiducial.xml")).rdbuf();
+  std::string text = scene.str();
+  const std::string bundled = "fiducial.xml\"";
+  text.replace(text.find(bundled), bundled.size(), "my_tags.xml\"");
+  std::ofstream(folder / "scene.xml") << text;
+  for (const auto& [family, name] : EnumNames<vision::TagFamily>::kNames) {
+    SCOPED_TRACE(name);
+    vision::FiducialParams known{.family = family};
+    // one of them turned by a quarter
+    known.tags = {{.id = 7, .p_MT_m = {0.105, 0.155, -0.06}, .size_m = 0.07},
+                  {.id = 28,
+                   .p_MT_m = {0.105, -0.155, 0.08},
+                   .q_MT_wxyz = {std::sqrt(0.5), std::sqrt(0.5), 0, 0}}};
+    std::ofstream(folder / "my_tags.xml") << TagsMjcf(known);
+    const Scenario scenario = LoadScenario(
+        "sea_night_fiducial",
+        {"model=" + (folder / "scene.xml").string(), std::string("fiducial.family=") + name});
+    ASSERT_EQ(scenario.fiducial.tags.size(), 2u);
+    EXPECT_LT((scenario.fiducial.tags[1].q_MT_wxyz - known.tags[1].q_MT_wxyz).norm(), 1e-6);
+    EXPECT_EQ(scenario.fiducial.tags[0].p_MT_m, known.tags[0].p_MT_m);
+    EXPECT_EQ(scenario.fiducial.tags[0].size_m, 0.07);
+    const Pose X_HM = {FromYawPitchRoll(0.05, 0.02, -0.02), {0.5, 0.02, -0.01}};
+    for (const FixedView& view : DrawFixedViews(scenario, {X_HM})) {
+      camera::StereoCamera cameras = HoldView(view, scenario, SeedTree(3));
+      StereoImage seen;
+      cameras.ExposeHeld(0, &seen);
+      vision::FiducialEstimator estimator(scenario.fiducial, scenario.rig.MakeRig());
+      const PoseEstimate& estimate = estimator.Update(seen);
+      EXPECT_GE(estimator.readings().size(), 4u);  // noise is read, too, where codes are short
+      ASSERT_TRUE(estimate.detected);
+      EXPECT_LT((estimate.X_HM.p - X_HM.p).norm(), 0.005);
+      EXPECT_LT(AngleBetween(estimate.X_HM.q, X_HM.q), 0.02);
+    }
+  }
+  std::filesystem::remove_all(folder);
 }
 
 INSTANTIATE_TEST_SUITE_P(Bundled, Tags, ::testing::Values("sea_night_fiducial", "pool_fiducial"),

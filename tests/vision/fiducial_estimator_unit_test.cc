@@ -1,71 +1,25 @@
 // Tags painted into both images as a closed form has them, found again.
 
-#include <apriltag/apriltag.h>
-#include <apriltag/tag16h5.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cmath>
 
 #include "sim/base/units.h"
 #include "tests/support/message_of.h"
+#include "tests/support/paint_tags.h"
 #include "vision/fiducial_estimator.h"
 
 namespace turbidock::vision {
 namespace {
 
 using ::testing::HasSubstr;
-
-// White cells of a tag with a white border of one cell: 8 x 8, row by row from the top.
-std::array<bool, 64> CellsOf(int id) {
-  apriltag_family_t* family = tag16h5_create();
-  std::array<bool, 64> white{};
-  for (size_t i = 0; i < 64; ++i) white[i] = i / 8 == 0 || i / 8 == 7 || i % 8 == 0 || i % 8 == 7;
-  for (uint32_t bit = 0; bit < family->nbits; ++bit)
-    if (family->codes[id] >> (family->nbits - 1 - bit) & 1)
-      white[8 * (family->bit_y[bit] + 1) + family->bit_x[bit] + 1] = true;
-  tag16h5_destroy(family);
-  return white;
-}
+using testing::Paint;
 
 FiducialParams TwoTags() {
   FiducialParams params;
   params.tags = {{.id = 0, .p_MT_m = {0.1, 0.15, -0.06}}, {.id = 7, .p_MT_m = {0.1, -0.15, 0.08}}};
   return params;
-}
-
-// What a camera sees of the tags before a dark wall: each pixel the mean of 16 rays.
-Image3u8 Paint(const FiducialParams& params, const MountedCamera& camera, const Pose& X_HM) {
-  Image3u8 image(camera.width_px, camera.height_px, 50);
-  for (const TagParams& tag : params.tags) {
-    const Pose X_TC = (camera.X_HC.Inverse() * X_HM * tag.X_MT()).Inverse();
-    const std::array<bool, 64> white = CellsOf(tag.id);
-    for (int v = 0; v < image.height(); ++v)
-      for (int u = 0; u < image.width(); ++u) {
-        double sum = 0;
-        bool touched = false;
-        for (int k = 0; k < 16; ++k) {
-          const Eigen::Vector3d ray_T =
-              X_TC.q * camera.RayAt(u - 0.375 + 0.25 * (k % 4), v - 0.375 + 0.25 * (k / 4));
-          const double t = -X_TC.p.x() / ray_T.x();
-          const Eigen::Vector3d p_T = X_TC.p + t * ray_T;
-          const int column = static_cast<int>(std::floor(4 - 6 * p_T.y() / tag.size_m)),
-                    row = static_cast<int>(std::floor(4 - 6 * p_T.z() / tag.size_m));
-          const bool on = t > 0 && column >= 0 && column < 8 && row >= 0 && row < 8;
-          touched = touched || on;
-          sum += !on ? 50 : white[static_cast<size_t>(8 * row + column)] ? 200 : 20;
-        }
-        if (touched) std::fill_n(image.at(u, v), 3, static_cast<uint8_t>(std::lround(sum / 16)));
-      }
-  }
-  return image;
-}
-
-StereoImage Paint(const FiducialParams& params, const StereoRig& rig, const Pose& X_HM) {
-  StereoImage seen;
-  for (const Side side : kSides) seen[side] = Paint(params, rig[side], X_HM);
-  return seen;
 }
 
 const Pose kAhead = {FromYawPitchRoll(0.1, -0.05, 0.03), {0.7, 0.03, -0.02}};
@@ -83,6 +37,26 @@ TEST(FiducialEstimator, FindsThePoseThatWasPainted) {
     EXPECT_LT((estimate.X_HM.p - X_HM.p).norm(), 0.002 * X_HM.p.x());
     // tenths of a pixel of disparity, on tags 0.3 m apart
     EXPECT_LT(AngleBetween(estimate.X_HM.q, X_HM.q), 0.003 + 0.012 * std::pow(X_HM.p.x(), 2));
+  }
+}
+
+TEST(FiducialEstimator, ReadsEachFamilyAndNoOther) {
+  const StereoRig rig = RigParams{}.MakeRig();
+  for (const auto& [family, name] : EnumNames<TagFamily>::kNames) {
+    SCOPED_TRACE(name);
+    FiducialParams params = TwoTags();
+    params.family = family;
+    params.tags[1].id = TagCount(family) - 2;  // the last of the original ones has no top
+    const StereoImage seen = Paint(params, rig, kAhead);
+    FiducialEstimator estimator(params, rig);
+    const PoseEstimate& estimate = estimator.Update(seen);
+    EXPECT_EQ(estimator.readings().size(), 4u);
+    ASSERT_TRUE(estimate.detected);
+    EXPECT_LT((estimate.X_HM.p - kAhead.p).norm(), 0.003);
+    EXPECT_LT(AngleBetween(estimate.X_HM.q, kAhead.q), 0.015);
+    FiducialParams other = TwoTags();
+    other.family = family == TagFamily::k36h11 ? TagFamily::kAruco4x4 : TagFamily::k36h11;
+    EXPECT_FALSE(FiducialEstimator(other, rig).Update(seen).detected);
   }
 }
 
