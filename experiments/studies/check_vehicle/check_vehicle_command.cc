@@ -109,6 +109,9 @@ bool Convert(const std::string& urdf, const fs::path& mjcf) {
   }
   if (!vehicle.held.empty())
     fmt::print(stderr, "joints that are held as they stand: {}\n", fmt::join(vehicle.held, ", "));
+  if (!vehicle.not_drawn.empty())
+    fmt::print(stderr, "left out, for MuJoCo reads .stl, .obj and .msh: {}\n",
+               fmt::join(vehicle.not_drawn, "; "));
   const std::string lacking = Lacking(*model);
   if (!lacking.empty()) fmt::print(stderr, "{} still lacks {}\n", mjcf.string(), lacking);
   return lacking.empty();

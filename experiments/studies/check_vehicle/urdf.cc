@@ -52,6 +52,11 @@ std::string Name(std::string text) {
   return text;
 }
 
+bool IsForMujoco(const std::string& mesh) {
+  const std::string kind = Lower(fs::path(mesh).extension());
+  return kind == ".stl" || kind == ".obj" || kind == ".msh";
+}
+
 struct Joint {
   std::string name, type, parent;
   Pose X_PL;                          // of its child in the parent
@@ -245,8 +250,7 @@ class Reader {
 
   // From its own folder; of package://NAME/PATH from there or a folder above, with or without NAME.
   std::string FindMesh(const std::string& named) const {
-    const std::string kind = Lower(fs::path(named).extension());
-    if (kind != ".stl" && kind != ".obj" && kind != ".msh")
+    if (!IsForMujoco(named))
       Fail("mesh", "filename", named,
            "MuJoCo reads .stl, .obj and .msh: convert it, as by `assimp export IN OUT.stl`");
     const size_t scheme = named.find("://");
@@ -294,9 +298,18 @@ class Reader {
 
   // Its shapes and a site. What it collides with is drawn where it has nothing else to be seen.
   void AddLink(const std::string& link, bool is_root) {
-    const ptree& node = links_.at(link);
+    ptree node = links_.at(link);
     const Pose& X_BL = poses_.at(link);
-    const bool seen = node.count("visual") > 0, touches = node.count("collision") > 0;
+    const bool touches = node.count("collision") > 0;
+    for (auto shape = node.begin(); shape != node.end();) {
+      const std::string mesh = Attribute(shape->second, "geometry.mesh.filename");
+      const bool is_left_out = shape->first == "visual" && !mesh.empty() && !IsForMujoco(mesh);
+      if (is_left_out)
+        out_.not_drawn.push_back(fmt::format("{} of {}{}", fs::path(mesh).filename().string(), link,
+                                             touches ? "" : ", which has no <collision> either"));
+      shape = is_left_out ? node.erase(shape) : std::next(shape);
+    }
+    const bool seen = node.count("visual") > 0;
     bool is_pole = link == "pole";
     int number = 0;
     Eigen::Quaterniond along = Eigen::Quaterniond::Identity();

@@ -16,13 +16,15 @@ struct UrdfVehicle {
   int links = 0;                       // with a mass
   std::vector<std::string> thrusters;  // those on joints that turn for ever, else named *thruster*
   std::vector<std::string> held;       // joints that could move: "arm (revolute)"
+  std::vector<std::string> not_drawn;  // meshes that MuJoCo does not read: "hull.dae of base_link"
 };
 
 // By what it holds or is called: a URDF, or the xacro of one.
 bool IsUrdf(const std::string& file);
 
 // Meshes are named as they are found from `folder`, where the MJCF will stand. ConfigError with
-// file and line for what is no URDF, lacks a mass, a link or a mesh.
+// file and line for what is no URDF, lacks a mass, a link or a mesh. Nothing is lost but a picture
+// where MuJoCo does not read the mesh of a <visual>; one of a <collision> it must.
 UrdfVehicle ReadUrdf(const std::string& file, const std::string& folder);
 
 }  // namespace turbidock::check_vehicle

@@ -9,7 +9,9 @@
 #include <nlohmann/json.hpp>
 
 #include "experiments/config/data_files.h"
+#include "experiments/config/yaml_fields.h"
 #include "experiments/system/output_path.h"
+#include "sim/vehicle/vehicle_params.h"
 #include "tests/support/drawn_table.h"
 #include "tests/support/program.h"
 
@@ -94,6 +96,14 @@ std::vector<Variant> OfUrdf() {
            {{"rov/meshes/hull.obj", obj}}),
       Urdf("mesh that is missing", mesh("package://rov/meshes/hull.obj")),
       Urdf("mesh .dae", mesh("package://rov/meshes/hull.dae")),
+      Urdf("mesh .dae of a <visual>, a box of the <collision>",
+           {{"<collision><geometry>" + box,
+             "<visual><geometry><mesh filename=\"package://rov/hull.dae\"/></geometry></visual>"
+             "<collision><geometry>" +
+                 box}}),
+      Urdf("mesh .dae of a <visual>, no <collision>",
+           {{"<collision><geometry>" + box + "</geometry></collision>",
+             "<visual><geometry><mesh filename=\"hull.dae\"/></geometry></visual>"}}),
       Urdf("mesh that is broken", mesh("hull.obj"), {{"urdf/hull.obj", "v 0 0 0\nf 1 2 3\n"}}),
       Urdf("geometry of no kind", {{box, "<cone/>"}}),
       Urdf("xacro", {{"\"11.5\"", "\"${mass}\""}}),
@@ -119,7 +129,16 @@ Variant Vehicle(const std::string& name, const Swaps& swaps, const Swaps& in_dat
            {"a.yaml", With(text("bluerov2_heavy.yaml"), in_data)}}};
 }
 
+std::string T200() { return system::ReadWhole(config::AssetPath("thrusters/t200_16v.yaml")); }
+
+// Data whose thrusters are as models/README.md has it.
+std::string WithT200(std::string data) {
+  const size_t begin = data.find("\nthrusters:") + 1, end = data.find("\n\n", begin) + 1;
+  return data.erase(begin, end - begin) + T200();
+}
+
 std::vector<Variant> OfVehicles() {
+  const auto text = [](const char* file) { return system::ReadWhole(config::ModelPath(file)); };
   const Swaps degrees = {{"0.7853981633974483", "45"}, {"1.5707963267948966", "90"}};
   const auto compiler = [](Swaps swaps, const std::string& attributes) {
     swaps.emplace_back("<mujoco>", "<mujoco><compiler " + attributes + "/>");
@@ -154,6 +173,10 @@ std::vector<Variant> OfVehicles() {
       Vehicle("no thruster that gives sway", {{"euler=\"0 0 -0.7853981633974483\"/>", "/>"},
                                               {"euler=\"0 0 0.7853981633974483\"/>", "/>"}}),
       Vehicle("volts in microseconds", {}, {{"table_volts: [0, ", "table_volts: [1100, "}}),
+      {"vehicle",
+       "thrusters by the maker's table of the T200",
+       "a.xml",
+       {{"a.xml", text("bluerov2_heavy.xml")}, {"a.yaml", WithT200(text("bluerov2_heavy.yaml"))}}},
       {"vehicle",
        "without data",
        "a.xml",
@@ -235,6 +258,20 @@ std::string OutcomeOf(const Variant& variant, const std::filesystem::path& folde
   while (outcome.ends_with(' ')) outcome.pop_back();
   EXPECT_NE(end.exit_code, 4) << end.err;
   return std::to_string(end.exit_code) + " | " + outcome;
+}
+
+// Full power, the dead band and a row of the table, by the formula of models/README.md.
+TEST(T200, GivesWhatTheMakersTableSays) {
+  const auto thrusters =
+      config::LoadLayers<vehicle::VehicleData>({config::AssetPath("thrusters/t200_16v.yaml")}, {})
+          .thrusters;
+  for (const auto& [pwm_us, kgf] : {std::pair{1100, -4.069476},
+                                    {1472, 0.0},
+                                    {1500, 0.0},
+                                    {1528, 0.0},
+                                    {1620, 0.816466},
+                                    {1900, 5.245035}})
+    EXPECT_NEAR(thrusters.Thrust((pwm_us - 1100) / 160.0), kgf * 9.80665, 0.005) << pwm_us;
 }
 
 TEST(VehicleFiles, AreTakenOrRefusedAsTheTableSays) {
