@@ -58,6 +58,11 @@ def test_info_has_the_parts_of_the_reward():
     assert {"visual_servoing", "docking"} <= stages
 
 
+def test_it_says_what_it_is():
+    env = gymnasium.make("turbidock/Docking-v0", observe=["estimate", "truth"]).unwrapped
+    assert repr(env) == "<DockingEnv 'night sea, active marker', observe estimate, truth>"
+
+
 def test_settings_of_one_trial():
     env = gymnasium.make("turbidock/Docking-v0", settings={**QUICK, "duration_s": 30})
     observation, info = env.reset(seed=1, options={"seed": 3, "settings": {"duration_s": 2}})

@@ -27,7 +27,8 @@ The reward of a step is the sum of four parts, which `info` has by these names:
 At every step `info` also has `stage` (of the procedure) and `in_control`: false while the vehicle has
 lost the marker, and drifts or searches, whatever the action. The last step adds outcome, reason,
 time_s, digest and is_success. That of `reset` has the trial's seed and `settings`: those drawn or
-given for it. There is no render mode "human": the simulator has no window.
+given for it. The simulator has no window: with render_mode="human" gymnasium.make shows the images
+in one of its own, which takes pygame.
 """
 
 from __future__ import annotations
@@ -116,6 +117,9 @@ class DockingEnv(gymnasium.Env):
         self.observation_space = (spaces.Dict(chosen) if len(chosen) > 1
                                   else chosen[self._observe[0]])
         self.action_space = spaces.Box(-1, 1, (4,), np.float32)
+
+    def __repr__(self) -> str:
+        return f"<DockingEnv {self._scenario.description!r}, observe {', '.join(self._observe)}>"
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None
               ) -> tuple[Any, dict[str, Any]]:
