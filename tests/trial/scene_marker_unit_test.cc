@@ -84,7 +84,8 @@ TEST_F(OwnMarker, NeedsBallsThatCanBeToldApart) {
   EXPECT_THAT(MessageOf([&] {
                 Load(Ball("red", "0 0 0.065", "1 0 0") + Ball("crimson", "0 0.065 0", "1 0 0.1"));
               }),
-              HasSubstr("marker.balls: balls red and crimson cannot be told apart: their hues "
+              HasSubstr("ball_lights.balls: has no light for crimson, which is known by its "
+                        "paint: balls red and crimson cannot be told apart: their hues "
                         "differ by 6°"));
   EXPECT_THAT(MessageOf([&] { Load(Ball("pale", "0 0 0.065", "0.5 0.5 0.5")); }),
               HasSubstr("ball pale of the scene is grey"));
