@@ -129,6 +129,9 @@ std::vector<report::Fact> FactsOf(const BatchSummary& summary) {
     facts.push_back({"true error when docked",
                      fmt::format("y {}, z {} mm", mm(all.error_true_y_m), mm(all.error_true_z_m)),
                      "medians"});
+  if (all.false_confidence_s)
+    facts.push_back({"false confidence", report::Fixed(*all.false_confidence_s, 2) + " s",
+                     "a trial, mean: what the estimate was sure of and was not so"});
   facts.push_back({"failures", all.failures.empty() ? "none" : FailureText(all)});
   return facts;
 }

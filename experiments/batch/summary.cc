@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numeric>
 #include <utility>
 
 #include "sim/base/units.h"
@@ -56,7 +57,7 @@ GroupSummary SummaryOf(std::vector<std::string> group, bool whole_cells,
   GroupSummary summary;
   summary.group = std::move(group);
   std::map<std::string, statistics::Count> strata;
-  std::vector<double> times_s, errors_y_m, errors_z_m, estimate_errors_m;
+  std::vector<double> times_s, errors_y_m, errors_z_m, estimate_errors_m, falsely_s;
   for (const StoredTrial* trial : members) {
     const trial::TrialRecord& r = trial->record;
     const auto stratum = Find(*trial, kStratumKey);
@@ -64,6 +65,7 @@ GroupSummary SummaryOf(std::vector<std::string> group, bool whole_cells,
     statistics::Count& count = strata[counts ? stratum->value : ""];
     ++count.trials;
     count.successes += r.success();
+    if (r.ended()) falsely_s.push_back(r.false_confidence_s);
     if (r.success()) {
       times_s.push_back(r.time_s);
       estimate_errors_m.push_back((r.final_error_estimated - r.final_error_true).distance_m());
@@ -82,6 +84,9 @@ GroupSummary SummaryOf(std::vector<std::string> group, bool whole_cells,
   summary.time_to_dock_s = SpreadOf(times_s);
   summary.error_true_y_m = SpreadOf(errors_y_m);
   summary.error_true_z_m = SpreadOf(errors_z_m);
+  if (!falsely_s.empty())
+    summary.false_confidence_s = std::accumulate(falsely_s.begin(), falsely_s.end(), 0.0) /
+                                 static_cast<double>(falsely_s.size());
   summary.estimate_error_m = SpreadOf(estimate_errors_m);
   return summary;
 }

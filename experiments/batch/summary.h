@@ -33,14 +33,15 @@ struct GroupSummary {
   // whole cells: among trials that were chosen by what they drew, what differs between strata is
   // chance, too.
   statistics::Interval wilson;
-  Spread time_to_dock_s;                    // of the successes
-  Spread error_true_y_m, error_true_z_m;    // absolute, when docked on the estimate
-  Spread estimate_error_m;                  // distance of estimate and truth, of the successes
-  std::map<std::string, int64_t> failures;  // by name; none left out
+  Spread time_to_dock_s;                     // of the successes
+  Spread error_true_y_m, error_true_z_m;     // absolute, when docked on the estimate
+  Spread estimate_error_m;                   // distance of estimate and truth, of the successes
+  std::optional<double> false_confidence_s;  // mean over the trials that ended
+  std::map<std::string, int64_t> failures;   // by name; none left out
 
   double rate() const { return static_cast<double>(successes) / static_cast<double>(trials); }
   TURBIDOCK_FIELDS(group, trials, successes, wilson, time_to_dock_s, error_true_y_m, error_true_z_m,
-                   estimate_error_m, failures)
+                   estimate_error_m, false_confidence_s, failures)
 };
 
 // "12 collision, 3 timeout": the most frequent first.

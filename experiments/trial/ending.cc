@@ -61,18 +61,19 @@ bool IsUnderWay(const FrameRecord& frame) {
 }
 
 // Frames of servoing or docking with an estimate that the vehicle could act on.
-std::vector<FrameRecord> UsableFrames(const Scenario& scenario, const TrialLog& log) {
+std::vector<FrameRecord> UsableFrames(const Scenario& scenario,
+                                      std::span<const FrameRecord> frames) {
   std::vector<FrameRecord> usable;
-  for (const FrameRecord& frame : log.frames)
+  for (const FrameRecord& frame : frames)
     if (IsUnderWay(frame) && frame.fitness >= scenario.procedure.lost_fitness)
       usable.push_back(frame);
   return usable;
 }
 
 std::span<const FrameRecord> Last(const Scenario& scenario, double seconds,
-                                  const std::vector<FrameRecord>& frames) {
+                                  std::span<const FrameRecord> frames) {
   const auto most = static_cast<size_t>(scenario.clock.FramesFor(seconds));
-  return std::span(frames).last(std::min(most, frames.size()));
+  return frames.last(std::min(most, frames.size()));
 }
 
 bool IsFalseLock(std::span<const FrameRecord> frames) {
@@ -151,11 +152,14 @@ Failure FailureOf(const Scenario& scenario, const TrialResult& result) {
       {Outcome::kDocked, Failure::kNone},       {Outcome::kInterrupted, Failure::kNone},
       {Outcome::kDiverged, Failure::kDiverged}, {Outcome::kCollision, Failure::kCollision},
       {Outcome::kCrashed, Failure::kCrashed},   {Outcome::kHung, Failure::kHung}};
+  if (result.outcome == Outcome::kCollision &&
+      IsFalseLock(UsableFrames(scenario, Last(scenario, kBeforeCollision_s, result.log.frames))))
+    return Failure::kFalseLock;
   if (const auto found = kAsItEnded.find(result.outcome); found != kAsItEnded.end())
     return found->second;
   if (result.jam_time_s) return Failure::kJammed;
   if (result.outcome == Outcome::kFalseDock) return Failure::kFalseLock;
-  const std::vector<FrameRecord> usable = UsableFrames(scenario, result.log);
+  const std::vector<FrameRecord> usable = UsableFrames(scenario, result.log.frames);
   const bool was_under_way =
       std::any_of(result.log.frames.begin(), result.log.frames.end(), IsUnderWay);
   const auto last = Last(scenario, kVerdictTime_s, usable);

@@ -7,6 +7,8 @@
 #include <map>
 #include <vector>
 
+#include "vision/normalised_error.h"
+
 namespace turbidock::trial {
 namespace {
 
@@ -87,13 +89,20 @@ void TrialRecorder::SummariseControl() {
 
 // Sums over the frames.
 void TrialRecorder::Summarise() {
-  double sum = 0;
+  double sum = 0, error2 = 0;
+  int64_t claims = 0, false_claims = 0;
   std::map<Stage, int64_t> frames;
   for (const FrameRecord& record : result_.log.frames) {
     sum += record.fitness;
     result_.fitness_best = std::max(result_.fitness_best, record.fitness);
     ++frames[record.stage];
+    if (!record.normalised_error2) continue;
+    error2 += *record.normalised_error2;
+    ++claims;
+    false_claims += *record.normalised_error2 > vision::kThreeSigma2;
   }
+  result_.false_confidence_s = scenario_.clock.TimeOfFrame(false_claims);
+  if (claims > 0) result_.normalised_error2_mean = error2 / static_cast<double>(claims);
   for (const auto& [stage, count] : frames)
     result_.stage_time_s[stage] = scenario_.clock.TimeOfFrame(count);
   SummariseControl();

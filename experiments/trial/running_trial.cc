@@ -7,6 +7,7 @@
 
 #include "experiments/config/yaml_fields.h"
 #include "experiments/system/build_info.h"
+#include "vision/normalised_error.h"
 
 namespace turbidock::trial {
 namespace {
@@ -70,6 +71,7 @@ FrameRecord RunningTrial::RecordOf(int64_t frame) const {
           .stage = directive.stage,
           .est_X_HM = estimate.X_HM,
           .fitness = estimate.fitness,
+          .normalised_error2 = vision::NormalisedError2(estimate, perception_.true_at_image_X_HM()),
           .image_time_s = perception_.image_time_s(),
           .true_at_image_X_HM = perception_.true_at_image_X_HM(),
           .true_X_HM = world_.true_X_HM(),

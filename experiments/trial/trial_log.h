@@ -2,6 +2,7 @@
 // The record of a trial: one row a camera frame, in memory; files are made from it afterwards.
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,8 +20,10 @@ struct FrameRecord {
   int64_t frame = 0;
   double time_s = 0;
   control::Stage stage = control::Stage::kApproach;
-  Pose est_X_HM;            // the estimator's best pose
-  double fitness = -1;      // and its F
+  Pose est_X_HM;        // the estimator's best pose
+  double fitness = -1;  // and its F
+  // Squared, by the covariance that the estimate claims (vision/normalised_error.h), if it does.
+  std::optional<double> normalised_error2;
   double image_time_s = 0;  // when its image was exposed; 0 for what was exposed before the trial
   Pose true_at_image_X_HM;  // the marker then
   Pose true_X_HM;

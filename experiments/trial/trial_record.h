@@ -50,11 +50,11 @@ constexpr auto Names(Outcome) {
 // applies, in this order.
 enum class Failure {
   kNone,
-  kDiverged,        // the physics gave no usable state
-  kCollision,       // the vehicle touched something other than the inside of the dock
-  kJammed,          // the pole was held in the dock for a while
-  kFalseLock,       // the estimate that was acted on was wrong: see FailureOf
-  kNeverFound,      // the vehicle never began to servo
+  kDiverged,    // the physics gave no usable state
+  kCollision,   // the vehicle touched something other than the inside of the dock
+  kJammed,      // the pole was held in the dock for a while
+  kFalseLock,   // the estimate that was acted on was wrong, also before a collision: see FailureOf
+  kNeverFound,  // the vehicle never began to servo
   kLostInServoing,  // the marker was lost to the end of the trial, last seen while servoing
   kLostInDocking,   // the same, while docking
   kOscillation,     // the vehicle swung about the desired pose to the end: see FailureOf
@@ -129,6 +129,8 @@ struct TrialRecord {
   AxesPose start, final_error_true, final_error_estimated;
   std::string estimator;
   double fitness_mean = 0, fitness_best = -1;
+  double false_confidence_s = 0;
+  std::optional<double> normalised_error2_mean;
   int attempts = 0, dockings = 0, returns_to_servoing = 0;
   int64_t repeated_images = 0;
   double tracking_rms_m = 0, overshoot_m = 0, effort_v = 0;
@@ -173,6 +175,11 @@ struct TrialRecord {
           "what made the estimates: an estimator's name, or true_pose");
     field("fitness_mean", self.fitness_mean, kMetric, "F, over all frames");
     field("fitness_best", self.fitness_best, kMetric, "largest F");
+    field("false_confidence_s", self.false_confidence_s, kMetric,
+          "time in which a detected estimate claimed to be within three of its standard deviations "
+          "and was not, at its image: off by more than 99.73 % should be");
+    field("normalised_error2_mean", self.normalised_error2_mean, kMetric,
+          "error of detected estimates, squared, by the covariance they claim: 6 if it is right");
     field("attempts", self.attempts, kMetric, "to dock: how often that stage began");
     field("dockings", self.dockings, kMetric,
           "how often the criterion was met; more than once where it undocks and docks again");

@@ -89,6 +89,17 @@ TEST(FailureOf, AWrongEstimateThatWasActedOnIsAFalseLock) {
   EXPECT_NE(FailureOf({}, result), Failure::kFalseLock);
 }
 
+TEST(FailureOf, ACollisionOnAWrongEstimateIsAFalseLock) {
+  TrialResult result = Trial(Outcome::kCollision, {Stage::kVisualServoing, Stage::kDocking});
+  auto& frames = result.log.frames;
+  for (auto frame = frames.end() - 44; frame != frames.end(); ++frame) frame->est_X_HM.p.y() = 0.11;
+  EXPECT_EQ(FailureOf({}, result), Failure::kCollision);  // not half of the last 3 s
+  for (auto frame = frames.end() - 46; frame != frames.end(); ++frame) frame->est_X_HM.p.y() = 0.11;
+  EXPECT_EQ(FailureOf({}, result), Failure::kFalseLock);
+  for (FrameRecord& frame : frames) frame.fitness = 0.1;  // nobody acts on that
+  EXPECT_EQ(FailureOf({}, result), Failure::kCollision);
+}
+
 TEST(FailureOf, SwingsBeyondTheLimitsOfEntryAreAnOscillation) {
   const auto swinging = [](double amplitude_m, double period_s, double about_m = 0) {
     TrialResult result = Trial(Outcome::kTimeout, {Stage::kVisualServoing, Stage::kDocking});

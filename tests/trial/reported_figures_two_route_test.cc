@@ -61,6 +61,7 @@ void ExpectReportedAsLogged(const TrialResult& result, double fps) {
     return frame.stage != Stage::kApproach;
   });
   double squares = 0, overshoot = 0, volts = 0, fitness = 0, best = -1, force = 0;
+  double error2 = 0, claims = 0, false_claims = 0;
   int counted = 0, returns = 0, attempts = 0, dockings = 0, changes = 0;
   std::map<Stage, int> frames_of;
   for (size_t i = 0; i < log.size(); ++i) {
@@ -68,6 +69,11 @@ void ExpectReportedAsLogged(const TrialResult& result, double fps) {
     EXPECT_EQ(frame.frame, static_cast<int64_t>(i));
     for (const double v : frame.command.volts) volts += (v - 2.5) * (v - 2.5);
     fitness += frame.fitness;
+    if (frame.normalised_error2) {
+      ++claims;
+      error2 += *frame.normalised_error2;
+      false_claims += *frame.normalised_error2 > 20.06;
+    }
     best = std::max(best, frame.fitness);
     force = std::max(force, frame.dock_force_newton);
     ++frames_of[frame.stage];
@@ -99,6 +105,8 @@ void ExpectReportedAsLogged(const TrialResult& result, double fps) {
   EXPECT_NEAR(result.effort_v, std::sqrt(volts / (4.0 * static_cast<double>(log.size()))), 1e-12);
   EXPECT_NEAR(result.fitness_mean, fitness / static_cast<double>(log.size()), 1e-12);
   EXPECT_EQ(result.fitness_best, best);
+  EXPECT_NEAR(result.false_confidence_s, false_claims / fps, 1e-9);
+  EXPECT_NEAR(result.normalised_error2_mean.value_or(-1), claims > 0 ? error2 / claims : -1, 1e-9);
   EXPECT_EQ(result.dock_force_max_newton, force);
   for (const auto& [stage, count] : frames_of)
     EXPECT_NEAR(result.stage_time_s.at(stage), count / fps, 1e-9);

@@ -54,6 +54,8 @@ TrialRecord AwkwardRecord() {
   r.final_error_estimated = {std::nextafter(1, 2), 2, 3, 4};
   r.fitness_mean = -0.25;
   r.fitness_best = 0.75;
+  r.false_confidence_s = 0.4;
+  r.normalised_error2_mean = 5.5;
   r.attempts = 4;
   r.dockings = 2;
   r.returns_to_servoing = 3;

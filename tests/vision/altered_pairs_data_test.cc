@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <boost/math/distributions/chi_squared.hpp>
@@ -17,6 +16,7 @@
 #include "sim/base/random.h"
 #include "sim/base/units.h"
 #include "tests/support/path_traced.h"
+#include "vision/normalised_error.h"
 #include "vision/rm_ga.h"
 
 namespace turbidock::vision {
@@ -141,15 +141,6 @@ struct Counts {
   int right = 0, unsure = 0, wrong_and_sure = 0;
 };
 
-// Of the error (position, rotation vector) by the estimate's covariance: chi-squared of six
-// degrees of freedom if the covariance is right.
-double NormalisedError2(const PoseEstimate& estimate, const Pose& true_X_HM) {
-  const Eigen::AngleAxisd turn(estimate.X_HM.q * true_X_HM.q.conjugate());
-  Eigen::Matrix<double, 6, 1> error;
-  error << estimate.X_HM.p - true_X_HM.p, turn.angle() * turn.axis();
-  return error.dot(estimate.covariance->inverse() * error);
-}
-
 constexpr int kDraws = 16;
 
 struct Study {
@@ -178,9 +169,9 @@ const Study& StudyOfAll() {
           ++counts.unsure;
         else
           ++(is_right ? counts.right : counts.wrong_and_sure);
-        if (estimate.detected && estimate.covariance)
+        if (const auto error2 = NormalisedError2(estimate, pair.true_X_HM))
           (pair.name.starts_with("active") ? all.active_errors2 : all.passive_errors2)
-              .push_back(NormalisedError2(estimate, pair.true_X_HM));
+              .push_back(*error2);
       }
       std::printf("%s,%d,%d,%d,%d\n", alteration.name, kDraws, counts.right, counts.unsure,
                   counts.wrong_and_sure);

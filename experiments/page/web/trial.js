@@ -325,6 +325,11 @@ function heading(model) {
         depth_m === null ? '–' : `${fixed(depth_m * 1000, 0)} mm`,
         'depth of the pole’s tip past the dock’s mouth, at the end',
       ),
+      fact(
+        'false confidence',
+        `${fixed(record.false_confidence_s, 1)} s`,
+        'in which the estimate claimed to be nearer than it was',
+      ),
       fact('returns', String(record.returns_to_servoing), 'from docking to visual servoing'),
     ],
   };

@@ -22,7 +22,8 @@ inline constexpr system::FileKind kBaselineFile = {
 struct GateTrial {
   int64_t seed = 0;
   trial::Outcome outcome = trial::Outcome::kTimeout;
-  MedianValues values{};  // of kMedianMeasures
+  // Of kMedianMeasures; older baselines lack the last.
+  MedianValues values{0, 0, 0, 0, 0, kNotMeasured};
   std::string digest;
 
   bool docked() const { return outcome == trial::Outcome::kDocked; }

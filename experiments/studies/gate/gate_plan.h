@@ -48,8 +48,12 @@ inline constexpr auto kMedianMeasures = std::to_array<MedianMeasure>(
      {"returns_to_servoing", "returns to servoing", "times",
       [](const auto& r) { return static_cast<double>(r.returns_to_servoing); }},
      {"fitness", "fitness", "F", [](const auto& r) { return r.fitness_mean; }, -1},
-     {"effort_v", "effort", "V", [](const auto& r) { return r.effort_v; }}});
+     {"effort_v", "effort", "V", [](const auto& r) { return r.effort_v; }},
+     {"false_confidence_s", "false confidence", "s",
+      [](const auto& r) { return r.false_confidence_s; }}});
 using MedianValues = std::array<double, kMedianMeasures.size()>;
+// Of trials measured before there was the measure.
+inline constexpr double kNotMeasured = -1;
 
 // Of error rates and of what a success rate may lose: what the tests are exact for.
 inline Range TestedProbability() {

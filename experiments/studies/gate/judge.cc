@@ -18,6 +18,12 @@ JudgeOptions OptionsWith(const BaselineCondition& baseline, JudgeOptions options
     throw ConfigError(fmt::format(
         "{}: only {} of the baseline's {} trials docked; the success rate cannot fall by {:g}",
         baseline.name, baseline.docked, baseline.trials, options.margins.success_rate));
+  for (size_t i = 0; i < kMedianMeasures.size(); ++i)
+    if (options.margins.medians[i] > 0 && !baseline.outcomes.empty() &&
+        baseline.outcomes.front().values[i] == kNotMeasured)
+      throw ConfigError(
+          fmt::format("{}: the baseline has no {}; measure it anew with --update, or judge without",
+                      baseline.name, kMedianMeasures[i].key));
   options.max_trials = std::min(options.max_trials, baseline.trials);
   return options;
 }

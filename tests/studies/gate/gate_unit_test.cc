@@ -44,10 +44,11 @@ Rng Noise(int64_t seed, const char* what) {
 
 // What a trial docks with, in the order of kMedianMeasures.
 struct Quality {
-  double time_s = 0, final_error_m = 0, returns_to_servoing = 0, fitness = 0, effort_v = 0;
+  double time_s = 0, final_error_m = 0, returns_to_servoing = 0, fitness = 0, effort_v = 0,
+         false_confidence_s = 0;
 
   MedianValues Values() const {
-    return {time_s, final_error_m, returns_to_servoing, fitness, effort_v};
+    return {time_s, final_error_m, returns_to_servoing, fitness, effort_v, false_confidence_s};
   }
 };
 
@@ -61,7 +62,8 @@ Build DocksAt(double rate, const Quality& more = {}) {
         .returns_to_servoing =
             std::floor(3 * Noise(seed, "returns").Uniform()) + more.returns_to_servoing,
         .fitness = 0.6 + 0.05 * Noise(seed, "fitness").Normal() + more.fitness,
-        .effort_v = 1 + 0.1 * Noise(seed, "effort").Uniform() + more.effort_v};
+        .effort_v = 1 + 0.1 * Noise(seed, "effort").Uniform() + more.effort_v,
+        .false_confidence_s = 0.2 * Noise(seed, "claims").Uniform() + more.false_confidence_s};
     GateTrial trial{.seed = seed,
                     .outcome = docks ? trial::Outcome::kDocked : trial::Outcome::kTimeout,
                     .values = quality.Values(),
@@ -216,7 +218,7 @@ TEST_F(Gate, TheReportLinksEverySeedThatChanged) {
 
 TEST_F(Gate, EachMeasureFailsForItsOwnReason) {
   GatePlan plan = Plan();
-  plan.conditions[0].margins.medians = {5, 0.01, 1, 0.05, 0.1};
+  plan.conditions[0].margins.medians = {5, 0.01, 1, 0.05, 0.1, 0.3};
   const Baseline baseline = Measure(plan, DocksAt(0.95));
   EXPECT_EQ(Judge(plan, baseline, DocksAt(0.95)).verdict, statistics::Verdict::kPass);
   const auto failed = [&](const Build& build) {
@@ -234,6 +236,7 @@ TEST_F(Gate, EachMeasureFailsForItsOwnReason) {
               ElementsAre("returns to servoing"));
   EXPECT_THAT(failed(DocksAt(0.95, {.fitness = -0.05})), ElementsAre("fitness"));
   EXPECT_THAT(failed(DocksAt(0.95, {.effort_v = 0.1})), ElementsAre("effort"));
+  EXPECT_THAT(failed(DocksAt(0.95, {.false_confidence_s = 0.5})), ElementsAre("false confidence"));
 }
 
 TEST(MedianMeasures, AreThoseOfTheRecord) {
@@ -245,13 +248,26 @@ TEST(MedianMeasures, AreThoseOfTheRecord) {
   record.fitness_mean = 0.7;
   record.fitness_best = 0.9;
   record.effort_v = 1.5;
+  record.false_confidence_s = 0.25;
   std::map<std::string, double> values;
   for (const MedianMeasure& measure : kMedianMeasures) values[measure.key] = measure.of(record);
   EXPECT_EQ(values, (std::map<std::string, double>{{"time_s", 12},
                                                    {"final_error_m", 0.5},
                                                    {"returns_to_servoing", 2},
                                                    {"fitness", 0.7},
-                                                   {"effort_v", 1.5}}));
+                                                   {"effort_v", 1.5},
+                                                   {"false_confidence_s", 0.25}}));
+}
+
+TEST_F(Gate, AnOlderBaselineWithoutTheMeasureIsRefused) {
+  GatePlan plan = Plan();
+  Baseline baseline = Measure(plan, DocksAt(0.9));
+  for (BaselineCondition& condition : baseline.conditions)
+    for (GateTrial& trial : condition.outcomes) trial.values.back() = GateTrial().values.back();
+  EXPECT_EQ(Judge(plan, baseline, DocksAt(0.9)).verdict, statistics::Verdict::kPass);
+  plan.conditions[0].margins.medians.back() = 0.3;
+  EXPECT_THAT(MessageOf([&] { Judge(plan, baseline, DocksAt(0.9)); }),
+              HasSubstr("the baseline has no false_confidence_s"));
 }
 
 TEST_F(Gate, BetterIsNoFailure) {
