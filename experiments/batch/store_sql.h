@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "experiments/trial/cell.h"
+#include "experiments/trial/record_columns.h"
 #include "sim/base/check.h"
 
 namespace turbidock::batch {

@@ -9,7 +9,7 @@
 #include "experiments/page/trial_model.h"
 #include "experiments/report/report_json.h"
 #include "experiments/trial/record_columns.h"
-#include "experiments/trial/trial_files.h"
+#include "experiments/trial/trial_view.h"
 
 namespace turbidock::page {
 namespace {

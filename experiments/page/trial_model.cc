@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "experiments/config/yaml_fields.h"
-#include "experiments/trial/trial_files.h"
 #include "experiments/trial/trial_view.h"
 #include "sim/light/scattering.h"
 

@@ -10,7 +10,7 @@
 #include "experiments/report/quantity.h"
 #include "experiments/system/output_path.h"
 #include "experiments/trial/series.h"
-#include "experiments/trial/trial_files.h"
+#include "experiments/trial/trial.h"
 
 namespace turbidock::page {
 namespace {

@@ -11,7 +11,6 @@
 #include "experiments/report/json.h"
 #include "experiments/trial/running_trial.h"
 #include "experiments/trial/series.h"
-#include "experiments/trial/trial_files.h"
 
 namespace turbidock::python {
 

@@ -8,17 +8,65 @@
 #include <utility>
 #include <vector>
 
-#include "experiments/trial/camera_schedule.h"
-#include "experiments/trial/pose_source.h"
 #include "experiments/trial/scenario.h"
 #include "experiments/trial/world.h"
+#include "sim/base/camera.h"
 #include "sim/base/image.h"
 #include "sim/base/pose_estimate.h"
 #include "sim/base/random.h"
 #include "sim/base/stage_timer.h"
+#include "vision/marker_model.h"
 #include "vision/pose_estimator.h"
 
 namespace turbidock::trial {
+
+// When the cameras expose and when an image arrives at the estimator, in frames of the loop.
+//
+// Images are numbered one after the other; with a period of one frame an image's number is the
+// frame of its exposure. An image arrives at frame 0, whatever the delay: the cameras have been on
+// for a while.
+class CameraSchedule {
+ public:
+  // Every `period` frames, at least 1; at the estimator `delay` frames later.
+  CameraSchedule(int period, int delay) : period_(period), delay_(delay) {}
+
+  int64_t first_frame() const { return -delay_; }  // of the exposures
+  bool ExposesAt(int64_t frame) const { return (frame + delay_) % period_ == 0; }
+  bool ArrivesAt(int64_t frame) const { return frame % period_ == 0; }
+  int64_t ExposureOf(int64_t frame) const { return frame - delay_; }  // of what arrives at it
+  // Number of the image exposed at this frame, of the one that arrived last.
+  int64_t ExposedAt(int64_t frame) const { return (frame + delay_) / period_ - delay_; }
+  int64_t LatestAt(int64_t frame) const { return frame / period_ - delay_; }
+  // Images to keep beside the latest, so that none is overwritten while it is still needed.
+  int under_way() const { return delay_ == 0 ? 0 : 1 + (delay_ - 1) / period_; }
+
+ private:
+  int period_, delay_;
+};
+
+// Stands in for an estimator in trials that are about control only.
+class TruePose {
+ public:
+  TruePose(const TruePoseParams& params, const vision::MarkerParams& marker, const StereoRig& rig,
+           double frame_s, Rng rng);
+
+  // The estimate of a frame exposed when the marker was at X_HM. The fitness is a mean over balls
+  // and images, as the estimator's.
+  const PoseEstimate& Update(int64_t frame, const Pose& X_HM);
+
+ private:
+  double Fitness(const Pose& X_HM) const;
+
+  TruePoseParams params_;
+  vision::MarkerParams marker_;
+  StereoRig rig_;
+  double frame_s_;
+  Rng rng_;
+  Eigen::Vector4d noise_ = Eigen::Vector4d::Zero();  // unit variance
+  bool started_ = false;
+  int64_t frames_in_sight_ = 0;
+  PoseEstimate estimate_;
+};
 
 // What the vehicle knows of the marker: from the cameras' images, or from the truth where only
 // control is of interest. Either way it is camera_delay_frames old.

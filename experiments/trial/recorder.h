@@ -6,15 +6,36 @@
 #include <optional>
 
 #include "control/docking_procedure.h"
-#include "experiments/trial/dock_contact.h"
 #include "experiments/trial/ending.h"
 #include "experiments/trial/scenario.h"
 #include "experiments/trial/trial.h"
-#include "experiments/trial/trial_log.h"
 #include "sim/base/digest.h"
 #include "sim/vehicle/plant.h"
 
 namespace turbidock::trial {
+
+// What the pole and the dock did to each other in a trial, gathered frame by frame.
+class DockContact {
+ public:
+  explicit DockContact(const JamParams& jam) : jam_(jam) {}
+
+  void Update(const FrameRecord& frame);
+
+  // Nothing when it has not happened. Each is the first time only.
+  std::optional<Contact> first_contact() const { return first_contact_; }
+  std::optional<double> insertion_time_s() const { return insertion_time_s_; }
+  std::optional<double> jam_time_s() const { return jam_time_s_; }  // when it was established
+  double force_max_newton() const { return force_max_newton_; }
+
+ private:
+  JamParams jam_;
+  std::optional<Contact> first_contact_;
+  std::optional<double> insertion_time_s_, jam_time_s_;
+  double force_max_newton_ = 0;
+  // Since when the pole has been held where it is.
+  std::optional<double> held_since_s_;
+  double held_depth_m_ = 0;
+};
 
 class TrialRecorder {
  public:

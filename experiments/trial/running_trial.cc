@@ -2,11 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <utility>
 #include <vector>
 
 #include "experiments/config/yaml_fields.h"
+#include "experiments/report/json.h"
 #include "experiments/system/build_info.h"
+#include "experiments/system/output_path.h"
+#include "experiments/trial/series.h"
 #include "vision/normalised_error.h"
 
 namespace turbidock::trial {
@@ -173,6 +177,16 @@ TrialResult RunTrial(const Scenario& scenario, const TrialOptions& options) {
   RunningTrial trial(scenario, options);
   while (!trial.ended()) trial.Step();
   return trial.Finish();
+}
+
+void WriteRecords(const std::string& folder, const Scenario& scenario, const TrialResult& result) {
+  const std::filesystem::path out(folder);
+  system::MakeFolder(folder);
+  Scenario resolved = scenario;
+  resolved.model_files = ModelFilesOf(scenario);
+  system::WriteWhole(out / "resolved.yaml", SaveScenario(resolved));
+  system::WriteWhole(out / "trajectory.csv", Series::Of(result.log).Csv());
+  system::WriteWhole(out / "result.json", report::JsonText(result));
 }
 
 TrialResult RunningTrial::Finish() {

@@ -11,10 +11,8 @@
 #include "control/autopilot.h"
 #include "control/docking_procedure.h"
 #include "experiments/config/group_ref.h"
-#include "experiments/trial/dock_contact.h"
 #include "experiments/trial/faults.h"
 #include "experiments/trial/plugins.h"
-#include "experiments/trial/pose_source.h"
 #include "sim/base/camera.h"
 #include "sim/base/clock.h"
 #include "sim/base/fields.h"
@@ -80,6 +78,49 @@ constexpr auto Names(EstimatorKind) {
   using enum EstimatorKind;
   return EnumList<EstimatorKind>({{kRmGa, "rm_ga"}, {kBlobs, "blobs"}, {kFiducial, "fiducial"}});
 }
+
+enum class PoseSource {
+  kCameras,   // images, estimator
+  kTruePose,  // the true pose with noise and the same delay; nothing need be drawn
+};
+constexpr auto Names(PoseSource) {
+  using enum PoseSource;
+  return EnumList<PoseSource>({{kCameras, "cameras"}, {kTruePose, "true_pose"}});
+}
+
+// What is put on the true pose in place of an estimator's errors. The numbers are measured on the
+// estimator: see assets/measured/estimator.md.
+struct TruePoseParams {
+  Eigen::Vector4d noise{0.0004, 0.0001, 0.0001, 0.0013};
+  double correlation_s = 0;
+  double fitness = 0.8;
+  double found_after_s = 0.5;
+
+  static void Fields(auto& self, auto&& field) {
+    field("noise", self.noise, InRange(0, 1),
+          "standard deviation of the estimate, of x, y, z [m] and yaw [rad], at 0.6 m; that of x "
+          "grows with the square of the distance, the others' in proportion");
+    field("correlation_s", self.correlation_s, InRange(0, 10),
+          "time in which the noise's correlation falls to 1/e; 0: independent in every frame");
+    field("fitness", self.fitness, InRange(-1, 1), "of a ball in an image; -0.2 out of it");
+    field("found_after_s", self.found_after_s, InRange(0, 60),
+          "time that the search takes once the marker is in sight");
+  }
+};
+
+// When the pole counts as jammed. Guesses: with the published servo, a pole that sticks to the rim
+// of the mouth was seen to be held there by 1.3 to 1.9 N for seconds, within 1 mm.
+struct JamParams {
+  double force_newton = 1;
+  double time_s = 1;
+  double progress_m = 0.003;
+
+  static void Fields(auto& self, auto&& field) {
+    field("force_newton", self.force_newton, Above(0), "the pole is held by more than this");
+    field("time_s", self.time_s, Above(0), "for at least this long");
+    field("progress_m", self.progress_m, Above(0), "while its depth changes by less than this");
+  }
+};
 
 // A file that models are read from (MJCF, what it includes, a mesh, a picture).
 struct ModelFile {

@@ -13,8 +13,8 @@
 
 #include "control/stage.h"
 #include "experiments/report/json.h"
-#include "experiments/trial/cell.h"
-#include "experiments/trial/trial_log.h"
+#include "experiments/trial/record_columns.h"
+#include "experiments/trial/trial_record.h"
 
 namespace turbidock::trial {
 

@@ -5,10 +5,10 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "control/autopilot.h"
 #include "experiments/trial/scenario.h"
-#include "experiments/trial/trial_log.h"
 #include "experiments/trial/trial_record.h"
 #include "sim/base/image.h"
 #include "sim/base/stage_timer.h"
@@ -55,5 +55,11 @@ struct TrialOptions {
 // Runs a trial. ConfigError for a scenario that cannot run, SimulatorFault when nothing can be
 // drawn.
 TrialResult RunTrial(const Scenario& scenario, const TrialOptions& options = {});
+
+// Writes result.json (keys as in `list result-keys`), resolved.yaml and trajectory.csv into a
+// folder, which it makes when needed, each complete or not at all.
+void WriteRecords(const std::string& folder, const Scenario& scenario, const TrialResult& result);
+inline const std::vector<std::string> kRecordFiles = {"result.json", "resolved.yaml",
+                                                      "trajectory.csv"};
 
 }  // namespace turbidock::trial

@@ -1,7 +1,8 @@
 #pragma once
-// What is kept of a trial. Each part of it is one line in TrialRecord::Fields: result.json, the
-// columns of a batch's file, the pipe from a worker and `list result-keys` are made of that list.
-// To add one, add a member and its line there, and compute it in recorder.cc.
+// What is kept of a trial: its log, a row a camera frame, in memory (files are made from it
+// afterwards), and its record. Each part of the record is one line in TrialRecord::Fields:
+// result.json, the columns of a batch's file, the pipe from a worker and `list result-keys` are
+// made of that list. To add one, add a member and its line there, and compute it in recorder.cc.
 
 #include <cstdint>
 #include <map>
@@ -9,13 +10,46 @@
 #include <string>
 #include <vector>
 
+#include "control/axes.h"
 #include "control/docking_procedure.h"
-#include "experiments/trial/dock_contact.h"
 #include "sim/base/axes_pose.h"
 #include "sim/base/fields.h"
+#include "sim/base/pose.h"
+#include "sim/base/thruster_command.h"
 #include "sim/vehicle/energy_balance.h"
 
 namespace turbidock::trial {
+
+// What is known of one camera frame. Time and truth are of the moment the vehicle acts; the
+// estimate is of the image that arrived last, exposed camera_delay_frames before that. An estimate
+// is compared with the truth of its image, whatever is steered with the truth of the frame.
+struct FrameRecord {
+  int64_t frame = 0;
+  double time_s = 0;
+  control::Stage stage = control::Stage::kApproach;
+  Pose est_X_HM;        // the estimator's best pose
+  double fitness = -1;  // and its F
+  // Squared, by the covariance that the estimate claims (vision/normalised_error.h), if it does.
+  std::optional<double> normalised_error2;
+  double image_time_s = 0;  // when its image was exposed; 0 for what was exposed before the trial
+  Pose true_at_image_X_HM;  // the marker then
+  Pose true_X_HM;
+  Pose true_X_WB;
+  Twist true_V_WB_B;
+  AxesPose desired;
+  bool controlled = false;  // false: the vehicle searches or drifts instead of following `desired`
+  control::Axes demand = control::Axes::Zero();  // of the controller; zero without control
+  ThrusterCommand command;                       // a voltage for each thruster
+  double insertion_depth_m = 0;                  // of the pole's tip past the dock's mouth
+  bool inserted = false;                         // the tip is inside the straight hole
+  double dock_force_newton = 0;                  // the largest until the next frame
+  double collision_force_newton = 0;
+};
+
+struct TrialLog {
+  std::vector<std::string> thrusters{"surge_left", "surge_right", "sway", "heave"};
+  std::vector<FrameRecord> frames{};
+};
 
 // How a trial ended. The first two meet the published criterion on the estimate.
 enum class Outcome {
@@ -100,6 +134,19 @@ struct FieldPolicy {
 };
 inline constexpr FieldPolicy kReport{};  // in result.json only
 inline constexpr FieldPolicy kFact{Storage::kFact}, kMetric{Storage::kMetric}, kRun{Storage::kRun};
+
+// Of the pole with the dock.
+struct Contact {
+  double time_s = 0;
+  double force_newton = 0;
+
+  bool operator==(const Contact&) const = default;
+
+  static void Fields(auto& self, auto&& field) {
+    field("time_s", self.time_s, Finite(), "the first one's time");
+    field("force_newton", self.force_newton, Finite(), "its force");
+  }
+};
 
 // A setting that somebody changed while the trial ran, from this frame on.
 struct Change {

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "control/stage.h"
+#include "experiments/trial/scenario.h"
 #include "sim/base/fields.h"
 #include "sim/base/image.h"
 #include "sim/base/published.h"
@@ -33,6 +34,18 @@ struct ViewCriteria {
     return {NAN, NAN};
   }
 };
+
+// The limits to draw in a scenario's pictures.
+inline ViewCriteria CriteriaOf(const Scenario& scenario) {
+  const control::ProcedureParams& p = scenario.procedure;
+  return {.docking_fitness = p.found_fitness,
+          .detection_fitness = p.lost_fitness,
+          .tolerance_y_m = p.allowance_y_m,
+          .tolerance_z_m = p.allowance_z_m,
+          .docked_x_m = p.docked_x_m,
+          .enter_y_m = p.enter_y_m,
+          .enter_z_m = p.enter_z_m};
+}
 
 // "Area I", "Area II", "Area III".
 inline const char* AreaTitle(double fitness, const ViewCriteria& criteria) {

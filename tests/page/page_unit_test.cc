@@ -17,7 +17,6 @@
 #include "experiments/page/web_files.h"
 #include "experiments/report/report_json.h"
 #include "experiments/trial/trial.h"
-#include "experiments/trial/trial_files.h"
 #include "sim/base/check.h"
 #include "sim/vehicle/scene.h"
 #include "tests/support/message_of.h"

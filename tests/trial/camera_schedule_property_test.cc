@@ -1,6 +1,6 @@
 // The cameras' schedule against what it must do frame by frame, for every period and delay.
 
-#include "experiments/trial/camera_schedule.h"
+#include "experiments/trial/perception.h"
 
 #include <gtest/gtest.h>
 

@@ -10,7 +10,6 @@
 
 #include "experiments/config/data_files.h"
 #include "experiments/trial/trial.h"
-#include "experiments/trial/trial_files.h"
 
 namespace turbidock::trial {
 namespace {

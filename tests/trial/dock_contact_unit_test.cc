@@ -1,4 +1,4 @@
-#include "experiments/trial/dock_contact.h"
+#include "experiments/trial/recorder.h"
 
 #include <gtest/gtest.h>
 

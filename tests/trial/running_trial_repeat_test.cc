@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "experiments/report/json.h"
-#include "experiments/trial/trial_files.h"
+#include "experiments/trial/trial.h"
 #include "tests/support/message_of.h"
 
 namespace turbidock::trial {

@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "experiments/trial/record_columns.h"
-#include "experiments/trial/trial_files.h"
+#include "experiments/trial/trial.h"
 #include "sim/base/check.h"
 
 namespace turbidock::trial {

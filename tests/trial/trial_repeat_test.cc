@@ -10,7 +10,6 @@
 #include "experiments/system/subprocess.h"
 #include "experiments/trial/scenario.h"
 #include "experiments/trial/trial.h"
-#include "experiments/trial/trial_files.h"
 #include "tests/support/program.h"
 
 namespace turbidock::trial {

@@ -14,7 +14,7 @@
 #include "experiments/report/json.h"
 #include "experiments/serve/server.h"
 #include "experiments/studies/live/live_session.h"
-#include "experiments/trial/trial_log.h"
+#include "experiments/trial/trial_record.h"
 #include "sim/base/image.h"
 
 namespace turbidock::live {

@@ -14,7 +14,7 @@
 #include "experiments/studies/live/live_view.h"
 #include "experiments/system/output_path.h"
 #include "experiments/trial/scenario.h"
-#include "experiments/trial/trial_files.h"
+#include "experiments/trial/trial.h"
 
 namespace turbidock::live {
 namespace {

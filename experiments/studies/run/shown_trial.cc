@@ -19,7 +19,7 @@
 #include "experiments/studies/run/trial_figure.h"
 #include "experiments/studies/run/trial_video.h"
 #include "experiments/system/output_path.h"
-#include "experiments/trial/trial_files.h"
+#include "experiments/trial/trial_view.h"
 #include "sim/base/units.h"
 #include "vision/overlay.h"
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "experiments/trial/trial_log.h"
+#include "experiments/trial/trial_record.h"
 #include "experiments/trial/trial_view.h"
 
 namespace turbidock::run {

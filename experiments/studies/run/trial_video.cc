@@ -10,7 +10,6 @@
 #include "control/axes.h"
 #include "experiments/media/draw_balls.h"
 #include "experiments/report/quantity.h"
-#include "experiments/trial/trial_files.h"
 #include "sim/base/units.h"
 
 namespace turbidock::run {

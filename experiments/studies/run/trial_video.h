@@ -7,7 +7,7 @@
 #include "experiments/media/canvas.h"
 #include "experiments/media/strip_chart.h"
 #include "experiments/trial/scenario.h"
-#include "experiments/trial/trial_log.h"
+#include "experiments/trial/trial_record.h"
 #include "experiments/trial/trial_view.h"
 #include "sim/base/image.h"
 #include "vision/overlay.h"

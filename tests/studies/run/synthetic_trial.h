@@ -7,7 +7,7 @@
 #include <numbers>
 #include <vector>
 
-#include "experiments/trial/trial_log.h"
+#include "experiments/trial/trial_record.h"
 #include "sim/base/camera.h"
 #include "sim/base/image.h"
 #include "sim/base/random.h"
