@@ -19,7 +19,6 @@ void AddList(CommandLine& line);
   namespace turbidock::study {        \
   void Add(app::CommandLine& line);   \
   }
-TURBIDOCK_COMMAND(bench, AddBench)
 TURBIDOCK_COMMAND(check_vehicle, AddCheckVehicle)
 TURBIDOCK_COMMAND(compare, AddCompare)
 TURBIDOCK_COMMAND(dataset, AddDataset)

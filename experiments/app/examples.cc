@@ -10,7 +10,6 @@ const std::map<std::string, std::pair<const char*, const char*>> kExamples = {
     {"batch",
      {"batch turbidity_sweep --seeds 6 --out sweep.db",
       "batch turbidity_sweep --set sea.state=calm --out sweep.db --slurm 20 --workers 4"}},
-    {"bench", {"bench", "bench sea_night_active --frames 300 --repeats 5 --json"}},
     {"calibrate", {"calibrate", "calibrate --generations 40 --workers 4 --out found.yaml"}},
     {"check-vehicle", {"check-vehicle vehicle.xml", "check-vehicle mine.xml --out report"}},
     {"compare",

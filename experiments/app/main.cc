@@ -45,7 +45,7 @@ int ParseAndRun(int argc, char** argv, const trial::Plugins& plugins) {
   bool version = false;
   line.Program().Flag("--version", version, "Versions of the program and of what it runs on");
   for (const auto add :
-       {bench::AddBench, run::AddRun, live::AddView, AddBatch, AddResults, AddReport, gate::AddGate,
+       {run::AddRun, live::AddView, AddBatch, AddResults, AddReport, gate::AddGate,
         compare::AddCompare, estimate::AddEstimate, dataset::AddDataset, recognition::AddRecognize,
         recognition::AddCalibrate, AddSlurmTask, tuning::AddTune, check_vehicle::AddCheckVehicle,
         step_response::AddStepResponse, AddList})
