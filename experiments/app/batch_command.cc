@@ -9,10 +9,14 @@
 #include "experiments/app/report_output.h"
 #include "experiments/batch/batch.h"
 #include "experiments/batch/batch_report.h"
+#include "experiments/batch/job_pool.h"
 #include "experiments/batch/plan.h"
 #include "experiments/batch/result_store.h"
+#include "experiments/batch/runner.h"
 #include "experiments/page/batch_page.h"
 #include "experiments/report/report.h"
+#include "experiments/studies/recognition/calibration.h"
+#include "experiments/studies/recognition/recognition.h"
 #include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"
 
@@ -113,6 +117,19 @@ int Status(const StatusArguments& arguments) {
   return kExitDone;
 }
 
+struct SlurmTaskArguments {
+  std::string folder;
+  int task = 0, workers = 1;
+  trial::Plugins plugins;
+};
+
+int SlurmTask(const SlurmTaskArguments& arguments) {
+  batch::RunSlurmTask(arguments.folder, arguments.task, arguments.workers,
+                      {batch::TrialWork(arguments.plugins),
+                       recognition::CellWork(arguments.plugins), recognition::EvaluationWork()});
+  return kExitDone;
+}
+
 }  // namespace
 
 void AddBatch(CommandLine& line) {
@@ -136,6 +153,14 @@ void AddBatch(CommandLine& line) {
   status.Add("--over KEY", status_arguments.report.over,
              "Where success over this parameter falls to 50 %, for each value of --by");
   status.Flag("--json", status_arguments.json, "As JSON on stdout");
+
+  auto [task, task_arguments] =
+      line.Add("slurm-task", "What a task of --slurm runs; not for people", &SlurmTask);
+  task.Hidden();
+  task_arguments.plugins = line.plugins();
+  task.Add("folder", task_arguments.folder, "The array's folder").Required();
+  task.Add("--task", task_arguments.task, "Its number in the array").Required().NotNegative();
+  task.AddWorkers(task_arguments.workers, "Processes");
 }
 
 }  // namespace turbidock::app

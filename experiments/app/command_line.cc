@@ -10,7 +10,6 @@
 #include <cstdint>
 #include <limits>
 
-#include "experiments/app/replaced.h"
 #include "experiments/config/nearest_name.h"
 #include "experiments/media/figure.h"
 #include "sim/base/fields.h"
@@ -181,9 +180,7 @@ TURBIDOCK_OPTION(double);
 TURBIDOCK_OPTION(std::optional<std::string>);
 TURBIDOCK_OPTION(std::optional<int>);
 TURBIDOCK_OPTION(std::optional<int64_t>);
-TURBIDOCK_OPTION(std::optional<double>);
 TURBIDOCK_OPTION(std::vector<std::string>);
-TURBIDOCK_OPTION(std::vector<int64_t>);
 TURBIDOCK_OPTION(std::vector<double>);
 #undef TURBIDOCK_OPTION
 

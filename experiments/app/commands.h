@@ -7,10 +7,9 @@
 
 namespace turbidock::app {
 
-void AddBatch(CommandLine& line);    // batch, status
+void AddBatch(CommandLine& line);    // batch, status, slurm-task
 void AddResults(CommandLine& line);  // merge, replay
 void AddReport(CommandLine& line);
-void AddSlurmTask(CommandLine& line);
 void AddList(CommandLine& line);
 
 }  // namespace turbidock::app

@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "experiments/config/yaml_fields.h"
-#include "experiments/report/quantity.h"
+#include "experiments/report/table.h"
 #include "experiments/statistics/paired_tests.h"
 #include "experiments/system/plain_text.h"
 #include "experiments/trial/record_columns.h"

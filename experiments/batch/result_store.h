@@ -14,10 +14,10 @@
 #include <vector>
 
 #include "experiments/batch/plan.h"
-#include "experiments/batch/store_header.h"
 #include "experiments/trial/series.h"
 #include "experiments/trial/trial_record.h"
 #include "sim/base/check.h"
+#include "sim/base/digest.h"
 
 namespace SQLite {
 class Database;
@@ -28,6 +28,39 @@ namespace turbidock::batch {
 class RunLock;
 
 inline constexpr int kStoreSchema = 4;
+
+// What a file holds the results of.
+struct StoreHeader {
+  std::string kind = "batch";  // or "tune", "gate": who wrote it
+  std::string plan;            // the resolved plan (or study): every value spelt out
+  std::string build;           // BuildId of the program
+  Shard shard;
+  int64_t trials = 0;             // of the plan, all shards together
+  std::vector<std::string> keys;  // of the parameters that trials differ in
+
+  std::string plan_hash() const { return DigestOf(plan); }
+};
+
+StoreHeader HeaderOf(const Plan& plan, const Shard& shard);
+
+struct TrialRule {
+  int64_t cells = 1;
+  int64_t batch = 1;                // trials of a cell after which it is looked at
+  int64_t most = 1;                 // trials of a cell
+  std::optional<double> precision;  // half width of a cell's interval; none: every trial is to run
+  int64_t strata = 1;               // a cell's samples are of each in turn
+};
+
+// Whether the shard runs this trial: without a precision a shard takes whole rounds of strata, with
+// one whole cells, which it decides about alone.
+bool IsOf(const Shard& shard, const TrialRule& rule, int64_t trial);
+
+// The rule that a file's trials follow. Without a precision it knows of no cells.
+TrialRule RuleOf(const StoreHeader& header);
+
+// How two headers differ, a sentence each; empty when results of both belong together. Shards may
+// differ.
+std::vector<std::string> Differences(const StoreHeader& a, const StoreHeader& b);
 
 // Results that should be equal or belong together and do not. Exit code 5.
 class MismatchError : public std::runtime_error {

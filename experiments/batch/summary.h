@@ -10,7 +10,6 @@
 
 #include "experiments/batch/result_store.h"
 #include "experiments/report/json.h"
-#include "experiments/report/quantity.h"
 #include "experiments/report/report.h"
 #include "experiments/statistics/intervals.h"
 #include "sim/base/result_fields.h"

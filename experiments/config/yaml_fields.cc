@@ -12,7 +12,6 @@
 #include <limits>
 
 #include "experiments/config/nearest_name.h"
-#include "experiments/config/overloaded.h"
 #include "experiments/system/plain_text.h"
 #include "sim/base/check.h"
 

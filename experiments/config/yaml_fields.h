@@ -109,6 +109,14 @@ std::string SaveGroup(const GroupRef& group);
 std::string ValueIn(const GroupRef& group, const std::string& key);
 std::vector<KeyDoc> ListGroupKeys(const GroupRef& group);
 
+// Functions of a variant's kinds as one visitor.
+template <class... Fs>
+struct Overloaded : Fs... {
+  using Fs::operator()...;
+};
+template <class... Fs>
+Overloaded(Fs...) -> Overloaded<Fs...>;
+
 template <class E>
 EnumRef EnumOf(E* member) {
   constexpr auto& kNames = EnumNames<E>::kNames;

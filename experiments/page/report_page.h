@@ -19,7 +19,7 @@ struct LinkedTrial {
   std::vector<report::Fact> facts = {};
   std::string note = {};  // why it has no traces
   std::vector<report::Command> commands = {};
-  // Names of parts of the page: a trial's model (trial_model.h), and its series where the model has
+  // Names of parts of the page: a trial's model (trial_page.h), and its series where the model has
   // none itself. Empty: no traces.
   std::string model = {}, series = {};
   TURBIDOCK_FIELDS(title, outcome, reason, facts, note, commands, model, series)

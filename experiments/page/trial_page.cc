@@ -2,21 +2,94 @@
 
 #include <fmt/format.h>
 
+#include <array>
+#include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <utility>
+#include <vector>
 
-#include "experiments/page/trial_model.h"
-#include "experiments/report/quantity.h"
+#include "experiments/config/yaml_fields.h"
+#include "experiments/report/table.h"
 #include "experiments/system/output_path.h"
 #include "experiments/trial/series.h"
 #include "experiments/trial/trial.h"
+#include "experiments/trial/trial_view.h"
+#include "sim/light/scattering.h"
 
 namespace turbidock::page {
 namespace {
 
 namespace fs = std::filesystem;
 using report::Json;
+
+// In the order of vehicle::Part.
+constexpr std::array kPartNames = {"environment", "hull", "pole", "marker", "station", "dock"};
+
+// Empty for a geom that is not drawn.
+std::string ShapeName(int type) {
+  static const std::map<int, std::string> kNames = {
+      {mjGEOM_PLANE, "plane"},       {mjGEOM_SPHERE, "sphere"},
+      {mjGEOM_CAPSULE, "capsule"},   {mjGEOM_ELLIPSOID, "ellipsoid"},
+      {mjGEOM_CYLINDER, "cylinder"}, {mjGEOM_BOX, "box"},
+      {mjGEOM_MESH, "mesh"}};
+  const auto found = kNames.find(type);
+  return found == kNames.end() ? "" : found->second;
+}
+
+// The first numbers of an array of MuJoCo's.
+template <class T>
+Json Numbers(const T* values, int count) {
+  return Rounded(std::vector<T>(values, values + count));
+}
+
+Json MeshModel(const mjModel& m, int mesh) {
+  const int* f = m.mesh_face + 3L * m.mesh_faceadr[mesh];
+  return {
+      {"vertices_m", Numbers(m.mesh_vert + 3L * m.mesh_vertadr[mesh], 3 * m.mesh_vertnum[mesh])},
+      {"triangles", std::vector<int>(f, f + 3 * m.mesh_facenum[mesh])}};
+}
+
+Pose PoseOf(const mjtNum* p, const mjtNum* R) {
+  const Eigen::Matrix3d rows = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(R);
+  return {Eigen::Quaterniond(rows), {p[0], p[1], p[2]}};
+}
+
+// Leaves of a document, key by dotted key.
+void Flatten(const config::YamlNode& node, std::vector<std::pair<std::string, std::string>>* out) {
+  if (!node.IsMap()) {
+    out->emplace_back(node.path, node.OneLine());
+    return;
+  }
+  for (const auto& [key, inner] : node.Entries()) Flatten(inner, out);
+}
+
+std::vector<std::pair<std::string, std::string>> ValuesOf(const trial::Scenario& scenario) {
+  std::vector<std::pair<std::string, std::string>> values;
+  Flatten(config::ParseYaml(trial::SaveScenario(scenario), "scenario"), &values);
+  return values;
+}
+
+// How far cameras could see: where green light has left 2 % of a contrast; null without cameras.
+Json SightModel(const trial::Scenario& scenario) {
+  if (scenario.pose_source != trial::PoseSource::kCameras) return nullptr;
+  return Rounded(std::log(50) / light::MakeMedium(scenario.light.water).extinction_per_m()[1], 3);
+}
+
+Json RigModel(const StereoRig& rig) {
+  const auto camera = [](const MountedCamera& c) {
+    return Json{{"fx_px", c.fx_px},
+                {"fy_px", c.fy_px},
+                {"cx_px", c.cx_px},
+                {"cy_px", c.cy_px},
+                {"X_HC", PoseModel(c.X_HC)}};
+  };
+  return {{"width_px", rig.left.width_px},
+          {"height_px", rig.left.height_px},
+          {"left", camera(rig.left)},
+          {"right", camera(rig.right)}};
+}
 
 // Key frames, "cameras/000090_left.jpg" beside "000090_right.jpg": of frame 90.
 Json PicturesIn(const fs::path& folder, const trial::Scenario& scenario) {
@@ -54,6 +127,111 @@ Json NamesIn(const Json& record, const std::string& path = "") {
 }
 
 }  // namespace
+
+Json Rounded(Json json, int digits) {
+  if (json.is_structured())
+    for (Json& inner : json) inner = Rounded(std::move(inner), digits);
+  else if (json.is_number_float() && std::isfinite(json.get<double>()))
+    json = std::strtod(fmt::format("{:.{}g}", json.get<double>(), digits).c_str(), nullptr);
+  return json;
+}
+
+Json PoseModel(const Pose& pose) {
+  const Pose X = pose.Canonical();
+  return Rounded({X.p.x(), X.p.y(), X.p.z(), X.q.w(), X.q.x(), X.q.y(), X.q.z()});
+}
+
+Json SceneModel(const vehicle::Scene& scene) {
+  const mjModel& m = *scene.model;
+  const vehicle::MjDataPtr data(mj_makeData(&m));
+  mj_kinematics(&m, data.get());
+  const int vehicle = scene.vehicle_body;
+  const Pose X_VW = vehicle::BodyPose(*data, vehicle).Inverse();
+  const Pose X_MW = scene.X_WM.Inverse();  // the moored body's geoms are told in the marker's frame
+  constexpr int kContactsOnly = 3;
+  Json geoms = Json::array(), meshes = Json::array();
+  for (int g = 0; g < m.ngeom; ++g) {
+    const std::string shape = ShapeName(m.geom_type[g]);
+    if (m.geom_group[g] == kContactsOnly || shape.empty()) continue;
+    const int root = m.body_rootid[m.geom_bodyid[g]];
+    const bool on_vehicle = root == m.body_rootid[vehicle];
+    const bool in_moored_body = root == scene.moored_body.body;
+    const Pose X_WG = PoseOf(data->geom_xpos + 3L * g, data->geom_xmat + 9L * g);
+    const char* name = mj_id2name(&m, mjOBJ_GEOM, g);
+    Json geom = {{"name", name ? name : ""},
+                 {"part", kPartNames[static_cast<size_t>(scene.geom_part[static_cast<size_t>(g)])]},
+                 {"fixed_to", on_vehicle       ? "vehicle"
+                              : in_moored_body ? "moored_body"
+                                               : "world"},
+                 {"shape", shape},
+                 {"size_m", Numbers(m.geom_size + 3L * g, 3)},
+                 {"pose", PoseModel(on_vehicle       ? X_VW * X_WG
+                                    : in_moored_body ? X_MW * X_WG
+                                                     : X_WG)},
+                 {"rgba", Numbers(m.geom_rgba + 4L * g, 4)}};
+    if (shape == "mesh") {
+      geom["mesh"] = meshes.size();
+      meshes.push_back(MeshModel(m, m.geom_dataid[g]));
+    }
+    geoms.push_back(geom);
+  }
+  return {{"X_BH", PoseModel(scene.X_BH)},
+          {"X_WM", PoseModel(scene.X_WM)},
+          {"X_WD", PoseModel(scene.X_WD)},
+          {"geoms", geoms},
+          {"meshes", meshes}};
+}
+
+Json SettingsModel(const trial::Scenario& scenario) {
+  const trial::Scenario before = trial::ScenarioBefore(scenario.estimator.preset, scenario.optics,
+                                                       scenario.vehicle_model, scenario.plugins);
+  std::map<std::string, std::string> defaults;
+  for (const auto& [key, value] : ValuesOf(before)) defaults[key] = value;
+  Json list = Json::array();
+  for (const auto& [key, value] : ValuesOf(scenario)) {
+    // no scenario is without these: they have no default; of files a digest says nothing to people
+    if (key == "schema_version" || key == "description" || key == "seed" || key == "model_files")
+      continue;
+    if (key == "duration_s" || key == "model") defaults[key].clear();
+    if (defaults[key] != value)
+      list.push_back({{"key", key}, {"value", value}, {"default", defaults[key]}});
+  }
+  return list;
+}
+
+Json TrialModel(const trial::Scenario& scenario) {
+  Json stages = Json::array();
+  for (const auto& [stage, name] : EnumNames<control::Stage>::kNames) stages.push_back(name);
+  Json model = {
+      {"kind", "trial"},
+      {"title", fmt::format("{}, seed {}", scenario.description, scenario.seed)},
+      {"description", scenario.description},
+      {"seed", std::to_string(scenario.seed)},
+      {"duration_s", scenario.duration_s},
+      {"frames_per_second", scenario.clock.frames_per_second},
+      {"stages", stages},
+      {"colors", trial::kOnPaper},
+      {"limits", trial::CriteriaOf(scenario)},
+      {"sight_m", SightModel(scenario)},
+      {"night", scenario.faults.ambient_light.empty()},
+      {"rig", RigModel(scenario.rig.MakeRig())},
+      {"marker",
+       {{"balls", scenario.marker.balls}, {"outer_ring_ratio", scenario.marker.outer_ring_ratio}}},
+      {"scene", nullptr},
+      {"settings", Json::array()},
+      {"missing", Json::array()}};
+  try {
+    model["scene"] = SceneModel(vehicle::LoadScene(trial::SceneFilesOf(scenario), scenario.rig));
+  } catch (const ConfigError& error) {
+    model["missing"].push_back(fmt::format("No 3D replay: {}", error.what()));
+  }
+  try {
+    model["settings"] = SettingsModel(scenario);
+  } catch (const ConfigError& error) {
+    model["missing"].push_back(fmt::format("No comparison with the defaults: {}", error.what()));
+  }
+  return model;
+}
 
 Page TrialPage(const std::string& folder, const trial::Plugins& plugins) {
   const fs::path in(folder);

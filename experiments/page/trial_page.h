@@ -1,10 +1,12 @@
 #pragma once
-// The report of one trial.
+// A trial as the page's modules know it (README.md: the model of a trial), and its report.
 
 #include <string>
 
 #include "experiments/page/page.h"
-#include "experiments/trial/plugins.h"
+#include "experiments/report/json.h"
+#include "experiments/trial/scenario.h"
+#include "sim/vehicle/scene.h"
 
 namespace turbidock::page {
 
@@ -12,5 +14,23 @@ namespace turbidock::page {
 // cameras/ and video.mp4 where they are there. ConfigError for a folder that holds no trial; what
 // else is missing or cannot be read is said in the page.
 Page TrialPage(const std::string& folder, const trial::Plugins& plugins = {});
+
+// What is known of a trial before it runs: title, scene, rig, marker, limits, settings that differ
+// from what every scenario begins with. A live page adds to it as the trial goes on. What cannot be
+// had (the scene's file is elsewhere) is null and said in "missing".
+report::Json TrialModel(const trial::Scenario& scenario);
+
+// The scene as MuJoCo compiled it: every geom that is drawn, with shape, size, pose in the vehicle
+// or in the world, and colour.
+report::Json SceneModel(const vehicle::Scene& scene);
+
+// The keys whose values differ from what every scenario with these presets begins with.
+report::Json SettingsModel(const trial::Scenario& scenario);
+
+// x, y, z, qw, qx, qy, qz.
+report::Json PoseModel(const Pose& pose);
+
+// All its numbers, such as a trial::Series's, in so many digits.
+report::Json Rounded(report::Json json, int digits = 6);
 
 }  // namespace turbidock::page

@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <optional>
 
-#include "experiments/config/overloaded.h"
 #include "experiments/config/yaml_fields.h"
 #include "experiments/python/bindings.h"
 #include "experiments/trial/trial_record.h"

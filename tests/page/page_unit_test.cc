@@ -12,7 +12,6 @@
 #include "experiments/batch/result_store.h"
 #include "experiments/page/batch_page.h"
 #include "experiments/page/report_page.h"
-#include "experiments/page/trial_model.h"
 #include "experiments/page/trial_page.h"
 #include "experiments/page/web_files.h"
 #include "experiments/report/report_json.h"

@@ -1,7 +1,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "experiments/report/quantity.h"
 #include "experiments/report/report.h"
 #include "experiments/report/report_json.h"
 

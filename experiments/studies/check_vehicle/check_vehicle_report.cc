@@ -5,7 +5,7 @@
 #include <numbers>
 #include <utility>
 
-#include "experiments/report/quantity.h"
+#include "experiments/report/table.h"
 #include "experiments/studies/check_vehicle/check_vehicle.h"
 #include "experiments/system/build_info.h"
 #include "sim/base/units.h"

@@ -10,7 +10,6 @@
 #include "experiments/batch/summary.h"
 #include "experiments/config/nearest_name.h"
 #include "experiments/config/yaml_node.h"
-#include "experiments/report/quantity.h"
 #include "experiments/statistics/paired_tests.h"
 #include "experiments/trial/record_columns.h"
 #include "sim/base/check.h"

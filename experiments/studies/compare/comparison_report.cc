@@ -5,10 +5,10 @@
 #include <tuple>
 
 #include "experiments/batch/summary.h"
+#include "experiments/page/batch_page.h"
 #include "experiments/page/report_page.h"
-#include "experiments/page/stored_trials.h"
-#include "experiments/report/quantity.h"
 #include "experiments/report/report_json.h"
+#include "experiments/report/table.h"
 #include "experiments/studies/compare/comparison.h"
 #include "experiments/system/plain_text.h"
 

@@ -7,7 +7,6 @@
 #include <sstream>
 #include <utility>
 
-#include "experiments/report/quantity.h"
 #include "experiments/report/table.h"
 #include "experiments/studies/gate/gate.h"
 

@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "experiments/media/jpeg.h"
-#include "experiments/page/trial_model.h"
+#include "experiments/page/trial_page.h"
 #include "experiments/trial/series.h"
 
 namespace turbidock::live {

@@ -9,7 +9,6 @@
 
 #include "experiments/batch/summary.h"
 #include "experiments/config/yaml_fields.h"
-#include "experiments/report/quantity.h"
 #include "experiments/report/table.h"
 
 namespace turbidock::live {

@@ -103,13 +103,6 @@ std::vector<CellResult> RunCells(const Scenarios& scenarios,
 // Runs a cell: the work of a task. `plugins`: the scenario's.
 batch::Work CellWork(const trial::Plugins& plugins);
 
-// F near the true pose: what the search ends with, without the search, for a calibration, which
-// asks a thousand times. F of a frame is the best of some hundred poses, most of them about the
-// true one; the rest, farther away, find what noise happens to agree with when the marker is lost.
-// That is within 0.04 of F by the search. Deterministic. `view` is the cell's.
-CellResult RunNearTruth(const trial::FixedView& view, const trial::Scenario& scenario,
-                        const RecognitionCell& cell, int frames);
-
 // As a report and for programs. `table` (table.h) is empty or belongs to the results row by row.
 struct TableRow;
 

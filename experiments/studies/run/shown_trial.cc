@@ -16,7 +16,7 @@
 #include "experiments/media/mp4_writer.h"
 #include "experiments/page/trial_page.h"
 #include "experiments/report/json.h"
-#include "experiments/report/quantity.h"
+#include "experiments/report/table.h"
 #include "experiments/studies/run/trial_figure.h"
 #include "experiments/studies/run/trial_video.h"
 #include "experiments/system/output_path.h"
@@ -47,12 +47,13 @@ std::string CostOfFrame(const trial::TrialResult& result, StageTimer* timer) {
   const auto ms = [&](double sum_s) {
     return 1000 * sum_s / static_cast<double>(result.log.frames.size());
   };
-  std::string text = fmt::format("  a frame takes {:.2f} ms",
-                                 ms(std::accumulate(seconds.begin(), seconds.end(), 0.0)));
+  std::vector<std::string> stages;
   for (const auto& [stage, name] : EnumNames<LoopStage>::kNames)
-    text += fmt::format("{} {} {:.2f}", stage == LoopStage::kRender ? ":" : ",",
-                        report::Words(name), ms(seconds[static_cast<size_t>(stage)]));
-  return text;
+    if (const double sum_s = seconds[static_cast<size_t>(stage)]; sum_s > 0)
+      stages.push_back(fmt::format("{} {:.2f}", report::Words(name), ms(sum_s)));
+  return fmt::format("  a frame takes {:.2f} ms: {}",
+                     ms(std::accumulate(seconds.begin(), seconds.end(), 0.0)),
+                     fmt::join(stages, ", "));
 }
 
 // Every how many frames a picture of what both cameras saw is kept: two a second, fewer in a long

@@ -8,7 +8,7 @@
 
 #include "control/axes.h"
 #include "experiments/media/figure.h"
-#include "experiments/report/quantity.h"
+#include "experiments/report/table.h"
 #include "sim/base/check.h"
 #include "sim/base/units.h"
 

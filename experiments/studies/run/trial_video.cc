@@ -9,7 +9,7 @@
 
 #include "control/axes.h"
 #include "experiments/media/draw_balls.h"
-#include "experiments/report/quantity.h"
+#include "experiments/report/table.h"
 #include "sim/base/units.h"
 
 namespace turbidock::run {

@@ -4,7 +4,6 @@
 #include <numbers>
 #include <optional>
 
-#include "experiments/report/quantity.h"
 #include "experiments/studies/step_response/step_response.h"
 #include "experiments/system/build_info.h"
 #include "experiments/trial/trial_view.h"

@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "experiments/batch/summary.h"
-#include "experiments/report/quantity.h"
+#include "experiments/report/table.h"
 #include "experiments/studies/tuning/tuner.h"
 #include "experiments/system/build_info.h"
 

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "experiments/studies/recognition/recognition.h"
+#include "experiments/studies/recognition/calibration.h"
 
 namespace turbidock::recognition {
 namespace {
