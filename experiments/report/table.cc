@@ -6,6 +6,7 @@
 #include <array>
 #include <charconv>
 #include <numbers>
+#include <regex>
 
 namespace turbidock::report {
 namespace {

@@ -3,9 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <boost/asio/ip/address.hpp>
 #include <random>
-#include <regex>
 #include <string>
 #include <string_view>
 
@@ -34,12 +34,13 @@ inline bool AreSame(std::string_view a, std::string_view b) {
 // loopback. The port may be that of a tunnel.
 inline bool IsOwnHost(std::string_view host, std::string_view address) {
   // a name, or an IPv6 address in brackets, and perhaps a port
-  static const std::regex form(R"((\[([^\]]+)\]|([^:]+))(:[0-9]{1,5})?)");
-  constexpr size_t kLongest = 300;  // of a name, and a bound for the expression's work
-  std::cmatch match;
-  if (host.size() > kLongest || !std::regex_match(host.begin(), host.end(), match, form))
-    return false;
-  const std::string name = match[2].matched ? match[2] : match[3];
+  const size_t bracket = host.starts_with('[') ? 1 : 0;
+  const size_t end = std::min(host.find(bracket == 1 ? ']' : ':'), host.size());
+  const std::string name(host.substr(bracket, end - bracket));
+  const std::string_view port = host.substr(std::min(end + bracket, host.size()));
+  const bool is_port = port.size() >= 2 && port.size() <= 6 && port[0] == ':' &&
+                       port.find_first_not_of("0123456789", 1) == std::string_view::npos;
+  if (name.empty() || end + bracket > host.size() || !(port.empty() || is_port)) return false;
   if (name == "localhost") return true;
   boost::system::error_code none, other;
   const auto literal = boost::asio::ip::make_address(name, none),

@@ -129,7 +129,7 @@ struct Server::Work {
     }
 
     Work& work;
-    websocket::stream<beast::tcp_stream> socket;
+    websocket::stream<beast::tcp_stream, /*deflateSupported=*/false> socket;
     std::unique_ptr<Tab> tab;
     beast::flat_buffer buffer;
     std::string message;

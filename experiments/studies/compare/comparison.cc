@@ -220,7 +220,8 @@ Comparison ComparePairs(const std::vector<TrialPair>& pairs, const ComparisonOpt
                     .trial_a = pair.trial_a,
                     .trial_b = pair.trial_b,
                     .failure = in_a ? pair.b.failure : pair.a.failure,
-                    .parameters = Text(pair.parameters)});
+                    .parameters = Text(pair.parameters),
+                    .shared = pair.parameters});
   }
   const auto differing = static_cast<double>(comparison.lost.size() + comparison.gained.size());
   comparison.least_difference_seen = statistics::LeastDifferenceSeen(
@@ -230,10 +231,13 @@ Comparison ComparePairs(const std::vector<TrialPair>& pairs, const ComparisonOpt
     std::vector<batch::Parameter> shared;
     for (size_t i = 0; i < values.size(); ++i) shared.push_back({options.by[i], values[i]});
     const std::string name = shared.empty() ? "all" : Text(shared);
-    comparison.changes.push_back(CompareDocking(name, of));
+    std::vector<Change> changes = {CompareDocking(name, of)};
     for (const trial::Metric& metric : ComparedMetrics())
-      if (const auto change = CompareMetric(name, of, metric))
-        comparison.changes.push_back(*change);
+      if (const auto change = CompareMetric(name, of, metric)) changes.push_back(*change);
+    for (Change& change : changes) {
+      change.shared = shared;
+      comparison.changes.push_back(change);
+    }
   }
   if (groups.size() > 1) comparison.changes.push_back(CompareDocking("all together", pairs));
   MarkSignificant(&comparison.changes);

@@ -42,6 +42,7 @@ struct Flip {
   int64_t seed = 0, trial_a = 0, trial_b = 0;
   trial::Failure failure = trial::Failure::kNone;  // of the other side
   std::string parameters;                          // "sea.state=calm water.milk_ml_m3=20"
+  std::vector<batch::Parameter> shared = {};       // these
 
   std::string Link() const;  // what opens both in a page
   TURBIDOCK_FIELDS(seed, trial_a, trial_b, failure, parameters)
@@ -60,6 +61,7 @@ struct Change {
   std::optional<statistics::Interval> interval_95{};  // of the difference
   double p_value = 1;        // two-sided: McNemar's exact test, or the sign test, which is the same
   bool significant = false;  // among all rates, or all metrics, that are compared: Holm at 0.05
+  std::vector<batch::Parameter> shared = {};  // those of the group
 
   bool is_rate() const { return metric == kDocked; }
   TURBIDOCK_FIELDS(group, metric, pairs, a, b, difference, interval_95, p_value, significant)

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <regex>
 #include <tuple>
 
 #include "experiments/batch/summary.h"
@@ -18,18 +17,20 @@ namespace {
 using report::Cell;
 using report::Tone;
 
-// "water milk 20 ml/m³, controller lqg" of "water.milk_ml_m3=20 controller=lqg"; itself of a word.
-std::string Named(const std::string& parameters) {
-  static const std::regex kAssignment("([^ =]+)=(.*?)(?= [^ =]+=|$)");
+// "water milk 20 ml/m³, controller lqg".
+std::string Named(const std::vector<batch::Parameter>& parameters) {
   std::string text;
-  for (std::sregex_iterator at(parameters.begin(), parameters.end(), kAssignment), end; at != end;
-       ++at) {
-    const std::string key = at->str(1);
+  for (const auto& [key, value] : parameters) {
     const report::Quantity name = batch::NameOfKey(key);
     text += fmt::format("{}{} {}", text.empty() ? "" : ", ", name.label,
-                        name.Text(batch::ValueText(key, at->str(2))));
+                        name.Text(batch::ValueText(key, value)));
   }
-  return text.empty() ? parameters : text;
+  return text;
+}
+
+// Of a change: its parameters, or its word where it has none.
+std::string GroupOf(const Change& change) {
+  return change.shared.empty() ? change.group : Named(change.shared);
 }
 
 report::Section DifferencesSection(const Comparison& comparison) {
@@ -71,7 +72,7 @@ report::Section FlippedSection(const Comparison& comparison) {
   const auto add = [&](const std::vector<Flip>& flips, const Cell& what) {
     for (const Flip& flip : flips)
       table.Row({Cell(std::to_string(flip.seed), Tone::kNone, flip.Link()), what,
-                 Named(flip.parameters), std::to_string(flip.trial_a), std::to_string(flip.trial_b),
+                 Named(flip.shared), std::to_string(flip.trial_a), std::to_string(flip.trial_b),
                  report::Words(NameOf(flip.failure))});
   };
   add(comparison.lost, Cell("lost", Tone::kBad));
@@ -100,9 +101,8 @@ report::Section DifferencePlot(const Comparison& comparison) {
   for (const Change& c : comparison.changes) {
     if (!c.is_rate()) continue;
     const auto at = static_cast<double>(x.names.size());
-    x.names.push_back(is_one && c.group.starts_with(by[0])
-                          ? batch::ValueText(by[0], c.group.substr(by[0].size() + 1))
-                          : Named(c.group));
+    x.names.push_back(is_one && !c.shared.empty() ? batch::ValueText(by[0], c.shared[0].value)
+                                                  : GroupOf(c));
     series.points.push_back(report::SampleWithin(at, c.difference, *c.interval_95, /*unit=*/100));
     lowest = std::min(lowest, series.points.back().low);
     highest = std::max(highest, series.points.back().high);
@@ -161,7 +161,7 @@ report::Section ChangeSection(const Comparison& comparison) {
     if (c.interval_95)
       difference +=
           fmt::format(" [{}, {}]", change(c.interval_95->low), change(c.interval_95->high));
-    table.Row({Named(c.group), quantity.Title(), text(c.a), text(c.b), difference,
+    table.Row({GroupOf(c), quantity.Title(), text(c.a), text(c.b), difference,
                std::to_string(c.pairs), report::PValue(c.p_value),
                c.significant ? Cell("significant", ToneOf(c)) : Cell()});
   }
