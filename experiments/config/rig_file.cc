@@ -67,8 +67,7 @@ RigFromFile RigOf(const Calibration& calibration, const ImageSize& images) {
     throw ConfigError(where +
                       ": T: the right camera is on the left of the left one; exchange the "
                       "cameras, or give as T where the left one is in the right one's frame");
-  if (R_LR(2, 2) <= 0)
-    throw ConfigError(where + ": R: the cameras look more than 90° apart");
+  if (R_LR(2, 2) <= 0) throw ConfigError(where + ": R: the cameras look more than 90° apart");
   const bool is_level = p_LR.x() > std::sqrt(0.5) * baseline_m;
   const Eigen::Vector3d axes = Eigen::Vector3d::UnitZ() + R_LR.col(2);
   const Eigen::Vector3d left_of_head =

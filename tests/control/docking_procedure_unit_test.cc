@@ -362,10 +362,9 @@ TEST(DockingProcedure, AnErrorBeyondTheAllowanceFallsBackToServoing) {
   struct {
     double y_m, z_m, yaw_rad;
     const char* reason;
-  } const outside[] = {
-      {0.0401, 0, 0, "y +40.1 mm, allowed 40.0 mm"},    {-0.0401, 0, 0, "y -40.1 mm"},
-      {0, 0.0401, 0, "z +40.1 mm, allowed 40.0 mm"},    {0, -0.0401, 0, "z -40.1 mm"},
-      {0, 0, 0.263, "yaw +15.1°, allowed 15.0°"}, {0, 0, -0.263, "yaw -15.1°"}};
+  } const outside[] = {{0.0401, 0, 0, "y +40.1 mm, allowed 40.0 mm"}, {-0.0401, 0, 0, "y -40.1 mm"},
+                       {0, 0.0401, 0, "z +40.1 mm, allowed 40.0 mm"}, {0, -0.0401, 0, "z -40.1 mm"},
+                       {0, 0, 0.263, "yaw +15.1°, allowed 15.0°"},    {0, 0, -0.263, "yaw -15.1°"}};
   for (const auto& e : outside) {
     Script script;
     script.ToDocking();
