@@ -18,6 +18,7 @@ void AddList(CommandLine& line);
   namespace turbidock::study {        \
   void Add(app::CommandLine& line);   \
   }
+TURBIDOCK_COMMAND(bench, AddBench)
 TURBIDOCK_COMMAND(check_vehicle, AddCheckVehicle)
 TURBIDOCK_COMMAND(compare, AddCompare)
 TURBIDOCK_COMMAND(dataset, AddDataset)

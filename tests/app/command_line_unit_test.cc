@@ -198,8 +198,8 @@ TEST_F(CommandLine, NumbersOfOptionsAreFiniteAndWithinTheirRange) {
 }
 
 TEST_F(CommandLine, HelpShowsValuesRangesAndDefaults) {
-  const std::string help = RunProgram({"dataset", "--help"}).out;
-  EXPECT_THAT(help, HasSubstr("--pairs-per-shard INT:1 to 100000=250"));
+  const std::string help = RunProgram({"bench", "--help"}).out;
+  EXPECT_THAT(help, HasSubstr("--frames INT:2 to 1000000=600"));
   EXPECT_THAT(help, HasSubstr("--set KEY=VALUE"));
   EXPECT_THAT(help, Not(HasSubstr("=0")));
 }

@@ -61,7 +61,7 @@ TEST_F(FilesOfOthers, GainsAreReadOverAPlanAndUnderSet) {
   arguments.gains = File("g.yaml", "procedure:\n  docking_rate_mps: fast\n");
   EXPECT_THAT(testing::MessageOf([&] { arguments.Load(); }),
               HasSubstr("g.yaml:2: procedure.docking_rate_mps = 'fast', must be a number"));
-  for (const char* command : {"run", "view", "batch", "gate", "dataset", "step-response"})
+  for (const char* command : {"run", "view", "batch", "gate", "bench", "dataset", "step-response"})
     EXPECT_THAT(testing::RunProgram({command, "--help"}).out, HasSubstr("--gains")) << command;
 }
 

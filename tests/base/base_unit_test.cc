@@ -10,7 +10,6 @@
 #include "sim/base/clock.h"
 #include "sim/base/digest.h"
 #include "sim/base/image.h"
-#include "sim/base/stage_timer.h"
 #include "sim/base/units.h"
 
 namespace turbidock {
@@ -119,21 +118,6 @@ TEST(Stereo, IsReachedBySide) {
 TEST(Dotted, AKeyAtTheTopStandsAlone) {
   EXPECT_EQ(JoinKey("", "seed"), "seed");
   EXPECT_EQ(JoinKey("sea.tether", "length_m"), "sea.tether.length_m");
-}
-
-TEST(StageTimer, EveryLapCountsOnce) {
-  StageTimer timer;
-  Lap(&timer, LoopStage::kWater);
-  Lap(&timer, LoopStage::kWater);
-  Lap(&timer, LoopStage::kLog);
-  const StageTimer::Seconds seconds = timer.Take();
-  for (size_t k = 0; k < kLoopStages; ++k) {
-    const bool lapped =
-        k == static_cast<size_t>(LoopStage::kWater) || k == static_cast<size_t>(LoopStage::kLog);
-    EXPECT_EQ(seconds[k] > 0, lapped) << k;
-  }
-  EXPECT_EQ(timer.Take(), StageTimer::Seconds{});
-  Lap(nullptr, LoopStage::kWater);  // nobody wants to know
 }
 
 }  // namespace

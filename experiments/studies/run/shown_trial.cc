@@ -6,7 +6,6 @@
 #include <cstdio>
 #include <filesystem>
 #include <map>
-#include <numeric>
 
 #include "experiments/app/commands.h"
 #include "experiments/app/progress.h"
@@ -21,7 +20,6 @@
 #include "experiments/studies/run/trial_video.h"
 #include "experiments/system/output_path.h"
 #include "experiments/trial/trial_view.h"
-#include "sim/base/stage_timer.h"
 #include "sim/base/units.h"
 #include "vision/overlay.h"
 
@@ -39,21 +37,6 @@ std::string Summary(const trial::TrialResult& result) {
       NameOf(result.outcome), report::Spoken(result.reason), result.time_s, units::MmFromM(t.x_m),
       units::MmFromM(t.y_m), units::MmFromM(t.z_m), units::DegFromRad(t.yaw_rad),
       result.fitness_mean, result.returns_to_servoing, result.real_time_factor, result.digest);
-}
-
-// "a frame takes 2.39 ms: render 0.61, read back 0.14, ...".
-std::string CostOfFrame(const trial::TrialResult& result, StageTimer* timer) {
-  const StageTimer::Seconds seconds = timer->Take();
-  const auto ms = [&](double sum_s) {
-    return 1000 * sum_s / static_cast<double>(result.log.frames.size());
-  };
-  std::vector<std::string> stages;
-  for (const auto& [stage, name] : EnumNames<LoopStage>::kNames)
-    if (const double sum_s = seconds[static_cast<size_t>(stage)]; sum_s > 0)
-      stages.push_back(fmt::format("{} {:.2f}", report::Words(name), ms(sum_s)));
-  return fmt::format("  a frame takes {:.2f} ms: {}",
-                     ms(std::accumulate(seconds.begin(), seconds.end(), 0.0)),
-                     fmt::join(stages, ", "));
 }
 
 // Every how many frames a picture of what both cameras saw is kept: two a second, fewer in a long
@@ -185,11 +168,8 @@ trial::TrialResult RunShownTrial(const trial::Scenario& scenario, const ShownTri
   };
   options.on_remark = [&](const std::string& remark) { progress.Say(remark); };
   options.stop_requested = app::CatchStopSignals();
-  StageTimer timer;
-  options.timer = &timer;
   trial::TrialResult result = trial::RunTrial(scenario, options);
   progress.Say(Summary(result));
-  progress.Say(CostOfFrame(result, &timer));
   // The numbers first: what fails later does not take them along.
   if (shown.out) trial::WriteRecords(*shown.out, scenario, result);
   if (shown.json) std::fputs(report::JsonText(result).c_str(), stdout);

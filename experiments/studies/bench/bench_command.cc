@@ -1,0 +1,56 @@
+#include <string>
+#include <vector>
+
+#include "experiments/app/commands.h"
+#include "experiments/app/progress.h"
+#include "experiments/app/report_output.h"
+#include "experiments/studies/bench/bench.h"
+
+namespace turbidock::bench {
+namespace {
+
+struct BenchArguments {
+  // The active and the passive marker: light from the balls, light from the lamps.
+  std::vector<std::string> scenarios = {"sea_night_active", "pool_passive"}, assignments;
+  std::string gains;
+  BenchOptions options;
+  bool json = false, quiet = false;
+};
+
+int Bench(const BenchArguments& arguments) {
+  std::vector<trial::Scenario> scenarios;
+  for (const std::string& name : arguments.scenarios)
+    scenarios.push_back(trial::LoadScenario(name, arguments.assignments, arguments.gains));
+  app::Progress progress(arguments.quiet);
+  BenchOptions options = arguments.options;
+  std::vector<BenchResult> results;
+  for (const trial::Scenario& scenario : scenarios) {
+    progress.Say(scenario.description + ": the loop and bare rendering by turns");
+    options.on_repeat = [&](int done) {
+      progress.ShowDone(static_cast<int>(results.size()) * options.repeats + done,
+                        static_cast<int>(scenarios.size()) * options.repeats, "trials", 10);
+    };
+    results.push_back(RunBench(scenario, options));
+  }
+  const report::Json result = ResultJson(results);
+  app::PrintReport(ReportOf(result), result, arguments.json);
+  return app::kExitDone;
+}
+
+}  // namespace
+
+void AddBench(app::CommandLine& line) {
+  auto [bench, arguments] = line.Add(
+      "bench", "Time the closed loop, stage by stage, against bare rendering of the same views",
+      &Bench);
+  bench.Add("scenario", arguments.scenarios, "YAML files or names of bundled scenarios");
+  bench.AddSet(arguments.assignments, "Set one key in all of them, such as water.milk_ml_m3=20");
+  bench.AddGains(arguments.gains);
+  bench.Add("--frames", arguments.options.frames, "Frames of a trial").Between(2, 1000000);
+  bench.Add("--repeats", arguments.options.repeats, "Times that each trial is run")
+      .Between(1, 1000);
+  bench.AddJson(arguments.json);
+  bench.AddQuiet(arguments.quiet);
+}
+
+}  // namespace turbidock::bench

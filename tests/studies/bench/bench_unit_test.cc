@@ -1,0 +1,121 @@
+// The bench: its stages add up, its repeats are the same trial, and timing a trial changes nothing.
+
+#include "experiments/studies/bench/bench.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "experiments/trial/trial.h"
+#include "tests/support/program.h"
+
+namespace turbidock::bench {
+namespace {
+
+using testing::ProgramEnd;
+using testing::RunProgram;
+
+TEST(StageTimer, EveryLapCountsOnce) {
+  StageTimer timer;
+  Lap(&timer, LoopStage::kWater);
+  Lap(&timer, LoopStage::kWater);
+  Lap(&timer, LoopStage::kLog);
+  const StageTimer::Seconds seconds = timer.Take();
+  for (size_t k = 0; k < kLoopStages; ++k) {
+    const bool lapped =
+        k == static_cast<size_t>(LoopStage::kWater) || k == static_cast<size_t>(LoopStage::kLog);
+    EXPECT_EQ(seconds[k] > 0, lapped) << k;
+  }
+  EXPECT_EQ(timer.Take(), StageTimer::Seconds{});
+  Lap(nullptr, LoopStage::kWater);  // nobody wants to know
+}
+
+TEST(Bench, ATrialOfOneFrameIsRefused) {
+  const ProgramEnd end = RunProgram(
+      {"bench", "pool_active", "--frames", "2", "--repeats", "1", "--set", "duration_s=0.001"});
+  EXPECT_EQ(end.exit_code, 2);
+  EXPECT_EQ(end.out, "");
+  EXPECT_THAT(end.err, ::testing::HasSubstr("ends after 1 frame; timing it takes 2 at least"));
+}
+
+TEST(Bench, TimesTheTrialItself) {
+  const trial::Scenario scenario = trial::LoadScenario(
+      "pool_passive", {"rig.width_px=160", "rig.height_px=120", "duration_s=3"});
+  std::vector<int> done;
+  BenchOptions options;
+  options.frames = 40;
+  options.repeats = 2;
+  options.on_repeat = [&](int now) { done.push_back(now); };
+  const BenchResult result = RunBench(scenario, options);
+  EXPECT_EQ(done, (std::vector{1, 2}));
+  ASSERT_EQ(result.repeats.size(), 2u);
+  const Times times = MedianTimes(result.repeats);
+  EXPECT_EQ(times.frames, 40);
+  EXPECT_LE(times.evaluations / 40, 540);  // 60 + 20 * 24, refinement included
+  EXPECT_GE(times.evaluations / 40, 537);  // three refined poses at most
+
+  for (size_t k = 0; k < kLoopStages; ++k) EXPECT_GT(times.stages_s[k], 0) << k;
+  EXPECT_GT(times.bare_s, 0);
+  EXPECT_NEAR(times.simulated_s, 40 / 30.0, 1e-9);
+
+  // Without a stopwatch it is the same trial.
+  trial::Scenario as_long = scenario;
+  as_long.duration_s = 40 / 30.0;
+  EXPECT_EQ(trial::RunTrial(as_long).digest, result.digest);
+}
+
+// By hand: of each block the repeat with the median time, of the trial the sum of its blocks.
+TEST(Bench, ResultsAreMediansOfRepeatsAndSumsOfBlocks) {
+  const auto block = [](int frames, double frame_s, double bare_s) {
+    Times one{.frames = frames,
+              .simulated_s = 0.05 * frames,
+              .bare_s = bare_s * frames,
+              .evaluations = 100.0 * frames};
+    one.stages_s.fill(frame_s * frames / kLoopStages);
+    return one;
+  };
+  const report::Json json =
+      ResultJson({{.scenario = "made up",
+                   .renderer = "none",
+                   .repeats = {{block(30, 0.01, 0.01), block(10, 0.04, 0.01)},
+                               {block(30, 0.02, 0.02), block(10, 0.03, 0.03)},
+                               {block(30, 0.09, 0.03), block(10, 0.02, 0.02)}}}});
+  EXPECT_EQ(json["frames"], 40);
+  const double frame_ms = 1000 * (30 * 0.02 + 10 * 0.03) / 40;
+  EXPECT_NEAR(json["frame_ms"], frame_ms, 1e-9);
+  EXPECT_NEAR(json["bare_render_ms"], 20, 1e-9);
+  EXPECT_NEAR(json["ratio_to_bare_render"], frame_ms / 20, 1e-9);
+  EXPECT_NEAR(json["real_time_factor"], 50 / frame_ms, 1e-9);
+  EXPECT_NEAR(json["evaluations_per_frame"], 100, 1e-9);
+  EXPECT_NEAR(json["evaluations_per_s"], 1e5 * kLoopStages / frame_ms, 1e-6);
+  EXPECT_EQ(json["scenarios"][0]["frame_ms"], json["frame_ms"]);
+}
+
+TEST(BenchCommand, PrintsTheContractsKeys) {
+  const ProgramEnd end =
+      RunProgram({"bench", "pool_active", "--set", "rig.width_px=160", "--set", "rig.height_px=120",
+                  "--frames", "31", "--repeats", "1", "--json"});
+  ASSERT_EQ(end.exit_code, 0) << end.err;
+  const auto json = nlohmann::json::parse(end.out);
+  for (const char* key : {"frame_ms", "bare_render_ms", "ratio_to_bare_render", "real_time_factor",
+                          "evaluations_per_s"})
+    EXPECT_GT(json.at(key), 0.0) << key;
+  double sum = 0;
+  for (const double ms : json.at("stages_ms")) sum += ms;
+  EXPECT_NEAR(sum, json.at("frame_ms"), 1e-9);
+  EXPECT_EQ(json.at("stages_ms").size(), kLoopStages);
+  EXPECT_EQ(json.at("scenarios").size(), 1u);
+  EXPECT_EQ(json.at("scenarios")[0].at("frame_ms"), json.at("frame_ms"));
+  EXPECT_EQ(json.at("kind"), "bench");
+}
+
+TEST(BenchCommand, BadInput) {
+  EXPECT_EQ(RunProgram({"bench", "no_such_scenario"}).exit_code, 2);
+  EXPECT_EQ(RunProgram({"bench", "--frames", "1"}).exit_code, 2);
+  EXPECT_EQ(RunProgram({"bench", "--repeats", "0"}).exit_code, 2);
+  EXPECT_EQ(RunProgram({"bench", "--set", "no.such_key=1"}).exit_code, 2);
+}
+
+}  // namespace
+}  // namespace turbidock::bench
