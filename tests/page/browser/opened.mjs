@@ -54,30 +54,32 @@ export async function open(name, width, options = {}) {
   return {page, complaints, requests, close: () => context.close()};
 }
 
-/** Shares of pixels of each canvas that differ from its most frequent colour, and how many colours there are. */
+/** Of each canvas that is shown: the share of pixels unlike its most frequent colour, and how many colours it has. */
 export const drawn = page =>
   page.evaluate(() =>
-    [...document.querySelectorAll('canvas')].map(canvas => {
-      const copy = document.createElement('canvas');
-      copy.width = canvas.width;
-      copy.height = canvas.height;
-      const c = copy.getContext('2d');
-      c.drawImage(canvas, 0, 0);
-      const {data} = c.getImageData(0, 0, copy.width, copy.height);
-      const counts = new Map();
-      for (let i = 0; i < data.length; i += 4) {
-        const key = `${data[i] >> 4},${data[i + 1] >> 4},${data[i + 2] >> 4},${data[i + 3] >> 6}`;
-        counts.set(key, (counts.get(key) || 0) + 1);
-      }
-      const most = Math.max(...counts.values());
-      return {
-        label: canvas.getAttribute('aria-label'),
-        scene: canvas.classList.contains('scene'),
-        plot: Boolean(canvas.closest('.plot')),
-        other: 1 - most / (data.length / 4),
-        colors: counts.size,
-      };
-    }),
+    [...document.querySelectorAll('canvas')]
+      .filter(canvas => canvas.clientWidth > 0)
+      .map(canvas => {
+        const copy = document.createElement('canvas');
+        copy.width = canvas.width;
+        copy.height = canvas.height;
+        const c = copy.getContext('2d');
+        c.drawImage(canvas, 0, 0);
+        const {data} = c.getImageData(0, 0, copy.width, copy.height);
+        const counts = new Map();
+        for (let i = 0; i < data.length; i += 4) {
+          const key = `${data[i] >> 4},${data[i + 1] >> 4},${data[i + 2] >> 4},${data[i + 3] >> 6}`;
+          counts.set(key, (counts.get(key) || 0) + 1);
+        }
+        const most = Math.max(...counts.values());
+        return {
+          label: canvas.getAttribute('aria-label'),
+          scene: canvas.classList.contains('scene'),
+          plot: Boolean(canvas.closest('.plot')),
+          other: 1 - most / (data.length / 4),
+          colors: counts.size,
+        };
+      }),
   );
 
 export const isDrawn = plot => plot.other > 0.004 && plot.colors > 2;
