@@ -77,6 +77,7 @@ GroupSummary SummaryOf(std::vector<std::string> group, bool whole_cells,
     errors_z_m.push_back(std::abs(r.final_error_true.z_m));
   }
   std::vector<statistics::Count> counts;
+  counts.reserve(strata.size());
   for (const auto& [name, count] : strata) counts.push_back(count);
   summary.wilson = statistics::StratifiedInterval(counts);
   summary.trials = std::ssize(members);
@@ -113,6 +114,7 @@ std::vector<GroupSummary> Summarise(const std::vector<StoredTrial>& trials,
       groups(&LessByValue);
   for (const StoredTrial& trial : trials) {
     std::vector<std::string> values;
+    values.reserve(keys.size());
     for (const std::string& key : keys) values.push_back(ValueIn(trial, key));
     groups[values].push_back(&trial);
   }
@@ -120,6 +122,7 @@ std::vector<GroupSummary> Summarise(const std::vector<StoredTrial>& trials,
     return trials.empty() || IsPlanned(trials.front(), key);
   });
   std::vector<GroupSummary> summaries;
+  summaries.reserve(groups.size());
   for (const auto& [values, members] : groups)
     summaries.push_back(SummaryOf(values, whole_cells, members));
   return summaries;
@@ -285,6 +288,7 @@ report::Section SuccessSection(const std::string& over, const std::vector<std::s
                                const std::vector<SuccessCurve>& curves) {
   const report::Quantity x = NameOfKey(over);
   std::vector<std::string> names;
+  names.reserve(by.size());
   for (const std::string& key : by) names.push_back(NameOfKey(key).label);
   report::Section section{
       .title = fmt::format("Success over {}{}", x.label,
