@@ -30,7 +30,8 @@ struct TagCells {
   std::vector<bool> white;
 
   bool operator()(int row, int column) const {
-    return white[static_cast<size_t>(row * across + column)];
+    const int cell = row * across + column;
+    return white[static_cast<size_t>(cell)];
   }
 };
 
