@@ -254,6 +254,8 @@ catch_task n3 0
 kill -CONT $caught
 { kill -9 $controller && wait $controller; } 2>/dev/null
 sleep 8
+# It forgets the jobs since it last saved: a number of theirs that it gave again would have the node drained.
+echo FirstJobId=1000 >>"$SLURM_CONF"
 start_controller
 controller_is_back() { scontrol ping | grep UP >/dev/null; }
 wait_for 60 "the controller does not come back" controller_is_back
