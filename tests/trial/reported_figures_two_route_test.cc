@@ -158,6 +158,17 @@ TEST(ReportedFigures, AnEstimateIsComparedWithTheTruthOfItsImage) {
   }
 }
 
+// Both cameras look a sixth of a degree aside, which no covariance knows.
+TEST(ReportedFigures, OfEstimatesThatClaimTooMuch) {
+  const TrialResult result = RunTrial(
+      LoadScenario("sea_night_active",
+                   {"seed=5", "duration_s=3",
+                    "faults.misalignments=[{camera: both, yaw_pitch_roll_rad: [0.003, 0, 0]}]"}));
+  EXPECT_GT(result.false_confidence_s, 1);
+  EXPECT_GT(result.normalised_error2_mean.value_or(0), 20);
+  ExpectReportedAsLogged(result, 30);
+}
+
 TEST(ReportedFigures, OfATrialThatIsLate) {
   const TrialResult result = RunTrial(
       LoadScenario("sea_night_active", {"seed=5", "pose_source=true_pose", "duration_s=6",
