@@ -220,9 +220,12 @@ class Reader {
       const double kg = Number(*inertial, "mass", "value");
       if (kg < 0) Fail("mass", "value", Attribute(*inertial, "mass.value"), "must be >= 0");
       const auto I = [&](const char* key) { return Number(*inertial, "inertia", key); };
-      Matrix3d I_L;
-      I_L << I("ixx"), I("ixy"), I("ixz"), I("ixy"), I("iyy"), I("iyz"), I("ixz"), I("iyz"),
-          I("izz");
+      // Read before the matrix is begun: what throws must not leave it half filled.
+      const Vector3d own(I("ixx"), I("iyy"), I("izz")), products(I("ixy"), I("ixz"), I("iyz"));
+      Matrix3d I_L = own.asDiagonal();
+      I_L(0, 1) = I_L(1, 0) = products.x();
+      I_L(0, 2) = I_L(2, 0) = products.y();
+      I_L(1, 2) = I_L(2, 1) = products.z();
       const Pose X_BQ = X_BL * OriginOf(*inertial);
       const Matrix3d R = X_BQ.q.toRotationMatrix();
       masses.push_back({kg, X_BQ.p, R * I_L * R.transpose()});
