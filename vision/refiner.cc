@@ -27,9 +27,8 @@ constexpr double kAgreed_px = 1;
 constexpr double kBloom_px = 2;  // how much all outlines may be wider or narrower
 
 // What the outline of one ball in one image is off by, beside what scatters from edge to edge: as a
-// whole, to the side. Fitted by likelihood to 500 right and detected estimates, half of simulated
-// and path-traced pairs, most of them altered; judged by the other half and by pairs traced anew
-// (assets/measured/estimator.md).
+// whole, to the side. Fitted by likelihood to 495 right and detected estimates of simulated and
+// path-traced pairs, most of them altered, and judged on 513 others (assets/measured/estimator.md).
 constexpr double kShift_px = 0.014;     // always
 constexpr double kShiftByBloom = 0.21;  // of what all outlines look narrower: shading does that
 constexpr double kShift2BySeen = 0.6;   // of the mean square by which outlines are off each other

@@ -109,7 +109,7 @@ std::string SaveGroup(const GroupRef& group);
 std::string ValueIn(const GroupRef& group, const std::string& key);
 std::vector<KeyDoc> ListGroupKeys(const GroupRef& group);
 
-// Functions of a variant's kinds as one visitor.
+// Joins a function for each kind of a variant, for std::visit.
 template <class... Fs>
 struct Overloaded : Fs... {
   using Fs::operator()...;
