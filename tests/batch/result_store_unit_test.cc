@@ -424,9 +424,11 @@ TEST_F(Store, AsCsvItHasOneRowATrial) {
 
 TEST_F(Store, SummarisesByAnyKey) {
   std::vector<StoredTrial> trials;
-  for (int64_t i = 0; i < 30; ++i)
+  for (int64_t i = 0; i < 30; ++i) {
     trials.push_back(Trial(i, i < 10 ? "9" : "10",
                            i % 3 == 0 ? trial::Failure::kFalseLock : trial::Failure::kNone));
+    trials.back().record.false_confidence_s = static_cast<double>(i);
+  }
   const auto groups = Summarise(trials, {"water.milk_ml_m3"});
   ASSERT_EQ(groups.size(), 2u);
   EXPECT_EQ(groups[0].group[0], "9");  // as numbers, not as words
@@ -434,6 +436,7 @@ TEST_F(Store, SummarisesByAnyKey) {
   EXPECT_EQ(groups[0].successes, 6);
   EXPECT_EQ(groups[1].failures.at("false_lock"), 6);
   EXPECT_NEAR(*groups[0].time_to_dock_s.median, 1.0 / 3 + 4.5, 1e-9);  // of 1, 2, 4, 5, 7, 8
+  EXPECT_NEAR(groups[0].false_confidence_s.value_or(0), 4.5, 1e-9);    // of 0 to 9
   EXPECT_EQ(groups[1].wilson.low, statistics::WilsonInterval(14, 20).low);
   EXPECT_EQ(Summarise(trials, {})[0].trials, 30);
   EXPECT_EQ(Summarise(trials, {"failure", "sea.state"}).size(), 2u);

@@ -3,7 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <boost/math/distributions/chi_squared.hpp>
+#include <cmath>
 #include <span>
+
+#include "vision/normalised_error.h"
 
 namespace turbidock::vision {
 namespace {
@@ -69,6 +73,24 @@ TEST(Detection, AsksForTheOutlinesOfEachBallAndOfTwoOnATrack) {
   EXPECT_FALSE(after(kTwoSeen, false));
   EXPECT_TRUE(after(kTwoSeen, true));
   EXPECT_FALSE(after(kOneSeen, true));
+}
+
+TEST(NormalisedError2, IsInStandardDeviationsSquared) {
+  PoseEstimate estimate;
+  const Pose true_X_HM{Eigen::Quaterniond(Eigen::AngleAxisd(0.02, Eigen::Vector3d::UnitZ())),
+                       {0.003, 0, 0}};
+  estimate.covariance = PoseCovariance::Zero();
+  estimate.covariance->diagonal() << 1e-6, 1e-6, 1e-6, 1e-4, 1e-4, 1e-4;  // 1 mm, 0.01 rad
+  EXPECT_FALSE(NormalisedError2(estimate, true_X_HM)) << "not detected";
+  estimate.detected = true;
+  EXPECT_NEAR(NormalisedError2(estimate, true_X_HM).value_or(0), 9 + 4, 1e-9);
+  estimate.covariance.reset();
+  EXPECT_FALSE(NormalisedError2(estimate, true_X_HM)) << "claims nothing";
+}
+
+TEST(NormalisedError2, ThreeSigmaIsWhereAsMuchLiesBelowAsInOneDimension) {
+  const double share = std::erf(3 / std::sqrt(2));
+  EXPECT_NEAR(boost::math::quantile(boost::math::chi_squared(6), share), kThreeSigma2, 0.01);
 }
 
 }  // namespace
