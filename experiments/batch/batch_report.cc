@@ -263,6 +263,8 @@ BatchSummary SummaryOf(const ResultStore& store, const std::string& file,
   summary.all = Summarise(trials, {})[0];
   if (IsBatch(summary)) summary.failures = FailuresSection(trials, summary.header);
   AddCurves(trials, options, &summary);
+  // Who tells so may be the one who just ran the last trial and holds the file still.
+  if (IsComplete(summary)) summary.running = false;
   return summary;
 }
 

@@ -93,7 +93,11 @@ TEST_F(BatchReport, SaysHowFarItIsAndWhatCameOut) {
 }
 
 TEST_F(BatchReport, KnowsWhenItIsCompleteRunningOrEmpty) {
-  EXPECT_EQ(ReportOf(Summary(Store(8, 8))).verdict.word, "complete");
+  {
+    const ResultStore held = Store(8, 8);
+    EXPECT_EQ(ReportOf(Summary(held)).verdict.word, "complete");
+    EXPECT_EQ(ResultJson(Summary(held))["running"], false);  // though its runner holds the file still
+  }
   std::filesystem::remove(file_);
   const ResultStore store = Store(8, 0);
   const report::Report report = ReportOf(Summary(store));

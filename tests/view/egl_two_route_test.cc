@@ -19,9 +19,9 @@ namespace {
 using testing::PosedScene;
 
 // llvmpipe draws the same either way; a GPU may decide otherwise about pixels on an edge, and
-// rounds vertices and depth in its own way.
+// rounds vertices and depth in its own way (NVIDIA H100: 2.0e-4 z^2 at most).
 constexpr double kDifferentSurfaceShare = 1e-3;
-constexpr double kDepthTol_m = 1e-4;  // times z^2
+constexpr double kDepthTol_m = 5e-4;  // times z^2
 
 std::vector<Pose> Poses() {
   return {Pose::Translation(1.3, 0.2, 0.1), Pose::Translation(0.36, 0.03, -0.02),

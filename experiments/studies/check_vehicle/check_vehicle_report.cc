@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <numbers>
 #include <utility>
 
@@ -147,14 +148,16 @@ report::Report ReportOf(const VehicleCheck& check) {
   const auto count = [](const std::vector<std::string>& list, const char* what) {
     return fmt::format("{} {}{}", list.size(), what, list.size() == 1 ? "" : "s");
   };
-  report::Report report{.kind = "check_vehicle",
-                        .title = fmt::format("{} in {}", check.vehicle, check.scenario),
-                        .build = system::VersionAndCommit(),
-                        .verdict = {ready ? "ready to dock" : "not ready to dock",
-                                    ready ? report::Tone::kGood : report::Tone::kBad,
-                                    fmt::format("{} and {}.", count(check.problems, "problem"),
-                                                count(check.warnings, "warning"))},
-                        .facts = FactsOf(check)};
+  report::Report report{
+      .kind = "check_vehicle",
+      .title = fmt::format("{} in {}", std::filesystem::path(check.vehicle).filename().string(),
+                           check.scenario),
+      .build = system::VersionAndCommit(),
+      .verdict = {ready ? "ready to dock" : "not ready to dock",
+                  ready ? report::Tone::kGood : report::Tone::kBad,
+                  fmt::format("{} and {}.", count(check.problems, "problem"),
+                              count(check.warnings, "warning"))},
+      .facts = FactsOf(check)};
   if (!ready) report.sections.push_back({.title = "Problems", .lines = check.problems});
   if (!check.warnings.empty())
     report.sections.push_back({.title = "Warnings", .lines = check.warnings});

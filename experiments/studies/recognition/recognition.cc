@@ -31,8 +31,7 @@ CellResult RunCell(const trial::Scenario& scenario, const RecognitionCell& cell,
     const double error_m = (estimate.X_HM.p - view.X_HM.p).norm();
     const bool is_right =
         error_m <= 0.02 && AngleBetween(estimate.X_HM.q, view.X_HM.q) <= units::RadFromDeg(5);
-    if (estimate.fitness >= scenario.procedure.lost_fitness)
-      ++(is_right ? result.right : result.wrong_and_sure);
+    if (estimate.detected) ++(is_right ? result.right : result.wrong_and_sure);
     result.position_error_mean_m += error_m;
     result.last_X_HM = estimate.X_HM;
   }

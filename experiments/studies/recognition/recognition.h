@@ -53,8 +53,7 @@ struct CellResult {
   double fitness_mean = 0, fitness_std = 0;
   Area area = Area::kIII;
   double position_error_mean_m = 0;  // distance of the estimated origin from the true one
-  // Shares of the frames that docking would use (F at least procedure.lost_fitness): within 20 mm
-  // and 5 degrees, or not.
+  // Shares of the frames in which the marker is detected: within 20 mm and 5 degrees, or not.
   double right = 0, wrong_and_sure = 0;
   std::vector<float> fitness = {};  // of every frame that counts
   Pose last_X_HM = {};              // the last frame's estimate

@@ -124,7 +124,7 @@ report::Report ReportOf(const std::vector<CellResult>& results,
     report.sections.push_back({.title = MarkerTitle(marker),
                                .note = "Mean F ± deviation, Area (F, " + name +
                                        "); frames that are right, and that are wrong and sure of "
-                                       "it. Sure: F at which the marker counts as detected; right: "
+                                       "it. Sure: the marker counts as detected; right: "
                                        "sure, and within 20 mm and 5°.",
                                .table = FitnessTable(columns)});
   }

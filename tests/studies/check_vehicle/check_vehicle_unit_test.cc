@@ -147,7 +147,7 @@ TEST_F(CheckVehicleCommand, AFileMayHaveAnyName) {
     const std::string file = Vehicle(name);
     const testing::ProgramEnd end = Run({file});
     EXPECT_EQ(end.exit_code, 0) << end.err;
-    EXPECT_THAT(end.out, HasSubstr(file + " in night sea"));
+    EXPECT_THAT(end.out, HasSubstr(std::string(": ") + name + ".xml in night sea"));
   }
 }
 
