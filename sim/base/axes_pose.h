@@ -29,4 +29,10 @@ inline AxesPose operator-(const AxesPose& a, const AxesPose& b) {
   return {a.x_m - b.x_m, a.y_m - b.y_m, a.z_m - b.z_m, WrapAngle(a.yaw_rad - b.yaw_rad)};
 }
 
+// Of B in A, where `pose` is of A in B, both level.
+inline AxesPose Inverse(const AxesPose& pose) {
+  const double c = std::cos(pose.yaw_rad), s = std::sin(pose.yaw_rad);
+  return {-c * pose.x_m - s * pose.y_m, s * pose.x_m - c * pose.y_m, -pose.z_m, -pose.yaw_rad};
+}
+
 }  // namespace turbidock
