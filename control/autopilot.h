@@ -7,10 +7,12 @@
 #include <optional>
 #include <variant>
 
+#include "control/approach.h"
 #include "control/controller.h"
 #include "control/docking_procedure.h"
 #include "control/levelling.h"
 #include "control/lqg.h"
+#include "control/navigator.h"
 #include "control/p_voltage.h"
 #include "control/pid.h"
 #include "control/pose_filter.h"
@@ -18,6 +20,7 @@
 #include "control/thrust_allocation.h"
 #include "control/vehicle_model.h"
 #include "sim/base/clock.h"
+#include "sim/base/navigation_reading.h"
 #include "sim/base/pose_estimate.h"
 #include "sim/base/thruster_command.h"
 
@@ -73,15 +76,19 @@ struct Excitation {
 
 // Docking procedure, pose filter, setpoint, controller and allocation. The procedure judges the
 // estimate as it comes. The controller sees every usable one, also while another is in charge, so
-// that taking over is no jump. A vehicle that can is kept level all the time.
+// that taking over is no jump. A vehicle that can is kept level all the time. While the procedure
+// has it steer by navigation another controller, slow enough for that, is in charge.
 class Autopilot {
  public:
   Autopilot(const ControlParams& params, const ProcedureParams& procedure,
-            const VehicleModel& vehicle, const ClockParams& clock);  // checked: ConfigError
+            const VehicleModel& vehicle, const ClockParams& clock,
+            const ApproachParams& approach = {});  // checked: ConfigError
 
   // Frames must increase. `attitude`: what the vehicle's own sensor says; only levelling asks.
+  // `reading`: of its navigation; only an approach asks.
   ThrusterCommand Update(const PoseEstimate& estimate, const Excitation& excitation = {},
-                         const Attitude& attitude = {});
+                         const Attitude& attitude = {},
+                         const std::optional<NavigationReading>& reading = {});
 
   // Another controller or other gains: controller, filter and setpoint begin anew, the procedure
   // goes on. Checked (ConfigError, and nothing has changed then).
@@ -90,10 +97,27 @@ class Autopilot {
   // Of the last frame.
   const Directive& directive() const { return *directive_; }
   const Reference& reference() const { return reference_; }
+  // The camera head in the marker's frame by navigation; nothing without one.
+  std::optional<AxesPose> navigated_MH() const;
   const Axes& demand() const { return demand_; }  // of the controller, zero without control
   const Allocation& allocation() const { return *allocation_; }
 
  private:
+  // What steers by navigation.
+  struct NavigationLoop {
+    Navigator navigator;
+    Setpoint setpoint;  // of the camera head in the marker's frame
+    Pid pid;
+    ForceAllocation allocation;
+    std::optional<Hand> hand = {};
+  };
+  void Observe(const PoseEstimate& estimate);
+  // What is known besides the estimate.
+  Outlook OutlookAt(const PoseEstimate& estimate, const std::optional<NavigationReading>& reading);
+  void CorrectNavigation(const PoseEstimate& estimate);
+  ThrusterCommand SteerByNavigation(int64_t frame, const Excitation& excitation,
+                                    const RollPitch& level);
+
   ClockParams clock_;
   VehicleModel vehicle_;
   DockingProcedure procedure_;
@@ -102,6 +126,8 @@ class Autopilot {
   Setpoint setpoint_;
   std::unique_ptr<Controller> controller_;
   std::unique_ptr<Allocation> allocation_;
+  std::optional<NavigationLoop> navigation_;
+  bool forces_;  // the controller asks for forces, not for volts
   bool observed_ = false;
   const Directive* directive_ = nullptr;
   Reference reference_;

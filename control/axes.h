@@ -17,6 +17,7 @@ inline constexpr int kAxisCount = 4;
 inline Axes ToAxes(const AxisVolts& v) { return {v.surge_v, v.sway_v, v.heave_v, v.yaw_v}; }
 inline Axes ToAxes(const AxesPose& pose) { return {pose.x_m, pose.y_m, pose.z_m, pose.yaw_rad}; }
 inline Axes ToAxes(const Pose& X_HM) { return ToAxes(AxesPose::Of(X_HM)); }
+inline AxesPose ToAxesPose(const Axes& a) { return {a[kSurge], a[kSway], a[kHeave], a[kYaw]}; }
 inline AxisVolts ToAxisVolts(const Axes& volts) {
   return {.surge_v = volts[kSurge],
           .sway_v = volts[kSway],

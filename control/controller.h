@@ -28,8 +28,8 @@ struct Reference {
 // plus: a marker farther, further left, higher or turned counter-clockwise than wanted means a
 // positive demand.
 //
-// A frame is: Observe (with a usable estimate only), Demand (while there is control),
-// OnCommandApplied.
+// A frame is: Observe (with a usable estimate only, else Predict where it is asked), Demand (while
+// there is control), OnCommandApplied.
 class Controller {
  public:
   virtual ~Controller() = default;
@@ -39,6 +39,10 @@ class Controller {
 
   // What it wants for the frame observed last. At least one frame must have been.
   virtual Axes Demand(const Reference& wanted) = 0;
+
+  // Where its model says that the marker is at a frame without a usable estimate, given what the
+  // thrusters did; for every such frame in order. Nothing from a controller without a model.
+  virtual std::optional<Axes> Predict(int64_t /*frame*/) { return std::nullopt; }
 
   // What the thrusters were given at the frame, less than the demand where they saturate, zero
   // without control. Integrators and observers live on it.

@@ -43,15 +43,26 @@ void ProcedureParams::Check(const std::string& path) const {
   within("return_to_approach_s", return_to_approach_s, "give_up_s", give_up_s);
 }
 
-DockingProcedure::DockingProcedure(const ProcedureParams& params, const ClockParams& clock)
-    : params_(params), clock_(clock) {
+DockingProcedure::DockingProcedure(const ProcedureParams& params, const ClockParams& clock,
+                                   const ApproachParams& approach)
+    : params_(params),
+      clock_(clock),
+      approach_(approach,
+                {params.servo_x_m, params.servo_y_m, params.servo_z_m, params.servo_yaw_rad},
+                clock) {
   CheckFields(params_, "");
   CheckFields(clock_, "");
   directive_.desired = {params_.servo_x_m, params_.servo_y_m, params_.servo_z_m,
                         params_.servo_yaw_rad};
 }
 
-const Directive& DockingProcedure::Update(const PoseEstimate& estimate) {
+bool DockingProcedure::WouldGoBlind(const PoseEstimate& estimate) const {
+  return directive_.stage == Stage::kDocking && !directive_.given_up &&
+         estimate.fitness < params_.lost_fitness &&
+         estimate.frame - seen_frame_ <= clock_.FramesFor(params_.blind_max_s);
+}
+
+const Directive& DockingProcedure::Update(const PoseEstimate& estimate, const Outlook& outlook) {
   TD_CHECK(estimate.X_HM.IsFinite() && std::isfinite(estimate.fitness), "estimate must be finite");
   TD_CHECK(!last_frame_ || estimate.frame > *last_frame_, "frames must increase");
   if (!last_frame_) {
@@ -64,30 +75,40 @@ const Directive& DockingProcedure::Update(const PoseEstimate& estimate) {
   Directive& d = directive_;
   d.transition.reset();
   d.control = false;
+  d.guide = Guide::kVision;
   d.open_loop = {};
   d.best_fitness = std::max(d.best_fitness, estimate.fitness);
   d.marker_seen = estimate.fitness >= params_.lost_fitness;
   d.trusted =
-      d.marker_seen && (d.stage != Stage::kApproach || estimate.fitness >= params_.found_fitness);
+      d.marker_seen && (!IsBeforeFound(d.stage) || estimate.fitness >= params_.found_fitness);
+  const bool goes_blind = outlook.predicted_HM && WouldGoBlind(estimate);
   if (d.marker_seen) seen_frame_ = estimate.frame;
   d.frames_lost = estimate.frame - seen_frame_;
   if (d.given_up) return d;
 
-  if (!d.marker_seen) {
-    Drift(estimate);
+  if (goes_blind) {
+    d.control = true;
+    d.guide = Guide::kPrediction;
+    ramp_frames_ += step;
+    Dock(estimate.frame, *outlook.predicted_HM);
     return d;
   }
-  d.control = d.stage != Stage::kApproach;
+  if (!d.marker_seen) {
+    BridgeLoss(estimate, outlook);
+    return d;
+  }
+  d.control = !IsBeforeFound(d.stage);
   switch (d.stage) {
     case Stage::kApproach:
-      Approach(estimate);
+    case Stage::kSearch:
+      Find(estimate, outlook);
       break;
     case Stage::kVisualServoing:
       Servo(estimate);
       break;
     case Stage::kDocking:
       ramp_frames_ += step;
-      Dock(estimate);
+      Dock(estimate.frame, AxesPose::Of(estimate.X_HM));
       break;
     case Stage::kDocked:
       Stay(estimate);
@@ -100,20 +121,42 @@ const Directive& DockingProcedure::Update(const PoseEstimate& estimate) {
   return d;
 }
 
-void DockingProcedure::Approach(const PoseEstimate& estimate) {
+void DockingProcedure::Find(const PoseEstimate& estimate, const Outlook& outlook) {
   if (estimate.fitness < params_.found_fitness) {
     held_ = 0;
-    directive_.open_loop = SearchVolts(estimate.frame);
+    SearchOn(estimate.frame, outlook);
     return;
   }
   ++held_;
-  if (!HeldFor(params_.found_hold_s)) return;
+  if (!HeldFor(params_.found_hold_s)) {
+    if (approach_.on() && outlook.navigated_MH)
+      SteerByNavigation(Inverse(approach_.Hold(estimate.frame, *outlook.navigated_MH)));
+    return;
+  }
   was_found_ = true;
   Enter(Stage::kVisualServoing, estimate.frame,
         fmt::format(
             "marker found: F >= {:.2f} in {} successive estimates, now F = {:.3f} at x = {:.0f} mm",
             params_.found_fitness, held_, estimate.fitness, Mm(estimate.X_HM.p.x())));
   directive_.control = true;
+}
+
+// While the marker is still to be found.
+void DockingProcedure::SearchOn(int64_t frame, const Outlook& outlook) {
+  if (!approach_.on() || !outlook.navigated_MH) {
+    directive_.open_loop = SearchVolts(frame);
+    return;
+  }
+  const AxesPose wanted_MH = approach_.Update(frame, *outlook.navigated_MH);
+  const Stage stage = approach_.searching() ? Stage::kSearch : Stage::kApproach;
+  if (stage != directive_.stage) Enter(stage, frame, approach_.description());
+  SteerByNavigation(Inverse(wanted_MH));
+}
+
+void DockingProcedure::SteerByNavigation(const AxesPose& wanted_HM) {
+  directive_.control = true;
+  directive_.guide = Guide::kNavigation;
+  directive_.desired = wanted_HM;
 }
 
 void DockingProcedure::Servo(const PoseEstimate& estimate) {
@@ -131,10 +174,10 @@ void DockingProcedure::Servo(const PoseEstimate& estimate) {
                   Mm(params_.enter_y_m), Mm(params_.enter_z_m), Deg(params_.enter_yaw_rad)));
 }
 
-void DockingProcedure::Dock(const PoseEstimate& estimate) {
+void DockingProcedure::Dock(int64_t frame, const AxesPose& marker) {
   directive_.desired.x_m = std::max(params_.docking_x_m, params_.servo_x_m - RampedX_m());
 
-  const AxesPose e = AxesPose::Of(estimate.X_HM) - directive_.desired;
+  const AxesPose e = marker - directive_.desired;
   const struct {
     const char* axis;
     double error, allowed;
@@ -146,19 +189,18 @@ void DockingProcedure::Dock(const PoseEstimate& estimate) {
   };
   for (const auto& limit : limits) {
     if (std::abs(limit.error) <= limit.allowed) continue;
-    BackOff(estimate.frame,
-            fmt::format("error exceeds the allowance: {0} {1:+.1f}{3}, allowed {2:.1f}{3}",
-                        limit.axis, limit.error, limit.allowed, limit.unit));
+    BackOff(frame, fmt::format("error exceeds the allowance: {0} {1:+.1f}{3}, allowed {2:.1f}{3}",
+                               limit.axis, limit.error, limit.allowed, limit.unit));
     return;
   }
 
-  const double x_m = estimate.X_HM.p.x();
+  const double x_m = marker.x_m;
   if (x_m < nearest_x_m_ - kProgress_m || e.x_m <= params_.stuck_x_m) {
     nearest_x_m_ = std::min(nearest_x_m_, x_m);
-    nearest_frame_ = estimate.frame;
+    nearest_frame_ = frame;
   } else if (const auto frames = clock_.FramesFor(params_.stuck_s);
-             frames > 0 && estimate.frame - nearest_frame_ >= frames) {
-    BackOff(estimate.frame,
+             frames > 0 && frame - nearest_frame_ >= frames) {
+    BackOff(frame,
             fmt::format("stuck for {:g} s at x {:.1f} mm, {:.1f} mm from where it wants to be",
                         params_.stuck_s, Mm(x_m), Mm(e.x_m)));
     return;
@@ -167,12 +209,12 @@ void DockingProcedure::Dock(const PoseEstimate& estimate) {
                        std::abs(e.z_m) <= params_.docked_z_m;
   held_ = in_dock ? held_ + 1 : 0;
   if (held_ < params_.docked_hold_frames) return;
-  Enter(Stage::kDocked, estimate.frame,
-        fmt::format(
-            "docked in {} successive estimate(s): x {:.1f} mm, at most {:.1f} mm, with errors "
-            "y {:+.1f} mm, z {:+.1f} mm, allowed {:.0f} and {:.0f} mm",
-            held_, Mm(x_m), Mm(params_.docked_x_m), Mm(e.y_m), Mm(e.z_m), Mm(params_.docked_y_m),
-            Mm(params_.docked_z_m)));
+  Enter(Stage::kDocked, frame,
+        fmt::format("docked in {} successive {}(s): x {:.1f} mm, at most {:.1f} mm, with errors "
+                    "y {:+.1f} mm, z {:+.1f} mm, allowed {:.0f} and {:.0f} mm",
+                    held_, directive_.guide == Guide::kPrediction ? "prediction" : "estimate",
+                    Mm(x_m), Mm(params_.docked_x_m), Mm(e.y_m), Mm(e.z_m), Mm(params_.docked_y_m),
+                    Mm(params_.docked_z_m)));
   attempts_ = 0;
   ++directive_.dockings;
   directive_.done = directive_.dockings >= params_.cycles;
@@ -205,22 +247,26 @@ void DockingProcedure::BackOff(int64_t frame, const std::string& reason) {
       fmt::format("all {} attempts to dock failed, the last: {}", attempts_, reason);
 }
 
-void DockingProcedure::Drift(const PoseEstimate& estimate) {
+void DockingProcedure::BridgeLoss(const PoseEstimate& estimate, const Outlook& outlook) {
   Directive& d = directive_;
   held_ = 0;
   if (d.stage == Stage::kDocked) return;
-  if (was_found_ && LostFor(params_.give_up_s)) {
+  const bool navigates = approach_.on() && outlook.navigated_MH;
+  if (was_found_ && !navigates && LostFor(params_.give_up_s)) {
     d.given_up = true;
     d.given_up_reason = LossReason(estimate);
     return;
   }
   switch (d.stage) {
     case Stage::kApproach:
-      d.open_loop = SearchVolts(estimate.frame);
+    case Stage::kSearch:
+      SearchOn(estimate.frame, outlook);
       break;
     case Stage::kVisualServoing:
       if (LostFor(params_.return_to_approach_s))
         Enter(Stage::kApproach, estimate.frame, LossReason(estimate));
+      else if (navigates && LostFor(params_.lost_after_s))
+        SteerByNavigation(d.desired);
       break;
     case Stage::kDocking:
       if (LostFor(params_.lost_after_s)) BackOff(estimate.frame, LossReason(estimate));
@@ -247,7 +293,9 @@ void DockingProcedure::Enter(Stage stage, int64_t frame, std::string reason) {
     nearest_frame_ = frame;
   }
   if (stage == Stage::kDocked) return;
-  d.desired.x_m = stage == Stage::kUndocking ? params_.docking_x_m : params_.servo_x_m;
+  d.desired = {stage == Stage::kUndocking ? params_.docking_x_m : params_.servo_x_m,
+               params_.servo_y_m, params_.servo_z_m, params_.servo_yaw_rad};
+  if (stage == Stage::kApproach && d.transition->from != Stage::kSearch) approach_.Begin();
 }
 
 AxisVolts DockingProcedure::SearchVolts(int64_t frame) const {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "control/approach.h"
 #include "control/axis_volts.h"
 #include "control/stage.h"
 #include "sim/base/axes_pose.h"
@@ -61,6 +62,7 @@ struct ProcedureParams {
   double lost_after_s = 1;          // guess: long enough for the search to converge again
   double return_to_approach_s = 5;  // guess
   double give_up_s = 15;            // guess
+  double blind_max_s = 0;           // not published
 
   static void Fields(auto& self, auto&& field) {
     field("found_fitness", self.found_fitness, InRange(-1, 1),
@@ -118,7 +120,11 @@ struct ProcedureParams {
     field("return_to_approach_s", self.return_to_approach_s, InRange(0, 3600),
           "time without a usable estimate after which servoing goes back to approach");
     field("give_up_s", self.give_up_s, InRange(0, 3600),
-          "time without a usable estimate after which a marker once found is given up");
+          "time without a usable estimate after which a marker once found is given up; not while "
+          "there is a navigation to search it with");
+    field("blind_max_s", self.blind_max_s, InRange(0, 600),
+          "docking: time without a usable estimate for which it goes on by the controller's own "
+          "prediction of where the marker is; 0: it drifts at once");
   }
 
   // What must hold between them: servo x beyond docking x, limits of entry within the allowances,
@@ -142,10 +148,24 @@ struct Transition {
   }
 };
 
+// What the vehicle steers by.
+enum class Guide {
+  kVision,      // the estimate
+  kNavigation,  // where it is without having seen the marker
+  kPrediction,  // where the controller's model of the vehicle says that the marker is by now
+};
+
+// What is known of the marker besides the estimate.
+struct Outlook {
+  std::optional<AxesPose> navigated_MH = {};  // the camera head in the marker's frame
+  std::optional<AxesPose> predicted_HM = {};  // the marker in the camera head
+};
+
 // What to do at a frame.
 struct Directive {
   Stage stage = Stage::kApproach;
   bool control = false;                  // true: servo on `desired`; false: apply `open_loop`
+  Guide guide = Guide::kVision;          // under control
   AxesPose desired;                      // of the stage, also while `control` is false
   AxisVolts open_loop;                   // zero (drift) except in the search
   std::optional<Transition> transition;  // the change made at this frame, if any
@@ -162,8 +182,8 @@ struct Directive {
 // The state machine of the docking trial.
 //
 //   approach  -- found -->  visual servoing  -- stable -->  docking  -- criterion -->  docked
-//      ^---- lost for long ------'  ^-- allowance, lost, stuck --'                       |
-//                                   '------------------- undocking <--- next cycle -----'
+//    |    ^---- lost for long ------'  ^-- allowance, lost, stuck --'                       |
+//   search  -- found --> as above      '------------------- undocking <--- next cycle -----'
 //
 // An estimate with F < lost_fitness is no pose: the vehicle never acts on it. From that frame on it
 // drifts at neutral, the desired x stands still and holds start again, until a usable estimate
@@ -171,6 +191,10 @@ struct Directive {
 // to approach after return_to_approach_s, and given_up (for good, at neutral) after give_up_s if it
 // was ever found. In approach nothing is controlled: neutral for search_neutral_s, then an
 // alternating yaw search_yaw_v cos(2 pi t / search_period_s), interrupted while F >= found_fitness.
+// With a navigation to steer by (control/approach.h) it goes to the marker and about it instead,
+// the stage is `search` wherever it should have been found by then, and a loss that lasts for
+// lost_after_s is answered by holding the desired pose by navigation. With blind_max_s a loss while
+// docking is bridged by the controller's prediction, which then also meets the criterion.
 // Where there are to be more cycles, it undocks after stay_s: the desired x is raised as it was
 // lowered, and from the servoing pose it docks again. Docked is final in the last cycle; the last
 // desired pose is still held. At most one change of stage a frame.
@@ -180,20 +204,26 @@ struct Directive {
 class DockingProcedure {
  public:
   // Checks the parameters (ConfigError).
-  DockingProcedure(const ProcedureParams& params, const ClockParams& clock);
+  DockingProcedure(const ProcedureParams& params, const ClockParams& clock,
+                   const ApproachParams& approach = {});
 
   // Frames must increase. The result is valid until the next call.
-  const Directive& Update(const PoseEstimate& estimate);
+  const Directive& Update(const PoseEstimate& estimate, const Outlook& outlook = {});
+  // Whether a prediction at that frame would be made use of.
+  bool WouldGoBlind(const PoseEstimate& estimate) const;
 
  private:
-  void Approach(const PoseEstimate& estimate);
+  void Find(const PoseEstimate& estimate, const Outlook& outlook);
+  void SearchOn(int64_t frame, const Outlook& outlook);
+  void SteerByNavigation(const AxesPose& wanted_HM);
   void Servo(const PoseEstimate& estimate);
-  void Dock(const PoseEstimate& estimate);
+  void Dock(int64_t frame, const AxesPose& marker);
   void Stay(const PoseEstimate& estimate);
   void Undock(const PoseEstimate& estimate);
   double RampedX_m() const;  // by which the desired x has been lowered or raised
   void BackOff(int64_t frame, const std::string& reason);  // from an attempt that failed
-  void Drift(const PoseEstimate& estimate);                // without a usable estimate
+  // Without a usable estimate.
+  void BridgeLoss(const PoseEstimate& estimate, const Outlook& outlook);
   void Enter(Stage stage, int64_t frame, std::string reason);
   AxisVolts SearchVolts(int64_t frame) const;
   bool HeldFor(double seconds) const;
@@ -202,6 +232,7 @@ class DockingProcedure {
 
   ProcedureParams params_;
   ClockParams clock_;
+  Approach approach_;
   Directive directive_;
   std::optional<int64_t> last_frame_;
   int64_t seen_frame_ = 0;   // when the marker was last seen; before the first frame if never

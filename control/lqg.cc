@@ -1,6 +1,7 @@
 #include "control/lqg.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "sim/base/check.h"
 
@@ -12,6 +13,9 @@ const std::vector<double> kLevers_m = {0.2, 0.4, 0.6, 0.9, 1.3, 1.8};
 
 // The model divides by the thrusters' lag.
 constexpr double kShortestLag_s = 0.001;
+
+// Guess: two waves, and less than servoing takes.
+constexpr double kUsualTime_s = 5;
 
 }  // namespace
 
@@ -98,15 +102,7 @@ void Lqg::Observe(const Observation& seen) {
     Start(seen);
     return;
   }
-  // A command made of the image of frame f acts latency_frames later.
-  for (; *frame_ < seen.frame; ++*frame_) {
-    const Axes given = GivenAt(*frame_ - params_.latency_frames);
-    const double lever = lever_m();
-    for (Part& part : parts_) {
-      part.Gather(given, &part.force);
-      part.loop.Predict(part.force, lever);
-    }
-  }
+  MoveOn(seen.frame);
   const double lever = lever_m();
   double surprise = 0;
   for (Part& part : parts_) {
@@ -116,9 +112,45 @@ void Lqg::Observe(const Observation& seen) {
   if (surprise <= params_.gate_sigma) {
     for (Part& part : parts_) part.loop.Correct(part.position, lever);
     used_frame_ = seen.frame;
+    LearnCurrent();
   } else if (seen.frame - used_frame_ >= params_.restart_frames) {
     Start(seen);
   }
+}
+
+void Lqg::MoveOn(int64_t frame) {
+  // A command made of the image of frame f acts latency_frames later.
+  for (; *frame_ < frame; ++*frame_) {
+    const Axes given = GivenAt(*frame_ - params_.latency_frames);
+    const double lever = lever_m();
+    for (Part& part : parts_) {
+      part.Gather(given, &part.force);
+      part.loop.Predict(part.force, lever);
+    }
+  }
+}
+
+void Lqg::LearnCurrent() {
+  const double share = -std::expm1(-clock_.frame_s() / kUsualTime_s);
+  for (const Part& part : parts_)
+    for (size_t i = 0; i < part.axes.size(); ++i) {
+      double& usual = usual_current_[part.axes[i]];
+      usual += share * (part.loop.current(static_cast<Eigen::Index>(i)) - usual);
+    }
+}
+
+std::optional<Axes> Lqg::Predict(int64_t frame) {
+  if (!frame_) return std::nullopt;
+  for (Part& part : parts_)
+    for (size_t i = 0; i < part.axes.size(); ++i)
+      part.loop.SetCurrent(static_cast<Eigen::Index>(i), usual_current_[part.axes[i]]);
+  MoveOn(frame);
+  Axes marker;
+  for (const Part& part : parts_)
+    for (size_t i = 0; i < part.axes.size(); ++i)
+      marker[part.axes[i]] = -part.loop.position(static_cast<Eigen::Index>(i));
+  marker[kYaw] = WrapAngle(marker[kYaw]);
+  return marker;
 }
 
 void Lqg::Start(const Observation& seen) {

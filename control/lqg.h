@@ -122,7 +122,9 @@ struct LqgParams {
 // marker in the camera head by as much as a centimetre aside: where the sway thruster cannot hold
 // against the waves, the vehicle turns to keep the pole on the hole. Model and gains: LqgLoop. The
 // filter runs at the image's time and is predicted over the latency with the forces given since.
-// It hears what the thrusters were given, so nothing winds up when they saturate.
+// It hears what the thrusters were given, so nothing winds up when they saturate. The current is
+// estimated fast enough to answer a wave; without estimates, prediction goes on with its mean of
+// the last seconds.
 class Lqg final : public Controller {
  public:
   Lqg(const LqgParams& params, const VehicleModel& vehicle,
@@ -130,6 +132,7 @@ class Lqg final : public Controller {
 
   void Observe(const Observation& seen) override;
   Axes Demand(const Reference& wanted) override;
+  std::optional<Axes> Predict(int64_t frame) override;
   void OnCommandApplied(int64_t frame, const Axes& given) override;
 
  private:
@@ -146,15 +149,18 @@ class Lqg final : public Controller {
   void Measure(const Axes& marker, Part* part) const;
   double lever_m() const;
   void Start(const Observation& seen);
+  void MoveOn(int64_t frame);  // the state
+  void LearnCurrent();
   Axes* Slot(int64_t frame);
   Axes GivenAt(int64_t frame);  // zero where nothing is known
 
   LqgParams params_;
   double head_ahead_m_;
   ClockParams clock_;
-  std::vector<Part> parts_;       // surge, heave, sway with yaw
-  std::optional<int64_t> frame_;  // of the state
-  int64_t used_frame_ = 0;        // of the last estimate that was used
+  std::vector<Part> parts_;            // surge, heave, sway with yaw
+  std::optional<int64_t> frame_;       // of the state
+  int64_t used_frame_ = 0;             // of the last estimate that was used
+  Axes usual_current_ = Axes::Zero();  // a mean of the filter's, by axis
   // The latest forces, by the frame of the image they were made of: slot frame % size.
   std::vector<Axes> given_;
   std::optional<int64_t> first_given_, last_given_;

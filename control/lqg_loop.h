@@ -37,6 +37,11 @@ class LqgLoop {
   void Predict(const Eigen::VectorXd& force, double lever);
   // The axis' position in the state.
   double position(Eigen::Index axis) const { return state_[kAxisStates * axis + kPosition]; }
+  // The force by which current and what else is steady push the axis.
+  double current(Eigen::Index axis) const { return state_[kAxisStates * axis + kCurrent]; }
+  void SetCurrent(Eigen::Index axis, double force) {
+    state_[kAxisStates * axis + kCurrent] = force;
+  }
   // Measured less predicted position of the most surprising axis, in standard deviations.
   double Surprise(const Eigen::VectorXd& position, double lever);
   void Correct(const Eigen::VectorXd& position, double lever);

@@ -207,5 +207,35 @@ TEST(LqgDeathTest, RefusesFramesThatGoBack) {
                "frames must increase");
 }
 
+// Five seconds without an estimate, in a current, on the way: the vehicle goes where it believes
+// to go.
+TEST(Lqg, PredictsWhereTheMarkerIsWhileItIsNotSeen) {
+  Lqg controller({}, PublishedVehicle(), kClock);
+  EXPECT_FALSE(controller.Predict(0));
+  const Axes start(0.6, 0.01, -0.01, 0.02), current(0, 0.6, 0, 0.02);
+  Vehicle vehicle(start);
+  Axes before = start, most_off = Axes::Zero();
+  for (int n = 0; n < 25 * 30; ++n) {
+    const bool blind = n >= 20 * 30;
+    if (!blind) {
+      controller.Observe({.frame = n - 1, .position = before, .rate = std::nullopt});
+    } else {
+      const auto predicted = controller.Predict(n - 1);
+      ASSERT_TRUE(predicted);
+      most_off = most_off.cwiseMax((*predicted - before).cwiseAbs());
+    }
+    before = vehicle.marker();
+    const double x = std::max(0.35, 0.6 - 0.03 * std::max(0, n - 16 * 30) / 30.0);
+    const Axes demand = controller.Demand({.position = {x, 0, 0, 0}});
+    controller.OnCommandApplied(n - 1, demand);
+    vehicle.Advance(demand, current);
+  }
+  EXPECT_LT(most_off[kSurge], 0.005);
+  EXPECT_LT(most_off[kSway], 0.015);
+  EXPECT_LT(most_off[kYaw], 0.03);
+  EXPECT_NEAR(vehicle.marker()[kSurge], 0.35, 0.01);
+  EXPECT_NEAR(vehicle.marker()[kSway], 0, 0.015);
+}
+
 }  // namespace
 }  // namespace turbidock::control
