@@ -22,16 +22,23 @@ std::string JamRemark(const TrialResult& result) {
              : "";
 }
 
+// What a navigation that was silent adds.
+std::string NavigationRemark(const Scenario& scenario, const TrialResult& result) {
+  const bool ever = std::ranges::any_of(
+      result.log.frames, [](const FrameRecord& frame) { return frame.navigated_MH.has_value(); });
+  return scenario.approach.on() && !ever ? "; navigation never reported a position" : "";
+}
+
 // Why the time was up: what the vehicle was still missing.
 std::string TimeoutReason(const Scenario& scenario, const TrialResult& result,
                           const control::Directive& directive) {
   const std::string after = fmt::format("{:g} s are over", scenario.duration_s);
-  if (directive.stage == Stage::kApproach && result.transitions.empty())
+  if (!result.handover_time_s)
     return fmt::format(
         "{} and the marker was never found: the best fitness was {:.2f}, it takes "
-        "{:g} for {:g} s",
+        "{:g} for {:g} s{}",
         after, result.fitness_best, scenario.procedure.found_fitness,
-        scenario.procedure.found_hold_s);
+        scenario.procedure.found_hold_s, NavigationRemark(scenario, result));
   const AxesPose& e = result.final_error_estimated;
   return fmt::format(
              "{} in {} with the marker estimated {:.0f} mm, {:.0f} mm, {:.0f} mm and {:.1f}° "

@@ -44,13 +44,14 @@ const PoseEstimate& TruePose::Update(int64_t frame, const Pose& X_HM) {
 }
 
 double TruePose::Fitness(const Pose& X_HM) const {
+  const bool in_range = X_HM.p.x() >= params_.nearest_m && X_HM.p.x() <= params_.farthest_m;
   double sum = 0;
   for (const Side side : kSides) {
     const MountedCamera& camera = rig_[side];
     const Pose X_CM = camera.X_HC.Inverse() * X_HM;
     for (const vision::BallParams& ball : marker_.balls) {
       const Eigen::Vector3d p_CQ = X_CM * ball.p_MQ_m;
-      bool seen = p_CQ.z() > vision::kNearestDepth_m;
+      bool seen = in_range && p_CQ.z() > vision::kNearestDepth_m;
       if (seen) {
         const vision::BallCircle circle = vision::ProjectBall(camera, p_CQ, ball.radius_m);
         seen = circle.u_px >= 0 && circle.u_px <= camera.width_px - 1 && circle.v_px >= 0 &&

@@ -80,16 +80,29 @@ void TrialRecorder::Add(const FrameRecord& record) {
     result_.final_error_true = AxesPose::Of(record.true_X_HM) - record.desired;
     result_.final_error_estimated = AxesPose::Of(record.est_X_HM) - record.desired;
   }
+  NoteHandover(record);
   dock_contact_.Update(record);
   AddToDigest(record, &digest_);
   result_.log.frames.push_back(record);
+}
+
+// From navigation to vision, the first time.
+void TrialRecorder::NoteHandover(const FrameRecord& record) {
+  if (!result_.first_sight_m && record.fitness >= scenario_.procedure.found_fitness)
+    result_.first_sight_m = record.true_at_image_X_HM.p.norm();
+  if (result_.handover_time_s || control::IsBeforeFound(record.stage)) return;
+  result_.handover_time_s = record.time_s;
+  if (!record.navigated_MH) return;
+  const AxesPose error = *record.navigated_MH - AxesPose::Of(record.true_X_HM.Inverse());
+  result_.handover_navigation_error_m = error.distance_m();
+  result_.handover_navigation_error_rad = error.yaw_rad;
 }
 
 // How well and how hard it was steered.
 void TrialRecorder::SummariseControl() {
   const std::vector<FrameRecord>& frames = result_.log.frames;
   const bool found = std::any_of(frames.begin(), frames.end(), [](const FrameRecord& record) {
-    return record.stage != Stage::kApproach;
+    return !control::IsBeforeFound(record.stage);
   });
   double squares = 0, volts_squared = 0;
   int64_t counted = 0, commands = 0;
@@ -97,7 +110,7 @@ void TrialRecorder::SummariseControl() {
     for (const double volts : record.command.volts)
       volts_squared += (volts - kNeutralVolts) * (volts - kNeutralVolts);
     commands += std::ssize(record.command.volts);
-    if (found && record.stage == Stage::kApproach) continue;
+    if (found && control::IsBeforeFound(record.stage)) continue;
     const AxesPose e = AxesPose::Of(record.true_X_HM) - record.desired;
     squares += std::min(1.0, e.y_m * e.y_m) + std::min(1.0, e.z_m * e.z_m);
     result_.overshoot_m = std::clamp(-e.x_m, result_.overshoot_m, 1.0);
@@ -128,6 +141,7 @@ void TrialRecorder::Summarise() {
   SummariseControl();
   result_.fitness_mean = sum / static_cast<double>(result_.log.frames.size());
   for (const control::Transition& change : result_.transitions) {
+    result_.searches += change.to == Stage::kSearch;
     result_.attempts += change.to == Stage::kDocking;
     result_.dockings += change.to == Stage::kDocked;
     result_.returns_to_servoing +=

@@ -60,6 +60,7 @@ class TrialRecorder {
   const std::vector<Change>& changes() const { return result_.changes; }
 
  private:
+  void NoteHandover(const FrameRecord& record);
   void Summarise();
   void SummariseControl();
 

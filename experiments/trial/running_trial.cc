@@ -56,7 +56,8 @@ RunningTrial::RunningTrial(const Scenario& scenario, TrialOptions options)
       world_(scenario_, options_),
       perception_(scenario_, options_, &world_),
       autopilot_(scenario_.ControlInUse(), scenario_.procedure,
-                 ModelOf(scenario_.known_vehicle, world_.scene()), scenario_.image_clock()),
+                 ModelOf(scenario_.known_vehicle, world_.scene()), scenario_.image_clock(),
+                 scenario_.approach),
       rules_(scenario_),
       command_(ThrusterCommand::Neutral(world_.scene().thrusters.size())) {
   recorder_.SetThrusters(vehicle::NamesOf(world_.scene().thrusters));
@@ -81,6 +82,7 @@ FrameRecord RunningTrial::RecordOf(int64_t frame) const {
           .true_X_HM = world_.true_X_HM(),
           .true_X_WB = truth.X_WB,
           .true_V_WB_B = truth.V_WB_B,
+          .navigated_MH = autopilot_.navigated_MH(),
           .desired = directive.desired,
           .controlled = directive.control,
           .demand = autopilot_.demand(),
@@ -95,7 +97,9 @@ void RunningTrial::Step() {
   const TrialExcitation excitation = options_.excite ? options_.excite(frame) : TrialExcitation();
   const bool arrives = perception_.Update(frame);
   if (arrives) {
-    command_ = autopilot_.Update(perception_.estimate(), excitation.control, world_.ReadAttitude());
+    const auto reading = scenario_.approach.on() ? world_.ReadNavigation() : std::nullopt;
+    command_ = autopilot_.Update(perception_.estimate(), excitation.control, world_.ReadAttitude(),
+                                 reading);
     Lap(options_.timer, LoopStage::kControl);
   }
   Wrench outside_F_B = excitation.F_B_B;

@@ -64,6 +64,19 @@ std::string VehicleModelIn(const config::Layers& layers, const std::string& scen
   return ResolvedModel(key, model, scenario_file, is_set ? "--set " : scenario_file + ": ");
 }
 
+// A pilot navigates by eye unless the layers say otherwise.
+ScenarioPresets PresetsIn(const config::Layers& layers, const std::string& scenario_file) {
+  const Scenario defaults;
+  const bool by_hand = config::Peek(layers, "approach.mode", defaults.approach.mode) ==
+                       control::ApproachMode::kPilot;
+  return {.estimator = config::Peek(layers, "estimator.preset", defaults.estimator.preset),
+          .optics = config::Peek(layers, "optics", defaults.optics),
+          .navigation = config::Peek(
+              layers, "navigation.preset",
+              by_hand ? vehicle::NavigationPreset::kPilot : defaults.navigation.preset),
+          .vehicle_model = VehicleModelIn(layers, scenario_file)};
+}
+
 // The vehicle's data, beside its MJCF.
 std::string VehicleDataFile(const std::string& vehicle_model) {
   const fs::path data = fs::path(PathOfModel(vehicle_model)).replace_extension(".yaml");
@@ -147,8 +160,26 @@ std::unique_ptr<vision::PoseEstimator> Scenario::MakeEstimator(const std::string
   return plugins.MakeEstimator(name, {marker, hue, stereo, rng});
 }
 
+// Where the vehicle is to stand before it docks there is nothing in its way; nearer there may be.
+void Scenario::CheckApproach(const std::string& path) const {
+  if (approach.on() && !(approach.closest_x_m() > procedure.servo_x_m))
+    throw ConfigError(
+        JoinKey(path, "approach.nearest_x_m"),
+        fmt::format("{} is inside the station: less closer_m for each wider box it is {:.4g}, and "
+                    "must be beyond procedure.servo_x_m ({})",
+                    FormatNumber(approach.nearest_x_m), approach.closest_x_m(),
+                    FormatNumber(procedure.servo_x_m)));
+  const bool predicts =
+      !plugins.controller().empty() || control.controller == control::ControllerType::kLqg;
+  if (procedure.blind_max_s > 0 && !predicts)
+    throw ConfigError(JoinKey(path, "procedure.blind_max_s"),
+                      FormatNumber(procedure.blind_max_s) + " needs a controller that predicts: " +
+                          "lqg, not " + NameOf(control.controller));
+}
+
 void Scenario::Check(const std::string& path) const {
   plugins.Check();
+  CheckApproach(path);
   vision::CheckHues(marker, hue);
   if (clock.frames_per_second % camera_period_frames != 0)
     throw ConfigError(JoinKey(path, "camera_period_frames"),
@@ -167,21 +198,22 @@ void Scenario::Check(const std::string& path) const {
                       "with pose_source = true_pose only thrusters can fail: nothing is seen");
 }
 
-Scenario ScenarioBefore(vision::Preset estimator, OpticsPreset optics,
-                        const std::string& vehicle_model, const Plugins& plugins) {
+Scenario ScenarioBefore(const ScenarioPresets& presets, const Plugins& plugins) {
   Scenario scenario;
   scenario.plugins = plugins.WithDefaults();
   const auto begin_with = [](const std::string& data, auto* object) {
     config::ReadFields(config::LoadYaml(data), object, nullptr);
   };
-  scenario.estimator = vision::RmGaOptions::Of(estimator);
-  const std::string data = VehicleDataFile(vehicle_model);
+  scenario.estimator = vision::RmGaOptions::Of(presets.estimator);
+  scenario.navigation = vehicle::NavigationParams::Of(presets.navigation);
+  const std::string data = VehicleDataFile(presets.vehicle_model);
   begin_with(data, &scenario.vehicle);
   scenario.known_vehicle = scenario.vehicle;
   begin_with(config::AssetPath("rig_default.yaml"), &scenario.rig);
   begin_with(config::AssetPath("marker_default.yaml"), &scenario.marker);
   begin_with(config::AssetPath("gains.yaml"), &scenario);
-  if (optics == OpticsPreset::kPublished) begin_with(config::AssetPath("optics.yaml"), &scenario);
+  if (presets.optics == OpticsPreset::kPublished)
+    begin_with(config::AssetPath("optics.yaml"), &scenario);
   return scenario;
 }
 
@@ -197,10 +229,7 @@ Scenario LoadScenario(const std::string& name, const std::vector<std::string>& a
     if (!file.Find(key)) throw ConfigError(file.file + ": " + key + ": this key is required");
   if (!gains_file.empty()) layers.files.push_back(config::LoadYaml(gains_file));
 
-  Scenario scenario =
-      ScenarioBefore(config::Peek(layers, "estimator.preset", Scenario().estimator.preset),
-                     config::Peek(layers, "optics", Scenario().optics),
-                     VehicleModelIn(layers, file.file), plugins);
+  Scenario scenario = ScenarioBefore(PresetsIn(layers, file.file), plugins);
   const config::Origins origins = config::ReadLayers(layers, &scenario);
   for (const auto& [key, model] : {std::pair{"model", &scenario.model},
                                    {"vehicle_model", &scenario.vehicle_model},

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "control/approach.h"
 #include "control/autopilot.h"
 #include "control/docking_procedure.h"
 #include "experiments/config/group_ref.h"
@@ -22,6 +23,7 @@
 #include "sim/light/optics_params.h"
 #include "sim/vehicle/attitude_sensor.h"
 #include "sim/vehicle/mooring.h"
+#include "sim/vehicle/navigation_sensor.h"
 #include "sim/vehicle/scene.h"
 #include "sim/vehicle/sea.h"
 #include "sim/vehicle/vehicle_params.h"
@@ -95,6 +97,7 @@ struct TruePoseParams {
   double correlation_s = 0;
   double fitness = 0.8;
   double found_after_s = 0.5;
+  double nearest_m = 0, farthest_m = 100;
 
   static void Fields(auto& self, auto&& field) {
     field("noise", self.noise, InRange(0, 1),
@@ -105,6 +108,9 @@ struct TruePoseParams {
     field("fitness", self.fitness, InRange(-1, 1), "of a ball in an image; -0.2 out of it");
     field("found_after_s", self.found_after_s, InRange(0, 60),
           "time that the search takes once the marker is in sight");
+    field("nearest_m", self.nearest_m, InRange(0, 10),
+          "x of the marker nearer than which it is out of sight");
+    field("farthest_m", self.farthest_m, InRange(0, 100), "and farther than which");
   }
 };
 
@@ -170,7 +176,9 @@ struct Scenario {
   TruePoseParams true_pose;
   control::ProcedureParams procedure;
   control::ControlParams control;  // keys controller, p_voltage, pid, lqg
+  control::ApproachParams approach;
   vehicle::AttitudeSensorParams attitude_sensor;
+  vehicle::NavigationParams navigation;
   vehicle::VehicleParams vehicle;
   vehicle::VehicleData known_vehicle;  // as the controller knows it
   JamParams jam;
@@ -234,12 +242,14 @@ struct Scenario {
         "what the autopilot sees: the cameras through the estimator, or the true pose with noise");
     field("true_pose", self.true_pose, Finite(), "the noise on the true pose");
     field("procedure", self.procedure, Finite(), "the steps of docking");
+    field("approach", self.approach, Finite(), "how it gets to where the marker is found");
     field("controller", self.control.controller, Finite(), "the controller");
     field("p_voltage", self.control.p_voltage, Finite(), "the published proportional controller");
     field("pid", self.control.pid, Finite(), "proportional, integral and derivative control");
     field("lqg", self.control.lqg, Finite(), "linear-quadratic control with a Kalman filter");
     field("levelling", self.control.levelling, Finite(), "roll and pitch, of a vehicle that can");
     field("attitude_sensor", self.attitude_sensor, Finite(), "what says which way is down");
+    field("navigation", self.navigation, Finite(), "what says where it is, for an approach");
     field("vehicle", self.vehicle, Finite(), "mass, water forces, thrusters and contact");
     field("known_vehicle", self.known_vehicle, Finite(),
           "the vehicle as the controller knows it: the data of its file, whatever `vehicle` says");
@@ -248,6 +258,7 @@ struct Scenario {
   }
   void MoreFields(config::GroupRef* group);  // those of the plug-ins
   void Check(const std::string& path) const;
+  void CheckApproach(const std::string& path) const;
 
   // The chosen controller and estimator.
   std::string controller_name() const;
@@ -282,10 +293,15 @@ Scenario LoadScenario(const std::string& name, const std::vector<std::string>& a
 // above.
 std::vector<std::string> GainAssignments(const std::string& gains_file, const Plugins& plugins);
 
-// What a scenario's file is read over, given its presets and the file of its vehicle: struct
-// defaults and the data files above.
-Scenario ScenarioBefore(vision::Preset estimator, OpticsPreset optics,
-                        const std::string& vehicle_model, const Plugins& plugins = {});
+// What decides what a scenario's file is read over.
+struct ScenarioPresets {
+  vision::Preset estimator = vision::Preset::kDefault;
+  OpticsPreset optics = OpticsPreset::kPublished;
+  vehicle::NavigationPreset navigation = vehicle::NavigationPreset::kDvl;
+  std::string vehicle_model;
+};
+// That: struct defaults and the data files above.
+Scenario ScenarioBefore(const ScenarioPresets& presets, const Plugins& plugins = {});
 
 // Every value as YAML, with its description as a comment. Parsing it gives the same scenario, bit
 // for bit; `name` stands for the file in messages.

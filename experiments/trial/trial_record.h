@@ -36,6 +36,7 @@ struct FrameRecord {
   Pose true_X_HM;
   Pose true_X_WB;
   Twist true_V_WB_B;
+  std::optional<AxesPose> navigated_MH;  // the camera head in M, where there is a navigation
   AxesPose desired;
   bool controlled = false;  // false: the vehicle searches or drifts instead of following `desired`
   control::Axes demand = control::Axes::Zero();  // of the controller; zero without control
@@ -178,7 +179,9 @@ struct TrialRecord {
   double fitness_mean = 0, fitness_best = -1;
   double false_confidence_s = 0;
   std::optional<double> normalised_error2_mean;
-  int attempts = 0, dockings = 0, returns_to_servoing = 0;
+  std::optional<double> first_sight_m, handover_time_s;
+  std::optional<double> handover_navigation_error_m, handover_navigation_error_rad;
+  int searches = 0, attempts = 0, dockings = 0, returns_to_servoing = 0;
   int64_t repeated_images = 0;
   double tracking_rms_m = 0, overshoot_m = 0, effort_v = 0;
   double insertion_depth_m = 0;
@@ -227,6 +230,15 @@ struct TrialRecord {
           "and was not, at its image: off by more than 99.73 % should be");
     field("normalised_error2_mean", self.normalised_error2_mean, kMetric,
           "error of detected estimates, squared, by the covariance they claim: 6 if it is right");
+    field("first_sight_m", self.first_sight_m, kMetric,
+          "true distance of the marker at the first image in which F reached found_fitness");
+    field("handover_time_s", self.handover_time_s, kMetric, "when servoing first began");
+    field("handover_navigation_error_m", self.handover_navigation_error_m, kMetric,
+          "how far off navigation had the camera head then");
+    field("handover_navigation_error_rad", self.handover_navigation_error_rad, kMetric,
+          "and its heading, positive to the left");
+    field("searches", self.searches, kMetric,
+          "how often the marker was not found where it should be: how often that stage began");
     field("attempts", self.attempts, kMetric, "to dock: how often that stage began");
     field("dockings", self.dockings, kMetric,
           "how often the criterion was met; more than once where it undocks and docks again");

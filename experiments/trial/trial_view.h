@@ -57,24 +57,32 @@ inline const char* AreaTitle(double fitness, const ViewCriteria& criteria) {
 // video halves the resolution of colour, and two hues on top of each other would mix to a third.
 struct ViewColors {
   Rgb estimate, truth, desired, limit;
-  std::array<Rgb, 5> stages;  // in the order of Stage
+  std::array<Rgb, 6> stages;  // in the order of Stage
   TURBIDOCK_FIELDS(estimate, truth, desired, limit, stages)
 
   const Rgb& Of(control::Stage stage) const { return stages[static_cast<size_t>(stage)]; }
 };
 
-inline constexpr ViewColors kOnPaper = {
-    .estimate = {24, 104, 178},
-    .truth = {158, 166, 174},
-    .desired = {200, 40, 96},
-    .limit = {46, 139, 87},
-    .stages = {{{148, 156, 164}, {74, 144, 217}, {216, 152, 24}, {60, 168, 110}, {150, 110, 190}}}};
+inline constexpr ViewColors kOnPaper = {.estimate = {24, 104, 178},
+                                        .truth = {158, 166, 174},
+                                        .desired = {200, 40, 96},
+                                        .limit = {46, 139, 87},
+                                        .stages = {{{148, 156, 164},
+                                                    {74, 144, 217},
+                                                    {216, 152, 24},
+                                                    {60, 168, 110},
+                                                    {150, 110, 190},
+                                                    {196, 120, 104}}}};
 
-inline constexpr ViewColors kOnDark = {
-    .estimate = {58, 164, 255},
-    .truth = {236, 240, 244},
-    .desired = {255, 112, 164},
-    .limit = {92, 214, 146},
-    .stages = {{{160, 170, 180}, {88, 166, 240}, {250, 196, 72}, {84, 208, 140}, {190, 150, 235}}}};
+inline constexpr ViewColors kOnDark = {.estimate = {58, 164, 255},
+                                       .truth = {236, 240, 244},
+                                       .desired = {255, 112, 164},
+                                       .limit = {92, 214, 146},
+                                       .stages = {{{160, 170, 180},
+                                                   {88, 166, 240},
+                                                   {250, 196, 72},
+                                                   {84, 208, 140},
+                                                   {190, 150, 235},
+                                                   {236, 158, 140}}}};
 
 }  // namespace turbidock::trial

@@ -43,7 +43,8 @@ World::World(const Scenario& scenario, const TrialOptions& options)
       rig_(scene_.rig),
       plant_(scene_, scenario.vehicle, clock_, vehicle::Sea(scenario.sea, seeds_.Stream("sea")),
              {scenario.mooring, HeadingOf(scene_.X_WD), seeds_.Stream("mooring")}),
-      attitude_sensor_(scenario.attitude_sensor, seeds_.Stream("attitude")) {
+      attitude_sensor_(scenario.attitude_sensor, seeds_.Stream("attitude")),
+      navigation_sensor_(scenario.navigation, seeds_.Stream("navigation")) {
   CheckMarker(scenario, scene_);
   if (scenario.pose_source == PoseSource::kCameras || options.whole_images || options.spectator)
     cameras_.emplace(scenario, scene_, distractors_, seeds_);

@@ -16,6 +16,7 @@
 #include "sim/base/thruster_command.h"
 #include "sim/camera/stereo_camera.h"
 #include "sim/vehicle/attitude_sensor.h"
+#include "sim/vehicle/navigation_sensor.h"
 #include "sim/vehicle/plant.h"
 #include "sim/vehicle/scene.h"
 #include "sim/view/gl_context.h"
@@ -63,6 +64,11 @@ class World {
     const vehicle::VehicleTruth truth = plant_.truth();
     return attitude_sensor_.Read(truth.X_WB, truth.V_WB_B);
   }
+  // What its navigation says now; likewise. The chart has the station where it was moored.
+  std::optional<NavigationReading> ReadNavigation() {
+    const Pose X_WH = plant_.truth().X_WB * scene_.X_BH;
+    return navigation_sensor_.Read(plant_.time_s(), scene_.X_WM.Inverse() * X_WH);
+  }
   Pose true_X_HM() const { return (plant_.truth().X_WB * scene_.X_BH).Inverse() * plant_.X_WM(); }
   const vehicle::Plant& plant() const { return plant_; }
   const vehicle::Scene& scene() const { return scene_; }
@@ -104,6 +110,7 @@ class World {
   Disturbance disturbance_;
   vehicle::Plant plant_;
   vehicle::AttitudeSensor attitude_sensor_;
+  vehicle::NavigationSensor navigation_sensor_;
   std::optional<Cameras> cameras_;
   std::optional<view::SpectatorRenderer> spectator_;
   Image3u8 spectator_image_;

@@ -171,10 +171,10 @@ TEST(KnownVehicle, IsNotTheOneInTheWater) {
 TEST(BundledScenarios, AreThoseOfTheDocumentation) {
   EXPECT_EQ(
       config::BundledNames("scenarios"),
-      (std::vector<std::string>{"bluerov2_sea_night", "docking_cycles", "paper_sea_night_active",
-                                "paper_sea_night_passive", "pool_active", "pool_fiducial",
-                                "pool_passive", "sea_moored_active", "sea_night_active",
-                                "sea_night_fiducial", "sea_night_passive"}));
+      (std::vector<std::string>{"approach_5m", "bluerov2_sea_night", "docking_cycles",
+                                "paper_sea_night_active", "paper_sea_night_passive", "pool_active",
+                                "pool_fiducial", "pool_passive", "sea_moored_active",
+                                "sea_night_active", "sea_night_fiducial", "sea_night_passive"}));
 }
 
 // What one marker reaches and the other does not is then the marker's doing.

@@ -56,6 +56,11 @@ TrialRecord AwkwardRecord() {
   r.fitness_best = 0.75;
   r.false_confidence_s = 0.4;
   r.normalised_error2_mean = 5.5;
+  r.first_sight_m = 1.4;
+  r.handover_time_s = 20.5;
+  r.handover_navigation_error_m = 0.31;
+  r.handover_navigation_error_rad = -0.08;
+  r.searches = 6;
   r.attempts = 4;
   r.dockings = 2;
   r.returns_to_servoing = 3;
