@@ -9,7 +9,7 @@ from conftest import QUICK, CopiedController, FixedEstimator, OddController
 
 
 def plan(**more):
-    return {"schema_version": 1, "description": "a few", "scenario": "pool_active", "seeds": 3,
+    return {"description": "a few", "scenario": "pool_active", "seeds": 3,
             "set": {**QUICK, "duration_s": 6}, **more}
 
 

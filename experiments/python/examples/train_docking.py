@@ -125,7 +125,7 @@ def judge(arguments):
         print()
         print("verdict:", report["verdict"])
         return
-    plan = {"schema_version": 1, "description": "the learnt policy", "scenario": SCENARIO,
+    plan = {"description": "the learnt policy", "scenario": SCENARIO,
             "seeds": arguments.seeds, "master_seed": 4242,
             "set": {} if arguments.cameras else QUICK}
     seen = "cameras" if arguments.cameras else "true_pose"

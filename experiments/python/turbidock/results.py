@@ -129,7 +129,9 @@ def _plan(plan: Path | Mapping[str, Any], seed: int | None, seeds: int | None, s
           controller: type | str | None = None, estimator: type | str | None = None,
           plugins: Iterable[type] = ()) -> _core.Plan:
     classes, choices = chosen(controller, estimator, plugins)
-    text, name = (json.dumps(plan), "plan") if isinstance(plan, Mapping) else ("", os.fspath(plan))
+    # A dict is of this version, unless it says otherwise.
+    text, name = (json.dumps({"schema_version": 1} | dict(plan)), "plan") if isinstance(plan, Mapping) else (
+        "", os.fspath(plan))
     return _core.Plan(text, name, plugins_of(classes), choices + assignments_of(settings), seed, seeds)
 
 
