@@ -13,24 +13,24 @@ namespace {
 constexpr float kRedShare = 0.299f, kGreenShare = 0.587f, kBlueShare = 0.114f;
 
 TURBIDOCK_VECTOR_CLONES
-void ToDifferences(int count, const float* __restrict rgb, float* __restrict luma,
-                   float* __restrict red, float* __restrict blue, float* __restrict peak) {
+void ToDifferences(int count, const float* __restrict planes, int width, float* __restrict luma,
+                   float* __restrict red, float* __restrict blue) {
   for (int i = 0; i < count; ++i) {
-    const float r = rgb[3 * i], g = rgb[3 * i + 1], b = rgb[3 * i + 2];
-    luma[i] = kRedShare * r + kGreenShare * g + kBlueShare * b;
-    red[i] = r - luma[i];
-    blue[i] = b - luma[i];
-    peak[i] = std::max(r, std::max(g, b));
+    const float r = planes[i], g = planes[width + i], b = planes[2 * width + i];
+    const float y = kRedShare * r + kGreenShare * g + kBlueShare * b;
+    luma[i] = y;
+    red[i] = r - y;
+    blue[i] = b - y;
   }
 }
 
 // out[i] = sum of kernel[|k|] in[i + k]; `in` reaches as far beyond both ends as the kernel.
 // Several terms at once: what they add to stays in registers.
-template <int kTerms>
+template <int kTerms, bool kFirst>
 [[gnu::always_inline]] inline void AddTerms(const float* kernel, int first, int count,
                                             const float* __restrict in, float* __restrict out) {
   for (int i = 0; i < count; ++i) {
-    float sum = out[i];
+    float sum = kFirst ? kernel[0] * in[i] : out[i];
     for (int k = first; k < first + kTerms; ++k) sum += kernel[k] * (in[i - k] + in[i + k]);
     out[i] = sum;
   }
@@ -38,64 +38,71 @@ template <int kTerms>
 
 TURBIDOCK_VECTOR_CLONES
 void Smooth(std::span<const float> kernel, int count, const float* in, float* out) {
-  for (int i = 0; i < count; ++i) out[i] = kernel[0] * in[i];
   const int size = static_cast<int>(kernel.size());
   int k = 1;
-  for (; k + 5 <= size; k += 5) AddTerms<5>(kernel.data(), k, count, in, out);
-  for (; k < size; ++k) AddTerms<1>(kernel.data(), k, count, in, out);
-}
-
-TURBIDOCK_VECTOR_CLONES
-void Core(float coring_dn, int count, float* __restrict red, float* __restrict blue) {
-  constexpr float kNothing = 1e-6f;  // no division by zero
-  for (int i = 0; i < count; ++i) {
-    const float length_dn = std::sqrt(red[i] * red[i] + blue[i] * blue[i]) + kNothing;
-    const float keep = std::max(0.0f, 1 - coring_dn / length_dn);
-    red[i] *= keep;
-    blue[i] *= keep;
+  if (k + 5 <= size) {
+    AddTerms<5, true>(kernel.data(), k, count, in, out);
+    k += 5;
+  } else {
+    AddTerms<0, true>(kernel.data(), k, count, in, out);
   }
+  for (; k + 5 <= size; k += 5) AddTerms<5, false>(kernel.data(), k, count, in, out);
+  for (; k < size; ++k) AddTerms<1, false>(kernel.data(), k, count, in, out);
 }
 
-TURBIDOCK_VECTOR_CLONES
-void Fade(float fade_dn, int count, const float* __restrict peak, float* __restrict red,
-          float* __restrict blue) {
-  constexpr float kFullScale_dn = 255.5f;  // with the half step that is in the values
-  const float per_dn = 1 / fade_dn;
-  for (int i = 0; i < count; ++i) {
-    const float keep = std::clamp((kFullScale_dn - peak[i]) * per_dn, 0.0f, 1.0f);
-    red[i] *= keep;
-    blue[i] *= keep;
-  }
-}
-
-// Interleaved, not yet whole numbers.
-TURBIDOCK_VECTOR_CLONES
-void FromDifferences(int count, const float* __restrict luma, const float* __restrict red,
-                     const float* __restrict blue, float* __restrict rgb) {
-  for (int i = 0; i < count; ++i) {
-    const float y = luma[i] + CompositeVideo::kSetup_dn;
-    rgb[3 * i] = y + red[i];
-    rgb[3 * i + 1] = y - (kRedShare / kGreenShare * red[i] + kBlueShare / kGreenShare * blue[i]);
-    rgb[3 * i + 2] = y + blue[i];
-  }
-}
-
-struct LineNoise {
-  float deviation_dn = 0;
-  uint32_t key0 = 0, key1 = 0, first = 0;  // the first value's number in the row
+// What Transmit does to pixels once their colour is blurred.
+struct Line {
+  float coring_dn, fade_dn, noise_dn;
+  uint32_t key0, key1;
 };
 
+// Coring, fading, back to red, green and blue, the line's noise, and rounding. `planes` and `first`
+// as of ToBytes.
+template <bool kFade>
+[[gnu::always_inline]] inline void Decode(const Line line, int count, int first,
+                                          const float* __restrict planes, int width,
+                                          const float* __restrict luma,
+                                          const float* __restrict smooth_red,
+                                          const float* __restrict smooth_blue,
+                                          uint8_t* __restrict rgb) {
+  constexpr float kNothing = 1e-6f;        // no division by zero
+  constexpr float kFullScale_dn = 255.5f;  // with the half step that is in the values
+  const float per_dn = 1 / line.fade_dn;
+  const auto digital = [&](float value, int i) {
+    return light::ToByte(value +
+                         line.noise_dn * light::NormalFromBits(light::Mix(static_cast<uint32_t>(i),
+                                                                          line.key0, line.key1)));
+  };
+  for (int i = 0; i < count; ++i) {
+    float red = smooth_red[i], blue = smooth_blue[i];
+    const float length_dn = std::sqrt(red * red + blue * blue) + kNothing;
+    float keep = std::max(0.0f, 1 - line.coring_dn / length_dn);
+    red *= keep;
+    blue *= keep;
+    if constexpr (kFade) {
+      const float peak = std::max(planes[i], std::max(planes[width + i], planes[2 * width + i]));
+      keep = std::clamp((kFullScale_dn - peak) * per_dn, 0.0f, 1.0f);
+      red *= keep;
+      blue *= keep;
+    }
+    const float y = luma[i] + CompositeVideo::kSetup_dn;
+    const float green = y - (kRedShare / kGreenShare * red + kBlueShare / kGreenShare * blue);
+    const int number = 3 * (first + i);
+    rgb[3 * i] = digital(y + red, number);
+    rgb[3 * i + 1] = digital(green, number + 1);
+    rgb[3 * i + 2] = digital(y + blue, number + 2);
+  }
+}
+
+// Pixels from their brightness, their blurred colour and, where colour fades, their red, green and
+// blue values as they were, `width` apart. `first` is the first one's column.
 TURBIDOCK_VECTOR_CLONES
-void Digitise(int count, const float* __restrict value, const LineNoise& noise,
-              uint8_t* __restrict dn) {
-  const auto [deviation_dn, key0, key1, first] = noise;
-  if (deviation_dn > 0)
-    for (int i = 0; i < count; ++i)
-      dn[i] = light::ToByte(value[i] +
-                            deviation_dn * light::NormalFromBits(light::Mix(
-                                               first + static_cast<uint32_t>(i), key0, key1)));
+void ToBytes(const Line& line, int count, int first, const float* planes, int width,
+             const float* luma, const float* red, const float* blue, uint8_t* rgb) {
+  if (line.fade_dn > 0)
+    Decode<true>(line, count, first, planes, width, luma, red, blue, rgb);
   else
-    for (int i = 0; i < count; ++i) dn[i] = light::ToByte(value[i]);
+    Decode<false>(line, count, first, planes, width, luma, red, blue, rgb);
 }
 
 // A Gaussian out to three sigma, from its middle on.
@@ -124,35 +131,31 @@ CompositeVideo::CompositeVideo(const SensorParams& params, int line_px)
     kernel_ = HalfKernel(params.chroma_blur_px * line_px / kLine_px);
 }
 
-void CompositeVideo::Transmit(std::span<const float> rgb_dn, int begin, int end,
+void CompositeVideo::Transmit(std::span<const float> planes_dn, int begin, int end,
                               const std::array<uint32_t, 2>& key, uint8_t* rgb) const {
-  const int margin = margin_px(), count = end - begin, width = static_cast<int>(rgb_dn.size()) / 3;
+  const int margin = margin_px(), count = end - begin;
+  const int width = static_cast<int>(planes_dn.size()) / 3;
   // what is there of what the pixels depend on
   const int first = std::max(begin - margin, 0), last = std::min(end + margin, width);
   const int padded = count + 2 * margin;
   // enough for any region of the row
-  row_.resize(9 * static_cast<size_t>(width) + 8 * static_cast<size_t>(margin));
+  row_.resize(5 * static_cast<size_t>(width) + 6 * static_cast<size_t>(margin));
   float* luma = row_.data();
   float* red = luma + padded;
   float* blue = red + padded;
-  float* peak = blue + padded;
   const int before = first - (begin - margin), behind = last - (begin - margin);
-  ToDifferences(last - first, rgb_dn.data() + 3 * static_cast<ptrdiff_t>(first), luma + before,
-                red + before, blue + before, peak + before);
+  ToDifferences(last - first, planes_dn.data() + first, width, luma + before, red + before,
+                blue + before);
   for (float* row : {red, blue}) {
     std::fill_n(row, before, row[before]);
     std::fill(row + behind, row + padded, row[behind - 1]);
   }
-  float* smooth_red = peak + padded;
+  float* smooth_red = blue + padded;
   float* smooth_blue = smooth_red + count;
   Smooth(kernel_, count, red + margin, smooth_red);
   Smooth(kernel_, count, blue + margin, smooth_blue);
-  if (coring_dn_ > 0) Core(coring_dn_, count, smooth_red, smooth_blue);
-  if (fade_dn_ > 0) Fade(fade_dn_, count, peak + margin, smooth_red, smooth_blue);
-  float* decoded = smooth_blue + count;
-  FromDifferences(count, luma + margin, smooth_red, smooth_blue, decoded);
-  Digitise(3 * count, decoded, {noise_dn_, key[0], key[1], static_cast<uint32_t>(3 * begin)},
-           rgb + 3 * static_cast<ptrdiff_t>(begin));
+  ToBytes({coring_dn_, fade_dn_, noise_dn_, key[0], key[1]}, count, begin, planes_dn.data() + begin,
+          width, luma + margin, smooth_red, smooth_blue, rgb + 3 * static_cast<ptrdiff_t>(begin));
 }
 
 }  // namespace turbidock::camera

@@ -31,11 +31,11 @@ class CompositeVideo {
   // Columns beside a pixel that it depends on.
   int margin_px() const { return on() ? static_cast<int>(kernel_.size()) - 1 : 0; }
 
-  // Columns [begin, end) of a row of 8-bit RGB from the whole row's unrounded RGB, of which
-  // margin_px() more on both sides are read. Colour that is not there beyond the row's ends is as
-  // at the end. Half a step, for rounding, must be in the values. The noise depends on key and
-  // column only.
-  void Transmit(std::span<const float> rgb_dn, int begin, int end,
+  // Columns [begin, end) of a row of 8-bit RGB from the whole row's unrounded red, green and blue
+  // values, each together, of which margin_px() more on both sides are read. Colour that is not
+  // there beyond the row's ends is as at the end. Half a step, for rounding, must be in the values.
+  // The noise depends on key and column only.
+  void Transmit(std::span<const float> planes_dn, int begin, int end,
                 const std::array<uint32_t, 2>& key, uint8_t* rgb) const;
 
  private:

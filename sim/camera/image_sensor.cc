@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <limits>
 #include <span>
-#include <type_traits>
 
 #include "sim/base/check.h"
 #include "sim/base/random.h"
@@ -99,10 +98,11 @@ LinearNoise NoiseOf(const SensorParams& params) {
   return std::sqrt(noise.read * noise.read + noise.shot * linear);
 }
 
-// A row of one image: its keys, the white balance of each value (none: 1) and the values.
+// A channel of a row of one image: the row's keys, the channel, what it is amplified by beside the
+// gain, and its values.
 struct SensorRow {
-  uint32_t key0, key1;
-  const float* balance;
+  uint32_t key0, key1, channel;
+  float balance;
   const float* radiance;
 };
 
@@ -111,82 +111,67 @@ struct SensorRow {
 [[gnu::always_inline]] inline bool InToe(const Curve& curve, const LinearNoise& noise,
                                          const SensorRow& row, int begin, int end) {
   if (curve.toe_end >= curve.white_clip) return true;
-  if (row.balance) return false;
   int32_t most = 0;
   for (int i = begin; i < end; ++i) most = std::max(most, std::bit_cast<int32_t>(row.radiance[i]));
   const float x = LinearOf(curve, std::bit_cast<float>(most));
   const float deviation = noise.kind == Noise::kReadAndShot ? DeviationAt(noise, x) : noise.read;
-  return x + light::kMaxNormal * deviation <= curve.toe_end;
+  return (x + light::kMaxNormal * deviation) * row.balance <= curve.toe_end;
 }
 
-// DN as numbers of type T: rounded, or as they are. With kToe, all values are on the curve's
-// straight part: the same bits for less.
-template <Noise kNoise, bool kBalance, bool kToe, typename T>
+// DN, not rounded; half a step, for rounding, is in the values. With kToe, all of them are on the
+// curve's straight part: the same bits for less.
+template <Noise kNoise, bool kToe>
 [[gnu::always_inline]] inline void DigitiseValues(const Curve curve, const LinearNoise noise,
-                                                  const SensorRow& row, int begin, int end,
-                                                  T* __restrict dn) {
+                                                  const SensorRow row, int begin, int end,
+                                                  float* __restrict dn) {
   const float* __restrict radiance = row.radiance;
-  const float* __restrict balance = row.balance;
-  const uint32_t key0 = row.key0, key1 = row.key1;
   for (int i = begin; i < end; ++i) {
     float linear = LinearOf(curve, radiance[i]);
     if constexpr (kNoise != Noise::kNone) {
       const float deviation =
           kNoise == Noise::kReadAndShot ? DeviationAt(noise, linear) : noise.read;
-      linear += deviation * light::NormalFromBits(light::Mix(static_cast<uint32_t>(i), key0, key1));
+      linear += deviation * light::NormalFromBits(light::Mix(
+                                3 * static_cast<uint32_t>(i) + row.channel, row.key0, row.key1));
     }
-    if constexpr (kBalance) linear *= balance[i];
-    linear = std::min(linear, curve.white_clip);
-    const float value = EncodedDn<kToe>(curve, linear) + 0.5f;
-    if constexpr (std::is_same_v<T, float>)
-      dn[i] = value;
-    else
-      dn[i] = light::ToByte(value);
+    linear = std::min(linear * row.balance, curve.white_clip);
+    dn[i] = EncodedDn<kToe>(curve, linear) + 0.5f;
   }
 }
 
-template <Noise kNoise, bool kBalance, typename T>
+template <Noise kNoise>
 [[gnu::always_inline]] inline void DigitiseRuns(const Curve& curve, const LinearNoise& noise,
-                                                const SensorRow& row, int begin, int end, T* dn) {
+                                                const SensorRow& row, int begin, int end,
+                                                float* dn) {
   for (int run = begin; run < end; run += kRun) {
     const int run_end = std::min(run + kRun, end);
     if (InToe(curve, noise, row, run, run_end))
-      DigitiseValues<kNoise, kBalance, true>(curve, noise, row, run, run_end, dn);
+      DigitiseValues<kNoise, true>(curve, noise, row, run, run_end, dn);
     else
-      DigitiseValues<kNoise, kBalance, false>(curve, noise, row, run, run_end, dn);
-  }
-}
-
-template <bool kBalance, typename T>
-[[gnu::always_inline]] inline void DigitiseAnyRow(const Curve& curve, const LinearNoise& noise,
-                                                  const SensorRow& row, int begin, int end, T* dn) {
-  switch (noise.kind) {
-    case Noise::kNone:
-      return DigitiseRuns<Noise::kNone, kBalance>(curve, noise, row, begin, end, dn);
-    case Noise::kRead:
-      return DigitiseRuns<Noise::kRead, kBalance>(curve, noise, row, begin, end, dn);
-    case Noise::kReadAndShot:
-      return DigitiseRuns<Noise::kReadAndShot, kBalance>(curve, noise, row, begin, end, dn);
+      DigitiseValues<kNoise, false>(curve, noise, row, run, run_end, dn);
   }
 }
 
 TURBIDOCK_VECTOR_CLONES
 void DigitiseRow(const Curve& curve, const LinearNoise& noise, const SensorRow& row, int begin,
-                 int end, uint8_t* dn) {
-  if (row.balance)
-    DigitiseAnyRow<true>(curve, noise, row, begin, end, dn);
-  else
-    DigitiseAnyRow<false>(curve, noise, row, begin, end, dn);
+                 int end, float* dn) {
+  switch (noise.kind) {
+    case Noise::kNone:
+      return DigitiseRuns<Noise::kNone>(curve, noise, row, begin, end, dn);
+    case Noise::kRead:
+      return DigitiseRuns<Noise::kRead>(curve, noise, row, begin, end, dn);
+    case Noise::kReadAndShot:
+      return DigitiseRuns<Noise::kReadAndShot>(curve, noise, row, begin, end, dn);
+  }
 }
 
-// Half a step (for rounding) is in the values.
 TURBIDOCK_VECTOR_CLONES
-void DigitiseRowUnrounded(const Curve& curve, const LinearNoise& noise, const SensorRow& row,
-                          int begin, int end, float* dn) {
-  if (row.balance)
-    DigitiseAnyRow<true>(curve, noise, row, begin, end, dn);
-  else
-    DigitiseAnyRow<false>(curve, noise, row, begin, end, dn);
+void Interleave(int count, const float* __restrict red, const float* __restrict green,
+                const float* __restrict blue, uint8_t* __restrict rgb) {
+  for (int i = 0; i < count; ++i) {
+    rgb[3 * i] = light::ToByte(red[i]);
+    rgb[3 * i + 1] = light::ToByte(green[i]);
+    rgb[3 * i + 2] = light::ToByte(blue[i]);
+  }
 }
 
 }  // namespace
@@ -200,7 +185,6 @@ ImageSensor::ImageSensor(const SensorParams& params, uint64_t left_key, uint64_t
 void ImageSensor::Amplify(const Amplification& amplification) {
   params_.gain = amplification.gain;
   params_.white_balance = amplification.white_balance;
-  balance_.clear();
 }
 
 void ImageSensor::Digitise(const light::RadianceStereo& radiance, int64_t frame,
@@ -215,10 +199,21 @@ void ImageSensor::Digitise(const light::RadianceStereo& radiance, const StereoRe
                            int64_t frame, StereoImage* out) const {
   out->frame = frame;
   for (const Side side : kSides) {
-    const PixelRegion& part = region[side];
+    PixelRegion row = region[side];
     const Image3f& in = radiance[side];
-    (*out)[side].Resize(in.width(), in.height());
-    if (!part.empty()) DigitiseRegion(side, frame, part, in.row(part.row_begin), &(*out)[side]);
+    const int width = in.width();
+    (*out)[side].Resize(width, in.height());
+    if (row.empty()) continue;
+    const int row_end = row.row_end;
+    split_.resize(3 * static_cast<size_t>(width));
+    for (int v = row.row_begin; v < row_end; ++v) {
+      const float* rgb = in.row(v);
+      for (int u = 0; u < width; ++u)
+        for (int k = 0; k < 3; ++k) split_[static_cast<size_t>(k * width + u)] = rgb[3 * u + k];
+      row.row_begin = v;
+      row.row_end = v + 1;
+      DigitiseRegion(side, frame, row, split_.data(), &(*out)[side]);
+    }
   }
 }
 
@@ -230,25 +225,22 @@ void ImageSensor::DigitiseRegion(Side side, int64_t frame, const PixelRegion& re
   // what the pixels depend on
   const int begin = std::max(region.column_begin - margin_px(), 0);
   const int end = std::min(region.column_end + margin_px(), width);
-  const auto row_values = 3 * static_cast<size_t>(width);
-  const bool balanced = params_.white_balance != Eigen::Vector3d::Ones();
-  if (balanced && balance_.size() != row_values) {
-    balance_.resize(row_values);
-    for (size_t i = 0; i < row_values; ++i)
-      balance_[i] = static_cast<float>(params_.white_balance[static_cast<int>(i % 3)]);
-  }
-  encoded_.resize(video_.on() ? row_values : 0);
-  for (int v = region.row_begin; v < region.row_end; ++v, radiance += row_values) {
+  encoded_.resize(3 * static_cast<size_t>(width));
+  for (int v = region.row_begin; v < region.row_end; ++v) {
     // every row has a key of its own
     const auto key =
         PhiloxBlock(keys_[side], static_cast<uint64_t>(frame), static_cast<uint64_t>(v));
-    const SensorRow row = {key[0], key[1], balanced ? balance_.data() : nullptr, radiance};
-    if (!video_.on()) {
-      DigitiseRow(curve, noise, row, 3 * begin, 3 * end, image->row(v));
-    } else {
-      DigitiseRowUnrounded(curve, noise, row, 3 * begin, 3 * end, encoded_.data());
+    for (int k = 0; k < 3; ++k, radiance += width)
+      DigitiseRow(curve, noise,
+                  {key[0], key[1], static_cast<uint32_t>(k),
+                   static_cast<float>(params_.white_balance[k]), radiance},
+                  begin, end, encoded_.data() + static_cast<ptrdiff_t>(k) * width);
+    if (video_.on()) {
       video_.Transmit(encoded_, region.column_begin, region.column_end, {key[2], key[3]},
                       image->row(v));
+    } else {
+      const float* red = encoded_.data() + begin;
+      Interleave(end - begin, red, red + width, red + 2 * width, image->at(begin, v));
     }
   }
 }

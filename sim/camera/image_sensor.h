@@ -37,8 +37,9 @@ class ImageSensor {
   // From the next image on, instead of the parameters'.
   void Amplify(const Amplification& amplification);
 
-  // A region of one camera. Radiance is read margin_px() further on both sides.
-  // `radiance` holds whole rows from the region's first on, `image` the whole picture.
+  // A region of one camera. Radiance is read margin_px() further on both sides. `radiance` holds
+  // whole rows from the region's first on, each its red values, then green and blue; `image` the
+  // whole picture.
   void DigitiseRegion(Side side, int64_t frame, const PixelRegion& region, const float* radiance,
                       Image3u8* image) const;
 
@@ -50,9 +51,8 @@ class ImageSensor {
   SensorParams params_;
   Stereo<uint64_t> keys_;
   CompositeVideo video_;
-  // White balance of a row's values, and rows under way, kept for their memory: an ImageSensor
-  // serves one thread at a time.
-  mutable std::vector<float> balance_, encoded_;
+  // Rows under way, kept for their memory: an ImageSensor serves one thread at a time.
+  mutable std::vector<float> split_, encoded_;
 };
 
 }  // namespace turbidock::camera

@@ -24,35 +24,50 @@ void ColumnExtremes(const uint16_t* const rows[kCell], int begin, int end, uint1
   }
 }
 
-// Bilinear light over a rectangle: corners of which the far ones may lie outside it.
-TURBIDOCK_VECTOR_CLONES
-void PaintBilinear(const float* corners /* 4 x 4 */, int u_span, int v_span, int width,
-                   int row_from, int row_to, int stride, bool add, float* __restrict rgb) {
-  constexpr int kMaxValues = 3 * 256;
-  float top[kMaxValues], down[kMaxValues];
-  const float per_column = u_span > 0 ? 1.0f / static_cast<float>(u_span) : 0.0f;
-  const float per_row = v_span > 0 ? 1.0f / static_cast<float>(v_span) : 0.0f;
-  for (int k = 0; k < 3; ++k) {
-    const float c00 = corners[k], c01 = corners[8 + k];
-    const float right0 = (corners[4 + k] - c00) * per_column;
-    const float right1 = (corners[12 + k] - c01) * per_column;
-    for (int i = 0; i < width; ++i) {
-      const float x = static_cast<float>(i);
-      top[3 * i + k] = c00 + x * right0;
-      down[3 * i + k] = (c01 + x * right1 - (c00 + x * right0)) * per_row;
-    }
+// One channel of bilinear light over a rectangle, by rows: of columns at x on the upper edge, and
+// what they change by from row to row.
+struct Slopes {
+  float left0, right0, left1, right1;  // on the edges: at column 0, and by column
+  float per_row;
+};
+
+// Several columns at once, so that a row of them is a vector or some.
+template <int kColumns>
+[[gnu::always_inline]] inline void PaintColumns(const Slopes at, int first, int row_from,
+                                                int row_to, int stride, bool add,
+                                                float* __restrict out) {
+  float top[kColumns], down[kColumns];
+  for (int i = 0; i < kColumns; ++i) {
+    const float x = static_cast<float>(first + i);
+    top[i] = at.left0 + x * at.right0;
+    down[i] = (at.left1 + x * at.right1 - (at.left0 + x * at.right0)) * at.per_row;
   }
-  const int values = 3 * width;
-  // The loop above has written all `values`.
-  // NOLINTBEGIN(clang-analyzer-core.UndefinedBinaryOperatorResult)
-  for (int row = row_from; row < row_to; ++row, rgb += stride) {
+  for (int row = row_from; row < row_to; ++row, out += stride) {
     const float y = static_cast<float>(row);
     if (add)
-      for (int j = 0; j < values; ++j) rgb[j] += std::max(0.0f, top[j] + y * down[j]);
+      for (int i = 0; i < kColumns; ++i) out[i] += std::max(0.0f, top[i] + y * down[i]);
     else
-      for (int j = 0; j < values; ++j) rgb[j] = std::max(0.0f, top[j] + y * down[j]);
+      for (int i = 0; i < kColumns; ++i) out[i] = std::max(0.0f, top[i] + y * down[i]);
   }
-  // NOLINTEND(clang-analyzer-core.UndefinedBinaryOperatorResult)
+}
+
+// Bilinear light over a rectangle: corners of which the far ones may lie outside it. Channels are
+// `plane` apart in the picture.
+TURBIDOCK_VECTOR_CLONES
+void PaintBilinear(const float* corners /* 4 x 4 */, int u_span, int v_span, int width,
+                   int row_from, int row_to, int plane, bool add, float* rgb) {
+  const float per_column = u_span > 0 ? 1.0f / static_cast<float>(u_span) : 0.0f;
+  const float per_row = v_span > 0 ? 1.0f / static_cast<float>(v_span) : 0.0f;
+  for (int k = 0; k < 3; ++k, rgb += plane) {
+    const Slopes at = {corners[k], (corners[4 + k] - corners[k]) * per_column, corners[8 + k],
+                       (corners[12 + k] - corners[8 + k]) * per_column, per_row};
+    int u = 0;
+    for (; u + 16 <= width; u += 16)
+      PaintColumns<16>(at, u, row_from, row_to, 3 * plane, add, rgb + u);
+    for (; u + 4 <= width; u += 4)
+      PaintColumns<4>(at, u, row_from, row_to, 3 * plane, add, rgb + u);
+    for (; u < width; ++u) PaintColumns<1>(at, u, row_from, row_to, 3 * plane, add, rgb + u);
+  }
 }
 
 }  // namespace
@@ -309,34 +324,31 @@ bool TiledLight::MiddleAgrees(const Tile& tile) const {
 void TiledLight::Paint(int row_begin, int row_end, Mode mode, float* rgb) const {
   TD_CHECK(row_begin % kBandRows == 0 && row_end - row_begin <= kBandRows, "no band of rows");
   const int stride = 3 * width_;
+  const bool add = mode == Mode::kAdd;
   for (const int index : leaves_of_band_[static_cast<size_t>(row_begin / kBandRows)]) {
     const Leaf& leaf = leaves_[static_cast<size_t>(index)];
-    if (leaf.dark && mode == Mode::kAdd) continue;
+    if (leaf.dark && add) continue;
     const int from = std::max<int>(leaf.v0, row_begin),
               to = std::min(leaf.v0 + leaf.height, row_end);
-    float* out = rgb + static_cast<ptrdiff_t>(from - row_begin) * stride + 3 * leaf.u0;
+    float* out = rgb + static_cast<ptrdiff_t>(from - row_begin) * stride + leaf.u0;
     if (leaf.dark) {
-      for (int v = from; v < to; ++v, out += stride) std::fill_n(out, 3 * leaf.width, 0.0f);
+      for (int line = 0; line < 3 * (to - from); ++line, out += width_)
+        std::fill_n(out, leaf.width, 0.0f);
     } else if (leaf.pixels) {
       const Light* light = &light_[static_cast<size_t>(leaf.corner[0])] +
                            static_cast<ptrdiff_t>(from - leaf.v0) * leaf.width;
-      const bool add = mode == Mode::kAdd;
       for (int v = from; v < to; ++v, out += stride)
-        for (float* rgb_out = out; rgb_out < out + static_cast<ptrdiff_t>(3) * leaf.width;
-             rgb_out += 3, ++light) {
-          const Eigen::Array3f here = light->head<3>();
-          Eigen::Map<Eigen::Array3f> pixel(rgb_out);
-          if (add)
-            pixel += here;
-          else
-            pixel = here;
-        }
+        for (float* pixel = out; pixel < out + leaf.width; ++pixel, ++light)
+          for (int k = 0; k < 3; ++k) {
+            float& value = pixel[static_cast<ptrdiff_t>(k) * width_];
+            value = add ? value + (*light)[k] : (*light)[k];
+          }
     } else {
       float corners[16] = {};
       for (int i = 0; i < 4; ++i)
         Eigen::Map<Light>(corners + 4 * i) = light_[static_cast<size_t>(leaf.corner[i])];
       PaintBilinear(corners, leaf.u1 - leaf.u0, leaf.v1 - leaf.v0, leaf.width, from - leaf.v0,
-                    to - leaf.v0, stride, mode == Mode::kAdd, out);
+                    to - leaf.v0, width_, add, out);
     }
   }
 }

@@ -145,11 +145,18 @@ int64_t Water::points() const {
 void Water::Apply(const view::RenderedStereo& rendered, RadianceStereo* out) {
   Prepare(rendered, whole());
   for (const Side side : kSides) {
-    const int height_px = rig_[side].height_px;
+    const int width = rig_[side].width_px, height = rig_[side].height_px;
     Image3f& image = (*out)[side];
-    image.Resize(rig_[side].width_px, height_px);
-    for (int v = 0; v < height_px; v += TiledLight::kBandRows)
-      PaintRows(side, v, std::min(v + TiledLight::kBandRows, height_px), image.row(v));
+    image.Resize(width, height);
+    band_.resize(static_cast<size_t>(TiledLight::kBandRows) * width * 3);
+    for (int v = 0; v < height; v += TiledLight::kBandRows) {
+      const int end = std::min(v + TiledLight::kBandRows, height);
+      PaintRows(side, v, end, band_.data());
+      const float* from = band_.data();
+      for (int row = v; row < end; ++row)
+        for (int k = 0; k < 3; ++k)
+          for (int u = 0; u < width; ++u) image.at(u, row)[k] = *from++;
+    }
   }
 }
 

@@ -54,9 +54,9 @@ class Water {
   void Apply(const view::RenderedStereo& rendered, RadianceStereo* out);
 
   // The same a band of rows at a time, which stays in cache until the sensor has it: after Prepare,
-  // PaintRows writes rows [row_begin, row_end) of one camera, interleaved R, G, B. Row_begin is a
-  // multiple of TiledLight::kBandRows, of which at most as many are painted. Only pixels in the
-  // region are sure to be written; they are the same whatever the region.
+  // PaintRows writes rows [row_begin, row_end) of one camera, each its red values, then green and
+  // blue. Row_begin is a multiple of TiledLight::kBandRows, of which at most as many are painted.
+  // Only pixels in the region are sure to be written; they are the same whatever the region.
   void Prepare(const view::RenderedStereo& rendered, const StereoRegion& region);
   void PaintRows(Side side, int row_begin, int row_end, float* rgb) const;
 
@@ -126,6 +126,7 @@ class Water {
   std::vector<int> first_of_surface_, order_;  // points sorted by surface
   std::vector<LightPoint> metered_;
   std::vector<Light> metered_light_;
+  std::vector<float> band_;  // radiance of some rows
 };
 
 }  // namespace turbidock::light

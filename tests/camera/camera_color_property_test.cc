@@ -124,21 +124,22 @@ TEST(ChromaBlur, IsTheSameInARegion) {
     radiance.data()[i] = static_cast<float>(rng.Uniform());
   const ImageSensor sensor(Linear(4, 2), 1, 2);
   ASSERT_EQ(sensor.margin_px(), 12);
-  Image3u8 whole(kWidth, kHeight);
-  sensor.DigitiseRegion(Side::kLeft, 1, {0, 0, kWidth, kHeight}, radiance.data(), &whole);
+  StereoImage whole;
+  sensor.Digitise({radiance, radiance}, 1, &whole);
   int compared = 0;
   for (const PixelRegion& region :
        {PixelRegion{0, 3, 9, 20}, PixelRegion{50, 0, 51, 7}, PixelRegion{140, 30, kWidth, 40}}) {
-    Image3u8 part(kWidth, kHeight);
+    StereoImage part;
     Image3f beside(kWidth, kHeight, std::nanf(""));  // what may not be looked at
     for (int v = region.row_begin; v < region.row_end; ++v)
       for (int u = std::max(0, region.column_begin - 12);
            u < std::min(kWidth, region.column_end + 12); ++u)
         std::copy_n(radiance.at(u, v), 3, beside.at(u, v));
-    sensor.DigitiseRegion(Side::kLeft, 1, region, beside.row(region.row_begin), &part);
+    sensor.Digitise({beside, beside}, {region, {}}, 1, &part);
     for (int v = region.row_begin; v < region.row_end; ++v)
       for (int u = region.column_begin; u < region.column_end; ++u)
-        for (int k = 0; k < 3; ++k, ++compared) ASSERT_EQ(part.at(u, v)[k], whole.at(u, v)[k]);
+        for (int k = 0; k < 3; ++k, ++compared)
+          ASSERT_EQ(part.left.at(u, v)[k], whole.left.at(u, v)[k]);
   }
   EXPECT_EQ(compared, 3 * (9 * 17 + 7 + 20 * 10));
 }
@@ -235,13 +236,13 @@ TEST(CompositeVideo, IsTheSameInARegionWithAllOfIt) {
   for (size_t i = 0; i < 3 * radiance.pixels(); ++i)
     radiance.data()[i] = static_cast<float>(rng.Uniform());
   const ImageSensor camera(sensor, 1, 2);
-  Image3u8 whole(kWidth, kHeight), part(kWidth, kHeight);
-  camera.DigitiseRegion(Side::kLeft, 1, {0, 0, kWidth, kHeight}, radiance.data(), &whole);
+  StereoImage whole, part;
+  camera.Digitise({radiance, radiance}, 1, &whole);
   const PixelRegion region{50, 10, 90, 20};
-  camera.DigitiseRegion(Side::kLeft, 1, region, radiance.row(region.row_begin), &part);
+  camera.Digitise({radiance, radiance}, {region, {}}, 1, &part);
   for (int v = region.row_begin; v < region.row_end; ++v)
     for (int u = region.column_begin; u < region.column_end; ++u)
-      for (int k = 0; k < 3; ++k) ASSERT_EQ(part.at(u, v)[k], whole.at(u, v)[k]);
+      for (int k = 0; k < 3; ++k) ASSERT_EQ(part.left.at(u, v)[k], whole.left.at(u, v)[k]);
 }
 
 TEST(WhiteBalance, IsAFactorOnTheLight) {

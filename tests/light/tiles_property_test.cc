@@ -97,7 +97,7 @@ TEST(TiledLight, IsExactWhereLightIsLinear) {
                  v < std::min(band + rows, region.row_end); ++v)
               for (int u = region.column_begin; u < region.column_end; ++u)
                 for (int k = 0; k < 3; ++k)
-                  ASSERT_NEAR(rgb[static_cast<size_t>(3 * ((v - band) * width + u) + k)],
+                  ASSERT_NEAR(rgb[static_cast<size_t>((3 * (v - band) + k) * width + u)],
                               times * LinearLight(u, v)[k], 2e-5)
                       << width << " x " << height << ": " << u << ", " << v;
           }
