@@ -13,8 +13,7 @@ namespace turbidock {
 
 // In the order of a frame.
 enum class LoopStage {
-  kRender,    // the list of things to draw, and drawing them
-  kReadBack,  // from OpenGL's buffers to surface and depth
+  kRender,  // which surface each pixel shows, and how far it is
   kWater,
   kSensor,
   kLabels,    // which pixels have a ball's colour
@@ -26,7 +25,6 @@ enum class LoopStage {
 constexpr auto Names(LoopStage) {
   using enum LoopStage;
   return EnumList<LoopStage>({{kRender, "render"},
-                              {kReadBack, "read_back"},
                               {kWater, "water"},
                               {kSensor, "sensor"},
                               {kLabels, "labels"},

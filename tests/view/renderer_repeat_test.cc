@@ -1,5 +1,4 @@
-// Drawing depends on the state only: not on what was drawn before, with which context or beside
-// whom.
+// Drawing depends on the state only: not on what was drawn before, or beside whom.
 
 #include <gtest/gtest.h>
 
@@ -17,10 +16,9 @@ using testing::PosedScene;
 const Pose kSomeX_HM{FromYawPitchRoll(0.1, -0.05, 0.02), {0.7, 0.05, -0.03}};
 
 RenderedStereo RenderAfresh() {
-  const auto gl = MakeOsmesaContext();
   PosedScene posed("pool_active");
   posed.Place(kSomeX_HM);
-  StereoRenderer renderer(*gl, posed.scene);
+  StereoRenderer renderer(posed.scene);
   RenderedStereo rendered;
   renderer.Render(*posed.data, &rendered);
   return rendered;
@@ -33,7 +31,7 @@ void ExpectSame(const RenderedStereo& a, const RenderedStereo& b) {
   EXPECT_TRUE(a.right.depth_m == b.right.depth_m);
 }
 
-TEST(RendererRepeats, InANewContext) {
+TEST(RendererRepeats, ByANewOne) {
   const RenderedStereo first = RenderAfresh();
   EXPECT_FALSE(first.left.surface == first.right.surface);
   ExpectSame(first, RenderAfresh());
@@ -48,7 +46,7 @@ TEST(RendererRepeats, InAnotherThread) {
 TEST(RendererRepeats, WithTheSpectatorInBetween) {
   const auto gl = MakeOsmesaContext();
   PosedScene posed("pool_active");
-  StereoRenderer renderer(*gl, posed.scene);
+  StereoRenderer renderer(posed.scene);
   SpectatorRenderer spectator(*gl, posed.scene, 320, 240);
   RenderedStereo rendered;
   Image3u8 picture, again;
@@ -72,10 +70,9 @@ TEST(RendererRepeats, WithTheSpectatorInBetween) {
 
 // Rendering reads the state and leaves it as it is.
 TEST(RendererRepeats, WithoutTouchingTheState) {
-  const auto gl = MakeOsmesaContext();
   PosedScene posed("pool_active");
   posed.Place(kSomeX_HM);
-  StereoRenderer renderer(*gl, posed.scene);
+  StereoRenderer renderer(posed.scene);
   const vehicle::MjDataPtr before(mj_copyData(nullptr, posed.scene.model.get(), posed.data.get()));
   RenderedStereo rendered;
   renderer.Render(*posed.data, &rendered);
