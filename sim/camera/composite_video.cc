@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "sim/base/vector_clones.h"
-#include "sim/light/vector_math.h"
+#include "sim/base/vector_math.h"
 
 namespace turbidock::camera {
 namespace {
@@ -40,75 +40,69 @@ TURBIDOCK_VECTOR_CLONES
 void Smooth(std::span<const float> kernel, int count, const float* in, float* out) {
   const int size = static_cast<int>(kernel.size());
   int k = 1;
-  if (k + 5 <= size) {
-    AddTerms<5, true>(kernel.data(), k, count, in, out);
-    k += 5;
+  if (k + 4 <= size) {
+    AddTerms<4, true>(kernel.data(), k, count, in, out);
+    k += 4;
   } else {
     AddTerms<0, true>(kernel.data(), k, count, in, out);
   }
-  for (; k + 5 <= size; k += 5) AddTerms<5, false>(kernel.data(), k, count, in, out);
+  for (; k + 4 <= size; k += 4) AddTerms<4, false>(kernel.data(), k, count, in, out);
   for (; k < size; ++k) AddTerms<1, false>(kernel.data(), k, count, in, out);
 }
 
-// What Transmit does to pixels once their colour is blurred.
+// What becomes of pixels once their colour is blurred.
 struct Line {
   float coring_dn, fade_dn, noise_dn;
-  uint32_t key0, key1;
+  RowNoise::Row noise;  // from the first pixel's red on; other channels are `width` further
+  int width;
 };
 
-// Coring, fading, back to red, green and blue, the line's noise, and rounding. `planes` and `first`
-// as of ToBytes.
+// Coring, fading, back to red, green and blue, the line's noise, and rounding. `planes` as of
+// ToBytes.
 template <bool kFade>
-[[gnu::always_inline]] inline void Decode(const Line line, int count, int first,
-                                          const float* __restrict planes, int width,
+[[gnu::always_inline]] inline void Decode(const Line line, int count,
+                                          const float* __restrict planes,
                                           const float* __restrict luma,
                                           const float* __restrict smooth_red,
                                           const float* __restrict smooth_blue,
                                           uint8_t* __restrict rgb) {
-  constexpr float kNothing = 1e-6f;        // no division by zero
-  constexpr float kFullScale_dn = 255.5f;  // with the half step that is in the values
+  constexpr float kNothing = 1e-6f;                              // no division by zero
+  constexpr float kBlack_dn = CompositeVideo::kSetup_dn + 0.5f;  // half a step, for rounding
   const float per_dn = 1 / line.fade_dn;
-  const auto digital = [&](float value, int i) {
-    return light::ToByte(value +
-                         line.noise_dn * light::NormalFromBits(light::Mix(static_cast<uint32_t>(i),
-                                                                          line.key0, line.key1)));
-  };
+  const int width = line.width;
   for (int i = 0; i < count; ++i) {
     float red = smooth_red[i], blue = smooth_blue[i];
     const float length_dn = std::sqrt(red * red + blue * blue) + kNothing;
     float keep = std::max(0.0f, 1 - line.coring_dn / length_dn);
-    red *= keep;
-    blue *= keep;
     if constexpr (kFade) {
       const float peak = std::max(planes[i], std::max(planes[width + i], planes[2 * width + i]));
-      keep = std::clamp((kFullScale_dn - peak) * per_dn, 0.0f, 1.0f);
-      red *= keep;
-      blue *= keep;
+      keep *= std::clamp((255 - peak) * per_dn, 0.0f, 1.0f);
     }
-    const float y = luma[i] + CompositeVideo::kSetup_dn;
+    red *= keep;
+    blue *= keep;
+    const float y = luma[i] + kBlack_dn;
     const float green = y - (kRedShare / kGreenShare * red + kBlueShare / kGreenShare * blue);
-    const int number = 3 * (first + i);
-    rgb[3 * i] = digital(y + red, number);
-    rgb[3 * i + 1] = digital(green, number + 1);
-    rgb[3 * i + 2] = digital(y + blue, number + 2);
+    rgb[3 * i] = ToByte(y + red + line.noise_dn * line.noise[i]);
+    rgb[3 * i + 1] = ToByte(green + line.noise_dn * line.noise[width + i]);
+    rgb[3 * i + 2] = ToByte(y + blue + line.noise_dn * line.noise[2 * width + i]);
   }
 }
 
 // Pixels from their brightness, their blurred colour and, where colour fades, their red, green and
-// blue values as they were, `width` apart. `first` is the first one's column.
+// blue values as they were, `width` apart.
 TURBIDOCK_VECTOR_CLONES
-void ToBytes(const Line& line, int count, int first, const float* planes, int width,
-             const float* luma, const float* red, const float* blue, uint8_t* rgb) {
+void ToBytes(const Line& line, int count, const float* planes, const float* luma, const float* red,
+             const float* blue, uint8_t* rgb) {
   if (line.fade_dn > 0)
-    Decode<true>(line, count, first, planes, width, luma, red, blue, rgb);
+    Decode<true>(line, count, planes, luma, red, blue, rgb);
   else
-    Decode<false>(line, count, first, planes, width, luma, red, blue, rgb);
+    Decode<false>(line, count, planes, luma, red, blue, rgb);
 }
 
 // A Gaussian out to three sigma, from its middle on.
 std::vector<float> HalfKernel(double sigma_px) {
   if (sigma_px <= 0) return {1};
-  const int reach_px = static_cast<int>(std::ceil(3 * sigma_px));
+  const int reach_px = std::max(1, static_cast<int>(std::lround(3 * sigma_px)));
   std::vector<double> half;
   double sum = 0;
   for (int k = 0; k <= reach_px; ++k) {
@@ -132,7 +126,7 @@ CompositeVideo::CompositeVideo(const SensorParams& params, int line_px)
 }
 
 void CompositeVideo::Transmit(std::span<const float> planes_dn, int begin, int end,
-                              const std::array<uint32_t, 2>& key, uint8_t* rgb) const {
+                              RowNoise::Row noise, uint8_t* rgb) const {
   const int margin = margin_px(), count = end - begin;
   const int width = static_cast<int>(planes_dn.size()) / 3;
   // what is there of what the pixels depend on
@@ -154,8 +148,9 @@ void CompositeVideo::Transmit(std::span<const float> planes_dn, int begin, int e
   float* smooth_blue = smooth_red + count;
   Smooth(kernel_, count, red + margin, smooth_red);
   Smooth(kernel_, count, blue + margin, smooth_blue);
-  ToBytes({coring_dn_, fade_dn_, noise_dn_, key[0], key[1]}, count, begin, planes_dn.data() + begin,
-          width, luma + margin, smooth_red, smooth_blue, rgb + 3 * static_cast<ptrdiff_t>(begin));
+  ToBytes({coring_dn_, fade_dn_, noise_dn_, noise.From(begin), width}, count,
+          planes_dn.data() + begin, luma + margin, smooth_red, smooth_blue,
+          rgb + 3 * static_cast<ptrdiff_t>(begin));
 }
 
 }  // namespace turbidock::camera

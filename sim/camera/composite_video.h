@@ -9,11 +9,11 @@
 // complementary filters computes it from are clipped (SS-HQ1 10.3.2). Line and digitiser add noise
 // of their own. Brightness stays sharp. Black is at 19 DN (7.5 % of the scale).
 
-#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
+#include "sim/base/row_noise.h"
 #include "sim/camera/sensor_params.h"
 
 namespace turbidock::camera {
@@ -35,8 +35,8 @@ class CompositeVideo {
   // values, each together, of which margin_px() more on both sides are read. Colour that is not
   // there beyond the row's ends is as at the end. Half a step, for rounding, must be in the values.
   // The noise depends on key and column only.
-  void Transmit(std::span<const float> planes_dn, int begin, int end,
-                const std::array<uint32_t, 2>& key, uint8_t* rgb) const;
+  void Transmit(std::span<const float> planes_dn, int begin, int end, RowNoise::Row noise,
+                uint8_t* rgb) const;
 
  private:
   std::vector<float> kernel_;  // of the blur, from its middle on; empty: off

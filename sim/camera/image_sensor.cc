@@ -1,6 +1,7 @@
 #include "sim/camera/image_sensor.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -10,7 +11,7 @@
 #include "sim/base/check.h"
 #include "sim/base/random.h"
 #include "sim/base/vector_clones.h"
-#include "sim/light/vector_math.h"
+#include "sim/base/vector_math.h"
 
 namespace turbidock::camera {
 namespace {
@@ -30,18 +31,19 @@ struct Curve {
   float toe_end, toe_slope_dn;
 };
 
-Curve CurveOf(const SensorParams& params) {
+// `amplification` is the gain and what a channel has of white balance.
+Curve CurveOf(const SensorParams& params, double amplification) {
   // scale linear^exponent + offset above the toe, slope linear below; 1 is full scale.
   const auto curve = [&](double exponent, double scale, double offset, double toe_end,
                          double toe_slope) -> Curve {
-    return {
-        .linear_per_radiance = static_cast<float>(params.gain / params.full_scale_radiance_w_m2_sr),
-        .white_clip = static_cast<float>(params.white_clip),
-        .exponent = static_cast<float>(exponent),
-        .scale_dn = static_cast<float>(255 * scale),
-        .offset_dn = static_cast<float>(255 * offset),
-        .toe_end = static_cast<float>(toe_end),
-        .toe_slope_dn = static_cast<float>(255 * toe_slope)};
+    return {.linear_per_radiance =
+                static_cast<float>(amplification / params.full_scale_radiance_w_m2_sr),
+            .white_clip = static_cast<float>(params.white_clip),
+            .exponent = static_cast<float>(exponent),
+            .scale_dn = static_cast<float>(255 * scale),
+            .offset_dn = static_cast<float>(255 * offset),
+            .toe_end = static_cast<float>(toe_end),
+            .toe_slope_dn = static_cast<float>(255 * toe_slope)};
   };
   switch (params.transfer) {
     case TransferCurve::kLinear:
@@ -72,7 +74,7 @@ template <bool kToe>
   if constexpr (kToe) return straight_dn;
   // a logarithm is asked for whether it is used or not
   const float positive = std::max(linear, std::numeric_limits<float>::min());
-  const float power_dn = curve.scale_dn * light::Exp2(curve.exponent * light::Log2(positive));
+  const float power_dn = curve.scale_dn * Exp2(curve.exponent * Log2(positive));
   return linear > curve.toe_end ? power_dn + curve.offset_dn : straight_dn;
 }
 
@@ -84,8 +86,8 @@ struct LinearNoise {
   float read = 0, shot = 0;
 };
 
-LinearNoise NoiseOf(const SensorParams& params) {
-  const double per_electron = params.gain / params.full_well_electrons;
+LinearNoise NoiseOf(const SensorParams& params, double amplification) {
+  const double per_electron = amplification / params.full_well_electrons;
   const double read = per_electron * params.read_noise_electrons;
   return {.kind = params.shot_noise ? Noise::kReadAndShot
                   : read > 0        ? Noise::kRead
@@ -98,11 +100,9 @@ LinearNoise NoiseOf(const SensorParams& params) {
   return std::sqrt(noise.read * noise.read + noise.shot * linear);
 }
 
-// A channel of a row of one image: the row's keys, the channel, what it is amplified by beside the
-// gain, and its values.
+// A channel of a row of one image.
 struct SensorRow {
-  uint32_t key0, key1, channel;
-  float balance;
+  RowNoise::Row noise;
   const float* radiance;
 };
 
@@ -115,26 +115,20 @@ struct SensorRow {
   for (int i = begin; i < end; ++i) most = std::max(most, std::bit_cast<int32_t>(row.radiance[i]));
   const float x = LinearOf(curve, std::bit_cast<float>(most));
   const float deviation = noise.kind == Noise::kReadAndShot ? DeviationAt(noise, x) : noise.read;
-  return (x + light::kMaxNormal * deviation) * row.balance <= curve.toe_end;
+  return x + RowNoise::kMost * deviation <= curve.toe_end;
 }
 
-// DN, not rounded; half a step, for rounding, is in the values. With kToe, all of them are on the
-// curve's straight part: the same bits for less.
+// DN, not rounded. With kToe, all of them are on the curve's straight part: the same bits for less.
 template <Noise kNoise, bool kToe>
 [[gnu::always_inline]] inline void DigitiseValues(const Curve curve, const LinearNoise noise,
                                                   const SensorRow row, int begin, int end,
                                                   float* __restrict dn) {
-  const float* __restrict radiance = row.radiance;
   for (int i = begin; i < end; ++i) {
-    float linear = LinearOf(curve, radiance[i]);
-    if constexpr (kNoise != Noise::kNone) {
-      const float deviation =
-          kNoise == Noise::kReadAndShot ? DeviationAt(noise, linear) : noise.read;
-      linear += deviation * light::NormalFromBits(light::Mix(
-                                3 * static_cast<uint32_t>(i) + row.channel, row.key0, row.key1));
-    }
-    linear = std::min(linear * row.balance, curve.white_clip);
-    dn[i] = EncodedDn<kToe>(curve, linear) + 0.5f;
+    float linear = LinearOf(curve, row.radiance[i]);
+    if constexpr (kNoise != Noise::kNone)
+      linear +=
+          row.noise[i] * (kNoise == Noise::kReadAndShot ? DeviationAt(noise, linear) : noise.read);
+    dn[i] = EncodedDn<kToe>(curve, std::min(linear, curve.white_clip));
   }
 }
 
@@ -142,8 +136,10 @@ template <Noise kNoise>
 [[gnu::always_inline]] inline void DigitiseRuns(const Curve& curve, const LinearNoise& noise,
                                                 const SensorRow& row, int begin, int end,
                                                 float* dn) {
-  for (int run = begin; run < end; run += kRun) {
-    const int run_end = std::min(run + kRun, end);
+  // a curve that is straight all the way needs no runs
+  const int length = curve.toe_end >= curve.white_clip ? end - begin : kRun;
+  for (int run = begin; run < end; run += length) {
+    const int run_end = std::min(run + length, end);
     if (InToe(curve, noise, row, run, run_end))
       DigitiseValues<kNoise, true>(curve, noise, row, run, run_end, dn);
     else
@@ -168,9 +164,9 @@ TURBIDOCK_VECTOR_CLONES
 void Interleave(int count, const float* __restrict red, const float* __restrict green,
                 const float* __restrict blue, uint8_t* __restrict rgb) {
   for (int i = 0; i < count; ++i) {
-    rgb[3 * i] = light::ToByte(red[i]);
-    rgb[3 * i + 1] = light::ToByte(green[i]);
-    rgb[3 * i + 2] = light::ToByte(blue[i]);
+    rgb[3 * i] = ToByte(red[i] + 0.5f);
+    rgb[3 * i + 1] = ToByte(green[i] + 0.5f);
+    rgb[3 * i + 2] = ToByte(blue[i] + 0.5f);
   }
 }
 
@@ -219,25 +215,29 @@ void ImageSensor::Digitise(const light::RadianceStereo& radiance, const StereoRe
 
 void ImageSensor::DigitiseRegion(Side side, int64_t frame, const PixelRegion& region,
                                  const float* radiance, Image3u8* image) const {
-  const Curve curve = CurveOf(params_);
-  const LinearNoise noise = NoiseOf(params_);
   const int width = image->width();
   // what the pixels depend on
   const int begin = std::max(region.column_begin - margin_px(), 0);
   const int end = std::min(region.column_end + margin_px(), width);
   encoded_.resize(3 * static_cast<size_t>(width));
+  if (noise_.row_values() < 3 * width) noise_ = RowNoise(3 * width);
+  std::array<Curve, 3> curves;
+  std::array<LinearNoise, 3> noise;
+  for (int k = 0; k < 3; ++k) {
+    const double amplification = params_.gain * params_.white_balance[k];
+    curves[k] = CurveOf(params_, amplification);
+    noise[k] = NoiseOf(params_, amplification);
+  }
   for (int v = region.row_begin; v < region.row_end; ++v) {
     // every row has a key of its own
     const auto key =
         PhiloxBlock(keys_[side], static_cast<uint64_t>(frame), static_cast<uint64_t>(v));
+    const RowNoise::Row of_sensor = noise_.Of(key[0]), of_line = noise_.Of(key[1]);
     for (int k = 0; k < 3; ++k, radiance += width)
-      DigitiseRow(curve, noise,
-                  {key[0], key[1], static_cast<uint32_t>(k),
-                   static_cast<float>(params_.white_balance[k]), radiance},
-                  begin, end, encoded_.data() + static_cast<ptrdiff_t>(k) * width);
+      DigitiseRow(curves[k], noise[k], {of_sensor.From(k * width), radiance}, begin, end,
+                  encoded_.data() + static_cast<ptrdiff_t>(k) * width);
     if (video_.on()) {
-      video_.Transmit(encoded_, region.column_begin, region.column_end, {key[2], key[3]},
-                      image->row(v));
+      video_.Transmit(encoded_, region.column_begin, region.column_end, of_line, image->row(v));
     } else {
       const float* red = encoded_.data() + begin;
       Interleave(end - begin, red, red + width, red + 2 * width, image->at(begin, v));
@@ -246,7 +246,7 @@ void ImageSensor::DigitiseRegion(Side side, int64_t frame, const PixelRegion& re
 }
 
 float ImageSensor::SignalDn(float radiance) const {
-  const Curve curve = CurveOf(params_);
+  const Curve curve = CurveOf(params_, params_.gain);
   return EncodedDn<false>(curve, std::min(LinearOf(curve, radiance), curve.white_clip));
 }
 

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "sim/base/image.h"
+#include "sim/base/row_noise.h"
 #include "sim/camera/composite_video.h"
 #include "sim/camera/exposure.h"
 #include "sim/camera/sensor_params.h"
@@ -53,6 +54,7 @@ class ImageSensor {
   CompositeVideo video_;
   // Rows under way, kept for their memory: an ImageSensor serves one thread at a time.
   mutable std::vector<float> split_, encoded_;
+  mutable RowNoise noise_;  // made when it is first needed
 };
 
 }  // namespace turbidock::camera

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "sim/base/vector_clones.h"
-#include "sim/light/vector_math.h"
+#include "sim/base/vector_math.h"
 
 namespace turbidock::light {
 namespace {
@@ -222,6 +222,11 @@ struct ShadowBound {
   return s_m < 1e9f ? w : 1.0f;
 }
 
+[[gnu::always_inline]] inline void Set(HaloTable::Place place, int i, PointBatch::Places& places) {
+  places.node[i] = place.node;
+  places.share[i] = place.share;
+}
+
 TURBIDOCK_VECTOR_CLONES
 void PassBallLoop(Float3 to_ball, float radius_m, Float3 intensity, Float3 diffuse, PointBatch& b) {
   for (int i = 0; i < b.count; ++i) {
@@ -232,9 +237,9 @@ void PassBallLoop(Float3 to_ball, float radius_m, Float3 intensity, Float3 diffu
     const float h = offset > radius_m ? offset : radius_m, per_h = 1.0f / h;
     b.foot_m[i] = foot;
     b.offset_m[i] = h;
-    b.offset_q[i] = radius_m * per_h;
-    b.begin_w[i] = PlaceW(-foot, h);
-    b.end_w[i] = PlaceW(b.range_m[i] - foot, h);
+    Set(HaloTable::AtOffset(radius_m * per_h), i, b.offset);
+    Set(HaloTable::At(PlaceW(-foot, h)), i, b.begin);
+    Set(HaloTable::At(PlaceW(b.range_m[i] - foot, h)), i, b.end);
     b.red[i] = intensity.x * per_h * Exp2(-1.44269504f * (diffuse.x * foot));
     b.green[i] = intensity.y * per_h * Exp2(-1.44269504f * (diffuse.y * foot));
     b.blue[i] = intensity.z * per_h * Exp2(-1.44269504f * (diffuse.z * foot));
@@ -247,8 +252,8 @@ TURBIDOCK_VECTOR_CLONES
 void BeginShadowLoop(PointBatch& b) {
   for (int i = 0; i < b.count; ++i) {
     const float range = b.range_m[i], reach = b.foot_m[i] + kShadowReach_m;
-    b.dark_begin_w[i] = 0.0f;
-    b.dark_end_w[i] = range < reach ? range : reach;
+    b.dark_begin_m[i] = 0.0f;
+    b.dark_end_m[i] = range < reach ? range : reach;
   }
 }
 
@@ -257,21 +262,20 @@ void BoundShadowLoop(ShadowBound bound, PointBatch& b) {
   for (int i = 0; i < b.count; ++i) {
     const float slope = Dot(bound.gradient, b.ray_x[i], b.ray_y[i], b.ray_z[i]);
     const float t = -bound.constant / slope;
-    const float from = b.dark_begin_w[i], to = b.dark_end_w[i];
-    b.dark_begin_w[i] = ((slope < 0.0f) & (t > from)) ? t : from;
-    b.dark_end_w[i] = ((slope > 0.0f) & (t < to)) ? t : to;
+    const float from = b.dark_begin_m[i], to = b.dark_end_m[i];
+    b.dark_begin_m[i] = ((slope < 0.0f) & (t > from)) ? t : from;
+    b.dark_end_m[i] = ((slope > 0.0f) & (t < to)) ? t : to;
   }
 }
 
 TURBIDOCK_VECTOR_CLONES
 void EndShadowLoop(PointBatch& b) {
   for (int i = 0; i < b.count; ++i) {
-    const float from = b.dark_begin_w[i], to = b.dark_end_w[i];
+    const float from = b.dark_begin_m[i], to = b.dark_end_m[i];
     const float foot = b.foot_m[i], h = b.offset_m[i];
-    const float from_w = PlaceW(from - foot, h), to_w = PlaceW(to - foot, h);
-    const bool hidden = to - from > kTouch_m;
-    b.dark_begin_w[i] = hidden ? from_w : 0.0f;
-    b.dark_end_w[i] = hidden ? to_w : 0.0f;
+    b.dark_end_m[i] = to - from > kTouch_m ? to : from;
+    Set(HaloTable::At(PlaceW(from - foot, h)), i, b.dark_begin);
+    Set(HaloTable::At(PlaceW(to - foot, h)), i, b.dark_end);
   }
 }
 
@@ -370,8 +374,8 @@ void PassBall(const RayFrame& frame, const Eigen::Vector3f& p_HBall, const Glow&
   PassBallLoop(Of(Eigen::Vector3f(p_HBall - frame.p_HC)), static_cast<float>(glow.radius_m),
                Of(Eigen::Array3f(glow.intensity_w_sr.cast<float>())), Of(diffuse_per_m), *batch);
   if (shadow == nullptr) {
-    std::fill_n(batch->dark_begin_w, batch->count, 0.0f);
-    std::fill_n(batch->dark_end_w, batch->count, 0.0f);
+    std::fill_n(batch->dark_begin_m, batch->count, 0.0f);
+    std::fill_n(batch->dark_end_m, batch->count, 0.0f);
     return;
   }
   BeginShadowLoop(*batch);

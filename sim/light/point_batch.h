@@ -24,11 +24,18 @@ struct PointBatch {
   alignas(64) Values normal_x, normal_y, normal_z;  // of the surface there
   alignas(64) Values red, green, blue;              // radiance or irradiance
   alignas(64) Values visible;                       // 1 where the light at hand gets to, else 0
-  // Of one ball's halo: where in its table (HaloTable) the ray begins and ends, and where it enters
-  // and leaves the box's shadow (equal if it does not). Colours: the factor on what is found there.
-  alignas(64) Values offset_q, begin_w, end_w, dark_begin_w, dark_end_w;
-  // And, of the ray's point nearest to the ball: how far along the ray, how far from the ball's
-  // centre (at least the radius).
+  // Of one ball's halo: where in its table the ray begins and ends, and where it enters and leaves
+  // the box's shadow. Colours: the factor on what is found there.
+  struct Places {
+    alignas(64) int node[kSize];
+    alignas(64) Values share;
+    HaloTable::Place operator[](int i) const { return {node[i], share[i]}; }
+  };
+  Places offset, begin, end, dark_begin, dark_end;
+  // How far along the ray the shadow begins and ends; equal without one.
+  alignas(64) Values dark_begin_m, dark_end_m;
+  // Of the ray's point nearest to the ball: how far along the ray, how far from the ball's centre
+  // (at least the radius).
   alignas(64) Values foot_m, offset_m;
 };
 

@@ -137,8 +137,8 @@ void Reflectors::AddHalos(const RayFrame& rays, int count, PointBatch* batch, Li
     PassBall(rays, reflector.p_HQ, reflector.glow, diffuse_per_m, nullptr, batch);
     const HaloTable& halo = halos_[reflector.halo].table;
     for (int i = 0; i < count; ++i) {
-      const float q = batch->offset_q[i];
-      const Light sum = halo.Cumulative(q, batch->end_w[i]) - halo.Cumulative(q, batch->begin_w[i]);
+      const Light sum = halo.Cumulative(batch->offset[i], batch->end[i]) -
+                        halo.Cumulative(batch->offset[i], batch->begin[i]);
       light[i] += sum.max(0.0f) * Light(batch->red[i], batch->green[i], batch->blue[i], 0);
     }
   }

@@ -12,9 +12,9 @@
 
 #include "sim/base/camera.h"
 #include "sim/base/pose.h"
+#include "sim/base/vector_math.h"
 #include "sim/light/optics_params.h"
 #include "sim/light/surfaces.h"
-#include "sim/light/vector_math.h"
 
 namespace turbidock::light {
 
@@ -93,20 +93,33 @@ class HaloTable {
  public:
   HaloTable(const Medium& medium, const Rgb& diffuse_per_m, const Glow& glow);
 
+  // Between two nodes: the lower one's number, and the share of the way from there.
+  struct Place {
+    int node;
+    float share;
+  };
+  [[gnu::always_inline]] static Place AtOffset(float q) {
+    return Between(q * (kOffsets - 1), kOffsets);
+  }
+  [[gnu::always_inline]] static Place At(float w) {
+    return Between((0.5f + 0.5f * w) * (kPlaces - 1), kPlaces);
+  }
+
   // b I Int ... dphi up to w.
-  Light Cumulative(float q, float w) const {
-    const float x = q * (kOffsets - 1), y = (0.5f + 0.5f * w) * (kPlaces - 1);
-    const int i = std::min(static_cast<int>(x), kOffsets - 2);
-    const int j = std::min(static_cast<int>(y), kPlaces - 2);
-    const float fx = x - static_cast<float>(i), fy = y - static_cast<float>(j);
-    const Light* n = &nodes_[static_cast<size_t>(i) * kPlaces + static_cast<size_t>(j)];
-    const Light low = n[0] + fy * (n[1] - n[0]);
-    const Light high = n[kPlaces] + fy * (n[kPlaces + 1] - n[kPlaces]);
-    return low + fx * (high - low);
+  Light Cumulative(Place q, Place w) const {
+    const Light* n = nodes_.data() + q.node * kPlaces + w.node;
+    const Light low = n[0] + w.share * (n[1] - n[0]);
+    const Light high = n[kPlaces] + w.share * (n[kPlaces + 1] - n[kPlaces]);
+    return low + q.share * (high - low);
   }
 
  private:
   static constexpr int kOffsets = 65, kPlaces = 129;  // nodes in q and in w
+
+  [[gnu::always_inline]] static Place Between(float x, int nodes) {
+    const int node = std::min(static_cast<int>(x), nodes - 2);
+    return {node, x - static_cast<float>(node)};
+  }
 
   std::vector<Light> nodes_;  // [q][w]
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstring>
 
 #include "sim/base/check.h"
 #include "sim/base/vector_clones.h"
@@ -24,49 +25,73 @@ void ColumnExtremes(const uint16_t* const rows[kCell], int begin, int end, uint1
   }
 }
 
-// One channel of bilinear light over a rectangle, by rows: of columns at x on the upper edge, and
-// what they change by from row to row.
-struct Slopes {
-  float left0, right0, left1, right1;  // on the edges: at column 0, and by column
-  float per_row;
-};
-
-// Several columns at once, so that a row of them is a vector or some.
-template <int kColumns>
-[[gnu::always_inline]] inline void PaintColumns(const Slopes at, int first, int row_from,
-                                                int row_to, int stride, bool add,
-                                                float* __restrict out) {
-  float top[kColumns], down[kColumns];
-  for (int i = 0; i < kColumns; ++i) {
-    const float x = static_cast<float>(first + i);
-    top[i] = at.left0 + x * at.right0;
-    down[i] = (at.left1 + x * at.right1 - (at.left0 + x * at.right0)) * at.per_row;
-  }
-  for (int row = row_from; row < row_to; ++row, out += stride) {
-    const float y = static_cast<float>(row);
-    if (add)
-      for (int i = 0; i < kColumns; ++i) out[i] += std::max(0.0f, top[i] + y * down[i]);
-    else
-      for (int i = 0; i < kColumns; ++i) out[i] = std::max(0.0f, top[i] + y * down[i]);
+// From those of columns to those of cells: the one id in each, or kMixed.
+TURBIDOCK_VECTOR_CLONES
+void IdsOfCells(const uint16_t* __restrict low, const uint16_t* __restrict high, int begin, int end,
+                uint16_t* __restrict out) {
+  for (int i = begin; i < end; ++i) {
+    const uint16_t* l = low + kCell * i;
+    const uint16_t* h = high + kCell * i;
+    const uint16_t least = std::min(std::min(l[0], l[1]), std::min(l[2], l[3]));
+    const uint16_t most = std::max(std::max(h[0], h[1]), std::max(h[2], h[3]));
+    out[i] = least == most ? least : kMixed;
   }
 }
 
-// Bilinear light over a rectangle: corners of which the far ones may lie outside it. Channels are
-// `plane` apart in the picture.
+// One channel of bilinear light over a rectangle: at the left end of its upper and lower edge, what
+// it changes by from column to column there, and the share of the way down that a row is.
+struct Slopes {
+  float upper, upper_right, lower, lower_right, per_row;
+};
+
+// So many values side by side.
+template <int kCount>
+using Values [[gnu::vector_size(kCount * sizeof(float))]] = float;
+
+// Some columns of a rectangle, from its column `first` on: vectors of kWidth, kTimes of them. Tiles
+// are too narrow for a compiler to make vectors of their rows by itself.
+template <int kWidth, int kTimes = 1>
+[[gnu::always_inline]] inline void PaintColumns(const Slopes& at, int first, int row_from,
+                                                int row_to, ptrdiff_t stride, bool add,
+                                                float* out) {
+  using V = Values<kWidth>;
+  V top[kTimes], down[kTimes];
+  for (int part = 0; part < kTimes; ++part) {
+    V x;
+    for (int i = 0; i < kWidth; ++i) x[i] = static_cast<float>(part * kWidth + i);
+    x += static_cast<float>(first);
+    top[part] = at.upper + x * at.upper_right;
+    down[part] = (at.lower + x * at.lower_right - top[part]) * at.per_row;
+  }
+  V y = V{} + static_cast<float>(row_from);
+  for (int row = row_from; row < row_to; ++row, y += 1.0f, out += stride)
+    for (int part = 0; part < kTimes; ++part) {
+      V light = top[part] + y * down[part];
+      V before;
+      if (add) {
+        std::memcpy(&before, out + part * kWidth, sizeof before);
+        light += before;
+      }
+      std::memcpy(out + part * kWidth, &light, sizeof light);
+    }
+}
+
+// Bilinear light over a rectangle (negative by rounding at most): corners of which the far ones may
+// lie outside it. A row's channels are `plane` apart.
 TURBIDOCK_VECTOR_CLONES
 void PaintBilinear(const float* corners /* 4 x 4 */, int u_span, int v_span, int width,
                    int row_from, int row_to, int plane, bool add, float* rgb) {
   const float per_column = u_span > 0 ? 1.0f / static_cast<float>(u_span) : 0.0f;
   const float per_row = v_span > 0 ? 1.0f / static_cast<float>(v_span) : 0.0f;
+  const ptrdiff_t stride = static_cast<ptrdiff_t>(3) * plane;
   for (int k = 0; k < 3; ++k, rgb += plane) {
     const Slopes at = {corners[k], (corners[4 + k] - corners[k]) * per_column, corners[8 + k],
                        (corners[12 + k] - corners[8 + k]) * per_column, per_row};
     int u = 0;
     for (; u + 16 <= width; u += 16)
-      PaintColumns<16>(at, u, row_from, row_to, 3 * plane, add, rgb + u);
-    for (; u + 4 <= width; u += 4)
-      PaintColumns<4>(at, u, row_from, row_to, 3 * plane, add, rgb + u);
-    for (; u < width; ++u) PaintColumns<1>(at, u, row_from, row_to, 3 * plane, add, rgb + u);
+      PaintColumns<8, 2>(at, u, row_from, row_to, stride, add, rgb + u);
+    for (; u + 4 <= width; u += 4) PaintColumns<4>(at, u, row_from, row_to, stride, add, rgb + u);
+    for (; u < width; ++u) PaintColumns<1>(at, u, row_from, row_to, stride, add, rgb + u);
   }
 }
 
@@ -93,14 +118,7 @@ void SurfacePyramid::Build(const Image1u16& surface, const PixelRegion& region) 
       low_[u] = low_[end - 1];
       high_[u] = high_[end - 1];
     }
-    uint16_t* out = levels[0].row(j);
-    for (int i = cells.column_begin; i < cells.column_end; ++i) {
-      const uint16_t* l = &low_[static_cast<size_t>(i) * kCell];
-      const uint16_t* h = &high_[static_cast<size_t>(i) * kCell];
-      const uint16_t least = std::min(std::min(l[0], l[1]), std::min(l[2], l[3]));
-      const uint16_t most = std::max(std::max(h[0], h[1]), std::max(h[2], h[3]));
-      out[i] = least == most ? least : kMixed;
-    }
+    IdsOfCells(low_.data(), high_.data(), cells.column_begin, cells.column_end, levels[0].row(j));
   }
   for (size_t level = 1; level < levels.size(); ++level) {
     const Image1u16& below = levels[level - 1];
@@ -138,7 +156,8 @@ void TiledLight::Spread(const Image1u16& surface, const Image1f& depth_m,
   const int width = surface.width(), height = surface.height();
   width_ = width;
   lattice_columns_ = (width + kCell - 1) / kCell + 1;
-  lattice_.assign(static_cast<size_t>(lattice_columns_) * ((height + kCell - 1) / kCell + 1), -1);
+  const int lattice_rows = (height + kCell - 1) / kCell + 1;
+  lattice_.resize(static_cast<size_t>(lattice_columns_) * lattice_rows);
   points_.clear();
   leaves_.clear();
   const auto bands = static_cast<size_t>((height + kBandRows - 1) / kBandRows);
@@ -149,6 +168,12 @@ void TiledLight::Spread(const Image1u16& surface, const Image1f& depth_m,
   const int largest_px =
       std::max(kCell, static_cast<int>(std::bit_floor(static_cast<unsigned>(rules.largest_px))));
   const auto down = [&](int x) { return x - x % largest_px; };
+  // the nodes of the rows that tiles may touch
+  const auto row_of_nodes = [&](int row) {
+    return lattice_.begin() + static_cast<ptrdiff_t>(lattice_columns_) * row;
+  };
+  std::fill(row_of_nodes(down(region.row_begin) / kCell),
+            row_of_nodes(std::min((region.row_end + largest_px) / kCell + 1, lattice_rows)), -1);
   for (int v = down(region.row_begin); v < region.row_end; v += largest_px)
     for (int u = down(region.column_begin); u < region.column_end; u += largest_px)
       Consider(u, v, largest_px);

@@ -60,9 +60,9 @@ class TiledLight {
               const PixelRegion& region, const TileRules& rules, const Shine& shine);
 
   // Writes (or adds) the light of rows [row_begin, row_end) into rows that start at column 0 of row
-  // `row_begin`, each its red values, then green and blue. Row_begin is a multiple of kBandRows,
-  // and at most kBandRows are painted. With kWrite all pixels of the region are written; with kAdd
-  // dark ones are left.
+  // `row_begin`, each its red values, then green and blue (negative by rounding at most). Row_begin
+  // is a multiple of kBandRows, and at most kBandRows are painted. With kWrite all pixels of the
+  // region are written; with kAdd dark ones are left.
   static constexpr int kBandRows = 16;
   enum class Mode { kWrite, kAdd };
   void Paint(int row_begin, int row_end, Mode mode, float* rgb) const;

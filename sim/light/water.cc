@@ -155,7 +155,7 @@ void Water::Apply(const view::RenderedStereo& rendered, RadianceStereo* out) {
       const float* from = band_.data();
       for (int row = v; row < end; ++row)
         for (int k = 0; k < 3; ++k)
-          for (int u = 0; u < width; ++u) image.at(u, row)[k] = *from++;
+          for (int u = 0; u < width; ++u) image.at(u, row)[k] = std::max(0.0f, *from++);
     }
   }
 }
@@ -408,11 +408,12 @@ void Water::ShineFromWater(const Camera& camera, std::span<const LightPoint> poi
                &batch);
       const HaloTable& halo = halos_[ball.halo].second;
       for (int i = 0; i < count; ++i) {
-        const float q = batch.offset_q[i];
-        Light sum = halo.Cumulative(q, batch.end_w[i]) - halo.Cumulative(q, batch.begin_w[i]);
-        if (batch.dark_begin_w[i] != batch.dark_end_w[i])
-          sum -=
-              halo.Cumulative(q, batch.dark_end_w[i]) - halo.Cumulative(q, batch.dark_begin_w[i]);
+        const auto up_to = [&](const PointBatch::Places& places) {
+          return halo.Cumulative(batch.offset[i], places[i]);
+        };
+        Light sum = up_to(batch.end) - up_to(batch.begin);
+        if (batch.dark_begin_m[i] != batch.dark_end_m[i])
+          sum -= up_to(batch.dark_end) - up_to(batch.dark_begin);
         out[i] += sum.max(0.0f) * Light(batch.red[i], batch.green[i], batch.blue[i], 0);
       }
     }

@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "sim/base/random.h"
-#include "sim/light/vector_math.h"
 #include "tests/light/optics_scene.h"
 #include "tests/support/transfer_curve.h"
 
@@ -23,12 +22,13 @@ using testing::MarkerAndPlate;
 struct PlainSensor {
   SensorParams params;
   uint64_t key;
+  int width;
 
   float Normal(int64_t frame, int u, int v, int channel) const {
     const auto row = PhiloxBlock(key, static_cast<uint64_t>(frame), static_cast<uint64_t>(v));
-    return light::NormalFromBits(
-        light::Mix(static_cast<uint32_t>(3 * u + channel), row[0], row[1]));
+    return noise.Of(row[0])[channel * width + u];
   }
+  RowNoise noise{3 * width};
   double Exact(float radiance, float normal) const {
     const double electrons =
         std::max(params.full_well_electrons * radiance / params.full_scale_radiance_w_m2_sr, 0.0);
@@ -66,7 +66,7 @@ TEST(ImageSensor, AgreesWithThePlainOne) {
         params.full_well_electrons = 3000;
         StereoImage image;
         ImageSensor(params, 3, 4).Digitise(stereo, kFrame, &image);
-        const PlainSensor plain{params, 4};
+        const PlainSensor plain{params, 4, kWidth};
         double worst = 0;
         int compared = 0;
         for (int v = 0; v < kHeight; ++v)
@@ -124,7 +124,7 @@ TEST(ImageSensor, IsTheSameWithoutVectors) {
   const ImageSensor sensor(params, 3, 4);
   StereoImage image;
   sensor.Digitise({radiance, radiance}, kFrame, &image);
-  const PlainSensor plain{params, 3};
+  const PlainSensor plain{params, 3, kWidth};
   int different = 0;
   for (int v = 0; v < kHeight; ++v)
     for (int u = 0; u < kWidth; ++u)

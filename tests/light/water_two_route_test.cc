@@ -94,8 +94,8 @@ Rgb HaloFromTable(const HaloTable& table, const Glow& glow, const Rgb& diffuse_p
   const double h_m = std::max(offset_m, glow.radius_m);
   const auto up_to = [&](double t_m) -> Rgb {
     const double s_m = t_m - foot_m, w = std::isinf(s_m) ? 1.0 : s_m / (h_m + std::abs(s_m));
-    const Light sum =
-        table.Cumulative(static_cast<float>(glow.radius_m / h_m), static_cast<float>(w));
+    const Light sum = table.Cumulative(HaloTable::AtOffset(static_cast<float>(glow.radius_m / h_m)),
+                                       HaloTable::At(static_cast<float>(w)));
     return sum.head<3>().cast<double>();
   };
   Rgb sum = up_to(lit.t1_m) - up_to(lit.t0_m);

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstdint>
 
-namespace turbidock::light {
+namespace turbidock {
 
 // 2^x within 3e-7 of itself for |x| <= 125; beyond, that of the nearer bound.
 [[gnu::always_inline]] inline float Exp2(float x) {
@@ -72,4 +72,4 @@ inline constexpr float kMaxNormal = 4.1f;
   return static_cast<uint8_t>(std::clamp(static_cast<int32_t>(value), 0, 255));
 }
 
-}  // namespace turbidock::light
+}  // namespace turbidock

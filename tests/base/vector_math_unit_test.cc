@@ -1,5 +1,5 @@
 // The stated errors of arithmetic without libraries, and the noise made with it.
-#include "sim/light/vector_math.h"
+#include "sim/base/vector_math.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <numbers>
 #include <vector>
 
-namespace turbidock::light {
+namespace turbidock {
 namespace {
 
 TEST(Exp2, IsWithinItsError) {
@@ -112,4 +112,4 @@ TEST(Mix, AvalanchesFromEveryBit) {
 }
 
 }  // namespace
-}  // namespace turbidock::light
+}  // namespace turbidock
