@@ -5,6 +5,7 @@
 #include "experiments/app/progress.h"
 #include "experiments/app/report_output.h"
 #include "experiments/studies/bench/bench.h"
+#include "experiments/studies/bench/instructions.h"
 
 namespace turbidock::bench {
 namespace {
@@ -12,12 +13,23 @@ namespace {
 struct BenchArguments {
   // The active and the passive marker: light from the balls, light from the lamps.
   std::vector<std::string> scenarios = {"sea_night_active", "pool_passive"}, assignments;
-  std::string gains;
+  std::string gains, instructions;
+  bool update = false;
   BenchOptions options;
   bool json = false, quiet = false;
 };
 
+int BenchInstructions(const BenchArguments& arguments) {
+  const Instructions table = ReadInstructions(arguments.instructions);
+  app::Progress(arguments.quiet).Say("trials under valgrind, some minutes");
+  const Instructions now = CountInstructions();
+  app::PrintReport(ReportOf(now, table), report::Json(now), arguments.json);
+  if (arguments.update) WriteInstructions(arguments.instructions, now);
+  return arguments.update || Grown(now, table).empty() ? app::kExitDone : app::kExitCheckFailed;
+}
+
 int Bench(const BenchArguments& arguments) {
+  if (!arguments.instructions.empty()) return BenchInstructions(arguments);
   std::vector<trial::Scenario> scenarios;
   for (const std::string& name : arguments.scenarios)
     scenarios.push_back(trial::LoadScenario(name, arguments.assignments, arguments.gains));
@@ -49,6 +61,12 @@ void AddBench(app::CommandLine& line) {
   bench.Add("--frames", arguments.options.frames, "Frames of a trial").Between(2, 1000000);
   bench.Add("--repeats", arguments.options.repeats, "Times that each trial is run")
       .Between(1, 1000);
+  const app::Option instructions =
+      bench.Add("--instructions TABLE.csv", arguments.instructions,
+                "Count instructions under valgrind instead, and compare them with this table; 1 "
+                "when a stage takes more than 5 % more");
+  bench.Flag("--update", arguments.update, "Put what was counted into the table")
+      .Needs(instructions);
   bench.AddJson(arguments.json);
   bench.AddQuiet(arguments.quiet);
 }

@@ -5,8 +5,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fmt/format.h>
+
+#include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "experiments/studies/bench/instructions.h"
 #include "experiments/trial/trial.h"
 #include "tests/support/program.h"
 
@@ -115,6 +119,60 @@ TEST(BenchCommand, BadInput) {
   EXPECT_EQ(RunProgram({"bench", "--frames", "1"}).exit_code, 2);
   EXPECT_EQ(RunProgram({"bench", "--repeats", "0"}).exit_code, 2);
   EXPECT_EQ(RunProgram({"bench", "--set", "no.such_key=1"}).exit_code, 2);
+}
+
+// As callgrind writes it: names are given once, a call's line has what it costs with all it calls.
+std::string CallgrindText() {
+  std::string text = "events: Ir\nfn=(1) main\n0 5\n";
+  int id = 10;
+  for (const auto& [name, cost] : std::initializer_list<std::pair<const char*, int>>{
+           {"turbidock::view::StereoRenderer::Render(mjData_ const&)", 100},
+           {"turbidock::light::Water::Prepare(int)", 30},
+           {"turbidock::light::Water::PaintRows(int)", 12},
+           {"turbidock::camera::ImageSensor::DigitiseRegion(int)", 200},
+           {"turbidock::vision::RmGa::Update(int)", 70},
+           {"turbidock::control::Autopilot::Update(int)", 7},
+           {"turbidock::vehicle::Plant::Step(int)", 8}})
+    text += fmt::format("cfn=({}) {}\ncalls=2 0\n0 {}\n", id++, name, cost);
+  // a function of a stage that calls itself under another name is counted once
+  text += "fn=(10)\n0 1\ncfn=(10)\ncalls=1 0\n0 60\n";
+  text += "fn=(14)\n0 1\ncfn=(20) turbidock::vision::HueLabeller::Label(int)\ncalls=1 0\n0 9\n";
+  return text + "totals: 1000\n";
+}
+
+TEST(Instructions, AreCountedByStage) {
+  const std::map<std::string, double> stages = CountStages(CallgrindText());
+  const std::map<std::string, double> expected = {
+      {"render", 100}, {"water", 42},  {"sensor", 200}, {"labels", 9},  {"estimate", 61},
+      {"control", 7},  {"physics", 8}, {"rest", 573},   {"frame", 1000}};
+  EXPECT_EQ(stages, expected);
+  EXPECT_THROW(CountStages("totals: 1000\n"), ConfigError);
+}
+
+TEST(Instructions, MayGrowByFivePercentOfAStage) {
+  const Instructions table = {{"whole", {{"sensor", 100}, {"control", 1}, {"frame", 1000}}}};
+  const auto grown = [&](double sensor, double control) {
+    return Grown({{"whole", {{"sensor", sensor}, {"control", control}, {"frame", 1000}}}}, table);
+  };
+  EXPECT_THAT(grown(104.9, 10), ::testing::IsEmpty());
+  EXPECT_THAT(grown(105.1, 1), ::testing::ElementsAre("whole: sensor"));
+  EXPECT_THAT(grown(10, 10.6), ::testing::ElementsAre("whole: control"));
+}
+
+TEST(Instructions, KeepWhatATableSaysOfItself) {
+  const std::string path = ::testing::TempDir() + "instructions.csv";
+  std::ofstream(path) << "# title: a table\n\"millions\",\"whole, again\"\nframe,1.5\n";
+  EXPECT_EQ(ReadInstructions(path), (Instructions{{"whole, again", {{"frame", 1.5e6}}}}));
+  Instructions now;
+  for (const char* stage : kCountedStages) now["whole, again"][stage] = 2e6;
+  WriteInstructions(path, now);
+  EXPECT_EQ(ReadInstructions(path), now);
+  std::ifstream file(path);
+  std::string first;
+  std::getline(file, first);
+  EXPECT_EQ(first, "# title: a table");
+  std::ofstream(path) << "a,b\nframe\n";
+  EXPECT_THROW(ReadInstructions(path), ConfigError);
 }
 
 }  // namespace

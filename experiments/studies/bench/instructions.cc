@@ -1,0 +1,221 @@
+#include "experiments/studies/bench/instructions.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string_view>
+#include <utility>
+
+#include "experiments/system/build_info.h"
+#include "experiments/system/output_path.h"
+#include "experiments/system/subprocess.h"
+#include "sim/base/check.h"
+
+namespace turbidock::bench {
+namespace {
+
+using Stages = std::map<std::string, double>;
+
+// The functions that make up a stage, with all that they call.
+constexpr std::pair<const char*, const char*> kFunctions[] = {
+    {"render", "turbidock::view::StereoRenderer::Render("},
+    {"water", "turbidock::light::Water::Prepare("},
+    {"water", "turbidock::light::Water::PaintRows("},
+    {"sensor", "turbidock::camera::ImageSensor::DigitiseRegion("},
+    {"labels", "turbidock::vision::HueLabeller::Label("},
+    {"estimate", "turbidock::vision::RmGa::Update("},
+    {"control", "turbidock::control::Autopilot::Update("},
+    {"physics", "turbidock::vehicle::Plant::Step("}};
+
+// Light from the balls with the region of interest and without, and light from the lamps.
+const std::map<std::string, std::vector<std::string>> kRuns = {
+    {"active, region", {"sea_night_active"}},
+    {"active, whole", {"sea_night_active", "--set", "region_of_interest=false"}},
+    {"passive, whole", {"paper_sea_night_passive", "--set", "region_of_interest=false"}}};
+constexpr double kShort_s = 0.2, kLong_s = 0.7;
+constexpr int kFrames = 15;  // between the two
+
+const char* StageOf(std::string_view function) {
+  for (const auto& [stage, name] : kFunctions)
+    if (function.starts_with(name)) return stage;
+  return nullptr;
+}
+
+// "fn=(12) name" names function 12, "fn=(12)" means it.
+std::string_view Named(std::string_view line, std::map<std::string, std::string>* names) {
+  const size_t begin = line.find('('), end = line.find(')');
+  std::string& name = (*names)[std::string(line.substr(begin, end - begin))];
+  if (end + 2 < line.size()) name = line.substr(end + 2);
+  return name;
+}
+
+double NumberAt(std::string_view line, size_t begin) {
+  double number = 0;
+  const auto [end, error] = std::from_chars(line.data() + begin, line.data() + line.size(), number);
+  if (error != std::errc()) throw ConfigError(fmt::format("\"{}\" ends in no number", line));
+  return number;
+}
+
+Stages StagesOfTrial(const std::vector<std::string>& run, double duration_s) {
+  const std::filesystem::path file =
+      std::filesystem::temp_directory_path() / fmt::format("turbidock-{}.callgrind", getpid());
+  std::vector<std::string> command = {
+      "valgrind", "--tool=callgrind", "--callgrind-out-file=" + file.string(),
+      std::filesystem::read_symlink("/proc/self/exe").string(), "run"};
+  command.insert(command.end(), run.begin(), run.end());
+  for (const std::string& argument :
+       {std::string("--quiet"), std::string("--seed"), std::string("5"), std::string("--set"),
+        fmt::format("duration_s={}", duration_s)})
+    command.push_back(argument);
+  system::Subprocess(command, "valgrind").Finish();
+  std::stringstream text;
+  text << std::ifstream(file).rdbuf();
+  std::filesystem::remove(file);
+  return CountStages(text.str());
+}
+
+std::vector<std::string> Cells(const std::string& line) {
+  std::vector<std::string> cells(1);
+  bool quoted = false;
+  for (const char c : line)
+    if (c == '"')
+      quoted = !quoted;
+    else if (c == ',' && !quoted)
+      cells.emplace_back();
+    else
+      cells.back() += c;
+  return cells;
+}
+
+}  // namespace
+
+Stages CountStages(const std::string& callgrind_text) {
+  Stages stages;
+  for (const char* stage : kCountedStages) stages[stage] = 0;
+  std::map<std::string, std::string> names;
+  std::string_view caller, callee;
+  bool call = false;  // the next line has the cost of one
+  std::istringstream lines(callgrind_text);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("fn=")) {
+      caller = Named(line, &names);
+    } else if (line.starts_with("cfn=")) {
+      callee = Named(line, &names);
+    } else if (line.starts_with("calls=")) {
+      call = true;
+    } else if (line.starts_with("totals: ")) {
+      stages["frame"] = NumberAt(line, 8);
+    } else if (std::exchange(call, false)) {
+      const char* stage = StageOf(callee);
+      const char* within = StageOf(caller);
+      if (stage != nullptr && stage != within) stages[stage] += NumberAt(line, line.rfind(' ') + 1);
+    }
+  }
+  for (const auto& [stage, function] : kFunctions)
+    if (stages[stage] == 0)
+      throw ConfigError("",
+                        fmt::format("callgrind saw no {}: was the program stripped?", function));
+  stages["estimate"] -= stages["labels"];
+  stages["rest"] = stages["frame"];
+  for (const char* stage :
+       {"render", "water", "sensor", "labels", "estimate", "control", "physics"})
+    stages["rest"] -= stages[stage];
+  return stages;
+}
+
+Instructions CountInstructions() {
+  Instructions counted;
+  for (const auto& [column, run] : kRuns) {
+    const Stages shorter = StagesOfTrial(run, kShort_s);
+    for (const auto& [stage, number] : StagesOfTrial(run, kLong_s))
+      counted[column][stage] = (number - shorter.at(stage)) / kFrames;
+  }
+  return counted;
+}
+
+Instructions ReadInstructions(const std::string& path) {
+  Instructions table;
+  std::vector<std::string> heads;
+  std::ifstream file(path);
+  int number = 0;
+  for (std::string line; std::getline(file, line);) {
+    ++number;
+    if (line.starts_with('#')) continue;
+    const std::vector<std::string> cells = Cells(line);
+    if (heads.empty()) {
+      heads = cells;
+      continue;
+    }
+    if (cells.size() != heads.size())
+      throw ConfigError(
+          "", fmt::format("{}:{}: {} cells, must be {}", path, number, cells.size(), heads.size()));
+    for (size_t i = 1; i < cells.size(); ++i)
+      table[heads[i]][cells[0]] = 1e6 * NumberAt(cells[i], 0);
+  }
+  if (table.empty()) throw ConfigError(path + ": no table of instructions");
+  return table;
+}
+
+void WriteInstructions(const std::string& path, const Instructions& instructions) {
+  std::string text;
+  std::ifstream file(path);
+  for (std::string line; std::getline(file, line) && line.starts_with('#');) text += line + "\n";
+  text += "\"millions of instructions a frame\"";
+  for (const auto& [column, stages] : instructions) text += fmt::format(",\"{}\"", column);
+  text += "\n";
+  for (const char* stage : kCountedStages) {
+    text += stage;
+    for (const auto& [column, stages] : instructions)
+      text += fmt::format(",{:.3f}", stages.at(stage) / 1e6);
+    text += "\n";
+  }
+  system::WriteWhole(path, text);
+}
+
+std::vector<std::string> Grown(const Instructions& now, const Instructions& table) {
+  std::vector<std::string> grown;
+  for (const auto& [column, stages] : now)
+    for (const auto& [stage, number] : stages) {
+      const auto of_column = table.find(column);
+      if (of_column == table.end() || !of_column->second.contains(stage)) continue;
+      const double least = of_column->second.at("frame") / 100;
+      if (number > (1 + kAllowedGrowth) * std::max(of_column->second.at(stage), least))
+        grown.push_back(column + ": " + stage);
+    }
+  return grown;
+}
+
+report::Report ReportOf(const Instructions& now, const Instructions& table) {
+  std::vector<std::string> heads = {"<"};
+  for (const auto& [column, stages] : now)
+    for (const std::string& head : {column, std::string("table"), std::string("ratio")})
+      heads.push_back(head);
+  report::Table rows(heads);
+  for (const char* stage : kCountedStages) {
+    std::vector<report::Cell> cells = {stage};
+    for (const auto& [column, stages] : now) {
+      const double number = stages.at(stage);
+      const auto known = table.find(column);
+      const double before =
+          known != table.end() && known->second.contains(stage) ? known->second.at(stage) : 0;
+      cells.emplace_back(report::Fixed(number / 1e6, 2));
+      cells.emplace_back(before > 0 ? report::Fixed(before / 1e6, 2) : "-");
+      cells.emplace_back(before > 0 ? report::Fixed(number / before, 3) : "-");
+    }
+    rows.Row(std::move(cells));
+  }
+  const std::vector<std::string> grown = Grown(now, table);
+  return {.kind = "instructions",
+          .title = "Instructions of a frame",
+          .build = system::VersionAndCommit(),
+          .facts = {{"more than 5 % above the table",
+                     grown.empty() ? "nothing" : fmt::format("{}", fmt::join(grown, ", ")), ""}},
+          .sections = {{.title = "Millions a frame, by stage", .table = rows}}};
+}
+
+}  // namespace turbidock::bench
