@@ -1,6 +1,7 @@
 #include "experiments/trial/fixed_view.h"
 
 #include "sim/vehicle/scene.h"
+#include "sim/view/gl_context.h"
 #include "sim/view/stereo_renderer.h"
 
 namespace turbidock::trial {
@@ -11,7 +12,8 @@ std::vector<FixedView> DrawFixedViews(const Scenario& scenario, const std::vecto
   const vehicle::Scene scene = vehicle::LoadScene(SceneFilesOf(scenario), scenario.rig);
   const mjModel& model = *scene.model;
   const vehicle::MjDataPtr data(mj_makeData(&model));
-  view::StereoRenderer renderer(scene);
+  const std::unique_ptr<view::GlContext> context = view::MakeGlContext(scenario.renderer);
+  view::StereoRenderer renderer(*context, scene);
   const light::SurfaceTable surfaces = light::SurfaceTable::FromScene(scene);
 
   std::vector<FixedView> views;

@@ -215,7 +215,7 @@ struct Scenario {
           "what the keys of water, light, camera and hue begin with: the published rig's, or a "
           "digital camera's of today");
     field("renderer", self.renderer, Range{},
-          "what draws films; where this machine does not have it, the other does");
+          "what draws; where this machine does not have it, the other does");
     field("marker_may_differ", self.marker_may_differ, Range{},
           "run although the marker as the estimator knows it is not the scene's");
     field("clock", self.clock, Finite(), "frames and physics steps");

@@ -273,7 +273,7 @@ struct TrialRecord {
     field("seed", self.seed, kFact, "of the scenario");
     field("version", self.version, kReport, "of the program, with its commit");
     field("renderer", self.renderer, kReport,
-          "GL context of the film and what draws in it; empty without one");
+          "GL context and what draws in it; empty where nothing is drawn");
     field("digest", self.digest, kFact,
           "of states, estimates and commands; equal for equal runs; empty without an end");
     field("wall_time_s", self.wall_time_s, kRun, "of the trial; in a batch's file of its job");

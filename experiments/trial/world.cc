@@ -24,17 +24,13 @@ double HeadingOf(const Pose& X_WD) {
 
 World::Cameras::Cameras(const Scenario& scenario, const vehicle::Scene& scene,
                         const std::vector<view::Distractor>& distractors, const SeedTree& seeds)
-    : renderer(scene, distractors),
+    : context(view::MakeGlContext(scenario.renderer, &remark)),
+      renderer(*context, scene, distractors),
       camera(scenario.cameras(), scenario.rig.MakeRig(),
              light::SurfaceTable::FromScene(scene, distractors), light::LampPoses(scene),
              scenario.image_clock().frame_s(), seeds),
       then(mj_makeData(scene.model.get())),
       images(scenario.faults.images) {}
-
-World::OutsideView::OutsideView(view::GlBackend preferred, const vehicle::Scene& scene)
-    : context(view::MakeGlContext(preferred, &remark)),
-      renderer(*context, scene, kSpectatorWidth_px, kSpectatorHeight_px),
-      now(mj_makeData(scene.model.get())) {}
 
 World::World(const Scenario& scenario, const TrialOptions& options)
     : seeds_(static_cast<uint64_t>(scenario.seed)),
@@ -50,9 +46,10 @@ World::World(const Scenario& scenario, const TrialOptions& options)
       attitude_sensor_(scenario.attitude_sensor, seeds_.Stream("attitude")),
       navigation_sensor_(scenario.navigation, seeds_.Stream("navigation")) {
   CheckMarker(scenario, scene_);
-  if (scenario.pose_source == PoseSource::kCameras || options.whole_images)
+  if (scenario.pose_source == PoseSource::kCameras || options.whole_images || options.spectator)
     cameras_.emplace(scenario, scene_, distractors_, seeds_);
-  if (options.spectator) outside_.emplace(scenario.renderer, scene_);
+  if (options.spectator)
+    spectator_.emplace(*cameras_->context, scene_, kSpectatorWidth_px, kSpectatorHeight_px);
   plant_.SetThrusterFaults(faults_.thrusters, "faults");
   PlaceVehicle(DrawStart(scenario));
 }
@@ -122,9 +119,9 @@ void World::SetOptics(const light::OpticsParams& optics) {
 // The scene's own view of the dock, from as much farther back as the vehicle needs to be in it, and
 // through the walls that are then in the way.
 const Image3u8* World::DrawSpectator() {
-  if (!outside_) return nullptr;
+  if (!spectator_) return nullptr;
   const mjModel& model = *scene_.model;
-  mjData* now = outside_->now.get();
+  mjData* now = cameras_->then.get();
   mju_copy(now->qpos, plant_.data().qpos, model.nq);
   mj_kinematics(&model, now);
   mj_camlight(&model, now);
@@ -140,9 +137,9 @@ const Image3u8* World::DrawSpectator() {
   const double needed_m = std::max((std::abs(p_CB.x()) + kVehicle_m) / (slope * kAspect),
                                    (std::abs(p_CB.y()) + kVehicle_m) / slope);
   const double back_m = std::max(0.0, needed_m + p_CB.z());
-  outside_->renderer.Render(*now, camera, &outside_->image, back_m,
-                            std::min(back_m, back_m - p_CB.z() - kVehicle_m));
-  return &outside_->image;
+  spectator_->Render(*now, camera, &spectator_image_, back_m,
+                     std::min(back_m, back_m - p_CB.z() - kVehicle_m));
+  return &spectator_image_;
 }
 
 std::optional<std::string> World::Advance(const ThrusterCommand& command,

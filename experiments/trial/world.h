@@ -73,10 +73,9 @@ class World {
   const vehicle::Plant& plant() const { return plant_; }
   const vehicle::Scene& scene() const { return scene_; }
   const SeedTree& seeds() const { return seeds_; }
-  // What draws the outside view, and why it is not the kind asked for; empty where nothing draws or
-  // it is.
-  std::string renderer() const { return outside_ ? outside_->context->description() : ""; }
-  std::string remark() const { return outside_ ? outside_->remark : ""; }
+  // What draws, and why it is not the kind asked for; empty where nothing draws or it is.
+  std::string renderer() const { return cameras_ ? cameras_->context->description() : ""; }
+  std::string remark() const { return cameras_ ? cameras_->remark : ""; }
 
  private:
   // From the state of the world to images.
@@ -84,20 +83,13 @@ class World {
     Cameras(const Scenario& scenario, const vehicle::Scene& scene,
             const std::vector<view::Distractor>& distractors, const SeedTree& seeds);
 
+    std::string remark;  // why the context is not the kind asked for, or empty
+    std::unique_ptr<view::GlContext> context;
     view::StereoRenderer renderer;
     camera::StereoCamera camera;
     vehicle::MjDataPtr then;  // everything where it was at a snapshot
     view::RenderedStereo rendered;
     camera::FaultyImages images;
-  };
-  struct OutsideView {
-    OutsideView(view::GlBackend preferred, const vehicle::Scene& scene);
-
-    std::string remark;  // why the context is not the kind asked for, or empty
-    std::unique_ptr<view::GlContext> context;
-    view::SpectatorRenderer renderer;
-    vehicle::MjDataPtr now;
-    Image3u8 image;
   };
   // What is wrong with lights and rig at an instant.
   struct Disturbance {
@@ -120,7 +112,8 @@ class World {
   vehicle::AttitudeSensor attitude_sensor_;
   vehicle::NavigationSensor navigation_sensor_;
   std::optional<Cameras> cameras_;
-  std::optional<OutsideView> outside_;
+  std::optional<view::SpectatorRenderer> spectator_;
+  Image3u8 spectator_image_;
 };
 
 // What the controller is told of the vehicle.

@@ -13,7 +13,8 @@ namespace turbidock {
 
 // In the order of a frame.
 enum class LoopStage {
-  kRender,  // which surface each pixel shows, and how far it is
+  kRender,    // the list of things to draw, and drawing them
+  kReadBack,  // from OpenGL's buffers to surface and depth
   kWater,
   kSensor,
   kLabels,    // which pixels have a ball's colour
@@ -25,6 +26,7 @@ enum class LoopStage {
 constexpr auto Names(LoopStage) {
   using enum LoopStage;
   return EnumList<LoopStage>({{kRender, "render"},
+                              {kReadBack, "read_back"},
                               {kWater, "water"},
                               {kSensor, "sensor"},
                               {kLabels, "labels"},

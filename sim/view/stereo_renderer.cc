@@ -5,7 +5,7 @@
 #include <string>
 
 #include "sim/base/check.h"
-#include "sim/view/rasteriser.h"
+#include "sim/base/vector_clones.h"
 
 namespace turbidock::view {
 namespace {
@@ -17,13 +17,19 @@ int MaxDrawn(const mjModel& m) { return m.ngeom + m.nsite + 16; }
 
 float NearPlane(const mjModel& m) { return static_cast<float>(m.vis.map.znear * m.stat.extent); }
 
+// near / depth to depth; 0, where there is nothing, to infinity.
+TURBIDOCK_VECTOR_CLONES void DepthFromNearness(float near_m, int count, float* values) {
+  for (int i = 0; i < count; ++i) values[i] = near_m / values[i];
+}
+
 }  // namespace
 
-StereoRenderer::StereoRenderer(const vehicle::Scene& scene,
+StereoRenderer::StereoRenderer(GlContext& context, const vehicle::Scene& scene,
                                const std::vector<Distractor>& distractors)
     : scene_(scene),
       near_m_(NearPlane(*scene.model)),
-      lister_(*scene.model, distractors, kHiddenGroup, near_m_) {
+      lister_(*scene.model, distractors, kHiddenGroup, near_m_),
+      canvas_(context, scene.rig.left.width_px, scene.rig.left.height_px, /*views=*/2, near_m_) {
   TD_CHECK(static_cast<size_t>(scene.model->ngeom) + distractors.size() <
                std::numeric_limits<uint16_t>::max(),
            "surface ids are 16 bits wide");
@@ -38,17 +44,28 @@ void StereoRenderer::Render(const mjData& data, const StereoRegion& region, Rend
   out->X_WH = vehicle::SitePose(data, scene_.camera_head_site);
   if (scene_.moored_body.body >= 0) out->X_WK = vehicle::BodyPose(data, scene_.moored_body.body);
   out->distractors = placed_;
+  canvas_.Begin();
   for (const Side side : kSides) {
+    if (region[side].empty()) continue;
     const MountedCamera& camera = scene_.rig[side];
-    RenderedView& view = (*out)[side];
-    view.surface.Resize(camera.width_px, camera.height_px);
-    view.depth_m.Resize(camera.width_px, camera.height_px);
-    const PixelRegion& part = region[side];
-    if (part.empty()) continue;
-    lister_.List(data, placed_, camera, out->X_WH * camera.X_HC, part, &list_);
-    DrawSurfaces(list_, near_m_, part, &view);
+    lister_.List(data, placed_, camera, out->X_WH * camera.X_HC, region[side], &list_);
+    canvas_.Draw(static_cast<int>(side), region[side], list_);
   }
+  if (timer) canvas_.Finish();
   Lap(timer, LoopStage::kRender);
+
+  for (const Side side : kSides) Read(side, region[side], &(*out)[side]);
+  canvas_.End();
+  Lap(timer, LoopStage::kReadBack);
+}
+
+void StereoRenderer::Read(Side side, const PixelRegion& region, RenderedView* out) {
+  out->surface.Resize(canvas_.width_px(), canvas_.height_px());
+  out->depth_m.Resize(canvas_.width_px(), canvas_.height_px());
+  if (region.empty()) return;
+  canvas_.Read(static_cast<int>(side), region, &out->surface, &out->depth_m);
+  for (int v = region.row_begin; v < region.row_end; ++v)
+    DepthFromNearness(near_m_, region.width(), out->depth_m.at(region.column_begin, v));
 }
 
 SpectatorRenderer::SpectatorRenderer(GlContext& context, const vehicle::Scene& scene, int width_px,

@@ -1,6 +1,7 @@
 #pragma once
-// Pictures of a scene: what the two cameras see (surface and depth, no light), and by OpenGL a lit
-// view for people. A renderer keeps a reference to the scene, which must outlive it.
+// Pictures of a scene by OpenGL: what the two cameras see (surface and depth, no light) and a lit
+// view for people. A renderer keeps references to the GL context and the scene, which must outlive
+// it; any number of renderers may share a context. All run in the context's thread.
 
 #include <mujoco/mujoco.h>
 
@@ -14,6 +15,7 @@
 #include "sim/view/distractors.h"
 #include "sim/view/gl_context.h"
 #include "sim/view/rendered.h"
+#include "sim/view/surface_canvas.h"
 #include "sim/view/surface_list.h"
 
 namespace turbidock::view {
@@ -22,29 +24,34 @@ namespace turbidock::view {
 class StereoRenderer {
  public:
   // The distractors' shapes; they are absent until they are placed.
-  explicit StereoRenderer(const vehicle::Scene& scene,
-                          const std::vector<Distractor>& distractors = {});
+  StereoRenderer(GlContext& context, const vehicle::Scene& scene,
+                 const std::vector<Distractor>& distractors = {});
 
   // Where distractors are in the next pictures, in their order.
   void Place(std::vector<PlacedDistractor> distractors) { placed_ = std::move(distractors); }
 
   // Draws both views at the computed positions in `data` (after mj_forward or a step's position
-  // stage). The images in `out` keep their memory from one frame to the next. A timer gets kRender.
+  // stage). The images in `out` keep their memory from one frame to the next. A timer gets kRender
+  // and kReadBack, and with it OpenGL ends its work where it would else put it off to the
+  // read-back.
   void Render(const mjData& data, RenderedStereo* out, StageTimer* timer = nullptr);
   // The same for a region only; other pixels of `out` stay as they are.
   void Render(const mjData& data, const StereoRegion& region, RenderedStereo* out,
               StageTimer* timer = nullptr);
 
  private:
+  void Read(Side side, const PixelRegion& region, RenderedView* out);
+
   const vehicle::Scene& scene_;
   float near_m_;
   SurfaceLister lister_;
+  SurfaceCanvas canvas_;
   std::vector<PlacedDistractor> placed_;
   SurfaceList list_;
 };
 
 // A lit, antialiased picture with MuJoCo's own lights, textures and fog: for videos, not for
-// vision. The context must outlive it, and any number may share one; all run in its thread.
+// vision.
 class SpectatorRenderer {
  public:
   SpectatorRenderer(GlContext& context, const vehicle::Scene& scene, int width_px, int height_px);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <utility>
 
 namespace turbidock::view {
 namespace {
@@ -12,12 +11,15 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kMargin_px = 1;  // more than what rounding moves
+constexpr double kMargin_px = 1;  // more than what rounding and OpenGL's snapping of corners move
 
-// Homogeneous pixels of a point in the optical frame are K p_CQ.
-Matrix3d PixelFromOptical(const CameraIntrinsics& camera) {
+// Clip coordinates (x, y, w) of a point in the optical frame are K p_CQ.
+Matrix3d ClipFromOptical(const CameraIntrinsics& camera) {
+  const double to_x = 2.0 / camera.width_px, to_y = 2.0 / camera.height_px;
   Matrix3d K;
-  K << camera.fx_px, 0, camera.cx_px, 0, camera.fy_px, camera.cy_px, 0, 0, 1;
+  K << to_x * camera.fx_px, 0, to_x * (camera.cx_px + 0.5) - 1,  //
+      0, to_y * camera.fy_px, to_y * (camera.cy_px + 0.5) - 1,   //
+      0, 0, 1;
   return K;
 }
 
@@ -79,39 +81,43 @@ void SurfaceLister::List(const mjData& data, std::span<const PlacedDistractor> d
                          const PixelRegion& region, SurfaceList* list) const {
   list->corners.clear();
   list->triangles.clear();
-  list->balls.clear();
+  list->ball_corners.clear();
+  list->ball_triangles.clear();
   const Pose X_CW = X_WC.Inverse();
-  const Matrix3d R_CW = X_CW.R(), K = PixelFromOptical(camera);
+  const Matrix3d R_CW = X_CW.R(), K = ClipFromOptical(camera);
   const ViewVolume volume(camera, region, near_m_);
+  const Vector3d first_ray = camera.RayAt(-0.5, -0.5);
+  const Vector3d last_ray = camera.RayAt(camera.width_px - 0.5, camera.height_px - 0.5);
 
   // R_WG is asked for where it is needed only
   const auto add = [&](const Drawn& drawn, const Vector3d& p_WG, const auto& R_WG) {
-    const auto surface = static_cast<uint16_t>(drawn.geom + 1);
+    const uint32_t surface = static_cast<uint32_t>(drawn.geom) + 1;
     const Vector3d p_CG = X_CW * p_WG;
     if (volume.MissesBall(p_CG, drawn.bounding_radius_m)) return;
 
     if (drawn.ball) {
       const double radius_m = drawn.bounding_radius_m;
-      // the pixels between two places along an axis of the picture
-      const auto pixels = [](Extent extent, double f_px, double c_px,
-                             int count) -> std::pair<int, int> {
-        const auto whole = [&](double at) {
-          return static_cast<int>(std::clamp(at * f_px + c_px, -1.0, static_cast<double>(count)));
-        };
-        return {std::max(whole(extent.low) - 1, 0), std::min(whole(extent.high) + 2, count)};
+      const auto in_view = [](Extent extent, double margin, double first, double last) {
+        return Extent{std::max(extent.low - margin, first), std::min(extent.high + margin, last)};
       };
-      const auto [column_begin, column_end] = pixels(OutlineOf(p_CG.x(), p_CG.z(), radius_m),
-                                                     camera.fx_px, camera.cx_px, camera.width_px);
-      const auto [row_begin, row_end] = pixels(OutlineOf(p_CG.y(), p_CG.z(), radius_m),
-                                               camera.fy_px, camera.cy_px, camera.height_px);
-      list->balls.push_back({.p_CQ = p_CG.cast<float>(),
-                             .radius_m = static_cast<float>(radius_m),
-                             .surface = surface,
-                             .bounds = {column_begin, row_begin, column_end, row_end},
-                             .cx_px = static_cast<float>(camera.cx_px),
-                             .cy_px = static_cast<float>(camera.cy_px),
-                             .per_fx = static_cast<float>(1 / camera.fx_px),
-                             .per_fy = static_cast<float>(1 / camera.fy_px)});
+      const Extent x = in_view(OutlineOf(p_CG.x(), p_CG.z(), radius_m), kMargin_px / camera.fx_px,
+                               first_ray.x(), last_ray.x());
+      const Extent y = in_view(OutlineOf(p_CG.y(), p_CG.z(), radius_m), kMargin_px / camera.fy_px,
+                               first_ray.y(), last_ray.y());
+      if (x.low >= x.high || y.low >= y.high) return;
+      const uint32_t base = static_cast<uint32_t>(list->ball_corners.size());
+      const Eigen::Vector4f ball = (Eigen::Vector4d() << p_CG, radius_m).finished().cast<float>();
+      for (const double ray_y : {y.low, y.high})
+        for (const double ray_x : {x.low, x.high}) {
+          const Eigen::Vector3f clip = (K * Vector3d(ray_x, ray_y, 1)).cast<float>();
+          list->ball_corners.push_back({{clip.x(), clip.y()},
+                                        {static_cast<float>(ray_x), static_cast<float>(ray_y)},
+                                        {ball[0], ball[1], ball[2], ball[3]},
+                                        surface});
+        }
+      // As a facet's corners are seen from outside: y runs downwards.
+      for (const uint32_t corner : {0, 2, 1, 1, 2, 3})
+        list->ball_triangles.push_back(base + corner);
       return;
     }
 
@@ -130,9 +136,12 @@ void SurfaceLister::List(const mjData& data, std::span<const PlacedDistractor> d
     const Matrix3d KR = K * R_CG;
     const Vector3d Kp = K * p_CG;
     const uint32_t base = static_cast<uint32_t>(list->corners.size());
-    for (const Vector3d& p_GQ : drawn.mesh.vertices_m) list->corners.emplace_back(KR * p_GQ + Kp);
-    for (const auto& [i, j, k] : drawn.mesh.triangles)
-      list->triangles.push_back({{base + i, base + j, base + k}, surface});
+    for (const Vector3d& p_GQ : drawn.mesh.vertices_m) {
+      const Eigen::Vector3f clip = (KR * p_GQ + Kp).cast<float>();
+      list->corners.push_back({{clip.x(), clip.y(), near_m_, clip.z()}, surface});
+    }
+    for (const auto& triangle : drawn.mesh.triangles)
+      for (const uint32_t corner : triangle) list->triangles.push_back(base + corner);
   };
   using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
   for (const Drawn& drawn : drawn_)

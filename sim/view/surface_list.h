@@ -1,5 +1,5 @@
 #pragma once
-// What a camera may see of a scene, as triangles and balls ready for sim/view/rasteriser.h.
+// What a camera may see of a scene, as triangles and balls ready for sim/view/surface_canvas.h.
 
 #include <mujoco/mujoco.h>
 
@@ -17,23 +17,26 @@
 
 namespace turbidock::view {
 
+// Positions are OpenGL's clip coordinates, z being the near plane's depth and w the depth along the
+// optical axis, so that the depth buffer holds near / depth. x / w and y / w run from -1 to 1 over
+// the image, y downwards: OpenGL's first row is the picture's top.
 struct SurfaceList {
-  // `surface` is a MuJoCo geom id + 1; distractors come after the geoms.
-  struct Triangle {
-    std::array<uint32_t, 3> corner;  // counter-clockwise seen from outside
-    uint16_t surface;
+  struct Corner {
+    std::array<float, 4> clip;
+    uint32_t surface;  // MuJoCo geom id + 1, distractors after the geoms
   };
-  struct Ball {
-    Eigen::Vector3f p_CQ;  // centre in the optical frame
-    float radius_m;
-    uint16_t surface;
-    PixelRegion bounds;  // of its outline
-    float cx_px, cy_px, per_fx, per_fy;
+  // A corner of a rectangle in the image that holds what is in view of a ball's outline.
+  struct BallCorner {
+    std::array<float, 2> clip;    // where w = 1
+    std::array<float, 2> ray;     // through it: (x, y) at depth 1 in the optical frame
+    std::array<float, 4> ball_m;  // centre in the optical frame, radius
+    uint32_t surface;
   };
 
-  std::vector<Eigen::Vector3d> corners;  // homogeneous pixels (u w, v w, w), w the depth
-  std::vector<Triangle> triangles;
-  std::vector<Ball> balls;
+  std::vector<Corner> corners;
+  std::vector<uint32_t> triangles;  // three corners each, counter-clockwise seen from outside
+  std::vector<BallCorner> ball_corners;
+  std::vector<uint32_t> ball_triangles;
 };
 
 class SurfaceLister {

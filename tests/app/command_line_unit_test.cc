@@ -339,8 +339,8 @@ TEST_F(CommandLine, WhatTheMachineLacksIsNamedBeforeTheTrial) {
   // A library of that name that is none hides the real one. EGL would stand in for OSMesa.
   for (const char* library : {"libOSMesa.so.8", "libOSMesa.so", "libEGL.so.1", "libEGL.so"})
     File(library, "no library");
-  const ProgramEnd no_mesa = RunProgram({"run", ScenarioFile(""), "--out", out, "--video"},
-                                        {"LD_LIBRARY_PATH=" + folder_.string()});
+  const ProgramEnd no_mesa =
+      RunProgram({"run", ScenarioFile("")}, {"LD_LIBRARY_PATH=" + folder_.string()});
   EXPECT_EQ(no_mesa.exit_code, 4);
   EXPECT_THAT(no_mesa.err, ::testing::AllOf(HasSubstr("libosmesa6"), HasSubstr("libegl1")));
 }

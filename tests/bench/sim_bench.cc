@@ -31,7 +31,7 @@ struct View {
         scene(vehicle::LoadScene(trial::SceneFilesOf(scenario), scenario.rig)),
         data(mj_makeData(scene.model.get())),
         gl(view::MakeOsmesaContext()),
-        renderer(scene),
+        renderer(*gl, scene),
         water(scenario.light, scenario.rig.MakeRig(), light::SurfaceTable::FromScene(scene),
               light::LampPoses(scene)),
         sensor(scenario.sensor, 1, 2),

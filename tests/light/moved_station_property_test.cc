@@ -28,7 +28,8 @@ RadianceStereo SeenAt(const Eigen::Vector3d& displacement, const Pose& X_HM, boo
   EXPECT_LT((X_HM_now.p - X_HM.p).norm(), 1e-9);
   EXPECT_LT(AngleBetween(X_HM_now.q, X_HM.q), 1e-7);
 
-  view::StereoRenderer renderer(scene);
+  const auto gl = view::MakeOsmesaContext();
+  view::StereoRenderer renderer(*gl, scene);
   view::RenderedStereo rendered;
   renderer.Render(*posed.data, &rendered);
   if (!moves_light) rendered.X_WK = scene.X_WM;

@@ -1,7 +1,8 @@
 // A frame of the closed loop takes no memory that the frames before it did not leave.
 //
 // Counts operator new, which is all that our code and the standard library's containers allocate
-// with (Eigen's matrices of variable size, which only the lqg law has, call malloc).
+// with (OpenGL's own work, inside the library, and Eigen's matrices of variable size, which only
+// the lqg law has, call malloc).
 #include <gtest/gtest.h>
 
 #include <atomic>

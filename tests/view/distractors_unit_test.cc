@@ -80,13 +80,14 @@ TEST(DistractorsOf, BubblesFillTheirColumn) {
 }
 
 TEST(StereoRenderer, ShowsVisitorsWhereTheyAre) {
+  const auto gl = MakeOsmesaContext();
   PosedScene posed("sea_active");
   posed.Place(Pose::Translation(0.8, 0, 0));
   DistractorFaults faults;
   faults.screens.emplace_back();  // right of the marker's middle
   faults.fish.emplace_back().p_MQ_m = {-0.25, 0.1, 0.05};
   const std::vector<Distractor> distractors = DistractorsOf(faults, posed.scene, 1);
-  StereoRenderer renderer(posed.scene, distractors);
+  StereoRenderer renderer(*gl, posed.scene, distractors);
   RenderedStereo without, with;
   renderer.Render(*posed.data, &without);
   EXPECT_TRUE(without.distractors.empty());

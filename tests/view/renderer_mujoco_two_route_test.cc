@@ -1,4 +1,4 @@
-// Our drawing against MuJoCo's by OpenGL, which shares no code with it.
+// Our drawing against MuJoCo's, which shares no code with it but OpenGL itself.
 
 #include <gtest/gtest.h>
 
@@ -35,7 +35,7 @@ TEST_P(RendererAgainstMujoco, SameSurfaceSameDepth) {
   for (const RigParams& params :
        {RigParams{}, RigParams{.width_px = 321, .height_px = 243, .horizontal_fov_rad = 2.2}}) {
     PosedScene posed(GetParam(), params);
-    StereoRenderer renderer(posed.scene);
+    StereoRenderer renderer(*gl, posed.scene);
     MujocoVisibility mujoco(*gl, posed.scene);
     Rng rng = SeedTree(7).Stream("poses");
     RenderedStereo rendered;

@@ -60,9 +60,10 @@ const std::array kMarkerPlaces = {Vector3d(0.8, 0, 0),        Vector3d(0.6, 0.2,
 constexpr double kCentroidTol_px = 0.1;
 
 TEST(RendererGeometry, BallsAreWhereTheIntrinsicsProjectThem) {
+  const auto gl = MakeOsmesaContext();
   PosedScene posed("sea_active");
   const vehicle::Scene& scene = posed.scene;
-  StereoRenderer renderer(scene);
+  StereoRenderer renderer(*gl, scene);
   RenderedStereo rendered;
   const vehicle::BallInScene* green = nullptr;
   for (const vehicle::BallInScene& ball : scene.balls)
@@ -101,15 +102,16 @@ TEST(RendererGeometry, BallsAreWhereTheIntrinsicsProjectThem) {
 
 // A wall square to the axis has one depth everywhere: along the axis, not along the ray.
 TEST(RendererGeometry, DepthIsAlongTheAxis) {
+  const auto gl = MakeOsmesaContext();
   PosedScene posed("sea_active");
-  StereoRenderer renderer(posed.scene);
+  StereoRenderer renderer(*gl, posed.scene);
   RenderedStereo rendered;
   posed.Place(Pose::Translation(0.9, 0, 0));
   renderer.Render(*posed.data, &rendered);
   const int plate = posed.Geom("station_plate");
   const double depth_m = 0.9 + 0.11;
-  // A step of a 24-bit buffer with clipping planes n = 0.02 m and f = 30 m, z^2 (f - n) / (n f)
-  // 2^-24: ours is no coarser.
+  // A step of a 24-bit buffer with clipping planes n = 0.02 m and f = 30 m: z^2 (f - n) / (n f)
+  // 2^-24.
   const double step_m = depth_m * depth_m * (1 / 0.02 - 1 / 30.0) * std::ldexp(1.0, -24);
   for (const RenderedView* view : {&rendered.left, &rendered.right}) {
     int seen = 0;
@@ -130,8 +132,9 @@ TEST(RendererGeometry, DepthIsAlongTheAxis) {
 }
 
 TEST(RendererGeometry, NothingIsInfinitelyFar) {
+  const auto gl = MakeOsmesaContext();
   PosedScene posed("sea_active");
-  StereoRenderer renderer(posed.scene);
+  StereoRenderer renderer(*gl, posed.scene);
   RenderedStereo rendered;
   posed.Place(Pose::Translation(1.2, 0, 0));
   renderer.Render(*posed.data, &rendered);
@@ -152,6 +155,7 @@ TEST(RendererGeometry, NothingIsInfinitelyFar) {
 
 // On the approach nothing of the station or the vehicle comes between a camera and a ball.
 TEST(RendererGeometry, DockHidesNoBall) {
+  const auto gl = MakeOsmesaContext();
   PosedScene posed("sea_passive"), bare("sea_passive");
   mjModel& m = *bare.scene.model;
   int removed = 0;
@@ -161,7 +165,7 @@ TEST(RendererGeometry, DockHidesNoBall) {
     ++removed;
   }
   ASSERT_GT(removed, 40);
-  StereoRenderer renderer(posed.scene), bare_renderer(bare.scene);
+  StereoRenderer renderer(*gl, posed.scene), bare_renderer(*gl, bare.scene);
   RenderedStereo rendered, bare_rendered;
   for (const double x_m : {0.35, 0.4, 0.5, 0.7, 1.0, 1.5}) {
     for (const double y_m : {-0.04, 0.04}) {

@@ -11,8 +11,9 @@ namespace {
 using testing::PosedScene;
 
 TEST(StereoRenderer, DrawsARegionAsInTheWhole) {
+  const auto gl = MakeOsmesaContext();
   PosedScene posed("sea_passive");
-  StereoRenderer renderer(posed.scene);
+  StereoRenderer renderer(*gl, posed.scene);
   Rng rng = SeedTree(8).Stream("regions");
   const int width = posed.scene.rig.left.width_px, height = posed.scene.rig.left.height_px;
   const auto any = [&] {

@@ -1,4 +1,5 @@
-// Drawing depends on the state only: not on what was drawn before, or beside whom.
+// Drawing depends on the state only: not on what was drawn before, with which context or beside
+// whom.
 
 #include <gtest/gtest.h>
 
@@ -16,9 +17,10 @@ using testing::PosedScene;
 const Pose kSomeX_HM{FromYawPitchRoll(0.1, -0.05, 0.02), {0.7, 0.05, -0.03}};
 
 RenderedStereo RenderAfresh() {
+  const auto gl = MakeOsmesaContext();
   PosedScene posed("pool_active");
   posed.Place(kSomeX_HM);
-  StereoRenderer renderer(posed.scene);
+  StereoRenderer renderer(*gl, posed.scene);
   RenderedStereo rendered;
   renderer.Render(*posed.data, &rendered);
   return rendered;
@@ -31,7 +33,7 @@ void ExpectSame(const RenderedStereo& a, const RenderedStereo& b) {
   EXPECT_TRUE(a.right.depth_m == b.right.depth_m);
 }
 
-TEST(RendererRepeats, ByANewOne) {
+TEST(RendererRepeats, InANewContext) {
   const RenderedStereo first = RenderAfresh();
   EXPECT_FALSE(first.left.surface == first.right.surface);
   ExpectSame(first, RenderAfresh());
@@ -46,7 +48,7 @@ TEST(RendererRepeats, InAnotherThread) {
 TEST(RendererRepeats, WithTheSpectatorInBetween) {
   const auto gl = MakeOsmesaContext();
   PosedScene posed("pool_active");
-  StereoRenderer renderer(posed.scene);
+  StereoRenderer renderer(*gl, posed.scene);
   SpectatorRenderer spectator(*gl, posed.scene, 320, 240);
   RenderedStereo rendered;
   Image3u8 picture, again;
@@ -70,9 +72,10 @@ TEST(RendererRepeats, WithTheSpectatorInBetween) {
 
 // Rendering reads the state and leaves it as it is.
 TEST(RendererRepeats, WithoutTouchingTheState) {
+  const auto gl = MakeOsmesaContext();
   PosedScene posed("pool_active");
   posed.Place(kSomeX_HM);
-  StereoRenderer renderer(posed.scene);
+  StereoRenderer renderer(*gl, posed.scene);
   const vehicle::MjDataPtr before(mj_copyData(nullptr, posed.scene.model.get(), posed.data.get()));
   RenderedStereo rendered;
   renderer.Render(*posed.data, &rendered);

@@ -1,4 +1,4 @@
-// Rasterised ids and depths against MuJoCo's ray casting, which shares no code with them.
+// Rasterised ids and depths against MuJoCo's ray casting, which shares no code with OpenGL.
 
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 using testing::CastRay;
 using testing::PosedScene;
 
-// Depth is held in single precision.
+// The depth buffer's step at 1 m is 3e-6 m; the rest is single-precision vertices.
 constexpr double kFlatTol_m = 1e-5;   // times z^2, and along a slanted surface
 constexpr double kRoundTol_m = 3e-4;  // facets of a ball or the pole, where they face the camera
 
@@ -67,11 +67,12 @@ INSTANTIATE_TEST_SUITE_P(Models, RendererAgainstRays,
                          [](const auto& tested) { return tested.param; });
 
 TEST_P(RendererAgainstRays, SameSurfaceSameDepth) {
+  const auto gl = MakeOsmesaContext();
   // The wide rig sees parts of the vehicle and takes in what lies far off the axis.
   for (const RigParams& params :
        {RigParams{}, RigParams{.width_px = 320, .height_px = 300, .horizontal_fov_rad = 2.0}}) {
     PosedScene posed(GetParam(), params);
-    StereoRenderer renderer(posed.scene);
+    StereoRenderer renderer(*gl, posed.scene);
     RenderedStereo rendered;
     const StereoRig& rig = posed.scene.rig;
     for (const Pose& X_HM : {Pose::Translation(0.8, 0, 0), Pose::Translation(0.36, 0.03, -0.02),
@@ -93,9 +94,10 @@ TEST_P(RendererAgainstRays, SameSurfaceSameDepth) {
 
 // The wide rig does see the pole, so that leaving out what is out of view is put to the test.
 TEST(RendererAgainstRays, WideRigSeesThePole) {
+  const auto gl = MakeOsmesaContext();
   PosedScene posed("sea_active",
                    RigParams{.width_px = 320, .height_px = 300, .horizontal_fov_rad = 2.0});
-  StereoRenderer renderer(posed.scene);
+  StereoRenderer renderer(*gl, posed.scene);
   RenderedStereo rendered;
   posed.Place(Pose::Translation(0.8, 0, 0));
   renderer.Render(*posed.data, &rendered);

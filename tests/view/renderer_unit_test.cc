@@ -56,11 +56,11 @@ TEST(OsmesaContext, MakesWayForAnother) {
   EXPECT_EQ(current(), nullptr);
   PosedScene posed("sea_active");
   posed.Place(Pose::Translation(0.8, 0, 0));
-  SpectatorRenderer renderer(*b, posed.scene, 64, 48);
-  Image3u8 picture;
-  renderer.Render(*posed.data, posed.scene.spectator_camera, &picture);
+  StereoRenderer renderer(*b, posed.scene);
+  RenderedStereo rendered;
+  renderer.Render(*posed.data, &rendered);
   EXPECT_EQ(current(), of_b);
-  EXPECT_EQ(picture.width(), 64);
+  EXPECT_EQ(*rendered.left.surface.at(320, 120), posed.Geom("station_plate") + 1);
 }
 
 // In a process of its own that finds only broken copies of the library.

@@ -7,6 +7,7 @@
 
 #include "experiments/studies/check_vehicle/check_vehicle.h"
 #include "experiments/trial/world.h"
+#include "sim/view/gl_context.h"
 #include "sim/view/stereo_renderer.h"
 
 namespace turbidock::check_vehicle {
@@ -109,7 +110,9 @@ std::vector<ViewReport> ReportViews(const trial::Scenario& scenario, const vehic
   std::vector<ViewReport> views = {ReportView(scene, "servoing", pose(p.servo_x_m)),
                                    ReportView(scene, "docked", pose(p.docked_x_m))};
   const vehicle::Scene bare = WithoutVehicle(scenario);
-  view::StereoRenderer renderer(scene), without(bare);
+  std::string remark;
+  const std::unique_ptr<view::GlContext> context = view::MakeGlContext(scenario.renderer, &remark);
+  view::StereoRenderer renderer(*context, scene), without(*context, bare);
   for (ViewReport& view : views) {
     plant->Reset(PoseInWorld(scene, view.X_HM));
     view::RenderedStereo all, marker;

@@ -134,7 +134,7 @@ Labelled Label(const trial::Scenario& scenario, const trial::FixedView& view, Si
   for (int v = 0; v < h; ++v)
     for (int u = 0; u < w; ++u) {
       uint8_t& all = *out.silhouette.at(u + w, v + h);
-      // facets and rays differ in pixels that the outline cuts
+      // OpenGL and rays differ in pixels that the outline cuts
       if (is_marker[*view.rendered[side].surface.at(u, v)]) all = *out.visible.at(u, v) = kInside;
       *out.whole.at(u, v) = all;
     }

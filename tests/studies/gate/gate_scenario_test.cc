@@ -198,6 +198,11 @@ TEST_F(GateProgram, WhatCannotBeJudgedNeverPasses) {
   EXPECT_THAT(unsure.out, ::testing::StartsWith("inconclusive: docking gate\n"));
   expect(2, {"gate", small, "--set", "watr.milk_ml_m3=1"}, "water");
   expect(2, {"gate", small, "--set", "model=none.xml"}, "none.xml");
+  // libraries of these names that are none hide the real ones
+  for (const char* name : {"libOSMesa.so.8", "libOSMesa.so", "libEGL.so.1", "libEGL.so"})
+    File(name, "no library");
+  const ProgramEnd no_mesa = RunProgram({"gate", small}, {"LD_LIBRARY_PATH=" + folder_.string()});
+  EXPECT_EQ(no_mesa.exit_code, 4) << no_mesa.err;
 
   std::string text = TextOf(folder_ / "small.baseline.yaml");
   text.replace(text.find("docked: 2"), 9, "docked: 1");
