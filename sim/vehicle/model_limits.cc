@@ -106,7 +106,17 @@ void RequireFaces(const fs::path& path, const std::string& bytes) {
     std::istringstream words(row);
     std::string word;
     if (!(words >> word)) continue;
-    for (size_t i = 0; i < points.size(); ++i) points[i] += word == std::array{"v", "vt", "vn"}[i];
+    for (size_t i = 0; i < points.size(); ++i) {
+      if (word != std::array{"v", "vt", "vn"}[i]) continue;
+      ++points[i];
+      constexpr std::array kLeast = {3, 1, 3};
+      double number = 0;
+      int numbers = 0;
+      while (numbers < kLeast[i] && words >> number) ++numbers;
+      if (numbers < kLeast[i])
+        fail(line, std::string("a ") + kNames[i] + " must have " + std::to_string(kLeast[i]) +
+                       (kLeast[i] == 1 ? " number" : " numbers"));
+    }
     if (word == "l" || word == "p") fail(line, "lines and points are no surface: leave them out");
     if (word != "f") continue;
     while (words >> word) {

@@ -280,6 +280,10 @@ TEST_F(APart, HasFacesWhosePointsAreThere) {
   Write("fin.obj", points + "f 1 2 999999999\n");
   EXPECT_THAT(Mesh("fin.obj"),
               HasSubstr("fin.obj:5: a face names point 999999999, the file has 4"));
+  Write("fin.obj", points + "v 1 0x 1\n" + faces(""));
+  EXPECT_THAT(Mesh("fin.obj"), HasSubstr("fin.obj:5: a point must have 3 numbers"));
+  Write("fin.obj", "vn 1 0\n" + points + faces(""));
+  EXPECT_THAT(Mesh("fin.obj"), HasSubstr("fin.obj:1: a normal must have 3 numbers"));
   Write("fin.obj", points + "f 1 2 -5\n");
   EXPECT_THAT(Mesh("fin.obj"), HasSubstr("point -5"));
   Write("fin.obj", "f -1 -2 -3\n" + points);
