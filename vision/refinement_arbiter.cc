@@ -12,9 +12,9 @@ namespace {
 
 constexpr double kLargestLoss = 0.25;  // of F; a hidden half of a ball costs up to 0.2
 constexpr double kLargestResidual_px = 1.0;
-// Least support of a ball that needs no other pose to compare with. Right poses of those 2,100
-// altered pairs (refiner.cc) have 0.48 to 1 (80 %), wrong ones 0 to 0.58 (90 %).
-constexpr double kSupported = 0.6;
+// Least support of a ball that needs no other pose to compare with: 91 % of the right poses that
+// kAgreed_px was set by (refiner.cc) have it, and 0.3 % of the others.
+constexpr double kSupported = 0.5;
 // What support counts over F. At the true pose F may be less by 0.15 than where a lit side of the
 // box passes for a ball, and the mean support is larger by 0.13 to 0.3.
 constexpr double kSupportWeight = 2;
@@ -47,26 +47,32 @@ RefinementArbiter::Verdict RefinementArbiter::Judge(const StereoImage& seen,
                                                     Rng* rng) {
   const size_t balls = marker_.balls.size();
   Verdict verdict;
-  double best_score = 0, least_of_ball = 0;  // of the pose that is believed so far
-  const auto consider = [&](const Pose& X_HM) {
-    const std::optional<Refined> refined = refiner_.Refine(seen, region, X_HM);
+  double best_score = 0;  // of the pose that is believed so far
+  const auto by_ball = [balls](const Refined& refined) {
+    return std::span(refined.support).first(balls);
+  };
+  const auto consider = [&](const std::optional<Refined>& refined) {
     if (!refined || refined->residual_px > kLargestResidual_px) return;
     ++verdict.evaluations;
     const double f = fitness.Evaluate(refined->X_HM);
     if (f < found.fitness - kLargestLoss) return;
-    const auto by_ball = std::span(refined->support).first(balls);
     // where a ball is not seen at all, chance gives it up to that much
     double support = 0;
-    for (const double share : by_ball)
+    for (const double share : by_ball(*refined))
       if (share >= Detection::kSeenSupport) support += share / static_cast<double>(balls);
     const double score = f + kSupportWeight * support;
     if (verdict.refined && score <= best_score) return;
     best_score = score;
-    least_of_ball = *std::ranges::min_element(by_ball);
     verdict.refined = refined;
   };
-  consider(found.X_HM);
-  found_was_supported_ = balls < 3 || least_of_ball >= kSupported;
+  const auto refine = [&](const Pose& X_HM) { return refiner_.Refine(seen, region, X_HM); };
+  const std::optional<Refined> of_found = refine(found.X_HM);
+  const bool is_supported =
+      balls < 3 || (of_found && std::ranges::min(by_ball(*of_found)) >= kSupported);
+  // Support that ends from one frame to the next: the search was drawn to where F is larger.
+  const bool ends = !is_supported && most_evaluations == 1 && last_X_HM_;
+  consider(ends ? refine(*last_X_HM_) : of_found);
+  found_was_supported_ = balls < 3 || (is_supported && verdict.refined);
   if (!found_was_supported_) {
     const Pose X_HM = verdict.refined ? verdict.refined->X_HM : found.X_HM;
     std::array<double, kMaxBalls> match{};
@@ -74,11 +80,11 @@ RefinementArbiter::Verdict RefinementArbiter::Judge(const StereoImage& seen,
     if (verdict.refined) match = verdict.refined->support;
     int left = most_evaluations - 1;
     if (left > 0 && last_X_HM_) {
-      consider(*last_X_HM_);
+      consider(refine(*last_X_HM_));
       --left;
     }
     for (; left > 0; --left)
-      consider(RotatedAboutBallAxis(X_HM, std::span(match).first(balls), rng));
+      consider(refine(RotatedAboutBallAxis(X_HM, std::span(match).first(balls), rng)));
   }
   last_X_HM_.reset();
   if (verdict.refined) last_X_HM_ = verdict.refined->X_HM.Canonical();
