@@ -70,8 +70,12 @@ class PoseRefiner {
   void FindEdges(const Image3u8& image, const PixelRegion& region, Side side, const Pose& X_HM,
                  double shrink);
   std::array<double, kMaxBalls> Support() const;
-  PoseCovariance Covariance(const Refined& refined, const Vector7d& prior_weight,
-                            const Matrix7d& information, double scale_px);
+  std::optional<double> BrightnessWidth_px(const StereoImage& seen, const StereoRegion& region,
+                                           const Pose& X_HM);
+  PoseCovariance Covariance(const Refined& refined,
+                            const std::optional<double>& brightness_width_px,
+                            const Vector7d& prior_weight, const Matrix7d& information,
+                            double scale_px);
   bool IsHidden(int ball, const Eigen::Vector3d& p_MC, const Eigen::Vector3d& ray_M,
                 double distance_m) const;
 

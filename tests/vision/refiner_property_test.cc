@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -117,6 +118,60 @@ TEST(PoseRefiner, SaysHowFarItIsOff) {
   for (int k = 0; k < 3; ++k) {
     EXPECT_GT(std::sqrt(claimed2[k] / scatter2[k]), 0.4) << k;
     EXPECT_LT(std::sqrt(claimed2[k] / found2[k]), 4) << k;
+  }
+}
+
+// The mean of all channels over a square about each pixel.
+Image3u8 Blurred(int reach_px, const Image3u8& image) {
+  Image3u8 blurred = image;
+  for (int v = reach_px; v < image.height() - reach_px; ++v)
+    for (int u = reach_px; u < image.width() - reach_px; ++u)
+      for (int k = 0; k < 3; ++k) {
+        int sum = 0;
+        for (int y = v - reach_px; y <= v + reach_px; ++y)
+          for (int x = u - reach_px; x <= u + reach_px; ++x) sum += image.at(x, y)[k];
+        blurred.at(u, v)[k] = static_cast<uint8_t>(sum / ((2 * reach_px + 1) * (2 * reach_px + 1)));
+      }
+  return blurred;
+}
+
+// The colour of one image with the brightness of another.
+Image3u8 Coloured(const Image3u8& colour, const Image3u8& brightness) {
+  Image3u8 image = brightness;
+  const auto of = [](const uint8_t* rgb) {
+    return 0.299 * rgb[0] + 0.587 * rgb[1] + 0.114 * rgb[2];
+  };
+  for (int v = 0; v < image.height(); ++v)
+    for (int u = 0; u < image.width(); ++u) {
+      const double more = of(brightness.at(u, v)) - of(colour.at(u, v));
+      for (int k = 0; k < 3; ++k)
+        image.at(u, v)[k] =
+            static_cast<uint8_t>(std::clamp(std::lround(colour.at(u, v)[k] + more), 0L, 255L));
+    }
+  return image;
+}
+
+// Compression that keeps colour coarser than brightness moves outlines as a whole, and sharp
+// brightness beside wide edges of colour tells of it. Where both are as wide it is blur, which
+// moves nothing.
+TEST(PoseRefiner, ClaimsLessWhereColourIsCoarserThanBrightness) {
+  Rng rng = SeedTree(5).Stream("colour");
+  PoseRefiner refiner(Marker(), kRig);
+  for (int i = 0; i < 4; ++i) {
+    Pose X_HM = kTrue;
+    for (int k = 0; k < 3; ++k) X_HM.p[k] += rng.Uniform(-0.02, 0.02);
+    const StereoImage plain = Painted(2, &rng, X_HM);
+    StereoImage coarse, blurred;
+    for (const Side side : kSides) {
+      blurred[side] = Blurred(2, plain[side]);
+      coarse[side] = Coloured(blurred[side], plain[side]);
+    }
+    const auto variance = [&](const StereoImage& seen) {
+      const auto refined = refiner.Refine(seen, kWhole, X_HM);
+      return refined ? refined->covariance.topLeftCorner<3, 3>().trace() : 0;
+    };
+    EXPECT_GT(variance(coarse), 1.5 * variance(blurred)) << i;
+    EXPECT_GT(variance(blurred), variance(plain)) << i;
   }
 }
 
