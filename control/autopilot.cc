@@ -61,6 +61,13 @@ bool AsksForForces(const ControlParams& params) {
   return params.controller != ControllerType::kPVoltage;
 }
 
+// Heading is nearly the rotation about z of H: the vehicle hardly pitches and rolls.
+std::optional<Axes> VarianceOf(const PoseEstimate& estimate) {
+  if (!estimate.covariance) return std::nullopt;
+  const PoseCovariance& of = *estimate.covariance;
+  return Axes(of(0, 0), of(1, 1), of(2, 2), of(5, 5));
+}
+
 // The camera head as it is wanted, seen from where it is; both in M.
 Observation SeenFrom(const Navigated& now, const Reference& wanted_MH, int64_t frame) {
   const double c = std::cos(now.pose_MH.yaw_rad), s = std::sin(now.pose_MH.yaw_rad);
@@ -137,8 +144,10 @@ void Autopilot::CorrectNavigation(const PoseEstimate& estimate) {
 
 void Autopilot::Observe(const PoseEstimate& estimate) {
   TD_CHECK(estimate.X_HM.IsFinite(), "estimated pose must be finite");
-  const auto seen = filter_.Update(
-      {.frame = estimate.frame, .position = ToAxes(estimate.X_HM), .rate = std::nullopt});
+  const auto seen = filter_.Update({.frame = estimate.frame,
+                                    .position = ToAxes(estimate.X_HM),
+                                    .rate = std::nullopt,
+                                    .variance = VarianceOf(estimate)});
   if (!seen) return;
   controller_->Observe(*seen);
   observed_ = true;

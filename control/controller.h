@@ -13,6 +13,8 @@ struct Observation {
   int64_t frame = 0;             // of the image
   Axes position = Axes::Zero();  // x, y, z of M in H [m], its heading in H [rad]
   std::optional<Axes> rate;      // per second; with a pose filter only
+  // Of the position, as its estimator claims; nothing: it claims nothing.
+  std::optional<Axes> variance = {};
 };
 
 // Where it shall be.

@@ -1,5 +1,6 @@
 #include "control/pose_filter.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "sim/base/check.h"
@@ -26,7 +27,7 @@ std::optional<Observation> PoseFilter::Update(const Observation& seen) {
       const AxisState& s = states_[static_cast<size_t>(i)];
       innovation[i] = seen.position[i] - s.position;
       if (i == kYaw) innovation[i] = WrapAngle(innovation[i]);
-      const double variance = s.pp + params_.noise[i] * params_.noise[i];
+      const double variance = s.pp + NoiseVariance(seen, i);
       outlier |= std::abs(innovation[i]) > params_.gate_sigma * std::sqrt(variance);
     }
     if (outlier && ++rejected_ < params_.restart_frames) return std::nullopt;
@@ -36,7 +37,7 @@ std::optional<Observation> PoseFilter::Update(const Observation& seen) {
       rejected_ = 0;
       for (int i = 0; i < kAxisCount; ++i) {
         AxisState& s = states_[static_cast<size_t>(i)];
-        const double variance = s.pp + params_.noise[i] * params_.noise[i];
+        const double variance = s.pp + NoiseVariance(seen, i);
         const double gain_p = s.pp / variance, gain_r = s.pr / variance;
         s.position += gain_p * innovation[i];
         s.rate += gain_r * innovation[i];
@@ -56,14 +57,20 @@ std::optional<Observation> PoseFilter::Update(const Observation& seen) {
   return filtered;
 }
 
+// Never less than the parameters': they hold what the estimator cannot know, such as waves.
+double PoseFilter::NoiseVariance(const Observation& seen, int axis) const {
+  const double own = params_.noise[axis] * params_.noise[axis];
+  return seen.variance ? std::max(own, (*seen.variance)[axis]) : own;
+}
+
 void PoseFilter::Start(const Observation& seen) {
   last_frame_ = seen.frame;
   rejected_ = 0;
   for (int i = 0; i < kAxisCount; ++i) {
     // at rest, give or take what a second of acceleration makes
-    const double noise = params_.noise[i], speed = params_.acceleration[i];
+    const double speed = params_.acceleration[i];
     states_[static_cast<size_t>(i)] = {
-        .position = seen.position[i], .pp = noise * noise, .rr = speed * speed};
+        .position = seen.position[i], .pp = NoiseVariance(seen, i), .rr = speed * speed};
   }
 }
 

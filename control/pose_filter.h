@@ -24,7 +24,9 @@ struct PoseFilterParams {
   static void Fields(auto& self, auto&& field) {
     field("enabled", self.enabled, Finite(), "whether there is one");
     field("noise", self.noise, Above(0),
-          "standard deviation of the estimate, of x, y, z [m] and yaw [rad]");
+          "standard deviation of the estimate, of x, y, z [m] and yaw [rad]; the estimate's own "
+          "where "
+          "it claims more");
     field("acceleration", self.acceleration, Above(0),
           "standard deviation of the acceleration, taken as new in every frame, of x, y, z [m/s^2] "
           "and yaw [rad/s^2]");
@@ -54,6 +56,7 @@ class PoseFilter {
     double pp = 0, pr = 0, rr = 0;  // covariance
   };
 
+  double NoiseVariance(const Observation& seen, int axis) const;
   void Start(const Observation& seen);
   void Predict(double acceleration_std, AxisState* state) const;
 

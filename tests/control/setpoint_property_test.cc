@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "control/pose_filter.h"
@@ -145,6 +147,47 @@ TEST(PoseFilter, LeavesOfTheNoiseWhatKalatasFilterLeaves) {
         (2 * alpha * alpha + beta * (2 - 3 * alpha)) / (alpha * (4 - 2 * alpha - beta));
     // 30,000 samples, correlated over some 1 / alpha of them
     EXPECT_NEAR(out[i] / in[i], share, 0.1 * share) << i;
+  }
+}
+
+// A Kalman filter of each axis by hand, whose noise is what is claimed of each estimate, but not
+// less than the filter's own.
+TEST(PoseFilter, BelievesAnEstimateNoMoreThanItClaims) {
+  const PoseFilterParams params{.enabled = true, .latency_s = 0, .gate_sigma = 100};
+  PoseFilter filter(params, kClock);
+  Rng rng = SeedTree(9).Stream("claims");
+  std::array<Eigen::Vector2d, kAxisCount> states;
+  std::array<Eigen::Matrix2d, kAxisCount> P;
+  const double t = kClock.frame_s();
+  const Eigen::Matrix2d A{{1, t}, {0, 1}};
+  const Eigen::Vector2d by_acceleration(t * t / 2, t);
+  for (int n = 0; n < 60; ++n) {
+    Observation seen = Seen(n, Axes::Zero());
+    Axes claimed;
+    for (int i = 0; i < kAxisCount; ++i) {
+      claimed[i] = params.noise[i] * rng.Uniform(0.1, 10);
+      seen.position[i] = claimed[i] * rng.Normal();
+    }
+    if (n % 3) seen.variance = claimed.cwiseAbs2();
+    const auto out = filter.Update(seen);
+    ASSERT_TRUE(out);
+    for (int i = 0; i < kAxisCount; ++i) {
+      const auto at = static_cast<size_t>(i);
+      const double noise = n % 3 ? std::max(claimed[i], params.noise[i]) : params.noise[i];
+      const double a2 = params.acceleration[i] * params.acceleration[i];
+      if (n == 0) {
+        states[at] = {seen.position[i], 0};
+        P[at] = Eigen::Vector2d(noise * noise, a2).asDiagonal();
+      } else {
+        states[at] = A * states[at];
+        P[at] = A * P[at] * A.transpose() + a2 * by_acceleration * by_acceleration.transpose();
+        const Eigen::Vector2d gain = P[at].col(0) / (P[at](0, 0) + noise * noise);
+        states[at] += gain * (seen.position[i] - states[at][0]);
+        P[at] -= gain * P[at].row(0).eval();
+      }
+      EXPECT_NEAR(out->position[i], states[at][0], 1e-12) << n << ' ' << i;
+      EXPECT_NEAR((*out->rate)[i], states[at][1], 1e-12) << n << ' ' << i;
+    }
   }
 }
 
