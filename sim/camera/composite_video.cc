@@ -60,7 +60,7 @@ struct Line {
 // Coring, fading, back to red, green and blue, the line's noise, and rounding. `planes` as of
 // ToBytes.
 template <bool kFade>
-[[gnu::always_inline]] inline void Decode(const Line line, int count,
+[[gnu::always_inline]] inline void Decode(const Line& line, int count,
                                           const float* __restrict planes,
                                           const float* __restrict luma,
                                           const float* __restrict smooth_red,
@@ -68,12 +68,13 @@ template <bool kFade>
                                           uint8_t* __restrict rgb) {
   constexpr float kNothing = 1e-6f;                              // no division by zero
   constexpr float kBlack_dn = CompositeVideo::kSetup_dn + 0.5f;  // half a step, for rounding
-  const float per_dn = 1 / line.fade_dn;
-  const int width = line.width;
+  // not through a reference, which the bytes might alias
+  const auto [coring_dn, fade_dn, noise_dn, noise, width] = line;
+  const float per_dn = 1 / fade_dn;
   for (int i = 0; i < count; ++i) {
     float red = smooth_red[i], blue = smooth_blue[i];
     const float length_dn = std::sqrt(red * red + blue * blue) + kNothing;
-    float keep = std::max(0.0f, 1 - line.coring_dn / length_dn);
+    float keep = std::max(0.0f, 1 - coring_dn / length_dn);
     if constexpr (kFade) {
       const float peak = std::max(planes[i], std::max(planes[width + i], planes[2 * width + i]));
       keep *= std::clamp((255 - peak) * per_dn, 0.0f, 1.0f);
@@ -82,9 +83,9 @@ template <bool kFade>
     blue *= keep;
     const float y = luma[i] + kBlack_dn;
     const float green = y - (kRedShare / kGreenShare * red + kBlueShare / kGreenShare * blue);
-    rgb[3 * i] = ToByte(y + red + line.noise_dn * line.noise[i]);
-    rgb[3 * i + 1] = ToByte(green + line.noise_dn * line.noise[width + i]);
-    rgb[3 * i + 2] = ToByte(y + blue + line.noise_dn * line.noise[2 * width + i]);
+    rgb[3 * i] = ToByte(y + red + noise_dn * noise[i]);
+    rgb[3 * i + 1] = ToByte(green + noise_dn * noise[width + i]);
+    rgb[3 * i + 2] = ToByte(y + blue + noise_dn * noise[2 * width + i]);
   }
 }
 
