@@ -29,7 +29,8 @@ StereoRenderer::StereoRenderer(GlContext& context, const vehicle::Scene& scene,
     : scene_(scene),
       near_m_(NearPlane(*scene.model)),
       lister_(*scene.model, distractors, kHiddenGroup, near_m_),
-      canvas_(context, scene.rig.left.width_px, scene.rig.left.height_px, /*views=*/2, near_m_) {
+      canvas_(context, scene.rig.left.width_px, scene.rig.left.height_px, /*views=*/2,
+              scene.model->ngeom + static_cast<int>(distractors.size()), near_m_) {
   TD_CHECK(static_cast<size_t>(scene.model->ngeom) + distractors.size() <
                std::numeric_limits<uint16_t>::max(),
            "surface ids are 16 bits wide");

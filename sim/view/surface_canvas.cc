@@ -1,5 +1,6 @@
 #include "sim/view/surface_canvas.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <string>
 
@@ -65,11 +66,12 @@ void main() {
 }  // namespace
 
 SurfaceCanvas::SurfaceCanvas(GlContext& context, int width_px, int height_px, int views,
-                             float near_m)
+                             int most_surface, float near_m)
     : context_(context),
       gl_((context.MakeCurrent(), context)),
       width_px_(width_px),
-      height_px_(height_px) {
+      height_px_(height_px),
+      bytes_(most_surface <= 255) {
   gl_.GenFramebuffers(1, &framebuffer_);
   gl_.BindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
   gl_.GenRenderbuffers(2, renderbuffers_.data());
@@ -78,7 +80,7 @@ SurfaceCanvas::SurfaceCanvas(GlContext& context, int width_px, int height_px, in
     gl_.RenderbufferStorage(GL_RENDERBUFFER, format, width_px, views * height_px);
     gl_.FramebufferRenderbuffer(GL_FRAMEBUFFER, attachment, GL_RENDERBUFFER, renderbuffer);
   };
-  attach(renderbuffers_[0], GL_R16UI, GL_COLOR_ATTACHMENT0);
+  attach(renderbuffers_[0], bytes_ ? GL_R8UI : GL_R16UI, GL_COLOR_ATTACHMENT0);
   attach(renderbuffers_[1], GL_DEPTH_COMPONENT32F, GL_DEPTH_ATTACHMENT);
   if (gl_.CheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
     throw SimulatorFault("OpenGL gives no framebuffer of " + std::to_string(width_px) + " x " +
@@ -220,10 +222,19 @@ void SurfaceCanvas::Read(int view, const PixelRegion& region, Image1u16* surface
   gl_.PixelStorei(GL_PACK_ALIGNMENT, 1);  // for good: MuJoCo sets the same once and relies on it
   gl_.PixelStorei(GL_PACK_ROW_LENGTH, width_px_);
   const int x = region.column_begin, y = view * height_px_ + region.row_begin;
-  gl_.ReadPixels(x, y, region.width(), region.height(), GL_RED_INTEGER, GL_UNSIGNED_SHORT,
-                 surface->at(region.column_begin, region.row_begin));
-  gl_.ReadPixels(x, y, region.width(), region.height(), GL_DEPTH_COMPONENT, GL_FLOAT,
-                 nearness->at(region.column_begin, region.row_begin));
+  const auto read = [&](GLenum format, GLenum type, void* first) {
+    gl_.ReadPixels(x, y, region.width(), region.height(), format, type, first);
+  };
+  if (bytes_) {
+    read_.Resize(width_px_, height_px_);
+    read(GL_RED_INTEGER, GL_UNSIGNED_BYTE, read_.at(region.column_begin, region.row_begin));
+    for (int v = region.row_begin; v < region.row_end; ++v)
+      std::copy_n(read_.at(region.column_begin, v), region.width(),
+                  surface->at(region.column_begin, v));
+  } else {
+    read(GL_RED_INTEGER, GL_UNSIGNED_SHORT, surface->at(region.column_begin, region.row_begin));
+  }
+  read(GL_DEPTH_COMPONENT, GL_FLOAT, nearness->at(region.column_begin, region.row_begin));
   gl_.PixelStorei(GL_PACK_ROW_LENGTH, 0);
 }
 

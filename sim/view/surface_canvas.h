@@ -14,8 +14,10 @@ namespace turbidock::view {
 
 class SurfaceCanvas {
  public:
-  // Of width x height pixels for each of `views` pictures. SimulatorFault when OpenGL gives none.
-  SurfaceCanvas(GlContext& context, int width_px, int height_px, int views, float near_m);
+  // Of width x height pixels for each of `views` pictures, with surfaces up to a number. (Up to 255
+  // fit bytes, which Mesa clears many at a time.) SimulatorFault when OpenGL gives none.
+  SurfaceCanvas(GlContext& context, int width_px, int height_px, int views, int most_surface,
+                float near_m);
   ~SurfaceCanvas();
   SurfaceCanvas(const SurfaceCanvas&) = delete;
   SurfaceCanvas& operator=(const SurfaceCanvas&) = delete;
@@ -42,6 +44,8 @@ class SurfaceCanvas {
   GlContext& context_;
   GlFunctions gl_;
   int width_px_, height_px_;
+  bool bytes_;
+  Image1u8 read_;  // surfaces as bytes
   GLuint framebuffer_ = 0;
   std::array<GLuint, 2> renderbuffers_{};  // surface, nearness
   // Of facets and of balls.

@@ -164,7 +164,8 @@ Instructions ReadInstructions(const std::string& path) {
 void WriteInstructions(const std::string& path, const Instructions& instructions) {
   std::string text;
   std::ifstream file(path);
-  for (std::string line; std::getline(file, line) && line.starts_with('#');) text += line + "\n";
+  for (std::string line; std::getline(file, line) && line.starts_with('#');)
+    text.append(line).append("\n");
   text += "\"millions of instructions a frame\"";
   for (const auto& [column, stages] : instructions) text += fmt::format(",\"{}\"", column);
   text += "\n";
