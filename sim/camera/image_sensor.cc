@@ -204,9 +204,9 @@ void ImageSensor::Digitise(const light::RadianceStereo& radiance, const StereoRe
     split_.resize(3 * static_cast<size_t>(width));
     for (int v = row.row_begin; v < row_end; ++v) {
       const float* rgb = in.row(v);
-      float* out = split_.data();
+      float* value = split_.data();
       for (int k = 0; k < 3; ++k)
-        for (int u = 0; u < width; ++u) *out++ = rgb[3 * u + k];
+        for (int u = 0; u < width; ++u) *value++ = rgb[3 * u + k];
       row.row_begin = v;
       row.row_end = v + 1;
       DigitiseRegion(side, frame, row, split_.data(), &(*out)[side]);
