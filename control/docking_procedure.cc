@@ -89,7 +89,7 @@ const Directive& DockingProcedure::Update(const PoseEstimate& estimate, const Ou
   if (goes_blind) {
     d.control = true;
     d.guide = Guide::kPrediction;
-    ramp_frames_ += step;
+    blind_frames_ += step;
     Dock(estimate.frame, *outlook.predicted_HM);
     return d;
   }
@@ -235,7 +235,8 @@ void DockingProcedure::Undock(const PoseEstimate& estimate) {
 }
 
 double DockingProcedure::RampedX_m() const {
-  return params_.docking_rate_mps * static_cast<double>(ramp_frames_) * clock_.frame_s();
+  return params_.docking_rate_mps * static_cast<double>(ramp_frames_) * clock_.frame_s() +
+         params_.blind_rate_mps * static_cast<double>(blind_frames_) * clock_.frame_s();
 }
 
 void DockingProcedure::BackOff(int64_t frame, const std::string& reason) {
@@ -286,7 +287,7 @@ void DockingProcedure::Enter(Stage stage, int64_t frame, std::string reason) {
   d.stage = stage;
   stage_frame_ = frame;
   held_ = 0;
-  ramp_frames_ = 0;
+  ramp_frames_ = blind_frames_ = 0;
   if (stage == Stage::kDocking) {
     ++attempts_;
     nearest_x_m_ = params_.servo_x_m + params_.enter_x_m;

@@ -63,6 +63,7 @@ struct ProcedureParams {
   double return_to_approach_s = 5;  // guess
   double give_up_s = 15;            // guess
   double blind_max_s = 0;           // not published
+  double blind_rate_mps = 0.08;     // guess: what is predicted errs by more the longer it takes
 
   static void Fields(auto& self, auto&& field) {
     field("found_fitness", self.found_fitness, InRange(-1, 1),
@@ -125,6 +126,8 @@ struct ProcedureParams {
     field("blind_max_s", self.blind_max_s, InRange(0, 600),
           "docking: time without a usable estimate for which it goes on by the controller's own "
           "prediction of where the marker is; 0: it drifts at once");
+    field("blind_rate_mps", self.blind_rate_mps, InRange(0.001, 1),
+          "docking: speed at which the desired x is lowered meanwhile");
   }
 
   // What must hold between them: servo x beyond docking x, limits of entry within the allowances,
@@ -235,10 +238,11 @@ class DockingProcedure {
   Approach approach_;
   Directive directive_;
   std::optional<int64_t> last_frame_;
-  int64_t seen_frame_ = 0;   // when the marker was last seen; before the first frame if never
-  int64_t stage_frame_ = 0;  // the first frame of the stage
-  int64_t ramp_frames_ = 0;  // frames for which the desired x has been lowered or raised
-  double nearest_x_m_ = 0;   // while docking: the smallest x
+  int64_t seen_frame_ = 0;    // when the marker was last seen; before the first frame if never
+  int64_t stage_frame_ = 0;   // the first frame of the stage
+  int64_t ramp_frames_ = 0;   // frames for which the desired x has been lowered or raised
+  int64_t blind_frames_ = 0;  // likewise, by a prediction
+  double nearest_x_m_ = 0;    // while docking: the smallest x
   int64_t nearest_frame_ = 0;
   int attempts_ = 0;  // times that docking has begun in this cycle
   int64_t held_ = 0;  // successive estimates that fulfil the condition to leave the stage

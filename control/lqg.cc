@@ -131,7 +131,8 @@ void Lqg::MoveOn(int64_t frame) {
 }
 
 void Lqg::LearnCurrent() {
-  const double share = -std::expm1(-clock_.frame_s() / kUsualTime_s);
+  const double share = std::max(1.0 / static_cast<double>(++currents_),
+                                -std::expm1(-clock_.frame_s() / kUsualTime_s));
   for (const Part& part : parts_)
     for (size_t i = 0; i < part.axes.size(); ++i) {
       double& usual = usual_current_[part.axes[i]];

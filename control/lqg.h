@@ -157,10 +157,12 @@ class Lqg final : public Controller {
   LqgParams params_;
   double head_ahead_m_;
   ClockParams clock_;
-  std::vector<Part> parts_;            // surge, heave, sway with yaw
-  std::optional<int64_t> frame_;       // of the state
-  int64_t used_frame_ = 0;             // of the last estimate that was used
-  Axes usual_current_ = Axes::Zero();  // a mean of the filter's, by axis
+  std::vector<Part> parts_;       // surge, heave, sway with yaw
+  std::optional<int64_t> frame_;  // of the state
+  int64_t used_frame_ = 0;        // of the last estimate that was used
+  // A mean of the filter's, by axis: of all of it at first, then of the last seconds.
+  Axes usual_current_ = Axes::Zero();
+  int64_t currents_ = 0;
   // The latest forces, by the frame of the image they were made of: slot frame % size.
   std::vector<Axes> given_;
   std::optional<int64_t> first_given_, last_given_;
