@@ -144,19 +144,28 @@ TEST(ApproachScenario, ALostMarkerIsNotDriftedAwayFrom) {
 
 // --- the last leg
 
+// Out of sight for the last 0.1, 0.2 and 0.3 m. The longer it is, the more often the prediction is
+// off by more than the mouth of the dock forgives: of the last not every trial docks.
 TEST(BlindLeg, DocksThoughTheMarkerIsOutOfSightAtTheEnd) {
-  for (const std::string nearest_m : {"0.45", "0.55", "0.65"}) {
-    const std::vector<std::string> settings = {"true_pose.nearest_m=" + nearest_m,
-                                               "procedure.servo_x_m=0.75"};
-    std::vector<std::string> blind = settings;
-    blind.emplace_back("procedure.blind_max_s=15");
-    const TrialResult without = RunOnTruePose("sea_night_active", 3, settings);
+  const auto run = [](int seed, const std::string& nearest_m, const std::string& blind_max_s) {
+    return RunOnTruePose("sea_night_active", seed,
+                         {"true_pose.nearest_m=" + nearest_m, "procedure.servo_x_m=0.75",
+                          "procedure.blind_max_s=" + blind_max_s});
+  };
+  const std::pair<std::string, int> cases[] = {{"0.45", 6}, {"0.55", 4}, {"0.65", 3}};
+  for (const auto& [nearest_m, least] : cases) {
+    int docked = 0;
+    for (int seed = 1; seed <= 6; ++seed) {
+      const TrialResult result = run(seed, nearest_m, "8");
+      docked += result.outcome == Outcome::kDocked;
+      if (result.docked) {
+        EXPECT_THAT(result.transitions.back().reason, HasSubstr("prediction"));
+      }
+    }
+    EXPECT_GE(docked, least) << nearest_m;
+    const TrialResult without = run(3, nearest_m, "0");
     EXPECT_NE(without.outcome, Outcome::kDocked) << nearest_m;
     EXPECT_GT(without.returns_to_servoing, 0) << nearest_m;
-    const TrialResult with = RunOnTruePose("sea_night_active", 3, blind);
-    EXPECT_EQ(with.outcome, Outcome::kDocked) << nearest_m << ": " << with.reason;
-    EXPECT_THAT(with.transitions.back().reason, HasSubstr("prediction"));
-    EXPECT_EQ(with.returns_to_servoing, 0) << nearest_m;
   }
 }
 
