@@ -132,7 +132,7 @@ std::string CallgrindText() {
            {"turbidock::camera::ImageSensor::DigitiseRegion(int)", 200},
            {"turbidock::vision::RmGa::Update(int)", 70},
            {"turbidock::control::Autopilot::Update(int)", 7},
-           {"turbidock::vehicle::Plant::Step(int)", 8}})
+           {"turbidock::vehicle::Plant::Step[abi:cxx11](int)", 8}})
     text += fmt::format("cfn=({}) {}\ncalls=2 0\n0 {}\n", id++, name, cost);
   // a function of a stage that calls itself under another name is counted once
   text += "fn=(10)\n0 1\ncfn=(10)\ncalls=1 0\n0 60\n";
