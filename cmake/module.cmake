@@ -38,19 +38,23 @@ function(turbidock_module name folder)
   set_property(GLOBAL APPEND PROPERTY turbidock_modules turbidock_${name})
 endfunction()
 
-# Precompiles what nearly every file includes. Targets with equal options share the work. The clang build goes without
+# Precompiles what nearly every file includes. Targets with equal options share the work: it belongs to a target of its own,
+# since what was compiled with definitions serves nobody without them. The clang build goes without
 # (CMAKE_DISABLE_PRECOMPILE_HEADERS), and so does clang-tidy, so that a missing include is noticed.
 function(turbidock_precompile target options)
-  string(MAKE_C_IDENTIFIER "turbidock_precompiled${options}" property)
-  get_property(owner GLOBAL PROPERTY ${property})
-  if(owner)
-    target_precompile_headers(${target} REUSE_FROM ${owner})
-  else()
-    target_precompile_headers(${target} PRIVATE
+  string(MAKE_C_IDENTIFIER "turbidock_precompiled${options}" owner)
+  if(NOT TARGET ${owner})
+    set(source ${CMAKE_BINARY_DIR}/generated/${owner}.cc)
+    file(GENERATE OUTPUT ${source} CONTENT "")
+    add_library(${owner} OBJECT ${source})
+    target_link_libraries(${owner} PRIVATE Eigen3::Eigen nlohmann_json::nlohmann_json)
+    turbidock_compile_options(${owner})
+    target_compile_options(${owner} PRIVATE ${options})
+    target_precompile_headers(${owner} PRIVATE
       <algorithm> <array> <cmath> <filesystem> <fstream> <functional> <map> <memory> <optional> <set> <sstream>
       <string> <vector> <Eigen/Core> <Eigen/Geometry> <nlohmann/json.hpp>)
-    set_property(GLOBAL PROPERTY ${property} ${target})
   endif()
+  target_precompile_headers(${target} REUSE_FROM ${owner})
 endfunction()
 
 function(turbidock_compile_options target)
