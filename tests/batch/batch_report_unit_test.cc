@@ -96,7 +96,8 @@ TEST_F(BatchReport, KnowsWhenItIsCompleteRunningOrEmpty) {
   {
     const ResultStore held = Store(8, 8);
     EXPECT_EQ(ReportOf(Summary(held)).verdict.word, "complete");
-    EXPECT_EQ(ResultJson(Summary(held))["running"], false);  // though its runner holds the file still
+    EXPECT_EQ(ResultJson(Summary(held))["running"],
+              false);  // though its runner holds the file still
   }
   std::filesystem::remove(file_);
   const ResultStore store = Store(8, 0);
