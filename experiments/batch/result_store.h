@@ -27,7 +27,7 @@ namespace turbidock::batch {
 
 class RunLock;
 
-inline constexpr int kStoreSchema = 4;
+inline constexpr int kStoreSchema = 5;
 
 // What a file holds the results of.
 struct StoreHeader {
