@@ -225,7 +225,7 @@ TEST_F(Store, RefusesAnotherVersionOfTheSchema) {
   const std::string file = File("a.db");
   ResultStore::Write(file, Header());
   SQLite::Database(file, SQLite::OPEN_READWRITE).exec("PRAGMA user_version = 2");
-  EXPECT_EQ(Refusal(file, Header()), file + ": has schema version 2, this program reads 4");
+  EXPECT_EQ(Refusal(file, Header()), file + ": has schema version 2, this program reads 5");
 }
 
 TEST_F(Store, RefusesSeriesThatCannotBe) {
