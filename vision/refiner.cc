@@ -309,7 +309,8 @@ std::optional<double> PoseRefiner::BrightnessWidth_px(const StereoImage& seen,
                                                       const StereoRegion& region,
                                                       const Pose& X_HM) {
   constexpr size_t kEvery = 4;  // edges; they are neighbours
-  constexpr int kReach = 5;
+  constexpr size_t kSamples = 11;
+  constexpr int kReach = kSamples / 2;
   const Eigen::Vector3f brightness(0.299F, 0.587F, 0.114F);
   sorted_.clear();
   for (size_t i = 0; i < edges_.size(); i += kEvery) {
@@ -323,7 +324,7 @@ std::optional<double> PoseRefiner::BrightnessWidth_px(const StereoImage& seen,
     if (!Holds(region[edge.side], middle - kReach * step) ||
         !Holds(region[edge.side], middle + kReach * step))
       continue;
-    std::array<float, 2 * kReach + 1> signal;
+    std::array<float, kSamples> signal;
     float rise = 0;
     for (int k = -kReach; k <= kReach; ++k) {
       const Eigen::Vector2f place = middle + static_cast<float>(k) * step;

@@ -47,7 +47,7 @@ NavigationParams NavigationParams::Of(NavigationPreset preset) {
   return params;
 }
 
-NavigationSensor::NavigationSensor(const NavigationParams& params, Rng rng)
+NavigationSensor::NavigationSensor(const NavigationParams& params, const Rng& rng)
     : params_(params), rng_(rng) {
   CheckFields(params_, "navigation");
   bias_m_ = params_.position_bias_std_m * TwoNormals();

@@ -86,7 +86,7 @@ struct NavigationParams {
 // Errors are in the chart's axes, those of the marker's frame M, but for that of the way travelled.
 class NavigationSensor {
  public:
-  NavigationSensor(const NavigationParams& params, Rng rng);
+  NavigationSensor(const NavigationParams& params, const Rng& rng);
 
   // A reading; each draws as many numbers. Times [s] must increase. Nothing from `never`.
   std::optional<NavigationReading> Read(double time_s, const Pose& true_X_MH);
