@@ -304,7 +304,7 @@ class Faults(unittest.TestCase):
     def test_full_disk(self):
         """Every command that writes says so, leaves nothing half done, and a batch goes on elsewhere."""
         self.whole()
-        for words, room in ((['batch', 'plan.yaml', '--out', 'small/a.db', '--quiet'], '64k'),
+        for words, room in ((['batch', 'plan.yaml', '--out', 'small/a.db', '--quiet'], '80k'),
                             ([*BLIND, '--out', 'small/run', '--quiet'], '16k'),
                             (['tune', 'study.yaml', '--out', 'small/tuned', '--quiet'], '80k'),
                             ([*RECOGNIZE, '--figure', 'small/cells.png', '--quiet'], '4k'),
