@@ -168,6 +168,15 @@ TEST(Recognition, ComparesEstimators) {
   EXPECT_EQ(blind.right + blind.wrong_and_sure, 0);  // not found
 }
 
+// A pose that has found two balls of three has the F of a marker in sight, and is not sure.
+TEST(Recognition, IsSureWhereTheEstimatorIs) {
+  const Scenarios scenarios = {{MarkerKind::kActive, RecognitionScenario(MarkerKind::kActive, {})}};
+  const CellResult cell =
+      RunCells(scenarios, {{MarkerKind::kActive, 60, 1.0}}, {.seconds = 0.5, .settle_s = 0.5})[0];
+  EXPECT_GE(cell.fitness_mean, scenarios.at(MarkerKind::kActive).procedure.lost_fitness);
+  EXPECT_EQ(cell.wrong_and_sure, 0);
+}
+
 // The report says what the results say: limits and Areas worked out by hand.
 class RecognitionReport : public ::testing::Test {
  protected:
