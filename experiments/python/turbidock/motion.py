@@ -1,0 +1,119 @@
+"""The table of motion: what a bag gives, what a trial records, what `identify` takes.
+
+A CSV file, or a dict of NumPy arrays of equal length, one row an instant. Every column but `time_s` may be absent; in a
+row without that measurement it is empty in a file, NaN in an array. `trajectory.csv` and `motion.csv` of a trial are such
+tables; columns of other names are left alone.
+
+| Columns | Meaning |
+|---|---|
+| `time_s` | seconds, increasing; of one clock for the whole table as far as its writer knows one |
+| `vehicle_x_m`, `vehicle_y_m`, `vehicle_z_m` | where the vehicle's origin B is in the world W (z up, 0 at the surface) |
+| `vehicle_qw`, `vehicle_qx`, `vehicle_qy`, `vehicle_qz` | its attitude R_WB, a unit quaternion |
+| `surge_mps`, `sway_mps`, `heave_mps` | velocity of B in W along B's axes (x ahead, y left, z up), as of a DVL on the bottom |
+| `roll_rate_rad_s`, `pitch_rate_rad_s`, `yaw_rate_rad_s` | turn rate along the same axes, as of gyroscopes |
+| `roll_rad`, `pitch_rad`, `yaw_rad` | attitude where there is no quaternion: R_WB = Rz(yaw) Ry(pitch) Rx(roll) |
+| `depth_m` | of B below the surface, positive down |
+| `water_x_mps`, `water_y_mps`, `water_z_mps` | velocity of the water in W, where it was measured |
+| `THRUSTER_v`, `THRUSTER_pwm_us` or `THRUSTER_newton` | command to the thruster of that name in the MJCF: 0 to 5 V with 2.5 |
+| | neutral, 1100 to 1900 microseconds with 1500 neutral, or newtons asked for; it holds until the next row that has one |
+| `surge_newton`, `sway_newton`, `heave_newton`, `yaw_newton_m` | or a demand by axis, which the vehicle shares out |
+
+One kind of command a table. The first that is complete, in the order above, counts. Poses that are older than their row
+says (a camera's), and commands on another clock than the motion, are for `identify` to find: times stay as they were logged.
+"""
+
+from __future__ import annotations
+
+import csv
+import os
+from typing import Iterable, Mapping, Union
+
+import numpy as np
+import numpy.typing as npt
+
+from ._core import ConfigError
+
+Column = npt.NDArray[np.float64]
+Motion = dict[str, Column]
+
+POSITION = ("vehicle_x_m", "vehicle_y_m", "vehicle_z_m")
+QUATERNION = ("vehicle_qw", "vehicle_qx", "vehicle_qy", "vehicle_qz")
+VELOCITY = ("surge_mps", "sway_mps", "heave_mps")
+TURN_RATE = ("roll_rate_rad_s", "pitch_rate_rad_s", "yaw_rate_rad_s")
+EULER = ("roll_rad", "pitch_rad", "yaw_rad")
+DEPTH = ("depth_m",)
+WATER = ("water_x_mps", "water_y_mps", "water_z_mps")
+
+
+def read_motion(file: Union[str, "os.PathLike[str]"]) -> Motion:
+    """Reads such a file. Words (a trial's stage) become NaN. ConfigError with file and line for a row of another length, for
+    a time that is none, and as of `check_motion`."""
+    name = os.fspath(file)
+    try:
+        with open(name, newline="", encoding="utf-8") as text:
+            rows = list(csv.reader(text))
+    except OSError as error:
+        raise ConfigError(f"{name}: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise ConfigError(f"{name}: is no text") from None
+    if not rows:
+        raise ConfigError(f"{name}: is empty")
+    header = [word.strip() for word in rows[0]]
+    if "time_s" not in header:
+        raise ConfigError(f"{name}:1: has no column time_s")
+    for number, row in enumerate(rows[1:], 2):
+        if len(row) != len(header):
+            raise ConfigError(f"{name}:{number}: has {len(row)} values, the header {len(header)}")
+    table = np.array([[_number(word) for word in row] for row in rows[1:]], float).reshape(-1, len(header))
+    return check_motion({column: table[:, i] for i, column in enumerate(header)}, name)
+
+
+def _number(word: str) -> float:
+    try:
+        return float(word)
+    except ValueError:
+        return float("nan")
+
+
+def write_motion(motion: Mapping[str, npt.ArrayLike], file: Union[str, "os.PathLike[str]"]) -> None:
+    """Writes such a file, whole or not at all; what is NaN is empty."""
+    table = check_motion(motion, "motion")
+    lines = [",".join(table)]
+    for row in zip(*table.values()):
+        lines.append(",".join("" if np.isnan(value) else repr(float(value)) for value in row))
+    name = os.fspath(file)
+    with open(name + ".part", "w", encoding="utf-8") as text:
+        text.write("\n".join(lines) + "\n")
+    os.replace(name + ".part", name)
+
+
+def check_motion(motion: Mapping[str, npt.ArrayLike], name: str = "motion") -> Motion:
+    """The table as arrays. ConfigError, in one line, for columns of unequal length, a clock that is not finite or runs
+    backwards, and half of a position, a quaternion, a velocity."""
+    table = {column: np.asarray(values, float) for column, values in motion.items()}
+    if "time_s" not in table:
+        raise ConfigError(f"{name}: has no column time_s")
+    time_s = table["time_s"]
+    if time_s.ndim != 1 or len(time_s) < 2:
+        raise ConfigError(f"{name}: needs at least two rows")
+    for column, values in table.items():
+        if values.shape != time_s.shape:
+            raise ConfigError(f"{name}: {column} has {len(values)} rows, time_s {len(time_s)}")
+    bad = np.flatnonzero(~np.isfinite(time_s))
+    if len(bad):
+        raise ConfigError(f"{name}:{bad[0] + 2}: time_s is no number")
+    back = np.flatnonzero(np.diff(time_s) <= 0)
+    if len(back):
+        row = back[0]
+        raise ConfigError(f"{name}:{row + 3}: the clock runs backwards, from {time_s[row]:g} to {time_s[row + 1]:g} s")
+    for group in (POSITION, QUATERNION, VELOCITY, TURN_RATE, WATER):
+        there = [column for column in group if column in table]
+        if there and len(there) < len(group):
+            missing = ", ".join(column for column in group if column not in table)
+            raise ConfigError(f"{name}: has {there[0]} but not {missing}")
+    return table
+
+
+def has(motion: Mapping[str, npt.ArrayLike], columns: Iterable[str]) -> bool:
+    """Whether each of these columns is there, with a number in it."""
+    return all(column in motion and bool(np.isfinite(np.asarray(motion[column])).any()) for column in columns)
