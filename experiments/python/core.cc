@@ -9,6 +9,7 @@
 #include "experiments/batch/plan_keys.h"
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_node.h"
+#include "experiments/page/trial_page.h"
 #include "experiments/python/bindings.h"
 #include "experiments/report/json.h"
 #include "experiments/report/report_json.h"
@@ -285,6 +286,9 @@ PYBIND11_MODULE(_core, module) {
   module.def("data_dir", &config::DataDir);
   module.def("draw", &Draw);
   module.def("run", &Run);
+  module.def("trial_model", [](const trial::Scenario& scenario) {
+    return report::JsonText(page::TrialModel(scenario));
+  });
   py::class_<GivenPlan>(module, "Plan")
       .def(py::init<std::string, std::string, const trial::Plugins&, const Assignments&,
                     std::optional<int64_t>, std::optional<int>>());
