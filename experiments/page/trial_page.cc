@@ -148,11 +148,10 @@ Json SceneModel(const vehicle::Scene& scene) {
   const int vehicle = scene.vehicle_body;
   const Pose X_VW = vehicle::BodyPose(*data, vehicle).Inverse();
   const Pose X_MW = scene.X_WM.Inverse();  // the moored body's geoms are told in the marker's frame
-  constexpr int kContactsOnly = 3;
   Json geoms = Json::array(), meshes = Json::array();
   for (int g = 0; g < m.ngeom; ++g) {
     const std::string shape = ShapeName(m.geom_type[g]);
-    if (m.geom_group[g] == kContactsOnly || shape.empty()) continue;
+    if (m.geom_group[g] == vehicle::kContactsOnlyGroup || shape.empty()) continue;
     const int root = m.body_rootid[m.geom_bodyid[g]];
     const bool on_vehicle = root == m.body_rootid[vehicle];
     const bool in_moored_body = root == scene.moored_body.body;

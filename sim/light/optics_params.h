@@ -83,7 +83,8 @@ constexpr auto Names(BeamShape) {
   return EnumList<BeamShape>({{kIsotropic, "isotropic"}, {kCosine, "cosine"}, {kCone, "cone"}});
 }
 
-// Both lamps; where they are is the scene's (sites lamp_*, beam along the site's x axis).
+// Both lamps. They stand at the scene's sites lamp_*, beam along the site's x axis, moved by
+// `shift_m` and turned, each the other's mirror image. Shadows of the vehicle's own parts count.
 struct LampParams {
   bool enabled = false;
   // Guess, set so that the painted balls are 120 to 200 DN at 0.6 m at the default exposure. The
@@ -94,6 +95,8 @@ struct LampParams {
   double cosine_exponent = 1;  // 1: bare LED; 4 to 20: reflector
   double cone_half_angle_rad = units::RadFromDeg(50);
   double cone_soft_rad = units::RadFromDeg(12.5);
+  Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();
+  double toe_in_rad = 0, tilt_rad = 0;
 
   static void Fields(auto& self, auto&& field) {
     field("enabled", self.enabled, Finite(), "whether the vehicle's lamps shine");
@@ -105,6 +108,11 @@ struct LampParams {
           "outer half angle of a cone beam");
     field("cone_soft_rad", self.cone_soft_rad, InRange(0.001, 1.57),
           "width of a cone beam's edge, inside the half angle");
+    field("shift_m", self.shift_m, InRange(-0.3, 0.3),
+          "of both from the scene's sites: forwards, outwards, up");
+    field("toe_in_rad", self.toe_in_rad, InRange(-0.8, 0.8),
+          "how far the beams are turned inwards");
+    field("tilt_rad", self.tilt_rad, InRange(-0.8, 0.8), "how far the beams are turned up");
   }
 };
 

@@ -349,14 +349,15 @@ void CastShadow(const Surface& surface, const PlacedSurface& placed,
 
 void AddLampIrradiance(const Lamp& lamp, const Eigen::Array3f& diffuse_per_m, PointBatch* batch) {
   const Eigen::Vector3f p_HE = lamp.p_HE.cast<float>(), axis_H = lamp.axis_H.cast<float>();
-  if (lamp.beam.beam == BeamShape::kCosine && lamp.beam.cosine_exponent == 1) {
+  if (lamp.beam.beam == BeamShape::kCosine && lamp.beam.cosine_exponent == 1 &&
+      !lamp.shadow.any()) {
     CosineBeamLoop(Of(p_HE), Of(axis_H), *batch);
-  } else if (lamp.beam.beam != BeamShape::kIsotropic) {
+  } else if (lamp.beam.beam != BeamShape::kIsotropic || lamp.shadow.any()) {
     for (int i = 0; i < batch->count; ++i) {
       const Eigen::Vector3f p_EQ_H =
           Eigen::Vector3f(batch->x_m[i], batch->y_m[i], batch->z_m[i]) - p_HE;
-      batch->visible[i] *= static_cast<float>(
-          BeamPattern(lamp.beam, static_cast<double>(axis_H.dot(p_EQ_H) / p_EQ_H.norm())));
+      batch->visible[i] *=
+          static_cast<float>(BeamPattern(lamp, p_EQ_H.normalized().cast<double>()));
     }
   }
   LampLoop(Of(p_HE), Of(Eigen::Vector3f(lamp.beam.intensity_w_sr.cast<float>())), Of(diffuse_per_m),

@@ -83,6 +83,10 @@ double BeamPattern(const LampParams& beam, double cos_alpha) {
   return x * x * (3 - 2 * x);
 }
 
+double BeamPattern(const Lamp& lamp, const Eigen::Vector3d& e_H) {
+  return BeamPattern(lamp.beam, lamp.axis_H.dot(e_H)) * lamp.shadow.OpenAt(e_H);
+}
+
 Rgb VeilAlongRay(const Medium& medium, const Rgb& diffuse_per_m, const Lamp& lamp,
                  const Eigen::Vector3d& p_HC, const Eigen::Vector3d& u_H, const Stretch& stretch,
                  int samples) {
@@ -100,7 +104,7 @@ Rgb VeilAlongRay(const Medium& medium, const Rgb& diffuse_per_m, const Lamp& lam
     const double phi = phi0 + (i + 0.5) * step;
     const double t_m = foot_m + h_m * std::tan(phi), r_m = h_m / std::cos(phi);
     const Eigen::Vector3d e_H = (t_m * u_H - p_CE_H) / r_m;  // from the lamp to the point
-    const double pattern = BeamPattern(lamp.beam, lamp.axis_H.dot(e_H));
+    const double pattern = BeamPattern(lamp, e_H);
     if (pattern > 0)
       sum += pattern * Phase(medium, -e_H.dot(u_H)) * (-diffuse_per_m * (r_m + t_m)).exp();
   }

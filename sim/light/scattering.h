@@ -14,6 +14,7 @@
 #include "sim/base/pose.h"
 #include "sim/base/vector_math.h"
 #include "sim/light/optics_params.h"
+#include "sim/light/own_shadow.h"
 #include "sim/light/surfaces.h"
 
 namespace turbidock::light {
@@ -48,11 +49,13 @@ double HenyeyGreenstein(double g, double mu);
 struct Lamp {
   Eigen::Vector3d p_HE = Eigen::Vector3d::Zero();
   Eigen::Vector3d axis_H = Eigen::Vector3d::UnitX();
-  LampParams beam;
+  LampParams beam = {};
+  OwnShadow shadow = {};
 };
 
-// Intensity relative to that on the axis.
+// Intensity relative to that on the axis, of a beam and of a lamp with what stands before it.
 double BeamPattern(const LampParams& beam, double cos_alpha);
+double BeamPattern(const Lamp& lamp, const Eigen::Vector3d& e_H);
 
 // The veil: light of a lamp scattered once into the camera along a stretch of a unit ray u
 // from the optical centre p_HC (Jaffe 1990, backscatter term):

@@ -202,6 +202,8 @@ SurfaceTable SurfaceTable::FromScene(const vehicle::Scene& scene,
     if (root == model.body_rootid[scene.vehicle_body]) {
       surface.fixed_to = FixedTo::kVehicle;
       surface.X_AS = X_HW * X_WS;
+      surface.shades_lamps = model.geom_group[geom] != vehicle::kContactsOnlyGroup &&
+                             !surface.name.starts_with("hull_lamp");
     } else if (root == scene.moored_body.body) {
       surface.fixed_to = FixedTo::kMooredBody;
       surface.X_AS = X_KW * X_WS;

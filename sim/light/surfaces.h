@@ -32,7 +32,8 @@ struct Surface {
   Pose X_AS;
   Eigen::Vector3d albedo = Eigen::Vector3d::Constant(0.5);  // linear, diffuse
   bool casts_shadow = false;
-  std::string shines_as{};  // a distractor: the ball whose light it has; empty: none
+  bool shades_lamps = false;  // of the vehicle, in the light of its own lamps
+  std::string shines_as{};    // a distractor: the ball whose light it has; empty: none
 };
 
 // Unit normal, pointing outwards, at a point on (or within rounding of) the surface.

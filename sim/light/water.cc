@@ -50,7 +50,9 @@ Water::Water(const OpticsParams& params, const StereoRig& rig, const SurfaceTabl
 
   if (params_.lamps.enabled)
     for (size_t i = 0; i < X_HE.size(); ++i) {
-      lamps_.push_back({X_HE[i].p, X_HE[i].q * Eigen::Vector3d::UnitX(), params_.lamps});
+      const Pose X = PlaceLamp(X_HE[i], params_.lamps);
+      const OwnShadow shadow(PartsBefore(surfaces_, X_HE[i], X), X, rig_);
+      lamps_.push_back({X.p, X.q * Eigen::Vector3d::UnitX(), params_.lamps, shadow});
       if (i < lamp_factors.size()) lamps_.back().beam.intensity_w_sr *= lamp_factors[i];
     }
 

@@ -35,6 +35,9 @@ struct MjDataDeleter {
 };
 using MjDataPtr = std::unique_ptr<mjData, MjDataDeleter>;
 
+// MuJoCo's group of geoms that are collided with and never drawn.
+inline constexpr int kContactsOnlyGroup = 3;
+
 // What a geom is part of, as contacts and pictures need to know it.
 enum class Part { kEnvironment, kHull, kPole, kMarker, kStation, kDock };
 

@@ -10,8 +10,6 @@
 namespace turbidock::view {
 namespace {
 
-constexpr int kHiddenGroup = 3;  // geoms that take part in contacts only
-
 // More than the model's geoms ever need: MuJoCo drops what does not fit.
 int MaxDrawn(const mjModel& m) { return m.ngeom + m.nsite + 16; }
 
@@ -28,7 +26,7 @@ StereoRenderer::StereoRenderer(GlContext& context, const vehicle::Scene& scene,
                                const std::vector<Distractor>& distractors)
     : scene_(scene),
       near_m_(NearPlane(*scene.model)),
-      lister_(*scene.model, distractors, kHiddenGroup, near_m_),
+      lister_(*scene.model, distractors, vehicle::kContactsOnlyGroup, near_m_),
       canvas_(context, scene.rig.left.width_px, scene.rig.left.height_px, /*views=*/2,
               scene.model->ngeom + static_cast<int>(distractors.size()), near_m_) {
   TD_CHECK(static_cast<size_t>(scene.model->ngeom) + distractors.size() <
@@ -78,7 +76,7 @@ SpectatorRenderer::SpectatorRenderer(GlContext& context, const vehicle::Scene& s
   context_.MakeCurrent();
   mjv_defaultOption(&option_);
   std::fill_n(option_.geomgroup, mjNGROUP, mjtByte{1});
-  option_.geomgroup[kHiddenGroup] = 0;
+  option_.geomgroup[vehicle::kContactsOnlyGroup] = 0;
   std::fill_n(option_.sitegroup, mjNGROUP, mjtByte{0});
   std::fill_n(option_.actuatorgroup, mjNGROUP, mjtByte{0});
   mjv_defaultScene(&scene_);

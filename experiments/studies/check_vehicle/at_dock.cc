@@ -66,11 +66,10 @@ bool PoleMeetsDock(const vehicle::Scene& scene) {
 // The scene with nothing of the vehicle to be seen.
 vehicle::Scene WithoutVehicle(const trial::Scenario& scenario) {
   vehicle::Scene scene = vehicle::LoadScene(trial::SceneFilesOf(scenario), scenario.rig);
-  constexpr int kContactsOnly = 3;
   for (size_t geom = 0; geom < scene.geom_part.size(); ++geom)
     if (scene.geom_part[geom] == vehicle::Part::kHull ||
         scene.geom_part[geom] == vehicle::Part::kPole)
-      scene.model->geom_group[geom] = kContactsOnly;
+      scene.model->geom_group[geom] = vehicle::kContactsOnlyGroup;
   return scene;
 }
 
