@@ -49,12 +49,8 @@ Water::Water(const OpticsParams& params, const StereoRig& rig, const SurfaceTabl
   scatters_ = medium_.scattering_per_m.maxCoeff() > 0;
 
   if (params_.lamps.enabled)
-    for (size_t i = 0; i < X_HE.size(); ++i) {
-      const Pose X = PlaceLamp(X_HE[i], params_.lamps);
-      const OwnShadow shadow(PartsBefore(surfaces_, X_HE[i], X), X, rig_);
-      lamps_.push_back({X.p, X.q * Eigen::Vector3d::UnitX(), params_.lamps, shadow});
-      if (i < lamp_factors.size()) lamps_.back().beam.intensity_w_sr *= lamp_factors[i];
-    }
+    for (size_t i = 0; i < X_HE.size(); ++i)
+      lamps_.push_back(LampOf(X_HE[i], i < lamp_factors.size() ? lamp_factors[i] : 1));
 
   if (scatters_ && !lamps_.empty())
     for (const Side side : kSides)
@@ -113,6 +109,14 @@ Water::Water(const OpticsParams& params, const StereoRig& rig, const SurfaceTabl
   order_.reserve(static_cast<size_t>(rig.left.width_px) * rig.left.height_px);
   if (scatters_ && !lamps_.empty() && params_.water.surface_halos)
     reflectors_ = Reflectors(surfaces_, medium_, diffuse_per_m);
+}
+
+Lamp Water::LampOf(const Pose& X_HE_of_scene, double factor) const {
+  const Pose X_HE = PlaceLamp(X_HE_of_scene, params_.lamps);
+  Lamp lamp{X_HE.p, X_HE.q * Eigen::Vector3d::UnitX(), params_.lamps,
+            OwnShadow(PartsBefore(surfaces_, X_HE_of_scene, X_HE), X_HE, rig_)};
+  lamp.beam.intensity_w_sr *= factor;
+  return lamp;
 }
 
 StereoRegion Water::Seen(const StereoRegion& region) const {

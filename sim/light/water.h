@@ -93,6 +93,7 @@ class Water {
     size_t halo = 0;  // in halos_, if something scatters
   };
 
+  Lamp LampOf(const Pose& X_HE_of_scene, double factor) const;
   PixelRegion WholeTiles(const PixelRegion& region, const CameraIntrinsics& camera) const;
   void Place(const view::RenderedStereo& rendered);
   bool IsPresent(const LitBall& ball) const { return present_[static_cast<size_t>(ball.geom)]; }
