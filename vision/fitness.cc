@@ -37,7 +37,9 @@ void AddMatches(const float* sample_u, const float* sample_v, const uint8_t* lab
       at[i] = static_cast<int>(v + radius * sample_v[i]) * width +
               static_cast<int>(u + radius * sample_u[i]);
     int inner = 0, outer = 0;
+#pragma GCC unroll 12
     for (int i = 0; i < kInnerPoints; ++i) inner += labels[at[i]] & mask;
+#pragma GCC unroll 12
     for (int i = kInnerPoints; i < kBallPoints; ++i) outer += labels[at[i]] & mask;
     match[batch.pose[c]] += (inner - outer) >> bit;
   }

@@ -13,7 +13,7 @@ namespace {
 
 // Pixels that are worked on together: long enough to fill the widest vectors, short enough that
 // dark runs between lit ones are skipped.
-constexpr int kRun = 128;
+constexpr int kRun = 320;
 
 // A run's channels apart, and the largest of them.
 struct Planes {
@@ -94,6 +94,14 @@ int PairChroma(uint8_t bit, int count, const uint8_t* __restrict label,
   return top;
 }
 
+// Whether one of eight bytes may be above a limit: if not, none is. (Beyond 127, 127 is the limit.)
+bool MayExceed(const uint8_t* bytes, int limit) {
+  constexpr uint64_t kOnes = 0x0101010101010101u;
+  uint64_t word;
+  std::memcpy(&word, bytes, sizeof word);
+  return ((word | (word + kOnes * (127u - std::min(limit, 127)))) & (kOnes * 128)) != 0;
+}
+
 // Takes `bit` from the labels of the pixels below the threshold.
 TURBIDOCK_VECTOR_CLONES
 void CloseGate(uint8_t threshold, uint8_t bit, int count, const uint8_t* __restrict chroma,
@@ -163,14 +171,21 @@ void HueLabeller::CountPairs(const Image1u8& labels, int ball, int row, int firs
                              int end) {
   OwnChroma& own = own_[static_cast<size_t>(ball)];
   begin = std::max(begin, first + 1);
-  std::array<uint8_t, kRun> pair_chroma;
-  const int top = PairChroma(static_cast<uint8_t>(1 << ball), end - begin, labels.at(begin, row),
+  constexpr int kWord = 8;  // few pairs count: most are passed by so many at a time
+  std::array<uint8_t, kRun + kWord> pair_chroma;
+  const int count = end - begin;
+  const int top = PairChroma(static_cast<uint8_t>(1 << ball), count, labels.at(begin, row),
                              chroma_.at(begin, row), pair_chroma.data());
   if (top <= own.t) return;
-  for (int i = 0; i < end - begin; ++i) {
-    if (pair_chroma[static_cast<size_t>(i)] <= own.t) continue;
-    ++own.pairs[pair_chroma[static_cast<size_t>(i)]];
-    ++own.above;
+  std::fill_n(pair_chroma.begin() + count, kWord, uint8_t{0});
+  for (int word = 0; word < count; word += kWord) {
+    const uint8_t* pairs = pair_chroma.data() + word;
+    if (!MayExceed(pairs, own.t)) continue;
+    for (int i = 0; i < kWord; ++i) {
+      if (pairs[i] <= own.t) continue;
+      ++own.pairs[pairs[i]];
+      ++own.above;
+    }
   }
   while (own.above >= own_chroma_pixels_) own.above -= own.pairs[static_cast<size_t>(++own.t)];
 }
