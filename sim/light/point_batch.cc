@@ -279,6 +279,19 @@ void EndShadowLoop(PointBatch& b) {
   }
 }
 
+TURBIDOCK_VECTOR_CLONES
+void HaloLoop(const HaloTable& halo, bool shadow, int count, const PointBatch& b, Light* light) {
+  for (int i = 0; i < count; ++i) {
+    const auto up_to = [&](const PointBatch::Places& places) {
+      return halo.Cumulative(b.offset[i], places[i]);
+    };
+    Light sum = up_to(b.end) - up_to(b.begin);
+    if (shadow && b.dark_begin_m[i] != b.dark_end_m[i])
+      sum -= up_to(b.dark_end) - up_to(b.dark_begin);
+    light[i] += sum.max(0.0f) * Light(b.red[i], b.green[i], b.blue[i], 0);
+  }
+}
+
 }  // namespace
 
 RayFrame::RayFrame(const MountedCamera& camera) {
@@ -370,15 +383,12 @@ void AddBallIrradiance(const Glow& glow, const Eigen::Array3f& diffuse_per_m,
            Of(Eigen::Array3f(glow.intensity_w_sr.cast<float>())), Of(diffuse_per_m), *batch);
 }
 
-void PassBall(const RayFrame& frame, const Eigen::Vector3f& p_HBall, const Glow& glow,
-              const Eigen::Array3f& diffuse_per_m, const BoxShadow* shadow, PointBatch* batch) {
+void AddHalo(const RayFrame& frame, const Eigen::Vector3f& p_HBall, const Glow& glow,
+             const Eigen::Array3f& diffuse_per_m, const HaloTable& halo, const BoxShadow* shadow,
+             int count, PointBatch* batch, Light* light) {
   PassBallLoop(Of(Eigen::Vector3f(p_HBall - frame.p_HC)), static_cast<float>(glow.radius_m),
                Of(Eigen::Array3f(glow.intensity_w_sr.cast<float>())), Of(diffuse_per_m), *batch);
-  if (shadow == nullptr) {
-    std::fill_n(batch->dark_begin_m, batch->count, 0.0f);
-    std::fill_n(batch->dark_end_m, batch->count, 0.0f);
-    return;
-  }
+  if (shadow == nullptr) return HaloLoop(halo, false, count, *batch, light);
   BeginShadowLoop(*batch);
   for (int k = 0; k < shadow->count; ++k) {
     const BoxShadow::Bound& bound = shadow->bounds[static_cast<size_t>(k)];
@@ -387,6 +397,7 @@ void PassBall(const RayFrame& frame, const Eigen::Vector3f& p_HBall, const Glow&
         *batch);
   }
   EndShadowLoop(*batch);
+  HaloLoop(halo, true, count, *batch, light);
 }
 
 }  // namespace turbidock::light

@@ -82,9 +82,11 @@ void AddLampIrradiance(const Lamp& lamp, const Eigen::Array3f& diffuse_per_m, Po
 void AddBallIrradiance(const Glow& glow, const Eigen::Array3f& diffuse_per_m,
                        const Eigen::Vector3f& p_HBall, PointBatch* batch);
 
-// Where the rays pass a ball, and where on them the marker's box hides it (`shadow` may be null:
-// nowhere): the places in the halo's table, and I / h exp(-G foot) as colours.
-void PassBall(const RayFrame& frame, const Eigen::Vector3f& p_HBall, const Glow& glow,
-              const Eigen::Array3f& diffuse_per_m, const BoxShadow* shadow, PointBatch* batch);
+// Adds a ball's halo to `light`, of the batch's first `count` rays: what its table (of unit
+// intensity) has along them, but where the marker's box hides the ball (`shadow` may be null:
+// nowhere). Leaves I / h exp(-G foot) as colours.
+void AddHalo(const RayFrame& frame, const Eigen::Vector3f& p_HBall, const Glow& glow,
+             const Eigen::Array3f& diffuse_per_m, const HaloTable& halo, const BoxShadow* shadow,
+             int count, PointBatch* batch, Light* light);
 
 }  // namespace turbidock::light

@@ -134,13 +134,8 @@ void Reflectors::AddHalos(const RayFrame& rays, int count, PointBatch* batch, Li
   const Eigen::Array3f diffuse_per_m = diffuse_per_m_.cast<float>();
   for (const Reflector& reflector : reflectors_) {
     if (reflector.glow.intensity_w_sr.maxCoeff() <= 0) continue;
-    PassBall(rays, reflector.p_HQ, reflector.glow, diffuse_per_m, nullptr, batch);
-    const HaloTable& halo = halos_[reflector.halo].table;
-    for (int i = 0; i < count; ++i) {
-      const Light sum = halo.Cumulative(batch->offset[i], batch->end[i]) -
-                        halo.Cumulative(batch->offset[i], batch->begin[i]);
-      light[i] += sum.max(0.0f) * Light(batch->red[i], batch->green[i], batch->blue[i], 0);
-    }
+    AddHalo(rays, reflector.p_HQ, reflector.glow, diffuse_per_m, halos_[reflector.halo].table,
+            nullptr, count, batch, light);
   }
 }
 

@@ -410,18 +410,8 @@ void Water::ShineFromWater(const Camera& camera, std::span<const LightPoint> poi
         };
         shadow.emplace(surfaces_[shadow_box_], R_HS, in_box(placed.p_HS), in_box(camera.rays.p_HC));
       }
-      PassBall(camera.rays, placed.p_HS, ball.glow, diffuse_per_m_, shadow ? &*shadow : nullptr,
-               &batch);
-      const HaloTable& halo = halos_[ball.halo].second;
-      for (int i = 0; i < count; ++i) {
-        const auto up_to = [&](const PointBatch::Places& places) {
-          return halo.Cumulative(batch.offset[i], places[i]);
-        };
-        Light sum = up_to(batch.end) - up_to(batch.begin);
-        if (batch.dark_begin_m[i] != batch.dark_end_m[i])
-          sum -= up_to(batch.dark_end) - up_to(batch.dark_begin);
-        out[i] += sum.max(0.0f) * Light(batch.red[i], batch.green[i], batch.blue[i], 0);
-      }
+      AddHalo(camera.rays, placed.p_HS, ball.glow, diffuse_per_m_, halos_[ball.halo].second,
+              shadow ? &*shadow : nullptr, count, &batch, out);
     }
   }
 }
