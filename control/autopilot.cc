@@ -31,6 +31,8 @@ std::unique_ptr<Controller> MakeController(const ControlParams& params, const Ve
       return std::make_unique<Pid>(params.pid, vehicle, clock);
     case ControllerType::kLqg:
       return std::make_unique<Lqg>(params.lqg, vehicle, clock);
+    case ControllerType::kPlayback:
+      return std::make_unique<OpenLoop>();
   }
   TD_CHECK(false, "unknown controller");
 }
@@ -50,6 +52,9 @@ std::unique_ptr<Allocation> MakeAllocation(const ControlParams& params,
       return std::make_unique<ForceAllocation>(params.pid.allocation, vehicle);
     case ControllerType::kLqg:
       return std::make_unique<ForceAllocation>(params.lqg.allocation, vehicle);
+    case ControllerType::kPlayback:
+      return std::make_unique<ForceAllocation>(ForceAllocationParams{}, vehicle,
+                                               /*may_lack_axes=*/true);
   }
   TD_CHECK(false, "unknown controller");
 }

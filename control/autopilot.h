@@ -15,6 +15,7 @@
 #include "control/navigator.h"
 #include "control/p_voltage.h"
 #include "control/pid.h"
+#include "control/playback.h"
 #include "control/pose_filter.h"
 #include "control/setpoint.h"
 #include "control/thrust_allocation.h"
@@ -30,10 +31,12 @@ enum class ControllerType {
   kPVoltage,  // the published controller
   kPid,
   kLqg,
+  kPlayback,  // none: commands from a file
 };
 constexpr auto Names(ControllerType) {
   using enum ControllerType;
-  return EnumList<ControllerType>({{kPVoltage, "p_voltage"}, {kPid, "pid"}, {kLqg, "lqg"}});
+  return EnumList<ControllerType>(
+      {{kPVoltage, "p_voltage"}, {kPid, "pid"}, {kLqg, "lqg"}, {kPlayback, "playback"}});
 }
 
 // A controller that is none of these, and what the autopilot does around it; the allocation says
@@ -52,6 +55,7 @@ struct ControlParams {
   PVoltageParams p_voltage;
   PidParams pid;
   LqgParams lqg;
+  PlaybackParams playback;  // whoever steps the vehicle plays it: see trial/recorded.h
   LevellingParams levelling;
   std::optional<CustomController> own;  // instead of `controller`
 

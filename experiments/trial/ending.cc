@@ -123,6 +123,7 @@ bool IsLost(const Scenario& scenario, const TrialResult& result) {
 
 EndingRules::EndingRules(const Scenario& scenario)
     : clock_(scenario.clock),
+      plays_back_(scenario.plays_back()),
       last_frame_(clock_.FramesFor(scenario.duration_s)),
       hold_frames_(clock_.FramesFor(scenario.docked_hold_s)) {}
 
@@ -134,7 +135,7 @@ std::optional<Ending> EndingRules::After(const FrameEvents& now) {
     return Ending{Outcome::kCollision,
                   fmt::format("{} at {:.1f} s with {:.1f} N", now.contacts.collision, now_s,
                               now.contacts.collision_force_newton)};
-  if (now.directive.given_up)
+  if (now.directive.given_up && !plays_back_)
     return Ending{now.directive.marker_seen ? Outcome::kGaveUp : Outcome::kMarkerLost,
                   now.directive.given_up_reason};
   if (now.stop_requested)

@@ -37,6 +37,7 @@ class EndingRules {
 
  private:
   ClockParams clock_;
+  bool plays_back_;  // the procedure only looks on: what it gives up goes on
   int64_t last_frame_, hold_frames_;
   std::optional<int64_t> docked_frame_;
 };

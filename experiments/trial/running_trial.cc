@@ -10,6 +10,7 @@
 #include "experiments/report/json.h"
 #include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"
+#include "experiments/trial/recorded.h"
 #include "experiments/trial/series.h"
 #include "vision/normalised_error.h"
 
@@ -61,6 +62,9 @@ RunningTrial::RunningTrial(const Scenario& scenario, TrialOptions options)
       rules_(scenario_),
       command_(ThrusterCommand::Neutral(world_.scene().thrusters.size())) {
   recorder_.SetThrusters(vehicle::NamesOf(world_.scene().thrusters));
+  if (scenario_.start.placed()) recorder_.SetStart(world_.true_X_HM().Inverse());
+  if (scenario_.plays_back())
+    playback_.emplace(PlaybackOf(scenario_, ModelOf(scenario_.known_vehicle, world_.scene())));
   if (options_.on_remark)
     for (const std::string& remark : {ChangedModels(scenario_), world_.remark()})
       if (!remark.empty()) options_.on_remark(remark);
@@ -98,10 +102,11 @@ void RunningTrial::Step() {
   const bool arrives = perception_.Update(frame);
   if (arrives) {
     const auto reading = scenario_.approach.on() ? world_.ReadNavigation() : std::nullopt;
-    command_ = autopilot_.Update(perception_.estimate(), excitation.control, world_.ReadAttitude(),
-                                 reading);
+    attitude_ = world_.ReadAttitude();
+    command_ = autopilot_.Update(perception_.estimate(), excitation.control, attitude_, reading);
     Lap(options_.timer, LoopStage::kControl);
   }
+  if (playback_) command_ = playback_->At(world_.plant().time_s());
   Wrench outside_F_B = excitation.F_B_B;
   if (!push_f_W_.isZero(0)) outside_F_B.f += world_.plant().truth().X_WB.q.conjugate() * push_f_W_;
   world_.ApplyWrench(outside_F_B);
@@ -117,7 +122,7 @@ void RunningTrial::Step() {
   Lap(options_.timer, LoopStage::kLog);
 
   vehicle::ContactReport contacts;
-  const std::optional<std::string> fault = world_.Advance(command_, &contacts);
+  const std::optional<std::string> fault = Advance(&contacts);
   Lap(options_.timer, LoopStage::kPhysics);
   record.dock_force_newton = contacts.dock_force_newton;
   record.collision_force_newton = contacts.collision_force_newton;
@@ -135,12 +140,33 @@ void RunningTrial::Step() {
                           .stop_requested = options_.stop_requested && options_.stop_requested()});
 }
 
+std::optional<std::string> RunningTrial::Advance(vehicle::ContactReport* contacts) {
+  std::function<void(const ThrusterCommand&)> observe;
+  if (options_.on_tick)
+    observe = [this](const ThrusterCommand& command) {
+      options_.on_tick({.time_s = world_.plant().time_s(),
+                        .truth = world_.plant().truth(),
+                        .command = command,
+                        .demand = autopilot_.demand(),
+                        .water_v_W = world_.plant().water().v_W,
+                        .measured = attitude_});
+    };
+  return world_.Advance(
+      [this](double time_s) -> const ThrusterCommand& {
+        return playback_ ? playback_->At(time_s) : command_;
+      },
+      contacts, observe);
+}
+
 Scenario Changed(const Scenario& settings, const std::string& assignment) {
   Scenario next = settings;
   config::Origins origins;
   config::ApplySet(assignment, &next, &origins);
   PartOf(KeyIn(assignment), settings.plugins);
   config::CheckSettings(next, origins);
+  if (next.plays_back() != settings.plays_back() ||
+      next.sea.current.series != settings.sea.current.series)
+    throw ConfigError(KeyIn(assignment), "what is read from a file cannot change while it runs");
   return next;
 }
 

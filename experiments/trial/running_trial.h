@@ -6,6 +6,7 @@
 #include <string>
 
 #include "control/autopilot.h"
+#include "control/playback.h"
 #include "experiments/trial/ending.h"
 #include "experiments/trial/perception.h"
 #include "experiments/trial/recorder.h"
@@ -59,6 +60,7 @@ class RunningTrial {
  private:
   FrameRecord RecordOf(int64_t frame) const;
   void AddChange(const std::string& key, const std::string& value);
+  std::optional<std::string> Advance(vehicle::ContactReport* contacts);
 
   const Scenario scenario_;  // as it began
   Scenario settings_;
@@ -66,9 +68,11 @@ class RunningTrial {
   TrialRecorder recorder_;
   World world_;
   Perception perception_;
+  std::optional<control::Playback> playback_;  // in the autopilot's place
   control::Autopilot autopilot_;
   EndingRules rules_;
   ThrusterCommand command_;
+  Attitude attitude_;  // as measured last
   Eigen::Vector3d push_f_W_ = Eigen::Vector3d::Zero();
   int64_t next_frame_ = 0;
   std::optional<Ending> ending_;

@@ -13,6 +13,7 @@
 #include "experiments/config/yaml_fields.h"
 #include "experiments/system/output_path.h"
 #include "experiments/trial/scene_marker.h"
+#include "sim/base/digest.h"
 #include "sim/base/random.h"
 #include "sim/vehicle/model_contents.h"
 #include "vision/blob_estimator.h"
@@ -39,16 +40,21 @@ bool IsBundledModel(const std::string& model) {
 // A bundled model keeps its name. Any other is a file, beside the scenario or, from the command
 // line, in the working directory; it becomes an absolute path, so that the resolved scenario runs
 // anywhere.
+std::string ResolvedFile(const std::string& key, const std::string& file,
+                         const std::string& scenario_file, const std::string& origin,
+                         const std::string& problem = "is no file") {
+  const fs::path folder =
+      origin.starts_with("--set") ? fs::current_path() : fs::path(scenario_file).parent_path();
+  const fs::path path = fs::absolute(folder / file).lexically_normal();
+  if (!IsFile(path)) throw ConfigError(origin + key + " = '" + file + "', " + problem);
+  return path.string();
+}
+
 std::string ResolvedModel(const std::string& key, const std::string& model,
                           const std::string& scenario_file, const std::string& origin) {
   if (IsBundledModel(model)) return model;
-  const fs::path folder =
-      origin.starts_with("--set") ? fs::current_path() : fs::path(scenario_file).parent_path();
-  const fs::path path = fs::absolute(folder / model).lexically_normal();
-  if (!IsFile(path))
-    throw ConfigError(origin + key + " = '" + model +
-                      "', is neither a file nor one of the bundled models");
-  return path.string();
+  return ResolvedFile(key, model, scenario_file, origin,
+                      "is neither a file nor one of the bundled models");
 }
 
 std::string PathOfModel(const std::string& model) {
@@ -130,6 +136,37 @@ void StartParams::Check(const std::string& path) const {
     throw ConfigError(JoinKey(path, "distance_min_m"), FormatNumber(distance_min_m) +
                                                            " must not exceed distance_max_m (" +
                                                            FormatNumber(distance_max_m) + ")");
+  const auto require = [&path](const std::vector<double>& values, size_t count, const char* key) {
+    if (!values.empty() && values.size() != count)
+      throw ConfigError(JoinKey(path, key),
+                        fmt::format("has {} numbers, must have {} or none", values.size(), count));
+  };
+  require(position_m, 3, "position_m");
+  require(quaternion_wxyz, 4, "quaternion_wxyz");
+  require(velocity_mps, 3, "velocity_mps");
+  require(turn_rate_rad_s, 3, "turn_rate_rad_s");
+  if (quaternion_wxyz.empty()) return;
+  if (!placed())
+    throw ConfigError(JoinKey(path, "quaternion_wxyz"),
+                      "needs position_m: it is the attitude there");
+  constexpr double kTol = 1e-3;
+  const double norm = placed_X_WB().q.norm();
+  if (!(std::abs(norm - 1) <= kTol))
+    throw ConfigError(JoinKey(path, "quaternion_wxyz"),
+                      fmt::format("has length {:.4g}, must be 1", norm));
+}
+
+Pose StartParams::placed_X_WB() const {
+  Pose X_WB{Eigen::Quaterniond::Identity(), Eigen::Vector3d::Map(position_m.data())};
+  if (const auto& q = quaternion_wxyz; !q.empty()) X_WB.q = {q[0], q[1], q[2], q[3]};
+  return X_WB;
+}
+
+Twist StartParams::V_WB_B() const {
+  Twist V_WB_B;
+  if (!velocity_mps.empty()) V_WB_B.v = Eigen::Vector3d::Map(velocity_mps.data());
+  if (!turn_rate_rad_s.empty()) V_WB_B.w = Eigen::Vector3d::Map(turn_rate_rad_s.data());
+  return V_WB_B;
 }
 
 void Scenario::MoreFields(config::GroupRef* group) { plugins.AddTo(group); }
@@ -177,9 +214,16 @@ void Scenario::CheckApproach(const std::string& path) const {
                           "lqg, not " + NameOf(control.controller));
 }
 
+void Scenario::CheckPlayback(const std::string& path) const {
+  if (plays_back() && control.playback.file.empty())
+    throw ConfigError(JoinKey(path, "playback.file"),
+                      "is empty: controller = playback needs the commands");
+}
+
 void Scenario::Check(const std::string& path) const {
   plugins.Check();
   CheckApproach(path);
+  CheckPlayback(path);
   vision::CheckHues(marker, hue);
   if (clock.frames_per_second % camera_period_frames != 0)
     throw ConfigError(JoinKey(path, "camera_period_frames"),
@@ -239,6 +283,10 @@ Scenario LoadScenario(const std::string& name, const std::vector<std::string>& a
                                    {"station_model", &scenario.station_model}})
     if (const auto origin = origins.find(key); origin != origins.end())
       *model = ResolvedModel(key, *model, file.file, origin->second);
+  for (const auto& [key, recorded] : {std::pair{"playback.file", &scenario.control.playback.file},
+                                      {"sea.current.series", &scenario.sea.current.series}})
+    if (const auto origin = origins.find(key); origin != origins.end() && !recorded->empty())
+      *recorded = ResolvedFile(key, *recorded, file.file, origin->second);
   // The bundled scenes have the default marker: there is no need to look.
   const bool takes_balls =
       !IsBundledModel(scenario.model) && std::ranges::none_of(origins, [](const auto& origin) {
@@ -305,6 +353,9 @@ std::vector<ModelFile> ModelFilesOf(const Scenario& scenario) {
   const std::string bundled = config::ModelPath("");
   for (const auto& [path, digest] : vehicle::ContentsOf(SceneFilesOf(scenario)))
     files.push_back({path.starts_with(bundled) ? path.substr(bundled.size()) : path, digest});
+  const std::string& commands = scenario.plays_back() ? scenario.control.playback.file : "";
+  for (const std::string& recorded : {commands, scenario.sea.current.series})
+    if (!recorded.empty()) files.push_back({recorded, DigestOf(system::ReadWhole(recorded))});
   return files;
 }
 

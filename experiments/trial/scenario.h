@@ -37,8 +37,9 @@ namespace turbidock::trial {
 
 inline constexpr int kScenarioSchema = 1;
 
-// Where the vehicle is when the trial begins: at rest, somewhere in front of the marker. Drawn from
-// the stream "start"; distances are of the camera head from the marker, in the marker's frame.
+// Where the vehicle is when the trial begins: somewhere in front of the marker, drawn from the
+// stream "start"; distances are of the camera head from the marker, in the marker's frame. Or where
+// a log has it: position_m and what follows are of the vehicle's origin B, empty where not given.
 struct StartParams {
   double distance_min_m = 0.9;
   double distance_max_m = 1.4;  // paper: the vehicle is brought to less than 1.5 m
@@ -46,6 +47,7 @@ struct StartParams {
   double vertical_m = 0.1;
   double heading_rad = 0.14;  // 8 degrees
   double roll_rad = 0, pitch_rad = 0;
+  std::vector<double> position_m{}, quaternion_wxyz{}, velocity_mps{}, turn_rate_rad_s{};
 
   static void Fields(auto& self, auto&& field) {
     field("distance_min_m", self.distance_min_m, InRange(0.2, 10), "nearest start");
@@ -55,8 +57,19 @@ struct StartParams {
     field("heading_rad", self.heading_rad, InRange(0, 3.2), "largest heading error to either side");
     field("roll_rad", self.roll_rad, InRange(0, 1.5), "largest roll to either side");
     field("pitch_rad", self.pitch_rad, InRange(0, 1.5), "largest pitch to either side");
+    field("position_m", self.position_m, InRange(-1000, 1000),
+          "x, y, z of the vehicle's origin in W; with it nothing of the above is drawn");
+    field("quaternion_wxyz", self.quaternion_wxyz, InRange(-1, 1),
+          "its attitude there, w, x, y, z; level and ahead if not given");
+    field("velocity_mps", self.velocity_mps, InRange(-10, 10),
+          "along its own axes, ahead, left, up; at rest if not given");
+    field("turn_rate_rad_s", self.turn_rate_rad_s, InRange(-10, 10), "about the same axes");
   }
   void Check(const std::string& path) const;
+
+  bool placed() const { return !position_m.empty(); }
+  Pose placed_X_WB() const;  // where it is placed
+  Twist V_WB_B() const;
 };
 
 // What the keys of water, light, camera and hue begin with.
@@ -128,7 +141,8 @@ struct JamParams {
   }
 };
 
-// A file that models are read from (MJCF, what it includes, a mesh, a picture).
+// A file that a trial is made from: MJCF, what it includes, a mesh, a picture; recorded commands, a
+// measured current.
 struct ModelFile {
   std::string file;     // a bundled one's name, or a path
   std::string content;  // a digest
@@ -201,7 +215,7 @@ struct Scenario {
     field("station_model", self.station_model, Finite(),
           "MJCF file to be taken for the scene's station.xml: a bundled one, or a path as above");
     field("model_files", self.model_files, Finite(),
-          "of a resolved scenario: what its models were read from");
+          "of a resolved scenario: the files that it was made from");
     field("camera_period_frames", self.camera_period_frames, InRange(1, 240),
           "frames from one exposure to the next; the command holds in between");
     field("camera_drop_probability", self.camera_drop_probability, InRange(0, 0.99),
@@ -252,6 +266,7 @@ struct Scenario {
     field("p_voltage", self.control.p_voltage, Finite(), "the published proportional controller");
     field("pid", self.control.pid, Finite(), "proportional, integral and derivative control");
     field("lqg", self.control.lqg, Finite(), "linear-quadratic control with a Kalman filter");
+    field("playback", self.control.playback, Finite(), "commands from a file, open loop");
     field("levelling", self.control.levelling, Finite(), "roll and pitch, of a vehicle that can");
     field("attitude_sensor", self.attitude_sensor, Finite(), "what says which way is down");
     field("navigation", self.navigation, Finite(), "what says where it is, for an approach");
@@ -264,11 +279,16 @@ struct Scenario {
   void MoreFields(config::GroupRef* group);  // those of the plug-ins
   void Check(const std::string& path) const;
   void CheckApproach(const std::string& path) const;
+  void CheckPlayback(const std::string& path) const;
 
   // The chosen controller and estimator.
   std::string controller_name() const;
   std::string estimator_name() const;
   control::ControlParams ControlInUse() const;
+  // Whether its commands come from a file.
+  bool plays_back() const {
+    return plugins.controller().empty() && control.controller == control::ControllerType::kPlayback;
+  }
   // An estimator by its name, a plug-in's or one of ours, with the scenario's parameters.
   std::unique_ptr<vision::PoseEstimator> MakeEstimator(const std::string& name, Rng rng) const;
 
@@ -321,7 +341,7 @@ std::vector<config::KeyDoc> ScenarioKeys(const Plugins& plugins = {});
 // ConfigError for a scene without a vehicle.xml (station.xml) that another could be taken for.
 vehicle::SceneFiles SceneFilesOf(const Scenario& scenario);
 
-// What its models are read from now. ConfigError as of vehicle::ContentsOf.
+// What it is made from now. ConfigError as of vehicle::ContentsOf.
 std::vector<ModelFile> ModelFilesOf(const Scenario& scenario);
 // A sentence that names those that its `model_files` have otherwise; empty where there are none.
 std::string ChangedModels(const Scenario& scenario);

@@ -10,8 +10,10 @@
 #include "control/autopilot.h"
 #include "experiments/trial/scenario.h"
 #include "experiments/trial/trial_record.h"
+#include "sim/base/attitude.h"
 #include "sim/base/image.h"
 #include "sim/base/stage_timer.h"
+#include "sim/vehicle/plant.h"
 
 namespace turbidock::trial {
 
@@ -30,6 +32,16 @@ struct TrialFrame {
   const Image3u8* spectator = nullptr;
 };
 
+// A step of the physics, at its beginning.
+struct MotionTick {
+  double time_s = 0;
+  vehicle::VehicleTruth truth{};
+  ThrusterCommand command{};                            // during it
+  control::Axes demand = control::Axes::Zero();         // of the controller, in its unit
+  Eigen::Vector3d water_v_W = Eigen::Vector3d::Zero();  // at the centre of buoyancy
+  Attitude measured{};                                  // by the attitude sensor, last
+};
+
 // What an experiment does to the loop during a frame.
 struct TrialExcitation {
   control::Excitation control;
@@ -44,6 +56,7 @@ struct TrialOptions {
   bool spectator = false;  // also draw the outside view, for a video
   // Called every frame. Observers change nothing: the digest is the same with and without.
   std::function<void(const TrialFrame&)> observe;
+  std::function<void(const MotionTick&)> on_tick;  // likewise, every step of the physics
   std::function<void(const control::Transition&)> on_transition;
   std::function<void(const std::string&)> on_remark;  // what people should know, a sentence
   std::function<bool()> stop_requested;               // polled every frame

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "experiments/trial/recorded.h"
 #include "experiments/trial/scene_marker.h"
 #include "sim/base/units.h"
 #include "sim/light/surfaces.h"
@@ -41,7 +42,7 @@ World::World(const Scenario& scenario, const TrialOptions& options)
           view::DistractorsOf(faults_.distractors, scene_, seeds_.Stream("faults").NextU64())),
       optics_(scenario.light),
       rig_(scene_.rig),
-      plant_(scene_, scenario.vehicle, clock_, vehicle::Sea(scenario.sea, seeds_.Stream("sea")),
+      plant_(scene_, scenario.vehicle, clock_, SeaOf(scenario, seeds_.Stream("sea")),
              {scenario.mooring, HeadingOf(scene_.X_WD), seeds_.Stream("mooring")}),
       attitude_sensor_(scenario.attitude_sensor, seeds_.Stream("attitude")),
       navigation_sensor_(scenario.navigation, seeds_.Stream("navigation")) {
@@ -51,12 +52,20 @@ World::World(const Scenario& scenario, const TrialOptions& options)
   if (options.spectator)
     spectator_.emplace(*cameras_->context, scene_, kSpectatorWidth_px, kSpectatorHeight_px);
   plant_.SetThrusterFaults(faults_.thrusters, "faults");
-  PlaceVehicle(DrawStart(scenario));
+  PlaceAtStart(scenario);
 }
 
 void World::PlaceVehicle(const Pose& X_MH) {
   const Pose X_WH = plant_.X_WM() * X_MH;
   plant_.Reset(X_WH * scene_.X_BH.Inverse());
+}
+
+void World::PlaceAtStart(const Scenario& scenario) {
+  if (scenario.start.placed())
+    plant_.Reset(scenario.start.placed_X_WB());
+  else
+    PlaceVehicle(DrawStart(scenario));
+  plant_.SetVelocity(scenario.start.V_WB_B());
 }
 
 void World::Capture(Snapshot* snapshot) const {
@@ -142,11 +151,14 @@ const Image3u8* World::DrawSpectator() {
   return &spectator_image_;
 }
 
-std::optional<std::string> World::Advance(const ThrusterCommand& command,
-                                          vehicle::ContactReport* contacts) {
+std::optional<std::string> World::Advance(
+    const CommandAt& command_at, vehicle::ContactReport* contacts,
+    const std::function<void(const ThrusterCommand&)>& observe) {
   *contacts = {};
   std::optional<std::string> fault;
   for (int i = 0; i < clock_.ticks_per_frame; ++i) {
+    const ThrusterCommand& command = command_at(plant_.time_s());
+    if (observe) observe(command);
     if ((fault = plant_.Step(command))) break;
     const vehicle::ContactReport now = plant_.contacts();
     contacts->dock_force_newton = std::max(contacts->dock_force_newton, now.dock_force_newton);

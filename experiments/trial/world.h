@@ -2,6 +2,7 @@
 // One side of a trial's loop: the vehicle in the water, and the cameras that look out of it.
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -40,6 +41,8 @@ class World {
 
   // Puts the vehicle at rest with its camera head there in the marker's frame; time begins anew.
   void PlaceVehicle(const Pose& X_MH);
+  // Puts it where the scenario has it begin.
+  void PlaceAtStart(const Scenario& scenario);
 
   void Capture(Snapshot* snapshot) const;
   // The images of a snapshot, or a region of them. A timer gets the stages up to kSensor.
@@ -54,10 +57,17 @@ class World {
 
   // A steady wrench on the vehicle, until another.
   void ApplyWrench(const Wrench& F_B_B) { plant_.SetExtraWrench(F_B_B); }
-  // Lets a frame's time pass under a command. Contacts are the strongest of its ticks. Returns why
-  // the physics failed, if it did.
+  // What the thrusters are commanded from an instant on.
+  using CommandAt = std::function<const ThrusterCommand&(double time_s)>;
+  // Lets a frame's time pass under the commands of its ticks; `observe` sees each, at its
+  // beginning. Contacts are the strongest of its ticks. Returns why the physics failed, if it did.
+  std::optional<std::string> Advance(
+      const CommandAt& command_at, vehicle::ContactReport* contacts,
+      const std::function<void(const ThrusterCommand&)>& observe = {});
   std::optional<std::string> Advance(const ThrusterCommand& command,
-                                     vehicle::ContactReport* contacts);
+                                     vehicle::ContactReport* contacts) {
+    return Advance([&command](double) -> const ThrusterCommand& { return command; }, contacts);
+  }
 
   // What the attitude sensor says now; each reading has noise of its own.
   Attitude ReadAttitude() {

@@ -213,12 +213,8 @@ void Plant::OverwriteContacts(const ContactParams& contact) {
   }
 }
 
-void Plant::Reset(const Pose& X_WB) {
+void Plant::Reset(const Pose& X_WB, int64_t tick) {
   mj_resetData(model_.get(), data_.get());
-  mjtNum* qpos = data_->qpos + qpos_adr_;
-  Vector3d::Map(qpos) = X_WB.p;
-  const Eigen::Quaterniond q = X_WB.q.normalized();
-  Eigen::Vector4d::Map(qpos + 3) << q.w(), q.x(), q.y(), q.z();
   sea_ = initial_sea_;
   mooring_ = initial_mooring_;
   if (scene_.moored_body.body >= 0) {
@@ -228,10 +224,19 @@ void Plant::Reset(const Pose& X_WB) {
         data_->qpos[model_->jnt_qposadr[joint]] = mooring_.displacement()[axis];
   }
   thrusters_.Reset();
-  tick_ = 0;
+  tick_ = tick;
   extra_F_B_ = {};
   dock_force_newton_ = collision_force_newton_ = 0;
   collision_geom_a_ = collision_geom_b_ = -1;
+  MoveTo(X_WB);
+}
+
+void Plant::MoveTo(const Pose& X_WB) {
+  mjtNum* qpos = data_->qpos + qpos_adr_;
+  Vector3d::Map(qpos) = X_WB.p;
+  const Eigen::Quaterniond q = X_WB.q.normalized();
+  Eigen::Vector4d::Map(qpos + 3) << q.w(), q.x(), q.y(), q.z();
+  Vector6d::Map(data_->qvel + dof_adr_).setZero();
   UpdatePositions();
   StartEnergyBalance();
 }
@@ -315,7 +320,7 @@ std::optional<std::string> Plant::Step(const ThrusterCommand& command) {
   const double dt_s = clock_.dt_s();
 
   // what the water does at this instant
-  sea_.Step(dt_s);
+  sea_.Step(dt_s, time_s());
   const WaterMotion water_now = water();
   const BodyInWater body = CurrentBody(water_now);
   const HydroWrenches hydro = ComputeHydroWrenches(hydro_, body);

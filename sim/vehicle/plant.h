@@ -58,8 +58,12 @@ class Plant {
   Plant(const Scene& scene, const VehicleParams& params, const ClockParams& clock, const Sea& sea,
         const Mooring& mooring = {});
 
-  // At rest in the world at X_WB, thrusters off, tick 0, the sea as it was given.
-  void Reset(const Pose& X_WB);
+  // At rest in the world at X_WB, thrusters off, the sea as it was given. Time begins with `tick`,
+  // which tells waves and a measured current where they are.
+  void Reset(const Pose& X_WB, int64_t tick = 0);
+
+  // Puts the vehicle elsewhere at once, at rest; time, thrusters and sea go on.
+  void MoveTo(const Pose& X_WB);
 
   // Gives the vehicle a velocity at the present instant, for tests and canned states; the energy
   // balance starts anew.

@@ -48,8 +48,16 @@ std::vector<WaveComponent> RegularWaves(const SeaParams& params) {
 
 }  // namespace
 
-Sea::Sea(const SeaParams& params, Rng rng) : params_(params), rng_(rng), first_rng_(rng) {
+void CurrentParams::Check(const std::string& path) const {
+  if (!series.empty() && !surface_velocity_mps.isZero(0))
+    throw ConfigError(JoinKey(path, "surface_velocity_mps"),
+                      "must be zero where there is a series, which is in its place");
+}
+
+Sea::Sea(const SeaParams& params, Rng rng, CurrentSeries measured)
+    : params_(params), rng_(rng), first_rng_(rng), series_(std::move(measured)) {
   MakeWaves();
+  Measure(0);
   const double gust_std_mps = params.current.gust_std_mps;
   if (gust_std_mps > 0) {
     gust_end_ = {gust_std_mps * rng_.Normal(), gust_std_mps * rng_.Normal()};
@@ -104,7 +112,26 @@ void Sea::MakeWaves() {
   }
 }
 
-void Sea::Step(double dt_s) {
+void Sea::Measure(double time_s) {
+  if (series_.empty()) return;
+  const auto after = std::ranges::upper_bound(series_, time_s, {}, &MeasuredCurrent::time_s);
+  measured_rate_.setZero();
+  if (after == series_.begin() || after == series_.end()) {
+    measured_ = (after == series_.begin() ? series_.front() : series_.back()).v_W;
+    return;
+  }
+  const MeasuredCurrent& before = *std::prev(after);
+  measured_rate_ = (after->v_W - before.v_W) / (after->time_s - before.time_s);
+  measured_ = before.v_W + (time_s - before.time_s) * measured_rate_;
+}
+
+double Sea::Remaining(double z_m) const {
+  const double decay_m = params_.current.decay_depth_m;
+  return decay_m > 0 ? std::exp(std::min(z_m, 0.0) / decay_m) : 1.0;
+}
+
+void Sea::Step(double dt_s, double begin_s) {
+  Measure(begin_s);
   const CurrentParams& current = params_.current;
   if (current.gust_std_mps <= 0) return;
   const double kept = std::exp(-dt_s / current.gust_time_constant_s);
@@ -116,10 +143,7 @@ void Sea::Step(double dt_s) {
 }
 
 Vector3d Sea::Current(const Vector3d& p_WQ) const {
-  const CurrentParams& current = params_.current;
-  const double remaining =
-      current.decay_depth_m > 0 ? std::exp(std::min(p_WQ.z(), 0.0) / current.decay_depth_m) : 1.0;
-  Vector3d v_W = remaining * current.surface_velocity_mps;
+  Vector3d v_W = Remaining(p_WQ.z()) * (params_.current.surface_velocity_mps + measured_);
   v_W.head<2>() += gust_begin_;
   return v_W;
 }
@@ -128,7 +152,8 @@ WaterMotion Sea::At(const Vector3d& p_WQ, double time_s) const {
   WaterMotion motion;
   const double z_m = std::min(p_WQ.z(), 0.0);
   motion.v_W = Current(p_WQ);
-  motion.a_W.head<2>() = gust_rate_;
+  motion.a_W = Remaining(p_WQ.z()) * measured_rate_;
+  motion.a_W.head<2>() += gust_rate_;
 
   // Elevation a cos(theta) with theta = k s - w t + phase gives, along the direction of travel and
   // up, v = a w e^(kz) (cos, sin)(theta) and a = a w^2 e^(kz) (sin, -cos)(theta).

@@ -15,6 +15,7 @@ namespace turbidock::vehicle {
 // Water that moves past without asking the vehicle.
 struct CurrentParams {
   Eigen::Vector3d surface_velocity_mps{0, 0, 0};
+  std::string series;
   double decay_depth_m = 0;
   double gust_std_mps = 0;
   double gust_time_constant_s = 10;
@@ -22,6 +23,10 @@ struct CurrentParams {
   static void Fields(auto& self, auto&& field) {
     field("surface_velocity_mps", self.surface_velocity_mps, InRange(-5, 5),
           "mean current at the surface, in W");
+    field("series", self.series, Finite(),
+          "CSV of a measured current at the surface, in its place: columns time_s, water_x_mps, "
+          "water_y_mps and perhaps water_z_mps, in W, or speed_mps and direction_rad, where it "
+          "runs to; between rows it is linear, and it turns with them");
     field("decay_depth_m", self.decay_depth_m, AtLeast(0),
           "depth at which it has fallen to 1/e, 0: the same at every depth");
     field("gust_std_mps", self.gust_std_mps, InRange(0, 2),
@@ -29,7 +34,15 @@ struct CurrentParams {
     field("gust_time_constant_s", self.gust_time_constant_s, Above(0),
           "time in which the gusts' correlation falls to 1/e");
   }
+  void Check(const std::string& path) const;  // one of mean and series
 };
+
+// A current that was measured: in W, linear from one row to the next, held at both ends.
+struct MeasuredCurrent {
+  double time_s = 0;
+  Eigen::Vector3d v_W = Eigen::Vector3d::Zero();
+};
+using CurrentSeries = std::vector<MeasuredCurrent>;
 
 // How rough the sea is, as one regular wave across the dock (along W's y). The published trials
 // name no sea; height and period are derived from what a vehicle at 0.5 m (calm) or 0.7 m of depth
@@ -143,14 +156,17 @@ struct WaterMotion {
 class Sea {
  public:
   Sea() = default;  // still water
-  Sea(const SeaParams& params, Rng rng);
+  // `measured`: what the parameters' series holds; its times must increase.
+  Sea(const SeaParams& params, Rng rng, CurrentSeries measured = {});
 
   // Becomes another sea in mid-sea: its waves are those it would have had from the beginning, the
-  // gust of the moment goes on, scaled. Gusts where there were none begin from nothing.
+  // gust of the moment goes on, scaled. Gusts where there were none begin from nothing. The series
+  // stays.
   void Become(const SeaParams& params);
 
-  // Moves the gusts on to the tick of length dt_s that begins now (exact for any length).
-  void Step(double dt_s);
+  // Moves the gusts on to the tick of length dt_s that begins now (exact for any length), the
+  // measured current to begin_s.
+  void Step(double dt_s, double begin_s = 0);
 
   // Current and gust at the beginning of that tick, without the waves, in W.
   Eigen::Vector3d Current(const Eigen::Vector3d& p_WQ) const;
@@ -174,6 +190,8 @@ class Sea {
   };
 
   void MakeWaves();  // draws from rng_
+  void Measure(double time_s);
+  double Remaining(double z_m) const;  // share of the current at the surface
 
   SeaParams params_;
   std::vector<Wave> waves_;
@@ -182,6 +200,9 @@ class Sea {
   Eigen::Vector2d gust_begin_ = Eigen::Vector2d::Zero();  // m/s, x and y of W
   Eigen::Vector2d gust_end_ = Eigen::Vector2d::Zero();
   Eigen::Vector2d gust_rate_ = Eigen::Vector2d::Zero();  // m/s^2, over the tick
+  CurrentSeries series_;
+  Eigen::Vector3d measured_ = Eigen::Vector3d::Zero();       // at the surface, now
+  Eigen::Vector3d measured_rate_ = Eigen::Vector3d::Zero();  // m/s^2
 };
 
 }  // namespace turbidock::vehicle

@@ -11,6 +11,7 @@
 #include <numbers>
 
 #include "control/thrust_allocation.h"
+#include "experiments/trial/recorded.h"
 #include "experiments/trial/running_trial.h"
 #include "experiments/trial/world.h"
 #include "sim/vehicle/plant.h"
@@ -95,7 +96,8 @@ std::vector<HullReport> ReportHull(const vehicle::Scene& scene) {
 Vector3d LoadOfSea(const trial::Scenario& scenario, const vehicle::Scene& scene, const Pose& X_HM) {
   const vehicle::VehicleParams& params = scenario.vehicle;
   const vehicle::HydrodynamicsParams hydro = params.LoadedHydrodynamics();
-  vehicle::Sea sea(scenario.sea, SeedTree(static_cast<uint64_t>(scenario.seed)).Stream("sea"));
+  vehicle::Sea sea =
+      trial::SeaOf(scenario, SeedTree(static_cast<uint64_t>(scenario.seed)).Stream("sea"));
   const Pose X_WB = scene.X_WM * X_HM.Inverse() * scene.X_BH.Inverse();
   Vector3d most = Vector3d::Zero();
   constexpr double kStep_s = 0.05;
@@ -111,7 +113,7 @@ Vector3d LoadOfSea(const trial::Scenario& scenario, const vehicle::Scene& scene,
           hydro.added_mass_diagonal[i] + hydro.water_density_kg_m3 * hydro.displaced_volume_m3;
       most[i] = std::max(most[i], std::abs(drag + pressed * a[i]));
     }
-    sea.Step(kStep_s);
+    sea.Step(kStep_s, kStep_s * (step + 1));
   }
   return most;
 }
