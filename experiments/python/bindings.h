@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "experiments/config/number_table.h"
 #include "experiments/trial/trial.h"
 #include "sim/base/image.h"
 
@@ -40,10 +41,15 @@ Eigen::VectorXd NumbersOf(const py::object& given, int count, const std::string&
 py::object RigOf(const StereoRig& rig);
 py::list BallsOf(const vision::MarkerParams& marker);
 
+// A table as a dict of arrays, and one of a dict of arrays of one length.
+py::dict ColumnsOf(const config::NumberTable& table);
+config::NumberTable TableOf(const py::dict& columns);
+
 // A result as JSON, its log and the scenario that it began with.
 py::tuple TupleOf(const trial::TrialResult& result, const trial::Scenario& scenario);
 
 void AddScenario(py::module_* module);  // Scenario, keys
+void AddPredict(py::module_* module);   // predict, commands, thrusters, authority
 void AddPlugins(py::module_* module);   // Plugins, Observation, Reference
 void AddRunning(py::module_* module);   // Trial, Frame
 

@@ -20,6 +20,7 @@
 #include "experiments/studies/gate/gate_plan.h"
 #include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"
+#include "experiments/trial/motion.h"
 #include "experiments/trial/scenario.h"
 #include "experiments/trial/series.h"
 #include "sim/base/random.h"
@@ -130,9 +131,14 @@ py::dict ColumnsOf(const trial::Series& series) {
   return columns;
 }
 
-py::tuple Run(const trial::Scenario& scenario, const py::object& progress) {
+py::tuple Run(const trial::Scenario& scenario, const py::object& progress, bool motion) {
+  std::optional<trial::MotionLog> log;
   const trial::TrialResult result = Reporting(progress, [&](Reporter* reporter) {
     trial::TrialOptions options;
+    if (motion) {
+      log.emplace(trial::ThrusterNamesOf(scenario));
+      options.on_tick = [&](const trial::MotionTick& tick) { log->Add(tick); };
+    }
     options.observe = [&](const trial::TrialFrame& frame) {
       constexpr int64_t kEvery = 30;
       if (frame.record.frame % kEvery == 0)
@@ -142,7 +148,8 @@ py::tuple Run(const trial::Scenario& scenario, const py::object& progress) {
     options.stop_requested = [&] { return reporter->stopped(); };
     return trial::RunTrial(scenario, options);
   });
-  return TupleOf(result, scenario);
+  return TupleOf(result, scenario) +
+         py::make_tuple(log ? py::object(ColumnsOf(log->table())) : py::object(py::none()));
 }
 
 batch::JobOptions JobsOf(int workers) {
@@ -280,6 +287,7 @@ PYBIND11_MODULE(_core, module) {
                         return report::ParseJson(text, "a series").get<trial::Series>();
                       }));
   AddRunning(&module);
+  AddPredict(&module);
 
   module.def("names", [](const std::string& folder) { return config::BundledNames(folder); });
   module.def("version", &system::VersionAndCommit);

@@ -44,6 +44,10 @@ void VisitMotion(const MotionTick& tick, const std::vector<std::string>& thruste
 
 }  // namespace
 
+std::vector<std::string> ThrusterNamesOf(const Scenario& scenario) {
+  return vehicle::NamesOf(vehicle::LoadScene(SceneFilesOf(scenario), scenario.rig).thrusters);
+}
+
 MotionLog::MotionLog(const std::vector<std::string>& thrusters) : thrusters_(thrusters) {
   constexpr size_t kReserved = 1 << 16;  // two minutes of the usual clock; a longer log grows
   VisitMotion({}, thrusters, [this](const std::string& name, double) {

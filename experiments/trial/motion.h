@@ -10,6 +10,9 @@
 
 namespace turbidock::trial {
 
+// Of the scenario's vehicle; reads its scene.
+std::vector<std::string> ThrusterNamesOf(const Scenario& scenario);
+
 // Collects TrialOptions::on_tick. The columns: the vehicle's pose and velocities, what its attitude
 // sensor said last, the water's velocity, each thruster's command and its thrust, the demand by
 // axis.

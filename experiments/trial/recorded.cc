@@ -181,7 +181,6 @@ std::vector<Playback::Row> CommandsIn(const NumberTable& table, const std::strin
     if (HasCommand(columns, row, place)) rows.push_back({times[row], command_at(row, place)});
   }
   if (rows.empty()) throw ConfigError(where + ": has no row with a command");
-  RequireNoGaps(rows, where);
   return rows;
 }
 
@@ -189,6 +188,7 @@ Playback PlaybackOf(const Scenario& scenario, const VehicleModel& vehicle) {
   const control::PlaybackParams& params = scenario.control.playback;
   std::vector<Playback::Row> rows =
       CommandsIn(config::ReadNumberTable(params.file), params.file, vehicle);
+  RequireNoGaps(rows, params.file);
   const double from_s = rows.front().time_s, to_s = rows.back().time_s;
   for (Playback::Row& row : rows) row.time_s -= params.begin_s;
   if (rows.front().time_s > scenario.duration_s || rows.back().time_s < 0)

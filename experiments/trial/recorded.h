@@ -15,12 +15,13 @@ namespace turbidock::trial {
 // The commands of a table for a vehicle's thrusters, at the table's own times. Newtons become volts
 // by the curves, demands by axis are shared out, as the vehicle knows itself. `where` names the
 // table in messages: ConfigError in one line for other thrusters' names, values that look like
-// another unit, gaps, a clock that runs backwards.
+// another unit, a clock that runs backwards.
 std::vector<control::Playback::Row> CommandsIn(const config::NumberTable& table,
                                                const std::string& where,
                                                const control::VehicleModel& vehicle);
 
-// Those of playback.file, in the trial's time. ConfigError also where none falls into the trial.
+// Those of playback.file, in the trial's time. ConfigError also for a gap in them, and where none
+// falls into the trial.
 control::Playback PlaybackOf(const Scenario& scenario, const control::VehicleModel& vehicle);
 
 // The current of sea.current.series; nothing without one.

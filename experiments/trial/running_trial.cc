@@ -151,7 +151,7 @@ std::optional<std::string> RunningTrial::Advance(vehicle::ContactReport* contact
                         .water_v_W = world_.plant().water().v_W,
                         .measured = attitude_});
     };
-  return world_.Advance(
+  return world_.AdvanceBy(
       [this](double time_s) -> const ThrusterCommand& {
         return playback_ ? playback_->At(time_s) : command_;
       },

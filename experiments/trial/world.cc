@@ -151,7 +151,7 @@ const Image3u8* World::DrawSpectator() {
   return &spectator_image_;
 }
 
-std::optional<std::string> World::Advance(
+std::optional<std::string> World::AdvanceBy(
     const CommandAt& command_at, vehicle::ContactReport* contacts,
     const std::function<void(const ThrusterCommand&)>& observe) {
   *contacts = {};

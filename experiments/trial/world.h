@@ -61,12 +61,12 @@ class World {
   using CommandAt = std::function<const ThrusterCommand&(double time_s)>;
   // Lets a frame's time pass under the commands of its ticks; `observe` sees each, at its
   // beginning. Contacts are the strongest of its ticks. Returns why the physics failed, if it did.
-  std::optional<std::string> Advance(
+  std::optional<std::string> AdvanceBy(
       const CommandAt& command_at, vehicle::ContactReport* contacts,
       const std::function<void(const ThrusterCommand&)>& observe = {});
   std::optional<std::string> Advance(const ThrusterCommand& command,
                                      vehicle::ContactReport* contacts) {
-    return Advance([&command](double) -> const ThrusterCommand& { return command; }, contacts);
+    return AdvanceBy([&command](double) -> const ThrusterCommand& { return command; }, contacts);
   }
 
   // What the attitude sensor says now; each reading has noise of its own.

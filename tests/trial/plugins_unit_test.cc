@@ -169,14 +169,14 @@ TEST(Plugins, AreSavedAndReadAgainWithTheirScenario) {
   EXPECT_EQ(RunTrial(again).digest, RunTrial(scenario).digest);
   // a program without them says so
   EXPECT_THAT(MessageOf([&] { ParseScenario(text, "resolved.yaml"); }),
-              HasSubstr("controller = 'copied', must be one of p_voltage, pid, lqg"));
+              HasSubstr("controller = 'copied', must be one of p_voltage, pid, lqg, playback"));
 }
 
 TEST(Plugins, TheirKeysAreAsStrictAsOurs) {
   EXPECT_THAT(MessageOf([] { Load({"copied.yaw_w=3"}); }), HasSubstr("did you mean yaw_v?"));
   EXPECT_THAT(MessageOf([] { Load({"copied.yaw_v=101"}); }), HasSubstr("must be in [0, 100]"));
   EXPECT_THAT(MessageOf([] { Load({"controller=copy"}); }),
-              HasSubstr("must be one of p_voltage, pid, lqg, copied, wrong_law"));
+              HasSubstr("must be one of p_voltage, pid, lqg, playback, copied, wrong_law"));
   EXPECT_THAT(MessageOf([] { Load({"pose_estimator=rmga"}); }),
               HasSubstr("must be one of rm_ga, blobs, fiducial, wrapped"));
   const auto keys = ScenarioKeys(Ours());

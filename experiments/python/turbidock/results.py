@@ -36,10 +36,12 @@ def _reporter(progress: Progress) -> Callable[[float, str], Any] | None:
 class Result(ResultKeys):
     """What came of a trial: `result.outcome`, `result.time_s`, every key of result.json."""
 
-    def __init__(self, record: str, series: _core.Series, scenario: str) -> None:
+    def __init__(self, record: str, series: _core.Series, scenario: str,
+                 motion: Mapping[str, Any] | None = None) -> None:
         self.record: dict[str, Any] = json.loads(record)
         self.scenario_yaml = scenario
         self._series = series
+        self._motion = motion
 
     @property
     def success(self) -> bool:
@@ -52,6 +54,15 @@ class Result(ResultKeys):
         import pandas
 
         return pandas.DataFrame(self._series.columns())
+
+    @property
+    def motion(self) -> pandas.DataFrame:
+        """A frame with a row a step of the physics (turbidock.motion), of a trial that was run with `motion=True`."""
+        import pandas
+
+        if self._motion is None:
+            raise ValueError("of a trial with motion=True only")
+        return pandas.DataFrame(self._motion)
 
     def save(self, folder: Path) -> None:
         """Writes result.json, resolved.yaml and trajectory.csv, as `turbidock run --out` does."""
@@ -94,13 +105,13 @@ for _key, _, _doc in _core.result_keys():
 
 def run(scenario: Scenario | Path = "sea_night_active", *, seed: int | None = None,
         settings: Settings = None, gains: Path = "", controller: type | str | None = None,
-        estimator: type | str | None = None, plugins: Iterable[type] = (), progress: Progress = None
-        ) -> Result:
-    """Runs one trial. With a Scenario object, `seed` and `settings` change a copy of it; controllers and
+        estimator: type | str | None = None, plugins: Iterable[type] = (), motion: bool = False,
+        progress: Progress = None) -> Result:
+    """Runs one trial. With `motion` it keeps every step of the physics. With a Scenario object, `seed` and `settings` change a copy of it; controllers and
     estimators are then those that it was made with."""
     made = scenario_of(scenario, seed=seed, settings=settings, gains=gains, controller=controller,
                        estimator=estimator, plugins=plugins)
-    return Result(*_core.run(made._cpp, _reporter(progress)))
+    return Result(*_core.run(made._cpp, _reporter(progress), motion))
 
 
 def batch(plan: Path | Mapping[str, Any], out: Path, *, workers: int | None = None,

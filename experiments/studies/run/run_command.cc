@@ -55,6 +55,9 @@ void AddRun(app::CommandLine& line) {
   run.Flag("--video", shown.video, "Also make video.mp4 in the folder").Needs(out);
   run.Flag("--report", shown.report, "Also make report.html, one page to look at, in the folder")
       .Needs(out);
+  run.Flag("--motion", shown.motion,
+           "Also make motion.csv in the folder: motion, thrust and water at every physics step")
+      .Needs(out);
   run.AddFigure(shown.figure, "Draw the trial");
   run.AddJson(shown.json);
   run.AddQuiet(shown.quiet);

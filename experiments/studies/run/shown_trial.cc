@@ -19,6 +19,7 @@
 #include "experiments/studies/run/trial_figure.h"
 #include "experiments/studies/run/trial_video.h"
 #include "experiments/system/output_path.h"
+#include "experiments/trial/motion.h"
 #include "experiments/trial/trial_view.h"
 #include "sim/base/units.h"
 #include "vision/overlay.h"
@@ -115,6 +116,7 @@ void RequireOutputs(const ShownTrialOptions& shown) {
     std::vector<std::string> files = trial::kRecordFiles;
     files.emplace_back("figure.png");
     if (shown.video) files.emplace_back("video.mp4");
+    if (shown.motion) files.emplace_back("motion.csv");
     outputs.WritesInto(*shown.out, files);
     outputs.Writes(*shown.out + "/report.html", page::kPageFile);
   }
@@ -167,11 +169,20 @@ trial::TrialResult RunShownTrial(const trial::Scenario& scenario, const ShownTri
                              NameOf(change.from), NameOf(change.to), change.reason));
   };
   options.on_remark = [&](const std::string& remark) { progress.Say(remark); };
+  std::optional<trial::MotionLog> motion;
+  if (shown.motion) {
+    motion.emplace(trial::ThrusterNamesOf(scenario));
+    options.on_tick = [&](const trial::MotionTick& tick) { motion->Add(tick); };
+  }
   options.stop_requested = app::CatchStopSignals();
   trial::TrialResult result = trial::RunTrial(scenario, options);
   progress.Say(Summary(result));
   // The numbers first: what fails later does not take them along.
   if (shown.out) trial::WriteRecords(*shown.out, scenario, result);
+  if (motion)
+    system::WriteWhole(*shown.out + "/motion.csv", motion->table().Csv());
+  else if (shown.out)
+    fs::remove(*shown.out + "/motion.csv");
   if (shown.json) std::fputs(report::JsonText(result).c_str(), stdout);
   if (shown.out) WriteKeyFrames(folder, pictures);
   if (film)

@@ -16,6 +16,7 @@ struct ShownTrialOptions {
   std::optional<std::string> out = {};
   bool video = false;       // also video.mp4; needs `out`
   bool report = false;      // also report.html; needs `out`
+  bool motion = false;      // also motion.csv; needs `out`
   std::string figure = {};  // the figure in this file, too, unless empty: .png, .svg, .pdf
   bool json = false;        // the result on stdout
   bool quiet = false;       // nothing on stderr

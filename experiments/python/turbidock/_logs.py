@@ -1,0 +1,239 @@
+"""A log as `identify` sees it: commands, measurements by sensor, and windows between its gaps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Mapping
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _core
+from .motion import DEPTH, EULER, POSITION, QUATERNION, TURN_RATE, VELOCITY, WATER, Motion, check_motion, has
+from .scenario import Scenario
+
+Numbers = npt.NDArray[np.float64]
+
+# x, y, z in W, w, x, y, z of R_WB, velocity in B, turn rate in B: the state of `_core.predict`
+STATE = 13
+
+
+@dataclass
+class Sensor:
+    """What one sensor measured."""
+
+    kind: str  # position, attitude, velocity, turn_rate, depth
+    time_s: Numbers
+    values: Numbers  # (n, 3), quaternions (n, 4), depth (n, 1)
+    delay: str  # the parameter that says how old it is
+    std: float = 0  # of a component, m, rad, m/s, rad/s; found from the log
+
+
+@dataclass
+class Window:
+    """A stretch of a log without a gap: the vehicle's state at begin_s is unknown, what follows is compared."""
+
+    begin_s: float
+    first_s: float
+    last_s: float
+    rows: dict[str, npt.NDArray[np.int64]] = field(default_factory=dict)
+
+
+def quaternion_of(roll: Numbers, pitch: Numbers, yaw: Numbers) -> Numbers:
+    """w, x, y, z of Rz(yaw) Ry(pitch) Rx(roll)."""
+    cr, sr, cp, sp, cy, sy = (f(0.5 * a) for a in (roll, pitch, yaw) for f in (np.cos, np.sin))
+    return np.stack([cr * cp * cy + sr * sp * sy, sr * cp * cy - cr * sp * sy,
+                     cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy], axis=-1)
+
+
+def conjugate(q: Numbers) -> Numbers:
+    return np.asarray(q * np.array([1.0, -1, -1, -1]))
+
+
+def product(a: Numbers, b: Numbers) -> Numbers:
+    """Of quaternions, w, x, y, z, along the last axis."""
+    w, x, y, z = (a[..., n] for n in range(4))
+    i, j, k, m = (b[..., n] for n in range(4))
+    return np.stack([w * i - x * j - y * k - z * m, w * j + x * i + y * m - z * k,
+                     w * k - x * m + y * i + z * j, w * m + x * k - y * j + z * i], axis=-1)
+
+
+def vector_of(q: Numbers) -> Numbers:
+    """The rotation vector of a quaternion, rad, at most half a turn."""
+    q = np.where(q[..., :1] < 0, -q, q)
+    sine = np.linalg.norm(q[..., 1:], axis=-1, keepdims=True)
+    angle = 2 * np.arctan2(sine, q[..., :1])
+    return np.asarray(q[..., 1:] * np.where(sine > 1e-12, angle / np.maximum(sine, 1e-12), 2.0))
+
+
+def turned(v: Numbers) -> Numbers:
+    """The quaternion of a rotation vector."""
+    angle = np.linalg.norm(v, axis=-1, keepdims=True)
+    half = 0.5 * np.sinc(0.5 * angle / np.pi)
+    return np.concatenate([np.cos(0.5 * angle), half * v], axis=-1)
+
+
+def rotated(q: Numbers, v: Numbers) -> Numbers:
+    """v of B in W, by R_WB."""
+    zero = np.zeros(v.shape[:-1] + (1,))
+    return np.asarray(product(product(q, np.concatenate([zero, v], axis=-1)), conjugate(q))[..., 1:])
+
+
+class Log:
+    """Commands and motion of one run, its time from 0 on."""
+
+    def __init__(self, motion: Mapping[str, npt.ArrayLike], scenario: Scenario, name: str = "motion",
+                 pose_is_onboard: bool = False) -> None:
+        table = check_motion(motion, name)
+        self.name = name
+        self.clock_begin_s = float(table["time_s"][0])
+        time_s = table["time_s"] - self.clock_begin_s
+        self.command_times, self.volts = _core.commands(scenario._cpp, dict(table), name)
+        self.command_times = self.command_times - self.clock_begin_s
+        thrusters = _core.thrusters(scenario._cpp)
+        self.commands: Motion = {"time_s": self.command_times} | {
+            thruster + "_v": self.volts[:, i] for i, thruster in enumerate(thrusters)}
+        self.sensors = _sensors(table, time_s)
+        self.water = has(table, WATER)
+        self.table = table
+        kinds = [sensor.kind for sensor in self.sensors]
+        if "attitude" not in kinds:
+            raise _core.ConfigError(f"{name}: has no attitude: vehicle_qw to vehicle_qz, or roll_rad, pitch_rad, yaw_rad")
+        if "position" not in kinds and "velocity" not in kinds:
+            raise _core.ConfigError(f"{name}: has neither positions (vehicle_x_m, ...) nor velocities (surge_mps, ...)")
+
+    def sensor(self, kind: str) -> Sensor | None:
+        return next((sensor for sensor in self.sensors if sensor.kind == kind), None)
+
+    def stretches(self) -> list[tuple[float, float]]:
+        """From and to, between gaps of the commands and of any sensor."""
+        begin, end = self.command_times[0], 2 * self.command_times[-1] - self.command_times[-2]
+        gaps = _gaps(self.command_times, 1.0)
+        for sensor in self.sensors:
+            begin, end = max(begin, sensor.time_s[0]), min(end, sensor.time_s[-1])
+            gaps += _gaps(sensor.time_s, 0.5)
+        found, at = [], begin
+        for gap_begin, gap_end in sorted(gaps):
+            if gap_begin > at:
+                found.append((at, min(gap_begin, end)))
+            at = max(at, gap_end)
+        found.append((at, end))
+        return [(a, b) for a, b in found if b > a]
+
+    def windows(self, length_s: float, before_s: float, least_s: float = 2.0) -> list[Window]:
+        """The stretches cut into windows of about that length; each begins before_s before the first measurement that it
+        is compared with, which a clock's error may shift by."""
+        found = []
+        for begin, end in self.stretches():
+            usable = end - begin - before_s
+            if usable < least_s:
+                continue
+            count = max(1, round(usable / length_s))
+            edges = begin + before_s + usable * np.arange(count + 1) / count
+            found += [self.window(first, last, before_s) for first, last in zip(edges, edges[1:])]
+        return [window for window in found if window is not None]
+
+    def window(self, first_s: float, last_s: float, before_s: float) -> Window | None:
+        made = Window(np.floor((first_s - before_s) * 30) / 30, first_s, last_s)  # a tick of every usual clock
+        for sensor in self.sensors:
+            made.rows[sensor.kind] = np.flatnonzero((sensor.time_s >= first_s) & (sensor.time_s < last_s))
+        return made if all(len(rows) >= 3 for rows in made.rows.values()) else None
+
+    def state_at(self, time_s: float, span_s: float = 0.6) -> Numbers:
+        """A first guess of the vehicle's state: parabolas through what was measured about then."""
+        state = np.zeros(STATE)
+        state[3] = 1
+        attitude = self.sensor("attitude")
+        assert attitude is not None
+        middle, rate, _ = _parabola(attitude, time_s, span_s)
+        state[3:7] = middle
+        position = self.sensor("position")
+        if position is not None:
+            state[:3], velocity_W, _ = _parabola(position, time_s, span_s)
+            state[7:10] = rotated(conjugate(state[3:7]), velocity_W)
+        state[10:13] = rate
+        depth = self.sensor("depth")
+        if depth is not None and position is None:
+            state[2] = -_parabola(depth, time_s, span_s)[0][0]
+        for kind, part in (("velocity", slice(7, 10)), ("turn_rate", slice(10, 13))):
+            sensor = self.sensor(kind)
+            if sensor is not None:
+                state[part] = _parabola(sensor, time_s, span_s)[0]
+        return state
+
+
+def _sensors(table: Motion, time_s: Numbers) -> list[Sensor]:
+    def columns(names: tuple[str, ...]) -> tuple[Numbers, Numbers]:
+        values = np.stack([table[name] for name in names], axis=-1)
+        there = np.isfinite(values).all(axis=1)
+        return time_s[there], values[there]
+
+    found = []
+    pose = has(table, QUATERNION)
+    if has(table, POSITION):
+        found.append(Sensor("position", *columns(POSITION), "delay.pose"))
+    if pose:
+        times, values = columns(QUATERNION)
+        found.append(Sensor("attitude", times, values / np.linalg.norm(values, axis=1, keepdims=True), "delay.pose"))
+    elif has(table, EULER):
+        times, angles = columns(EULER)
+        found.append(Sensor("attitude", times, quaternion_of(*angles.T), "delay.onboard"))
+    for kind, names in (("velocity", VELOCITY), ("turn_rate", TURN_RATE), ("depth", DEPTH)):
+        if has(table, names):
+            found.append(Sensor(kind, *columns(names), "delay.onboard"))
+    for sensor in found:
+        if len(sensor.time_s) < 10:
+            raise _core.ConfigError(f"only {len(sensor.time_s)} measurements of {sensor.kind}")
+        sensor.std = _noise(sensor)
+    return found
+
+
+def errors(kind: str, predicted: Numbers, measured: Numbers) -> Numbers:
+    """Predicted less measured, (n, k): of an attitude a rotation vector, rad, in B."""
+    if kind == "position":
+        return np.asarray(predicted[..., :3] - measured)
+    if kind == "attitude":
+        return vector_of(product(conjugate(measured), predicted[..., 3:7]))
+    if kind == "velocity":
+        return np.asarray(predicted[..., 7:10] - measured)
+    if kind == "turn_rate":
+        return np.asarray(predicted[..., 10:13] - measured)
+    return np.asarray(-predicted[..., 2:3] - measured)
+
+
+def _noise(sensor: Sensor) -> float:
+    """Standard deviation of its noise, from third differences, which motion hardly has."""
+    values = sensor.values
+    if sensor.kind == "attitude":
+        values = np.cumsum(vector_of(product(conjugate(values[:-1]), values[1:])), axis=0)
+    rough = np.diff(values, 3, axis=0)
+    least = {"position": 1e-4, "attitude": 1e-4, "depth": 1e-4}.get(sensor.kind, 1e-4)
+    return float(max(1.4826 * np.median(np.abs(rough)) / np.sqrt(20), least))
+
+
+def _gaps(times: Numbers, shortest_s: float) -> list[tuple[float, float]]:
+    steps = np.diff(times)
+    longest = max(shortest_s, 10 * float(np.median(steps)))
+    return [(float(times[i]), float(times[i + 1])) for i in np.flatnonzero(steps > longest)]
+
+
+def _parabola(sensor: Sensor, time_s: float, span_s: float) -> tuple[Numbers, Numbers, Numbers]:
+    """Value, rate and acceleration at a time, from a robust parabola; of an attitude its quaternion and turn rates in B."""
+    near = np.argsort(np.abs(sensor.time_s - time_s))[:max(8, int((np.abs(sensor.time_s - time_s) < span_s).sum()))]
+    near = np.sort(near)
+    t, values = sensor.time_s[near] - time_s, sensor.values[near]
+    about = np.zeros(0)
+    if sensor.kind == "attitude":
+        about = values[np.argmin(np.abs(t))]
+        values = vector_of(product(conjugate(about), values))
+    basis = np.stack([np.ones_like(t), t, 0.5 * t * t], axis=1)
+    weight = np.ones(len(t))
+    fitted: Numbers = np.zeros((3, values.shape[1]))
+    for _ in range(4):
+        fitted = np.asarray(np.linalg.lstsq(basis * weight[:, None], values * weight[:, None], rcond=None)[0], float)
+        off = np.linalg.norm(values - basis @ fitted, axis=1)
+        scale = 1.5 * np.median(off) + 1e-9
+        weight = np.sqrt(np.minimum(1, 2 * scale / np.maximum(off, 1e-12)))
+    if sensor.kind == "attitude":
+        return product(about, turned(fitted[0])), fitted[1], fitted[2]
+    return fitted[0], fitted[1], fitted[2]

@@ -1,0 +1,310 @@
+"""Output error over short windows: which parameters, and which state at the beginning of each window, have the real plant
+move as the log says. Gauss-Newton by finite differences, every flight of an iteration at once in C++; the windows' states are
+eliminated (a Schur complement), so that their number costs nothing.
+
+Prior: every z is normal, 0 and 1 (_parameters.py). Noise: normal, of a standard deviation for each sensor that is found from
+the residuals; measurements that no noise explains lose their weight (Huber 1981, then none at all). Residuals that hang
+together from row to row, which is what a wrong model leaves, widen the intervals by their correlation time (Maine and Iliff,
+NASA RP-1168, 1986)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _core
+from ._logs import STATE, Log, Sensor, Window, errors, product, rotated, turned
+from ._parameters import Parameter, scenario_with
+from .scenario import Scenario
+
+Numbers = npt.NDArray[np.float64]
+
+FREE = 12  # of a window's state: position in W, turn in B, velocity, turn rate
+FREE_STD = np.array([3.0] * 3 + [0.3] * 3 + [0.5] * 3 + [0.5] * 3)  # about the first guess: next to nothing is known
+STEP = np.array([1e-4] * FREE)
+STEP_Z = 1e-3
+SUSPECT, IMPOSSIBLE = 2.5, 6.0  # standard deviations
+
+
+def moved(state: Numbers, by: Numbers) -> Numbers:
+    """A state with its twelve degrees of freedom changed."""
+    made = np.array(state)
+    made[..., :3] += by[..., :3]
+    made[..., 3:7] = product(state[..., 3:7], turned(by[..., 3:6]))
+    made[..., 7:13] += by[..., 6:12]
+    return made
+
+
+@dataclass
+class Part:
+    """A window of a log, with what is compared in it."""
+
+    log: Log
+    window: Window
+    state: Numbers  # at its beginning, the best guess so far
+
+
+@dataclass
+class Linear:
+    """Residuals of one window and how they change: whitened, robustly weighted."""
+
+    residual: Numbers  # (n,)
+    by_z: Numbers  # (n, parameters)
+    by_state: Numbers  # (n, FREE)
+    raw: dict[str, Numbers]  # errors by sensor, (rows, components)
+    weight: dict[str, Numbers]
+
+
+class Problem:
+    """Logs, a vehicle, the parameters to be told."""
+
+    def __init__(self, logs: Sequence[Log], scenarios: Sequence[Scenario], parameters: Sequence[Parameter],
+                 workers: int) -> None:
+        self.logs, self.scenarios, self.parameters, self.workers = list(logs), list(scenarios), list(parameters), workers
+        self.index = {parameter.name: i for i, parameter in enumerate(self.parameters)}
+        # Those that change the plant, not the log's clock.
+        self.physical = [i for i, parameter in enumerate(self.parameters) if not parameter.name.startswith("delay.")]
+        self.std = {sensor.kind: float(np.median([log_sensor.std for log in logs for log_sensor in log.sensors
+                                                  if log_sensor.kind == sensor.kind]))
+                    for log in logs for sensor in log.sensors}
+        self.reject = False
+        self.coarse = False  # a quarter of the physics' steps: near enough to begin with
+
+    def values(self, z: Numbers) -> dict[str, float]:
+        return {parameter.name: parameter.value(z[i]) for i, parameter in enumerate(self.parameters)}
+
+    def _model(self, log: Log, z: Numbers) -> _core.Scenario:
+        values = {name: value for name, value in self.values(z).items() if not name.startswith("delay.")}
+        made = scenario_with(self.scenarios[self.logs.index(log)], values)._cpp
+        if self.coarse:
+            made.set(["clock.ticks_per_frame=4"])
+        return made
+
+    def times(self, sensor: Sensor, rows: npt.NDArray[np.int64], z: Numbers) -> Numbers:
+        """When, on the commands' clock, the measurements were made."""
+        values = self.values(z)
+        drift = values.get("delay.drift", 0.0) if sensor.delay == "delay.pose" else 0.0
+        times = sensor.time_s[rows]
+        middle = 0.5 * (sensor.time_s[0] + sensor.time_s[-1])
+        return np.asarray(times - values.get(sensor.delay, 0.0) - drift * (times - middle))
+
+    def fly(self, parts: Sequence[Part], z: Numbers, flights: Sequence[tuple[int, int, Numbers]],
+            models: Sequence[Numbers]) -> list[dict[str, Numbers]]:
+        """States at the measurements of each flight (model, part, state at the beginning), by sensor."""
+        found: list[dict[str, Numbers]] = [{} for _ in flights]
+        for log in self.logs:
+            mine = [i for i, (_, part, _) in enumerate(flights) if parts[part].log is log]
+            if not mine:
+                continue
+            used = sorted({flights[i][1] for i in mine})
+            used_models = sorted({flights[i][0] for i in mine})
+            times, orders = [], []
+            for part in used:
+                by_sensor = [self.times(sensor, parts[part].window.rows[sensor.kind], z) for sensor in log.sensors]
+                joined = np.concatenate(by_sensor)
+                order = np.argsort(joined, kind="stable")
+                times.append(joined[order])
+                orders.append((order, np.cumsum([0] + [len(one) for one in by_sensor])))
+            states = _core.predict(
+                [self._model(log, models[model]) for model in used_models], log.commands,
+                np.array([parts[part].window.begin_s for part in used]), times,
+                np.array([used_models.index(flights[i][0]) for i in mine]),
+                np.array([used.index(flights[i][1]) for i in mine]),
+                np.array([flights[i][2] for i in mine]).reshape(-1, STATE), self.workers)
+            for i, flown in zip(mine, states):
+                order, edges = orders[used.index(flights[i][1])]
+                unsorted = np.empty_like(flown)
+                unsorted[order] = flown
+                found[i] = {sensor.kind: unsorted[edges[k]:edges[k + 1]] for k, sensor in enumerate(log.sensors)}
+        return found
+
+    def linearize(self, parts: Sequence[Part], z: Numbers, with_z: bool = True) -> list[Linear]:
+        """Of every window about the parameters and its state."""
+        models = [z]
+        flights: list[tuple[int, int, Numbers]] = [(0, i, part.state) for i, part in enumerate(parts)]
+        for i, part in enumerate(parts):
+            for k in range(3, FREE):  # a vehicle elsewhere moves likewise
+                flights.append((0, i, moved(part.state, STEP * (np.arange(FREE) == k))))
+        if with_z:
+            for at in self.physical:
+                models.append(z + STEP_Z * (np.arange(len(z)) == at))
+                flights += [(len(models) - 1, i, part.state) for i, part in enumerate(parts)]
+        flown = self.fly(parts, z, flights, models)
+        count, made = len(parts), []
+        for i, part in enumerate(parts):
+            by_state = flown[count + i * (FREE - 3):count + (i + 1) * (FREE - 3)]
+            by_z = [flown[count * (FREE - 2) + k * count + i] for k in range(len(models) - 1)]
+            made.append(self._linear(part, flown[i], by_state, by_z))
+        return made
+
+    def _linear(self, part: Part, base: dict[str, Numbers], by_state: list[dict[str, Numbers]],
+                by_z: list[dict[str, Numbers]]) -> Linear:
+        residual, z_rows, state_rows = [], [], []
+        raw, weights = {}, {}
+        for sensor in part.log.sensors:
+            kind, rows = sensor.kind, part.window.rows[sensor.kind]
+            measured = sensor.values[rows]
+            off = errors(kind, base[kind], measured)
+            size = np.linalg.norm(off, axis=1) / (self.std[kind] * np.sqrt(off.shape[1]))
+            weight = np.minimum(1, SUSPECT / np.maximum(size, 1e-9))
+            if self.reject:
+                weight = np.where(size > IMPOSSIBLE, 0, weight)
+            scale = np.repeat((np.sqrt(weight) / self.std[kind])[:, None], off.shape[1], axis=1).ravel()
+            change = np.zeros((off.size, FREE))
+            if kind == "position":
+                change[:, :3] = np.tile(np.eye(3), (len(rows), 1))
+            elif kind == "depth":
+                change[:, 2] = -1
+            for k, flown in enumerate(by_state):
+                change[:, 3 + k] = (errors(kind, flown[kind], measured) - off).ravel() / STEP[3 + k]
+            told = np.zeros((off.size, len(self.parameters)))
+            for at, flown in zip(self.physical, by_z):
+                told[:, at] = (errors(kind, flown[kind], measured) - off).ravel() / STEP_Z
+            self._by_delay(sensor, rows, base[kind], told)
+            residual.append(off.ravel() * scale)
+            z_rows.append(told * scale[:, None])
+            state_rows.append(change * scale[:, None])
+            raw[kind], weights[kind] = off, weight
+        return Linear(np.concatenate(residual), np.concatenate(z_rows), np.concatenate(state_rows), raw, weights)
+
+    def _by_delay(self, sensor: Sensor, rows: npt.NDArray[np.int64], base: Numbers, told: Numbers) -> None:
+        """An older measurement is of an earlier state."""
+        at = self.index.get(sensor.delay)
+        if at is None or len(rows) < 3:
+            return
+        times = sensor.time_s[rows]
+        if sensor.kind == "position":
+            rate = rotated(base[:, 3:7], base[:, 7:10])
+        elif sensor.kind == "attitude":
+            rate = base[:, 10:13]
+        elif sensor.kind == "depth":
+            rate = -rotated(base[:, 3:7], base[:, 7:10])[:, 2:3]
+        else:
+            part = base[:, 7:10] if sensor.kind == "velocity" else base[:, 10:13]
+            rate = np.gradient(part, times, axis=0)
+        told[:, at] = (-rate * self.parameters[at].std).ravel()
+        drift = self.index.get("delay.drift")
+        if drift is not None and sensor.delay == "delay.pose":
+            middle = 0.5 * (sensor.time_s[0] + sensor.time_s[-1])
+            told[:, drift] = (-rate * self.parameters[drift].std * (times - middle)[:, None]).ravel()
+
+
+@dataclass
+class Reduced:
+    """Normal equations of the parameters alone, the prior not counted, and what gives each window's state."""
+
+    information: Numbers
+    gradient: Numbers
+    cost: float
+    windows: list[tuple[Numbers, Numbers, Numbers]]
+
+
+def reduce(linear: Sequence[Linear], parts: Sequence[Part], guesses: Sequence[Numbers]) -> Reduced:
+    """Eliminates the windows' states."""
+    count = linear[0].by_z.shape[1]
+    information, gradient, cost, kept = np.zeros((count, count)), np.zeros(count), 0.0, []
+    for one, part, guess in zip(linear, parts, guesses):
+        off = difference(part.state, guess) / FREE_STD**2
+        inner = one.by_state.T @ one.by_state + np.diag(1 / FREE_STD**2)
+        cross = one.by_state.T @ one.by_z
+        force = one.by_state.T @ one.residual + off
+        solved = np.linalg.solve(inner, np.column_stack([cross, force]))
+        information += one.by_z.T @ one.by_z - cross.T @ solved[:, :-1]
+        gradient += one.by_z.T @ one.residual - cross.T @ solved[:, -1]
+        cost += float(one.residual @ one.residual)
+        kept.append((inner, cross, force))
+    return Reduced(information, gradient, cost, kept)
+
+
+def difference(state: Numbers, guess: Numbers) -> Numbers:
+    """The twelve degrees of freedom by which two states differ."""
+    by = np.empty(FREE)
+    by[:3] = state[:3] - guess[:3]
+    by[3:6] = errors("attitude", state, guess[3:7])
+    by[6:] = state[7:] - guess[7:]
+    return by
+
+
+def solve(problem: Problem, parts: list[Part], z: Numbers, *, with_z: bool = True, most: int = 20
+          ) -> tuple[Numbers, Reduced, list[Linear]]:
+    """The parameters and states of least error; `parts` get their states. With `with_z` off the parameters stay."""
+    guesses = [np.array(part.state) for part in parts]
+    damping, best = 1e-3, np.inf
+    free = np.array([with_z] * len(z))
+    linear = problem.linearize(parts, z, with_z)
+    for iteration in range(most):
+        reduced = reduce(linear, parts, guesses)
+        best = _robust_cost(linear, problem) + float(z @ z)
+        accepted = False
+        for _ in range(6):
+            normal = reduced.information + np.eye(len(z))
+            damped = normal + damping * np.diag(np.diag(normal))
+            step = np.where(free, np.linalg.solve(damped, -(reduced.gradient + z)), 0)
+            step = np.clip(step, -1.0, 1.0)
+            new_z = np.maximum(z + step, [parameter.z_at_least() for parameter in problem.parameters])
+            step = new_z - z
+            old = [part.state for part in parts]
+            for part, (inner, cross, force) in zip(parts, reduced.windows):
+                part.state = moved(part.state, np.asarray(-np.linalg.solve(inner, force + cross @ step), float))
+            trial = problem.linearize(parts, new_z, with_z)
+            cost = _robust_cost(trial, problem) + float(new_z @ new_z)
+            if np.isfinite(cost) and cost <= best * (1 + 1e-9):
+                accepted = True
+                break
+            damping = max(damping, 1e-3) * 10
+            for part, state in zip(parts, old):
+                part.state = state
+        if not accepted:
+            break
+        gain = (best - cost) / max(cost, 1e-12)
+        z, linear, damping = new_z, trial, damping * 0.2
+        if gain < 1e-4 and iteration > 0:
+            break
+    return z, reduce(linear, parts, guesses), linear
+
+
+def _robust_cost(linear: Sequence[Linear], problem: Problem) -> float:
+    """Huber's: quadratic, then linear."""
+    cost = 0.0
+    for one in linear:
+        for kind, off in one.raw.items():
+            components = off.shape[1]
+            size = np.linalg.norm(off, axis=1) / (problem.std[kind] * np.sqrt(components))
+            size = np.minimum(size, IMPOSSIBLE) if problem.reject else size
+            cost += components * float(np.where(size <= SUSPECT, size**2, SUSPECT * (2 * size - SUSPECT)).sum())
+    return cost
+
+
+def noise(problem: Problem, linear: Sequence[Linear], parts: Sequence[Part]) -> dict[str, float]:
+    """Standard deviation of each sensor's noise from the residuals, less what was fitted to them."""
+    found = {}
+    for kind, before in problem.std.items():
+        squares = count = 0.0
+        for one in linear:
+            if kind in one.raw:
+                good = one.weight[kind] >= 1
+                squares += float((one.raw[kind][good] ** 2).sum())
+                count += one.raw[kind][good].size
+        sensors = sum(len(one.raw) for one in linear) / max(len(linear), 1)
+        fitted = (FREE * len(parts) + len(problem.parameters)) / max(sensors, 1)
+        # A normal error is within SUSPECT of the mean of its components often enough to count as all of them.
+        found[kind] = np.sqrt(squares / max(count - fitted, 0.25 * count)) if count else before
+    return found
+
+
+def correlation_time(linear: Sequence[Linear]) -> float:
+    """Rows after which residuals are new, at least 1: the largest of all sensors."""
+    longest = 1.0
+    for kind in linear[0].raw:
+        sums = np.zeros(40)
+        for one in linear:
+            good = np.where(one.weight[kind][:, None] >= 1, one.raw[kind], 0)
+            for lag in range(min(len(sums), len(good) - 1)):
+                sums[lag] += float((good[lag:] * good[:len(good) - lag]).sum())
+        share = sums / sums[0] if sums[0] > 0 else np.zeros(1)
+        ends = np.flatnonzero(share < 0.05)
+        longest = max(longest, 1 + 2 * float(share[1:ends[0] if len(ends) else None].sum()))
+    return longest

@@ -1,0 +1,153 @@
+"""What of a vehicle a log may tell: the parameters of `identify`, what is known of them before, and where they are in a
+scenario."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Mapping
+
+import numpy as np
+import numpy.typing as npt
+
+from .scenario import Scenario
+
+Numbers = npt.NDArray[np.float64]
+
+AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+GRAVITY_MPS2 = 9.81
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One number of a vehicle, or of how its log was made. Fitted is z: value = before exp(std z) where it is a scale, which
+    stays positive, else before + std z. So the prior of every z is normal, 0 and 1; `std` is of the logarithm, or in `unit`."""
+
+    name: str
+    unit: str
+    before: float
+    std: float
+    scale: bool = True
+    at_least: float = -np.inf
+
+    def value(self, z: float) -> float:
+        if self.scale:
+            return float(self.before * np.exp(self.std * z))
+        return float(max(self.before + self.std * z, self.at_least))
+
+    def z_at_least(self) -> float:
+        return -np.inf if self.scale else (self.at_least - self.before) / self.std
+
+    def axis(self) -> str:
+        """The motion that tells it."""
+        last = self.name.rsplit(".", 1)[-1]
+        return last if last in AXES else ""
+
+
+def _float(value: Any) -> float:
+    return float(value)
+
+
+def parameters_of(scenario: Scenario, *, thrust_std: float = 0, water: str = "still", onboard: bool = False
+                  ) -> list[Parameter]:
+    """Those of the scenario's vehicle; their values before are `vehicle`'s. `thrust_std`: relative, of all thrust together,
+    which no log of motion alone tells. `onboard`: the log has motion by sensors on the commands' clock besides poses."""
+    vehicle = scenario["vehicle"]
+    hydro, thrusters, body = vehicle["hydrodynamics"], vehicle["thrusters"], vehicle["rigid_body"]
+    mass = _float(body["mass_kg"])
+    inertia = [mass] * 3 + [_float(x) for x in body["inertia_kg_m2"]]
+    found = []
+    for group, units, std in (("added_mass", ("kg", "kg m^2"), 0.5), ("linear_damping", ("N s/m", "N m s"), 0.7),
+                              ("quadratic_damping", ("N s^2/m^2", "N m s^2"), 0.7)):
+        for axis, before, inert in zip(AXES, hydro[group + "_diagonal"], inertia):
+            unit = units[AXES.index(axis) >= 3]
+            if before > 0:
+                found.append(Parameter(f"{group}.{axis}", unit, _float(before), std))
+            else:  # a quarter of the inertia a second, or of twice that a metre
+                found.append(Parameter(f"{group}.{axis}", unit, 0, 0.25 * inert * (2 if group[0] == "q" else 1), False, 0))
+    found.append(Parameter("trim.buoyancy", "N", buoyancy_newton(scenario), 0.01 * mass * GRAVITY_MPS2, False))
+    offset = np.array(hydro["p_BBcb_m"]) - np.array(body["p_BBcm_m"])
+    found.append(Parameter("trim.centre_ahead", "m", _float(offset[0]), 0.005, False))
+    found.append(Parameter("trim.centre_left", "m", _float(offset[1]), 0.005, False))
+    found.append(Parameter("trim.centre_above", "m", _float(offset[2]), 0.5) if offset[2] > 0 else
+                 Parameter("trim.centre_above", "m", _float(offset[2]), 0.02, False))
+    if thrust_std > 0:
+        found.append(Parameter("thrust.scale", "", 1, thrust_std))
+    found.append(Parameter("thrust.reverse", "", 1, 0.1))
+    if not len(thrusters["table_volts"]):
+        found.append(Parameter("thrust.dead_band", "V", _float(thrusters["dead_band_volts"]), 0.3))
+        found.append(Parameter("thrust.exponent", "", _float(thrusters["curve_exponent"]), 0.2))
+    for name, unit, key in (("lag", "s", "lag_s"), ("inflow_loss", "s/m", "inflow_loss_s_per_m")):
+        if thrusters[key] > 0:
+            found.append(Parameter("thrust." + name, unit, _float(thrusters[key]), 0.5))
+    found.append(Parameter("delay.pose", "s", 0, 0.1, False))
+    found.append(Parameter("delay.drift", "s/s", 0, 1e-4, False))
+    if onboard:
+        found.append(Parameter("delay.onboard", "s", 0, 0.1, False))
+    if water == "steady":
+        found += [Parameter(f"water.{axis}", "m/s", 0, 0.05, False) for axis in "xy"]
+    return [parameter for parameter in found if parameter.before != 0 or not parameter.scale]
+
+
+def buoyancy_newton(scenario: Scenario) -> float:
+    """Of the vehicle with its loads, less its weight."""
+    vehicle = scenario["vehicle"]
+    mass = vehicle["rigid_body"]["mass_kg"] + sum(load["mass_kg"] for load in vehicle["loads"])
+    volume = vehicle["hydrodynamics"]["displaced_volume_m3"] + sum(load["volume_m3"] for load in vehicle["loads"])
+    return float(GRAVITY_MPS2 * (vehicle["hydrodynamics"]["water_density_kg_m3"] * volume - mass))
+
+
+def data_of(scenario: Scenario, values: Mapping[str, float]) -> dict[str, Any]:
+    """Keys of a vehicle's data with these parameters' values, "hydrodynamics.added_mass_diagonal": [...]; the others are as
+    in the scenario."""
+    vehicle = scenario["vehicle"]
+    hydro, thrusters, body = vehicle["hydrodynamics"], vehicle["thrusters"], vehicle["rigid_body"]
+    data: dict[str, Any] = {}
+    for group in ("added_mass", "linear_damping", "quadratic_damping"):
+        data[f"hydrodynamics.{group}_diagonal"] = [
+            values.get(f"{group}.{axis}", float(before)) for axis, before in zip(AXES, hydro[group + "_diagonal"])]
+    loads = vehicle["loads"]
+    mass = body["mass_kg"] + sum(load["mass_kg"] for load in loads)
+    lifted = values.get("trim.buoyancy", buoyancy_newton(scenario)) / GRAVITY_MPS2 + mass
+    data["hydrodynamics.displaced_volume_m3"] = (
+        lifted / hydro["water_density_kg_m3"] - sum(load["volume_m3"] for load in loads))
+    centre = np.array(body["p_BBcm_m"], float)
+    offset = np.array(hydro["p_BBcb_m"], float) - centre
+    for i, name in enumerate(("ahead", "left", "above")):
+        offset[i] = values.get("trim.centre_" + name, offset[i])
+    data["hydrodynamics.p_BBcb_m"] = (centre + offset).tolist()
+    scale, reverse = values.get("thrust.scale", 1.0), values.get("thrust.reverse", 1.0)
+    if len(thrusters["table_volts"]):
+        data["thrusters.table_thrust_newton"] = [
+            float(scale * newton * (reverse if newton < 0 else 1)) for newton in thrusters["table_thrust_newton"]]
+    else:
+        data["thrusters.max_thrust_newton"] = float(scale * thrusters["max_thrust_newton"])
+        data["thrusters.reverse_ratio"] = float(min(reverse * thrusters["reverse_ratio"], 1))
+        for name, key in (("dead_band", "dead_band_volts"), ("exponent", "curve_exponent")):
+            data["thrusters." + key] = values.get("thrust." + name, float(thrusters[key]))
+    for name, key in (("lag", "lag_s"), ("inflow_loss", "inflow_loss_s_per_m")):
+        data["thrusters." + key] = values.get("thrust." + name, float(thrusters[key]))
+    return data
+
+
+def scenario_with(scenario: Scenario, values: Mapping[str, float]) -> Scenario:
+    """The scenario with a vehicle of these values, in open water that is still but for the current."""
+    made = scenario.copy()
+    settings = {f"vehicle.{key}": value for key, value in data_of(scenario, values).items()}
+    if "water.x" in values:
+        settings["sea.current.surface_velocity_mps"] = [values["water.x"], values["water.y"], 0.0]
+    from .scenario import assignments_of
+
+    made._cpp.set(assignments_of(settings))
+    return made
+
+
+def still(scenario: Scenario, series: str = "") -> Scenario:
+    """The scenario's vehicle in water that stands, or flows as a file has it."""
+    made = scenario.copy()
+    from .scenario import assignments_of
+
+    made._cpp.set(assignments_of({
+        "sea.state": "custom", "sea.waves": [], "sea.jonswap.significant_height_m": 0, "sea.tether.enabled": False,
+        "sea.current.surface_velocity_mps": [0, 0, 0], "sea.current.gust_std_mps": 0, "sea.current.series": series,
+        "controller": "pid", "mooring.swing_x_m": 0, "mooring.swing_y_m": 0}))
+    return made

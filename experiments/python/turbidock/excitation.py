@@ -1,0 +1,148 @@
+"""An experiment to fly: commands that tell most of a vehicle, within a pool and a share of its thrust.
+
+Candidates are blocks of ten seconds, each of one axis or two: sums of sines (Morelli, "Multiple input design for real-time
+parameter estimation in the frequency domain", 2003) and steps to and fro (3-2-1-1, Marchand 1977), in two strengths and both
+signs. Every candidate is flown on the vehicle as it is known before; the block with the largest gain of ln det of information
+and prior comes next, until the time is full or none stays in the pool."""
+
+from __future__ import annotations
+
+from typing import Any, Iterator
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _core
+from ._logs import Log
+from ._output_error import Part, Problem, reduce
+from ._parameters import Parameter, parameters_of, still
+from .scenario import Path, Scenario, scenario_of
+
+Numbers = npt.NDArray[np.float64]
+
+BLOCK_S = 10.0
+COAST_S = 2.0  # at its end, at neutral
+COMMANDS_HZ = 20
+POSES_HZ = 10
+AXES = ("surge_newton", "sway_newton", "heave_newton", "yaw_newton_m")
+POSITION_STD_M, ATTITUDE_STD_RAD = 0.005, 0.0087
+
+
+def plan(scenario: Scenario | Path, *, duration_s: float = 60, pool_m: tuple[float, float, float] = (4, 3, 1),
+         most_thrust: float = 0.7, workers: int = 1) -> dict[str, Numbers]:
+    """Commands over time for the scenario's vehicle (`THRUSTER_v`, as playback takes them), begun in the middle of a pool of
+    this length, width and depth, along W's axes, with the bow along the length. They use at most that share of each axis'
+    thrust. ConfigError where not one block stays in the pool."""
+    made = still(scenario_of(scenario))
+    made._cpp.set(["clock.ticks_per_frame=4"])  # of 120 Hz or so: quick, and near enough to choose by
+    parameters = [p for p in parameters_of(made) if not p.name.startswith("delay.")]
+    blocks = list(_candidates(made, most_thrust))
+    flown = [_fly(made, block) for block in blocks]
+    room = 0.5 * np.array(pool_m)
+    kept = [i for i, states in enumerate(flown) if (np.abs(states[:, :3] - states[0, :3]) < room).all()]
+    if not kept:
+        raise _core.ConfigError(f"no block of {BLOCK_S:g} s stays in a pool of {pool_m[0]:g} x {pool_m[1]:g} x {pool_m[2]:g} m")
+    known: dict[int, Numbers] = {}
+    for i in kept:  # a block and its mirror image tell the same
+        mirror = i - i % 2
+        if mirror not in known:
+            known[mirror] = _information(made, parameters, blocks[mirror], flown[mirror], workers)
+    told = {i: known[i - i % 2] for i in kept}
+    chosen = np.zeros((0, 4))
+    total = np.eye(len(parameters))
+    for _ in range(int(duration_s / BLOCK_S)):
+        gains = sorted(kept, key=lambda i: -float(np.linalg.slogdet(total + told[i])[1]))
+        for i in gains:
+            states = _fly(made, np.concatenate([chosen, blocks[i]]))
+            if (np.abs(states[:, :3] - states[0, :3]) < room).all():
+                chosen, total = np.concatenate([chosen, blocks[i]]), total + told[i]
+                break
+        else:
+            break
+    return _table(made, chosen)
+
+
+def _table(scenario: Scenario, demands: Numbers) -> dict[str, Numbers]:
+    """Demands by axis as the thrusters' voltages."""
+    time_s = np.arange(len(demands)) / COMMANDS_HZ
+    times, volts = _core.commands(scenario._cpp, {"time_s": time_s} | {name: demands[:, i] for i, name in enumerate(AXES)},
+                                  "plan")
+    return {"time_s": times} | {f"{name}_v": volts[:, i] for i, name in enumerate(_core.thrusters(scenario._cpp))}
+
+
+def _candidates(scenario: Scenario, most_thrust: float) -> Iterator[Numbers]:
+    """Demands by axis, (n, 4), in newtons."""
+    most, back = _core.authority(scenario._cpp)
+    full = most_thrust * np.minimum(most, -back)
+    axes = [axis for axis in range(4) if full[axis] > 0]
+    for strength in (0.3, 0.6, 1.0):
+        shapes = [shape * strength for shape in _shapes()]
+        blocks = [_block({axis: shape * full[axis]}) for axis in axes for shape in shapes]
+        for axis in axes[:-1]:  # while it turns
+            blocks.append(_block({axis: shapes[0] * full[axis], axes[-1]: 0.6 * shapes[1] * full[axes[-1]]}))
+        for block in blocks:  # each before its mirror image
+            yield block
+            yield -block
+
+
+def _shapes() -> Iterator[Numbers]:
+    """In -1 to 1 over a block's active part."""
+    count = int((BLOCK_S - COAST_S) * COMMANDS_HZ)
+    t = np.arange(count) / COMMANDS_HZ
+    length = BLOCK_S - COAST_S
+    for harmonics in ((1, 2, 5), (2, 3, 7)):
+        # phases after Schroeder 1970, which keep the peak low
+        total = sum(np.cos(2 * np.pi * k * t / length - np.pi * i * i / len(harmonics)) for i, k in enumerate(harmonics))
+        window = np.minimum(1, np.minimum(t, length - t) / 0.5)
+        yield np.asarray(window * total / np.abs(total).max())
+    for unit in (0.5, 1.0):
+        pattern = np.concatenate([np.full(int(n * unit * COMMANDS_HZ), s) for n, s in ((3, 1), (2, -1), (1, 1), (1, -1))])
+        once = np.concatenate([pattern, -pattern])[:count]
+        yield np.concatenate([once, np.zeros(count - len(once))])
+
+
+def _block(by_axis: dict[int, Numbers]) -> Numbers:
+    demands = np.zeros((int(BLOCK_S * COMMANDS_HZ), 4))
+    for axis, shape in by_axis.items():
+        demands[:len(shape), axis] = shape
+    return demands
+
+
+def _begin() -> Numbers:
+    state = np.zeros((1, 13))
+    state[0, 2], state[0, 3] = -5, 1
+    return state
+
+
+def _fly(scenario: Scenario, demands: Numbers) -> Numbers:
+    """States at POSES_HZ of the vehicle from rest, trimmed."""
+    times = np.arange(0, len(demands) / COMMANDS_HZ, 1 / POSES_HZ)
+    none = np.zeros(1, np.int64)
+    return _core.predict([scenario._cpp], _table(scenario, demands), np.zeros(1), [times], none, none, _begin(), 1)[0]
+
+
+def _information(scenario: Scenario, parameters: list[Parameter], demands: Numbers, states: Numbers, workers: int) -> Any:
+    """Of a block, by the parameters' z."""
+    time_s = np.arange(len(states)) / POSES_HZ
+    names = ("vehicle_x_m", "vehicle_y_m", "vehicle_z_m", "vehicle_qw", "vehicle_qx", "vehicle_qy", "vehicle_qz")
+    volts = _table(scenario, demands)
+    joined = np.union1d(np.round(time_s, 9), np.round(volts["time_s"], 9))
+    motion: dict[str, Any] = {"time_s": joined}
+    for name, column in volts.items():
+        if name != "time_s":
+            motion[name] = _at(joined, volts["time_s"], column)
+    for i, name in enumerate(names):
+        motion[name] = _at(joined, time_s, states[:, i])
+    log = Log(motion, scenario, "block")
+    problem = Problem([log], [scenario], parameters, workers)
+    problem.std = {"position": POSITION_STD_M, "attitude": ATTITUDE_STD_RAD}
+    window = log.window(0.0, float(time_s[-1]) + 1e-6, 0.0)
+    assert window is not None
+    parts = [Part(log, window, _begin()[0])]
+    return reduce(problem.linearize(parts, np.zeros(len(parameters))), parts, [parts[0].state]).information
+
+
+def _at(joined: Numbers, times: Numbers, values: Numbers) -> Numbers:
+    made = np.full(len(joined), np.nan)
+    made[np.searchsorted(joined, np.round(times, 9))] = values
+    return made

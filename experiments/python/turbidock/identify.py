@@ -1,0 +1,406 @@
+"""From logs of commands and motion to a vehicle's parameters.
+
+    from turbidock import identify
+
+    told = identify.inform("log.csv", "pool_active")      # before any fit: what this log can tell, and what to fly besides
+    fit = identify.fit(["log.csv"], "pool_active")        # tables of motion (turbidock.motion): files or dicts of arrays
+    print(fit)                                            # values with 95 % intervals, correlations, held-out prediction
+    fit.save("mine.yaml")                                 # the vehicle's data; beside mine.xml it is `vehicle_model: mine.xml`
+    turbidock.run("sea_night_active", settings=fit.settings())   # the vehicle and the laws' model of it
+
+The scenario names the vehicle: its MJCF, what is known of it before, and the water's density. The plant that is fitted is the
+simulator's own, in open water. Masses and inertia of the rigid body, and the thrust at full voltage, are held: motion alone
+tells only their ratio to everything else (`thrust_std` says how well the thrust is known). Method: _output_error.py.
+"""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import os
+import sys
+import tempfile
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Iterable, Mapping, Sequence, Union
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _core
+from ._logs import Log, Window, errors
+from ._output_error import Numbers, Part, Problem, Reduced, correlation_time, noise, reduce, solve
+from ._parameters import Parameter, data_of, parameters_of, still
+from ._vehicle_file import vehicle_yaml
+from .motion import WATER, read_motion
+from .scenario import Path, Scenario, scenario_of
+
+if TYPE_CHECKING:
+    import matplotlib.figure
+    import pandas
+
+MotionLike = Union[Path, Mapping[str, npt.ArrayLike]]
+
+TOLD = 0.5  # of what was known before: what a log leaves more uncertain than that is not told by it
+CORRELATED = 0.9
+WINDOW_S = 5.0
+BEFORE_S = 0.3  # of a window's state before its first measurement: the clocks may be off by as much
+LEAD_S = 2.0  # of a held-out window, from which its state is known
+AHEAD_S = 5.0  # of its prediction
+
+
+@dataclass
+class Information:
+    """What a log can tell."""
+
+    parameters: list[Parameter]
+    std: Numbers  # of each z after the log; before it 1
+    correlation: Numbers
+    windows: int
+    duration_s: float
+
+    def told(self) -> list[bool]:
+        """Whether the log at least halves what was uncertain."""
+        return [bool(std <= TOLD) for std in self.std]
+
+    def pairs(self) -> list[tuple[str, str, float]]:
+        """Parameters that the log tells together rather than each, with their correlation."""
+        names = [parameter.name for parameter in self.parameters]
+        found = [(names[i], names[j], float(self.correlation[i, j])) for i in range(len(names)) for j in range(i)
+                 if abs(self.correlation[i, j]) > CORRELATED]
+        return sorted(found, key=lambda pair: -abs(pair[2]))
+
+    def advice(self) -> list[str]:
+        """What to fly besides, a line each."""
+        dark = [parameter for parameter, told in zip(self.parameters, self.told()) if not told]
+        lines = []
+        by_axis: dict[str, list[str]] = {}
+        for parameter in dark:
+            if parameter.axis():
+                by_axis.setdefault(parameter.axis(), []).append(parameter.name.split(".")[0].replace("_", " "))
+        for axis, groups in by_axis.items():
+            how = ("steps to full thrust and back, then a coast" if groups == ["quadratic damping"] else
+                   "slow and fast motion to and fro, then a coast")
+            if axis in ("roll", "pitch"):
+                how = "hard stops and turns that tilt it, or thrusters that do"
+            lines.append(f"{axis}: {how} ({', '.join(groups)})")
+        others = {"trim.": "hover with the thrusters off, for seconds (trim)",
+                  "thrust.reverse": "the same motion ahead and back (reverse thrust)",
+                  "thrust.dead_band": "commands around neutral that hardly move it (dead band)",
+                  "thrust.exponent": "thrust in several steps from little to full (exponent of the thrust curve)",
+                  "thrust.lag": "quick reversals, logged at 10 Hz or more (thrusters' lag)",
+                  "thrust.inflow": "full speed against thrust astern (loss with inflow)",
+                  "thrust.scale": "none: pull it once with a spring balance (thrust)"}
+        for begin, line in others.items():
+            if any(parameter.name.startswith(begin) for parameter in dark):
+                lines.append(line)
+        return lines
+
+    def __str__(self) -> str:
+        lines = [f"{self.windows} windows of {self.duration_s:.0f} s of motion", ""]
+        for parameter, std, told in zip(self.parameters, self.std, self.told()):
+            width = (f"within a factor {np.exp(1.96 * std * parameter.std):.2f}" if parameter.scale else
+                     f"± {1.96 * std * parameter.std:.3g} {parameter.unit}")
+            lines.append(f"  {parameter.name:26}{width:26}{'' if told else 'not told: held by what is known of it'}")
+        for a, b, value in self.pairs()[:8]:
+            lines.append(f"  {a} and {b} hang together: correlation {value:+.2f}")
+        advice = self.advice()
+        return "\n".join(lines + (["", "To tell the rest, fly besides:"] + [f"  {line}" for line in advice] if advice else []))
+
+
+@dataclass
+class Fit:
+    """A vehicle as its logs have it."""
+
+    scenario: Scenario
+    parameters: list[Parameter]
+    z: Numbers
+    information: Information  # at these parameters, with the noise that was found
+    noise: dict[str, float]
+    correlation_rows: float
+    outliers: float  # share of measurements
+    validation: dict[str, Any]
+    source: str
+    residuals: dict[str, Numbers] = field(default_factory=dict)
+
+    def value(self, name: str) -> float:
+        return self.values()[name]
+
+    def values(self) -> dict[str, float]:
+        return {parameter.name: parameter.value(z) for parameter, z in zip(self.parameters, self.z)}
+
+    def interval(self, name: str) -> tuple[float, float]:
+        """95 %."""
+        i = [parameter.name for parameter in self.parameters].index(name)
+        half = 1.96 * self.information.std[i]
+        return self.parameters[i].value(self.z[i] - half), self.parameters[i].value(self.z[i] + half)
+
+    def told(self, name: str) -> bool:
+        i = [parameter.name for parameter in self.parameters].index(name)
+        return self.information.told()[i]
+
+    def table(self) -> pandas.DataFrame:
+        """A row a parameter: value, low and high of its 95 % interval, before, unit, told."""
+        import pandas
+
+        rows = [(parameter.name, parameter.value(z), *self.interval(parameter.name), parameter.before, parameter.unit,
+                 self.told(parameter.name)) for parameter, z in zip(self.parameters, self.z)]
+        return pandas.DataFrame(rows, columns=["parameter", "value", "low", "high", "before", "unit", "told"])
+
+    def data(self) -> dict[str, Any]:
+        """Keys of the vehicle's data with the values found."""
+        kept = {name: value for name, value in self.values().items() if not name.startswith(("delay.", "water."))}
+        return data_of(self.scenario, kept)
+
+    def settings(self) -> dict[str, Any]:
+        """For a scenario: the vehicle, and what its controller knows of it."""
+        return {f"{group}.{key}": value for group in ("vehicle", "known_vehicle") for key, value in self.data().items()}
+
+    def save(self, file: Path) -> None:
+        """Writes the vehicle's data, with each number's interval and source in a comment. Whole or not at all."""
+        comments = {}
+        for parameter in self.parameters:
+            low, high = self.interval(parameter.name)
+            comments[parameter.name] = (f"{parameter.value(self.z[self.parameters.index(parameter)]):.4g} "
+                                        f"({low:.4g} to {high:.4g})" if self.told(parameter.name) else "not told, kept")
+        text = vehicle_yaml(self.scenario, self.data(), comments, f"{self.source}, {datetime.date.today().isoformat()}")
+        name = os.fspath(file)
+        with open(name + ".part", "w", encoding="utf-8") as out:
+            out.write(text)
+        os.replace(name + ".part", name)
+
+    def plot(self) -> matplotlib.figure.Figure:
+        """Residuals of every sensor over the windows."""
+        import matplotlib.pyplot as plt
+
+        figure, axes = plt.subplots(len(self.residuals), 1, figsize=(9, 2.5 * len(self.residuals)), squeeze=False)
+        for axis, (kind, off) in zip(axes[:, 0], self.residuals.items()):
+            axis.plot(off, ".", markersize=2)
+            axis.set_ylabel(f"{kind}, predicted less measured")
+            for sign in (-2, 2):
+                axis.axhline(sign * self.noise[kind], color="0.6", linewidth=0.8)
+        axes[-1, 0].set_xlabel("measurement")
+        figure.tight_layout()
+        return figure
+
+    def __str__(self) -> str:
+        lines = [f"of {self.source}", ""]
+        for row in self.table().itertuples():
+            found = f"{row.value:10.4g}  ({row.low:.4g} to {row.high:.4g}) {row.unit}" if row.told else (
+                f"{row.value:10.4g}  not told, kept")
+            lines.append(f"  {row.parameter:26}{found}")
+        lines.append("")
+        lines += [f"  noise of {kind}: {value:.3g}" for kind, value in self.noise.items()]
+        if self.outliers > 0.001:
+            lines.append(f"  {100 * self.outliers:.1f} % of the measurements are no noise and were left out")
+        if self.correlation_rows > 1.5:
+            lines.append(f"  what is left hangs together over {self.correlation_rows:.1f} rows: the model lacks something; "
+                         "intervals are widened for it")
+        if self.validation:
+            lines.append(f"  held out: position after {AHEAD_S:g} s within {1000 * self.validation['median_m']:.0f} mm "
+                         f"(median of {self.validation['windows']}), before the fit {1000 * self.validation['before_m']:.0f} mm")
+        advice = self.information.advice()
+        return "\n".join(lines + (["", "To tell the rest, fly besides:"] + [f"  {line}" for line in advice] if advice else []))
+
+
+class _Task:
+    """Logs made ready."""
+
+    def __init__(self, logs: MotionLike | Sequence[MotionLike], scenario: Scenario | Path, water: str, thrust_std: float,
+                 workers: int | None) -> None:
+        given = [logs] if isinstance(logs, (str, os.PathLike, Mapping)) else list(logs)
+        if not given:
+            raise ValueError("no log")
+        if water not in ("still", "steady"):
+            raise ValueError(f"water must be still or steady, not {water!r}")
+        self.scenario = scenario_of(scenario)
+        self.names = [os.path.basename(os.fspath(log)) if isinstance(log, (str, os.PathLike)) else f"log {i + 1}"
+                      for i, log in enumerate(given)]
+        self.logs = [Log(read_motion(log) if isinstance(log, (str, os.PathLike)) else log, self.scenario, name)
+                     for log, name in zip(given, self.names)]
+        self.folder = tempfile.TemporaryDirectory(prefix="turbidock_")
+        scenarios = [still(self.scenario, self._series(log)) for log in self.logs]
+        onboard = any(sensor.delay == "delay.onboard" for log in self.logs for sensor in log.sensors)
+        posed = any(sensor.delay == "delay.pose" for log in self.logs for sensor in log.sensors)
+        self.parameters = [parameter for parameter in
+                           parameters_of(self.scenario, thrust_std=thrust_std, water=water, onboard=onboard)
+                           if posed or parameter.name not in ("delay.pose", "delay.drift")]
+        self.problem = Problem(self.logs, scenarios, self.parameters, workers or len(os.sched_getaffinity(0)))
+
+    def _series(self, log: Log) -> str:
+        if not log.water:
+            return ""
+        there = np.isfinite(log.table[WATER[0]])
+        name = os.path.join(self.folder.name, f"water_{id(log)}.csv")
+        np.savetxt(name, np.column_stack([log.table["time_s"][there] - log.clock_begin_s] +
+                                         [log.table[column][there] for column in WATER]),
+                   delimiter=",", header="time_s," + ",".join(WATER), comments="", fmt="%.17g")
+        return name
+
+    def parts(self, held_out: float) -> list[Part]:
+        """Windows of all but the last share of each log."""
+        made = []
+        for log in self.logs:
+            windows = log.windows(WINDOW_S, BEFORE_S)
+            made += [Part(log, window, log.state_at(window.begin_s)) for window in windows[:_fitted(windows, held_out)]]
+        if not made:
+            raise _core.ConfigError(f"{', '.join(self.names)}: no stretch of {WINDOW_S:g} s without a gap in commands or motion")
+        return made
+
+    def source(self) -> str:
+        return "turbidock-identify, " + ", ".join(self.names)
+
+
+def _fitted(windows: Sequence[Window], held_out: float) -> int:
+    """How many of a log's windows are fitted; the others are for at least one prediction."""
+    if held_out <= 0:
+        return len(windows)
+    return max(1, len(windows) - max(2, round(held_out * len(windows))))
+
+
+def inform(logs: MotionLike | Sequence[MotionLike], scenario: Scenario | Path, *, water: str = "still",
+           thrust_std: float = 0, workers: int | None = None) -> Information:
+    """What the logs can tell of the scenario's vehicle, before any fit: by the Fisher information at what is known of it."""
+    task = _Task(logs, scenario, water, thrust_std, workers)
+    parts = task.parts(0)
+    z = np.zeros(len(task.parameters))
+    _, reduced, _ = solve(task.problem, parts, z, with_z=False, most=2)
+    linear = task.problem.linearize(parts, z)
+    return _information(task, reduce(linear, parts, [part.state for part in parts]), parts, 1)
+
+
+def fit(logs: MotionLike | Sequence[MotionLike], scenario: Scenario | Path, *, water: str = "still", thrust_std: float = 0,
+        held_out: float = 0.2, workers: int | None = None) -> Fit:
+    """The parameters of the scenario's vehicle that explain the logs, from what the scenario says of it as a start and as a
+    prior. `water`: it is "still", or "steady" as a current that is found too; where the logs measured it, it is theirs.
+    `held_out`: the share of each log, its end, that is predicted and not fitted."""
+    task = _Task(logs, scenario, water, thrust_std, workers)
+    problem, parts = task.problem, task.parts(held_out)
+    z = np.zeros(len(task.parameters))
+    problem.coarse = True
+    z, reduced, linear = solve(problem, parts, z)
+    problem.coarse = False
+    for _ in range(2):
+        problem.std = noise(problem, linear, parts)
+        problem.reject = True
+        z, reduced, linear = solve(problem, parts, z, most=8)
+    problem.std = noise(problem, linear, parts)
+    linear = problem.linearize(parts, z)
+    reduced = reduce(linear, parts, [part.state for part in parts])
+    rows = correlation_time(linear)
+    weights = np.concatenate([weight for one in linear for weight in one.weight.values()])
+    return Fit(task.scenario, task.parameters, z, _information(task, reduced, parts, rows), problem.std, rows,
+               float((weights == 0).mean()), _validate(task, z, held_out), task.source(),
+               {kind: np.concatenate([one.raw[kind] for one in linear if kind in one.raw]) for kind in problem.std})
+
+
+def _information(task: _Task, reduced: Reduced, parts: Sequence[Part], rows: float) -> Information:
+    covariance = np.linalg.inv(reduced.information / rows + np.eye(len(task.parameters)))
+    std = np.sqrt(np.diag(covariance))
+    duration = sum(part.window.last_s - part.window.first_s for part in parts)
+    return Information(task.parameters, std, covariance / np.outer(std, std), len(parts), duration)
+
+
+def _validate(task: _Task, z: Numbers, held_out: float) -> dict[str, Any]:
+    """How far predictions are off in what was held out."""
+    if held_out <= 0:
+        return {}
+    before, after = _misses(task, np.zeros(len(z)), held_out), _misses(task, z, held_out)
+    if not len(after):
+        return {}
+    return {"windows": len(after), "median_m": float(np.median(after)), "before_m": float(np.median(before)),
+            "errors_m": after.tolist()}
+
+
+def _misses(task: _Task, z: Numbers, held_out: float) -> Numbers:
+    leads, targets = [], []
+    for log in task.logs:
+        position = log.sensor("position")
+        windows = log.windows(WINDOW_S, BEFORE_S)
+        if position is None or len(windows) < 2:
+            continue
+        first = windows[_fitted(windows, held_out)].first_s
+        for begin, end in log.stretches():
+            at = max(begin + BEFORE_S, first)
+            while at + LEAD_S + AHEAD_S < end:
+                lead, ahead = log.window(at, at + LEAD_S, BEFORE_S), log.window(at + LEAD_S, at + LEAD_S + AHEAD_S, BEFORE_S)
+                if lead and ahead:
+                    leads.append(Part(log, lead, log.state_at(lead.begin_s)))
+                    rows = np.flatnonzero(np.abs(position.time_s - (at + LEAD_S + AHEAD_S)) < 0.1)
+                    ahead.begin_s, ahead.rows = lead.begin_s, {s.kind: rows if s is position else rows[:0] for s in log.sensors}
+                    targets.append(ahead)
+                at += LEAD_S
+    if not leads:
+        return np.zeros(0)
+    _, _, _ = solve(task.problem, leads, z, with_z=False, most=6)
+    aims = [Part(lead.log, target, lead.state) for lead, target in zip(leads, targets)]
+    flown = task.problem.fly(aims, z, [(0, i, aim.state) for i, aim in enumerate(aims)], [z])
+    misses = []
+    for aim, states in zip(aims, flown):
+        sensor = aim.log.sensor("position")
+        rows = aim.window.rows["position"]
+        if sensor is not None and len(rows):
+            off = errors("position", states["position"], sensor.values[rows])
+            misses.append(float(np.linalg.norm(np.median(off, axis=0))))
+    return np.array(misses)
+
+
+def plan(scenario: Scenario | Path, **options: Any) -> dict[str, Numbers]:
+    """Commands that tell most: see turbidock.excitation.plan."""
+    from .excitation import plan as make
+
+    return make(scenario, **options)
+
+
+def main(arguments: Iterable[str] | None = None) -> int:
+    """turbidock-identify."""
+    parser = argparse.ArgumentParser(prog="turbidock-identify", description="A vehicle's parameters from logs of its motion")
+    commands = parser.add_subparsers(dest="command", required=True)
+    for name, about in (("inform", "what logs can tell, before any fit"), ("fit", "the parameters, with intervals")):
+        command = commands.add_parser(name, help=about)
+        command.add_argument("logs", nargs="+", help="tables of motion (CSV), `trajectory.csv` for instance")
+        command.add_argument("--scenario", required=True, help="names the vehicle and what is known of it")
+        command.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="one key of the scenario")
+        command.add_argument("--water", choices=("still", "steady"), default="still")
+        command.add_argument("--thrust-std", type=float, default=0, help="relative, of what is known of the thrust")
+        command.add_argument("--workers", type=int)
+        if name == "fit":
+            command.add_argument("--out", help="the vehicle's data (YAML)")
+            command.add_argument("--plot", help="residuals as a picture")
+    command = commands.add_parser("plan", help="commands that tell most, as a file to play")
+    command.add_argument("--scenario", required=True)
+    command.add_argument("--set", action="append", default=[], metavar="KEY=VALUE")
+    command.add_argument("--duration", type=float, default=60)
+    command.add_argument("--pool", type=float, nargs=3, default=(4, 3, 1), metavar=("LENGTH", "WIDTH", "DEPTH"))
+    command.add_argument("--most-thrust", type=float, default=0.7, help="share of full thrust")
+    command.add_argument("--out", required=True)
+    given = parser.parse_args(None if arguments is None else list(arguments))
+    try:
+        return _do(given)
+    except (_core.ConfigError, OSError) as error:
+        print(error, file=sys.stderr)
+        return 2
+
+
+def _do(given: argparse.Namespace) -> int:
+    scenario = scenario_of(given.scenario, settings=given.set)
+    if given.command == "plan":
+        from .motion import write_motion
+
+        write_motion(plan(scenario, duration_s=given.duration, pool_m=tuple(given.pool), most_thrust=given.most_thrust),
+                     given.out)
+        return 0
+    options = {"water": given.water, "thrust_std": given.thrust_std, "workers": given.workers}
+    if given.command == "inform":
+        print(inform(given.logs, scenario, **options))
+        return 0
+    found = fit(given.logs, scenario, **options)
+    print(found)
+    if given.out:
+        found.save(given.out)
+    if given.plot:
+        found.plot().savefig(given.plot)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
