@@ -42,7 +42,7 @@ py::object RigOf(const StereoRig& rig);
 py::list BallsOf(const vision::MarkerParams& marker);
 
 // A table as a dict of arrays, and one of a dict of arrays of one length.
-py::dict ColumnsOf(const config::NumberTable& table);
+py::dict ArraysOf(const config::NumberTable& table);
 config::NumberTable TableOf(const py::dict& columns);
 
 // A result as JSON, its log and the scenario that it began with.

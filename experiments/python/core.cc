@@ -149,7 +149,7 @@ py::tuple Run(const trial::Scenario& scenario, const py::object& progress, bool 
     return trial::RunTrial(scenario, options);
   });
   return TupleOf(result, scenario) +
-         py::make_tuple(log ? py::object(ColumnsOf(log->table())) : py::object(py::none()));
+         py::make_tuple(log ? py::object(ArraysOf(log->table())) : py::object(py::none()));
 }
 
 batch::JobOptions JobsOf(int workers) {

@@ -19,7 +19,7 @@
 
 namespace turbidock::python {
 
-py::dict ColumnsOf(const config::NumberTable& table) {
+py::dict ArraysOf(const config::NumberTable& table) {
   py::dict columns;
   for (size_t i = 0; i < table.names.size(); ++i)
     columns[py::str(table.names[i])] = View<double>({static_cast<py::ssize_t>(table.rows())},

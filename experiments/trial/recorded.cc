@@ -21,7 +21,6 @@ using Columns = std::vector<const std::vector<double>*>;
 
 const std::array<const char*, control::kAxisCount> kAxisColumns = {"surge_newton", "sway_newton",
                                                                    "heave_newton", "yaw_newton_m"};
-constexpr std::array kThrusterUnits = {"_v", "_pwm_us", "_newton"};
 constexpr double kLeastPulse_us = 800, kMostPulse_us = 2200;  // what servos take at all
 
 bool IsPulse(double x) { return x >= kLeastPulse_us && x <= kMostPulse_us; }
@@ -129,30 +128,51 @@ void RequireNoGaps(const std::vector<Playback::Row>& rows, const std::string& wh
           where, rows[i].time_s, steps[i], usual_s));
 }
 
-using CommandAt = std::function<ThrusterCommand(size_t row, const std::string& place)>;
+// Where a table has its commands, and what those of a row are.
+struct CommandAt {
+  Columns columns;
+  std::function<ThrusterCommand(size_t row, const std::string& place)> at;
+};
 
 CommandAt ByThruster(const Columns& columns, const std::string& unit, const VehicleModel& vehicle) {
-  return [=, &vehicle](size_t row, const std::string& place) {
-    ThrusterCommand command;
-    for (size_t i = 0; i < columns.size(); ++i) {
-      const double value = (*columns[i])[row];
-      const control::ThrusterModel& thruster = vehicle.thrusters[i];
-      command.volts.push_back(unit == "_v"        ? VoltsIn(value, place, thruster.name)
-                              : unit == "_pwm_us" ? PulseIn(value, place, thruster.name)
-                                                  : ThrustIn(value, place, thruster));
-    }
-    return command;
-  };
+  return {columns, [=, &vehicle](size_t row, const std::string& place) {
+            ThrusterCommand command;
+            for (size_t i = 0; i < columns.size(); ++i) {
+              const double value = (*columns[i])[row];
+              const control::ThrusterModel& thruster = vehicle.thrusters[i];
+              command.volts.push_back(unit == "_v"        ? VoltsIn(value, place, thruster.name)
+                                      : unit == "_pwm_us" ? PulseIn(value, place, thruster.name)
+                                                          : ThrustIn(value, place, thruster));
+            }
+            return command;
+          }};
 }
 
 CommandAt ByAxis(const Columns& columns, const VehicleModel& vehicle) {
   const control::ForceAllocation allocation({}, vehicle, /*may_lack_axes=*/true);
-  return [=](size_t row, const std::string& /*place*/) {
-    Axes demand;
-    for (size_t axis = 0; axis < columns.size(); ++axis)
-      demand[static_cast<int>(axis)] = (*columns[axis])[row];
-    return allocation.Share(demand).command;
-  };
+  return {columns, [=](size_t row, const std::string& /*place*/) {
+            Axes demand;
+            for (size_t axis = 0; axis < columns.size(); ++axis)
+              demand[static_cast<int>(axis)] = (*columns[axis])[row];
+            return allocation.Share(demand).command;
+          }};
+}
+
+// The first kind that the table has. Demands by axis before thrusters' newtons: a thruster may be
+// called after its axis.
+CommandAt CommandsOf(const NumberTable& table, const std::string& where,
+                     const VehicleModel& vehicle) {
+  const std::vector<std::string> thrusters = NamesIn(vehicle);
+  for (const char* unit : {"_v", "_pwm_us"})
+    if (const Columns columns = ThrusterColumns(table, where, unit, thrusters); !columns.empty())
+      return ByThruster(columns, unit, vehicle);
+  Columns axes;
+  for (const char* name : kAxisColumns)
+    if (const auto* column = table.Find(name)) axes.push_back(column);
+  if (axes.size() == kAxisColumns.size()) return ByAxis(axes, vehicle);
+  const Columns columns = ThrusterColumns(table, where, "_newton", thrusters);
+  if (columns.empty()) FailWithoutCommands(table, where, thrusters);
+  return ByThruster(columns, "_newton", vehicle);
 }
 
 }  // namespace
@@ -160,25 +180,13 @@ CommandAt ByAxis(const Columns& columns, const VehicleModel& vehicle) {
 std::vector<Playback::Row> CommandsIn(const NumberTable& table, const std::string& where,
                                       const VehicleModel& vehicle) {
   const std::vector<double>& times = config::TimesOf(table, where);
-  const std::vector<std::string> thrusters = NamesIn(vehicle);
-  Columns columns;
-  CommandAt command_at;
-  for (const char* unit : kThrusterUnits) {
-    if (!columns.empty()) break;
-    columns = ThrusterColumns(table, where, unit, thrusters);
-    if (!columns.empty()) command_at = ByThruster(columns, unit, vehicle);
-  }
-  if (columns.empty()) {
-    for (const char* name : kAxisColumns)
-      if (const auto* column = table.Find(name)) columns.push_back(column);
-    if (columns.size() != kAxisColumns.size()) FailWithoutCommands(table, where, thrusters);
-    command_at = ByAxis(columns, vehicle);
-  }
+  const CommandAt command_at = CommandsOf(table, where, vehicle);
+  const Columns& columns = command_at.columns;
   std::vector<Playback::Row> rows;
   rows.reserve(times.size());
   for (size_t row = 0; row < times.size(); ++row) {
     const std::string place = config::PlaceOf(where, row);
-    if (HasCommand(columns, row, place)) rows.push_back({times[row], command_at(row, place)});
+    if (HasCommand(columns, row, place)) rows.push_back({times[row], command_at.at(row, place)});
   }
   if (rows.empty()) throw ConfigError(where + ": has no row with a command");
   return rows;

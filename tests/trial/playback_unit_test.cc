@@ -115,9 +115,9 @@ TEST_F(PlaybackOfTrials, BeginsWhereALogHasTheVehicle) {
 }
 
 TEST_F(PlaybackOfTrials, TheMotionOfEveryStep) {
-  const Scenario scenario = LoadScenario(
-      "sea_night_active",
-      {"pose_source=true_pose", "duration_s=3", "sea.current.surface_velocity_mps=[0.1, 0, 0]"});
+  const Scenario scenario =
+      LoadScenario("pool_active", {"pose_source=true_pose", "duration_s=3", "controller=pid",
+                                   "sea.current.surface_velocity_mps=[0.1, 0, 0]"});
   MotionLog motion(ThrusterNamesOf(scenario));
   TrialOptions options;
   options.on_tick = [&](const MotionTick& tick) { motion.Add(tick); };

@@ -18,7 +18,7 @@ tables; columns of other names are left alone.
 | | neutral, 1100 to 1900 microseconds with 1500 neutral, or newtons asked for; it holds until the next row that has one |
 | `surge_newton`, `sway_newton`, `heave_newton`, `yaw_newton_m` | or a demand by axis, which the vehicle shares out |
 
-One kind of command a table. The first that is complete, in the order above, counts. Poses that are older than their row
+One kind of command a table; of several, volts count, then pulses, then a demand by axis. Poses that are older than their row
 says (a camera's), and commands on another clock than the motion, are for `identify` to find: times stay as they were logged.
 """
 
