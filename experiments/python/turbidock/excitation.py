@@ -15,7 +15,7 @@ import numpy.typing as npt
 from . import _core
 from ._logs import Log
 from ._output_error import Part, Problem, reduce
-from ._parameters import Parameter, parameters_of, still
+from ._parameters import Parameter, buoyancy_newton, parameters_of, still
 from .scenario import Path, Scenario, scenario_of
 
 Numbers = npt.NDArray[np.float64]
@@ -63,7 +63,8 @@ def plan(scenario: Scenario | Path, *, duration_s: float = 60, pool_m: tuple[flo
 
 
 def _table(scenario: Scenario, demands: Numbers) -> dict[str, Numbers]:
-    """Demands by axis as the thrusters' voltages."""
+    """Demands by axis, besides what holds the vehicle's depth as far as its buoyancy is known, as the thrusters' voltages."""
+    demands = demands - np.array([0, 0, buoyancy_newton(scenario), 0])
     time_s = np.arange(len(demands)) / COMMANDS_HZ
     times, volts = _core.commands(scenario._cpp, {"time_s": time_s} | {name: demands[:, i] for i, name in enumerate(AXES)},
                                   "plan")

@@ -278,14 +278,13 @@ def fit(logs: MotionLike | Sequence[MotionLike], scenario: Scenario | Path, *, w
     z = np.zeros(len(task.parameters))
     problem.coarse = True
     z, reduced, linear = solve(problem, parts, z)
-    problem.coarse = False
     for _ in range(2):
         problem.std = noise(problem, linear, parts)
         problem.reject = True
         z, reduced, linear = solve(problem, parts, z, most=8)
+    problem.coarse = False
     problem.std = noise(problem, linear, parts)
-    linear = problem.linearize(parts, z)
-    reduced = reduce(linear, parts, [part.state for part in parts])
+    z, reduced, linear = solve(problem, parts, z, most=4)
     rows = correlation_time(linear)
     weights = np.concatenate([weight for one in linear for weight in one.weight.values()])
     return Fit(task.scenario, task.parameters, z, _information(task, reduced, parts, rows), problem.std, rows,
