@@ -28,11 +28,12 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
+    from .bags import Bag as Bag, estimate_bag as estimate_bag, read_bag as read_bag
     from .mcap_out import to_mcap as to_mcap
 else:
 
     def __getattr__(name: str) -> Any:  # what needs the extra `logs`
-        modules = {"to_mcap": "mcap_out"}
+        modules = {"Bag": "bags", "estimate_bag": "bags", "read_bag": "bags", "to_mcap": "mcap_out"}
         if name not in modules:
             raise AttributeError(f"turbidock has no {name}")
         return getattr(_program.of_logs(modules[name]), name)

@@ -32,3 +32,7 @@ def _command(module: str) -> None:
 
 def mcap() -> None:
     _command("mcap_out")
+
+
+def bag() -> None:
+    _command("bags")

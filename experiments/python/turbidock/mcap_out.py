@@ -1,12 +1,13 @@
 """Trials and estimates as MCAP, which Foxglove, Rerun and every reader of MCAP open: `to_mcap`, `turbidock-mcap`.
 
 Messages are protobuf with Foxglove's schemas; rows of numbers have a schema of their own, which the file holds. Logged when
-the vehicle acted (simulated seconds); an image and an estimate are stamped with the image's exposure, camera_delay_frames before.
+the vehicle acted (simulated seconds); an image and an estimate are stamped with the image's exposure,
+camera_delay_frames before.
 
 | Topic | Schema | |
 |---|---|---|
-| `/tf`, `/tf_static` | foxglove.FrameTransforms | world > vehicle > camera_head > left_camera, right_camera; world > marker, the truth; |
-| | | camera_head > marker_estimated |
+| `/tf`, `/tf_static` | foxglove.FrameTransforms | world > vehicle > camera_head > left_camera, right_camera; |
+| | | world > marker, the truth; camera_head > marker_estimated |
 | `/estimate`, `/truth`, `/truth_at_image` | foxglove.PoseInFrame | of the marker in camera_head |
 | `/left/image`, `/left/calibration`, `/right/...` | foxglove.CompressedImage, CameraCalibration | |
 | `/commands` | turbidock.Commands | of each thruster |
@@ -14,7 +15,7 @@ the vehicle acted (simulated seconds); an image and an estimate are stamped with
 | `/log` | foxglove.Log | changes of stage with their reasons, settings that were changed, the outcome |
 | `/scene` | foxglove.SceneUpdate | station, vehicle and marker as MuJoCo has them; the estimated balls, transparent |
 
-result.json and resolved.yaml are attached. Needs `pip install 'turbidock[logs]'`.
+result.json and resolved.yaml are attached. Needs `pip install '.[logs]'`.
 """
 
 from __future__ import annotations
@@ -27,12 +28,12 @@ import os
 import pathlib
 import re
 import tempfile
-from typing import Any, Iterable, Mapping, Sequence, Union
+from typing import Any, Iterable, Mapping, Sequence
 
-from foxglove_schemas_protobuf import (CameraCalibration_pb2, Color_pb2, CompressedImage_pb2, CubePrimitive_pb2, CylinderPrimitive_pb2,
-                                       FrameTransform_pb2, FrameTransforms_pb2, Log_pb2, Point3_pb2, Pose_pb2, PoseInFrame_pb2,
-                                       Quaternion_pb2, SceneEntity_pb2, SceneUpdate_pb2, SpherePrimitive_pb2,
-                                       TriangleListPrimitive_pb2, Vector3_pb2)
+from foxglove_schemas_protobuf import (CameraCalibration_pb2, Color_pb2, CompressedImage_pb2, CubePrimitive_pb2,
+                                       CylinderPrimitive_pb2, FrameTransform_pb2, FrameTransforms_pb2, Log_pb2, Point3_pb2,
+                                       Pose_pb2, PoseInFrame_pb2, Quaternion_pb2, SceneEntity_pb2, SceneUpdate_pb2,
+                                       SpherePrimitive_pb2, TriangleListPrimitive_pb2, Vector3_pb2)
 from google.protobuf.descriptor_pb2 import FieldDescriptorProto, FileDescriptorProto
 from google.protobuf.descriptor_pool import DescriptorPool
 from google.protobuf.message import Message
@@ -52,7 +53,6 @@ from .trial import Trial
 
 # x, y, z [m], qw, qx, qy, qz
 Place = Sequence[float]
-HERE: Place = (0, 0, 0, 1, 0, 0, 0)
 
 
 class McapFile:
@@ -89,7 +89,8 @@ class McapFile:
             if kind not in self._schemas:
                 self._schemas[kind] = register_schema(self._writer, type(message))
             self._channels[topic] = self._writer.register_channel(topic, MessageEncoding.Protobuf, self._schemas[kind])
-        self._writer.add_message(self._channels[topic], log_ns, message.SerializeToString(), log_ns if stamp_ns is None else stamp_ns)
+        self._writer.add_message(self._channels[topic], log_ns, message.SerializeToString(),
+                                 log_ns if stamp_ns is None else stamp_ns)
 
     def write_row(self, topic: str, name: str, row: Mapping[str, float | str], log_ns: int) -> None:
         """Numbers and words by their names, as a message turbidock.NAME whose fields are the first row's."""
@@ -106,13 +107,13 @@ class McapFile:
         """Parent, child, pose of the child in the parent, and the moment of each."""
         self.write(topic, FrameTransforms_pb2.FrameTransforms(transforms=[
             FrameTransform_pb2.FrameTransform(timestamp=stamp(at), parent_frame_id=parent, child_frame_id=child,
-                                              translation=Vector3_pb2.Vector3(x=p[0], y=p[1], z=p[2]), rotation=_quaternion(p))
+                                              translation=_vector(p[0], p[1], p[2]), rotation=_quaternion(p))
             for parent, child, p, at in transforms]), log_ns)
 
     def write_pose(self, topic: str, pose: Place, log_ns: int, stamp_ns: int) -> None:
         """A pose of the marker in the camera head."""
-        self.write(topic, PoseInFrame_pb2.PoseInFrame(timestamp=stamp(stamp_ns), frame_id="camera_head", pose=_pose(pose)), log_ns,
-                   stamp_ns)
+        self.write(topic, PoseInFrame_pb2.PoseInFrame(timestamp=stamp(stamp_ns), frame_id="camera_head", pose=_pose(pose)),
+                   log_ns, stamp_ns)
 
     def attach(self, file: pathlib.Path, media_type: str) -> None:
         """The file as an attachment."""
@@ -143,12 +144,16 @@ def _row_type(name: str, row: Mapping[str, float | str]) -> type[Message]:
     return GetMessageClass(pool.FindMessageTypeByName(f"turbidock.{name}"))
 
 
+def _vector(x: float, y: float, z: float) -> Vector3_pb2.Vector3:
+    return Vector3_pb2.Vector3(x=x, y=y, z=z)
+
+
 def _quaternion(p: Place) -> Quaternion_pb2.Quaternion:
     return Quaternion_pb2.Quaternion(w=p[3], x=p[4], y=p[5], z=p[6])
 
 
 def _pose(p: Place) -> Pose_pb2.Pose:
-    return Pose_pb2.Pose(position=Vector3_pb2.Vector3(x=p[0], y=p[1], z=p[2]), orientation=_quaternion(p))
+    return Pose_pb2.Pose(position=_vector(p[0], p[1], p[2]), orientation=_quaternion(p))
 
 
 def _compose(a: Place, b: Place) -> Place:
@@ -165,15 +170,15 @@ def _primitives(geom: Mapping[str, Any], meshes: Sequence[Mapping[str, Any]]) ->
     shape, place = geom["shape"], geom["pose"]
     # albedo is linear; what surrounds the station is seen through
     r, g, blue, alpha = (min(max(share, 0), 1) for share in geom["rgba"])
-    color = Color_pb2.Color(r=r ** (1 / 2.2), g=g ** (1 / 2.2), b=blue ** (1 / 2.2), a=0.15 if geom["part"] == "environment" else alpha)
+    color = Color_pb2.Color(r=r ** (1 / 2.2), g=g ** (1 / 2.2), b=blue ** (1 / 2.2),
+                            a=0.15 if geom["part"] == "environment" else alpha)
 
     def ball(at: Place, x: float, y: float, z: float) -> Message:
-        return SpherePrimitive_pb2.SpherePrimitive(pose=_pose(at), size=Vector3_pb2.Vector3(x=2 * x, y=2 * y, z=2 * z), color=color)
+        return SpherePrimitive_pb2.SpherePrimitive(pose=_pose(at), size=_vector(2 * x, 2 * y, 2 * z), color=color)
 
     if shape in ("box", "plane"):
         x, y, z = (a, b, c) if shape == "box" else (a or 15, b or 15, 0.0005)
-        return {"cubes": [CubePrimitive_pb2.CubePrimitive(pose=_pose(place), size=Vector3_pb2.Vector3(x=2 * x, y=2 * y, z=2 * z),
-                                                          color=color)]}
+        return {"cubes": [CubePrimitive_pb2.CubePrimitive(pose=_pose(place), size=_vector(2 * x, 2 * y, 2 * z), color=color)]}
     if shape in ("sphere", "ellipsoid"):
         return {"spheres": [ball(place, a, *((a, a) if shape == "sphere" else (b, c)))]}
     if shape == "mesh":
@@ -182,7 +187,7 @@ def _primitives(geom: Mapping[str, Any], meshes: Sequence[Mapping[str, Any]]) ->
         points = [Point3_pb2.Point3(x=v[i], y=v[i + 1], z=v[i + 2]) for i in range(0, len(v), 3)]
         return {"triangles": [TriangleListPrimitive_pb2.TriangleListPrimitive(pose=_pose(place), points=points, color=color,
                                                                               indices=mesh["triangles"])]}
-    tube = CylinderPrimitive_pb2.CylinderPrimitive(pose=_pose(place), size=Vector3_pb2.Vector3(x=2 * a, y=2 * a, z=2 * b),
+    tube = CylinderPrimitive_pb2.CylinderPrimitive(pose=_pose(place), size=_vector(2 * a, 2 * a, 2 * b),
                                                    bottom_scale=1, top_scale=1, color=color)
     ends = [ball(_compose(place, (0, 0, z, 1, 0, 0, 0)), a, a, a) for z in (-b, b)] if shape == "capsule" else []
     return {"cylinders": [tube], "spheres": ends}
@@ -203,7 +208,7 @@ def _scene(model: Mapping[str, Any]) -> SceneUpdate_pb2.SceneUpdate:
     for ball in model["marker"]["balls"]:
         size, (r, g, b) = 2 * ball["radius_m"], ball["display_rgb"]
         entity("estimate", "marker_estimated").spheres.append(SpherePrimitive_pb2.SpherePrimitive(
-            pose=_pose([*ball["p_MQ_m"], 1, 0, 0, 0]), size=Vector3_pb2.Vector3(x=size, y=size, z=size),
+            pose=_pose([*ball["p_MQ_m"], 1, 0, 0, 0]), size=_vector(size, size, size),
             color=Color_pb2.Color(r=r, g=g, b=b, a=0.5)))
     return SceneUpdate_pb2.SceneUpdate(entities=entities.values())
 
@@ -255,7 +260,8 @@ def _calibration(rig: Mapping[str, Any], side: str, jpeg: bytes) -> CameraCalibr
     width, height = Image.open(io.BytesIO(jpeg)).size
     share = width / rig["width_px"]
     eye = rig[side]
-    fx, fy, cx, cy = eye["fx_px"] * share, eye["fy_px"] * share, (eye["cx_px"] + 0.5) * share - 0.5, (eye["cy_px"] + 0.5) * share - 0.5
+    fx, fy = eye["fx_px"] * share, eye["fy_px"] * share
+    cx, cy = (eye["cx_px"] + 0.5) * share - 0.5, (eye["cy_px"] + 0.5) * share - 0.5
     # the left camera's y less this one's: the way to the right
     way_m = rig["left"]["X_HC"][1] - eye["X_HC"][1]
     return CameraCalibration_pb2.CameraCalibration(
@@ -265,9 +271,9 @@ def _calibration(rig: Mapping[str, Any], side: str, jpeg: bytes) -> CameraCalibr
 
 def to_mcap(run: Path | Result, file: Path = "", *, images: bool = False, plugins: Iterable[type] = ()) -> str:
     """Writes a trial as MCAP and returns the file's name, FOLDER/trial.mcap unless given. `run` is the folder that `turbidock
-    run --out` or `turbidock replay` wrote, or a Result. Its pictures are those that the folder has, two a second; `images` flies
-    the trial again for all of them. `plugins`: classes of its controller or estimator. ConfigError for what is no trial's
-    folder; nothing is left half written."""
+    run --out` or `turbidock replay` wrote, or a Result. Its pictures are those that the folder has, two a second; `images`
+    flies the trial again for all of them. `plugins`: classes of its controller or estimator. ConfigError for what is no
+    trial's folder, SimulatorFault where it flies otherwise now; nothing is left half written."""
     if isinstance(run, Result):
         if not file:
             raise _core.ConfigError("a Result has no folder: name the file")

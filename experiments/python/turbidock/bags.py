@@ -1,0 +1,485 @@
+"""Logs of a vehicle as `estimate` and `identify` take them: `read_bag`, `estimate_bag`, `turbidock-bag`.
+
+Bags of ROS 1 (.bag) and ROS 2 (.mcap, .db3, or the folder with metadata.yaml), and ArduSub's logs (.bin, .tlog), whose topics
+are the names of their messages. A YAML file says what is where; all but the topic's name may be left out:
+
+    images: {left: /stereo/left/image_raw, right: /stereo/right/image_raw}     # or CompressedImage, JPEG or PNG
+    camera_info: {left: /stereo/left/camera_info, right: /stereo/right/camera_info}
+    motion:
+      odometry: /odom              # Odometry, PoseStamped, PoseWithCovarianceStamped, TransformStamped
+      imu: /imu/data
+      depth: {topic: /bar30, field: data, scale: -1}          # a column, positive down
+      dvl: /dvl/twist              # TwistStamped, TwistWithCovarianceStamped, Vector3Stamped, any with `velocity`
+      commands: {topic: /thrusters, columns: [surge_left_v, surge_right_v, sway_v, heave_v]}
+      current: {topic: /adcp, field: [mean.u, mean.v, mean.w], columns: [water_x_mps, water_y_mps, water_z_mps]}
+    clock: stamp
+
+Any message will do, also of a type of one's own: `field` is the way to a number, a list, a vector or a quaternion in it, or a
+list of such ways; `columns` are those of `turbidock.motion` that it fills; `scale` multiplies. With `axes: frd` (and a world
+with z down, as ArduSub has them) y and z change their sign. Where two topics give a column, the first counts. `clock: log`
+takes the times at which messages were recorded in place of their headers', which is done in any case where there are none.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import dataclasses
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+from contextlib import contextmanager
+from typing import Any, Callable, Iterable, Iterator, Mapping, Optional, Sequence, Union
+
+import numpy as np
+from PIL import Image
+from rosbags.highlevel import AnyReader
+from rosbags.typesys import Stores, get_typestore
+from ruamel.yaml import YAML
+from ruamel.yaml.error import YAMLError
+
+from ._core import ConfigError
+from ._program import PROGRAM
+from .mcap_out import McapFile
+from .motion import (DEPTH, EULER, POSITION, QUATERNION, TURN_RATE, VELOCITY, WATER, Motion, check_motion, write_motion)
+from .scenario import Path, Settings, assignments_of
+
+SIDES = ("left", "right")
+# What a name of `motion` stands for: ways to what its messages may hold, and the columns of that.
+KNOWN: Mapping[str, Sequence[tuple[Sequence[str], Sequence[str]]]] = {
+    "odometry": ((("pose.pose.position", "pose.position", "transform.translation"), POSITION),
+                 (("pose.pose.orientation", "pose.orientation", "transform.rotation"), QUATERNION),
+                 (("twist.twist.linear",), VELOCITY), (("twist.twist.angular",), TURN_RATE)),
+    "imu": ((("orientation",), QUATERNION), (("angular_velocity",), TURN_RATE)),
+    "depth": ((("data", "depth"), DEPTH),),
+    "dvl": ((("twist.twist.linear", "twist.linear", "vector", "velocity"), VELOCITY),),
+    "commands": ((("data", "channels"), ()),)}
+# Of axes to the right and down.
+TURNED = {*POSITION[1:], *QUATERNION[2:], *VELOCITY[1:], *TURN_RATE[1:], *EULER[1:], *WATER[1:]}
+COLUMNS = {*POSITION, *QUATERNION, *VELOCITY, *TURN_RATE, *EULER, *DEPTH, *WATER}
+COMMANDS = ("_v", "_pwm_us", "_newton", "_newton_m")
+MODES = {"rgb8": 3, "bgr8": 3, "rgba8": 4, "bgra8": 4, "mono8": 1}
+MAVLINK = "MAVLink"  # the type of ArduSub's messages, whose times are those of their log
+# Topic, when it was recorded [ns], message.
+Messages = Iterator[tuple[str, int, Any]]
+
+
+@dataclasses.dataclass(frozen=True)
+class _Entry:
+    """One line of `motion`."""
+
+    name: str
+    topic: str
+    parts: Sequence[tuple[Sequence[str], Sequence[str]]]  # ways, of which the first that is there counts, and columns
+    joined: bool  # instead all of the ways together
+    scale: float
+    frd: bool
+    clock: str
+
+
+@dataclasses.dataclass
+class Bag:
+    """What a log holds. Times are nanoseconds of the log's own clock, or seconds since `start_ns`."""
+
+    files: list[str]
+    start_ns: int
+    motion: Motion  # empty where none was asked for
+    pairs: list[tuple[int, int]]  # of the left and the right image
+    rig: dict[str, str]  # camera_info by side, as `estimate --rig` takes it
+    notes: list[str]  # what is odd in it, in sentences
+    _images: Mapping[str, str]
+    _clock: str
+
+    def save(self, folder: Path) -> None:
+        """Writes motion.csv, left/ and right/ with the images of each pair under one name, times.csv, left.yaml and
+        right.yaml, log.json; the folder is there once it is whole. ConfigError if it is there already."""
+        target = pathlib.Path(folder)
+        if target.exists():
+            raise ConfigError(f"{target}: is there already")
+        part = target.with_name(target.name + ".part")
+        shutil.rmtree(part, ignore_errors=True)
+        try:
+            part.mkdir(parents=True)
+            if self.motion:
+                write_motion(self.motion, part / "motion.csv")
+            for side, text in self.rig.items():
+                (part / f"{side}.yaml").write_text(text)
+            if self.pairs:
+                self._write_images(part)
+            about = {"files": self.files, "start_ns": self.start_ns, "pairs": len(self.pairs), "notes": self.notes}
+            (part / "log.json").write_text(json.dumps(about, indent=2) + "\n")
+            part.rename(target)
+        except BaseException:
+            shutil.rmtree(part, ignore_errors=True)
+            raise
+
+    def _write_images(self, folder: pathlib.Path) -> None:
+        number = {(self._images[side], pair[i]): (side, n) for i, side in enumerate(SIDES) for n, pair in enumerate(self.pairs)}
+        for side in SIDES:
+            (folder / side).mkdir()
+        with _opened(self.files) as (_, read):
+            for topic, log_ns, message in read(set(self._images.values())):
+                if at := number.get((topic, _time_of(message, log_ns, self._clock)[0])):
+                    _write_image(message, folder / at[0] / f"{at[1]:06}", topic)
+        with open(folder / "times.csv", "w", newline="") as file:
+            rows = csv.writer(file)
+            rows.writerow(["pair", "left_ns", "right_ns", "time_s"])
+            rows.writerows([n, *pair, repr((pair[0] - self.start_ns) / 1e9)] for n, pair in enumerate(self.pairs))
+
+
+def _write_image(message: Any, stem: pathlib.Path, topic: str) -> None:
+    data = np.asarray(message.data, np.uint8)
+    if hasattr(message, "format"):
+        start = data[:4].tobytes()
+        kind = ".jpg" if start.startswith(b"\xff\xd8") else ".png" if start == b"\x89PNG" else ""
+        if not kind:
+            raise ConfigError(f"{topic}: an image of format '{message.format}' is neither JPEG nor PNG")
+        stem.with_suffix(kind).write_bytes(data.tobytes())
+        return
+    channels = MODES.get(message.encoding, 0)
+    if not channels:
+        raise ConfigError(f"{topic}: encoding {message.encoding}, must be {', '.join(MODES)} (image_proc makes them)")
+    if len(data) != message.height * message.step or message.step < message.width * channels:
+        raise ConfigError(f"{topic}: an image of {message.width} x {message.height} with {len(data)} bytes")
+    pixels = data.reshape(message.height, message.step)[:, :message.width * channels]
+    pixels = pixels.reshape(message.height, message.width, channels)
+    pixels = pixels[:, :, 2::-1] if message.encoding.startswith("bgr") else pixels[:, :, :3]
+    Image.fromarray(pixels.squeeze(2) if channels == 1 else pixels).save(stem.with_suffix(".png"), compress_level=1)
+
+
+@contextmanager
+def _opened(files: Sequence[str]) -> Iterator[tuple[dict[str, str], Callable[[set[str]], Messages]]]:
+    """Types by topic, and what reads their messages. ConfigError for what cannot be read."""
+    name = ", ".join(files)
+    for file in files:
+        if not os.path.exists(file):
+            raise ConfigError(f"{file}: no such file")
+    if files[0].lower().endswith((".bin", ".tlog")):
+        with _whole(name):
+            kinds = {topic: MAVLINK for topic, _, _ in _mavlink(files)}
+        yield kinds, lambda topics: (each for each in _mavlink(files) if each[0] in topics)
+        return
+    with _whole(name):
+        reader = AnyReader([pathlib.Path(file) for file in files], default_typestore=get_typestore(Stores.LATEST))
+        reader.open()
+
+    def read(topics: set[str]) -> Messages:
+        wanted = [connection for connection in reader.connections if connection.topic in topics]
+        for connection, log_ns, data in reader.messages(wanted) if wanted else ():
+            yield connection.topic, log_ns, reader.deserialize(data, connection.msgtype)
+
+    try:
+        yield {connection.topic: connection.msgtype for connection in reader.connections}, read
+    finally:
+        reader.close()
+
+
+@contextmanager
+def _whole(name: str) -> Iterator[None]:
+    """Whatever a reader's library says of a broken file, in one line."""
+    try:
+        yield
+    except (ConfigError, ImportError, KeyboardInterrupt):
+        raise
+    except Exception as error:
+        words = " ".join(str(error).split()) or type(error).__name__
+        raise ConfigError(f"{name}: cannot be read, cut off or no log: {words}") from error
+
+
+def _mavlink(files: Sequence[str]) -> Messages:
+    from pymavlink import mavutil  # type: ignore[import-untyped]
+
+    for file in files:
+        log = mavutil.mavlink_connection(file)
+        while (message := log.recv_msg()) is not None:
+            if message.get_type() != "BAD_DATA":
+                yield message.get_type(), round(1e9 * message._timestamp), message
+        log.close()
+
+
+def _time_of(message: Any, log_ns: int, clock: str) -> tuple[int, bool]:
+    """When it was made, and whether the message says so itself."""
+    if clock == "stamp":
+        made = getattr(getattr(message, "header", None), "stamp", None)
+        if made is not None and (made.sec or made.nanosec):
+            return int(made.sec) * 10**9 + int(made.nanosec), True
+    return log_ns, False
+
+
+def _at(message: Any, way: str) -> Optional[list[float]]:
+    """The numbers at a way into a message; nothing where there are none."""
+    try:
+        for word in way.split("."):
+            message = message[int(word)] if word.isdigit() else getattr(message, word)
+    except (AttributeError, IndexError, TypeError):
+        return None
+    if hasattr(message, "x") and hasattr(message, "z"):
+        message = [getattr(message, axis) for axis in "wxyz" if hasattr(message, axis)]
+    try:
+        return [float(value) for value in np.atleast_1d(message)]
+    except (TypeError, ValueError):
+        return None
+
+
+def _numbers(entry: _Entry, message: Any, kind: str) -> dict[str, float]:
+    """A message's columns."""
+    row: dict[str, float] = {}
+    seen = False
+    for ways, columns in entry.parts:
+        found = [_at(message, way) for way in ways]
+        there = [values for values in found if values is not None]
+        if entry.joined and len(there) < len(ways):
+            raise ConfigError(f"motion.{entry.name}: {entry.topic} ({kind}) has no numbers at {ways[found.index(None)]}")
+        if not there:
+            continue
+        seen = True
+        values = [value for each in there for value in each] if entry.joined else there[0]
+        if len(values) < len(columns):
+            raise ConfigError(f"motion.{entry.name}: {entry.topic} has {len(values)} numbers for {len(columns)} columns")
+        # a driver that knows no attitude: all zero, or said by the first covariance
+        if columns == QUATERNION and (not any(values) or getattr(message, "orientation_covariance", [0])[0] == -1):
+            continue
+        row.update((column, (-1 if entry.frd and column in TURNED else 1) * entry.scale * value)
+                   for column, value in zip(columns, values))
+    if not seen:
+        ways = ", ".join(way for each, _ in entry.parts for way in each)
+        raise ConfigError(f"motion.{entry.name}: {entry.topic} ({kind}) has no {ways}: say its `field`")
+    return row
+
+
+def _settings(topics: Union[Path, Mapping[str, Any]]) -> tuple[dict[str, str], dict[str, str], list[_Entry], str]:
+    """Images, camera_info, motion and clock of such a file, or of a dict like it."""
+    if isinstance(topics, Mapping):
+        given: Any = topics
+        name = "topics"
+    else:
+        name = os.fspath(topics)
+        try:
+            given = YAML(typ="safe").load(pathlib.Path(name).read_text("utf-8"))
+        except OSError as error:
+            raise ConfigError(f"{name}: {error.strerror}") from None
+        except (YAMLError, UnicodeDecodeError) as error:
+            raise ConfigError(f"{name}: is no YAML: {' '.join(str(error).split())}") from None
+
+    def keys(value: Any, path: str, allowed: Iterable[str]) -> dict[str, Any]:
+        if not isinstance(value, Mapping):
+            raise ConfigError(f"{name}: {path or 'it'} must have the keys {', '.join(allowed)}")
+        for key in value:
+            if key not in allowed:
+                raise ConfigError(f"{name}: {path + '.' if path else ''}{key} is no key; there are {', '.join(allowed)}")
+        return dict(value)
+
+    def one_of(value: Any, path: str, allowed: Sequence[str]) -> str:
+        if value not in allowed:
+            raise ConfigError(f"{name}: {path} is {value}, must be {' or '.join(allowed)}")
+        return str(value)
+
+    whole = keys(given, "", ("images", "camera_info", "motion", "clock"))
+    clock = one_of(whole.get("clock", "stamp"), "clock", ("stamp", "log"))
+    sided: list[dict[str, str]] = []
+    for of in ("images", "camera_info"):
+        sided.append({side: str(topic) for side, topic in keys(whole.get(of, {}), of, SIDES).items()})
+        if len(sided[-1]) == 1:
+            raise ConfigError(f"{name}: {of} has one side only")
+    entries = []
+    motion = whole.get("motion") or {}
+    for key, value in keys(motion, "motion", list(motion) if isinstance(motion, Mapping) else []).items():
+        path = f"motion.{key}"
+        entry = {"topic": value} if isinstance(value, str) else keys(
+            value, path, ("topic", "field", "columns", "scale", "axes", "clock"))
+        field, columns = entry.get("field"), entry.get("columns")
+        parts = KNOWN.get(key, ())
+        if field or columns:
+            ways = [field] if isinstance(field, str) else field or [way for each, _ in parts[:1] for way in each]
+            parts = ((ways, tuple(columns or (parts[0][1] if parts else ()))),)
+        if "topic" not in entry or not parts or not all(columns for _, columns in parts):
+            raise ConfigError(f"{name}: {path} needs " + ("a topic" if "topic" not in entry else "field and columns"
+                                                          if key not in KNOWN else "columns, a thruster each"))
+        for column in (column for _, columns in parts for column in columns):
+            if column not in COLUMNS and not str(column).endswith(COMMANDS):
+                raise ConfigError(f"{name}: {path}: {column} is no column of a table of motion")
+        entries.append(_Entry(key, entry["topic"], parts, isinstance(field, list) or isinstance(field, str),
+                              float(entry.get("scale", 1)),
+                              one_of(entry.get("axes", "flu"), f"{path}.axes", ("flu", "frd")) == "frd",
+                              one_of(entry.get("clock", clock), f"{path}.clock", ("stamp", "log"))))
+    if not entries and not sided[0]:
+        raise ConfigError(f"{name}: names neither images nor motion")
+    return sided[0], sided[1], entries, clock
+
+
+def _check_times(topic: str, times_ns: Sequence[int], notes: list[str], start_ns: int) -> None:
+    """ConfigError for a clock that runs backwards; a note for a gap."""
+    steps = np.diff(np.array(times_ns, np.int64))
+    back = np.flatnonzero(steps < 0)
+    if len(back):
+        at = back[0]
+        raise ConfigError(f"{topic}: the clock runs backwards at message {at + 1}, by {-steps[at] / 1e9:.3f} s; "
+                          "`clock: log` takes the times at which it was recorded")
+    if len(steps) and steps.max() > max(10 * np.median(steps), 0.5e9):
+        at = steps.argmax()
+        notes.append(f"{topic}: nothing for {steps[at] / 1e9:.2f} s after {(times_ns[int(at)] - start_ns) / 1e9:.2f} s.")
+
+
+def _pairs(times_ns: Mapping[str, Sequence[int]], images: Mapping[str, str], notes: list[str]) -> list[tuple[int, int]]:
+    """Images of both sides that are each other's nearest, and nearer than half a step. ConfigError for none."""
+    left, right = (np.array(times_ns[images[side]], np.int64) for side in SIDES)
+    steps = [np.median(np.diff(side)) for side in (left, right) if len(side) > 1]
+    within_ns = min(steps, default=40e6) / 2
+
+    def nearest(of: Any, to: Any) -> Any:
+        after = np.clip(np.searchsorted(to, of), 1, max(len(to) - 1, 1))
+        last = np.minimum(after, len(to) - 1)
+        return np.where(of - to[after - 1] <= abs(to[last] - of), after - 1, last)
+
+    partner, back = nearest(left, right), nearest(right, left)
+    apart = abs(right[partner] - left)
+    pairs = [(int(left[i]), int(right[j])) for i, j in enumerate(partner) if back[j] == i and apart[i] < within_ns]
+    if not pairs:
+        raise ConfigError(f"{images['left']} and {images['right']}: no pair of images: the nearest are "
+                          f"{apart.min() / 1e9:.3f} s apart, half a step is {within_ns / 1e9:.3f} s")
+    for side, every, paired in zip(SIDES, (left, right), zip(*pairs)):
+        if alone := len(every) - len(paired):
+            first = np.flatnonzero(~np.isin(every, paired))[0]
+            notes.append(f"{images[side]}: {alone} of {len(every)} images have no partner within {within_ns / 1e9:.3f} s and are "
+                         f"left out, the first is number {first}.")
+    return pairs
+
+
+def _rig_text(info: Any, topic: str) -> str:
+    """A camera_info as `estimate --rig` takes it."""
+    K, D, R, P = ([float(v) for v in getattr(info, name, getattr(info, name.lower(), ()))] for name in "KDRP")
+    if not any(K):
+        raise ConfigError(f"{topic}: its camera matrix is zero: the camera is not calibrated")
+    model, D = info.distortion_model or "plumb_bob", D or [0.0] * 5
+    return (f"# from {topic}\nimage_width: {info.width}\nimage_height: {info.height}\ndistortion_model: {model}\n"
+            + "".join(f"{key}: {{rows: {rows}, cols: {len(values) // rows}, data: {values}}}\n" for key, rows, values in
+                      (("camera_matrix", 3, K), ("distortion_coefficients", 1, D), ("rectification_matrix", 3, R),
+                       ("projection_matrix", 3, P))))
+
+
+def _table(columns: Sequence[str], rows: Mapping[int, Mapping[str, float]], start_ns: int) -> Motion:
+    times = sorted(rows)
+    table = {"time_s": np.array([(ns - start_ns) / 1e9 for ns in times])}
+    for column in columns:
+        table[column] = np.array([rows[ns].get(column, np.nan) for ns in times])
+    return check_motion(table)
+
+
+def read_bag(files: Union[Path, Sequence[Path]], topics: Union[Path, Mapping[str, Any]]) -> Bag:
+    """Reads a log, or the parts of one. `topics` is a YAML file as above, or a dict of the same. ConfigError, in one line, for
+    a file that cannot be read, a topic that is not there or is empty, a clock that runs backwards, images without a pair."""
+    names = [os.fspath(file) for file in ([files] if isinstance(files, (str, os.PathLike)) else files)]
+    images, infos, entries, clock = _settings(topics)
+    wanted = {*images.values(), *infos.values(), *(entry.topic for entry in entries)}
+    clocks = {topic: clock for topic in wanted} | {entry.topic: entry.clock for entry in entries}
+    times: dict[str, list[int]] = {topic: [] for topic in wanted}
+    unstamped: set[str] = set()
+    rows: list[tuple[_Entry, int, dict[str, float]]] = []
+    rig: dict[str, Any] = {}
+    with _opened(names) as (kinds, read), _whole(", ".join(names)):
+        for topic in sorted(wanted):
+            if topic not in kinds:
+                raise ConfigError(f"{', '.join(names)}: has no topic {topic}; it has {', '.join(sorted(kinds)) or 'none'}")
+        for topic, log_ns, message in read(wanted):
+            at, stamped = _time_of(message, log_ns, clocks[topic])
+            times[topic].append(at)
+            if clocks[topic] == "stamp" and not stamped and kinds[topic] != MAVLINK:
+                unstamped.add(topic)
+            rows += [(entry, at, _numbers(entry, message, kinds[topic])) for entry in entries if entry.topic == topic]
+            for side in (side for side, of in infos.items() if of == topic):
+                rig.setdefault(side, message)
+    for topic in sorted(wanted):
+        if not times[topic]:
+            raise ConfigError(f"{', '.join(names)}: {topic} is empty")
+    start_ns = min(min(each) for each in times.values())
+    notes = [f"{topic}: its messages say no time, the log's is taken." for topic in sorted(unstamped)]
+    for topic in sorted({*images.values(), *(entry.topic for entry in entries)}):
+        _check_times(topic, times[topic], notes, start_ns)
+    spans = {topic: (min(each), max(each)) for topic, each in times.items() if topic not in infos.values()}
+    latest, earliest = max(spans, key=lambda topic: spans[topic][0]), min(spans, key=lambda topic: spans[topic][1])
+    if spans[latest][0] > spans[earliest][1]:
+        raise ConfigError(f"{latest} begins {(spans[latest][0] - spans[earliest][1]) / 1e9:.3f} s after {earliest} ends: "
+                          "they have no time in common; `clock: log` takes the times at which they were recorded")
+    return Bag(names, start_ns, _motion(entries, rows, start_ns, notes), _pairs(times, images, notes) if images else [],
+               {side: _rig_text(info, infos[side]) for side, info in rig.items()}, notes, images, clock)
+
+
+def _motion(entries: Sequence[_Entry], rows: Iterable[tuple[_Entry, int, dict[str, float]]], start_ns: int, notes: list[str]
+            ) -> Motion:
+    """The table, in which of two entries with a column the first has it."""
+    there: dict[str, set[str]] = {entry.name: set() for entry in entries}
+    table: dict[int, dict[str, float]] = {}
+    rows = list(rows)
+    for entry, _, row in rows:
+        there[entry.name].update(row)
+    owner: dict[str, str] = {}
+    for entry in entries:
+        twice = [column for _, columns in entry.parts for column in columns if column in there[entry.name] and column in owner]
+        if twice:
+            notes.append(f"{entry.topic}: {', '.join(twice)} are taken from motion.{owner[twice[0]]}.")
+        for column in (column for _, columns in entry.parts for column in columns):
+            if column in there[entry.name]:
+                owner.setdefault(column, entry.name)
+    for entry, at, row in rows:
+        mine = {column: value for column, value in row.items() if owner[column] == entry.name}
+        if mine:
+            table.setdefault(at, {}).update(mine)
+    return _table(list(owner), table, start_ns) if owner else {}
+
+
+def estimate_bag(folder: Path, file: Path = "", *, marker: Path = "", settings: Settings = None) -> list[dict[str, Any]]:
+    """Finds the marker in the images of a folder that Bag.save wrote, and writes where it is as MCAP, FOLDER/poses.mcap unless
+    given, in the log's own time: /tf (camera_head > marker_estimated) and /estimate where it was detected, /state for every
+    pair. Returns `records` of `turbidock estimate --json`, each with `time_ns`. `marker` and `settings` as its --marker and --set."""
+    at = pathlib.Path(folder)
+    for name in ("times.csv", "left.yaml", "right.yaml"):
+        if not (at / name).is_file():
+            raise ConfigError(f"{at}: has no {name}: it must be a log with images and camera_info")
+    with open(at / "times.csv", newline="") as text:
+        times_ns = [int(row["left_ns"]) for row in csv.DictReader(text)]
+    words = [*(word for side in SIDES for word in (f"--{side}", str(at / side), "--rig", str(at / f"{side}.yaml"))),
+             *(["--marker", os.fspath(marker)] if marker else []),
+             *(word for each in assignments_of(settings) for word in ("--set", each))]
+    done = subprocess.run([PROGRAM, "estimate", *words, "--json", "--quiet"], capture_output=True, text=True)
+    if done.returncode:
+        raise ConfigError(done.stderr.strip().splitlines()[-1].removeprefix("turbidock: ") if done.stderr.strip() else
+                          f"estimate ended with {done.returncode}")
+    sys.stderr.write(done.stderr)  # what may be wrong with the images
+    records: list[dict[str, Any]] = json.loads(done.stdout)["records"]
+    if len(records) != len(times_ns):
+        raise ConfigError(f"{at}: {len(records)} images were read of {len(times_ns)} pairs")
+    with McapFile(file or at / "poses.mcap") as out:
+        for record, ns in zip(records, times_ns):
+            record["time_ns"] = ns
+            pose = [*record["position_m"], *record["quaternion_wxyz"]]
+            if record["detected"]:
+                out.write_transforms("/tf", ns, ("camera_head", "marker_estimated", pose, ns))
+                out.write_pose("/estimate", pose, ns, ns)
+            out.write_row("/state", "Estimate", {"detected": float(record["detected"]), "fitness": record["fitness"]}, ns)
+    return records
+
+
+def main() -> None:
+    """turbidock-bag."""
+    parser = argparse.ArgumentParser(prog="turbidock-bag", description="A recorded log as `estimate` and `identify` take it.")
+    parser.add_argument("files", nargs="+", help=".bag, .mcap, .db3 or a ROS 2 bag's folder, .bin or .tlog")
+    parser.add_argument("--topics", help="YAML file that says what is where (help('turbidock.bags')); none: lists topics")
+    parser.add_argument("--out", help="the folder to make")
+    parser.add_argument("--estimate", action="store_true", help="also find the marker in the images: poses.mcap")
+    arguments = parser.parse_args()
+    if not arguments.topics:
+        with _opened(arguments.files) as (kinds, _):
+            print(*(f"{topic}  {kind}" for topic, kind in sorted(kinds.items())), sep="\n")
+        return
+    if not arguments.out:
+        raise ConfigError("--out is needed: the folder to make")
+    bag = read_bag(arguments.files, arguments.topics)
+    bag.save(arguments.out)
+    print(*bag.notes, sep="\n", end="\n" * bool(bag.notes), file=sys.stderr)
+    print(f"{arguments.out}: {len(bag.motion.get('time_s', ()))} rows of motion, {len(bag.pairs)} pairs of images")
+    if arguments.estimate:
+        found = estimate_bag(arguments.out)
+        print(f"{arguments.out}/poses.mcap: the marker in {sum(record['detected'] for record in found)} of {len(found)} pairs")
