@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # bare_root.sh ROOT [SUITE]: a bare Debian 12, or another suite, in that folder, unless it is there; Debian 12 with this
-# machine's sources of packages. As root.
+# machine's sources of packages, each with its resolver, certificates and settings of pip. As root.
 set -euo pipefail
 root=$(realpath -m "$1")
 wanted=${2:-bookworm}
@@ -14,10 +14,12 @@ if [ ! -e "$root/var/lib/dpkg/status" ]; then
     exit 1
   }
 fi
-if [ "$wanted" != bookworm ]; then exit; fi
-if [ -e /etc/resolv.conf ]; then cp -L /etc/resolv.conf "$root/etc/"; fi
-rm -f "$root/etc/apt/sources.list"
-cp -r /etc/apt/. "$root/etc/apt/"
+if [ "$wanted" = bookworm ]; then
+  rm -f "$root/etc/apt/sources.list"
+  cp -r /etc/apt/. "$root/etc/apt/"
+fi
+cp -L /etc/resolv.conf "$root/etc/" 2>/dev/null || true
+cp /etc/pip.conf "$root/etc/" 2>/dev/null || true
 if [ -e /usr/share/ca-certificates ]; then
   rm -rf "$root/etc/ssl/certs"
   mkdir -p "$root/etc/ssl"

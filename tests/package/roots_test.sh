@@ -1,32 +1,33 @@
 #!/usr/bin/env bash
 # roots_test.sh FOLDER: the README's commands from a clone of this checkout in a bare Debian 12 and in a bare Debian 13 below
-# FOLDER, and a trial in a bare testing, where EGL draws. As root; an hour and more on two cores.
+# FOLDER, a wheel made there and used in another bare root, and a trial in a bare testing, where EGL draws. As root; an hour
+# and more on two cores.
 set -euo pipefail
 folder=$(realpath -m "$1")
 here=$(realpath "$(dirname "$0")")
 mkdir -p "$folder"
 
-# in_root SUITE COMMAND: in a clone, with a clock of its own.
+# in_root SUITE COMMAND: in a clone; says how long it took and how many processor seconds.
 in_root() {
-  local begin=$SECONDS
-  unshare --mount --pid --fork --mount-proc="$folder/roots-$1/proc" chroot "$folder/roots-$1" \
+  local TIMEFORMAT="== $1: $2: %0R s, of processors %0U + %0S s"
+  time unshare --mount --pid --fork --mount-proc="$folder/roots-$1/proc" chroot "$folder/roots-$1" \
     /usr/bin/env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin LC_ALL=C.UTF-8 \
     sh -c "cd /root/turbidock && $2"
-  echo "== $1: $2: $((SECONDS - begin)) s"
 }
 
 for suite in bookworm trixie testing; do
   root=$folder/roots-$suite
   bash "$here/bare_root.sh" "$root" "$suite"
-  cp -L /etc/resolv.conf "$root/etc/"
   chroot "$root" sh -c 'apt-get update -q && DEBIAN_FRONTEND=noninteractive \
-    apt-get install -y -q --no-install-recommends git make ca-certificates' >"$folder/roots-$suite.log"
+    apt-get install -y -q --no-install-recommends git make' >"$folder/roots-$suite.log"
   rm -rf "$root/root/turbidock"
   git clone -q "$here/../.." "$root/root/turbidock"
 done
 for suite in bookworm trixie; do
   in_root "$suite" 'make run'
   in_root "$suite" 'make test'
+  in_root "$suite" 'make wheel'
+  bash "$here/wheel_test.sh" "$folder/roots-$suite"/root/turbidock/out/wheel/turbidock-*.whl "$folder" "$suite"
 done
 in_root testing 'make build'
 in_root testing 'build/bin/turbidock run pool_active --expect docked --json' | tee "$folder/testing.json"

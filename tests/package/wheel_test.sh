@@ -1,17 +1,17 @@
 #!/usr/bin/env bash
-# wheel_test.sh WHEEL FOLDER: in a bare Debian 12 below FOLDER with Python alone, an ordinary user installs the wheel and docks,
-# from the command line and from Python, as here. As root, where the Python index can be reached.
+# wheel_test.sh WHEEL FOLDER [SUITE]: in a bare Debian 12, or another suite, below FOLDER with Python alone, an ordinary user
+# installs the wheel and docks, from the command line and from Python. As root, where the Python index can be reached.
 set -euo pipefail
 wheel=$(realpath "$1")
 folder=$(realpath -m "$2")
-root=$folder/python
-bash "$(dirname "$0")/bare_root.sh" "$root"
+suite=${3:-bookworm}
+root=$folder/python-$suite
+bash "$(dirname "$0")/bare_root.sh" "$root" "$suite"
 chroot "$root" sh -c 'apt-get update -q && DEBIAN_FRONTEND=noninteractive \
   apt-get install -y -q --no-install-recommends python3-venv' >"$folder/python.log"
 rm -rf "$root/tmp/user"
 install -d -o 1234 -g 1234 "$root/tmp/user"
 cp "$wheel" "$root/tmp/user"
-cp /etc/pip.conf "$root/etc/" 2>/dev/null || true
 as_user() {
   unshare --mount --pid --fork --mount-proc="$root/proc" chroot "$root" /usr/bin/env -i HOME=/tmp/user PATH=/usr/bin:/bin LC_ALL=C.UTF-8 /usr/bin/setpriv --reuid=1234 --regid=1234 --clear-groups \
     sh -c "cd /tmp/user && $1"
