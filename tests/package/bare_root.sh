@@ -17,6 +17,9 @@ fi
 if [ "$wanted" = bookworm ]; then
   rm -f "$root/etc/apt/sources.list"
   cp -r /etc/apt/. "$root/etc/apt/"
+else
+  # A mirror may stand still.
+  echo 'Acquire::Check-Valid-Until "false";' >"$root/etc/apt/apt.conf.d/90mirror"
 fi
 cp -L /etc/resolv.conf "$root/etc/" 2>/dev/null || true
 cp /etc/pip.conf "$root/etc/" 2>/dev/null || true
