@@ -27,4 +27,6 @@ if [ -e /usr/share/ca-certificates ]; then
   rm -rf "$root/etc/ssl/certs"
   mkdir -p "$root/etc/ssl"
   cp -rL /etc/ssl/certs "$root/etc/ssl/"
+  # Else a package's update-ca-certificates forgets this machine's own.
+  cp -r /usr/local/share/ca-certificates "$root/usr/local/share/" 2>/dev/null || true
 fi
