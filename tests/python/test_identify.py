@@ -51,7 +51,7 @@ def test_the_plan_stays_in_the_pool_and_below_its_thrust(scenario, commands):
         assert 0 <= commands[f"{name}_v"].min() and commands[f"{name}_v"].max() <= 5
         assert np.ptp(commands[f"{name}_v"]) > 1, name
     with pytest.raises(turbidock.ConfigError, match="no block of 10 s stays in a pool"):
-        identify.plan(scenario, duration_s=10, pool_m=(0.01, 0.01, 0.01))
+        identify.plan(scenario, duration_s=10, pool_m=(1e-6, 1e-6, 1e-6))
 
 
 def test_planted_parameters_are_found_again(flown):

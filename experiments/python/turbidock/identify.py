@@ -44,7 +44,7 @@ TOLD = 0.5  # of what was known before: what a log leaves more uncertain than th
 CORRELATED = 0.9
 WINDOW_S = 5.0
 BEFORE_S = 0.3  # of a window's state before its first measurement: the clocks may be off by as much
-LEAD_S = 2.0  # of a held-out window, from which its state is known
+LEAD_S = 4.0  # of a held-out window, from which its state is known
 AHEAD_S = 5.0  # of its prediction
 
 
@@ -327,7 +327,7 @@ def _misses(task: _Task, z: Numbers, held_out: float) -> Numbers:
                     rows = np.flatnonzero(np.abs(position.time_s - (at + LEAD_S + AHEAD_S)) < 0.1)
                     ahead.begin_s, ahead.rows = lead.begin_s, {s.kind: rows if s is position else rows[:0] for s in log.sensors}
                     targets.append(ahead)
-                at += LEAD_S
+                at += 1.0
     if not leads:
         return np.zeros(0)
     _, _, _ = solve(task.problem, leads, z, with_z=False, most=6)
