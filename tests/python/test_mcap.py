@@ -20,15 +20,16 @@ from PIL import Image
 import turbidock
 from conftest import QUICK
 from turbidock.frames import rotation
+from turbidock.motion import read_motion
 
 HERE = pathlib.Path(__file__).parent
 POSE = ("x_m", "y_m", "z_m", "qw", "qx", "qy", "qz")
 
 
-def recorded(folder, *sets):
+def recorded(folder, *sets, more=()):
     """A trial's folder, as the program writes it."""
     subprocess.run([os.environ.get("PROGRAM", "build/bin/turbidock"), "run", "sea_night_active", "--seed", "77", "--quiet",
-                    "--out", str(folder), *(word for each in sets for word in ("--set", each))], check=True)
+                    *more, "--out", str(folder), *(word for each in sets for word in ("--set", each))], check=True)
     return folder
 
 
@@ -90,6 +91,16 @@ def test_commands_and_state_are_the_other_columns(trial):
             assert [getattr(m, name) for _, _, m in found] == list(log[name]), name
     posed = [column for column in log if column.startswith(("est_", "true_", "vehicle_"))]
     assert {*names[0], *names[1], *posed, "image_time_s"} == set(log)
+
+
+def test_steps_of_the_physics_come_along(tmp_path):
+    folder = recorded(tmp_path / "steps", "pose_source=true_pose", "duration_s=0.5", more=["--motion"])
+    found, log = messages(turbidock.to_mcap(folder), "/motion"), read_motion(folder / "motion.csv")
+    assert len(found) == len(log["time_s"]) > 200
+    assert [log_ns for log_ns, _, _ in found] == nanoseconds(log["time_s"])
+    assert {field.name for field in found[0][2].DESCRIPTOR.fields} == set(log)
+    for column, values in log.items():
+        assert np.array_equal([getattr(m, column) for _, _, m in found], values, equal_nan=True)
 
 
 def test_the_frames_put_the_marker_where_the_scene_has_it(docked):

@@ -12,6 +12,7 @@ camera_delay_frames before.
 | `/left/image`, `/left/calibration`, `/right/...` | foxglove.CompressedImage, CameraCalibration | |
 | `/commands` | turbidock.Commands | of each thruster |
 | `/state` | turbidock.State | stage, F (`fitness`), desired pose, speeds, forces: the other columns of trajectory.csv |
+| `/motion` | turbidock.Motion | motion.csv of `run --motion`, where there is one: a row a step of the physics |
 | `/log` | foxglove.Log | changes of stage with their reasons, settings that were changed, the outcome |
 | `/scene` | foxglove.SceneUpdate | station, vehicle and marker as MuJoCo has them; the estimated balls, transparent |
 
@@ -303,6 +304,10 @@ def to_mcap(run: Path | Result, file: Path = "", *, images: bool = False, plugin
         for attached, kind in (("result.json", "application/json"), ("resolved.yaml", "application/yaml")):
             out.attach(folder / attached, kind)
         _write_trial(out, model, rows, stages, record, pictures)
+        if (folder / "motion.csv").exists():
+            motion = read_motion(folder / "motion.csv")
+            for time_s, values in zip(motion["time_s"], zip(*motion.values())):
+                out.write_row("/motion", "Motion", dict(zip(motion, values)), round(1e9 * time_s))
         pictures.close(record["digest"])
     return name
 
