@@ -85,6 +85,17 @@ def test_outliers_and_gaps_change_little(scenario, flown):
         assert abs(again.value(name) - fit.value(name)) < high - low, name
 
 
+def test_a_clock_that_is_far_off_is_found(scenario, commands):
+    short = {name: column[:300] for name, column in commands.items()}
+    rng = np.random.default_rng(6)
+    values = logs.planted(scenario, rng)
+    for offset in (0.05, 1.25, -0.8):
+        task = identify._Task(logs.log_of(scenario, values, short, rng, offset_s=offset), scenario, "still", 0, 1)
+        found = {sensor.offset_s for sensor in task.logs[0].sensors}
+        assert len(found) == 1
+        assert abs(found.pop() - offset) < 0.15, offset  # the rest is delay.pose
+
+
 def test_the_vehicles_file_is_what_was_found(flown, tmp_path):
     _, _, fit = flown
     shutil.copy(pathlib.Path(_core.data_dir()) / "models/vehicle.xml", tmp_path / "mine.xml")

@@ -30,7 +30,7 @@ def fly(plan_file, seed):
     duration_s = 60
     flown = turbidock.run(SCENARIO, seed=seed, motion=True, settings={
         **QUIET, **STILL, **THEIRS, "controller": "playback", "playback.file": str(plan_file), "duration_s": duration_s,
-        "start.position_m": [-8, 4, -4]}).motion
+        "start.position_m": [-4, 0, -1.5]}).motion
     rng = np.random.default_rng(seed)
     every = 48  # ten a second
     rows = flown.iloc[::every].reset_index(drop=True)

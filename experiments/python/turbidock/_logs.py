@@ -25,8 +25,9 @@ class Sensor:
     kind: str  # position, attitude, velocity, turn_rate, depth
     time_s: Numbers
     values: Numbers  # (n, 3), quaternions (n, 4), depth (n, 1)
-    delay: str  # the parameter that says how old it is
+    delay: str  # the parameter that says how old it is, besides offset_s
     std: float = 0  # of a component, m, rad, m/s, rad/s; found from the log
+    offset_s: float = 0  # of its clock, roughly
 
 
 @dataclass
@@ -82,8 +83,8 @@ def rotated(q: Numbers, v: Numbers) -> Numbers:
 class Log:
     """Commands and motion of one run, its time from 0 on."""
 
-    def __init__(self, motion: Mapping[str, npt.ArrayLike], scenario: Scenario, name: str = "motion",
-                 pose_is_onboard: bool = False) -> None:
+    def __init__(self, motion: Mapping[str, npt.ArrayLike], scenario: Scenario, name: str = "motion"
+                 ) -> None:
         table = check_motion(motion, name)
         self.name = name
         self.clock_begin_s = float(table["time_s"][0])
@@ -104,6 +105,13 @@ class Log:
 
     def sensor(self, kind: str) -> Sensor | None:
         return next((sensor for sensor in self.sensors if sensor.kind == kind), None)
+
+    def set_offset(self, offset_s: float) -> None:
+        """Of the poses' clock, roughly: they are of so much earlier, on the commands' clock, than they say."""
+        for sensor in self.sensors:
+            if sensor.delay == "delay.pose":
+                sensor.time_s = sensor.time_s + sensor.offset_s - offset_s
+                sensor.offset_s = offset_s
 
     def stretches(self) -> list[tuple[float, float]]:
         """From and to, between gaps of the commands and of any sensor."""

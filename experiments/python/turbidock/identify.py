@@ -44,6 +44,7 @@ TOLD = 0.5  # of what was known before: what a log leaves more uncertain than th
 CORRELATED = 0.9
 WINDOW_S = 5.0
 BEFORE_S = 0.3  # of a window's state before its first measurement: the clocks may be off by as much
+FARTHEST_S = 2.0  # by which the poses' clock may be off
 LEAD_S = 4.0  # of a held-out window, from which its state is known
 AHEAD_S = 5.0  # of its prediction
 
@@ -121,6 +122,7 @@ class Fit:
     validation: dict[str, Any]
     source: str
     residuals: dict[str, Numbers] = field(default_factory=dict)
+    offsets_s: list[float] = field(default_factory=list)  # of each log's poses, roughly, besides delay.pose
 
     def value(self, name: str) -> float:
         return self.values()[name]
@@ -189,6 +191,8 @@ class Fit:
                 f"{row.value:10.4g}  not told, kept")
             lines.append(f"  {row.parameter:26}{found}")
         lines.append("")
+        lines += [f"  {name}: its poses' clock is {offset:+.1f} s off, besides delay.pose"
+                  for name, offset in zip(self.source.split(", ")[1:], self.offsets_s) if offset]
         lines += [f"  noise of {kind}: {value:.3g}" for kind, value in self.noise.items()]
         if self.outliers > 0.001:
             lines.append(f"  {100 * self.outliers:.1f} % of the measurements are no noise and were left out")
@@ -224,7 +228,27 @@ class _Task:
         self.parameters = [parameter for parameter in
                            parameters_of(self.scenario, thrust_std=thrust_std, water=water, onboard=onboard)
                            if posed or parameter.name not in ("delay.pose", "delay.drift")]
+        for log, made in zip(self.logs, scenarios):
+            self._align(log, made, workers or 1)
         self.problem = Problem(self.logs, scenarios, self.parameters, workers or len(os.sched_getaffinity(0)))
+
+    def _align(self, log: Log, scenario: Scenario, workers: int) -> None:
+        """Finds by how much the poses' clock is off where that is more than a fit would find: the offset from which the
+        vehicle as it is known before predicts best, each window from its measured beginning."""
+        problem = Problem([log], [scenario], [], workers)
+        problem.coarse = True
+        costs = {}
+        for offset in np.round(np.arange(-FARTHEST_S, FARTHEST_S + 1e-9, 0.1), 1):
+            log.set_offset(float(offset))
+            parts = [Part(log, window, log.state_at(window.begin_s)) for window in log.windows(WINDOW_S, BEFORE_S)]
+            if parts:
+                flown = problem.fly(parts, np.zeros(0), [(0, i, part.state) for i, part in enumerate(parts)], [np.zeros(0)])
+                off = [np.linalg.norm(errors(sensor.kind, states[sensor.kind], sensor.values[part.window.rows[sensor.kind]]),
+                                      axis=1).mean() / sensor.std
+                       for part, states in zip(parts, flown) for sensor in log.sensors]
+                costs[float(offset)] = float(np.mean(off))
+        best = min(costs, key=lambda offset: costs[offset], default=0.0)
+        log.set_offset(best if abs(best) > BEFORE_S / 2 and costs[best] < 0.8 * costs.get(0.0, np.inf) else 0.0)
 
     def _series(self, log: Log) -> str:
         if not log.water:
@@ -289,7 +313,8 @@ def fit(logs: MotionLike | Sequence[MotionLike], scenario: Scenario | Path, *, w
     weights = np.concatenate([weight for one in linear for weight in one.weight.values()])
     return Fit(task.scenario, task.parameters, z, _information(task, reduced, parts, rows), problem.std, rows,
                float((weights == 0).mean()), _validate(task, z, held_out), task.source(),
-               {kind: np.concatenate([one.raw[kind] for one in linear if kind in one.raw]) for kind in problem.std})
+               {kind: np.concatenate([one.raw[kind] for one in linear if kind in one.raw]) for kind in problem.std},
+               [max((sensor.offset_s for sensor in log.sensors), key=abs) for log in task.logs])
 
 
 def _information(task: _Task, reduced: Reduced, parts: Sequence[Part], rows: float) -> Information:
