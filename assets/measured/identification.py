@@ -110,10 +110,12 @@ def main():
         for log in range(given.first, given.first + given.logs):
             rng = np.random.default_rng([log, 49])
             values = planted(scenario, rng)
+            if given.poor:  # its pilot keeps it trimmed: it does not drift through its axes
+                values = {name: value for name, value in values.items() if not name.startswith("trim.")}
             begin = time.perf_counter()
             fit = identify.fit(log_of(scenario, values, commands, rng), scenario, workers=given.workers)
             took = time.perf_counter() - begin
-            values |= {"delay.pose": OFFSET_S, "delay.drift": 0.0}
+            values = {p.name: p.before for p in fit.parameters} | values | {"delay.pose": OFFSET_S, "delay.drift": 0.0}
             for parameter in fit.parameters:
                 low, high = fit.interval(parameter.name)
                 lines.append(f"{seconds:g},{log},{parameter.name},{values[parameter.name]:.6g},{fit.value(parameter.name):.6g},"

@@ -22,7 +22,7 @@ Numbers = npt.NDArray[np.float64]
 
 BLOCK_S = 10.0
 COAST_S = 2.0  # at its end, at neutral
-COMMANDS_HZ = 20
+COMMANDS_HZ = 10  # as logs have them: what changes between two logged commands is lost to identify
 POSES_HZ = 10
 AXES = ("surge_newton", "sway_newton", "heave_newton", "yaw_newton_m")
 POSITION_STD_M, ATTITUDE_STD_RAD = 0.005, 0.0087
