@@ -18,9 +18,11 @@ from rosbags.rosbag2 import StoragePlugin, Writer as Writer2
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 import turbidock
+from conftest import QUICK
 from test_mcap import messages, place
+from turbidock import identify
 from turbidock.frames import rotation
-from turbidock.motion import read_motion
+from turbidock.motion import POSITION, QUATERNION, TURN_RATE, VELOCITY, read_motion
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 START_NS = 1_700_000_000_123_456_789  # an hour of a day, which a double does not hold
@@ -160,6 +162,24 @@ def test_a_bag_is_a_table_of_motion_with_its_own_times(maker, tmp_path):
     again = read_motion(tmp_path / "out/motion.csv")
     assert all(np.array_equal(again[column], values, equal_nan=True) for column, values in table.items())
     assert json.loads((tmp_path / "out/log.json").read_text())["start_ns"] == START_NS
+
+
+def test_identify_takes_what_a_bag_gives(simple):
+    """A trial comes back from a bag as it was, to the nanosecond, and tells of its vehicle."""
+    flown = turbidock.run("pool_active", seed=3, settings={**QUICK, "duration_s": 8}).trajectory
+    volts = MOTION["commands"]["columns"]
+    for row in flown.to_dict("records"):
+        at = START_NS + round(1e9 * row["time_s"])
+        simple.write("/odom", at, simple.odometry(at, *([row[column] for column in group] for group in
+                                                        (POSITION, QUATERNION, VELOCITY, TURN_RATE))))
+        simple.write("/thrusters", at, simple.numbers([row[column] for column in volts]))
+    bag = turbidock.read_bag(simple.close(), {"motion": {"odometry": "/odom", "commands": MOTION["commands"]}})
+    columns = [*POSITION, *QUATERNION, *VELOCITY, *TURN_RATE, *volts]
+    assert set(bag.motion) == {"time_s", *columns}
+    for column in columns:
+        assert np.array_equal(bag.motion[column], flown[column])
+    assert np.allclose(bag.motion["time_s"], flown["time_s"], rtol=0, atol=1e-9)
+    assert any(identify.inform(bag.motion, "pool_active").told())
 
 
 def test_the_first_entry_counts_and_the_recorders_clock_can_be_had(simple):

@@ -14,6 +14,13 @@ are the names of their messages. A YAML file says what is where; all but the top
       current: {topic: /adcp, field: [mean.u, mean.v, mean.w], columns: [water_x_mps, water_y_mps, water_z_mps]}
     clock: stamp
 
+and of a dive's .bin:
+
+    motion:
+      attitude: {topic: ATT, field: [Roll, Pitch, Yaw], columns: [roll_rad, pitch_rad, yaw_rad], scale: 0.0174533, axes: frd}
+      depth: {topic: CTUN, field: Alt, scale: -1}
+      commands: {topic: RCOU, field: [C1, C2, C3], columns: [t1_pwm_us, t2_pwm_us, t3_pwm_us]}
+
 Any message will do, also of a type of one's own: `field` is the way to a number, a list, a vector or a quaternion in it, or a
 list of such ways; `columns` are those of `turbidock.motion` that it fills; `scale` multiplies. With `axes: frd` (and a world
 with z down, as ArduSub has them) y and z change their sign. Where two topics give a column, the first counts. `clock: log`
