@@ -81,7 +81,7 @@ class World {
   }
   // Whether RenderImages makes less than whole images where less is asked for.
   bool exposes_parts() const {
-    return !cameras_->images.on() && cameras_->camera.Seen({}).left.empty();
+    return !cameras_->images.on() && cameras_->camera.Seen({}) != cameras_->camera.whole();
   }
   Pose true_X_HM() const { return (plant_.truth().X_WB * scene_.X_BH).Inverse() * plant_.X_WM(); }
   const vehicle::Plant& plant() const { return plant_; }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "experiments/trial/first_look.h"
@@ -72,6 +73,7 @@ TEST(FirstLook, ItsRegionIsNoLargerThanTheOuterRings) {
 struct WatchedTrial {
   TrialResult result;
   std::vector<double> fitness;       // by frame
+  int partial_frames = 0;            // that left a corner of the left image as it was
   std::vector<int64_t> evaluations;  // likewise; none where a frame was not searched
 
   std::ptrdiff_t spared() const { return std::ranges::count(evaluations, 0); }
@@ -83,7 +85,12 @@ WatchedTrial Watch(const std::string& scenario, std::vector<std::string> assignm
   WatchedTrial run;
   TrialOptions options;
   options.whole_images = whole_images;
+  Image3u8 last, before;  // the perception has two buffers in turn
   options.observe = [&](const TrialFrame& frame) {
+    constexpr int kCorner_px = 30;  // noise does not repeat itself in 30 pixels
+    const uint8_t* corner = frame.seen.left.data();
+    run.partial_frames += !before.empty() && std::equal(corner, corner + kCorner_px, before.data());
+    before = std::exchange(last, frame.seen.left);
     run.fitness.push_back(frame.record.fitness);
     run.evaluations.push_back(frame.evaluations);
   };
@@ -105,6 +112,8 @@ TEST(FirstLook, SparesFramesInWhichNothingWouldBeDetected) {
   const WatchedTrial without = Watch("paper_sea_night_passive", far, false);
   EXPECT_EQ(without.spared(), 0);
   EXPECT_GT(with.spared(), 30);
+  EXPECT_GT(with.partial_frames, 30);
+  EXPECT_EQ(without.partial_frames, 0);
   ASSERT_EQ(with.fitness.size(), without.fitness.size());
   EXPECT_GT(with.evaluations.front(), 0);
   for (size_t i = 0; i < with.fitness.size(); ++i) {
@@ -113,7 +122,9 @@ TEST(FirstLook, SparesFramesInWhichNothingWouldBeDetected) {
     EXPECT_LT(without.fitness[i], vision::Detection::kOnFitness) << i;
   }
   // whoever wants whole images gets them, and the same trial
-  EXPECT_EQ(Watch("paper_sea_night_passive", far, true, true).result.digest, with.result.digest);
+  const WatchedTrial whole = Watch("paper_sea_night_passive", far, true, true);
+  EXPECT_EQ(whole.result.digest, with.result.digest);
+  EXPECT_EQ(whole.partial_frames, 0);
 }
 
 TEST(FirstLook, HasNoPartInFaultsThatCamerasSee) {
