@@ -11,6 +11,7 @@
 #include "control/playback.h"
 #include "control/thrust_allocation.h"
 #include "experiments/python/bindings.h"
+#include "experiments/trial/motion.h"
 #include "experiments/trial/recorded.h"
 #include "experiments/trial/world.h"
 #include "sim/base/random.h"
@@ -243,11 +244,7 @@ py::tuple Authority(const Scenario& scenario) {
 }  // namespace
 
 void AddPredict(py::module_* module) {
-  module->def("thrusters", [](const Scenario& scenario) {
-    std::vector<std::string> names;
-    for (const auto& thruster : trial::ModelOf(scenario).thrusters) names.push_back(thruster.name);
-    return names;
-  });
+  module->def("thrusters", &trial::ThrusterNamesOf);
   module->def("authority", &Authority);
   module->def("commands", &Commands);
   module->def("predict", &Predict);

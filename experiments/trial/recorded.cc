@@ -31,6 +31,7 @@ std::string Listing(const std::vector<std::string>& names) {
 
 std::vector<std::string> NamesIn(const VehicleModel& vehicle) {
   std::vector<std::string> names;
+  names.reserve(vehicle.thrusters.size());
   for (const control::ThrusterModel& thruster : vehicle.thrusters) names.push_back(thruster.name);
   return names;
 }
