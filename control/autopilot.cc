@@ -6,6 +6,32 @@
 #include "sim/base/check.h"
 
 namespace turbidock::control {
+namespace {
+
+bool AsksForForces(const ControlParams& params) {
+  if (params.own) return !std::holds_alternative<VoltsAllocationParams>(params.own->allocation);
+  return params.controller != ControllerType::kPVoltage;
+}
+
+// Heading is nearly the rotation about z of H: the vehicle hardly pitches and rolls.
+std::optional<Axes> VarianceOf(const PoseEstimate& estimate) {
+  if (!estimate.covariance) return std::nullopt;
+  const PoseCovariance& of = *estimate.covariance;
+  return Axes(of(0, 0), of(1, 1), of(2, 2), of(5, 5));
+}
+
+// The camera head as it is wanted, seen from where it is; both in M.
+Observation SeenFrom(const Navigated& now, const Reference& wanted_MH, int64_t frame) {
+  const double c = std::cos(now.pose_MH.yaw_rad), s = std::sin(now.pose_MH.yaw_rad);
+  const auto in_head = [&](const Axes& in_M) -> Axes {
+    return {c * in_M.x() + s * in_M.y(), c * in_M.y() - s * in_M.x(), in_M.z(), in_M.w()};
+  };
+  return {.frame = frame,
+          .position = in_head(Difference(wanted_MH.position, ToAxes(now.pose_MH))),
+          .rate = in_head(wanted_MH.rate - now.rate_M)};
+}
+
+}  // namespace
 
 PoseFilterParams ControlParams::pose_filter() const {
   if (own) return own->pose_filter;
@@ -58,33 +84,6 @@ std::unique_ptr<Allocation> MakeAllocation(const ControlParams& params,
   }
   TD_CHECK(false, "unknown controller");
 }
-
-namespace {
-
-bool AsksForForces(const ControlParams& params) {
-  if (params.own) return !std::holds_alternative<VoltsAllocationParams>(params.own->allocation);
-  return params.controller != ControllerType::kPVoltage;
-}
-
-// Heading is nearly the rotation about z of H: the vehicle hardly pitches and rolls.
-std::optional<Axes> VarianceOf(const PoseEstimate& estimate) {
-  if (!estimate.covariance) return std::nullopt;
-  const PoseCovariance& of = *estimate.covariance;
-  return Axes(of(0, 0), of(1, 1), of(2, 2), of(5, 5));
-}
-
-// The camera head as it is wanted, seen from where it is; both in M.
-Observation SeenFrom(const Navigated& now, const Reference& wanted_MH, int64_t frame) {
-  const double c = std::cos(now.pose_MH.yaw_rad), s = std::sin(now.pose_MH.yaw_rad);
-  const auto in_head = [&](const Axes& in_M) -> Axes {
-    return {c * in_M.x() + s * in_M.y(), c * in_M.y() - s * in_M.x(), in_M.z(), in_M.w()};
-  };
-  return {.frame = frame,
-          .position = in_head(Difference(wanted_MH.position, ToAxes(now.pose_MH))),
-          .rate = in_head(wanted_MH.rate - now.rate_M)};
-}
-
-}  // namespace
 
 Autopilot::Autopilot(const ControlParams& params, const ProcedureParams& procedure,
                      const VehicleModel& vehicle, const ClockParams& clock,

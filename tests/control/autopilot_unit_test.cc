@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 #include "tests/control/published_vehicle.h"
@@ -179,6 +180,32 @@ TEST(Autopilot, KeepsItsLawWhenTheOtherIsRefused) {
   EXPECT_THROW(autopilot.SetControl(wrong), ConfigError);
   const ThrusterCommand command = autopilot.Update(Estimate(0, {0.62, 0.01, 0, 0}));
   EXPECT_NEAR(command.volts[2], 2.5 + 30 * 0.01, 1e-12);
+}
+
+// Of an axis that the estimate is unsure of, a step hardly enters the demand. Covariances are of
+// position, then of the rotation vector, whose third element is nearly the heading.
+TEST(Autopilot, ItsFilterBelievesEachAxisNoMoreThanTheEstimateClaims) {
+  constexpr std::array<Eigen::Index, kAxisCount> kOfCovariance = {0, 1, 2, 5};
+  const auto demand_after_a_step = [&](int axis, double variance) {
+    ControlParams params = Params(ControllerType::kPVoltage);
+    params.p_voltage.pose_filter.enabled = true;
+    Autopilot autopilot(params, {.found_hold_s = 0, .enter_hold_s = 600}, PublishedVehicle(),
+                        kClock);
+    Axes marker(0.6, 0, 0, 0);
+    for (int n = 0; n < 60; ++n) autopilot.Update(Estimate(n, marker));
+    marker[axis] += axis == kYaw ? 0.02 : 0.004;
+    PoseEstimate stepped = Estimate(60, marker);
+    stepped.covariance = 1e-9 * PoseCovariance::Identity();
+    const Eigen::Index at = kOfCovariance[static_cast<size_t>(axis)];
+    (*stepped.covariance)(at, at) = variance;
+    autopilot.Update(stepped);
+    return std::abs(autopilot.demand()[axis]);
+  };
+  for (int axis = 0; axis < kAxisCount; ++axis) {
+    const double sure = demand_after_a_step(axis, 1e-9);
+    EXPECT_GT(sure, 1e-3) << axis;
+    EXPECT_LT(demand_after_a_step(axis, 1), 0.01 * sure) << axis;
+  }
 }
 
 }  // namespace
