@@ -18,6 +18,12 @@ constexpr double kProgress_m = 0.003;
 double Mm(double m) { return units::MmFromM(m); }
 double Deg(double rad) { return units::DegFromRad(rad); }
 
+// Two balls alone reach an F that is reliable wherever the third is: an estimator that looks for
+// their outlines must have said that it sees the marker, and have one answer.
+bool IsBorneOut(const PoseEstimate& estimate) {
+  return (estimate.detected || estimate.ball_support.empty()) && !estimate.second;
+}
+
 void Require(bool condition, const std::string& path, const char* key, const std::string& problem) {
   if (!condition) throw ConfigError(JoinKey(path, key), problem);
 }
@@ -58,7 +64,7 @@ DockingProcedure::DockingProcedure(const ProcedureParams& params, const ClockPar
 
 bool DockingProcedure::WouldGoBlind(const PoseEstimate& estimate) const {
   return directive_.stage == Stage::kDocking && !directive_.given_up &&
-         estimate.fitness < params_.lost_fitness &&
+         (estimate.fitness < params_.lost_fitness || estimate.second) &&
          estimate.frame - seen_frame_ <= clock_.FramesFor(params_.blind_max_s);
 }
 
@@ -78,7 +84,9 @@ const Directive& DockingProcedure::Update(const PoseEstimate& estimate, const Ou
   d.guide = Guide::kVision;
   d.open_loop = {};
   d.best_fitness = std::max(d.best_fitness, estimate.fitness);
-  d.marker_seen = estimate.fitness >= params_.lost_fitness;
+  // While it is steered by the marker, two answers are none.
+  d.marker_seen =
+      estimate.fitness >= params_.lost_fitness && (IsBeforeFound(d.stage) || !estimate.second);
   d.trusted =
       d.marker_seen && (!IsBeforeFound(d.stage) || estimate.fitness >= params_.found_fitness);
   const bool goes_blind = outlook.predicted_HM && WouldGoBlind(estimate);
@@ -128,7 +136,7 @@ void DockingProcedure::Find(const PoseEstimate& estimate, const Outlook& outlook
     return;
   }
   ++held_;
-  if (!HeldFor(params_.found_hold_s)) {
+  if (!HeldFor(params_.found_hold_s) || !IsBorneOut(estimate)) {
     if (approach_.on() && outlook.navigated_MH)
       SteerByNavigation(Inverse(approach_.Hold(estimate.frame, *outlook.navigated_MH)));
     return;
@@ -318,9 +326,9 @@ bool DockingProcedure::LostFor(double seconds) const {
 
 std::string DockingProcedure::LossReason(const PoseEstimate& estimate) const {
   const int64_t lost = directive_.frames_lost;
-  return fmt::format("marker lost: F < {:.2f} for {} frames ({:.2f} s), now F = {:.3f}",
-                     params_.lost_fitness, lost, static_cast<double>(lost) * clock_.frame_s(),
-                     estimate.fitness);
+  return fmt::format("marker lost: F < {:.2f}{} for {} frames ({:.2f} s), now F = {:.3f}",
+                     params_.lost_fitness, estimate.second ? " or two poses that fit" : "", lost,
+                     static_cast<double>(lost) * clock_.frame_s(), estimate.fitness);
 }
 
 }  // namespace turbidock::control

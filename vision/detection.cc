@@ -8,7 +8,10 @@ void Detection::Update(const Evidence& evidence) {
   const auto seen = static_cast<size_t>(std::ranges::count_if(
       evidence.ball_support, [](double support) { return support >= kSeenSupport; }));
   const size_t balls = evidence.ball_support.size();
-  const bool is_seen = seen >= (evidence.is_tracked ? std::min<size_t>(balls, 2) : balls);
+  const auto& cameras = evidence.camera_support;
+  const bool both_see = !cameras || std::min(cameras->left, cameras->right) >= kSeenSupport;
+  const bool is_seen =
+      evidence.is_tracked ? seen >= std::min<size_t>(balls, 2) : seen >= balls && both_see;
   const double fitness = evidence.fitness;
   const bool is_certain = is_seen && fitness >= published::kReliableFitness &&
                           (evidence.is_tracked ||

@@ -1,9 +1,11 @@
 #pragma once
 // Whether the marker is in sight and its pose certain, judged from one frame to the next.
 
+#include <optional>
 #include <span>
 
 #include "sim/base/published.h"
+#include "sim/base/stereo.h"
 
 namespace turbidock::vision {
 
@@ -29,6 +31,8 @@ class Detection {
     // Of each ball; empty where refinement is off. All balls must be seen; two, while the marker is
     // tracked.
     std::span<const double> ball_support = {};
+    // Of each camera; nothing where refinement is off. Both must see; one, while it is tracked.
+    std::optional<Stereo<double>> camera_support = {};
     bool is_tracked = false;
   };
 

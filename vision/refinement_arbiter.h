@@ -21,8 +21,9 @@ namespace turbidock::vision {
 class RefinementArbiter {
  public:
   struct Verdict {
-    int evaluations = 0;             // of the fitness, one for each refined pose
-    std::optional<Refined> refined;  // the pose to believe; nothing: the search's
+    int evaluations = 0;               // of the fitness, one for each refined pose
+    std::optional<Refined> refined;    // the pose to believe; nothing: the search's
+    std::optional<SecondPose> second;  // another that competed with it
   };
 
   RefinementArbiter(const MarkerParams& marker, const StereoRig& rig)
@@ -43,7 +44,7 @@ class RefinementArbiter {
  private:
   static constexpr int kMaxCandidates = 3;
 
-  Pose RotatedAboutBallAxis(const Pose& X_HM, std::span<const double> match, Rng* rng) const;
+  Pose RotatedAboutBallAxis(const Pose& X_HM, std::span<const double> match, double turn_rad) const;
 
   PoseRefiner refiner_;
   MarkerParams marker_;

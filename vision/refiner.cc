@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <span>
 
 namespace turbidock::vision {
@@ -205,7 +206,7 @@ void PoseRefiner::FindEdges(const Image3u8& image, const PixelRegion& region, Si
       const Eigen::Vector2f step = outward.cast<float>();
       const Eigen::Vector2f last = first + static_cast<float>(count - 1) * step;
       if (!Holds(region, first) || !Holds(region, last)) continue;
-      ++in_sight_[static_cast<size_t>(b)];
+      ++in_sight_[side][static_cast<size_t>(b)];
       std::array<float, kMaxSamples> signal;
       for (int i = 0; i < count; ++i) {
         const Eigen::Vector2f at = first + static_cast<float>(i) * step;
@@ -300,7 +301,7 @@ std::optional<Refined> PoseRefiner::Refine(const StereoImage& seen, const Stereo
                                     prior_weight, information, scale_px);
     break;
   }
-  refined.support = Support();
+  CountSupport(&refined);
   return refined;
 }
 
@@ -414,14 +415,22 @@ PoseCovariance PoseRefiner::Covariance(const Refined& refined,
 }
 
 // By the edges and residuals of the last step.
-std::array<double, kMaxBalls> PoseRefiner::Support() const {
-  constexpr int kLeastPlaces = 8;  // one or two edges that agree by chance are no support
-  std::array<double, kMaxBalls> support{};
+void PoseRefiner::CountSupport(Refined* refined) const {
+  Stereo<std::array<int, kMaxBalls>> agreed;
   for (size_t i = 0; i < edges_.size(); ++i)
-    if (std::abs(residuals_px_[i]) < kAgreed_px) ++support[static_cast<size_t>(edges_[i].ball)];
+    if (std::abs(residuals_px_[i]) < kAgreed_px)
+      ++agreed[edges_[i].side][static_cast<size_t>(edges_[i].ball)];
+  const auto share = [](int some, int all) {
+    constexpr int kLeastPlaces = 8;  // one or two edges that agree by chance are no support
+    return some / static_cast<double>(std::max(all, kLeastPlaces));
+  };
   for (size_t b = 0; b < marker_.balls.size(); ++b)
-    support[b] /= std::max(in_sight_[b], kLeastPlaces);
-  return support;
+    refined->support[b] =
+        share(agreed.left[b] + agreed.right[b], in_sight_.left[b] + in_sight_.right[b]);
+  for (const Side side : kSides)
+    refined->camera_support[side] =
+        share(std::accumulate(agreed[side].begin(), agreed[side].end(), 0),
+              std::accumulate(in_sight_[side].begin(), in_sight_[side].end(), 0));
 }
 
 }  // namespace turbidock::vision

@@ -32,9 +32,10 @@ struct Refined {
   // edge where the pose predicts one. Places that are hidden or out of sight do not count; a ball
   // with few others has little support.
   std::array<double, kMaxBalls> support{};
-  int edges = 0;           // that took part
-  double residual_px = 0;  // root mean square over them
-  double bloom_px = 0;     // how much wider all outlines look than they are
+  Stereo<double> camera_support = {};  // likewise of each image, its balls together
+  int edges = 0;                       // that took part
+  double residual_px = 0;              // root mean square over them
+  double bloom_px = 0;                 // how much wider all outlines look than they are
 };
 
 class PoseRefiner {
@@ -69,7 +70,7 @@ class PoseRefiner {
 
   void FindEdges(const Image3u8& image, const PixelRegion& region, Side side, const Pose& X_HM,
                  double shrink);
-  std::array<double, kMaxBalls> Support() const;
+  void CountSupport(Refined* refined) const;
   std::optional<double> BrightnessWidth_px(const StereoImage& seen, const StereoRegion& region,
                                            const Pose& X_HM);
   PoseCovariance Covariance(const Refined& refined,
@@ -84,7 +85,7 @@ class PoseRefiner {
   std::array<Eigen::Vector3d, kMaxBalls> hue_axis_;  // signal = axis . rgb, 0 for greys
   std::vector<Eigen::Vector2d> circle_;              // unit vectors
   std::vector<Edge> edges_;
-  std::array<int, kMaxBalls> in_sight_{};  // places across each ball's outline, both images
+  Stereo<std::array<int, kMaxBalls>> in_sight_;  // places across each ball's outline
   std::vector<double> residuals_px_, sorted_;
 };
 

@@ -67,11 +67,12 @@ const PoseEstimate& RmGa::Update(const StereoImage& seen) {
     search_.Breed(left == 0 ? most_refined : 0, &rng_);
 
   Report(seen.frame);
-  if (options_.refine) Refine(seen, region, most_refined);
-  detection_.Update({.fitness = estimate_.fitness,
-                     .ball_fitness = estimate_.ball_fitness,
-                     .ball_support = estimate_.ball_support,
-                     .is_tracked = track_.region().has_value()});
+  Detection::Evidence evidence{.fitness = estimate_.fitness,
+                               .ball_fitness = estimate_.ball_fitness,
+                               .ball_support = estimate_.ball_support,
+                               .is_tracked = track_.region().has_value()};
+  if (options_.refine) evidence.camera_support = Refine(seen, region, most_refined);
+  detection_.Update(evidence);
   estimate_.detected = detection_.detected();
   if (options_.track && track_.Update(estimate_, detection_))
     search_.SearchIn(track_.range(), track_.motion());
@@ -85,6 +86,7 @@ void RmGa::Report(int64_t frame) {
   estimate_.frame = frame;
   estimate_.X_HM = X_HM.Canonical();
   estimate_.covariance.reset();
+  estimate_.second.reset();
   std::ranges::fill(estimate_.ball_support, 0);
   estimate_.fitness = by_ball.fitness;
   for (int b = 0; b < fitness_.ball_count(); ++b)
@@ -92,18 +94,25 @@ void RmGa::Report(int64_t frame) {
   estimate_.evaluations = search_.evaluations();
 }
 
-// A refined pose becomes the estimate and takes part in the next frame's search.
-void RmGa::Refine(const StereoImage& seen, const StereoRegion& region, int most_evaluations) {
-  if (estimate_.fitness < Detection::kOffFitness) return arbiter_.Reset();
+// A refined pose becomes the estimate and takes part in the next frame's search. Returns how much
+// of it each camera supports.
+Stereo<double> RmGa::Refine(const StereoImage& seen, const StereoRegion& region,
+                            int most_evaluations) {
+  if (estimate_.fitness < Detection::kOffFitness) {
+    arbiter_.Reset();
+    return {};
+  }
   const RefinementArbiter::Verdict verdict =
       arbiter_.Judge(seen, region, fitness_, estimate_, most_evaluations, &rng_);
   estimate_.evaluations += verdict.evaluations;
-  if (!verdict.refined) return;
+  if (!verdict.refined) return {};
   estimate_.X_HM = verdict.refined->X_HM.Canonical();
   estimate_.covariance = verdict.refined->covariance;
+  estimate_.second = verdict.second;
   std::ranges::copy_n(verdict.refined->support.begin(), std::ssize(estimate_.ball_support),
                       estimate_.ball_support.begin());
   search_.Insert(estimate_.X_HM);
+  return verdict.refined->camera_support;
 }
 
 }  // namespace turbidock::vision

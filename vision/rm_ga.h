@@ -46,7 +46,7 @@ class RmGa : public PoseEstimator {
 
  private:
   void Report(int64_t frame);
-  void Refine(const StereoImage& seen, const StereoRegion& region, int most_evaluations);
+  Stereo<double> Refine(const StereoImage& seen, const StereoRegion& region, int most_evaluations);
 
   RmGaOptions options_;
   StereoRig rig_;

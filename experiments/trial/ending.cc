@@ -36,9 +36,12 @@ std::string TimeoutReason(const Scenario& scenario, const TrialResult& result,
   if (!result.handover_time_s)
     return fmt::format(
         "{} and the marker was never found: the best fitness was {:.2f}, it takes "
-        "{:g} for {:g} s{}",
+        "{:g} for {:g} s{}{}",
         after, result.fitness_best, scenario.procedure.found_fitness,
-        scenario.procedure.found_hold_s, NavigationRemark(scenario, result));
+        scenario.procedure.found_hold_s,
+        result.fitness_best >= scenario.procedure.found_fitness ? ", of a marker that is detected"
+                                                                : "",
+        NavigationRemark(scenario, result));
   const AxesPose& e = result.final_error_estimated;
   return fmt::format(
              "{} in {} with the marker estimated {:.0f} mm, {:.0f} mm, {:.0f} mm and {:.1f}° "

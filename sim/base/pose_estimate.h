@@ -13,6 +13,12 @@ namespace turbidock {
 // Of (position, rotation vector), both in H: 3 x metres, then 3 x radians.
 using PoseCovariance = Eigen::Matrix<double, 6, 6>;
 
+// A pose that the images allow beside the one that is estimated, and is not near it.
+struct SecondPose {
+  Pose X_HM;          // canonical quaternion
+  double weight = 0;  // probability, up to 0.5, that it is this one, if it is one of the two
+};
+
 struct PoseEstimate {
   int64_t frame = 0;
   Pose X_HM;                         // marker in the camera head, canonical quaternion
@@ -25,6 +31,9 @@ struct PoseEstimate {
   bool detected = false;    // the marker is in sight (with hysteresis); else X_HM is a guess
   // When X_HM was refined to a fraction of a pixel; nothing when it is the search's alone.
   std::optional<PoseCovariance> covariance;
+  // Where the images leave two answers, such as a turn about the line of the two balls that are
+  // seen.
+  std::optional<SecondPose> second;
 };
 
 }  // namespace turbidock

@@ -613,5 +613,46 @@ TEST(DockingProcedure, AnEstimateIsTrustedWhenItIsFoundAndLaterWhenItIsSeen) {
   EXPECT_FALSE(script.Fitness(params.lost_fitness - 0.01).trusted);
 }
 
+PoseEstimate Judged(int64_t frame, bool detected) {
+  PoseEstimate estimate;
+  estimate.frame = frame;
+  estimate.X_HM = {Eigen::Quaterniond::Identity(), {0.9, 0, 0}};
+  estimate.fitness = 0.63;
+  estimate.ball_support = {1, 1, detected ? 1.0 : 0.0};
+  estimate.detected = detected;
+  return estimate;
+}
+
+// Two balls of three have a reliable F, and the marker may be turned about their line.
+TEST(DockingProcedure, FindsOnlyWhatTheEstimatorBearsOut) {
+  DockingProcedure procedure({}, kClock);
+  int64_t frame = 0;
+  for (; frame < 60; ++frame)
+    EXPECT_EQ(procedure.Update(Judged(frame, false)).stage, Stage::kApproach) << frame;
+  PoseEstimate two = Judged(frame++, true);
+  two.second = SecondPose{two.X_HM, 0.5};
+  EXPECT_EQ(procedure.Update(two).stage, Stage::kApproach);
+  EXPECT_EQ(procedure.Update(Judged(frame, true)).stage, Stage::kVisualServoing);
+}
+
+TEST(DockingProcedure, WaitsWhileThereAreTwoAnswers) {
+  const ProcedureParams params{.blind_max_s = 0.1};
+  DockingProcedure procedure(params, kClock);
+  int64_t frame = 0;
+  while (frame < 15) procedure.Update(Judged(frame++, true));
+  const auto with_two = [&] {
+    PoseEstimate estimate = Judged(frame++, true);
+    estimate.second = SecondPose{estimate.X_HM, 0.1};
+    return estimate;
+  };
+  EXPECT_TRUE(procedure.Update(Judged(frame++, true)).control);
+  ExpectDrift(procedure.Update(with_two()));
+  EXPECT_FALSE(procedure.WouldGoBlind(with_two())) << "servoing";
+  for (; frame < 16 + 149;)
+    EXPECT_EQ(procedure.Update(with_two()).stage, Stage::kVisualServoing) << frame;
+  while (procedure.Update(with_two()).stage == Stage::kVisualServoing) ASSERT_LT(frame, 200);
+  EXPECT_THAT(procedure.Update(Judged(frame, true)).stage, Stage::kApproach);
+}
+
 }  // namespace
 }  // namespace turbidock::control

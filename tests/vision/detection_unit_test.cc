@@ -75,6 +75,25 @@ TEST(Detection, AsksForTheOutlinesOfEachBallAndOfTwoOnATrack) {
   EXPECT_FALSE(after(kOneSeen, true));
 }
 
+// A pair of one image twice: one camera's image has the balls, the other's none of them.
+TEST(Detection, AsksForBothCamerasAndForOneOnATrack) {
+  constexpr std::array<double, 3> kHalfSeen = {0.5, 0.5, 0.5};
+  const auto after = [&](const Stereo<double>& cameras, bool is_tracked) {
+    Detection detection;
+    for (int frame = 0; frame < 3; ++frame)
+      detection.Update({.fitness = 0.6,
+                        .ball_fitness = kAllMatched,
+                        .ball_support = kHalfSeen,
+                        .camera_support = cameras,
+                        .is_tracked = is_tracked});
+    return detection.detected() && detection.frames_certain() >= 3;
+  };
+  EXPECT_TRUE(after({0.5, 0.3}, false));
+  EXPECT_FALSE(after({0.99, 0.29}, false));
+  EXPECT_FALSE(after({0, 0.99}, false));
+  EXPECT_TRUE(after({0, 0.99}, true));
+}
+
 TEST(NormalisedError2, IsInStandardDeviationsSquared) {
   PoseEstimate estimate;
   const Pose true_X_HM{Eigen::Quaterniond(Eigen::AngleAxisd(0.02, Eigen::Vector3d::UnitZ())),

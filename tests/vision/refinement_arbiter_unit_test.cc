@@ -49,5 +49,40 @@ TEST(RefinementArbiter, KeepsAPoseThatAllBallsSupport) {
   EXPECT_GT(arbiter.MostEvaluations(), 1);  // the next frame compares
 }
 
+// The green ball is dark: the turn about the line of the others is anyone's guess.
+TEST(RefinementArbiter, TellsOfASecondPoseWhereABallIsDark) {
+  const MarkerParams all;
+  MarkerParams lit = all;
+  lit.balls.erase(lit.balls.begin());
+  Rng rng = SeedTree(5).Stream("noise");
+  const StereoImage whole = testing::PaintMarker(all, kRig, kTrue, {.noise_dn = 1.5}, &rng),
+                    dark = testing::PaintMarker(lit, kRig, kTrue, {.noise_dn = 1.5}, &rng);
+  HueLabeller labeller({}, all);
+  Stereo<Image1u8> labels;
+  const Fitness fitness(all, kRig, labels);
+  const auto judge = [&](const StereoImage& seen) {
+    for (const Side side : kSides) labeller.Label(seen[side], &labels[side]);
+    const FitnessByBall by_ball = fitness.EvaluateByBall(kTrue);
+    PoseEstimate estimate;
+    estimate.X_HM = kTrue;
+    estimate.fitness = by_ball.fitness;
+    estimate.ball_fitness = {by_ball.ball(0), by_ball.ball(1), by_ball.ball(2)};
+    RefinementArbiter arbiter(all, kRig);
+    return arbiter.Judge(seen, WholeImages(kRig), fitness, estimate, arbiter.MostEvaluations(),
+                         &rng);
+  };
+  EXPECT_FALSE(judge(whole).second);
+  const auto verdict = judge(dark);
+  ASSERT_TRUE(verdict.refined);
+  ASSERT_TRUE(verdict.second);
+  EXPECT_NEAR(verdict.second->weight, 0.5, 0.01);
+  const Pose &first = verdict.refined->X_HM, &second = verdict.second->X_HM;
+  EXPECT_GT(AngleBetween(first.q, second.q), units::RadFromDeg(3));
+  for (const size_t b : {1, 2}) {
+    const Eigen::Vector3d& p_MQ = all.balls[b].p_MQ_m;
+    EXPECT_LT((first * p_MQ - second * p_MQ).norm(), 1e-4) << "where both are seen, they agree";
+  }
+}
+
 }  // namespace
 }  // namespace turbidock::vision

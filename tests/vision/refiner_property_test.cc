@@ -53,6 +53,25 @@ TEST(PoseRefiner, ComesBackFromWhereASearchMayEnd) {
   }
 }
 
+TEST(PoseRefiner, SaysWhichCameraSupportsAPose) {
+  Rng rng = SeedTree(7).Stream("noise");
+  PoseRefiner refiner(Marker(), kRig);
+  StereoImage seen = Painted(1.5, &rng);
+  for (const Side blind : kSides) {
+    StereoImage one = seen;
+    std::fill_n(one[blind].data(), 3 * one[blind].pixels(), uint8_t{8});
+    const auto refined = refiner.Refine(one, kWhole, kTrue);
+    ASSERT_TRUE(refined);
+    const Side seeing = blind == Side::kLeft ? Side::kRight : Side::kLeft;
+    EXPECT_EQ(refined->camera_support[blind], 0);
+    EXPECT_GT(refined->camera_support[seeing], 0.9);
+    for (int b = 0; b < 3; ++b) EXPECT_NEAR(refined->support[b], 0.5, 0.06) << b;
+  }
+  const auto refined = refiner.Refine(seen, kWhole, kTrue);
+  ASSERT_TRUE(refined);
+  EXPECT_GT(std::min(refined->camera_support.left, refined->camera_support.right), 0.9);
+}
+
 TEST(PoseRefiner, DepthDoesNotRestOnHowLargeTheBallsLook) {
   // Balls that look a tenth larger in both images, as blooming makes them.
   MarkerParams bloomed = Marker();

@@ -5,6 +5,7 @@
 
 #include "experiments/studies/estimate/estimate.h"
 #include "experiments/system/build_info.h"
+#include "sim/base/pose.h"
 #include "sim/base/units.h"
 
 namespace turbidock::estimate {
@@ -25,9 +26,15 @@ Json ToJson(const PoseEstimate& estimate, const EstimateSettings& settings) {
     for (size_t b = 0; b < values.size(); ++b) balls[settings.marker.balls[b].name] = values[b];
     return balls;
   };
+  Json second;  // null where there is one answer
+  if (estimate.second)
+    second = {{"position_m", estimate.second->X_HM.p},
+              {"quaternion_wxyz", estimate.second->X_HM.q},
+              {"weight", estimate.second->weight}};
   return {{"detected", estimate.detected},
           {"position_m", estimate.X_HM.p},
           {"quaternion_wxyz", estimate.X_HM.q},
+          {"second", second},
           {"fitness", estimate.fitness},
           {"ball_fitness", by_ball(estimate.ball_fitness)},
           {"ball_support", by_ball(estimate.ball_support)},
@@ -97,6 +104,12 @@ report::Report ReportOf(const EstimateSummary& summary, const std::vector<Json>&
     report.missing.push_back("The marker was not found: the position is a guess, and so is F.");
   else if (!e.covariance)
     report.missing.push_back("The last estimate was not refined: it has no standard deviations.");
+  if (e.second)
+    report.missing.push_back(
+        fmt::format("Another pose fits the images, {:.0f} mm and {:.1f}° from this one, with a "
+                    "probability of {:.2f}.",
+                    units::MmFromM((e.second->X_HM.p - e.X_HM.p).norm()),
+                    units::DegFromRad(AngleBetween(e.second->X_HM.q, e.X_HM.q)), e.second->weight));
   if (records.size() > 1) report.sections = {OverFrames(records)};
   return report;
 }

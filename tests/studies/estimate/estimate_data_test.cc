@@ -92,10 +92,26 @@ TEST_F(Estimate, PathTracedPairs) {
       ASSERT_EQ(result.at("ball_support").size(), 3u);
       for (const Json& support : result.at("ball_support")) EXPECT_GT(support, 0.7);
       EXPECT_EQ(result.at("records").size(), 30u);
+      EXPECT_TRUE(result.at("second").is_null());
       ++pairs;
     }
   }
   EXPECT_EQ(pairs, 8);
+}
+
+TEST_F(Estimate, ADarkBallLeavesTwoAnswers) {
+  vision::MarkerParams lit;
+  lit.balls.erase(lit.balls.begin());
+  WritePair(lit, RigParams{}.MakeRig(), kPose);
+  const Json result = Run({"--left", Path("left.png"), "--right", Path("right.png")});
+  EXPECT_EQ(result.at("detected"), false);
+  const Json& second = result.at("second");
+  ASSERT_TRUE(second.is_object());
+  EXPECT_GT(second.at("weight"), 0.05);
+  EXPECT_LE(second.at("weight"), 0.5);
+  const Pose first = PoseOf(result), other = PoseOf(second);
+  EXPECT_GT(AngleBetween(first.q, other.q), units::RadFromDeg(3));
+  EXPECT_THAT(result["report"]["missing"].dump(), HasSubstr("Another pose fits the images"));
 }
 
 TEST_F(Estimate, ASequenceGivesARecordAFrameAndAnOverlay) {
