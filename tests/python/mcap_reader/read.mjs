@@ -1,5 +1,5 @@
-// Reads an MCAP file as a web page does, with nothing but what the file says of its schemas: `node read.mjs FILE` prints every
-// message as JSON, by topic.
+// Reads an MCAP file as a web page does, with nothing but what the file says of its schemas: `node read.mjs FILE`
+// prints every message as JSON, by topic.
 import {readFileSync} from 'node:fs';
 import {McapIndexedReader} from '@mcap/core';
 import {decompress} from 'fzstd';
