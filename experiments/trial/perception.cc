@@ -152,6 +152,7 @@ void Perception::SeeNothing(int64_t number) {
   std::ranges::fill(nothing_.ball_fitness, kNothing);
   std::ranges::fill(nothing_.ball_support, 0);
   nothing_.covariance.reset();
+  nothing_.second.reset();
   nothing_.evaluations = 0;
   estimate_ = &nothing_;
 }
