@@ -17,7 +17,7 @@ using config::NumberTable;
 using control::Axes;
 using control::Playback;
 using control::VehicleModel;
-using Columns = std::vector<const std::vector<double>*>;
+using TableColumns = std::vector<const std::vector<double>*>;
 
 const std::array<const char*, control::kAxisCount> kAxisColumns = {"surge_newton", "sway_newton",
                                                                    "heave_newton", "yaw_newton_m"};
@@ -37,9 +37,9 @@ std::vector<std::string> NamesIn(const VehicleModel& vehicle) {
 }
 
 // The columns of one unit, one for each thruster; none where the table has none of them.
-Columns ThrusterColumns(const NumberTable& table, const std::string& where, const std::string& unit,
-                        const std::vector<std::string>& thrusters) {
-  Columns found;
+TableColumns ThrusterColumns(const NumberTable& table, const std::string& where,
+                             const std::string& unit, const std::vector<std::string>& thrusters) {
+  TableColumns found;
   std::vector<std::string> missing;
   for (const std::string& thruster : thrusters) {
     if (const auto* column = table.Find(thruster + unit))
@@ -102,7 +102,7 @@ double ThrustIn(double value, const std::string& place, const control::ThrusterM
 }
 
 // A row without a number has no command; one that has only some is a mistake.
-bool HasCommand(const Columns& columns, size_t row, const std::string& place) {
+bool HasCommand(const TableColumns& columns, size_t row, const std::string& place) {
   const auto numbers = std::ranges::count_if(
       columns, [row](const auto* column) { return std::isfinite((*column)[row]); });
   if (numbers != 0 && numbers != std::ssize(columns))
@@ -131,11 +131,12 @@ void RequireNoGaps(const std::vector<Playback::Row>& rows, const std::string& wh
 
 // Where a table has its commands, and what those of a row are.
 struct CommandAt {
-  Columns columns;
+  TableColumns columns;
   std::function<ThrusterCommand(size_t row, const std::string& place)> at;
 };
 
-CommandAt ByThruster(const Columns& columns, const std::string& unit, const VehicleModel& vehicle) {
+CommandAt ByThruster(const TableColumns& columns, const std::string& unit,
+                     const VehicleModel& vehicle) {
   return {columns, [=, &vehicle](size_t row, const std::string& place) {
             ThrusterCommand command;
             for (size_t i = 0; i < columns.size(); ++i) {
@@ -149,7 +150,7 @@ CommandAt ByThruster(const Columns& columns, const std::string& unit, const Vehi
           }};
 }
 
-CommandAt ByAxis(const Columns& columns, const VehicleModel& vehicle) {
+CommandAt ByAxis(const TableColumns& columns, const VehicleModel& vehicle) {
   const control::ForceAllocation allocation({}, vehicle, /*may_lack_axes=*/true);
   return {columns, [=](size_t row, const std::string& /*place*/) {
             Axes demand;
@@ -165,13 +166,14 @@ CommandAt CommandsOf(const NumberTable& table, const std::string& where,
                      const VehicleModel& vehicle) {
   const std::vector<std::string> thrusters = NamesIn(vehicle);
   for (const char* unit : {"_v", "_pwm_us"})
-    if (const Columns columns = ThrusterColumns(table, where, unit, thrusters); !columns.empty())
+    if (const TableColumns columns = ThrusterColumns(table, where, unit, thrusters);
+        !columns.empty())
       return ByThruster(columns, unit, vehicle);
-  Columns axes;
+  TableColumns axes;
   for (const char* name : kAxisColumns)
     if (const auto* column = table.Find(name)) axes.push_back(column);
   if (axes.size() == kAxisColumns.size()) return ByAxis(axes, vehicle);
-  const Columns columns = ThrusterColumns(table, where, "_newton", thrusters);
+  const TableColumns columns = ThrusterColumns(table, where, "_newton", thrusters);
   if (columns.empty()) FailWithoutCommands(table, where, thrusters);
   return ByThruster(columns, "_newton", vehicle);
 }
@@ -182,7 +184,7 @@ std::vector<Playback::Row> CommandsIn(const NumberTable& table, const std::strin
                                       const VehicleModel& vehicle) {
   const std::vector<double>& times = config::TimesOf(table, where);
   const CommandAt command_at = CommandsOf(table, where, vehicle);
-  const Columns& columns = command_at.columns;
+  const TableColumns& columns = command_at.columns;
   std::vector<Playback::Row> rows;
   rows.reserve(times.size());
   for (size_t row = 0; row < times.size(); ++row) {
