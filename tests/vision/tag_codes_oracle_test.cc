@@ -15,7 +15,9 @@ namespace turbidock::vision {
 namespace {
 
 // OpenCV 4.6 gives a pointer to a dictionary, later ones the dictionary.
-cv::Ptr<cv::aruco::Dictionary> Held(cv::Ptr<cv::aruco::Dictionary> given) { return given; }
+[[maybe_unused]] cv::Ptr<cv::aruco::Dictionary> Held(cv::Ptr<cv::aruco::Dictionary> given) {
+  return given;
+}
 [[maybe_unused]] cv::Ptr<cv::aruco::Dictionary> Held(const cv::aruco::Dictionary& given) {
   return cv::makePtr<cv::aruco::Dictionary>(given);
 }
@@ -38,8 +40,7 @@ const Dictionary kDictionaries[] = {
 };
 
 cv::Ptr<cv::aruco::Dictionary> OfOpenCv(int name) {
-  return Held(
-      cv::aruco::getPredefinedDictionary(static_cast<cv::aruco::PREDEFINED_DICTIONARY_NAME>(name)));
+  return Held(cv::aruco::getPredefinedDictionary(name));
 }
 
 TEST(ArucoTags, HaveTheCellsOfOpenCvs) {
