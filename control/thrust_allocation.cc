@@ -1,6 +1,6 @@
 #include "control/thrust_allocation.h"
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <Eigen/Dense>
 #include <algorithm>

@@ -1,6 +1,6 @@
 #include "experiments/batch/summary.h"
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 #include "experiments/config/calibration_file.h"
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>

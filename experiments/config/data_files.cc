@@ -1,7 +1,7 @@
 #include "experiments/config/data_files.h"
 
 #include <dlfcn.h>
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cstdlib>

@@ -1,6 +1,6 @@
 #include "experiments/config/yaml_fields.h"
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <yaml-cpp/emitter.h>
 
 #include <algorithm>

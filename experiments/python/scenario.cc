@@ -3,7 +3,6 @@
 // first: it declares what yaml_fields.h defines
 #include "experiments/trial/scenario.h"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>

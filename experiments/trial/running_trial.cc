@@ -1,6 +1,6 @@
 #include "experiments/trial/running_trial.h"
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <filesystem>
 #include <utility>

@@ -1,6 +1,6 @@
 #include "experiments/trial/scene_marker.h"
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 
 #include "experiments/batch/batch_report.h"
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>

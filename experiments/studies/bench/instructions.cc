@@ -1,6 +1,6 @@
 #include "experiments/studies/bench/instructions.h"
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <unistd.h>
 
 #include <algorithm>

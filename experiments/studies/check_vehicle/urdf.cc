@@ -1,6 +1,6 @@
 #include "experiments/studies/check_vehicle/urdf.h"
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>

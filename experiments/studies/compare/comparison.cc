@@ -1,6 +1,6 @@
 #include "experiments/studies/compare/comparison.h"
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <set>

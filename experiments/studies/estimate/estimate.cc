@@ -1,6 +1,6 @@
 #include "experiments/studies/estimate/estimate.h"
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 

@@ -1,6 +1,6 @@
 #include "experiments/studies/gate/gate_plan.h"
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <filesystem>
 #include <set>

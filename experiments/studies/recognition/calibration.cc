@@ -1,6 +1,5 @@
 #include "experiments/studies/recognition/calibration.h"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <yaml-cpp/yaml.h>
 
