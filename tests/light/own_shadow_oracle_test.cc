@@ -24,21 +24,23 @@ Surface OwnPart(const Vector3d& p_HS, const Vector3d& half_m) {
   return part;
 }
 
-// A plate 7 cm before a lamp covers all that is left of it: seen past its edge by half a lens, the
-// direction straight ahead is half open, and 17 mm more or less decide.
+// A plate 7 cm before a lamp covers all that is left of it, wherever the beam is aimed: straight
+// ahead half of the lens is seen past its edge, and 30 mm more or less decide.
 TEST(OwnShadow, OfAPlateEndsAtItsEdge) {
-  const Pose X_HE = Pose::Translation(-0.1, 0.1, 0);
-  const OwnShadow shadow({OwnPart(X_HE.p + Vector3d(0.075, 0.5, 0), {0.005, 0.5, 0.5})}, X_HE,
-                         RigParams{}.MakeRig());
-  ASSERT_TRUE(shadow.any());
-  const auto open = [&](double aside_m) {
-    return shadow.OpenAt(Vector3d(0.07, aside_m, 0).normalized());
-  };
-  EXPECT_EQ(open(-0.03), 1);
-  EXPECT_EQ(open(0.03), 0);
-  EXPECT_NEAR(open(0), 0.5, 0.25);
-  for (double aside_m = -0.03; aside_m < 0.03; aside_m += 0.002)
-    EXPECT_GE(open(aside_m), open(aside_m + 0.002));
+  for (const double toe_rad : {0.0, 0.4}) {
+    const Pose X_HE{FromYawPitchRoll(toe_rad, 0, 0), {-0.1, 0.1, 0}};
+    const OwnShadow shadow({OwnPart(X_HE.p + Vector3d(0.075, 0.5, 0), {0.005, 0.5, 0.5})}, X_HE,
+                           RigParams{}.MakeRig());
+    ASSERT_TRUE(shadow.any());
+    const auto open = [&](double aside_m) {
+      return shadow.OpenAt(Vector3d(0.07, aside_m, 0).normalized());
+    };
+    EXPECT_EQ(open(-0.03), 1);
+    EXPECT_EQ(open(0.03), 0);
+    EXPECT_NEAR(open(0), 0.5, 0.25);
+    for (double aside_m = -0.03; aside_m < 0.03; aside_m += 0.002)
+      EXPECT_GE(open(aside_m), open(aside_m + 0.002));
+  }
 }
 
 TEST(OwnShadow, LeavesOutWhatTheCamerasDoNotSee) {
