@@ -1,6 +1,7 @@
 #include "experiments/batch/store_sql.h"
 
 #include <fcntl.h>
+#include <fmt/ranges.h>
 #include <sqlite3.h>
 #include <unistd.h>
 
