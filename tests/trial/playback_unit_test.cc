@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 
@@ -54,9 +55,10 @@ class PlaybackOfTrials : public ::testing::Test {
 const Settings kClosedLoop = {"pose_source=true_pose", "seed=5", "duration_s=25",
                               "sea.state=moderate", "sea.current.gust_std_mps=0.02"};
 
+// Over the frames that both have.
 double LargestDifference_m(const TrialLog& a, const TrialLog& b, size_t from = 0) {
   double largest_m = 0;
-  for (size_t i = 0; i < b.frames.size(); ++i) {
+  for (size_t i = 0; i < std::min(a.frames.size() - from, b.frames.size()); ++i) {
     const Pose &p = a.frames[from + i].true_X_WB, &q = b.frames[i].true_X_WB;
     largest_m = std::max(largest_m, (p.p - q.p).norm() + AngleBetween(p.q, q.q));
   }
