@@ -166,9 +166,9 @@ def test_a_bag_is_a_table_of_motion_with_its_own_times(maker, tmp_path):
 
 def test_identify_takes_what_a_bag_gives(simple):
     """A trial comes back from a bag as it was, to the nanosecond, and tells of its vehicle."""
-    flown = turbidock.run("pool_active", seed=3, settings={**QUICK, "duration_s": 8}).trajectory
+    simulated = turbidock.run("pool_active", seed=3, settings={**QUICK, "duration_s": 8}).trajectory
     volts = MOTION["commands"]["columns"]
-    for row in flown.to_dict("records"):
+    for row in simulated.to_dict("records"):
         at = START_NS + round(1e9 * row["time_s"])
         simple.write("/odom", at, simple.odometry(at, *([row[column] for column in group] for group in
                                                         (POSITION, QUATERNION, VELOCITY, TURN_RATE))))
@@ -177,8 +177,8 @@ def test_identify_takes_what_a_bag_gives(simple):
     columns = [*POSITION, *QUATERNION, *VELOCITY, *TURN_RATE, *volts]
     assert set(bag.motion) == {"time_s", *columns}
     for column in columns:
-        assert np.array_equal(bag.motion[column], flown[column])
-    assert np.allclose(bag.motion["time_s"], flown["time_s"], rtol=0, atol=1e-9)
+        assert np.array_equal(bag.motion[column], simulated[column])
+    assert np.allclose(bag.motion["time_s"], simulated["time_s"], rtol=0, atol=1e-9)
     assert any(identify.inform(bag.motion, "pool_active").told())
 
 

@@ -32,7 +32,7 @@ def commands(scenario):
 
 
 @pytest.fixture(scope="module")
-def flown(scenario, commands):
+def simulated(scenario, commands):
     """A log of a vehicle with parameters planted, and what the fit makes of it."""
     rng = np.random.default_rng(5)
     values = logs.planted(scenario, rng)
@@ -54,8 +54,8 @@ def test_the_plan_stays_in_the_pool_and_below_its_thrust(scenario, commands):
         identify.plan(scenario, duration_s=10, pool_m=(1e-6, 1e-6, 1e-6))
 
 
-def test_planted_parameters_are_found_again(flown):
-    values, _, fit = flown
+def test_planted_parameters_are_found_again(simulated):
+    values, _, fit = simulated
     values = {**values, "delay.pose": logs.OFFSET_S}
     told = [name for name in values if fit.told(name)]
     assert {"added_mass.surge", "added_mass.sway", "added_mass.heave", "added_mass.yaw", "trim.buoyancy", "delay.pose",
@@ -68,8 +68,8 @@ def test_planted_parameters_are_found_again(flown):
     assert fit.noise["attitude"] == pytest.approx(logs.NOISE_RAD, rel=0.1)
 
 
-def test_outliers_and_gaps_change_little(scenario, flown):
-    values, log, fit = flown
+def test_outliers_and_gaps_change_little(scenario, simulated):
+    values, log, fit = simulated
     rough = {name: np.array(column) for name, column in log.items()}
     rng = np.random.default_rng(1)
     poses = np.flatnonzero(np.isfinite(rough["vehicle_x_m"]))
@@ -96,8 +96,8 @@ def test_a_clock_that_is_far_off_is_found(scenario, commands):
         assert abs(found.pop() - offset) < 0.15, offset  # the rest is delay.pose
 
 
-def test_the_vehicles_file_is_what_was_found(flown, tmp_path):
-    _, _, fit = flown
+def test_the_vehicles_file_is_what_was_found(simulated, tmp_path):
+    _, _, fit = simulated
     shutil.copy(pathlib.Path(_core.data_dir()) / "models/vehicle.xml", tmp_path / "mine.xml")
     fit.save(tmp_path / "mine.yaml")
     text = (tmp_path / "mine.yaml").read_text()

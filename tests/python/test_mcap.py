@@ -258,7 +258,7 @@ def test_the_record_of_another_trial_is_said_and_nothing_is_left(tmp_path, trial
         (copy / name).write_bytes((trial / name).read_bytes())
     record = json.loads((copy / "result.json").read_text())
     (copy / "result.json").write_text(json.dumps(record | {"digest": "0123456789abcdef"}))
-    with pytest.raises(turbidock.SimulatorFault, match="digest 0123456789abcdef, and flown again"):
+    with pytest.raises(turbidock.SimulatorFault, match="digest 0123456789abcdef, and run again"):
         turbidock.to_mcap(copy, images=True)
     assert {file.name for file in copy.iterdir()} == {"result.json", "resolved.yaml", "trajectory.csv"}
 

@@ -1,4 +1,4 @@
-// Open loop: what was commanded is flown again.
+// Open loop: what was commanded is run again.
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -68,20 +68,20 @@ double LargestDifference_m(const TrialLog& a, const TrialLog& b, size_t from = 0
 TEST_F(PlaybackOfTrials, TheCommandsOfATrialGiveItsTrajectory) {
   for (const std::string scenario : {"sea_night_active", "bluerov2_sea_night"}) {
     const Settings settings = With(kClosedLoop, {"controller=pid"});
-    const TrialResult flown = RunTrial(LoadScenario(scenario, settings));
-    const std::string csv = File("trajectory.csv", Series::Of(flown.log).Csv());
+    const TrialResult first = RunTrial(LoadScenario(scenario, settings));
+    const std::string csv = File("trajectory.csv", Series::Of(first.log).Csv());
     const auto replayed = [&](const Settings& more) {
       return RunTrial(LoadScenario(
           scenario, With(settings, With({"controller=playback", "playback.file=" + csv}, more))));
     };
     const TrialResult again = replayed({});
-    EXPECT_EQ(again.log.frames.size(), flown.log.frames.size());
-    EXPECT_EQ(again.outcome, flown.outcome);
-    EXPECT_LT(LargestDifference_m(flown.log, again.log), 1e-12) << scenario;
-    EXPECT_EQ(again.digest, flown.digest);
+    EXPECT_EQ(again.log.frames.size(), first.log.frames.size());
+    EXPECT_EQ(again.outcome, first.outcome);
+    EXPECT_LT(LargestDifference_m(first.log, again.log), 1e-12) << scenario;
+    EXPECT_EQ(again.digest, first.digest);
     // and as soon as something differs, another
     const TrialResult other = replayed({"vehicle.rigid_body.mass_kg=14"});
-    EXPECT_GT(LargestDifference_m(flown.log, other.log), 1e-3) << scenario;
+    EXPECT_GT(LargestDifference_m(first.log, other.log), 1e-3) << scenario;
   }
 }
 
@@ -89,10 +89,10 @@ TEST_F(PlaybackOfTrials, BeginsWhereALogHasTheVehicle) {
   // Without lag nothing but pose and velocity is the vehicle's state.
   const Settings settings = {"pose_source=true_pose", "seed=5", "duration_s=12", "controller=pid",
                              "vehicle.thrusters.lag_s=0"};
-  const TrialResult flown = RunTrial(LoadScenario("pool_active", settings));
-  const std::string csv = File("trajectory.csv", Series::Of(flown.log).Csv());
+  const TrialResult first = RunTrial(LoadScenario("pool_active", settings));
+  const std::string csv = File("trajectory.csv", Series::Of(first.log).Csv());
   constexpr size_t kFrom = 150;
-  const FrameRecord& from = flown.log.frames[kFrom];
+  const FrameRecord& from = first.log.frames[kFrom];
   const auto list = [](const auto& v) {
     return fmt::format("[{}, {}, {}]", FormatNumber(v.x()), FormatNumber(v.y()),
                        FormatNumber(v.z()));
@@ -108,12 +108,12 @@ TEST_F(PlaybackOfTrials, BeginsWhereALogHasTheVehicle) {
                       "start.velocity_mps=" + list(from.true_V_WB_B.v),
                       "start.turn_rate_rad_s=" + list(from.true_V_WB_B.w)}));
   const TrialResult again = RunTrial(scenario);
-  EXPECT_LT(LargestDifference_m(flown.log, again.log, kFrom), 1e-9);
+  EXPECT_LT(LargestDifference_m(first.log, again.log, kFrom), 1e-9);
   EXPECT_EQ(again.start.x_m, AxesPose::Of(from.true_X_HM.Inverse()).x_m);
   // at rest it would go elsewhere
   Scenario at_rest = scenario;
   at_rest.start.velocity_mps.clear();
-  EXPECT_GT(LargestDifference_m(flown.log, RunTrial(at_rest).log, kFrom), 1e-3);
+  EXPECT_GT(LargestDifference_m(first.log, RunTrial(at_rest).log, kFrom), 1e-3);
 }
 
 TEST_F(PlaybackOfTrials, TheMotionOfEveryStep) {

@@ -28,12 +28,12 @@ STILL = {"sea.state": "custom", "sea.jonswap.significant_height_m": 0, "sea.curr
 def fly(plan_file, seed):
     """A table of motion as a camera on the pool's side and the vehicle's own computer would log it."""
     duration_s = 60
-    flown = turbidock.run(SCENARIO, seed=seed, motion=True, settings={
+    simulated = turbidock.run(SCENARIO, seed=seed, motion=True, settings={
         **QUIET, **STILL, **THEIRS, "controller": "playback", "playback.file": str(plan_file), "duration_s": duration_s,
         "start.position_m": [-4, 0, -1.5]}).motion
     rng = np.random.default_rng(seed)
     every = 48  # ten a second
-    rows = flown.iloc[::every].reset_index(drop=True)
+    rows = simulated.iloc[::every].reset_index(drop=True)
     late = {name: np.asarray(rows[name]) for name in rows if name == "time_s" or name.endswith("_v")}
     for axis in "xyz":
         late[f"vehicle_{axis}_m"] = rows[f"vehicle_{axis}_m"] + 0.005 * rng.standard_normal(len(rows))
@@ -82,8 +82,8 @@ def main():
     docked({"controller": "pid"}, seeds, "before, the law knows the data")
     turbidock.motion.write_motion(identify.plan(SCENARIO, duration_s=60, pool_m=(6, 5, 3)), "plan.csv")
     log = fly("plan.csv", 1)
-    turbidock.motion.write_motion(log, "flown.csv")
-    fit = identify.fit("flown.csv", SCENARIO)
+    turbidock.motion.write_motion(log, "simulated.csv")
+    fit = identify.fit("simulated.csv", SCENARIO)
     print(fit)
     fit.save("theirs.yaml")
     known = {key: value for key, value in fit.settings().items() if key.startswith("known_vehicle.")}

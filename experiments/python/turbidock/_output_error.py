@@ -114,10 +114,10 @@ class Problem:
                 np.array([used_models.index(flights[i][0]) for i in mine]),
                 np.array([used.index(flights[i][1]) for i in mine]),
                 np.array([flights[i][2] for i in mine]).reshape(-1, STATE), self.workers)
-            for i, flown in zip(mine, states):
+            for i, simulated in zip(mine, states):
                 order, edges = orders[used.index(flights[i][1])]
-                unsorted = np.empty_like(flown)
-                unsorted[order] = flown
+                unsorted = np.empty_like(simulated)
+                unsorted[order] = simulated
                 found[i] = {sensor.kind: unsorted[edges[k]:edges[k + 1]] for k, sensor in enumerate(log.sensors)}
         return found
 
@@ -132,12 +132,12 @@ class Problem:
             for at in self.physical:
                 models.append(z + STEP_Z * (np.arange(len(z)) == at))
                 flights += [(len(models) - 1, i, part.state) for i, part in enumerate(parts)]
-        flown = self.fly(parts, z, flights, models)
+        simulated = self.fly(parts, z, flights, models)
         count, made = len(parts), []
         for i, part in enumerate(parts):
-            by_state = flown[count + i * (FREE - 3):count + (i + 1) * (FREE - 3)]
-            by_z = [flown[count * (FREE - 2) + k * count + i] for k in range(len(models) - 1)]
-            made.append(self._linear(part, flown[i], by_state, by_z))
+            by_state = simulated[count + i * (FREE - 3):count + (i + 1) * (FREE - 3)]
+            by_z = [simulated[count * (FREE - 2) + k * count + i] for k in range(len(models) - 1)]
+            made.append(self._linear(part, simulated[i], by_state, by_z))
         return made
 
     def _linear(self, part: Part, base: dict[str, Numbers], by_state: list[dict[str, Numbers]],
@@ -158,11 +158,11 @@ class Problem:
                 change[:, :3] = np.tile(np.eye(3), (len(rows), 1))
             elif kind == "depth":
                 change[:, 2] = -1
-            for k, flown in enumerate(by_state):
-                change[:, 3 + k] = (errors(kind, flown[kind], measured) - off).ravel() / STEP[3 + k]
+            for k, simulated in enumerate(by_state):
+                change[:, 3 + k] = (errors(kind, simulated[kind], measured) - off).ravel() / STEP[3 + k]
             told = np.zeros((off.size, len(self.parameters)))
-            for at, flown in zip(self.physical, by_z):
-                told[:, at] = (errors(kind, flown[kind], measured) - off).ravel() / STEP_Z
+            for at, simulated in zip(self.physical, by_z):
+                told[:, at] = (errors(kind, simulated[kind], measured) - off).ravel() / STEP_Z
             self._by_delay(sensor, rows, base[kind], told)
             residual.append(off.ravel() * scale)
             z_rows.append(told * scale[:, None])

@@ -2,7 +2,7 @@
 
 Candidates are blocks of ten seconds, each of one axis or two: sums of sines (Morelli, "Multiple input design for real-time
 parameter estimation in the frequency domain", 2003) and steps to and fro (3-2-1-1, Marchand 1977), in two strengths and both
-signs. Every candidate is flown on the vehicle as it is known before; the block with the largest gain of ln det of information
+signs. Every candidate is simulated on the vehicle as it is known before; the block with the largest gain of ln det of information
 and prior comes next, until the time is full or none stays in the pool."""
 
 from __future__ import annotations
@@ -37,16 +37,16 @@ def plan(scenario: Scenario | Path, *, duration_s: float = 60, pool_m: tuple[flo
     made._cpp.set(["clock.ticks_per_frame=4"])  # of 120 Hz or so: quick, and near enough to choose by
     parameters = [p for p in parameters_of(made) if not p.name.startswith("delay.")]
     blocks = list(_candidates(made, most_thrust))
-    flown = [_fly(made, block) for block in blocks]
+    simulated = [_fly(made, block) for block in blocks]
     room = 0.5 * np.array(pool_m)
-    kept = [i for i, states in enumerate(flown) if (np.abs(states[:, :3] - states[0, :3]) < room).all()]
+    kept = [i for i, states in enumerate(simulated) if (np.abs(states[:, :3] - states[0, :3]) < room).all()]
     if not kept:
         raise _core.ConfigError(f"no block of {BLOCK_S:g} s stays in a pool of {pool_m[0]:g} x {pool_m[1]:g} x {pool_m[2]:g} m")
     known: dict[int, Numbers] = {}
     for i in kept:  # a block and its mirror image tell the same
         mirror = i - i % 2
         if mirror not in known:
-            known[mirror] = _information(made, parameters, blocks[mirror], flown[mirror], workers)
+            known[mirror] = _information(made, parameters, blocks[mirror], simulated[mirror], workers)
     told = {i: known[i - i % 2] for i in kept}
     chosen = np.zeros((0, 4))
     total = np.eye(len(parameters))

@@ -242,10 +242,10 @@ class _Task:
             log.set_offset(float(offset))
             parts = [Part(log, window, log.state_at(window.begin_s)) for window in log.windows(WINDOW_S, BEFORE_S)]
             if parts:
-                flown = problem.fly(parts, np.zeros(0), [(0, i, part.state) for i, part in enumerate(parts)], [np.zeros(0)])
+                simulated = problem.fly(parts, np.zeros(0), [(0, i, part.state) for i, part in enumerate(parts)], [np.zeros(0)])
                 off = [np.linalg.norm(errors(sensor.kind, states[sensor.kind], sensor.values[part.window.rows[sensor.kind]]),
                                       axis=1).mean() / sensor.std
-                       for part, states in zip(parts, flown) for sensor in log.sensors]
+                       for part, states in zip(parts, simulated) for sensor in log.sensors]
                 costs[float(offset)] = float(np.mean(off))
         best = min(costs, key=lambda offset: costs[offset], default=0.0)
         log.set_offset(best if abs(best) > BEFORE_S / 2 and costs[best] < 0.8 * costs.get(0.0, np.inf) else 0.0)
@@ -357,9 +357,9 @@ def _misses(task: _Task, z: Numbers, held_out: float) -> Numbers:
         return np.zeros(0)
     _, _, _ = solve(task.problem, leads, z, with_z=False, most=6)
     aims = [Part(lead.log, target, lead.state) for lead, target in zip(leads, targets)]
-    flown = task.problem.fly(aims, z, [(0, i, aim.state) for i, aim in enumerate(aims)], [z])
+    simulated = task.problem.fly(aims, z, [(0, i, aim.state) for i, aim in enumerate(aims)], [z])
     misses = []
-    for aim, states in zip(aims, flown):
+    for aim, states in zip(aims, simulated):
         sensor = aim.log.sensor("position")
         rows = aim.window.rows["position"]
         if sensor is not None and len(rows):

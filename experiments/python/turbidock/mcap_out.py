@@ -229,8 +229,8 @@ class _Pictures:
         """Once all frames have been asked for."""
 
 
-class _FlownAgain(_Pictures):
-    """All of them, in full size: the trial is flown again."""
+class _RunAgain(_Pictures):
+    """All of them, in full size: the trial is run again."""
 
     def __init__(self, scenario: Scenario) -> None:
         if scenario["pose_source"] != "cameras":
@@ -253,7 +253,7 @@ class _FlownAgain(_Pictures):
             self._trial.step()
         now = self._trial.result().digest
         if now != digest:
-            raise _core.SimulatorFault(f"the trial was recorded with digest {digest}, and flown again it has {now}")
+            raise _core.SimulatorFault(f"the trial was recorded with digest {digest}, and run again it has {now}")
 
 
 def _calibration(rig: Mapping[str, Any], side: str, jpeg: bytes) -> CameraCalibration_pb2.CameraCalibration:
@@ -296,7 +296,7 @@ def to_mcap(run: Path | Result, file: Path = "", *, images: bool = False, plugin
     rows = read_motion(folder / "trajectory.csv")
     with open(folder / "trajectory.csv", newline="", encoding="utf-8") as text:
         stages = [row["stage"] for row in csv.DictReader(text)]
-    pictures = _FlownAgain(scenario) if images else _Pictures(folder / "cameras")
+    pictures = _RunAgain(scenario) if images else _Pictures(folder / "cameras")
     name = os.fspath(file) or str(folder / "trial.mcap")
     with McapFile(name) as out:
         out.describe(version=record["version"], digest=record["digest"], seed=str(record["seed"]),
