@@ -2,7 +2,8 @@
 
 Each log is of a vehicle that the fit does not know, drawn about the published one, under the commands of an experiment that
 `turbidock-identify plan` proposes; poses at 10 Hz with 5 mm and 0.5 degrees of noise, commands at 10 Hz, the pose's clock 50 ms
-late. Prints a row a parameter: how often its 95 % interval had it, the median and largest error, how often it was told."""
+late. Prints a row a parameter: how often its 95 % interval had it, the median and largest error, how often it was told. With
+--poor the logs hover or move ahead and back alone; printed is what `inform` takes them to tell that they cannot."""
 
 import argparse
 import pathlib
@@ -92,6 +93,23 @@ def joined(commands, times, position, attitude):
     return table
 
 
+def poor(scenario, given, seconds):
+    """Says how often all is said to be untold of the axes in which nothing is commanded and nothing moves."""
+    dark_axes = ("surge", "sway", "yaw") if given.poor == "hover" else ("sway", "yaw")
+    commands = (hover if given.poor == "hover" else one_axis)(scenario, seconds)
+    good = 0
+    for log in range(given.first, given.first + given.logs):
+        rng = np.random.default_rng([log, 49])
+        values = {name: value for name, value in planted(scenario, rng).items()
+                  if not name.startswith("trim.")}  # its pilot keeps it trimmed: it does not drift through its axes
+        known = identify.inform(log_of(scenario, values, commands, rng), scenario, workers=given.workers)
+        wrong = [parameter.name for parameter, told in zip(known.parameters, known.told())
+                 if told and parameter.axis() in dark_axes]
+        good += not wrong
+        print(f"{given.poor}, {seconds:g} s, log {log}: {', '.join(wrong) or 'said so'}", file=sys.stderr, flush=True)
+    print(f"{given.poor}, {seconds:g} s: {good} of {given.logs} are said to tell nothing of {', '.join(dark_axes)}")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--scenario", default="pool_active")
@@ -105,13 +123,13 @@ def main():
     scenario = Scenario(given.scenario)
     lines = ["seconds,log,parameter,planted,value,low,high,told,held_out_mm,fit_s"]
     for seconds in given.seconds:
-        commands = (hover(scenario, seconds) if given.poor == "hover" else one_axis(scenario, seconds) if given.poor else
-                    at_rate(identify.plan(scenario, duration_s=seconds, workers=given.workers), COMMANDS_HZ))
+        if given.poor:
+            poor(scenario, given, seconds)
+            continue
+        commands = at_rate(identify.plan(scenario, duration_s=seconds, workers=given.workers), COMMANDS_HZ)
         for log in range(given.first, given.first + given.logs):
             rng = np.random.default_rng([log, 49])
             values = planted(scenario, rng)
-            if given.poor:  # its pilot keeps it trimmed: it does not drift through its axes
-                values = {name: value for name, value in values.items() if not name.startswith("trim.")}
             begin = time.perf_counter()
             fit = identify.fit(log_of(scenario, values, commands, rng), scenario, workers=given.workers)
             took = time.perf_counter() - begin
@@ -125,7 +143,8 @@ def main():
                   f"{1000 * fit.validation.get('median_m', float('nan')):.0f} mm", file=sys.stderr, flush=True)
             if given.csv:
                 given.csv.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    table(lines)
+    if not given.poor:
+        table(lines)
 
 
 def table(lines):

@@ -9,6 +9,7 @@ import pytest
 
 import turbidock
 from turbidock import _core, identify
+from turbidock._output_error import moved, solve
 from turbidock.motion import read_motion, write_motion
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -85,6 +86,21 @@ def test_outliers_and_gaps_change_little(scenario, simulated):
         assert abs(again.value(name) - fit.value(name)) < high - low, name
 
 
+@pytest.mark.parametrize("off", [[1, -1, 0.5, 0, 0, 0, 0.3, 0, 0, 0, 0, 0],
+                                 [0, 0, 0, 0.5, 1.5, 1, 1, 1, 0, 2, 3, 5]])  # so far that a whole step leads astray
+def test_a_window_with_a_bad_first_state_is_repaired_not_rejected(scenario, commands, off):
+    short = {name: column[:150] for name, column in commands.items()}
+    task = identify._Task(logs.log_of(scenario, {}, short, np.random.default_rng(7)), scenario, "still", 0, 1)
+    parts, z = task.parts(0), np.zeros(len(task.parameters))
+    z[task.problem.index["delay.pose"]] = logs.OFFSET_S / 0.1
+    task.problem.reject = True  # as once the noise is known
+    parts[1].state = moved(parts[1].state, np.array(off, float))
+    _, _, linear = solve(task.problem, parts, z, with_z=False)
+    for one in linear:
+        assert min(weight.mean() for weight in one.weight.values()) > 0.95
+        assert np.sqrt((one.raw["position"] ** 2).mean()) < 1.2 * logs.NOISE_M
+
+
 def test_a_clock_that_is_far_off_is_found(scenario, commands):
     short = {name: column[:300] for name, column in commands.items()}
     rng = np.random.default_rng(6)
@@ -118,6 +134,13 @@ def test_a_poor_log_is_said_to_be_poor(scenario):
             for axis in ("surge", "sway", "yaw")} <= dark
     assert any(line.startswith("sway: ") for line in told.advice())
     assert "not told" in str(told)
+    # A vehicle whose turning is damped so much that nobody sees how fast it turned before a window: noise is no information.
+    rng = np.random.default_rng([3, 49])
+    damped = {name: value for name, value in logs.planted(scenario, rng).items() if not name.startswith("trim.")}
+    told = identify.inform(logs.log_of(scenario, damped, logs.one_axis(scenario, 60), rng), scenario, workers=2)
+    index = [parameter.name for parameter in told.parameters].index("linear_damping.yaw")
+    assert told.from_noise[index] > 0.2 and not told.told()[index]
+    assert max(share for share, known in zip(told.from_noise, told.told()) if known) < 0.02
     surge = logs.log_of(scenario, {}, logs.one_axis(scenario, 30), np.random.default_rng(2))
     told = identify.inform(surge, scenario, workers=2)
     dark = {p.name for p, known in zip(told.parameters, told.told()) if not known}

@@ -1,11 +1,12 @@
 """Output error over short windows: which parameters, and which state at the beginning of each window, have the real plant
 move as the log says. Gauss-Newton by finite differences, every flight of an iteration at once in C++; the windows' states are
-eliminated (a Schur complement), so that their number costs nothing.
+eliminated (a Schur complement), so that their number costs nothing. Slopes are taken at a quarter of the physics' steps and
+serve until they lead no further, as a flight without them costs a thirtieth; at the end fresh ones must lead no further.
 
 Prior: every z is normal, 0 and 1 (_parameters.py). Noise: normal, of a standard deviation for each sensor that is found from
-the residuals; measurements that no noise explains lose their weight (Huber 1981, then none at all). Residuals that hang
-together from row to row, which is what a wrong model leaves, widen the intervals by their correlation time (Maine and Iliff,
-NASA RP-1168, 1986)."""
+the residuals; measurements that no noise explains lose their weight (Huber 1981), then all of it, but in a window of which half
+would go: there it is the state that is wrong. Residuals that hang together from row to row, which is what a wrong model leaves,
+widen the intervals by their correlation time (Maine and Iliff, NASA RP-1168, 1986)."""
 
 from __future__ import annotations
 
@@ -27,6 +28,8 @@ FREE_STD = np.array([3.0] * 3 + [0.3] * 3 + [0.5] * 3 + [0.5] * 3)  # about the 
 STEP = np.array([1e-4] * FREE)
 STEP_Z = 1e-3
 SUSPECT, IMPOSSIBLE = 2.5, 6.0  # standard deviations
+MOST = 0.5  # of a window that may be impossible
+LEADS_ON, CONVERGED = 3.0, 0.1  # gain of the cost, in variances, by old slopes and by fresh ones
 
 
 def moved(state: Numbers, by: Numbers) -> Numbers:
@@ -56,6 +59,11 @@ class Linear:
     by_state: Numbers  # (n, FREE)
     raw: dict[str, Numbers]  # errors by sensor, (rows, components)
     weight: dict[str, Numbers]
+    cost: float  # Huber's: quadratic, then linear
+
+
+# By sensor: how its errors change with the parameters, (n, parameters), and with the state, (n, FREE)
+Slopes = dict[str, tuple[Numbers, Numbers]]
 
 
 class Problem:
@@ -76,10 +84,10 @@ class Problem:
     def values(self, z: Numbers) -> dict[str, float]:
         return {parameter.name: parameter.value(z[i]) for i, parameter in enumerate(self.parameters)}
 
-    def _model(self, log: Log, z: Numbers) -> _core.Scenario:
+    def _model(self, log: Log, z: Numbers, coarse: bool) -> _core.Scenario:
         values = {name: value for name, value in self.values(z).items() if not name.startswith("delay.")}
         made = scenario_with(self.scenarios[self.logs.index(log)], values)._cpp
-        if self.coarse:
+        if coarse:
             made.set(["clock.ticks_per_frame=4"])
         return made
 
@@ -92,7 +100,7 @@ class Problem:
         return np.asarray(times - values.get(sensor.delay, 0.0) - drift * (times - middle))
 
     def fly(self, parts: Sequence[Part], z: Numbers, flights: Sequence[tuple[int, int, Numbers]],
-            models: Sequence[Numbers]) -> list[dict[str, Numbers]]:
+            models: Sequence[Numbers], coarse: bool) -> list[dict[str, Numbers]]:
         """States at the measurements of each flight (model, part, state at the beginning), by sensor."""
         found: list[dict[str, Numbers]] = [{} for _ in flights]
         for log in self.logs:
@@ -109,7 +117,7 @@ class Problem:
                 times.append(joined[order])
                 orders.append((order, np.cumsum([0] + [len(one) for one in by_sensor])))
             states = _core.predict(
-                [self._model(log, models[model]) for model in used_models], log.commands,
+                [self._model(log, models[model], coarse) for model in used_models], log.commands,
                 np.array([parts[part].window.begin_s for part in used]), times,
                 np.array([used_models.index(flights[i][0]) for i in mine]),
                 np.array([used.index(flights[i][1]) for i in mine]),
@@ -121,8 +129,8 @@ class Problem:
                 found[i] = {sensor.kind: unsorted[edges[k]:edges[k + 1]] for k, sensor in enumerate(log.sensors)}
         return found
 
-    def linearize(self, parts: Sequence[Part], z: Numbers, with_z: bool = True) -> list[Linear]:
-        """Of every window about the parameters and its state."""
+    def slopes(self, parts: Sequence[Part], z: Numbers, with_z: bool = True) -> list[Slopes]:
+        """Of every window's errors, about the parameters and its state."""
         models = [z]
         flights: list[tuple[int, int, Numbers]] = [(0, i, part.state) for i, part in enumerate(parts)]
         for i, part in enumerate(parts):
@@ -132,27 +140,19 @@ class Problem:
             for at in self.physical:
                 models.append(z + STEP_Z * (np.arange(len(z)) == at))
                 flights += [(len(models) - 1, i, part.state) for i, part in enumerate(parts)]
-        simulated = self.fly(parts, z, flights, models)
-        count, made = len(parts), []
-        for i, part in enumerate(parts):
-            by_state = simulated[count + i * (FREE - 3):count + (i + 1) * (FREE - 3)]
-            by_z = [simulated[count * (FREE - 2) + k * count + i] for k in range(len(models) - 1)]
-            made.append(self._linear(part, simulated[i], by_state, by_z))
-        return made
+        simulated = self.fly(parts, z, flights, models, coarse=True)
+        count = len(parts)
+        return [self._slopes(part, simulated[i], simulated[count + i * (FREE - 3):count + (i + 1) * (FREE - 3)],
+                             [simulated[count * (FREE - 2) + k * count + i] for k in range(len(models) - 1)])
+                for i, part in enumerate(parts)]
 
-    def _linear(self, part: Part, base: dict[str, Numbers], by_state: list[dict[str, Numbers]],
-                by_z: list[dict[str, Numbers]]) -> Linear:
-        residual, z_rows, state_rows = [], [], []
-        raw, weights = {}, {}
+    def _slopes(self, part: Part, base: dict[str, Numbers], by_state: list[dict[str, Numbers]],
+                by_z: list[dict[str, Numbers]]) -> Slopes:
+        found = {}
         for sensor in part.log.sensors:
             kind, rows = sensor.kind, part.window.rows[sensor.kind]
             measured = sensor.values[rows]
             off = errors(kind, base[kind], measured)
-            size = np.linalg.norm(off, axis=1) / (self.std[kind] * np.sqrt(off.shape[1]))
-            weight = np.minimum(1, SUSPECT / np.maximum(size, 1e-9))
-            if self.reject:
-                weight = np.where(size > IMPOSSIBLE, 0, weight)
-            scale = np.repeat((np.sqrt(weight) / self.std[kind])[:, None], off.shape[1], axis=1).ravel()
             change = np.zeros((off.size, FREE))
             if kind == "position":
                 change[:, :3] = np.tile(np.eye(3), (len(rows), 1))
@@ -164,11 +164,34 @@ class Problem:
             for at, simulated in zip(self.physical, by_z):
                 told[:, at] = (errors(kind, simulated[kind], measured) - off).ravel() / STEP_Z
             self._by_delay(sensor, rows, base[kind], told)
+            found[kind] = (told, change)
+        return found
+
+    def linear(self, parts: Sequence[Part], z: Numbers, slopes: Sequence[Slopes]) -> list[Linear]:
+        """Every window's errors at these parameters and its state, with slopes from near there."""
+        simulated = self.fly(parts, z, [(0, i, part.state) for i, part in enumerate(parts)], [z], self.coarse)
+        return [self._linear(part, states, slope) for part, states, slope in zip(parts, simulated, slopes)]
+
+    def _linear(self, part: Part, states: dict[str, Numbers], slopes: Slopes) -> Linear:
+        residual, z_rows, state_rows = [], [], []
+        raw, weights, cost = {}, {}, 0.0
+        for sensor in part.log.sensors:
+            kind = sensor.kind
+            off = errors(kind, states[kind], sensor.values[part.window.rows[kind]])
+            components = off.shape[1]
+            size = np.linalg.norm(off, axis=1) / (self.std[kind] * np.sqrt(components))
+            weight = np.minimum(1, SUSPECT / np.maximum(size, 1e-9))
+            impossible = size > IMPOSSIBLE
+            if self.reject and impossible.mean() < MOST:
+                weight = np.where(impossible, 0, weight)
+                size = np.minimum(size, IMPOSSIBLE)
+            cost += components * float(np.where(size <= SUSPECT, size**2, SUSPECT * (2 * size - SUSPECT)).sum())
+            scale = np.repeat(np.sqrt(weight) / self.std[kind], components)
             residual.append(off.ravel() * scale)
-            z_rows.append(told * scale[:, None])
-            state_rows.append(change * scale[:, None])
+            z_rows.append(slopes[kind][0] * scale[:, None])
+            state_rows.append(slopes[kind][1] * scale[:, None])
             raw[kind], weights[kind] = off, weight
-        return Linear(np.concatenate(residual), np.concatenate(z_rows), np.concatenate(state_rows), raw, weights)
+        return Linear(np.concatenate(residual), np.concatenate(z_rows), np.concatenate(state_rows), raw, weights, cost)
 
     def _by_delay(self, sensor: Sensor, rows: npt.NDArray[np.int64], base: Numbers, told: Numbers) -> None:
         """An older measurement is of an earlier state."""
@@ -202,13 +225,14 @@ class Reduced:
     windows: list[tuple[Numbers, Numbers, Numbers]]
 
 
-def reduce(linear: Sequence[Linear], parts: Sequence[Part], guesses: Sequence[Numbers]) -> Reduced:
-    """Eliminates the windows' states."""
+def reduce(linear: Sequence[Linear], parts: Sequence[Part], guesses: Sequence[Numbers], damping: float = 0) -> Reduced:
+    """Eliminates the windows' states. Damped, they move less, as Levenberg and Marquardt have it."""
     count = linear[0].by_z.shape[1]
     information, gradient, cost, kept = np.zeros((count, count)), np.zeros(count), 0.0, []
     for one, part, guess in zip(linear, parts, guesses):
         off = difference(part.state, guess) / FREE_STD**2
         inner = one.by_state.T @ one.by_state + np.diag(1 / FREE_STD**2)
+        inner += damping * np.diag(np.diag(inner))
         cross = one.by_state.T @ one.by_z
         force = one.by_state.T @ one.residual + off
         solved = np.linalg.solve(inner, np.column_stack([cross, force]))
@@ -217,6 +241,21 @@ def reduce(linear: Sequence[Linear], parts: Sequence[Part], guesses: Sequence[Nu
         cost += float(one.residual @ one.residual)
         kept.append((inner, cross, force))
     return Reduced(information, gradient, cost, kept)
+
+
+def share_of_noise(problem: Problem, parts: Sequence[Part], z: Numbers, reduced: Reduced, linear: Sequence[Linear]) -> Numbers:
+    """Of each parameter's information, how much states that are off by no more than they may be would seem to give besides: a
+    vehicle that stands, thought to turn, seems to tell how its turning is damped."""
+    rng = np.random.default_rng(0)
+    shaken = [Part(part.log, part.window, moved(part.state, np.asarray(np.linalg.solve(
+        np.linalg.cholesky(inner).T, rng.standard_normal(FREE)), float)))
+        for part, (inner, _, _) in zip(parts, reduced.windows)]
+    seeming = np.zeros(len(z))
+    for one, other, (inner, _, _) in zip(linear, problem.linear(shaken, z, problem.slopes(shaken, z)), reduced.windows):
+        change = other.by_z - one.by_z
+        cross = one.by_state.T @ change
+        seeming += (change**2).sum(axis=0) - (cross * np.linalg.solve(inner, cross)).sum(axis=0)
+    return seeming / np.maximum(np.diag(reduced.information), 1e-300)
 
 
 def difference(state: Numbers, guess: Numbers) -> Numbers:
@@ -228,54 +267,56 @@ def difference(state: Numbers, guess: Numbers) -> Numbers:
     return by
 
 
-def solve(problem: Problem, parts: list[Part], z: Numbers, *, with_z: bool = True, most: int = 20
-          ) -> tuple[Numbers, Reduced, list[Linear]]:
-    """The parameters and states of least error; `parts` get their states. With `with_z` off the parameters stay."""
+def solve(problem: Problem, parts: list[Part], z: Numbers, *, with_z: bool = True, most: int = 20,
+          enough: float = CONVERGED) -> tuple[Numbers, Reduced, list[Linear]]:
+    """The parameters and states of least error, by slopes that are taken at most so often, until fresh ones gain less than
+    `enough`; `parts` get their states. With `with_z` off the parameters stay."""
     guesses = [np.array(part.state) for part in parts]
-    damping, best = 1e-3, np.inf
-    free = np.array([with_z] * len(z))
-    linear = problem.linearize(parts, z, with_z)
-    for iteration in range(most):
-        reduced = reduce(linear, parts, guesses)
-        best = _robust_cost(linear, problem) + float(z @ z)
-        accepted = False
-        for _ in range(6):
-            normal = reduced.information + np.eye(len(z))
-            damped = normal + damping * np.diag(np.diag(normal))
-            step = np.where(free, np.linalg.solve(damped, -(reduced.gradient + z)), 0)
-            step = np.clip(step, -1.0, 1.0)
-            new_z = np.maximum(z + step, [parameter.z_at_least() for parameter in problem.parameters])
-            step = new_z - z
-            old = [part.state for part in parts]
-            for part, (inner, cross, force) in zip(parts, reduced.windows):
-                part.state = moved(part.state, np.asarray(-np.linalg.solve(inner, force + cross @ step), float))
-            trial = problem.linearize(parts, new_z, with_z)
-            cost = _robust_cost(trial, problem) + float(new_z @ new_z)
-            if np.isfinite(cost) and cost <= best * (1 + 1e-9):
-                accepted = True
+    damping = 1e-3
+    for _ in range(most):
+        damping = min(damping, 1e-2)
+        slopes = problem.slopes(parts, z, with_z)
+        linear = problem.linear(parts, z, slopes)
+        gain, first = np.inf, 0.0
+        while gain >= LEADS_ON:
+            found = _step(problem, parts, z, guesses, linear, slopes, damping, with_z)
+            if found is None:
                 break
-            damping = max(damping, 1e-3) * 10
-            for part, state in zip(parts, old):
-                part.state = state
-        if not accepted:
-            break
-        gain = (best - cost) / max(cost, 1e-12)
-        z, linear, damping = new_z, trial, damping * 0.2
-        if gain < 1e-4 and iteration > 0:
+            gain, z, linear, damping = found
+            first = first or gain
+        if first < enough:
             break
     return z, reduce(linear, parts, guesses), linear
 
 
-def _robust_cost(linear: Sequence[Linear], problem: Problem) -> float:
-    """Huber's: quadratic, then linear."""
-    cost = 0.0
-    for one in linear:
-        for kind, off in one.raw.items():
-            components = off.shape[1]
-            size = np.linalg.norm(off, axis=1) / (problem.std[kind] * np.sqrt(components))
-            size = np.minimum(size, IMPOSSIBLE) if problem.reject else size
-            cost += components * float(np.where(size <= SUSPECT, size**2, SUSPECT * (2 * size - SUSPECT)).sum())
-    return cost
+def _step(problem: Problem, parts: list[Part], z: Numbers, guesses: list[Numbers], linear: list[Linear], slopes: list[Slopes],
+          damping: float, with_z: bool) -> tuple[float, Numbers, list[Linear], float] | None:
+    """A step of Levenberg and Marquardt's: how much of the cost it gains, where it leads, and the next damping."""
+    before = _cost(linear, parts, guesses, z)
+    least = [parameter.z_at_least() for parameter in problem.parameters]
+    old = [part.state for part in parts]
+    for _ in range(8):
+        reduced = reduce(linear, parts, guesses, damping)
+        normal = reduced.information + np.eye(len(z))
+        normal += damping * np.diag(np.diag(normal))
+        step = np.linalg.solve(normal, -(reduced.gradient + z)) if with_z else np.zeros(len(z))
+        new_z = np.maximum(z + np.clip(step, -1.0, 1.0), least)
+        for part, state, (inner, cross, force) in zip(parts, old, reduced.windows):
+            part.state = moved(state, np.asarray(-np.linalg.solve(inner, force + cross @ (new_z - z)), float))
+        trial = problem.linear(parts, new_z, slopes)
+        cost = _cost(trial, parts, guesses, new_z)
+        if np.isfinite(cost) and cost <= before * (1 + 1e-9):
+            return before - cost, new_z, trial, damping * 0.2
+        damping = max(damping, 1e-3) * 10
+        for part, state in zip(parts, old):
+            part.state = state
+    return None
+
+
+def _cost(linear: Sequence[Linear], parts: Sequence[Part], guesses: Sequence[Numbers], z: Numbers) -> float:
+    """Of errors, and of what was known before."""
+    return (sum(one.cost for one in linear) + float(z @ z)
+            + sum(float(((difference(part.state, guess) / FREE_STD) ** 2).sum()) for part, guess in zip(parts, guesses)))
 
 
 def noise(problem: Problem, linear: Sequence[Linear], parts: Sequence[Part]) -> dict[str, float]:

@@ -140,7 +140,8 @@ def _information(scenario: Scenario, parameters: list[Parameter], demands: Numbe
     window = log.window(0.0, float(time_s[-1]) + 1e-6, 0.0)
     assert window is not None
     parts = [Part(log, window, _begin()[0])]
-    return reduce(problem.linearize(parts, np.zeros(len(parameters))), parts, [parts[0].state]).information
+    z = np.zeros(len(parameters))
+    return reduce(problem.linear(parts, z, problem.slopes(parts, z)), parts, [parts[0].state]).information
 
 
 def _at(joined: Numbers, times: Numbers, values: Numbers) -> Numbers:

@@ -28,7 +28,8 @@ import numpy.typing as npt
 
 from . import _core
 from ._logs import Log, Window, errors
-from ._output_error import Numbers, Part, Problem, Reduced, correlation_time, noise, reduce, solve
+from ._output_error import (LEADS_ON, Linear, Numbers, Part, Problem, Reduced, correlation_time, noise, reduce, share_of_noise,
+                            solve)
 from ._parameters import Parameter, data_of, parameters_of, still
 from ._vehicle_file import vehicle_yaml
 from .motion import WATER, read_motion
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
 MotionLike = Union[Path, Mapping[str, npt.ArrayLike]]
 
 TOLD = 0.5  # of what was known before: what a log leaves more uncertain than that is not told by it
+FROM_NOISE = 0.1  # of its information: what seems to be told by no more than the measurements' noise is not told
 CORRELATED = 0.9
 WINDOW_S = 5.0
 BEFORE_S = 0.3  # of a window's state before its first measurement: the clocks may be off by as much
@@ -56,12 +58,13 @@ class Information:
     parameters: list[Parameter]
     std: Numbers  # of each z after the log; before it 1
     correlation: Numbers
+    from_noise: Numbers  # share of each parameter's information
     windows: int
     duration_s: float
 
     def told(self) -> list[bool]:
-        """Whether the log at least halves what was uncertain."""
-        return [bool(std <= TOLD) for std in self.std]
+        """Whether the log at least halves what was uncertain, by more than noise."""
+        return [bool(std <= TOLD and share < FROM_NOISE) for std, share in zip(self.std, self.from_noise)]
 
     def pairs(self) -> list[tuple[str, str, float]]:
         """Parameters that the log tells together rather than each, with their correlation."""
@@ -236,13 +239,13 @@ class _Task:
         """Finds by how much the poses' clock is off where that is more than a fit would find: the offset from which the
         vehicle as it is known before predicts best, each window from its measured beginning."""
         problem = Problem([log], [scenario], [], workers)
-        problem.coarse = True
         costs = {}
         for offset in np.round(np.arange(-FARTHEST_S, FARTHEST_S + 1e-9, 0.1), 1):
             log.set_offset(float(offset))
             parts = [Part(log, window, log.state_at(window.begin_s)) for window in log.windows(WINDOW_S, BEFORE_S)]
             if parts:
-                simulated = problem.fly(parts, np.zeros(0), [(0, i, part.state) for i, part in enumerate(parts)], [np.zeros(0)])
+                simulated = problem.fly(parts, np.zeros(0), [(0, i, part.state) for i, part in enumerate(parts)], [np.zeros(0)],
+                                        coarse=True)
                 off = [np.linalg.norm(errors(sensor.kind, states[sensor.kind], sensor.values[part.window.rows[sensor.kind]]),
                                       axis=1).mean() / sensor.std
                        for part, states in zip(parts, simulated) for sensor in log.sensors]
@@ -287,9 +290,9 @@ def inform(logs: MotionLike | Sequence[MotionLike], scenario: Scenario | Path, *
     task = _Task(logs, scenario, water, thrust_std, workers)
     parts = task.parts(0)
     z = np.zeros(len(task.parameters))
-    _, reduced, _ = solve(task.problem, parts, z, with_z=False, most=2)
-    linear = task.problem.linearize(parts, z)
-    return _information(task, reduce(linear, parts, [part.state for part in parts]), parts, 1)
+    _, reduced, _ = solve(task.problem, parts, z, with_z=False, most=6)
+    linear = task.problem.linear(parts, z, task.problem.slopes(parts, z))
+    return _information(task, parts, z, (reduce(linear, parts, [part.state for part in parts]), linear), 1)
 
 
 def fit(logs: MotionLike | Sequence[MotionLike], scenario: Scenario | Path, *, water: str = "still", thrust_std: float = 0,
@@ -301,7 +304,7 @@ def fit(logs: MotionLike | Sequence[MotionLike], scenario: Scenario | Path, *, w
     problem, parts = task.problem, task.parts(held_out)
     z = np.zeros(len(task.parameters))
     problem.coarse = True
-    z, reduced, linear = solve(problem, parts, z)
+    z, reduced, linear = solve(problem, parts, z, enough=LEADS_ON)
     for _ in range(2):
         problem.std = noise(problem, linear, parts)
         problem.reject = True
@@ -311,17 +314,20 @@ def fit(logs: MotionLike | Sequence[MotionLike], scenario: Scenario | Path, *, w
     z, reduced, linear = solve(problem, parts, z, most=4)
     rows = correlation_time(linear)
     weights = np.concatenate([weight for one in linear for weight in one.weight.values()])
-    return Fit(task.scenario, task.parameters, z, _information(task, reduced, parts, rows), problem.std, rows,
+    return Fit(task.scenario, task.parameters, z, _information(task, parts, z, (reduced, linear), rows), problem.std, rows,
                float((weights == 0).mean()), _validate(task, z, held_out), task.source(),
                {kind: np.concatenate([one.raw[kind] for one in linear if kind in one.raw]) for kind in problem.std},
                [max((sensor.offset_s for sensor in log.sensors), key=abs) for log in task.logs])
 
 
-def _information(task: _Task, reduced: Reduced, parts: Sequence[Part], rows: float) -> Information:
+def _information(task: _Task, parts: Sequence[Part], z: Numbers, found: tuple[Reduced, list[Linear]], rows: float
+                 ) -> Information:
+    reduced, linear = found
     covariance = np.linalg.inv(reduced.information / rows + np.eye(len(task.parameters)))
     std = np.sqrt(np.diag(covariance))
     duration = sum(part.window.last_s - part.window.first_s for part in parts)
-    return Information(task.parameters, std, covariance / np.outer(std, std), len(parts), duration)
+    return Information(task.parameters, std, covariance / np.outer(std, std),
+                       share_of_noise(task.problem, parts, z, reduced, linear), len(parts), duration)
 
 
 def _validate(task: _Task, z: Numbers, held_out: float) -> dict[str, Any]:
@@ -357,7 +363,7 @@ def _misses(task: _Task, z: Numbers, held_out: float) -> Numbers:
         return np.zeros(0)
     _, _, _ = solve(task.problem, leads, z, with_z=False, most=6)
     aims = [Part(lead.log, target, lead.state) for lead, target in zip(leads, targets)]
-    simulated = task.problem.fly(aims, z, [(0, i, aim.state) for i, aim in enumerate(aims)], [z])
+    simulated = task.problem.fly(aims, z, [(0, i, aim.state) for i, aim in enumerate(aims)], [z], coarse=False)
     misses = []
     for aim, states in zip(aims, simulated):
         sensor = aim.log.sensor("position")
