@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import json
+import pathlib
 from dataclasses import dataclass, field
-from typing import Mapping
+from typing import Any, Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from .motion import DEPTH, EULER, POSITION, QUATERNION, TURN_RATE, VELOCITY, WATER, Motion, check_motion, has
+from .motion import (DEPTH, EULER, POSITION, QUATERNION, TURN_RATE, VELOCITY, WATER, Motion, check_motion, has, read_motion,
+                     write_motion)
 from .scenario import Scenario
 
 Numbers = npt.NDArray[np.float64]
@@ -78,6 +81,33 @@ def rotated(q: Numbers, v: Numbers) -> Numbers:
     """v of B in W, by R_WB."""
     zero = np.zeros(v.shape[:-1] + (1,))
     return np.asarray(product(product(q, np.concatenate([zero, v], axis=-1)), conjugate(q))[..., 1:])
+
+
+def add_estimates(folder: pathlib.Path, records: Sequence[Mapping[str, Any]], scenario: Scenario) -> None:
+    """Writes into the folder's motion.csv where the scenario's vehicle was when its cameras found the marker. The world has the
+    marker's axes, 5 m above it unless a depth was measured. ConfigError where the table has poses already."""
+    file = folder / "motion.csv"
+    motion = read_motion(file) if file.exists() else {}
+    if has(motion, POSITION) or has(motion, QUATERNION):
+        raise _core.ConfigError(f"{file}: has poses already: leave odometry out")
+    begin_ns = json.loads((folder / "log.json").read_text(encoding="utf-8"))["start_ns"]
+    found = [record for record in records if record["detected"]]
+    times = np.array([(record["time_ns"] - begin_ns) / 1e9 for record in found])
+    seen = np.array([[*record["position_m"], *record["quaternion_wxyz"]] for record in found]).reshape(-1, 7)
+    head = np.array(json.loads(_core.trial_model(scenario._cpp))["scene"]["X_BH"])
+    turn = conjugate(product(head[3:], seen[:, 3:]))  # R_MB
+    place = -rotated(turn, head[:3] + rotated(np.tile(head[3:], (len(seen), 1)), seen[:, :3]))
+    depth_m = 5.0
+    if has(motion, DEPTH):
+        there = np.isfinite(motion["depth_m"])
+        depth_m = float(np.median(np.interp(times, motion["time_s"][there], motion["depth_m"][there]) + place[:, 2]))
+    stamps = np.union1d(motion.get("time_s", times), times)
+    table = {"time_s": stamps}
+    poses = dict(zip(POSITION + QUATERNION, np.hstack([place - [0, 0, depth_m], turn]).T))
+    for of, columns in ((motion.get("time_s", times), motion), (times, poses)):
+        for name, column in columns.items():
+            table.setdefault(name, np.full(len(stamps), np.nan))[np.searchsorted(stamps, of)] = column
+    write_motion(table, file)
 
 
 class Log:

@@ -49,10 +49,11 @@ from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 
 from ._core import ConfigError
+from ._logs import add_estimates
 from ._program import PROGRAM
 from .mcap_out import McapFile
 from .motion import (DEPTH, EULER, POSITION, QUATERNION, TURN_RATE, VELOCITY, WATER, Motion, check_motion, write_motion)
-from .scenario import Path, Settings, assignments_of
+from .scenario import Path, Scenario, Settings, assignments_of, scenario_of
 
 SIDES = ("left", "right")
 # What a name of `motion` stands for: ways to what its messages may hold, and the columns of that.
@@ -437,10 +438,12 @@ def _motion(entries: Sequence[_Entry], rows: Iterable[tuple[_Entry, int, dict[st
     return _table(list(owner), table, start_ns) if owner else {}
 
 
-def estimate_bag(folder: Path, file: Path = "", *, marker: Path = "", settings: Settings = None) -> list[dict[str, Any]]:
+def estimate_bag(folder: Path, file: Path = "", *, marker: Path = "", settings: Settings = None, scenario: Scenario | Path = ""
+                 ) -> list[dict[str, Any]]:
     """Finds the marker in the images of a folder that Bag.save wrote, and writes where it is as MCAP, FOLDER/poses.mcap unless
     given, in the log's own time: /tf (camera_head > marker_estimated) and /estimate where it was detected, /state for every
-    pair. Returns `records` of `turbidock estimate --json`, each with `time_ns`. `marker` and `settings` as its --marker and --set."""
+    pair. Returns `records` of `turbidock estimate --json`, each with `time_ns`. `marker` and `settings` as its --marker and --set.
+    With a scenario, whose vehicle has these cameras, FOLDER/motion.csv gets the vehicle's poses for `identify`."""
     at = pathlib.Path(folder)
     for name in ("times.csv", "left.yaml", "right.yaml"):
         if not (at / name).is_file():
@@ -466,6 +469,8 @@ def estimate_bag(folder: Path, file: Path = "", *, marker: Path = "", settings: 
                 out.write_transforms("/tf", ns, ("camera_head", "marker_estimated", pose, ns))
                 out.write_pose("/estimate", pose, ns, ns)
             out.write_row("/state", "Estimate", {"detected": float(record["detected"]), "fitness": record["fitness"]}, ns)
+    if scenario:
+        add_estimates(at, records, scenario_of(scenario))
     return records
 
 
@@ -476,6 +481,7 @@ def main() -> None:
     parser.add_argument("--topics", help="YAML file that says what is where (help('turbidock.bags')); none: lists topics")
     parser.add_argument("--out", help="the folder to make")
     parser.add_argument("--estimate", action="store_true", help="also find the marker in the images: poses.mcap")
+    parser.add_argument("--scenario", default="", help="whose vehicle has the cameras: motion.csv gets its poses")
     arguments = parser.parse_args()
     if not arguments.topics:
         with _opened(arguments.files) as (kinds, _):
@@ -488,5 +494,5 @@ def main() -> None:
     print(*bag.notes, sep="\n", end="\n" * bool(bag.notes), file=sys.stderr)
     print(f"{arguments.out}: {len(bag.motion.get('time_s', ()))} rows of motion, {len(bag.pairs)} pairs of images")
     if arguments.estimate:
-        found = estimate_bag(arguments.out)
+        found = estimate_bag(arguments.out, scenario=arguments.scenario)
         print(f"{arguments.out}/poses.mcap: the marker in {sum(record['detected'] for record in found)} of {len(found)} pairs")
