@@ -107,8 +107,10 @@ test('a trial: text of a name, time by slider, keys and plot, pictures and film'
   );
   await page.locator('.play').click();
   await page.waitForFunction(() => document.querySelector('video')?.currentTime > 0.2);
-  const frame = await page.evaluate(() => {
+  const frame = await page.evaluate(async () => {
     const video = document.querySelector('video');
+    // The clock runs before the first image is decoded on a slow machine.
+    await new Promise(resolve => video.requestVideoFrameCallback(resolve));
     const c = Object.assign(document.createElement('canvas'), {width: 64, height: 36}).getContext(
       '2d',
     );
