@@ -167,6 +167,16 @@ def test_bad_logs_are_refused_in_a_line(scenario, commands, tmp_path):
     assert "but not vehicle_z_m" in refusal(vehicle_z_m=None)
     empty = np.full(len(log["time_s"]), np.nan)
     assert "has neither positions" in refusal(**{f"vehicle_{axis}_m": empty for axis in "xyz"})
+    posed = np.isfinite(log["vehicle_x_m"])
+    assert "position has noise of 4" in (words := refusal(**{f"vehicle_{a}_m": 1000 * log[f"vehicle_{a}_m"] for a in "xyz"}))
+    assert words.endswith("it looks like millimetres")
+    assert "no unit quaternions" in refusal(**{f"vehicle_q{axis}": np.where(posed, 0, np.nan) for axis in "wxyz"})
+    angles = {name: np.where(posed, degrees, np.nan) for name, degrees in (("roll_rad", 1), ("pitch_rad", 2), ("yaw_rad", 90))}
+    assert "look like degrees" in refusal(**dict.fromkeys(f"vehicle_q{axis}" for axis in "wxyz"), **angles)
+    rare = np.where(np.arange(len(posed)) % 200 < 2, 1, np.nan)
+    assert "measurements of position" in refusal(**{f"vehicle_{a}_m": rare * log[f"vehicle_{a}_m"] for a in "xyz"})
+    apart = np.where(log["time_s"] % 3 > 1, np.nan, 1)
+    assert "no stretch of 5 s without a gap" in refusal(**{name: apart * log[name] for name in log if name.startswith("vehicle_")})
     write_motion(log, tmp_path / "log.csv")
     again = read_motion(tmp_path / "log.csv")
     assert all(np.array_equal(again[name], log[name], equal_nan=True) for name in log)
@@ -183,6 +193,12 @@ def test_the_command_line(scenario, commands, tmp_path, capsys):
     assert "windows of" in capsys.readouterr().out
     assert identify.main(["inform", str(tmp_path / "none.csv"), "--scenario", "pool_active"]) == 2
     assert "none.csv: No such file" in capsys.readouterr().err
+    for words, said in ((["fit", str(tmp_path / "log.csv"), "--out", str(tmp_path / "no/mine.yaml")], "no/mine.yaml: no such folder"),
+                        (["fit", str(tmp_path / "log.csv"), "--workers", "0"], "workers must be at least 1"),
+                        (["plan", "--duration", "5", "--out", str(tmp_path / "plan.csv")], "an experiment of 5 s")):
+        assert identify.main([*words, "--scenario", "pool_active"]) == 2
+        assert said in (told := capsys.readouterr()).err and told.err.count("\n") == 1 and not told.out
+    assert [file.name for file in tmp_path.iterdir()] == ["log.csv"]
 
 
 def fossen(values, commands, times):

@@ -124,7 +124,7 @@ class Log:
         thrusters = _core.thrusters(scenario._cpp)
         self.commands: Motion = {"time_s": self.command_times} | {
             thruster + "_v": self.volts[:, i] for i, thruster in enumerate(thrusters)}
-        self.sensors = _sensors(table, time_s)
+        self.sensors = _sensors(table, time_s, name)
         self.water = has(table, WATER)
         self.table = table
         kinds = [sensor.kind for sensor in self.sensors]
@@ -200,7 +200,7 @@ class Log:
         return state
 
 
-def _sensors(table: Motion, time_s: Numbers) -> list[Sensor]:
+def _sensors(table: Motion, time_s: Numbers, name: str) -> list[Sensor]:
     def columns(names: tuple[str, ...]) -> tuple[Numbers, Numbers]:
         values = np.stack([table[name] for name in names], axis=-1)
         there = np.isfinite(values).all(axis=1)
@@ -212,18 +212,34 @@ def _sensors(table: Motion, time_s: Numbers) -> list[Sensor]:
         found.append(Sensor("position", *columns(POSITION), "delay.pose"))
     if pose:
         times, values = columns(QUATERNION)
+        if (abs(np.linalg.norm(values, axis=1) - 1) > 0.1).any():
+            raise _core.ConfigError(f"{name}: vehicle_qw to vehicle_qz are no unit quaternions")
         found.append(Sensor("attitude", times, values / np.linalg.norm(values, axis=1, keepdims=True), "delay.pose"))
     elif has(table, EULER):
         times, angles = columns(EULER)
+        if (abs(angles[:, :2]) > [3.2, 1.6]).any():
+            raise _core.ConfigError(f"{name}: roll_rad and pitch_rad beyond a half and a quarter turn look like degrees")
         found.append(Sensor("attitude", times, quaternion_of(*angles.T), "delay.onboard"))
     for kind, names in (("velocity", VELOCITY), ("turn_rate", TURN_RATE), ("depth", DEPTH)):
         if has(table, names):
             found.append(Sensor(kind, *columns(names), "delay.onboard"))
     for sensor in found:
         if len(sensor.time_s) < 10:
-            raise _core.ConfigError(f"only {len(sensor.time_s)} measurements of {sensor.kind}")
+            raise _core.ConfigError(f"{name}: only {len(sensor.time_s)} measurements of {sensor.kind}")
         sensor.std = _noise(sensor)
+        if sensor.kind in ("position", "depth") and max(sensor.std, _fastest(sensor) / 50) > 0.5:
+            raise _core.ConfigError(f"{name}: {sensor.kind} has noise of {sensor.std:.3g} m and moves at up to "
+                                    f"{_fastest(sensor):.3g} m/s: it looks like millimetres")
     return found
+
+
+def _fastest(sensor: Sensor) -> float:
+    """Speed that it has a tenth of the time, over a second, m/s."""
+    later = np.searchsorted(sensor.time_s, sensor.time_s + 1)
+    there = np.flatnonzero(later < len(sensor.time_s))
+    later = later[there]
+    moved = np.linalg.norm(sensor.values[later] - sensor.values[there], axis=1)
+    return float(np.quantile(moved / (sensor.time_s[later] - sensor.time_s[there]), 0.9)) if len(there) else 0.0
 
 
 def errors(kind: str, predicted: Numbers, measured: Numbers) -> Numbers:

@@ -277,6 +277,11 @@ def solve(problem: Problem, parts: list[Part], z: Numbers, *, with_z: bool = Tru
         damping = min(damping, 1e-2)
         slopes = problem.slopes(parts, z, with_z)
         linear = problem.linear(parts, z, slopes)
+        for part, one in zip(parts, linear):
+            if not (np.isfinite(one.cost) and np.isfinite(one.by_z).all() and np.isfinite(one.by_state).all()):
+                begin_s = part.window.first_s + part.log.clock_begin_s
+                raise _core.ConfigError(f"{part.log.name}: a prediction from {begin_s:.1f} s on leaves all bounds: are units and "
+                                        "axes as in the table of motion?")
         gain, first = np.inf, 0.0
         while gain >= LEADS_ON:
             found = _step(problem, parts, z, guesses, linear, slopes, damping, with_z)

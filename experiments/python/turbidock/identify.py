@@ -219,6 +219,8 @@ class _Task:
             raise ValueError("no log")
         if water not in ("still", "steady"):
             raise ValueError(f"water must be still or steady, not {water!r}")
+        if workers is not None and workers < 1 or thrust_std < 0:
+            raise _core.ConfigError("workers must be at least 1, thrust_std at least 0")
         self.scenario = scenario_of(scenario)
         self.names = [os.path.basename(os.fspath(log)) if isinstance(log, (str, os.PathLike)) else f"log {i + 1}"
                       for i, log in enumerate(given)]
@@ -419,7 +421,10 @@ def _do(given: argparse.Namespace) -> int:
         write_motion(plan(scenario, duration_s=given.duration, pool_m=tuple(given.pool), most_thrust=given.most_thrust),
                      given.out)
         return 0
-    options = {"water": given.water, "thrust_std": given.thrust_std, "workers": given.workers}
+    for file in (getattr(given, "out", None), getattr(given, "plot", None)):
+        if file and not os.path.isdir(os.path.dirname(file) or "."):
+            raise _core.ConfigError(f"{file}: no such folder")
+    options: dict[str, Any] = {"water": given.water, "thrust_std": given.thrust_std, "workers": given.workers}
     if given.command == "inform":
         print(inform(given.logs, scenario, **options))
         return 0
