@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import turbidock
-from turbidock import _core, identify
+from turbidock import _core, _logs, identify
 from turbidock._output_error import moved, solve
 from turbidock.motion import read_motion, write_motion
 
@@ -67,6 +67,17 @@ def test_planted_parameters_are_found_again(simulated):
     assert fit.validation["median_m"] < 0.02 < fit.validation["before_m"]
     assert fit.noise["position"] == pytest.approx(logs.NOISE_M, rel=0.1)
     assert fit.noise["attitude"] == pytest.approx(logs.NOISE_RAD, rel=0.1)
+
+
+def test_a_plot_compares_what_was_measured(simulated):
+    _, log, fit = simulated
+    angles = np.random.default_rng(1).uniform(-1.5, 1.5, (20, 3))
+    assert np.allclose(_logs.angles_of(_logs.quaternion_of(*angles.T)), angles)
+    for kind, (measured, predicted) in fit.compared.items():
+        rate = np.sqrt(np.mean((predicted - measured) ** 2)) / fit.noise[kind]
+        assert 0.9 < rate < 1.1 and np.ptp(measured) > 50 * fit.noise[kind], kind
+    assert np.isin(fit.compared["position"][0][:, 0], log["vehicle_x_m"]).all()
+    assert len(fit.plot().axes) == 2 * len(fit.compared)
 
 
 def test_outliers_and_gaps_change_little(scenario, simulated):

@@ -50,6 +50,13 @@ def quaternion_of(roll: Numbers, pitch: Numbers, yaw: Numbers) -> Numbers:
                      cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy], axis=-1)
 
 
+def angles_of(q: Numbers) -> Numbers:
+    """Roll, pitch, yaw of such quaternions."""
+    w, x, y, z = (q[..., n] for n in range(4))
+    return np.stack([np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)), np.arcsin(np.clip(2 * (w * y - z * x), -1, 1)),
+                     np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))], axis=-1)
+
+
 def conjugate(q: Numbers) -> Numbers:
     return np.asarray(q * np.array([1.0, -1, -1, -1]))
 

@@ -27,7 +27,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from ._logs import Log, Window, errors
+from ._logs import Log, Window, angles_of, errors, product, turned
 from ._output_error import (LEADS_ON, Linear, Numbers, Part, Problem, Reduced, correlation_time, noise, reduce, share_of_noise,
                             solve)
 from ._parameters import Parameter, data_of, parameters_of, still
@@ -49,6 +49,8 @@ BEFORE_S = 0.3  # of a window's state before its first measurement: the clocks m
 FARTHEST_S = 2.0  # by which the poses' clock may be off
 LEAD_S = 4.0  # of a held-out window, from which its state is known
 AHEAD_S = 5.0  # of its prediction
+UNITS = {"position": "x, y, z [m]", "attitude": "roll, pitch, yaw [rad]", "velocity": "surge, sway, heave [m/s]",
+         "turn_rate": "turn rates [rad/s]", "depth": "depth [m]"}
 
 
 @dataclass
@@ -125,6 +127,7 @@ class Fit:
     validation: dict[str, Any]
     source: str
     residuals: dict[str, Numbers] = field(default_factory=dict)
+    compared: dict[str, tuple[Numbers, Numbers]] = field(default_factory=dict)  # by sensor: measured, predicted
     offsets_s: list[float] = field(default_factory=list)  # of each log's poses, roughly, besides delay.pose
 
     def value(self, name: str) -> float:
@@ -174,16 +177,22 @@ class Fit:
         os.replace(name + ".part", name)
 
     def plot(self) -> matplotlib.figure.Figure:
-        """Residuals of every sensor over the windows."""
+        """What every sensor measured and what is predicted, and the residuals, over the windows."""
         import matplotlib.pyplot as plt
 
-        figure, axes = plt.subplots(len(self.residuals), 1, figsize=(9, 2.5 * len(self.residuals)), squeeze=False)
-        for axis, (kind, off) in zip(axes[:, 0], self.residuals.items()):
-            axis.plot(off, ".", markersize=2)
-            axis.set_ylabel(f"{kind}, predicted less measured")
+        figure, axes = plt.subplots(len(self.residuals), 2, figsize=(15, 3.5 * len(self.residuals)), squeeze=False)
+        for (whole, left), (kind, off) in zip(axes, self.residuals.items()):
+            measured, predicted = self.compared[kind]
+            for i, color in enumerate(("tab:blue", "tab:orange", "tab:green")[:measured.shape[1]]):
+                whole.plot(measured[:, i], ".", color=color, markersize=3)
+                whole.plot(predicted[:, i], color=color, linewidth=0.8)
+                left.plot(off[:, i], ".", color=color, markersize=2)
+            whole.set_title(f"{UNITS[kind]}: dots measured, lines predicted")
+            left.set_title("predicted less measured")
             for sign in (-2, 2):
-                axis.axhline(sign * self.noise[kind], color="0.6", linewidth=0.8)
-        axes[-1, 0].set_xlabel("measurement")
+                left.axhline(sign * self.noise[kind], color="0.6", linewidth=0.8)
+        for axis in axes[-1]:
+            axis.set_xlabel("measurement")
         figure.tight_layout()
         return figure
 
@@ -319,7 +328,21 @@ def fit(logs: MotionLike | Sequence[MotionLike], scenario: Scenario | Path, *, w
     return Fit(task.scenario, task.parameters, z, _information(task, parts, z, (reduced, linear), rows), problem.std, rows,
                float((weights == 0).mean()), _validate(task, z, held_out), task.source(),
                {kind: np.concatenate([one.raw[kind] for one in linear if kind in one.raw]) for kind in problem.std},
+               {kind: _compared(kind, parts, linear) for kind in problem.std},
                [max((sensor.offset_s for sensor in log.sensors), key=abs) for log in task.logs])
+
+
+def _compared(kind: str, parts: Sequence[Part], linear: Sequence[Linear]) -> tuple[Numbers, Numbers]:
+    """What a sensor measured in the windows, and what is predicted; of attitudes the angles."""
+    measured, predicted = [], []
+    for part, one in zip(parts, linear):
+        sensor = part.log.sensor(kind)
+        if sensor is not None:
+            values = sensor.values[part.window.rows[kind]]
+            then = product(values, turned(one.raw[kind])) if kind == "attitude" else values + one.raw[kind]
+            measured.append(angles_of(values) if kind == "attitude" else values)
+            predicted.append(angles_of(then) if kind == "attitude" else then)
+    return np.concatenate(measured), np.concatenate(predicted)
 
 
 def _information(task: _Task, parts: Sequence[Part], z: Numbers, found: tuple[Reduced, list[Linear]], rows: float
