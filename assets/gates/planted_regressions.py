@@ -3,7 +3,7 @@ measures each one's true effect on other seeds; then changes that harm nothing. 
 
     python3 assets/gates/planted_regressions.py OUT [--seeds N] [--workers N] [--build PROGRAM ...]
 
-The verdicts come first. What was flown already is not flown again: the same command goes on. `--build` takes the program
+The verdicts come first. What was run already is not run again: the same command goes on. `--build` takes the program
 of another build of the same source (other compiler, other flags) as one more harmless change.
 """
 import argparse
@@ -135,7 +135,7 @@ def judge(out, name, assignments, workers, program):
             '; '.join(failed)]
 
 
-def flown(out, name, assignments, seeds, workers, program):
+def trials_of(out, name, assignments, seeds, workers, program):
     """What a batch on other seeds shows: {(case, seed): docked}, and medians of the trials that docked."""
     file = out / f'{name}.db'
     run([program, 'batch', PLAN, '--seeds', str(seeds), '--workers', str(workers), '--out', file, '--quiet',
@@ -195,7 +195,7 @@ def main():
 
     rows, unchanged = [], None
     for number, (room, what, assignments) in enumerate(changes if arguments.seeds else []):
-        trials, medians = flown(out, f'{number:02}', assignments, arguments.seeds, workers, program)
+        trials, medians = trials_of(out, f'{number:02}', assignments, arguments.seeds, workers, program)
         unchanged = unchanged or trials
         p = mcnemar(unchanged, trials) if number else ''
         rows.append([room, what, sum(trials.values()), p, *medians, *verdicts[number]])

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """The tables and the figure of docking over turbidity, from a batch of `turbidity_sweep` and from trials that were
-flown before the plan had strata, counted by the same sixths of the distance from which the vehicle begins.
+run before the plan had strata, counted by the same sixths of the distance from which the vehicle begins.
 
     python3 assets/measured/turbidity.py sweep.db --figure assets/pictures/turbidity_sweep.png
 

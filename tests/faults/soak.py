@@ -6,7 +6,7 @@
 
 The last tenth against the first (which begins after 100 trials) for memory, the second half against the first for open
 files, of which a trial has one more for an instant, so that the median counts. For time the last tenth against as many
-trials of a fresh worker flown at the same time, since the machine's own speed changes over the hour, and of both the
+trials of a fresh worker run at the same time, since the machine's own speed changes over the hour, and of both the
 tenth percentile, since other work only makes a trial slower. Exit code 1 when one of them grew by more than 2 %.
 """
 
