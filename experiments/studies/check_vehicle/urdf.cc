@@ -313,6 +313,7 @@ class Reader {
       shape = is_left_out ? node.erase(shape) : std::next(shape);
     }
     const bool seen = node.count("visual") > 0;
+    const ptree none;
     bool is_pole = link == "pole";
     int number = 0;
     Eigen::Quaterniond along = Eigen::Quaterniond::Identity();
@@ -322,7 +323,7 @@ class Reader {
         const bool solid = tag == "collision" || !touches;
         const Pose X_LG = OriginOf(shape);
         const std::string name = is_pole ? "pole" : fmt::format("hull_{}_{}", Name(link), ++number);
-        const ptree geometry = shape.get_child("geometry", {});
+        const ptree& geometry = shape.get_child("geometry", none);
         std::string color = Attribute(shape, "material.color.rgba");
         if (!color.empty())
           color = fmt::format(" rgba=\"{}\"", fmt::join(Numbers("color", "rgba", color, 4), " "));
