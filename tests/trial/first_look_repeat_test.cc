@@ -8,7 +8,9 @@
 #include <vector>
 
 #include "experiments/trial/first_look.h"
+#include "experiments/trial/perception.h"
 #include "experiments/trial/trial.h"
+#include "experiments/trial/world.h"
 #include "sim/base/random.h"
 #include "tests/support/awkward.h"
 #include "tests/support/message_of.h"
@@ -125,6 +127,30 @@ TEST(FirstLook, SparesFramesInWhichNothingWouldBeDetected) {
   const WatchedTrial whole = Watch("paper_sea_night_passive", far, true, true);
   EXPECT_EQ(whole.result.digest, with.result.digest);
   EXPECT_EQ(whole.partial_frames, 0);
+}
+
+// The estimator is not asked of a spared frame: what it said of the frame before must not stand.
+TEST(FirstLook, LeavesNoSecondPoseFromTheFrameBefore) {
+  const Scenario scenario =
+      LoadScenario("pool_active", {"look_first=true",
+                                   "ball_lights.balls=[{name: red, color: [1, 0.03, 0.03]}, "
+                                   "{name: green, color: [0.03, 1, 0.08]}, "
+                                   "{name: blue, color: [0.03, 0.1, 1], current_factor: 0}]"});
+  World world(scenario, {});
+  const TrialOptions options;
+  world.PlaceVehicle(Pose::Translation(0.6, 0, 0).Inverse());
+  Perception perception(scenario, options, &world);
+  int64_t frame = 0;
+  while (frame < 60 && !(perception.Update(frame++) && perception.estimate().second)) continue;
+  ASSERT_TRUE(perception.estimate().second);
+  ASSERT_FALSE(perception.estimate().detected);
+  world.PlaceVehicle(Pose::Translation(0.6, 2, 0).Inverse());
+  const int64_t last = frame + 10;
+  while (frame < last && perception.estimate().evaluations > 0) perception.Update(frame++);
+  ASSERT_EQ(perception.estimate().evaluations, 0);
+  EXPECT_FALSE(perception.estimate().second);
+  EXPECT_FALSE(perception.estimate().covariance);
+  EXPECT_EQ(perception.estimate().ball_support, std::vector<double>(3, 0.0));
 }
 
 TEST(FirstLook, HasNoPartInFaultsThatCamerasSee) {
