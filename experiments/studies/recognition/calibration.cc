@@ -159,6 +159,10 @@ CalibrationExperiment ExperimentOf(const CalibrationPlan& plan,
     const int chosen = std::max(1, static_cast<int>(std::lround(plan.cell_share * cells)));
     for (int i = 0; i < chosen; ++i)
       experiment.rows.push_back(column[static_cast<size_t>((i + 0.5) * cells / chosen)]);
+    // The search must begin with what can be.
+    const RecognitionCell& cell = experiment.rows.back().cell;
+    const trial::Scenario start = RecognitionScenario(cell.marker, plan.Assignments(plan.Start()));
+    CamerasOf(ViewOf(start, cell), start, cell);
   }
   return experiment;
 }
@@ -194,7 +198,8 @@ double Misfit(const std::vector<Constraint>& constraints) {
   return std::sqrt(squares / static_cast<double>(constraints.size()));
 }
 
-Evaluation Evaluate(const CalibrationExperiment& experiment, const std::vector<double>& values) {
+Evaluation Evaluate(const CalibrationExperiment& experiment,
+                    const std::vector<double>& values) try {
   Evaluation evaluation{.values = values};
   for (const auto& [marker, name] : EnumNames<MarkerKind>::kNames) {
     const trial::Scenario scenario =
@@ -217,6 +222,9 @@ Evaluation Evaluate(const CalibrationExperiment& experiment, const std::vector<d
   }
   evaluation.misfit = Misfit(evaluation.constraints);
   return evaluation;
+} catch (const ConfigError&) {
+  // Each in its range, but not together: a lamp in the hull.
+  return {.values = values, .misfit = kMisfitOfNothing};
 }
 
 batch::Work EvaluationWork() {

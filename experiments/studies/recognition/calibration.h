@@ -104,7 +104,8 @@ struct CalibrationExperiment {
   TURBIDOCK_FIELDS(plan, rows)
 };
 
-// ConfigError for a key, or an element of a list, that cannot be set or written.
+// ConfigError for a key, or an element of a list, that cannot be set or written, and for start
+// values that are impossible together.
 CalibrationExperiment ExperimentOf(const CalibrationPlan& plan,
                                    const std::vector<TableRow>& tables);
 
@@ -115,7 +116,8 @@ CalibrationExperiment ExperimentOf(const CalibrationPlan& plan,
 CellResult RunNearTruth(const trial::FixedView& view, const trial::Scenario& scenario,
                         const RecognitionCell& cell, int frames);
 
-// Deterministic. What the cameras have before them is drawn anew: values may move lamps.
+// Deterministic. What the cameras have before them is drawn anew: values may move lamps. Values
+// that are impossible together, such as a lamp in the hull, have no constraints and a misfit of 3.
 Evaluation Evaluate(const CalibrationExperiment& experiment, const std::vector<double>& values);
 
 // Evaluates {"experiment", "values"}: the work of a task.

@@ -125,6 +125,21 @@ TEST(TableConstraints, OfWhatIsNotThere) {
   EXPECT_EQ(constraints.size(), 5u);  // rmse, area, one loss, lost F, deviation
 }
 
+// A lamp may be in the hull though each of its coordinates is in its range.
+TEST(CalibrationExperiment, CountsAnImpossiblePlaceAsPoorButNotAsAStart) {
+  CalibrationPlan plan;
+  plan.cell_share = 1;
+  plan.parameters.resize(1);
+  plan.parameters[0] = {"lamps.shift_m[1]", -0.1, 0.1, 0, false, "a test"};
+  const RecognitionCell cell{MarkerKind::kPassive, 0, 0.4};
+  const CalibrationExperiment experiment = ExperimentOf(plan, {{cell, 0.5}});
+  const Evaluation impossible = Evaluate(experiment, {-0.08});
+  EXPECT_EQ(impossible.misfit, 3);
+  EXPECT_TRUE(impossible.constraints.empty());
+  plan.parameters[0].start = -0.08;
+  EXPECT_THROW(ExperimentOf(plan, {{cell, 0.5}}), ConfigError);
+}
+
 TEST(CalibrationExperiment, BothTablesCount) {
   const RecognitionCell active{MarkerKind::kActive, 80, 0.6}, passive{MarkerKind::kPassive, 5, 0.6};
   CalibrationPlan plan;
