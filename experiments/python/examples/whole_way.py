@@ -1,15 +1,18 @@
-"""Someone else's vehicle, from a first flight to docking: whole_way.py [--seeds N].
+"""Someone else's vehicle, from a first flight to docking: whole_way.py [--seeds N] [--cameras].
 
-A BlueROV2 Heavy that is not as its data say (heavier in the water, other drag, weaker astern, slower thrusters) flies an
-experiment proposed for the one that the data describe. Its log, with the noise of motion capture and a late clock, tells what it
-is; gains are tuned on that model, and dock on the vehicle that nobody described."""
+A BlueROV2 Heavy that is not as its data say (heavier in the water, other drag, slower thrusters) flies an experiment proposed
+for the one that the data describe. The ROS 2 bag of that flight, with the noise of motion capture and a clock that drifts,
+tells what it is; gains are tuned on that model, and dock on the vehicle that nobody described."""
 
 import argparse
 
 import numpy as np
+from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
 
 import turbidock
 from turbidock import identify
+from turbidock.motion import POSITION, QUATERNION
 
 SCENARIO = "bluerov2_sea_night"
 # What nobody knows.
@@ -20,37 +23,50 @@ THEIRS = {
     "vehicle.hydrodynamics.displaced_volume_m3": 0.0135,
     "vehicle.thrusters.lag_s": 0.15,
 }
+TYPES = {"/mocap": "geometry_msgs/msg/PoseStamped", "/thrusters": "std_msgs/msg/Float64MultiArray"}
+START_S = 1_700_000_000
 QUIET = {"pose_source": "true_pose"}
 STILL = {"sea.state": "custom", "sea.jonswap.significant_height_m": 0, "sea.current.gust_std_mps": 0,
          "sea.current.surface_velocity_mps": [0, 0, 0], "sea.waves": []}
 
 
-def fly(plan_file, seed):
-    """A table of motion as a camera on the pool's side and the vehicle's own computer would log it."""
-    duration_s = 60
-    simulated = turbidock.run(SCENARIO, seed=seed, motion=True, settings={
-        **QUIET, **STILL, **THEIRS, "controller": "playback", "playback.file": str(plan_file), "duration_s": duration_s,
-        "start.position_m": [-4, 0, -1.5]}).motion
+def fly(plan_file, bag, seed):
+    """Writes a ROS 2 bag of the flight: commands as the vehicle records them, poses as motion capture stamps them, with its
+    noise, 50 ms late and by a clock that gains 0.1 ms a second. Returns the thrusters' columns."""
+    flown = turbidock.run(SCENARIO, seed=seed, motion=True, settings={
+        **QUIET, **STILL, **THEIRS, "controller": "playback", "playback.file": str(plan_file), "duration_s": 60,
+        "start.position_m": [-4, 0, -1.5]}).motion.iloc[::48]  # ten a second
+    columns = [name for name in flown if name.endswith("_v")]
     rng = np.random.default_rng(seed)
-    every = 48  # ten a second
-    rows = simulated.iloc[::every].reset_index(drop=True)
-    late = {name: np.asarray(rows[name]) for name in rows if name == "time_s" or name.endswith("_v")}
-    for axis in "xyz":
-        late[f"vehicle_{axis}_m"] = rows[f"vehicle_{axis}_m"] + 0.005 * rng.standard_normal(len(rows))
-    turn = 0.5 * np.radians(0.5) * rng.standard_normal((len(rows), 3))
-    w, x, y, z = (np.asarray(rows[f"vehicle_q{axis}"]) for axis in "wxyz")
-    a, b, c = turn.T
-    noisy = np.stack([w - x * a - y * b - z * c, x + w * a + y * c - z * b, y + w * b + z * a - x * c,
+    places = flown[list(POSITION)].to_numpy() + 0.005 * rng.standard_normal((len(flown), 3))
+    a, b, c = 0.5 * np.radians(0.5) * rng.standard_normal((3, len(flown)))
+    w, x, y, z = flown[list(QUATERNION)].to_numpy().T
+    turns = np.stack([w - x * a - y * b - z * c, x + w * a + y * c - z * b, y + w * b + z * a - x * c,
                       z + w * c + x * b - y * a], axis=1)
-    noisy /= np.linalg.norm(noisy, axis=1, keepdims=True)
-    for i, axis in enumerate("wxyz"):
-        late[f"vehicle_q{axis}"] = noisy[:, i]
-    return late
+    turns /= np.linalg.norm(turns, axis=1, keepdims=True)
+    volts = np.ascontiguousarray(flown[columns])
+    store = get_typestore(Stores.ROS2_HUMBLE)
+
+    def make(kind, *values):  # its fields in order
+        return store.types[kind](*values)
+
+    with Writer(bag, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        topics = {topic: writer.add_connection(topic, kind, typestore=store) for topic, kind in TYPES.items()}
+        for i, time_s in enumerate(flown["time_s"]):
+            log_ns, stamp_ns = (round(1e9 * (START_S + at)) for at in (time_s, 1.0001 * time_s + 0.05))
+            stamp = make("builtin_interfaces/msg/Time", *divmod(stamp_ns, 10**9))
+            pose = make("geometry_msgs/msg/Pose", make("geometry_msgs/msg/Point", *map(float, places[i])),
+                        make("geometry_msgs/msg/Quaternion", *map(float, np.roll(turns[i], -1))))
+            layout = make("std_msgs/msg/MultiArrayLayout", [], 0)
+            for topic, message in (("/mocap", make(TYPES["/mocap"], make("std_msgs/msg/Header", stamp, "pool"), pose)),
+                                   ("/thrusters", make(TYPES["/thrusters"], layout, volts[i]))):
+                writer.write(topics[topic], log_ns, bytes(store.serialize_cdr(message, TYPES[topic])))
+    return columns
 
 
 def docked(settings, seeds, what):
     """How many dock on their vehicle, and how fast."""
-    results = [turbidock.run(SCENARIO, seed=seed, settings={**QUIET, **THEIRS, **settings}) for seed in seeds]
+    results = [turbidock.run(SCENARIO, seed=seed, settings={**THEIRS, **settings}) for seed in seeds]
     good = [result.time_s for result in results if result.success]
     print(f"{what}: {len(good)} of {len(results)} dock" + (f", median {np.median(good):.0f} s" if good else ""), flush=True)
     return len(good)
@@ -77,19 +93,22 @@ def tuned(settings, seeds):
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=20)
+    parser.add_argument("--cameras", action="store_true", help="docks by what the cameras see, in place of true poses")
     given = parser.parse_args()
     seeds = range(1000, 1000 + given.seeds)
-    docked({"controller": "pid"}, seeds, "before, the law knows the data")
+    poses = {} if given.cameras else QUIET
+    docked({**poses, "controller": "pid"}, seeds, "before, the law knows the data")
     turbidock.motion.write_motion(identify.plan(SCENARIO, duration_s=60, pool_m=(6, 5, 3)), "plan.csv")
-    log = fly("plan.csv", 1)
-    turbidock.motion.write_motion(log, "simulated.csv")
-    fit = identify.fit("simulated.csv", SCENARIO)
+    thrusters = fly("plan.csv", "flight", 1)
+    bag = turbidock.read_bag("flight", {"motion": {
+        "odometry": "/mocap", "commands": {"topic": "/thrusters", "columns": thrusters}}})
+    fit = identify.fit(bag.motion, SCENARIO)
     print(fit)
     fit.save("theirs.yaml")
     known = {key: value for key, value in fit.settings().items() if key.startswith("known_vehicle.")}
-    docked({**known, "controller": "pid"}, seeds, "the law knows the model found")
+    docked({**poses, **known, "controller": "pid"}, seeds, "the law knows the model found")
     gains = tuned(fit.settings(), range(3))
-    docked({**known, **gains}, seeds, "and its gains are tuned on it")
+    docked({**poses, **known, **gains}, seeds, "and its gains are tuned on it")
 
 
 if __name__ == "__main__":
