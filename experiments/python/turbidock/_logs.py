@@ -19,6 +19,7 @@ Numbers = npt.NDArray[np.float64]
 
 # x, y, z in W, w, x, y, z of R_WB, velocity in B, turn rate in B: the state of `_core.predict`
 STATE = 13
+MOST_HZ = 20.0  # measurements of a sensor: of more, means tell as much of a vehicle
 
 
 @dataclass
@@ -231,6 +232,7 @@ def _sensors(table: Motion, time_s: Numbers, name: str) -> list[Sensor]:
         if has(table, names):
             found.append(Sensor(kind, *columns(names), "delay.onboard"))
     for sensor in found:
+        sensor.time_s, sensor.values = _averaged(sensor.time_s, sensor.values, sensor.kind == "attitude")
         if len(sensor.time_s) < 10:
             raise _core.ConfigError(f"{name}: only {len(sensor.time_s)} measurements of {sensor.kind}")
         sensor.std = _noise(sensor)
@@ -238,6 +240,18 @@ def _sensors(table: Motion, time_s: Numbers, name: str) -> list[Sensor]:
             raise _core.ConfigError(f"{name}: {sensor.kind} has noise of {sensor.std:.3g} m and moves at up to "
                                     f"{_fastest(sensor):.3g} m/s: it looks like millimetres")
     return found
+
+
+def _averaged(time_s: Numbers, values: Numbers, quaternions: bool) -> tuple[Numbers, Numbers]:
+    """Times and values, where they come at twice MOST_HZ or more as means over its periods."""
+    if len(time_s) < 2 or np.median(np.diff(time_s)) > 0.5 / MOST_HZ:
+        return time_s, values
+    _, first, count = np.unique(np.floor(time_s * MOST_HZ + 1e-6), return_index=True, return_counts=True)
+    if quaternions:  # of which a quaternion and its negative are the same attitude
+        about = np.repeat(values[first], count, axis=0)
+        values = values * np.where((values * about).sum(axis=1, keepdims=True) < 0, -1, 1)
+    times, means = np.add.reduceat(time_s, first) / count, np.add.reduceat(values, first) / count[:, None]
+    return times, means / np.linalg.norm(means, axis=1, keepdims=True) if quaternions else means
 
 
 def _fastest(sensor: Sensor) -> float:
