@@ -20,9 +20,9 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 import turbidock
 from conftest import QUICK
 from test_mcap import messages, place
-from turbidock import _core, _logs, identify
+from turbidock import _core, identify
 from turbidock.frames import rotation
-from turbidock.motion import POSITION, QUATERNION, TURN_RATE, VELOCITY, read_motion, write_motion
+from turbidock.motion import POSITION, QUATERNION, TURN_RATE, VELOCITY, read_motion
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 START_NS = 1_700_000_000_123_456_789  # an hour of a day, which a double does not hold
@@ -296,33 +296,6 @@ def test_images_go_through_the_estimator_and_come_back_as_mcap(maker, tmp_path):
     state = messages(folder / "poses.mcap", "/state")
     assert [m.fitness for _, _, m in state] == [record["fitness"] for record in records]
     assert len(messages(folder / "poses.mcap", "/tf")) == len(detected)
-
-
-def test_estimates_join_commands_and_depth_for_identify(tmp_path):
-    """A vehicle that moves about a marker at 3 m; what its cameras would find there."""
-    scenario = turbidock.Scenario("pool_active")
-    head = json.loads(_core.trial_model(scenario._cpp))["scene"]["X_BH"]
-    rng = np.random.default_rng(2)
-    time_s = np.arange(40) / 10
-    body = _logs.turned(np.stack([0.05 * np.sin(time_s), 0.1 * np.cos(time_s), 0.3 * np.sin(2 * time_s)], axis=1))
-    place = np.stack([-2 + 0.1 * time_s, 0.2 * np.sin(time_s), -3 + 0.1 * np.cos(time_s)], axis=1)
-    records = []
-    for i in range(40):
-        R_WH, p_WH = rotation(body[i]) @ rotation(head[3:]), place[i] + rotation(body[i]) @ head[:3]
-        turn = _logs.conjugate(_logs.product(body[i], np.array(head[3:])))
-        records.append({"detected": i != 7, "time_ns": START_NS + 10**8 * i, "quaternion_wxyz": turn.tolist(),
-                        "position_m": (R_WH.T @ ([0, 0, -3] - p_WH)).tolist()})
-    commands = {f"{name}_v": 2.5 + rng.random(40) for name in _core.thrusters(scenario._cpp)}
-    write_motion({"time_s": time_s, "depth_m": -place[:, 2]} | commands, tmp_path / "motion.csv")
-    (tmp_path / "log.json").write_text(json.dumps({"start_ns": START_NS}))
-    _logs.add_estimates(tmp_path, records, scenario)
-    log = _logs.Log(read_motion(tmp_path / "motion.csv"), scenario)
-    there = np.arange(40) != 7
-    assert np.allclose(log.sensor("position").time_s, time_s[there], atol=1e-6)
-    assert np.allclose(log.sensor("position").values, place[there], atol=1e-6)
-    assert np.allclose(log.sensor("attitude").values, body[there])
-    assert np.allclose(log.sensor("depth").values[:, 0], -place[:, 2])
-    assert len(log.command_times) == 40
 
 
 @pytest.mark.parametrize("encoding", ["bgr8", "mono8", "rgba8", "bgra8", "jpeg", "png"])

@@ -112,6 +112,15 @@ def test_a_window_with_a_bad_first_state_is_repaired_not_rejected(scenario, comm
         assert np.sqrt((one.raw["position"] ** 2).mean()) < 1.2 * logs.NOISE_M
 
 
+def test_a_prediction_that_leaves_all_bounds_is_one_line(scenario, commands):
+    short = {name: column[:150] for name, column in commands.items()}
+    task = identify._Task(logs.log_of(scenario, {}, short, np.random.default_rng(7)), scenario, "still", 0, 1)
+    parts = task.parts(0)
+    parts[1].state = np.where(np.arange(13) == 7, 1e200, parts[1].state)
+    with pytest.raises(turbidock.ConfigError, match=r"log 1: a prediction from [0-9.]+ s on leaves all bounds"):
+        solve(task.problem, parts, np.zeros(len(task.parameters)))
+
+
 def test_a_clock_that_is_far_off_is_found(scenario, commands):
     short = {name: column[:300] for name, column in commands.items()}
     rng = np.random.default_rng(6)

@@ -33,18 +33,18 @@ STILL = {"sea.state": "custom", "sea.jonswap.significant_height_m": 0, "sea.curr
 def fly(plan_file, bag, seed):
     """Writes a ROS 2 bag of the flight: commands as the vehicle records them, poses as motion capture stamps them, with its
     noise, 50 ms late and by a clock that gains 0.1 ms a second. Returns the thrusters' columns."""
-    flown = turbidock.run(SCENARIO, seed=seed, motion=True, settings={
+    rows = turbidock.run(SCENARIO, seed=seed, motion=True, settings={
         **QUIET, **STILL, **THEIRS, "controller": "playback", "playback.file": str(plan_file), "duration_s": 60,
         "start.position_m": [-4, 0, -1.5]}).motion.iloc[::48]  # ten a second
-    columns = [name for name in flown if name.endswith("_v")]
+    columns = [name for name in rows if name.endswith("_v")]
     rng = np.random.default_rng(seed)
-    places = flown[list(POSITION)].to_numpy() + 0.005 * rng.standard_normal((len(flown), 3))
-    a, b, c = 0.5 * np.radians(0.5) * rng.standard_normal((3, len(flown)))
-    w, x, y, z = flown[list(QUATERNION)].to_numpy().T
+    places = rows[list(POSITION)].to_numpy() + 0.005 * rng.standard_normal((len(rows), 3))
+    a, b, c = 0.5 * np.radians(0.5) * rng.standard_normal((3, len(rows)))
+    w, x, y, z = rows[list(QUATERNION)].to_numpy().T
     turns = np.stack([w - x * a - y * b - z * c, x + w * a + y * c - z * b, y + w * b + z * a - x * c,
                       z + w * c + x * b - y * a], axis=1)
     turns /= np.linalg.norm(turns, axis=1, keepdims=True)
-    volts = np.ascontiguousarray(flown[columns])
+    volts = np.ascontiguousarray(rows[columns])
     store = get_typestore(Stores.ROS2_HUMBLE)
 
     def make(kind, *values):  # its fields in order
@@ -52,7 +52,7 @@ def fly(plan_file, bag, seed):
 
     with Writer(bag, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
         topics = {topic: writer.add_connection(topic, kind, typestore=store) for topic, kind in TYPES.items()}
-        for i, time_s in enumerate(flown["time_s"]):
+        for i, time_s in enumerate(rows["time_s"]):
             log_ns, stamp_ns = (round(1e9 * (START_S + at)) for at in (time_s, 1.0001 * time_s + 0.05))
             stamp = make("builtin_interfaces/msg/Time", *divmod(stamp_ns, 10**9))
             pose = make("geometry_msgs/msg/Pose", make("geometry_msgs/msg/Point", *map(float, places[i])),
