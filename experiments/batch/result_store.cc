@@ -358,6 +358,24 @@ trial::Series ResultStore::SeriesOf(int64_t trial) const {
   return series;
 }
 
+void ResultStore::AddOutput(int64_t job, const std::string& input, const std::string& output) {
+  Guard(file_, [&] {
+    InsertRow(*db_, "outputs", {"job", "input_digest", "output"}, {job, DigestOf(input), output});
+  });
+}
+
+std::optional<std::string> ResultStore::OutputOf(int64_t job, const std::string& input) const {
+  std::optional<std::string> output;
+  ForEachRow(
+      fmt::format("SELECT input_digest, output FROM outputs WHERE job = {}", job), [&](auto& row) {
+        if (row.getColumn(0).getString() != DigestOf(input))
+          throw MismatchError(
+              fmt::format("{}: job {} is not the one that this program would do", file_, job));
+        output = row.getColumn(1).getString();
+      });
+  return output;
+}
+
 std::vector<StoredTrial> ResultStore::Select(const std::string& where) const {
   std::vector<StoredTrial> trials;
   ForEachRow(

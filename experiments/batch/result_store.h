@@ -31,7 +31,7 @@ inline constexpr int kStoreSchema = 5;
 
 // What a file holds the results of.
 struct StoreHeader {
-  std::string kind = "batch";  // or "tune", "gate": who wrote it
+  std::string kind = "batch";  // or "tune", "gate", "calibrate": who wrote it
   std::string plan;            // the resolved plan (or study): every value spelt out
   std::string build;           // BuildId of the program
   Shard shard;
@@ -117,6 +117,11 @@ class ResultStore {
   // The view `results`, or the table `trials`, which also has what differs from run to run; empty
   // without trials.
   std::string Csv(bool timing = false) const;
+
+  // What came of a job that is no trial, by its number; kept as a trial is. MismatchError when it
+  // was another input's.
+  void AddOutput(int64_t job, const std::string& input, const std::string& output);
+  std::optional<std::string> OutputOf(int64_t job, const std::string& input) const;
 
   std::vector<int64_t> TrialsWithSeries() const;  // whose series was stored, ascending
   trial::Series SeriesOf(int64_t trial) const;    // the rows that were stored, if any

@@ -65,6 +65,29 @@ StoredTrial FinishedTrialOf(const JobResult& result, TrialSpec spec) {
   return trial;
 }
 
+bool MapEachKept(JobPool* pool, ResultStore* store, int64_t first,
+                 const std::vector<std::string>& inputs,
+                 const std::function<void(size_t, const std::string& output)>& take,
+                 const std::function<bool()>& stop_requested) {
+  std::vector<std::string> missing;
+  std::vector<size_t> index;  // of each of those among all
+  for (size_t i = 0; i < inputs.size(); ++i) {
+    const auto known =
+        store ? store->OutputOf(first + static_cast<int64_t>(i), inputs[i]) : std::nullopt;
+    if (known) {
+      take(i, *known);
+    } else {
+      missing.push_back(inputs[i]);
+      index.push_back(i);
+    }
+  }
+  const auto take_new = [&](size_t i, const std::string& output) {
+    if (store) store->AddOutput(first + static_cast<int64_t>(index[i]), missing[i], output);
+    take(index[i], output);
+  };
+  return MapEach(pool, missing, take_new, stop_requested);
+}
+
 TrialRunner::TrialRunner(const RunOptions& options, ResultStore* store)
     : options_(options),
       store_(store),

@@ -71,6 +71,13 @@ struct Stopped : std::runtime_error {
   Stopped() : std::runtime_error("stopped") {}
 };
 
+// MapEach (job_pool.h) of which a store keeps every output: what it has is given without being done
+// again. `first`: the first input's number in it. `store`: null for none.
+bool MapEachKept(JobPool* pool, ResultStore* store, int64_t first,
+                 const std::vector<std::string>& inputs,
+                 const std::function<void(size_t, const std::string& output)>& take,
+                 const std::function<bool()>& stop_requested);
+
 class TrialRunner {
  public:
   // `store`: null for none.

@@ -81,6 +81,9 @@ void CreateTables(const std::vector<std::string>& keys, SQLite::Database* db) {
   db->exec("CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID");
   db->exec(fmt::format("CREATE TABLE trials ({})", columns));
   db->exec("CREATE TABLE series (trial INTEGER PRIMARY KEY, columns TEXT NOT NULL)");
+  db->exec(
+      "CREATE TABLE outputs (job INTEGER PRIMARY KEY, input_digest TEXT NOT NULL, output TEXT NOT "
+      "NULL)");
   db->exec(fmt::format("CREATE VIEW results AS SELECT {} FROM trials", results));
 }
 

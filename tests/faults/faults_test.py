@@ -224,6 +224,32 @@ class Faults(unittest.TestCase):
         self.run_program(words)
         self.assertEqual((self.folder / 'tuned/gains.yaml').read_text(), gains)
 
+    def test_calibrate_killed(self):
+        """The optics are those of a search that ran through, and no evaluation that was kept is lost."""
+        words = [*CALIBRATE[:-1], '3', '--quiet', '--out']
+        whole_s = self.timed([*words, 'whole.yaml'])
+        optics, known = (self.folder / 'whole.yaml').read_text(), 0
+        out, file = self.folder / 'found.yaml', self.folder / 'found.yaml.evaluations.sqlite'
+
+        def check(ended):
+            nonlocal known
+            self.assertIn(text_of(out), (None, optics))
+            found = 0
+            if file.exists() and file.stat().st_size:
+                with contextlib.closing(sqlite3.connect(f'{file.as_uri()}?mode=rw', uri=True)) as db:
+                    found = db.execute('SELECT count(*) FROM outputs').fetchone()[0]
+            self.assertGreaterEqual(found, known, 'lost')
+            known = found
+            if ended:
+                self.assertEqual(text_of(out), optics)
+                out.unlink()
+                file.unlink()
+                known = 0
+
+        self.kill_often([*words, 'found.yaml'], KILLS // 5, check, whole_s)
+        self.run_program([*words, 'found.yaml'])
+        self.assertEqual(text_of(out), optics)
+
     def test_gate_killed(self):
         """The verdict is that of a gate that ran through, and no trial that was stored is lost."""
         self.run_program(['gate', 'gate.yaml', '--update', '--quiet'])

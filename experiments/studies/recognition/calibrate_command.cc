@@ -37,9 +37,11 @@ int Calibrate(const CalibrateArguments& arguments) {
     for (const TableRow& row :
          path.empty() ? PublishedTable(marker) : ReadRecognitionTable(path, marker))
       tables.push_back(row);
+  const std::string file = arguments.out.empty() ? "" : arguments.out + ".evaluations.sqlite";
   system::OutputPlan()
       .Reads({plan_file, arguments.active, arguments.passive})
       .Writes(arguments.out)
+      .Writes(file, system::kResultFile)
       .Require();
   const CalibrationExperiment experiment = [&] {
     try {
@@ -56,6 +58,7 @@ int Calibrate(const CalibrateArguments& arguments) {
   const CalibrationResult result =
       Calibrate({.generations = arguments.generations,
                  .seed = arguments.seed,
+                 .file = file,
                  .jobs = arguments.jobs.For(
                      arguments.out, [&](const std::string& text) { progress.Say("  " + text); }),
                  .on_progress = show,
@@ -90,7 +93,9 @@ void AddCalibrate(app::CommandLine& line) {
       .Between(0, 10000);
   calibrate.Add("--seed", arguments.seed, "Of the search");
   arguments.jobs.AddTo(&calibrate, "Processes; the result is the same");
-  calibrate.Add("--out FILE", arguments.out, "Write the values found as a scenario's keys");
+  calibrate.Add("--out FILE", arguments.out,
+                "Write the values found as a scenario's keys; FILE.evaluations.sqlite keeps every "
+                "evaluation, and the same command goes on with it");
   calibrate.AddJson(arguments.json);
   calibrate.AddQuiet(arguments.quiet);
 }

@@ -8,6 +8,8 @@
 #include <map>
 #include <utility>
 
+#include "experiments/batch/result_store.h"
+#include "experiments/batch/runner.h"
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
 #include "experiments/search/optimiser.h"
@@ -255,9 +257,30 @@ std::string CalibratedYaml(const CalibrationPlan& plan, const std::vector<double
   return YAML::Dump(root) + "\n";
 }
 
+namespace {
+
+// All that an evaluation follows from, but for its values. A longer search goes on with a shorter
+// one.
+batch::StoreHeader HeaderOf(const CalibrationExperiment& experiment, uint32_t seed) {
+  std::map<std::string, trial::Scenario> start;
+  for (const auto& [marker, name] : EnumNames<MarkerKind>::kNames)
+    start[std::string(name)] =
+        RecognitionScenario(marker, experiment.plan.Assignments(experiment.plan.Start()));
+  std::string plan = config::SaveYaml(experiment.plan) + fmt::format("seed: {}\n", seed);
+  for (const TableRow& row : experiment.rows) plan += "row: " + report::JsonLine(row) + "\n";
+  for (const auto& [name, scenario] : start) plan += name + ":\n" + trial::SaveScenario(scenario);
+  return {.kind = "calibrate",
+          .plan = plan + batch::ModelFilesText(start),
+          .build = system::BuildId(),
+          .shard = {},
+          .trials = 0,
+          .keys = {}};
+}
+
+}  // namespace
+
 CalibrationResult Calibrate(const CalibrationOptions& options,
                             const CalibrationExperiment& experiment) {
-  struct Stopped {};
   const CalibrationPlan& plan = experiment.plan;
   search::Candidate start;
   for (const FreeParameter& p : plan.parameters) start.push_back(p.PlaceOf(p.start));
@@ -266,6 +289,9 @@ CalibrationResult Calibrate(const CalibrationOptions& options,
       .population = std::max(5, 4 + static_cast<int>(3 * std::log(n))),
       .generations = options.generations,
       .initial_step = plan.spread};
+  std::optional<batch::ResultStore> store;
+  if (!options.file.empty())
+    store.emplace(batch::ResultStore::Write(options.file, HeaderOf(experiment, options.seed)));
   const auto pool = batch::MakePool(options.jobs, batch::kJobTimeLimit_s, EvaluationWork());
   CalibrationResult result{.best = {.values = plan.Start()}};
   int done = 0;
@@ -282,7 +308,9 @@ CalibrationResult Calibrate(const CalibrationOptions& options,
       if (options.on_progress)
         options.on_progress(++done, 1 + optimiser.population * optimiser.generations, best);
     };
-    const bool is_whole = batch::MapEach(pool.get(), inputs, take, options.stop_requested);
+    const int64_t first = result.evaluations;
+    const bool is_whole = batch::MapEachKept(pool.get(), store ? &*store : nullptr, first, inputs,
+                                             take, options.stop_requested);
     std::vector<double> misfits;
     for (const std::optional<Evaluation>& one : evaluations) {
       if (!one) continue;  // prevented by a stop
@@ -290,14 +318,14 @@ CalibrationResult Calibrate(const CalibrationOptions& options,
       misfits.push_back(one->misfit);
       if (one->misfit < result.best.misfit) result.best = *one;
     }
-    if (!is_whole) throw Stopped();
+    if (!is_whole) throw batch::Stopped();
     return misfits;
   };
 
   try {
     search::Optimise(optimiser, options.seed, start, evaluate);
     result.is_complete = true;
-  } catch (const Stopped&) {
+  } catch (const batch::Stopped&) {
   }
   return result;
 }

@@ -132,6 +132,8 @@ struct CalibrationResult {
 struct CalibrationOptions {
   int generations = 30;  // 0: only the start is evaluated
   uint32_t seed = 1;
+  // Keeps every evaluation, or goes on with those that are there. Empty: none.
+  std::string file = {};
   batch::JobOptions jobs = {};
   // After each evaluation; `of` is how many there will be at most.
   std::function<void(int done, int of, double best_misfit)> on_progress = {};
@@ -142,8 +144,9 @@ struct CalibrationOptions {
 // their place. A key may be an element of a list that is there: "lamps.intensity_w_sr[0]".
 std::string CalibratedYaml(const CalibrationPlan& plan, const std::vector<double>& values);
 
-// Searches from the plan's start values; the result is the same whoever evaluates. Stopped, which
-// does not wait for evaluations under way, it returns the best so far.
+// Searches from the plan's start values; the result is the same whoever evaluates, and after any
+// interruption. Stopped, which does not wait for evaluations under way, it returns the best so far.
+// ConfigError when the file is of another plan, table, seed, scenario, model or build.
 CalibrationResult Calibrate(const CalibrationOptions& options,
                             const CalibrationExperiment& experiment);
 

@@ -5,8 +5,10 @@
 
 #include <chrono>
 #include <cmath>
+#include <filesystem>
 #include <thread>
 
+#include "experiments/batch/result_store.h"
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
 #include "experiments/report/json.h"
@@ -234,6 +236,50 @@ TEST(Calibrate, KeepsTheBestWhenItIsStopped) {
   EXPECT_EQ(result.evaluations, 4);
   EXPECT_EQ(result.best.misfit, Misfit(result.best.constraints));
   EXPECT_FALSE(result.is_complete);
+}
+
+// What is in the file is not evaluated again, and the result is that of one that ran through; a
+// longer search goes on with a shorter one.
+TEST(Calibrate, GoesOnWhereItWasStopped) {
+  const auto experiment = OneCell(RimPlan(), 0.5);
+  const std::string through = TextOf(Calibrate({.generations = 3}, experiment));
+  const std::string file = testing::TempDir() + "calibrate_goes_on.sqlite";
+  std::filesystem::remove(file);
+  int stops = 0;
+  CalibrationResult result;
+  for (; !result.is_complete; ++stops) {
+    int done = 0;
+    result = Calibrate({.generations = 3,
+                        .file = file,
+                        .on_progress = [&](int now, int, double) { done = now; },
+                        .stop_requested = [&] { return done >= 4 * (stops + 1); }},
+                       experiment);
+    EXPECT_EQ(result.evaluations, std::min(1 + 3 * 5, 4 * (stops + 1)));
+  }
+  EXPECT_EQ(stops, 4);
+  EXPECT_EQ(TextOf(result), through);
+
+  const auto fork_none = [] { return pid_t{-1}; };  // nothing can be evaluated
+  const batch::JobOptions none = {.fork = fork_none};
+  EXPECT_EQ(TextOf(Calibrate({.generations = 3, .file = file, .jobs = none}, experiment)), through);
+  EXPECT_EQ(Calibrate({.generations = 2, .file = file, .jobs = none}, experiment).evaluations, 11);
+  EXPECT_THROW(Calibrate({.generations = 4, .file = file, .jobs = none}, experiment),
+               SimulatorFault);
+}
+
+// Of other seeds and tables: one line, and nothing of it is believed.
+TEST(Calibrate, RefusesAFileOfAnotherSearch) {
+  const std::string file = testing::TempDir() + "calibrate_other.sqlite";
+  std::filesystem::remove(file);
+  Calibrate({.generations = 0, .file = file}, OneCell(RimPlan(), 0.5));
+  EXPECT_THROW(Calibrate({.generations = 0, .seed = 2, .file = file}, OneCell(RimPlan(), 0.5)),
+               batch::OtherResults);
+  EXPECT_THROW(Calibrate({.generations = 0, .file = file}, OneCell(RimPlan(), 0.6)),
+               batch::OtherResults);
+  CalibrationPlan wider = RimPlan();
+  wider.spread = 0.2;
+  EXPECT_THROW(Calibrate({.generations = 0, .file = file}, OneCell(wider, 0.5)),
+               batch::OtherResults);
 }
 
 // An evaluation here takes minutes.
