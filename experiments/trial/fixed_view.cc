@@ -1,5 +1,7 @@
 #include "experiments/trial/fixed_view.h"
 
+#include <utility>
+
 #include "sim/vehicle/scene.h"
 #include "sim/view/gl_context.h"
 #include "sim/view/stereo_renderer.h"
@@ -34,12 +36,21 @@ std::vector<FixedView> DrawFixedViews(const Scenario& scenario, const std::vecto
   return views;
 }
 
-camera::StereoCamera HoldView(const FixedView& view, const Scenario& scenario,
+light::Water WaterOf(const FixedView& view, const Scenario& scenario) {
+  return light::Water(scenario.cameras().optics, view.rig, view.surfaces, view.X_HE);
+}
+
+camera::StereoCamera HoldView(const FixedView& view, light::Water water, const Scenario& scenario,
                               const SeedTree& seeds) {
-  camera::StereoCamera cameras(scenario.cameras(), view.rig, view.surfaces, view.X_HE,
+  camera::StereoCamera cameras(scenario.cameras(), std::move(water),
                                scenario.image_clock().frame_s(), seeds);
   cameras.Hold(view.rendered);
   return cameras;
+}
+
+camera::StereoCamera HoldView(const FixedView& view, const Scenario& scenario,
+                              const SeedTree& seeds) {
+  return HoldView(view, WaterOf(view, scenario), scenario, seeds);
 }
 
 }  // namespace turbidock::trial

@@ -9,6 +9,7 @@
 #include "sim/base/random.h"
 #include "sim/camera/stereo_camera.h"
 #include "sim/light/surfaces.h"
+#include "sim/light/water.h"
 #include "sim/view/rendered.h"
 
 namespace turbidock::trial {
@@ -26,8 +27,13 @@ struct FixedView {
 // model that cannot be loaded, SimulatorFault when nothing can be drawn.
 std::vector<FixedView> DrawFixedViews(const Scenario& scenario, const std::vector<Pose>& X_HM);
 
+// The scenario's water about such a view: the same for all views of its scene.
+light::Water WaterOf(const FixedView& view, const Scenario& scenario);
+
 // The scenario's cameras in front of such a view, which they hold: ExposeHeld gives its images.
 // Noise and snow are drawn from `seeds`. `view` must live as long.
+camera::StereoCamera HoldView(const FixedView& view, light::Water water, const Scenario& scenario,
+                              const SeedTree& seeds);
 camera::StereoCamera HoldView(const FixedView& view, const Scenario& scenario,
                               const SeedTree& seeds);
 

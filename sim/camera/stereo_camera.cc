@@ -18,12 +18,17 @@ StereoCamera::StereoCamera(light::Water water, ImageSensor sensor, const AutoExp
 StereoCamera::StereoCamera(const CameraParams& params, const StereoRig& rig,
                            light::SurfaceTable surfaces, std::vector<Pose> X_HE, double frame_s,
                            const SeedTree& seeds)
-    : StereoCamera(light::Water(params.optics, rig, std::move(surfaces), std::move(X_HE)),
-                   ImageSensor(params.sensor, seeds.Stream("camera.left").NextU64(),
-                               seeds.Stream("camera.right").NextU64(), rig.left.width_px),
-                   AutoExposure(params.sensor, frame_s),
-                   light::MarineSnow(params.snow, frame_s, seeds.Stream("snow").NextU64()),
-                   StereoLens(params.lens, rig)) {}
+    : StereoCamera(params, light::Water(params.optics, rig, std::move(surfaces), std::move(X_HE)),
+                   frame_s, seeds) {}
+
+StereoCamera::StereoCamera(const CameraParams& params, light::Water water, double frame_s,
+                           const SeedTree& seeds)
+    : water_(std::move(water)),
+      sensor_(params.sensor, seeds.Stream("camera.left").NextU64(),
+              seeds.Stream("camera.right").NextU64(), water_.rig().left.width_px),
+      exposure_(params.sensor, frame_s),
+      snow_(params.snow, frame_s, seeds.Stream("snow").NextU64()),
+      lens_(params.lens, water_.rig()) {}
 
 StereoRegion StereoCamera::Seen(const StereoRegion& region) const {
   return exposure_.on() || PaintsWhole() ? whole() : water_.Seen(Lit(region));

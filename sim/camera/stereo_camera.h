@@ -30,6 +30,9 @@ class StereoCamera {
   // "camera.right" and "snow".
   StereoCamera(const CameraParams& params, const StereoRig& rig, light::SurfaceTable surfaces,
                std::vector<Pose> X_HE, double frame_s, const SeedTree& seeds);
+  // The same with the water made already.
+  StereoCamera(const CameraParams& params, light::Water water, double frame_s,
+               const SeedTree& seeds);
   // With automatic exposure, snow, distortion or a faulty port all of both views must be seen: Seen
   // says so.
   StereoCamera(light::Water water, ImageSensor sensor, const AutoExposure& exposure = {},

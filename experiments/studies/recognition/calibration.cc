@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <utility>
 
@@ -74,12 +75,12 @@ std::vector<Pose> PosesAbout(const Pose& X_HM, double focal_px, Rng rng) {
 
 }  // namespace
 
-CellResult RunNearTruth(const trial::FixedView& view, const trial::Scenario& scenario,
-                        const RecognitionCell& cell, int frames) {
+CellResult RunNearTruth(const trial::FixedView& view, const light::Water& water,
+                        const trial::Scenario& scenario, const RecognitionCell& cell, int frames) {
   const StereoRegion region = RegionOf(view, scenario.marker);
   const std::vector<Pose> X_HM =
       PosesAbout(view.X_HM, view.rig.left.fx_px, SeedsOf(scenario, cell).Stream("near_truth"));
-  camera::StereoCamera cameras = CamerasOf(view, scenario, cell);
+  camera::StereoCamera cameras = CamerasOf(view, water, scenario, cell);
   vision::HueLabeller labeller(scenario.hue, scenario.marker);
   Stereo<Image1u8> labels;
   StereoImage seen;
@@ -200,25 +201,45 @@ double Misfit(const std::vector<Constraint>& constraints) {
   return std::sqrt(squares / static_cast<double>(constraints.size()));
 }
 
+namespace {
+
+// A marker's cells. Half of the time of a cell went into the water's tables, which are the same at
+// every distance.
+std::vector<CellResult> RunCellsNearTruth(const trial::Scenario& scenario,
+                                          const std::vector<TableRow>& rows,
+                                          const CalibrationPlan& plan) {
+  std::map<double, trial::FixedView> views;  // by distance
+  std::map<double, std::vector<size_t>> rows_by_milk;
+  for (size_t i = 0; i < rows.size(); ++i) {
+    const RecognitionCell& cell = rows[i].cell;
+    rows_by_milk[cell.milk_ml_m3].push_back(i);
+    if (!views.contains(cell.distance_m)) views.emplace(cell.distance_m, ViewOf(scenario, cell));
+  }
+  std::vector<CellResult> results(rows.size());
+  for (const auto& [milk_ml_m3, cells] : rows_by_milk) {
+    const light::Water water = WaterOf(views.begin()->second, scenario, rows[cells[0]].cell);
+    for (const size_t i : cells) {
+      const RecognitionCell& cell = rows[i].cell;
+      results[i] = RunNearTruth(views.at(cell.distance_m), water, scenario, cell, plan.frames);
+    }
+  }
+  return results;
+}
+
+}  // namespace
+
 Evaluation Evaluate(const CalibrationExperiment& experiment,
                     const std::vector<double>& values) try {
   Evaluation evaluation{.values = values};
   for (const auto& [marker, name] : EnumNames<MarkerKind>::kNames) {
     const trial::Scenario scenario =
         RecognitionScenario(marker, experiment.plan.Assignments(values));
-    std::map<double, trial::FixedView> views;  // by distance
     std::vector<TableRow> rows;
-    std::vector<CellResult> results;
-    for (const TableRow& row : experiment.rows) {
-      const auto& [of_marker, milk_ml_m3, distance_m] = row.cell;
-      if (of_marker != marker) continue;
-      if (!views.contains(distance_m)) views.emplace(distance_m, ViewOf(scenario, row.cell));
-      rows.push_back(row);
-      results.push_back(
-          RunNearTruth(views.at(distance_m), scenario, row.cell, experiment.plan.frames));
-      evaluation.fitness.push_back(results.back().fitness_mean);
-    }
+    std::ranges::copy_if(experiment.rows, std::back_inserter(rows),
+                         [&](const TableRow& row) { return row.cell.marker == marker; });
     if (rows.empty()) continue;
+    const std::vector<CellResult> results = RunCellsNearTruth(scenario, rows, experiment.plan);
+    for (const CellResult& result : results) evaluation.fitness.push_back(result.fitness_mean);
     for (const Constraint& c : TableConstraints(marker, Compare(results, rows)))
       evaluation.constraints.push_back(c);
   }

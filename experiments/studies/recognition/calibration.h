@@ -112,9 +112,9 @@ CalibrationExperiment ExperimentOf(const CalibrationPlan& plan,
 // F near the true pose: what the search ends with, without the search, for a calibration, which
 // asks a thousand times. F of a frame is the best of some hundred poses, most of them about the
 // true one; the rest, farther away, find what noise happens to agree with when the marker is lost.
-// That is within 0.04 of F by the search. Deterministic. `view` is the cell's.
-CellResult RunNearTruth(const trial::FixedView& view, const trial::Scenario& scenario,
-                        const RecognitionCell& cell, int frames);
+// That is within 0.04 of F by the search. Deterministic. `view` and `water` are the cell's.
+CellResult RunNearTruth(const trial::FixedView& view, const light::Water& water,
+                        const trial::Scenario& scenario, const RecognitionCell& cell, int frames);
 
 // Deterministic. What the cameras have before them is drawn anew: values may move lamps. Values
 // that are impossible together, such as a lamp in the hull, have no constraints and a misfit of 3.

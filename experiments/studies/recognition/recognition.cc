@@ -82,10 +82,20 @@ SeedTree SeedsOf(const trial::Scenario& scenario, const RecognitionCell& cell) {
           .NextU64());
 }
 
-camera::StereoCamera CamerasOf(const trial::FixedView& view, trial::Scenario scenario,
-                               const RecognitionCell& cell) {
+light::Water WaterOf(const trial::FixedView& view, trial::Scenario scenario,
+                     const RecognitionCell& cell) {
   scenario.light.water.milk_ml_m3 = cell.milk_ml_m3;
-  return trial::HoldView(view, scenario, SeedsOf(scenario, cell));
+  return trial::WaterOf(view, scenario);
+}
+
+camera::StereoCamera CamerasOf(const trial::FixedView& view, light::Water water,
+                               const trial::Scenario& scenario, const RecognitionCell& cell) {
+  return trial::HoldView(view, std::move(water), scenario, SeedsOf(scenario, cell));
+}
+
+camera::StereoCamera CamerasOf(const trial::FixedView& view, const trial::Scenario& scenario,
+                               const RecognitionCell& cell) {
+  return CamerasOf(view, WaterOf(view, scenario, cell), scenario, cell);
 }
 
 batch::Work CellWork(const trial::Plugins& plugins) {

@@ -78,11 +78,16 @@ using Scenarios = std::map<MarkerKind, trial::Scenario>;
 trial::Scenario RecognitionScenario(MarkerKind marker, const std::vector<std::string>& assignments,
                                     const trial::Plugins& plugins = {});
 
-// What the cameras have before them in a cell, without light, and the cameras in front of it, which
-// hold it. Randomness depends on the scenario's seed and the cell only.
+// What the cameras have before them in a cell, without light, the water about it, which is the same
+// at every distance, and the cameras in front of it, which hold it. Randomness depends on the
+// scenario's seed and the cell only.
 trial::FixedView ViewOf(const trial::Scenario& scenario, const RecognitionCell& cell);
+light::Water WaterOf(const trial::FixedView& view, trial::Scenario scenario,
+                     const RecognitionCell& cell);
 SeedTree SeedsOf(const trial::Scenario& scenario, const RecognitionCell& cell);
-camera::StereoCamera CamerasOf(const trial::FixedView& view, trial::Scenario scenario,
+camera::StereoCamera CamerasOf(const trial::FixedView& view, light::Water water,
+                               const trial::Scenario& scenario, const RecognitionCell& cell);
+camera::StereoCamera CamerasOf(const trial::FixedView& view, const trial::Scenario& scenario,
                                const RecognitionCell& cell);
 
 struct RecognitionOptions {

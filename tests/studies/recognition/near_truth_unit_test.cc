@@ -26,8 +26,9 @@ TEST(NearTruth, IsWhatTheSearchEndsWith) {
   for (size_t i = 0; i < kCells.size(); ++i) {
     const trial::Scenario& scenario = scenarios.at(kCells[i].marker);
     const trial::FixedView view = ViewOf(scenario, kCells[i]);
-    EXPECT_NEAR(RunNearTruth(view, scenario, kCells[i], 10).fitness_mean, searched[i].fitness_mean,
-                0.04)
+    const light::Water water = WaterOf(view, scenario, kCells[i]);
+    EXPECT_NEAR(RunNearTruth(view, water, scenario, kCells[i], 10).fitness_mean,
+                searched[i].fitness_mean, 0.04)
         << i;
   }
 }
@@ -38,9 +39,11 @@ TEST(NearTruth, FollowsItsScenarios) {
     views.push_back(ViewOf(With({}).at(cell.marker), cell));
   const auto fitness = [&](const std::vector<std::string>& assignments) {
     std::vector<std::vector<float>> of_cells;
-    for (size_t i = 0; i < kCells.size(); ++i)
-      of_cells.push_back(
-          RunNearTruth(views[i], With(assignments).at(kCells[i].marker), kCells[i], 2).fitness);
+    for (size_t i = 0; i < kCells.size(); ++i) {
+      const trial::Scenario scenario = With(assignments).at(kCells[i].marker);
+      const light::Water water = WaterOf(views[i], scenario, kCells[i]);
+      of_cells.push_back(RunNearTruth(views[i], water, scenario, kCells[i], 2).fitness);
+    }
     return of_cells;
   };
   const auto before = fitness({});
