@@ -14,7 +14,7 @@ struct BenchArguments {
   // The active and the passive marker: light from the balls, light from the lamps.
   std::vector<std::string> scenarios = {"sea_night_active", "pool_passive"}, assignments;
   std::string gains, instructions;
-  bool update = false;
+  bool update = false, traffic = false;
   BenchOptions options;
   bool json = false, quiet = false;
 };
@@ -22,7 +22,7 @@ struct BenchArguments {
 int BenchInstructions(const BenchArguments& arguments) {
   const Instructions table = ReadInstructions(arguments.instructions);
   app::Progress(arguments.quiet).Say("trials under valgrind, some minutes");
-  const Instructions now = CountInstructions();
+  const Instructions now = CountInstructions(arguments.traffic);
   app::PrintReport(ReportOf(now, table), report::Json(now), arguments.json);
   if (arguments.update) WriteInstructions(arguments.instructions, now);
   return arguments.update || Grown(now, table).empty() ? app::kExitDone : app::kExitCheckFailed;
@@ -66,6 +66,10 @@ void AddBench(app::CommandLine& line) {
                 "Count instructions under valgrind instead, and compare them with this table; 1 "
                 "when a stage takes more than 5 % more");
   bench.Flag("--update", arguments.update, "Put what was counted into the table")
+      .Needs(instructions);
+  bench
+      .Flag("--traffic", arguments.traffic,
+            "Count accesses to data and bytes to and from memory, by valgrind's model of caches")
       .Needs(instructions);
   bench.AddJson(arguments.json);
   bench.AddQuiet(arguments.quiet);

@@ -37,6 +37,14 @@ const std::map<std::string, std::vector<std::string>> kRuns = {
     {"active, region", {"sea_night_active"}},
     {"active, whole", {"sea_night_active", "--set", "region_of_interest=false"}},
     {"passive, whole", {"paper_sea_night_passive", "--set", "region_of_interest=false"}}};
+
+// What is counted, after the column's name.
+const std::map<std::string, Weights> kInstructions = {{"", {{"Ir", 1}}}};
+// Lines of 64 bytes that are fetched and written back.
+const std::map<std::string, Weights> kTraffic = {
+    {", accesses", {{"Dr", 1}, {"Dw", 1}}},
+    {", bytes",
+     {{"ILmr", 64}, {"DLmr", 64}, {"DLmw", 64}, {"ILdmr", 64}, {"DLdmr", 64}, {"DLdmw", 64}}}};
 constexpr double kShort_s = 0.2, kLong_s = 0.7;
 constexpr int kFrames = 15;  // between the two
 
@@ -61,12 +69,27 @@ double NumberAt(std::string_view line, size_t begin) {
   return number;
 }
 
-Stages StagesOfTrial(const std::vector<std::string>& run, double duration_s) {
+// Of a line's numbers, one for each event and none for zeros at the end.
+double Cost(std::string_view numbers, const std::vector<double>& weights) {
+  std::istringstream stream{std::string(numbers)};
+  double cost = 0, number = 0;
+  for (const double weight : weights)
+    if (stream >> number) cost += weight * number;
+  return cost;
+}
+
+// callgrind's file of a trial.
+std::string CountTrial(const std::vector<std::string>& run, double duration_s, bool traffic) {
   const std::filesystem::path file =
       std::filesystem::temp_directory_path() / fmt::format("turbidock-{}.callgrind", getpid());
-  std::vector<std::string> command = {
-      "valgrind", "--tool=callgrind", "--callgrind-out-file=" + file.string(),
-      std::filesystem::read_symlink("/proc/self/exe").string(), "run"};
+  std::vector<std::string> command = {"valgrind", "--tool=callgrind",
+                                      "--callgrind-out-file=" + file.string()};
+  if (traffic)  // a core's own caches of a common size
+    for (const char* argument : {"--cache-sim=yes", "--simulate-wb=yes", "--I1=32768,8,64",
+                                 "--D1=32768,8,64", "--LL=2097152,16,64"})
+      command.push_back(argument);
+  command.push_back(std::filesystem::read_symlink("/proc/self/exe").string());
+  command.push_back("run");
   command.insert(command.end(), run.begin(), run.end());
   for (const std::string& argument :
        {std::string("--quiet"), std::string("--seed"), std::string("5"), std::string("--set"),
@@ -76,7 +99,7 @@ Stages StagesOfTrial(const std::vector<std::string>& run, double duration_s) {
   std::stringstream text;
   text << std::ifstream(file).rdbuf();
   std::filesystem::remove(file);
-  return CountStages(text.str());
+  return text.str();
 }
 
 std::vector<std::string> Cells(const std::string& line) {
@@ -94,30 +117,35 @@ std::vector<std::string> Cells(const std::string& line) {
 
 }  // namespace
 
-Stages CountStages(const std::string& callgrind_text) {
+Stages CountStages(const std::string& callgrind_text, const Weights& weights) {
   Stages stages;
-  for (const char* stage : kCountedStages) stages[stage] = 0;
+  std::vector<double> of_event;
   std::map<std::string, std::string> names;
   std::string_view caller, callee;
   bool call = false;  // the next line has the cost of one
   std::istringstream lines(callgrind_text);
   for (std::string line; std::getline(lines, line);) {
-    if (line.starts_with("fn=")) {
+    if (line.starts_with("events: ")) {
+      std::istringstream events(line.substr(8));
+      for (std::string event; events >> event;)
+        of_event.push_back(weights.contains(event) ? weights.at(event) : 0);
+    } else if (line.starts_with("fn=")) {
       caller = Named(line, &names);
     } else if (line.starts_with("cfn=")) {
       callee = Named(line, &names);
     } else if (line.starts_with("calls=")) {
       call = true;
     } else if (line.starts_with("totals: ")) {
-      stages["frame"] = NumberAt(line, 8);
+      stages["frame"] = Cost(line.substr(8), of_event);
     } else if (std::exchange(call, false)) {
       const char* stage = StageOf(callee);
       const char* within = StageOf(caller);
-      if (stage != nullptr && stage != within) stages[stage] += NumberAt(line, line.rfind(' ') + 1);
+      if (stage != nullptr && stage != within)
+        stages[stage] += Cost(line.substr(line.find(' ') + 1), of_event);
     }
   }
   for (const auto& [stage, function] : kFunctions)
-    if (stages[stage] == 0)
+    if (!stages.contains(stage))
       throw ConfigError("",
                         fmt::format("callgrind saw no {}: was the program stripped?", function));
   stages["estimate"] -= stages["labels"];
@@ -128,13 +156,17 @@ Stages CountStages(const std::string& callgrind_text) {
   return stages;
 }
 
-Instructions CountInstructions() {
+Instructions CountInstructions(bool traffic) {
   Instructions counted;
-  StagesOfTrial(kRuns.begin()->second, kShort_s);  // fills Mesa's cache of shaders
+  CountTrial(kRuns.begin()->second, kShort_s, false);  // fills Mesa's cache of shaders
   for (const auto& [column, run] : kRuns) {
-    const Stages shorter = StagesOfTrial(run, kShort_s);
-    for (const auto& [stage, number] : StagesOfTrial(run, kLong_s))
-      counted[column][stage] = (number - shorter.at(stage)) / kFrames;
+    const std::string shorter = CountTrial(run, kShort_s, traffic);
+    const std::string longer = CountTrial(run, kLong_s, traffic);
+    for (const auto& [what, weights] : traffic ? kTraffic : kInstructions) {
+      const Stages before = CountStages(shorter, weights);
+      for (const auto& [stage, number] : CountStages(longer, weights))
+        counted[column + what][stage] = (number - before.at(stage)) / kFrames;
+    }
   }
   return counted;
 }
@@ -163,11 +195,10 @@ Instructions ReadInstructions(const std::string& path) {
 }
 
 void WriteInstructions(const std::string& path, const Instructions& instructions) {
-  std::string text;
+  std::string text, line;
   std::ifstream file(path);
-  for (std::string line; std::getline(file, line) && line.starts_with('#');)
-    text.append(line).append("\n");
-  text += "\"millions of instructions a frame\"";
+  while (std::getline(file, line) && line.starts_with('#')) text.append(line).append("\n");
+  text += fmt::format("\"{}\"", Cells(line)[0]);
   for (const auto& [column, stages] : instructions) text += fmt::format(",\"{}\"", column);
   text += "\n";
   for (const char* stage : kCountedStages) {
@@ -213,7 +244,7 @@ report::Report ReportOf(const Instructions& now, const Instructions& table) {
   }
   const std::vector<std::string> grown = Grown(now, table);
   return {.kind = "instructions",
-          .title = "Instructions of a frame",
+          .title = "What a frame takes",
           .build = system::VersionAndCommit(),
           .facts = {{"more than 5 % above the table",
                      grown.empty() ? "nothing" : fmt::format("{}", fmt::join(grown, ", ")), ""}},

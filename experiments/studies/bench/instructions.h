@@ -3,6 +3,8 @@
 // callgrind: the same on every machine whose processor has AVX2, however loaded it is, so that they
 // can be compared with a table of theirs. Of two trials of this program, one longer than the other,
 // the difference. valgrind counts what `rep movs` and `rep stos` write by the element.
+// Or, of the same trials and stages, traffic: accesses to data, and the bytes that go between
+// memory and valgrind's model of a core's caches.
 
 #include <array>
 #include <map>
@@ -17,15 +19,19 @@ namespace turbidock::bench {
 inline constexpr std::array kCountedStages = {"render",  "water",   "sensor", "labels", "estimate",
                                               "control", "physics", "rest",   "frame"};
 
-// By column (what was run), by stage, instructions a frame.
+// By column (what was run), by stage, instructions (accesses, bytes) a frame.
 using Instructions = std::map<std::string, std::map<std::string, double>>;
+
+// What each of callgrind's events counts for.
+using Weights = std::map<std::string, double>;
 
 // By stage, of all of a trial, from callgrind's file. ConfigError when a stage's function is not in
 // it.
-std::map<std::string, double> CountStages(const std::string& callgrind_text);
+std::map<std::string, double> CountStages(const std::string& callgrind_text,
+                                          const Weights& weights = {{"Ir", 1}});
 
 // Runs the trials. SimulatorFault without valgrind, with its package.
-Instructions CountInstructions();
+Instructions CountInstructions(bool traffic);
 
 // A table of assets/measured; ConfigError with the line for what is none.
 Instructions ReadInstructions(const std::string& path);

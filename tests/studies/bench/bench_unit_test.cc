@@ -149,6 +149,23 @@ TEST(Instructions, AreCountedByStage) {
   EXPECT_THROW(CountStages("totals: 1000\n"), ConfigError);
 }
 
+// Events are told by their names; zeros at a line's end are left out.
+TEST(Instructions, TrafficIsCountedFromTheSameFile) {
+  std::string text = CallgrindText();
+  for (const auto& [from, to] :
+       std::initializer_list<std::pair<const char*, const char*>>{{"Ir\n", "Ir Dr Dw\n"},
+                                                                  {" 100\n", " 100 20 3\n"},
+                                                                  {" 12\n", " 12 5\n"},
+                                                                  {" 1000\n", " 1000 90 40\n"}})
+    text.replace(text.find(from), std::string(from).size(), to);
+  EXPECT_EQ(CountStages(text).at("render"), 100);
+  const std::map<std::string, double> bytes = CountStages(text, {{"Dr", 64}, {"Dw", 1}, {"no", 7}});
+  EXPECT_EQ(bytes.at("render"), 64 * 20 + 3);
+  EXPECT_EQ(bytes.at("water"), 64 * 5);
+  EXPECT_EQ(bytes.at("sensor"), 0);
+  EXPECT_EQ(bytes.at("frame"), 64 * 90 + 40);
+}
+
 TEST(Instructions, MayGrowByFivePercentOfAStage) {
   const Instructions table = {{"whole", {{"sensor", 100}, {"control", 1}, {"frame", 1000}}}};
   const auto grown = [&](double sensor, double control) {
