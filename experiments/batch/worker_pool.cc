@@ -116,7 +116,10 @@ JobResult DoJob(const Work& work, const std::string& input) {
   std::signal(SIGTERM, SIG_DFL);
   dup2(log, STDOUT_FILENO);
   dup2(log, STDERR_FILENO);
-  std::setvbuf(stdout, nullptr, _IOLBF, 0);  // a crash leaves every line that came before it
+  // A crash leaves every line that came before it. The buffer is ours: with one that was written to
+  // glibc 2.41 does not look for ends of lines.
+  static char lines[BUFSIZ];
+  std::setvbuf(stdout, lines, _IOLBF, sizeof lines);
   dup2(open("/dev/null", O_RDONLY | O_CLOEXEC), STDIN_FILENO);
   // Nothing else of the parent's: a lock on a file must end with the process that took it.
   constexpr int kSocket = STDERR_FILENO + 1;

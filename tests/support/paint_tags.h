@@ -8,10 +8,10 @@
 
 namespace turbidock::testing {
 
-// What a camera sees of the tags before a dark wall: each pixel the mean of 16 rays.
+// What a camera sees of the tags before a wall: each pixel the mean of 16 rays.
 inline Image3u8 Paint(const vision::FiducialParams& params, const MountedCamera& camera,
-                      const Pose& X_HM) {
-  Image3u8 image(camera.width_px, camera.height_px, 50);
+                      const Pose& X_HM, uint8_t wall_dn = 50) {
+  Image3u8 image(camera.width_px, camera.height_px, wall_dn);
   for (const vision::TagParams& tag : params.tags) {
     const Pose X_TC = (camera.X_HC.Inverse() * X_HM * tag.X_MT()).Inverse();
     const vision::TagCells cells = vision::CellsOf(params.family, tag.id);
@@ -30,7 +30,7 @@ inline Image3u8 Paint(const vision::FiducialParams& params, const MountedCamera&
           const bool on =
               t > 0 && column >= 0 && column < cells.across && row >= 0 && row < cells.across;
           touched = touched || on;
-          sum += !on ? 50 : cells(row, column) ? 200 : 20;
+          sum += !on ? wall_dn : cells(row, column) ? 200 : 20;
         }
         if (touched) std::fill_n(image.at(u, v), 3, static_cast<uint8_t>(std::lround(sum / 16)));
       }
@@ -39,9 +39,9 @@ inline Image3u8 Paint(const vision::FiducialParams& params, const MountedCamera&
 }
 
 inline StereoImage Paint(const vision::FiducialParams& params, const StereoRig& rig,
-                         const Pose& X_HM) {
+                         const Pose& X_HM, uint8_t wall_dn = 50) {
   StereoImage seen;
-  for (const Side side : kSides) seen[side] = Paint(params, rig[side], X_HM);
+  for (const Side side : kSides) seen[side] = Paint(params, rig[side], X_HM, wall_dn);
   return seen;
 }
 

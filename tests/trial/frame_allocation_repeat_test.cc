@@ -5,6 +5,7 @@
 // the lqg law has, call malloc).
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <cstdlib>
@@ -23,7 +24,8 @@ std::atomic<int64_t> allocations{0};
 void* Allocate(std::size_t size, std::size_t alignment) {
   ++allocations;
   void* memory = nullptr;
-  if (posix_memalign(&memory, alignment, size) != 0) throw std::bad_alloc();
+  if (posix_memalign(&memory, std::max(alignment, sizeof(void*)), size) != 0)
+    throw std::bad_alloc();
   return memory;
 }
 
