@@ -198,10 +198,10 @@ TEST_F(Store, RefusesTablesThatAreNotItsOwn) {
       {"DROP VIEW results; DROP TABLE trials; CREATE VIRTUAL TABLE trials USING rtree(a, b, c)",
        "it has a table trials"},
       {"CREATE TRIGGER t AFTER INSERT ON trials BEGIN DELETE FROM meta; END", "it has a trigger t"},
-      {"DROP VIEW results; ALTER TABLE trials DROP COLUMN digest", "no such column: ?digest"},
-      {"DROP VIEW results; ALTER TABLE trials RENAME COLUMN cell TO sell", "no such column: ?cell"},
+      {"DROP VIEW results; ALTER TABLE trials DROP COLUMN digest", "no such column: .?digest"},
+      {"DROP VIEW results; ALTER TABLE trials RENAME COLUMN cell TO sell", "no such column: .?cell"},
       {"DROP VIEW results; ALTER TABLE trials DROP COLUMN jam_time_s",
-       "no such column: ?jam_time_s"},
+       "no such column: .?jam_time_s"},
   };
   for (const Case& c : cases) {
     const std::string file = File("a.db");
