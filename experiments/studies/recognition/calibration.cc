@@ -217,7 +217,8 @@ std::vector<CellResult> RunCellsNearTruth(const trial::Scenario& scenario,
   }
   std::vector<CellResult> results(rows.size());
   for (const auto& [milk_ml_m3, cells] : rows_by_milk) {
-    const light::Water water = WaterOf(views.begin()->second, scenario, rows[cells[0]].cell);
+    const RecognitionCell& first = rows[cells[0]].cell;
+    const light::Water water = WaterOf(views.at(first.distance_m), scenario, first);
     for (const size_t i : cells) {
       const RecognitionCell& cell = rows[i].cell;
       results[i] = RunNearTruth(views.at(cell.distance_m), water, scenario, cell, plan.frames);
