@@ -23,8 +23,7 @@ void SetPoint(const Eigen::Vector3f& p_H, const Eigen::Vector3f& normal_H, int i
 
 }  // namespace
 
-Reflectors::Reflectors(const SurfaceTable& surfaces, const Medium& medium, const Rgb& diffuse_per_m)
-    : medium_(medium), diffuse_per_m_(diffuse_per_m) {
+Reflectors::Reflectors(const SurfaceTable& surfaces, const Medium& medium) : medium_(medium) {
   for (int geom = 0; geom < surfaces.size(); ++geom) {
     const Surface& surface = surfaces[geom];
     if (!surface.casts_shadow && surface.name != kPlate) continue;
@@ -82,14 +81,14 @@ size_t Reflectors::Halo(double radius_m, bool disc) {
   });
   if (known != halos_.end()) return static_cast<size_t>(known - halos_.begin());
   const Glow unit{.radius_m = radius_m, .intensity_w_sr = Rgb::Ones(), .disc = disc};
-  halos_.push_back({radius_m, disc, HaloTable(medium_, diffuse_per_m_, unit)});
+  halos_.push_back({radius_m, disc, HaloTable(medium_, unit)});
   return halos_.size() - 1;
 }
 
 void Reflectors::Illuminate(const SurfaceTable& surfaces, std::span<const PlacedSurface> placed,
                             std::span<const Lamp> lamps, std::span<const int> casters,
                             PointBatch* batch) {
-  const Eigen::Array3f diffuse_per_m = diffuse_per_m_.cast<float>();
+  const Eigen::Array3f loss_per_m = medium_.lighting_loss_per_m().cast<float>();
   for (Reflector& reflector : reflectors_) {
     const PlacedSurface& at = placed[static_cast<size_t>(reflector.geom)];
     int count = static_cast<int>(reflector.samples_S.size());
@@ -117,7 +116,7 @@ void Reflectors::Illuminate(const SurfaceTable& surfaces, std::span<const Placed
         if (geom != reflector.geom)
           CastShadow(surfaces[geom], placed[static_cast<size_t>(geom)], lamp.p_HE.cast<float>(),
                      batch);
-      AddLampIrradiance(lamp, diffuse_per_m, batch);
+      AddLampIrradiance(lamp, loss_per_m, batch);
     }
     const auto mean = [count](const float* channel) {
       float sum = 0;
@@ -131,11 +130,11 @@ void Reflectors::Illuminate(const SurfaceTable& surfaces, std::span<const Placed
 }
 
 void Reflectors::AddHalos(const RayFrame& rays, int count, PointBatch* batch, Light* light) const {
-  const Eigen::Array3f diffuse_per_m = diffuse_per_m_.cast<float>();
+  const Eigen::Array3f loss_per_m = medium_.halo_loss_per_m().cast<float>();
   for (const Reflector& reflector : reflectors_) {
     if (reflector.glow.intensity_w_sr.maxCoeff() <= 0) continue;
-    AddHalo(rays, reflector.p_HQ, reflector.glow, diffuse_per_m, halos_[reflector.halo].table,
-            nullptr, count, batch, light);
+    AddHalo(rays, reflector.p_HQ, reflector.glow, loss_per_m, halos_[reflector.halo].table, nullptr,
+            count, batch, light);
   }
 }
 

@@ -22,7 +22,7 @@ class Reflectors {
  public:
   Reflectors() = default;
   // Of the marker (all that casts shadows) and the plate it is mounted on.
-  Reflectors(const SurfaceTable& surfaces, const Medium& medium, const Rgb& diffuse_per_m);
+  Reflectors(const SurfaceTable& surfaces, const Medium& medium);
 
   // Where they are now and how they are lit. `casters` throw shadows.
   void Illuminate(const SurfaceTable& surfaces, std::span<const PlacedSurface> placed,
@@ -48,7 +48,6 @@ class Reflectors {
   size_t Halo(double radius_m, bool disc);
 
   Medium medium_;
-  Rgb diffuse_per_m_ = Rgb::Zero();
   std::vector<Reflector> reflectors_;
   struct KnownHalo {
     double radius_m;

@@ -49,6 +49,7 @@ Medium BackgroundMedium(const WaterParams& params) {
 
 Medium MakeMedium(const WaterParams& params) {
   Medium medium = BackgroundMedium(params);
+  medium.multiple_scattering = params.multiple_scattering;
   const Rgb milk =
       params.scattering_scale * params.milk_ml_m3 * params.milk_scattering_m2_ml.array();
   for (int k = 0; k < 3; ++k) {
@@ -83,6 +84,25 @@ double BeamPattern(const LampParams& beam, double cos_alpha) {
   return x * x * (3 - 2 * x);
 }
 
+double MeanBeamPattern(const LampParams& beam) {
+  switch (beam.beam) {
+    case BeamShape::kIsotropic:
+      return 1;
+    case BeamShape::kCosine:
+      return 0.5 / (beam.cosine_exponent + 1);
+    case BeamShape::kCone:
+      break;
+  }
+  constexpr int kSamples = 32;
+  const double soft_rad = std::min(beam.cone_soft_rad, beam.cone_half_angle_rad);
+  double edge = 0;
+  for (int i = 0; i < kSamples; ++i) {
+    const double alpha_rad = beam.cone_half_angle_rad - soft_rad * (i + 0.5) / kSamples;
+    edge += BeamPattern(beam, std::cos(alpha_rad)) * std::sin(alpha_rad) * soft_rad / kSamples;
+  }
+  return 0.5 * (1 - std::cos(beam.cone_half_angle_rad - soft_rad) + edge);
+}
+
 double BeamPattern(const Lamp& lamp, const Eigen::Vector3d& e_H) {
   return BeamPattern(lamp.beam, lamp.axis_H.dot(e_H)) * lamp.shadow.OpenAt(e_H);
 }
@@ -99,14 +119,21 @@ Rgb VeilAlongRay(const Medium& medium, const Rgb& diffuse_per_m, const Lamp& lam
   const double phi0 = std::atan((stretch.t0_m - foot_m) / h_m);
   const double phi1 = std::atan((stretch.t1_m - foot_m) / h_m);
   const double step = (phi1 - phi0) / samples;
+  const bool again = medium.multiple_scattering == MultipleScattering::kFull;
+  const double mean_pattern = again ? MeanBeamPattern(lamp.beam) : 0;
+  // over b, which the sum is multiplied with
+  const Rgb again_per_m =
+      std::numbers::pi / 16 * medium.scattering_per_m * (1 - medium.asymmetry).square();
   Rgb sum = Rgb::Zero();
   for (int i = 0; i < samples; ++i) {
     const double phi = phi0 + (i + 0.5) * step;
     const double t_m = foot_m + h_m * std::tan(phi), r_m = h_m / std::cos(phi);
     const Eigen::Vector3d e_H = (t_m * u_H - p_CE_H) / r_m;  // from the lamp to the point
     const double pattern = BeamPattern(lamp, e_H);
-    if (pattern > 0)
-      sum += pattern * Phase(medium, -e_H.dot(u_H)) * (-diffuse_per_m * (r_m + t_m)).exp();
+    Rgb share = Rgb::Zero();
+    if (pattern > 0) share = pattern * Phase(medium, -e_H.dot(u_H));
+    if (again) share += again_per_m * r_m * (0.2 * pattern + 0.8 * mean_pattern);
+    sum += share * (-diffuse_per_m * (r_m + t_m)).exp();
   }
   return medium.scattering_per_m * lamp.beam.intensity_w_sr.array() * sum * (step / h_m);
 }
@@ -148,8 +175,9 @@ Rgb HaloAlongRay(const Medium& medium, const Rgb& diffuse_per_m, const Glow& glo
          sum * step;
 }
 
-HaloTable::HaloTable(const Medium& medium, const Rgb& diffuse_per_m, const Glow& glow) {
+HaloTable::HaloTable(const Medium& medium, const Glow& glow) {
   constexpr int kSubsteps = 4;
+  const Rgb diffuse_per_m = medium.halo_loss_per_m();
   const auto phi_at = [](int j) {
     const double w = -1 + 2.0 * j / (kPlaces - 1);
     return std::abs(w) == 1 ? w * std::numbers::pi / 2 : std::atan(w / (1 - std::abs(w)));
@@ -170,12 +198,13 @@ HaloTable::HaloTable(const Medium& medium, const Rgb& diffuse_per_m, const Glow&
   }
 }
 
-VeilTable::VeilTable(const Medium& medium, const Rgb& diffuse_per_m, const std::vector<Lamp>& lamps,
-                     double port_m, const MountedCamera& camera)
+VeilTable::VeilTable(const Medium& medium, const std::vector<Lamp>& lamps, double port_m,
+                     const MountedCamera& camera)
     : stride_px_(std::max(1, camera.width_px / kColumns)),
       columns_((camera.width_px - 1) / stride_px_ + 2),
       rows_((camera.height_px - 1) / stride_px_ + 2) {
   constexpr int kSamples = 4;
+  const Rgb diffuse_per_m = medium.lighting_loss_per_m();
   const Eigen::Matrix3d R_HC = camera.X_HC.R();
   nodes_.reserve(static_cast<size_t>(rows_) * columns_ * kRanges);
   for (int row = 0; row < rows_; ++row)

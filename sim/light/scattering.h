@@ -4,7 +4,8 @@
 // Eigen vectors in one frame, whichever the caller uses.
 //
 // Symbols: a absorption, b scattering, c = a + b extinction [1/m]; g mean cosine of scattering;
-// G the coefficient that replaces c where scattered light still counts (Medium::Diffuse).
+// G the coefficient that replaces c where scattered light still counts (Medium::Diffuse);
+// b' = b (1 - g), scattering by as much as an isotropic medium's that spreads light alike.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -28,6 +29,7 @@ struct Medium {
   Rgb absorption_per_m = Rgb::Zero();
   Rgb scattering_per_m = Rgb::Zero();
   Rgb asymmetry = Rgb::Zero();  // g
+  MultipleScattering multiple_scattering = MultipleScattering::kNone;
 
   // c = a + b: what a narrow beam loses.
   Rgb extinction_per_m() const { return absorption_per_m + scattering_per_m; }
@@ -35,6 +37,14 @@ struct Medium {
   // irradiance of a wide beam; with share = 0, G = c: strict single scattering.
   Rgb Diffuse(double share) const {
     return absorption_per_m + scattering_per_m * (1 - share * asymmetry);
+  }
+  // What light loses on its way to a surface and in the veil, and in a halo. Shares are from walks
+  // of many turns (assets/measured/recognition.md).
+  Rgb lighting_loss_per_m() const {
+    return multiple_scattering == MultipleScattering::kFull ? Diffuse(1) : halo_loss_per_m();
+  }
+  Rgb halo_loss_per_m() const {
+    return Diffuse(multiple_scattering == MultipleScattering::kNone ? 0 : 0.5);
   }
 };
 
@@ -53,8 +63,10 @@ struct Lamp {
   OwnShadow shadow = {};
 };
 
-// Intensity relative to that on the axis, of a beam and of a lamp with what stands before it.
+// Intensity relative to that on the axis, of a beam and of a lamp with what stands before it; and
+// the beam's mean over all directions.
 double BeamPattern(const LampParams& beam, double cos_alpha);
+double MeanBeamPattern(const LampParams& beam);
 double BeamPattern(const Lamp& lamp, const Eigen::Vector3d& e_H);
 
 // The veil: light of a lamp scattered once into the camera along a stretch of a unit ray u
@@ -62,6 +74,12 @@ double BeamPattern(const Lamp& lamp, const Eigen::Vector3d& e_H);
 //   Int b p(mu) I(alpha) / r^2 exp(-G (r + t)) dt,   r = |x(t) - p_HE|.
 // Substituting t = t_p + h tan(phi) (h: distance of the lamp from the ray, t_p: its foot) turns dt
 // / r^2 into dphi / h and leaves a smooth integrand, summed with `samples` midpoints.
+//
+// With full multiple scattering light that turned more than once is added: for b p(mu) I / r^2
+//   + b' / (4 pi) F,   F = pi^2 b' / (4 r) (0.2 I(alpha) + 0.8 mean I).
+// F is the fluence of light scattered once on its way from an isotropic lamp, without extinction:
+// Int b' I / (4 pi y^2 z^2) dV, y and z the distances from lamp and point. The share 0.2 of a
+// beam's own direction was fitted to walks of many turns.
 Rgb VeilAlongRay(const Medium& medium, const Rgb& diffuse_per_m, const Lamp& lamp,
                  const Eigen::Vector3d& p_HC, const Eigen::Vector3d& u_H, const Stretch& stretch,
                  int samples);
@@ -94,7 +112,7 @@ Rgb HaloAlongRay(const Medium& medium, const Rgb& diffuse_per_m, const Glow& glo
 // w = s / (h + |s|), which need neither a logarithm nor an arc tangent to look up.
 class HaloTable {
  public:
-  HaloTable(const Medium& medium, const Rgb& diffuse_per_m, const Glow& glow);
+  HaloTable(const Medium& medium, const Glow& glow);
 
   // Between two nodes: the lower one's number, and the share of the way from there.
   struct Place {
@@ -132,8 +150,8 @@ class HaloTable {
 // once. The water begins at port_m.
 class VeilTable {
  public:
-  VeilTable(const Medium& medium, const Rgb& diffuse_per_m, const std::vector<Lamp>& lamps,
-            double port_m, const MountedCamera& camera);
+  VeilTable(const Medium& medium, const std::vector<Lamp>& lamps, double port_m,
+            const MountedCamera& camera);
   // Along the ray of pixel (u, v) to range_m (may be infinite).
   Light At(float u_px, float v_px, float range_m) const {
     const float per_px = 1.0f / static_cast<float>(stride_px_);

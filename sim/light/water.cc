@@ -43,9 +43,9 @@ Water::Water(const OpticsParams& params, const StereoRig& rig, const SurfaceTabl
       })) {
   CheckFields(params_, "optics");
   medium_ = MakeMedium(params_.water);
-  const Rgb diffuse_per_m = medium_.Diffuse(params_.water.multiple_scattering);
   extinction_per_m_ = medium_.extinction_per_m().cast<float>();
-  diffuse_per_m_ = diffuse_per_m.cast<float>();
+  lighting_loss_per_m_ = medium_.lighting_loss_per_m().cast<float>();
+  halo_loss_per_m_ = medium_.halo_loss_per_m().cast<float>();
   scatters_ = medium_.scattering_per_m.maxCoeff() > 0;
 
   if (params_.lamps.enabled)
@@ -54,7 +54,7 @@ Water::Water(const OpticsParams& params, const StereoRig& rig, const SurfaceTabl
 
   if (scatters_ && !lamps_.empty())
     for (const Side side : kSides)
-      cameras_[side].veil.emplace(medium_, diffuse_per_m, lamps_, params_.water.port_m, rig[side]);
+      cameras_[side].veil.emplace(medium_, lamps_, params_.water.port_m, rig[side]);
 
   const BallLightParams& lights = params_.ball_lights;
   if (lights.enabled) {
@@ -83,7 +83,7 @@ Water::Water(const OpticsParams& params, const StereoRig& rig, const SurfaceTabl
                                  [&](const auto& known) { return known.first == radius_m; });
         if (halo == halos_.end()) {
           const Glow unit{.radius_m = radius_m, .intensity_w_sr = Rgb::Ones()};
-          halos_.emplace_back(radius_m, HaloTable(medium_, diffuse_per_m, unit));
+          halos_.emplace_back(radius_m, HaloTable(medium_, unit));
           halo = std::prev(halos_.end());
         }
         ball.halo = static_cast<size_t>(halo - halos_.begin());
@@ -108,7 +108,7 @@ Water::Water(const OpticsParams& params, const StereoRig& rig, const SurfaceTabl
   first_of_surface_.reserve(static_cast<size_t>(surfaces_.size()) + 2);
   order_.reserve(static_cast<size_t>(rig.left.width_px) * rig.left.height_px);
   if (scatters_ && !lamps_.empty() && params_.water.surface_halos)
-    reflectors_ = Reflectors(surfaces_, medium_, diffuse_per_m);
+    reflectors_ = Reflectors(surfaces_, medium_);
 }
 
 Lamp Water::LampOf(const Pose& X_HE_of_scene, double factor) const {
@@ -224,14 +224,14 @@ void Water::IrradianceFromAllSides(std::span<const Eigen::Vector3f> p_HQ,
       const Eigen::Vector3f p_HE = lamp.p_HE.cast<float>();
       face(p_HE);
       CastShadows(-1, -1, p_HE, &batch);
-      AddLampIrradiance(lamp, diffuse_per_m_, &batch);
+      AddLampIrradiance(lamp, lighting_loss_per_m_, &batch);
     }
     for (const LitBall& ball : lit_balls_) {
       if (!IsPresent(ball)) continue;
       const Eigen::Vector3f& p_HBall = placed_[static_cast<size_t>(ball.geom)].p_HS;
       face(p_HBall);
       CastShadows(-1, ball.geom, p_HBall, &batch);
-      AddBallIrradiance(ball.glow, diffuse_per_m_, p_HBall, &batch);
+      AddBallIrradiance(ball.glow, lighting_loss_per_m_, p_HBall, &batch);
     }
     for (int i = 0; i < count; ++i)
       out_w_m2[begin + static_cast<size_t>(i)] = {batch.red[i], batch.green[i], batch.blue[i]};
@@ -340,7 +340,7 @@ void Water::ShineFromSurface(const Camera& camera, int geom, PointBatch* batch) 
   std::fill_n(batch->blue, batch->count, 0.0f);
   for (const Lamp& lamp : lamps_) {
     CastShadows(geom, -1, lamp.p_HE.cast<float>(), batch);
-    AddLampIrradiance(lamp, diffuse_per_m_, batch);
+    AddLampIrradiance(lamp, lighting_loss_per_m_, batch);
   }
   const LitBall* lit = nullptr;
   for (const LitBall& ball : lit_balls_) {
@@ -351,7 +351,7 @@ void Water::ShineFromSurface(const Camera& camera, int geom, PointBatch* batch) 
     if (!IsPresent(ball)) continue;
     const Eigen::Vector3f& p_HBall = placed_[static_cast<size_t>(ball.geom)].p_HS;
     CastShadows(geom, ball.geom, p_HBall, batch);
-    AddBallIrradiance(ball.glow, diffuse_per_m_, p_HBall, batch);
+    AddBallIrradiance(ball.glow, lighting_loss_per_m_, p_HBall, batch);
   }
   if (day_)
     for (int i = 0; i < batch->count; ++i) {
@@ -410,7 +410,7 @@ void Water::ShineFromWater(const Camera& camera, std::span<const LightPoint> poi
         };
         shadow.emplace(surfaces_[shadow_box_], R_HS, in_box(placed.p_HS), in_box(camera.rays.p_HC));
       }
-      AddHalo(camera.rays, placed.p_HS, ball.glow, diffuse_per_m_, halos_[ball.halo].second,
+      AddHalo(camera.rays, placed.p_HS, ball.glow, halo_loss_per_m_, halos_[ball.halo].second,
               shadow ? &*shadow : nullptr, count, &batch, out);
     }
   }

@@ -109,7 +109,7 @@ class Water {
   StereoRig rig_;
   SurfaceTable surfaces_;
   Medium medium_;
-  Eigen::Array3f extinction_per_m_, diffuse_per_m_;
+  Eigen::Array3f extinction_per_m_, lighting_loss_per_m_, halo_loss_per_m_;
   bool scatters_ = false;
   std::vector<Lamp> lamps_;  // empty when off
   std::vector<LitBall> lit_balls_;

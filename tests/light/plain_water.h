@@ -23,7 +23,8 @@ class PlainWater {
         surfaces_(surfaces),
         medium_(light::MakeMedium(params.water)),
         extinction_per_m_(medium_.extinction_per_m()),
-        diffuse_per_m_(medium_.Diffuse(params.water.multiple_scattering)) {
+        lighting_loss_per_m_(medium_.lighting_loss_per_m()),
+        halo_loss_per_m_(medium_.halo_loss_per_m()) {
     if (params.lamps.enabled)
       for (const Pose& X : X_HE)
         lamps_.push_back({X.p, X.q * Eigen::Vector3d::UnitX(), params.lamps});
@@ -60,7 +61,7 @@ class PlainWater {
     if (geom >= 0) sum = FromSurface(X_HS, geom, p_HC, u_H, range_m);
     if (medium_.scattering_per_m.maxCoeff() == 0) return sum;
     for (const light::Lamp& lamp : lamps_)
-      sum += light::VeilAlongRay(medium_, diffuse_per_m_, lamp, p_HC, u_H,
+      sum += light::VeilAlongRay(medium_, lighting_loss_per_m_, lamp, p_HC, u_H,
                                  {params_.water.port_m, range_m}, 200);
     for (const Ball& ball : balls_) sum += Halo(X_HS, ball, p_HC, u_H, range_m);
     return sum;
@@ -83,7 +84,7 @@ class PlainWater {
       const Eigen::Vector3d d = p_HQ - lamp.p_HE;
       const double cosine = -normal_H.dot(d.normalized());
       if (cosine > 0 && !Hidden(X_HS, p_HQ, lamp.p_HE, geom, -1))
-        irradiance += lamp.beam.intensity_w_sr.array() * (-diffuse_per_m_ * d.norm()).exp() *
+        irradiance += lamp.beam.intensity_w_sr.array() * (-lighting_loss_per_m_ * d.norm()).exp() *
                       (light::BeamPattern(lamp.beam, lamp.axis_H.dot(d.normalized())) * cosine /
                        d.squaredNorm());
     }
@@ -99,7 +100,8 @@ class PlainWater {
       const double d_m = std::max(d.norm(), ball.glow.radius_m), cosine = normal_H.dot(d) / d_m;
       if (cosine > 0 && !Hidden(X_HS, p_HQ, p_HBall, geom, ball.geom))
         irradiance += ball.glow.intensity_w_sr *
-                      (-diffuse_per_m_ * (d_m - ball.glow.radius_m)).exp() * (cosine / d_m / d_m);
+                      (-lighting_loss_per_m_ * (d_m - ball.glow.radius_m)).exp() *
+                      (cosine / d_m / d_m);
     }
     return (emitted + surfaces_[geom].albedo.array() / std::numbers::pi * irradiance) *
            (-extinction_per_m_ * range_m).exp();
@@ -112,8 +114,8 @@ class PlainWater {
     const Eigen::Vector3d p_HBall = X_HS[ball.geom].p;
     const double foot_m = u_H.dot(p_HBall - p_HC), offset_m = (p_HBall - p_HC).cross(u_H).norm();
     const auto lit = [&](double t0_m, double t1_m, int samples) {
-      return light::HaloAlongRay(medium_, diffuse_per_m_, ball.glow, foot_m, offset_m, {t0_m, t1_m},
-                                 samples);
+      return light::HaloAlongRay(medium_, halo_loss_per_m_, ball.glow, foot_m, offset_m,
+                                 {t0_m, t1_m}, samples);
     };
     int box = -1;
     for (size_t i = 0; i < surfaces_.size(); ++i)
@@ -146,7 +148,7 @@ class PlainWater {
   StereoRig rig_;
   std::vector<light::Surface> surfaces_;
   light::Medium medium_;
-  light::Rgb extinction_per_m_, diffuse_per_m_;
+  light::Rgb extinction_per_m_, lighting_loss_per_m_, halo_loss_per_m_;
   std::vector<light::Lamp> lamps_;
   std::vector<Ball> balls_;
 };

@@ -41,7 +41,7 @@ struct Lit {
   explicit Lit(const Medium& medium, double lamp_w_sr = 1)
       : Lit(medium, lamp_w_sr, testing::MarkerAndPlate(Pose::Translation(3, 0, 0))) {}
   Lit(const Medium& medium, double lamp_w_sr, const std::vector<Surface>& seen)
-      : surfaces(seen), reflectors(SurfaceTable(surfaces), medium, Rgb::Zero()) {
+      : surfaces(seen), reflectors(SurfaceTable(surfaces), medium) {
     std::vector<PlacedSurface> placed;
     for (const Surface& surface : surfaces)
       placed.push_back({surface.X_AS.R().cast<float>(), surface.X_AS.p.cast<float>()});
@@ -58,7 +58,7 @@ struct Lit {
 // From afar, with the lamp at the camera: plate 0.27 m^2 at 3.11 m (albedo 0.2), the box's front at
 // 2.95 m (0.5), and of the balls their own colours.
 TEST(Reflectors, ThrowBackWhatLambertSays) {
-  const Medium medium{.scattering_per_m = Rgb::Constant(0.2)};
+  const Medium medium;
   const Rgb got = Lit(medium).reflectors.intensity_w_sr();
   double expected = 0;
   const int n = 200;  // the plate in small pieces: light falls obliquely on its ends
@@ -78,7 +78,7 @@ TEST(Reflectors, ThrowBackWhatLambertSays) {
 
 // A Lambertian sphere that is lit from where it is seen: Int rho E cos^2 / pi dA = 2/3 rho E R^2.
 TEST(Reflectors, ABallThrowsBackTwoThirds) {
-  const Medium medium{.scattering_per_m = Rgb::Constant(0.2)};
+  const Medium medium;
   std::vector<Surface> balls;
   for (const Surface& surface : testing::MarkerAndPlate(Pose::Translation(3, 0, 0)))
     if (surface.name == "ball_red") balls.push_back(surface);

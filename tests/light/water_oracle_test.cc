@@ -240,6 +240,41 @@ TEST(Veil, HasTheClosedFormOfSunEtAl) {
   }
 }
 
+// Light that turned more than once, of an isotropic lamp in a medium without extinction: of the
+// fluence of light scattered once, summed over the medium, b' / (4 pi) enters the ray.
+TEST(Veil, OfLightThatTurnedTwice) {
+  Medium medium;
+  medium.scattering_per_m.setConstant(0.7);
+  Lamp lamp;
+  lamp.beam.beam = BeamShape::kIsotropic;
+  lamp.beam.intensity_w_sr = {1, 1, 1};
+  lamp.p_HE = {0.1, 0.2, 0};
+  // Int b I / (4 pi y^2 z^2) dV about the axis from the lamp to a point at r, y + z = r s, y - z =
+  // r t
+  const auto fluence = [](double b_per_m, double r_m) {
+    constexpr int kSteps = 200000;
+    double sum = 0;
+    for (int i = 0; i < kSteps; ++i) {
+      const double inverse_s = (i + 0.5) / kSteps;
+      sum += 1 / inverse_s * std::log((1 + inverse_s) / (1 - inverse_s)) / kSteps;
+    }
+    return b_per_m / (4 * kPi) * 4 * kPi / r_m * sum;
+  };
+  constexpr int kSteps = 2000;
+  double expected = 0;
+  for (int i = 0; i < kSteps; ++i) {
+    const double t_m = 0.6 * (i + 0.5) / kSteps;
+    expected +=
+        0.7 / (4 * kPi) * fluence(0.7, (Vector3d(t_m, 0, 0) - lamp.p_HE).norm()) * 0.6 / kSteps;
+  }
+  const auto veil = [&](MultipleScattering multiple) {
+    medium.multiple_scattering = multiple;
+    return VeilAlongRay(medium, Rgb::Zero(), lamp, {0, 0, 0}, {1, 0, 0}, {0, 0.6}, 2000)[0];
+  };
+  EXPECT_NEAR(veil(MultipleScattering::kFull) - veil(MultipleScattering::kNone), expected,
+              1e-4 * expected);
+}
+
 // Isotropic scattering and no extinction: b I / (4 pi h) times the angle that the ray subtends at
 // the ball, for a ball so small that it is a point.
 TEST(Halo, WithoutExtinctionIsAnAngle) {
@@ -257,7 +292,8 @@ TEST(Halo, WithoutExtinctionIsAnAngle) {
 // Far from a ball it is a point lamp whose light starts at the ball's surface: exp(G R) more of it
 // arrives.
 TEST(Halo, IsTheVeilOfALampFarFromTheBall) {
-  const Medium medium = MakeMedium({.milk_ml_m3 = 100});
+  const Medium medium =
+      MakeMedium({.milk_ml_m3 = 100, .multiple_scattering = MultipleScattering::kNone});
   const Rgb diffuse_per_m = medium.Diffuse(0.5);
   const Glow glow{.radius_m = 0.01, .intensity_w_sr = {2, 2, 2}};
   Lamp lamp;

@@ -25,7 +25,7 @@ Image3f Left(const OpticsParams& params, const std::vector<Surface>& surfaces) {
 OpticsParams Base(bool active) {
   OpticsParams params;
   params.water.background = Background::kCustom;
-  params.water.multiple_scattering = 0;
+  params.water.multiple_scattering = MultipleScattering::kNone;
   params.ball_lights.enabled = active;
   params.lamps.enabled = !active;
   params.shading.tile_px = 1;

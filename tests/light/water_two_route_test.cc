@@ -70,7 +70,7 @@ TEST(VeilTable, AgreesWithQuadrature) {
     const std::vector<Probe> probes = Probes(rig);
     RadianceStereo out;
     water.Apply(BlackScreens(rig, probes, 0), &out);
-    const Rgb diffuse_per_m = water.medium().Diffuse(params.water.multiple_scattering);
+    const Rgb diffuse_per_m = water.medium().lighting_loss_per_m();
     double worst = 0;
     for (const Probe& p : probes) {
       const Vector3d ray_C = rig.left.RayAt(p.u, p.v);
@@ -108,9 +108,9 @@ INSTANTIATE_TEST_SUITE_P(BallAndDisc, HaloTableOf, ::testing::Bool());
 
 TEST_P(HaloTableOf, AgreesWithQuadrature) {
   const Medium medium = MakeMedium({.milk_ml_m3 = 60});
-  const Rgb diffuse_per_m = medium.Diffuse(0.5);
+  const Rgb diffuse_per_m = medium.halo_loss_per_m();
   const Glow glow{.radius_m = 0.02, .intensity_w_sr = {1, 2, 3}, .disc = GetParam()};
-  const HaloTable table(medium, diffuse_per_m, glow);
+  const HaloTable table(medium, glow);
   Rng rng = SeedTree(22).Stream("probes");
   double worst = 0, brightest = 0;
   int compared = 0;

@@ -91,6 +91,19 @@ TEST(BeamPattern, OfTheThreeShapes) {
   EXPECT_EQ(at(lamp.cone_half_angle_rad + 1e-3), 0);
 }
 
+TEST(BeamPattern, MeanOverAllDirections) {
+  LampParams narrow{.beam = BeamShape::kCosine, .cosine_exponent = 10},
+      cone{.beam = BeamShape::kCone},
+      soft{.beam = BeamShape::kCone, .cone_half_angle_rad = 0.2, .cone_soft_rad = 0.9};
+  for (const LampParams& lamp :
+       {LampParams{.beam = BeamShape::kIsotropic}, LampParams{}, narrow, cone, soft}) {
+    constexpr int kSteps = 200000;
+    double sum = 0;
+    for (int i = 0; i < kSteps; ++i) sum += BeamPattern(lamp, -1 + 2 * (i + 0.5) / kSteps) / kSteps;
+    EXPECT_NEAR(MeanBeamPattern(lamp), sum, 1e-3 * sum);
+  }
+}
+
 TEST(Water, WithoutLightIsBlack) {
   const StereoRig rig = SmallRig();
   const auto surfaces = MarkerAndPlate(Pose::Translation(0.6, 0, 0));
