@@ -199,7 +199,8 @@ TEST_F(Store, RefusesTablesThatAreNotItsOwn) {
        "it has a table trials"},
       {"CREATE TRIGGER t AFTER INSERT ON trials BEGIN DELETE FROM meta; END", "it has a trigger t"},
       {"DROP VIEW results; ALTER TABLE trials DROP COLUMN digest", "no such column: .?digest"},
-      {"DROP VIEW results; ALTER TABLE trials RENAME COLUMN cell TO sell", "no such column: .?cell"},
+      {"DROP VIEW results; ALTER TABLE trials RENAME COLUMN cell TO sell",
+       "no such column: .?cell"},
       {"DROP VIEW results; ALTER TABLE trials DROP COLUMN jam_time_s",
        "no such column: .?jam_time_s"},
   };
