@@ -63,11 +63,11 @@ struct Lamp {
   OwnShadow shadow = {};
 };
 
-// Intensity relative to that on the axis, of a beam and of a lamp with what stands before it; and
-// the beam's mean over all directions.
+// Intensity relative to that on the axis, of a beam and of a lamp with what stands before it.
 double BeamPattern(const LampParams& beam, double cos_alpha);
-double MeanBeamPattern(const LampParams& beam);
 double BeamPattern(const Lamp& lamp, const Eigen::Vector3d& e_H);
+// A beam's mean over all directions, by which its power is 4 pi times its intensity on the axis.
+double MeanBeamPattern(const LampParams& beam);
 
 // The veil: light of a lamp scattered once into the camera along a stretch of a unit ray u
 // from the optical centre p_HC (Jaffe 1990, backscatter term):
