@@ -232,7 +232,8 @@ std::vector<CellResult> RunCellsNearTruth(const trial::Scenario& scenario,
 Evaluation Evaluate(const CalibrationExperiment& experiment,
                     const std::vector<double>& values) try {
   Evaluation evaluation{.values = values};
-  for (const auto& [marker, name] : EnumNames<MarkerKind>::kNames) {
+  for (const auto& kind : EnumNames<MarkerKind>::kNames) {
+    const MarkerKind marker = kind.first;
     const trial::Scenario scenario =
         RecognitionScenario(marker, experiment.plan.Assignments(values));
     std::vector<TableRow> rows;
