@@ -21,7 +21,7 @@ void ApproachParams::Check(const std::string& path) const {
 double ApproachParams::closest_x_m() const { return NearestX_m(*this, std::max(1, box_steps) - 1); }
 
 double NearestX_m(const ApproachParams& params, int round) {
-  if (params.mode != ApproachMode::kNavigation || params.box_steps == 0) return params.nearest_x_m;
+  if (params.box_steps == 0) return params.nearest_x_m;
   return params.nearest_x_m - params.closer_m * (round % params.box_steps);
 }
 
@@ -112,18 +112,19 @@ bool Approach::Arrived(const AxesPose& now_MH) const {
 }
 
 void Approach::Next(const AxesPose& now_MH) {
-  const bool boxes = params_.mode == ApproachMode::kNavigation && params_.box_steps > 0;
   switch (leg_) {
     case Leg::kStaging:
       return Enter(Leg::kAxis, now_MH);
     case Leg::kAxis:
       return Enter(Leg::kSweep, now_MH);
     case Leg::kSweep:
-      if (boxes) {
-        corner_ = 0;
-        return Enter(Leg::kBox, now_MH);
+      if (params_.mode == ApproachMode::kPilot) {
+        ++round_;
+        return Enter(Leg::kAxis, now_MH);
       }
-      return Enter(params_.mode == ApproachMode::kPilot ? Leg::kSweep : Leg::kStaging, now_MH);
+      if (params_.box_steps == 0) return Enter(Leg::kStaging, now_MH);
+      corner_ = 0;
+      return Enter(Leg::kBox, now_MH);
     case Leg::kBox:
       if (++corner_ < kBoxLegs) return Enter(Leg::kBox, now_MH);
       ++round_;

@@ -76,11 +76,11 @@ struct ApproachParams {
     field("box_step_m", self.box_step_m, InRange(0.01, 10),
           "search: half width of the first box about the axis, and by how much the next are wider");
     field("box_steps", self.box_steps, InRange(0, 100),
-          "search: boxes until the first is next again; 0: it only turns");
+          "search: times until the first distance, and box, is next again; 0: it only turns");
     field("box_height_share", self.box_height_share, InRange(0, 10),
           "search: height of a box, of its width");
     field("closer_m", self.closer_m, InRange(0, 10),
-          "search: by how much nearer the way along the axis ends with each wider box");
+          "search: by how much nearer the way along the axis ends each time");
     field("hand_interval_s", self.hand_interval_s, InRange(0, 10),
           "pilot: time for which the sticks stay as they are");
     field("hand_delay_s", self.hand_delay_s, InRange(0, 10), "pilot: from seeing to moving them");
@@ -108,8 +108,8 @@ Eigen::Vector2d BoxCorner(const ApproachParams& params, int round, int leg);
 //   staging --> along the axis --> turn to both sides --> box --.
 //      ^---- back off, and next time nearer and a wider box ----'
 //
-// A pilot goes along the axis from where it is, turns to both sides at its end and again. Whether
-// the marker is found is not asked here.
+// A pilot goes along the axis from where it is, turns to both sides at its end, and goes nearer.
+// Whether the marker is found is not asked here.
 class Approach {
  public:
   Approach(const ApproachParams& params, const AxesPose& axis_HM, const ClockParams& clock);

@@ -202,10 +202,11 @@ void Scenario::CheckApproach(const std::string& path) const {
   if (approach.on() && !(approach.closest_x_m() > procedure.servo_x_m))
     throw ConfigError(
         JoinKey(path, "approach.nearest_x_m"),
-        fmt::format("{} is inside the station: less closer_m for each wider box it is {:.4g}, and "
-                    "must be beyond procedure.servo_x_m ({})",
-                    FormatNumber(approach.nearest_x_m), approach.closest_x_m(),
-                    FormatNumber(procedure.servo_x_m)));
+        fmt::format(
+            "{} is inside the station: less closer_m each time it was not found it is {:.4g}, and "
+            "must be beyond procedure.servo_x_m ({})",
+            FormatNumber(approach.nearest_x_m), approach.closest_x_m(),
+            FormatNumber(procedure.servo_x_m)));
   const bool predicts =
       !plugins.controller().empty() || control.controller == control::ControllerType::kLqg;
   if (procedure.blind_max_s > 0 && !predicts)

@@ -1,5 +1,7 @@
 #include "experiments/trial/world.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -7,6 +9,7 @@
 #include "experiments/trial/recorded.h"
 #include "experiments/trial/scene_marker.h"
 #include "sim/base/units.h"
+#include "sim/light/own_shadow.h"
 #include "sim/light/surfaces.h"
 #include "sim/vehicle/sea.h"
 
@@ -19,6 +22,19 @@ constexpr int kSpectatorWidth_px = 320, kSpectatorHeight_px = 240;
 double HeadingOf(const Pose& X_WD) {
   const Eigen::Vector3d x_W = X_WD.q * Eigen::Vector3d::UnitX();
   return std::atan2(x_W.y(), x_W.x());
+}
+
+// A lamp moved so far ahead would stand behind the marker, or in the station, of a docked vehicle.
+void CheckLamps(const Scenario& scenario, const vehicle::Scene& scene) {
+  const double docked_x_m = scenario.procedure.docked_x_m;
+  for (const Pose& X_HE_of_scene : light::LampPoses(scene)) {
+    const double ahead_m = light::PlaceLamp(X_HE_of_scene, scenario.light.lamps).p.x();
+    if (scenario.light.lamps.enabled && ahead_m >= docked_x_m)
+      throw ConfigError("lamps.shift_m",
+                        fmt::format("puts a lamp {:.3g} m ahead of the cameras, behind the marker "
+                                    "of a docked vehicle (procedure.docked_x_m: {})",
+                                    ahead_m, FormatNumber(docked_x_m)));
+  }
 }
 
 }  // namespace
@@ -47,6 +63,7 @@ World::World(const Scenario& scenario, const TrialOptions& options)
       attitude_sensor_(scenario.attitude_sensor, seeds_.Stream("attitude")),
       navigation_sensor_(scenario.navigation, seeds_.Stream("navigation")) {
   CheckMarker(scenario, scene_);
+  CheckLamps(scenario, scene_);
   if (scenario.pose_source == PoseSource::kCameras || options.whole_images || options.spectator)
     cameras_.emplace(scenario, scene_, distractors_, seeds_);
   if (options.spectator)
