@@ -30,18 +30,6 @@ constexpr auto Names(Background) {
                                {kCustom, "custom"}});
 }
 
-// What light that scatters more than once adds.
-enum class MultipleScattering {
-  kNone,  // nothing: strict single scattering
-  kHalf,  // half of what scatters forwards is not lost, which fits halos; what assets/optics.yaml
-          // is for
-  kFull,  // in halos the same, in the light of lamps and in their veil as walks of many turns say
-};
-constexpr auto Names(MultipleScattering) {
-  using enum MultipleScattering;
-  return EnumList<MultipleScattering>({{kNone, "none"}, {kHalf, "half"}, {kFull, "full"}});
-}
-
 // Eight times the most that was ever published of the experiment.
 inline constexpr double kMaxMilk_ml_m3 = 2000;
 
@@ -57,7 +45,7 @@ struct WaterParams {
   Eigen::Vector3d absorption_per_m{0.28, 0.045, 0.015};
   Eigen::Vector3d scattering_per_m{0, 0, 0};
   Eigen::Vector3d asymmetry{0.924, 0.924, 0.924};
-  MultipleScattering multiple_scattering = MultipleScattering::kHalf;
+  bool multiple_scattering = true;
   double port_m = 0.02;
   bool surface_halos = true;
 
@@ -77,7 +65,7 @@ struct WaterParams {
     field("asymmetry", self.asymmetry, InRange(-0.99, 0.99),
           "mean cosine of scattering by the custom background");
     field("multiple_scattering", self.multiple_scattering, Finite(),
-          "what light that scatters more than once adds; none is strict single scattering");
+          "whether light that scatters more than once counts; if not, single scattering alone");
     field("port_m", self.port_m, InRange(0, 0.2), "where the water begins in front of the camera");
     field("surface_halos", self.surface_halos, Finite(),
           "whether the water glows in the light that marker and station throw back from the lamps");

@@ -123,7 +123,7 @@ Rgb VeilAlongRay(const Medium& medium, const Rgb& diffuse_per_m, const Lamp& lam
   const double phi0 = std::atan((stretch.t0_m - foot_m) / h_m);
   const double phi1 = std::atan((stretch.t1_m - foot_m) / h_m);
   const double step = (phi1 - phi0) / samples;
-  const bool again = medium.multiple_scattering == MultipleScattering::kFull;
+  const bool again = medium.multiple_scattering;
   const double mean_pattern = again ? MeanBeamPattern(lamp.beam) : 0;
   // over b, which the sum is multiplied with
   const Rgb again_per_m =

@@ -29,7 +29,7 @@ struct Medium {
   Rgb absorption_per_m = Rgb::Zero();
   Rgb scattering_per_m = Rgb::Zero();
   Rgb asymmetry = Rgb::Zero();  // g
-  MultipleScattering multiple_scattering = MultipleScattering::kNone;
+  bool multiple_scattering = false;
 
   // c = a + b: what a narrow beam loses.
   Rgb extinction_per_m() const { return absorption_per_m + scattering_per_m; }
@@ -40,12 +40,8 @@ struct Medium {
   }
   // What light loses on its way to a surface and in the veil, and in a halo. Shares are from walks
   // of many turns (assets/measured/recognition.md).
-  Rgb lighting_loss_per_m() const {
-    return multiple_scattering == MultipleScattering::kFull ? Diffuse(1) : halo_loss_per_m();
-  }
-  Rgb halo_loss_per_m() const {
-    return Diffuse(multiple_scattering == MultipleScattering::kNone ? 0 : 0.5);
-  }
+  Rgb lighting_loss_per_m() const { return Diffuse(multiple_scattering ? 1 : 0); }
+  Rgb halo_loss_per_m() const { return Diffuse(multiple_scattering ? 0.5 : 0); }
 };
 
 // The sum of the background water and the milk in it. Asymmetries add weighted by scattering.

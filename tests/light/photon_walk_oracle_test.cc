@@ -128,7 +128,7 @@ class PhotonWalk {
 
 // The water model's, at one pixel of the left camera.
 SeenLight Modelled(double milk_ml_m3, std::vector<Surface> surfaces, const Geometry& geometry,
-                   MultipleScattering multiple, const Vector3d& pixel) {
+                   bool multiple, const Vector3d& pixel) {
   OpticsParams params;
   params.shading.tile_px = 1;
   params.ball_lights.enabled = false;
@@ -137,7 +137,7 @@ SeenLight Modelled(double milk_ml_m3, std::vector<Surface> surfaces, const Geome
   params.lamps.cosine_exponent = geometry.exponent;
   params.water.milk_ml_m3 = milk_ml_m3;
   params.water.multiple_scattering = multiple;
-  params.water.surface_halos = multiple != MultipleScattering::kNone;
+  params.water.surface_halos = multiple;
   params.water.port_m = 0;
   std::vector<Pose> lamps = testing::LampsAt(0.16);
   for (Pose& X_HE : lamps) X_HE.p.x() = -geometry.back_m;
@@ -160,7 +160,7 @@ struct Ratios {
 };
 
 Ratios Compare(double milk_ml_m3, double distance_m, const Vector3d& p_MQ, const Geometry& geometry,
-               MultipleScattering multiple, int walks, int most) {
+               bool multiple, int walks, int most) {
   std::vector<Surface> surfaces = testing::MarkerAndPlate(Pose::Translation(distance_m, 0, 0));
   surfaces.pop_back();  // the plate
   const MountedCamera camera = testing::SmallRig().left;
@@ -184,8 +184,7 @@ TEST(PhotonWalk, OfOneTurnIsSingleScattering) {
   for (const Geometry& geometry : {kBeside, kBehind})
     for (const double milk_ml_m3 : {20, 119})
       for (const Vector3d& p_MQ : {kBall, kBox}) {
-        const Ratios r =
-            Compare(milk_ml_m3, 0.4, p_MQ, geometry, MultipleScattering::kNone, 40000, 1);
+        const Ratios r = Compare(milk_ml_m3, 0.4, p_MQ, geometry, false, 40000, 1);
         EXPECT_NEAR(r.veil, 1, 0.05) << geometry.name << milk_ml_m3;
         EXPECT_NEAR(r.marker, 1, 0.05) << geometry.name << milk_ml_m3;
       }
@@ -199,8 +198,7 @@ TEST(PhotonWalk, ModelAgainstAllTurns) {
   for (const auto& c : cases)
     for (const Geometry& geometry : {kBeside, kBehind})
       for (const Vector3d& p_MQ : {kBall, kBox}) {
-        const Ratios r = Compare(c.milk_ml_m3, c.distance_m, p_MQ, geometry,
-                                 MultipleScattering::kFull, 20000, 1000);
+        const Ratios r = Compare(c.milk_ml_m3, c.distance_m, p_MQ, geometry, true, 20000, 1000);
         EXPECT_NEAR(r.veil, 1, c.bound) << geometry.name << " " << c.milk_ml_m3;
         EXPECT_NEAR(r.marker, 1, c.bound) << geometry.name << " " << c.milk_ml_m3;
       }

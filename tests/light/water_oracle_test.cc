@@ -264,12 +264,11 @@ TEST(Veil, OfLightThatTurnedTwice) {
     const double fluence = 0.7 / (Vector3d(t_m, 0, 0) - lamp.p_HE).norm() * sum;
     expected += 0.7 / (4 * kPi) * fluence * 0.6 / kSteps;
   }
-  const auto veil = [&](MultipleScattering multiple) {
+  const auto veil = [&](bool multiple) {
     medium.multiple_scattering = multiple;
     return VeilAlongRay(medium, Rgb::Zero(), lamp, {0, 0, 0}, {1, 0, 0}, {0, 0.6}, 2000)[0];
   };
-  EXPECT_NEAR(veil(MultipleScattering::kFull) - veil(MultipleScattering::kNone), expected,
-              1e-4 * expected);
+  EXPECT_NEAR(veil(true) - veil(false), expected, 1e-4 * expected);
 }
 
 // Isotropic scattering and no extinction: b I / (4 pi h) times the angle that the ray subtends at
@@ -289,8 +288,7 @@ TEST(Halo, WithoutExtinctionIsAnAngle) {
 // Far from a ball it is a point lamp whose light starts at the ball's surface: exp(G R) more of it
 // arrives.
 TEST(Halo, IsTheVeilOfALampFarFromTheBall) {
-  const Medium medium =
-      MakeMedium({.milk_ml_m3 = 100, .multiple_scattering = MultipleScattering::kNone});
+  const Medium medium = MakeMedium({.milk_ml_m3 = 100, .multiple_scattering = false});
   const Rgb diffuse_per_m = medium.Diffuse(0.5);
   const Glow glow{.radius_m = 0.01, .intensity_w_sr = {2, 2, 2}};
   Lamp lamp;

@@ -25,7 +25,7 @@ Image3f Left(const OpticsParams& params, const std::vector<Surface>& surfaces) {
 OpticsParams Base(bool active) {
   OpticsParams params;
   params.water.background = Background::kCustom;
-  params.water.multiple_scattering = MultipleScattering::kNone;
+  params.water.multiple_scattering = false;
   params.ball_lights.enabled = active;
   params.lamps.enabled = !active;
   params.shading.tile_px = 1;
