@@ -102,7 +102,8 @@ void World::RenderImages(const Snapshot& snapshot, int64_t number,
   if (faults_.seen()) Disturb(snapshot.time_s);
   const StereoRegion needed =
       cameras_->images.on() ? cameras_->camera.whole() : region.value_or(cameras_->camera.whole());
-  cameras_->renderer.Render(*then, cameras_->camera.Seen(needed), &cameras_->rendered, timer);
+  cameras_->renderer.Render(*then, cameras_->camera.Seen(needed, number), &cameras_->rendered,
+                            timer);
   cameras_->camera.Expose(cameras_->rendered, needed, number, out, timer);
   cameras_->images.Apply(snapshot.time_s, out);
 }

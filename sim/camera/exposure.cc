@@ -5,9 +5,9 @@
 
 namespace turbidock::camera {
 
-AutoExposure::AutoExposure(const SensorParams& sensor, double frame_s)
+AutoExposure::AutoExposure(const SensorParams& sensor, double interval_s)
     : params_(sensor),
-      share_(sensor.auto_time_s > 0 ? 1 - std::exp(-frame_s / sensor.auto_time_s) : 1) {}
+      share_(sensor.auto_time_s > 0 ? 1 - std::exp(-interval_s / sensor.auto_time_s) : 1) {}
 
 // White balance by channel, then gain.
 Eigen::Array4d AutoExposure::CalledFor(const Eigen::Array3d& mean_radiance_w_m2_sr) const {

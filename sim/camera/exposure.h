@@ -20,8 +20,8 @@ struct Amplification {
 class AutoExposure {
  public:
   AutoExposure() = default;
-  // `frame_s` between images.
-  AutoExposure(const SensorParams& sensor, double frame_s);
+  // `interval_s` from one metering to the next.
+  AutoExposure(const SensorParams& sensor, double interval_s);
 
   bool on() const { return params_.auto_level > 0 || params_.auto_white_balance_limit > 1; }
   // That of the image whose mean radiance this is, over all pixels of both views, by channel. The
@@ -32,7 +32,7 @@ class AutoExposure {
   Eigen::Array4d CalledFor(const Eigen::Array3d& mean_radiance_w_m2_sr) const;
 
   SensorParams params_;
-  double share_ = 1;  // of the way to go, in one frame
+  double share_ = 1;  // of the way to go, from one metering to the next
   bool settled_ = false;
   Eigen::Array4d log_ = Eigen::Array4d::Zero();  // of the latest white balance, and gain
 };

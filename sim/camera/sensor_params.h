@@ -60,7 +60,8 @@ struct SensorParams {
     field("gain", self.gain, InRange(0.001, 1000),
           "factor on light and noise; with auto_level: the largest");
     field("auto_level", self.auto_level, InRange(0, 1),
-          "share of full scale at which automatic gain holds the images' mean; 0: fixed gain");
+          "share of full scale at which automatic gain holds the mean of what it meters; 0: fixed "
+          "gain");
     field("auto_time_s", self.auto_time_s, InRange(0, 60),
           "time constant of automatic gain and white balance");
     field("white_balance", self.white_balance, InRange(0.1, 10), "factor on each channel");

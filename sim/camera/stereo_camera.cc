@@ -6,6 +6,13 @@
 #include "sim/base/check.h"
 
 namespace turbidock::camera {
+namespace {
+
+// Automatic exposure follows in half a second: it need not meter more often, and both views are
+// drawn whole for it.
+constexpr int kFramesPerMetering = 5;
+
+}  // namespace
 
 StereoCamera::StereoCamera(light::Water water, ImageSensor sensor, const AutoExposure& exposure,
                            light::MarineSnow snow, StereoLens lens)
@@ -26,12 +33,12 @@ StereoCamera::StereoCamera(const CameraParams& params, light::Water water, doubl
     : water_(std::move(water)),
       sensor_(params.sensor, seeds.Stream("camera.left").NextU64(),
               seeds.Stream("camera.right").NextU64(), water_.rig().left.width_px),
-      exposure_(params.sensor, frame_s),
+      exposure_(params.sensor, kFramesPerMetering * frame_s),
       snow_(params.snow, frame_s, seeds.Stream("snow").NextU64()),
       lens_(params.lens, water_.rig()) {}
 
-StereoRegion StereoCamera::Seen(const StereoRegion& region) const {
-  return exposure_.on() || PaintsWhole() ? whole() : water_.Seen(Lit(region));
+StereoRegion StereoCamera::Seen(const StereoRegion& region, int64_t frame) const {
+  return Meters(frame) || PaintsWhole() ? whole() : water_.Seen(Lit(region));
 }
 
 // The region and what the sensor needs beside it.
@@ -53,7 +60,10 @@ void StereoCamera::Expose(const view::RenderedStereo& rendered, const StereoRegi
     water_.Apply(rendered, &radiance_);
   else
     water_.Prepare(rendered, Lit(region));
-  if (exposure_.on()) sensor_.Amplify(exposure_.For(water_.MeanRadiance(rendered)));
+  if (Meters(frame)) {
+    sensor_.Amplify(exposure_.For(water_.MeanRadiance(rendered)));
+    meters_next_ = frame - frame % kFramesPerMetering + kFramesPerMetering;
+  }
   if (whole_images) {
     snow_.Fall(rendered, frame, &water_, &radiance_);
     lens_.Distort(&radiance_);

@@ -2,6 +2,7 @@
 // Both cameras: from what they see (sim/view/rendered.h) to 8-bit images, through water and sensor.
 
 #include <cstdint>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -33,14 +34,14 @@ class StereoCamera {
   // The same with the water made already.
   StereoCamera(const CameraParams& params, light::Water water, double frame_s,
                const SeedTree& seeds);
-  // With automatic exposure, snow, distortion or a faulty port all of both views must be seen: Seen
-  // says so.
+  // With snow, distortion or a faulty port all of both views must be seen, with automatic exposure
+  // when it meters: Seen says so.
   StereoCamera(light::Water water, ImageSensor sensor, const AutoExposure& exposure = {},
                light::MarineSnow snow = {}, StereoLens lens = {});
 
   // Exposes a region of the images, of which other pixels stay as they are: the same values as in
-  // whole images. `rendered` holds at least what Seen(region) says. Allocates only when `out` does
-  // not have the size of the images. A timer gets kWater and kSensor.
+  // whole images. `rendered` holds at least what Seen(region, frame) says. Allocates only when
+  // `out` does not have the size of the images. A timer gets kWater and kSensor.
   void Expose(const view::RenderedStereo& rendered, const StereoRegion& region, int64_t frame,
               StereoImage* out, StageTimer* timer = nullptr);
   // Whole images.
@@ -65,12 +66,16 @@ class StereoCamera {
   void SetPortFaults(PortFaults faults) { port_ = std::move(faults); }
 
   StereoRegion whole() const { return water_.whole(); }
-  StereoRegion Seen(const StereoRegion& region) const;
+  // What must have been seen of a frame to expose a region.
+  StereoRegion Seen(const StereoRegion& region, int64_t frame) const;
+  // Whether there are frames of which less than all must be seen.
+  bool exposes_parts() const { return !PaintsWhole(); }
 
   const light::Water& water() const { return water_; }
 
  private:
   StereoRegion Lit(const StereoRegion& region) const;
+  bool Meters(int64_t frame) const { return exposure_.on() && frame >= meters_next_; }
   bool PaintsWhole() const { return snow_.on() || lens_.on() || port_.any(); }
   void ExposeSide(Side side, const PixelRegion& region, int64_t frame, StageTimer* timer,
                   Image3u8* out);
@@ -78,6 +83,7 @@ class StereoCamera {
   light::Water water_;
   ImageSensor sensor_;
   AutoExposure exposure_;
+  int64_t meters_next_ = std::numeric_limits<int64_t>::min();  // the frame
   light::MarineSnow snow_;
   StereoLens lens_;
   PortFaults port_;

@@ -118,9 +118,14 @@ TEST(AutoExposure, MetersBothViews) {
     sensor.read_noise_electrons = 0;
     sensor.transfer = TransferCurve::kLinear;
     StereoCamera camera(std::move(water), ImageSensor(sensor, 1, 2), AutoExposure(sensor, 0.03));
-    EXPECT_EQ(camera.Seen({{0, 0, 8, 8}, {0, 0, 8, 8}}).left.width(), 640);
+    const auto needed_px = [&](int64_t frame) {
+      return camera.Seen({{0, 0, 8, 8}, {0, 0, 8, 8}}, frame).left.width();
+    };
+    EXPECT_EQ(needed_px(1), 640);
     StereoImage image;
-    camera.Expose(seen, 0, &image);
+    camera.Expose(seen, 1, &image);
+    for (const int64_t frame : {1, 2, 4}) EXPECT_LT(needed_px(frame), 64) << frame;
+    for (const int64_t frame : {5, 6, 9}) EXPECT_EQ(needed_px(frame), 640) << frame;
     double dn = 0;
     for (const Image3u8* view : {&image.left, &image.right})
       for (size_t i = 0; i < 3 * view->pixels(); ++i) dn += view->data()[i];

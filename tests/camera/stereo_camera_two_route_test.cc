@@ -223,7 +223,7 @@ TEST(StereoCamera, ExposesARegionAsInTheWhole) {
                     static_cast<int>(rng.Below(static_cast<uint32_t>(height - r.row_begin + 1)));
         return r;
       };
-      const StereoRegion region = {any(), any()}, seen = camera.Seen(region);
+      const StereoRegion region = {any(), any()}, seen = camera.Seen(region, 7);
       view::RenderedStereo partly = rendered;
       const auto spoil = [&](const PixelRegion& keep, view::RenderedView* view) {
         for (int v = 0; v < height; ++v)

@@ -156,8 +156,9 @@ TEST(PathTraced, HalosAreAsBright) {
 }
 
 // Lamp-lit: surroundings over ball at the same places, and the veil where nothing else is seen,
-// over the green ball. Measured 0.92 to 1.06, the veil 0.89 to 1.21; without the light that marker
-// and plate throw into the water 0.77 to 1.04 and 0.64 to 1.21.
+// over the green ball. Measured 0.92 to 1.06. The veil is 0.95 to 1.30: before open water the model
+// is brighter than these images, whose light scatters six times at most; before the marker it is
+// not (photon_walk_oracle_test.cc).
 TEST(PathTraced, LampLitSceneAndVeilAreAsBright) {
   int veils = 0;
   for (const Pair& pair : kPassive) {
@@ -186,7 +187,7 @@ TEST(PathTraced, LampLitSceneAndVeilAreAsBright) {
       ++veils;
       EXPECT_NEAR(here / MeanAround(ours, ours.left, 1, 1, kDisc) /
                       (there / MeanAround(ours, theirs, 1, 1, kDisc)),
-                  1, 0.25)
+                  1.15, 0.22)
           << pair.name << " " << u0 << " " << v0;
     }
   }
