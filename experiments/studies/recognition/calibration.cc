@@ -27,7 +27,9 @@ namespace {
 // as.
 constexpr double kAcceptedRmse[] = {0.05, 0.075};  // by marker; the passive one's F scatters more
 constexpr double kAcceptedOtherArea = 0.08, kAcceptedLoss = 0.1, kAcceptedLostFitness = 0.03;
-constexpr double kLeastStd = 0.02, kLargestStd = 0.06;
+// The published deviation has lamps, milk and a vehicle that drift in it, which are not in the
+// model: noise may do less.
+constexpr double kLargestStd = 0.06;
 constexpr double kMisfitOfNothing = 3;
 
 // ----------------------------------------------------------------------------- F near the true
@@ -136,8 +138,13 @@ std::vector<double> CalibrationPlan::ValuesAt(const std::vector<double>& places)
 
 std::vector<std::string> CalibrationPlan::Assignments(const std::vector<double>& values) const {
   std::vector<std::string> assignments;
-  for (size_t i = 0; i < parameters.size(); ++i)
-    assignments.push_back(fmt::format("{}={:.5g}", parameters[i].key, values[i]));
+  for (size_t i = 0; i < parameters.size(); ++i) {
+    const FreeParameter& p = parameters[i];
+    std::vector<double> list = p.ratio;
+    for (double& element : list) element *= values[i];
+    assignments.push_back(list.empty() ? fmt::format("{}={:.5g}", p.key, values[i])
+                                       : fmt::format("{}=[{:.5g}]", p.key, fmt::join(list, ", ")));
+  }
   return assignments;
 }
 
@@ -188,10 +195,7 @@ std::vector<Constraint> TableConstraints(MarkerKind marker, const TableCompariso
           [](double ratio) { return std::abs(ratio - 1) / kAcceptedLoss; });
   if (comparison.lost_fitness_error)
     add("lost F", comparison.lost_fitness_error, within(kAcceptedLostFitness));
-  if (comparison.fitness_std)
-    add("deviation", comparison.fitness_std, [](double deviation) {
-      return std::max(2 - deviation / kLeastStd, deviation / kLargestStd);  // 1 at both bounds
-    });
+  if (comparison.fitness_std) add("deviation", comparison.fitness_std, within(kLargestStd));
   return constraints;
 }
 

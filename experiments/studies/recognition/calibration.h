@@ -28,8 +28,9 @@ namespace turbidock::recognition {
 struct FreeParameter {
   std::string key;  // of the scenario, dotted; "group.list[0]" for an element
   double low = 0, high = 1, start = 0.5;
-  bool logarithmic = false;  // searched by its logarithm
-  std::string source;        // where the range comes from
+  bool logarithmic = false;        // searched by its logarithm
+  std::string source;              // where the range comes from
+  std::vector<double> ratio = {};  // where the key is a list: it is these, times the value
 
   static void Fields(auto& self, auto&& field) {
     field("key", self.key, Finite(), "key of the scenario");
@@ -38,6 +39,7 @@ struct FreeParameter {
     field("start", self.start, Finite(), "where the search begins");
     field("logarithmic", self.logarithmic, Finite(), "searched by its logarithm");
     field("source", self.source, Finite(), "where the range comes from");
+    field("ratio", self.ratio, Finite(), "where the key is a list: it is these, times the value");
   }
   void Check(const std::string& path) const;
 

@@ -109,7 +109,7 @@ TEST(TableConstraints, AreInUnitsOfWhatIsAccepted) {
   run.area_agreement = 0.92;
   run.loss_by_distance_m = {{0.4, {45, 50}}, {1, {22, 20}}};
   run.lost_fitness_error = -0.03;
-  run.fitness_std = 0.02;
+  run.fitness_std = 0.06;
   for (const Constraint& c : TableConstraints(MarkerKind::kActive, run))
     EXPECT_NEAR(c.misfit, 1, 1e-12) << c.constraint;
   run.fitness_std = 0.09;
@@ -125,6 +125,17 @@ TEST(TableConstraints, OfWhatIsNotThere) {
   const auto constraints = TableConstraints(MarkerKind::kActive, run);
   EXPECT_EQ(MisfitOf(constraints, "active loss at 400 mm"), 3);
   EXPECT_EQ(constraints.size(), 5u);  // rmse, area, one loss, lost F, deviation
+}
+
+// The colour of a light is held while its brightness is searched.
+TEST(CalibrationPlan, AListKeepsItsRatio) {
+  CalibrationPlan plan;
+  plan.parameters.resize(1);
+  plan.parameters[0] = {"lamps.intensity_w_sr", 0.01, 0.1, 0.02, true, "a test", {1.5, 1, 0.5}};
+  EXPECT_THAT(plan.Assignments({0.04}),
+              ::testing::ElementsAre("lamps.intensity_w_sr=[0.06, 0.04, 0.02]"));
+  EXPECT_THAT(CalibratedYaml(plan, {0.04}),
+              ::testing::HasSubstr("intensity_w_sr: [0.06, 0.04, 0.02]"));
 }
 
 // A lamp may be in the hull though each of its coordinates is in its range.
