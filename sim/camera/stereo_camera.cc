@@ -10,7 +10,7 @@ namespace {
 
 // Automatic exposure follows in half a second: it need not meter more often, and both views are
 // drawn whole for it.
-constexpr int kFramesPerMetering = 5;
+constexpr int kFramesPerMetering = 15;
 
 }  // namespace
 

@@ -114,7 +114,7 @@ CalibrationExperiment ExperimentOf(const CalibrationPlan& plan,
 // F near the true pose: what the search ends with, without the search, for a calibration, which
 // asks a thousand times. F of a frame is the best of some hundred poses, most of them about the
 // true one; the rest, farther away, find what noise happens to agree with when the marker is lost.
-// That is within 0.04 of F by the search. Deterministic. `view` and `water` are the cell's.
+// That is within 0.06 of F by the search. Deterministic. `view` and `water` are the cell's.
 CellResult RunNearTruth(const trial::FixedView& view, const light::Water& water,
                         const trial::Scenario& scenario, const RecognitionCell& cell, int frames);
 

@@ -193,7 +193,7 @@ TEST(Calibrate, FindsWhatMadeTheTable) {
   const auto known = OneCell(plan, Evaluate(OneCell(plan, 0), {truth}).fitness.at(0));
   const CalibrationResult result = Calibrate({.generations = 10}, known);
   EXPECT_NEAR(std::log(result.best.values[0] / truth), 0, 0.15);
-  EXPECT_LE(result.best.misfit, Evaluate(known, {truth}).misfit);
+  EXPECT_LT(result.best.misfit, 0.2);
   EXPECT_EQ(result.evaluations, 1 + 10 * 5);
   EXPECT_TRUE(result.is_complete);
 

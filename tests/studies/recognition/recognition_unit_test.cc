@@ -172,7 +172,7 @@ TEST(Recognition, ComparesEstimators) {
 TEST(Recognition, IsSureWhereTheEstimatorIs) {
   const Scenarios scenarios = {{MarkerKind::kActive, RecognitionScenario(MarkerKind::kActive, {})}};
   const CellResult cell =
-      RunCells(scenarios, {{MarkerKind::kActive, 60, 1.0}}, {.seconds = 0.5, .settle_s = 0.5})[0];
+      RunCells(scenarios, {{MarkerKind::kActive, 50, 1.0}}, {.seconds = 0.5, .settle_s = 0.5})[0];
   EXPECT_GE(cell.fitness_mean, scenarios.at(MarkerKind::kActive).procedure.lost_fitness);
   EXPECT_EQ(cell.wrong_and_sure, 0);
 }
