@@ -16,6 +16,9 @@ class Detection {
   // nothing was detected.
   static constexpr double kOnFitness = 0.4, kOffFitness = published::kDetectedFitness;
   static constexpr int kOnFrames = 2, kOffFrames = 3;
+  // Until so many frames in a row were good enough to begin with, a frame that is not is not told
+  // as detected, though the marker is followed.
+  static constexpr int kConfirmedFrames = 15;
   // F of one ball from which it counts as matched: a third of its inner points, net.
   static constexpr double kMatchedBallFitness = 0.2;
 
@@ -41,15 +44,17 @@ class Detection {
   // the third's place before.
   void Update(const Evidence& evidence);
 
-  bool detected() const { return detected_; }
+  // Whether the marker is followed, and whether this frame's pose is to be believed.
+  bool holds() const { return holds_; }
+  bool detected() const { return holds_ && (bears_out_ || is_confirmed_); }
   // Frames in a row, up to the last one, in which the pose was certain or was not; one of them 0.
   int frames_certain() const { return frames_certain_; }
   int frames_uncertain() const { return frames_uncertain_; }
 
  private:
-  bool detected_ = false;
+  bool holds_ = false, bears_out_ = false, is_confirmed_ = false;
   int frames_on_ = 0, frames_off_ = 0;  // in a row above and below the limits of detection
-  int frames_certain_ = 0, frames_uncertain_ = 0;
+  int frames_certain_ = 0, frames_uncertain_ = 0, frames_borne_out_ = 0;
 };
 
 }  // namespace turbidock::vision

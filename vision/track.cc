@@ -31,7 +31,7 @@ void Track::Reset() {
 }
 
 bool Track::Update(const PoseEstimate& estimate, const Detection& detection) {
-  const bool is_seen = detection.detected();
+  const bool is_seen = detection.holds();
   const GeneMap::Values now = GeneMap::ValuesOf(estimate.X_HM);
   for (size_t i = 0; i < kGeneFields; ++i)
     velocity_[i] = is_seen && last_seen_

@@ -66,7 +66,7 @@ TEST(Detection, AsksForTheOutlinesOfEachBallAndOfTwoOnATrack) {
                         .ball_fitness = kAllMatched,
                         .ball_support = support,
                         .is_tracked = is_tracked});
-    return detection.detected() && detection.frames_certain() >= 3;
+    return detection.holds() && detection.frames_certain() >= 3;
   };
   EXPECT_FALSE(after(kTwoSeen, false));
   EXPECT_TRUE(after(kAllSeen, false));
@@ -86,12 +86,42 @@ TEST(Detection, AsksForBothCamerasAndForOneOnATrack) {
                         .ball_support = kHalfSeen,
                         .camera_support = cameras,
                         .is_tracked = is_tracked});
-    return detection.detected() && detection.frames_certain() >= 3;
+    return detection.holds() && detection.frames_certain() >= 3;
   };
   EXPECT_TRUE(after({0.5, 0.3}, false));
   EXPECT_FALSE(after({0.99, 0.29}, false));
   EXPECT_FALSE(after({0, 0.99}, false));
   EXPECT_TRUE(after({0, 0.99}, true));
+}
+
+// A track goes on for two balls; what it is worth without the third was shown before, or not.
+TEST(Detection, TellsWhatATrackLacksOnlyAfterItWasConfirmed) {
+  constexpr std::array<double, 3> kAllSeen = {0.9, 0.3, 0.9}, kTwoSeen = {0.9, 0.29, 0.9};
+  const auto after = [&](int frames, double fitness, std::span<const double> support,
+                         const Stereo<double>& cameras) {
+    Detection detection;
+    for (int frame = 0; frame < frames; ++frame)
+      detection.Update({.fitness = 0.8,
+                        .ball_fitness = kAllMatched,
+                        .ball_support = kAllSeen,
+                        .is_tracked = frame > 2});
+    detection.Update({.fitness = fitness,
+                      .ball_fitness = kAllMatched,
+                      .ball_support = support,
+                      .camera_support = cameras,
+                      .is_tracked = true});
+    EXPECT_TRUE(detection.holds());
+    return detection.detected();
+  };
+  constexpr Stereo<double> kBoth{0.9, 0.9}, kOne{0.9, 0.29};
+  constexpr int kFew = Detection::kConfirmedFrames - 1, kEnough = Detection::kConfirmedFrames;
+  EXPECT_TRUE(after(kFew, 0.4, kAllSeen, kBoth));
+  EXPECT_FALSE(after(kFew, 0.8, kTwoSeen, kBoth));
+  EXPECT_FALSE(after(kFew, 0.39, kAllSeen, kBoth));
+  EXPECT_FALSE(after(kFew, 0.8, kAllSeen, kOne));
+  EXPECT_TRUE(after(kEnough, 0.8, kTwoSeen, kBoth));
+  EXPECT_TRUE(after(kEnough, 0.39, kAllSeen, kBoth));
+  EXPECT_TRUE(after(kEnough, 0.8, kAllSeen, kOne));
 }
 
 TEST(NormalisedError2, IsInStandardDeviationsSquared) {
