@@ -1,9 +1,7 @@
 """The pages of measured results: drawn from their files, and what is malformed is refused."""
 
 import contextlib
-import csv
 import io
-import lzma
 import pathlib
 import re
 import sqlite3
@@ -18,7 +16,6 @@ sys.dont_write_bytecode = True
 
 import draw  # noqa: E402
 import outcomes  # noqa: E402
-import turbidity  # noqa: E402
 
 ORIGIN = "# title: Docked\n# command: turbidock batch x\n# build: abc\n# machine: two cores\n# date: 2026-11-21\n"
 TABLE = draw.read_table(ORIGIN + 'milk,"docked, of 30"\n0,\n20,"a|b"\n', "t.csv")
@@ -77,34 +74,6 @@ class Outcomes(unittest.TestCase):
 
     def test_false_dock_is_an_error(self):
         self.assertEqual(self.rows_of([(0, 0, "{}", "docked", "none", 10, "beside", 0)])[0], 1)
-
-
-class Turbidity(unittest.TestCase):
-    def test_tables_are_those_of_the_trials_that_are_kept(self):
-        measured = ROOT / "assets/measured"
-        with tempfile.TemporaryDirectory() as folder:
-            file = pathlib.Path(folder) / "sweep.db"
-            file.write_bytes(lzma.decompress(turbidity.BATCH.read_bytes()))
-            with mock.patch("sys.argv", ["", str(file), "--out", folder]):
-                turbidity.main()
-            for name in ("docking_over_turbidity", "docking_by_start", "docking_turbidity_limit"):
-                with self.subTest(name):
-                    made, kept = ([row for row in csv.reader((where / f"{name}.csv").open()) if row[0][0] != "#"]
-                                  for where in (pathlib.Path(folder), measured))
-                    self.assertGreater(len(made), 2)
-                    self.assertEqual(made, kept)
-
-
-    def test_an_interval_over_strata_is_the_programs(self):
-        # tests/statistics/intervals_oracle_test.cc has the same
-        rate, low, high = turbidity.interval([(19, 19), (0, 19)])
-        self.assertEqual(rate, 0.5)
-        self.assertAlmostEqual(low, 0.4493988203895799, 12)
-        self.assertAlmostEqual(high, 0.5506011796104201, 12)
-
-    def test_half_is_crossed_between_two_rates(self):
-        self.assertAlmostEqual(turbidity.crossing([0, 10, 20], [1, 0.6, 0.2]), 12.5)
-        self.assertIsNone(turbidity.crossing([0, 10], [0.4, 0.1]))
 
 
 class Page(unittest.TestCase):
