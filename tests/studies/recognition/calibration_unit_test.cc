@@ -1,5 +1,6 @@
 #include "experiments/studies/recognition/calibration.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
