@@ -357,7 +357,7 @@ def test_python_runs_while_a_trial_does():
 
     thread = threading.Thread(target=count)
     thread.start()
-    turbidock.run("pool_active", settings={"duration_s": 1})
+    turbidock.run("pool_active", settings={"duration_s": 3})
     done.set()
     thread.join()
     assert counted[0] > 20
