@@ -10,9 +10,6 @@
 namespace turbidock::light {
 namespace {
 
-// The grid: orthographic, so that a step is 1.8 degrees about the axis. The published vehicle's
-// lens softens the edge of what stands 7 cm before it by more.
-constexpr int kNodes = 65;
 constexpr double kFar_m = 10, kLensRadius_m = 0.017;
 
 // Middle and rim of the lens, each for an equal part of its area.
@@ -50,7 +47,7 @@ bool IsInTheWay(const Surface& part, const Pose& X_HE, const StereoRig& rig) {
 }  // namespace
 
 OwnShadow::OwnShadow(const std::vector<Surface>& parts, const Pose& X_HE, const StereoRig& rig)
-    : R_EH_(X_HE.R().transpose()) {
+    : y_H_(X_HE.R().col(1).cast<float>()), z_H_(X_HE.R().col(2).cast<float>()) {
   std::vector<Surface> before;
   for (const Surface& part : parts)
     if (IsInTheWay(part, X_HE, rig)) before.push_back(part);
@@ -65,20 +62,14 @@ OwnShadow::OwnShadow(const std::vector<Surface>& parts, const Pose& X_HE, const 
         seen += std::none_of(before.begin(), before.end(), [&](const Surface& part) {
           return Hides(part, X_HE * p_EL, X_HE * (p_EL + kFar_m * e_E).eval());
         });
-      open_.push_back(seen / static_cast<double>(LensPoints().size()));
+      open_.push_back(static_cast<float>(seen) / static_cast<float>(LensPoints().size()));
     }
 }
 
 double OwnShadow::OpenAt(const Eigen::Vector3d& e_H) const {
   if (open_.empty()) return 1;
-  const Eigen::Vector3d e_E = R_EH_ * e_H;
-  const Eigen::Array2d place =
-      ((e_E.tail<2>().array() + 1) * (0.5 * (kNodes - 1))).max(0).min(kNodes - 1.001);
-  const auto column = static_cast<size_t>(place[0]), row = static_cast<size_t>(place[1]);
-  const double x = place[0] - static_cast<double>(column);
-  const double y = place[1] - static_cast<double>(row);
-  const double* node = &open_[row * kNodes + column];
-  return std::lerp(std::lerp(node[0], node[1], x), std::lerp(node[kNodes], node[kNodes + 1], x), y);
+  const Eigen::Vector3f e = e_H.cast<float>();
+  return OpenAt(PlaceOf(y_H_.dot(e), z_H_.dot(e)));
 }
 
 Pose PlaceLamp(const Pose& X_HE_of_scene, const LampParams& params) {

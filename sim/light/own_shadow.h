@@ -25,9 +25,41 @@ class OwnShadow {
   // Of a unit vector from the lamp, in the head.
   double OpenAt(const Eigen::Vector3d& e_H) const;
 
+  // Axes y and z of the lamp, in the head: a direction's components along them are its place in the
+  // grid.
+  const Eigen::Vector3f& y_H() const { return y_H_; }
+  const Eigen::Vector3f& z_H() const { return z_H_; }
+  // Between four nodes: the lowest one's number, and the shares of the way from there.
+  struct Place {
+    int node;
+    float along_y, along_z;
+  };
+  [[gnu::always_inline]] static Place PlaceOf(float y, float z) {
+    const float column = Node(y), row = Node(z);
+    const int i = static_cast<int>(column), j = static_cast<int>(row);
+    return {j * kNodes + i, column - static_cast<float>(i), row - static_cast<float>(j)};
+  }
+  // Where there is a shadow.
+  [[gnu::always_inline]] float OpenAt(Place place) const {
+    const float* n = &open_[static_cast<size_t>(place.node)];
+    const float low = n[0] + place.along_y * (n[1] - n[0]);
+    const float high = n[kNodes] + place.along_y * (n[kNodes + 1] - n[kNodes]);
+    return low + place.along_z * (high - low);
+  }
+
  private:
-  Eigen::Matrix3d R_EH_ = Eigen::Matrix3d::Identity();
-  std::vector<double> open_;
+  // The grid: orthographic, so that a step is 1.8 degrees about the axis. The published vehicle's
+  // lens softens the edge of what stands 7 cm before it by more.
+  static constexpr int kNodes = 65;
+  // Within the grid, also for what is no number.
+  [[gnu::always_inline]] static float Node(float component) {
+    constexpr float kLast = kNodes - 1.001f;
+    const float node = (component + 1) * (0.5f * (kNodes - 1));
+    return node > 0 ? (node < kLast ? node : kLast) : 0;
+  }
+
+  Eigen::Vector3f y_H_ = Eigen::Vector3f::UnitY(), z_H_ = Eigen::Vector3f::UnitZ();
+  std::vector<float> open_;
 };
 
 // A lamp of the scene, moved and turned as `params` have it. Outwards is the side of the head's

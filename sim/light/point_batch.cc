@@ -185,14 +185,43 @@ void LampLoop(Float3 lamp, Float3 intensity, Float3 diffuse, PointBatch& b) {
   }
 }
 
-// Cosine of the angle from a lamp's axis, where visible and in front of it; else 0.
+// A power of the cosine of the angle from a lamp's axis, where visible and in front of it; else 0.
 TURBIDOCK_VECTOR_CLONES
-void CosineBeamLoop(Float3 lamp, Float3 axis, PointBatch& b) {
+void CosineBeamLoop(Float3 lamp, Float3 axis, float exponent, PointBatch& b) {
+  constexpr float kLeast = 1e-6f;
   for (int i = 0; i < b.count; ++i) {
     const float x = b.x_m[i] - lamp.x, y = b.y_m[i] - lamp.y, z = b.z_m[i] - lamp.z;
-    const float along = (axis.x * x + axis.y * y + axis.z * z) / std::sqrt(x * x + y * y + z * z);
-    b.visible[i] *= along > 0.0f ? along : 0.0f;
+    const float along = Dot(axis, x, y, z) / std::sqrt(x * x + y * y + z * z);
+    const float pattern = Exp2(exponent * Log2(along > kLeast ? along : kLeast));
+    b.visible[i] *= along > 0.0f ? pattern : 0.0f;
   }
+}
+
+struct ShadowPlaces {
+  alignas(64) int node[PointBatch::kSize];
+  alignas(64) PointBatch::Values along_y, along_z;
+};
+
+TURBIDOCK_VECTOR_CLONES
+void ShadowPlacesLoop(Float3 lamp, Float3 axis_y, Float3 axis_z, const PointBatch& b,
+                      ShadowPlaces& places) {
+  for (int i = 0; i < b.count; ++i) {
+    const float x = b.x_m[i] - lamp.x, y = b.y_m[i] - lamp.y, z = b.z_m[i] - lamp.z;
+    const float scale = 1.0f / std::sqrt(x * x + y * y + z * z);
+    const OwnShadow::Place place =
+        OwnShadow::PlaceOf(scale * Dot(axis_y, x, y, z), scale * Dot(axis_z, x, y, z));
+    places.node[i] = place.node;
+    places.along_y[i] = place.along_y;
+    places.along_z[i] = place.along_z;
+  }
+}
+
+void CastOwnShadow(const OwnShadow& shadow, Float3 lamp, PointBatch& b) {
+  ShadowPlaces places;
+  ShadowPlacesLoop(lamp, Of(shadow.y_H()), Of(shadow.z_H()), b, places);
+  for (int i = 0; i < b.count; ++i)
+    b.visible[i] *=
+        shadow.OpenAt(OwnShadow::Place{places.node[i], places.along_y[i], places.along_z[i]});
 }
 
 TURBIDOCK_VECTOR_CLONES
@@ -361,18 +390,19 @@ void CastShadow(const Surface& surface, const PlacedSurface& placed,
 }
 
 void AddLampIrradiance(const Lamp& lamp, const Eigen::Array3f& diffuse_per_m, PointBatch* batch) {
-  const Eigen::Vector3f p_HE = lamp.p_HE.cast<float>(), axis_H = lamp.axis_H.cast<float>();
-  if (lamp.beam.beam == BeamShape::kCosine && lamp.beam.cosine_exponent == 1 &&
-      !lamp.shadow.any()) {
-    CosineBeamLoop(Of(p_HE), Of(axis_H), *batch);
-  } else if (lamp.beam.beam != BeamShape::kIsotropic || lamp.shadow.any()) {
+  const Eigen::Vector3f p_HE = lamp.p_HE.cast<float>();
+  if (lamp.beam.beam == BeamShape::kCosine) {
+    CosineBeamLoop(Of(p_HE), Of(Eigen::Vector3f(lamp.axis_H.cast<float>())),
+                   static_cast<float>(lamp.beam.cosine_exponent), *batch);
+  } else if (lamp.beam.beam == BeamShape::kCone) {
     for (int i = 0; i < batch->count; ++i) {
-      const Eigen::Vector3f p_EQ_H =
-          Eigen::Vector3f(batch->x_m[i], batch->y_m[i], batch->z_m[i]) - p_HE;
+      const Eigen::Vector3d p_EQ_H =
+          Eigen::Vector3d(batch->x_m[i], batch->y_m[i], batch->z_m[i]) - lamp.p_HE;
       batch->visible[i] *=
-          static_cast<float>(BeamPattern(lamp, p_EQ_H.normalized().cast<double>()));
+          static_cast<float>(BeamPattern(lamp.beam, lamp.axis_H.dot(p_EQ_H.normalized())));
     }
   }
+  if (lamp.shadow.any()) CastOwnShadow(lamp.shadow, Of(p_HE), *batch);
   LampLoop(Of(p_HE), Of(Eigen::Vector3f(lamp.beam.intensity_w_sr.cast<float>())), Of(diffuse_per_m),
            *batch);
 }
