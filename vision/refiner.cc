@@ -25,6 +25,9 @@ constexpr double kPriorRotation_rad = 0.2;
 // of a ball is over 0.3 in 99.7 and 0.6 %; with 1 px in 99.7 and 10 %, with 0.25 px in 95 and 0.6
 // %.
 constexpr double kAgreed_px = 0.5;
+// Radius of the largest balls by which limits in pixels were set: of larger ones, shading and blur
+// of colour move outlines by as much more.
+constexpr double kLimitsRadius_px = 22;
 constexpr double kBloom_px = 2;  // how much all outlines may be wider or narrower
 
 // What the outline of one ball in one image is off by, beside what scatters from edge to edge: as a
@@ -301,6 +304,8 @@ std::optional<Refined> PoseRefiner::Refine(const StereoImage& seen, const Stereo
                                     prior_weight, information, scale_px);
     break;
   }
+  const double radius_px = rig_.left.fx_px * marker_.balls[0].radius_m / refined.X_HM.p.norm();
+  refined.limits_scale = std::max(1.0, radius_px / kLimitsRadius_px);
   CountSupport(&refined);
   return refined;
 }
@@ -418,7 +423,7 @@ PoseCovariance PoseRefiner::Covariance(const Refined& refined,
 void PoseRefiner::CountSupport(Refined* refined) const {
   Stereo<std::array<int, kMaxBalls>> agreed;
   for (size_t i = 0; i < edges_.size(); ++i)
-    if (std::abs(residuals_px_[i]) < kAgreed_px)
+    if (std::abs(residuals_px_[i]) < kAgreed_px * refined->limits_scale)
       ++agreed[edges_[i].side][static_cast<size_t>(edges_[i].ball)];
   const auto share = [](int some, int all) {
     constexpr int kLeastPlaces = 8;  // one or two edges that agree by chance are no support

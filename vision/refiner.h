@@ -35,6 +35,7 @@ struct Refined {
   Stereo<double> camera_support = {};  // likewise of each image, its balls together
   int edges = 0;                       // that took part
   double residual_px = 0;              // root mean square over them
+  double limits_scale = 1;             // by which limits in pixels grow, of large balls
   double bloom_px = 0;                 // how much wider all outlines look than they are
 };
 

@@ -49,6 +49,31 @@ TEST(RefinementArbiter, KeepsAPoseThatAllBallsSupport) {
   EXPECT_GT(arbiter.MostEvaluations(), 1);  // the next frame compares
 }
 
+// Shading and coarse colour let balls look smaller or larger by a share of their size: near the
+// dock by more pixels than anywhere else.
+TEST(RefinementArbiter, BelievesLargeBallsThatAreOffByAShare) {
+  const MarkerParams marker;
+  MarkerParams off = marker;
+  off.balls[0].radius_m *= 0.95;
+  off.balls[2].radius_m *= 1.05;
+  const Pose near{kTrue.q, {0.32, 0.01, -0.01}};
+  Rng rng = SeedTree(6).Stream("noise");
+  const StereoImage seen = testing::PaintMarker(off, kRig, near, {.noise_dn = 1.5}, &rng);
+  HueLabeller labeller({}, marker);
+  Stereo<Image1u8> labels;
+  for (const Side side : kSides) labeller.Label(seen[side], &labels[side]);
+  const Fitness fitness(marker, kRig, labels);
+  RefinementArbiter arbiter(marker, kRig);
+  PoseEstimate estimate;
+  estimate.X_HM = near;
+  estimate.fitness = fitness.Evaluate(near);
+  estimate.ball_fitness = {0.9, 0.9, 0.9};
+  const auto verdict = arbiter.Judge(seen, WholeImages(kRig), fitness, estimate, 1, &rng);
+  ASSERT_TRUE(verdict.refined);
+  EXPECT_GT(verdict.refined->residual_px, 1);
+  EXPECT_LT((verdict.refined->X_HM.p - near.p).norm(), 0.005);
+}
+
 // The green ball is dark: the turn about the line of the others is anyone's guess.
 TEST(RefinementArbiter, TellsOfASecondPoseWhereABallIsDark) {
   const MarkerParams all;
