@@ -304,8 +304,6 @@ std::optional<Refined> PoseRefiner::Refine(const StereoImage& seen, const Stereo
                                     prior_weight, information, scale_px);
     break;
   }
-  const double radius_px = rig_.left.fx_px * marker_.balls[0].radius_m / refined.X_HM.p.norm();
-  refined.limits_scale = std::max(1.0, radius_px / kLimitsRadius_px);
   CountSupport(&refined);
   return refined;
 }
@@ -421,6 +419,8 @@ PoseCovariance PoseRefiner::Covariance(const Refined& refined,
 
 // By the edges and residuals of the last step.
 void PoseRefiner::CountSupport(Refined* refined) const {
+  const double radius_px = rig_.left.fx_px * marker_.balls[0].radius_m / refined->X_HM.p.norm();
+  refined->limits_scale = std::max(1.0, radius_px / kLimitsRadius_px);
   Stereo<std::array<int, kMaxBalls>> agreed;
   for (size_t i = 0; i < edges_.size(); ++i)
     if (std::abs(residuals_px_[i]) < kAgreed_px * refined->limits_scale)
