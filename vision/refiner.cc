@@ -25,8 +25,8 @@ constexpr double kPriorRotation_rad = 0.2;
 // of a ball is over 0.3 in 99.7 and 0.6 %; with 1 px in 99.7 and 10 %, with 0.25 px in 95 and 0.6
 // %.
 constexpr double kAgreed_px = 0.5;
-// Radius of the largest balls by which limits in pixels were set: of larger ones, shading and blur
-// of colour move outlines by as much more.
+// Radius of the largest balls by which limits in pixels were set, those of the path-traced pairs at
+// 0.5 m: of larger ones, shading and blur of colour move outlines by as much more.
 constexpr double kLimitsRadius_px = 22;
 constexpr double kBloom_px = 2;  // how much all outlines may be wider or narrower
 

@@ -29,7 +29,7 @@ class OwnShadow {
   // grid.
   const Eigen::Vector3f& y_H() const { return y_H_; }
   const Eigen::Vector3f& z_H() const { return z_H_; }
-  // Between four nodes: the lowest one's number, and the shares of the way from there.
+  // Between four nodes: the lowest one's number, and the shares of the way from there to the next.
   struct Place {
     int node;
     float along_y, along_z;
@@ -39,7 +39,7 @@ class OwnShadow {
     const int i = static_cast<int>(column), j = static_cast<int>(row);
     return {j * kNodes + i, column - static_cast<float>(i), row - static_cast<float>(j)};
   }
-  // Where there is a shadow.
+  // Share of the lens that is seen there; only where any() is true.
   [[gnu::always_inline]] float OpenAt(Place place) const {
     const float* n = &open_[static_cast<size_t>(place.node)];
     const float low = n[0] + place.along_y * (n[1] - n[0]);

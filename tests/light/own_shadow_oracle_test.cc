@@ -6,6 +6,8 @@
 
 #include "sim/base/check.h"
 #include "sim/light/own_shadow.h"
+#include "sim/light/point_batch.h"
+#include "sim/light/scattering.h"
 #include "sim/light/water.h"
 #include "tests/light/optics_scene.h"
 #include "tests/vehicle/posed_scene.h"
@@ -127,6 +129,43 @@ TEST(OwnShadow, FallsOnSurfacesAndOnTheVeil) {
   params.water.milk_ml_m3 = 20;
   EXPECT_GT(green_at(kLeft_px, shaded), 0);
   EXPECT_LT(green_at(kLeft_px, shaded), green_at(kLeft_px, plate));
+}
+
+// A plate that covers a corner of a turned lamp's beam, on points in all directions: a batch is lit
+// as its points are one by one.
+TEST(OwnShadow, OfABatchIsThatOfEachPoint) {
+  const Pose X_HE{FromYawPitchRoll(0.2, 0.1, 0), {-0.1, 0.16, 0}};
+  Lamp lamp;
+  lamp.p_HE = X_HE.p;
+  lamp.axis_H = X_HE.R().col(0);
+  lamp.beam.intensity_w_sr = Vector3d::Ones();
+  lamp.beam.cosine_exponent = 3;
+  lamp.shadow = OwnShadow({OwnPart(X_HE.p + Vector3d(0.075, 0.5, 0.5), {0.005, 0.5, 0.5})}, X_HE,
+                          RigParams{}.MakeRig());
+  ASSERT_TRUE(lamp.shadow.any());
+  PointBatch batch;
+  batch.count = PointBatch::kSize;
+  const auto p_EQ_H = [](int i) {
+    return Vector3d(1, -0.7 + 0.2 * (i % 8), -0.75 + 0.1 * (i / 8));
+  };
+  for (int i = 0; i < batch.count; ++i) {
+    const Eigen::Vector3f p_HQ = (X_HE.p + p_EQ_H(i)).cast<float>();
+    batch.x_m[i] = p_HQ.x(), batch.y_m[i] = p_HQ.y(), batch.z_m[i] = p_HQ.z();
+    batch.normal_x[i] = -1, batch.normal_y[i] = batch.normal_z[i] = 0;
+    batch.red[i] = batch.green[i] = batch.blue[i] = 0;
+    batch.visible[i] = 1;
+  }
+  AddLampIrradiance(lamp, Eigen::Array3f::Zero(), &batch);
+  int dark = 0;
+  for (int i = 0; i < batch.count; ++i) {
+    const Vector3d d = p_EQ_H(i);
+    EXPECT_NEAR(batch.green[i], BeamPattern(lamp, d.normalized()) * d.x() / std::pow(d.norm(), 3),
+                3e-4)
+        << d.transpose();
+    dark += batch.green[i] == 0;
+  }
+  EXPECT_GT(dark, 16);
+  EXPECT_LT(dark, 64);
 }
 
 }  // namespace
