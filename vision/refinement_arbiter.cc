@@ -81,7 +81,7 @@ RefinementArbiter::Verdict RefinementArbiter::Judge(const StereoImage& seen,
     return std::span(refined.support).first(balls);
   };
   const auto consider = [&](const std::optional<Refined>& refined) {
-    if (!refined || refined->residual_px > kLargestResidual_px * refined->limits_scale) return;
+    if (!refined || refined->residual_px > kLargestResidual_px) return;
     ++verdict.evaluations;
     const double f = fitness.Evaluate(refined->X_HM);
     if (f < found.fitness - kLargestLoss) return;

@@ -14,6 +14,7 @@ namespace {
 // 12 DN, edges of 0.05 px, no prior to speak of and a bloom of 10 px give the same errors within a
 // tenth. An edge noise of 0.5 px (a quarter of the pairs beyond 2 mm) and no bloom (half) do not.
 constexpr int kSteps = 6;                 // Gauss-Newton, at most
+constexpr int kCommonSteps = 2;           // of them before balls are asked whether they differ
 constexpr int kOutlinePoints = 32;        // places across each ball's outline in each image
 constexpr int kMaxSamples = 65;           // along one line across an outline
 constexpr double kMinContrast_dn = 6;     // of an edge: four times a noise of 1.5 DN
@@ -25,10 +26,11 @@ constexpr double kPriorRotation_rad = 0.2;
 // of a ball is over 0.3 in 99.7 and 0.6 %; with 1 px in 99.7 and 10 %, with 0.25 px in 95 and 0.6
 // %.
 constexpr double kAgreed_px = 0.5;
-// Radius of the largest balls by which limits in pixels were set, those of the path-traced pairs at
-// 0.5 m: of larger ones, shading and blur of colour move outlines by as much more.
-constexpr double kLimitsRadius_px = 22;
 constexpr double kBloom_px = 2;  // how much all outlines may be wider or narrower
+// How much one ball may be more so, and the difference of balls from which on it may. On the
+// path-traced pairs balls differ by less than 0.1 px, of composite video beyond 1.2 m by 0.4 to
+// 0.8; allowed everywhere, it costs one pair 0.3 degrees.
+constexpr double kBallBloom_px = 0.5, kBallsDiffer_px = 0.2;
 
 // What the outline of one ball in one image is off by, beside what scatters from edge to edge: as a
 // whole, to the side. Fitted by likelihood to 495 right and detected estimates of simulated and
@@ -227,13 +229,54 @@ void PoseRefiner::FindEdges(const Image3u8& image, const PixelRegion& region, Si
   }
 }
 
+// Sets the edges' residuals and rows: how far their viewing rays are from the spheres, in pixels,
+// with the outlines bloomed as `moved` says.
+void PoseRefiner::Linearise(const Pose& X_HM, const Unknowns& moved) {
+  residuals_px_.clear();
+  for (Edge& edge : edges_) {
+    const BallParams& ball = marker_.balls[static_cast<size_t>(edge.ball)];
+    const MountedCamera& camera = rig_[edge.side];
+    const Eigen::Vector3d arm_H = X_HM.q * ball.p_MQ_m;
+    const Eigen::Vector3d p_CQ = camera.X_HC.Inverse() * (X_HM.p + arm_H);
+    const Eigen::Vector3d off_C = p_CQ - p_CQ.dot(edge.ray_C) * edge.ray_C;
+    const double off_m = off_C.norm();
+    const Eigen::Vector3d n_C = off_C / off_m;
+    const Eigen::Vector3d n_H = camera.X_HC.q * n_C;
+    const double px_per_m = camera.fx_px / p_CQ.norm();
+    const double along_lines = n_C.x() * n_C.x();
+    edge.row << px_per_m * n_H, px_per_m * arm_H.cross(n_H), -1;
+    edge.ball_row << -along_lines, along_lines - 1;
+    double bloom_px = moved[kCommon - 1];
+    if (moved.size() > kCommon)
+      bloom_px -= edge.ball_row.dot(moved.segment<2>(kCommon + 2 * edge.ball));
+    residuals_px_.push_back((off_m - ball.radius_m) * px_per_m - bloom_px);
+  }
+}
+
+// Whether balls look wider or narrower by different amounts, by the residuals of the last step.
+bool PoseRefiner::BallsDiffer() const {
+  constexpr double kFewest = 4;  // edges of a ball that count
+  std::array<double, kMaxBalls> sum_px{}, weight{};
+  for (size_t i = 0; i < edges_.size(); ++i) {
+    const auto b = static_cast<size_t>(edges_[i].ball);
+    sum_px[b] += edges_[i].weight * residuals_px_[i];
+    weight[b] += edges_[i].weight;
+  }
+  double least_px = kBloom_px, most_px = -kBloom_px;
+  for (size_t b = 0; b < marker_.balls.size(); ++b) {
+    if (weight[b] <= kFewest) continue;
+    least_px = std::min(least_px, sum_px[b] / weight[b]);
+    most_px = std::max(most_px, sum_px[b] / weight[b]);
+  }
+  return most_px - least_px > kBallsDiffer_px;
+}
+
 std::optional<Refined> PoseRefiner::Refine(const StereoImage& seen, const StereoRegion& region,
                                            const Pose& X_HM) {
   constexpr int kMinEdges = 12;
   Refined refined{.X_HM = X_HM};
-  Eigen::Vector3d rotated = Eigen::Vector3d::Zero();  // since X_HM, for the prior
-  double bloom_px = 0;
-  Vector7d prior_weight;
+  Unknowns moved = Unknowns::Zero(kCommon);  // since X_HM, for the prior
+  Unknowns prior_weight(kCommon);
   prior_weight << Eigen::Vector3d::Constant(std::pow(kPriorPosition_m, -2)),
       Eigen::Vector3d::Constant(std::pow(kPriorRotation_rad, -2)), std::pow(kBloom_px, -2);
   for (int iteration = 0; iteration < kSteps; ++iteration) {
@@ -243,63 +286,54 @@ std::optional<Refined> PoseRefiner::Refine(const StereoImage& seen, const Stereo
     for (const Side side : kSides) FindEdges(seen[side], region[side], side, refined.X_HM, shrink);
     if (edges_.size() < kMinEdges) return std::nullopt;
 
-    // Distances of the edges' rays from the spheres, in pixels.
-    residuals_px_.clear();
-    for (const Edge& edge : edges_) {
-      const auto b = static_cast<size_t>(edge.ball);
-      const MountedCamera& camera = rig_[edge.side];
-      const Eigen::Vector3d p_CQ = camera.X_HC.Inverse() * (refined.X_HM * marker_.balls[b].p_MQ_m);
-      const double across_m = (p_CQ - p_CQ.dot(edge.ray_C) * edge.ray_C).norm();
-      residuals_px_.push_back((across_m - marker_.balls[b].radius_m) * camera.fx_px / p_CQ.norm() -
-                              bloom_px);
-    }
+    Linearise(refined.X_HM, moved);
     const double scale_px = RobustScale(residuals_px_, &sorted_);
     const double tukey_px = 4 * scale_px;
-
-    Matrix7d information = prior_weight.asDiagonal();
-    Vector7d gradient;
-    gradient << prior_weight.head<3>().cwiseProduct(refined.X_HM.p - X_HM.p),
-        prior_weight.segment<3>(3).cwiseProduct(rotated), prior_weight[6] * bloom_px;
+    Information information = prior_weight.asDiagonal();
+    Unknowns gradient = prior_weight.cwiseProduct(moved);
     double sum2 = 0, weights = 0;
     refined.edges = 0;
     for (size_t i = 0; i < edges_.size(); ++i) {
       const double r = residuals_px_[i];
-      if (std::abs(r) >= tukey_px) continue;
       Edge& edge = edges_[i];
-      const auto b = static_cast<size_t>(edge.ball);
-      const MountedCamera& camera = rig_[edge.side];
-      const Eigen::Vector3d arm_H = refined.X_HM.q * marker_.balls[b].p_MQ_m;
-      const Eigen::Vector3d p_CQ = camera.X_HC.Inverse() * (refined.X_HM.p + arm_H);
-      const Eigen::Vector3d off_C = p_CQ - p_CQ.dot(edge.ray_C) * edge.ray_C;
-      const Eigen::Vector3d n_H = camera.X_HC.q * off_C.normalized();
-      const double px_per_m = camera.fx_px / p_CQ.norm();
-      Vector7d& row = edge.row;
-      row << px_per_m * n_H, px_per_m * arm_H.cross(n_H), -1;
+      edge.weight = 0;
+      if (std::abs(r) >= tukey_px) continue;
       const double u = r / tukey_px;
       edge.weight = (1 - u * u) * (1 - u * u);
       const double weight = edge.weight / (scale_px * scale_px);
-      information += weight * row * row.transpose();
-      gradient += weight * r * row;
+      information.topLeftCorner<kCommon, kCommon>() += weight * edge.row * edge.row.transpose();
+      gradient.head<kCommon>() += weight * r * edge.row;
+      if (moved.size() > kCommon) {
+        // solvers read the lower triangle
+        const Eigen::Index at = kCommon + 2 * edge.ball;
+        information.block<2, kCommon>(at, 0) += weight * edge.ball_row * edge.row.transpose();
+        information.block<2, 2>(at, at) += weight * edge.ball_row * edge.ball_row.transpose();
+        gradient.segment<2>(at) += weight * r * edge.ball_row;
+      }
       sum2 += edge.weight * r * r;
       weights += edge.weight;
       ++refined.edges;
     }
     if (refined.edges < kMinEdges) return std::nullopt;
-    const Eigen::LDLT<Matrix7d> solver(information);
-    const Vector7d delta = -solver.solve(gradient);
+    const Unknowns delta = -information.ldlt().solve(gradient);
+    moved += delta;
     refined.X_HM.p += delta.head<3>();
     const Eigen::Vector3d turn = delta.segment<3>(3);
-    rotated += turn;
     if (turn.norm() > 0)
       refined.X_HM.q =
           (Eigen::Quaterniond(Eigen::AngleAxisd(turn.norm(), turn.normalized())) * refined.X_HM.q)
               .normalized();
-    bloom_px += delta[6];
     refined.residual_px = std::sqrt(sum2 / std::max(weights, 1e-12));
-    refined.bloom_px = bloom_px;
-    const bool is_last = iteration == kSteps - 1 ||
-                         (iteration > 0 && delta.head<3>().norm() < 5e-5 && turn.norm() < 3e-4);
-    if (!is_last) continue;
+    refined.bloom_px = moved[kCommon - 1];
+    const bool has_settled = iteration > 0 && delta.head<3>().norm() < 5e-5 && turn.norm() < 3e-4;
+    if (moved.size() == kCommon && (has_settled || iteration == kCommonSteps - 1) &&
+        BallsDiffer()) {
+      const Eigen::Index all = kCommon + 2 * std::ssize(marker_.balls);
+      moved.conservativeResizeLike(Unknowns::Zero(all));
+      prior_weight.conservativeResizeLike(Unknowns::Constant(all, std::pow(kBallBloom_px, -2)));
+      continue;
+    }
+    if (!has_settled && iteration < kSteps - 1) continue;
     refined.covariance = Covariance(refined, BrightnessWidth_px(seen, region, refined.X_HM),
                                     prior_weight, information, scale_px);
     break;
@@ -354,20 +388,22 @@ std::optional<double> PoseRefiner::BrightnessWidth_px(const StereoImage& seen,
 //   the scatter of single edges, the errors that edges of a ball in an image share, and the prior.
 PoseCovariance PoseRefiner::Covariance(const Refined& refined,
                                        const std::optional<double>& brightness_width_px,
-                                       const Vector7d& prior_weight, const Matrix7d& information,
+                                       const Unknowns& prior_weight, const Information& information,
                                        double scale_px) {
   constexpr double kFewest = 4, kRidge = 0.5;  // edges of an outline whose shift is looked at
   // Of an outline: radius and shift, by whose sums over its edges its errors act and are seen.
   struct Outline {
-    Eigen::Matrix<double, 3, 7> pull = Eigen::Matrix<double, 3, 7>::Zero();
+    Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMostUnknowns> pull = {};
     Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
     Eigen::Vector3d residual = Eigen::Vector3d::Zero();
     double weight = 0;
   };
   std::array<Outline, 2 * kMaxBalls> outlines;
   const auto all = std::span(outlines).first(2 * marker_.balls.size());
+  const Eigen::Index unknowns = prior_weight.size();
+  for (Outline& of : all) of.pull.setZero(3, unknowns);
   const double variance_px2 = scale_px * scale_px;
-  Matrix7d spread = Matrix7d::Zero();
+  Information spread = Information::Zero(unknowns, unknowns);
   sorted_.clear();
   for (size_t i = 0; i < edges_.size(); ++i) {
     const Edge& edge = edges_[i];
@@ -375,7 +411,10 @@ PoseCovariance PoseRefiner::Covariance(const Refined& refined,
     Outline& of = all[2 * static_cast<size_t>(edge.ball) + (edge.side == Side::kLeft ? 0 : 1)];
     Eigen::Vector3d ways(1, edge.row[1], edge.row[2]);  // y and z of H span the images
     ways.tail<2>().normalize();
-    const Vector7d pulled = edge.weight / variance_px2 * edge.row;
+    Unknowns pulled = Unknowns::Zero(unknowns);
+    pulled.head<kCommon>() = edge.weight / variance_px2 * edge.row;
+    if (unknowns > kCommon)
+      pulled.segment<2>(kCommon + 2 * edge.ball) = edge.weight / variance_px2 * edge.ball_row;
     spread += pulled * pulled.transpose();
     of.pull += ways * pulled.transpose();
     of.normal += edge.weight * ways * ways.transpose();
@@ -413,17 +452,15 @@ PoseCovariance PoseRefiner::Covariance(const Refined& refined,
                                        Eigen::Vector3d(kRadiusToShift * kRadiusToShift, 1, 1);
     spread += all[i].pull.transpose() * error2_px2.asDiagonal() * all[i].pull;
   }
-  const Matrix7d inverse = information.ldlt().solve(Matrix7d::Identity());
+  const Information inverse = information.ldlt().solve(Information::Identity(unknowns, unknowns));
   return (inverse * spread * inverse).topLeftCorner<6, 6>();
 }
 
 // By the edges and residuals of the last step.
 void PoseRefiner::CountSupport(Refined* refined) const {
-  const double radius_px = rig_.left.fx_px * marker_.balls[0].radius_m / refined->X_HM.p.norm();
-  refined->limits_scale = std::max(1.0, radius_px / kLimitsRadius_px);
   Stereo<std::array<int, kMaxBalls>> agreed;
   for (size_t i = 0; i < edges_.size(); ++i)
-    if (std::abs(residuals_px_[i]) < kAgreed_px * refined->limits_scale)
+    if (std::abs(residuals_px_[i]) < kAgreed_px)
       ++agreed[edges_[i].side][static_cast<size_t>(edges_[i].ball)];
   const auto share = [](int some, int all) {
     constexpr int kLeastPlaces = 8;  // one or two edges that agree by chance are no support

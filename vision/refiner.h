@@ -6,7 +6,9 @@
 // each, and the pose is moved (Gauss-Newton with robust weights) until the viewing rays of the
 // edges touch the spheres. Depth then rests on disparity and on how far the balls are apart, not on
 // how large they look: one unknown, common to all outlines, takes up what lets every ball look
-// larger or smaller than it is (blooming, blur, dark rims).
+// larger or smaller than it is (blooming, blur, dark rims). Where balls differ in that, each has
+// two more, along the image's lines and across them: video keeps less colour along a line, and of a
+// dim ball the least.
 //
 // Parts of an outline that the marker's own box or another ball hides are left out.
 
@@ -35,7 +37,6 @@ struct Refined {
   Stereo<double> camera_support = {};  // likewise of each image, its balls together
   int edges = 0;                       // that took part
   double residual_px = 0;              // root mean square over them
-  double limits_scale = 1;             // by which limits in pixels grow, of large balls
   double bloom_px = 0;                 // how much wider all outlines look than they are
 };
 
@@ -55,8 +56,13 @@ class PoseRefiner {
 
  private:
   static constexpr double kReachRatio = 0.6, kMinReach_px = 4;
-  using Vector7d = Eigen::Matrix<double, 7, 1>;
-  using Matrix7d = Eigen::Matrix<double, 7, 7>;
+  // Position, rotation and bloom of all outlines; where balls differ, what each has more of it,
+  // along the image's lines and across them.
+  static constexpr int kCommon = 7, kMostUnknowns = kCommon + 2 * kMaxBalls;
+  using CommonUnknowns = Eigen::Matrix<double, kCommon, 1>;
+  using Unknowns = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostUnknowns, 1>;
+  using Information =
+      Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostUnknowns, kMostUnknowns>;
 
   // One edge: its viewing ray touches the ball's sphere.
   struct Edge {
@@ -64,19 +70,22 @@ class PoseRefiner {
     Side side = Side::kLeft;
     Eigen::Vector3d ray_C;  // unit
     double width_px = 0;    // over which the signal falls, by its slope there
-    // In the last step: Tukey's weight, and how the residual follows position, rotation and bloom.
+    // In the last step: Tukey's weight, and how the residual follows the unknowns.
     double weight = 0;
-    Vector7d row = Vector7d::Zero();
+    CommonUnknowns row = CommonUnknowns::Zero();
+    Eigen::Vector2d ball_row = Eigen::Vector2d::Zero();
   };
 
   void FindEdges(const Image3u8& image, const PixelRegion& region, Side side, const Pose& X_HM,
                  double shrink);
+  void Linearise(const Pose& X_HM, const Unknowns& moved);
+  bool BallsDiffer() const;
   void CountSupport(Refined* refined) const;
   std::optional<double> BrightnessWidth_px(const StereoImage& seen, const StereoRegion& region,
                                            const Pose& X_HM);
   PoseCovariance Covariance(const Refined& refined,
                             const std::optional<double>& brightness_width_px,
-                            const Vector7d& prior_weight, const Matrix7d& information,
+                            const Unknowns& prior_weight, const Information& information,
                             double scale_px);
   bool IsHidden(int ball, const Eigen::Vector3d& p_MC, const Eigen::Vector3d& ray_M,
                 double distance_m) const;

@@ -105,7 +105,7 @@ TEST(PathTraced, RefinementKnowsWhatTheBoxHides) {
   MarkerParams no_box;
   no_box.box_m.setZero();
   const StereoRegion whole{{0, 0, 640, 480}, {0, 0, 640, 480}};
-  double with_mm = 0, without_mm = 0;
+  double worst_mm = 0, with_mm = 0, without_mm = 0;
   int hidden = 0;
   for (const PathTracedPair& pair : PathTracedPairs()) {
     PoseRefiner knowing(MarkerParams{}, RigParams{}.MakeRig());
@@ -115,11 +115,13 @@ TEST(PathTraced, RefinementKnowsWhatTheBoxHides) {
     ASSERT_TRUE(a && b) << pair.name;
     EXPECT_LE(a->edges, b->edges);
     hidden += a->edges < b->edges;
-    with_mm = std::max(with_mm, units::MmFromM((a->X_HM.p - pair.true_X_HM.p).norm()));
-    without_mm = std::max(without_mm, units::MmFromM((b->X_HM.p - pair.true_X_HM.p).norm()));
+    const double error_mm = units::MmFromM((a->X_HM.p - pair.true_X_HM.p).norm());
+    worst_mm = std::max(worst_mm, error_mm);
+    with_mm += error_mm;
+    without_mm += units::MmFromM((b->X_HM.p - pair.true_X_HM.p).norm());
   }
   EXPECT_GE(hidden, 4);  // on the others the box hides nothing
-  EXPECT_LT(with_mm, 2.5);
+  EXPECT_LT(worst_mm, 2.5);
   EXPECT_GT(without_mm, with_mm);
 }
 
