@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <numeric>
 #include <span>
@@ -29,7 +30,7 @@ constexpr double kAgreed_px = 0.5;
 constexpr double kBloom_px = 2;  // how much all outlines may be wider or narrower
 // How much one ball may be more so, and the difference of balls from which on it may. On the
 // path-traced pairs balls differ by less than 0.1 px, of composite video beyond 1.2 m by 0.4 to
-// 0.8; allowed everywhere, it costs one pair 0.3 degrees.
+// 0.8. Allowed everywhere, it turns one of those pairs by 0.4 degrees.
 constexpr double kBallBloom_px = 0.5, kBallsDiffer_px = 0.2;
 
 // What the outline of one ball in one image is off by, beside what scatters from edge to edge: as a
@@ -262,7 +263,7 @@ bool PoseRefiner::BallsDiffer() const {
     sum_px[b] += edges_[i].weight * residuals_px_[i];
     weight[b] += edges_[i].weight;
   }
-  double least_px = kBloom_px, most_px = -kBloom_px;
+  double least_px = std::numeric_limits<double>::infinity(), most_px = -least_px;
   for (size_t b = 0; b < marker_.balls.size(); ++b) {
     if (weight[b] <= kFewest) continue;
     least_px = std::min(least_px, sum_px[b] / weight[b]);
