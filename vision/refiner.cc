@@ -365,9 +365,10 @@ std::optional<double> PoseRefiner::BrightnessWidth_px(const StereoImage& seen,
       continue;
     std::array<float, kSamples> signal;
     float rise = 0;
-    for (int k = -kReach; k <= kReach; ++k) {
+    for (size_t n = 0; n < kSamples; ++n) {
+      const int k = static_cast<int>(n) - kReach;
       const Eigen::Vector2f place = middle + static_cast<float>(k) * step;
-      float& value = signal[static_cast<size_t>(k + kReach)];
+      float& value = signal[n];
       value = Bilinear(seen[edge.side], brightness, place.x(), place.y());
       rise += k < 0 ? -value : k > 0 ? value : 0;
     }
