@@ -296,16 +296,15 @@ std::optional<Refined> PoseRefiner::Refine(const StereoImage& seen, const Stereo
     refined.edges = 0;
     for (size_t i = 0; i < edges_.size(); ++i) {
       const double r = residuals_px_[i];
-      Edge& edge = edges_[i];
-      edge.weight = 0;
       if (std::abs(r) >= tukey_px) continue;
+      Edge& edge = edges_[i];
       const double u = r / tukey_px;
       edge.weight = (1 - u * u) * (1 - u * u);
       const double weight = edge.weight / (scale_px * scale_px);
       information.topLeftCorner<kCommon, kCommon>() += weight * edge.row * edge.row.transpose();
       gradient.head<kCommon>() += weight * r * edge.row;
       if (moved.size() > kCommon) {
-        // solvers read the lower triangle
+        // LDLT reads the lower triangle only.
         const Eigen::Index at = kCommon + 2 * edge.ball;
         information.block<2, kCommon>(at, 0) += weight * edge.ball_row * edge.row.transpose();
         information.block<2, 2>(at, at) += weight * edge.ball_row * edge.ball_row.transpose();
@@ -326,15 +325,16 @@ std::optional<Refined> PoseRefiner::Refine(const StereoImage& seen, const Stereo
               .normalized();
     refined.residual_px = std::sqrt(sum2 / std::max(weights, 1e-12));
     refined.bloom_px = moved[kCommon - 1];
+    const bool is_last = iteration == kSteps - 1;
     const bool has_settled = iteration > 0 && delta.head<3>().norm() < 5e-5 && turn.norm() < 3e-4;
-    if (moved.size() == kCommon && (has_settled || iteration == kCommonSteps - 1) &&
+    if (!is_last && moved.size() == kCommon && (has_settled || iteration == kCommonSteps - 1) &&
         BallsDiffer()) {
       const Eigen::Index all = kCommon + 2 * std::ssize(marker_.balls);
       moved.conservativeResizeLike(Unknowns::Zero(all));
       prior_weight.conservativeResizeLike(Unknowns::Constant(all, std::pow(kBallBloom_px, -2)));
       continue;
     }
-    if (!has_settled && iteration < kSteps - 1) continue;
+    if (!has_settled && !is_last) continue;
     refined.covariance = Covariance(refined, BrightnessWidth_px(seen, region, refined.X_HM),
                                     prior_weight, information, scale_px);
     break;

@@ -99,6 +99,36 @@ TEST(PoseRefiner, BallsMayDifferInHowLargeTheyLook) {
   EXPECT_LT(AngleBetween(refined->X_HM.q, far.q), units::RadFromDeg(0.5));
 }
 
+// Video keeps less colour along a line: there the ball is narrower, and across the lines it is not.
+TEST(PoseRefiner, ABallMayBeNarrowerAlongTheLinesOnly) {
+  constexpr double kNarrower_px = 1.2;
+  const Pose far{kTrue.q, {1.4, 0.05, 0.05}};
+  Rng rng = SeedTree(11).Stream("noise");
+  const StereoImage plain = testing::PaintMarker(Marker(), kRig, far, {.noise_dn = 1}, &rng);
+  StereoImage seen = plain;
+  const BallParams& red = Marker().balls[1];
+  const double radius_px = kRig.left.fx_px * red.radius_m / 1.4;
+  for (const Side side : kSides) {
+    const MountedCamera& camera = kRig[side];
+    const Eigen::Vector2d middle = camera.Project(camera.X_HC.Inverse() * (far * red.p_MQ_m));
+    for (int v = static_cast<int>(middle.y()) - 12; v < middle.y() + 12; ++v)
+      for (int u = static_cast<int>(middle.x()) - 12; u < middle.x() + 12; ++u) {
+        const double from_px =
+            middle.x() + (u - middle.x()) * radius_px / (radius_px - kNarrower_px);
+        const int left_px = static_cast<int>(std::floor(from_px));
+        const double share = from_px - left_px;
+        for (int k = 0; k < 3; ++k)
+          seen[side].at(u, v)[k] =
+              static_cast<uint8_t>(std::lround((1 - share) * plain[side].at(left_px, v)[k] +
+                                               share * plain[side].at(left_px + 1, v)[k]));
+      }
+  }
+  PoseRefiner refiner(Marker(), kRig);
+  const auto refined = refiner.Refine(seen, kWhole, far);
+  ASSERT_TRUE(refined);
+  EXPECT_GT(refined->support[1], 0.9);
+}
+
 // Tukey's weights: what is off by most of what is still believed pulls less than what is off by
 // half of it. Least squares would let it pull more.
 TEST(PoseRefiner, BelievesOutliersTheLessTheFartherTheyAreOff) {
