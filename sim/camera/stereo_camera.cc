@@ -64,8 +64,9 @@ void StereoCamera::Expose(const view::RenderedStereo& rendered, const StereoRegi
     sensor_.Amplify(exposure_.For(water_.MeanRadiance(rendered)));
     meters_next_ = frame - frame % kFramesPerMetering + kFramesPerMetering;
   }
+  snow_.Fall(rendered, whole_images ? whole() : Lit(region), frame, &water_);
   if (whole_images) {
-    snow_.Fall(rendered, frame, &water_, &radiance_);
+    snow_.Paint(&radiance_);
     lens_.Distort(&radiance_);
     port_.Spoil(&radiance_);
     Lap(timer, LoopStage::kWater);
@@ -92,7 +93,8 @@ void StereoCamera::ExposeHeld(const StereoRegion& region, int64_t frame, StereoI
     return;
   }
   radiance_ = held_;
-  snow_.Fall(*held_view_, frame, &water_, &radiance_);
+  snow_.Fall(*held_view_, lens_.on() ? whole() : Lit(region), frame, &water_);
+  snow_.Paint(&radiance_);
   lens_.Distort(&radiance_);
   sensor_.Digitise(radiance_, region, frame, out);
 }
@@ -107,6 +109,7 @@ void StereoCamera::ExposeSide(Side side, const PixelRegion& region, int64_t fram
   for (; v < region.row_end; v += light::TiledLight::kBandRows) {
     const int band_end = std::min(v + light::TiledLight::kBandRows, height);
     water_.PaintRows(side, v, band_end, band_.data());
+    snow_.PaintRows(side, v, band_end, band_.data());
     Lap(timer, LoopStage::kWater);
     const int begin = std::max(v, region.row_begin), end = std::min(band_end, region.row_end);
     sensor_.DigitiseRegion(side, frame, {region.column_begin, begin, region.column_end, end},

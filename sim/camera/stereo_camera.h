@@ -34,7 +34,7 @@ class StereoCamera {
   // The same with the water made already.
   StereoCamera(const CameraParams& params, light::Water water, double frame_s,
                const SeedTree& seeds);
-  // With snow, distortion or a faulty port all of both views must be seen, with automatic exposure
+  // With distortion or a faulty port all of both views must be seen, with automatic exposure
   // when it meters: Seen says so.
   StereoCamera(light::Water water, ImageSensor sensor, const AutoExposure& exposure = {},
                light::MarineSnow snow = {}, StereoLens lens = {});
@@ -76,7 +76,7 @@ class StereoCamera {
  private:
   StereoRegion Lit(const StereoRegion& region) const;
   bool Meters(int64_t frame) const { return exposure_.on() && frame >= meters_next_; }
-  bool PaintsWhole() const { return snow_.on() || lens_.on() || port_.any(); }
+  bool PaintsWhole() const { return lens_.on() || port_.any(); }
   void ExposeSide(Side side, const PixelRegion& region, int64_t frame, StageTimer* timer,
                   Image3u8* out);
 

@@ -7,12 +7,14 @@
 // albedo E R^2 / 4 for the irradiance E of lamps and balls. Left out: particles out of focus.
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
 #include "sim/base/camera.h"
 #include "sim/base/fields.h"
 #include "sim/base/image.h"
+#include "sim/base/pose.h"
 #include "sim/light/radiance.h"
 #include "sim/view/rendered.h"
 
@@ -21,6 +23,8 @@ namespace turbidock::light {
 class Water;
 
 struct SnowParams {
+  // 2 to 28 aggregates a litre in the upper 20 m of Monterey Bay (Trent, Shanks & Silver 1978); the
+  // sea scenarios take the least.
   double particles_per_m3 = 0;
   // Marine snow is larger than 0.5 mm and sinks some 50 to 100 m a day (Alldredge & Silver 1988).
   double diameter_m = 0.001;
@@ -41,21 +45,51 @@ class MarineSnow {
   // `frame_s` between images; places are drawn from the key.
   MarineSnow(const SnowParams& params, double frame_s, uint64_t key);
 
-  bool on() const { return !p_WF_.empty(); }
-  // Adds the particles' light at a frame to what both cameras see. `water` has been prepared
-  // for `seen`.
-  void Fall(const view::RenderedStereo& seen, int64_t frame, Water* water, RadianceStereo* images);
+  bool on() const { return !x_WF_m_.empty(); }
+  // Finds the particles that both cameras see in a region of their images at a frame, and the light
+  // on them. `water` has been prepared for `seen`, which lives until they are painted and of which
+  // only depths in the region are looked at.
+  void Fall(const view::RenderedStereo& seen, const StereoRegion& region, int64_t frame,
+            Water* water);
+  // Adds their light to rows of one camera, laid out as by Water::PaintRows, or to both images.
+  // Pixels in the region are the same whatever the region; others stay as they are.
+  void PaintRows(Side side, int row_begin, int row_end, float* rgb);
+  void Paint(RadianceStereo* images);
 
  private:
-  void Paint(const MountedCamera& camera, const view::RenderedView& view,
-             const Eigen::Array3f& extinction_per_m, Image3f* image) const;
+  // A particle in a band of an image: its light is a Gaussian about a place, cut off at so many
+  // pixels from the one it is in.
+  struct Speck {
+    float u_px = 0, v_px = 0, sigma_px = 0, depth_m = 0;
+    int column = 0, row = 0, reach_px = 0;
+    Eigen::Array3f radiance_w_m2_sr = {};  // the sum over all pixels
+    int next = -1;                         // in the same band; -1: none
+  };
+  struct Specks {
+    std::vector<Speck> all;
+    std::vector<int> first_of_band;
+  };
+  // Rows of pixels wherever they are: a value lies at first + the steps to it.
+  struct Rows {
+    float* first;
+    ptrdiff_t per_row, per_column, per_channel;
+    int begin, end;
+  };
+
+  void Gather(const Pose& X_WH, const StereoRig& rig, double sunk_m);
+  void Project(Side side, const Water& water);
+  void Paint(Side side, const Rows& rows);
 
   SnowParams params_;
   double frame_s_ = 0;
-  std::vector<Eigen::Vector3d> p_WF_;  // at the start, in the cube
-  // Those before the cameras at the frame under way, and the light on them.
+  std::vector<float> x_WF_m_, y_WF_m_, z_WF_m_;  // at the start, in the cube
+  // At the frame under way: those in sight, the light on them, and their images.
+  const view::RenderedStereo* seen_ = nullptr;
+  StereoRegion region_;
   std::vector<Eigen::Vector3f> p_HF_;
   std::vector<Eigen::Array3f> irradiance_w_m2_;
+  Stereo<Specks> specks_;
+  std::vector<float> weights_;
 };
 
 }  // namespace turbidock::light

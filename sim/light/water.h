@@ -77,6 +77,7 @@ class Water {
   // Points at which light was computed for the images prepared last.
   int64_t points() const;
   const Medium& medium() const { return medium_; }
+  const ShadingParams& shading() const { return params_.shading; }
   const StereoRig& rig() const { return rig_; }
 
  private:

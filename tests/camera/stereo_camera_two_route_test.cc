@@ -177,12 +177,13 @@ TEST(StereoCamera, ExposesARegionAsInTheWhole) {
   Rng rng = SeedTree(6).Stream("regions");
   StereoImage plain;
   struct Case {
-    bool active, imperfect, dirty;
+    bool active, imperfect, dirty, snowy;
   };
   // each unlike the one before it
-  for (const auto& [active, imperfect, dirty] :
-       {Case{true, false, false}, Case{true, false, true}, Case{false, false, false},
-        Case{false, true, false}}) {
+  for (const auto& [active, imperfect, dirty, snowy] :
+       {Case{true, false, false, false}, Case{true, false, true, false},
+        Case{true, false, false, true}, Case{false, false, false, false},
+        Case{false, false, false, true}, Case{false, true, false, true}}) {
     light::OpticsParams params;
     params.water.milk_ml_m3 = 40;
     params.ball_lights.enabled = active;
@@ -194,8 +195,11 @@ TEST(StereoCamera, ExposesARegionAsInTheWhole) {
     if (imperfect) {
       sensor.auto_level = 0.05;
       sensor.auto_time_s = 0;  // the gain does not remember
-      snow.particles_per_m3 = 500;
       lens.k1 = -0.1;
+    }
+    if (snowy) {
+      snow.particles_per_m3 = 10000;
+      snow.diameter_m = 0.005;
     }
     constexpr double kFrame_s = 1.0 / 30;
     StereoCamera camera(light::Water(params, rig, light::SurfaceTable(surfaces), LampsAt(0.16)),

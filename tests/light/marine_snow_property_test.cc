@@ -47,7 +47,10 @@ struct Snowfall {
     const StereoRig rig = RigParams{}.MakeRig();
     Water water(OneLamp(absorption_per_m), rig, SurfaceTable(std::vector<Surface>{}), {Pose()});
     images = {Image3f(640, 480), Image3f(640, 480)};
-    MarineSnow(params, kFrame_s, key).Fall(Nothing(X_WH), frame, &water, &images);
+    MarineSnow snow(params, kFrame_s, key);
+    const view::RenderedStereo nothing = Nothing(X_WH);
+    snow.Fall(nothing, water.whole(), frame, &water);
+    snow.Paint(&images);
   }
   double Sum(int channel) const {
     double sum = 0;
@@ -136,7 +139,9 @@ TEST(MarineSnow, IsHiddenBySurfaces) {
   view::RenderedStereo wall = Nothing({});
   wall.left.depth_m = Image1f(640, 480, 0.05f);
   RadianceStereo images{Image3f(640, 480), Image3f(640, 480)};
-  MarineSnow(params, kFrame_s, 5).Fall(wall, 0, &water, &images);
+  MarineSnow snow(params, kFrame_s, 5);
+  snow.Fall(wall, water.whole(), 0, &water);
+  snow.Paint(&images);
   EXPECT_EQ(images.left, Image3f(640, 480));
   EXPECT_NE(images.right, Image3f(640, 480));
 }
