@@ -109,6 +109,8 @@ TEST_P(Tags, AreWhollyInSightOfBothCamerasFromFarToTheFinalPose) {
 }
 
 TEST_P(Tags, AreWhatTheEstimatorFindsTheMarkerBy) {
+  // a particle before a tag's edge hides it for some frames
+  scenario_.snow.particles_per_m3 = 0;
   std::vector<Pose> poses;
   for (const double x_m : {0.4, 0.6, 1.0})
     poses.push_back({FromYawPitchRoll(0.05, 0.02, -0.02), {x_m, 0.02, -0.01}});
