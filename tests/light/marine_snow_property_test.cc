@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -144,6 +145,47 @@ TEST(MarineSnow, IsHiddenBySurfaces) {
   snow.Paint(&images);
   EXPECT_EQ(images.left, Image3f(640, 480));
   EXPECT_NE(images.right, Image3f(640, 480));
+}
+
+// At the edge of something near, each pixel by itself.
+TEST(MarineSnow, IsHiddenPixelByPixel) {
+  SnowParams params;
+  params.particles_per_m3 = 20000;
+  params.diameter_m = 0.005;
+  const Snowfall open(params);
+  const StereoRig rig = RigParams{}.MakeRig();
+  Water water(OneLamp(0), rig, SurfaceTable(std::vector<Surface>{}), {Pose()});
+  view::RenderedStereo post = Nothing({});
+  for (int v = 0; v < 480; ++v)
+    for (int u = 300; u < 340; ++u) *post.left.depth_m.at(u, v) = 0.05f;
+  RadianceStereo images{Image3f(640, 480), Image3f(640, 480)};
+  MarineSnow snow(params, kFrame_s, 5);
+  snow.Fall(post, water.whole(), 0, &water);
+  snow.Paint(&images);
+  for (int v = 0; v < 480; ++v)
+    for (int u = 290; u < 350; ++u)
+      ASSERT_EQ(images.left.at(u, v)[1], u < 300 || u >= 340 ? open.images.left.at(u, v)[1] : 0);
+}
+
+// A particle between four pixels shows a fifth of its peak in each.
+TEST(MarineSnow, IsNotPaintedWhereNoPixelWouldShowIt) {
+  SnowParams params;
+  params.particles_per_m3 = 200;
+  params.diameter_m = 1e-4;
+  const Snowfall snow(params, {}, 0, 5);
+  const Image3f& image = snow.images.left;
+  double least = std::numeric_limits<double>::infinity();
+  for (int v = 1; v < 479; ++v)
+    for (int u = 1; u < 639; ++u) {
+      const float here = image.at(u, v)[2];
+      bool is_peak = here > 0;
+      for (int dv = -1; dv <= 1; ++dv)
+        for (int du = -1; du <= 1; ++du) is_peak &= image.at(u + du, v + dv)[2] <= here;
+      if (is_peak) least = std::min(least, double{here});
+    }
+  constexpr double kFaintest_w_m2_sr = 5e-5;
+  EXPECT_GT(least, 0.15 * kFaintest_w_m2_sr);
+  EXPECT_LT(least, 2 * kFaintest_w_m2_sr);
 }
 
 TEST(MarineSnow, IsNoneUnlessSet) {
