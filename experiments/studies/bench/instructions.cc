@@ -26,6 +26,8 @@ constexpr std::pair<const char*, const char*> kFunctions[] = {
     {"render", "turbidock::view::StereoRenderer::Render("},
     {"water", "turbidock::light::Water::Prepare("},
     {"water", "turbidock::light::Water::PaintRows("},
+    {"water", "turbidock::light::MarineSnow::Fall("},
+    {"water", "turbidock::light::MarineSnow::PaintRows("},
     {"sensor", "turbidock::camera::ImageSensor::DigitiseRegion("},
     {"labels", "turbidock::vision::HueLabeller::Label("},
     {"estimate", "turbidock::vision::RmGa::Update("},
