@@ -5,6 +5,7 @@
 #include <numbers>
 #include <utility>
 
+#include "sim/base/check.h"
 #include "sim/base/random.h"
 #include "sim/base/vector_clones.h"
 #include "sim/base/vector_math.h"
@@ -20,8 +21,9 @@ constexpr float kNearest_m = 0.08f;  // nearer ones would be out of any focus
 // Spread of a point's light over pixels, besides the particle's own size.
 constexpr float kPointSpread_px = 0.4f;
 constexpr float kReach_sigmas = 3;
-// The least peak that is painted, in errors that shading may make in what is behind: by default one
-// DN at black.
+// The least peak that is painted, in errors that shading may make in what is behind. By default it
+// is one DN at black for the default camera, 2.5 for the published one at full gain, whose noise is
+// four times that.
 constexpr float kFaintest = 10;
 
 int ReachOf(float sigma_px) { return static_cast<int>(std::ceil(kReach_sigmas * sigma_px)); }
@@ -48,8 +50,9 @@ Sight SightOf(const MountedCamera& camera, const PixelRegion& region, double rad
   // A particle reaches as far as its point spread and its size together, and a pixel to round to.
   const double reach_px = double{kReach_sigmas * kPointSpread_px} + 2;
   const double reach_m = camera.fx_px * kReach_sigmas / 2 * radius_m;
+  // Somewhat nearer than the nearest, which Project decides alone.
   const Eigen::Matrix<double, Sight::kPlanes, 4> planes{
-      {0, 0, 1, -double{kNearest_m}},
+      {0, 0, 1, -0.99 * double{kNearest_m}},
       {camera.fx_px, 0, camera.cx_px - region.column_begin + reach_px, reach_m},
       {-camera.fx_px, 0, region.column_end - camera.cx_px + reach_px, reach_m},
       {0, camera.fy_px, camera.cy_px - region.row_begin + reach_px, reach_m},
@@ -108,7 +111,8 @@ MarineSnow::MarineSnow(const SnowParams& params, double frame_s, uint64_t key)
       to->push_back(static_cast<float>(rng.Uniform(0, kCube_m)));
   p_HF_.reserve(count);
   irradiance_w_m2_.reserve(count);
-  for (const Side side : kSides) specks_[side].all.reserve(count);
+  // a speck is in every band that it reaches
+  for (const Side side : kSides) specks_[side].all.reserve(2 * count + 1000);
 }
 
 void MarineSnow::Fall(const view::RenderedStereo& seen, const StereoRegion& region, int64_t frame,
@@ -159,7 +163,8 @@ void MarineSnow::Project(Side side, const Water& water) {
     // a disc's deviation along an axis is half of its radius
     return std::hypot(kPointSpread_px, fx_px * radius_m / (2 * z_m));
   };
-  weights_.resize(static_cast<size_t>(4 * ReachOf(sigma_px(kNearest_m)) + 2));
+  weights_.resize(
+      std::max(weights_.size(), static_cast<size_t>(4 * ReachOf(sigma_px(kNearest_m)) + 2)));
   for (size_t i = 0; i < p_HF_.size(); ++i) {
     const Eigen::Vector3f p_CF = R_CH * (p_HF_[i] - p_HC);
     const float z_m = p_CF.z();
@@ -212,6 +217,9 @@ void MarineSnow::Paint(RadianceStereo* images) {
 }
 
 void MarineSnow::Paint(Side side, const Rows& rows) {
+  TD_CHECK(seen_ && rows.begin % TiledLight::kBandRows == 0 &&
+               rows.end - rows.begin <= TiledLight::kBandRows,
+           "a band of rows after Fall");
   const Image1f& depth_m = (*seen_)[side].depth_m;
   const PixelRegion& region = region_[side];
   const Specks& specks = specks_[side];

@@ -2,9 +2,10 @@
 // Marine snow: suspended particles large enough to be seen one by one, in the light of the lamps
 // and of the lit balls.
 //
-// The particles fill space: a cube of random places that repeats itself. They rest in the water but
+// The particles fill space: a cube of random places that repeats itself. They rest in the world but
 // for their sinking. A particle scatters alike in all directions, so that its intensity is
-// albedo E R^2 / 4 for the irradiance E of lamps and balls. Left out: particles out of focus.
+// albedo E R^2 / 4 for the irradiance E of lamps and balls. Left out: drift with the current,
+// daylight, particles out of focus, what a particle hides.
 
 #include <Eigen/Core>
 #include <cstddef>
@@ -46,9 +47,9 @@ class MarineSnow {
   MarineSnow(const SnowParams& params, double frame_s, uint64_t key);
 
   bool on() const { return !x_WF_m_.empty(); }
-  // Finds the particles that both cameras see in a region of their images at a frame, and the light
-  // on them. `water` has been prepared for `seen`, which lives until they are painted and of which
-  // only depths in the region are looked at.
+  // Finds the particles that either camera sees in a region of their images at a frame, and the
+  // light on them. `water` has been prepared for `seen`, which lives until they are painted and of
+  // which only depths in the region are looked at.
   void Fall(const view::RenderedStereo& seen, const StereoRegion& region, int64_t frame,
             Water* water);
   // Adds their light to rows of one camera, laid out as by Water::PaintRows, or to both images.
@@ -62,8 +63,8 @@ class MarineSnow {
   struct Speck {
     float u_px = 0, v_px = 0, sigma_px = 0, depth_m = 0;
     int column = 0, row = 0, reach_px = 0;
-    Eigen::Array3f radiance_w_m2_sr = {};  // the sum over all pixels
-    int next = -1;                         // in the same band; -1: none
+    Eigen::Array3f radiance_w_m2_sr = Eigen::Array3f::Zero();  // the sum over all pixels
+    int next = -1;                                             // in the same band; -1: none
   };
   struct Specks {
     std::vector<Speck> all;

@@ -167,7 +167,7 @@ TEST(MarineSnow, IsHiddenPixelByPixel) {
       ASSERT_EQ(images.left.at(u, v)[1], u < 300 || u >= 340 ? open.images.left.at(u, v)[1] : 0);
 }
 
-// A particle between four pixels shows a fifth of its peak in each.
+// A particle between four pixels shows a quarter of its peak in each.
 TEST(MarineSnow, IsNotPaintedWhereNoPixelWouldShowIt) {
   SnowParams params;
   params.particles_per_m3 = 200;

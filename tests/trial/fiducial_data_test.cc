@@ -109,7 +109,7 @@ TEST_P(Tags, AreWhollyInSightOfBothCamerasFromFarToTheFinalPose) {
 }
 
 TEST_P(Tags, AreWhatTheEstimatorFindsTheMarkerBy) {
-  // a particle before a tag's edge hides it for some frames
+  // a particle that shines on a tag's edge spoils it for some frames
   scenario_.snow.particles_per_m3 = 0;
   std::vector<Pose> poses;
   for (const double x_m : {0.4, 0.6, 1.0})
