@@ -150,7 +150,7 @@ void MarineSnow::Project(Side side, const Water& water) {
   const PixelRegion& region = region_[side];
   Specks& specks = specks_[side];
   specks.all.clear();
-  specks.first_of_band.assign(static_cast<size_t>(camera.height_px / TiledLight::kBandRows + 1),
+  specks.first_of_band.assign(static_cast<size_t>(camera.height_px / TiledLight::kBandRows) + 1,
                               -1);
   const Eigen::Matrix3f R_CH = camera.X_HC.R().transpose().cast<float>();
   const Eigen::Vector3f p_HC = camera.X_HC.p.cast<float>();
