@@ -168,6 +168,30 @@ TEST(StereoCamera, IsWaterThenSensor) {
   }
 }
 
+// Particles of a held view too, and beyond the region as far as colour is blurred into it.
+TEST(StereoCamera, ExposesARegionOfAHeldViewAsInTheWhole) {
+  const StereoRig rig = testing::SmallRig();
+  const auto surfaces = MarkerAndPlate(Pose::Translation(0.5, 0.02, 0));
+  light::OpticsParams params;
+  params.lamps.enabled = true;
+  const SensorParams sensor{.chroma_blur_px = 2};
+  const light::SnowParams snow{.particles_per_m3 = 10000, .diameter_m = 0.005};
+  StereoCamera camera(light::Water(params, rig, light::SurfaceTable(surfaces), LampsAt(0.16)),
+                      ImageSensor(sensor, 1, 2), {}, light::MarineSnow(snow, 1.0 / 30, 3));
+  const view::RenderedStereo rendered = Cast(surfaces, rig);
+  camera.Hold(rendered);
+  StereoImage whole, part;
+  camera.ExposeHeld(7, &whole);
+  const PixelRegion region{rig.left.width_px / 4, rig.left.height_px / 4, rig.left.width_px / 2,
+                           rig.left.height_px / 2};
+  camera.ExposeHeld({region, region}, 7, &part);
+  for (const Side side : kSides)
+    for (int v = region.row_begin; v < region.row_end; ++v)
+      for (int u = region.column_begin; u < region.column_end; ++u)
+        for (int k = 0; k < 3; ++k)
+          ASSERT_EQ(part[side].at(u, v)[k], whole[side].at(u, v)[k]) << u << " " << v;
+}
+
 // A region's pixels are those of the whole image, whatever is seen beyond what it needs.
 TEST(StereoCamera, ExposesARegionAsInTheWhole) {
   const StereoRig rig = testing::SmallRig();
